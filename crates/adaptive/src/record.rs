@@ -1,0 +1,296 @@
+//! What a run reports while it goes on: samples, phases, impacts, tries, transfers, timings.
+//!
+//! The driver calls an [`Observer`]; writing files, drawing progress and stopping on a signal are the observer's business.
+
+/// Fixed facts of a run that an observer needs before the first sample.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct RunLayout {
+    /// Bodies in the order of [`Sample::bodies`].
+    pub bodies: Vec<BodyLayout>,
+    /// Names of contacts in the order of [`Sample::contacts`].
+    pub contacts: Vec<String>,
+    /// Names of observed points in the order of [`Sample::points`].
+    pub points: Vec<String>,
+    /// Start and end of the simulated time [s].
+    pub time_span: (f64, f64),
+}
+
+/// Name and spectrum of a body.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct BodyLayout {
+    /// Name in the scenario.
+    pub name: String,
+    /// Eigenfrequencies of the elastic coordinates [Hz]; empty for rigid bodies.
+    pub eigenfrequencies: Vec<f64>,
+}
+
+/// Energies at one instant [J].
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Energies {
+    /// Kinetic energy of all bodies.
+    pub kinetic: f64,
+    /// Elastic energy of the dynamic (low-frequency) coordinates.
+    pub elastic_low: f64,
+    /// Quasistatic elastic energy of the contact zones.
+    pub elastic_high: f64,
+    /// Potential of gravity, zero at the start.
+    pub gravity: f64,
+    /// Energy in penalty springs.
+    pub penalty: f64,
+    /// Work lost to damping and friction so far.
+    pub dissipated: f64,
+}
+
+impl Energies {
+    /// Sum of all parts; constant in an exact solution.
+    pub fn total(&self) -> f64 {
+        self.kinetic + self.elastic_low + self.elastic_high + self.gravity + self.penalty + self.dissipated
+    }
+}
+
+/// Motion of one body at one instant.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct BodySample {
+    /// Origin of the reference frame [m].
+    pub position: [f64; 3],
+    /// Unit quaternion `w x y z` from body frame to inertial frame.
+    pub rotation: [f64; 4],
+    /// Velocity of the origin in the inertial frame [m/s].
+    pub velocity: [f64; 3],
+    /// Angular velocity in the inertial frame [rad/s].
+    pub angular_velocity: [f64; 3],
+    /// Deformed centre of mass [m].
+    pub centre_of_mass: [f64; 3],
+    /// Elastic coordinates.
+    pub elastic_coordinates: Vec<f64>,
+    /// Their rates.
+    pub elastic_velocities: Vec<f64>,
+}
+
+/// State of one contact at one instant.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ContactSample {
+    /// Sum of the normal point forces [N].
+    pub normal_force: f64,
+    /// Total force on the contact body in the inertial frame [N].
+    pub force: [f64; 3],
+    /// Largest penetration of a contact point, zero without contact [m].
+    pub penetration: f64,
+    /// Number of points in contact.
+    pub active_points: u32,
+    /// Sum of tributary areas of the points in contact [m²].
+    pub contact_area: f64,
+    /// Penalty factor in use, infinite for the exact constraint [N/m³].
+    pub penalty: f64,
+}
+
+/// An observed point at one instant.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct PointSample {
+    /// Deformed position [m].
+    pub position: [f64; 3],
+    /// Velocity [m/s].
+    pub velocity: [f64; 3],
+}
+
+/// Everything recorded at one instant.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Sample {
+    /// Simulated time [s].
+    pub time: f64,
+    /// Index of the running phase.
+    pub phase: u32,
+    /// Energy ledger.
+    pub energies: Energies,
+    /// Linear momentum [kg m/s].
+    pub linear_momentum: [f64; 3],
+    /// Angular momentum about the inertial origin [kg m²/s].
+    pub angular_momentum: [f64; 3],
+    /// One entry a body.
+    pub bodies: Vec<BodySample>,
+    /// One entry a contact.
+    pub contacts: Vec<ContactSample>,
+    /// One entry an observed point.
+    pub points: Vec<PointSample>,
+}
+
+/// Kind of a phase ([A] Fig. 2).
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum PhaseKind {
+    /// No contact force acts.
+    #[default]
+    Free,
+    /// Contact is watched at every stage of every step.
+    Impact,
+}
+
+/// A finished phase.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct PhaseRecord {
+    /// Kind.
+    pub kind: PhaseKind,
+    /// Start [s].
+    pub start: f64,
+    /// End [s].
+    pub end: f64,
+    /// Accepted steps.
+    pub steps: u64,
+    /// Rejected steps.
+    pub rejected: u64,
+    /// Evaluations of the right-hand side.
+    pub evaluations: u64,
+    /// Wall time [s].
+    pub wall_time: f64,
+}
+
+/// A finished impact.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ImpactRecord {
+    /// Index of the contact.
+    pub contact: u32,
+    /// First contact [s].
+    pub start: f64,
+    /// Last contact [s].
+    pub end: f64,
+    /// Largest normal force [N].
+    pub peak_force: f64,
+    /// Its time [s].
+    pub peak_time: f64,
+    /// Time integral of the normal force [N s].
+    pub impulse: f64,
+    /// Closing speed of the centres of mass along the normal at the start [m/s].
+    pub approach_velocity: f64,
+    /// Separating speed at the end [m/s].
+    pub separation_velocity: f64,
+    /// Ratio of the two.
+    pub restitution: f64,
+}
+
+/// One try of an impact phase.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct TryRecord {
+    /// Index of the impact.
+    pub impact: u32,
+    /// Number of the try, from 1.
+    pub number: u32,
+    /// Start [s].
+    pub start: f64,
+    /// Time reached [s].
+    pub stop: f64,
+    /// Penalty factor at the start [N/m³].
+    pub penalty_start: f64,
+    /// Penalty factor at the end [N/m³].
+    pub penalty_end: f64,
+    /// Widths of the contact interval along the two surface directions [m]; the second is zero for curves.
+    pub interval_widths: [f64; 2],
+    /// Contact elements over interval elements, a direction.
+    pub utilisation: [f64; 2],
+    /// Elements of the fine model.
+    pub elements: u64,
+    /// Freedoms of the fine model.
+    pub freedoms: u64,
+    /// Interface freedoms.
+    pub interface_freedoms: u64,
+    /// Accepted steps.
+    pub steps: u64,
+    /// Rejected steps.
+    pub rejected: u64,
+    /// Largest normal force [N].
+    pub peak_force: f64,
+    /// "accepted", "rejected" or "failed".
+    pub outcome: String,
+    /// Why.
+    pub reason: String,
+    /// Wall time [s].
+    pub wall_time: f64,
+    /// Processor time [s].
+    pub cpu_time: f64,
+}
+
+/// Stress along a line at one instant.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct StressRecord {
+    /// Name of the request in the scenario.
+    pub name: String,
+    /// Instant [s].
+    pub time: f64,
+    /// Undeformed points in the body's frame [m].
+    pub points: Vec<[f64; 3]>,
+    /// Stress components a point: xx yy zz xy yz zx, or rr zz θθ rz 0 0 for axisymmetric models [Pa].
+    pub stress: Vec<[f64; 6]>,
+    /// Von Mises stress a point [Pa].
+    pub von_mises: Vec<f64>,
+}
+
+/// Wall seconds spent in each stage of a run.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Timings {
+    /// Geometry and assembly of the matrices.
+    pub assembly: f64,
+    /// Eigenmodes and compliance.
+    pub reduction: f64,
+    /// Contact search.
+    pub search: f64,
+    /// Contact solver.
+    pub contact: f64,
+    /// Time integration without contact.
+    pub integration: f64,
+    /// Writing results.
+    pub output: f64,
+}
+
+/// What an observer answers to a sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Continue {
+    /// Go on.
+    Yes,
+    /// Stop after this step, for the user asked for it.
+    Interrupt,
+}
+
+/// An error of an observer, such as a full disk; ends the run.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct ObserverError(pub String);
+
+/// Receives a run as it goes on.
+pub trait Observer {
+    /// Called once before the first sample.
+    ///
+    /// # Errors
+    /// [`ObserverError`] ends the run.
+    fn start(&mut self, layout: &RunLayout) -> Result<(), ObserverError>;
+
+    /// Called at every stored instant.
+    ///
+    /// # Errors
+    /// [`ObserverError`] ends the run.
+    fn sample(&mut self, sample: &Sample) -> Result<(), ObserverError>;
+
+    /// Called after every accepted step, stored or not, with the time reached and the step size; cheap.
+    fn progress(&mut self, time: f64, step: f64, phase: PhaseKind) -> Continue;
+
+    /// Called at the end of every phase.
+    ///
+    /// # Errors
+    /// [`ObserverError`] ends the run.
+    fn phase(&mut self, record: &PhaseRecord) -> Result<(), ObserverError>;
+
+    /// Called at the end of every impact.
+    ///
+    /// # Errors
+    /// [`ObserverError`] ends the run.
+    fn impact(&mut self, record: &ImpactRecord) -> Result<(), ObserverError>;
+
+    /// Called at the end of every try.
+    ///
+    /// # Errors
+    /// [`ObserverError`] ends the run.
+    fn attempt(&mut self, record: &TryRecord) -> Result<(), ObserverError>;
+
+    /// Called when a stress request has been evaluated.
+    ///
+    /// # Errors
+    /// [`ObserverError`] ends the run.
+    fn stress(&mut self, record: &StressRecord) -> Result<(), ObserverError>;
+}

@@ -1,0 +1,1 @@
+//! Hertz's closed forms.

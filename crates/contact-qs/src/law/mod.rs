@@ -1,0 +1,4 @@
+//! Contact laws.
+
+pub mod hertz;
+pub mod penalty;

@@ -1,0 +1,14 @@
+//! Contact between a reduced isogeometric body and a target, as force elements of the equations of motion.
+//!
+//! The high-frequency deformation of the contact zone is quasistatic: it follows from the interface compliance `G` and a
+//! small strictly convex problem for the point forces ([`quasistatic`]). SI units. Equation numbers refer to
+//! `docs/theory.md`; [A] and [B] are the two papers named there.
+
+pub mod error;
+pub mod points;
+pub mod submodel;
+pub mod law;
+pub mod quasistatic;
+pub mod plane;
+
+pub use error::ContactError;

@@ -1,0 +1,1 @@
+//! Contact of one body with a rigid plane, as a force element.

@@ -1,0 +1,1 @@
+//! Contact points on a surface: Greville or Gauss, with tributary areas.

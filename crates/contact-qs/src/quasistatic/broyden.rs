@@ -1,0 +1,1 @@
+//! Algorithm 1 of [A]: Newton with Broyden updates.

@@ -1,0 +1,1 @@
+//! The strictly convex problem for the point forces.

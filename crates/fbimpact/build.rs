@@ -1,0 +1,20 @@
+//! Records where a build comes from: commit, compiler and target, for `--version` and the result files.
+
+use std::process::Command;
+
+fn output(program: &str, arguments: &[&str]) -> Option<String> {
+    let out = Command::new(program).args(arguments).output().ok()?;
+    let text = String::from_utf8(out.stdout).ok()?.trim().to_owned();
+    (out.status.success() && !text.is_empty()).then_some(text)
+}
+
+fn main() {
+    let unknown = || "unknown".to_owned();
+    let commit = output("git", &["describe", "--always", "--dirty"]).unwrap_or_else(unknown);
+    let rustc = std::env::var("RUSTC").unwrap_or_else(|_| "rustc".into());
+    let compiler = output(&rustc, &["--version"]).unwrap_or_else(unknown);
+    println!("cargo:rustc-env=FBIMPACT_COMMIT={commit}");
+    println!("cargo:rustc-env=FBIMPACT_COMPILER={compiler}");
+    println!("cargo:rustc-env=FBIMPACT_TARGET={}", std::env::var("TARGET").unwrap_or_else(|_| unknown()));
+    println!("cargo:rerun-if-changed=.git/HEAD");
+}

@@ -1,0 +1,1 @@
+//! The fbimpact program as a library: command line, scenario, setup, run, results.

@@ -1,0 +1,2 @@
+//! Thin entry point: parse, call, map to an exit code.
+fn main() {}

@@ -1,0 +1,74 @@
+//! What a discretised elastic body hands over: sparse matrices, control points, constraints.
+
+use faer::sparse::SparseColMat;
+
+/// The rigid motions that a body model can perform.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RigidMotion {
+    /// Axisymmetric model in `(r, z)`: translation along the axis, which is component 1 of the model and `z` in space.
+    Axial,
+    /// Plane model in `(x, y)`: two translations and the rotation about `z`.
+    Planar,
+    /// Solid model: three translations, three rotations.
+    Spatial,
+}
+
+impl RigidMotion {
+    /// Number of rigid modes: 1, 3 or 6.
+    pub fn count(self) -> usize {
+        match self {
+            Self::Axial => 1,
+            Self::Planar => 3,
+            Self::Spatial => 6,
+        }
+    }
+
+    /// Displacement components of the model: 2 or 3.
+    pub fn n_components(self) -> usize {
+        if self == Self::Spatial { 3 } else { 2 }
+    }
+
+    /// Direction in space of displacement component `c` of the model.
+    pub fn direction(self, c: usize) -> usize {
+        if self == Self::Axial { [0, 2][c] } else { c }
+    }
+}
+
+/// One unknown: displacement component `component` of control point `node`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Dof {
+    /// Index of the control point.
+    pub node: u32,
+    /// Displacement component of the model, `0..n_components`.
+    pub component: u8,
+}
+
+/// Consistent mass matrix, lower triangle.
+#[derive(Debug, Clone)]
+pub enum MassMatrix {
+    /// Node by node matrix `m_AB = ∫ ρ R_A R_B dV`, the same for every displacement component [kg].
+    PerComponent(SparseColMat<u32, f64>),
+    /// Unknown by unknown matrix, for models that are not of displacement type alone.
+    General(SparseColMat<u32, f64>),
+}
+
+/// A linear elastic body before reduction.
+///
+/// Unknowns are numbered `0..dofs.len()`; constrained components (zero radial displacement on an axis) have no number.
+#[derive(Debug, Clone)]
+pub struct AssembledBody {
+    /// Name for messages.
+    pub name: String,
+    /// Rigid motions of the model.
+    pub motion: RigidMotion,
+    /// Stiffness matrix `K`, lower triangle, unknown by unknown [N/m].
+    pub stiffness: SparseColMat<u32, f64>,
+    /// Consistent mass matrix `M`.
+    pub mass: MassMatrix,
+    /// The unknowns, sorted by node, then component.
+    pub dofs: Vec<Dof>,
+    /// Control points in the model's own components: `(x, y, z)`, `(x, y, 0)` or `(r, z, 0)` [m].
+    pub nodes: Vec<[f64; 3]>,
+    /// A place for each node such that coupled nodes are near each other; guides the elimination order.
+    pub anchors: Vec<[f64; 3]>,
+}

@@ -1,0 +1,8 @@
+//! A flexible body as data: assembled matrices, standard input data, reference frame.
+
+pub mod assembled;
+pub mod shape_integrals;
+pub mod standard_input_data;
+pub mod reference_frame;
+
+pub use assembled::{AssembledBody, Dof, MassMatrix, RigidMotion};

@@ -1,0 +1,1 @@
+//! Buckens and tangent frames.

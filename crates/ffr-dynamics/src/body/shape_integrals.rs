@@ -1,0 +1,1 @@
+//! Inertia integrals from the consistent mass matrix.

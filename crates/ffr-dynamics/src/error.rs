@@ -1,0 +1,71 @@
+//! What can go wrong in reduction and dynamics.
+
+use thiserror::Error;
+
+/// Errors of reduction, equations of motion and time integration. Texts are fragments that read after "body ...: ".
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum DynamicsError {
+    /// A sparse factorisation met a pivot that is not positive.
+    #[error("{matrix} is not positive definite: pivot {pivot} of {size} fails")]
+    NotPositiveDefinite {
+        /// Which matrix.
+        matrix: &'static str,
+        /// Index of the pivot.
+        pivot: usize,
+        /// Number of unknowns.
+        size: usize,
+    },
+    /// The solver library refused the problem.
+    #[error("factorisation of {matrix} failed: {reason}")]
+    Factorisation {
+        /// Which matrix.
+        matrix: &'static str,
+        /// The library's reason.
+        reason: String,
+    },
+    /// More modes were asked for than the model has freedoms.
+    #[error("{wanted} modes asked for, the model has only {available}")]
+    TooManyModes {
+        /// Number asked for.
+        wanted: usize,
+        /// Number there is.
+        available: usize,
+    },
+    /// The eigensolver did not reach its tolerance, or lost modes that the inertia count shows.
+    #[error("eigensolver found {found} of {expected} modes below {frequency:.6e} Hz: {reason}")]
+    Eigenmodes {
+        /// Modes found.
+        found: usize,
+        /// Modes that the inertia count shows.
+        expected: usize,
+        /// The frequency up to which modes were counted [Hz].
+        frequency: f64,
+        /// What to do or what was seen.
+        reason: String,
+    },
+    /// Input data do not fit together.
+    #[error("model data do not fit: {reason}")]
+    Inconsistent {
+        /// Which, with the sizes.
+        reason: String,
+    },
+    /// The time integration cannot go on.
+    #[error("integration stopped at t = {time:.9e} s: {reason}")]
+    Integration {
+        /// Time reached [s].
+        time: f64,
+        /// Why, with the numbers and what to change.
+        reason: String,
+    },
+}
+
+/// A right-hand side that cannot be evaluated at the state tried; the integrator answers with a smaller step.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[error("{reason}")]
+pub struct Rejection {
+    /// Machine-readable code: 1 singular, 2 not finite, -1 iteration limit ([A] Algorithm 1), 0 anything else.
+    pub code: i32,
+    /// Text for the log.
+    pub reason: String,
+}

@@ -1,0 +1,1 @@
+//! Zeros of functions along the dense output.

@@ -1,0 +1,1 @@
+//! Points with a frame on a flexible body.

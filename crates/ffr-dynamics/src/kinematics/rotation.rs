@@ -1,0 +1,1 @@
+//! Unit quaternions as generalised positions.

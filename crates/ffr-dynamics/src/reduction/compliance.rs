@@ -1,0 +1,1 @@
+//! Residual flexibility of the contact interface, by two routes.

@@ -1,0 +1,1 @@
+//! Fixed-interface (Craig-Bampton) reduction.

@@ -1,0 +1,1 @@
+//! Block Lanczos with shift-invert, checked by an inertia count.

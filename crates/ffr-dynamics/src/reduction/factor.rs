@@ -1,0 +1,1 @@
+//! Sparse Cholesky and LDLT with reuse.

@@ -1,0 +1,1 @@
+//! Rigid-body modes of a discretised body.

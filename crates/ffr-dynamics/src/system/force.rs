@@ -1,0 +1,84 @@
+//! The seam through which forces enter the equations of motion.
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+use crate::error::Rejection;
+
+/// Motion of one body at one instant, as force elements see it.
+#[derive(Debug, Clone)]
+pub struct BodyState {
+    /// Origin of the reference frame in the inertial frame, `p_IR` [m].
+    pub position: Vector3<f64>,
+    /// Rotation from the body's reference frame to the inertial frame.
+    pub rotation: UnitQuaternion<f64>,
+    /// Velocity of the frame's origin, expressed in the inertial frame [m/s].
+    pub velocity: Vector3<f64>,
+    /// Angular velocity, expressed in the body's frame [rad/s].
+    pub angular_velocity: Vector3<f64>,
+    /// Elastic coordinates `q_e` (mass-orthonormal modes: m sqrt(kg)).
+    pub elastic: Vec<f64>,
+    /// Rates `dq_e/dt`.
+    pub elastic_rates: Vec<f64>,
+}
+
+/// Force on one body, reduced to its reference frame and its modes.
+#[derive(Debug, Clone)]
+pub struct GeneralisedForce {
+    /// Resultant, expressed in the inertial frame [N].
+    pub force: Vector3<f64>,
+    /// Moment about the frame's origin, expressed in the body's frame [N m].
+    pub torque: Vector3<f64>,
+    /// Modal forces `Φᵀ f`.
+    pub elastic: Vec<f64>,
+}
+
+impl GeneralisedForce {
+    /// No force on a body with `n` elastic coordinates.
+    pub fn zeros(n: usize) -> Self {
+        Self { force: Vector3::zeros(), torque: Vector3::zeros(), elastic: vec![0.0; n] }
+    }
+
+    /// Sets everything to zero.
+    pub fn clear(&mut self) {
+        self.force.fill(0.0);
+        self.torque.fill(0.0);
+        self.elastic.fill(0.0);
+    }
+}
+
+/// Energy held and power lost by a force element at its last evaluation.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ForceEnergies {
+    /// Quasistatic elastic energy `½ fᵀ G f` [J].
+    pub elastic_high: f64,
+    /// Energy in penalty springs [J].
+    pub penalty: f64,
+    /// Power dissipated, not negative [W].
+    pub dissipated_power: f64,
+}
+
+/// A force on one or more bodies. Evaluations must not allocate.
+pub trait ForceElement: Send {
+    /// Adds the forces at time `t` to `forces` (one entry a body, in the order of `bodies`).
+    ///
+    /// # Errors
+    /// [`Rejection`] where the force cannot be found, for instance when the contact solver does not converge.
+    fn apply(
+        &mut self,
+        t: f64,
+        bodies: &[BodyState],
+        forces: &mut [GeneralisedForce],
+    ) -> Result<(), Rejection>;
+
+    /// Energies at the last evaluation.
+    fn energies(&self) -> ForceEnergies;
+
+    /// Resultant on the element's first body in the inertial frame at the last evaluation; its time integral is the impulse [N].
+    fn resultant(&self) -> Vector3<f64>;
+
+    /// Remembers the solver's inner state before a step.
+    fn save(&mut self);
+
+    /// Returns to the remembered inner state after a rejected step.
+    fn restore(&mut self);
+}

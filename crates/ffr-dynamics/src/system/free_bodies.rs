@@ -1,0 +1,1 @@
+//! Free flexible bodies under force elements.

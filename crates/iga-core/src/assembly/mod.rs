@@ -1,0 +1,5 @@
+//! Sparse stiffness and mass matrices.
+
+pub mod pattern;
+pub mod mass;
+pub mod stiffness;

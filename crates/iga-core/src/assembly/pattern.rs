@@ -1,0 +1,1 @@
+//! Sparsity pattern of a space.

@@ -1,0 +1,1 @@
+//! Strain-displacement relations of plane, axisymmetric and solid models.

@@ -1,0 +1,4 @@
+//! Isotropic linear elasticity: material law and kinematics of each model.
+
+pub mod kinematics;
+pub mod material;

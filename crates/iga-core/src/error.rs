@@ -1,0 +1,87 @@
+//! What can be wrong with a spline, a patch or a model built from them.
+
+use thiserror::Error;
+
+/// Errors of spline and geometry construction. Texts are fragments that read after "body ...: ".
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum SplineError {
+    /// The degree lies outside the supported range.
+    #[error("degree {degree} is not supported, choose {min} to {max}")]
+    Degree {
+        /// The degree asked for.
+        degree: usize,
+        /// Smallest degree allowed here.
+        min: usize,
+        /// Largest degree allowed here.
+        max: usize,
+    },
+    /// The knots do not form a clamped knot vector.
+    #[error("knot vector is not valid: {reason}")]
+    Knots {
+        /// What is wrong, with the numbers.
+        reason: String,
+    },
+    /// The control net does not fit the knot vectors.
+    #[error("control net has {found} {what}, the knot vectors ask for {expected}")]
+    NetSize {
+        /// "control points" or "weights".
+        what: &'static str,
+        /// Count found.
+        found: usize,
+        /// Count that the knot vectors ask for.
+        expected: usize,
+    },
+    /// A weight is not a positive finite number.
+    #[error("weight {index} is {value}, it must be positive and finite")]
+    Weight {
+        /// Index of the control point.
+        index: usize,
+        /// The value found.
+        value: f64,
+    },
+    /// A coordinate is not finite.
+    #[error("control point {index} has a coordinate that is not a finite number")]
+    ControlPoint {
+        /// Index of the control point.
+        index: usize,
+    },
+    /// A length or ratio of a named shape is impossible.
+    #[error("{name} = {value}: {reason}")]
+    Dimension {
+        /// The parameter's name as in the scenario.
+        name: &'static str,
+        /// The value found.
+        value: f64,
+        /// The rule that it breaks.
+        reason: &'static str,
+    },
+    /// The map from parameters to space turns inside out.
+    #[error(
+        "geometry is folded or inside out: Jacobian determinant {determinant:.3e} at parameters {parameters:?}"
+    )]
+    Folded {
+        /// The determinant found (m per parameter unit, to the power of the dimension).
+        determinant: f64,
+        /// Where.
+        parameters: [f64; 3],
+    },
+    /// A point lies outside the body or the search for it did not converge.
+    #[error("point ({}, {}, {}) m is not in the body, nearest distance {distance:.3e} m", point[0], point[1], point[2])]
+    PointNotFound {
+        /// The point asked for [m].
+        point: [f64; 3],
+        /// Distance to the nearest point found [m].
+        distance: f64,
+    },
+    /// Poisson's ratio, Young's modulus or density is impossible.
+    #[error("material {name} = {value}: {reason}")]
+    Material {
+        /// The constant's name as in the scenario.
+        name: &'static str,
+        /// The value found.
+        value: f64,
+        /// The rule that it breaks.
+        reason: &'static str,
+    },
+}

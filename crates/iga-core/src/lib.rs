@@ -1,0 +1,31 @@
+//! Splines, NURBS geometry and isogeometric linear elasticity.
+//!
+//! The crate knows knots, patches, elements, materials and sparse matrices. It knows no time, no rigid-body motion, no
+//! contact and no file format.
+//!
+//! # Conventions, fixed once for the whole workspace
+//!
+//! * SI units, radians.
+//! * A patch has 1, 2 or 3 parametric directions. Parametric points are `[f64; 3]`, physical points are `[f64; 3]`;
+//!   entries beyond the dimension are zero.
+//! * Two-dimensional models live in the components 0 and 1 of a physical point: `(x, y)` for plane strain and plane
+//!   stress, `(r, z)` for axisymmetric models.
+//! * In a tensor-product net the first parametric direction runs fastest: `i + n_0 (j + n_1 k)`.
+//! * Local functions of an element are stacked in the order of [`space::Space::active_functions`].
+//!
+//! Equation numbers refer to `docs/theory.md`.
+
+pub mod error;
+pub mod knots;
+pub mod bspline;
+pub mod tensor;
+pub mod nurbs;
+pub mod quadrature;
+pub mod space;
+pub mod mapping;
+pub mod surface;
+pub mod elasticity;
+pub mod assembly;
+pub mod recovery;
+
+pub use error::SplineError;

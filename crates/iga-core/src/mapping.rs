@@ -1,0 +1,1 @@
+//! From parameters to space: Jacobians and physical gradients.

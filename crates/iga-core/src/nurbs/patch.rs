@@ -1,0 +1,246 @@
+//! A tensor-product NURBS patch (theory Eq. S.4, S.5): knot vectors, control points and weights.
+
+use crate::SplineError;
+use crate::bspline::basis_derivatives;
+use crate::knots::{KnotVector, MAX_DEGREE};
+use crate::tensor;
+
+/// A NURBS patch with 1, 2 or 3 parametric directions in space.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Patch {
+    knots: Vec<KnotVector>,
+    control_points: Vec<[f64; 3]>,
+    weights: Vec<f64>,
+}
+
+/// Rational basis functions that are active at one point, in the local order of the element.
+#[derive(Debug, Clone, Default)]
+pub struct PointBasis {
+    /// `R_A`.
+    pub values: Vec<f64>,
+    /// `∂R_A/∂ξ_d`.
+    pub first: Vec<[f64; 3]>,
+    /// Second derivatives in the order 00, 11, 22, 01, 02, 12.
+    pub second: Vec<[f64; 6]>,
+}
+
+/// Pairs of directions in the order of [`PointBasis::second`].
+pub const SECOND_DERIVATIVES: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
+
+impl Patch {
+    /// Checks and takes a patch.
+    ///
+    /// # Errors
+    /// [`SplineError::NetSize`], [`SplineError::Weight`], [`SplineError::ControlPoint`]; [`SplineError::Knots`] unless one to
+    /// three knot vectors are given.
+    pub fn new(
+        knots: Vec<KnotVector>,
+        control_points: Vec<[f64; 3]>,
+        weights: Vec<f64>,
+    ) -> Result<Self, SplineError> {
+        if !(1..=3).contains(&knots.len()) {
+            return Err(SplineError::Knots {
+                reason: format!("{} directions, 1 to 3 are possible", knots.len()),
+            });
+        }
+        let expected = knots.iter().map(KnotVector::n_functions).product();
+        for (what, found) in [("control points", control_points.len()), ("weights", weights.len())] {
+            if found != expected {
+                return Err(SplineError::NetSize { what, found, expected });
+            }
+        }
+        if let Some(index) = weights.iter().position(|w| !(w.is_finite() && *w > 0.0)) {
+            return Err(SplineError::Weight { index, value: weights[index] });
+        }
+        if let Some(index) = control_points.iter().position(|p| p.iter().any(|x| !x.is_finite())) {
+            return Err(SplineError::ControlPoint { index });
+        }
+        Ok(Self { knots, control_points, weights })
+    }
+
+    /// Number of parametric directions.
+    pub fn dimension(&self) -> usize {
+        self.knots.len()
+    }
+
+    /// Knot vectors, one a direction.
+    pub fn knots(&self) -> &[KnotVector] {
+        &self.knots
+    }
+
+    /// Control points `P_A` [m].
+    pub fn control_points(&self) -> &[[f64; 3]] {
+        &self.control_points
+    }
+
+    /// Weights `w_A`.
+    pub fn weights(&self) -> &[f64] {
+        &self.weights
+    }
+
+    /// Functions a direction.
+    pub fn net_size(&self) -> Vec<usize> {
+        self.knots.iter().map(KnotVector::n_functions).collect()
+    }
+
+    /// Elements a direction.
+    pub fn element_counts(&self) -> Vec<usize> {
+        self.knots.iter().map(KnotVector::n_elements).collect()
+    }
+
+    /// Number of functions of the patch.
+    pub fn n_functions(&self) -> usize {
+        self.control_points.len()
+    }
+
+    /// Number of non-empty elements of the patch.
+    pub fn n_elements(&self) -> usize {
+        self.knots.iter().map(KnotVector::n_elements).product()
+    }
+
+    /// Number of functions that are active on an element: `Π (p_d + 1)`.
+    pub fn n_active(&self) -> usize {
+        self.knots.iter().map(|k| k.degree() + 1).product()
+    }
+
+    /// Lower and upper parametric corner of an element.
+    pub fn element(&self, e: usize) -> ([f64; 3], [f64; 3]) {
+        let index = tensor::unflat(&self.element_counts(), e);
+        let (mut lower, mut upper) = ([0.0; 3], [0.0; 3]);
+        for (d, k) in self.knots.iter().enumerate() {
+            (lower[d], upper[d]) = k.element(index[d]);
+        }
+        (lower, upper)
+    }
+
+    /// The element that holds a parametric point; points outside are clamped into the patch.
+    pub fn find_element(&self, xi: &[f64; 3]) -> usize {
+        let mut index = [0; 3];
+        for (d, k) in self.knots.iter().enumerate() {
+            index[d] = k.find_element(xi[d]);
+        }
+        tensor::flat(&self.element_counts(), &index[..self.dimension()])
+    }
+
+    /// Appends the net indices of the functions active on element `e`, first direction fastest.
+    pub fn active_functions(&self, e: usize, out: &mut Vec<u32>) {
+        let index = tensor::unflat(&self.element_counts(), e);
+        let sizes = self.net_size();
+        let (mut first, mut n) = ([0; 3], [1; 3]);
+        for (d, k) in self.knots.iter().enumerate() {
+            first[d] = k.element_span(index[d]) - k.degree();
+            n[d] = k.degree() + 1;
+        }
+        let (n0, n1) = (sizes[0], sizes.get(1).copied().unwrap_or(1));
+        for k in first[2]..first[2] + n[2] {
+            for j in first[1]..first[1] + n[1] {
+                let row = n0 * (j + n1 * k) + first[0];
+                out.extend((row..row + n[0]).map(|i| i as u32));
+            }
+        }
+    }
+
+    /// Rational basis at `xi` on element `e` with derivatives up to `n_derivatives <= 2`, stacked as
+    /// [`Patch::active_functions`]. Lists of higher derivatives are left empty.
+    pub fn evaluate(&self, e: usize, xi: &[f64; 3], n_derivatives: usize, out: &mut PointBasis) {
+        const ROW: usize = 3 * (MAX_DEGREE + 1);
+        let mut tables = [[0.0; ROW]; 3];
+        let mut orders = [1usize; 3];
+        for table in &mut tables {
+            table[0] = 1.0; // absent directions: the constant function
+        }
+        let index = tensor::unflat(&self.element_counts(), e);
+        let (mut first, sizes) = ([0; 3], self.net_size());
+        for (d, k) in self.knots.iter().enumerate() {
+            orders[d] = k.degree() + 1;
+            first[d] = k.element_span(index[d]) - k.degree();
+            basis_derivatives(k, index[d], xi[d], n_derivatives, &mut tables[d]);
+        }
+        let n1 = sizes.get(1).copied().unwrap_or(1);
+        let table = |d: usize, k: usize, i: usize| tables[d][k * orders[d] + i];
+        out.values.clear();
+        out.first.clear();
+        out.second.clear();
+        for k in 0..orders[2] {
+            for j in 0..orders[1] {
+                let row = sizes[0] * (first[1] + j + n1 * (first[2] + k)) + first[0];
+                for i in 0..orders[0] {
+                    let w = self.weights[row + i];
+                    let product =
+                        |a: usize, b: usize, c: usize| w * table(0, a, i) * table(1, b, j) * table(2, c, k);
+                    out.values.push(product(0, 0, 0));
+                    if n_derivatives >= 1 {
+                        out.first.push(self.by_direction(|d| {
+                            product((d == 0) as usize, (d == 1) as usize, (d == 2) as usize)
+                        }));
+                    }
+                    if n_derivatives >= 2 {
+                        let mut s = [0.0; 6];
+                        for (slot, &(a, b)) in s.iter_mut().zip(&SECOND_DERIVATIVES) {
+                            if b < self.dimension() {
+                                let order = |d: usize| usize::from(a == d) + usize::from(b == d);
+                                *slot = product(order(0), order(1), order(2));
+                            }
+                        }
+                        out.second.push(s);
+                    }
+                }
+            }
+        }
+        make_rational(out);
+    }
+
+    fn by_direction(&self, f: impl Fn(usize) -> f64) -> [f64; 3] {
+        let mut v = [0.0; 3];
+        for (d, slot) in v.iter_mut().enumerate().take(self.dimension()) {
+            *slot = f(d);
+        }
+        v
+    }
+
+    /// Point of the patch at parameters `xi` [m].
+    pub fn point(&self, xi: &[f64; 3]) -> [f64; 3] {
+        let e = self.find_element(xi);
+        let (mut basis, mut active) = (PointBasis::default(), Vec::new());
+        self.evaluate(e, xi, 0, &mut basis);
+        self.active_functions(e, &mut active);
+        let mut x = [0.0; 3];
+        for (&a, r) in active.iter().zip(&basis.values) {
+            for (xc, pc) in x.iter_mut().zip(&self.control_points[a as usize]) {
+                *xc += r * pc;
+            }
+        }
+        x
+    }
+}
+
+/// Divides weighted B-splines `w N` and their derivatives by the weight function `W = Σ w N` (theory Eq. S.4).
+fn make_rational(basis: &mut PointBasis) {
+    let total: f64 = basis.values.iter().sum();
+    let inverse = 1.0 / total;
+    let mut gradient = [0.0; 3];
+    for g in &basis.first {
+        for (sum, v) in gradient.iter_mut().zip(g) {
+            *sum += v;
+        }
+    }
+    let mut hessian = [0.0; 6];
+    for h in &basis.second {
+        for (sum, v) in hessian.iter_mut().zip(h) {
+            *sum += v;
+        }
+    }
+    for value in &mut basis.values {
+        *value *= inverse;
+    }
+    for (first, value) in basis.first.iter_mut().zip(&basis.values) {
+        for (f, w) in first.iter_mut().zip(&gradient) {
+            *f = (*f - value * w) * inverse;
+        }
+    }
+    for ((second, first), value) in basis.second.iter_mut().zip(&basis.first).zip(&basis.values) {
+        for ((s, w), &(a, b)) in second.iter_mut().zip(&hessian).zip(&SECOND_DERIVATIVES) {
+            *s = (*s - first[a] * gradient[b] - first[b] * gradient[a] - value * w) * inverse;
+        }
+    }
+}

@@ -1,0 +1,1 @@
+//! Degree elevation and knot insertion: finer spaces, same geometry.

@@ -1,0 +1,1 @@
+//! Strain, stress and von Mises stress at parameter points.

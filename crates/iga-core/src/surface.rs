@@ -1,0 +1,1 @@
+//! Faces of patches: normals, areas, collocation points, closest points.
