@@ -1,0 +1,353 @@
+//! A run: free phases until a contact closes, impact phases until it has been open for a while ([A] Fig. 2).
+
+use std::time::Instant;
+
+use ffr_dynamics::DynamicsError;
+use ffr_dynamics::integration::{CrossingSearch, DenseOutput, DormandPrince, StepSettings};
+use ffr_dynamics::system::error_scale::ErrorScale;
+use ffr_dynamics::system::force::BodyState;
+
+use crate::error::AdaptiveError;
+use crate::impact_watch::{ContactInstant, ImpactWatch};
+use crate::model::RunModel;
+use crate::record::{Continue, Observer, PhaseKind, PhaseRecord, Sample, TryRecord};
+use crate::simulation::{System, fill_sample, normal_velocity};
+use crate::spec::RunSettings;
+
+/// A body that touches within this part of its size at the start counts as touching: round-off of its coordinates.
+const TOUCHING: f64 = 1e-12;
+/// Share of the largest step to which opening and closing times are located.
+const EVENT_TOLERANCE: f64 = 1e-9;
+/// Intervals a step in which the gap is looked at.
+const EVENT_SAMPLES: usize = 4;
+/// Default quiet time in steps of the impact phase: several periods of the highest mode pass without contact.
+const QUIET_STEPS: f64 = 10.0;
+
+/// How a run ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RunEnd {
+    /// Time reached [s].
+    pub time: f64,
+    /// Whether the observer stopped it.
+    pub is_interrupted: bool,
+}
+
+/// State of a run between steps.
+pub struct Driver<'a> {
+    model: &'a mut RunModel,
+    settings: RunSettings,
+    observer: &'a mut dyn Observer,
+    integrator: DormandPrince,
+    crossing: CrossingSearch,
+    watches: Vec<ImpactWatch>,
+    states: Vec<BodyState>,
+    sample: Sample,
+    interpolated: Vec<f64>,
+    impact_step: f64,
+    n_phases: u32,
+    n_impacts: u32,
+    next_output: f64,
+}
+
+/// Runs `model` to the end time of `settings`, reporting to `observer`.
+///
+/// # Errors
+/// [`AdaptiveError`]; what was reported before stays valid.
+pub fn run(
+    model: &mut RunModel,
+    settings: &RunSettings,
+    observer: &mut dyn Observer,
+) -> Result<RunEnd, AdaptiveError> {
+    let mut driver = Driver::new(model, settings.clone(), observer)?;
+    let end = driver.run()?;
+    driver.model.report_stress(driver.observer)?;
+    Ok(end)
+}
+
+impl<'a> Driver<'a> {
+    fn new(
+        model: &'a mut RunModel,
+        settings: RunSettings,
+        observer: &'a mut dyn Observer,
+    ) -> Result<Self, AdaptiveError> {
+        let y = model.system.state_vector(&model.initial).map_err(AdaptiveError::Dynamics)?;
+        let highest = model.system.highest_frequency();
+        let nyquist = if highest > 0.0 { 0.5 / highest } else { settings.free.max_step };
+        let impact_step = settings.impact.max_step.min(nyquist);
+        let integrator = DormandPrince::new(StepSettings::with_max_step(settings.free.max_step), 0.0, &y)
+            .map_err(AdaptiveError::Dynamics)?;
+        let crossing = CrossingSearch::new(y.len(), EVENT_TOLERANCE * impact_step, EVENT_SAMPLES);
+        Ok(Self {
+            watches: vec![ImpactWatch::default(); model.system.forces().len()],
+            states: model.initial.clone(),
+            sample: Sample::default(),
+            interpolated: y,
+            n_phases: 0,
+            n_impacts: 0,
+            next_output: 0.0,
+            model,
+            settings,
+            observer,
+            integrator,
+            crossing,
+            impact_step,
+        })
+    }
+
+    fn run(&mut self) -> Result<RunEnd, AdaptiveError> {
+        self.observer.start(&self.model.layout(self.settings.end_time))?;
+        let mut kind = if self.is_touching() { PhaseKind::Impact } else { PhaseKind::Free };
+        self.store()?;
+        self.next_output = self.settings.free_interval;
+        let mut is_interrupted = false;
+        while self.integrator.time() < self.settings.end_time && !is_interrupted {
+            let started = Instant::now();
+            let (start, before) = (self.integrator.time(), self.integrator.statistics());
+            self.enter(kind)?;
+            is_interrupted = match kind {
+                PhaseKind::Free => self.free_phase()?,
+                PhaseKind::Impact => self.impact_phase(start)?,
+            };
+            let now = self.integrator.statistics();
+            let record = PhaseRecord {
+                kind,
+                start,
+                end: self.integrator.time(),
+                steps: now.steps - before.steps,
+                rejected: now.rejected - before.rejected,
+                evaluations: now.evaluations - before.evaluations,
+                wall_time: started.elapsed().as_secs_f64(),
+            };
+            self.observer.phase(&record)?;
+            self.n_phases += 1;
+            kind = if kind == PhaseKind::Free { PhaseKind::Impact } else { PhaseKind::Free };
+        }
+        Ok(RunEnd { time: self.integrator.time(), is_interrupted })
+    }
+
+    fn enter(&mut self, kind: PhaseKind) -> Result<(), AdaptiveError> {
+        let (max_step, tolerance) = match kind {
+            PhaseKind::Free => (self.settings.free.max_step, self.settings.free.tolerance),
+            PhaseKind::Impact => (self.impact_step, self.settings.impact.tolerance),
+        };
+        self.integrator.set_max_step(max_step).map_err(AdaptiveError::Dynamics)?;
+        let scale = ErrorScale { relative: tolerance, ..self.model.system.error_scale() };
+        self.model.system.set_error_scale(scale).map_err(AdaptiveError::Dynamics)
+    }
+
+    /// Whether a contact is closed at the start and not opening.
+    fn is_touching(&mut self) -> bool {
+        let y = self.integrator.state();
+        (0..self.model.system.forces().len()).any(|i| {
+            let gap = smallest_gap(&self.model.system, &mut self.states, y, i);
+            let body = self.model.system.forces()[i].body;
+            gap <= TOUCHING * self.model.sizes[body]
+        })
+    }
+
+    /// Integrates until a contact closes or time is up; returns whether the observer stopped the run.
+    fn free_phase(&mut self) -> Result<bool, AdaptiveError> {
+        let (end, n_contacts) = (self.settings.end_time, self.model.system.forces().len());
+        while self.integrator.time() < end {
+            let step = self.integrator.step(&mut self.model.system, end).map_err(AdaptiveError::Dynamics)?;
+            let (system, states) = (&self.model.system, &mut self.states);
+            let closing = self.crossing.first_crossing(&self.integrator, |_, y| {
+                (0..n_contacts).map(|i| smallest_gap(system, states, y, i)).fold(f64::INFINITY, nan_min)
+            });
+            let closing = closing.map_err(AdaptiveError::Dynamics)?;
+            let reached = closing.map_or(step.end, |c| c.before);
+            self.store_until(reached)?;
+            if let Some(crossing) = closing {
+                self.integrator.interpolate(crossing.before, &mut self.interpolated);
+                self.integrator.restart(crossing.before, &self.interpolated);
+                self.store()?;
+                return Ok(false);
+            }
+            if self.observer.progress(step.end, step.end - step.start, PhaseKind::Free) == Continue::Interrupt {
+                self.store()?;
+                return Ok(true);
+            }
+        }
+        if self.sample.time < end {
+            self.store()?;
+        }
+        Ok(false)
+    }
+
+    /// Integrates until every contact has been open for the quiet time; returns whether the observer stopped the run.
+    fn impact_phase(&mut self, start: f64) -> Result<bool, AdaptiveError> {
+        let (started, before) = (Instant::now(), self.integrator.statistics());
+        let quiet = self.settings.quiet_time.unwrap_or(QUIET_STEPS * self.impact_step);
+        let mut last_force = start;
+        let mut is_interrupted = false;
+        self.watch(None)?;
+        let mut most_active = vec![0u32; self.watches.len()];
+        while self.integrator.time() < self.settings.end_time {
+            let step = self
+                .integrator
+                .step(&mut self.model.system, self.settings.end_time)
+                .map_err(AdaptiveError::Dynamics)?;
+            self.store()?;
+            self.watch(Some(step.end))?;
+            for (most, contact) in most_active.iter_mut().zip(&self.sample.contacts) {
+                *most = (*most).max(contact.active_points);
+            }
+            if self.sample.contacts.iter().any(|c| c.normal_force > 0.0) {
+                last_force = step.end;
+            }
+            let progress = self.observer.progress(step.end, step.end - step.start, PhaseKind::Impact);
+            is_interrupted = progress == Continue::Interrupt;
+            if is_interrupted || (step.end - last_force >= quiet && self.is_separating()) {
+                break;
+            }
+        }
+        self.next_output = self.integrator.time() + self.settings.free_interval;
+        let statistics = self.integrator.statistics();
+        let reference = TryRecord {
+            start,
+            stop: self.integrator.time(),
+            steps: statistics.steps - before.steps,
+            rejected: statistics.rejected - before.rejected,
+            wall_time: started.elapsed().as_secs_f64(),
+            ..TryRecord::default()
+        };
+        self.finish_impacts(&most_active, &reference, is_interrupted)?;
+        Ok(is_interrupted)
+    }
+
+    /// Whether every gap is open and wider than before the last step.
+    fn is_separating(&mut self) -> bool {
+        let (system, states) = (&self.model.system, &mut self.states);
+        let (before, now) = (self.integrator.previous_state(), self.integrator.state());
+        (0..system.forces().len()).all(|i| {
+            let gap = smallest_gap(system, states, now, i);
+            gap > 0.0 && gap > smallest_gap(system, states, before, i)
+        })
+    }
+
+    /// Shows the present instant to the watches, and copies the state where a stress request asks for the peak force.
+    fn watch(&mut self, step_end: Option<f64>) -> Result<(), AdaptiveError> {
+        for i in 0..self.watches.len() {
+            let y = self.integrator.state();
+            let body = self.model.system.forces()[i].body;
+            let velocity = normal_velocity(&self.model.system, y, i, &mut self.states[body]);
+            let contact = &self.model.system.forces()[i];
+            let report = *contact.contact.report();
+            let now = ContactInstant {
+                time: self.integrator.time(),
+                force: report.normal_force,
+                impulse: self.model.system.impulse(y, i).dot(&contact.normal),
+                velocity,
+            };
+            if report.is_rim_touched && report.normal_force > 0.0 {
+                return Err(AdaptiveError::IntervalTooSmall {
+                    contact: self.model.contact_names[i].clone(),
+                    time: now.time,
+                    width: self.model.interval_widths[i][0],
+                });
+            }
+            let (touch, release) = match step_end {
+                Some(_) => (self.change(i, 1.0)?, self.change(i, -1.0)?),
+                None => (None, None),
+            };
+            if self.watches[i].step(now, touch, release) {
+                self.model.remember_peak(i, now.force, now.time, self.integrator.state());
+            }
+        }
+        Ok(())
+    }
+
+    /// Time in the last step at which contact `i` closed (`sign` 1) or opened (−1).
+    fn change(&mut self, i: usize, sign: f64) -> Result<Option<f64>, AdaptiveError> {
+        let (system, states) = (&self.model.system, &mut self.states);
+        let (before, now) = (self.integrator.previous_state(), self.integrator.state());
+        let first = sign * smallest_gap(system, states, before, i);
+        let last = sign * smallest_gap(system, states, now, i);
+        if !(first > 0.0 && last <= 0.0) {
+            return Ok(None);
+        }
+        let found = self
+            .crossing
+            .first_crossing(&self.integrator, |_, y| sign * smallest_gap(system, states, y, i))
+            .map_err(AdaptiveError::Dynamics)?;
+        Ok(found.map(|c| c.time))
+    }
+
+    fn finish_impacts(
+        &mut self,
+        most_active: &[u32],
+        reference: &TryRecord,
+        is_interrupted: bool,
+    ) -> Result<(), AdaptiveError> {
+        for (i, watch) in self.watches.iter_mut().enumerate() {
+            let Some(record) = watch.finish(i as u32) else { continue };
+            let penalty = self.model.system.forces()[i].contact.penalty();
+            let n_points = self.model.system.forces()[i].contact.submodel().n_points();
+            let sizes = self.model.try_sizes(i);
+            let attempt = TryRecord {
+                impact: self.n_impacts,
+                number: 1,
+                penalty_start: penalty,
+                penalty_end: penalty,
+                interval_widths: self.model.interval_widths[i],
+                utilisation: [f64::from(most_active[i]) / n_points as f64, 0.0],
+                peak_force: record.peak_force,
+                outcome: if is_interrupted { "interrupted" } else { "accepted" }.into(),
+                reason: "refinement and penalty are given".into(),
+                elements: sizes.elements,
+                freedoms: sizes.freedoms,
+                interface_freedoms: sizes.interface,
+                ..reference.clone()
+            };
+            self.observer.impact(&record)?;
+            self.observer.attempt(&attempt)?;
+            self.n_impacts += 1;
+        }
+        Ok(())
+    }
+
+    /// Stores the states due up to time `t` of the last step.
+    fn store_until(&mut self, t: f64) -> Result<(), AdaptiveError> {
+        while self.next_output <= t {
+            self.integrator.interpolate(self.next_output, &mut self.interpolated);
+            let Self { model, observer, sample, n_phases, next_output, interpolated, .. } = self;
+            record(model, *observer, *n_phases, *next_output, interpolated, sample)?;
+            self.next_output += self.settings.free_interval;
+        }
+        Ok(())
+    }
+
+    /// Stores the present state.
+    fn store(&mut self) -> Result<(), AdaptiveError> {
+        let Self { model, observer, sample, n_phases, integrator, .. } = self;
+        record(model, *observer, *n_phases, integrator.time(), integrator.state(), sample)
+    }
+}
+
+/// Reports the state `y` at time `t` to the observer.
+fn record(
+    model: &mut RunModel,
+    observer: &mut dyn Observer,
+    phase: u32,
+    t: f64,
+    y: &[f64],
+    sample: &mut Sample,
+) -> Result<(), AdaptiveError> {
+    let RunModel { system, points, .. } = model;
+    fill_sample(system, points, t, y, phase, sample)
+        .map_err(|r| AdaptiveError::Dynamics(DynamicsError::Integration { time: t, reason: r.reason }))?;
+    Ok(observer.sample(sample)?)
+}
+
+/// Smallest gap of contact `i` in the state `y` [m].
+fn smallest_gap(system: &System, states: &mut [BodyState], y: &[f64], i: usize) -> f64 {
+    let contact = &system.forces()[i];
+    let state = &mut states[contact.body];
+    system.read_body(y, contact.body, state);
+    contact.contact.smallest_gap(state)
+}
+
+/// Minimum that keeps NaN.
+fn nan_min(a: f64, b: f64) -> f64 {
+    if a.is_nan() || a < b { a } else { b }
+}

@@ -1,0 +1,165 @@
+//! Follows one contact through an impact: first and last touch, peak force, impulse, velocities.
+
+use crate::record::ImpactRecord;
+
+/// What the watch needs to know of a contact at the end of a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactInstant {
+    /// Time [s].
+    pub time: f64,
+    /// Normal force [N].
+    pub force: f64,
+    /// Time integral of the normal force since the start of the run [N s].
+    pub impulse: f64,
+    /// Velocity of the contact body's centre of mass along the normal, positive when leaving [m/s].
+    pub velocity: f64,
+}
+
+/// State of a watched contact.
+#[derive(Debug, Clone, Default)]
+pub struct ImpactWatch {
+    record: Option<Running>,
+    last: Option<ContactInstant>,
+    before_last: Option<ContactInstant>,
+}
+
+#[derive(Debug, Clone)]
+struct Running {
+    start: f64,
+    end: f64,
+    peak_force: f64,
+    peak_time: f64,
+    impulse_at_start: f64,
+    approach: f64,
+    impulse: f64,
+    separation: f64,
+}
+
+impl ImpactWatch {
+    /// Whether an impact is being followed.
+    pub fn is_running(&self) -> bool {
+        self.record.is_some()
+    }
+
+    /// End of the last touch of the running impact [s]; the present time while force acts.
+    pub fn last_touch(&self) -> Option<f64> {
+        self.record.as_ref().map(|r| r.end)
+    }
+
+    /// Peak force so far [N].
+    pub fn peak_force(&self) -> f64 {
+        self.record.as_ref().map_or(0.0, |r| r.peak_force)
+    }
+
+    /// Takes the end of an accepted step. `touch` and `release` are the times at which the contact closed or opened within
+    /// the step, if it did [s]. Returns whether the force reached a new maximum at this instant.
+    pub fn step(&mut self, now: ContactInstant, touch: Option<f64>, release: Option<f64>) -> bool {
+        if now.force > 0.0 && self.record.is_none() {
+            let before = self.last.unwrap_or(now);
+            self.record = Some(Running {
+                start: touch.unwrap_or(before.time),
+                end: now.time,
+                peak_force: 0.0,
+                peak_time: now.time,
+                impulse_at_start: before.impulse,
+                approach: -before.velocity,
+                impulse: 0.0,
+                separation: now.velocity,
+            });
+        }
+        let mut is_new_peak = false;
+        if let Some(running) = &mut self.record {
+            let was_touching = self.last.is_some_and(|l| l.force > 0.0);
+            if now.force > 0.0 {
+                running.end = now.time;
+            } else if was_touching {
+                running.end = release.unwrap_or(now.time);
+            }
+            if now.force > 0.0 || was_touching {
+                running.impulse = now.impulse - running.impulse_at_start;
+                running.separation = now.velocity;
+            }
+            if now.force > running.peak_force {
+                (running.peak_force, running.peak_time) = (now.force, now.time);
+                is_new_peak = true;
+            } else if let (Some(a), Some(b)) = (self.before_last, self.last) {
+                let (time, force) = parabola_top(&a, &b, &now);
+                if force > running.peak_force {
+                    (running.peak_force, running.peak_time) = (force, time);
+                }
+            }
+        }
+        self.before_last = self.last;
+        self.last = Some(now);
+        is_new_peak
+    }
+
+    /// Ends the running impact and returns its record; `contact` is the contact's index.
+    pub fn finish(&mut self, contact: u32) -> Option<ImpactRecord> {
+        self.record.take().map(|r| ImpactRecord {
+            contact,
+            start: r.start,
+            end: r.end,
+            peak_force: r.peak_force,
+            peak_time: r.peak_time,
+            impulse: r.impulse,
+            approach_velocity: r.approach,
+            separation_velocity: r.separation,
+            restitution: r.separation / r.approach,
+        })
+    }
+}
+
+/// Top of the parabola through three instants whose middle one is the highest; the middle one otherwise.
+fn parabola_top(a: &ContactInstant, b: &ContactInstant, c: &ContactInstant) -> (f64, f64) {
+    if !(b.force > a.force && b.force > c.force) {
+        return (b.time, b.force);
+    }
+    let (left, right) = (b.time - a.time, c.time - b.time);
+    let (rise, fall) = ((b.force - a.force) / left, (c.force - b.force) / right);
+    let curvature = (fall - rise) / (left + right);
+    let slope = (rise * right + fall * left) / (left + right);
+    let offset = -0.5 * slope / curvature;
+    (b.time + offset, b.force + 0.5 * slope * offset)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn instant(time: f64, force: f64, impulse: f64, velocity: f64) -> ContactInstant {
+        ContactInstant { time, force, impulse, velocity }
+    }
+
+    #[test]
+    fn half_sine_impact_is_recorded_with_peak_between_steps() {
+        let mut watch = ImpactWatch::default();
+        let (n, peak, duration) = (23, 50.0, 1.0); // 23 steps never hit the middle
+        watch.step(instant(-0.1, 0.0, 7.0, -2.0), None, None);
+        for i in 1..=n {
+            let t = i as f64 / n as f64;
+            let force = if i == n { 0.0 } else { peak * (std::f64::consts::PI * t).sin() };
+            let impulse = 7.0 + peak / std::f64::consts::PI * (1.0 - (std::f64::consts::PI * t).cos());
+            let touch = (i == 1).then_some(0.0);
+            watch.step(instant(t * duration, force, impulse, -2.0 + 3.9 * t), touch, (i == n).then_some(1.0));
+        }
+        let r = watch.finish(3).unwrap();
+        assert_eq!((r.contact, r.start, r.end), (3, 0.0, 1.0));
+        // A parabola through three points of a sine, spacing h: error of order (pi h)^4 / 64.
+        assert!((r.peak_force / peak - 1.0).abs() < 1e-4, "{r:?}");
+        assert!((r.peak_time - 0.5).abs() < 1e-3);
+        assert!((r.impulse - 2.0 * peak / std::f64::consts::PI).abs() < 1e-12);
+        assert!((r.approach_velocity - 2.0).abs() < 1e-15 && (r.restitution - 0.95).abs() < 1e-12);
+        assert!(!watch.is_running());
+    }
+
+    #[test]
+    fn contact_that_opens_and_closes_again_is_one_impact() {
+        let mut watch = ImpactWatch::default();
+        for (t, f) in [(0.0, 0.0), (1.0, 4.0), (2.0, 0.0), (3.0, 5.0), (4.0, 0.0)] {
+            watch.step(instant(t, f, 0.0, 0.0), None, Some(t - 0.5));
+        }
+        let r = watch.finish(0).unwrap();
+        assert_eq!((r.start, r.end, r.peak_force), (0.0, 3.5, 5.0));
+    }
+}
