@@ -74,6 +74,22 @@ pub enum SplineError {
         /// Distance to the nearest point found [m].
         distance: f64,
     },
+    /// A point of an axisymmetric body lies on the wrong side of the axis.
+    #[error(
+        "radius {radius:.3e} m at parameters {parameters:?} is not positive, an axisymmetric body must lie at r >= 0"
+    )]
+    Radius {
+        /// The radius found [m].
+        radius: f64,
+        /// Where.
+        parameters: [f64; 3],
+    },
+    /// A matrix has more entries than 32-bit indices can name.
+    #[error("the matrices would have {entries} entries, at most 4294967295 are possible, use fewer elements")]
+    TooLarge {
+        /// Number of entries.
+        entries: usize,
+    },
     /// Poisson's ratio, Young's modulus or density is impossible.
     #[error("material {name} = {value}: {reason}")]
     Material {

@@ -1,1 +1,106 @@
-//! Strain, stress and von Mises stress at parameter points.
+//! Displacement, strain, stress and von Mises stress at parameter points (theory Eq. E.1 to E.6).
+
+use crate::SplineError;
+use crate::elasticity::kinematics::StressState;
+use crate::elasticity::{Material, Model};
+use crate::mapping::PointMap;
+use crate::space::{GridBasis, Space};
+
+/// Step towards the middle of the element, in parts of its size, by which a point on a singular line is moved before
+/// strains are taken: gradients do not exist on the line itself. The strain changes by about this part of its variation
+/// over the element.
+const SINGULAR_STEP: f64 = 1e-4;
+/// Below this part of the largest radius of the element `u_r / r` is replaced by its limit `∂u_r/∂r`: the limit is wrong by
+/// the square of this number, the quotient would be by round-off divided by it.
+const AXIS_LIMIT: f64 = 1e-7;
+
+/// Buffers for point evaluations; reuse them, so that an evaluation allocates nothing.
+#[derive(Debug, Clone, Default)]
+pub struct RecoveryWorkspace {
+    basis: GridBasis,
+    active: Vec<u32>,
+    nodes: Vec<[f64; 3]>,
+}
+
+impl RecoveryWorkspace {
+    /// Displacement at `xi` of element `e` from control values `displacement`, which are node-major: component `c` of
+    /// function `A` at `A * n_components + c` [m].
+    ///
+    /// # Panics
+    /// If `displacement` is shorter than the space asks for.
+    pub fn displacement(
+        &mut self,
+        space: &dyn Space,
+        n_components: usize,
+        displacement: &[f64],
+        e: usize,
+        xi: &[f64; 3],
+    ) -> [f64; 3] {
+        space.evaluate_grid(e, xi.each_ref().map(std::slice::from_ref), &mut self.basis);
+        space.active_functions(e, &mut self.active);
+        let mut u = [0.0; 3];
+        for (&a, value) in self.active.iter().zip(self.basis.values_at(0)) {
+            let at = a as usize * n_components;
+            for (sum, control) in u.iter_mut().zip(&displacement[at..at + n_components]) {
+                *sum += value * control;
+            }
+        }
+        u
+    }
+
+    /// Strain and stress at `xi` of element `e` from node-major control values `displacement` [m].
+    ///
+    /// On the axis of an axisymmetric model `ε_θθ = ∂u_r/∂r`. On singular lines of the parametrisation the state is taken
+    /// at a point moved into the element by 1e-4 of its size.
+    ///
+    /// # Errors
+    /// [`SplineError::Folded`] where the Jacobian determinant is not positive beside the singular lines.
+    ///
+    /// # Panics
+    /// If `displacement` is shorter than the space asks for.
+    pub fn stress(
+        &mut self,
+        space: &dyn Space,
+        model: &Model,
+        material: &Material,
+        displacement: &[f64],
+        e: usize,
+        xi: &[f64; 3],
+    ) -> Result<StressState, SplineError> {
+        space.active_functions(e, &mut self.active);
+        self.nodes.clear();
+        self.nodes.extend(self.active.iter().map(|&a| space.control_points()[a as usize]));
+        let mut point = *xi;
+        let mut map = self.map(space, e, &point);
+        if map.is_singular() {
+            let element = space.element(e);
+            for (x, (lower, upper)) in point.iter_mut().zip(element.lower.iter().zip(&element.upper)) {
+                *x += SINGULAR_STEP * (0.5 * (lower + upper) - *x);
+            }
+            map = self.map(space, e, &point);
+        }
+        map.volume_ratio(point)?;
+        let n_components = model.dimension();
+        let (values, first, inverse) = (self.basis.values_at(0), self.basis.first_at(0), map.inverse());
+        let (mut gradient, mut radial) = ([[0.0; 3]; 3], 0.0);
+        for (local, &a) in self.active.iter().enumerate() {
+            let control = &displacement[a as usize * n_components..][..n_components];
+            radial += values[local] * control[0];
+            for j in 0..n_components {
+                let slope: f64 = (0..n_components).map(|d| first[d][local] * inverse[d][j]).sum();
+                for (row, u) in gradient.iter_mut().zip(control) {
+                    row[j] += u * slope;
+                }
+            }
+        }
+        let radius = map.position[0];
+        let largest = self.nodes.iter().fold(0.0f64, |m, x| m.max(x[0].abs()));
+        let hoop = if radius > AXIS_LIMIT * largest { radial / radius } else { gradient[0][0] };
+        Ok(StressState::new(model, material, &gradient, hoop))
+    }
+
+    fn map(&mut self, space: &dyn Space, e: usize, xi: &[f64; 3]) -> PointMap {
+        space.evaluate_grid(e, xi.each_ref().map(std::slice::from_ref), &mut self.basis);
+        PointMap::new(space.dimension(), &self.nodes, self.basis.values_at(0), self.basis.first_at(0))
+    }
+}

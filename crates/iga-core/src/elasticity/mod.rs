@@ -1,4 +1,8 @@
 //! Isotropic linear elasticity: material law and kinematics of each model.
 
-pub mod kinematics;
 pub mod material;
+pub mod model;
+pub mod kinematics;
+
+pub use material::Material;
+pub use model::Model;

@@ -1,0 +1,371 @@
+//! The space of one or more plain NURBS patches, with coincident boundary functions tied.
+
+use super::tie::{coincident, diagonal};
+use super::{Element, GridBasis, Space};
+use crate::SplineError;
+use crate::bspline::basis_derivatives;
+use crate::knots::MAX_DEGREE;
+use crate::nurbs::Patch;
+use crate::nurbs::patch::PointBasis;
+use crate::quadrature::MAX_GAUSS;
+use crate::tensor;
+
+/// NURBS patches whose coincident boundary control points are one function each.
+///
+/// Two functions are tied if their control points coincide within 1e-9 of the body's size and both lie on the boundary
+/// of their control net: poles, collapsed edges, seams and matching patch interfaces. Interior control points are never
+/// tied. Interfaces must match in degree, knots and weights; otherwise displacements are not continuous there.
+#[derive(Debug, Clone)]
+pub struct PatchSpace {
+    patches: Vec<Patch>,
+    /// First element of each patch; the last entry is the number of elements.
+    first_element: Vec<usize>,
+    /// Function of each net entry, patch by patch.
+    functions: Vec<Vec<u32>>,
+    control_points: Vec<[f64; 3]>,
+    anchors: Vec<[f64; 3]>,
+    /// Elements on which several net entries are one function: for each entry its place among the functions.
+    collapsed: Vec<Option<Box<[u16]>>>,
+    size: f64,
+}
+
+impl PatchSpace {
+    /// Ties and numbers the functions of `patches`, net entry by net entry.
+    ///
+    /// # Errors
+    /// [`SplineError::NetSize`] if there is no patch or a patch has another number of directions than the first.
+    pub fn new(patches: Vec<Patch>) -> Result<Self, SplineError> {
+        let dimension = patches.first().map_or(0, Patch::dimension);
+        if let Some(odd) = patches.iter().find(|p| p.dimension() != dimension) {
+            let found = odd.dimension();
+            return Err(SplineError::NetSize { what: "directions", found, expected: dimension });
+        }
+        if patches.is_empty() {
+            return Err(SplineError::NetSize { what: "patches", found: 0, expected: 1 });
+        }
+        let points: Vec<[f64; 3]> = patches.iter().flat_map(|p| p.control_points()).copied().collect();
+        let on_boundary: Vec<bool> = patches.iter().flat_map(boundary_entries).collect();
+        let first = coincident(&points, |i| on_boundary[i]);
+        let (mut number, mut control_points, mut anchors) =
+            (vec![0u32; points.len()], Vec::new(), Vec::new());
+        let sizes = patches[0].net_size();
+        for (i, &j) in first.iter().enumerate() {
+            if i == j {
+                number[i] = control_points.len() as u32;
+                control_points.push(points[i]);
+                let net = tensor::unflat(&sizes, i).map(|k| k as f64);
+                anchors.push(if patches.len() == 1 { net } else { points[i] });
+            } else {
+                number[i] = number[j];
+            }
+        }
+        let (mut functions, mut first_element, mut rest) = (Vec::new(), vec![0], &number[..]);
+        for patch in &patches {
+            let (own, others) = rest.split_at(patch.n_functions());
+            functions.push(own.to_vec());
+            rest = others;
+            first_element.push(first_element[first_element.len() - 1] + patch.n_elements());
+        }
+        let size = diagonal(&control_points);
+        let collapsed = Vec::new();
+        let mut space = Self { patches, first_element, functions, control_points, anchors, collapsed, size };
+        space.collapsed = (0..space.n_elements()).map(|e| space.places(e)).collect();
+        Ok(space)
+    }
+
+    /// The patches.
+    pub fn patches(&self) -> &[Patch] {
+        &self.patches
+    }
+
+    /// Function of every net entry of patch `patch`.
+    pub fn functions(&self, patch: usize) -> &[u32] {
+        &self.functions[patch]
+    }
+
+    /// Diagonal of the bounding box of the control points [m].
+    pub fn size(&self) -> f64 {
+        self.size
+    }
+
+    /// Element `index` of patch `patch`, numbered in the space.
+    pub fn element_of_patch(&self, patch: usize, index: usize) -> usize {
+        self.first_element[patch] + index
+    }
+
+    /// Patch of element `e` and the element's number there.
+    fn locate(&self, e: usize) -> (usize, usize) {
+        let patch = self.first_element.partition_point(|&f| f <= e) - 1;
+        (patch, e - self.first_element[patch])
+    }
+
+    /// Place of every local net entry among the functions of element `e`, if some entries are the same function.
+    fn places(&self, e: usize) -> Option<Box<[u16]>> {
+        let (patch, local) = self.locate(e);
+        let mut entries = Vec::new();
+        self.patches[patch].active_functions(local, &mut entries);
+        let numbers: Vec<u32> = entries.iter().map(|&i| self.functions[patch][i as usize]).collect();
+        let mut distinct = numbers.clone();
+        distinct.sort_unstable();
+        distinct.dedup();
+        if distinct.len() == numbers.len() {
+            return None;
+        }
+        let (mut seen, mut places) = (std::collections::HashMap::new(), Vec::new());
+        for f in numbers {
+            let next = seen.len() as u16;
+            places.push(*seen.entry(f).or_insert(next));
+        }
+        Some(places.into())
+    }
+}
+
+/// For every net entry whether it lies on the boundary of the net.
+fn boundary_entries(patch: &Patch) -> Vec<bool> {
+    let sizes = patch.net_size();
+    let is_end = |i: usize| {
+        let index = tensor::unflat(&sizes, i);
+        sizes.iter().zip(index).any(|(&n, k)| k == 0 || k + 1 == n)
+    };
+    (0..patch.n_functions()).map(is_end).collect()
+}
+
+/// Adds up entries of the same function, in place; a place is never behind its entry.
+fn merge<T>(entries: &mut [T], places: &[u16], add: impl Fn(&mut T, &T))
+where
+    T: Copy,
+{
+    let mut filled = 0;
+    for (i, &place) in places.iter().enumerate() {
+        let (place, entry) = (place as usize, entries[i]);
+        if place == filled {
+            entries[place] = entry;
+            filled += 1;
+        } else {
+            add(&mut entries[place], &entry);
+        }
+    }
+}
+
+fn add_each<const N: usize>(sum: &mut [f64; N], term: &[f64; N]) {
+    for (s, t) in sum.iter_mut().zip(term) {
+        *s += t;
+    }
+}
+
+fn n_places(places: &[u16]) -> usize {
+    places.iter().max().map_or(0, |&m| m as usize + 1)
+}
+
+impl Space for PatchSpace {
+    fn dimension(&self) -> usize {
+        self.patches[0].dimension()
+    }
+
+    fn n_functions(&self) -> usize {
+        self.control_points.len()
+    }
+
+    fn control_points(&self) -> &[[f64; 3]] {
+        &self.control_points
+    }
+
+    fn anchors(&self) -> Vec<[f64; 3]> {
+        self.anchors.clone()
+    }
+
+    fn n_elements(&self) -> usize {
+        self.first_element[self.patches.len()]
+    }
+
+    fn element(&self, e: usize) -> Element {
+        let (patch, local) = self.locate(e);
+        let (lower, upper) = self.patches[patch].element(local);
+        Element { patch, lower, upper }
+    }
+
+    fn find_element(&self, patch: usize, xi: &[f64; 3]) -> usize {
+        self.first_element[patch] + self.patches[patch].find_element(xi)
+    }
+
+    /// `p` where the spline is `C^(p-1)` on both sides of the element and no edge is collapsed; `p + 1` elsewhere and
+    /// also for `p = 1` or a single element between two ends, where `p` points would leave energy-free motions.
+    fn gauss_counts(&self, e: usize) -> [usize; 3] {
+        let (patch, local) = self.locate(e);
+        let patch = &self.patches[patch];
+        let index = tensor::unflat(&patch.element_counts(), local);
+        let mut counts = [1; 3];
+        for (d, k) in patch.knots().iter().enumerate() {
+            let p = k.degree();
+            let (lower, upper) = k.element(index[d]);
+            let ends = k.domain();
+            let is_rough = |u: f64| u > ends.0 && u < ends.1 && k.multiplicity(u) > 1;
+            let full = self.collapsed[e].is_some()
+                || p == 1
+                || k.n_elements() == 1
+                || is_rough(lower)
+                || is_rough(upper);
+            counts[d] = if full { p + 1 } else { p };
+        }
+        counts
+    }
+
+    fn active_functions(&self, e: usize, out: &mut Vec<u32>) {
+        let (patch, local) = self.locate(e);
+        out.clear();
+        self.patches[patch].active_functions(local, out);
+        for entry in out.iter_mut() {
+            *entry = self.functions[patch][*entry as usize];
+        }
+        if let Some(places) = &self.collapsed[e] {
+            merge(out, places, |_, _| {});
+            out.truncate(n_places(places));
+        }
+    }
+
+    fn evaluate(&self, e: usize, xi: &[f64; 3], n_derivatives: usize, out: &mut PointBasis) {
+        let (patch, local) = self.locate(e);
+        self.patches[patch].evaluate(local, xi, n_derivatives, out);
+        if let Some(places) = &self.collapsed[e] {
+            let n = n_places(places);
+            merge(&mut out.values, places, |s, t| *s += t);
+            out.values.truncate(n);
+            if n_derivatives >= 1 {
+                merge(&mut out.first, places, add_each);
+                out.first.truncate(n);
+            }
+            if n_derivatives >= 2 {
+                merge(&mut out.second, places, add_each);
+                out.second.truncate(n);
+            }
+        }
+    }
+
+    fn evaluate_grid(&self, e: usize, grid: [&[f64]; 3], out: &mut GridBasis) {
+        let (patch, local) = self.locate(e);
+        let n = self.patches[patch].n_active();
+        let n_points = grid.iter().map(|g| g.len()).product();
+        out.resize(n, n_points);
+        evaluate_tensor(&self.patches[patch], local, grid, out);
+        if let Some(places) = &self.collapsed[e] {
+            merge_grid(out, places);
+        }
+    }
+}
+
+/// Merges the functions of every point and closes the gaps.
+fn merge_grid(out: &mut GridBasis, places: &[u16]) {
+    let (n, merged, n_points) = (out.n_active, n_places(places), out.n_points);
+    let [first, second, third] = &mut out.first;
+    for list in [&mut out.values, first, second, third] {
+        for q in 0..n_points {
+            merge(&mut list[q * n..(q + 1) * n], places, |s, t| *s += t);
+            list.copy_within(q * n..q * n + merged, q * merged);
+        }
+    }
+    out.resize(merged, n_points);
+}
+
+/// Values and first derivatives of the one-dimensional functions at one grid coordinate.
+const ROW: usize = 2 * (MAX_DEGREE + 1);
+
+/// One-dimensional tables of one direction.
+struct Table {
+    order: usize,
+    rows: [[f64; ROW]; MAX_GAUSS],
+}
+
+impl Table {
+    fn values(&self, q: usize) -> (&[f64], &[f64]) {
+        self.rows[q][..2 * self.order].split_at(self.order)
+    }
+}
+
+/// Rational basis on a tensor grid: products of one-dimensional tables, then division by the weight function
+/// (theory Eq. S.4).
+fn evaluate_tensor(patch: &Patch, e: usize, grid: [&[f64]; 3], out: &mut GridBasis) {
+    let index = tensor::unflat(&patch.element_counts(), e);
+    let mut tables = [(); 3].map(|()| Table { order: 1, rows: [[1.0; ROW]; MAX_GAUSS] });
+    let (mut first, mut strides, mut stride) = ([0; 3], [0; 3], 1);
+    for (d, k) in patch.knots().iter().enumerate() {
+        debug_assert!(grid[d].len() <= MAX_GAUSS);
+        tables[d].order = k.degree() + 1;
+        first[d] = k.element_span(index[d]) - k.degree();
+        (strides[d], stride) = (stride, stride * k.n_functions());
+        for (row, &u) in tables[d].rows.iter_mut().zip(grid[d]) {
+            basis_derivatives(k, index[d], u, 1, row);
+        }
+    }
+    let corner: usize = (0..3).map(|d| first[d] * strides[d]).sum();
+    let weights = &patch.weights()[corner..];
+    let dimension = patch.dimension();
+    let n = out.n_active;
+    let mut q = 0;
+    for q2 in 0..grid[2].len() {
+        for q1 in 0..grid[1].len() {
+            for q0 in 0..grid[0].len() {
+                let at = q * n..(q + 1) * n;
+                let [f0, f1, f2] = &mut out.first;
+                let slots =
+                    [&mut out.values[at.clone()], &mut f0[at.clone()], &mut f1[at.clone()], &mut f2[at]];
+                weighted_products(&tables, [q0, q1, q2], weights, strides, slots);
+                q += 1;
+            }
+        }
+    }
+    for q in 0..out.n_points {
+        divide_by_weight(out, q, dimension);
+    }
+}
+
+/// `w N` and its parametric derivatives at one grid point.
+fn weighted_products(
+    tables: &[Table; 3],
+    q: [usize; 3],
+    weights: &[f64],
+    strides: [usize; 3],
+    [values, d0, d1, d2]: [&mut [f64]; 4],
+) {
+    let (n0, m0) = tables[0].values(q[0]);
+    let (n1, m1) = tables[1].values(q[1]);
+    let (n2, m2) = tables[2].values(q[2]);
+    let order = n0.len();
+    let mut start = 0;
+    for k in 0..n2.len() {
+        for j in 0..n1.len() {
+            let (plain, along1, along2) = (n1[j] * n2[k], m1[j] * n2[k], n1[j] * m2[k]);
+            let w = &weights[j * strides[1] + k * strides[2]..][..order];
+            let row = start..start + order;
+            let (v, a) = (&mut values[row.clone()], &mut d0[row.clone()]);
+            let (b, c) = (&mut d1[row.clone()], &mut d2[row]);
+            for i in 0..order {
+                let wn = w[i] * n0[i];
+                v[i] = wn * plain;
+                a[i] = w[i] * m0[i] * plain;
+                b[i] = wn * along1;
+                c[i] = wn * along2;
+            }
+            start += order;
+        }
+    }
+}
+
+fn divide_by_weight(out: &mut GridBasis, q: usize, dimension: usize) {
+    let at = q * out.n_active..(q + 1) * out.n_active;
+    let values = &mut out.values[at.clone()];
+    let inverse = 1.0 / values.iter().sum::<f64>();
+    for v in values.iter_mut() {
+        *v *= inverse;
+    }
+    for (d, first) in out.first.iter_mut().enumerate() {
+        let first = &mut first[at.clone()];
+        if d >= dimension {
+            first.fill(0.0);
+            continue;
+        }
+        let slope = first.iter().sum::<f64>();
+        for (f, v) in first.iter_mut().zip(values.iter()) {
+            *f = (*f - v * slope) * inverse;
+        }
+    }
+}
