@@ -66,6 +66,14 @@ pub enum SplineError {
         /// Where.
         parameters: [f64; 3],
     },
+    /// What was asked for is not possible on several patches.
+    #[error("shape of {n_patches} patches: {reason}")]
+    MultiPatch {
+        /// Number of patches.
+        n_patches: usize,
+        /// The rule that is broken, with a remedy.
+        reason: &'static str,
+    },
     /// A point lies outside the body or the search for it did not converge.
     #[error("point ({}, {}, {}) m is not in the body, nearest distance {distance:.3e} m", point[0], point[1], point[2])]
     PointNotFound {

@@ -82,6 +82,35 @@ impl KnotVector {
         Self::from_breaks(degree, &breaks)
     }
 
+    /// The knot vector of degree `p + by` with the same breaks and the same smoothness at each of them: every knot stands
+    /// `by` times more.
+    ///
+    /// # Errors
+    /// [`SplineError::Degree`] beyond the supported range.
+    pub fn elevated(&self, by: usize) -> Result<Self, SplineError> {
+        let mut knots = Vec::with_capacity(self.knots.len() + by * (self.spans.len() + 1));
+        for run in self.knots.chunk_by(|a, b| a.total_cmp(b).is_eq()) {
+            knots.extend_from_slice(run);
+            knots.extend(std::iter::repeat_n(run[0], by));
+        }
+        Self::new(self.degree.saturating_add(by), knots)
+    }
+
+    /// The knot vector with further knots, in any order, repeated as often as they are listed.
+    ///
+    /// # Errors
+    /// [`SplineError::Knots`] for a knot outside the open range or one that would stand more than `p` times.
+    pub fn with_knots(&self, more: &[f64]) -> Result<Self, SplineError> {
+        let (a, b) = self.domain();
+        if let Some(u) = more.iter().find(|&&u| !(u > a && u < b)) {
+            return Err(SplineError::Knots { reason: format!("new knot {u} is not inside ({a}, {b})") });
+        }
+        let mut knots = self.knots.clone();
+        knots.extend_from_slice(more);
+        knots.sort_by(f64::total_cmp);
+        Self::new(self.degree, knots)
+    }
+
     /// Degree `p`.
     pub fn degree(&self) -> usize {
         self.degree

@@ -1,9 +1,21 @@
 //! NURBS patches: geometry, refinement and named exact shapes.
 
+pub mod jet;
 pub mod patch;
 pub mod refine;
+pub mod grading;
 pub mod shape;
 pub mod primitives;
+pub mod box_newton;
+pub mod locate;
+pub mod interface;
+pub mod local;
 
+pub use grading::{Grading, Window};
+pub use interface::FaceId;
+pub use jet::Jet;
+pub use local::{RefinementWindow, refine_near};
+pub use locate::{Located, PatchSearch, locate};
 pub use patch::Patch;
-pub use shape::Shape;
+pub use refine::Prolongation;
+pub use shape::{Shape, SingularSet};

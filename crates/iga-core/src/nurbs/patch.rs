@@ -5,6 +5,8 @@ use crate::bspline::basis_derivatives;
 use crate::knots::{KnotVector, MAX_DEGREE};
 use crate::tensor;
 
+use super::jet::Jet;
+
 /// A NURBS patch with 1, 2 or 3 parametric directions in space.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Patch {
@@ -105,7 +107,7 @@ impl Patch {
 
     /// Lower and upper parametric corner of an element.
     pub fn element(&self, e: usize) -> ([f64; 3], [f64; 3]) {
-        let index = tensor::unflat(&self.element_counts(), e);
+        let index = self.element_index(e);
         let (mut lower, mut upper) = ([0.0; 3], [0.0; 3]);
         for (d, k) in self.knots.iter().enumerate() {
             (lower[d], upper[d]) = k.element(index[d]);
@@ -113,31 +115,48 @@ impl Patch {
         (lower, upper)
     }
 
+    /// Lower and upper corner of the parametric domain.
+    pub fn domain(&self) -> ([f64; 3], [f64; 3]) {
+        let (mut lower, mut upper) = ([0.0; 3], [0.0; 3]);
+        for (d, k) in self.knots.iter().enumerate() {
+            (lower[d], upper[d]) = k.domain();
+        }
+        (lower, upper)
+    }
+
     /// The element that holds a parametric point; points outside are clamped into the patch.
     pub fn find_element(&self, xi: &[f64; 3]) -> usize {
-        let mut index = [0; 3];
+        self.knots.iter().zip(xi).rev().fold(0, |e, (k, &u)| e * k.n_elements() + k.find_element(u))
+    }
+
+    /// Net indices of the functions active on element `e`, first direction fastest.
+    pub fn active_indices(&self, e: usize) -> impl Iterator<Item = usize> + use<> {
+        let index = self.element_index(e);
+        let (mut first, mut n, mut sizes) = ([0; 3], [1; 3], [1; 3]);
         for (d, k) in self.knots.iter().enumerate() {
-            index[d] = k.find_element(xi[d]);
+            first[d] = k.element_span(index[d]) - k.degree();
+            n[d] = k.degree() + 1;
+            sizes[d] = k.n_functions();
         }
-        tensor::flat(&self.element_counts(), &index[..self.dimension()])
+        (first[2]..first[2] + n[2]).flat_map(move |k| {
+            (first[1]..first[1] + n[1]).flat_map(move |j| {
+                let row = sizes[0] * (j + sizes[1] * k) + first[0];
+                row..row + n[0]
+            })
+        })
     }
 
     /// Appends the net indices of the functions active on element `e`, first direction fastest.
     pub fn active_functions(&self, e: usize, out: &mut Vec<u32>) {
-        let index = tensor::unflat(&self.element_counts(), e);
-        let sizes = self.net_size();
-        let (mut first, mut n) = ([0; 3], [1; 3]);
-        for (d, k) in self.knots.iter().enumerate() {
-            first[d] = k.element_span(index[d]) - k.degree();
-            n[d] = k.degree() + 1;
+        out.extend(self.active_indices(e).map(|i| i as u32));
+    }
+
+    fn element_index(&self, e: usize) -> [usize; 3] {
+        let mut counts = [1; 3];
+        for (count, k) in counts.iter_mut().zip(&self.knots) {
+            *count = k.n_elements();
         }
-        let (n0, n1) = (sizes[0], sizes.get(1).copied().unwrap_or(1));
-        for k in first[2]..first[2] + n[2] {
-            for j in first[1]..first[1] + n[1] {
-                let row = n0 * (j + n1 * k) + first[0];
-                out.extend((row..row + n[0]).map(|i| i as u32));
-            }
-        }
+        tensor::unflat(&counts, e)
     }
 
     /// Rational basis at `xi` on element `e` with derivatives up to `n_derivatives <= 2`, stacked as
@@ -145,72 +164,72 @@ impl Patch {
     pub fn evaluate(&self, e: usize, xi: &[f64; 3], n_derivatives: usize, out: &mut PointBasis) {
         const ROW: usize = 3 * (MAX_DEGREE + 1);
         let mut tables = [[0.0; ROW]; 3];
-        let mut orders = [1usize; 3];
+        let (mut orders, mut first, mut sizes) = ([1; 3], [0; 3], [1; 3]);
+        let index = self.element_index(e);
         for table in &mut tables {
-            table[0] = 1.0; // absent directions: the constant function
+            table[0] = 1.0; // absent directions: the constant function, whose derivatives are zero
         }
-        let index = tensor::unflat(&self.element_counts(), e);
-        let (mut first, sizes) = ([0; 3], self.net_size());
         for (d, k) in self.knots.iter().enumerate() {
             orders[d] = k.degree() + 1;
+            sizes[d] = k.n_functions();
             first[d] = k.element_span(index[d]) - k.degree();
             basis_derivatives(k, index[d], xi[d], n_derivatives, &mut tables[d]);
         }
-        let n1 = sizes.get(1).copied().unwrap_or(1);
-        let table = |d: usize, k: usize, i: usize| tables[d][k * orders[d] + i];
+        // rows[d][k][i]: k-th derivative of the i-th function of direction d.
+        let rows = [0, 1, 2].map(|d| {
+            let n = orders[d];
+            [&tables[d][..n], &tables[d][n..2 * n], &tables[d][2 * n..3 * n]]
+        });
         out.values.clear();
         out.first.clear();
         out.second.clear();
         for k in 0..orders[2] {
+            let c = rows[2].map(|r| r[k]);
             for j in 0..orders[1] {
-                let row = sizes[0] * (first[1] + j + n1 * (first[2] + k)) + first[0];
-                for i in 0..orders[0] {
-                    let w = self.weights[row + i];
-                    let product =
-                        |a: usize, b: usize, c: usize| w * table(0, a, i) * table(1, b, j) * table(2, c, k);
-                    out.values.push(product(0, 0, 0));
-                    if n_derivatives >= 1 {
-                        out.first.push(self.by_direction(|d| {
-                            product((d == 0) as usize, (d == 1) as usize, (d == 2) as usize)
-                        }));
-                    }
-                    if n_derivatives >= 2 {
-                        let mut s = [0.0; 6];
-                        for (slot, &(a, b)) in s.iter_mut().zip(&SECOND_DERIVATIVES) {
-                            if b < self.dimension() {
-                                let order = |d: usize| usize::from(a == d) + usize::from(b == d);
-                                *slot = product(order(0), order(1), order(2));
-                            }
-                        }
-                        out.second.push(s);
-                    }
+                let b = rows[1].map(|r| r[j]);
+                let start = sizes[0] * (first[1] + j + sizes[1] * (first[2] + k)) + first[0];
+                let weights = &self.weights[start..start + orders[0]];
+                let a = |i: usize, order: usize| weights[i] * rows[0][order][i];
+                out.values.extend((0..orders[0]).map(|i| a(i, 0) * (b[0] * c[0])));
+                if n_derivatives >= 1 {
+                    let factors = [b[0] * c[0], b[1] * c[0], b[0] * c[1]];
+                    out.first.extend((0..orders[0]).map(|i| {
+                        let v = a(i, 0);
+                        [a(i, 1) * factors[0], v * factors[1], v * factors[2]]
+                    }));
+                }
+                if n_derivatives >= 2 {
+                    out.second.extend((0..orders[0]).map(|i| {
+                        let (v, g, h) = (a(i, 0), a(i, 1), a(i, 2));
+                        [
+                            h * b[0] * c[0],
+                            v * b[2] * c[0],
+                            v * b[0] * c[2],
+                            g * b[1] * c[0],
+                            g * b[0] * c[1],
+                            v * b[1] * c[1],
+                        ]
+                    }));
                 }
             }
         }
         make_rational(out);
     }
 
-    fn by_direction(&self, f: impl Fn(usize) -> f64) -> [f64; 3] {
-        let mut v = [0.0; 3];
-        for (d, slot) in v.iter_mut().enumerate().take(self.dimension()) {
-            *slot = f(d);
-        }
-        v
-    }
-
     /// Point of the patch at parameters `xi` [m].
     pub fn point(&self, xi: &[f64; 3]) -> [f64; 3] {
-        let e = self.find_element(xi);
-        let (mut basis, mut active) = (PointBasis::default(), Vec::new());
-        self.evaluate(e, xi, 0, &mut basis);
-        self.active_functions(e, &mut active);
-        let mut x = [0.0; 3];
-        for (&a, r) in active.iter().zip(&basis.values) {
-            for (xc, pc) in x.iter_mut().zip(&self.control_points[a as usize]) {
-                *xc += r * pc;
-            }
-        }
-        x
+        self.jet(xi, 0, &mut PointBasis::default()).point
+    }
+
+    /// Point and derivatives up to `n_derivatives <= 2` at parameters `xi`; `scratch` spares allocations.
+    pub fn jet(&self, xi: &[f64; 3], n_derivatives: usize, scratch: &mut PointBasis) -> Jet {
+        self.jet_on(self.find_element(xi), xi, n_derivatives, scratch)
+    }
+
+    /// As [`Patch::jet`] on element `e`, so that one-sided values at knots are well defined.
+    pub fn jet_on(&self, e: usize, xi: &[f64; 3], n_derivatives: usize, scratch: &mut PointBasis) -> Jet {
+        self.evaluate(e, xi, n_derivatives, scratch);
+        Jet::combine(scratch, self.active_indices(e).map(|i| self.control_points[i]))
     }
 }
 

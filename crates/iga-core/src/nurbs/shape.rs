@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::Patch;
+use super::patch::PointBasis;
+use crate::SplineError;
 
 /// Where a parametrisation is singular: all parameter points of `patch` whose fixed parameters agree.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,6 +17,17 @@ pub struct SingularSet {
     pub name: String,
 }
 
+impl SingularSet {
+    /// Whether the closed parameter box `[lower, upper]` touches the set.
+    pub fn touches(&self, lower: &[f64; 3], upper: &[f64; 3]) -> bool {
+        let margin = |d: usize| 1e-12 * (1.0 + lower[d].abs().max(upper[d].abs())); // round-off of parameters
+        self.parameters
+            .iter()
+            .enumerate()
+            .all(|(d, p)| p.is_none_or(|v| lower[d] - margin(d) <= v && v <= upper[d] + margin(d)))
+    }
+}
+
 /// Exact geometry of a body in its own frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shape {
@@ -24,4 +37,138 @@ pub struct Shape {
     pub markers: BTreeMap<String, [f64; 3]>,
     /// Singular points, lines and faces of the parametrisation.
     pub singular: Vec<SingularSet>,
+}
+
+impl Shape {
+    /// A shape from patches given point by point: no markers, singular sets found by [`singular_sets`].
+    ///
+    /// # Errors
+    /// [`SplineError::Folded`] if a patch is inside out or folded.
+    pub fn from_patches(patches: Vec<Patch>) -> Result<Self, SplineError> {
+        let singular = patches.iter().enumerate().flat_map(|(i, p)| singular_sets(i, p)).collect();
+        let shape = Self { patches, markers: BTreeMap::new(), singular };
+        shape.check_orientation()?;
+        Ok(shape)
+    }
+
+    /// The singular set that a contact window touches, if any: `[lower, upper]` is a closed box in the parameters of patch
+    /// `patch`; on a face the fixed direction has equal ends.
+    pub fn singular_in(&self, patch: usize, lower: &[f64; 3], upper: &[f64; 3]) -> Option<&SingularSet> {
+        self.singular.iter().find(|s| s.patch == patch && s.touches(lower, upper))
+    }
+
+    /// The shape turned by the rotation matrix `rotation` (rows) about the origin of its frame; singular sets keep names.
+    ///
+    /// # Errors
+    /// As [`Patch::new`], for a matrix that is not finite.
+    pub fn turned(&self, rotation: &[[f64; 3]; 3]) -> Result<Self, SplineError> {
+        let turn = |p: &[f64; 3]| rotation.map(|row| row[0] * p[0] + row[1] * p[1] + row[2] * p[2]);
+        let patches = self.patches.iter().map(|patch| {
+            let points = patch.control_points().iter().map(turn).collect();
+            Patch::new(patch.knots().to_vec(), points, patch.weights().to_vec())
+        });
+        Ok(Self {
+            patches: patches.collect::<Result<_, _>>()?,
+            markers: self.markers.iter().map(|(name, p)| (name.clone(), turn(p))).collect(),
+            singular: self.singular.clone(),
+        })
+    }
+
+    /// Checks that no element is folded or inside out, by the sign of `det ∂x/∂ξ` at interior points of each element.
+    ///
+    /// # Errors
+    /// [`SplineError::Folded`] with the first place found.
+    pub fn check_orientation(&self) -> Result<(), SplineError> {
+        let mut scratch = PointBasis::default();
+        for patch in &self.patches {
+            let n = patch.dimension();
+            for e in 0..patch.n_elements() {
+                let (lower, upper) = patch.element(e);
+                for sample in 0..3usize.pow(n as u32) {
+                    let mut parameters = [0.0; 3];
+                    for (d, u) in parameters.iter_mut().enumerate().take(n) {
+                        let s = [0.02, 0.5, 0.98][sample / 3usize.pow(d as u32) % 3];
+                        *u = lower[d] + s * (upper[d] - lower[d]);
+                    }
+                    let determinant = patch.jet_on(e, &parameters, 1, &mut scratch).determinant(n);
+                    if determinant.is_nan() || determinant <= 0.0 {
+                        return Err(SplineError::Folded { determinant, parameters });
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Corners, edges and faces of a patch's parameter box on which `det ∂x/∂ξ` vanishes throughout, the largest ones only.
+pub fn singular_sets(index: usize, patch: &Patch) -> Vec<SingularSet> {
+    let (lower, upper) = patch.domain();
+    let n = patch.dimension();
+    let scale = determinant_scale(patch);
+    let mut found: Vec<SingularSet> = Vec::new();
+    // Each direction is at its lower end, at its upper end, or free; sets with few fixed directions come first.
+    let mut candidates: Vec<[usize; 3]> = (0..3usize.pow(n as u32))
+        .map(|c| [c % 3, c / 3 % 3, c / 9].map(|v| 2 - v))
+        .filter(|c| c[..n].iter().any(|&v| v != 2))
+        .collect();
+    candidates.sort_by_key(|c| c[..n].iter().filter(|&&v| v != 2).count());
+    for candidate in candidates {
+        let mut parameters = [None; 3];
+        for d in 0..n {
+            parameters[d] = [Some(lower[d]), Some(upper[d]), None][candidate[d]];
+        }
+        let inside =
+            |s: &SingularSet| (0..3).all(|d| s.parameters[d].is_none() || s.parameters[d] == parameters[d]);
+        if !found.iter().any(inside) && vanishes(patch, &parameters, scale) {
+            let text: Vec<String> =
+                parameters[..n].iter().map(|p| p.map_or("·".into(), |v| v.to_string())).collect();
+            let name = format!("singular set at parameters ({})", text.join(", "));
+            found.push(SingularSet { patch: index, parameters, name });
+        }
+    }
+    found
+}
+
+/// Product of the largest tangents found at sample points.
+fn determinant_scale(patch: &Patch) -> f64 {
+    let mut largest = [0.0f64; 3];
+    for xi in samples(patch, &[None; 3]) {
+        let jet = patch.jet(&xi, 1, &mut PointBasis::default());
+        for (m, t) in largest.iter_mut().zip(&jet.first) {
+            *m = m.max(super::jet::norm(t));
+        }
+    }
+    largest[..patch.dimension()].iter().product()
+}
+
+fn vanishes(patch: &Patch, parameters: &[Option<f64>; 3], scale: f64) -> bool {
+    let mut scratch = PointBasis::default();
+    // Determinants of exact singular points come out at round-off, some 1e-16 of the scale.
+    samples(patch, parameters)
+        .iter()
+        .all(|xi| patch.jet(xi, 1, &mut scratch).determinant(patch.dimension()).abs() < 1e-12 * scale)
+}
+
+fn samples(patch: &Patch, parameters: &[Option<f64>; 3]) -> Vec<[f64; 3]> {
+    const SHARES: [f64; 5] = [0.07, 0.23, 0.41, 0.66, 0.91];
+    let (lower, upper) = patch.domain();
+    let mut points = vec![[0.0; 3]];
+    for d in 0..patch.dimension() {
+        let values = match parameters[d] {
+            Some(v) => vec![v],
+            None => SHARES.iter().map(|s| lower[d] + s * (upper[d] - lower[d])).collect(),
+        };
+        points = points
+            .iter()
+            .flat_map(|p| {
+                values.iter().map(|&v| {
+                    let mut q = *p;
+                    q[d] = v;
+                    q
+                })
+            })
+            .collect();
+    }
+    points
 }

@@ -1,0 +1,194 @@
+//! Safeguarded Newton minimisation over a parameter box with at most three variables.
+//!
+//! Variables at a bound that the descent direction would leave are held; the free block of the Hessian is shifted until it
+//! is positive definite; steps are cut back until the objective falls. Never panics, never leaves the box.
+
+/// Objective at a point, with derivatives.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Sample {
+    /// Value.
+    pub value: f64,
+    /// Round-off of the value: differences below it carry no information.
+    pub noise: f64,
+    /// First derivatives.
+    pub gradient: [f64; 3],
+    /// Second derivatives, symmetric.
+    pub hessian: [[f64; 3]; 3],
+}
+
+const MAX_ITERATIONS: usize = 60;
+const MAX_CUTS: usize = 30;
+
+/// A local minimum of `objective` in the closed box, from `start` (clamped into it), with the objective's value there.
+/// Directions with `lower == upper` are fixed. If the iteration stalls, the best point so far is returned.
+pub fn minimize(
+    mut objective: impl FnMut(&[f64; 3]) -> Sample,
+    start: &[f64; 3],
+    lower: &[f64; 3],
+    upper: &[f64; 3],
+) -> ([f64; 3], f64) {
+    let into_box = |xi: [f64; 3]| [0, 1, 2].map(|d| xi[d].max(lower[d]).min(upper[d]));
+    let mut xi = into_box(*start);
+    let mut here = objective(&xi);
+    for _ in 0..MAX_ITERATIONS {
+        let free = [0, 1, 2].map(|d| {
+            let (at_lower, at_upper) = (xi[d] <= lower[d], xi[d] >= upper[d]);
+            let g = here.gradient[d];
+            lower[d] < upper[d] && g != 0.0 && !(at_lower && g > 0.0) && !(at_upper && g < 0.0)
+        });
+        if free == [false; 3] {
+            break;
+        }
+        let scale = diagonal_scale(&here.hessian, &free);
+        let newton = newton_step(&here, &free, &scale);
+        let gradient_step = [0, 1, 2].map(|d| if free[d] { -here.gradient[d] / scale[d] } else { 0.0 });
+        let mut accepted = None;
+        'directions: for step in [newton, gradient_step] {
+            let mut length = 1.0;
+            for _ in 0..MAX_CUTS {
+                let trial = into_box([0, 1, 2].map(|d| xi[d] + length * step[d]));
+                let there = objective(&trial);
+                if improves(&here, &there, &xi, &trial, &free, &scale) {
+                    accepted = Some((trial, there));
+                    break 'directions;
+                }
+                length *= 0.5;
+            }
+        }
+        let Some((next, there)) = accepted else { break };
+        let still = (0..3).all(|d| (next[d] - xi[d]).abs() <= 4.0 * f64::EPSILON * (upper[d] - lower[d]));
+        (xi, here) = (next, there);
+        if still {
+            break;
+        }
+    }
+    (xi, here.value)
+}
+
+/// Sufficient decrease; below the noise of the value, a smaller scaled gradient.
+fn improves(
+    here: &Sample,
+    there: &Sample,
+    from: &[f64; 3],
+    to: &[f64; 3],
+    free: &[bool; 3],
+    scale: &[f64; 3],
+) -> bool {
+    let slope: f64 = (0..3).map(|d| here.gradient[d] * (to[d] - from[d])).sum();
+    if slope < 0.0 && there.value < here.value + 1e-4 * slope {
+        return true;
+    }
+    let size = |s: &Sample| -> f64 {
+        (0..3).filter(|&d| free[d]).map(|d| s.gradient[d] * s.gradient[d] / scale[d]).sum()
+    };
+    (there.value - here.value).abs() <= here.noise && size(there) < 0.5 * size(here)
+}
+
+/// Positive scales of the directions: the diagonal of the Hessian, kept off zero.
+fn diagonal_scale(hessian: &[[f64; 3]; 3], free: &[bool; 3]) -> [f64; 3] {
+    let largest = (0..3).filter(|&d| free[d]).map(|d| hessian[d][d].abs()).fold(0.0, f64::max);
+    let floor = if largest > 0.0 { 1e-10 * largest } else { 1.0 };
+    [0, 1, 2].map(|d| hessian[d][d].abs().max(floor))
+}
+
+/// Solves `(H + λ D) δ = -g` on the free directions with the least λ of a rising sequence that makes it positive definite.
+fn newton_step(here: &Sample, free: &[bool; 3], scale: &[f64; 3]) -> [f64; 3] {
+    let mut shift = 0.0;
+    for _ in 0..12 {
+        let mut matrix = here.hessian;
+        for d in 0..3 {
+            matrix[d][d] += shift * scale[d];
+        }
+        if let Some(step) = solve_free(matrix, &here.gradient, free, scale) {
+            return step;
+        }
+        shift = if shift == 0.0 { 1e-3 } else { 10.0 * shift };
+    }
+    [0.0; 3]
+}
+
+/// Solution on the free block by elimination, `None` unless every pivot is safely positive.
+fn solve_free(
+    mut a: [[f64; 3]; 3],
+    gradient: &[f64; 3],
+    free: &[bool; 3],
+    scale: &[f64; 3],
+) -> Option<[f64; 3]> {
+    let mut x = gradient.map(|g| -g);
+    for (d, row) in a.iter_mut().enumerate() {
+        for (k, entry) in row.iter_mut().enumerate() {
+            if !(free[d] && free[k]) {
+                *entry = if d == k { 1.0 } else { 0.0 };
+            }
+        }
+        x[d] = if free[d] { x[d] } else { 0.0 };
+    }
+    for k in 0..3 {
+        let limit = if free[k] { 1e-12 * scale[k] } else { 0.0 };
+        let above = a[k];
+        if above[k].is_nan() || above[k] <= limit {
+            return None;
+        }
+        for i in k + 1..3 {
+            let factor = a[i][k] / above[k];
+            for (entry, pivot_row) in a[i].iter_mut().zip(&above).skip(k + 1) {
+                *entry -= factor * pivot_row;
+            }
+            x[i] -= factor * x[k];
+        }
+    }
+    for k in (0..3).rev() {
+        let known: f64 = a[k].iter().zip(&x).skip(k + 1).map(|(c, v)| c * v).sum();
+        x[k] = (x[k] - known) / a[k][k];
+    }
+    Some(x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `(u - 0.3)^2 + (v - u^2)^2`-like valley with a saddle, minimum at (0.3, 0.09).
+    fn valley(xi: &[f64; 3]) -> Sample {
+        let (u, v) = (xi[0], xi[1]);
+        let r = v - u * u;
+        Sample {
+            value: (u - 0.3).powi(2) + 100.0 * r * r,
+            noise: 1e-15,
+            gradient: [2.0 * (u - 0.3) - 400.0 * u * r, 200.0 * r, 0.0],
+            hessian: [[2.0 - 400.0 * r + 800.0 * u * u, -400.0 * u, 0.0], [-400.0 * u, 200.0, 0.0], [0.0; 3]],
+        }
+    }
+
+    #[test]
+    fn interior_minima_are_found_from_everywhere() {
+        for start in [[-1.0, 1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0], [9.0, 9.0, 0.0]] {
+            let (xi, value) = minimize(valley, &start, &[-1.0, -1.0, 0.0], &[1.0, 1.0, 0.0]);
+            assert!((xi[0] - 0.3).abs() < 1e-8 && (xi[1] - 0.09).abs() < 1e-8, "{start:?} {xi:?}");
+            assert!(value < 1e-15);
+        }
+    }
+
+    #[test]
+    fn bounds_hold_the_minimum_back() {
+        let (xi, _) = minimize(valley, &[1.0, 1.0, 0.0], &[0.5, -1.0, 0.0], &[1.0, 1.0, 0.0]);
+        assert!((xi[0] - 0.5).abs() < 1e-12 && (xi[1] - 0.25).abs() < 1e-8, "{xi:?}");
+        // A fixed direction stays where it is.
+        let (xi, _) = minimize(valley, &[1.0, 0.0, 0.0], &[-1.0, 0.2, 0.0], &[1.0, 0.2, 0.0]);
+        assert!((xi[1] - 0.2).abs() < 1e-15);
+        assert!(valley(&xi).gradient[0].abs() < 1e-8);
+    }
+
+    #[test]
+    fn not_a_number_ends_the_search_quietly() {
+        let broken = |_: &[f64; 3]| Sample {
+            value: f64::NAN,
+            noise: f64::NAN,
+            gradient: [f64::NAN; 3],
+            hessian: [[f64::NAN; 3]; 3],
+        };
+        let (xi, value) = minimize(broken, &[0.5; 3], &[0.0; 3], &[1.0; 3]);
+        assert!(xi.iter().all(|u| (u - 0.5).abs() < 1e-15));
+        assert!(value.is_nan());
+    }
+}

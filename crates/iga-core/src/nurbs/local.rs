@@ -1,0 +1,194 @@
+//! From a coarse exact patch to the wanted degrees and elements, finer near points named in metres.
+
+use super::grading::{Grading, Window};
+use super::interface::{FaceId, FaceNet};
+use super::jet::norm;
+use super::locate::locate;
+use super::patch::PointBasis;
+use super::{Patch, Shape};
+use crate::SplineError;
+use crate::knots::MAX_DEGREE;
+
+/// A region of finer elements around a physical point, in the metric of the body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RefinementWindow {
+    /// Point of the body around which to refine [m].
+    pub centre: [f64; 3],
+    /// Distance a direction from the centre to either end of the window, along the parameter line through the centre [m].
+    pub half_width: [f64; 3],
+    /// Equal elements a direction on the part of the window that lies in the body; 0: no refinement in that direction.
+    pub elements: [usize; 3],
+    /// Growth of the element size from one element to the next outside the window, >= 1.
+    pub ratio: f64,
+}
+
+impl RefinementWindow {
+    /// The window in parameters, one a direction.
+    ///
+    /// # Errors
+    /// [`SplineError::PointNotFound`] if the centre is not in the patch; [`SplineError::Dimension`] for an impossible width.
+    pub fn parametric(&self, patch: &Patch) -> Result<[Option<Window>; 3], SplineError> {
+        let centre = locate(patch, &self.centre)?;
+        let mut windows = [None; 3];
+        for (d, window) in windows.iter_mut().enumerate().take(patch.dimension()) {
+            if self.elements[d] == 0 {
+                continue;
+            }
+            let width = self.half_width[d];
+            if !(width.is_finite() && width > 0.0) {
+                return Err(SplineError::Dimension {
+                    name: "half_width",
+                    value: width,
+                    reason: "must be a positive, finite length in metres",
+                });
+            }
+            *window = Some(Window {
+                lower: parameter_at_distance(patch, &centre, d, -width),
+                upper: parameter_at_distance(patch, &centre, d, width),
+                elements: self.elements[d],
+                ratio: self.ratio,
+            });
+        }
+        Ok(windows)
+    }
+}
+
+/// Parameter in direction `d` at which the arc length along the parameter line from `from` is `|distance|`, upwards for a
+/// positive one and downwards for a negative one; the end of the range if the line is shorter (theory Eq. S.9).
+pub fn parameter_at_distance(patch: &Patch, from: &[f64; 3], d: usize, distance: f64) -> f64 {
+    /// Pieces an element for the arc length: their error is far below round-off of a window's width.
+    const PIECES: usize = 16;
+    let mut scratch = PointBasis::default();
+    let mut speed = |u: f64| {
+        let mut xi = *from;
+        xi[d] = u;
+        norm(&patch.jet(&xi, 1, &mut scratch).first[d])
+    };
+    let mut stops: Vec<f64> = patch.knots()[d].breaks();
+    if distance < 0.0 {
+        stops.reverse();
+    }
+    let sign = distance.signum();
+    let mut u = from[d];
+    let mut left = distance.abs();
+    for stop in stops.into_iter().filter(|s| (s - from[d]) * sign > 0.0) {
+        let start = u;
+        for k in 1..=PIECES {
+            let next = start + (stop - start) * (k as f64 / PIECES as f64);
+            let length = arc_length(&mut speed, u, next);
+            if length >= left {
+                return solve_arc(&mut speed, u, next, left);
+            }
+            left -= length;
+            u = next;
+        }
+        u = stop;
+    }
+    u
+}
+
+/// Parameter between `a` and `b` at which the arc length from `a` is `target`: Newton, bisected where it leaves the bracket.
+fn solve_arc(speed: &mut impl FnMut(f64) -> f64, a: f64, b: f64, target: f64) -> f64 {
+    let (mut near, mut far) = (a, b);
+    let mut u = 0.5 * (a + b);
+    for _ in 0..60 {
+        let miss = arc_length(speed, a, u) - target;
+        if miss > 0.0 {
+            far = u;
+        } else {
+            near = u;
+        }
+        let step = miss / speed(u) * (b - a).signum();
+        let inside = |v: f64| (v - near) * (v - far) <= 0.0;
+        let next = if inside(u - step) { u - step } else { 0.5 * (near + far) };
+        if (next - u).abs() <= 2.0 * f64::EPSILON * u.abs().max((b - a).abs()) {
+            return next;
+        }
+        u = next;
+    }
+    u
+}
+
+/// `∫ speed |du|` by the five-point Gauss rule (nodes and weights in closed form).
+fn arc_length(speed: &mut impl FnMut(f64) -> f64, a: f64, b: f64) -> f64 {
+    let root = 2.0 * (10.0f64 / 7.0).sqrt();
+    let (inner, outer) = ((5.0 - root).sqrt() / 3.0, (5.0 + root).sqrt() / 3.0);
+    let s70 = 13.0 * 70f64.sqrt();
+    let (w_inner, w_outer) = ((322.0 + s70) / 900.0, (322.0 - s70) / 900.0);
+    let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
+    let mut sum = 128.0 / 225.0 * speed(middle);
+    for (node, weight) in [(inner, w_inner), (outer, w_outer)] {
+        sum += weight * (speed(middle - half * node) + speed(middle + half * node));
+    }
+    sum * half.abs()
+}
+
+/// A patch of the wanted degrees with `elements` elements a direction, finer in the windows; same geometry. New knots are
+/// simple, so the basis is `C^(p-1)` at them.
+///
+/// # Errors
+/// [`SplineError::Degree`] for a degree below the patch's own; [`SplineError::NetSize`] if `degrees` or `elements` do not
+/// have an entry a direction; [`SplineError::Dimension`] and [`SplineError::PointNotFound`] from the windows.
+pub fn refine_near(
+    patch: &Patch,
+    degrees: &[usize],
+    elements: &[usize],
+    windows: &[RefinementWindow],
+) -> Result<Patch, SplineError> {
+    let expected = patch.dimension();
+    for (what, found) in [("degrees", degrees.len()), ("element counts", elements.len())] {
+        if found != expected {
+            return Err(SplineError::NetSize { what, found, expected });
+        }
+    }
+    let windows = windows.iter().map(|w| w.parametric(patch)).collect::<Result<Vec<_>, SplineError>>()?;
+    let mut fine = patch.clone();
+    for d in 0..expected {
+        let knots = &patch.knots()[d];
+        if !(knots.degree()..=MAX_DEGREE).contains(&degrees[d]) {
+            return Err(SplineError::Degree { degree: degrees[d], min: knots.degree(), max: MAX_DEGREE });
+        }
+        let grading =
+            Grading { elements: elements[d], windows: windows.iter().filter_map(|w| w[d]).collect() };
+        let existing = knots.breaks();
+        let mut breaks = grading.breaks(&existing)?;
+        breaks.retain(|u| !existing.contains(u));
+        let target = knots.elevated(degrees[d] - knots.degree())?.with_knots(&breaks)?;
+        fine = fine.refine_to(d, &target)?;
+    }
+    Ok(fine)
+}
+
+impl Shape {
+    /// The shape with the wanted degrees and `elements` elements a direction on every patch, finer in the windows.
+    ///
+    /// # Errors
+    /// As [`refine_near`]; [`SplineError::MultiPatch`] for windows on a shape of several patches, or if patches that share
+    /// a face would get different knots on it.
+    pub fn refined(
+        &self,
+        degrees: &[usize],
+        elements: &[usize],
+        windows: &[RefinementWindow],
+    ) -> Result<Self, SplineError> {
+        let n_patches = self.patches.len();
+        if n_patches > 1 && !windows.is_empty() {
+            let reason = "refined windows need a shape of one patch";
+            return Err(SplineError::MultiPatch { n_patches, reason });
+        }
+        let refine = |p: &Patch| refine_near(p, degrees, elements, windows);
+        let patches = self.patches.iter().map(refine).collect::<Result<Vec<_>, _>>()?;
+        let faces = FaceId::all(&self.patches);
+        for (i, a) in faces.iter().enumerate() {
+            for b in &faces[..i] {
+                let shared =
+                    |patches: &[Patch]| FaceNet::new(patches, *a).coincides(&FaceNet::new(patches, *b));
+                if shared(&self.patches) && !shared(&patches) {
+                    let reason = "patches share a face but not its knots, ask for equal degrees and elements";
+                    return Err(SplineError::MultiPatch { n_patches, reason });
+                }
+            }
+        }
+        Ok(Self { patches, markers: self.markers.clone(), singular: self.singular.clone() })
+    }
+}

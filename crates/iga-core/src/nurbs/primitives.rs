@@ -1,1 +1,0 @@
-//! Exact shapes by name.

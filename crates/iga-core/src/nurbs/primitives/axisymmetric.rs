@@ -1,0 +1,84 @@
+//! Meridian halves of bodies of revolution, in `(r, z)`.
+
+use super::{S, bezier, hollow, positive, shape, singular};
+use crate::SplineError;
+use crate::nurbs::Shape;
+
+/// Sphere: half-disc from the 3 x 2 net of Rückwald, Held & Seifried (2021), Eqs. (35), (36), centred at the origin.
+///
+/// The first direction runs from the axis to the equator, the second from the lower to the upper half circle. The edge at
+/// the equator is collapsed to a point; the poles `(0, ±r)` are regular, so contact belongs there.
+///
+/// # Errors
+/// [`SplineError::Dimension`] for an impossible radius.
+pub fn sphere(radius: f64) -> Result<Shape, SplineError> {
+    let r = positive("radius", radius)?;
+    let points = [[0.0, -r], [r, -r], [r, 0.0], [0.0, r], [r, r], [r, 0.0]];
+    let points = points.map(|[x, z]| [x, z, 0.0]).to_vec();
+    let patch = bezier(&[2, 1], points, vec![1.0, S, 1.0, 1.0, S, 1.0])?;
+    let markers = [
+        ("centre", [0.0; 3]),
+        ("top", [0.0, r, 0.0]),
+        ("bottom", [0.0, -r, 0.0]),
+        ("equator", [r, 0.0, 0.0]),
+    ];
+    Ok(shape(vec![patch], markers, vec![singular([Some(1.0), None, None], "equator")]))
+}
+
+/// Rod with flat ends: `0 <= r <= radius`, `0 <= z <= length`.
+///
+/// # Errors
+/// [`SplineError::Dimension`] for impossible lengths.
+pub fn rod(radius: f64, length: f64) -> Result<Shape, SplineError> {
+    let (r, l) = (positive("radius", radius)?, positive("length", length)?);
+    let points = vec![[0.0; 3], [r, 0.0, 0.0], [0.0, l, 0.0], [r, l, 0.0]];
+    let patch = bezier(&[1, 1], points, vec![1.0; 4])?;
+    Ok(shape(vec![patch], rod_markers(0.0, l), Vec::new()))
+}
+
+/// Rod with a spherical lower end: the pole is the origin, the flat upper end lies at `z = length`.
+///
+/// Net of Rückwald, Held & Seifried (2021), Eq. (38), with one change. There the middle control point of the upper edge
+/// coincides with that on the axis, which makes `∂r/∂ξ` and with it `det J` vanish along the whole jacket at `r = radius`.
+/// Here it stands at half the radius, and only the junction of sphere and jacket is singular. Same body, same exactness.
+///
+/// # Errors
+/// [`SplineError::Dimension`] for impossible lengths; the rod must be longer than its radius.
+pub fn rod_spherical_end(radius: f64, length: f64) -> Result<Shape, SplineError> {
+    let (r, l) = (positive("radius", radius)?, positive("length", length)?);
+    if l <= r {
+        return Err(SplineError::Dimension {
+            name: "length",
+            value: l,
+            reason: "must exceed the radius of the spherical end",
+        });
+    }
+    let points = [[0.0, 0.0], [r, 0.0], [r, r], [0.0, l], [0.5 * r, l], [r, l]];
+    let points = points.map(|[x, z]| [x, z, 0.0]).to_vec();
+    let patch = bezier(&[2, 1], points, vec![1.0, S, 1.0, 1.0, 1.0, 1.0])?;
+    let junction = singular([Some(1.0), Some(0.0), None], "junction of spherical end and jacket");
+    Ok(shape(vec![patch], rod_markers(0.0, l), vec![junction]))
+}
+
+/// Hollow cylinder: `inner <= r <= outer`, `0 <= z <= length`. Markers lie in the middle of the wall.
+///
+/// # Errors
+/// [`SplineError::Dimension`] for impossible lengths.
+pub fn hollow_cylinder(inner_radius: f64, outer_radius: f64, length: f64) -> Result<Shape, SplineError> {
+    let (a, b) = (inner_radius, outer_radius);
+    hollow(a, b)?;
+    let l = positive("length", length)?;
+    let points = vec![[a, 0.0, 0.0], [b, 0.0, 0.0], [a, l, 0.0], [b, l, 0.0]];
+    let patch = bezier(&[1, 1], points, vec![1.0; 4])?;
+    Ok(shape(vec![patch], rod_markers(0.5 * (a + b), l), Vec::new()))
+}
+
+fn rod_markers(r: f64, l: f64) -> [(&'static str, [f64; 3]); 5] {
+    [
+        ("start", [r, 0.0, 0.0]),
+        ("end", [r, l, 0.0]),
+        ("centre", [r, 0.5 * l, 0.0]),
+        ("bottom", [r, 0.0, 0.0]),
+        ("top", [r, l, 0.0]),
+    ]
+}

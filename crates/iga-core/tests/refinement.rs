@@ -1,0 +1,128 @@
+//! Refinement changes the space, never the geometry.
+
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use iga_core::knots::KnotVector;
+use iga_core::nurbs::{Patch, Prolongation};
+use proptest::prelude::*;
+
+// A point is a quotient of two sums of at most (p + 1)^3 products, before and after refinement.
+const ROUND_OFF: f64 = 1e-14;
+
+/// A patch with repeated interior knots and scattered points of size one.
+fn patch(degrees: &[usize], repeats: &[usize], seed: u64) -> Patch {
+    let knots: Vec<KnotVector> = degrees
+        .iter()
+        .zip(repeats)
+        .map(|(&p, &m)| {
+            let mut all = vec![0.0; p + 1];
+            all.extend(std::iter::repeat_n(0.3, m.min(p)));
+            all.push(0.7);
+            all.extend(vec![1.0; p + 1]);
+            KnotVector::new(p, all).unwrap()
+        })
+        .collect();
+    let n: usize = knots.iter().map(KnotVector::n_functions).product();
+    let mut state = seed;
+    let mut random = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1u64 << 53) as f64
+    };
+    let points = (0..n).map(|_| [random(), random(), random()]).collect();
+    let weights = (0..n).map(|_| 0.3 + random()).collect();
+    Patch::new(knots, points, weights).unwrap()
+}
+
+fn largest_difference(a: &Patch, b: &Patch, samples: &[[f64; 3]]) -> f64 {
+    let distance = |xi: &[f64; 3]| {
+        let (p, q) = (a.point(xi), b.point(xi));
+        (0..3).map(|c| (p[c] - q[c]).abs()).fold(0.0, f64::max)
+    };
+    samples.iter().map(distance).fold(0.0, f64::max)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    #[test]
+    fn elevation_and_insertion_keep_every_point(
+        degrees in prop::collection::vec(1usize..4, 1..=3),
+        repeats in prop::collection::vec(1usize..4, 3),
+        seed in any::<u64>(),
+        direction in 0usize..3,
+        by in 0usize..4,
+        more in prop::collection::vec(0.001f64..0.999, 0..5),
+        samples in prop::collection::vec([0.0f64..1.0, 0.0f64..1.0, 0.0f64..1.0], 8),
+    ) {
+        let coarse = patch(&degrees, &repeats, seed);
+        let d = direction % degrees.len();
+        let elevated = coarse.elevate(d, by).unwrap();
+        prop_assert!(largest_difference(&coarse, &elevated, &samples) < ROUND_OFF);
+        let inserted = coarse.insert_knots(d, &more).unwrap();
+        prop_assert!(largest_difference(&coarse, &inserted, &samples) < ROUND_OFF);
+        let both = elevated.insert_knots(d, &more).unwrap();
+        let other_way = inserted.elevate(d, by).unwrap();
+        prop_assert!(largest_difference(&coarse, &both, &samples) < ROUND_OFF);
+        prop_assert!(largest_difference(&coarse, &other_way, &samples) < ROUND_OFF);
+    }
+
+    #[test]
+    fn prolongation_rows_are_convex_combinations(
+        p in 1usize..5,
+        by in 0usize..3,
+        m in 1usize..5,
+        exponents in prop::collection::vec(0.0f64..12.0, 0..8),
+    ) {
+        // Knots that crowd to the lower end, spacings from 1 to 1e-12.
+        let coarse = patch(&[p], &[m], 1).knots()[0].clone();
+        let more: Vec<f64> = exponents.iter().map(|e| 0.5 * 10f64.powf(-e)).collect();
+        let fine = coarse.elevated(by).unwrap().with_knots(&more).unwrap();
+        let operator = Prolongation::new(&coarse, &fine).unwrap();
+        for i in 0..operator.n_fine() {
+            let (first, entries) = operator.row(i);
+            prop_assert!(first + entries.len() <= operator.n_coarse());
+            prop_assert!(entries.iter().all(|&v| v >= 0.0));
+            prop_assert!((entries.iter().sum::<f64>() - 1.0).abs() < ROUND_OFF);
+        }
+    }
+
+    #[test]
+    fn prolonged_fields_are_the_same_functions(seed in any::<u64>(), xi in [0.0f64..1.0, 0.0f64..1.0]) {
+        let coarse = patch(&[2, 3], &[2, 1], seed);
+        let fine = coarse.elevate(0, 2).unwrap().insert_knots(1, &[0.1, 0.5, 0.5, 0.5]).unwrap();
+        // The control points are the coefficients of the position field.
+        let prolonged = coarse.prolong_field(&fine, coarse.control_points()).unwrap();
+        let copy = Patch::new(fine.knots().to_vec(), prolonged, fine.weights().to_vec()).unwrap();
+        let xi = [xi[0], xi[1], 0.0];
+        prop_assert!(largest_difference(&coarse, &copy, &[xi]) < ROUND_OFF);
+    }
+}
+
+#[test]
+fn knots_of_full_multiplicity_split_a_patch_into_bezier_pieces() {
+    let coarse = patch(&[3], &[1], 7);
+    let fine = coarse.insert_knots(0, &[0.3, 0.3, 0.7, 0.7, 0.5, 0.5, 0.5]).unwrap();
+    assert_eq!(fine.knots()[0].n_functions(), 3 * fine.n_elements() + 1);
+    // An interpolated control point lies on the curve.
+    let p = fine.point(&[0.5, 0.0, 0.0]);
+    let on_net = fine.control_points().iter().any(|q| (0..3).all(|c| (p[c] - q[c]).abs() < ROUND_OFF));
+    assert!(on_net);
+}
+
+#[test]
+fn impossible_refinements_are_refused_with_the_numbers() {
+    let coarse = patch(&[2, 2], &[1, 1], 3);
+    for (result, word) in [
+        (coarse.elevate(0, 8), "degree 10"),
+        (coarse.elevate(2, 1), "direction 2"),
+        (coarse.insert_knots(0, &[1.0]), "not inside"),
+        (coarse.insert_knots(0, &[f64::NAN]), "not inside"),
+        (coarse.insert_knots(1, &[0.3, 0.3]), "stands 3 times"),
+        (coarse.refine_to(0, &KnotVector::uniform(2, 4).unwrap()), "are needed"),
+        (coarse.refine_to(0, &KnotVector::uniform(1, 4).unwrap()), "cannot be lowered"),
+        (coarse.refine_to(0, &KnotVector::from_breaks(2, &[0.0, 0.3, 0.7, 2.0]).unwrap()), "range"),
+    ] {
+        let text = result.unwrap_err().to_string();
+        assert!(text.contains(word), "{text}");
+    }
+}

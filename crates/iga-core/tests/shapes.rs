@@ -1,0 +1,239 @@
+//! Named shapes: closed-form sizes, exact surfaces, orientation, and where the parametrisation is singular.
+
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::f64::consts::PI;
+
+use iga_core::SplineError;
+use iga_core::knots::KnotVector;
+use iga_core::nurbs::patch::PointBasis;
+use iga_core::nurbs::primitives::{SphereNet, axisymmetric, plane, solid, sphere};
+use iga_core::nurbs::shape::singular_sets;
+use iga_core::nurbs::{Patch, Shape};
+
+/// Gauss-Legendre rule with `n` points on [0, 1], by Newton on the Legendre polynomial.
+fn gauss(n: usize) -> Vec<(f64, f64)> {
+    let rule = (0..n).map(|i| {
+        let mut x = (PI * (i as f64 + 0.75) / (n as f64 + 0.5)).cos();
+        let mut slope = 0.0;
+        for _ in 0..50 {
+            let (mut p0, mut p1) = (1.0, x);
+            for k in 2..=n {
+                (p0, p1) = (p1, ((2 * k - 1) as f64 * x * p1 - (k - 1) as f64 * p0) / k as f64);
+            }
+            slope = n as f64 * (x * p1 - p0) / (x * x - 1.0);
+            x -= p1 / slope;
+        }
+        (0.5 * (1.0 + x), 1.0 / ((1.0 - x * x) * slope * slope))
+    });
+    rule.collect()
+}
+
+/// Area or volume by Gauss points on every element; axisymmetric patches carry `2 pi r`.
+fn measure(shape: &Shape, axisymmetric: bool, n: usize) -> f64 {
+    let rule = gauss(n);
+    let mut scratch = PointBasis::default();
+    let mut sum = 0.0;
+    for patch in &shape.patches {
+        let d = patch.dimension();
+        for e in 0..patch.n_elements() {
+            let (lower, upper) = patch.element(e);
+            for q in 0..n.pow(d as u32) {
+                let (mut xi, mut weight) = ([0.0; 3], 1.0);
+                for k in 0..d {
+                    let (s, w) = rule[q / n.pow(k as u32) % n];
+                    xi[k] = lower[k] + s * (upper[k] - lower[k]);
+                    weight *= w * (upper[k] - lower[k]);
+                }
+                let jet = patch.jet_on(e, &xi, 1, &mut scratch);
+                let around = if axisymmetric { 2.0 * PI * jet.point[0] } else { 1.0 };
+                sum += weight * around * jet.determinant(d);
+            }
+        }
+    }
+    sum
+}
+
+fn shapes() -> Vec<(&'static str, Shape, bool, f64)> {
+    let (r, l) = (0.01, 0.07);
+    let ball = 4.0 / 3.0 * PI * r * r * r;
+    vec![
+        ("axisymmetric sphere", axisymmetric::sphere(r).unwrap(), true, ball),
+        ("rod", axisymmetric::rod(r, l).unwrap(), true, PI * r * r * l),
+        (
+            "rod with spherical end",
+            axisymmetric::rod_spherical_end(r, l).unwrap(),
+            true,
+            0.5 * ball + PI * r * r * (l - r),
+        ),
+        (
+            "axisymmetric hollow cylinder",
+            axisymmetric::hollow_cylinder(0.5 * r, r, l).unwrap(),
+            true,
+            0.75 * PI * r * r * l,
+        ),
+        ("rectangle", plane::rectangle(r, l).unwrap(), false, r * l),
+        ("disc", plane::disc(r).unwrap(), false, PI * r * r),
+        ("box", solid::cuboid([r, l, 0.03]).unwrap(), false, r * l * 0.03),
+        ("cylinder", solid::cylinder(r, l).unwrap(), false, PI * r * r * l),
+        ("hollow cylinder", solid::hollow_cylinder(0.5 * r, r, l).unwrap(), false, 0.75 * PI * r * r * l),
+        ("cube-net sphere", sphere::sphere(r, SphereNet::Cube).unwrap(), false, ball),
+        ("spindle-net sphere", sphere::sphere(r, SphereNet::Spindle).unwrap(), false, ball),
+        ("seven-patch sphere", sphere::sphere(r, SphereNet::Shells).unwrap(), false, ball),
+    ]
+}
+
+#[test]
+fn sizes_match_closed_forms() {
+    for (name, shape, axisymmetric, exact) in shapes() {
+        // Rational integrands: 24 points a direction integrate them to round-off.
+        let size = measure(&shape, axisymmetric, 24);
+        assert!((size / exact - 1.0).abs() < 1e-12, "{name}: {size} instead of {exact}");
+    }
+}
+
+/// A closed grid of `n + 1` values a direction on the unit box.
+fn grid(dimension: usize, n: usize) -> impl Iterator<Item = [f64; 3]> {
+    (0..(n + 1).pow(dimension as u32)).map(move |q| {
+        let mut xi = [0.0; 3];
+        for (d, u) in xi.iter_mut().enumerate().take(dimension) {
+            *u = (q / (n + 1).pow(d as u32) % (n + 1)) as f64 / n as f64;
+        }
+        xi
+    })
+}
+
+#[test]
+fn determinants_are_positive_off_the_declared_singular_sets() {
+    for (name, shape, _, _) in shapes() {
+        shape.check_orientation().unwrap_or_else(|e| panic!("{name}: {e}"));
+        for (index, patch) in shape.patches.iter().enumerate() {
+            let n = patch.dimension();
+            let mut scratch = PointBasis::default();
+            let largest =
+                grid(n, 4).map(|xi| patch.jet(&xi, 1, &mut scratch).determinant(n)).fold(0.0, f64::max);
+            for xi in grid(n, 20) {
+                let det = patch.jet(&xi, 1, &mut scratch).determinant(n) / largest;
+                if shape.singular_in(index, &xi, &xi).is_some() {
+                    assert!(det.abs() < 1e-12, "{name}: {det} at {xi:?}"); // round-off of the product
+                } else {
+                    // Near the sets the determinant falls like a power of the distance, here 1/20.
+                    assert!(det > 1e-5, "{name}: {det} at {xi:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn declared_singular_sets_are_those_that_exist() {
+    for (name, shape, _, _) in shapes() {
+        let found: Vec<_> = shape.patches.iter().enumerate().flat_map(|(i, p)| singular_sets(i, p)).collect();
+        for d in &shape.singular {
+            let exists = found.iter().any(|s| d.patch == s.patch && d.parameters == s.parameters);
+            assert!(exists, "{name}: {d:?} is regular");
+        }
+        assert_eq!(found.len(), shape.singular.len(), "{name}");
+    }
+}
+
+/// Largest deviation of `|x|` from the radius over one face.
+fn roundness(patch: &Patch, direction: usize, value: f64, radius: f64) -> f64 {
+    let deviation = |mut xi: [f64; 3]| {
+        xi[direction] = value;
+        let p = patch.point(&xi);
+        ((p[0] * p[0] + p[1] * p[1] + p[2] * p[2]).sqrt() / radius - 1.0).abs()
+    };
+    grid(patch.dimension(), 20).map(deviation).fold(0.0, f64::max)
+}
+
+// A point is a quotient of two sums of 25 products of size one.
+const ROUND_OFF: f64 = 2e-15;
+
+#[test]
+fn spherical_surfaces_are_exact() {
+    let r = 0.01;
+    let half_disc = axisymmetric::sphere(r).unwrap();
+    let cube = sphere::sphere(r, SphereNet::Cube).unwrap();
+    let spindle = sphere::sphere(r, SphereNet::Spindle).unwrap();
+    for side in [0.0, 1.0] {
+        assert!(roundness(&half_disc.patches[0], 1, side, r) < ROUND_OFF);
+        for d in 0..3 {
+            assert!(roundness(&cube.patches[0], d, side, r) < ROUND_OFF);
+            assert!(roundness(&spindle.patches[0], d, side, r) < ROUND_OFF);
+        }
+    }
+    for shell in &sphere::sphere(r, SphereNet::Shells).unwrap().patches[1..] {
+        assert!(roundness(shell, 2, 1.0, r) < ROUND_OFF);
+    }
+    let end = &axisymmetric::rod_spherical_end(r, 1.0).unwrap().patches[0];
+    for i in 0..=20 {
+        let p = end.point(&[f64::from(i) / 20.0, 0.0, 0.0]);
+        assert!(((p[0].powi(2) + (p[1] - r).powi(2)).sqrt() / r - 1.0).abs() < ROUND_OFF);
+    }
+}
+
+#[test]
+fn refinement_keeps_volumes_and_orientation() {
+    for (name, shape, axisymmetric, exact) in shapes().into_iter().take(6) {
+        let mut fine = shape.clone();
+        for patch in &mut fine.patches {
+            for d in 0..patch.dimension() {
+                *patch = patch.elevate(d, 2).unwrap().insert_knots(d, &[0.1, 0.2, 0.6]).unwrap();
+            }
+        }
+        fine.check_orientation().unwrap();
+        let size = measure(&fine, axisymmetric, 12);
+        assert!((size / exact - 1.0).abs() < 1e-12, "{name}: {size} instead of {exact}");
+    }
+}
+
+#[test]
+fn impossible_sizes_are_refused_by_name() {
+    let bad = [0.0, -1.0, f64::NAN, f64::INFINITY];
+    for v in bad {
+        for result in [
+            axisymmetric::sphere(v),
+            axisymmetric::rod(v, 1.0),
+            axisymmetric::rod(1.0, v),
+            axisymmetric::rod_spherical_end(v, 1.0),
+            axisymmetric::rod_spherical_end(1.0, v),
+            axisymmetric::hollow_cylinder(v, 1.0, 1.0),
+            plane::rectangle(1.0, v),
+            plane::disc(v),
+            solid::cuboid([1.0, v, 1.0]),
+            solid::cylinder(v, 1.0),
+            solid::hollow_cylinder(0.5, v, 1.0),
+            sphere::sphere(v, SphereNet::Cube),
+        ] {
+            assert!(matches!(result, Err(SplineError::Dimension { .. })), "{v}");
+        }
+    }
+    let text = solid::hollow_cylinder(1.0, 1.0, 1.0).unwrap_err().to_string();
+    assert!(text.contains("inner_radius = 1"), "{text}");
+    let text = axisymmetric::rod_spherical_end(0.2, 0.1).unwrap_err().to_string();
+    assert!(text.contains("length = 0.1"), "{text}");
+}
+
+#[test]
+fn nets_of_users_are_checked_for_folds() {
+    let square = |x: f64| {
+        let points = vec![[0.0; 3], [x, 0.0, 0.0], [0.0, 1.0, 0.0], [x, 1.0, 0.0]];
+        Patch::new(vec![KnotVector::uniform(1, 1).unwrap(); 2], points, vec![1.0; 4]).unwrap()
+    };
+    assert!(Shape::from_patches(vec![square(1.0)]).unwrap().singular.is_empty());
+    assert!(matches!(Shape::from_patches(vec![square(-1.0)]), Err(SplineError::Folded { .. })));
+}
+
+#[test]
+fn contact_windows_name_the_singular_set_they_touch() {
+    let ball = sphere::sphere(0.01, SphereNet::Spindle).unwrap();
+    assert_eq!(ball.singular_in(0, &[0.4, 0.0, 0.3], &[0.6, 0.0, 0.7]), None);
+    let pole = ball.singular_in(0, &[0.4, 0.0, 0.9], &[0.6, 0.0, 1.0]).unwrap();
+    assert_eq!(pole.name, "pole y = +r");
+    let meridian = ball.singular_in(0, &[0.0, 0.0, 0.3], &[0.6, 0.0, 0.7]).unwrap();
+    assert_eq!(meridian.name, "meridian at 225° from the z axis");
+    let half = axisymmetric::sphere(0.01).unwrap();
+    assert_eq!(half.singular_in(0, &[0.0, 0.0, 0.0], &[0.99, 0.0, 0.0]), None);
+    assert_eq!(half.singular_in(0, &[0.0, 0.0, 0.0], &[1.0, 0.0, 0.0]).unwrap().name, "equator");
+}
