@@ -42,7 +42,6 @@ impl Invariants {
         let p = v * data.mass + omega.cross(&mass_moment) + mass_moment_rate;
         let spin = inertia * omega + relative_spin;
         let modal: f64 = state.elastic_rates.iter().map(|rate| rate * rate).sum();
-        // T = ½ (v·p + ω·L + Σ dq_j/dt ∂T/∂(dq_j/dt)); couplings to the rates appear in all three.
         let kinetic = 0.5 * v.norm_squared() * data.mass
             + v.dot(&(omega.cross(&mass_moment) + mass_moment_rate))
             + 0.5 * omega.dot(&(inertia * omega))

@@ -174,21 +174,21 @@ impl DormandPrince {
         loop {
             let (h, is_last) = self.next_step(t_end);
             let tried = self.attempt(system, h);
-            let (error, reason) = match tried {
+            let (error, refusal) = match tried {
                 Ok(error) if error <= 1.0 || (self.settings.is_fixed && error.is_finite()) => {
                     let end = if is_last { t_end } else { self.t + h };
                     return Ok(self.accept(system, end, h, error, rejected));
                 }
-                Ok(error) if error.is_finite() => (Some(error), format!("error norm {error:.3e} exceeds 1")),
-                Ok(_) => (None, "the solution is not finite".to_string()),
-                Err(refusal) => (None, refusal.reason),
+                Ok(error) if error.is_finite() => (Some(error), None),
+                Ok(_) => (None, None),
+                Err(refusal) => (None, Some(refusal)),
             };
             rejected += 1;
             self.statistics.rejected += 1;
             system.restore();
             let shrunk = h * self.controller.rejected(error);
             if self.settings.is_fixed || shrunk < smallest_step(self.t) {
-                return Err(self.underflow(shrunk, &reason));
+                return Err(self.underflow(shrunk, error, refusal));
             }
             self.h = shrunk;
         }
@@ -348,12 +348,18 @@ impl DormandPrince {
         DynamicsError::Integration { time: self.t, reason }
     }
 
-    fn underflow(&self, h: f64, reason: &str) -> DynamicsError {
-        let remedy =
-            if self.settings.is_fixed { "take a smaller fixed step" } else { "check forces and stiffnesses" };
-        self.failure(format!(
-            "step fell to {h:.3e} s, last rejection: {reason}; {remedy} or loosen the tolerance"
-        ))
+    fn underflow(&self, h: f64, error: Option<f64>, refusal: Option<Rejection>) -> DynamicsError {
+        let reason = match (refusal, error) {
+            (Some(refusal), _) => refusal.reason,
+            (None, Some(error)) => format!("error norm {error:.3e}, limit 1"),
+            (None, None) => "the solution is not finite".to_string(),
+        };
+        let remedy = if self.settings.is_fixed {
+            "take a smaller fixed step"
+        } else {
+            "loosen the tolerance or soften the stiffest force"
+        };
+        self.failure(format!("step fell to {h:.3e} s, last rejection: {reason}; {remedy}"))
     }
 }
 

@@ -34,7 +34,8 @@ pub fn quaternion_rate(q: &[f64], angular_velocity: &Vector3<f64>, rate: &mut [f
 /// Normalises `w x y z` if its length has drifted noticeably; returns whether it did.
 pub fn renormalise(q: &mut [f64]) -> bool {
     let squared: f64 = q.iter().map(|c| c * c).sum();
-    if (squared - 1.0).abs() <= LENGTH_TOLERANCE || !(squared > 0.0) {
+    let has_drifted = (squared - 1.0).abs() > LENGTH_TOLERANCE; // false for NaN
+    if !has_drifted || squared <= 0.0 {
         return false;
     }
     let factor = 1.0 / squared.sqrt();
