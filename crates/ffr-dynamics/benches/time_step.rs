@@ -39,7 +39,7 @@ fn step_of_20_modes(bencher: Bencher) {
     let (mut system, y) = body_in_motion();
     let mut integrator =
         DormandPrince::new(StepSettings::fixed(1e-6), 0.0, &y).expect("the step is positive");
-    bencher.bench_local(|| integrator.step(&mut system, f64::INFINITY));
+    bencher.bench_local(|| integrator.step(&mut system, 1e9));
 }
 
 #[divan::bench]

@@ -281,6 +281,10 @@ fn nan_never_reaches_an_accepted_state() {
     assert!(integrator.step(&mut Explosion, 2.0).is_err());
     let mut integrator = DormandPrince::new(StepSettings::default(), 0.0, &[2e3]).unwrap();
     assert!(integrator.step(&mut Explosion, 2.0).is_err());
+    let mut integrator = DormandPrince::new(StepSettings::default(), 0.0, &[0.0]).unwrap();
+    for t_end in [f64::INFINITY, f64::NAN] {
+        assert!(integrator.step(&mut Explosion, t_end).is_err());
+    }
 }
 
 /// Oscillator whose state is put back on the unit circle after each step.

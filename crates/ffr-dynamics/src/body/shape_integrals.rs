@@ -39,79 +39,88 @@ impl ShapeIntegrals {
     pub fn new(body: &AssembledBody, shapes: MatRef<'_, f64>) -> Result<Self, DynamicsError> {
         let mass = check(body, shapes)?;
         let (n, n_q, n_c) = (body.nodes.len(), shapes.ncols(), body.motion.n_components());
-        // Columns: one, the positions by component, the shapes by component and mode.
-        let mut fields = Mat::<f64>::zeros(n, 1 + n_c + n_c * n_q);
+        // A column a node; rows: one, the positions by component, the shapes by component and mode.
+        let mut fields = Mat::<f64>::zeros(1 + n_c + n_c * n_q, n);
         for (node, x) in body.nodes.iter().enumerate() {
-            fields[(node, 0)] = 1.0;
+            fields[(0, node)] = 1.0;
             for (c, value) in x.iter().take(n_c).enumerate() {
-                fields[(node, 1 + c)] = *value;
+                fields[(1 + c, node)] = *value;
             }
         }
         for j in 0..n_q {
             for (row, dof) in body.dofs.iter().enumerate() {
-                fields[(dof.node as usize, 1 + n_c + dof.component as usize * n_q + j)] = shapes[(row, j)];
+                fields[(1 + n_c + dof.component as usize * n_q + j, dof.node as usize)] = shapes[(row, j)];
             }
         }
         let weighted = symmetric_product(mass, &fields);
-        let mut gram = Mat::<f64>::zeros(fields.ncols(), fields.ncols());
-        matmul(gram.as_mut(), Accum::Replace, fields.transpose(), weighted.as_ref(), 1.0, Par::Seq);
-        let integrals = Self::from_gram(body.motion, n_q, gram.as_ref());
+        let integrals = Self::from_fields(body.motion, n_q, fields.as_ref(), weighted.as_ref());
         if !(integrals.mass > 0.0 && integrals.mass.is_finite()) {
             return Err(inconsistent(format!("the mass is {} kg, must be > 0", integrals.mass)));
         }
         Ok(integrals)
     }
 
-    /// Sorts the products of all pairs of fields into the integrals.
-    fn from_gram(motion: RigidMotion, n_q: usize, gram: MatRef<'_, f64>) -> Self {
+    /// Sorts the products of fields and fields times mass into the integrals.
+    fn from_fields(
+        motion: RigidMotion,
+        n_q: usize,
+        fields: MatRef<'_, f64>,
+        weighted: MatRef<'_, f64>,
+    ) -> Self {
         let n_c = motion.n_components();
+        let rigid = gram(fields.subrows(0, 1 + n_c), weighted);
         let shape = |c: usize, j: usize| 1 + n_c + c * n_q + j;
         let mut mass_moment = Vector3::zeros();
         let mut second_moment = Matrix3::zeros();
-        let mut modal_mass = Mat::zeros(n_q, n_q);
         for a in 0..n_c {
-            mass_moment[motion.direction(a)] = gram[(0, 1 + a)];
+            mass_moment[motion.direction(a)] = rigid[(0, 1 + a)];
             for b in 0..n_c {
                 second_moment[(motion.direction(a), motion.direction(b))] =
-                    0.5 * (gram[(1 + a, 1 + b)] + gram[(1 + b, 1 + a)]);
-            }
-            for j in 0..n_q {
-                for i in 0..n_q {
-                    modal_mass[(i, j)] +=
-                        0.5 * (gram[(shape(a, i), shape(a, j))] + gram[(shape(a, j), shape(a, i))]);
-                }
+                    0.5 * (rigid[(1 + a, 1 + b)] + rigid[(1 + b, 1 + a)]);
             }
         }
         let mut shapes = vec![Vector3::zeros(); n_q];
         for (j, s) in shapes.iter_mut().enumerate() {
             for c in 0..n_c {
-                s[motion.direction(c)] = gram[(0, shape(c, j))];
+                s[motion.direction(c)] = rigid[(0, shape(c, j))];
             }
         }
+        let block =
+            |a: usize, b: usize| gram(fields.subrows(shape(a, 0), n_q), weighted.subrows(shape(b, 0), n_q));
+        let mut modal_mass = Mat::zeros(n_q, n_q);
+        (0..n_c).for_each(|c| modal_mass += block(c, c));
         let (mut position_shape, mut shape_shape) = (Vec::new(), Vec::new());
         if motion == RigidMotion::Axial {
             // Around the circumference radial quantities have no mean, and their squares share between x and y.
             mass_moment.x = 0.0;
-            let radial = second_moment[(0, 0)];
-            second_moment =
-                Matrix3::from_diagonal(&Vector3::new(0.5 * radial, 0.5 * radial, second_moment[(2, 2)]));
+            let radial = 0.5 * second_moment[(0, 0)];
+            second_moment = Matrix3::from_diagonal(&Vector3::new(radial, radial, second_moment[(2, 2)]));
             shapes.iter_mut().for_each(|s| s.x = 0.0);
         } else {
+            let size = n_c * n_c * n_q;
+            shape_shape.resize(n_q * size, 0.0);
             for ab in 0..n_c * n_c {
-                position_shape.extend((0..n_q).map(|j| gram[(1 + ab / n_c, shape(ab % n_c, j))]));
-            }
-            for i in 0..n_q {
-                for ab in 0..n_c * n_c {
-                    let (row, b) = (shape(ab / n_c, i), ab % n_c);
-                    shape_shape.extend(
-                        (0..n_q).map(|j| 0.5 * (gram[(row, shape(b, j))] + gram[(shape(b, j), row)])),
-                    );
+                let (a, b) = (ab / n_c, ab % n_c);
+                position_shape.extend((0..n_q).map(|j| rigid[(1 + a, shape(b, j))]));
+                let (forth, back) = (block(a, b), block(b, a));
+                for i in 0..n_q {
+                    for j in 0..n_q {
+                        // Both are the same but for round-off; the mean makes the gyroscopic terms free of work.
+                        shape_shape[i * size + ab * n_q + j] = 0.5 * (forth[(i, j)] + back[(j, i)]);
+                    }
                 }
             }
         }
-        let mass = gram[(0, 0)];
+        let mass = rigid[(0, 0)];
         Self { mass, mass_moment, second_moment, shapes, position_shape, shape_shape, modal_mass }
     }
+}
+
+/// `left rightᵀ`.
+fn gram(left: MatRef<'_, f64>, right: MatRef<'_, f64>) -> Mat<f64> {
+    let mut product = Mat::<f64>::zeros(left.nrows(), right.nrows());
+    matmul(product.as_mut(), Accum::Replace, left, right.transpose(), 1.0, Par::Seq);
+    product
 }
 
 /// Refuses models whose parts do not fit; returns the node by node mass matrix.
@@ -155,25 +164,30 @@ fn inconsistent(reason: String) -> DynamicsError {
     DynamicsError::Inconsistent { reason }
 }
 
-/// `M fields` with `M` given by its lower triangle.
+/// `fields M` with `M` given by its lower triangle; a column a node.
 fn symmetric_product(lower: &SparseColMat<u32, f64>, fields: &Mat<f64>) -> Mat<f64> {
     let mut product = Mat::<f64>::zeros(fields.nrows(), fields.ncols());
     let (symbolic, values) = (lower.symbolic(), lower.val());
-    for column in 0..fields.ncols() {
-        let (x, y) = (fields.col(column), &mut product.as_mut().col_mut(column));
-        for j in 0..lower.ncols() {
-            let range = symbolic.col_range(j);
-            for (&i, &m) in symbolic.row_idx()[range.clone()].iter().zip(&values[range]) {
-                let i = i as usize;
-                if i < j {
-                    continue; // entries above the diagonal, if stored, repeat those below
-                }
-                y[i] += m * x[j];
-                if i != j {
-                    y[j] += m * x[i];
-                }
+    for j in 0..lower.ncols() {
+        let range = symbolic.col_range(j);
+        for (&i, &m) in symbolic.row_idx()[range.clone()].iter().zip(&values[range]) {
+            let i = i as usize;
+            if i < j {
+                continue; // entries above the diagonal, if stored, repeat those below
+            }
+            add_multiple(&mut product, i, m, fields, j);
+            if i != j {
+                add_multiple(&mut product, j, m, fields, i);
             }
         }
     }
     product
+}
+
+/// `target[:, to] += factor source[:, from]`.
+fn add_multiple(target: &mut Mat<f64>, to: usize, factor: f64, source: &Mat<f64>, from: usize) {
+    let (target, source) = (target.col_as_slice_mut(to), source.col_as_slice(from));
+    for (t, s) in target.iter_mut().zip(source) {
+        *t += factor * s;
+    }
 }

@@ -168,6 +168,9 @@ impl DormandPrince {
         if self.t >= t_end {
             return Ok(Step { start: self.t, end: self.t, error: 0.0, rejected: 0 });
         }
+        if !t_end.is_finite() {
+            return Err(self.failure(format!("the end time is {t_end} s, must be finite")));
+        }
         system.save();
         self.prepare(system, t_end)?;
         let mut rejected = 0;
@@ -187,7 +190,7 @@ impl DormandPrince {
             self.statistics.rejected += 1;
             system.restore();
             let shrunk = h * self.controller.rejected(error);
-            if self.settings.is_fixed || shrunk < smallest_step(self.t) {
+            if self.settings.is_fixed || shrunk < smallest_step(self.t, t_end) {
                 return Err(self.underflow(shrunk, error, refusal));
             }
             self.h = shrunk;
@@ -290,13 +293,15 @@ impl DormandPrince {
             for (x, y) in self.trial.iter_mut().zip(&self.y) {
                 *x += y;
             }
+            if !is_finite(&self.trial) {
+                return Ok(f64::NAN);
+            }
             self.statistics.evaluations += 1;
             system.rhs(self.t + C[stage] * h, &self.trial, &mut rest[0])?;
         }
         combine(&mut self.scratch, h, &E, &self.k);
-        let is_finite = self.trial.iter().chain(&self.k[6]).all(|v| v.is_finite());
-        if !is_finite {
-            return Ok(f64::NAN);
+        if !is_finite(&self.k[6]) {
+            return Ok(f64::NAN); // earlier stages that are not finite show in the state tried
         }
         if self.settings.is_fixed {
             return Ok(0.0);
@@ -361,6 +366,10 @@ impl DormandPrince {
         };
         self.failure(format!("step fell to {h:.3e} s, last rejection: {reason}; {remedy}"))
     }
+}
+
+fn is_finite(x: &[f64]) -> bool {
+    x.iter().all(|v| v.is_finite())
 }
 
 /// `out = h Σ_i weights_i k_i`, skipping zero weights.

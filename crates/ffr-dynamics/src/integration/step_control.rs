@@ -106,9 +106,9 @@ impl Controller {
     }
 }
 
-/// Smallest step that still moves the clock at `t` by a meaningful amount [s].
-pub(super) fn smallest_step(t: f64) -> f64 {
-    16.0 * f64::EPSILON * t.abs().max(f64::MIN_POSITIVE / f64::EPSILON)
+/// Smallest step that still moves the clock by a meaningful amount on the way from `t` to `t_end` [s].
+pub(super) fn smallest_step(t: f64, t_end: f64) -> f64 {
+    16.0 * f64::EPSILON * t.abs().max(t_end.abs())
 }
 
 #[cfg(test)]
