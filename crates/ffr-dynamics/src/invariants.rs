@@ -1,1 +1,95 @@
-//! Energy, momentum and angular momentum.
+//! Energy, momentum and angular momentum (docs/theory.md Eq. D.11, D.12).
+
+use nalgebra::Vector3;
+
+use crate::body::{DeformedMoments, StandardInputData};
+use crate::system::force::BodyState;
+
+/// What a free body keeps, or exchanges with others.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Invariants {
+    /// Kinetic energy, equal to that of the unreduced model in the same motion [J].
+    pub kinetic: f64,
+    /// Elastic energy `½ q_eᵀ K_e q_e` [J].
+    pub elastic: f64,
+    /// Potential of gravity, `-m g · r_c` with the deformed centre of mass; zero at the inertial origin [J].
+    pub gravity: f64,
+    /// Linear momentum in the inertial frame [kg m/s].
+    pub linear_momentum: Vector3<f64>,
+    /// Angular momentum about the inertial origin, in the inertial frame [kg m²/s].
+    pub angular_momentum: Vector3<f64>,
+}
+
+impl Default for Invariants {
+    fn default() -> Self {
+        Self {
+            kinetic: 0.0,
+            elastic: 0.0,
+            gravity: 0.0,
+            linear_momentum: Vector3::zeros(),
+            angular_momentum: Vector3::zeros(),
+        }
+    }
+}
+
+impl Invariants {
+    /// Invariants of one body in motion under `gravity` [m/s²]. Does not allocate.
+    pub fn of_body(data: &StandardInputData, state: &BodyState, gravity: &Vector3<f64>) -> Self {
+        let DeformedMoments { mass_moment, mass_moment_rate, inertia, relative_spin } =
+            data.deformed_moments(&state.elastic, &state.elastic_rates);
+        let omega = &state.angular_velocity;
+        let v = state.rotation.inverse_transform_vector(&state.velocity);
+        let p = v * data.mass + omega.cross(&mass_moment) + mass_moment_rate;
+        let spin = inertia * omega + relative_spin;
+        let modal: f64 = state.elastic_rates.iter().map(|rate| rate * rate).sum();
+        let kinetic = 0.5 * v.norm_squared() * data.mass
+            + v.dot(&(omega.cross(&mass_moment) + mass_moment_rate))
+            + 0.5 * omega.dot(&(inertia * omega))
+            + omega.dot(&relative_spin)
+            + 0.5 * modal;
+        let elastic = data.modal_stiffness.iter().zip(&state.elastic).map(|(k, q)| 0.5 * k * q * q).sum();
+        let linear_momentum = state.rotation * p;
+        let about_frame = state.rotation * (mass_moment.cross(&v) + spin);
+        let centre = state.position * data.mass + state.rotation * mass_moment;
+        Self {
+            kinetic,
+            elastic,
+            gravity: -gravity.dot(&centre),
+            linear_momentum,
+            angular_momentum: state.position.cross(&linear_momentum) + about_frame,
+        }
+    }
+
+    /// Kinetic, elastic and gravity energy together [J].
+    pub fn energy(&self) -> f64 {
+        self.kinetic + self.elastic + self.gravity
+    }
+}
+
+impl std::ops::AddAssign for Invariants {
+    fn add_assign(&mut self, other: Self) {
+        self.kinetic += other.kinetic;
+        self.elastic += other.elastic;
+        self.gravity += other.gravity;
+        self.linear_momentum += other.linear_momentum;
+        self.angular_momentum += other.angular_momentum;
+    }
+}
+
+/// Centre of mass of the deformed body in the inertial frame [m].
+pub fn centre_of_mass(data: &StandardInputData, state: &BodyState) -> Vector3<f64> {
+    let terms = data.coupling_translation.iter().zip(&state.elastic);
+    let moment = terms.fold(data.mass_moment, |sum, (c, q)| sum + c * *q);
+    state.position + state.rotation * (moment / data.mass)
+}
+
+/// Velocity of the centre of mass of the deformed body in the inertial frame [m/s].
+pub fn centre_of_mass_velocity(data: &StandardInputData, state: &BodyState) -> Vector3<f64> {
+    let mut moment = data.mass_moment;
+    let mut rate = Vector3::zeros();
+    for ((c, q), v) in data.coupling_translation.iter().zip(&state.elastic).zip(&state.elastic_rates) {
+        moment += c * *q;
+        rate += c * *v;
+    }
+    state.velocity + state.rotation * ((state.angular_velocity.cross(&moment) + rate) / data.mass)
+}

@@ -6,3 +6,5 @@ pub mod standard_input_data;
 pub mod reference_frame;
 
 pub use assembled::{AssembledBody, Dof, MassMatrix, RigidMotion};
+pub use shape_integrals::ShapeIntegrals;
+pub use standard_input_data::{DeformedMoments, ModalDamping, StandardInputData};

@@ -1,1 +1,304 @@
-//! Standard input data of a flexible body.
+//! Standard input data of a flexible body (docs/theory.md Eq. D.4 to D.8).
+//!
+//! All that the equations of motion need from a body: mass, moments, couplings, modal matrices, and how they depend on
+//! the elastic coordinates. The letters in brackets are those of Wallrapp (1994). The dependence is kept whole, not only to
+//! first order: kinetic energy equals that of the unreduced model for any amplitude.
+
+use faer::{Mat, MatRef};
+use nalgebra::{Matrix3, Vector3};
+
+use super::assembled::{AssembledBody, RigidMotion};
+use super::shape_integrals::ShapeIntegrals;
+use crate::error::DynamicsError;
+use crate::kinematics::rotation::axial;
+
+/// Deviation of the modal mass matrix from the identity above which modes do not count as mass-orthonormal.
+///
+/// Eigensolvers reach 1e-10; the deviation is the relative error of the modal kinetic energy.
+const ORTHONORMALITY: f64 = 1e-7;
+
+/// Damping of the elastic coordinates `D_e`.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub enum ModalDamping {
+    /// No damping.
+    #[default]
+    None,
+    /// One coefficient a mode, `2 ζ_j ω_j`, not negative [1/s].
+    PerMode(Vec<f64>),
+    /// Symmetric matrix, positive semidefinite [1/s].
+    Full(Mat<f64>),
+}
+
+impl ModalDamping {
+    /// Adds `-D_e rates` to `forces`; returns the dissipated power [W].
+    pub fn apply(&self, rates: &[f64], forces: &mut [f64]) -> f64 {
+        let mut power = 0.0;
+        match self {
+            Self::None => {}
+            Self::PerMode(coefficients) => {
+                for ((f, rate), d) in forces.iter_mut().zip(rates).zip(coefficients) {
+                    *f -= d * rate;
+                    power += d * rate * rate;
+                }
+            }
+            Self::Full(matrix) => {
+                for (i, f) in forces.iter_mut().enumerate() {
+                    let force: f64 = rates.iter().enumerate().map(|(j, rate)| matrix[(i, j)] * rate).sum();
+                    *f -= force;
+                    power += force * rates[i];
+                }
+            }
+        }
+        power
+    }
+}
+
+/// A body as the equations of motion see it. Vectors and matrices are expressed in the body's reference frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StandardInputData {
+    /// Rigid motions of the model.
+    pub motion: RigidMotion,
+    /// Mass `m` [kg].
+    pub mass: f64,
+    /// First moment `m c_0 = ∫ ρ X` [kg m].
+    pub mass_moment: Vector3<f64>,
+    /// Second moment `∫ ρ X Xᵀ` [kg m²]; the inertia is its trace times the identity, minus itself.
+    pub second_moment: Matrix3<f64>,
+    /// Rows of `C_t = ∫ ρ Φᵀ`, the first-order change of `m c` as well.
+    pub coupling_translation: Vec<Vector3<f64>>,
+    /// Squared eigenfrequencies, the diagonal of `K_e` [rad²/s²]. Modes are mass-orthonormal: `M_e` is the identity.
+    pub modal_stiffness: Vec<f64>,
+    /// Damping `D_e`.
+    pub modal_damping: ModalDamping,
+    /// `∫ ρ X_a φ_jb`, see [`ShapeIntegrals::position_shape`].
+    pub(crate) position_shape: Vec<f64>,
+    /// `∫ ρ φ_ia φ_jb`, see [`ShapeIntegrals::shape_shape`].
+    pub(crate) shape_shape: Vec<f64>,
+}
+
+/// Moments of the deformed body at one instant (Eq. D.6).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DeformedMoments {
+    /// First moment `m c(q_e)` [kg m].
+    pub mass_moment: Vector3<f64>,
+    /// Its rate in the body's frame, `C_tᵀ dq_e/dt` [kg m/s].
+    pub mass_moment_rate: Vector3<f64>,
+    /// Inertia `I(q_e)` about the frame's origin [kg m²].
+    pub inertia: Matrix3<f64>,
+    /// Relative angular momentum `C_rᵀ(q_e) dq_e/dt = ∫ ρ (X + u) × du/dt` [kg m²/s].
+    pub relative_spin: Vector3<f64>,
+}
+
+impl StandardInputData {
+    /// Data of a model whose elastic modes are the columns of `shapes` (n × n_q), mass-orthonormal, with the squared
+    /// angular eigenfrequencies `modal_stiffness` [rad²/s²].
+    ///
+    /// # Errors
+    /// [`DynamicsError::Inconsistent`] if sizes do not fit, modes are not mass-orthonormal or an eigenfrequency is not
+    /// positive; see [`ShapeIntegrals::new`] too.
+    pub fn new(
+        body: &AssembledBody,
+        shapes: MatRef<'_, f64>,
+        modal_stiffness: &[f64],
+    ) -> Result<Self, DynamicsError> {
+        let integrals = ShapeIntegrals::new(body, shapes)?;
+        let n_q = shapes.ncols();
+        if modal_stiffness.len() != n_q {
+            let reason = format!("{n_q} mode shapes, but {} eigenfrequencies", modal_stiffness.len());
+            return Err(DynamicsError::Inconsistent { reason });
+        }
+        if let Some(j) = modal_stiffness.iter().position(|k| !(*k > 0.0 && k.is_finite())) {
+            let reason =
+                format!("mode {} has the squared frequency {}, must be > 0", j + 1, modal_stiffness[j]);
+            return Err(DynamicsError::Inconsistent { reason });
+        }
+        for j in 0..n_q {
+            for i in 0..n_q {
+                let expected = if i == j { 1.0 } else { 0.0 };
+                let deviation = (integrals.modal_mass[(i, j)] - expected).abs();
+                if deviation > ORTHONORMALITY {
+                    let reason = format!(
+                        "modes {} and {} deviate from mass-orthonormality by {deviation:.1e}, limit {ORTHONORMALITY:.0e}",
+                        i + 1,
+                        j + 1
+                    );
+                    return Err(DynamicsError::Inconsistent { reason });
+                }
+            }
+        }
+        Ok(Self {
+            motion: body.motion,
+            mass: integrals.mass,
+            mass_moment: integrals.mass_moment,
+            second_moment: integrals.second_moment,
+            coupling_translation: integrals.shapes,
+            modal_stiffness: modal_stiffness.to_vec(),
+            modal_damping: ModalDamping::None,
+            position_shape: integrals.position_shape,
+            shape_shape: integrals.shape_shape,
+        })
+    }
+
+    /// A rigid body from its mass [kg], centre of mass [m] and inertia about the frame's origin [kg m²], both in its frame.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Inconsistent`] if the mass is not positive, or the inertia is not symmetric or not that of any
+    /// distribution of mass (a principal moment above the sum of the other two) about the centre of mass.
+    pub fn rigid(
+        motion: RigidMotion,
+        mass: f64,
+        centre_of_mass: Vector3<f64>,
+        inertia: Matrix3<f64>,
+    ) -> Result<Self, DynamicsError> {
+        let fail = |reason: String| Err(DynamicsError::Inconsistent { reason });
+        if !(mass > 0.0 && mass.is_finite()) {
+            return fail(format!("the mass is {mass} kg, must be > 0"));
+        }
+        let size = inertia.norm();
+        if !size.is_finite() || !centre_of_mass.norm().is_finite() {
+            return fail("inertia or centre of mass is not finite".to_string());
+        }
+        // Round-off of numbers written with many digits.
+        if (inertia - inertia.transpose()).norm() > 1e-9 * size {
+            return fail("the inertia tensor is not symmetric".to_string());
+        }
+        let second_moment = Matrix3::identity() * (0.5 * inertia.trace()) - inertia;
+        let central = second_moment - centre_of_mass * centre_of_mass.transpose() * mass;
+        let smallest = central.symmetric_eigenvalues().min();
+        if motion == RigidMotion::Spatial && smallest < -1e-9 * size {
+            return fail(format!(
+                "no distribution of mass has this inertia: a principal moment exceeds the sum of the others by {:.3e} kg m2",
+                -2.0 * smallest
+            ));
+        }
+        Ok(Self {
+            motion,
+            mass,
+            mass_moment: mass * centre_of_mass,
+            second_moment,
+            coupling_translation: Vec::new(),
+            modal_stiffness: Vec::new(),
+            modal_damping: ModalDamping::None,
+            position_shape: Vec::new(),
+            shape_shape: Vec::new(),
+        })
+    }
+
+    /// Number of elastic coordinates.
+    pub fn n_modes(&self) -> usize {
+        self.modal_stiffness.len()
+    }
+
+    /// Whether the body turns, so that its moments matter.
+    pub(crate) fn has_rotation(&self) -> bool {
+        self.motion != RigidMotion::Axial
+    }
+
+    /// Inertia `I_0` of the undeformed body about the frame's origin [kg m²].
+    pub fn inertia(&self) -> Matrix3<f64> {
+        inertia_from(&self.second_moment)
+    }
+
+    /// `∫ ρ X φ_jᵀ`: its sum with the transpose is the first-order change of the second moment (Wallrapp's C4 group).
+    pub fn position_shape_integral(&self, j: usize) -> Matrix3<f64> {
+        self.block(&self.position_shape, j)
+    }
+
+    /// `∫ ρ φ_i φ_jᵀ` (C6).
+    pub fn shape_shape_integral(&self, i: usize, j: usize) -> Matrix3<f64> {
+        let n_c = self.motion.n_components();
+        let size = n_c * n_c * self.n_modes();
+        if self.shape_shape.is_empty() {
+            return Matrix3::zeros();
+        }
+        self.block(&self.shape_shape[i * size..(i + 1) * size], j)
+    }
+
+    /// Row `j` of `C_r` at rest, `∫ ρ X × φ_j`; zero in a Buckens frame.
+    pub fn coupling_rotation_at_rest(&self, j: usize) -> Vector3<f64> {
+        axial(&self.position_shape_integral(j))
+    }
+
+    /// Change of row `j` of `C_r` by elastic coordinate `i`, `∫ ρ φ_i × φ_j` (C5); exact, for `C_r` is linear in `q_e`.
+    pub fn coupling_rotation_gradient(&self, i: usize, j: usize) -> Vector3<f64> {
+        axial(&self.shape_shape_integral(i, j))
+    }
+
+    /// Change of the inertia by elastic coordinate `j` at rest [kg m² a unit].
+    pub fn inertia_gradient(&self, j: usize) -> Matrix3<f64> {
+        let first = self.position_shape_integral(j);
+        inertia_from(&(first + first.transpose()))
+    }
+
+    /// `G_rj` at rest: the rotational inertia force of mode `j` is `G_rj ω dq_j/dt` (Eq. D.8).
+    pub fn gyroscopic_rotation(&self, j: usize) -> Matrix3<f64> {
+        let first = self.position_shape_integral(j);
+        2.0 * (Matrix3::identity() * first.trace() - first.transpose())
+    }
+
+    /// `G_e` between modes `j` (force) and `i` (rate): the force is `G_eij · ω dq_i/dt` (Eq. D.8).
+    pub fn gyroscopic_elastic(&self, i: usize, j: usize) -> Vector3<f64> {
+        2.0 * self.coupling_rotation_gradient(i, j)
+    }
+
+    /// Row `j` of `O_e` at rest: its product with `(ωx², ωy², ωz², ωx ωy, ωy ωz, ωz ωx)` is the centrifugal force (Eq. D.8).
+    pub fn centrifugal(&self, j: usize) -> [f64; 6] {
+        let c = self.position_shape_integral(j);
+        [
+            -(c[(1, 1)] + c[(2, 2)]),
+            -(c[(0, 0)] + c[(2, 2)]),
+            -(c[(0, 0)] + c[(1, 1)]),
+            c[(0, 1)] + c[(1, 0)],
+            c[(1, 2)] + c[(2, 1)],
+            c[(0, 2)] + c[(2, 0)],
+        ]
+    }
+
+    /// Moments of the body deformed by `elastic`, which changes at `rates` (Eq. D.6). Does not allocate.
+    pub fn deformed_moments(&self, elastic: &[f64], rates: &[f64]) -> DeformedMoments {
+        let mut mass_moment = self.mass_moment;
+        let mut mass_moment_rate = Vector3::zeros();
+        for ((c, q), rate) in self.coupling_translation.iter().zip(elastic).zip(rates) {
+            mass_moment += c * *q;
+            mass_moment_rate += c * *rate;
+        }
+        let mut second = self.second_moment;
+        let mut spin = Matrix3::zeros();
+        if self.has_rotation() {
+            for (j, (q_j, rate_j)) in elastic.iter().zip(rates).enumerate() {
+                let first = self.position_shape_integral(j);
+                let mut deformed = first;
+                for (i, q_i) in elastic.iter().enumerate() {
+                    deformed += self.shape_shape_integral(i, j) * *q_i;
+                }
+                second += (first.transpose() + deformed) * *q_j;
+                spin += deformed * *rate_j;
+            }
+        }
+        DeformedMoments {
+            mass_moment,
+            mass_moment_rate,
+            inertia: inertia_from(&second),
+            relative_spin: axial(&spin),
+        }
+    }
+
+    /// Block `j` of an array ordered `(a n_c + b) n_q + j`; models that do not turn have none.
+    fn block(&self, array: &[f64], j: usize) -> Matrix3<f64> {
+        let n_c = self.motion.n_components();
+        let mut block = Matrix3::zeros();
+        if !array.is_empty() {
+            for a in 0..n_c {
+                for b in 0..n_c {
+                    block[(a, b)] = array[(a * n_c + b) * self.n_modes() + j];
+                }
+            }
+        }
+        block
+    }
+}
+
+/// Inertia `tr(W) E - W` from the second moment `W`.
+pub(crate) fn inertia_from(second_moment: &Matrix3<f64>) -> Matrix3<f64> {
+    Matrix3::identity() * second_moment.trace() - second_moment
+}

@@ -1,1 +1,409 @@
-//! Dormand-Prince 5(4) with dense output.
+//! Dormand-Prince 5(4) with dense output (docs/theory.md Eq. T.1 to T.5).
+//!
+//! Explicit, seven stages, the last of which is the first of the next step. It knows nothing of mechanics: size and
+//! acceptance of an error are the system's business ([`OdeSystem::error_norm`]).
+
+use super::dense_output::DenseOutput;
+use super::step_control::{Controller, Statistics, StepSettings, smallest_step};
+use super::system::OdeSystem;
+use crate::error::{DynamicsError, Rejection};
+
+/// Nodes (Dormand & Prince 1980; Hairer, Nørsett & Wanner, *Solving ODEs I*, Table II.5.2).
+const C: [f64; 7] = [0.0, 1.0 / 5.0, 3.0 / 10.0, 4.0 / 5.0, 8.0 / 9.0, 1.0, 1.0];
+/// Stage coefficients (same source); the last row is the fifth-order solution.
+const A: [[f64; 6]; 7] = [
+    [0.0; 6],
+    [1.0 / 5.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+    [3.0 / 40.0, 9.0 / 40.0, 0.0, 0.0, 0.0, 0.0],
+    [44.0 / 45.0, -56.0 / 15.0, 32.0 / 9.0, 0.0, 0.0, 0.0],
+    [19372.0 / 6561.0, -25360.0 / 2187.0, 64448.0 / 6561.0, -212.0 / 729.0, 0.0, 0.0],
+    [9017.0 / 3168.0, -355.0 / 33.0, 46732.0 / 5247.0, 49.0 / 176.0, -5103.0 / 18656.0, 0.0],
+    [35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0],
+];
+/// Fifth-order minus fourth-order weights (same source).
+const E: [f64; 7] =
+    [71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0 / 339200.0, 22.0 / 525.0, -1.0 / 40.0];
+/// Weights of the last coefficient of the dense output (same source, II.6, code DOPRI5).
+const D: [f64; 7] = [
+    -12715105075.0 / 11282082432.0,
+    0.0,
+    87487479700.0 / 32700410799.0,
+    -10690763975.0 / 1880347072.0,
+    701980252875.0 / 199316789632.0,
+    -1453857185.0 / 822651844.0,
+    69997945.0 / 29380423.0,
+];
+/// Share of the tolerance aimed at by the first step (same source, II.4).
+const FIRST_STEP_ERROR: f64 = 0.01;
+
+/// An accepted step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Step {
+    /// Time before the step [s].
+    pub start: f64,
+    /// Time after the step [s].
+    pub end: f64,
+    /// Error norm; 0 with fixed steps.
+    pub error: f64,
+    /// Tries rejected before this one.
+    pub rejected: u32,
+}
+
+/// State, workspace and statistics of a Dormand-Prince integration.
+#[derive(Debug, Clone)]
+pub struct DormandPrince {
+    settings: StepSettings,
+    controller: Controller,
+    statistics: Statistics,
+    t: f64,
+    y: Vec<f64>,
+    /// Proposed next step; 0 where none is known yet.
+    h: f64,
+    /// Whether `k[0]` is the right-hand side at `(t, y)`.
+    is_first_stage_valid: bool,
+    k: [Vec<f64>; 7],
+    trial: Vec<f64>,
+    scratch: Vec<f64>,
+    interval: (f64, f64),
+    dense: [Vec<f64>; 5],
+}
+
+impl DormandPrince {
+    /// An integrator at time `t` in the state `y`.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Inconsistent`] if a step of the settings is not positive.
+    pub fn new(settings: StepSettings, t: f64, y: &[f64]) -> Result<Self, DynamicsError> {
+        settings.check()?;
+        let zeros = || vec![0.0; y.len()];
+        Ok(Self {
+            settings,
+            controller: Controller::new(),
+            statistics: Statistics::default(),
+            t,
+            y: y.to_vec(),
+            h: 0.0,
+            is_first_stage_valid: false,
+            k: std::array::from_fn(|_| zeros()),
+            trial: zeros(),
+            scratch: zeros(),
+            interval: (t, t),
+            dense: std::array::from_fn(|_| zeros()),
+        })
+    }
+
+    /// Time reached [s].
+    pub fn time(&self) -> f64 {
+        self.t
+    }
+
+    /// State reached.
+    pub fn state(&self) -> &[f64] {
+        &self.y
+    }
+
+    /// State before the last accepted step (at the start of [`DenseOutput::interval`]).
+    pub fn previous_state(&self) -> &[f64] {
+        &self.dense[0]
+    }
+
+    /// Work done since the integrator was made; restarts do not reset it.
+    pub fn statistics(&self) -> Statistics {
+        self.statistics
+    }
+
+    /// Step proposed next, 0 if none is known yet [s].
+    pub fn proposed_step(&self) -> f64 {
+        self.h
+    }
+
+    /// Changes the largest step, for instance at the start of an impact [s].
+    ///
+    /// # Errors
+    /// [`DynamicsError::Inconsistent`] if it is not positive.
+    pub fn set_max_step(&mut self, max_step: f64) -> Result<(), DynamicsError> {
+        let settings = StepSettings { max_step, ..self.settings };
+        settings.check()?;
+        self.settings = settings;
+        Ok(())
+    }
+
+    /// Says that the right-hand side has changed at the present time (a force switched on, another penalty).
+    pub fn invalidate(&mut self) {
+        self.is_first_stage_valid = false;
+    }
+
+    /// Goes on from another time and state with the step size proposed so far.
+    ///
+    /// The dense output of the last step is lost. For a state of another size make a new integrator.
+    ///
+    /// # Panics
+    /// If the length of `y` differs from the dimension.
+    pub fn restart(&mut self, t: f64, y: &[f64]) {
+        assert_eq!(y.len(), self.y.len(), "a restart keeps the number of equations");
+        self.t = t;
+        self.y.copy_from_slice(y);
+        self.interval = (t, t);
+        self.is_first_stage_valid = false;
+        self.controller = Controller::new();
+    }
+
+    /// Takes one step that ends at `t_end` at the latest, and exactly there if it comes near.
+    ///
+    /// [`OdeSystem::save`] is called before the first try, [`OdeSystem::restore`] after each rejected one.
+    /// After the step the system's inner state belongs to its end. At `t_end` already, nothing happens.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Integration`] when the step has shrunk until it no longer moves the clock, or the state is not
+    /// finite, or the right-hand side refuses the state reached. The integrator stays at the last accepted state.
+    ///
+    /// # Panics
+    /// If the system has another number of equations than the integrator.
+    pub fn step<S: OdeSystem + ?Sized>(&mut self, system: &mut S, t_end: f64) -> Result<Step, DynamicsError> {
+        assert_eq!(
+            system.dimension(),
+            self.y.len(),
+            "system and integrator have the same number of equations"
+        );
+        if self.t >= t_end {
+            return Ok(Step { start: self.t, end: self.t, error: 0.0, rejected: 0 });
+        }
+        if !t_end.is_finite() {
+            return Err(self.failure(format!("the end time is {t_end} s, must be finite")));
+        }
+        system.save();
+        self.prepare(system, t_end)?;
+        let mut rejected = 0;
+        loop {
+            let (h, is_last) = self.next_step(t_end);
+            let tried = self.attempt(system, h);
+            let (error, refusal) = match tried {
+                Ok(error) if error <= 1.0 || (self.settings.is_fixed && error.is_finite()) => {
+                    let end = if is_last { t_end } else { self.t + h };
+                    return Ok(self.accept(system, end, h, error, rejected));
+                }
+                Ok(error) if error.is_finite() => (Some(error), None),
+                Ok(_) => (None, None),
+                Err(refusal) => (None, Some(refusal)),
+            };
+            rejected += 1;
+            self.statistics.rejected += 1;
+            system.restore();
+            let shrunk = h * self.controller.rejected(error);
+            if self.settings.is_fixed || shrunk < smallest_step(self.t, t_end) {
+                return Err(self.underflow(shrunk, error, refusal));
+            }
+            self.h = shrunk;
+        }
+    }
+
+    /// Steps until `t_end`, calling `observe` after each accepted step; returns the time reached.
+    ///
+    /// `observe` answers whether to go on.
+    ///
+    /// # Errors
+    /// As [`DormandPrince::step`].
+    pub fn run<S: OdeSystem + ?Sized>(
+        &mut self,
+        system: &mut S,
+        t_end: f64,
+        mut observe: impl FnMut(&mut S, &Self) -> bool,
+    ) -> Result<f64, DynamicsError> {
+        while self.t < t_end {
+            self.step(system, t_end)?;
+            if !observe(system, self) {
+                break;
+            }
+        }
+        Ok(self.t)
+    }
+
+    /// First stage and first step size, where they are not known.
+    fn prepare<S: OdeSystem + ?Sized>(&mut self, system: &mut S, t_end: f64) -> Result<(), DynamicsError> {
+        if !self.is_first_stage_valid {
+            if let Some(i) = self.y.iter().position(|v| !v.is_finite()) {
+                return Err(self.failure(format!("component {i} of the starting state is not finite")));
+            }
+            self.statistics.evaluations += 1;
+            if let Err(refusal) = system.rhs(self.t, &self.y, &mut self.k[0]) {
+                return Err(self.failure(format!("no forces at the starting state: {}", refusal.reason)));
+            }
+            if let Some(i) = self.k[0].iter().position(|v| !v.is_finite()) {
+                return Err(self.failure(format!("rate {i} of the starting state is not finite")));
+            }
+            self.is_first_stage_valid = true;
+        }
+        if self.h <= 0.0 {
+            self.h = match self.settings.initial_step {
+                Some(h) => h,
+                None => self.first_step(system, t_end),
+            };
+        }
+        Ok(())
+    }
+
+    /// First step size (Eq. T.5): the change of the right-hand side over a small Euler step tells the time scale.
+    fn first_step<S: OdeSystem + ?Sized>(&mut self, system: &mut S, t_end: f64) -> f64 {
+        let largest = self.settings.max_step.min(t_end - self.t);
+        let size = system.error_norm(&self.y, &self.y, &self.y);
+        let rate = system.error_norm(&self.y, &self.y, &self.k[0]);
+        let is_known = size > 1e-5 && rate > 1e-5 && (size / rate).is_finite();
+        let mut h = if is_known { 0.01 * size / rate } else { 1e-3 * largest }.min(largest);
+        for _ in 0..4 {
+            for ((trial, y), k) in self.trial.iter_mut().zip(&self.y).zip(&self.k[0]) {
+                *trial = y + h * k;
+            }
+            self.statistics.evaluations += 1;
+            let outcome = system.rhs(self.t + h, &self.trial, &mut self.k[1]);
+            system.restore();
+            for ((s, k1), k0) in self.scratch.iter_mut().zip(&self.k[1]).zip(&self.k[0]) {
+                *s = (k1 - k0) / h;
+            }
+            let change = system.error_norm(&self.y, &self.y, &self.scratch);
+            if outcome.is_ok() && change.is_finite() && rate.is_finite() {
+                let steepest = rate.max(change);
+                let by_change =
+                    if steepest > 1e-15 { (FIRST_STEP_ERROR / steepest).powf(0.2) } else { largest };
+                return (100.0 * h).min(by_change).min(largest);
+            }
+            h *= 0.01;
+        }
+        h
+    }
+
+    /// Size of the step to try, and whether it ends at `t_end`.
+    fn next_step(&self, t_end: f64) -> (f64, bool) {
+        let wanted = self.h.min(self.settings.max_step);
+        let left = t_end - self.t;
+        // A remainder below a millionth of a step is round-off of the caller's time grid.
+        if left <= wanted * (1.0 + 1e-6) {
+            (left, true)
+        } else if left < 2.0 * wanted && !self.settings.is_fixed {
+            (0.5 * left, false) // two equal steps instead of a full and a tiny one
+        } else {
+            (wanted, false)
+        }
+    }
+
+    /// Stages 2 to 7 and the error norm; the new state is left in `trial`.
+    fn attempt<S: OdeSystem + ?Sized>(&mut self, system: &mut S, h: f64) -> Result<f64, Rejection> {
+        for stage in 1..7 {
+            let (known, rest) = self.k.split_at_mut(stage);
+            combine(&mut self.trial, h, &A[stage][..stage], known);
+            for (x, y) in self.trial.iter_mut().zip(&self.y) {
+                *x += y;
+            }
+            if !is_finite(&self.trial) {
+                return Ok(f64::NAN);
+            }
+            self.statistics.evaluations += 1;
+            system.rhs(self.t + C[stage] * h, &self.trial, &mut rest[0])?;
+        }
+        combine(&mut self.scratch, h, &E, &self.k);
+        if !is_finite(&self.k[6]) {
+            return Ok(f64::NAN); // earlier stages that are not finite show in the state tried
+        }
+        if self.settings.is_fixed {
+            return Ok(0.0);
+        }
+        Ok(system.error_norm(&self.y, &self.trial, &self.scratch))
+    }
+
+    /// Moves on to the state in `trial`.
+    fn accept<S: OdeSystem + ?Sized>(
+        &mut self,
+        system: &mut S,
+        end: f64,
+        h: f64,
+        error: f64,
+        rejected: u32,
+    ) -> Step {
+        self.store_dense_output(h);
+        let start = self.t;
+        self.t = end;
+        self.interval = (start, end);
+        std::mem::swap(&mut self.y, &mut self.trial);
+        self.k.swap(0, 6);
+        self.is_first_stage_valid = !system.project(&mut self.y);
+        self.statistics.steps += 1;
+        let proposed = h * self.controller.accepted(error);
+        // A step cut short by the caller's end time says nothing against the longer one proposed before.
+        let is_cut_short = rejected == 0 && proposed >= h;
+        self.h = if is_cut_short { proposed.max(self.h) } else { proposed };
+        if self.settings.is_fixed {
+            self.h = self.settings.max_step;
+        }
+        Step { start, end, error, rejected }
+    }
+
+    /// Coefficients of the fourth-order interpolant (Eq. T.2).
+    fn store_dense_output(&mut self, h: f64) {
+        combine(&mut self.dense[4], h, &D, &self.k);
+        for i in 0..self.y.len() {
+            let difference = self.trial[i] - self.y[i];
+            let third = h * self.k[0][i] - difference;
+            self.dense[0][i] = self.y[i];
+            self.dense[1][i] = difference;
+            self.dense[2][i] = third;
+            self.dense[3][i] = difference - h * self.k[6][i] - third;
+        }
+    }
+
+    fn failure(&self, reason: String) -> DynamicsError {
+        DynamicsError::Integration { time: self.t, reason }
+    }
+
+    fn underflow(&self, h: f64, error: Option<f64>, refusal: Option<Rejection>) -> DynamicsError {
+        let reason = match (refusal, error) {
+            (Some(refusal), _) => refusal.reason,
+            (None, Some(error)) => format!("error norm {error:.3e}, limit 1"),
+            (None, None) => "the solution is not finite".to_string(),
+        };
+        let remedy = if self.settings.is_fixed {
+            "take a smaller fixed step"
+        } else {
+            "loosen the tolerance or soften the stiffest force"
+        };
+        self.failure(format!("step fell to {h:.3e} s, last rejection: {reason}; {remedy}"))
+    }
+}
+
+fn is_finite(x: &[f64]) -> bool {
+    x.iter().all(|v| v.is_finite())
+}
+
+/// `out = h Σ_i weights_i k_i`, skipping zero weights.
+fn combine(out: &mut [f64], h: f64, weights: &[f64], k: &[Vec<f64>]) {
+    out.fill(0.0);
+    for (&weight, stage) in weights.iter().zip(k).filter(|(w, _)| w.abs() > 0.0) {
+        let factor = h * weight;
+        for (o, value) in out.iter_mut().zip(stage) {
+            *o += factor * value;
+        }
+    }
+}
+
+impl DenseOutput for DormandPrince {
+    fn interval(&self) -> (f64, f64) {
+        self.interval
+    }
+
+    fn dimension(&self) -> usize {
+        self.y.len()
+    }
+
+    fn interpolate(&self, t: f64, out: &mut [f64]) {
+        let (start, end) = self.interval;
+        if end <= start {
+            out.copy_from_slice(&self.y);
+            return;
+        }
+        let theta = (t - start) / (end - start);
+        let rest = 1.0 - theta;
+        let [d0, d1, d2, d3, d4] = &self.dense;
+        assert_eq!(out.len(), d0.len(), "the output is as long as the state");
+        for (i, o) in out.iter_mut().enumerate() {
+            *o = d0[i] + theta * (d1[i] + rest * (d2[i] + theta * (d3[i] + rest * d4[i])));
+        }
+    }
+}

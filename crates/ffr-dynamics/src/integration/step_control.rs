@@ -1,1 +1,135 @@
-//! Step size control.
+//! Step size control: proportional-integral controller, limits, statistics (docs/theory.md Eq. T.3, T.4).
+
+use crate::error::DynamicsError;
+
+/// Safety factor of the proposed step (Hairer, Nørsett & Wanner, *Solving ODEs I*, II.4).
+const SAFETY: f64 = 0.9;
+/// Smallest factor from one step to the next (the same source, code DOPRI5).
+const MIN_FACTOR: f64 = 0.2;
+/// Largest factor from one step to the next (the same source, code DOPRI5).
+const MAX_FACTOR: f64 = 10.0;
+/// Integral part of the controller (the same source, code DOPRI5).
+const BETA: f64 = 0.04;
+/// Exponent of the error, `1/5 - 3/4 beta` (the same source, IV.2).
+const ALPHA: f64 = 0.2 - 0.75 * BETA;
+/// Smallest remembered error; keeps the integral part bounded after error-free steps.
+const MIN_ERROR: f64 = 1e-4;
+/// Factor of the step after a refusal of the right-hand side or a result that is not finite, where no error is known.
+const REFUSAL_FACTOR: f64 = 0.25;
+
+/// How an integrator chooses its steps.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StepSettings {
+    /// First step; `None` lets the integrator find one [s].
+    pub initial_step: Option<f64>,
+    /// Largest step [s].
+    pub max_step: f64,
+    /// Takes every step with `max_step` and without error control; for order tests and comparisons.
+    pub is_fixed: bool,
+}
+
+impl Default for StepSettings {
+    fn default() -> Self {
+        Self { initial_step: None, max_step: f64::INFINITY, is_fixed: false }
+    }
+}
+
+impl StepSettings {
+    /// Error-controlled steps up to `max_step` [s].
+    pub fn with_max_step(max_step: f64) -> Self {
+        Self { max_step, ..Self::default() }
+    }
+
+    /// Equal steps without error control [s].
+    pub fn fixed(step: f64) -> Self {
+        Self { initial_step: Some(step), max_step: step, is_fixed: true }
+    }
+
+    /// Refuses steps that are not positive.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Inconsistent`] with the offending number.
+    pub fn check(&self) -> Result<(), DynamicsError> {
+        let is_positive = |h: f64| h > 0.0; // false for NaN
+        if !is_positive(self.max_step) || (self.is_fixed && !self.max_step.is_finite()) {
+            let reason = format!("largest time step is {} s, must be > 0", self.max_step);
+            return Err(DynamicsError::Inconsistent { reason });
+        }
+        match self.initial_step {
+            Some(h) if !is_positive(h) || !h.is_finite() => {
+                Err(DynamicsError::Inconsistent { reason: format!("first time step is {h} s, must be > 0") })
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Work done so far.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Statistics {
+    /// Accepted steps.
+    pub steps: u64,
+    /// Rejected steps, whatever the reason.
+    pub rejected: u64,
+    /// Evaluations of the right-hand side, refused ones included.
+    pub evaluations: u64,
+}
+
+/// Proportional-integral controller (Eq. T.4).
+#[derive(Debug, Clone)]
+pub(super) struct Controller {
+    previous_error: f64,
+    follows_rejection: bool,
+}
+
+impl Controller {
+    pub(super) fn new() -> Self {
+        Self { previous_error: MIN_ERROR, follows_rejection: false }
+    }
+
+    /// Factor from the accepted step with error `error` to the next one.
+    pub(super) fn accepted(&mut self, error: f64) -> f64 {
+        let wanted = SAFETY * error.max(1e-300).powf(-ALPHA) * self.previous_error.powf(BETA);
+        let largest = if self.follows_rejection { 1.0 } else { MAX_FACTOR };
+        self.previous_error = error.max(MIN_ERROR);
+        self.follows_rejection = false;
+        wanted.clamp(MIN_FACTOR, largest)
+    }
+
+    /// Factor from the step rejected with error `error` to its repetition; without a finite error, a fixed one.
+    pub(super) fn rejected(&mut self, error: Option<f64>) -> f64 {
+        self.follows_rejection = true;
+        match error {
+            Some(e) if e.is_finite() => (SAFETY * e.powf(-ALPHA)).clamp(MIN_FACTOR, 1.0),
+            _ => REFUSAL_FACTOR,
+        }
+    }
+}
+
+/// Smallest step that still moves the clock by a meaningful amount on the way from `t` to `t_end` [s].
+pub(super) fn smallest_step(t: f64, t_end: f64) -> f64 {
+    16.0 * f64::EPSILON * t.abs().max(t_end.abs())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn growth_is_forbidden_right_after_a_rejection() {
+        let mut controller = Controller::new();
+        assert!(controller.rejected(Some(20.0)) < 1.0);
+        assert!(controller.accepted(1e-3) <= 1.0);
+        assert!(controller.accepted(1e-3) > 1.0);
+    }
+
+    #[test]
+    fn settings_refuse_steps_that_are_not_positive() {
+        for max_step in [0.0, -1.0, f64::NAN] {
+            assert!(StepSettings::with_max_step(max_step).check().is_err());
+        }
+        assert!(StepSettings { initial_step: Some(f64::NAN), ..Default::default() }.check().is_err());
+        assert!(StepSettings::fixed(f64::INFINITY).check().is_err());
+        assert!(StepSettings::default().check().is_ok());
+    }
+}

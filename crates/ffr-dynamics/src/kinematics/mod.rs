@@ -1,4 +1,6 @@
 //! Rotations and points that move with flexible bodies.
 
-pub mod marker;
 pub mod rotation;
+pub mod marker;
+
+pub use marker::FlexiblePoint;

@@ -21,6 +21,20 @@ pub struct BodyState {
     pub elastic_rates: Vec<f64>,
 }
 
+impl BodyState {
+    /// A body at rest and undeformed, with its frame in the inertial frame.
+    pub fn at_rest(n_modes: usize) -> Self {
+        Self {
+            position: Vector3::zeros(),
+            rotation: UnitQuaternion::identity(),
+            velocity: Vector3::zeros(),
+            angular_velocity: Vector3::zeros(),
+            elastic: vec![0.0; n_modes],
+            elastic_rates: vec![0.0; n_modes],
+        }
+    }
+}
+
 /// Force on one body, reduced to its reference frame and its modes.
 #[derive(Debug, Clone)]
 pub struct GeneralisedForce {
@@ -81,4 +95,31 @@ pub trait ForceElement: Send {
 
     /// Returns to the remembered inner state after a rejected step.
     fn restore(&mut self);
+}
+
+impl<T: ForceElement + ?Sized> ForceElement for Box<T> {
+    fn apply(
+        &mut self,
+        t: f64,
+        bodies: &[BodyState],
+        forces: &mut [GeneralisedForce],
+    ) -> Result<(), Rejection> {
+        (**self).apply(t, bodies, forces)
+    }
+
+    fn energies(&self) -> ForceEnergies {
+        (**self).energies()
+    }
+
+    fn resultant(&self) -> Vector3<f64> {
+        (**self).resultant()
+    }
+
+    fn save(&mut self) {
+        (**self).save();
+    }
+
+    fn restore(&mut self) {
+        (**self).restore();
+    }
 }

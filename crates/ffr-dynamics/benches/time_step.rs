@@ -1,0 +1,49 @@
+//! One right-hand side and one step of a turning flexible body with 20 modes.
+
+#[path = "../tests/dynamics_support/mod.rs"]
+#[expect(dead_code, reason = "tests use the rest")]
+mod dynamics_support;
+
+use divan::{Bencher, black_box};
+use dynamics_support::{Random, block};
+use ffr_dynamics::body::RigidMotion;
+use ffr_dynamics::integration::{DormandPrince, OdeSystem, StepSettings};
+use ffr_dynamics::system::{ForceElement, FreeBodies, FreeBody};
+use nalgebra::Vector3;
+
+const N_MODES: usize = 20;
+
+fn main() {
+    divan::main();
+}
+
+fn body_in_motion() -> (FreeBodies, Vec<f64>) {
+    let sample = block(RigidMotion::Spatial, N_MODES);
+    let start = Random(2).state(&sample.data);
+    let body = FreeBody { name: "block".to_string(), data: sample.data };
+    let system = FreeBodies::<Box<dyn ForceElement>>::new(vec![body], Vector3::zeros(), Vec::new())
+        .expect("the sample is consistent");
+    let y = system.state_vector(&[start]).expect("the motion is one of the model");
+    (system, y)
+}
+
+#[divan::bench]
+fn right_hand_side_of_20_modes(bencher: Bencher) {
+    let (mut system, y) = body_in_motion();
+    let mut rates = vec![0.0; y.len()];
+    bencher.bench_local(|| system.rhs(0.0, black_box(&y), &mut rates));
+}
+
+#[divan::bench]
+fn step_of_20_modes(bencher: Bencher) {
+    let (mut system, y) = body_in_motion();
+    let mut integrator =
+        DormandPrince::new(StepSettings::fixed(1e-6), 0.0, &y).expect("the step is positive");
+    bencher.bench_local(|| integrator.step(&mut system, 1e9));
+}
+
+#[divan::bench]
+fn invariants_of_20_modes(bencher: Bencher) {
+    let (mut system, y) = body_in_motion();
+    bencher.bench_local(|| system.invariants(black_box(&y)));
+}

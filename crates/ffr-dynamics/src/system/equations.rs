@@ -1,0 +1,264 @@
+//! Equations of motion of one free body in its floating frame (docs/theory.md Eq. D.7 to D.10).
+//!
+//! [A] (1) with all couplings and all dependence on the elastic coordinates. Deviation from the paper: the unknown of the
+//! translation is the acceleration in the inertial frame, so that no term `ω × v` is left in the equations.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::force::{BodyState, GeneralisedForce};
+use crate::body::standard_input_data::inertia_from;
+use crate::body::{RigidMotion, StandardInputData};
+use crate::error::Rejection;
+use crate::kinematics::rotation::{axial, skew};
+
+/// Buffers for one body.
+#[derive(Debug, Clone)]
+pub struct BodyWorkspace {
+    /// `Q_j(q_e) = ∫ ρ (X + u) φ_jᵀ` at `(a n_c + b) n_q + j`.
+    moments: Vec<f64>,
+    /// `∫ ρ (du/dt) φ_jᵀ`, same order.
+    moment_rates: Vec<f64>,
+    /// Elastic rows of the inertia's rigid columns `[C_t C_r(q_e)]`.
+    coupling: Vec<[f64; 6]>,
+    /// Elastic forces, then elastic accelerations.
+    elastic: Vec<f64>,
+}
+
+/// Accelerations of one body.
+#[derive(Debug)]
+pub struct Accelerations<'a> {
+    /// Of the frame's origin, in the inertial frame [m/s²].
+    pub translation: Vector3<f64>,
+    /// Angular, in the body's frame [rad/s²].
+    pub rotation: Vector3<f64>,
+    /// Of the elastic coordinates.
+    pub elastic: &'a [f64],
+    /// Power lost in modal damping [W].
+    pub dissipated_power: f64,
+}
+
+/// Rigid part of the equations: 6 x 6 inertia and right-hand side, translation first, in the body's frame.
+struct RigidPart {
+    inertia: [[f64; 6]; 6],
+    force: [f64; 6],
+}
+
+impl BodyWorkspace {
+    /// Buffers for a body.
+    pub fn new(data: &StandardInputData) -> Self {
+        let n_q = data.n_modes();
+        Self {
+            moments: vec![0.0; data.position_shape.len()],
+            moment_rates: vec![0.0; data.position_shape.len()],
+            coupling: vec![[0.0; 6]; n_q],
+            elastic: vec![0.0; n_q],
+        }
+    }
+
+    /// Accelerations of the body in `state` under `force` and gravity, both in the inertial frame (Eq. D.7 to D.10).
+    ///
+    /// Costs `O(n_q²)` for the inertia's dependence on `q_e` and `O(n_q)` for the solution, and allocates nothing.
+    ///
+    /// # Errors
+    /// [`Rejection`] if the inertia of the deformed body is not positive definite: the deformation tried is beyond sense.
+    pub fn accelerations(
+        &mut self,
+        data: &StandardInputData,
+        state: &BodyState,
+        gravity: &Vector3<f64>,
+        force: &GeneralisedForce,
+    ) -> Result<Accelerations<'_>, Rejection> {
+        for (f, ((h, k), q)) in
+            self.elastic.iter_mut().zip(force.elastic.iter().zip(&data.modal_stiffness).zip(&state.elastic))
+        {
+            *f = h - k * q;
+        }
+        let dissipated_power = data.modal_damping.apply(&state.elastic_rates, &mut self.elastic);
+        let mut rigid = if data.has_rotation() {
+            self.turning(data, state, force)
+        } else {
+            self.translating(data, state, force)
+        };
+        self.eliminate_elastic(&mut rigid);
+        let active = active_directions(data.motion);
+        solve_active(&mut rigid, active)?;
+        let x = rigid.force;
+        for (f, row) in self.elastic.iter_mut().zip(&self.coupling) {
+            *f -= row.iter().zip(&x).map(|(c, a)| c * a).sum::<f64>();
+        }
+        // Weight acts like an acceleration of the frame: at the deformed centre of mass, and on modes with C_t.
+        let mut translation = Vector3::new(x[0], x[1], x[2]);
+        let local_gravity = state.rotation.inverse_transform_vector(gravity);
+        for &i in active.iter().filter(|i| **i < 3) {
+            translation[i] += local_gravity[i];
+        }
+        Ok(Accelerations {
+            translation: state.rotation * translation,
+            rotation: Vector3::new(x[3], x[4], x[5]),
+            elastic: &self.elastic,
+            dissipated_power,
+        })
+    }
+
+    /// Rigid part of a body that does not turn.
+    fn translating(
+        &mut self,
+        data: &StandardInputData,
+        state: &BodyState,
+        force: &GeneralisedForce,
+    ) -> RigidPart {
+        for (row, c) in self.coupling.iter_mut().zip(&data.coupling_translation) {
+            *row = [c.x, c.y, c.z, 0.0, 0.0, 0.0];
+        }
+        let local = state.rotation.inverse_transform_vector(&force.force);
+        let mut inertia = [[0.0; 6]; 6];
+        for (i, row) in inertia.iter_mut().enumerate() {
+            row[i] = data.mass; // the rotations are not used
+        }
+        RigidPart { inertia, force: [local.x, local.y, local.z, 0.0, 0.0, 0.0] }
+    }
+
+    /// Rigid part of a body that turns; subtracts centrifugal and Coriolis forces from the elastic ones (Eq. D.8).
+    fn turning(
+        &mut self,
+        data: &StandardInputData,
+        state: &BodyState,
+        force: &GeneralisedForce,
+    ) -> RigidPart {
+        let (n_q, n_c) = (data.n_modes(), data.motion.n_components());
+        self.deform(data, state);
+        let omega = &state.angular_velocity;
+        let (mut mass_moment, mut mass_moment_rate) = (data.mass_moment, Vector3::zeros());
+        // Σ q_j C1_j, Σ q_j Q_j and Σ dq_j/dt Q_j.
+        let (mut at_rest, mut deformed, mut spin) = (Matrix3::zeros(), Matrix3::zeros(), Matrix3::zeros());
+        for j in 0..n_q {
+            let (q, rate) = (state.elastic[j], state.elastic_rates[j]);
+            let (mut moment, mut moment_rate, mut first) =
+                (Matrix3::zeros(), Matrix3::zeros(), Matrix3::zeros());
+            for a in 0..n_c {
+                for b in 0..n_c {
+                    let index = (a * n_c + b) * n_q + j;
+                    moment[(a, b)] = self.moments[index];
+                    moment_rate[(a, b)] = self.moment_rates[index];
+                    first[(a, b)] = data.position_shape[index];
+                }
+            }
+            at_rest += first * q;
+            deformed += moment * q;
+            spin += moment * rate;
+            let c = &data.coupling_translation[j];
+            mass_moment += c * q;
+            mass_moment_rate += c * rate;
+            let h = axial(&moment);
+            self.coupling[j] = [c.x, c.y, c.z, h.x, h.y, h.z];
+            let centrifugal = omega.dot(&(moment * omega)) - omega.norm_squared() * moment.trace();
+            self.elastic[j] -= centrifugal + 2.0 * omega.dot(&axial(&moment_rate));
+        }
+        let inertia = inertia_from(&(data.second_moment + at_rest.transpose() + deformed));
+        let local = state.rotation.inverse_transform_vector(&force.force);
+        let f = local - omega.cross(&(omega.cross(&mass_moment) + 2.0 * mass_moment_rate));
+        let gyroscopic = 2.0 * (omega * spin.trace() - spin.tr_mul(omega));
+        let torque = force.torque - omega.cross(&(inertia * omega)) - gyroscopic;
+        RigidPart {
+            inertia: rigid_inertia(data.mass, &mass_moment, &inertia),
+            force: [f.x, f.y, f.z, torque.x, torque.y, torque.z],
+        }
+    }
+
+    /// Moments of the deformed body with the shapes, and their rates: sums over the elastic coordinates (Eq. D.6).
+    fn deform(&mut self, data: &StandardInputData, state: &BodyState) {
+        self.moments.copy_from_slice(&data.position_shape);
+        self.moment_rates.fill(0.0);
+        let size = self.moments.len();
+        if size == 0 {
+            return;
+        }
+        // Two elastic coordinates at a time: half the traffic of the sums.
+        let n_q = data.n_modes();
+        let (q, rate) = (&state.elastic, &state.elastic_rates);
+        let mut i = 0;
+        while i < n_q {
+            let block = &data.shape_shape[i * size..(i + 1) * size];
+            // With an odd number the last one is taken with a partner of weight zero.
+            let k = if i + 1 < n_q { i + 1 } else { i };
+            let partner = &data.shape_shape[k * size..(k + 1) * size];
+            let (q_k, rate_k) = if k > i { (q[k], rate[k]) } else { (0.0, 0.0) };
+            let sums = self.moments.iter_mut().zip(&mut self.moment_rates);
+            for ((m, r), (a, b)) in sums.zip(block.iter().zip(partner)) {
+                *m += q[i] * a + q_k * b;
+                *r += rate[i] * a + rate_k * b;
+            }
+            i += 2;
+        }
+    }
+
+    /// Schur complement of the elastic unknowns, whose mass matrix is the identity (Eq. D.10).
+    fn eliminate_elastic(&self, rigid: &mut RigidPart) {
+        for (row, f) in self.coupling.iter().zip(&self.elastic) {
+            for i in 0..6 {
+                rigid.force[i] -= row[i] * f;
+                for j in 0..=i {
+                    rigid.inertia[i][j] -= row[i] * row[j];
+                }
+            }
+        }
+    }
+}
+
+/// Lower triangle of `[m E, -s~; s~, I]`.
+fn rigid_inertia(mass: f64, mass_moment: &Vector3<f64>, inertia: &Matrix3<f64>) -> [[f64; 6]; 6] {
+    let s = skew(mass_moment);
+    let mut matrix = [[0.0; 6]; 6];
+    for i in 0..3 {
+        matrix[i][i] = mass;
+        for j in 0..3 {
+            matrix[3 + i][j] = s[(i, j)];
+            matrix[3 + i][3 + j] = inertia[(i, j)];
+        }
+    }
+    matrix
+}
+
+/// Rigid motions that a body may perform, as indices into (x, y, z, rotations about x, y, z) of its frame.
+pub fn active_directions(motion: RigidMotion) -> &'static [usize] {
+    match motion {
+        RigidMotion::Axial => &[2],
+        RigidMotion::Planar => &[0, 1, 5],
+        RigidMotion::Spatial => &[0, 1, 2, 3, 4, 5],
+    }
+}
+
+/// Cholesky solution for the active directions; the accelerations replace `force`, the others are set to zero.
+fn solve_active(rigid: &mut RigidPart, active: &[usize]) -> Result<(), Rejection> {
+    let RigidPart { inertia: l, force: x } = rigid;
+    for (k, &i) in active.iter().enumerate() {
+        let scale = l[i][i];
+        for (p, &j) in active[..=k].iter().enumerate() {
+            let sum: f64 = active[..p].iter().map(|&c| l[i][c] * l[j][c]).sum();
+            let rest = l[i][j] - sum;
+            if i == j {
+                // Round-off of what it was subtracted from is no inertia, and NaN is none either.
+                let is_positive = rest > 1e-14 * scale.abs();
+                if !is_positive {
+                    let reason =
+                        format!("inertia of the deformed body is not positive definite in direction {i}");
+                    return Err(Rejection { code: 1, reason });
+                }
+                l[i][i] = rest.sqrt();
+            } else {
+                l[i][j] = rest / l[j][j];
+            }
+        }
+    }
+    let mut solution = [0.0; 6];
+    for (k, &i) in active.iter().enumerate() {
+        let sum: f64 = active[..k].iter().map(|&c| l[i][c] * solution[c]).sum();
+        solution[i] = (x[i] - sum) / l[i][i];
+    }
+    for (k, &i) in active.iter().enumerate().rev() {
+        let sum: f64 = active[k + 1..].iter().map(|&r| l[r][i] * solution[r]).sum();
+        solution[i] = (solution[i] - sum) / l[i][i];
+    }
+    *x = solution;
+    Ok(())
+}

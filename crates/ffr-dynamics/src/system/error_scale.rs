@@ -1,0 +1,105 @@
+//! Size of a local error: in energy, not in components (docs/theory.md Eq. T.7, T.8).
+//!
+//! An error of the state is turned into a velocity: the root mean square, over the body's mass, of the velocity error that
+//! carries the error's energy. It is compared with a velocity of the motion itself. Modes count by their energy, so that
+//! a high mode whose amplitude of 1e-9 rings does not decide the step, and no amplitude needs an absolute tolerance of its
+//! own. What starts from rest is measured against the velocity floor.
+
+use nalgebra::Vector3;
+
+use super::layout::BodyLayout;
+use crate::body::StandardInputData;
+
+/// Tolerances of the error norm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ErrorScale {
+    /// Permitted error a step, as a share of the motion's velocity.
+    pub relative: f64,
+    /// Motion slower than this is resolved as if it were this fast, > 0 [m/s].
+    pub velocity_floor: f64,
+}
+
+impl Default for ErrorScale {
+    fn default() -> Self {
+        Self { relative: 1e-8, velocity_floor: 1e-6 }
+    }
+}
+
+/// Longest length that position errors are compared with, as a share of the body's radius of gyration.
+const LENGTH_SHARE: f64 = 1e-2;
+
+/// Fixed scales of one body.
+#[derive(Debug, Clone)]
+pub(super) struct BodyScale {
+    mass: f64,
+    centre_of_mass: Vector3<f64>,
+    /// Root mean square distance from the centre of mass [m].
+    radius: f64,
+    /// Lowest elastic eigenfrequency; 0 for rigid bodies [rad/s].
+    lowest: f64,
+}
+
+impl BodyScale {
+    pub(super) fn new(data: &StandardInputData) -> Self {
+        let centre = data.centre_of_mass();
+        let about_origin = data.second_moment.trace() / data.mass;
+        let squared_radius = (about_origin - centre.norm_squared()).max(0.0);
+        let lowest = data.modal_stiffness.iter().copied().fold(f64::INFINITY, f64::min);
+        Self {
+            mass: data.mass,
+            centre_of_mass: centre,
+            radius: squared_radius.sqrt(),
+            lowest: if lowest.is_finite() { lowest.sqrt() } else { 0.0 },
+        }
+    }
+
+    /// Velocity of the motion: twice the energy over the mass, its root (Eq. T.8) [m/s].
+    ///
+    /// Couplings between rigid and elastic motion are left out; they don't change the size.
+    pub(super) fn speed(&self, data: &StandardInputData, layout: &BodyLayout, y: &[f64]) -> f64 {
+        let elastic: f64 = modal_sum(data, &y[layout.elastic()], &y[layout.elastic_rates()]);
+        let rotation = self.radius * norm(&y[layout.angular_velocity()]);
+        (self.centre_speed_squared(layout, y) + rotation * rotation + elastic / self.mass).sqrt()
+    }
+
+    /// Squared velocity of the undeformed centre of mass.
+    fn centre_speed_squared(&self, layout: &BodyLayout, y: &[f64]) -> f64 {
+        let mut state_velocity = Vector3::from_column_slice(&y[layout.velocity()]);
+        if self.centre_of_mass.norm_squared() > 0.0 {
+            let omega = Vector3::from_column_slice(&y[layout.angular_velocity()]);
+            let rotation = crate::kinematics::rotation::rotation_from_slice(&y[layout.rotation()]);
+            state_velocity += rotation * omega.cross(&self.centre_of_mass);
+        }
+        state_velocity.norm_squared()
+    }
+
+    /// Velocity that carries the energy of `error` (Eq. T.7), for motion of velocity `speed` [m/s].
+    pub(super) fn error_speed(
+        &self,
+        data: &StandardInputData,
+        layout: &BodyLayout,
+        error: &[f64],
+        speed: f64,
+    ) -> f64 {
+        let elastic = modal_sum(data, &error[layout.elastic()], &error[layout.elastic_rates()]) / self.mass;
+        let translation = norm(&error[layout.velocity()]);
+        let rotation = self.radius * norm(&error[layout.angular_velocity()]);
+        // A position error is worth the velocity that covers it in the time scale of the body's own vibration.
+        let mut rate = speed / (LENGTH_SHARE * self.radius).max(f64::MIN_POSITIVE);
+        rate = if self.radius > 0.0 { rate.max(self.lowest) } else { self.lowest };
+        let position = rate * norm(&error[layout.position()]);
+        let angle = rate * self.radius * 2.0 * norm(&error[layout.rotation()]);
+        (elastic + translation * translation + rotation * rotation + position * position + angle * angle)
+            .sqrt()
+    }
+}
+
+/// Twice the energy of the elastic coordinates, `Σ ω_j² q_j² + (dq_j/dt)²`.
+fn modal_sum(data: &StandardInputData, coordinates: &[f64], rates: &[f64]) -> f64 {
+    let terms = data.modal_stiffness.iter().zip(coordinates).zip(rates);
+    terms.map(|((k, q), rate)| k * q * q + rate * rate).sum()
+}
+
+fn norm(x: &[f64]) -> f64 {
+    x.iter().map(|v| v * v).sum::<f64>().sqrt()
+}

@@ -1,0 +1,409 @@
+//! Dormand-Prince 5(4): orders, error control, protocol with the system, events.
+
+#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
+#![expect(clippy::float_cmp, reason = "exact times and states are part of the claims")]
+
+use ffr_dynamics::DynamicsError;
+use ffr_dynamics::error::Rejection;
+use ffr_dynamics::integration::{CrossingSearch, DenseOutput, DormandPrince, OdeSystem, StepSettings};
+
+/// Eccentric Kepler orbit, `e = 0.3`, period 2π: smooth, nonlinear, closed form at full periods, two invariants.
+struct Kepler {
+    tolerance: f64,
+}
+
+const ECCENTRICITY: f64 = 0.3;
+const PERIHELION: [f64; 4] = [1.0 - ECCENTRICITY, 0.0, 0.0, 1.362_770_287_738_494_3]; // sqrt((1 + e) / (1 - e))
+
+impl OdeSystem for Kepler {
+    fn dimension(&self) -> usize {
+        4
+    }
+
+    fn rhs(&mut self, _t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), Rejection> {
+        let cubed = (y[0] * y[0] + y[1] * y[1]).powf(1.5);
+        dydt.copy_from_slice(&[y[2], y[3], -y[0] / cubed, -y[1] / cubed]);
+        Ok(())
+    }
+
+    fn error_norm(&self, _y0: &[f64], _y1: &[f64], error: &[f64]) -> f64 {
+        norm(error) / self.tolerance
+    }
+}
+
+fn norm(x: &[f64]) -> f64 {
+    x.iter().map(|v| v * v).sum::<f64>().sqrt()
+}
+
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+}
+
+/// Slope of `log error` over `log step`, least squares.
+fn slope(pairs: &[(f64, f64)]) -> f64 {
+    let n = pairs.len() as f64;
+    let (x, y): (Vec<f64>, Vec<f64>) = pairs.iter().map(|(h, e)| (h.ln(), e.ln())).unzip();
+    let (mx, my) = (x.iter().sum::<f64>() / n, y.iter().sum::<f64>() / n);
+    let covariance: f64 = x.iter().zip(&y).map(|(a, b)| (a - mx) * (b - my)).sum();
+    covariance / x.iter().map(|a| (a - mx).powi(2)).sum::<f64>()
+}
+
+fn kepler_run(settings: StepSettings, tolerance: f64, t_end: f64) -> DormandPrince {
+    let mut integrator = DormandPrince::new(settings, 0.0, &PERIHELION).unwrap();
+    integrator.run(&mut Kepler { tolerance }, t_end, |_, _| true).unwrap();
+    integrator
+}
+
+/// A linear oscillator that turns once in a second in closed form.
+struct Oscillator;
+
+impl OdeSystem for Oscillator {
+    fn dimension(&self) -> usize {
+        2
+    }
+
+    fn rhs(&mut self, _t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), Rejection> {
+        let omega = std::f64::consts::TAU;
+        dydt.copy_from_slice(&[omega * y[1], -omega * y[0]]);
+        Ok(())
+    }
+
+    fn error_norm(&self, _y0: &[f64], _y1: &[f64], error: &[f64]) -> f64 {
+        norm(error) / 1e-9
+    }
+}
+
+#[test]
+fn global_error_drops_with_order_five() {
+    // Half a period: the exact state at aphelion is the reference.
+    let aphelion = [-(1.0 + ECCENTRICITY), 0.0, 0.0, -1.0 / PERIHELION[3]];
+    let errors: Vec<(f64, f64)> = [128.0, 256.0, 512.0]
+        .map(|n| {
+            let h = std::f64::consts::PI / n;
+            let run = kepler_run(StepSettings::fixed(h), 1.0, std::f64::consts::PI);
+            assert_eq!(run.statistics().steps as f64, n);
+            (h, distance(run.state(), &aphelion))
+        })
+        .to_vec();
+    let measured = slope(&errors);
+    assert!((measured - 5.0).abs() < 0.1, "order {measured}, errors {errors:?}");
+}
+
+#[test]
+fn dense_output_has_order_four_and_is_continuously_differentiable() {
+    let mut errors = Vec::new();
+    for n in [40.0_f64, 80.0, 160.0] {
+        let mut integrator = DormandPrince::new(StepSettings::fixed(1.0 / n), 0.0, &[0.0, 1.0]).unwrap();
+        let (mut worst, mut y) = (0.0_f64, [0.0; 2]);
+        integrator.step(&mut Oscillator, 1.0).unwrap();
+        let (start, end) = integrator.interval();
+        for i in 1..20 {
+            let t = start + (end - start) * f64::from(i) / 20.0;
+            integrator.interpolate(t, &mut y);
+            let angle = std::f64::consts::TAU * t;
+            worst = worst.max(distance(&y, &[angle.sin(), angle.cos()]));
+        }
+        errors.push((1.0 / n, worst));
+        integrator.interpolate(start, &mut y);
+        assert_eq!(y, [0.0, 1.0]);
+        integrator.interpolate(end, &mut y);
+        assert!(distance(&y, integrator.state()) < 1e-15);
+    }
+    // An interpolant of order four has a local error of order five.
+    let measured = slope(&errors);
+    assert!((measured - 5.0).abs() < 0.1, "order {measured}, errors {errors:?}");
+}
+
+#[test]
+fn error_is_proportional_to_the_tolerance() {
+    let period = std::f64::consts::TAU;
+    let errors: Vec<(f64, f64)> = [1e-6, 1e-8, 1e-10]
+        .map(|tolerance| {
+            let run = kepler_run(StepSettings::default(), tolerance, period);
+            (tolerance, distance(run.state(), &PERIHELION))
+        })
+        .to_vec();
+    // Control of the error per step: global error ~ tolerance^(5/6) at worst, tolerance^1 with equal shares.
+    let measured = slope(&errors);
+    assert!((0.75..1.1).contains(&measured), "slope {measured}, errors {errors:?}");
+}
+
+#[test]
+fn work_of_a_standard_problem_stays_as_recorded() {
+    let run = kepler_run(StepSettings::default(), 1e-8, std::f64::consts::TAU);
+    let statistics = run.statistics();
+    // Six evaluations a step (the seventh is the next step's first), two for the start.
+    assert_eq!(statistics.evaluations, 6 * (statistics.steps + statistics.rejected) + 2);
+    assert_eq!((statistics.steps, statistics.rejected), WORK);
+}
+
+/// Accepted and rejected steps of one orbit at the tolerance 1e-8.
+const WORK: (u64, u64) = (80, 0);
+
+#[test]
+fn steps_end_exactly_at_the_end_time_and_keep_their_size_afterwards() {
+    let mut system = Kepler { tolerance: 1e-8 };
+    let mut integrator = DormandPrince::new(StepSettings::default(), 0.0, &PERIHELION).unwrap();
+    integrator.run(&mut system, 0.7, |_, _| true).unwrap();
+    assert_eq!(integrator.time(), 0.7);
+    let proposed = integrator.proposed_step();
+    let steps = integrator.statistics().steps;
+    integrator.step(&mut system, 0.7 + 1e-5 * proposed).unwrap();
+    assert_eq!(integrator.time(), 0.7 + 1e-5 * proposed);
+    assert!(integrator.proposed_step() >= proposed);
+    // At the end time already: nothing happens.
+    integrator.step(&mut system, 0.7).unwrap();
+    assert_eq!(integrator.statistics().steps, steps + 1);
+}
+
+#[test]
+fn largest_step_is_respected() {
+    let mut integrator = DormandPrince::new(StepSettings::with_max_step(0.01), 0.0, &PERIHELION).unwrap();
+    let mut largest: f64 = 0.0;
+    integrator
+        .run(&mut Kepler { tolerance: 1e-3 }, 1.0, |_, i| {
+            largest = largest.max(i.interval().1 - i.interval().0);
+            true
+        })
+        .unwrap();
+    assert!(largest <= 0.01 * (1.0 + 2e-6)); // a remainder of a millionth of a step is merged into the last one
+    assert!(integrator.set_max_step(-1.0).is_err());
+}
+
+/// `y' = 1`, refused beyond `t = limit` while the step is larger than `smallest`; counts the calls of the protocol.
+struct Refusing {
+    inner: i32,
+    saved: i32,
+    saves: u32,
+    restores: u32,
+    refusals: u32,
+    limit: f64,
+    last_time: f64,
+}
+
+impl OdeSystem for Refusing {
+    fn dimension(&self) -> usize {
+        1
+    }
+
+    fn rhs(&mut self, t: f64, _y: &[f64], dydt: &mut [f64]) -> Result<(), Rejection> {
+        self.inner += 1;
+        self.last_time = t;
+        if t > self.limit && self.refusals > 0 {
+            self.refusals -= 1;
+            return Err(Rejection { code: -1, reason: "solver stopped after 45 iterations".to_string() });
+        }
+        dydt[0] = 1.0;
+        Ok(())
+    }
+
+    fn error_norm(&self, _y0: &[f64], _y1: &[f64], error: &[f64]) -> f64 {
+        error[0].abs()
+    }
+
+    fn save(&mut self) {
+        self.saved = self.inner;
+        self.saves += 1;
+    }
+
+    fn restore(&mut self) {
+        assert!(self.saves > 0, "nothing was saved");
+        self.inner = self.saved;
+        self.restores += 1;
+    }
+}
+
+fn refusing(limit: f64, refusals: u32) -> Refusing {
+    Refusing { inner: 0, saved: 0, saves: 0, restores: 0, refusals, limit, last_time: 0.0 }
+}
+
+#[test]
+fn refusal_of_the_right_hand_side_shrinks_the_step_and_restores_the_inner_state() {
+    let mut system = refusing(0.0, 3);
+    let settings = StepSettings { initial_step: Some(1.0), max_step: 1.0, is_fixed: false };
+    let mut integrator = DormandPrince::new(settings, 0.0, &[0.0]).unwrap();
+    let step = integrator.step(&mut system, 10.0).unwrap();
+    assert_eq!(step.rejected, 3);
+    assert_eq!((system.saves, system.restores), (1, 3));
+    assert_eq!(integrator.statistics().rejected, 3);
+    // The saved state is zero evaluations; the first stage is not evaluated again, six stages follow.
+    assert_eq!(system.inner, 6);
+    assert_eq!(system.last_time, step.end, "the inner state belongs to the end of the step");
+    assert!((integrator.state()[0] - step.end).abs() < 1e-15);
+}
+
+#[test]
+fn endless_refusal_ends_with_time_and_reason() {
+    let mut system = refusing(0.0, u32::MAX);
+    let mut integrator = DormandPrince::new(StepSettings::with_max_step(0.1), 0.5, &[0.0]).unwrap();
+    system.limit = 0.5;
+    let error = integrator.step(&mut system, 1.0).unwrap_err();
+    let DynamicsError::Integration { time, reason } = &error else { panic!("{error}") };
+    assert_eq!(*time, 0.5);
+    assert!(reason.contains("45 iterations") && reason.contains("step fell to"), "{reason}");
+    assert_eq!(integrator.time(), 0.5);
+    assert_eq!(integrator.state(), [0.0]);
+}
+
+/// Explodes in finite time: `y' = y²`.
+struct Explosion;
+
+impl OdeSystem for Explosion {
+    fn dimension(&self) -> usize {
+        1
+    }
+
+    fn rhs(&mut self, _t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), Rejection> {
+        dydt[0] = if y[0] > 1e3 { f64::NAN } else { y[0] * y[0] };
+        Ok(())
+    }
+
+    fn error_norm(&self, _y0: &[f64], _y1: &[f64], error: &[f64]) -> f64 {
+        error[0].abs() / 1e-6
+    }
+}
+
+#[test]
+fn nan_never_reaches_an_accepted_state() {
+    let mut integrator = DormandPrince::new(StepSettings::default(), 0.0, &[1.0]).unwrap();
+    let mut finite = true;
+    let error = integrator
+        .run(&mut Explosion, 2.0, |_, i| {
+            finite &= i.state()[0].is_finite();
+            true
+        })
+        .unwrap_err();
+    assert!(finite);
+    assert!(error.to_string().contains("not finite"), "{error}");
+    assert!(integrator.time() < 1.0);
+
+    let mut integrator = DormandPrince::new(StepSettings::default(), 0.0, &[f64::NAN]).unwrap();
+    assert!(integrator.step(&mut Explosion, 2.0).is_err());
+    let mut integrator = DormandPrince::new(StepSettings::default(), 0.0, &[2e3]).unwrap();
+    assert!(integrator.step(&mut Explosion, 2.0).is_err());
+    let mut integrator = DormandPrince::new(StepSettings::default(), 0.0, &[0.0]).unwrap();
+    for t_end in [f64::INFINITY, f64::NAN] {
+        assert!(integrator.step(&mut Explosion, t_end).is_err());
+    }
+}
+
+/// Oscillator whose state is put back on the unit circle after each step.
+struct Projected {
+    evaluations: u32,
+}
+
+impl OdeSystem for Projected {
+    fn dimension(&self) -> usize {
+        2
+    }
+
+    fn rhs(&mut self, t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), Rejection> {
+        self.evaluations += 1;
+        Oscillator.rhs(t, y, dydt)
+    }
+
+    fn error_norm(&self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
+        Oscillator.error_norm(y0, y1, error)
+    }
+
+    fn project(&mut self, y: &mut [f64]) -> bool {
+        let length = norm(y);
+        y.iter_mut().for_each(|v| *v /= length);
+        true
+    }
+}
+
+#[test]
+fn projection_costs_a_new_first_stage_and_keeps_the_invariant() {
+    let mut system = Projected { evaluations: 0 };
+    let mut integrator = DormandPrince::new(StepSettings::fixed(0.02), 0.0, &[0.0, 1.0]).unwrap();
+    integrator.run(&mut system, 1.0, |_, i| (norm(i.state()) - 1.0).abs() < 1e-15).unwrap();
+    assert_eq!(integrator.time(), 1.0);
+    assert_eq!(system.evaluations, 7 * 50);
+    assert!(distance(integrator.state(), &[0.0, 1.0]) < 1e-5); // fifth order: about 2π (2π h)⁵ / 720
+}
+
+#[test]
+fn restart_in_the_middle_of_a_step_repeats_the_rest_of_the_solution() {
+    let mut system = Kepler { tolerance: 1e-10 };
+    let mut integrator = DormandPrince::new(StepSettings::default(), 0.0, &PERIHELION).unwrap();
+    integrator.run(&mut system, std::f64::consts::PI, |_, _| true).unwrap();
+    let (start, end) = integrator.interval();
+    let (middle, mut y) = (0.5 * (start + end), vec![0.0; 4]);
+    integrator.interpolate(middle, &mut y);
+    let reference = integrator.state().to_vec();
+    integrator.restart(middle, &y);
+    assert_eq!(integrator.interval(), (middle, middle));
+    integrator.run(&mut system, std::f64::consts::PI, |_, _| true).unwrap();
+    // The dense output is one order below the solution.
+    assert!(distance(integrator.state(), &reference) < 1e-8);
+}
+
+#[test]
+fn crossing_is_found_within_its_tolerance() {
+    let mut integrator = DormandPrince::new(StepSettings::with_max_step(0.05), 0.0, &[0.0, 1.0]).unwrap();
+    let mut search = CrossingSearch::new(2, 1e-12, 4);
+    let mut found = None;
+    let mut evaluations = 0;
+    while found.is_none() {
+        integrator.step(&mut Oscillator, 1.0).unwrap();
+        evaluations = 0;
+        found = search
+            .first_crossing(&integrator, |_, y| {
+                evaluations += 1;
+                y[0] + 0.5
+            })
+            .unwrap();
+    }
+    let crossing = found.unwrap();
+    // sin 2πt = -1/2 at t = 7/12; the dense output is accurate to 1e-8 at the tolerance 1e-9 of the steps.
+    assert!((crossing.time - 7.0 / 12.0).abs() < 1e-8, "{crossing:?}");
+    assert!(crossing.value <= 0.0 && crossing.time - crossing.before <= 1e-12, "{crossing:?}");
+    assert!((search.state()[0] + 0.5 - crossing.value).abs() < 1e-15);
+    assert!(evaluations < 25, "{evaluations} evaluations");
+}
+
+/// A straight line in time as dense output, to look at the search alone.
+struct Clock(f64, f64);
+
+impl DenseOutput for Clock {
+    fn interval(&self) -> (f64, f64) {
+        (self.0, self.1)
+    }
+
+    fn dimension(&self) -> usize {
+        1
+    }
+
+    fn interpolate(&self, t: f64, out: &mut [f64]) {
+        out[0] = t;
+    }
+}
+
+#[test]
+fn double_zero_between_two_samples_is_seen_wherever_it_lies() {
+    let mut search = CrossingSearch::new(1, 1e-10, 4);
+    for i in 0..200 {
+        // A dip 4 % of a step wide, with its bottom anywhere.
+        let (bottom, half_width) = (0.021 + 0.958 * f64::from(i) / 199.0, 0.02);
+        let dip = |t: f64| (t - bottom).powi(2) - half_width * half_width;
+        let crossing = search.first_crossing(&Clock(0.0, 1.0), |_, y| dip(y[0])).unwrap();
+        let crossing = crossing.unwrap_or_else(|| panic!("dip at {bottom} not seen"));
+        assert!((crossing.time - (bottom - half_width)).abs() < 1e-9, "dip at {bottom}: {crossing:?}");
+    }
+}
+
+#[test]
+fn crossings_from_below_and_touching_starts_do_not_count() {
+    let mut search = CrossingSearch::new(1, 1e-10, 3);
+    let mut first = |f: &dyn Fn(f64) -> f64| {
+        search.first_crossing(&Clock(0.0, 1.0), |_, y| f(y[0])).unwrap().map(|c| c.time)
+    };
+    assert_eq!(first(&|t| t - 0.5), None);
+    assert_eq!(first(&|t| -t), None);
+    assert_eq!(first(&|t| 2.0 - t), None);
+    // Negative at the start, positive, then through zero: only the last counts.
+    let time = first(&|t| (t - 0.2) * (0.7 - t)).unwrap();
+    assert!((time - 0.7).abs() < 1e-9);
+    assert!(search.first_crossing(&Clock(0.0, 1.0), |_, _| f64::NAN).is_err());
+}
