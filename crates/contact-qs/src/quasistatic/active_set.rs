@@ -259,3 +259,34 @@ impl ActiveSet {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use faer::Mat;
+
+    #[test]
+    fn single_exchanges_find_the_same_set_as_full_ones() {
+        let mut seed = 5_u64;
+        let mut random = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+        };
+        let mut n_single = 0;
+        for n in [2, 5, 9, 14] {
+            for _ in 0..30 {
+                let v = Mat::from_fn(n, n + 2, |_, _| random());
+                let compliance = &v * v.transpose();
+                let gaps: Vec<f64> = (0..n).map(|_| random()).collect();
+                let problem = Problem { compliance: &compliance, springs: &vec![0.0; n], gaps: &gaps };
+                let (mut full, mut single) = (vec![0.0; n], vec![0.0; n]);
+                ActiveSet::new(n).solve(&problem, &mut full).unwrap();
+                let mut solver = ActiveSet { patience: 0, ..ActiveSet::new(n) };
+                n_single += solver.solve(&problem, &mut single).unwrap().fallbacks;
+                // The same set gives the same bits.
+                assert_eq!(full, single);
+            }
+        }
+        assert!(n_single > 100, "single exchanges must have run");
+    }
+}
