@@ -22,6 +22,31 @@ pub enum ContactError {
         /// Width of the zone [m].
         width: f64,
     },
+    /// A penalty factor that is not positive.
+    #[error("penalty factor is {value:e} N/m^3, must be > 0 (infinite for the exact constraint)")]
+    Penalty {
+        /// The value given [N/m³].
+        value: f64,
+    },
+    /// The exact constraint was asked of a method that needs penalty springs.
+    #[error("{method} needs a finite penalty factor, choose one or the active-set solver")]
+    ExactConstraint {
+        /// Which method.
+        method: &'static str,
+    },
+    /// The plane cannot be met by a body with the motions of its model.
+    #[error(
+        "the plane's normal in the body's frame is ({:.3e}, {:.3e}, {:.3e}), {requirement}",
+        normal[0],
+        normal[1],
+        normal[2]
+    )]
+    Normal {
+        /// Unit normal in the body's frame.
+        normal: [f64; 3],
+        /// What the model requires.
+        requirement: &'static str,
+    },
     /// Data do not fit together.
     #[error("contact data do not fit: {reason}")]
     Inconsistent {

@@ -5,10 +5,13 @@
 //! `docs/theory.md`; [A] and [B] are the two papers named there.
 
 pub mod error;
-pub mod points;
 pub mod submodel;
+pub mod points;
 pub mod law;
 pub mod quasistatic;
 pub mod plane;
 
 pub use error::ContactError;
+pub use plane::{ContactReport, Plane, PlaneContact, PlaneContactSettings};
+pub use points::{DofLookup, InterfaceCompliance, SurfacePoint, contact_submodel};
+pub use submodel::ContactSubmodel;

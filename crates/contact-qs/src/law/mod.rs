@@ -1,4 +1,6 @@
-//! Contact laws.
+//! Contact laws: the penalty law of a surface point and Hertz's closed forms for spheres.
 
-pub mod hertz;
 pub mod penalty;
+pub mod hertz;
+
+pub use hertz::{HertzImpact, HertzPair, Solid};

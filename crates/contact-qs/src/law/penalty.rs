@@ -1,1 +1,95 @@
-//! Penalty law.
+//! Penalty law of a contact point, and the penalty factor that a compliance suggests.
+//!
+//! `p = c_p <-g>`, `λ = w p` (docs/theory.md Eq. C.3; [A] section 3, [B] Eqs. 18 and 22). With tributary areas `w` the
+//! factor `c_p` is a pressure per length [N/m³]; the papers print "N/m" for the same numbers.
+
+use faer::Mat;
+
+use crate::ContactError;
+
+/// Ratio of the surface's own compliance to that of the penalty spring at which the peak force of the sphere impact
+/// ([B] section 5) is within 0.1 % of its limit.
+pub const STIFFNESS_RATIO: f64 = 40.0;
+
+/// Contact pressure `c_p <-g>` at normal gap `gap` (negative: penetration) [Pa].
+pub fn pressure(penalty: f64, gap: f64) -> f64 {
+    if gap < 0.0 { -penalty * gap } else { 0.0 }
+}
+
+/// Energy density `½ c_p <-g>²` of the penalty layer [J/m²].
+pub fn energy_density(penalty: f64, gap: f64) -> f64 {
+    if gap < 0.0 { 0.5 * penalty * gap * gap } else { 0.0 }
+}
+
+/// Compliance `1/(c_p w)` of the penalty spring of a point with area `area` [m/N]; zero for an infinite factor, which is
+/// the exact constraint.
+pub fn spring_compliance(penalty: f64, area: f64) -> f64 {
+    1.0 / (penalty * area)
+}
+
+/// Checks that a penalty factor is positive; infinity stands for the exact constraint.
+///
+/// # Errors
+/// [`ContactError::Penalty`] if it is zero, negative or not a number.
+pub fn check(penalty: f64) -> Result<(), ContactError> {
+    if penalty > 0.0 { Ok(()) } else { Err(ContactError::Penalty { value: penalty }) }
+}
+
+/// Penalty factor `c_p = ratio / max_i(A_ii w_i)` that makes every penalty spring at least `ratio` times stiffer than the
+/// surface under it (Eq. C.4) [N/m³].
+///
+/// `compliance`: normal compliance of the points, `n_points × n_points` [m/N]; `areas`: tributary areas [m²].
+///
+/// # Errors
+/// [`ContactError::Inconsistent`] if sizes differ or no point yields.
+pub fn suggested(ratio: f64, compliance: &Mat<f64>, areas: &[f64]) -> Result<f64, ContactError> {
+    if compliance.nrows() != areas.len() || compliance.ncols() != areas.len() {
+        return Err(ContactError::Inconsistent {
+            reason: format!(
+                "normal compliance is {} x {}, {} points have areas",
+                compliance.nrows(),
+                compliance.ncols(),
+                areas.len()
+            ),
+        });
+    }
+    let softest = areas.iter().enumerate().map(|(i, &w)| compliance[(i, i)] * w).fold(0.0, f64::max);
+    let penalty = ratio / softest;
+    if !(softest > 0.0 && penalty.is_finite()) {
+        return Err(ContactError::Inconsistent {
+            reason: format!(
+                "no penalty factor follows from a largest compliance times area of {softest:e} m^3/N"
+            ),
+        });
+    }
+    Ok(penalty)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pressure_is_minus_the_slope_of_the_energy_density() {
+        let (c, g, h) = (1e17, -3e-7, 1e-10);
+        let slope = (energy_density(c, g + h) - energy_density(c, g - h)) / (2.0 * h);
+        // Central differences of a parabola are exact up to round-off eps * g / h.
+        assert!((pressure(c, g) + slope).abs() < 1e-11 * pressure(c, g));
+        assert_eq!((pressure(c, 1e-9), energy_density(c, 1e-9)), (0.0, 0.0));
+    }
+
+    #[test]
+    fn suggested_factor_follows_the_softest_point() {
+        let compliance = Mat::from_fn(2, 2, |i, j| if i == j { [1e-8, 3e-8][i] } else { 0.0 });
+        let factor = suggested(40.0, &compliance, &[2e-9, 1e-9]).unwrap();
+        assert!((factor - 40.0 / 3e-17).abs() < 1e-14 * factor);
+        assert!(suggested(40.0, &Mat::zeros(2, 2), &[1.0, 1.0]).is_err());
+        assert!(suggested(40.0, &compliance, &[1.0]).is_err());
+    }
+
+    #[test]
+    fn factors_that_are_not_positive_are_refused() {
+        assert!(check(f64::INFINITY).is_ok() && check(1e17).is_ok());
+        assert!([0.0, -1.0, f64::NAN].iter().all(|&c| check(c).is_err()));
+    }
+}

@@ -1,1 +1,101 @@
 //! The strictly convex problem for the point forces.
+//!
+//! `min ½ λᵀ(A + D)λ + λᵀg⁰` over `λ >= 0` (docs/theory.md Eq. C.5): `A` is the normal compliance of the points, `D` holds
+//! the compliances `1/(c_p w_i)` of the penalty springs, zero for the exact constraint, and `g⁰` the gaps without
+//! quasistatic displacement. The gaps that come out are `g = g⁰ + Aλ`.
+
+use faer::Mat;
+
+/// Data of one quasistatic contact problem.
+#[derive(Debug, Clone, Copy)]
+pub struct Problem<'a> {
+    /// Normal compliance `A` of the points, `n × n`, symmetric positive semidefinite [m/N].
+    pub compliance: &'a Mat<f64>,
+    /// Compliances `1/(c_p w_i)` of the penalty springs; zero: exact constraint [m/N].
+    pub springs: &'a [f64],
+    /// Gaps `g⁰_i` without quasistatic displacement, negative in contact [m].
+    pub gaps: &'a [f64],
+}
+
+/// Elastic energy of the contact zone and energy of the penalty springs [J].
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ProblemEnergies {
+    /// `½ λᵀAλ` [J].
+    pub elastic: f64,
+    /// `Σ ½ λ_i²/(c_p w_i)` [J].
+    pub penalty: f64,
+}
+
+/// How far forces are from the optimality conditions (Eq. C.6).
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct KktResidual {
+    /// Largest violation of `g + Dλ >= 0` [m].
+    pub gap: f64,
+    /// Largest tension `-λ_i` [N].
+    pub tension: f64,
+    /// Largest `|λ_i (g + Dλ)_i|` [J].
+    pub complementarity: f64,
+}
+
+impl Problem<'_> {
+    /// Number of points.
+    pub fn n_points(&self) -> usize {
+        self.gaps.len()
+    }
+
+    /// Replaces `out` by the gaps `g⁰ + Aλ` with quasistatic displacement [m].
+    pub fn deformed_gaps(&self, forces: &[f64], out: &mut [f64]) {
+        out.copy_from_slice(self.gaps);
+        add_product(self.compliance, forces, out);
+    }
+
+    /// Energies under `forces`, whose deformed gaps are `deformed` (Eq. C.7).
+    pub fn energies(&self, forces: &[f64], deformed: &[f64]) -> ProblemEnergies {
+        let mut energies = ProblemEnergies::default();
+        for (i, &force) in forces.iter().enumerate() {
+            energies.elastic += 0.5 * force * (deformed[i] - self.gaps[i]);
+            energies.penalty += 0.5 * force * force * self.springs[i];
+        }
+        energies
+    }
+
+    /// Distance of `forces`, whose deformed gaps are `deformed`, from the optimality conditions.
+    pub fn kkt_residual(&self, forces: &[f64], deformed: &[f64]) -> KktResidual {
+        let mut residual = KktResidual::default();
+        for (i, &force) in forces.iter().enumerate() {
+            let slack = deformed[i] + self.springs[i] * force;
+            residual.gap = residual.gap.max(-slack);
+            residual.tension = residual.tension.max(-force);
+            residual.complementarity = residual.complementarity.max((force * slack).abs());
+        }
+        residual
+    }
+
+    /// Deepest penetration without quasistatic displacement, zero if no point penetrates, NaN if a gap is not finite [m].
+    pub fn depth(&self) -> f64 {
+        depth(self.gaps)
+    }
+}
+
+/// `max(0, -min g)`; NaN if any gap is not finite.
+pub(crate) fn depth(gaps: &[f64]) -> f64 {
+    let mut deepest = 0.0;
+    for &gap in gaps {
+        if !gap.is_finite() {
+            return f64::NAN;
+        }
+        deepest = f64::max(deepest, -gap);
+    }
+    deepest
+}
+
+/// `out += matrix * x`, column by column, columns with `x_j = 0` left out.
+pub(crate) fn add_product(matrix: &Mat<f64>, x: &[f64], out: &mut [f64]) {
+    for (j, &factor) in x.iter().enumerate() {
+        if factor != 0.0 {
+            for (o, a) in out.iter_mut().zip(matrix.col_as_slice(j)) {
+                *o += a * factor;
+            }
+        }
+    }
+}

@@ -1,0 +1,242 @@
+//! One body's quasistatic contact zone, projected on the contact normal, with the solver chosen by settings.
+
+use faer::Mat;
+use ffr_dynamics::body::RigidMotion;
+use ffr_dynamics::error::Rejection;
+
+use super::active_set::{ActiveSet, SolveReport};
+use super::broyden::{Broyden, BroydenSettings, ModalProblem};
+use super::modal_basis::ModalBasis;
+use super::problem::Problem;
+use crate::ContactError;
+
+/// Which solver finds the point forces.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Method {
+    /// Active-set solver; the default.
+    #[default]
+    ActiveSet,
+    /// Algorithm 1 of [A]; needs a finite penalty factor.
+    Broyden(BroydenSettings),
+}
+
+enum Solver {
+    ActiveSet(ActiveSet),
+    Broyden(Box<Modal>),
+}
+
+/// Algorithm 1 with its shapes and their projection on the normal.
+struct Modal {
+    solver: Broyden,
+    basis: ModalBasis,
+    normal_shapes: Mat<f64>,
+}
+
+/// Compliance of a contact zone, its projection on the normal and the solver's state.
+///
+/// Rows and columns of the compliance are ordered `n_components * point + component`.
+pub struct Quasistatic {
+    n_components: usize,
+    compliance: Mat<f64>,
+    /// Normal in the model's components that the projections belong to; NaN before the first one.
+    normal: [f64; 3],
+    normal_compliance: Mat<f64>,
+    solver: Solver,
+}
+
+impl Quasistatic {
+    /// Zone with compliance `N_b G N_bᵀ` (docs/theory.md Eq. C.2), `n_c n_p × n_c n_p` [m/N].
+    ///
+    /// # Errors
+    /// [`ContactError::Inconsistent`] if its size is no multiple of the number of components or it is not finite; with
+    /// [`Method::Broyden`] also where [`ModalBasis::from_compliance`] fails.
+    pub fn new(method: Method, motion: RigidMotion, compliance: Mat<f64>) -> Result<Self, ContactError> {
+        let (n_components, n_rows) = (motion.n_components(), compliance.nrows());
+        if compliance.ncols() != n_rows || n_rows % n_components != 0 || !compliance.norm_max().is_finite() {
+            return Err(ContactError::Inconsistent {
+                reason: format!(
+                    "compliance of the contact points is {n_rows} x {} with largest entry {:e} m/N, {n_components} finite rows a point are needed",
+                    compliance.ncols(),
+                    compliance.norm_max()
+                ),
+            });
+        }
+        let n_points = n_rows / n_components;
+        let solver = match method {
+            Method::ActiveSet => Solver::ActiveSet(ActiveSet::new(n_points)),
+            Method::Broyden(settings) => {
+                let basis = basis_from_compliance(motion, &compliance)?;
+                Solver::broyden(settings, basis, n_points)
+            }
+        };
+        Ok(Self::assemble(n_components, compliance, solver))
+    }
+
+    /// Zone with high-frequency modes `basis` at the points, solved by Algorithm 1 of [A].
+    ///
+    /// # Errors
+    /// [`ContactError::Inconsistent`] if the number of rows is no multiple of the number of components.
+    pub fn with_modes(
+        settings: BroydenSettings,
+        motion: RigidMotion,
+        basis: ModalBasis,
+    ) -> Result<Self, ContactError> {
+        let (n_components, n_rows) = (motion.n_components(), basis.shapes.nrows());
+        if n_rows % n_components != 0 {
+            return Err(ContactError::Inconsistent {
+                reason: format!("mode shapes have {n_rows} rows, {n_components} a point are needed"),
+            });
+        }
+        let compliance = basis.compliance();
+        let solver = Solver::broyden(settings, basis, n_rows / n_components);
+        Ok(Self::assemble(n_components, compliance, solver))
+    }
+
+    fn assemble(n_components: usize, compliance: Mat<f64>, solver: Solver) -> Self {
+        let n_points = compliance.nrows() / n_components;
+        Self {
+            n_components,
+            compliance,
+            normal: [f64::NAN; 3],
+            normal_compliance: Mat::zeros(n_points, n_points),
+            solver,
+        }
+    }
+
+    /// Number of points.
+    pub fn n_points(&self) -> usize {
+        self.normal_compliance.nrows()
+    }
+
+    /// Normal compliance `A` of the last projection, `n_points × n_points` [m/N].
+    pub fn normal_compliance(&self) -> &Mat<f64> {
+        &self.normal_compliance
+    }
+
+    /// Whether the solver needs finite penalty factors.
+    pub fn needs_springs(&self) -> bool {
+        matches!(self.solver, Solver::Broyden(_))
+    }
+
+    /// Projects compliance or shapes on the unit normal `normal`, given in the model's components (Eq. C.2). Does nothing
+    /// when the normal has not changed in any bit.
+    pub fn project(&mut self, normal: [f64; 3]) {
+        let unchanged = normal.iter().zip(&self.normal).all(|(a, b)| a.to_bits() == b.to_bits());
+        if unchanged {
+            return;
+        }
+        self.normal = normal;
+        let (n_points, nc) = (self.n_points(), self.n_components);
+        for j in 0..n_points {
+            let target = self.normal_compliance.col_as_slice_mut(j);
+            target.fill(0.0);
+            for (c, &normal_c) in normal[..nc].iter().enumerate() {
+                if normal_c == 0.0 {
+                    continue;
+                }
+                let source = self.compliance.col_as_slice(nc * j + c).chunks_exact(nc);
+                for (t, point) in target.iter_mut().zip(source) {
+                    *t += normal_c * point.iter().zip(&normal).map(|(a, n)| a * n).sum::<f64>();
+                }
+            }
+        }
+        match &mut self.solver {
+            Solver::ActiveSet(solver) => solver.invalidate(),
+            Solver::Broyden(modal) => {
+                let Modal { basis, normal_shapes, .. } = modal.as_mut();
+                for k in 0..basis.n_coordinates() {
+                    let source = basis.shapes.col_as_slice(k).chunks_exact(nc);
+                    for (t, point) in normal_shapes.col_as_slice_mut(k).iter_mut().zip(source) {
+                        *t = point.iter().zip(&normal).map(|(a, n)| a * n).sum();
+                    }
+                }
+            }
+        }
+    }
+
+    /// Solves for the point forces `forces` [N] at gaps `gaps` [m] with penalty springs of compliance `springs` [m/N].
+    ///
+    /// # Errors
+    /// [`Rejection`] with the codes of [`ActiveSet::solve`] and [`Broyden::solve`].
+    pub fn solve(
+        &mut self,
+        springs: &[f64],
+        gaps: &[f64],
+        forces: &mut [f64],
+    ) -> Result<SolveReport, Rejection> {
+        match &mut self.solver {
+            Solver::ActiveSet(solver) => {
+                solver.solve(&Problem { compliance: &self.normal_compliance, springs, gaps }, forces)
+            }
+            Solver::Broyden(modal) => {
+                let Modal { solver, basis, normal_shapes } = modal.as_mut();
+                let stiffness = &basis.stiffness;
+                solver.solve(&ModalProblem { shapes: normal_shapes, stiffness, springs, gaps }, forces)
+            }
+        }
+    }
+
+    /// Replaces `out` by the quasistatic displacements of the points, `n_components` rows a point, under `forces` along the
+    /// normal of the last projection [m].
+    pub fn displacements(&self, forces: &[f64], out: &mut [f64]) {
+        out.fill(0.0);
+        for (j, &force) in forces.iter().enumerate() {
+            for (c, &normal_c) in self.normal[..self.n_components].iter().enumerate() {
+                let factor = force * normal_c;
+                if factor != 0.0 {
+                    let column = self.compliance.col_as_slice(self.n_components * j + c);
+                    out.iter_mut().zip(column).for_each(|(o, a)| *o += a * factor);
+                }
+            }
+        }
+    }
+
+    /// To be called when the springs have changed.
+    pub fn springs_changed(&mut self) {
+        if let Solver::ActiveSet(solver) = &mut self.solver {
+            solver.invalidate();
+        }
+    }
+
+    /// Remembers the solver's state.
+    pub fn save(&mut self) {
+        match &mut self.solver {
+            Solver::ActiveSet(solver) => solver.save(),
+            Solver::Broyden(modal) => modal.solver.save(),
+        }
+    }
+
+    /// Returns to the remembered state.
+    pub fn restore(&mut self) {
+        match &mut self.solver {
+            Solver::ActiveSet(solver) => solver.restore(),
+            Solver::Broyden(modal) => modal.solver.restore(),
+        }
+    }
+}
+
+impl Solver {
+    fn broyden(settings: BroydenSettings, basis: ModalBasis, n_points: usize) -> Self {
+        let n = basis.n_coordinates();
+        Self::Broyden(Box::new(Modal {
+            solver: Broyden::new(settings, n_points, n),
+            normal_shapes: Mat::zeros(n_points, n),
+            basis,
+        }))
+    }
+}
+
+/// Modes of a compliance. The normal of an axisymmetric body is its axis, so that the axial block is enough there and the
+/// Jacobian half as large.
+fn basis_from_compliance(motion: RigidMotion, compliance: &Mat<f64>) -> Result<ModalBasis, ContactError> {
+    if motion != RigidMotion::Axial {
+        return ModalBasis::from_compliance(compliance);
+    }
+    let n_points = compliance.nrows() / 2;
+    let axial = Mat::from_fn(n_points, n_points, |i, j| compliance[(2 * i + 1, 2 * j + 1)]);
+    let basis = ModalBasis::from_compliance(&axial)?;
+    let shapes = Mat::from_fn(2 * n_points, basis.n_coordinates(), |row, k| {
+        if row % 2 == 1 { basis.shapes[(row / 2, k)] } else { 0.0 }
+    });
+    Ok(ModalBasis { shapes, stiffness: basis.stiffness })
+}
