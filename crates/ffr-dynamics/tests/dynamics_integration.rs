@@ -225,7 +225,9 @@ fn refusal_of_the_right_hand_side_shrinks_the_step_and_restores_the_inner_state(
     let step = integrator.step(&mut system, 10.0).unwrap();
     assert_eq!(step.rejected, 3);
     assert_eq!((system.saves, system.restores), (1, 3));
-    assert_eq!(integrator.statistics().rejected, 3);
+    let statistics = integrator.statistics();
+    assert_eq!((statistics.rejected, statistics.refused), (3, 3));
+    assert_eq!(integrator.last_refusal().map(|r| r.code), Some(-1));
     // The saved state is zero evaluations; the first stage is not evaluated again, six stages follow.
     assert_eq!(system.inner, 6);
     assert_eq!(system.last_time, step.end, "the inner state belongs to the end of the step");

@@ -66,6 +66,7 @@ pub struct DormandPrince {
     scratch: Vec<f64>,
     interval: (f64, f64),
     dense: [Vec<f64>; 5],
+    last_refusal: Option<Rejection>,
 }
 
 impl DormandPrince {
@@ -89,6 +90,7 @@ impl DormandPrince {
             scratch: zeros(),
             interval: (t, t),
             dense: std::array::from_fn(|_| zeros()),
+            last_refusal: None,
         })
     }
 
@@ -110,6 +112,11 @@ impl DormandPrince {
     /// Work done since the integrator was made; restarts do not reset it.
     pub fn statistics(&self) -> Statistics {
         self.statistics
+    }
+
+    /// Last refusal of the right-hand side with its code, in whatever step; `None` if there never was one.
+    pub fn last_refusal(&self) -> Option<&Rejection> {
+        self.last_refusal.as_ref()
     }
 
     /// Step proposed next, 0 if none is known yet [s].
@@ -135,7 +142,8 @@ impl DormandPrince {
 
     /// Goes on from another time and state with the step size proposed so far.
     ///
-    /// The dense output of the last step is lost. For a state of another size make a new integrator.
+    /// The dense output of the last step is lost. The system's inner state is not touched: to go back into the last step,
+    /// call [`OdeSystem::restore`] as well, which takes it to the step's start. For a state of another size make a new integrator.
     ///
     /// # Panics
     /// If the length of `y` differs from the dimension.
@@ -177,21 +185,25 @@ impl DormandPrince {
         loop {
             let (h, is_last) = self.next_step(t_end);
             let tried = self.attempt(system, h);
-            let (error, refusal) = match tried {
+            let (error, is_refused) = match tried {
                 Ok(error) if error <= 1.0 || (self.settings.is_fixed && error.is_finite()) => {
                     let end = if is_last { t_end } else { self.t + h };
                     return Ok(self.accept(system, end, h, error, rejected));
                 }
-                Ok(error) if error.is_finite() => (Some(error), None),
-                Ok(_) => (None, None),
-                Err(refusal) => (None, Some(refusal)),
+                Ok(error) if error.is_finite() => (Some(error), false),
+                Ok(_) => (None, false),
+                Err(refusal) => {
+                    self.last_refusal = Some(refusal);
+                    (None, true)
+                }
             };
             rejected += 1;
             self.statistics.rejected += 1;
+            self.statistics.refused += u64::from(is_refused);
             system.restore();
             let shrunk = h * self.controller.rejected(error);
             if self.settings.is_fixed || shrunk < smallest_step(self.t, t_end) {
-                return Err(self.underflow(shrunk, error, refusal));
+                return Err(self.underflow(shrunk, error, is_refused));
             }
             self.h = shrunk;
         }
@@ -226,7 +238,10 @@ impl DormandPrince {
             }
             self.statistics.evaluations += 1;
             if let Err(refusal) = system.rhs(self.t, &self.y, &mut self.k[0]) {
-                return Err(self.failure(format!("no forces at the starting state: {}", refusal.reason)));
+                let reason = format!("no forces at the starting state: {}", refusal.reason);
+                self.statistics.refused += 1;
+                self.last_refusal = Some(refusal);
+                return Err(self.failure(reason));
             }
             if let Some(i) = self.k[0].iter().position(|v| !v.is_finite()) {
                 return Err(self.failure(format!("rate {i} of the starting state is not finite")));
@@ -353,11 +368,11 @@ impl DormandPrince {
         DynamicsError::Integration { time: self.t, reason }
     }
 
-    fn underflow(&self, h: f64, error: Option<f64>, refusal: Option<Rejection>) -> DynamicsError {
-        let reason = match (refusal, error) {
-            (Some(refusal), _) => refusal.reason,
-            (None, Some(error)) => format!("error norm {error:.3e}, limit 1"),
-            (None, None) => "the solution is not finite".to_string(),
+    fn underflow(&self, h: f64, error: Option<f64>, is_refused: bool) -> DynamicsError {
+        let reason = match (&self.last_refusal, error) {
+            (Some(refusal), _) if is_refused => refusal.reason.clone(),
+            (_, Some(error)) => format!("error norm {error:.3e}, limit 1"),
+            _ => "the solution is not finite".to_string(),
         };
         let remedy = if self.settings.is_fixed {
             "take a smaller fixed step"

@@ -71,6 +71,8 @@ pub struct Statistics {
     pub steps: u64,
     /// Rejected steps, whatever the reason.
     pub rejected: u64,
+    /// Of these, steps in which the right-hand side refused a state (contact solver without a solution).
+    pub refused: u64,
     /// Evaluations of the right-hand side, refused ones included.
     pub evaluations: u64,
 }

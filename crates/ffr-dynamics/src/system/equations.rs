@@ -9,7 +9,7 @@ use super::force::{BodyState, GeneralisedForce};
 use crate::body::standard_input_data::inertia_from;
 use crate::body::{RigidMotion, StandardInputData};
 use crate::error::Rejection;
-use crate::kinematics::rotation::{axial, skew};
+use crate::kinematics::rotation::skew;
 
 /// Buffers for one body.
 #[derive(Debug, Clone)]
@@ -125,36 +125,33 @@ impl BodyWorkspace {
         state: &BodyState,
         force: &GeneralisedForce,
     ) -> RigidPart {
-        let (n_q, n_c) = (data.n_modes(), data.motion.n_components());
         self.deform(data, state);
+        self.couple(data);
         let omega = &state.angular_velocity;
+        let (q, rates) = (&state.elastic, &state.elastic_rates);
         let (mut mass_moment, mut mass_moment_rate) = (data.mass_moment, Vector3::zeros());
-        // Σ q_j C1_j, Σ q_j Q_j and Σ dq_j/dt Q_j.
-        let (mut at_rest, mut deformed, mut spin) = (Matrix3::zeros(), Matrix3::zeros(), Matrix3::zeros());
-        for j in 0..n_q {
-            let (q, rate) = (state.elastic[j], state.elastic_rates[j]);
-            let (mut moment, mut moment_rate, mut first) =
-                (Matrix3::zeros(), Matrix3::zeros(), Matrix3::zeros());
-            for a in 0..n_c {
-                for b in 0..n_c {
-                    let index = (a * n_c + b) * n_q + j;
-                    moment[(a, b)] = self.moments[index];
-                    moment_rate[(a, b)] = self.moment_rates[index];
-                    first[(a, b)] = data.position_shape[index];
-                }
-            }
-            at_rest += first * q;
-            deformed += moment * q;
-            spin += moment * rate;
-            let c = &data.coupling_translation[j];
-            mass_moment += c * q;
-            mass_moment_rate += c * rate;
-            let h = axial(&moment);
-            self.coupling[j] = [c.x, c.y, c.z, h.x, h.y, h.z];
-            let centrifugal = omega.dot(&(moment * omega)) - omega.norm_squared() * moment.trace();
-            self.elastic[j] -= centrifugal + 2.0 * omega.dot(&axial(&moment_rate));
+        for ((c, q), rate) in data.coupling_translation.iter().zip(q).zip(rates) {
+            mass_moment += c * *q;
+            mass_moment_rate += c * *rate;
         }
-        let inertia = inertia_from(&(data.second_moment + at_rest.transpose() + deformed));
+        // Elastic part of h_omega: Σ_ab centrifugal_ab Q_j,ab + coriolis_ab (∫ ρ (du/dt) φ_jᵀ)_ab.
+        let centrifugal = omega * omega.transpose() - Matrix3::identity() * omega.norm_squared();
+        let coriolis = -2.0 * skew(omega);
+        // Changes of the second moment Σ q_j (P_jᵀ + Q_j), and Π = Σ dq_j/dt Q_j.
+        let (mut change, mut spin) = (Matrix3::zeros(), Matrix3::zeros());
+        let (n_q, n_c) = (data.n_modes(), data.motion.n_components());
+        for (a, b) in (0..n_c).flat_map(|a| (0..n_c).map(move |b| (a, b))) {
+            let row = (a * n_c + b) * n_q..(a * n_c + b + 1) * n_q;
+            let (moments, moment_rates) = (&self.moments[row.clone()], &self.moment_rates[row.clone()]);
+            change[(a, b)] += dot(moments, q);
+            change[(b, a)] += dot(&data.position_shape[row], q);
+            spin[(a, b)] = dot(moments, rates);
+            let (weight, rate_weight) = (centrifugal[(a, b)], coriolis[(a, b)]);
+            for ((f, m), r) in self.elastic.iter_mut().zip(moments).zip(moment_rates) {
+                *f -= weight * m + rate_weight * r;
+            }
+        }
+        let inertia = inertia_from(&(data.second_moment + change));
         let local = state.rotation.inverse_transform_vector(&force.force);
         let f = local - omega.cross(&(omega.cross(&mass_moment) + 2.0 * mass_moment_rate));
         let gyroscopic = 2.0 * (omega * spin.trace() - spin.tr_mul(omega));
@@ -162,6 +159,21 @@ impl BodyWorkspace {
         RigidPart {
             inertia: rigid_inertia(data.mass, &mass_moment, &inertia),
             force: [f.x, f.y, f.z, torque.x, torque.y, torque.z],
+        }
+    }
+
+    /// Rows `[C_t C_r(q_e)]` from the moments of the deformed body.
+    fn couple(&mut self, data: &StandardInputData) {
+        let (n_q, n_c) = (data.n_modes(), data.motion.n_components());
+        let moments = &self.moments;
+        for (j, (row, c)) in self.coupling.iter_mut().zip(&data.coupling_translation).enumerate() {
+            let part =
+                |a: usize, b: usize| moments[(a * n_c + b) * n_q + j] - moments[(b * n_c + a) * n_q + j];
+            *row = if n_c == 3 {
+                [c.x, c.y, c.z, part(1, 2), part(2, 0), part(0, 1)]
+            } else {
+                [c.x, c.y, c.z, 0.0, 0.0, part(0, 1)]
+            };
         }
     }
 
@@ -203,6 +215,10 @@ impl BodyWorkspace {
             }
         }
     }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Lower triangle of `[m E, -s~; s~, I]`.

@@ -1,0 +1,148 @@
+//! Two bodies that act on each other: nothing is lost between them, and refusals reach the integrator.
+
+#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
+
+#[expect(dead_code, reason = "other test binaries use the rest")]
+mod dynamics_support;
+
+use dynamics_support::{Random, block, rigid_rotor};
+use ffr_dynamics::body::RigidMotion;
+use ffr_dynamics::error::Rejection;
+use ffr_dynamics::integration::{DormandPrince, StepSettings};
+use ffr_dynamics::kinematics::FlexiblePoint;
+use ffr_dynamics::system::{
+    BodyState, ErrorScale, ForceElement, ForceEnergies, FreeBodies, FreeBody, GeneralisedForce,
+};
+use nalgebra::{UnitQuaternion, Vector3};
+
+/// Spring and damper between a point of body 0 and a point of body 1. If asked to, it refuses 3 calls after the twentieth.
+struct Spring {
+    points: [FlexiblePoint; 2],
+    stiffness: f64,
+    damping: f64,
+    energies: ForceEnergies,
+    resultant: Vector3<f64>,
+    calls: u32,
+    restores: u32,
+    refusals: u32,
+    refuses: bool,
+}
+
+impl ForceElement for Spring {
+    fn apply(
+        &mut self,
+        _t: f64,
+        bodies: &[BodyState],
+        forces: &mut [GeneralisedForce],
+    ) -> Result<(), Rejection> {
+        self.calls += 1;
+        if self.refuses && self.refusals < 3 && self.calls > 20 {
+            self.refusals += 1;
+            return Err(Rejection { code: -1, reason: "the spring does not converge".to_string() });
+        }
+        let [first, second] = &self.points;
+        let distance = second.position(&bodies[1]) - first.position(&bodies[0]);
+        let rate = second.velocity(&bodies[1]) - first.velocity(&bodies[0]);
+        // A damper along all three directions would turn the bodies: the force has to be along the distance.
+        let direction = distance.normalize();
+        let closing = rate.dot(&direction);
+        self.resultant = self.stiffness * distance + self.damping * closing * direction;
+        self.energies = ForceEnergies {
+            penalty: 0.5 * self.stiffness * distance.norm_squared(),
+            dissipated_power: self.damping * closing * closing,
+            ..ForceEnergies::default()
+        };
+        first.add_force(&bodies[0], &self.resultant, &mut forces[0]);
+        second.add_force(&bodies[1], &-self.resultant, &mut forces[1]);
+        Ok(())
+    }
+
+    fn energies(&self) -> ForceEnergies {
+        self.energies
+    }
+
+    fn resultant(&self) -> Vector3<f64> {
+        self.resultant
+    }
+
+    fn save(&mut self) {}
+
+    fn restore(&mut self) {
+        self.restores += 1;
+    }
+}
+
+/// A flexible block, tied to a rigid rotor.
+fn pair(damping: f64, refuses: bool) -> (FreeBodies<Spring>, Vec<f64>) {
+    let sample = block(RigidMotion::Spatial, 6);
+    let corner = FlexiblePoint::from_rows(RigidMotion::Spatial, sample.node(3), sample.shapes.as_ref(), 9);
+    let mut start = Random(9).state(&sample.data);
+    start.position = Vector3::new(0.5, 0.0, 0.2);
+    let mut other = BodyState::at_rest(0);
+    other.rotation = UnitQuaternion::from_scaled_axis(Vector3::new(0.1, 2.0, -0.4));
+    other.angular_velocity = Vector3::new(3.0, -1.0, 0.5);
+    let bodies = vec![
+        FreeBody { name: "block".to_string(), data: sample.data },
+        FreeBody { name: "rotor".to_string(), data: rigid_rotor() },
+    ];
+    let spring = Spring {
+        points: [corner, FlexiblePoint::rigid(Vector3::new(-0.4, 0.3, 0.1))],
+        stiffness: 5e3,
+        damping,
+        energies: ForceEnergies::default(),
+        resultant: Vector3::zeros(),
+        calls: 0,
+        restores: 0,
+        refusals: 0,
+        refuses,
+    };
+    let mut system = FreeBodies::new(bodies, Vector3::zeros(), vec![spring]).unwrap();
+    system.set_error_scale(ErrorScale { relative: 1e-10, ..ErrorScale::default() }).unwrap();
+    let y = system.state_vector(&[start, other]).unwrap();
+    (system, y)
+}
+
+#[test]
+fn bodies_exchange_momentum_and_energy_without_loss() {
+    for damping in [0.0, 20.0] {
+        let (mut system, y) = pair(damping, false);
+        system.evaluate_forces(0.0, &y).unwrap();
+        let (before, spring) = (system.invariants(&y), system.forces()[0].energies().penalty);
+        let first = system.body_state(&y, 0).velocity;
+        let mut integrator = DormandPrince::new(StepSettings::default(), 0.0, &y).unwrap();
+        integrator.run(&mut system, 0.02, |_, _| true).unwrap();
+        let y = integrator.state().to_vec();
+        let after = system.invariants(&y);
+        assert!((system.body_state(&y, 0).velocity - first).norm() > 0.1, "they have pulled");
+        // Tolerance 1e-10 a step, about a thousand steps, errors of one sign.
+        const TOLERANCE: f64 = 1e-8;
+        let linear = (after.linear_momentum - before.linear_momentum).norm();
+        assert!(linear < TOLERANCE * before.linear_momentum.norm(), "{linear}");
+        let angular = (after.angular_momentum - before.angular_momentum).norm();
+        assert!(angular < TOLERANCE * before.angular_momentum.norm(), "{angular}");
+        let energies = system.forces()[0].energies();
+        let total = after.energy() + energies.penalty + system.dissipated_work(&y);
+        let expected = before.energy() + spring;
+        assert!((total - expected).abs() < 3.0 * TOLERANCE * expected, "{total} {expected}");
+        assert_eq!(damping > 0.0, system.dissipated_work(&y) > 1e-3);
+    }
+}
+
+#[test]
+fn refusal_of_a_force_element_repeats_the_step_and_leaves_the_answer_alone() {
+    let mut ends = Vec::new();
+    for refuses in [false, true] {
+        let (mut system, y) = pair(0.0, refuses);
+        let mut integrator = DormandPrince::new(StepSettings::default(), 0.0, &y).unwrap();
+        integrator.run(&mut system, 2e-3, |_, _| true).unwrap();
+        let spring = &system.forces()[0];
+        assert_eq!(spring.refusals, if refuses { 3 } else { 0 });
+        assert!(
+            spring.restores >= spring.refusals
+                && integrator.statistics().rejected >= u64::from(spring.refusals)
+        );
+        ends.push(system.body_state(integrator.state(), 0));
+    }
+    assert!((ends[0].position - ends[1].position).norm() < 1e-10);
+    assert!((ends[0].angular_velocity - ends[1].angular_velocity).norm() < 1e-8 * 20.0);
+}
