@@ -1,0 +1,176 @@
+//! The part of a body's surface that may touch a plane: its interval, points, and interface unknowns.
+
+use contact_qs::ContactError;
+use contact_qs::points::SurfacePoint;
+use iga_core::elasticity::Model;
+use iga_core::nurbs::local::parameter_at_distance;
+use iga_core::space::Space;
+use iga_core::surface::{BodySurface, CollocationPoint, Face, gauss_points, greville_points};
+use nalgebra::Vector3;
+
+use crate::elastic_body::ElasticBody;
+use crate::error::AdaptiveError;
+use crate::spec::{PlaneContactSpec, PointRule};
+
+/// Slack of comparisons between parameters, as a share of the patch's range: round-off of arc lengths.
+const PARAMETER_SLACK: f64 = 1e-9;
+
+/// A contact interval on a face of a body.
+pub struct ContactZone {
+    /// Contact points with their functions.
+    pub points: Vec<SurfacePoint>,
+    /// Unknowns of the interface, rising.
+    pub unknowns: Vec<usize>,
+    /// Full width of the interval [m].
+    pub width: f64,
+}
+
+/// A box of parameters on a face.
+struct Interval {
+    lower: [f64; 3],
+    upper: [f64; 3],
+    slack: [f64; 3],
+    /// Whether the end of the interval is an end of the patch, lower and upper, a direction.
+    is_natural_end: [[bool; 2]; 3],
+}
+
+impl Interval {
+    fn contains(&self, xi: &[f64; 3]) -> bool {
+        (0..3).all(|d| xi[d] >= self.lower[d] - self.slack[d] && xi[d] <= self.upper[d] + self.slack[d])
+    }
+}
+
+impl ContactZone {
+    /// The zone of `body` about its first point of contact with the plane of `contact`.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Contact`] if no width is known, the zone is empty or touches a singular line;
+    /// [`AdaptiveError::Unsupported`] if the plane does not fit the body's model.
+    pub fn new(body: &ElasticBody, contact: &PlaneContactSpec) -> Result<Self, AdaptiveError> {
+        let fail = |source| AdaptiveError::Contact { contact: contact.name.clone(), source };
+        let axisymmetric = body.spec.model == Model::Axisymmetric;
+        let patches = &body.shape.patches;
+        let surface = BodySurface::new(patches, axisymmetric);
+        let direction = model_components(body, &contact.plane_normal);
+        let first = surface.lowest(patches, &direction).ok_or_else(|| fail(ContactError::Empty { width: 0.0 }))?;
+        let face = surface.faces()[first.face];
+        let width = contact.width.or_else(|| refined_width(body, &first.point)).ok_or_else(|| {
+            let reason = format!(
+                "the body is not refined at its first point of contact ({:.6e}, {:.6e}, {:.6e}) m; give interval.width or refine there",
+                first.point[0], first.point[1], first.point[2]
+            );
+            fail(ContactError::Inconsistent { reason })
+        })?;
+        let interval = Interval::about(body, &face, &first.xi, 0.5 * width);
+        if let Some(set) = body.shape.singular_in(face.id.patch, &interval.lower, &interval.upper) {
+            return Err(fail(ContactError::Singular { name: set.name.clone() }));
+        }
+        let points = collocate(body, &face, &interval, contact.points);
+        if points.is_empty() {
+            return Err(fail(ContactError::Empty { width }));
+        }
+        let unknowns = interface(body, &face, &interval, &points);
+        Ok(Self { points, unknowns, width })
+    }
+}
+
+impl Interval {
+    fn about(body: &ElasticBody, face: &Face, centre: &[f64; 3], half_width: f64) -> Self {
+        let patch = &body.shape.patches[face.id.patch];
+        let mut interval = Self {
+            lower: face.on_face(centre),
+            upper: face.on_face(centre),
+            slack: [0.0; 3],
+            is_natural_end: [[true; 2]; 3],
+        };
+        for d in face.directions() {
+            let (first, last) = patch.knots()[d].domain();
+            interval.slack[d] = PARAMETER_SLACK * (last - first);
+            interval.lower[d] = parameter_at_distance(patch, &interval.lower, d, -half_width);
+            interval.upper[d] = parameter_at_distance(patch, &interval.upper, d, half_width);
+            interval.is_natural_end[d] = [
+                interval.lower[d] <= first + interval.slack[d],
+                interval.upper[d] >= last - interval.slack[d],
+            ];
+        }
+        interval
+    }
+
+    /// Whether a point lies in an element at an end of the interval that is not an end of the body's surface.
+    fn is_on_rim(&self, body: &ElasticBody, patch: usize, face: &Face, xi: &[f64; 3]) -> bool {
+        let knots = body.shape.patches[patch].knots();
+        face.directions().any(|d| {
+            let k = &knots[d];
+            let inside = |u: f64| k.element(k.find_element(u));
+            let (first_end, last_start) =
+                (inside(self.lower[d] + 2.0 * self.slack[d]).1, inside(self.upper[d] - 2.0 * self.slack[d]).0);
+            (!self.is_natural_end[d][0] && xi[d] < first_end - self.slack[d])
+                || (!self.is_natural_end[d][1] && xi[d] > last_start + self.slack[d])
+        })
+    }
+}
+
+/// Vector in space as a vector in the model's components, for a body in its initial orientation.
+fn model_components(body: &ElasticBody, vector: &Vector3<f64>) -> [f64; 3] {
+    let local = body.spec.motion.rotation.inverse_transform_vector(vector);
+    let motion = body.assembled.motion;
+    let mut components = [0.0; 3];
+    for (c, slot) in components.iter_mut().enumerate().take(motion.n_components()) {
+        *slot = local[motion.direction(c)];
+    }
+    components
+}
+
+/// Width of the refinement in which `point` lies.
+fn refined_width(body: &ElasticBody, point: &[f64; 3]) -> Option<f64> {
+    let distance = |centre: &[f64; 3]| -> f64 {
+        centre.iter().zip(point).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+    };
+    let near = body.spec.discretisation.refine.iter().filter(|r| distance(&r.centre) < r.half_width);
+    near.map(|r| 2.0 * (r.half_width - distance(&r.centre))).max_by(f64::total_cmp)
+}
+
+/// Contact points of the interval.
+fn collocate(body: &ElasticBody, face: &Face, interval: &Interval, rule: PointRule) -> Vec<SurfacePoint> {
+    let patches = &body.shape.patches;
+    let all: Vec<CollocationPoint> = match rule {
+        PointRule::Greville => greville_points(&body.space, patches, &[*face]),
+        PointRule::Gauss => gauss_points(&body.space, patches, &[*face], None),
+    };
+    let thickness = match body.spec.model {
+        Model::PlaneStrain { thickness } | Model::PlaneStress { thickness } => thickness,
+        Model::Axisymmetric | Model::Solid => 1.0,
+    };
+    all.into_iter()
+        .filter(|p| interval.contains(&p.xi))
+        .map(|p| SurfacePoint {
+            position: p.point,
+            area: p.area * thickness,
+            functions: body.functions_at(p.element, &p.xi),
+            on_rim: interval.is_on_rim(body, face.id.patch, face, &p.xi),
+        })
+        .collect()
+}
+
+/// All unknowns of the functions that are not zero on the interval.
+fn interface(body: &ElasticBody, face: &Face, interval: &Interval, points: &[SurfacePoint]) -> Vec<usize> {
+    let inner = gauss_points(&body.space, &body.shape.patches, &[*face], None);
+    let inner = inner.into_iter().filter(|p| interval.contains(&p.xi));
+    let mut nodes: Vec<u32> = inner
+        .flat_map(|p| body.functions_at(p.element, &p.xi))
+        .map(|(node, _)| node)
+        .chain(points.iter().flat_map(|p| p.functions.iter().map(|f| f.0)))
+        .collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    let n_components = body.assembled.motion.n_components();
+    let mut unknowns: Vec<usize> =
+        nodes.iter().flat_map(|&n| (0..n_components).filter_map(move |c| body.lookup.number(n, c))).collect();
+    unknowns.sort_unstable();
+    unknowns
+}
+
+/// Number of elements of the body, for the log of tries.
+pub fn n_elements(body: &ElasticBody) -> u64 {
+    body.space.n_elements() as u64
+}
