@@ -250,10 +250,9 @@ impl<'a> Driver<'a> {
                 Some(_) => (self.change(i, 1.0)?, self.change(i, -1.0)?),
                 None => (None, None),
             };
-            if self.watches[i].step(now, touch, release) {
-                self.model.remember_peak(i, now.force, now.time, self.integrator.state());
-            }
+            self.watches[i].step(now, touch, release);
         }
+        self.model.offer_to_stress(self.integrator.time());
         Ok(())
     }
 

@@ -1,3 +1,17 @@
 //! The driver of a run: builds models, switches between phases, reports every step to an observer.
+//!
+//! [`spec`] says what a run is made from, [`model`] builds it, [`driver`] runs it, [`record`] is what comes out. The crate
+//! knows no file format and no terminal.
 
+pub mod error;
+pub mod spec;
 pub mod record;
+pub mod elastic_body;
+pub mod contact_zone;
+pub mod stress;
+pub mod simulation;
+pub mod model;
+pub mod impact_watch;
+pub mod driver;
+
+pub use error::AdaptiveError;
