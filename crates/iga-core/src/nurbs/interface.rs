@@ -79,6 +79,11 @@ impl FaceNet {
         &self.points
     }
 
+    /// Size of the patch that the face belongs to [m].
+    pub fn extent(&self) -> f64 {
+        self.extent
+    }
+
     /// Whether the two nets agree point by point in one of the eight ways to lay one on the other.
     pub fn coincides(&self, other: &Self) -> bool {
         let [m, n] = self.sizes;

@@ -1,1 +1,0 @@
-//! Faces of patches: normals, areas, collocation points, closest points.

@@ -1,0 +1,222 @@
+//! Contact points of faces with their tributary areas: Greville and Gauss points (theory Eqs. S.12, S.13).
+
+use std::collections::BTreeMap;
+
+use super::face::Face;
+use crate::nurbs::Patch;
+use crate::nurbs::interface::FaceId;
+use crate::nurbs::jet::{difference, dot, norm};
+use crate::nurbs::patch::PointBasis;
+use crate::quadrature::{GaussRule, MAX_GAUSS};
+use crate::space::Space;
+use crate::tensor;
+
+/// A point of the surface at which the contact condition is watched.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CollocationPoint {
+    /// The face it lies on.
+    pub face: FaceId,
+    /// Element of the space.
+    pub element: usize,
+    /// Parameters in the face's patch.
+    pub xi: [f64; 3],
+    /// Undeformed position [m].
+    pub point: [f64; 3],
+    /// Undeformed outward normal; zero at a pole of the parametrisation.
+    pub normal: [f64; 3],
+    /// Tributary area [m²] (in plane models length [m]): `∫ R_i dA` or Gauss weight times area element.
+    pub area: f64,
+    /// The function whose Greville point it is; `None` for Gauss points.
+    pub function: Option<u32>,
+}
+
+/// A Greville point that waits for its area: face, function, parameters.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Candidate {
+    /// Index into the list of faces.
+    pub face: usize,
+    /// Function of the space.
+    pub function: u32,
+    /// Parameters.
+    pub xi: [f64; 3],
+}
+
+/// Tributary areas `∫ R_i dA` of the functions that do not vanish on the face, by function number [m²]. They are
+/// non-negative and sum to the area of the face.
+pub fn tributary_areas(space: &dyn Space, patches: &[Patch], face: &Face) -> BTreeMap<u32, f64> {
+    let mut areas = BTreeMap::new();
+    let mut active = Vec::new();
+    let (mut basis, mut scratch) = (PointBasis::default(), PointBasis::default());
+    for e in elements_on(space, face) {
+        space.active_functions(e, &mut active);
+        // The integrand is a quotient with a square root in it; a surface is cheap enough for generous rules.
+        for (xi, weight) in points_on(space, face, e, |d| space.gauss_counts(e)[d] + 4) {
+            space.evaluate(e, &xi, 0, &mut basis);
+            let area = weight * face.at(&patches[face.id.patch], &xi, &mut scratch).area;
+            for (&i, r) in active.iter().zip(&basis.values).filter(|(_, r)| **r > 0.0) {
+                *areas.entry(i).or_insert(0.0) += r * area;
+            }
+        }
+    }
+    areas
+}
+
+/// Gauss points of all face elements; `count` points a direction, or as many as the element's matrices take. Areas are Gauss
+/// weight times area element.
+pub fn gauss_points(
+    space: &dyn Space,
+    patches: &[Patch],
+    faces: &[Face],
+    count: Option<usize>,
+) -> Vec<CollocationPoint> {
+    let mut points = Vec::new();
+    let mut scratch = PointBasis::default();
+    for face in faces {
+        for element in elements_on(space, face) {
+            let n = |d: usize| count.unwrap_or(space.gauss_counts(element)[d]);
+            for (xi, weight) in points_on(space, face, element, n) {
+                let at = face.at(&patches[face.id.patch], &xi, &mut scratch);
+                points.push(CollocationPoint {
+                    face: face.id,
+                    element,
+                    xi,
+                    point: at.point,
+                    normal: at.normal,
+                    area: weight * at.area,
+                    function: None,
+                });
+            }
+        }
+    }
+    points
+}
+
+/// Greville points of the functions of plain patches on the faces, with their tributary areas.
+///
+/// A function that is tied (pole, seam, interface) gives one point. Where faces meet smoothly the areas on both sides add
+/// up; at a sharp edge each face keeps a point with its own normal.
+pub fn greville_points(space: &dyn Space, patches: &[Patch], faces: &[Face]) -> Vec<CollocationPoint> {
+    let mut candidates = Vec::new();
+    let (mut basis, mut active) = (PointBasis::default(), Vec::new());
+    for (index, face) in faces.iter().enumerate() {
+        let patch = &patches[face.id.patch];
+        for (net, xi) in face_grevilles(patch, face) {
+            let e = space.find_element(face.id.patch, &xi);
+            space.evaluate(e, &xi, 0, &mut basis);
+            space.active_functions(e, &mut active);
+            // Tied functions share their control point, so the nearest one is the function of this net entry.
+            let own = patch.control_points()[net];
+            let away = |i: u32| norm(&difference(&space.control_points()[i as usize], &own));
+            let near = active.iter().zip(&basis.values).filter(|(_, r)| **r > 0.0).map(|(&i, _)| i);
+            if let Some(function) = near.min_by(|&i, &j| away(i).total_cmp(&away(j))) {
+                candidates.push(Candidate { face: index, function, xi });
+            }
+        }
+    }
+    collocate(space, patches, faces, &candidates)
+}
+
+/// Collocation points from candidates of any space: one point a function and normal direction, with tributary areas.
+pub fn collocate(
+    space: &dyn Space,
+    patches: &[Patch],
+    faces: &[Face],
+    candidates: &[Candidate],
+) -> Vec<CollocationPoint> {
+    let areas: Vec<_> = faces.iter().map(|face| tributary_areas(space, patches, face)).collect();
+    let mut points: Vec<CollocationPoint> = Vec::new();
+    let mut of_function: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+    let mut seen = std::collections::BTreeSet::new();
+    let mut scratch = PointBasis::default();
+    for c in candidates {
+        if !seen.insert((c.face, c.function)) {
+            continue; // a pole or seam within the face: its area is counted already
+        }
+        let face = &faces[c.face];
+        let area = areas[c.face].get(&c.function).copied().unwrap_or(0.0);
+        let xi = face.on_face(&c.xi);
+        let at = face.at(&patches[face.id.patch], &xi, &mut scratch);
+        let known = of_function.entry(c.function).or_default();
+        let undirected = |n: &[f64; 3]| norm(n) < 0.5; // a pole: nothing tells the faces apart
+        let smooth = |&&i: &&usize| {
+            let other = &points[i].normal;
+            undirected(&at.normal) || undirected(other) || dot(other, &at.normal) > 1.0 - SMOOTH
+        };
+        if let Some(&i) = known.iter().find(smooth) {
+            points[i].area += area;
+            continue;
+        }
+        known.push(points.len());
+        points.push(CollocationPoint {
+            face: face.id,
+            element: space.find_element(face.id.patch, &xi),
+            xi,
+            point: at.point,
+            normal: at.normal,
+            area,
+            function: Some(c.function),
+        });
+    }
+    points
+}
+
+/// Normals whose cosine falls short of one by less than this (an angle of about 1e-4) belong to one smooth surface.
+const SMOOTH: f64 = 1e-8;
+
+/// Net index and Greville parameters of each function on the face of a plain patch.
+fn face_grevilles(patch: &Patch, face: &Face) -> Vec<(usize, [f64; 3])> {
+    let sizes = patch.net_size();
+    let grevilles: Vec<Vec<f64>> = patch.knots().iter().map(|k| k.greville()).collect();
+    let layer = if face.id.upper { sizes[face.id.direction] - 1 } else { 0 };
+    let mut all = Vec::new();
+    for net in 0..patch.n_functions() {
+        let index = tensor::unflat(&sizes, net);
+        if index[face.id.direction] == layer {
+            let mut xi = [0.0; 3];
+            for (d, values) in grevilles.iter().enumerate() {
+                xi[d] = values[index[d]];
+            }
+            all.push((net, face.on_face(&xi)));
+        }
+    }
+    all
+}
+
+/// Elements of the space that have a side on the face.
+fn elements_on<'a>(space: &'a dyn Space, face: &Face) -> impl Iterator<Item = usize> + use<'a> {
+    let face = *face;
+    (0..space.n_elements()).filter(move |&e| {
+        let element = space.element(e);
+        let d = face.id.direction;
+        let side = if face.id.upper { element.upper[d] } else { element.lower[d] };
+        element.patch == face.id.patch && side.total_cmp(&face.parameter).is_eq()
+    })
+}
+
+/// Gauss points of the side of element `e` with weights in parameters.
+fn points_on(
+    space: &dyn Space,
+    face: &Face,
+    e: usize,
+    count: impl Fn(usize) -> usize,
+) -> Vec<([f64; 3], f64)> {
+    let element = space.element(e);
+    let mut points = vec![(face.on_face(&[0.0; 3]), 1.0)];
+    for d in face.directions() {
+        let rule = GaussRule::new(count(d).clamp(1, MAX_GAUSS));
+        let half = 0.5 * (element.upper[d] - element.lower[d]);
+        let middle = 0.5 * (element.upper[d] + element.lower[d]);
+        points = rule
+            .points
+            .iter()
+            .zip(&rule.weights)
+            .flat_map(|(x, w)| {
+                points.iter().map(move |&(mut xi, weight)| {
+                    xi[d] = middle + half * x;
+                    (xi, weight * w * half)
+                })
+            })
+            .collect();
+    }
+    points
+}

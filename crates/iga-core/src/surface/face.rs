@@ -1,0 +1,151 @@
+//! One outer face of a body and its differential geometry.
+
+use std::f64::consts::TAU;
+
+use crate::nurbs::Patch;
+use crate::nurbs::interface::{COINCIDENT, FaceId, FaceNet};
+use crate::nurbs::jet::{Jet, cross, dot, norm};
+use crate::nurbs::patch::PointBasis;
+
+/// A face of a patch, seen as a piece of the body's surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Face {
+    /// Which face of which patch.
+    pub id: FaceId,
+    /// Value of the fixed parameter.
+    pub parameter: f64,
+    /// Number of parametric directions of the patch.
+    pub dimension: usize,
+    /// Whether the model is axisymmetric: areas carry `2 pi r`.
+    pub axisymmetric: bool,
+}
+
+/// Geometry of the surface at a point.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct SurfacePoint {
+    /// Position [m].
+    pub point: [f64; 3],
+    /// Derivatives of the position along the face's directions, rising; the second one is zero in two dimensions.
+    pub tangents: [[f64; 3]; 2],
+    /// Outward unit normal; zero where the face is singular (a pole), so that no direction can be given.
+    pub normal: [f64; 3],
+    /// Area (in plane models length) a unit of the face's parameters; axisymmetric faces carry `2 pi r`.
+    pub area: f64,
+}
+
+impl Face {
+    /// Face `id` of a body.
+    pub fn new(patches: &[Patch], id: FaceId, axisymmetric: bool) -> Self {
+        let dimension = patches[id.patch].dimension();
+        Self { id, parameter: id.parameter(patches), dimension, axisymmetric }
+    }
+
+    /// The faces that bound the body outwards: not collapsed to a line or point, not on the axis `r = 0` of an axisymmetric
+    /// model, not shared with another patch and not tied to another face of the same patch (a seam).
+    pub fn outer(patches: &[Patch], axisymmetric: bool) -> Vec<Self> {
+        let ids = FaceId::all(patches);
+        let nets: Vec<_> = ids.iter().map(|&id| FaceNet::new(patches, id)).collect();
+        let mut faces = Vec::new();
+        for (i, &id) in ids.iter().enumerate() {
+            let face = Self::new(patches, id, axisymmetric);
+            let shared = nets.iter().enumerate().any(|(j, net)| j != i && nets[i].coincides(net));
+            let limit = COINCIDENT * nets[i].extent();
+            let on_axis = axisymmetric && nets[i].points().iter().all(|p| p[0].abs() <= limit);
+            if !shared && !on_axis && !face.is_collapsed(&patches[id.patch]) {
+                faces.push(face);
+            }
+        }
+        faces
+    }
+
+    /// Directions that run along the face.
+    pub fn directions(&self) -> impl Iterator<Item = usize> + use<> {
+        self.id.tangents(self.dimension)
+    }
+
+    /// Whether the surface Jacobian vanishes all over the face.
+    fn is_collapsed(&self, patch: &Patch) -> bool {
+        const SHARES: [f64; 3] = [0.21, 0.47, 0.83];
+        let plane = Self { axisymmetric: false, ..*self };
+        let (lower, upper) = patch.domain();
+        let mut scratch = PointBasis::default();
+        (0..9).all(|sample| {
+            let mut xi = lower;
+            for (d, s) in self.directions().zip([SHARES[sample % 3], SHARES[sample / 3]]) {
+                xi[d] = lower[d] + s * (upper[d] - lower[d]);
+            }
+            let extent: f64 = self.directions().map(|d| upper[d] - lower[d]).product();
+            let size = crate::nurbs::locate::extent(patch.control_points());
+            let limit = COINCIDENT * size.powi(self.directions().count() as i32);
+            plane.at(patch, &xi, &mut scratch).area * extent <= limit
+        })
+    }
+
+    /// The parametric point of the face next to `xi`: its fixed parameter replaced by the face's.
+    pub fn on_face(&self, xi: &[f64; 3]) -> [f64; 3] {
+        let mut xi = *xi;
+        xi[self.id.direction] = self.parameter;
+        xi
+    }
+
+    /// Geometry at parameters `xi` of `patch`; the fixed parameter is taken from the face.
+    pub fn at(&self, patch: &Patch, xi: &[f64; 3], scratch: &mut PointBasis) -> SurfacePoint {
+        self.geometry(&patch.jet(&self.on_face(xi), 1, scratch))
+    }
+
+    /// Geometry from position and first derivatives, of the undeformed or of a deformed body (theory Eq. S.10).
+    pub fn geometry(&self, jet: &Jet) -> SurfacePoint {
+        let mut tangents = [[0.0; 3]; 2];
+        for (t, d) in tangents.iter_mut().zip(self.directions()) {
+            *t = jet.first[d];
+        }
+        let sign = if self.id.upper { 1.0 } else { -1.0 };
+        // Increasing the fixed parameter leads along this vector if det J > 0.
+        let (across, largest) = match (self.dimension, self.id.direction) {
+            (1, _) => (jet.first[0], norm(&jet.first[0])),
+            (2, 0) => ([tangents[0][1], -tangents[0][0], 0.0], norm(&tangents[0])),
+            (2, _) => ([-tangents[0][1], tangents[0][0], 0.0], norm(&tangents[0])),
+            (_, 1) => (cross(&tangents[1], &tangents[0]), norm(&tangents[0]) * norm(&tangents[1])),
+            _ => (cross(&tangents[0], &tangents[1]), norm(&tangents[0]) * norm(&tangents[1])),
+        };
+        let length = norm(&across);
+        // Parallel tangents: what is left is the round-off of their product.
+        let regular = length > 1e-12 * largest && length > 0.0;
+        let normal = if regular { across.map(|c| sign * c / length) } else { [0.0; 3] };
+        let element = if self.dimension == 1 { 1.0 } else { length };
+        let area = if self.axisymmetric { TAU * jet.point[0].abs() * element } else { element };
+        SurfacePoint { point: jet.point, tangents, normal, area: if regular { area } else { 0.0 } }
+    }
+
+    /// Principal curvatures [1/m], larger first, positive where the body is convex (`1/R` on a sphere); zero for the
+    /// direction across a plane model. Axisymmetric: meridian and circumference (theory Eq. S.11). `None` where the face is
+    /// singular. `jet` needs second derivatives.
+    pub fn curvatures(&self, jet: &Jet) -> Option<[f64; 2]> {
+        let at = self.geometry(jet);
+        if norm(&at.normal) < 0.5 {
+            return None;
+        }
+        let mut directions = self.directions();
+        let (Some(a), b) = (directions.next(), directions.next()) else { return Some([0.0; 2]) };
+        let bend = |a: usize, b: usize| -dot(&jet.second(a, b), &at.normal);
+        let [t, s] = &at.tangents;
+        let Some(b) = b else {
+            let meridian = bend(a, a) / dot(t, t);
+            // On the axis both curvatures agree; r = 0 up to round-off of the tangent's length.
+            let on_axis = jet.point[0].abs() < 1e-9 * norm(t);
+            let around = match (self.axisymmetric, on_axis) {
+                (true, true) => meridian,
+                (true, false) => at.normal[0] / jet.point[0],
+                (false, _) => 0.0,
+            };
+            return Some([meridian.max(around), meridian.min(around)]);
+        };
+        let (e, f, g) = (dot(t, t), dot(t, s), dot(s, s));
+        let (l, m, n) = (bend(a, a), bend(a, b), bend(b, b));
+        let determinant = e * g - f * f;
+        let mean = 0.5 * (l * g - 2.0 * m * f + n * e) / determinant;
+        let gauss = (l * n - m * m) / determinant;
+        let spread = (mean * mean - gauss).max(0.0).sqrt();
+        Some([mean + spread, mean - spread])
+    }
+}
