@@ -172,6 +172,46 @@ fn linear_displacements_give_constant_stress() {
     }
 }
 
+/// The symmetric matrix of which `lower` is the lower triangle.
+fn dense(lower: &faer::sparse::SparseColMat<u32, f64>) -> nalgebra::DMatrix<f64> {
+    let mut full = nalgebra::DMatrix::zeros(lower.nrows(), lower.ncols());
+    for t in lower.triplet_iter() {
+        (full[(t.row, t.col)], full[(t.col, t.row)]) = (*t.val, *t.val);
+    }
+    full
+}
+
+#[test]
+fn coarsest_meshes_have_no_motions_without_energy_or_mass() {
+    let quad = bodies::quadrilateral([[0.0, 0.0], [1.0, 0.1], [0.1, 0.9], [1.0, 1.2]]);
+    let brick = bodies::brick([1.0; 3], 0.3);
+    let mut cases = Vec::new();
+    for p in 1..=4 {
+        for n in 1..=3 {
+            for (model, n_rigid) in [(PLANE[0], 3), (PLANE[1], 3), (Model::Axisymmetric, 1)] {
+                cases.push((model, n_rigid, bodies::uniform(&quad, p, &[n, 2])));
+            }
+            if p <= 3 && n <= 2 {
+                cases.push((Model::Solid, 6, bodies::uniform(&brick, p, &[n, 2, 1])));
+            }
+        }
+    }
+    for (model, n_rigid, patch) in cases {
+        let name =
+            format!("{model:?} {:?} elements, {} functions", patch.element_counts(), patch.n_functions());
+        let matrices = assemble(&space(patch), &model, &aluminium()).unwrap();
+        let mut stiffness: Vec<f64> =
+            dense(&matrices.stiffness).symmetric_eigenvalues().iter().copied().collect();
+        stiffness.sort_by(f64::total_cmp);
+        let largest = stiffness[stiffness.len() - 1];
+        // Elastic motions lie above 1e-6 of the stiffest one on these meshes, round-off at 1e-15.
+        let n_zero = stiffness.iter().filter(|&&v| v < 1e-9 * largest).count();
+        assert_eq!(n_zero, n_rigid, "{name}");
+        let mass = dense(&matrices.mass).symmetric_eigenvalues();
+        assert!(mass.min() > 1e-9 * mass.max(), "{name}: mass {:e} of {:e}", mass.min(), mass.max());
+    }
+}
+
 /// Strain energy from stresses at the Gauss points: knows nothing of the assembly's products.
 fn strain_energy(space: &PatchSpace, model: &Model, u: &[f64]) -> f64 {
     let (mut workspace, mut basis, mut active) =

@@ -68,10 +68,13 @@ impl NodePattern {
         let n_tasks = n_nodes.div_ceil(COLUMNS_PER_TASK);
         let parts: Vec<(Vec<u32>, Vec<u32>)> = (0..n_tasks)
             .into_par_iter()
-            .map(|t| {
-                let columns = t * COLUMNS_PER_TASK..((t + 1) * COLUMNS_PER_TASK).min(n_nodes);
-                columns_of(connectivity, &elements, columns)
-            })
+            .map_init(
+                || vec![u32::MAX; n_nodes],
+                |marks, t| {
+                    let columns = t * COLUMNS_PER_TASK..((t + 1) * COLUMNS_PER_TASK).min(n_nodes);
+                    columns_of(connectivity, &elements, columns, marks)
+                },
+            )
             .collect();
         let total = parts.iter().map(|(_, rows)| rows.len()).sum();
         index(total)?;
@@ -90,26 +93,26 @@ impl NodePattern {
     }
 }
 
-/// Entry counts and row lists of a range of columns.
+/// Entry counts and row lists of a range of columns; `marks` holds for every node the last column that took it.
 fn columns_of(
     connectivity: &Connectivity,
     elements: &Connectivity,
     columns: std::ops::Range<usize>,
+    marks: &mut [u32],
 ) -> (Vec<u32>, Vec<u32>) {
-    let (mut counts, mut rows, mut column) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut counts, mut rows) = (Vec::new(), Vec::new());
     for node in columns {
-        column.clear();
-        let touching = elements.functions(node);
-        for (i, &e) in touching.iter().enumerate() {
-            column.extend(connectivity.functions(e as usize).iter().filter(|&&f| f as usize >= node));
-            // Keep the list short: neighbouring elements share most functions.
-            if i % 4 == 3 || i + 1 == touching.len() {
-                column.sort_unstable();
-                column.dedup();
+        let start = rows.len();
+        for &e in elements.functions(node) {
+            for &f in connectivity.functions(e as usize) {
+                if f as usize >= node && marks[f as usize] != node as u32 {
+                    marks[f as usize] = node as u32;
+                    rows.push(f);
+                }
             }
         }
-        counts.push(column.len() as u32);
-        rows.extend_from_slice(&column);
+        rows[start..].sort_unstable();
+        counts.push((rows.len() - start) as u32);
     }
     (counts, rows)
 }

@@ -44,27 +44,36 @@ pub(crate) fn add_columns<const D: usize, const G: usize>(
 ) {
     let n = element.nodes.len();
     let held = |node: u32| unknowns.first_component[node as usize] as usize;
-    let mut columns = split_columns::<D>(column, held(element.nodes[own]));
+    let own_held = held(element.nodes[own]);
+    let mut columns = split_columns::<D>(column, own_held);
     let products: [&[f64]; G] = std::array::from_fn(|j| &element.gradients[G * n * (G * own + j)..][..G * n]);
-    for a in own..n {
+    let block_at = |a: usize| {
         let h: [[f64; G]; G] = std::array::from_fn(|i| std::array::from_fn(|j| products[j][G * a + i]));
-        let block = block(&h);
+        block(&h)
+    };
+    let diagonal = block_at(own);
+    for (j, values) in columns.iter_mut().enumerate().skip(own_held) {
+        for i in j..D {
+            values[i - j] += diagonal[i][j];
+        }
+    }
+    for a in own + 1..n {
+        let block = block_at(a);
         let node = element.nodes[a];
         let (row, first) = (offset[node as usize] as usize, held(node));
-        for (j, values) in columns.iter_mut().enumerate() {
-            // Column j starts at its own diagonal entry, `shift` rows below that of the node's first column.
-            let shift = j.saturating_sub(held(element.nodes[own]));
-            if values.is_empty() {
-                continue;
-            }
-            if a == own {
-                for i in j..D {
-                    values[i - j] += block[i][j];
+        for (j, values) in columns.iter_mut().enumerate().skip(own_held) {
+            // Column j starts at its own diagonal entry, j - own_held rows below that of the node's first column.
+            let values = &mut values[row + own_held - j..];
+            match values.first_chunk_mut::<D>() {
+                Some(rows) if first == 0 => {
+                    for i in 0..D {
+                        rows[i] += block[i][j];
+                    }
                 }
-            } else {
-                let rows = &mut values[row - shift..][..D - first];
-                for (value, line) in rows.iter_mut().zip(&block[first..]) {
-                    *value += line[j];
+                _ => {
+                    for (value, line) in values.iter_mut().zip(&block[first..]) {
+                        *value += line[j];
+                    }
                 }
             }
         }

@@ -120,6 +120,15 @@ impl PatchSpace {
     }
 }
 
+/// Element `e` of a patch, direction by direction.
+fn element_index(patch: &Patch, mut e: usize) -> [usize; 3] {
+    let mut index = [0; 3];
+    for (slot, k) in index.iter_mut().zip(patch.knots()) {
+        (*slot, e) = (e % k.n_elements(), e / k.n_elements());
+    }
+    index
+}
+
 /// For every net entry whether it lies on the boundary of the net.
 fn boundary_entries(patch: &Patch) -> Vec<bool> {
     let sizes = patch.net_size();
@@ -193,7 +202,7 @@ impl Space for PatchSpace {
     fn gauss_counts(&self, e: usize) -> [usize; 3] {
         let (patch, local) = self.locate(e);
         let patch = &self.patches[patch];
-        let index = tensor::unflat(&patch.element_counts(), local);
+        let index = element_index(patch, local);
         let mut counts = [1; 3];
         for (d, k) in patch.knots().iter().enumerate() {
             let p = k.degree();
@@ -284,7 +293,7 @@ impl Table {
 /// Rational basis on a tensor grid: products of one-dimensional tables, then division by the weight function
 /// (theory Eq. S.4).
 fn evaluate_tensor(patch: &Patch, e: usize, grid: [&[f64]; 3], out: &mut GridBasis) {
-    let index = tensor::unflat(&patch.element_counts(), e);
+    let index = element_index(patch, e);
     let mut tables = [(); 3].map(|()| Table { order: 1, rows: [[1.0; ROW]; MAX_GAUSS] });
     let (mut first, mut strides, mut stride) = ([0; 3], [0; 3], 1);
     for (d, k) in patch.knots().iter().enumerate() {

@@ -1,0 +1,86 @@
+//! Displacement and stress at parameter points: on the axis, on singular lines and elsewhere.
+
+#![expect(clippy::unwrap_used, reason = "a failure fails the test")]
+
+mod bodies;
+
+use bodies::{linear_field, noise};
+use iga_core::elasticity::{Material, Model};
+use iga_core::nurbs::Patch;
+use iga_core::recovery::RecoveryWorkspace;
+use iga_core::space::{PatchSpace, Space};
+
+fn steel() -> Material {
+    Material::new(210e9, 0.3, 7850.0).unwrap()
+}
+
+#[test]
+fn displacement_of_a_linear_field_follows_the_position() {
+    let patch = bodies::uniform(&bodies::cylinder(0.3, 1.0), 3, &[2, 3, 2]);
+    let space = PatchSpace::new(vec![patch.clone()]).unwrap();
+    let gradient = [[1.0, 2.0, -1.0], [0.5, 0.0, 3.0], [-2.0, 1.0, 1.0]];
+    let u = linear_field(space.control_points(), 3, gradient, [0.1, 0.2, 0.3]);
+    let mut workspace = RecoveryWorkspace::default();
+    for xi in noise(30, 9).chunks(3) {
+        let xi = [0, 1, 2].map(|d| 0.5 + 0.5 * xi[d]);
+        let found = workspace.displacement(&space, 3, &u, space.find_element(0, &xi), &xi);
+        let expected = linear_field(&[patch.point(&xi)], 3, gradient, [0.1, 0.2, 0.3]);
+        assert!(found.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-13)); // round-off
+    }
+}
+
+/// Rectangle `0 <= r <= 1, 0 <= z <= 2` of degree 2, and the exact control values of `u_r = r (1 + z)`, `u_z = -r²`.
+fn field_on_the_axis() -> (PatchSpace, Vec<f64>) {
+    let quad = bodies::quadrilateral([[0.0, 0.0], [1.0, 0.0], [0.0, 2.0], [1.0, 2.0]]);
+    let patch = bodies::uniform(&quad, 2, &[3, 2]);
+    // The field is quadratic: interpolating it like a geometry is exact.
+    let at = |i: usize, j: usize| {
+        let (r, z) = (i as f64 * 0.5, j as f64);
+        // Control values of the one-element patch by polar forms: r² has (0, 0, 1), r has (0, 1/2, 1), z has (0, 1, 2).
+        [r * (1.0 + z), if i == 2 { -1.0 } else { 0.0 }, 0.0]
+    };
+    let coarse = bodies::uniform(&quad, 2, &[1, 1]);
+    let net = (0..9).map(|k| at(k % 3, k / 3)).collect();
+    let field = Patch::new(coarse.knots().to_vec(), net, vec![1.0; 9]).unwrap();
+    let field = bodies::uniform(&field, 2, &[3, 2]);
+    let u = field.control_points().iter().flat_map(|p| [p[0], p[1]]).collect();
+    (PatchSpace::new(vec![patch]).unwrap(), u)
+}
+
+#[test]
+fn hoop_strain_on_the_axis_is_the_radial_slope() {
+    let (space, u) = field_on_the_axis();
+    let mut workspace = RecoveryWorkspace::default();
+    for v in [0.0, 0.2, 0.5, 0.8, 1.0] {
+        for r in [0.0, 1e-12, 1e-6, 0.1, 0.7, 1.0] {
+            let xi = [r, v, 0.0];
+            let e = space.find_element(0, &xi);
+            let state = workspace.stress(&space, &Model::Axisymmetric, &steel(), &u, e, &xi).unwrap();
+            let z = 2.0 * v;
+            // rr, zz, θθ, and rz: du_r/dz + du_z/dr = r - 2 r.
+            let expected = [1.0 + z, 0.0, 1.0 + z, -r, 0.0, 0.0];
+            // u_r / r amplifies round-off by the element's size over the radius, at most 1e7 (AXIS_LIMIT).
+            let tolerance = 1e-13 + 1e-15 / r.max(1e-7);
+            for (found, expected) in state.strain.iter().zip(&expected) {
+                assert!((found - expected).abs() < tolerance, "r = {r}, z = {z}: {:?}", state.strain);
+            }
+        }
+    }
+}
+
+#[test]
+fn stress_at_singular_corners_is_that_beside_them() {
+    let space = PatchSpace::new(vec![bodies::uniform(&bodies::disc(1.0), 3, &[4, 4])]).unwrap();
+    let gradient = [[1e-3, 2e-3, 0.0], [0.0, -1e-3, 0.0], [0.0; 3]];
+    let u = linear_field(space.control_points(), 2, gradient, [0.0; 3]);
+    let model = Model::PlaneStress { thickness: 1.0 };
+    let mut workspace = RecoveryWorkspace::default();
+    let mut at = |xi: [f64; 3]| {
+        workspace.stress(&space, &model, &steel(), &u, space.find_element(0, &xi), &xi).unwrap().von_mises()
+    };
+    let inside = at([0.4, 0.6, 0.0]);
+    for corner in [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]] {
+        // Round-off, amplified by 1 / SINGULAR_STEP.
+        assert!((at(corner) / inside - 1.0).abs() < 1e-9, "{corner:?}");
+    }
+}
