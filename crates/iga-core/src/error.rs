@@ -108,4 +108,38 @@ pub enum SplineError {
         /// The rule that it breaks.
         reason: &'static str,
     },
+    /// Levels of a hierarchical space do not follow from each other.
+    #[error("refinement levels do not fit: {reason}")]
+    Levels {
+        /// What is wrong, with the numbers.
+        reason: String,
+    },
+    /// A box of elements cannot be refined.
+    #[error("elements {lower:?} up to {upper:?} of refinement level {level} cannot be refined: {reason}")]
+    RefinedBox {
+        /// Level of the elements; 0 is the coarsest.
+        level: usize,
+        /// First element a direction.
+        lower: [usize; 3],
+        /// One past the last element a direction.
+        upper: [usize; 3],
+        /// The rule that the box breaks.
+        reason: &'static str,
+    },
+    /// Displacements would tear at a seam or a collapsed edge, because it is refined on one side only.
+    #[error(
+        "refinement differs on the two sides of the {what} at parameters {parameters:?}, refine both sides alike"
+    )]
+    OpenSeam {
+        /// "seam" or "collapsed edge".
+        what: &'static str,
+        /// Where.
+        parameters: [f64; 3],
+    },
+    /// A space does not contain another one.
+    #[error("the finer space does not contain the coarser one: {reason}")]
+    NotContained {
+        /// What is missing, with the numbers.
+        reason: String,
+    },
 }

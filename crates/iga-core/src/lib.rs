@@ -22,6 +22,7 @@ pub mod tensor;
 pub mod nurbs;
 pub mod quadrature;
 pub mod space;
+pub mod hierarchical;
 pub mod mapping;
 pub mod surface;
 pub mod elasticity;

@@ -234,7 +234,7 @@ impl Patch {
 }
 
 /// Divides weighted B-splines `w N` and their derivatives by the weight function `W = Σ w N` (theory Eq. S.4).
-fn make_rational(basis: &mut PointBasis) {
+pub(crate) fn make_rational(basis: &mut PointBasis) {
     let total: f64 = basis.values.iter().sum();
     let inverse = 1.0 / total;
     let mut gradient = [0.0; 3];

@@ -1,0 +1,245 @@
+//! Coefficients of a coarser space in a finer one (theory Eq. H.8).
+
+use std::collections::HashMap;
+
+use faer::sparse::{SparseColMat, Triplet};
+
+use super::domain::{Leaf, Level};
+use super::index_box::{IndexBox, covers};
+use super::space::HierarchicalSpace;
+use super::ties::diagonal;
+use super::two_scale::TwoScale;
+use crate::SplineError;
+use crate::space::Space;
+
+/// Difference of control points (relative to the body) and of weights above which the geometries are not the same:
+/// round-off of nets with twelve good digits.
+const SAME_GEOMETRY: f64 = 1e-9;
+
+/// The matrix `P` with `R_j^coarse = Σ_i P_ij R_i^fine`: fine coefficients are `P` times coarse ones. Rows sum to one.
+#[derive(Debug, Clone)]
+pub struct Prolongation {
+    n_coarse: usize,
+    starts: Vec<usize>,
+    columns: Vec<u32>,
+    values: Vec<f64>,
+}
+
+impl Prolongation {
+    /// Prolongation from a space over a patch to one that contains it.
+    ///
+    /// The levels need not be the same: every region of the coarser space must lie in a region of the finer one whose
+    /// knots contain its knots. So a plain patch, a globally refined one and hierarchies over either may be mixed.
+    ///
+    /// # Errors
+    /// [`SplineError::NotContained`] if the finer space does not contain the coarser one or is of another geometry.
+    pub fn between(coarse: &HierarchicalSpace, fine: &HierarchicalSpace) -> Result<Self, SplineError> {
+        let mut relations = Relations { coarse, fine, known: HashMap::new() };
+        relations.check_regions()?;
+        let mut p =
+            Self { n_coarse: coarse.n_functions(), starts: vec![0], columns: Vec::new(), values: Vec::new() };
+        let mut shares = Vec::new();
+        for f in 0..fine.n_functions() as u32 {
+            let (level, index) = fine.level_and_index(f);
+            let leaf = leaf_of_function(&fine.basis().hierarchy().levels()[level], level, &index)?;
+            let e = coarse.find_element(0, &middle(fine, &leaf));
+            relations.column(&coarse.leaf(e), level, &index, &mut shares)?;
+            let weight = fine.weights()[f as usize];
+            for (r, &g) in coarse.functions_on(e).iter().enumerate() {
+                let value: f64 = if coarse.is_single_level(e) {
+                    shares[r] * coarse.weights()[g as usize]
+                } else {
+                    let (columns, entries) = coarse.row(e, r);
+                    columns.iter().zip(entries).map(|(&c, v)| v * shares[c as usize]).sum()
+                };
+                if value > 0.0 {
+                    p.columns.push(g);
+                    p.values.push(value / weight);
+                }
+            }
+            p.starts.push(p.columns.len());
+        }
+        p.check_geometry(coarse, fine)?;
+        Ok(p)
+    }
+
+    /// Number of functions of the finer space.
+    pub fn n_fine(&self) -> usize {
+        self.starts.len() - 1
+    }
+
+    /// Number of functions of the coarser space.
+    pub fn n_coarse(&self) -> usize {
+        self.n_coarse
+    }
+
+    /// Coarse functions and coefficients of fine function `i`.
+    pub fn row(&self, i: usize) -> (&[u32], &[f64]) {
+        let range = self.starts[i]..self.starts[i + 1];
+        (&self.columns[range.clone()], &self.values[range])
+    }
+
+    /// `P x` for vectors of `N` components a function, such as displacements.
+    ///
+    /// # Panics
+    /// If `x` has not one entry a coarse function.
+    pub fn apply<const N: usize>(&self, x: &[[f64; N]]) -> Vec<[f64; N]> {
+        assert_eq!(x.len(), self.n_coarse, "one entry a coarse function");
+        let row = |i| {
+            let (columns, values) = self.row(i);
+            let mut sum = [0.0; N];
+            for (&j, v) in columns.iter().zip(values) {
+                for (s, c) in sum.iter_mut().zip(&x[j as usize]) {
+                    *s += v * c;
+                }
+            }
+            sum
+        };
+        (0..self.n_fine()).map(row).collect()
+    }
+
+    /// `Pᵀ y`, such as fine nodal forces collected on the coarse functions.
+    ///
+    /// # Panics
+    /// If `y` has not one entry a fine function.
+    pub fn apply_transposed<const N: usize>(&self, y: &[[f64; N]]) -> Vec<[f64; N]> {
+        assert_eq!(y.len(), self.n_fine(), "one entry a fine function");
+        let mut sum = vec![[0.0; N]; self.n_coarse];
+        for (i, y) in y.iter().enumerate() {
+            let (columns, values) = self.row(i);
+            for (&j, v) in columns.iter().zip(values) {
+                for (s, c) in sum[j as usize].iter_mut().zip(y) {
+                    *s += v * c;
+                }
+            }
+        }
+        sum
+    }
+
+    /// The matrix, fine by coarse, one number a function.
+    ///
+    /// # Errors
+    /// [`SplineError::NotContained`] if the indices are too many for 32 bits.
+    pub fn to_matrix(&self) -> Result<SparseColMat<u32, f64>, SplineError> {
+        let rows = (0..self.n_fine()).flat_map(|i| self.row(i).0.iter().map(move |&j| (i as u32, j)));
+        let triplets: Vec<_> = rows.zip(&self.values).map(|((i, j), &v)| Triplet::new(i, j, v)).collect();
+        SparseColMat::try_new_from_triplets(self.n_fine(), self.n_coarse, &triplets)
+            .map_err(|e| SplineError::NotContained { reason: format!("matrix of {self:?} failed: {e:?}") })
+    }
+
+    /// Weights and control points must be prolonged to those of the finer space.
+    fn check_geometry(
+        &self,
+        coarse: &HierarchicalSpace,
+        fine: &HierarchicalSpace,
+    ) -> Result<(), SplineError> {
+        let size = diagonal(fine.control_points());
+        let points = self.apply(coarse.control_points());
+        for (i, (x, y)) in points.iter().zip(fine.control_points()).enumerate() {
+            let sum: f64 = self.row(i).1.iter().sum();
+            let apart = (0..3).map(|c| (x[c] - y[c]).powi(2)).sum::<f64>().sqrt();
+            if !((sum - 1.0).abs() <= SAME_GEOMETRY && apart <= SAME_GEOMETRY * size) {
+                let reason = format!(
+                    "the geometries differ, control point {i} lies {apart:.3e} m off and its weight is {sum} times the other one"
+                );
+                return Err(SplineError::NotContained { reason });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Two-scale relations between levels of the two spaces, made when first asked for.
+struct Relations<'a> {
+    coarse: &'a HierarchicalSpace,
+    fine: &'a HierarchicalSpace,
+    known: HashMap<(usize, usize), Result<Vec<TwoScale>, SplineError>>,
+}
+
+impl Relations<'_> {
+    fn get(&mut self, coarse: usize, fine: usize) -> Result<&[TwoScale], SplineError> {
+        let from = self.coarse.basis().hierarchy().levels()[coarse].knots();
+        let to = self.fine.basis().hierarchy().levels()[fine].knots();
+        let make = || from.iter().zip(to).map(|(a, b)| TwoScale::between(a, b)).collect();
+        match self.known.entry((coarse, fine)).or_insert_with(make) {
+            Ok(list) => Ok(list),
+            Err(e) => Err(SplineError::NotContained { reason: e.to_string() }),
+        }
+    }
+
+    /// Every coarse region must lie in the region of the first fine level whose knots contain its knots.
+    fn check_regions(&mut self) -> Result<(), SplineError> {
+        let (coarse, fine) = (self.coarse, self.fine);
+        if coarse.dimension() != fine.dimension() {
+            let reason = format!("{} directions in {}", coarse.dimension(), fine.dimension());
+            return Err(SplineError::NotContained { reason });
+        }
+        let fine_levels = fine.basis().hierarchy().levels();
+        for (k, level) in coarse.basis().hierarchy().levels().iter().enumerate() {
+            let Some(m) = (0..fine_levels.len()).find(|&m| self.get(k, m).is_ok()) else {
+                let reason = format!("no level has the knots of level {k} of the coarser space");
+                return Err(SplineError::NotContained { reason });
+            };
+            for b in level.region() {
+                if !covers(fine_levels[m].region(), &same_box(level, b, &fine_levels[m])) {
+                    let reason = format!(
+                        "level {m} does not reach over elements {:?} up to {:?} of level {k} of the coarser space",
+                        b.lower, b.upper
+                    );
+                    return Err(SplineError::NotContained { reason });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Coefficients of the coarse B-splines on a coarse leaf in fine function `index` of level `level`.
+    fn column(
+        &mut self,
+        leaf: &Leaf,
+        level: usize,
+        index: &[usize; 3],
+        out: &mut Vec<f64>,
+    ) -> Result<(), SplineError> {
+        let here = IndexBox { lower: leaf.index, upper: leaf.index.map(|i| i + 1) };
+        let functions = self.coarse.basis().hierarchy().levels()[leaf.level].functions_on(&here);
+        let relations = self.get(leaf.level, level)?;
+        out.clear();
+        out.extend(functions.elements().map(|i| {
+            relations.iter().enumerate().map(|(d, r)| r.coefficient(i[d], index[d])).product::<f64>()
+        }));
+        Ok(())
+    }
+}
+
+/// The elements of `to` that fill box `b` of elements of `from`, whose breaks are breaks of `to`.
+fn same_box(from: &Level, b: &IndexBox, to: &Level) -> IndexBox {
+    let mut same = *b;
+    for (d, (f, t)) in from.knots().iter().zip(to.knots()).enumerate() {
+        same.lower[d] = t.find_element(f.element(b.lower[d]).0);
+        let (inside, end) = f.element(b.upper[d] - 1);
+        same.upper[d] = if end >= t.domain().1 { t.n_elements() } else { t.find_element(end) };
+        debug_assert!(inside < end);
+    }
+    same
+}
+
+/// A leaf of a function's own level in its support: there its own B-spline stands in no other function.
+fn leaf_of_function(level: &Level, number: usize, index: &[usize; 3]) -> Result<Leaf, SplineError> {
+    let is_leaf = |e: &[usize; 3]| !level.refined().iter().any(|b| b.holds(e));
+    let found = level.support(index).elements().find(is_leaf);
+    let index = found.ok_or_else(|| SplineError::NotContained {
+        reason: format!("function {index:?} of level {number} has no element of its level"),
+    })?;
+    Ok(Leaf { level: number, index })
+}
+
+/// Centre of a leaf in parameters.
+fn middle(space: &HierarchicalSpace, leaf: &Leaf) -> [f64; 3] {
+    let mut xi = [0.0; 3];
+    for (d, k) in space.basis().hierarchy().levels()[leaf.level].knots().iter().enumerate() {
+        let (a, b) = k.element(leaf.index[d]);
+        xi[d] = 0.5 * (a + b);
+    }
+    xi
+}

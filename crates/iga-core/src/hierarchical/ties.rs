@@ -1,0 +1,150 @@
+//! Which functions of a patch are one function: seams, poles and other collapsed edges (theory section H.5).
+//!
+//! On a hierarchical space coincident control points do not tell: functions of different levels may share a control point
+//! by accident. So the ties are read off the coarsest control net, as properties of its faces and edges, and then hold
+//! for the functions of every level there.
+
+use std::collections::HashMap;
+
+use super::basis::HierarchicalBasis;
+use crate::nurbs::Patch;
+use crate::tensor;
+
+/// Distance below which control points coincide, relative to the size of the net (round-off of exact nets).
+const COINCIDENCE: f64 = 1e-9;
+
+/// A face or edge of the parameter box on which the geometry does not change along some directions.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CollapsedSet {
+    /// Fixed end a direction: `Some(false)` lower, `Some(true)` upper, `None` free.
+    pub ends: [Option<bool>; 3],
+    /// Free directions along which the geometry does not change.
+    pub along: [bool; 3],
+}
+
+/// Seams and collapsed faces and edges of a patch.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct PatchTies {
+    /// Directions whose lower and upper face are the same surface.
+    pub seams: [bool; 3],
+    /// Faces and edges that collapse along at least one of their directions.
+    pub collapsed: Vec<CollapsedSet>,
+}
+
+impl CollapsedSet {
+    /// Whether the set is a single point.
+    pub fn is_point(&self) -> bool {
+        (0..3).all(|d| self.ends[d].is_some() || self.along[d])
+    }
+
+    /// Whether entry `index` of a net lies on the face or edge.
+    fn holds(&self, index: &[usize; 3], sizes: &[usize; 3]) -> bool {
+        (0..3).all(|d| match self.ends[d] {
+            None => true,
+            Some(false) => index[d] == 0,
+            Some(true) => index[d] + 1 == sizes[d],
+        })
+    }
+}
+
+impl PatchTies {
+    /// Reads the ties off a patch's control points.
+    pub fn detect(patch: &Patch) -> Self {
+        let mut sizes = [1; 3];
+        sizes[..patch.dimension()].copy_from_slice(&patch.net_size());
+        let points = patch.control_points();
+        let tolerance = COINCIDENCE * diagonal(points);
+        // Whether direction `d` moves no control point of the entries chosen between its entries `a` and `b`.
+        let still = |d: usize, a: usize, chosen: &dyn Fn(&[usize; 3]) -> bool| {
+            (0..points.len()).all(|i| {
+                let mut index = tensor::unflat(&sizes, i);
+                let here = points[i];
+                !chosen(&index) || {
+                    index[d] = a;
+                    distance(&here, &points[tensor::flat(&sizes, &index)]) <= tolerance
+                }
+            })
+        };
+        let mut ties = Self::default();
+        for d in 0..patch.dimension() {
+            ties.seams[d] = still(d, 0, &|index| index[d] + 1 == sizes[d]);
+        }
+        let directions = patch.dimension();
+        for code in 0..3usize.pow(directions as u32) {
+            let digit = |d: usize| code / 3usize.pow(d as u32) % 3;
+            let ends = std::array::from_fn(|d| match digit(d) {
+                _ if d >= directions => Some(false),
+                0 => None,
+                end => Some(end == 2),
+            });
+            let mut set = CollapsedSet { ends, along: [false; 3] };
+            if (0..directions).all(|d| ends[d].is_none()) {
+                continue;
+            }
+            for d in (0..directions).filter(|&d| ends[d].is_none()) {
+                set.along[d] = still(d, 0, &|index| set.holds(index, &sizes));
+            }
+            if set.along.contains(&true) {
+                ties.collapsed.push(set);
+            }
+        }
+        ties
+    }
+
+    /// Whether nothing is tied.
+    pub fn is_empty(&self) -> bool {
+        !self.seams.contains(&true) && self.collapsed.is_empty()
+    }
+
+    /// For every active function the first one that it is tied to, itself where there is none before.
+    pub fn first_of_group(&self, basis: &HierarchicalBasis) -> Vec<u32> {
+        let mut first: Vec<u32> = (0..basis.n_functions() as u32).collect();
+        if self.is_empty() {
+            return first;
+        }
+        // Functions with one key are one function. Keys: which tie, level, net index without the tied directions.
+        let mut seen: HashMap<(usize, usize, [usize; 3]), u32> = HashMap::new();
+        for f in 0..first.len() as u32 {
+            let (level, index) = basis.function(f);
+            let sizes = basis.hierarchy().levels()[level].net_size();
+            let mut join = |key| {
+                let other = *seen.entry(key).or_insert(f);
+                let (a, b) = (root(&first, f), root(&first, other));
+                first[a.max(b) as usize] = a.min(b);
+            };
+            for d in (0..3).filter(|&d| self.seams[d] && (index[d] == 0 || index[d] + 1 == sizes[d])) {
+                let mut rest = index;
+                rest[d] = 0;
+                join((d, level, rest));
+            }
+            for (k, set) in self.collapsed.iter().enumerate().filter(|(_, s)| s.holds(&index, &sizes)) {
+                let free = |d: usize| set.ends[d].is_none() && !set.along[d];
+                let rest = std::array::from_fn(|d| if free(d) { index[d] } else { 0 });
+                join((3 + k, if set.is_point() { 0 } else { level }, rest));
+            }
+        }
+        (0..first.len() as u32).map(|f| root(&first, f)).collect()
+    }
+}
+
+fn root(first: &[u32], mut f: u32) -> u32 {
+    while first[f as usize] != f {
+        f = first[f as usize];
+    }
+    f
+}
+
+fn distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt()
+}
+
+/// Diagonal of the bounding box of points [m].
+pub(super) fn diagonal(points: &[[f64; 3]]) -> f64 {
+    let extent = |c: usize| {
+        let range = points
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), p| (lo.min(p[c]), hi.max(p[c])));
+        range.1 - range.0
+    };
+    (0..3).map(|c| extent(c).powi(2)).sum::<f64>().sqrt()
+}

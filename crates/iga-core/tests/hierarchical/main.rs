@@ -1,0 +1,10 @@
+//! Hierarchical spaces: identities, reference values, exact geometry, seams, prolongation.
+#![expect(clippy::unwrap_used, reason = "helpers of tests")]
+
+mod nets;
+
+mod prolongation;
+mod properties;
+mod rational;
+mod reference;
+mod seams;
