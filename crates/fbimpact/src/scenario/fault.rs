@@ -101,7 +101,8 @@ impl fmt::Display for Faults {
             }
             write!(f, "{fault}")?;
         }
-        Ok(())
+        let n = self.0.len();
+        write!(f, "\n{n} fault{} found", if n == 1 { "" } else { "s" })
     }
 }
 

@@ -57,7 +57,7 @@ pub fn parse(path: &Path, bytes: &[u8], overrides: &[Override]) -> Result<Scenar
     let mut document = document::parse_toml(&source).map_err(Faults::new)?;
     for change in overrides {
         if let Err(fault) = change.apply(&mut document) {
-            checker.faults.push(fault);
+            checker.faults.push(*fault);
         }
     }
     let Value::Table(entries) = &document.value else { unreachable!("a TOML document is a table") };

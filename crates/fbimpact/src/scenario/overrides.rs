@@ -43,7 +43,7 @@ impl Override {
     ///
     /// # Errors
     /// A fault if the key leads through something that is no table or past the end of an array.
-    pub fn apply(&self, root: &mut Node) -> Result<(), Fault> {
+    pub fn apply(&self, root: &mut Node) -> Result<(), Box<Fault>> {
         let origin = Origin::Override(self.text.as_str().into());
         // A value that is not TOML is a bare string, so that no shell quoting is needed for names.
         let value = parse_value(&self.value, &origin)
@@ -68,14 +68,14 @@ impl Override {
         Ok(())
     }
 
-    fn fault(&self, path: &str, node: &Node, message: String) -> Fault {
-        Fault {
+    fn fault(&self, path: &str, node: &Node, message: String) -> Box<Fault> {
+        Box::new(Fault {
             location: Location::Override(self.text.clone()),
             key: path.to_owned(),
             value: Some(node.shown()),
             message,
             suggestion: None,
-        }
+        })
     }
 }
 
