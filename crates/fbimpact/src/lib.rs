@@ -1,1 +1,73 @@
 //! The fbimpact program as a library: command line, scenario, setup, run, results.
+
+pub mod error;
+pub mod provenance;
+pub mod scenario;
+pub mod simulate;
+pub mod results;
+pub mod cli;
+pub mod progress;
+pub mod commands;
+
+use std::ffi::OsString;
+use std::io::Write;
+use std::process::ExitCode;
+
+use clap::{CommandFactory, Parser};
+
+use cli::{Cli, Command};
+use error::AppError;
+
+/// Parses the command line, does what it says and returns the exit code. Never ends the process itself: HDF5 files
+/// must be closed first.
+pub fn main_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let cli = match Cli::try_parse_from(arguments) {
+        Ok(cli) => cli,
+        Err(error) => {
+            // Help and version go to standard output with code 0, everything else to standard error with code 2.
+            let _ = error.print();
+            return if error.use_stderr() { ExitCode::from(2) } else { ExitCode::SUCCESS };
+        }
+    };
+    let bar = progress::bar(cli.log);
+    progress::log(cli.log, &bar);
+    match dispatch(cli.command, bar) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            report(&error);
+            error.exit_code()
+        }
+    }
+}
+
+fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppError> {
+    match command {
+        Command::Run(arguments) => commands::run::run(&arguments, bar),
+        Command::Check { scenarios, set } => commands::check::check(&scenarios, &set.set),
+        Command::Modes { scenario, body, json, threads, set } => {
+            commands::modes::modes(&scenario, &set.set, body.as_deref(), json, threads)
+        }
+        Command::Info { file, json } => commands::info::info(&file, json),
+        Command::Schema => commands::print(&scenario::schema::text()),
+        Command::Reference => commands::print(&scenario::reference::markdown()),
+        Command::Completions { shell } => {
+            let mut text = Vec::new();
+            clap_complete::generate(shell, &mut Cli::command(), "fbimpact", &mut text);
+            commands::print(&String::from_utf8_lossy(&text))
+        }
+        Command::Man => {
+            let mut text = Vec::new();
+            clap_mangen::Man::new(Cli::command())
+                .render(&mut text)
+                .map_err(|e| AppError::io("standard output", e))?;
+            commands::print(&String::from_utf8_lossy(&text))
+        }
+    }
+}
+
+/// Writes an error to standard error.
+fn report(error: &AppError) {
+    let prefix = if matches!(error, AppError::Scenario(_)) { "" } else { "error: " };
+    // Nothing can be done when standard error is closed.
+    let _ = writeln!(std::io::stderr(), "{prefix}{error}");
+}

@@ -1,2 +1,5 @@
 //! Thin entry point: parse, call, map to an exit code.
-fn main() {}
+
+fn main() -> std::process::ExitCode {
+    fbimpact::main_with(std::env::args_os())
+}

@@ -1,0 +1,144 @@
+//! The command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use crate::provenance;
+use crate::scenario::Override;
+
+/// Shown below `--help`.
+const EXIT_CODES: &str = "\
+Exit codes:
+    0  success
+    1  comparison differs
+    2  wrong command line
+    3  invalid scenario
+    4  model cannot be built
+    5  run failed; what was computed is kept and readable
+    6  input or output failed
+  130  interrupted; what was computed is kept and readable
+
+Standard output carries results only. Progress and log go to standard error.";
+
+/// Impacts in flexible multibody systems.
+#[derive(Debug, Parser)]
+#[command(name = "fbimpact", version = provenance::VERSION, long_version = provenance::LONG_VERSION)]
+#[command(about, after_help = EXIT_CODES, max_term_width = 100, arg_required_else_help = true)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+    /// Log and progress.
+    #[command(flatten)]
+    pub log: LogArguments,
+}
+
+/// Log and progress.
+#[derive(Debug, Clone, Copy, Args)]
+pub struct LogArguments {
+    /// No progress; warnings and errors only (-qq: errors only)
+    #[arg(short, long, global = true, action = clap::ArgAction::Count, conflicts_with = "verbose")]
+    pub quiet: u8,
+    /// More log (-vv: everything)
+    #[arg(short, long, global = true, action = clap::ArgAction::Count)]
+    pub verbose: u8,
+    /// Format of the log on standard error
+    #[arg(long, global = true, value_name = "FORMAT", default_value = "text")]
+    pub log_format: LogFormat,
+}
+
+/// Format of the log.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum LogFormat {
+    /// Lines for people.
+    Text,
+    /// One JSON object a line.
+    Json,
+}
+
+/// Commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Simulate a scenario and write an HDF5 file
+    #[command(after_help = EXIT_CODES)]
+    Run(RunArguments),
+    /// Validate scenarios and report all faults at once
+    Check {
+        /// Scenario files
+        #[arg(required = true, value_name = "SCENARIO.toml")]
+        scenarios: Vec<PathBuf>,
+        /// Changes to the scenarios
+        #[command(flatten)]
+        set: SetArguments,
+    },
+    /// Print eigenfrequencies and sizes of every body's reduced model
+    Modes {
+        /// Scenario file
+        #[arg(value_name = "SCENARIO.toml")]
+        scenario: PathBuf,
+        /// One body only
+        #[arg(long, value_name = "NAME")]
+        body: Option<String>,
+        /// Print JSON
+        #[arg(long)]
+        json: bool,
+        /// Number of threads, 0 for all cores
+        #[arg(long, value_name = "N", default_value_t = 0)]
+        threads: usize,
+        /// Changes to the scenario
+        #[command(flatten)]
+        set: SetArguments,
+    },
+    /// Print phases, impacts, energy drift and timings of a result file
+    Info {
+        /// Result file
+        #[arg(value_name = "OUT.h5")]
+        file: PathBuf,
+        /// Print JSON
+        #[arg(long)]
+        json: bool,
+    },
+    /// Print the JSON schema of the scenario file, for editors
+    Schema,
+    /// Print the reference page of the scenario file
+    #[command(hide = true)]
+    Reference,
+    /// Print completions for a shell
+    #[command(hide = true)]
+    Completions {
+        /// Shell
+        shell: clap_complete::Shell,
+    },
+    /// Print the manual page
+    #[command(hide = true)]
+    Man,
+}
+
+/// Arguments of `run`.
+#[derive(Debug, Args)]
+pub struct RunArguments {
+    /// Scenario file
+    #[arg(value_name = "SCENARIO.toml")]
+    pub scenario: PathBuf,
+    /// Result file [default: the scenario's name with .h5, in the working directory]
+    #[arg(short, long, value_name = "OUT.h5")]
+    pub output: Option<PathBuf>,
+    /// Changes to the scenario.
+    #[command(flatten)]
+    pub set: SetArguments,
+    /// Number of threads, 0 for all cores
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub threads: usize,
+    /// Let an incomplete result, too, replace an existing file, even one that is no result file
+    #[arg(long)]
+    pub force: bool,
+}
+
+/// `--set`.
+#[derive(Debug, Args)]
+pub struct SetArguments {
+    /// Change a key of the scenario, such as bodies.ball.velocity=[0,0,-0.2]; may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub set: Vec<Override>,
+}

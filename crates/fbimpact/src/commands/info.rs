@@ -1,0 +1,106 @@
+//! `fbimpact info`: the gist of a result file.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use super::print;
+use crate::error::AppError;
+use crate::results::summary::{self, Summary};
+
+/// Prints the summary of a result file.
+///
+/// # Errors
+/// [`AppError::Io`] if the file cannot be read.
+pub fn info(file: &Path, json: bool) -> Result<(), AppError> {
+    let summary = summary::read(file)?;
+    let text = if json { format!("{:#}\n", summary.json()) } else { table(&summary) };
+    print(&text)
+}
+
+/// The summary for people. Writing to a string cannot fail.
+fn table(s: &Summary) -> String {
+    let mut out = String::new();
+    for (name, value) in s.attributes.iter().filter(|(_, value)| !value.is_empty()) {
+        let _ = writeln!(out, "{name:<16} {value}");
+    }
+    let end = s.end.map_or_else(|| "-".to_owned(), |t| format!("{t:.9e} s"));
+    let _ = writeln!(out, "{:<16} {} up to t = {end}", "samples", s.n_samples);
+    let drift = s.energy_drift.map_or_else(|| "-".to_owned(), |d| format!("{d:.3e}"));
+    let _ = writeln!(out, "{:<16} {drift}", "energy drift");
+    for (name, n) in &s.bodies {
+        let _ = writeln!(out, "{:<16} {name}: {n} elastic coordinates", "body");
+    }
+    if !s.phases.is_empty() {
+        let _ = writeln!(
+            out,
+            "\n{:<8} {:>14} {:>14} {:>9} {:>9} {:>12} {:>10}",
+            "phase", "start [s]", "end [s]", "steps", "rejected", "evaluations", "wall [s]"
+        );
+    }
+    for p in &s.phases {
+        let _ = writeln!(
+            out,
+            "{:<8} {:>14.6e} {:>14.6e} {:>9} {:>9} {:>12} {:>10.3}",
+            p.kind.as_str(),
+            p.start,
+            p.end,
+            p.steps,
+            p.rejected,
+            p.evaluations,
+            p.wall_time
+        );
+    }
+    if !s.impacts.is_empty() {
+        let _ = writeln!(
+            out,
+            "\n{:<12} {:>14} {:>13} {:>12} {:>14} {:>13} {:>12}",
+            "impact", "start [s]", "duration [s]", "peak [N]", "peak at [s]", "impulse [N s]", "restitution"
+        );
+    }
+    for i in &s.impacts {
+        let _ = writeln!(
+            out,
+            "{:<12} {:>14.6e} {:>13.5e} {:>12.5} {:>14.6e} {:>13.6e} {:>12.6}",
+            i.contact.as_str(),
+            i.start,
+            i.end - i.start,
+            i.peak_force,
+            i.peak_time,
+            i.impulse,
+            i.restitution
+        );
+    }
+    tries(s, &mut out);
+    if !s.timings.is_empty() {
+        out.push('\n');
+    }
+    for (name, seconds) in &s.timings {
+        let _ = writeln!(out, "{name:<16} {seconds:>10.4} s");
+    }
+    out
+}
+
+fn tries(s: &Summary, out: &mut String) {
+    if !s.tries.is_empty() {
+        let _ = writeln!(
+            out,
+            "\n{:<7} {:>4} {:>12} {:>14} {:>9} {:>9} {:>12} {:<9} reason",
+            "impact", "try", "stop [s]", "penalty", "freedoms", "steps", "peak [N]", "outcome"
+        );
+    }
+    for t in &s.tries {
+        let _ = writeln!(
+            out,
+            "{:<7} {:>4} {:>12.5e} {:>14.3e} {:>9} {:>9} {:>12.5} {:<9} {}",
+            t.impact,
+            t.r#try,
+            t.stop,
+            t.penalty_end,
+            t.freedoms,
+            t.steps,
+            t.peak_force,
+            t.outcome.as_str(),
+            t.reason.as_str()
+        );
+    }
+}

@@ -1,0 +1,60 @@
+//! `fbimpact modes`: eigenfrequencies and sizes of the reduced models.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use serde_json::json;
+
+use super::{print, threads};
+use crate::error::AppError;
+use crate::scenario::{self, Override, Scenario};
+use crate::simulate::{self, ModesReport};
+
+/// Builds the reduced models and prints their spectra.
+///
+/// # Errors
+/// [`AppError::Command`] for an unknown body, and whatever reading and building answer.
+pub fn modes(
+    path: &Path,
+    overrides: &[Override],
+    body: Option<&str>,
+    json: bool,
+    n_threads: usize,
+) -> Result<(), AppError> {
+    let scenario = scenario::read(path, overrides)?;
+    let index = body.map(|name| body_index(&scenario, name)).transpose()?;
+    let n_threads = threads(n_threads)?;
+    let report = simulate::modes(&scenario, index, n_threads)?;
+    print(&if json { format!("{:#}\n", to_json(&report)) } else { table(&report) })
+}
+
+fn body_index(scenario: &Scenario, name: &str) -> Result<usize, AppError> {
+    let known: Vec<&str> = scenario.bodies.iter().map(|b| b.name.as_str()).collect();
+    known.iter().position(|n| *n == name).ok_or_else(|| {
+        AppError::Command(format!("--body {name}: no such body, the scenario has {}", known.join(", ")))
+    })
+}
+
+fn to_json(report: &ModesReport) -> serde_json::Value {
+    let bodies = report.bodies.iter().map(|b| {
+        json!({ "name": b.name, "elements": b.n_elements, "freedoms": b.n_dofs,
+            "interface_freedoms": b.n_interface, "mass": b.mass, "frequencies": b.frequencies })
+    });
+    json!({ "bodies": bodies.collect::<Vec<_>>() })
+}
+
+/// The report for people. Writing to a string cannot fail.
+fn table(report: &ModesReport) -> String {
+    let mut out = String::new();
+    for body in &report.bodies {
+        let _ = writeln!(
+            out,
+            "{}: {} elements, {} freedoms, {} at the interface, mass {:.6e} kg",
+            body.name, body.n_elements, body.n_dofs, body.n_interface, body.mass
+        );
+        for (i, f) in body.frequencies.iter().enumerate() {
+            let _ = writeln!(out, "{:>6} {f:>18.6} Hz", i + 1);
+        }
+    }
+    out
+}

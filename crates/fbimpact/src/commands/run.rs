@@ -1,0 +1,173 @@
+//! `fbimpact run`: simulates a scenario and writes the result file.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use adaptive::record::{
+    Continue, ImpactRecord, Observer, ObserverError, PhaseKind, PhaseRecord, RunLayout, Sample, StressRecord,
+    TryRecord,
+};
+use indicatif::ProgressBar;
+
+use super::threads;
+use crate::cli::RunArguments;
+use crate::error::AppError;
+use crate::progress::Progress;
+use crate::results::{OutputFile, Recorder, Status};
+use crate::scenario::{self, Scenario};
+use crate::simulate::{Ending, RunReport, simulate};
+
+/// Runs a scenario file.
+///
+/// # Errors
+/// Every [`AppError`]; after a failed or interrupted run the results so far are kept.
+pub fn run(arguments: &RunArguments, bar: ProgressBar) -> Result<(), AppError> {
+    let scenario = scenario::read(&arguments.scenario, &arguments.set.set)?;
+    let target = match &arguments.output {
+        Some(path) => path.clone(),
+        None => default_output(&arguments.scenario),
+    };
+    check_distinct(&arguments.scenario, &target)?;
+    let stop = Arc::new(AtomicBool::new(false));
+    let flag = stop.clone();
+    // A second signal sets the same flag again: harmless.
+    if let Err(error) = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)) {
+        tracing::warn!("Ctrl-C will end the run without closing the file: {error}");
+    }
+    let n_threads = threads(arguments.threads)?;
+    let output = OutputFile::claim(&target, arguments.force)?;
+    record(&scenario, output, n_threads, &stop, bar, simulate)
+}
+
+/// The scenario's name with `.h5`, in the working directory.
+fn default_output(scenario: &Path) -> PathBuf {
+    let mut name = scenario.file_stem().unwrap_or(scenario.as_os_str()).to_owned();
+    name.push(".h5");
+    PathBuf::from(name)
+}
+
+fn check_distinct(scenario: &Path, output: &Path) -> Result<(), AppError> {
+    match (scenario.canonicalize(), output.canonicalize()) {
+        (Ok(a), Ok(b)) if a == b => Err(AppError::io(output, "is the scenario itself, name another output")),
+        _ => Ok(()),
+    }
+}
+
+/// A function that runs a scenario, see [`simulate`].
+pub type Simulation = fn(&Scenario, &mut dyn Observer, usize) -> Result<RunReport, AppError>;
+
+/// Runs `simulation` and records it in `output`, whatever way it ends.
+///
+/// # Errors
+/// That of the run, or of writing.
+pub fn record(
+    scenario: &Scenario,
+    output: OutputFile,
+    n_threads: usize,
+    stop: &Arc<AtomicBool>,
+    bar: ProgressBar,
+    simulation: Simulation,
+) -> Result<(), AppError> {
+    let begin = Instant::now();
+    let part = output.part().to_owned();
+    let recorder =
+        Recorder::create(&part, scenario, n_threads).map_err(|e| AppError::io(&part, e.to_string()))?;
+    let mut observer = RunObserver { recorder, progress: Progress::new(bar), stop: stop.clone() };
+    let outcome = simulation(scenario, &mut observer, n_threads);
+    observer.progress.finish();
+    let recorder = &mut observer.recorder;
+    if let Some(reason) = recorder.failure() {
+        // The rows that reached the disk stay in the part file.
+        return Err(AppError::io(part, reason));
+    }
+    let (status, message, timings) = match &outcome {
+        Ok(report) if report.ending == Ending::Complete => {
+            (Status::Complete, String::new(), Some(report.timings))
+        }
+        Ok(report) => {
+            let message = format!("interrupted at t = {:.9e} s", report.time);
+            (Status::Interrupted, message, Some(report.timings))
+        }
+        Err(error) => (Status::Failed, error.to_string(), None),
+    };
+    if status == Status::Failed && recorder.n_samples() == 0 {
+        output.discard();
+        return outcome.map(|_| ());
+    }
+    recorder.finish(status, &message, timings).map_err(|e| AppError::io(&part, e.to_string()))?;
+    let path = output.finish(status == Status::Complete)?;
+    let report = outcome.inspect_err(|_| {
+        tracing::warn!("the results up to the failure are in {}", path.display());
+    })?;
+    if report.ending == Ending::Interrupted {
+        return Err(AppError::Interrupted { time: report.time, output: path });
+    }
+    tracing::info!("{} written after {:.2} s", path.display(), begin.elapsed().as_secs_f64());
+    Ok(())
+}
+
+/// Passes a run on to the file, the progress display and the stop flag.
+struct RunObserver {
+    recorder: Recorder,
+    progress: Progress,
+    stop: Arc<AtomicBool>,
+}
+
+impl Observer for RunObserver {
+    fn start(&mut self, layout: &RunLayout) -> Result<(), ObserverError> {
+        self.progress.set_span(layout.time_span);
+        self.recorder.start(layout)
+    }
+
+    fn sample(&mut self, sample: &Sample) -> Result<(), ObserverError> {
+        self.recorder.sample(sample)
+    }
+
+    fn progress(&mut self, time: f64, step: f64, phase: PhaseKind) -> Continue {
+        self.progress.step(time, step, phase);
+        if self.stop.load(Ordering::Relaxed) { Continue::Interrupt } else { Continue::Yes }
+    }
+
+    fn phase(&mut self, record: &PhaseRecord) -> Result<(), ObserverError> {
+        tracing::debug!(
+            "{:?} phase from {:.9e} s to {:.9e} s: {} steps, {} rejected, {} evaluations, {:.3} s",
+            record.kind,
+            record.start,
+            record.end,
+            record.steps,
+            record.rejected,
+            record.evaluations,
+            record.wall_time
+        );
+        self.recorder.phase(record)
+    }
+
+    fn impact(&mut self, record: &ImpactRecord) -> Result<(), ObserverError> {
+        tracing::info!(
+            "impact at {:.6e} s: {:.5e} s long, peak {:.6} N, impulse {:.6e} N s, restitution {:.6}",
+            record.start,
+            record.end - record.start,
+            record.peak_force,
+            record.impulse,
+            record.restitution
+        );
+        self.recorder.impact(record)
+    }
+
+    fn attempt(&mut self, record: &TryRecord) -> Result<(), ObserverError> {
+        tracing::debug!(
+            "try {} of impact {}: {} ({})",
+            record.number,
+            record.impact,
+            record.outcome,
+            record.reason
+        );
+        self.recorder.attempt(record)
+    }
+
+    fn stress(&mut self, record: &StressRecord) -> Result<(), ObserverError> {
+        self.recorder.stress(record)
+    }
+}

@@ -1,0 +1,64 @@
+//! What can end the program, and the exit code that each case maps to.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use crate::scenario::Faults;
+
+/// Everything that ends a command without a result.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum AppError {
+    /// The scenario is not valid.
+    #[error("{0}")]
+    Scenario(#[from] Faults),
+    /// A model cannot be built from a valid scenario.
+    #[error("model cannot be built: {0}")]
+    Model(String),
+    /// The run failed; what was computed is kept.
+    #[error("run failed: {0}")]
+    Run(String),
+    /// Reading or writing failed.
+    #[error("{}: {reason}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What went wrong and what to do.
+        reason: String,
+    },
+    /// The user stopped the run.
+    #[error("interrupted at t = {time:.9e} s, the results so far are in {}", output.display())]
+    Interrupted {
+        /// Time reached [s].
+        time: f64,
+        /// Where the results are.
+        output: PathBuf,
+    },
+    /// A command line that names something that does not exist.
+    #[error("{0}")]
+    Command(String),
+}
+
+impl AppError {
+    /// An input or output error of `path`.
+    pub fn io(path: impl Into<PathBuf>, reason: impl std::fmt::Display) -> Self {
+        Self::Io { path: path.into(), reason: reason.to_string() }
+    }
+
+    /// The documented exit code.
+    pub fn code(&self) -> u8 {
+        match self {
+            Self::Command(_) => 2,
+            Self::Scenario(_) => 3,
+            Self::Model(_) => 4,
+            Self::Run(_) => 5,
+            Self::Io { .. } => 6,
+            Self::Interrupted { .. } => 130,
+        }
+    }
+
+    /// [`AppError::code`] as the process wants it.
+    pub fn exit_code(&self) -> ExitCode {
+        ExitCode::from(self.code())
+    }
+}

@@ -1,0 +1,63 @@
+//! What a build and a run are: version, commit, compiler, target, time.
+
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// Version of the program.
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// Several lines for `--version`.
+pub const LONG_VERSION: &str = concat!(
+    env!("CARGO_PKG_VERSION"),
+    "\ncommit:   ",
+    env!("FBIMPACT_COMMIT"),
+    "\ncompiler: ",
+    env!("FBIMPACT_COMPILER"),
+    "\ntarget:   ",
+    env!("FBIMPACT_TARGET")
+);
+
+/// Attributes that every result file carries.
+pub fn attributes() -> [(&'static str, String); 5] {
+    [
+        ("program_version", VERSION.to_owned()),
+        ("commit", env!("FBIMPACT_COMMIT").to_owned()),
+        ("compiler", env!("FBIMPACT_COMPILER").to_owned()),
+        ("target", env!("FBIMPACT_TARGET").to_owned()),
+        ("created", now()),
+    ]
+}
+
+/// The present time, UTC, as in ISO 8601.
+fn now() -> String {
+    let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs());
+    iso(seconds)
+}
+
+/// Seconds since 1970 as a date (proleptic Gregorian calendar in eras of 400 years, which have 146,097 days).
+fn iso(seconds: u64) -> String {
+    let (days, rest) = (seconds / 86_400, seconds % 86_400);
+    // Days since 1 March of year 0: leap days then stand at the end of a year.
+    let z = days + 719_468;
+    let (era, day_of_era) = (z / 146_097, z % 146_097);
+    let year_of_era = (day_of_era - day_of_era / 1_460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
+    let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    let shifted_month = (5 * day_of_year + 2) / 153;
+    let day = day_of_year - (153 * shifted_month + 2) / 5 + 1;
+    let month = if shifted_month < 10 { shifted_month + 3 } else { shifted_month - 9 };
+    let year = era * 400 + year_of_era + u64::from(month <= 2);
+    let (hour, minute, second) = (rest / 3600, rest / 60 % 60, rest % 60);
+    format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}Z")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::iso;
+
+    #[test]
+    fn dates_agree_with_the_calendar() {
+        assert_eq!(iso(0), "1970-01-01T00:00:00Z");
+        assert_eq!(iso(951_782_400), "2000-02-29T00:00:00Z");
+        assert_eq!(iso(1_709_251_199), "2024-02-29T23:59:59Z");
+        assert_eq!(iso(4_107_542_400), "2100-03-01T00:00:00Z");
+    }
+}

@@ -1,0 +1,225 @@
+//! Which time series a result file has: path, unit, description, and where each comes from in a sample.
+
+use adaptive::record::Sample;
+use hdf5::{Dataset, Group, H5Type, Result};
+
+use super::scales;
+use super::series::{Series, describe};
+use crate::scenario::Compression;
+
+/// Second dimension of a series.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Axis {
+    /// One value a row.
+    Scalar,
+    /// x, y, z.
+    Space,
+    /// w, x, y, z.
+    Quaternion,
+    /// One value an elastic coordinate.
+    Mode,
+}
+
+/// Declaration of a series; `extract` appends the values of entry `index` of the sample.
+pub struct Declaration<T> {
+    /// Name in its group.
+    pub name: &'static str,
+    /// Unit.
+    pub unit: &'static str,
+    /// Second dimension.
+    pub axis: Axis,
+    /// One sentence.
+    pub description: &'static str,
+    /// Reads the values.
+    pub extract: fn(&Sample, usize, &mut Vec<T>),
+}
+
+const fn scalar<T>(
+    name: &'static str,
+    unit: &'static str,
+    description: &'static str,
+    extract: fn(&Sample, usize, &mut Vec<T>),
+) -> Declaration<T> {
+    Declaration { name, unit, axis: Axis::Scalar, description, extract }
+}
+
+const fn vector(
+    name: &'static str,
+    unit: &'static str,
+    description: &'static str,
+    extract: fn(&Sample, usize, &mut Vec<f64>),
+) -> Declaration<f64> {
+    Declaration { name, unit, axis: Axis::Space, description, extract }
+}
+
+/// `/time`.
+pub const TIME: Declaration<f64> = scalar("time", "s", "Simulated time.", |s, _, out| out.push(s.time));
+
+/// `/phase`.
+pub const PHASE: Declaration<u32> =
+    scalar("phase", "–", "Index into /phases of the phase that the instant belongs to.", |s, _, out| {
+        out.push(s.phase);
+    });
+
+/// `/energies`.
+pub const ENERGIES: [Declaration<f64>; 7] = [
+    scalar("kinetic", "J", "Kinetic energy of all bodies.", |s, _, out| out.push(s.energies.kinetic)),
+    scalar("elastic_low", "J", "Elastic energy of the dynamic coordinates.", |s, _, out| {
+        out.push(s.energies.elastic_low);
+    }),
+    scalar("elastic_high", "J", "Quasistatic elastic energy of the contact zones.", |s, _, out| {
+        out.push(s.energies.elastic_high);
+    }),
+    scalar("gravity", "J", "Potential energy of gravity, zero at the start.", |s, _, out| {
+        out.push(s.energies.gravity);
+    }),
+    scalar("penalty", "J", "Energy in the penalty springs.", |s, _, out| out.push(s.energies.penalty)),
+    scalar("dissipated", "J", "Work lost to damping and friction so far.", |s, _, out| {
+        out.push(s.energies.dissipated);
+    }),
+    scalar("total", "J", "Sum of all energies; constant in an exact solution.", |s, _, out| {
+        out.push(s.energies.total());
+    }),
+];
+
+/// `/momentum`.
+pub const MOMENTUM: [Declaration<f64>; 2] = [
+    vector("linear", "kg m/s", "Linear momentum of all bodies.", |s, _, out| out.extend(s.linear_momentum)),
+    vector("angular", "kg m²/s", "Angular momentum of all bodies about the origin.", |s, _, out| {
+        out.extend(s.angular_momentum);
+    }),
+];
+
+/// `/bodies/<name>`.
+pub const BODY: [Declaration<f64>; 7] = [
+    vector("position", "m", "Origin of the reference frame.", |s, i, out| out.extend(s.bodies[i].position)),
+    Declaration {
+        name: "rotation",
+        unit: "–",
+        axis: Axis::Quaternion,
+        description: "Unit quaternion from body to space.",
+        extract: |s, i, out| out.extend(s.bodies[i].rotation),
+    },
+    vector("velocity", "m/s", "Velocity of the origin of the reference frame, in space.", |s, i, out| {
+        out.extend(s.bodies[i].velocity);
+    }),
+    vector("angular_velocity", "rad/s", "Angular velocity of the reference frame, in space.", |s, i, out| {
+        out.extend(s.bodies[i].angular_velocity);
+    }),
+    vector("centre_of_mass", "m", "Centre of mass of the deformed body.", |s, i, out| {
+        out.extend(s.bodies[i].centre_of_mass);
+    }),
+    Declaration {
+        name: "elastic_coordinates",
+        unit: "m kg^0.5",
+        axis: Axis::Mode,
+        description: "Elastic coordinates, for mass-orthonormal modes.",
+        extract: |s, i, out| out.extend(&s.bodies[i].elastic_coordinates),
+    },
+    Declaration {
+        name: "elastic_velocities",
+        unit: "m kg^0.5/s",
+        axis: Axis::Mode,
+        description: "Rates of the elastic coordinates.",
+        extract: |s, i, out| out.extend(&s.bodies[i].elastic_velocities),
+    },
+];
+
+/// `/contacts/<name>`, numbers.
+pub const CONTACT: [Declaration<f64>; 5] = [
+    scalar("normal_force", "N", "Sum of the normal forces of the contact points.", |s, i, out| {
+        out.push(s.contacts[i].normal_force);
+    }),
+    vector("force", "N", "Total force on the contact body, in space.", |s, i, out| {
+        out.extend(s.contacts[i].force);
+    }),
+    scalar(
+        "penetration",
+        "m",
+        "Largest penetration of a contact point; zero without contact.",
+        |s, i, out| {
+            out.push(s.contacts[i].penetration);
+        },
+    ),
+    scalar("contact_area", "m²", "Sum of the tributary areas of the points in contact.", |s, i, out| {
+        out.push(s.contacts[i].contact_area);
+    }),
+    scalar("penalty", "N/m³", "Penalty factor in use; infinite for the exact constraint.", |s, i, out| {
+        out.push(s.contacts[i].penalty);
+    }),
+];
+
+/// `/contacts/<name>`, counts.
+pub const CONTACT_COUNTS: [Declaration<u32>; 1] =
+    [scalar("active_points", "–", "Number of points in contact.", |s, i, out| {
+        out.push(s.contacts[i].active_points);
+    })];
+
+/// `/points/<name>`.
+pub const POINT: [Declaration<f64>; 2] = [
+    vector("position", "m", "Position of the point on the deformed body.", |s, i, out| {
+        out.extend(s.points[i].position);
+    }),
+    vector("velocity", "m/s", "Velocity of the point.", |s, i, out| out.extend(s.points[i].velocity)),
+];
+
+/// Scales that the second dimensions refer to.
+pub struct Axes<'a> {
+    /// `/time`.
+    pub time: &'a Dataset,
+    /// `/axis`: x, y, z.
+    pub space: &'a Dataset,
+    /// `/quaternion_component`: w, x, y, z.
+    pub quaternion: &'a Dataset,
+}
+
+/// A series with the rule that fills it.
+pub struct Column<T> {
+    /// Dataset and buffer.
+    pub series: Series<T>,
+    index: usize,
+    extract: fn(&Sample, usize, &mut Vec<T>),
+}
+
+impl<T: H5Type + Copy> Column<T> {
+    /// Creates the dataset without a scale.
+    pub fn bare(
+        group: &Group,
+        d: &Declaration<T>,
+        width: Option<usize>,
+        index: usize,
+        compression: Compression,
+    ) -> Result<Self> {
+        let series = Series::create(group, d.name, width, compression)?;
+        describe(series.dataset(), d.unit, d.description)?;
+        Ok(Self { series, index, extract: d.extract })
+    }
+
+    /// Creates the dataset and attaches its scales; `modes` are the eigenfrequencies of the body, if it has any.
+    pub fn create(
+        group: &Group,
+        d: &Declaration<T>,
+        index: usize,
+        axes: &Axes<'_>,
+        modes: Option<&Dataset>,
+        compression: Compression,
+    ) -> Result<Self> {
+        let second = match d.axis {
+            Axis::Scalar => None,
+            Axis::Space => Some((axes.space, "axis")),
+            Axis::Quaternion => Some((axes.quaternion, "quaternion_component")),
+            Axis::Mode => modes.map(|m| (m, "eigenfrequencies")),
+        };
+        let column = Self::bare(group, d, second.map(|(scale, _)| scale.size()), index, compression)?;
+        scales::attach(column.series.dataset(), 0, axes.time, "time")?;
+        if let Some((scale, label)) = second {
+            scales::attach(column.series.dataset(), 1, scale, label)?;
+        }
+        Ok(column)
+    }
+
+    /// Buffers the row of a sample.
+    pub fn push(&mut self, sample: &Sample) {
+        (self.extract)(sample, self.index, &mut self.series.buffer);
+    }
+}

@@ -1,0 +1,19 @@
+//! The result file: HDF5 in, HDF5 out. The only part of the program that knows the file format.
+//!
+//! Layout: `docs/results.md`. [`Recorder`] writes while a run goes on, [`summary`] reads a finished file.
+
+mod scales;
+mod series;
+mod tables;
+mod columns;
+mod file;
+mod recorder;
+pub mod summary;
+
+pub use file::OutputFile;
+pub use recorder::{Recorder, Status};
+
+/// Value of the root attribute `format`.
+pub const FORMAT: &str = "fbimpact";
+/// Value of the root attribute `format_version`; raised whenever an old reader would misread a new file.
+pub const FORMAT_VERSION: u32 = 1;

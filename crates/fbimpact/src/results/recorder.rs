@@ -1,0 +1,401 @@
+//! Writes a run to HDF5 while it goes on.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use adaptive::record::{
+    ImpactRecord, ObserverError, PhaseRecord, RunLayout, Sample, StressRecord, Timings, TryRecord,
+};
+use hdf5::{Dataset, File, Group, Result};
+use ndarray::{ArrayView1, ArrayView2};
+
+use super::columns::{self, Axes, Axis, Column, Declaration};
+use super::series::{ROWS, Table, component_scale, describe, text_attribute, write_text};
+use super::tables::{IMPACT_UNITS, ImpactRow, PHASE_UNITS, PhaseRow, TRY_UNITS, TryRow};
+use super::{FORMAT, FORMAT_VERSION, scales};
+use crate::provenance;
+use crate::scenario::{BodyKind, Compression, ElasticModel, Scenario};
+
+/// Wall time between flushes, so that a killed process loses little.
+const FLUSH_INTERVAL: Duration = Duration::from_secs(5);
+
+/// Attribute `status` of a result file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Status {
+    /// The end time was reached.
+    Complete,
+    /// The user stopped the run.
+    Interrupted,
+    /// The run failed.
+    Failed,
+}
+
+impl Status {
+    /// Value of the attribute.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Complete => "complete",
+            Self::Interrupted => "interrupted",
+            Self::Failed => "failed",
+        }
+    }
+}
+
+/// Writes samples, records and stresses of one run.
+pub struct Recorder {
+    compression: Compression,
+    /// Body name and model of every stress request.
+    stress_models: Vec<(String, Option<ElasticModel>)>,
+    contacts: Vec<String>,
+    open: Option<Open>,
+    failure: Option<String>,
+    seconds: f64,
+    last_flush: Instant,
+}
+
+/// Handles of an open file.
+struct Open {
+    file: File,
+    columns: Vec<Column<f64>>,
+    counts: Vec<Column<u32>>,
+    buffered: usize,
+    rows: usize,
+    phases: Table,
+    impacts: Table,
+    tries: Table,
+}
+
+impl Recorder {
+    /// Creates the file `path` with everything that is known before the run.
+    ///
+    /// # Errors
+    /// The text of the HDF5 error.
+    pub fn create(path: &Path, scenario: &Scenario, threads: usize) -> Result<Self, ObserverError> {
+        let stress_models = scenario.output.stress.iter().map(|line| {
+            let model = match &scenario.bodies[line.body].kind {
+                BodyKind::Elastic(body) => Some(body.model),
+                BodyKind::RigidPlane { .. } => None,
+            };
+            (line.name.clone(), model)
+        });
+        let mut recorder = Self {
+            compression: scenario.output.compression,
+            stress_models: stress_models.collect(),
+            contacts: Vec::new(),
+            open: None,
+            failure: None,
+            seconds: 0.0,
+            last_flush: Instant::now(),
+        };
+        match Open::create(path, scenario, threads) {
+            Ok(open) => recorder.open = Some(open),
+            Err(error) => return Err(ObserverError(error.to_string())),
+        }
+        Ok(recorder)
+    }
+
+    /// Runs one operation on the file. After a failure the handles are forgotten: closing a file on a full disk can
+    /// crash inside the C library, and what was flushed stays readable.
+    fn with(&mut self, action: impl FnOnce(&mut Open) -> Result<()>) -> Result<(), ObserverError> {
+        let begin = Instant::now();
+        let Some(mut open) = self.open.take() else {
+            let reason = self.failure.clone().unwrap_or_else(|| "the result file is closed".into());
+            return Err(ObserverError(reason));
+        };
+        let outcome = action(&mut open);
+        self.seconds += begin.elapsed().as_secs_f64();
+        match outcome {
+            Ok(()) => {
+                self.open = Some(open);
+                Ok(())
+            }
+            Err(error) => {
+                std::mem::forget(open);
+                let reason = format!("results cannot be written: {error}");
+                self.failure = Some(reason.clone());
+                Err(ObserverError(reason))
+            }
+        }
+    }
+
+    /// Why writing failed, if it did.
+    pub fn failure(&self) -> Option<&str> {
+        self.failure.as_deref()
+    }
+
+    /// Number of samples stored.
+    pub fn n_samples(&self) -> usize {
+        self.open.as_ref().map_or(0, |o| o.rows)
+    }
+
+    /// Creates all datasets.
+    ///
+    /// # Errors
+    /// [`ObserverError`] if the file cannot be written.
+    pub fn start(&mut self, layout: &RunLayout) -> Result<(), ObserverError> {
+        let compression = self.compression;
+        self.contacts.clone_from(&layout.contacts);
+        self.with(|open| open.layout(layout, compression))
+    }
+
+    /// Stores an instant.
+    ///
+    /// # Errors
+    /// [`ObserverError`] if the file cannot be written.
+    pub fn sample(&mut self, sample: &Sample) -> Result<(), ObserverError> {
+        let due = self.last_flush.elapsed() >= FLUSH_INTERVAL;
+        if due {
+            self.last_flush = Instant::now();
+        }
+        self.with(|open| open.sample(sample, due))
+    }
+
+    /// Stores a phase and flushes.
+    ///
+    /// # Errors
+    /// [`ObserverError`] if the file cannot be written.
+    pub fn phase(&mut self, record: &PhaseRecord) -> Result<(), ObserverError> {
+        self.with(|open| {
+            open.phases.push(PhaseRow::new(record)?)?;
+            open.write_series()?;
+            open.file.flush()
+        })
+    }
+
+    /// Stores an impact.
+    ///
+    /// # Errors
+    /// [`ObserverError`] if the file cannot be written.
+    pub fn impact(&mut self, record: &ImpactRecord) -> Result<(), ObserverError> {
+        let name = usize::try_from(record.contact).ok().and_then(|i| self.contacts.get(i)).cloned();
+        let name = name.unwrap_or_else(|| record.contact.to_string());
+        self.with(|open| open.impacts.push(ImpactRow::new(record, &name)?))
+    }
+
+    /// Stores a try.
+    ///
+    /// # Errors
+    /// [`ObserverError`] if the file cannot be written.
+    pub fn attempt(&mut self, record: &TryRecord) -> Result<(), ObserverError> {
+        self.with(|open| open.tries.push(TryRow::new(record)?))
+    }
+
+    /// Stores stresses along a line; a later record of the same name takes the place of an earlier one.
+    ///
+    /// # Errors
+    /// [`ObserverError`] if the file cannot be written.
+    pub fn stress(&mut self, record: &StressRecord) -> Result<(), ObserverError> {
+        let model = self.stress_models.iter().find(|(n, _)| *n == record.name).and_then(|(_, m)| *m);
+        self.with(|open| write_stress(&open.file, record, model))
+    }
+
+    /// Writes what is buffered, the timings and the status, and closes the file.
+    ///
+    /// # Errors
+    /// [`ObserverError`] if the file cannot be written.
+    pub fn finish(
+        &mut self,
+        status: Status,
+        message: &str,
+        timings: Option<Timings>,
+    ) -> Result<(), ObserverError> {
+        let seconds = self.seconds;
+        self.with(|open| {
+            let begin = Instant::now();
+            open.write_series()?;
+            if let Some(mut timings) = timings {
+                timings.output = seconds + begin.elapsed().as_secs_f64();
+                write_timings(&open.file, &timings)?;
+            }
+            text_attribute(&open.file, "message", message)?;
+            text_attribute(&open.file, "status", status.name())?;
+            open.file.flush()
+        })?;
+        self.open = None;
+        Ok(())
+    }
+}
+
+impl Open {
+    fn create(path: &Path, scenario: &Scenario, threads: usize) -> Result<Self> {
+        // Version 1.8 of the format: readable everywhere, and after a crash without repair. The lock is OutputFile's.
+        let file = File::with_options().with_fapl(|p| p.libver_v18().file_locking(false)).create(path)?;
+        text_attribute(&file, "format", FORMAT)?;
+        file.new_attr::<u32>().create("format_version")?.write_scalar(&FORMAT_VERSION)?;
+        for (name, value) in provenance::attributes() {
+            text_attribute(&file, name, &value)?;
+        }
+        file.new_attr::<u64>().create("threads")?.write_scalar(&(threads as u64))?;
+        text_attribute(&file, "title", &scenario.title)?;
+        text_attribute(&file, "status", "running")?;
+        text_attribute(&file, "message", "")?;
+        let text = write_text(&file, "scenario", &scenario.source.resolved)?;
+        text_attribute(&text, "sha256", &scenario.source.sha256)?;
+        text_attribute(&text, "file", &scenario.source.path.display().to_string())?;
+        text_attribute(
+            &text,
+            "description",
+            "Scenario with overrides applied and defaults filled in, as TOML.",
+        )?;
+        let phases = Table::create::<PhaseRow>(&file, "phases", PHASE_UNITS, "Phases of the run.")?;
+        let impacts = Table::create::<ImpactRow>(&file, "impacts", IMPACT_UNITS, "Impacts of the run.")?;
+        let tries = Table::create::<TryRow>(&file, "tries", TRY_UNITS, "Tries of every impact phase.")?;
+        file.flush()?;
+        Ok(Self {
+            file,
+            columns: Vec::new(),
+            counts: Vec::new(),
+            buffered: 0,
+            rows: 0,
+            phases,
+            impacts,
+            tries,
+        })
+    }
+
+    fn layout(&mut self, layout: &RunLayout, compression: Compression) -> Result<()> {
+        let file = self.file.clone();
+        let time = Column::bare(&file, &columns::TIME, None, 0, compression)?;
+        let time_scale = time.series.dataset().clone();
+        scales::make_scale(&time_scale, "time")?;
+        self.columns.push(time);
+        let space = component_scale(&file, "axis", &["x", "y", "z"], "Components of vectors in space.")?;
+        let labels = ["w", "x", "y", "z"];
+        let quaternion =
+            component_scale(&file, "quaternion_component", &labels, "Components of quaternions.")?;
+        let axes = Axes { time: &time_scale, space: &space, quaternion: &quaternion };
+        self.counts.push(Column::create(&file, &columns::PHASE, 0, &axes, None, compression)?);
+        self.group(&file.create_group("energies")?, &columns::ENERGIES, 0, &axes, compression)?;
+        self.group(&file.create_group("momentum")?, &columns::MOMENTUM, 0, &axes, compression)?;
+        let bodies = file.create_group("bodies")?;
+        for (i, body) in layout.bodies.iter().enumerate() {
+            let group = bodies.create_group(&body.name)?;
+            let modes = eigenfrequencies(&group, &body.eigenfrequencies)?;
+            for d in columns::BODY.iter().filter(|d| d.axis != Axis::Mode || modes.is_some()) {
+                self.columns.push(Column::create(&group, d, i, &axes, modes.as_ref(), compression)?);
+            }
+        }
+        let contacts = file.create_group("contacts")?;
+        for (i, name) in layout.contacts.iter().enumerate() {
+            let group = contacts.create_group(name)?;
+            self.group(&group, &columns::CONTACT, i, &axes, compression)?;
+            for d in &columns::CONTACT_COUNTS {
+                self.counts.push(Column::create(&group, d, i, &axes, None, compression)?);
+            }
+        }
+        let points = file.create_group("points")?;
+        for (i, name) in layout.points.iter().enumerate() {
+            self.group(&points.create_group(name)?, &columns::POINT, i, &axes, compression)?;
+        }
+        file.flush()
+    }
+
+    fn group(
+        &mut self,
+        group: &Group,
+        declarations: &[Declaration<f64>],
+        index: usize,
+        axes: &Axes<'_>,
+        compression: Compression,
+    ) -> Result<()> {
+        for d in declarations {
+            self.columns.push(Column::create(group, d, index, axes, None, compression)?);
+        }
+        Ok(())
+    }
+
+    fn sample(&mut self, sample: &Sample, flush: bool) -> Result<()> {
+        self.columns.iter_mut().for_each(|c| c.push(sample));
+        self.counts.iter_mut().for_each(|c| c.push(sample));
+        self.buffered += 1;
+        self.rows += 1;
+        if self.buffered >= ROWS || flush {
+            self.write_series()?;
+        }
+        if flush { self.file.flush() } else { Ok(()) }
+    }
+
+    fn write_series(&mut self) -> Result<()> {
+        self.buffered = 0;
+        // Time comes first: a reader of a broken file finds no row without its time.
+        self.columns.iter_mut().try_for_each(|c| c.series.write())?;
+        self.counts.iter_mut().try_for_each(|c| c.series.write())
+    }
+}
+
+fn eigenfrequencies(group: &Group, values: &[f64]) -> Result<Option<Dataset>> {
+    if values.is_empty() {
+        return Ok(None);
+    }
+    let dataset = group.new_dataset::<f64>().shape(values.len()).create("eigenfrequencies")?;
+    dataset.write(ArrayView1::from(values))?;
+    describe(&dataset, "Hz", "Eigenfrequencies of the elastic coordinates.")?;
+    scales::make_scale(&dataset, "eigenfrequencies")?;
+    Ok(Some(dataset))
+}
+
+fn write_timings(file: &File, timings: &Timings) -> Result<()> {
+    let group = file.create_group("timings")?;
+    let entries = [
+        ("assembly", timings.assembly, "Geometry and assembly of the matrices."),
+        ("reduction", timings.reduction, "Eigenmodes and compliance."),
+        ("search", timings.search, "Contact search."),
+        ("contact", timings.contact, "Contact solver."),
+        ("integration", timings.integration, "Time integration without contact."),
+        ("output", timings.output, "Writing results."),
+    ];
+    for (name, value, description) in entries {
+        let dataset = group.new_dataset::<f64>().create(name)?;
+        dataset.write_scalar(&value)?;
+        describe(&dataset, "s", description)?;
+    }
+    Ok(())
+}
+
+fn write_stress(file: &File, record: &StressRecord, model: Option<ElasticModel>) -> Result<()> {
+    let parent =
+        if file.link_exists("stress") { file.group("stress")? } else { file.create_group("stress")? };
+    if parent.link_exists(&record.name) {
+        parent.unlink(&record.name)?;
+    }
+    let group = parent.create_group(&record.name)?;
+    group.new_attr::<f64>().create("time")?.write_scalar(&record.time)?;
+    let axisymmetric = matches!(model, Some(ElasticModel::Axisymmetric));
+    let (points, labels): ([&str; 3], [&str; 6]) = if axisymmetric {
+        (["r", "z", "-"], ["rr", "zz", "tt", "rz", "-", "-"])
+    } else {
+        (["x", "y", "z"], ["xx", "yy", "zz", "xy", "yz", "zx"])
+    };
+    let distances = distances(&record.points);
+    let distance = group.new_dataset::<f64>().shape(distances.len()).create("distance")?;
+    distance.write(ArrayView1::from(&distances))?;
+    describe(&distance, "m", "Distance from the first point.")?;
+    scales::make_scale(&distance, "distance")?;
+    let coordinates = component_scale(&group, "coordinate", &points, "Coordinates of the body's model.")?;
+    let components = component_scale(&group, "component", &labels, "Components of stress; tt is the hoop.")?;
+    let rows = |values: &[f64], width: usize, name: &str, unit: &str, text: &str| -> Result<Dataset> {
+        let dataset = group.new_dataset::<f64>().shape((values.len() / width, width)).create(name)?;
+        let view = ArrayView2::from_shape((values.len() / width, width), values)
+            .map_err(|e| hdf5::Error::from(e.to_string()))?;
+        dataset.write(view)?;
+        describe(&dataset, unit, text)?;
+        dataset.new_attr::<f64>().create("time")?.write_scalar(&record.time)?;
+        scales::attach(&dataset, 0, &distance, "distance")?;
+        Ok(dataset)
+    };
+    let points =
+        rows(record.points.as_flattened(), 3, "points", "m", "Undeformed points, in the body's frame.")?;
+    scales::attach(&points, 1, &coordinates, "coordinate")?;
+    let stress = rows(record.stress.as_flattened(), 6, "stress", "Pa", "Components of stress.")?;
+    scales::attach(&stress, 1, &components, "component")?;
+    let von_mises = group.new_dataset::<f64>().shape(record.von_mises.len()).create("von_mises")?;
+    von_mises.write(ArrayView1::from(&record.von_mises))?;
+    describe(&von_mises, "Pa", "Von Mises stress.")?;
+    von_mises.new_attr::<f64>().create("time")?.write_scalar(&record.time)?;
+    scales::attach(&von_mises, 0, &distance, "distance")
+}
+
+fn distances(points: &[[f64; 3]]) -> Vec<f64> {
+    let from = points.first().copied().unwrap_or_default();
+    points.iter().map(|p| (0..3).map(|i| (p[i] - from[i]).powi(2)).sum::<f64>().sqrt()).collect()
+}

@@ -1,0 +1,149 @@
+//! Reads a result file back: what `fbimpact info` shows.
+
+use std::path::Path;
+
+use hdf5::types::VarLenUnicode;
+use hdf5::{File, Result};
+use serde_json::{Value, json};
+
+use super::FORMAT;
+use super::tables::{ImpactRow, PhaseRow, TryRow};
+use crate::error::AppError;
+
+/// The gist of a result file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Summary {
+    /// Root attributes, by name.
+    pub attributes: Vec<(String, String)>,
+    /// Stored instants.
+    pub n_samples: usize,
+    /// Last stored time [s].
+    pub end: Option<f64>,
+    /// Bodies with their number of elastic coordinates.
+    pub bodies: Vec<(String, usize)>,
+    /// Phases.
+    pub phases: Vec<PhaseRow>,
+    /// Impacts.
+    pub impacts: Vec<ImpactRow>,
+    /// Tries.
+    pub tries: Vec<TryRow>,
+    /// Largest deviation of the total energy from its start, relative to the largest energy in motion and deformation.
+    pub energy_drift: Option<f64>,
+    /// Seconds a stage.
+    pub timings: Vec<(String, f64)>,
+}
+
+/// Reads the summary of `path`.
+///
+/// # Errors
+/// [`AppError::Io`] if the file cannot be read or is not a result file.
+pub fn read(path: &Path) -> Result<Summary, AppError> {
+    if let Err(e) = std::fs::File::open(path) {
+        return Err(AppError::io(path, format!("cannot be read: {e}")));
+    }
+    let file = File::with_options()
+        .with_fapl(|p| p.file_locking(false))
+        .open(path)
+        .map_err(|e| AppError::io(path, format!("is not a readable HDF5 file: {e}")))?;
+    if text(&file, "format").as_deref() != Some(FORMAT) {
+        return Err(AppError::io(path, "is not a result file of fbimpact"));
+    }
+    summary(&file).map_err(|e| AppError::io(path, format!("has a part that cannot be read: {e}")))
+}
+
+fn text(file: &File, name: &str) -> Option<String> {
+    let value: VarLenUnicode = file.attr(name).ok()?.read_scalar().ok()?;
+    Some(value.as_str().to_owned())
+}
+
+fn summary(file: &File) -> Result<Summary> {
+    let names = ["title", "status", "message", "program_version", "commit", "compiler", "target", "created"];
+    let attributes =
+        names.iter().filter_map(|n| text(file, n).map(|value| ((*n).to_owned(), value))).collect();
+    let time = match file.dataset("time") {
+        Ok(dataset) => dataset.read_raw::<f64>()?,
+        Err(_) => Vec::new(),
+    };
+    let mut bodies = Vec::new();
+    if let Ok(group) = file.group("bodies") {
+        for name in group.member_names()? {
+            let n = group.dataset(&format!("{name}/eigenfrequencies")).map_or(0, |d| d.size());
+            bodies.push((name, n));
+        }
+    }
+    let mut timings = Vec::new();
+    if let Ok(group) = file.group("timings") {
+        for name in group.member_names()? {
+            let value = group.dataset(&name)?.read_scalar()?;
+            timings.push((name, value));
+        }
+    }
+    Ok(Summary {
+        attributes,
+        n_samples: time.len(),
+        end: time.last().copied(),
+        bodies,
+        phases: file.dataset("phases")?.read_raw()?,
+        impacts: file.dataset("impacts")?.read_raw()?,
+        tries: file.dataset("tries")?.read_raw()?,
+        energy_drift: energy_drift(file)?,
+        timings,
+    })
+}
+
+fn energy_drift(file: &File) -> Result<Option<f64>> {
+    let Ok(group) = file.group("energies") else { return Ok(None) };
+    let read = |name: &str| group.dataset(name)?.read_raw::<f64>();
+    let (total, kinetic, low, high, penalty) =
+        (read("total")?, read("kinetic")?, read("elastic_low")?, read("elastic_high")?, read("penalty")?);
+    let Some(first) = total.first() else { return Ok(None) };
+    let scale = (0..kinetic.len())
+        .map(|i| kinetic[i] + low[i] + high[i] + penalty[i])
+        .fold(0.0_f64, |a, x| if x > a { x } else { a });
+    let largest = total.iter().map(|x| (x - first).abs()).fold(0.0_f64, f64::max);
+    Ok((scale > 0.0).then(|| largest / scale))
+}
+
+impl Summary {
+    /// An attribute, or an empty text.
+    pub fn attribute(&self, name: &str) -> &str {
+        self.attributes.iter().find(|(n, _)| n == name).map_or("", |(_, value)| value)
+    }
+
+    /// As JSON, for programs.
+    pub fn json(&self) -> Value {
+        let phases = self.phases.iter().map(|p| {
+            json!({ "kind": p.kind.as_str(), "start": p.start, "end": p.end, "steps": p.steps,
+                "rejected": p.rejected, "evaluations": p.evaluations, "wall_time": p.wall_time })
+        });
+        let impacts = self.impacts.iter().map(|i| {
+            json!({ "contact": i.contact.as_str(), "start": i.start, "end": i.end, "duration": i.end - i.start,
+                "peak_force": i.peak_force, "peak_time": i.peak_time, "impulse": i.impulse,
+                "approach_velocity": i.approach_velocity, "separation_velocity": i.separation_velocity,
+                "restitution": i.restitution })
+        });
+        let tries = self.tries.iter().map(|t| {
+            json!({ "impact": t.impact, "try": t.r#try, "start": t.start, "stop": t.stop,
+                "penalty_start": t.penalty_start, "penalty_end": t.penalty_end,
+                "interval_widths": t.interval_widths, "utilisation": t.utilisation, "elements": t.elements,
+                "freedoms": t.freedoms, "interface_freedoms": t.interface_freedoms, "steps": t.steps,
+                "rejected": t.rejected, "peak_force": t.peak_force, "outcome": t.outcome.as_str(),
+                "reason": t.reason.as_str(), "wall_time": t.wall_time, "cpu_time": t.cpu_time })
+        });
+        let attributes: serde_json::Map<String, Value> =
+            self.attributes.iter().map(|(n, v)| (n.clone(), v.clone().into())).collect();
+        let timings: serde_json::Map<String, Value> =
+            self.timings.iter().map(|(n, v)| (n.clone(), (*v).into())).collect();
+        let bodies: serde_json::Map<String, Value> =
+            self.bodies.iter().map(|(n, q)| (n.clone(), json!({ "elastic_coordinates": q }))).collect();
+        let mut all = json!({
+            "samples": self.n_samples, "end": self.end, "energy_drift": self.energy_drift, "bodies": bodies,
+            "phases": phases.collect::<Vec<_>>(), "impacts": impacts.collect::<Vec<_>>(),
+            "tries": tries.collect::<Vec<_>>(), "timings": timings,
+        });
+        if let Value::Object(map) = &mut all {
+            map.extend(attributes);
+        }
+        all
+    }
+}

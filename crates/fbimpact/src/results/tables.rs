@@ -1,0 +1,168 @@
+//! Rows of the tables in a result file.
+
+use adaptive::record::{ImpactRecord, PhaseKind, PhaseRecord, TryRecord};
+use hdf5::types::VarLenUnicode;
+use hdf5::{H5Type, Result};
+
+use super::series::unicode;
+
+/// A row of `/phases`.
+#[derive(Debug, Clone, PartialEq, H5Type)]
+#[repr(C)]
+pub struct PhaseRow {
+    /// "free" or "impact".
+    pub kind: VarLenUnicode,
+    /// [s]
+    pub start: f64,
+    /// [s]
+    pub end: f64,
+    /// Accepted steps.
+    pub steps: u64,
+    /// Rejected steps.
+    pub rejected: u64,
+    /// Evaluations of the right-hand side.
+    pub evaluations: u64,
+    /// [s]
+    pub wall_time: f64,
+}
+
+/// Units of the columns of `/phases`.
+pub const PHASE_UNITS: &str =
+    "kind: –, start: s, end: s, steps: –, rejected: –, evaluations: –, wall_time: s";
+
+impl PhaseRow {
+    /// The row of a record.
+    pub fn new(r: &PhaseRecord) -> Result<Self> {
+        let kind = match r.kind {
+            PhaseKind::Free => "free",
+            PhaseKind::Impact => "impact",
+        };
+        Ok(Self {
+            kind: unicode(kind)?,
+            start: r.start,
+            end: r.end,
+            steps: r.steps,
+            rejected: r.rejected,
+            evaluations: r.evaluations,
+            wall_time: r.wall_time,
+        })
+    }
+}
+
+/// A row of `/impacts`.
+#[derive(Debug, Clone, PartialEq, H5Type)]
+#[repr(C)]
+pub struct ImpactRow {
+    /// Name of the contact.
+    pub contact: VarLenUnicode,
+    /// First contact [s].
+    pub start: f64,
+    /// Last contact [s].
+    pub end: f64,
+    /// Largest normal force [N].
+    pub peak_force: f64,
+    /// Its time [s].
+    pub peak_time: f64,
+    /// [N s]
+    pub impulse: f64,
+    /// [m/s]
+    pub approach_velocity: f64,
+    /// [m/s]
+    pub separation_velocity: f64,
+    /// Ratio of the two.
+    pub restitution: f64,
+}
+
+/// Units of the columns of `/impacts`.
+pub const IMPACT_UNITS: &str = "contact: –, start: s, end: s, peak_force: N, peak_time: s, impulse: N s, \
+    approach_velocity: m/s, separation_velocity: m/s, restitution: –";
+
+impl ImpactRow {
+    /// The row of a record of the contact called `contact`.
+    pub fn new(r: &ImpactRecord, contact: &str) -> Result<Self> {
+        Ok(Self {
+            contact: unicode(contact)?,
+            start: r.start,
+            end: r.end,
+            peak_force: r.peak_force,
+            peak_time: r.peak_time,
+            impulse: r.impulse,
+            approach_velocity: r.approach_velocity,
+            separation_velocity: r.separation_velocity,
+            restitution: r.restitution,
+        })
+    }
+}
+
+/// A row of `/tries`.
+#[derive(Debug, Clone, PartialEq, H5Type)]
+#[repr(C)]
+pub struct TryRow {
+    /// Index of the impact.
+    pub impact: u32,
+    /// Number of the try, from 1.
+    pub r#try: u32,
+    /// [s]
+    pub start: f64,
+    /// Time reached [s].
+    pub stop: f64,
+    /// [N/m³]
+    pub penalty_start: f64,
+    /// [N/m³]
+    pub penalty_end: f64,
+    /// [m]
+    pub interval_widths: [f64; 2],
+    /// Contact elements over interval elements.
+    pub utilisation: [f64; 2],
+    /// Elements of the fine model.
+    pub elements: u64,
+    /// Its freedoms.
+    pub freedoms: u64,
+    /// Its interface freedoms.
+    pub interface_freedoms: u64,
+    /// Accepted steps.
+    pub steps: u64,
+    /// Rejected steps.
+    pub rejected: u64,
+    /// [N]
+    pub peak_force: f64,
+    /// "accepted", "rejected" or "failed".
+    pub outcome: VarLenUnicode,
+    /// Why.
+    pub reason: VarLenUnicode,
+    /// [s]
+    pub wall_time: f64,
+    /// [s]
+    pub cpu_time: f64,
+}
+
+/// Units of the columns of `/tries`.
+pub const TRY_UNITS: &str = "impact: –, try: –, start: s, stop: s, penalty_start: N/m³, penalty_end: N/m³, \
+    interval_widths: m, utilisation: –, elements: –, freedoms: –, interface_freedoms: –, steps: –, rejected: –, \
+    peak_force: N, outcome: –, reason: –, wall_time: s, cpu_time: s";
+
+impl TryRow {
+    /// The row of a record.
+    pub fn new(r: &TryRecord) -> Result<Self> {
+        Ok(Self {
+            impact: r.impact,
+            r#try: r.number,
+            start: r.start,
+            stop: r.stop,
+            penalty_start: r.penalty_start,
+            penalty_end: r.penalty_end,
+            interval_widths: r.interval_widths,
+            utilisation: r.utilisation,
+            elements: r.elements,
+            freedoms: r.freedoms,
+            interface_freedoms: r.interface_freedoms,
+            steps: r.steps,
+            rejected: r.rejected,
+            peak_force: r.peak_force,
+            outcome: unicode(&r.outcome)?,
+            reason: unicode(&r.reason)?,
+            wall_time: r.wall_time,
+            cpu_time: r.cpu_time,
+        })
+    }
+}

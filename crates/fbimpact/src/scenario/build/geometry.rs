@@ -1,0 +1,177 @@
+//! Shapes: which go with which model, sizes that fit together, control nets inline or from a file.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use iga_core::knots::KnotVector;
+
+use super::super::check::Checker;
+use super::super::document::{Node, Origin, SourceText, Value, parse_json, parse_toml};
+use super::super::fault::Fault;
+use super::super::keys::names;
+use super::super::model::{Geometry, NurbsGeometry, SphereNet};
+use super::super::section::Section;
+use super::super::tables::{NURBS_FILE, SHAPES};
+use super::bodies::per_direction;
+use super::{dimension, padded};
+
+/// Largest file with a control net: 64 MiB are a million control points.
+const MAX_FILE: u64 = 64 << 20;
+
+/// Reports a shape that does not go with the model.
+pub fn check_model(checker: &mut Checker, body: &Section, model: &str, shape: &str) -> Option<()> {
+    let facts = SHAPES.iter().find(|s| s.name == shape)?;
+    if facts.models.contains(&model) {
+        return Some(());
+    }
+    let fitting = names(SHAPES.iter().filter(|s| s.models.contains(&model)).map(|s| s.name));
+    let message = format!(
+        "does not go with model \"{model}\": choose {fitting}, or model {}",
+        names(facts.models.iter().copied())
+    );
+    checker.fault_in(body.table("geometry")?, "shape", message);
+    None
+}
+
+/// The shape of a flexible body.
+pub fn geometry(checker: &mut Checker, body: &Section, model: &str, directory: &Path) -> Option<Geometry> {
+    let section = body.table("geometry")?;
+    let shape = section.text("shape")?;
+    let fits = check_model(checker, body, model, shape);
+    let length = || section.number("length");
+    let radius = || section.number("radius");
+    let geometry = match shape {
+        "sphere" => Geometry::Sphere { radius: radius()?, net: net(section)? },
+        "rod" => Geometry::Rod { radius: radius()?, length: length()? },
+        "rod-spherical-end" => {
+            let (radius, length) = (radius()?, length()?);
+            if length <= radius {
+                let message = format!("must be > radius, which is {radius:?} m");
+                checker.fault_in(section, "length", message);
+                return None;
+            }
+            Geometry::RodSphericalEnd { radius, length }
+        }
+        "cylinder" => Geometry::Cylinder { radius: radius()?, length: length()? },
+        "hollow-cylinder" => {
+            let (inner_radius, outer_radius) =
+                (section.number("inner_radius")?, section.number("outer_radius")?);
+            if outer_radius <= inner_radius {
+                let message = format!("must be > inner_radius, which is {inner_radius:?} m");
+                checker.fault_in(section, "outer_radius", message);
+                return None;
+            }
+            Geometry::HollowCylinder { inner_radius, outer_radius, length: length()? }
+        }
+        "box" => Geometry::Box { size: section.vector("size")? },
+        "rectangle" => Geometry::Rectangle { size: section.vector("size")? },
+        "disc" => Geometry::Disc { radius: radius()? },
+        "nurbs" => Geometry::Nurbs(nurbs(checker, section, model, directory)?),
+        _ => return None,
+    };
+    fits.map(|()| geometry)
+}
+
+fn net(section: &Section) -> Option<SphereNet> {
+    Some(if section.text("net")? == "cube" { SphereNet::Cube } else { SphereNet::Polar })
+}
+
+fn nurbs(checker: &mut Checker, section: &Section, model: &str, directory: &Path) -> Option<NurbsGeometry> {
+    let Some(file) = section.item("file") else { return patch(checker, section, model, None) };
+    let inline: Vec<&str> =
+        ["degrees", "knots", "control_points", "weights"].into_iter().filter(|k| section.given(k)).collect();
+    for key in &inline {
+        checker.fault_in(section, key, "either \"file\" or an inline net can be given, not both".into());
+    }
+    let path = directory.join(section.text("file")?);
+    let source = match read_limited(&path) {
+        Ok(text) => Arc::new(SourceText { name: path.display().to_string(), text }),
+        Err(reason) => {
+            checker.fault_in(section, file.name, format!("{}: {reason}", path.display()));
+            return None;
+        }
+    };
+    let table = match parse_net(&source) {
+        Ok(node) => node,
+        Err(faults) => {
+            checker.faults.extend(faults);
+            return None;
+        }
+    };
+    let Value::Table(entries) = &table.value else {
+        let message = "must hold a table with the keys of a control net".into();
+        checker.fault(&Origin::File(source, 0..0), section.path_of("file"), None, message);
+        return None;
+    };
+    let net = checker.section(NURBS_FILE, entries, &section.path, &table.origin, None);
+    (inline.is_empty()).then_some(())?;
+    patch(checker, &net, model, Some(path))
+}
+
+fn parse_net(source: &Arc<SourceText>) -> Result<Node, Vec<Fault>> {
+    if source.name.ends_with(".json") { parse_json(source) } else { parse_toml(source) }
+}
+
+fn read_limited(path: &Path) -> Result<String, String> {
+    let size = std::fs::metadata(path).map_err(|e| format!("cannot be read: {e}"))?.len();
+    if size > MAX_FILE {
+        return Err(format!("has {size} bytes, at most {MAX_FILE} are read"));
+    }
+    std::fs::read_to_string(path).map_err(|e| format!("cannot be read: {e}"))
+}
+
+fn patch(
+    checker: &mut Checker,
+    section: &Section,
+    model: &str,
+    file: Option<PathBuf>,
+) -> Option<NurbsGeometry> {
+    let directions = dimension(model);
+    let mut complete = true;
+    for key in ["degrees", "knots", "control_points"] {
+        if section.item(key).is_none() {
+            let message = "required key is missing for shape \"nurbs\" without \"file\"".into();
+            checker.fault(&section.origin, section.path_of(key), None, message);
+            complete = false;
+        }
+    }
+    if !complete {
+        return None;
+    }
+    let degrees = per_direction(checker, section, "degrees", directions)?;
+    let knots = section.lists("knots")?.to_vec();
+    if knots.len() != directions {
+        let message = format!("{} knot vectors, the model has {directions} directions", knots.len());
+        checker.fault_in(section, "knots", message);
+        return None;
+    }
+    let mut expected = 1;
+    for (i, (&degree, list)) in degrees.iter().zip(&knots).enumerate() {
+        if let Err(error) = KnotVector::new(degree, list.clone()) {
+            checker.fault_in(section, "knots", format!("direction {i}: {error}"));
+            return None;
+        }
+        expected *= list.len() - degree - 1;
+    }
+    let points = section.lists("control_points")?;
+    let fits = points.len() == expected && points.iter().all(|p| p.len() == directions);
+    if !fits {
+        let message = format!(
+            "{} control points, degrees and knots ask for {expected} with {directions} coordinates each",
+            points.len()
+        );
+        checker.fault_in(section, "control_points", message);
+        return None;
+    }
+    let weights = match section.item("weights") {
+        Some(_) => section.numbers("weights")?.to_vec(),
+        None => vec![1.0; expected],
+    };
+    if weights.len() != expected {
+        let message = format!("{} weights, there are {expected} control points", weights.len());
+        checker.fault_in(section, "weights", message);
+        return None;
+    }
+    let control_points = points.iter().map(|p| padded(p)).collect();
+    Some(NurbsGeometry { degrees, knots, control_points, weights, file })
+}

@@ -1,0 +1,70 @@
+//! Output requests: bodies, markers and points that exist.
+
+use super::super::check::Checker;
+use super::super::model::{Compression, Output, OutputPoint, StressLine, StressTime};
+use super::super::section::{Checked, Section};
+use super::{body_index, marker_or_point, model_and_shape, place};
+
+/// The `[output]` table.
+pub fn output(
+    checker: &mut Checker,
+    root: &Section,
+    section: &Section,
+    end_time: Option<f64>,
+) -> Option<Output> {
+    let points: Vec<OutputPoint> = section
+        .named("points")
+        .iter()
+        .filter_map(|(name, request)| point(checker, root, name, request))
+        .collect();
+    let stress: Vec<StressLine> = section
+        .named("stress")
+        .iter()
+        .filter_map(|(name, request)| stress(checker, root, name, request, end_time))
+        .collect();
+    Some(Output {
+        free_interval: section.number("free_interval")?,
+        compression: match section.text("compression")? {
+            "gzip" => Compression::Gzip,
+            _ => Compression::None,
+        },
+        points,
+        stress,
+    })
+}
+
+fn point(checker: &mut Checker, root: &Section, name: &str, section: &Section) -> Option<OutputPoint> {
+    let body = body_index(checker, root, section, "body")?;
+    let (model, shape) = model_and_shape(root, section.text("body")?)?;
+    let at = marker_or_point(checker, section, model, shape)?;
+    Some(OutputPoint { name: name.to_owned(), body, at })
+}
+
+fn stress(
+    checker: &mut Checker,
+    root: &Section,
+    name: &str,
+    section: &Section,
+    end_time: Option<f64>,
+) -> Option<StressLine> {
+    let body = body_index(checker, root, section, "body")?;
+    let (model, shape) = model_and_shape(root, section.text("body")?)?;
+    if model == "rigid" {
+        checker.fault_in(section, "body", "must be a flexible body, a rigid one has no stress".into());
+        return None;
+    }
+    let from = place(checker, section, "from", model, shape);
+    let to = place(checker, section, "to", model, shape);
+    let at = match section.item("at")?.value {
+        Checked::Number(time) => StressTime::Time(time),
+        _ => StressTime::PeakForce,
+    };
+    if let (StressTime::Time(time), Some(end)) = (at, end_time)
+        && time > end
+    {
+        let message = format!("must not be later than simulation.end_time, which is {end:?} s");
+        checker.fault_in(section, "at", message);
+    }
+    let samples = section.integer("samples")?;
+    Some(StressLine { name: name.to_owned(), body, from: from?, to: to?, samples, at })
+}

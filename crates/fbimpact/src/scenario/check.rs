@@ -1,0 +1,339 @@
+//! Checks a document against the key tables: unknown and missing keys, types, ranges. Collects every fault.
+
+use super::document::{Entry, Node, Origin, Value, parse_value};
+use super::fault::{Fault, nearest};
+use super::keys::{Choice, Key, Kind, Need, Range, Variant, names};
+use super::section::{Checked, Item, Section, join};
+
+/// Longest name of a body, material, contact or output.
+const MAX_NAME: usize = 64;
+
+/// Collects faults while tables are checked.
+#[derive(Debug, Default)]
+pub struct Checker {
+    /// Faults so far.
+    pub faults: Vec<Fault>,
+}
+
+impl Checker {
+    /// Adds a fault at `origin`.
+    pub fn fault(&mut self, origin: &Origin, key: String, value: Option<String>, message: String) {
+        let location = origin.location(&Origin::Default);
+        self.faults.push(Fault { location, key, value, message, suggestion: None });
+    }
+
+    /// Adds a fault at item `name` of `section`, or at the section if it has no such item.
+    pub fn fault_in(&mut self, section: &Section, name: &str, message: String) {
+        let (origin, value) = match section.item(name) {
+            Some(item) => (&item.origin, Some(item.shown.clone())),
+            None => (&section.origin, None),
+        };
+        self.fault(origin, section.path_of(name), value, message);
+    }
+
+    /// Adds a fault for a name that is not among `known`.
+    pub fn unknown_name(&mut self, section: &Section, name: &str, what: &str, known: &[&str]) {
+        let Some(word) = section.text(name).map(str::to_owned) else { return };
+        self.fault_in(section, name, format!("unknown {what}, known are {}", names(known.iter().copied())));
+        if let Some(fault) = self.faults.last_mut() {
+            fault.suggestion = nearest(&word, known.iter().copied());
+        }
+    }
+
+    /// Checks `entries` against `keys`; `skip` is a key that has been dealt with.
+    pub fn section(
+        &mut self,
+        keys: &'static [Key],
+        entries: &[Entry],
+        path: &str,
+        origin: &Origin,
+        skip: Option<&str>,
+    ) -> Section {
+        for entry in entries.iter().filter(|e| Some(e.key.as_str()) != skip) {
+            if !keys.iter().any(|k| matches_key(k, &entry.key)) {
+                self.unknown_key(keys, entry, path, skip);
+            }
+        }
+        let items = keys.iter().filter_map(|key| self.item(key, entries, path, origin)).collect();
+        Section { path: path.to_owned(), origin: origin.clone(), items }
+    }
+
+    fn unknown_key(&mut self, keys: &[Key], entry: &Entry, path: &str, skip: Option<&str>) {
+        let known: Vec<&str> = skip.into_iter().chain(keys.iter().map(|k| k.name)).collect();
+        let message = format!("unknown key, known here are {}", names(known.iter().copied()));
+        let location = entry.origin.location(&Origin::Default);
+        self.faults.push(Fault {
+            location,
+            key: join(path, &entry.key),
+            value: Some(entry.node.shown()),
+            message,
+            suggestion: nearest(&entry.key, known),
+        });
+    }
+
+    fn item(&mut self, key: &'static Key, entries: &[Entry], path: &str, table: &Origin) -> Option<Item> {
+        let mut found = entries.iter().filter(|e| matches_key(key, &e.key));
+        if let Some(entry) = found.next() {
+            if let Some(second) = found.next() {
+                let message = format!("the same quantity is given as \"{}\" already, keep one", entry.key);
+                self.fault(&second.origin, join(path, &second.key), Some(second.node.shown()), message);
+            }
+            let full = join(path, &entry.key);
+            let in_degrees = entry.key != key.name;
+            let value = self.value(key, &entry.node, &full, in_degrees);
+            let origin = entry.node.origin.clone();
+            return Some(Item { name: key.name, value, origin, shown: entry.node.shown(), given: true });
+        }
+        match key.need {
+            Need::Optional(_) => None,
+            Need::Required => {
+                let what = format!("required key is missing: {} ({})", key.kind.allowed(key.unit), key.doc);
+                self.fault(table, join(path, key.name), None, what);
+                Some(invalid(key, table))
+            }
+            Need::Default(text) => {
+                let node =
+                    parse_value(text, table).expect("defaults of the key tables are TOML, a test reads them");
+                let value = self.value(key, &node, &join(path, key.name), false);
+                Some(Item { name: key.name, value, origin: table.clone(), shown: node.shown(), given: false })
+            }
+        }
+    }
+
+    fn value(&mut self, key: &'static Key, node: &Node, path: &str, in_degrees: bool) -> Checked {
+        let scale = if in_degrees { std::f64::consts::PI / 180.0 } else { 1.0 };
+        let before = self.faults.len();
+        let value = match (&key.kind, &node.value) {
+            (Kind::Table(keys), Value::Table(entries)) => {
+                return Checked::Table(self.section(keys, entries, path, &node.origin, None));
+            }
+            (Kind::Variants { tag, variants }, Value::Table(entries)) => {
+                return self.variant(tag, variants, entries, path, &node.origin);
+            }
+            (Kind::Named(keys), Value::Table(entries)) => {
+                let list = entries.iter().filter_map(|e| self.named(keys, e, path)).collect();
+                return Checked::Named(list);
+            }
+            (Kind::Tables(keys), Value::Array(nodes)) => {
+                let list = nodes.iter().enumerate().filter_map(|(i, n)| {
+                    let path = format!("{path}[{i}]");
+                    match &n.value {
+                        Value::Table(entries) => Some(self.section(keys, entries, &path, &n.origin, None)),
+                        _ => {
+                            self.wrong(n, &path, "must be a table");
+                            None
+                        }
+                    }
+                });
+                return Checked::Tables(list.collect());
+            }
+            (Kind::Text, Value::Text(s)) => Some(Checked::Text(s.clone())),
+            (Kind::Name, Value::Text(s)) if !s.trim().is_empty() => Some(Checked::Text(s.clone())),
+            (Kind::Choice(choices), Value::Text(s)) => self.choice(choices, s, node, path),
+            (Kind::ChoiceOrNumber(choices, _), Value::Text(s)) => self.choice(choices, s, node, path),
+            (Kind::Place(_), Value::Text(s)) if !s.trim().is_empty() => Some(Checked::Text(s.clone())),
+            (Kind::Number(range) | Kind::ChoiceOrNumber(_, range), _) => {
+                number_in(node, range, scale).map(Checked::Number)
+            }
+            (Kind::Fixed(x), _) => number(node).filter(|y| y.total_cmp(x).is_eq()).map(Checked::Number),
+            (Kind::Integer(min, max), _) => integer_in(node, *min, *max).map(Checked::Integer),
+            (Kind::Counts(min, max), _) => self.counts(key, node, path, *min, *max),
+            (Kind::Vector(n, range), Value::Array(items)) if items.len() == *n => {
+                self.numbers(key, items, range, path, scale)
+            }
+            (Kind::Rotation, Value::Array(items))
+                if items.len() == 3 || (items.len() == 4 && !in_degrees) =>
+            {
+                self.numbers(key, items, &Range::within(1e6), path, scale)
+            }
+            (Kind::Point(range) | Kind::Place(range), Value::Array(items))
+                if matches!(items.len(), 2 | 3) =>
+            {
+                self.numbers(key, items, range, path, scale)
+            }
+            (Kind::List(range), Value::Array(items)) => self.numbers(key, items, range, path, scale),
+            (Kind::Lists(range) | Kind::Points(range), Value::Array(rows)) => {
+                self.lists(key, rows, range, path)
+            }
+            _ => None,
+        };
+        if value.is_none() && self.faults.len() == before {
+            self.wrong(node, path, &format!("must be {}", allowed(key, in_degrees)));
+        }
+        value.unwrap_or(Checked::Invalid)
+    }
+
+    fn wrong(&mut self, node: &Node, path: &str, message: &str) {
+        let message = format!("{message}, found {}", node.type_name());
+        self.fault(&node.origin, path.to_owned(), Some(node.shown()), message);
+    }
+
+    fn named(&mut self, keys: &'static [Key], entry: &Entry, path: &str) -> Option<(String, Section)> {
+        let name = &entry.key;
+        let full = join(path, name);
+        let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+        if name.is_empty() || name.len() > MAX_NAME || !name.chars().all(plain) {
+            let message = format!(
+                "a name must have 1 to {MAX_NAME} characters out of letters, digits, \"_\" and \"-\", \
+                 for it becomes a path in the result file"
+            );
+            self.fault(&entry.origin, format!("{path}.{name:?}"), None, message);
+            return None;
+        }
+        let Value::Table(entries) = &entry.node.value else {
+            self.wrong(&entry.node, &full, "must be a table");
+            return None;
+        };
+        Some((name.clone(), self.section(keys, entries, &full, &entry.node.origin, None)))
+    }
+
+    fn variant(
+        &mut self,
+        tag: &'static str,
+        variants: &'static [Variant],
+        entries: &[Entry],
+        path: &str,
+        origin: &Origin,
+    ) -> Checked {
+        let known = || variants.iter().map(|v| v.name);
+        let full = join(path, tag);
+        let Some(entry) = entries.iter().find(|e| e.key == tag) else {
+            self.fault(origin, full, None, format!("required key is missing: {}", names(known())));
+            return Checked::Invalid;
+        };
+        let Value::Text(name) = &entry.node.value else {
+            self.wrong(&entry.node, &full, &format!("must be {}", names(known())));
+            return Checked::Invalid;
+        };
+        let Some(variant) = variants.iter().find(|v| v.name == name) else {
+            let message = format!("unknown {tag}, known are {}", names(known()));
+            self.fault(&entry.node.origin, full, Some(entry.node.shown()), message);
+            if let Some(fault) = self.faults.last_mut() {
+                fault.suggestion = nearest(name, known());
+            }
+            return Checked::Invalid;
+        };
+        let mut section = self.section(variant.keys, entries, path, origin, Some(tag));
+        let (value, origin, shown) =
+            (Checked::Text(name.clone()), entry.node.origin.clone(), entry.node.shown());
+        section.items.insert(0, Item { name: tag, value, origin, shown, given: true });
+        Checked::Table(section)
+    }
+
+    fn choice(&mut self, choices: &[Choice], word: &str, node: &Node, path: &str) -> Option<Checked> {
+        let supported = || choices.iter().filter(|c| c.supported).map(|c| c.name);
+        match choices.iter().find(|c| c.name == word) {
+            Some(c) if c.supported => return Some(Checked::Text(word.to_owned())),
+            Some(_) => {
+                let message = format!("not supported yet, choose {}", names(supported()));
+                self.fault(&node.origin, path.to_owned(), Some(node.shown()), message);
+            }
+            None => {
+                let message = format!("must be {}", names(supported()));
+                self.fault(&node.origin, path.to_owned(), Some(node.shown()), message);
+                if let Some(fault) = self.faults.last_mut() {
+                    fault.suggestion = nearest(word, choices.iter().map(|c| c.name));
+                }
+            }
+        }
+        None
+    }
+
+    fn counts(&mut self, key: &Key, node: &Node, path: &str, min: u64, max: u64) -> Option<Checked> {
+        let Value::Array(items) = &node.value else {
+            return integer_in(node, min, max).map(|i| Checked::Counts(vec![i]));
+        };
+        if !matches!(items.len(), 2 | 3) {
+            return None;
+        }
+        let good: Vec<u64> = items.iter().filter_map(|n| integer_in(n, min, max)).collect();
+        for (i, n) in items.iter().enumerate().filter(|(_, n)| integer_in(n, min, max).is_none()) {
+            self.wrong(n, &format!("{path}[{i}]"), &format!("must be {}", key.kind.allowed("")));
+        }
+        (good.len() == items.len()).then_some(Checked::Counts(good))
+    }
+
+    fn numbers(
+        &mut self,
+        key: &Key,
+        items: &[Node],
+        range: &Range,
+        path: &str,
+        scale: f64,
+    ) -> Option<Checked> {
+        self.row(key, items, range, path, scale).map(Checked::Numbers)
+    }
+
+    fn row(&mut self, key: &Key, items: &[Node], range: &Range, path: &str, scale: f64) -> Option<Vec<f64>> {
+        let mut good = Vec::with_capacity(items.len());
+        for (i, n) in items.iter().enumerate() {
+            match number_in(n, range, scale) {
+                Some(x) => good.push(x),
+                None => {
+                    let unit = if key.unit == "–" { "" } else { key.unit };
+                    let message = format!("must be a number {} {unit}", range.words());
+                    self.wrong(n, &format!("{path}[{i}]"), message.trim_end());
+                }
+            }
+        }
+        (good.len() == items.len()).then_some(good)
+    }
+
+    fn lists(&mut self, key: &Key, rows: &[Node], range: &Range, path: &str) -> Option<Checked> {
+        let mut good = Vec::with_capacity(rows.len());
+        for (i, row) in rows.iter().enumerate() {
+            let path = format!("{path}[{i}]");
+            let fits = |n: usize| !matches!(key.kind, Kind::Points(_)) || matches!(n, 2 | 3);
+            match &row.value {
+                Value::Array(items) if fits(items.len()) => {
+                    good.extend(self.row(key, items, range, &path, 1.0));
+                }
+                _ => self.wrong(row, &path, &format!("must be part of {}", key.kind.allowed(key.unit))),
+            }
+        }
+        (good.len() == rows.len()).then_some(Checked::Lists(good))
+    }
+}
+
+fn matches_key(key: &Key, name: &str) -> bool {
+    name == key.name || (key.degrees && name.strip_suffix("_deg") == Some(key.name))
+}
+
+fn allowed(key: &Key, in_degrees: bool) -> String {
+    match (&key.kind, in_degrees) {
+        (Kind::Rotation, true) => "a rotation vector of 3 numbers in degrees".into(),
+        (kind, true) => kind.allowed(&key.unit.replace("rad", "deg")),
+        (kind, false) => kind.allowed(key.unit),
+    }
+}
+
+fn invalid(key: &Key, origin: &Origin) -> Item {
+    Item {
+        name: key.name,
+        value: Checked::Invalid,
+        origin: origin.clone(),
+        shown: String::new(),
+        given: false,
+    }
+}
+
+fn number(node: &Node) -> Option<f64> {
+    match node.value {
+        // Integers beyond 2^53 lose digits that no physical quantity has.
+        #[expect(clippy::cast_precision_loss, reason = "no scenario number has 16 digits")]
+        Value::Integer(i) => Some(i as f64),
+        Value::Float(x) => Some(x),
+        _ => None,
+    }
+}
+
+fn number_in(node: &Node, range: &Range, scale: f64) -> Option<f64> {
+    number(node).map(|x| x * scale).filter(|x| x.is_finite() && range.contains(*x))
+}
+
+fn integer_in(node: &Node, min: u64, max: u64) -> Option<u64> {
+    match node.value {
+        Value::Integer(i) => u64::try_from(i).ok().filter(|i| (min..=max).contains(i)),
+        _ => None,
+    }
+}

@@ -1,0 +1,247 @@
+//! The language in which the key tables are written: one declaration a key, from which the reader, the JSON schema and
+//! the reference page `docs/scenario.md` all follow.
+
+/// One key of a table.
+#[derive(Debug)]
+pub struct Key {
+    /// Name.
+    pub name: &'static str,
+    /// Type and allowed values.
+    pub kind: Kind,
+    /// Unit, "–" for plain numbers, empty for what is not a number.
+    pub unit: &'static str,
+    /// Whether it must be given.
+    pub need: Need,
+    /// One sentence.
+    pub doc: &'static str,
+    /// Whether `<name>_deg` in degrees may be given instead.
+    pub degrees: bool,
+}
+
+impl Key {
+    /// A key with a unit.
+    pub const fn new(
+        name: &'static str,
+        kind: Kind,
+        unit: &'static str,
+        need: Need,
+        doc: &'static str,
+    ) -> Self {
+        Self { name, kind, unit, need, doc, degrees: false }
+    }
+
+    /// A key that may also be given in degrees as `<name>_deg`.
+    pub const fn angle(
+        name: &'static str,
+        kind: Kind,
+        unit: &'static str,
+        need: Need,
+        doc: &'static str,
+    ) -> Self {
+        Self { name, kind, unit, need, doc, degrees: true }
+    }
+}
+
+/// Whether a key must be given.
+#[derive(Debug, Clone, Copy)]
+pub enum Need {
+    /// Must be given.
+    Required,
+    /// May be left out; the text says what happens then.
+    Optional(&'static str),
+    /// Has a default, written as TOML.
+    Default(&'static str),
+}
+
+/// Interval of allowed numbers. NaN and infinities are never allowed.
+#[derive(Debug, Clone, Copy)]
+pub struct Range {
+    /// Lower bound.
+    pub min: Bound,
+    /// Upper bound.
+    pub max: Bound,
+}
+
+/// End of an interval.
+#[derive(Debug, Clone, Copy)]
+pub enum Bound {
+    /// The bound itself is allowed.
+    Closed(f64),
+    /// The bound itself is not allowed.
+    Open(f64),
+}
+
+impl Range {
+    /// `0 < x <= max`.
+    pub const fn positive(max: f64) -> Self {
+        Self { min: Bound::Open(0.0), max: Bound::Closed(max) }
+    }
+
+    /// `-max <= x <= max`.
+    pub const fn within(max: f64) -> Self {
+        Self { min: Bound::Closed(-max), max: Bound::Closed(max) }
+    }
+
+    /// Whether `x` lies inside.
+    pub fn contains(&self, x: f64) -> bool {
+        let above = match self.min {
+            Bound::Closed(b) => x >= b,
+            Bound::Open(b) => x > b,
+        };
+        let below = match self.max {
+            Bound::Closed(b) => x <= b,
+            Bound::Open(b) => x < b,
+        };
+        above && below
+    }
+
+    /// In words, such as "> 0 and <= 1e6".
+    pub fn words(&self) -> String {
+        let low = match self.min {
+            Bound::Closed(b) => format!(">= {}", plain(b)),
+            Bound::Open(b) => format!("> {}", plain(b)),
+        };
+        let high = match self.max {
+            Bound::Closed(b) => format!("<= {}", plain(b)),
+            Bound::Open(b) => format!("< {}", plain(b)),
+        };
+        format!("{low} and {high}")
+    }
+}
+
+/// A bound without a superfluous ".0".
+pub fn plain(x: f64) -> String {
+    let text = format!("{x:?}");
+    text.strip_suffix(".0").map(str::to_owned).unwrap_or(text)
+}
+
+/// A named value.
+#[derive(Debug)]
+pub struct Choice {
+    /// Name in the scenario.
+    pub name: &'static str,
+    /// What it means.
+    pub doc: &'static str,
+    /// Whether this version can run it; a name that is known but not supported gets its own message.
+    pub supported: bool,
+}
+
+impl Choice {
+    /// A value that this version can run.
+    pub const fn new(name: &'static str, doc: &'static str) -> Self {
+        Self { name, doc, supported: true }
+    }
+
+    /// A value that the format knows and this version cannot run.
+    pub const fn later(name: &'static str) -> Self {
+        Self { name, doc: "not supported yet", supported: false }
+    }
+}
+
+/// Type of a key.
+#[derive(Debug)]
+pub enum Kind {
+    /// Any string.
+    Text,
+    /// A string that names something else in the scenario and is not empty.
+    Name,
+    /// A number.
+    Number(Range),
+    /// A number that this version wants at the one value given.
+    Fixed(f64),
+    /// An integer, bounds included.
+    Integer(u64, u64),
+    /// An integer for all directions or a list with one a direction.
+    Counts(u64, u64),
+    /// One of a few names.
+    Choice(&'static [Choice]),
+    /// Exactly as many numbers.
+    Vector(usize, Range),
+    /// A rotation vector (3 numbers) or a quaternion `w x y z` (4 numbers).
+    Rotation,
+    /// Two or three coordinates.
+    Point(Range),
+    /// Any number of numbers.
+    List(Range),
+    /// Lists of numbers.
+    Lists(Range),
+    /// Points with two or three coordinates.
+    Points(Range),
+    /// A marker's name or a point.
+    Place(Range),
+    /// One of a few names or a number.
+    ChoiceOrNumber(&'static [Choice], Range),
+    /// A table with fixed keys.
+    Table(&'static [Key]),
+    /// A table whose keys are names that the user gives.
+    Named(&'static [Key]),
+    /// An array of tables.
+    Tables(&'static [Key]),
+    /// A table whose other keys depend on the key `tag`.
+    Variants {
+        /// The key that decides.
+        tag: &'static str,
+        /// Its values with their keys.
+        variants: &'static [Variant],
+    },
+}
+
+/// One form of a [`Kind::Variants`] table.
+#[derive(Debug)]
+pub struct Variant {
+    /// Value of the tag.
+    pub name: &'static str,
+    /// One sentence.
+    pub doc: &'static str,
+    /// The other keys.
+    pub keys: &'static [Key],
+}
+
+impl Kind {
+    /// What is allowed, in words that follow "must be".
+    pub fn allowed(&self, unit: &str) -> String {
+        let unit = if unit.is_empty() || unit == "–" { String::new() } else { format!(" {unit}") };
+        match self {
+            Self::Text => "a string".into(),
+            Self::Name => "a string that is not empty".into(),
+            Self::Number(range) => format!("a number {}{unit}", range.words()),
+            Self::Fixed(x) => format!("{}{unit}", plain(*x)),
+            Self::Integer(min, max) => format!("an integer >= {min} and <= {max}"),
+            Self::Counts(min, max) => {
+                format!("an integer >= {min} and <= {max}, or a list of 2 or 3 such integers")
+            }
+            Self::Choice(choices) => names(choices.iter().filter(|c| c.supported).map(|c| c.name)),
+            Self::Vector(n, range) => format!("a list of {n} numbers {}{unit}", range.words()),
+            Self::Rotation => "a rotation vector of 3 numbers or a quaternion [w, x, y, z]".into(),
+            Self::Point(range) => format!("a list of 2 or 3 coordinates {}{unit}", range.words()),
+            Self::List(range) => format!("a list of numbers {}{unit}", range.words()),
+            Self::Lists(range) => {
+                format!("a list with one list of numbers a direction, each {}", range.words())
+            }
+            Self::Points(range) => {
+                format!("a list of points with 2 or 3 coordinates {}{unit}", range.words())
+            }
+            Self::Place(range) => {
+                format!("a marker's name or a list of 2 or 3 coordinates {}{unit}", range.words())
+            }
+            Self::ChoiceOrNumber(choices, range) => format!(
+                "{} or a number {}{unit}",
+                names(choices.iter().filter(|c| c.supported).map(|c| c.name)),
+                range.words()
+            ),
+            Self::Table(_) | Self::Variants { .. } => "a table".into(),
+            Self::Named(_) => "a table of named tables".into(),
+            Self::Tables(_) => "an array of tables".into(),
+        }
+    }
+}
+
+/// `"a"`, `"b"` or `"c"`.
+pub fn names<'a>(list: impl Iterator<Item = &'a str>) -> String {
+    let quoted: Vec<String> = list.map(|n| format!("\"{n}\"")).collect();
+    match quoted.split_last() {
+        None => "(none)".into(),
+        Some((only, [])) => only.clone(),
+        Some((last, rest)) => format!("{} or {last}", rest.join(", ")),
+    }
+}

@@ -1,0 +1,79 @@
+//! The scenario file: from TOML text to a validated [`Scenario`], with every fault located.
+//!
+//! One set of key tables ([`tables`]) declares every key. The reader ([`check`]), the JSON schema ([`schema`]) and the
+//! reference page ([`reference`]) follow from it; [`build`] adds the checks that involve several keys.
+
+pub mod model;
+pub mod fault;
+pub mod document;
+pub mod overrides;
+pub mod keys;
+pub mod tables;
+pub mod section;
+mod check;
+mod build;
+mod resolved;
+pub mod schema;
+pub mod reference;
+
+use std::path::Path;
+use std::sync::Arc;
+
+use sha2::{Digest, Sha256};
+
+use crate::error::AppError;
+use check::Checker;
+use document::{Origin, SourceText, Value};
+
+pub use fault::{Fault, Faults};
+pub use model::*;
+pub use overrides::Override;
+
+/// Reads and validates the scenario file `path` with `overrides` applied.
+///
+/// # Errors
+/// [`AppError::Io`] if the file cannot be read, [`AppError::Scenario`] with all faults otherwise.
+pub fn read(path: &Path, overrides: &[Override]) -> Result<Scenario, AppError> {
+    let bytes = std::fs::read(path).map_err(|e| AppError::io(path, format!("cannot be read: {e}")))?;
+    Ok(parse(path, &bytes, overrides)?)
+}
+
+/// Validates a scenario given as text; `path` is for messages, and files are sought in its directory.
+///
+/// # Errors
+/// All faults of the scenario.
+pub fn parse(path: &Path, bytes: &[u8], overrides: &[Override]) -> Result<Scenario, Faults> {
+    let mut checker = Checker::default();
+    let source = Arc::new(SourceText {
+        name: path.display().to_string(),
+        text: String::from_utf8_lossy(bytes).into_owned(),
+    });
+    if let Err(error) = std::str::from_utf8(bytes) {
+        let at = error.valid_up_to();
+        let message = "the file must be UTF-8 text".to_owned();
+        checker.fault(&Origin::File(source, at..at + 1), String::new(), None, message);
+        return Err(Faults::new(checker.faults));
+    }
+    let mut document = document::parse_toml(&source).map_err(Faults::new)?;
+    for change in overrides {
+        if let Err(fault) = change.apply(&mut document) {
+            checker.faults.push(*fault);
+        }
+    }
+    let Value::Table(entries) = &document.value else { unreachable!("a TOML document is a table") };
+    let root = checker.section(tables::SCENARIO, entries, "", &document.origin, None);
+    let directory = path.parent().unwrap_or(Path::new("."));
+    let resolved = if checker.faults.is_empty() { resolved::write(&root) } else { String::new() };
+    let source = Source { path: path.to_owned(), sha256: hex(&Sha256::digest(bytes)), resolved };
+    match build::scenario(&mut checker, &root, directory, source) {
+        Some(scenario) if checker.faults.is_empty() => Ok(scenario),
+        _ => {
+            debug_assert!(!checker.faults.is_empty(), "a scenario that is not built has a fault");
+            Err(Faults::new(checker.faults))
+        }
+    }
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|b| format!("{b:02x}")).collect()
+}

@@ -1,0 +1,111 @@
+//! The reference page of the scenario file, from the key tables.
+
+use std::fmt::Write as _;
+
+use super::keys::{Choice, Key, Kind, Need};
+use super::tables::{SCENARIO, SHAPES};
+
+/// Text before the tables.
+const HEAD: &str = "\
+# Scenario file
+
+A scenario is a TOML file. This page is printed by `fbimpact reference`; every line of it stands in the key tables that
+the program checks a scenario against.
+
+- SI units and radians. Where the table says so, a key that ends in `_deg` may be given instead, in degrees.
+- Unknown keys, wrong types, numbers outside their range, NaN and infinities are faults. All faults of a file are
+  reported together, each with file, line, key, value and what is allowed; the exit code is 3.
+- `--set KEY=VALUE` changes a key before the checks: `--set bodies.ball.velocity=[0,0,-0.2]`,
+  `--set bodies.ball.discretisation.refine[0].elements=32`. A value that is not TOML is taken as a string.
+- Names of bodies, materials, contacts and outputs have 1 to 64 letters, digits, `_` and `-`.
+- Points of a body are given in the components of its model: `[x, y, z]` for `solid`, `[x, y]` for plane models,
+  `[r, z]` for `axisymmetric` ones.
+- The first line `#:schema <path to the output of fbimpact schema>` lets editors complete and check the file.
+";
+
+/// The page as Markdown.
+pub fn markdown() -> String {
+    let mut out = HEAD.to_owned();
+    let _ = writeln!(out, "\n## Top level\n");
+    section(SCENARIO, "", &mut out);
+    out
+}
+
+fn section(keys: &[Key], path: &str, out: &mut String) {
+    rows(keys, out);
+    for key in keys {
+        let name = if path.is_empty() { key.name.to_owned() } else { format!("{path}.{}", key.name) };
+        match &key.kind {
+            Kind::Table(keys) => chapter(&format!("[{name}]"), key.doc, keys, &name, out),
+            Kind::Named(keys) => {
+                let name = format!("{name}.NAME");
+                chapter(&format!("[{name}]"), key.doc, keys, &name, out);
+            }
+            Kind::Tables(keys) => chapter(&format!("[[{name}]]"), key.doc, keys, &name, out),
+            Kind::Variants { tag, variants } => {
+                let _ =
+                    writeln!(out, "\n## `[{name}]`\n\n{} The key `{tag}` decides on the others.", key.doc);
+                for variant in *variants {
+                    let facts = SHAPES.iter().find(|s| s.name == variant.name);
+                    let _ = writeln!(out, "\n### `{tag} = \"{}\"`\n\n{}", variant.name, variant.doc);
+                    if let Some(facts) = facts {
+                        let models: Vec<String> = facts.models.iter().map(|m| format!("`{m}`")).collect();
+                        let _ = write!(out, "Models: {}.", models.join(", "));
+                        let markers = facts.markers.unwrap_or_default();
+                        let markers: Vec<String> = markers.iter().map(|m| format!("`{m}`")).collect();
+                        if !markers.is_empty() {
+                            let _ = write!(out, " Markers: {}.", markers.join(", "));
+                        }
+                        out.push('\n');
+                    }
+                    if !variant.keys.is_empty() {
+                        out.push('\n');
+                        rows(variant.keys, out);
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+fn chapter(title: &str, doc: &str, keys: &[Key], path: &str, out: &mut String) {
+    let _ = writeln!(out, "\n## `{title}`\n\n{doc}\n");
+    section(keys, path, out);
+}
+
+fn rows(keys: &[Key], out: &mut String) {
+    out.push_str("| key | value | unit | default | meaning |\n|---|---|---|---|---|\n");
+    for key in keys {
+        let degrees = if key.degrees { format!(", `{}_deg`", key.name) } else { String::new() };
+        let default = match key.need {
+            Need::Required => "**required**".to_owned(),
+            Need::Optional(text) => text.to_owned(),
+            Need::Default("{}" | "[]") => "empty".to_owned(),
+            Need::Default(text) => format!("`{text}`"),
+        };
+        let value = match &key.kind {
+            Kind::Choice(choices) => list(choices),
+            Kind::ChoiceOrNumber(choices, range) => {
+                format!("{}, or a number {}", list(choices), range.words())
+            }
+            kind => kind.allowed(""),
+        };
+        let unit = if key.unit.is_empty() { "–" } else { key.unit };
+        let _ = writeln!(out, "| `{}`{degrees} | {value} | {unit} | {default} | {} |", key.name, key.doc);
+    }
+}
+
+fn list(choices: &[Choice]) -> String {
+    let shown: Vec<String> = choices
+        .iter()
+        .map(|c| {
+            format!(
+                "`\"{}\"`{}",
+                c.name,
+                if c.supported { format!(": {}", c.doc) } else { " (not yet)".into() }
+            )
+        })
+        .collect();
+    shown.join("; ")
+}

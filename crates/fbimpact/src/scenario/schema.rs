@@ -1,0 +1,137 @@
+//! JSON schema (draft 2020-12) of the scenario file, from the key tables, so that editors complete and check it.
+
+use serde_json::{Map, Value, json};
+
+use super::keys::{Bound, Choice, Key, Kind, Need, Range, Variant};
+use super::tables::SCENARIO;
+
+/// The schema.
+pub fn schema() -> Value {
+    let mut root = table(SCENARIO);
+    let extra = json!({
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "fbimpact scenario",
+        "description": "Impacts in flexible multibody systems. SI units and radians; keys that end in _deg are in degrees.",
+    });
+    if let (Value::Object(root), Value::Object(extra)) = (&mut root, extra) {
+        root.extend(extra);
+    }
+    root
+}
+
+/// The schema as indented text with a final newline.
+pub fn text() -> String {
+    format!("{:#}\n", schema())
+}
+
+fn table(keys: &[Key]) -> Value {
+    object(keys, None)
+}
+
+fn object(keys: &[Key], tag: Option<(&str, &Variant)>) -> Value {
+    let mut properties = Map::new();
+    let mut required: Vec<&str> = Vec::new();
+    if let Some((tag, variant)) = tag {
+        properties.insert(tag.to_owned(), json!({ "const": variant.name, "description": variant.doc }));
+        required.push(tag);
+    }
+    for key in keys {
+        properties.insert(key.name.to_owned(), property(key, ""));
+        if key.degrees {
+            properties.insert(format!("{}_deg", key.name), property(key, " In degrees."));
+        }
+        if matches!(key.need, Need::Required) {
+            required.push(key.name);
+        }
+    }
+    json!({ "type": "object", "properties": properties, "required": required, "additionalProperties": false })
+}
+
+fn property(key: &Key, note: &str) -> Value {
+    let mut value = kind(&key.kind);
+    let unit = match key.unit {
+        "" | "–" => String::new(),
+        unit if note.is_empty() => format!(" [{unit}]"),
+        unit => format!(" [{}]", unit.replace("rad", "deg")),
+    };
+    let mut description = format!("{}{unit}{note}", key.doc);
+    if let Need::Optional(text) = key.need {
+        description.push_str(&format!(" Without it: {text}."));
+    }
+    let Value::Object(map) = &mut value else { unreachable!("a schema is an object") };
+    map.insert("description".into(), description.into());
+    if let Need::Default(text) = key.need
+        && note.is_empty()
+        && let Ok(default) = format!("x = {text}").parse::<toml::Table>()
+        && let Some(default) = default.get("x")
+        && let Ok(default) = serde_json::to_value(default)
+    {
+        map.insert("default".into(), default);
+    }
+    value
+}
+
+fn kind(kind: &Kind) -> Value {
+    match kind {
+        Kind::Text => json!({ "type": "string" }),
+        Kind::Name => json!({ "type": "string", "minLength": 1 }),
+        Kind::Number(range) => number(range),
+        Kind::Fixed(x) => json!({ "const": x }),
+        Kind::Integer(min, max) => integer(*min, *max),
+        Kind::Counts(min, max) => {
+            let item = integer(*min, *max);
+            json!({ "anyOf": [item, array(&item, 2, Some(3))] })
+        }
+        Kind::Choice(choices) => names(choices),
+        Kind::Vector(n, range) => array(&number(range), *n, Some(*n)),
+        Kind::Rotation => array(&json!({ "type": "number" }), 3, Some(4)),
+        Kind::Point(range) => array(&number(range), 2, Some(3)),
+        Kind::List(range) => array(&number(range), 0, None),
+        Kind::Lists(range) => array(&array(&number(range), 0, None), 2, Some(3)),
+        Kind::Points(range) => array(&array(&number(range), 2, Some(3)), 1, None),
+        Kind::Place(range) => {
+            json!({ "anyOf": [{ "type": "string", "minLength": 1 }, array(&number(range), 2, Some(3))] })
+        }
+        Kind::ChoiceOrNumber(choices, range) => json!({ "anyOf": [names(choices), number(range)] }),
+        Kind::Table(keys) => table(keys),
+        Kind::Named(keys) => json!({
+            "type": "object",
+            "propertyNames": { "pattern": "^[A-Za-z0-9_-]{1,64}$" },
+            "additionalProperties": table(keys),
+        }),
+        Kind::Tables(keys) => array(&table(keys), 0, None),
+        Kind::Variants { tag, variants } => {
+            let forms: Vec<Value> = variants.iter().map(|v| object(v.keys, Some((tag, v)))).collect();
+            json!({ "type": "object", "oneOf": forms })
+        }
+    }
+}
+
+fn names(choices: &[Choice]) -> Value {
+    let supported: Vec<&str> = choices.iter().filter(|c| c.supported).map(|c| c.name).collect();
+    json!({ "type": "string", "enum": supported })
+}
+
+fn integer(min: u64, max: u64) -> Value {
+    json!({ "type": "integer", "minimum": min, "maximum": max })
+}
+
+fn number(range: &Range) -> Value {
+    let (low, min) = match range.min {
+        Bound::Closed(b) => ("minimum", b),
+        Bound::Open(b) => ("exclusiveMinimum", b),
+    };
+    let (high, max) = match range.max {
+        Bound::Closed(b) => ("maximum", b),
+        Bound::Open(b) => ("exclusiveMaximum", b),
+    };
+    json!({ "type": "number", low: min, high: max })
+}
+
+fn array(item: &Value, min: usize, max: Option<usize>) -> Value {
+    let mut value = json!({ "type": "array", "items": item, "minItems": min });
+    if let (Some(max), Value::Object(map)) = (max, &mut value) {
+        map.insert("maxItems".into(), max.into());
+    }
+    value
+}

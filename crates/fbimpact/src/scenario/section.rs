@@ -1,0 +1,153 @@
+//! A table after the check against its keys: defaults filled in, every value of the right type or marked as invalid.
+
+use super::document::Origin;
+
+/// A checked table.
+#[derive(Debug, Clone)]
+pub struct Section {
+    /// Dotted path; empty for the top level.
+    pub path: String,
+    /// Where the table stands.
+    pub origin: Origin,
+    /// Its items, in the order of the key table.
+    pub items: Vec<Item>,
+}
+
+/// A checked value.
+#[derive(Debug, Clone)]
+pub struct Item {
+    /// Key.
+    pub name: &'static str,
+    /// Value.
+    pub value: Checked,
+    /// Where it stands; for defaults, where their table stands.
+    pub origin: Origin,
+    /// The value as written, for messages.
+    pub shown: String,
+    /// Whether the user gave it.
+    pub given: bool,
+}
+
+/// A value whose type has been checked.
+#[derive(Debug, Clone)]
+pub enum Checked {
+    /// String.
+    Text(String),
+    /// Number.
+    Number(f64),
+    /// Non-negative integer.
+    Integer(u64),
+    /// Numbers.
+    Numbers(Vec<f64>),
+    /// Lists of numbers.
+    Lists(Vec<Vec<f64>>),
+    /// One integer, or one a direction.
+    Counts(Vec<u64>),
+    /// Table.
+    Table(Section),
+    /// Named tables.
+    Named(Vec<(String, Section)>),
+    /// Array of tables.
+    Tables(Vec<Section>),
+    /// Not usable; the fault has been reported.
+    Invalid,
+}
+
+impl Section {
+    /// The item `name`, if it was given or has a default.
+    pub fn item(&self, name: &str) -> Option<&Item> {
+        self.items.iter().find(|i| i.name == name)
+    }
+
+    /// Whether the user gave `name`, valid or not.
+    pub fn given(&self, name: &str) -> bool {
+        self.item(name).is_some_and(|i| i.given)
+    }
+
+    /// Dotted path of `name` in this table.
+    pub fn path_of(&self, name: &str) -> String {
+        join(&self.path, name)
+    }
+
+    /// A string.
+    pub fn text(&self, name: &str) -> Option<&str> {
+        match &self.item(name)?.value {
+            Checked::Text(s) => Some(s),
+            _ => None,
+        }
+    }
+
+    /// A number.
+    pub fn number(&self, name: &str) -> Option<f64> {
+        match self.item(name)?.value {
+            Checked::Number(x) => Some(x),
+            _ => None,
+        }
+    }
+
+    /// An integer.
+    pub fn integer(&self, name: &str) -> Option<usize> {
+        match self.item(name)?.value {
+            Checked::Integer(i) => usize::try_from(i).ok(),
+            _ => None,
+        }
+    }
+
+    /// Numbers.
+    pub fn numbers(&self, name: &str) -> Option<&[f64]> {
+        match &self.item(name)?.value {
+            Checked::Numbers(v) => Some(v),
+            _ => None,
+        }
+    }
+
+    /// Exactly `N` numbers.
+    pub fn vector<const N: usize>(&self, name: &str) -> Option<[f64; N]> {
+        self.numbers(name)?.try_into().ok()
+    }
+
+    /// Lists of numbers.
+    pub fn lists(&self, name: &str) -> Option<&[Vec<f64>]> {
+        match &self.item(name)?.value {
+            Checked::Lists(v) => Some(v),
+            _ => None,
+        }
+    }
+
+    /// One integer, or one a direction.
+    pub fn counts(&self, name: &str) -> Option<Vec<usize>> {
+        match &self.item(name)?.value {
+            Checked::Counts(v) => v.iter().map(|&i| usize::try_from(i).ok()).collect(),
+            _ => None,
+        }
+    }
+
+    /// A table.
+    pub fn table(&self, name: &str) -> Option<&Section> {
+        match &self.item(name)?.value {
+            Checked::Table(t) => Some(t),
+            _ => None,
+        }
+    }
+
+    /// Named tables; none if there is no such key.
+    pub fn named(&self, name: &str) -> &[(String, Section)] {
+        match self.item(name).map(|i| &i.value) {
+            Some(Checked::Named(list)) => list,
+            _ => &[],
+        }
+    }
+
+    /// Array of tables; none if there is no such key.
+    pub fn tables(&self, name: &str) -> &[Section] {
+        match self.item(name).map(|i| &i.value) {
+            Some(Checked::Tables(list)) => list,
+            _ => &[],
+        }
+    }
+}
+
+/// `path.name`, or `name` at the top level.
+pub fn join(path: &str, name: &str) -> String {
+    if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") }
+}

@@ -1,0 +1,170 @@
+//! Keys of `[simulation]` and `[output]`.
+
+use super::super::keys::{Bound, Choice, Key, Kind, Need, Range};
+
+/// Longest time that can be asked for: far above any impact, far below where `t + dt == t` for a step of 1 ns.
+const TIME: Range = Range::positive(1e6);
+
+const INTEGRATORS: &[Choice] = &[
+    Choice::new("dormand-prince", "explicit Runge-Kutta method of order 5(4) with error control"),
+    Choice::later("tr-bdf2"),
+];
+
+/// A relative tolerance: below round-off it cannot be met, above 0.1 it means nothing.
+const TOLERANCE: Range = Range { min: Bound::Closed(1e-14), max: Bound::Closed(0.1) };
+
+/// `[simulation]`.
+pub const SIMULATION: &[Key] = &[
+    Key::new(
+        "end_time",
+        Kind::Number(TIME),
+        "s",
+        Need::Required,
+        "End of the simulated time; it starts at zero.",
+    ),
+    Key::new(
+        "gravity",
+        Kind::Vector(3, Range::within(1e6)),
+        "m/s²",
+        Need::Default("[0.0, 0.0, 0.0]"),
+        "Acceleration of gravity.",
+    ),
+    Key::new(
+        "quiet_time",
+        Kind::Number(TIME),
+        "s",
+        Need::Optional("chosen from the step size"),
+        "An impact has ended when no contact force has acted for so long and the bodies separate.",
+    ),
+    Key::new("free", Kind::Table(FREE), "", Need::Default("{}"), "Time integration between impacts."),
+    Key::new("impact", Kind::Table(IMPACT), "", Need::Default("{}"), "Time integration during impacts."),
+];
+
+const RTOL: Key = Key::new(
+    "rtol",
+    Kind::Number(TOLERANCE),
+    "–",
+    Need::Default("1e-6"),
+    "Relative error allowed in a step.",
+);
+
+const ENERGY_TOLERANCE: Key = Key::new(
+    "energy_tolerance",
+    Kind::Number(Range { min: Bound::Closed(1e-30), max: Bound::Closed(0.1) }),
+    "–",
+    Need::Default("1e-12"),
+    "Energy below which the error of a coordinate does not count, as a fraction of the system's energy.",
+);
+
+const FREE: &[Key] = &[
+    Key::new(
+        "integrator",
+        Kind::Choice(INTEGRATORS),
+        "",
+        Need::Default("\"dormand-prince\""),
+        "Time integration method.",
+    ),
+    Key::new("max_step", Kind::Number(TIME), "s", Need::Default("1e-4"), "Longest step."),
+    RTOL,
+    ENERGY_TOLERANCE,
+];
+
+const IMPACT: &[Key] = &[
+    Key::new(
+        "integrator",
+        Kind::Choice(INTEGRATORS),
+        "",
+        Need::Default("\"dormand-prince\""),
+        "Time integration method.",
+    ),
+    Key::new(
+        "max_step",
+        Kind::Number(TIME),
+        "s",
+        Need::Optional("1 / (2 f_max), with f_max the highest eigenfrequency of the dynamic coordinates"),
+        "Longest step.",
+    ),
+    RTOL,
+    ENERGY_TOLERANCE,
+];
+
+const COMPRESSIONS: &[Choice] = &[
+    Choice::new("none", "fastest"),
+    Choice::new("gzip", "shuffle and gzip level 1; smooth histories shrink by about a tenth"),
+];
+
+/// Coordinates and lengths in a body [m].
+const PLACE: Range = Range::within(1e6);
+
+/// `[output]`.
+pub const OUTPUT: &[Key] = &[
+    Key::new(
+        "free_interval",
+        Kind::Number(TIME),
+        "s",
+        Need::Default("1e-3"),
+        "Time between stored states between impacts; during impacts every step is stored.",
+    ),
+    Key::new(
+        "compression",
+        Kind::Choice(COMPRESSIONS),
+        "",
+        Need::Default("\"none\""),
+        "Compression of the time histories.",
+    ),
+    Key::new(
+        "points",
+        Kind::Named(POINT),
+        "",
+        Need::Default("{}"),
+        "Points whose motion is stored, by name.",
+    ),
+    Key::new(
+        "stress",
+        Kind::Named(STRESS),
+        "",
+        Need::Default("{}"),
+        "Straight lines along which stress is stored, by name.",
+    ),
+];
+
+const POINT: &[Key] = &[
+    Key::new("body", Kind::Name, "", Need::Required, "Name of the body."),
+    Key::new(
+        "marker",
+        Kind::Name,
+        "",
+        Need::Optional("`point` must be given"),
+        "Named point of the body's shape.",
+    ),
+    Key::new(
+        "point",
+        Kind::Point(PLACE),
+        "m",
+        Need::Optional("`marker` must be given"),
+        "Point in the components of the body's model: [x, y, z], [x, y] or [r, z].",
+    ),
+];
+
+const STRESS_TIMES: &[Choice] =
+    &[Choice::new("peak-force", "when the largest contact force of the run acts on the body")];
+
+const STRESS: &[Key] = &[
+    Key::new("body", Kind::Name, "", Need::Required, "Name of the body."),
+    Key::new("from", Kind::Place(PLACE), "m", Need::Required, "First point, or the name of a marker."),
+    Key::new("to", Kind::Place(PLACE), "m", Need::Required, "Last point, or the name of a marker."),
+    Key::new(
+        "samples",
+        Kind::Integer(2, 100_000),
+        "–",
+        Need::Default("201"),
+        "Number of points, ends included.",
+    ),
+    Key::new(
+        "at",
+        Kind::ChoiceOrNumber(STRESS_TIMES, Range { min: Bound::Closed(0.0), max: Bound::Closed(1e6) }),
+        "s",
+        Need::Default("\"peak-force\""),
+        "Instant.",
+    ),
+];

@@ -1,0 +1,164 @@
+//! The command line: exit codes, what goes to which stream, help.
+
+use std::path::PathBuf;
+
+use assert_cmd::Command;
+
+fn fbimpact() -> Command {
+    Command::new(env!("CARGO_BIN_EXE_fbimpact"))
+}
+
+fn scenario(name: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(name)
+}
+
+fn output(arguments: &[&str]) -> (i32, String, String) {
+    let output = fbimpact().args(arguments).output().expect("the program starts");
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
+    (output.status.code().expect("no signal"), text(output.stdout), text(output.stderr))
+}
+
+#[test]
+fn help_lists_commands_and_exit_codes() {
+    let (code, out, _) = output(&["--help"]);
+    assert_eq!(code, 0);
+    for word in ["run", "check", "modes", "info", "schema", "130", "invalid scenario"] {
+        assert!(out.contains(word), "{word} is in the help");
+    }
+    for word in ["completions", "compare", "plot"] {
+        assert!(!out.contains(&format!("  {word}")), "{word} is not offered");
+    }
+}
+
+#[test]
+fn long_version_names_commit_compiler_and_target() {
+    let (code, out, _) = output(&["--version"]);
+    assert_eq!(code, 0);
+    for word in ["commit:", "compiler: rustc", "target:"] {
+        assert!(out.contains(word), "{word} is in {out}");
+    }
+}
+
+#[test]
+fn wrong_command_line_exits_with_2() {
+    for arguments in [
+        &["fly"][..],
+        &["run"],
+        &["run", "a.toml", "--set", "no-equals-sign"],
+        &["run", "a.toml", "--threads", "-1"],
+        &["run", "a.toml", "-q", "-v"],
+        &["run", "a.toml", "--log-format", "xml"],
+        &[],
+    ] {
+        let (code, out, err) = output(arguments);
+        assert_eq!(code, 2, "{arguments:?}: {err}");
+        assert!(out.is_empty() && !err.is_empty(), "{arguments:?}");
+    }
+}
+
+#[test]
+fn shipped_scenarios_pass_the_check_in_silence_on_standard_output() {
+    for name in ["sphere_on_plane.toml", "rod_on_plane.toml"] {
+        let path = scenario(name);
+        let (code, out, err) = output(&["check", path.to_str().expect("UTF-8")]);
+        assert_eq!((code, out.as_str()), (0, ""), "{err}");
+        assert!(err.contains("valid"), "{err}");
+    }
+}
+
+#[test]
+fn check_reports_faults_of_all_files_and_exits_with_3() {
+    let sphere = scenario("sphere_on_plane.toml");
+    let rod = scenario("rod_on_plane.toml");
+    let files = [sphere.to_str().expect("UTF-8"), rod.to_str().expect("UTF-8")];
+    let set = ["--set", "simulation.end_time=-1", "--set", "simulation.gravty=1"];
+    let (code, out, err) = output(&[&["check"], &files[..], &set].concat());
+    assert_eq!(code, 3);
+    assert!(out.is_empty());
+    assert_eq!(err.matches("simulation.end_time = -1: must be a number > 0").count(), 2, "{err}");
+    assert_eq!(err.matches("did you mean \"gravity\"?").count(), 2, "{err}");
+}
+
+#[test]
+fn fault_in_a_file_shows_file_line_key_value_and_range() {
+    let directory = tempfile::tempdir().expect("a temporary directory");
+    let path = directory.path().join("bad.toml");
+    let text = std::fs::read_to_string(scenario("sphere_on_plane.toml")).expect("readable");
+    std::fs::write(&path, text.replace("density = 2789.0", "density = -2789.0")).expect("written");
+    let (code, _, err) = output(&["check", path.to_str().expect("UTF-8")]);
+    assert_eq!(code, 3);
+    let line = text.lines().position(|l| l.starts_with("density")).expect("there") + 1;
+    let expected = format!("bad.toml:{line}:11: materials.aluminium.density = -2789.0: must be a number > 0");
+    assert!(err.contains(&expected), "{err}");
+    assert!(err.contains("kg/m³") && err.contains("^^^^^^^"), "{err}");
+}
+
+#[test]
+fn missing_files_exit_with_6() {
+    for arguments in
+        [["run", "no-such-file.toml"], ["check", "no-such-file.toml"], ["info", "no-such-file.h5"]]
+    {
+        let (code, out, err) = output(&arguments);
+        assert_eq!(code, 6, "{err}");
+        assert!(out.is_empty() && err.contains("no-such-file"), "{err}");
+    }
+}
+
+#[test]
+fn unwritable_output_is_refused_before_the_run() {
+    let path = scenario("sphere_on_plane.toml");
+    let (code, _, err) = output(&["run", path.to_str().expect("UTF-8"), "-o", "/no/such/place/out.h5"]);
+    assert_eq!(code, 6);
+    assert!(err.contains("does not exist"), "{err}");
+    let (code, _, err) =
+        output(&["run", path.to_str().expect("UTF-8"), "-o", path.to_str().expect("UTF-8"), "--force"]);
+    assert_eq!(code, 6);
+    assert!(err.contains("is the scenario itself"), "{err}");
+}
+
+#[test]
+fn info_refuses_what_is_no_result() {
+    let path = scenario("sphere_on_plane.toml");
+    let (code, _, err) = output(&["info", path.to_str().expect("UTF-8")]);
+    assert_eq!(code, 6);
+    assert!(err.contains("HDF5"), "{err}");
+}
+
+#[test]
+fn unknown_body_of_modes_exits_with_2() {
+    let path = scenario("sphere_on_plane.toml");
+    let (code, _, err) = output(&["modes", path.to_str().expect("UTF-8"), "--body", "bal"]);
+    assert_eq!(code, 2);
+    assert!(err.contains("ball"), "{err}");
+}
+
+#[test]
+fn schema_is_json_and_matches_the_file() {
+    let (code, out, _) = output(&["schema"]);
+    assert_eq!(code, 0);
+    assert!(out == include_str!("../docs/scenario.schema.json"));
+    serde_json::from_str::<serde_json::Value>(&out).expect("JSON");
+}
+
+#[test]
+fn completions_and_manual_page_are_printed() {
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let (code, out, _) = output(&["completions", shell]);
+        assert!(code == 0 && out.contains("fbimpact"), "{shell}");
+    }
+    let (code, out, _) = output(&["man"]);
+    assert!(code == 0 && out.starts_with(".ie"), "{}", &out[..20]);
+}
+
+#[test]
+fn log_in_json_is_one_object_a_line() {
+    let path = scenario("sphere_on_plane.toml");
+    let (code, _, err) = output(&["check", path.to_str().expect("UTF-8"), "--log-format", "json"]);
+    assert_eq!(code, 0);
+    for line in err.lines() {
+        let value: serde_json::Value = serde_json::from_str(line).expect("JSON");
+        assert!(value["message"].is_string());
+    }
+    let (_, _, quiet) = output(&["check", path.to_str().expect("UTF-8"), "-q"]);
+    assert!(quiet.is_empty(), "{quiet}");
+}

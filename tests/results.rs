@@ -1,0 +1,325 @@
+//! The result file: written from a made-up run, read back, and what is left when a run does not end well.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use adaptive::record::{
+    BodyLayout, BodySample, ContactSample, Continue, Energies, ImpactRecord, Observer, PhaseKind,
+    PhaseRecord, PointSample, RunLayout, Sample, StressRecord, Timings, TryRecord,
+};
+use fbimpact::commands::run::{Simulation, record};
+use fbimpact::error::AppError;
+use fbimpact::results::{OutputFile, summary};
+use fbimpact::scenario::{self, Scenario};
+use fbimpact::simulate::{Ending, RunReport};
+use hdf5::types::VarLenUnicode;
+use indicatif::ProgressBar;
+
+/// More than two write buffers, and not a multiple of one.
+const ROWS: u32 = 600;
+
+fn scenario_with(set: &[&str]) -> Scenario {
+    let text = include_bytes!("../scenarios/sphere_on_plane.toml");
+    let mut overrides = vec!["output.points.top.body=ball", "output.points.top.marker=top"];
+    overrides.extend(set);
+    let overrides: Vec<_> = overrides.iter().map(|s| s.parse().expect("valid --set")).collect();
+    scenario::parse(Path::new("sphere_on_plane.toml"), text, &overrides).expect("valid")
+}
+
+fn sample(i: u32) -> Sample {
+    let x = f64::from(i);
+    let body = |n_q: usize| BodySample {
+        position: [x, 2.0 * x, 3.0 * x],
+        rotation: [1.0, 0.0, 0.0, 0.0],
+        elastic_coordinates: (0..n_q).map(|j| x + 0.1 * j as f64).collect(),
+        elastic_velocities: vec![-x; n_q],
+        ..BodySample::default()
+    };
+    Sample {
+        time: x * 1e-7,
+        phase: u32::from(i >= 300),
+        energies: Energies { kinetic: 2.0, penalty: 1e-6 * x, ..Energies::default() },
+        linear_momentum: [0.0, 0.0, -x],
+        angular_momentum: [0.0; 3],
+        bodies: vec![body(6), body(0)],
+        contacts: vec![ContactSample { normal_force: 0.1 * x, active_points: i, ..ContactSample::default() }],
+        points: vec![PointSample { position: [0.0, 0.0, x], velocity: [x, 0.0, 0.0] }],
+    }
+}
+
+fn start(observer: &mut dyn Observer) -> Result<(), AppError> {
+    let body = |name: &str, f: Vec<f64>| BodyLayout { name: name.into(), eigenfrequencies: f };
+    let layout = RunLayout {
+        bodies: vec![body("ball", (1..=6).map(|i| 1e5 * f64::from(i)).collect()), body("floor", Vec::new())],
+        contacts: vec!["impact".into()],
+        points: vec!["top".into()],
+        time_span: (0.0, 1e-4),
+    };
+    observer.start(&layout).map_err(|e| AppError::Run(e.to_string()))
+}
+
+fn report(ending: Ending, time: f64) -> RunReport {
+    RunReport { ending, time, timings: Timings { assembly: 0.25, ..Timings::default() } }
+}
+
+/// Stops at row `until` at the latest, or when the observer says so.
+fn samples(observer: &mut dyn Observer, until: u32) -> Result<RunReport, AppError> {
+    let fail = |e: adaptive::record::ObserverError| AppError::Run(e.to_string());
+    for i in 0..until {
+        let sample = sample(i);
+        observer.sample(&sample).map_err(fail)?;
+        if observer.progress(sample.time, 1e-7, PhaseKind::Impact) == Continue::Interrupt {
+            return Ok(report(Ending::Interrupted, sample.time));
+        }
+    }
+    Ok(report(Ending::Complete, 1e-4))
+}
+
+fn complete(_: &Scenario, observer: &mut dyn Observer, _: usize) -> Result<RunReport, AppError> {
+    let fail = |e: adaptive::record::ObserverError| AppError::Run(e.to_string());
+    start(observer)?;
+    let report = samples(observer, ROWS)?;
+    let phase =
+        PhaseRecord { kind: PhaseKind::Impact, start: 0.0, end: 6e-5, steps: 600, ..Default::default() };
+    observer.phase(&phase).map_err(fail)?;
+    let impact =
+        ImpactRecord { contact: 0, end: 8e-5, peak_force: 52.0, restitution: 0.5, ..Default::default() };
+    observer.impact(&impact).map_err(fail)?;
+    let attempt =
+        TryRecord { number: 1, outcome: "accepted".into(), reason: "done".into(), ..Default::default() };
+    observer.attempt(&attempt).map_err(fail)?;
+    let stress = StressRecord {
+        name: "axis".into(),
+        time: 4e-5,
+        points: vec![[0.0, -0.01, 0.0], [0.0, -0.009, 0.0]],
+        stress: vec![[1.0, 2.0, 3.0, 4.0, 0.0, 0.0]; 2],
+        von_mises: vec![5.0, 6.0],
+    };
+    observer.stress(&stress).map_err(fail)?;
+    Ok(report)
+}
+
+fn fails(_: &Scenario, observer: &mut dyn Observer, _: usize) -> Result<RunReport, AppError> {
+    start(observer)?;
+    samples(observer, 10)?;
+    Err(AppError::Run("the step size fell below 1e-18 s".into()))
+}
+
+fn fails_early(_: &Scenario, _: &mut dyn Observer, _: usize) -> Result<RunReport, AppError> {
+    Err(AppError::Model("no such thing".into()))
+}
+
+fn runs(path: &Path, force: bool, stopped: bool, simulation: Simulation) -> Result<(), AppError> {
+    let output = OutputFile::claim(path, force)?;
+    let stop = Arc::new(AtomicBool::new(false));
+    stop.store(stopped, Ordering::Relaxed);
+    record(&scenario_with(&[]), output, 1, &stop, ProgressBar::hidden(), simulation)
+}
+
+fn directory() -> (tempfile::TempDir, PathBuf) {
+    let directory = tempfile::tempdir().expect("a temporary directory");
+    let path = directory.path().join("out.h5");
+    (directory, path)
+}
+
+fn status(path: &Path) -> String {
+    summary::read(path).expect("readable").attribute("status").to_owned()
+}
+
+#[test]
+fn everything_written_is_read_back() {
+    let (_directory, path) = directory();
+    runs(&path, false, false, complete).expect("the run is complete");
+    let file = hdf5::File::open(&path).expect("readable");
+    let time = file.dataset("time").expect("there").read_raw::<f64>().expect("numbers");
+    assert_eq!(time.len(), ROWS as usize);
+    let last = sample(ROWS - 1);
+    assert_eq!(time.last(), Some(&last.time));
+    let q = file.dataset("bodies/ball/elastic_coordinates").expect("there").read_2d::<f64>().expect("2D");
+    assert_eq!(q.shape(), [ROWS as usize, 6]);
+    assert_eq!(q.row(ROWS as usize - 1).to_vec(), last.bodies[0].elastic_coordinates);
+    let position = file.dataset("bodies/floor/position").expect("there").read_2d::<f64>().expect("2D");
+    assert_eq!(position.row(7).to_vec(), [7.0, 14.0, 21.0]);
+    assert!(file.dataset("bodies/floor/elastic_coordinates").is_err(), "a rigid body has none");
+    let active =
+        file.dataset("contacts/impact/active_points").expect("there").read_raw::<u32>().expect("u32");
+    assert_eq!(active[599], 599);
+    let phase = file.dataset("phase").expect("there").read_raw::<u32>().expect("u32");
+    assert_eq!((phase[299], phase[300]), (0, 1));
+    let mises = file.dataset("stress/axis/von_mises").expect("there");
+    assert_eq!(mises.read_raw::<f64>().expect("numbers"), [5.0, 6.0]);
+    let at: f64 = mises.attr("time").expect("there").read_scalar().expect("a number");
+    assert!((at - 4e-5).abs() < 1e-18);
+}
+
+#[test]
+fn summary_holds_what_was_recorded() {
+    let (_directory, path) = directory();
+    runs(&path, false, false, complete).expect("the run is complete");
+    let s = summary::read(&path).expect("readable");
+    assert_eq!(s.attribute("status"), "complete");
+    assert_eq!(s.n_samples, ROWS as usize);
+    assert_eq!(s.impacts.len(), 1);
+    assert_eq!(s.impacts[0].contact.as_str(), "impact");
+    assert_eq!(s.phases[0].steps, 600);
+    assert_eq!(s.tries[0].reason.as_str(), "done");
+    assert_eq!(s.bodies, [("ball".to_owned(), 6), ("floor".to_owned(), 0)]);
+    // The total rises by 599e-6 J over a largest energy of 2 J + 599e-6 J.
+    let drift = s.energy_drift.expect("there are energies");
+    assert!((drift - 599e-6 / (2.0 + 599e-6)).abs() < 1e-12, "{drift}");
+    assert!(s.timings.iter().any(|(n, v)| n == "assembly" && (v - 0.25).abs() < 1e-15));
+    assert_eq!(s.json()["impacts"][0]["peak_force"], 52.0);
+}
+
+#[test]
+fn every_numeric_dataset_has_unit_description_and_time_axis() {
+    let (_directory, path) = directory();
+    runs(&path, false, false, complete).expect("the run is complete");
+    let file = hdf5::File::open(&path).expect("readable");
+    let mut seen = 0;
+    visit(&file, &mut |dataset| {
+        let name = dataset.name();
+        let text = |a: &str| {
+            let value: VarLenUnicode = dataset.attr(a).ok()?.read_scalar().ok()?;
+            Some(value.as_str().to_owned())
+        };
+        let is_text = dataset.dtype().is_ok_and(|t| t.is::<VarLenUnicode>());
+        if !is_text {
+            assert!(text("unit").is_some_and(|u| !u.is_empty()), "{name} has a unit");
+            assert!(text("description").is_some_and(|d| !d.is_empty()), "{name} has a description");
+        }
+        let is_series = dataset.shape().first() == Some(&(ROWS as usize)) && name != "/time";
+        if is_series {
+            assert!(dataset.attr("DIMENSION_LIST").is_ok(), "{name} has its scales attached");
+            seen += 1;
+        }
+    });
+    // 1 phase, 7 energies, 2 momenta, 7 + 5 of bodies, 6 of contacts, 2 of points.
+    assert_eq!(seen, 30);
+    let class: hdf5::types::FixedAscii<16> = read_class(&file);
+    assert_eq!(class.as_str(), "DIMENSION_SCALE");
+}
+
+fn read_class(file: &hdf5::File) -> hdf5::types::FixedAscii<16> {
+    let attribute = file.dataset("time").expect("there").attr("CLASS").expect("time is a scale");
+    attribute.read_scalar().expect("text")
+}
+
+fn visit(group: &hdf5::Group, action: &mut dyn FnMut(&hdf5::Dataset)) {
+    group.datasets().expect("readable").iter().for_each(&mut *action);
+    for child in group.groups().expect("readable") {
+        visit(&child, action);
+    }
+}
+
+#[test]
+fn resolved_scenario_in_the_file_reads_back() {
+    let (_directory, path) = directory();
+    runs(&path, false, false, complete).expect("the run is complete");
+    let file = hdf5::File::open(&path).expect("readable");
+    let text: VarLenUnicode = file.dataset("scenario").expect("there").read_scalar().expect("text");
+    let again = scenario::parse(Path::new("again.toml"), text.as_str().as_bytes(), &[]).expect("valid");
+    assert_eq!(again.bodies, scenario_with(&[]).bodies);
+}
+
+#[test]
+fn compressed_and_plain_files_hold_the_same() {
+    let (directory, plain) = directory();
+    let packed = directory.path().join("packed.h5");
+    runs(&plain, false, false, complete).expect("complete");
+    let output = OutputFile::claim(&packed, false).expect("free");
+    let stop = Arc::new(AtomicBool::new(false));
+    let scenario = scenario_with(&["output.compression=gzip"]);
+    record(&scenario, output, 1, &stop, ProgressBar::hidden(), complete).expect("complete");
+    let read = |path: &Path| {
+        let file = hdf5::File::open(path).expect("readable");
+        let dataset = file.dataset("bodies/ball/elastic_coordinates").expect("there");
+        (dataset.read_raw::<f64>().expect("numbers"), dataset.filters().len())
+    };
+    let ((a, no_filters), (b, filters)) = (read(&plain), read(&packed));
+    assert_eq!(a, b);
+    assert_eq!((no_filters, filters), (0, 2));
+}
+
+#[test]
+fn failed_run_keeps_what_it_stored() {
+    let (_directory, path) = directory();
+    let error = runs(&path, false, false, fails).expect_err("the run fails");
+    assert_eq!(error.code(), 5);
+    let s = summary::read(&path).expect("readable");
+    assert_eq!((s.attribute("status"), s.n_samples), ("failed", 10));
+    assert!(s.attribute("message").contains("step size"));
+}
+
+#[test]
+fn run_that_stored_nothing_leaves_nothing() {
+    let (directory, path) = directory();
+    let error = runs(&path, false, false, fails_early).expect_err("the run fails");
+    assert_eq!(error.code(), 4);
+    assert_eq!(std::fs::read_dir(directory.path()).expect("readable").count(), 0);
+}
+
+#[test]
+fn interrupted_run_is_marked_and_readable() {
+    let (_directory, path) = directory();
+    let error = runs(&path, false, true, complete).expect_err("interrupted");
+    assert_eq!(error.code(), 130);
+    let s = summary::read(&path).expect("readable");
+    assert_eq!((s.attribute("status"), s.n_samples), ("interrupted", 1));
+}
+
+#[test]
+fn incomplete_run_does_not_replace_a_result_without_force() {
+    let (_directory, path) = directory();
+    runs(&path, false, false, complete).expect("complete");
+    runs(&path, false, false, fails).expect_err("the run fails");
+    assert_eq!(status(&path), "complete");
+    let part = path.with_file_name("out.h5.part");
+    assert_eq!(status(&part), "failed");
+    runs(&path, true, false, fails).expect_err("the run fails");
+    assert_eq!(status(&path), "failed");
+    assert!(!part.exists());
+    runs(&path, false, false, complete).expect("complete");
+    assert_eq!(status(&path), "complete");
+}
+
+#[test]
+fn two_runs_cannot_claim_one_output() {
+    let (_directory, path) = directory();
+    let first = OutputFile::claim(&path, false).expect("free");
+    let error = OutputFile::claim(&path, true).expect_err("taken");
+    assert!(error.to_string().contains("another run"), "{error}");
+    first.discard();
+    OutputFile::claim(&path, false).expect("free again").discard();
+}
+
+#[test]
+fn part_file_of_a_dead_run_is_replaced() {
+    let (_directory, path) = directory();
+    std::fs::write(path.with_file_name("out.h5.part"), "left behind").expect("written");
+    runs(&path, false, false, complete).expect("complete");
+    assert_eq!(status(&path), "complete");
+}
+
+#[test]
+fn file_of_something_else_is_not_replaced_without_force() {
+    let (_directory, path) = directory();
+    std::fs::write(&path, "precious").expect("written");
+    let error = runs(&path, false, false, complete).expect_err("refused");
+    assert_eq!(error.code(), 6);
+    assert_eq!(std::fs::read_to_string(&path).expect("readable"), "precious");
+    assert!(!path.with_file_name("out.h5.part").exists());
+    runs(&path, true, false, complete).expect("complete");
+    assert_eq!(status(&path), "complete");
+}
+
+#[test]
+fn output_that_cannot_be_written_is_refused_at_once() {
+    let (directory, _) = directory();
+    let missing = directory.path().join("no/such/directory/out.h5");
+    for path in [missing.as_path(), directory.path()] {
+        let error = OutputFile::claim(path, true).expect_err("refused");
+        assert_eq!(error.code(), 6, "{error}");
+    }
+}
