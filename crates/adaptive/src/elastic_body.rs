@@ -116,7 +116,7 @@ impl ElasticBody {
             ReductionSpec::CraigBampton { modes, .. } if interface.is_quasistatic => {
                 let problem = ElasticProblem::free(body, &interface.unknowns)?;
                 let basis = free_modes(&problem, modes)?;
-                let residual = ResidualFlexibility::new(&problem, &basis, &interface.unknowns)?;
+                let residual = ResidualFlexibility::new(&problem, &interface.unknowns, &basis)?;
                 (basis, Some(residual))
             }
             ReductionSpec::CraigBampton { modes, .. } if interface.unknowns.is_empty() => {
@@ -124,7 +124,7 @@ impl ElasticBody {
             }
             ReductionSpec::CraigBampton { modes, fixed_interface_modes } => {
                 let count = fixed_interface_modes
-                    .map_or(FixedInterfaceModes::WithMargin, FixedInterfaceModes::Exactly);
+                    .map_or(FixedInterfaceModes::Checked, FixedInterfaceModes::Exactly);
                 (craig_bampton(body, &interface.unknowns, modes, count)?.basis, None)
             }
         };

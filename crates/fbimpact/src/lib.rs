@@ -3,6 +3,7 @@
 pub mod error;
 pub mod provenance;
 pub mod scenario;
+pub mod setup;
 pub mod simulate;
 pub mod results;
 pub mod cli;

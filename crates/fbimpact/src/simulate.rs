@@ -1,9 +1,17 @@
 //! The seam between the program and the models: from a validated scenario to a finished run.
 
+use std::time::Instant;
+
+use adaptive::AdaptiveError;
+use adaptive::driver;
+use adaptive::model::RunModel;
 use adaptive::record::{Observer, Timings};
+use adaptive::spec::RunSpec;
+use iga_core::space::Space;
 
 use crate::error::AppError;
 use crate::scenario::Scenario;
+use crate::setup::run_spec;
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -58,11 +66,14 @@ pub fn simulate(
     observer: &mut dyn Observer,
     threads: usize,
 ) -> Result<RunReport, AppError> {
-    let _ = (observer, threads);
-    Err(AppError::Model(format!(
-        "the {} bodies of this scenario are not connected to the solver yet",
-        scenario.bodies.len()
-    )))
+    let spec = run_spec(scenario)?;
+    let mut model = build(&spec, threads)?;
+    let started = Instant::now();
+    let end = driver::run(&mut model, &spec.settings, observer).map_err(app_error)?;
+    let mut timings = model.timings();
+    timings.integration = started.elapsed().as_secs_f64() - timings.contact;
+    let ending = if end.is_interrupted { Ending::Interrupted } else { Ending::Complete };
+    Ok(RunReport { ending, time: end.time, timings })
 }
 
 /// Builds the reduced models of `scenario`, or of its body `body` alone.
@@ -70,6 +81,33 @@ pub fn simulate(
 /// # Errors
 /// [`AppError::Model`] if a model cannot be built.
 pub fn modes(scenario: &Scenario, body: Option<usize>, threads: usize) -> Result<ModesReport, AppError> {
-    let _ = (scenario, body, threads);
-    Err(AppError::Model("bodies are not connected to the solver yet".into()))
+    let spec = run_spec(scenario)?;
+    let model = build(&spec, threads)?;
+    let wanted = body.map(|b| scenario.bodies[b].name.as_str());
+    let entries = model.bodies.iter().zip(&model.reduced).zip(&model.interfaces);
+    let bodies = entries
+        .filter(|((body, _), _)| wanted.is_none_or(|name| body.spec.name == name))
+        .map(|((body, reduced), interface)| BodyModes {
+            name: body.spec.name.clone(),
+            n_elements: body.space.n_elements(),
+            n_dofs: body.n_unknowns(),
+            n_interface: interface.unknowns.len(),
+            mass: reduced.data.mass,
+            frequencies: reduced.basis.omega.iter().map(|w| w / std::f64::consts::TAU).collect(),
+        })
+        .collect();
+    Ok(ModesReport { bodies })
+}
+
+/// Builds all models on a pool of `threads` threads.
+fn build(spec: &RunSpec, threads: usize) -> Result<RunModel, AppError> {
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .map_err(|e| AppError::Run(format!("no pool of {threads} threads: {e}")))?;
+    pool.install(|| RunModel::build(spec)).map_err(app_error)
+}
+
+fn app_error(error: AdaptiveError) -> AppError {
+    if error.is_model_error() { AppError::Model(error.to_string()) } else { AppError::Run(error.to_string()) }
 }
