@@ -79,7 +79,7 @@ pub enum SplineError {
         "radius {radius:.3e} m at parameters {parameters:?} is not positive, an axisymmetric body must lie at r >= 0"
     )]
     Radius {
-        /// The radius found [m].
+        /// The radius found \[m\].
         radius: f64,
         /// Where.
         parameters: [f64; 3],
