@@ -77,9 +77,9 @@ pub enum SplineError {
     /// A point lies outside the body or the search for it did not converge.
     #[error("point ({}, {}, {}) m is not in the body, nearest distance {distance:.3e} m", point[0], point[1], point[2])]
     PointNotFound {
-        /// The point asked for [m].
+        /// The point asked for \[m\].
         point: [f64; 3],
-        /// Distance to the nearest point found [m].
+        /// Distance to the nearest point found \[m\].
         distance: f64,
     },
     /// Poisson's ratio, Young's modulus or density is impossible.

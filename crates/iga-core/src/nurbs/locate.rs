@@ -18,9 +18,9 @@ use crate::tensor;
 pub struct Located {
     /// Parameters.
     pub xi: [f64; 3],
-    /// Position [m].
+    /// Position \[m\].
     pub point: [f64; 3],
-    /// What was minimised: distance from the target, or height along the direction [m].
+    /// What was minimised: distance from the target, or height along the direction \[m\].
     pub measure: f64,
 }
 
@@ -94,13 +94,13 @@ impl PatchSearch {
         search
     }
 
-    /// Nearest point to `target`; `measure` is the distance [m].
+    /// Nearest point to `target`; `measure` is the distance \[m\].
     pub fn closest(&self, patch: &Patch, target: &[f64; 3]) -> Located {
         self.closest_below(patch, target, f64::INFINITY)
             .unwrap_or_else(|| self.closest_from(patch, target, &self.lower))
     }
 
-    /// Nearest point to `target` if it is nearer than `below` [m].
+    /// Nearest point to `target` if it is nearer than `below` \[m\].
     pub fn closest_below(&self, patch: &Patch, target: &[f64; 3], below: f64) -> Option<Located> {
         let mut scratch = PointBasis::default();
         let objective = |xi: &[f64; 3]| half_square(&patch.jet(xi, 2, &mut scratch), target);
@@ -112,7 +112,7 @@ impl PatchSearch {
         Some(self.finish(patch, found, |p| norm(&difference(p, target))))
     }
 
-    /// A lower bound of the distance to `target` [m].
+    /// A lower bound of the distance to `target` \[m\].
     pub fn distance_bound(&self, target: &[f64; 3]) -> f64 {
         self.elements.iter().map(|b| norm(&b.outside(target))).fold(f64::INFINITY, f64::min)
     }
@@ -132,7 +132,7 @@ impl PatchSearch {
         found.unwrap_or_else(|| self.finish(patch, self.lower, height_of))
     }
 
-    /// Lowest point along `direction` if it is lower than `below` [m].
+    /// Lowest point along `direction` if it is lower than `below` \[m\].
     pub fn lowest_below(&self, patch: &Patch, direction: &[f64; 3], below: f64) -> Option<Located> {
         let mut scratch = PointBasis::default();
         let objective = |xi: &[f64; 3]| height(&patch.jet(xi, 2, &mut scratch), direction);
@@ -142,7 +142,7 @@ impl PatchSearch {
         Some(self.finish(patch, found, |p| dot(p, direction)))
     }
 
-    /// A lower bound of `n · x` [m].
+    /// A lower bound of `n · x` \[m\].
     pub fn height_bound(&self, direction: &[f64; 3]) -> f64 {
         self.elements.iter().map(|b| b.lowest(direction)).fold(f64::INFINITY, f64::min)
     }

@@ -12,11 +12,11 @@ pub struct FacePoint {
     pub face: usize,
     /// Parameters in the face's patch.
     pub xi: [f64; 3],
-    /// Position [m].
+    /// Position \[m\].
     pub point: [f64; 3],
     /// Outward unit normal; zero at a pole of the parametrisation.
     pub normal: [f64; 3],
-    /// Distance from the target, or height along the direction [m].
+    /// Distance from the target, or height along the direction \[m\].
     pub measure: f64,
 }
 
@@ -45,7 +45,7 @@ impl BodySurface {
         &self.faces
     }
 
-    /// Closest point of the surface to `target`; `measure` is the distance [m], never negative: the side follows from the
+    /// Closest point of the surface to `target`; `measure` is the distance \[m\], never negative: the side follows from the
     /// normal. `None` only for a surface without faces or a target that is not finite.
     pub fn closest(&self, patches: &[Patch], target: &[f64; 3]) -> Option<FacePoint> {
         let bound = |search: &PatchSearch| search.distance_bound(target);
