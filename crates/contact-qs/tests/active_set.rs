@@ -1,5 +1,7 @@
 //! The active-set solver against optimality conditions, brute force and limits.
 
+#![expect(clippy::unwrap_used, reason = "helpers of tests; a failure is a failed test")]
+
 mod common;
 
 use common::{Random, parabola, surface_compliance};

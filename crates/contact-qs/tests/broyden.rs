@@ -1,5 +1,7 @@
 //! Algorithm 1 of [A]: agreement with the active set, error codes, carried state.
 
+#![expect(clippy::unwrap_used, reason = "helpers of tests; a failure is a failed test")]
+
 mod common;
 
 use common::{Random, parabola, surface_compliance};

@@ -77,9 +77,9 @@ pub enum SplineError {
     /// A point lies outside the body or the search for it did not converge.
     #[error("point ({}, {}, {}) m is not in the body, nearest distance {distance:.3e} m", point[0], point[1], point[2])]
     PointNotFound {
-        /// The point asked for [m].
+        /// The point asked for \[m\].
         point: [f64; 3],
-        /// Distance to the nearest point found [m].
+        /// Distance to the nearest point found \[m\].
         distance: f64,
     },
     /// A point of an axisymmetric body lies on the wrong side of the axis.
@@ -87,7 +87,7 @@ pub enum SplineError {
         "radius {radius:.3e} m at parameters {parameters:?} is not positive, an axisymmetric body must lie at r >= 0"
     )]
     Radius {
-        /// The radius found [m].
+        /// The radius found \[m\].
         radius: f64,
         /// Where.
         parameters: [f64; 3],

@@ -5,7 +5,7 @@ use crate::SplineError;
 /// Position and Jacobian matrix of the geometry at one parametric point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PointMap {
-    /// Position [m].
+    /// Position \[m\].
     pub position: [f64; 3],
     /// `jacobian[i][d] = ∂x_i/∂ξ_d`; the identity in directions that the space does not have.
     pub jacobian: [[f64; 3]; 3],

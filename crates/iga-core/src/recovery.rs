@@ -24,7 +24,7 @@ pub struct RecoveryWorkspace {
 
 impl RecoveryWorkspace {
     /// Displacement at `xi` of element `e` from control values `displacement`, which are node-major: component `c` of
-    /// function `A` at `A * n_components + c` [m].
+    /// function `A` at `A * n_components + c` \[m\].
     ///
     /// # Panics
     /// If `displacement` is shorter than the space asks for.
@@ -48,7 +48,7 @@ impl RecoveryWorkspace {
         u
     }
 
-    /// Strain and stress at `xi` of element `e` from node-major control values `displacement` [m].
+    /// Strain and stress at `xi` of element `e` from node-major control values `displacement` \[m\].
     ///
     /// On the axis of an axisymmetric model `ε_θθ = ∂u_r/∂r`. On singular lines of the parametrisation the state is taken
     /// at a point moved into the element by 1e-4 of its size.

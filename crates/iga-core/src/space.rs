@@ -72,7 +72,7 @@ pub trait Space: Sync {
     /// Number of functions after tying.
     fn n_functions(&self) -> usize;
 
-    /// Control point of every function [m].
+    /// Control point of every function \[m\].
     fn control_points(&self) -> &[[f64; 3]];
 
     /// Places for ordering unknowns: a point per function such that functions with overlapping supports are near

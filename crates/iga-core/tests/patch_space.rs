@@ -5,6 +5,8 @@
 mod bodies;
 
 use bodies::noise;
+use iga_core::assembly::assemble;
+use iga_core::elasticity::{Material, Model};
 use iga_core::knots::KnotVector;
 use iga_core::nurbs::Patch;
 use iga_core::nurbs::patch::PointBasis;
@@ -155,6 +157,41 @@ fn tensor_evaluation_equals_point_by_point_evaluation() {
             assert!((0..3).all(|d| close(&fast.first[d], &general.first[d])));
         }
     }
+}
+
+#[test]
+fn general_evaluation_assembles_the_same_matrices() {
+    let material = Material::new(210e9, 0.3, 7850.0).unwrap();
+    let space = PatchSpace::new(vec![refined_half_disc()]).unwrap();
+    let fast = assemble(&space, &Model::Axisymmetric, &material).unwrap();
+    let general = assemble(&General(&space), &Model::Axisymmetric, &material).unwrap();
+    assert_eq!(fast.dofs, general.dofs);
+    for (a, b) in [(&fast.stiffness, &general.stiffness), (&fast.mass, &general.mass)] {
+        let scale = bodies::largest(a.val());
+        assert!(a.val().iter().zip(b.val()).all(|(x, y)| (x - y).abs() < 1e-13 * scale)); // round-off
+    }
+}
+
+#[test]
+fn linear_displacements_balance_across_a_patch_interface() {
+    let left = bodies::uniform(&bodies::quadrilateral([[0., 0.], [1., 0.], [0., 1.], [1.3, 1.]]), 2, &[2, 3]);
+    let right =
+        bodies::uniform(&bodies::quadrilateral([[1., 0.], [3., 0.], [1.3, 1.], [3., 1.]]), 2, &[3, 3]);
+    let space = PatchSpace::new(vec![left, right]).unwrap();
+    let material = Material::new(210e9, 0.3, 7850.0).unwrap();
+    let matrices = assemble(&space, &Model::PlaneStrain { thickness: 1.0 }, &material).unwrap();
+    let gradient = [[1e-3, 2e-3, 0.0], [-1e-3, 3e-3, 0.0], [0.0; 3]];
+    let u = bodies::linear_field(space.control_points(), 2, gradient, [0.0; 3]);
+    let force = bodies::multiply(&matrices.stiffness, &bodies::at_unknowns(&matrices.dofs, &u, 2));
+    let (mut inside, mut n_inside) = (0.0f64, 0);
+    for (f, &(node, _)) in force.iter().zip(&matrices.dofs) {
+        let [x, y, _] = space.control_points()[node as usize];
+        if x > 1e-9 && x < 3.0 - 1e-9 && y > 1e-9 && y < 1.0 - 1e-9 {
+            (inside, n_inside) = (inside.max(f.abs()), n_inside + 1);
+        }
+    }
+    assert_eq!(n_inside, 2 * (2 + 3 + 1) * 3); // three rows inside, the interface one node of each
+    assert!(inside < 1e-12 * bodies::largest(&force)); // round-off
 }
 
 #[test]

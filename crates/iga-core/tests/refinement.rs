@@ -3,7 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use iga_core::knots::KnotVector;
-use iga_core::nurbs::{Patch, Prolongation};
+use iga_core::nurbs::{Grading, Patch, Prolongation, Window};
 use proptest::prelude::*;
 
 // A point is a quotient of two sums of at most (p + 1)^3 products, before and after refinement.
@@ -83,6 +83,33 @@ proptest! {
             prop_assert!(first + entries.len() <= operator.n_coarse());
             prop_assert!(entries.iter().all(|&v| v >= 0.0));
             prop_assert!((entries.iter().sum::<f64>() - 1.0).abs() < ROUND_OFF);
+        }
+    }
+
+    #[test]
+    fn gradings_keep_existing_breaks_and_leave_no_slivers(
+        elements in 1usize..40,
+        windows in prop::collection::vec((-0.2f64..1.2, -4.0f64..-0.3, 1usize..24, 1.0f64..3.0), 0..4),
+        inner in prop::option::of(0.05f64..0.95),
+    ) {
+        let windows: Vec<Window> = windows
+            .into_iter()
+            .map(|(at, exponent, elements, ratio)| {
+                let half = 10f64.powf(exponent);
+                Window { lower: at - half, upper: at + half, elements, ratio }
+            })
+            .collect();
+        let existing: Vec<f64> = [0.0].into_iter().chain(inner).chain([1.0]).collect();
+        let finest = windows.iter().map(Window::size).fold(1.0 / elements.max(2) as f64, f64::min).min(0.05);
+        // Ratio one never grows: a fine window near the range may ask for too many elements.
+        if let Ok(breaks) = (Grading { elements, windows: windows.clone() }).breaks(&existing) {
+            prop_assert!(existing.iter().all(|u| breaks.contains(u)));
+            let sizes: Vec<f64> = breaks.windows(2).map(|w| w[1] - w[0]).collect();
+            // Ends nearer than half an element are joined, and counts are rounded up.
+            prop_assert!(sizes.iter().all(|&h| h > 0.25 * finest), "{breaks:?}");
+            KnotVector::from_breaks(3, &breaks).unwrap();
+        } else {
+            prop_assert!(windows.iter().any(|w| w.ratio < 1.02));
         }
     }
 

@@ -237,3 +237,51 @@ fn contact_windows_name_the_singular_set_they_touch() {
     assert_eq!(half.singular_in(0, &[0.0, 0.0, 0.0], &[0.99, 0.0, 0.0]), None);
     assert_eq!(half.singular_in(0, &[0.0, 0.0, 0.0], &[1.0, 0.0, 0.0]).unwrap().name, "equator");
 }
+
+#[test]
+fn the_printed_rod_net_is_singular_on_its_jacket() {
+    // Why the upper middle control point was moved: with the net as printed in [B] (38) the whole jacket is singular.
+    let (r, l, s) = (0.01, 0.07, std::f64::consts::FRAC_1_SQRT_2);
+    let points = [[0.0, 0.0], [r, 0.0], [r, r], [0.0, l], [r, l], [r, l]].map(|[x, z]| [x, z, 0.0]).to_vec();
+    let knots = vec![KnotVector::uniform(2, 1).unwrap(), KnotVector::uniform(1, 1).unwrap()];
+    let printed = Patch::new(knots, points, vec![1.0, s, 1.0, 1.0, 1.0, 1.0]).unwrap();
+    let sets = singular_sets(0, &printed);
+    assert!(sets.iter().any(|s| s.parameters == [Some(1.0), None, None]), "{sets:?}");
+    // The changed net: det J = η r (l - r) on the jacket.
+    let rod = axisymmetric::rod_spherical_end(r, l).unwrap();
+    for eta in [0.0, 0.3, 1.0] {
+        let jet = rod.patches[0].jet(&[1.0, eta, 0.0], 1, &mut PointBasis::default());
+        assert!((jet.determinant(2) - eta * r * (l - r)).abs() < 1e-15 * r);
+    }
+}
+
+#[test]
+fn the_default_ball_follows_the_degree() {
+    assert_eq!(SphereNet::for_degree(2), SphereNet::Spindle);
+    assert_eq!(SphereNet::for_degree(3), SphereNet::Spindle);
+    assert_eq!(SphereNet::for_degree(4), SphereNet::Cube);
+    for degree in 2..=5 {
+        let net = SphereNet::for_degree(degree);
+        let ball = sphere::sphere(0.01, net).unwrap().refined(&[degree; 3], &[4; 3], &[]).unwrap();
+        // Contact along x and z, joints at the top: regular in either net.
+        for marker in ["left", "right", "top", "bottom"] {
+            let (patch, xi) = ball.locate(&ball.markers[marker]).unwrap();
+            let near =
+                |s: f64| [0, 1, 2].map(|d| if (0.01..0.99).contains(&xi[d]) { xi[d] + s } else { xi[d] });
+            assert_eq!(ball.singular_in(patch, &near(-0.3), &near(0.3)), None, "{net:?} {marker}");
+        }
+    }
+}
+
+#[test]
+fn a_turned_ball_is_the_same_ball() {
+    let ball = sphere::sphere(0.01, SphereNet::Cube).unwrap();
+    let (c, s) = (0.6, 0.8);
+    let turned = ball.turned(&[[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]).unwrap();
+    turned.check_orientation().unwrap();
+    assert!((measure(&turned, false, 24) / measure(&ball, false, 24) - 1.0).abs() < 1e-13);
+    assert!((turned.markers["right"][1] - 0.01 * s).abs() < 1e-17);
+    let (patch, xi) = turned.locate(&turned.markers["right"]).unwrap();
+    let at = turned.patches[patch].point(&xi);
+    assert!((at[0] - 0.01 * c).abs() < 1e-15);
+}

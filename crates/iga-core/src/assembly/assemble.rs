@@ -12,7 +12,7 @@ use crate::elasticity::{Material, Model};
 use crate::quadrature::GaussRule;
 use crate::space::Space;
 
-/// Memory for the products of one batch [bytes]; large enough to keep every thread busy, small enough for the cache.
+/// Memory for the products of one batch \[bytes\]; large enough to keep every thread busy, small enough for the cache.
 const BATCH_BYTES: usize = 6 << 20;
 /// Parts into which a phase is cut, per thread, to balance the load.
 const PARTS_PER_THREAD: usize = 4;
@@ -23,7 +23,7 @@ pub struct AssembledMatrices {
     /// Stiffness matrix `K`, lower triangle, unknown by unknown [N/m].
     pub stiffness: SparseColMat<u32, f64>,
     /// Consistent mass matrix `m_AB = ∫ ρ R_A R_B dV`, lower triangle, node by node, the same for every displacement
-    /// component [kg].
+    /// component \[kg\].
     pub mass: SparseColMat<u32, f64>,
     /// Node and displacement component of every unknown, sorted by node, then component. Radial displacements of nodes on
     /// the axis of an axisymmetric model are zero and have no unknown.

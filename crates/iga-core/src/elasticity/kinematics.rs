@@ -10,7 +10,7 @@ use super::{Material, Model};
 pub struct StressState {
     /// Strains; shear strains are engineering strains, twice the tensor's components.
     pub strain: [f64; 6],
-    /// Stresses [Pa].
+    /// Stresses \[Pa\].
     pub stress: [f64; 6],
 }
 
@@ -43,13 +43,13 @@ impl StressState {
         Self { strain, stress }
     }
 
-    /// Von Mises equivalent stress (theory Eq. E.6) [Pa].
+    /// Von Mises equivalent stress (theory Eq. E.6) \[Pa\].
     pub fn von_mises(&self) -> f64 {
         von_mises(&self.stress)
     }
 }
 
-/// Von Mises equivalent stress of the components `xx, yy, zz, xy, yz, zx` (theory Eq. E.6) [Pa].
+/// Von Mises equivalent stress of the components `xx, yy, zz, xy, yz, zx` (theory Eq. E.6) \[Pa\].
 pub fn von_mises(stress: &[f64; 6]) -> f64 {
     let s = stress;
     let normal = (s[0] - s[1]).powi(2) + (s[1] - s[2]).powi(2) + (s[2] - s[0]).powi(2);

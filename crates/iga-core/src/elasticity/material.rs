@@ -11,7 +11,7 @@ pub struct Material {
 }
 
 impl Material {
-    /// Checks and takes Young's modulus `E > 0` [Pa], Poisson's ratio `-1 < ν < 0.5` and density `ρ > 0` [kg/m³].
+    /// Checks and takes Young's modulus `E > 0` \[Pa\], Poisson's ratio `-1 < ν < 0.5` and density `ρ > 0` [kg/m³].
     ///
     /// # Errors
     /// [`SplineError::Material`] naming the first constant that is impossible.
@@ -30,7 +30,7 @@ impl Material {
         Ok(Self { youngs_modulus, poissons_ratio, density })
     }
 
-    /// Young's modulus `E` [Pa].
+    /// Young's modulus `E` \[Pa\].
     pub fn youngs_modulus(&self) -> f64 {
         self.youngs_modulus
     }
@@ -45,13 +45,13 @@ impl Material {
         self.density
     }
 
-    /// First Lamé constant `λ = E ν / ((1 + ν)(1 - 2 ν))` [Pa].
+    /// First Lamé constant `λ = E ν / ((1 + ν)(1 - 2 ν))` \[Pa\].
     pub fn lame_lambda(&self) -> f64 {
         let nu = self.poissons_ratio;
         self.youngs_modulus * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
     }
 
-    /// Shear modulus `μ = E / (2 (1 + ν))` [Pa].
+    /// Shear modulus `μ = E / (2 (1 + ν))` \[Pa\].
     pub fn shear_modulus(&self) -> f64 {
         self.youngs_modulus / (2.0 * (1.0 + self.poissons_ratio))
     }

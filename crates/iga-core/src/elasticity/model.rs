@@ -10,12 +10,12 @@ use crate::SplineError;
 pub enum Model {
     /// No strain out of plane.
     PlaneStrain {
-        /// Thickness of the body [m].
+        /// Thickness of the body \[m\].
         thickness: f64,
     },
     /// No stress out of plane.
     PlaneStress {
-        /// Thickness of the body [m].
+        /// Thickness of the body \[m\].
         thickness: f64,
     },
     /// Torsionless rotational symmetry about the `z` axis in `(r, z)`; integrals carry `2 π r`.
@@ -46,7 +46,7 @@ impl Model {
         if *self == Self::Solid { 3 } else { 2 }
     }
 
-    /// Factor of an area or volume element at a point: thickness [m], `2 π r` [m] or 1.
+    /// Factor of an area or volume element at a point: thickness \[m\], `2 π r` \[m\] or 1.
     pub fn measure(&self, position: &[f64; 3]) -> f64 {
         match *self {
             Self::PlaneStrain { thickness } | Self::PlaneStress { thickness } => thickness,
@@ -55,7 +55,7 @@ impl Model {
         }
     }
 
-    /// `λ` and `μ` such that the stresses that do work on the model's strains are `σ = λ tr ε + 2 μ ε` [Pa]: the material's
+    /// `λ` and `μ` such that the stresses that do work on the model's strains are `σ = λ tr ε + 2 μ ε` \[Pa\]: the material's
     /// own except for plane stress, where `λ` becomes `2 λ μ / (λ + 2 μ)` (theory Eq. E.4).
     pub fn lame(&self, material: &Material) -> (f64, f64) {
         let (lambda, mu) = (material.lame_lambda(), material.shear_modulus());
@@ -65,7 +65,7 @@ impl Model {
         }
     }
 
-    /// Constitutive matrix `D` with `σ = D ε` for the model's own strains, as stored in `kinematics::StressState` [Pa].
+    /// Constitutive matrix `D` with `σ = D ε` for the model's own strains, as stored in `kinematics::StressState` \[Pa\].
     ///
     /// Rows and columns of strains that the model does not have are zero; shear strains are engineering strains.
     pub fn constitutive_matrix(&self, material: &Material) -> [[f64; 6]; 6] {

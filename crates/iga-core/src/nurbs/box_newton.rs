@@ -41,6 +41,10 @@ pub fn minimize(
         }
         let scale = diagonal_scale(&here.hessian, &free);
         let newton = newton_step(&here, &free, &scale);
+        let resolution = |d: usize| 4.0 * f64::EPSILON * (upper[d] - lower[d]);
+        if (0..3).all(|d| newton[d].abs() <= resolution(d)) {
+            break;
+        }
         let gradient_step = [0, 1, 2].map(|d| if free[d] { -here.gradient[d] / scale[d] } else { 0.0 });
         let mut accepted = None;
         'directions: for step in [newton, gradient_step] {
@@ -56,7 +60,7 @@ pub fn minimize(
             }
         }
         let Some((next, there)) = accepted else { break };
-        let still = (0..3).all(|d| (next[d] - xi[d]).abs() <= 4.0 * f64::EPSILON * (upper[d] - lower[d]));
+        let still = (0..3).all(|d| (next[d] - xi[d]).abs() <= resolution(d));
         (xi, here) = (next, there);
         if still {
             break;
@@ -104,7 +108,7 @@ fn newton_step(here: &Sample, free: &[bool; 3], scale: &[f64; 3]) -> [f64; 3] {
         }
         shift = if shift == 0.0 { 1e-3 } else { 10.0 * shift };
     }
-    [0.0; 3]
+    [f64::NAN; 3] // never accepted: the gradient step takes over
 }
 
 /// Solution on the free block by elimination, `None` unless every pivot is safely positive.

@@ -74,12 +74,12 @@ impl FaceNet {
         Self { sizes, points, extent: extent(patch.control_points()) }
     }
 
-    /// Control points, the first direction along the face running fastest [m].
+    /// Control points, the first direction along the face running fastest \[m\].
     pub fn points(&self) -> &[[f64; 3]] {
         &self.points
     }
 
-    /// Size of the patch that the face belongs to [m].
+    /// Size of the patch that the face belongs to \[m\].
     pub fn extent(&self) -> f64 {
         self.extent
     }

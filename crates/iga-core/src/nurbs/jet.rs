@@ -5,7 +5,7 @@ use super::patch::{PointBasis, SECOND_DERIVATIVES};
 /// Position and derivatives with respect to the parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Jet {
-    /// `x` [m].
+    /// `x` \[m\].
     pub point: [f64; 3],
     /// `∂x/∂ξ_d`; zero for directions that the patch does not have.
     pub first: [[f64; 3]; 3],

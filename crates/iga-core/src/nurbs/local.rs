@@ -12,9 +12,9 @@ use crate::knots::MAX_DEGREE;
 /// A region of finer elements around a physical point, in the metric of the body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RefinementWindow {
-    /// Point of the body around which to refine [m].
+    /// Point of the body around which to refine \[m\].
     pub centre: [f64; 3],
-    /// Distance a direction from the centre to either end of the window, along the parameter line through the centre [m].
+    /// Distance a direction from the centre to either end of the window, along the parameter line through the centre \[m\].
     pub half_width: [f64; 3],
     /// Equal elements a direction on the part of the window that lies in the body; 0: no refinement in that direction.
     pub elements: [usize; 3],

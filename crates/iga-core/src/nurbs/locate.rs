@@ -1,16 +1,16 @@
 //! Nearest and lowest points of a patch or of one of its faces, by bounding boxes and Newton's method.
 //!
-//! The convex hull property bounds each element by its control points. Elements are visited in the order of their lower
+//! The convex hull property bounds each element by its Bézier points. Elements are visited in the order of their lower
 //! bounds; from the best sample of each a Newton search runs over the whole patch, until no element can hold anything
 //! better (theory section S.6). With all directions free the nearest point is the inverse of the geometry map.
 
 use super::box_newton::{Sample, minimize};
 use super::jet::{difference, dot, norm};
 use super::patch::PointBasis;
-use super::{Jet, Patch, Shape};
+use super::{Jet, Patch, Prolongation, Shape};
 use crate::SplineError;
 use crate::bspline::basis_derivatives;
-use crate::knots::MAX_DEGREE;
+use crate::knots::{KnotVector, MAX_DEGREE};
 use crate::tensor;
 
 /// A point of a patch.
@@ -18,9 +18,9 @@ use crate::tensor;
 pub struct Located {
     /// Parameters.
     pub xi: [f64; 3],
-    /// Position [m].
+    /// Position \[m\].
     pub point: [f64; 3],
-    /// What was minimised: distance from the target, or height along the direction [m].
+    /// What was minimised: distance from the target, or height along the direction \[m\].
     pub measure: f64,
 }
 
@@ -70,6 +70,7 @@ impl PatchSearch {
             samples_per_element: per_direction.iter().product(),
             size: extent(patch.control_points()),
         };
+        let hull = BezierNet::new(patch, &lower, &upper);
         let mut scratch = PointBasis::default();
         for e in 0..patch.n_elements() {
             let index = tensor::unflat(&counts, e);
@@ -78,7 +79,7 @@ impl PatchSearch {
             if !(0..n).all(on_face) {
                 continue;
             }
-            search.elements.push(bound(patch, e, &index, &lower, &upper));
+            search.elements.push(hull.bound(&index));
             let (a, b) = patch.element(e);
             for s in 0..search.samples_per_element {
                 let which = tensor::unflat(&per_direction, s);
@@ -93,15 +94,27 @@ impl PatchSearch {
         search
     }
 
-    /// Nearest point to `target`; `measure` is the distance [m].
+    /// Nearest point to `target`; `measure` is the distance \[m\].
     pub fn closest(&self, patch: &Patch, target: &[f64; 3]) -> Located {
+        self.closest_below(patch, target, f64::INFINITY)
+            .unwrap_or_else(|| self.closest_from(patch, target, &self.lower))
+    }
+
+    /// Nearest point to `target` if it is nearer than `below` \[m\].
+    pub fn closest_below(&self, patch: &Patch, target: &[f64; 3], below: f64) -> Option<Located> {
         let mut scratch = PointBasis::default();
         let objective = |xi: &[f64; 3]| half_square(&patch.jet(xi, 2, &mut scratch), target);
         let rank = |p: &[f64; 3]| 0.5 * square(&difference(p, target));
         let limit = |b: &ElementBox| 0.5 * square(&b.outside(target));
         // Below a round-off of the size nothing better can be told.
         let enough = 0.5 * (1e-14 * self.size).powi(2);
-        self.finish(patch, self.search(objective, rank, limit, enough), |p| norm(&difference(p, target)))
+        let found = self.search(objective, rank, limit, enough, 0.5 * below * below)?;
+        Some(self.finish(patch, found, |p| norm(&difference(p, target))))
+    }
+
+    /// A lower bound of the distance to `target` \[m\].
+    pub fn distance_bound(&self, target: &[f64; 3]) -> f64 {
+        self.elements.iter().map(|b| norm(&b.outside(target))).fold(f64::INFINITY, f64::min)
     }
 
     /// Nearest point to `target` reached from the parameters `start`, such as the last time step's: one Newton search.
@@ -114,13 +127,24 @@ impl PatchSearch {
 
     /// Lowest point along `direction`: the one with the smallest `n · x`, which is `measure`.
     pub fn lowest(&self, patch: &Patch, direction: &[f64; 3]) -> Located {
+        let height_of = |p: &[f64; 3]| dot(p, direction);
+        let found = self.lowest_below(patch, direction, f64::INFINITY);
+        found.unwrap_or_else(|| self.finish(patch, self.lower, height_of))
+    }
+
+    /// Lowest point along `direction` if it is lower than `below` \[m\].
+    pub fn lowest_below(&self, patch: &Patch, direction: &[f64; 3], below: f64) -> Option<Located> {
         let mut scratch = PointBasis::default();
         let objective = |xi: &[f64; 3]| height(&patch.jet(xi, 2, &mut scratch), direction);
         let rank = |p: &[f64; 3]| dot(p, direction);
-        let limit =
-            |b: &ElementBox| (0..3).map(|c| (direction[c] * b.lower[c]).min(direction[c] * b.upper[c])).sum();
-        let found = self.search(objective, rank, limit, f64::NEG_INFINITY);
-        self.finish(patch, found, |p| dot(p, direction))
+        let limit = |b: &ElementBox| b.lowest(direction);
+        let found = self.search(objective, rank, limit, f64::NEG_INFINITY, below)?;
+        Some(self.finish(patch, found, |p| dot(p, direction)))
+    }
+
+    /// A lower bound of `n · x` \[m\].
+    pub fn height_bound(&self, direction: &[f64; 3]) -> f64 {
+        self.elements.iter().map(|b| b.lowest(direction)).fold(f64::INFINITY, f64::min)
     }
 
     fn finish(&self, patch: &Patch, xi: [f64; 3], measure: impl Fn(&[f64; 3]) -> f64) -> Located {
@@ -134,11 +158,12 @@ impl PatchSearch {
         rank: impl Fn(&[f64; 3]) -> f64,
         limit: impl Fn(&ElementBox) -> f64,
         enough: f64,
-    ) -> [f64; 3] {
+        below: f64,
+    ) -> Option<[f64; 3]> {
         let mut order: Vec<(f64, usize)> =
             self.elements.iter().enumerate().map(|(e, b)| (limit(b), e)).collect();
         order.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let (mut best, mut value) = (self.lower, f64::INFINITY);
+        let (mut best, mut value) = (None, below);
         for (bound, e) in order {
             if bound >= value || value <= enough {
                 break;
@@ -150,7 +175,7 @@ impl PatchSearch {
             };
             let (xi, found) = minimize(&mut objective, start, &self.lower, &self.upper);
             if found < value {
-                (best, value) = (xi, found);
+                (best, value) = (Some(xi), found);
             }
         }
         best
@@ -162,29 +187,90 @@ impl ElementBox {
     fn outside(&self, p: &[f64; 3]) -> [f64; 3] {
         [0, 1, 2].map(|c| p[c] - p[c].max(self.lower[c]).min(self.upper[c]))
     }
+
+    /// Smallest `n · x` in the box.
+    fn lowest(&self, direction: &[f64; 3]) -> f64 {
+        (0..3).map(|c| (direction[c] * self.lower[c]).min(direction[c] * self.upper[c])).sum()
+    }
 }
 
-/// Box around the control points of the functions that do not vanish on the element at the fixed parameters.
-fn bound(patch: &Patch, e: usize, index: &[usize; 3], lower: &[f64; 3], upper: &[f64; 3]) -> ElementBox {
-    let mut rows = [[1.0; MAX_DEGREE + 1]; 3];
-    let mut orders = [1; 3];
-    for (d, k) in patch.knots().iter().enumerate() {
-        orders[d] = k.degree() + 1;
-        if lower[d] >= upper[d] {
-            basis_derivatives(k, index[d], lower[d], 0, &mut rows[d]);
-        }
-    }
-    let mut b = ElementBox { lower: [f64::INFINITY; 3], upper: [f64::NEG_INFINITY; 3] };
-    for (local, i) in patch.active_indices(e).enumerate() {
-        let at = tensor::unflat(&orders, local);
-        if (0..3).all(|d| rows[d][at[d]] > 0.0) {
-            for (c, x) in patch.control_points()[i].iter().enumerate() {
-                b.lower[c] = b.lower[c].min(*x);
-                b.upper[c] = b.upper[c].max(*x);
+/// Homogeneous control points of the Bézier pieces of a patch or face: the tightest hulls that knot insertion gives.
+struct BezierNet {
+    net: Vec<[f64; 4]>,
+    sizes: [usize; 3],
+    /// Degrees of the free directions, zero for fixed ones.
+    degrees: [usize; 3],
+}
+
+impl BezierNet {
+    fn new(patch: &Patch, lower: &[f64; 3], upper: &[f64; 3]) -> Self {
+        let (mut net, mut sizes, mut degrees) = (patch.homogeneous(), [1; 3], [0; 3]);
+        sizes[..patch.dimension()].copy_from_slice(&patch.net_size());
+        for (d, knots) in patch.knots().iter().enumerate() {
+            if lower[d] < upper[d] {
+                let p = knots.degree();
+                let inner = knots.breaks();
+                let missing = inner[1..inner.len() - 1]
+                    .iter()
+                    .flat_map(|&u| std::iter::repeat_n(u, p - knots.multiplicity(u)));
+                let missing: Vec<f64> = missing.collect();
+                // Full multiplicity at inner breaks is always a valid refinement.
+                if let Ok(operator) =
+                    knots.with_knots(&missing).and_then(|fine| Prolongation::new(knots, &fine))
+                {
+                    net = operator.apply(&net, &mut sizes, d);
+                }
+                degrees[d] = p;
+            } else {
+                net = restrict(&net, &mut sizes, d, knots, lower[d]);
             }
         }
+        Self { net, sizes, degrees }
     }
-    b
+
+    /// Box around the Bézier points of an element.
+    fn bound(&self, index: &[usize; 3]) -> ElementBox {
+        let range = |d: usize| {
+            let first = self.degrees[d] * index[d];
+            first..=first + self.degrees[d]
+        };
+        let mut b = ElementBox { lower: [f64::INFINITY; 3], upper: [f64::NEG_INFINITY; 3] };
+        for k in range(2) {
+            for j in range(1) {
+                for i in range(0) {
+                    let h = &self.net[i + self.sizes[0] * (j + self.sizes[1] * k)];
+                    for c in 0..3 {
+                        b.lower[c] = b.lower[c].min(h[c] / h[3]);
+                        b.upper[c] = b.upper[c].max(h[c] / h[3]);
+                    }
+                }
+            }
+        }
+        b
+    }
+}
+
+/// The net at a fixed parameter of direction `d`.
+fn restrict(net: &[[f64; 4]], sizes: &mut [usize; 3], d: usize, knots: &KnotVector, u: f64) -> Vec<[f64; 4]> {
+    let e = knots.find_element(u);
+    let first = knots.element_span(e) - knots.degree();
+    let mut values = [0.0; MAX_DEGREE + 1];
+    basis_derivatives(knots, e, u, 0, &mut values);
+    let stride: usize = sizes[..d].iter().product();
+    let mut layer = Vec::with_capacity(net.len() / sizes[d]);
+    for slab in net.chunks_exact(stride * sizes[d]) {
+        for offset in 0..stride {
+            let mut sum = [0.0; 4];
+            for (k, value) in values.iter().enumerate().take(knots.degree() + 1) {
+                for (s, h) in sum.iter_mut().zip(&slab[(first + k) * stride + offset]) {
+                    *s += value * h;
+                }
+            }
+            layer.push(sum);
+        }
+    }
+    sizes[d] = 1;
+    layer
 }
 
 /// Half the squared distance with derivatives.

@@ -70,7 +70,7 @@ impl Patch {
         &self.knots
     }
 
-    /// Control points `P_A` [m].
+    /// Control points `P_A` \[m\].
     pub fn control_points(&self) -> &[[f64; 3]] {
         &self.control_points
     }
@@ -216,7 +216,7 @@ impl Patch {
         make_rational(out);
     }
 
-    /// Point of the patch at parameters `xi` [m].
+    /// Point of the patch at parameters `xi` \[m\].
     pub fn point(&self, xi: &[f64; 3]) -> [f64; 3] {
         self.jet(xi, 0, &mut PointBasis::default()).point
     }

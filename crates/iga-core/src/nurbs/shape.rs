@@ -33,7 +33,7 @@ impl SingularSet {
 pub struct Shape {
     /// The patches; neighbours share coincident control points.
     pub patches: Vec<Patch>,
-    /// Named points [m], in the model's components (`(r, z)` for axisymmetric shapes).
+    /// Named points \[m\], in the model's components (`(r, z)` for axisymmetric shapes).
     pub markers: BTreeMap<String, [f64; 3]>,
     /// Singular points, lines and faces of the parametrisation.
     pub singular: Vec<SingularSet>,

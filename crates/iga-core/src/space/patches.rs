@@ -83,7 +83,7 @@ impl PatchSpace {
         &self.functions[patch]
     }
 
-    /// Diagonal of the bounding box of the control points [m].
+    /// Diagonal of the bounding box of the control points \[m\].
     pub fn size(&self) -> f64 {
         self.size
     }

@@ -44,7 +44,7 @@ fn neighbour(
         .min()
 }
 
-/// Diagonal of the bounding box of `points` [m].
+/// Diagonal of the bounding box of `points` \[m\].
 pub fn diagonal(points: &[[f64; 3]]) -> f64 {
     let (mut lower, mut upper) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for p in points {

@@ -12,11 +12,11 @@ pub struct FacePoint {
     pub face: usize,
     /// Parameters in the face's patch.
     pub xi: [f64; 3],
-    /// Position [m].
+    /// Position \[m\].
     pub point: [f64; 3],
     /// Outward unit normal; zero at a pole of the parametrisation.
     pub normal: [f64; 3],
-    /// Distance from the target, or height along the direction [m].
+    /// Distance from the target, or height along the direction \[m\].
     pub measure: f64,
 }
 
@@ -45,15 +45,17 @@ impl BodySurface {
         &self.faces
     }
 
-    /// Closest point of the surface to `target`; `measure` is the distance [m], never negative: the side follows from the
-    /// normal. `None` only for a surface without faces.
+    /// Closest point of the surface to `target`; `measure` is the distance \[m\], never negative: the side follows from the
+    /// normal. `None` only for a surface without faces or a target that is not finite.
     pub fn closest(&self, patches: &[Patch], target: &[f64; 3]) -> Option<FacePoint> {
-        self.best(patches, |search, patch| search.closest(patch, target))
+        let bound = |search: &PatchSearch| search.distance_bound(target);
+        self.best(patches, bound, |search, patch, below| search.closest_below(patch, target, below))
     }
 
     /// The surface point with the smallest `n · x`, the first to touch a plane with normal `n` below the body.
     pub fn lowest(&self, patches: &[Patch], direction: &[f64; 3]) -> Option<FacePoint> {
-        self.best(patches, |search, patch| search.lowest(patch, direction))
+        let bound = |search: &PatchSearch| search.height_bound(direction);
+        self.best(patches, bound, |search, patch, below| search.lowest_below(patch, direction, below))
     }
 
     /// Closest point on one face from known parameters, such as the last time step's.
@@ -68,10 +70,25 @@ impl BodySurface {
         self.complete(patches, face, &self.searches[face].closest_from(patch, target, xi))
     }
 
-    fn best(&self, patches: &[Patch], find: impl Fn(&PatchSearch, &Patch) -> Located) -> Option<FacePoint> {
-        let found = self.searches.iter().zip(&self.faces).map(|(s, f)| find(s, &patches[f.id.patch]));
-        let (face, located) = found.enumerate().min_by(|a, b| a.1.measure.total_cmp(&b.1.measure))?;
-        Some(self.complete(patches, face, &located))
+    /// Visits the faces in the order of their bounds; each one only has to beat the best so far.
+    fn best(
+        &self,
+        patches: &[Patch],
+        bound: impl Fn(&PatchSearch) -> f64,
+        find: impl Fn(&PatchSearch, &Patch, f64) -> Option<Located>,
+    ) -> Option<FacePoint> {
+        let mut order: Vec<(f64, usize)> =
+            self.searches.iter().enumerate().map(|(i, s)| (bound(s), i)).collect();
+        order.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let (mut best, mut measure) = (None, f64::INFINITY);
+        for (_, face) in order.into_iter().filter(|(bound, _)| bound.is_finite()) {
+            let patch = &patches[self.faces[face].id.patch];
+            if let Some(found) = find(&self.searches[face], patch, measure) {
+                measure = found.measure;
+                best = Some((face, found));
+            }
+        }
+        best.map(|(face, found)| self.complete(patches, face, &found))
     }
 
     fn complete(&self, patches: &[Patch], face: usize, found: &Located) -> FacePoint {

@@ -20,11 +20,11 @@ pub struct CollocationPoint {
     pub element: usize,
     /// Parameters in the face's patch.
     pub xi: [f64; 3],
-    /// Undeformed position [m].
+    /// Undeformed position \[m\].
     pub point: [f64; 3],
     /// Undeformed outward normal; zero at a pole of the parametrisation.
     pub normal: [f64; 3],
-    /// Tributary area [m²] (in plane models length [m]): `∫ R_i dA` or Gauss weight times area element.
+    /// Tributary area [m²] (in plane models length \[m\]): `∫ R_i dA` or Gauss weight times area element.
     pub area: f64,
     /// The function whose Greville point it is; `None` for Gauss points.
     pub function: Option<u32>,

@@ -23,7 +23,7 @@ pub struct Face {
 /// Geometry of the surface at a point.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct SurfacePoint {
-    /// Position [m].
+    /// Position \[m\].
     pub point: [f64; 3],
     /// Derivatives of the position along the face's directions, rising; the second one is zero in two dimensions.
     pub tangents: [[f64; 3]; 2],

@@ -4,7 +4,7 @@ use super::{S, bezier, hollow, positive, shape, singular};
 use crate::SplineError;
 use crate::nurbs::Shape;
 
-/// Sphere: half-disc from the 3 x 2 net of Rückwald, Held & Seifried (2021), Eqs. (35), (36), centred at the origin.
+/// Sphere: half-disc from the 3 x 2 net of \[B\] Eqs. (35), (36), centred at the origin.
 ///
 /// The first direction runs from the axis to the equator, the second from the lower to the upper half circle. The edge at
 /// the equator is collapsed to a point; the poles `(0, ±r)` are regular, so contact belongs there.
@@ -38,9 +38,9 @@ pub fn rod(radius: f64, length: f64) -> Result<Shape, SplineError> {
 
 /// Rod with a spherical lower end: the pole is the origin, the flat upper end lies at `z = length`.
 ///
-/// Net of Rückwald, Held & Seifried (2021), Eq. (38), with one change. There the middle control point of the upper edge
-/// coincides with that on the axis, which makes `∂r/∂ξ` and with it `det J` vanish along the whole jacket at `r = radius`.
-/// Here it stands at half the radius, and only the junction of sphere and jacket is singular. Same body, same exactness.
+/// Net of \[B\] Eq. (38), with one change. There the middle control point of the upper edge coincides with the outer one,
+/// which makes `∂r/∂ξ` and with it `det J` vanish along the whole jacket at `r = radius`. Here it stands at half the
+/// radius, and only the junction of sphere and jacket is singular. Same body, same exactness.
 ///
 /// # Errors
 /// [`SplineError::Dimension`] for impossible lengths; the rod must be longer than its radius.

@@ -2,7 +2,7 @@
 //!
 //! Lengths are in metres and checked: positive and finite, inner radii below outer ones. Every shape comes with markers
 //! (named points of the material) and with the singular sets of its parametrisation, on which contact must not fall
-//! (theory section S.4).
+//! (theory section S.4). \[B\] is the paper of that name in docs/theory.md.
 
 pub mod axisymmetric;
 pub mod plane;
@@ -60,7 +60,7 @@ fn singular(parameters: [Option<f64>; 3], name: impl Into<String>) -> SingularSe
     SingularSet { patch: 0, parameters, name: name.into() }
 }
 
-/// The disc net of Rückwald, Held & Seifried (2021), Eqs. (40), (41), radius one: 3 x 3 points with their weights.
+/// The disc net of \[B\] Eqs. (40), (41), radius one: 3 x 3 points with their weights.
 fn unit_disc() -> [([f64; 2], f64); 9] {
     const T: f64 = std::f64::consts::SQRT_2;
     [

@@ -24,7 +24,7 @@ pub fn rectangle(width: f64, height: f64) -> Result<Shape, SplineError> {
     Ok(shape(vec![patch], markers, Vec::new()))
 }
 
-/// Disc centred at the origin, from the 3 x 3 net of Rückwald, Held & Seifried (2021), Eqs. (40), (41).
+/// Disc centred at the origin, from the 3 x 3 net of \[B\] Eqs. (40), (41).
 ///
 /// Four boundary points, at 45°, 135°, 225° and 315°, are singular: both boundary tangents are parallel there.
 ///

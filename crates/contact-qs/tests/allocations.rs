@@ -1,0 +1,86 @@
+//! A contact evaluation must not allocate.
+
+mod common;
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+use common::surface_compliance;
+use contact_qs::quasistatic::{BroydenSettings, Method};
+use contact_qs::submodel::SparseRows;
+use contact_qs::{ContactSubmodel, Plane, PlaneContact, PlaneContactSettings};
+use faer::Mat;
+use ffr_dynamics::body::RigidMotion;
+use ffr_dynamics::system::force::{BodyState, ForceElement, GeneralisedForce};
+use nalgebra::{UnitQuaternion, Vector3};
+
+thread_local! {
+    static COUNT: Cell<usize> = const { Cell::new(0) };
+}
+
+struct Counting;
+
+#[expect(unsafe_code, reason = "an allocator can only be written so; it hands everything on to the system's")]
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        COUNT.with(|c| c.set(c.get() + 1));
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+#[test]
+fn evaluations_do_not_allocate() {
+    let n = 60;
+    let a = surface_compliance(n, 1e-8);
+    // Normal and tangential directions alike, uncoupled.
+    let compliance = Mat::from_fn(3 * n, 3 * n, |i, j| if i % 3 == j % 3 { a[(i / 3, j / 3)] } else { 0.0 });
+    for (compliance, method) in [
+        (compliance.clone(), Method::ActiveSet),
+        (compliance, Method::Broyden(BroydenSettings::default())),
+        (Mat::zeros(0, 0), Method::ActiveSet),
+    ] {
+        let submodel = ContactSubmodel {
+            motion: RigidMotion::Spatial,
+            points: (0..n).map(|i| [1e-5 * i as f64, 0.0, 1e-9 * (i as f64 - 30.0).powi(2)]).collect(),
+            areas: vec![1e-9; n],
+            low: Mat::from_fn(3 * n, 4, |i, j| 0.1 * ((i + j) % 3) as f64),
+            compliance,
+            interface: SparseRows::default(),
+            rim: Vec::new(),
+        };
+        let plane = Plane { point: Vector3::zeros(), normal: Vector3::z_axis() };
+        let settings = PlaneContactSettings { body: 0, plane, penalty: 1e17, method };
+        let mut contact = PlaneContact::new(submodel, settings).unwrap();
+        let mut forces = [GeneralisedForce::zeros(4)];
+        let mut bodies = [BodyState {
+            position: Vector3::new(0.0, 0.0, -1e-7),
+            rotation: UnitQuaternion::identity(),
+            velocity: Vector3::zeros(),
+            angular_velocity: Vector3::zeros(),
+            elastic: vec![0.0; 4],
+            elastic_rates: vec![0.0; 4],
+        }];
+        let mut smallest = 0.0;
+        contact.apply(0.0, &bodies, &mut forces).unwrap(); // libraries may set up thread-local buffers once
+        let before = COUNT.with(Cell::get);
+        for step in 0..20 {
+            // Sinking and turning: sets, projections and factors change.
+            bodies[0].position.z = -2e-8 * f64::from(step);
+            bodies[0].rotation = UnitQuaternion::from_euler_angles(0.0, 1e-5 * f64::from(step), 0.0);
+            contact.save();
+            contact.apply(0.0, &bodies, &mut forces).unwrap();
+            contact.restore();
+            smallest = contact.smallest_gap(&bodies[0]);
+        }
+        let count = COUNT.with(Cell::get) - before;
+        assert!(contact.report().n_active > 1 && smallest < 0.0, "{method:?} must be in contact");
+        assert_eq!(count, 0, "{method:?}");
+    }
+}
