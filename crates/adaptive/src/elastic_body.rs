@@ -153,7 +153,9 @@ impl ElasticBody {
     /// # Errors
     /// [`AdaptiveError::Geometry`] if the point is not in the body.
     pub fn locate(&self, place: &[f64; 3]) -> Result<(usize, [f64; 3]), AdaptiveError> {
+        // Refinement keeps the parameters, and the coarse shape is the cheaper one to search.
         let (patch, xi) = self
+            .spec
             .shape
             .locate(place)
             .map_err(|source| AdaptiveError::Geometry { body: self.spec.name.clone(), source })?;
