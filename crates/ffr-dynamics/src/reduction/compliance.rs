@@ -1,1 +1,158 @@
-//! Residual flexibility of the contact interface, by two routes.
+//! Residual flexibility of the contact interface, by two routes (Eqs. R.16 to R.18).
+//!
+//! `G = Phi_hf,b K_hf^-1 Phi_hf,b^T` is what quasistatic contact needs of all high-frequency modes together. Route 1 sums
+//! over Craig-Bampton modes; route 2 ([`ResidualFlexibility`]) takes the inverse of the trailing Cholesky block and removes the
+//! rigid and low-frequency parts, without any high-frequency mode.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use faer::{Mat, MatMut};
+
+use super::dense;
+use super::factor::{CholeskyFactor, SolveWorkspace};
+use super::modal::ReducedBasis;
+use super::problem::{ElasticProblem, SOLVE_COLUMNS};
+use super::rigid::RigidModes;
+use crate::DynamicsError;
+
+/// Route 1: residual flexibility from the high-frequency modes of `basis`, n_b x n_b [m/N].
+///
+/// # Panics
+/// If `interface` names an unknown that does not exist.
+pub fn modal_compliance(basis: &ReducedBasis, interface: &[usize]) -> Mat<f64> {
+    let scaled = Mat::from_fn(interface.len(), basis.n_modes() - basis.n_low, |i, j| {
+        let mode = basis.n_low + j;
+        basis.shapes[(interface[i], mode)] / basis.omega[mode]
+    });
+    let mut g = dense::product(scaled.as_ref(), scaled.transpose());
+    dense::symmetrise(&mut g);
+    g
+}
+
+/// Flexibility of a free body without its rigid and low-frequency motions: `u_hf = F f - Phi_lf omega_lf^-2 Phi_lf^T f`.
+///
+/// Owns the factorisation, so it outlives the assembled matrices.
+#[derive(Debug)]
+pub struct ResidualFlexibility {
+    factor: Arc<CholeskyFactor>,
+    held: Vec<bool>,
+    rigid: Arc<RigidModes>,
+    interface: Vec<usize>,
+    low: ReducedBasis,
+    workspace: Mutex<SolveWorkspace>,
+    compliance: Mat<f64>,
+}
+
+impl ResidualFlexibility {
+    /// Route 2 on a free problem whose `interface` was eliminated last; the first `n_low` shapes of `low` are removed.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Inconsistent`] if the problem is clamped, or was built for another interface, or the sizes differ.
+    pub fn new(
+        problem: &ElasticProblem<'_>,
+        interface: &[usize],
+        low: &ReducedBasis,
+    ) -> Result<Self, DynamicsError> {
+        let inconsistent = |reason: String| DynamicsError::Inconsistent { reason };
+        let rigid = problem
+            .rigid()
+            .ok_or_else(|| inconsistent("a clamped problem has no inertia-relief flexibility".into()))?;
+        let factor = problem.factor();
+        if !factor.symbolic().ends_with(interface) {
+            return Err(inconsistent("the problem was factorised for another interface".into()));
+        }
+        if low.shapes.nrows() != problem.n_unknowns() {
+            let (a, b) = (low.shapes.nrows(), problem.n_unknowns());
+            return Err(inconsistent(format!("the modes have {a} rows, the body {b} unknowns")));
+        }
+        let mut flexibility = Self {
+            factor: Arc::clone(factor),
+            held: problem.held().to_vec(),
+            rigid: Arc::clone(rigid),
+            interface: interface.to_vec(),
+            low: low.truncated(low.n_low),
+            workspace: Mutex::new(factor.workspace(SOLVE_COLUMNS)),
+            compliance: Mat::zeros(0, 0),
+        };
+        flexibility.compliance = flexibility.interface_compliance();
+        Ok(flexibility)
+    }
+
+    /// Interface unknowns, in the order of [`Self::compliance`].
+    pub fn interface(&self) -> &[usize] {
+        &self.interface
+    }
+
+    /// `G`, n_b x n_b, symmetric positive semidefinite [m/N].
+    pub fn compliance(&self) -> &Mat<f64> {
+        &self.compliance
+    }
+
+    /// Replaces forces on all unknowns (n x k) [N] by the quasistatic displacements [m].
+    ///
+    /// # Panics
+    /// If `x` has not one row per unknown.
+    pub fn apply(&self, mut x: MatMut<'_, f64>) {
+        let low = self.low.shapes.as_ref();
+        let mut amplitudes = dense::product(low.transpose(), x.as_ref());
+        for j in 0..amplitudes.ncols() {
+            for (i, omega) in self.low.omega.iter().enumerate() {
+                amplitudes[(i, j)] /= omega * omega;
+            }
+        }
+        let rigid = &self.rigid;
+        let resultant = dense::product(rigid.modes.transpose(), x.as_ref());
+        dense::add_product(x.as_mut(), -1.0, rigid.mass_modes.as_ref(), resultant.as_ref());
+        self.solve_held(x.as_mut());
+        let part = dense::product(rigid.mass_modes.transpose(), x.as_ref());
+        dense::add_product(x.as_mut(), -1.0, rigid.modes.as_ref(), part.as_ref());
+        dense::add_product(x, -1.0, low, amplitudes.as_ref());
+    }
+
+    /// Quasistatic displacement of all unknowns [m] under forces at the interface unknowns [N].
+    ///
+    /// # Panics
+    /// If there is not one force per interface unknown.
+    pub fn displacement(&self, interface_forces: &[f64]) -> Vec<f64> {
+        assert_eq!(interface_forces.len(), self.interface.len(), "one force per interface unknown");
+        let mut x = Mat::zeros(self.held.len(), 1);
+        for (&i, &force) in self.interface.iter().zip(interface_forces) {
+            x[(i, 0)] = force;
+        }
+        self.apply(x.as_mut());
+        x.col(0).iter().copied().collect()
+    }
+
+    fn solve_held(&self, mut x: MatMut<'_, f64>) {
+        for (i, _) in self.held.iter().enumerate().filter(|&(_, &held)| held) {
+            x.as_mut().row_mut(i).iter_mut().for_each(|v| *v = 0.0);
+        }
+        let mut workspace = self.workspace.lock().unwrap_or_else(PoisonError::into_inner);
+        self.factor.solve_in_place(x, &mut workspace);
+    }
+
+    /// `G` from the trailing block of the factor (Eq. R.17).
+    fn interface_compliance(&self) -> Mat<f64> {
+        let n_b = self.interface.len();
+        let rows = |m: &Mat<f64>| Mat::from_fn(n_b, m.ncols(), |i, j| m[(self.interface[i], j)]);
+        let mut inverse = Mat::<f64>::identity(n_b, n_b);
+        dense::solve_lower(self.factor.trailing_block(n_b).as_ref(), inverse.as_mut());
+        let mut g = dense::product(inverse.transpose(), inverse.as_ref());
+
+        let mut v = self.rigid.mass_modes.clone();
+        self.solve_held(v.as_mut());
+        let inertia = dense::product(self.rigid.mass_modes.transpose(), v.as_ref());
+        let (r_b, v_b) = (rows(&self.rigid.modes), rows(&v));
+        dense::add_product(g.as_mut(), -1.0, v_b.as_ref(), r_b.transpose());
+        dense::add_product(g.as_mut(), -1.0, r_b.as_ref(), v_b.transpose());
+        let turned = dense::product(r_b.as_ref(), inertia.as_ref());
+        dense::add_product(g.as_mut(), 1.0, turned.as_ref(), r_b.transpose());
+
+        let scaled = Mat::from_fn(n_b, self.low.n_modes(), |i, j| {
+            self.low.shapes[(self.interface[i], j)] / self.low.omega[j]
+        });
+        dense::add_product(g.as_mut(), -1.0, scaled.as_ref(), scaled.transpose());
+        dense::symmetrise(&mut g);
+        g
+    }
+}

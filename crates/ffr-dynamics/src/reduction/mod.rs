@@ -1,9 +1,28 @@
 //! From thousands of unknowns to a few: eigenmodes, Craig-Bampton, interface compliance.
+//!
+//! Everything here works on an [`AssembledBody`](crate::body::AssembledBody) alone. A [`Pencil`] holds `K`, `M` and one
+//! symbolic factorisation; [`ElasticProblem`] is the elastic part of it, free or clamped; on that stand the eigensolver
+//! ([`eigen`]), modal truncation ([`modal`]), Craig-Bampton ([`craig_bampton`]) and the residual flexibility
+//! ([`compliance`]). Equations: docs/theory.md R.1 to R.18.
 
+pub mod dense;
+pub mod product;
 pub mod ordering;
 pub mod factor;
+pub mod pencil;
 pub mod rigid;
+pub mod problem;
+pub mod lanczos;
 pub mod eigen;
 pub mod modal;
 pub mod craig_bampton;
 pub mod compliance;
+
+pub use compliance::{ResidualFlexibility, modal_compliance};
+pub use craig_bampton::{CraigBampton, FixedInterfaceModes, craig_bampton};
+pub use eigen::{EigenModes, neighbouring_counts};
+pub use factor::{CholeskyFactor, Inertia, SolveWorkspace, SymbolicFactor};
+pub use modal::{ReducedBasis, all_modes, modal_truncation};
+pub use pencil::Pencil;
+pub use problem::ElasticProblem;
+pub use rigid::{MassProperties, RigidModes};

@@ -1,1 +1,82 @@
-//! Modal truncation.
+//! Modal truncation (Eqs. R.11, R.12), and what every reduction hands over.
+
+use std::sync::Arc;
+
+use faer::Mat;
+
+use super::eigen::{EigenModes, neighbouring_counts};
+use super::problem::ElasticProblem;
+use super::rigid::RigidModes;
+use crate::DynamicsError;
+use crate::body::AssembledBody;
+
+/// Elastic shapes of a reduced body.
+///
+/// `shapes^T M shapes = 1`, `shapes^T K shapes = diag(omega²)`; the shapes are mass-orthogonal to the rigid modes, so they
+/// belong to the Buckens (mean-axis) frame.
+#[derive(Debug, Clone)]
+pub struct ReducedBasis {
+    /// Shapes, n x n_q [1/sqrt(kg)].
+    pub shapes: Mat<f64>,
+    /// Angular eigenfrequencies, one per shape, ascending [rad/s].
+    pub omega: Vec<f64>,
+    /// Number of low-frequency (dynamic) shapes: the first `n_low`.
+    pub n_low: usize,
+    /// Rigid modes of the unreduced body.
+    pub rigid: Arc<RigidModes>,
+    /// Mode counts next to `n_low` that do not cut through a multiplet of equal frequencies, if `n_low` does.
+    pub multiplet: Option<(usize, usize)>,
+}
+
+impl ReducedBasis {
+    /// Number of shapes.
+    pub fn n_modes(&self) -> usize {
+        self.omega.len()
+    }
+
+    /// Basis from verified eigenmodes, all of them low-frequency.
+    pub fn from_modes(modes: EigenModes, rigid: Arc<RigidModes>) -> Self {
+        let n_low = modes.omega.len();
+        let known: Vec<f64> = modes.omega.iter().chain(&modes.following).copied().collect();
+        let multiplet = neighbouring_counts(&known, n_low);
+        Self { shapes: modes.shapes, omega: modes.omega, n_low, rigid, multiplet }
+    }
+
+    /// The same basis with the first `n` shapes only.
+    pub fn truncated(&self, n: usize) -> Self {
+        let n = n.min(self.n_modes());
+        Self {
+            shapes: self.shapes.as_ref().subcols(0, n).to_owned(),
+            omega: self.omega[..n].to_vec(),
+            n_low: self.n_low.min(n),
+            rigid: Arc::clone(&self.rigid),
+            multiplet: neighbouring_counts(&self.omega, n).or(self.multiplet.filter(|_| n == self.n_low)),
+        }
+    }
+}
+
+/// The `n_modes` lowest elastic modes of the free body.
+///
+/// # Errors
+/// As [`ElasticProblem::free`] and [`ElasticProblem::lowest_modes`].
+pub fn modal_truncation(body: &AssembledBody, n_modes: usize) -> Result<ReducedBasis, DynamicsError> {
+    reduced(&ElasticProblem::free(body, &[])?, |problem| problem.lowest_modes(n_modes))
+}
+
+/// Every elastic mode of the free body, all dynamic; dense, for models of up to a few thousand unknowns.
+///
+/// # Errors
+/// As [`ElasticProblem::free`] and [`ElasticProblem::all_modes`].
+pub fn all_modes(body: &AssembledBody) -> Result<ReducedBasis, DynamicsError> {
+    reduced(&ElasticProblem::free(body, &[])?, |problem| problem.all_modes())
+}
+
+fn reduced(
+    problem: &ElasticProblem<'_>,
+    modes: impl Fn(&ElasticProblem<'_>) -> Result<EigenModes, DynamicsError>,
+) -> Result<ReducedBasis, DynamicsError> {
+    let rigid = problem.rigid().map(Arc::clone).ok_or_else(|| DynamicsError::Inconsistent {
+        reason: "a clamped body has no floating frame".into(),
+    })?;
+    Ok(ReducedBasis::from_modes(modes(problem)?, rigid))
+}

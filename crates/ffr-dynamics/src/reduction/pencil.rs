@@ -1,0 +1,240 @@
+//! The pair `(K, M)` of a body with one pattern, one elimination order and one symbolic factorisation.
+//!
+//! Clamped or supported unknowns keep their place: their rows and columns are replaced by the diagonal entry, so that the
+//! same analysis serves `K` supported, `K` with a clamped interface, and every `K - mu M` (Eq. R.2).
+
+use std::borrow::Cow;
+use std::sync::Arc;
+
+use faer::sparse::{SparseColMat, SparseColMatRef, SymbolicSparseColMat};
+
+use super::factor::{CholeskyFactor, Inertia, SymbolicFactor};
+use super::ordering::elimination_order;
+use crate::DynamicsError;
+use crate::body::{AssembledBody, MassMatrix};
+
+/// Stiffness and mass of a body, ready to be combined and factorised.
+#[derive(Debug, Clone)]
+pub struct Pencil<'a> {
+    body: &'a AssembledBody,
+    /// `K` on the union of the patterns of `K` and `M`.
+    stiffness: Cow<'a, SparseColMat<u32, f64>>,
+    /// Where each entry of the mass matrix goes: (position in the values of `stiffness`, index of the mass value).
+    mass_places: Vec<(u32, u32)>,
+    symbolic: Arc<SymbolicFactor>,
+}
+
+impl<'a> Pencil<'a> {
+    /// Checks the matrices and analyses the factorisation; the unknowns `last` are eliminated last, in this order.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Inconsistent`] if sizes do not fit, an entry is not finite, an unknown has no positive stiffness or
+    /// mass, or `last` holds an unknown twice or one that does not exist.
+    pub fn new(body: &'a AssembledBody, last: &[usize]) -> Result<Self, DynamicsError> {
+        check(body)?;
+        check_unknowns(last, body.n_unknowns())?;
+        let (stiffness, mass_places) = unite(body)?;
+        let pattern = stiffness.symbolic();
+        let order = elimination_order(pattern, &body.dofs, &body.anchors, last);
+        let symbolic = Arc::new(SymbolicFactor::new(pattern, order)?);
+        Ok(Self { body, stiffness, mass_places, symbolic })
+    }
+
+    /// The body.
+    pub fn body(&self) -> &'a AssembledBody {
+        self.body
+    }
+
+    /// The shared analysis.
+    pub fn symbolic(&self) -> &Arc<SymbolicFactor> {
+        &self.symbolic
+    }
+
+    /// Cholesky factor of `K + shift M` with the rows and columns of `fixed` unknowns reduced to their diagonal.
+    ///
+    /// # Errors
+    /// [`DynamicsError::NotPositiveDefinite`] if the rest can still move without energy.
+    pub fn cholesky(&self, shift: f64, fixed: &[bool]) -> Result<CholeskyFactor, DynamicsError> {
+        let values = self.combination(shift, fixed);
+        let name = if shift > 0.0 { "K + s M" } else { "the supported stiffness matrix" };
+        self.symbolic.cholesky(SparseColMatRef::new(self.stiffness.symbolic(), &values), name)
+    }
+
+    /// Inertia of `K - mu M` on the unknowns that are not `fixed`: how many eigenvalues are below `mu` [(rad/s)²].
+    ///
+    /// # Errors
+    /// [`DynamicsError::Factorisation`] if memory runs out.
+    pub fn inertia(&self, mu: f64, fixed: &[bool]) -> Result<Inertia, DynamicsError> {
+        let values = self.combination(-mu, fixed);
+        self.symbolic.inertia(SparseColMatRef::new(self.stiffness.symbolic(), &values))
+    }
+
+    /// Values of `K + shift M` on the common pattern.
+    fn combination(&self, shift: f64, fixed: &[bool]) -> Vec<f64> {
+        let k = self.stiffness.as_ref();
+        let mut values = k.val().to_vec();
+        let mass = mass_lower(self.body).val();
+        if shift.abs() > 0.0 {
+            for &(place, index) in &self.mass_places {
+                values[place as usize] += shift * mass[index as usize];
+            }
+        }
+        if fixed.contains(&true) {
+            for j in 0..k.ncols() {
+                for p in k.symbolic().col_range(j) {
+                    let i = k.row_idx()[p] as usize;
+                    if fixed[i] || fixed[j] {
+                        values[p] = if i == j { k.val()[p] } else { 0.0 };
+                    }
+                }
+            }
+        }
+        values
+    }
+}
+
+fn mass_lower(body: &AssembledBody) -> &SparseColMat<u32, f64> {
+    match &body.mass {
+        MassMatrix::PerComponent(m) | MassMatrix::General(m) => m,
+    }
+}
+
+fn inconsistent(reason: String) -> DynamicsError {
+    DynamicsError::Inconsistent { reason }
+}
+
+/// Sizes and finiteness.
+fn check(body: &AssembledBody) -> Result<(), DynamicsError> {
+    let (n, n_nodes) = (body.dofs.len(), body.nodes.len());
+    let (k, m) = (&body.stiffness, mass_lower(body));
+    let m_size = if matches!(body.mass, MassMatrix::General(_)) { n } else { n_nodes };
+    if n == 0 || k.nrows() != n || k.ncols() != n || m.nrows() != m_size || m.ncols() != m_size {
+        let (a, b) = ((k.nrows(), k.ncols()), (m.nrows(), m.ncols()));
+        return Err(inconsistent(format!("K is {a:?}, M is {b:?} for {n} unknowns on {n_nodes} nodes")));
+    }
+    if body.anchors.len() != n_nodes {
+        return Err(inconsistent(format!("{} anchors for {n_nodes} nodes", body.anchors.len())));
+    }
+    let sorted = body.dofs.is_sorted_by(|a, b| (a.node, a.component) < (b.node, b.component));
+    let known = |d: &crate::body::Dof| {
+        (d.node as usize) < n_nodes && (d.component as usize) < body.motion.n_components()
+    };
+    if !sorted || !body.dofs.iter().all(known) {
+        return Err(inconsistent(
+            "unknowns must be sorted by node and component and lie on existing nodes".into(),
+        ));
+    }
+    for (name, matrix) in [("K", k), ("M", m)] {
+        for j in 0..matrix.ncols() {
+            let mut diagonal = 0.0;
+            for (i, &value) in matrix.row_idx_of_col(j).zip(matrix.val_of_col(j)) {
+                if !value.is_finite() {
+                    return Err(inconsistent(format!("{name}[{i}, {j}] = {value} is not finite")));
+                }
+                if i < j {
+                    return Err(inconsistent(format!("{name}[{i}, {j}] is above the diagonal")));
+                }
+                diagonal += if i == j { value } else { 0.0 };
+            }
+            if diagonal <= 0.0 {
+                let reason = format!(
+                    "{name}[{j}, {j}] = {diagonal:e} must be positive, is there a node without material?"
+                );
+                return Err(inconsistent(reason));
+            }
+        }
+    }
+    let anchors = body.anchors.iter().chain(&body.nodes).flatten();
+    if anchors.into_iter().any(|x| !x.is_finite()) {
+        return Err(inconsistent("a node or anchor is not finite".into()));
+    }
+    Ok(())
+}
+
+/// Checks that `list` names unknowns of the model, each at most once.
+pub(crate) fn check_unknowns(list: &[usize], n: usize) -> Result<(), DynamicsError> {
+    let mut seen = vec![false; n];
+    for &i in list {
+        match seen.get_mut(i) {
+            None => return Err(inconsistent(format!("unknown {i} does not exist, there are {n}"))),
+            Some(true) => return Err(inconsistent(format!("unknown {i} is listed twice"))),
+            Some(slot) => *slot = true,
+        }
+    }
+    Ok(())
+}
+
+/// Columns of the mass matrix, unknown by unknown: (row, index of the value).
+fn mass_column<'b>(
+    body: &'b AssembledBody,
+    number: &'b [[u32; 3]],
+    j: usize,
+) -> Box<dyn Iterator<Item = (u32, u32)> + 'b> {
+    let m = mass_lower(body);
+    match &body.mass {
+        MassMatrix::General(_) => Box::new(m.symbolic().col_range(j).map(|p| (m.row_idx()[p], p as u32))),
+        MassMatrix::PerComponent(_) => {
+            let dof = body.dofs[j];
+            let range = m.symbolic().col_range(dof.node as usize);
+            let row = move |p: usize| number[m.row_idx()[p] as usize][dof.component as usize];
+            Box::new(range.map(move |p| (row(p), p as u32)).filter(|&(i, _)| i != u32::MAX))
+        }
+    }
+}
+
+type United<'a> = (Cow<'a, SparseColMat<u32, f64>>, Vec<(u32, u32)>);
+
+/// Stiffness on the union of both patterns, and the places of the mass entries in it.
+fn unite(body: &AssembledBody) -> Result<United<'_>, DynamicsError> {
+    let mut number = vec![[u32::MAX; 3]; body.nodes.len()];
+    for (i, dof) in body.dofs.iter().enumerate() {
+        number[dof.node as usize][dof.component as usize] = i as u32;
+    }
+    if let Some(places) = places_in(&body.stiffness, body, &number) {
+        return Ok((Cow::Borrowed(&body.stiffness), places));
+    }
+    let k = &body.stiffness;
+    let (mut starts, mut rows, mut values) = (vec![0u32], Vec::new(), Vec::new());
+    for j in 0..k.ncols() {
+        let mut column: Vec<(u32, f64)> =
+            k.row_idx_of_col(j).map(|i| i as u32).zip(k.val_of_col(j).iter().copied()).collect();
+        column.extend(mass_column(body, &number, j).map(|(i, _)| (i, 0.0)));
+        column.sort_by_key(|&(i, _)| i);
+        column.dedup_by(|next, kept| {
+            let same = next.0 == kept.0;
+            kept.1 += if same { next.1 } else { 0.0 };
+            same
+        });
+        rows.extend(column.iter().map(|c| c.0));
+        values.extend(column.iter().map(|c| c.1));
+        starts.push(rows.len() as u32);
+    }
+    let symbolic = SymbolicSparseColMat::new_checked(k.nrows(), k.ncols(), starts, None, rows);
+    let united = SparseColMat::new(symbolic, values);
+    let places = places_in(&united, body, &number)
+        .ok_or_else(|| inconsistent("the mass matrix does not fit the unknowns".into()))?;
+    Ok((Cow::Owned(united), places))
+}
+
+/// Places of the mass entries in a sorted pattern; `None` if one is missing.
+fn places_in(
+    k: &SparseColMat<u32, f64>,
+    body: &AssembledBody,
+    number: &[[u32; 3]],
+) -> Option<Vec<(u32, u32)>> {
+    let mut places = Vec::with_capacity(k.row_idx().len() / body.motion.n_components());
+    for j in 0..k.ncols() {
+        let range = k.symbolic().col_range(j);
+        let mut p = range.start;
+        for (row, index) in mass_column(body, number, j) {
+            while p < range.end && k.row_idx()[p] < row {
+                p += 1;
+            }
+            if p == range.end || k.row_idx()[p] != row {
+                return None;
+            }
+            places.push((p as u32, index));
+        }
+    }
+    Some(places)
+}
