@@ -108,10 +108,10 @@ pub fn mass_properties(body: &AssembledBody) -> Result<MassProperties, DynamicsE
         let (radial, along) = (moment(0), moment(1));
         second = [[0.5 * radial, 0.0, 0.0], [0.0, 0.5 * radial, 0.0], [0.0, 0.0, along]];
     } else {
-        for c in 0..n_c {
+        for (c, row) in second.iter_mut().enumerate().take(n_c) {
             let product = body.mass_product(lever(c).as_ref());
-            for d in 0..n_c {
-                second[c][d] = dense::product(lever(d).transpose(), product.as_ref())[(0, 0)];
+            for (d, entry) in row.iter_mut().enumerate().take(n_c) {
+                *entry = dense::product(lever(d).transpose(), product.as_ref())[(0, 0)];
             }
         }
     }

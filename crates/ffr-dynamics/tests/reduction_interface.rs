@@ -1,0 +1,136 @@
+//! Craig-Bampton and the residual flexibility of an interface.
+
+mod common;
+
+use common::{block, cylinder, from_identity, gram, unknowns_at};
+use faer::Mat;
+use ffr_dynamics::body::AssembledBody;
+use ffr_dynamics::reduction::{
+    ElasticProblem, FixedInterfaceModes, ReducedBasis, ResidualFlexibility, craig_bampton, modal_compliance,
+};
+
+const N_LOW: usize = 6;
+
+fn bodies() -> Vec<(AssembledBody, Vec<usize>)> {
+    // Three different edges: a double frequency must not be cut behind the sixth mode.
+    let solid = block(2, [5, 4, 4], [0.03, 0.021, 0.019]);
+    let top = unknowns_at(&solid, |p| p[2] > 0.0094 && p[0].abs() < 0.008 && p[1].abs() < 0.006);
+    let round = cylinder(3, [8, 10], 0.01, 0.02);
+    let foot = unknowns_at(&round, |p| p[1] < 1e-9 && p[0] < 0.004);
+    vec![(solid, top), (round, foot)]
+}
+
+fn low_modes(problem: &ElasticProblem<'_>) -> ReducedBasis {
+    let modes = problem.lowest_modes(N_LOW).expect("modes");
+    ReducedBasis::from_modes(modes, problem.rigid().expect("a free body").clone())
+}
+
+#[test]
+fn compliance_from_the_trailing_block_equals_inertia_relief_solutions() {
+    for (body, interface) in bodies() {
+        let problem = ElasticProblem::free(&body, &interface).unwrap();
+        let low = low_modes(&problem);
+        let flexibility = ResidualFlexibility::new(&problem, &interface, &low).unwrap();
+        let g = flexibility.compliance();
+        let n_b = interface.len();
+        let mut unit = Mat::from_fn(body.n_unknowns(), n_b, |i, j| if i == interface[j] { 1.0 } else { 0.0 });
+        flexibility.apply(unit.as_mut());
+        let direct = Mat::from_fn(n_b, n_b, |i, j| unit[(interface[i], j)]);
+        // Round-off of the factorisation, condition number about 1e5.
+        assert!((g - &direct).norm_max() < 1e-9 * direct.norm_max());
+    }
+}
+
+#[test]
+fn both_routes_to_the_compliance_agree() {
+    for (body, interface) in bodies() {
+        let problem = ElasticProblem::free(&body, &interface).unwrap();
+        let available = body.n_unknowns() - interface.len();
+        let all = craig_bampton(&body, &interface, N_LOW, FixedInterfaceModes::Exactly(available)).unwrap();
+        let route_1 = modal_compliance(&all.basis, &interface);
+        let low = low_modes(&problem);
+        let route_2 = ResidualFlexibility::new(&problem, &interface, &low).unwrap();
+        let difference = (&route_1 - route_2.compliance()).norm_max() / route_1.norm_max();
+        // All fixed-interface modes: the basis is complete, only the residual of the low modes (1e-6 squared) and round-off
+        // remain.
+        assert!(difference < 1e-8, "{}: {difference:e}", body.name);
+    }
+}
+
+#[test]
+fn compliance_converges_with_the_number_of_fixed_interface_modes() {
+    for (body, interface) in bodies() {
+        let problem = ElasticProblem::free(&body, &interface).unwrap();
+        let exact = ResidualFlexibility::new(&problem, &interface, &low_modes(&problem)).unwrap();
+        let error = |n: usize| {
+            let model = craig_bampton(&body, &interface, N_LOW, FixedInterfaceModes::Exactly(n)).unwrap();
+            let g = modal_compliance(&model.basis, &interface);
+            (&g - exact.compliance()).norm_max() / exact.compliance().norm_max()
+        };
+        let (coarse, medium, fine) = (error(N_LOW + body.motion.count()), error(30), error(80));
+        // Residual flexibility of the modes left out: what counts is the trend, the complete basis is tested above.
+        assert!(medium < coarse && fine < 0.1 * coarse, "{}: {coarse:e} {medium:e} {fine:e}", body.name);
+    }
+}
+
+#[test]
+fn craig_bampton_retains_the_frequencies_of_the_full_model() {
+    for (body, interface) in bodies() {
+        let model = craig_bampton(&body, &interface, N_LOW, FixedInterfaceModes::Checked).unwrap();
+        assert!(model.frequency_error < 1e-3, "{:e}", model.frequency_error);
+        assert_eq!(model.basis.n_low, N_LOW);
+        let r = body.motion.count();
+        assert_eq!(model.basis.n_modes(), interface.len() + model.n_fixed_interface - r);
+        // Rounding of the reduced problem: its highest eigenvalue is about 1e4 times the lowest.
+        let product = body.mass_product(model.basis.shapes.as_ref());
+        assert!(from_identity(&gram(&model.basis.shapes, &product)) < 1e-11);
+        assert!(gram(&model.basis.rigid.modes, &product).norm_max() < 1e-11);
+        let energy = gram(&model.basis.shapes, &body.stiffness_product(model.basis.shapes.as_ref()));
+        for i in 0..model.basis.n_modes() {
+            assert!((energy[(i, i)].sqrt() / model.basis.omega[i] - 1.0).abs() < 1e-9);
+        }
+    }
+}
+
+#[test]
+fn complete_craig_bampton_basis_reproduces_the_spectrum() {
+    let (body, interface) = bodies().swap_remove(1);
+    let full = ElasticProblem::free(&body, &[]).unwrap().all_modes().unwrap();
+    let available = body.n_unknowns() - interface.len();
+    let model = craig_bampton(&body, &interface, N_LOW, FixedInterfaceModes::Exactly(available)).unwrap();
+    assert_eq!(model.basis.n_modes(), full.omega.len());
+    for (i, (a, b)) in model.basis.omega.iter().zip(&full.omega).enumerate() {
+        assert!((a / b - 1.0).abs() < 1e-8, "mode {i}: {a} {b}");
+    }
+}
+
+#[test]
+fn quasistatic_displacement_is_free_of_rigid_and_low_parts() {
+    for (body, interface) in bodies() {
+        let problem = ElasticProblem::free(&body, &interface).unwrap();
+        let low = low_modes(&problem);
+        let flexibility = ResidualFlexibility::new(&problem, &interface, &low).unwrap();
+        let forces: Vec<f64> = (0..interface.len()).map(|i| 1.0 + (i % 3) as f64).collect();
+        let u = flexibility.displacement(&forces);
+        let u = Mat::from_fn(u.len(), 1, |i, _| u[i]);
+        let product = body.mass_product(u.as_ref());
+        let size = gram(&u, &product)[(0, 0)].sqrt();
+        assert!(gram(&low.rigid.modes, &product).norm_max() < 1e-10 * size);
+        // The residual of the low modes.
+        assert!(gram(&low.shapes, &product).norm_max() < 1e-6 * size);
+        // Its values at the interface are G f, its energy is f^T G f / 2.
+        let work: f64 = interface.iter().zip(&forces).map(|(&i, f)| f * u[(i, 0)]).sum();
+        let energy = gram(&u, &body.stiffness_product(u.as_ref()))[(0, 0)];
+        assert!((energy / work - 1.0).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn interface_that_does_not_hold_the_body_is_refused() {
+    let body = block(2, [3, 3, 3], [1.0, 1.0, 1.0]);
+    let point = unknowns_at(&body, |p| p.iter().all(|x| *x > 0.49));
+    let error = craig_bampton(&body, &point, 2, FixedInterfaceModes::Exactly(4)).unwrap_err();
+    assert!(error.to_string().contains("rigid motions free"), "{error}");
+    let everything: Vec<usize> = (0..body.n_unknowns()).collect();
+    assert!(ElasticProblem::free(&body, &everything).is_err());
+}
