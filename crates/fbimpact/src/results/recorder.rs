@@ -259,10 +259,9 @@ impl Open {
         let time_scale = time.series.dataset().clone();
         scales::make_scale(&time_scale, "time")?;
         self.columns.push(time);
-        let space = component_scale(&file, "axis", &["x", "y", "z"], "Components of vectors in space.")?;
+        let space = component_scale(&file, "xyz", &["x", "y", "z"], "Components of vectors in space.")?;
         let labels = ["w", "x", "y", "z"];
-        let quaternion =
-            component_scale(&file, "quaternion_component", &labels, "Components of quaternions.")?;
+        let quaternion = component_scale(&file, "wxyz", &labels, "Components of quaternions.")?;
         let axes = Axes { time: &time_scale, space: &space, quaternion: &quaternion };
         self.counts.push(Column::create(&file, &columns::PHASE, 0, &axes, None, compression)?);
         self.group(&file.create_group("energies")?, &columns::ENERGIES, 0, &axes, compression)?;

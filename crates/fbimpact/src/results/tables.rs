@@ -101,7 +101,8 @@ pub struct TryRow {
     /// Index of the impact.
     pub impact: u32,
     /// Number of the try, from 1.
-    pub r#try: u32,
+    #[hdf5(rename = "try")]
+    pub number: u32,
     /// [s]
     pub start: f64,
     /// Time reached [s].
@@ -146,7 +147,7 @@ impl TryRow {
     pub fn new(r: &TryRecord) -> Result<Self> {
         Ok(Self {
             impact: r.impact,
-            r#try: r.number,
+            number: r.number,
             start: r.start,
             stop: r.stop,
             penalty_start: r.penalty_start,

@@ -157,8 +157,8 @@ pub enum Geometry {
     Sphere {
         /// Radius.
         radius: f64,
-        /// Control net of the solid ball.
-        net: SphereNet,
+        /// Control net of the solid ball; `None`: by the degree.
+        net: Option<SphereNet>,
     },
     /// Axisymmetric rod with flat ends.
     Rod {
@@ -209,13 +209,15 @@ pub enum Geometry {
     Nurbs(NurbsGeometry),
 }
 
-/// Control nets of a solid ball.
+/// Control nets of a solid ball, as in `iga_core::nurbs::primitives`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SphereNet {
-    /// 3 x 3 x 5 control points, degree 2, singular on four meridians and at the poles.
-    Polar,
-    /// 5 x 5 x 5 control points, degree 4, singular along the twelve edges of a cube.
+    /// One patch of degree 4, singular along the twelve edges of a cube.
     Cube,
+    /// One patch of degree 2, singular on four meridians and at two poles.
+    Spindle,
+    /// Seven patches of degree 4, regular everywhere.
+    Shells,
 }
 
 /// A NURBS patch as given in a scenario; the first direction runs fastest in the net.
