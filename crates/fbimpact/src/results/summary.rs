@@ -17,7 +17,7 @@ pub struct Summary {
     pub attributes: Vec<(String, String)>,
     /// Stored instants.
     pub n_samples: usize,
-    /// Last stored time [s].
+    /// Last stored time \[s\].
     pub end: Option<f64>,
     /// Bodies with their number of elastic coordinates.
     pub bodies: Vec<(String, usize)>,

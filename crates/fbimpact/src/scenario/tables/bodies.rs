@@ -2,9 +2,9 @@
 
 use super::super::keys::{Bound, Choice, Key, Kind, Need, Range, Variant};
 
-/// Lengths [m]: no body is larger than a thousand kilometres.
+/// Lengths \[m\]: no body is larger than a thousand kilometres.
 const LENGTH: Range = Range::positive(1e6);
-/// Coordinates [m].
+/// Coordinates \[m\].
 const COORDINATE: Range = Range::within(1e6);
 /// Speeds [m/s] and rates [rad/s]; linear elasticity ends long before.
 const RATE: Range = Range::within(1e6);
