@@ -173,7 +173,10 @@ fn degrees_and_radians_agree_and_exclude_each_other() {
     let text = format!("{SPHERE}\n[bodies.tilted]\nmodel=\"rigid\"\ngeometry={{shape=\"plane\"}}\n");
     let deg = parse_with(&text, &["bodies.tilted.orientation_deg=[90,0,0]"]).expect("valid");
     let rad = parse_with(&text, &["bodies.tilted.orientation=[1.5707963267948966,0,0]"]).expect("valid");
-    assert_eq!(deg.bodies[2].orientation, rad.bodies[2].orientation);
+    for (a, b) in deg.bodies[2].orientation.iter().zip(&rad.bodies[2].orientation) {
+        // Round-off of the factor pi / 180.
+        assert!((a - b).abs() < 1e-15);
+    }
     let BodyKind::RigidPlane { normal } = deg.bodies[2].kind else { panic!("a plane") };
     // A quarter turn about x takes z to -y; round-off of one rotation.
     assert!((normal[1] + 1.0).abs() < 1e-15);

@@ -29,7 +29,7 @@ pub enum AppError {
     /// The user stopped the run.
     #[error("interrupted at t = {time:.9e} s, the results so far are in {}", output.display())]
     Interrupted {
-        /// Time reached [s].
+        /// Time reached, in s.
         time: f64,
         /// Where the results are.
         output: PathBuf,

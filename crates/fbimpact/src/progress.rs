@@ -90,7 +90,7 @@ impl Progress {
         Self { bar, span: (0.0, 1.0), begin: now, last: now }
     }
 
-    /// Sets start and end of the simulated time [s].
+    /// Sets start and end of the simulated time \[s\].
     pub fn set_span(&mut self, span: (f64, f64)) {
         self.span = span;
         self.begin = Instant::now();

@@ -27,7 +27,7 @@ pub enum Ending {
 pub struct RunReport {
     /// How it ended.
     pub ending: Ending,
-    /// Time reached [s].
+    /// Time reached \[s\].
     pub time: f64,
     /// Wall time a stage; `output` is left to the caller.
     pub timings: Timings,
@@ -51,9 +51,9 @@ pub struct BodyModes {
     pub n_dofs: usize,
     /// Interface freedoms of the contact zones.
     pub n_interface: usize,
-    /// Mass [kg]; infinite for fixed planes.
+    /// Mass \[kg\]; infinite for fixed planes.
     pub mass: f64,
-    /// Eigenfrequencies of the elastic coordinates [Hz], ascending.
+    /// Eigenfrequencies of the elastic coordinates \[Hz\], ascending.
     pub frequencies: Vec<f64>,
 }
 

@@ -93,7 +93,7 @@ fn tries(s: &Summary, out: &mut String) {
             out,
             "{:<7} {:>4} {:>12.5e} {:>14.3e} {:>9} {:>9} {:>12.5} {:<9} {}",
             t.impact,
-            t.r#try,
+            t.number,
             t.stop,
             t.penalty_end,
             t.freedoms,

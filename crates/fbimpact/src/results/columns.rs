@@ -167,9 +167,9 @@ pub const POINT: [Declaration<f64>; 2] = [
 pub struct Axes<'a> {
     /// `/time`.
     pub time: &'a Dataset,
-    /// `/axis`: x, y, z.
+    /// `/xyz`: x, y, z.
     pub space: &'a Dataset,
-    /// `/quaternion_component`: w, x, y, z.
+    /// `/wxyz`: w, x, y, z.
     pub quaternion: &'a Dataset,
 }
 
@@ -206,8 +206,8 @@ impl<T: H5Type + Copy> Column<T> {
     ) -> Result<Self> {
         let second = match d.axis {
             Axis::Scalar => None,
-            Axis::Space => Some((axes.space, "axis")),
-            Axis::Quaternion => Some((axes.quaternion, "quaternion_component")),
+            Axis::Space => Some((axes.space, "xyz")),
+            Axis::Quaternion => Some((axes.quaternion, "wxyz")),
             Axis::Mode => modes.map(|m| (m, "eigenfrequencies")),
         };
         let column = Self::bare(group, d, second.map(|(scale, _)| scale.size()), index, compression)?;

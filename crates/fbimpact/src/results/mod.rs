@@ -6,6 +6,7 @@ mod scales;
 mod series;
 mod tables;
 mod columns;
+mod stress;
 mod file;
 mod recorder;
 pub mod summary;

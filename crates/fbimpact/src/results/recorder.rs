@@ -6,11 +6,15 @@ use std::time::{Duration, Instant};
 use adaptive::record::{
     ImpactRecord, ObserverError, PhaseRecord, RunLayout, Sample, StressRecord, Timings, TryRecord,
 };
+use hdf5::plist::file_access::{
+    CacheDecreaseMode, CacheIncreaseMode, FlashIncreaseMode, MetadataCacheConfig,
+};
 use hdf5::{Dataset, File, Group, Result};
-use ndarray::{ArrayView1, ArrayView2};
+use ndarray::ArrayView1;
 
 use super::columns::{self, Axes, Axis, Column, Declaration};
 use super::series::{ROWS, Table, component_scale, describe, text_attribute, write_text};
+use super::stress::write_stress;
 use super::tables::{IMPACT_UNITS, ImpactRow, PHASE_UNITS, PhaseRow, TRY_UNITS, TryRow};
 use super::{FORMAT, FORMAT_VERSION, scales};
 use crate::provenance;
@@ -216,10 +220,24 @@ impl Recorder {
     }
 }
 
+/// Keeps metadata in memory between flushes, so that what is on disk is always the state of the last flush: a full disk or
+/// a killed process then costs the rows since that flush and no more. Measured: no more memory, 3 us more a row.
+fn metadata_only_on_flush() -> MetadataCacheConfig {
+    MetadataCacheConfig {
+        evictions_enabled: false,
+        incr_mode: CacheIncreaseMode::Off,
+        flash_incr_mode: FlashIncreaseMode::Off,
+        decr_mode: CacheDecreaseMode::Off,
+        ..MetadataCacheConfig::default()
+    }
+}
+
 impl Open {
     fn create(path: &Path, scenario: &Scenario, threads: usize) -> Result<Self> {
         // Version 1.8 of the format: readable everywhere, and after a crash without repair. The lock is OutputFile's.
-        let file = File::with_options().with_fapl(|p| p.libver_v18().file_locking(false)).create(path)?;
+        let file = File::with_options()
+            .with_fapl(|p| p.libver_v18().file_locking(false).mdc_config(&metadata_only_on_flush()))
+            .create(path)?;
         text_attribute(&file, "format", FORMAT)?;
         file.new_attr::<u32>().create("format_version")?.write_scalar(&FORMAT_VERSION)?;
         for (name, value) in provenance::attributes() {
@@ -259,10 +277,9 @@ impl Open {
         let time_scale = time.series.dataset().clone();
         scales::make_scale(&time_scale, "time")?;
         self.columns.push(time);
-        let space = component_scale(&file, "axis", &["x", "y", "z"], "Components of vectors in space.")?;
+        let space = component_scale(&file, "xyz", &["x", "y", "z"], "Components of vectors in space.")?;
         let labels = ["w", "x", "y", "z"];
-        let quaternion =
-            component_scale(&file, "quaternion_component", &labels, "Components of quaternions.")?;
+        let quaternion = component_scale(&file, "wxyz", &labels, "Components of quaternions.")?;
         let axes = Axes { time: &time_scale, space: &space, quaternion: &quaternion };
         self.counts.push(Column::create(&file, &columns::PHASE, 0, &axes, None, compression)?);
         self.group(&file.create_group("energies")?, &columns::ENERGIES, 0, &axes, compression)?;
@@ -350,52 +367,4 @@ fn write_timings(file: &File, timings: &Timings) -> Result<()> {
         describe(&dataset, "s", description)?;
     }
     Ok(())
-}
-
-fn write_stress(file: &File, record: &StressRecord, model: Option<ElasticModel>) -> Result<()> {
-    let parent =
-        if file.link_exists("stress") { file.group("stress")? } else { file.create_group("stress")? };
-    if parent.link_exists(&record.name) {
-        parent.unlink(&record.name)?;
-    }
-    let group = parent.create_group(&record.name)?;
-    group.new_attr::<f64>().create("time")?.write_scalar(&record.time)?;
-    let axisymmetric = matches!(model, Some(ElasticModel::Axisymmetric));
-    let (points, labels): ([&str; 3], [&str; 6]) = if axisymmetric {
-        (["r", "z", "-"], ["rr", "zz", "tt", "rz", "-", "-"])
-    } else {
-        (["x", "y", "z"], ["xx", "yy", "zz", "xy", "yz", "zx"])
-    };
-    let distances = distances(&record.points);
-    let distance = group.new_dataset::<f64>().shape(distances.len()).create("distance")?;
-    distance.write(ArrayView1::from(&distances))?;
-    describe(&distance, "m", "Distance from the first point.")?;
-    scales::make_scale(&distance, "distance")?;
-    let coordinates = component_scale(&group, "coordinate", &points, "Coordinates of the body's model.")?;
-    let components = component_scale(&group, "component", &labels, "Components of stress; tt is the hoop.")?;
-    let rows = |values: &[f64], width: usize, name: &str, unit: &str, text: &str| -> Result<Dataset> {
-        let dataset = group.new_dataset::<f64>().shape((values.len() / width, width)).create(name)?;
-        let view = ArrayView2::from_shape((values.len() / width, width), values)
-            .map_err(|e| hdf5::Error::from(e.to_string()))?;
-        dataset.write(view)?;
-        describe(&dataset, unit, text)?;
-        dataset.new_attr::<f64>().create("time")?.write_scalar(&record.time)?;
-        scales::attach(&dataset, 0, &distance, "distance")?;
-        Ok(dataset)
-    };
-    let points =
-        rows(record.points.as_flattened(), 3, "points", "m", "Undeformed points, in the body's frame.")?;
-    scales::attach(&points, 1, &coordinates, "coordinate")?;
-    let stress = rows(record.stress.as_flattened(), 6, "stress", "Pa", "Components of stress.")?;
-    scales::attach(&stress, 1, &components, "component")?;
-    let von_mises = group.new_dataset::<f64>().shape(record.von_mises.len()).create("von_mises")?;
-    von_mises.write(ArrayView1::from(&record.von_mises))?;
-    describe(&von_mises, "Pa", "Von Mises stress.")?;
-    von_mises.new_attr::<f64>().create("time")?.write_scalar(&record.time)?;
-    scales::attach(&von_mises, 0, &distance, "distance")
-}
-
-fn distances(points: &[[f64; 3]]) -> Vec<f64> {
-    let from = points.first().copied().unwrap_or_default();
-    points.iter().map(|p| (0..3).map(|i| (p[i] - from[i]).powi(2)).sum::<f64>().sqrt()).collect()
 }

@@ -17,7 +17,7 @@ pub struct Summary {
     pub attributes: Vec<(String, String)>,
     /// Stored instants.
     pub n_samples: usize,
-    /// Last stored time [s].
+    /// Last stored time \[s\].
     pub end: Option<f64>,
     /// Bodies with their number of elastic coordinates.
     pub bodies: Vec<(String, usize)>,
@@ -123,7 +123,7 @@ impl Summary {
                 "restitution": i.restitution })
         });
         let tries = self.tries.iter().map(|t| {
-            json!({ "impact": t.impact, "try": t.r#try, "start": t.start, "stop": t.stop,
+            json!({ "impact": t.impact, "try": t.number, "start": t.start, "stop": t.stop,
                 "penalty_start": t.penalty_start, "penalty_end": t.penalty_end,
                 "interval_widths": t.interval_widths, "utilisation": t.utilisation, "elements": t.elements,
                 "freedoms": t.freedoms, "interface_freedoms": t.interface_freedoms, "steps": t.steps,

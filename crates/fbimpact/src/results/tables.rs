@@ -12,9 +12,9 @@ use super::series::unicode;
 pub struct PhaseRow {
     /// "free" or "impact".
     pub kind: VarLenUnicode,
-    /// [s]
+    /// \[s\]
     pub start: f64,
-    /// [s]
+    /// \[s\]
     pub end: f64,
     /// Accepted steps.
     pub steps: u64,
@@ -22,7 +22,7 @@ pub struct PhaseRow {
     pub rejected: u64,
     /// Evaluations of the right-hand side.
     pub evaluations: u64,
-    /// [s]
+    /// \[s\]
     pub wall_time: f64,
 }
 
@@ -55,13 +55,13 @@ impl PhaseRow {
 pub struct ImpactRow {
     /// Name of the contact.
     pub contact: VarLenUnicode,
-    /// First contact [s].
+    /// First contact \[s\].
     pub start: f64,
-    /// Last contact [s].
+    /// Last contact \[s\].
     pub end: f64,
-    /// Largest normal force [N].
+    /// Largest normal force \[N\].
     pub peak_force: f64,
-    /// Its time [s].
+    /// Its time \[s\].
     pub peak_time: f64,
     /// [N s]
     pub impulse: f64,
@@ -101,16 +101,17 @@ pub struct TryRow {
     /// Index of the impact.
     pub impact: u32,
     /// Number of the try, from 1.
-    pub r#try: u32,
-    /// [s]
+    #[hdf5(rename = "try")]
+    pub number: u32,
+    /// \[s\]
     pub start: f64,
-    /// Time reached [s].
+    /// Time reached \[s\].
     pub stop: f64,
     /// [N/m³]
     pub penalty_start: f64,
     /// [N/m³]
     pub penalty_end: f64,
-    /// [m]
+    /// \[m\]
     pub interval_widths: [f64; 2],
     /// Contact elements over interval elements.
     pub utilisation: [f64; 2],
@@ -124,15 +125,15 @@ pub struct TryRow {
     pub steps: u64,
     /// Rejected steps.
     pub rejected: u64,
-    /// [N]
+    /// \[N\]
     pub peak_force: f64,
     /// "accepted", "rejected" or "failed".
     pub outcome: VarLenUnicode,
     /// Why.
     pub reason: VarLenUnicode,
-    /// [s]
+    /// \[s\]
     pub wall_time: f64,
-    /// [s]
+    /// \[s\]
     pub cpu_time: f64,
 }
 
@@ -146,7 +147,7 @@ impl TryRow {
     pub fn new(r: &TryRecord) -> Result<Self> {
         Ok(Self {
             impact: r.impact,
-            r#try: r.number,
+            number: r.number,
             start: r.start,
             stop: r.stop,
             penalty_start: r.penalty_start,

@@ -164,7 +164,11 @@ impl Checker {
     }
 
     fn wrong(&mut self, node: &Node, path: &str, message: &str) {
-        let message = format!("{message}, found {}", node.type_name());
+        // A number is seen to be one; what it should be has been said.
+        let message = match node.value {
+            Value::Integer(_) | Value::Float(_) => message.to_owned(),
+            _ => format!("{message}, found {}", node.type_name()),
+        };
         self.fault(&node.origin, path.to_owned(), Some(node.shown()), message);
     }
 

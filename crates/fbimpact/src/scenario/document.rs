@@ -116,12 +116,22 @@ impl Node {
         }
     }
 
+    /// The value as it stands in its file.
+    fn written(&self) -> Option<String> {
+        match &self.origin {
+            Origin::File(source, span) if !span.is_empty() => {
+                source.text.get(span.clone()).map(str::to_owned)
+            }
+            _ => None,
+        }
+    }
+
     /// The value as text on one line, shortened, for messages.
     pub fn shown(&self) -> String {
         let full = match &self.value {
             Value::Boolean(b) => b.to_string(),
             Value::Integer(i) => i.to_string(),
-            Value::Float(x) => show_number(*x),
+            Value::Float(x) => self.written().unwrap_or_else(|| show_number(*x)),
             Value::Text(s) => format!("{s:?}"),
             Value::Datetime(s) => s.clone(),
             Value::Array(items) => {

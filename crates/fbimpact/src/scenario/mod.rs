@@ -1,7 +1,7 @@
 //! The scenario file: from TOML text to a validated [`Scenario`], with every fault located.
 //!
-//! One set of key tables ([`tables`]) declares every key. The reader ([`check`]), the JSON schema ([`schema`]) and the
-//! reference page ([`reference`]) follow from it; [`build`] adds the checks that involve several keys.
+//! One set of key tables ([`tables`]) declares every key. The reader (`check`), the JSON schema
+//! ([`mod@schema`]) and the reference page ([`mod@reference`]) follow from it; `build` adds the checks that involve several keys.
 
 pub mod model;
 pub mod fault;

@@ -33,11 +33,11 @@ pub struct Source {
 /// Time span, gravity and integrators.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Simulation {
-    /// End of the simulated time, which starts at zero [s].
+    /// End of the simulated time, which starts at zero \[s\].
     pub end_time: f64,
     /// Acceleration of gravity [m/s²].
     pub gravity: [f64; 3],
-    /// Time without contact force after which an impact has ended [s]; `None`: chosen from the model.
+    /// Time without contact force after which an impact has ended \[s\]; `None`: chosen from the model.
     pub quiet_time: Option<f64>,
     /// Integration between impacts; its `max_step` is never `None`.
     pub free: Integration,
@@ -50,7 +50,7 @@ pub struct Simulation {
 pub struct Integration {
     /// Method.
     pub integrator: Integrator,
-    /// Longest step [s].
+    /// Longest step \[s\].
     pub max_step: Option<f64>,
     /// Relative error of a step.
     pub rtol: f64,
@@ -70,7 +70,7 @@ pub enum Integrator {
 pub struct Material {
     /// Name in the scenario.
     pub name: String,
-    /// Young's modulus [Pa].
+    /// Young's modulus \[Pa\].
     pub youngs_modulus: f64,
     /// Poisson's ratio.
     pub poissons_ratio: f64,
@@ -85,7 +85,7 @@ pub struct Body {
     pub name: String,
     /// What it is.
     pub kind: BodyKind,
-    /// Initial position of the body's origin [m].
+    /// Initial position of the body's origin \[m\].
     pub position: [f64; 3],
     /// Initial orientation, unit quaternion `w x y z` from body to space.
     pub orientation: [f64; 4],
@@ -133,12 +133,12 @@ pub enum ElasticModel {
     Axisymmetric,
     /// Plane strain in `(x, y)`.
     PlaneStrain {
-        /// Thickness [m].
+        /// Thickness \[m\].
         thickness: f64,
     },
     /// Plane stress in `(x, y)`.
     PlaneStress {
-        /// Thickness [m].
+        /// Thickness \[m\].
         thickness: f64,
     },
 }
@@ -157,8 +157,8 @@ pub enum Geometry {
     Sphere {
         /// Radius.
         radius: f64,
-        /// Control net of the solid ball.
-        net: SphereNet,
+        /// Control net of the solid ball; `None`: by the degree.
+        net: Option<SphereNet>,
     },
     /// Axisymmetric rod with flat ends.
     Rod {
@@ -209,13 +209,15 @@ pub enum Geometry {
     Nurbs(NurbsGeometry),
 }
 
-/// Control nets of a solid ball.
+/// Control nets of a solid ball, as in `iga_core::nurbs::primitives`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SphereNet {
-    /// 3 x 3 x 5 control points, degree 2, singular on four meridians and at the poles.
-    Polar,
-    /// 5 x 5 x 5 control points, degree 4, singular along the twelve edges of a cube.
+    /// One patch of degree 4, singular along the twelve edges of a cube.
     Cube,
+    /// One patch of degree 2, singular on four meridians and at two poles.
+    Spindle,
+    /// Seven patches of degree 4, regular everywhere.
+    Shells,
 }
 
 /// A NURBS patch as given in a scenario; the first direction runs fastest in the net.
@@ -225,7 +227,7 @@ pub struct NurbsGeometry {
     pub degrees: Vec<usize>,
     /// Clamped knot vector a direction.
     pub knots: Vec<Vec<f64>>,
-    /// Control points [m]; entries beyond the model's dimension are zero.
+    /// Control points \[m\]; entries beyond the model's dimension are zero.
     pub control_points: Vec<[f64; 3]>,
     /// Weights, one a control point.
     pub weights: Vec<f64>,
@@ -251,7 +253,7 @@ pub struct Discretisation {
 pub struct Refinement {
     /// Where.
     pub at: Place,
-    /// Width of the zone of small elements along the surface [m].
+    /// Width of the zone of small elements along the surface \[m\].
     pub width: f64,
     /// Elements across `width`.
     pub elements: usize,
@@ -264,7 +266,7 @@ pub struct Refinement {
 pub enum Place {
     /// Named point of the shape.
     Marker(String),
-    /// Point in the components of the body's model: `(x, y, z)`, `(x, y, 0)` or `(r, z, 0)` [m].
+    /// Point in the components of the body's model: `(x, y, z)`, `(x, y, 0)` or `(r, z, 0)` \[m\].
     Point([f64; 3]),
 }
 
@@ -352,14 +354,14 @@ pub enum ContactPoints {
 pub enum ContactSolver {
     /// Primal active-set method.
     ActiveSet,
-    /// [A] Algorithm 1.
+    /// \[A\] Algorithm 1.
     Broyden,
 }
 
 /// The part of the contact body's surface that carries contact points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Interval {
-    /// Width along the surface about the point of first contact [m]; `None`: the refined zone there.
+    /// Width along the surface about the point of first contact \[m\]; `None`: the refined zone there.
     pub width: Option<f64>,
     /// Elements across the width; `None`: the elements that the discretisation has there.
     pub elements: Option<usize>,
@@ -368,7 +370,7 @@ pub struct Interval {
 /// What to store.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Output {
-    /// Time between stored states in free phases [s]; impact phases store every step.
+    /// Time between stored states in free phases \[s\]; impact phases store every step.
     pub free_interval: f64,
     /// Compression of the result file.
     pub compression: Compression,
@@ -420,6 +422,6 @@ pub struct StressLine {
 pub enum StressTime {
     /// When the largest contact force on the body acts.
     PeakForce,
-    /// A given time [s].
+    /// A given time \[s\].
     Time(f64),
 }

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::keys::{Choice, Key, Kind, Need};
-use super::tables::{SCENARIO, SHAPES};
+use super::tables::{SCENARIO, ShapeFacts};
 
 /// Text before the tables.
 const HEAD: &str = "\
@@ -46,18 +46,8 @@ fn section(keys: &[Key], path: &str, out: &mut String) {
                 let _ =
                     writeln!(out, "\n## `[{name}]`\n\n{} The key `{tag}` decides on the others.", key.doc);
                 for variant in *variants {
-                    let facts = SHAPES.iter().find(|s| s.name == variant.name);
                     let _ = writeln!(out, "\n### `{tag} = \"{}\"`\n\n{}", variant.name, variant.doc);
-                    if let Some(facts) = facts {
-                        let models: Vec<String> = facts.models.iter().map(|m| format!("`{m}`")).collect();
-                        let _ = write!(out, "Models: {}.", models.join(", "));
-                        let markers = facts.markers.unwrap_or_default();
-                        let markers: Vec<String> = markers.iter().map(|m| format!("`{m}`")).collect();
-                        if !markers.is_empty() {
-                            let _ = write!(out, " Markers: {}.", markers.join(", "));
-                        }
-                        out.push('\n');
-                    }
+                    shape(variant.name, out);
                     if !variant.keys.is_empty() {
                         out.push('\n');
                         rows(variant.keys, out);
@@ -66,6 +56,17 @@ fn section(keys: &[Key], path: &str, out: &mut String) {
             }
             _ => {}
         }
+    }
+}
+
+/// Models and markers of a shape.
+fn shape(name: &str, out: &mut String) {
+    let code = |list: &[&str]| list.iter().map(|m| format!("`{m}`")).collect::<Vec<_>>().join(", ");
+    out.push('\n');
+    for (model, markers) in ShapeFacts::find(name).map_or(&[][..], |s| s.models) {
+        let markers = markers.unwrap_or_default();
+        let note = if markers.is_empty() { String::new() } else { format!("; markers {}", code(markers)) };
+        let _ = writeln!(out, "- model `{model}`{note}");
     }
 }
 

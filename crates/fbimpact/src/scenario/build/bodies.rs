@@ -9,7 +9,7 @@ use super::super::model::{
 use super::super::section::Section;
 use super::{dimension, geometry, marker_or_point};
 
-/// Thickness of a plane model when none is given [m].
+/// Thickness of a plane model when none is given \[m\].
 const UNIT_THICKNESS: f64 = 1.0;
 
 /// All bodies; `None` if one of them is at fault.

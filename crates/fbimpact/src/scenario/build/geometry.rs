@@ -11,7 +11,7 @@ use super::super::fault::Fault;
 use super::super::keys::names;
 use super::super::model::{Geometry, NurbsGeometry, SphereNet};
 use super::super::section::Section;
-use super::super::tables::{NURBS_FILE, SHAPES};
+use super::super::tables::{NURBS_FILE, SHAPES, ShapeFacts};
 use super::bodies::per_direction;
 use super::{dimension, padded};
 
@@ -20,14 +20,14 @@ const MAX_FILE: u64 = 64 << 20;
 
 /// Reports a shape that does not go with the model.
 pub fn check_model(checker: &mut Checker, body: &Section, model: &str, shape: &str) -> Option<()> {
-    let facts = SHAPES.iter().find(|s| s.name == shape)?;
-    if facts.models.contains(&model) {
+    let facts = ShapeFacts::find(shape)?;
+    if facts.fits(model) {
         return Some(());
     }
-    let fitting = names(SHAPES.iter().filter(|s| s.models.contains(&model)).map(|s| s.name));
+    let fitting = names(SHAPES.iter().filter(|s| s.fits(model)).map(|s| s.name));
     let message = format!(
         "does not go with model \"{model}\": choose {fitting}, or model {}",
-        names(facts.models.iter().copied())
+        names(facts.models.iter().map(|(m, _)| *m))
     );
     checker.fault_in(body.table("geometry")?, "shape", message);
     None
@@ -41,7 +41,7 @@ pub fn geometry(checker: &mut Checker, body: &Section, model: &str, directory: &
     let length = || section.number("length");
     let radius = || section.number("radius");
     let geometry = match shape {
-        "sphere" => Geometry::Sphere { radius: radius()?, net: net(section)? },
+        "sphere" => Geometry::Sphere { radius: radius()?, net: net(checker, section, model)? },
         "rod" => Geometry::Rod { radius: radius()?, length: length()? },
         "rod-spherical-end" => {
             let (radius, length) = (radius()?, length()?);
@@ -72,8 +72,21 @@ pub fn geometry(checker: &mut Checker, body: &Section, model: &str, directory: &
     fits.map(|()| geometry)
 }
 
-fn net(section: &Section) -> Option<SphereNet> {
-    Some(if section.text("net")? == "cube" { SphereNet::Cube } else { SphereNet::Polar })
+/// The net of a ball, `Some(None)` if it is left to the program.
+fn net(checker: &mut Checker, section: &Section, model: &str) -> Option<Option<SphereNet>> {
+    if section.item("net").is_none() {
+        return Some(None);
+    }
+    if model != "solid" {
+        let message = format!("has a meaning for model \"solid\" only, the model is \"{model}\"");
+        checker.fault_in(section, "net", message);
+        return None;
+    }
+    Some(Some(match section.text("net")? {
+        "spindle" => SphereNet::Spindle,
+        "shells" => SphereNet::Shells,
+        _ => SphereNet::Cube,
+    }))
 }
 
 fn nurbs(checker: &mut Checker, section: &Section, model: &str, directory: &Path) -> Option<NurbsGeometry> {

@@ -10,7 +10,7 @@ use std::path::Path;
 use super::check::Checker;
 use super::model::{Body, Integration, Integrator, Place, Scenario, Simulation, Source};
 use super::section::{Checked, Section};
-use super::tables::SHAPES;
+use super::tables::ShapeFacts;
 
 /// Builds the scenario; `None` if there are faults.
 pub fn scenario(checker: &mut Checker, root: &Section, directory: &Path, source: Source) -> Option<Scenario> {
@@ -102,7 +102,7 @@ fn marker_or_point(checker: &mut Checker, section: &Section, model: &str, shape:
 fn place(checker: &mut Checker, section: &Section, key: &str, model: &str, shape: &str) -> Option<Place> {
     match &section.item(key)?.value {
         Checked::Text(name) => {
-            let markers = SHAPES.iter().find(|s| s.name == shape).and_then(|s| s.markers);
+            let markers = ShapeFacts::find(shape).and_then(|s| s.markers(model));
             if let Some(known) = markers
                 && !known.contains(&name.as_str())
             {

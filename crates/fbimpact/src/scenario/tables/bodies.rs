@@ -2,9 +2,9 @@
 
 use super::super::keys::{Bound, Choice, Key, Kind, Need, Range, Variant};
 
-/// Lengths [m]: no body is larger than a thousand kilometres.
+/// Lengths \[m\]: no body is larger than a thousand kilometres.
 const LENGTH: Range = Range::positive(1e6);
-/// Coordinates [m].
+/// Coordinates \[m\].
 const COORDINATE: Range = Range::within(1e6);
 /// Speeds [m/s] and rates [rad/s]; linear elasticity ends long before.
 const RATE: Range = Range::within(1e6);
@@ -126,16 +126,20 @@ const RADIUS: Key = Key::new("radius", Kind::Number(LENGTH), "m", Need::Required
 const ROD_LENGTH: Key = Key::new("length", Kind::Number(LENGTH), "m", Need::Required, "Length over all.");
 
 const NETS: &[Choice] = &[
-    Choice::new("polar", "degree 2, 3 x 3 x 5 control points; singular at the poles and on four meridians"),
-    Choice::new("cube", "degree 4, 5 x 5 x 5 control points; singular on twelve arcs, the edges of a cube"),
+    Choice::new("cube", "one patch of degree 4, singular along twelve arcs; regular at ±x, ±y, ±z"),
+    Choice::new(
+        "spindle",
+        "one patch of degree 2, singular on four meridians and at ±y; regular at ±x and ±z",
+    ),
+    Choice::new("shells", "seven patches of degree 4, regular everywhere, only continuous between patches"),
 ];
 
 const NET: Key = Key::new(
     "net",
     Kind::Choice(NETS),
     "",
-    Need::Default("\"polar\""),
-    "Control net of a solid ball; without effect on an axisymmetric one.",
+    Need::Optional("`cube` from degree 4 on, `spindle` below; a half-disc has one net only"),
+    "Control net of a solid ball.",
 );
 
 const DEGREES: Key = Key::new(
@@ -175,17 +179,21 @@ pub const NURBS_NET: &[Key] = &[DEGREES, KNOTS, CONTROL_POINTS, WEIGHTS];
 const NURBS: &[Key] = &[NURBS_FILE, DEGREES, KNOTS, CONTROL_POINTS, WEIGHTS];
 
 const GEOMETRIES: &[Variant] = &[
-    Variant { name: "sphere", doc: "Ball about the origin.", keys: &[RADIUS, NET] },
+    Variant {
+        name: "sphere",
+        doc: "Ball about the origin; an axisymmetric one is a half-disc.",
+        keys: &[RADIUS, NET],
+    },
     Variant { name: "rod", doc: "Rod along z with flat ends, from z = 0.", keys: &[RADIUS, ROD_LENGTH] },
     Variant {
         name: "rod-spherical-end",
-        doc: "Rod along z with a hemispherical end, whose tip is the origin.",
+        doc: "Rod along z with a hemispherical lower end, whose pole is the origin.",
         keys: &[RADIUS, ROD_LENGTH],
     },
-    Variant { name: "cylinder", doc: "Solid cylinder along z.", keys: &[RADIUS, ROD_LENGTH] },
+    Variant { name: "cylinder", doc: "Solid cylinder along z, from z = 0.", keys: &[RADIUS, ROD_LENGTH] },
     Variant {
         name: "hollow-cylinder",
-        doc: "Tube along z.",
+        doc: "Tube along z, from z = 0.",
         keys: &[
             Key::new("inner_radius", Kind::Number(LENGTH), "m", Need::Required, "Inner radius."),
             Key::new("outer_radius", Kind::Number(LENGTH), "m", Need::Required, "Outer radius."),
@@ -194,12 +202,12 @@ const GEOMETRIES: &[Variant] = &[
     },
     Variant {
         name: "box",
-        doc: "Cuboid.",
+        doc: "Cuboid about the origin.",
         keys: &[Key::new("size", Kind::Vector(3, LENGTH), "m", Need::Required, "Edges along x, y and z.")],
     },
     Variant {
         name: "rectangle",
-        doc: "Rectangle.",
+        doc: "Rectangle about the origin.",
         keys: &[Key::new("size", Kind::Vector(2, LENGTH), "m", Need::Required, "Edges along x and y.")],
     },
     Variant { name: "disc", doc: "Disc about the origin.", keys: &[RADIUS] },
@@ -212,35 +220,53 @@ const GEOMETRIES: &[Variant] = &[
 pub struct ShapeFacts {
     /// Name.
     pub name: &'static str,
-    /// Models that it goes with.
-    pub models: &'static [&'static str],
-    /// Names of its points; `None` if they are not known before it is built.
-    pub markers: Option<&'static [&'static str]>,
+    /// Models that it goes with, and the names of its points there.
+    pub models: &'static [ModelFacts],
 }
 
-const PLANE_MODELS: &[&str] = &["plane-strain", "plane-stress"];
-const ROD_MARKERS: Option<&[&str]> = Some(&["start", "end", "centre"]);
+/// A model that a shape goes with, and the markers of the shape in it; `None` if they are not known before it is built.
+pub type ModelFacts = (&'static str, Option<&'static [&'static str]>);
 
-/// Facts of every shape.
+impl ShapeFacts {
+    /// The facts of the shape called `name`.
+    pub fn find(name: &str) -> Option<&'static Self> {
+        SHAPES.iter().find(|s| s.name == name)
+    }
+
+    /// Whether the shape goes with `model`.
+    pub fn fits(&self, model: &str) -> bool {
+        self.models.iter().any(|(m, _)| *m == model)
+    }
+
+    /// Markers of the shape in `model`.
+    pub fn markers(&self, model: &str) -> Option<&'static [&'static str]> {
+        self.models.iter().find(|(m, _)| *m == model).and_then(|(_, markers)| *markers)
+    }
+}
+
+const ROD: Option<&[&str]> = Some(&["start", "end", "centre", "bottom", "top"]);
+const HALF_DISC: Option<&[&str]> = Some(&["centre", "bottom", "top", "equator"]);
+const BALL: Option<&[&str]> = Some(&["centre", "left", "right", "front", "back", "bottom", "top"]);
+const CYLINDER: Option<&[&str]> =
+    Some(&["start", "end", "centre", "bottom", "top", "left", "right", "front", "back"]);
+const RECTANGLE: Option<&[&str]> = Some(&["centre", "left", "right", "bottom", "top", "start", "end"]);
+const DISC: Option<&[&str]> = Some(&["centre", "left", "right", "bottom", "top"]);
+
+/// Facts of every shape; the markers are those of `iga_core::nurbs::primitives`.
 pub const SHAPES: &[ShapeFacts] = &[
-    ShapeFacts {
-        name: "sphere",
-        models: &["solid", "axisymmetric"],
-        markers: Some(&["centre", "bottom", "top"]),
-    },
-    ShapeFacts { name: "rod", models: &["axisymmetric"], markers: ROD_MARKERS },
-    ShapeFacts { name: "rod-spherical-end", models: &["axisymmetric"], markers: ROD_MARKERS },
-    ShapeFacts { name: "cylinder", models: &["solid"], markers: ROD_MARKERS },
-    ShapeFacts { name: "hollow-cylinder", models: &["solid"], markers: ROD_MARKERS },
-    ShapeFacts { name: "box", models: &["solid"], markers: Some(&["centre", "start", "end"]) },
-    ShapeFacts { name: "rectangle", models: PLANE_MODELS, markers: Some(&["centre", "bottom", "top"]) },
-    ShapeFacts { name: "disc", models: PLANE_MODELS, markers: Some(&["centre", "bottom", "top"]) },
+    ShapeFacts { name: "sphere", models: &[("solid", BALL), ("axisymmetric", HALF_DISC)] },
+    ShapeFacts { name: "rod", models: &[("axisymmetric", ROD)] },
+    ShapeFacts { name: "rod-spherical-end", models: &[("axisymmetric", ROD)] },
+    ShapeFacts { name: "cylinder", models: &[("solid", CYLINDER)] },
+    ShapeFacts { name: "hollow-cylinder", models: &[("solid", CYLINDER), ("axisymmetric", ROD)] },
+    ShapeFacts { name: "box", models: &[("solid", CYLINDER)] },
+    ShapeFacts { name: "rectangle", models: &[("plane-strain", RECTANGLE), ("plane-stress", RECTANGLE)] },
+    ShapeFacts { name: "disc", models: &[("plane-strain", DISC), ("plane-stress", DISC)] },
     ShapeFacts {
         name: "nurbs",
-        models: &["solid", "axisymmetric", "plane-strain", "plane-stress"],
-        markers: None,
+        models: &[("solid", None), ("axisymmetric", None), ("plane-strain", None), ("plane-stress", None)],
     },
-    ShapeFacts { name: "plane", models: &["rigid"], markers: Some(&[]) },
+    ShapeFacts { name: "plane", models: &[("rigid", Some(&[]))] },
 ];
 
 const DISCRETISATION: &[Key] = &[

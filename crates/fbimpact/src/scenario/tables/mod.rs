@@ -4,7 +4,7 @@ mod bodies;
 mod contacts;
 mod simulation;
 
-pub use bodies::{SHAPES, ShapeFacts};
+pub use bodies::{ModelFacts, SHAPES, ShapeFacts};
 
 use super::keys::{Key, Kind, Need};
 

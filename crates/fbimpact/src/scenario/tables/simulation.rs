@@ -93,7 +93,7 @@ const COMPRESSIONS: &[Choice] = &[
     Choice::new("gzip", "shuffle and gzip level 1; smooth histories shrink by about a tenth"),
 ];
 
-/// Coordinates and lengths in a body [m].
+/// Coordinates and lengths in a body \[m\].
 const PLACE: Range = Range::within(1e6);
 
 /// `[output]`.

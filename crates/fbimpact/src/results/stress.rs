@@ -1,0 +1,58 @@
+//! Stresses along a line: `/stress/<name>`.
+
+use adaptive::record::StressRecord;
+use hdf5::{Dataset, File, Result};
+use ndarray::{ArrayView1, ArrayView2};
+
+use super::scales;
+use super::series::{component_scale, describe};
+use crate::scenario::ElasticModel;
+
+/// Writes a record; one of the same name is replaced. `model` decides what the components are called.
+pub fn write_stress(file: &File, record: &StressRecord, model: Option<ElasticModel>) -> Result<()> {
+    let parent =
+        if file.link_exists("stress") { file.group("stress")? } else { file.create_group("stress")? };
+    if parent.link_exists(&record.name) {
+        parent.unlink(&record.name)?;
+    }
+    let group = parent.create_group(&record.name)?;
+    group.new_attr::<f64>().create("time")?.write_scalar(&record.time)?;
+    let axisymmetric = matches!(model, Some(ElasticModel::Axisymmetric));
+    let (points, labels): ([&str; 3], [&str; 6]) = if axisymmetric {
+        (["r", "z", "-"], ["rr", "zz", "tt", "rz", "-", "-"])
+    } else {
+        (["x", "y", "z"], ["xx", "yy", "zz", "xy", "yz", "zx"])
+    };
+    let distances = distances(&record.points);
+    let distance = group.new_dataset::<f64>().shape(distances.len()).create("distance")?;
+    distance.write(ArrayView1::from(&distances))?;
+    describe(&distance, "m", "Distance from the first point.")?;
+    scales::make_scale(&distance, "distance")?;
+    let coordinates = component_scale(&group, "coordinate", &points, "Coordinates of the body's model.")?;
+    let components = component_scale(&group, "component", &labels, "Components of stress; tt is the hoop.")?;
+    let rows = |values: &[f64], width: usize, name: &str, unit: &str, text: &str| -> Result<Dataset> {
+        let dataset = group.new_dataset::<f64>().shape((values.len() / width, width)).create(name)?;
+        let view = ArrayView2::from_shape((values.len() / width, width), values)
+            .map_err(|e| hdf5::Error::from(e.to_string()))?;
+        dataset.write(view)?;
+        describe(&dataset, unit, text)?;
+        dataset.new_attr::<f64>().create("time")?.write_scalar(&record.time)?;
+        scales::attach(&dataset, 0, &distance, "distance")?;
+        Ok(dataset)
+    };
+    let points =
+        rows(record.points.as_flattened(), 3, "points", "m", "Undeformed points, in the body's frame.")?;
+    scales::attach(&points, 1, &coordinates, "coordinate")?;
+    let stress = rows(record.stress.as_flattened(), 6, "stress", "Pa", "Components of stress.")?;
+    scales::attach(&stress, 1, &components, "component")?;
+    let von_mises = group.new_dataset::<f64>().shape(record.von_mises.len()).create("von_mises")?;
+    von_mises.write(ArrayView1::from(&record.von_mises))?;
+    describe(&von_mises, "Pa", "Von Mises stress.")?;
+    von_mises.new_attr::<f64>().create("time")?.write_scalar(&record.time)?;
+    scales::attach(&von_mises, 0, &distance, "distance")
+}
+
+fn distances(points: &[[f64; 3]]) -> Vec<f64> {
+    let from = points.first().copied().unwrap_or_default();
+    points.iter().map(|p| (0..3).map(|i| (p[i] - from[i]).powi(2)).sum::<f64>().sqrt()).collect()
+}

@@ -1,0 +1,360 @@
+//! Every key of the scenario, one by one: a wrong type, an impossible value and an unknown name are located faults, and
+//! so is a missing key. Property tests mutate valid scenarios: nothing panics, every fault has a line.
+
+use std::path::Path;
+
+use fbimpact::scenario::keys::{Bound, Key, Kind, Need, Range};
+use fbimpact::scenario::{self, Fault, Override, Scenario, tables};
+use proptest::prelude::*;
+
+const SPHERE: &str = include_str!("../scenarios/sphere_on_plane.toml");
+const ROD: &str = include_str!("../scenarios/rod_on_plane.toml");
+
+/// A scenario in which every shape and every kind of request stands once.
+const ALL_SHAPES: &str = r#"
+[simulation]
+end_time = 1.0
+[materials.m]
+youngs_modulus = 1e11
+poissons_ratio = 0.3
+density = 1e3
+[bodies]
+sphere = { material = "m", geometry = { shape = "sphere", radius = 1.0, net = "cube" } }
+rod = { model = "axisymmetric", material = "m", geometry = { shape = "rod", radius = 1.0, length = 2.0 }, discretisation = { refine = [{ marker = "start", width = 0.1 }] } }
+rod-spherical-end = { model = "axisymmetric", material = "m", geometry = { shape = "rod-spherical-end", radius = 1.0, length = 2.0 } }
+cylinder = { material = "m", geometry = { shape = "cylinder", radius = 1.0, length = 2.0 } }
+hollow-cylinder = { material = "m", geometry = { shape = "hollow-cylinder", inner_radius = 1.0, outer_radius = 2.0, length = 2.0 } }
+box = { material = "m", geometry = { shape = "box", size = [1.0, 2.0, 3.0] } }
+rectangle = { model = "plane-stress", thickness = 0.1, material = "m", geometry = { shape = "rectangle", size = [1.0, 2.0] } }
+disc = { model = "plane-strain", material = "m", geometry = { shape = "disc", radius = 1.0 } }
+nurbs = { model = "plane-strain", material = "m", geometry = { shape = "nurbs", degrees = [1, 1], knots = [[0, 0, 1, 1], [0, 0, 1, 1]], control_points = [[0, 0], [1, 0], [0, 1], [1, 1]], weights = [1, 1, 1, 1] } }
+plane = { model = "rigid", geometry = { shape = "plane" } }
+[contacts.c]
+contact_body = "rod"
+target_body = "plane"
+[output.points.p]
+body = "rod"
+marker = "end"
+[output.stress.s]
+body = "rod"
+from = "start"
+to = [0.0, 1.0]
+"#;
+
+fn parse(text: &[u8], set: &[String]) -> Result<Scenario, Vec<Fault>> {
+    let overrides: Vec<Override> = set.iter().map(|s| s.parse().expect("valid --set")).collect();
+    scenario::parse(Path::new("case.toml"), text, &overrides).map_err(|f| f.list().to_vec())
+}
+
+/// Calls `action` with the dotted path of every key, for names that `ALL_SHAPES` has.
+fn each_key(keys: &'static [Key], path: &str, action: &mut dyn FnMut(&'static Key, &str)) {
+    let join = |name: &str| if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
+    for key in keys {
+        let name = join(key.name);
+        action(key, &name);
+        match &key.kind {
+            Kind::Table(keys) => each_key(keys, &name, action),
+            Kind::Tables(keys) => each_key(keys, &format!("{name}[0]"), action),
+            Kind::Named(keys) => {
+                let entry = match name.as_str() {
+                    "materials" => "m",
+                    "bodies" => "rod",
+                    "contacts" => "c",
+                    "output.points" => "p",
+                    _ => "s",
+                };
+                each_key(keys, &format!("{name}.{entry}"), action);
+            }
+            Kind::Variants { variants, .. } => {
+                for v in *variants {
+                    each_key(v.keys, &format!("bodies.{}.geometry", v.name), action);
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+fn outside(range: &Range) -> Vec<String> {
+    let beyond = |b: Bound, sign: f64| match b {
+        Bound::Open(x) => format!("{x:?}"),
+        Bound::Closed(x) => format!("{:?}", x + sign * x.abs().max(1.0)),
+    };
+    let bad = ["nan", "inf", "-inf", "1e999"].map(str::to_owned);
+    bad.into_iter().chain([beyond(range.min, -1.0), beyond(range.max, 1.0)]).collect()
+}
+
+/// Values of a wrong type and impossible ones for a key.
+fn bad_values(kind: &Kind) -> Vec<String> {
+    let lists = |range: &Range, n: usize| -> Vec<String> {
+        outside(range).iter().map(|x| format!("[{}]", vec![x.as_str(); n].join(","))).collect()
+    };
+    let mut values: Vec<String> = vec!["true".into(), "1979-05-27".into()];
+    values.extend(match kind {
+        Kind::Text => vec!["1".into(), "[]".into(), "{}".into()],
+        Kind::Name => vec!["\"\"".into(), "\" \"".into(), "3".into(), "[1]".into()],
+        Kind::Number(range) => [outside(range), vec!["\"1\"".into(), "[1]".into(), "{}".into()]].concat(),
+        Kind::Fixed(x) => vec![format!("{:?}", x + 1.0), "nan".into(), "\"a\"".into()],
+        Kind::Integer(min, max) => {
+            vec![
+                format!("{}", *min as i64 - 1),
+                format!("{}", max + 1),
+                "1.5".into(),
+                "-1".into(),
+                "\"1\"".into(),
+            ]
+        }
+        Kind::Counts(min, max) => vec![
+            format!("{}", *min as i64 - 1),
+            format!("{}", max + 1),
+            "[]".into(),
+            "[1]".into(),
+            "[1,2,3,4]".into(),
+            "[0,0,0]".into(),
+            "[1.5,2.0]".into(),
+            "\"two\"".into(),
+        ],
+        Kind::Choice(choices) => {
+            let mut v = vec!["\"no-such-choice\"".into(), "1".into(), "[]".into()];
+            v.extend(choices.iter().filter(|c| !c.supported).map(|c| format!("{:?}", c.name)));
+            v
+        }
+        Kind::Vector(n, range) => [lists(range, *n), vec!["1".into(), "[]".into(), "[1]".into()]].concat(),
+        Kind::Rotation => {
+            vec!["[1]".into(), "[nan,0,0]".into(), "[2,0,0,0]".into(), "[0,0,0,0]".into(), "1".into()]
+        }
+        Kind::Point(range) => [lists(range, 2), lists(range, 3), vec!["[1]".into(), "1".into()]].concat(),
+        Kind::List(range) => [lists(range, 4), vec!["1".into(), "[\"a\"]".into(), "[1]".into()]].concat(),
+        Kind::Lists(_) => {
+            vec!["1".into(), "[1]".into(), "[[nan],[nan]]".into(), "[[0.5]]".into(), "[[\"a\"]]".into()]
+        }
+        Kind::Points(_) => vec!["1".into(), "[[1]]".into(), "[[nan,0]]".into(), "[[0,0]]".into()],
+        Kind::Place(_) => vec!["\"no-such-marker\"".into(), "[1]".into(), "[nan,0]".into(), "1".into()],
+        Kind::ChoiceOrNumber(_, range) => [outside(range), vec!["\"never\"".into(), "[]".into()]].concat(),
+        Kind::Table(_) | Kind::Variants { .. } => vec!["1".into(), "[]".into(), "\"a\"".into()],
+        Kind::Named(_) => vec!["1".into(), "[]".into(), "{ a = 1 }".into(), "{ \"a/b\" = {} }".into()],
+        Kind::Tables(_) => vec!["1".into(), "{}".into(), "[1]".into()],
+    });
+    values
+}
+
+#[test]
+fn scenario_with_every_shape_is_valid() {
+    let scenario = parse(ALL_SHAPES.as_bytes(), &[]).unwrap_or_else(|f| panic!("{f:#?}"));
+    assert_eq!(scenario.bodies.len(), 10);
+    let again = parse(scenario.source.resolved.as_bytes(), &[]).unwrap_or_else(|f| panic!("{f:#?}"));
+    assert_eq!(again.bodies, scenario.bodies);
+    assert_eq!(again.output, scenario.output);
+}
+
+#[test]
+fn every_key_refuses_wrong_types_and_impossible_values() {
+    let mut n = 0;
+    each_key(tables::SCENARIO, "", &mut |key, path| {
+        for value in bad_values(&key.kind) {
+            let set = format!("{path}={value}");
+            let list = parse(ALL_SHAPES.as_bytes(), std::slice::from_ref(&set)).err();
+            let list = list.unwrap_or_else(|| panic!("--set {set} is accepted"));
+            let named =
+                |f: &Fault| f.key.starts_with(path) && f.to_string().contains(&format!("--set {set}"));
+            assert!(list.iter().any(named), "--set {set} is named: {list:#?}");
+            n += 1;
+        }
+    });
+    // The walk reaches every table.
+    assert!(n > 400, "{n} values tried");
+}
+
+#[test]
+fn every_table_refuses_unknown_keys() {
+    each_key(tables::SCENARIO, "", &mut |key, path| {
+        let table = match &key.kind {
+            Kind::Table(_) => path.to_owned(),
+            Kind::Tables(_) => format!("{path}[0]"),
+            _ => return,
+        };
+        let list = parse(ALL_SHAPES.as_bytes(), &[format!("{table}.xyzzy=1")]).expect_err("unknown");
+        assert!(list.iter().any(|f| f.key == format!("{table}.xyzzy")), "{table}: {list:#?}");
+    });
+}
+
+#[test]
+fn every_required_key_is_missed() {
+    let mut n = 0;
+    each_key(tables::SCENARIO, "", &mut |key, path| {
+        if !matches!(key.need, Need::Required) || matches!(key.kind, Kind::Variants { .. }) {
+            return;
+        }
+        let mut table: toml::Table = ALL_SHAPES.parse().expect("TOML");
+        let parts: Vec<String> = path.replace("[0]", ".0").split('.').map(str::to_owned).collect();
+        if !remove(&mut table, &parts) {
+            return;
+        }
+        let list = parse(toml::to_string(&table).expect("TOML").as_bytes(), &[]).expect_err(path);
+        let fault = list.iter().find(|f| f.key == path).unwrap_or_else(|| panic!("{path} in {list:#?}"));
+        assert!(fault.message.contains("missing") && fault.line() > Some(0), "{fault}");
+        n += 1;
+    });
+    assert!(n > 20, "{n} keys removed");
+}
+
+fn remove(table: &mut toml::Table, parts: &[String]) -> bool {
+    let (first, rest) = parts.split_first().expect("a path is not empty");
+    if rest.is_empty() {
+        return table.remove(first).is_some();
+    }
+    match table.get_mut(first) {
+        Some(toml::Value::Table(inner)) => remove(inner, rest),
+        Some(toml::Value::Array(items)) => match items.first_mut() {
+            Some(toml::Value::Table(inner)) => remove(inner, &rest[1..]),
+            _ => false,
+        },
+        _ => false,
+    }
+}
+
+#[test]
+fn nurbs_files_are_read_and_their_faults_located_in_them() {
+    let directory = tempfile::tempdir().expect("a temporary directory");
+    let net = "degrees = 1\nknots = [[0,0,1,1],[0,0,1,1]]\ncontrol_points = [[0,0],[1,0],[0,1],[1,1]]\n";
+    let json = r#"{"degrees":1,"knots":[[0,0,1,1],[0,0,1,1]],"control_points":[[0,0],[1,0],[0,1],[1,1]]}"#;
+    let text = |file: &str| {
+        format!(
+            "[simulation]\nend_time=1\n[materials.m]\nyoungs_modulus=1\npoissons_ratio=0\ndensity=1\n\
+             [bodies.b]\nmodel=\"plane-strain\"\nmaterial=\"m\"\ngeometry={{shape=\"nurbs\",file=\"{file}\"}}\n"
+        )
+    };
+    let case = directory.path().join("case.toml");
+    let write =
+        |name: &str, content: &str| std::fs::write(directory.path().join(name), content).expect("written");
+    write("net.toml", net);
+    write("net.json", json);
+    for file in ["net.toml", "net.json"] {
+        scenario::parse(&case, text(file).as_bytes(), &[]).unwrap_or_else(|f| panic!("{f}"));
+    }
+    write("net.toml", &net.replace("[1,1]]\n", "[1,-]]\n"));
+    let faults = scenario::parse(&case, text("net.toml").as_bytes(), &[]).expect_err("syntax");
+    assert!(faults.to_string().contains("net.toml:3:"), "{faults}");
+    write("net.toml", &net.replace("[0,1],[1,1]]", "[0,1]]"));
+    let faults = scenario::parse(&case, text("net.toml").as_bytes(), &[]).expect_err("too few points");
+    assert!(
+        faults.to_string().contains("net.toml:3:") && faults.to_string().contains("ask for 4"),
+        "{faults}"
+    );
+    write("net.json", "{\"degrees\": 1,\n \"knots\": }");
+    let faults = scenario::parse(&case, text("net.json").as_bytes(), &[]).expect_err("syntax");
+    assert!(faults.to_string().contains("net.json:2:"), "{faults}");
+    let faults = scenario::parse(&case, text("no.toml").as_bytes(), &[]).expect_err("no file");
+    assert!(
+        faults.to_string().contains("case.toml:10:") && faults.to_string().contains("no.toml"),
+        "{faults}"
+    );
+}
+
+#[test]
+fn deep_nesting_is_a_fault_and_no_crash() {
+    for text in [
+        format!("a = {}1{}", "[".repeat(100_000), "]".repeat(100_000)),
+        format!("a = {}", "{b=".repeat(100_000)),
+        format!("{}a = 1", "a.".repeat(100_000)),
+        format!("[{}a]\nb = 1", "a.".repeat(100_000)),
+    ] {
+        let list = parse(text.as_bytes(), &[]).expect_err("no scenario");
+        assert!(list.iter().all(|f| f.line() > Some(0)));
+    }
+}
+
+/// What the program promises about any input.
+fn check_promise(text: &[u8], set: &[String]) {
+    if let Err(list) = parse(text, set) {
+        assert!(!list.is_empty(), "a refusal has a reason");
+        for fault in &list {
+            assert!(fault.line().is_none_or(|l| l > 0), "{fault}");
+            assert!(!fault.message.is_empty());
+            // Rendering must not panic either.
+            let _ = fault.to_string();
+        }
+    }
+}
+
+fn junk() -> impl Strategy<Value = String> {
+    prop_oneof![
+        Just("nan".to_owned()),
+        Just("-inf".to_owned()),
+        Just("1e308".to_owned()),
+        Just("-9223372036854775808".to_owned()),
+        Just("99999999999999999999".to_owned()),
+        Just("\"\"".to_owned()),
+        Just("[]".to_owned()),
+        Just("{}".to_owned()),
+        Just("[[[]]]".to_owned()),
+        Just("[{}]".to_owned()),
+        Just("1979-05-27T07:32:00Z".to_owned()),
+        any::<f64>().prop_map(|x| format!("{x:e}")),
+        any::<i64>().prop_map(|x| x.to_string()),
+        "\\PC{0,12}",
+    ]
+}
+
+proptest! {
+    // A case takes about 0.2 ms.
+    #![proptest_config(ProptestConfig { cases: 1500, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn changed_values_never_panic(which in 0usize..3, line in any::<prop::sample::Index>(), value in junk()) {
+        let text = [SPHERE, ROD, ALL_SHAPES][which];
+        let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+        let i = line.index(lines.len());
+        if let Some((key, _)) = lines[i].clone().split_once('=') {
+            lines[i] = format!("{key}= {value}");
+        }
+        check_promise(lines.join("\n").as_bytes(), &[]);
+    }
+
+    #[test]
+    fn deleted_doubled_and_swapped_lines_never_panic(
+        which in 0usize..3, a in any::<prop::sample::Index>(), b in any::<prop::sample::Index>(), what in 0u8..3,
+    ) {
+        let mut lines: Vec<&str> = [SPHERE, ROD, ALL_SHAPES][which].lines().collect();
+        let (i, j) = (a.index(lines.len()), b.index(lines.len()));
+        match what {
+            0 => { lines.remove(i); }
+            1 => lines.insert(j, lines[i]),
+            _ => lines.swap(i, j),
+        }
+        check_promise(lines.join("\n").as_bytes(), &[]);
+    }
+
+    #[test]
+    fn changed_bytes_never_panic(
+        which in 0usize..3, changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
+    ) {
+        let mut bytes = [SPHERE, ROD, ALL_SHAPES][which].as_bytes().to_vec();
+        for (at, byte) in changes {
+            let i = at.index(bytes.len());
+            bytes[i] = byte;
+        }
+        check_promise(&bytes, &[]);
+    }
+
+    #[test]
+    fn random_bytes_never_panic(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
+        check_promise(&bytes, &[]);
+    }
+
+    #[test]
+    fn overrides_never_panic(key in "[a-z_.\\[\\]0-9\"]{1,30}", value in junk()) {
+        let text = format!("{key}={value}");
+        if text.parse::<Override>().is_ok() {
+            check_promise(SPHERE.as_bytes(), &[text]);
+        }
+    }
+
+    #[test]
+    fn overrides_of_real_keys_never_panic(which in any::<prop::sample::Index>(), value in junk()) {
+        let mut paths = Vec::new();
+        each_key(tables::SCENARIO, "", &mut |_, path| paths.push(path.to_owned()));
+        let path = which.get(&paths);
+        check_promise(ALL_SHAPES.as_bytes(), &[format!("{path}={value}")]);
+    }
+}
