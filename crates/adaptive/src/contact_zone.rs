@@ -10,10 +10,13 @@ use nalgebra::Vector3;
 
 use crate::elastic_body::ElasticBody;
 use crate::error::AdaptiveError;
-use crate::spec::{PlaneContactSpec, PointRule};
+use crate::spec::{PlaneContactSpec, PointRule, RefinementSpec};
 
 /// Slack of comparisons between parameters, as a share of the patch's range: round-off of arc lengths.
 const PARAMETER_SLACK: f64 = 1e-9;
+
+/// A refinement counts as made for a contact whose first point is nearer to its centre than this part of its width.
+const SAME_PLACE: f64 = 1e-3;
 
 /// A contact interval on a face of a body.
 pub struct ContactZone {
@@ -61,7 +64,8 @@ impl ContactZone {
             );
             fail(ContactError::Inconsistent { reason })
         })?;
-        let interval = Interval::about(body, &face, &first.xi, 0.5 * width);
+        let half_width = RefinementSpec::half_width(&body.spec.model, &first.point, width);
+        let interval = Interval::about(body, &face, &first.xi, half_width);
         if let Some(set) = body.shape.singular_in(face.id.patch, &interval.lower, &interval.upper) {
             return Err(fail(ContactError::Singular { name: set.name.clone() }));
         }
@@ -121,13 +125,14 @@ fn model_components(body: &ElasticBody, vector: &Vector3<f64>) -> [f64; 3] {
     components
 }
 
-/// Width of the refinement in which `point` lies.
+/// Width of the refinement in whose middle `point` lies.
 fn refined_width(body: &ElasticBody, point: &[f64; 3]) -> Option<f64> {
     let distance = |centre: &[f64; 3]| -> f64 {
         centre.iter().zip(point).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
     };
-    let near = body.spec.discretisation.refine.iter().filter(|r| distance(&r.centre) < r.half_width);
-    near.map(|r| 2.0 * (r.half_width - distance(&r.centre))).max_by(f64::total_cmp)
+    let refinements = &body.spec.discretisation.refine;
+    let near = refinements.iter().filter(|r| distance(&r.centre) < SAME_PLACE * r.width);
+    near.map(|r| r.width).max_by(f64::total_cmp)
 }
 
 /// Contact points of the interval.

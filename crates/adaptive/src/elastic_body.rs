@@ -20,7 +20,10 @@ use nalgebra::Vector3;
 use tracing::warn;
 
 use crate::error::AdaptiveError;
-use crate::spec::{DiscretisationSpec, ElasticBodySpec, ReductionSpec};
+use crate::spec::{DiscretisationSpec, ElasticBodySpec, ReductionSpec, RefinementSpec};
+
+/// Part of a parameter range within which a point counts as lying at its end.
+const AT_END: f64 = 1e-9;
 
 /// A discretised body before reduction.
 pub struct ElasticBody {
@@ -71,7 +74,7 @@ impl ElasticBody {
     /// [`AdaptiveError::Geometry`] with the body's name.
     pub fn build(spec: ElasticBodySpec) -> Result<Self, AdaptiveError> {
         let fail = |source| AdaptiveError::Geometry { body: spec.name.clone(), source };
-        let shape = refine(&spec.shape, &spec.discretisation).map_err(fail)?;
+        let shape = refine(&spec.shape, &spec.model, &spec.discretisation).map_err(fail)?;
         let space = PatchSpace::new(shape.patches.clone()).map_err(fail)?;
         let matrices = assemble(&space, &spec.model, &spec.material).map_err(fail)?;
         let dofs: Vec<Dof> =
@@ -210,17 +213,12 @@ fn free_modes(problem: &ElasticProblem<'_>, n: usize) -> Result<ReducedBasis, Dy
 }
 
 /// Degrees, elements or explicit knots, and local refinement.
-fn refine(shape: &Shape, wanted: &DiscretisationSpec) -> Result<Shape, SplineError> {
+fn refine(shape: &Shape, model: &Model, wanted: &DiscretisationSpec) -> Result<Shape, SplineError> {
     let windows: Vec<RefinementWindow> = wanted
         .refine
         .iter()
-        .map(|r| RefinementWindow {
-            centre: r.centre,
-            half_width: [r.half_width; 3],
-            elements: [r.elements; 3],
-            ratio: r.ratio,
-        })
-        .collect();
+        .map(|r| refinement_window(shape, model, r))
+        .collect::<Result<_, SplineError>>()?;
     let elements = if wanted.knots.is_some() { vec![1; wanted.degrees.len()] } else { wanted.elements.clone() };
     let mut fine = shape.refined(&wanted.degrees, &elements, &windows)?;
     if let Some(knots) = &wanted.knots {
@@ -236,4 +234,27 @@ fn refine(shape: &Shape, wanted: &DiscretisationSpec) -> Result<Shape, SplineErr
         fine.patches = fine.patches.iter().map(insert).collect::<Result<_, SplineError>>()?;
     }
     Ok(fine)
+}
+
+/// The window of a refinement: elements of equal size in all directions, half as many where the body's surface cuts it.
+fn refinement_window(
+    shape: &Shape,
+    model: &Model,
+    wanted: &RefinementSpec,
+) -> Result<RefinementWindow, SplineError> {
+    let half_width = RefinementSpec::half_width(model, &wanted.centre, wanted.width);
+    let (patch, xi) = shape.locate(&wanted.centre)?;
+    let mut elements = [0; 3];
+    for (n, (knots, u)) in elements.iter_mut().zip(shape.patches[patch].knots().iter().zip(xi)) {
+        let (first, last) = knots.domain();
+        let at_end = (u - first).min(last - u) < AT_END * (last - first);
+        let reach = if at_end { half_width } else { 2.0 * half_width };
+        *n = ((wanted.elements as f64 * reach / wanted.width).round() as usize).max(1);
+    }
+    Ok(RefinementWindow {
+        centre: wanted.centre,
+        half_width: [half_width; 3],
+        elements,
+        ratio: wanted.ratio,
+    })
 }

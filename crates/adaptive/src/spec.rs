@@ -23,14 +23,25 @@ pub struct InitialMotion {
 pub struct RefinementSpec {
     /// Centre, in the model's components [m].
     pub centre: [f64; 3],
-    /// Half the width of the zone of small elements [m].
-    pub half_width: f64,
-    /// Elements across the full width (half as many on either side of a centre in the interior; all of them on the one
-    /// side of a centre on the rim of the parameter range).
+    /// Width of the zone of small elements along the surface; from the axis outwards where the centre lies on the axis of an
+    /// axisymmetric model \[m\].
+    pub width: f64,
+    /// Elements across the width; elements into the depth have the same size.
     pub elements: usize,
     /// Ratio of neighbouring elements outside the zone.
     pub ratio: f64,
 }
+
+impl RefinementSpec {
+    /// Reach of a zone of width `width` about `centre` on either side \[m\].
+    pub fn half_width(model: &Model, centre: &[f64; 3], width: f64) -> f64 {
+        let is_on_axis = *model == Model::Axisymmetric && centre[0].abs() < ON_AXIS * width;
+        if is_on_axis { width } else { 0.5 * width }
+    }
+}
+
+/// Part of a zone's width within which its centre counts as lying on the axis.
+const ON_AXIS: f64 = 1e-9;
 
 /// Spline space of a body; one entry a parametric direction.
 #[derive(Debug, Clone, PartialEq)]
@@ -111,7 +122,8 @@ pub struct PlaneContactSpec {
     pub points: PointRule,
     /// Solver of the quasistatic problem.
     pub method: Method,
-    /// Full width of the contact interval about the point of first contact [m]; `None`: the refined zone there.
+    /// Width of the contact interval about the point of first contact, measured as [`RefinementSpec::width`] \[m\]; `None`:
+    /// the refined zone there.
     pub width: Option<f64>,
 }
 

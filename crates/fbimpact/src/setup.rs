@@ -93,7 +93,7 @@ fn elastic_body(body: &scenario::Body) -> Result<Option<ElasticBodySpec>, AppErr
     let refine = mesh.refine.iter().map(|r| {
         Ok(RefinementSpec {
             centre: place(&shape, &r.at)?,
-            half_width: r.width,
+            width: r.width,
             elements: r.elements,
             ratio: r.ratio,
         })
@@ -134,7 +134,10 @@ fn shape(elastic: &scenario::ElasticBody) -> Result<Shape, SplineError> {
     let is_axisymmetric = elastic.model == scenario::ElasticModel::Axisymmetric;
     match &elastic.geometry {
         Geometry::Sphere { radius, .. } if is_axisymmetric => axisymmetric::sphere(*radius),
-        Geometry::Sphere { radius, net } => sphere::sphere(*radius, sphere_net(*net)),
+        Geometry::Sphere { radius, net } => {
+            let degree = elastic.discretisation.degree.iter().min().copied().unwrap_or(0);
+            sphere::sphere(*radius, net.map_or(SphereNet::for_degree(degree), sphere_net))
+        }
         Geometry::Rod { radius, length } => axisymmetric::rod(*radius, *length),
         Geometry::RodSphericalEnd { radius, length } => axisymmetric::rod_spherical_end(*radius, *length),
         Geometry::Cylinder { radius, length } => solid::cylinder(*radius, *length),
@@ -160,8 +163,9 @@ fn shape(elastic: &scenario::ElasticBody) -> Result<Shape, SplineError> {
 
 fn sphere_net(net: scenario::SphereNet) -> SphereNet {
     match net {
-        scenario::SphereNet::Polar => SphereNet::Spindle,
         scenario::SphereNet::Cube => SphereNet::Cube,
+        scenario::SphereNet::Spindle => SphereNet::Spindle,
+        scenario::SphereNet::Shells => SphereNet::Shells,
     }
 }
 

@@ -247,12 +247,18 @@ fn the_printed_rod_net_is_singular_on_its_jacket() {
     let printed = Patch::new(knots, points, vec![1.0, s, 1.0, 1.0, 1.0, 1.0]).unwrap();
     let sets = singular_sets(0, &printed);
     assert!(sets.iter().any(|s| s.parameters == [Some(1.0), None, None]), "{sets:?}");
-    // The changed net: det J = η r (l - r) on the jacket.
+    // The changed net: cells of the lower block, whose height is 2 r, open towards the jacket in proportion to η, from the
+    // junction at η = 0; above they are rectangles.
     let rod = axisymmetric::rod_spherical_end(r, l).unwrap();
-    for eta in [0.0, 0.3, 1.0] {
+    let middle = 2.0 * r / l;
+    for eta in [0.0, 0.3 * middle, 0.9 * middle] {
         let jet = rod.patches[0].jet(&[1.0, eta, 0.0], 1, &mut PointBasis::default());
-        assert!((jet.determinant(2) - eta * r * (l - r)).abs() < 1e-15 * r);
+        let share = eta / middle;
+        // dr/dξ = share r, dz/dη = (2 r - r) / middle, and dr/dη = 0 on the jacket
+        assert!((jet.determinant(2) - share * r * (r / middle)).abs() < 1e-15 * r);
     }
+    let jet = rod.patches[0].jet(&[1.0, 0.5 + 0.5 * middle, 0.0], 1, &mut PointBasis::default());
+    assert!((jet.determinant(2) - r * l).abs() < 1e-14 * r);
 }
 
 #[test]

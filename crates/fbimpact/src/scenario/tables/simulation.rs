@@ -44,7 +44,7 @@ const RTOL: Key = Key::new(
     "rtol",
     Kind::Number(TOLERANCE),
     "–",
-    Need::Default("1e-6"),
+    Need::Default("1e-8"),
     "Relative error allowed in a step.",
 );
 

@@ -2,7 +2,8 @@
 
 use super::{S, bezier, hollow, positive, shape, singular};
 use crate::SplineError;
-use crate::nurbs::Shape;
+use crate::knots::KnotVector;
+use crate::nurbs::{Patch, Shape};
 
 /// Sphere: half-disc from the 3 x 2 net of \[B\] Eqs. (35), (36), centred at the origin.
 ///
@@ -38,9 +39,12 @@ pub fn rod(radius: f64, length: f64) -> Result<Shape, SplineError> {
 
 /// Rod with a spherical lower end: the pole is the origin, the flat upper end lies at `z = length`.
 ///
-/// Net of \[B\] Eq. (38), with one change. There the middle control point of the upper edge coincides with the outer one,
-/// which makes `∂r/∂ξ` and with it `det J` vanish along the whole jacket at `r = radius`. Here it stands at half the
-/// radius, and only the junction of sphere and jacket is singular. Same body, same exactness.
+/// Net of \[B\] Eq. (38), with two changes. There the middle control point of the upper edge coincides with the outer one,
+/// which makes `∂r/∂ξ` and with it `det J` vanish along the whole jacket at `r = radius`; here it stands at half the radius,
+/// and only the junction of sphere and jacket is singular. There the bowl of the sphere flattens over the whole length, so
+/// that the lines `η = const` meet the jacket at grazing angles and radial functions resolve little; here it flattens up to
+/// the height of one diameter, where a row of control points crosses the rod on a line of reduced smoothness, and cells above
+/// are rectangles. Same body, same exactness.
 ///
 /// # Errors
 /// [`SplineError::Dimension`] for impossible lengths; the rod must be longer than its radius.
@@ -53,9 +57,15 @@ pub fn rod_spherical_end(radius: f64, length: f64) -> Result<Shape, SplineError>
             reason: "must exceed the radius of the spherical end",
         });
     }
-    let points = [[0.0, 0.0], [r, 0.0], [r, r], [0.0, l], [0.5 * r, l], [r, l]];
-    let points = points.map(|[x, z]| [x, z, 0.0]).to_vec();
-    let patch = bezier(&[2, 1], points, vec![1.0, S, 1.0, 1.0, 1.0, 1.0])?;
+    let middle = (2.0 * r).min(0.5 * (r + l));
+    let row = |z: f64| [[0.0, z, 0.0], [0.5 * r, z, 0.0], [r, z, 0.0]];
+    let mut points = vec![[0.0; 3], [r, 0.0, 0.0], [r, r, 0.0]];
+    points.extend(row(middle));
+    points.extend(row(l));
+    let weights = vec![1.0, S, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0];
+    let knots =
+        vec![KnotVector::from_breaks(2, &[0.0, 1.0])?, KnotVector::from_breaks(1, &[0.0, middle / l, 1.0])?];
+    let patch = Patch::new(knots, points, weights)?;
     let junction = singular([Some(1.0), Some(0.0), None], "junction of spherical end and jacket");
     Ok(shape(vec![patch], rod_markers(0.0, l), vec![junction]))
 }
