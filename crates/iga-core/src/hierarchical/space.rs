@@ -64,15 +64,12 @@ impl HierarchicalSpace {
         let (points, all_weights) = net_of_active(patch, &basis)?;
         let first = ties.first_of_group(&basis);
         let (mut number, mut representatives) = (vec![0; first.len()], Vec::new());
-        let mut members = Vec::new();
         for (f, &g) in first.iter().enumerate() {
             if f == g as usize {
                 number[f] = representatives.len() as u32;
                 representatives.push(g);
-                members.push(1);
             } else {
                 number[f] = number[g as usize];
-                members[number[f] as usize] += 1;
             }
         }
         let leaves: Vec<Leaf> = basis.hierarchy().leaves().collect();
@@ -93,7 +90,7 @@ impl HierarchicalSpace {
             leaves,
         };
         for operator in operators {
-            space.store(&operator, &number, &members, &all_weights);
+            space.store(&operator, &number, &all_weights);
         }
         space.check_seams()?;
         Ok(space)
@@ -156,36 +153,40 @@ impl HierarchicalSpace {
     }
 
     /// Keeps the operator of the next element, rows of tied functions added up and multiplied by the weights.
-    fn store(&mut self, operator: &ElementOperator, number: &[u32], members: &[u32], weights: &[f64]) {
-        let n = operator.functions.len();
+    fn store(&mut self, operator: &ElementOperator, number: &[u32], weights: &[f64]) {
         let begin = self.functions.len();
-        let is_tied = operator.functions.iter().any(|&f| members[number[f as usize] as usize] > 1);
-        if operator.rows.is_empty() && !is_tied {
-            self.functions.extend(operator.functions.iter().map(|&f| number[f as usize]));
-            self.operators.push(PLAIN);
-            self.starts.push(self.functions.len());
-            return;
-        }
-        self.operators.push(self.row_ends.len());
-        let width = operator.rows.len().checked_div(n).filter(|&w| w > 0).unwrap_or(n);
+        let n = operator.functions.len();
+        // Place of each row among the functions of the element.
+        let mut places = Vec::with_capacity(n);
         for &f in &operator.functions {
-            if !self.functions[begin..].contains(&number[f as usize]) {
-                self.functions.push(number[f as usize]);
+            let (g, w) = (number[f as usize], weights[f as usize]);
+            let is_first = self.representatives[g as usize] == f;
+            let known = if is_first { None } else { self.functions[begin..].iter().position(|&h| h == g) };
+            places.push((known.unwrap_or(self.functions.len() - begin), w));
+            if known.is_none() {
+                self.functions.push(g);
             }
         }
         self.starts.push(self.functions.len());
-        let mut sum = vec![0.0; width];
-        for g in begin..self.functions.len() {
-            sum.fill(0.0);
-            for (r, &f) in operator.functions.iter().enumerate() {
-                if number[f as usize] != self.functions[g] {
-                    continue;
-                }
-                match operator.rows.get(r * width..(r + 1) * width) {
-                    Some(row) => sum.iter_mut().zip(row).for_each(|(s, v)| *s += weights[f as usize] * v),
-                    None => sum[r] += weights[f as usize],
-                }
+        let own_weights = self.functions[begin..].iter().map(|&g| self.weights[g as usize].to_bits());
+        let is_plain = operator.rows.is_empty()
+            && self.functions.len() - begin == n
+            && own_weights.eq(places.iter().map(|(_, w)| w.to_bits()));
+        if is_plain {
+            self.operators.push(PLAIN);
+            return;
+        }
+        self.operators.push(self.row_ends.len());
+        let width = if operator.rows.is_empty() { n } else { operator.rows.len() / n };
+        let mut sums = vec![0.0; width * (self.functions.len() - begin)];
+        for (r, &(place, w)) in places.iter().enumerate() {
+            let sum = &mut sums[place * width..(place + 1) * width];
+            match operator.rows.get(r * width..(r + 1) * width) {
+                Some(row) => sum.iter_mut().zip(row).for_each(|(s, v)| *s += w * v),
+                None => sum[r] += w,
             }
+        }
+        for sum in sums.chunks_exact(width) {
             self.row_ends.push(self.entries.len());
             for (c, &v) in sum.iter().enumerate().filter(|(_, v)| **v != 0.0) {
                 self.columns.push(c as u16);

@@ -127,12 +127,23 @@ fn contract(
     let order = orders[d];
     buffer.clear();
     buffer.resize(rows.len(), 0.0);
+    if stride == 1 {
+        for (old, new) in rows.chunks_exact(order).zip(buffer.chunks_exact_mut(order)) {
+            for (x, line) in old.iter().zip(matrix).filter(|(x, _)| **x != 0.0) {
+                for (y, s) in new.iter_mut().zip(line) {
+                    *y += s * x;
+                }
+            }
+        }
+        std::mem::swap(rows, buffer);
+        return;
+    }
     for (old, new) in rows.chunks_exact(stride * order).zip(buffer.chunks_exact_mut(stride * order)) {
         for (coarse, line) in old.chunks_exact(stride).zip(matrix) {
             if coarse.iter().all(|&v| v == 0.0) {
                 continue;
             }
-            for (fine, &s) in new.chunks_exact_mut(stride).zip(line) {
+            for (fine, &s) in new.chunks_exact_mut(stride).zip(line).filter(|(_, s)| **s != 0.0) {
                 for (y, x) in fine.iter_mut().zip(coarse) {
                     *y += s * x;
                 }
