@@ -15,7 +15,7 @@ pub(super) struct Numbering {
     pub(super) weights: Vec<f64>,
     /// First active function of every function of the space.
     pub(super) representatives: Vec<u32>,
-    /// Control point of every function of the space [m].
+    /// Control point of every function of the space \[m\].
     pub(super) control_points: Vec<[f64; 3]>,
 }
 
