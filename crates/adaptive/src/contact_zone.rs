@@ -24,7 +24,7 @@ pub struct ContactZone {
     pub points: Vec<SurfacePoint>,
     /// Unknowns of the interface, rising.
     pub unknowns: Vec<usize>,
-    /// Full width of the interval [m].
+    /// Full width of the interval \[m\].
     pub width: f64,
 }
 
@@ -55,7 +55,8 @@ impl ContactZone {
         let patches = &body.shape.patches;
         let surface = BodySurface::new(patches, axisymmetric);
         let direction = model_components(body, &contact.plane_normal);
-        let first = surface.lowest(patches, &direction).ok_or_else(|| fail(ContactError::Empty { width: 0.0 }))?;
+        let first =
+            surface.lowest(patches, &direction).ok_or_else(|| fail(ContactError::Empty { width: 0.0 }))?;
         let face = surface.faces()[first.face];
         let width = contact.width.or_else(|| refined_width(body, &first.point)).ok_or_else(|| {
             let reason = format!(
@@ -106,8 +107,10 @@ impl Interval {
         face.directions().any(|d| {
             let k = &knots[d];
             let inside = |u: f64| k.element(k.find_element(u));
-            let (first_end, last_start) =
-                (inside(self.lower[d] + 2.0 * self.slack[d]).1, inside(self.upper[d] - 2.0 * self.slack[d]).0);
+            let (first_end, last_start) = (
+                inside(self.lower[d] + 2.0 * self.slack[d]).1,
+                inside(self.upper[d] - 2.0 * self.slack[d]).0,
+            );
             (!self.is_natural_end[d][0] && xi[d] < first_end - self.slack[d])
                 || (!self.is_natural_end[d][1] && xi[d] > last_start + self.slack[d])
         })

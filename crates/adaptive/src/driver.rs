@@ -1,4 +1,4 @@
-//! A run: free phases until a contact closes, impact phases until it has been open for a while ([A] Fig. 2).
+//! A run: free phases until a contact closes, impact phases until it has been open for a while (\[A\] Fig. 2).
 
 use std::time::Instant;
 
@@ -26,7 +26,7 @@ const QUIET_STEPS: f64 = 10.0;
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RunEnd {
-    /// Time reached [s].
+    /// Time reached \[s\].
     pub time: f64,
     /// Whether the observer stopped it.
     pub is_interrupted: bool,
@@ -163,7 +163,8 @@ impl<'a> Driver<'a> {
                 self.store()?;
                 return Ok(false);
             }
-            if self.observer.progress(step.end, step.end - step.start, PhaseKind::Free) == Continue::Interrupt {
+            if self.observer.progress(step.end, step.end - step.start, PhaseKind::Free) == Continue::Interrupt
+            {
                 self.store()?;
                 return Ok(true);
             }
@@ -338,7 +339,7 @@ fn record(
     Ok(observer.sample(sample)?)
 }
 
-/// Smallest gap of contact `i` in the state `y` [m].
+/// Smallest gap of contact `i` in the state `y` \[m\].
 fn smallest_gap(system: &System, states: &mut [BodyState], y: &[f64], i: usize) -> f64 {
     let contact = &system.forces()[i];
     let state = &mut states[contact.body];

@@ -77,8 +77,7 @@ impl ElasticBody {
         let shape = refine(&spec.shape, &spec.model, &spec.discretisation).map_err(fail)?;
         let space = PatchSpace::new(shape.patches.clone()).map_err(fail)?;
         let matrices = assemble(&space, &spec.model, &spec.material).map_err(fail)?;
-        let dofs: Vec<Dof> =
-            matrices.dofs.iter().map(|&(node, component)| Dof { node, component }).collect();
+        let dofs: Vec<Dof> = matrices.dofs.iter().map(|&(node, component)| Dof { node, component }).collect();
         let assembled = AssembledBody {
             name: spec.name.clone(),
             motion: rigid_motion(&spec.model),
@@ -97,7 +96,7 @@ impl ElasticBody {
         self.assembled.dofs.len()
     }
 
-    /// Size of the body: the diagonal of the box around its control points [m].
+    /// Size of the body: the diagonal of the box around its control points \[m\].
     pub fn size(&self) -> f64 {
         self.space.size()
     }
@@ -126,8 +125,8 @@ impl ElasticBody {
                 (modal_truncation(body, modes)?, None)
             }
             ReductionSpec::CraigBampton { modes, fixed_interface_modes } => {
-                let count = fixed_interface_modes
-                    .map_or(FixedInterfaceModes::Checked, FixedInterfaceModes::Exactly);
+                let count =
+                    fixed_interface_modes.map_or(FixedInterfaceModes::Checked, FixedInterfaceModes::Exactly);
                 (craig_bampton(body, &interface.unknowns, modes, count)?.basis, None)
             }
         };
@@ -151,7 +150,7 @@ impl ElasticBody {
         active.into_iter().zip(basis.values).filter(|(_, value)| value.abs() > 0.0).collect()
     }
 
-    /// Element and parameters of a point of the undeformed body, in the model's components [m].
+    /// Element and parameters of a point of the undeformed body, in the model's components \[m\].
     ///
     /// # Errors
     /// [`AdaptiveError::Geometry`] if the point is not in the body.
@@ -165,7 +164,7 @@ impl ElasticBody {
         Ok((self.space.find_element(patch, &xi), xi))
     }
 
-    /// The material point at `place` (model's components [m]), moving with the modes `shapes`.
+    /// The material point at `place` (model's components \[m\]), moving with the modes `shapes`.
     ///
     /// # Errors
     /// As [`ElasticBody::locate`].
@@ -219,7 +218,8 @@ fn refine(shape: &Shape, model: &Model, wanted: &DiscretisationSpec) -> Result<S
         .iter()
         .map(|r| refinement_window(shape, model, r))
         .collect::<Result<_, SplineError>>()?;
-    let elements = if wanted.knots.is_some() { vec![1; wanted.degrees.len()] } else { wanted.elements.clone() };
+    let elements =
+        if wanted.knots.is_some() { vec![1; wanted.degrees.len()] } else { wanted.elements.clone() };
     let mut fine = shape.refined(&wanted.degrees, &elements, &windows)?;
     if let Some(knots) = &wanted.knots {
         let insert = |patch: &Patch| {
@@ -251,10 +251,5 @@ fn refinement_window(
         let reach = if at_end { half_width } else { 2.0 * half_width };
         *n = ((wanted.elements as f64 * reach / wanted.width).round() as usize).max(1);
     }
-    Ok(RefinementWindow {
-        centre: wanted.centre,
-        half_width: [half_width; 3],
-        elements,
-        ratio: wanted.ratio,
-    })
+    Ok(RefinementWindow { centre: wanted.centre, half_width: [half_width; 3], elements, ratio: wanted.ratio })
 }

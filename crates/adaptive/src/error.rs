@@ -53,9 +53,9 @@ pub enum AdaptiveError {
     IntervalTooSmall {
         /// Name of the contact.
         contact: String,
-        /// When [s].
+        /// When \[s\].
         time: f64,
-        /// Width of the interval [m].
+        /// Width of the interval \[m\].
         width: f64,
     },
     /// The observer failed.

@@ -5,9 +5,9 @@ use crate::record::ImpactRecord;
 /// What the watch needs to know of a contact at the end of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactInstant {
-    /// Time [s].
+    /// Time \[s\].
     pub time: f64,
-    /// Normal force [N].
+    /// Normal force \[N\].
     pub force: f64,
     /// Time integral of the normal force since the start of the run [N s].
     pub impulse: f64,
@@ -41,18 +41,18 @@ impl ImpactWatch {
         self.record.is_some()
     }
 
-    /// End of the last touch of the running impact [s]; the present time while force acts.
+    /// End of the last touch of the running impact \[s\]; the present time while force acts.
     pub fn last_touch(&self) -> Option<f64> {
         self.record.as_ref().map(|r| r.end)
     }
 
-    /// Peak force so far [N].
+    /// Peak force so far \[N\].
     pub fn peak_force(&self) -> f64 {
         self.record.as_ref().map_or(0.0, |r| r.peak_force)
     }
 
     /// Takes the end of an accepted step. `touch` and `release` are the times at which the contact closed or opened within
-    /// the step, if it did [s]. Returns whether the force reached a new maximum at this instant.
+    /// the step, if it did \[s\]. Returns whether the force reached a new maximum at this instant.
     pub fn step(&mut self, now: ContactInstant, touch: Option<f64>, release: Option<f64>) -> bool {
         if now.force > 0.0 && self.record.is_none() {
             let before = self.last.unwrap_or(now);

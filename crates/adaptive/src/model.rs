@@ -26,9 +26,9 @@ pub struct RunModel {
     pub points: Vec<ObservedPoint>,
     /// Names of the contacts.
     pub contact_names: Vec<String>,
-    /// Widths of the contact intervals [m].
+    /// Widths of the contact intervals \[m\].
     pub interval_widths: Vec<[f64; 2]>,
-    /// Sizes of the bodies [m].
+    /// Sizes of the bodies \[m\].
     pub sizes: Vec<f64>,
     /// Time spent in building.
     pub timings: Timings,
@@ -189,10 +189,14 @@ fn interface_of(
 ) -> Result<Interface, AdaptiveError> {
     let mine = || contacts.iter().zip(zones).filter(|(c, _)| c.body == index);
     let is_quasistatic = mine().any(|(c, _)| c.is_quasistatic);
-    let unsupported =
-        |reason: &str| AdaptiveError::Unsupported { subject: format!("body \"{}\"", body.spec.name), reason: reason.into() };
+    let unsupported = |reason: &str| AdaptiveError::Unsupported {
+        subject: format!("body \"{}\"", body.spec.name),
+        reason: reason.into(),
+    };
     if is_quasistatic && mine().any(|(c, _)| !c.is_quasistatic) {
-        return Err(unsupported("quasistatic and dynamic contacts on one body cannot be mixed, choose one model"));
+        return Err(unsupported(
+            "quasistatic and dynamic contacts on one body cannot be mixed, choose one model",
+        ));
     }
     if is_quasistatic && !matches!(body.spec.reduction, ReductionSpec::CraigBampton { .. }) {
         return Err(unsupported("quasistatic contact needs reduction.method = \"craig-bampton\""));
@@ -217,8 +221,8 @@ fn plane_contact(
         .as_ref()
         .map(|r| InterfaceCompliance { dofs: &interface.unknowns, compliance: r.compliance().as_ref() });
     let shapes = reduced.basis.shapes.as_ref();
-    let submodel =
-        contact_submodel(body.assembled.motion, &zone.points, &body.lookup, shapes, compliance).map_err(fail)?;
+    let submodel = contact_submodel(body.assembled.motion, &zone.points, &body.lookup, shapes, compliance)
+        .map_err(fail)?;
     let settings = PlaneContactSettings {
         body: spec.body,
         plane: Plane { point: spec.plane_point, normal: Unit::new_normalize(spec.plane_normal) },

@@ -11,7 +11,7 @@ pub struct RunLayout {
     pub contacts: Vec<String>,
     /// Names of observed points in the order of [`Sample::points`].
     pub points: Vec<String>,
-    /// Start and end of the simulated time [s].
+    /// Start and end of the simulated time \[s\].
     pub time_span: (f64, f64),
 }
 
@@ -20,11 +20,11 @@ pub struct RunLayout {
 pub struct BodyLayout {
     /// Name in the scenario.
     pub name: String,
-    /// Eigenfrequencies of the elastic coordinates [Hz]; empty for rigid bodies.
+    /// Eigenfrequencies of the elastic coordinates \[Hz\]; empty for rigid bodies.
     pub eigenfrequencies: Vec<f64>,
 }
 
-/// Energies at one instant [J].
+/// Energies at one instant \[J\].
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Energies {
     /// Kinetic energy of all bodies.
@@ -51,7 +51,7 @@ impl Energies {
 /// Motion of one body at one instant.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct BodySample {
-    /// Origin of the reference frame [m].
+    /// Origin of the reference frame \[m\].
     pub position: [f64; 3],
     /// Unit quaternion `w x y z` from body frame to inertial frame.
     pub rotation: [f64; 4],
@@ -59,7 +59,7 @@ pub struct BodySample {
     pub velocity: [f64; 3],
     /// Angular velocity in the inertial frame [rad/s].
     pub angular_velocity: [f64; 3],
-    /// Deformed centre of mass [m].
+    /// Deformed centre of mass \[m\].
     pub centre_of_mass: [f64; 3],
     /// Elastic coordinates.
     pub elastic_coordinates: Vec<f64>,
@@ -70,11 +70,11 @@ pub struct BodySample {
 /// State of one contact at one instant.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ContactSample {
-    /// Sum of the normal point forces [N].
+    /// Sum of the normal point forces \[N\].
     pub normal_force: f64,
-    /// Total force on the contact body in the inertial frame [N].
+    /// Total force on the contact body in the inertial frame \[N\].
     pub force: [f64; 3],
-    /// Largest penetration of a contact point, zero without contact [m].
+    /// Largest penetration of a contact point, zero without contact \[m\].
     pub penetration: f64,
     /// Number of points in contact.
     pub active_points: u32,
@@ -87,7 +87,7 @@ pub struct ContactSample {
 /// An observed point at one instant.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct PointSample {
-    /// Deformed position [m].
+    /// Deformed position \[m\].
     pub position: [f64; 3],
     /// Velocity [m/s].
     pub velocity: [f64; 3],
@@ -96,7 +96,7 @@ pub struct PointSample {
 /// Everything recorded at one instant.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Sample {
-    /// Simulated time [s].
+    /// Simulated time \[s\].
     pub time: f64,
     /// Index of the running phase.
     pub phase: u32,
@@ -114,7 +114,7 @@ pub struct Sample {
     pub points: Vec<PointSample>,
 }
 
-/// Kind of a phase ([A] Fig. 2).
+/// Kind of a phase (\[A\] Fig. 2).
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum PhaseKind {
     /// No contact force acts.
@@ -129,9 +129,9 @@ pub enum PhaseKind {
 pub struct PhaseRecord {
     /// Kind.
     pub kind: PhaseKind,
-    /// Start [s].
+    /// Start \[s\].
     pub start: f64,
-    /// End [s].
+    /// End \[s\].
     pub end: f64,
     /// Accepted steps.
     pub steps: u64,
@@ -139,7 +139,7 @@ pub struct PhaseRecord {
     pub rejected: u64,
     /// Evaluations of the right-hand side.
     pub evaluations: u64,
-    /// Wall time [s].
+    /// Wall time \[s\].
     pub wall_time: f64,
 }
 
@@ -148,13 +148,13 @@ pub struct PhaseRecord {
 pub struct ImpactRecord {
     /// Index of the contact.
     pub contact: u32,
-    /// First contact [s].
+    /// First contact \[s\].
     pub start: f64,
-    /// Last contact [s].
+    /// Last contact \[s\].
     pub end: f64,
-    /// Largest normal force [N].
+    /// Largest normal force \[N\].
     pub peak_force: f64,
-    /// Its time [s].
+    /// Its time \[s\].
     pub peak_time: f64,
     /// Time integral of the normal force [N s].
     pub impulse: f64,
@@ -173,15 +173,15 @@ pub struct TryRecord {
     pub impact: u32,
     /// Number of the try, from 1.
     pub number: u32,
-    /// Start [s].
+    /// Start \[s\].
     pub start: f64,
-    /// Time reached [s].
+    /// Time reached \[s\].
     pub stop: f64,
     /// Penalty factor at the start [N/m³].
     pub penalty_start: f64,
     /// Penalty factor at the end [N/m³].
     pub penalty_end: f64,
-    /// Widths of the contact interval along the two surface directions [m]; the second is zero for curves.
+    /// Widths of the contact interval along the two surface directions \[m\]; the second is zero for curves.
     pub interval_widths: [f64; 2],
     /// Contact elements over interval elements, a direction.
     pub utilisation: [f64; 2],
@@ -195,15 +195,15 @@ pub struct TryRecord {
     pub steps: u64,
     /// Rejected steps.
     pub rejected: u64,
-    /// Largest normal force [N].
+    /// Largest normal force \[N\].
     pub peak_force: f64,
     /// "accepted", "rejected" or "failed".
     pub outcome: String,
     /// Why.
     pub reason: String,
-    /// Wall time [s].
+    /// Wall time \[s\].
     pub wall_time: f64,
-    /// Processor time [s].
+    /// Processor time \[s\].
     pub cpu_time: f64,
 }
 
@@ -212,13 +212,13 @@ pub struct TryRecord {
 pub struct StressRecord {
     /// Name of the request in the scenario.
     pub name: String,
-    /// Instant [s].
+    /// Instant \[s\].
     pub time: f64,
-    /// Undeformed points in the body's frame [m].
+    /// Undeformed points in the body's frame \[m\].
     pub points: Vec<[f64; 3]>,
-    /// Stress components a point: xx yy zz xy yz zx, or rr zz θθ rz 0 0 for axisymmetric models [Pa].
+    /// Stress components a point: xx yy zz xy yz zx, or rr zz θθ rz 0 0 for axisymmetric models \[Pa\].
     pub stress: Vec<[f64; 6]>,
-    /// Von Mises stress a point [Pa].
+    /// Von Mises stress a point \[Pa\].
     pub von_mises: Vec<f64>,
 }
 

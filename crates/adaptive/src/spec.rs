@@ -8,7 +8,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 /// Motion of a body at the start.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InitialMotion {
-    /// Origin of the body's frame [m].
+    /// Origin of the body's frame \[m\].
     pub position: Vector3<f64>,
     /// Rotation from the body's frame to space.
     pub rotation: UnitQuaternion<f64>,
@@ -21,7 +21,7 @@ pub struct InitialMotion {
 /// Small elements about a point of a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RefinementSpec {
-    /// Centre, in the model's components [m].
+    /// Centre, in the model's components \[m\].
     pub centre: [f64; 3],
     /// Width of the zone of small elements along the surface; from the axis outwards where the centre lies on the axis of an
     /// axisymmetric model \[m\].
@@ -97,9 +97,9 @@ pub struct ElasticBodySpec {
 /// Where contact points stand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PointRule {
-    /// Greville abscissae of the surface functions ([A]).
+    /// Greville abscissae of the surface functions (\[A\]).
     Greville,
-    /// Gauss points of the surface elements ([B]).
+    /// Gauss points of the surface elements (\[B\]).
     Gauss,
 }
 
@@ -110,7 +110,7 @@ pub struct PlaneContactSpec {
     pub name: String,
     /// Index of the body among the flexible ones.
     pub body: usize,
-    /// A point of the plane [m].
+    /// A point of the plane \[m\].
     pub plane_point: Vector3<f64>,
     /// Unit normal that points to the body's side.
     pub plane_normal: Vector3<f64>,
@@ -130,7 +130,7 @@ pub struct PlaneContactSpec {
 /// Integration in one kind of phase.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PhaseSettings {
-    /// Longest step [s]; infinite where only the model decides.
+    /// Longest step \[s\]; infinite where only the model decides.
     pub max_step: f64,
     /// Permitted error a step as a share of the motion's velocity.
     pub tolerance: f64,
@@ -139,7 +139,7 @@ pub struct PhaseSettings {
 /// Settings of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunSettings {
-    /// End of the simulated time [s].
+    /// End of the simulated time \[s\].
     pub end_time: f64,
     /// Gravity [m/s²].
     pub gravity: Vector3<f64>,
@@ -147,9 +147,9 @@ pub struct RunSettings {
     pub free: PhaseSettings,
     /// Phases with contact.
     pub impact: PhaseSettings,
-    /// Time without contact force after which an impact has ended [s].
+    /// Time without contact force after which an impact has ended \[s\].
     pub quiet_time: Option<f64>,
-    /// Time between stored states in free phases [s].
+    /// Time between stored states in free phases \[s\].
     pub free_interval: f64,
 }
 
@@ -160,7 +160,7 @@ pub struct PointSpec {
     pub name: String,
     /// Index of the body among the flexible ones.
     pub body: usize,
-    /// Undeformed place in the model's components [m].
+    /// Undeformed place in the model's components \[m\].
     pub place: [f64; 3],
 }
 
@@ -169,7 +169,7 @@ pub struct PointSpec {
 pub enum StressInstant {
     /// When the largest contact force on the body acts.
     PeakForce,
-    /// At a given time [s].
+    /// At a given time \[s\].
     Time(f64),
 }
 
@@ -180,7 +180,7 @@ pub struct StressSpec {
     pub name: String,
     /// Index of the body among the flexible ones.
     pub body: usize,
-    /// Ends of the line in the model's components [m].
+    /// Ends of the line in the model's components \[m\].
     pub ends: [[f64; 3]; 2],
     /// Number of points, ends included.
     pub samples: usize,

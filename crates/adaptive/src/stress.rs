@@ -11,13 +11,13 @@ use crate::spec::{StressInstant, StressSpec};
 /// State of a body at the instant of a stress request.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct StressState {
-    /// Time [s].
+    /// Time \[s\].
     pub time: f64,
-    /// Contact force that belongs to it [N].
+    /// Contact force that belongs to it \[N\].
     pub force: f64,
     /// Elastic coordinates.
     pub elastic: Vec<f64>,
-    /// Forces on the interface unknowns [N]; empty if all modes are dynamic.
+    /// Forces on the interface unknowns \[N\]; empty if all modes are dynamic.
     pub interface_forces: Vec<f64>,
 }
 
@@ -31,7 +31,7 @@ pub struct StressRequest {
 }
 
 impl StressRequest {
-    /// Whether a state at time `time` with contact force `force` [N] on the body is the one to keep, so far.
+    /// Whether a state at time `time` with contact force `force` \[N\] on the body is the one to keep, so far.
     pub fn wants(&self, time: f64, force: f64) -> bool {
         match self.spec.at {
             StressInstant::PeakForce => self.state.as_ref().is_none_or(|s| force > s.force),
@@ -73,7 +73,7 @@ impl StressRequest {
     }
 }
 
-/// Displacement of all unknowns: `Φ q_e + u_hf(f_b)` [m].
+/// Displacement of all unknowns: `Φ q_e + u_hf(f_b)` \[m\].
 fn displacement(reduced: &ReducedBody, state: &StressState) -> Vec<f64> {
     let shapes = &reduced.basis.shapes;
     let q = Mat::from_fn(state.elastic.len(), 1, |i, _| state.elastic[i]);

@@ -19,7 +19,7 @@ pub enum ContactError {
         "no contact point lies within {width:.3e} m of the contact centre, widen the interval or refine the mesh"
     )]
     Empty {
-        /// Width of the zone [m].
+        /// Width of the zone \[m\].
         width: f64,
     },
     /// A penalty factor that is not positive.

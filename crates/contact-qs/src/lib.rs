@@ -2,7 +2,7 @@
 //!
 //! The high-frequency deformation of the contact zone is quasistatic: it follows from the interface compliance `G` and a
 //! small strictly convex problem for the point forces ([`quasistatic`]). SI units. Equation numbers refer to
-//! `docs/theory.md`; [A] and [B] are the two papers named there.
+//! `docs/theory.md`; \[A\] and \[B\] are the two papers named there.
 
 pub mod error;
 pub mod submodel;

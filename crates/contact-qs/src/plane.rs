@@ -23,7 +23,7 @@ const NORMAL_TOLERANCE: f64 = 1e-9;
 /// A fixed rigid plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plane {
-    /// A point of the plane in the inertial frame [m].
+    /// A point of the plane in the inertial frame \[m\].
     pub point: Vector3<f64>,
     /// Normal in the inertial frame, towards the body.
     pub normal: Unit<Vector3<f64>>,
@@ -45,11 +45,11 @@ pub struct PlaneContactSettings {
 /// What a contact evaluation found.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ContactReport {
-    /// Sum of the point forces [N].
+    /// Sum of the point forces \[N\].
     pub normal_force: f64,
-    /// Force on the body in the inertial frame [N].
+    /// Force on the body in the inertial frame \[N\].
     pub force: Vector3<f64>,
-    /// Largest penetration, quasistatic displacement included, zero without contact [m].
+    /// Largest penetration, quasistatic displacement included, zero without contact \[m\].
     pub penetration: f64,
     /// Number of points that carry force.
     pub n_active: usize,
@@ -193,12 +193,12 @@ impl PlaneContact {
         &self.report
     }
 
-    /// Point forces along the normal of the last evaluation [N].
+    /// Point forces along the normal of the last evaluation \[N\].
     pub fn point_forces(&self) -> &[f64] {
         &self.forces
     }
 
-    /// Gaps of the last evaluation, quasistatic displacement included [m].
+    /// Gaps of the last evaluation, quasistatic displacement included \[m\].
     pub fn gaps(&self) -> &[f64] {
         &self.gaps
     }
@@ -246,7 +246,7 @@ impl PlaneContact {
         smallest
     }
 
-    /// Replaces `out` by the forces of the last evaluation on the interface freedoms, `f_b = N_bᵀ n λ` (Eq. C.19) [N], for
+    /// Replaces `out` by the forces of the last evaluation on the interface freedoms, `f_b = N_bᵀ n λ` (Eq. C.19) \[N\], for
     /// the recovery of stresses.
     ///
     /// # Panics

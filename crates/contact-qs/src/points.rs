@@ -16,7 +16,7 @@ const UNITY_TOLERANCE: f64 = 1e-10;
 /// A point of the surface that may come into contact.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfacePoint {
-    /// Undeformed position in the model's own components, `(x, y, z)`, `(x, y, 0)` or `(r, z, 0)` [m].
+    /// Undeformed position in the model's own components, `(x, y, z)`, `(x, y, 0)` or `(r, z, 0)` \[m\].
     pub position: [f64; 3],
     /// Tributary area; axisymmetric models carry `2πr` [m²].
     pub area: f64,

@@ -55,7 +55,7 @@ impl SparseRows {
 pub struct ContactSubmodel {
     /// Rigid motions of the body model.
     pub motion: RigidMotion,
-    /// Undeformed contact points in the body's frame, as points in space [m].
+    /// Undeformed contact points in the body's frame, as points in space \[m\].
     pub points: Vec<[f64; 3]>,
     /// Tributary areas `w_i` [m²]; axisymmetric models carry `2πr`.
     pub areas: Vec<f64>,

@@ -1,8 +1,8 @@
 //! From a validated scenario to the specification of a run: exact shapes, materials, places, contact pairs.
 
 use adaptive::spec::{
-    DiscretisationSpec, ElasticBodySpec, InitialMotion, PhaseSettings, PlaneContactSpec, PointRule, PointSpec,
-    ReductionSpec, RefinementSpec, RunSettings, RunSpec, StressInstant, StressSpec,
+    DiscretisationSpec, ElasticBodySpec, InitialMotion, PhaseSettings, PlaneContactSpec, PointRule,
+    PointSpec, ReductionSpec, RefinementSpec, RunSettings, RunSpec, StressInstant, StressSpec,
 };
 use contact_qs::quasistatic::Method;
 use contact_qs::quasistatic::broyden::BroydenSettings;
@@ -63,7 +63,8 @@ pub fn run_spec(scenario: &Scenario) -> Result<RunSpec, AppError> {
 impl Bodies {
     /// Number among the flexible bodies of body `index` of the file.
     fn flexible(&self, index: usize, subject: &str) -> Result<usize, AppError> {
-        self.index[index].ok_or_else(|| AppError::Model(format!("{subject}: the body is rigid, name a flexible one")))
+        self.index[index]
+            .ok_or_else(|| AppError::Model(format!("{subject}: the body is rigid, name a flexible one")))
     }
 }
 
@@ -188,7 +189,8 @@ fn plane_contact(
     let subject = format!("contacts.{}", contact.name);
     let target = &scenario.bodies[contact.target_body];
     let scenario::BodyKind::RigidPlane { normal } = target.kind else {
-        let reason = "contact between two flexible bodies is not supported yet, choose a rigid plane as target_body";
+        let reason =
+            "contact between two flexible bodies is not supported yet, choose a rigid plane as target_body";
         return Err(AppError::Model(format!("{subject}: {reason}")));
     };
     Ok(PlaneContactSpec {

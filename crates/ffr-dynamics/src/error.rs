@@ -39,7 +39,7 @@ pub enum DynamicsError {
         found: usize,
         /// Modes that the inertia count shows.
         expected: usize,
-        /// The frequency up to which modes were counted [Hz].
+        /// The frequency up to which modes were counted \[Hz\].
         frequency: f64,
         /// What to do or what was seen.
         reason: String,
@@ -53,7 +53,7 @@ pub enum DynamicsError {
     /// The time integration cannot go on.
     #[error("integration stopped at t = {time:.9e} s: {reason}")]
     Integration {
-        /// Time reached [s].
+        /// Time reached \[s\].
         time: f64,
         /// Why, with the numbers and what to change.
         reason: String,
@@ -64,7 +64,7 @@ pub enum DynamicsError {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[error("{reason}")]
 pub struct Rejection {
-    /// Machine-readable code: 1 singular, 2 not finite, -1 iteration limit ([A] Algorithm 1), 0 anything else.
+    /// Machine-readable code: 1 singular, 2 not finite, -1 iteration limit (\[A\] Algorithm 1), 0 anything else.
     pub code: i32,
     /// Text for the log.
     pub reason: String,

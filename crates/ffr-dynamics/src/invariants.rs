@@ -8,11 +8,11 @@ use crate::system::force::BodyState;
 /// What a free body keeps, or exchanges with others.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Invariants {
-    /// Kinetic energy, equal to that of the unreduced model in the same motion [J].
+    /// Kinetic energy, equal to that of the unreduced model in the same motion \[J\].
     pub kinetic: f64,
-    /// Elastic energy `½ q_eᵀ K_e q_e` [J].
+    /// Elastic energy `½ q_eᵀ K_e q_e` \[J\].
     pub elastic: f64,
-    /// Potential of gravity, `-m g · r_c` with the deformed centre of mass; zero at the inertial origin [J].
+    /// Potential of gravity, `-m g · r_c` with the deformed centre of mass; zero at the inertial origin \[J\].
     pub gravity: f64,
     /// Linear momentum in the inertial frame [kg m/s].
     pub linear_momentum: Vector3<f64>,
@@ -60,7 +60,7 @@ impl Invariants {
         }
     }
 
-    /// Kinetic, elastic and gravity energy together [J].
+    /// Kinetic, elastic and gravity energy together \[J\].
     pub fn energy(&self) -> f64 {
         self.kinetic + self.elastic + self.gravity
     }
@@ -76,7 +76,7 @@ impl std::ops::AddAssign for Invariants {
     }
 }
 
-/// Centre of mass of the deformed body in the inertial frame [m].
+/// Centre of mass of the deformed body in the inertial frame \[m\].
 pub fn centre_of_mass(data: &StandardInputData, state: &BodyState) -> Vector3<f64> {
     let terms = data.coupling_translation.iter().zip(&state.elastic);
     let moment = terms.fold(data.mass_moment, |sum, (c, q)| sum + c * *q);

@@ -20,7 +20,6 @@ fn main() {
         space.n_functions(),
         space.n_stored()
     );
-    divan::black_box(&report);
     #[expect(clippy::print_stdout, reason = "size of the case beside its times")]
     {
         println!("{report}");

@@ -1,19 +1,19 @@
 //! Hertz's closed forms for the contact and the impact of two spheres.
 //!
-//! Docs/theory.md section C.6; [B] Eqs. 29-34; K. L. Johnson, Contact Mechanics, sections 3.4, 4.2 and 11.4. A rigid
+//! Docs/theory.md section C.6; \[B\] Eqs. 29-34; K. L. Johnson, Contact Mechanics, sections 3.4, 4.2 and 11.4. A rigid
 //! partner has an infinite Young's modulus, a plane has an infinite radius, a fixed partner has an infinite mass.
 //!
-//! [B] writes the contact radius as `sqrt(r δ)` (its Eq. 32) with `r` the radius of one of its two equal spheres and `δ`
+//! \[B\] writes the contact radius as `sqrt(r δ)` (its Eq. 32) with `r` the radius of one of its two equal spheres and `δ`
 //! their approach to the plane of symmetry between them. In general it is `sqrt(R* δ)` with the equivalent radius of
 //! Eq. 31 and the approach of the two bodies; both readings give the same number for that example. The stress on the
-//! axis, [B] Eq. 34, is the exact one (Huber): it is the difference of Eqs. C.25, no approximation.
+//! axis, \[B\] Eq. 34, is the exact one (Huber): it is the difference of Eqs. C.25, no approximation.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Elastic constants of one partner.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Solid {
-    /// Young's modulus, infinite for a rigid partner [Pa].
+    /// Young's modulus, infinite for a rigid partner \[Pa\].
     pub young: f64,
     /// Poisson's ratio.
     pub poisson: f64,
@@ -32,14 +32,14 @@ impl Solid {
 /// Two spheres in contact, reduced to one modulus and one radius.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HertzPair {
-    /// Equivalent modulus `1/E* = (1-ν1²)/E1 + (1-ν2²)/E2` ([B] Eq. 30) [Pa].
+    /// Equivalent modulus `1/E* = (1-ν1²)/E1 + (1-ν2²)/E2` (\[B\] Eq. 30) \[Pa\].
     pub modulus: f64,
-    /// Equivalent radius `1/R* = 1/r1 + 1/r2` ([B] Eq. 31) [m].
+    /// Equivalent radius `1/R* = 1/r1 + 1/r2` (\[B\] Eq. 31) \[m\].
     pub radius: f64,
 }
 
 impl HertzPair {
-    /// Pair of two spheres with elastic constants `solids` and radii `radii` (infinite for a plane) [m].
+    /// Pair of two spheres with elastic constants `solids` and radii `radii` (infinite for a plane) \[m\].
     pub fn new(solids: [Solid; 2], radii: [f64; 2]) -> Self {
         Self {
             modulus: 1.0 / (solids[0].compliance() + solids[1].compliance()),
@@ -52,41 +52,41 @@ impl HertzPair {
         4.0 / 3.0 * self.modulus * self.radius.sqrt() // Eq. C.20
     }
 
-    /// Force at approach `approach`, zero without contact ([B] Eq. 29) [N].
+    /// Force at approach `approach`, zero without contact (\[B\] Eq. 29) \[N\].
     pub fn force(self, approach: f64) -> f64 {
         if approach > 0.0 { self.stiffness() * approach * approach.sqrt() } else { 0.0 }
     }
 
-    /// Elastic energy `2/5 k δ^(5/2)` at approach `approach` [J].
+    /// Elastic energy `2/5 k δ^(5/2)` at approach `approach` \[J\].
     pub fn energy(self, approach: f64) -> f64 {
         0.4 * approach * self.force(approach)
     }
 
-    /// Approach under force `force` [m].
+    /// Approach under force `force` \[m\].
     pub fn approach(self, force: f64) -> f64 {
         (force / self.stiffness()).powf(2.0 / 3.0)
     }
 
-    /// Radius `a = sqrt(R* δ)` of the contact circle at approach `approach` [m].
+    /// Radius `a = sqrt(R* δ)` of the contact circle at approach `approach` \[m\].
     pub fn contact_radius(self, approach: f64) -> f64 {
         (self.radius * approach.max(0.0)).sqrt() // Eq. C.21
     }
 
-    /// Largest pressure `p0 = 3 F / (2 π a²)` at approach `approach` ([B] Eq. 33) [Pa].
+    /// Largest pressure `p0 = 3 F / (2 π a²)` at approach `approach` (\[B\] Eq. 33) \[Pa\].
     pub fn peak_pressure(self, approach: f64) -> f64 {
         2.0 / PI * self.modulus * (approach.max(0.0) / self.radius).sqrt() // the same, with F and a inserted
     }
 
-    /// Pressure `p0 sqrt(1 - ρ²/a²)` at distance `distance` from the axis [Pa].
+    /// Pressure `p0 sqrt(1 - ρ²/a²)` at distance `distance` from the axis \[Pa\].
     pub fn pressure(self, approach: f64, distance: f64) -> f64 {
         let a = self.contact_radius(approach);
         if distance < a { self.peak_pressure(approach) * (1.0 - (distance / a).powi(2)).sqrt() } else { 0.0 }
     }
 }
 
-/// Stresses `(σ_r = σ_θ, σ_z)` on the axis at depth `depth` under a Hertz pressure (Eqs. C.25; Johnson 3.45) [Pa].
+/// Stresses `(σ_r = σ_θ, σ_z)` on the axis at depth `depth` under a Hertz pressure (Eqs. C.25; Johnson 3.45) \[Pa\].
 ///
-/// `peak_pressure` [Pa] and `contact_radius` [m] of the pressure; `poisson`: of the body under it.
+/// `peak_pressure` \[Pa\] and `contact_radius` \[m\] of the pressure; `poisson`: of the body under it.
 pub fn axis_stresses(peak_pressure: f64, contact_radius: f64, poisson: f64, depth: f64) -> (f64, f64) {
     let z = depth / contact_radius;
     let decay = 1.0 / (1.0 + z * z);
@@ -95,7 +95,7 @@ pub fn axis_stresses(peak_pressure: f64, contact_radius: f64, poisson: f64, dept
     (-peak_pressure * ((1.0 + poisson) * cap - 0.5 * decay), -peak_pressure * decay)
 }
 
-/// Von Mises stress `|σ_z - σ_r|` on the axis at depth `depth` ([B] Eq. 34) [Pa]. Arguments as in [`axis_stresses`].
+/// Von Mises stress `|σ_z - σ_r|` on the axis at depth `depth` (\[B\] Eq. 34) \[Pa\]. Arguments as in [`axis_stresses`].
 pub fn axis_von_mises(peak_pressure: f64, contact_radius: f64, poisson: f64, depth: f64) -> f64 {
     let (radial, axial) = axis_stresses(peak_pressure, contact_radius, poisson, depth);
     (axial - radial).abs()
@@ -121,34 +121,34 @@ pub fn largest_axis_von_mises(peak_pressure: f64, contact_radius: f64, poisson: 
 pub struct HertzImpact {
     /// Elastic pair.
     pub pair: HertzPair,
-    /// Reduced mass `1/m* = 1/m1 + 1/m2` [kg].
+    /// Reduced mass `1/m* = 1/m1 + 1/m2` \[kg\].
     pub mass: f64,
     /// Closing speed at first touch [m/s].
     pub speed: f64,
 }
 
 impl HertzImpact {
-    /// Impact of masses `masses` (infinite for a fixed partner) [kg] at closing speed `speed` [m/s].
+    /// Impact of masses `masses` (infinite for a fixed partner) \[kg\] at closing speed `speed` [m/s].
     pub fn new(pair: HertzPair, masses: [f64; 2], speed: f64) -> Self {
         Self { pair, mass: 1.0 / (1.0 / masses[0] + 1.0 / masses[1]), speed }
     }
 
-    /// Largest approach `δ_m = (5 m* v² / (4 k))^(2/5)` (Eq. C.22) [m].
+    /// Largest approach `δ_m = (5 m* v² / (4 k))^(2/5)` (Eq. C.22) \[m\].
     pub fn peak_approach(self) -> f64 {
         (1.25 * self.mass * self.speed * self.speed / self.pair.stiffness()).powf(0.4)
     }
 
-    /// Largest force [N].
+    /// Largest force \[N\].
     pub fn peak_force(self) -> f64 {
         self.pair.force(self.peak_approach())
     }
 
-    /// Duration `2.9433 δ_m / v` of the contact (Eq. C.23) [s].
+    /// Duration `2.9433 δ_m / v` of the contact (Eq. C.23) \[s\].
     pub fn duration(self) -> f64 {
         2.0 * elapsed(FRAC_PI_2.powf(0.8)) * self.peak_approach() / self.speed
     }
 
-    /// Approach at `time` after first touch, zero outside the contact [m].
+    /// Approach at `time` after first touch, zero outside the contact \[m\].
     ///
     /// The motion is symmetric about the instant of largest approach; Newton's method inverts Eq. C.24 on the first half.
     pub fn approach_at(self, time: f64) -> f64 {
@@ -167,7 +167,7 @@ impl HertzImpact {
         peak * s.powf(1.25).sin().powf(0.8)
     }
 
-    /// Force at `time` after first touch, zero outside the contact [N].
+    /// Force at `time` after first touch, zero outside the contact \[N\].
     pub fn force_at(self, time: f64) -> f64 {
         self.pair.force(self.approach_at(time))
     }

@@ -1,6 +1,6 @@
 //! Penalty law of a contact point, and the penalty factor that a compliance suggests.
 //!
-//! `p = c_p <-g>`, `λ = w p` (docs/theory.md Eq. C.3; [A] section 3, [B] Eqs. 18 and 22). With tributary areas `w` the
+//! `p = c_p <-g>`, `λ = w p` (docs/theory.md Eq. C.3; \[A\] section 3, \[B\] Eqs. 18 and 22). With tributary areas `w` the
 //! factor `c_p` is a pressure per length [N/m³]; the papers print "N/m" for the same numbers.
 
 use faer::Mat;
@@ -8,10 +8,10 @@ use faer::Mat;
 use crate::ContactError;
 
 /// Ratio of the surface's own compliance to that of the penalty spring at which the peak force of the sphere impact
-/// ([B] section 5) is within 0.1 % of its limit.
+/// (\[B\] section 5) is within 0.1 % of its limit.
 pub const STIFFNESS_RATIO: f64 = 40.0;
 
-/// Contact pressure `c_p <-g>` at normal gap `gap` (negative: penetration) [Pa].
+/// Contact pressure `c_p <-g>` at normal gap `gap` (negative: penetration) \[Pa\].
 pub fn pressure(penalty: f64, gap: f64) -> f64 {
     if gap < 0.0 { -penalty * gap } else { 0.0 }
 }

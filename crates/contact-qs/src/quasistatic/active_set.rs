@@ -27,7 +27,7 @@ const PIVOT_ROUND_OFF: f64 = 64.0 * f64::EPSILON;
 /// What a solution took.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct SolveReport {
-    /// 0 success, -1 iteration limit of Algorithm 1 (not critical, [A] section 3).
+    /// 0 success, -1 iteration limit of Algorithm 1 (not critical, \[A\] section 3).
     pub code: i32,
     /// Sets tried, or Newton steps.
     pub iterations: usize,
@@ -88,7 +88,7 @@ impl ActiveSet {
         self.active.copy_from_slice(&self.saved);
     }
 
-    /// Solves `problem` for `forces` [N], starting from the last set.
+    /// Solves `problem` for `forces` \[N\], starting from the last set.
     ///
     /// # Errors
     /// Code 2: a gap is not finite. Code 1: points of the set are dependent and have no penalty springs (more points than

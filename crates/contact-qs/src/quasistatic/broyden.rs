@@ -18,7 +18,7 @@
 //! * **No penetration at `q = 0`**: then `q = 0` solves the equation exactly. It is taken without running the listing, and
 //!   the Jacobian is kept.
 //!
-//! **Finite differences.** [A] uses MATLAB's *odenumjac*, which adapts steps between `eps^(7/8)` and `eps^(1/4)` of a
+//! **Finite differences.** \[A\] uses MATLAB's *odenumjac*, which adapts steps between `eps^(7/8)` and `eps^(1/4)` of a
 //! typical value. `f_qs` is piecewise linear, so that steps have no truncation error, only round-off and the risk to
 //! switch a point: the step of coordinate `j` moves the surface by at most `eps^(1/4)` of the deepest penetration `P` at
 //! `q`, `h_j = eps^(1/4) P / max_i |Φ_ij|` (Eq. C.13). With `eps^(1/2)` the round-off of the quotient, 1e-8 of the largest
@@ -31,7 +31,7 @@ use super::active_set::SolveReport;
 use super::conditioned_lu::ConditionedLu;
 use super::problem::{add_product, depth};
 
-/// Limits and tolerances of Algorithm 1, by default those of [A] section 3.
+/// Limits and tolerances of Algorithm 1, by default those of \[A\] section 3.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BroydenSettings {
     /// Uses of a Jacobian after which a new one is computed, `k_jac^max`.
@@ -75,7 +75,7 @@ pub struct ModalProblem<'a> {
     pub stiffness: &'a [f64],
     /// Compliances `1/(c_p w_i)` of the penalty springs, positive [m/N].
     pub springs: &'a [f64],
-    /// Gaps `g⁰` without quasistatic displacement [m].
+    /// Gaps `g⁰` without quasistatic displacement \[m\].
     pub gaps: &'a [f64],
 }
 
@@ -100,7 +100,7 @@ impl ModalProblem<'_> {
     }
 }
 
-/// Solver after Algorithm 1 of [A], for fixed numbers of points and coordinates.
+/// Solver after Algorithm 1 of \[A\], for fixed numbers of points and coordinates.
 pub struct Broyden {
     settings: BroydenSettings,
     carried: Carried,
@@ -149,7 +149,7 @@ impl Broyden {
         self.carried.copy_from(&self.saved);
     }
 
-    /// Solves `problem` for `forces` [N].
+    /// Solves `problem` for `forces` \[N\].
     ///
     /// # Errors
     /// Code 1: the Jacobian is singular to `min_rcond`; code 2: it, or a gap, is not finite.

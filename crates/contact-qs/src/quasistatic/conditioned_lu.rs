@@ -1,7 +1,7 @@
 //! Dense LU factorisation with an estimate of the reciprocal condition number.
 //!
 //! `rcond = 1 / (‖J‖₁ est‖J⁻¹‖₁)` (docs/theory.md Eq. C.15): Hager's estimator with Higham's extra vector (Higham 1988),
-//! as in LAPACK's `gecon` and MATLAB's `rcond`, which [A] uses. A lower bound of `‖J⁻¹‖₁`, in practice within a factor 3.
+//! as in LAPACK's `gecon` and MATLAB's `rcond`, which \[A\] uses. A lower bound of `‖J⁻¹‖₁`, in practice within a factor 3.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::lu::partial_pivoting as lu;

@@ -1,4 +1,4 @@
-//! High-frequency shapes and stiffnesses at the contact points, the form that Algorithm 1 of [A] works in.
+//! High-frequency shapes and stiffnesses at the contact points, the form that Algorithm 1 of \[A\] works in.
 //!
 //! The quasistatic displacement of the points is `Φ q` and `K q = Φᵀ f` with diagonal `K` (docs/theory.md Eq. C.11). Any
 //! `Φ`, `K` with `Φ K⁻¹ Φᵀ = N_b G N_bᵀ` gives the same forces, so that the compliance alone is enough: its

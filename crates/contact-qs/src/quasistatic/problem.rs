@@ -13,27 +13,27 @@ pub struct Problem<'a> {
     pub compliance: &'a Mat<f64>,
     /// Compliances `1/(c_p w_i)` of the penalty springs; zero: exact constraint [m/N].
     pub springs: &'a [f64],
-    /// Gaps `g⁰_i` without quasistatic displacement, negative in contact [m].
+    /// Gaps `g⁰_i` without quasistatic displacement, negative in contact \[m\].
     pub gaps: &'a [f64],
 }
 
-/// Elastic energy of the contact zone and energy of the penalty springs [J].
+/// Elastic energy of the contact zone and energy of the penalty springs \[J\].
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ProblemEnergies {
-    /// `½ λᵀAλ` [J].
+    /// `½ λᵀAλ` \[J\].
     pub elastic: f64,
-    /// `Σ ½ λ_i²/(c_p w_i)` [J].
+    /// `Σ ½ λ_i²/(c_p w_i)` \[J\].
     pub penalty: f64,
 }
 
 /// How far forces are from the optimality conditions (Eq. C.6).
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct KktResidual {
-    /// Largest violation of `g + Dλ >= 0` [m].
+    /// Largest violation of `g + Dλ >= 0` \[m\].
     pub gap: f64,
-    /// Largest tension `-λ_i` [N].
+    /// Largest tension `-λ_i` \[N\].
     pub tension: f64,
-    /// Largest `|λ_i (g + Dλ)_i|` [J].
+    /// Largest `|λ_i (g + Dλ)_i|` \[J\].
     pub complementarity: f64,
 }
 
@@ -43,7 +43,7 @@ impl Problem<'_> {
         self.gaps.len()
     }
 
-    /// Replaces `out` by the gaps `g⁰ + Aλ` with quasistatic displacement [m].
+    /// Replaces `out` by the gaps `g⁰ + Aλ` with quasistatic displacement \[m\].
     pub fn deformed_gaps(&self, forces: &[f64], out: &mut [f64]) {
         out.copy_from_slice(self.gaps);
         add_product(self.compliance, forces, out);
@@ -71,7 +71,7 @@ impl Problem<'_> {
         residual
     }
 
-    /// Deepest penetration without quasistatic displacement, zero if no point penetrates, NaN if a gap is not finite [m].
+    /// Deepest penetration without quasistatic displacement, zero if no point penetrates, NaN if a gap is not finite \[m\].
     pub fn depth(&self) -> f64 {
         depth(self.gaps)
     }

@@ -16,7 +16,7 @@ pub enum Method {
     /// Active-set solver; the default.
     #[default]
     ActiveSet,
-    /// Algorithm 1 of [A]; needs a finite penalty factor.
+    /// Algorithm 1 of \[A\]; needs a finite penalty factor.
     Broyden(BroydenSettings),
 }
 
@@ -72,7 +72,7 @@ impl Quasistatic {
         Ok(Self::assemble(n_components, compliance, solver))
     }
 
-    /// Zone with high-frequency modes `basis` at the points, solved by Algorithm 1 of [A].
+    /// Zone with high-frequency modes `basis` at the points, solved by Algorithm 1 of \[A\].
     ///
     /// # Errors
     /// [`ContactError::Inconsistent`] if the number of rows is no multiple of the number of components.
@@ -154,7 +154,7 @@ impl Quasistatic {
         }
     }
 
-    /// Solves for the point forces `forces` [N] at gaps `gaps` [m] with penalty springs of compliance `springs` [m/N].
+    /// Solves for the point forces `forces` \[N\] at gaps `gaps` \[m\] with penalty springs of compliance `springs` [m/N].
     ///
     /// # Errors
     /// [`Rejection`] with the codes of [`ActiveSet::solve`] and [`Broyden::solve`].
@@ -177,7 +177,7 @@ impl Quasistatic {
     }
 
     /// Replaces `out` by the quasistatic displacements of the points, `n_components` rows a point, under `forces` along the
-    /// normal of the last projection [m].
+    /// normal of the last projection \[m\].
     pub fn displacements(&self, forces: &[f64], out: &mut [f64]) {
         out.fill(0.0);
         for (j, &force) in forces.iter().enumerate() {

@@ -34,7 +34,7 @@ pub fn surface_compliance(n: usize, size: f64) -> Mat<f64> {
     Mat::from_fn(n, n, |i, j| size / (1.0 + i.abs_diff(j) as f64))
 }
 
-/// Gaps of a parabola pressed in by `depth` with `n` points [m].
+/// Gaps of a parabola pressed in by `depth` with `n` points \[m\].
 pub fn parabola(n: usize, depth: f64) -> Vec<f64> {
     (0..n).map(|i| depth * (3.0 * (2.0 * i as f64 / (n - 1) as f64 - 1.0).powi(2) - 1.0)).collect()
 }

@@ -46,7 +46,7 @@ pub struct Dof {
 /// Consistent mass matrix, lower triangle.
 #[derive(Debug, Clone)]
 pub enum MassMatrix {
-    /// Node by node matrix `m_AB = ∫ ρ R_A R_B dV`, the same for every displacement component [kg].
+    /// Node by node matrix `m_AB = ∫ ρ R_A R_B dV`, the same for every displacement component \[kg\].
     PerComponent(SparseColMat<u32, f64>),
     /// Unknown by unknown matrix, for models that are not of displacement type alone.
     General(SparseColMat<u32, f64>),
@@ -67,7 +67,7 @@ pub struct AssembledBody {
     pub mass: MassMatrix,
     /// The unknowns, sorted by node, then component.
     pub dofs: Vec<Dof>,
-    /// Control points in the model's own components: `(x, y, z)`, `(x, y, 0)` or `(r, z, 0)` [m].
+    /// Control points in the model's own components: `(x, y, z)`, `(x, y, 0)` or `(r, z, 0)` \[m\].
     pub nodes: Vec<[f64; 3]>,
     /// A place for each node such that coupled nodes are near each other; guides the elimination order.
     pub anchors: Vec<[f64; 3]>,

@@ -13,7 +13,7 @@ use super::standard_input_data::StandardInputData;
 const ORTHOGONALITY: f64 = 1e-6;
 
 impl StandardInputData {
-    /// Centre of mass of the undeformed body in its frame [m].
+    /// Centre of mass of the undeformed body in its frame \[m\].
     pub fn centre_of_mass(&self) -> Vector3<f64> {
         self.mass_moment / self.mass
     }
@@ -28,7 +28,7 @@ impl StandardInputData {
     }
 }
 
-/// Moves the origin of the body's frame to `origin`, a point in the model's components [m].
+/// Moves the origin of the body's frame to `origin`, a point in the model's components \[m\].
 ///
 /// Shapes and matrices do not change. Contact points, markers and the initial position must be moved as well.
 pub fn move_origin(body: &mut AssembledBody, origin: [f64; 3]) {

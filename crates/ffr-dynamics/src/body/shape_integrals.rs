@@ -14,9 +14,9 @@ use crate::error::DynamicsError;
 /// Moments of the mass over undeformed positions `X` and mode shapes `φ_j`, in the body's frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ShapeIntegrals {
-    /// `∫ ρ` [kg].
+    /// `∫ ρ` \[kg\].
     pub mass: f64,
-    /// `∫ ρ X` [kg m].
+    /// `∫ ρ X` \[kg m\].
     pub mass_moment: Vector3<f64>,
     /// `∫ ρ X Xᵀ` [kg m²].
     pub second_moment: Matrix3<f64>,

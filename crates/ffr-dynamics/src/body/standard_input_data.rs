@@ -30,7 +30,7 @@ pub enum ModalDamping {
 }
 
 impl ModalDamping {
-    /// Adds `-D_e rates` to `forces`; returns the dissipated power [W].
+    /// Adds `-D_e rates` to `forces`; returns the dissipated power \[W\].
     pub fn apply(&self, rates: &[f64], forces: &mut [f64]) -> f64 {
         let mut power = 0.0;
         match self {
@@ -58,9 +58,9 @@ impl ModalDamping {
 pub struct StandardInputData {
     /// Rigid motions of the model.
     pub motion: RigidMotion,
-    /// Mass `m` [kg].
+    /// Mass `m` \[kg\].
     pub mass: f64,
-    /// First moment `m c_0 = ∫ ρ X` [kg m].
+    /// First moment `m c_0 = ∫ ρ X` \[kg m\].
     pub mass_moment: Vector3<f64>,
     /// Second moment `∫ ρ X Xᵀ` [kg m²]; the inertia is its trace times the identity, minus itself.
     pub second_moment: Matrix3<f64>,
@@ -79,7 +79,7 @@ pub struct StandardInputData {
 /// Moments of the deformed body at one instant (Eq. D.6).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DeformedMoments {
-    /// First moment `m c(q_e)` [kg m].
+    /// First moment `m c(q_e)` \[kg m\].
     pub mass_moment: Vector3<f64>,
     /// Its rate in the body's frame, `C_tᵀ dq_e/dt` [kg m/s].
     pub mass_moment_rate: Vector3<f64>,
@@ -139,7 +139,7 @@ impl StandardInputData {
         })
     }
 
-    /// A rigid body from its mass [kg], centre of mass [m] and inertia about the frame's origin [kg m²], both in its frame.
+    /// A rigid body from its mass \[kg\], centre of mass \[m\] and inertia about the frame's origin [kg m²], both in its frame.
     ///
     /// # Errors
     /// [`DynamicsError::Inconsistent`] if the mass is not positive, or the inertia is not symmetric or not that of any

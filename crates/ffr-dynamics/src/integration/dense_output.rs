@@ -2,7 +2,7 @@
 
 /// A step's continuous extension.
 pub trait DenseOutput {
-    /// Start and end of the last accepted step [s]; equal before the first one.
+    /// Start and end of the last accepted step \[s\]; equal before the first one.
     fn interval(&self) -> (f64, f64);
 
     /// Number of equations.

@@ -39,9 +39,9 @@ const FIRST_STEP_ERROR: f64 = 0.01;
 /// An accepted step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
-    /// Time before the step [s].
+    /// Time before the step \[s\].
     pub start: f64,
-    /// Time after the step [s].
+    /// Time after the step \[s\].
     pub end: f64,
     /// Error norm; 0 with fixed steps.
     pub error: f64,
@@ -94,7 +94,7 @@ impl DormandPrince {
         })
     }
 
-    /// Time reached [s].
+    /// Time reached \[s\].
     pub fn time(&self) -> f64 {
         self.t
     }
@@ -119,12 +119,12 @@ impl DormandPrince {
         self.last_refusal.as_ref()
     }
 
-    /// Step proposed next, 0 if none is known yet [s].
+    /// Step proposed next, 0 if none is known yet \[s\].
     pub fn proposed_step(&self) -> f64 {
         self.h
     }
 
-    /// Changes the largest step, for instance at the start of an impact [s].
+    /// Changes the largest step, for instance at the start of an impact \[s\].
     ///
     /// # Errors
     /// [`DynamicsError::Inconsistent`] if it is not positive.

@@ -15,9 +15,9 @@ const MAX_DIP_ITERATIONS: usize = 24;
 /// A zero of a scalar function of time and state, passed from positive to negative.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Crossing {
-    /// Latest time known to lie before the zero [s]; the function is positive here.
+    /// Latest time known to lie before the zero \[s\]; the function is positive here.
     pub before: f64,
-    /// Time at which the function is zero or negative, within the tolerance of the zero [s].
+    /// Time at which the function is zero or negative, within the tolerance of the zero \[s\].
     pub time: f64,
     /// Value of the function at [`Crossing::time`].
     pub value: f64,
@@ -32,7 +32,7 @@ pub struct CrossingSearch {
 }
 
 impl CrossingSearch {
-    /// A search in states with `dimension` components that finds the zero within `tolerance` [s].
+    /// A search in states with `dimension` components that finds the zero within `tolerance` \[s\].
     ///
     /// Each step is sampled at `n_samples` equal intervals (at least 1); between samples a dip of the function is
     /// followed to its bottom, so that two zeros between two samples are seen as well.

@@ -20,9 +20,9 @@ const REFUSAL_FACTOR: f64 = 0.25;
 /// How an integrator chooses its steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepSettings {
-    /// First step; `None` lets the integrator find one [s].
+    /// First step; `None` lets the integrator find one \[s\].
     pub initial_step: Option<f64>,
-    /// Largest step [s].
+    /// Largest step \[s\].
     pub max_step: f64,
     /// Takes every step with `max_step` and without error control; for order tests and comparisons.
     pub is_fixed: bool,
@@ -35,12 +35,12 @@ impl Default for StepSettings {
 }
 
 impl StepSettings {
-    /// Error-controlled steps up to `max_step` [s].
+    /// Error-controlled steps up to `max_step` \[s\].
     pub fn with_max_step(max_step: f64) -> Self {
         Self { max_step, ..Self::default() }
     }
 
-    /// Equal steps without error control [s].
+    /// Equal steps without error control \[s\].
     pub fn fixed(step: f64) -> Self {
         Self { initial_step: Some(step), max_step: step, is_fixed: true }
     }
@@ -108,7 +108,7 @@ impl Controller {
     }
 }
 
-/// Smallest step that still moves the clock by a meaningful amount on the way from `t` to `t_end` [s].
+/// Smallest step that still moves the clock by a meaningful amount on the way from `t` to `t_end` \[s\].
 pub(super) fn smallest_step(t: f64, t_end: f64) -> f64 {
     16.0 * f64::EPSILON * t.abs().max(t_end.abs())
 }

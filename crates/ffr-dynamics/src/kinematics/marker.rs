@@ -9,7 +9,7 @@ use crate::system::force::{BodyState, GeneralisedForce};
 /// A material point of a flexible body.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FlexiblePoint {
-    /// Undeformed position in the body's frame [m].
+    /// Undeformed position in the body's frame \[m\].
     pub position: Vector3<f64>,
     /// Displacement of the point in the body's frame by a unit of each elastic coordinate.
     pub shapes: Vec<Vector3<f64>>,
@@ -41,12 +41,12 @@ impl FlexiblePoint {
         Self { position, shapes: (0..shapes.ncols()).map(shape).collect() }
     }
 
-    /// Deformed position in the body's frame, `X + Φ q_e` [m].
+    /// Deformed position in the body's frame, `X + Φ q_e` \[m\].
     pub fn local_position(&self, elastic: &[f64]) -> Vector3<f64> {
         self.position + self.combination(elastic)
     }
 
-    /// Position in the inertial frame (Eq. D.2) [m].
+    /// Position in the inertial frame (Eq. D.2) \[m\].
     pub fn position(&self, state: &BodyState) -> Vector3<f64> {
         state.position + state.rotation * self.local_position(&state.elastic)
     }
@@ -58,7 +58,7 @@ impl FlexiblePoint {
         state.velocity + state.rotation * local
     }
 
-    /// Adds a force on the point, expressed in the inertial frame [N], to the forces on its body (Eq. D.3).
+    /// Adds a force on the point, expressed in the inertial frame \[N\], to the forces on its body (Eq. D.3).
     pub fn add_force(&self, state: &BodyState, force: &Vector3<f64>, sum: &mut GeneralisedForce) {
         let local = state.rotation.inverse_transform_vector(force);
         sum.force += force;

@@ -88,7 +88,7 @@ impl ResidualFlexibility {
         &self.compliance
     }
 
-    /// Replaces forces on all unknowns (n x k) [N] by the quasistatic displacements [m].
+    /// Replaces forces on all unknowns (n x k) \[N\] by the quasistatic displacements \[m\].
     ///
     /// # Panics
     /// If `x` has not one row per unknown.
@@ -109,7 +109,7 @@ impl ResidualFlexibility {
         dense::add_product(x, -1.0, low, amplitudes.as_ref());
     }
 
-    /// Quasistatic displacement of all unknowns [m] under forces at the interface unknowns [N].
+    /// Quasistatic displacement of all unknowns \[m\] under forces at the interface unknowns \[N\].
     ///
     /// # Panics
     /// If there is not one force per interface unknown.

@@ -2,7 +2,7 @@
 //!
 //! Everything here works on an [`AssembledBody`](crate::body::AssembledBody) alone. A [`Pencil`] holds `K`, `M` and one
 //! symbolic factorisation; [`ElasticProblem`] is the elastic part of it, free or clamped; on that stand the eigensolver
-//! ([`eigen`]), modal truncation ([`modal`]), Craig-Bampton ([`craig_bampton`]) and the residual flexibility
+//! ([`eigen`]), modal truncation ([`modal`]), Craig-Bampton ([`mod@craig_bampton`]) and the residual flexibility
 //! ([`compliance`]). Equations: docs/theory.md R.1 to R.18.
 
 pub mod dense;

@@ -15,9 +15,9 @@ const STRAIN_LIMIT: f64 = 1e-6;
 /// Mass, centre of mass and inertia from the consistent mass matrix.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MassProperties {
-    /// Mass; per unit of thickness in plane models [kg].
+    /// Mass; per unit of thickness in plane models \[kg\].
     pub mass: f64,
-    /// Centre of mass in space: `(x, y, z)`, `(x, y, 0)` or `(0, 0, z)` of an axisymmetric model [m].
+    /// Centre of mass in space: `(x, y, z)`, `(x, y, 0)` or `(0, 0, z)` of an axisymmetric model \[m\].
     pub centre: [f64; 3],
     /// Inertia tensor about the centre of mass in space; plane models count as flat [kg m²].
     pub inertia: [[f64; 3]; 3],

@@ -1,6 +1,6 @@
 //! Equations of motion of one free body in its floating frame (docs/theory.md Eq. D.7 to D.10).
 //!
-//! [A] (1) with all couplings and all dependence on the elastic coordinates. Deviation from the paper: the unknown of the
+//! \[A\] (1) with all couplings and all dependence on the elastic coordinates. Deviation from the paper: the unknown of the
 //! translation is the acceleration in the inertial frame, so that no term `ω × v` is left in the equations.
 
 use nalgebra::{Matrix3, Vector3};
@@ -33,7 +33,7 @@ pub struct Accelerations<'a> {
     pub rotation: Vector3<f64>,
     /// Of the elastic coordinates.
     pub elastic: &'a [f64],
-    /// Power lost in modal damping [W].
+    /// Power lost in modal damping \[W\].
     pub dissipated_power: f64,
 }
 

@@ -33,7 +33,7 @@ const LENGTH_SHARE: f64 = 1e-2;
 pub(super) struct BodyScale {
     mass: f64,
     centre_of_mass: Vector3<f64>,
-    /// Root mean square distance from the centre of mass [m].
+    /// Root mean square distance from the centre of mass \[m\].
     radius: f64,
     /// Lowest elastic eigenfrequency; 0 for rigid bodies [rad/s].
     lowest: f64,

@@ -7,7 +7,7 @@ use crate::error::Rejection;
 /// Motion of one body at one instant, as force elements see it.
 #[derive(Debug, Clone)]
 pub struct BodyState {
-    /// Origin of the reference frame in the inertial frame, `p_IR` [m].
+    /// Origin of the reference frame in the inertial frame, `p_IR` \[m\].
     pub position: Vector3<f64>,
     /// Rotation from the body's reference frame to the inertial frame.
     pub rotation: UnitQuaternion<f64>,
@@ -38,9 +38,9 @@ impl BodyState {
 /// Force on one body, reduced to its reference frame and its modes.
 #[derive(Debug, Clone)]
 pub struct GeneralisedForce {
-    /// Resultant, expressed in the inertial frame [N].
+    /// Resultant, expressed in the inertial frame \[N\].
     pub force: Vector3<f64>,
-    /// Moment about the frame's origin, expressed in the body's frame [N m].
+    /// Moment about the frame's origin, expressed in the body's frame \[N m\].
     pub torque: Vector3<f64>,
     /// Modal forces `Φᵀ f`.
     pub elastic: Vec<f64>,
@@ -63,11 +63,11 @@ impl GeneralisedForce {
 /// Energy held and power lost by a force element at its last evaluation.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ForceEnergies {
-    /// Quasistatic elastic energy `½ fᵀ G f` [J].
+    /// Quasistatic elastic energy `½ fᵀ G f` \[J\].
     pub elastic_high: f64,
-    /// Energy in penalty springs [J].
+    /// Energy in penalty springs \[J\].
     pub penalty: f64,
-    /// Power dissipated, not negative [W].
+    /// Power dissipated, not negative \[W\].
     pub dissipated_power: f64,
 }
 
@@ -87,7 +87,7 @@ pub trait ForceElement: Send {
     /// Energies at the last evaluation.
     fn energies(&self) -> ForceEnergies;
 
-    /// Resultant on the element's first body in the inertial frame at the last evaluation; its time integral is the impulse [N].
+    /// Resultant on the element's first body in the inertial frame at the last evaluation; its time integral is the impulse \[N\].
     fn resultant(&self) -> Vector3<f64>;
 
     /// Remembers the solver's inner state before a step.

@@ -115,7 +115,7 @@ impl<F: ForceElement> FreeBodies<F> {
         Ok(())
     }
 
-    /// Highest eigenfrequency of all elastic coordinates, 0 if all bodies are rigid [Hz].
+    /// Highest eigenfrequency of all elastic coordinates, 0 if all bodies are rigid \[Hz\].
     pub fn highest_frequency(&self) -> f64 {
         let stiffest = self.bodies.iter().flat_map(|b| &b.data.modal_stiffness).copied().fold(0.0, f64::max);
         stiffest.sqrt() / std::f64::consts::TAU
@@ -193,13 +193,13 @@ impl<F: ForceElement> FreeBodies<F> {
         sum
     }
 
-    /// Centre of mass of the deformed body `body` in the state `y`, in the inertial frame [m].
+    /// Centre of mass of the deformed body `body` in the state `y`, in the inertial frame \[m\].
     pub fn centre_of_mass(&mut self, y: &[f64], body: usize) -> Vector3<f64> {
         self.layouts[body].read(y, &mut self.states[body]);
         centre_of_mass(&self.bodies[body].data, &self.states[body])
     }
 
-    /// Work lost to modal damping and in force elements since the start [J].
+    /// Work lost to modal damping and in force elements since the start \[J\].
     pub fn dissipated_work(&self, y: &[f64]) -> f64 {
         y[self.quadratures()]
     }

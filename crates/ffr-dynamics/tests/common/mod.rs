@@ -5,7 +5,7 @@ use faer::Mat;
 use faer::sparse::{SparseColMat, Triplet};
 use ffr_dynamics::body::{AssembledBody, Dof, MassMatrix, RigidMotion};
 
-/// Young's modulus [Pa], Poisson's ratio, density [kg/m^3]: steel-like.
+/// Young's modulus \[Pa\], Poisson's ratio, density [kg/m^3]: steel-like.
 pub const YOUNG: f64 = 2.1e11;
 pub const POISSON: f64 = 0.3;
 pub const DENSITY: f64 = 7800.0;
@@ -214,7 +214,7 @@ pub fn cylinder(degree: usize, elements: [usize; 2], radius: f64, length: f64) -
     }
 }
 
-/// Free chain of equal masses [kg] and springs [N/m] along the axis; its frequencies are
+/// Free chain of equal masses \[kg\] and springs [N/m] along the axis; its frequencies are
 /// `2 sqrt(k/m) sin(j pi / 2n)`, j = 0..n.
 pub fn chain(n: usize, mass: f64, spring: f64) -> AssembledBody {
     let mut k = Vec::new();

@@ -20,11 +20,11 @@ pub struct Sample {
 
 /// Elements of the block by direction.
 const ELEMENTS: [usize; 3] = [2, 1, 1];
-/// Edge lengths of the block [m]; no two alike, and the frame's origin is not the centre of mass.
+/// Edge lengths of the block \[m\]; no two alike, and the frame's origin is not the centre of mass.
 const EDGES: [f64; 3] = [0.2, 0.11, 0.07];
 const ORIGIN: [f64; 3] = [0.03, -0.02, 0.05];
 const DENSITY: f64 = 2700.0;
-/// Stiffness of a bar of unit length [N].
+/// Stiffness of a bar of unit length \[N\].
 const BAR_STIFFNESS: f64 = 1e6;
 
 /// A block of trilinear (bilinear) elements with consistent mass, with bars along all edges and diagonals of each element.

@@ -13,6 +13,8 @@ pub mod basis;
 pub mod truncation;
 pub mod ties;
 pub mod growth;
+mod numbering;
+mod extraction;
 pub mod space;
 mod seams;
 pub mod prolongation;

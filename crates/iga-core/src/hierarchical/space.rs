@@ -1,23 +1,16 @@
 //! The rational truncated hierarchical space of one patch behind the trait [`Space`] (theory Eq. H.6, H.7).
 
-use std::ops::Range;
-
-use rayon::prelude::*;
-
 use super::basis::HierarchicalBasis;
 use super::domain::{Leaf, SubdomainHierarchy};
+use super::extraction::Extraction;
+use super::numbering::Numbering;
 use super::ties::PatchTies;
-use super::truncation::{ElementOperator, Truncation, element_operator};
-use super::two_scale::TwoScale;
 use crate::SplineError;
 use crate::bspline::basis_derivatives;
 use crate::knots::{KnotVector, MAX_DEGREE};
 use crate::nurbs::Patch;
 use crate::nurbs::patch::{PointBasis, SECOND_DERIVATIVES, make_rational};
 use crate::space::{Element, Space};
-
-/// Mark of elements whose functions are the B-splines of their level, so that no operator is kept.
-const PLAIN: usize = usize::MAX;
 
 /// Functions `R_i = w_i T_i / W` with truncated hierarchical B-splines `T_i` and the weight function `W` of the patch.
 ///
@@ -27,22 +20,10 @@ const PLAIN: usize = usize::MAX;
 pub struct HierarchicalSpace {
     basis: HierarchicalBasis,
     ties: PatchTies,
-    /// Active function that stands for each function of the space.
-    representatives: Vec<u32>,
-    control_points: Vec<[f64; 3]>,
+    numbering: Numbering,
     weights: Vec<f64>,
     leaves: Vec<Leaf>,
-    /// Functions of element `e`: `functions[starts[e]..starts[e + 1]]`.
-    starts: Vec<usize>,
-    functions: Vec<u32>,
-    /// Where in `row_ends` the rows of an element begin, or [`PLAIN`].
-    operators: Vec<usize>,
-    /// Entries of row `r`: `row_ends[r]..row_ends[r + 1]`.
-    row_ends: Vec<usize>,
-    /// Local B-spline of each entry.
-    columns: Vec<u16>,
-    /// Coefficients times weights.
-    entries: Vec<f64>,
+    extraction: Extraction,
 }
 
 impl HierarchicalSpace {
@@ -61,40 +42,11 @@ impl HierarchicalSpace {
         }
         let basis = HierarchicalBasis::new(hierarchy);
         let ties = PatchTies::detect(patch);
-        let (points, all_weights) = net_of_active(patch, &basis)?;
-        let first = ties.first_of_group(&basis);
-        let (mut number, mut representatives) = (vec![0; first.len()], Vec::new());
-        let mut members = Vec::new();
-        for (f, &g) in first.iter().enumerate() {
-            if f == g as usize {
-                number[f] = representatives.len() as u32;
-                representatives.push(g);
-                members.push(1);
-            } else {
-                number[f] = number[g as usize];
-                members[number[f] as usize] += 1;
-            }
-        }
+        let numbering = Numbering::new(patch, &basis, &ties)?;
+        let weights = numbering.representatives.iter().map(|&f| numbering.weights[f as usize]).collect();
         let leaves: Vec<Leaf> = basis.hierarchy().leaves().collect();
-        let operators: Vec<ElementOperator> =
-            leaves.par_iter().map(|leaf| element_operator(&basis, leaf, Truncation::Truncated)).collect();
-        let mut space = Self {
-            control_points: representatives.iter().map(|&f| points[f as usize]).collect(),
-            weights: representatives.iter().map(|&f| all_weights[f as usize]).collect(),
-            starts: vec![0],
-            functions: Vec::new(),
-            operators: Vec::with_capacity(leaves.len()),
-            row_ends: Vec::new(),
-            columns: Vec::new(),
-            entries: Vec::new(),
-            basis,
-            ties,
-            representatives,
-            leaves,
-        };
-        for operator in operators {
-            space.store(&operator, &number, &members, &all_weights);
-        }
+        let extraction = Extraction::new(&basis, &leaves, &numbering);
+        let space = Self { basis, ties, numbering, weights, leaves, extraction };
         space.check_seams()?;
         Ok(space)
     }
@@ -124,7 +76,7 @@ impl HierarchicalSpace {
 
     /// Level and net index of function `f`; those of the first one of a tied group.
     pub fn level_and_index(&self, f: u32) -> (usize, [usize; 3]) {
-        self.basis.function(self.representatives[f as usize])
+        self.basis.function(self.numbering.representatives[f as usize])
     }
 
     /// Level and place of element `e`.
@@ -134,65 +86,23 @@ impl HierarchicalSpace {
 
     /// Functions active on element `e`.
     pub fn functions_on(&self, e: usize) -> &[u32] {
-        &self.functions[self.starts[e]..self.starts[e + 1]]
+        self.extraction.functions_on(e)
     }
 
     /// Whether the functions of element `e` are the B-splines of its level, one by one.
     pub fn is_single_level(&self, e: usize) -> bool {
-        self.operators[e] == PLAIN
+        self.extraction.is_plain(e)
     }
 
     /// Number of stored coefficients of all extraction operators.
     pub fn n_stored(&self) -> usize {
-        self.entries.len()
+        self.extraction.n_stored()
     }
 
     /// Entries of local function `row` of element `e`, which is not single-level: local B-splines and weighted
     /// coefficients.
     pub(super) fn row(&self, e: usize, row: usize) -> (&[u16], &[f64]) {
-        let at = self.operators[e] + row;
-        let range: Range<usize> = self.row_ends[at]..self.row_ends[at + 1];
-        (&self.columns[range.clone()], &self.entries[range])
-    }
-
-    /// Keeps the operator of the next element, rows of tied functions added up and multiplied by the weights.
-    fn store(&mut self, operator: &ElementOperator, number: &[u32], members: &[u32], weights: &[f64]) {
-        let n = operator.functions.len();
-        let begin = self.functions.len();
-        let is_tied = operator.functions.iter().any(|&f| members[number[f as usize] as usize] > 1);
-        if operator.rows.is_empty() && !is_tied {
-            self.functions.extend(operator.functions.iter().map(|&f| number[f as usize]));
-            self.operators.push(PLAIN);
-            self.starts.push(self.functions.len());
-            return;
-        }
-        self.operators.push(self.row_ends.len());
-        let width = operator.rows.len().checked_div(n).filter(|&w| w > 0).unwrap_or(n);
-        for &f in &operator.functions {
-            if !self.functions[begin..].contains(&number[f as usize]) {
-                self.functions.push(number[f as usize]);
-            }
-        }
-        self.starts.push(self.functions.len());
-        let mut sum = vec![0.0; width];
-        for g in begin..self.functions.len() {
-            sum.fill(0.0);
-            for (r, &f) in operator.functions.iter().enumerate() {
-                if number[f as usize] != self.functions[g] {
-                    continue;
-                }
-                match operator.rows.get(r * width..(r + 1) * width) {
-                    Some(row) => sum.iter_mut().zip(row).for_each(|(s, v)| *s += weights[f as usize] * v),
-                    None => sum[r] += weights[f as usize],
-                }
-            }
-            self.row_ends.push(self.entries.len());
-            for (c, &v) in sum.iter().enumerate().filter(|(_, v)| **v != 0.0) {
-                self.columns.push(c as u16);
-                self.entries.push(v);
-            }
-        }
-        self.row_ends.push(self.entries.len());
+        self.extraction.row(e, row)
     }
 
     /// Values and derivatives of the B-splines of an element's level, as rows of a table a direction.
@@ -281,11 +191,11 @@ impl Space for HierarchicalSpace {
     }
 
     fn n_functions(&self) -> usize {
-        self.control_points.len()
+        self.numbering.control_points.len()
     }
 
     fn control_points(&self) -> &[[f64; 3]] {
-        &self.control_points
+        &self.numbering.control_points
     }
 
     /// Greville abscissae, in net indices of the coarsest level.
@@ -384,43 +294,4 @@ fn fractional_index(abscissae: &[f64], u: f64) -> f64 {
     // Abscissae may coincide at knots of full multiplicity.
     let share = if b > a { ((u - a) / (b - a)).clamp(0.0, 1.0) } else { 1.0 };
     (above - 1) as f64 + share
-}
-
-/// Control points and weights of all active functions: for each the coefficient of the patch's homogeneous map in the
-/// B-splines of its own level (H.7).
-fn net_of_active(patch: &Patch, basis: &HierarchicalBasis) -> Result<(Vec<[f64; 3]>, Vec<f64>), SplineError> {
-    let sizes = patch.net_size();
-    let (mut points, mut weights) = (Vec::new(), Vec::new());
-    for (l, level) in basis.hierarchy().levels().iter().enumerate() {
-        let relations: Result<Vec<_>, _> =
-            patch.knots().iter().zip(level.knots()).map(|(c, f)| TwoScale::between(c, f)).collect();
-        let (relations, own) = (relations?, level.net_size());
-        for &flat in basis.active_on_level(l) {
-            let index = crate::tensor::unflat(&own, flat);
-            let mut sum = [0.0; 4];
-            for_each_coarse(&relations, &index, |coarse, share| {
-                let a = crate::tensor::flat(&sizes, &coarse[..sizes.len()]);
-                let (w, x) = (share * patch.weights()[a], patch.control_points()[a]);
-                for (s, v) in sum.iter_mut().zip([w * x[0], w * x[1], w * x[2], w]) {
-                    *s += v;
-                }
-            });
-            points.push([sum[0] / sum[3], sum[1] / sum[3], sum[2] / sum[3]]);
-            weights.push(sum[3]);
-        }
-    }
-    Ok((points, weights))
-}
-
-/// Calls `visit(coarse index, coefficient)` for the coarse tensor-product functions that meet fine function `index`.
-fn for_each_coarse(relations: &[TwoScale], index: &[usize; 3], mut visit: impl FnMut([usize; 3], f64)) {
-    let rows: [(usize, &[f64]); 3] =
-        std::array::from_fn(|d| relations.get(d).map_or((0, &[1.0][..]), |r| r.row(index[d])));
-    for (k, c) in rows[2].1.iter().enumerate().filter(|(_, c)| **c != 0.0) {
-        for (j, b) in rows[1].1.iter().enumerate().filter(|(_, b)| **b != 0.0) {
-            for (i, a) in rows[0].1.iter().enumerate().filter(|(_, a)| **a != 0.0) {
-                visit([rows[0].0 + i, rows[1].0 + j, rows[2].0 + k], a * b * c);
-            }
-        }
-    }
 }

@@ -138,7 +138,7 @@ fn distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt()
 }
 
-/// Diagonal of the bounding box of points [m].
+/// Diagonal of the bounding box of points \[m\].
 pub(super) fn diagonal(points: &[[f64; 3]]) -> f64 {
     let extent = |c: usize| {
         let range = points

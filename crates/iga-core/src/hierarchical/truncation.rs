@@ -32,39 +32,64 @@ pub struct ElementOperator {
 
 /// Extraction operator of a leaf.
 pub fn element_operator(basis: &HierarchicalBasis, leaf: &Leaf, kind: Truncation) -> ElementOperator {
-    let hierarchy = basis.hierarchy();
-    let orders: [usize; 3] =
-        std::array::from_fn(|d| hierarchy.levels()[0].knots().get(d).map_or(1, |k| k.degree() + 1));
-    let n: usize = orders.iter().product();
-    let elements: Vec<[usize; 3]> = (0..=leaf.level).map(|l| hierarchy.ancestor(leaf, l)).collect();
-    // Above a level whose functions on the element all lie in its region everything is truncated away.
-    let (mut start, mut inside) = (0, Vec::new());
-    for l in (1..=leaf.level).rev() {
-        let mask = functions_inside(basis, l, &elements[l]);
-        if kind == Truncation::Truncated && mask.iter().all(|&m| m) {
-            start = l;
-            break;
+    let mut builder = OperatorBuilder::default();
+    builder.build(basis, leaf, kind);
+    builder.operator
+}
+
+/// Builds operators one after the other in the same memory.
+#[derive(Debug, Default)]
+pub(super) struct OperatorBuilder {
+    operator: ElementOperator,
+    elements: Vec<[usize; 3]>,
+    inside: Vec<Vec<bool>>,
+    buffer: Vec<f64>,
+}
+
+impl OperatorBuilder {
+    /// Extraction operator of a leaf.
+    pub(super) fn build(
+        &mut self,
+        basis: &HierarchicalBasis,
+        leaf: &Leaf,
+        kind: Truncation,
+    ) -> &ElementOperator {
+        let hierarchy = basis.hierarchy();
+        let orders: [usize; 3] =
+            std::array::from_fn(|d| hierarchy.levels()[0].knots().get(d).map_or(1, |k| k.degree() + 1));
+        let n: usize = orders.iter().product();
+        let Self { operator, elements, inside, buffer } = self;
+        elements.clear();
+        elements.extend((0..=leaf.level).map(|l| hierarchy.ancestor(leaf, l)));
+        // Above a level whose functions on the element all lie in its region everything is truncated away.
+        let mut start = 0;
+        inside.clear();
+        for l in (1..=leaf.level).rev() {
+            let mask = functions_inside(basis, l, &elements[l]);
+            if kind == Truncation::Truncated && mask.iter().all(|&m| m) {
+                start = l;
+                break;
+            }
+            inside.push(mask);
         }
-        inside.push(mask);
-    }
-    let mut operator = ElementOperator::default();
-    append_active(basis, start, &elements[start], n, &mut operator);
-    if start == leaf.level && operator.functions.len() == n {
+        operator.functions.clear();
         operator.rows.clear();
-        return operator;
-    }
-    let mut buffer = Vec::new();
-    for l in start + 1..=leaf.level {
-        let local: [_; 3] =
-            std::array::from_fn(|d| local_two_scale(basis, l, d, elements[l - 1], elements[l]));
-        for (d, matrix) in local.iter().enumerate().take(hierarchy.dimension()) {
-            contract(&mut operator.rows, &orders, d, matrix, &mut buffer);
+        append_active(basis, start, &elements[start], n, operator);
+        if start == leaf.level && operator.functions.len() == n {
+            operator.rows.clear();
+            return operator;
         }
-        let mask = inside.pop().filter(|_| kind == Truncation::Truncated);
-        drop_vanishing(&mut operator, n, mask.as_deref());
-        append_active(basis, l, &elements[l], n, &mut operator);
+        for l in start + 1..=leaf.level {
+            for d in 0..hierarchy.dimension() {
+                let local = local_two_scale(basis, l, d, elements[l - 1], elements[l]);
+                contract(&mut operator.rows, &orders, d, &local, buffer);
+            }
+            let mask = inside.pop().filter(|_| kind == Truncation::Truncated);
+            drop_vanishing(operator, n, mask.as_deref());
+            append_active(basis, l, &elements[l], n, operator);
+        }
+        operator
     }
-    operator
 }
 
 /// For the functions of level `l` on an element of that level: whether their support lies in `Ω^l`.
@@ -127,12 +152,23 @@ fn contract(
     let order = orders[d];
     buffer.clear();
     buffer.resize(rows.len(), 0.0);
+    if stride == 1 {
+        for (old, new) in rows.chunks_exact(order).zip(buffer.chunks_exact_mut(order)) {
+            for (x, line) in old.iter().zip(matrix).filter(|(x, _)| **x != 0.0) {
+                for (y, s) in new.iter_mut().zip(line) {
+                    *y += s * x;
+                }
+            }
+        }
+        std::mem::swap(rows, buffer);
+        return;
+    }
     for (old, new) in rows.chunks_exact(stride * order).zip(buffer.chunks_exact_mut(stride * order)) {
         for (coarse, line) in old.chunks_exact(stride).zip(matrix) {
             if coarse.iter().all(|&v| v == 0.0) {
                 continue;
             }
-            for (fine, &s) in new.chunks_exact_mut(stride).zip(line) {
+            for (fine, &s) in new.chunks_exact_mut(stride).zip(line).filter(|(_, s)| **s != 0.0) {
                 for (y, x) in fine.iter_mut().zip(coarse) {
                     *y += s * x;
                 }

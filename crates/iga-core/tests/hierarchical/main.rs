@@ -5,6 +5,7 @@ mod nets;
 
 mod prolongation;
 mod properties;
+mod random;
 mod rational;
 mod reference;
 mod seams;

@@ -137,3 +137,24 @@ fn one_level_is_the_plain_patch() {
         assert!((0..3).all(|d| (anchor[d] - index[d] as f64).abs() < 1e-12));
     }
 }
+
+/// The largest hierarchy of the adaptive algorithm: five levels with up to ten knots inserted in each element.
+#[test]
+fn five_levels_of_eleven_parts_stay_small() {
+    let patch = ring(2, 1, 0.4, &[16, 16]);
+    let region = ParameterBox { lower: [0.371_234, 1.0, 0.0], upper: [0.371_236, 1.0, 0.0] };
+    let mut hierarchy = SubdomainHierarchy::new(patch.knots());
+    for _ in 0..4 {
+        hierarchy.refine_around([11, 11, 1], &[region], &PatchTies::default()).unwrap();
+    }
+    // 16 * 11^4 elements a direction on the finest level, of which a few dozen exist.
+    assert_eq!(hierarchy.levels()[4].element_counts(), [234_256, 234_256, 1]);
+    let space = HierarchicalSpace::new(&patch, hierarchy).unwrap();
+    assert!(space.n_elements() < 10_000, "{}", space.n_elements());
+    for e in (0..space.n_elements()).step_by(5) {
+        let xi = inside(&space.element(e), PLACES[0]);
+        let (x, y) = (field(&space, space.control_points(), &xi), patch.point(&xi));
+        // B-splines at a point between knots 3e-7 apart: 1e-16 / 3e-7 relative in each factor, damped by their sum.
+        assert!((0..2).all(|c| (x[c] - y[c]).abs() < 1e-13), "{x:?} {y:?}");
+    }
+}

@@ -148,3 +148,15 @@ fn tied_coefficients_are_prolonged_exactly() {
         assert!((0..3).all(|c| (x[c] - y[c]).abs() < 1e-13), "{xi:?} {x:?} {y:?}");
     }
 }
+
+#[test]
+fn elements_at_a_closed_seam_are_as_smooth_as_others() {
+    let patch = ring(2, 4, 0.3, &[1, 4]);
+    let mut knots = patch.knots().to_vec();
+    knots[0] = crate::nets::split(&knots[0], 3);
+    let space = HierarchicalSpace::plain(&crate::nets::refined(&patch, knots)).unwrap();
+    assert!((0..space.n_elements()).all(|e| space.is_single_level(e)));
+    // Quarters meet at repeated knots: only the middle third of each is smooth on both sides, and the ends of the patch.
+    let counts: Vec<usize> = (0..12).map(|e| space.gauss_counts(e)[0]).collect();
+    assert_eq!(counts, [2, 2, 3, 3, 2, 3, 3, 2, 3, 3, 2, 2]);
+}
