@@ -78,7 +78,7 @@ pub struct ContactSample {
     pub penetration: f64,
     /// Number of points in contact.
     pub active_points: u32,
-    /// Sum of tributary areas of the points in contact [m²].
+    /// Sum of tributary areas of the points in contact \[m²\].
     pub contact_area: f64,
     /// Penalty factor in use, infinite for the exact constraint [N/m³].
     pub penalty: f64,

@@ -53,7 +53,7 @@ pub struct ContactReport {
     pub penetration: f64,
     /// Number of points that carry force.
     pub n_active: usize,
-    /// Sum of their areas [m²].
+    /// Sum of their areas \[m²\].
     pub contact_area: f64,
     /// Whether a point on the rim of the zone carries force.
     pub is_rim_touched: bool,
@@ -227,7 +227,7 @@ impl PlaneContact {
         }))
     }
 
-    /// Smallest gap of all points at `state` without quasistatic displacement [m]: zero where contact begins or ends. The
+    /// Smallest gap of all points at `state` without quasistatic displacement \[m\]: zero where contact begins or ends. The
     /// solver is neither run nor changed. NaN if a gap is not a number.
     pub fn smallest_gap(&self, state: &BodyState) -> f64 {
         let Ok(normal) = self.normal_components(&state.rotation) else {

@@ -24,7 +24,7 @@ pub struct CollocationPoint {
     pub point: [f64; 3],
     /// Undeformed outward normal; zero at a pole of the parametrisation.
     pub normal: [f64; 3],
-    /// Tributary area [m²] (in plane models length \[m\]): `∫ R_i dA` or Gauss weight times area element.
+    /// Tributary area \[m²\] (in plane models length \[m\]): `∫ R_i dA` or Gauss weight times area element.
     pub area: f64,
     /// The function whose Greville point it is; `None` for Gauss points.
     pub function: Option<u32>,
@@ -41,7 +41,7 @@ pub struct Candidate {
     pub xi: [f64; 3],
 }
 
-/// Tributary areas `∫ R_i dA` of the functions that do not vanish on the face, by function number [m²]. They are
+/// Tributary areas `∫ R_i dA` of the functions that do not vanish on the face, by function number \[m²\]. They are
 /// non-negative and sum to the area of the face.
 pub fn tributary_areas(space: &dyn Space, patches: &[Patch], face: &Face) -> BTreeMap<u32, f64> {
     let mut areas = BTreeMap::new();
