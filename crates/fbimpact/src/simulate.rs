@@ -34,22 +34,25 @@ pub struct RunReport {
 }
 
 /// Spectra and sizes of the reduced models of a scenario.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, serde::Serialize)]
 pub struct ModesReport {
     /// One entry a body, in the order of the scenario.
     pub bodies: Vec<BodyModes>,
 }
 
 /// Spectrum and sizes of one body's reduced model.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, serde::Serialize)]
 pub struct BodyModes {
     /// Name in the scenario.
     pub name: String,
     /// Elements of the full model.
+    #[serde(rename = "elements")]
     pub n_elements: usize,
     /// Freedoms of the full model; zero for rigid bodies.
+    #[serde(rename = "freedoms")]
     pub n_dofs: usize,
     /// Interface freedoms of the contact zones.
+    #[serde(rename = "interface_freedoms")]
     pub n_interface: usize,
     /// Mass \[kg\]; infinite for fixed planes.
     pub mass: f64,

@@ -2,7 +2,7 @@
 //!
 //! A space is a list of elements, each an axis-parallel box in the parameters of one patch, and a list of functions with
 //! one control point each. Functions whose control points coincide (poles, axes' collapsed edges, seams, patch interfaces)
-//! are *tied*: they are one function of the space, so that no displacement is multivalued (theory section S.3).
+//! are *tied*: they are one function of the space, so that no displacement is multivalued (theory section E.5).
 
 mod patches;
 mod tie;

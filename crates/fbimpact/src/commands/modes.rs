@@ -3,8 +3,6 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use serde_json::json;
-
 use super::{print, threads};
 use crate::error::AppError;
 use crate::scenario::{self, Override, Scenario};
@@ -25,7 +23,8 @@ pub fn modes(
     let index = body.map(|name| body_index(&scenario, name)).transpose()?;
     let n_threads = threads(n_threads)?;
     let report = simulate::modes(&scenario, index, n_threads)?;
-    print(&if json { format!("{:#}\n", to_json(&report)) } else { table(&report) })
+    let text = if json { serde_json::to_string_pretty(&report).map(|t| t + "\n") } else { Ok(table(&report)) };
+    print(&text.map_err(|e| AppError::Run(format!("the report cannot be written as JSON: {e}")))?)
 }
 
 fn body_index(scenario: &Scenario, name: &str) -> Result<usize, AppError> {
@@ -33,14 +32,6 @@ fn body_index(scenario: &Scenario, name: &str) -> Result<usize, AppError> {
     known.iter().position(|n| *n == name).ok_or_else(|| {
         AppError::Command(format!("--body {name}: no such body, the scenario has {}", known.join(", ")))
     })
-}
-
-fn to_json(report: &ModesReport) -> serde_json::Value {
-    let bodies = report.bodies.iter().map(|b| {
-        json!({ "name": b.name, "elements": b.n_elements, "freedoms": b.n_dofs,
-            "interface_freedoms": b.n_interface, "mass": b.mass, "frequencies": b.frequencies })
-    });
-    json!({ "bodies": bodies.collect::<Vec<_>>() })
 }
 
 /// The report for people. Writing to a string cannot fail.
