@@ -8,9 +8,9 @@ use iga_core::space::Space;
 use iga_core::surface::{BodySurface, CollocationPoint, Face, gauss_points, greville_points};
 use nalgebra::Vector3;
 
-use crate::elastic_body::ElasticBody;
+use crate::elastic_body::{ElasticBody, rigid_motion};
 use crate::error::AdaptiveError;
-use crate::spec::{PlaneContactSpec, PointRule, RefinementSpec};
+use crate::spec::{ElasticBodySpec, PlaneContactSpec, PointRule, RefinementSpec};
 
 /// Slack of comparisons between parameters, as a share of the patch's range: round-off of arc lengths.
 const PARAMETER_SLACK: f64 = 1e-9;
@@ -43,6 +43,30 @@ impl Interval {
     }
 }
 
+/// The refinement that a contact interval with a given number of elements asks of its body; `None` if it asks for none.
+///
+/// # Errors
+/// [`AdaptiveError::Contact`] if the number of elements is given without a width.
+pub fn wanted_refinement(
+    body: &ElasticBodySpec,
+    contact: &PlaneContactSpec,
+) -> Result<Option<RefinementSpec>, AdaptiveError> {
+    let Some(elements) = contact.elements else { return Ok(None) };
+    let fail = |source| AdaptiveError::Contact { contact: contact.name.clone(), source };
+    let width = contact.width.ok_or_else(|| {
+        let reason = "interval.elements needs interval.width".to_owned();
+        fail(ContactError::Inconsistent { reason })
+    })?;
+    let patches = &body.shape.patches;
+    let surface = BodySurface::new(patches, body.model == Model::Axisymmetric);
+    let direction = model_components(body, &contact.plane_normal);
+    let first = surface.lowest(patches, &direction).ok_or_else(|| fail(ContactError::Empty { width }))?;
+    Ok(Some(RefinementSpec { centre: first.point, width, elements, ratio: DEFAULT_RATIO }))
+}
+
+/// Ratio of neighbouring elements outside an interval that asks for its own refinement.
+const DEFAULT_RATIO: f64 = 1.5;
+
 impl ContactZone {
     /// The zone of `body` about its first point of contact with the plane of `contact`.
     ///
@@ -54,7 +78,7 @@ impl ContactZone {
         let axisymmetric = body.spec.model == Model::Axisymmetric;
         let patches = &body.shape.patches;
         let surface = BodySurface::new(patches, axisymmetric);
-        let direction = model_components(body, &contact.plane_normal);
+        let direction = model_components(&body.spec, &contact.plane_normal);
         let first =
             surface.lowest(patches, &direction).ok_or_else(|| fail(ContactError::Empty { width: 0.0 }))?;
         let face = surface.faces()[first.face];
@@ -118,9 +142,9 @@ impl Interval {
 }
 
 /// Vector in space as a vector in the model's components, for a body in its initial orientation.
-fn model_components(body: &ElasticBody, vector: &Vector3<f64>) -> [f64; 3] {
-    let local = body.spec.motion.rotation.inverse_transform_vector(vector);
-    let motion = body.assembled.motion;
+fn model_components(body: &ElasticBodySpec, vector: &Vector3<f64>) -> [f64; 3] {
+    let local = body.motion.rotation.inverse_transform_vector(vector);
+    let motion = rigid_motion(&body.model);
     let mut components = [0.0; 3];
     for (c, slot) in components.iter_mut().enumerate().take(motion.n_components()) {
         *slot = local[motion.direction(c)];

@@ -126,12 +126,12 @@ impl<'a> Driver<'a> {
     }
 
     fn enter(&mut self, kind: PhaseKind) -> Result<(), AdaptiveError> {
-        let (max_step, tolerance) = match kind {
-            PhaseKind::Free => (self.settings.free.max_step, self.settings.free.tolerance),
-            PhaseKind::Impact => (self.impact_step, self.settings.impact.tolerance),
+        let (max_step, phase) = match kind {
+            PhaseKind::Free => (self.settings.free.max_step, self.settings.free),
+            PhaseKind::Impact => (self.impact_step, self.settings.impact),
         };
         self.integrator.set_max_step(max_step).map_err(AdaptiveError::Dynamics)?;
-        let scale = ErrorScale { relative: tolerance, ..self.model.system.error_scale() };
+        let scale = ErrorScale { relative: phase.tolerance, velocity_floor: phase.velocity_floor };
         self.model.system.set_error_scale(scale).map_err(AdaptiveError::Dynamics)
     }
 

@@ -112,7 +112,8 @@ impl ImpactWatch {
 
 /// Top of the parabola through three instants whose middle one is the highest; the middle one otherwise.
 fn parabola_top(a: &ContactInstant, b: &ContactInstant, c: &ContactInstant) -> (f64, f64) {
-    if !(b.force > a.force && b.force > c.force) {
+    let is_top = b.force >= a.force && b.force >= c.force && b.force > a.force.min(c.force);
+    if !is_top {
         return (b.time, b.force);
     }
     let (left, right) = (b.time - a.time, c.time - b.time);

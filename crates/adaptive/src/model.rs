@@ -8,7 +8,7 @@ use ffr_dynamics::system::force::BodyState;
 use ffr_dynamics::system::free_bodies::{FreeBodies, FreeBody};
 use nalgebra::Unit;
 
-use crate::contact_zone::ContactZone;
+use crate::contact_zone::{ContactZone, wanted_refinement};
 use crate::elastic_body::{ElasticBody, Interface, ReducedBody};
 use crate::error::AdaptiveError;
 use crate::record::{BodyLayout, Observer, RunLayout, Timings};
@@ -60,8 +60,12 @@ impl RunModel {
     /// [`AdaptiveError`] with the name of the body or contact.
     pub fn build(spec: &RunSpec) -> Result<Self, AdaptiveError> {
         let started = Instant::now();
-        let bodies =
-            spec.bodies.iter().cloned().map(ElasticBody::build).collect::<Result<Vec<_>, AdaptiveError>>()?;
+        let mut wanted = spec.bodies.clone();
+        for contact in &spec.contacts {
+            let body = &mut wanted[contact.body];
+            body.discretisation.refine.extend(wanted_refinement(body, contact)?);
+        }
+        let bodies = wanted.into_iter().map(ElasticBody::build).collect::<Result<Vec<_>, AdaptiveError>>()?;
         let assembly = started.elapsed().as_secs_f64();
         let zones = spec
             .contacts

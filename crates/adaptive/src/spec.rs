@@ -125,6 +125,8 @@ pub struct PlaneContactSpec {
     /// Width of the contact interval about the point of first contact, measured as [`RefinementSpec::width`] \[m\]; `None`:
     /// the refined zone there.
     pub width: Option<f64>,
+    /// Elements across the interval, for which the body is refined; `None`: those that its discretisation has there.
+    pub elements: Option<usize>,
 }
 
 /// Integration in one kind of phase.
@@ -134,6 +136,8 @@ pub struct PhaseSettings {
     pub max_step: f64,
     /// Permitted error a step as a share of the motion's velocity.
     pub tolerance: f64,
+    /// Motion slower than this is resolved as if it were this fast \[m/s\].
+    pub velocity_floor: f64,
 }
 
 /// Settings of a run.

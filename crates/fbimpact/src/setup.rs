@@ -73,6 +73,7 @@ fn settings(scenario: &Scenario) -> RunSettings {
     let phase = |i: &scenario::Integration| PhaseSettings {
         max_step: i.max_step.unwrap_or(f64::INFINITY),
         tolerance: i.rtol,
+        velocity_floor: i.velocity_floor,
     };
     RunSettings {
         end_time: simulation.end_time,
@@ -100,7 +101,7 @@ fn elastic_body(body: &scenario::Body) -> Result<Option<ElasticBodySpec>, AppErr
         })
     });
     let discretisation = DiscretisationSpec {
-        degrees: mesh.degree.clone(),
+        degrees: raised(&mesh.degree, &shape),
         elements: mesh.elements.clone(),
         knots: mesh.knots.clone(),
         refine: refine.collect::<Result<_, AppError>>()?,
@@ -162,6 +163,12 @@ fn shape(elastic: &scenario::ElasticBody) -> Result<Shape, SplineError> {
     }
 }
 
+/// The wanted degrees, raised to those of the exact geometry where they are lower.
+fn raised(degrees: &[usize], shape: &Shape) -> Vec<usize> {
+    let own = |d: usize| shape.patches.iter().map(|p| p.knots()[d].degree()).max().unwrap_or(1);
+    degrees.iter().enumerate().map(|(d, &p)| p.max(own(d))).collect()
+}
+
 fn sphere_net(net: scenario::SphereNet) -> SphereNet {
     match net {
         scenario::SphereNet::Cube => SphereNet::Cube,
@@ -212,5 +219,6 @@ fn plane_contact(
             scenario::ContactSolver::Broyden => Method::Broyden(BroydenSettings::default()),
         },
         width: contact.interval.width,
+        elements: contact.interval.elements,
     })
 }

@@ -52,10 +52,10 @@ pub struct Integration {
     pub integrator: Integrator,
     /// Longest step \[s\].
     pub max_step: Option<f64>,
-    /// Relative error of a step.
+    /// Permitted error of a step as a share of the motion's velocity.
     pub rtol: f64,
-    /// Energy below which an error does not count, as a fraction of the system's energy.
-    pub energy_tolerance: f64,
+    /// Motion slower than this is resolved as if it were this fast \[m/s\].
+    pub velocity_floor: f64,
 }
 
 /// Time integration methods.

@@ -110,6 +110,16 @@ fn check_bodies(checker: &mut Checker, root: &Section, section: &Section) {
 
 /// Reports settings that exclude each other.
 fn check_settings(checker: &mut Checker, section: &Section) {
+    if let Some(interval) = section.table("interval")
+        && interval.given("elements")
+        && !interval.given("width")
+    {
+        checker.fault_in(interval, "elements", "needs \"width\" beside it".into());
+    }
+    if section.text("model") == Some("dynamic") && section.text("solver") == Some("broyden") {
+        let message = "has no effect with model \"dynamic\", where no quasistatic state is solved for".into();
+        checker.fault_in(section, "solver", message);
+    }
     if section.text("constraint") != Some("exact") {
         return;
     }

@@ -45,7 +45,7 @@ fn integration(section: &Section) -> Option<Integration> {
         integrator: Integrator::DormandPrince,
         max_step: section.number("max_step"),
         rtol: section.number("rtol")?,
-        energy_tolerance: section.number("energy_tolerance")?,
+        velocity_floor: section.number("velocity_floor")?,
     })
 }
 

@@ -124,6 +124,6 @@ const INTERVAL: &[Key] = &[
         Kind::Integer(1, 10_000),
         "–",
         Need::Optional("the elements that the discretisation has there"),
-        "Elements across the width.",
+        "Elements across `width`, for which the body is refined; needs `width`.",
     ),
 ];

@@ -45,15 +45,15 @@ const RTOL: Key = Key::new(
     Kind::Number(TOLERANCE),
     "–",
     Need::Default("1e-8"),
-    "Relative error allowed in a step.",
+    "Error allowed in a step, as a share of the motion's velocity.",
 );
 
-const ENERGY_TOLERANCE: Key = Key::new(
-    "energy_tolerance",
-    Kind::Number(Range { min: Bound::Closed(1e-30), max: Bound::Closed(0.1) }),
-    "–",
-    Need::Default("1e-12"),
-    "Energy below which the error of a coordinate does not count, as a fraction of the system's energy.",
+const VELOCITY_FLOOR: Key = Key::new(
+    "velocity_floor",
+    Kind::Number(Range { min: Bound::Closed(1e-30), max: Bound::Closed(1e3) }),
+    "m/s",
+    Need::Default("1e-6"),
+    "Motion slower than this is resolved as if it were this fast: the scale of errors when everything is at rest.",
 );
 
 const FREE: &[Key] = &[
@@ -66,7 +66,7 @@ const FREE: &[Key] = &[
     ),
     Key::new("max_step", Kind::Number(TIME), "s", Need::Default("1e-4"), "Longest step."),
     RTOL,
-    ENERGY_TOLERANCE,
+    VELOCITY_FLOOR,
 ];
 
 const IMPACT: &[Key] = &[
@@ -85,7 +85,7 @@ const IMPACT: &[Key] = &[
         "Longest step.",
     ),
     RTOL,
-    ENERGY_TOLERANCE,
+    VELOCITY_FLOOR,
 ];
 
 const COMPRESSIONS: &[Choice] = &[

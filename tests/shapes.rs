@@ -1,0 +1,45 @@
+//! The table of shapes in the program names the markers that the geometry has.
+#![expect(clippy::unwrap_used, reason = "a test")]
+
+use std::path::Path;
+
+use fbimpact::scenario;
+use fbimpact::scenario::tables::SHAPES;
+use fbimpact::setup::run_spec;
+
+/// A geometry table with sizes for the shape.
+fn geometry(shape: &str) -> String {
+    let sizes = match shape {
+        "sphere" | "disc" => "radius = 0.01",
+        "rod" | "rod-spherical-end" | "cylinder" => "radius = 0.01, length = 0.05",
+        "hollow-cylinder" => "inner_radius = 0.005, outer_radius = 0.01, length = 0.05",
+        "box" => "size = [0.01, 0.02, 0.03]",
+        "rectangle" => "size = [0.01, 0.02]",
+        other => panic!("no sizes for {other}"),
+    };
+    format!("{{ shape = \"{shape}\", {sizes} }}")
+}
+
+#[test]
+fn every_named_shape_is_built_with_the_markers_of_its_table() {
+    for shape in SHAPES {
+        for (model, markers) in shape.models {
+            let Some(markers) = markers.filter(|m| !m.is_empty()) else { continue };
+            let text = format!(
+                "[simulation]\nend_time = 1e-6\n\
+                 [materials.m]\nyoungs_modulus = 1e9\npoissons_ratio = 0.3\ndensity = 1e3\n\
+                 [bodies.b]\nmodel = \"{model}\"\nmaterial = \"m\"\ngeometry = {}\n{}\
+                 reduction = {{ method = \"modal\", modes = 3 }}\n",
+                geometry(shape.name),
+                if model.starts_with("plane") { "thickness = 0.01\n" } else { "" },
+            );
+            let scenario = scenario::parse(Path::new("t.toml"), text.as_bytes(), &[]).unwrap();
+            let spec = run_spec(&scenario).unwrap();
+            let mut built: Vec<&str> = spec.bodies[0].shape.markers.keys().map(String::as_str).collect();
+            let mut named = markers.to_vec();
+            built.sort_unstable();
+            named.sort_unstable();
+            assert_eq!(built, named, "{} as {model}", shape.name);
+        }
+    }
+}
