@@ -94,10 +94,10 @@ impl BodyScale {
     }
 }
 
-/// Twice the energy of the elastic coordinates, `Σ ω_j² q_j² + (dq_j/dt)²`.
+/// Twice the energy of the elastic coordinates, `Σ k_j q_j²` and that of their rates.
 fn modal_sum(data: &StandardInputData, coordinates: &[f64], rates: &[f64]) -> f64 {
-    let terms = data.modal_stiffness.iter().zip(coordinates).zip(rates);
-    terms.map(|((k, q), rate)| k * q * q + rate * rate).sum()
+    let terms = data.modal_stiffness.iter().zip(coordinates);
+    terms.map(|(k, q)| k * q * q).sum::<f64>() + data.modal_mass.square(rates)
 }
 
 fn norm(x: &[f64]) -> f64 {

@@ -265,7 +265,7 @@ impl<F: ForceElement> OdeSystem for FreeBodies<F> {
         largest / (self.error_scale.relative * motion)
     }
 
-    fn project(&mut self, y: &mut [f64]) -> bool {
+    fn project(&mut self, _t: f64, y: &mut [f64]) -> bool {
         let mut changed = false;
         for layout in &self.layouts {
             changed |= renormalise(&mut y[layout.rotation()]);
