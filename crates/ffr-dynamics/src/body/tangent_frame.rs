@@ -22,16 +22,20 @@ pub struct TangentFrame {
 
 impl TangentFrame {
     /// Frame that follows the point `origin` [m], where the modes have the displacements `translations` and the rotations
-    /// `rotations` (half the curl), one a mode.
+    /// `rotations` (half the curl), one a mode. Shifts keep to the rigid motions of the model.
     ///
     /// # Errors
     /// [`DynamicsError::Inconsistent`] if their numbers differ.
     pub fn new(
+        motion: RigidMotion,
         origin: Vector3<f64>,
-        translations: Vec<Vector3<f64>>,
-        rotations: Vec<Vector3<f64>>,
+        mut translations: Vec<Vector3<f64>>,
+        mut rotations: Vec<Vector3<f64>>,
     ) -> Result<Self, DynamicsError> {
         if translations.len() == rotations.len() {
+            for (t, turn) in translations.iter_mut().zip(&mut rotations) {
+                restrict(motion, t, turn);
+            }
             return Ok(Self { origin, translations, rotations });
         }
         let reason = format!(
@@ -66,8 +70,7 @@ impl TangentFrame {
 impl StandardInputData {
     /// The same body with the modes of a tangent frame (Eq. M.2, M.3).
     ///
-    /// Points and markers must be shifted as well. A model keeps its directions: a plane one takes the rotation about `z`
-    /// only, an axisymmetric one none.
+    /// Points and markers must be shifted as well.
     ///
     /// # Errors
     /// [`DynamicsError::Inconsistent`] if the number of modes differs; [`DynamicsError::NotPositiveDefinite`] if the
@@ -78,7 +81,7 @@ impl StandardInputData {
             let reason = format!("tangent frame of {} modes for a body with {n}", frame.n_modes());
             return Err(DynamicsError::Inconsistent { reason });
         }
-        let shift: Vec<_> = (0..n).map(|j| restrict(self.motion, frame.affine(j))).collect();
+        let shift: Vec<_> = (0..n).map(|j| frame.affine(j)).collect();
         let mut data = self.clone();
         let mut mass = Mat::<f64>::zeros(n, n);
         for j in 0..n {
@@ -123,23 +126,19 @@ impl StandardInputData {
     }
 }
 
-/// The part of a rigid motion that the model can perform.
-fn restrict(
-    motion: RigidMotion,
-    (mut a, mut b): (Vector3<f64>, Matrix3<f64>),
-) -> (Vector3<f64>, Matrix3<f64>) {
+/// Keeps the part of a rigid motion that the model can perform.
+fn restrict(motion: RigidMotion, translation: &mut Vector3<f64>, rotation: &mut Vector3<f64>) {
     match motion {
         RigidMotion::Spatial => {}
         RigidMotion::Planar => {
-            a.z = 0.0;
-            b = skew(&Vector3::new(0.0, 0.0, b[(1, 0)]));
+            translation.z = 0.0;
+            *rotation = Vector3::z() * rotation.z;
         }
         RigidMotion::Axial => {
-            a = Vector3::new(0.0, 0.0, a.z);
-            b.fill(0.0);
+            *translation = Vector3::z() * translation.z;
+            rotation.fill(0.0);
         }
     }
-    (a, b)
 }
 
 /// Adds `change` to block `j` of an array ordered `(a n_c + b) n_q + j`.

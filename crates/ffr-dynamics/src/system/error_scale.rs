@@ -9,6 +9,7 @@ use nalgebra::Vector3;
 
 use super::layout::BodyLayout;
 use crate::body::StandardInputData;
+use crate::error::DynamicsError;
 
 /// Tolerances of the error norm.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,6 +23,22 @@ pub struct ErrorScale {
 impl Default for ErrorScale {
     fn default() -> Self {
         Self { relative: 1e-8, velocity_floor: 1e-6 }
+    }
+}
+
+impl ErrorScale {
+    /// The tolerances themselves.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Inconsistent`] if one is not positive.
+    pub(super) fn checked(self) -> Result<Self, DynamicsError> {
+        let is_positive = |x: f64| x > 0.0 && x.is_finite();
+        if is_positive(self.relative) && is_positive(self.velocity_floor) {
+            return Ok(self);
+        }
+        let Self { relative, velocity_floor } = self;
+        let reason = format!("tolerance {relative} and velocity floor {velocity_floor} m/s must both be > 0");
+        Err(DynamicsError::Inconsistent { reason })
     }
 }
 
