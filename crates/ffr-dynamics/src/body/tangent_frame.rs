@@ -84,16 +84,15 @@ impl StandardInputData {
         let shift: Vec<_> = (0..n).map(|j| frame.affine(j)).collect();
         let mut data = self.clone();
         let mut mass = Mat::<f64>::zeros(n, n);
-        for j in 0..n {
-            let (a, b) = &shift[j];
+        for (j, (a, b)) in shift.iter().enumerate() {
             data.coupling_translation[j] += a * self.mass + b * self.mass_moment;
             let position = self.mass_moment * a.transpose() + self.second_moment * b.transpose();
             add_block(self.motion, &mut data.position_shape, n, j, &position);
         }
         let size = data.position_shape.len();
-        for i in 0..n {
-            for j in 0..n {
-                let change = self.pair_change(i, j, &shift[i], &shift[j]);
+        for (i, shift_i) in shift.iter().enumerate() {
+            for (j, shift_j) in shift.iter().enumerate() {
+                let change = self.pair_change(i, j, shift_i, shift_j);
                 mass[(i, j)] = self.modal_mass.entry(i, j) + change.trace();
                 if size > 0 {
                     add_block(self.motion, &mut data.shape_shape[i * size..(i + 1) * size], n, j, &change);

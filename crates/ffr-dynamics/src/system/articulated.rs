@@ -14,6 +14,8 @@ use super::tree_kinematics::{Edge, Six, dot, join};
 use crate::body::ModalMass;
 use crate::error::Rejection;
 
+/// Numbers taken together in sums of rows.
+const LANES: usize = 4;
 /// Pivot, as a share of the diagonal entry it came from, below which an inertia counts as singular: round-off.
 const SMALLEST_PIVOT: f64 = 1e-13;
 
@@ -23,6 +25,8 @@ pub(super) struct BodyFactors {
     n_modes: usize,
     /// Unknowns of the body: elastic and joint accelerations.
     n_unknowns: usize,
+    /// Length of the rows of `motion`, `product` and `matrix`: a multiple of [`LANES`], filled up with zeros.
+    stride: usize,
     /// Rigid inertia with that of the bodies hanging on it.
     rigid: [Six; 6],
     /// Rigid by elastic inertia (6 x n_q).
@@ -33,7 +37,7 @@ pub(super) struct BodyFactors {
     force: Six,
     /// Elastic forces.
     elastic_force: Vec<f64>,
-    /// Frame's acceleration by unknowns and parent's marker (6 x n).
+    /// Frame's acceleration by unknowns and parent's marker, six rows.
     motion: Vec<f64>,
     /// Scratch of the same size.
     product: Vec<f64>,
@@ -53,17 +57,19 @@ impl BodyFactors {
     pub fn new(body: &TreeBody) -> Self {
         let (n, m) = (body.layout.n_modes, body.layout.n_velocities);
         let size = n + m + 6;
+        let stride = (size + 1).next_multiple_of(LANES);
         Self {
             n_modes: n,
             n_unknowns: n + m,
+            stride,
             rigid: [[0.0; 6]; 6],
             coupling: vec![0.0; 6 * n],
             elastic: vec![0.0; n * n],
             force: [0.0; 6],
             elastic_force: vec![0.0; n],
-            motion: vec![0.0; 6 * size],
-            product: vec![0.0; 6 * size],
-            matrix: vec![0.0; size * (size + 1)],
+            motion: vec![0.0; 6 * stride],
+            product: vec![0.0; 6 * stride],
+            matrix: vec![0.0; size * stride],
             pivots: vec![0.0; n + m],
             solution: vec![0.0; size],
             frame: [0.0; 6],
@@ -108,6 +114,11 @@ impl BodyFactors {
         power
     }
 
+    /// Multiplies the diagonal of the elastic inertia, so that elastic coordinates give way less than joints.
+    pub fn weigh_elastic(&mut self, weight: f64) {
+        self.elastic.iter_mut().step_by(self.n_modes + 1).for_each(|m| *m *= weight);
+    }
+
     /// Eliminates the body's unknowns (Eq. M.15).
     ///
     /// `joint_forces` act along the free velocities.
@@ -115,37 +126,75 @@ impl BodyFactors {
         self.fill_motion(edge);
         self.fill_products(edge);
         self.fill_matrix(edge, joint_forces);
-        let (n, size) = (self.n_unknowns, self.n_unknowns + 6);
-        let width = size + 1;
-        for k in 0..n {
-            let (above, below) = self.matrix.split_at_mut((k + 1) * width);
-            let row = &above[k * width..];
-            let pivot = row[k];
-            let is_positive = pivot > SMALLEST_PIVOT * self.pivots[k]; // the diagonal before elimination; false for NaN
-            if !is_positive {
-                let what = if k < self.n_modes { "elastic coordinates" } else { "joint coordinates" };
-                let reason =
-                    format!("inertia of the {what} of body \"{}\" is not positive definite", body.name);
-                return Err(Rejection { code: 1, reason });
+        let n = self.n_unknowns;
+        // Two pivots at a time: half the traffic of the updates.
+        let mut k = 0;
+        while k < n {
+            self.scale_pivot(body, k)?;
+            if k + 1 == n {
+                self.update_rows(k, None);
+                break;
             }
-            let inverse = 1.0 / pivot;
-            self.pivots[k] = inverse;
-            for i in k + 1..size {
-                let factor = row[i] * inverse;
-                if factor != 0.0 {
-                    let start = (i - k - 1) * width;
-                    axpy(-factor, &row[i..width], &mut below[start + i..start + width]);
-                }
-            }
+            self.update_row(k, k + 1);
+            self.scale_pivot(body, k + 1)?;
+            self.update_rows(k, Some(k + 1));
+            k += 2;
         }
         Ok(())
     }
 
+    /// Checks pivot `k` and stores its reciprocal.
+    fn scale_pivot(&mut self, body: &TreeBody, k: usize) -> Result<(), Rejection> {
+        let pivot = self.matrix[k * self.stride + k];
+        let is_positive = pivot > SMALLEST_PIVOT * self.pivots[k]; // the diagonal before elimination; false for NaN
+        if !is_positive {
+            let what = if k < self.n_modes { "elastic coordinates" } else { "joint coordinates" };
+            let reason = format!("inertia of the {what} of body \"{}\" is not positive definite", body.name);
+            return Err(Rejection { code: 1, reason });
+        }
+        self.pivots[k] = 1.0 / pivot;
+        Ok(())
+    }
+
+    /// Takes pivot row `k` out of row `i`.
+    fn update_row(&mut self, k: usize, i: usize) {
+        let width = self.stride;
+        let (above, below) = self.matrix.split_at_mut(i * width);
+        let pivot_row = &above[k * width..(k + 1) * width];
+        axpy(-pivot_row[i] * self.pivots[k], &pivot_row[i..], &mut below[i..width]);
+    }
+
+    /// Takes pivot rows `k` and `l` out of all rows after the last of them.
+    fn update_rows(&mut self, k: usize, l: Option<usize>) {
+        let (width, size) = (self.stride, self.n_unknowns + 6);
+        let last = l.unwrap_or(k);
+        let (above, below) = self.matrix.split_at_mut((last + 1) * width);
+        let first = &above[k * width..(k + 1) * width];
+        let second = &above[last * width..(last + 1) * width];
+        let weight = if l.is_some() { self.pivots[last] } else { 0.0 };
+        for (i, row) in (last + 1..size).zip(below.chunks_exact_mut(width)) {
+            let (a, b) = (first[i] * self.pivots[k], second[i] * weight);
+            if a == 0.0 && b == 0.0 {
+                continue; // modes that no marker couples
+            }
+            // Entries left of the diagonal come along, and are never used.
+            let start = i - i % LANES;
+            let row = row[start..].as_chunks_mut::<LANES>().0;
+            let rows =
+                first[start..].as_chunks::<LANES>().0.iter().zip(second[start..].as_chunks::<LANES>().0);
+            for (x, (f, s)) in row.iter_mut().zip(rows) {
+                for c in 0..LANES {
+                    x[c] -= a * f[c] + b * s[c];
+                }
+            }
+        }
+    }
+
     /// Rows of `motion`: elastic, joint, parent's marker.
     fn fill_motion(&mut self, edge: &Edge) {
-        let (n, size) = (self.n_modes, self.n_unknowns + 6);
+        let n = self.n_modes;
         let lever = edge.turn * -edge.lever.cross_matrix();
-        for (r, row) in self.motion.chunks_exact_mut(size).enumerate() {
+        for (r, row) in self.motion.chunks_exact_mut(self.stride).enumerate() {
             if !edge.elastic_rows.is_empty() {
                 row[..n].copy_from_slice(&edge.elastic_rows[r * n..(r + 1) * n]);
             }
@@ -162,21 +211,19 @@ impl BodyFactors {
 
     /// Rows of `product`: half the rigid inertia times `motion`, plus the coupling.
     fn fill_products(&mut self, edge: &Edge) {
-        let (n, size) = (self.n_modes, self.n_unknowns + 6);
-        let start = if edge.elastic_rows.is_empty() { n } else { 0 };
-        for (r, row) in self.product.chunks_exact_mut(size).enumerate() {
+        let n = self.n_modes;
+        let start = if edge.elastic_rows.is_empty() { n - n % LANES } else { 0 };
+        for (r, row) in self.product.chunks_exact_mut(self.stride).enumerate() {
             row[..n].copy_from_slice(&self.coupling[r * n..(r + 1) * n]);
             row[n..].fill(0.0);
-            for (m, other) in self.rigid[r].iter().zip(self.motion.chunks_exact(size)) {
-                axpy(0.5 * m, &other[start..], &mut row[start..]);
-            }
+            add_six(&self.rigid[r].map(|m| 0.5 * m), &self.motion, self.stride, start, &mut row[start..]);
         }
     }
 
     /// `motionᵀ product + productᵀ motion` with the elastic inertia, upper triangle, and the forces.
     fn fill_matrix(&mut self, edge: &Edge, joint_forces: &[f64]) {
         let (n, n_unknowns, size) = (self.n_modes, self.n_unknowns, self.n_unknowns + 6);
-        let width = size + 1;
+        let width = self.stride;
         let is_still = edge.elastic_rows.is_empty();
         let mut rigid_force = self.force;
         for (f, row) in rigid_force.iter_mut().zip(&self.rigid) {
@@ -184,7 +231,8 @@ impl BodyFactors {
         }
         for i in 0..size {
             let row = &mut self.matrix[i * width..(i + 1) * width];
-            row[i..].fill(0.0);
+            let start = i - i % LANES;
+            row[start..].fill(0.0);
             let mut force = 0.0;
             if i < n {
                 row[i..n].copy_from_slice(&self.elastic[i * n + i..(i + 1) * n]);
@@ -192,18 +240,16 @@ impl BodyFactors {
             } else if i < n_unknowns {
                 force = joint_forces[i - n];
             }
-            let first = if is_still { i.max(n) } else { i };
-            for (r, (motion, product)) in
-                self.motion.chunks_exact(size).zip(self.product.chunks_exact(size)).enumerate()
-            {
-                if motion[i] != 0.0 {
-                    axpy(motion[i], &product[i..], &mut row[i..size]);
-                    force += motion[i] * rigid_force[r];
-                }
-                axpy(product[i], &motion[first..], &mut row[first..size]);
-                if i < n {
-                    force -= self.coupling[r * n + i] * edge.bias[r];
-                }
+            let first = if is_still { start.max(n - n % LANES) } else { start };
+            let column = |rows: &[f64]| -> Six { std::array::from_fn(|r| rows[r * width + i]) };
+            let (motion, product) = (column(&self.motion), column(&self.product));
+            add_six(&product, &self.motion, width, first, &mut row[first..]);
+            if i >= n || !is_still {
+                add_six(&motion, &self.product, width, start, &mut row[start..]);
+                force += dot(&motion, &rigid_force);
+            }
+            if i < n {
+                force -= (0..6).map(|r| self.coupling[r * n + i] * edge.bias[r]).sum::<f64>();
             }
             row[size] = force;
             if i < n_unknowns {
@@ -214,14 +260,13 @@ impl BodyFactors {
 
     /// Inertia left at the parent's marker, entry `(i, j)`.
     fn left(&self, i: usize, j: usize) -> f64 {
-        let width = self.n_unknowns + 7;
-        self.matrix[(self.n_unknowns + i.min(j)) * width + self.n_unknowns + i.max(j)]
+        self.matrix[(self.n_unknowns + i.min(j)) * self.stride + self.n_unknowns + i.max(j)]
     }
 
     /// Force left at the parent's marker.
     fn left_force(&self) -> Six {
-        let width = self.n_unknowns + 7;
-        std::array::from_fn(|i| self.matrix[(self.n_unknowns + i + 1) * width - 1])
+        let column = self.n_unknowns + 6;
+        std::array::from_fn(|i| self.matrix[(self.n_unknowns + i) * self.stride + column])
     }
 
     /// Adds what is left of `child` to this body (Eq. M.16).
@@ -239,37 +284,32 @@ impl BodyFactors {
             }
             force[i] -= (0..6).map(|k| child.left(i, k) * edge.parent_bias[k]).sum::<f64>();
         }
-        for j in 0..6 {
-            for i in 0..3 {
-                self.rigid[i][j] += by_frame[i][j];
-                self.rigid[3 + i][j] +=
-                    by_frame[3 + i][j] - (0..3).map(|k| arm[(k, i)] * by_frame[k][j]).sum::<f64>();
-            }
+        for i in 0..3 {
+            let moment: Six = std::array::from_fn(|j| (0..3).map(|k| arm[(k, i)] * by_frame[k][j]).sum());
+            axpy(1.0, &by_frame[i], &mut self.rigid[i]);
+            axpy(1.0, &by_frame[3 + i], &mut self.rigid[3 + i]);
+            axpy(-1.0, &moment, &mut self.rigid[3 + i]);
         }
         add_at_marker(&force, edge, &mut self.force, &mut self.elastic_force);
         if edge.parent_rows.is_empty() {
             return;
         }
-        for (r, marker_row) in edge.parent_rows.chunks_exact(n).enumerate() {
-            for (s, factor) in by_frame[r].iter().enumerate() {
-                axpy(*factor, marker_row, &mut self.coupling[s * n..(s + 1) * n]);
-            }
-            let mut product = [0.0; 6];
-            for (s, p) in product.iter_mut().enumerate() {
-                *p = child.left(s, r);
-            }
-            // Elastic inertia: Σ_rs rows_s^T left_sr rows_r.
-            for i in 0..n {
-                let weight: f64 = (0..6).map(|s| product[s] * edge.parent_rows[s * n + i]).sum();
-                axpy(weight, &marker_row[i..], &mut self.elastic[i * n + i..(i + 1) * n]);
-            }
+        let rows = &edge.parent_rows;
+        for (s, coupling) in self.coupling.chunks_exact_mut(n).enumerate() {
+            let column: Six = std::array::from_fn(|r| by_frame[r][s]);
+            add_six(&column, rows, n, 0, coupling);
+        }
+        let left: [Six; 6] = std::array::from_fn(|i| std::array::from_fn(|j| child.left(i, j)));
+        for (i, elastic) in self.elastic.chunks_exact_mut(n).enumerate() {
+            let column: Six = std::array::from_fn(|r| rows[r * n + i]);
+            add_six(&left.map(|row| dot(&row, &column)), rows, n, i, &mut elastic[i..]);
         }
     }
 
     /// Unknowns from the acceleration of the parent's marker (Eq. M.17).
     pub fn substitute(&mut self, marker: &Six, edge: &Edge) {
         let (n, size) = (self.n_unknowns, self.n_unknowns + 6);
-        let width = size + 1;
+        let width = self.stride;
         self.solution[n..].copy_from_slice(marker);
         for k in (0..n).rev() {
             let row = &self.matrix[k * width..(k + 1) * width];
@@ -382,17 +422,17 @@ impl Response {
     /// Accelerations by the forces alone, without velocities and gravity.
     pub fn solve(&mut self, model: &MultibodyModel, edges: &[Edge], factors: &[BodyFactors]) {
         for &i in model.order.iter().rev() {
-            let BodyFactors { n_modes, n_unknowns, motion, matrix, pivots, .. } = &factors[i];
+            let BodyFactors { n_modes, n_unknowns, stride, motion, matrix, pivots, .. } = &factors[i];
             let (n, size) = (*n_unknowns, n_unknowns + 6);
             let layout = &model.bodies[i].layout;
             let x = &mut self.scratch[..size];
             x.fill(0.0);
             x[..*n_modes].copy_from_slice(&self.elastic_force[layout.rates_elastic()]);
-            for (f, row) in self.force[i].iter().zip(motion.chunks_exact(size)) {
+            for (f, row) in self.force[i].iter().zip(motion.chunks_exact(*stride)) {
                 axpy(*f, row, x);
             }
             for k in 0..n {
-                let row = &matrix[k * (size + 1)..(k + 1) * (size + 1)];
+                let row = &matrix[k * stride..(k + 1) * stride];
                 let scaled = x[k] * pivots[k];
                 axpy(-scaled, &row[k + 1..size], &mut x[k + 1..]);
             }
@@ -417,7 +457,7 @@ impl Response {
             let x = &mut self.scratch[..size];
             x[n..].copy_from_slice(&marker);
             for k in (0..n).rev() {
-                let row = &factor.matrix[k * (size + 1)..(k + 1) * (size + 1)];
+                let row = &factor.matrix[k * factor.stride..(k + 1) * factor.stride];
                 let sum = dot(&row[k + 1..size], &x[k + 1..]);
                 x[k] = (self.rates[layout.rates_offset + k] - sum) * factor.pivots[k];
             }
@@ -434,5 +474,25 @@ impl Response {
 fn axpy(a: f64, x: &[f64], y: &mut [f64]) {
     for (y, x) in y.iter_mut().zip(x) {
         *y += a * x;
+    }
+}
+
+/// Adds a combination of six rows of length `stride`, from column `first` on.
+fn add_six(weights: &Six, rows: &[f64], stride: usize, first: usize, to: &mut [f64]) {
+    let n = to.len();
+    let row = |r: usize| &rows[r * stride + first..r * stride + first + n];
+    let rows: [&[f64]; 6] = std::array::from_fn(row);
+    let [a, b, c, d, e, f] = rows.map(|r| r.as_chunks::<LANES>().0);
+    let (chunks, rest) = to.as_chunks_mut::<LANES>();
+    let [u, v, w, x, y, z] = *weights;
+    let terms = a.iter().zip(b).zip(c).zip(d).zip(e).zip(f);
+    for (sum, (((((a, b), c), d), e), f)) in chunks.iter_mut().zip(terms) {
+        for i in 0..LANES {
+            // Two chains of sums: they need not wait for each other.
+            sum[i] += (u * a[i] + v * b[i] + w * c[i]) + (x * d[i] + y * e[i] + z * f[i]);
+        }
+    }
+    for (i, sum) in (n - rest.len()..n).zip(rest) {
+        *sum += rows.iter().zip(weights).map(|(r, w)| r[i] * w).sum::<f64>();
     }
 }

@@ -15,6 +15,7 @@ mod loop_closure;
 mod tree_error;
 mod workspace;
 pub mod multibody;
+pub mod equilibrium;
 
 pub use error_scale::ErrorScale;
 pub use force::{BodyState, ForceElement, ForceEnergies, GeneralisedForce};

@@ -24,6 +24,9 @@ use crate::kinematics::rotation::renormalise;
 const LOOP_TOLERANCE: f64 = 1e-12;
 /// Rate of a constraint, as a share of the fastest body's velocity (at least of 1 mm/s), at which velocities are projected.
 const LOOP_RATE_TOLERANCE: f64 = 1e-11;
+/// Elastic inertia counts so many times when positions are projected: deforming would cost energy, moving joints does not.
+/// The mobility that is left stays far above the limit of redundancy.
+const ELASTIC_WEIGHT: f64 = 1e6;
 /// Newton steps of a projection; drift of one step needs one or two.
 const MAX_PROJECTIONS: usize = 8;
 
@@ -284,50 +287,43 @@ impl<F: ForceElement> Multibody<F> {
 
     /// Projects positions and velocities onto the constraints; returns whether it changed `y`.
     fn close_loops(&mut self, t: f64, y: &mut [f64]) -> bool {
-        let mut has_changed = false;
-        let mut is_factorised = false;
-        for step in 0..=MAX_PROJECTIONS {
-            let residual = self.loop_residual(t, y);
-            let is_closed = residual <= LOOP_TOLERANCE || !residual.is_finite() || step == MAX_PROJECTIONS;
-            if !is_factorised || (is_closed && has_changed) || residual > 1e-3 {
-                if self.factorise_loops().is_err() {
-                    return has_changed;
-                }
-                is_factorised = true;
-            }
-            let Workspace { loops, edges, factors, .. } = &mut self.workspace;
-            if !is_closed {
-                loops.correct_positions(&self.model, edges, factors);
-                self.move_coordinates(t, y);
-                has_changed = true;
-                continue;
-            }
-            let rate = loops.correct_velocities(&self.model, edges, factors);
-            let speed = self.norm.get_mut().speed(&self.model, t, y).max(1e-3);
-            if rate > LOOP_RATE_TOLERANCE * speed {
-                for body in &self.model.bodies {
-                    add(
-                        &mut y[body.layout.elastic_rates()],
-                        &loops.response.rates[body.layout.rates_elastic()],
-                    );
-                    add(&mut y[body.layout.velocities()], &loops.response.rates[body.layout.rates_joint()]);
-                }
-                has_changed = true;
-            }
-            break;
+        let has_moved = self.close_positions(t, y);
+        self.workspace.place(&self.model, t, y);
+        if self.workspace.factorise(&self.model, 1.0).is_err() {
+            return has_moved;
         }
-        has_changed
+        let Workspace { loops, edges, factors, .. } = &mut self.workspace;
+        let rate = loops.correct_velocities(&self.model, edges, factors);
+        let speed = self.norm.get_mut().speed(&self.model, t, y).max(1e-3);
+        let is_slow = rate <= LOOP_RATE_TOLERANCE * speed;
+        if is_slow {
+            return has_moved;
+        }
+        for body in &self.model.bodies {
+            add(&mut y[body.layout.elastic_rates()], &loops.response.rates[body.layout.rates_elastic()]);
+            add(&mut y[body.layout.velocities()], &loops.response.rates[body.layout.rates_joint()]);
+        }
+        true
     }
 
-    /// Inertia of the tree at the last motion and the loops' mobility in it.
-    fn factorise_loops(&mut self) -> Result<(), Rejection> {
-        self.workspace.factorise(&self.model)
+    /// Moves positions onto the constraints, joints rather than elastic coordinates; returns whether it changed `y`.
+    fn close_positions(&mut self, t: f64, y: &mut [f64]) -> bool {
+        for step in 0..MAX_PROJECTIONS {
+            let residual = self.loop_residual(t, y);
+            let is_open = residual > LOOP_TOLERANCE && residual.is_finite();
+            if !is_open || self.workspace.factorise(&self.model, ELASTIC_WEIGHT).is_err() {
+                return step > 0;
+            }
+            let Workspace { loops, edges, factors, .. } = &mut self.workspace;
+            loops.correct_positions(&self.model, edges, factors);
+            self.move_coordinates(y);
+        }
+        true
     }
 
     /// Moves positions by the loops' response.
-    fn move_coordinates(&self, t: f64, y: &mut [f64]) {
+    fn move_coordinates(&self, y: &mut [f64]) {
         let change = &self.workspace.loops.response.rates;
-        debug_assert!(t.is_finite());
         for body in &self.model.bodies {
             let layout = &body.layout;
             add(&mut y[layout.elastic()], &change[layout.rates_elastic()]);

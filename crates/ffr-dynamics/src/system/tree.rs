@@ -67,6 +67,6 @@ mod tests {
     #[test]
     fn cycle_is_named() {
         let error = order(&[None, Some(2), Some(3), Some(2)]).unwrap_err();
-        assert!(error.to_string().contains("\"b2\" -> joint \"j2\" -> \"b3\" -> joint \"j3\" -> \"b2\""));
+        assert!(error.to_string().contains("\"b3\" -> joint \"j3\" -> \"b2\" -> joint \"j2\" -> \"b3\""));
     }
 }

@@ -115,14 +115,26 @@ impl Workspace {
     }
 
     /// Inertia of the tree and mobility of the loops at the last motion, whatever the forces.
-    pub fn factorise(&mut self, model: &MultibodyModel) -> Result<(), Rejection> {
+    ///
+    /// Elastic inertia counts `elastic_weight` times.
+    pub fn factorise(&mut self, model: &MultibodyModel, elastic_weight: f64) -> Result<(), Rejection> {
         for (i, body) in model.bodies.iter().enumerate() {
             self.factors[i].load(body, &self.states[i], &self.sums[i], &mut self.bodies[i]);
+            self.factors[i].weigh_elastic(elastic_weight);
         }
         solve_tree(model, &self.edges, &self.joint_forces, &mut self.factors)?;
         self.loops.evaluate(model, &self.states);
         self.loops.factorise(model, &self.edges, &self.factors);
         Ok(())
+    }
+
+    /// Accelerations of all coordinates by a unit force on the elastic coordinate `rate`, loops aside.
+    pub fn unit_response(&mut self, model: &MultibodyModel, rate: usize) -> &[f64] {
+        let response = &mut self.loops.response;
+        response.clear();
+        response.elastic_force[rate] = 1.0;
+        response.solve(model, &self.edges, &self.factors);
+        &response.rates
     }
 
     /// Adds the forces of loop-closing joints.
