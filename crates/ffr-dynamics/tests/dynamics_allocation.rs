@@ -103,7 +103,7 @@ fn machine() -> Multibody {
         gravity: Vector3::z() * -9.81,
         ..SystemSpec::default()
     };
-    Multibody::new(spec, Vec::new()).unwrap()
+    Multibody::new(spec, Vec::new()).expect("the parts fit")
 }
 
 #[test]

@@ -251,3 +251,37 @@ pub fn rotation_of_gradient(gradient: &Matrix3<f64>) -> Vector3<f64> {
         gradient[(1, 0)] - gradient[(0, 1)],
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use faer::Mat;
+
+    #[test]
+    fn marker_on_a_rigidly_turning_field_turns_with_it() {
+        let (turn, place) = (Vector3::new(0.3, -0.7, 0.2), Vector3::new(1.0, 2.0, -0.5));
+        let field = turn.cross(&place);
+        let gradient = turn.cross_matrix();
+        let shapes = Mat::from_fn(3, 1, |i, _| field[i]);
+        let gradients = Mat::from_fn(9, 1, |i, _| gradient[(i / 3, i % 3)]);
+        let marker = Marker::from_gradients(
+            "m",
+            RigidMotion::Spatial,
+            place,
+            UnitQuaternion::identity(),
+            shapes.as_ref(),
+            gradients.as_ref(),
+        )
+        .expect("sizes fit");
+        for c in 0..3 {
+            assert!((marker.rotation_row(c)[0] - turn[c]).abs() < 1e-15); // round-off
+            assert!((marker.displacement_row(c)[0] - field[c]).abs() < 1e-15);
+        }
+        let frame = marker.tangent_frame(RigidMotion::Spatial);
+        let far = Marker::flexible("far", -place, UnitQuaternion::identity(), &[-field], &[turn])
+            .and_then(|m| m.in_tangent_frame(&frame))
+            .expect("sizes fit");
+        let largest = (0..3).map(|c| far.displacement_row(c)[0].abs() + far.rotation_row(c)[0].abs());
+        assert!(largest.fold(0.0, f64::max) < 1e-15, "a rigid field vanishes in a tangent frame");
+    }
+}

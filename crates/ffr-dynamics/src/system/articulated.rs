@@ -179,13 +179,8 @@ impl BodyFactors {
             }
             // Entries left of the diagonal come along, and are never used.
             let start = i - i % LANES;
-            let row = row[start..].as_chunks_mut::<LANES>().0;
-            let rows =
-                first[start..].as_chunks::<LANES>().0.iter().zip(second[start..].as_chunks::<LANES>().0);
-            for (x, (f, s)) in row.iter_mut().zip(rows) {
-                for c in 0..LANES {
-                    x[c] -= a * f[c] + b * s[c];
-                }
+            for ((x, f), s) in row[start..].iter_mut().zip(&first[start..]).zip(&second[start..]) {
+                *x -= a * f + b * s;
             }
         }
     }
@@ -481,18 +476,10 @@ fn axpy(a: f64, x: &[f64], y: &mut [f64]) {
 fn add_six(weights: &Six, rows: &[f64], stride: usize, first: usize, to: &mut [f64]) {
     let n = to.len();
     let row = |r: usize| &rows[r * stride + first..r * stride + first + n];
-    let rows: [&[f64]; 6] = std::array::from_fn(row);
-    let [a, b, c, d, e, f] = rows.map(|r| r.as_chunks::<LANES>().0);
-    let (chunks, rest) = to.as_chunks_mut::<LANES>();
+    let (a, b, c, d, e, f) = (row(0), row(1), row(2), row(3), row(4), row(5));
     let [u, v, w, x, y, z] = *weights;
-    let terms = a.iter().zip(b).zip(c).zip(d).zip(e).zip(f);
-    for (sum, (((((a, b), c), d), e), f)) in chunks.iter_mut().zip(terms) {
-        for i in 0..LANES {
-            // Two chains of sums: they need not wait for each other.
-            sum[i] += (u * a[i] + v * b[i] + w * c[i]) + (x * d[i] + y * e[i] + z * f[i]);
-        }
-    }
-    for (i, sum) in (n - rest.len()..n).zip(rest) {
-        *sum += rows.iter().zip(weights).map(|(r, w)| r[i] * w).sum::<f64>();
+    for (i, sum) in to.iter_mut().enumerate() {
+        // Two chains of sums: they need not wait for each other.
+        *sum += (u * a[i] + v * b[i] + w * c[i]) + (x * d[i] + y * e[i] + z * f[i]);
     }
 }
