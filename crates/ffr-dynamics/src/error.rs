@@ -50,6 +50,62 @@ pub enum DynamicsError {
         /// Which, with the sizes.
         reason: String,
     },
+    /// Two bodies, joints or markers of one body have the same name.
+    #[error("two {what} are called \"{name}\", names must differ")]
+    DuplicateName {
+        /// What, in the plural.
+        what: &'static str,
+        /// The name.
+        name: String,
+    },
+    /// A joint or load is attached to a body that there is not.
+    #[error("\"{user}\" is attached to the unknown body \"{body}\", there are: {known}")]
+    UnknownBody {
+        /// Name of the joint or load.
+        user: String,
+        /// Name of the body looked for.
+        body: String,
+        /// The bodies there are.
+        known: String,
+    },
+    /// A joint or load is attached to a marker that its body does not have.
+    #[error("\"{user}\" is attached to the unknown marker \"{marker}\" of \"{body}\", which has: {known}")]
+    UnknownMarker {
+        /// Name of the joint or load.
+        user: String,
+        /// Name of the body.
+        body: String,
+        /// Name of the marker looked for.
+        marker: String,
+        /// The markers there are.
+        known: String,
+    },
+    /// Joints of the tree lead around in a circle.
+    #[error("joints form a cycle: {path}; turn a joint around or make one of them loop-closing")]
+    JointCycle {
+        /// Joints and bodies along the cycle.
+        path: String,
+    },
+    /// A body is the child of two joints of the tree.
+    #[error(
+        "body \"{body}\" is over-constrained: it is the child of the joints \"{first}\" and \"{second}\"; make one of them loop-closing"
+    )]
+    OverConstrained {
+        /// Name of the body.
+        body: String,
+        /// First joint.
+        first: String,
+        /// Second joint.
+        second: String,
+    },
+    /// A joint that cannot be.
+    #[error("joint \"{joint}\": {reason}")]
+    Joint {
+        /// Name of the joint.
+        joint: String,
+        /// Why, with the numbers.
+        reason: String,
+    },
     /// The time integration cannot go on.
     #[error("integration stopped at t = {time:.9e} s: {reason}")]
     Integration {

@@ -41,7 +41,7 @@ impl Invariants {
         let v = state.rotation.inverse_transform_vector(&state.velocity);
         let p = v * data.mass + omega.cross(&mass_moment) + mass_moment_rate;
         let spin = inertia * omega + relative_spin;
-        let modal: f64 = state.elastic_rates.iter().map(|rate| rate * rate).sum();
+        let modal = data.modal_mass.square(&state.elastic_rates);
         let kinetic = 0.5 * v.norm_squared() * data.mass
             + v.dot(&(omega.cross(&mass_moment) + mass_moment_rate))
             + 0.5 * omega.dot(&(inertia * omega))

@@ -9,8 +9,12 @@ use std::cell::Cell;
 use dynamics_support::{Random, block};
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::integration::{CrossingSearch, DenseOutput, DormandPrince, OdeSystem, StepSettings};
-use ffr_dynamics::system::{BodyState, ForceElement, FreeBodies, FreeBody};
-use nalgebra::Vector3;
+use ffr_dynamics::kinematics::Marker;
+use ffr_dynamics::system::{
+    Attachment, BodySpec, BodyState, CoordinateForce, ForceElement, FreeBodies, FreeBody, GROUND, JointKind,
+    JointSpec, Multibody, SystemSpec,
+};
+use nalgebra::{UnitQuaternion, Vector3};
 
 struct Counting;
 
@@ -74,4 +78,50 @@ fn steps_events_and_invariants_do_not_allocate() {
         assert_eq!(count, 0, "{motion:?}");
         assert_eq!(integrator.statistics().steps, 20);
     }
+}
+
+/// Two flexible bodies with a rigid one that closes a loop, on joints with springs.
+fn machine() -> Multibody {
+    let sample = block(RigidMotion::Spatial, 8);
+    let marker = |name: &str, a: usize| {
+        sample.marker(name, a, UnitQuaternion::identity(), |j| sample.nodal_rotation(a, j))
+    };
+    let body = |name: &str| BodySpec {
+        name: name.to_string(),
+        data: sample.data.clone(),
+        markers: vec![marker("a", 0), marker("b", 11)],
+    };
+    let at = Attachment::new;
+    let mut first = JointSpec::new("first", JointKind::Universal, at(GROUND, "a"), at("one", "a"));
+    let spring = CoordinateForce { stiffness: 3.0, damping: 0.1, ..CoordinateForce::default() };
+    first.coordinates = vec![spring.clone(), spring];
+    let spec = SystemSpec {
+        bodies: vec![body("one"), body("two")],
+        ground: vec![Marker::rigid("a", Vector3::zeros(), UnitQuaternion::identity())],
+        joints: vec![first, JointSpec::new("second", JointKind::Spherical, at("one", "b"), at("two", "a"))],
+        loops: vec![JointSpec::new("last", JointKind::Planar, at(GROUND, "a"), at("two", "b"))],
+        gravity: Vector3::z() * -9.81,
+        ..SystemSpec::default()
+    };
+    Multibody::new(spec, Vec::new()).expect("the parts fit")
+}
+
+#[test]
+fn multibody_systems_with_loops_do_not_allocate() {
+    let mut system = machine();
+    let mut y = system.rest();
+    system.set_joint(&mut y, 0, &[0.4, 0.3], &[1.0, 2.0]).unwrap();
+    system.set_joint(&mut y, 1, &[0.9, 0.3, -0.2, 0.1], &[0.5, 1.0, 0.0]).unwrap();
+    system.assemble(0.0, &mut y).unwrap();
+    let mut integrator = DormandPrince::new(StepSettings::default(), 0.0, &y).unwrap();
+    let count = allocations(|| {
+        for _ in 0..10 {
+            integrator.step(&mut system, 1.0).unwrap();
+            system.invariants(0.0, integrator.state());
+            system.joint_energy(0.0, integrator.state());
+            system.loop_residual(0.0, integrator.state());
+        }
+    });
+    assert_eq!(count, 0);
+    assert_eq!(integrator.statistics().steps, 10);
 }

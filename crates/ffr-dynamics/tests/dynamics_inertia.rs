@@ -2,6 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
 
+#[expect(dead_code, reason = "other test binaries use the rest")]
 mod dynamics_support;
 
 use dynamics_support::{Random, Sample, block, rigid_rotor};

@@ -308,7 +308,7 @@ impl OdeSystem for Projected {
         Oscillator.error_norm(y0, y1, error)
     }
 
-    fn project(&mut self, y: &mut [f64]) -> bool {
+    fn project(&mut self, _t: f64, y: &mut [f64]) -> bool {
         let length = norm(y);
         y.iter_mut().for_each(|v| *v /= length);
         true

@@ -8,6 +8,7 @@ use faer::{Mat, MatRef};
 use nalgebra::{Matrix3, Vector3};
 
 use super::assembled::{AssembledBody, RigidMotion};
+use super::modal_mass::ModalMass;
 use super::shape_integrals::ShapeIntegrals;
 use crate::error::DynamicsError;
 use crate::kinematics::rotation::axial;
@@ -66,7 +67,9 @@ pub struct StandardInputData {
     pub second_moment: Matrix3<f64>,
     /// Rows of `C_t = ∫ ρ Φᵀ`, the first-order change of `m c` as well.
     pub coupling_translation: Vec<Vector3<f64>>,
-    /// Squared eigenfrequencies, the diagonal of `K_e` [rad²/s²]. Modes are mass-orthonormal: `M_e` is the identity.
+    /// Modal mass `M_e`: the identity for mass-orthonormal modes, another matrix in a tangent frame.
+    pub modal_mass: ModalMass,
+    /// Diagonal of `K_e`; for mass-orthonormal modes the squared eigenfrequencies [rad²/s²].
     pub modal_stiffness: Vec<f64>,
     /// Damping `D_e`.
     pub modal_damping: ModalDamping,
@@ -103,15 +106,6 @@ impl StandardInputData {
     ) -> Result<Self, DynamicsError> {
         let integrals = ShapeIntegrals::new(body, shapes)?;
         let n_q = shapes.ncols();
-        if modal_stiffness.len() != n_q {
-            let reason = format!("{n_q} mode shapes, but {} eigenfrequencies", modal_stiffness.len());
-            return Err(DynamicsError::Inconsistent { reason });
-        }
-        if let Some(j) = modal_stiffness.iter().position(|k| !(*k > 0.0 && k.is_finite())) {
-            let reason =
-                format!("mode {} has the squared frequency {}, must be > 0", j + 1, modal_stiffness[j]);
-            return Err(DynamicsError::Inconsistent { reason });
-        }
         for j in 0..n_q {
             for i in 0..n_q {
                 let expected = if i == j { 1.0 } else { 0.0 };
@@ -126,12 +120,39 @@ impl StandardInputData {
                 }
             }
         }
+        let data = Self::from_integrals(body.motion, integrals, modal_stiffness)?;
+        Ok(Self { modal_mass: ModalMass::Identity, ..data })
+    }
+
+    /// Data from the inertia integrals of any linearly independent modes without coupling in the stiffness, whose modal
+    /// mass matrix may be any symmetric positive definite one.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Inconsistent`] if sizes do not fit or a stiffness is not positive,
+    /// [`DynamicsError::NotPositiveDefinite`] if the modes are linearly dependent.
+    pub fn from_integrals(
+        motion: RigidMotion,
+        integrals: ShapeIntegrals,
+        modal_stiffness: &[f64],
+    ) -> Result<Self, DynamicsError> {
+        let n_q = integrals.shapes.len();
+        if modal_stiffness.len() != n_q {
+            let reason = format!("{n_q} mode shapes, but {} eigenfrequencies", modal_stiffness.len());
+            return Err(DynamicsError::Inconsistent { reason });
+        }
+        if let Some(j) = modal_stiffness.iter().position(|k| !(*k > 0.0 && k.is_finite())) {
+            let reason =
+                format!("mode {} has the squared frequency {}, must be > 0", j + 1, modal_stiffness[j]);
+            return Err(DynamicsError::Inconsistent { reason });
+        }
+        let modal_mass = ModalMass::from_matrix(integrals.modal_mass.as_ref(), 0.0)?;
         Ok(Self {
-            motion: body.motion,
+            motion,
             mass: integrals.mass,
             mass_moment: integrals.mass_moment,
             second_moment: integrals.second_moment,
             coupling_translation: integrals.shapes,
+            modal_mass,
             modal_stiffness: modal_stiffness.to_vec(),
             modal_damping: ModalDamping::None,
             position_shape: integrals.position_shape,
@@ -177,6 +198,7 @@ impl StandardInputData {
             mass_moment: mass * centre_of_mass,
             second_moment,
             coupling_translation: Vec::new(),
+            modal_mass: ModalMass::Identity,
             modal_stiffness: Vec::new(),
             modal_damping: ModalDamping::None,
             position_shape: Vec::new(),

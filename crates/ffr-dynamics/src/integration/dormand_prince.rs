@@ -339,7 +339,7 @@ impl DormandPrince {
         self.interval = (start, end);
         std::mem::swap(&mut self.y, &mut self.trial);
         self.k.swap(0, 6);
-        self.is_first_stage_valid = !system.project(&mut self.y);
+        self.is_first_stage_valid = !system.project(self.t, &mut self.y);
         self.statistics.steps += 1;
         let proposed = h * self.controller.accepted(error);
         // A step cut short by the caller's end time says nothing against the longer one proposed before.

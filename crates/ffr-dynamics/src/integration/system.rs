@@ -16,8 +16,9 @@ pub trait OdeSystem {
     /// Scaled size of a local error `error` between the states `y0` and `y1`; a step is accepted when it is at most 1.
     fn error_norm(&self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64;
 
-    /// Restores invariants of the state after an accepted step (unit quaternions); returns whether it changed `y`.
-    fn project(&mut self, _y: &mut [f64]) -> bool {
+    /// Restores invariants of the state reached at `t` after an accepted step (unit quaternions, closed loops); returns
+    /// whether it changed `y`.
+    fn project(&mut self, _t: f64, _y: &mut [f64]) -> bool {
         false
     }
 

@@ -1,6 +1,10 @@
-//! Rotations and points that move with flexible bodies.
+//! Rotations, and points and frames that move with flexible bodies.
 
 pub mod rotation;
+pub mod exponential;
 pub mod marker;
+pub mod marker_frame;
 
+pub use exponential::RotationVectorRates;
 pub use marker::FlexiblePoint;
+pub use marker_frame::{Marker, MarkerMotion, rotation_of_gradient};

@@ -38,9 +38,11 @@ pub struct Accelerations<'a> {
 }
 
 /// Rigid part of the equations: 6 x 6 inertia and right-hand side, translation first, in the body's frame.
-struct RigidPart {
-    inertia: [[f64; 6]; 6],
-    force: [f64; 6],
+///
+/// Only the lower triangle of the inertia is set.
+pub(super) struct RigidPart {
+    pub(super) inertia: [[f64; 6]; 6],
+    pub(super) force: [f64; 6],
 }
 
 impl BodyWorkspace {
@@ -68,17 +70,8 @@ impl BodyWorkspace {
         gravity: &Vector3<f64>,
         force: &GeneralisedForce,
     ) -> Result<Accelerations<'_>, Rejection> {
-        for (f, ((h, k), q)) in
-            self.elastic.iter_mut().zip(force.elastic.iter().zip(&data.modal_stiffness).zip(&state.elastic))
-        {
-            *f = h - k * q;
-        }
-        let dissipated_power = data.modal_damping.apply(&state.elastic_rates, &mut self.elastic);
-        let mut rigid = if data.has_rotation() {
-            self.turning(data, state, force)
-        } else {
-            self.translating(data, state, force)
-        };
+        let (mut rigid, dissipated_power) = self.assemble(data, state, force);
+        data.modal_mass.whiten(&mut self.elastic, &mut self.coupling);
         self.eliminate_elastic(&mut rigid);
         let active = active_directions(data.motion);
         solve_active(&mut rigid, active)?;
@@ -86,6 +79,7 @@ impl BodyWorkspace {
         for (f, row) in self.elastic.iter_mut().zip(&self.coupling) {
             *f -= row.iter().zip(&x).map(|(c, a)| c * a).sum::<f64>();
         }
+        data.modal_mass.unwhiten(&mut self.elastic);
         // Weight acts like an acceleration of the frame: at the deformed centre of mass, and on modes with C_t.
         let mut translation = Vector3::new(x[0], x[1], x[2]);
         let local_gravity = state.rotation.inverse_transform_vector(gravity);
@@ -98,6 +92,33 @@ impl BodyWorkspace {
             elastic: &self.elastic,
             dissipated_power,
         })
+    }
+
+    /// Inertia and forces of the body (Eq. D.7): the rigid part as the result, the rows `[C_t C_r]` in `coupling`, the
+    /// elastic forces in `elastic`. Returns the power lost in modal damping as well [W].
+    pub(super) fn assemble(
+        &mut self,
+        data: &StandardInputData,
+        state: &BodyState,
+        force: &GeneralisedForce,
+    ) -> (RigidPart, f64) {
+        for (f, ((h, k), q)) in
+            self.elastic.iter_mut().zip(force.elastic.iter().zip(&data.modal_stiffness).zip(&state.elastic))
+        {
+            *f = h - k * q;
+        }
+        let dissipated_power = data.modal_damping.apply(&state.elastic_rates, &mut self.elastic);
+        let rigid = if data.has_rotation() {
+            self.turning(data, state, force)
+        } else {
+            self.translating(data, state, force)
+        };
+        (rigid, dissipated_power)
+    }
+
+    /// Rows `[C_t C_r(q_e)]` and elastic forces of the last [`BodyWorkspace::assemble`].
+    pub(super) fn elastic_part(&self) -> (&[[f64; 6]], &[f64]) {
+        (&self.coupling, &self.elastic)
     }
 
     /// Rigid part of a body that does not turn.
@@ -204,7 +225,7 @@ impl BodyWorkspace {
         }
     }
 
-    /// Schur complement of the elastic unknowns, whose mass matrix is the identity (Eq. D.10).
+    /// Schur complement of the elastic unknowns, whose mass matrix has become the identity (Eq. D.10).
     fn eliminate_elastic(&self, rigid: &mut RigidPart) {
         for (row, f) in self.coupling.iter().zip(&self.elastic) {
             for i in 0..6 {

@@ -9,6 +9,7 @@ use nalgebra::Vector3;
 
 use super::layout::BodyLayout;
 use crate::body::StandardInputData;
+use crate::error::DynamicsError;
 
 /// Tolerances of the error norm.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,6 +23,22 @@ pub struct ErrorScale {
 impl Default for ErrorScale {
     fn default() -> Self {
         Self { relative: 1e-8, velocity_floor: 1e-6 }
+    }
+}
+
+impl ErrorScale {
+    /// The tolerances themselves.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Inconsistent`] if one is not positive.
+    pub(super) fn checked(self) -> Result<Self, DynamicsError> {
+        let is_positive = |x: f64| x > 0.0 && x.is_finite();
+        if is_positive(self.relative) && is_positive(self.velocity_floor) {
+            return Ok(self);
+        }
+        let Self { relative, velocity_floor } = self;
+        let reason = format!("tolerance {relative} and velocity floor {velocity_floor} m/s must both be > 0");
+        Err(DynamicsError::Inconsistent { reason })
     }
 }
 
@@ -94,10 +111,10 @@ impl BodyScale {
     }
 }
 
-/// Twice the energy of the elastic coordinates, `Σ ω_j² q_j² + (dq_j/dt)²`.
+/// Twice the energy of the elastic coordinates, `Σ k_j q_j²` and that of their rates.
 fn modal_sum(data: &StandardInputData, coordinates: &[f64], rates: &[f64]) -> f64 {
-    let terms = data.modal_stiffness.iter().zip(coordinates).zip(rates);
-    terms.map(|((k, q), rate)| k * q * q + rate * rate).sum()
+    let terms = data.modal_stiffness.iter().zip(coordinates);
+    terms.map(|(k, q)| k * q * q).sum::<f64>() + data.modal_mass.square(rates)
 }
 
 fn norm(x: &[f64]) -> f64 {

@@ -51,7 +51,7 @@ impl<F: ForceElement> FreeBodies<F> {
         let mut layouts = Vec::with_capacity(bodies.len());
         let mut offset = 0;
         for body in &bodies {
-            check_damping(body)?;
+            check_damping(&body.name, &body.data)?;
             let layout = BodyLayout { offset, n_modes: body.data.n_modes() };
             offset += layout.len();
             layouts.push(layout);
@@ -104,14 +104,7 @@ impl<F: ForceElement> FreeBodies<F> {
     /// # Errors
     /// [`DynamicsError::Inconsistent`] if one is not positive.
     pub fn set_error_scale(&mut self, scale: ErrorScale) -> Result<(), DynamicsError> {
-        let is_positive = |x: f64| x > 0.0 && x.is_finite();
-        if !is_positive(scale.relative) || !is_positive(scale.velocity_floor) {
-            let ErrorScale { relative, velocity_floor } = scale;
-            let reason =
-                format!("tolerance {relative} and velocity floor {velocity_floor} m/s must both be > 0");
-            return Err(DynamicsError::Inconsistent { reason });
-        }
-        self.error_scale = scale;
+        self.error_scale = scale.checked()?;
         Ok(())
     }
 
@@ -265,7 +258,7 @@ impl<F: ForceElement> OdeSystem for FreeBodies<F> {
         largest / (self.error_scale.relative * motion)
     }
 
-    fn project(&mut self, y: &mut [f64]) -> bool {
+    fn project(&mut self, _t: f64, y: &mut [f64]) -> bool {
         let mut changed = false;
         for layout in &self.layouts {
             changed |= renormalise(&mut y[layout.rotation()]);
@@ -283,9 +276,9 @@ impl<F: ForceElement> OdeSystem for FreeBodies<F> {
 }
 
 /// Refuses damping of another size, or negative.
-fn check_damping(body: &FreeBody) -> Result<(), DynamicsError> {
-    let n_q = body.data.n_modes();
-    let fits = match &body.data.modal_damping {
+pub(super) fn check_damping(name: &str, data: &StandardInputData) -> Result<(), DynamicsError> {
+    let n_q = data.n_modes();
+    let fits = match &data.modal_damping {
         ModalDamping::None => true,
         ModalDamping::PerMode(d) => d.len() == n_q && d.iter().all(|d| *d >= 0.0 && d.is_finite()),
         ModalDamping::Full(d) => d.nrows() == n_q && d.ncols() == n_q && (0..n_q).all(|i| d[(i, i)] >= 0.0),
@@ -293,8 +286,7 @@ fn check_damping(body: &FreeBody) -> Result<(), DynamicsError> {
     if fits {
         return Ok(());
     }
-    let reason =
-        format!("body \"{}\": damping must have {n_q} coefficients, finite and not negative", body.name);
+    let reason = format!("body \"{name}\": damping must have {n_q} coefficients, finite and not negative");
     Err(DynamicsError::Inconsistent { reason })
 }
 

@@ -1,11 +1,26 @@
-//! Bodies, forces and equations of motion.
+//! Bodies, joints, forces and equations of motion.
 
 pub mod force;
 pub mod equations;
 pub mod layout;
 pub mod error_scale;
 pub mod free_bodies;
+pub mod joints;
+pub mod specification;
+pub mod tree;
+pub mod model;
+mod tree_kinematics;
+mod articulated;
+mod loop_closure;
+mod tree_error;
+mod workspace;
+pub mod multibody;
+pub mod equilibrium;
 
 pub use error_scale::ErrorScale;
 pub use force::{BodyState, ForceElement, ForceEnergies, GeneralisedForce};
 pub use free_bodies::{FreeBodies, FreeBody};
+pub use joints::{CoordinateForce, JointKind, TimeFunction};
+pub use model::MultibodyModel;
+pub use multibody::Multibody;
+pub use specification::{Attachment, BodySpec, GROUND, JointSpec, LoadSpec, SystemSpec};

@@ -7,6 +7,7 @@ use faer::sparse::{SparseColMat, Triplet};
 use ffr_dynamics::body::{AssembledBody, Dof, MassMatrix, RigidMotion, StandardInputData};
 use nalgebra::{DMatrix, Matrix3, UnitQuaternion, Vector3};
 
+use ffr_dynamics::kinematics::{Marker, rotation_of_gradient};
 use ffr_dynamics::system::BodyState;
 
 /// A body before and after reduction.
@@ -239,4 +240,38 @@ impl Random {
 pub fn rigid_rotor() -> StandardInputData {
     let inertia = Matrix3::from_diagonal(&Vector3::new(1.0, 2.0, 2.5));
     StandardInputData::rigid(RigidMotion::Spatial, 3.0, Vector3::zeros(), inertia).unwrap()
+}
+
+impl Sample {
+    /// A marker at node `a` with the displacement of the modes there, and rotations by the modes as given.
+    pub fn marker(
+        &self,
+        name: &str,
+        a: usize,
+        rotation: UnitQuaternion<f64>,
+        mut turn: impl FnMut(usize) -> Vector3<f64>,
+    ) -> Marker {
+        let n = self.data.n_modes();
+        if n == 0 {
+            return Marker::rigid(name, self.node(a), rotation);
+        }
+        let unit = |j: usize| (0..n).map(|i| f64::from(u8::from(i == j))).collect::<Vec<_>>();
+        let displacements: Vec<_> = (0..n).map(|j| self.displacement(a, &unit(j))).collect();
+        let rotations: Vec<_> = (0..n).map(&mut turn).collect();
+        Marker::flexible(name, self.node(a), rotation, &displacements, &rotations).unwrap()
+    }
+
+    /// Rotation of the modes at node `a`: that of the displacements of its neighbours along the edges of the block.
+    pub fn nodal_rotation(&self, a: usize, j: usize) -> Vector3<f64> {
+        // Least squares fit of a gradient to all nodes, weighted towards the near ones.
+        let (mut moment, mut product) = (Matrix3::zeros(), Matrix3::zeros());
+        let unit: Vec<f64> = (0..self.data.n_modes()).map(|i| f64::from(u8::from(i == j))).collect();
+        for b in 0..self.body.nodes.len() {
+            let d = self.node(b) - self.node(a);
+            let weight = (-d.norm_squared() / 0.01).exp();
+            moment += d * d.transpose() * weight;
+            product += (self.displacement(b, &unit) - self.displacement(a, &unit)) * d.transpose() * weight;
+        }
+        rotation_of_gradient(&(product * moment.try_inverse().unwrap()))
+    }
 }

@@ -1,0 +1,287 @@
+//! Markers: points with a frame that move and turn with a flexible body (docs/theory.md Eq. M.4 to M.6).
+
+use faer::MatRef;
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+
+use super::exponential::RotationVectorRates;
+use super::marker::FlexiblePoint;
+use crate::body::{RigidMotion, TangentFrame};
+use crate::error::DynamicsError;
+use crate::system::force::{BodyState, GeneralisedForce};
+
+/// A point of a body with a frame of its own.
+///
+/// The point moves by `Φ q_e`, the frame turns by the rotation vector `ϑ = Ψ q_e` in the body's frame: first order in the
+/// elastic coordinates, and yet a rotation matrix.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Marker {
+    /// Name for joints and messages.
+    pub name: String,
+    /// Undeformed position in the body's frame [m].
+    pub position: Vector3<f64>,
+    /// Rotation from the marker's frame to the body's frame, undeformed.
+    pub rotation: UnitQuaternion<f64>,
+    n_modes: usize,
+    /// Displacement along x, y, z, then rotation about x, y, z, each by elastic coordinate; empty on rigid bodies.
+    rows: Vec<f64>,
+}
+
+/// Motion of a marker within its body's frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MarkerMotion {
+    /// Deformed position `X + Φ q_e` [m].
+    pub arm: Vector3<f64>,
+    /// Its rate `Φ dq_e/dt` [m/s].
+    pub arm_rate: Vector3<f64>,
+    /// Rotation from the marker's frame to the body's frame.
+    pub rotation: UnitQuaternion<f64>,
+    /// Angular velocity of the marker's frame in the body's frame, and its dependence on rates and accelerations.
+    pub turn: RotationVectorRates,
+}
+
+impl Marker {
+    /// A marker on a rigid body or on ground, which has no elastic coordinates.
+    pub fn rigid(name: &str, position: Vector3<f64>, rotation: UnitQuaternion<f64>) -> Self {
+        Self { name: name.to_string(), position, rotation, n_modes: 0, rows: Vec::new() }
+    }
+
+    /// A marker on a flexible body with the displacement and the rotation of each mode at its place, in the body's frame.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Inconsistent`] if their numbers differ or a number is not finite.
+    pub fn flexible(
+        name: &str,
+        position: Vector3<f64>,
+        rotation: UnitQuaternion<f64>,
+        displacements: &[Vector3<f64>],
+        rotations: &[Vector3<f64>],
+    ) -> Result<Self, DynamicsError> {
+        let fail = |reason: String| Err(DynamicsError::Inconsistent { reason });
+        let n = displacements.len();
+        if rotations.len() != n {
+            return fail(format!("marker \"{name}\": {n} displacements and {} rotations", rotations.len()));
+        }
+        if !displacements.iter().chain(rotations).chain([&position]).all(|v| v.norm().is_finite()) {
+            return fail(format!("marker \"{name}\": position or mode shapes are not finite"));
+        }
+        let mut rows = Vec::with_capacity(6 * n);
+        for vectors in [displacements, rotations] {
+            (0..3).for_each(|c| rows.extend(vectors.iter().map(|v| v[c])));
+        }
+        Ok(Self { name: name.to_string(), position, rotation, n_modes: n, rows })
+    }
+
+    /// A marker from mode shapes and their gradients in the model's components, one column a mode: row `a` of `shapes` is
+    /// the displacement along component `a` of the model, row `a n_c + b` of `gradients` its derivative along component `b`.
+    ///
+    /// The rotation is half the curl; on the axis of an axisymmetric model it vanishes.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Inconsistent`] if sizes do not fit; see [`Marker::flexible`] too.
+    pub fn from_gradients(
+        name: &str,
+        motion: RigidMotion,
+        position: Vector3<f64>,
+        rotation: UnitQuaternion<f64>,
+        shapes: MatRef<'_, f64>,
+        gradients: MatRef<'_, f64>,
+    ) -> Result<Self, DynamicsError> {
+        let (n, n_c) = (shapes.ncols(), motion.n_components());
+        if shapes.nrows() != n_c || gradients.nrows() != n_c * n_c || gradients.ncols() != n {
+            let reason = format!(
+                "marker \"{name}\": shapes {} x {n} and gradients {} x {} for a model of {n_c} components",
+                shapes.nrows(),
+                gradients.nrows(),
+                gradients.ncols()
+            );
+            return Err(DynamicsError::Inconsistent { reason });
+        }
+        let displacements = FlexiblePoint::from_rows(motion, position, shapes, 0).shapes;
+        let mut rotations = vec![Vector3::zeros(); n];
+        if motion != RigidMotion::Axial {
+            for (j, rotation) in rotations.iter_mut().enumerate() {
+                let mut gradient = Matrix3::zeros();
+                for a in 0..n_c {
+                    (0..n_c).for_each(|b| gradient[(a, b)] = gradients[(a * n_c + b, j)]);
+                }
+                *rotation = rotation_of_gradient(&gradient);
+            }
+        }
+        Self::flexible(name, position, rotation, &displacements, &rotations)
+    }
+
+    /// Number of elastic coordinates that move the marker; 0 if none does.
+    pub fn n_modes(&self) -> usize {
+        self.n_modes
+    }
+
+    /// Displacement by a unit of each elastic coordinate along `x`, `y` or `z`; empty on rigid bodies.
+    pub fn displacement_row(&self, direction: usize) -> &[f64] {
+        &self.rows[direction * self.n_modes..(direction + 1) * self.n_modes]
+    }
+
+    /// Rotation vector by a unit of each elastic coordinate about `x`, `y` or `z`; empty on rigid bodies.
+    pub fn rotation_row(&self, direction: usize) -> &[f64] {
+        self.displacement_row(3 + direction)
+    }
+
+    /// Whether the elastic coordinates neither move nor turn the marker, as at the marker of a tangent frame.
+    pub fn is_still(&self) -> bool {
+        self.rows.iter().all(|v| *v == 0.0)
+    }
+
+    /// The tangent frame of a model with the rigid motions `motion` that follows this marker.
+    pub fn tangent_frame(&self, motion: RigidMotion) -> TangentFrame {
+        let vectors = |first: usize| {
+            let vector = |j: usize| Vector3::from_fn(|c, _| self.rows[(first + c) * self.n_modes + j]);
+            (0..self.n_modes).map(vector).collect::<Vec<_>>()
+        };
+        TangentFrame::new(motion, self.position, vectors(0), vectors(3))
+            .expect("displacements and rotations have the same number")
+    }
+
+    /// The marker on the body in a tangent frame.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Inconsistent`] if the number of modes differs.
+    pub fn in_tangent_frame(&self, frame: &TangentFrame) -> Result<Self, DynamicsError> {
+        if frame.n_modes() != self.n_modes {
+            let reason = format!(
+                "marker \"{}\": {} modes, the frame has {}",
+                self.name,
+                self.n_modes,
+                frame.n_modes()
+            );
+            return Err(DynamicsError::Inconsistent { reason });
+        }
+        let mut shifted = self.clone();
+        for j in 0..self.n_modes {
+            let (u, turn) = (frame.displacement(j, &self.position), frame.rotation(j));
+            for c in 0..3 {
+                shifted.rows[c * self.n_modes + j] += u[c];
+                shifted.rows[(3 + c) * self.n_modes + j] += turn[c];
+            }
+        }
+        Ok(shifted)
+    }
+
+    /// The marker's point, for forces and output.
+    pub fn point(&self) -> FlexiblePoint {
+        let shape = |j: usize| Vector3::from_fn(|c, _| self.rows[c * self.n_modes + j]);
+        FlexiblePoint { position: self.position, shapes: (0..self.n_modes).map(shape).collect() }
+    }
+
+    /// Motion of the marker within its body's frame (Eq. M.4 to M.6). Does not allocate.
+    pub fn motion(&self, elastic: &[f64], rates: &[f64]) -> MarkerMotion {
+        let arm = self.position + self.combine(0, elastic);
+        let (vector, rate) = (self.combine(3, elastic), self.combine(3, rates));
+        MarkerMotion {
+            arm,
+            arm_rate: self.combine(0, rates),
+            rotation: if self.n_modes == 0 {
+                self.rotation
+            } else {
+                UnitQuaternion::from_scaled_axis(vector) * self.rotation
+            },
+            turn: RotationVectorRates::new(&vector, &rate),
+        }
+    }
+
+    /// Rotation from the marker's frame to the inertial frame.
+    pub fn orientation(&self, state: &BodyState) -> UnitQuaternion<f64> {
+        state.rotation * self.motion(&state.elastic, &state.elastic_rates).rotation
+    }
+
+    /// Position of the marker in the inertial frame [m].
+    pub fn place(&self, state: &BodyState) -> Vector3<f64> {
+        state.position + state.rotation * (self.position + self.combine(0, &state.elastic))
+    }
+
+    /// Velocity of the marker in the inertial frame [m/s].
+    pub fn velocity(&self, state: &BodyState) -> Vector3<f64> {
+        let arm = self.position + self.combine(0, &state.elastic);
+        let local = state.angular_velocity.cross(&arm) + self.combine(0, &state.elastic_rates);
+        state.velocity + state.rotation * local
+    }
+
+    /// Angular velocity of the marker's frame in the inertial frame [rad/s].
+    pub fn angular_velocity(&self, state: &BodyState) -> Vector3<f64> {
+        let turn = self.motion(&state.elastic, &state.elastic_rates).turn;
+        state.rotation * (state.angular_velocity + turn.spin)
+    }
+
+    /// Adds a force [N] and a moment [N m] at the marker, both in the inertial frame, to the forces on its body (Eq. M.7).
+    pub fn add_wrench(
+        &self,
+        state: &BodyState,
+        force: &Vector3<f64>,
+        moment: &Vector3<f64>,
+        sum: &mut GeneralisedForce,
+    ) {
+        let motion = self.motion(&state.elastic, &state.elastic_rates);
+        let local = state.rotation.inverse_transform_vector(force);
+        let local_moment = state.rotation.inverse_transform_vector(moment);
+        sum.force += force;
+        sum.torque += motion.arm.cross(&local) + local_moment;
+        self.add_elastic(&local, &motion.turn.jacobian.tr_mul(&local_moment), &mut sum.elastic);
+    }
+
+    /// Adds `Φᵀ force + Ψᵀ moment` to modal forces; `moment` belongs to the rotation vector.
+    pub(crate) fn add_elastic(&self, force: &Vector3<f64>, moment: &Vector3<f64>, elastic: &mut [f64]) {
+        for c in 0..3 {
+            let rows = self.displacement_row(c).iter().zip(self.rotation_row(c));
+            for (f, (u, turn)) in elastic.iter_mut().zip(rows) {
+                *f += u * force[c] + turn * moment[c];
+            }
+        }
+    }
+
+    /// Displacement (`first = 0`) or rotation vector (`first = 3`) by elastic coordinates.
+    fn combine(&self, first: usize, coordinates: &[f64]) -> Vector3<f64> {
+        let row = |c: usize| self.displacement_row(first + c).iter().zip(coordinates);
+        Vector3::from_fn(|c, _| row(c).map(|(shape, q)| shape * q).sum())
+    }
+}
+
+/// Rotation of a displacement field from its gradient `∂u_a/∂X_b`: half the curl.
+pub fn rotation_of_gradient(gradient: &Matrix3<f64>) -> Vector3<f64> {
+    0.5 * Vector3::new(
+        gradient[(2, 1)] - gradient[(1, 2)],
+        gradient[(0, 2)] - gradient[(2, 0)],
+        gradient[(1, 0)] - gradient[(0, 1)],
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use faer::Mat;
+
+    #[test]
+    fn marker_on_a_rigidly_turning_field_turns_with_it() {
+        let (turn, place) = (Vector3::new(0.3, -0.7, 0.2), Vector3::new(1.0, 2.0, -0.5));
+        let field = turn.cross(&place);
+        let gradient = turn.cross_matrix();
+        let shapes = Mat::from_fn(3, 1, |i, _| field[i]);
+        let gradients = Mat::from_fn(9, 1, |i, _| gradient[(i / 3, i % 3)]);
+        let marker = Marker::from_gradients(
+            "m",
+            RigidMotion::Spatial,
+            place,
+            UnitQuaternion::identity(),
+            shapes.as_ref(),
+            gradients.as_ref(),
+        )
+        .expect("sizes fit");
+        for c in 0..3 {
+            assert!((marker.rotation_row(c)[0] - turn[c]).abs() < 1e-15); // round-off
+            assert!((marker.displacement_row(c)[0] - field[c]).abs() < 1e-15);
+        }
+        let frame = marker.tangent_frame(RigidMotion::Spatial);
+        let far = Marker::flexible("far", -place, UnitQuaternion::identity(), &[-field], &[turn])
+            .and_then(|m| m.in_tangent_frame(&frame))
+            .expect("sizes fit");
+        let largest = (0..3).map(|c| far.displacement_row(c)[0].abs() + far.rotation_row(c)[0].abs());
+        assert!(largest.fold(0.0, f64::max) < 1e-15, "a rigid field vanishes in a tangent frame");
+    }
+}

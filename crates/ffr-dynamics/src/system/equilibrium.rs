@@ -1,0 +1,80 @@
+//! Static start: elastic coordinates that do not accelerate (docs/theory.md Eq. M.24).
+
+use faer::Mat;
+use faer::prelude::Solve;
+
+use super::force::ForceElement;
+use super::multibody::Multibody;
+use crate::error::DynamicsError;
+use crate::integration::OdeSystem;
+
+/// Share of the elastic energy that the last correction may have.
+const TOLERANCE: f64 = 1e-24;
+/// Corrections; each gains several digits, as elastic forces outweigh the change of all others by deformation.
+const MAX_CORRECTIONS: usize = 40;
+
+impl<F: ForceElement> Multibody<F> {
+    /// Sets the elastic coordinates in `y` such that `d²q_e/dt² = 0` at time `t`, and their rates to zero.
+    ///
+    /// Joint coordinates are held; joint velocities are set to zero as well. The joints are free to accelerate: released
+    /// from this state, the bodies begin to move without vibration.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Inconsistent`] if the corrections do not converge (too soft bodies), a force element refuses, or there are
+    /// loop-closing joints, which the deformation would open.
+    pub fn static_start(&mut self, t: f64, y: &mut [f64]) -> Result<(), DynamicsError> {
+        let fail = |reason: String| Err(DynamicsError::Inconsistent { reason });
+        if !self.model.loops.is_empty() {
+            return fail("a static start with loop-closing joints is not possible".to_string());
+        }
+        let layouts: Vec<_> = self.model.bodies.iter().map(|b| b.layout).collect();
+        for layout in &layouts {
+            y[layout.velocities()].fill(0.0);
+            y[layout.elastic_rates()].fill(0.0);
+        }
+        // Place in the state, place among the rates, stiffness.
+        let mut unknowns = Vec::new();
+        for (layout, body) in layouts.iter().zip(&self.model.bodies) {
+            let places = layout.elastic().zip(layout.rates_elastic()).zip(&body.data.modal_stiffness);
+            unknowns.extend(places.map(|((state, rate), k)| (state, rate, *k)));
+        }
+        if unknowns.is_empty() {
+            return Ok(());
+        }
+        let mut rates = vec![0.0; self.dimension()];
+        for _ in 0..MAX_CORRECTIONS {
+            if let Err(refusal) = self.rhs(t, y, &mut rates) {
+                return fail(format!("no static start: {}", refusal.reason));
+            }
+            let correction = self.elastic_correction(&unknowns);
+            let (mut moved, mut stored) = (0.0, 0.0);
+            for ((state, _, k), change) in unknowns.iter().zip(&correction) {
+                y[*state] += change;
+                moved += k * change * change;
+                stored += k * y[*state] * y[*state];
+            }
+            if !moved.is_finite() {
+                break;
+            }
+            if moved <= TOLERANCE * stored {
+                return Ok(());
+            }
+        }
+        fail(format!("no static start: elastic coordinates do not settle in {MAX_CORRECTIONS} corrections"))
+    }
+
+    /// Change of the elastic coordinates that takes their accelerations away if all forces but the elastic ones stay.
+    fn elastic_correction(&mut self, unknowns: &[(usize, usize, f64)]) -> Vec<f64> {
+        let n = unknowns.len();
+        let mut mobility = Mat::<f64>::zeros(n, n);
+        for (j, (_, rate, _)) in unknowns.iter().enumerate() {
+            let response = self.workspace.unit_response(&self.model, *rate);
+            for (i, (_, rate, _)) in unknowns.iter().enumerate() {
+                mobility[(i, j)] = response[*rate];
+            }
+        }
+        let acceleration = Mat::from_fn(n, 1, |i, _| self.workspace.rates[unknowns[i].1]);
+        let force = mobility.partial_piv_lu().solve(&acceleration);
+        unknowns.iter().enumerate().map(|(i, (_, _, k))| force[(i, 0)] / k).collect()
+    }
+}

@@ -1,0 +1,272 @@
+//! Relative motion of two markers (docs/theory.md Eq. M.8, M.9).
+//!
+//! Axes are those of the markers: a hinge turns about `z`, a slider moves along `z`, a plane has the normal `z`. At zero
+//! coordinates the markers coincide.
+
+use nalgebra::{Quaternion, Unit, UnitQuaternion, Vector3};
+
+use crate::kinematics::rotation::{quaternion_rate, rotation_from_slice};
+
+/// Kind of a joint. Coordinates in the order given.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum JointKind {
+    /// No relative motion.
+    Fixed,
+    /// Angle about `z`.
+    Revolute,
+    /// Displacement along `z`.
+    Prismatic,
+    /// Displacement along `z` and angle about it.
+    Cylindrical,
+    /// Angle about the parent's `x`, then angle about the child's `y`.
+    Universal,
+    /// Quaternion `w x y z` from the child to the parent; velocities: angular velocity in the child's frame.
+    Spherical,
+    /// Displacements along `x` and `y`, angle about `z`.
+    Planar,
+    /// Displacement in the parent's frame and quaternion; velocities: rates of the displacement, angular velocity in the
+    /// child's frame.
+    Free,
+    /// Displacement along `z`, for axisymmetric bodies.
+    Axial,
+}
+
+/// One velocity of a joint: a translation, a rotation, or both.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct JointColumn {
+    /// Velocity of the child marker [m/s a unit].
+    pub translation: Vector3<f64>,
+    /// Angular velocity of the child marker's frame [rad/s a unit].
+    pub rotation: Vector3<f64>,
+}
+
+/// Pose and motion of the child marker relative to the parent marker, in the parent marker's frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JointMotion {
+    /// Displacement of the child marker [m].
+    pub displacement: Vector3<f64>,
+    /// Rotation from the child marker's frame to the parent marker's frame.
+    pub rotation: UnitQuaternion<f64>,
+    /// What each velocity does; as many as the joint has.
+    pub columns: [JointColumn; 6],
+    /// Relative velocity [m/s].
+    pub velocity: Vector3<f64>,
+    /// Relative angular velocity [rad/s].
+    pub angular_velocity: Vector3<f64>,
+    /// Rate of the angular velocity when all velocities are constant [rad/s²]; that of the velocity is zero.
+    pub bias: Vector3<f64>,
+}
+
+impl JointKind {
+    /// Name in messages and files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Fixed => "fixed",
+            Self::Revolute => "revolute",
+            Self::Prismatic => "prismatic",
+            Self::Cylindrical => "cylindrical",
+            Self::Universal => "universal",
+            Self::Spherical => "spherical",
+            Self::Planar => "planar",
+            Self::Free => "free",
+            Self::Axial => "axial",
+        }
+    }
+
+    /// Number of velocities.
+    pub fn n_velocities(self) -> usize {
+        match self {
+            Self::Fixed => 0,
+            Self::Revolute | Self::Prismatic | Self::Axial => 1,
+            Self::Cylindrical | Self::Universal => 2,
+            Self::Spherical | Self::Planar => 3,
+            Self::Free => 6,
+        }
+    }
+
+    /// Number of position coordinates.
+    pub fn n_positions(self) -> usize {
+        self.n_velocities() + usize::from(self.quaternion().is_some())
+    }
+
+    /// Index of the quaternion among the position coordinates, and of the angular velocity among the velocities.
+    pub fn quaternion(self) -> Option<usize> {
+        match self {
+            Self::Spherical => Some(0),
+            Self::Free => Some(3),
+            _ => None,
+        }
+    }
+
+    /// Whether velocity `k` is an angular one.
+    pub fn is_angle(self, k: usize) -> bool {
+        match self {
+            Self::Revolute | Self::Universal | Self::Spherical => true,
+            Self::Cylindrical => k == 1,
+            Self::Planar => k == 2,
+            Self::Free => k >= 3,
+            Self::Fixed | Self::Prismatic | Self::Axial => false,
+        }
+    }
+
+    /// Directions in which the joint holds the child marker: displacements along the parent's axes.
+    pub fn held_directions(self) -> &'static [usize] {
+        match self {
+            Self::Fixed | Self::Revolute | Self::Universal | Self::Spherical => &[0, 1, 2],
+            Self::Prismatic | Self::Cylindrical | Self::Axial => &[0, 1],
+            Self::Planar => &[2],
+            Self::Free => &[],
+        }
+    }
+
+    /// Pairs of axes (parent's, child's) that the joint keeps perpendicular.
+    pub fn perpendicular_axes(self) -> &'static [(usize, usize)] {
+        match self {
+            Self::Fixed | Self::Prismatic | Self::Axial => &[(0, 1), (1, 2), (2, 0)],
+            Self::Revolute | Self::Cylindrical | Self::Planar => &[(0, 2), (1, 2)],
+            Self::Universal => &[(0, 1)],
+            Self::Spherical | Self::Free => &[],
+        }
+    }
+
+    /// Position coordinates where the markers coincide.
+    pub fn zero(self) -> [f64; 7] {
+        let mut positions = [0.0; 7];
+        if let Some(w) = self.quaternion() {
+            positions[w] = 1.0;
+        }
+        positions
+    }
+
+    /// Relative motion at `positions` and `velocities` (Eq. M.8).
+    ///
+    /// # Panics
+    /// If there are fewer numbers than the joint has coordinates.
+    pub fn motion(self, positions: &[f64], velocities: &[f64]) -> JointMotion {
+        let (x, y, z) = (Vector3::x(), Vector3::y(), Vector3::z());
+        let mut motion = JointMotion {
+            displacement: Vector3::zeros(),
+            rotation: UnitQuaternion::identity(),
+            columns: [JointColumn::default(); 6],
+            velocity: Vector3::zeros(),
+            angular_velocity: Vector3::zeros(),
+            bias: Vector3::zeros(),
+        };
+        match self {
+            Self::Fixed => {}
+            Self::Revolute => motion.turn(0, z, positions[0]),
+            Self::Prismatic | Self::Axial => motion.slide(0, z, positions[0]),
+            Self::Cylindrical => {
+                motion.slide(0, z, positions[0]);
+                motion.turn(1, z, positions[1]);
+            }
+            Self::Universal => {
+                motion.turn(0, x, positions[0]);
+                let second = motion.rotation * y;
+                motion.turn(1, y, positions[1]);
+                motion.columns[1].rotation = second;
+                motion.bias = x.cross(&second) * (velocities[0] * velocities[1]);
+            }
+            Self::Spherical => motion.swivel(0, &positions[..4]),
+            Self::Planar => {
+                motion.slide(0, x, positions[0]);
+                motion.slide(1, y, positions[1]);
+                motion.turn(2, z, positions[2]);
+            }
+            Self::Free => {
+                for (k, axis) in [x, y, z].into_iter().enumerate() {
+                    motion.slide(k, axis, positions[k]);
+                }
+                motion.swivel(3, &positions[3..7]);
+            }
+        }
+        for (column, u) in motion.columns.iter().zip(velocities).take(self.n_velocities()) {
+            motion.velocity += column.translation * *u;
+            motion.angular_velocity += column.rotation * *u;
+        }
+        motion
+    }
+
+    /// Rates of the position coordinates (Eq. M.9).
+    ///
+    /// # Panics
+    /// If the slices do not have the joint's numbers of coordinates.
+    pub fn position_rates(self, positions: &[f64], velocities: &[f64], rates: &mut [f64]) {
+        match self.quaternion() {
+            None => rates.copy_from_slice(velocities),
+            Some(w) => {
+                rates[..w].copy_from_slice(&velocities[..w]);
+                let spin = Vector3::from_column_slice(&velocities[w..w + 3]);
+                quaternion_rate(&positions[w..w + 4], &spin, &mut rates[w..w + 4]);
+            }
+        }
+    }
+
+    /// Moves position coordinates by a small `change`, which counts like velocities over a unit of time.
+    pub fn displace(self, positions: &mut [f64], change: &[f64]) {
+        let n_plain = self.quaternion().unwrap_or(positions.len());
+        for (p, c) in positions[..n_plain].iter_mut().zip(change) {
+            *p += c;
+        }
+        if let Some(w) = self.quaternion() {
+            let turn = UnitQuaternion::from_scaled_axis(Vector3::from_column_slice(&change[w..w + 3]));
+            let q = &mut positions[w..w + 4];
+            let moved = Quaternion::new(q[0], q[1], q[2], q[3]) * turn.into_inner();
+            q.copy_from_slice(&[moved.w, moved.i, moved.j, moved.k]);
+        }
+    }
+}
+
+impl JointMotion {
+    fn slide(&mut self, k: usize, axis: Vector3<f64>, distance: f64) {
+        self.displacement += axis * distance;
+        self.columns[k].translation = axis;
+    }
+
+    fn turn(&mut self, k: usize, axis: Vector3<f64>, angle: f64) {
+        self.rotation *= UnitQuaternion::from_axis_angle(&Unit::new_unchecked(axis), angle);
+        self.columns[k].rotation = axis;
+    }
+
+    fn swivel(&mut self, k: usize, quaternion: &[f64]) {
+        self.rotation = rotation_from_slice(quaternion);
+        let matrix = self.rotation.to_rotation_matrix();
+        for c in 0..3 {
+            self.columns[k + c].rotation = matrix.matrix().column(c).into_owned();
+        }
+    }
+}
+
+/// A joint's motion in other axes than those of the parent's marker.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct JointPoint {
+    /// Displacement of the child marker [m].
+    pub displacement: Vector3<f64>,
+    /// What each velocity does.
+    pub columns: [JointColumn; 6],
+    /// Relative velocity [m/s].
+    pub velocity: Vector3<f64>,
+    /// Relative angular velocity [rad/s].
+    pub angular_velocity: Vector3<f64>,
+    /// Rate of the angular velocity when all velocities are constant [rad/s²].
+    pub bias: Vector3<f64>,
+}
+
+impl JointPoint {
+    /// The motion of a joint with `n` velocities in the axes into which `rotation` turns the parent marker's axes.
+    pub(crate) fn new(motion: &JointMotion, rotation: &UnitQuaternion<f64>, n: usize) -> Self {
+        let matrix = rotation.to_rotation_matrix();
+        let mut columns = [JointColumn::default(); 6];
+        for (column, local) in columns.iter_mut().zip(&motion.columns).take(n) {
+            column.translation = matrix * local.translation;
+            column.rotation = matrix * local.rotation;
+        }
+        Self {
+            displacement: matrix * motion.displacement,
+            columns,
+            velocity: matrix * motion.velocity,
+            angular_velocity: matrix * motion.angular_velocity,
+            bias: matrix * motion.bias,
+        }
+    }
+}

@@ -1,0 +1,372 @@
+//! Joints that close loops: constraints, their forces, and the way back to them (docs/theory.md Eq. M.18 to M.22).
+//!
+//! A constraint holds a displacement of the child marker along an axis of the parent marker, or keeps an axis of the one
+//! perpendicular to an axis of the other. Redundant constraints (four hinges with parallel axes) are found and left out.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::articulated::{BodyFactors, Response};
+use super::force::BodyState;
+use super::model::{LoopJoint, MultibodyModel, Site};
+use super::tree_kinematics::{Edge, Six, split};
+use crate::error::Rejection;
+use crate::kinematics::MarkerMotion;
+
+/// Share of a constraint's mobility between free bodies below which it counts as redundant: the tree already holds it.
+const REDUNDANT: f64 = 1e-10;
+
+/// One side of a loop joint at one instant, in inertial axes.
+#[derive(Debug, Clone)]
+struct Side {
+    place: Vector3<f64>,
+    axes: Matrix3<f64>,
+    /// From body axes to inertial axes.
+    body_axes: Matrix3<f64>,
+    velocity: Vector3<f64>,
+    spin: Vector3<f64>,
+    /// Accelerations by velocities alone, without those of the body's frame and modes.
+    bias: (Vector3<f64>, Vector3<f64>),
+    motion: MarkerMotion,
+}
+
+impl Side {
+    fn new(site: &Site, states: &[BodyState]) -> Self {
+        let ground = BodyState::at_rest(0);
+        let state = site.body.map_or(&ground, |b| &states[b]);
+        let motion = site.marker.motion(&state.elastic, &state.elastic_rates);
+        let body_axes: Matrix3<f64> = state.rotation.to_rotation_matrix().into_inner();
+        let omega = &state.angular_velocity;
+        let MarkerMotion { arm, arm_rate, rotation, turn } = &motion;
+        let bias = omega.cross(&(omega.cross(arm) + 2.0 * arm_rate));
+        Self {
+            place: state.position + body_axes * arm,
+            axes: body_axes * rotation.to_rotation_matrix().into_inner(),
+            velocity: state.velocity + body_axes * (omega.cross(arm) + arm_rate),
+            spin: body_axes * (omega + turn.spin),
+            bias: (body_axes * bias, body_axes * (omega.cross(&turn.spin) + turn.bias)),
+            body_axes,
+            motion,
+        }
+    }
+
+    /// Velocity and angular velocity of the marker, in inertial axes, from those of its frame and its elastic rates.
+    fn velocities(&self, site: &Site, frame: &Six, elastic: &[f64]) -> (Vector3<f64>, Vector3<f64>) {
+        let (v, omega) = split(frame);
+        let combine = |row: &[f64]| row.iter().zip(elastic).map(|(r, q)| r * q).sum::<f64>();
+        let moved = Vector3::from_fn(|c, _| combine(site.marker.displacement_row(c)));
+        let turned = Vector3::from_fn(|c, _| combine(site.marker.rotation_row(c)));
+        let local = v + omega.cross(&self.motion.arm) + moved;
+        (self.body_axes * local, self.body_axes * (omega + self.motion.turn.jacobian * turned))
+    }
+
+    /// Adds a force and a moment at the marker to a response's forces.
+    fn add(
+        &self,
+        site: &Site,
+        model: &MultibodyModel,
+        force: &Vector3<f64>,
+        moment: &Vector3<f64>,
+        to: &mut Response,
+    ) {
+        let Some(b) = site.body else { return };
+        let (f, m) = (self.body_axes.tr_mul(force), self.body_axes.tr_mul(moment));
+        let torque = self.motion.arm.cross(&f) + m;
+        for c in 0..3 {
+            to.force[b][c] += f[c];
+            to.force[b][3 + c] += torque[c];
+        }
+        let elastic = &mut to.elastic_force[model.bodies[b].layout.rates_elastic()];
+        site.marker.add_elastic(&f, &self.motion.turn.jacobian.tr_mul(&m), elastic);
+    }
+}
+
+/// One constraint at one instant: residual, direction, and acceleration by velocities alone.
+#[derive(Debug, Clone, Copy)]
+struct Row {
+    joint: usize,
+    /// Displacement [m] or cosine [-].
+    residual: f64,
+    /// Axis of the displacement, or of the rotation.
+    axis: Vector3<f64>,
+    is_rotation: bool,
+    bias: f64,
+}
+
+/// Constraints of all loop joints with their buffers.
+#[derive(Debug, Clone)]
+pub(super) struct LoopSolver {
+    sides: Vec<[Side; 2]>,
+    rows: Vec<Row>,
+    /// Mobility of each constraint if the bodies it joins were free: the scale of redundancy.
+    scales: Vec<f64>,
+    /// Mobility between constraints, its factor, the order of pivots.
+    mobility: Vec<f64>,
+    factor: Vec<f64>,
+    pivots: Vec<usize>,
+    rank: usize,
+    /// Right-hand side, then multipliers.
+    pub multipliers: Vec<f64>,
+    scratch: Vec<f64>,
+    pub response: Response,
+}
+
+impl LoopSolver {
+    pub fn new(model: &MultibodyModel, states: &[BodyState]) -> Self {
+        let sides: Vec<_> =
+            model.loops.iter().map(|l| [Side::new(&l.parent, states), Side::new(&l.child, states)]).collect();
+        let count = |l: &LoopJoint| l.kind.held_directions().len() + l.kind.perpendicular_axes().len();
+        let n = model.loops.iter().map(count).sum();
+        let mut scales = Vec::with_capacity(n);
+        for joint in &model.loops {
+            let (translation, rotation) = free_mobility(model, joint);
+            scales.extend(joint.kind.held_directions().iter().map(|_| translation));
+            scales.extend(joint.kind.perpendicular_axes().iter().map(|_| rotation));
+        }
+        Self {
+            sides,
+            rows: Vec::with_capacity(n),
+            scales,
+            mobility: vec![0.0; n * n],
+            factor: vec![0.0; n * n],
+            pivots: vec![0; n],
+            rank: 0,
+            multipliers: vec![0.0; n],
+            scratch: vec![0.0; n],
+            response: Response::new(model),
+        }
+    }
+
+    /// Number of constraints, redundant ones included.
+    pub fn n_constraints(&self) -> usize {
+        self.multipliers.len()
+    }
+
+    /// Constraints that the last mobility found independent.
+    pub fn rank(&self) -> usize {
+        self.rank
+    }
+
+    /// Residuals, directions and velocity terms at the present motion (Eq. M.18, M.19).
+    pub fn evaluate(&mut self, model: &MultibodyModel, states: &[BodyState]) {
+        self.rows.clear();
+        for (j, (joint, sides)) in model.loops.iter().zip(&mut self.sides).enumerate() {
+            *sides = [Side::new(&joint.parent, states), Side::new(&joint.child, states)];
+            let [p, c] = &*sides;
+            let d = c.place - p.place;
+            let relative = c.velocity - p.velocity - p.spin.cross(&d);
+            for &k in joint.kind.held_directions() {
+                let axis = p.axes.column(k).into_owned();
+                let bias = -axis.dot(&(p.spin.cross(&(p.spin.cross(&d) + 2.0 * relative))));
+                self.rows.push(Row { joint: j, residual: axis.dot(&d), axis, is_rotation: false, bias });
+            }
+            for &(a, b) in joint.kind.perpendicular_axes() {
+                let (e_p, e_c) = (p.axes.column(a).into_owned(), c.axes.column(b).into_owned());
+                let axis = e_c.cross(&e_p);
+                let rate = c.spin.cross(&e_c).cross(&e_p) + e_c.cross(&p.spin.cross(&e_p));
+                let bias = rate.dot(&(c.spin - p.spin));
+                self.rows.push(Row { joint: j, residual: e_p.dot(&e_c), axis, is_rotation: true, bias });
+            }
+        }
+    }
+
+    /// Largest residual [m or rad].
+    pub fn largest_residual(&self) -> f64 {
+        self.rows.iter().map(|r| r.residual.abs()).fold(0.0, f64::max)
+    }
+
+    /// Joint of the largest residual.
+    pub fn worst_joint(&self) -> usize {
+        let worst = self.rows.iter().max_by(|a, b| a.residual.abs().total_cmp(&b.residual.abs()));
+        worst.map_or(0, |r| r.joint)
+    }
+
+    /// Rate of constraint `k` for velocities of frames and elastic coordinates (Eq. M.19).
+    fn rate(&self, model: &MultibodyModel, k: usize, frames: &[Six], rates: &[f64]) -> f64 {
+        let row = &self.rows[k];
+        let joint = &model.loops[row.joint];
+        let velocities = |site: &Site, side: &Side| match site.body {
+            None => (Vector3::zeros(), Vector3::zeros()),
+            Some(b) => side.velocities(site, &frames[b], &rates[model.bodies[b].layout.rates_elastic()]),
+        };
+        let [p, c] = &self.sides[row.joint];
+        let (v_p, w_p) = velocities(&joint.parent, p);
+        let (v_c, w_c) = velocities(&joint.child, c);
+        if row.is_rotation {
+            row.axis.dot(&(w_c - w_p))
+        } else {
+            row.axis.dot(&(v_c - v_p - w_p.cross(&(c.place - p.place))))
+        }
+    }
+
+    /// Adds `multiplier` times the force of constraint `k` to the response's forces.
+    fn add_force(&mut self, model: &MultibodyModel, k: usize, multiplier: f64) {
+        let Row { joint, axis, is_rotation, .. } = self.rows[k];
+        let LoopJoint { parent, child, .. } = &model.loops[joint];
+        let [p, c] = &self.sides[joint];
+        let force = axis * multiplier;
+        let none = Vector3::zeros();
+        if is_rotation {
+            c.add(child, model, &none, &force, &mut self.response);
+            p.add(parent, model, &none, &-force, &mut self.response);
+        } else {
+            c.add(child, model, &force, &none, &mut self.response);
+            p.add(parent, model, &-force, &(c.place - p.place).cross(&-force), &mut self.response);
+        }
+    }
+
+    /// Mobility between constraints with the factors of the tree, and its factorisation (Eq. M.20).
+    pub fn factorise(&mut self, model: &MultibodyModel, edges: &[Edge], factors: &[BodyFactors]) {
+        let n = self.rows.len();
+        for k in 0..n {
+            self.response.clear();
+            self.add_force(model, k, 1.0);
+            self.response.solve(model, edges, factors);
+            for i in 0..n {
+                self.mobility[i * n + k] = self.rate(model, i, &self.response.frames, &self.response.rates);
+            }
+        }
+        self.pivoted_cholesky();
+    }
+
+    /// Cholesky factor with the largest scaled pivot first; stops at redundant constraints.
+    fn pivoted_cholesky(&mut self) {
+        let n = self.rows.len();
+        let scaled = |i: usize, j: usize| self.mobility[i * n + j] / (self.scales[i] * self.scales[j]).sqrt();
+        self.pivots.iter_mut().enumerate().for_each(|(i, p)| *p = i);
+        self.rank = 0;
+        for k in 0..n {
+            let rest = |i: usize, factor: &[f64]| {
+                scaled(i, i) - (0..k).map(|c| factor[i * n + c].powi(2)).sum::<f64>()
+            };
+            let Some(best) = (k..n).max_by(|a, b| {
+                rest(self.pivots[*a], &self.factor).total_cmp(&rest(self.pivots[*b], &self.factor))
+            }) else {
+                return;
+            };
+            let pivot = rest(self.pivots[best], &self.factor);
+            let is_independent = pivot > REDUNDANT;
+            if !is_independent {
+                return;
+            }
+            self.pivots.swap(k, best);
+            let p = self.pivots[k];
+            self.factor[p * n + k] = pivot.sqrt();
+            for i in k + 1..n {
+                let r = self.pivots[i];
+                let sum: f64 = (0..k).map(|c| self.factor[r * n + c] * self.factor[p * n + c]).sum();
+                self.factor[r * n + k] = (scaled(r, p) - sum) / self.factor[p * n + k];
+            }
+            self.rank = k + 1;
+        }
+    }
+
+    /// Turns the right-hand side in `multipliers` into the solution; redundant constraints get none.
+    fn solve_mobility(&mut self) {
+        let n = self.rows.len();
+        let Self { multipliers, scratch, factor, pivots, scales, .. } = self;
+        let pivots = &pivots[..self.rank];
+        for (k, &p) in pivots.iter().enumerate() {
+            let sum: f64 = (0..k).map(|c| factor[p * n + c] * scratch[c]).sum();
+            scratch[k] = (multipliers[p] / scales[p].sqrt() - sum) / factor[p * n + k];
+        }
+        for k in (0..pivots.len()).rev() {
+            let sum: f64 = (k + 1..pivots.len()).map(|c| factor[pivots[c] * n + k] * scratch[c]).sum();
+            scratch[k] = (scratch[k] - sum) / factor[pivots[k] * n + k];
+        }
+        multipliers.fill(0.0);
+        for (&p, x) in pivots.iter().zip(scratch.iter()) {
+            multipliers[p] = x / scales[p].sqrt();
+        }
+    }
+
+    /// Response of the tree to the multipliers.
+    fn respond(&mut self, model: &MultibodyModel, edges: &[Edge], factors: &[BodyFactors]) {
+        self.response.clear();
+        for k in 0..self.rows.len() {
+            self.add_force(model, k, self.multipliers[k]);
+        }
+        self.response.solve(model, edges, factors);
+    }
+
+    /// Multipliers and the accelerations they add, so that constraints stay (Eq. M.21).
+    ///
+    /// `frames` and `rates` are the accelerations without the constraints.
+    pub fn correct_accelerations(
+        &mut self,
+        model: &MultibodyModel,
+        edges: &[Edge],
+        factors: &[BodyFactors],
+        frames: &[Six],
+        rates: &[f64],
+    ) -> Result<(), Rejection> {
+        self.factorise(model, edges, factors);
+        for k in 0..self.rows.len() {
+            let row = self.rows[k];
+            let [p, c] = &self.sides[row.joint];
+            let by_velocity = if row.is_rotation {
+                row.axis.dot(&(c.bias.1 - p.bias.1))
+            } else {
+                let arm = c.place - p.place;
+                row.axis.dot(&(c.bias.0 - p.bias.0 - p.bias.1.cross(&arm)))
+            };
+            self.multipliers[k] = -(self.rate(model, k, frames, rates) + by_velocity + row.bias);
+        }
+        self.solve_mobility();
+        if let Some(k) = self.multipliers.iter().position(|l| !l.is_finite()) {
+            let reason =
+                format!("loop joint \"{}\" has no finite force", model.loops[self.rows[k].joint].name);
+            return Err(Rejection { code: 2, reason });
+        }
+        self.respond(model, edges, factors);
+        Ok(())
+    }
+
+    /// Change of all coordinates that takes the residuals away to first order (Eq. M.22), in `response.rates`.
+    pub fn correct_positions(&mut self, model: &MultibodyModel, edges: &[Edge], factors: &[BodyFactors]) {
+        for (multiplier, row) in self.multipliers.iter_mut().zip(&self.rows) {
+            *multiplier = -row.residual;
+        }
+        self.solve_mobility();
+        self.respond(model, edges, factors);
+    }
+
+    /// Change of all rates that takes the constraints' rates away, in `response.rates`; returns the largest rate.
+    pub fn correct_velocities(
+        &mut self,
+        model: &MultibodyModel,
+        edges: &[Edge],
+        factors: &[BodyFactors],
+    ) -> f64 {
+        let mut largest: f64 = 0.0;
+        for k in 0..self.rows.len() {
+            let Row { joint, axis, is_rotation, .. } = self.rows[k];
+            let [p, c] = &self.sides[joint];
+            // Prescribed motion is part of these velocities.
+            let rate = if is_rotation {
+                axis.dot(&(c.spin - p.spin))
+            } else {
+                axis.dot(&(c.velocity - p.velocity - p.spin.cross(&(c.place - p.place))))
+            };
+            largest = largest.max(rate.abs());
+            self.multipliers[k] = -rate;
+        }
+        self.solve_mobility();
+        self.respond(model, edges, factors);
+        largest
+    }
+}
+
+/// Mobility of a displacement and of a rotation between the free, undeformed bodies of a joint [1/kg, 1/(kg m²)].
+fn free_mobility(model: &MultibodyModel, joint: &LoopJoint) -> (f64, f64) {
+    let (mut translation, mut rotation) = (0.0, 0.0);
+    for body in [joint.parent.body, joint.child.body].into_iter().flatten() {
+        let data = &model.bodies[body].data;
+        translation += 1.0 / data.mass;
+        let centre = data.centre_of_mass();
+        let about_centre = data.inertia().trace() - 2.0 * data.mass * centre.norm_squared();
+        rotation += 3.0 / about_centre;
+    }
+    // A point mass does not resist turning: the joint's rotation has no scale of its own.
+    let is_sound = rotation.is_finite() && rotation > 0.0;
+    (translation, if is_sound { rotation } else { f64::MAX.sqrt() })
+}

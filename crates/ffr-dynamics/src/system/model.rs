@@ -1,0 +1,469 @@
+//! A multibody system with names resolved: a tree of bodies, loops, loads. Immutable.
+
+use std::ops::Range;
+
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+
+use super::equations::active_directions;
+use super::free_bodies::check_damping;
+use super::joints::forces::check;
+use super::joints::{CoordinateForce, JointKind, TimeFunction};
+use super::specification::{Attachment, BodySpec, GROUND, JointSpec, SystemSpec};
+use super::tree::{Parent, order_from_ground};
+use crate::body::{RigidMotion, StandardInputData};
+use crate::error::DynamicsError;
+use crate::kinematics::Marker;
+
+/// Deviation of axes above which a joint leads out of the plane or off the axis of a body's model; angles typed in degrees.
+const ALIGNMENT: f64 = 1e-9;
+
+/// A marker with its body; `None` is ground.
+#[derive(Debug, Clone)]
+pub struct Site {
+    /// The body.
+    pub body: Parent,
+    /// The marker.
+    pub marker: Marker,
+}
+
+/// The joint on which a body hangs.
+#[derive(Debug, Clone)]
+pub struct TreeJoint {
+    /// Name.
+    pub name: String,
+    /// Kind.
+    pub kind: JointKind,
+    /// Marker nearer to ground.
+    pub parent: Site,
+    /// Marker on the body itself.
+    pub child: Marker,
+    /// Forces along the velocities; empty if there are none.
+    pub coordinates: Vec<CoordinateForce>,
+}
+
+impl TreeJoint {
+    /// Motion prescribed to velocity `k`.
+    pub fn prescribed(&self, k: usize) -> Option<&TimeFunction> {
+        self.coordinates.get(k).and_then(|c| c.motion.as_ref())
+    }
+
+    /// Velocities that are unknowns.
+    pub fn free_velocities(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.kind.n_velocities()).filter(|k| self.prescribed(*k).is_none())
+    }
+}
+
+/// Place of one body's coordinates in the state vector: joint positions, `q_e`, joint velocities, `dq_e/dt`.
+///
+/// Prescribed coordinates take no place. A free joint's part is that of a free body ([`super::layout::BodyLayout`]).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TreeLayout {
+    /// Index of the first coordinate.
+    pub offset: usize,
+    /// Number of joint positions.
+    pub n_positions: usize,
+    /// Number of joint velocities.
+    pub n_velocities: usize,
+    /// Number of elastic coordinates.
+    pub n_modes: usize,
+    /// Index of the first rate among all rates, which are ordered `dq_e/dt`, joint velocities, body by body.
+    pub rates_offset: usize,
+}
+
+impl TreeLayout {
+    /// Joint positions.
+    pub fn positions(&self) -> Range<usize> {
+        self.offset..self.offset + self.n_positions
+    }
+
+    /// Elastic coordinates.
+    pub fn elastic(&self) -> Range<usize> {
+        let start = self.offset + self.n_positions;
+        start..start + self.n_modes
+    }
+
+    /// Joint velocities.
+    pub fn velocities(&self) -> Range<usize> {
+        let start = self.offset + self.n_positions + self.n_modes;
+        start..start + self.n_velocities
+    }
+
+    /// Elastic rates.
+    pub fn elastic_rates(&self) -> Range<usize> {
+        let start = self.offset + self.n_positions + self.n_modes + self.n_velocities;
+        start..start + self.n_modes
+    }
+
+    /// Number of state variables.
+    pub fn len(&self) -> usize {
+        self.n_positions + self.n_velocities + 2 * self.n_modes
+    }
+
+    /// Whether the body has no coordinates: rigid, and fixed or moved as prescribed.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Number of rates.
+    pub fn n_rates(&self) -> usize {
+        self.n_modes + self.n_velocities
+    }
+
+    /// Elastic rates among all rates.
+    pub fn rates_elastic(&self) -> Range<usize> {
+        self.rates_offset..self.rates_offset + self.n_modes
+    }
+
+    /// Joint velocities among all rates.
+    pub fn rates_joint(&self) -> Range<usize> {
+        self.rates_offset + self.n_modes..self.rates_offset + self.n_rates()
+    }
+}
+
+/// A body in the tree.
+#[derive(Debug, Clone)]
+pub struct TreeBody {
+    /// Name.
+    pub name: String,
+    /// Inertia, modes, stiffness, damping.
+    pub data: StandardInputData,
+    /// Its markers.
+    pub markers: Vec<Marker>,
+    /// The joint on which it hangs.
+    pub joint: TreeJoint,
+    /// Its place in the state vector.
+    pub layout: TreeLayout,
+}
+
+/// A joint that closes a loop.
+#[derive(Debug, Clone)]
+pub struct LoopJoint {
+    /// Name.
+    pub name: String,
+    /// Kind.
+    pub kind: JointKind,
+    /// One marker.
+    pub parent: Site,
+    /// The other.
+    pub child: Site,
+}
+
+/// A load on a marker.
+#[derive(Debug, Clone)]
+pub struct Load {
+    /// Name.
+    pub name: String,
+    /// The body.
+    pub body: usize,
+    /// The marker.
+    pub marker: Marker,
+    /// Force and moment over time.
+    pub components: [Option<TimeFunction>; 6],
+    /// Whether the axes turn with the marker.
+    pub is_following: bool,
+}
+
+/// A multibody system, ready to be evaluated.
+#[derive(Debug, Clone)]
+pub struct MultibodyModel {
+    /// Bodies in the order given; force elements number them so.
+    pub bodies: Vec<TreeBody>,
+    /// Bodies with parents before children.
+    pub order: Vec<usize>,
+    /// Loop-closing joints.
+    pub loops: Vec<LoopJoint>,
+    /// Loads.
+    pub loads: Vec<Load>,
+    /// Gravity [m/s²].
+    pub gravity: Vector3<f64>,
+}
+
+impl MultibodyModel {
+    /// Resolves names, orders the tree and checks that joints suit their bodies.
+    ///
+    /// # Errors
+    /// Names: [`DynamicsError::DuplicateName`], [`DynamicsError::UnknownBody`], [`DynamicsError::UnknownMarker`]; structure:
+    /// [`DynamicsError::JointCycle`], [`DynamicsError::OverConstrained`], [`DynamicsError::Joint`]; numbers:
+    /// [`DynamicsError::Inconsistent`].
+    pub fn new(spec: SystemSpec) -> Result<Self, DynamicsError> {
+        check_names(&spec)?;
+        if !spec.gravity.norm().is_finite() {
+            return Err(DynamicsError::Inconsistent { reason: "gravity is not finite".to_string() });
+        }
+        let joints = tree_joints(&spec)?;
+        let parents: Vec<Parent> = joints.iter().map(|j| j.parent.body).collect();
+        let order = order_from_ground(&parents, |i| spec.bodies[i].name.clone(), |i| joints[i].name.clone())?;
+        for (i, joint) in joints.iter().enumerate() {
+            check(&joint.name, joint.kind, &joint.coordinates)?;
+            check_suits_model(&spec.bodies[i], joint, joint.parent.body.map(|p| &spec.bodies[p]))?;
+        }
+        let loops = spec.loops.iter().map(|joint| loop_joint(&spec, joint)).collect::<Result<_, _>>()?;
+        let loads = resolve_loads(&spec)?;
+        let mut bodies = Vec::with_capacity(spec.bodies.len());
+        let (mut offset, mut rates_offset) = (0, 0);
+        for (BodySpec { name, data, markers }, joint) in spec.bodies.into_iter().zip(joints) {
+            check_damping(&name, &data)?;
+            let n_velocities = joint.free_velocities().count();
+            let n_positions = n_velocities + joint.kind.n_positions() - joint.kind.n_velocities();
+            let n_modes = data.n_modes();
+            let layout = TreeLayout { offset, n_positions, n_velocities, n_modes, rates_offset };
+            offset += layout.len();
+            rates_offset += layout.n_rates();
+            bodies.push(TreeBody { name, data, markers, joint, layout });
+        }
+        Ok(Self { bodies, order, loops, loads, gravity: spec.gravity })
+    }
+
+    /// Number of state variables of all bodies.
+    pub fn n_states(&self) -> usize {
+        self.bodies.iter().map(|b| b.layout.len()).sum()
+    }
+
+    /// Number of rates of all bodies.
+    pub fn n_rates(&self) -> usize {
+        self.bodies.iter().map(|b| b.layout.n_rates()).sum()
+    }
+
+    /// Index of the body called `name`.
+    pub fn body_index(&self, name: &str) -> Option<usize> {
+        self.bodies.iter().position(|b| b.name == name)
+    }
+
+    /// Index of the body that hangs on the joint called `name`.
+    pub fn joint_index(&self, name: &str) -> Option<usize> {
+        self.bodies.iter().position(|b| b.joint.name == name)
+    }
+
+    /// Highest eigenfrequency of the free bodies, above which no frequency of the joined system lies [Hz].
+    ///
+    /// Joints between bodies of the same modes only move frequencies between those of the free bodies (Rayleigh).
+    /// Stiff joint springs are not counted.
+    pub fn highest_frequency(&self) -> f64 {
+        let stiffest = self.bodies.iter().flat_map(|b| &b.data.modal_stiffness).copied().fold(0.0, f64::max);
+        stiffest.sqrt() / std::f64::consts::TAU
+    }
+
+    /// Joint positions, velocities and prescribed accelerations of a body at time `t` in the state `y`.
+    pub(super) fn joint_coordinates(&self, body: usize, t: f64, y: &[f64]) -> JointCoordinates {
+        let TreeBody { joint, layout, .. } = &self.bodies[body];
+        let mut full = JointCoordinates::default();
+        let (positions, velocities) = (&y[layout.positions()], &y[layout.velocities()]);
+        if layout.n_velocities == joint.kind.n_velocities() {
+            full.positions[..positions.len()].copy_from_slice(positions);
+            full.velocities[..velocities.len()].copy_from_slice(velocities);
+            return full;
+        }
+        let mut free = 0; // joints with prescribed motion have no quaternion
+        for k in 0..joint.kind.n_velocities() {
+            if let Some(motion) = joint.prescribed(k) {
+                [full.positions[k], full.velocities[k], full.accelerations[k]] = motion.at(t);
+            } else {
+                full.positions[k] = positions[free];
+                full.velocities[k] = velocities[free];
+                free += 1;
+            }
+        }
+        full
+    }
+}
+
+/// All coordinates of a joint, free and prescribed.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct JointCoordinates {
+    /// Positions, the first as many as the joint has.
+    pub positions: [f64; 7],
+    /// Velocities, likewise.
+    pub velocities: [f64; 6],
+    /// Accelerations of prescribed coordinates; zero for free ones.
+    pub accelerations: [f64; 6],
+}
+
+fn check_names(spec: &SystemSpec) -> Result<(), DynamicsError> {
+    fn repeated<'a>(names: impl Iterator<Item = &'a str>) -> Option<String> {
+        let mut seen = std::collections::BTreeSet::new();
+        names.into_iter().find(|name| !seen.insert(*name)).map(str::to_string)
+    }
+    let fail = |what, name| Err(DynamicsError::DuplicateName { what, name });
+    let bodies = spec.bodies.iter().map(|b| b.name.as_str());
+    if let Some(name) = repeated(bodies.chain([GROUND])) {
+        return fail("bodies", name);
+    }
+    if let Some(name) = repeated(spec.joints.iter().chain(&spec.loops).map(|j| j.name.as_str())) {
+        return fail("joints", name);
+    }
+    if let Some(name) = repeated(spec.loads.iter().map(|l| l.name.as_str())) {
+        return fail("loads", name);
+    }
+    let groups = spec.bodies.iter().map(|b| &b.markers).chain([&spec.ground]);
+    for markers in groups {
+        if let Some(name) = repeated(markers.iter().map(|m| m.name.as_str())) {
+            return fail("markers of one body", name);
+        }
+    }
+    Ok(())
+}
+
+/// Marker by name.
+fn resolve(spec: &SystemSpec, user: &str, at: &Attachment) -> Result<Site, DynamicsError> {
+    let list = |names: Vec<&str>| if names.is_empty() { "none".to_string() } else { names.join(", ") };
+    let (body, markers, n_modes) = if at.body == GROUND {
+        (None, &spec.ground, 0)
+    } else {
+        let Some(i) = spec.bodies.iter().position(|b| b.name == at.body) else {
+            let names = [GROUND].into_iter().chain(spec.bodies.iter().map(|b| b.name.as_str()));
+            return Err(DynamicsError::UnknownBody {
+                user: user.to_string(),
+                body: at.body.clone(),
+                known: list(names.collect()),
+            });
+        };
+        (Some(i), &spec.bodies[i].markers, spec.bodies[i].data.n_modes())
+    };
+    let Some(marker) = markers.iter().find(|m| m.name == at.marker) else {
+        return Err(DynamicsError::UnknownMarker {
+            user: user.to_string(),
+            body: at.body.clone(),
+            marker: at.marker.clone(),
+            known: list(markers.iter().map(|m| m.name.as_str()).collect()),
+        });
+    };
+    if marker.n_modes() != 0 && marker.n_modes() != n_modes {
+        let reason = format!(
+            "marker \"{}\" has {} elastic coordinates, its body \"{}\" {n_modes}",
+            marker.name,
+            marker.n_modes(),
+            at.body
+        );
+        return Err(DynamicsError::Joint { joint: user.to_string(), reason });
+    }
+    Ok(Site { body, marker: marker.clone() })
+}
+
+/// The joint of each body; bodies without one are free.
+fn tree_joints(spec: &SystemSpec) -> Result<Vec<TreeJoint>, DynamicsError> {
+    let mut joints: Vec<Option<TreeJoint>> = spec.bodies.iter().map(|_| None).collect();
+    for JointSpec { name, kind, parent, child, coordinates } in &spec.joints {
+        let (parent, child) = (resolve(spec, name, parent)?, resolve(spec, name, child)?);
+        let Some(body) = child.body else {
+            let reason = "its child is ground; exchange parent and child".to_string();
+            return Err(DynamicsError::Joint { joint: name.clone(), reason });
+        };
+        if let Some(first) = &joints[body] {
+            return Err(DynamicsError::OverConstrained {
+                body: spec.bodies[body].name.clone(),
+                first: first.name.clone(),
+                second: name.clone(),
+            });
+        }
+        joints[body] = Some(TreeJoint {
+            name: name.clone(),
+            kind: *kind,
+            parent,
+            child: child.marker,
+            coordinates: coordinates.clone(),
+        });
+    }
+    let frame = || Marker::rigid("frame", Vector3::zeros(), UnitQuaternion::identity());
+    let free = |body: &BodySpec| TreeJoint {
+        name: body.name.clone(),
+        kind: match body.data.motion {
+            RigidMotion::Axial => JointKind::Axial,
+            RigidMotion::Planar => JointKind::Planar,
+            RigidMotion::Spatial => JointKind::Free,
+        },
+        parent: Site { body: None, marker: frame() },
+        child: frame(),
+        coordinates: Vec::new(),
+    };
+    Ok(joints
+        .into_iter()
+        .zip(&spec.bodies)
+        .map(|(joint, body)| joint.unwrap_or_else(|| free(body)))
+        .collect())
+}
+
+/// Refuses joints that lead out of the plane of a plane model, or off the axis of an axisymmetric one.
+fn check_suits_model(
+    body: &BodySpec,
+    joint: &TreeJoint,
+    parent: Option<&BodySpec>,
+) -> Result<(), DynamicsError> {
+    let motion = body.data.motion;
+    let fail = |reason: String| Err(DynamicsError::Joint { joint: joint.name.clone(), reason });
+    let parent_motion = parent.map(|p| p.data.motion);
+    if motion == RigidMotion::Spatial && parent_motion.is_none_or(|m| m == RigidMotion::Spatial) {
+        return Ok(());
+    }
+    let model = if [Some(motion), parent_motion].contains(&Some(RigidMotion::Axial)) {
+        "axisymmetric"
+    } else {
+        "plane"
+    };
+    let relative = joint.kind.motion(&joint.kind.zero(), &[0.0; 6]);
+    let sides = [(motion, &joint.child), (parent_motion.unwrap_or(motion), &joint.parent.marker)];
+    for (side, (motion, marker)) in sides.into_iter().enumerate() {
+        let is_ground = side == 1 && parent.is_none();
+        if is_ground || motion == RigidMotion::Spatial {
+            continue;
+        }
+        let active = active_directions(motion);
+        for column in &relative.columns[..joint.kind.n_velocities()] {
+            let (u, turn) = (marker.rotation * column.translation, marker.rotation * column.rotation);
+            let parts = [u.x, u.y, u.z, turn.x, turn.y, turn.z];
+            if let Some(i) = (0..6).find(|i| !active.contains(i) && parts[*i].abs() > ALIGNMENT) {
+                let direction = ["x", "y", "z", "rotation x", "rotation y", "rotation z"][i];
+                return fail(format!(
+                    "a {} joint moves in direction {direction}, which the {model} model lacks",
+                    joint.kind.name()
+                ));
+            }
+        }
+    }
+    let Some(parent) = parent else { return Ok(()) };
+    // The normal (axis) of one model must be that of the other.
+    let turn: Matrix3<f64> = (joint.parent.marker.rotation * joint.child.rotation.inverse()).into();
+    let is_aligned = (turn[(2, 2)].abs() - 1.0).abs() < ALIGNMENT;
+    let is_turned = parent.data.motion != motion;
+    if !is_aligned || is_turned {
+        return fail(format!(
+            "{model} bodies can only be joined to ground or to each other with parallel z axes (\"{}\", \"{}\")",
+            parent.name, body.name
+        ));
+    }
+    Ok(())
+}
+
+fn loop_joint(spec: &SystemSpec, joint: &JointSpec) -> Result<LoopJoint, DynamicsError> {
+    let JointSpec { name, kind, parent, child, coordinates } = joint;
+    let (parent, child) = (resolve(spec, name, parent)?, resolve(spec, name, child)?);
+    let fail = |reason: &str| Err(DynamicsError::Joint { joint: name.clone(), reason: reason.to_string() });
+    if *kind == JointKind::Free {
+        return fail("a free joint closes no loop");
+    }
+    if parent.body == child.body {
+        return fail("both markers are on the same body");
+    }
+    if !coordinates.is_empty() {
+        return fail("a loop-closing joint has no forces along its coordinates");
+    }
+    Ok(LoopJoint { name: name.clone(), kind: *kind, parent, child })
+}
+
+fn resolve_loads(spec: &SystemSpec) -> Result<Vec<Load>, DynamicsError> {
+    let mut loads = Vec::with_capacity(spec.loads.len());
+    for load in &spec.loads {
+        let Site { body, marker } = resolve(spec, &load.name, &load.at)?;
+        let Some(body) = body else {
+            let reason = format!("load \"{}\" acts on ground", load.name);
+            return Err(DynamicsError::Inconsistent { reason });
+        };
+        loads.push(Load {
+            name: load.name.clone(),
+            body,
+            marker,
+            components: load.components.clone(),
+            is_following: load.is_following,
+        });
+    }
+    Ok(loads)
+}

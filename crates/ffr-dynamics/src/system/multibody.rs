@@ -1,0 +1,398 @@
+//! Flexible multibody systems in joint and elastic coordinates (docs/theory.md Eq. M.8 to M.23).
+//!
+//! Bodies form a tree, so that the equations are ordinary ones without drift; loop-closing joints add constraints.
+
+use std::cell::RefCell;
+
+use nalgebra::Vector3;
+
+use super::error_scale::ErrorScale;
+use super::force::{BodyState, ForceElement, GeneralisedForce};
+use super::joints::forces::joint_energy;
+use super::model::{JointCoordinates, MultibodyModel, TreeBody};
+use super::specification::SystemSpec;
+use super::tree_error::TreeNorm;
+use super::tree_kinematics::split;
+use super::workspace::{Powers, Workspace};
+use crate::error::{DynamicsError, Rejection};
+use crate::integration::OdeSystem;
+use crate::invariants::{Invariants, centre_of_mass};
+use crate::kinematics::Marker;
+use crate::kinematics::rotation::renormalise;
+
+/// Residual of a loop-closing joint at which a state is projected back [m or rad]; the limit asked for is 1e-10.
+const LOOP_TOLERANCE: f64 = 1e-12;
+/// Rate of a constraint, as a share of the fastest body's velocity (at least of 1 mm/s), at which velocities are projected.
+const LOOP_RATE_TOLERANCE: f64 = 1e-11;
+/// Elastic inertia counts so many times when positions are projected: deforming would cost energy, moving joints does not.
+/// The mobility that is left stays far above the limit of redundancy.
+const ELASTIC_WEIGHT: f64 = 1e6;
+/// Newton steps of a projection; drift of one step needs one or two.
+const MAX_PROJECTIONS: usize = 8;
+
+/// A multibody system under force elements, as a system of ordinary differential equations.
+///
+/// The state vector holds body by body joint positions, `q_e`, joint velocities, `dq_e/dt` ([`super::model::TreeLayout`]);
+/// then the quadratures: dissipated work, supplied work, and the impulse (3) of each force element.
+pub struct Multibody<F = Box<dyn ForceElement>> {
+    pub(super) model: MultibodyModel,
+    forces: Vec<F>,
+    error_scale: ErrorScale,
+    pub(super) workspace: Workspace,
+    norm: RefCell<TreeNorm>,
+}
+
+impl<F: ForceElement> Multibody<F> {
+    /// A system from its description and force elements, which number the bodies as `spec` does.
+    ///
+    /// # Errors
+    /// See [`MultibodyModel::new`].
+    pub fn new(spec: SystemSpec, forces: Vec<F>) -> Result<Self, DynamicsError> {
+        let model = MultibodyModel::new(spec)?;
+        let workspace = Workspace::new(&model);
+        let norm = RefCell::new(TreeNorm::new(&model, &workspace.states, &workspace.edges));
+        Ok(Self { model, forces, error_scale: ErrorScale::default(), workspace, norm })
+    }
+
+    /// The model.
+    pub fn model(&self) -> &MultibodyModel {
+        &self.model
+    }
+
+    /// The force elements.
+    pub fn forces(&self) -> &[F] {
+        &self.forces
+    }
+
+    /// The force elements, to be changed. Tell the integrator ([`crate::integration::DormandPrince::invalidate`]).
+    pub fn forces_mut(&mut self) -> &mut [F] {
+        &mut self.forces
+    }
+
+    /// Tolerances of the error norm.
+    pub fn error_scale(&self) -> ErrorScale {
+        self.error_scale
+    }
+
+    /// Changes the tolerances of the error norm.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Inconsistent`] if one is not positive.
+    pub fn set_error_scale(&mut self, scale: ErrorScale) -> Result<(), DynamicsError> {
+        self.error_scale = scale.checked()?;
+        Ok(())
+    }
+
+    /// Highest eigenfrequency; see [`MultibodyModel::highest_frequency`] [Hz].
+    pub fn highest_frequency(&self) -> f64 {
+        self.model.highest_frequency()
+    }
+
+    /// State with all joint coordinates at zero, undeformed, at rest, quadratures at zero.
+    pub fn rest(&self) -> Vec<f64> {
+        let mut y = vec![0.0; self.dimension()];
+        for TreeBody { joint, layout, .. } in &self.model.bodies {
+            if let Some(w) = joint.kind.quaternion() {
+                y[layout.offset + w] = 1.0;
+            }
+        }
+        y
+    }
+
+    /// Sets the free coordinates of the joint of body `body`, in the order of [`super::joints::JointKind`].
+    ///
+    /// # Errors
+    /// [`DynamicsError::Joint`] if there are too few or too many, or a number is not finite.
+    pub fn set_joint(
+        &self,
+        y: &mut [f64],
+        body: usize,
+        positions: &[f64],
+        velocities: &[f64],
+    ) -> Result<(), DynamicsError> {
+        let TreeBody { joint, layout, .. } = &self.model.bodies[body];
+        let fail = |reason: String| Err(DynamicsError::Joint { joint: joint.name.clone(), reason });
+        if positions.len() != layout.n_positions || velocities.len() != layout.n_velocities {
+            return fail(format!(
+                "{} positions and {} velocities, the {} joint has {} and {} that are not prescribed",
+                positions.len(),
+                velocities.len(),
+                joint.kind.name(),
+                layout.n_positions,
+                layout.n_velocities
+            ));
+        }
+        if !positions.iter().chain(velocities).all(|x| x.is_finite()) {
+            return fail("a coordinate or velocity is not finite".to_string());
+        }
+        y[layout.positions()].copy_from_slice(positions);
+        y[layout.velocities()].copy_from_slice(velocities);
+        if let Some(w) = joint.kind.quaternion() {
+            let quaternion = &mut y[layout.offset + w..layout.offset + w + 4];
+            if quaternion.iter().all(|c| *c == 0.0) {
+                return fail("the quaternion is zero".to_string());
+            }
+            renormalise(quaternion);
+        }
+        Ok(())
+    }
+
+    /// Sets the elastic coordinates of a body and their rates.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Inconsistent`] if their numbers are wrong, or a number is not finite.
+    pub fn set_elastic(
+        &self,
+        y: &mut [f64],
+        body: usize,
+        elastic: &[f64],
+        rates: &[f64],
+    ) -> Result<(), DynamicsError> {
+        let TreeBody { name, layout, .. } = &self.model.bodies[body];
+        let is_sound =
+            [elastic, rates].iter().all(|x| x.len() == layout.n_modes && x.iter().all(|v| v.is_finite()));
+        if !is_sound {
+            let n = layout.n_modes;
+            let reason =
+                format!("body \"{name}\" has {n} elastic coordinates and rates, which must be finite");
+            return Err(DynamicsError::Inconsistent { reason });
+        }
+        y[layout.elastic()].copy_from_slice(elastic);
+        y[layout.elastic_rates()].copy_from_slice(rates);
+        Ok(())
+    }
+
+    /// Coordinates of the joint of body `body`, prescribed ones included.
+    pub fn joint_coordinates(&self, t: f64, y: &[f64], body: usize) -> JointCoordinates {
+        self.model.joint_coordinates(body, t, y)
+    }
+
+    /// Motions of all bodies at time `t` in the state `y`. Does not allocate.
+    pub fn body_states(&mut self, t: f64, y: &[f64]) -> &[BodyState] {
+        self.workspace.place(&self.model, t, y);
+        &self.workspace.states
+    }
+
+    /// Evaluates motions and forces, so that energies and resultants of force elements belong to `y`. Does not allocate.
+    ///
+    /// # Errors
+    /// [`Rejection`] of a force element.
+    pub fn evaluate_forces(&mut self, t: f64, y: &[f64]) -> Result<(), Rejection> {
+        self.workspace.place(&self.model, t, y);
+        for force in &mut self.forces {
+            force.apply(t, &self.workspace.states, &mut self.workspace.sums)?;
+        }
+        self.workspace.add_loads(&self.model);
+        Ok(())
+    }
+
+    /// Motions and forces of the bodies at the last evaluation.
+    pub fn last_evaluation(&self) -> (&[BodyState], &[GeneralisedForce]) {
+        (&self.workspace.states, &self.workspace.sums)
+    }
+
+    /// Force [N] and moment [N m] of the joint on body `body` at the parent's marker, in the inertial frame, at the last
+    /// right-hand side.
+    pub fn joint_force(&self, body: usize) -> (Vector3<f64>, Vector3<f64>) {
+        let (force, moment) = split(&self.workspace.factors[body].joint_force);
+        match self.model.bodies[body].joint.parent.body {
+            None => (force, moment),
+            Some(p) => {
+                let axes = &self.workspace.states[p].rotation;
+                (axes * force, axes * moment)
+            }
+        }
+    }
+
+    /// Energies of the bodies and momenta at time `t` in the state `y`, without joint springs. Does not allocate.
+    pub fn invariants(&mut self, t: f64, y: &[f64]) -> Invariants {
+        self.workspace.place(&self.model, t, y);
+        let mut sum = Invariants::default();
+        for (body, state) in self.model.bodies.iter().zip(&self.workspace.states) {
+            sum += Invariants::of_body(&body.data, state, &self.model.gravity);
+        }
+        sum
+    }
+
+    /// Energy in joint springs [J].
+    pub fn joint_energy(&self, t: f64, y: &[f64]) -> f64 {
+        let energy = |(i, b): (usize, &TreeBody)| {
+            joint_energy(b.joint.kind, &b.joint.coordinates, &self.model.joint_coordinates(i, t, y).positions)
+        };
+        self.model.bodies.iter().enumerate().map(energy).sum()
+    }
+
+    /// Centre of mass of the deformed body `body`, in the inertial frame [m].
+    pub fn centre_of_mass(&mut self, t: f64, y: &[f64], body: usize) -> Vector3<f64> {
+        self.workspace.place(&self.model, t, y);
+        centre_of_mass(&self.model.bodies[body].data, &self.workspace.states[body])
+    }
+
+    /// Work lost to modal damping, joint dampers and in force elements since the start [J].
+    pub fn dissipated_work(&self, y: &[f64]) -> f64 {
+        y[self.model.n_states()]
+    }
+
+    /// Work supplied by loads, drives and prescribed motion since the start [J].
+    pub fn supplied_work(&self, y: &[f64]) -> f64 {
+        y[self.model.n_states() + 1]
+    }
+
+    /// Time integral of the resultant of force element `element` since the start [N s].
+    pub fn impulse(&self, y: &[f64], element: usize) -> Vector3<f64> {
+        let start = self.model.n_states() + 2 + 3 * element;
+        Vector3::from_column_slice(&y[start..start + 3])
+    }
+
+    /// Marker `marker` of body `body`, by name.
+    pub fn marker(&self, body: &str, marker: &str) -> Option<(usize, &Marker)> {
+        let i = self.model.body_index(body)?;
+        self.model.bodies[i].markers.iter().find(|m| m.name == marker).map(|m| (i, m))
+    }
+
+    /// Largest residual of the loop-closing joints in the state `y` [m or rad]. Does not allocate.
+    pub fn loop_residual(&mut self, t: f64, y: &[f64]) -> f64 {
+        self.workspace.place(&self.model, t, y);
+        self.workspace.loops.evaluate(&self.model, &self.workspace.states);
+        self.workspace.loops.largest_residual()
+    }
+
+    /// Constraints of the loop-closing joints, and how many of them are independent at the last right-hand side.
+    pub fn loop_constraints(&self) -> (usize, usize) {
+        (self.workspace.loops.n_constraints(), self.workspace.loops.rank())
+    }
+
+    /// Moves joint and elastic coordinates, then velocities, until the loops are closed: a start for systems with loops.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Joint`] if a loop does not close; give joint coordinates nearer to a closed position.
+    pub fn assemble(&mut self, t: f64, y: &mut [f64]) -> Result<(), DynamicsError> {
+        for _ in 0..10 * MAX_PROJECTIONS {
+            self.close_loops(t, y);
+            let residual = self.loop_residual(t, y);
+            if residual <= 10.0 * LOOP_TOLERANCE {
+                return Ok(());
+            }
+            if !residual.is_finite() {
+                break;
+            }
+        }
+        let residual = self.loop_residual(t, y);
+        let joint = self.model.loops[self.workspace.loops.worst_joint()].name.clone();
+        let reason = format!(
+            "the loop stays open by {residual:.3e} m or rad, limit 1e-11; start nearer to a closed position, or the parts do not fit"
+        );
+        Err(DynamicsError::Joint { joint, reason })
+    }
+
+    /// Projects positions and velocities onto the constraints; returns whether it changed `y`.
+    fn close_loops(&mut self, t: f64, y: &mut [f64]) -> bool {
+        let has_moved = self.close_positions(t, y);
+        self.workspace.place(&self.model, t, y);
+        if self.workspace.factorise(&self.model, 1.0).is_err() {
+            return has_moved;
+        }
+        let Workspace { loops, edges, factors, .. } = &mut self.workspace;
+        let rate = loops.correct_velocities(&self.model, edges, factors);
+        let speed = self.norm.get_mut().speed(&self.model, t, y).max(1e-3);
+        let is_slow = rate <= LOOP_RATE_TOLERANCE * speed;
+        if is_slow {
+            return has_moved;
+        }
+        for body in &self.model.bodies {
+            add(&mut y[body.layout.elastic_rates()], &loops.response.rates[body.layout.rates_elastic()]);
+            add(&mut y[body.layout.velocities()], &loops.response.rates[body.layout.rates_joint()]);
+        }
+        true
+    }
+
+    /// Moves positions onto the constraints, joints rather than elastic coordinates; returns whether it changed `y`.
+    fn close_positions(&mut self, t: f64, y: &mut [f64]) -> bool {
+        for step in 0..MAX_PROJECTIONS {
+            let residual = self.loop_residual(t, y);
+            let is_open = residual > LOOP_TOLERANCE && residual.is_finite();
+            if !is_open || self.workspace.factorise(&self.model, ELASTIC_WEIGHT).is_err() {
+                return step > 0;
+            }
+            let Workspace { loops, edges, factors, .. } = &mut self.workspace;
+            loops.correct_positions(&self.model, edges, factors);
+            self.move_coordinates(y);
+        }
+        true
+    }
+
+    /// Moves positions by the loops' response.
+    fn move_coordinates(&self, y: &mut [f64]) {
+        let change = &self.workspace.loops.response.rates;
+        for body in &self.model.bodies {
+            let layout = &body.layout;
+            add(&mut y[layout.elastic()], &change[layout.rates_elastic()]);
+            let positions = &mut y[layout.positions()];
+            body.joint.kind.displace(positions, &change[layout.rates_joint()]);
+        }
+    }
+
+    fn evaluate(&mut self, t: f64, y: &[f64]) -> Result<Powers, Rejection> {
+        self.evaluate_forces(t, y)?;
+        self.workspace.accelerate(&self.model)
+    }
+}
+
+impl<F: ForceElement> OdeSystem for Multibody<F> {
+    fn dimension(&self) -> usize {
+        self.model.n_states() + 2 + 3 * self.forces.len()
+    }
+
+    fn rhs(&mut self, t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), Rejection> {
+        let mut powers = self.evaluate(t, y)?;
+        for TreeBody { joint, layout, .. } in &self.model.bodies {
+            let (positions, velocities) = (&y[layout.positions()], &y[layout.velocities()]);
+            joint.kind.position_rates(positions, velocities, &mut dydt[layout.positions()]);
+            dydt[layout.elastic()].copy_from_slice(&y[layout.elastic_rates()]);
+            dydt[layout.velocities()].copy_from_slice(&self.workspace.rates[layout.rates_joint()]);
+            dydt[layout.elastic_rates()].copy_from_slice(&self.workspace.rates[layout.rates_elastic()]);
+        }
+        let n = self.model.n_states();
+        for (i, force) in self.forces.iter().enumerate() {
+            powers.dissipated += force.energies().dissipated_power;
+            dydt[n + 2 + 3 * i..n + 5 + 3 * i].copy_from_slice(force.resultant().as_slice());
+        }
+        dydt[n] = powers.dissipated;
+        dydt[n + 1] = powers.supplied;
+        Ok(())
+    }
+
+    fn error_norm(&self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
+        let norm = &mut *self.norm.borrow_mut();
+        // Prescribed motion enters with the time of the last evaluation, which is the end of the step.
+        let t = self.workspace.time;
+        let speed = norm.speed(&self.model, t, y0);
+        let motion = norm.speed(&self.model, t, y1).max(speed).max(self.error_scale.velocity_floor);
+        norm.error_speed(&self.model, error, motion) / (self.error_scale.relative * motion)
+    }
+
+    fn project(&mut self, t: f64, y: &mut [f64]) -> bool {
+        let mut has_changed = false;
+        for TreeBody { joint, layout, .. } in &self.model.bodies {
+            if let Some(w) = joint.kind.quaternion() {
+                has_changed |= renormalise(&mut y[layout.offset + w..layout.offset + w + 4]);
+            }
+        }
+        if !self.model.loops.is_empty() {
+            has_changed |= self.close_loops(t, y);
+        }
+        has_changed
+    }
+
+    fn save(&mut self) {
+        self.forces.iter_mut().for_each(ForceElement::save);
+    }
+
+    fn restore(&mut self) {
+        self.forces.iter_mut().for_each(ForceElement::restore);
+    }
+}
+
+fn add(to: &mut [f64], change: &[f64]) {
+    to.iter_mut().zip(change).for_each(|(a, b)| *a += b);
+}

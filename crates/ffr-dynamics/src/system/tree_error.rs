@@ -1,0 +1,156 @@
+//! Size of a local error of a multibody system: in energy, whatever the coordinates (docs/theory.md Eq. M.23, T.7, T.8).
+//!
+//! Errors of joint and elastic coordinates become motions of the bodies, and count by the energy of those. The choice of
+//! joints and frames does not change the size.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::force::BodyState;
+use super::model::{MultibodyModel, TreeBody};
+use super::tree_kinematics::{Edge, Six, frame_velocities, split, update};
+use crate::body::StandardInputData;
+use crate::kinematics::rotation::rotation_from_slice;
+
+/// Longest length that position errors are compared with, as a share of the body's radius of gyration; as for free bodies.
+const LENGTH_SHARE: f64 = 1e-2;
+
+/// Inertia of one undeformed body.
+#[derive(Debug, Clone)]
+struct BodyScale {
+    inertia: Matrix3<f64>,
+    /// Rows of `C_r` at rest.
+    coupling_rotation: Vec<Vector3<f64>>,
+    /// Root mean square distance from the centre of mass [m].
+    radius: f64,
+    /// Lowest elastic eigenfrequency; 0 for rigid bodies [rad/s].
+    lowest: f64,
+}
+
+impl BodyScale {
+    fn new(data: &StandardInputData) -> Self {
+        let squared = data.second_moment.trace() / data.mass - data.centre_of_mass().norm_squared();
+        let lowest = data.modal_stiffness.iter().copied().fold(f64::INFINITY, f64::min);
+        Self {
+            inertia: data.inertia(),
+            coupling_rotation: (0..data.n_modes()).map(|j| data.coupling_rotation_at_rest(j)).collect(),
+            radius: squared.max(0.0).sqrt(),
+            lowest: if lowest.is_finite() { lowest.sqrt() } else { 0.0 },
+        }
+    }
+
+    /// Twice the kinetic energy of a motion of the undeformed body over its mass [m²/s²].
+    fn squared_speed(&self, data: &StandardInputData, frame: &Six, elastic_rates: &[f64]) -> f64 {
+        let (v, omega) = split(frame);
+        let (mut moved, mut spin) = (omega.cross(&data.mass_moment), self.inertia * omega);
+        let terms = data.coupling_translation.iter().zip(&self.coupling_rotation).zip(elastic_rates);
+        let mut relative = Vector3::zeros();
+        for ((t, r), rate) in terms {
+            moved += t * *rate;
+            relative += r * *rate;
+        }
+        spin += 2.0 * relative;
+        let twice = data.mass * v.norm_squared()
+            + 2.0 * v.dot(&moved)
+            + omega.dot(&spin)
+            + data.modal_mass.square(elastic_rates);
+        twice / data.mass
+    }
+}
+
+/// Buffers and fixed scales of the norm.
+#[derive(Debug, Clone)]
+pub(super) struct TreeNorm {
+    scales: Vec<BodyScale>,
+    /// Length that stands in for the radius of bodies without extent [m].
+    length: f64,
+    states: Vec<BodyState>,
+    edges: Vec<Edge>,
+    rates: Vec<f64>,
+    /// Errors of velocities, then of positions.
+    frames: [Vec<Six>; 2],
+    elastic: Vec<f64>,
+}
+
+impl TreeNorm {
+    pub fn new(model: &MultibodyModel, states: &[BodyState], edges: &[Edge]) -> Self {
+        let scales: Vec<_> = model.bodies.iter().map(|b| BodyScale::new(&b.data)).collect();
+        let arms = model.bodies.iter().flat_map(|b| [b.joint.parent.marker.position, b.joint.child.position]);
+        let arm = arms.map(|p| p.norm()).fold(0.0, f64::max);
+        let radius = scales.iter().map(|s| s.radius).fold(0.0, f64::max);
+        Self {
+            scales,
+            length: if radius > 0.0 { radius } else { arm },
+            states: states.to_vec(),
+            edges: edges.to_vec(),
+            rates: vec![0.0; model.n_rates()],
+            frames: [vec![[0.0; 6]; model.bodies.len()], vec![[0.0; 6]; model.bodies.len()]],
+            elastic: vec![0.0; model.n_rates()],
+        }
+    }
+
+    /// Velocity of the fastest body in the state `y` (Eq. T.8) [m/s].
+    pub fn speed(&mut self, model: &MultibodyModel, t: f64, y: &[f64]) -> f64 {
+        update(model, t, y, &mut self.states, &mut self.edges);
+        let mut fastest: f64 = 0.0;
+        for ((body, scale), state) in model.bodies.iter().zip(&self.scales).zip(&self.states) {
+            let v = state.rotation.inverse_transform_vector(&state.velocity);
+            let omega = &state.angular_velocity;
+            let frame = [v.x, v.y, v.z, omega.x, omega.y, omega.z];
+            let kinetic = scale.squared_speed(&body.data, &frame, &state.elastic_rates);
+            let size = kinetic + squared_deformation(&body.data, &state.elastic);
+            fastest = fastest.max(size.max(0.0).sqrt());
+        }
+        fastest
+    }
+
+    /// Largest velocity that carries the energy of `error` in one body, at the state of the last [`TreeNorm::speed`], for
+    /// motion of velocity `speed` (Eq. M.23) [m/s].
+    pub fn error_speed(&mut self, model: &MultibodyModel, error: &[f64], speed: f64) -> f64 {
+        for (body, edge) in model.bodies.iter().zip(&self.edges) {
+            let layout = &body.layout;
+            self.rates[layout.rates_elastic()].copy_from_slice(&error[layout.elastic_rates()]);
+            self.rates[layout.rates_joint()].copy_from_slice(&error[layout.velocities()]);
+            self.elastic[layout.rates_elastic()].copy_from_slice(&error[layout.elastic()]);
+            let joint = &mut self.elastic[layout.rates_joint()];
+            position_error(body, &edge.coordinates.positions, &error[layout.positions()], joint);
+        }
+        let [velocities, positions] = &mut self.frames;
+        frame_velocities(model, &self.edges, &self.rates, velocities);
+        frame_velocities(model, &self.edges, &self.elastic, positions);
+        let mut largest: f64 = 0.0;
+        for (i, (body, scale)) in model.bodies.iter().zip(&self.scales).enumerate() {
+            let (data, layout) = (&body.data, &body.layout);
+            let elastic = &self.elastic[layout.rates_elastic()];
+            let radius = if scale.radius > 0.0 { scale.radius } else { self.length };
+            let by_speed = if radius > 0.0 { speed / (LENGTH_SHARE * radius) } else { 0.0 };
+            let rate = by_speed.max(scale.lowest);
+            let size = scale.squared_speed(data, &velocities[i], &self.rates[layout.rates_elastic()])
+                + squared_deformation(data, elastic)
+                + rate * rate * scale.squared_speed(data, &positions[i], elastic);
+            // `max` would drop a NaN; a negative sum is round-off of nothing.
+            if size.is_nan() {
+                return size;
+            }
+            largest = largest.max(size.max(0.0).sqrt());
+        }
+        largest
+    }
+}
+
+/// Twice the elastic energy over the mass [m²/s²].
+fn squared_deformation(data: &StandardInputData, elastic: &[f64]) -> f64 {
+    data.modal_stiffness.iter().zip(elastic).map(|(k, q)| k * q * q).sum::<f64>() / data.mass
+}
+
+/// Error of joint positions as a displacement along the joint's velocities.
+fn position_error(body: &TreeBody, positions: &[f64; 7], error: &[f64], displacement: &mut [f64]) {
+    let Some(w) = body.joint.kind.quaternion() else {
+        displacement.copy_from_slice(error);
+        return;
+    };
+    displacement[..w].copy_from_slice(&error[..w]);
+    let rotation = rotation_from_slice(&positions[w..w + 4]);
+    let e = nalgebra::Quaternion::new(error[w], error[w + 1], error[w + 2], error[w + 3]);
+    let turn = rotation.inverse().into_inner() * e;
+    displacement[w..w + 3].copy_from_slice(&[2.0 * turn.i, 2.0 * turn.j, 2.0 * turn.k]);
+}

@@ -1,0 +1,300 @@
+//! Trees of flexible bodies: kinematics and equations of motion against routes that share no code with them.
+
+#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
+
+#[expect(dead_code, reason = "other test binaries use the rest")]
+mod dynamics_support;
+
+use dynamics_support::{Random, Sample, block};
+use ffr_dynamics::body::RigidMotion;
+use ffr_dynamics::integration::OdeSystem;
+use ffr_dynamics::kinematics::Marker;
+use ffr_dynamics::system::{
+    Attachment, BodySpec, BodyState, CoordinateForce, ForceElement, FreeBodies, FreeBody, GROUND, JointKind,
+    JointSpec, Multibody, SystemSpec, TimeFunction,
+};
+use nalgebra::{UnitQuaternion, Vector3};
+
+const GRAVITY: Vector3<f64> = Vector3::new(1.0, -2.0, -9.81);
+/// Step of differences of fourth order. Markers turn at up to 100 rad/s, so that truncation is about (100 h)⁴ = 1e-12 and
+/// round-off of velocities 1e-15 / h = 1e-10.
+const STEP: f64 = 1e-5;
+/// Places and weights of the differences.
+const STENCIL: [(f64, f64); 4] =
+    [(-2.0, 1.0 / 12.0), (-1.0, -2.0 / 3.0), (1.0, 2.0 / 3.0), (2.0, -1.0 / 12.0)];
+
+const KINDS: [JointKind; 9] = [
+    JointKind::Fixed,
+    JointKind::Revolute,
+    JointKind::Prismatic,
+    JointKind::Cylindrical,
+    JointKind::Universal,
+    JointKind::Spherical,
+    JointKind::Planar,
+    JointKind::Free,
+    JointKind::Axial,
+];
+
+fn turn(random: &mut Random) -> UnitQuaternion<f64> {
+    UnitQuaternion::from_scaled_axis(2.0 * random.vector())
+}
+
+/// Body with markers at two nodes that turn strongly with the modes.
+fn body(name: &str, sample: &Sample, random: &mut Random) -> BodySpec {
+    let markers = [("a", 1), ("b", 10)]
+        .map(|(name, node)| {
+            let rotation = turn(random);
+            sample.marker(name, node, rotation, |_| 20.0 * random.vector())
+        })
+        .to_vec();
+    BodySpec { name: name.to_string(), data: sample.data.clone(), markers }
+}
+
+/// Ground - first -> root - second -> left; root - third -> right. Root and left are flexible, right is rigid.
+struct Tree {
+    samples: [Sample; 3],
+    system: Multibody,
+    y: Vec<f64>,
+}
+
+fn tree(kinds: [JointKind; 3], seed: u64, change: impl FnOnce(&mut SystemSpec)) -> Tree {
+    let mut random = Random(seed);
+    let samples = [6, 5, 0].map(|n| block(RigidMotion::Spatial, n));
+    let names = ["root", "left", "right"];
+    let bodies = (0..3).map(|i| body(names[i], &samples[i], &mut random)).collect();
+    let places = [(GROUND, "a"), ("root", "b"), ("root", "a")];
+    let joints = (0..3)
+        .map(|i| {
+            let (parent, marker) = places[i];
+            let name = format!("joint {i}");
+            JointSpec::new(&name, kinds[i], Attachment::new(parent, marker), Attachment::new(names[i], "b"))
+        })
+        .collect();
+    let ground = vec![Marker::rigid("a", random.vector(), turn(&mut random))];
+    let mut spec = SystemSpec { bodies, ground, joints, gravity: GRAVITY, ..SystemSpec::default() };
+    change(&mut spec);
+    let system: Multibody = Multibody::new(spec, Vec::new()).unwrap();
+    let mut y = system.rest();
+    for i in 0..3 {
+        let layout = system.model().bodies[i].layout;
+        let numbers = |n: usize, scale: f64, random: &mut Random| -> Vec<f64> {
+            (0..n).map(|_| scale * random.next()).collect()
+        };
+        let positions = numbers(layout.n_positions, 0.8, &mut random);
+        let velocities = numbers(layout.n_velocities, 4.0, &mut random);
+        system.set_joint(&mut y, i, &positions, &velocities).unwrap();
+        let elastic = numbers(layout.n_modes, 5e-3, &mut random);
+        let rates = numbers(layout.n_modes, 1.0, &mut random);
+        system.set_elastic(&mut y, i, &elastic, &rates).unwrap();
+    }
+    Tree { samples, system, y }
+}
+
+fn moved(y: &[f64], rates: &[f64], h: f64) -> Vec<f64> {
+    y.iter().zip(rates).map(|(y, r)| y + h * r).collect()
+}
+
+/// Velocities of all nodes of all bodies.
+fn node_velocities(tree: &mut Tree, t: f64, y: &[f64]) -> Vec<Vec<Vector3<f64>>> {
+    let states = tree.system.body_states(t, y);
+    let velocities = |(s, b): (&Sample, _)| s.node_motion(b).into_iter().map(|(_, v)| v).collect();
+    tree.samples.iter().zip(states).map(velocities).collect()
+}
+
+/// Largest violation of Jourdain's principle: for each free rate, the power of inertia, weight and elastic forces of all
+/// control points, as a share of the sum of its parts.
+fn jourdain(tree: &mut Tree, t: f64) -> f64 {
+    let y = tree.y.clone();
+    let mut rates = vec![0.0; y.len()];
+    tree.system.rhs(t, &y, &mut rates).unwrap();
+    let ends = STENCIL.map(|(at, weight)| {
+        let h = at * STEP;
+        (weight / STEP, node_velocities(tree, t + h, &moved(&y, &rates, h)))
+    });
+    let base = node_velocities(tree, t, &y);
+    let mut worst: f64 = 0.0;
+    for i in 0..3 {
+        let layout = tree.system.model().bodies[i].layout;
+        for (k, index) in layout.elastic_rates().chain(layout.velocities()).enumerate() {
+            let mut varied = y.clone();
+            varied[index] += 1.0;
+            let varied = node_velocities(tree, t, &varied);
+            let (mut sum, mut size) = (0.0, 0.0);
+            let mut count = |power: f64| {
+                sum += power;
+                size += power.abs();
+            };
+            for (b, sample) in tree.samples.iter().enumerate() {
+                for a in 0..base[b].len() {
+                    let direction = varied[b][a] - base[b][a];
+                    let force: Vector3<f64> = (0..base[b].len())
+                        .map(|c| {
+                            let acceleration: Vector3<f64> = ends.iter().map(|(w, v)| v[b][c] * *w).sum();
+                            (acceleration - GRAVITY) * sample.mass[(a, c)]
+                        })
+                        .sum();
+                    count(direction.dot(&force));
+                }
+            }
+            if k < layout.n_modes {
+                let stiffness = tree.system.model().bodies[i].data.modal_stiffness[k];
+                count(stiffness * y[layout.elastic().start + k]);
+            }
+            worst = worst.max(sum.abs() / size);
+        }
+    }
+    worst
+}
+
+#[test]
+fn accelerations_obey_the_principle_of_virtual_power_for_all_joints() {
+    for (i, kind) in KINDS.into_iter().enumerate() {
+        let kinds = [kind, KINDS[(i + 4) % 9], KINDS[(i + 7) % 9]];
+        let mut tree = tree(kinds, 7 + i as u64, |_| {});
+        let violation = jourdain(&mut tree, 0.0);
+        // Round-off of velocities of 5 m/s over 1e-5 s is 1e-10, against accelerations of 10 m/s² and more.
+        assert!(violation < 1e-7, "{kinds:?}: {violation:e}");
+    }
+}
+
+#[test]
+fn prescribed_motion_enters_the_accelerations() {
+    let motion = |a: f64, w: f64| {
+        TimeFunction::new(move |t| [a * (w * t).sin(), a * w * (w * t).cos(), -a * w * w * (w * t).sin()])
+    };
+    let kinds = [JointKind::Planar, JointKind::Universal, JointKind::Cylindrical];
+    let mut tree = tree(kinds, 3, |spec| {
+        for (joint, k) in spec.joints.iter_mut().zip([1, 0, 1]) {
+            joint.coordinates = vec![CoordinateForce::default(); joint.kind.n_velocities()];
+            joint.coordinates[k].motion = Some(motion(0.4, 5.0 + k as f64));
+        }
+    });
+    let violation = jourdain(&mut tree, 0.3);
+    assert!(violation < 1e-7, "{violation:e}"); // as above
+    let at = tree.system.joint_coordinates(0.3, &tree.y, 0);
+    assert!((at.positions[1] - 0.4 * 1.8f64.sin()).abs() < 1e-15);
+}
+
+#[test]
+fn velocities_are_derivatives_of_positions_for_all_joints() {
+    for (i, kind) in KINDS.into_iter().enumerate() {
+        let Tree { mut system, y, .. } =
+            tree([kind, KINDS[(i + 1) % 9], KINDS[(i + 2) % 9]], 20 + i as u64, |_| {});
+        let mut rates = vec![0.0; y.len()];
+        system.rhs(0.0, &y, &mut rates).unwrap();
+        let states = system.body_states(0.0, &y).to_vec();
+        let ends = STENCIL.map(|(at, weight)| {
+            let end = system.body_states(0.0, &moved(&y, &rates, at * STEP)).to_vec();
+            (weight / STEP, end)
+        });
+        for (b, state) in states.iter().enumerate() {
+            let velocity: Vector3<f64> = ends.iter().map(|(w, s)| s[b].position * *w).sum();
+            let turned = |s: &BodyState| (state.rotation.inverse() * s.rotation).scaled_axis();
+            let spin: Vector3<f64> = ends.iter().map(|(w, s)| turned(&s[b]) * *w).sum();
+            assert!((velocity - state.velocity).norm() < 1e-8, "{kind:?}");
+            assert!((spin - state.angular_velocity).norm() < 1e-8, "{kind:?}");
+        }
+    }
+}
+
+#[test]
+fn joints_hold_what_they_should() {
+    for (i, kind) in KINDS.into_iter().enumerate() {
+        let Tree { mut system, y, .. } =
+            tree([JointKind::Free, kind, JointKind::Fixed], 40 + i as u64, |_| {});
+        let states = system.body_states(0.0, &y).to_vec();
+        let (root, parent) = system.marker("root", "b").unwrap();
+        let (left, child) = system.marker("left", "b").unwrap();
+        let axes = parent.orientation(&states[root]);
+        let d = axes.inverse() * (child.place(&states[left]) - parent.place(&states[root]));
+        let relative = (axes.inverse() * child.orientation(&states[left])).to_rotation_matrix();
+        for &k in kind.held_directions() {
+            assert!(d[k].abs() < 1e-14, "{kind:?}"); // round-off
+        }
+        for &(a, b) in kind.perpendicular_axes() {
+            assert!(relative[(a, b)].abs() < 1e-14, "{kind:?}");
+        }
+        let n = kind.held_directions().len() + kind.perpendicular_axes().len();
+        assert_eq!(n + kind.n_velocities(), 6);
+    }
+}
+
+#[test]
+fn free_joint_moves_like_a_free_body_in_either_frame() {
+    let sample = block(RigidMotion::Spatial, 8);
+    let state = Random(5).state(&sample.data);
+    let marker = sample.marker("a", 4, UnitQuaternion::identity(), |j| sample.nodal_rotation(4, j));
+    let tangent = sample.data.in_tangent_frame(&marker.tangent_frame(RigidMotion::Spatial)).unwrap();
+    for data in [sample.data, tangent] {
+        let free = FreeBody { name: "block".to_string(), data: data.clone() };
+        let mut free = FreeBodies::<Box<dyn ForceElement>>::new(vec![free], GRAVITY, Vec::new()).unwrap();
+        let y_free = free.state_vector(std::slice::from_ref(&state)).unwrap();
+        let body = BodySpec { name: "block".to_string(), data, markers: Vec::new() };
+        let spec = SystemSpec { bodies: vec![body], gravity: GRAVITY, ..SystemSpec::default() };
+        let mut system: Multibody = Multibody::new(spec, Vec::new()).unwrap();
+        let mut y = system.rest();
+        let n = y.len() - 2;
+        y[..n].copy_from_slice(&y_free[..n]);
+        let mut rates = [vec![0.0; y_free.len()], vec![0.0; y.len()]];
+        free.rhs(0.0, &y_free, &mut rates[0]).unwrap();
+        system.rhs(0.0, &y, &mut rates[1]).unwrap();
+        let scale = rates[0].iter().map(|r| r.abs()).fold(0.0, f64::max);
+        for (a, b) in rates[0][..n].iter().zip(&rates[1]) {
+            assert!((a - b).abs() < 1e-13 * scale); // another order of elimination: round-off
+        }
+        let energies = [system.invariants(0.0, &y).energy(), free.invariants(&y_free).energy()];
+        assert!((energies[0] - energies[1]).abs() < 1e-13 * energies[0].abs());
+    }
+}
+
+#[test]
+fn orientation_and_place_of_the_whole_system_do_not_matter() {
+    // Ground's marker and gravity turned together: elastic and joint accelerations stay.
+    let kinds = [JointKind::Universal, JointKind::Spherical, JointKind::Planar];
+    let base = tree(kinds, 11, |_| {});
+    let whole = UnitQuaternion::from_scaled_axis(Vector3::new(0.7, -1.9, 0.4));
+    let turned = tree(kinds, 11, |spec| {
+        spec.ground[0].rotation = whole * spec.ground[0].rotation;
+        spec.ground[0].position += Vector3::new(3.0, 1.0, -2.0);
+        spec.gravity = whole * spec.gravity;
+    });
+    let rates = [base, turned].map(|mut tree| {
+        let mut rates = vec![0.0; tree.y.len()];
+        tree.system.rhs(0.0, &tree.y, &mut rates).unwrap();
+        rates
+    });
+    let scale = rates[0].iter().map(|r| r.abs()).fold(0.0, f64::max);
+    for (a, b) in rates[0].iter().zip(&rates[1]) {
+        assert!((a - b).abs() < 1e-12 * scale); // round-off
+    }
+}
+
+#[test]
+fn tangent_frame_data_give_the_energy_of_the_same_displacements() {
+    let sample = block(RigidMotion::Spatial, 7);
+    let mut random = Random(17);
+    let marker = sample.marker("a", 4, UnitQuaternion::identity(), |j| sample.nodal_rotation(4, j));
+    let frame = marker.tangent_frame(RigidMotion::Spatial);
+    let data = sample.data.in_tangent_frame(&frame).unwrap();
+    let state = random.state(&sample.data);
+    // Kinetic energy node by node with the shifted shapes.
+    let n = sample.body.nodes.len();
+    let field = |a: usize, q: &[f64]| {
+        let shift: Vector3<f64> = (0..7).map(|j| frame.displacement(j, &sample.node(a)) * q[j]).sum();
+        sample.displacement(a, q) + shift
+    };
+    let velocity = |a: usize| {
+        let arm = sample.node(a) + field(a, &state.elastic);
+        let local = state.angular_velocity.cross(&arm) + field(a, &state.elastic_rates);
+        state.velocity + state.rotation * local
+    };
+    let v: Vec<_> = (0..n).map(velocity).collect();
+    let kinetic: f64 = (0..n)
+        .flat_map(|a| (0..n).map(move |b| (a, b)))
+        .map(|(a, b)| 0.5 * sample.mass[(a, b)] * v[a].dot(&v[b]))
+        .sum();
+    let invariants = ffr_dynamics::invariants::Invariants::of_body(&data, &state, &GRAVITY);
+    assert!((invariants.kinetic - kinetic).abs() < 1e-12 * kinetic); // round-off of sums over 12 nodes
+    let shifted = marker.in_tangent_frame(&frame).unwrap();
+    assert!(shifted.is_still(), "the frame's own marker does not move");
+}
