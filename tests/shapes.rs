@@ -1,5 +1,4 @@
 //! The table of shapes in the program names the markers that the geometry has.
-#![expect(clippy::unwrap_used, reason = "a test")]
 
 use std::path::Path;
 

@@ -23,7 +23,8 @@ pub fn modes(
     let index = body.map(|name| body_index(&scenario, name)).transpose()?;
     let n_threads = threads(n_threads)?;
     let report = simulate::modes(&scenario, index, n_threads)?;
-    let text = if json { serde_json::to_string_pretty(&report).map(|t| t + "\n") } else { Ok(table(&report)) };
+    let text =
+        if json { serde_json::to_string_pretty(&report).map(|t| t + "\n") } else { Ok(table(&report)) };
     print(&text.map_err(|e| AppError::Run(format!("the report cannot be written as JSON: {e}")))?)
 }
 

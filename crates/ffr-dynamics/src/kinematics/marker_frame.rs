@@ -17,7 +17,7 @@ use crate::system::force::{BodyState, GeneralisedForce};
 pub struct Marker {
     /// Name for joints and messages.
     pub name: String,
-    /// Undeformed position in the body's frame [m].
+    /// Undeformed position in the body's frame \[m\].
     pub position: Vector3<f64>,
     /// Rotation from the marker's frame to the body's frame, undeformed.
     pub rotation: UnitQuaternion<f64>,
@@ -29,7 +29,7 @@ pub struct Marker {
 /// Motion of a marker within its body's frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MarkerMotion {
-    /// Deformed position `X + Φ q_e` [m].
+    /// Deformed position `X + Φ q_e` \[m\].
     pub arm: Vector3<f64>,
     /// Its rate `Φ dq_e/dt` [m/s].
     pub arm_rate: Vector3<f64>,
@@ -192,7 +192,7 @@ impl Marker {
         state.rotation * self.motion(&state.elastic, &state.elastic_rates).rotation
     }
 
-    /// Position of the marker in the inertial frame [m].
+    /// Position of the marker in the inertial frame \[m\].
     pub fn place(&self, state: &BodyState) -> Vector3<f64> {
         state.position + state.rotation * (self.position + self.combine(0, &state.elastic))
     }
@@ -210,7 +210,7 @@ impl Marker {
         state.rotation * (state.angular_velocity + turn.spin)
     }
 
-    /// Adds a force [N] and a moment [N m] at the marker, both in the inertial frame, to the forces on its body (Eq. M.7).
+    /// Adds a force \[N\] and a moment \[N m\] at the marker, both in the inertial frame, to the forces on its body (Eq. M.7).
     pub fn add_wrench(
         &self,
         state: &BodyState,

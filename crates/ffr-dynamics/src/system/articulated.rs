@@ -77,7 +77,7 @@ impl BodyFactors {
         }
     }
 
-    /// Inertia and forces of the body alone (Eq. D.7); returns the power lost in modal damping [W].
+    /// Inertia and forces of the body alone (Eq. D.7); returns the power lost in modal damping \[W\].
     pub fn load(
         &mut self,
         body: &TreeBody,

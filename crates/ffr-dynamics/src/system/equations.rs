@@ -95,7 +95,7 @@ impl BodyWorkspace {
     }
 
     /// Inertia and forces of the body (Eq. D.7): the rigid part as the result, the rows `[C_t C_r]` in `coupling`, the
-    /// elastic forces in `elastic`. Returns the power lost in modal damping as well [W].
+    /// elastic forces in `elastic`. Returns the power lost in modal damping as well \[W\].
     pub(super) fn assemble(
         &mut self,
         data: &StandardInputData,

@@ -84,7 +84,7 @@ impl Side {
 #[derive(Debug, Clone, Copy)]
 struct Row {
     joint: usize,
-    /// Displacement [m] or cosine [-].
+    /// Displacement \[m\] or cosine [-].
     residual: f64,
     /// Axis of the displacement, or of the rotation.
     axis: Vector3<f64>,

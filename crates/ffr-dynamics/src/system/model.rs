@@ -234,7 +234,7 @@ impl MultibodyModel {
         self.bodies.iter().position(|b| b.joint.name == name)
     }
 
-    /// Highest eigenfrequency of the free bodies, above which no frequency of the joined system lies [Hz].
+    /// Highest eigenfrequency of the free bodies, above which no frequency of the joined system lies \[Hz\].
     ///
     /// Joints between bodies of the same modes only move frequencies between those of the free bodies (Rayleigh).
     /// Stiff joint springs are not counted.

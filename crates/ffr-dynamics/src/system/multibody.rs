@@ -83,7 +83,7 @@ impl<F: ForceElement> Multibody<F> {
         Ok(())
     }
 
-    /// Highest eigenfrequency; see [`MultibodyModel::highest_frequency`] [Hz].
+    /// Highest eigenfrequency; see [`MultibodyModel::highest_frequency`] \[Hz\].
     pub fn highest_frequency(&self) -> f64 {
         self.model.highest_frequency()
     }
@@ -191,7 +191,7 @@ impl<F: ForceElement> Multibody<F> {
         (&self.workspace.states, &self.workspace.sums)
     }
 
-    /// Force [N] and moment [N m] of the joint on body `body` at the parent's marker, in the inertial frame, at the last
+    /// Force \[N\] and moment \[N m\] of the joint on body `body` at the parent's marker, in the inertial frame, at the last
     /// right-hand side.
     pub fn joint_force(&self, body: usize) -> (Vector3<f64>, Vector3<f64>) {
         let (force, moment) = split(&self.workspace.factors[body].joint_force);
@@ -214,7 +214,7 @@ impl<F: ForceElement> Multibody<F> {
         sum
     }
 
-    /// Energy in joint springs [J].
+    /// Energy in joint springs \[J\].
     pub fn joint_energy(&self, t: f64, y: &[f64]) -> f64 {
         let energy = |(i, b): (usize, &TreeBody)| {
             joint_energy(b.joint.kind, &b.joint.coordinates, &self.model.joint_coordinates(i, t, y).positions)
@@ -222,18 +222,18 @@ impl<F: ForceElement> Multibody<F> {
         self.model.bodies.iter().enumerate().map(energy).sum()
     }
 
-    /// Centre of mass of the deformed body `body`, in the inertial frame [m].
+    /// Centre of mass of the deformed body `body`, in the inertial frame \[m\].
     pub fn centre_of_mass(&mut self, t: f64, y: &[f64], body: usize) -> Vector3<f64> {
         self.workspace.place(&self.model, t, y);
         centre_of_mass(&self.model.bodies[body].data, &self.workspace.states[body])
     }
 
-    /// Work lost to modal damping, joint dampers and in force elements since the start [J].
+    /// Work lost to modal damping, joint dampers and in force elements since the start \[J\].
     pub fn dissipated_work(&self, y: &[f64]) -> f64 {
         y[self.model.n_states()]
     }
 
-    /// Work supplied by loads, drives and prescribed motion since the start [J].
+    /// Work supplied by loads, drives and prescribed motion since the start \[J\].
     pub fn supplied_work(&self, y: &[f64]) -> f64 {
         y[self.model.n_states() + 1]
     }

@@ -65,7 +65,7 @@ pub struct LoadSpec {
     pub name: String,
     /// Where it acts.
     pub at: Attachment,
-    /// Force along x, y, z [N], then moment about them [N m]; derivatives are not used.
+    /// Force along x, y, z \[N\], then moment about them \[N m\]; derivatives are not used.
     pub components: [Option<TimeFunction>; 6],
     /// Whether the axes turn with the marker; otherwise they are those of the inertial frame.
     pub is_following: bool,

@@ -20,7 +20,7 @@ struct BodyScale {
     inertia: Matrix3<f64>,
     /// Rows of `C_r` at rest.
     coupling_rotation: Vec<Vector3<f64>>,
-    /// Root mean square distance from the centre of mass [m].
+    /// Root mean square distance from the centre of mass \[m\].
     radius: f64,
     /// Lowest elastic eigenfrequency; 0 for rigid bodies [rad/s].
     lowest: f64,
@@ -61,7 +61,7 @@ impl BodyScale {
 #[derive(Debug, Clone)]
 pub(super) struct TreeNorm {
     scales: Vec<BodyScale>,
-    /// Length that stands in for the radius of bodies without extent [m].
+    /// Length that stands in for the radius of bodies without extent \[m\].
     length: f64,
     states: Vec<BodyState>,
     edges: Vec<Edge>,

@@ -24,7 +24,7 @@ pub(super) struct Edge {
     pub child_point: MarkerMotion,
     /// Rotation from the parent's axes to the body's axes.
     pub turn: Matrix3<f64>,
-    /// From the parent's marker to the origin of the body's frame, in the parent's axes [m].
+    /// From the parent's marker to the origin of the body's frame, in the parent's axes \[m\].
     pub lever: Vector3<f64>,
     /// What the joint's velocities do to the child's marker: its displacement relative to the parent's marker, in the
     /// parent's axes.

@@ -11,7 +11,7 @@ use super::model::{Load, MultibodyModel, TreeBody};
 use super::tree_kinematics::{Edge, Six, split, update};
 use crate::error::Rejection;
 
-/// Power that goes in and out of a system at one instant [W].
+/// Power that goes in and out of a system at one instant \[W\].
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct Powers {
     /// Lost in modal damping and joint dampers.

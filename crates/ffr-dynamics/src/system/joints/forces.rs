@@ -60,7 +60,7 @@ pub(crate) struct JointForces {
     pub passive: [f64; 6],
     /// Drive.
     pub drive: [f64; 6],
-    /// Power lost in dampers [W].
+    /// Power lost in dampers \[W\].
     pub dissipated: f64,
 }
 
@@ -81,7 +81,7 @@ pub(crate) fn joint_forces(
     forces
 }
 
-/// Energy in a joint's springs [J].
+/// Energy in a joint's springs \[J\].
 pub(crate) fn joint_energy(kind: JointKind, coordinates: &[CoordinateForce], positions: &[f64]) -> f64 {
     let energy = |(k, force): (usize, &CoordinateForce)| {
         0.5 * force.stiffness * extension(kind, force, positions, k).powi(2)

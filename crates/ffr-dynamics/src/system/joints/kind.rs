@@ -43,7 +43,7 @@ pub struct JointColumn {
 /// Pose and motion of the child marker relative to the parent marker, in the parent marker's frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointMotion {
-    /// Displacement of the child marker [m].
+    /// Displacement of the child marker \[m\].
     pub displacement: Vector3<f64>,
     /// Rotation from the child marker's frame to the parent marker's frame.
     pub rotation: UnitQuaternion<f64>,
@@ -240,7 +240,7 @@ impl JointMotion {
 /// A joint's motion in other axes than those of the parent's marker.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct JointPoint {
-    /// Displacement of the child marker [m].
+    /// Displacement of the child marker \[m\].
     pub displacement: Vector3<f64>,
     /// What each velocity does.
     pub columns: [JointColumn; 6],
