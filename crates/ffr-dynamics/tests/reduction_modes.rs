@@ -153,6 +153,33 @@ fn cube_and_bar_keep_every_copy_of_multiple_frequencies() {
 }
 
 #[test]
+fn lost_copies_of_multiple_frequencies_are_recovered() {
+    // Single vectors find one copy each of the double and triple frequencies of a cube until round-off brings the others.
+    let body = block(2, [5, 5, 5], [1.0, 1.0, 1.0]);
+    let problem = ElasticProblem::free(&body, &[]).unwrap();
+    let modes = problem.lowest_modes_by_blocks(24, 1).unwrap();
+    assert!(modes.recoveries > 0, "the count showed lost copies");
+    let difference = relative_difference(&modes.omega, &problem.all_modes().unwrap().omega);
+    assert!(difference < SAME_FREQUENCY, "{difference:e}");
+    check_mass_orthonormal(&body, &modes.shapes, problem.rigid().unwrap());
+}
+
+#[test]
+fn count_moves_behind_a_multiplet_that_the_wanted_modes_cut() {
+    let body = block(2, [5, 5, 5], [1.0, 1.0, 1.0]);
+    let problem = ElasticProblem::free(&body, &[]).unwrap();
+    let omega = problem.all_modes().unwrap().omega;
+    let joined = |i: usize| omega[i] / omega[i - 1] - 1.0 < 1e-9;
+    let cut = (2..30).find(|&n| joined(n) && joined(n + 1)).expect("a cube has triple frequencies");
+    let modes = problem.lowest_modes(cut).unwrap();
+    assert_eq!(modes.omega.len(), cut);
+    // The rigid modes and at least both further copies lie below the shift, and one frequency above it is reported.
+    assert!(modes.counted.unwrap() >= 6 + cut + 2, "{:?}", modes.counted);
+    assert_eq!(modes.following.len(), modes.counted.unwrap() - 6 - cut + 1);
+    assert!((modes.following[1] / omega[cut + 1] - 1.0).abs() < 1e-6);
+}
+
+#[test]
 fn square_plate_has_double_frequencies_and_the_neighbouring_counts_avoid_them() {
     let body = block(3, [12, 12, 0], [1.0, 1.0, 0.0]);
     let problem = ElasticProblem::free(&body, &[]).unwrap();

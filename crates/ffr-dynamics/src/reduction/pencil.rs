@@ -8,7 +8,8 @@ use std::sync::Arc;
 
 use faer::sparse::{SparseColMat, SparseColMatRef, SymbolicSparseColMat};
 
-use super::factor::{CholeskyFactor, Inertia, SymbolicFactor};
+use super::factor::{CholeskyFactor, SymbolicFactor};
+use super::inertia::Inertia;
 use super::ordering::elimination_order;
 use crate::DynamicsError;
 use crate::body::{AssembledBody, MassMatrix};

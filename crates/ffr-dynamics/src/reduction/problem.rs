@@ -12,7 +12,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use faer::{Mat, MatMut, MatRef};
 
 use super::dense;
-use super::factor::{CholeskyFactor, Inertia, SolveWorkspace};
+use super::factor::{CholeskyFactor, SolveWorkspace};
+use super::inertia::Inertia;
 use super::pencil::{Pencil, check_unknowns};
 use super::rigid::RigidModes;
 use crate::DynamicsError;
