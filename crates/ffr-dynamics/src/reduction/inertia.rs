@@ -16,7 +16,7 @@ use super::random::Random;
 use crate::DynamicsError;
 
 /// Factors with at least this many entries are tried in single precision first; smaller ones take a fraction of a second.
-const SINGLE_FROM: usize = 4_000_000;
+pub(super) const SINGLE_FROM: usize = 4_000_000;
 /// Largest relative error of the single-precision factor, as its iteration matrix contracts; below 1 no sign can differ.
 const CONTRACTION_LIMIT: f64 = 0.25;
 /// Random vectors and steps by which the contraction is measured.
@@ -36,20 +36,7 @@ pub struct Inertia {
 }
 
 impl SymbolicFactor {
-    /// Counts the negative pivots of a symmetric matrix with the analysed pattern.
-    ///
-    /// # Errors
-    /// [`DynamicsError::Factorisation`] if memory runs out.
-    pub fn inertia(&self, matrix: SparseColMatRef<'_, u32, f64>) -> Result<Inertia, DynamicsError> {
-        if self.n_entries() >= SINGLE_FROM
-            && let Some(inertia) = self.inertia_single(matrix)?
-        {
-            return Ok(inertia);
-        }
-        self.inertia_double(matrix)
-    }
-
-    /// The count in double precision.
+    /// Counts the negative pivots of a symmetric matrix with the analysed pattern in double precision.
     ///
     /// # Errors
     /// [`DynamicsError::Factorisation`] if memory runs out.

@@ -186,4 +186,12 @@ impl<'a> ElasticProblem<'a> {
     pub fn inertia(&self, mu: f64) -> Result<Inertia, DynamicsError> {
         self.pencil.inertia(mu, &self.clamped)
     }
+
+    /// As [`Self::inertia`] in single precision; `None` if the matrix is small, or the factor too inaccurate to count.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Factorisation`] if memory runs out.
+    pub fn inertia_single(&self, mu: f64) -> Result<Option<Inertia>, DynamicsError> {
+        self.pencil.inertia_single(mu, &self.clamped)
+    }
 }

@@ -18,7 +18,7 @@ use crate::body::RigidMotion;
 /// the range of interest.
 pub(super) const CANDIDATES: usize = 16;
 /// Lanczos residual of wanted modes; the clean-up makes it smaller, the eigenvalue error is about its square.
-const CONVERGED: f64 = 3e-7;
+const CONVERGED: f64 = 5e-7;
 /// Lanczos residual of the modes between the wanted ones and the gap: eigenvalues to about 1e-6.
 const GUARD_CONVERGED: f64 = 1e-3;
 /// Residual that is accepted when round-off of the solves keeps it from becoming smaller: eigenvalues to about 1e-8.
@@ -27,6 +27,8 @@ const RESIDUAL_LIMIT: f64 = 1e-4;
 const STAGNANT_CHECKS: usize = 5;
 /// Smallest relative gap between two eigenvalues in which a shift is placed: far above the error of the modes below.
 const SMALLEST_GAP: f64 = 1e-4;
+/// Places in the gap for the shift: golden sections, then the middle.
+const SHIFT_PLACES: [f64; 3] = [0.382, 0.618, 0.5];
 /// Pivot growth above which a count is repeated elsewhere in the gap.
 const GROWTH_LIMIT: f64 = 1e4;
 /// Rounds of compression, and of restarts for lost copies.
@@ -139,7 +141,7 @@ impl<'p, 'a> Search<'p, 'a> {
                 run.step()?;
                 steps += 1;
                 // The projected eigenproblem of a large basis costs as much as a step: not after every one.
-                if run.size() < at_least || steps < checked_at + 1 + run.size() / 150 {
+                if run.size() < at_least || steps < checked_at + 1 + (run.size() / 200).pow(2) {
                     continue;
                 }
                 checked_at = steps;
@@ -207,10 +209,20 @@ impl<'p, 'a> Search<'p, 'a> {
     }
 
     /// Eigenvalues below the gap, by inertia; repeated elsewhere in the gap if a pivot is close to zero.
+    ///
+    /// A shift near an eigenvalue of a leading block spoils the single-precision factor only; another shift is then cheaper
+    /// than double precision.
     fn count(&self, gap: Gap) -> Result<usize, DynamicsError> {
+        let shift = |part: f64| gap.below + part * (gap.above - gap.below);
+        for part in &SHIFT_PLACES[..2] {
+            let single = self.problem.inertia_single(shift(*part))?;
+            if let Some(inertia) = single.filter(|i| i.growth <= GROWTH_LIMIT) {
+                return Ok(inertia.negative);
+            }
+        }
         let mut best: Option<super::Inertia> = None;
-        for part in [0.5, 0.38, 0.63] {
-            let inertia = self.problem.inertia(gap.below + part * (gap.above - gap.below))?;
+        for part in SHIFT_PLACES {
+            let inertia = self.problem.inertia(shift(part))?;
             if best.is_none_or(|b| inertia.growth < b.growth) {
                 best = Some(inertia);
             }
