@@ -1,0 +1,1 @@
+//! Verification runs of minutes; needs the feature `long-tests`.

@@ -1,0 +1,9 @@
+//! Results against closed forms and independent computations; docs/verification.md lists every case with its figures.
+
+mod cylinder;
+mod impacts_rod;
+mod impacts_sphere;
+mod rods;
+mod solvers_sphere;
+mod spheres;
+mod support;
