@@ -1,4 +1,5 @@
 //! Results against closed forms and independent computations; docs/verification.md lists every case with its figures.
+#![expect(clippy::print_stdout, reason = "the figures of docs/verification.md, shown with --nocapture")]
 
 mod cylinder;
 mod impacts_rod;

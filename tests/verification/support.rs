@@ -28,6 +28,8 @@ pub struct Trace {
     pub stress: Vec<StressRecord>,
     /// Why the run ended early, if it did.
     pub failure: Option<String>,
+    /// Whether coordinates of bodies are left out, which may be many.
+    pub without_coordinates: bool,
 }
 
 impl Observer for Trace {
@@ -37,7 +39,11 @@ impl Observer for Trace {
     }
 
     fn sample(&mut self, sample: &Sample) -> Result<(), ObserverError> {
-        self.samples.push(sample.clone());
+        let mut sample = sample.clone();
+        if self.without_coordinates {
+            sample.bodies.clear();
+        }
+        self.samples.push(sample);
         Ok(())
     }
 
@@ -139,7 +145,11 @@ pub fn run(name: &str, set: &[&str]) -> Trace {
 
 /// Runs a shipped scenario with changes on `threads` threads.
 pub fn run_on(threads: usize, name: &str, set: &[&str]) -> Trace {
-    let mut trace = Trace::default();
+    record(Trace::default(), threads, name, set)
+}
+
+/// Runs a shipped scenario with changes, recording in `trace`.
+pub fn record(mut trace: Trace, threads: usize, name: &str, set: &[&str]) -> Trace {
     if let Err(error) = simulate(&shipped(name, set), &mut trace, threads) {
         trace.failure = Some(error.to_string());
     }
