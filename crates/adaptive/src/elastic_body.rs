@@ -130,7 +130,8 @@ impl ElasticBody {
                 (craig_bampton(body, &interface.unknowns, modes, count)?.basis, None)
             }
         };
-        if let Some((fewer, more)) = basis.multiplet {
+        // Twist-free modes about an axis are simple: frequencies that happen to lie close together are no group.
+        if let (Some((fewer, more)), false) = (basis.multiplet, body.motion == RigidMotion::Axial) {
             warn!(
                 body = self.spec.name,
                 "{} modes cut through a group of equal frequencies, which loses energy when models change; {fewer} or {more} modes do not",
