@@ -13,7 +13,7 @@ const REBOUND: f64 = 0.2973; // m/s, finite elements
 const LENGTH: f64 = 1.0; // m
 const WAVE_SPEED: f64 = 5109.0; // m/s, sqrt(E / rho)
 const V0: f64 = 0.3; // m/s
-/// Section behind the spherical end at which the wave field is plane again: five radii [m].
+/// Section behind the spherical end at which the wave field is plane again: five radii \[m\].
 const NEAR: f64 = 0.05;
 
 /// The scenario as shipped, with two more observed points: near the contact and in the middle.

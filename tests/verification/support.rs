@@ -73,7 +73,7 @@ impl Observer for Trace {
 }
 
 impl Trace {
-    /// Times of the stored states [s].
+    /// Times of the stored states \[s\].
     pub fn times(&self) -> Vec<f64> {
         self.samples.iter().map(|s| s.time).collect()
     }
@@ -83,7 +83,7 @@ impl Trace {
         self.samples.iter().map(f).collect()
     }
 
-    /// Normal force of the first contact in every stored state [N].
+    /// Normal force of the first contact in every stored state \[N\].
     pub fn force(&self) -> Vec<f64> {
         self.history(|s| s.contacts[0].normal_force)
     }
@@ -108,7 +108,7 @@ impl Trace {
         largest / other.impact().peak_force
     }
 
-    /// Mean forces of consecutive intervals of length `window` up to `end` [N].
+    /// Mean forces of consecutive intervals of length `window` up to `end` \[N\].
     pub fn mean_forces(&self, window: f64, end: f64) -> Vec<f64> {
         let (times, force) = (self.times(), self.force());
         let mut impulse = vec![0.0];
@@ -242,7 +242,7 @@ pub fn steel_cylinder(elements: usize, modes: usize) -> String {
     )
 }
 
-/// The first ten frequencies of that cylinder by a Ritz method with polynomials [Hz]; doubles for circumferential orders 1, 2.
+/// The first ten frequencies of that cylinder by a Ritz method with polynomials \[Hz\]; doubles for circumferential orders 1, 2.
 pub fn cylinder_frequencies() -> Vec<f64> {
     let table = Table::read("cylinder_ritz");
     let count = table.column("multiplicity");

@@ -92,6 +92,7 @@ fn plane(name: &str, height: f64, normal: f64) -> PlaneContactSpec {
         points: PointRule::Greville,
         method: Method::ActiveSet,
         width: None,
+        elements: None,
     }
 }
 
@@ -127,8 +128,8 @@ fn ball(height: f64, speed: f64, end_time: f64) -> RunSpec {
         settings: RunSettings {
             end_time,
             gravity: Vector3::zeros(),
-            free: PhaseSettings { max_step: 1e-4, tolerance: 1e-8 },
-            impact: PhaseSettings { max_step: f64::INFINITY, tolerance: 1e-8 },
+            free: PhaseSettings { max_step: 1e-4, tolerance: 1e-8, velocity_floor: 1e-6 },
+            impact: PhaseSettings { max_step: f64::INFINITY, tolerance: 1e-8, velocity_floor: 1e-6 },
             quiet_time: None,
             free_interval: 1e-5,
         },
