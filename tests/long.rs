@@ -27,7 +27,11 @@ fn all_modes_of_the_full_model_dynamic_give_the_same_force() {
     let all = ["contacts.impact.model=dynamic", "bodies.ball.reduction={method=\"all\"}"];
     let trace = Trace { without_coordinates: true, ..Trace::default() };
     let full = record(trace, 2, "sphere_on_plane", &[&COARSE[..], &all].concat());
-    println!("{} modes, {} steps", full.layout.bodies[0].eigenfrequencies.len(), full.phases[0].steps);
+    println!(
+        "{} modes, {} steps",
+        full.layout.bodies[0].eigenfrequencies.len(),
+        full.phases.iter().map(|p| p.steps).sum::<u64>()
+    );
     // Claim of the project.
     assert_below("force along the curve", full.force_difference(&quasistatic), 3e-3);
     assert_below("energy drift", full.energy_drift(), 1e-6);
@@ -42,14 +46,14 @@ fn peak_force_converges_with_the_mesh() {
     };
     let limit = peak("gauss", 128);
     assert_close("peak on the finest mesh", limit, 52.07, 1e-3);
-    for points in ["greville", "gauss"] {
-        let errors: Vec<f64> =
-            [8, 16, 32, 64].iter().map(|&n| (peak(points, n) / limit - 1.0).abs()).collect();
-        println!("{points}: errors {errors:?}");
-        // The edge of the contact moves through the mesh, so that single errors oscillate in sign; the trend over a factor 8 is
-        // better than first order: at least 8 times less.
-        assert!(errors[3] < errors[0] / 8.0 && errors[3] < 2e-4, "{points}: {errors:?}");
-    }
+    let errors = |points: &str| [8, 16, 32, 64].map(|n| (peak(points, n) / limit - 1.0).abs());
+    let (greville, gauss) = (errors("greville"), errors("gauss"));
+    println!("errors with Greville points {greville:?}, with Gauss points {gauss:?}");
+    // The edge of the contact moves through the mesh: the rate is that over a factor of 8, at least first order.
+    let rate = (greville[0] / greville[3]).log2() / 3.0;
+    assert!(rate > 1.0 && greville[3] < 1e-4, "rate {rate}");
+    // Gauss points have no point at the pole; their errors change sign from mesh to mesh and are small throughout.
+    assert!(gauss.iter().all(|e| *e < 1e-3) && gauss[3] < 1e-4);
 }
 
 #[test]
