@@ -9,9 +9,17 @@ pub mod submodel;
 pub mod points;
 pub mod law;
 pub mod quasistatic;
+pub mod contact_element;
 pub mod plane;
+mod sphere;
+pub mod sphere_plane;
+pub mod sphere_sphere;
 
+pub use contact_element::{ContactElement, ContactReport};
 pub use error::ContactError;
-pub use plane::{ContactReport, Plane, PlaneContact, PlaneContactSettings};
+pub use plane::{Plane, PlaneContact, PlaneContactSettings};
 pub use points::{DofLookup, InterfaceCompliance, SurfacePoint, contact_submodel};
+pub use sphere::Sphere;
+pub use sphere_plane::SpherePlane;
+pub use sphere_sphere::SphereSphere;
 pub use submodel::ContactSubmodel;

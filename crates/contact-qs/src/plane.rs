@@ -13,6 +13,8 @@ use ffr_dynamics::system::force::{BodyState, ForceElement, ForceEnergies, Genera
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 
 use crate::ContactError;
+use crate::contact_element::ContactElement;
+pub use crate::contact_element::ContactReport;
 use crate::law::penalty;
 use crate::quasistatic::{Method, Problem, Quasistatic, SolveReport};
 use crate::submodel::ContactSubmodel;
@@ -40,27 +42,6 @@ pub struct PlaneContactSettings {
     pub penalty: f64,
     /// Solver of the quasistatic problem; without effect when all modes are dynamic.
     pub method: Method,
-}
-
-/// What a contact evaluation found.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct ContactReport {
-    /// Sum of the point forces \[N\].
-    pub normal_force: f64,
-    /// Force on the body in the inertial frame \[N\].
-    pub force: Vector3<f64>,
-    /// Largest penetration, quasistatic displacement included, zero without contact \[m\].
-    pub penetration: f64,
-    /// Number of points that carry force.
-    pub n_active: usize,
-    /// Sum of their areas [m²].
-    pub contact_area: f64,
-    /// Whether a point on the rim of the zone carries force.
-    pub is_rim_touched: bool,
-    /// Energies.
-    pub energies: ForceEnergies,
-    /// Work of the solver.
-    pub solver: SolveReport,
 }
 
 /// Contact of a body with a rigid plane.
@@ -436,5 +417,35 @@ impl ForceElement for PlaneContact {
         if let Some(zone) = &mut self.quasistatic {
             zone.restore();
         }
+    }
+}
+
+impl ContactElement for PlaneContact {
+    fn kind(&self) -> &'static str {
+        "plane"
+    }
+
+    fn bodies(&self) -> (usize, Option<usize>) {
+        (self.settings.body, None)
+    }
+
+    fn smallest_gap(&self, bodies: &[BodyState]) -> f64 {
+        Self::smallest_gap(self, &bodies[self.settings.body])
+    }
+
+    fn normal(&self, _bodies: &[BodyState]) -> Vector3<f64> {
+        self.settings.plane.normal.into_inner()
+    }
+
+    fn report(&self) -> &ContactReport {
+        &self.report
+    }
+
+    fn penalty(&self) -> f64 {
+        self.settings.penalty
+    }
+
+    fn n_points(&self) -> usize {
+        self.submodel.n_points()
     }
 }
