@@ -17,6 +17,7 @@ pub mod sphere_sphere;
 
 pub use contact_element::{ContactElement, ContactReport};
 pub use error::ContactError;
+pub use law::Friction;
 pub use plane::{Plane, PlaneContact, PlaneContactSettings};
 pub use points::{DofLookup, InterfaceCompliance, SurfacePoint, contact_submodel};
 pub use sphere::Sphere;
