@@ -220,7 +220,7 @@ impl PlaneContact {
         &self.submodel
     }
 
-    /// Quasistatic zone, none when all modes are dynamic. Its projection belongs to the last evaluation.
+    /// Quasistatic zone, none when all modes are dynamic. Its projection belongs to the last evaluation in contact.
     pub fn zone(&self) -> Option<&Quasistatic> {
         self.quasistatic.as_ref()
     }

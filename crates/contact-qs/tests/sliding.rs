@@ -177,11 +177,12 @@ fn spinning_disc_leaves_with_the_velocities_of_gross_sliding() {
     assert!((spin / expected - 1.0).abs() < 1e-4, "{spin} {expected}");
     assert!((spin / (1.618 * PI) - 1.0).abs() < 1e-2, "{}", spin / PI);
     let lost = out.energy_before - out.energy_after;
-    assert!((out.dissipated / lost - 1.0).abs() < 1e-6, "{} {lost}", out.dissipated);
+    // The power has a kink where a point enters or leaves: second order, (1/80)² of the work, a share of 1/20 each.
+    assert!((out.dissipated / lost - 1.0).abs() < 1e-5, "{} {lost}", out.dissipated);
     // Work of sliding: force along the mean slip speed, which falls linearly with the impulse.
     let mean = 0.5 * (SPIN * RADIUS + spin * RADIUS + v.x);
     assert!((out.dissipated / (-MASS * v.x * mean) - 1.0).abs() < 2e-2);
-    assert!(out.drift < 1e-6 && out.fall <= 0.0, "{:e} {:e}", out.drift, out.fall);
+    assert!(out.drift < 1e-5 && out.fall <= 0.0, "{:e} {:e}", out.drift, out.fall);
     println_figures("gross sliding", &out);
 }
 

@@ -111,7 +111,11 @@ impl PlaneContact {
             }
             return Ok(SolveReport::default());
         };
-        zone.project(self.normal);
+        // A body in flight needs no projections; Algorithm 1 keeps its own state there.
+        let is_touching = self.free_gaps.iter().any(|g| *g < 0.0);
+        if is_touching || zone.needs_springs() {
+            zone.project(self.normal);
+        }
         let Some(friction) = &mut self.friction else {
             let report = zone.solve(&self.springs, &self.free_gaps, &mut self.forces)?;
             let problem = Problem {
@@ -122,7 +126,9 @@ impl PlaneContact {
             problem.deformed_gaps(&self.forces, &mut self.gaps);
             return Ok(report);
         };
-        friction.stick_slip.project(zone.compliance(), &self.normal, &friction.tangents);
+        if is_touching {
+            friction.stick_slip.project(zone.compliance(), &self.normal, &friction.tangents);
+        }
         friction.stick_slip.solve(zone, &self.springs, &self.free_gaps, &friction.slips, &mut self.forces)
     }
 

@@ -28,6 +28,10 @@ pub(crate) struct StickSlip {
     tangential_compliance: Mat<f64>,
     /// `A_TN`: tangential rows, normal columns.
     coupling: Mat<f64>,
+    /// Its transpose, so that products leave out points without force.
+    coupling_transposed: Mat<f64>,
+    /// Normal and tangents that the projections belong to; NaN before the first one.
+    directions: [[f64; 3]; 3],
     springs: Vec<f64>,
     solver: Tangential,
     forces: Vec<f64>,
@@ -60,6 +64,8 @@ impl StickSlip {
             n_points,
             tangential_compliance: Mat::zeros(rows, rows),
             coupling: Mat::zeros(rows, columns),
+            coupling_transposed: Mat::zeros(columns, rows),
+            directions: [[f64::NAN; 3]; 3],
             springs: vec![0.0; n_points],
             solver: Tangential::new(n_points, n_t),
             forces: vec![0.0; n],
@@ -112,8 +118,15 @@ impl StickSlip {
         self.forces.copy_from_slice(&self.saved_forces);
     }
 
-    /// Projects `compliance` on the normal and the tangents, given in the model's components (Eq. F.4).
+    /// Projects `compliance` on the normal and the tangents, given in the model's components (Eq. F.4). Does nothing when they
+    /// have not changed in any bit.
     pub fn project(&mut self, compliance: &Mat<f64>, normal: &[f64; 3], tangents: &[[f64; 3]; 2]) {
+        let directions = [*normal, tangents[0], tangents[1]];
+        let bits = |d: &[[f64; 3]; 3]| d.map(|v| v.map(f64::to_bits));
+        if bits(&directions) == bits(&self.directions) {
+            return;
+        }
+        self.directions = directions;
         let (n_t, nc) = (self.n_t, self.column.len() / self.n_points);
         for j in 0..self.n_points {
             for d in 0..=n_t {
@@ -134,6 +147,10 @@ impl StickSlip {
                     }
                 }
             }
+        }
+        for k in 0..self.coupling.nrows() {
+            let target = self.coupling_transposed.col_as_slice_mut(k);
+            target.iter_mut().enumerate().for_each(|(j, t)| *t = self.coupling[(k, j)]);
         }
         self.solver.invalidate();
     }
@@ -161,7 +178,8 @@ impl StickSlip {
         let mut sum = SolveReport::default();
         self.relaxation.restart();
         for _ in 0..MAX_TURNS {
-            add_transposed(&self.coupling, &self.forces, gaps, &mut self.shifted);
+            self.shifted.copy_from_slice(gaps);
+            add_product(&self.coupling_transposed, &self.forces, &mut self.shifted);
             let report = zone.solve(springs, &self.shifted, normal_forces)?;
             sum.iterations += report.iterations;
             sum.factorisations += report.factorisations;
@@ -249,7 +267,8 @@ impl StickSlip {
         self.rates.fill(0.0);
         self.relaxation.restart();
         for _ in 0..MAX_TURNS {
-            add_transposed(&self.coupling, &self.rates, gap_rates, &mut self.shifted);
+            self.shifted.copy_from_slice(gap_rates);
+            add_product(&self.coupling_transposed, &self.rates, &mut self.shifted);
             self.shifted.iter_mut().for_each(|x| *x = -*x);
             if !zone.solve_on_set(&mut self.shifted) {
                 break;
@@ -278,13 +297,6 @@ fn unsettled(coefficient: f64) -> Rejection {
         "normal and friction forces did not settle in {MAX_TURNS} turns, the friction coefficient {coefficient} is too large for this surface"
     );
     Rejection { code: -1, reason }
-}
-
-/// `out = start + matrixᵀ x`.
-fn add_transposed(matrix: &Mat<f64>, x: &[f64], start: &[f64], out: &mut [f64]) {
-    for (j, (o, s)) in out.iter_mut().zip(start).enumerate() {
-        *o = s + matrix.col_as_slice(j).iter().zip(x).map(|(a, b)| a * b).sum::<f64>();
-    }
 }
 
 /// Fixed-point iteration with Aitken's relaxation (Irons & Tuck 1969).
