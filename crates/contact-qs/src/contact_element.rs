@@ -20,7 +20,7 @@ pub struct ContactReport {
     pub n_active: usize,
     /// Number of them that slide; zero without friction.
     pub n_sliding: usize,
-    /// Sum of their areas; Hertz: area of the contact circle [m²].
+    /// Sum of their areas; Hertz: area of the contact circle \[m²\].
     pub contact_area: f64,
     /// Whether a point on the rim of the zone carries force.
     pub is_rim_touched: bool,
@@ -50,7 +50,7 @@ pub trait ContactElement: ForceElement {
     /// What the last evaluation found.
     fn report(&self) -> &ContactReport;
 
-    /// Penalty factor in use; infinite where there are no penalty springs [N/m³].
+    /// Penalty factor in use; infinite where there are no penalty springs \[N/m³\].
     fn penalty(&self) -> f64;
 
     /// Number of points that can carry force.

@@ -264,7 +264,7 @@ impl PlaneContact {
         }))
     }
 
-    /// Smallest gap of all points at `state` without quasistatic displacement [m]: zero where contact begins or ends. The
+    /// Smallest gap of all points at `state` without quasistatic displacement \[m\]: zero where contact begins or ends. The
     /// solver is neither run nor changed. NaN if a gap is not a number.
     pub fn smallest_gap(&self, state: &BodyState) -> f64 {
         let Ok(normal) = self.normal_components(&state.rotation) else {

@@ -18,7 +18,7 @@ const UNITY_TOLERANCE: f64 = 1e-10;
 pub struct SurfacePoint {
     /// Undeformed position in the model's own components, `(x, y, z)`, `(x, y, 0)` or `(r, z, 0)` \[m\].
     pub position: [f64; 3],
-    /// Tributary area; axisymmetric models carry `2πr` [m²].
+    /// Tributary area; axisymmetric models carry `2πr` \[m²\].
     pub area: f64,
     /// Control points and values of the functions that are not zero here.
     pub functions: Vec<(u32, f64)>,

@@ -57,7 +57,7 @@ pub struct ContactSubmodel {
     pub motion: RigidMotion,
     /// Undeformed contact points in the body's frame, as points in space \[m\].
     pub points: Vec<[f64; 3]>,
-    /// Tributary areas `w_i` [m²]; axisymmetric models carry `2πr`.
+    /// Tributary areas `w_i` \[m²\]; axisymmetric models carry `2πr`.
     pub areas: Vec<f64>,
     /// Shapes of the dynamic elastic coordinates at the points, `n_components n_points × n_q`.
     pub low: Mat<f64>,

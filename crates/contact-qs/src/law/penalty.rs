@@ -38,7 +38,7 @@ pub fn check(penalty: f64) -> Result<(), ContactError> {
 /// Penalty factor `c_p = ratio / max_i(A_ii w_i)` that makes every penalty spring at least `ratio` times stiffer than the
 /// surface under it (Eq. C.4) [N/m³].
 ///
-/// `compliance`: normal compliance of the points, `n_points × n_points` [m/N]; `areas`: tributary areas [m²].
+/// `compliance`: normal compliance of the points, `n_points × n_points` [m/N]; `areas`: tributary areas \[m²\].
 ///
 /// # Errors
 /// [`ContactError::Inconsistent`] if sizes differ or no point yields.

@@ -1,4 +1,4 @@
-//! Algorithm 1 of [A]: Newton's method with Broyden updates for `f_qs(q) = q - K⁻¹ h(q) = 0`.
+//! Algorithm 1 of \[A\]: Newton's method with Broyden updates for `f_qs(q) = q - K⁻¹ h(q) = 0`.
 //!
 //! `h = Φᵀλ`, `λ_i = <-(g⁰ + Φq)_i> / D_i` (docs/theory.md Eq. C.11): the penalty forces at the displaced points. The code
 //! follows the listing line by line; what the listing leaves open is settled so:

@@ -503,21 +503,18 @@ mod tests {
                 slip_increments(&problem, &forces, n_t, &mut w);
                 // Newton's last step of 1e-8 leaves 1e-16; round-off of the factorisation.
                 let tolerance = 1e-9;
-                for i in 0..n {
+                for (i, &bound) in bounds.iter().enumerate() {
                     let (f, w) = (pair(&forces, i, n_t), pair(&w, i, n_t));
                     let (force, slip) = (f[0].hypot(f[1]), w[0].hypot(w[1]));
                     match solver.states()[i] {
-                        PointState::Open => assert!(force <= 0.0 && bounds[i] <= 0.0),
+                        PointState::Open => assert!(force <= 0.0 && bound <= 0.0),
                         PointState::Stick => {
                             n_stick += 1;
-                            assert!(
-                                slip < tolerance && force <= bounds[i] * (1.0 + 1e-12),
-                                "{n} {n_t} {case}"
-                            );
+                            assert!(slip < tolerance && force <= bound * (1.0 + 1e-12), "{n} {n_t} {case}");
                         }
                         PointState::Slip => {
                             n_slip += 1;
-                            assert!((force - bounds[i]).abs() < 1e-12);
+                            assert!((force - bound).abs() < 1e-12);
                             // Slip against the force, in direction too.
                             let power = f[0] * w[0] + f[1] * w[1];
                             assert!(
