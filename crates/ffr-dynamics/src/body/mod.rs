@@ -4,10 +4,12 @@ pub mod assembled;
 pub mod shape_integrals;
 pub mod modal_mass;
 pub mod standard_input_data;
+pub mod damping;
 pub mod reference_frame;
 pub mod tangent_frame;
 
 pub use assembled::{AssembledBody, Dof, MassMatrix, RigidMotion};
+pub use damping::RayleighDamping;
 pub use modal_mass::ModalMass;
 pub use shape_integrals::ShapeIntegrals;
 pub use standard_input_data::{DeformedMoments, ModalDamping, StandardInputData};
