@@ -15,7 +15,11 @@ use faer::sparse::linalg::cholesky::{
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, Mat, MatMut, Par, Side};
 
+use super::wide_solve::{self, Row, WIDTH};
 use crate::DynamicsError;
+
+/// Right-hand sides from which they are solved for together by rows.
+const MIN_WIDE: usize = 4;
 
 /// Elimination order and pattern of the factor, shared by all matrices of one pattern.
 #[derive(Debug)]
@@ -113,6 +117,9 @@ pub struct CholeskyFactor {
 pub struct SolveWorkspace {
     memory: MemBuffer,
     columns: usize,
+    /// Eight right-hand sides by rows, and those of one supernode.
+    rows: Vec<Row>,
+    local: Vec<Row>,
 }
 
 impl std::fmt::Debug for SolveWorkspace {
@@ -130,7 +137,18 @@ impl CholeskyFactor {
     /// Workspace for solves with up to `columns` right-hand sides.
     pub fn workspace(&self, columns: usize) -> SolveWorkspace {
         let scratch = self.symbolic.symbolic.solve_in_place_scratch::<f64>(columns, Par::Seq);
-        SolveWorkspace { memory: MemBuffer::new(scratch), columns }
+        let is_wide = columns >= MIN_WIDE;
+        let largest = match self.symbolic.symbolic.raw() {
+            SymbolicCholeskyRaw::Supernodal(s) if is_wide => wide_solve::largest_supernode(s),
+            _ => 0,
+        };
+        let n = if largest > 0 { self.symbolic.n_unknowns() } else { 0 };
+        SolveWorkspace {
+            memory: MemBuffer::new(scratch),
+            columns,
+            rows: vec![[0.0; WIDTH]; n],
+            local: vec![[0.0; WIDTH]; largest],
+        }
     }
 
     /// Solves `A x = b` in place for all columns at once; allocates nothing.
@@ -139,12 +157,42 @@ impl CholeskyFactor {
     /// If `x` has not one row per unknown.
     pub fn solve_in_place(&self, mut x: MatMut<'_, f64>, workspace: &mut SolveWorkspace) {
         assert_eq!(x.nrows(), self.symbolic.n_unknowns(), "right-hand side and factor differ in size");
+        if x.ncols() >= MIN_WIDE && !workspace.local.is_empty() {
+            for first in (0..x.ncols()).step_by(WIDTH) {
+                let width = WIDTH.min(x.ncols() - first);
+                self.solve_wide(x.as_mut().subcols_mut(first, width), workspace);
+            }
+            return;
+        }
         let factor = LltRef::new(&self.symbolic.symbolic, &self.values);
         let n = x.ncols();
         for first in (0..n).step_by(workspace.columns.max(1)) {
             let width = workspace.columns.max(1).min(n - first);
             let part = x.as_mut().subcols_mut(first, width);
             factor.solve_in_place_with_conj(Conj::No, part, Par::Seq, MemStack::new(&mut workspace.memory));
+        }
+    }
+
+    /// Solves for up to eight columns at once, with right-hand sides by rows.
+    fn solve_wide(&self, mut x: MatMut<'_, f64>, workspace: &mut SolveWorkspace) {
+        let (SymbolicCholeskyRaw::Supernodal(supernodal), Some(perm)) =
+            (self.symbolic.symbolic.raw(), self.symbolic.symbolic.perm())
+        else {
+            unreachable!("a wide workspace belongs to a supernodal factor with an elimination order");
+        };
+        let (order, _) = perm.arrays();
+        for (row, &i) in workspace.rows.iter_mut().zip(order) {
+            *row = [0.0; WIDTH];
+            for (j, value) in row.iter_mut().enumerate().take(x.ncols()) {
+                *value = x[(i as usize, j)];
+            }
+        }
+        let factor = SupernodalLltRef::new(supernodal, &self.values);
+        wide_solve::solve(factor, &mut workspace.rows, &mut workspace.local);
+        for (row, &i) in workspace.rows.iter().zip(order) {
+            for (j, value) in row.iter().enumerate().take(x.ncols()) {
+                x[(i as usize, j)] = *value;
+            }
         }
     }
 

@@ -223,17 +223,17 @@ impl<'p, 'a> Lanczos<'p, 'a> {
         Ok(Ritz { theta, vectors, residuals })
     }
 
-    /// Ritz vectors of the first `k` pairs, n x k.
-    pub fn vectors(&self, ritz: &Ritz, k: usize) -> Mat<f64> {
-        dense::product(self.basis.as_ref().subcols(0, self.size), ritz.vectors.as_ref().subcols(0, k))
+    /// Ritz vectors of the first `k` pairs and their products with `M`, n x k each.
+    pub fn vectors(&self, ritz: &Ritz, k: usize) -> (Mat<f64>, Mat<f64>) {
+        let turn = |basis: &Mat<f64>| {
+            dense::product(basis.as_ref().subcols(0, self.size), ritz.vectors.as_ref().subcols(0, k))
+        };
+        (turn(&self.basis), turn(&self.mass_basis))
     }
 
     /// Shrinks the basis to the first `k` Ritz vectors; the next block stays (thick restart, Wu and Simon 2000).
     pub fn compress(&mut self, ritz: &Ritz, k: usize) {
-        let turn = |basis: &Mat<f64>| {
-            dense::product(basis.as_ref().subcols(0, self.size), ritz.vectors.as_ref().subcols(0, k))
-        };
-        let (kept, mass_kept) = (turn(&self.basis), turn(&self.mass_basis));
+        let (kept, mass_kept) = self.vectors(ritz, k);
         self.keep(kept.as_ref(), mass_kept.as_ref(), &ritz.theta[..k]);
     }
 

@@ -9,6 +9,7 @@ pub mod dense;
 pub mod product;
 pub mod ordering;
 mod random;
+mod wide_solve;
 pub mod factor;
 pub mod inertia;
 pub mod pencil;

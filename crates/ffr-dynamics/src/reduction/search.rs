@@ -106,7 +106,8 @@ impl<'p, 'a> Search<'p, 'a> {
         let mut last = (0, 0, 0.0);
         for recoveries in 0..MAX_RECOVERIES {
             let (ritz, gap) = self.iterate(&mut run, at_least)?;
-            let cleaned = self.clean(run.vectors(&ritz, gap.n_below + 1).as_ref())?;
+            let (x, mass_x) = run.vectors(&ritz, gap.n_below + 1);
+            let cleaned = self.clean(x.as_ref(), mass_x.as_ref())?;
             let gap = Gap { below: cleaned.lambda[gap.n_below - 1], ..gap };
             let counted = self.count(gap)?;
             let expected = counted - self.problem.n_rigid().min(counted);
@@ -183,16 +184,24 @@ impl<'p, 'a> Search<'p, 'a> {
         gaps.filter(|gap| gap.width() > SMALLEST_GAP).max_by(|a, b| a.width().total_cmp(&b.width()))
     }
 
-    /// One more multiplication and a Rayleigh-Ritz step with `K` and `M` (Eq. R.9).
-    fn clean(&self, x: MatRef<'_, f64>) -> Result<Cleaned, DynamicsError> {
-        let mut y = self.problem.mass_product(x);
+    /// One more multiplication and a Rayleigh-Ritz step (Eq. R.9); `mass_x` is `M x`.
+    ///
+    /// With `y = F M x` and `x` orthogonal to the rigid modes, `K y = M x`: the projected stiffness is `y^T M x`.
+    fn clean(&self, x: MatRef<'_, f64>, mass_x: MatRef<'_, f64>) -> Result<Cleaned, DynamicsError> {
+        let mut y = mass_x.to_owned();
         self.problem.apply_flexibility(y.as_mut());
-        let RitzStep { lambda, rotation, mass_x: mass_y } = rayleigh_ritz(self.problem, y.as_ref())?;
+        let mass_y = self.problem.mass_product(y.as_ref());
+        let (lambda, rotation) = rayleigh_ritz(y.as_ref(), mass_x, mass_y.as_ref())?;
         // The Rayleigh quotients of x and y agree to the square of the residual, so lambda serves both.
-        let error = Mat::from_fn(x.nrows(), self.n_modes, |i, j| lambda[j] * y[(i, j)] - x[(i, j)]);
-        let mass_error = self.problem.mass_product(error.as_ref());
-        let norm = |j: usize| (error.col(j).transpose() * mass_error.col(j)).max(0.0).sqrt();
-        let residual = (0..self.n_modes).map(norm).fold(0.0, f64::max);
+        let residual = (0..self.n_modes)
+            .map(|j| {
+                let terms = (0..x.nrows()).map(|i| {
+                    let error = lambda[j] * y[(i, j)] - x[(i, j)];
+                    error * (lambda[j] * mass_y[(i, j)] - mass_x[(i, j)])
+                });
+                terms.sum::<f64>().max(0.0).sqrt()
+            })
+            .fold(0.0, |a: f64, r| if r.is_nan() { r } else { a.max(r) });
         let cleaned = Cleaned {
             lambda,
             vectors: dense::product(y.as_ref(), rotation.as_ref()),
@@ -256,25 +265,19 @@ impl Gap {
     }
 }
 
-/// Outcome of a Rayleigh-Ritz step on the columns of `x`.
-struct RitzStep {
-    /// Eigenvalues in ascending order.
-    lambda: Vec<f64>,
-    /// Coefficients of the mass-orthonormal Ritz vectors.
-    rotation: Mat<f64>,
-    /// `M x`.
-    mass_x: Mat<f64>,
-}
-
-/// Eigenvalues and Ritz vectors of the stiffness in the span of `x`.
-fn rayleigh_ritz(problem: &ElasticProblem<'_>, x: MatRef<'_, f64>) -> Result<RitzStep, DynamicsError> {
-    let mut k = dense::product(x.transpose(), problem.stiffness_product(x).as_ref());
-    let mass_x = problem.mass_product(x);
-    let mut m = dense::product(x.transpose(), mass_x.as_ref());
+/// Eigenvalues, ascending, and coefficients of the mass-orthonormal Ritz vectors of the stiffness in the span of `y`, with
+/// `stiffness_y = K y` and `mass_y = M y`.
+fn rayleigh_ritz(
+    y: MatRef<'_, f64>,
+    stiffness_y: MatRef<'_, f64>,
+    mass_y: MatRef<'_, f64>,
+) -> Result<(Vec<f64>, Mat<f64>), DynamicsError> {
+    let mut k = dense::product(y.transpose(), stiffness_y);
+    let mut m = dense::product(y.transpose(), mass_y);
     // Unit diagonal first: the columns are as long as their flexibility.
-    let scale: Vec<f64> = (0..x.ncols()).map(|j| 1.0 / m[(j, j)].sqrt()).collect();
-    for j in 0..x.ncols() {
-        for i in 0..x.ncols() {
+    let scale: Vec<f64> = (0..y.ncols()).map(|j| 1.0 / m[(j, j)].sqrt()).collect();
+    for j in 0..y.ncols() {
+        for i in 0..y.ncols() {
             k[(i, j)] *= scale[i] * scale[j];
             m[(i, j)] *= scale[i] * scale[j];
         }
@@ -292,5 +295,5 @@ fn rayleigh_ritz(problem: &ElasticProblem<'_>, x: MatRef<'_, f64>) -> Result<Rit
             rotation[(i, j)] *= scale[i];
         }
     }
-    Ok(RitzStep { lambda, rotation, mass_x })
+    Ok((lambda, rotation))
 }
