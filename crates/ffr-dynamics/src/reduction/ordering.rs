@@ -118,7 +118,7 @@ impl Cutter<'_> {
     fn dissect(&mut self, nodes: &mut [u32]) {
         let best = if nodes.len() > LEAF { self.best_cut(nodes) } else { None };
         let Some(cut) = best else {
-            nodes.sort_unstable();
+            self.sweep(nodes);
             return;
         };
         self.mark(&cut.sorted, cut.at);
@@ -145,6 +145,35 @@ impl Cutter<'_> {
         separator.sort_unstable();
     }
 
+    /// Orders an undivided part so that elimination moves towards what is eliminated later: along each direction towards the
+    /// side where nodes are coupled to the outside, the direction with the clearest such side last to change.
+    ///
+    /// A sweep that starts at the far side meets the separators late, and its fronts stay small until then.
+    fn sweep(&mut self, nodes: &mut [u32]) {
+        self.mark(nodes, nodes.len());
+        let is_rim =
+            |a: u32| self.graph.of(a).iter().any(|&b| b != a && self.side[b as usize] == Side::Outside);
+        let rim: Vec<u32> = nodes.iter().copied().filter(|&a| is_rim(a)).collect();
+        self.unmark(nodes);
+        let mean = |set: &[u32], axis: usize| {
+            set.iter().map(|&a| self.anchors[a as usize][axis]).sum::<f64>() / set.len().max(1) as f64
+        };
+        let bias: [f64; 3] = std::array::from_fn(|axis| {
+            if rim.is_empty() { 0.0 } else { mean(&rim, axis) - mean(nodes, axis) }
+        });
+        let mut axes = [2, 1, 0];
+        axes.sort_by(|&a, &b| bias[b].abs().total_cmp(&bias[a].abs()));
+        let anchors = self.anchors;
+        let key = |a: u32, axis: usize| {
+            let place = anchors[a as usize][axis];
+            if bias[axis] < 0.0 { -place } else { place }
+        };
+        nodes.sort_unstable_by(|&a, &b| {
+            let along = |axis: &usize| key(a, *axis).total_cmp(&key(b, *axis));
+            axes.iter().map(along).find(|o| o.is_ne()).unwrap_or_else(|| a.cmp(&b))
+        });
+    }
+
     /// The cut with the smallest separator of the coordinate directions; breadth-first levels where there is no direction.
     fn best_cut(&mut self, nodes: &[u32]) -> Option<Cut> {
         let mut best: Option<Cut> = None;
@@ -162,7 +191,7 @@ impl Cutter<'_> {
             best = self.cut(places);
         }
         // A separator of most nodes splits nothing off: the graph is as good as full.
-        best.filter(|cut| 2 * cut.separator < nodes.len())
+        best.filter(|cut| 3 * cut.separator < nodes.len())
     }
 
     /// Cuts between two different places as near to the median as possible.
