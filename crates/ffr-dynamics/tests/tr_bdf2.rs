@@ -6,7 +6,8 @@
 use ffr_dynamics::DynamicsError;
 use ffr_dynamics::error::Rejection;
 use ffr_dynamics::integration::{
-    CrossingSearch, DenseOutput, Integrator, KinematicBlock, Method, OdeSystem, StepSettings, TrBdf2,
+    CrossingSearch, DenseOutput, Integrator, KinematicBlock, Linearisation, Method, OdeSystem, StepSettings,
+    TrBdf2,
 };
 
 fn norm(x: &[f64]) -> f64 {
@@ -106,7 +107,7 @@ fn global_error_drops_with_order_two() {
 fn error_estimate_drops_with_order_three_and_has_the_size_of_the_error() {
     // One step of the given size from the same state: the estimate against the true error.
     let omega = std::f64::consts::TAU;
-    let pairs: Vec<(f64, f64, f64)> = [0.02, 0.01, 0.005]
+    let pairs: Vec<(f64, f64, f64)> = [0.005, 0.0025, 0.00125]
         .map(|h| {
             let mut system = Given::new(2, 1.0, oscillator(omega));
             let settings = StepSettings { initial_step: Some(h), max_step: h, is_fixed: false };
@@ -120,7 +121,7 @@ fn error_estimate_drops_with_order_three_and_has_the_size_of_the_error() {
     let estimates: Vec<_> = pairs.iter().map(|p| (p.0, p.1)).collect();
     let measured = slope(&estimates);
     assert!((measured - 3.0).abs() < 0.1, "order {measured}, {pairs:?}");
-    // The third-order companion is what it is compared with: equal up to a term smaller by hω = 0.03, and the filter.
+    // The third-order companion is what it is compared with: equal up to a term smaller by hω = 0.008, and the filter.
     let (_, estimate, error) = pairs[2];
     assert!((estimate / error - 1.0).abs() < 0.1, "{pairs:?}");
 }
@@ -129,7 +130,7 @@ fn error_estimate_drops_with_order_three_and_has_the_size_of_the_error() {
 fn interpolant_has_the_order_of_the_steps_and_meets_both_ends() {
     let omega = std::f64::consts::TAU;
     let mut errors = Vec::new();
-    for n in [40.0_f64, 80.0, 160.0] {
+    for n in [160.0_f64, 320.0, 640.0] {
         let mut system = Given::new(2, 1e-9, oscillator(omega));
         let mut integrator = TrBdf2::new(StepSettings::fixed(1.0 / n), 0.0, &[0.0, omega], &system).unwrap();
         integrator.step(&mut system, 1.0).unwrap();
@@ -251,7 +252,8 @@ fn work_of_standard_problems_stays_as_recorded() {
 }
 
 /// Steps, rejections, evaluations, iterations, Jacobians, factorisations: Kepler dense and structured, van der Pol.
-const WORK: [[u64; 6]; 3] = [[0; 6]; 3];
+const WORK: [[u64; 6]; 3] =
+    [[357, 0, 1359, 1353, 1, 147], [357, 0, 1359, 1353, 1, 147], [757, 68, 3759, 3686, 24, 569]];
 
 #[test]
 fn known_kinematics_give_the_solution_of_the_dense_matrix() {
@@ -290,8 +292,8 @@ fn turning_quaternion_with_quadrature_follows_the_closed_form() {
     assert!(distance(&y[0..4], &expected) < 3e-5, "{y:?}");
     assert!((y[7] - angle).abs() < 3e-5);
     let statistics = run.statistics();
-    // The matrix knows how the quaternion turns: hardly more than one iteration a stage.
-    assert!((statistics.iterations as f64) < 2.6 * statistics.steps as f64, "{statistics:?}");
+    // The matrix knows how the quaternion turns: at most two iterations a stage, and one Jacobian for all.
+    assert!(statistics.iterations <= 4 * statistics.steps && statistics.jacobians == 1, "{statistics:?}");
 }
 
 #[test]
@@ -387,16 +389,41 @@ fn endless_refusal_ends_with_time_and_reason() {
     assert_eq!((integrator.time(), integrator.state()), (0.5, &[0.0][..]));
 }
 
+/// A rate that changes its sign with every evaluation: no implicit equation has a solution.
+struct Flipping(f64);
+
+impl OdeSystem for Flipping {
+    fn dimension(&self) -> usize {
+        1
+    }
+
+    fn rhs(&mut self, _t: f64, _y: &[f64], dydt: &mut [f64]) -> Result<(), Rejection> {
+        self.0 = -self.0;
+        dydt[0] = self.0;
+        Ok(())
+    }
+
+    fn error_norm(&self, _y0: &[f64], _y1: &[f64], error: &[f64]) -> f64 {
+        error[0].abs() / 1e-8
+    }
+
+    fn linearise(&mut self, _t: f64, _y: &[f64], derivative: &mut Linearisation) -> Result<(), Rejection> {
+        derivative.velocity_column_mut(0).fill(0.0);
+        Ok(())
+    }
+}
+
 #[test]
 fn newton_without_solution_shrinks_the_step_and_then_names_the_remedy() {
-    // A rate that jumps against the motion has no implicit solution near the jump, whatever the step.
-    let rate = |_: f64, y: &[f64], d: &mut [f64]| d[0] = if y[0] > 1.0 { -1.0 } else { 1.0 };
-    let mut system = Given::new(1, 1e-8, rate);
-    let mut integrator = TrBdf2::new(StepSettings::with_max_step(0.3), 0.0, &[0.0], &system).unwrap();
-    let error = integrator.run(&mut system, 3.0, |_, _| true).unwrap_err();
+    let mut system = Flipping(1e9);
+    let mut integrator = TrBdf2::new(StepSettings::with_max_step(0.3), 1.0, &[0.0], &system).unwrap();
+    let error = integrator.step(&mut system, 3.0).unwrap_err();
     let DynamicsError::Integration { time, reason } = &error else { panic!("{error}") };
-    assert!((time - 1.0).abs() < 1e-6, "{error}");
+    assert_eq!(*time, 1.0);
     assert!(reason.contains("Newton") && reason.contains("force that jumps"), "{reason}");
+    let statistics = integrator.statistics();
+    assert!(statistics.rejected > 10 && statistics.jacobians == 1, "{statistics:?}");
+    assert_eq!(integrator.state(), [0.0]);
 }
 
 #[test]

@@ -43,26 +43,32 @@ fn wide_spectrum() -> StandardInputData {
 
 #[test]
 fn ringing_of_high_modes_is_not_resolved() {
-    for high in [0.0, 1e-5] {
-        let mut system = system(wide_spectrum(), Vector3::zeros(), 1e-5);
+    let mut steps = Vec::new();
+    for (relative, high) in [(1e-4, 0.0), (1e-4, 1e-5), (1e-5, 0.0), (1e-5, 1e-5)] {
+        let mut system = system(wide_spectrum(), Vector3::zeros(), relative);
         let mut start = BodyState::at_rest(20);
         start.elastic = vec![high * 1e-4; 20];
         start.elastic[0] = 1e-4;
         let (y, statistics) = implicit(&mut system, &start, 0.1);
         let end = system.body_state(&y, 0);
-        // Closed form of the slow mode: phase error 1e-5 a step at worst, 150 steps.
-        let (omega, zeta) = (1e2_f64, 0.01_f64);
+        let (omega, zeta, t) = (1e2_f64, 0.01_f64, 0.1);
         let damped = omega * (1.0 - zeta * zeta).sqrt();
-        let t = 0.1;
-        let expected = 1e-4
-            * (-zeta * omega * t).exp()
-            * ((damped * t).cos() + zeta / (1.0 - zeta * zeta).sqrt() * (damped * t).sin());
-        println!("{high}: {statistics:?} {:e} {expected:e}", end.elastic[0]);
-        assert!((end.elastic[0] - expected).abs() < 2e-3 * 1e-4);
-        assert!(end.elastic[10..].iter().all(|q| q.abs() < 1e-12), "{:?}", end.elastic);
-        assert!(statistics.steps < 300, "{statistics:?}");
+        let phase = damped * t;
+        let expected = (-zeta * omega * t).exp() * (phase.cos() + zeta * omega / damped * phase.sin());
+        // The permitted error of each step, all of one sign: in a free oscillation both the phase and the energy drift.
+        let bound = relative * statistics.steps as f64;
+        assert!((end.elastic[0] / 1e-4 - expected).abs() < bound, "{relative} {high}: {}", end.elastic[0]);
+        // Modes above 1e4 rad/s, 0.1 of the resolved steps at most, have lost all but a trace of what they had.
+        assert!(end.elastic[10..].iter().all(|q| q.abs() < 1e-3 * 1e-5 * 1e-4), "{:?}", end.elastic);
+        assert_eq!(statistics.jacobians, 1, "a nearly linear motion needs one derivative");
+        steps.push(statistics.steps);
     }
+    assert_eq!(steps, RINGING_STEPS);
 }
+
+/// Steps with high modes at rest and at 1e-5 of the slow one, at the tolerances 1e-4 and 1e-5. In a norm of plain components
+/// a method of this kind needs 34 909.
+const RINGING_STEPS: [u64; 4] = [99, 112, 212, 343];
 
 #[test]
 fn tumbling_flexible_body_agrees_with_the_explicit_method() {
@@ -70,19 +76,60 @@ fn tumbling_flexible_body_agrees_with_the_explicit_method() {
         let sample = block(motion, 8);
         let start = Random(3).state(&sample.data);
         let gravity = Vector3::new(0.0, 0.0, if motion == RigidMotion::Planar { 0.0 } else { -9.81 });
-        let mut system = system(sample.data, gravity, 1e-9);
-        let (reference, _) = explicit(&mut system, &start, 2e-3);
+        let mut system = system(sample.data, gravity, 1e-10);
+        let t_end = 5e-3; // many periods of the highest mode, a good part of a radian of rotation
+        let (reference, _) = explicit(&mut system, &start, t_end);
+        let reference = system.body_state(&reference, 0);
         let before = system.state_vector(std::slice::from_ref(&start)).unwrap();
         let before = system.invariants(&before);
         let mut errors = Vec::new();
         for relative in [1e-5, 1e-6, 1e-7] {
             system.set_error_scale(ErrorScale { relative, ..ErrorScale::default() }).unwrap();
-            let (y, statistics) = implicit(&mut system, &start, 2e-3);
-            let error: f64 = y[..7].iter().zip(&reference).map(|(a, b)| (a - b).abs()).sum();
-            let loss = (before.energy() - system.invariants(&y).energy()) / before.energy();
-            println!("{motion:?} {relative:e}: {error:e} loss {loss:e} {statistics:?}");
-            errors.push(error);
-            assert!(statistics.iterations < 3 * 2 * (statistics.steps + statistics.rejected));
+            let (y, s) = implicit(&mut system, &start, t_end);
+            let (end, after) = (system.body_state(&y, 0), system.invariants(&y));
+            let turned = end.rotation.angle_to(&reference.rotation);
+            let bent: f64 = end.elastic.iter().zip(&reference.elastic).map(|(a, b)| (a - b).powi(2)).sum();
+            errors.push((s.steps as f64, (end.position - reference.position).norm() + turned, bent.sqrt()));
+            let loss = (before.energy() - after.energy()) / before.energy();
+            assert!(loss > 0.0 && loss < relative * s.steps as f64, "{motion:?} {relative}: loss {loss}");
+            // Two stages with at most two iterations; a derivative costs two evaluations for each velocity.
+            assert!(s.iterations <= 4 * (s.steps + s.rejected), "{motion:?} {relative}: {s:?}");
+            assert!(s.jacobians <= 3 && s.factorisations < s.steps / 4, "{motion:?} {relative}: {s:?}");
+        }
+        let (first, last) = (errors[0], errors[2]);
+        println!("{motion:?} {errors:?}");
+        // Order two: the square of the number of steps, within a third for the changing steps.
+        let gain = (last.0 / first.0).powi(2);
+        assert!(first.2 / last.2 > 0.67 * gain, "{motion:?}: elastic errors {errors:?}");
+        if motion == RigidMotion::Spatial {
+            assert!(first.1 / last.1 > 0.67 * gain && last.1 < 1e-6, "{motion:?}: rigid errors {errors:?}");
         }
     }
+}
+
+#[test]
+fn damped_work_and_numerical_loss_share_the_energy() {
+    // Physical damping is booked as dissipated work; what is missing beyond is the method's, and not negative.
+    let mut data = block(RigidMotion::Spatial, 8).data;
+    let damping = data.modal_stiffness.iter().map(|k| 2.0 * 0.01 * k.sqrt()).collect();
+    data.modal_damping = ModalDamping::PerMode(damping);
+    let start = Random(5).state(&data);
+    let mut system = system(data, Vector3::zeros(), 1e-6);
+    let y = system.state_vector(std::slice::from_ref(&start)).unwrap();
+    let before = system.invariants(&y).energy();
+    let mut integrator = TrBdf2::new(StepSettings::default(), 0.0, &y, &system).unwrap();
+    let mut last = 0.0;
+    integrator
+        .run(&mut system, 5e-3, |system, i| {
+            let lost = before - system.invariants(i.state()).energy();
+            let numerical = lost - system.dissipated_work(i.state());
+            // The quadrature has the error of the steps, 1e-6 each.
+            assert!(numerical > last - 1e-6 * before, "the method adds no energy: {numerical} after {last}");
+            last = numerical;
+            true
+        })
+        .unwrap();
+    let dissipated = system.dissipated_work(integrator.state());
+    println!("{last} {dissipated} {before}");
+    assert!(dissipated > 1e-3 * before && last.abs() < 1e-2 * dissipated);
 }
