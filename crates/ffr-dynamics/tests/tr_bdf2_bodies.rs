@@ -7,7 +7,7 @@ mod dynamics_support;
 
 use dynamics_support::{Random, block};
 use ffr_dynamics::body::{ModalDamping, RigidMotion, StandardInputData};
-use ffr_dynamics::integration::{DormandPrince, Statistics, StepSettings, TrBdf2};
+use ffr_dynamics::integration::{DormandPrince, Linearisation, OdeSystem, Statistics, StepSettings, TrBdf2};
 use ffr_dynamics::system::{BodyState, ErrorScale, ForceElement, FreeBodies, FreeBody};
 use nalgebra::Vector3;
 
@@ -30,6 +30,51 @@ fn explicit(system: &mut FreeBodies, start: &BodyState, t_end: f64) -> (Vec<f64>
     let mut integrator = DormandPrince::new(StepSettings::default(), 0.0, &y).unwrap();
     integrator.run(system, t_end, |_, _| true).unwrap();
     (integrator.state().to_vec(), integrator.statistics())
+}
+
+#[test]
+fn derivatives_of_a_body_agree_with_differences() {
+    for motion in [RigidMotion::Axial, RigidMotion::Planar, RigidMotion::Spatial] {
+        let mut data = block(motion, 6).data;
+        data.modal_damping =
+            ModalDamping::PerMode(data.modal_stiffness.iter().map(|k| 0.02 * k.sqrt()).collect());
+        // Undeformed, so that the inertia's dependence on the elastic coordinates, left out by intent, has little to act on:
+        // what remains is quadratic in the angular velocity, against stiffness terms of 1e7 1/s².
+        let mut start = Random(7).state(&data);
+        start.elastic.fill(0.0);
+        start.elastic_rates.fill(0.0);
+        let mut system = system(data, Vector3::zeros(), 1e-6);
+        let y = system.state_vector(std::slice::from_ref(&start)).unwrap();
+        let layout = system.layouts()[0];
+        let mut derivative = Linearisation::new(12);
+        system.linearise(0.0, &y, &mut derivative).unwrap();
+        let rows: Vec<usize> =
+            layout.velocity().chain(layout.angular_velocity()).chain(layout.elastic_rates()).collect();
+        let rates = |system: &mut FreeBodies, i: usize, step: f64| {
+            let (mut moved, mut rates) = (y.clone(), vec![0.0; y.len()]);
+            moved[i] += step;
+            system.rhs(0.0, &moved, &mut rates).unwrap();
+            rates
+        };
+        for j in 0..6 {
+            // Central differences of quadratic functions: exact but for round-off, 1e-16 / 1e-6 of terms of 1e4.
+            let components = [(layout.elastic().start + j, false), (layout.elastic_rates().start + j, true)];
+            for (i, by_rate) in components {
+                let (forth, back) = (rates(&mut system, i, 1e-6), rates(&mut system, i, -1e-6));
+                let column = if by_rate {
+                    derivative.velocity_column(6 + j)
+                } else {
+                    derivative.position_column(6 + j)
+                };
+                let scale = column.iter().map(|c| c.abs()).fold(0.0, f64::max);
+                for (c, &row) in column.iter().zip(&rows) {
+                    let difference = (forth[row] - back[row]) / 2e-6;
+                    let tolerance = if by_rate { 1e-6 } else { 1e-3 };
+                    assert!((c - difference).abs() < tolerance * scale, "{motion:?} {j}: {c} {difference}");
+                }
+            }
+        }
+    }
 }
 
 /// A block whose modes have eigenfrequencies from 1e2 to 1e6 rad/s in equal ratios, each damped by 1 %.
@@ -68,7 +113,7 @@ fn ringing_of_high_modes_is_not_resolved() {
 
 /// Steps with high modes at rest and at 1e-5 of the slow one, at the tolerances 1e-4 and 1e-5. In a norm of plain components
 /// a method of this kind needs 34 909.
-const RINGING_STEPS: [u64; 4] = [99, 112, 212, 343];
+const RINGING_STEPS: [u64; 4] = [99, 112, 212, 332];
 
 #[test]
 fn tumbling_flexible_body_agrees_with_the_explicit_method() {
@@ -97,7 +142,6 @@ fn tumbling_flexible_body_agrees_with_the_explicit_method() {
             assert!(s.jacobians <= 3 && s.factorisations < s.steps / 4, "{motion:?} {relative}: {s:?}");
         }
         let (first, last) = (errors[0], errors[2]);
-        println!("{motion:?} {errors:?}");
         // Order two: the square of the number of steps, within a third for the changing steps.
         let gain = (last.0 / first.0).powi(2);
         assert!(first.2 / last.2 > 0.67 * gain, "{motion:?}: elastic errors {errors:?}");
@@ -123,13 +167,12 @@ fn damped_work_and_numerical_loss_share_the_energy() {
         .run(&mut system, 5e-3, |system, i| {
             let lost = before - system.invariants(i.state()).energy();
             let numerical = lost - system.dissipated_work(i.state());
-            // The quadrature has the error of the steps, 1e-6 each.
+            // The work's quadrature has an error of order two of its own, 1e-6 a step at most, of either sign.
             assert!(numerical > last - 1e-6 * before, "the method adds no energy: {numerical} after {last}");
             last = numerical;
             true
         })
         .unwrap();
     let dissipated = system.dissipated_work(integrator.state());
-    println!("{last} {dissipated} {before}");
     assert!(dissipated > 1e-3 * before && last.abs() < 1e-2 * dissipated);
 }

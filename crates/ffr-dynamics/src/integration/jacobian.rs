@@ -129,7 +129,8 @@ pub struct Linearisation {
 }
 
 impl Linearisation {
-    pub(super) fn new(n: usize) -> Self {
+    /// For `n` unknowns, all derivatives unknown.
+    pub fn new(n: usize) -> Self {
         Self {
             n,
             by_position: vec![0.0; n * n],
@@ -156,12 +157,14 @@ impl Linearisation {
         &mut self.by_velocity[unknown * self.n..(unknown + 1) * self.n]
     }
 
-    pub(super) fn position_column(&self, j: usize) -> &[f64] {
-        &self.by_position[j * self.n..(j + 1) * self.n]
+    /// The column written by [`Linearisation::position_column_mut`].
+    pub fn position_column(&self, unknown: usize) -> &[f64] {
+        &self.by_position[unknown * self.n..(unknown + 1) * self.n]
     }
 
-    pub(super) fn velocity_column(&self, j: usize) -> &[f64] {
-        &self.by_velocity[j * self.n..(j + 1) * self.n]
+    /// The column written by [`Linearisation::velocity_column_mut`].
+    pub fn velocity_column(&self, unknown: usize) -> &[f64] {
+        &self.by_velocity[unknown * self.n..(unknown + 1) * self.n]
     }
 
     /// Forgets all columns, save that plain components have no positions.

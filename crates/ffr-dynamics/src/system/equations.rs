@@ -15,11 +15,11 @@ use crate::kinematics::rotation::skew;
 #[derive(Debug, Clone)]
 pub struct BodyWorkspace {
     /// `Q_j(q_e) = ∫ ρ (X + u) φ_jᵀ` at `(a n_c + b) n_q + j`.
-    moments: Vec<f64>,
+    pub(super) moments: Vec<f64>,
     /// `∫ ρ (du/dt) φ_jᵀ`, same order.
     moment_rates: Vec<f64>,
     /// Elastic rows of the inertia's rigid columns `[C_t C_r(q_e)]`.
-    coupling: Vec<[f64; 6]>,
+    pub(super) coupling: Vec<[f64; 6]>,
     /// Elastic forces, then elastic accelerations.
     elastic: Vec<f64>,
 }
@@ -38,9 +38,9 @@ pub struct Accelerations<'a> {
 }
 
 /// Rigid part of the equations: 6 x 6 inertia and right-hand side, translation first, in the body's frame.
-struct RigidPart {
-    inertia: [[f64; 6]; 6],
-    force: [f64; 6],
+pub(super) struct RigidPart {
+    pub(super) inertia: [[f64; 6]; 6],
+    pub(super) force: [f64; 6],
 }
 
 impl BodyWorkspace {
@@ -101,7 +101,7 @@ impl BodyWorkspace {
     }
 
     /// Rigid part of a body that does not turn.
-    fn translating(
+    pub(super) fn translating(
         &mut self,
         data: &StandardInputData,
         state: &BodyState,
@@ -119,7 +119,7 @@ impl BodyWorkspace {
     }
 
     /// Rigid part of a body that turns; subtracts centrifugal and Coriolis forces from the elastic ones (Eq. D.8).
-    fn turning(
+    pub(super) fn turning(
         &mut self,
         data: &StandardInputData,
         state: &BodyState,
@@ -205,7 +205,7 @@ impl BodyWorkspace {
     }
 
     /// Schur complement of the elastic unknowns, whose mass matrix is the identity (Eq. D.10).
-    fn eliminate_elastic(&self, rigid: &mut RigidPart) {
+    pub(super) fn eliminate_elastic(&self, rigid: &mut RigidPart) {
         for (row, f) in self.coupling.iter().zip(&self.elastic) {
             for i in 0..6 {
                 rigid.force[i] -= row[i] * f;
@@ -246,7 +246,13 @@ pub fn active_directions(motion: RigidMotion) -> &'static [usize] {
 
 /// Cholesky solution for the active directions; the accelerations replace `force`, the others are set to zero.
 fn solve_active(rigid: &mut RigidPart, active: &[usize]) -> Result<(), Rejection> {
-    let RigidPart { inertia: l, force: x } = rigid;
+    factor_active(&mut rigid.inertia, active)?;
+    substitute_active(&rigid.inertia, &mut rigid.force, active);
+    Ok(())
+}
+
+/// Replaces the lower triangle of the active directions by its Cholesky factor.
+pub(super) fn factor_active(l: &mut [[f64; 6]; 6], active: &[usize]) -> Result<(), Rejection> {
     for (k, &i) in active.iter().enumerate() {
         let scale = l[i][i];
         for (p, &j) in active[..=k].iter().enumerate() {
@@ -266,6 +272,11 @@ fn solve_active(rigid: &mut RigidPart, active: &[usize]) -> Result<(), Rejection
             }
         }
     }
+    Ok(())
+}
+
+/// Replaces `x` by the solution with the factor `l`, zero in directions that are not active.
+pub(super) fn substitute_active(l: &[[f64; 6]; 6], x: &mut [f64; 6], active: &[usize]) {
     let mut solution = [0.0; 6];
     for (k, &i) in active.iter().enumerate() {
         let sum: f64 = active[..k].iter().map(|&c| l[i][c] * solution[c]).sum();
@@ -276,5 +287,4 @@ fn solve_active(rigid: &mut RigidPart, active: &[usize]) -> Result<(), Rejection
         solution[i] = (solution[i] - sum) / l[i][i];
     }
     *x = solution;
-    Ok(())
 }

@@ -11,7 +11,7 @@ use super::force::{BodyState, ForceElement, GeneralisedForce};
 use super::layout::BodyLayout;
 use crate::body::{ModalDamping, RigidMotion, StandardInputData};
 use crate::error::{DynamicsError, Rejection};
-use crate::integration::{KinematicBlock, OdeSystem};
+use crate::integration::{KinematicBlock, Linearisation, OdeSystem};
 use crate::invariants::{Invariants, centre_of_mass};
 use crate::kinematics::rotation::{quaternion_rate, renormalise};
 
@@ -284,6 +284,24 @@ impl<F: ForceElement> OdeSystem for FreeBodies<F> {
 
     fn kinematics(&self) -> Vec<KinematicBlock> {
         self.layouts.iter().flat_map(BodyLayout::kinematics).collect()
+    }
+
+    fn linearise(&mut self, t: f64, y: &[f64], derivative: &mut Linearisation) -> Result<(), Rejection> {
+        self.evaluate_forces(t, y)?;
+        if !self.forces.iter().all(ForceElement::is_idle) {
+            return Ok(()); // forces couple everything: differences find out how
+        }
+        let mut first = 0;
+        for (i, layout) in self.layouts.iter().enumerate() {
+            let (data, state) = (&self.bodies[i].data, &self.states[i]);
+            for j in first..first + 3 {
+                derivative.position_column_mut(j).fill(0.0);
+                derivative.velocity_column_mut(j).fill(0.0);
+            }
+            self.workspaces[i].linearise(data, state, first, derivative)?;
+            first += 6 + layout.n_modes;
+        }
+        Ok(())
     }
 
     fn project(&mut self, y: &mut [f64]) -> bool {
