@@ -119,12 +119,20 @@ const RINGING_STEPS: [u64; 4] = [99, 112, 212, 332];
 fn tumbling_flexible_body_agrees_with_the_explicit_method() {
     for motion in [RigidMotion::Axial, RigidMotion::Planar, RigidMotion::Spatial] {
         let sample = block(motion, 8);
-        let start = Random(3).state(&sample.data);
+        let mut start = Random(3).state(&sample.data);
+        start.angular_velocity *= 20.0;
         let gravity = Vector3::new(0.0, 0.0, if motion == RigidMotion::Planar { 0.0 } else { -9.81 });
         let mut system = system(sample.data, gravity, 1e-10);
-        let t_end = 5e-3; // many periods of the highest mode, a good part of a radian of rotation
+        let t_end = 1e-2;
         let (reference, _) = explicit(&mut system, &start, t_end);
         let reference = system.body_state(&reference, 0);
+        if motion == RigidMotion::Spatial {
+            assert!(
+                reference.rotation.angle_to(&start.rotation) > 1.0,
+                "a large rotation: {:?}",
+                reference.rotation.angle_to(&start.rotation)
+            );
+        }
         let before = system.state_vector(std::slice::from_ref(&start)).unwrap();
         let before = system.invariants(&before);
         let mut errors = Vec::new();
@@ -139,7 +147,8 @@ fn tumbling_flexible_body_agrees_with_the_explicit_method() {
             assert!(loss > 0.0 && loss < relative * s.steps as f64, "{motion:?} {relative}: loss {loss}");
             // Two stages with at most two iterations; a derivative costs two evaluations for each velocity.
             assert!(s.iterations <= 4 * (s.steps + s.rejected), "{motion:?} {relative}: {s:?}");
-            assert!(s.jacobians <= 3 && s.factorisations < s.steps / 4, "{motion:?} {relative}: {s:?}");
+            // Steps follow the vibration up and down; still most of them keep their size and their factors.
+            assert!(s.jacobians <= 3 && s.factorisations < s.steps / 2, "{motion:?} {relative}: {s:?}");
         }
         let (first, last) = (errors[0], errors[2]);
         // Order two: the square of the number of steps, within a third for the changing steps.
