@@ -52,6 +52,15 @@ impl ModalDamping {
         }
         power
     }
+
+    /// Subtracts column `j` of `D_e` from `forces`.
+    pub fn subtract_column(&self, j: usize, forces: &mut [f64]) {
+        match self {
+            Self::None => {}
+            Self::PerMode(coefficients) => forces[j] -= coefficients[j],
+            Self::Full(matrix) => forces.iter_mut().enumerate().for_each(|(i, f)| *f -= matrix[(i, j)]),
+        }
+    }
 }
 
 /// A body as the equations of motion see it. Vectors and matrices are expressed in the body's reference frame.

@@ -15,11 +15,11 @@ use crate::kinematics::rotation::skew;
 #[derive(Debug, Clone)]
 pub struct BodyWorkspace {
     /// `Q_j(q_e) = ∫ ρ (X + u) φ_jᵀ` at `(a n_c + b) n_q + j`.
-    moments: Vec<f64>,
+    pub(super) moments: Vec<f64>,
     /// `∫ ρ (du/dt) φ_jᵀ`, same order.
     moment_rates: Vec<f64>,
     /// Elastic rows of the inertia's rigid columns `[C_t C_r(q_e)]`.
-    coupling: Vec<[f64; 6]>,
+    pub(super) coupling: Vec<[f64; 6]>,
     /// Elastic forces, then elastic accelerations.
     elastic: Vec<f64>,
 }
@@ -122,7 +122,7 @@ impl BodyWorkspace {
     }
 
     /// Rigid part of a body that does not turn.
-    fn translating(
+    pub(super) fn translating(
         &mut self,
         data: &StandardInputData,
         state: &BodyState,
@@ -140,7 +140,7 @@ impl BodyWorkspace {
     }
 
     /// Rigid part of a body that turns; subtracts centrifugal and Coriolis forces from the elastic ones (Eq. D.8).
-    fn turning(
+    pub(super) fn turning(
         &mut self,
         data: &StandardInputData,
         state: &BodyState,
@@ -226,7 +226,7 @@ impl BodyWorkspace {
     }
 
     /// Schur complement of the elastic unknowns, whose mass matrix has become the identity (Eq. D.10).
-    fn eliminate_elastic(&self, rigid: &mut RigidPart) {
+    pub(super) fn eliminate_elastic(&self, rigid: &mut RigidPart) {
         for (row, f) in self.coupling.iter().zip(&self.elastic) {
             for i in 0..6 {
                 rigid.force[i] -= row[i] * f;
@@ -267,7 +267,13 @@ pub fn active_directions(motion: RigidMotion) -> &'static [usize] {
 
 /// Cholesky solution for the active directions; the accelerations replace `force`, the others are set to zero.
 fn solve_active(rigid: &mut RigidPart, active: &[usize]) -> Result<(), Rejection> {
-    let RigidPart { inertia: l, force: x } = rigid;
+    factor_active(&mut rigid.inertia, active)?;
+    substitute_active(&rigid.inertia, &mut rigid.force, active);
+    Ok(())
+}
+
+/// Replaces the lower triangle of the active directions by its Cholesky factor.
+pub(super) fn factor_active(l: &mut [[f64; 6]; 6], active: &[usize]) -> Result<(), Rejection> {
     for (k, &i) in active.iter().enumerate() {
         let scale = l[i][i];
         for (p, &j) in active[..=k].iter().enumerate() {
@@ -287,6 +293,11 @@ fn solve_active(rigid: &mut RigidPart, active: &[usize]) -> Result<(), Rejection
             }
         }
     }
+    Ok(())
+}
+
+/// Replaces `x` by the solution with the factor `l`, zero in directions that are not active.
+pub(super) fn substitute_active(l: &[[f64; 6]; 6], x: &mut [f64; 6], active: &[usize]) {
     let mut solution = [0.0; 6];
     for (k, &i) in active.iter().enumerate() {
         let sum: f64 = active[..k].iter().map(|&c| l[i][c] * solution[c]).sum();
@@ -297,5 +308,4 @@ fn solve_active(rigid: &mut RigidPart, active: &[usize]) -> Result<(), Rejection
         solution[i] = (solution[i] - sum) / l[i][i];
     }
     *x = solution;
-    Ok(())
 }

@@ -98,12 +98,39 @@ impl BodyScale {
         error: &[f64],
         speed: f64,
     ) -> f64 {
-        let elastic = modal_sum(data, &error[layout.elastic()], &error[layout.elastic_rates()]) / self.mass;
+        self.error_size(data, layout, error, self.position_rate(speed), f64::INFINITY)
+    }
+
+    /// [`BodyScale::error_speed`], but with elastic errors above the rate of positions counted as positions (Eq. T.18).
+    pub(super) fn damped_error_speed(
+        &self,
+        data: &StandardInputData,
+        layout: &BodyLayout,
+        error: &[f64],
+        speed: f64,
+    ) -> f64 {
+        let rate = self.position_rate(speed);
+        self.error_size(data, layout, error, rate, rate)
+    }
+
+    /// A position error is worth the velocity that covers it in the time scale of the body's own vibration [1/s].
+    fn position_rate(&self, speed: f64) -> f64 {
+        if self.radius > 0.0 { self.lowest.max(speed / (LENGTH_SHARE * self.radius)) } else { self.lowest }
+    }
+
+    /// Size of `error` with `rate` for positions and elastic energies cut at the frequency `highest`.
+    fn error_size(
+        &self,
+        data: &StandardInputData,
+        layout: &BodyLayout,
+        error: &[f64],
+        rate: f64,
+        highest: f64,
+    ) -> f64 {
+        let (q, v) = (&error[layout.elastic()], &error[layout.elastic_rates()]);
+        let elastic = cut_modal_sum(data, q, v, highest * highest) / self.mass;
         let translation = norm(&error[layout.velocity()]);
         let rotation = self.radius * norm(&error[layout.angular_velocity()]);
-        // A position error is worth the velocity that covers it in the time scale of the body's own vibration.
-        let mut rate = speed / (LENGTH_SHARE * self.radius).max(f64::MIN_POSITIVE);
-        rate = if self.radius > 0.0 { rate.max(self.lowest) } else { self.lowest };
         let position = rate * norm(&error[layout.position()]);
         let angle = rate * self.radius * 2.0 * norm(&error[layout.rotation()]);
         (elastic + translation * translation + rotation * rotation + position * position + angle * angle)
@@ -115,6 +142,12 @@ impl BodyScale {
 fn modal_sum(data: &StandardInputData, coordinates: &[f64], rates: &[f64]) -> f64 {
     let terms = data.modal_stiffness.iter().zip(coordinates);
     terms.map(|(k, q)| k * q * q).sum::<f64>() + data.modal_mass.square(rates)
+}
+
+/// The same, a mode of squared frequency above `highest` counted for `highest / ω_j²` of it.
+fn cut_modal_sum(data: &StandardInputData, coordinates: &[f64], rates: &[f64], highest: f64) -> f64 {
+    let terms = data.modal_stiffness.iter().zip(coordinates).zip(rates);
+    terms.map(|((k, q), rate)| (k * q * q + rate * rate) * (highest / k).min(1.0)).sum()
 }
 
 fn norm(x: &[f64]) -> f64 {

@@ -2,6 +2,7 @@
 
 pub mod force;
 pub mod equations;
+mod body_derivative;
 pub mod layout;
 pub mod error_scale;
 pub mod free_bodies;
