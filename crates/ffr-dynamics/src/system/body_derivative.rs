@@ -35,6 +35,7 @@ impl BodyWorkspace {
         } else {
             self.translating(data, state, &none)
         };
+        data.modal_mass.whiten(&mut self.elastic, &mut self.coupling);
         self.eliminate_elastic(&mut rigid);
         let active = active_directions(data.motion);
         factor_active(&mut rigid.inertia, active)?;
@@ -49,6 +50,7 @@ impl BodyWorkspace {
                 let column = &mut column[first..first + 6 + n_q];
                 let (to_rigid, elastic) = column.split_at_mut(6);
                 rigid.force = self.elastic_change(data, state, j, by_rate, elastic);
+                data.modal_mass.whiten_forces(elastic);
                 for (row, f) in self.coupling.iter().zip(&*elastic) {
                     rigid.force.iter_mut().zip(row).for_each(|(r, c)| *r -= c * f);
                 }
@@ -56,6 +58,7 @@ impl BodyWorkspace {
                 for (f, row) in elastic.iter_mut().zip(&self.coupling) {
                     *f -= row.iter().zip(&rigid.force).map(|(c, a)| c * a).sum::<f64>();
                 }
+                data.modal_mass.unwhiten(elastic);
                 let [x, y, z, alpha @ ..] = rigid.force;
                 to_rigid[..3].copy_from_slice((state.rotation * Vector3::new(x, y, z)).as_slice());
                 to_rigid[3..].copy_from_slice(&alpha);
@@ -64,8 +67,9 @@ impl BodyWorkspace {
         Ok(())
     }
 
-    /// Change of the forces with elastic coordinate `j` or its rate: elastic ones into `elastic`, rigid ones returned.
-    fn elastic_change(
+    /// Change of the forces with elastic coordinate `j` or its rate, at the moments of the last evaluation: elastic ones are
+    /// added to `elastic`, rigid ones returned, in body axes.
+    pub(super) fn elastic_change(
         &self,
         data: &StandardInputData,
         state: &BodyState,

@@ -21,7 +21,7 @@ pub struct BodyWorkspace {
     /// Elastic rows of the inertia's rigid columns `[C_t C_r(q_e)]`.
     pub(super) coupling: Vec<[f64; 6]>,
     /// Elastic forces, then elastic accelerations.
-    elastic: Vec<f64>,
+    pub(super) elastic: Vec<f64>,
 }
 
 /// Accelerations of one body.
@@ -243,7 +243,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// Lower triangle of `[m E, -s~; s~, I]`.
-fn rigid_inertia(mass: f64, mass_moment: &Vector3<f64>, inertia: &Matrix3<f64>) -> [[f64; 6]; 6] {
+pub(super) fn rigid_inertia(mass: f64, mass_moment: &Vector3<f64>, inertia: &Matrix3<f64>) -> [[f64; 6]; 6] {
     let s = skew(mass_moment);
     let mut matrix = [[0.0; 6]; 6];
     for i in 0..3 {

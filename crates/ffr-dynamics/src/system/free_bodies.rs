@@ -57,7 +57,7 @@ impl<F: ForceElement> FreeBodies<F> {
             layouts.push(layout);
         }
         Ok(Self {
-            scales: bodies.iter().map(|b| BodyScale::new(&b.data)).collect(),
+            scales: bodies.iter().map(|b| BodyScale::new(&b.data)).collect::<Result<_, _>>()?,
             states: bodies.iter().map(|b| BodyState::at_rest(b.data.n_modes())).collect(),
             sums: bodies.iter().map(|b| GeneralisedForce::zeros(b.data.n_modes())).collect(),
             workspaces: bodies.iter().map(|b| BodyWorkspace::new(&b.data)).collect(),
@@ -110,8 +110,7 @@ impl<F: ForceElement> FreeBodies<F> {
 
     /// Highest eigenfrequency of all elastic coordinates, 0 if all bodies are rigid \[Hz\].
     pub fn highest_frequency(&self) -> f64 {
-        let stiffest = self.bodies.iter().flat_map(|b| &b.data.modal_stiffness).copied().fold(0.0, f64::max);
-        stiffest.sqrt() / std::f64::consts::TAU
+        self.scales.iter().map(BodyScale::highest_squared).fold(0.0, f64::max).sqrt() / std::f64::consts::TAU
     }
 
     /// State vector of bodies in motion, with quadratures at zero.
@@ -260,14 +259,12 @@ impl<F: ForceElement> OdeSystem for FreeBodies<F> {
     }
 
     fn error_norm(&self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
-        self.largest_error(y0, y1, |i, speed| {
-            self.scales[i].error_speed(&self.bodies[i].data, &self.layouts[i], error, speed)
-        })
+        self.largest_error(y0, y1, |i, speed| self.scales[i].error_speed(&self.layouts[i], y1, error, speed))
     }
 
     fn damped_error_norm(&self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
         self.largest_error(y0, y1, |i, speed| {
-            self.scales[i].damped_error_speed(&self.bodies[i].data, &self.layouts[i], error, speed)
+            self.scales[i].damped_error_speed(&self.layouts[i], y1, error, speed)
         })
     }
 
