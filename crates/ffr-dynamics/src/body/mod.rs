@@ -6,8 +6,10 @@ pub mod modal_mass;
 pub mod standard_input_data;
 pub mod reference_frame;
 pub mod tangent_frame;
+pub mod geometric_stiffening;
 
 pub use assembled::{AssembledBody, Dof, MassMatrix, RigidMotion};
+pub use geometric_stiffening::GeometricStiffening;
 pub use modal_mass::ModalMass;
 pub use shape_integrals::ShapeIntegrals;
 pub use standard_input_data::{DeformedMoments, ModalDamping, StandardInputData};

@@ -102,6 +102,10 @@ impl BodyWorkspace {
             moment[(a, b)] = self.moments[start + j];
             let shapes = &data.shape_shape[j * size + start..j * size + start + n_q];
             elastic.iter_mut().zip(shapes).for_each(|(f, p)| *f -= weights[(a, b)] * p);
+            if let Some(g) = data.foreshortening.as_ref().filter(|_| !by_rate) {
+                let bent = &g.position[j * size + start..j * size + start + n_q];
+                elastic.iter_mut().zip(bent).for_each(|(f, p)| *f -= weights[(a, b)] * p);
+            }
         }
         rigid[..3].copy_from_slice((-force).as_slice());
         if by_rate {
