@@ -125,19 +125,25 @@ impl Interval {
         interval
     }
 
-    /// Whether a point lies in an element at an end of the interval that is not an end of the body's surface.
-    fn is_on_rim(&self, body: &ElasticBody, patch: usize, face: &Face, xi: &[f64; 3]) -> bool {
-        let knots = body.shape.patches[patch].knots();
-        face.directions().any(|d| {
-            let k = &knots[d];
-            let inside = |u: f64| k.element(k.find_element(u));
-            let (first_end, last_start) = (
-                inside(self.lower[d] + 2.0 * self.slack[d]).1,
-                inside(self.upper[d] - 2.0 * self.slack[d]).0,
-            );
-            (!self.is_natural_end[d][0] && xi[d] < first_end - self.slack[d])
-                || (!self.is_natural_end[d][1] && xi[d] > last_start + self.slack[d])
-        })
+    /// Range of parameters without the rim: without the closed elements at ends of the interval that are no ends of the
+    /// body's surface, and without the outermost of `points` there. Beyond the interval nothing is watched, so that contact
+    /// must not reach its last point.
+    fn without_rim(&self, body: &ElasticBody, face: &Face, points: &[CollocationPoint]) -> [[f64; 2]; 3] {
+        let knots = body.shape.patches[face.id.patch].knots();
+        let mut range = [[f64::NEG_INFINITY, f64::INFINITY]; 3];
+        for d in face.directions() {
+            let element = |u: f64| knots[d].element(knots[d].find_element(u));
+            let parameters = || points.iter().map(|p| p.xi[d]);
+            if !self.is_natural_end[d][0] {
+                let end = element(self.lower[d] + 2.0 * self.slack[d]).1;
+                range[d][0] = end.max(parameters().fold(f64::INFINITY, f64::min)) + self.slack[d];
+            }
+            if !self.is_natural_end[d][1] {
+                let start = element(self.upper[d] - 2.0 * self.slack[d]).0;
+                range[d][1] = start.min(parameters().fold(f64::NEG_INFINITY, f64::max)) - self.slack[d];
+            }
+        }
+        range
     }
 }
 
@@ -173,13 +179,15 @@ fn collocate(body: &ElasticBody, face: &Face, interval: &Interval, rule: PointRu
         Model::PlaneStrain { thickness } | Model::PlaneStress { thickness } => thickness,
         Model::Axisymmetric | Model::Solid => 1.0,
     };
-    all.into_iter()
-        .filter(|p| interval.contains(&p.xi))
+    let inside: Vec<CollocationPoint> = all.into_iter().filter(|p| interval.contains(&p.xi)).collect();
+    let inner = interval.without_rim(body, face, &inside);
+    inside
+        .into_iter()
         .map(|p| SurfacePoint {
             position: p.point,
             area: p.area * thickness,
             functions: body.functions_at(p.element, &p.xi),
-            on_rim: interval.is_on_rim(body, face.id.patch, face, &p.xi),
+            on_rim: inner.iter().zip(&p.xi).any(|([first, last], xi)| xi < first || xi > last),
         })
         .collect()
 }

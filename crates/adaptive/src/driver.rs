@@ -44,6 +44,8 @@ pub struct Driver<'a> {
     sample: Sample,
     interpolated: Vec<f64>,
     impact_step: f64,
+    /// Potential of gravity at the start, from which it is counted \[J\].
+    gravity_datum: f64,
     n_phases: u32,
     n_impacts: u32,
     next_output: f64,
@@ -77,6 +79,7 @@ impl<'a> Driver<'a> {
         let integrator = DormandPrince::new(StepSettings::with_max_step(settings.free.max_step), 0.0, &y)
             .map_err(AdaptiveError::Dynamics)?;
         let crossing = CrossingSearch::new(y.len(), EVENT_TOLERANCE * impact_step, EVENT_SAMPLES);
+        let gravity_datum = model.system.invariants(&y).gravity;
         Ok(Self {
             watches: vec![ImpactWatch::default(); model.system.forces().len()],
             states: model.initial.clone(),
@@ -91,6 +94,7 @@ impl<'a> Driver<'a> {
             integrator,
             crossing,
             impact_step,
+            gravity_datum,
         })
     }
 
@@ -135,7 +139,7 @@ impl<'a> Driver<'a> {
         self.model.system.set_error_scale(scale).map_err(AdaptiveError::Dynamics)
     }
 
-    /// Whether a contact is closed at the start and not opening.
+    /// Whether a contact is closed, or open by no more than round-off.
     fn is_touching(&mut self) -> bool {
         let y = self.integrator.state();
         (0..self.model.system.forces().len()).any(|i| {
@@ -160,7 +164,9 @@ impl<'a> Driver<'a> {
             if let Some(crossing) = closing {
                 self.integrator.interpolate(crossing.before, &mut self.interpolated);
                 self.integrator.restart(crossing.before, &self.interpolated);
-                self.store()?;
+                if self.sample.time < crossing.before {
+                    self.store()?;
+                }
                 return Ok(false);
             }
             if self.observer.progress(step.end, step.end - step.start, PhaseKind::Free) == Continue::Interrupt
@@ -188,7 +194,7 @@ impl<'a> Driver<'a> {
                 .integrator
                 .step(&mut self.model.system, self.settings.end_time)
                 .map_err(AdaptiveError::Dynamics)?;
-            self.store()?;
+            self.store_step()?;
             self.watch(Some(step.end))?;
             for (most, contact) in most_active.iter_mut().zip(&self.sample.contacts) {
                 *most = (*most).max(contact.active_points);
@@ -216,13 +222,14 @@ impl<'a> Driver<'a> {
         Ok(is_interrupted)
     }
 
-    /// Whether every gap is open and wider than before the last step.
+    /// Whether every gap is open, and those of the contacts that touched in this phase are wider than before the last step.
+    /// A contact that a body flies towards, away from another one, is left to the free phase.
     fn is_separating(&mut self) -> bool {
-        let (system, states) = (&self.model.system, &mut self.states);
+        let (system, states, watches) = (&self.model.system, &mut self.states, &self.watches);
         let (before, now) = (self.integrator.previous_state(), self.integrator.state());
-        (0..system.forces().len()).all(|i| {
+        watches.iter().enumerate().all(|(i, watch)| {
             let gap = smallest_gap(system, states, now, i);
-            gap > 0.0 && gap > smallest_gap(system, states, before, i)
+            gap > 0.0 && (!watch.is_running() || gap > smallest_gap(system, states, before, i))
         })
     }
 
@@ -310,8 +317,8 @@ impl<'a> Driver<'a> {
     fn store_until(&mut self, t: f64) -> Result<(), AdaptiveError> {
         while self.next_output <= t {
             self.integrator.interpolate(self.next_output, &mut self.interpolated);
-            let Self { model, observer, sample, n_phases, next_output, interpolated, .. } = self;
-            record(model, *observer, *n_phases, *next_output, interpolated, sample)?;
+            self.evaluate(self.next_output)?;
+            self.report(self.next_output)?;
             self.next_output += self.settings.free_interval;
         }
         Ok(())
@@ -319,24 +326,31 @@ impl<'a> Driver<'a> {
 
     /// Stores the present state.
     fn store(&mut self) -> Result<(), AdaptiveError> {
-        let Self { model, observer, sample, n_phases, integrator, .. } = self;
-        record(model, *observer, *n_phases, integrator.time(), integrator.state(), sample)
+        self.interpolated.copy_from_slice(self.integrator.state());
+        self.evaluate(self.integrator.time())?;
+        self.report(self.integrator.time())
     }
-}
 
-/// Reports the state `y` at time `t` to the observer.
-fn record(
-    model: &mut RunModel,
-    observer: &mut dyn Observer,
-    phase: u32,
-    t: f64,
-    y: &[f64],
-    sample: &mut Sample,
-) -> Result<(), AdaptiveError> {
-    let RunModel { system, points, .. } = model;
-    fill_sample(system, points, t, y, phase, sample)
-        .map_err(|r| AdaptiveError::Dynamics(DynamicsError::Integration { time: t, reason: r.reason }))?;
-    Ok(observer.sample(sample)?)
+    /// Stores the state at the end of the step just accepted, which the forces were evaluated at last.
+    fn store_step(&mut self) -> Result<(), AdaptiveError> {
+        self.interpolated.copy_from_slice(self.integrator.state());
+        self.report(self.integrator.time())
+    }
+
+    /// Evaluates the forces in the state `interpolated` at time `t`.
+    fn evaluate(&mut self, t: f64) -> Result<(), AdaptiveError> {
+        let outcome = self.model.system.evaluate_forces(t, &self.interpolated);
+        outcome.map_err(|r| AdaptiveError::Dynamics(DynamicsError::Integration { time: t, reason: r.reason }))
+    }
+
+    /// Reports the state `interpolated` at time `t`, which the forces were evaluated at last.
+    fn report(&mut self, t: f64) -> Result<(), AdaptiveError> {
+        let RunModel { system, points, .. } = &mut *self.model;
+        fill_sample(system, points, &self.interpolated, &mut self.sample);
+        (self.sample.time, self.sample.phase) = (t, self.n_phases);
+        self.sample.energies.gravity -= self.gravity_datum;
+        Ok(self.observer.sample(&self.sample)?)
+    }
 }
 
 /// Smallest gap of contact `i` in the state `y` \[m\].

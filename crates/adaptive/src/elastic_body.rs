@@ -3,7 +3,7 @@
 use contact_qs::points::DofLookup;
 use faer::{Mat, MatRef};
 use ffr_dynamics::DynamicsError;
-use ffr_dynamics::body::{AssembledBody, Dof, MassMatrix, RigidMotion, StandardInputData};
+use ffr_dynamics::body::{AssembledBody, Dof, MassMatrix, RayleighDamping, RigidMotion, StandardInputData};
 use ffr_dynamics::kinematics::marker::FlexiblePoint;
 use ffr_dynamics::reduction::compliance::ResidualFlexibility;
 use ffr_dynamics::reduction::craig_bampton::{FixedInterfaceModes, craig_bampton};
@@ -130,7 +130,8 @@ impl ElasticBody {
                 (craig_bampton(body, &interface.unknowns, modes, count)?.basis, None)
             }
         };
-        if let Some((fewer, more)) = basis.multiplet {
+        // Twist-free modes about an axis are simple: frequencies that happen to lie close together are no group.
+        if let (Some((fewer, more)), false) = (basis.multiplet, body.motion == RigidMotion::Axial) {
             warn!(
                 body = self.spec.name,
                 "{} modes cut through a group of equal frequencies, which loses energy when models change; {fewer} or {more} modes do not",
@@ -138,7 +139,10 @@ impl ElasticBody {
             );
         }
         let stiffness: Vec<f64> = basis.omega.iter().map(|w| w * w).collect();
-        let data = StandardInputData::new(body, basis.shapes.as_ref(), &stiffness)?;
+        let mut data = StandardInputData::new(body, basis.shapes.as_ref(), &stiffness)?;
+        if let Some((frequencies, ratio)) = self.spec.damping {
+            data.modal_damping = RayleighDamping::from_frequencies(frequencies, ratio)?.modal(&stiffness);
+        }
         Ok(ReducedBody { basis, residual, data })
     }
 

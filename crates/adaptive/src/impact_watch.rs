@@ -110,10 +110,10 @@ impl ImpactWatch {
     }
 }
 
-/// Top of the parabola through three instants whose middle one is the highest; the middle one otherwise.
+/// Top of the parabola through three instants none of which is higher than the middle one; the middle one otherwise.
 fn parabola_top(a: &ContactInstant, b: &ContactInstant, c: &ContactInstant) -> (f64, f64) {
-    let is_top = b.force >= a.force && b.force >= c.force && b.force > a.force.min(c.force);
-    if !is_top {
+    // Two equal instants have the top between them; three equal ones have no parabola.
+    if b.force < a.force || b.force < c.force || b.force <= a.force.min(c.force) {
         return (b.time, b.force);
     }
     let (left, right) = (b.time - a.time, c.time - b.time);

@@ -76,21 +76,9 @@ pub struct ObservedPoint {
 /// The system of a run.
 pub type System = FreeBodies<TimedContact>;
 
-/// Fills `sample` with everything recorded at time `t` in the state `y`.
-///
-/// # Errors
-/// [`Rejection`] if a contact cannot be evaluated there.
-pub fn fill_sample(
-    system: &mut System,
-    points: &[ObservedPoint],
-    t: f64,
-    y: &[f64],
-    phase: u32,
-    sample: &mut Sample,
-) -> Result<(), Rejection> {
-    system.evaluate_forces(t, y)?;
-    sample.time = t;
-    sample.phase = phase;
+/// Fills `sample` with everything recorded in the state `y`, which the forces were evaluated at last; time and phase are
+/// left to the caller, and the potential of gravity is that about the inertial origin.
+pub fn fill_sample(system: &mut System, points: &[ObservedPoint], y: &[f64], sample: &mut Sample) {
     let invariants = system.invariants(y);
     sample.energies = Energies {
         kinetic: invariants.kinetic,
@@ -127,7 +115,6 @@ pub fn fill_sample(
         position: p.point.position(&states[p.body]).into(),
         velocity: p.point.velocity(&states[p.body]).into(),
     }));
-    Ok(())
 }
 
 fn fill_body(state: &BodyState, centre_of_mass: Vector3<f64>, slot: &mut BodySample) {

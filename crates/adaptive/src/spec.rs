@@ -90,6 +90,8 @@ pub struct ElasticBodySpec {
     pub discretisation: DiscretisationSpec,
     /// Reduced basis.
     pub reduction: ReductionSpec,
+    /// Rayleigh damping: two frequencies \[Hz\] and the damping ratio at both.
+    pub damping: Option<([f64; 2], f64)>,
     /// Motion at the start.
     pub motion: InitialMotion,
 }

@@ -2,7 +2,7 @@
 
 use contact_qs::quasistatic::{BroydenSettings, Method};
 use contact_qs::submodel::SparseRows;
-use contact_qs::{ContactSubmodel, Plane, PlaneContact, PlaneContactSettings};
+use contact_qs::{ContactSubmodel, Friction, Plane, PlaneContact, PlaneContactSettings};
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::force::{BodyState, ForceElement, GeneralisedForce};
@@ -17,8 +17,11 @@ fn main() {
 /// A square patch of points on a body of 10 mm radius of curvature; compliance falls off with the distance.
 fn contact(n: usize, motion: RigidMotion, method: Method) -> PlaneContact {
     let side = (n as f64).sqrt().ceil() as usize;
+    // Plane models have their points in a row.
+    let side = if motion == RigidMotion::Planar { n } else { side };
     let spacing = 4e-4 / side as f64;
-    let place = |i: usize| [(i % side) as f64 * spacing - 2e-4, (i / side) as f64 * spacing - 2e-4];
+    let across = if motion == RigidMotion::Planar { 0.0 } else { 2e-4 };
+    let place = |i: usize| [(i % side) as f64 * spacing - 2e-4, (i / side) as f64 * spacing - across];
     let nc = motion.n_components();
     let distance = |i: usize, j: usize| (place(i)[0] - place(j)[0]).hypot(place(i)[1] - place(j)[1]);
     let submodel = ContactSubmodel {
@@ -26,7 +29,8 @@ fn contact(n: usize, motion: RigidMotion, method: Method) -> PlaneContact {
         points: (0..n)
             .map(|i| {
                 let [x, y] = place(i);
-                [x, y, (x * x + y * y) / 0.02]
+                let height = (x * x + y * y) / 0.02;
+                if motion == RigidMotion::Planar { [x, height, 0.0] } else { [x, y, height] }
             })
             .collect(),
         areas: vec![spacing * spacing; n],
@@ -37,7 +41,8 @@ fn contact(n: usize, motion: RigidMotion, method: Method) -> PlaneContact {
         interface: SparseRows::default(),
         rim: Vec::new(),
     };
-    let plane = Plane { point: Vector3::zeros(), normal: Vector3::z_axis() };
+    let normal = if motion == RigidMotion::Planar { Vector3::y_axis() } else { Vector3::z_axis() };
+    let plane = Plane { point: Vector3::zeros(), normal };
     PlaneContact::new(submodel, PlaneContactSettings { body: 0, plane, penalty: 1e17, method }).expect("fits")
 }
 
@@ -76,6 +81,37 @@ fn spatial_active_set(bencher: divan::Bencher<'_, '_>, n: usize) {
 #[divan::bench(args = [20, 100, 400])]
 fn turning_active_set(bencher: divan::Bencher<'_, '_>, n: usize) {
     evaluate(bencher, contact(n, RigidMotion::Spatial, Method::ActiveSet), 1e-6);
+}
+
+/// A body that slides while it turns, pressed in as before.
+fn sliding(bencher: divan::Bencher<'_, '_>, motion: RigidMotion, n: usize) {
+    let contact = contact(n, motion, Method::ActiveSet).with_friction(Friction::new(0.3)).expect("a law");
+    let mut contact = contact;
+    let up = usize::from(motion == RigidMotion::Spatial) + 1;
+    let mut forces = [GeneralisedForce::zeros(N_MODES)];
+    let mut body = BodyState::at_rest(N_MODES);
+    body.velocity.x = 0.6;
+    let mut stage = 0_u32;
+    bencher.bench_local(move || {
+        stage += 1;
+        body.position[up] = -2e-6 - 1e-8 * f64::from(stage % 7);
+        body.position.x += 1e-7;
+        body.rotation = UnitQuaternion::from_euler_angles(0.0, 0.0, 1e-6 * f64::from(stage % 5));
+        forces[0].clear();
+        contact.apply(0.0, std::slice::from_ref(&body), &mut forces).expect("converges");
+        contact.save();
+        contact.report().energies.dissipated_power
+    });
+}
+
+#[divan::bench(args = [20, 60])]
+fn sliding_planar(bencher: divan::Bencher<'_, '_>, n: usize) {
+    sliding(bencher, RigidMotion::Planar, n);
+}
+
+#[divan::bench(args = [20, 100])]
+fn sliding_spatial(bencher: divan::Bencher<'_, '_>, n: usize) {
+    sliding(bencher, RigidMotion::Spatial, n);
 }
 
 // With 100 points here Broyden's updates end in a singular Jacobian (error 1 of the listing).

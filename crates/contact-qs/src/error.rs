@@ -28,6 +28,19 @@ pub enum ContactError {
         /// The value given [N/m³].
         value: f64,
     },
+    /// Friction values that make no law.
+    #[error(
+        "friction coefficient is {coefficient}, must be >= 0; tangential stiffness ratio is {stiffness_ratio}, must be > 0"
+    )]
+    Friction {
+        /// Coefficient given.
+        coefficient: f64,
+        /// Ratio given.
+        stiffness_ratio: f64,
+    },
+    /// Friction was asked of a solver that cannot find it.
+    #[error("friction needs the active-set solver, Algorithm 1 knows normal forces alone")]
+    FrictionSolver,
     /// The exact constraint was asked of a method that needs penalty springs.
     #[error("{method} needs a finite penalty factor, choose one or the active-set solver")]
     ExactConstraint {

@@ -7,15 +7,21 @@
 //!
 //! In axisymmetric models a point is a ring: its force acts along the axis, radial parts and moments cancel.
 
-use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::error::Rejection;
 use ffr_dynamics::system::force::{BodyState, ForceElement, ForceEnergies, GeneralisedForce};
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 
 use crate::ContactError;
-use crate::law::penalty;
-use crate::quasistatic::{Method, Problem, Quasistatic, SolveReport};
+use crate::contact_element::ContactElement;
+pub use crate::contact_element::ContactReport;
+use crate::law::{Friction, penalty};
+use crate::quasistatic::{Method, PointState, Quasistatic};
 use crate::submodel::ContactSubmodel;
+
+mod evaluation;
+mod friction;
+
+use friction::PlaneFriction;
 
 /// Largest part of the plane's normal across the directions that an axisymmetric or plane model can move in.
 const NORMAL_TOLERANCE: f64 = 1e-9;
@@ -42,27 +48,6 @@ pub struct PlaneContactSettings {
     pub method: Method,
 }
 
-/// What a contact evaluation found.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct ContactReport {
-    /// Sum of the point forces \[N\].
-    pub normal_force: f64,
-    /// Force on the body in the inertial frame \[N\].
-    pub force: Vector3<f64>,
-    /// Largest penetration, quasistatic displacement included, zero without contact \[m\].
-    pub penetration: f64,
-    /// Number of points that carry force.
-    pub n_active: usize,
-    /// Sum of their areas \[m²\].
-    pub contact_area: f64,
-    /// Whether a point on the rim of the zone carries force.
-    pub is_rim_touched: bool,
-    /// Energies.
-    pub energies: ForceEnergies,
-    /// Work of the solver.
-    pub solver: SolveReport,
-}
-
 /// Contact of a body with a rigid plane.
 pub struct PlaneContact {
     settings: PlaneContactSettings,
@@ -77,8 +62,16 @@ pub struct PlaneContact {
     gaps: Vec<f64>,
     forces: Vec<f64>,
     displacements: Vec<f64>,
+    /// Point forces of the last evaluation in the model's components.
+    loads: Vec<f64>,
+    /// Their rates by the turn of the body alone.
+    load_rates: Vec<f64>,
+    /// Rates of the points along the normal and the tangents without those of the forces.
+    gap_rates: Vec<f64>,
+    slip_rates: Vec<f64>,
     /// Normal of the last evaluation in the model's components.
     normal: [f64; 3],
+    friction: Option<Box<PlaneFriction>>,
     report: ContactReport,
 }
 
@@ -138,7 +131,12 @@ impl PlaneContact {
             gaps: vec![0.0; n],
             forces: vec![0.0; n],
             displacements: vec![0.0; n_rows],
+            loads: vec![0.0; n_rows],
+            load_rates: vec![0.0; n_rows],
+            gap_rates: vec![0.0; n],
+            slip_rates: vec![0.0; n_rows - n],
             normal: [0.0; 3],
+            friction: None,
             report: ContactReport::default(),
             quasistatic,
             settings,
@@ -170,7 +168,46 @@ impl PlaneContact {
         if let Some(zone) = &mut self.quasistatic {
             zone.springs_changed();
         }
+        if let Some(friction) = &mut self.friction {
+            friction.stick_slip.set_springs(&self.springs, 1.0 / friction.law.stiffness_ratio);
+        }
         Ok(())
+    }
+
+    /// Adds friction.
+    ///
+    /// # Errors
+    /// [`ContactError::Friction`] if its values make no law, [`ContactError::FrictionSolver`] with Algorithm 1.
+    pub fn with_friction(mut self, friction: Friction) -> Result<Self, ContactError> {
+        friction.check()?;
+        if self.quasistatic.as_ref().is_some_and(Quasistatic::needs_springs) {
+            return Err(ContactError::FrictionSolver);
+        }
+        let normal = self.settings.plane.normal.into_inner();
+        let (motion, n_points) = (self.submodel.motion, self.submodel.n_points());
+        let is_quasistatic = self.quasistatic.is_some();
+        let mut state = PlaneFriction::new(friction, motion, n_points, &normal, is_quasistatic);
+        state.stick_slip.set_springs(&self.springs, 1.0 / friction.stiffness_ratio);
+        self.friction = Some(Box::new(state));
+        Ok(self)
+    }
+
+    /// Forgets where the points stuck, for a start from another state; without effect when there is no friction.
+    pub fn forget_slip(&mut self) {
+        if let Some(friction) = &mut self.friction {
+            friction.forget();
+        }
+    }
+
+    /// Tangential point forces of the last evaluation, one (plane models, axisymmetric ones) or two a point; empty without
+    /// friction \[N\].
+    pub fn tangential_forces(&self) -> &[f64] {
+        self.friction.as_ref().map_or(&[], |f| f.stick_slip.forces())
+    }
+
+    /// States of the points in the last evaluation; empty without friction.
+    pub fn point_states(&self) -> &[PointState] {
+        self.friction.as_ref().map_or(&[], |f| f.stick_slip.states())
     }
 
     /// Penalty factor [N/m³].
@@ -183,7 +220,7 @@ impl PlaneContact {
         &self.submodel
     }
 
-    /// Quasistatic zone, none when all modes are dynamic. Its projection belongs to the last evaluation.
+    /// Quasistatic zone, none when all modes are dynamic. Its projection belongs to the last evaluation in contact.
     pub fn zone(&self) -> Option<&Quasistatic> {
         self.quasistatic.as_ref()
     }
@@ -246,7 +283,7 @@ impl PlaneContact {
         smallest
     }
 
-    /// Replaces `out` by the forces of the last evaluation on the interface freedoms, `f_b = N_bᵀ n λ` (Eq. C.19) \[N\], for
+    /// Replaces `out` by the forces of the last evaluation on the interface freedoms, `f_b = N_bᵀ (n λ + t τ)` (Eq. C.19) \[N\], for
     /// the recovery of stresses.
     ///
     /// # Panics
@@ -258,120 +295,11 @@ impl PlaneContact {
         if rows.n_rows() == 0 {
             return;
         }
-        let nc = self.submodel.motion.n_components();
-        for (i, &force) in self.forces.iter().enumerate() {
-            for c in 0..nc {
-                for &(b, value) in rows.row(nc * i + c) {
-                    out[b] += value * self.normal[c] * force;
-                }
+        for (row, &load) in self.loads.iter().enumerate().filter(|(_, load)| **load != 0.0) {
+            for &(b, value) in rows.row(row) {
+                out[b] += value * load;
             }
         }
-    }
-
-    /// Plane normal in the model's components.
-    fn normal_components(&self, rotation: &UnitQuaternion<f64>) -> Result<[f64; 3], ContactError> {
-        let normal = rotation.inverse_transform_vector(&self.settings.plane.normal);
-        let fail =
-            |requirement| Err(ContactError::Normal { normal: [normal.x, normal.y, normal.z], requirement });
-        // Asked this way round, a NaN fails.
-        let is_along_axis = normal.x.hypot(normal.y) < NORMAL_TOLERANCE;
-        let is_in_plane = normal.z.abs() < NORMAL_TOLERANCE;
-        match self.submodel.motion {
-            RigidMotion::Axial if is_along_axis => Ok([0.0, normal.z, 0.0]),
-            RigidMotion::Axial => fail("an axisymmetric body needs a normal along its axis z"),
-            RigidMotion::Planar if is_in_plane => Ok([normal.x, normal.y, 0.0]),
-            RigidMotion::Planar => fail("a plane body needs a normal in its plane x, y"),
-            RigidMotion::Spatial => Ok([normal.x, normal.y, normal.z]),
-        }
-    }
-
-    /// Distance of the frame's origin from the plane.
-    fn offset(&self, state: &BodyState) -> f64 {
-        (state.position - self.settings.plane.point).dot(&self.settings.plane.normal)
-    }
-
-    /// Row of the low-frequency shapes of component `c` at point `i`.
-    fn low_row(&self, i: usize, c: usize) -> &[f64] {
-        let n_q = self.submodel.low.ncols();
-        let row = self.submodel.motion.n_components() * i + c;
-        &self.low_rows[row * n_q..(row + 1) * n_q]
-    }
-
-    /// Gap of point `i` without quasistatic displacement (Eq. C.1).
-    fn gap(&self, i: usize, offset: f64, normal: &[f64; 3], elastic: &[f64]) -> f64 {
-        let motion = self.submodel.motion;
-        let mut gap = offset;
-        for (c, &normal_c) in normal[..motion.n_components()].iter().enumerate() {
-            if normal_c != 0.0 {
-                let low: f64 = self.low_row(i, c).iter().zip(elastic).map(|(s, q)| s * q).sum();
-                gap += normal_c * (self.submodel.points[i][motion.direction(c)] + low);
-            }
-        }
-        gap
-    }
-
-    /// Point forces at the gaps just found, by the solver or the penalty law.
-    fn solve(&mut self) -> Result<SolveReport, Rejection> {
-        let Some(zone) = &mut self.quasistatic else {
-            for ((force, &gap), &area) in
-                self.forces.iter_mut().zip(&self.free_gaps).zip(&self.submodel.areas)
-            {
-                *force = area * penalty::pressure(self.settings.penalty, gap);
-            }
-            self.gaps.copy_from_slice(&self.free_gaps);
-            return Ok(SolveReport::default());
-        };
-        zone.project(self.normal);
-        let report = zone.solve(&self.springs, &self.free_gaps, &mut self.forces)?;
-        let problem =
-            Problem { compliance: zone.normal_compliance(), springs: &self.springs, gaps: &self.free_gaps };
-        problem.deformed_gaps(&self.forces, &mut self.gaps);
-        Ok(report)
-    }
-
-    /// Sums up the last evaluation.
-    fn sum_up(&mut self, solver: SolveReport) {
-        let mut report = ContactReport { solver, ..ContactReport::default() };
-        for (i, &force) in self.forces.iter().enumerate() {
-            report.penetration = report.penetration.max(-self.gaps[i]);
-            if force > 0.0 {
-                report.normal_force += force;
-                report.n_active += 1;
-                report.contact_area += self.submodel.areas[i];
-                report.is_rim_touched |= self.is_rim[i];
-                // Work of the normal displacement of the zone, Eq. C.7; zero when all modes are dynamic.
-                report.energies.elastic_high += 0.5 * force * (self.gaps[i] - self.free_gaps[i]);
-                report.energies.penalty += 0.5 * force * force * self.springs[i];
-            }
-        }
-        report.force = self.settings.plane.normal.into_inner() * report.normal_force;
-        self.report = report;
-    }
-
-    /// Moment of the point forces about the frame's origin in the body's frame (Eq. C.17).
-    fn torque(&mut self, elastic: &[f64]) -> Vector3<f64> {
-        let motion = self.submodel.motion;
-        let mut torque = Vector3::zeros();
-        if motion == RigidMotion::Axial {
-            return torque;
-        }
-        let nc = motion.n_components();
-        self.displacements.fill(0.0);
-        if let Some(zone) = &self.quasistatic {
-            zone.displacements(&self.forces, &mut self.displacements);
-        }
-        let normal = Vector3::from(self.normal);
-        for (i, &force) in self.forces.iter().enumerate() {
-            if force > 0.0 {
-                let mut arm = Vector3::from(self.submodel.points[i]);
-                for c in 0..nc {
-                    let low: f64 = self.low_row(i, c).iter().zip(elastic).map(|(s, q)| s * q).sum();
-                    arm[motion.direction(c)] += low + self.displacements[nc * i + c];
-                }
-                torque += arm.cross(&normal) * force;
-            }
-        }
-        torque
     }
 }
 
@@ -384,37 +312,18 @@ impl ForceElement for PlaneContact {
     ) -> Result<(), Rejection> {
         let state = &bodies[self.settings.body];
         debug_assert_eq!(state.elastic.len(), self.submodel.low.ncols());
-        self.normal = self
-            .normal_components(&state.rotation)
-            .map_err(|error| Rejection { code: 0, reason: error.to_string() })?;
-        let offset = self.offset(state);
-        for i in 0..self.submodel.n_points() {
-            let gap = self.gap(i, offset, &self.normal, &state.elastic);
-            if !gap.is_finite() {
-                return Err(Rejection {
-                    code: 2,
-                    reason: format!("the gap of contact point {i} is {gap} at t = {t:.9e} s"),
-                });
-            }
-            self.free_gaps[i] = gap;
-        }
+        self.locate(t, state)?;
         let solver = self.solve()?;
+        self.load_points();
         self.sum_up(solver);
+        if let Some(friction) = &mut self.friction {
+            friction.note();
+        }
         if self.report.n_active == 0 {
             return Ok(());
         }
-        let torque = self.torque(&state.elastic);
-        let target = &mut forces[self.settings.body];
-        target.force += self.report.force;
-        target.torque += torque;
-        for (i, &force) in self.forces.iter().enumerate() {
-            for (c, &normal_c) in self.normal[..self.submodel.motion.n_components()].iter().enumerate() {
-                let factor = force * normal_c;
-                if factor != 0.0 {
-                    target.elastic.iter_mut().zip(self.low_row(i, c)).for_each(|(f, s)| *f += s * factor);
-                }
-            }
-        }
+        self.report.energies.dissipated_power = self.dissipated_power(state)?;
+        self.push(&state.elastic, &mut forces[self.settings.body]);
         Ok(())
     }
 
@@ -430,11 +339,47 @@ impl ForceElement for PlaneContact {
         if let Some(zone) = &mut self.quasistatic {
             zone.save();
         }
+        if let Some(friction) = &mut self.friction {
+            friction.save();
+        }
     }
 
     fn restore(&mut self) {
         if let Some(zone) = &mut self.quasistatic {
             zone.restore();
         }
+        if let Some(friction) = &mut self.friction {
+            friction.restore();
+        }
+    }
+}
+
+impl ContactElement for PlaneContact {
+    fn kind(&self) -> &'static str {
+        "plane"
+    }
+
+    fn bodies(&self) -> (usize, Option<usize>) {
+        (self.settings.body, None)
+    }
+
+    fn smallest_gap(&self, bodies: &[BodyState]) -> f64 {
+        Self::smallest_gap(self, &bodies[self.settings.body])
+    }
+
+    fn normal(&self, _bodies: &[BodyState]) -> Vector3<f64> {
+        self.settings.plane.normal.into_inner()
+    }
+
+    fn report(&self) -> &ContactReport {
+        &self.report
+    }
+
+    fn penalty(&self) -> f64 {
+        self.settings.penalty
+    }
+
+    fn n_points(&self) -> usize {
+        self.submodel.n_points()
     }
 }

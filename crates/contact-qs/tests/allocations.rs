@@ -8,7 +8,7 @@ use std::cell::Cell;
 use common::surface_compliance;
 use contact_qs::quasistatic::{BroydenSettings, Method};
 use contact_qs::submodel::SparseRows;
-use contact_qs::{ContactSubmodel, Plane, PlaneContact, PlaneContactSettings};
+use contact_qs::{ContactSubmodel, Friction, Plane, PlaneContact, PlaneContactSettings};
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::force::{BodyState, ForceElement, GeneralisedForce};
@@ -41,10 +41,12 @@ fn evaluations_do_not_allocate() {
     let a = surface_compliance(n, 1e-8);
     // Normal and tangential directions alike, uncoupled.
     let compliance = Mat::from_fn(3 * n, 3 * n, |i, j| if i % 3 == j % 3 { a[(i / 3, j / 3)] } else { 0.0 });
-    for (compliance, method) in [
-        (compliance.clone(), Method::ActiveSet),
-        (compliance, Method::Broyden(BroydenSettings::default())),
-        (Mat::zeros(0, 0), Method::ActiveSet),
+    for (compliance, method, friction) in [
+        (compliance.clone(), Method::ActiveSet, None),
+        (compliance.clone(), Method::ActiveSet, Some(Friction::new(0.3))),
+        (compliance, Method::Broyden(BroydenSettings::default()), None),
+        (Mat::zeros(0, 0), Method::ActiveSet, None),
+        (Mat::zeros(0, 0), Method::ActiveSet, Some(Friction::new(0.3))),
     ] {
         let submodel = ContactSubmodel {
             motion: RigidMotion::Spatial,
@@ -58,6 +60,9 @@ fn evaluations_do_not_allocate() {
         let plane = Plane { point: Vector3::zeros(), normal: Vector3::z_axis() };
         let settings = PlaneContactSettings { body: 0, plane, penalty: 1e17, method };
         let mut contact = PlaneContact::new(submodel, settings).unwrap();
+        if let Some(friction) = friction {
+            contact = contact.with_friction(friction).unwrap();
+        }
         let mut forces = [GeneralisedForce::zeros(4)];
         let mut bodies = [BodyState {
             position: Vector3::new(0.0, 0.0, -1e-7),
@@ -67,20 +72,24 @@ fn evaluations_do_not_allocate() {
             elastic: vec![0.0; 4],
             elastic_rates: vec![0.0; 4],
         }];
-        let mut smallest = 0.0;
+        let (mut smallest, mut has_slid) = (0.0, false);
         contact.apply(0.0, &bodies, &mut forces).unwrap(); // libraries may set up thread-local buffers once
         let before = COUNT.with(Cell::get);
         for step in 0..20 {
             // Sinking and turning: sets, projections and factors change.
             bodies[0].position.z = -2e-8 * f64::from(step);
+            bodies[0].position.x = 1e-8 * f64::from(step);
+            bodies[0].velocity.x = 0.1;
             bodies[0].rotation = UnitQuaternion::from_euler_angles(0.0, 1e-5 * f64::from(step), 0.0);
             contact.save();
             contact.apply(0.0, &bodies, &mut forces).unwrap();
+            has_slid |= contact.report().n_sliding > 0;
             contact.restore();
             smallest = contact.smallest_gap(&bodies[0]);
         }
         let count = COUNT.with(Cell::get) - before;
         assert!(contact.report().n_active > 1 && smallest < 0.0, "{method:?} must be in contact");
+        assert_eq!(has_slid, friction.is_some());
         assert_eq!(count, 0, "{method:?}");
     }
 }

@@ -120,6 +120,7 @@ fn elastic_body(body: &scenario::Body) -> Result<Option<ElasticBodySpec>, AppErr
         }
         scenario::Reduction::All => ReductionSpec::All,
     };
+    let damping = elastic.damping.map(|d| (d.frequencies, d.ratio));
     let model = match elastic.model {
         scenario::ElasticModel::Solid => Model::Solid,
         scenario::ElasticModel::Axisymmetric => Model::Axisymmetric,
@@ -127,7 +128,7 @@ fn elastic_body(body: &scenario::Body) -> Result<Option<ElasticBodySpec>, AppErr
         scenario::ElasticModel::PlaneStress { thickness } => Model::PlaneStress { thickness },
     };
     let name = body.name.clone();
-    Ok(Some(ElasticBodySpec { name, shape, model, material, discretisation, reduction, motion }))
+    Ok(Some(ElasticBodySpec { name, shape, model, material, discretisation, reduction, damping, motion }))
 }
 
 /// The exact shape of a body.

@@ -153,6 +153,33 @@ fn cube_and_bar_keep_every_copy_of_multiple_frequencies() {
 }
 
 #[test]
+fn lost_copies_of_multiple_frequencies_are_recovered() {
+    // Single vectors find one copy each of the double and triple frequencies of a cube until round-off brings the others.
+    let body = block(2, [5, 5, 5], [1.0, 1.0, 1.0]);
+    let problem = ElasticProblem::free(&body, &[]).unwrap();
+    let modes = problem.lowest_modes_by_blocks(24, 1).unwrap();
+    assert!(modes.recoveries > 0, "the count showed lost copies");
+    let difference = relative_difference(&modes.omega, &problem.all_modes().unwrap().omega);
+    assert!(difference < SAME_FREQUENCY, "{difference:e}");
+    check_mass_orthonormal(&body, &modes.shapes, problem.rigid().unwrap());
+}
+
+#[test]
+fn count_moves_behind_a_multiplet_that_the_wanted_modes_cut() {
+    let body = block(2, [5, 5, 5], [1.0, 1.0, 1.0]);
+    let problem = ElasticProblem::free(&body, &[]).unwrap();
+    let omega = problem.all_modes().unwrap().omega;
+    let joined = |i: usize| omega[i] / omega[i - 1] - 1.0 < 1e-9;
+    let cut = (2..30).find(|&n| joined(n) && joined(n + 1)).expect("a cube has triple frequencies");
+    let modes = problem.lowest_modes(cut).unwrap();
+    assert_eq!(modes.omega.len(), cut);
+    // The rigid modes and at least both further copies lie below the shift, and one frequency above it is reported.
+    assert!(modes.counted.unwrap() >= 6 + cut + 2, "{:?}", modes.counted);
+    assert_eq!(modes.following.len(), modes.counted.unwrap() - 6 - cut + 1);
+    assert!((modes.following[1] / omega[cut + 1] - 1.0).abs() < 1e-6);
+}
+
+#[test]
 fn square_plate_has_double_frequencies_and_the_neighbouring_counts_avoid_them() {
     let body = block(3, [12, 12, 0], [1.0, 1.0, 0.0]);
     let problem = ElasticProblem::free(&body, &[]).unwrap();
@@ -187,6 +214,27 @@ fn inertia_counts_the_eigenvalues_below_the_shift() {
         assert_eq!(problem.inertia(mu).unwrap().negative, n + 6);
     }
     assert_eq!(problem.inertia(-1.0).unwrap().negative, 0);
+}
+
+#[test]
+fn single_precision_count_agrees_or_abstains() {
+    let body = block(2, [4, 3, 3], [1.0, 0.8, 0.5]);
+    let problem = ElasticProblem::free(&body, &[]).unwrap();
+    let omega = problem.all_modes().unwrap().omega;
+    let symbolic = problem.pencil().symbolic();
+    let held = vec![false; body.n_unknowns()];
+    for n in [1, 7, 40, omega.len() / 2] {
+        let (below, above) = (omega[n - 1].powi(2), omega[n].powi(2));
+        let shifted = problem.pencil().combination(-0.5 * (below + above), &held);
+        let inertia = symbolic.inertia_single(shifted.as_ref()).unwrap().expect("a sound factor");
+        assert_eq!(inertia.negative, n + 6);
+        assert_eq!(symbolic.inertia_double(shifted.as_ref()).unwrap().negative, n + 6);
+        // Single precision leaves 6e-8 of the stiffness, highest over lowest eigenvalue about 1e4.
+        assert!(inertia.contraction.unwrap() < 0.1, "{inertia:?}");
+        // A shift within the error of single precision: the factor cannot tell the sign, so it must not count.
+        let shifted = problem.pencil().combination(-below * (1.0 + 1e-12), &held);
+        assert_eq!(symbolic.inertia_single(shifted.as_ref()).unwrap(), None);
+    }
 }
 
 #[test]

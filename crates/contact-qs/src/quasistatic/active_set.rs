@@ -223,6 +223,26 @@ impl ActiveSet {
         Ok(())
     }
 
+    /// Replaces `rhs`, one value a point, by the solution of `(A_aa + D_aa) x_a = rhs_a` on the set of the last solution, zero
+    /// outside it.
+    pub(crate) fn solve_on_set(&mut self, rhs: &mut [f64]) {
+        let m = self.factored.len();
+        if !self.active.contains(&true) {
+            rhs.fill(0.0);
+            return;
+        }
+        for (x, &i) in self.slack.iter_mut().zip(&self.factored) {
+            *x = rhs[i];
+        }
+        let factor = MatRef::from_column_major_slice(&self.factor[..m * m], m, m);
+        let x = MatMut::from_column_major_slice_mut(&mut self.slack[..m], m, 1);
+        llt::solve::solve_in_place(factor, x, Par::Seq, MemStack::new(&mut self.memory));
+        rhs.fill(0.0);
+        for (&x, &i) in self.slack.iter().zip(&self.factored) {
+            rhs[i] = x;
+        }
+    }
+
     /// Gaps of the points outside the set.
     fn slacks(&mut self, problem: &Problem<'_>) {
         self.slack.copy_from_slice(problem.gaps);

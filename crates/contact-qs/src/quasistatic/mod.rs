@@ -1,4 +1,4 @@
-//! The quasistatic contact problem and its two solvers.
+//! The quasistatic contact problem, its two solvers, and friction.
 
 pub mod problem;
 pub mod active_set;
@@ -6,9 +6,12 @@ pub mod conditioned_lu;
 pub mod modal_basis;
 pub mod broyden;
 pub mod solver;
+pub(crate) mod tangential;
+pub(crate) mod stick_slip;
 
 pub use active_set::{ActiveSet, SolveReport};
 pub use broyden::{Broyden, BroydenSettings};
 pub use modal_basis::ModalBasis;
 pub use problem::{KktResidual, Problem, ProblemEnergies};
 pub use solver::{Method, Quasistatic};
+pub use tangential::PointState;

@@ -7,7 +7,7 @@ use ffr_dynamics::error::Rejection;
 use super::active_set::{ActiveSet, SolveReport};
 use super::broyden::{Broyden, BroydenSettings, ModalProblem};
 use super::modal_basis::ModalBasis;
-use super::problem::Problem;
+use super::problem::{Problem, add_product};
 use crate::ContactError;
 
 /// Which solver finds the point forces.
@@ -113,6 +113,19 @@ impl Quasistatic {
         &self.normal_compliance
     }
 
+    /// Compliance of all components, `n_components n_points` squared [m/N].
+    pub fn compliance(&self) -> &Mat<f64> {
+        &self.compliance
+    }
+
+    /// Replaces `rhs`, one value a point, by the solution of `(A_aa + D_aa) x_a = rhs_a` on the last active set, zero outside
+    /// it; false if the solver is not the active-set solver.
+    pub(crate) fn solve_on_set(&mut self, rhs: &mut [f64]) -> bool {
+        let Solver::ActiveSet(solver) = &mut self.solver else { return false };
+        solver.solve_on_set(rhs);
+        true
+    }
+
     /// Whether the solver needs finite penalty factors.
     pub fn needs_springs(&self) -> bool {
         matches!(self.solver, Solver::Broyden(_))
@@ -176,19 +189,11 @@ impl Quasistatic {
         }
     }
 
-    /// Replaces `out` by the quasistatic displacements of the points, `n_components` rows a point, under `forces` along the
-    /// normal of the last projection \[m\].
-    pub fn displacements(&self, forces: &[f64], out: &mut [f64]) {
+    /// Replaces `out` by the quasistatic displacements of the points, `n_components` rows a point \[m\], under `loads`, the
+    /// components of the point forces in the same order \[N\].
+    pub fn displacements(&self, loads: &[f64], out: &mut [f64]) {
         out.fill(0.0);
-        for (j, &force) in forces.iter().enumerate() {
-            for (c, &normal_c) in self.normal[..self.n_components].iter().enumerate() {
-                let factor = force * normal_c;
-                if factor != 0.0 {
-                    let column = self.compliance.col_as_slice(self.n_components * j + c);
-                    out.iter_mut().zip(column).for_each(|(o, a)| *o += a * factor);
-                }
-            }
-        }
+        add_product(&self.compliance, loads, out);
     }
 
     /// To be called when the springs have changed.

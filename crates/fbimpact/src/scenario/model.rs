@@ -120,8 +120,19 @@ pub struct ElasticBody {
     pub discretisation: Discretisation,
     /// Reduced basis.
     pub reduction: Reduction,
+    /// Rayleigh damping of the elastic coordinates.
+    pub damping: Option<Damping>,
     /// Reference frame.
     pub frame: Frame,
+}
+
+/// Rayleigh damping with the same ratio at two frequencies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Damping {
+    /// The two frequencies \[Hz\].
+    pub frequencies: [f64; 2],
+    /// Damping ratio there.
+    pub ratio: f64,
 }
 
 /// Kinematics of a flexible body.

@@ -4,12 +4,14 @@ pub mod assembled;
 pub mod shape_integrals;
 pub mod modal_mass;
 pub mod standard_input_data;
+pub mod damping;
 pub mod reference_frame;
 pub mod tangent_frame;
 pub mod geometric_stiffening;
 pub mod reference_loads;
 
 pub use assembled::{AssembledBody, Dof, MassMatrix, RigidMotion};
+pub use damping::RayleighDamping;
 pub use geometric_stiffening::GeometricStiffening;
 pub use modal_mass::ModalMass;
 pub use reference_loads::ReferenceLoad;

@@ -178,7 +178,7 @@ impl<D: DenseOutput, F: FnMut(f64, &[f64]) -> f64> Evaluation<'_, D, F> {
         let mut was_left = None;
         for iteration in 0..MAX_ITERATIONS {
             let width = b.0 - a.0;
-            if width <= tolerance || b.1 >= 0.0 {
+            if width <= tolerance {
                 break;
             }
             let secant = a.0 + width * weight_a / (weight_a - weight_b);

@@ -1,4 +1,4 @@
-//! Sparse Cholesky and LDL^T factorisation with one symbolic analysis for many matrices (Eqs. R.2, R.3).
+//! Sparse Cholesky factorisation with one symbolic analysis for many matrices (Eq. R.2).
 //!
 //! Supernodal, sequential, without allocation in the solves.
 
@@ -10,7 +10,7 @@ use faer::perm::PermRef;
 use faer::sparse::linalg::SupernodalThreshold;
 use faer::sparse::linalg::cholesky::{
     CholeskySymbolicParams, LltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
-    factorize_symbolic_cholesky, supernodal::SupernodalLdltRef, supernodal::SupernodalLltRef,
+    factorize_symbolic_cholesky, supernodal::SupernodalLltRef,
 };
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, Mat, MatMut, Par, Side};
@@ -20,18 +20,8 @@ use crate::DynamicsError;
 /// Elimination order and pattern of the factor, shared by all matrices of one pattern.
 #[derive(Debug)]
 pub struct SymbolicFactor {
-    symbolic: SymbolicCholesky<u32>,
-    order: Vec<u32>,
-}
-
-/// Outcome of an inertia count.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Inertia {
-    /// Number of negative pivots: eigenvalues below the shift.
-    pub negative: usize,
-    /// Largest pivot against the diagonal entry it comes from; a large value says that the shift sits on an eigenvalue
-    /// of the matrix or of a leading block, so that the count is not to be trusted. Infinite if a pivot is zero.
-    pub growth: f64,
+    pub(super) symbolic: SymbolicCholesky<u32>,
+    pub(super) order: Vec<u32>,
 }
 
 impl SymbolicFactor {
@@ -109,45 +99,6 @@ impl SymbolicFactor {
             return Err(DynamicsError::NotPositiveDefinite { matrix: name, pivot, size: self.order.len() });
         }
         Ok(factor)
-    }
-
-    /// Counts the negative pivots of a symmetric matrix with the analysed pattern (Sylvester's law of inertia, Eq. R.3).
-    ///
-    /// # Errors
-    /// [`DynamicsError::Factorisation`] if memory runs out.
-    pub fn inertia(&self, matrix: SparseColMatRef<'_, u32, f64>) -> Result<Inertia, DynamicsError> {
-        let mut values = vec![0.0; self.symbolic.len_val()];
-        let scratch = self.symbolic.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Default::default());
-        let mut memory = buffer(scratch, "the shifted matrix")?;
-        let done = self.symbolic.factorize_numeric_ldlt(
-            &mut values,
-            matrix,
-            Side::Lower,
-            Default::default(),
-            Par::Seq,
-            MemStack::new(&mut memory),
-            Default::default(),
-        );
-        if done.is_err() {
-            return Ok(Inertia { negative: 0, growth: f64::INFINITY });
-        }
-        let diagonal = diagonal_of(matrix);
-        let mut inertia = Inertia { negative: 0, growth: 0.0 };
-        let SymbolicCholeskyRaw::Supernodal(supernodal) = self.symbolic.raw() else {
-            return Err(failed("the shifted matrix", "the analysis is not supernodal".into()));
-        };
-        let factor = SupernodalLdltRef::new(supernodal, &values);
-        for s in 0..supernodal.n_supernodes() {
-            let block = factor.supernode(s);
-            for j in 0..block.val().ncols() {
-                let pivot = block.val()[(j, j)];
-                let entry = diagonal[self.order[block.start() + j] as usize];
-                inertia.negative += usize::from(pivot < 0.0);
-                let growth = (pivot / entry).abs();
-                inertia.growth = if growth.is_nan() { f64::INFINITY } else { inertia.growth.max(growth) };
-            }
-        }
-        Ok(inertia)
     }
 }
 
@@ -246,15 +197,10 @@ impl CholeskyFactor {
     }
 }
 
-fn diagonal_of(matrix: SparseColMatRef<'_, u32, f64>) -> Vec<f64> {
-    let entry = |j: usize| matrix.row_idx_of_col(j).zip(matrix.val_of_col(j)).find(|&(i, _)| i == j);
-    (0..matrix.ncols()).map(|j| entry(j).map_or(0.0, |(_, &a)| a)).collect()
-}
-
-fn buffer(scratch: StackReq, matrix: &'static str) -> Result<MemBuffer, DynamicsError> {
+pub(super) fn buffer(scratch: StackReq, matrix: &'static str) -> Result<MemBuffer, DynamicsError> {
     MemBuffer::try_new(scratch).map_err(|_| failed(matrix, "not enough memory".into()))
 }
 
-fn failed(matrix: &'static str, reason: String) -> DynamicsError {
+pub(super) fn failed(matrix: &'static str, reason: String) -> DynamicsError {
     DynamicsError::Factorisation { matrix, reason }
 }

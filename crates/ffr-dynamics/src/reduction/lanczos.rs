@@ -7,42 +7,40 @@ use faer::{Mat, MatRef};
 
 use super::dense;
 use super::problem::ElasticProblem;
+use super::random::Random;
 use crate::DynamicsError;
 
-/// Vectors per block: a solve with four right-hand sides costs little more than one with a single one.
-pub(crate) const BLOCK: usize = 4;
 /// A new direction shorter than this part of the operator's norm is round-off.
 const BREAKDOWN: f64 = 1e-13;
-
-/// Deterministic pseudo-random numbers in (-1, 1) (splitmix64, Steele et al. 2014).
-#[derive(Debug, Clone)]
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^= z >> 31;
-        (z >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
-}
+/// A block whose columns shrink below this part of their length while they are made orthogonal among themselves is
+/// orthogonalised once more with a fresh product: what is left would have lost more than two digits.
+const CANCELLATION: f64 = 1e-2;
 
 /// Basis, projected operator and next block of a Lanczos run.
 #[derive(Debug)]
 pub(crate) struct Lanczos<'p, 'a> {
     problem: &'p ElasticProblem<'a>,
+    /// Vectors per block.
+    width: usize,
     /// Mass-orthonormal basis, the first `size` columns are in use.
     basis: Mat<f64>,
+    /// `M` times the basis, so that inner products are plain ones.
+    mass_basis: Mat<f64>,
     /// `V^T M F M V`.
     projected: Mat<f64>,
     size: usize,
-    next: Mat<f64>,
+    next: Block,
     /// `next * coupling` is what the last block leaves outside the basis.
     coupling: Mat<f64>,
     random: Random,
     norm: f64,
+}
+
+/// A few vectors and their products with the mass matrix.
+#[derive(Debug)]
+struct Block {
+    x: Mat<f64>,
+    mass_x: Mat<f64>,
 }
 
 /// Ritz pairs of the projected operator, largest first.
@@ -54,17 +52,23 @@ pub(crate) struct Ritz {
 }
 
 impl<'p, 'a> Lanczos<'p, 'a> {
-    /// A run with room for `capacity` basis vectors.
-    pub fn new(problem: &'p ElasticProblem<'a>, capacity: usize) -> Result<Self, DynamicsError> {
+    /// A run with blocks of `width` vectors and room for `capacity` basis vectors.
+    pub fn new(
+        problem: &'p ElasticProblem<'a>,
+        width: usize,
+        capacity: usize,
+    ) -> Result<Self, DynamicsError> {
         let n = problem.n_unknowns();
         let mut run = Self {
             problem,
+            width,
             basis: Mat::zeros(n, capacity),
+            mass_basis: Mat::zeros(n, capacity),
             projected: Mat::zeros(capacity, capacity),
             size: 0,
-            next: Mat::zeros(n, BLOCK),
-            coupling: Mat::zeros(BLOCK, BLOCK),
-            random: Random(0x5eed),
+            next: Block { x: Mat::zeros(n, width), mass_x: Mat::zeros(n, width) },
+            coupling: Mat::zeros(width, width),
+            random: Random::new(0x5eed),
             norm: 0.0,
         };
         run.restart_random()?;
@@ -78,42 +82,48 @@ impl<'p, 'a> Lanczos<'p, 'a> {
 
     /// Whether another block fits.
     pub fn has_room(&self) -> bool {
-        self.size + BLOCK <= self.basis.ncols()
+        self.size + self.width <= self.basis.ncols()
     }
 
     /// Replaces the next block by random vectors, smoothed once by the operator and orthogonal to the basis.
     pub fn restart_random(&mut self) -> Result<(), DynamicsError> {
-        let n = self.problem.n_unknowns();
-        let random = &mut self.random;
-        let start = Mat::from_fn(n, BLOCK, |_, _| random.next());
-        let mut block = self.problem.mass_product(start.as_ref());
-        self.problem.apply_flexibility(block.as_mut());
-        self.orthogonalise(&mut block);
+        let block = self.smooth_random(self.width);
         // The scale of the block itself: a random start has no operator norm to compare with.
         let norm = std::mem::replace(&mut self.norm, 0.0);
-        self.orthonormalise(&mut block)?;
+        (self.next, _) = self.orthonormalise(block)?;
         self.norm = norm;
-        self.next = block;
-        self.coupling = Mat::zeros(BLOCK, BLOCK);
+        self.coupling = Mat::zeros(self.width, self.width);
         Ok(())
+    }
+
+    fn smooth_random(&mut self, columns: usize) -> Mat<f64> {
+        let random = &mut self.random;
+        let start = Mat::from_fn(self.basis.nrows(), columns, |_, _| random.next());
+        let mut block = self.problem.mass_product(start.as_ref());
+        self.problem.apply_flexibility(block.as_mut());
+        for _ in 0..2 {
+            self.orthogonalise(&mut block);
+        }
+        block
     }
 
     /// Takes the next block into the basis and applies the operator to it.
     pub fn step(&mut self) -> Result<(), DynamicsError> {
-        let (old, new) = (self.size, self.size + BLOCK);
-        self.basis.as_mut().subcols_mut(old, BLOCK).copy_from(&self.next);
+        let (old, new, width) = (self.size, self.size + self.width, self.width);
+        self.basis.as_mut().subcols_mut(old, width).copy_from(&self.next.x);
+        self.mass_basis.as_mut().subcols_mut(old, width).copy_from(&self.next.mass_x);
         self.size = new;
-        let mut block = self.problem.mass_product(self.next.as_ref());
+        let mut block = self.next.mass_x.clone();
         self.problem.apply_flexibility(block.as_mut());
         let mut along = self.orthogonalise(&mut block);
         along += self.orthogonalise(&mut block);
-        for j in 0..BLOCK {
+        for j in 0..width {
             for i in 0..new {
                 self.projected[(i, old + j)] = along[(i, j)];
                 self.projected[(old + j, i)] = along[(i, j)];
             }
         }
-        for i in 0..BLOCK {
+        for i in 0..width {
             self.norm = self.norm.max(self.projected[(old + i, old + i)].abs());
             for j in 0..i {
                 let mean = 0.5 * (along[(old + i, j)] + along[(old + j, i)]);
@@ -121,75 +131,82 @@ impl<'p, 'a> Lanczos<'p, 'a> {
                 self.projected[(old + j, old + i)] = mean;
             }
         }
-        self.coupling = self.orthonormalise(&mut block)?;
-        self.next = block;
+        (self.next, self.coupling) = self.orthonormalise(block)?;
         Ok(())
     }
 
     /// Removes the parts along the basis and the rigid modes; returns the coefficients along the basis.
     fn orthogonalise(&self, block: &mut Mat<f64>) -> Mat<f64> {
         self.problem.remove_rigid(block.as_mut());
-        let basis = self.basis.as_ref().subcols(0, self.size);
-        let mass_block = self.problem.mass_product(block.as_ref());
-        let along = dense::product(basis.transpose(), mass_block.as_ref());
+        let (basis, mass_basis) =
+            (self.basis.as_ref().subcols(0, self.size), self.mass_basis.as_ref().subcols(0, self.size));
+        let along = dense::product(mass_basis.transpose(), block.as_ref());
         dense::add_product(block.as_mut(), -1.0, basis, along.as_ref());
         along
     }
 
-    /// Makes a block mass-orthonormal (and orthogonal to the basis); returns the triangular factor.
-    fn orthonormalise(&mut self, block: &mut Mat<f64>) -> Result<Mat<f64>, DynamicsError> {
-        let first = self.gram_schmidt(block, self.norm * BREAKDOWN)?;
-        self.orthogonalise(block);
-        let second = self.gram_schmidt(block, 0.0)?;
-        Ok(dense::product(second.as_ref(), first.as_ref()))
+    /// Makes a block that is orthogonal to the basis mass-orthonormal; returns it with the triangular factor.
+    fn orthonormalise(&mut self, x: Mat<f64>) -> Result<(Block, Mat<f64>), DynamicsError> {
+        let mass_x = self.problem.mass_product(x.as_ref());
+        let mut block = Block { x, mass_x };
+        let (mut factor, shrinkage) = self.gram_schmidt(&mut block, self.norm * BREAKDOWN)?;
+        if shrinkage < CANCELLATION {
+            self.orthogonalise(&mut block.x);
+            block.mass_x = self.problem.mass_product(block.x.as_ref());
+            let (second, _) = self.gram_schmidt(&mut block, 0.0)?;
+            factor = dense::product(second.as_ref(), factor.as_ref());
+        }
+        Ok((block, factor))
     }
 
-    /// Modified Gram-Schmidt inside a block; directions shorter than `limit` become new random ones with no coupling.
-    fn gram_schmidt(&mut self, block: &mut Mat<f64>, limit: f64) -> Result<Mat<f64>, DynamicsError> {
-        let mut mass_block = self.problem.mass_product(block.as_ref());
-        let mut factor = Mat::zeros(BLOCK, BLOCK);
-        for j in 0..BLOCK {
+    /// Modified Gram-Schmidt inside a block, and how much the worst column shrank; directions shorter than `limit` become
+    /// new random ones with no coupling.
+    fn gram_schmidt(&mut self, block: &mut Block, limit: f64) -> Result<(Mat<f64>, f64), DynamicsError> {
+        let mut factor = Mat::zeros(self.width, self.width);
+        let mut shrinkage = 1.0_f64;
+        for j in 0..self.width {
+            let before = block.length(j);
             for i in 0..j {
-                let along = inner(block.as_ref(), i, mass_block.as_ref(), j);
+                let along = inner(block.x.as_ref(), i, block.mass_x.as_ref(), j);
                 factor[(i, j)] = along;
-                subtract(block, j, i, along);
-                subtract(&mut mass_block, j, i, along);
+                subtract(&mut block.x, j, i, along);
+                subtract(&mut block.mass_x, j, i, along);
             }
-            let mut length = inner(block.as_ref(), j, mass_block.as_ref(), j).max(0.0).sqrt();
+            let mut length = block.length(j);
             factor[(j, j)] = length;
             if length <= limit.max(f64::MIN_POSITIVE) {
                 factor[(j, j)] = 0.0;
-                length = self.replace(block, &mut mass_block, j);
+                shrinkage = 0.0;
+                length = self.replace(block, j);
+            } else {
+                shrinkage = shrinkage.min(length / before);
             }
             if !length.is_finite() || length <= 0.0 {
                 let reason = "a Lanczos vector is not finite".to_owned();
                 return Err(DynamicsError::Factorisation { matrix: "the flexibility", reason });
             }
-            scale(block, j, 1.0 / length);
-            scale(&mut mass_block, j, 1.0 / length);
+            scale(&mut block.x, j, 1.0 / length);
+            scale(&mut block.mass_x, j, 1.0 / length);
         }
-        Ok(factor)
+        Ok((factor, shrinkage))
     }
 
-    /// Puts a random direction, orthogonal to basis and block, into column `j`; returns its length.
-    fn replace(&mut self, block: &mut Mat<f64>, mass_block: &mut Mat<f64>, j: usize) -> f64 {
-        let random = &mut self.random;
-        let start = Mat::from_fn(block.nrows(), 1, |_, _| random.next());
-        let mut fresh = self.problem.mass_product(start.as_ref());
-        self.problem.apply_flexibility(fresh.as_mut());
+    /// Puts a random unit direction, orthogonal to basis and block, into column `j`; returns its length, 1 or not finite.
+    fn replace(&mut self, block: &mut Block, j: usize) -> f64 {
+        let mut fresh = self.smooth_random(1);
         let mut length = 0.0;
         for _ in 0..3 {
             self.orthogonalise(&mut fresh);
-            let earlier = block.as_ref().subcols(0, j);
-            let along = dense::product(mass_block.as_ref().subcols(0, j).transpose(), fresh.as_ref());
+            let earlier = block.x.as_ref().subcols(0, j);
+            let along = dense::product(block.mass_x.as_ref().subcols(0, j).transpose(), fresh.as_ref());
             dense::add_product(fresh.as_mut(), -1.0, earlier, along.as_ref());
             let mass_fresh = self.problem.mass_product(fresh.as_ref());
             length = inner(fresh.as_ref(), 0, mass_fresh.as_ref(), 0).max(0.0).sqrt();
             scale(&mut fresh, 0, 1.0 / length);
         }
-        block.col_mut(j).copy_from(fresh.col(0));
+        block.x.col_mut(j).copy_from(fresh.col(0));
         let mass_fresh = self.problem.mass_product(fresh.as_ref());
-        mass_block.col_mut(j).copy_from(mass_fresh.col(0));
+        block.mass_x.col_mut(j).copy_from(mass_fresh.col(0));
         if length.is_finite() { 1.0 } else { length }
     }
 
@@ -199,7 +216,7 @@ impl<'p, 'a> Lanczos<'p, 'a> {
         let (ascending, vectors) = dense::symmetric_eigen(self.projected.as_ref().submatrix(0, 0, m, m))?;
         let theta: Vec<f64> = ascending.iter().rev().copied().collect();
         let vectors = Mat::from_fn(m, m, |i, j| vectors[(i, m - 1 - j)]);
-        let last = vectors.as_ref().subrows(m - BLOCK, BLOCK);
+        let last = vectors.as_ref().subrows(m - self.width, self.width);
         let outside = dense::product(self.coupling.as_ref(), last);
         let residuals =
             (0..m).map(|j| outside.col(j).norm_l2() / theta[j].abs().max(f64::MIN_POSITIVE)).collect();
@@ -213,19 +230,29 @@ impl<'p, 'a> Lanczos<'p, 'a> {
 
     /// Shrinks the basis to the first `k` Ritz vectors; the next block stays (thick restart, Wu and Simon 2000).
     pub fn compress(&mut self, ritz: &Ritz, k: usize) {
-        let kept = self.vectors(ritz, k);
-        self.keep(kept.as_ref(), &ritz.theta[..k]);
+        let turn = |basis: &Mat<f64>| {
+            dense::product(basis.as_ref().subcols(0, self.size), ritz.vectors.as_ref().subcols(0, k))
+        };
+        let (kept, mass_kept) = (turn(&self.basis), turn(&self.mass_basis));
+        self.keep(kept.as_ref(), mass_kept.as_ref(), &ritz.theta[..k]);
     }
 
-    /// Takes mass-orthonormal vectors with their eigenvalues `theta` as the whole basis.
-    pub fn keep(&mut self, vectors: MatRef<'_, f64>, theta: &[f64]) {
+    /// Takes mass-orthonormal vectors, their products with `M` and their eigenvalues `theta` as the whole basis.
+    pub fn keep(&mut self, vectors: MatRef<'_, f64>, mass_vectors: MatRef<'_, f64>, theta: &[f64]) {
         let k = theta.len();
         self.basis.as_mut().subcols_mut(0, k).copy_from(vectors);
+        self.mass_basis.as_mut().subcols_mut(0, k).copy_from(mass_vectors);
         self.projected.fill(0.0);
         for (i, &value) in theta.iter().enumerate() {
             self.projected[(i, i)] = value;
         }
         self.size = k;
+    }
+}
+
+impl Block {
+    fn length(&self, j: usize) -> f64 {
+        inner(self.x.as_ref(), j, self.mass_x.as_ref(), j).max(0.0).sqrt()
     }
 }
 

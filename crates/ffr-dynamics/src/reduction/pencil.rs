@@ -6,9 +6,10 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use faer::sparse::{SparseColMat, SparseColMatRef, SymbolicSparseColMat};
+use faer::sparse::{SparseColMat, SymbolicSparseColMat};
 
-use super::factor::{CholeskyFactor, Inertia, SymbolicFactor};
+use super::factor::{CholeskyFactor, SymbolicFactor};
+use super::inertia::{Inertia, SINGLE_FROM};
 use super::ordering::elimination_order;
 use crate::DynamicsError;
 use crate::body::{AssembledBody, MassMatrix};
@@ -55,9 +56,8 @@ impl<'a> Pencil<'a> {
     /// # Errors
     /// [`DynamicsError::NotPositiveDefinite`] if the rest can still move without energy.
     pub fn cholesky(&self, shift: f64, fixed: &[bool]) -> Result<CholeskyFactor, DynamicsError> {
-        let values = self.combination(shift, fixed);
         let name = if shift > 0.0 { "K + s M" } else { "the supported stiffness matrix" };
-        self.symbolic.cholesky(SparseColMatRef::new(self.stiffness.symbolic(), &values), name)
+        self.symbolic.cholesky(self.combination(shift, fixed).as_ref(), name)
     }
 
     /// Inertia of `K - mu M` on the unknowns that are not `fixed`: how many eigenvalues are below `mu` [(rad/s)²].
@@ -65,14 +65,25 @@ impl<'a> Pencil<'a> {
     /// # Errors
     /// [`DynamicsError::Factorisation`] if memory runs out.
     pub fn inertia(&self, mu: f64, fixed: &[bool]) -> Result<Inertia, DynamicsError> {
-        let values = self.combination(-mu, fixed);
-        self.symbolic.inertia(SparseColMatRef::new(self.stiffness.symbolic(), &values))
+        self.symbolic.inertia_double(self.combination(-mu, fixed).as_ref())
     }
 
-    /// Values of `K + shift M` on the common pattern.
-    fn combination(&self, shift: f64, fixed: &[bool]) -> Vec<f64> {
+    /// As [`Self::inertia`] in single precision; `None` if the matrix is small, or the factor too inaccurate to count.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Factorisation`] if memory runs out.
+    pub fn inertia_single(&self, mu: f64, fixed: &[bool]) -> Result<Option<Inertia>, DynamicsError> {
+        if self.symbolic.n_entries() < SINGLE_FROM {
+            return Ok(None);
+        }
+        self.symbolic.inertia_single(self.combination(-mu, fixed).as_ref())
+    }
+
+    /// Lower triangle of `K + shift M` on the common pattern, rows and columns of `fixed` unknowns reduced to their diagonal.
+    pub fn combination(&self, shift: f64, fixed: &[bool]) -> SparseColMat<u32, f64> {
         let k = self.stiffness.as_ref();
-        let mut values = k.val().to_vec();
+        let mut combined = k.clone();
+        let values = combined.val_mut();
         let mass = mass_lower(self.body).val();
         if shift.abs() > 0.0 {
             for &(place, index) in &self.mass_places {
@@ -89,7 +100,7 @@ impl<'a> Pencil<'a> {
                 }
             }
         }
-        values
+        combined
     }
 }
 

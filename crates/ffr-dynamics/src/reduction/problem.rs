@@ -12,7 +12,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use faer::{Mat, MatMut, MatRef};
 
 use super::dense;
-use super::factor::{CholeskyFactor, Inertia, SolveWorkspace};
+use super::factor::{CholeskyFactor, SolveWorkspace};
+use super::inertia::Inertia;
 use super::pencil::{Pencil, check_unknowns};
 use super::rigid::RigidModes;
 use crate::DynamicsError;
@@ -184,5 +185,13 @@ impl<'a> ElasticProblem<'a> {
     /// [`DynamicsError::Factorisation`] if memory runs out.
     pub fn inertia(&self, mu: f64) -> Result<Inertia, DynamicsError> {
         self.pencil.inertia(mu, &self.clamped)
+    }
+
+    /// As [`Self::inertia`] in single precision; `None` if the matrix is small, or the factor too inaccurate to count.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Factorisation`] if memory runs out.
+    pub fn inertia_single(&self, mu: f64) -> Result<Option<Inertia>, DynamicsError> {
+        self.pencil.inertia_single(mu, &self.clamped)
     }
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::super::check::Checker;
 use super::super::model::{
-    Body, BodyKind, Discretisation, ElasticBody, ElasticModel, Frame, Material, Reduction, Refinement,
+    Body, BodyKind, Damping, Discretisation, ElasticBody, ElasticModel, Frame, Material, Reduction, Refinement,
 };
 use super::super::section::Section;
 use super::{dimension, geometry, marker_or_point};
@@ -100,7 +100,7 @@ fn orientation(checker: &mut Checker, section: &Section) -> Option<[f64; 4]> {
 }
 
 fn rigid(checker: &mut Checker, section: &Section, orientation: Option<[f64; 4]>) -> Option<BodyKind> {
-    for key in ["material", "thickness", "discretisation", "reduction", "frame"] {
+    for key in ["material", "thickness", "discretisation", "reduction", "damping", "frame"] {
         if section.given(key) {
             checker.fault_in(section, key, "has no meaning for a body with model \"rigid\"".into());
         }
@@ -144,6 +144,13 @@ fn elastic(
     let discretisation =
         section.table("discretisation").and_then(|d| discretisation(checker, d, model, shape?));
     let reduction = section.table("reduction").and_then(|r| reduction(checker, r));
+    let damping = match section.table("damping") {
+        Some(table) => {
+            Some(Damping { frequencies: table.vector::<2>("frequencies")?, ratio: table.number("ratio")? })
+        }
+        None if section.given("damping") => return None,
+        None => None,
+    };
     section.text("frame")?;
     Some(ElasticBody {
         model: kind?,
@@ -151,6 +158,7 @@ fn elastic(
         geometry: geometry?,
         discretisation: discretisation?,
         reduction: reduction?,
+        damping,
         frame: Frame::Buckens,
     })
 }

@@ -79,6 +79,13 @@ pub const BODY: &[Key] = &[
         "Reduced basis; not for `rigid` bodies.",
     ),
     Key::new(
+        "damping",
+        Kind::Table(DAMPING),
+        "",
+        Need::Optional("no damping"),
+        "Rayleigh damping of the elastic coordinates; not for `rigid` bodies.",
+    ),
+    Key::new(
         "frame",
         Kind::Choice(FRAMES),
         "",
@@ -267,6 +274,23 @@ pub const SHAPES: &[ShapeFacts] = &[
         models: &[("solid", None), ("axisymmetric", None), ("plane-strain", None), ("plane-stress", None)],
     },
     ShapeFacts { name: "plane", models: &[("rigid", Some(&[]))] },
+];
+
+const DAMPING: &[Key] = &[
+    Key::new(
+        "frequencies",
+        Kind::Vector(2, Range::positive(1e12)),
+        "Hz",
+        Need::Required,
+        "Two frequencies between which modes are damped least, the band of the modes that matter.",
+    ),
+    Key::new(
+        "ratio",
+        Kind::Number(Range { min: Bound::Closed(0.0), max: Bound::Closed(1e3) }),
+        "–",
+        Need::Default("1e-3"),
+        "Damping ratio at both frequencies, 1 being critical; it grows with the frequency above them.",
+    ),
 ];
 
 const DISCRETISATION: &[Key] = &[

@@ -1,0 +1,262 @@
+//! Phases, events and records of a run, on a coarse aluminium ball between rigid planes.
+
+use adaptive::AdaptiveError;
+use adaptive::driver::{RunEnd, run};
+use adaptive::model::RunModel;
+use adaptive::record::{
+    Continue, ImpactRecord, Observer, ObserverError, PhaseKind, PhaseRecord, RunLayout, Sample, StressRecord,
+    TryRecord,
+};
+use adaptive::spec::{
+    DiscretisationSpec, ElasticBodySpec, InitialMotion, PhaseSettings, PlaneContactSpec, PointRule,
+    ReductionSpec, RefinementSpec, RunSettings, RunSpec,
+};
+use contact_qs::quasistatic::Method;
+use iga_core::elasticity::{Material, Model};
+use iga_core::nurbs::primitives::axisymmetric;
+use nalgebra::{UnitQuaternion, Vector3};
+
+const RADIUS: f64 = 10e-3; // m
+const SPEED: f64 = 0.1; // m/s
+/// Duration of the impact at that speed: 82.7 us.
+const DURATION: f64 = 83e-6; // s
+/// Error a step of 1e-8 over about 500 steps, and points that open and close within steps.
+const DRIFT: f64 = 1e-6;
+
+#[derive(Default)]
+struct Trace {
+    samples: Vec<Sample>,
+    phases: Vec<PhaseRecord>,
+    impacts: Vec<ImpactRecord>,
+    tries: Vec<TryRecord>,
+    stop_at: Option<f64>,
+}
+
+impl Observer for Trace {
+    fn start(&mut self, _: &RunLayout) -> Result<(), ObserverError> {
+        Ok(())
+    }
+
+    fn sample(&mut self, sample: &Sample) -> Result<(), ObserverError> {
+        self.samples.push(sample.clone());
+        Ok(())
+    }
+
+    fn progress(&mut self, time: f64, _: f64, _: PhaseKind) -> Continue {
+        if self.stop_at.is_some_and(|stop| time >= stop) { Continue::Interrupt } else { Continue::Yes }
+    }
+
+    fn phase(&mut self, record: &PhaseRecord) -> Result<(), ObserverError> {
+        self.phases.push(*record);
+        Ok(())
+    }
+
+    fn impact(&mut self, record: &ImpactRecord) -> Result<(), ObserverError> {
+        self.impacts.push(*record);
+        Ok(())
+    }
+
+    fn attempt(&mut self, record: &TryRecord) -> Result<(), ObserverError> {
+        self.tries.push(record.clone());
+        Ok(())
+    }
+
+    fn stress(&mut self, _: &StressRecord) -> Result<(), ObserverError> {
+        Ok(())
+    }
+}
+
+impl Trace {
+    fn energy_drift(&self) -> f64 {
+        let start = self.samples[0].energies.total();
+        self.samples.iter().map(|s| (s.energies.total() / start - 1.0).abs()).fold(0.0, f64::max)
+    }
+
+    fn kinds(&self) -> Vec<PhaseKind> {
+        self.phases.iter().map(|p| p.kind).collect()
+    }
+
+    fn last(&self) -> &Sample {
+        self.samples.last().expect("a sample")
+    }
+}
+
+fn plane(name: &str, height: f64, normal: f64) -> PlaneContactSpec {
+    PlaneContactSpec {
+        name: name.into(),
+        body: 0,
+        plane_point: Vector3::new(0.0, 0.0, height),
+        plane_normal: Vector3::new(0.0, 0.0, normal),
+        is_quasistatic: true,
+        penalty: 1e18,
+        points: PointRule::Greville,
+        method: Method::ActiveSet,
+        width: None,
+        elements: None,
+    }
+}
+
+/// A ball whose lowest point starts `height` above the floor.
+fn ball(height: f64, speed: f64, end_time: f64) -> RunSpec {
+    let shape = axisymmetric::sphere(RADIUS).expect("a sphere");
+    // 50 um elements over 0.3 mm; the contact radius reaches 0.168 mm.
+    let refine = |z: f64| RefinementSpec { centre: [0.0, z, 0.0], width: 0.3e-3, elements: 6, ratio: 2.0 };
+    let body = ElasticBodySpec {
+        name: "ball".into(),
+        shape,
+        model: Model::Axisymmetric,
+        material: Material::new(72.8e9, 0.33, 2789.0).expect("aluminium"),
+        discretisation: DiscretisationSpec {
+            degrees: vec![3, 3],
+            elements: vec![2, 2],
+            knots: None,
+            refine: vec![refine(-RADIUS), refine(RADIUS)],
+        },
+        reduction: ReductionSpec::CraigBampton { modes: 3, fixed_interface_modes: None },
+        motion: InitialMotion {
+            position: Vector3::new(0.0, 0.0, RADIUS + height),
+            rotation: UnitQuaternion::identity(),
+            velocity: Vector3::new(0.0, 0.0, -speed),
+            angular_velocity: Vector3::zeros(),
+        },
+    };
+    RunSpec {
+        bodies: vec![body],
+        contacts: vec![plane("floor", 0.0, 1.0)],
+        points: Vec::new(),
+        stress: Vec::new(),
+        settings: RunSettings {
+            end_time,
+            gravity: Vector3::zeros(),
+            free: PhaseSettings { max_step: 1e-4, tolerance: 1e-8, velocity_floor: 1e-6 },
+            impact: PhaseSettings { max_step: f64::INFINITY, tolerance: 1e-8, velocity_floor: 1e-6 },
+            quiet_time: None,
+            free_interval: 1e-5,
+        },
+    }
+}
+
+fn try_run(spec: &RunSpec, trace: &mut Trace) -> Result<RunEnd, AdaptiveError> {
+    run(&mut RunModel::build(spec)?, &spec.settings, trace)
+}
+
+fn finished(spec: &RunSpec) -> Trace {
+    let mut trace = Trace::default();
+    let end = try_run(spec, &mut trace).unwrap_or_else(|e| panic!("{e}"));
+    assert!(!end.is_interrupted);
+    assert!(trace.samples.windows(2).all(|w| w[0].time < w[1].time), "times rise");
+    let (reached, asked) = (trace.last().time, spec.settings.end_time);
+    assert!((reached - asked).abs() <= f64::EPSILON * asked, "the last state is stored: {reached:e}");
+    trace
+}
+
+#[test]
+fn ball_from_above_hits_like_a_ball_that_starts_in_contact() {
+    let touching = finished(&ball(0.0, SPEED, 2e-4));
+    let falling = finished(&ball(10e-6, SPEED, 3e-4));
+    assert_eq!(touching.kinds(), [PhaseKind::Impact, PhaseKind::Free]);
+    assert_eq!(falling.kinds(), [PhaseKind::Free, PhaseKind::Impact, PhaseKind::Free]);
+    let (a, b) = (touching.impacts[0], falling.impacts[0]);
+    // 10 um at 0.1 m/s; events are located to 1e-9 of a step of 2.7 us.
+    assert!((b.start - 1e-4).abs() < 1e-12, "{b:?}");
+    let before = falling.samples.iter().rfind(|s| s.phase == 0).expect("a free phase");
+    let gap = before.bodies[0].position[2] - RADIUS;
+    assert!(gap.abs() < 1e-13, "last state before the impact: gap {gap:e} m");
+    // The same steps but for their places in time: error control of 1e-8 a step.
+    assert!((a.peak_force / b.peak_force - 1.0).abs() < 1e-5, "{} {}", a.peak_force, b.peak_force);
+    assert!((a.end - a.start - (b.end - b.start)).abs() < 1e-10);
+    assert!((a.impulse / b.impulse - 1.0).abs() < 1e-6);
+    assert!(falling.energy_drift() < DRIFT && touching.energy_drift() < DRIFT);
+}
+
+#[test]
+fn run_that_ends_in_contact_records_the_impact_so_far() {
+    let end = 0.5 * DURATION;
+    let trace = finished(&ball(0.0, SPEED, end));
+    assert_eq!(trace.kinds(), [PhaseKind::Impact]);
+    let impact = trace.impacts[0];
+    assert!((impact.end - end).abs() < 1e-15 && trace.last().contacts[0].normal_force > 0.0);
+    // Half an impact: the ball stands still when it is pressed most.
+    assert!(impact.separation_velocity.abs() < 0.05 * SPEED, "{impact:?}");
+    assert!((trace.tries[0].stop - end).abs() < 1e-15);
+}
+
+#[test]
+fn ball_between_two_planes_flies_freely_between_its_impacts() {
+    let clearance = 20e-6;
+    let mut spec = ball(0.0, SPEED, 7e-4);
+    spec.contacts.push(plane("ceiling", 2.0 * RADIUS + clearance, -1.0));
+    let trace = finished(&spec);
+    let impact = PhaseKind::Impact;
+    assert_eq!(trace.kinds(), [impact, PhaseKind::Free, impact, PhaseKind::Free, impact, PhaseKind::Free]);
+    assert_eq!(trace.impacts.iter().map(|i| i.contact).collect::<Vec<_>>(), [0, 1, 0]);
+    for pair in trace.impacts.windows(2) {
+        // Flight at the rebound speed; vibration of the pole moves touch and release by less than a tenth of a microsecond.
+        let flight = clearance / pair[0].separation_velocity;
+        assert!((pair[1].start - pair[0].end - flight).abs() < 2e-6, "{pair:?}");
+        assert!((pair[1].peak_force / pair[0].peak_force - 1.0).abs() < 1e-2, "{pair:?}");
+    }
+    assert!(trace.energy_drift() < 3.0 * DRIFT, "{:e}", trace.energy_drift());
+}
+
+#[test]
+fn energy_with_gravity_is_counted_from_the_start() {
+    // 1000 m/s^2, so that gravity counts beside the impact.
+    let mut spec = ball(1e-6, SPEED, 2e-4);
+    spec.settings.gravity = Vector3::new(0.0, 0.0, -1000.0);
+    let trace = finished(&spec);
+    assert!(trace.samples[0].energies.gravity.abs() < 1e-30, "{:?}", trace.samples[0].energies);
+    let kinetic = trace.samples[0].energies.kinetic;
+    let change = trace.samples.iter().map(|s| (s.energies.total() - kinetic).abs()).fold(0.0, f64::max);
+    assert!(change < DRIFT * kinetic, "{change:e} J of {kinetic:e} J");
+    let lowest = trace.samples.iter().map(|s| s.energies.gravity).fold(f64::INFINITY, f64::min);
+    assert!(lowest < -1e-3 * kinetic, "gravity does work: {lowest:e} J");
+    let mass = trace.samples[0].linear_momentum[2] / -SPEED;
+    let end = trace.last();
+    let change = end.linear_momentum[2] - trace.samples[0].linear_momentum[2];
+    let expected = trace.impacts[0].impulse - mass * 1000.0 * end.time;
+    assert!((change / expected - 1.0).abs() < 1e-8, "impulse less weight: {change:e} {expected:e}");
+}
+
+#[test]
+fn impact_ends_after_the_quiet_time() {
+    let mut spec = ball(0.0, SPEED, 2e-4);
+    spec.settings.quiet_time = Some(30e-6);
+    let trace = finished(&spec);
+    let quiet = trace.phases[0].end - trace.impacts[0].end;
+    // Ends with the first step beyond the quiet time that starts after the last force; two steps of 2.7 us.
+    assert!((30e-6..36e-6).contains(&quiet), "{quiet:e}");
+    assert!(trace.impacts[0].end < DURATION);
+}
+
+#[test]
+fn ball_that_leaves_the_plane_has_no_impact() {
+    let trace = finished(&ball(0.0, -SPEED, 2e-4));
+    assert_eq!(trace.kinds(), [PhaseKind::Impact, PhaseKind::Free]);
+    assert!(trace.impacts.is_empty() && trace.tries.is_empty());
+    assert!((trace.last().bodies[0].position[2] - RADIUS - SPEED * 2e-4).abs() < 1e-15);
+}
+
+#[test]
+fn contact_that_outgrows_its_interval_stops_the_run() {
+    let mut spec = ball(0.0, SPEED, 1e-4);
+    spec.bodies[0].discretisation.refine[0].width = 0.12e-3;
+    let mut trace = Trace::default();
+    let error = try_run(&spec, &mut trace).expect_err("0.168 mm do not fit into 0.12 mm");
+    assert!(!error.is_model_error());
+    let AdaptiveError::IntervalTooSmall { contact, time, width } = error else { panic!("{error}") };
+    assert_eq!(contact, "floor");
+    assert!((width - 0.12e-3).abs() < 1e-15);
+    // Hertz: the contact radius passes 0.1 mm, where the last element begins, at a third of the largest approach.
+    assert!(time > 0.05 * DURATION && time < 0.3 * DURATION, "{time:e}");
+    assert!((trace.last().time - time).abs() < 1e-15, "what was computed is stored");
+}
+
+#[test]
+fn interrupted_run_keeps_its_last_state_and_impact() {
+    let mut trace = Trace { stop_at: Some(20e-6), ..Trace::default() };
+    let end = try_run(&ball(0.0, SPEED, 1e-4), &mut trace).unwrap_or_else(|e| panic!("{e}"));
+    assert!(end.is_interrupted && (20e-6..23e-6).contains(&end.time));
+    assert!((trace.last().time - end.time).abs() < 1e-15);
+    assert_eq!((trace.impacts.len(), trace.tries[0].outcome.as_str()), (1, "interrupted"));
+}

@@ -1,0 +1,88 @@
+//! What a driver asks of a contact, whatever its law: gap, direction, report, penalty factor.
+
+use ffr_dynamics::system::force::{BodyState, ForceElement, ForceEnergies};
+use nalgebra::Vector3;
+
+use crate::quasistatic::SolveReport;
+
+/// What a contact evaluation found.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ContactReport {
+    /// Sum of the normal point forces \[N\].
+    pub normal_force: f64,
+    /// Force on the contact body in the inertial frame, friction included \[N\].
+    pub force: Vector3<f64>,
+    /// Friction force on the contact body in the inertial frame \[N\].
+    pub friction_force: Vector3<f64>,
+    /// Largest penetration, quasistatic displacement included, zero without contact; Hertz: the approach \[m\].
+    pub penetration: f64,
+    /// Number of points that carry force.
+    pub n_active: usize,
+    /// Number of them that slide; zero without friction.
+    pub n_sliding: usize,
+    /// Sum of their areas; Hertz: area of the contact circle \[m²\].
+    pub contact_area: f64,
+    /// Whether a point on the rim of the zone carries force.
+    pub is_rim_touched: bool,
+    /// Energies.
+    pub energies: ForceEnergies,
+    /// Work of the solver.
+    pub solver: SolveReport,
+}
+
+/// A contact of one body with another or with a fixed target.
+///
+/// The contact body is the first of [`ContactElement::bodies`]; directions and forces are those on it.
+pub trait ContactElement: ForceElement {
+    /// Kind of the contact for messages, such as `"sphere-plane"`.
+    fn kind(&self) -> &'static str;
+
+    /// Index of the contact body and of the target, none if that is fixed.
+    fn bodies(&self) -> (usize, Option<usize>);
+
+    /// Smallest gap at the motion `bodies` of all bodies: positive apart, zero where the force begins or ends \[m\]. Runs no
+    /// solver and changes no state; NaN if the gap is not a number.
+    fn smallest_gap(&self, bodies: &[BodyState]) -> f64;
+
+    /// Unit normal towards the contact body at the motion `bodies`, in the inertial frame.
+    fn normal(&self, bodies: &[BodyState]) -> Vector3<f64>;
+
+    /// What the last evaluation found.
+    fn report(&self) -> &ContactReport;
+
+    /// Penalty factor in use; infinite where there are no penalty springs \[N/m³\].
+    fn penalty(&self) -> f64;
+
+    /// Number of points that can carry force.
+    fn n_points(&self) -> usize;
+}
+
+impl<T: ContactElement + ?Sized> ContactElement for Box<T> {
+    fn kind(&self) -> &'static str {
+        (**self).kind()
+    }
+
+    fn bodies(&self) -> (usize, Option<usize>) {
+        (**self).bodies()
+    }
+
+    fn smallest_gap(&self, bodies: &[BodyState]) -> f64 {
+        (**self).smallest_gap(bodies)
+    }
+
+    fn normal(&self, bodies: &[BodyState]) -> Vector3<f64> {
+        (**self).normal(bodies)
+    }
+
+    fn report(&self) -> &ContactReport {
+        (**self).report()
+    }
+
+    fn penalty(&self) -> f64 {
+        (**self).penalty()
+    }
+
+    fn n_points(&self) -> usize {
+        (**self).n_points()
+    }
+}

@@ -1,0 +1,260 @@
+//! One evaluation of a plane contact: gaps and slips, point forces, their sums, the power they lose.
+
+use ffr_dynamics::body::RigidMotion;
+use ffr_dynamics::error::Rejection;
+use ffr_dynamics::system::force::{BodyState, GeneralisedForce};
+use nalgebra::{UnitQuaternion, Vector3};
+
+use super::{NORMAL_TOLERANCE, PlaneContact};
+use crate::ContactError;
+use crate::contact_element::ContactReport;
+use crate::law::penalty;
+use crate::quasistatic::{Problem, SolveReport};
+
+impl PlaneContact {
+    /// Plane normal in the model's components.
+    pub(super) fn normal_components(&self, rotation: &UnitQuaternion<f64>) -> Result<[f64; 3], ContactError> {
+        let normal = rotation.inverse_transform_vector(&self.settings.plane.normal);
+        let fail =
+            |requirement| Err(ContactError::Normal { normal: [normal.x, normal.y, normal.z], requirement });
+        // Asked this way round, a NaN fails.
+        let is_along_axis = normal.x.hypot(normal.y) < NORMAL_TOLERANCE;
+        let is_in_plane = normal.z.abs() < NORMAL_TOLERANCE;
+        match self.submodel.motion {
+            RigidMotion::Axial if is_along_axis => Ok([0.0, normal.z, 0.0]),
+            RigidMotion::Axial => fail("an axisymmetric body needs a normal along its axis z"),
+            RigidMotion::Planar if is_in_plane => Ok([normal.x, normal.y, 0.0]),
+            RigidMotion::Planar => fail("a plane body needs a normal in its plane x, y"),
+            RigidMotion::Spatial => Ok([normal.x, normal.y, normal.z]),
+        }
+    }
+
+    /// Distance of the frame's origin from the plane.
+    pub(super) fn offset(&self, state: &BodyState) -> f64 {
+        (state.position - self.settings.plane.point).dot(&self.settings.plane.normal)
+    }
+
+    /// Row of the low-frequency shapes of component `c` at point `i`.
+    pub(super) fn low_row(&self, i: usize, c: usize) -> &[f64] {
+        let n_q = self.submodel.low.ncols();
+        let row = self.submodel.motion.n_components() * i + c;
+        &self.low_rows[row * n_q..(row + 1) * n_q]
+    }
+
+    /// Gap of point `i` without quasistatic displacement (Eq. C.1).
+    pub(super) fn gap(&self, i: usize, offset: f64, normal: &[f64; 3], elastic: &[f64]) -> f64 {
+        let motion = self.submodel.motion;
+        let mut gap = offset;
+        for (c, &normal_c) in normal[..motion.n_components()].iter().enumerate() {
+            if normal_c != 0.0 {
+                let low: f64 = self.low_row(i, c).iter().zip(elastic).map(|(s, q)| s * q).sum();
+                gap += normal_c * (self.submodel.points[i][motion.direction(c)] + low);
+            }
+        }
+        gap
+    }
+
+    /// Displaced place of point `i` in the body's frame, without quasistatic displacement \[m\].
+    fn place(&self, i: usize, elastic: &[f64]) -> Vector3<f64> {
+        let motion = self.submodel.motion;
+        let mut place = Vector3::from(self.submodel.points[i]);
+        for c in 0..motion.n_components() {
+            place[motion.direction(c)] += dot(self.low_row(i, c), elastic);
+        }
+        place
+    }
+
+    /// Normal, gaps and slips at `state`.
+    pub(super) fn locate(&mut self, t: f64, state: &BodyState) -> Result<(), Rejection> {
+        self.normal = self
+            .normal_components(&state.rotation)
+            .map_err(|error| Rejection { code: 0, reason: error.to_string() })?;
+        let offset = self.offset(state);
+        for i in 0..self.submodel.n_points() {
+            let gap = self.gap(i, offset, &self.normal, &state.elastic);
+            if !gap.is_finite() {
+                return Err(Rejection {
+                    code: 2,
+                    reason: format!("the gap of contact point {i} is {gap} at t = {t:.9e} s"),
+                });
+            }
+            self.free_gaps[i] = gap;
+        }
+        let Some(mut friction) = self.friction.take() else { return Ok(()) };
+        friction.turn(&state.rotation);
+        let motion = self.submodel.motion;
+        let origin = state.position - self.settings.plane.point;
+        for i in 0..self.submodel.n_points() {
+            let place = self.place(i, &state.elastic);
+            for a in 0..friction.n_t {
+                let tangent = &friction.tangents[a];
+                let local: f64 =
+                    (0..motion.n_components()).map(|c| tangent[c] * place[motion.direction(c)]).sum();
+                friction.coordinates[friction.n_t * i + a] = friction.world[a].dot(&origin) + local;
+            }
+        }
+        friction.measure();
+        self.friction = Some(friction);
+        Ok(())
+    }
+
+    /// Point forces at the gaps and slips just found, by the solver or the penalty law.
+    pub(super) fn solve(&mut self) -> Result<SolveReport, Rejection> {
+        let Some(zone) = &mut self.quasistatic else {
+            let areas = &self.submodel.areas;
+            for ((force, &gap), &area) in self.forces.iter_mut().zip(&self.free_gaps).zip(areas) {
+                *force = area * penalty::pressure(self.settings.penalty, gap);
+            }
+            self.gaps.copy_from_slice(&self.free_gaps);
+            if let Some(friction) = &mut self.friction {
+                friction.stick_slip.solve_points(&friction.slips, &self.forces)?;
+            }
+            return Ok(SolveReport::default());
+        };
+        // A body in flight needs no projections; Algorithm 1 keeps its own state there.
+        let is_touching = self.free_gaps.iter().any(|g| *g < 0.0);
+        if is_touching || zone.needs_springs() {
+            zone.project(self.normal);
+        }
+        let Some(friction) = &mut self.friction else {
+            let report = zone.solve(&self.springs, &self.free_gaps, &mut self.forces)?;
+            let problem = Problem {
+                compliance: zone.normal_compliance(),
+                springs: &self.springs,
+                gaps: &self.free_gaps,
+            };
+            problem.deformed_gaps(&self.forces, &mut self.gaps);
+            return Ok(report);
+        };
+        if is_touching {
+            friction.stick_slip.project(zone.compliance(), &self.normal, &friction.tangents);
+        }
+        friction.stick_slip.solve(zone, &self.springs, &self.free_gaps, &friction.slips, &mut self.forces)
+    }
+
+    /// Components of the point forces and the displacements under them.
+    pub(super) fn load_points(&mut self) {
+        let nc = self.submodel.motion.n_components();
+        for (load, &force) in self.loads.chunks_exact_mut(nc).zip(&self.forces) {
+            load.iter_mut().zip(&self.normal).for_each(|(l, n)| *l = n * force);
+        }
+        if let Some(friction) = &self.friction {
+            let points = friction.stick_slip.forces().chunks_exact(friction.n_t);
+            for (load, point) in self.loads.chunks_exact_mut(nc).zip(points) {
+                for (force, tangent) in point.iter().zip(&friction.tangents) {
+                    load.iter_mut().zip(tangent).for_each(|(l, t)| *l += t * force);
+                }
+            }
+        }
+        let Some(zone) = &self.quasistatic else { return };
+        zone.displacements(&self.loads, &mut self.displacements);
+        if self.friction.is_some() {
+            for ((gap, &free), u) in
+                self.gaps.iter_mut().zip(&self.free_gaps).zip(self.displacements.chunks_exact(nc))
+            {
+                *gap = free + dot(u, &self.normal[..nc]);
+            }
+        }
+    }
+
+    /// Sums up the last evaluation.
+    pub(super) fn sum_up(&mut self, solver: SolveReport) {
+        let mut report = ContactReport { solver, ..ContactReport::default() };
+        for (i, &force) in self.forces.iter().enumerate() {
+            report.penetration = report.penetration.max(-self.gaps[i]);
+            if force > 0.0 {
+                report.normal_force += force;
+                report.n_active += 1;
+                report.contact_area += self.submodel.areas[i];
+                report.is_rim_touched |= self.is_rim[i];
+                // Work of the normal displacement of the zone, Eq. C.7; zero when all modes are dynamic.
+                report.energies.elastic_high += 0.5 * force * (self.gaps[i] - self.free_gaps[i]);
+                report.energies.penalty += 0.5 * force * force * self.springs[i];
+            }
+        }
+        report.force = self.settings.plane.normal.into_inner() * report.normal_force;
+        if let Some(friction) = &self.friction {
+            // The work of the tangential displacement beside it, Eq. F.13.
+            report.energies.elastic_high = 0.5 * dot(&self.loads, &self.displacements);
+            report.energies.penalty += friction.stick_slip.spring_energy();
+            report.friction_force = friction.resultant();
+            report.force += report.friction_force;
+            report.n_sliding = friction.n_sliding();
+        }
+        self.report = report;
+    }
+
+    /// Power lost to sliding (Eq. F.12) \[W\].
+    pub(super) fn dissipated_power(&mut self, state: &BodyState) -> Result<f64, Rejection> {
+        if self.report.n_sliding == 0 {
+            return Ok(0.0);
+        }
+        self.find_rates(state);
+        let Some(friction) = &mut self.friction else { return Ok(0.0) };
+        friction.stick_slip.dissipated_power(
+            self.quasistatic.as_mut(),
+            &self.springs,
+            &self.gap_rates,
+            &self.slip_rates,
+        )
+    }
+
+    /// Rates of the points along normal and tangents without those of the forces (Eq. F.9).
+    fn find_rates(&mut self, state: &BodyState) {
+        let Some(friction) = self.friction.take() else { return };
+        let motion = self.submodel.motion;
+        let (nc, n_t) = (motion.n_components(), friction.n_t);
+        let turning = if motion == RigidMotion::Axial { Vector3::zeros() } else { state.angular_velocity };
+        let frame = state.rotation.inverse_transform_vector(&state.velocity);
+        // Forces that keep their sizes turn in the body's frame, which moves the points.
+        for (load, rates) in self.loads.chunks_exact(nc).zip(self.load_rates.chunks_exact_mut(nc)) {
+            let mut force = Vector3::zeros();
+            (0..nc).for_each(|c| force[motion.direction(c)] = load[c]);
+            let turned = force.cross(&turning);
+            (0..nc).for_each(|c| rates[c] = turned[motion.direction(c)]);
+        }
+        let mut drift = [0.0; 3];
+        for i in 0..self.submodel.n_points() {
+            let mut arm = self.place(i, &state.elastic);
+            (0..nc).for_each(|c| arm[motion.direction(c)] += self.displacements[nc * i + c]);
+            let rigid = frame + turning.cross(&arm);
+            for (c, d) in drift[..nc].iter_mut().enumerate() {
+                *d = rigid[motion.direction(c)] + dot(self.low_row(i, c), &state.elastic_rates);
+                if let Some(zone) = &self.quasistatic {
+                    // The compliance is symmetric: a row is a column.
+                    *d += dot(zone.compliance().col_as_slice(nc * i + c), &self.load_rates);
+                }
+            }
+            self.gap_rates[i] = dot(&drift[..nc], &self.normal[..nc]);
+            for a in 0..n_t {
+                self.slip_rates[n_t * i + a] = dot(&drift[..nc], &friction.tangents[a][..nc]);
+            }
+        }
+        self.friction = Some(friction);
+    }
+
+    /// Adds the point forces to `target`: resultant, moment about the frame's origin (Eq. C.17), modal forces.
+    pub(super) fn push(&self, elastic: &[f64], target: &mut GeneralisedForce) {
+        let motion = self.submodel.motion;
+        let nc = motion.n_components();
+        target.force += self.report.force;
+        for (i, load) in self.loads.chunks_exact(nc).enumerate().filter(|(i, _)| self.forces[*i] > 0.0) {
+            for (c, &factor) in load.iter().enumerate().filter(|(_, factor)| **factor != 0.0) {
+                target.elastic.iter_mut().zip(self.low_row(i, c)).for_each(|(f, s)| *f += s * factor);
+            }
+            if motion != RigidMotion::Axial {
+                let mut arm = self.place(i, elastic);
+                let mut force = Vector3::zeros();
+                for c in 0..nc {
+                    arm[motion.direction(c)] += self.displacements[nc * i + c];
+                    force[motion.direction(c)] = load[c];
+                }
+                target.torque += arm.cross(&force);
+            }
+        }
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}

@@ -1,0 +1,339 @@
+//! Normal and tangential forces together: the two convex problems in turns.
+//!
+//! Coulomb's law with the slip since the last commitment is no minimum of anything, for the bounds `μ λ` depend on the normal
+//! forces. Given these, the tangential forces are one ([`super::tangential`]), and the other way round (docs/theory.md Eqs.
+//! F.4, F.5). The two are solved in turns, with Aitken's relaxation, until the friction forces stand still. The turns contract
+//! like `μ` times the coupling `A_TN/A_NN`: some 0.1 for steel at `μ = 0.3`, none at all where `ν = 1/2`. Rates of the forces,
+//! which the slip rates need, follow the same way on the sets found (Eqs. F.9 to F.12).
+
+use faer::Mat;
+use ffr_dynamics::error::Rejection;
+
+use super::active_set::SolveReport;
+use super::problem::{add_product, depth};
+use super::solver::Quasistatic;
+use super::tangential::{PointState, Tangential, TangentialProblem};
+
+/// Change of the friction forces in one turn at which they stand still, as a share of the largest.
+const TOLERANCE: f64 = 1e-12;
+/// Turns: a contraction of 0.75 reaches the tolerance within them even without relaxation.
+const MAX_TURNS: usize = 100;
+
+/// Tangential half of a contact zone. Components are ordered `n_t * point + component`.
+pub(crate) struct StickSlip {
+    coefficient: f64,
+    n_t: usize,
+    n_points: usize,
+    /// `A_TT`, without rows when all modes are dynamic.
+    tangential_compliance: Mat<f64>,
+    /// `A_TN`: tangential rows, normal columns.
+    coupling: Mat<f64>,
+    /// Its transpose, so that products leave out points without force.
+    coupling_transposed: Mat<f64>,
+    /// Normal and tangents that the projections belong to; NaN before the first one.
+    directions: [[f64; 3]; 3],
+    springs: Vec<f64>,
+    solver: Tangential,
+    forces: Vec<f64>,
+    saved_forces: Vec<f64>,
+    bounds: Vec<f64>,
+    shifted: Vec<f64>,
+    offsets: Vec<f64>,
+    next: Vec<f64>,
+    rates: Vec<f64>,
+    slip_rates: Vec<f64>,
+    relaxation: Relaxation,
+    column: Vec<f64>,
+}
+
+impl StickSlip {
+    /// Zone of `n_points` points with `n_t` tangential components each and `n_components` in all; `has_compliance`: whether
+    /// the zone is quasistatic.
+    pub fn new(
+        coefficient: f64,
+        n_points: usize,
+        n_t: usize,
+        n_components: usize,
+        has_compliance: bool,
+    ) -> Self {
+        let n = n_t * n_points;
+        let (rows, columns) = if has_compliance { (n, n_points) } else { (0, 0) };
+        Self {
+            coefficient,
+            n_t,
+            n_points,
+            tangential_compliance: Mat::zeros(rows, rows),
+            coupling: Mat::zeros(rows, columns),
+            coupling_transposed: Mat::zeros(columns, rows),
+            directions: [[f64::NAN; 3]; 3],
+            springs: vec![0.0; n_points],
+            solver: Tangential::new(n_points, n_t),
+            forces: vec![0.0; n],
+            saved_forces: vec![0.0; n],
+            bounds: vec![0.0; n_points],
+            shifted: vec![0.0; n_points],
+            offsets: vec![0.0; n],
+            next: vec![0.0; n],
+            rates: vec![0.0; n],
+            slip_rates: vec![0.0; n],
+            relaxation: Relaxation::new(n),
+            column: vec![0.0; n_components * n_points],
+        }
+    }
+
+    /// Tangential point forces of the last solution \[N\].
+    pub fn forces(&self) -> &[f64] {
+        &self.forces
+    }
+
+    /// States of the points in the last solution.
+    pub fn states(&self) -> &[PointState] {
+        self.solver.states()
+    }
+
+    /// Slip increments since the last commitment in the last solution \[m\].
+    pub fn increments(&self) -> &[f64] {
+        self.solver.increments()
+    }
+
+    /// Sets the compliances of the tangential springs to `ratio` times those of the normal ones.
+    pub fn set_springs(&mut self, normal: &[f64], ratio: f64) {
+        self.springs.iter_mut().zip(normal).for_each(|(s, n)| *s = n * ratio);
+        self.solver.invalidate();
+    }
+
+    /// Energy of the tangential springs `Σ ½ D_T τ²` \[J\].
+    pub fn spring_energy(&self) -> f64 {
+        let terms = self.forces.iter().enumerate();
+        terms.map(|(k, f)| 0.5 * self.springs[k / self.n_t] * f * f).sum()
+    }
+
+    pub fn save(&mut self) {
+        self.solver.save();
+        self.saved_forces.copy_from_slice(&self.forces);
+    }
+
+    pub fn restore(&mut self) {
+        self.solver.restore();
+        self.forces.copy_from_slice(&self.saved_forces);
+    }
+
+    /// Projects `compliance` on the normal and the tangents, given in the model's components (Eq. F.4). Does nothing when they
+    /// have not changed in any bit.
+    pub fn project(&mut self, compliance: &Mat<f64>, normal: &[f64; 3], tangents: &[[f64; 3]; 2]) {
+        let directions = [*normal, tangents[0], tangents[1]];
+        let bits = |d: &[[f64; 3]; 3]| d.map(|v| v.map(f64::to_bits));
+        if bits(&directions) == bits(&self.directions) {
+            return;
+        }
+        self.directions = directions;
+        let (n_t, nc) = (self.n_t, self.column.len() / self.n_points);
+        for j in 0..self.n_points {
+            for d in 0..=n_t {
+                let direction = if d == n_t { normal } else { &tangents[d] };
+                self.column.fill(0.0);
+                for (c, &factor) in direction[..nc].iter().enumerate() {
+                    let source = compliance.col_as_slice(nc * j + c);
+                    self.column.iter_mut().zip(source).for_each(|(o, a)| *o += a * factor);
+                }
+                let target = if d == n_t {
+                    self.coupling.col_as_slice_mut(j)
+                } else {
+                    self.tangential_compliance.col_as_slice_mut(n_t * j + d)
+                };
+                for (pair, point) in target.chunks_exact_mut(n_t).zip(self.column.chunks_exact(nc)) {
+                    for (t, tangent) in pair.iter_mut().zip(tangents) {
+                        *t = point.iter().zip(tangent).map(|(a, b)| a * b).sum();
+                    }
+                }
+            }
+        }
+        for k in 0..self.coupling.nrows() {
+            let target = self.coupling_transposed.col_as_slice_mut(k);
+            target.iter_mut().enumerate().for_each(|(j, t)| *t = self.coupling[(k, j)]);
+        }
+        self.solver.invalidate();
+    }
+
+    /// Solves for normal point forces `normal_forces` and the tangential ones at gaps `gaps` and slips `slips` since the last
+    /// commitment, both without quasistatic displacement \[m\].
+    ///
+    /// # Errors
+    /// Those of [`Quasistatic::solve`] and [`Tangential::solve`]; code -1 if the turns don't settle.
+    pub fn solve(
+        &mut self,
+        zone: &mut Quasistatic,
+        springs: &[f64],
+        gaps: &[f64],
+        slips: &[f64],
+        normal_forces: &mut [f64],
+    ) -> Result<SolveReport, Rejection> {
+        if depth(gaps) <= 0.0 {
+            self.forces.fill(0.0);
+            normal_forces.fill(0.0);
+            self.bounds.fill(0.0);
+            self.solve_tangential(slips)?;
+            return zone.solve(springs, gaps, normal_forces);
+        }
+        let mut sum = SolveReport::default();
+        self.relaxation.restart();
+        for _ in 0..MAX_TURNS {
+            self.shifted.copy_from_slice(gaps);
+            add_product(&self.coupling_transposed, &self.forces, &mut self.shifted);
+            let report = zone.solve(springs, &self.shifted, normal_forces)?;
+            sum.iterations += report.iterations;
+            sum.factorisations += report.factorisations;
+            sum.fallbacks += report.fallbacks;
+            for (bound, force) in self.bounds.iter_mut().zip(&*normal_forces) {
+                *bound = self.coefficient * force;
+            }
+            self.offsets.copy_from_slice(slips);
+            add_product(&self.coupling, normal_forces, &mut self.offsets);
+            let offsets = std::mem::take(&mut self.offsets);
+            let outcome = self.solve_tangential(&offsets);
+            self.offsets = offsets;
+            sum.iterations += outcome?;
+            let largest = self.bounds.iter().copied().fold(0.0, f64::max);
+            if self.relaxation.step(&mut self.forces, &self.next, TOLERANCE * largest) {
+                return Ok(sum);
+            }
+        }
+        Err(unsettled(self.coefficient))
+    }
+
+    /// Tangential forces under the present bounds, in `next`.
+    fn solve_tangential(&mut self, slips: &[f64]) -> Result<usize, Rejection> {
+        let problem = TangentialProblem {
+            compliance: &self.tangential_compliance,
+            springs: &self.springs,
+            slips,
+            bounds: &self.bounds,
+        };
+        self.solver.solve(&problem, &mut self.next)
+    }
+
+    /// Tangential forces where all modes are dynamic: every point for itself.
+    ///
+    /// # Errors
+    /// Code 2 if a slip is not finite.
+    pub fn solve_points(&mut self, slips: &[f64], normal_forces: &[f64]) -> Result<(), Rejection> {
+        for (bound, force) in self.bounds.iter_mut().zip(normal_forces) {
+            *bound = self.coefficient * force;
+        }
+        self.solver.return_to_bounds(&self.springs, slips, &self.bounds, &mut self.forces)
+    }
+
+    /// Power lost to sliding at the last solution (Eqs. F.9 to F.12) \[W\]. `gap_rates` and `slip_rates`: rates of the points
+    /// along normal and tangents without those of the forces [m/s]; `springs`: compliances of the normal springs [m/N].
+    ///
+    /// # Errors
+    /// Code -1 if the turns don't settle.
+    pub fn dissipated_power(
+        &mut self,
+        zone: Option<&mut Quasistatic>,
+        springs: &[f64],
+        gap_rates: &[f64],
+        slip_rates: &[f64],
+    ) -> Result<f64, Rejection> {
+        if !self.solver.states().contains(&PointState::Slip) {
+            return Ok(0.0);
+        }
+        let Some(zone) = zone else {
+            for (i, rate) in self.shifted.iter_mut().enumerate() {
+                *rate = -self.coefficient * gap_rates[i] / springs[i];
+            }
+            return Ok(self.solver.power_of_points(&self.springs, slip_rates, &self.shifted, &self.bounds));
+        };
+        self.rates_of_forces(zone, gap_rates, slip_rates)?;
+        let lost = |i: usize| -> f64 {
+            let components = self.n_t * i..self.n_t * (i + 1);
+            -components.map(|k| self.forces[k] * self.slip_rates[k]).sum::<f64>()
+        };
+        let sliding = (0..self.n_points).filter(|&i| self.solver.states()[i] == PointState::Slip);
+        Ok(sliding.map(lost).sum())
+    }
+
+    /// Rates of the forces, in turns like the forces themselves.
+    fn rates_of_forces(
+        &mut self,
+        zone: &mut Quasistatic,
+        gap_rates: &[f64],
+        slip_rates: &[f64],
+    ) -> Result<(), Rejection> {
+        let Self { tangential_compliance, springs, bounds, solver, .. } = self;
+        let problem =
+            TangentialProblem { compliance: tangential_compliance, springs, slips: slip_rates, bounds };
+        solver.prepare_rates(&problem)?;
+        self.rates.fill(0.0);
+        self.relaxation.restart();
+        for _ in 0..MAX_TURNS {
+            self.shifted.copy_from_slice(gap_rates);
+            add_product(&self.coupling_transposed, &self.rates, &mut self.shifted);
+            self.shifted.iter_mut().for_each(|x| *x = -*x);
+            if !zone.solve_on_set(&mut self.shifted) {
+                break;
+            }
+            self.offsets.copy_from_slice(slip_rates);
+            add_product(&self.coupling, &self.shifted, &mut self.offsets);
+            self.shifted.iter_mut().for_each(|x| *x *= self.coefficient);
+            let problem = TangentialProblem {
+                compliance: &self.tangential_compliance,
+                springs: &self.springs,
+                slips: slip_rates,
+                bounds: &self.bounds,
+            };
+            self.solver.rates(&problem, &self.shifted, &self.offsets, &mut self.next, &mut self.slip_rates);
+            let largest = self.next.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+            if self.relaxation.step(&mut self.rates, &self.next, TOLERANCE * largest) {
+                return Ok(());
+            }
+        }
+        Err(unsettled(self.coefficient))
+    }
+}
+
+fn unsettled(coefficient: f64) -> Rejection {
+    let reason = format!(
+        "normal and friction forces did not settle in {MAX_TURNS} turns, the friction coefficient {coefficient} is too large for this surface"
+    );
+    Rejection { code: -1, reason }
+}
+
+/// Fixed-point iteration with Aitken's relaxation (Irons & Tuck 1969).
+struct Relaxation {
+    residual: Vec<f64>,
+    factor: f64,
+    is_first: bool,
+}
+
+impl Relaxation {
+    fn new(n: usize) -> Self {
+        Self { residual: vec![0.0; n], factor: 1.0, is_first: true }
+    }
+
+    fn restart(&mut self) {
+        (self.factor, self.is_first) = (1.0, true);
+    }
+
+    /// Moves `x` towards its image `image`; whether they differ by `tolerance` at most, where `x` becomes the image.
+    fn step(&mut self, x: &mut [f64], image: &[f64], tolerance: f64) -> bool {
+        let (mut largest, mut product, mut square) = (0.0_f64, 0.0, 0.0);
+        for ((old, a), b) in self.residual.iter_mut().zip(&*x).zip(image) {
+            let new = b - a;
+            largest = largest.max(new.abs());
+            product += *old * (new - *old);
+            square += (new - *old) * (new - *old);
+            *old = new;
+        }
+        if largest <= tolerance {
+            x.copy_from_slice(image);
+            return true;
+        }
+        if !self.is_first && square > 0.0 {
+            self.factor = (-self.factor * product / square).clamp(0.1, 2.0);
+        }
+        self.is_first = false;
+        x.iter_mut().zip(&self.residual).for_each(|(x, r)| *x += self.factor * r);
+        false
+    }
+}

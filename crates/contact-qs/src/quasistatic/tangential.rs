@@ -1,0 +1,548 @@
+//! Return mapping of all points at once: tangential forces under given normal ones.
+//!
+//! `min ½ τᵀ(A_TT + D_T)τ + τᵀc` over `|τ_i| <= b_i` (docs/theory.md Eq. F.5): strictly convex, one or two tangential
+//! components a point. Its optimality conditions are Coulomb's law for the slip increments `w = (A_TT + D_T)τ + c`: zero where
+//! a point sticks, against the force where it slides (Eq. F.6).
+//!
+//! Newton's method on the sets: a sticking point has all its components free, a sliding one only the turn of its force along
+//! the circle (Eq. F.7), so that one symmetric positive definite matrix is factorised. In the plane a sliding point has
+//! nothing free, and the method is the active-set method for bounds on both sides, with the same safeguard as
+//! [`super::active_set`]: single exchanges where full ones don't gain.
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::llt;
+use faer::{Mat, MatMut, MatRef, Par};
+use ffr_dynamics::error::Rejection;
+
+use super::problem::add_product;
+
+/// Full exchanges without progress before single exchanges start.
+const PATIENCE: usize = 10; // Júdice & Pires 1994
+/// Round-off allowance of a slip, in units of `n eps max|c|`.
+const SLIP_ROUND_OFF: f64 = 32.0 * f64::EPSILON;
+/// A force this share above its bound still sticks: round-off of the solution.
+const BOUND_ROUND_OFF: f64 = 1e-13;
+/// Turn of a force's direction in one Newton step below which the next one is round-off (quadratic convergence).
+const TURN_TOLERANCE: f64 = 1e-8;
+/// A pivot smaller than this times `n eps` of its diagonal entry is round-off.
+const PIVOT_ROUND_OFF: f64 = 64.0 * f64::EPSILON;
+
+/// State of a contact point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum PointState {
+    /// No normal force.
+    #[default]
+    Open,
+    /// Held.
+    Stick,
+    /// Slides.
+    Slip,
+}
+
+/// Data of one problem. Tangential components are ordered `n_t * point + component`.
+#[derive(Clone, Copy)]
+pub(crate) struct TangentialProblem<'a> {
+    /// `A_TT` [m/N].
+    pub compliance: &'a Mat<f64>,
+    /// Compliance of each point's tangential spring [m/N].
+    pub springs: &'a [f64],
+    /// Slip `c` without tangential forces since the last commitment \[m\].
+    pub slips: &'a [f64],
+    /// Bounds `μ λ_i` \[N\].
+    pub bounds: &'a [f64],
+}
+
+/// A free direction of the forces: component pair and unit vector.
+#[derive(Clone, Copy)]
+struct Free {
+    point: usize,
+    direction: [f64; 2],
+}
+
+/// Solver for one number of points; holds the last states as a warm start and all buffers.
+pub(crate) struct Tangential {
+    n_t: usize,
+    states: Vec<PointState>,
+    /// Unit vectors along the forces of sliding points.
+    directions: Vec<[f64; 2]>,
+    /// Slip increments `w` of the last solution \[m\].
+    increments: Vec<f64>,
+    /// `|w_i|/b_i` of sliding points [m/N].
+    stretches: Vec<f64>,
+    free: Vec<Free>,
+    /// Sticking points that the factor belongs to; only in the plane, where the matrix depends on nothing else.
+    factored: Vec<usize>,
+    factor: Vec<f64>,
+    solution: Vec<f64>,
+    memory: MemBuffer,
+    saved: (Vec<PointState>, Vec<[f64; 2]>),
+}
+
+impl Tangential {
+    /// Solver for `n_points` points with `n_t` tangential components (1 or 2).
+    pub fn new(n_points: usize, n_t: usize) -> Self {
+        let n = n_points * n_t;
+        Self {
+            n_t,
+            states: vec![PointState::Open; n_points],
+            directions: vec![[1.0, 0.0]; n_points],
+            increments: vec![0.0; n],
+            stretches: vec![0.0; n_points],
+            free: Vec::with_capacity(n),
+            factored: Vec::with_capacity(n),
+            factor: vec![0.0; n * n],
+            solution: vec![0.0; n],
+            memory: MemBuffer::new(llt::factor::cholesky_in_place_scratch::<f64>(
+                n,
+                Par::Seq,
+                Default::default(),
+            )),
+            saved: (vec![PointState::Open; n_points], vec![[1.0, 0.0]; n_points]),
+        }
+    }
+
+    pub fn states(&self) -> &[PointState] {
+        &self.states
+    }
+
+    pub fn increments(&self) -> &[f64] {
+        &self.increments
+    }
+
+    pub fn invalidate(&mut self) {
+        self.factored.clear();
+    }
+
+    pub fn save(&mut self) {
+        self.saved.0.copy_from_slice(&self.states);
+        self.saved.1.copy_from_slice(&self.directions);
+    }
+
+    pub fn restore(&mut self) {
+        self.states.copy_from_slice(&self.saved.0);
+        self.directions.copy_from_slice(&self.saved.1);
+    }
+
+    /// Solves for `forces`; returns the number of sets tried.
+    ///
+    /// # Errors
+    /// Code 2: a slip is not finite. Code 1: dependent points without springs. Code -1: limit of iterations.
+    pub fn solve(&mut self, problem: &TangentialProblem<'_>, forces: &mut [f64]) -> Result<usize, Rejection> {
+        let largest =
+            problem.slips.iter().fold(0.0_f64, |m, c| if c.is_finite() { m.max(c.abs()) } else { f64::NAN });
+        if largest.is_nan() {
+            return Err(Rejection { code: 2, reason: "a tangential displacement is not finite".into() });
+        }
+        self.guess(problem);
+        self.forces_on_directions(problem.bounds, forces);
+        self.update_increments(problem, forces);
+        let limit = 100 + 50 * self.states.len();
+        let (mut fewest, mut patience) = (usize::MAX, PATIENCE);
+        for iteration in 1..=limit {
+            self.stretch_sliding(problem);
+            let turn = self.forces_of_sets(problem, forces)?;
+            self.update_increments(problem, forces);
+            let tolerance = SLIP_ROUND_OFF * self.increments.len() as f64 * largest;
+            let (n_wrong, highest) = self.count_wrong(problem, forces, tolerance);
+            if n_wrong == 0 && turn <= TURN_TOLERANCE {
+                return Ok(iteration);
+            }
+            if n_wrong < fewest {
+                (fewest, patience) = (n_wrong, PATIENCE);
+            } else if n_wrong > 0 {
+                patience = patience.saturating_sub(1);
+            }
+            for i in 0..self.states.len() {
+                if patience > 0 || i == highest {
+                    self.exchange(i, problem, forces, tolerance);
+                }
+            }
+        }
+        let reason =
+            format!("sliding set of {} contact points not found in {limit} iterations", self.states.len());
+        Err(Rejection { code: -1, reason })
+    }
+
+    /// States to start from: points just loaded slide along their slip, the others go on as they were.
+    fn guess(&mut self, problem: &TangentialProblem<'_>) {
+        for i in 0..self.states.len() {
+            if problem.bounds[i] <= 0.0 {
+                self.states[i] = PointState::Open;
+            } else if self.states[i] == PointState::Open {
+                let slip = pair(problem.slips, i, self.n_t);
+                let size = slip[0].hypot(slip[1]);
+                self.states[i] = PointState::Stick;
+                if size > 0.0 {
+                    self.states[i] = PointState::Slip;
+                    self.directions[i] = slip.map(|c| -c / size);
+                }
+            }
+        }
+    }
+
+    /// Forces of the present sets; returns the largest turn of a sliding point's force (sine).
+    fn forces_of_sets(
+        &mut self,
+        problem: &TangentialProblem<'_>,
+        forces: &mut [f64],
+    ) -> Result<f64, Rejection> {
+        self.collect_free();
+        self.factorise(problem)?;
+        self.forces_on_directions(problem.bounds, forces);
+        self.update_increments(problem, forces);
+        let increments = std::mem::take(&mut self.increments);
+        self.solve_free(&increments);
+        self.increments = increments;
+        if !self.solution[..self.free.len()].iter().all(|x| x.is_finite()) {
+            self.factored.clear();
+            return Err(Rejection { code: 2, reason: "a friction force is not finite".into() });
+        }
+        self.add_free(forces);
+        Ok(self.turn(problem, forces))
+    }
+
+    /// Takes the forces of sliding points back to the circle; returns the largest turn.
+    fn turn(&mut self, problem: &TangentialProblem<'_>, forces: &mut [f64]) -> f64 {
+        let mut turn = 0.0_f64;
+        for (free, &x) in self.free.iter().zip(&self.solution) {
+            let i = free.point;
+            if self.states[i] == PointState::Slip {
+                turn = turn.max((x / problem.bounds[i]).abs());
+                let force = pair(forces, i, 2);
+                let size = force[0].hypot(force[1]);
+                self.directions[i] = force.map(|f| f / size);
+                for a in 0..2 {
+                    forces[2 * i + a] = problem.bounds[i] * self.directions[i][a];
+                }
+            }
+        }
+        turn
+    }
+
+    /// Replaces `forces` by `sizes` along the directions of sliding points, zero elsewhere.
+    fn forces_on_directions(&self, sizes: &[f64], forces: &mut [f64]) {
+        forces.fill(0.0);
+        for (i, state) in self.states.iter().enumerate() {
+            if *state == PointState::Slip {
+                for a in 0..self.n_t {
+                    forces[self.n_t * i + a] = sizes[i] * self.directions[i][a];
+                }
+            }
+        }
+    }
+
+    /// Adds the solution along the free directions.
+    fn add_free(&self, forces: &mut [f64]) {
+        for (free, &x) in self.free.iter().zip(&self.solution) {
+            for a in 0..self.n_t {
+                forces[self.n_t * free.point + a] += free.direction[a] * x;
+            }
+        }
+    }
+
+    /// Free directions of the present sets.
+    fn collect_free(&mut self) {
+        self.free.clear();
+        for (i, state) in self.states.iter().enumerate() {
+            match state {
+                PointState::Open => {}
+                PointState::Stick => {
+                    let units = [[1.0, 0.0], [0.0, 1.0]];
+                    self.free.extend(units[..self.n_t].iter().map(|&direction| Free { point: i, direction }));
+                }
+                PointState::Slip if self.n_t == 2 => {
+                    let [x, y] = self.directions[i];
+                    self.free.push(Free { point: i, direction: [-y, x] });
+                }
+                PointState::Slip => {}
+            }
+        }
+    }
+
+    /// Cholesky factor of the projection of `A_TT + D_T` on the free directions, with `|w_i|/b_i` of sliding points on the
+    /// diagonal (Eq. F.7).
+    fn factorise(&mut self, problem: &TangentialProblem<'_>) -> Result<(), Rejection> {
+        let (m, n_t) = (self.free.len(), self.n_t);
+        let is_kept = n_t == 1
+            && self.factored.len() == m
+            && self.factored.iter().zip(&self.free).all(|(&i, f)| i == f.point);
+        if m == 0 || is_kept {
+            return Ok(());
+        }
+        self.factored.clear();
+        for (column, &q) in self.free.iter().enumerate() {
+            for (row, &p) in self.free.iter().enumerate() {
+                let mut entry = 0.0;
+                for b in 0..n_t {
+                    let source = problem.compliance.col_as_slice(n_t * q.point + b);
+                    for a in 0..n_t {
+                        entry += p.direction[a] * source[n_t * p.point + a] * q.direction[b];
+                    }
+                }
+                self.factor[column * m + row] = entry;
+            }
+            let mut added = problem.springs[q.point];
+            if self.states[q.point] == PointState::Slip {
+                added += self.stretches[q.point];
+            }
+            self.factor[column * m + column] += added;
+        }
+        let largest = (0..m).map(|k| self.factor[k * m + k]).fold(0.0, f64::max);
+        let matrix = MatMut::from_column_major_slice_mut(&mut self.factor[..m * m], m, m);
+        let stack = MemStack::new(&mut self.memory);
+        let done =
+            llt::factor::cholesky_in_place(matrix, Default::default(), Par::Seq, stack, Default::default());
+        let limit = PIVOT_ROUND_OFF * m as f64 * largest;
+        let is_regular = |k: usize| self.factor[k * m + k] * self.factor[k * m + k] > limit;
+        if done.is_err() || !(0..m).all(is_regular) {
+            let reason = format!(
+                "the tangential compliance of {m} free directions is singular, use a finite penalty factor or one point per surface function"
+            );
+            return Err(Rejection { code: 1, reason });
+        }
+        if n_t == 1 {
+            self.factored.extend(self.free.iter().map(|f| f.point));
+        }
+        Ok(())
+    }
+
+    /// `|w_i|/b_i` of sliding points, which resists the turn of their forces.
+    fn stretch_sliding(&mut self, problem: &TangentialProblem<'_>) {
+        for i in 0..self.states.len() {
+            if self.states[i] == PointState::Slip {
+                let (w, e) = (pair(&self.increments, i, self.n_t), self.directions[i]);
+                self.stretches[i] = (-(w[0] * e[0] + w[1] * e[1]) / problem.bounds[i]).max(0.0);
+            }
+        }
+    }
+
+    /// Amplitudes of the free directions that cancel `residual`, in `solution`.
+    fn solve_free(&mut self, residual: &[f64]) {
+        let (m, n_t) = (self.free.len(), self.n_t);
+        if m == 0 {
+            return;
+        }
+        for (x, free) in self.solution.iter_mut().zip(&self.free) {
+            let w = pair(residual, free.point, n_t);
+            *x = -(w[0] * free.direction[0] + w[1] * free.direction[1]);
+        }
+        let factor = MatRef::from_column_major_slice(&self.factor[..m * m], m, m);
+        let rhs = MatMut::from_column_major_slice_mut(&mut self.solution[..m], m, 1);
+        llt::solve::solve_in_place(factor, rhs, Par::Seq, MemStack::new(&mut self.memory));
+    }
+
+    fn update_increments(&mut self, problem: &TangentialProblem<'_>, forces: &[f64]) {
+        slip_increments(problem, forces, self.n_t, &mut self.increments);
+    }
+
+    /// Whether point `i` is in the wrong state.
+    fn is_wrong(&self, i: usize, problem: &TangentialProblem<'_>, forces: &[f64], tolerance: f64) -> bool {
+        match self.states[i] {
+            PointState::Open => false,
+            PointState::Stick => {
+                let [x, y] = pair(forces, i, self.n_t);
+                x.hypot(y) > problem.bounds[i] * (1.0 + BOUND_ROUND_OFF)
+            }
+            PointState::Slip => {
+                let (w, e) = (pair(&self.increments, i, self.n_t), self.directions[i]);
+                w[0] * e[0] + w[1] * e[1] > tolerance
+            }
+        }
+    }
+
+    fn count_wrong(&self, problem: &TangentialProblem<'_>, forces: &[f64], tolerance: f64) -> (usize, usize) {
+        let wrong = (0..self.states.len()).filter(|&i| self.is_wrong(i, problem, forces, tolerance));
+        wrong.fold((0, usize::MAX), |(n, _), i| (n + 1, i))
+    }
+
+    /// Moves point `i` to the other state if it is in the wrong one.
+    fn exchange(&mut self, i: usize, problem: &TangentialProblem<'_>, forces: &[f64], tolerance: f64) {
+        if !self.is_wrong(i, problem, forces, tolerance) {
+            return;
+        }
+        if self.states[i] == PointState::Stick {
+            let force = pair(forces, i, self.n_t);
+            let size = force[0].hypot(force[1]);
+            self.directions[i] = force.map(|f| f / size);
+            self.states[i] = PointState::Slip;
+        } else {
+            self.states[i] = PointState::Stick;
+        }
+    }
+
+    /// Solves for `forces` without compliance, every point for itself: the classical return mapping (Eq. F.3).
+    ///
+    /// # Errors
+    /// Code 2: a slip is not finite.
+    pub fn return_to_bounds(
+        &mut self,
+        springs: &[f64],
+        slips: &[f64],
+        bounds: &[f64],
+        forces: &mut [f64],
+    ) -> Result<(), Rejection> {
+        for i in 0..self.states.len() {
+            let slip = pair(slips, i, self.n_t);
+            let size = slip[0].hypot(slip[1]);
+            if !size.is_finite() {
+                return Err(Rejection { code: 2, reason: "a tangential displacement is not finite".into() });
+            }
+            let held = size / springs[i];
+            self.states[i] = if bounds[i] <= 0.0 {
+                PointState::Open
+            } else if held <= bounds[i] {
+                PointState::Stick
+            } else {
+                PointState::Slip
+            };
+            let force = if size > 0.0 { held.min(bounds[i]) / size } else { 0.0 };
+            if self.states[i] == PointState::Slip {
+                self.directions[i] = slip.map(|c| -c / size);
+            }
+            for (a, c) in slip[..self.n_t].iter().enumerate() {
+                let k = self.n_t * i + a;
+                forces[k] = -force * c;
+                self.increments[k] =
+                    if self.states[i] == PointState::Stick { 0.0 } else { c + springs[i] * forces[k] };
+            }
+        }
+        Ok(())
+    }
+
+    /// Power lost at the solution of [`Tangential::return_to_bounds`] \[W\]: slips change at `slip_rates` [m/s], bounds at
+    /// `bound_rates` \[N/s\].
+    pub fn power_of_points(
+        &self,
+        springs: &[f64],
+        slip_rates: &[f64],
+        bound_rates: &[f64],
+        bounds: &[f64],
+    ) -> f64 {
+        let sliding = (0..self.states.len()).filter(|&i| self.states[i] == PointState::Slip);
+        let lost = |i: usize| {
+            let (rate, e) = (pair(slip_rates, i, self.n_t), self.directions[i]);
+            -bounds[i] * (rate[0] * e[0] + rate[1] * e[1] + springs[i] * bound_rates[i])
+        };
+        sliding.map(lost).sum()
+    }
+
+    /// Prepares [`Tangential::rates`] at the solution of `problem`.
+    ///
+    /// # Errors
+    /// Code 1 as [`Tangential::solve`].
+    pub fn prepare_rates(&mut self, problem: &TangentialProblem<'_>) -> Result<(), Rejection> {
+        self.stretch_sliding(problem);
+        self.collect_free();
+        self.factorise(problem)
+    }
+
+    /// Rates of forces and slip increments on the present sets (Eq. F.11), when the bounds change at `bound_rates` \[N/s\] and
+    /// `c` at `drift` [m/s]. [`Tangential::prepare_rates`] comes first.
+    pub fn rates(
+        &mut self,
+        problem: &TangentialProblem<'_>,
+        bound_rates: &[f64],
+        drift: &[f64],
+        rates: &mut [f64],
+        slip_rates: &mut [f64],
+    ) {
+        let rate_problem = TangentialProblem { bounds: bound_rates, slips: drift, ..*problem };
+        self.forces_on_directions(bound_rates, rates);
+        slip_increments(&rate_problem, rates, self.n_t, slip_rates);
+        self.solve_free(slip_rates);
+        self.add_free(rates);
+        slip_increments(&rate_problem, rates, self.n_t, slip_rates);
+    }
+}
+
+/// `w = (A_TT + D_T) τ + c`.
+fn slip_increments(problem: &TangentialProblem<'_>, forces: &[f64], n_t: usize, out: &mut [f64]) {
+    out.copy_from_slice(problem.slips);
+    add_product(problem.compliance, forces, out);
+    for (k, w) in out.iter_mut().enumerate() {
+        *w += problem.springs[k / n_t] * forces[k];
+    }
+}
+
+/// Tangential components of point `i`, the second zero in the plane.
+fn pair(values: &[f64], i: usize, n_t: usize) -> [f64; 2] {
+    [values[n_t * i], if n_t == 2 { values[n_t * i + 1] } else { 0.0 }]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn random(seed: &mut u64) -> f64 {
+        *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (*seed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+
+    #[test]
+    fn random_zones_obey_coulombs_law_and_need_few_sets() {
+        let (mut seed, mut most, mut n_stick, mut n_slip) = (9, 0, 0, 0);
+        for (n, n_t) in [(2, 1), (9, 1), (30, 1), (2, 2), (9, 2), (30, 2)] {
+            for case in 0..60 {
+                let size = n * n_t;
+                // Condition of some 1e2 to 1e4, as on a surface.
+                let v = Mat::from_fn(size, size + 2, |_, _| random(&mut seed));
+                let compliance = &v * v.transpose();
+                let springs: Vec<f64> = (0..n).map(|_| if case % 2 == 0 { 0.0 } else { 0.1 }).collect();
+                let slips: Vec<f64> = (0..size).map(|_| 3.0 * random(&mut seed)).collect();
+                let bounds: Vec<f64> = (0..n).map(|_| random(&mut seed).max(0.0)).collect();
+                let problem = TangentialProblem {
+                    compliance: &compliance,
+                    springs: &springs,
+                    slips: &slips,
+                    bounds: &bounds,
+                };
+                let mut solver = Tangential::new(n, n_t);
+                let mut forces = vec![0.0; size];
+                most = most.max(solver.solve(&problem, &mut forces).unwrap());
+                let mut w = vec![0.0; size];
+                slip_increments(&problem, &forces, n_t, &mut w);
+                // Newton's last step of 1e-8 leaves 1e-16; round-off of the factorisation.
+                let tolerance = 1e-9;
+                for (i, &bound) in bounds.iter().enumerate() {
+                    let (f, w) = (pair(&forces, i, n_t), pair(&w, i, n_t));
+                    let (force, slip) = (f[0].hypot(f[1]), w[0].hypot(w[1]));
+                    match solver.states()[i] {
+                        PointState::Open => assert!(force <= 0.0 && bound <= 0.0),
+                        PointState::Stick => {
+                            n_stick += 1;
+                            assert!(slip < tolerance && force <= bound * (1.0 + 1e-12), "{n} {n_t} {case}");
+                        }
+                        PointState::Slip => {
+                            n_slip += 1;
+                            assert!((force - bound).abs() < 1e-12);
+                            // Slip against the force, in direction too.
+                            let power = f[0] * w[0] + f[1] * w[1];
+                            assert!(
+                                (power + force * slip).abs() < tolerance * (1.0 + slip),
+                                "{n} {n_t} {case}"
+                            );
+                        }
+                    }
+                }
+            }
+        }
+        assert!(n_stick > 100 && n_slip > 100 && most < 60, "{n_stick} {n_slip} {most}");
+    }
+
+    #[test]
+    fn one_point_follows_the_classical_return_mapping() {
+        let compliance = Mat::zeros(2, 2);
+        let problem = TangentialProblem {
+            compliance: &compliance,
+            springs: &[0.5],
+            slips: &[3.0, -4.0],
+            bounds: &[2.0],
+        };
+        let (mut coupled, mut alone) = ([0.0; 2], [0.0; 2]);
+        Tangential::new(1, 2).solve(&problem, &mut coupled).unwrap();
+        Tangential::new(1, 2).return_to_bounds(&[0.5], &[3.0, -4.0], &[2.0], &mut alone).unwrap();
+        for (force, expected) in [coupled, alone].iter().zip([[-1.2, 1.6]; 2]) {
+            assert!(force.iter().zip(expected).all(|(f, e)| (f - e).abs() < 1e-15)); // round-off
+        }
+    }
+}

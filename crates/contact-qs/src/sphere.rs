@@ -1,0 +1,96 @@
+//! A sphere on a body, and Hertz's force along a line of approach.
+//!
+//! The force acts along the line through the centre, so that it may be applied at the centre: no moment about it. The sphere
+//! follows the body's point that carries its centre; its own deformation is the approach `δ` of Hertz's law.
+
+use std::f64::consts::PI;
+
+use ffr_dynamics::error::Rejection;
+use ffr_dynamics::kinematics::marker::FlexiblePoint;
+use ffr_dynamics::system::force::ForceEnergies;
+use nalgebra::Vector3;
+
+use crate::ContactError;
+use crate::contact_element::ContactReport;
+use crate::law::{HertzPair, Solid};
+
+/// A sphere that belongs to a body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sphere {
+    /// Index of the body in the lists given to [`ffr_dynamics::system::force::ForceElement::apply`].
+    pub body: usize,
+    /// Its centre; any point of the body, which need not be the frame's origin.
+    pub centre: FlexiblePoint,
+    /// Radius \[m\].
+    pub radius: f64,
+    /// Elastic constants.
+    pub solid: Solid,
+}
+
+impl Sphere {
+    /// Checks that radius and constants are positive and the centre finite.
+    ///
+    /// # Errors
+    /// [`ContactError::Inconsistent`] with the value.
+    pub(crate) fn validate(&self) -> Result<(), ContactError> {
+        let fail = |reason: String| Err(ContactError::Inconsistent { reason });
+        if !(self.radius > 0.0 && self.radius.is_finite()) {
+            return fail(format!("sphere radius is {} m, must be > 0", self.radius));
+        }
+        if !self.centre.position.iter().all(|x| x.is_finite()) {
+            return fail("a sphere's centre is not finite".into());
+        }
+        check_solid(self.solid)
+    }
+}
+
+/// Checks elastic constants; an infinite modulus stands for a rigid partner.
+pub(crate) fn check_solid(solid: Solid) -> Result<(), ContactError> {
+    let has_poisson = (-1.0..=0.5).contains(&solid.poisson);
+    if solid.young > 0.0 && has_poisson {
+        return Ok(());
+    }
+    let reason = format!(
+        "Young's modulus {} Pa must be > 0, Poisson's ratio {} between -1 and 0.5",
+        solid.young, solid.poisson
+    );
+    Err(ContactError::Inconsistent { reason })
+}
+
+/// Pair of `solids` and `radii`, refused if both partners are rigid.
+pub(crate) fn hertz_pair(solids: [Solid; 2], radii: [f64; 2]) -> Result<HertzPair, ContactError> {
+    let pair = HertzPair::new(solids, radii);
+    if pair.stiffness().is_finite() {
+        return Ok(pair);
+    }
+    let reason = "both partners of a Hertz contact are rigid, one needs a finite Young's modulus";
+    Err(ContactError::Inconsistent { reason: reason.into() })
+}
+
+/// Report of a Hertz contact at gap `gap` along `normal`, which points towards the contact body (Eqs. F.19, F.20).
+///
+/// # Errors
+/// Code 2 if the gap is not finite.
+pub(crate) fn hertz_report(
+    pair: HertzPair,
+    gap: f64,
+    normal: Vector3<f64>,
+    t: f64,
+) -> Result<ContactReport, Rejection> {
+    if !gap.is_finite() {
+        let reason = format!("the gap of a Hertz contact is {gap} m at t = {t:.9e} s");
+        return Err(Rejection { code: 2, reason });
+    }
+    let approach = (-gap).max(0.0);
+    let normal_force = pair.force(approach);
+    let radius = pair.contact_radius(approach);
+    Ok(ContactReport {
+        normal_force,
+        force: normal * normal_force,
+        penetration: approach,
+        n_active: usize::from(normal_force > 0.0),
+        contact_area: PI * radius * radius,
+        energies: ForceEnergies { elastic_high: pair.energy(approach), ..ForceEnergies::default() },
+        ..ContactReport::default()
+    })
+}

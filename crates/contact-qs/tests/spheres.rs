@@ -1,0 +1,206 @@
+//! Hertz contacts of rigid spheres as force elements: closed form of the impact, conservation, gradient.
+
+#![expect(clippy::unwrap_used, reason = "helpers of tests; a failure is a failed test")]
+
+use contact_qs::law::{HertzImpact, Solid};
+use contact_qs::{ContactElement, ContactError, Plane, Sphere, SpherePlane, SphereSphere};
+use ffr_dynamics::body::{RigidMotion, StandardInputData};
+use ffr_dynamics::integration::{CrossingSearch, DenseOutput, DormandPrince, StepSettings};
+use ffr_dynamics::kinematics::FlexiblePoint;
+use ffr_dynamics::system::{BodyState, ErrorScale, ForceElement, FreeBodies, FreeBody, GeneralisedForce};
+use nalgebra::{Matrix3, UnitQuaternion, UnitVector3, Vector3};
+
+const STEEL: Solid = Solid { young: 2.1e11, poisson: 0.3 };
+const DENSITY: f64 = 7850.0;
+const RADIUS: f64 = 0.01;
+
+fn ball(name: &str, radius: f64, centre: Vector3<f64>) -> FreeBody {
+    let mass = DENSITY * 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
+    let offset = Matrix3::identity() * centre.norm_squared() - centre * centre.transpose();
+    let inertia = Matrix3::identity() * (0.4 * mass * radius * radius) + offset * mass;
+    let data = StandardInputData::rigid(RigidMotion::Spatial, mass, centre, inertia).unwrap();
+    FreeBody { name: name.into(), data }
+}
+
+fn sphere(body: usize, radius: f64, centre: Vector3<f64>) -> Sphere {
+    Sphere { body, centre: FlexiblePoint::rigid(centre), radius, solid: STEEL }
+}
+
+fn at(position: Vector3<f64>, velocity: Vector3<f64>) -> BodyState {
+    BodyState { position, velocity, ..BodyState::at_rest(0) }
+}
+
+/// What a run through an impact found.
+struct Impact {
+    peak: f64,
+    duration: f64,
+    largest_drift: f64,
+    y: Vec<f64>,
+}
+
+/// Runs from the touch until the gap opens and `after` beyond it.
+fn collide<C: ContactElement>(
+    system: &mut FreeBodies<C>,
+    start: &[BodyState],
+    expected: f64,
+    tolerance: f64,
+) -> Impact {
+    let y = system.state_vector(start).unwrap();
+    let scale = ErrorScale { relative: tolerance, ..system.error_scale() };
+    system.set_error_scale(scale).unwrap();
+    let mut integrator = DormandPrince::new(StepSettings::with_max_step(0.01 * expected), 0.0, &y).unwrap();
+    let mut search = CrossingSearch::new(y.len(), 1e-12 * expected, 4);
+    let before = system.invariants(&y);
+    let energy = before.kinetic + before.gravity;
+    let mut states = start.to_vec();
+    let (mut peak, mut duration, mut largest_drift) = (0.0_f64, 0.0, 0.0_f64);
+    while integrator.time() < 1.05 * expected {
+        integrator.step(system, 1.05 * expected).unwrap();
+        let y = integrator.state().to_vec();
+        system.evaluate_forces(integrator.time(), &y).unwrap();
+        let energies = system.forces()[0].energies();
+        let now = system.invariants(&y);
+        let total = now.kinetic + now.gravity + energies.elastic_high + energies.penalty;
+        largest_drift = largest_drift.max((total / energy - 1.0).abs());
+        assert!(
+            (now.linear_momentum - before.linear_momentum).norm()
+                < 1e-13 * (1.0 + now.linear_momentum.norm())
+                || system.forces()[0].bodies().1.is_none()
+        );
+        // Peak from the dense output: the force is highest where the normal velocity vanishes.
+        let (a, b) = integrator.interval();
+        for k in 0..=50 {
+            let mut between = vec![0.0; y.len()];
+            integrator.interpolate(a + (b - a) * f64::from(k) / 50.0, &mut between);
+            system.evaluate_forces(a, &between).unwrap();
+            peak = peak.max(system.forces()[0].report().normal_force);
+        }
+        let shared = &*system;
+        let crossing = search.first_crossing(&integrator, |_, y| {
+            (0..states.len()).for_each(|i| shared.read_body(y, i, &mut states[i]));
+            -shared.forces()[0].smallest_gap(&states)
+        });
+        if let Some(found) = crossing.unwrap() {
+            duration = found.time;
+        }
+    }
+    Impact { peak, duration, largest_drift, y: integrator.state().to_vec() }
+}
+
+#[test]
+fn two_spheres_follow_hertz_and_keep_momentum_and_energy() {
+    let radii = [RADIUS, 0.7 * RADIUS];
+    let bodies = vec![ball("a", radii[0], Vector3::zeros()), ball("b", radii[1], Vector3::zeros())];
+    let masses = [bodies[0].data.mass, bodies[1].data.mass];
+    let contact =
+        SphereSphere::new([sphere(0, radii[0], Vector3::zeros()), sphere(1, radii[1], Vector3::zeros())])
+            .unwrap();
+    let law = HertzImpact::new(contact.pair(), masses, 0.3);
+    // Not along an axis.
+    let line = Vector3::new(0.6, -0.48, 0.64);
+    let states = [at(line * (radii[0] + radii[1]), line * -0.2), at(Vector3::zeros(), line * 0.1)];
+    let mut system = FreeBodies::new(bodies, Vector3::zeros(), vec![contact]).unwrap();
+    let impact = collide(&mut system, &states, law.duration(), 1e-11);
+    // Tolerance of the steps, about a hundred of them; peak sampled 50 times a step.
+    assert!((impact.peak / law.peak_force() - 1.0).abs() < 1e-7, "{}", impact.peak / law.peak_force() - 1.0);
+    assert!((impact.duration / law.duration() - 1.0).abs() < 1e-6, "{}", impact.duration / law.duration());
+    assert!(impact.largest_drift < 1e-9, "{:e}", impact.largest_drift);
+    let after = [system.body_state(&impact.y, 0), system.body_state(&impact.y, 1)];
+    let separation = (after[0].velocity - after[1].velocity).dot(&line);
+    assert!((separation / 0.3 - 1.0).abs() < 1e-8, "restitution {}", separation / 0.3);
+    let impulse = system.impulse(&impact.y, 0);
+    let change = (after[0].velocity - states[0].velocity) * masses[0];
+    assert!((impulse - change).norm() < 1e-9 * change.norm());
+}
+
+#[test]
+fn sphere_on_a_plane_follows_hertz_with_its_centre_off_the_frame() {
+    // The frame sits at the top of the sphere, as where a pendulum holds it.
+    let centre = Vector3::new(0.0, 0.0, -RADIUS);
+    let body = ball("a", RADIUS, centre);
+    let mass = body.data.mass;
+    let plane = Plane { point: Vector3::new(1.0, 2.0, 3.0), normal: Vector3::z_axis() };
+    let contact = SpherePlane::new(sphere(0, RADIUS, centre), plane, Solid::RIGID).unwrap();
+    let law = HertzImpact::new(contact.pair(), [mass, f64::INFINITY], 0.1);
+    let rotation = UnitQuaternion::from_euler_angles(0.5, -0.3, 1.0);
+    let position = Vector3::new(-1.0, 0.5, 3.0 + RADIUS) - rotation * centre;
+    let start = BodyState { rotation, ..at(position, Vector3::new(0.0, 0.0, -0.1)) };
+    let mut system = FreeBodies::new(vec![body], Vector3::zeros(), vec![contact]).unwrap();
+    let impact = collide(&mut system, &[start], law.duration(), 1e-11);
+    assert!((impact.peak / law.peak_force() - 1.0).abs() < 1e-7);
+    assert!((impact.duration / law.duration() - 1.0).abs() < 1e-6);
+    let after = system.body_state(&impact.y, 0);
+    assert!((after.velocity.z / 0.1 - 1.0).abs() < 1e-8);
+    // The force acts through the centre of mass: no spin, whatever the frame.
+    assert!(after.angular_velocity.norm() * RADIUS < 1e-10 * 0.1);
+}
+
+#[test]
+fn force_is_minus_the_gradient_of_the_elastic_energy_on_flexible_bodies_too() {
+    let shapes = vec![Vector3::new(0.3, -0.2, 0.9), Vector3::new(-0.5, 0.4, 0.1)];
+    let mut first = sphere(0, RADIUS, Vector3::new(0.01, 0.0, -0.02));
+    first.centre.shapes = shapes;
+    let mut contact = SphereSphere::new([first, sphere(1, 2.0 * RADIUS, Vector3::zeros())]).unwrap();
+    let mut a = BodyState::at_rest(2);
+    a.elastic = vec![1e-4, -2e-4];
+    a.rotation = UnitQuaternion::from_euler_angles(0.2, 0.1, -0.4);
+    let b = BodyState::at_rest(0);
+    let direction = Vector3::new(0.3, 0.5, -0.8).normalize();
+    a.position = direction * (3.0 * RADIUS - 2e-5) - a.rotation * (Vector3::new(0.01, 0.0, -0.02));
+    let mut evaluate = |a: &BodyState| {
+        let mut forces = [GeneralisedForce::zeros(2), GeneralisedForce::zeros(0)];
+        contact.apply(0.0, &[a.clone(), b.clone()], &mut forces).unwrap();
+        let gap = contact.smallest_gap(&[a.clone(), b.clone()]);
+        assert!((contact.report().penetration + gap).abs() < 1e-18);
+        (forces, contact.energies().elastic_high)
+    };
+    let (forces, energy) = evaluate(&a);
+    assert!(energy > 0.0 && (forces[0].force + forces[1].force).norm() < f64::MIN_POSITIVE);
+    let (h, scale) = (1e-9, forces[0].force.norm());
+    // Central differences at h = 1e-4 of the approach: error about 1e-8.
+    for k in 0..3 {
+        let mut shift = |step: f64| {
+            let mut moved = a.clone();
+            moved.position[k] += step;
+            evaluate(&moved).1
+        };
+        assert!((forces[0].force[k] + (shift(h) - shift(-h)) / (2.0 * h)).abs() < 1e-6 * scale);
+        let mut turn = |step: f64| {
+            let mut moved = a.clone();
+            let mut axis = Vector3::zeros();
+            axis[k] = step;
+            moved.rotation *= UnitQuaternion::from_scaled_axis(axis);
+            evaluate(&moved).1
+        };
+        let slope = (turn(1e-7) - turn(-1e-7)) / 2e-7;
+        assert!((forces[0].torque[k] + slope).abs() < 1e-6 * scale * RADIUS, "{k}");
+    }
+    for k in 0..2 {
+        let mut bend = |step: f64| {
+            let mut moved = a.clone();
+            moved.elastic[k] += step;
+            evaluate(&moved).1
+        };
+        assert!((forces[0].elastic[k] + (bend(h) - bend(-h)) / (2.0 * h)).abs() < 1e-6 * scale);
+    }
+}
+
+#[test]
+fn spheres_that_make_no_contact_are_refused() {
+    let plane = Plane { point: Vector3::zeros(), normal: UnitVector3::new_normalize(Vector3::x()) };
+    let rigid = Sphere { solid: Solid::RIGID, ..sphere(0, RADIUS, Vector3::zeros()) };
+    let refused = |r: Result<SpherePlane, ContactError>| matches!(r, Err(ContactError::Inconsistent { .. }));
+    assert!(refused(SpherePlane::new(rigid.clone(), plane, Solid::RIGID)));
+    assert!(refused(SpherePlane::new(sphere(0, -1.0, Vector3::zeros()), plane, STEEL)));
+    assert!(refused(SpherePlane::new(sphere(0, f64::NAN, Vector3::zeros()), plane, STEEL)));
+    assert!(SpherePlane::new(rigid, plane, STEEL).is_ok());
+    let pair = [sphere(1, RADIUS, Vector3::zeros()), sphere(1, RADIUS, Vector3::zeros())];
+    assert!(SphereSphere::new(pair).is_err());
+    // Centres that coincide have no direction.
+    let pair = [sphere(0, RADIUS, Vector3::zeros()), sphere(1, RADIUS, Vector3::zeros())];
+    let mut contact = SphereSphere::new(pair).unwrap();
+    let bodies = [BodyState::at_rest(0), BodyState::at_rest(0)];
+    let mut forces = [GeneralisedForce::zeros(0), GeneralisedForce::zeros(0)];
+    assert_eq!(contact.apply(0.0, &bodies, &mut forces).unwrap_err().code, 2);
+    assert!(contact.smallest_gap(&bodies).is_nan());
+}

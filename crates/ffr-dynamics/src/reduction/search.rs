@@ -1,0 +1,296 @@
+//! Search for the lowest modes: block Lanczos until they and a gap behind them stand, clean-up, inertia count.
+//!
+//! Eqs. R.3 and R.7 to R.9. The count is taken in a gap behind the wanted modes; how many modes lie below the gap is decided
+//! by the spectrum, not in advance.
+
+use std::f64::consts::TAU;
+
+use faer::{Mat, MatRef};
+
+use super::dense;
+use super::eigen::EigenModes;
+use super::lanczos::{Lanczos, Ritz};
+use super::problem::ElasticProblem;
+use crate::DynamicsError;
+use crate::body::RigidMotion;
+
+/// Modes behind those asked for among which the gap is sought: the multiplets of a sphere have 2 l + 1 members, up to 7 in
+/// the range of interest.
+pub(super) const CANDIDATES: usize = 16;
+/// Lanczos residual of wanted modes; the clean-up makes it smaller, the eigenvalue error is about its square.
+const CONVERGED: f64 = 5e-7;
+/// Lanczos residual of the modes between the wanted ones and the gap: eigenvalues to about 1e-6.
+const GUARD_CONVERGED: f64 = 1e-3;
+/// Residual that is accepted when round-off of the solves keeps it from becoming smaller: eigenvalues to about 1e-8.
+const RESIDUAL_LIMIT: f64 = 1e-4;
+/// Checks without halving the residual after which it counts as stagnant.
+const STAGNANT_CHECKS: usize = 5;
+/// Smallest relative gap between two eigenvalues in which a shift is placed: far above the error of the modes below.
+const SMALLEST_GAP: f64 = 1e-4;
+/// Places in the gap for the shift: golden sections, then the middle.
+const SHIFT_PLACES: [f64; 3] = [0.382, 0.618, 0.5];
+/// Pivot growth above which a count is repeated elsewhere in the gap.
+const GROWTH_LIMIT: f64 = 1e4;
+/// Rounds of compression, and of restarts for lost copies.
+const MAX_ROUNDS: usize = 12;
+const MAX_RECOVERIES: usize = 6;
+/// New vectors beside the known modes before a recovered set is judged.
+const RECOVERY_VECTORS: usize = 40;
+
+/// Room for the basis of a Lanczos run that looks for `want` modes.
+pub(super) fn capacity(want: usize) -> usize {
+    (4 * want + 40).max(140).next_multiple_of(8)
+}
+
+/// A search for the lowest modes.
+pub(super) struct Search<'p, 'a> {
+    problem: &'p ElasticProblem<'a>,
+    n_modes: usize,
+    /// Vectors per Lanczos block.
+    width: usize,
+}
+
+/// Where the count is to be taken: behind `n_below` modes, between the eigenvalues `below` and `above`.
+#[derive(Clone, Copy)]
+struct Gap {
+    n_below: usize,
+    below: f64,
+    above: f64,
+}
+
+/// Ritz pairs after the clean-up.
+struct Cleaned {
+    lambda: Vec<f64>,
+    vectors: Mat<f64>,
+    mass_vectors: Mat<f64>,
+    residual: f64,
+}
+
+/// The smallest residual so far, and for how many checks it has not been halved.
+struct Progress {
+    best: f64,
+    checks: usize,
+}
+
+impl Progress {
+    fn new() -> Self {
+        Self { best: f64::INFINITY, checks: 0 }
+    }
+
+    fn is_stagnant(&mut self, residual: f64) -> bool {
+        if residual < 0.5 * self.best {
+            *self = Self { best: residual, checks: 0 };
+        } else {
+            self.checks += 1;
+        }
+        self.checks >= STAGNANT_CHECKS
+    }
+}
+
+impl<'p, 'a> Search<'p, 'a> {
+    /// A search with the block width that suits the body: multiplets of solids have many members, and a factor too large
+    /// for the cache serves eight right-hand sides in little more time than four.
+    pub fn new(problem: &'p ElasticProblem<'a>, n_modes: usize) -> Self {
+        let width = if problem.pencil().body().motion == RigidMotion::Spatial { 8 } else { 4 };
+        Self { problem, n_modes, width }
+    }
+
+    /// The same search with blocks of `width` vectors.
+    pub fn with_width(self, width: usize) -> Self {
+        Self { width, ..self }
+    }
+
+    pub fn run(self) -> Result<EigenModes, DynamicsError> {
+        let mut run = Lanczos::new(self.problem, self.width, capacity(self.n_modes + CANDIDATES))?;
+        let mut at_least = self.n_modes + 2 * self.width;
+        let mut last = (0, 0, 0.0);
+        for recoveries in 0..MAX_RECOVERIES {
+            let (ritz, gap) = self.iterate(&mut run, at_least)?;
+            let cleaned = self.clean(run.vectors(&ritz, gap.n_below + 1).as_ref())?;
+            let gap = Gap { below: cleaned.lambda[gap.n_below - 1], ..gap };
+            let counted = self.count(gap)?;
+            let expected = counted - self.problem.n_rigid().min(counted);
+            if expected == gap.n_below {
+                return Ok(self.finish(cleaned, gap.n_below, counted, recoveries));
+            }
+            last = (gap.n_below, expected, gap.below);
+            if expected < gap.n_below {
+                break;
+            }
+            tracing::debug!(
+                found = gap.n_below,
+                expected,
+                "copies of multiple modes were lost, restarting beside them"
+            );
+            let theta: Vec<f64> = cleaned.lambda.iter().map(|l| 1.0 / l).collect();
+            run.keep(cleaned.vectors.as_ref(), cleaned.mass_vectors.as_ref(), &theta);
+            run.restart_random()?;
+            at_least = theta.len() + RECOVERY_VECTORS.max(4 * self.width);
+        }
+        let (found, expected, lambda) = last;
+        let reason = "the count does not agree, try another number of modes".to_owned();
+        Err(DynamicsError::Eigenmodes { found, expected, frequency: lambda.sqrt() / TAU, reason })
+    }
+
+    /// Runs until the wanted modes and a gap behind them stand and the basis holds `at_least` vectors.
+    fn iterate(&self, run: &mut Lanczos<'_, '_>, at_least: usize) -> Result<(Ritz, Gap), DynamicsError> {
+        let mut progress = Progress::new();
+        let (mut worst, mut steps, mut checked_at) = (f64::INFINITY, 0, 0);
+        for _ in 0..MAX_ROUNDS {
+            while run.has_room() {
+                run.step()?;
+                steps += 1;
+                // The projected eigenproblem of a large basis costs as much as a step: not after every one.
+                if run.size() < at_least || steps < checked_at + 1 + (run.size() / 200).pow(2) {
+                    continue;
+                }
+                checked_at = steps;
+                let ritz = run.ritz()?;
+                worst = ritz.residuals[..self.n_modes].iter().fold(0.0, |a: f64, &r| a.max(r));
+                let is_stagnant = progress.is_stagnant(worst);
+                if worst > CONVERGED && !(is_stagnant && worst <= RESIDUAL_LIMIT) {
+                    continue;
+                }
+                if let Some(gap) = self.widest_gap(&ritz) {
+                    tracing::debug!(steps, size = run.size(), residual = worst, "modes have converged");
+                    return Ok((ritz, gap));
+                }
+            }
+            let ritz = run.ritz()?;
+            let want = self.n_modes + CANDIDATES;
+            run.compress(&ritz, want + (run.size() - want) / 3);
+        }
+        let reason = if worst > RESIDUAL_LIMIT {
+            format!(
+                "residual {worst:.1e} after {steps} blocks, limit {RESIDUAL_LIMIT:.0e}, is the mesh degenerate?"
+            )
+        } else {
+            format!("no gap behind the modes within {CANDIDATES} more, ask for more or fewer")
+        };
+        Err(DynamicsError::Eigenmodes { found: 0, expected: self.n_modes, frequency: f64::INFINITY, reason })
+    }
+
+    /// The widest gap behind the wanted modes with converged modes below it; its upper end is what the residual leaves.
+    fn widest_gap(&self, ritz: &Ritz) -> Option<Gap> {
+        let last = (self.n_modes + CANDIDATES).min(ritz.theta.len() - 1);
+        let gaps = (self.n_modes.max(1)..=last)
+            .take_while(|&k| ritz.residuals[k - 1] <= GUARD_CONVERGED && ritz.theta[k] > 0.0)
+            .map(|k| Gap {
+                n_below: k,
+                below: 1.0 / ritz.theta[k - 1],
+                above: 1.0 / (ritz.theta[k] * (1.0 + ritz.residuals[k])),
+            });
+        gaps.filter(|gap| gap.width() > SMALLEST_GAP).max_by(|a, b| a.width().total_cmp(&b.width()))
+    }
+
+    /// One more multiplication and a Rayleigh-Ritz step with `K` and `M` (Eq. R.9).
+    fn clean(&self, x: MatRef<'_, f64>) -> Result<Cleaned, DynamicsError> {
+        let mut y = self.problem.mass_product(x);
+        self.problem.apply_flexibility(y.as_mut());
+        let RitzStep { lambda, rotation, mass_x: mass_y } = rayleigh_ritz(self.problem, y.as_ref())?;
+        // The Rayleigh quotients of x and y agree to the square of the residual, so lambda serves both.
+        let error = Mat::from_fn(x.nrows(), self.n_modes, |i, j| lambda[j] * y[(i, j)] - x[(i, j)]);
+        let mass_error = self.problem.mass_product(error.as_ref());
+        let norm = |j: usize| (error.col(j).transpose() * mass_error.col(j)).max(0.0).sqrt();
+        let residual = (0..self.n_modes).map(norm).fold(0.0, f64::max);
+        let cleaned = Cleaned {
+            lambda,
+            vectors: dense::product(y.as_ref(), rotation.as_ref()),
+            mass_vectors: dense::product(mass_y.as_ref(), rotation.as_ref()),
+            residual,
+        };
+        if residual.is_nan() || residual > RESIDUAL_LIMIT {
+            let reason =
+                format!("residual {residual:.1e}, limit {RESIDUAL_LIMIT:.0e}, is the mesh degenerate?");
+            let frequency = cleaned.lambda.last().map_or(0.0, |l| l.max(0.0).sqrt() / TAU);
+            return Err(DynamicsError::Eigenmodes { found: 0, expected: self.n_modes, frequency, reason });
+        }
+        Ok(cleaned)
+    }
+
+    /// Eigenvalues below the gap, by inertia; repeated elsewhere in the gap if a pivot is close to zero.
+    ///
+    /// A shift near an eigenvalue of a leading block spoils the single-precision factor only; another shift is then cheaper
+    /// than double precision.
+    fn count(&self, gap: Gap) -> Result<usize, DynamicsError> {
+        let shift = |part: f64| gap.below + part * (gap.above - gap.below);
+        for part in &SHIFT_PLACES[..2] {
+            let single = self.problem.inertia_single(shift(*part))?;
+            if let Some(inertia) = single.filter(|i| i.growth <= GROWTH_LIMIT) {
+                return Ok(inertia.negative);
+            }
+        }
+        let mut best: Option<super::Inertia> = None;
+        for part in SHIFT_PLACES {
+            let inertia = self.problem.inertia(shift(part))?;
+            if best.is_none_or(|b| inertia.growth < b.growth) {
+                best = Some(inertia);
+            }
+            if inertia.growth <= GROWTH_LIMIT {
+                break;
+            }
+        }
+        let best = best.filter(|b| b.growth.is_finite());
+        best.map(|b| b.negative).ok_or_else(|| DynamicsError::Factorisation {
+            matrix: "K - mu M",
+            reason: "a pivot vanishes for every shift in the gap".into(),
+        })
+    }
+
+    fn finish(&self, cleaned: Cleaned, n_below: usize, counted: usize, recoveries: usize) -> EigenModes {
+        let omega: Vec<f64> = cleaned.lambda.iter().map(|l| l.sqrt()).collect();
+        EigenModes {
+            following: omega[self.n_modes..=n_below].to_vec(),
+            omega: omega[..self.n_modes].to_vec(),
+            shapes: cleaned.vectors.as_ref().subcols(0, self.n_modes).to_owned(),
+            residual: cleaned.residual,
+            counted: Some(counted),
+            recoveries,
+        }
+    }
+}
+
+impl Gap {
+    fn width(&self) -> f64 {
+        (self.above - self.below) / self.above
+    }
+}
+
+/// Outcome of a Rayleigh-Ritz step on the columns of `x`.
+struct RitzStep {
+    /// Eigenvalues in ascending order.
+    lambda: Vec<f64>,
+    /// Coefficients of the mass-orthonormal Ritz vectors.
+    rotation: Mat<f64>,
+    /// `M x`.
+    mass_x: Mat<f64>,
+}
+
+/// Eigenvalues and Ritz vectors of the stiffness in the span of `x`.
+fn rayleigh_ritz(problem: &ElasticProblem<'_>, x: MatRef<'_, f64>) -> Result<RitzStep, DynamicsError> {
+    let mut k = dense::product(x.transpose(), problem.stiffness_product(x).as_ref());
+    let mass_x = problem.mass_product(x);
+    let mut m = dense::product(x.transpose(), mass_x.as_ref());
+    // Unit diagonal first: the columns are as long as their flexibility.
+    let scale: Vec<f64> = (0..x.ncols()).map(|j| 1.0 / m[(j, j)].sqrt()).collect();
+    for j in 0..x.ncols() {
+        for i in 0..x.ncols() {
+            k[(i, j)] *= scale[i] * scale[j];
+            m[(i, j)] *= scale[i] * scale[j];
+        }
+    }
+    dense::symmetrise(&mut k);
+    let l = dense::cholesky(m, "the projected mass matrix")?;
+    dense::solve_lower(l.as_ref(), k.as_mut());
+    let mut k = k.transpose().to_owned();
+    dense::solve_lower(l.as_ref(), k.as_mut());
+    dense::symmetrise(&mut k);
+    let (lambda, mut rotation) = dense::symmetric_eigen(k.as_ref())?;
+    dense::solve_lower_transposed(l.as_ref(), rotation.as_mut());
+    for j in 0..rotation.ncols() {
+        for i in 0..rotation.nrows() {
+            rotation[(i, j)] *= scale[i];
+        }
+    }
+    Ok(RitzStep { lambda, rotation, mass_x })
+}

@@ -1,0 +1,84 @@
+//! Verification runs of minutes: `cargo test --release --features long-tests --test long`.
+#![expect(clippy::print_stdout, reason = "the figures of docs/verification.md, shown with --nocapture")]
+
+#[path = "verification/support.rs"]
+#[expect(dead_code, reason = "shared with the short tier, which uses the rest")]
+mod support;
+
+use std::f64::consts::TAU;
+
+use support::{
+    Table, Trace, assert_below, assert_close, built, cylinder_frequencies, deviation, parsed, record, run,
+    steel_cylinder,
+};
+
+/// Six elements of 50 um at the contact and few elsewhere: 352 freedoms, highest frequency about 0.5 GHz.
+const COARSE: [&str; 5] = [
+    "bodies.ball.discretisation.degree=2",
+    "bodies.ball.discretisation.elements=1",
+    "bodies.ball.discretisation.refine=[{marker=\"bottom\",width=0.3e-3,elements=6,ratio=3.0}]",
+    "contacts.impact.points=gauss",
+    "contacts.impact.penalty.initial=1e16",
+];
+
+#[test]
+fn all_modes_of_the_full_model_dynamic_give_the_same_force() {
+    let quasistatic = run("sphere_on_plane", &COARSE);
+    let all = ["contacts.impact.model=dynamic", "bodies.ball.reduction={method=\"all\"}"];
+    let trace = Trace { without_coordinates: true, ..Trace::default() };
+    let full = record(trace, 2, "sphere_on_plane", &[&COARSE[..], &all].concat());
+    println!(
+        "{} modes, {} steps",
+        full.layout.bodies[0].eigenfrequencies.len(),
+        full.phases.iter().map(|p| p.steps).sum::<u64>()
+    );
+    // Claim of the project.
+    assert_below("force along the curve", full.force_difference(&quasistatic), 3e-3);
+    assert_below("energy drift", full.energy_drift(), 1e-6);
+}
+
+#[test]
+fn peak_force_converges_with_the_mesh() {
+    let peak = |points: &str, elements: usize| {
+        let mesh = format!("bodies.ball.discretisation.refine[0].elements={elements}");
+        let points = format!("contacts.impact.points={points}");
+        run("sphere_on_plane", &[&mesh, &points]).impact().peak_force
+    };
+    let limit = peak("gauss", 128);
+    assert_close("peak on the finest mesh", limit, 52.07, 1e-3);
+    let errors = |points: &str| [8, 16, 32, 64].map(|n| (peak(points, n) / limit - 1.0).abs());
+    let (greville, gauss) = (errors("greville"), errors("gauss"));
+    println!("errors with Greville points {greville:?}, with Gauss points {gauss:?}");
+    // The edge of the contact moves through the mesh: the rate is that over a factor of 8, at least first order.
+    let rate = (greville[0] / greville[3]).log2() / 3.0;
+    assert!(rate > 1.0 && greville[3] < 1e-4, "rate {rate}");
+    // Gauss points have no point at the pole; their errors change sign from mesh to mesh and are small throughout.
+    assert!(gauss.iter().all(|e| *e < 1e-3) && gauss[3] < 1e-4);
+}
+
+#[test]
+fn rod_with_a_finer_mesh_follows_the_finite_element_trace_closer() {
+    let trace = run(
+        "rod_on_plane",
+        &["bodies.rod.discretisation.elements=[3,400]", "bodies.rod.discretisation.refine[0].elements=32"],
+    );
+    let table = Table::read("rod_on_plane_fe");
+    let (times, reference) = (trace.times(), table.column("t"));
+    let force = deviation(&times, &trace.force(), &reference, &table.column("force"));
+    let far = trace.history(|s| s.points[0].velocity[2]);
+    let far = deviation(&times, &far, &reference, &table.column("far_velocity"));
+    // A third of the claim of 1 % for the shipped mesh, whose contact elements are twice as large.
+    assert_below("force along the curve", force, 1e-3);
+    assert_below("far end's velocity", far, 3e-3);
+    assert_close("peak", trace.impact().peak_force, 1340.97, 5e-4);
+}
+
+#[test]
+fn fine_cylinder_has_the_first_ten_frequencies_of_a_ritz_solution() {
+    let model = built(&parsed(&steel_cylinder(16, 30)));
+    assert_eq!(model.bodies[0].n_unknowns(), 20577);
+    let omega = &model.reduced[0].basis.omega;
+    let errors = omega.iter().zip(cylinder_frequencies()).map(|(w, f)| (w / TAU / f - 1.0).abs());
+    // Claim of the project.
+    assert_below("largest error of 10 frequencies", errors.fold(0.0, f64::max), 1e-6);
+}
