@@ -7,7 +7,7 @@ mod dynamics_support;
 use divan::{Bencher, black_box};
 use dynamics_support::{Random, block};
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::integration::{DormandPrince, OdeSystem, StepSettings};
+use ffr_dynamics::integration::{DormandPrince, OdeSystem, StepSettings, TrBdf2};
 use ffr_dynamics::system::{ForceElement, FreeBodies, FreeBody};
 use nalgebra::Vector3;
 
@@ -46,4 +46,23 @@ fn step_of_20_modes(bencher: Bencher) {
 fn invariants_of_20_modes(bencher: Bencher) {
     let (mut system, y) = body_in_motion();
     bencher.bench_local(|| system.invariants(black_box(&y)));
+}
+
+#[divan::bench(sample_size = 100)]
+fn implicit_step_of_20_modes(bencher: Bencher) {
+    let (mut system, y) = body_in_motion();
+    let mut integrator =
+        TrBdf2::new(StepSettings::fixed(1e-6), 0.0, &y, &system).expect("the step is positive");
+    bencher.bench_local(|| integrator.step(&mut system, 1e9).expect("the motion is smooth"));
+}
+
+#[divan::bench(sample_size = 10)]
+fn implicit_step_of_20_modes_with_new_derivative(bencher: Bencher) {
+    let (mut system, y) = body_in_motion();
+    let mut integrator =
+        TrBdf2::new(StepSettings::fixed(1e-6), 0.0, &y, &system).expect("the step is positive");
+    bencher.bench_local(|| {
+        integrator.invalidate();
+        integrator.step(&mut system, 1e9).expect("the motion is smooth")
+    });
 }

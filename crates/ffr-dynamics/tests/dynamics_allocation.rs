@@ -8,7 +8,7 @@ use std::cell::Cell;
 
 use dynamics_support::{Random, block};
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::integration::{CrossingSearch, DenseOutput, DormandPrince, OdeSystem, StepSettings};
+use ffr_dynamics::integration::{CrossingSearch, DenseOutput, Integrator, Method, OdeSystem, StepSettings};
 use ffr_dynamics::kinematics::Marker;
 use ffr_dynamics::system::{
     Attachment, BodySpec, BodyState, CoordinateForce, ForceElement, FreeBodies, FreeBody, GROUND, JointKind,
@@ -52,7 +52,10 @@ fn allocations(work: impl FnOnce()) -> u64 {
 #[test]
 fn steps_events_and_invariants_do_not_allocate() {
     assert!(allocations(|| drop(std::hint::black_box(vec![0.0; 10]))) > 0, "the counter counts");
-    for motion in [RigidMotion::Axial, RigidMotion::Planar, RigidMotion::Spatial] {
+    for (motion, method) in [RigidMotion::Axial, RigidMotion::Planar, RigidMotion::Spatial]
+        .into_iter()
+        .flat_map(|motion| [(motion, Method::DormandPrince), (motion, Method::TrBdf2)])
+    {
         let sample = block(motion, 8);
         let start: BodyState = Random(2).state(&sample.data);
         let body = FreeBody { name: "block".to_string(), data: sample.data };
@@ -61,7 +64,7 @@ fn steps_events_and_invariants_do_not_allocate() {
         let y = system.state_vector(std::slice::from_ref(&start)).unwrap();
         let mut rates = vec![0.0; y.len()];
         assert_eq!(allocations(|| system.rhs(0.0, &y, &mut rates).unwrap()), 0);
-        let mut integrator = DormandPrince::new(StepSettings::default(), 0.0, &y).unwrap();
+        let mut integrator = Integrator::new(method, StepSettings::default(), 0.0, &y, &system).unwrap();
         let mut search = CrossingSearch::new(y.len(), 1e-12, 4);
         let (mut between, mut state) = (y.clone(), start);
         let count = allocations(|| {
@@ -75,7 +78,7 @@ fn steps_events_and_invariants_do_not_allocate() {
             }
             integrator.restart(0.5, &between);
         });
-        assert_eq!(count, 0, "{motion:?}");
+        assert_eq!(count, 0, "{motion:?} {method:?}");
         assert_eq!(integrator.statistics().steps, 20);
     }
 }
@@ -113,15 +116,17 @@ fn multibody_systems_with_loops_do_not_allocate() {
     system.set_joint(&mut y, 0, &[0.4, 0.3], &[1.0, 2.0]).unwrap();
     system.set_joint(&mut y, 1, &[0.9, 0.3, -0.2, 0.1], &[0.5, 1.0, 0.0]).unwrap();
     system.assemble(0.0, &mut y).unwrap();
-    let mut integrator = DormandPrince::new(StepSettings::default(), 0.0, &y).unwrap();
-    let count = allocations(|| {
-        for _ in 0..10 {
-            integrator.step(&mut system, 1.0).unwrap();
-            system.invariants(0.0, integrator.state());
-            system.joint_energy(0.0, integrator.state());
-            system.loop_residual(0.0, integrator.state());
-        }
-    });
-    assert_eq!(count, 0);
-    assert_eq!(integrator.statistics().steps, 10);
+    for method in [Method::DormandPrince, Method::TrBdf2] {
+        let mut integrator = Integrator::new(method, StepSettings::default(), 0.0, &y, &system).unwrap();
+        let count = allocations(|| {
+            for _ in 0..10 {
+                integrator.step(&mut system, 1.0).unwrap();
+                system.invariants(0.0, integrator.state());
+                system.joint_energy(0.0, integrator.state());
+                system.loop_residual(0.0, integrator.state());
+            }
+        });
+        assert_eq!(count, 0, "{method:?}");
+        assert_eq!(integrator.statistics().steps, 10);
+    }
 }

@@ -7,10 +7,14 @@ pub mod standard_input_data;
 pub mod damping;
 pub mod reference_frame;
 pub mod tangent_frame;
+pub mod geometric_stiffening;
+pub mod reference_loads;
 
 pub use assembled::{AssembledBody, Dof, MassMatrix, RigidMotion};
 pub use damping::RayleighDamping;
+pub use geometric_stiffening::GeometricStiffening;
 pub use modal_mass::ModalMass;
+pub use reference_loads::ReferenceLoad;
 pub use shape_integrals::ShapeIntegrals;
 pub use standard_input_data::{DeformedMoments, ModalDamping, StandardInputData};
 pub use tangent_frame::TangentFrame;

@@ -135,6 +135,13 @@ impl ModalMass {
     pub(crate) fn whiten(&self, forces: &mut [f64], coupling: &mut [[f64; 6]]) {
         if let Self::Full(full) = self {
             full.solve_lower(coupling);
+        }
+        self.whiten_forces(forces);
+    }
+
+    /// Forces of orthonormal coordinates, `L⁻¹ f`.
+    pub(crate) fn whiten_forces(&self, forces: &mut [f64]) {
+        if let Self::Full(full) = self {
             full.solve_lower(forces.as_chunks_mut::<1>().0);
         }
     }

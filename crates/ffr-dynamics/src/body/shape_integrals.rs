@@ -117,14 +117,14 @@ impl ShapeIntegrals {
 }
 
 /// `left rightᵀ`.
-fn gram(left: MatRef<'_, f64>, right: MatRef<'_, f64>) -> Mat<f64> {
+pub(super) fn gram(left: MatRef<'_, f64>, right: MatRef<'_, f64>) -> Mat<f64> {
     let mut product = Mat::<f64>::zeros(left.nrows(), right.nrows());
     matmul(product.as_mut(), Accum::Replace, left, right.transpose(), 1.0, Par::Seq);
     product
 }
 
 /// Refuses models whose parts do not fit; returns the node by node mass matrix.
-fn check<'a>(
+pub(super) fn check<'a>(
     body: &'a AssembledBody,
     shapes: MatRef<'_, f64>,
 ) -> Result<&'a SparseColMat<u32, f64>, DynamicsError> {
@@ -165,7 +165,7 @@ fn inconsistent(reason: String) -> DynamicsError {
 }
 
 /// `fields M` with `M` given by its lower triangle; a column a node.
-fn symmetric_product(lower: &SparseColMat<u32, f64>, fields: &Mat<f64>) -> Mat<f64> {
+pub(super) fn symmetric_product(lower: &SparseColMat<u32, f64>, fields: &Mat<f64>) -> Mat<f64> {
     let mut product = Mat::<f64>::zeros(fields.nrows(), fields.ncols());
     let (symbolic, values) = (lower.symbolic(), lower.val());
     for j in 0..lower.ncols() {

@@ -8,6 +8,7 @@ use faer::{Mat, MatRef};
 use nalgebra::{Matrix3, Vector3};
 
 use super::assembled::{AssembledBody, RigidMotion};
+use super::geometric_stiffening::Foreshortening;
 use super::modal_mass::ModalMass;
 use super::shape_integrals::ShapeIntegrals;
 use crate::error::DynamicsError;
@@ -52,6 +53,15 @@ impl ModalDamping {
         }
         power
     }
+
+    /// Subtracts column `j` of `D_e` from `forces`.
+    pub fn subtract_column(&self, j: usize, forces: &mut [f64]) {
+        match self {
+            Self::None => {}
+            Self::PerMode(coefficients) => forces[j] -= coefficients[j],
+            Self::Full(matrix) => forces.iter_mut().enumerate().for_each(|(i, f)| *f -= matrix[(i, j)]),
+        }
+    }
 }
 
 /// A body as the equations of motion see it. Vectors and matrices are expressed in the body's reference frame.
@@ -77,6 +87,8 @@ pub struct StandardInputData {
     pub(crate) position_shape: Vec<f64>,
     /// `∫ ρ φ_ia φ_jb`, see [`ShapeIntegrals::shape_shape`].
     pub(crate) shape_shape: Vec<f64>,
+    /// Second-order displacements that stand for geometric stiffening.
+    pub(crate) foreshortening: Option<Foreshortening>,
 }
 
 /// Moments of the deformed body at one instant (Eq. D.6).
@@ -157,6 +169,7 @@ impl StandardInputData {
             modal_damping: ModalDamping::None,
             position_shape: integrals.position_shape,
             shape_shape: integrals.shape_shape,
+            foreshortening: None,
         })
     }
 
@@ -203,6 +216,7 @@ impl StandardInputData {
             modal_damping: ModalDamping::None,
             position_shape: Vec::new(),
             shape_shape: Vec::new(),
+            foreshortening: None,
         })
     }
 
@@ -234,6 +248,13 @@ impl StandardInputData {
             return Matrix3::zeros();
         }
         self.block(&self.shape_shape[i * size..(i + 1) * size], j)
+    }
+
+    /// `∫ ρ X g_ijᵀ` of the second-order displacements.
+    fn foreshortening(&self, i: usize, j: usize) -> Matrix3<f64> {
+        let Some(Foreshortening { position, .. }) = &self.foreshortening else { return Matrix3::zeros() };
+        let size = self.position_shape.len();
+        self.block(&position[i * size..(i + 1) * size], j)
     }
 
     /// Row `j` of `C_r` at rest, `∫ ρ X × φ_j`; zero in a Buckens frame.
@@ -284,6 +305,13 @@ impl StandardInputData {
             mass_moment += c * *q;
             mass_moment_rate += c * *rate;
         }
+        if let Some(Foreshortening { translation, .. }) = &self.foreshortening {
+            for (at, g) in translation.iter().enumerate() {
+                let q_i = elastic[at / self.n_modes()];
+                mass_moment += g * (0.5 * q_i * elastic[at % self.n_modes()]);
+                mass_moment_rate += g * (q_i * rates[at % self.n_modes()]);
+            }
+        }
         let mut second = self.second_moment;
         let mut spin = Matrix3::zeros();
         if self.has_rotation() {
@@ -291,9 +319,10 @@ impl StandardInputData {
                 let first = self.position_shape_integral(j);
                 let mut deformed = first;
                 for (i, q_i) in elastic.iter().enumerate() {
-                    deformed += self.shape_shape_integral(i, j) * *q_i;
+                    deformed += (self.shape_shape_integral(i, j) + self.foreshortening(i, j)) * *q_i;
                 }
-                second += (first.transpose() + deformed) * *q_j;
+                let change = first.transpose() + deformed;
+                second += (change + change.transpose()) * (0.5 * *q_j);
                 spin += deformed * *rate_j;
             }
         }

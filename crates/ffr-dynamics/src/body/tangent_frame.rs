@@ -73,13 +73,17 @@ impl StandardInputData {
     /// Points and markers must be shifted as well.
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if the number of modes differs; [`DynamicsError::NotPositiveDefinite`] if the
+    /// [`DynamicsError::Inconsistent`] if the number of modes differs or the body has geometric stiffening already; [`DynamicsError::NotPositiveDefinite`] if the
     /// shifted modes are linearly dependent.
     pub fn in_tangent_frame(&self, frame: &TangentFrame) -> Result<Self, DynamicsError> {
         let n = self.n_modes();
         if frame.n_modes() != n {
             let reason = format!("tangent frame of {} modes for a body with {n}", frame.n_modes());
             return Err(DynamicsError::Inconsistent { reason });
+        }
+        if self.foreshortening.is_some() {
+            let reason = "a body with geometric stiffening keeps its frame; add the stiffening of the tangent frame's modes";
+            return Err(DynamicsError::Inconsistent { reason: reason.to_string() });
         }
         let shift: Vec<_> = (0..n).map(|j| frame.affine(j)).collect();
         let mut data = self.clone();

@@ -33,6 +33,8 @@ const D: [f64; 7] = [
     -1453857185.0 / 822651844.0,
     69997945.0 / 29380423.0,
 ];
+/// Power of the step with which the error estimate grows.
+const ORDER: f64 = 5.0;
 /// Share of the tolerance aimed at by the first step (same source, II.4).
 const FIRST_STEP_ERROR: f64 = 0.01;
 
@@ -79,7 +81,7 @@ impl DormandPrince {
         let zeros = || vec![0.0; y.len()];
         Ok(Self {
             settings,
-            controller: Controller::new(),
+            controller: Controller::new(ORDER),
             statistics: Statistics::default(),
             t,
             y: y.to_vec(),
@@ -153,7 +155,7 @@ impl DormandPrince {
         self.y.copy_from_slice(y);
         self.interval = (t, t);
         self.is_first_stage_valid = false;
-        self.controller = Controller::new();
+        self.controller = Controller::new(ORDER);
     }
 
     /// Takes one step that ends at `t_end` at the latest, and exactly there if it comes near.
@@ -183,7 +185,7 @@ impl DormandPrince {
         self.prepare(system, t_end)?;
         let mut rejected = 0;
         loop {
-            let (h, is_last) = self.next_step(t_end);
+            let (h, is_last) = self.settings.next_step(self.t, self.h, t_end);
             let tried = self.attempt(system, h);
             let (error, is_refused) = match tried {
                 Ok(error) if error <= 1.0 || (self.settings.is_fixed && error.is_finite()) => {
@@ -284,20 +286,6 @@ impl DormandPrince {
             h *= 0.01;
         }
         h
-    }
-
-    /// Size of the step to try, and whether it ends at `t_end`.
-    fn next_step(&self, t_end: f64) -> (f64, bool) {
-        let wanted = self.h.min(self.settings.max_step);
-        let left = t_end - self.t;
-        // A remainder below a millionth of a step is round-off of the caller's time grid.
-        if left <= wanted * (1.0 + 1e-6) {
-            (left, true)
-        } else if left < 2.0 * wanted && !self.settings.is_fixed {
-            (0.5 * left, false) // two equal steps instead of a full and a tiny one
-        } else {
-            (wanted, false)
-        }
     }
 
     /// Stages 2 to 7 and the error norm; the new state is left in `trial`.

@@ -1,13 +1,20 @@
 //! Time integration of first-order systems with rejection, error norms and dense output.
 
+pub mod jacobian;
 pub mod system;
 pub mod dense_output;
 pub mod step_control;
 pub mod dormand_prince;
+mod newton;
+pub mod tr_bdf2;
+pub mod integrator;
 pub mod events;
 
 pub use dense_output::DenseOutput;
 pub use dormand_prince::{DormandPrince, Step};
 pub use events::{Crossing, CrossingSearch};
+pub use integrator::{Integrator, Method};
+pub use jacobian::{KinematicBlock, Linearisation};
 pub use step_control::{Statistics, StepSettings};
 pub use system::OdeSystem;
+pub use tr_bdf2::TrBdf2;

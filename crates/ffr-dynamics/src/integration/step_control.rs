@@ -8,10 +8,8 @@ const SAFETY: f64 = 0.9;
 const MIN_FACTOR: f64 = 0.2;
 /// Largest factor from one step to the next (the same source, code DOPRI5).
 const MAX_FACTOR: f64 = 10.0;
-/// Integral part of the controller (the same source, code DOPRI5).
-const BETA: f64 = 0.04;
-/// Exponent of the error, `1/5 - 3/4 beta` (the same source, IV.2).
-const ALPHA: f64 = 0.2 - 0.75 * BETA;
+/// Integral part of the controller as a share of `1/order`: 0.04 for order five (the same source, code DOPRI5).
+const INTEGRAL_SHARE: f64 = 0.2;
 /// Smallest remembered error; keeps the integral part bounded after error-free steps.
 const MIN_ERROR: f64 = 1e-4;
 /// Factor of the step after a refusal of the right-hand side or a result that is not finite, where no error is known.
@@ -62,6 +60,20 @@ impl StepSettings {
             _ => Ok(()),
         }
     }
+
+    /// Size of the step to try from `t` when `proposed` is wanted, and whether it ends at `t_end`.
+    pub(super) fn next_step(&self, t: f64, proposed: f64, t_end: f64) -> (f64, bool) {
+        let wanted = proposed.min(self.max_step);
+        let left = t_end - t;
+        // A remainder below a millionth of a step is round-off of the caller's time grid.
+        if left <= wanted * (1.0 + 1e-6) {
+            (left, true)
+        } else if left < 2.0 * wanted && !self.is_fixed {
+            (0.5 * left, false) // two equal steps instead of a full and a tiny one
+        } else {
+            (wanted, false)
+        }
+    }
 }
 
 /// Work done so far.
@@ -75,23 +87,36 @@ pub struct Statistics {
     pub refused: u64,
     /// Evaluations of the right-hand side, refused ones included.
     pub evaluations: u64,
+    /// Newton iterations; 0 for explicit methods.
+    pub iterations: u64,
+    /// Jacobians formed; 0 for explicit methods.
+    pub jacobians: u64,
+    /// Iteration matrices factorised; 0 for explicit methods.
+    pub factorisations: u64,
 }
 
 /// Proportional-integral controller (Eq. T.4).
 #[derive(Debug, Clone)]
 pub(super) struct Controller {
+    /// Exponent of the error, `1/k - 3/4 beta` (the same source as above, IV.2).
+    alpha: f64,
+    /// Exponent of the previous error.
+    beta: f64,
     previous_error: f64,
     follows_rejection: bool,
 }
 
 impl Controller {
-    pub(super) fn new() -> Self {
-        Self { previous_error: MIN_ERROR, follows_rejection: false }
+    /// For an error estimate that grows with the step to the power `order`.
+    pub(super) fn new(order: f64) -> Self {
+        let beta = INTEGRAL_SHARE / order;
+        let alpha = 1.0 / order - 0.75 * beta;
+        Self { alpha, beta, previous_error: MIN_ERROR, follows_rejection: false }
     }
 
     /// Factor from the accepted step with error `error` to the next one.
     pub(super) fn accepted(&mut self, error: f64) -> f64 {
-        let wanted = SAFETY * error.max(1e-300).powf(-ALPHA) * self.previous_error.powf(BETA);
+        let wanted = SAFETY * error.max(1e-300).powf(-self.alpha) * self.previous_error.powf(self.beta);
         let largest = if self.follows_rejection { 1.0 } else { MAX_FACTOR };
         self.previous_error = error.max(MIN_ERROR);
         self.follows_rejection = false;
@@ -102,7 +127,7 @@ impl Controller {
     pub(super) fn rejected(&mut self, error: Option<f64>) -> f64 {
         self.follows_rejection = true;
         match error {
-            Some(e) if e.is_finite() => (SAFETY * e.powf(-ALPHA)).clamp(MIN_FACTOR, 1.0),
+            Some(e) if e.is_finite() => (SAFETY * e.powf(-self.alpha)).clamp(MIN_FACTOR, 1.0),
             _ => REFUSAL_FACTOR,
         }
     }
@@ -119,7 +144,7 @@ mod tests {
 
     #[test]
     fn growth_is_forbidden_right_after_a_rejection() {
-        let mut controller = Controller::new();
+        let mut controller = Controller::new(5.0);
         assert!(controller.rejected(Some(20.0)) < 1.0);
         assert!(controller.accepted(1e-3) <= 1.0);
         assert!(controller.accepted(1e-3) > 1.0);

@@ -1,5 +1,6 @@
 //! What an integrator asks of a system of differential equations.
 
+use super::jacobian::{KinematicBlock, Linearisation};
 use crate::error::Rejection;
 
 /// A first-order system `dy/dt = f(t, y)` with its own error norm and an inner state that can be saved and restored.
@@ -27,4 +28,31 @@ pub trait OdeSystem {
 
     /// Returns to the remembered inner state after a rejected step.
     fn restore(&mut self) {}
+
+    /// Whether evaluations leave traces (contact solvers). Implicit methods then end a step with an evaluation at its end.
+    fn has_memory(&self) -> bool {
+        false
+    }
+
+    /// [`OdeSystem::error_norm`] for implicit methods, which damp what they don't resolve and may count it for less.
+    fn damped_error_norm(&self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
+        self.error_norm(y0, y1, error)
+    }
+
+    /// What the state's components are to each other; empty if unknown. Components in no block are quadratures.
+    ///
+    /// Implicit methods ask once, when they are made. With the blocks known they solve for velocities alone.
+    fn kinematics(&self) -> Vec<KinematicBlock> {
+        Vec::new()
+    }
+
+    /// Fills those columns of the derivative that are known better or cheaper than by differences of the right-hand side.
+    ///
+    /// A column is complete or left alone. Approximations cost Newton iterations, not accuracy. Must not allocate.
+    ///
+    /// # Errors
+    /// [`Rejection`] where the derivative does not exist; all columns are then found by differences.
+    fn linearise(&mut self, _t: f64, _y: &[f64], _derivative: &mut Linearisation) -> Result<(), Rejection> {
+        Ok(())
+    }
 }

@@ -119,6 +119,13 @@ impl BodyFactors {
         self.elastic.iter_mut().step_by(self.n_modes + 1).for_each(|m| *m *= weight);
     }
 
+    /// Adds `weight` times a diagonal stiffness to the elastic inertia.
+    pub fn stiffen(&mut self, stiffness: &[f64], weight: f64) {
+        for (m, k) in self.elastic.iter_mut().step_by(self.n_modes + 1).zip(stiffness) {
+            *m += weight * k;
+        }
+    }
+
     /// Eliminates the body's unknowns (Eq. M.15).
     ///
     /// `joint_forces` act along the free velocities.

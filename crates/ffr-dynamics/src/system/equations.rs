@@ -6,6 +6,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::force::{BodyState, GeneralisedForce};
+use crate::body::geometric_stiffening::Foreshortening;
 use crate::body::standard_input_data::inertia_from;
 use crate::body::{RigidMotion, StandardInputData};
 use crate::error::Rejection;
@@ -15,13 +16,13 @@ use crate::kinematics::rotation::skew;
 #[derive(Debug, Clone)]
 pub struct BodyWorkspace {
     /// `Q_j(q_e) = ∫ ρ (X + u) φ_jᵀ` at `(a n_c + b) n_q + j`.
-    moments: Vec<f64>,
+    pub(super) moments: Vec<f64>,
     /// `∫ ρ (du/dt) φ_jᵀ`, same order.
     moment_rates: Vec<f64>,
     /// Elastic rows of the inertia's rigid columns `[C_t C_r(q_e)]`.
-    coupling: Vec<[f64; 6]>,
+    pub(super) coupling: Vec<[f64; 6]>,
     /// Elastic forces, then elastic accelerations.
-    elastic: Vec<f64>,
+    pub(super) elastic: Vec<f64>,
 }
 
 /// Accelerations of one body.
@@ -35,6 +36,15 @@ pub struct Accelerations<'a> {
     pub elastic: &'a [f64],
     /// Power lost in modal damping \[W\].
     pub dissipated_power: f64,
+}
+
+/// What geometric stiffening does to the rigid part.
+#[derive(Debug, Default)]
+struct Stiffened {
+    mass_moment: Vector3<f64>,
+    mass_moment_rate: Vector3<f64>,
+    force: Vector3<f64>,
+    torque: Vector3<f64>,
 }
 
 /// Rigid part of the equations: 6 x 6 inertia and right-hand side, translation first, in the body's frame.
@@ -122,7 +132,7 @@ impl BodyWorkspace {
     }
 
     /// Rigid part of a body that does not turn.
-    fn translating(
+    pub(super) fn translating(
         &mut self,
         data: &StandardInputData,
         state: &BodyState,
@@ -140,13 +150,16 @@ impl BodyWorkspace {
     }
 
     /// Rigid part of a body that turns; subtracts centrifugal and Coriolis forces from the elastic ones (Eq. D.8).
-    fn turning(
+    pub(super) fn turning(
         &mut self,
         data: &StandardInputData,
         state: &BodyState,
         force: &GeneralisedForce,
     ) -> RigidPart {
         self.deform(data, state);
+        if let Some(g) = &data.foreshortening {
+            g.add_moments(&state.elastic, &mut self.moments);
+        }
         self.couple(data);
         let omega = &state.angular_velocity;
         let (q, rates) = (&state.elastic, &state.elastic_rates);
@@ -154,6 +167,11 @@ impl BodyWorkspace {
         for ((c, q), rate) in data.coupling_translation.iter().zip(q).zip(rates) {
             mass_moment += c * *q;
             mass_moment_rate += c * *rate;
+        }
+        let stiffened = data.foreshortening.as_ref().map(|g| self.stiffen(g, state));
+        if let Some(effect) = &stiffened {
+            mass_moment += effect.mass_moment;
+            mass_moment_rate += effect.mass_moment_rate;
         }
         // Elastic part of h_omega: Σ_ab centrifugal_ab Q_j,ab + coriolis_ab (∫ ρ (du/dt) φ_jᵀ)_ab.
         let centrifugal = omega * omega.transpose() - Matrix3::identity() * omega.norm_squared();
@@ -172,15 +190,48 @@ impl BodyWorkspace {
                 *f -= weight * m + rate_weight * r;
             }
         }
-        let inertia = inertia_from(&(data.second_moment + change));
+        let second = data.second_moment + 0.5 * (change + change.transpose());
+        let inertia = inertia_from(&second);
         let local = state.rotation.inverse_transform_vector(&force.force);
-        let f = local - omega.cross(&(omega.cross(&mass_moment) + 2.0 * mass_moment_rate));
+        let mut f = local - omega.cross(&(omega.cross(&mass_moment) + 2.0 * mass_moment_rate));
         let gyroscopic = 2.0 * (omega * spin.trace() - spin.tr_mul(omega));
-        let torque = force.torque - omega.cross(&(inertia * omega)) - gyroscopic;
+        let mut torque = force.torque - omega.cross(&(inertia * omega)) - gyroscopic;
+        if let Some(effect) = &stiffened {
+            f -= effect.force;
+            torque -= effect.torque;
+        }
         RigidPart {
             inertia: rigid_inertia(data.mass, &mass_moment, &inertia),
             force: [f.x, f.y, f.z, torque.x, torque.y, torque.z],
         }
+    }
+
+    /// Adds geometric stiffening to the coupling with translation (Eq. M.30); returns what it does to the rigid part.
+    fn stiffen(&mut self, g: &Foreshortening, state: &BodyState) -> Stiffened {
+        let (q, rates) = (&state.elastic, &state.elastic_rates);
+        let mut effect = Stiffened::default();
+        for (j, row) in self.coupling.iter_mut().enumerate() {
+            let (by_q, by_rate) = (g.translation_row(q, j), g.translation_row(rates, j));
+            row.iter_mut().zip(by_q.iter()).for_each(|(c, g)| *c += g);
+            effect.mass_moment += by_q * (0.5 * q[j]);
+            effect.mass_moment_rate += by_q * rates[j];
+            effect.force += by_rate * rates[j];
+        }
+        // ∫ ρ X × g_ij, twice contracted with the rates.
+        let n_q = q.len();
+        let size = self.moments.len();
+        let is_spatial = size == 9 * n_q;
+        let n_c = if is_spatial { 3 } else { 2 };
+        for (i, j) in (0..n_q).flat_map(|i| (0..n_q).map(move |j| (i, j))) {
+            let moment = |a: usize, b: usize| g.position[i * size + (a * n_c + b) * n_q + j];
+            let turn = |a: usize, b: usize| rates[i] * rates[j] * (moment(a, b) - moment(b, a));
+            effect.torque.z += turn(0, 1);
+            if is_spatial {
+                effect.torque.x += turn(1, 2);
+                effect.torque.y += turn(2, 0);
+            }
+        }
+        effect
     }
 
     /// Rows `[C_t C_r(q_e)]` from the moments of the deformed body.
@@ -226,7 +277,7 @@ impl BodyWorkspace {
     }
 
     /// Schur complement of the elastic unknowns, whose mass matrix has become the identity (Eq. D.10).
-    fn eliminate_elastic(&self, rigid: &mut RigidPart) {
+    pub(super) fn eliminate_elastic(&self, rigid: &mut RigidPart) {
         for (row, f) in self.coupling.iter().zip(&self.elastic) {
             for i in 0..6 {
                 rigid.force[i] -= row[i] * f;
@@ -243,7 +294,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// Lower triangle of `[m E, -s~; s~, I]`.
-fn rigid_inertia(mass: f64, mass_moment: &Vector3<f64>, inertia: &Matrix3<f64>) -> [[f64; 6]; 6] {
+pub(super) fn rigid_inertia(mass: f64, mass_moment: &Vector3<f64>, inertia: &Matrix3<f64>) -> [[f64; 6]; 6] {
     let s = skew(mass_moment);
     let mut matrix = [[0.0; 6]; 6];
     for i in 0..3 {
@@ -267,7 +318,13 @@ pub fn active_directions(motion: RigidMotion) -> &'static [usize] {
 
 /// Cholesky solution for the active directions; the accelerations replace `force`, the others are set to zero.
 fn solve_active(rigid: &mut RigidPart, active: &[usize]) -> Result<(), Rejection> {
-    let RigidPart { inertia: l, force: x } = rigid;
+    factor_active(&mut rigid.inertia, active)?;
+    substitute_active(&rigid.inertia, &mut rigid.force, active);
+    Ok(())
+}
+
+/// Replaces the lower triangle of the active directions by its Cholesky factor.
+pub(super) fn factor_active(l: &mut [[f64; 6]; 6], active: &[usize]) -> Result<(), Rejection> {
     for (k, &i) in active.iter().enumerate() {
         let scale = l[i][i];
         for (p, &j) in active[..=k].iter().enumerate() {
@@ -287,6 +344,11 @@ fn solve_active(rigid: &mut RigidPart, active: &[usize]) -> Result<(), Rejection
             }
         }
     }
+    Ok(())
+}
+
+/// Replaces `x` by the solution with the factor `l`, zero in directions that are not active.
+pub(super) fn substitute_active(l: &[[f64; 6]; 6], x: &mut [f64; 6], active: &[usize]) {
     let mut solution = [0.0; 6];
     for (k, &i) in active.iter().enumerate() {
         let sum: f64 = active[..k].iter().map(|&c| l[i][c] * solution[c]).sum();
@@ -297,5 +359,4 @@ fn solve_active(rigid: &mut RigidPart, active: &[usize]) -> Result<(), Rejection
         solution[i] = (solution[i] - sum) / l[i][i];
     }
     *x = solution;
-    Ok(())
 }

@@ -90,6 +90,11 @@ pub trait ForceElement: Send {
     /// Resultant on the element's first body in the inertial frame at the last evaluation; its time integral is the impulse \[N\].
     fn resultant(&self) -> Vector3<f64>;
 
+    /// Whether the force and all its derivatives were zero at the last evaluation, as in an open contact.
+    fn is_idle(&self) -> bool {
+        false
+    }
+
     /// Remembers the solver's inner state before a step.
     fn save(&mut self);
 
@@ -113,6 +118,10 @@ impl<T: ForceElement + ?Sized> ForceElement for Box<T> {
 
     fn resultant(&self) -> Vector3<f64> {
         (**self).resultant()
+    }
+
+    fn is_idle(&self) -> bool {
+        (**self).is_idle()
     }
 
     fn save(&mut self) {

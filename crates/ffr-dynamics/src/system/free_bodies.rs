@@ -11,7 +11,7 @@ use super::force::{BodyState, ForceElement, GeneralisedForce};
 use super::layout::BodyLayout;
 use crate::body::{ModalDamping, RigidMotion, StandardInputData};
 use crate::error::{DynamicsError, Rejection};
-use crate::integration::OdeSystem;
+use crate::integration::{KinematicBlock, Linearisation, OdeSystem};
 use crate::invariants::{Invariants, centre_of_mass};
 use crate::kinematics::rotation::{quaternion_rate, renormalise};
 
@@ -57,7 +57,7 @@ impl<F: ForceElement> FreeBodies<F> {
             layouts.push(layout);
         }
         Ok(Self {
-            scales: bodies.iter().map(|b| BodyScale::new(&b.data)).collect(),
+            scales: bodies.iter().map(|b| BodyScale::new(&b.data)).collect::<Result<_, _>>()?,
             states: bodies.iter().map(|b| BodyState::at_rest(b.data.n_modes())).collect(),
             sums: bodies.iter().map(|b| GeneralisedForce::zeros(b.data.n_modes())).collect(),
             workspaces: bodies.iter().map(|b| BodyWorkspace::new(&b.data)).collect(),
@@ -110,8 +110,7 @@ impl<F: ForceElement> FreeBodies<F> {
 
     /// Highest eigenfrequency of all elastic coordinates, 0 if all bodies are rigid \[Hz\].
     pub fn highest_frequency(&self) -> f64 {
-        let stiffest = self.bodies.iter().flat_map(|b| &b.data.modal_stiffness).copied().fold(0.0, f64::max);
-        stiffest.sqrt() / std::f64::consts::TAU
+        self.scales.iter().map(BodyScale::highest_squared).fold(0.0, f64::max).sqrt() / std::f64::consts::TAU
     }
 
     /// State vector of bodies in motion, with quadratures at zero.
@@ -213,6 +212,21 @@ impl<F: ForceElement> FreeBodies<F> {
         let speeds = self.bodies.iter().zip(&self.layouts).zip(&self.scales);
         speeds.map(|((b, layout), scale)| scale.speed(&b.data, layout, y)).fold(0.0, f64::max)
     }
+
+    /// Largest error of a body, measured by `size` (of body and speed of the motion), as a share of what is permitted.
+    fn largest_error(&self, y0: &[f64], y1: &[f64], size: impl Fn(usize, f64) -> f64) -> f64 {
+        let motion = self.speed(y0).max(self.speed(y1)).max(self.error_scale.velocity_floor);
+        let mut largest: f64 = 0.0;
+        for i in 0..self.bodies.len() {
+            let size = size(i, motion);
+            // `max` would drop a NaN.
+            largest = if size.is_nan() { size } else { largest.max(size) };
+            if largest.is_nan() {
+                break;
+            }
+        }
+        largest / (self.error_scale.relative * motion)
+    }
 }
 
 impl<F: ForceElement> OdeSystem for FreeBodies<F> {
@@ -245,17 +259,39 @@ impl<F: ForceElement> OdeSystem for FreeBodies<F> {
     }
 
     fn error_norm(&self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
-        let motion = self.speed(y0).max(self.speed(y1)).max(self.error_scale.velocity_floor);
-        let mut largest: f64 = 0.0;
-        for ((body, layout), scale) in self.bodies.iter().zip(&self.layouts).zip(&self.scales) {
-            let size = scale.error_speed(&body.data, layout, error, motion);
-            // `max` would drop a NaN.
-            largest = if size.is_nan() { size } else { largest.max(size) };
-            if largest.is_nan() {
-                break;
-            }
+        self.largest_error(y0, y1, |i, speed| self.scales[i].error_speed(&self.layouts[i], y1, error, speed))
+    }
+
+    fn damped_error_norm(&self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
+        self.largest_error(y0, y1, |i, speed| {
+            self.scales[i].damped_error_speed(&self.layouts[i], y1, error, speed)
+        })
+    }
+
+    fn has_memory(&self) -> bool {
+        !self.forces.is_empty()
+    }
+
+    fn kinematics(&self) -> Vec<KinematicBlock> {
+        self.layouts.iter().flat_map(BodyLayout::kinematics).collect()
+    }
+
+    fn linearise(&mut self, t: f64, y: &[f64], derivative: &mut Linearisation) -> Result<(), Rejection> {
+        self.evaluate_forces(t, y)?;
+        if !self.forces.iter().all(ForceElement::is_idle) {
+            return Ok(()); // forces couple everything: differences find out how
         }
-        largest / (self.error_scale.relative * motion)
+        let mut first = 0;
+        for (i, layout) in self.layouts.iter().enumerate() {
+            let (data, state) = (&self.bodies[i].data, &self.states[i]);
+            for j in first..first + 3 {
+                derivative.position_column_mut(j).fill(0.0);
+                derivative.velocity_column_mut(j).fill(0.0);
+            }
+            self.workspaces[i].linearise(data, state, first, derivative)?;
+            first += 6 + layout.n_modes;
+        }
+        Ok(())
     }
 
     fn project(&mut self, _t: f64, y: &mut [f64]) -> bool {

@@ -6,6 +6,7 @@
 use std::ops::Range;
 
 use super::force::BodyState;
+use crate::integration::KinematicBlock;
 use crate::kinematics::rotation::{rotation_from_slice, write_rotation};
 
 /// Place of one body's coordinates in the state vector.
@@ -59,6 +60,19 @@ impl BodyLayout {
     pub fn elastic_rates(&self) -> Range<usize> {
         let start = self.offset + 13 + self.n_modes;
         start..start + self.n_modes
+    }
+
+    /// How the coordinates change with the velocities, for implicit integrators.
+    pub fn kinematics(&self) -> [KinematicBlock; 3] {
+        let (velocity, rates) = (self.velocity().start, self.elastic_rates().start);
+        [
+            KinematicBlock::Vector { position: self.position().start, velocity, len: 3 },
+            KinematicBlock::Rotation {
+                quaternion: self.rotation().start,
+                velocity: self.angular_velocity().start,
+            },
+            KinematicBlock::Vector { position: self.elastic().start, velocity: rates, len: self.n_modes },
+        ]
     }
 
     /// Reads a body's motion; `state` has the right number of elastic coordinates. Does not allocate.

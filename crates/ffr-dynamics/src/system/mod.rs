@@ -2,7 +2,9 @@
 
 pub mod force;
 pub mod equations;
+mod body_derivative;
 pub mod layout;
+mod free_modes;
 pub mod error_scale;
 pub mod free_bodies;
 pub mod joints;
@@ -12,7 +14,9 @@ pub mod model;
 mod tree_kinematics;
 mod articulated;
 mod loop_closure;
+mod error_filter;
 mod tree_error;
+mod tree_derivative;
 mod workspace;
 pub mod multibody;
 pub mod equilibrium;

@@ -234,15 +234,6 @@ impl MultibodyModel {
         self.bodies.iter().position(|b| b.joint.name == name)
     }
 
-    /// Highest eigenfrequency of the free bodies, above which no frequency of the joined system lies \[Hz\].
-    ///
-    /// Joints between bodies of the same modes only move frequencies between those of the free bodies (Rayleigh).
-    /// Stiff joint springs are not counted.
-    pub fn highest_frequency(&self) -> f64 {
-        let stiffest = self.bodies.iter().flat_map(|b| &b.data.modal_stiffness).copied().fold(0.0, f64::max);
-        stiffest.sqrt() / std::f64::consts::TAU
-    }
-
     /// Joint positions, velocities and prescribed accelerations of a body at time `t` in the state `y`.
     pub(super) fn joint_coordinates(&self, body: usize, t: f64, y: &[f64]) -> JointCoordinates {
         let TreeBody { joint, layout, .. } = &self.bodies[body];

@@ -15,7 +15,7 @@ use super::tree_error::TreeNorm;
 use super::tree_kinematics::split;
 use super::workspace::{Powers, Workspace};
 use crate::error::{DynamicsError, Rejection};
-use crate::integration::OdeSystem;
+use crate::integration::{KinematicBlock, Linearisation, OdeSystem};
 use crate::invariants::{Invariants, centre_of_mass};
 use crate::kinematics::Marker;
 use crate::kinematics::rotation::renormalise;
@@ -50,7 +50,7 @@ impl<F: ForceElement> Multibody<F> {
     pub fn new(spec: SystemSpec, forces: Vec<F>) -> Result<Self, DynamicsError> {
         let model = MultibodyModel::new(spec)?;
         let workspace = Workspace::new(&model);
-        let norm = RefCell::new(TreeNorm::new(&model, &workspace.states, &workspace.edges));
+        let norm = RefCell::new(TreeNorm::new(&model, &workspace.states, &workspace.edges)?);
         Ok(Self { model, forces, error_scale: ErrorScale::default(), workspace, norm })
     }
 
@@ -80,12 +80,16 @@ impl<F: ForceElement> Multibody<F> {
     /// [`DynamicsError::Inconsistent`] if one is not positive.
     pub fn set_error_scale(&mut self, scale: ErrorScale) -> Result<(), DynamicsError> {
         self.error_scale = scale.checked()?;
+        self.norm.get_mut().forget();
         Ok(())
     }
 
-    /// Highest eigenfrequency; see [`MultibodyModel::highest_frequency`] \[Hz\].
+    /// Highest eigenfrequency of the free bodies, above which no frequency of the joined system lies \[Hz\].
+    ///
+    /// Joints between bodies of the same modes only move frequencies between those of the free bodies (Rayleigh).
+    /// Stiff joint springs are not counted.
     pub fn highest_frequency(&self) -> f64 {
-        self.model.highest_frequency()
+        self.norm.borrow().highest_frequency() / std::f64::consts::TAU
     }
 
     /// State with all joint coordinates at zero, undeformed, at rest, quadratures at zero.
@@ -369,6 +373,32 @@ impl<F: ForceElement> OdeSystem for Multibody<F> {
         let speed = norm.speed(&self.model, t, y0);
         let motion = norm.speed(&self.model, t, y1).max(speed).max(self.error_scale.velocity_floor);
         norm.error_speed(&self.model, error, motion) / (self.error_scale.relative * motion)
+    }
+
+    fn damped_error_norm(&self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
+        let norm = &mut *self.norm.borrow_mut();
+        let t = self.workspace.time;
+        let start = norm.speed(&self.model, t, y0).max(self.error_scale.velocity_floor);
+        let motion = norm.speed(&self.model, t, y1).max(start);
+        norm.damped_error_speed(&self.model, (t, y0, start), error, motion)
+            / (self.error_scale.relative * motion)
+    }
+
+    fn has_memory(&self) -> bool {
+        !self.forces.is_empty()
+    }
+
+    fn kinematics(&self) -> Vec<KinematicBlock> {
+        self.model.bodies.iter().flat_map(TreeBody::kinematics).collect()
+    }
+
+    fn linearise(&mut self, t: f64, y: &[f64], derivative: &mut Linearisation) -> Result<(), Rejection> {
+        self.evaluate(t, y)?;
+        let is_coupled = !self.model.loops.is_empty() || !self.forces.iter().all(ForceElement::is_idle);
+        if !is_coupled {
+            self.workspace.linearise(&self.model, derivative);
+        }
+        Ok(()) // what forces and loops couple, differences find out
     }
 
     fn project(&mut self, t: f64, y: &mut [f64]) -> bool {

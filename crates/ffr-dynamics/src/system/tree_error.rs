@@ -5,10 +5,13 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::error_filter::ErrorFilter;
 use super::force::BodyState;
+use super::free_modes::FreeModes;
 use super::model::{MultibodyModel, TreeBody};
 use super::tree_kinematics::{Edge, Six, frame_velocities, split, update};
 use crate::body::StandardInputData;
+use crate::error::DynamicsError;
 use crate::kinematics::rotation::rotation_from_slice;
 
 /// Longest length that position errors are compared with, as a share of the body's radius of gyration; as for free bodies.
@@ -22,20 +25,23 @@ struct BodyScale {
     coupling_rotation: Vec<Vector3<f64>>,
     /// Root mean square distance from the centre of mass \[m\].
     radius: f64,
-    /// Lowest elastic eigenfrequency; 0 for rigid bodies [rad/s].
+    /// Lowest eigenfrequency of the free body; 0 for rigid bodies [rad/s].
     lowest: f64,
+    /// Highest one, squared [rad²/s²].
+    highest_squared: f64,
 }
 
 impl BodyScale {
-    fn new(data: &StandardInputData) -> Self {
+    fn new(data: &StandardInputData) -> Result<Self, DynamicsError> {
         let squared = data.second_moment.trace() / data.mass - data.centre_of_mass().norm_squared();
-        let lowest = data.modal_stiffness.iter().copied().fold(f64::INFINITY, f64::min);
-        Self {
+        let modes = FreeModes::new(data)?;
+        Ok(Self {
             inertia: data.inertia(),
             coupling_rotation: (0..data.n_modes()).map(|j| data.coupling_rotation_at_rest(j)).collect(),
             radius: squared.max(0.0).sqrt(),
-            lowest: if lowest.is_finite() { lowest.sqrt() } else { 0.0 },
-        }
+            lowest: modes.lowest(),
+            highest_squared: modes.squared_frequencies.iter().copied().fold(0.0, f64::max),
+        })
     }
 
     /// Twice the kinetic energy of a motion of the undeformed body over its mass [m²/s²].
@@ -69,15 +75,19 @@ pub(super) struct TreeNorm {
     /// Errors of velocities, then of positions.
     frames: [Vec<Six>; 2],
     elastic: Vec<f64>,
+    filter: ErrorFilter,
 }
 
 impl TreeNorm {
-    pub fn new(model: &MultibodyModel, states: &[BodyState], edges: &[Edge]) -> Self {
-        let scales: Vec<_> = model.bodies.iter().map(|b| BodyScale::new(&b.data)).collect();
+    /// # Errors
+    /// [`DynamicsError::NotPositiveDefinite`] if the inertia of an undeformed body is not.
+    pub fn new(model: &MultibodyModel, states: &[BodyState], edges: &[Edge]) -> Result<Self, DynamicsError> {
+        let scales = model.bodies.iter().map(|b| BodyScale::new(&b.data)).collect::<Result<Vec<_>, _>>()?;
         let arms = model.bodies.iter().flat_map(|b| [b.joint.parent.marker.position, b.joint.child.position]);
         let arm = arms.map(|p| p.norm()).fold(0.0, f64::max);
         let radius = scales.iter().map(|s| s.radius).fold(0.0, f64::max);
-        Self {
+        Ok(Self {
+            filter: ErrorFilter::new(model, states, edges),
             scales,
             length: if radius > 0.0 { radius } else { arm },
             states: states.to_vec(),
@@ -85,7 +95,17 @@ impl TreeNorm {
             rates: vec![0.0; model.n_rates()],
             frames: [vec![[0.0; 6]; model.bodies.len()], vec![[0.0; 6]; model.bodies.len()]],
             elastic: vec![0.0; model.n_rates()],
-        }
+        })
+    }
+
+    /// Forgets what was derived from tolerances.
+    pub fn forget(&mut self) {
+        self.filter.forget();
+    }
+
+    /// Highest eigenfrequency of the free bodies [rad/s].
+    pub fn highest_frequency(&self) -> f64 {
+        self.scales.iter().map(|s| s.highest_squared).fold(0.0, f64::max).sqrt()
     }
 
     /// Velocity of the fastest body in the state `y` (Eq. T.8) [m/s].
@@ -106,6 +126,31 @@ impl TreeNorm {
     /// Largest velocity that carries the energy of `error` in one body, at the state of the last [`TreeNorm::speed`], for
     /// motion of velocity `speed` (Eq. M.23) [m/s].
     pub fn error_speed(&mut self, model: &MultibodyModel, error: &[f64], speed: f64) -> f64 {
+        self.take(model, error);
+        self.largest(model, speed, 1.0)
+    }
+
+    /// [`TreeNorm::error_speed`] with ringing counted by its displacement (Eq. M.27); `y0` at `t` is the start of the step, and
+    /// `start_speed` the speed there.
+    pub fn damped_error_speed(
+        &mut self,
+        model: &MultibodyModel,
+        (t, y0, start_speed): (f64, &[f64], f64),
+        error: &[f64],
+        speed: f64,
+    ) -> f64 {
+        self.take(model, error);
+        if !self.filter.is_for(y0) {
+            let (scales, length) = (&self.scales, self.length);
+            self.filter.factorise(model, t, y0, |i| position_rate(&scales[i], length, start_speed));
+        }
+        self.filter.apply(model, &mut self.rates);
+        // Elastic energy below the frequency ν is less than that of its displacement, and above it counts no more than that.
+        self.largest(model, speed, 0.0)
+    }
+
+    /// Sorts an error of the state by rates and positions, both along the rates.
+    fn take(&mut self, model: &MultibodyModel, error: &[f64]) {
         for (body, edge) in model.bodies.iter().zip(&self.edges) {
             let layout = &body.layout;
             self.rates[layout.rates_elastic()].copy_from_slice(&error[layout.elastic_rates()]);
@@ -114,6 +159,10 @@ impl TreeNorm {
             let joint = &mut self.elastic[layout.rates_joint()];
             position_error(body, &edge.coordinates.positions, &error[layout.positions()], joint);
         }
+    }
+
+    /// Largest size of the errors taken, with the elastic energy counted `elastic_share` times.
+    fn largest(&mut self, model: &MultibodyModel, speed: f64, elastic_share: f64) -> f64 {
         let [velocities, positions] = &mut self.frames;
         frame_velocities(model, &self.edges, &self.rates, velocities);
         frame_velocities(model, &self.edges, &self.elastic, positions);
@@ -121,11 +170,9 @@ impl TreeNorm {
         for (i, (body, scale)) in model.bodies.iter().zip(&self.scales).enumerate() {
             let (data, layout) = (&body.data, &body.layout);
             let elastic = &self.elastic[layout.rates_elastic()];
-            let radius = if scale.radius > 0.0 { scale.radius } else { self.length };
-            let by_speed = if radius > 0.0 { speed / (LENGTH_SHARE * radius) } else { 0.0 };
-            let rate = by_speed.max(scale.lowest);
+            let rate = position_rate(scale, self.length, speed);
             let size = scale.squared_speed(data, &velocities[i], &self.rates[layout.rates_elastic()])
-                + squared_deformation(data, elastic)
+                + elastic_share * squared_deformation(data, elastic)
                 + rate * rate * scale.squared_speed(data, &positions[i], elastic);
             // `max` would drop a NaN; a negative sum is round-off of nothing.
             if size.is_nan() {
@@ -135,6 +182,13 @@ impl TreeNorm {
         }
         largest
     }
+}
+
+/// A position error is worth the velocity that covers it in this rate's time scale (`ν` of Eq. T.8) [1/s].
+fn position_rate(scale: &BodyScale, length: f64, speed: f64) -> f64 {
+    let radius = if scale.radius > 0.0 { scale.radius } else { length };
+    let by_speed = if radius > 0.0 { speed / (LENGTH_SHARE * radius) } else { 0.0 };
+    by_speed.max(scale.lowest)
 }
 
 /// Twice the elastic energy over the mass [m²/s²].

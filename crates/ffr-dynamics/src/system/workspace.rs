@@ -26,7 +26,7 @@ pub(super) struct Workspace {
     pub states: Vec<BodyState>,
     pub sums: Vec<GeneralisedForce>,
     pub edges: Vec<Edge>,
-    bodies: Vec<BodyWorkspace>,
+    pub(super) bodies: Vec<BodyWorkspace>,
     pub factors: Vec<BodyFactors>,
     pub loops: LoopSolver,
     /// Joint forces along free velocities; springs and dampers of all velocities.

@@ -150,6 +150,27 @@ pub fn block(degree: usize, elements: [usize; 3], size: [f64; 3]) -> AssembledBo
     }
 }
 
+/// Node by node matrix `∫ σ ∂R_A/∂x ∂R_B/∂x` of the plate of [`block`] for a stress `σ(x)` along x.
+pub fn tension_stiffness(
+    degree: usize,
+    elements: [usize; 2],
+    size: [f64; 2],
+    stress: impl Fn(f64) -> f64,
+) -> SparseColMat<u32, f64> {
+    let splines = [Splines::new(degree, elements[0]), Splines::new(degree, elements[1])];
+    let along = splines[0].integrals(size[0], |s| stress(s - 0.5 * size[0]));
+    let across = splines[1].integrals(size[1], |_| 1.0);
+    let (nx, ny) = (splines[0].count(), splines[1].count());
+    let mut entries = Vec::new();
+    for b in 0..nx * ny {
+        for a in neighbours([b % nx, b / nx, 0], &[nx, ny], degree).filter(|&a| a >= b) {
+            let value = along[1][1][(a % nx, b % nx)] * across[0][0][(a / nx, b / nx)];
+            entries.push(Triplet::new(a as u32, b as u32, value));
+        }
+    }
+    lower(nx * ny, &entries)
+}
+
 fn neighbours(j: [usize; 3], counts: &[usize], reach: usize) -> impl Iterator<Item = usize> {
     let range = move |k: usize, n: usize| j[k].saturating_sub(reach)..(j[k] + reach + 1).min(n);
     let (nx, ny, nz) = (counts[0], counts[1], counts.get(2).copied().unwrap_or(1));

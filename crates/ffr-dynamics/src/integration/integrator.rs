@@ -1,0 +1,158 @@
+//! One type for all integrators, so that a driver can hold whichever the scenario asks for.
+
+use super::dense_output::DenseOutput;
+use super::dormand_prince::{DormandPrince, Step};
+use super::step_control::{Statistics, StepSettings};
+use super::system::OdeSystem;
+use super::tr_bdf2::TrBdf2;
+use crate::error::{DynamicsError, Rejection};
+
+/// Integration method.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Method {
+    /// Explicit, order five ([`DormandPrince`]).
+    #[default]
+    DormandPrince,
+    /// Implicit, L-stable, order two ([`TrBdf2`]).
+    TrBdf2,
+}
+
+/// An integrator of either kind; all calls mean the same for both.
+#[derive(Debug)]
+pub enum Integrator {
+    /// Explicit.
+    DormandPrince(Box<DormandPrince>),
+    /// Implicit.
+    TrBdf2(Box<TrBdf2>),
+}
+
+macro_rules! either {
+    ($integrator:expr, $inner:ident => $call:expr) => {
+        match $integrator {
+            Integrator::DormandPrince($inner) => $call,
+            Integrator::TrBdf2($inner) => $call,
+        }
+    };
+}
+
+impl Integrator {
+    /// An integrator of `system` with `method` at time `t` in the state `y`.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Inconsistent`] if a step of the settings is not positive or the system's kinematics do not fit.
+    pub fn new<S: OdeSystem + ?Sized>(
+        method: Method,
+        settings: StepSettings,
+        t: f64,
+        y: &[f64],
+        system: &S,
+    ) -> Result<Self, DynamicsError> {
+        Ok(match method {
+            Method::DormandPrince => Self::DormandPrince(Box::new(DormandPrince::new(settings, t, y)?)),
+            Method::TrBdf2 => Self::TrBdf2(Box::new(TrBdf2::new(settings, t, y, system)?)),
+        })
+    }
+
+    /// The method.
+    pub fn method(&self) -> Method {
+        match self {
+            Self::DormandPrince(_) => Method::DormandPrince,
+            Self::TrBdf2(_) => Method::TrBdf2,
+        }
+    }
+
+    /// Time reached \[s\].
+    pub fn time(&self) -> f64 {
+        either!(self, i => i.time())
+    }
+
+    /// State reached.
+    pub fn state(&self) -> &[f64] {
+        either!(self, i => i.state())
+    }
+
+    /// State before the last accepted step.
+    pub fn previous_state(&self) -> &[f64] {
+        either!(self, i => i.previous_state())
+    }
+
+    /// Work done since the integrator was made.
+    pub fn statistics(&self) -> Statistics {
+        either!(self, i => i.statistics())
+    }
+
+    /// Last refusal of the right-hand side; `None` if there never was one.
+    pub fn last_refusal(&self) -> Option<&Rejection> {
+        either!(self, i => i.last_refusal())
+    }
+
+    /// Step proposed next, 0 if none is known yet \[s\].
+    pub fn proposed_step(&self) -> f64 {
+        either!(self, i => i.proposed_step())
+    }
+
+    /// Changes the largest step \[s\].
+    ///
+    /// # Errors
+    /// [`DynamicsError::Inconsistent`] if it is not positive.
+    pub fn set_max_step(&mut self, max_step: f64) -> Result<(), DynamicsError> {
+        either!(self, i => i.set_max_step(max_step))
+    }
+
+    /// Says that the right-hand side has changed at the present time.
+    pub fn invalidate(&mut self) {
+        either!(self, i => i.invalidate());
+    }
+
+    /// Goes on from another time and state; see [`DormandPrince::restart`].
+    ///
+    /// # Panics
+    /// If the length of `y` differs from the dimension.
+    pub fn restart(&mut self, t: f64, y: &[f64]) {
+        either!(self, i => i.restart(t, y));
+    }
+
+    /// Takes one step that ends at `t_end` at the latest; see [`DormandPrince::step`] and [`TrBdf2::step`].
+    ///
+    /// # Errors
+    /// [`DynamicsError::Integration`] when no step is possible.
+    ///
+    /// # Panics
+    /// If the system has another number of equations than the integrator.
+    pub fn step<S: OdeSystem + ?Sized>(&mut self, system: &mut S, t_end: f64) -> Result<Step, DynamicsError> {
+        either!(self, i => i.step(system, t_end))
+    }
+
+    /// Steps until `t_end`, calling `observe` after each accepted step, which answers whether to go on; returns the time reached.
+    ///
+    /// # Errors
+    /// As [`Integrator::step`].
+    pub fn run<S: OdeSystem + ?Sized>(
+        &mut self,
+        system: &mut S,
+        t_end: f64,
+        mut observe: impl FnMut(&mut S, &Self) -> bool,
+    ) -> Result<f64, DynamicsError> {
+        while self.time() < t_end {
+            self.step(system, t_end)?;
+            if !observe(system, self) {
+                break;
+            }
+        }
+        Ok(self.time())
+    }
+}
+
+impl DenseOutput for Integrator {
+    fn interval(&self) -> (f64, f64) {
+        either!(self, i => i.interval())
+    }
+
+    fn dimension(&self) -> usize {
+        either!(self, i => i.dimension())
+    }
+
+    fn interpolate(&self, t: f64, out: &mut [f64]) {
+        either!(self, i => i.interpolate(t, out));
+    }
+}

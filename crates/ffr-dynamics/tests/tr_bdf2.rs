@@ -1,0 +1,497 @@
+//! TR-BDF2 on small equations: orders, stability, numerical damping, protocol with the system, events.
+
+#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
+#![expect(clippy::float_cmp, reason = "exact times and states are part of the claims")]
+
+use ffr_dynamics::DynamicsError;
+use ffr_dynamics::error::Rejection;
+use ffr_dynamics::integration::{
+    CrossingSearch, DenseOutput, Integrator, KinematicBlock, Linearisation, Method, OdeSystem, StepSettings,
+    TrBdf2,
+};
+
+fn norm(x: &[f64]) -> f64 {
+    x.iter().map(|v| v * v).sum::<f64>().sqrt()
+}
+
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+}
+
+/// Slope of `log error` over `log step`, least squares.
+fn slope(pairs: &[(f64, f64)]) -> f64 {
+    let n = pairs.len() as f64;
+    let (x, y): (Vec<f64>, Vec<f64>) = pairs.iter().map(|(h, e)| (h.ln(), e.ln())).unzip();
+    let (mx, my) = (x.iter().sum::<f64>() / n, y.iter().sum::<f64>() / n);
+    let covariance: f64 = x.iter().zip(&y).map(|(a, b)| (a - mx) * (b - my)).sum();
+    covariance / x.iter().map(|a| (a - mx).powi(2)).sum::<f64>()
+}
+
+/// Equations given by a function, with the Euclidean norm over a tolerance.
+struct Given<F> {
+    dimension: usize,
+    tolerance: f64,
+    blocks: Vec<KinematicBlock>,
+    rate: F,
+}
+
+impl<F: FnMut(f64, &[f64], &mut [f64])> Given<F> {
+    fn new(dimension: usize, tolerance: f64, rate: F) -> Self {
+        Self { dimension, tolerance, blocks: Vec::new(), rate }
+    }
+}
+
+impl<F: FnMut(f64, &[f64], &mut [f64])> OdeSystem for Given<F> {
+    fn dimension(&self) -> usize {
+        self.dimension
+    }
+
+    fn rhs(&mut self, t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), Rejection> {
+        (self.rate)(t, y, dydt);
+        Ok(())
+    }
+
+    fn error_norm(&self, _y0: &[f64], _y1: &[f64], error: &[f64]) -> f64 {
+        norm(error) / self.tolerance
+    }
+
+    fn kinematics(&self) -> Vec<KinematicBlock> {
+        self.blocks.clone()
+    }
+}
+
+fn run(system: &mut impl OdeSystem, settings: StepSettings, y: &[f64], t_end: f64) -> TrBdf2 {
+    let mut integrator = TrBdf2::new(settings, 0.0, y, system).unwrap();
+    integrator.run(system, t_end, |_, _| true).unwrap();
+    integrator
+}
+
+/// Eccentric Kepler orbit, `e = 0.3`, period 2π.
+const ECCENTRICITY: f64 = 0.3;
+const PERIHELION: [f64; 4] = [1.0 - ECCENTRICITY, 0.0, 0.0, 1.362_770_287_738_494_3]; // sqrt((1 + e) / (1 - e))
+
+fn kepler_rate(_t: f64, y: &[f64], dydt: &mut [f64]) {
+    let cubed = (y[0] * y[0] + y[1] * y[1]).powf(1.5);
+    dydt.copy_from_slice(&[y[2], y[3], -y[0] / cubed, -y[1] / cubed]);
+}
+
+fn van_der_pol(stiffness: f64) -> impl FnMut(f64, &[f64], &mut [f64]) {
+    move |_, y, dydt| {
+        dydt[0] = y[1];
+        dydt[1] = stiffness * ((1.0 - y[0] * y[0]) * y[1]) - y[0];
+    }
+}
+
+fn oscillator(omega: f64) -> impl FnMut(f64, &[f64], &mut [f64]) {
+    move |_, y, dydt| dydt.copy_from_slice(&[y[1], -omega * omega * y[0]])
+}
+
+#[test]
+fn global_error_drops_with_order_two() {
+    let aphelion = [-(1.0 + ECCENTRICITY), 0.0, 0.0, -1.0 / PERIHELION[3]];
+    let errors: Vec<(f64, f64)> = [800.0, 1600.0, 3200.0]
+        .map(|n| {
+            let h = std::f64::consts::PI / n;
+            // The tolerance only steers Newton's method here: far below the error of the steps.
+            let mut system = Given::new(4, 1e-10, kepler_rate);
+            let run = run(&mut system, StepSettings::fixed(h), &PERIHELION, std::f64::consts::PI);
+            assert_eq!(run.statistics().steps as f64, n);
+            (h, distance(run.state(), &aphelion))
+        })
+        .to_vec();
+    let measured = slope(&errors);
+    assert!((measured - 2.0).abs() < 0.1, "order {measured}, errors {errors:?}");
+}
+
+#[test]
+fn error_estimate_drops_with_order_three_and_has_the_size_of_the_error() {
+    // One step of the given size from the same state: the estimate against the true error.
+    let omega = std::f64::consts::TAU;
+    let pairs: Vec<(f64, f64, f64)> = [0.005, 0.0025, 0.00125]
+        .map(|h| {
+            let mut system = Given::new(2, 1.0, oscillator(omega));
+            let settings = StepSettings { initial_step: Some(h), max_step: h, is_fixed: false };
+            let mut integrator = TrBdf2::new(settings, 0.0, &[0.0, omega], &system).unwrap();
+            let step = integrator.step(&mut system, 1.0).unwrap();
+            assert_eq!(step.end, h);
+            let exact = [(omega * h).sin(), omega * (omega * h).cos()];
+            (h, step.error, distance(integrator.state(), &exact))
+        })
+        .to_vec();
+    let estimates: Vec<_> = pairs.iter().map(|p| (p.0, p.1)).collect();
+    let measured = slope(&estimates);
+    assert!((measured - 3.0).abs() < 0.1, "order {measured}, {pairs:?}");
+    // The third-order companion is what it is compared with: equal up to a term smaller by hω = 0.008, and the filter.
+    let (_, estimate, error) = pairs[2];
+    assert!((estimate / error - 1.0).abs() < 0.1, "{pairs:?}");
+}
+
+#[test]
+fn interpolant_has_the_order_of_the_steps_and_meets_both_ends() {
+    let omega = std::f64::consts::TAU;
+    let mut errors = Vec::new();
+    for n in [160.0_f64, 320.0, 640.0] {
+        let mut system = Given::new(2, 1e-9, oscillator(omega));
+        let mut integrator = TrBdf2::new(StepSettings::fixed(1.0 / n), 0.0, &[0.0, omega], &system).unwrap();
+        integrator.step(&mut system, 1.0).unwrap();
+        let (start, end) = integrator.interval();
+        let (mut worst, mut y) = (0.0_f64, [0.0; 2]);
+        for i in 1..20 {
+            let t = start + (end - start) * f64::from(i) / 20.0;
+            integrator.interpolate(t, &mut y);
+            worst = worst.max(distance(&y, &[(omega * t).sin(), omega * (omega * t).cos()]));
+        }
+        errors.push((1.0 / n, worst));
+        integrator.interpolate(start, &mut y);
+        assert_eq!(y, [0.0, omega]);
+        assert_eq!(integrator.previous_state(), y);
+        integrator.interpolate(end, &mut y);
+        assert!(distance(&y, integrator.state()) < 1e-14);
+    }
+    // A local error of order three, as the step itself.
+    let measured = slope(&errors);
+    assert!((measured - 3.0).abs() < 0.1, "order {measured}, errors {errors:?}");
+}
+
+#[test]
+fn interpolant_of_an_unresolved_mode_stays_within_its_amplitude() {
+    let omega = 1e6;
+    let mut system = Given::new(2, 1e9, oscillator(omega));
+    let mut integrator = TrBdf2::new(StepSettings::fixed(1e-2), 0.0, &[1.0, 0.0], &system).unwrap();
+    integrator.step(&mut system, 1.0).unwrap();
+    let mut y = [0.0; 2];
+    for i in 0..=50 {
+        integrator.interpolate(2e-4 * f64::from(i), &mut y);
+        // The cubic through 1, -1 and 0 with slope of order one at the end overshoots a little.
+        assert!(y[0].abs() < 1.6, "{y:?}");
+    }
+}
+
+#[test]
+fn stiff_relaxation_follows_its_slow_solution_with_steps_far_beyond_the_fast_scale() {
+    for lambda in [-1e2, -1e4, -1e8] {
+        let rate = move |t: f64, y: &[f64], dydt: &mut [f64]| dydt[0] = lambda * (y[0] - t.cos()) - t.sin();
+        let mut system = Given::new(1, 1e-5, rate);
+        let run = run(&mut system, StepSettings::default(), &[2.0], 10.0);
+        let statistics = run.statistics();
+        // An initial layer of size one, then cos t with h³ / 50 = 1e-5: about 100 steps.
+        assert!((run.state()[0] - 10.0_f64.cos()).abs() < 1e-4, "λ = {lambda}: {:?}", run.state());
+        assert!(statistics.steps < 250, "λ = {lambda}: {statistics:?}");
+    }
+}
+
+#[test]
+fn unresolved_motion_is_gone_after_one_step() {
+    // R(z) tends to zero like 1/z, faster than that of the trapezoidal rule, which tends to -1.
+    let mut leftovers = Vec::new();
+    for lambda in [-1e4, -1e6, -1e8] {
+        let mut system = Given::new(1, 1e9, move |_: f64, y: &[f64], d: &mut [f64]| d[0] = lambda * y[0]);
+        let mut integrator = TrBdf2::new(StepSettings::fixed(1.0), 0.0, &[1.0], &system).unwrap();
+        integrator.step(&mut system, 10.0).unwrap();
+        leftovers.push((-lambda, integrator.state()[0].abs()));
+    }
+    let measured = slope(&leftovers);
+    assert!((measured + 1.0).abs() < 0.01, "{leftovers:?}");
+}
+
+#[test]
+fn energy_of_an_oscillator_never_grows_and_its_loss_is_that_of_the_stability_function() {
+    let omega = 50.0_f64;
+    for h in [1e-3, 1e-2, 1e-1, 1.0, 10.0] {
+        let mut system = Given::new(2, 1e-6, oscillator(omega));
+        system.blocks = vec![KinematicBlock::Vector { position: 0, velocity: 1, len: 1 }];
+        let mut integrator = TrBdf2::new(StepSettings::fixed(h), 0.0, &[1.0, 20.0], &system).unwrap();
+        let energy = |y: &[f64]| 0.5 * (omega * y[0]).powi(2) + 0.5 * y[1] * y[1];
+        let before = energy(integrator.state());
+        integrator.step(&mut system, 1e9).unwrap();
+        let kept = energy(integrator.state()) / before;
+        // |R(iz)|² with R(z) = (1 + (1 - 2 d) z) / (1 - d z)²: both parts have the denominator 1 - d z.
+        let (z, d) = (h * omega, 1.0 - std::f64::consts::FRAC_1_SQRT_2);
+        let expected = (1.0 + ((1.0 - 2.0 * d) * z).powi(2)) / (1.0 + (d * z).powi(2)).powi(2);
+        assert!(kept <= 1.0 && (kept - expected).abs() < 1e-9, "h = {h}: kept {kept}, expected {expected}");
+    }
+}
+
+#[test]
+fn stiff_van_der_pol_agrees_with_the_explicit_method_at_a_fraction_of_the_steps() {
+    let t_end = 1.2; // through the first fast transition at t ≈ 0.81 (in units of the slow time)
+    let scaled = |eps: f64| {
+        move |_: f64, y: &[f64], d: &mut [f64]| {
+            d[0] = y[1];
+            d[1] = ((1.0 - y[0] * y[0]) * y[1] - y[0]) / eps;
+        }
+    };
+    let start = [2.0, -0.66];
+    let mut system = Given::new(2, 1e-9, scaled(1e-3));
+    let mut reference =
+        Integrator::new(Method::DormandPrince, StepSettings::default(), 0.0, &start, &system).unwrap();
+    reference.run(&mut system, t_end, |_, _| true).unwrap();
+    system.tolerance = 1e-4;
+    let mut implicit =
+        Integrator::new(Method::TrBdf2, StepSettings::default(), 0.0, &start, &system).unwrap();
+    implicit.run(&mut system, t_end, |_, _| true).unwrap();
+    // Error per step 1e-4 on a velocity that reaches 1e3 in the transition.
+    assert!(distance(implicit.state(), reference.state()) < 1e-3, "{:?}", implicit.state());
+    assert_eq!(implicit.method(), Method::TrBdf2);
+    let statistics = implicit.statistics();
+    assert!(statistics.factorisations < statistics.steps + statistics.rejected, "{statistics:?}");
+}
+
+#[test]
+fn work_of_standard_problems_stays_as_recorded() {
+    let mut system = Given::new(4, 1e-6, kepler_rate);
+    let dense = run(&mut system, StepSettings::default(), &PERIHELION, std::f64::consts::TAU).statistics();
+    system.blocks = vec![KinematicBlock::Vector { position: 0, velocity: 2, len: 2 }];
+    let structured =
+        run(&mut system, StepSettings::default(), &PERIHELION, std::f64::consts::TAU).statistics();
+    let mut system = Given::new(2, 1e-4, van_der_pol(100.0));
+    let stiff = run(&mut system, StepSettings::default(), &[2.0, 0.0], 200.0).statistics();
+    let work = [dense, structured, stiff]
+        .map(|s| [s.steps, s.rejected, s.evaluations, s.iterations, s.jacobians, s.factorisations]);
+    assert_eq!(work, WORK);
+}
+
+/// Steps, rejections, evaluations, iterations, Jacobians, factorisations: Kepler dense and structured, van der Pol.
+const WORK: [[u64; 6]; 3] =
+    [[357, 0, 1359, 1353, 1, 147], [357, 0, 1359, 1353, 1, 147], [757, 68, 3759, 3686, 24, 569]];
+
+#[test]
+fn known_kinematics_give_the_solution_of_the_dense_matrix() {
+    let mut system = Given::new(4, 1e-9, kepler_rate);
+    let settings = StepSettings::fixed(0.01);
+    let dense = run(&mut system, settings, &PERIHELION, 1.0);
+    system.blocks = vec![KinematicBlock::Vector { position: 0, velocity: 2, len: 2 }];
+    let structured = run(&mut system, settings, &PERIHELION, 1.0);
+    // Both converge to a Newton tolerance of 3e-11 a stage, 200 stages.
+    assert!(distance(dense.state(), structured.state()) < 1e-8);
+    assert!(structured.statistics().evaluations < dense.statistics().evaluations + 10);
+}
+
+#[test]
+fn turning_quaternion_with_quadrature_follows_the_closed_form() {
+    // dQ/dt = ½ Q (0, ω), ω' = -3 (ω - ω_0 e_z), quadrature of ω_z.
+    let rate = |_: f64, y: &[f64], d: &mut [f64]| {
+        let (q, w) = (&y[0..4], &y[4..7]);
+        d[0] = -0.5 * (q[1] * w[0] + q[2] * w[1] + q[3] * w[2]);
+        d[1] = 0.5 * (q[0] * w[0] + q[2] * w[2] - q[3] * w[1]);
+        d[2] = 0.5 * (q[0] * w[1] + q[3] * w[0] - q[1] * w[2]);
+        d[3] = 0.5 * (q[0] * w[2] + q[1] * w[1] - q[2] * w[0]);
+        d[4] = -3.0 * w[0];
+        d[5] = -3.0 * w[1];
+        d[6] = -3.0 * (w[2] - 10.0);
+        d[7] = w[2];
+    };
+    let mut system = Given::new(8, 1e-7, rate);
+    system.blocks = vec![KinematicBlock::Rotation { quaternion: 0, velocity: 4 }];
+    let start = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+    let run = run(&mut system, StepSettings::default(), &start, 1.0);
+    let angle = 10.0 - 10.0 / 3.0 * (1.0 - (-3.0_f64).exp());
+    let y = run.state();
+    let expected = [(0.5 * angle).cos(), 0.0, 0.0, (0.5 * angle).sin()];
+    // 1e-7 a step, some hundred steps, errors of one sign.
+    assert!(distance(&y[0..4], &expected) < 3e-5, "{y:?}");
+    assert!((y[7] - angle).abs() < 3e-5);
+    let statistics = run.statistics();
+    // The matrix knows how the quaternion turns: at most two iterations a stage, and one Jacobian for all.
+    assert!(statistics.iterations <= 4 * statistics.steps && statistics.jacobians == 1, "{statistics:?}");
+}
+
+#[test]
+fn overlapping_kinematics_are_refused() {
+    let mut system = Given::new(4, 1e-9, kepler_rate);
+    system.blocks = vec![KinematicBlock::Vector { position: 0, velocity: 1, len: 2 }];
+    let error = TrBdf2::new(StepSettings::default(), 0.0, &PERIHELION, &system).unwrap_err();
+    assert!(error.to_string().contains("component 1"), "{error}");
+    system.blocks = vec![KinematicBlock::Plain { start: 2, len: 3 }];
+    assert!(TrBdf2::new(StepSettings::default(), 0.0, &PERIHELION, &system).is_err());
+}
+
+#[test]
+fn constant_coefficients_need_one_jacobian_and_one_iteration_a_stage() {
+    let mut system = Given::new(2, 1e-6, oscillator(7.0));
+    let run = run(&mut system, StepSettings::fixed(0.01), &[1.0, 0.0], 1.0);
+    let s = run.statistics();
+    assert_eq!((s.jacobians, s.factorisations, s.iterations), (1, 1, 2 * s.steps));
+}
+
+/// `y' = 1`, refused beyond `t = limit` as often as `refusals` says; counts the calls of the protocol.
+struct Refusing {
+    inner: i32,
+    saved: i32,
+    saves: u32,
+    refusals: u32,
+    limit: f64,
+    last: (f64, f64),
+}
+
+impl OdeSystem for Refusing {
+    fn dimension(&self) -> usize {
+        1
+    }
+
+    fn rhs(&mut self, t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), Rejection> {
+        self.inner += 1;
+        self.last = (t, y[0]);
+        if t > self.limit && self.refusals > 0 {
+            self.refusals -= 1;
+            return Err(Rejection { code: -1, reason: "solver stopped after 45 iterations".to_string() });
+        }
+        dydt[0] = 1.0;
+        Ok(())
+    }
+
+    fn error_norm(&self, _y0: &[f64], _y1: &[f64], error: &[f64]) -> f64 {
+        error[0].abs()
+    }
+
+    fn has_memory(&self) -> bool {
+        true
+    }
+
+    fn save(&mut self) {
+        self.saved = self.inner;
+        self.saves += 1;
+    }
+
+    fn restore(&mut self) {
+        assert!(self.saves > 0, "nothing was saved");
+        self.inner = self.saved;
+    }
+}
+
+fn refusing(limit: f64, refusals: u32) -> Refusing {
+    Refusing { inner: 0, saved: 0, saves: 0, refusals, limit, last: (0.0, 0.0) }
+}
+
+#[test]
+fn refusal_shrinks_the_step_and_the_inner_state_ends_with_the_step() {
+    let mut system = refusing(0.0, 3);
+    let settings = StepSettings { initial_step: Some(1.0), max_step: 1.0, is_fixed: false };
+    let mut integrator = TrBdf2::new(settings, 0.0, &[0.0], &system).unwrap();
+    let step = integrator.step(&mut system, 10.0).unwrap();
+    assert_eq!(step.rejected, 3);
+    assert_eq!(system.saves, 1);
+    let statistics = integrator.statistics();
+    assert_eq!((statistics.rejected, statistics.refused), (3, 3));
+    assert_eq!(integrator.last_refusal().map(|r| r.code), Some(-1));
+    assert_eq!(system.inner, 3, "two stages and the end, from the saved state");
+    assert_eq!(system.last, (step.end, integrator.state()[0]), "the inner state belongs to the end");
+}
+
+#[test]
+fn endless_refusal_ends_with_time_and_reason() {
+    let mut system = refusing(0.5, u32::MAX);
+    let mut integrator = TrBdf2::new(StepSettings::with_max_step(0.1), 0.5, &[0.0], &system).unwrap();
+    let error = integrator.step(&mut system, 1.0).unwrap_err();
+    let DynamicsError::Integration { time, reason } = &error else { panic!("{error}") };
+    assert_eq!(*time, 0.5);
+    assert!(reason.contains("45 iterations") && reason.contains("step fell to"), "{reason}");
+    assert_eq!((integrator.time(), integrator.state()), (0.5, &[0.0][..]));
+}
+
+/// A rate that changes its sign with every evaluation: no implicit equation has a solution.
+struct Flipping(f64);
+
+impl OdeSystem for Flipping {
+    fn dimension(&self) -> usize {
+        1
+    }
+
+    fn rhs(&mut self, _t: f64, _y: &[f64], dydt: &mut [f64]) -> Result<(), Rejection> {
+        self.0 = -self.0;
+        dydt[0] = self.0;
+        Ok(())
+    }
+
+    fn error_norm(&self, _y0: &[f64], _y1: &[f64], error: &[f64]) -> f64 {
+        error[0].abs() / 1e-8
+    }
+
+    fn linearise(&mut self, _t: f64, _y: &[f64], derivative: &mut Linearisation) -> Result<(), Rejection> {
+        derivative.velocity_column_mut(0).fill(0.0);
+        Ok(())
+    }
+}
+
+#[test]
+fn newton_without_solution_shrinks_the_step_and_then_names_the_remedy() {
+    let mut system = Flipping(1e9);
+    let mut integrator = TrBdf2::new(StepSettings::with_max_step(0.3), 1.0, &[0.0], &system).unwrap();
+    let error = integrator.step(&mut system, 3.0).unwrap_err();
+    let DynamicsError::Integration { time, reason } = &error else { panic!("{error}") };
+    assert_eq!(*time, 1.0);
+    assert!(reason.contains("Newton") && reason.contains("force that jumps"), "{reason}");
+    let statistics = integrator.statistics();
+    assert!(statistics.rejected > 10 && statistics.jacobians == 1, "{statistics:?}");
+    assert_eq!(integrator.state(), [0.0]);
+}
+
+#[test]
+fn nan_never_reaches_an_accepted_state() {
+    // Explodes in finite time: y' = y².
+    let rate = |_: f64, y: &[f64], d: &mut [f64]| d[0] = if y[0] > 1e3 { f64::NAN } else { y[0] * y[0] };
+    let mut system = Given::new(1, 1e-6, rate);
+    let mut integrator = TrBdf2::new(StepSettings::default(), 0.0, &[1.0], &system).unwrap();
+    let mut finite = true;
+    let error = integrator
+        .run(&mut system, 2.0, |_, i| {
+            finite &= i.state()[0].is_finite();
+            true
+        })
+        .unwrap_err();
+    assert!(finite && error.to_string().contains("not finite"), "{error}");
+    assert!(integrator.time() < 1.0 + 1e-3);
+    for start in [f64::NAN, 2e3] {
+        let mut integrator = TrBdf2::new(StepSettings::default(), 0.0, &[start], &system).unwrap();
+        assert!(integrator.step(&mut system, 2.0).is_err());
+    }
+    let mut integrator = TrBdf2::new(StepSettings::default(), 0.0, &[0.0], &system).unwrap();
+    for t_end in [f64::INFINITY, f64::NAN] {
+        assert!(integrator.step(&mut system, t_end).is_err());
+    }
+    assert!(integrator.set_max_step(-1.0).is_err());
+}
+
+#[test]
+fn steps_end_exactly_at_the_end_time_and_keep_their_size_afterwards() {
+    let mut system = Given::new(4, 1e-6, kepler_rate);
+    let mut integrator = TrBdf2::new(StepSettings::default(), 0.0, &PERIHELION, &system).unwrap();
+    integrator.run(&mut system, 0.7, |_, _| true).unwrap();
+    assert_eq!(integrator.time(), 0.7);
+    let proposed = integrator.proposed_step();
+    integrator.step(&mut system, 0.7 + 1e-5 * proposed).unwrap();
+    assert_eq!(integrator.time(), 0.7 + 1e-5 * proposed);
+    assert!(integrator.proposed_step() >= proposed);
+}
+
+#[test]
+fn restart_in_the_middle_of_a_step_repeats_the_rest_of_the_solution() {
+    let mut system = Given::new(4, 1e-8, kepler_rate);
+    let mut integrator = run(&mut system, StepSettings::default(), &PERIHELION, std::f64::consts::PI);
+    let (start, end) = integrator.interval();
+    let (middle, mut y) = (0.5 * (start + end), vec![0.0; 4]);
+    integrator.interpolate(middle, &mut y);
+    let reference = integrator.state().to_vec();
+    integrator.restart(middle, &y);
+    assert_eq!(integrator.interval(), (middle, middle));
+    integrator.run(&mut system, std::f64::consts::PI, |_, _| true).unwrap();
+    // The dense output has local errors like the step: 1e-8.
+    assert!(distance(integrator.state(), &reference) < 1e-7);
+}
+
+#[test]
+fn crossing_is_found_along_the_interpolant() {
+    let omega = std::f64::consts::TAU;
+    let mut system = Given::new(2, 1e-7, oscillator(omega));
+    let mut integrator = TrBdf2::new(StepSettings::default(), 0.0, &[0.0, omega], &system).unwrap();
+    let mut search = CrossingSearch::new(2, 1e-12, 4);
+    let mut found = None;
+    while found.is_none() {
+        integrator.step(&mut system, 1.0).unwrap();
+        found = search.first_crossing(&integrator, |_, y| y[0] + 0.5).unwrap();
+    }
+    let crossing = found.unwrap();
+    // sin 2πt = -1/2 at t = 7/12; 1e-7 a step, some hundred steps, over the slope 2π · 0.87.
+    assert!((crossing.time - 7.0 / 12.0).abs() < 1e-5, "{crossing:?}");
+    assert!(crossing.value <= 0.0 && crossing.time - crossing.before <= 1e-12, "{crossing:?}");
+}
