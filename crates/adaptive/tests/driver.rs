@@ -112,6 +112,7 @@ fn ball(height: f64, speed: f64, end_time: f64) -> RunSpec {
             knots: None,
             refine: vec![refine(-RADIUS), refine(RADIUS)],
         },
+        damping: None,
         reduction: ReductionSpec::CraigBampton { modes: 3, fixed_interface_modes: None },
         motion: InitialMotion {
             position: Vector3::new(0.0, 0.0, RADIUS + height),

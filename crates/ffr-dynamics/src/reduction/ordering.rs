@@ -158,9 +158,12 @@ impl Cutter<'_> {
         let mean = |set: &[u32], axis: usize| {
             set.iter().map(|&a| self.anchors[a as usize][axis]).sum::<f64>() / set.len().max(1) as f64
         };
-        let bias: [f64; 3] = std::array::from_fn(|axis| {
-            if rim.is_empty() { 0.0 } else { mean(&rim, axis) - mean(nodes, axis) }
-        });
+        let bias: [f64; 3] =
+            std::array::from_fn(
+                |axis| {
+                    if rim.is_empty() { 0.0 } else { mean(&rim, axis) - mean(nodes, axis) }
+                },
+            );
         let mut axes = [2, 1, 0];
         axes.sort_by(|&a, &b| bias[b].abs().total_cmp(&bias[a].abs()));
         let anchors = self.anchors;

@@ -140,10 +140,10 @@ fn eliminate<S: Simd>(simd: S, node: &Supernode<'_>, first: usize, own: &[Row], 
             }
         }
     }
-    for c in full..own.len() {
+    for (c, x) in own.iter().enumerate().skip(full) {
         let column = &node.column(first + c)[at..at + n];
         for (row, l) in rows.iter_mut().zip(column) {
-            subtract(simd, row, *l, &own[c]);
+            subtract(simd, row, *l, x);
         }
     }
 }
@@ -204,13 +204,13 @@ fn gather<S: Simd>(simd: S, node: &Supernode<'_>, first: usize, own: &mut [Row],
             }
         }
     }
-    for c in full..own.len() {
+    for (c, target) in own.iter_mut().enumerate().skip(full) {
         let column = &node.column(first + c)[at..at + n];
-        let mut sum = own[c];
+        let mut sum = *target;
         for (row, l) in rows.iter().zip(column) {
             subtract(simd, &mut sum, *l, row);
         }
-        own[c] = sum;
+        *target = sum;
     }
 }
 

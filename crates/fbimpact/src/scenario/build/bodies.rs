@@ -4,7 +4,8 @@ use std::path::Path;
 
 use super::super::check::Checker;
 use super::super::model::{
-    Body, BodyKind, Damping, Discretisation, ElasticBody, ElasticModel, Frame, Material, Reduction, Refinement,
+    Body, BodyKind, Damping, Discretisation, ElasticBody, ElasticModel, Frame, Material, Reduction,
+    Refinement,
 };
 use super::super::section::Section;
 use super::{dimension, geometry, marker_or_point};
