@@ -5,8 +5,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use adaptive::record::{
-    BodyLayout, BodySample, ContactSample, Continue, Energies, ImpactRecord, Observer, PhaseKind,
-    PhaseRecord, PointSample, RunLayout, Sample, StressRecord, Timings, TryRecord,
+    BodyLayout, BodySample, ContactSample, Continue, Energies, ImpactRecord, JointLayout, JointSample,
+    Observer, PhaseKind, PhaseRecord, PointSample, RunLayout, Sample, StressRecord, Timings, TryRecord,
 };
 use fbimpact::commands::run::{Simulation, record};
 use fbimpact::error::AppError;
@@ -45,6 +45,7 @@ fn sample(i: u32) -> Sample {
         bodies: vec![body(6), body(0)],
         contacts: vec![ContactSample { normal_force: 0.1 * x, active_points: i, ..ContactSample::default() }],
         points: vec![PointSample { position: [0.0, 0.0, x], velocity: [x, 0.0, 0.0] }],
+        joints: vec![JointSample { positions: vec![x, 0.5 * x], velocities: vec![1.0, 2.0] }],
     }
 }
 
@@ -54,6 +55,15 @@ fn start(observer: &mut dyn Observer) -> Result<(), AppError> {
         bodies: vec![body("ball", (1..=6).map(|i| 1e5 * f64::from(i)).collect()), body("floor", Vec::new())],
         contacts: vec!["impact".into()],
         points: vec!["top".into()],
+        joints: vec![JointLayout {
+            name: "guide".into(),
+            kind: "cylindrical".into(),
+            positions: vec![("displacement z".into(), "m".into()), ("angle".into(), "rad".into())],
+            velocities: vec![
+                ("velocity z".into(), "m/s".into()),
+                ("angular velocity".into(), "rad/s".into()),
+            ],
+        }],
         time_span: (0.0, 1e-4),
     };
     observer.start(&layout).map_err(|e| AppError::Run(e.to_string()))

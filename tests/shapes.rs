@@ -34,7 +34,8 @@ fn every_named_shape_is_built_with_the_markers_of_its_table() {
             );
             let scenario = scenario::parse(Path::new("t.toml"), text.as_bytes(), &[]).unwrap();
             let spec = run_spec(&scenario).unwrap();
-            let mut built: Vec<&str> = spec.bodies[0].shape.markers.keys().map(String::as_str).collect();
+            let mut built: Vec<&str> =
+                spec.bodies[0].elastic().expect("elastic").shape.markers.keys().map(String::as_str).collect();
             let mut named = markers.to_vec();
             built.sort_unstable();
             named.sort_unstable();

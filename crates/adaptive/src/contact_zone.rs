@@ -10,13 +10,24 @@ use nalgebra::Vector3;
 
 use crate::elastic_body::{ElasticBody, rigid_motion};
 use crate::error::AdaptiveError;
-use crate::spec::{ElasticBodySpec, PlaneContactSpec, PointRule, RefinementSpec};
+use crate::spec::{ElasticSpec, PointRule, RefinementSpec, SurfaceLaw};
 
 /// Slack of comparisons between parameters, as a share of the patch's range: round-off of arc lengths.
 const PARAMETER_SLACK: f64 = 1e-9;
 
 /// A refinement counts as made for a contact whose first point is nearer to its centre than this part of its width.
 const SAME_PLACE: f64 = 1e-3;
+
+/// What a contact asks of a body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ZoneRequest<'a> {
+    /// Name of the contact.
+    pub contact: &'a str,
+    /// Points, interval.
+    pub law: &'a SurfaceLaw,
+    /// Normal of the plane that is met, in the body's frame, towards the body.
+    pub normal: Vector3<f64>,
+}
 
 /// A contact interval on a face of a body.
 pub struct ContactZone {
@@ -46,20 +57,21 @@ impl Interval {
 /// The refinement that a contact interval with a given number of elements asks of its body; `None` if it asks for none.
 ///
 /// # Errors
-/// [`AdaptiveError::Contact`] if the number of elements is given without a width.
+/// [`AdaptiveError::Contact`] if the number of elements is given without a width or the surface has no lowest point.
 pub fn wanted_refinement(
-    body: &ElasticBodySpec,
-    contact: &PlaneContactSpec,
+    body: &ElasticSpec,
+    request: &ZoneRequest<'_>,
 ) -> Result<Option<RefinementSpec>, AdaptiveError> {
-    let Some(elements) = contact.elements else { return Ok(None) };
-    let fail = |source| AdaptiveError::Contact { contact: contact.name.clone(), source };
-    let width = contact.width.ok_or_else(|| {
+    let interval = &request.law.interval;
+    let Some(elements) = interval.elements else { return Ok(None) };
+    let fail = |source| AdaptiveError::Contact { contact: request.contact.to_owned(), source };
+    let width = interval.width.ok_or_else(|| {
         let reason = "interval.elements needs interval.width".to_owned();
         fail(ContactError::Inconsistent { reason })
     })?;
     let patches = &body.shape.patches;
     let surface = BodySurface::new(patches, body.model == Model::Axisymmetric);
-    let direction = model_components(body, &contact.plane_normal);
+    let direction = model_components(&body.model, &request.normal);
     let first = surface.lowest(patches, &direction).ok_or_else(|| fail(ContactError::Empty { width }))?;
     Ok(Some(RefinementSpec { centre: first.point, width, elements, ratio: DEFAULT_RATIO }))
 }
@@ -68,21 +80,20 @@ pub fn wanted_refinement(
 const DEFAULT_RATIO: f64 = 1.5;
 
 impl ContactZone {
-    /// The zone of `body` about its first point of contact with the plane of `contact`.
+    /// The zone of `body` about its first point of contact with a plane.
     ///
     /// # Errors
-    /// [`AdaptiveError::Contact`] if no width is known, the zone is empty or touches a singular line;
-    /// [`AdaptiveError::Unsupported`] if the plane does not fit the body's model.
-    pub fn new(body: &ElasticBody, contact: &PlaneContactSpec) -> Result<Self, AdaptiveError> {
-        let fail = |source| AdaptiveError::Contact { contact: contact.name.clone(), source };
+    /// [`AdaptiveError::Contact`] if no width is known, the zone is empty or touches a singular line.
+    pub fn new(body: &ElasticBody, request: &ZoneRequest<'_>) -> Result<Self, AdaptiveError> {
+        let fail = |source| AdaptiveError::Contact { contact: request.contact.to_owned(), source };
         let axisymmetric = body.spec.model == Model::Axisymmetric;
         let patches = &body.shape.patches;
         let surface = BodySurface::new(patches, axisymmetric);
-        let direction = model_components(&body.spec, &contact.plane_normal);
+        let direction = model_components(&body.spec.model, &request.normal);
         let first =
             surface.lowest(patches, &direction).ok_or_else(|| fail(ContactError::Empty { width: 0.0 }))?;
         let face = surface.faces()[first.face];
-        let width = contact.width.or_else(|| refined_width(body, &first.point)).ok_or_else(|| {
+        let width = request.law.interval.width.or_else(|| refined_width(body, &first.point)).ok_or_else(|| {
             let reason = format!(
                 "the body is not refined at its first point of contact ({:.6e}, {:.6e}, {:.6e}) m; give interval.width or refine there",
                 first.point[0], first.point[1], first.point[2]
@@ -94,7 +105,7 @@ impl ContactZone {
         if let Some(set) = body.shape.singular_in(face.id.patch, &interval.lower, &interval.upper) {
             return Err(fail(ContactError::Singular { name: set.name.clone() }));
         }
-        let points = collocate(body, &face, &interval, contact.points);
+        let points = collocate(body, &face, &interval, request.law.points);
         if points.is_empty() {
             return Err(fail(ContactError::Empty { width }));
         }
@@ -147,13 +158,12 @@ impl Interval {
     }
 }
 
-/// Vector in space as a vector in the model's components, for a body in its initial orientation.
-fn model_components(body: &ElasticBodySpec, vector: &Vector3<f64>) -> [f64; 3] {
-    let local = body.motion.rotation.inverse_transform_vector(vector);
-    let motion = rigid_motion(&body.model);
+/// Vector in the body's frame as a vector in the model's components.
+fn model_components(model: &Model, vector: &Vector3<f64>) -> [f64; 3] {
+    let motion = rigid_motion(model);
     let mut components = [0.0; 3];
     for (c, slot) in components.iter_mut().enumerate().take(motion.n_components()) {
-        *slot = local[motion.direction(c)];
+        *slot = vector[motion.direction(c)];
     }
     components
 }

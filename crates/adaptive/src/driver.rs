@@ -3,15 +3,14 @@
 use std::time::Instant;
 
 use ffr_dynamics::DynamicsError;
-use ffr_dynamics::integration::{CrossingSearch, DenseOutput, DormandPrince, StepSettings};
+use ffr_dynamics::integration::{CrossingSearch, DenseOutput, Integrator, Statistics, StepSettings};
 use ffr_dynamics::system::error_scale::ErrorScale;
-use ffr_dynamics::system::force::BodyState;
 
 use crate::error::AdaptiveError;
 use crate::impact_watch::{ContactInstant, ImpactWatch};
 use crate::model::RunModel;
 use crate::record::{Continue, Observer, PhaseKind, PhaseRecord, Sample, TryRecord};
-use crate::simulation::{System, fill_sample, normal_velocity};
+use crate::simulation::{fill_sample, normal_velocity, smallest_gap};
 use crate::spec::RunSettings;
 
 /// A body that touches within this part of its size at the start counts as touching: round-off of its coordinates.
@@ -37,10 +36,11 @@ pub struct Driver<'a> {
     model: &'a mut RunModel,
     settings: RunSettings,
     observer: &'a mut dyn Observer,
-    integrator: DormandPrince,
+    integrator: Integrator,
+    /// Work of integrators that have been replaced.
+    earlier: Statistics,
     crossing: CrossingSearch,
     watches: Vec<ImpactWatch>,
-    states: Vec<BodyState>,
     sample: Sample,
     interpolated: Vec<f64>,
     impact_step: f64,
@@ -72,17 +72,19 @@ impl<'a> Driver<'a> {
         settings: RunSettings,
         observer: &'a mut dyn Observer,
     ) -> Result<Self, AdaptiveError> {
-        let y = model.system.state_vector(&model.initial).map_err(AdaptiveError::Dynamics)?;
+        let y = model.initial.clone();
         let highest = model.system.highest_frequency();
         let nyquist = if highest > 0.0 { 0.5 / highest } else { settings.free.max_step };
         let impact_step = settings.impact.max_step.min(nyquist);
-        let integrator = DormandPrince::new(StepSettings::with_max_step(settings.free.max_step), 0.0, &y)
+        let steps = StepSettings::with_max_step(settings.free.max_step);
+        let integrator = Integrator::new(settings.free.method, steps, 0.0, &y, &model.system)
             .map_err(AdaptiveError::Dynamics)?;
-        let crossing = CrossingSearch::new(y.len(), EVENT_TOLERANCE * impact_step, EVENT_SAMPLES);
-        let gravity_datum = model.system.invariants(&y).gravity;
+        let event_step = impact_step.min(settings.free.max_step);
+        let crossing = CrossingSearch::new(y.len(), EVENT_TOLERANCE * event_step, EVENT_SAMPLES);
+        let gravity_datum = model.system.invariants(0.0, &y).gravity;
         Ok(Self {
             watches: vec![ImpactWatch::default(); model.system.forces().len()],
-            states: model.initial.clone(),
+            earlier: Statistics::default(),
             sample: Sample::default(),
             interpolated: y,
             n_phases: 0,
@@ -106,13 +108,13 @@ impl<'a> Driver<'a> {
         let mut is_interrupted = false;
         while self.integrator.time() < self.settings.end_time && !is_interrupted {
             let started = Instant::now();
-            let (start, before) = (self.integrator.time(), self.integrator.statistics());
+            let (start, before) = (self.integrator.time(), self.statistics());
             self.enter(kind)?;
             is_interrupted = match kind {
                 PhaseKind::Free => self.free_phase()?,
                 PhaseKind::Impact => self.impact_phase(start)?,
             };
-            let now = self.integrator.statistics();
+            let now = self.statistics();
             let record = PhaseRecord {
                 kind,
                 start,
@@ -129,46 +131,65 @@ impl<'a> Driver<'a> {
         Ok(RunEnd { time: self.integrator.time(), is_interrupted })
     }
 
+    /// Work done so far.
+    fn statistics(&self) -> Statistics {
+        let (earlier, now) = (self.earlier, self.integrator.statistics());
+        Statistics {
+            steps: earlier.steps + now.steps,
+            rejected: earlier.rejected + now.rejected,
+            evaluations: earlier.evaluations + now.evaluations,
+            ..now
+        }
+    }
+
     fn enter(&mut self, kind: PhaseKind) -> Result<(), AdaptiveError> {
         let (max_step, phase) = match kind {
             PhaseKind::Free => (self.settings.free.max_step, self.settings.free),
             PhaseKind::Impact => (self.impact_step, self.settings.impact),
         };
-        self.integrator.set_max_step(max_step).map_err(AdaptiveError::Dynamics)?;
+        if self.integrator.method() == phase.method {
+            self.integrator.set_max_step(max_step).map_err(AdaptiveError::Dynamics)?;
+        } else {
+            self.earlier = self.statistics();
+            let (t, y) = (self.integrator.time(), self.integrator.state().to_vec());
+            let steps = StepSettings::with_max_step(max_step);
+            self.integrator = Integrator::new(phase.method, steps, t, &y, &self.model.system)
+                .map_err(AdaptiveError::Dynamics)?;
+        }
         let scale = ErrorScale { relative: phase.tolerance, velocity_floor: phase.velocity_floor };
         self.model.system.set_error_scale(scale).map_err(AdaptiveError::Dynamics)
     }
 
     /// Whether a contact is closed, or open by no more than round-off.
     fn is_touching(&mut self) -> bool {
-        let y = self.integrator.state();
-        (0..self.model.system.forces().len()).any(|i| {
-            let gap = smallest_gap(&self.model.system, &mut self.states, y, i);
-            let body = self.model.system.forces()[i].body;
-            gap <= TOUCHING * self.model.sizes[body]
-        })
+        let (t, y) = (self.integrator.time(), self.integrator.state());
+        let system = &mut self.model.system;
+        let contacts = self.model.contacts.iter().enumerate();
+        contacts.into_iter().any(|(i, contact)| smallest_gap(system, t, y, i) <= TOUCHING * contact.size)
     }
 
     /// Integrates until a contact closes or time is up; returns whether the observer stopped the run.
     fn free_phase(&mut self) -> Result<bool, AdaptiveError> {
-        let (end, n_contacts) = (self.settings.end_time, self.model.system.forces().len());
+        let (end, n_contacts) = (self.settings.end_time, self.model.contacts.len());
         while self.integrator.time() < end {
             let step = self.integrator.step(&mut self.model.system, end).map_err(AdaptiveError::Dynamics)?;
-            let (system, states) = (&self.model.system, &mut self.states);
-            let closing = self.crossing.first_crossing(&self.integrator, |_, y| {
-                (0..n_contacts).map(|i| smallest_gap(system, states, y, i)).fold(f64::INFINITY, nan_min)
-            });
-            let closing = closing.map_err(AdaptiveError::Dynamics)?;
-            let reached = closing.map_or(step.end, |c| c.before);
-            self.store_until(reached)?;
+            let system = &mut self.model.system;
+            let closing = if n_contacts == 0 {
+                None
+            } else {
+                let search = self.crossing.first_crossing(&self.integrator, |t, y| {
+                    (0..n_contacts).map(|i| smallest_gap(system, t, y, i)).fold(f64::INFINITY, nan_min)
+                });
+                search.map_err(AdaptiveError::Dynamics)?
+            };
             if let Some(crossing) = closing {
-                self.integrator.interpolate(crossing.before, &mut self.interpolated);
-                self.integrator.restart(crossing.before, &self.interpolated);
+                self.repeat_until(step.start, crossing.before)?;
                 if self.sample.time < crossing.before {
                     self.store()?;
                 }
                 return Ok(false);
             }
+            self.store_until(step.end)?;
             if self.observer.progress(step.end, step.end - step.start, PhaseKind::Free) == Continue::Interrupt
             {
                 self.store()?;
@@ -181,9 +202,21 @@ impl<'a> Driver<'a> {
         Ok(false)
     }
 
+    /// Takes the last step, which began at `start`, again as far as `end`: its later part met a contact, whose force reaches
+    /// into every state that the step interpolates.
+    fn repeat_until(&mut self, start: f64, end: f64) -> Result<(), AdaptiveError> {
+        self.interpolated.copy_from_slice(self.integrator.previous_state());
+        self.integrator.restart(start, &self.interpolated);
+        while self.integrator.time() < end {
+            let step = self.integrator.step(&mut self.model.system, end).map_err(AdaptiveError::Dynamics)?;
+            self.store_until(step.end)?;
+        }
+        Ok(())
+    }
+
     /// Integrates until every contact has been open for the quiet time; returns whether the observer stopped the run.
     fn impact_phase(&mut self, start: f64) -> Result<bool, AdaptiveError> {
-        let (started, before) = (Instant::now(), self.integrator.statistics());
+        let (started, before) = (Instant::now(), self.statistics());
         let quiet = self.settings.quiet_time.unwrap_or(QUIET_STEPS * self.impact_step);
         let mut last_force = start;
         let mut is_interrupted = false;
@@ -199,9 +232,7 @@ impl<'a> Driver<'a> {
             for (most, contact) in most_active.iter_mut().zip(&self.sample.contacts) {
                 *most = (*most).max(contact.active_points);
             }
-            if self.sample.contacts.iter().any(|c| c.normal_force > 0.0) {
-                last_force = step.end;
-            }
+            last_force = self.watches.iter().filter_map(ImpactWatch::last_touch).fold(last_force, f64::max);
             let progress = self.observer.progress(step.end, step.end - step.start, PhaseKind::Impact);
             is_interrupted = progress == Continue::Interrupt;
             if is_interrupted || (step.end - last_force >= quiet && self.is_separating()) {
@@ -209,7 +240,7 @@ impl<'a> Driver<'a> {
             }
         }
         self.next_output = self.integrator.time() + self.settings.free_interval;
-        let statistics = self.integrator.statistics();
+        let statistics = self.statistics();
         let reference = TryRecord {
             start,
             stop: self.integrator.time(),
@@ -225,33 +256,31 @@ impl<'a> Driver<'a> {
     /// Whether every gap is open, and those of the contacts that touched in this phase are wider than before the last step.
     /// A contact that a body flies towards, away from another one, is left to the free phase.
     fn is_separating(&mut self) -> bool {
-        let (system, states, watches) = (&self.model.system, &mut self.states, &self.watches);
+        let (system, watches) = (&mut self.model.system, &self.watches);
+        let (start, end) = self.integrator.interval();
         let (before, now) = (self.integrator.previous_state(), self.integrator.state());
         watches.iter().enumerate().all(|(i, watch)| {
-            let gap = smallest_gap(system, states, now, i);
-            gap > 0.0 && (!watch.is_running() || gap > smallest_gap(system, states, before, i))
+            let gap = smallest_gap(system, end, now, i);
+            gap > 0.0 && (!watch.is_running() || gap > smallest_gap(system, start, before, i))
         })
     }
 
     /// Shows the present instant to the watches, and copies the state where a stress request asks for the peak force.
     fn watch(&mut self, step_end: Option<f64>) -> Result<(), AdaptiveError> {
         for i in 0..self.watches.len() {
-            let y = self.integrator.state();
-            let body = self.model.system.forces()[i].body;
-            let velocity = normal_velocity(&self.model.system, y, i, &mut self.states[body]);
-            let contact = &self.model.system.forces()[i];
-            let report = *contact.contact.report();
-            let now = ContactInstant {
-                time: self.integrator.time(),
-                force: report.normal_force,
-                impulse: self.model.system.impulse(y, i).dot(&contact.normal),
-                velocity,
-            };
+            let (time, y) = (self.integrator.time(), self.integrator.state());
+            let system = &mut self.model.system;
+            let velocity = normal_velocity(system, time, y, i);
+            let contact = &system.forces()[i].contact;
+            let report = *contact.report();
+            let normal = contact.normal(system.last_evaluation().0);
+            let impulse = system.impulse(y, i);
+            let now = ContactInstant { time, force: report.normal_force, impulse, normal, velocity };
             if report.is_rim_touched && report.normal_force > 0.0 {
                 return Err(AdaptiveError::IntervalTooSmall {
-                    contact: self.model.contact_names[i].clone(),
+                    contact: self.model.contacts[i].name.clone(),
                     time: now.time,
-                    width: self.model.interval_widths[i][0],
+                    width: self.model.contacts[i].widths[0],
                 });
             }
             let (touch, release) = match step_end {
@@ -266,16 +295,16 @@ impl<'a> Driver<'a> {
 
     /// Time in the last step at which contact `i` closed (`sign` 1) or opened (−1).
     fn change(&mut self, i: usize, sign: f64) -> Result<Option<f64>, AdaptiveError> {
-        let (system, states) = (&self.model.system, &mut self.states);
-        let (before, now) = (self.integrator.previous_state(), self.integrator.state());
-        let first = sign * smallest_gap(system, states, before, i);
-        let last = sign * smallest_gap(system, states, now, i);
+        let system = &mut self.model.system;
+        let (start, end) = self.integrator.interval();
+        let first = sign * smallest_gap(system, start, self.integrator.previous_state(), i);
+        let last = sign * smallest_gap(system, end, self.integrator.state(), i);
         if !(first > 0.0 && last <= 0.0) {
             return Ok(None);
         }
         let found = self
             .crossing
-            .first_crossing(&self.integrator, |_, y| sign * smallest_gap(system, states, y, i))
+            .first_crossing(&self.integrator, |t, y| sign * smallest_gap(system, t, y, i))
             .map_err(AdaptiveError::Dynamics)?;
         Ok(found.map(|c| c.time))
     }
@@ -288,15 +317,15 @@ impl<'a> Driver<'a> {
     ) -> Result<(), AdaptiveError> {
         for (i, watch) in self.watches.iter_mut().enumerate() {
             let Some(record) = watch.finish(i as u32) else { continue };
-            let penalty = self.model.system.forces()[i].contact.penalty();
-            let n_points = self.model.system.forces()[i].contact.submodel().n_points();
+            let contact = &self.model.system.forces()[i].contact;
+            let (penalty, n_points) = (contact.penalty(), contact.n_points());
             let sizes = self.model.try_sizes(i);
             let attempt = TryRecord {
                 impact: self.n_impacts,
                 number: 1,
                 penalty_start: penalty,
                 penalty_end: penalty,
-                interval_widths: self.model.interval_widths[i],
+                interval_widths: self.model.contacts[i].widths,
                 utilisation: [f64::from(most_active[i]) / n_points as f64, 0.0],
                 peak_force: record.peak_force,
                 outcome: if is_interrupted { "interrupted" } else { "accepted" }.into(),
@@ -345,20 +374,12 @@ impl<'a> Driver<'a> {
 
     /// Reports the state `interpolated` at time `t`, which the forces were evaluated at last.
     fn report(&mut self, t: f64) -> Result<(), AdaptiveError> {
-        let RunModel { system, points, .. } = &mut *self.model;
-        fill_sample(system, points, &self.interpolated, &mut self.sample);
-        (self.sample.time, self.sample.phase) = (t, self.n_phases);
+        let RunModel { system, observed, .. } = &mut *self.model;
+        fill_sample(system, observed, t, &self.interpolated, &mut self.sample);
+        self.sample.phase = self.n_phases;
         self.sample.energies.gravity -= self.gravity_datum;
         Ok(self.observer.sample(&self.sample)?)
     }
-}
-
-/// Smallest gap of contact `i` in the state `y` \[m\].
-fn smallest_gap(system: &System, states: &mut [BodyState], y: &[f64], i: usize) -> f64 {
-    let contact = &system.forces()[i];
-    let state = &mut states[contact.body];
-    system.read_body(y, contact.body, state);
-    contact.contact.smallest_gap(state)
 }
 
 /// Minimum that keeps NaN.

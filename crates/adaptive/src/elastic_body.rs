@@ -1,10 +1,11 @@
 //! A flexible body from its specification: refined geometry, matrices, reduced basis.
 
 use contact_qs::points::DofLookup;
-use faer::{Mat, MatRef};
 use ffr_dynamics::DynamicsError;
-use ffr_dynamics::body::{AssembledBody, Dof, MassMatrix, RayleighDamping, RigidMotion, StandardInputData};
-use ffr_dynamics::kinematics::marker::FlexiblePoint;
+use ffr_dynamics::body::{
+    AssembledBody, Dof, MassMatrix, ModalDamping, RayleighDamping, RigidMotion, StandardInputData,
+    TangentFrame,
+};
 use ffr_dynamics::reduction::compliance::ResidualFlexibility;
 use ffr_dynamics::reduction::craig_bampton::{FixedInterfaceModes, craig_bampton};
 use ffr_dynamics::reduction::modal::{ReducedBasis, all_modes, modal_truncation};
@@ -13,22 +14,27 @@ use iga_core::SplineError;
 use iga_core::assembly::assemble;
 use iga_core::elasticity::Model;
 use iga_core::nurbs::local::RefinementWindow;
-use iga_core::nurbs::patch::PointBasis;
 use iga_core::nurbs::{Patch, Shape};
 use iga_core::space::{PatchSpace, Space};
-use nalgebra::Vector3;
+use nalgebra::UnitQuaternion;
 use tracing::warn;
 
 use crate::error::AdaptiveError;
-use crate::spec::{DiscretisationSpec, ElasticBodySpec, ReductionSpec, RefinementSpec};
+use crate::spec::{DampingSpec, DiscretisationSpec, ElasticSpec, FrameSpec, ReductionSpec, RefinementSpec};
+
+mod points;
+
+pub use points::point_in_space;
 
 /// Part of a parameter range within which a point counts as lying at its end.
 const AT_END: f64 = 1e-9;
 
 /// A discretised body before reduction.
 pub struct ElasticBody {
+    /// Name.
+    pub name: String,
     /// What it was built from.
-    pub spec: ElasticBodySpec,
+    pub spec: ElasticSpec,
     /// Refined geometry.
     pub shape: Shape,
     /// Spline space on it.
@@ -41,7 +47,7 @@ pub struct ElasticBody {
 
 /// The reduced model of a body.
 pub struct ReducedBody {
-    /// Modes of the dynamic elastic coordinates at the unknowns.
+    /// Modes of the dynamic elastic coordinates at the unknowns, in the frame in use.
     pub basis: ReducedBasis,
     /// Flexibility of what the modes leave out; with quasistatic contact only.
     pub residual: Option<ResidualFlexibility>,
@@ -72,14 +78,14 @@ impl ElasticBody {
     ///
     /// # Errors
     /// [`AdaptiveError::Geometry`] with the body's name.
-    pub fn build(spec: ElasticBodySpec) -> Result<Self, AdaptiveError> {
-        let fail = |source| AdaptiveError::Geometry { body: spec.name.clone(), source };
+    pub fn build(name: &str, spec: ElasticSpec) -> Result<Self, AdaptiveError> {
+        let fail = |source| AdaptiveError::Geometry { body: name.to_owned(), source };
         let shape = refine(&spec.shape, &spec.model, &spec.discretisation).map_err(fail)?;
         let space = PatchSpace::new(shape.patches.clone()).map_err(fail)?;
         let matrices = assemble(&space, &spec.model, &spec.material).map_err(fail)?;
         let dofs: Vec<Dof> = matrices.dofs.iter().map(|&(node, component)| Dof { node, component }).collect();
         let assembled = AssembledBody {
-            name: spec.name.clone(),
+            name: name.to_owned(),
             motion: rigid_motion(&spec.model),
             stiffness: matrices.stiffness,
             mass: MassMatrix::PerComponent(matrices.mass),
@@ -88,7 +94,7 @@ impl ElasticBody {
             dofs,
         };
         let lookup = DofLookup::new(&assembled.dofs);
-        Ok(Self { spec, shape, space, assembled, lookup })
+        Ok(Self { name: name.to_owned(), spec, shape, space, assembled, lookup })
     }
 
     /// Number of unknowns.
@@ -106,8 +112,14 @@ impl ElasticBody {
     /// # Errors
     /// [`AdaptiveError::Reduction`] with the body's name.
     pub fn reduce(&self, interface: &Interface) -> Result<ReducedBody, AdaptiveError> {
-        self.reduced(interface)
-            .map_err(|source| AdaptiveError::Reduction { body: self.spec.name.clone(), source })
+        let fail = |source| AdaptiveError::Reduction { body: self.name.clone(), source };
+        let mut reduced = self.reduced(interface).map_err(fail)?;
+        if let FrameSpec::Tangent(place) = &self.spec.frame {
+            let marker =
+                self.marker("frame", place, UnitQuaternion::identity(), reduced.basis.shapes.as_ref())?;
+            self.enter_frame(&mut reduced, &marker.tangent_frame(self.assembled.motion)).map_err(fail)?;
+        }
+        Ok(reduced)
     }
 
     fn reduced(&self, interface: &Interface) -> Result<ReducedBody, DynamicsError> {
@@ -133,77 +145,30 @@ impl ElasticBody {
         // Twist-free modes about an axis are simple: frequencies that happen to lie close together are no group.
         if let (Some((fewer, more)), false) = (basis.multiplet, body.motion == RigidMotion::Axial) {
             warn!(
-                body = self.spec.name,
+                body = self.name,
                 "{} modes cut through a group of equal frequencies, which loses energy when models change; {fewer} or {more} modes do not",
                 basis.n_low
             );
         }
         let stiffness: Vec<f64> = basis.omega.iter().map(|w| w * w).collect();
         let mut data = StandardInputData::new(body, basis.shapes.as_ref(), &stiffness)?;
-        if let Some((frequencies, ratio)) = self.spec.damping {
-            data.modal_damping = RayleighDamping::from_frequencies(frequencies, ratio)?.modal(&stiffness);
-        }
+        data.modal_damping = damping(&self.spec.damping, &stiffness)?;
         Ok(ReducedBody { basis, residual, data })
     }
 
-    /// Functions that are not zero at parameters `xi` of element `e`, with their values.
-    pub fn functions_at(&self, e: usize, xi: &[f64; 3]) -> Vec<(u32, f64)> {
-        let (mut basis, mut active) = (PointBasis::default(), Vec::new());
-        self.space.evaluate(e, xi, 0, &mut basis);
-        self.space.active_functions(e, &mut active);
-        active.into_iter().zip(basis.values).filter(|(_, value)| value.abs() > 0.0).collect()
-    }
-
-    /// Element and parameters of a point of the undeformed body, in the model's components \[m\].
-    ///
-    /// # Errors
-    /// [`AdaptiveError::Geometry`] if the point is not in the body.
-    pub fn locate(&self, place: &[f64; 3]) -> Result<(usize, [f64; 3]), AdaptiveError> {
-        // Refinement keeps the parameters, and the coarse shape is the cheaper one to search.
-        let (patch, xi) = self
-            .spec
-            .shape
-            .locate(place)
-            .map_err(|source| AdaptiveError::Geometry { body: self.spec.name.clone(), source })?;
-        Ok((self.space.find_element(patch, &xi), xi))
-    }
-
-    /// The material point at `place` (model's components \[m\]), moving with the modes `shapes`.
-    ///
-    /// # Errors
-    /// As [`ElasticBody::locate`].
-    pub fn flexible_point(
-        &self,
-        place: &[f64; 3],
-        shapes: MatRef<'_, f64>,
-    ) -> Result<FlexiblePoint, AdaptiveError> {
-        let (e, xi) = self.locate(place)?;
-        let functions = self.functions_at(e, &xi);
-        let n_components = self.assembled.motion.n_components();
-        let mut rows = Mat::zeros(n_components, shapes.ncols());
-        for j in 0..shapes.ncols() {
-            for c in 0..n_components {
-                rows[(c, j)] = functions
-                    .iter()
-                    .filter_map(|&(node, value)| Some(value * shapes[(self.lookup.number(node, c)?, j)]))
-                    .sum();
+    /// Turns modes and data into those of a tangent frame. Rigid motions are in the spline space: their control values are
+    /// their values at the control points.
+    fn enter_frame(&self, reduced: &mut ReducedBody, frame: &TangentFrame) -> Result<(), DynamicsError> {
+        reduced.data = reduced.data.in_tangent_frame(frame)?;
+        let motion = self.assembled.motion;
+        for j in 0..frame.n_modes() {
+            for (row, dof) in self.assembled.dofs.iter().enumerate() {
+                let place = point_in_space(motion, &self.assembled.nodes[dof.node as usize]);
+                let shift = frame.displacement(j, &place);
+                reduced.basis.shapes[(row, j)] += shift[motion.direction(dof.component as usize)];
             }
         }
-        let mut position = Vector3::zeros();
-        for (c, &x) in place.iter().enumerate().take(n_components) {
-            position[self.assembled.motion.direction(c)] = x;
-        }
-        Ok(FlexiblePoint::from_rows(self.assembled.motion, position, rows.as_ref(), 0))
-    }
-
-    /// Displacements of the unknowns as node-major control values, with zeros where a component is constrained.
-    pub fn control_values(&self, displacement: &[f64]) -> Vec<f64> {
-        let n_components = self.assembled.motion.n_components();
-        let mut values = vec![0.0; self.space.n_functions() * n_components];
-        for (dof, u) in self.assembled.dofs.iter().zip(displacement) {
-            values[dof.node as usize * n_components + dof.component as usize] = *u;
-        }
-        values
+        Ok(())
     }
 }
 
@@ -213,6 +178,22 @@ fn free_modes(problem: &ElasticProblem<'_>, n: usize) -> Result<ReducedBasis, Dy
         reason: "a free body is needed for its free modes".into(),
     })?;
     Ok(ReducedBasis::from_modes(problem.lowest_modes(n)?, rigid.clone()))
+}
+
+/// Damping of modes with squared frequencies `stiffness` [rad²/s²].
+fn damping(spec: &DampingSpec, stiffness: &[f64]) -> Result<ModalDamping, DynamicsError> {
+    match spec {
+        DampingSpec::None => Ok(ModalDamping::None),
+        DampingSpec::Rayleigh { frequencies, ratio } => {
+            Ok(RayleighDamping::from_frequencies(*frequencies, *ratio)?.modal(stiffness))
+        }
+        DampingSpec::Modal(ratios) => {
+            let last = ratios.last().copied().unwrap_or(0.0);
+            let all: Vec<f64> =
+                (0..stiffness.len()).map(|j| ratios.get(j).copied().unwrap_or(last)).collect();
+            ModalDamping::from_ratios(&all, stiffness)
+        }
+    }
 }
 
 /// Degrees, elements or explicit knots, and local refinement.

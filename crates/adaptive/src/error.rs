@@ -43,7 +43,10 @@ pub enum AdaptiveError {
         /// What cannot be done, and what can.
         reason: String,
     },
-    /// The system's data or the time integration.
+    /// The bodies, joints and loads as a system.
+    #[error(transparent)]
+    Model(DynamicsError),
+    /// The time integration.
     #[error(transparent)]
     Dynamics(DynamicsError),
     /// The contact grew out of its interval, so that part of the surface was not watched.
@@ -68,7 +71,11 @@ impl AdaptiveError {
     pub fn is_model_error(&self) -> bool {
         matches!(
             self,
-            Self::Geometry { .. } | Self::Reduction { .. } | Self::Contact { .. } | Self::Unsupported { .. }
+            Self::Geometry { .. }
+                | Self::Reduction { .. }
+                | Self::Contact { .. }
+                | Self::Unsupported { .. }
+                | Self::Model(_)
         )
     }
 }

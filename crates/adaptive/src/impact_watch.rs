@@ -1,5 +1,7 @@
 //! Follows one contact through an impact: first and last touch, peak force, impulse, velocities.
 
+use nalgebra::Vector3;
+
 use crate::record::ImpactRecord;
 
 /// What the watch needs to know of a contact at the end of a step.
@@ -9,9 +11,11 @@ pub struct ContactInstant {
     pub time: f64,
     /// Normal force \[N\].
     pub force: f64,
-    /// Time integral of the normal force since the start of the run [N s].
-    pub impulse: f64,
-    /// Velocity of the contact body's centre of mass along the normal, positive when leaving [m/s].
+    /// Time integral of the force on the contact body since the start of the run [N s].
+    pub impulse: Vector3<f64>,
+    /// Unit normal towards the contact body.
+    pub normal: Vector3<f64>,
+    /// Relative velocity of the centres of mass along the normal, positive when parting [m/s].
     pub velocity: f64,
 }
 
@@ -29,7 +33,7 @@ struct Running {
     end: f64,
     peak_force: f64,
     peak_time: f64,
-    impulse_at_start: f64,
+    impulse_at_start: Vector3<f64>,
     approach: f64,
     impulse: f64,
     separation: f64,
@@ -75,8 +79,9 @@ impl ImpactWatch {
             } else if was_touching {
                 running.end = release.unwrap_or(now.time);
             }
+            // Points may touch within a step and at neither of its ends.
+            running.impulse = (now.impulse - running.impulse_at_start).dot(&now.normal);
             if now.force > 0.0 || was_touching {
-                running.impulse = now.impulse - running.impulse_at_start;
                 running.separation = now.velocity;
             }
             if now.force > running.peak_force {
@@ -129,7 +134,7 @@ mod tests {
     use super::*;
 
     fn instant(time: f64, force: f64, impulse: f64, velocity: f64) -> ContactInstant {
-        ContactInstant { time, force, impulse, velocity }
+        ContactInstant { time, force, impulse: Vector3::z() * impulse, normal: Vector3::z(), velocity }
     }
 
     #[test]

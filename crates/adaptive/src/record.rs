@@ -11,6 +11,8 @@ pub struct RunLayout {
     pub contacts: Vec<String>,
     /// Names of observed points in the order of [`Sample::points`].
     pub points: Vec<String>,
+    /// Joints in the order of [`Sample::joints`].
+    pub joints: Vec<JointLayout>,
     /// Start and end of the simulated time \[s\].
     pub time_span: (f64, f64),
 }
@@ -23,6 +25,22 @@ pub struct BodyLayout {
     /// Eigenfrequencies of the elastic coordinates \[Hz\]; empty for rigid bodies.
     pub eigenfrequencies: Vec<f64>,
 }
+
+/// Name and coordinates of a joint.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct JointLayout {
+    /// Name in the scenario.
+    pub name: String,
+    /// Kind, such as "revolute".
+    pub kind: String,
+    /// Name and unit of every position coordinate.
+    pub positions: Vec<NameAndUnit>,
+    /// Name and unit of every velocity.
+    pub velocities: Vec<NameAndUnit>,
+}
+
+/// Name and unit of a coordinate.
+pub type NameAndUnit = (String, String);
 
 /// Energies at one instant \[J\].
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -37,14 +55,26 @@ pub struct Energies {
     pub gravity: f64,
     /// Energy in penalty springs.
     pub penalty: f64,
+    /// Energy in joint springs.
+    pub springs: f64,
     /// Work lost to damping and friction so far.
     pub dissipated: f64,
+    /// Work supplied by loads, drives and prescribed motion so far.
+    pub supplied: f64,
 }
 
 impl Energies {
-    /// Sum of all parts; constant in an exact solution.
+    /// Energy held and lost, less the work supplied: constant in an exact solution. What it loses otherwise is numerical
+    /// damping, or the error of the integration.
     pub fn total(&self) -> f64 {
-        self.kinetic + self.elastic_low + self.elastic_high + self.gravity + self.penalty + self.dissipated
+        self.kinetic
+            + self.elastic_low
+            + self.elastic_high
+            + self.gravity
+            + self.penalty
+            + self.springs
+            + self.dissipated
+            - self.supplied
     }
 }
 
@@ -74,10 +104,14 @@ pub struct ContactSample {
     pub normal_force: f64,
     /// Total force on the contact body in the inertial frame \[N\].
     pub force: [f64; 3],
+    /// Friction force on the contact body in the inertial frame \[N\].
+    pub friction_force: [f64; 3],
     /// Largest penetration of a contact point, zero without contact \[m\].
     pub penetration: f64,
     /// Number of points in contact.
     pub active_points: u32,
+    /// Number of points that slide.
+    pub sliding_points: u32,
     /// Sum of tributary areas of the points in contact \[m²\].
     pub contact_area: f64,
     /// Penalty factor in use, infinite for the exact constraint [N/m³].
@@ -91,6 +125,15 @@ pub struct PointSample {
     pub position: [f64; 3],
     /// Velocity [m/s].
     pub velocity: [f64; 3],
+}
+
+/// Coordinates of a joint at one instant.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct JointSample {
+    /// Positions, prescribed ones included [m, rad, quaternion].
+    pub positions: Vec<f64>,
+    /// Velocities [m/s, rad/s].
+    pub velocities: Vec<f64>,
 }
 
 /// Everything recorded at one instant.
@@ -112,6 +155,8 @@ pub struct Sample {
     pub contacts: Vec<ContactSample>,
     /// One entry an observed point.
     pub points: Vec<PointSample>,
+    /// One entry a joint of the scenario that closes no loop.
+    pub joints: Vec<JointSample>,
 }
 
 /// Kind of a phase (\[A\] Fig. 2).

@@ -1,36 +1,39 @@
-//! Bodies, contacts and requests of one run, and what is recorded of them at an instant.
+//! The system of a run, and what is recorded of it at an instant.
 
-use contact_qs::plane::PlaneContact;
-use ffr_dynamics::error::Rejection;
-use ffr_dynamics::invariants::centre_of_mass_velocity;
-use ffr_dynamics::kinematics::marker::FlexiblePoint;
-use ffr_dynamics::system::force::{BodyState, ForceElement, ForceEnergies, GeneralisedForce};
-use ffr_dynamics::system::free_bodies::FreeBodies;
-use nalgebra::Vector3;
 use std::time::{Duration, Instant};
 
-use crate::record::{BodySample, ContactSample, Energies, PointSample, Sample};
+use contact_qs::contact_element::ContactElement;
+use ffr_dynamics::error::Rejection;
+use ffr_dynamics::invariants::{centre_of_mass, centre_of_mass_velocity};
+use ffr_dynamics::kinematics::marker::FlexiblePoint;
+use ffr_dynamics::system::Multibody;
+use ffr_dynamics::system::force::{BodyState, ForceElement, ForceEnergies, GeneralisedForce};
+use nalgebra::Vector3;
 
-/// A plane contact that counts the time spent in it.
+use crate::record::{BodySample, ContactSample, Energies, JointSample, PointSample, Sample};
+
+/// A contact that counts the time spent in it.
 pub struct TimedContact {
     /// The contact.
-    pub contact: PlaneContact,
-    /// Index of its body.
-    pub body: usize,
-    /// Normal of the plane.
-    pub normal: Vector3<f64>,
+    pub contact: Box<dyn ContactElement>,
     elapsed: Duration,
 }
 
 impl TimedContact {
-    /// Wraps a contact of body `body`.
-    pub fn new(contact: PlaneContact, body: usize, normal: Vector3<f64>) -> Self {
-        Self { contact, body, normal, elapsed: Duration::ZERO }
+    /// Wraps a contact.
+    pub fn new(contact: Box<dyn ContactElement>) -> Self {
+        Self { contact, elapsed: Duration::ZERO }
     }
 
     /// Time spent in evaluations so far.
     pub fn elapsed(&self) -> Duration {
         self.elapsed
+    }
+
+    /// Whether the contact acts on body `body`.
+    pub fn acts_on(&self, body: usize) -> bool {
+        let (contact, target) = self.contact.bodies();
+        contact == body || target == Some(body)
     }
 }
 
@@ -55,6 +58,10 @@ impl ForceElement for TimedContact {
         self.contact.resultant()
     }
 
+    fn is_idle(&self) -> bool {
+        self.contact.is_idle()
+    }
+
     fn save(&mut self) {
         self.contact.save();
     }
@@ -74,47 +81,73 @@ pub struct ObservedPoint {
 }
 
 /// The system of a run.
-pub type System = FreeBodies<TimedContact>;
+pub type System = Multibody<TimedContact>;
 
-/// Fills `sample` with everything recorded in the state `y`, which the forces were evaluated at last; time and phase are
-/// left to the caller, and the potential of gravity is that about the inertial origin.
-pub fn fill_sample(system: &mut System, points: &[ObservedPoint], y: &[f64], sample: &mut Sample) {
-    let invariants = system.invariants(y);
+/// What of a system is recorded besides bodies and contacts.
+#[derive(Debug, Clone, Default)]
+pub struct Observed {
+    /// Points.
+    pub points: Vec<ObservedPoint>,
+    /// Bodies whose joints are recorded.
+    pub joints: Vec<usize>,
+}
+
+/// Fills `sample` with everything recorded at time `t` in the state `y`, which the forces were evaluated at last; the phase
+/// is left to the caller, and the potential of gravity is that about the inertial origin.
+pub fn fill_sample(system: &mut System, observed: &Observed, t: f64, y: &[f64], sample: &mut Sample) {
+    let invariants = system.invariants(t, y);
+    sample.time = t;
     sample.energies = Energies {
         kinetic: invariants.kinetic,
         elastic_low: invariants.elastic,
         gravity: invariants.gravity,
+        springs: system.joint_energy(t, y),
         dissipated: system.dissipated_work(y),
+        supplied: system.supplied_work(y),
         ..Energies::default()
     };
     sample.linear_momentum = invariants.linear_momentum.into();
     sample.angular_momentum = invariants.angular_momentum.into();
     sample.contacts.resize(system.forces().len(), ContactSample::default());
     for (force, slot) in system.forces().iter().zip(&mut sample.contacts) {
-        let (report, energies) = (force.contact.report(), force.energies());
+        let energies = force.energies();
         sample.energies.elastic_high += energies.elastic_high;
         sample.energies.penalty += energies.penalty;
-        *slot = ContactSample {
-            normal_force: report.normal_force,
-            force: report.force.into(),
-            penetration: report.penetration,
-            active_points: report.n_active as u32,
-            contact_area: report.contact_area,
-            penalty: force.contact.penalty(),
-        };
+        *slot = contact_sample(force.contact.as_ref());
     }
-    sample.bodies.resize(system.bodies().len(), BodySample::default());
-    for (i, slot) in sample.bodies.iter_mut().enumerate() {
-        let centre = system.centre_of_mass(y, i);
-        let state = &system.last_evaluation().0[i];
-        fill_body(state, centre, slot);
+    let states = system.last_evaluation().0;
+    sample.bodies.resize(states.len(), BodySample::default());
+    for ((body, state), slot) in system.model().bodies.iter().zip(states).zip(&mut sample.bodies) {
+        fill_body(state, centre_of_mass(&body.data, state), slot);
     }
     sample.points.clear();
-    let states = system.last_evaluation().0;
-    sample.points.extend(points.iter().map(|p| PointSample {
+    sample.points.extend(observed.points.iter().map(|p| PointSample {
         position: p.point.position(&states[p.body]).into(),
         velocity: p.point.velocity(&states[p.body]).into(),
     }));
+    sample.joints.resize(observed.joints.len(), JointSample::default());
+    for (&body, slot) in observed.joints.iter().zip(&mut sample.joints) {
+        let kind = system.model().bodies[body].joint.kind;
+        let coordinates = system.joint_coordinates(t, y, body);
+        slot.positions.clear();
+        slot.positions.extend(&coordinates.positions[..kind.n_positions()]);
+        slot.velocities.clear();
+        slot.velocities.extend(&coordinates.velocities[..kind.n_velocities()]);
+    }
+}
+
+fn contact_sample(contact: &dyn ContactElement) -> ContactSample {
+    let report = contact.report();
+    ContactSample {
+        normal_force: report.normal_force,
+        force: report.force.into(),
+        friction_force: report.friction_force.into(),
+        penetration: report.penetration,
+        active_points: report.n_active as u32,
+        sliding_points: report.n_sliding as u32,
+        contact_area: report.contact_area,
+        penalty: contact.penalty(),
+    }
 }
 
 fn fill_body(state: &BodyState, centre_of_mass: Vector3<f64>, slot: &mut BodySample) {
@@ -128,9 +161,21 @@ fn fill_body(state: &BodyState, centre_of_mass: Vector3<f64>, slot: &mut BodySam
     slot.elastic_velocities.clone_from(&state.elastic_rates);
 }
 
-/// Velocity of the centre of mass of contact `index`'s body along the plane's normal in the state `y` [m/s].
-pub fn normal_velocity(system: &System, y: &[f64], index: usize, state: &mut BodyState) -> f64 {
-    let contact = &system.forces()[index];
-    system.read_body(y, contact.body, state);
-    centre_of_mass_velocity(&system.bodies()[contact.body].data, state).dot(&contact.normal)
+/// Smallest gap of contact `index` at time `t` in the state `y` \[m\].
+pub fn smallest_gap(system: &mut System, t: f64, y: &[f64], index: usize) -> f64 {
+    system.body_states(t, y);
+    let (states, _) = system.last_evaluation();
+    system.forces()[index].contact.smallest_gap(states)
+}
+
+/// Velocity along the contact's normal at which the centres of mass of contact `index` part, at time `t` in the state `y`
+/// [m/s].
+pub fn normal_velocity(system: &mut System, t: f64, y: &[f64], index: usize) -> f64 {
+    system.body_states(t, y);
+    let (states, _) = system.last_evaluation();
+    let contact = &system.forces()[index].contact;
+    let velocity = |body: usize| centre_of_mass_velocity(&system.model().bodies[body].data, &states[body]);
+    let (body, target) = contact.bodies();
+    let relative = velocity(body) - target.map_or_else(Vector3::zeros, velocity);
+    relative.dot(&contact.normal(states))
 }

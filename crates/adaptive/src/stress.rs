@@ -3,7 +3,7 @@
 use faer::Mat;
 use iga_core::recovery::RecoveryWorkspace;
 
-use crate::elastic_body::{ElasticBody, ReducedBody};
+use crate::elastic_body::{ElasticBody, ReducedBody, point_in_space};
 use crate::error::AdaptiveError;
 use crate::record::StressRecord;
 use crate::spec::{StressInstant, StressSpec};
@@ -59,13 +59,8 @@ impl StressRequest {
             let (e, xi) = body.locate(&place)?;
             let stress = workspace
                 .stress(&body.space, &body.spec.model, &body.spec.material, &field, e, &xi)
-                .map_err(|source| AdaptiveError::Geometry { body: body.spec.name.clone(), source })?;
-            let motion = body.assembled.motion;
-            let mut point = [0.0; 3];
-            for (c, &x) in place.iter().enumerate().take(motion.n_components()) {
-                point[motion.direction(c)] = x;
-            }
-            record.points.push(point);
+                .map_err(|source| AdaptiveError::Geometry { body: body.name.clone(), source })?;
+            record.points.push(point_in_space(body.assembled.motion, &place).into());
             record.von_mises.push(stress.von_mises());
             record.stress.push(stress.stress);
         }

@@ -8,10 +8,12 @@ use adaptive::record::{
     TryRecord,
 };
 use adaptive::spec::{
-    DiscretisationSpec, ElasticBodySpec, InitialMotion, PhaseSettings, PlaneContactSpec, PointRule,
-    ReductionSpec, RefinementSpec, RunSettings, RunSpec,
+    BodyKind, BodySpec, ContactLaw, ContactSpec, DampingSpec, DiscretisationSpec, ElasticSpec, FrameSpec,
+    InitialMotion, IntervalSpec, PenaltySearch, PhaseSettings, PointRule, ReductionSpec, RefinementSpec,
+    RunSettings, RunSpec, SurfaceLaw, Target, Treatment,
 };
 use contact_qs::quasistatic::Method;
+use ffr_dynamics::integration;
 use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::primitives::axisymmetric;
 use nalgebra::{UnitQuaternion, Vector3};
@@ -81,18 +83,22 @@ impl Trace {
     }
 }
 
-fn plane(name: &str, height: f64, normal: f64) -> PlaneContactSpec {
-    PlaneContactSpec {
-        name: name.into(),
-        body: 0,
-        plane_point: Vector3::new(0.0, 0.0, height),
-        plane_normal: Vector3::new(0.0, 0.0, normal),
-        is_quasistatic: true,
-        penalty: 1e18,
+fn plane(name: &str, height: f64, normal: f64) -> ContactSpec {
+    let law = SurfaceLaw {
+        treatment: Treatment::Quasistatic,
+        penalty: Some(1e18),
+        search: PenaltySearch::Fixed,
         points: PointRule::Greville,
         method: Method::ActiveSet,
-        width: None,
-        elements: None,
+        friction: None,
+        interval: IntervalSpec::default(),
+    };
+    let (point, normal) = (Vector3::new(0.0, 0.0, height), Vector3::new(0.0, 0.0, normal));
+    ContactSpec {
+        name: name.into(),
+        body: 0,
+        target: Target::Plane { point, normal },
+        law: ContactLaw::Surface(law),
     }
 }
 
@@ -101,8 +107,7 @@ fn ball(height: f64, speed: f64, end_time: f64) -> RunSpec {
     let shape = axisymmetric::sphere(RADIUS).expect("a sphere");
     // 50 um elements over 0.3 mm; the contact radius reaches 0.168 mm.
     let refine = |z: f64| RefinementSpec { centre: [0.0, z, 0.0], width: 0.3e-3, elements: 6, ratio: 2.0 };
-    let body = ElasticBodySpec {
-        name: "ball".into(),
+    let body = ElasticSpec {
         shape,
         model: Model::Axisymmetric,
         material: Material::new(72.8e9, 0.33, 2789.0).expect("aluminium"),
@@ -112,25 +117,37 @@ fn ball(height: f64, speed: f64, end_time: f64) -> RunSpec {
             knots: None,
             refine: vec![refine(-RADIUS), refine(RADIUS)],
         },
-        damping: None,
+        damping: DampingSpec::None,
         reduction: ReductionSpec::CraigBampton { modes: 3, fixed_interface_modes: None },
-        motion: InitialMotion {
-            position: Vector3::new(0.0, 0.0, RADIUS + height),
-            rotation: UnitQuaternion::identity(),
-            velocity: Vector3::new(0.0, 0.0, -speed),
-            angular_velocity: Vector3::zeros(),
-        },
+        frame: FrameSpec::Buckens,
+        geometric_stiffening: false,
+    };
+    let motion = InitialMotion {
+        position: Vector3::new(0.0, 0.0, RADIUS + height),
+        rotation: UnitQuaternion::identity(),
+        velocity: Vector3::new(0.0, 0.0, -speed),
+        angular_velocity: Vector3::zeros(),
+    };
+    let phase = |max_step| PhaseSettings {
+        method: integration::Method::DormandPrince,
+        max_step,
+        tolerance: 1e-8,
+        velocity_floor: 1e-6,
     };
     RunSpec {
-        bodies: vec![body],
+        bodies: vec![BodySpec { name: "ball".into(), kind: BodyKind::Elastic(Box::new(body)), motion }],
+        joints: Vec::new(),
+        loops: Vec::new(),
+        loads: Vec::new(),
         contacts: vec![plane("floor", 0.0, 1.0)],
         points: Vec::new(),
         stress: Vec::new(),
         settings: RunSettings {
             end_time,
             gravity: Vector3::zeros(),
-            free: PhaseSettings { max_step: 1e-4, tolerance: 1e-8, velocity_floor: 1e-6 },
-            impact: PhaseSettings { max_step: f64::INFINITY, tolerance: 1e-8, velocity_floor: 1e-6 },
+            static_start: false,
+            free: phase(1e-4),
+            impact: phase(f64::INFINITY),
             quiet_time: None,
             free_interval: 1e-5,
         },
@@ -241,7 +258,8 @@ fn ball_that_leaves_the_plane_has_no_impact() {
 #[test]
 fn contact_that_outgrows_its_interval_stops_the_run() {
     let mut spec = ball(0.0, SPEED, 1e-4);
-    spec.bodies[0].discretisation.refine[0].width = 0.12e-3;
+    let BodyKind::Elastic(ball) = &mut spec.bodies[0].kind else { panic!("an elastic ball") };
+    ball.discretisation.refine[0].width = 0.12e-3;
     let mut trace = Trace::default();
     let error = try_run(&spec, &mut trace).expect_err("0.168 mm do not fit into 0.12 mm");
     assert!(!error.is_model_error());

@@ -1,8 +1,9 @@
 //! What a driver asks of a contact, whatever its law: gap, direction, report, penalty factor.
 
 use ffr_dynamics::system::force::{BodyState, ForceElement, ForceEnergies};
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 
+use crate::ContactError;
 use crate::quasistatic::SolveReport;
 
 /// What a contact evaluation found.
@@ -55,6 +56,20 @@ pub trait ContactElement: ForceElement {
 
     /// Number of points that can carry force.
     fn n_points(&self) -> usize;
+
+    /// Checks that the contact can work when the contact body has the rotation `rotation`.
+    ///
+    /// # Errors
+    /// [`ContactError`] with the reason.
+    fn check_orientation(&self, _rotation: &UnitQuaternion<f64>) -> Result<(), ContactError> {
+        Ok(())
+    }
+
+    /// Replaces `out` by the forces of the last evaluation on the interface unknowns of body `body` \[N\]; zero where there is no
+    /// quasistatic zone.
+    fn interface_force(&self, _body: usize, out: &mut [f64]) {
+        out.fill(0.0);
+    }
 }
 
 impl<T: ContactElement + ?Sized> ContactElement for Box<T> {
@@ -84,5 +99,13 @@ impl<T: ContactElement + ?Sized> ContactElement for Box<T> {
 
     fn n_points(&self) -> usize {
         (**self).n_points()
+    }
+
+    fn check_orientation(&self, rotation: &UnitQuaternion<f64>) -> Result<(), ContactError> {
+        (**self).check_orientation(rotation)
+    }
+
+    fn interface_force(&self, body: usize, out: &mut [f64]) {
+        (**self).interface_force(body, out);
     }
 }

@@ -335,6 +335,10 @@ impl ForceElement for PlaneContact {
         self.report.force
     }
 
+    fn is_idle(&self) -> bool {
+        self.report.n_active == 0
+    }
+
     fn save(&mut self) {
         if let Some(zone) = &mut self.quasistatic {
             zone.save();
@@ -381,5 +385,17 @@ impl ContactElement for PlaneContact {
 
     fn n_points(&self) -> usize {
         self.submodel.n_points()
+    }
+
+    fn check_orientation(&self, rotation: &UnitQuaternion<f64>) -> Result<(), ContactError> {
+        self.check_alignment(rotation)
+    }
+
+    fn interface_force(&self, body: usize, out: &mut [f64]) {
+        if body == self.settings.body {
+            Self::interface_force(self, out);
+        } else {
+            out.fill(0.0);
+        }
     }
 }

@@ -81,6 +81,10 @@ impl ForceElement for SphereSphere {
         self.report.force
     }
 
+    fn is_idle(&self) -> bool {
+        self.report.n_active == 0
+    }
+
     fn save(&mut self) {}
 
     fn restore(&mut self) {}

@@ -1,8 +1,10 @@
 //! From a validated scenario to the specification of a run: exact shapes, materials, places, contact pairs.
 
 use adaptive::spec::{
-    DiscretisationSpec, ElasticBodySpec, InitialMotion, PhaseSettings, PlaneContactSpec, PointRule,
-    PointSpec, ReductionSpec, RefinementSpec, RunSettings, RunSpec, StressInstant, StressSpec,
+    BodyKind, BodySpec, ContactLaw, ContactSpec, DampingSpec, DiscretisationSpec, ElasticSpec, FrameSpec,
+    InitialMotion, IntervalSpec, PenaltySearch, PhaseSettings, Place as PlaceSpec, PointRule, PointSpec,
+    ReductionSpec, RefinementSpec, RunSettings, RunSpec, StressInstant, StressSpec, SurfaceLaw, Target,
+    Treatment,
 };
 use contact_qs::quasistatic::Method;
 use contact_qs::quasistatic::broyden::BroydenSettings;
@@ -18,9 +20,9 @@ use crate::error::AppError;
 use crate::scenario::model as scenario;
 use crate::scenario::{Scenario, model::Place};
 
-/// Bodies of the scenario that are flexible, and where each body of the file stands among them.
+/// Bodies of the scenario that move, and where each body of the file stands among them.
 struct Bodies {
-    specs: Vec<ElasticBodySpec>,
+    specs: Vec<BodySpec>,
     index: Vec<Option<usize>>,
 }
 
@@ -35,16 +37,17 @@ pub fn run_spec(scenario: &Scenario) -> Result<RunSpec, AppError> {
         bodies.index.push(elastic.is_some().then_some(bodies.specs.len()));
         bodies.specs.extend(elastic);
     }
-    let contacts = scenario.contacts.iter().map(|c| plane_contact(c, scenario, &bodies));
+    let contacts = scenario.contacts.iter().map(|c| contact(c, scenario, &bodies));
     let contacts = contacts.collect::<Result<_, AppError>>()?;
     let points = scenario.output.points.iter().map(|p| {
-        let body = bodies.flexible(p.body, &format!("output.points.{}", p.name))?;
-        Ok(PointSpec { name: p.name.clone(), body, place: place(&bodies.specs[body].shape, &p.at)? })
+        let (body, elastic) = bodies.flexible(p.body, &format!("output.points.{}", p.name))?;
+        let place = PlaceSpec::Point(place(&elastic.shape, &p.at)?);
+        Ok(PointSpec { name: p.name.clone(), body, place })
     });
     let points = points.collect::<Result<_, AppError>>()?;
     let stress = scenario.output.stress.iter().map(|s| {
-        let body = bodies.flexible(s.body, &format!("output.stress.{}", s.name))?;
-        let shape = &bodies.specs[body].shape;
+        let (body, elastic) = bodies.flexible(s.body, &format!("output.stress.{}", s.name))?;
+        let shape = &elastic.shape;
         Ok(StressSpec {
             name: s.name.clone(),
             body,
@@ -57,20 +60,31 @@ pub fn run_spec(scenario: &Scenario) -> Result<RunSpec, AppError> {
         })
     });
     let stress = stress.collect::<Result<_, AppError>>()?;
-    Ok(RunSpec { contacts, points, stress, settings: settings(scenario), bodies: bodies.specs })
+    Ok(RunSpec {
+        joints: Vec::new(),
+        loops: Vec::new(),
+        loads: Vec::new(),
+        contacts,
+        points,
+        stress,
+        settings: settings(scenario),
+        bodies: bodies.specs,
+    })
 }
 
 impl Bodies {
-    /// Number among the flexible bodies of body `index` of the file.
-    fn flexible(&self, index: usize, subject: &str) -> Result<usize, AppError> {
-        self.index[index]
-            .ok_or_else(|| AppError::Model(format!("{subject}: the body is rigid, name a flexible one")))
+    /// Number among the moving bodies of body `index` of the file, which must be flexible.
+    fn flexible(&self, index: usize, subject: &str) -> Result<(usize, &ElasticSpec), AppError> {
+        let number = self.index[index];
+        let elastic = number.and_then(|n| Some((n, self.specs[n].elastic()?)));
+        elastic.ok_or_else(|| AppError::Model(format!("{subject}: the body is rigid, name a flexible one")))
     }
 }
 
 fn settings(scenario: &Scenario) -> RunSettings {
     let simulation = &scenario.simulation;
     let phase = |i: &scenario::Integration| PhaseSettings {
+        method: ffr_dynamics::integration::Method::DormandPrince,
         max_step: i.max_step.unwrap_or(f64::INFINITY),
         tolerance: i.rtol,
         velocity_floor: i.velocity_floor,
@@ -78,6 +92,7 @@ fn settings(scenario: &Scenario) -> RunSettings {
     RunSettings {
         end_time: simulation.end_time,
         gravity: Vector3::from(simulation.gravity),
+        static_start: false,
         free: phase(&simulation.free),
         impact: phase(&simulation.impact),
         quiet_time: simulation.quiet_time,
@@ -85,7 +100,7 @@ fn settings(scenario: &Scenario) -> RunSettings {
     }
 }
 
-fn elastic_body(body: &scenario::Body) -> Result<Option<ElasticBodySpec>, AppError> {
+fn elastic_body(body: &scenario::Body) -> Result<Option<BodySpec>, AppError> {
     let scenario::BodyKind::Elastic(elastic) = &body.kind else { return Ok(None) };
     let fail = |source: SplineError| AppError::Model(format!("body \"{}\": {source}", body.name));
     let shape = shape(elastic).map_err(fail)?;
@@ -120,15 +135,26 @@ fn elastic_body(body: &scenario::Body) -> Result<Option<ElasticBodySpec>, AppErr
         }
         scenario::Reduction::All => ReductionSpec::All,
     };
-    let damping = elastic.damping.map(|d| (d.frequencies, d.ratio));
+    let damping = elastic
+        .damping
+        .map_or(DampingSpec::None, |d| DampingSpec::Rayleigh { frequencies: d.frequencies, ratio: d.ratio });
     let model = match elastic.model {
         scenario::ElasticModel::Solid => Model::Solid,
         scenario::ElasticModel::Axisymmetric => Model::Axisymmetric,
         scenario::ElasticModel::PlaneStrain { thickness } => Model::PlaneStrain { thickness },
         scenario::ElasticModel::PlaneStress { thickness } => Model::PlaneStress { thickness },
     };
-    let name = body.name.clone();
-    Ok(Some(ElasticBodySpec { name, shape, model, material, discretisation, reduction, damping, motion }))
+    let elastic = ElasticSpec {
+        shape,
+        model,
+        material,
+        discretisation,
+        reduction,
+        damping,
+        frame: FrameSpec::Buckens,
+        geometric_stiffening: false,
+    };
+    Ok(Some(BodySpec { name: body.name.clone(), kind: BodyKind::Elastic(Box::new(elastic)), motion }))
 }
 
 /// The exact shape of a body.
@@ -189,11 +215,11 @@ fn place(shape: &Shape, at: &Place) -> Result<[f64; 3], AppError> {
     }
 }
 
-fn plane_contact(
+fn contact(
     contact: &scenario::Contact,
     scenario: &Scenario,
     bodies: &Bodies,
-) -> Result<PlaneContactSpec, AppError> {
+) -> Result<ContactSpec, AppError> {
     let subject = format!("contacts.{}", contact.name);
     let target = &scenario.bodies[contact.target_body];
     let scenario::BodyKind::RigidPlane { normal } = target.kind else {
@@ -201,16 +227,16 @@ fn plane_contact(
             "contact between two flexible bodies is not supported yet, choose a rigid plane as target_body";
         return Err(AppError::Model(format!("{subject}: {reason}")));
     };
-    Ok(PlaneContactSpec {
-        name: contact.name.clone(),
-        body: bodies.flexible(contact.contact_body, &subject)?,
-        plane_point: Vector3::from(target.position),
-        plane_normal: Vector3::from(normal),
-        is_quasistatic: contact.model == scenario::ContactModel::Quasistatic,
-        penalty: match contact.constraint {
+    let law = SurfaceLaw {
+        treatment: match contact.model {
+            scenario::ContactModel::Quasistatic => Treatment::Quasistatic,
+            scenario::ContactModel::Dynamic => Treatment::Dynamic,
+        },
+        penalty: Some(match contact.constraint {
             scenario::Constraint::Penalty { value } => value,
             scenario::Constraint::Exact => f64::INFINITY,
-        },
+        }),
+        search: PenaltySearch::Fixed,
         points: match contact.points {
             scenario::ContactPoints::Greville => PointRule::Greville,
             scenario::ContactPoints::Gauss => PointRule::Gauss,
@@ -219,7 +245,17 @@ fn plane_contact(
             scenario::ContactSolver::ActiveSet => Method::ActiveSet,
             scenario::ContactSolver::Broyden => Method::Broyden(BroydenSettings::default()),
         },
-        width: contact.interval.width,
-        elements: contact.interval.elements,
+        friction: None,
+        interval: IntervalSpec {
+            width: contact.interval.width,
+            elements: contact.interval.elements,
+            ..IntervalSpec::default()
+        },
+    };
+    Ok(ContactSpec {
+        name: contact.name.clone(),
+        body: bodies.flexible(contact.contact_body, &subject)?.0,
+        target: Target::Plane { point: Vector3::from(target.position), normal: Vector3::from(normal) },
+        law: ContactLaw::Surface(law),
     })
 }

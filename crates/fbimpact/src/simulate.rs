@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use adaptive::AdaptiveError;
 use adaptive::driver;
-use adaptive::model::RunModel;
+use adaptive::model::{BodyModel, RunModel};
 use adaptive::record::{Observer, Timings};
 use adaptive::spec::RunSpec;
 use iga_core::space::Space;
@@ -87,19 +87,21 @@ pub fn modes(scenario: &Scenario, body: Option<usize>, threads: usize) -> Result
     let spec = run_spec(scenario)?;
     let model = build(&spec, threads)?;
     let wanted = body.map(|b| scenario.bodies[b].name.as_str());
-    let entries = model.bodies.iter().zip(&model.reduced).zip(&model.interfaces);
-    let bodies = entries
-        .filter(|((body, _), _)| wanted.is_none_or(|name| body.spec.name == name))
-        .map(|((body, reduced), interface)| BodyModes {
-            name: body.spec.name.clone(),
-            n_elements: body.space.n_elements(),
-            n_dofs: body.n_unknowns(),
-            n_interface: interface.unknowns.len(),
-            mass: reduced.data.mass,
-            frequencies: reduced.basis.omega.iter().map(|w| w / std::f64::consts::TAU).collect(),
-        })
-        .collect();
+    let bodies = model.bodies.iter().filter(|b| wanted.is_none_or(|name| b.name == name));
+    let bodies = bodies.map(body_modes).collect();
     Ok(ModesReport { bodies })
+}
+
+fn body_modes(body: &BodyModel) -> BodyModes {
+    let rigid = BodyModes { name: body.name.clone(), mass: body.data.mass, ..BodyModes::default() };
+    let Some(elastic) = &body.elastic else { return rigid };
+    BodyModes {
+        n_elements: elastic.body.space.n_elements(),
+        n_dofs: elastic.body.n_unknowns(),
+        n_interface: elastic.interface.unknowns.len(),
+        frequencies: elastic.frequencies(),
+        ..rigid
+    }
 }
 
 /// Builds all models on a pool of `threads` threads.

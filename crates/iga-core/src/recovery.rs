@@ -14,6 +14,17 @@ const SINGULAR_STEP: f64 = 1e-4;
 /// the square of this number, the quotient would be by round-off divided by it.
 const AXIS_LIMIT: f64 = 1e-7;
 
+/// A shape function at a point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FunctionAtPoint {
+    /// Number of the function.
+    pub number: u32,
+    /// Value.
+    pub value: f64,
+    /// Derivatives along the model's components [1/m].
+    pub gradient: [f64; 3],
+}
+
 /// Buffers for point evaluations; reuse them, so that an evaluation allocates nothing.
 #[derive(Debug, Clone, Default)]
 pub struct RecoveryWorkspace {
@@ -67,19 +78,7 @@ impl RecoveryWorkspace {
         e: usize,
         xi: &[f64; 3],
     ) -> Result<StressState, SplineError> {
-        space.active_functions(e, &mut self.active);
-        self.nodes.clear();
-        self.nodes.extend(self.active.iter().map(|&a| space.control_points()[a as usize]));
-        let mut point = *xi;
-        let mut map = self.map(space, e, &point);
-        if map.is_singular() {
-            let element = space.element(e);
-            for (x, (lower, upper)) in point.iter_mut().zip(element.lower.iter().zip(&element.upper)) {
-                *x += SINGULAR_STEP * (0.5 * (lower + upper) - *x);
-            }
-            map = self.map(space, e, &point);
-        }
-        map.volume_ratio(point)?;
+        let map = self.regular_map(space, e, xi)?;
         let n_components = model.dimension();
         let (values, first, inverse) = (self.basis.values_at(0), self.basis.first_at(0), map.inverse());
         let (mut gradient, mut radial) = ([[0.0; 3]; 3], 0.0);
@@ -97,6 +96,48 @@ impl RecoveryWorkspace {
         let largest = self.nodes.iter().fold(0.0f64, |m, x| m.max(x[0].abs()));
         let hoop = if radius > AXIS_LIMIT * largest { radial / radius } else { gradient[0][0] };
         Ok(StressState::new(model, material, &gradient, hoop))
+    }
+
+    /// Functions that may not be zero at `xi` of element `e`, with their values and their derivatives in space.
+    ///
+    /// On singular lines of the parametrisation both are taken at a point moved into the element by 1e-4 of its size.
+    ///
+    /// # Errors
+    /// [`SplineError::Folded`] where the Jacobian determinant is not positive beside the singular lines.
+    pub fn functions(
+        &mut self,
+        space: &dyn Space,
+        e: usize,
+        xi: &[f64; 3],
+    ) -> Result<Vec<FunctionAtPoint>, SplineError> {
+        let inverse = self.regular_map(space, e, xi)?.inverse();
+        let (values, first) = (self.basis.values_at(0), self.basis.first_at(0));
+        let dimension = space.dimension();
+        let slope = |local: usize, j: usize| (0..dimension).map(|d| first[d][local] * inverse[d][j]).sum();
+        let function = |(local, &number): (usize, &u32)| FunctionAtPoint {
+            number,
+            value: values[local],
+            gradient: std::array::from_fn(|j| if j < dimension { slope(local, j) } else { 0.0 }),
+        };
+        Ok(self.active.iter().enumerate().map(function).collect())
+    }
+
+    /// The map at `xi`, or at a point beside it where the map is singular there; the basis belongs to the same point.
+    fn regular_map(&mut self, space: &dyn Space, e: usize, xi: &[f64; 3]) -> Result<PointMap, SplineError> {
+        space.active_functions(e, &mut self.active);
+        self.nodes.clear();
+        self.nodes.extend(self.active.iter().map(|&a| space.control_points()[a as usize]));
+        let mut point = *xi;
+        let mut map = self.map(space, e, &point);
+        if map.is_singular() {
+            let element = space.element(e);
+            for (x, (lower, upper)) in point.iter_mut().zip(element.lower.iter().zip(&element.upper)) {
+                *x += SINGULAR_STEP * (0.5 * (lower + upper) - *x);
+            }
+            map = self.map(space, e, &point);
+        }
+        map.volume_ratio(point)?;
+        Ok(map)
     }
 
     fn map(&mut self, space: &dyn Space, e: usize, xi: &[f64; 3]) -> PointMap {

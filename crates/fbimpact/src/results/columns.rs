@@ -18,6 +18,8 @@ pub enum Axis {
     Quaternion,
     /// One value an elastic coordinate.
     Mode,
+    /// One value a coordinate of a joint.
+    Coordinate,
 }
 
 /// Declaration of a series; `extract` appends the values of entry `index` of the sample.
@@ -62,7 +64,7 @@ pub const PHASE: Declaration<u32> =
     });
 
 /// `/energies`.
-pub const ENERGIES: [Declaration<f64>; 7] = [
+pub const ENERGIES: [Declaration<f64>; 9] = [
     scalar("kinetic", "J", "Kinetic energy of all bodies.", |s, _, out| out.push(s.energies.kinetic)),
     scalar("elastic_low", "J", "Elastic energy of the dynamic coordinates.", |s, _, out| {
         out.push(s.energies.elastic_low);
@@ -74,12 +76,19 @@ pub const ENERGIES: [Declaration<f64>; 7] = [
         out.push(s.energies.gravity);
     }),
     scalar("penalty", "J", "Energy in the penalty springs.", |s, _, out| out.push(s.energies.penalty)),
+    scalar("springs", "J", "Energy in the joint springs.", |s, _, out| out.push(s.energies.springs)),
     scalar("dissipated", "J", "Work lost to damping and friction so far.", |s, _, out| {
         out.push(s.energies.dissipated);
     }),
-    scalar("total", "J", "Sum of all energies; constant in an exact solution.", |s, _, out| {
-        out.push(s.energies.total());
+    scalar("supplied", "J", "Work supplied by loads, drives and prescribed motion so far.", |s, _, out| {
+        out.push(s.energies.supplied);
     }),
+    scalar(
+        "total",
+        "J",
+        "Energies held and lost, less the work supplied: constant in an exact solution; what is missing was lost to numerical damping.",
+        |s, _, out| out.push(s.energies.total()),
+    ),
 ];
 
 /// `/momentum`.
@@ -126,12 +135,15 @@ pub const BODY: [Declaration<f64>; 7] = [
 ];
 
 /// `/contacts/<name>`, numbers.
-pub const CONTACT: [Declaration<f64>; 5] = [
+pub const CONTACT: [Declaration<f64>; 6] = [
     scalar("normal_force", "N", "Sum of the normal forces of the contact points.", |s, i, out| {
         out.push(s.contacts[i].normal_force);
     }),
     vector("force", "N", "Total force on the contact body, in space.", |s, i, out| {
         out.extend(s.contacts[i].force);
+    }),
+    vector("friction_force", "N", "Friction force on the contact body, in space.", |s, i, out| {
+        out.extend(s.contacts[i].friction_force);
     }),
     scalar(
         "penetration",
@@ -150,10 +162,32 @@ pub const CONTACT: [Declaration<f64>; 5] = [
 ];
 
 /// `/contacts/<name>`, counts.
-pub const CONTACT_COUNTS: [Declaration<u32>; 1] =
-    [scalar("active_points", "–", "Number of points in contact.", |s, i, out| {
+pub const CONTACT_COUNTS: [Declaration<u32>; 2] = [
+    scalar("active_points", "–", "Number of points in contact.", |s, i, out| {
         out.push(s.contacts[i].active_points);
-    })];
+    }),
+    scalar("sliding_points", "–", "Number of points in contact that slide.", |s, i, out| {
+        out.push(s.contacts[i].sliding_points);
+    }),
+];
+
+/// `/joints/<name>`; the units are those of the coordinates.
+pub const JOINT: [Declaration<f64>; 2] = [
+    Declaration {
+        name: "coordinates",
+        unit: "",
+        axis: Axis::Coordinate,
+        description: "Positions of the joint, prescribed ones included; quaternions as w x y z.",
+        extract: |s, i, out| out.extend(&s.joints[i].positions),
+    },
+    Declaration {
+        name: "velocities",
+        unit: "",
+        axis: Axis::Coordinate,
+        description: "Velocities of the joint.",
+        extract: |s, i, out| out.extend(&s.joints[i].velocities),
+    },
+];
 
 /// `/points/<name>`.
 pub const POINT: [Declaration<f64>; 2] = [
@@ -195,20 +229,22 @@ impl<T: H5Type + Copy> Column<T> {
         Ok(Self { series, index, extract: d.extract })
     }
 
-    /// Creates the dataset and attaches its scales; `modes` are the eigenfrequencies of the body, if it has any.
+    /// Creates the dataset and attaches its scales; `own` is the scale of elastic coordinates (the body's eigenfrequencies)
+    /// or of joint coordinates (their names), if there are any.
     pub fn create(
         group: &Group,
         d: &Declaration<T>,
         index: usize,
         axes: &Axes<'_>,
-        modes: Option<&Dataset>,
+        own: Option<&Dataset>,
         compression: Compression,
     ) -> Result<Self> {
         let second = match d.axis {
             Axis::Scalar => None,
             Axis::Space => Some((axes.space, "xyz")),
             Axis::Quaternion => Some((axes.quaternion, "wxyz")),
-            Axis::Mode => modes.map(|m| (m, "eigenfrequencies")),
+            Axis::Mode => own.map(|scale| (scale, "eigenfrequencies")),
+            Axis::Coordinate => own.map(|scale| (scale, "coordinate")),
         };
         let column = Self::bare(group, d, second.map(|(scale, _)| scale.size()), index, compression)?;
         scales::attach(column.series.dataset(), 0, axes.time, "time")?;

@@ -4,7 +4,8 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use adaptive::record::{
-    ImpactRecord, ObserverError, PhaseRecord, RunLayout, Sample, StressRecord, Timings, TryRecord,
+    ImpactRecord, JointLayout, NameAndUnit, ObserverError, PhaseRecord, RunLayout, Sample, StressRecord,
+    Timings, TryRecord,
 };
 use hdf5::plist::file_access::{
     CacheDecreaseMode, CacheIncreaseMode, FlashIncreaseMode, MetadataCacheConfig,
@@ -304,7 +305,33 @@ impl Open {
         for (i, name) in layout.points.iter().enumerate() {
             self.group(&points.create_group(name)?, &columns::POINT, i, &axes, compression)?;
         }
+        let joints = file.create_group("joints")?;
+        for (i, joint) in layout.joints.iter().enumerate() {
+            self.joint(&joints.create_group(&joint.name)?, joint, i, &axes, compression)?;
+        }
         file.flush()
+    }
+
+    /// Datasets of a joint; none for one without coordinates.
+    fn joint(
+        &mut self,
+        group: &Group,
+        joint: &JointLayout,
+        index: usize,
+        axes: &Axes<'_>,
+        compression: Compression,
+    ) -> Result<()> {
+        text_attribute(group, "type", &joint.kind)?;
+        let both = columns::JOINT.iter().zip([&joint.positions, &joint.velocities]);
+        for (d, names) in both.filter(|(_, names)| !names.is_empty()) {
+            let labels: Vec<&str> = names.iter().map(|(name, _)| name.as_str()).collect();
+            let about = format!("Names of the {}.", d.name);
+            let scale = component_scale(group, &format!("{}_names", d.name), &labels, &about)?;
+            let column = Column::create(group, d, index, axes, Some(&scale), compression)?;
+            text_attribute(column.series.dataset(), "unit", &joined_units(names))?;
+            self.columns.push(column);
+        }
+        Ok(())
     }
 
     fn group(
@@ -337,6 +364,15 @@ impl Open {
         // Time comes first: a reader of a broken file finds no row without its time.
         self.columns.iter_mut().try_for_each(|c| c.series.write())?;
         self.counts.iter_mut().try_for_each(|c| c.series.write())
+    }
+}
+
+/// The unit of all coordinates, or their units in order.
+fn joined_units(names: &[NameAndUnit]) -> String {
+    let units: Vec<&str> = names.iter().map(|(_, unit)| unit.as_str()).collect();
+    match units.split_first() {
+        Some((first, rest)) if rest.iter().all(|u| u == first) => (*first).to_owned(),
+        _ => units.join(", "),
     }
 }
 

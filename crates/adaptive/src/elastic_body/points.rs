@@ -1,0 +1,131 @@
+//! Points and markers on an elastic body.
+
+use faer::{Mat, MatRef};
+use ffr_dynamics::body::RigidMotion;
+use ffr_dynamics::kinematics::Marker;
+use ffr_dynamics::kinematics::marker::FlexiblePoint;
+use iga_core::nurbs::patch::PointBasis;
+use iga_core::recovery::{FunctionAtPoint, RecoveryWorkspace};
+use iga_core::space::Space;
+use nalgebra::{UnitQuaternion, Vector3};
+
+use super::ElasticBody;
+use crate::error::AdaptiveError;
+use crate::spec::Place;
+
+/// Point in space of a position in the components of a model with the rigid motions `motion`.
+pub fn point_in_space(motion: RigidMotion, position: &[f64; 3]) -> Vector3<f64> {
+    let mut point = Vector3::zeros();
+    for (c, &x) in position.iter().enumerate().take(motion.n_components()) {
+        point[motion.direction(c)] = x;
+    }
+    point
+}
+
+impl ElasticBody {
+    /// Functions that are not zero at parameters `xi` of element `e`, with their values.
+    pub fn functions_at(&self, e: usize, xi: &[f64; 3]) -> Vec<(u32, f64)> {
+        let (mut basis, mut active) = (PointBasis::default(), Vec::new());
+        self.space.evaluate(e, xi, 0, &mut basis);
+        self.space.active_functions(e, &mut active);
+        active.into_iter().zip(basis.values).filter(|(_, value)| value.abs() > 0.0).collect()
+    }
+
+    /// Element and parameters of a point of the undeformed body, in the model's components \[m\].
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Geometry`] if the point is not in the body.
+    pub fn locate(&self, place: &[f64; 3]) -> Result<(usize, [f64; 3]), AdaptiveError> {
+        // Refinement keeps the parameters, and the coarse shape is the cheaper one to search.
+        let (patch, xi) = self
+            .spec
+            .shape
+            .locate(place)
+            .map_err(|source| AdaptiveError::Geometry { body: self.name.clone(), source })?;
+        Ok((self.space.find_element(patch, &xi), xi))
+    }
+
+    /// Coordinates of a place in the model's components \[m\].
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Unsupported`] if the shape has no marker of that name.
+    pub fn coordinates(&self, place: &Place) -> Result<[f64; 3], AdaptiveError> {
+        match place {
+            Place::Point(point) => Ok(*point),
+            Place::Marker(name) => self.spec.shape.markers.get(name).copied().ok_or_else(|| {
+                let known: Vec<&str> = self.spec.shape.markers.keys().map(String::as_str).collect();
+                AdaptiveError::Unsupported {
+                    subject: format!("body \"{}\"", self.name),
+                    reason: format!("the shape has no marker \"{name}\", it has {}", known.join(", ")),
+                }
+            }),
+        }
+    }
+
+    /// The material point at `place`, moving with the modes `shapes`.
+    ///
+    /// # Errors
+    /// As [`ElasticBody::locate`] and [`ElasticBody::coordinates`].
+    pub fn flexible_point(
+        &self,
+        place: &Place,
+        shapes: MatRef<'_, f64>,
+    ) -> Result<FlexiblePoint, AdaptiveError> {
+        let place = self.coordinates(place)?;
+        let (e, xi) = self.locate(&place)?;
+        let functions = self.functions_at(e, &xi);
+        let n_components = self.assembled.motion.n_components();
+        let mut rows = Mat::zeros(n_components, shapes.ncols());
+        for j in 0..shapes.ncols() {
+            for c in 0..n_components {
+                rows[(c, j)] = functions
+                    .iter()
+                    .filter_map(|&(node, value)| Some(value * shapes[(self.lookup.number(node, c)?, j)]))
+                    .sum();
+            }
+        }
+        let motion = self.assembled.motion;
+        Ok(FlexiblePoint::from_rows(motion, point_in_space(motion, &place), rows.as_ref(), 0))
+    }
+
+    /// The marker `name` at `place` with axes turned by `rotation` from the body's, moving with the modes `shapes`. It turns
+    /// with half the curl of the displacement.
+    ///
+    /// # Errors
+    /// As [`ElasticBody::flexible_point`]; [`AdaptiveError::Reduction`] if a mode is not finite there.
+    pub fn marker(
+        &self,
+        name: &str,
+        place: &Place,
+        rotation: UnitQuaternion<f64>,
+        shapes: MatRef<'_, f64>,
+    ) -> Result<Marker, AdaptiveError> {
+        let place = self.coordinates(place)?;
+        let (e, xi) = self.locate(&place)?;
+        let functions = RecoveryWorkspace::default()
+            .functions(&self.space, e, &xi)
+            .map_err(|source| AdaptiveError::Geometry { body: self.name.clone(), source })?;
+        let motion = self.assembled.motion;
+        let n_c = motion.n_components();
+        let sum = |c: usize, j: usize, weight: &dyn Fn(&FunctionAtPoint) -> f64| {
+            let term = |f: &FunctionAtPoint| Some(weight(f) * shapes[(self.lookup.number(f.number, c)?, j)]);
+            functions.iter().filter_map(term).sum::<f64>()
+        };
+        let values = Mat::from_fn(n_c, shapes.ncols(), |c, j| sum(c, j, &|f| f.value));
+        let gradients =
+            Mat::from_fn(n_c * n_c, shapes.ncols(), |row, j| sum(row / n_c, j, &|f| f.gradient[row % n_c]));
+        let position = point_in_space(motion, &place);
+        Marker::from_gradients(name, motion, position, rotation, values.as_ref(), gradients.as_ref())
+            .map_err(|source| AdaptiveError::Reduction { body: self.name.clone(), source })
+    }
+
+    /// Displacements of the unknowns as node-major control values, with zeros where a component is constrained.
+    pub fn control_values(&self, displacement: &[f64]) -> Vec<f64> {
+        let n_components = self.assembled.motion.n_components();
+        let mut values = vec![0.0; self.space.n_functions() * n_components];
+        for (dof, u) in self.assembled.dofs.iter().zip(displacement) {
+            values[dof.node as usize * n_components + dof.component as usize] = *u;
+        }
+        values
+    }
+}

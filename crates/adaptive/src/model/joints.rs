@@ -1,0 +1,171 @@
+//! Joints, loads and markers of a run as a multibody system.
+
+use ffr_dynamics::body::RigidMotion;
+use ffr_dynamics::kinematics::Marker;
+use ffr_dynamics::kinematics::marker::FlexiblePoint;
+use ffr_dynamics::system as multibody;
+use ffr_dynamics::system::{CoordinateForce, GROUND, JointKind, SystemSpec};
+use nalgebra::{UnitQuaternion, Vector3};
+
+use super::BodyModel;
+use crate::elastic_body::point_in_space;
+use crate::error::AdaptiveError;
+use crate::record::NameAndUnit;
+use crate::spec::{Attachment, CoordinateSpec, JointSpec, Place, RunSpec, TimeCurve};
+
+impl BodyModel {
+    /// The material point at `place`.
+    ///
+    /// # Errors
+    /// [`AdaptiveError`] if there is no such place.
+    pub fn point(&self, place: &Place) -> Result<FlexiblePoint, AdaptiveError> {
+        match &self.elastic {
+            Some(e) => e.body.flexible_point(place, e.reduced.basis.shapes.as_ref()),
+            None => Ok(FlexiblePoint::rigid(self.rigid_place(place)?)),
+        }
+    }
+
+    fn marker(
+        &self,
+        name: &str,
+        place: &Place,
+        rotation: UnitQuaternion<f64>,
+    ) -> Result<Marker, AdaptiveError> {
+        match &self.elastic {
+            Some(e) => e.body.marker(name, place, rotation, e.reduced.basis.shapes.as_ref()),
+            None => Ok(Marker::rigid(name, self.rigid_place(place)?, rotation)),
+        }
+    }
+
+    fn rigid_place(&self, place: &Place) -> Result<Vector3<f64>, AdaptiveError> {
+        match place {
+            Place::Point(point) => Ok(point_in_space(self.data.motion, point)),
+            Place::Marker(name) => Err(AdaptiveError::Unsupported {
+                subject: format!("body \"{}\"", self.name),
+                reason: format!("a rigid body has no marker \"{name}\", give a point"),
+            }),
+        }
+    }
+}
+
+/// The system of `spec` with the given bodies.
+///
+/// A free body hangs on ground by a joint that has its name and starts at zero: its ground marker stands where the body does.
+///
+/// # Errors
+/// [`AdaptiveError`] if a place does not exist.
+pub fn system_spec(spec: &RunSpec, bodies: &[BodyModel]) -> Result<SystemSpec, AdaptiveError> {
+    let mut builder = Builder { bodies, markers: vec![Vec::new(); bodies.len()], ground: Vec::new() };
+    let mut joints = Vec::new();
+    for joint in &spec.joints {
+        joints.push(builder.joint(joint)?);
+    }
+    for (i, body) in spec.bodies.iter().enumerate() {
+        if spec.joints.iter().any(|j| j.child.body == Some(i)) {
+            continue;
+        }
+        let kind = match bodies[i].data.motion {
+            RigidMotion::Axial => JointKind::Axial,
+            RigidMotion::Planar => JointKind::Planar,
+            RigidMotion::Spatial => JointKind::Free,
+        };
+        let name = format!("start of {}", body.name);
+        builder.ground.push(Marker::rigid(&name, body.motion.position, body.motion.rotation));
+        builder.markers[i].push(Marker::rigid("frame", Vector3::zeros(), UnitQuaternion::identity()));
+        let parent = multibody::Attachment::new(GROUND, &name);
+        let child = multibody::Attachment::new(&body.name, "frame");
+        joints.push(multibody::JointSpec::new(&body.name, kind, parent, child));
+    }
+    let loops = spec.loops.iter().map(|j| builder.joint(j)).collect::<Result<_, AdaptiveError>>()?;
+    let mut loads = Vec::new();
+    for load in &spec.loads {
+        loads.push(multibody::LoadSpec {
+            name: load.name.clone(),
+            at: builder.attach(&load.name, &load.at)?,
+            components: load.components.each_ref().map(|c| c.as_ref().map(TimeCurve::function)),
+            is_following: load.is_following,
+        });
+    }
+    let Builder { markers, ground, .. } = builder;
+    let bodies = bodies.iter().zip(markers).map(|(body, markers)| multibody::BodySpec {
+        name: body.name.clone(),
+        data: body.data.clone(),
+        markers,
+    });
+    Ok(SystemSpec { bodies: bodies.collect(), ground, joints, loops, loads, gravity: spec.settings.gravity })
+}
+
+struct Builder<'a> {
+    bodies: &'a [BodyModel],
+    markers: Vec<Vec<Marker>>,
+    ground: Vec<Marker>,
+}
+
+impl Builder<'_> {
+    fn joint(&mut self, joint: &JointSpec) -> Result<multibody::JointSpec, AdaptiveError> {
+        Ok(multibody::JointSpec {
+            name: joint.name.clone(),
+            kind: joint.kind,
+            parent: self.attach(&format!("parent of {}", joint.name), &joint.parent)?,
+            child: self.attach(&format!("child of {}", joint.name), &joint.child)?,
+            coordinates: joint.coordinates.iter().map(coordinate_force).collect(),
+        })
+    }
+
+    fn attach(&mut self, name: &str, at: &Attachment) -> Result<multibody::Attachment, AdaptiveError> {
+        let Some(body) = at.body else {
+            let Place::Point(point) = &at.place else {
+                return Err(AdaptiveError::Unsupported {
+                    subject: name.to_owned(),
+                    reason: "places on ground are given by points".into(),
+                });
+            };
+            self.ground.push(Marker::rigid(name, Vector3::from(*point), at.rotation));
+            return Ok(multibody::Attachment::new(GROUND, name));
+        };
+        self.markers[body].push(self.bodies[body].marker(name, &at.place, at.rotation)?);
+        Ok(multibody::Attachment::new(&self.bodies[body].name, name))
+    }
+}
+
+fn coordinate_force(spec: &CoordinateSpec) -> CoordinateForce {
+    CoordinateForce {
+        stiffness: spec.stiffness,
+        rest: spec.rest,
+        damping: spec.damping,
+        drive: spec.drive.as_ref().map(TimeCurve::function),
+        motion: spec.motion.as_ref().map(TimeCurve::function),
+    }
+}
+
+/// Names and units of the positions and of the velocities of a joint.
+pub fn coordinate_names(kind: JointKind) -> (Vec<NameAndUnit>, Vec<NameAndUnit>) {
+    let pair = |name: &str, unit: &str| (name.to_owned(), unit.to_owned());
+    let axes = ["x", "y", "z"];
+    let displacement = |c: &str| pair(&format!("displacement {c}"), "m");
+    let velocity = |c: &str| pair(&format!("velocity {c}"), "m/s");
+    let quaternion = || ["w", "x", "y", "z"].map(|c| pair(&format!("quaternion {c}"), "–"));
+    let spin = || axes.map(|c| pair(&format!("angular velocity {c}"), "rad/s"));
+    match kind {
+        JointKind::Fixed => (Vec::new(), Vec::new()),
+        JointKind::Revolute => (vec![pair("angle", "rad")], vec![pair("angular velocity", "rad/s")]),
+        JointKind::Prismatic | JointKind::Axial => (vec![displacement("z")], vec![velocity("z")]),
+        JointKind::Cylindrical => (
+            vec![displacement("z"), pair("angle", "rad")],
+            vec![velocity("z"), pair("angular velocity", "rad/s")],
+        ),
+        JointKind::Universal => (
+            vec![pair("angle 1", "rad"), pair("angle 2", "rad")],
+            vec![pair("angular velocity 1", "rad/s"), pair("angular velocity 2", "rad/s")],
+        ),
+        JointKind::Spherical => (quaternion().to_vec(), spin().to_vec()),
+        JointKind::Planar => (
+            vec![displacement("x"), displacement("y"), pair("angle", "rad")],
+            vec![velocity("x"), velocity("y"), pair("angular velocity", "rad/s")],
+        ),
+        JointKind::Free => (
+            axes.map(displacement).into_iter().chain(quaternion()).collect(),
+            axes.map(velocity).into_iter().chain(spin()).collect(),
+        ),
+    }
+}

@@ -1,0 +1,89 @@
+//! Where bodies are and how they move at the start.
+
+use ffr_dynamics::DynamicsError;
+use ffr_dynamics::body::StandardInputData;
+use ffr_dynamics::system::force::{BodyState, ForceElement};
+use ffr_dynamics::system::{JointKind, Multibody};
+use nalgebra::{Matrix3, Vector3};
+
+use super::{BodyModel, joints};
+use crate::error::AdaptiveError;
+use crate::spec::{BodyKind, InitialMotion, RunSpec};
+
+/// Motions of all bodies at the start if they were rigid.
+///
+/// # Errors
+/// [`AdaptiveError::Model`] if joints do not make a tree or loops do not close.
+pub fn poses(spec: &RunSpec) -> Result<Vec<BodyState>, AdaptiveError> {
+    let rigid = spec.bodies.iter().map(|body| {
+        let motion = match &body.kind {
+            BodyKind::Elastic(elastic) => crate::elastic_body::rigid_motion(&elastic.model),
+            BodyKind::Rigid(rigid) => rigid.motion,
+        };
+        // Poses do not depend on masses.
+        let data = StandardInputData::rigid(motion, 1.0, Vector3::zeros(), Matrix3::identity())?;
+        Ok(BodyModel { name: body.name.clone(), data, elastic: None })
+    });
+    let rigid: Vec<BodyModel> = rigid.collect::<Result<_, DynamicsError>>().map_err(AdaptiveError::Model)?;
+    let description = joints::system_spec(spec, &rigid)?;
+    let mut system =
+        Multibody::<Box<dyn ForceElement>>::new(description, Vec::new()).map_err(AdaptiveError::Model)?;
+    let y = joint_state(spec, &mut system)?;
+    Ok(system.body_states(0.0, &y).to_vec())
+}
+
+/// State of `system` at the start: joint coordinates as given, elastic ones zero or in equilibrium.
+///
+/// # Errors
+/// [`AdaptiveError::Model`] if coordinates do not fit, loops do not close, or there is no equilibrium.
+pub fn state<F: ForceElement>(spec: &RunSpec, system: &mut Multibody<F>) -> Result<Vec<f64>, AdaptiveError> {
+    let mut y = joint_state(spec, system)?;
+    if spec.settings.static_start {
+        let moving = y.clone();
+        system.static_start(0.0, &mut y).map_err(AdaptiveError::Model)?;
+        // The equilibrium is that of a system at rest; the motion given starts from it.
+        for body in &system.model().bodies {
+            let velocities = body.layout.velocities();
+            y[velocities.clone()].copy_from_slice(&moving[velocities]);
+        }
+    }
+    Ok(y)
+}
+
+fn joint_state<F: ForceElement>(
+    spec: &RunSpec,
+    system: &mut Multibody<F>,
+) -> Result<Vec<f64>, AdaptiveError> {
+    let mut y = system.rest();
+    for (i, body) in spec.bodies.iter().enumerate() {
+        let (positions, velocities) = match spec.joints.iter().find(|j| j.child.body == Some(i)) {
+            Some(joint) => {
+                let free: Vec<usize> = system.model().bodies[i].joint.free_velocities().collect();
+                if free.len() == joint.kind.n_velocities() {
+                    (joint.positions.clone(), joint.velocities.clone())
+                } else {
+                    // Prescribed coordinates are no part of the state; joints with a quaternion have none.
+                    let pick = |all: &[f64]| free.iter().filter_map(|&k| all.get(k).copied()).collect();
+                    (pick(&joint.positions), pick(&joint.velocities))
+                }
+            }
+            None => free_coordinates(system.model().bodies[i].joint.kind, &body.motion),
+        };
+        system.set_joint(&mut y, i, &positions, &velocities).map_err(AdaptiveError::Model)?;
+    }
+    if !spec.loops.is_empty() {
+        system.assemble(0.0, &mut y).map_err(AdaptiveError::Model)?;
+    }
+    Ok(y)
+}
+
+/// Coordinates of the joint by which a free body hangs on ground, see [`joints::system_spec`].
+fn free_coordinates(kind: JointKind, motion: &InitialMotion) -> (Vec<f64>, Vec<f64>) {
+    let into = |v: &Vector3<f64>| motion.rotation.inverse_transform_vector(v);
+    let (v, w) = (into(&motion.velocity), into(&motion.angular_velocity));
+    match kind {
+        JointKind::Axial => (vec![0.0], vec![v.z]),
+        JointKind::Planar => (vec![0.0; 3], vec![v.x, v.y, w.z]),
+        _ => (vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], vec![v.x, v.y, v.z, w.x, w.y, w.z]),
+    }
+}

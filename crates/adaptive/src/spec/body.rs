@@ -1,0 +1,177 @@
+//! Bodies: elastic ones from exact geometry, rigid ones, reduced ones from a file.
+
+use ffr_dynamics::body::RigidMotion;
+use iga_core::elasticity::{Material, Model};
+use iga_core::nurbs::Shape;
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+
+/// A body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BodySpec {
+    /// Name.
+    pub name: String,
+    /// What it is.
+    pub kind: BodyKind,
+    /// Motion at the start. Of a body that hangs on a joint only the rotation counts, as the one with all joint coordinates
+    /// at zero.
+    pub motion: InitialMotion,
+}
+
+/// Elastic or rigid.
+#[derive(Debug, Clone, PartialEq)]
+pub enum BodyKind {
+    /// An elastic body.
+    Elastic(Box<ElasticSpec>),
+    /// A rigid body.
+    Rigid(RigidSpec),
+}
+
+impl BodySpec {
+    /// The elastic body, if it is one.
+    pub fn elastic(&self) -> Option<&ElasticSpec> {
+        match &self.kind {
+            BodyKind::Elastic(elastic) => Some(elastic),
+            BodyKind::Rigid(_) => None,
+        }
+    }
+}
+
+/// A place on a body.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Place {
+    /// A point in the components of the body's model: `(x, y, z)`, `(x, y, 0)` or `(r, z, 0)` \[m\].
+    Point([f64; 3]),
+    /// A marker that the body brings with it.
+    Marker(String),
+}
+
+/// Motion of a body at the start.
+#[derive(Debug, Clone, PartialEq)]
+pub struct InitialMotion {
+    /// Origin of the body's frame \[m\].
+    pub position: Vector3<f64>,
+    /// Rotation from the body's frame to space.
+    pub rotation: UnitQuaternion<f64>,
+    /// Velocity of the origin in space [m/s].
+    pub velocity: Vector3<f64>,
+    /// Angular velocity in space [rad/s].
+    pub angular_velocity: Vector3<f64>,
+}
+
+/// A rigid body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RigidSpec {
+    /// Motions that it can make.
+    pub motion: RigidMotion,
+    /// Mass \[kg\].
+    pub mass: f64,
+    /// Centre of mass in the body's frame \[m\].
+    pub centre_of_mass: Vector3<f64>,
+    /// Inertia about the centre of mass in the axes of the body's frame [kg m²].
+    pub inertia: Matrix3<f64>,
+}
+
+/// An elastic body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ElasticSpec {
+    /// Exact geometry.
+    pub shape: Shape,
+    /// Kinematics.
+    pub model: Model,
+    /// Material.
+    pub material: Material,
+    /// Spline space.
+    pub discretisation: DiscretisationSpec,
+    /// Reduced basis.
+    pub reduction: ReductionSpec,
+    /// Damping of the elastic coordinates.
+    pub damping: DampingSpec,
+    /// Reference frame.
+    pub frame: FrameSpec,
+    /// Whether inertia forces stiffen the body.
+    pub geometric_stiffening: bool,
+}
+
+/// Damping of elastic coordinates.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub enum DampingSpec {
+    /// None.
+    #[default]
+    None,
+    /// Rayleigh damping: the damping ratio `ratio` at two frequencies \[Hz\] (\[B\] (26)-(28)).
+    Rayleigh {
+        /// The two frequencies \[Hz\].
+        frequencies: [f64; 2],
+        /// Damping ratio at both, 1 being critical.
+        ratio: f64,
+    },
+    /// Damping ratios, one a mode; the last holds for all that follow.
+    Modal(Vec<f64>),
+}
+
+/// Reference frames.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub enum FrameSpec {
+    /// Mean-axis frame.
+    #[default]
+    Buckens,
+    /// The frame that follows the body at a place.
+    Tangent(Place),
+}
+
+/// Small elements about a point of a body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RefinementSpec {
+    /// Centre, in the model's components \[m\].
+    pub centre: [f64; 3],
+    /// Width of the zone of small elements along the surface; from the axis outwards where the centre lies on the axis of an
+    /// axisymmetric model \[m\].
+    pub width: f64,
+    /// Elements across the width; elements into the depth have the same size.
+    pub elements: usize,
+    /// Ratio of neighbouring elements outside the zone.
+    pub ratio: f64,
+}
+
+impl RefinementSpec {
+    /// Reach of a zone of width `width` about `centre` on either side \[m\].
+    pub fn half_width(model: &Model, centre: &[f64; 3], width: f64) -> f64 {
+        let is_on_axis = *model == Model::Axisymmetric && centre[0].abs() < ON_AXIS * width;
+        if is_on_axis { width } else { 0.5 * width }
+    }
+}
+
+/// Part of a zone's width within which its centre counts as lying on the axis.
+const ON_AXIS: f64 = 1e-9;
+
+/// Spline space of a body; one entry a parametric direction.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DiscretisationSpec {
+    /// Degrees.
+    pub degrees: Vec<usize>,
+    /// Uniform elements before refinement.
+    pub elements: Vec<usize>,
+    /// Interior knots in (0, 1) that take the place of uniform elements.
+    pub knots: Option<Vec<Vec<f64>>>,
+    /// Local refinements.
+    pub refine: Vec<RefinementSpec>,
+}
+
+/// Reduced basis of a body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ReductionSpec {
+    /// The first free eigenmodes.
+    Modal {
+        /// Number of elastic modes.
+        modes: usize,
+    },
+    /// Craig-Bampton.
+    CraigBampton {
+        /// Number of low-frequency modes.
+        modes: usize,
+        /// Number of fixed-interface modes; `None`: enough for the low-frequency ones to be right.
+        fixed_interface_modes: Option<usize>,
+    },
+    /// Every elastic mode of the model.
+    All,
+}

@@ -1,0 +1,146 @@
+//! Contacts: pairs of surfaces or spheres, and how they are modelled.
+
+use contact_qs::law::{Friction, Solid};
+use contact_qs::quasistatic::Method;
+use nalgebra::Vector3;
+
+use super::body::Place;
+
+/// A contact between a body and a target.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContactSpec {
+    /// Name.
+    pub name: String,
+    /// Index of the contact body, which carries the contact points.
+    pub body: usize,
+    /// What it meets.
+    pub target: Target,
+    /// How the two resist each other.
+    pub law: ContactLaw,
+}
+
+/// What a contact body meets.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Target {
+    /// A fixed rigid plane.
+    Plane {
+        /// A point of the plane \[m\].
+        point: Vector3<f64>,
+        /// Unit normal that points to the body's side.
+        normal: Vector3<f64>,
+    },
+    /// Another body, by index.
+    Body(usize),
+}
+
+/// How contact is resisted.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ContactLaw {
+    /// Points on the surface of the contact body against the surface of the target.
+    Surface(SurfaceLaw),
+    /// Hertz's force between spheres, or between a sphere and a half space.
+    Hertz {
+        /// Sphere on the contact body.
+        contact: HertzSphere,
+        /// Sphere on the target; `None` on a plane.
+        target: Option<HertzSphere>,
+        /// Elastic constants of the plane; rigid for a rigid one, unused for spheres.
+        plane: Solid,
+    },
+}
+
+/// A sphere of a Hertz contact.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HertzSphere {
+    /// Place of its centre on the body.
+    pub centre: Place,
+    /// Radius \[m\].
+    pub radius: f64,
+    /// Elastic constants.
+    pub solid: Solid,
+}
+
+/// Contact of surfaces.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SurfaceLaw {
+    /// What becomes of the modes of the contact zone, and who refines it.
+    pub treatment: Treatment,
+    /// Penalty factor, infinite for the exact constraint; `None`: predicted [N/m³].
+    pub penalty: Option<f64>,
+    /// How the penalty factor is found.
+    pub search: PenaltySearch,
+    /// Contact points.
+    pub points: PointRule,
+    /// Solver of the quasistatic problem.
+    pub method: Method,
+    /// Friction; `None`: frictionless.
+    pub friction: Option<Friction>,
+    /// Contact interval.
+    pub interval: IntervalSpec,
+}
+
+/// Treatments of the contact zone (\[A\] section 6: the models compared).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Treatment {
+    /// Refined by the program during the run; high-frequency modes follow statically.
+    Adaptive,
+    /// Refined as given; high-frequency modes follow statically.
+    Quasistatic,
+    /// Refined as given; every Craig-Bampton mode is dynamic, high-frequency ones damped critically.
+    Damped,
+    /// Refined as given; every Craig-Bampton mode is dynamic and undamped.
+    Dynamic,
+    /// No refinement and no static part: the modes of the free body alone.
+    Coarse,
+}
+
+/// How the penalty factor is found (\[A\] Fig. 3).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PenaltySearch {
+    /// The given one is used.
+    Fixed,
+    /// Raised until the peak force no longer changes.
+    UntilConverged,
+    /// Raised until the solver fails, as printed.
+    UntilError,
+}
+
+/// Where contact points stand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PointRule {
+    /// Greville abscissae of the surface functions (\[A\]).
+    Greville,
+    /// Gauss points of the surface elements (\[B\]).
+    Gauss,
+}
+
+/// Contact interval and the limits of its adaptation (\[A\] 4.2, 4.3).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct IntervalSpec {
+    /// Width about the point of first contact, measured as [`super::RefinementSpec::width`] \[m\]; `None`: the refined
+    /// zone there, or predicted.
+    pub width: Option<f64>,
+    /// Elements across the interval; `None`: those that the discretisation has there, or 16 if the program refines.
+    pub elements: Option<usize>,
+    /// Share of the elements that shall touch.
+    pub target_utilisation: f64,
+    /// Share below which the interval is too wide.
+    pub min_utilisation: f64,
+    /// Most levels of refinement.
+    pub max_levels: usize,
+    /// Most knots inserted in an element a level.
+    pub max_knots_per_level: usize,
+}
+
+impl Default for IntervalSpec {
+    fn default() -> Self {
+        Self {
+            width: None,
+            elements: None,
+            target_utilisation: 0.7,
+            min_utilisation: 0.5,
+            max_levels: 5,
+            max_knots_per_level: 10,
+        }
+    }
+}

@@ -1,0 +1,68 @@
+//! Joints, what acts along their coordinates, and loads.
+
+use ffr_dynamics::system::joints::JointKind;
+use nalgebra::UnitQuaternion;
+
+use super::body::Place;
+use super::time_curve::TimeCurve;
+
+/// A point with axes on a body or on ground.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Attachment {
+    /// Index of the body; `None` is ground, whose places are points in space.
+    pub body: Option<usize>,
+    /// Where.
+    pub place: Place,
+    /// Rotation from the attachment's axes to the body's frame (to space on ground).
+    pub rotation: UnitQuaternion<f64>,
+}
+
+/// A joint between two attachments.
+///
+/// The coordinates are those of [`JointKind`] in the axes of the attachments: a revolute joint turns about `z`, and so on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JointSpec {
+    /// Name.
+    pub name: String,
+    /// Kind.
+    pub kind: JointKind,
+    /// Nearer to ground.
+    pub parent: Attachment,
+    /// On the body that hangs on the joint.
+    pub child: Attachment,
+    /// Positions at the start, as many as the joint has (a quaternion has four); not for loop-closing joints, nor used for
+    /// prescribed coordinates.
+    pub positions: Vec<f64>,
+    /// Velocities at the start.
+    pub velocities: Vec<f64>,
+    /// Springs, dampers, drives, prescribed motions: one entry a velocity, or none.
+    pub coordinates: Vec<CoordinateSpec>,
+}
+
+/// What acts along one velocity of a joint; N and m, or N m and rad.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct CoordinateSpec {
+    /// Spring stiffness.
+    pub stiffness: f64,
+    /// Coordinate at which the spring is relaxed.
+    pub rest: f64,
+    /// Damping.
+    pub damping: f64,
+    /// Force of a drive over time.
+    pub drive: Option<TimeCurve>,
+    /// Motion prescribed to the coordinate.
+    pub motion: Option<TimeCurve>,
+}
+
+/// A force and a moment over time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LoadSpec {
+    /// Name.
+    pub name: String,
+    /// Where it acts; not on ground.
+    pub at: Attachment,
+    /// Force along x, y, z \[N\], then moment about them \[N m\].
+    pub components: [Option<TimeCurve>; 6],
+    /// Whether the axes turn with the attachment; those of space otherwise.
+    pub is_following: bool,
+}

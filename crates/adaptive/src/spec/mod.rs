@@ -1,0 +1,108 @@
+//! What a run is made from: plain, validated values. SI units; body-fixed data in the body's own frame.
+
+pub mod body;
+pub mod contact;
+pub mod joint;
+pub mod time_curve;
+
+use ffr_dynamics::integration::Method as IntegrationMethod;
+use nalgebra::Vector3;
+
+pub use body::{
+    BodyKind, BodySpec, DampingSpec, DiscretisationSpec, ElasticSpec, FrameSpec, InitialMotion, Place,
+    ReductionSpec, RefinementSpec, RigidSpec,
+};
+pub use contact::{
+    ContactLaw, ContactSpec, HertzSphere, IntervalSpec, PenaltySearch, PointRule, SurfaceLaw, Target,
+    Treatment,
+};
+pub use joint::{Attachment, CoordinateSpec, JointSpec, LoadSpec};
+pub use time_curve::TimeCurve;
+
+/// Integration in one kind of phase.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PhaseSettings {
+    /// Integration method.
+    pub method: IntegrationMethod,
+    /// Longest step \[s\]; infinite where only the model decides.
+    pub max_step: f64,
+    /// Permitted error a step as a share of the motion's velocity.
+    pub tolerance: f64,
+    /// Motion slower than this is resolved as if it were this fast \[m/s\].
+    pub velocity_floor: f64,
+}
+
+/// Settings of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RunSettings {
+    /// End of the simulated time \[s\].
+    pub end_time: f64,
+    /// Gravity [m/s²].
+    pub gravity: Vector3<f64>,
+    /// Whether elastic coordinates start from equilibrium with the joint coordinates held.
+    pub static_start: bool,
+    /// Phases without contact.
+    pub free: PhaseSettings,
+    /// Phases with contact.
+    pub impact: PhaseSettings,
+    /// Time without contact force after which an impact has ended \[s\].
+    pub quiet_time: Option<f64>,
+    /// Time between stored states in free phases \[s\].
+    pub free_interval: f64,
+}
+
+/// A point to observe.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PointSpec {
+    /// Name.
+    pub name: String,
+    /// Index of the body.
+    pub body: usize,
+    /// Undeformed place.
+    pub place: Place,
+}
+
+/// Instant of a stress request.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum StressInstant {
+    /// When the largest contact force on the body acts.
+    PeakForce,
+    /// At a given time \[s\].
+    Time(f64),
+}
+
+/// Stress along a straight line.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StressSpec {
+    /// Name.
+    pub name: String,
+    /// Index of the body, an elastic one.
+    pub body: usize,
+    /// Ends of the line in the model's components \[m\].
+    pub ends: [[f64; 3]; 2],
+    /// Number of points, ends included.
+    pub samples: usize,
+    /// When.
+    pub at: StressInstant,
+}
+
+/// Everything that a run needs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RunSpec {
+    /// Bodies; indices elsewhere refer to this list.
+    pub bodies: Vec<BodySpec>,
+    /// Joints of the tree. A body that is the child of none moves freely.
+    pub joints: Vec<JointSpec>,
+    /// Joints that close loops.
+    pub loops: Vec<JointSpec>,
+    /// Forces and moments over time.
+    pub loads: Vec<LoadSpec>,
+    /// Contacts.
+    pub contacts: Vec<ContactSpec>,
+    /// Observed points.
+    pub points: Vec<PointSpec>,
+    /// Stress requests.
+    pub stress: Vec<StressSpec>,
+    /// Settings.
+    pub settings: RunSettings,
+}
