@@ -26,6 +26,7 @@ pub mod hierarchical;
 pub mod mapping;
 pub mod surface;
 pub mod elasticity;
+pub mod mass_properties;
 pub mod assembly;
 pub mod recovery;
 

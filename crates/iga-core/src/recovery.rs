@@ -100,7 +100,7 @@ impl RecoveryWorkspace {
 
     /// Functions that may not be zero at `xi` of element `e`, with their values and their derivatives in space.
     ///
-    /// On singular lines of the parametrisation both are taken at a point moved into the element by 1e-4 of its size.
+    /// On singular lines of the parametrisation derivatives are taken at a point moved into the element by 1e-4 of its size.
     ///
     /// # Errors
     /// [`SplineError::Folded`] where the Jacobian determinant is not positive beside the singular lines.
@@ -110,16 +110,18 @@ impl RecoveryWorkspace {
         e: usize,
         xi: &[f64; 3],
     ) -> Result<Vec<FunctionAtPoint>, SplineError> {
+        space.evaluate_grid(e, xi.each_ref().map(std::slice::from_ref), &mut self.basis);
+        let values = self.basis.values_at(0).to_vec();
         let inverse = self.regular_map(space, e, xi)?.inverse();
-        let (values, first) = (self.basis.values_at(0), self.basis.first_at(0));
+        let first = self.basis.first_at(0);
         let dimension = space.dimension();
         let slope = |local: usize, j: usize| (0..dimension).map(|d| first[d][local] * inverse[d][j]).sum();
-        let function = |(local, &number): (usize, &u32)| FunctionAtPoint {
+        let function = |((local, &number), &value): ((usize, &u32), &f64)| FunctionAtPoint {
             number,
-            value: values[local],
+            value,
             gradient: std::array::from_fn(|j| if j < dimension { slope(local, j) } else { 0.0 }),
         };
-        Ok(self.active.iter().enumerate().map(function).collect())
+        Ok(self.active.iter().enumerate().zip(&values).map(function).collect())
     }
 
     /// The map at `xi`, or at a point beside it where the map is singular there; the basis belongs to the same point.

@@ -9,7 +9,8 @@ use iga_core::nurbs::primitives::{SphereNet, axisymmetric, plane, solid, sphere}
 use iga_core::nurbs::{RefinementWindow, Shape};
 use iga_core::space::{PatchSpace, Space};
 use iga_core::surface::{
-    BodySurface, CollocationPoint, Face, gauss_points, greville_points, tributary_areas,
+    BodySurface, CollocationPoint, Face, gauss_points, greville_points, hierarchical_greville_points,
+    tributary_areas,
 };
 
 const R: f64 = 0.01;
@@ -228,4 +229,32 @@ fn the_first_point_to_touch_a_plane_is_the_support_point() {
         let again = surface.closest_from(&case.shape.patches, closest.face, &below, &closest.xi);
         assert!((again.measure - closest.measure).abs() < 1e-16);
     }
+}
+
+#[test]
+fn greville_points_of_one_level_are_those_of_the_patch_and_areas_sum_up_on_several() {
+    use iga_core::hierarchical::{HierarchicalSpace, IndexBox, SubdomainHierarchy};
+    let shape = axisymmetric::sphere(0.01).unwrap().refined(&[3, 3], &[4, 4], &[]).unwrap();
+    let patches = &shape.patches;
+    let faces = Face::outer(patches, true);
+    let space = PatchSpace::new(patches.clone()).unwrap();
+    let plain = HierarchicalSpace::plain(&patches[0]).unwrap();
+    let (mut a, mut b) =
+        (greville_points(&space, patches, &faces), hierarchical_greville_points(&plain, &patches[0], &faces));
+    assert_eq!(a.len(), b.len());
+    let key = |p: &CollocationPoint| p.point[1];
+    a.sort_by(|p, q| key(p).total_cmp(&key(q)));
+    b.sort_by(|p, q| key(p).total_cmp(&key(q)));
+    for (p, q) in a.iter().zip(&b) {
+        assert!((0..2).all(|c| (p.point[c] - q.point[c]).abs() < 1e-14) && (p.area - q.area).abs() < 1e-15);
+    }
+    let mut levels = SubdomainHierarchy::new(patches[0].knots());
+    levels.refine([3, 2, 1], &[IndexBox { lower: [0, 0, 0], upper: [2, 2, 1] }]).unwrap();
+    let local = HierarchicalSpace::new(&patches[0], levels).unwrap();
+    let points = hierarchical_greville_points(&local, &patches[0], &faces);
+    let area: f64 = points.iter().map(|p| p.area).sum();
+    let exact = 4.0 * std::f64::consts::PI * 0.01 * 0.01;
+    // Gauss rules of degree p + 4 on four coarse elements a quarter circle.
+    assert!((area / exact - 1.0).abs() < 1e-9, "{area} and {exact}");
+    assert!(points.len() > a.len() && points.iter().all(|p| p.area > 0.0));
 }

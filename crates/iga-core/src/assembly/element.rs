@@ -35,6 +35,7 @@ pub(crate) struct Workspace {
     grid: [Vec<f64>; 3],
     gradients: Vec<f64>,
     values: Vec<f64>,
+    roots: Vec<f64>,
 }
 
 /// Rows a function has in the gradient products.
@@ -59,6 +60,26 @@ impl Workspace {
         e: usize,
         out: &mut ElementProducts,
     ) -> Result<(), SplineError> {
+        self.evaluate(space, model, rules, e, &mut out.nodes)?;
+        let (n, n_points) = (self.active.len(), self.basis.n_points);
+        gram(&self.gradients, n_rows(model) * n, n_points, &mut out.gradients);
+        gram(&self.values, n, n_points, &mut out.values);
+        Ok(())
+    }
+
+    /// Values and gradients of the functions of element `e` at its Gauss points, times the root of the volume that each point
+    /// stands for; `nodes` receives their global numbers, rising.
+    ///
+    /// # Errors
+    /// As [`Workspace::products`].
+    pub fn evaluate(
+        &mut self,
+        space: &dyn Space,
+        model: &Model,
+        rules: &[GaussRule],
+        e: usize,
+        nodes: &mut Vec<u32>,
+    ) -> Result<(), SplineError> {
         let rule = space.gauss_counts(e).map(|n| &rules[n - 1]);
         let element = space.element(e);
         let mut scale = 1.0;
@@ -72,10 +93,11 @@ impl Workspace {
             }
         }
         space.evaluate_grid(e, self.grid.each_ref().map(Vec::as_slice), &mut self.basis);
-        self.sort_functions(space, e, out);
+        self.sort_functions(space, e, nodes);
         let (n, rows) = (self.active.len(), n_rows(model));
         self.gradients.resize(rows * n * self.basis.n_points, 0.0);
         self.values.resize(n * self.basis.n_points, 0.0);
+        self.roots.resize(self.basis.n_points, 0.0);
         let counts = self.grid.each_ref().map(Vec::len);
         for q in 0..self.basis.n_points {
             let index = [q % counts[0], q / counts[0] % counts[1], q / (counts[0] * counts[1])];
@@ -86,13 +108,23 @@ impl Workspace {
             let parameters = [0, 1, 2].map(|d| self.grid[d][index[d]]);
             self.point(model, q, weight, parameters)?;
         }
-        gram(&self.gradients, rows * n, self.basis.n_points, &mut out.gradients);
-        gram(&self.values, n, self.basis.n_points, &mut out.values);
         Ok(())
     }
 
+    /// Number of Gauss points of the element evaluated last.
+    pub fn n_points(&self) -> usize {
+        self.basis.n_points
+    }
+
+    /// Physical gradients at point `q` of the element evaluated last, one entry per row and function, the function's rows next
+    /// to each other, times the second number returned: the root of the volume.
+    pub fn gradients_at(&self, q: usize) -> (&[f64], f64) {
+        let size = self.gradients.len() / self.basis.n_points.max(1);
+        (&self.gradients[q * size..(q + 1) * size], self.roots[q])
+    }
+
     /// Lists the functions by rising number; `place` tells where each local function went.
-    fn sort_functions(&mut self, space: &dyn Space, e: usize, out: &mut ElementProducts) {
+    fn sort_functions(&mut self, space: &dyn Space, e: usize, nodes: &mut Vec<u32>) {
         space.active_functions(e, &mut self.active);
         self.nodes.clear();
         self.nodes.extend(self.active.iter().map(|&a| space.control_points()[a as usize]));
@@ -101,10 +133,10 @@ impl Workspace {
         let active = &self.active;
         self.order.sort_unstable_by_key(|&a| active[a]);
         self.place.resize(active.len(), 0);
-        out.nodes.clear();
+        nodes.clear();
         for (place, &a) in self.order.iter().enumerate() {
             self.place[a] = place;
-            out.nodes.push(active[a]);
+            nodes.push(active[a]);
         }
     }
 
@@ -125,6 +157,7 @@ impl Workspace {
             return Err(SplineError::Radius { radius, parameters });
         }
         let root = (weight * ratio * model.measure(&map.position)).sqrt();
+        self.roots[q] = root;
         let mut inverse = map.inverse();
         for entry in inverse.iter_mut().flatten() {
             *entry *= root;

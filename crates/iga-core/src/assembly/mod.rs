@@ -9,5 +9,7 @@ mod element;
 mod mass;
 mod stiffness;
 mod assemble;
+mod geometric;
 
 pub use assemble::{AssembledMatrices, assemble};
+pub use geometric::geometric_stiffness;

@@ -79,6 +79,11 @@ impl HierarchicalSpace {
         self.basis.function(self.numbering.representatives[f as usize])
     }
 
+    /// Function of the space that active function `active` of the basis is; tied ones are one.
+    pub fn function_of(&self, active: u32) -> u32 {
+        self.numbering.functions[active as usize]
+    }
+
     /// Level and place of element `e`.
     pub fn leaf(&self, e: usize) -> Leaf {
         self.leaves[e]

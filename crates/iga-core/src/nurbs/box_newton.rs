@@ -1,19 +1,27 @@
-//! Safeguarded Newton minimisation over a parameter box with at most three variables.
+//! Safeguarded Newton minimisation over a parameter box with a few variables.
 //!
 //! Variables at a bound that the descent direction would leave are held; the free block of the Hessian is shifted until it
 //! is positive definite; steps are cut back until the objective falls. Never panics, never leaves the box.
 
+use std::array::from_fn;
+
 /// Objective at a point, with derivatives.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Sample {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample<const N: usize = 3> {
     /// Value.
     pub value: f64,
     /// Round-off of the value: differences below it carry no information.
     pub noise: f64,
     /// First derivatives.
-    pub gradient: [f64; 3],
+    pub gradient: [f64; N],
     /// Second derivatives, symmetric.
-    pub hessian: [[f64; 3]; 3],
+    pub hessian: [[f64; N]; N],
+}
+
+impl<const N: usize> Default for Sample<N> {
+    fn default() -> Self {
+        Self { value: 0.0, noise: 0.0, gradient: [0.0; N], hessian: [[0.0; N]; N] }
+    }
 }
 
 const MAX_ITERATIONS: usize = 60;
@@ -21,36 +29,36 @@ const MAX_CUTS: usize = 30;
 
 /// A local minimum of `objective` in the closed box, from `start` (clamped into it), with the objective's value there.
 /// Directions with `lower == upper` are fixed. If the iteration stalls, the best point so far is returned.
-pub fn minimize(
-    mut objective: impl FnMut(&[f64; 3]) -> Sample,
-    start: &[f64; 3],
-    lower: &[f64; 3],
-    upper: &[f64; 3],
-) -> ([f64; 3], f64) {
-    let into_box = |xi: [f64; 3]| [0, 1, 2].map(|d| xi[d].max(lower[d]).min(upper[d]));
+pub fn minimize<const N: usize>(
+    mut objective: impl FnMut(&[f64; N]) -> Sample<N>,
+    start: &[f64; N],
+    lower: &[f64; N],
+    upper: &[f64; N],
+) -> ([f64; N], f64) {
+    let into_box = |xi: [f64; N]| from_fn(|d| xi[d].max(lower[d]).min(upper[d]));
     let mut xi = into_box(*start);
     let mut here = objective(&xi);
     for _ in 0..MAX_ITERATIONS {
-        let free = [0, 1, 2].map(|d| {
+        let free = from_fn(|d| {
             let (at_lower, at_upper) = (xi[d] <= lower[d], xi[d] >= upper[d]);
             let g = here.gradient[d];
             lower[d] < upper[d] && g != 0.0 && !(at_lower && g > 0.0) && !(at_upper && g < 0.0)
         });
-        if free == [false; 3] {
+        if free == [false; N] {
             break;
         }
         let scale = diagonal_scale(&here.hessian, &free);
         let newton = newton_step(&here, &free, &scale);
         let resolution = |d: usize| 4.0 * f64::EPSILON * (upper[d] - lower[d]);
-        if (0..3).all(|d| newton[d].abs() <= resolution(d)) {
+        if (0..N).all(|d| newton[d].abs() <= resolution(d)) {
             break;
         }
-        let gradient_step = [0, 1, 2].map(|d| if free[d] { -here.gradient[d] / scale[d] } else { 0.0 });
+        let gradient_step = from_fn(|d| if free[d] { -here.gradient[d] / scale[d] } else { 0.0 });
         let mut accepted = None;
         'directions: for step in [newton, gradient_step] {
             let mut length = 1.0;
             for _ in 0..MAX_CUTS {
-                let trial = into_box([0, 1, 2].map(|d| xi[d] + length * step[d]));
+                let trial = into_box(from_fn(|d| xi[d] + length * step[d]));
                 let there = objective(&trial);
                 if improves(&here, &there, &xi, &trial, &free, &scale) {
                     accepted = Some((trial, there));
@@ -60,7 +68,7 @@ pub fn minimize(
             }
         }
         let Some((next, there)) = accepted else { break };
-        let still = (0..3).all(|d| (next[d] - xi[d]).abs() <= resolution(d));
+        let still = (0..N).all(|d| (next[d] - xi[d]).abs() <= resolution(d));
         (xi, here) = (next, there);
         if still {
             break;
@@ -70,37 +78,37 @@ pub fn minimize(
 }
 
 /// Sufficient decrease; below the noise of the value, a smaller scaled gradient.
-fn improves(
-    here: &Sample,
-    there: &Sample,
-    from: &[f64; 3],
-    to: &[f64; 3],
-    free: &[bool; 3],
-    scale: &[f64; 3],
+fn improves<const N: usize>(
+    here: &Sample<N>,
+    there: &Sample<N>,
+    from: &[f64; N],
+    to: &[f64; N],
+    free: &[bool; N],
+    scale: &[f64; N],
 ) -> bool {
-    let slope: f64 = (0..3).map(|d| here.gradient[d] * (to[d] - from[d])).sum();
+    let slope: f64 = (0..N).map(|d| here.gradient[d] * (to[d] - from[d])).sum();
     if slope < 0.0 && there.value < here.value + 1e-4 * slope {
         return true;
     }
-    let size = |s: &Sample| -> f64 {
-        (0..3).filter(|&d| free[d]).map(|d| s.gradient[d] * s.gradient[d] / scale[d]).sum()
+    let size = |s: &Sample<N>| -> f64 {
+        (0..N).filter(|&d| free[d]).map(|d| s.gradient[d] * s.gradient[d] / scale[d]).sum()
     };
     (there.value - here.value).abs() <= here.noise && size(there) < 0.5 * size(here)
 }
 
 /// Positive scales of the directions: the diagonal of the Hessian, kept off zero.
-fn diagonal_scale(hessian: &[[f64; 3]; 3], free: &[bool; 3]) -> [f64; 3] {
-    let largest = (0..3).filter(|&d| free[d]).map(|d| hessian[d][d].abs()).fold(0.0, f64::max);
+fn diagonal_scale<const N: usize>(hessian: &[[f64; N]; N], free: &[bool; N]) -> [f64; N] {
+    let largest = (0..N).filter(|&d| free[d]).map(|d| hessian[d][d].abs()).fold(0.0, f64::max);
     let floor = if largest > 0.0 { 1e-10 * largest } else { 1.0 };
-    [0, 1, 2].map(|d| hessian[d][d].abs().max(floor))
+    from_fn(|d| hessian[d][d].abs().max(floor))
 }
 
 /// Solves `(H + λ D) δ = -g` on the free directions with the least λ of a rising sequence that makes it positive definite.
-fn newton_step(here: &Sample, free: &[bool; 3], scale: &[f64; 3]) -> [f64; 3] {
+fn newton_step<const N: usize>(here: &Sample<N>, free: &[bool; N], scale: &[f64; N]) -> [f64; N] {
     let mut shift = 0.0;
     for _ in 0..12 {
         let mut matrix = here.hessian;
-        for d in 0..3 {
+        for d in 0..N {
             matrix[d][d] += shift * scale[d];
         }
         if let Some(step) = solve_free(matrix, &here.gradient, free, scale) {
@@ -108,16 +116,16 @@ fn newton_step(here: &Sample, free: &[bool; 3], scale: &[f64; 3]) -> [f64; 3] {
         }
         shift = if shift == 0.0 { 1e-3 } else { 10.0 * shift };
     }
-    [f64::NAN; 3] // never accepted: the gradient step takes over
+    [f64::NAN; N] // never accepted: the gradient step takes over
 }
 
 /// Solution on the free block by elimination, `None` unless every pivot is safely positive.
-fn solve_free(
-    mut a: [[f64; 3]; 3],
-    gradient: &[f64; 3],
-    free: &[bool; 3],
-    scale: &[f64; 3],
-) -> Option<[f64; 3]> {
+fn solve_free<const N: usize>(
+    mut a: [[f64; N]; N],
+    gradient: &[f64; N],
+    free: &[bool; N],
+    scale: &[f64; N],
+) -> Option<[f64; N]> {
     let mut x = gradient.map(|g| -g);
     for (d, row) in a.iter_mut().enumerate() {
         for (k, entry) in row.iter_mut().enumerate() {
@@ -127,13 +135,13 @@ fn solve_free(
         }
         x[d] = if free[d] { x[d] } else { 0.0 };
     }
-    for k in 0..3 {
+    for k in 0..N {
         let limit = if free[k] { 1e-12 * scale[k] } else { 0.0 };
         let above = a[k];
         if above[k].is_nan() || above[k] <= limit {
             return None;
         }
-        for i in k + 1..3 {
+        for i in k + 1..N {
             let factor = a[i][k] / above[k];
             for (entry, pivot_row) in a[i].iter_mut().zip(&above).skip(k + 1) {
                 *entry -= factor * pivot_row;
@@ -141,7 +149,7 @@ fn solve_free(
             x[i] -= factor * x[k];
         }
     }
-    for k in (0..3).rev() {
+    for k in (0..N).rev() {
         let known: f64 = a[k].iter().zip(&x).skip(k + 1).map(|(c, v)| c * v).sum();
         x[k] = (x[k] - known) / a[k][k];
     }
