@@ -10,6 +10,7 @@ pub mod error;
 pub mod body;
 pub mod reduction;
 pub mod kinematics;
+pub mod interchange;
 pub mod system;
 pub mod integration;
 pub mod invariants;

@@ -28,18 +28,45 @@ impl RigidMotion {
         if self == Self::Spatial { 3 } else { 2 }
     }
 
+    /// Number of rotations that a node may have among its unknowns, after its displacements: 0, 1 or 3.
+    pub fn n_rotations(self) -> usize {
+        match self {
+            Self::Axial => 0,
+            Self::Planar => 1,
+            Self::Spatial => 3,
+        }
+    }
+
+    /// Axis in space (0 to 2) of a component that is a rotation; none for displacements.
+    pub fn rotation_axis(self, component: u8) -> Option<usize> {
+        let rotation = usize::from(component).checked_sub(self.n_components())?;
+        (rotation < self.n_rotations()).then_some(if self == Self::Planar { 2 } else { rotation })
+    }
+
+    /// The rigid motions as directions: translations along x, y, z are 0 to 2, rotations about them 3 to 5.
+    pub fn directions(self) -> &'static [usize] {
+        match self {
+            Self::Axial => &[2],
+            Self::Planar => &[0, 1, 5],
+            Self::Spatial => &[0, 1, 2, 3, 4, 5],
+        }
+    }
+
     /// Direction in space of displacement component `c` of the model.
     pub fn direction(self, c: usize) -> usize {
         if self == Self::Axial { [0, 2][c] } else { c }
     }
 }
 
-/// One unknown: displacement component `component` of control point `node`.
+/// One unknown: displacement component `component` of control point `node`, or a rotation of a node of a beam or shell.
+///
+/// Components count displacements first, then rotations: `u_x u_y ϑ_z` of plane models, `u_x u_y u_z ϑ_x ϑ_y ϑ_z` of solid ones.
+/// Rotations need a [`MassMatrix::General`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Dof {
     /// Index of the control point.
     pub node: u32,
-    /// Displacement component of the model, `0..n_components`.
+    /// Component of the model, `0..n_components` a displacement, `n_components..n_components + n_rotations` a rotation.
     pub component: u8,
 }
 
@@ -48,7 +75,7 @@ pub struct Dof {
 pub enum MassMatrix {
     /// Node by node matrix `m_AB = ∫ ρ R_A R_B dV`, the same for every displacement component \[kg\].
     PerComponent(SparseColMat<u32, f64>),
-    /// Unknown by unknown matrix, for models that are not of displacement type alone.
+    /// Unknown by unknown matrix, for models of other programs and those with rotations.
     General(SparseColMat<u32, f64>),
 }
 

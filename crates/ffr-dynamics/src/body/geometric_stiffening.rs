@@ -67,6 +67,25 @@ impl StandardInputData {
         Ok(self)
     }
 
+    /// The geometric stiffening that the body was given.
+    pub fn geometric_stiffening(&self) -> Option<GeometricStiffening> {
+        let Foreshortening { translation, position } = self.foreshortening.as_ref()?;
+        let (n_q, n_c) = (self.n_modes(), self.motion.n_components());
+        let size = n_c * n_c * n_q;
+        let matrix = |is_there: bool, entry: &dyn Fn(usize, usize) -> f64| {
+            let n = if is_there { n_q } else { 0 };
+            Mat::from_fn(n, n, |i, j| -entry(i, j))
+        };
+        Some(GeometricStiffening {
+            translation: std::array::from_fn(|b| matrix(b < n_c, &|i, j| translation[i * n_q + j][b])),
+            position: std::array::from_fn(|a| {
+                std::array::from_fn(|b| {
+                    matrix(a.max(b) < n_c, &|i, j| position[i * size + (a * n_c + b) * n_q + j])
+                })
+            }),
+        })
+    }
+
     /// Whether the body has geometric stiffening.
     pub fn has_geometric_stiffening(&self) -> bool {
         self.foreshortening.is_some()

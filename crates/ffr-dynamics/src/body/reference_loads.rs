@@ -42,9 +42,11 @@ impl AssembledBody {
     /// Forces of a reference load on the unknowns, by the consistent mass matrix \[N\].
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if the mass matrix is not of the kind node by node, or sizes do not fit.
+    /// [`DynamicsError::Inconsistent`] if sizes do not fit.
     pub fn reference_load(&self, load: ReferenceLoad) -> Result<Vec<f64>, DynamicsError> {
-        let mass = check(self, Mat::<f64>::zeros(self.dofs.len(), 0).as_ref())?;
+        let Some(mass) = check(self, Mat::<f64>::zeros(self.dofs.len(), 0).as_ref())? else {
+            return Ok(self.general_reference_load(load));
+        };
         let field = Mat::from_fn(1, self.nodes.len(), |_, a| match load {
             ReferenceLoad::Translation { .. } => 1.0,
             ReferenceLoad::Position { coordinate, .. } => self.nodes[a][coordinate],
@@ -55,6 +57,17 @@ impl AssembledBody {
             if usize::from(dof.component) == direction { nodal[(0, dof.node as usize)] } else { 0.0 }
         };
         Ok(self.dofs.iter().map(on).collect())
+    }
+
+    fn general_reference_load(&self, load: ReferenceLoad) -> Vec<f64> {
+        let field = match load {
+            ReferenceLoad::Translation { direction } => {
+                let field = self.rigid_field(self.motion.direction(direction));
+                Mat::from_fn(field.len(), 1, |i, _| field[i])
+            }
+            ReferenceLoad::Position { coordinate, direction } => self.linear_field(coordinate, direction),
+        };
+        self.mass_product(field.as_ref()).col(0).iter().copied().collect()
     }
 }
 
@@ -74,35 +87,69 @@ impl GeometricStiffening {
         // A column a node; rows: the shapes by component and mode.
         let mut fields = Mat::<f64>::zeros(n_c * n_q, n);
         for j in 0..n_q {
-            for (row, dof) in body.dofs.iter().enumerate() {
+            for (row, dof) in body.dofs.iter().enumerate().filter(|(_, d)| (d.component as usize) < n_c) {
                 fields[(dof.component as usize * n_q + j, dof.node as usize)] = shapes[(row, j)];
             }
         }
+        Self::from_modal(body.motion, n_q, |load| {
+            let Some(nodal) = stiffness(load)? else { return Ok(None) };
+            check_size(&nodal, n, "control points")?;
+            let weighted = symmetric_product(&nodal, &fields);
+            let mut modal = Mat::<f64>::zeros(n_q, n_q);
+            for c in 0..n_c {
+                modal += gram(fields.subrows(c * n_q, n_q), weighted.subrows(c * n_q, n_q));
+            }
+            Ok(Some(modal))
+        })
+    }
+
+    /// As [`GeometricStiffening::from_nodal`] from matrices unknown by unknown (lower triangle), as beams and shells have them.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Inconsistent`] if sizes do not fit; those of `stiffness`.
+    pub fn from_unknowns<E: From<DynamicsError>>(
+        body: &AssembledBody,
+        shapes: MatRef<'_, f64>,
+        mut stiffness: impl FnMut(ReferenceLoad) -> Result<Option<SparseColMat<u32, f64>>, E>,
+    ) -> Result<Self, E> {
+        check(body, shapes)?;
+        let fields = shapes.transpose().to_owned();
+        Self::from_modal(body.motion, shapes.ncols(), |load| {
+            let Some(matrix) = stiffness(load)? else { return Ok(None) };
+            check_size(&matrix, body.dofs.len(), "unknowns")?;
+            Ok(Some(gram(fields.as_ref(), symmetric_product(&matrix, &fields).as_ref())))
+        })
+    }
+
+    /// Sorts the modal matrices of all loads; `None` stands for zero.
+    fn from_modal<E: From<DynamicsError>>(
+        motion: RigidMotion,
+        n_q: usize,
+        mut modal: impl FnMut(ReferenceLoad) -> Result<Option<Mat<f64>>, E>,
+    ) -> Result<Self, E> {
         let none = || Mat::<f64>::zeros(0, 0);
         let mut all = Self {
             translation: std::array::from_fn(|_| none()),
             position: std::array::from_fn(|_| std::array::from_fn(|_| none())),
         };
-        for load in ReferenceLoad::all(body.motion) {
-            let mut modal = Mat::<f64>::zeros(n_q, n_q);
-            if let Some(nodal) = stiffness(load)? {
-                if nodal.nrows() != n || nodal.ncols() != n {
-                    let reason =
-                        format!("geometric stiffness of size {} for {n} control points", nodal.nrows());
-                    return Err(DynamicsError::Inconsistent { reason }.into());
-                }
-                let weighted = symmetric_product(&nodal, &fields);
-                for c in 0..n_c {
-                    modal += gram(fields.subrows(c * n_q, n_q), weighted.subrows(c * n_q, n_q));
-                }
-            }
+        for load in ReferenceLoad::all(motion) {
+            let matrix = modal(load)?.unwrap_or_else(|| Mat::zeros(n_q, n_q));
             match load {
-                ReferenceLoad::Translation { direction } => all.translation[direction] = modal,
+                ReferenceLoad::Translation { direction } => all.translation[direction] = matrix,
                 ReferenceLoad::Position { coordinate, direction } => {
-                    all.position[coordinate][direction] = modal
+                    all.position[coordinate][direction] = matrix
                 }
             }
         }
         Ok(all)
     }
+}
+
+fn check_size(matrix: &SparseColMat<u32, f64>, n: usize, what: &str) -> Result<(), DynamicsError> {
+    if matrix.nrows() == n && matrix.ncols() == n {
+        return Ok(());
+    }
+    let reason =
+        format!("geometric stiffness of size {} x {} for {n} {what}", matrix.nrows(), matrix.ncols());
+    Err(DynamicsError::Inconsistent { reason })
 }

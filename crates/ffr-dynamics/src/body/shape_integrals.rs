@@ -34,10 +34,11 @@ impl ShapeIntegrals {
     /// Integrals of a model whose modes are the columns of `shapes` (n × n_q).
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if sizes do not fit, a number is not finite, the mass is not positive, or the
-    /// mass matrix is not of the kind [`MassMatrix::PerComponent`].
+    /// [`DynamicsError::Inconsistent`] if sizes do not fit, a number is not finite or the mass is not positive.
     pub fn new(body: &AssembledBody, shapes: MatRef<'_, f64>) -> Result<Self, DynamicsError> {
-        let mass = check(body, shapes)?;
+        let Some(mass) = check(body, shapes)? else {
+            return body.general_integrals(shapes).with_positive_mass();
+        };
         let (n, n_q, n_c) = (body.nodes.len(), shapes.ncols(), body.motion.n_components());
         // A column a node; rows: one, the positions by component, the shapes by component and mode.
         let mut fields = Mat::<f64>::zeros(1 + n_c + n_c * n_q, n);
@@ -53,11 +54,14 @@ impl ShapeIntegrals {
             }
         }
         let weighted = symmetric_product(mass, &fields);
-        let integrals = Self::from_fields(body.motion, n_q, fields.as_ref(), weighted.as_ref());
-        if !(integrals.mass > 0.0 && integrals.mass.is_finite()) {
-            return Err(inconsistent(format!("the mass is {} kg, must be > 0", integrals.mass)));
+        Self::from_fields(body.motion, n_q, fields.as_ref(), weighted.as_ref()).with_positive_mass()
+    }
+
+    fn with_positive_mass(self) -> Result<Self, DynamicsError> {
+        if self.mass > 0.0 && self.mass.is_finite() {
+            return Ok(self);
         }
-        Ok(integrals)
+        Err(inconsistent(format!("the mass is {} kg, must be > 0", self.mass)))
     }
 
     /// Sorts the products of fields and fields times mass into the integrals.
@@ -123,14 +127,15 @@ pub(super) fn gram(left: MatRef<'_, f64>, right: MatRef<'_, f64>) -> Mat<f64> {
     product
 }
 
-/// Refuses models whose parts do not fit; returns the node by node mass matrix.
+/// Refuses models whose parts do not fit; returns the mass matrix if it is node by node.
 pub(super) fn check<'a>(
     body: &'a AssembledBody,
     shapes: MatRef<'_, f64>,
-) -> Result<&'a SparseColMat<u32, f64>, DynamicsError> {
+) -> Result<Option<&'a SparseColMat<u32, f64>>, DynamicsError> {
     let (n, n_nodes, n_c) = (body.dofs.len(), body.nodes.len(), body.motion.n_components());
-    let MassMatrix::PerComponent(mass) = &body.mass else {
-        return Err(inconsistent("inertia integrals need a mass matrix node by node".to_string()));
+    let (mass, size, n_dof) = match &body.mass {
+        MassMatrix::PerComponent(mass) => (mass, n_nodes, n_c),
+        MassMatrix::General(mass) => (mass, n, n_c + body.motion.n_rotations()),
     };
     if shapes.nrows() != n {
         return Err(inconsistent(format!(
@@ -138,13 +143,12 @@ pub(super) fn check<'a>(
             shapes.nrows()
         )));
     }
-    if mass.nrows() != n_nodes || mass.ncols() != n_nodes {
-        return Err(inconsistent(format!(
-            "mass matrix of size {} for {n_nodes} control points",
-            mass.nrows()
-        )));
+    if mass.nrows() != size || mass.ncols() != size {
+        let reason =
+            format!("mass matrix of size {} for {n} unknowns of {n_nodes} control points", mass.nrows());
+        return Err(inconsistent(reason));
     }
-    let is_outside = |d: &&super::Dof| d.node as usize >= n_nodes || d.component as usize >= n_c;
+    let is_outside = |d: &&super::Dof| d.node as usize >= n_nodes || d.component as usize >= n_dof;
     if let Some(dof) = body.dofs.iter().find(is_outside) {
         return Err(inconsistent(format!(
             "unknown of control point {}, component {}",
@@ -154,7 +158,7 @@ pub(super) fn check<'a>(
     let is_finite = (0..shapes.ncols()).all(|j| (0..n).all(|i| shapes[(i, j)].is_finite()))
         && body.nodes.iter().flatten().all(|x| x.is_finite());
     if is_finite {
-        Ok(mass)
+        Ok(matches!(body.mass, MassMatrix::PerComponent(_)).then_some(mass))
     } else {
         Err(inconsistent("mode shapes or control points are not finite".to_string()))
     }

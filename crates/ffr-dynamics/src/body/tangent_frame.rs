@@ -1,9 +1,9 @@
 //! Tangent frame: modes shifted by the rigid motion that holds a point and its rotation (docs/theory.md Eq. M.1 to M.3).
 
-use faer::Mat;
+use faer::{Mat, MatRef};
 use nalgebra::{Matrix3, Vector3};
 
-use super::assembled::RigidMotion;
+use super::assembled::{AssembledBody, RigidMotion};
 use super::modal_mass::ModalMass;
 use super::standard_input_data::StandardInputData;
 use crate::error::DynamicsError;
@@ -59,6 +59,38 @@ impl TangentFrame {
     /// What the shift adds to the rotation of mode `j`, anywhere.
     pub fn rotation(&self, j: usize) -> Vector3<f64> {
         -self.rotations[j]
+    }
+
+    /// The modes `shapes` (n × n_q) of an unreduced body with the shift added, for what depends on the frame in use.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Inconsistent`] if sizes do not fit.
+    pub fn shifted_shapes(
+        &self,
+        body: &AssembledBody,
+        shapes: MatRef<'_, f64>,
+    ) -> Result<Mat<f64>, DynamicsError> {
+        let (n, n_q) = (body.dofs.len(), self.n_modes());
+        if shapes.nrows() != n || shapes.ncols() != n_q {
+            let (rows, columns) = (shapes.nrows(), shapes.ncols());
+            let reason =
+                format!("tangent frame of {n_q} modes of {n} unknowns for shapes of size {rows} x {columns}");
+            return Err(DynamicsError::Inconsistent { reason });
+        }
+        let motion = body.motion;
+        Ok(Mat::from_fn(n, n_q, |i, j| {
+            let dof = body.dofs[i];
+            let shift = match motion.rotation_axis(dof.component) {
+                Some(axis) => self.rotation(j)[axis],
+                None => {
+                    let node = body.nodes[dof.node as usize];
+                    let mut place = Vector3::zeros();
+                    (0..motion.n_components()).for_each(|c| place[motion.direction(c)] = node[c]);
+                    self.displacement(j, &place)[motion.direction(dof.component as usize)]
+                }
+            };
+            shapes[(i, j)] + shift
+        }))
     }
 
     /// Shift of mode `j` as `a + B X`.

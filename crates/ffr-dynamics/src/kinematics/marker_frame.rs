@@ -130,6 +130,12 @@ impl Marker {
         self.rows.iter().all(|v| *v == 0.0)
     }
 
+    /// Whether no elastic coordinate moves or turns the marker by more than `limit` a unit, which shapes of the size of
+    /// `1/√mass` make a small number.
+    pub fn is_still_within(&self, limit: f64) -> bool {
+        self.rows.iter().all(|v| v.abs() <= limit)
+    }
+
     /// The tangent frame of a model with the rigid motions `motion` that follows this marker.
     pub fn tangent_frame(&self, motion: RigidMotion) -> TangentFrame {
         let vectors = |first: usize| {

@@ -4,7 +4,9 @@ pub mod rotation;
 pub mod exponential;
 pub mod marker;
 pub mod marker_frame;
+pub mod marker_weights;
 
 pub use exponential::RotationVectorRates;
 pub use marker::FlexiblePoint;
 pub use marker_frame::{Marker, MarkerMotion, rotation_of_gradient};
+pub use marker_weights::MarkerWeights;

@@ -57,7 +57,7 @@ impl ResidualFlexibility {
         let rigid = problem
             .rigid()
             .ok_or_else(|| inconsistent("a clamped problem has no inertia-relief flexibility".into()))?;
-        let factor = problem.factor();
+        let factor = problem.factor()?;
         if !factor.symbolic().ends_with(interface) {
             return Err(inconsistent("the problem was factorised for another interface".into()));
         }
@@ -66,12 +66,12 @@ impl ResidualFlexibility {
             return Err(inconsistent(format!("the modes have {a} rows, the body {b} unknowns")));
         }
         let mut flexibility = Self {
-            factor: Arc::clone(factor),
             held: problem.held().to_vec(),
             rigid: Arc::clone(rigid),
             interface: interface.to_vec(),
             low: low.truncated(low.n_low),
             workspace: Mutex::new(factor.workspace(SOLVE_COLUMNS)),
+            factor,
             compliance: Mat::zeros(0, 0),
         };
         flexibility.compliance = flexibility.interface_compliance();

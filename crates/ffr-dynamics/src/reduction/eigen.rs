@@ -64,7 +64,12 @@ impl ElasticProblem<'_> {
             all.shapes = all.shapes.as_ref().subcols(0, n_modes).to_owned();
             return Ok(all);
         }
-        Search::new(self, n_modes).run()
+        let found = Search::new(self, n_modes).run();
+        if found.is_err() && self.is_rounded() {
+            tracing::debug!("no modes in single precision, trying double");
+            return Search::new(&self.in_double_precision()?, n_modes).run();
+        }
+        found
     }
 
     /// As [`Self::lowest_modes`], always by Lanczos and with blocks of `width` vectors: for tests of the recovery of lost
@@ -145,11 +150,14 @@ pub fn elastic_modes_dense(
     let support = dense::pivot_rows(rigid, |_| true);
     let mut held = k.to_owned();
     let mut response = mass_basis.clone();
+    // On an interface that just holds the body no stiffness is left: any positive diagonal does for the held rows.
+    let diagonal = (0..n).fold(0.0f64, |d, i| d.max(k[(i, i)]));
     for &c in &support {
         for i in (0..n).filter(|&i| i != c) {
             held[(i, c)] = 0.0;
             held[(c, i)] = 0.0;
         }
+        held[(c, c)] = diagonal;
         response.row_mut(c).fill(0.0);
     }
     let factor = dense::cholesky(held, "the supported stiffness matrix")?;

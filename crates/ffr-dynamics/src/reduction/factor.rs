@@ -15,9 +15,11 @@ use faer::sparse::linalg::cholesky::{
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, Mat, MatMut, Par, Side};
 
-use super::wide_solve::{self, Row, WIDTH};
+use super::wide_solve::{self, Entry};
 use crate::DynamicsError;
 
+type Row = <f64 as Entry>::Row;
+const WIDTH: usize = <f64 as Entry>::WIDTH;
 /// Right-hand sides from which they are solved for together by rows.
 const MIN_WIDE: usize = 4;
 

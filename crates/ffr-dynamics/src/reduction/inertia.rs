@@ -58,13 +58,7 @@ impl SymbolicFactor {
         &self,
         matrix: SparseColMatRef<'_, u32, f64>,
     ) -> Result<Option<Inertia>, DynamicsError> {
-        let scale: Vec<f64> =
-            diagonal_of(matrix).iter().map(|d| 1.0 / d.abs().sqrt().max(f64::MIN_POSITIVE)).collect();
-        let mut scaled = Vec::with_capacity(matrix.val().len());
-        for j in 0..matrix.ncols() {
-            let column = matrix.row_idx_of_col(j).zip(matrix.val_of_col(j));
-            scaled.extend(column.map(|(i, &a)| (a * scale[i] * scale[j]) as f32));
-        }
+        let (scaled, scale) = scaled_to_single(matrix);
         let scaled = SparseColMatRef::new(matrix.symbolic(), &scaled);
         let Some(values) = self.indefinite(scaled)? else { return Ok(None) };
         // The diagonal of the scaled matrix is one up to its sign.
@@ -153,6 +147,18 @@ impl SymbolicFactor {
 
 /// The count of a matrix with a pivot that vanishes.
 const SINGULAR: Inertia = Inertia { negative: 0, growth: f64::INFINITY, contraction: None };
+
+/// Values of the matrix scaled to a unit diagonal, in single precision, and the scale of each unknown.
+pub(super) fn scaled_to_single(matrix: SparseColMatRef<'_, u32, f64>) -> (Vec<f32>, Vec<f64>) {
+    let scale: Vec<f64> =
+        diagonal_of(matrix).iter().map(|d| 1.0 / d.abs().sqrt().max(f64::MIN_POSITIVE)).collect();
+    let mut scaled = Vec::with_capacity(matrix.val().len());
+    for j in 0..matrix.ncols() {
+        let column = matrix.row_idx_of_col(j).zip(matrix.val_of_col(j));
+        scaled.extend(column.map(|(i, &a)| (a * scale[i] * scale[j]) as f32));
+    }
+    (scaled, scale)
+}
 
 fn diagonal_of(matrix: SparseColMatRef<'_, u32, f64>) -> Vec<f64> {
     let entry = |j: usize| matrix.row_idx_of_col(j).zip(matrix.val_of_col(j)).find(|&(i, _)| i == j);

@@ -6,7 +6,7 @@
 use faer::{Mat, MatRef};
 
 use super::dense;
-use super::problem::ElasticProblem;
+use super::problem::{ElasticProblem, SEARCH_ACCURACY};
 use super::random::Random;
 use crate::DynamicsError;
 
@@ -100,7 +100,7 @@ impl<'p, 'a> Lanczos<'p, 'a> {
         let random = &mut self.random;
         let start = Mat::from_fn(self.basis.nrows(), columns, |_, _| random.next());
         let mut block = self.problem.mass_product(start.as_ref());
-        self.problem.apply_flexibility(block.as_mut());
+        self.problem.flexibility_within(SEARCH_ACCURACY, block.as_mut());
         for _ in 0..2 {
             self.orthogonalise(&mut block);
         }
@@ -114,7 +114,7 @@ impl<'p, 'a> Lanczos<'p, 'a> {
         self.mass_basis.as_mut().subcols_mut(old, width).copy_from(&self.next.mass_x);
         self.size = new;
         let mut block = self.next.mass_x.clone();
-        self.problem.apply_flexibility(block.as_mut());
+        self.problem.flexibility_within(SEARCH_ACCURACY, block.as_mut());
         let mut along = self.orthogonalise(&mut block);
         along += self.orthogonalise(&mut block);
         for j in 0..width {
@@ -229,6 +229,20 @@ impl<'p, 'a> Lanczos<'p, 'a> {
             dense::product(basis.as_ref().subcols(0, self.size), ritz.vectors.as_ref().subcols(0, k))
         };
         (turn(&self.basis), turn(&self.mass_basis))
+    }
+
+    /// As [`Self::vectors`], the Ritz vectors being those of the stiffness itself: without the error of a flexibility of limited
+    /// accuracy, apart from what it leaves outside the basis.
+    pub fn vectors_of_stiffness(&self, k: usize) -> Result<(Mat<f64>, Mat<f64>), DynamicsError> {
+        let basis = self.basis.as_ref().subcols(0, self.size);
+        let pulled = self.problem.stiffness_product(basis);
+        let mut projected = dense::product(basis.transpose(), pulled.as_ref());
+        dense::symmetrise(&mut projected);
+        let (_, rotation) = dense::symmetric_eigen(projected.as_ref())?;
+        let turn = |basis: &Mat<f64>| {
+            dense::product(basis.as_ref().subcols(0, self.size), rotation.as_ref().subcols(0, k))
+        };
+        Ok((turn(&self.basis), turn(&self.mass_basis)))
     }
 
     /// Shrinks the basis to the first `k` Ritz vectors; the next block stays (thick restart, Wu and Simon 2000).

@@ -1,7 +1,7 @@
 //! Geometric nested dissection (Eq. R.1; George 1973): the elimination order of the sparse factorisation.
 //!
-//! The graph of the nodes is cut where the anchors say, every direction is tried and the one with the smallest separator
-//! taken; a separator is eliminated after both its sides. Nodes without distinct places (all anchors equal) are cut along
+//! The graph of the nodes is cut where the anchors say; every place in every direction is tried and the one taken whose
+//! separator is smallest for the sides that it leaves; a separator is eliminated after both its sides. Nodes without distinct places (all anchors equal) are cut along
 //! breadth-first levels, so that any graph gets an order. Cost O(nnz log n).
 
 use faer::sparse::SymbolicSparseColMatRef;
@@ -88,7 +88,8 @@ pub fn elimination_order(
 
 /// Puts `nodes` (a subset of the graph's, no repeats) into a nested-dissection order.
 pub fn nested_dissection(graph: &NodeGraph, anchors: &[[f64; 3]], nodes: &mut [u32]) {
-    let mut cutter = Cutter { graph, anchors, side: vec![Side::Outside; anchors.len()] };
+    let n = anchors.len();
+    let mut cutter = Cutter { graph, anchors, side: vec![Side::Outside; n], rank: vec![OUTSIDE; n] };
     cutter.dissect(nodes);
 }
 
@@ -100,10 +101,15 @@ enum Side {
     Separator,
 }
 
+/// Rank of a node that is not cut.
+const OUTSIDE: u32 = u32::MAX;
+
 struct Cutter<'a> {
     graph: &'a NodeGraph,
     anchors: &'a [[f64; 3]],
     side: Vec<Side>,
+    /// Position of every node along the direction that is tried.
+    rank: Vec<u32>,
 }
 
 /// A way to cut: the nodes sorted along it, and where.
@@ -112,6 +118,8 @@ struct Cut {
     at: usize,
     separator: usize,
     from_left: bool,
+    /// Nodes of the separator against the product of the sides: small separators, even sides.
+    score: f64,
 }
 
 impl Cutter<'_> {
@@ -177,14 +185,14 @@ impl Cutter<'_> {
         });
     }
 
-    /// The cut with the smallest separator of the coordinate directions; breadth-first levels where there is no direction.
+    /// The best cut of the coordinate directions; breadth-first levels where there is no direction.
     fn best_cut(&mut self, nodes: &[u32]) -> Option<Cut> {
         let mut best: Option<Cut> = None;
         for axis in 0..3 {
             let places = nodes.iter().map(|&a| (self.anchors[a as usize][axis], a)).collect();
             let cut = self.cut(places);
             if let Some(cut) = cut
-                && best.as_ref().is_none_or(|b| cut.separator < b.separator)
+                && best.as_ref().is_none_or(|b| cut.score < b.score)
             {
                 best = Some(cut);
             }
@@ -197,22 +205,56 @@ impl Cutter<'_> {
         best.filter(|cut| 3 * cut.separator < nodes.len())
     }
 
-    /// Cuts between two different places as near to the median as possible.
+    /// The best cut between two different places.
     fn cut(&mut self, mut places: Vec<(f64, u32)>) -> Option<Cut> {
         places.sort_unstable_by(|p, q| p.0.total_cmp(&q.0).then(p.1.cmp(&q.1)));
         let n = places.len();
         let extent = places[n - 1].0 - places[0].0;
-        let differ = |at: usize| places[at].0 - places[at - 1].0 > 1e-9 * extent;
-        let at = (1..n).filter(|&at| differ(at)).min_by_key(|&at| at.abs_diff(n / 2))?;
-        if (at.min(n - at) as f64) < SMALLEST_SIDE * n as f64 {
-            return None;
+        let sorted: Vec<u32> = places.iter().map(|&(_, a)| a).collect();
+        let (left, right) = self.separators(&sorted);
+        let (mut best, mut score) = (None, f64::INFINITY);
+        let smallest = (SMALLEST_SIDE * n as f64).ceil() as usize;
+        for at in smallest.max(1)..=n.saturating_sub(smallest).min(n - 1) {
+            if places[at].0 - places[at - 1].0 <= 1e-9 * extent {
+                continue;
+            }
+            for (separator, from_left) in [(left[at], true), (right[at], false)] {
+                let (a, b) = if from_left { (at - separator, n - at) } else { (at, n - at - separator) };
+                let this = separator as f64 / (a as f64 * b as f64);
+                if a > 0 && b > 0 && this < score {
+                    (best, score) = (Some((at, separator, from_left)), this);
+                }
+            }
         }
-        let sorted: Vec<u32> = places.into_iter().map(|(_, a)| a).collect();
-        self.mark(&sorted, at);
-        let left = sorted[..at].iter().filter(|&&a| self.touches(a, Side::Left, Side::Right)).count();
-        let right = sorted[at..].iter().filter(|&&a| self.touches(a, Side::Right, Side::Left)).count();
-        self.unmark(&sorted);
-        Some(Cut { sorted, at, separator: left.min(right), from_left: left <= right })
+        best.map(|(at, separator, from_left)| Cut { sorted, at, separator, from_left, score })
+    }
+
+    /// Number of separator nodes for a cut in front of every position, on its left and on its right.
+    fn separators(&mut self, sorted: &[u32]) -> (Vec<usize>, Vec<usize>) {
+        for (p, &a) in sorted.iter().enumerate() {
+            self.rank[a as usize] = p as u32;
+        }
+        let n = sorted.len();
+        // A node is in the separator of all cuts between itself and its furthest neighbour: where that begins and ends.
+        let (mut left, mut right) = (vec![(0, 0); n + 2], vec![(0, 0); n + 2]);
+        for (p, &a) in sorted.iter().enumerate() {
+            let (mut lowest, mut highest) = (p, p);
+            for &b in self.graph.of(a) {
+                let rank = self.rank[b as usize];
+                if rank != OUTSIDE {
+                    lowest = lowest.min(rank as usize);
+                    highest = highest.max(rank as usize);
+                }
+            }
+            left[p + 1].0 += 1;
+            left[highest + 1].1 += 1;
+            right[lowest + 1].0 += 1;
+            right[p + 1].1 += 1;
+        }
+        for &a in sorted {
+            self.rank[a as usize] = OUTSIDE;
+        }
+        (running(&left), running(&right))
     }
 
     fn touches(&self, node: u32, own: Side, other: Side) -> bool {
@@ -264,4 +306,14 @@ impl Cutter<'_> {
         self.unmark(nodes);
         found
     }
+}
+
+/// How many intervals are open, given how many begin and end at every position.
+fn running(changes: &[(usize, usize)]) -> Vec<usize> {
+    let mut open = 0;
+    let count = |&(begin, end): &(usize, usize)| {
+        open = open + begin - end;
+        open
+    };
+    changes.iter().map(count).collect()
 }

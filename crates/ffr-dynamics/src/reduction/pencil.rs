@@ -11,8 +11,11 @@ use faer::sparse::{SparseColMat, SymbolicSparseColMat};
 use super::factor::{CholeskyFactor, SymbolicFactor};
 use super::inertia::{Inertia, SINGLE_FROM};
 use super::ordering::elimination_order;
+use super::rounded::RoundedFactor;
 use crate::DynamicsError;
 use crate::body::{AssembledBody, MassMatrix};
+
+const STIFFNESS: &str = "the supported stiffness matrix";
 
 /// Stiffness and mass of a body, ready to be combined and factorised.
 #[derive(Debug, Clone)]
@@ -56,8 +59,16 @@ impl<'a> Pencil<'a> {
     /// # Errors
     /// [`DynamicsError::NotPositiveDefinite`] if the rest can still move without energy.
     pub fn cholesky(&self, shift: f64, fixed: &[bool]) -> Result<CholeskyFactor, DynamicsError> {
-        let name = if shift > 0.0 { "K + s M" } else { "the supported stiffness matrix" };
+        let name = if shift > 0.0 { "K + s M" } else { STIFFNESS };
         self.symbolic.cholesky(self.combination(shift, fixed).as_ref(), name)
+    }
+
+    /// As [`Self::cholesky`] of `K` in single precision; `None` if the matrix is small, or a pivot not positive.
+    pub(super) fn rounded(&self, fixed: &[bool]) -> Result<Option<RoundedFactor>, DynamicsError> {
+        if self.symbolic.n_entries() < SINGLE_FROM {
+            return Ok(None);
+        }
+        RoundedFactor::new(&self.symbolic, self.combination(0.0, fixed).as_ref(), STIFFNESS)
     }
 
     /// Inertia of `K - mu M` on the unknowns that are not `fixed`: how many eigenvalues are below `mu` [(rad/s)²].
@@ -128,11 +139,13 @@ fn check(body: &AssembledBody) -> Result<(), DynamicsError> {
     }
     let sorted = body.dofs.is_sorted_by(|a, b| (a.node, a.component) < (b.node, b.component));
     let known = |d: &crate::body::Dof| {
-        (d.node as usize) < n_nodes && (d.component as usize) < body.motion.n_components()
+        let n_rotations =
+            if matches!(body.mass, MassMatrix::General(_)) { body.motion.n_rotations() } else { 0 };
+        (d.node as usize) < n_nodes && (d.component as usize) < body.motion.n_components() + n_rotations
     };
     if !sorted || !body.dofs.iter().all(known) {
         return Err(inconsistent(
-            "unknowns must be sorted by node and component and lie on existing nodes".into(),
+            "unknowns must be sorted by node and component, lie on existing nodes and have a component of the model".into(),
         ));
     }
     for (name, matrix) in [("K", k), ("M", m)] {
@@ -178,7 +191,7 @@ pub(crate) fn check_unknowns(list: &[usize], n: usize) -> Result<(), DynamicsErr
 /// Columns of the mass matrix, unknown by unknown: (row, index of the value).
 fn mass_column<'b>(
     body: &'b AssembledBody,
-    number: &'b [[u32; 3]],
+    number: &'b [[u32; 6]],
     j: usize,
 ) -> Box<dyn Iterator<Item = (u32, u32)> + 'b> {
     let m = mass_lower(body);
@@ -197,7 +210,7 @@ type United<'a> = (Cow<'a, SparseColMat<u32, f64>>, Vec<(u32, u32)>);
 
 /// Stiffness on the union of both patterns, and the places of the mass entries in it.
 fn unite(body: &AssembledBody) -> Result<United<'_>, DynamicsError> {
-    let mut number = vec![[u32::MAX; 3]; body.nodes.len()];
+    let mut number = vec![[u32::MAX; 6]; body.nodes.len()];
     for (i, dof) in body.dofs.iter().enumerate() {
         number[dof.node as usize][dof.component as usize] = i as u32;
     }
@@ -231,7 +244,7 @@ fn unite(body: &AssembledBody) -> Result<United<'_>, DynamicsError> {
 fn places_in(
     k: &SparseColMat<u32, f64>,
     body: &AssembledBody,
-    number: &[[u32; 3]],
+    number: &[[u32; 6]],
 ) -> Option<Vec<(u32, u32)>> {
     let mut places = Vec::with_capacity(k.row_idx().len() / body.motion.n_components());
     for j in 0..k.ncols() {

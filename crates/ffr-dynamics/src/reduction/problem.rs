@@ -15,11 +15,39 @@ use super::dense;
 use super::factor::{CholeskyFactor, SolveWorkspace};
 use super::inertia::Inertia;
 use super::pencil::{Pencil, check_unknowns};
+use super::random::Random;
 use super::rigid::RigidModes;
+use super::rounded::RoundedFactor;
 use crate::DynamicsError;
 
 /// Right-hand sides that one sweep over the factor serves; more do not make it faster and cost memory.
 pub(crate) const SOLVE_COLUMNS: usize = 32;
+
+/// Accuracy of the flexibility, in the energy norm, in the search for the space of the eigenmodes, which one solve with a factor
+/// in single precision reaches: the stiffness itself picks the modes from the space.
+pub(super) const SEARCH_ACCURACY: f64 = CONTRACTION_LIMIT;
+/// Accuracy with which the modes are then cleaned up: their frequencies err by its square.
+pub(super) const CLEAN_ACCURACY: f64 = 1e-5;
+/// Accuracy of the flexibility elsewhere: what double precision leaves of a stiffness matrix.
+const FULL_ACCURACY: f64 = 1e-12;
+/// A factor in single precision is used if refinement shrinks the error at least by this factor.
+const CONTRACTION_LIMIT: f64 = 0.03;
+/// Random loads and solves by which that factor is measured; the first solve leaves errors that later ones do not.
+const PROBES: usize = 4;
+const PROBE_STEPS: usize = 3;
+/// Refinements that reach any accuracy asked for with this contraction, and some to spare.
+const MAX_REFINEMENTS: usize = 10;
+
+/// The factorised stiffness.
+#[derive(Debug)]
+enum Factor {
+    Double(Arc<CholeskyFactor>, Mutex<SolveWorkspace>),
+    /// Refined with `K`; every refinement shrinks the error by `contraction`.
+    Single {
+        rounded: Mutex<RoundedFactor>,
+        contraction: f64,
+    },
+}
 
 /// The elastic eigenproblem `K x = lambda M x` of a free or clamped body.
 #[derive(Debug)]
@@ -29,9 +57,8 @@ pub struct ElasticProblem<'a> {
     clamped: Vec<bool>,
     /// Unknowns whose rows are taken out of the factor: the clamped ones, or the support of a free body.
     held: Vec<bool>,
-    factor: Arc<CholeskyFactor>,
+    factor: Factor,
     rigid: Option<Arc<RigidModes>>,
-    workspace: Mutex<SolveWorkspace>,
 }
 
 impl<'a> ElasticProblem<'a> {
@@ -58,7 +85,14 @@ impl<'a> ElasticProblem<'a> {
         }
         let mut held = vec![false; n];
         support.iter().for_each(|&i| held[i] = true);
-        Self::assemble(pencil, vec![false; n], held, Some(rigid))
+        let clamped = vec![false; n];
+        // The compliance of an interface is read from the factor in double precision.
+        if interface.is_empty()
+            && let Some(problem) = Self::rounded(pencil.clone(), &clamped, &held, &rigid)?
+        {
+            return Ok(problem);
+        }
+        Self::assemble(pencil, clamped, held, Some(rigid))
     }
 
     /// The body of `pencil` with the unknowns `fixed` clamped.
@@ -93,7 +127,36 @@ impl<'a> ElasticProblem<'a> {
     ) -> Result<Self, DynamicsError> {
         let factor = Arc::new(pencil.cholesky(0.0, &held)?);
         let workspace = Mutex::new(factor.workspace(SOLVE_COLUMNS));
-        Ok(Self { pencil, clamped, held, factor, rigid, workspace })
+        Ok(Self { pencil, clamped, held, factor: Factor::Double(factor, workspace), rigid })
+    }
+
+    /// The free body with a factor in single precision; `None` if the model is small or the factor not accurate enough.
+    fn rounded(
+        pencil: Pencil<'a>,
+        clamped: &[bool],
+        held: &[bool],
+        rigid: &Arc<RigidModes>,
+    ) -> Result<Option<Self>, DynamicsError> {
+        let Some(rounded) = pencil.rounded(held)? else { return Ok(None) };
+        let factor = Factor::Single { rounded: Mutex::new(rounded), contraction: 0.0 };
+        let (clamped, held) = (clamped.to_vec(), held.to_vec());
+        let mut problem = Self { pencil, clamped, held, factor, rigid: Some(Arc::clone(rigid)) };
+        let measured = problem.measure_contraction();
+        tracing::debug!(contraction = measured, "stiffness factorised in single precision");
+        if let Factor::Single { contraction, .. } = &mut problem.factor {
+            *contraction = measured;
+        }
+        Ok((measured <= CONTRACTION_LIMIT).then_some(problem))
+    }
+
+    /// The same problem with a factor in double precision.
+    pub(super) fn in_double_precision(&self) -> Result<Self, DynamicsError> {
+        Self::assemble(self.pencil.clone(), self.clamped.clone(), self.held.clone(), self.rigid.clone())
+    }
+
+    /// Whether the factor is in single precision.
+    pub(super) fn is_rounded(&self) -> bool {
+        matches!(self.factor, Factor::Single { .. })
     }
 
     /// The pair of matrices.
@@ -101,9 +164,16 @@ impl<'a> ElasticProblem<'a> {
         &self.pencil
     }
 
-    /// Factor of the supported or clamped stiffness matrix.
-    pub fn factor(&self) -> &Arc<CholeskyFactor> {
-        &self.factor
+    /// Factor of the supported or clamped stiffness matrix in double precision; made anew if the problem was factorised in
+    /// single precision, as large free bodies without interface are.
+    ///
+    /// # Errors
+    /// [`DynamicsError::NotPositiveDefinite`] or [`DynamicsError::Factorisation`].
+    pub fn factor(&self) -> Result<Arc<CholeskyFactor>, DynamicsError> {
+        match &self.factor {
+            Factor::Double(factor, _) => Ok(Arc::clone(factor)),
+            Factor::Single { .. } => self.pencil.cholesky(0.0, &self.held).map(Arc::new),
+        }
     }
 
     /// Rigid modes of a free body.
@@ -137,20 +207,96 @@ impl<'a> ElasticProblem<'a> {
     }
 
     /// Replaces forces (n x k) by the displacements `F f`, mass-orthogonal to the rigid modes.
-    pub fn apply_flexibility(&self, mut x: MatMut<'_, f64>) {
+    pub fn apply_flexibility(&self, x: MatMut<'_, f64>) {
+        self.flexibility_within(FULL_ACCURACY, x);
+    }
+
+    /// As [`Self::apply_flexibility`], with a relative error of about `accuracy` in the energy norm if the factor is in single
+    /// precision.
+    pub(super) fn flexibility_within(&self, accuracy: f64, mut x: MatMut<'_, f64>) {
         if let Some(rigid) = &self.rigid {
             let resultant = dense::product(rigid.modes.transpose(), x.as_ref());
             dense::add_product(x.as_mut(), -1.0, rigid.mass_modes.as_ref(), resultant.as_ref());
         }
-        self.solve_held(x.as_mut());
+        match &self.factor {
+            Factor::Double(..) => self.solve_held(x.as_mut()),
+            Factor::Single { rounded, contraction } => {
+                self.refine(
+                    rounded,
+                    x.as_mut(),
+                    |d| self.remove_rigid(d),
+                    |change, _| change * contraction <= accuracy,
+                );
+            }
+        }
         self.remove_rigid(x);
     }
 
     /// `K_c^-1 f` with zero at the held unknowns.
     pub fn solve_held(&self, mut x: MatMut<'_, f64>) {
         self.clear(x.as_mut(), &self.held);
-        let mut workspace = self.workspace.lock().unwrap_or_else(PoisonError::into_inner);
-        self.factor.solve_in_place(x, &mut workspace);
+        match &self.factor {
+            Factor::Double(factor, workspace) => {
+                let mut workspace = workspace.lock().unwrap_or_else(PoisonError::into_inner);
+                factor.solve_in_place(x, &mut workspace);
+            }
+            Factor::Single { rounded, contraction } => {
+                self.refine(rounded, x, |_| (), |change, _| change * contraction <= FULL_ACCURACY);
+            }
+        }
+    }
+
+    /// Solves `K_c x = b` in place by refinement (Eq. R.2a): `x <- x + P^-1 (b - K x)` with the rounded factor `P`.
+    ///
+    /// `project` takes out of a correction what `K` does not see. It ends when `is_enough(change, refinement)` of the largest
+    /// relative change of a column in the energy norm.
+    fn refine(
+        &self,
+        rounded: &Mutex<RoundedFactor>,
+        mut x: MatMut<'_, f64>,
+        project: impl Fn(MatMut<'_, f64>),
+        mut is_enough: impl FnMut(f64, usize) -> bool,
+    ) {
+        let mut rounded = rounded.lock().unwrap_or_else(PoisonError::into_inner);
+        let load = x.to_owned();
+        let mut residual = load.clone();
+        x.fill(0.0);
+        for refinement in 0..=MAX_REFINEMENTS {
+            let mut correction = residual.clone();
+            self.clear(correction.as_mut(), &self.held);
+            rounded.solve_in_place(correction.as_mut());
+            project(correction.as_mut());
+            x += &correction;
+            let change = largest_ratio(correction.as_ref(), residual.as_ref(), x.as_ref(), load.as_ref());
+            if is_enough(change, refinement) {
+                return;
+            }
+            residual = &load - self.stiffness_product(x.as_ref());
+            self.clear(residual.as_mut(), &self.clamped);
+        }
+    }
+
+    /// By how much a refinement shrinks the error of a smooth answer; not a number, or large, if it does not.
+    fn measure_contraction(&self) -> f64 {
+        let Factor::Single { rounded, .. } = &self.factor else { return 0.0 };
+        let mut random = Random::new(0x5eed);
+        let start = Mat::from_fn(self.n_unknowns(), PROBES, |_, _| random.next());
+        let mut x = self.mass_product(start.as_ref());
+        if let Some(rigid) = &self.rigid {
+            let resultant = dense::product(rigid.modes.transpose(), x.as_ref());
+            dense::add_product(x.as_mut(), -1.0, rigid.mass_modes.as_ref(), resultant.as_ref());
+        }
+        let mut changes = [f64::NAN; PROBE_STEPS];
+        self.refine(
+            rounded,
+            x.as_mut(),
+            |d| self.remove_rigid(d),
+            |change, step| {
+                changes[step] = change;
+                step + 1 == PROBE_STEPS
+            },
+        );
+        changes[PROBE_STEPS - 1] / changes[PROBE_STEPS - 2]
     }
 
     /// Makes displacements (n x k) mass-orthogonal to the rigid modes and zero where clamped.
@@ -194,4 +340,19 @@ impl<'a> ElasticProblem<'a> {
     pub fn inertia_single(&self, mu: f64) -> Result<Option<Inertia>, DynamicsError> {
         self.pencil.inertia_single(mu, &self.clamped)
     }
+}
+
+/// Largest ratio, over the columns, of the energies of a correction and of the whole answer, as a ratio of lengths.
+fn largest_ratio(
+    correction: MatRef<'_, f64>,
+    residual: MatRef<'_, f64>,
+    x: MatRef<'_, f64>,
+    load: MatRef<'_, f64>,
+) -> f64 {
+    let energy = |a: MatRef<'_, f64>, b: MatRef<'_, f64>, j: usize| (a.col(j).transpose() * b.col(j)).abs();
+    let ratios = (0..x.ncols()).map(|j| {
+        let whole = energy(x, load, j);
+        if whole > 0.0 { (energy(correction, residual, j) / whole).sqrt() } else { 0.0 }
+    });
+    ratios.fold(0.0, |a: f64, r| if r.is_nan() || a.is_nan() { f64::NAN } else { a.max(r) })
 }

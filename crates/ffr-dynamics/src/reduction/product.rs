@@ -1,16 +1,17 @@
 //! Products of the stored lower triangles with blocks of vectors.
 //!
-//! Four columns at a time are gathered so that the values which meet one matrix entry are neighbours in memory; for
+//! Columns are gathered so that the values which meet one matrix entry are neighbours in memory; for
 //! [`MassMatrix::PerComponent`] the displacement components of a node travel together, too. One pass over the stored
-//! triangle then serves 4, 8 or 12 numbers per entry.
+//! triangle then serves 8 or 12 numbers per entry.
 
 use faer::sparse::SparseColMatRef;
 use faer::{Mat, MatMut, MatRef};
 
 use crate::body::{AssembledBody, MassMatrix};
 
-/// Columns that are multiplied in one pass over the matrix.
-const COLUMNS: usize = 4;
+/// Columns that are multiplied in one pass over a matrix of unknowns, and of nodes.
+const COLUMNS: usize = 8;
+const NODE_COLUMNS: usize = 4;
 
 impl AssembledBody {
     /// Number of unknowns.
@@ -29,8 +30,8 @@ impl AssembledBody {
             MassMatrix::PerComponent(m) => {
                 let place = |i: usize| (self.dofs[i].node as usize, self.dofs[i].component as usize);
                 match self.motion.n_components() {
-                    2 => gathered::<8>(m.as_ref(), place, x, y.as_mut()),
-                    _ => gathered::<12>(m.as_ref(), place, x, y.as_mut()),
+                    2 => gathered::<NODE_COLUMNS, 8>(m.as_ref(), place, x, y.as_mut()),
+                    _ => gathered::<NODE_COLUMNS, 12>(m.as_ref(), place, x, y.as_mut()),
                 }
             }
         }
@@ -54,11 +55,11 @@ impl AssembledBody {
 /// If the sizes differ.
 pub fn symmetric_product(lower: SparseColMatRef<'_, u32, f64>, x: MatRef<'_, f64>, y: MatMut<'_, f64>) {
     assert_eq!(lower.nrows(), x.nrows(), "matrix and vectors differ in size");
-    gathered::<COLUMNS>(lower, |i| (i, 0), x, y);
+    gathered::<COLUMNS, COLUMNS>(lower, |i| (i, 0), x, y);
 }
 
-/// Multiplies columns in groups of four: `place` names the matrix row and the component of each unknown.
-fn gathered<const W: usize>(
+/// Multiplies columns in groups of `C`: `place` names the matrix row and the component of each unknown.
+fn gathered<const C: usize, const W: usize>(
     lower: SparseColMatRef<'_, u32, f64>,
     place: impl Fn(usize) -> (usize, usize),
     x: MatRef<'_, f64>,
@@ -66,26 +67,44 @@ fn gathered<const W: usize>(
 ) {
     let mut from = vec![[0.0; W]; lower.nrows()];
     let mut to = vec![[0.0; W]; lower.nrows()];
-    for first in (0..x.ncols()).step_by(COLUMNS) {
-        let width = COLUMNS.min(x.ncols() - first);
+    let arch = pulp::Arch::new();
+    for first in (0..x.ncols()).step_by(C) {
+        let width = C.min(x.ncols() - first);
         for c in 0..width {
             for (i, &value) in x.col(first + c).iter().enumerate() {
                 let (row, component) = place(i);
-                from[row][COLUMNS * component + c] = value;
+                from[row][C * component + c] = value;
             }
         }
         to.fill([0.0; W]);
-        multiply(lower, &from, &mut to);
+        arch.dispatch(Multiply { lower, from: &from, to: &mut to });
         for c in 0..width {
             for (i, value) in y.as_mut().col_mut(first + c).iter_mut().enumerate() {
                 let (row, component) = place(i);
-                *value = to[row][COLUMNS * component + c];
+                *value = to[row][C * component + c];
             }
         }
     }
 }
 
+/// [`multiply`] compiled for the vector registers that the processor has.
+struct Multiply<'a, const W: usize> {
+    lower: SparseColMatRef<'a, u32, f64>,
+    from: &'a [[f64; W]],
+    to: &'a mut [[f64; W]],
+}
+
+impl<const W: usize> pulp::NullaryFnOnce for Multiply<'_, W> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        multiply(self.lower, self.from, self.to);
+    }
+}
+
 /// One pass over the lower triangle: every stored entry below the diagonal acts twice.
+#[inline(always)]
 fn multiply<const W: usize>(lower: SparseColMatRef<'_, u32, f64>, from: &[[f64; W]], to: &mut [[f64; W]]) {
     for j in 0..lower.ncols() {
         let x_j = from[j];

@@ -81,6 +81,9 @@ fn field(body: &AssembledBody, component: usize, value: impl Fn(&[f64; 3]) -> f6
 /// # Errors
 /// [`DynamicsError::Inconsistent`] if the mass is not positive.
 pub fn mass_properties(body: &AssembledBody) -> Result<MassProperties, DynamicsError> {
+    if body.has_rotations() {
+        return general_mass_properties(body);
+    }
     let axial = body.motion == RigidMotion::Axial;
     // The axial component carries all nodes; the radial one lacks those on the axis, where r = 0 anyway.
     let carrier = usize::from(axial);
@@ -123,6 +126,19 @@ pub fn mass_properties(body: &AssembledBody) -> Result<MassProperties, DynamicsE
     Ok(MassProperties { mass, centre, inertia })
 }
 
+/// Mass properties of a body with rotations among its unknowns.
+fn general_mass_properties(body: &AssembledBody) -> Result<MassProperties, DynamicsError> {
+    let (mass, first, second) = body.rigid_integrals();
+    if !(mass.is_finite() && mass > 0.0) {
+        return Err(inconsistent(format!("the mass is {mass:e} kg, must be positive")));
+    }
+    let centre = first / mass;
+    let central = second - centre * centre.transpose() * mass;
+    let inertia = nalgebra::Matrix3::identity() * central.trace() - central;
+    let rows = std::array::from_fn(|c| std::array::from_fn(|d| inertia[(c, d)]));
+    Ok(MassProperties { mass, centre: centre.into(), inertia: rows })
+}
+
 /// Translations, then rotations about the centre of mass, not yet normalised.
 fn motions(body: &AssembledBody, properties: &MassProperties) -> Mat<f64> {
     let n = body.dofs.len();
@@ -131,11 +147,16 @@ fn motions(body: &AssembledBody, properties: &MassProperties) -> Mat<f64> {
         let x = body.nodes[body.dofs[i].node as usize];
         [x[0] - c[0], x[1] - c[1], x[2] - c[2]]
     };
-    let translation = |i: usize, axis: usize| if body.dofs[i].component as usize == axis { 1.0 } else { 0.0 };
+    let translation = |i: usize, axis: usize| {
+        let is_along = body.dofs[i].component as usize == axis && axis < body.motion.n_components();
+        if is_along { 1.0 } else { 0.0 }
+    };
     // (e_a x arm)_component
     let rotation = |i: usize, a: usize| {
         let (b, d, component) = ((a + 1) % 3, (a + 2) % 3, body.dofs[i].component as usize);
-        if component == b {
+        if let Some(axis) = body.motion.rotation_axis(body.dofs[i].component) {
+            if axis == a { 1.0 } else { 0.0 }
+        } else if component == b {
             -arm(i)[d]
         } else if component == d {
             arm(i)[b]

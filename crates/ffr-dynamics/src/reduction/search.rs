@@ -10,7 +10,7 @@ use faer::{Mat, MatRef};
 use super::dense;
 use super::eigen::EigenModes;
 use super::lanczos::{Lanczos, Ritz};
-use super::problem::ElasticProblem;
+use super::problem::{CLEAN_ACCURACY, ElasticProblem};
 use crate::DynamicsError;
 use crate::body::RigidMotion;
 
@@ -106,9 +106,15 @@ impl<'p, 'a> Search<'p, 'a> {
         let mut last = (0, 0, 0.0);
         for recoveries in 0..MAX_RECOVERIES {
             let (ritz, gap) = self.iterate(&mut run, at_least)?;
-            let (x, mass_x) = run.vectors(&ritz, gap.n_below + 1);
+            let (x, mass_x) = if self.problem.is_rounded() {
+                run.vectors_of_stiffness(gap.n_below + 1)?
+            } else {
+                run.vectors(&ritz, gap.n_below + 1)
+            };
             let cleaned = self.clean(x.as_ref(), mass_x.as_ref())?;
-            let gap = Gap { below: cleaned.lambda[gap.n_below - 1], ..gap };
+            let above = gap.above.min(cleaned.lambda[gap.n_below]);
+            let gap = Gap { below: cleaned.lambda[gap.n_below - 1], above, ..gap };
+            tracing::debug!(residual = cleaned.residual, "modes are cleaned up");
             let counted = self.count(gap)?;
             let expected = counted - self.problem.n_rigid().min(counted);
             if expected == gap.n_below {
@@ -186,12 +192,15 @@ impl<'p, 'a> Search<'p, 'a> {
 
     /// One more multiplication and a Rayleigh-Ritz step (Eq. R.9); `mass_x` is `M x`.
     ///
-    /// With `y = F M x` and `x` orthogonal to the rigid modes, `K y = M x`: the projected stiffness is `y^T M x`.
+    /// With `y = F M x` and `x` orthogonal to the rigid modes, `K y = M x`: the projected stiffness is `y^T M x`. A flexibility of
+    /// limited accuracy would carry its error into that to the first order, `K y` itself carries it to the second.
     fn clean(&self, x: MatRef<'_, f64>, mass_x: MatRef<'_, f64>) -> Result<Cleaned, DynamicsError> {
         let mut y = mass_x.to_owned();
-        self.problem.apply_flexibility(y.as_mut());
+        self.problem.flexibility_within(CLEAN_ACCURACY, y.as_mut());
         let mass_y = self.problem.mass_product(y.as_ref());
-        let (lambda, rotation) = rayleigh_ritz(y.as_ref(), mass_x, mass_y.as_ref())?;
+        let stiffness_y = self.problem.is_rounded().then(|| self.problem.stiffness_product(y.as_ref()));
+        let stiffness_y = stiffness_y.as_ref().map_or(mass_x, |k| k.as_ref());
+        let (lambda, rotation) = rayleigh_ritz(y.as_ref(), stiffness_y, mass_y.as_ref())?;
         // The Rayleigh quotients of x and y agree to the square of the residual, so lambda serves both.
         let residual = (0..self.n_modes)
             .map(|j| {

@@ -1,15 +1,83 @@
-//! Triangular solves with a supernodal Cholesky factor for eight right-hand sides at once.
+//! Triangular solves with a supernodal Cholesky factor for several right-hand sides at once.
 //!
-//! Such solves are bound by reading the factor from memory. Right-hand sides are kept by rows, eight numbers an unknown, so
-//! that each entry of the factor is read once and serves one vector register.
+//! Such solves are bound by reading the factor from memory. Right-hand sides are kept by rows, 64 bytes an unknown (eight
+//! numbers in double precision, sixteen in single), so that each entry of the factor is read once and serves one vector
+//! register.
 
 use faer::sparse::linalg::cholesky::supernodal::{SupernodalLltRef, SymbolicSupernodalCholesky};
+use faer::traits::ComplexField;
 use pulp::{Simd, WithSimd};
 
-/// One unknown of eight right-hand sides.
-pub(super) type Row = [f64; WIDTH];
-/// Right-hand sides solved for at once.
-pub(super) const WIDTH: usize = 8;
+/// Numbers of which a factor may consist.
+pub(super) trait Entry:
+    ComplexField + Copy + PartialEq + std::ops::MulAssign + std::ops::AddAssign
+{
+    /// One unknown of all right-hand sides.
+    type Row: Copy + AsMut<[Self]> + AsRef<[Self]>;
+    /// A vector register.
+    type Register<S: Simd>: Copy;
+    /// Right-hand sides solved for at once.
+    const WIDTH: usize;
+    /// Right-hand sides that vanish.
+    const ZERO: Self::Row;
+
+    fn inverse(self) -> Self;
+    /// A row as vector registers; their number of lanes divides its length.
+    fn lanes<S: Simd>(row: &Self::Row) -> &[Self::Register<S>];
+    fn lanes_mut<S: Simd>(row: &mut Self::Row) -> &mut [Self::Register<S>];
+    fn splat<S: Simd>(simd: S, value: Self) -> Self::Register<S>;
+    /// `sum - a b`.
+    fn sub_mul<S: Simd>(
+        simd: S,
+        a: Self::Register<S>,
+        b: Self::Register<S>,
+        sum: Self::Register<S>,
+    ) -> Self::Register<S>;
+}
+
+macro_rules! entry {
+    ($number:ty, $width:literal, $register:ident, $lanes:ident, $lanes_mut:ident, $splat:ident, $mul_add:ident, $neg:ident) => {
+        impl Entry for $number {
+            type Row = [$number; $width];
+            type Register<S: Simd> = S::$register;
+            const WIDTH: usize = $width;
+            const ZERO: Self::Row = [0.0; $width];
+
+            #[inline(always)]
+            fn inverse(self) -> Self {
+                1.0 / self
+            }
+
+            #[inline(always)]
+            fn lanes<S: Simd>(row: &Self::Row) -> &[S::$register] {
+                S::$lanes(row).0
+            }
+
+            #[inline(always)]
+            fn lanes_mut<S: Simd>(row: &mut Self::Row) -> &mut [S::$register] {
+                S::$lanes_mut(row).0
+            }
+
+            #[inline(always)]
+            fn splat<S: Simd>(simd: S, value: Self) -> S::$register {
+                simd.$splat(value)
+            }
+
+            #[inline(always)]
+            fn sub_mul<S: Simd>(
+                simd: S,
+                a: S::$register,
+                b: S::$register,
+                sum: S::$register,
+            ) -> S::$register {
+                simd.$mul_add(simd.$neg(a), b, sum)
+            }
+        }
+    };
+}
+
+entry!(f64, 8, f64s, as_simd_f64s, as_mut_simd_f64s, splat_f64s, mul_add_f64s, neg_f64s);
+entry!(f32, 16, f32s, as_simd_f32s, as_mut_simd_f32s, splat_f32s, mul_add_f32s, neg_f32s);
 
 /// Columns eliminated together; their part of the factor is read once for every [`CHUNK`] of rows.
 const BLOCK: usize = 32;
@@ -28,17 +96,17 @@ pub(super) fn largest_supernode(symbolic: &SymbolicSupernodalCholesky<u32>) -> u
 }
 
 /// Solves `L Lᵀ x = b` in place in the elimination order, with the widest vector registers that the processor has.
-pub(super) fn solve(factor: SupernodalLltRef<'_, u32, f64>, x: &mut [Row], local: &mut [Row]) {
+pub(super) fn solve<T: Entry>(factor: SupernodalLltRef<'_, u32, T>, x: &mut [T::Row], local: &mut [T::Row]) {
     pulp::Arch::new().dispatch(Solve { factor, x, local });
 }
 
-struct Solve<'a> {
-    factor: SupernodalLltRef<'a, u32, f64>,
-    x: &'a mut [Row],
-    local: &'a mut [Row],
+struct Solve<'a, T: Entry> {
+    factor: SupernodalLltRef<'a, u32, T>,
+    x: &'a mut [T::Row],
+    local: &'a mut [T::Row],
 }
 
-impl WithSimd for Solve<'_> {
+impl<T: Entry> WithSimd for Solve<'_, T> {
     type Output = ();
 
     #[inline(always)]
@@ -49,17 +117,17 @@ impl WithSimd for Solve<'_> {
 }
 
 /// A supernode: entries by columns, `n_rows` a column, the first `width` rows being its own.
-struct Supernode<'a> {
+struct Supernode<'a, T> {
     start: usize,
     width: usize,
     n_rows: usize,
     pattern: &'a [u32],
-    values: &'a [f64],
+    values: &'a [T],
 }
 
-impl<'a> Supernode<'a> {
+impl<'a, T: Entry> Supernode<'a, T> {
     #[inline(always)]
-    fn new(factor: SupernodalLltRef<'a, u32, f64>, s: usize) -> Self {
+    fn new(factor: SupernodalLltRef<'a, u32, T>, s: usize) -> Self {
         let block = factor.supernode(s);
         let (n_rows, width) = (block.val().nrows(), block.val().ncols());
         let symbolic = factor.symbolic();
@@ -74,33 +142,37 @@ impl<'a> Supernode<'a> {
     }
 
     #[inline(always)]
-    fn column(&self, j: usize) -> &'a [f64] {
+    fn column(&self, j: usize) -> &'a [T] {
         &self.values[j * self.n_rows..(j + 1) * self.n_rows]
     }
 
     #[inline(always)]
-    fn panel(&self, j: usize) -> [&'a [f64]; PANEL] {
+    fn panel(&self, j: usize) -> [&'a [T]; PANEL] {
         std::array::from_fn(|c| self.column(j + c))
     }
 }
 
 #[inline(always)]
-fn forward<S: Simd>(simd: S, factor: SupernodalLltRef<'_, u32, f64>, x: &mut [Row], local: &mut [Row]) {
+fn forward<T: Entry, S: Simd>(
+    simd: S,
+    factor: SupernodalLltRef<'_, u32, T>,
+    x: &mut [T::Row],
+    local: &mut [T::Row],
+) {
     for s in 0..factor.symbolic().n_supernodes() {
         let node = Supernode::new(factor, s);
         let w = &mut local[..node.n_rows];
         w[..node.width].copy_from_slice(&x[node.start..node.start + node.width]);
-        w[node.width..].fill([0.0; WIDTH]);
+        w[node.width..].fill(T::ZERO);
         let mut first = 0;
         while first < node.width {
             let end = (first + BLOCK).min(node.width);
             for j in first..end {
                 let column = node.column(j);
-                let pivot = 1.0 / column[j];
-                w[j].iter_mut().for_each(|v| *v *= pivot);
+                scale::<T>(&mut w[j], column[j].inverse());
                 let value = w[j];
                 for (row, l) in w[j + 1..end].iter_mut().zip(&column[j + 1..end]) {
-                    subtract(simd, row, *l, &value);
+                    subtract::<T, S>(simd, row, *l, &value);
                 }
             }
             let (done, below) = w.split_at_mut(end);
@@ -113,8 +185,8 @@ fn forward<S: Simd>(simd: S, factor: SupernodalLltRef<'_, u32, f64>, x: &mut [Ro
         }
         x[node.start..node.start + node.width].copy_from_slice(&w[..node.width]);
         for (&i, row) in node.pattern.iter().zip(&w[node.width..]) {
-            for (target, part) in x[i as usize].iter_mut().zip(row) {
-                *target += part;
+            for (target, part) in x[i as usize].as_mut().iter_mut().zip(row.as_ref()) {
+                *target += *part;
             }
         }
     }
@@ -122,19 +194,26 @@ fn forward<S: Simd>(simd: S, factor: SupernodalLltRef<'_, u32, f64>, x: &mut [Ro
 
 /// Subtracts the columns `first..` times `own` from the rows that start at `at`.
 #[inline(always)]
-fn eliminate<S: Simd>(simd: S, node: &Supernode<'_>, first: usize, own: &[Row], at: usize, rows: &mut [Row]) {
+fn eliminate<T: Entry, S: Simd>(
+    simd: S,
+    node: &Supernode<'_, T>,
+    first: usize,
+    own: &[T::Row],
+    at: usize,
+    rows: &mut [T::Row],
+) {
     let n = rows.len();
     let full = own.len() / PANEL * PANEL;
     for c in (0..full).step_by(PANEL) {
         let l = node.panel(first + c).map(|column| &column[at..at + n]);
-        let x: [Row; PANEL] = std::array::from_fn(|k| own[c + k]);
+        let x: [T::Row; PANEL] = std::array::from_fn(|k| own[c + k]);
         let [l0, l1, l2, l3] = l;
         for ((((row, l0), l1), l2), l3) in rows.iter_mut().zip(l0).zip(l1).zip(l2).zip(l3) {
-            let factors = [l0, l1, l2, l3].map(|l| simd.splat_f64s(-*l));
-            for (g, target) in lanes_mut::<S>(row).iter_mut().enumerate() {
+            let factors = [l0, l1, l2, l3].map(|l| T::splat(simd, *l));
+            for (g, target) in T::lanes_mut::<S>(row).iter_mut().enumerate() {
                 let mut sum = *target;
                 for (factor, x) in factors.iter().zip(&x) {
-                    sum = simd.mul_add_f64s(*factor, lanes::<S>(x)[g], sum);
+                    sum = T::sub_mul(simd, *factor, T::lanes::<S>(x)[g], sum);
                 }
                 *target = sum;
             }
@@ -143,13 +222,18 @@ fn eliminate<S: Simd>(simd: S, node: &Supernode<'_>, first: usize, own: &[Row], 
     for (c, x) in own.iter().enumerate().skip(full) {
         let column = &node.column(first + c)[at..at + n];
         for (row, l) in rows.iter_mut().zip(column) {
-            subtract(simd, row, *l, x);
+            subtract::<T, S>(simd, row, *l, x);
         }
     }
 }
 
 #[inline(always)]
-fn backward<S: Simd>(simd: S, factor: SupernodalLltRef<'_, u32, f64>, x: &mut [Row], local: &mut [Row]) {
+fn backward<T: Entry, S: Simd>(
+    simd: S,
+    factor: SupernodalLltRef<'_, u32, T>,
+    x: &mut [T::Row],
+    local: &mut [T::Row],
+) {
     for s in (0..factor.symbolic().n_supernodes()).rev() {
         let node = Supernode::new(factor, s);
         let w = &mut local[..node.n_rows];
@@ -170,10 +254,9 @@ fn backward<S: Simd>(simd: S, factor: SupernodalLltRef<'_, u32, f64>, x: &mut [R
                 let column = node.column(j);
                 let mut value = w[j];
                 for (row, l) in w[j + 1..end].iter().zip(&column[j + 1..end]) {
-                    subtract(simd, &mut value, *l, row);
+                    subtract::<T, S>(simd, &mut value, *l, row);
                 }
-                let pivot = 1.0 / column[j];
-                value.iter_mut().for_each(|v| *v *= pivot);
+                scale::<T>(&mut value, column[j].inverse());
                 w[j] = value;
             }
             end = first;
@@ -184,23 +267,29 @@ fn backward<S: Simd>(simd: S, factor: SupernodalLltRef<'_, u32, f64>, x: &mut [R
 
 /// Subtracts the products of the columns `first..` with the rows that start at `at` from `own`.
 #[inline(always)]
-fn gather<S: Simd>(simd: S, node: &Supernode<'_>, first: usize, own: &mut [Row], at: usize, rows: &[Row]) {
+fn gather<T: Entry, S: Simd>(
+    simd: S,
+    node: &Supernode<'_, T>,
+    first: usize,
+    own: &mut [T::Row],
+    at: usize,
+    rows: &[T::Row],
+) {
     let n = rows.len();
     let full = own.len() / PANEL * PANEL;
     for c in (0..full).step_by(PANEL) {
         let l = node.panel(first + c).map(|column| &column[at..at + n]);
         let [l0, l1, l2, l3] = l;
-        for g in 0..WIDTH / S::F64_LANES {
-            let mut sums = [simd.splat_f64s(0.0); PANEL];
+        for g in 0..T::lanes::<S>(&T::ZERO).len() {
+            let mut sums: [T::Register<S>; PANEL] = std::array::from_fn(|k| T::lanes::<S>(&own[c + k])[g]);
             for ((((row, l0), l1), l2), l3) in rows.iter().zip(l0).zip(l1).zip(l2).zip(l3) {
-                let x = lanes::<S>(row)[g];
+                let x = T::lanes::<S>(row)[g];
                 for (sum, l) in sums.iter_mut().zip([l0, l1, l2, l3]) {
-                    *sum = simd.mul_add_f64s(simd.splat_f64s(*l), x, *sum);
+                    *sum = T::sub_mul(simd, T::splat(simd, *l), x, *sum);
                 }
             }
             for (target, sum) in own[c..c + PANEL].iter_mut().zip(sums) {
-                let target = &mut lanes_mut::<S>(target)[g];
-                *target = simd.sub_f64s(*target, sum);
+                T::lanes_mut::<S>(target)[g] = sum;
             }
         }
     }
@@ -208,28 +297,22 @@ fn gather<S: Simd>(simd: S, node: &Supernode<'_>, first: usize, own: &mut [Row],
         let column = &node.column(first + c)[at..at + n];
         let mut sum = *target;
         for (row, l) in rows.iter().zip(column) {
-            subtract(simd, &mut sum, *l, row);
+            subtract::<T, S>(simd, &mut sum, *l, row);
         }
         *target = sum;
     }
 }
 
-/// A row as vector registers; their number of lanes divides its length.
 #[inline(always)]
-fn lanes<S: Simd>(row: &Row) -> &[S::f64s] {
-    S::as_simd_f64s(row).0
-}
-
-#[inline(always)]
-fn lanes_mut<S: Simd>(row: &mut Row) -> &mut [S::f64s] {
-    S::as_mut_simd_f64s(row).0
+fn scale<T: Entry>(row: &mut T::Row, factor: T) {
+    row.as_mut().iter_mut().for_each(|v| *v *= factor);
 }
 
 /// `row -= factor * x`.
 #[inline(always)]
-fn subtract<S: Simd>(simd: S, row: &mut Row, factor: f64, x: &Row) {
-    let factor = simd.splat_f64s(-factor);
-    for (target, x) in lanes_mut::<S>(row).iter_mut().zip(lanes::<S>(x)) {
-        *target = simd.mul_add_f64s(factor, *x, *target);
+fn subtract<T: Entry, S: Simd>(simd: S, row: &mut T::Row, factor: T, x: &T::Row) {
+    let factor = T::splat(simd, factor);
+    for (target, x) in T::lanes_mut::<S>(row).iter_mut().zip(T::lanes::<S>(x)) {
+        *target = T::sub_mul(simd, factor, *x, *target);
     }
 }

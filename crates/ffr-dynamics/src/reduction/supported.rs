@@ -1,0 +1,53 @@
+//! Statics of a body that is held at one point (docs/theory.md Eq. M.34).
+//!
+//! Loads are balanced by the force and the moment that the support exerts, whatever they are, by rigid-body statics alone; what
+//! then deforms the body is in equilibrium and needs no further support than one against rigid motion.
+
+use faer::linalg::solvers::Solve;
+use faer::{Mat, MatRef};
+
+use super::dense;
+use super::problem::ElasticProblem;
+use crate::DynamicsError;
+
+impl ElasticProblem<'_> {
+    /// Displacements (n × k) of the body under the forces `loads` (n × k), held by `support` (n × r): the columns are the forces
+    /// on the unknowns of unit reactions, one for each rigid motion. The motion of the support itself, `supportᵀ u`, vanishes.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Inconsistent`] if sizes do not fit, a number is not finite, the body is clamped, or the support leaves a rigid motion free.
+    pub fn supported(
+        &self,
+        loads: MatRef<'_, f64>,
+        support: MatRef<'_, f64>,
+    ) -> Result<Mat<f64>, DynamicsError> {
+        let fail = |reason: String| Err(DynamicsError::Inconsistent { reason });
+        let Some(rigid) = self.rigid() else {
+            return fail("a clamped body needs no other support".into());
+        };
+        let (n, r) = (self.n_unknowns(), rigid.count());
+        if loads.nrows() != n || support.nrows() != n || support.ncols() != r {
+            return fail(format!(
+                "loads of {} rows and a support of {} x {} for a body of {n} unknowns and {r} rigid motions",
+                loads.nrows(),
+                support.nrows(),
+                support.ncols()
+            ));
+        }
+        // G = R^T B: power of the reactions in rigid motions.
+        let grip = dense::product(rigid.modes.transpose(), support);
+        let reactions = grip.partial_piv_lu().solve(dense::product(rigid.modes.transpose(), loads));
+        let mut u = loads.to_owned();
+        dense::add_product(u.as_mut(), -1.0, support, reactions.as_ref());
+        self.solve_held(u.as_mut());
+        let moved = dense::product(support.transpose(), u.as_ref());
+        let shift = grip.transpose().partial_piv_lu().solve(moved);
+        dense::add_product(u.as_mut(), -1.0, rigid.modes.as_ref(), shift.as_ref());
+        let is_held = (0..u.ncols()).all(|j| u.col(j).iter().all(|v| v.is_finite()));
+        if is_held {
+            Ok(u)
+        } else {
+            fail("the support leaves a rigid motion free, or a load is not finite".into())
+        }
+    }
+}
