@@ -1,5 +1,6 @@
 //! What a driver asks of a contact, whatever its law: gap, direction, report, penalty factor.
 
+use ffr_dynamics::error::Rejection;
 use ffr_dynamics::system::force::{BodyState, ForceElement, ForceEnergies};
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -65,6 +66,32 @@ pub trait ContactElement: ForceElement {
         Ok(())
     }
 
+    /// Normal forces of the points at the last evaluation; empty for laws without points \[N\].
+    fn point_forces(&self) -> &[f64] {
+        &[]
+    }
+
+    /// Changes the penalty factor [N/m³]; allowed during a run.
+    ///
+    /// # Errors
+    /// [`ContactError::Penalty`] if it is not positive, [`ContactError::Inconsistent`] for laws without one.
+    fn set_penalty(&mut self, _penalty: f64) -> Result<(), ContactError> {
+        let reason = format!("a {} contact has no penalty factor", self.kind());
+        Err(ContactError::Inconsistent { reason })
+    }
+
+    /// `max_i(A_ii w_i)` of the points in the motion `bodies` (docs/theory.md Eq. A.14) [m³/N]; none without a quasistatic
+    /// zone. Forgets the last evaluation.
+    ///
+    /// # Errors
+    /// [`Rejection`] if the points have no normals there.
+    fn compliance_weight(&mut self, _bodies: &[BodyState]) -> Result<Option<f64>, Rejection> {
+        Ok(None)
+    }
+
+    /// Forgets the last evaluation, for a start from another state.
+    fn forget(&mut self) {}
+
     /// Replaces `out` by the forces of the last evaluation on the interface unknowns of body `body` \[N\]; zero where there is no
     /// quasistatic zone.
     fn interface_force(&self, _body: usize, out: &mut [f64]) {
@@ -103,6 +130,22 @@ impl<T: ContactElement + ?Sized> ContactElement for Box<T> {
 
     fn check_orientation(&self, rotation: &UnitQuaternion<f64>) -> Result<(), ContactError> {
         (**self).check_orientation(rotation)
+    }
+
+    fn point_forces(&self) -> &[f64] {
+        (**self).point_forces()
+    }
+
+    fn set_penalty(&mut self, penalty: f64) -> Result<(), ContactError> {
+        (**self).set_penalty(penalty)
+    }
+
+    fn compliance_weight(&mut self, bodies: &[BodyState]) -> Result<Option<f64>, Rejection> {
+        (**self).compliance_weight(bodies)
+    }
+
+    fn forget(&mut self) {
+        (**self).forget();
     }
 
     fn interface_force(&self, body: usize, out: &mut [f64]) {

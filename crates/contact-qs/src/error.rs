@@ -41,6 +41,14 @@ pub enum ContactError {
     /// Friction was asked of a solver that cannot find it.
     #[error("friction needs the active-set solver, Algorithm 1 knows normal forces alone")]
     FrictionSolver,
+    /// Friction was asked of a contact between two surfaces.
+    #[error(
+        "friction coefficient is {coefficient}; contact between two surfaces is frictionless so far, set it to zero"
+    )]
+    FrictionPair {
+        /// Coefficient given.
+        coefficient: f64,
+    },
     /// The exact constraint was asked of a method that needs penalty springs.
     #[error("{method} needs a finite penalty factor, choose one or the active-set solver")]
     ExactConstraint {
@@ -59,6 +67,14 @@ pub enum ContactError {
         normal: [f64; 3],
         /// What the model requires.
         requirement: &'static str,
+    },
+    /// A motion in which no distance can be told.
+    #[error("no distance can be found, {what}: {reason}")]
+    Motion {
+        /// Which part of the motion.
+        what: &'static str,
+        /// What is wrong with it, with the numbers.
+        reason: String,
     },
     /// Data do not fit together.
     #[error("contact data do not fit: {reason}")]

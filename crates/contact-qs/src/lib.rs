@@ -14,13 +14,17 @@ pub mod plane;
 mod sphere;
 pub mod sphere_plane;
 pub mod sphere_sphere;
+pub mod search;
+pub mod surface_pair;
 
 pub use contact_element::{ContactElement, ContactReport};
 pub use error::ContactError;
 pub use law::Friction;
 pub use plane::{Plane, PlaneContact, PlaneContactSettings};
 pub use points::{DofLookup, InterfaceCompliance, SurfacePoint, contact_submodel};
+pub use search::{Proximity, SearchWorkspace, SurfaceModel, minimum_distance};
 pub use sphere::Sphere;
 pub use sphere_plane::SpherePlane;
 pub use sphere_sphere::SphereSphere;
 pub use submodel::ContactSubmodel;
+pub use surface_pair::{SurfacePair, SurfacePairSettings, TargetFace, TargetSurface};

@@ -391,6 +391,26 @@ impl ContactElement for PlaneContact {
         self.check_alignment(rotation)
     }
 
+    fn point_forces(&self) -> &[f64] {
+        Self::point_forces(self)
+    }
+
+    fn set_penalty(&mut self, penalty: f64) -> Result<(), ContactError> {
+        Self::set_penalty(self, penalty)
+    }
+
+    fn compliance_weight(&mut self, bodies: &[BodyState]) -> Result<Option<f64>, Rejection> {
+        let rotation = bodies[self.settings.body].rotation;
+        let areas = self.submodel.areas.clone();
+        let compliance =
+            self.normal_compliance(&rotation).map_err(|e| Rejection { code: 0, reason: e.to_string() })?;
+        Ok(compliance.map(|a| areas.iter().enumerate().map(|(i, w)| a[(i, i)] * w).fold(0.0, f64::max)))
+    }
+
+    fn forget(&mut self) {
+        self.forget_slip();
+    }
+
     fn interface_force(&self, body: usize, out: &mut [f64]) {
         if body == self.settings.body {
             Self::interface_force(self, out);

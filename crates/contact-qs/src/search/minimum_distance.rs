@@ -1,0 +1,308 @@
+//! Minimum distance between the deformed, moving surfaces of two bodies (\[A\] (7); theory Eqs. C.28 to C.31).
+//!
+//! Two trees of boxes are descended together, nearest pairs first; a pair of pieces is left out if its boxes, or its control
+//! points along the best direction so far, lie farther apart than the best pair. On the rest a Newton method in a box of two
+//! or four parameters starts from the nearest pair of control points. The last answer comes first, so that
+//! in a slow motion the descent only certifies it. All geometry is done in the frame of the first body: distances keep
+//! their digits however far from the origin the bodies are.
+
+use ffr_dynamics::body::RigidMotion;
+use ffr_dynamics::system::force::BodyState;
+use iga_core::nurbs::FaceId;
+use iga_core::nurbs::box_newton::{Sample, minimize};
+use nalgebra::Vector3;
+
+use super::boxes::{NodeKind, Placement};
+use super::deformed::{Deformed, Side, Site};
+use super::penetration::deepest;
+use super::query::{Pair, Query, SearchReport, SearchWorkspace, separation};
+use super::signed_distance::{ALONG_NORMAL, nearest};
+use super::surface_model::SurfaceModel;
+use crate::ContactError;
+
+/// A point of a body's surface that a search found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfaceSite {
+    /// The face it lies on.
+    pub face: FaceId,
+    /// Element of the space.
+    pub element: usize,
+    /// Parameters in the face's patch.
+    pub xi: [f64; 3],
+    /// Position in the inertial frame \[m\].
+    pub point: Vector3<f64>,
+}
+
+/// How near two bodies are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Proximity {
+    /// Gap (theory Eq. C.30): distance of the surfaces apart, minus the depth of the deepest point when they overlap \[m\].
+    pub gap: f64,
+    /// Critical points of the contact body and of the target.
+    pub sites: [SurfaceSite; 2],
+    /// Unit vector towards the contact body in the inertial frame; `gap = n · (x_C - x_T)`. Zero if the surfaces touch at
+    /// places without a normal.
+    pub normal: Vector3<f64>,
+}
+
+/// The gap between the contact body and the target in the motions `states`, with the points at which it is attained.
+///
+/// Repeated calls on one workspace start from the last answer and do not allocate. The answer does not depend on where the
+/// search started, except among places that are equally near.
+///
+/// # Errors
+/// [`ContactError::Motion`] if a state is not finite or has another number of modes; [`ContactError::Inconsistent`] if the
+/// models are of different kinds.
+pub fn minimum_distance(
+    models: [&SurfaceModel; 2],
+    states: [&BodyState; 2],
+    workspace: &mut SearchWorkspace,
+) -> Result<Proximity, ContactError> {
+    if models[0].motion() != models[1].motion() {
+        let reason = format!("a {:?} surface against a {:?} one", models[0].motion(), models[1].motion());
+        return Err(ContactError::Inconsistent { reason });
+    }
+    for (model, state) in models.iter().zip(&states) {
+        check_state(model, state)?;
+    }
+    let placement = placement(&states);
+    let side = |b: usize| Side {
+        model: models[b],
+        elastic: &states[b].elastic,
+        placement: (b == 1).then_some(&placement),
+        inflation: models[b].displacement_bound(&states[b].elastic),
+    };
+    let query = Query::new([side(0), side(1)], &placement);
+    workspace.begin(models);
+    let found = signed_pair(&query, workspace)
+        .ok_or_else(|| ContactError::Motion { what: "positions", reason: "they overflow".into() })?;
+    workspace.last = Some(found.0.sites);
+    Ok(proximity(&query, states[0], &found.0, found.1, found.2))
+}
+
+/// The second body's frame in the first one's.
+fn placement(states: &[&BodyState; 2]) -> Placement {
+    let back = states[0].rotation.inverse();
+    let rotation = (back * states[1].rotation).to_rotation_matrix().into_inner();
+    Placement::new(rotation, back * (states[1].position - states[0].position))
+}
+
+/// Checks that a search can run.
+pub(super) fn check_state(model: &SurfaceModel, state: &BodyState) -> Result<(), ContactError> {
+    let fail = |what, reason: String| Err(ContactError::Motion { what, reason });
+    let (n, found) = (model.n_modes(), state.elastic.len());
+    if n != found {
+        return fail("elastic coordinates", format!("{found} for a surface of {n} modes"));
+    }
+    if state.position.iter().any(|x| !x.is_finite()) {
+        return fail("position", "not finite".into());
+    }
+    if state.rotation.coords.iter().any(|x| !x.is_finite()) {
+        return fail("rotation", "not finite".into());
+    }
+    if state.elastic.iter().any(|x| !x.is_finite()) {
+        return fail("elastic coordinates", "not finite".into());
+    }
+    if model.motion() == RigidMotion::Axial && state.rotation.angle() > 1e-12 {
+        return fail("rotation", "an axial body does not turn".into());
+    }
+    Ok(())
+}
+
+/// Distance relative to the bodies' size below which the search looks for points inside: where surfaces cross, Newton's
+/// method ends at a distance of round-off whose direction tells nothing.
+const NEAR_TOUCH: f64 = 1e-9;
+
+/// Pair, signed gap and unit normal in the frame of the search.
+fn signed_pair(query: &Query<'_>, ws: &mut SearchWorkspace) -> Option<(Pair, f64, Vector3<f64>)> {
+    let pair = closest_pair(query, ws)?;
+    if pair.distance > NEAR_TOUCH * query.size() && is_apart(query, ws, &pair)? {
+        let normal = pair.direction.unwrap_or_else(Vector3::zeros);
+        return Some((pair, pair.distance, normal));
+    }
+    // Touching or overlapping: without a point inside the other body the surfaces only touch.
+    Some(match deepest(query, ws, &pair) {
+        Some((deep, value, normal)) => (deep, value, normal),
+        None => {
+            let normal = pair.direction.unwrap_or_else(Vector3::zeros);
+            (pair, pair.distance, normal)
+        }
+    })
+}
+
+/// Whether neither point of the nearest pair lies inside the other body.
+fn is_apart(query: &Query<'_>, ws: &mut SearchWorkspace, pair: &Pair) -> Option<bool> {
+    for (b, sign) in [(1, 1.0), (0, -1.0)] {
+        let side = &query.sides[b];
+        let jet = ws.deformed[b].jet(side, pair.sites[b].piece, pair.sites[b].s);
+        let normal = ws.deformed[b].normal(side, &pair.sites[b], &jet);
+        let cosine = pair.direction?.dot(&normal) * sign;
+        let is_outside = if cosine.abs() >= ALONG_NORMAL {
+            cosine > 0.0
+        } else {
+            let hint = Some(pair.sites[b]);
+            nearest(side, &mut ws.deformed[b], &mut ws.stack, &pair.points[1 - b], hint)?.value >= 0.0
+        };
+        if !is_outside {
+            return Some(false);
+        }
+    }
+    Some(true)
+}
+
+/// Nearest pair of surface points (theory Eq. C.29).
+fn closest_pair(query: &Query<'_>, ws: &mut SearchWorkspace) -> Option<Pair> {
+    let mut report = SearchReport::default();
+    let mut best: Option<Pair> = None;
+    let last = ws.last.filter(|sites| {
+        sites.iter().zip(&query.sides).all(|(s, side)| (s.piece as usize) < side.model.n_pieces())
+    });
+    if let Some(sites) = last {
+        ws.load(query, sites.map(|s| s.piece));
+        report.is_warm = true;
+        report.n_newton += 1;
+        best = Some(on_pieces(query, &ws.deformed, sites));
+    }
+    let inflation = query.sides[0].inflation + query.sides[1].inflation;
+    let nodes = query.sides.map(|s| s.model.nodes());
+    let mut pairs = std::mem::take(&mut ws.pairs);
+    pairs.clear();
+    pairs.push((0.0, 0, 0));
+    while let Some((bound, a, b)) = pairs.pop() {
+        let limit = best.map_or(f64::INFINITY, |p: Pair| p.distance - query.resolution);
+        if limit <= 0.0 {
+            break; // touching: nothing nearer can be told
+        }
+        if bound >= limit {
+            continue;
+        }
+        let direction = best.as_ref().and_then(|p| p.direction);
+        let (u, v) = (&nodes[0][a as usize], &nodes[1][b as usize]);
+        let split = match (u.kind, v.kind) {
+            (NodeKind::Piece(i), NodeKind::Piece(j)) => {
+                if last.is_some_and(|sites| sites[0].piece == i && sites[1].piece == j) {
+                    continue;
+                }
+                if let Some(start) = start_on_pieces(query, ws, [i, j], limit, direction) {
+                    report.n_newton += 1;
+                    let found = on_pieces(query, &ws.deformed, start);
+                    if best.is_none_or(|p| found.distance < p.distance) {
+                        best = Some(found);
+                    }
+                }
+                continue;
+            }
+            (NodeKind::Children(c), NodeKind::Piece(_)) => c.map(|c| (c, b)),
+            (NodeKind::Piece(_), NodeKind::Children(c)) => c.map(|c| (a, c)),
+            (NodeKind::Children(c), NodeKind::Children(d)) => {
+                if u.bounds.half.norm_squared() >= v.bounds.half.norm_squared() {
+                    c.map(|c| (c, b))
+                } else {
+                    d.map(|d| (a, d))
+                }
+            }
+        };
+        report.n_boxes += 2;
+        let direction = direction.map(|n| [n, query.placement.rotation.tr_mul(&n)]);
+        let [first, second] = split.map(|(a, b)| {
+            let (u, v) = (&nodes[0][a as usize], &nodes[1][b as usize]);
+            let along = direction.map_or(0.0, |n| query.placement.separation(&u.disc, &v.disc, &n));
+            let bound = if along - inflation >= limit {
+                along
+            } else {
+                along.max(query.placement.distance(&u.bounds, &v.bounds))
+            };
+            (bound - inflation, a, b)
+        });
+        let both = if first.0 <= second.0 { [second, first] } else { [first, second] };
+        pairs.extend(both.into_iter().filter(|p| p.0 < limit));
+    }
+    ws.pairs = pairs;
+    ws.report = report;
+    best.filter(|p| p.distance.is_finite())
+}
+
+/// Where to start on two pieces: at the nearest pair of control points. None if the pieces lie at least `limit` apart.
+fn start_on_pieces(
+    query: &Query<'_>,
+    ws: &mut SearchWorkspace,
+    pieces: [u32; 2],
+    limit: f64,
+    direction: Option<Vector3<f64>>,
+) -> Option<[Site; 2]> {
+    ws.load(query, pieces);
+    let deformed = &ws.deformed;
+    if deformed[0].bounds(pieces[0]).distance(deformed[1].bounds(pieces[1])) >= limit {
+        return None;
+    }
+    let points = [0, 1].map(|b| deformed[b].points(&query.sides[b].model.pieces()[pieces[b] as usize]));
+    if direction.is_some_and(|n| separation(points, &n) >= limit) {
+        return None;
+    }
+    let mut best = (f64::INFINITY, 0, 0);
+    for (j, y) in points[1].iter().enumerate() {
+        for (i, x) in points[0].iter().enumerate() {
+            let square = (x - y).norm_squared();
+            if square < best.0 {
+                best = (square, i, j);
+            }
+        }
+    }
+    let own = points[0][best.1] - points[1][best.2];
+    if best.0 > 0.0 && separation(points, &(own / best.0.sqrt())) >= limit {
+        return None;
+    }
+    let start = [best.1, best.2];
+    Some([0, 1].map(|b| Site { piece: pieces[b], s: query.sides[b].parameters(pieces[b], start[b]) }))
+}
+
+/// Local minimum of the distance on two pieces (theory Eq. C.29), from `start`.
+fn on_pieces(query: &Query<'_>, deformed: &[Deformed; 2], start: [Site; 2]) -> Pair {
+    let [a, b] = start.map(|s| s.piece);
+    let [side_a, side_b] = &query.sides;
+    let objective = |s: &[f64; 4]| {
+        let x = deformed[0].jet(side_a, a, [s[0], s[1]]);
+        let y = deformed[1].jet(side_b, b, [s[2], s[3]]);
+        let r = x.point - y.point;
+        let rounding = 4.0 * f64::EPSILON * (x.point.norm() + y.point.norm());
+        let mut sample: Sample<4> = Sample {
+            value: 0.5 * r.norm_squared(),
+            noise: rounding * (r.norm() + rounding),
+            ..Sample::default()
+        };
+        for i in 0..2 {
+            sample.gradient[i] = r.dot(&x.first[i]);
+            sample.gradient[2 + i] = -r.dot(&y.first[i]);
+            for j in 0..2 {
+                sample.hessian[i][j] = x.first[i].dot(&x.first[j]) + r.dot(&x.second[i + j]);
+                sample.hessian[2 + i][2 + j] = y.first[i].dot(&y.first[j]) - r.dot(&y.second[i + j]);
+                let mixed = -x.first[i].dot(&y.first[j]);
+                (sample.hessian[i][2 + j], sample.hessian[2 + j][i]) = (mixed, mixed);
+            }
+        }
+        sample
+    };
+    let (upper_a, upper_b) = (side_a.upper(a), side_b.upper(b));
+    let from = [start[0].s[0], start[0].s[1], start[1].s[0], start[1].s[1]];
+    let upper = [upper_a[0], upper_a[1], upper_b[0], upper_b[1]];
+    let (s, _) = minimize(objective, &from, &[0.0; 4], &upper);
+    let sites = [Site { piece: a, s: [s[0], s[1]] }, Site { piece: b, s: [s[2], s[3]] }];
+    let points = [0, 1].map(|k| deformed[k].jet(&query.sides[k], sites[k].piece, sites[k].s).point);
+    let r = points[0] - points[1];
+    let distance = r.norm();
+    Pair { sites, points, direction: (distance > query.resolution).then(|| r / distance), distance }
+}
+
+/// The answer in the inertial frame.
+fn proximity(query: &Query<'_>, frame: &BodyState, pair: &Pair, gap: f64, normal: Vector3<f64>) -> Proximity {
+    let site = |b: usize| {
+        let piece = &query.sides[b].model.pieces()[pair.sites[b].piece as usize];
+        SurfaceSite {
+            face: piece.face,
+            element: piece.element,
+            xi: piece.parameters(pair.sites[b].s),
+            point: frame.position + frame.rotation * pair.points[b],
+        }
+    };
+    Proximity { gap, sites: [site(0), site(1)], normal: frame.rotation * normal }
+}

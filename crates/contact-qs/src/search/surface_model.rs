@@ -1,0 +1,489 @@
+//! Surface of a body prepared for searching: Bézier pieces of its outer faces, the modes' shapes on them, and a tree.
+//!
+//! Displacements have the basis functions of the geometry, so a deformed piece is a Bézier piece with moved points
+//! (theory Eq. C.27). The model is built once in the body's frame and never refitted: boxes are widened by a bound of the
+//! displacement (Eq. C.28).
+
+use faer::MatRef;
+use ffr_dynamics::body::RigidMotion;
+use iga_core::bspline::basis_derivatives;
+use iga_core::knots::MAX_DEGREE;
+use iga_core::nurbs::patch::PointBasis;
+use iga_core::nurbs::{FaceId, Patch};
+use iga_core::space::{PatchSpace, Space};
+use iga_core::surface::Face;
+use nalgebra::Vector3;
+
+use super::bezier::{Homogeneous, Interpolation, coefficients};
+use super::boxes::{Bounds, Leaf, Node, tree};
+use crate::ContactError;
+use crate::points::DofLookup;
+
+/// Pieces are halved until their control points are as near to the chord, relative to the piece's size: a circular arc then
+/// turns by less than 30 degrees.
+const FLATNESS: f64 = 0.13;
+/// Halvings an element at most; poles and creases never become flat.
+const MAX_HALVINGS: usize = 8;
+
+/// One Bézier piece of the surface.
+#[derive(Debug, Clone)]
+pub(super) struct Piece {
+    pub face: FaceId,
+    pub element: usize,
+    /// Corners in the parameters of the patch; the fixed direction has equal ends.
+    pub lower: [f64; 3],
+    pub upper: [f64; 3],
+    /// Directions of the patch along the piece; `n_directions` of them count.
+    pub directions: [usize; 2],
+    pub degrees: [usize; 2],
+    /// First point in the net.
+    pub start: usize,
+    pub n_points: usize,
+    /// Sign that turns the product of the tangents outwards.
+    pub orientation: f64,
+}
+
+impl Piece {
+    /// Parameters in the patch.
+    pub fn parameters(&self, s: [f64; 2]) -> [f64; 3] {
+        let mut xi = self.lower;
+        for (&d, s) in self.directions.iter().zip(s) {
+            xi[d] += s * (self.upper[d] - self.lower[d]);
+        }
+        xi
+    }
+}
+
+/// Outer surface of a body: model data of the search, built once.
+#[derive(Debug, Clone)]
+pub struct SurfaceModel {
+    motion: RigidMotion,
+    pieces: Vec<Piece>,
+    /// Undeformed homogeneous points, piece by piece.
+    net: Vec<Homogeneous>,
+    /// `w Φ` of every point, piece by piece, mode by mode.
+    shapes: Vec<f64>,
+    mode_bounds: Vec<f64>,
+    frequencies: Vec<f64>,
+    nodes: Vec<Node>,
+    radius: f64,
+    size: f64,
+}
+
+impl SurfaceModel {
+    /// Surface of a flexible body.
+    ///
+    /// `patches`: those of `space` (the coarsest level of a hierarchical one); `shapes`: modes at the unknowns of `lookup`,
+    /// `n_dofs × n_q`. An axial model has its `(r, z)` in `x` and `z` of space, a planar one in `x` and `y`.
+    ///
+    /// # Errors
+    /// [`ContactError::Inconsistent`] if the body has no outer face or the modes do not belong to the space.
+    pub fn new(
+        motion: RigidMotion,
+        patches: &[Patch],
+        space: &dyn Space,
+        lookup: &DofLookup,
+        shapes: MatRef<'_, f64>,
+    ) -> Result<Self, ContactError> {
+        let faces = Face::outer(patches, motion == RigidMotion::Axial);
+        if let Some(p) = patches.iter().find(|p| p.dimension() != motion.n_components()) {
+            let (found, wanted) = (p.dimension(), motion.n_components());
+            let reason = format!("a patch of {found} directions in a model of {wanted}");
+            return Err(ContactError::Inconsistent { reason });
+        }
+        let mut builder = Builder::new(motion, patches, space, lookup, shapes);
+        for face in &faces {
+            for e in 0..space.n_elements() {
+                let element = space.element(e);
+                let d = face.id.direction;
+                let side = if face.id.upper { element.upper[d] } else { element.lower[d] };
+                if element.patch == face.id.patch && side.total_cmp(&face.parameter).is_eq() {
+                    let (mut lower, mut upper) = (element.lower, element.upper);
+                    (lower[d], upper[d]) = (face.parameter, face.parameter);
+                    builder.add_element(face, e, lower, upper)?;
+                }
+            }
+        }
+        builder.finish()
+    }
+
+    /// Surface of a rigid body.
+    ///
+    /// # Errors
+    /// [`ContactError::Inconsistent`] as [`SurfaceModel::new`], or if the patches make no space.
+    pub fn rigid(motion: RigidMotion, patches: &[Patch]) -> Result<Self, ContactError> {
+        let space = PatchSpace::new(patches.to_vec())
+            .map_err(|e| ContactError::Inconsistent { reason: format!("surface of a rigid body: {e}") })?;
+        let none = faer::Mat::<f64>::zeros(0, 0);
+        Self::new(motion, patches, &space, &DofLookup::new(&[]), none.as_ref())
+    }
+
+    /// Adds the angular frequencies of the modes [rad/s], so that bounds of the elastic velocity hold for the whole free
+    /// motion and not for one instant (theory Eq. C.33).
+    ///
+    /// # Errors
+    /// [`ContactError::Inconsistent`] for another number of modes, or a value that is negative or not finite.
+    pub fn with_frequencies(mut self, frequencies: &[f64]) -> Result<Self, ContactError> {
+        if frequencies.len() != self.n_modes() {
+            let reason = format!("{} frequencies for {} modes", frequencies.len(), self.n_modes());
+            return Err(ContactError::Inconsistent { reason });
+        }
+        if let Some(w) = frequencies.iter().find(|w| !(w.is_finite() && **w >= 0.0)) {
+            return Err(ContactError::Inconsistent { reason: format!("frequency {w} rad/s of a mode") });
+        }
+        self.frequencies = frequencies.to_vec();
+        Ok(self)
+    }
+
+    /// Rigid motions of the model.
+    pub fn motion(&self) -> RigidMotion {
+        self.motion
+    }
+
+    /// Number of modes.
+    pub fn n_modes(&self) -> usize {
+        self.mode_bounds.len()
+    }
+
+    /// Number of Bézier pieces.
+    pub fn n_pieces(&self) -> usize {
+        self.pieces.len()
+    }
+
+    /// Bound of the displacement that a unit of each mode gives anywhere on the surface \[m\].
+    pub fn mode_bounds(&self) -> &[f64] {
+        &self.mode_bounds
+    }
+
+    /// Angular frequencies of the modes, empty if they were not given [rad/s].
+    pub fn frequencies(&self) -> &[f64] {
+        &self.frequencies
+    }
+
+    /// Largest distance of an undeformed surface point from the origin of the body's frame, or a little more \[m\].
+    pub fn radius(&self) -> f64 {
+        self.radius
+    }
+
+    /// Diagonal of the box around the undeformed surface \[m\].
+    pub fn size(&self) -> f64 {
+        self.size
+    }
+
+    /// Bound of the displacement at elastic coordinates `q` (theory Eq. C.28) \[m\].
+    pub fn displacement_bound(&self, q: &[f64]) -> f64 {
+        self.mode_bounds.iter().zip(q).map(|(b, q)| b * q.abs()).sum()
+    }
+
+    pub(super) fn pieces(&self) -> &[Piece] {
+        &self.pieces
+    }
+
+    pub(super) fn nodes(&self) -> &[Node] {
+        &self.nodes
+    }
+
+    pub(super) fn across(&self) -> Option<Vector3<f64>> {
+        across(self.motion)
+    }
+
+    /// Homogeneous points of a piece in the body's frame at elastic coordinates `q`.
+    pub(super) fn deform(&self, piece: &Piece, q: &[f64], out: &mut [Homogeneous]) {
+        let n = piece.n_points;
+        out.copy_from_slice(&self.net[piece.start..piece.start + n]);
+        let width = 3 * n;
+        let first = 3 * piece.start * self.n_modes();
+        let shapes = &self.shapes[first..first + width * self.n_modes()];
+        for (shape, q) in shapes.chunks_exact(width).zip(q) {
+            for (h, u) in out.iter_mut().zip(shape.chunks_exact(3)) {
+                h[0] += q * u[0];
+                h[1] += q * u[1];
+                h[2] += q * u[2];
+            }
+        }
+    }
+
+    /// Number of homogeneous points of all pieces.
+    pub(super) fn n_points(&self) -> usize {
+        self.net.len()
+    }
+}
+
+/// Collects pieces.
+struct Builder<'a> {
+    motion: RigidMotion,
+    patches: &'a [Patch],
+    space: &'a dyn Space,
+    lookup: &'a DofLookup,
+    shapes: MatRef<'a, f64>,
+    rules: Vec<Interpolation>,
+    active: Vec<u32>,
+    basis: PointBasis,
+    pieces: Vec<Piece>,
+    net: Vec<Homogeneous>,
+    modes: Vec<f64>,
+}
+
+impl<'a> Builder<'a> {
+    fn new(
+        motion: RigidMotion,
+        patches: &'a [Patch],
+        space: &'a dyn Space,
+        lookup: &'a DofLookup,
+        shapes: MatRef<'a, f64>,
+    ) -> Self {
+        Self {
+            motion,
+            patches,
+            space,
+            lookup,
+            shapes,
+            rules: (0..=MAX_DEGREE).map(Interpolation::new).collect(),
+            active: Vec::new(),
+            basis: PointBasis::default(),
+            pieces: Vec::new(),
+            net: Vec::new(),
+            modes: Vec::new(),
+        }
+    }
+
+    /// Adds one side of an element, halved until its pieces are flat.
+    fn add_element(
+        &mut self,
+        face: &Face,
+        element: usize,
+        lower: [f64; 3],
+        upper: [f64; 3],
+    ) -> Result<(), ContactError> {
+        self.space.active_functions(element, &mut self.active);
+        let (mut directions, mut degrees) = ([face.id.direction; 2], [0; 2]);
+        for (slot, d) in face.directions().enumerate() {
+            directions[slot] = d;
+            degrees[slot] = self.patches[face.id.patch].knots()[d].degree();
+        }
+        let sign = if face.id.upper { 1.0 } else { -1.0 };
+        // Increasing the fixed parameter leads outwards at the upper end; a right-handed map is assumed.
+        let orientation = if face.dimension == 3 && face.id.direction == 1
+            || face.dimension == 2 && face.id.direction != 0
+        {
+            -sign
+        } else {
+            sign
+        };
+        let whole = Piece {
+            face: face.id,
+            element,
+            lower,
+            upper,
+            directions,
+            degrees,
+            start: 0,
+            n_points: (degrees[0] + 1) * (degrees[1] + 1),
+            orientation,
+        };
+        let mut waiting = vec![(whole, 0)];
+        while let Some((mut piece, halvings)) = waiting.pop() {
+            let net = self.geometry(&piece);
+            match bent_direction(&net, degrees) {
+                Some(d) if halvings < MAX_HALVINGS => {
+                    let k = piece.directions[d];
+                    let middle = 0.5 * (piece.lower[k] + piece.upper[k]);
+                    let mut second = piece.clone();
+                    piece.upper[k] = middle;
+                    second.lower[k] = middle;
+                    waiting.push((second, halvings + 1));
+                    waiting.push((piece, halvings + 1));
+                }
+                _ => {
+                    piece.start = self.net.len();
+                    self.net.extend(net);
+                    self.add_shapes(&piece)?;
+                    self.pieces.push(piece);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Values of the numerators `R_A W` of all active functions at the nodes of a piece, node by node.
+    fn numerators(&mut self, piece: &Piece) -> Vec<Vec<f64>> {
+        let [a, b] = piece.degrees;
+        let mut all = Vec::with_capacity(piece.n_points);
+        for j in 0..=b {
+            for i in 0..=a {
+                let xi = piece.parameters([self.rules[a].nodes[i], self.rules[b].nodes[j]]);
+                self.space.evaluate(piece.element, &xi, 0, &mut self.basis);
+                let weight = weight_function(&self.patches[piece.face.patch], &xi);
+                all.push(self.basis.values.iter().map(|r| r * weight).collect());
+            }
+        }
+        all
+    }
+
+    fn geometry(&mut self, piece: &Piece) -> Vec<Homogeneous> {
+        let numerators = self.numerators(piece);
+        let rules = piece.degrees.map(|p| &self.rules[p]);
+        let mut net = vec![[0.0; 4]; piece.n_points];
+        let mut column = Vec::new();
+        for c in 0..self.motion.n_components() {
+            let points = self.space.control_points();
+            let value = |row: &Vec<f64>| -> f64 {
+                row.iter().zip(&self.active).map(|(r, &f)| r * points[f as usize][c]).sum()
+            };
+            coefficients(rules, &numerators.iter().map(value).collect::<Vec<_>>(), &mut column);
+            for (h, x) in net.iter_mut().zip(&column) {
+                h[self.motion.direction(c)] = *x;
+            }
+        }
+        let weights: Vec<f64> = numerators.iter().map(|row| row.iter().sum()).collect();
+        coefficients(rules, &weights, &mut column);
+        for (h, w) in net.iter_mut().zip(&column) {
+            h[3] = *w;
+        }
+        net
+    }
+
+    fn add_shapes(&mut self, piece: &Piece) -> Result<(), ContactError> {
+        let n_modes = self.shapes.ncols();
+        if n_modes == 0 {
+            return Ok(());
+        }
+        let numerators = self.numerators(piece);
+        let rules = piece.degrees.map(|p| &self.rules[p]);
+        let first = self.modes.len();
+        self.modes.resize(first + 3 * piece.n_points * n_modes, 0.0);
+        let (mut values, mut column) = (Vec::new(), Vec::new());
+        for c in 0..self.motion.n_components() {
+            let numbers: Vec<Option<usize>> = self.active.iter().map(|&f| self.lookup.number(f, c)).collect();
+            if let Some(dof) = numbers.iter().flatten().find(|&&dof| dof >= self.shapes.nrows()) {
+                let rows = self.shapes.nrows();
+                let reason = format!("mode shapes have {rows} rows, the surface needs unknown {dof}");
+                return Err(ContactError::Inconsistent { reason });
+            }
+            for mode in 0..n_modes {
+                values.clear();
+                values.extend(numerators.iter().map(|row| -> f64 {
+                    let terms = row.iter().zip(&numbers).filter(|(r, _)| **r != 0.0);
+                    terms.map(|(r, dof)| dof.map_or(0.0, |dof| r * self.shapes[(dof, mode)])).sum()
+                }));
+                coefficients(rules, &values, &mut column);
+                for (k, u) in column.iter().enumerate() {
+                    self.modes[first + 3 * (mode * piece.n_points + k) + self.motion.direction(c)] = *u;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Control points and mean normal of a piece.
+    fn leaf(&self, piece: &Piece) -> Leaf {
+        let points: Vec<Vector3<f64>> =
+            self.net[piece.start..piece.start + piece.n_points].iter().map(cartesian).collect();
+        let n = piece.degrees[0] + 1;
+        let last = points.len() - 1;
+        let normal = match across(self.motion) {
+            Some(across) => (points[last] - points[0]).cross(&across),
+            // The product of the diagonals.
+            None => (points[n - 1] - points[last + 1 - n]).cross(&(points[last] - points[0])),
+        };
+        let bounds = Bounds::around(points.iter().copied());
+        Leaf { points, bounds, normal: normal * piece.orientation }
+    }
+
+    fn finish(self) -> Result<SurfaceModel, ContactError> {
+        if self.pieces.is_empty() {
+            let reason = "the body has no outer face to search".into();
+            return Err(ContactError::Inconsistent { reason });
+        }
+        let n_modes = self.shapes.ncols();
+        let mut mode_bounds = vec![0.0_f64; n_modes];
+        for piece in &self.pieces {
+            let shapes = &self.modes[3 * piece.start * n_modes..];
+            for (mode, bound) in mode_bounds.iter_mut().enumerate() {
+                for k in 0..piece.n_points {
+                    let u = &shapes[3 * (mode * piece.n_points + k)..][..3];
+                    let length = Vector3::new(u[0], u[1], u[2]).norm() / self.net[piece.start + k][3];
+                    // Kept this way round, a NaN stays.
+                    *bound = if length <= *bound { *bound } else { length };
+                }
+            }
+        }
+        if let Some(mode) = mode_bounds.iter().position(|b| !b.is_finite()) {
+            let reason = format!("the shape of mode {mode} is not finite on the surface");
+            return Err(ContactError::Inconsistent { reason });
+        }
+        let leaves: Vec<Leaf> = self.pieces.iter().map(|piece| self.leaf(piece)).collect();
+        let whole = Bounds::around(self.net.iter().map(cartesian));
+        Ok(SurfaceModel {
+            motion: self.motion,
+            nodes: tree(&leaves),
+            radius: self.net.iter().map(|h| cartesian(h).norm()).fold(0.0, f64::max),
+            size: 2.0 * whole.half.norm(),
+            pieces: self.pieces,
+            net: self.net,
+            shapes: self.modes,
+            mode_bounds,
+            frequencies: Vec::new(),
+        })
+    }
+}
+
+/// Vector that takes the place of the second tangent of a curve: tangent × it points across the curve.
+fn across(motion: RigidMotion) -> Option<Vector3<f64>> {
+    match motion {
+        RigidMotion::Axial => Some(-Vector3::y()),
+        RigidMotion::Planar => Some(Vector3::z()),
+        RigidMotion::Spatial => None,
+    }
+}
+
+/// Point in space of a homogeneous one.
+pub(super) fn cartesian(h: &Homogeneous) -> Vector3<f64> {
+    Vector3::new(h[0], h[1], h[2]) / h[3]
+}
+
+/// The direction in which the rows of control points leave their chords farthest, none if the piece is flat.
+fn bent_direction(net: &[Homogeneous], degrees: [usize; 2]) -> Option<usize> {
+    let limit = FLATNESS * 2.0 * Bounds::around(net.iter().map(cartesian)).half.norm();
+    let n = degrees.map(|p| p + 1);
+    let at = |i: usize, j: usize| cartesian(&net[i + n[0] * j]);
+    let away = |p: Vector3<f64>, a: Vector3<f64>, b: Vector3<f64>| {
+        let chord = b - a;
+        let length = chord.norm_squared();
+        let share = if length > 0.0 { ((p - a).dot(&chord) / length).clamp(0.0, 1.0) } else { 0.0 };
+        (p - a - chord * share).norm()
+    };
+    let mut worst = [0.0_f64; 2];
+    for j in 0..n[1] {
+        for i in 0..n[0] {
+            worst[0] = worst[0].max(away(at(i, j), at(0, j), at(n[0] - 1, j)));
+            worst[1] = worst[1].max(away(at(i, j), at(i, 0), at(i, n[1] - 1)));
+        }
+    }
+    let d = usize::from(worst[1] > worst[0]);
+    (worst[d] > limit).then_some(d)
+}
+
+/// The weight function `W = Σ w_A N_A` of a patch (theory Eq. S.4).
+fn weight_function(patch: &Patch, xi: &[f64; 3]) -> f64 {
+    let mut tables = [[0.0; MAX_DEGREE + 1]; 3];
+    let (mut first, mut counts, mut sizes) = ([0; 3], [1; 3], [1; 3]);
+    for (d, k) in patch.knots().iter().enumerate() {
+        let e = k.find_element(xi[d]);
+        basis_derivatives(k, e, xi[d], 0, &mut tables[d]);
+        first[d] = k.element_span(e) - k.degree();
+        (counts[d], sizes[d]) = (k.degree() + 1, k.n_functions());
+    }
+    for table in &mut tables[patch.dimension()..] {
+        table[0] = 1.0;
+    }
+    let mut sum = 0.0;
+    for k in 0..counts[2] {
+        for j in 0..counts[1] {
+            let row = sizes[0] * (first[1] + j + sizes[1] * (first[2] + k)) + first[0];
+            let line: f64 = (0..counts[0]).map(|i| tables[0][i] * patch.weights()[row + i]).sum();
+            sum += line * tables[1][j] * tables[2][k];
+        }
+    }
+    sum
+}

@@ -1,0 +1,451 @@
+//! Contact of a body's points with the surface of another body, as a force element.
+//!
+//! Points of the contact body are projected on the deformed surface of the target; gaps are measured along its outward
+//! normal (docs/theory.md Eqs. C.37, C.38). Either body may be rigid, carry all its modes dynamically, or have a quasistatic
+//! compliance; both compliances add up in one convex problem for the point forces (Eq. C.39). The forces act at the
+//! displaced points, quasistatic part included, along the normals there: they are the gradient of one potential
+//! (Eq. C.43), equal and opposite, with a common line of action.
+//!
+//! In axisymmetric models a point is a ring: only the axial resultant moves the bodies, radial parts load their modes.
+//!
+//! Each pair has a compliance of its own. A body in two pairs has two zones; the displacement of one zone under the forces in
+//! the other is that of the dynamic modes alone, without its quasistatic part (Eq. C.44).
+
+use std::sync::{Mutex, PoisonError};
+
+use faer::Mat;
+use ffr_dynamics::body::RigidMotion;
+use ffr_dynamics::error::Rejection;
+use ffr_dynamics::system::force::{BodyState, ForceElement, ForceEnergies, GeneralisedForce};
+use nalgebra::Vector3;
+
+use crate::ContactError;
+use crate::contact_element::{ContactElement, ContactReport};
+use crate::law::{Friction, penalty};
+use crate::quasistatic::Method;
+use crate::submodel::{ContactSubmodel, SparseRows};
+
+mod bezier;
+mod evaluation;
+mod motion;
+mod projection;
+mod search;
+mod solver;
+mod target;
+
+use evaluation::{WarmStart, Workspace};
+use projection::{Functions, Projection, Samples};
+use search::SearchBuffers;
+use solver::{PairZone, Rows};
+
+pub use projection::SurfacePlace;
+pub use target::{TargetFace, TargetSurface};
+
+/// What a surface pair consists of besides points and surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfacePairSettings {
+    /// Index of the body that carries the points in the lists given to [`ForceElement::apply`].
+    pub contact_body: usize,
+    /// Index of the body that carries the surface; none if it is fixed, its frame being the inertial one.
+    pub target_body: Option<usize>,
+    /// Penalty factor; infinite for the exact constraint [N/m³].
+    pub penalty: f64,
+    /// Solver of the quasistatic problem; without effect when all modes of both bodies are dynamic.
+    pub method: Method,
+}
+
+/// Contact of a body's points with a surface of another body.
+pub struct SurfacePair {
+    settings: SurfacePairSettings,
+    motion: RigidMotion,
+    /// Undeformed points in the model's components.
+    points: Vec<[f64; 3]>,
+    areas: Vec<f64>,
+    is_rim: Vec<bool>,
+    /// Rows of the contact body's low-frequency shapes.
+    low_rows: Vec<f64>,
+    n_modes: usize,
+    interface: SparseRows,
+    surface: TargetSurface,
+    zone: Option<PairZone>,
+    springs: Vec<f64>,
+    /// Points nearer than this to an end of the target count as touching it.
+    rim_reach: f64,
+    state: WarmStart,
+    saved: WarmStart,
+    workspace: Option<Workspace>,
+    search: Mutex<SearchBuffers>,
+    ground: BodyState,
+    tolerance: f64,
+    /// Solutions of the last evaluation.
+    n_passes: usize,
+    report: ContactReport,
+}
+
+impl SurfacePair {
+    /// Contact of the points of `submodel` with `surface`.
+    ///
+    /// # Errors
+    /// [`ContactError`] if bodies or data do not fit, the penalty factor is not positive, or it is infinite where springs are
+    /// needed.
+    pub fn new(
+        submodel: ContactSubmodel,
+        surface: TargetSurface,
+        settings: SurfacePairSettings,
+    ) -> Result<Self, ContactError> {
+        submodel.validate()?;
+        let motion = submodel.motion;
+        check(&submodel, &surface, &settings)?;
+        let (n, nc) = (submodel.n_points(), motion.n_components());
+        let (n_rows, n_q) = (submodel.low.nrows(), submodel.low.ncols());
+        let zone = if submodel.is_quasistatic() || surface.is_quasistatic() {
+            Some(PairZone::new(settings.method, nc, submodel.compliance, n, &surface)?)
+        } else {
+            None
+        };
+        let mut is_rim = vec![false; n];
+        submodel.rim.iter().for_each(|&i| is_rim[i] = true);
+        let low = &submodel.low;
+        let state = WarmStart {
+            forces: vec![0.0; n],
+            own: vec![0.0; n * nc],
+            nodes: vec![0.0; surface.nodes.len() * nc],
+            places: vec![SurfacePlace::default(); n],
+            is_known: false,
+        };
+        let mut pair = Self {
+            points: submodel.points.iter().map(|p| components(motion, p)).collect(),
+            low_rows: (0..n_rows * n_q).map(|k| low[(k / n_q, k % n_q)]).collect(),
+            n_modes: n_q,
+            is_rim,
+            springs: vec![0.0; n],
+            rim_reach: mean_spacing(&submodel.areas, motion, &submodel.points),
+            saved: state.clone(),
+            state,
+            workspace: Some(workspace(&surface, n)),
+            search: Mutex::new(SearchBuffers::new(&surface, n)),
+            ground: BodyState::at_rest(0),
+            tolerance: evaluation::GAP_TOLERANCE,
+            n_passes: 0,
+            report: ContactReport::default(),
+            areas: submodel.areas,
+            interface: submodel.interface,
+            settings,
+            motion,
+            surface,
+            zone,
+        };
+        pair.set_penalty(settings.penalty)?;
+        Ok(pair)
+    }
+
+    /// Friction is not available between two surfaces.
+    ///
+    /// # Errors
+    /// [`ContactError::FrictionPair`] unless the coefficient is zero, [`ContactError::Friction`] if its values make no law.
+    pub fn with_friction(self, friction: Friction) -> Result<Self, ContactError> {
+        friction.check()?;
+        if friction.coefficient > 0.0 {
+            return Err(ContactError::FrictionPair { coefficient: friction.coefficient });
+        }
+        Ok(self)
+    }
+
+    /// Changes the error of gaps, as a share of the deepest penetration, at which projection and deformation count as having
+    /// met; 1e-8 unless changed.
+    #[must_use]
+    pub fn with_tolerance(mut self, tolerance: f64) -> Self {
+        self.tolerance = tolerance;
+        self
+    }
+
+    /// Changes the penalty factor [N/m³]; allowed during a run.
+    ///
+    /// # Errors
+    /// [`ContactError::Penalty`] if it is not positive, [`ContactError::ExactConstraint`] if it is infinite and the method
+    /// needs springs.
+    pub fn set_penalty(&mut self, penalty: f64) -> Result<(), ContactError> {
+        penalty::check(penalty)?;
+        let method = match &self.zone {
+            None => Some("contact with all modes dynamic"),
+            Some(zone) if zone.needs_springs() => Some("Algorithm 1"),
+            Some(_) => None,
+        };
+        if let (true, Some(method)) = (penalty.is_infinite(), method) {
+            return Err(ContactError::ExactConstraint { method });
+        }
+        self.settings.penalty = penalty;
+        for (spring, &area) in self.springs.iter_mut().zip(&self.areas) {
+            *spring = penalty::spring_compliance(penalty, area);
+        }
+        if let Some(zone) = &mut self.zone {
+            zone.springs_changed();
+        }
+        Ok(())
+    }
+
+    /// Forgets the last evaluation, for a start from another state.
+    pub fn forget(&mut self) {
+        self.state.is_known = false;
+        self.state.forces.fill(0.0);
+        self.state.own.fill(0.0);
+        self.state.nodes.fill(0.0);
+    }
+
+    /// Penalty factor [N/m³].
+    pub fn penalty(&self) -> f64 {
+        self.settings.penalty
+    }
+
+    /// What the last evaluation found.
+    pub fn report(&self) -> &ContactReport {
+        &self.report
+    }
+
+    /// Point forces along the normals of the last evaluation; a point is in contact if its force is positive \[N\].
+    pub fn point_forces(&self) -> &[f64] {
+        &self.state.forces
+    }
+
+    /// Gaps of the last evaluation, quasistatic displacements included; of points beyond an end of the target the distance
+    /// from it \[m\].
+    pub fn gaps(&self) -> &[f64] {
+        self.workspace.as_ref().map_or(&[], |w| &w.gaps)
+    }
+
+    /// Solutions that the last evaluation took until projection and deformation met.
+    pub fn n_passes(&self) -> usize {
+        self.n_passes
+    }
+
+    /// Places of the points' projections on the target in the last evaluation.
+    pub fn places(&self) -> &[SurfacePlace] {
+        &self.state.places
+    }
+
+    /// Tributary areas of the points \[m²\].
+    pub fn areas(&self) -> &[f64] {
+        &self.areas
+    }
+
+    /// The target.
+    pub fn surface(&self) -> &TargetSurface {
+        &self.surface
+    }
+
+    /// Normal compliance `A` of both bodies together at the projections of the motion `bodies` (Eq. C.39), `n_points`
+    /// squared [m/N]; none when all modes are dynamic. Forgets the last evaluation.
+    ///
+    /// # Errors
+    /// [`Rejection`] if the points cannot be projected.
+    pub fn normal_compliance(&mut self, bodies: &[BodyState]) -> Result<Option<&Mat<f64>>, Rejection> {
+        self.forget();
+        self.project_for_compliance(bodies)?;
+        Ok(self.zone.as_ref().map(PairZone::normal_compliance))
+    }
+
+    /// `max_i(A_ii w_i)`, from which a penalty factor follows (Eq. C.4) [m³/N]; none when all modes are dynamic. Forgets the
+    /// last evaluation.
+    ///
+    /// # Errors
+    /// As [`SurfacePair::normal_compliance`].
+    pub fn largest_compliance_weight(&mut self, bodies: &[BodyState]) -> Result<Option<f64>, Rejection> {
+        let areas = self.areas.clone();
+        let compliance = self.normal_compliance(bodies)?;
+        Ok(compliance.map(|a| areas.iter().enumerate().map(|(i, w)| a[(i, i)] * w).fold(0.0, f64::max)))
+    }
+
+    /// Replaces `out` by the forces of the last evaluation on the interface freedoms of body `body`, `f_b = ±N_bᵀ λ`
+    /// (Eq. C.19) \[N\], for the recovery of stresses; zero for a body that is not part of the pair.
+    ///
+    /// # Panics
+    /// If `out` is not as long as the body's interface.
+    pub fn interface_force(&self, body: usize, out: &mut [f64]) {
+        out.fill(0.0);
+        let Some(w) = &self.workspace else { return };
+        if body == self.settings.contact_body && self.interface.n_rows() > 0 {
+            assert_eq!(out.len(), self.interface.n_columns(), "number of interface freedoms");
+            for (row, &load) in w.loads.iter().enumerate().filter(|(_, load)| **load != 0.0) {
+                self.interface.row(row).iter().for_each(|&(b, value)| out[b] += value * load);
+            }
+        } else if Some(body) == self.settings.target_body {
+            assert_eq!(out.len(), w.interface_loads.len(), "number of interface freedoms");
+            out.copy_from_slice(&w.interface_loads);
+        }
+    }
+
+    fn own_row(&self, row: usize) -> &[f64] {
+        &self.low_rows[row * self.n_modes..(row + 1) * self.n_modes]
+    }
+}
+
+/// Checks that points and surface can meet.
+fn check(
+    submodel: &ContactSubmodel,
+    surface: &TargetSurface,
+    settings: &SurfacePairSettings,
+) -> Result<(), ContactError> {
+    let fail = |reason: String| Err(ContactError::Inconsistent { reason });
+    if submodel.motion != surface.motion {
+        return fail(format!(
+            "a body of {:?} model cannot touch one of {:?} model, use the same model for both",
+            submodel.motion, surface.motion
+        ));
+    }
+    if settings.target_body == Some(settings.contact_body) {
+        return fail(format!(
+            "body {} cannot be in contact with itself, name two bodies",
+            settings.contact_body
+        ));
+    }
+    if settings.target_body.is_none() && surface.n_modes > 0 {
+        return fail("a fixed target has elastic coordinates".into());
+    }
+    Ok(())
+}
+
+/// A point in space in the model's components.
+fn components(motion: RigidMotion, point: &[f64; 3]) -> [f64; 3] {
+    let mut out = [0.0; 3];
+    (0..motion.n_components()).for_each(|c| out[c] = point[motion.direction(c)]);
+    out
+}
+
+/// Typical distance of neighbouring points \[m\].
+fn mean_spacing(areas: &[f64], motion: RigidMotion, points: &[[f64; 3]]) -> f64 {
+    let n = points.len() as f64;
+    let all: Vec<[f64; 3]> = points.iter().map(|p| components(motion, p)).collect();
+    if motion == RigidMotion::Spatial {
+        (areas.iter().sum::<f64>() / n).sqrt()
+    } else {
+        target::diagonal(&all) / n
+    }
+}
+
+fn workspace(surface: &TargetSurface, n: usize) -> Workspace {
+    let nc = surface.motion.n_components();
+    let n_nodes = surface.nodes.len();
+    Workspace {
+        functions: Functions::new(surface),
+        samples: Samples::new(surface),
+        low_points: vec![[0.0; 3]; n],
+        points: vec![[0.0; 3]; n],
+        low_nodes: vec![[0.0; 3]; n_nodes],
+        nodes: vec![[0.0; 3]; n_nodes],
+        projections: vec![Projection::default(); n],
+        rows: Rows::new(n, surface.n_functions),
+        loaded: Rows::new(n, surface.n_functions),
+        gaps: vec![0.0; n],
+        free_gaps: vec![0.0; n],
+        settled: vec![0.0; n],
+        loads: vec![0.0; n * nc],
+        node_loads: vec![0.0; n_nodes * nc],
+        interface_loads: vec![0.0; surface.n_interface()],
+        interface_displacements: vec![0.0; surface.n_interface()],
+    }
+}
+
+impl ForceElement for SurfacePair {
+    fn apply(
+        &mut self,
+        t: f64,
+        bodies: &[BodyState],
+        forces: &mut [GeneralisedForce],
+    ) -> Result<(), Rejection> {
+        debug_assert_eq!(bodies[self.settings.contact_body].elastic.len(), self.n_modes);
+        let found = self.find_forces(t, bodies);
+        if found.is_err() {
+            // Nothing of a failed evaluation may lead the next one.
+            self.forget();
+        }
+        let solver = found?;
+        match self.settings.target_body {
+            Some(body) => self.sum_up(solver, &bodies[body]),
+            None => self.sum_up(solver, &BodyState::at_rest(0)),
+        }
+        if self.report.n_active > 0 {
+            self.push(bodies, forces);
+        }
+        Ok(())
+    }
+
+    fn energies(&self) -> ForceEnergies {
+        self.report.energies
+    }
+
+    fn resultant(&self) -> Vector3<f64> {
+        self.report.force
+    }
+
+    fn is_idle(&self) -> bool {
+        self.state.is_known && self.report.n_active == 0
+    }
+
+    fn save(&mut self) {
+        self.saved.copy_from(&self.state);
+        if let Some(zone) = &mut self.zone {
+            zone.save();
+        }
+    }
+
+    fn restore(&mut self) {
+        self.state.copy_from(&self.saved);
+        if let Some(zone) = &mut self.zone {
+            zone.restore(&self.surface);
+        }
+    }
+}
+
+impl ContactElement for SurfacePair {
+    fn kind(&self) -> &'static str {
+        "surface-surface"
+    }
+
+    fn bodies(&self) -> (usize, Option<usize>) {
+        (self.settings.contact_body, self.settings.target_body)
+    }
+
+    fn smallest_gap(&self, bodies: &[BodyState]) -> f64 {
+        let mut buffers = self.search.lock().unwrap_or_else(PoisonError::into_inner);
+        self.nearest(bodies, &mut buffers).map_or(f64::NAN, |found| found.0)
+    }
+
+    fn normal(&self, bodies: &[BodyState]) -> Vector3<f64> {
+        let mut buffers = self.search.lock().unwrap_or_else(PoisonError::into_inner);
+        let (_, target) = self.states(bodies);
+        self.nearest(bodies, &mut buffers)
+            .map_or(Vector3::repeat(f64::NAN), |(_, n)| motion::direction(self.motion, &target.rotation, &n))
+    }
+
+    fn report(&self) -> &ContactReport {
+        &self.report
+    }
+
+    fn penalty(&self) -> f64 {
+        self.settings.penalty
+    }
+
+    fn point_forces(&self) -> &[f64] {
+        Self::point_forces(self)
+    }
+
+    fn set_penalty(&mut self, penalty: f64) -> Result<(), ContactError> {
+        Self::set_penalty(self, penalty)
+    }
+
+    fn compliance_weight(&mut self, bodies: &[BodyState]) -> Result<Option<f64>, Rejection> {
+        self.largest_compliance_weight(bodies)
+    }
+
+    fn forget(&mut self) {
+        Self::forget(self);
+    }
+
+    fn interface_force(&self, body: usize, out: &mut [f64]) {
+        Self::interface_force(self, body, out);
+    }
+
+    fn n_points(&self) -> usize {
+        self.points.len()
+    }
+}

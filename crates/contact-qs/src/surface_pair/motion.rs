@@ -1,0 +1,114 @@
+//! Motion of one body seen from another, in the components of their common model.
+
+use ffr_dynamics::body::RigidMotion;
+use ffr_dynamics::error::Rejection;
+use ffr_dynamics::system::force::BodyState;
+use nalgebra::{UnitQuaternion, Vector3};
+
+/// Largest part of an axis across the directions that an axisymmetric or plane model can move in, and largest distance
+/// \[m\] of two axes that count as one.
+const AXIS_TOLERANCE: f64 = 1e-9;
+
+/// Where a body stands in the frame of another: `x' = Q x + d`.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Relative {
+    n_components: usize,
+    /// Rows of `Q`.
+    turn: [[f64; 3]; 3],
+    offset: [f64; 3],
+}
+
+impl Relative {
+    /// The body at `from` in the frame of the body at `to`.
+    pub fn new(motion: RigidMotion, from: &BodyState, to: &BodyState) -> Result<Self, Rejection> {
+        let distance = from.position - to.position;
+        if motion != RigidMotion::Spatial {
+            for state in [from, to] {
+                check_axis(motion, &state.rotation)?;
+            }
+        }
+        let apart = distance.x.hypot(distance.y);
+        if motion == RigidMotion::Axial && (apart.is_nan() || apart > AXIS_TOLERANCE) {
+            let reason =
+                format!("axisymmetric bodies in contact have axes {apart:e} m apart, they must share one");
+            return Err(Rejection { code: 0, reason });
+        }
+        let n_components = motion.n_components();
+        let rotation = (to.rotation.inverse() * from.rotation).to_rotation_matrix();
+        let local = to.rotation.inverse_transform_vector(&distance);
+        let (mut turn, mut offset) = ([[0.0; 3]; 3], [0.0; 3]);
+        if motion == RigidMotion::Axial {
+            // Rings: a turn of half a revolution flips the axis and keeps the radius.
+            turn[0][0] = 1.0;
+            turn[1][1] = rotation[(2, 2)].signum();
+            offset[1] = axis_sign(&to.rotation) * distance.z;
+        } else {
+            for a in 0..n_components {
+                (0..n_components).for_each(|b| turn[a][b] = rotation[(a, b)]);
+                offset[a] = local[a];
+            }
+        }
+        Ok(Self { n_components, turn, offset })
+    }
+
+    /// A point in the other frame.
+    pub fn point(&self, x: &[f64; 3]) -> [f64; 3] {
+        let mut out = self.offset;
+        for (row, slot) in self.turn.iter().zip(&mut out) {
+            *slot += row[0] * x[0] + row[1] * x[1] + row[2] * x[2];
+        }
+        out
+    }
+
+    /// A vector of the other frame in the body's own.
+    pub fn back(&self, v: &[f64; 3]) -> [f64; 3] {
+        [0, 1, 2].map(|b| (0..self.n_components).map(|a| self.turn[a][b] * v[a]).sum())
+    }
+
+    /// Largest distance of the two frames' origins along a component.
+    pub fn reach(&self) -> f64 {
+        self.offset.iter().fold(0.0, |m, x| x.abs().max(m))
+    }
+}
+
+/// +1 or -1 along the inertial axis z.
+fn axis_sign(rotation: &UnitQuaternion<f64>) -> f64 {
+    (rotation * Vector3::z()).z.signum()
+}
+
+/// The axis z must stay parallel to itself.
+fn check_axis(motion: RigidMotion, rotation: &UnitQuaternion<f64>) -> Result<(), Rejection> {
+    let axis = rotation * Vector3::z();
+    let across = axis.x.hypot(axis.y);
+    // Asked this way round, a NaN fails.
+    if across < AXIS_TOLERANCE {
+        return Ok(());
+    }
+    let what = if motion == RigidMotion::Axial { "an axisymmetric" } else { "a plane" };
+    let reason = format!("{what} body in contact is tilted by {across:e} out of its model");
+    Err(Rejection { code: 0, reason })
+}
+
+/// Components of a vector of the model as a vector in space; a ring's radial part has no direction and is dropped.
+pub(super) fn resultant(
+    motion: RigidMotion,
+    rotation: &UnitQuaternion<f64>,
+    components: &[f64; 3],
+) -> Vector3<f64> {
+    match motion {
+        RigidMotion::Axial => Vector3::new(0.0, 0.0, axis_sign(rotation) * components[1]),
+        _ => rotation * Vector3::from(*components),
+    }
+}
+
+/// A unit vector of the model in space. That of a ring is its axial part, as a direction of the resultant.
+pub(super) fn direction(
+    motion: RigidMotion,
+    rotation: &UnitQuaternion<f64>,
+    components: &[f64; 3],
+) -> Vector3<f64> {
+    match motion {
+        RigidMotion::Axial => Vector3::new(0.0, 0.0, (axis_sign(rotation) * components[1]).signum()),
+        _ => rotation * Vector3::from(*components),
+    }
+}

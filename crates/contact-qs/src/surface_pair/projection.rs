@@ -1,0 +1,394 @@
+//! Closest points on a displaced target surface (docs/theory.md Eqs. C.37, C.38).
+
+use ffr_dynamics::body::RigidMotion;
+use iga_core::nurbs::box_newton::{Sample, minimize};
+use iga_core::nurbs::jet::{cross, difference, dot, norm};
+
+use super::bezier::{self, MAX_ORDER, Table};
+use super::target::TargetSurface;
+
+/// Newton steps from a known start before the safeguarded search takes over.
+const MAX_STEPS: usize = 6;
+/// A projection counts as held by the end of a face if the point lies farther beyond it than this part of the target's size.
+const BEYOND: f64 = 1e-12;
+/// Samples of each cell for searches without a start, in each direction.
+const SAMPLES: [f64; 2] = [0.25, 0.75];
+
+/// A place on the surface.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct SurfacePlace {
+    /// Index of the face.
+    pub face: u32,
+    /// Parameters along it.
+    pub xi: [f64; 2],
+}
+
+/// The displaced surface at one place.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct SurfaceJet {
+    pub element: u32,
+    pub point: [f64; 3],
+    pub tangents: [[f64; 3]; 2],
+    /// Second derivatives 00, 11, 01.
+    pub second: [[f64; 3]; 3],
+}
+
+/// Closest point of the surface.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Projection {
+    pub place: SurfacePlace,
+    pub element: u32,
+    pub point: [f64; 3],
+    /// Outward unit normal of the displaced surface.
+    pub normal: [f64; 3],
+    /// Distance along the normal, negative inside \[m\].
+    pub gap: f64,
+    /// Whether the closest point is an end of the target with the point lying beyond it: no contact there.
+    pub is_beyond: bool,
+}
+
+impl Projection {
+    /// Unilateral distance: a point beyond the end of the target is outside \[m\].
+    pub fn distance(&self, point: &[f64; 3]) -> f64 {
+        if self.is_beyond { norm(&difference(point, &self.point)) } else { self.gap }
+    }
+}
+
+/// Functions of the element last evaluated, with derivatives `1, ∂_0, ∂_1, ∂_00, ∂_11, ∂_01`.
+#[derive(Debug, Clone)]
+pub(super) struct Functions {
+    rows: Vec<[f64; 6]>,
+    n: usize,
+    tables: [Table; 2],
+}
+
+impl Functions {
+    pub fn new(surface: &TargetSurface) -> Self {
+        Self { rows: vec![[0.0; 6]; surface.n_functions], n: 0, tables: [[[0.0; MAX_ORDER]; 3]; 2] }
+    }
+
+    /// Values of the functions, in the order of the element's nodes.
+    pub fn values(&self) -> impl Iterator<Item = f64> + '_ {
+        self.rows[..self.n].iter().map(|r| r[0])
+    }
+
+    /// Evaluates the functions at `place`; returns the element (Eq. C.36).
+    fn evaluate(&mut self, surface: &TargetSurface, place: &SurfacePlace) -> u32 {
+        let grid = &surface.faces[place.face as usize];
+        let index = grid.element(&place.xi);
+        let element = &surface.elements[index];
+        let [p, q] = grid.degrees;
+        let (n0, n1) = (p + 1, q + 1);
+        let mut scales = [0.0; 2];
+        for (a, scale) in scales.iter_mut().enumerate().take(surface.n_parameters) {
+            let width = element.upper[a] - element.lower[a];
+            *scale = 1.0 / width;
+            bezier::table(grid.degrees[a], (place.xi[a] - element.lower[a]) / width, &mut self.tables[a]);
+        }
+        let [s, t] = scales;
+        let factors = [1.0, s, t, s * s, t * t, s * t];
+        self.n = element.nodes.len();
+        if surface.n_parameters == 1 {
+            self.sum_curve(&element.coefficients, n0 * n1, s);
+            return index as u32;
+        }
+        let [along, across] = &self.tables;
+        let mut totals = [0.0; 6];
+        for (row, coefficients) in self.rows.iter_mut().zip(element.coefficients.chunks_exact(n0 * n1)) {
+            *row = [0.0; 6];
+            for (l, line) in coefficients.chunks_exact(n0).enumerate() {
+                let mut sums = [0.0; 3];
+                for (k, c) in line.iter().enumerate() {
+                    (0..3).for_each(|d| sums[d] += c * along[d][k]);
+                }
+                let b = [across[0][l], across[1][l], across[2][l]];
+                row[0] += sums[0] * b[0];
+                row[1] += sums[1] * b[0];
+                row[2] += sums[0] * b[1];
+                row[3] += sums[2] * b[0];
+                row[4] += sums[0] * b[2];
+                row[5] += sums[1] * b[1];
+            }
+            for d in 0..6 {
+                row[d] *= factors[d];
+                totals[d] += row[d];
+            }
+        }
+        self.divide(&totals);
+        index as u32
+    }
+
+    /// The functions of a curve, of `order` coefficients each, from the first table; `scale`: derivative of its parameter.
+    /// Derivatives across it stay zero.
+    fn sum_curve(&mut self, coefficients: &[f64], order: usize, scale: f64) {
+        let [value, slope, bend] = &self.tables[0];
+        let mut totals = [0.0; 3];
+        for (row, line) in self.rows.iter_mut().zip(coefficients.chunks_exact(order)) {
+            let mut sums = [0.0; 3];
+            for (((c, b0), b1), b2) in line.iter().zip(value).zip(slope).zip(bend) {
+                sums[0] += c * b0;
+                sums[1] += c * b1;
+                sums[2] += c * b2;
+            }
+            (row[0], row[1], row[3]) = (sums[0], scale * sums[1], scale * scale * sums[2]);
+            totals[0] += row[0];
+            totals[1] += row[1];
+            totals[2] += row[3];
+        }
+        let inverse = 1.0 / totals[0];
+        for row in &mut self.rows[..self.n] {
+            row[0] *= inverse;
+            row[1] = (row[1] - row[0] * totals[1]) * inverse;
+            row[3] = (row[3] - 2.0 * row[1] * totals[1] - row[0] * totals[2]) * inverse;
+        }
+    }
+
+    /// Quotients by the sum of all functions, whose derivatives are `totals`.
+    fn divide(&mut self, totals: &[f64; 6]) {
+        let inverse = 1.0 / totals[0];
+        for row in &mut self.rows[..self.n] {
+            row[0] *= inverse;
+            row[1] = (row[1] - row[0] * totals[1]) * inverse;
+            row[2] = (row[2] - row[0] * totals[2]) * inverse;
+            row[3] = (row[3] - 2.0 * row[1] * totals[1] - row[0] * totals[3]) * inverse;
+            row[4] = (row[4] - 2.0 * row[2] * totals[2] - row[0] * totals[4]) * inverse;
+            row[5] = (row[5] - row[1] * totals[2] - row[2] * totals[1] - row[0] * totals[5]) * inverse;
+        }
+    }
+}
+
+/// A surface with its nodes displaced to `nodes`.
+#[derive(Clone, Copy)]
+pub(super) struct Displaced<'a> {
+    pub surface: &'a TargetSurface,
+    pub nodes: &'a [[f64; 3]],
+}
+
+impl Displaced<'_> {
+    /// The surface at `place`, its functions there in `functions`.
+    pub fn jet(&self, place: &SurfacePlace, functions: &mut Functions) -> SurfaceJet {
+        let index = functions.evaluate(self.surface, place);
+        let mut jet = SurfaceJet { element: index, ..SurfaceJet::default() };
+        let nodes = &self.surface.elements[index as usize].nodes;
+        if self.surface.n_parameters == 1 {
+            for (&node, row) in nodes.iter().zip(&functions.rows) {
+                let x = &self.nodes[node as usize];
+                add(&mut jet.point, row[0], x);
+                add(&mut jet.tangents[0], row[1], x);
+                add(&mut jet.second[0], row[3], x);
+            }
+            return jet;
+        }
+        for (&node, row) in nodes.iter().zip(&functions.rows) {
+            let x = &self.nodes[node as usize];
+            add(&mut jet.point, row[0], x);
+            jet.tangents.iter_mut().zip(&row[1..3]).for_each(|(t, r)| add(t, *r, x));
+            jet.second.iter_mut().zip(&row[3..]).for_each(|(t, r)| add(t, *r, x));
+        }
+        jet
+    }
+
+    /// Closest point to `point`, from a known place nearby.
+    pub fn closest_from(
+        &self,
+        start: &SurfacePlace,
+        point: &[f64; 3],
+        functions: &mut Functions,
+    ) -> Projection {
+        let mut place = *start;
+        let mut last = f64::INFINITY;
+        for _ in 0..MAX_STEPS {
+            let jet = self.jet(&place, functions);
+            let step = self.newton(&place, &jet, point);
+            let Some((step, residual)) = step else { break };
+            let round_off = self.round_off(&place, &jet, point);
+            let is_stalled = residual > 0.5 * last;
+            // Sums of some ten terms may stall a little above the round-off of positions.
+            if residual <= 2.0 * round_off || (is_stalled && residual <= 32.0 * round_off) {
+                return self.complete(place, &jet, point);
+            }
+            // A step that does not bring the residual down is left to the safeguarded search.
+            if residual.is_nan() || is_stalled {
+                break;
+            }
+            last = residual;
+            let grid = &self.surface.faces[place.face as usize];
+            (0..self.surface.n_parameters).for_each(|a| {
+                let [low, high] = grid.range(a);
+                place.xi[a] = (place.xi[a] + step[a]).clamp(low, high);
+            });
+        }
+        self.safeguarded(start, point, functions)
+    }
+
+    /// Round-off of the tangential residual: that of positions, and that of tangents, which are differences of positions of
+    /// an element, on the distance of the point.
+    fn round_off(&self, place: &SurfacePlace, jet: &SurfaceJet, point: &[f64; 3]) -> f64 {
+        let element = &self.surface.elements[jet.element as usize];
+        let degrees = self.surface.faces[place.face as usize].degrees;
+        let (size, distance) = (norm(&jet.point), norm(&difference(&jet.point, point)));
+        let mut relative = 0.0_f64;
+        for (a, degree) in degrees.iter().enumerate().take(self.surface.n_parameters) {
+            let length = norm(&jet.tangents[a]) * (element.upper[a] - element.lower[a]);
+            relative = relative.max(*degree as f64 * size / length);
+        }
+        f64::EPSILON * (norm(point) + size + distance * relative)
+    }
+
+    /// Newton's step on the free parameters and the length of the tangential residual there; none unless the Hessian is
+    /// positive definite (Eq. C.37).
+    fn newton(&self, place: &SurfacePlace, jet: &SurfaceJet, point: &[f64; 3]) -> Option<([f64; 2], f64)> {
+        let grid = &self.surface.faces[place.face as usize];
+        let r = difference(&jet.point, point);
+        let (mut g, mut h, mut is_free) = ([0.0; 2], [1.0, 1.0, 0.0], [false; 2]);
+        let mut residual = 0.0_f64;
+        for a in 0..self.surface.n_parameters {
+            g[a] = dot(&r, &jet.tangents[a]);
+            let [low, high] = grid.range(a);
+            is_free[a] = !(place.xi[a] <= low && g[a] > 0.0 || place.xi[a] >= high && g[a] < 0.0);
+            if is_free[a] {
+                h[a] = dot(&jet.tangents[a], &jet.tangents[a]) + dot(&r, &jet.second[a]);
+                residual = residual.hypot(g[a] / norm(&jet.tangents[a]));
+            } else {
+                g[a] = 0.0;
+            }
+        }
+        if is_free == [true; 2] {
+            h[2] = dot(&jet.tangents[0], &jet.tangents[1]) + dot(&r, &jet.second[2]);
+        }
+        let determinant = h[0] * h[1] - h[2] * h[2];
+        if !(h[0] > 0.0 && determinant > 0.0) {
+            return None;
+        }
+        Some((
+            [-(h[1] * g[0] - h[2] * g[1]) / determinant, -(h[0] * g[1] - h[2] * g[0]) / determinant],
+            residual,
+        ))
+    }
+
+    /// Closest point by a search that cannot be led astray (Eq. S.14).
+    fn safeguarded(&self, start: &SurfacePlace, point: &[f64; 3], functions: &mut Functions) -> Projection {
+        let grid = &self.surface.faces[start.face as usize];
+        let (mut lower, mut upper) = ([0.0; 3], [0.0; 3]);
+        for a in 0..self.surface.n_parameters {
+            [lower[a], upper[a]] = grid.range(a);
+        }
+        let objective = |xi: &[f64; 3]| {
+            let jet = self.jet(&SurfacePlace { face: start.face, xi: [xi[0], xi[1]] }, functions);
+            let r = difference(&jet.point, point);
+            let mut sample = Sample { value: 0.5 * dot(&r, &r), ..Sample::default() };
+            sample.noise = f64::EPSILON * norm(&r) * (norm(&jet.point) + norm(point));
+            for a in 0..2 {
+                sample.gradient[a] = dot(&r, &jet.tangents[a]);
+                sample.hessian[a][a] = dot(&jet.tangents[a], &jet.tangents[a]) + dot(&r, &jet.second[a]);
+                sample.hessian[a][1 - a] = dot(&jet.tangents[0], &jet.tangents[1]) + dot(&r, &jet.second[2]);
+            }
+            sample
+        };
+        let (xi, _) = minimize(objective, &[start.xi[0], start.xi[1], 0.0], &lower, &upper);
+        let mut place = SurfacePlace { face: start.face, xi: [xi[0], xi[1]] };
+        let mut jet = self.jet(&place, functions);
+        // The objective is flat to the root of eps; the gradient is not.
+        for _ in 0..2 {
+            let Some((step, residual)) = self.newton(&place, &jet, point) else { break };
+            let mut next = place;
+            for a in 0..self.surface.n_parameters {
+                next.xi[a] = (place.xi[a] + step[a]).clamp(lower[a], upper[a]);
+            }
+            let there = self.jet(&next, functions);
+            let is_better = self.newton(&next, &there, point).is_some_and(|(_, after)| after < residual);
+            if !is_better {
+                break;
+            }
+            (place, jet) = (next, there);
+        }
+        jet = self.jet(&place, functions);
+        self.complete(place, &jet, point)
+    }
+
+    /// Normal and gap at a closest point (Eq. C.38).
+    ///
+    /// On the axis of an axisymmetric model the surface goes on beyond its end as its mirror image: there is nothing beyond,
+    /// and the normal is the axis, whatever slope the displaced functions have there.
+    fn complete(&self, place: SurfacePlace, jet: &SurfaceJet, point: &[f64; 3]) -> Projection {
+        let grid = &self.surface.faces[place.face as usize];
+        let [t, s] = &jet.tangents;
+        let across = if self.surface.n_parameters == 1 { [t[1], -t[0], 0.0] } else { cross(t, s) };
+        let factor = grid.orientation / norm(&across);
+        let mut normal = across.map(|x| factor * x);
+        let r = difference(point, &jet.point);
+        let tolerance = BEYOND * self.surface.size;
+        let is_on_axis = self.surface.motion == RigidMotion::Axial && jet.point[0].abs() <= tolerance;
+        if is_on_axis && normal[1].is_finite() {
+            normal = [0.0, normal[1].signum(), 0.0];
+        }
+        let mut is_beyond = false;
+        for a in 0..if is_on_axis { 0 } else { self.surface.n_parameters } {
+            let along = dot(&r, &jet.tangents[a]) / norm(&jet.tangents[a]);
+            let [low, high] = grid.range(a);
+            is_beyond |= place.xi[a] <= low && along < -tolerance || place.xi[a] >= high && along > tolerance;
+        }
+        Projection { place, element: jet.element, point: jet.point, normal, gap: dot(&r, &normal), is_beyond }
+    }
+}
+
+fn add(sum: &mut [f64; 3], factor: f64, x: &[f64; 3]) {
+    sum.iter_mut().zip(x).for_each(|(s, x)| *s += factor * x);
+}
+
+/// Places spread over a surface, from which searches without a start begin.
+#[derive(Debug, Clone)]
+pub(super) struct Samples {
+    places: Vec<SurfacePlace>,
+    points: Vec<[f64; 3]>,
+    /// Element of each place and where its function values start.
+    elements: Vec<(u32, usize)>,
+    values: Vec<f64>,
+}
+
+impl Samples {
+    pub fn new(surface: &TargetSurface) -> Self {
+        let mut places = Vec::new();
+        for (face, grid) in surface.faces.iter().enumerate() {
+            let shares: [&[f64]; 2] = [&SAMPLES, if surface.n_parameters == 2 { &SAMPLES } else { &[0.5] }];
+            let along = |a: usize| {
+                let cells = grid.breaks[a].windows(2);
+                cells.flat_map(move |u| shares[a].iter().map(move |s| u[0] + s * (u[1] - u[0])))
+            };
+            for v in along(1) {
+                places.extend(along(0).map(|u| SurfacePlace { face: face as u32, xi: [u, v] }));
+            }
+        }
+        let mut functions = Functions::new(surface);
+        let (mut elements, mut values) = (Vec::new(), Vec::new());
+        for place in &places {
+            elements.push((functions.evaluate(surface, place), values.len()));
+            values.extend(functions.values());
+        }
+        Self { points: vec![[0.0; 3]; places.len()], places, elements, values }
+    }
+
+    /// Moves the samples with the surface.
+    pub fn update(&mut self, displaced: Displaced<'_>) {
+        for (&(element, start), point) in self.elements.iter().zip(&mut self.points) {
+            let nodes = &displaced.surface.elements[element as usize].nodes;
+            *point = [0.0; 3];
+            for (&node, &value) in nodes.iter().zip(&self.values[start..]) {
+                add(point, value, &displaced.nodes[node as usize]);
+            }
+        }
+    }
+
+    /// Place of the sample next to `point`.
+    pub fn nearest(&self, point: &[f64; 3]) -> SurfacePlace {
+        let (mut best, mut least) = (0, f64::INFINITY);
+        for (k, sample) in self.points.iter().enumerate() {
+            let r = difference(point, sample);
+            let distance = dot(&r, &r);
+            if distance < least {
+                (best, least) = (k, distance);
+            }
+        }
+        self.places[best]
+    }
+}

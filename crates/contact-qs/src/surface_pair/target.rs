@@ -1,0 +1,409 @@
+//! The target of a contact: faces of a spline body as data, with low modes and interface compliance of their functions.
+//!
+//! Whatever the space, its functions on an element of a face are `N_A / Σ N_B` with polynomials `N_A`: their Bernstein
+//! coefficients are found once (Eq. C.36), so that an evaluation needs neither space nor patch.
+
+use std::collections::BTreeMap;
+
+use faer::{Mat, MatRef};
+use ffr_dynamics::body::RigidMotion;
+use iga_core::nurbs::Patch;
+use iga_core::nurbs::patch::PointBasis;
+use iga_core::space::Space;
+use iga_core::surface::Face;
+
+use super::bezier;
+use crate::ContactError;
+use crate::points::{DofLookup, InterfaceCompliance};
+
+/// A face of a body, or a part of one, that may be touched.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TargetFace {
+    /// The face.
+    pub face: Face,
+    /// Lower ends of its parameters; the fixed one is ignored.
+    pub lower: [f64; 3],
+    /// Upper ends.
+    pub upper: [f64; 3],
+}
+
+impl TargetFace {
+    /// The whole of `face`.
+    pub fn whole(face: Face, patches: &[Patch]) -> Self {
+        let (lower, upper) = patches[face.id.patch].domain();
+        Self { face, lower, upper }
+    }
+}
+
+/// Functions of one element of a face.
+#[derive(Debug, Clone)]
+pub(super) struct FaceElement {
+    pub lower: [f64; 2],
+    pub upper: [f64; 2],
+    /// Nodes whose functions are not zero here.
+    pub nodes: Vec<u32>,
+    /// Bernstein coefficients, one row a node, first direction fastest.
+    pub coefficients: Vec<f64>,
+    /// Whether all these functions belong to the interface.
+    pub is_in_zone: bool,
+}
+
+/// One face in its own one or two parameters.
+#[derive(Debug, Clone)]
+pub(super) struct FaceGrid {
+    pub degrees: [usize; 2],
+    /// Ends of the cells; a single cell in an absent direction.
+    pub breaks: [Vec<f64>; 2],
+    /// Element of each cell.
+    pub cells: Vec<u32>,
+    /// Sign that makes the normal point outwards.
+    pub orientation: f64,
+}
+
+impl FaceGrid {
+    /// Element that holds `xi`.
+    pub fn element(&self, xi: &[f64; 2]) -> usize {
+        let [i, j] = [0, 1].map(|a| {
+            let breaks = &self.breaks[a];
+            breaks.partition_point(|b| *b <= xi[a]).clamp(1, breaks.len() - 1) - 1
+        });
+        self.cells[i + j * (self.breaks[0].len() - 1)] as usize
+    }
+
+    /// Lower and upper end of direction `a`.
+    pub fn range(&self, a: usize) -> [f64; 2] {
+        [self.breaks[a][0], self.breaks[a][self.breaks[a].len() - 1]]
+    }
+}
+
+/// Surface of a reduced body, or of a rigid one, that contact points are projected on.
+#[derive(Debug, Clone)]
+pub struct TargetSurface {
+    pub(super) motion: RigidMotion,
+    /// Number of surface parameters.
+    pub(super) n_parameters: usize,
+    /// Control points, in the model's components.
+    pub(super) nodes: Vec<[f64; 3]>,
+    pub(super) faces: Vec<FaceGrid>,
+    pub(super) elements: Vec<FaceElement>,
+    /// Rows of the low-frequency shapes, `n_components node + component`.
+    pub(super) low_rows: Vec<f64>,
+    pub(super) n_modes: usize,
+    /// Interface freedom of every row.
+    pub(super) freedoms: Vec<Option<u32>>,
+    /// Compliance of the interface, zero-sized for a rigid body or when all modes are dynamic.
+    pub(super) compliance: Mat<f64>,
+    /// Diagonal of the box around the control points.
+    pub(super) size: f64,
+    /// Largest number of functions of an element.
+    pub(super) n_functions: usize,
+}
+
+impl TargetSurface {
+    /// Surface of a rigid body, made of `faces` of `space` over `patches`.
+    ///
+    /// # Errors
+    /// [`ContactError::Inconsistent`] if a face lies in no element or has no surface parameter.
+    pub fn rigid(
+        motion: RigidMotion,
+        space: &dyn Space,
+        patches: &[Patch],
+        faces: &[TargetFace],
+    ) -> Result<Self, ContactError> {
+        let lookup = DofLookup::new(&[]);
+        Self::flexible(motion, space, patches, faces, &lookup, Mat::zeros(0, 0).as_ref(), None)
+    }
+
+    /// Surface of a flexible body. `patches` carry the weight function of the space (the refined ones of a plain space, the
+    /// coarsest of a hierarchical one); `shapes`: modes of the dynamic elastic coordinates at the unknowns,
+    /// `n_dofs × n_q`; `interface`: compliance of the interface, none when all modes are dynamic.
+    ///
+    /// # Errors
+    /// [`ContactError::Inconsistent`] if sizes differ, a face lies in no element, or has no surface parameter.
+    pub fn flexible(
+        motion: RigidMotion,
+        space: &dyn Space,
+        patches: &[Patch],
+        faces: &[TargetFace],
+        lookup: &DofLookup,
+        shapes: MatRef<'_, f64>,
+        interface: Option<InterfaceCompliance<'_>>,
+    ) -> Result<Self, ContactError> {
+        let expected = motion.n_components();
+        if space.dimension() != expected {
+            return fail(format!("a target of dimension {}, its body has {expected}", space.dimension()));
+        }
+        let mut collection = Collection { space, patches, numbers: BTreeMap::new(), elements: Vec::new() };
+        let grids = faces.iter().map(|f| collection.face(f)).collect::<Result<Vec<_>, _>>()?;
+        let Collection { numbers, elements, .. } = collection;
+        let mut nodes = vec![[0.0; 3]; numbers.len()];
+        for (&function, &node) in &numbers {
+            nodes[node as usize] = space.control_points()[function as usize];
+        }
+        let n_functions = elements.iter().map(|e| e.nodes.len()).max().unwrap_or(0);
+        let mut surface = Self {
+            motion,
+            n_parameters: expected - 1,
+            size: diagonal(&nodes),
+            low_rows: vec![0.0; nodes.len() * expected * shapes.ncols()],
+            n_modes: shapes.ncols(),
+            freedoms: vec![None; nodes.len() * expected],
+            compliance: Mat::zeros(0, 0),
+            nodes,
+            faces: grids,
+            elements,
+            n_functions,
+        };
+        if surface.elements.is_empty() {
+            return fail("the target has no face".into());
+        }
+        surface.attach(&numbers, lookup, shapes, interface)?;
+        Ok(surface)
+    }
+
+    /// Brings modes and interface to the nodes.
+    fn attach(
+        &mut self,
+        numbers: &BTreeMap<u32, u32>,
+        lookup: &DofLookup,
+        shapes: MatRef<'_, f64>,
+        interface: Option<InterfaceCompliance<'_>>,
+    ) -> Result<(), ContactError> {
+        let (nc, n_q) = (self.motion.n_components(), self.n_modes);
+        let mut place = vec![None; shapes.nrows()];
+        if let Some(interface) = interface {
+            let n_b = interface.dofs.len();
+            let g = interface.compliance;
+            if g.nrows() != n_b || g.ncols() != n_b || !g.norm_max().is_finite() {
+                return fail(format!(
+                    "interface compliance is {} x {} for {n_b} freedoms",
+                    g.nrows(),
+                    g.ncols()
+                ));
+            }
+            for (b, &dof) in interface.dofs.iter().enumerate() {
+                match place.get_mut(dof) {
+                    Some(entry) => *entry = Some(b as u32),
+                    None => return fail(format!("interface freedom {dof} of {} unknowns", shapes.nrows())),
+                }
+            }
+            self.compliance = g.to_owned();
+        }
+        let mut is_outside = vec![false; self.nodes.len()];
+        for (&function, &node) in numbers {
+            for c in 0..nc {
+                let Some(dof) = lookup.number(function, c) else { continue };
+                if dof >= shapes.nrows() {
+                    return fail(format!(
+                        "mode shapes have {} rows, the target needs unknown {dof}",
+                        shapes.nrows()
+                    ));
+                }
+                let row = nc * node as usize + c;
+                (0..n_q).for_each(|k| self.low_rows[row * n_q + k] = shapes[(dof, k)]);
+                self.freedoms[row] = place[dof];
+                is_outside[node as usize] |= place[dof].is_none();
+            }
+        }
+        if !self.low_rows.iter().all(|x| x.is_finite()) {
+            return fail("a mode shape of the target is not finite".into());
+        }
+        if self.compliance.nrows() > 0 {
+            for element in &mut self.elements {
+                element.is_in_zone = element.nodes.iter().all(|&n| !is_outside[n as usize]);
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether the surface has a quasistatic compliance.
+    pub fn is_quasistatic(&self) -> bool {
+        self.compliance.nrows() > 0
+    }
+
+    /// Number of elastic coordinates.
+    pub fn n_modes(&self) -> usize {
+        self.n_modes
+    }
+
+    /// Number of interface freedoms.
+    pub fn n_interface(&self) -> usize {
+        self.compliance.nrows()
+    }
+
+    /// Row of the low-frequency shapes.
+    pub(super) fn low_row(&self, row: usize) -> &[f64] {
+        &self.low_rows[row * self.n_modes..(row + 1) * self.n_modes]
+    }
+}
+
+fn fail<T>(reason: String) -> Result<T, ContactError> {
+    Err(ContactError::Inconsistent { reason })
+}
+
+/// Diagonal of the bounding box.
+pub(super) fn diagonal(points: &[[f64; 3]]) -> f64 {
+    let extent = |c: usize| {
+        let values = || points.iter().map(|p| p[c]);
+        values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)
+    };
+    (0..3).map(|c| extent(c).powi(2)).sum::<f64>().sqrt()
+}
+
+/// Elements and nodes of the faces as they are gathered.
+struct Collection<'a> {
+    space: &'a dyn Space,
+    patches: &'a [Patch],
+    /// Node of each function.
+    numbers: BTreeMap<u32, u32>,
+    elements: Vec<FaceElement>,
+}
+
+impl Collection<'_> {
+    /// Gathers one face.
+    fn face(&mut self, wanted: &TargetFace) -> Result<FaceGrid, ContactError> {
+        let face = &wanted.face;
+        let patch = &self.patches[face.id.patch];
+        let directions: Vec<usize> = face.directions().collect();
+        let (first, last) = patch.domain();
+        let (mut lower, mut upper, mut degrees) = ([0.0; 2], [1.0; 2], [0; 2]);
+        for (a, &d) in directions.iter().enumerate() {
+            lower[a] = wanted.lower[d].max(first[d]);
+            upper[a] = wanted.upper[d].min(last[d]);
+            degrees[a] = patch.knots()[d].degree();
+        }
+        if directions.is_empty() || !(0..2).all(|a| lower[a] < upper[a]) {
+            return fail(format!("a target face from {lower:?} to {upper:?} has no extent"));
+        }
+        let start = self.elements.len();
+        let weight = WeightFunction::new(patch);
+        let mut breaks = [vec![lower[0], upper[0]], vec![lower[1], upper[1]]];
+        for e in 0..self.space.n_elements() {
+            let Some((low, high)) = on_face(self.space, e, face, &directions) else { continue };
+            if !(0..2).all(|a| low[a].max(lower[a]) < high[a].min(upper[a])) {
+                continue;
+            }
+            for a in 0..2 {
+                breaks[a].extend([low[a], high[a]].iter().filter(|u| **u > lower[a] && **u < upper[a]));
+            }
+            let element = self.element(e, face, &directions, degrees, (low, high), &weight);
+            self.elements.push(element);
+        }
+        for list in &mut breaks {
+            list.sort_unstable_by(f64::total_cmp);
+            list.dedup();
+        }
+        let cells = self.cells(start, &breaks)?;
+        let sign = if face.id.upper { 1.0 } else { -1.0 };
+        // Direction of the normal that the tangents give, beside that of the rising fixed parameter.
+        let turn = match (directions.len(), face.id.direction) {
+            (1, 0) | (2, 0 | 2) => 1.0,
+            _ => -1.0,
+        };
+        Ok(FaceGrid { degrees, breaks, cells, orientation: sign * turn })
+    }
+
+    /// Element of each cell between `breaks`, found by the cell's middle among the elements from `start` on.
+    fn cells(&self, start: usize, breaks: &[Vec<f64>; 2]) -> Result<Vec<u32>, ContactError> {
+        let mut cells = Vec::new();
+        for v in breaks[1].windows(2) {
+            for u in breaks[0].windows(2) {
+                let middle = [0.5 * (u[0] + u[1]), 0.5 * (v[0] + v[1])];
+                let holds =
+                    |e: &FaceElement| (0..2).all(|a| e.lower[a] <= middle[a] && middle[a] <= e.upper[a]);
+                match self.elements[start..].iter().position(holds) {
+                    Some(e) => cells.push((start + e) as u32),
+                    None => return fail(format!("no element of the target holds the parameters {middle:?}")),
+                }
+            }
+        }
+        Ok(cells)
+    }
+
+    /// Bernstein coefficients of the functions of element `e`.
+    fn element(
+        &mut self,
+        e: usize,
+        face: &Face,
+        directions: &[usize],
+        degrees: [usize; 2],
+        (lower, upper): ([f64; 2], [f64; 2]),
+        weight: &WeightFunction,
+    ) -> FaceElement {
+        let fits = degrees.map(bezier::fit);
+        let (n0, n1) = (degrees[0] + 1, degrees[1] + 1);
+        let (mut basis, mut active) = (PointBasis::default(), Vec::new());
+        self.space.active_functions(e, &mut active);
+        let mut samples = vec![0.0; active.len() * n0 * n1];
+        for j in 0..n1 {
+            for i in 0..n0 {
+                let t = [bezier::sample(degrees[0], i), bezier::sample(degrees[1], j)];
+                let mut xi = face.on_face(&[0.0; 3]);
+                for (a, &d) in directions.iter().enumerate() {
+                    xi[d] = lower[a] + t[a] * (upper[a] - lower[a]);
+                }
+                self.space.evaluate(e, &xi, 0, &mut basis);
+                let w = weight.at(&xi);
+                for (row, value) in samples.chunks_exact_mut(n0 * n1).zip(&basis.values) {
+                    row[i + n0 * j] = value * w;
+                }
+            }
+        }
+        let (mut nodes, mut coefficients) = (Vec::new(), Vec::new());
+        for (&function, row) in active.iter().zip(samples.chunks_exact(n0 * n1)) {
+            if row.iter().all(|v| v.abs() <= 0.0) {
+                continue; // a function of the inside, exactly zero on the face
+            }
+            let next = self.numbers.len() as u32;
+            nodes.push(*self.numbers.entry(function).or_insert(next));
+            for l in 0..n1 {
+                for k in 0..n0 {
+                    let term = |i: usize, j: usize| fits[0][(k, i)] * fits[1][(l, j)] * row[i + n0 * j];
+                    coefficients.push(
+                        (0..n1).flat_map(|j| (0..n0).map(move |i| (i, j))).map(|(i, j)| term(i, j)).sum(),
+                    );
+                }
+            }
+        }
+        FaceElement { lower, upper, nodes, coefficients, is_in_zone: true }
+    }
+}
+
+/// Ends of element `e` in the parameters of `face`, none if it does not lie there.
+fn on_face(space: &dyn Space, e: usize, face: &Face, directions: &[usize]) -> Option<([f64; 2], [f64; 2])> {
+    let element = space.element(e);
+    let d = face.id.direction;
+    let end = if face.id.upper { element.upper[d] } else { element.lower[d] };
+    // Ends of ranges are copied, not computed: equal in every bit.
+    if element.patch != face.id.patch || end.to_bits() != face.parameter.to_bits() {
+        return None;
+    }
+    let (mut lower, mut upper) = ([0.0; 2], [1.0; 2]);
+    for (a, &d) in directions.iter().enumerate() {
+        (lower[a], upper[a]) = (element.lower[d], element.upper[d]);
+    }
+    Some((lower, upper))
+}
+
+/// The weight function `W = Σ w_A N_A` of a patch, which refinement keeps.
+struct WeightFunction {
+    /// The patch with unit weights: its rational functions are the B-splines.
+    splines: Option<Patch>,
+    weights: Vec<f64>,
+}
+
+impl WeightFunction {
+    fn new(patch: &Patch) -> Self {
+        let ones = vec![1.0; patch.n_functions()];
+        let splines = Patch::new(patch.knots().to_vec(), patch.control_points().to_vec(), ones).ok();
+        Self { splines, weights: patch.weights().to_vec() }
+    }
+
+    fn at(&self, xi: &[f64; 3]) -> f64 {
+        let Some(splines) = &self.splines else { return f64::NAN };
+        let e = splines.find_element(xi);
+        let mut basis = PointBasis::default();
+        splines.evaluate(e, xi, 0, &mut basis);
+        splines.active_indices(e).zip(&basis.values).map(|(i, n)| self.weights[i] * n).sum()
+    }
+}

@@ -1,0 +1,334 @@
+//! The surface pair: action and reaction, momenta, gradient of its potential, state.
+
+mod common;
+mod pair_support;
+
+use contact_qs::quasistatic::{BroydenSettings, Method};
+use contact_qs::{ContactElement, ContactError, Friction, SurfacePair, SurfacePairSettings, TargetSurface};
+use ffr_dynamics::body::RigidMotion;
+use ffr_dynamics::system::force::{BodyState, ForceElement, GeneralisedForce};
+use iga_core::hierarchical::{HierarchicalSpace, IndexBox, SubdomainHierarchy};
+use iga_core::space::{PatchSpace, Space};
+use nalgebra::{UnitQuaternion, Vector3};
+use pair_support::*;
+
+const MOTIONS: [RigidMotion; 3] = [RigidMotion::Axial, RigidMotion::Planar, RigidMotion::Spatial];
+const DEPTH: f64 = 2e-3;
+
+/// Which bodies are quasistatic, with a penalty factor that suits.
+const CASES: [([bool; 2], f64); 5] = [
+    ([true, true], 1e10),
+    ([true, true], f64::INFINITY),
+    ([true, false], 1e10),
+    ([false, true], 1e10),
+    ([false, false], 1e9),
+];
+
+fn evaluate(pair: &mut SurfacePair, bodies: &[BodyState]) -> (Vec<GeneralisedForce>, f64) {
+    let mut forces = forces(3, N_MODES);
+    if let Err(e) = pair.apply(0.0, bodies, &mut forces) {
+        panic!("{e} {:?}", pair.gaps());
+    }
+    let energies = pair.energies();
+    (forces, energies.elastic_high + energies.penalty)
+}
+
+#[test]
+fn forces_are_equal_and_opposite_and_keep_the_angular_momentum() {
+    for motion in MOTIONS {
+        for (quasistatic, penalty) in CASES {
+            let mut most = 0;
+            for seed in 1..8 {
+                let mut pair = random_pair(motion, quasistatic, penalty, Method::ActiveSet, seed);
+                let bodies = random_bodies(&pair, motion, DEPTH, seed);
+                let (forces, energy) = evaluate(&mut pair, &bodies);
+                let case = format!("{motion:?} {quasistatic:?} {penalty:e} {seed}");
+                assert!(
+                    energy > 0.0 && pair.report().n_active > 0,
+                    "{case} {:?} {}",
+                    pair.gaps(),
+                    pair.smallest_gap(&bodies)
+                );
+                most = most.max(pair.report().n_active);
+                assert_eq!(forces[2].force, -forces[0].force);
+                assert_eq!(forces[1].force, Vector3::zeros());
+                let moment: Vector3<f64> = bodies
+                    .iter()
+                    .zip(&forces)
+                    .map(|(b, f)| b.position.cross(&f.force) + b.rotation * f.torque)
+                    .sum();
+                if motion != RigidMotion::Axial {
+                    // Round-off of arms of half a metre and of projections, which end at some eps of them.
+                    let scale = pair.report().normal_force * 0.5;
+                    assert!(
+                        moment.norm() < 50.0 * f64::EPSILON * scale,
+                        "{motion:?} {}",
+                        moment.norm() / scale
+                    );
+                }
+            }
+            assert!(most > 1);
+        }
+    }
+}
+
+/// Central difference of the potential along a change of the bodies.
+fn slope(pair: &mut SurfacePair, bodies: &[BodyState], h: f64, shift: impl Fn(&mut [BodyState], f64)) -> f64 {
+    let mut at = |step: f64| {
+        let mut moved = bodies.to_vec();
+        shift(&mut moved, step);
+        evaluate(pair, &moved).1
+    };
+    (at(h) - at(-h)) / (2.0 * h)
+}
+
+/// Directions and axes of the motions of a model.
+fn freedoms(motion: RigidMotion) -> (&'static [usize], &'static [usize]) {
+    match motion {
+        RigidMotion::Axial => (&[2], &[]),
+        RigidMotion::Planar => (&[0, 1], &[2]),
+        RigidMotion::Spatial => (&[0, 1, 2], &[0, 1, 2]),
+    }
+}
+
+/// Largest difference of forces and slopes of the potential, as a share of the contact force.
+fn gradient_error(pair: &mut SurfacePair, motion: RigidMotion, bodies: &[BodyState]) -> f64 {
+    let (forces, energy) = evaluate(pair, bodies);
+    assert!(energy > 0.0);
+    let scale = forces[2].force.norm();
+    // Central differences: error about (h/depth)² = 3e-9; energies known to some 1e-12 of F depth leave 2e-8 of F.
+    let h = 1e-7;
+    let (directions, axes) = freedoms(motion);
+    let mut worst = 0.0_f64;
+    for body in [0, 2] {
+        for &d in directions {
+            let gradient = slope(pair, bodies, h, |b, step| b[body].position[d] += step);
+            worst = worst.max((forces[body].force[d] + gradient).abs());
+        }
+        for &d in axes {
+            let gradient = slope(pair, bodies, h, |b, step| {
+                let mut axis = Vector3::zeros();
+                axis[d] = step;
+                b[body].rotation *= UnitQuaternion::from_scaled_axis(axis);
+            });
+            worst = worst.max((forces[body].torque[d] + gradient).abs());
+        }
+        for k in 0..N_MODES {
+            let gradient = slope(pair, bodies, h, |b, step| b[body].elastic[k] += step);
+            worst = worst.max((forces[body].elastic[k] + gradient).abs());
+        }
+    }
+    worst / scale
+}
+
+#[test]
+fn force_is_minus_the_gradient_of_the_potential() {
+    for motion in MOTIONS {
+        for (quasistatic, penalty) in CASES {
+            let mut most = 0;
+            for seed in 1..8 {
+                let mut pair = random_pair(motion, quasistatic, penalty, Method::ActiveSet, seed);
+                let bodies = random_bodies(&pair, motion, DEPTH, seed);
+                let error = gradient_error(&mut pair, motion, &bodies);
+                // Tilted normals and quasistatic displacements left out of lever arms would show at 1e-2.
+                assert!(error < 3e-7, "{motion:?} {quasistatic:?} {penalty:e} {seed}: {error:e}");
+                most = most.max(pair.report().n_active);
+            }
+            assert!(most > 1);
+        }
+    }
+}
+
+#[test]
+fn algorithm_1_finds_the_same_forces() {
+    for motion in [RigidMotion::Axial, RigidMotion::Planar] {
+        let method = Method::Broyden(BroydenSettings::default());
+        let mut pair = random_pair(motion, [true, true], 1e10, Method::ActiveSet, 3);
+        let mut other = random_pair(motion, [true, true], 1e10, method, 3);
+        let bodies = random_bodies(&pair, motion, DEPTH, 3);
+        evaluate(&mut pair, &bodies);
+        evaluate(&mut other, &bodies);
+        let (a, b) = (pair.report().normal_force, other.report().normal_force);
+        // ε = 1e-15 m of 2e-3 m, amplified by the condition of the springs.
+        assert!((a - b).abs() < 1e-8 * a, "{a} {b}");
+        assert!(matches!(other.set_penalty(f64::INFINITY), Err(ContactError::ExactConstraint { .. })));
+    }
+}
+
+#[test]
+fn save_and_restore_are_exact_to_the_bit() {
+    for motion in MOTIONS {
+        for method in [Method::ActiveSet, Method::Broyden(BroydenSettings::default())] {
+            if motion == RigidMotion::Spatial && method != Method::ActiveSet {
+                continue;
+            }
+            let mut pair = random_pair(motion, [true, true], 1e10, method, 5);
+            let bodies = random_bodies(&pair, motion, DEPTH, 5);
+            evaluate(&mut pair, &bodies);
+            pair.save();
+            let mut moved = bodies.clone();
+            moved[2].elastic[0] += 2e-4;
+            let first = evaluate(&mut pair, &moved);
+            let mut away = bodies.clone();
+            away[2].position += Vector3::new(0.0, 0.0, 1e-3);
+            away[0].elastic[1] -= 1e-3;
+            evaluate(&mut pair, &away);
+            pair.restore();
+            let second = evaluate(&mut pair, &moved);
+            assert_eq!(first.1.to_bits(), second.1.to_bits());
+            for (a, b) in first.0.iter().zip(&second.0) {
+                assert_eq!(a.force, b.force);
+                assert_eq!(a.torque, b.torque);
+                assert_eq!(a.elastic, b.elastic);
+            }
+        }
+    }
+}
+
+#[test]
+fn smallest_gap_is_the_distance_at_any_range() {
+    for motion in MOTIONS {
+        let pair = random_pair(motion, [true, true], 1e10, Method::ActiveSet, 3);
+        let mut bodies = random_bodies(&pair, motion, 0.0, 3);
+        // Where the loop of random_bodies has ended.
+        assert!(pair.smallest_gap(&bodies).abs() < 1e-12);
+        let normal = pair.normal(&bodies);
+        assert!((normal.norm() - 1.0).abs() < 1e-14);
+        for distance in [1e-6, 1e-3, 0.1, 2.0] {
+            let mut apart = bodies.clone();
+            apart[2].position += normal * distance;
+            let gap = pair.smallest_gap(&apart);
+            // Another point may be nearer than the one followed, but not by more than the extent of the zone.
+            assert!(gap > 0.2 * distance && gap <= distance * (1.0 + 1e-6), "{motion:?} {distance} {gap}");
+        }
+        bodies[2].position -= normal * 1e-4;
+        let gap = pair.smallest_gap(&bodies);
+        assert!((-1.5e-4..-0.99e-4).contains(&gap), "{motion:?} {gap}");
+        bodies[2].elastic[0] = f64::NAN;
+        assert!(pair.smallest_gap(&bodies).is_nan());
+        let mut pair = pair;
+        let mut f = forces(3, N_MODES);
+        assert_eq!(pair.apply(0.0, &bodies, &mut f).unwrap_err().code, 2);
+    }
+}
+
+#[test]
+fn penalty_factor_may_change_and_misfits_are_refused() {
+    let motion = RigidMotion::Axial;
+    let mut pair = random_pair(motion, [true, true], 1e9, Method::ActiveSet, 3);
+    let bodies = random_bodies(&pair, motion, DEPTH, 3);
+    let mut last = 0.0;
+    for penalty in [1e9, 1e10, 1e11, f64::INFINITY] {
+        pair.set_penalty(penalty).unwrap();
+        evaluate(&mut pair, &bodies);
+        assert!(pair.report().normal_force > last);
+        last = pair.report().normal_force;
+        let mut fresh = random_pair(motion, [true, true], penalty, Method::ActiveSet, 3);
+        evaluate(&mut fresh, &bodies);
+        // Warm and cold starts meet within the tolerance of the iteration.
+        assert!((fresh.report().normal_force / last - 1.0).abs() < 1e-8);
+    }
+    assert!(matches!(pair.set_penalty(0.0), Err(ContactError::Penalty { .. })));
+    assert!(pair.largest_compliance_weight(&bodies).unwrap().unwrap() > 0.0);
+    assert!(matches!(pair.with_friction(Friction::new(0.3)), Err(ContactError::FrictionPair { .. })));
+    let settings = SurfacePairSettings {
+        contact_body: 1,
+        target_body: Some(1),
+        penalty: 1e9,
+        method: Method::ActiveSet,
+    };
+    let with_itself =
+        SurfacePair::new(random_points(motion, true, 1), random_target(motion, true, 2), settings);
+    assert!(with_itself.is_err());
+    let other = SurfacePairSettings { target_body: Some(0), ..settings };
+    let mixed =
+        SurfacePair::new(random_points(RigidMotion::Planar, true, 1), random_target(motion, true, 2), other);
+    assert!(mixed.is_err());
+    let springless = SurfacePair::new(
+        random_points(motion, false, 1),
+        random_target(motion, false, 2),
+        SurfacePairSettings { penalty: f64::INFINITY, ..other },
+    );
+    assert!(matches!(springless, Err(ContactError::ExactConstraint { .. })));
+}
+
+#[test]
+fn hierarchical_targets_are_the_same_surface() {
+    let motion = RigidMotion::Axial;
+    let shape = round(motion, RADIUS);
+    let (face, top) = highest(&shape, motion, &[0.0, 1.0, 0.0]);
+    let patch = &shape.patches[0];
+    let mut hierarchy = SubdomainHierarchy::new(patch.knots());
+    // All of the pole's corner, three parts a direction: elements of two levels on the face.
+    hierarchy.refine([3, 3, 1], &[IndexBox { lower: [0, 2, 0], upper: [4, 6, 1] }]).unwrap();
+    let fine = HierarchicalSpace::new(patch, hierarchy).unwrap();
+    let plain = PatchSpace::new(shape.patches.clone()).unwrap();
+    assert!(fine.n_functions() > plain.n_functions() + 10);
+    let parts = [part(&shape, face, &top.xi, 0.9)];
+    let pair = |space: &dyn Space| {
+        let target = TargetSurface::rigid(motion, space, &shape.patches, &parts).unwrap();
+        let settings = SurfacePairSettings {
+            contact_body: 2,
+            target_body: None,
+            penalty: 1e9,
+            method: Method::ActiveSet,
+        };
+        SurfacePair::new(random_points(motion, false, 3), target, settings).unwrap()
+    };
+    let (on_fine, on_plain) = (pair(&fine), pair(&plain));
+    let mut bodies = vec![BodyState::at_rest(N_MODES); 3];
+    for z in [0.14, 0.149, 0.16, 0.3] {
+        bodies[2].position.z = z;
+        let (a, b) = (on_fine.smallest_gap(&bodies), on_plain.smallest_gap(&bodies));
+        // Round-off of the fits.
+        assert!((a - b).abs() < 1e-15, "{z}: {a} {b}");
+    }
+}
+
+#[test]
+fn points_beyond_the_end_of_the_target_are_open() {
+    let motion = RigidMotion::Axial;
+    let shape = round(motion, RADIUS);
+    let (face, top) = highest(&shape, motion, &[0.0, 1.0, 0.0]);
+    let space = PatchSpace::new(shape.patches.clone()).unwrap();
+    // The target ends at some 3 mm from the axis, the points reach 20 mm.
+    let parts = [part(&shape, face, &top.xi, 0.02)];
+    let target = TargetSurface::rigid(motion, &space, &shape.patches, &parts).unwrap();
+    let settings =
+        SurfacePairSettings { contact_body: 2, target_body: None, penalty: 1e9, method: Method::ActiveSet };
+    let mut pair = SurfacePair::new(random_points(motion, false, 3), target, settings).unwrap();
+    let mut bodies = vec![BodyState::at_rest(N_MODES); 3];
+    bodies[2].position.z = 0.14;
+    evaluate(&mut pair, &bodies);
+    let beyond = pair.gaps().iter().zip(pair.point_forces()).filter(|(g, f)| **g > 0.0 && **f <= 0.0).count();
+    assert!(beyond > 0 && pair.gaps().iter().all(|g| g.is_finite()));
+    assert_eq!(beyond + pair.report().n_active, pair.n_points());
+}
+
+#[test]
+fn forces_of_several_pairs_on_a_body_add_up() {
+    let motion = RigidMotion::Spatial;
+    // One target for two contact bodies: pairs know nothing of each other.
+    let mut first = random_pair(motion, [true, true], 1e10, Method::ActiveSet, 3);
+    let bodies = random_bodies(&first, motion, DEPTH, 3);
+    let settings = SurfacePairSettings {
+        contact_body: 1,
+        target_body: Some(0),
+        penalty: 1e10,
+        method: Method::ActiveSet,
+    };
+    let mut second =
+        SurfacePair::new(random_points(motion, true, 3), random_target(motion, true, 103), settings).unwrap();
+    let mut bodies = bodies;
+    bodies[1] = bodies[2].clone();
+    let (mut together, mut alone) = (forces(3, N_MODES), forces(3, N_MODES));
+    first.apply(0.0, &bodies, &mut alone).unwrap();
+    first.apply(0.0, &bodies, &mut together).unwrap();
+    second.apply(0.0, &bodies, &mut together).unwrap();
+    // The second is the first under another number: warm and cold starts agree to the tolerance asked of random pairs
+    // and the default one.
+    let scale = alone[2].force.norm();
+    assert!((together[1].force - alone[2].force).norm() < 1e-6 * scale);
+    assert!((together[0].force - 2.0 * alone[0].force).norm() < 1e-6 * scale);
+    assert!((together[0].torque - 2.0 * alone[0].torque).norm() < 1e-6 * scale);
+}

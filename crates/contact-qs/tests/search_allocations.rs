@@ -1,0 +1,62 @@
+//! A repeated search must not allocate.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+use contact_qs::search::plane_distance;
+use contact_qs::{Plane, SearchWorkspace, SurfaceModel, minimum_distance};
+use ffr_dynamics::body::RigidMotion;
+use ffr_dynamics::system::force::BodyState;
+use iga_core::nurbs::primitives::{SphereNet, solid, sphere};
+use nalgebra::Vector3;
+
+thread_local! {
+    static COUNT: Cell<usize> = const { Cell::new(0) };
+}
+
+struct Counting;
+
+#[expect(unsafe_code, reason = "an allocator can only be written so; it hands everything on to the system's")]
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        COUNT.with(|c| c.set(c.get() + 1));
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+#[test]
+fn repeated_searches_do_not_allocate() {
+    let shapes = [sphere::sphere(0.5, SphereNet::Cube), solid::hollow_cylinder(0.3, 0.6, 1.0)];
+    let models = shapes.map(|s| {
+        let fine = s.unwrap();
+        let degrees: Vec<usize> = fine.patches[0].knots().iter().map(|k| k.degree()).collect();
+        SurfaceModel::rigid(RigidMotion::Spatial, &fine.refined(&degrees, &[3; 3], &[]).unwrap().patches)
+            .unwrap()
+    });
+    let target = BodyState::at_rest(0);
+    let plane = Plane { point: Vector3::zeros(), normal: Vector3::z_axis() };
+    let mut ws = SearchWorkspace::new();
+    let mut gaps = [f64::INFINITY, f64::NEG_INFINITY];
+    // The first rounds fill the buffers, apart and overlapping.
+    for round in 0..2 {
+        let before = COUNT.with(Cell::get);
+        for k in 0..40 {
+            let mut state = BodyState::at_rest(0);
+            let allocated = COUNT.with(Cell::get);
+            state.position = Vector3::new(0.45, 0.0, 1.55 - 0.002 * f64::from(k));
+            let gap = minimum_distance([&models[0], &models[1]], [&state, &target], &mut ws).unwrap().gap;
+            gaps = [gaps[0].min(gap), gaps[1].max(gap)];
+            plane_distance(&models[0], &state, &plane, &mut ws).unwrap();
+            assert!(round == 0 || COUNT.with(Cell::get) == allocated, "{k}");
+        }
+        assert!(round == 0 || COUNT.with(Cell::get) == before);
+    }
+    assert!(gaps[0] < 0.0 && gaps[1] > 0.0, "{gaps:?} must be apart and overlap");
+}
