@@ -133,6 +133,27 @@ fn unknown_body_of_modes_exits_with_2() {
 }
 
 #[test]
+fn exported_bodies_can_be_read_again() {
+    let path = scenario("sphere_on_plane.toml");
+    for (i, more) in [&[][..], &["--full"][..]].into_iter().enumerate() {
+        let file = std::env::temp_dir().join(format!("fbimpact-export-{}-{i}.h5", std::process::id()));
+        let target = file.to_str().expect("UTF-8");
+        let set = ["--set", "bodies.ball.discretisation.refine=[]"];
+        let arguments =
+            [&["export-body", path.to_str().expect("UTF-8"), "--body", "ball", "-o", target], &set[..], more];
+        let (code, out, err) = output(&arguments.concat());
+        let read = fbimpact::body_file::read(&file);
+        std::fs::remove_file(&file).ok();
+        assert_eq!(code, 0, "{err}");
+        assert!(out.contains("ball"), "{out}");
+        match read.expect("a body file") {
+            fbimpact::body_file::BodyFile::Reduced(body) => assert!(i == 0 && !body.frequencies().is_empty()),
+            fbimpact::body_file::BodyFile::Full(body) => assert!(i == 1 && body.body().name == "ball"),
+        }
+    }
+}
+
+#[test]
 fn schema_is_json_and_matches_the_file() {
     let (code, out, _) = output(&["schema"]);
     assert_eq!(code, 0);

@@ -9,8 +9,13 @@ use proptest::prelude::*;
 
 const SPHERE: &str = include_str!("../scenarios/sphere_on_plane.toml");
 const ROD: &str = include_str!("../scenarios/rod_on_plane.toml");
+const PENDULUMS: &str = include_str!("../scenarios/rigid_double_pendulums.toml");
+const PAIRS: &str = include_str!("../scenarios/sphere_rod_sphere.toml");
+const BEAM: &str = include_str!("../scenarios/spinning_beam.toml");
+/// What the property tests mutate.
+const TEXTS: [&str; 6] = [SPHERE, ROD, PENDULUMS, PAIRS, BEAM, ALL_SHAPES];
 
-/// A scenario in which every shape and every kind of request stands once.
+/// A scenario in which every shape, every form of a quantity over time and every kind of request stands once.
 const ALL_SHAPES: &str = r#"
 [simulation]
 end_time = 1.0
@@ -20,7 +25,7 @@ poissons_ratio = 0.3
 density = 1e3
 [bodies]
 sphere = { material = "m", geometry = { shape = "sphere", radius = 1.0, net = "cube" } }
-rod = { model = "axisymmetric", material = "m", geometry = { shape = "rod", radius = 1.0, length = 2.0 }, discretisation = { refine = [{ marker = "start", width = 0.1 }] } }
+rod = { model = "axisymmetric", material = "m", geometry = { shape = "rod", radius = 1.0, length = 2.0 }, discretisation = { refine = [{ marker = "start", width = 0.1 }] }, markers = { extra = { point = [0.5, 1.0] } } }
 rod-spherical-end = { model = "axisymmetric", material = "m", geometry = { shape = "rod-spherical-end", radius = 1.0, length = 2.0 } }
 cylinder = { material = "m", geometry = { shape = "cylinder", radius = 1.0, length = 2.0 } }
 hollow-cylinder = { material = "m", geometry = { shape = "hollow-cylinder", inner_radius = 1.0, outer_radius = 2.0, length = 2.0 } }
@@ -29,9 +34,46 @@ rectangle = { model = "plane-stress", thickness = 0.1, material = "m", geometry 
 disc = { model = "plane-strain", material = "m", geometry = { shape = "disc", radius = 1.0 } }
 nurbs = { model = "plane-strain", material = "m", geometry = { shape = "nurbs", degrees = [1, 1], knots = [[0, 0, 1, 1], [0, 0, 1, 1]], control_points = [[0, 0], [1, 0], [0, 1], [1, 1]], weights = [1, 1, 1, 1] } }
 plane = { model = "rigid", geometry = { shape = "plane" } }
+arm = { model = "rigid", mass = 1.0, centre_of_mass = [0.0, 0.1, 0.0], inertia = [1.0, 1.0, 1.0], orientation_deg = [0, 90, 0] }
+wheel = { model = "rigid", motion = "planar", thickness = 0.1, material = "m", geometry = { shape = "disc", radius = 1.0 } }
+piston = { model = "rigid", motion = "axial", mass = 1.0 }
+leg = { material = "m", geometry = { shape = "cylinder", radius = 0.1, length = 2.0 }, frame = "tangent", geometric_stiffening = true, damping = { modal = [0.1, 0.2] }, reduction = { joint_interface = true } }
+[joints.j]
+type = "cylindrical"
+axis = [0.0, 1.0, 1.0]
+reference = [1.0, 0.0, 0.0]
+parent = { body = "ground", point = [0.0, 0.0, 0.0] }
+child = { body = "arm", point = [0.0, 0.0, 0.0] }
+stiffness = [1.0, 2.0]
+drives = [{ coordinate = 0, curve = { kind = "harmonic", amplitude = 1.0, frequency = 2.0 } }]
+motions = [{ coordinate = 1, curve = 0.5 }]
+[joints.knee]
+type = "universal"
+axis = [1.0, 0.0, 0.0]
+second_axis = [0.0, 1.0, 0.0]
+parent = { body = "arm", point = [0.0, 1.0, 0.0] }
+child = { body = "leg", marker = "start" }
+coordinates = [0.1, 0.2]
+[joints.loop]
+type = "spherical"
+parent = { body = "arm", point = [0.0, 2.0, 0.0] }
+child = { body = "leg", marker = "end" }
+closes_loop = true
+[loads]
+l = { body = "arm", point = [0.0, 0.0, 0.0], force_x = 1.0, following = true }
+constant = { body = "leg", marker = "end", force_z = { kind = "constant", value = 1.0 } }
+polynomial = { body = "leg", marker = "end", force_z = { kind = "polynomial", coefficients = [1.0, 2.0] } }
+harmonic = { body = "leg", marker = "end", force_z = { kind = "harmonic", amplitude = 1.0, frequency = 2.0, phase_deg = 30.0, offset = 1.0 } }
+spin-up = { body = "leg", marker = "end", force_z = { kind = "spin-up", rate = 1.0, duration = 2.0 } }
+table = { body = "leg", marker = "end", force_z = { kind = "table", times = [0.0, 1.0], values = [0.0, 2.0] } }
 [contacts.c]
 contact_body = "rod"
 target_body = "plane"
+[contacts.pair]
+contact_body = "rod-spherical-end"
+target_body = "rod"
+penalty = { initial = 1e16, search = "until-converged", tolerance = 1e-3 }
+interval = { width = 0.01, elements = 16, target_utilisation = 0.8, min_utilisation = 0.6, max_levels = 4, max_knots_per_level = 8 }
 [output.points.p]
 body = "rod"
 marker = "end"
@@ -60,6 +102,9 @@ fn each_key(keys: &'static [Key], path: &str, action: &mut dyn FnMut(&'static Ke
                     "materials" => "m",
                     "bodies" => "rod",
                     "contacts" => "c",
+                    "joints" => "j",
+                    "loads" => "l",
+                    name if name.ends_with(".markers") => "extra",
                     "output.points" => "p",
                     _ => "s",
                 };
@@ -68,6 +113,11 @@ fn each_key(keys: &'static [Key], path: &str, action: &mut dyn FnMut(&'static Ke
             Kind::Variants { variants, .. } => {
                 for v in *variants {
                     each_key(v.keys, &format!("bodies.{}.geometry", v.name), action);
+                }
+            }
+            Kind::NumberOrVariants { variants, .. } if name == "loads.l.force_z" => {
+                for v in *variants {
+                    each_key(v.keys, &format!("loads.{}.force_z", v.name), action);
                 }
             }
             _ => {}
@@ -89,12 +139,28 @@ fn bad_values(kind: &Kind) -> Vec<String> {
     let lists = |range: &Range, n: usize| -> Vec<String> {
         outside(range).iter().map(|x| format!("[{}]", vec![x.as_str(); n].join(","))).collect()
     };
-    let mut values: Vec<String> = vec!["true".into(), "1979-05-27".into()];
+    let mut values: Vec<String> = vec!["1979-05-27".into()];
+    if !matches!(kind, Kind::Boolean) {
+        values.push("true".into());
+    }
     values.extend(match kind {
         Kind::Text => vec!["1".into(), "[]".into(), "{}".into()],
         Kind::Name => vec!["\"\"".into(), "\" \"".into(), "3".into(), "[1]".into()],
         Kind::Number(range) => [outside(range), vec!["\"1\"".into(), "[1]".into(), "{}".into()]].concat(),
-        Kind::Fixed(x) => vec![format!("{:?}", x + 1.0), "nan".into(), "\"a\"".into()],
+        Kind::Boolean => vec!["1".into(), "\"true\"".into(), "[]".into(), "[true]".into()],
+        Kind::Numbers(range) => {
+            [outside(range), lists(range, 1), lists(range, 3), vec!["[]".into(), "\"1\"".into(), "{}".into()]]
+                .concat()
+        }
+        Kind::Symmetric(range) => {
+            let rows =
+                ["1", "[]", "[1,2]", "[[1,2],[3,4],[5,6]]", "[[1,0,0],[0,1,0],[0,0,nan]]", "[1,2,[3]]"];
+            [lists(range, 3), rows.map(str::to_owned).to_vec()].concat()
+        }
+        Kind::NumberOrVariants { range, .. } => {
+            let forms = ["\"1\"", "[1]", "{}", "{ kind = 1 }", "{ kind = \"no\" }"];
+            [outside(range), forms.map(str::to_owned).to_vec()].concat()
+        }
         Kind::Integer(min, max) => {
             vec![
                 format!("{}", *min as i64 - 1),
@@ -141,9 +207,12 @@ fn bad_values(kind: &Kind) -> Vec<String> {
 #[test]
 fn scenario_with_every_shape_is_valid() {
     let scenario = parse(ALL_SHAPES.as_bytes(), &[]).unwrap_or_else(|f| panic!("{f:#?}"));
-    assert_eq!(scenario.bodies.len(), 10);
+    assert_eq!(scenario.bodies.len(), 14);
     let again = parse(scenario.source.resolved.as_bytes(), &[]).unwrap_or_else(|f| panic!("{f:#?}"));
     assert_eq!(again.bodies, scenario.bodies);
+    assert_eq!(again.joints, scenario.joints);
+    assert_eq!(again.loads, scenario.loads);
+    assert_eq!(again.contacts, scenario.contacts);
     assert_eq!(again.output, scenario.output);
 }
 
@@ -301,8 +370,8 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 1500, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn changed_values_never_panic(which in 0usize..3, line in any::<prop::sample::Index>(), value in junk()) {
-        let text = [SPHERE, ROD, ALL_SHAPES][which];
+    fn changed_values_never_panic(which in 0..TEXTS.len(), line in any::<prop::sample::Index>(), value in junk()) {
+        let text = TEXTS[which];
         let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
         let i = line.index(lines.len());
         if let Some((key, _)) = lines[i].clone().split_once('=') {
@@ -313,9 +382,9 @@ proptest! {
 
     #[test]
     fn deleted_doubled_and_swapped_lines_never_panic(
-        which in 0usize..3, a in any::<prop::sample::Index>(), b in any::<prop::sample::Index>(), what in 0u8..3,
+        which in 0..TEXTS.len(), a in any::<prop::sample::Index>(), b in any::<prop::sample::Index>(), what in 0u8..3,
     ) {
-        let mut lines: Vec<&str> = [SPHERE, ROD, ALL_SHAPES][which].lines().collect();
+        let mut lines: Vec<&str> = TEXTS[which].lines().collect();
         let (i, j) = (a.index(lines.len()), b.index(lines.len()));
         match what {
             0 => { lines.remove(i); }
@@ -327,9 +396,9 @@ proptest! {
 
     #[test]
     fn changed_bytes_never_panic(
-        which in 0usize..3, changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
+        which in 0..TEXTS.len(), changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
     ) {
-        let mut bytes = [SPHERE, ROD, ALL_SHAPES][which].as_bytes().to_vec();
+        let mut bytes = TEXTS[which].as_bytes().to_vec();
         for (at, byte) in changes {
             let i = at.index(bytes.len());
             bytes[i] = byte;

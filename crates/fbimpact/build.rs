@@ -16,5 +16,10 @@ fn main() {
     println!("cargo:rustc-env=FBIMPACT_COMMIT={commit}");
     println!("cargo:rustc-env=FBIMPACT_COMPILER={compiler}");
     println!("cargo:rustc-env=FBIMPACT_TARGET={}", std::env::var("TARGET").unwrap_or_else(|_| unknown()));
-    println!("cargo:rerun-if-changed=.git/HEAD");
+    // HEAD changes with the branch, its log with every commit; without a file cargo would run this every time.
+    for file in [".git/HEAD", ".git/logs/HEAD"] {
+        if std::path::Path::new(file).exists() {
+            println!("cargo:rerun-if-changed={file}");
+        }
+    }
 }

@@ -1,9 +1,11 @@
 //! Results against closed forms and independent computations; docs/verification.md lists every case with its figures.
 #![expect(clippy::print_stdout, reason = "the figures of docs/verification.md, shown with --nocapture")]
 
+mod adaptive_impacts;
 mod cylinder;
 mod impacts_rod;
 mod impacts_sphere;
+mod multibody;
 mod rods;
 mod solvers_sphere;
 mod spheres;

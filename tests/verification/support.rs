@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use adaptive::model::RunModel;
 use adaptive::record::{
     Continue, ImpactRecord, Observer, ObserverError, PhaseKind, PhaseRecord, RunLayout, Sample, StressRecord,
-    TryRecord,
+    TransferRecord, TryRecord,
 };
 use fbimpact::scenario::{self, Scenario};
 use fbimpact::setup::run_spec;
@@ -24,6 +24,8 @@ pub struct Trace {
     pub impacts: Vec<ImpactRecord>,
     /// Tries.
     pub tries: Vec<TryRecord>,
+    /// Changes of models.
+    pub transfers: Vec<TransferRecord>,
     /// Stresses.
     pub stress: Vec<StressRecord>,
     /// Why the run ended early, if it did.
@@ -63,6 +65,11 @@ impl Observer for Trace {
 
     fn attempt(&mut self, record: &TryRecord) -> Result<(), ObserverError> {
         self.tries.push(record.clone());
+        Ok(())
+    }
+
+    fn transfer(&mut self, record: &TransferRecord) -> Result<(), ObserverError> {
+        self.transfers.push(record.clone());
         Ok(())
     }
 

@@ -1,8 +1,10 @@
-//! The part of a body's surface that may touch a plane: its interval, points, and interface unknowns.
+//! The part of a body's surface that may touch a plane or another body: its interval, points, and interface unknowns.
 
 use contact_qs::ContactError;
 use contact_qs::points::SurfacePoint;
+use contact_qs::surface_pair::TargetFace;
 use iga_core::elasticity::Model;
+use iga_core::nurbs::interface::FaceId;
 use iga_core::nurbs::local::parameter_at_distance;
 use iga_core::space::Space;
 use iga_core::surface::{BodySurface, CollocationPoint, Face, gauss_points, greville_points};
@@ -10,7 +12,7 @@ use nalgebra::Vector3;
 
 use crate::elastic_body::{ElasticBody, rigid_motion};
 use crate::error::AdaptiveError;
-use crate::spec::{ElasticSpec, PointRule, RefinementSpec, SurfaceLaw};
+use crate::spec::{ElasticSpec, PointRule, RefinementSpec, SurfaceLaw, Treatment};
 
 /// Slack of comparisons between parameters, as a share of the patch's range: round-off of arc lengths.
 const PARAMETER_SLACK: f64 = 1e-9;
@@ -18,15 +20,27 @@ const PARAMETER_SLACK: f64 = 1e-9;
 /// A refinement counts as made for a contact whose first point is nearer to its centre than this part of its width.
 const SAME_PLACE: f64 = 1e-3;
 
-/// What a contact asks of a body.
+/// A place on the surface of a body about which a contact has its interval. Refinement moves neither faces nor parameters, so
+/// that a site found on the exact shape holds for every discretisation of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactSite {
+    /// The face.
+    pub face: FaceId,
+    /// Parameters in the face's patch.
+    pub xi: [f64; 3],
+    /// Undeformed position in the model's components \[m\].
+    pub point: [f64; 3],
+}
+
+/// A contact that asks for a zone on a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ZoneRequest<'a> {
     /// Name of the contact.
     pub contact: &'a str,
     /// Points, interval.
     pub law: &'a SurfaceLaw,
-    /// Normal of the plane that is met, in the body's frame, towards the body.
-    pub normal: Vector3<f64>,
+    /// Where.
+    pub site: ContactSite,
 }
 
 /// A contact interval on a face of a body.
@@ -37,6 +51,26 @@ pub struct ContactZone {
     pub unknowns: Vec<usize>,
     /// Full width of the interval \[m\].
     pub width: f64,
+    /// The interval as a part of the surface that points of another body may touch.
+    pub face: TargetFace,
+}
+
+impl ContactSite {
+    /// The site at parameters `xi` of face `face`.
+    pub fn new(body: &ElasticSpec, face: FaceId, xi: [f64; 3]) -> Self {
+        let patches = &body.shape.patches;
+        let xi = Face::new(patches, face, body.model == Model::Axisymmetric).on_face(&xi);
+        Self { face, xi, point: patches[face.patch].point(&xi) }
+    }
+
+    /// The first point to touch a plane whose normal, in the body's frame and towards the body, is `normal`; `None` for a
+    /// body without faces.
+    pub fn lowest(body: &ElasticSpec, normal: &Vector3<f64>) -> Option<Self> {
+        let patches = &body.shape.patches;
+        let surface = BodySurface::new(patches, body.model == Model::Axisymmetric);
+        let first = surface.lowest(patches, &model_components(&body.model, normal))?;
+        Some(Self::new(body, surface.faces()[first.face].id, first.xi))
+    }
 }
 
 /// A box of parameters on a face.
@@ -57,52 +91,62 @@ impl Interval {
 /// The refinement that a contact interval with a given number of elements asks of its body; `None` if it asks for none.
 ///
 /// # Errors
-/// [`AdaptiveError::Contact`] if the number of elements is given without a width or the surface has no lowest point.
-pub fn wanted_refinement(
-    body: &ElasticSpec,
-    request: &ZoneRequest<'_>,
-) -> Result<Option<RefinementSpec>, AdaptiveError> {
+/// [`AdaptiveError::Contact`] if the number of elements is given without a width, or for a contact without refinement.
+pub fn wanted_refinement(request: &ZoneRequest<'_>) -> Result<Option<RefinementSpec>, AdaptiveError> {
     let interval = &request.law.interval;
     let Some(elements) = interval.elements else { return Ok(None) };
-    let fail = |source| AdaptiveError::Contact { contact: request.contact.to_owned(), source };
-    let width = interval.width.ok_or_else(|| {
-        let reason = "interval.elements needs interval.width".to_owned();
-        fail(ContactError::Inconsistent { reason })
-    })?;
-    let patches = &body.shape.patches;
-    let surface = BodySurface::new(patches, body.model == Model::Axisymmetric);
-    let direction = model_components(&body.model, &request.normal);
-    let first = surface.lowest(patches, &direction).ok_or_else(|| fail(ContactError::Empty { width }))?;
-    Ok(Some(RefinementSpec { centre: first.point, width, elements, ratio: DEFAULT_RATIO }))
+    let fail = |reason: &str| AdaptiveError::Contact {
+        contact: request.contact.to_owned(),
+        source: ContactError::Inconsistent { reason: reason.to_owned() },
+    };
+    if request.law.treatment == Treatment::Coarse {
+        return Err(fail(
+            "model \"coarse\" is not refined, leave interval.elements out or choose another model",
+        ));
+    }
+    let width = interval.width.ok_or_else(|| fail("interval.elements needs interval.width"))?;
+    Ok(Some(RefinementSpec { centre: request.site.point, width, elements, ratio: DEFAULT_RATIO }))
 }
 
 /// Ratio of neighbouring elements outside an interval that asks for its own refinement.
 const DEFAULT_RATIO: f64 = 1.5;
 
+/// Halvings of the body's size in the search for an interval that touches no singular line.
+const MAX_HALVINGS: usize = 20;
+
 impl ContactZone {
-    /// The zone of `body` about its first point of contact with a plane.
+    /// The zone of `body` that a contact asks for.
+    ///
+    /// Its width is the one given, else that of the refinement in whose middle the site lies; of a contact without refinement
+    /// ([`Treatment::Coarse`]) the whole face about the site, as far as it is regular.
     ///
     /// # Errors
     /// [`AdaptiveError::Contact`] if no width is known, the zone is empty or touches a singular line.
     pub fn new(body: &ElasticBody, request: &ZoneRequest<'_>) -> Result<Self, AdaptiveError> {
         let fail = |source| AdaptiveError::Contact { contact: request.contact.to_owned(), source };
-        let axisymmetric = body.spec.model == Model::Axisymmetric;
-        let patches = &body.shape.patches;
-        let surface = BodySurface::new(patches, axisymmetric);
-        let direction = model_components(&body.spec.model, &request.normal);
-        let first =
-            surface.lowest(patches, &direction).ok_or_else(|| fail(ContactError::Empty { width: 0.0 }))?;
-        let face = surface.faces()[first.face];
-        let width = request.law.interval.width.or_else(|| refined_width(body, &first.point)).ok_or_else(|| {
+        let ContactSite { face, xi, point } = request.site;
+        let face = Face::new(&body.shape.patches, face, body.spec.model == Model::Axisymmetric);
+        let interval = |width: f64| {
+            let half_width = RefinementSpec::half_width(&body.spec.model, &point, width);
+            Interval::about(body, &face, &xi, half_width)
+        };
+        let singular = |i: &Interval| body.shape.singular_in(face.id.patch, &i.lower, &i.upper);
+        let is_coarse = request.law.treatment == Treatment::Coarse;
+        let known = request.law.interval.width;
+        let known = if is_coarse { known } else { known.or_else(|| refined_width(&body.spec, &point)) };
+        let widest = || {
+            let mut widths = (0..MAX_HALVINGS).map(|k| 2.0 * body.size() * 0.5_f64.powi(k as i32));
+            widths.find(|w| singular(&interval(*w)).is_none())
+        };
+        let width = known.or_else(|| if is_coarse { widest() } else { None }).ok_or_else(|| {
             let reason = format!(
-                "the body is not refined at its first point of contact ({:.6e}, {:.6e}, {:.6e}) m; give interval.width or refine there",
-                first.point[0], first.point[1], first.point[2]
+                "body \"{}\" is not refined at its first point of contact ({:.6e}, {:.6e}, {:.6e}) m; give interval.width or refine there",
+                body.name, point[0], point[1], point[2]
             );
             fail(ContactError::Inconsistent { reason })
         })?;
-        let half_width = RefinementSpec::half_width(&body.spec.model, &first.point, width);
-        let interval = Interval::about(body, &face, &first.xi, half_width);
-        if let Some(set) = body.shape.singular_in(face.id.patch, &interval.lower, &interval.upper) {
+        let interval = interval(width);
+        if let Some(set) = singular(&interval) {
             return Err(fail(ContactError::Singular { name: set.name.clone() }));
         }
         let points = collocate(body, &face, &interval, request.law.points);
@@ -110,7 +154,8 @@ impl ContactZone {
             return Err(fail(ContactError::Empty { width }));
         }
         let unknowns = interface(body, &face, &interval, &points);
-        Ok(Self { points, unknowns, width })
+        let face = TargetFace { face, lower: interval.lower, upper: interval.upper };
+        Ok(Self { points, unknowns, width, face })
     }
 }
 
@@ -169,11 +214,11 @@ fn model_components(model: &Model, vector: &Vector3<f64>) -> [f64; 3] {
 }
 
 /// Width of the refinement in whose middle `point` lies.
-fn refined_width(body: &ElasticBody, point: &[f64; 3]) -> Option<f64> {
+pub fn refined_width(body: &ElasticSpec, point: &[f64; 3]) -> Option<f64> {
     let distance = |centre: &[f64; 3]| -> f64 {
         centre.iter().zip(point).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
     };
-    let refinements = &body.spec.discretisation.refine;
+    let refinements = &body.discretisation.refine;
     let near = refinements.iter().filter(|r| distance(&r.centre) < SAME_PLACE * r.width);
     near.map(|r| r.width).max_by(f64::total_cmp)
 }

@@ -2,15 +2,18 @@
 
 use std::time::Instant;
 
+use contact_qs::search::{TouchSettings, first_touch};
 use ffr_dynamics::DynamicsError;
-use ffr_dynamics::integration::{CrossingSearch, DenseOutput, Integrator, Statistics, StepSettings};
+use ffr_dynamics::integration::{CrossingSearch, DenseOutput, Integrator, Statistics, Step, StepSettings};
 use ffr_dynamics::system::error_scale::ErrorScale;
 
+use crate::adaptive_contact::FineContact;
 use crate::error::AdaptiveError;
-use crate::impact_watch::{ContactInstant, ImpactWatch};
+use crate::impact_watch::ImpactWatch;
 use crate::model::RunModel;
-use crate::record::{Continue, Observer, PhaseKind, PhaseRecord, Sample, TryRecord};
-use crate::simulation::{fill_sample, normal_velocity, smallest_gap};
+use crate::penalty_search::PenaltySearch;
+use crate::record::{Continue, Observer, PhaseKind, PhaseRecord, Sample};
+use crate::simulation::{fill_sample, smallest_gap};
 use crate::spec::RunSettings;
 
 /// A body that touches within this part of its size at the start counts as touching: round-off of its coordinates.
@@ -21,6 +24,18 @@ const EVENT_TOLERANCE: f64 = 1e-9;
 const EVENT_SAMPLES: usize = 4;
 /// Default quiet time in steps of the impact phase: several periods of the highest mode pass without contact.
 const QUIET_STEPS: f64 = 10.0;
+
+/// Shortest interval between two looks at a pair that is not in contact, as a share of a step: overlaps that last longer
+/// are never missed.
+const SHORTEST_LOOK: f64 = 1e-4;
+/// Pairs nearer than this part of their size touch as far as detection can tell: a touch is located to a billionth of a step.
+const NEAR: f64 = 1e-9;
+
+mod impact;
+mod refine;
+mod watch;
+
+use impact::Pending;
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,11 +56,21 @@ pub struct Driver<'a> {
     earlier: Statistics,
     crossing: CrossingSearch,
     watches: Vec<ImpactWatch>,
+    /// Fine models in use, one entry a contact.
+    fine: Vec<Option<FineContact>>,
+    /// Searches of contacts that joined the running impact in an earlier try, one entry a contact.
+    searches: Vec<Option<PenaltySearch>>,
+    /// Peak forces that previews gave, one entry a contact \[N\].
+    previews: Vec<Option<f64>>,
+    /// States and changes of the model that wait for the attempt to be accepted.
+    pending: Vec<Pending>,
+    is_buffering: bool,
     sample: Sample,
     interpolated: Vec<f64>,
     impact_step: f64,
     /// Potential of gravity at the start, from which it is counted \[J\].
     gravity_datum: f64,
+    phase_start: f64,
     n_phases: u32,
     n_impacts: u32,
     next_output: f64,
@@ -84,6 +109,12 @@ impl<'a> Driver<'a> {
         let gravity_datum = model.system.invariants(0.0, &y).gravity;
         Ok(Self {
             watches: vec![ImpactWatch::default(); model.system.forces().len()],
+            fine: model.contacts.iter().map(|_| None).collect(),
+            searches: vec![None; model.contacts.len()],
+            previews: vec![None; model.contacts.len()],
+            pending: Vec::new(),
+            is_buffering: false,
+            phase_start: 0.0,
             earlier: Statistics::default(),
             sample: Sample::default(),
             interpolated: y,
@@ -102,18 +133,20 @@ impl<'a> Driver<'a> {
 
     fn run(&mut self) -> Result<RunEnd, AdaptiveError> {
         self.observer.start(&self.model.layout(self.settings.end_time))?;
-        let mut kind = if self.is_touching() { PhaseKind::Impact } else { PhaseKind::Free };
+        let mut kind = if self.is_touching()? { PhaseKind::Impact } else { PhaseKind::Free };
         self.store()?;
         self.next_output = self.settings.free_interval;
         let mut is_interrupted = false;
         while self.integrator.time() < self.settings.end_time && !is_interrupted {
             let started = Instant::now();
             let (start, before) = (self.integrator.time(), self.statistics());
+            self.phase_start = start;
             self.enter(kind)?;
-            is_interrupted = match kind {
-                PhaseKind::Free => self.free_phase()?,
-                PhaseKind::Impact => self.impact_phase(start)?,
+            let outcome = match kind {
+                PhaseKind::Free => self.free_phase(),
+                PhaseKind::Impact => self.impact_phase(),
             };
+            // A phase that fails is reported as far as it went.
             let now = self.statistics();
             let record = PhaseRecord {
                 kind,
@@ -125,6 +158,7 @@ impl<'a> Driver<'a> {
                 wall_time: started.elapsed().as_secs_f64(),
             };
             self.observer.phase(&record)?;
+            is_interrupted = outcome?;
             self.n_phases += 1;
             kind = if kind == PhaseKind::Free { PhaseKind::Impact } else { PhaseKind::Free };
         }
@@ -161,11 +195,21 @@ impl<'a> Driver<'a> {
     }
 
     /// Whether a contact is closed, or open by no more than round-off.
-    fn is_touching(&mut self) -> bool {
+    fn is_touching(&mut self) -> Result<bool, AdaptiveError> {
         let (t, y) = (self.integrator.time(), self.integrator.state());
         let system = &mut self.model.system;
-        let contacts = self.model.contacts.iter().enumerate();
-        contacts.into_iter().any(|(i, contact)| smallest_gap(system, t, y, i) <= TOUCHING * contact.size)
+        let mut contacts = self.model.contacts.iter().enumerate();
+        if contacts.any(|(i, contact)| smallest_gap(system, t, y, i) <= TOUCHING * contact.size) {
+            return Ok(true);
+        }
+        system.body_states(t, y);
+        let states = system.last_evaluation().0;
+        for (_, contact) in &self.model.adaptive {
+            if contact.nearest(states)?.gap <= TOUCHING * contact.detector.size() {
+                return Ok(true);
+            }
+        }
+        Ok(false)
     }
 
     /// Integrates until a contact closes or time is up; returns whether the observer stopped the run.
@@ -173,18 +217,10 @@ impl<'a> Driver<'a> {
         let (end, n_contacts) = (self.settings.end_time, self.model.contacts.len());
         while self.integrator.time() < end {
             let step = self.integrator.step(&mut self.model.system, end).map_err(AdaptiveError::Dynamics)?;
-            let system = &mut self.model.system;
-            let closing = if n_contacts == 0 {
-                None
-            } else {
-                let search = self.crossing.first_crossing(&self.integrator, |t, y| {
-                    (0..n_contacts).map(|i| smallest_gap(system, t, y, i)).fold(f64::INFINITY, nan_min)
-                });
-                search.map_err(AdaptiveError::Dynamics)?
-            };
-            if let Some(crossing) = closing {
-                self.repeat_until(step.start, crossing.before)?;
-                if self.sample.time < crossing.before {
+            let closing = self.first_closing(n_contacts, step)?;
+            if let Some(time) = closing {
+                self.repeat_until(step.start, time)?;
+                if self.sample.time < time {
                     self.store()?;
                 }
                 return Ok(false);
@@ -202,6 +238,59 @@ impl<'a> Driver<'a> {
         Ok(false)
     }
 
+    /// Last time in the step before any contact closes; `None` if none does.
+    fn first_closing(&mut self, n_contacts: usize, step: Step) -> Result<Option<f64>, AdaptiveError> {
+        let mut earliest = None;
+        if self.model.adaptive.len() < n_contacts {
+            let system = &mut self.model.system;
+            let search = self.crossing.first_crossing(&self.integrator, |t, y| {
+                (0..n_contacts).map(|i| smallest_gap(system, t, y, i)).fold(f64::INFINITY, nan_min)
+            });
+            earliest = search.map_err(AdaptiveError::Dynamics)?.map(|c| c.before);
+        }
+        let all: Vec<usize> = (0..self.model.adaptive.len()).collect();
+        let touch = self.first_touch(&all, (step.start, step.end))?.map(|(_, time)| time);
+        Ok(match (earliest, touch) {
+            (Some(a), Some(b)) => Some(a.min(b)),
+            (a, b) => a.or(b),
+        })
+    }
+
+    /// The first of the refined contacts `which` (places in the list) to touch in the last step, by the index of the
+    /// contact, and the last time before.
+    fn first_touch(
+        &mut self,
+        which: &[usize],
+        (start, end): (f64, f64),
+    ) -> Result<Option<(usize, f64)>, AdaptiveError> {
+        let mut earliest: Option<(usize, f64)> = None;
+        let mut y = vec![0.0; if which.is_empty() { 0 } else { self.interpolated.len() }];
+        for &k in which {
+            let (index, contact) = &self.model.adaptive[k];
+            let detector = &contact.detector;
+            let until = earliest.map_or(end, |(_, t)| t);
+            let settings = TouchSettings {
+                gap: TOUCHING * detector.size(),
+                time: EVENT_TOLERANCE * self.impact_step.min(end - start),
+                shortest: SHORTEST_LOOK * (end - start),
+                acceleration: self.settings.gravity.norm(),
+            };
+            let (integrator, system) = (&self.integrator, &mut self.model.system);
+            let touch = first_touch([start, until], &settings, |t| {
+                integrator.interpolate(t, &mut y);
+                system.body_states(t, &y);
+                let states = system.last_evaluation().0;
+                Ok((detector.nearest(states)?.gap, detector.closing_speed_bound(states)))
+            });
+            let touch =
+                touch.map_err(|source| AdaptiveError::Contact { contact: contact.name.clone(), source })?;
+            if let Some(touch) = touch.filter(|t| t.time > start || t.gap > settings.gap) {
+                earliest = Some((*index, touch.time));
+            }
+        }
+        Ok(earliest)
+    }
+
     /// Takes the last step, which began at `start`, again as far as `end`: its later part met a contact, whose force reaches
     /// into every state that the step interpolates.
     fn repeat_until(&mut self, start: f64, end: f64) -> Result<(), AdaptiveError> {
@@ -210,134 +299,6 @@ impl<'a> Driver<'a> {
         while self.integrator.time() < end {
             let step = self.integrator.step(&mut self.model.system, end).map_err(AdaptiveError::Dynamics)?;
             self.store_until(step.end)?;
-        }
-        Ok(())
-    }
-
-    /// Integrates until every contact has been open for the quiet time; returns whether the observer stopped the run.
-    fn impact_phase(&mut self, start: f64) -> Result<bool, AdaptiveError> {
-        let (started, before) = (Instant::now(), self.statistics());
-        let quiet = self.settings.quiet_time.unwrap_or(QUIET_STEPS * self.impact_step);
-        let mut last_force = start;
-        let mut is_interrupted = false;
-        self.watch(None)?;
-        let mut most_active = vec![0u32; self.watches.len()];
-        while self.integrator.time() < self.settings.end_time {
-            let step = self
-                .integrator
-                .step(&mut self.model.system, self.settings.end_time)
-                .map_err(AdaptiveError::Dynamics)?;
-            self.store_step()?;
-            self.watch(Some(step.end))?;
-            for (most, contact) in most_active.iter_mut().zip(&self.sample.contacts) {
-                *most = (*most).max(contact.active_points);
-            }
-            last_force = self.watches.iter().filter_map(ImpactWatch::last_touch).fold(last_force, f64::max);
-            let progress = self.observer.progress(step.end, step.end - step.start, PhaseKind::Impact);
-            is_interrupted = progress == Continue::Interrupt;
-            if is_interrupted || (step.end - last_force >= quiet && self.is_separating()) {
-                break;
-            }
-        }
-        self.next_output = self.integrator.time() + self.settings.free_interval;
-        let statistics = self.statistics();
-        let reference = TryRecord {
-            start,
-            stop: self.integrator.time(),
-            steps: statistics.steps - before.steps,
-            rejected: statistics.rejected - before.rejected,
-            wall_time: started.elapsed().as_secs_f64(),
-            ..TryRecord::default()
-        };
-        self.finish_impacts(&most_active, &reference, is_interrupted)?;
-        Ok(is_interrupted)
-    }
-
-    /// Whether every gap is open, and those of the contacts that touched in this phase are wider than before the last step.
-    /// A contact that a body flies towards, away from another one, is left to the free phase.
-    fn is_separating(&mut self) -> bool {
-        let (system, watches) = (&mut self.model.system, &self.watches);
-        let (start, end) = self.integrator.interval();
-        let (before, now) = (self.integrator.previous_state(), self.integrator.state());
-        watches.iter().enumerate().all(|(i, watch)| {
-            let gap = smallest_gap(system, end, now, i);
-            gap > 0.0 && (!watch.is_running() || gap > smallest_gap(system, start, before, i))
-        })
-    }
-
-    /// Shows the present instant to the watches, and copies the state where a stress request asks for the peak force.
-    fn watch(&mut self, step_end: Option<f64>) -> Result<(), AdaptiveError> {
-        for i in 0..self.watches.len() {
-            let (time, y) = (self.integrator.time(), self.integrator.state());
-            let system = &mut self.model.system;
-            let velocity = normal_velocity(system, time, y, i);
-            let contact = &system.forces()[i].contact;
-            let report = *contact.report();
-            let normal = contact.normal(system.last_evaluation().0);
-            let impulse = system.impulse(y, i);
-            let now = ContactInstant { time, force: report.normal_force, impulse, normal, velocity };
-            if report.is_rim_touched && report.normal_force > 0.0 {
-                return Err(AdaptiveError::IntervalTooSmall {
-                    contact: self.model.contacts[i].name.clone(),
-                    time: now.time,
-                    width: self.model.contacts[i].widths[0],
-                });
-            }
-            let (touch, release) = match step_end {
-                Some(_) => (self.change(i, 1.0)?, self.change(i, -1.0)?),
-                None => (None, None),
-            };
-            self.watches[i].step(now, touch, release);
-        }
-        self.model.offer_to_stress(self.integrator.time());
-        Ok(())
-    }
-
-    /// Time in the last step at which contact `i` closed (`sign` 1) or opened (−1).
-    fn change(&mut self, i: usize, sign: f64) -> Result<Option<f64>, AdaptiveError> {
-        let system = &mut self.model.system;
-        let (start, end) = self.integrator.interval();
-        let first = sign * smallest_gap(system, start, self.integrator.previous_state(), i);
-        let last = sign * smallest_gap(system, end, self.integrator.state(), i);
-        if !(first > 0.0 && last <= 0.0) {
-            return Ok(None);
-        }
-        let found = self
-            .crossing
-            .first_crossing(&self.integrator, |t, y| sign * smallest_gap(system, t, y, i))
-            .map_err(AdaptiveError::Dynamics)?;
-        Ok(found.map(|c| c.time))
-    }
-
-    fn finish_impacts(
-        &mut self,
-        most_active: &[u32],
-        reference: &TryRecord,
-        is_interrupted: bool,
-    ) -> Result<(), AdaptiveError> {
-        for (i, watch) in self.watches.iter_mut().enumerate() {
-            let Some(record) = watch.finish(i as u32) else { continue };
-            let contact = &self.model.system.forces()[i].contact;
-            let (penalty, n_points) = (contact.penalty(), contact.n_points());
-            let sizes = self.model.try_sizes(i);
-            let attempt = TryRecord {
-                impact: self.n_impacts,
-                number: 1,
-                penalty_start: penalty,
-                penalty_end: penalty,
-                interval_widths: self.model.contacts[i].widths,
-                utilisation: [f64::from(most_active[i]) / n_points as f64, 0.0],
-                peak_force: record.peak_force,
-                outcome: if is_interrupted { "interrupted" } else { "accepted" }.into(),
-                reason: "refinement and penalty are given".into(),
-                elements: sizes.elements,
-                freedoms: sizes.freedoms,
-                interface_freedoms: sizes.interface,
-                ..reference.clone()
-            };
-            self.observer.impact(&record)?;
-            self.observer.attempt(&attempt)?;
-            self.n_impacts += 1;
         }
         Ok(())
     }
@@ -378,7 +339,23 @@ impl<'a> Driver<'a> {
         fill_sample(system, observed, t, &self.interpolated, &mut self.sample);
         self.sample.phase = self.n_phases;
         self.sample.energies.gravity -= self.gravity_datum;
+        if self.is_buffering {
+            self.pending.push(Pending::Sample(Box::new(self.sample.clone())));
+            return Ok(());
+        }
         Ok(self.observer.sample(&self.sample)?)
+    }
+
+    /// Reports what waited for an attempt to be accepted.
+    fn flush(&mut self) -> Result<(), AdaptiveError> {
+        self.is_buffering = false;
+        for pending in self.pending.drain(..) {
+            match pending {
+                Pending::Sample(sample) => self.observer.sample(&sample)?,
+                Pending::Transfer(record) => self.observer.transfer(&record)?,
+            }
+        }
+        Ok(())
     }
 }
 

@@ -1,10 +1,10 @@
 //! A flexible body from its specification: refined geometry, matrices, reduced basis.
 
 use contact_qs::points::DofLookup;
+use faer::{Mat, MatRef};
 use ffr_dynamics::DynamicsError;
 use ffr_dynamics::body::{
     AssembledBody, Dof, MassMatrix, ModalDamping, RayleighDamping, RigidMotion, StandardInputData,
-    TangentFrame,
 };
 use ffr_dynamics::reduction::compliance::ResidualFlexibility;
 use ffr_dynamics::reduction::craig_bampton::{FixedInterfaceModes, craig_bampton};
@@ -21,6 +21,7 @@ use tracing::warn;
 
 use crate::error::AdaptiveError;
 use crate::spec::{DampingSpec, DiscretisationSpec, ElasticSpec, FrameSpec, ReductionSpec, RefinementSpec};
+use crate::stiffening::geometric_stiffening;
 
 mod points;
 
@@ -47,12 +48,21 @@ pub struct ElasticBody {
 
 /// The reduced model of a body.
 pub struct ReducedBody {
-    /// Modes of the dynamic elastic coordinates at the unknowns, in the frame in use.
+    /// Modes of the dynamic elastic coordinates at the unknowns, in the mean-axis frame.
     pub basis: ReducedBasis,
+    /// The same modes in a tangent frame, if that is the frame in use.
+    pub framed: Option<Mat<f64>>,
     /// Flexibility of what the modes leave out; with quasistatic contact only.
     pub residual: Option<ResidualFlexibility>,
     /// Inertia and couplings.
     pub data: StandardInputData,
+}
+
+impl ReducedBody {
+    /// Modes at the unknowns in the frame in use.
+    pub fn shapes(&self) -> MatRef<'_, f64> {
+        self.framed.as_ref().unwrap_or(&self.basis.shapes).as_ref()
+    }
 }
 
 /// What contact asks of a body's reduction.
@@ -60,8 +70,31 @@ pub struct ReducedBody {
 pub struct Interface {
     /// Unknowns of the contact interface, rising.
     pub unknowns: Vec<usize>,
-    /// Whether the high-frequency part follows statically.
-    pub is_quasistatic: bool,
+    /// What becomes of the high-frequency modes.
+    pub modes: InterfaceModes,
+}
+
+/// What becomes of the modes that the interface adds to the low-frequency ones (\[A\] sections 2.4 and 6).
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum InterfaceModes {
+    /// They follow statically: a residual flexibility takes their place.
+    Quasistatic,
+    /// They are dynamic.
+    #[default]
+    Dynamic,
+    /// They are dynamic and critically damped, on top of the body's own damping (Eq. F.23).
+    Damped,
+}
+
+impl InterfaceModes {
+    /// As scenarios call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Quasistatic => "quasistatic",
+            Self::Dynamic => "dynamic",
+            Self::Damped => "damped",
+        }
+    }
 }
 
 /// Rigid motions of a kinematic model.
@@ -114,11 +147,25 @@ impl ElasticBody {
     pub fn reduce(&self, interface: &Interface) -> Result<ReducedBody, AdaptiveError> {
         let fail = |source| AdaptiveError::Reduction { body: self.name.clone(), source };
         let mut reduced = self.reduced(interface).map_err(fail)?;
-        if let FrameSpec::Tangent(place) = &self.spec.frame {
-            let marker =
-                self.marker("frame", place, UnitQuaternion::identity(), reduced.basis.shapes.as_ref())?;
-            self.enter_frame(&mut reduced, &marker.tangent_frame(self.assembled.motion)).map_err(fail)?;
+        let FrameSpec::Tangent(place) = &self.spec.frame else {
+            if self.spec.geometric_stiffening {
+                return Err(AdaptiveError::Unsupported {
+                    subject: format!("body \"{}\"", self.name),
+                    reason: "geometric stiffening needs frame = \"tangent\", whose marker says where the body is held".into(),
+                });
+            }
+            return Ok(reduced);
+        };
+        let support = self.marker_weights(place, UnitQuaternion::identity())?;
+        let marker = support.marker("frame", reduced.basis.shapes.as_ref()).map_err(fail)?;
+        let frame = marker.tangent_frame(self.assembled.motion);
+        let shapes = frame.shifted_shapes(&self.assembled, reduced.basis.shapes.as_ref()).map_err(fail)?;
+        reduced.data = reduced.data.in_tangent_frame(&frame).map_err(fail)?;
+        if self.spec.geometric_stiffening {
+            let stiffening = geometric_stiffening(self, shapes.as_ref(), &support)?;
+            reduced.data = reduced.data.with_geometric_stiffening(&stiffening).map_err(fail)?;
         }
+        reduced.framed = Some(shapes);
         Ok(reduced)
     }
 
@@ -127,7 +174,7 @@ impl ElasticBody {
         let (basis, residual) = match self.spec.reduction {
             ReductionSpec::Modal { modes } => (modal_truncation(body, modes)?, None),
             ReductionSpec::All => (all_modes(body)?, None),
-            ReductionSpec::CraigBampton { modes, .. } if interface.is_quasistatic => {
+            ReductionSpec::CraigBampton { modes, .. } if interface.modes == InterfaceModes::Quasistatic => {
                 let problem = ElasticProblem::free(body, &interface.unknowns)?;
                 let basis = free_modes(&problem, modes)?;
                 let residual = ResidualFlexibility::new(&problem, &interface.unknowns, &basis)?;
@@ -153,22 +200,10 @@ impl ElasticBody {
         let stiffness: Vec<f64> = basis.omega.iter().map(|w| w * w).collect();
         let mut data = StandardInputData::new(body, basis.shapes.as_ref(), &stiffness)?;
         data.modal_damping = damping(&self.spec.damping, &stiffness)?;
-        Ok(ReducedBody { basis, residual, data })
-    }
-
-    /// Turns modes and data into those of a tangent frame. Rigid motions are in the spline space: their control values are
-    /// their values at the control points.
-    fn enter_frame(&self, reduced: &mut ReducedBody, frame: &TangentFrame) -> Result<(), DynamicsError> {
-        reduced.data = reduced.data.in_tangent_frame(frame)?;
-        let motion = self.assembled.motion;
-        for j in 0..frame.n_modes() {
-            for (row, dof) in self.assembled.dofs.iter().enumerate() {
-                let place = point_in_space(motion, &self.assembled.nodes[dof.node as usize]);
-                let shift = frame.displacement(j, &place);
-                reduced.basis.shapes[(row, j)] += shift[motion.direction(dof.component as usize)];
-            }
+        if interface.modes == InterfaceModes::Damped {
+            data.modal_damping = with_critical(data.modal_damping, &basis.omega, basis.n_low);
         }
-        Ok(())
+        Ok(ReducedBody { basis, framed: None, residual, data })
     }
 }
 
@@ -181,7 +216,7 @@ fn free_modes(problem: &ElasticProblem<'_>, n: usize) -> Result<ReducedBasis, Dy
 }
 
 /// Damping of modes with squared frequencies `stiffness` [rad²/s²].
-fn damping(spec: &DampingSpec, stiffness: &[f64]) -> Result<ModalDamping, DynamicsError> {
+pub(crate) fn damping(spec: &DampingSpec, stiffness: &[f64]) -> Result<ModalDamping, DynamicsError> {
     match spec {
         DampingSpec::None => Ok(ModalDamping::None),
         DampingSpec::Rayleigh { frequencies, ratio } => {
@@ -192,6 +227,21 @@ fn damping(spec: &DampingSpec, stiffness: &[f64]) -> Result<ModalDamping, Dynami
             let all: Vec<f64> =
                 (0..stiffness.len()).map(|j| ratios.get(j).copied().unwrap_or(last)).collect();
             ModalDamping::from_ratios(&all, stiffness)
+        }
+    }
+}
+
+/// `own` damping with critical damping of the modes from `n_low` on added (Eq. F.23); `omega`: their frequencies [rad/s].
+fn with_critical(own: ModalDamping, omega: &[f64], n_low: usize) -> ModalDamping {
+    let critical = omega.iter().enumerate().map(|(j, w)| if j < n_low { 0.0 } else { 2.0 * w });
+    match own {
+        ModalDamping::None => ModalDamping::PerMode(critical.collect()),
+        ModalDamping::PerMode(own) => {
+            ModalDamping::PerMode(own.iter().zip(critical).map(|(a, b)| a + b).collect())
+        }
+        ModalDamping::Full(mut matrix) => {
+            critical.enumerate().for_each(|(j, d)| matrix[(j, j)] += d);
+            ModalDamping::Full(matrix)
         }
     }
 }

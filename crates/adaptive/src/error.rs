@@ -5,7 +5,9 @@ use ffr_dynamics::DynamicsError;
 use iga_core::SplineError;
 use thiserror::Error;
 
+use crate::penalty_search::PenaltyFailure;
 use crate::record::ObserverError;
+use crate::subdivision::SubdivisionError;
 
 /// Errors of model building and of a run.
 #[derive(Debug, Error)]
@@ -26,6 +28,14 @@ pub enum AdaptiveError {
         body: String,
         /// What is wrong.
         source: DynamicsError,
+    },
+    /// A contact interval for which the body's elements cannot be divided.
+    #[error("body \"{body}\": {source}")]
+    Subdivision {
+        /// Name of the body.
+        body: String,
+        /// What is wrong.
+        source: SubdivisionError,
     },
     /// A contact's points or data.
     #[error("contact \"{contact}\": {source}")]
@@ -61,6 +71,46 @@ pub enum AdaptiveError {
         /// Width of the interval \[m\].
         width: f64,
     },
+    /// The contact reached the end of its surface, where no interval can grow.
+    #[error(
+        "contact \"{contact}\": contact reached the end of its surface at t = {time:.6e} s in try {tries} with an interval of {width:.3e} m; contact over an edge cannot be refined, move the bodies or choose model \"quasistatic\" with a refinement of your own"
+    )]
+    IntervalAtEdge {
+        /// Name of the contact.
+        contact: String,
+        /// When \[s\].
+        time: f64,
+        /// Number of the try.
+        tries: u32,
+        /// Width of the interval \[m\].
+        width: f64,
+    },
+    /// No model of an impact was acceptable.
+    #[error(
+        "contact \"{contact}\": no acceptable model of the impact at t = {time:.6e} s in {tries} tries, the last interval was {width:.3e} m wide; widen the limits interval.min_utilisation and interval.target_utilisation or give interval.width with model \"quasistatic\""
+    )]
+    NoAcceptableModel {
+        /// Name of the contact.
+        contact: String,
+        /// Start of the impact \[s\].
+        time: f64,
+        /// Number of tries.
+        tries: u32,
+        /// Width of the last interval \[m\].
+        width: f64,
+    },
+    /// No penalty factor was found.
+    #[error("contact \"{contact}\", impact at t = {time:.6e} s, try {tries}: {failure}")]
+    Penalty {
+        /// Name of the contact.
+        contact: String,
+        /// Start of the impact \[s\].
+        time: f64,
+        /// Number of the try.
+        tries: u32,
+        /// Why.
+        failure: PenaltyFailure,
+    },
     /// The observer failed.
     #[error(transparent)]
     Observer(#[from] ObserverError),
@@ -72,6 +122,7 @@ impl AdaptiveError {
         matches!(
             self,
             Self::Geometry { .. }
+                | Self::Subdivision { .. }
                 | Self::Reduction { .. }
                 | Self::Contact { .. }
                 | Self::Unsupported { .. }

@@ -3,15 +3,27 @@
 //! [`spec`] says what a run is made from, [`model`] builds it, [`driver`] runs it, [`record`] is what comes out. The crate
 //! knows no file format and no terminal.
 
+pub mod subdivision;
 pub mod error;
 pub mod spec;
 pub mod record;
 pub mod elastic_body;
+pub mod stiffening;
 pub mod contact_zone;
 pub mod stress;
 pub mod simulation;
+pub mod imported;
 pub mod model;
 pub mod impact_watch;
 pub mod driver;
+pub mod detection;
+pub mod preview;
+pub mod adaptive_contact;
+pub mod interval;
+pub mod penalty_search;
+pub mod predict;
+pub mod body_space;
+pub mod fine_model;
+pub mod transfer;
 
 pub use error::AdaptiveError;

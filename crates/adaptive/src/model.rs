@@ -6,9 +6,11 @@ use ffr_dynamics::body::StandardInputData;
 use ffr_dynamics::integration::OdeSystem;
 use ffr_dynamics::system::Multibody;
 
+use crate::adaptive_contact::AdaptiveContact;
 use crate::contact_zone::n_elements;
 use crate::elastic_body::{ElasticBody, Interface, ReducedBody};
 use crate::error::AdaptiveError;
+use crate::imported::ImportedModel;
 use crate::record::{BodyLayout, JointLayout, Observer, RunLayout, Timings};
 use crate::simulation::{Observed, ObservedPoint, System};
 use crate::spec::{BodyKind, BodySpec, RunSpec};
@@ -16,9 +18,10 @@ use crate::stress::{StressRequest, StressState};
 
 mod contacts;
 mod joints;
+mod plan;
 mod start;
 
-use contacts::{BuiltContact, build_contact, interfaces, refinements, requested_zones};
+use contacts::{BuiltContact, adaptive_contacts, build_contact, interfaces, refinements, zones};
 
 /// Models, initial state and requests of a run.
 pub struct RunModel {
@@ -30,6 +33,10 @@ pub struct RunModel {
     pub observed: Observed,
     /// Contacts in the order of the system's force elements.
     pub contacts: Vec<ContactFacts>,
+    /// Those that the program refines, with their indices.
+    pub adaptive: Vec<(usize, AdaptiveContact)>,
+    /// Time spent in contacts that have left the system \[s\].
+    pub contact_time: f64,
     /// Bodies in the order of the system's.
     pub bodies: Vec<BodyModel>,
     /// Time spent in building.
@@ -49,6 +56,9 @@ pub struct ContactFacts {
     pub widths: [f64; 2],
     /// Size of the contact body \[m\].
     pub size: f64,
+    /// Whether its forces act on the interfaces that its bodies were reduced for: quasistatic ones with one model for the
+    /// whole run.
+    pub loads_interface: bool,
 }
 
 /// A body of a run.
@@ -57,8 +67,10 @@ pub struct BodyModel {
     pub name: String,
     /// Inertia and couplings.
     pub data: StandardInputData,
-    /// Full and reduced model; none of a rigid body.
+    /// Full and reduced model of an elastic body with a geometry.
     pub elastic: Option<ElasticModel>,
+    /// A body from a file.
+    pub imported: Option<ImportedModel>,
 }
 
 /// Full and reduced model of an elastic body.
@@ -74,11 +86,11 @@ pub struct ElasticModel {
 /// Sizes for the log of tries.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct TrySizes {
-    /// Elements of the contact body.
+    /// Elements of the bodies in contact.
     pub elements: u64,
-    /// Its freedoms.
+    /// Their freedoms.
     pub freedoms: u64,
-    /// Its interface freedoms.
+    /// Their interface freedoms.
     pub interface: u64,
 }
 
@@ -90,24 +102,26 @@ impl RunModel {
     pub fn build(spec: &RunSpec) -> Result<Self, AdaptiveError> {
         let started = Instant::now();
         let poses = start::poses(spec)?;
+        let plans = plan::plans(spec, &poses)?;
         let full = spec.bodies.iter().enumerate().map(|(i, body)| match &body.kind {
-            BodyKind::Rigid(_) => Ok(None),
+            BodyKind::Rigid(_) | BodyKind::Imported(_) => Ok(None),
             BodyKind::Elastic(elastic) => {
                 let mut elastic = (**elastic).clone();
-                elastic.discretisation.refine.extend(refinements(spec, i, &poses[i])?);
+                elastic.discretisation.refine.extend(refinements(spec, &plans, i)?);
                 ElasticBody::build(&body.name, elastic).map(Some)
             }
         });
         let full: Vec<Option<ElasticBody>> = full.collect::<Result<_, AdaptiveError>>()?;
         let assembly = started.elapsed().as_secs_f64();
-        let zones = requested_zones(spec, &full, &poses)?;
+        let zones = zones(spec, &plans, &full)?;
         let search = started.elapsed().as_secs_f64() - assembly;
-        let interfaces = interfaces(spec, &zones)?;
+        let interfaces = interfaces(spec, &full, &zones)?;
         let bodies = spec.bodies.iter().zip(full).zip(interfaces);
         let bodies: Vec<BodyModel> =
             bodies.map(|((b, full), i)| BodyModel::new(b, full, i)).collect::<Result<_, AdaptiveError>>()?;
+        let contacts = spec.contacts.iter().zip(plans.iter().zip(&zones));
         let contacts =
-            spec.contacts.iter().zip(&zones).map(|(c, zone)| build_contact(c, zone.as_ref(), &bodies));
+            contacts.map(|(c, (plan, zones))| build_contact(c, (plan, zones.as_ref()), &bodies, &poses));
         let contacts: Vec<BuiltContact> = contacts.collect::<Result<_, AdaptiveError>>()?;
         for (built, contact) in contacts.iter().zip(&spec.contacts) {
             built.check_start(&poses[contact.body])?;
@@ -124,6 +138,8 @@ impl RunModel {
                 joints: spec.joints.iter().filter_map(|j| j.child.body).collect(),
             },
             contacts: facts,
+            adaptive: adaptive_contacts(spec, &plans, &bodies)?,
+            contact_time: 0.0,
             timings: Timings { assembly, search, reduction, ..Timings::default() },
             point_names: spec.points.iter().map(|p| p.name.clone()).collect(),
             stress: spec.stress.iter().map(|s| StressRequest { spec: s.clone(), state: None }).collect(),
@@ -135,7 +151,7 @@ impl RunModel {
 
     /// Names and spectra for the observer.
     pub fn layout(&self, end_time: f64) -> RunLayout {
-        let frequencies = |b: &BodyModel| b.elastic.as_ref().map_or_else(Vec::new, ElasticModel::frequencies);
+        let frequencies = BodyModel::frequencies;
         let joint = |&body: &usize| {
             let joint = &self.system.model().bodies[body].joint;
             let (positions, velocities) = joints::coordinate_names(joint.kind);
@@ -154,13 +170,14 @@ impl RunModel {
         }
     }
 
-    /// Sizes of the contact body of contact `i`.
+    /// Sizes of the models of contact `i`, those of both bodies together.
     pub fn try_sizes(&self, i: usize) -> TrySizes {
-        let elastic = self.bodies[self.contacts[i].body].elastic.as_ref();
-        elastic.map_or_else(TrySizes::default, |e| TrySizes {
-            elements: n_elements(&e.body),
-            freedoms: e.body.n_unknowns() as u64,
-            interface: e.interface.unknowns.len() as u64,
+        let (body, target) = self.system.forces()[i].contact.bodies();
+        let models = [Some(body), target].into_iter().flatten();
+        models.filter_map(|b| self.bodies[b].elastic.as_ref()).fold(TrySizes::default(), |sum, e| TrySizes {
+            elements: sum.elements + n_elements(&e.body),
+            freedoms: sum.freedoms + e.body.n_unknowns() as u64,
+            interface: sum.interface + e.interface.unknowns.len() as u64,
         })
     }
 
@@ -181,7 +198,9 @@ impl RunModel {
             state.interface_forces.clear();
             state.interface_forces.resize(n, 0.0);
             let mut part = vec![0.0; n];
-            for contact in on_body().filter(|_| n > 0) {
+            let forces = self.system.forces().iter().zip(&self.contacts);
+            let forces = forces.filter(|(f, facts)| n > 0 && facts.loads_interface && f.acts_on(body));
+            for (contact, _) in forces {
                 contact.contact.interface_force(body, &mut part);
                 state.interface_forces.iter_mut().zip(&part).for_each(|(sum, f)| *sum += f);
             }
@@ -204,8 +223,8 @@ impl RunModel {
 
     /// Time spent so far; contact solver included, output left to the caller.
     pub fn timings(&self) -> Timings {
-        let contact = self.system.forces().iter().map(|f| f.elapsed().as_secs_f64()).sum();
-        Timings { contact, ..self.timings }
+        let present: f64 = self.system.forces().iter().map(|f| f.elapsed().as_secs_f64()).sum();
+        Timings { contact: present + self.contact_time, ..self.timings }
     }
 
     /// Number of state variables.
@@ -221,7 +240,12 @@ impl BodyModel {
             (BodyKind::Elastic(_), Some(body)) => {
                 let reduced = body.reduce(&interface)?;
                 let data = reduced.data.clone();
-                return Ok(Self { name, data, elastic: Some(ElasticModel { body, reduced, interface }) });
+                let elastic = Some(ElasticModel { body, reduced, interface });
+                return Ok(Self { name, data, elastic, imported: None });
+            }
+            (BodyKind::Imported(imported), _) => {
+                let model = ImportedModel::build(&name, imported)?;
+                return Ok(Self { name, data: model.data.clone(), elastic: None, imported: Some(model) });
             }
             (BodyKind::Rigid(rigid), _) => rigid,
             (BodyKind::Elastic(_), None) => unreachable!("every elastic body has a full model"),
@@ -231,7 +255,18 @@ impl BodyModel {
         let inertia = rigid.inertia + steiner * rigid.mass;
         let data = StandardInputData::rigid(rigid.motion, rigid.mass, c, inertia)
             .map_err(|source| AdaptiveError::Reduction { body: name.clone(), source })?;
-        Ok(Self { name, data, elastic: None })
+        Ok(Self { name, data, elastic: None, imported: None })
+    }
+}
+
+impl BodyModel {
+    /// Eigenfrequencies of the elastic coordinates \[Hz\]; none of a rigid body.
+    pub fn frequencies(&self) -> Vec<f64> {
+        match (&self.elastic, &self.imported) {
+            (Some(elastic), _) => elastic.frequencies(),
+            (None, Some(imported)) => imported.frequencies.clone(),
+            (None, None) => Vec::new(),
+        }
     }
 }
 

@@ -248,8 +248,25 @@ pub struct TryRecord {
     pub reason: String,
     /// Wall time \[s\].
     pub wall_time: f64,
-    /// Processor time \[s\].
+    /// Processor time of the whole process; NaN where the system does not tell \[s\].
     pub cpu_time: f64,
+}
+
+/// A change of the model in the course of a run, and what it did to the ledger.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct TransferRecord {
+    /// When \[s\].
+    pub time: f64,
+    /// "coarse to fine", "fine to coarse" or "penalty".
+    pub direction: String,
+    /// Index of the contact.
+    pub contact: u32,
+    /// Total energy before \[J\].
+    pub energy_before: f64,
+    /// Total energy after \[J\].
+    pub energy_after: f64,
+    /// Size of the change of the linear momentum [kg m/s].
+    pub momentum_change: f64,
 }
 
 /// Stress along a line at one instant.
@@ -332,6 +349,12 @@ pub trait Observer {
     /// # Errors
     /// [`ObserverError`] ends the run.
     fn attempt(&mut self, record: &TryRecord) -> Result<(), ObserverError>;
+
+    /// Called after every change of the model.
+    ///
+    /// # Errors
+    /// [`ObserverError`] ends the run.
+    fn transfer(&mut self, record: &TransferRecord) -> Result<(), ObserverError>;
 
     /// Called when a stress request has been evaluated.
     ///

@@ -168,14 +168,15 @@ pub fn smallest_gap(system: &mut System, t: f64, y: &[f64], index: usize) -> f64
     system.forces()[index].contact.smallest_gap(states)
 }
 
-/// Velocity along the contact's normal at which the centres of mass of contact `index` part, at time `t` in the state `y`
-/// [m/s].
-pub fn normal_velocity(system: &mut System, t: f64, y: &[f64], index: usize) -> f64 {
+/// The normal of contact `index`, and the velocity along it at which the centres of mass part [m/s], at time `t` in the state
+/// `y`.
+pub fn normal_motion(system: &mut System, t: f64, y: &[f64], index: usize) -> (Vector3<f64>, f64) {
     system.body_states(t, y);
     let (states, _) = system.last_evaluation();
     let contact = &system.forces()[index].contact;
     let velocity = |body: usize| centre_of_mass_velocity(&system.model().bodies[body].data, &states[body]);
     let (body, target) = contact.bodies();
     let relative = velocity(body) - target.map_or_else(Vector3::zeros, velocity);
-    relative.dot(&contact.normal(states))
+    let normal = contact.normal(states);
+    (normal, relative.dot(&normal))
 }

@@ -5,12 +5,12 @@ use adaptive::driver::{RunEnd, run};
 use adaptive::model::RunModel;
 use adaptive::record::{
     Continue, ImpactRecord, Observer, ObserverError, PhaseKind, PhaseRecord, RunLayout, Sample, StressRecord,
-    TryRecord,
+    TransferRecord, TryRecord,
 };
 use adaptive::spec::{
-    BodyKind, BodySpec, ContactLaw, ContactSpec, DampingSpec, DiscretisationSpec, ElasticSpec, FrameSpec,
-    InitialMotion, IntervalSpec, PenaltySearch, PhaseSettings, PointRule, ReductionSpec, RefinementSpec,
-    RunSettings, RunSpec, SurfaceLaw, Target, Treatment,
+    BodyKind, BodySpec, ContactLaw, ContactSpec, DiscretisationSpec, ElasticSpec, InitialMotion,
+    IntervalSpec, PenaltySearch, PhaseSettings, PointRule, ReductionSpec, RefinementSpec, RunSettings,
+    RunSpec, SurfaceLaw, Target, Treatment,
 };
 use contact_qs::quasistatic::Method;
 use ffr_dynamics::integration;
@@ -63,6 +63,10 @@ impl Observer for Trace {
         Ok(())
     }
 
+    fn transfer(&mut self, _: &TransferRecord) -> Result<(), ObserverError> {
+        Ok(())
+    }
+
     fn stress(&mut self, _: &StressRecord) -> Result<(), ObserverError> {
         Ok(())
     }
@@ -107,21 +111,18 @@ fn ball(height: f64, speed: f64, end_time: f64) -> RunSpec {
     let shape = axisymmetric::sphere(RADIUS).expect("a sphere");
     // 50 um elements over 0.3 mm; the contact radius reaches 0.168 mm.
     let refine = |z: f64| RefinementSpec { centre: [0.0, z, 0.0], width: 0.3e-3, elements: 6, ratio: 2.0 };
-    let body = ElasticSpec {
+    let body = ElasticSpec::new(
         shape,
-        model: Model::Axisymmetric,
-        material: Material::new(72.8e9, 0.33, 2789.0).expect("aluminium"),
-        discretisation: DiscretisationSpec {
+        Model::Axisymmetric,
+        Material::new(72.8e9, 0.33, 2789.0).expect("aluminium"),
+        DiscretisationSpec {
             degrees: vec![3, 3],
             elements: vec![2, 2],
             knots: None,
             refine: vec![refine(-RADIUS), refine(RADIUS)],
         },
-        damping: DampingSpec::None,
-        reduction: ReductionSpec::CraigBampton { modes: 3, fixed_interface_modes: None },
-        frame: FrameSpec::Buckens,
-        geometric_stiffening: false,
-    };
+        ReductionSpec::CraigBampton { modes: 3, fixed_interface_modes: None },
+    );
     let motion = InitialMotion {
         position: Vector3::new(0.0, 0.0, RADIUS + height),
         rotation: UnitQuaternion::identity(),

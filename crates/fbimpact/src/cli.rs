@@ -90,6 +90,27 @@ pub enum Command {
         #[command(flatten)]
         set: SetArguments,
     },
+    /// Write a body of a scenario to a body file, to be used again or by another program
+    ExportBody {
+        /// Scenario file
+        #[arg(value_name = "SCENARIO.toml")]
+        scenario: PathBuf,
+        /// Name of a flexible body
+        #[arg(long, value_name = "NAME")]
+        body: String,
+        /// Body file
+        #[arg(short, long, value_name = "FILE.h5")]
+        output: PathBuf,
+        /// Write the unreduced matrices instead of the reduced body
+        #[arg(long)]
+        full: bool,
+        /// Number of threads, 0 for all cores
+        #[arg(long, value_name = "N", default_value_t = 0)]
+        threads: usize,
+        /// Changes to the scenario
+        #[command(flatten)]
+        set: SetArguments,
+    },
     /// Print phases, impacts, energy drift and timings of a result file
     Info {
         /// Result file

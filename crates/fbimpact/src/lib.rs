@@ -6,6 +6,7 @@ pub mod scenario;
 pub mod setup;
 pub mod simulate;
 pub mod results;
+pub mod body_file;
 pub mod cli;
 pub mod progress;
 pub mod commands;
@@ -47,6 +48,15 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
         Command::Check { scenarios, set } => commands::check::check(&scenarios, &set.set),
         Command::Modes { scenario, body, json, threads, set } => {
             commands::modes::modes(&scenario, &set.set, body.as_deref(), json, threads)
+        }
+        Command::ExportBody { scenario, body, output, full, threads, set } => {
+            let export = commands::export_body::Export {
+                scenario: &scenario,
+                body: &body,
+                output: &output,
+                is_full: full,
+            };
+            commands::export_body::export_body(&export, &set.set, threads)
         }
         Command::Info { file, json } => commands::info::info(&file, json),
         Command::Schema => commands::print(&scenario::schema::text()),

@@ -4,9 +4,10 @@ use std::time::Instant;
 
 use adaptive::AdaptiveError;
 use adaptive::driver;
+use adaptive::imported::ImportedSpec;
 use adaptive::model::{BodyModel, RunModel};
 use adaptive::record::{Observer, Timings};
-use adaptive::spec::RunSpec;
+use adaptive::spec::{BodyKind, BodySpec, RunSpec};
 use iga_core::space::Space;
 
 use crate::error::AppError;
@@ -45,10 +46,10 @@ pub struct ModesReport {
 pub struct BodyModes {
     /// Name in the scenario.
     pub name: String,
-    /// Elements of the full model.
+    /// Elements of the full model; zero for rigid bodies and those from files.
     #[serde(rename = "elements")]
     pub n_elements: usize,
-    /// Freedoms of the full model; zero for rigid bodies.
+    /// Freedoms of the full model; zero for rigid bodies and those that come reduced.
     #[serde(rename = "freedoms")]
     pub n_dofs: usize,
     /// Interface freedoms of the contact zones.
@@ -87,20 +88,30 @@ pub fn modes(scenario: &Scenario, body: Option<usize>, threads: usize) -> Result
     let spec = run_spec(scenario)?;
     let model = build(&spec, threads)?;
     let wanted = body.map(|b| scenario.bodies[b].name.as_str());
-    let bodies = model.bodies.iter().filter(|b| wanted.is_none_or(|name| b.name == name));
-    let bodies = bodies.map(body_modes).collect();
+    let bodies = model.bodies.iter().zip(&spec.bodies);
+    let bodies = bodies.filter(|(b, _)| wanted.is_none_or(|name| b.name == name));
+    let bodies = bodies.map(|(body, spec)| body_modes(body, spec)).collect();
     Ok(ModesReport { bodies })
 }
 
-fn body_modes(body: &BodyModel) -> BodyModes {
-    let rigid = BodyModes { name: body.name.clone(), mass: body.data.mass, ..BodyModes::default() };
-    let Some(elastic) = &body.elastic else { return rigid };
+fn body_modes(body: &BodyModel, spec: &BodySpec) -> BodyModes {
+    let n_dofs = match &spec.kind {
+        BodyKind::Imported(ImportedSpec::Full { body, .. }) => body.body().dofs.len(),
+        _ => 0,
+    };
+    let plain = BodyModes {
+        name: body.name.clone(),
+        mass: body.data.mass,
+        frequencies: body.frequencies(),
+        n_dofs,
+        ..BodyModes::default()
+    };
+    let Some(elastic) = &body.elastic else { return plain };
     BodyModes {
         n_elements: elastic.body.space.n_elements(),
         n_dofs: elastic.body.n_unknowns(),
         n_interface: elastic.interface.unknowns.len(),
-        frequencies: elastic.frequencies(),
-        ..rigid
+        ..plain
     }
 }
 

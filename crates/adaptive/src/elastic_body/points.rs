@@ -2,16 +2,16 @@
 
 use faer::{Mat, MatRef};
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::kinematics::Marker;
 use ffr_dynamics::kinematics::marker::FlexiblePoint;
+use ffr_dynamics::kinematics::{Marker, MarkerWeights};
 use iga_core::nurbs::patch::PointBasis;
-use iga_core::recovery::{FunctionAtPoint, RecoveryWorkspace};
 use iga_core::space::Space;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::ElasticBody;
 use crate::error::AdaptiveError;
 use crate::spec::Place;
+use crate::stiffening::marker_weights;
 
 /// Point in space of a position in the components of a model with the rigid motions `motion`.
 pub fn point_in_space(motion: RigidMotion, position: &[f64; 3]) -> Vector3<f64> {
@@ -100,23 +100,21 @@ impl ElasticBody {
         rotation: UnitQuaternion<f64>,
         shapes: MatRef<'_, f64>,
     ) -> Result<Marker, AdaptiveError> {
-        let place = self.coordinates(place)?;
-        let (e, xi) = self.locate(&place)?;
-        let functions = RecoveryWorkspace::default()
-            .functions(&self.space, e, &xi)
-            .map_err(|source| AdaptiveError::Geometry { body: self.name.clone(), source })?;
-        let motion = self.assembled.motion;
-        let n_c = motion.n_components();
-        let sum = |c: usize, j: usize, weight: &dyn Fn(&FunctionAtPoint) -> f64| {
-            let term = |f: &FunctionAtPoint| Some(weight(f) * shapes[(self.lookup.number(f.number, c)?, j)]);
-            functions.iter().filter_map(term).sum::<f64>()
-        };
-        let values = Mat::from_fn(n_c, shapes.ncols(), |c, j| sum(c, j, &|f| f.value));
-        let gradients =
-            Mat::from_fn(n_c * n_c, shapes.ncols(), |row, j| sum(row / n_c, j, &|f| f.gradient[row % n_c]));
-        let position = point_in_space(motion, &place);
-        Marker::from_gradients(name, motion, position, rotation, values.as_ref(), gradients.as_ref())
+        self.marker_weights(place, rotation)?
+            .marker(name, shapes)
             .map_err(|source| AdaptiveError::Reduction { body: self.name.clone(), source })
+    }
+
+    /// The marker at `place` with axes turned by `rotation`, in terms of the unknowns.
+    ///
+    /// # Errors
+    /// As [`ElasticBody::flexible_point`]; [`AdaptiveError::Reduction`] if a function is not finite there.
+    pub fn marker_weights(
+        &self,
+        place: &Place,
+        rotation: UnitQuaternion<f64>,
+    ) -> Result<MarkerWeights, AdaptiveError> {
+        marker_weights(self, &self.coordinates(place)?, rotation)
     }
 
     /// Displacements of the unknowns as node-major control values, with zeros where a component is constrained.

@@ -1,21 +1,30 @@
 //! Contacts of a run: zones on bodies, interfaces, force elements.
 
+use std::sync::Arc;
+
 use contact_qs::ContactError;
 use contact_qs::contact_element::ContactElement;
 use contact_qs::plane::{Plane, PlaneContact, PlaneContactSettings};
 use contact_qs::points::{InterfaceCompliance, contact_submodel};
-use contact_qs::{Sphere, SpherePlane, SphereSphere};
+use contact_qs::search::SurfaceModel;
+use contact_qs::surface_pair::{SurfacePair, SurfacePairSettings, TargetSurface};
+use contact_qs::{ContactSubmodel, Sphere, SpherePlane, SphereSphere};
 use ffr_dynamics::system::force::BodyState;
-use nalgebra::Unit;
+use iga_core::elasticity::Model;
+use nalgebra::{Unit, UnitQuaternion};
 
+use super::plan::{ContactPlan, request, requests};
 use super::{BodyModel, ContactFacts, ElasticModel};
-use crate::contact_zone::{ContactZone, ZoneRequest, wanted_refinement};
-use crate::elastic_body::{ElasticBody, Interface};
+use crate::adaptive_contact::{AdaptiveContact, FALLBACK_PENALTY};
+use crate::contact_zone::{ContactZone, wanted_refinement};
+use crate::detection::Dormant;
+use crate::elastic_body::{ElasticBody, Interface, InterfaceModes};
 use crate::error::AdaptiveError;
+use crate::predict::DEFAULT_STIFFNESS_RATIO;
 use crate::simulation::TimedContact;
 use crate::spec::{
-    BodyKind, ContactLaw, ContactSpec, HertzSphere, ReductionSpec, RefinementSpec, RunSpec, SurfaceLaw,
-    Target, Treatment,
+    ContactLaw, ContactSpec, HertzSphere, ReductionSpec, RefinementSpec, RunSpec, SurfaceLaw, Target,
+    Treatment,
 };
 
 /// A contact ready for the system.
@@ -37,13 +46,60 @@ impl BuiltContact {
     }
 }
 
-/// The surface law of a contact with a plane, and its request at a body in the given motion.
-fn plane_request<'a>(contact: &'a ContactSpec, pose: &BodyState) -> Option<ZoneRequest<'a>> {
-    let (ContactLaw::Surface(law), Target::Plane { normal, .. }) = (&contact.law, contact.target) else {
-        return None;
+/// The contacts that the program refines, with their indices.
+///
+/// # Errors
+/// [`AdaptiveError`] if a body has no elastic surface.
+pub fn adaptive_contacts(
+    spec: &RunSpec,
+    plans: &[ContactPlan],
+    bodies: &[BodyModel],
+) -> Result<Vec<(usize, AdaptiveContact)>, AdaptiveError> {
+    let is_refined = |i: usize| plans[i] == ContactPlan::AtTouch;
+    let takes_part = |i: usize| {
+        let mut contacts = spec.contacts.iter().enumerate();
+        contacts.any(|(k, c)| is_refined(k) && takes_part(c, i))
     };
-    let normal = pose.rotation.inverse_transform_vector(&normal);
-    Some(ZoneRequest { contact: &contact.name, law, normal })
+    let surface = |(i, body): (usize, &BodyModel)| {
+        let Some(elastic) = body.elastic.as_ref().filter(|_| takes_part(i)) else { return Ok(None) };
+        let full = &elastic.body;
+        let motion = full.assembled.motion;
+        let model = SurfaceModel::new(
+            motion,
+            &full.shape.patches,
+            &full.space,
+            &full.lookup,
+            elastic.reduced.shapes(),
+        )
+        .and_then(|m| m.with_frequencies(&elastic.reduced.basis.omega));
+        let fail = |source: ContactError| AdaptiveError::Unsupported {
+            subject: format!("body \"{}\"", body.name),
+            reason: source.to_string(),
+        };
+        model.map(|m| Some(Arc::new(m))).map_err(fail)
+    };
+    let surfaces = bodies.iter().enumerate().map(surface).collect::<Result<Vec<_>, AdaptiveError>>()?;
+    let refined = || spec.contacts.iter().enumerate().filter(|(i, _)| is_refined(*i));
+    let is_solid = |body: usize| spec.bodies[body].elastic().is_some_and(|e| e.model == Model::Solid);
+    if let Some((_, contact)) = refined().find(|(_, c)| is_solid(c.body)) {
+        return Err(AdaptiveError::Unsupported {
+            subject: format!("contact \"{}\"", contact.name),
+            reason: "solid (3D) bodies cannot be refined during a run yet; choose model \"hertz\" for spheres, or model \"quasistatic\" against a plane with a refinement of the body's own".into(),
+        });
+    }
+    refined()
+        .filter_map(|(i, contact)| match &contact.law {
+            ContactLaw::Surface(law) => {
+                Some(AdaptiveContact::new(contact, law, &surfaces).map(|adaptive| (i, adaptive)))
+            }
+            ContactLaw::Hertz { .. } => None,
+        })
+        .collect()
+}
+
+/// Whether `contact` acts on body `index`.
+fn takes_part(contact: &ContactSpec, index: usize) -> bool {
+    contact.body == index || contact.target == Target::Body(index)
 }
 
 /// Refinements that the contacts of body `index` ask for.
@@ -52,122 +108,211 @@ fn plane_request<'a>(contact: &'a ContactSpec, pose: &BodyState) -> Option<ZoneR
 /// See [`wanted_refinement`].
 pub fn refinements(
     spec: &RunSpec,
+    plans: &[ContactPlan],
     index: usize,
-    pose: &BodyState,
 ) -> Result<Vec<RefinementSpec>, AdaptiveError> {
-    let BodyKind::Elastic(body) = &spec.bodies[index].kind else { return Ok(Vec::new()) };
-    let requests = spec.contacts.iter().filter(|c| c.body == index).filter_map(|c| plane_request(c, pose));
-    let wanted = requests.map(|r| wanted_refinement(body, &r)).collect::<Result<Vec<_>, _>>()?;
+    let wanted =
+        requests(spec, plans, index).map(|r| wanted_refinement(&r)).collect::<Result<Vec<_>, _>>()?;
     Ok(wanted.into_iter().flatten().collect())
 }
 
-/// The zone of every contact that has one.
+/// Zones of a contact.
+pub struct Zones {
+    /// On the contact body.
+    own: ContactZone,
+    /// On the target; none on a plane.
+    target: Option<ContactZone>,
+}
+
+impl Zones {
+    /// The zone that `contact` has on body `index`.
+    fn on(&self, contact: &ContactSpec, index: usize) -> Option<&ContactZone> {
+        if contact.body == index {
+            Some(&self.own)
+        } else {
+            self.target.as_ref().filter(|_| takes_part(contact, index))
+        }
+    }
+}
+
+/// The zones of every contact that has some from the start.
 ///
 /// # Errors
-/// See [`ContactZone::new`]; [`AdaptiveError::Unsupported`] for surfaces of rigid bodies and for pairs of bodies.
-pub fn requested_zones(
+/// See [`ContactZone::new`].
+pub fn zones(
+    spec: &RunSpec,
+    plans: &[ContactPlan],
+    full: &[Option<ElasticBody>],
+) -> Result<Vec<Option<Zones>>, AdaptiveError> {
+    let of = |(contact, plan): (&ContactSpec, &ContactPlan)| {
+        let (ContactPlan::FromStart(sites), ContactLaw::Surface(law)) = (plan, &contact.law) else {
+            return Ok(None);
+        };
+        let zone = |body: usize, site| {
+            let body = full[body].as_ref().expect("zones are planned on elastic bodies alone, see plan()");
+            ContactZone::new(body, &request(contact, law, site))
+        };
+        let own = zone(contact.body, sites.own)?;
+        let target = match (contact.target, sites.target) {
+            (Target::Body(other), Some(site)) => Some(zone(other, site)?),
+            _ => None,
+        };
+        Ok(Some(Zones { own, target }))
+    };
+    spec.contacts.iter().zip(plans).map(of).collect()
+}
+
+/// Interface of every body: the union of those of its contacts and of its joints that ask for it.
+///
+/// # Errors
+/// [`AdaptiveError::Unsupported`] if contacts on one body want different things of its modes, or a reduction does not fit.
+pub fn interfaces(
     spec: &RunSpec,
     full: &[Option<ElasticBody>],
-    poses: &[BodyState],
-) -> Result<Vec<Option<ContactZone>>, AdaptiveError> {
-    let zone = |contact: &ContactSpec| {
-        let ContactLaw::Surface(law) = &contact.law else { return Ok(None) };
-        let unsupported = |reason: &str| AdaptiveError::Unsupported {
-            subject: format!("contact \"{}\"", contact.name),
-            reason: reason.into(),
-        };
-        if !matches!(law.treatment, Treatment::Quasistatic | Treatment::Dynamic) {
-            return Err(unsupported("models other than quasistatic and dynamic are not supported yet"));
+    zones: &[Option<Zones>],
+) -> Result<Vec<Interface>, AdaptiveError> {
+    let with_joints = |b: usize| {
+        let mut interface = interface_of(spec, b, zones)?;
+        if let Some(body) = &full[b] {
+            for place in &body.spec.interface {
+                let weights = body.marker_weights(place, UnitQuaternion::identity())?;
+                interface.unknowns.extend(weights.entries().iter().map(|(unknown, _)| *unknown as usize));
+            }
         }
-        let Some(request) = plane_request(contact, &poses[contact.body]) else {
-            return Err(unsupported(
-                "contact between surfaces of two bodies is not supported yet, choose a rigid plane as target",
-            ));
-        };
-        let Some(body) = &full[contact.body] else {
-            return Err(unsupported(
-                "the contact body is rigid and has no surface points, choose model \"hertz\"",
-            ));
-        };
-        ContactZone::new(body, &request).map(Some)
+        interface.unknowns.sort_unstable();
+        interface.unknowns.dedup();
+        Ok(interface)
     };
-    spec.contacts.iter().map(zone).collect()
+    (0..spec.bodies.len()).map(with_joints).collect()
 }
 
-/// Interface of every body: the union of those of its contacts.
-///
-/// # Errors
-/// [`AdaptiveError::Unsupported`] if quasistatic and dynamic contacts meet on one body, or a reduction does not fit.
-pub fn interfaces(spec: &RunSpec, zones: &[Option<ContactZone>]) -> Result<Vec<Interface>, AdaptiveError> {
-    (0..spec.bodies.len()).map(|b| interface_of(spec, b, zones)).collect()
-}
-
-fn interface_of(
-    spec: &RunSpec,
-    index: usize,
-    zones: &[Option<ContactZone>],
-) -> Result<Interface, AdaptiveError> {
-    let mine = || spec.contacts.iter().zip(zones).filter(|(c, zone)| c.body == index && zone.is_some());
-    let is_quasistatic = |contact: &ContactSpec| matches!(&contact.law, ContactLaw::Surface(law) if law.treatment == Treatment::Quasistatic);
-    let any_quasistatic = mine().any(|(c, _)| is_quasistatic(c));
-    let unsupported = |reason: &str| AdaptiveError::Unsupported {
-        subject: format!("body \"{}\"", spec.bodies[index].name),
-        reason: reason.into(),
+/// What the contacts of body `index` ask of its reduction. Coarse ones take the modes that there are; adaptive ones need no
+/// more than low-frequency modes, which quasistatic ones leave alone.
+fn interface_of(spec: &RunSpec, index: usize, zones: &[Option<Zones>]) -> Result<Interface, AdaptiveError> {
+    let body = &spec.bodies[index];
+    let mut modes: Option<InterfaceModes> = None;
+    let mut unknowns = Vec::new();
+    let unsupported =
+        |reason: String| AdaptiveError::Unsupported { subject: format!("body \"{}\"", body.name), reason };
+    for (contact, zones) in spec.contacts.iter().zip(zones) {
+        let (Some(zones), ContactLaw::Surface(law)) = (zones, &contact.law) else { continue };
+        let Some(zone) = zones.on(contact, index) else { continue };
+        let wanted = match law.treatment {
+            Treatment::Quasistatic => InterfaceModes::Quasistatic,
+            Treatment::Damped => InterfaceModes::Damped,
+            Treatment::Dynamic => InterfaceModes::Dynamic,
+            Treatment::Adaptive | Treatment::Coarse => continue,
+        };
+        if let Some(other) = modes.filter(|m| *m != wanted) {
+            return Err(unsupported(format!(
+                "{} and {} contacts on one body cannot be mixed, choose one model",
+                other.name(),
+                wanted.name()
+            )));
+        }
+        modes = Some(wanted);
+        unknowns.extend(&zone.unknowns);
+    }
+    let modes = modes.unwrap_or_default();
+    let needs_bounds = modes != InterfaceModes::Dynamic;
+    let reduction = body.elastic().map(|e| e.reduction);
+    if needs_bounds && !matches!(reduction, Some(ReductionSpec::CraigBampton { .. })) {
+        let reason = format!("{} contact needs reduction.method = \"craig-bampton\"", modes.name());
+        return Err(unsupported(reason));
+    }
+    let has_others = !unknowns.is_empty() && modes != InterfaceModes::Quasistatic;
+    let is_refined = |c: &ContactSpec, zones: &Option<Zones>| {
+        zones.is_none() && matches!(c.law, ContactLaw::Surface(_)) && takes_part(c, index)
     };
-    if any_quasistatic && mine().any(|(c, _)| !is_quasistatic(c)) {
-        return Err(unsupported(
-            "quasistatic and dynamic contacts on one body cannot be mixed, choose one model",
-        ));
+    if has_others && spec.contacts.iter().zip(zones).any(|(c, z)| is_refined(c, z)) {
+        return Err(unsupported(format!(
+            "{} contact and one that the program refines cannot be mixed on one body, whose low-frequency modes alone may be dynamic; choose one model",
+            modes.name()
+        )));
     }
-    let reduction = spec.bodies[index].elastic().map(|e| e.reduction);
-    if any_quasistatic && !matches!(reduction, Some(ReductionSpec::CraigBampton { .. })) {
-        return Err(unsupported("quasistatic contact needs reduction.method = \"craig-bampton\""));
-    }
-    let mut unknowns: Vec<usize> =
-        mine().filter_map(|(_, zone)| zone.as_ref()).flat_map(|z| z.unknowns.iter().copied()).collect();
-    unknowns.sort_unstable();
-    unknowns.dedup();
-    Ok(Interface { unknowns, is_quasistatic: any_quasistatic })
+    Ok(Interface { unknowns, modes })
 }
 
-/// The force element of a contact.
+/// The force element of a contact, `poses` being the motions at the start.
 ///
 /// # Errors
 /// [`AdaptiveError::Contact`] if its values make no contact.
 pub fn build_contact(
     spec: &ContactSpec,
-    zone: Option<&ContactZone>,
+    (plan, zones): (&ContactPlan, Option<&Zones>),
     bodies: &[BodyModel],
+    poses: &[BodyState],
 ) -> Result<BuiltContact, AdaptiveError> {
     let fail = |source| AdaptiveError::Contact { contact: spec.name.clone(), source };
     let inconsistent = |reason: &str| fail(ContactError::Inconsistent { reason: reason.into() });
-    let (element, widths, size): (Box<dyn ContactElement>, _, _) = match (&spec.law, spec.target) {
-        (ContactLaw::Surface(law), Target::Plane { point, normal }) => {
-            let plane = Plane { point, normal: Unit::new_normalize(normal) };
-            let (Some(zone), Some(elastic)) = (zone, &bodies[spec.body].elastic) else {
-                return Err(inconsistent("there is no contact zone"));
+    let elastic = |body: usize| bodies[body].elastic.as_ref();
+    let size = elastic(spec.body).map_or(0.0, |e| e.body.size());
+    let (element, width, size): (Box<dyn ContactElement>, _, _) = match (&spec.law, spec.target, zones) {
+        (ContactLaw::Surface(_), target, _) if *plan == ContactPlan::AtTouch => {
+            let target = match target {
+                Target::Plane { .. } => None,
+                Target::Body(other) => Some(other),
             };
-            let contact = plane_contact(spec.body, law, plane, zone, elastic).map_err(fail)?;
-            (Box::new(contact), [zone.width, 0.0], elastic.body.size())
+            (Box::new(Dormant::new(spec.body, target)), 0.0, size)
         }
-        (ContactLaw::Hertz { contact, plane: solid, .. }, Target::Plane { point, normal }) => {
+        (ContactLaw::Surface(law), Target::Plane { point, normal }, Some(zones)) => {
+            let plane = Plane { point, normal: Unit::new_normalize(normal) };
+            let body = elastic(spec.body).ok_or_else(|| inconsistent("the contact body is rigid"))?;
+            let contact = plane_contact(spec.body, law, plane, &zones.own, body).map_err(fail)?;
+            (Box::new(contact), zones.own.width, size)
+        }
+        (ContactLaw::Surface(law), Target::Body(target), Some(zones)) => {
+            let pair = surface_pair([spec.body, target], law, zones, bodies, poses).map_err(fail)?;
+            (Box::new(pair), zones.own.width, size)
+        }
+        (ContactLaw::Hertz { contact, plane: solid, .. }, Target::Plane { point, normal }, _) => {
             let plane = Plane { point, normal: Unit::new_normalize(normal) };
             let sphere = sphere(spec.body, contact, bodies)?;
-            (Box::new(SpherePlane::new(sphere, plane, *solid).map_err(fail)?), [0.0; 2], contact.radius)
+            (Box::new(SpherePlane::new(sphere, plane, *solid).map_err(fail)?), 0.0, contact.radius)
         }
-        (ContactLaw::Hertz { contact, target: Some(other), .. }, Target::Body(target)) => {
+        (ContactLaw::Hertz { contact, target: Some(other), .. }, Target::Body(target), _) => {
             let pair = [sphere(spec.body, contact, bodies)?, sphere(target, other, bodies)?];
-            (Box::new(SphereSphere::new(pair).map_err(fail)?), [0.0; 2], contact.radius)
+            (Box::new(SphereSphere::new(pair).map_err(fail)?), 0.0, contact.radius)
         }
         _ => return Err(inconsistent("law and target do not fit each other")),
     };
-    let facts = ContactFacts { name: spec.name.clone(), body: spec.body, widths, size };
+    let is_static = matches!(&spec.law, ContactLaw::Surface(law) if law.treatment == Treatment::Quasistatic);
+    let facts = ContactFacts {
+        name: spec.name.clone(),
+        body: spec.body,
+        widths: [width, 0.0],
+        size,
+        loads_interface: is_static && zones.is_some(),
+    };
     Ok(BuiltContact { element: TimedContact::new(element), facts })
 }
 
 fn sphere(body: usize, sphere: &HertzSphere, bodies: &[BodyModel]) -> Result<Sphere, AdaptiveError> {
     let centre = bodies[body].point(&sphere.centre)?;
     Ok(Sphere { body, centre, radius: sphere.radius, solid: sphere.solid })
+}
+
+/// Compliance of a body's interface for a contact; none unless the contact is quasistatic.
+fn compliance<'a>(elastic: &'a ElasticModel, law: &SurfaceLaw) -> Option<InterfaceCompliance<'a>> {
+    let residual = elastic.reduced.residual.as_ref().filter(|_| law.treatment == Treatment::Quasistatic);
+    residual.map(|r| InterfaceCompliance {
+        dofs: &elastic.interface.unknowns,
+        compliance: r.compliance().as_ref(),
+    })
+}
+
+/// Points of a contact body with modes and compliance.
+fn points(
+    elastic: &ElasticModel,
+    law: &SurfaceLaw,
+    zone: &ContactZone,
+) -> Result<ContactSubmodel, ContactError> {
+    let (full, shapes) = (&elastic.body, elastic.reduced.shapes());
+    contact_submodel(full.assembled.motion, &zone.points, &full.lookup, shapes, compliance(elastic, law))
+}
+
+fn no_penalty() -> ContactError {
+    ContactError::Inconsistent { reason: "a penalty factor must be given".into() }
 }
 
 fn plane_contact(
@@ -177,20 +322,60 @@ fn plane_contact(
     zone: &ContactZone,
     elastic: &ElasticModel,
 ) -> Result<PlaneContact, ContactError> {
-    let ElasticModel { body: full, reduced, interface } = elastic;
-    let compliance = reduced
-        .residual
-        .as_ref()
-        .map(|r| InterfaceCompliance { dofs: &interface.unknowns, compliance: r.compliance().as_ref() });
-    let shapes = reduced.basis.shapes.as_ref();
-    let submodel = contact_submodel(full.assembled.motion, &zone.points, &full.lookup, shapes, compliance)?;
-    let penalty = law
-        .penalty
-        .ok_or_else(|| ContactError::Inconsistent { reason: "a penalty factor must be given".into() })?;
+    let submodel = points(elastic, law, zone)?;
+    let penalty = law.penalty.ok_or_else(no_penalty)?;
     let contact =
         PlaneContact::new(submodel, PlaneContactSettings { body, plane, penalty, method: law.method })?;
     match law.friction {
         Some(friction) => contact.with_friction(friction),
         None => Ok(contact),
+    }
+}
+
+/// Contact of two bodies with one model for the whole run (theory C.8). Without a penalty factor that of Eq. A.14 is taken,
+/// which needs a compliance.
+fn surface_pair(
+    [body, target]: [usize; 2],
+    law: &SurfaceLaw,
+    zones: &Zones,
+    bodies: &[BodyModel],
+    poses: &[BodyState],
+) -> Result<SurfacePair, ContactError> {
+    let (Some(own), Some(other), Some(zone)) =
+        (&bodies[body].elastic, &bodies[target].elastic, &zones.target)
+    else {
+        return Err(ContactError::Inconsistent { reason: "a body has no contact zone".into() });
+    };
+    let submodel = points(own, law, &zones.own)?;
+    let full = &other.body;
+    let surface = TargetSurface::flexible(
+        full.assembled.motion,
+        &full.space,
+        &full.shape.patches,
+        &[zone.face],
+        &full.lookup,
+        other.reduced.shapes(),
+        compliance(other, law),
+    )?;
+    let settings = SurfacePairSettings {
+        contact_body: body,
+        target_body: Some(target),
+        penalty: law.penalty.unwrap_or(FALLBACK_PENALTY),
+        method: law.method,
+    };
+    let mut pair = SurfacePair::new(submodel, surface, settings)?;
+    if law.penalty.is_none() {
+        let at_rest = |(pose, body): (&BodyState, &BodyModel)| {
+            let n = body.data.modal_stiffness.len();
+            BodyState { elastic: vec![0.0; n], elastic_rates: vec![0.0; n], ..pose.clone() }
+        };
+        let poses: Vec<BodyState> = poses.iter().zip(bodies).map(at_rest).collect();
+        let weight = pair.largest_compliance_weight(&poses);
+        let weight = weight.map_err(|r| ContactError::Inconsistent { reason: r.reason })?;
+        pair.set_penalty(DEFAULT_STIFFNESS_RATIO / weight.ok_or_else(no_penalty)?)?;
+    }
+    match law.friction {
+        Some(friction) => pair.with_friction(friction),
+        None => Ok(pair),
     }
 }

@@ -19,9 +19,10 @@ impl BodyModel {
     /// # Errors
     /// [`AdaptiveError`] if there is no such place.
     pub fn point(&self, place: &Place) -> Result<FlexiblePoint, AdaptiveError> {
-        match &self.elastic {
-            Some(e) => e.body.flexible_point(place, e.reduced.basis.shapes.as_ref()),
-            None => Ok(FlexiblePoint::rigid(self.rigid_place(place)?)),
+        match (&self.elastic, &self.imported) {
+            (Some(e), _) => e.body.flexible_point(place, e.reduced.shapes()),
+            (None, Some(imported)) => imported.point(&self.name, place),
+            (None, None) => Ok(FlexiblePoint::rigid(self.rigid_place(place)?)),
         }
     }
 
@@ -31,9 +32,10 @@ impl BodyModel {
         place: &Place,
         rotation: UnitQuaternion<f64>,
     ) -> Result<Marker, AdaptiveError> {
-        match &self.elastic {
-            Some(e) => e.body.marker(name, place, rotation, e.reduced.basis.shapes.as_ref()),
-            None => Ok(Marker::rigid(name, self.rigid_place(place)?, rotation)),
+        match (&self.elastic, &self.imported) {
+            (Some(e), _) => e.body.marker(name, place, rotation, e.reduced.shapes()),
+            (None, Some(imported)) => imported.marker(&self.name, name, place, rotation),
+            (None, None) => Ok(Marker::rigid(name, self.rigid_place(place)?, rotation)),
         }
     }
 

@@ -8,6 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::{BodyModel, joints};
 use crate::error::AdaptiveError;
+use crate::imported::ImportedModel;
 use crate::spec::{BodyKind, InitialMotion, RunSpec};
 
 /// Motions of all bodies at the start if they were rigid.
@@ -19,10 +20,15 @@ pub fn poses(spec: &RunSpec) -> Result<Vec<BodyState>, AdaptiveError> {
         let motion = match &body.kind {
             BodyKind::Elastic(elastic) => crate::elastic_body::rigid_motion(&elastic.model),
             BodyKind::Rigid(rigid) => rigid.motion,
+            BodyKind::Imported(imported) => {
+                let model = ImportedModel::rigid(imported)?;
+                let (name, data) = (body.name.clone(), model.data.clone());
+                return Ok(BodyModel { name, data, elastic: None, imported: Some(model) });
+            }
         };
         // Poses do not depend on masses.
         let data = StandardInputData::rigid(motion, 1.0, Vector3::zeros(), Matrix3::identity())?;
-        Ok(BodyModel { name: body.name.clone(), data, elastic: None })
+        Ok(BodyModel { name: body.name.clone(), data, elastic: None, imported: None })
     });
     let rigid: Vec<BodyModel> = rigid.collect::<Result<_, DynamicsError>>().map_err(AdaptiveError::Model)?;
     let description = joints::system_spec(spec, &rigid)?;

@@ -1,5 +1,6 @@
 //! Bodies: elastic ones from exact geometry, rigid ones, reduced ones from a file.
 
+use crate::imported::ImportedSpec;
 use ffr_dynamics::body::RigidMotion;
 use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::Shape;
@@ -17,13 +18,15 @@ pub struct BodySpec {
     pub motion: InitialMotion,
 }
 
-/// Elastic or rigid.
+/// Elastic, rigid, or from a file.
 #[derive(Debug, Clone, PartialEq)]
 pub enum BodyKind {
     /// An elastic body.
     Elastic(Box<ElasticSpec>),
     /// A rigid body.
     Rigid(RigidSpec),
+    /// A body from a file.
+    Imported(ImportedSpec),
 }
 
 impl BodySpec {
@@ -31,7 +34,7 @@ impl BodySpec {
     pub fn elastic(&self) -> Option<&ElasticSpec> {
         match &self.kind {
             BodyKind::Elastic(elastic) => Some(elastic),
-            BodyKind::Rigid(_) => None,
+            BodyKind::Rigid(_) | BodyKind::Imported(_) => None,
         }
     }
 }
@@ -84,12 +87,37 @@ pub struct ElasticSpec {
     pub discretisation: DiscretisationSpec,
     /// Reduced basis.
     pub reduction: ReductionSpec,
+    /// Places of joints whose forces the Craig-Bampton basis answers statically right; not beside quasistatic contacts.
+    pub interface: Vec<Place>,
     /// Damping of the elastic coordinates.
     pub damping: DampingSpec,
     /// Reference frame.
     pub frame: FrameSpec,
     /// Whether inertia forces stiffen the body.
     pub geometric_stiffening: bool,
+}
+
+impl ElasticSpec {
+    /// An undamped body in a mean-axis frame, without joints in its interface and without geometric stiffening.
+    pub fn new(
+        shape: Shape,
+        model: Model,
+        material: Material,
+        discretisation: DiscretisationSpec,
+        reduction: ReductionSpec,
+    ) -> Self {
+        Self {
+            shape,
+            model,
+            material,
+            discretisation,
+            reduction,
+            interface: Vec::new(),
+            damping: DampingSpec::None,
+            frame: FrameSpec::Buckens,
+            geometric_stiffening: false,
+        }
+    }
 }
 
 /// Damping of elastic coordinates.

@@ -79,30 +79,44 @@ pub struct SurfaceLaw {
     pub interval: IntervalSpec,
 }
 
-/// Treatments of the contact zone (\[A\] section 6: the models compared).
+/// Treatments of the contact zone (\[A\] section 6: the models compared; theory A.8).
+///
+/// All but [`Treatment::Adaptive`] use the penalty factor as given, without a search. They keep one model for the whole run,
+/// about the places where the undeformed bodies are nearest at the start; only quasistatic pairs are refined where they touch,
+/// as long as an interval is given or a body is not refined at that place by its own discretisation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Treatment {
     /// Refined by the program during the run; high-frequency modes follow statically.
     Adaptive,
-    /// Refined as given; high-frequency modes follow statically.
+    /// Refined as given; high-frequency modes follow statically. A penalty factor left out is predicted (Eq. A.14).
     Quasistatic,
-    /// Refined as given; every Craig-Bampton mode is dynamic, high-frequency ones damped critically.
+    /// Refined as given; every Craig-Bampton mode is dynamic, high-frequency ones damped critically on top of the body's own
+    /// damping. Time steps of an explicit method are those of the finest elements (Eq. A.20).
     Damped,
     /// Refined as given; every Craig-Bampton mode is dynamic and undamped.
     Dynamic,
-    /// No refinement and no static part: the modes of the free body alone.
+    /// No refinement and no static part: the body's low-frequency modes alone, on the contact points of its own mesh within
+    /// the given width, or on the whole face.
     Coarse,
 }
 
 /// How the penalty factor is found (\[A\] Fig. 3).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PenaltySearch {
     /// The given one is used.
     Fixed,
     /// Raised until the peak force no longer changes.
-    UntilConverged,
+    UntilConverged {
+        /// Relative change of the peak force that counts as none.
+        tolerance: f64,
+    },
     /// Raised until the solver fails, as printed.
     UntilError,
+}
+
+impl PenaltySearch {
+    /// Until the peak force changes by less than a fifth of a percent, less than discretisation errors.
+    pub const CONVERGED: Self = Self::UntilConverged { tolerance: 2e-3 };
 }
 
 /// Where contact points stand.

@@ -2,21 +2,25 @@
 
 use std::path::PathBuf;
 
+use super::threads;
 use crate::error::AppError;
 use crate::scenario::{self, Override};
 
 /// Checks every file and reports the faults of all.
 ///
 /// # Errors
-/// The last error; those before it have been reported.
+/// [`AppError::Model`] if the threads cannot be started. The last error; those before it have been reported.
 pub fn check(scenarios: &[PathBuf], overrides: &[Override]) -> Result<(), AppError> {
+    // Body files are checked with linear algebra.
+    threads(0)?;
     let mut last = None;
     for path in scenarios {
         match scenario::read(path, overrides) {
             Ok(scenario) => tracing::info!(
-                "{}: valid, {} bodies, {} contacts",
+                "{}: valid, {} bodies, {} joints, {} contacts",
                 path.display(),
                 scenario.bodies.len(),
+                scenario.joints.len(),
                 scenario.contacts.len()
             ),
             Err(error) => {

@@ -27,6 +27,14 @@ fn table(s: &Summary) -> String {
     let _ = writeln!(out, "{:<16} {} up to t = {end}", "samples", s.n_samples);
     let drift = s.energy_drift.map_or_else(|| "-".to_owned(), |d| format!("{d:.3e}"));
     let _ = writeln!(out, "{:<16} {drift}", "energy drift");
+    if let Some(jump) = s.largest_jump {
+        let _ = writeln!(
+            out,
+            "{:<16} {jump:.3e} at most in {} changes of the model",
+            "energy jump",
+            s.transfers.len()
+        );
+    }
     for (name, n) in &s.bodies {
         let _ = writeln!(out, "{:<16} {name}: {n} elastic coordinates", "body");
     }
@@ -84,21 +92,38 @@ fn tries(s: &Summary, out: &mut String) {
     if !s.tries.is_empty() {
         let _ = writeln!(
             out,
-            "\n{:<7} {:>4} {:>12} {:>14} {:>9} {:>9} {:>12} {:<9} reason",
-            "impact", "try", "stop [s]", "penalty", "freedoms", "steps", "peak [N]", "outcome"
+            "\n{:<7} {:>4} {:>12} {:>19} {:>9} {:>10} {:>9} {:>7} {:>11} {:>9} {:<9} reason",
+            "impact",
+            "try",
+            "stop [s]",
+            "width [m]",
+            "used [%]",
+            "penalty",
+            "freedoms",
+            "steps",
+            "peak [N]",
+            "wall [s]",
+            "outcome"
         );
     }
     for t in &s.tries {
+        let directions = if t.interval_widths[1] > 0.0 { 2 } else { 1 };
+        let list = |of: &[f64; 2], show: fn(f64) -> String| {
+            of.iter().take(directions).map(|x| show(*x)).collect::<Vec<_>>().join(" x ")
+        };
         let _ = writeln!(
             out,
-            "{:<7} {:>4} {:>12.5e} {:>14.3e} {:>9} {:>9} {:>12.5} {:<9} {}",
+            "{:<7} {:>4} {:>12.5e} {:>19} {:>9} {:>10.3e} {:>9} {:>7} {:>11.5} {:>9.3} {:<9} {}",
             t.impact,
             t.number,
             t.stop,
+            list(&t.interval_widths, |w| format!("{w:.2e}")),
+            list(&t.utilisation, |u| format!("{:.0}", 100.0 * u)),
             t.penalty_end,
             t.freedoms,
             t.steps,
             t.peak_force,
+            t.wall_time,
             t.outcome.as_str(),
             t.reason.as_str()
         );

@@ -1,13 +1,16 @@
 //! The commands. Each returns its result or an [`AppError`]; only [`crate::main_with`] maps that to an exit code.
 
 pub mod check;
+pub mod export_body;
 pub mod info;
 pub mod modes;
 pub mod run;
 
 use std::io::Write;
+use std::path::Path;
 
 use crate::error::AppError;
+use crate::scenario::{BodyKind, Scenario};
 
 /// Writes to standard output; a reader that closed the pipe is no error.
 ///
@@ -21,7 +24,30 @@ pub fn print(text: &str) -> Result<(), AppError> {
     }
 }
 
-/// Sets up the thread pool and returns the number of threads; 0 asks for all cores.
+/// Rejects an output that is the scenario itself or a file that it reads.
+///
+/// # Errors
+/// [`AppError::Io`] for the output.
+pub fn check_distinct(scenario: &Scenario, output: &Path) -> Result<(), AppError> {
+    // An output that does not exist yet is none of them.
+    let Ok(target) = output.canonicalize() else { return Ok(()) };
+    let is_target = |path: &Path| path.canonicalize().is_ok_and(|path| path == target);
+    if is_target(&scenario.source.path) {
+        return Err(AppError::io(output, "is the scenario itself, name another output"));
+    }
+    for body in &scenario.bodies {
+        if let BodyKind::Imported(imported) = &body.kind
+            && is_target(imported.path())
+        {
+            let reason = format!("is the file of body \"{}\", name another output", body.name);
+            return Err(AppError::io(output, reason));
+        }
+    }
+    Ok(())
+}
+
+/// Sets up the thread pool and returns the number of threads; 0 asks for all cores. Comes before the scenario is read, for body
+/// files are checked with linear algebra.
 ///
 /// # Errors
 /// [`AppError::Model`] if the threads cannot be started.

@@ -19,9 +19,9 @@ pub fn modes(
     json: bool,
     n_threads: usize,
 ) -> Result<(), AppError> {
+    let n_threads = threads(n_threads)?;
     let scenario = scenario::read(path, overrides)?;
     let index = body.map(|name| body_index(&scenario, name)).transpose()?;
-    let n_threads = threads(n_threads)?;
     let report = simulate::modes(&scenario, index, n_threads)?;
     let text =
         if json { serde_json::to_string_pretty(&report).map(|t| t + "\n") } else { Ok(table(&report)) };

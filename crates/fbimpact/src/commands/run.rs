@@ -7,11 +7,11 @@ use std::time::Instant;
 
 use adaptive::record::{
     Continue, ImpactRecord, Observer, ObserverError, PhaseKind, PhaseRecord, RunLayout, Sample, StressRecord,
-    TryRecord,
+    TransferRecord, TryRecord,
 };
 use indicatif::ProgressBar;
 
-use super::threads;
+use super::{check_distinct, threads};
 use crate::cli::RunArguments;
 use crate::error::AppError;
 use crate::progress::Progress;
@@ -24,19 +24,19 @@ use crate::simulate::{Ending, RunReport, simulate};
 /// # Errors
 /// Every [`AppError`]; after a failed or interrupted run the results so far are kept.
 pub fn run(arguments: &RunArguments, bar: ProgressBar) -> Result<(), AppError> {
+    let n_threads = threads(arguments.threads)?;
     let scenario = scenario::read(&arguments.scenario, &arguments.set.set)?;
     let target = match &arguments.output {
         Some(path) => path.clone(),
         None => default_output(&arguments.scenario),
     };
-    check_distinct(&arguments.scenario, &target)?;
+    check_distinct(&scenario, &target)?;
     let stop = Arc::new(AtomicBool::new(false));
     let flag = stop.clone();
     // A second signal sets the same flag again: harmless.
     if let Err(error) = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)) {
         tracing::warn!("Ctrl-C will end the run without closing the file: {error}");
     }
-    let n_threads = threads(arguments.threads)?;
     let output = OutputFile::claim(&target, arguments.force)?;
     record(&scenario, output, n_threads, &stop, bar, simulate)
 }
@@ -46,13 +46,6 @@ fn default_output(scenario: &Path) -> PathBuf {
     let mut name = scenario.file_stem().unwrap_or(scenario.as_os_str()).to_owned();
     name.push(".h5");
     PathBuf::from(name)
-}
-
-fn check_distinct(scenario: &Path, output: &Path) -> Result<(), AppError> {
-    match (scenario.canonicalize(), output.canonicalize()) {
-        (Ok(a), Ok(b)) if a == b => Err(AppError::io(output, "is the scenario itself, name another output")),
-        _ => Ok(()),
-    }
 }
 
 /// A function that runs a scenario, see [`simulate`].
@@ -165,6 +158,17 @@ impl Observer for RunObserver {
             record.reason
         );
         self.recorder.attempt(record)
+    }
+
+    fn transfer(&mut self, record: &TransferRecord) -> Result<(), ObserverError> {
+        tracing::debug!(
+            "{} at {:.9e} s: energy {:.9e} J before, {:.9e} J after",
+            record.direction,
+            record.time,
+            record.energy_before,
+            record.energy_after
+        );
+        self.recorder.transfer(record)
     }
 
     fn stress(&mut self, record: &StressRecord) -> Result<(), ObserverError> {

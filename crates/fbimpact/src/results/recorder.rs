@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use adaptive::record::{
     ImpactRecord, JointLayout, NameAndUnit, ObserverError, PhaseRecord, RunLayout, Sample, StressRecord,
-    Timings, TryRecord,
+    Timings, TransferRecord, TryRecord,
 };
 use hdf5::plist::file_access::{
     CacheDecreaseMode, CacheIncreaseMode, FlashIncreaseMode, MetadataCacheConfig,
@@ -16,7 +16,9 @@ use ndarray::ArrayView1;
 use super::columns::{self, Axes, Axis, Column, Declaration};
 use super::series::{ROWS, Table, component_scale, describe, text_attribute, write_text};
 use super::stress::write_stress;
-use super::tables::{IMPACT_UNITS, ImpactRow, PHASE_UNITS, PhaseRow, TRY_UNITS, TryRow};
+use super::tables::{
+    IMPACT_UNITS, ImpactRow, PHASE_UNITS, PhaseRow, TRANSFER_UNITS, TRY_UNITS, TransferRow, TryRow,
+};
 use super::{FORMAT, FORMAT_VERSION, scales};
 use crate::provenance;
 use crate::scenario::{BodyKind, Compression, ElasticModel, Scenario};
@@ -68,6 +70,7 @@ struct Open {
     phases: Table,
     impacts: Table,
     tries: Table,
+    transfers: Table,
 }
 
 impl Recorder {
@@ -79,7 +82,7 @@ impl Recorder {
         let stress_models = scenario.output.stress.iter().map(|line| {
             let model = match &scenario.bodies[line.body].kind {
                 BodyKind::Elastic(body) => Some(body.model),
-                BodyKind::RigidPlane { .. } => None,
+                BodyKind::RigidPlane { .. } | BodyKind::Rigid(_) | BodyKind::Imported(_) => None,
             };
             (line.name.clone(), model)
         });
@@ -172,8 +175,7 @@ impl Recorder {
     /// # Errors
     /// [`ObserverError`] if the file cannot be written.
     pub fn impact(&mut self, record: &ImpactRecord) -> Result<(), ObserverError> {
-        let name = usize::try_from(record.contact).ok().and_then(|i| self.contacts.get(i)).cloned();
-        let name = name.unwrap_or_else(|| record.contact.to_string());
+        let name = self.contact_name(record.contact);
         self.with(|open| open.impacts.push(ImpactRow::new(record, &name)?))
     }
 
@@ -183,6 +185,21 @@ impl Recorder {
     /// [`ObserverError`] if the file cannot be written.
     pub fn attempt(&mut self, record: &TryRecord) -> Result<(), ObserverError> {
         self.with(|open| open.tries.push(TryRow::new(record)?))
+    }
+
+    /// Stores a change of the model.
+    ///
+    /// # Errors
+    /// [`ObserverError`] if the file cannot be written.
+    pub fn transfer(&mut self, record: &TransferRecord) -> Result<(), ObserverError> {
+        let name = self.contact_name(record.contact);
+        self.with(|open| open.transfers.push(TransferRow::new(record, &name)?))
+    }
+
+    /// Name of a contact by its index.
+    fn contact_name(&self, index: u32) -> String {
+        let name = usize::try_from(index).ok().and_then(|i| self.contacts.get(i)).cloned();
+        name.unwrap_or_else(|| index.to_string())
     }
 
     /// Stores stresses along a line; a later record of the same name takes the place of an earlier one.
@@ -259,6 +276,8 @@ impl Open {
         let phases = Table::create::<PhaseRow>(&file, "phases", PHASE_UNITS, "Phases of the run.")?;
         let impacts = Table::create::<ImpactRow>(&file, "impacts", IMPACT_UNITS, "Impacts of the run.")?;
         let tries = Table::create::<TryRow>(&file, "tries", TRY_UNITS, "Tries of every impact phase.")?;
+        let what = "Changes of models in the course of the run, and the total energy before and after.";
+        let transfers = Table::create::<TransferRow>(&file, "transfers", TRANSFER_UNITS, what)?;
         file.flush()?;
         Ok(Self {
             file,
@@ -269,6 +288,7 @@ impl Open {
             phases,
             impacts,
             tries,
+            transfers,
         })
     }
 

@@ -7,7 +7,7 @@ use hdf5::{File, Result};
 use serde_json::{Value, json};
 
 use super::FORMAT;
-use super::tables::{ImpactRow, PhaseRow, TryRow};
+use super::tables::{ImpactRow, PhaseRow, TransferRow, TryRow};
 use crate::error::AppError;
 
 /// The gist of a result file.
@@ -27,8 +27,12 @@ pub struct Summary {
     pub impacts: Vec<ImpactRow>,
     /// Tries.
     pub tries: Vec<TryRow>,
+    /// Changes of the model.
+    pub transfers: Vec<TransferRow>,
     /// Largest deviation of the total energy from its start, relative to the largest energy in motion and deformation.
     pub energy_drift: Option<f64>,
+    /// Largest jump of the total energy at a change of the model, relative to the same.
+    pub largest_jump: Option<f64>,
     /// Seconds a stage.
     pub timings: Vec<(String, f64)>,
 }
@@ -78,6 +82,12 @@ fn summary(file: &File) -> Result<Summary> {
             timings.push((name, value));
         }
     }
+    let transfers: Vec<TransferRow> = match file.dataset("transfers") {
+        Ok(dataset) => dataset.read_raw()?,
+        Err(_) => Vec::new(),
+    };
+    let energies = energies(file)?;
+    let jumps = transfers.iter().map(|t| (t.energy_after - t.energy_before).abs());
     Ok(Summary {
         attributes,
         n_samples: time.len(),
@@ -86,12 +96,16 @@ fn summary(file: &File) -> Result<Summary> {
         phases: file.dataset("phases")?.read_raw()?,
         impacts: file.dataset("impacts")?.read_raw()?,
         tries: file.dataset("tries")?.read_raw()?,
-        energy_drift: energy_drift(file)?,
+        energy_drift: energies.map(|(drift, scale)| drift / scale),
+        largest_jump: energies.and_then(|(_, scale)| jumps.reduce(f64::max).map(|jump| jump / scale)),
+        transfers,
         timings,
     })
 }
 
-fn energy_drift(file: &File) -> Result<Option<f64>> {
+/// Largest deviation of the total energy from its start, and the largest energy in motion and deformation unless it is
+/// zero \[J\].
+fn energies(file: &File) -> Result<Option<(f64, f64)>> {
     let Ok(group) = file.group("energies") else { return Ok(None) };
     let read = |name: &str| group.dataset(name)?.read_raw::<f64>();
     let (total, kinetic, low, high, penalty) =
@@ -101,7 +115,7 @@ fn energy_drift(file: &File) -> Result<Option<f64>> {
         .map(|i| kinetic[i] + low[i] + high[i] + penalty[i])
         .fold(0.0_f64, |a, x| if x > a { x } else { a });
     let largest = total.iter().map(|x| (x - first).abs()).fold(0.0_f64, f64::max);
-    Ok((scale > 0.0).then(|| largest / scale))
+    Ok((scale > 0.0).then_some((largest, scale)))
 }
 
 impl Summary {
@@ -130,6 +144,11 @@ impl Summary {
                 "rejected": t.rejected, "peak_force": t.peak_force, "outcome": t.outcome.as_str(),
                 "reason": t.reason.as_str(), "wall_time": t.wall_time, "cpu_time": t.cpu_time })
         });
+        let transfers = self.transfers.iter().map(|t| {
+            json!({ "time": t.time, "direction": t.direction.as_str(), "contact": t.contact.as_str(),
+                "energy_before": t.energy_before, "energy_after": t.energy_after,
+                "momentum_change": t.momentum_change })
+        });
         let attributes: serde_json::Map<String, Value> =
             self.attributes.iter().map(|(n, v)| (n.clone(), v.clone().into())).collect();
         let timings: serde_json::Map<String, Value> =
@@ -137,9 +156,10 @@ impl Summary {
         let bodies: serde_json::Map<String, Value> =
             self.bodies.iter().map(|(n, q)| (n.clone(), json!({ "elastic_coordinates": q }))).collect();
         let mut all = json!({
-            "samples": self.n_samples, "end": self.end, "energy_drift": self.energy_drift, "bodies": bodies,
+            "samples": self.n_samples, "end": self.end, "energy_drift": self.energy_drift,
+            "largest_transfer_jump": self.largest_jump, "bodies": bodies,
             "phases": phases.collect::<Vec<_>>(), "impacts": impacts.collect::<Vec<_>>(),
-            "tries": tries.collect::<Vec<_>>(), "timings": timings,
+            "tries": tries.collect::<Vec<_>>(), "transfers": transfers.collect::<Vec<_>>(), "timings": timings,
         });
         if let Value::Object(map) = &mut all {
             map.extend(attributes);

@@ -1,6 +1,6 @@
 //! Rows of the tables in a result file.
 
-use adaptive::record::{ImpactRecord, PhaseKind, PhaseRecord, TryRecord};
+use adaptive::record::{ImpactRecord, PhaseKind, PhaseRecord, TransferRecord, TryRecord};
 use hdf5::types::VarLenUnicode;
 use hdf5::{H5Type, Result};
 
@@ -164,6 +164,42 @@ impl TryRow {
             reason: unicode(&r.reason)?,
             wall_time: r.wall_time,
             cpu_time: r.cpu_time,
+        })
+    }
+}
+
+/// A row of `/transfers`.
+#[derive(Debug, Clone, PartialEq, H5Type)]
+#[repr(C)]
+pub struct TransferRow {
+    /// \[s\]
+    pub time: f64,
+    /// "coarse to fine", "fine to coarse" or "penalty".
+    pub direction: VarLenUnicode,
+    /// Name of the contact.
+    pub contact: VarLenUnicode,
+    /// \[J\]
+    pub energy_before: f64,
+    /// \[J\]
+    pub energy_after: f64,
+    /// [kg m/s]
+    pub momentum_change: f64,
+}
+
+/// Units of the columns of `/transfers`.
+pub const TRANSFER_UNITS: &str =
+    "time: s, direction: –, contact: –, energy_before: J, energy_after: J, momentum_change: kg m/s";
+
+impl TransferRow {
+    /// The row of a record of the contact called `contact`.
+    pub fn new(r: &TransferRecord, contact: &str) -> Result<Self> {
+        Ok(Self {
+            time: r.time,
+            direction: unicode(&r.direction)?,
+            contact: unicode(contact)?,
+            energy_before: r.energy_before,
+            energy_after: r.energy_after,
+            momentum_change: r.momentum_change,
         })
     }
 }

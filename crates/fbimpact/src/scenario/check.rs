@@ -135,7 +135,21 @@ impl Checker {
             (Kind::Number(range) | Kind::ChoiceOrNumber(_, range), _) => {
                 number_in(node, range, scale).map(Checked::Number)
             }
-            (Kind::Fixed(x), _) => number(node).filter(|y| y.total_cmp(x).is_eq()).map(Checked::Number),
+            (Kind::Boolean, Value::Boolean(b)) => Some(Checked::Boolean(*b)),
+            (Kind::Numbers(range) | Kind::Symmetric(range), Value::Array(items))
+                if matches!(key.kind, Kind::Numbers(_)) && !items.is_empty()
+                    || items.len() == 3 && items.iter().all(|n| number(n).is_some()) =>
+            {
+                self.numbers(key, items, range, path, scale)
+            }
+            (Kind::Symmetric(range), Value::Array(rows)) if rows.len() == 3 => {
+                self.lists(key, rows, range, path)
+            }
+            (Kind::NumberOrVariants { tag, variants, .. }, Value::Table(entries)) => {
+                return self.variant(tag, variants, entries, path, &node.origin);
+            }
+            (Kind::Numbers(range), _) => number_in(node, range, scale).map(|x| Checked::Numbers(vec![x])),
+            (Kind::NumberOrVariants { range, .. }, _) => number_in(node, range, scale).map(Checked::Number),
             (Kind::Integer(min, max), _) => integer_in(node, *min, *max).map(Checked::Integer),
             (Kind::Counts(min, max), _) => self.counts(key, node, path, *min, *max),
             (Kind::Vector(n, range), Value::Array(items)) if items.len() == *n => {
@@ -287,7 +301,11 @@ impl Checker {
         let mut good = Vec::with_capacity(rows.len());
         for (i, row) in rows.iter().enumerate() {
             let path = format!("{path}[{i}]");
-            let fits = |n: usize| !matches!(key.kind, Kind::Points(_)) || matches!(n, 2 | 3);
+            let fits = |n: usize| match key.kind {
+                Kind::Points(_) => matches!(n, 2 | 3),
+                Kind::Symmetric(_) => n == 3,
+                _ => true,
+            };
             match &row.value {
                 Value::Array(items) if fits(items.len()) => {
                     good.extend(self.row(key, items, range, &path, 1.0));

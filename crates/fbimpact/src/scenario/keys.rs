@@ -147,8 +147,21 @@ pub enum Kind {
     Name,
     /// A number.
     Number(Range),
-    /// A number that this version wants at the one value given.
-    Fixed(f64),
+    /// `true` or `false`.
+    Boolean,
+    /// One number, or a list of numbers.
+    Numbers(Range),
+    /// Three principal values or three rows of a symmetric matrix.
+    Symmetric(Range),
+    /// A number, or a table whose other keys depend on the key `tag`.
+    NumberOrVariants {
+        /// Range of the number.
+        range: Range,
+        /// The key that decides.
+        tag: &'static str,
+        /// Its values with their keys.
+        variants: &'static [Variant],
+    },
     /// An integer, bounds included.
     Integer(u64, u64),
     /// An integer for all directions or a list with one a direction.
@@ -205,7 +218,15 @@ impl Kind {
             Self::Text => "a string".into(),
             Self::Name => "a string that is not empty".into(),
             Self::Number(range) => format!("a number {}{unit}", range.words()),
-            Self::Fixed(x) => format!("{}{unit}", plain(*x)),
+            Self::Boolean => "true or false".into(),
+            Self::Numbers(range) => format!("a number {0}{unit}, or a list of such numbers", range.words()),
+            Self::Symmetric(range) => format!(
+                "3 numbers on a diagonal or 3 rows of 3 numbers, symmetric, each {}{unit}",
+                range.words()
+            ),
+            Self::NumberOrVariants { range, .. } => {
+                format!("a number {}{unit}, or a table", range.words())
+            }
             Self::Integer(min, max) => format!("an integer >= {min} and <= {max}"),
             Self::Counts(min, max) => {
                 format!("an integer >= {min} and <= {max}, or a list of 2 or 3 such integers")

@@ -11,6 +11,7 @@ pub mod keys;
 pub mod tables;
 pub mod section;
 mod check;
+mod body_files;
 mod build;
 mod resolved;
 pub mod schema;
@@ -61,8 +62,9 @@ pub fn parse(path: &Path, bytes: &[u8], overrides: &[Override]) -> Result<Scenar
         }
     }
     let Value::Table(entries) = &document.value else { unreachable!("a TOML document is a table") };
-    let root = checker.section(tables::SCENARIO, entries, "", &document.origin, None);
+    let mut root = checker.section(tables::SCENARIO, entries, "", &document.origin, None);
     let directory = path.parent().unwrap_or(Path::new("."));
+    body_files::read_all(&mut checker, &mut root, directory);
     let resolved = if checker.faults.is_empty() { resolved::write(&root) } else { String::new() };
     let source = Source { path: path.to_owned(), sha256: hex(&Sha256::digest(bytes)), resolved };
     match build::scenario(&mut checker, &root, directory, source) {
@@ -74,6 +76,7 @@ pub fn parse(path: &Path, bytes: &[u8], overrides: &[Override]) -> Result<Scenar
     }
 }
 
+/// Hexadecimal digits of `bytes`.
 fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|b| format!("{b:02x}")).collect()
 }

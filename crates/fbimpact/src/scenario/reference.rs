@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::keys::{Choice, Key, Kind, Need};
-use super::tables::{SCENARIO, ShapeFacts};
+use super::tables::{CURVES, SCENARIO, ShapeFacts};
 
 /// Text before the tables.
 const HEAD: &str = "\
@@ -19,7 +19,7 @@ the program checks a scenario against.
   `--set bodies.ball.discretisation.refine[0].elements=32`. A value that is not TOML is taken as a string.
 - Names of bodies, materials, contacts and outputs have 1 to 64 letters, digits, `_` and `-`.
 - Points of a body are given in the components of its model: `[x, y, z]` for `solid`, `[x, y]` for plane models,
-  `[r, z]` for `axisymmetric` ones.
+  `[r, z]` for `axisymmetric` ones. Bodies from files have no points, only the markers of their file.
 - The first line `#:schema <path to the output of fbimpact schema>` lets editors complete and check the file.
 ";
 
@@ -28,7 +28,22 @@ pub fn markdown() -> String {
     let mut out = HEAD.to_owned();
     let _ = writeln!(out, "\n## Top level\n");
     section(SCENARIO, "", &mut out);
+    curves(&mut out);
     out
+}
+
+/// The forms of a quantity over time.
+fn curves(out: &mut String) {
+    let _ = writeln!(
+        out,
+        "\n## Quantities over time\n\nDrives, prescribed motions and loads are given as a number, which is a constant, or as a table: \
+         `motion = {{ kind = \"spin-up\", rate = 6.0, duration = 15.0 }}`. The key `kind` decides on the others. \
+         Values have the unit of the key that they are given for, `U`."
+    );
+    for variant in CURVES {
+        let _ = writeln!(out, "\n### `kind = \"{}\"`\n\n{}\n", variant.name, variant.doc);
+        rows(variant.keys, out);
+    }
 }
 
 fn section(keys: &[Key], path: &str, out: &mut String) {
@@ -89,6 +104,9 @@ fn rows(keys: &[Key], out: &mut String) {
             Kind::Choice(choices) => list(choices),
             Kind::ChoiceOrNumber(choices, range) => {
                 format!("{}, or a number {}", list(choices), range.words())
+            }
+            Kind::NumberOrVariants { range, .. } => {
+                format!("a number {}, or a [table](#quantities-over-time)", range.words())
             }
             kind => kind.allowed(""),
         };

@@ -76,7 +76,17 @@ fn kind(kind: &Kind) -> Value {
         Kind::Text => json!({ "type": "string" }),
         Kind::Name => json!({ "type": "string", "minLength": 1 }),
         Kind::Number(range) => number(range),
-        Kind::Fixed(x) => json!({ "const": x }),
+        Kind::Boolean => json!({ "type": "boolean" }),
+        Kind::Numbers(range) => json!({ "anyOf": [number(range), array(&number(range), 1, None)] }),
+        Kind::Symmetric(range) => {
+            let row = array(&number(range), 3, Some(3));
+            json!({ "anyOf": [row, array(&row, 3, Some(3))] })
+        }
+        Kind::NumberOrVariants { range, tag, variants } => {
+            let mut forms = vec![number(range)];
+            forms.extend(variants.iter().map(|v| object(v.keys, Some((tag, v)))));
+            json!({ "oneOf": forms })
+        }
         Kind::Integer(min, max) => integer(*min, *max),
         Kind::Counts(min, max) => {
             let item = integer(*min, *max);

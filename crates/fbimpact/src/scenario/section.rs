@@ -1,5 +1,8 @@
 //! A table after the check against its keys: defaults filled in, every value of the right type or marked as invalid.
 
+use std::sync::Arc;
+
+use super::body_files::BodySource;
 use super::document::Origin;
 
 /// A checked table.
@@ -33,6 +36,8 @@ pub struct Item {
 pub enum Checked {
     /// String.
     Text(String),
+    /// `true` or `false`.
+    Boolean(bool),
     /// Number.
     Number(f64),
     /// Non-negative integer.
@@ -49,6 +54,13 @@ pub enum Checked {
     Named(Vec<(String, Section)>),
     /// Array of tables.
     Tables(Vec<Section>),
+    /// Path of a body file that has been read.
+    BodyFile {
+        /// The path as given.
+        text: String,
+        /// What is in the file.
+        source: Arc<BodySource>,
+    },
     /// Not usable; the fault has been reported.
     Invalid,
 }
@@ -72,7 +84,15 @@ impl Section {
     /// A string.
     pub fn text(&self, name: &str) -> Option<&str> {
         match &self.item(name)?.value {
-            Checked::Text(s) => Some(s),
+            Checked::Text(s) | Checked::BodyFile { text: s, .. } => Some(s),
+            _ => None,
+        }
+    }
+
+    /// A boolean.
+    pub fn boolean(&self, name: &str) -> Option<bool> {
+        match self.item(name)?.value {
+            Checked::Boolean(b) => Some(b),
             _ => None,
         }
     }
@@ -118,6 +138,14 @@ impl Section {
     pub fn counts(&self, name: &str) -> Option<Vec<usize>> {
         match &self.item(name)?.value {
             Checked::Counts(v) => v.iter().map(|&i| usize::try_from(i).ok()).collect(),
+            _ => None,
+        }
+    }
+
+    /// What is in the body file of key `file`.
+    pub fn body_file(&self) -> Option<&Arc<BodySource>> {
+        match &self.item("file")?.value {
+            Checked::BodyFile { source, .. } => Some(source),
             _ => None,
         }
     }

@@ -2,41 +2,69 @@
 
 use std::path::Path;
 
+use ffr_dynamics::body::RigidMotion;
+
 use super::super::check::Checker;
 use super::super::model::{
-    Body, BodyKind, Damping, Discretisation, ElasticBody, ElasticModel, Frame, Material, Reduction,
-    Refinement,
+    Body, BodyKind, Damping, ElasticBody, ElasticModel, Frame, Joint, Marker, Material,
 };
 use super::super::section::Section;
-use super::{dimension, geometry, marker_or_point};
+use super::discretisation::{check_joint_interface, discretisation, reduction};
+use super::joints::{GROUND, hanging_joint};
+use super::places::{BodyFacts, one_of, point};
+use super::{geometry, imported, rigid};
 
 /// Thickness of a plane model when none is given \[m\].
 const UNIT_THICKNESS: f64 = 1.0;
 
+/// What bodies refer to.
+#[derive(Debug, Clone, Copy)]
+pub struct Context<'a> {
+    /// The whole scenario.
+    pub root: &'a Section,
+    /// Its joints, as far as they are valid.
+    pub joints: &'a [Joint],
+    /// Where files are sought.
+    pub directory: &'a Path,
+}
+
 /// All bodies; `None` if one of them is at fault.
-pub fn bodies(checker: &mut Checker, root: &Section, directory: &Path) -> Option<Vec<Body>> {
-    let list = root.named("bodies");
+pub fn bodies(checker: &mut Checker, context: Context<'_>) -> Option<Vec<Body>> {
+    let list = context.root.named("bodies");
     let built: Vec<Body> =
-        list.iter().filter_map(|(name, section)| body(checker, root, name, section, directory)).collect();
+        list.iter().filter_map(|(name, section)| body(checker, context, name, section)).collect();
     (built.len() == list.len()).then_some(built)
 }
 
-fn body(
-    checker: &mut Checker,
-    root: &Section,
-    name: &str,
-    section: &Section,
-    directory: &Path,
-) -> Option<Body> {
+fn body(checker: &mut Checker, context: Context<'_>, name: &str, section: &Section) -> Option<Body> {
+    let Context { root, directory, .. } = context;
+    if name == GROUND {
+        let message = "\"ground\" is the name of space, choose another".into();
+        checker.fault(&section.origin, section.path.clone(), None, message);
+        return None;
+    }
+    let hangs_on = hanging_joint(root, name);
+    if let Some(joint) = hangs_on {
+        for key in ["position", "velocity", "angular_velocity"].into_iter().filter(|key| section.given(key)) {
+            checker.fault_in(section, key, format!("follows from joint \"{joint}\" on which the body hangs"));
+        }
+    }
     let orientation = orientation(checker, section);
+    let is_imported = section.text("model") == Some("imported");
+    let markers = if is_imported { Some(Vec::new()) } else { markers(checker, section) };
     let kind = match section.text("model") {
-        Some("rigid") => rigid(checker, section, orientation),
-        Some(model) => elastic(checker, root, section, model, directory).map(Box::new).map(BodyKind::Elastic),
+        Some("rigid") => rigid::rigid(checker, root, section, orientation, directory),
+        Some("imported") => imported::imported(checker, context, section, name),
+        Some(model) => {
+            let frame = frame(checker, context, section, name);
+            elastic(checker, context, section, model, frame).map(Box::new).map(BodyKind::Elastic)
+        }
         None => None,
     };
     let body = Body {
         name: name.to_owned(),
         kind: kind?,
+        markers: markers?,
         position: section.vector("position")?,
         orientation: orientation?,
         velocity: section.vector("velocity")?,
@@ -44,6 +72,29 @@ fn body(
     };
     check_motion(checker, section, &body);
     Some(body)
+}
+
+/// Markers that the user has added.
+fn markers(checker: &mut Checker, section: &Section) -> Option<Vec<Marker>> {
+    let list = section.named("markers");
+    if list.is_empty() {
+        return section.item("markers").map(|_| Vec::new());
+    }
+    let facts = BodyFacts::of(section)?;
+    let own = facts.shape_markers();
+    let mut built = Vec::with_capacity(list.len());
+    for (name, marker) in list {
+        if own.contains(&name.as_str()) {
+            let message =
+                format!("shape \"{}\" has a marker of this name already, choose another", facts.shape);
+            checker.fault(&marker.origin, marker.path.clone(), None, message);
+            continue;
+        }
+        let Some(x) = marker.numbers("point") else { continue };
+        let Some(point) = point(checker, marker, "point", x, &facts) else { continue };
+        built.push(Marker { name: name.clone(), point });
+    }
+    (built.len() == list.len()).then_some(built)
 }
 
 /// Rejects initial motions that the model of the body cannot take.
@@ -64,22 +115,27 @@ fn check_motion(checker: &mut Checker, section: &Section, body: &Body) {
 ///
 /// A quaternion leaves it when its vector part does.
 pub fn leaves_model(body: &Body, key: &str, value: &[f64]) -> Option<String> {
-    let BodyKind::Elastic(elastic) = &body.kind else {
-        let moves = matches!(key, "velocity" | "angular_velocity") && value.iter().any(|x| x.abs() > 0.0);
-        return moves.then(|| "a rigid plane is at rest, moving ones are not supported yet".to_owned());
+    let motion = match &body.kind {
+        BodyKind::RigidPlane { .. } => {
+            let moves = matches!(key, "velocity" | "angular_velocity") && value.iter().any(|x| x.abs() > 0.0);
+            return moves.then(|| "a rigid plane is at rest, moving ones are not supported yet".to_owned());
+        }
+        BodyKind::Rigid(rigid) => rigid.motion,
+        BodyKind::Elastic(elastic) => elastic.model.motion(),
+        BodyKind::Imported(imported) => imported.motion(),
     };
     let turns = matches!(key, "angular_velocity" | "orientation");
     // Components that must vanish.
-    let (zero, words): (&[usize], &str) = match (elastic.model, turns) {
-        (ElasticModel::Solid, _) => (&[], ""),
-        (ElasticModel::Axisymmetric, false) => (&[0, 1], "along z"),
-        (ElasticModel::Axisymmetric, true) => (&[0, 1, 2], "zero"),
-        (_, false) => (&[2], "in the plane (x, y)"),
-        (_, true) => (&[0, 1], "about z"),
+    let (zero, words): (&[usize], &str) = match (motion, turns) {
+        (RigidMotion::Spatial, _) => (&[], ""),
+        (RigidMotion::Axial, false) => (&[0, 1], "along z"),
+        (RigidMotion::Axial, true) => (&[0, 1, 2], "zero"),
+        (RigidMotion::Planar, false) => (&[2], "in the plane (x, y)"),
+        (RigidMotion::Planar, true) => (&[0, 1], "about z"),
     };
     let vector = if value.len() == 4 { &value[1..] } else { value };
     let leaves = zero.iter().any(|&i| vector[i].abs() > 0.0);
-    let model = if matches!(elastic.model, ElasticModel::Axisymmetric) { "axisymmetric" } else { "plane" };
+    let model = if motion == RigidMotion::Axial { "axisymmetric" } else { "plane" };
     leaves.then(|| format!("must be {words} for a body that is {model}"))
 }
 
@@ -100,71 +156,103 @@ fn orientation(checker: &mut Checker, section: &Section) -> Option<[f64; 4]> {
     Some([rotation.w, rotation.i, rotation.j, rotation.k])
 }
 
-fn rigid(checker: &mut Checker, section: &Section, orientation: Option<[f64; 4]>) -> Option<BodyKind> {
-    for key in ["material", "thickness", "discretisation", "reduction", "damping", "frame"] {
-        if section.given(key) {
-            checker.fault_in(section, key, "has no meaning for a body with model \"rigid\"".into());
-        }
-    }
-    let shape = section.table("geometry")?.text("shape")?;
-    geometry::check_model(checker, section, "rigid", shape)?;
-    let turned = section.given("orientation");
-    let Some(normal) = section.item("normal") else {
-        let [w, i, j, k] = orientation?;
-        let q = nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(w, i, j, k));
-        return Some(BodyKind::RigidPlane { normal: (q * nalgebra::Vector3::z()).into() });
-    };
-    let path = normal.name;
-    let n = nalgebra::Vector3::from(section.vector::<3>(path)?);
-    if turned {
-        checker.fault_in(section, path, "either \"normal\" or \"orientation\" can be given, not both".into());
-        return None;
-    }
-    // The square of anything shorter than this would underflow.
-    if n.norm() < 1e-150 {
-        checker.fault_in(section, path, "must not be the zero vector".into());
-        return None;
-    }
-    Some(BodyKind::RigidPlane { normal: n.normalize().into() })
-}
-
 fn elastic(
     checker: &mut Checker,
-    root: &Section,
+    context: Context<'_>,
     section: &Section,
     model: &str,
-    directory: &Path,
+    frame: Option<Frame>,
 ) -> Option<ElasticBody> {
-    if section.given("normal") {
-        checker.fault_in(section, "normal", "has a meaning for the shape \"plane\" only".into());
+    for key in ["normal", "motion", "mass", "centre_of_mass", "inertia"] {
+        if section.given(key) {
+            let owner = if key == "normal" { "the shape \"plane\"" } else { "bodies with model \"rigid\"" };
+            checker.fault_in(section, key, format!("has a meaning for {owner} only"));
+        }
     }
     let kind = elastic_model(checker, section, model);
-    let material = material(checker, root, section);
-    let geometry = geometry::geometry(checker, section, model, directory);
-    let shape = section.table("geometry").and_then(|g| g.text("shape"));
-    let discretisation =
-        section.table("discretisation").and_then(|d| discretisation(checker, d, model, shape?));
+    let material = material(checker, context.root, section);
+    if section.item("geometry").is_none() {
+        let message = "required key is missing: a table with a \"shape\"".into();
+        checker.fault(&section.origin, section.path_of("geometry"), None, message);
+    }
+    let geometry = geometry::geometry(checker, section, model, context.directory);
+    let facts = BodyFacts::of(section);
+    let discretisation = section.table("discretisation").and_then(|d| discretisation(checker, d, &facts?));
+    if let (Some(table), Some(name)) = (section.table("reduction"), section.path.strip_prefix("bodies.")) {
+        check_joint_interface(checker, context.root, table, name);
+    }
     let reduction = section.table("reduction").and_then(|r| reduction(checker, r));
-    let damping = match section.table("damping") {
-        Some(table) => {
-            Some(Damping { frequencies: table.vector::<2>("frequencies")?, ratio: table.number("ratio")? })
-        }
-        None if section.given("damping") => return None,
-        None => None,
-    };
-    section.text("frame")?;
+    let damping = damping(checker, section);
+    let geometric_stiffening = section.boolean("geometric_stiffening")?;
+    if geometric_stiffening && frame == Some(Frame::Buckens) {
+        checker.fault_in(section, "geometric_stiffening", "needs frame = \"tangent\"".into());
+    }
+    if geometric_stiffening && model == "axisymmetric" {
+        let message = "has no meaning for model \"axisymmetric\", which does not turn".into();
+        checker.fault_in(section, "geometric_stiffening", message);
+    }
     Some(ElasticBody {
         model: kind?,
         material: material?,
         geometry: geometry?,
         discretisation: discretisation?,
         reduction: reduction?,
-        damping,
-        frame: Frame::Buckens,
+        damping: damping?,
+        frame: frame?,
+        geometric_stiffening,
     })
 }
 
-fn elastic_model(checker: &mut Checker, section: &Section, model: &str) -> Option<ElasticModel> {
+/// The reference frame; a tangent one follows the place where the body hangs unless another is given.
+///
+/// `name` is that of the body.
+pub fn frame(checker: &mut Checker, context: Context<'_>, section: &Section, name: &str) -> Option<Frame> {
+    let hangs_on = hanging_joint(context.root, name);
+    let keys = ["frame_marker", "frame_point"];
+    if section.text("frame")? == "buckens" {
+        for key in keys.into_iter().filter(|key| section.given(key)) {
+            checker.fault_in(section, key, "has a meaning for frame = \"tangent\" only".into());
+        }
+        return Some(Frame::Buckens);
+    }
+    let facts = BodyFacts::of(section)?;
+    if let Some(at) = one_of(checker, section, keys, &facts)? {
+        return Some(Frame::Tangent(at));
+    }
+    if let Some(joint) = context.joints.iter().find(|j| Some(j.name.as_str()) == hangs_on) {
+        return Some(Frame::Tangent(joint.child.at.clone()));
+    }
+    if hangs_on.is_none() {
+        let message = "required key is missing: the tangent frame of a body without joint needs \"frame_marker\" \
+                       or \"frame_point\"";
+        checker.fault(&section.origin, section.path_of("frame_marker"), None, message.into());
+    }
+    None
+}
+
+/// Damping, `Some(None)` if there is none.
+pub fn damping(checker: &mut Checker, section: &Section) -> Option<Option<Damping>> {
+    if section.item("damping").is_none() {
+        return Some(None);
+    }
+    let table = section.table("damping")?;
+    if table.item("modal").is_some() {
+        for key in ["frequencies", "ratio"].into_iter().filter(|key| table.given(key)) {
+            checker.fault_in(table, key, "either \"modal\" or \"frequencies\" can be given, not both".into());
+        }
+        return Some(Some(Damping::Modal(table.numbers("modal")?.to_vec())));
+    }
+    if table.item("frequencies").is_none() {
+        let message = "required key is missing: either \"frequencies\" or \"modal\"".into();
+        checker.fault(&table.origin, table.path_of("frequencies"), None, message);
+        return None;
+    }
+    let frequencies = table.vector::<2>("frequencies")?;
+    Some(Some(Damping::Rayleigh { frequencies, ratio: table.number("ratio")? }))
+}
+
+/// What the components of a shape's points mean, with the thickness of a plane model.
+pub fn elastic_model(checker: &mut Checker, section: &Section, model: &str) -> Option<ElasticModel> {
     let plane = matches!(model, "plane-strain" | "plane-stress");
     if section.given("thickness") && !plane {
         let message =
@@ -184,11 +272,24 @@ fn elastic_model(checker: &mut Checker, section: &Section, model: &str) -> Optio
     })
 }
 
-fn material(checker: &mut Checker, root: &Section, section: &Section) -> Option<Material> {
+/// The material of a body that needs one.
+pub fn material(checker: &mut Checker, root: &Section, section: &Section) -> Option<Material> {
     if section.item("material").is_none() {
         let message = "required key is missing: the name of a material".into();
         checker.fault(&section.origin, section.path_of("material"), None, message);
         return None;
+    }
+    optional_material(checker, root, section)?
+}
+
+/// The material of a body, `Some(None)` if it names none.
+pub fn optional_material(
+    checker: &mut Checker,
+    root: &Section,
+    section: &Section,
+) -> Option<Option<Material>> {
+    if section.item("material").is_none() {
+        return Some(None);
     }
     let list = root.named("materials");
     let name = section.text("material")?;
@@ -197,121 +298,10 @@ fn material(checker: &mut Checker, root: &Section, section: &Section) -> Option<
         checker.unknown_name(section, "material", "material", &known);
         return None;
     };
-    Some(Material {
+    Some(Some(Material {
         name: name.to_owned(),
         youngs_modulus: material.number("youngs_modulus")?,
         poissons_ratio: material.number("poissons_ratio")?,
         density: material.number("density")?,
-    })
-}
-
-/// One entry a direction from a single integer or a list.
-pub fn per_direction(
-    checker: &mut Checker,
-    section: &Section,
-    key: &str,
-    directions: usize,
-) -> Option<Vec<usize>> {
-    let counts = section.counts(key)?;
-    match counts.len() {
-        1 => Some(vec![counts[0]; directions]),
-        n if n == directions => Some(counts),
-        n => {
-            let message = format!("{n} entries, the model has {directions} directions");
-            checker.fault_in(section, key, message);
-            None
-        }
-    }
-}
-
-fn discretisation(
-    checker: &mut Checker,
-    section: &Section,
-    model: &str,
-    shape: &str,
-) -> Option<Discretisation> {
-    let directions = dimension(model);
-    let degree = per_direction(checker, section, "degree", directions);
-    let elements = per_direction(checker, section, "elements", directions);
-    let given_knots = section.item("knots").is_some();
-    let knots =
-        if given_knots { Some(knots(checker, section, directions, degree.as_deref())?) } else { None };
-    if given_knots && section.given("elements") {
-        let message = "either \"knots\" or \"elements\" can be given, not both".into();
-        checker.fault_in(section, "knots", message);
-    }
-    let list = section.tables("refine");
-    let refine: Vec<Refinement> = list.iter().filter_map(|r| refinement(checker, r, model, shape)).collect();
-    if refine.len() != list.len() {
-        return None;
-    }
-    Some(Discretisation { degree: degree?, elements: elements?, knots, refine })
-}
-
-fn knots(
-    checker: &mut Checker,
-    section: &Section,
-    directions: usize,
-    degree: Option<&[usize]>,
-) -> Option<Vec<Vec<f64>>> {
-    let lists = section.lists("knots")?;
-    if lists.len() != directions {
-        let message = format!("{} lists, the model has {directions} directions", lists.len());
-        checker.fault_in(section, "knots", message);
-        return None;
-    }
-    for (i, list) in lists.iter().enumerate() {
-        if let Some(pair) = list.windows(2).find(|w| w[0] > w[1]) {
-            let message = format!("knots of direction {i} fall from {} to {}", pair[0], pair[1]);
-            checker.fault_in(section, "knots", message);
-            return None;
-        }
-        let p = degree?[i];
-        let same = |w: &&[f64]| w[0].total_cmp(&w[p]).is_eq();
-        if let Some(run) = list.windows(p + 1).find(same) {
-            let message = format!("knot {} of direction {i} stands more than {p} times, its degree", run[0]);
-            checker.fault_in(section, "knots", message);
-            return None;
-        }
-    }
-    Some(lists.to_vec())
-}
-
-fn refinement(checker: &mut Checker, section: &Section, model: &str, shape: &str) -> Option<Refinement> {
-    let at = marker_or_point(checker, section, model, shape);
-    Some(Refinement {
-        at: at?,
-        width: section.number("width")?,
-        elements: section.integer("elements")?,
-        ratio: section.number("ratio")?,
-    })
-}
-
-fn reduction(checker: &mut Checker, section: &Section) -> Option<Reduction> {
-    let method = section.text("method")?;
-    let mut meaningless = |key: &str| {
-        if section.given(key) {
-            checker.fault_in(section, key, format!("has no meaning for method \"{method}\""));
-        }
-    };
-    if method != "craig-bampton" {
-        meaningless("fixed_interface_modes");
-    }
-    if method == "all" {
-        meaningless("modes");
-        return Some(Reduction::All);
-    }
-    let modes = section.integer("modes")?;
-    if method == "modal" {
-        return Some(Reduction::Modal { modes });
-    }
-    let fixed_interface_modes = match section.item("fixed_interface_modes") {
-        Some(_) => Some(section.integer("fixed_interface_modes")?),
-        None => None,
-    };
-    if fixed_interface_modes.is_some_and(|n| n < modes) {
-        let message = format!("must be at least \"modes\", which is {modes}");
-        checker.fault_in(section, "fixed_interface_modes", message);
-    }
-    Some(Reduction::CraigBampton { modes, fixed_interface_modes })
+    }))
 }

@@ -1,9 +1,53 @@
 //! Contacts: pairs of bodies that exist, and settings that go together.
 
+use contact_qs::law::Friction;
+
 use super::super::check::Checker;
-use super::super::model::{Constraint, Contact, ContactModel, ContactPoints, ContactSolver, Interval};
+use super::super::model::{
+    Constraint, Contact, ContactLaw, ContactModel, ContactPoints, ContactSolver, Interval, PenaltySearch,
+    SurfaceContact,
+};
 use super::super::section::Section;
-use super::{body_index, model_and_shape};
+use super::contact_checks::{check_bodies, check_hertz, check_settings};
+use super::places::{BodyFacts, body_index};
+
+/// Penalty factor where none is given and none is predicted [N/m³].
+pub const DEFAULT_PENALTY: f64 = 1e18;
+
+/// What the meaning of a contact's settings depends on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactFacts<'a> {
+    /// Contact model.
+    pub model: &'a str,
+    /// Whether the target is a flexible body.
+    pub is_pair: bool,
+    /// How the penalty factor is found; empty if that is at fault.
+    pub search: &'a str,
+}
+
+impl<'a> ContactFacts<'a> {
+    /// Facts of the contact in `section`, unless what they follow from is at fault.
+    pub fn of(root: &Section, section: &'a Section) -> Option<Self> {
+        let model = section.text("model")?;
+        let target = section.text("target_body").and_then(|name| BodyFacts::find(root, name));
+        let search = section.table("penalty").map_or("", |penalty| match penalty.item("search") {
+            Some(_) => penalty.text("search").unwrap_or_default(),
+            None if model == "adaptive"
+                && !penalty.given("value")
+                && section.text("constraint") != Some("exact") =>
+            {
+                "until-converged"
+            }
+            None => "fixed",
+        });
+        Some(Self { model, is_pair: target.is_some_and(|t| !t.is_rigid), search })
+    }
+
+    /// Whether the program refines the contact zone by itself.
+    pub fn is_refined(&self) -> bool {
+        self.model == "adaptive" || self.is_pair && self.model != "coarse"
+    }
+}
 
 /// All contacts; `None` if one of them is at fault.
 pub fn contacts(checker: &mut Checker, root: &Section) -> Option<Vec<Contact>> {
@@ -11,7 +55,7 @@ pub fn contacts(checker: &mut Checker, root: &Section) -> Option<Vec<Contact>> {
     let mut built: Vec<Contact> = Vec::with_capacity(list.len());
     for (name, section) in list {
         let Some(contact) = contact(checker, root, name, section) else { continue };
-        let pair = |c: &Contact| (c.contact_body, c.target_body);
+        let pair = |c: &Contact| (c.contact_body.min(c.target_body), c.contact_body.max(c.target_body));
         if let Some(same) = built.iter().find(|c| pair(c) == pair(&contact)) {
             let message = format!("contact \"{}\" has the same pair of bodies already", same.name);
             checker.fault_in(section, "contact_body", message);
@@ -29,18 +73,30 @@ fn contact(checker: &mut Checker, root: &Section, name: &str, section: &Section)
         checker.fault_in(section, "target_body", message);
         return None;
     }
-    check_bodies(checker, root, section);
-    check_settings(checker, section);
-    let interval = section.table("interval")?;
-    Some(Contact {
-        name: name.to_owned(),
-        contact_body: contact_body?,
-        target_body: target_body?,
-        model: match section.text("model")? {
+    let facts = ContactFacts::of(root, section)?;
+    let law = if facts.model == "hertz" {
+        check_hertz(checker, root, section);
+        ContactLaw::Hertz
+    } else {
+        check_bodies(checker, root, section);
+        check_settings(checker, section, &facts);
+        ContactLaw::Surface(surface(checker, section, &facts)?)
+    };
+    Some(Contact { name: name.to_owned(), contact_body: contact_body?, target_body: target_body?, law })
+}
+
+fn surface(checker: &mut Checker, section: &Section, facts: &ContactFacts<'_>) -> Option<SurfaceContact> {
+    let coefficient = section.number("friction")?;
+    let stiffness_ratio = section.number("friction_stiffness_ratio")?;
+    Some(SurfaceContact {
+        model: match facts.model {
+            "quasistatic" => ContactModel::Quasistatic,
+            "damped" => ContactModel::Damped,
             "dynamic" => ContactModel::Dynamic,
-            _ => ContactModel::Quasistatic,
+            "coarse" => ContactModel::Coarse,
+            _ => ContactModel::Adaptive,
         },
-        constraint: constraint(checker, section)?,
+        constraint: constraint(checker, section, facts)?,
         points: match section.text("points")? {
             "gauss" => ContactPoints::Gauss,
             _ => ContactPoints::Greville,
@@ -49,85 +105,43 @@ fn contact(checker: &mut Checker, root: &Section, name: &str, section: &Section)
             "broyden" => ContactSolver::Broyden,
             _ => ContactSolver::ActiveSet,
         },
-        friction: section.number("friction")?,
-        interval: Interval { width: interval.number("width"), elements: interval.integer("elements") },
+        friction: (coefficient > 0.0).then_some(Friction { coefficient, stiffness_ratio }),
+        interval: interval(section.table("interval")?)?,
     })
 }
 
-fn constraint(checker: &mut Checker, section: &Section) -> Option<Constraint> {
+fn interval(section: &Section) -> Option<Interval> {
+    Some(Interval {
+        width: section.number("width"),
+        elements: section.integer("elements"),
+        target_utilisation: section.number("target_utilisation")?,
+        min_utilisation: section.number("min_utilisation")?,
+        max_levels: section.integer("max_levels")?,
+        max_knots_per_level: section.integer("max_knots_per_level")?,
+    })
+}
+
+fn constraint(checker: &mut Checker, section: &Section, facts: &ContactFacts<'_>) -> Option<Constraint> {
     let penalty = section.table("penalty")?;
-    penalty.text("search")?;
     if penalty.given("value") && penalty.given("initial") {
         let message = "either \"value\" or \"initial\" can be given, they mean the same".into();
         checker.fault_in(penalty, "value", message);
         return None;
     }
-    let key = if penalty.given("value") { "value" } else { "initial" };
-    let value = penalty.number(key)?;
-    Some(match section.text("constraint")? {
-        "exact" => Constraint::Exact,
-        _ => Constraint::Penalty { value },
-    })
-}
-
-/// Reports bodies that cannot take their part in the contact.
-fn check_bodies(checker: &mut Checker, root: &Section, section: &Section) {
-    let facts = |key| section.text(key).and_then(|name| model_and_shape(root, name));
-    let (contact, target) = (facts("contact_body"), facts("target_body"));
-    if contact.is_some_and(|(model, _)| model == "rigid") {
-        let message = "must be a flexible body, for it carries the contact points".into();
-        checker.fault_in(section, "contact_body", message);
+    if section.text("constraint")? == "exact" {
+        return Some(Constraint::Exact);
     }
-    if target.is_some_and(|(_, shape)| shape != "plane") {
-        let message = "must be a rigid body with shape \"plane\", other targets are not supported yet".into();
-        checker.fault_in(section, "target_body", message);
-    }
-    let body = |key| {
-        let name = section.text(key)?;
-        root.named("bodies").iter().find(|(n, _)| n == name).map(|(_, body)| body)
+    let given = ["value", "initial"].into_iter().find(|key| penalty.given(key));
+    let value = match given {
+        Some(key) => Some(penalty.number(key)?),
+        None if facts.model == "adaptive" => None,
+        None => Some(DEFAULT_PENALTY),
     };
-    let method = body("contact_body").and_then(|b| b.table("reduction")?.text("method"));
-    if section.text("model") == Some("quasistatic") && method.is_some_and(|m| m != "craig-bampton") {
-        let message = "\"quasistatic\" needs a contact body with reduction method \"craig-bampton\", \
-                       \"modal\" and \"all\" go with \"dynamic\"";
-        checker.fault_in(section, "model", message.into());
-    }
-    // The normal must lie in the space of the contact body's model.
-    let (Some((model, _)), Some(plane)) = (contact, body("target_body")) else { return };
-    let Some(normal) = plane.vector::<3>("normal") else { return };
-    let size = normal.iter().fold(0.0_f64, |a, x| a.max(x.abs()));
-    let leaves = |components: &[usize]| components.iter().any(|&i| normal[i].abs() > 1e-12 * size);
-    let (at_fault, words) = match model {
-        "axisymmetric" => (leaves(&[0, 1]), "along z"),
-        "plane-strain" | "plane-stress" => (leaves(&[2]), "in the plane (x, y)"),
-        _ => (false, ""),
+    let search = match facts.search {
+        "until-converged" => PenaltySearch::UntilConverged { tolerance: penalty.number("tolerance")? },
+        "until-error" => PenaltySearch::UntilError,
+        "fixed" => PenaltySearch::Fixed,
+        _ => return None,
     };
-    if at_fault {
-        let message = format!("must be {words}, for it meets a body with model \"{model}\"");
-        checker.fault_in(plane, "normal", message);
-    }
-}
-
-/// Reports settings that exclude each other.
-fn check_settings(checker: &mut Checker, section: &Section) {
-    if let Some(interval) = section.table("interval")
-        && interval.given("elements")
-        && !interval.given("width")
-    {
-        checker.fault_in(interval, "elements", "needs \"width\" beside it".into());
-    }
-    if section.text("model") == Some("dynamic") && section.text("solver") == Some("broyden") {
-        let message = "has no effect with model \"dynamic\", where no quasistatic state is solved for".into();
-        checker.fault_in(section, "solver", message);
-    }
-    if section.text("constraint") != Some("exact") {
-        return;
-    }
-    let needs = [("model", "quasistatic"), ("points", "greville"), ("solver", "active-set")];
-    for (key, needed) in needs {
-        if section.text(key).is_some_and(|value| value != needed) {
-            let message = format!("must be \"{needed}\" with constraint \"exact\"");
-            checker.fault_in(section, key, message);
-        }
-    }
+    Some(Constraint::Penalty { value, search })
 }

@@ -12,8 +12,8 @@ use super::super::keys::names;
 use super::super::model::{Geometry, NurbsGeometry, SphereNet};
 use super::super::section::Section;
 use super::super::tables::{NURBS_FILE, SHAPES, ShapeFacts};
-use super::bodies::per_direction;
-use super::{dimension, padded};
+use super::discretisation::per_direction;
+use super::places::{dimension, padded};
 
 /// Largest file with a control net: 64 MiB are a million control points.
 const MAX_FILE: u64 = 64 << 20;
@@ -25,15 +25,18 @@ pub fn check_model(checker: &mut Checker, body: &Section, model: &str, shape: &s
         return Some(());
     }
     let fitting = names(SHAPES.iter().filter(|s| s.fits(model)).map(|s| s.name));
-    let message = format!(
-        "does not go with model \"{model}\": choose {fitting}, or model {}",
-        names(facts.models.iter().map(|(m, _)| *m))
-    );
+    let models = names(facts.models.iter().map(|(m, _)| *m));
+    let message = match body.text("motion") {
+        Some(motion) if body.text("model") == Some("rigid") => {
+            format!("does not go with motion \"{motion}\" of a rigid body: choose {fitting}")
+        }
+        _ => format!("does not go with model \"{model}\": choose {fitting}, or model {models}"),
+    };
     checker.fault_in(body.table("geometry")?, "shape", message);
     None
 }
 
-/// The shape of a flexible body.
+/// The shape of a body whose points have the components of `model`.
 pub fn geometry(checker: &mut Checker, body: &Section, model: &str, directory: &Path) -> Option<Geometry> {
     let section = body.table("geometry")?;
     let shape = section.text("shape")?;

@@ -3,7 +3,7 @@
 use super::super::check::Checker;
 use super::super::model::{Compression, Output, OutputPoint, StressLine, StressTime};
 use super::super::section::{Checked, Section};
-use super::{body_index, marker_or_point, model_and_shape, place};
+use super::places::{BodyFacts, body_index, marker_or_point, place};
 
 /// The `[output]` table.
 pub fn output(
@@ -35,8 +35,8 @@ pub fn output(
 
 fn point(checker: &mut Checker, root: &Section, name: &str, section: &Section) -> Option<OutputPoint> {
     let body = body_index(checker, root, section, "body")?;
-    let (model, shape) = model_and_shape(root, section.text("body")?)?;
-    let at = marker_or_point(checker, section, model, shape)?;
+    let facts = BodyFacts::find(root, section.text("body")?)?.with_points();
+    let at = marker_or_point(checker, section, &facts)?;
     Some(OutputPoint { name: name.to_owned(), body, at })
 }
 
@@ -48,13 +48,18 @@ fn stress(
     end_time: Option<f64>,
 ) -> Option<StressLine> {
     let body = body_index(checker, root, section, "body")?;
-    let (model, shape) = model_and_shape(root, section.text("body")?)?;
-    if model == "rigid" {
+    let facts = BodyFacts::find(root, section.text("body")?)?;
+    if facts.is_rigid {
         checker.fault_in(section, "body", "must be a flexible body, a rigid one has no stress".into());
         return None;
     }
-    let from = place(checker, section, "from", model, shape);
-    let to = place(checker, section, "to", model, shape);
+    if facts.file.is_some() {
+        let message = "must be a body with a shape, one from a file has no stress";
+        checker.fault_in(section, "body", message.into());
+        return None;
+    }
+    let from = place(checker, section, "from", &facts);
+    let to = place(checker, section, "to", &facts);
     let at = match section.item("at")?.value {
         Checked::Number(time) => StressTime::Time(time),
         _ => StressTime::PeakForce,

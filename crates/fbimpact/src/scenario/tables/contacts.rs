@@ -1,14 +1,14 @@
 //! Keys of `[contacts.NAME]`.
 
-use super::super::keys::{Choice, Key, Kind, Need, Range};
+use super::super::keys::{Bound, Choice, Key, Kind, Need, Range};
 
 const MODELS: &[Choice] = &[
+    Choice::new("adaptive", "as `quasistatic`, on a contact zone that the program refines at every impact"),
     Choice::new("quasistatic", "high-frequency modes follow the contact force statically"),
+    Choice::new("damped", "every Craig-Bampton mode is dynamic, high-frequency ones damped critically"),
     Choice::new("dynamic", "every Craig-Bampton mode is dynamic"),
-    Choice::later("adaptive"),
-    Choice::later("damped"),
-    Choice::later("coarse"),
-    Choice::later("hertz"),
+    Choice::new("coarse", "the modes of the free body alone, without refinement"),
+    Choice::new("hertz", "Hertz's law between two spheres, or a sphere and a plane"),
 ];
 
 const CONSTRAINTS: &[Choice] = &[
@@ -31,8 +31,8 @@ const SOLVERS: &[Choice] = &[
 
 const SEARCHES: &[Choice] = &[
     Choice::new("fixed", "the given factor is used throughout"),
-    Choice::later("until-converged"),
-    Choice::later("until-error"),
+    Choice::new("until-converged", "raised by ten until the peak force no longer changes"),
+    Choice::new("until-error", "raised by ten until the solver fails, then lowered (the same, Fig. 3)"),
 ];
 
 /// `[contacts.NAME]`.
@@ -42,16 +42,16 @@ pub const CONTACT: &[Key] = &[
         Kind::Name,
         "",
         Need::Required,
-        "Body that carries the contact points; flexible.",
+        "Body that carries the contact points, flexible; with `hertz` a sphere, flexible or rigid.",
     ),
     Key::new(
         "target_body",
         Kind::Name,
         "",
         Need::Required,
-        "Body whose surface the points meet; a rigid plane.",
+        "Body whose surface the points meet: a rigid plane, or a flexible body with the same `model`; with `hertz` also a sphere.",
     ),
-    Key::new("model", Kind::Choice(MODELS), "", Need::Default("\"quasistatic\""), "Contact model."),
+    Key::new("model", Kind::Choice(MODELS), "", Need::Default("\"adaptive\""), "Contact model."),
     Key::new(
         "constraint",
         Kind::Choice(CONSTRAINTS),
@@ -75,10 +75,17 @@ pub const CONTACT: &[Key] = &[
     ),
     Key::new(
         "friction",
-        Kind::Fixed(0.0),
+        Kind::Number(Range { min: Bound::Closed(0.0), max: Bound::Closed(100.0) }),
         "–",
         Need::Default("0.0"),
-        "Coefficient of friction. Only 0 is supported yet.",
+        "Coefficient of friction on a plane, of stick and slip alike; needs the active-set solver.",
+    ),
+    Key::new(
+        "friction_stiffness_ratio",
+        Kind::Number(Range::positive(1e6)),
+        "–",
+        Need::Default("1.0"),
+        "Tangential penalty factor of sticking points as a share of the normal one.",
     ),
     Key::new("penalty", Kind::Table(PENALTY), "", Need::Default("{}"), "Penalty factor."),
     Key::new(
@@ -98,8 +105,8 @@ const PENALTY: &[Key] = &[
         "initial",
         Kind::Number(FACTOR),
         "N/m³",
-        Need::Default("1e18"),
-        "Penalty factor: pressure per penetration.",
+        Need::Optional("predicted from the compliance with `adaptive`, 1e18 with the other models"),
+        "Penalty factor: pressure per penetration. A search starts from it.",
     ),
     Key::new(
         "value",
@@ -108,22 +115,70 @@ const PENALTY: &[Key] = &[
         Need::Optional("`initial` holds"),
         "Another name for `initial`, for fixed factors.",
     ),
-    Key::new("search", Kind::Choice(SEARCHES), "", Need::Default("\"fixed\""), "How the factor is adapted."),
+    Key::new(
+        "tolerance",
+        Kind::Number(Range { min: Bound::Open(0.0), max: Bound::Open(1.0) }),
+        "–",
+        Need::Default("2e-3"),
+        "Relative change of the peak force below which \"until-converged\" ends.",
+    ),
+    Key::new(
+        "search",
+        Kind::Choice(SEARCHES),
+        "",
+        Need::Optional("\"until-converged\" with `adaptive` unless `value` is given, else \"fixed\""),
+        "How the factor is adapted, with `adaptive`. \"until-error\" needs the solver \"broyden\".",
+    ),
 ];
+
+/// A share of a whole, neither nothing nor all of it.
+const SHARE: Range = Range { min: Bound::Open(0.0), max: Bound::Open(1.0) };
 
 const INTERVAL: &[Key] = &[
     Key::new(
         "width",
         Kind::Number(Range::positive(1e6)),
         "m",
-        Need::Optional("the zone of the nearest `refine` entry of the contact body"),
-        "Width along the surface. In an axisymmetric model it is counted from the axis outwards.",
+        Need::Optional(
+            "predicted by Hertz's theory where the program refines, else the zone of the nearest `refine` entry of the \
+             contact body",
+        ),
+        "Width along the surface; with `adaptive` that of the first try. In an axisymmetric model it is counted from the \
+         axis outwards.",
     ),
     Key::new(
         "elements",
         Kind::Integer(1, 10_000),
         "–",
-        Need::Optional("the elements that the discretisation has there"),
-        "Elements across `width`, for which the body is refined; needs `width`.",
+        Need::Optional("16 where the program refines, else the elements that the discretisation has there"),
+        "Elements across `width`, for which the body is refined; on a plane it needs `width`, except with `adaptive`.",
+    ),
+    Key::new(
+        "target_utilisation",
+        Kind::Number(SHARE),
+        "–",
+        Need::Default("0.7"),
+        "Share of the elements that shall touch, with `adaptive`; a new width aims at it.",
+    ),
+    Key::new(
+        "min_utilisation",
+        Kind::Number(SHARE),
+        "–",
+        Need::Default("0.5"),
+        "Share below which the interval is too wide, with `adaptive`; less than `target_utilisation`.",
+    ),
+    Key::new(
+        "max_levels",
+        Kind::Integer(1, 20),
+        "–",
+        Need::Default("5"),
+        "Most levels of the refinement, where the program refines.",
+    ),
+    Key::new(
+        "max_knots_per_level",
+        Kind::Integer(1, 100),
+        "–",
+        Need::Default("10"),
+        "Most knots inserted in an element a level, where the program refines.",
     ),
 ];

@@ -1,10 +1,15 @@
 //! Every key of the scenario file: the one place where names, types, units, ranges, defaults and texts stand.
 
+mod shapes;
+mod discretisation;
 mod bodies;
+mod time_curves;
+mod joints;
 mod contacts;
 mod simulation;
 
-pub use bodies::{ModelFacts, SHAPES, ShapeFacts};
+pub use shapes::{ModelFacts, SHAPES, ShapeFacts};
+pub use time_curves::CURVES;
 
 use super::keys::{Key, Kind, Need};
 
@@ -33,6 +38,20 @@ pub const SCENARIO: &[Key] = &[
         "Bodies, by name. Their order is that of the results.",
     ),
     Key::new(
+        "joints",
+        Kind::Named(joints::JOINT),
+        "",
+        Need::Default("{}"),
+        "Joints between bodies, or between a body and ground, by name. A body that hangs on none moves freely.",
+    ),
+    Key::new(
+        "loads",
+        Kind::Named(joints::LOAD),
+        "",
+        Need::Default("{}"),
+        "Forces and moments on bodies over time, by name.",
+    ),
+    Key::new(
         "contacts",
         Kind::Named(contacts::CONTACT),
         "",
@@ -43,4 +62,4 @@ pub const SCENARIO: &[Key] = &[
 ];
 
 /// Keys of the file that `geometry.file` names.
-pub const NURBS_FILE: &[Key] = bodies::NURBS_NET;
+pub const NURBS_FILE: &[Key] = shapes::NURBS_NET;

@@ -7,7 +7,10 @@ const TIME: Range = Range::positive(1e6);
 
 const INTEGRATORS: &[Choice] = &[
     Choice::new("dormand-prince", "explicit Runge-Kutta method of order 5(4) with error control"),
-    Choice::later("tr-bdf2"),
+    Choice::new(
+        "tr-bdf2",
+        "implicit, L-stable, of order 2 with error control; damps what it does not resolve",
+    ),
 ];
 
 /// A relative tolerance: below round-off it cannot be met, above 0.1 it means nothing.
@@ -30,6 +33,13 @@ pub const SIMULATION: &[Key] = &[
         "Acceleration of gravity.",
     ),
     Key::new(
+        "static_start",
+        Kind::Boolean,
+        "",
+        Need::Default("false"),
+        "Whether elastic coordinates start from equilibrium with the joint coordinates held; undeformed otherwise.",
+    ),
+    Key::new(
         "quiet_time",
         Kind::Number(TIME),
         "s",
@@ -44,7 +54,7 @@ const RTOL: Key = Key::new(
     "rtol",
     Kind::Number(TOLERANCE),
     "–",
-    Need::Default("1e-8"),
+    Need::Optional("1e-8 for `dormand-prince`, 1e-5 for `tr-bdf2`"),
     "Error allowed in a step, as a share of the motion's velocity.",
 );
 

@@ -1,0 +1,579 @@
+//! A contact whose refinement and penalty factor the program finds itself (\[A\] section 4).
+//!
+//! Between impacts the pair is only watched. At a touch, fine models are built about the nearest points and become the
+//! contact's force element; what an impact taught about width and penalty factor is kept for the next one.
+
+use std::sync::Arc;
+
+use contact_qs::points::{InterfaceCompliance, contact_submodel};
+use contact_qs::search::{SurfaceModel, SurfaceSite};
+use contact_qs::surface_pair::{SurfacePair, SurfacePairSettings, TargetFace, TargetSurface};
+use contact_qs::{ContactElement, ContactError, Plane, PlaneContact, PlaneContactSettings};
+use faer::{Mat, MatRef};
+use ffr_dynamics::body::RigidMotion;
+use ffr_dynamics::invariants::centre_of_mass;
+use ffr_dynamics::kinematics::marker::FlexiblePoint;
+use ffr_dynamics::system::force::BodyState;
+use iga_core::elasticity::Model;
+use iga_core::nurbs::patch::PointBasis;
+use iga_core::surface::Face;
+use nalgebra::{Matrix3, Unit, Vector3};
+
+use crate::detection::{Detector, DetectorTarget, Nearest};
+use crate::elastic_body::point_in_space;
+use crate::error::AdaptiveError;
+use crate::fine_model::{FineBody, FineInterval, FineSettings, FineZone, LowModes, WantedInterval};
+use crate::interval::{
+    ContactFlags, DirectionUse, IntervalAssessment, IntervalEnd, IntervalSettings, assess,
+};
+use crate::model::{BodyModel, ElasticModel, TrySizes};
+use crate::penalty_search::{PenaltySearch, PenaltyStrategy};
+use crate::predict::{
+    DEFAULT_STIFFNESS_RATIO, HertzLaw, LocalSurface, half_extents, hertz_impact, interval_width,
+    inverse_effective_mass, line_impact,
+};
+use crate::preview::{HertzPoint, PointImpact};
+use crate::spec::{self, ContactSpec, Place, SurfaceLaw, Target};
+use crate::subdivision::SubdivisionLimits;
+
+/// Elements across an interval unless the scenario says otherwise (\[A\] section 4.3).
+const ELEMENTS: usize = 16;
+/// Width of a first interval that cannot be predicted (flat on flat), as a share of the body's size.
+const BLIND_WIDTH: f64 = 0.05;
+/// The widest interval, as a share of the body's size: wider than the body itself is none.
+const WIDEST: f64 = 1.0;
+/// Ratio of successive penalty factors of a search, as in \[A\] section 4.1.
+const PENALTY_RISE: f64 = 10.0;
+/// Time steps with contact of a trial of the error-driven penalty search (\[A\] section 4.1).
+const TRIAL_STEPS: usize = 30;
+
+/// What earlier impacts taught.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Knowledge {
+    /// Width found over width predicted, a direction, at this contact.
+    width_factor: Option<[f64; 2]>,
+    /// Accepted penalty factor times `max_i(A_ii w_i)`, at any contact with the same search: the number has no unit and does
+    /// not depend on sizes.
+    ratio: Option<f64>,
+    /// Accepted penalty factor of this contact [N/m³].
+    penalty: Option<f64>,
+}
+
+/// A contact that is refined during the run.
+pub struct AdaptiveContact {
+    /// Name.
+    pub name: String,
+    body: usize,
+    target: Target,
+    law: SurfaceLaw,
+    /// Watches the pair.
+    pub detector: Detector,
+    knowledge: Knowledge,
+}
+
+/// Fine models of a contact in an impact phase.
+pub struct FineContact {
+    /// The force element; taken by the system.
+    pub element: Option<Box<dyn ContactElement>>,
+    /// Contact element of each point.
+    elements: Vec<[usize; 2]>,
+    interval: FineInterval,
+    /// Whether the target's interval ends where its surface does.
+    is_target_at_end: bool,
+    flags: ContactFlags,
+    /// Sizes for the log.
+    pub sizes: TrySizes,
+    /// Widths predicted for this impact \[m\].
+    predicted: [f64; 2],
+    /// Penalty search of this impact.
+    pub search: PenaltySearch,
+    /// `max_i(A_ii w_i)` [m³/N].
+    weight: Option<f64>,
+}
+
+/// Fine model of one body for one contact.
+struct FineSide {
+    body: FineBody,
+    zone: FineZone,
+    shapes: Mat<f64>,
+    compliance: Mat<f64>,
+}
+
+impl AdaptiveContact {
+    /// A contact to be refined; `surfaces` has the surface of every body that takes part in such contacts.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Unsupported`] if a body has no surface.
+    pub fn new(
+        spec: &ContactSpec,
+        law: &SurfaceLaw,
+        surfaces: &[Option<Arc<SurfaceModel>>],
+    ) -> Result<Self, AdaptiveError> {
+        let surface = |body: usize| {
+            surfaces[body].clone().ok_or_else(|| AdaptiveError::Unsupported {
+                subject: format!("contact \"{}\"", spec.name),
+                reason: "a rigid body has no elastic surface, choose model \"hertz\" or an elastic body"
+                    .into(),
+            })
+        };
+        let target = match spec.target {
+            Target::Plane { point, normal } => {
+                DetectorTarget::Plane(Plane { point, normal: Unit::new_normalize(normal) })
+            }
+            Target::Body(other) => DetectorTarget::Body(other, surface(other)?),
+        };
+        Ok(Self {
+            name: spec.name.clone(),
+            body: spec.body,
+            target: spec.target,
+            law: law.clone(),
+            detector: Detector::new(spec.body, surface(spec.body)?, target),
+            knowledge: Knowledge::default(),
+        })
+    }
+
+    fn fail(&self, source: ContactError) -> AdaptiveError {
+        AdaptiveError::Contact { contact: self.name.clone(), source }
+    }
+
+    /// Nearest points in the motions `states`.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Contact`] if the motions are not finite.
+    pub fn nearest(&self, states: &[BodyState]) -> Result<Nearest, AdaptiveError> {
+        self.detector.nearest(states).map_err(|e| self.fail(e))
+    }
+
+    /// Fine models about the nearest points in the motions `states`, with intervals of `widths` or, at the first try of
+    /// an impact, of a width predicted: for the force `peak` if a preview gave one.
+    ///
+    /// # Errors
+    /// [`AdaptiveError`] with the name of body or contact if no fine model can be built.
+    pub fn refine(
+        &self,
+        bodies: &[BodyModel],
+        states: &[BodyState],
+        widths: Option<[f64; 2]>,
+        peak: Option<f64>,
+    ) -> Result<FineContact, AdaptiveError> {
+        let nearest = self.nearest(states)?;
+        let elastic = elastic(&bodies[self.body]);
+        let predicted = self.predicted_widths(bodies, states, &nearest, peak);
+        let factor = self.knowledge.width_factor.unwrap_or([1.0; 2]);
+        let start =
+            self.law.interval.width.map_or([predicted[0] * factor[0], predicted[1] * factor[1]], |w| [w; 2]);
+        let limit = WIDEST * elastic.body.size();
+        let widths = widths.unwrap_or(start).map(|w| w.min(limit));
+        let own = self.side(elastic, &nearest.contact, widths)?;
+        let other = match (self.target, &nearest.target) {
+            (Target::Body(other), Some(site)) => {
+                Some((other, self.side(self::elastic(&bodies[other]), site, widths)?))
+            }
+            _ => None,
+        };
+        let mut element = self.element(&own, other.as_ref())?;
+        let weight = element
+            .compliance_weight(states)
+            .map_err(|r| self.fail(ContactError::Inconsistent { reason: r.reason }))?;
+        let search = self.penalty_search(weight);
+        element.set_penalty(search.penalty()).map_err(|e| self.fail(e))?;
+        let interval = own.body.intervals[0].clone();
+        let sizes = TrySizes {
+            elements: n_elements(&own) + other.as_ref().map_or(0, |(_, o)| n_elements(o)),
+            freedoms: (own.body.n_unknowns() + other.as_ref().map_or(0, |(_, o)| o.body.n_unknowns())) as u64,
+            interface: (own.zone.unknowns.len() + other.as_ref().map_or(0, |(_, o)| o.zone.unknowns.len()))
+                as u64,
+        };
+        Ok(FineContact {
+            element: Some(element),
+            flags: ContactFlags::new(interval.n_elements),
+            elements: own.zone.elements,
+            interval,
+            is_target_at_end: other.as_ref().is_some_and(|(_, o)| is_at_end(&o.body.intervals[0])),
+            sizes,
+            predicted,
+            search,
+            weight,
+        })
+    }
+
+    /// Remembers what the accepted model of an impact was like; returns the stiffness ratio that others may start from.
+    pub fn learn(
+        &mut self,
+        fine: &FineContact,
+        assessment: &IntervalAssessment,
+        penalty: f64,
+    ) -> Option<f64> {
+        let mut width_factor = [1.0; 2];
+        for ((factor, d), predicted) in
+            width_factor.iter_mut().zip(&assessment.directions).zip(fine.predicted)
+        {
+            if predicted > 0.0 && d.width.is_finite() {
+                *factor = d.width / predicted;
+            }
+        }
+        let ratio = fine.weight.filter(|_| penalty.is_finite()).map(|w| penalty * w);
+        self.knowledge = Knowledge { width_factor: Some(width_factor), ratio, penalty: Some(penalty) };
+        ratio
+    }
+
+    /// Takes the stiffness ratio that another contact found, unless it knows its own or searches in another way.
+    pub fn hear(&mut self, ratio: f64, search: spec::PenaltySearch) {
+        if self.law.search == search {
+            self.knowledge.ratio.get_or_insert(ratio);
+        }
+    }
+
+    /// How the penalty factor is searched for.
+    pub fn search_kind(&self) -> spec::PenaltySearch {
+        self.law.search
+    }
+
+    /// The search for the penalty factor of an impact.
+    fn penalty_search(&self, weight: Option<f64>) -> PenaltySearch {
+        let strategy = match self.law.search {
+            spec::PenaltySearch::Fixed => PenaltyStrategy::Fixed,
+            spec::PenaltySearch::UntilConverged { tolerance } => {
+                PenaltyStrategy::UntilConverged { factor: PENALTY_RISE, tolerance }
+            }
+            spec::PenaltySearch::UntilError => PenaltyStrategy::ErrorDriven { trial_steps: TRIAL_STEPS },
+        };
+        let from_ratio = |r: f64| weight.map(|w| r / w);
+        if let Some(given) = self.law.penalty
+            && (strategy == PenaltyStrategy::Fixed || given.is_infinite())
+        {
+            return PenaltySearch::new(PenaltyStrategy::Fixed, given);
+        }
+        if let Some(known) = self.knowledge.ratio.and_then(from_ratio).or(self.knowledge.penalty) {
+            return PenaltySearch::from_accepted(strategy, known);
+        }
+        let first = self.law.penalty.or_else(|| from_ratio(DEFAULT_STIFFNESS_RATIO));
+        PenaltySearch::new(strategy, first.unwrap_or(FALLBACK_PENALTY))
+    }
+
+    /// Settings of Algorithm 2.
+    pub fn interval_settings(&self) -> IntervalSettings {
+        let given = &self.law.interval;
+        IntervalSettings {
+            target: given.target_utilisation,
+            minimum: given.min_utilisation,
+            ..IntervalSettings::default()
+        }
+    }
+
+    /// Whether the width of the interval is the scenario's, not to be changed.
+    pub fn is_width_given(&self) -> bool {
+        self.law.interval.width.is_some() && self.law.treatment != spec::Treatment::Adaptive
+    }
+
+    fn side(
+        &self,
+        elastic: &ElasticModel,
+        site: &SurfaceSite,
+        widths: [f64; 2],
+    ) -> Result<FineSide, AdaptiveError> {
+        let body = &elastic.body;
+        let face = Face::new(&body.shape.patches, site.face, body.spec.model == Model::Axisymmetric);
+        let wanted = WantedInterval { face, centre: site.xi, widths };
+        let given = &self.law.interval;
+        let limits = SubdivisionLimits {
+            max_levels: given.max_levels,
+            max_knots: given.max_knots_per_level,
+            elements: given.elements.unwrap_or(ELEMENTS),
+            ..SubdivisionLimits::default()
+        };
+        let fine = FineBody::build(body, &[wanted], &FineSettings { limits, growth: None })?;
+        let thickness = match body.spec.model {
+            Model::PlaneStrain { thickness } | Model::PlaneStress { thickness } => thickness,
+            Model::Axisymmetric | Model::Solid => 1.0,
+        };
+        let zone = fine.zone(0, self.law.points, thickness);
+        if zone.points.is_empty() {
+            return Err(self.fail(ContactError::Empty { width: widths[0] }));
+        }
+        let (basis, residual) = fine.reduce((body, &elastic.reduced), &zone.unknowns, LowModes::Prolonged)?;
+        let shapes = match &elastic.reduced.framed {
+            Some(framed) => fine.prolong(&body.assembled, framed.as_ref()),
+            None => basis.shapes,
+        };
+        Ok(FineSide { body: fine, zone, shapes, compliance: residual.compliance().clone() })
+    }
+
+    fn element(
+        &self,
+        own: &FineSide,
+        other: Option<&(usize, FineSide)>,
+    ) -> Result<Box<dyn ContactElement>, AdaptiveError> {
+        let fail = |e| self.fail(e);
+        let motion = own.body.assembled.motion;
+        let submodel = contact_submodel(
+            motion,
+            &own.zone.points,
+            &own.body.lookup,
+            own.shapes.as_ref(),
+            Some(own.compliance()),
+        )
+        .map_err(fail)?;
+        // Replaced before the first evaluation.
+        let (penalty, method) = (FALLBACK_PENALTY, self.law.method);
+        match (self.target, other) {
+            (Target::Plane { point, normal }, _) => {
+                let plane = Plane { point, normal: Unit::new_normalize(normal) };
+                let settings = PlaneContactSettings { body: self.body, plane, penalty, method };
+                let contact = PlaneContact::new(submodel, settings).map_err(fail)?;
+                Ok(Box::new(match self.law.friction {
+                    Some(friction) => contact.with_friction(friction).map_err(fail)?,
+                    None => contact,
+                }))
+            }
+            (Target::Body(target), Some((_, side))) => {
+                let interval = &side.body.intervals[0];
+                let face = TargetFace {
+                    face: interval.face,
+                    lower: interval.region.lower,
+                    upper: interval.region.upper,
+                };
+                let surface = TargetSurface::flexible(
+                    motion,
+                    side.body.space.as_space(),
+                    std::slice::from_ref(&side.body.patch),
+                    &[face],
+                    &side.body.lookup,
+                    side.shapes.as_ref(),
+                    Some(side.compliance()),
+                )
+                .map_err(fail)?;
+                let settings = SurfacePairSettings {
+                    contact_body: self.body,
+                    target_body: Some(target),
+                    penalty,
+                    method,
+                };
+                let pair = SurfacePair::new(submodel, surface, settings).map_err(fail)?;
+                Ok(Box::new(match self.law.friction {
+                    Some(friction) => pair.with_friction(friction).map_err(fail)?,
+                    None => pair,
+                }))
+            }
+            (Target::Body(_), None) => {
+                Err(fail(ContactError::Inconsistent { reason: "the target has no fine model".into() }))
+            }
+        }
+    }
+
+    /// Widths by Hertz's theory for the peak force `peak`, or for the closing motion in `states`.
+    fn predicted_widths(
+        &self,
+        bodies: &[BodyModel],
+        states: &[BodyState],
+        nearest: &Nearest,
+        peak: Option<f64>,
+    ) -> [f64; 2] {
+        let blind = BLIND_WIDTH * elastic(&bodies[self.body]).body.size();
+        self.hertz_widths(bodies, states, nearest, peak).unwrap_or([blind; 2])
+    }
+
+    fn hertz_widths(
+        &self,
+        bodies: &[BodyModel],
+        states: &[BodyState],
+        nearest: &Nearest,
+        peak: Option<f64>,
+    ) -> Option<[f64; 2]> {
+        let Partners { own, other, normal } = self.partners(bodies, states, nearest)?;
+        let speed = (other.velocity - own.velocity).dot(&normal);
+        let inverse_mass = own.inverse_mass + other.inverse_mass;
+        let target = self.law.interval.target_utilisation;
+        let body = &elastic(&bodies[self.body]).body;
+        if let Model::PlaneStrain { thickness } | Model::PlaneStress { thickness } = body.spec.model {
+            let curvature = own.surface.curvatures[0] + other.surface.curvatures[0];
+            let compliance = own.surface.compliance + other.surface.compliance;
+            let (half, _) = line_impact(curvature, compliance, inverse_mass * thickness, speed, body.size())?;
+            return Some([interval_width(half, target, false); 2]);
+        }
+        let surfaces = [own.surface, other.surface];
+        let hertz = match peak {
+            Some(force) => HertzLaw::new(&surfaces)?.at_force(force),
+            None => hertz_impact(&surfaces, inverse_mass, speed)?,
+        };
+        let [a, b] = half_extents(&hertz, &own.tangents);
+        let from_axis = body.spec.model == Model::Axisymmetric;
+        Some([interval_width(a, target, from_axis), interval_width(b, target, from_axis)])
+    }
+
+    fn partners(&self, bodies: &[BodyModel], states: &[BodyState], nearest: &Nearest) -> Option<Partners> {
+        let own = Partner::new(self.body, bodies, states, &nearest.contact)?;
+        let other = match (self.target, &nearest.target) {
+            (Target::Body(other), Some(site)) => Partner::new(other, bodies, states, site)?,
+            _ => Partner::fixed(&nearest.normal, &nearest.contact.point),
+        };
+        // The line between touching points has no direction, their surfaces have one.
+        let normal = (other.outward - own.outward).try_normalize(0.0)?;
+        Some(Partners { own, other, normal })
+    }
+
+    /// A point contact with Hertz's law at the nearest points in the motions `states`, for a preview of the impact; none if
+    /// the width is known already, or Hertz's law does not apply.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Contact`] if the motions are not finite.
+    pub fn preview(
+        &self,
+        bodies: &[BodyModel],
+        states: &[BodyState],
+    ) -> Result<Option<PointImpact>, AdaptiveError> {
+        let model = elastic(&bodies[self.body]).body.spec.model;
+        let is_plane = matches!(model, Model::PlaneStrain { .. } | Model::PlaneStress { .. });
+        if is_plane || self.law.interval.width.is_some() {
+            return Ok(None);
+        }
+        let nearest = self.nearest(states)?;
+        let Some(Partners { own, other, normal }) = self.partners(bodies, states, &nearest) else {
+            return Ok(None);
+        };
+        let Some(law) = HertzLaw::new(&[own.surface, other.surface]) else { return Ok(None) };
+        Ok(Some(PointImpact::new(own.point, other.point, normal, &law, states)))
+    }
+}
+
+/// Both partners of an impact, and the normal from the target to the contact body.
+struct Partners {
+    own: Partner,
+    other: Partner,
+    normal: Vector3<f64>,
+}
+
+/// Penalty factor where no compliance is known: a modulus of 200 GPa over a length of a micrometre [N/m³].
+pub(crate) const FALLBACK_PENALTY: f64 = 2e17;
+
+impl FineSide {
+    fn compliance(&self) -> InterfaceCompliance<'_> {
+        InterfaceCompliance { dofs: &self.zone.unknowns, compliance: self.compliance_matrix() }
+    }
+
+    fn compliance_matrix(&self) -> MatRef<'_, f64> {
+        self.compliance.as_ref()
+    }
+}
+
+impl FineContact {
+    /// Marks the contact elements of the last evaluation of `element`.
+    pub fn mark(&mut self, element: &dyn ContactElement) {
+        for (force, index) in element.point_forces().iter().zip(&self.elements) {
+            if *force > 0.0 {
+                self.flags.mark(*index);
+            }
+        }
+    }
+
+    /// Forgets all contact.
+    pub fn clear(&mut self) {
+        self.flags.clear();
+    }
+
+    /// Whether any element was in contact.
+    pub fn has_touched(&self) -> bool {
+        self.flags.is_any()
+    }
+
+    /// Algorithm 2 for the impact so far.
+    pub fn assess(&self, settings: &IntervalSettings) -> IntervalAssessment {
+        let n = self.interval.directions.len();
+        let flags: Vec<Vec<bool>> = (0..n).map(|d| self.flags.along(d)).collect();
+        let directions: Vec<DirectionUse<'_>> = (0..n)
+            .map(|d| DirectionUse {
+                contact: &flags[d],
+                width: self.interval.widths[d],
+                ends: self.interval.ends[d],
+            })
+            .collect();
+        assess(&directions, settings)
+    }
+
+    /// Whether the target's interval ends where its surface does, so that it cannot grow.
+    pub fn is_target_at_end(&self) -> bool {
+        self.is_target_at_end
+    }
+
+    /// Elements across the interval, a direction.
+    pub fn n_elements(&self) -> [usize; 2] {
+        self.interval.n_elements
+    }
+
+    /// Widths of the interval \[m\]; the second is zero for curves.
+    pub fn widths(&self) -> [f64; 2] {
+        let n = self.interval.directions.len();
+        std::array::from_fn(|d| if d < n { self.interval.widths[d] } else { 0.0 })
+    }
+}
+
+/// One partner of an impact as Hertz sees it.
+struct Partner {
+    surface: LocalSurface,
+    inverse_mass: f64,
+    velocity: Vector3<f64>,
+    tangents: [Vector3<f64>; 2],
+    /// Outward unit normal in the inertial frame.
+    outward: Vector3<f64>,
+    /// The material point.
+    point: HertzPoint,
+}
+
+impl Partner {
+    fn fixed(normal: &Vector3<f64>, point: &Vector3<f64>) -> Self {
+        Self {
+            surface: LocalSurface::plane(0.0),
+            inverse_mass: 0.0,
+            velocity: Vector3::zeros(),
+            tangents: [Vector3::zeros(); 2],
+            outward: *normal,
+            point: HertzPoint { body: None, point: FlexiblePoint::rigid(*point) },
+        }
+    }
+
+    fn new(index: usize, bodies: &[BodyModel], states: &[BodyState], site: &SurfaceSite) -> Option<Self> {
+        let (model, state) = (&bodies[index], &states[index]);
+        let body = &elastic(model).body;
+        let motion = body.assembled.motion;
+        let patch = &body.shape.patches[site.face.patch];
+        let face = Face::new(&body.shape.patches, site.face, body.spec.model == Model::Axisymmetric);
+        let jet = patch.jet(&face.on_face(&site.xi), 2, &mut PointBasis::default());
+        let in_space = |v: &[f64; 3]| state.rotation * point_in_space(motion, v);
+        let geometry = face.geometry(&jet);
+        let outward = in_space(&geometry.normal);
+        let tangents = geometry.tangents.each_ref().map(in_space);
+        let material = &body.spec.material;
+        let compliance = (1.0 - material.poissons_ratio().powi(2)) / material.youngs_modulus();
+        let direction = tangents[0].try_normalize(0.0).unwrap_or_else(Vector3::zeros);
+        let surface = LocalSurface { curvatures: face.curvatures(&jet)?, direction, compliance };
+        let data = &model.data;
+        let inverse_mass = if motion == RigidMotion::Axial {
+            1.0 / data.mass
+        } else {
+            let c = data.mass_moment / data.mass;
+            let steiner = Matrix3::identity() * c.norm_squared() - c * c.transpose();
+            let axes = state.rotation.to_rotation_matrix().into_inner();
+            let central = axes * (data.inertia() - steiner * data.mass) * axes.transpose();
+            let arm = site.point - centre_of_mass(data, state);
+            inverse_effective_mass(data.mass, &central, &arm, &outward)
+        };
+        let place = Place::Point(body.spec.shape.patches[site.face.patch].point(&face.on_face(&site.xi)));
+        let point = model.point(&place).ok()?;
+        let velocity = point.velocity(state);
+        let point = HertzPoint { body: Some(index), point };
+        Some(Self { surface, inverse_mass, velocity, tangents, outward, point })
+    }
+}
+
+/// The elastic model of a body in an adaptive contact, which has one.
+fn elastic(model: &BodyModel) -> &ElasticModel {
+    model.elastic.as_ref().expect("adaptive contacts are between elastic bodies, see AdaptiveContact::new")
+}
+
+fn is_at_end(interval: &FineInterval) -> bool {
+    interval.ends.iter().flatten().any(|&end| end == IntervalEnd::FaceEnd)
+}
+
+fn n_elements(side: &FineSide) -> u64 {
+    side.body.space.n_elements() as u64
+}

@@ -1,0 +1,156 @@
+//! Watches a pair that is not in contact: nearest points, first touch (\[A\] (7), Fig. 2).
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use contact_qs::search::{
+    SearchWorkspace, SurfaceModel, SurfaceSite, closing_speed_bound, minimum_distance, plane_distance,
+    surface_speed_bound,
+};
+use contact_qs::{ContactElement, ContactError, ContactReport, Plane};
+use ffr_dynamics::error::Rejection;
+use ffr_dynamics::system::force::{BodyState, ForceElement, ForceEnergies, GeneralisedForce};
+use nalgebra::Vector3;
+
+/// Where two surfaces are nearest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Nearest {
+    /// Gap, negative when they overlap \[m\].
+    pub gap: f64,
+    /// On the contact body.
+    pub contact: SurfaceSite,
+    /// On the target; none on a plane.
+    pub target: Option<SurfaceSite>,
+    /// Unit normal in the inertial frame, towards the contact body.
+    pub normal: Vector3<f64>,
+}
+
+/// Surfaces of a pair and the search between them.
+pub struct Detector {
+    body: usize,
+    model: Arc<SurfaceModel>,
+    target: DetectorTarget,
+    workspace: Mutex<SearchWorkspace>,
+}
+
+/// What the surface may meet.
+pub enum DetectorTarget {
+    /// A fixed plane.
+    Plane(Plane),
+    /// Another body, with its surface.
+    Body(usize, Arc<SurfaceModel>),
+}
+
+impl Detector {
+    /// A detector for the surface `model` of body `body`.
+    pub fn new(body: usize, model: Arc<SurfaceModel>, target: DetectorTarget) -> Self {
+        Self { body, model, target, workspace: Mutex::new(SearchWorkspace::new()) }
+    }
+
+    /// Gap and nearest points in the motions `bodies`.
+    ///
+    /// # Errors
+    /// [`ContactError`] for motions that are not finite, or a plane that leaves the model's symmetry.
+    pub fn nearest(&self, bodies: &[BodyState]) -> Result<Nearest, ContactError> {
+        let mut workspace = self.workspace.lock().unwrap_or_else(PoisonError::into_inner);
+        let state = &bodies[self.body];
+        match &self.target {
+            DetectorTarget::Plane(plane) => {
+                let found = plane_distance(&self.model, state, plane, &mut workspace)?;
+                let normal = plane.normal.into_inner();
+                Ok(Nearest { gap: found.gap, contact: found.site, target: None, normal })
+            }
+            DetectorTarget::Body(other, model) => {
+                let models = [self.model.as_ref(), model.as_ref()];
+                let found = minimum_distance(models, [state, &bodies[*other]], &mut workspace)?;
+                let [contact, target] = found.sites;
+                Ok(Nearest { gap: found.gap, contact, target: Some(target), normal: found.normal })
+            }
+        }
+    }
+
+    /// Largest speed at which the surfaces may approach each other [m/s].
+    pub fn closing_speed_bound(&self, bodies: &[BodyState]) -> f64 {
+        let state = &bodies[self.body];
+        match &self.target {
+            DetectorTarget::Plane(_) => surface_speed_bound(&self.model, state),
+            DetectorTarget::Body(other, model) => {
+                closing_speed_bound([self.model.as_ref(), model.as_ref()], [state, &bodies[*other]])
+            }
+        }
+    }
+
+    /// Size of the larger body \[m\].
+    pub fn size(&self) -> f64 {
+        match &self.target {
+            DetectorTarget::Plane(_) => self.model.size(),
+            DetectorTarget::Body(_, other) => self.model.size().max(other.size()),
+        }
+    }
+}
+
+/// Stands in a system for a contact whose model is not there: no force, no gap to look at.
+#[derive(Debug, Clone)]
+pub struct Dormant {
+    body: usize,
+    target: Option<usize>,
+    report: ContactReport,
+}
+
+impl Dormant {
+    /// For a contact of body `body` with body `target`, or with a plane.
+    pub fn new(body: usize, target: Option<usize>) -> Self {
+        Self { body, target, report: ContactReport::default() }
+    }
+}
+
+impl ForceElement for Dormant {
+    fn apply(&mut self, _: f64, _: &[BodyState], _: &mut [GeneralisedForce]) -> Result<(), Rejection> {
+        Ok(())
+    }
+
+    fn energies(&self) -> ForceEnergies {
+        ForceEnergies::default()
+    }
+
+    fn resultant(&self) -> Vector3<f64> {
+        Vector3::zeros()
+    }
+
+    fn is_idle(&self) -> bool {
+        true
+    }
+
+    fn save(&mut self) {}
+
+    fn restore(&mut self) {}
+}
+
+impl ContactElement for Dormant {
+    fn kind(&self) -> &'static str {
+        "dormant"
+    }
+
+    fn bodies(&self) -> (usize, Option<usize>) {
+        (self.body, self.target)
+    }
+
+    fn smallest_gap(&self, _: &[BodyState]) -> f64 {
+        f64::INFINITY
+    }
+
+    fn normal(&self, _: &[BodyState]) -> Vector3<f64> {
+        Vector3::zeros()
+    }
+
+    fn report(&self) -> &ContactReport {
+        &self.report
+    }
+
+    fn penalty(&self) -> f64 {
+        f64::NAN
+    }
+
+    fn n_points(&self) -> usize {
+        0
+    }
+}

@@ -1,0 +1,459 @@
+//! Impact phases: tries, each from the same start, until every fine model and penalty factor is acceptable (\[A\] Fig. 2).
+
+use std::time::Instant;
+
+use cpu_time::ProcessTime;
+
+use super::{Driver, QUIET_STEPS};
+use crate::adaptive_contact::FineContact;
+use crate::error::AdaptiveError;
+use crate::impact_watch::ImpactWatch;
+use crate::interval::{IntervalAssessment, IntervalSettings, Verdict};
+use crate::penalty_search::{PenaltyAction, RunOutcome};
+use crate::record::{Continue, PhaseKind, Sample, TransferRecord};
+
+/// Most tries of one impact: widths change by half at least each time, penalty factors by a factor of ten.
+const MAX_TRIES: u32 = 40;
+/// Tries after which an interval counts as impossible though a width is both too narrow and too wide: other contacts of the
+/// same impact may change the force from try to try, three times in a row is no coincidence.
+const MOST_CLOSED: u32 = 3;
+
+/// Where all tries of an impact start.
+pub(super) struct Start {
+    pub time: f64,
+    pub state: Vec<f64>,
+    pub watches: Vec<ImpactWatch>,
+}
+
+/// Widths of the contacts' intervals in the tries of an impact.
+struct Intervals {
+    /// Widths wanted next, where tries have told them \[m\].
+    widths: Vec<Option<[f64; 2]>>,
+    /// Widest interval whose edge was touched, and narrowest one that was too wide, a contact and direction \[m\].
+    brackets: Vec<[(f64, f64); 2]>,
+    /// How often no width was left between those, a contact.
+    closed: Vec<u32>,
+    /// Contact whose interval changed last.
+    latest: usize,
+}
+
+impl Intervals {
+    fn new(n_contacts: usize) -> Self {
+        Self {
+            widths: vec![None; n_contacts],
+            brackets: vec![[(0.0, f64::INFINITY); 2]; n_contacts],
+            closed: vec![0; n_contacts],
+            latest: 0,
+        }
+    }
+
+    /// Takes the widths wanted next for contact `i` after `verdict`; false if there is no width that can be acceptable: the
+    /// same one is too narrow and, by less than an element, too wide.
+    fn note(
+        &mut self,
+        i: usize,
+        fine: Option<&FineContact>,
+        verdict: &IntervalAssessment,
+        next: [f64; 2],
+    ) -> bool {
+        (self.widths[i], self.latest) = (Some(next), i);
+        let Some(fine) = fine else { return true };
+        let (widths, counts) = (fine.widths(), fine.n_elements());
+        let mut is_closed = false;
+        for (d, direction) in verdict.directions.iter().enumerate() {
+            let (narrow, wide) = &mut self.brackets[i][d];
+            match direction.verdict {
+                Verdict::EdgeTouched => *narrow = narrow.max(widths[d]),
+                Verdict::UnderUtilised => *wide = wide.min(widths[d]),
+                _ => {}
+            }
+            is_closed |= *narrow * (1.0 + 1.0 / counts[d].max(1) as f64) >= *wide;
+        }
+        self.closed[i] += u32::from(is_closed);
+        self.closed[i] < MOST_CLOSED
+    }
+}
+
+/// How an attempt at an impact ended.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Ending {
+    /// All contacts are open for good, or the simulated time is up.
+    Complete,
+    /// The observer asked to stop.
+    Interrupted,
+    /// An interval of an adaptive contact turned out too small.
+    EdgeTouched(usize),
+    /// The steps of a trial have passed.
+    TrialPassed(usize),
+    /// The contact solver failed.
+    SolverFailed {
+        /// Its code.
+        code: i32,
+        /// Its reason.
+        reason: String,
+    },
+}
+
+/// Counters of one try.
+pub(super) struct Attempt {
+    pub started: Instant,
+    /// Processor time at the start; `None` where the system does not tell.
+    pub processor: Option<ProcessTime>,
+    pub steps: u64,
+    pub rejected: u64,
+    pub contact_steps: usize,
+    /// Stop after so many steps with contact.
+    pub trial: Option<usize>,
+    pub most_active: Vec<u32>,
+    pub last_force: f64,
+    pub penalty_start: Vec<f64>,
+}
+
+impl Driver<'_> {
+    /// Simulates an impact from the present state until every contact has been open for the quiet time; returns whether the
+    /// observer stopped the run.
+    pub(super) fn impact_phase(&mut self) -> Result<bool, AdaptiveError> {
+        let start = Start {
+            time: self.integrator.time(),
+            state: self.integrator.state().to_vec(),
+            watches: self.watches.clone(),
+        };
+        self.is_buffering = !self.model.adaptive.is_empty();
+        let mut intervals = Intervals::new(self.watches.len());
+        self.previews.fill(None);
+        self.searches.fill(None);
+        let touching = self.touching()?;
+        self.preview(&touching)?;
+        self.wake_touching(&intervals.widths)?;
+        let mut trial = self.restart_searches();
+        for number in 1..=MAX_TRIES {
+            let mut attempt = self.begin(trial);
+            let ending = match self.simulate(&mut attempt, &intervals.widths) {
+                Ok(ending) => ending,
+                Err(error) => return self.fail(&attempt, number, &[], error),
+            };
+            let verdicts = self.assess();
+            let judgement = match self.judge(&ending, &verdicts, &mut intervals, number) {
+                Ok(judgement) => judgement,
+                Err(error) => return self.fail(&attempt, number, &verdicts, error),
+            };
+            match judgement {
+                Judgement::Accept { reason } => {
+                    let outcome = if ending == Ending::Interrupted { "interrupted" } else { "accepted" };
+                    self.log(&attempt, number, outcome, &reason, &verdicts)?;
+                    self.learn(&verdicts);
+                    self.finish()?;
+                    return Ok(ending == Ending::Interrupted);
+                }
+                Judgement::Again { reason, trial: next } => {
+                    self.log(&attempt, number, "rejected", &reason, &verdicts)?;
+                    trial = next;
+                    if number < MAX_TRIES {
+                        self.rewind(&start, &intervals.widths)?;
+                    }
+                }
+            }
+        }
+        self.flush()?;
+        Err(self.no_model(intervals.latest, MAX_TRIES))
+    }
+
+    fn no_model(&self, i: usize, tries: u32) -> AdaptiveError {
+        AdaptiveError::NoAcceptableModel {
+            contact: self.model.contacts[i].name.clone(),
+            time: self.phase_start,
+            tries,
+            width: self.fine[i].as_ref().map_or(0.0, |f| f.widths()[0]),
+        }
+    }
+
+    /// Reports a try that ends the run, with what it computed, and passes `error` on.
+    fn fail(
+        &mut self,
+        attempt: &Attempt,
+        number: u32,
+        verdicts: &[Option<IntervalAssessment>],
+        error: AdaptiveError,
+    ) -> Result<bool, AdaptiveError> {
+        self.log(attempt, number, "failed", &error.to_string(), verdicts)?;
+        self.flush()?;
+        Err(error)
+    }
+
+    fn begin(&mut self, trial: Option<usize>) -> Attempt {
+        self.fine.iter_mut().flatten().for_each(FineContact::clear);
+        let statistics = self.statistics();
+        let penalties = self.model.system.forces().iter().map(|f| f.contact.penalty());
+        Attempt {
+            started: Instant::now(),
+            processor: ProcessTime::try_now().ok(),
+            steps: statistics.steps,
+            rejected: statistics.rejected,
+            contact_steps: 0,
+            trial,
+            most_active: vec![0; self.watches.len()],
+            last_force: self.integrator.time(),
+            penalty_start: penalties.collect(),
+        }
+    }
+
+    /// Integrates until the impact is over or the attempt is known to be in vain.
+    fn simulate(
+        &mut self,
+        attempt: &mut Attempt,
+        widths: &[Option<[f64; 2]>],
+    ) -> Result<Ending, AdaptiveError> {
+        let quiet = self.settings.quiet_time.unwrap_or(QUIET_STEPS * self.impact_step);
+        for i in 0..self.watches.len() {
+            self.begin_watch(i);
+        }
+        self.model.offer_to_stress(self.integrator.time());
+        while self.integrator.time() < self.settings.end_time {
+            let step = match self.integrator.step(&mut self.model.system, self.settings.end_time) {
+                Ok(step) => step,
+                Err(source) => {
+                    let refusal = self.integrator.last_refusal().filter(|r| r.code != 0).cloned();
+                    let Some(refusal) = refusal else { return Err(AdaptiveError::Dynamics(source)) };
+                    if self.lower_penalty(refusal.code)? {
+                        attempt.trial = None; // the second phase of Fig. 3 simulates the whole impact
+                        continue;
+                    }
+                    return Ok(Ending::SolverFailed { code: refusal.code, reason: refusal.reason });
+                }
+            };
+            if let Some((i, time)) = self.joining(step)? {
+                self.repeat_impact_until(step.start, time)?;
+                if self.previews[i].is_none() {
+                    self.preview(&[i])?;
+                }
+                self.wake(i, widths[i])?;
+                self.begin_watch(i);
+                attempt.penalty_start[i] = self.model.system.forces()[i].contact.penalty();
+                self.integrator.invalidate();
+                continue;
+            }
+            self.store_step()?;
+            self.watch()?;
+            if let Some(ending) = self.look(attempt)? {
+                return Ok(ending);
+            }
+            let last = self.watches.iter().filter_map(ImpactWatch::last_touch);
+            attempt.last_force = last.fold(attempt.last_force, f64::max);
+            let progress = self.observer.progress(step.end, step.end - step.start, PhaseKind::Impact);
+            if progress == Continue::Interrupt {
+                return Ok(Ending::Interrupted);
+            }
+            if step.end - attempt.last_force >= quiet && self.is_separating() {
+                break;
+            }
+        }
+        Ok(Ending::Complete)
+    }
+
+    /// Notes what the contacts did in the last step; the ending, if it shows that going on is pointless.
+    fn look(&mut self, attempt: &mut Attempt) -> Result<Option<Ending>, AdaptiveError> {
+        let mut has_contact = false;
+        for i in 0..self.watches.len() {
+            let contact = self.model.system.forces()[i].contact.as_ref();
+            let report = *contact.report();
+            attempt.most_active[i] = attempt.most_active[i].max(report.n_active as u32);
+            has_contact |= report.normal_force > 0.0;
+            if let Some(fine) = &mut self.fine[i] {
+                fine.mark(contact);
+            }
+            if !(report.is_rim_touched && report.normal_force > 0.0) {
+                continue;
+            }
+            if self.fine[i].is_some() && !self.is_width_given(i) {
+                return Ok(Some(Ending::EdgeTouched(i)));
+            }
+            let time = self.integrator.time();
+            let contact = self.model.contacts[i].name.clone();
+            let widths = self.fine[i].as_ref().map_or(self.model.contacts[i].widths, FineContact::widths);
+            return Err(AdaptiveError::IntervalTooSmall { contact, time, width: widths[0] });
+        }
+        attempt.contact_steps += usize::from(has_contact);
+        if attempt.trial.is_some_and(|n| attempt.contact_steps >= n) {
+            let i = self.fine.iter().position(Option::is_some).unwrap_or(0);
+            return Ok(Some(Ending::TrialPassed(i)));
+        }
+        Ok(None)
+    }
+
+    fn is_width_given(&self, i: usize) -> bool {
+        self.model.adaptive.iter().any(|(index, c)| *index == i && c.is_width_given())
+    }
+
+    /// Answer of Algorithm 2 for every refined contact that touched.
+    fn assess(&self) -> Vec<Option<IntervalAssessment>> {
+        let mut verdicts = vec![None; self.watches.len()];
+        for (index, contact) in &self.model.adaptive {
+            let fine = self.fine[*index].as_ref().filter(|f| f.has_touched());
+            verdicts[*index] = fine.map(|f| f.assess(&contact.interval_settings()));
+        }
+        verdicts
+    }
+
+    /// Whether the attempt is the result, and what the next one is to be like.
+    fn judge(
+        &mut self,
+        ending: &Ending,
+        verdicts: &[Option<IntervalAssessment>],
+        intervals: &mut Intervals,
+        number: u32,
+    ) -> Result<Judgement, AdaptiveError> {
+        if *ending == Ending::Interrupted {
+            return Ok(Judgement::Accept { reason: "stopped by the user".into() });
+        }
+        // Intervals first: an unacceptable model says nothing about the penalty factor.
+        let mut reasons = Vec::new();
+        for (i, verdict) in verdicts.iter().enumerate() {
+            let (Some(verdict), false) = (verdict, self.is_width_given(i)) else { continue };
+            let is_trial = matches!(ending, Ending::TrialPassed(_) | Ending::SolverFailed { .. });
+            let is_edge = *ending == Ending::EdgeTouched(i);
+            if verdict.is_at_face_end() {
+                return Err(self.face_end(i, number));
+            }
+            // A trial that ends early has not used its interval yet.
+            if is_edge || !(verdict.is_acceptable() || is_trial || matches!(ending, Ending::EdgeTouched(_))) {
+                let mut next = [0.0; 2];
+                next.iter_mut().zip(&verdict.directions).for_each(|(w, d)| *w = d.width);
+                let is_own_edge = verdict.directions.iter().any(|d| d.verdict == Verdict::EdgeTouched);
+                if let (true, false, Some(fine)) = (is_edge, is_own_edge, &self.fine[i]) {
+                    // Contact left the target's interval.
+                    if fine.is_target_at_end() {
+                        return Err(self.face_end(i, number));
+                    }
+                    next = fine.widths().map(|w| w * (1.0 + IntervalSettings::default().max_change));
+                }
+                if verdict.directions.len() == 1 {
+                    next[1] = next[0];
+                }
+                if !intervals.note(i, self.fine[i].as_ref(), verdict, next) {
+                    return Err(self.no_model(i, number));
+                }
+                reasons.push(format!("{}: {}", self.model.contacts[i].name, describe(verdict, is_edge)));
+            }
+        }
+        if !reasons.is_empty() {
+            return Ok(Judgement::Again { reason: reasons.join("; "), trial: self.restart_searches() });
+        }
+        self.judge_penalties(ending, number)
+    }
+
+    fn judge_penalties(&mut self, ending: &Ending, number: u32) -> Result<Judgement, AdaptiveError> {
+        let mut reasons = Vec::new();
+        let mut trial = None;
+        for i in 0..self.fine.len() {
+            let peak_force = self.watches[i].peak_force();
+            let Some(fine) = &mut self.fine[i] else { continue };
+            if !fine.has_touched() && !matches!(ending, Ending::SolverFailed { .. }) {
+                continue;
+            }
+            let before = fine.search.penalty();
+            let outcome = match ending {
+                Ending::TrialPassed(_) => RunOutcome::TrialPassed,
+                Ending::SolverFailed { code, .. } => RunOutcome::SolverError { code: *code },
+                _ => RunOutcome::Completed { peak_force },
+            };
+            match fine.search.next(outcome) {
+                PenaltyAction::Accept { is_last_run: true, .. } => {}
+                PenaltyAction::Accept { penalty, is_last_run: false } => {
+                    // The run with this factor is gone: it is made again.
+                    fine.search = fine.search.accepted();
+                    reasons.push(penalty_reason(&self.model.contacts[i].name, ending, before, penalty));
+                }
+                PenaltyAction::Run { penalty, contact_steps } => {
+                    trial = trial.or(contact_steps);
+                    reasons.push(penalty_reason(&self.model.contacts[i].name, ending, before, penalty));
+                }
+                PenaltyAction::Resume { penalty } => {
+                    reasons.push(penalty_reason(&self.model.contacts[i].name, ending, before, penalty));
+                }
+                PenaltyAction::Fail(failure) => {
+                    let contact = self.model.contacts[i].name.clone();
+                    let time = self.phase_start;
+                    return Err(AdaptiveError::Penalty { contact, time, tries: number, failure });
+                }
+            }
+        }
+        if reasons.is_empty() {
+            return Ok(Judgement::Accept { reason: self.acceptance() });
+        }
+        Ok(Judgement::Again { reason: reasons.join("; "), trial })
+    }
+
+    fn acceptance(&self) -> String {
+        if self.fine.iter().any(Option::is_some) {
+            "utilisation and penalty factor are acceptable".into()
+        } else {
+            "refinement and penalty are given".into()
+        }
+    }
+
+    fn restart_searches(&mut self) -> Option<usize> {
+        let mut trial = None;
+        for fine in self.fine.iter_mut().flatten() {
+            if let PenaltyAction::Run { contact_steps, .. } = fine.search.restart() {
+                trial = trial.or(contact_steps);
+            }
+        }
+        trial
+    }
+
+    fn repeat_impact_until(&mut self, start: f64, end: f64) -> Result<(), AdaptiveError> {
+        self.interpolated.copy_from_slice(self.integrator.previous_state());
+        self.integrator.restart(start, &self.interpolated);
+        while self.integrator.time() < end {
+            self.integrator.step(&mut self.model.system, end).map_err(AdaptiveError::Dynamics)?;
+            self.store_step()?;
+            self.watch()?;
+        }
+        Ok(())
+    }
+
+    /// Error for a contact that reached the end of its surface.
+    fn face_end(&self, i: usize, tries: u32) -> AdaptiveError {
+        let width = self.fine[i].as_ref().map_or(0.0, |f| f.widths()[0]);
+        AdaptiveError::IntervalAtEdge {
+            contact: self.model.contacts[i].name.clone(),
+            time: self.integrator.time(),
+            tries,
+            width,
+        }
+    }
+}
+
+/// What follows from an attempt.
+enum Judgement {
+    Accept { reason: String },
+    Again { reason: String, trial: Option<usize> },
+}
+
+/// What is reported once an attempt is accepted.
+pub(super) enum Pending {
+    /// A stored state.
+    Sample(Box<Sample>),
+    /// A change of the model.
+    Transfer(TransferRecord),
+}
+
+fn describe(verdict: &IntervalAssessment, is_edge: bool) -> String {
+    let list: Vec<String> = verdict
+        .directions
+        .iter()
+        .map(|d| format!("{:.0} % used, next width {:.3e} m", 100.0 * d.utilisation, d.width))
+        .collect();
+    let what =
+        if is_edge { "an edge element was in contact" } else { "too little of the interval was in contact" };
+    format!("{what} ({})", list.join(", "))
+}
+
+fn penalty_reason(name: &str, ending: &Ending, before: f64, after: f64) -> String {
+    let why = match ending {
+        Ending::TrialPassed(_) => "trial passed".to_owned(),
+        Ending::SolverFailed { code, reason } => format!("contact solver failed with code {code} ({reason})"),
+        _ => "peak force not yet compared".to_owned(),
+    };
+    format!("{name}: {why} at {before:.3e} N/m^3, next {after:.3e} N/m^3")
+}

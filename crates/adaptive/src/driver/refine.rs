@@ -1,0 +1,300 @@
+//! Fine models of contacts in an impact: when they come and go, what sizes them, what they cost the ledger.
+
+use std::time::Instant;
+
+use ffr_dynamics::DynamicsError;
+use ffr_dynamics::error::Rejection;
+use ffr_dynamics::integration::{DormandPrince, Step, StepSettings};
+use ffr_dynamics::system::error_scale::ErrorScale;
+use ffr_dynamics::system::force::ForceElement;
+use nalgebra::Vector3;
+
+use super::impact::{Pending, Start};
+use super::{Driver, NEAR, QUIET_STEPS};
+use crate::detection::Dormant;
+use crate::error::AdaptiveError;
+use crate::interval::IntervalAssessment;
+use crate::model::RunModel;
+use crate::penalty_search::{PenaltyAction, RunOutcome};
+use crate::record::{Sample, TransferRecord};
+use crate::simulation::{TimedContact, fill_sample};
+
+/// Relative error a step of a preview, which only sizes an interval.
+const PREVIEW_TOLERANCE: f64 = 1e-6;
+/// Steps of a preview at most.
+const PREVIEW_STEPS: usize = 5000;
+/// Relative difference of widths up to which the same fine model is used again.
+const SAME_WIDTH: f64 = 1e-9;
+
+/// What a change of the model should leave alone.
+pub(super) struct Ledger {
+    /// Total energy \[J\].
+    pub energy: f64,
+    /// Linear momentum [kg m/s].
+    pub momentum: Vector3<f64>,
+}
+
+impl Driver<'_> {
+    /// Goes on in the present state with lower penalty factors after an error of the contact solver, if the search says so:
+    /// as low as the present state asks for (\[A\] section 4.1). Books the jump of energy.
+    pub(super) fn lower_penalty(&mut self, code: i32) -> Result<bool, AdaptiveError> {
+        let (t, y) = (self.integrator.time(), self.integrator.state().to_vec());
+        let before = self.stored_ledger()?;
+        let (mut lowered, mut code) = (Vec::new(), code);
+        loop {
+            lowered.clear();
+            for i in 0..self.fine.len() {
+                let Some(search) = self.fine[i].as_mut().map(|f| &mut f.search) else { continue };
+                if !search.is_resuming() {
+                    continue;
+                }
+                if let PenaltyAction::Resume { penalty } = search.next(RunOutcome::SolverError { code }) {
+                    self.set_penalty(i, penalty)?;
+                    lowered.push(i);
+                }
+            }
+            if lowered.is_empty() {
+                return Ok(false);
+            }
+            match self.model.system.evaluate_forces(t, &y) {
+                Ok(()) => break,
+                Err(refusal) if refusal.code != 0 => code = refusal.code,
+                Err(Rejection { reason, .. }) => {
+                    return Err(AdaptiveError::Dynamics(DynamicsError::Integration { time: t, reason }));
+                }
+            }
+        }
+        let after = self.present_ledger()?;
+        // One jump, booked with the first contact.
+        for (n, i) in lowered.into_iter().enumerate() {
+            self.book_transfer(i, "penalty", if n == 0 { &before } else { &after }, &after);
+        }
+        self.integrator.restart(t, &y);
+        // No curve through forces of both factors.
+        (0..self.watches.len()).for_each(|i| self.begin_watch(i));
+        Ok(true)
+    }
+
+    fn set_penalty(&mut self, i: usize, penalty: f64) -> Result<(), AdaptiveError> {
+        let outcome = self.model.system.forces_mut()[i].contact.set_penalty(penalty);
+        outcome
+            .map_err(|source| AdaptiveError::Contact { contact: self.model.contacts[i].name.clone(), source })
+    }
+
+    /// The ledger of the present state as it was stored, where forces may not be evaluated any more.
+    fn stored_ledger(&mut self) -> Result<Ledger, AdaptiveError> {
+        if self.sample.time < self.integrator.time() {
+            return self.present_ledger();
+        }
+        let momentum = Vector3::from(self.sample.linear_momentum);
+        Ok(Ledger { energy: self.sample.energies.total(), momentum })
+    }
+
+    pub(super) fn present_ledger(&mut self) -> Result<Ledger, AdaptiveError> {
+        self.interpolated.copy_from_slice(self.integrator.state());
+        let t = self.integrator.time();
+        self.evaluate(t)?;
+        let mut sample = Sample::default();
+        fill_sample(&mut self.model.system, &self.model.observed, t, &self.interpolated, &mut sample);
+        sample.energies.gravity -= self.gravity_datum;
+        Ok(Ledger { energy: sample.energies.total(), momentum: Vector3::from(sample.linear_momentum) })
+    }
+
+    /// Back to the start of the impact, with fine models of the widths wanted.
+    pub(super) fn rewind(&mut self, start: &Start, widths: &[Option<[f64; 2]>]) -> Result<(), AdaptiveError> {
+        // Fine models that stay keep the record of their coming.
+        let stays = |p: &Pending| matches!(p, Pending::Transfer(r) if r.time <= start.time);
+        self.pending.retain(stays);
+        self.watches.clone_from(&start.watches);
+        self.integrator.restart(start.time, &start.state);
+        for (i, wanted) in widths.iter().enumerate() {
+            let Some(fine) = &self.fine[i] else { continue };
+            let same = wanted.is_none_or(|w| {
+                fine.widths().iter().zip(w).all(|(a, b)| *a == 0.0 || (a / b - 1.0).abs() < SAME_WIDTH)
+            });
+            let penalty = fine.search.penalty();
+            if same {
+                self.set_penalty(i, penalty)?;
+                self.model.system.forces_mut()[i].contact.forget();
+            } else {
+                self.sleep(i);
+                let is_other = |p: &Pending| !matches!(p, Pending::Transfer(r) if r.contact as usize == i);
+                self.pending.retain(is_other);
+            }
+        }
+        self.wake_touching(widths)?;
+        // Contacts that joined later are woken again when they touch.
+        for i in 0..self.fine.len() {
+            let is_apart = self.fine[i].is_some() && self.is_apart(i)?;
+            if is_apart {
+                self.searches[i] = self.fine[i].as_ref().map(|f| f.search.clone());
+                self.sleep(i);
+            }
+        }
+        self.integrator.invalidate();
+        Ok(())
+    }
+
+    /// The refined contacts that touch in the present state without having a fine model.
+    pub(super) fn touching(&mut self) -> Result<Vec<usize>, AdaptiveError> {
+        let mut touching = Vec::new();
+        for k in 0..self.model.adaptive.len() {
+            let i = self.model.adaptive[k].0;
+            if self.fine[i].is_none() && !self.is_apart(i)? {
+                touching.push(i);
+            }
+        }
+        Ok(touching)
+    }
+
+    /// Gives every refined contact that touches in the present state its fine model.
+    pub(super) fn wake_touching(&mut self, widths: &[Option<[f64; 2]>]) -> Result<(), AdaptiveError> {
+        for i in self.touching()? {
+            self.wake(i, widths[i])?;
+        }
+        Ok(())
+    }
+
+    /// Whether refined contact `i` is farther from touching than detection resolves.
+    pub(super) fn is_apart(&mut self, i: usize) -> Result<bool, AdaptiveError> {
+        let (t, y) = (self.integrator.time(), self.integrator.state());
+        self.model.system.body_states(t, y);
+        let states = self.model.system.last_evaluation().0;
+        let Some((_, contact)) = self.model.adaptive.iter().find(|(index, _)| *index == i) else {
+            return Ok(true);
+        };
+        Ok(contact.nearest(states)?.gap > NEAR * contact.detector.size())
+    }
+
+    /// Puts the fine model of contact `i` about the present nearest points into the system.
+    pub(super) fn wake(&mut self, i: usize, widths: Option<[f64; 2]>) -> Result<(), AdaptiveError> {
+        let began = Instant::now();
+        let (t, y) = (self.integrator.time(), self.integrator.state());
+        self.model.system.body_states(t, y);
+        let states = self.model.system.last_evaluation().0;
+        let Some((_, contact)) = self.model.adaptive.iter().find(|(index, _)| *index == i) else {
+            return Ok(());
+        };
+        let mut fine = contact.refine(&self.model.bodies, states, widths, self.previews[i])?;
+        let before = self.present_ledger()?;
+        if let Some(mut element) = fine.element.take() {
+            // A contact that joined the impact in an earlier try goes on with its search.
+            if let Some(search) = self.searches[i].take() {
+                element.set_penalty(search.penalty()).map_err(|source| AdaptiveError::Contact {
+                    contact: self.model.contacts[i].name.clone(),
+                    source,
+                })?;
+                fine.search = search;
+            }
+            self.model.system.forces_mut()[i] = TimedContact::new(element);
+        }
+        self.fine[i] = Some(fine);
+        self.model.timings.reduction += began.elapsed().as_secs_f64();
+        let after = self.present_ledger()?;
+        self.book_transfer(i, "coarse to fine", &before, &after);
+        Ok(())
+    }
+
+    /// Takes the fine model of contact `i` out of the system.
+    pub(super) fn sleep(&mut self, i: usize) {
+        self.fine[i] = None;
+        let (body, target) = self.model.system.forces()[i].contact.bodies();
+        let elapsed = self.model.system.forces()[i].elapsed();
+        self.model.contact_time += elapsed.as_secs_f64();
+        self.model.system.forces_mut()[i] = TimedContact::new(Box::new(Dormant::new(body, target)));
+    }
+
+    pub(super) fn book_transfer(&mut self, i: usize, direction: &str, before: &Ledger, after: &Ledger) {
+        self.pending.push(Pending::Transfer(TransferRecord {
+            time: self.integrator.time(),
+            direction: direction.into(),
+            contact: i as u32,
+            energy_before: before.energy,
+            energy_after: after.energy,
+            momentum_change: (after.momentum - before.momentum).norm(),
+        }));
+    }
+
+    /// The first refined contact that closes in the last step without being in the system, and when.
+    pub(super) fn joining(&mut self, step: Step) -> Result<Option<(usize, f64)>, AdaptiveError> {
+        let sleeping: Vec<usize> = self
+            .model
+            .adaptive
+            .iter()
+            .enumerate()
+            .filter(|(_, (i, _))| self.fine[*i].is_none())
+            .map(|(k, _)| k)
+            .collect();
+        self.first_touch(&sleeping, (step.start, step.end))
+    }
+
+    pub(super) fn learn(&mut self, verdicts: &[Option<IntervalAssessment>]) {
+        let mut ratios = Vec::new();
+        for (index, contact) in &mut self.model.adaptive {
+            let (Some(fine), Some(verdict)) = (&self.fine[*index], &verdicts[*index]) else { continue };
+            let ratio = contact.learn(fine, verdict, fine.search.penalty());
+            ratios.extend(ratio.map(|r| (r, contact.search_kind())));
+        }
+        for (_, contact) in &mut self.model.adaptive {
+            ratios.iter().for_each(|(ratio, search)| contact.hear(*ratio, *search));
+        }
+    }
+
+    /// Notes peak forces of the refined contacts `which`, which touch, if Hertz's law held in their contact zones: from one run
+    /// with the dynamic modes alone. Nothing is noted while other contacts are closed, or where there is no law.
+    pub(super) fn preview(&mut self, which: &[usize]) -> Result<(), AdaptiveError> {
+        let (t, y) = (self.integrator.time(), self.integrator.state().to_vec());
+        let RunModel { system, adaptive, bodies, .. } = &mut *self.model;
+        if system.forces().iter().any(|f| !f.is_idle()) {
+            return Ok(());
+        }
+        system.body_states(t, &y);
+        let mut points = Vec::new();
+        for (i, contact) in adaptive.iter().filter(|(i, _)| which.contains(i)) {
+            let point = contact.preview(bodies, system.last_evaluation().0)?;
+            points.extend(point.map(|p| (*i, TimedContact::new(Box::new(p)))));
+        }
+        for (i, point) in &mut points {
+            std::mem::swap(&mut system.forces_mut()[*i], point);
+        }
+        let indices: Vec<usize> = points.iter().map(|(i, _)| *i).collect();
+        let peaks = self.preview_peaks(&indices, t, &y);
+        for (i, sleeping) in points {
+            self.model.system.forces_mut()[i] = sleeping;
+        }
+        for (i, peak) in indices.into_iter().zip(peaks?) {
+            self.previews[i] = (peak > 0.0).then_some(peak);
+        }
+        Ok(())
+    }
+
+    fn preview_peaks(&mut self, which: &[usize], t: f64, y: &[f64]) -> Result<Vec<f64>, AdaptiveError> {
+        let system = &mut self.model.system;
+        let scale = system.error_scale();
+        let coarse = ErrorScale { relative: scale.relative.max(PREVIEW_TOLERANCE), ..scale };
+        system.set_error_scale(coarse).map_err(AdaptiveError::Dynamics)?;
+        let steps = StepSettings::with_max_step(self.impact_step);
+        let mut integrator = DormandPrince::new(steps, t, y).map_err(AdaptiveError::Dynamics)?;
+        let quiet = self.settings.quiet_time.unwrap_or(QUIET_STEPS * self.impact_step);
+        let (mut peaks, mut last_force) = (vec![0.0_f64; which.len()], t);
+        for _ in 0..PREVIEW_STEPS {
+            let end = self.settings.end_time;
+            if which.is_empty() || integrator.time() >= end || integrator.step(system, end).is_err() {
+                break;
+            }
+            for (peak, i) in peaks.iter_mut().zip(which) {
+                let force = system.forces()[*i].contact.report().normal_force;
+                *peak = peak.max(force);
+                if force > 0.0 {
+                    last_force = integrator.time();
+                }
+            }
+            // A surface that springs back may let go for a moment: over it is as an impact phase is.
+            if integrator.time() - last_force >= quiet {
+                break;
+            }
+        }
+        system.set_error_scale(scale).map_err(AdaptiveError::Dynamics)?;
+        Ok(peaks)
+    }
+}

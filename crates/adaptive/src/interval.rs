@@ -1,0 +1,281 @@
+//! Width of a contact interval from its utilisation (\[A\] Algorithm 2, Fig. 4, Eq. (9); theory section A.1).
+//!
+//! An impact that was simulated tells which elements of its interval were in contact. From that follows whether the fine
+//! model may be accepted and how wide the next interval should be. Knows neither splines nor time.
+
+/// What lies at an end of a contact interval.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum IntervalEnd {
+    /// More surface: contact there means that the interval is too small.
+    #[default]
+    Open,
+    /// The axis of an axisymmetric body, or another end at which the surface goes on by symmetry: no edge.
+    Axis,
+    /// The end of the face: the interval cannot grow there.
+    FaceEnd,
+}
+
+/// Settings of the search for the width.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct IntervalSettings {
+    /// Utilisation that widths aim at.
+    pub target: f64,
+    /// Utilisation below which the model is not acceptable.
+    pub minimum: f64,
+    /// Largest change of the width in one try, as a share of it.
+    pub max_change: f64,
+}
+
+impl Default for IntervalSettings {
+    /// The values of \[A\] section 4.2: 70 %, 50 %, 50 %.
+    fn default() -> Self {
+        Self { target: 0.7, minimum: 0.5, max_change: 0.5 }
+    }
+}
+
+/// Which elements of an interval were in contact during an impact, one or two directions.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContactFlags {
+    counts: [usize; 2],
+    flags: Vec<bool>,
+}
+
+impl ContactFlags {
+    /// No contact in an interval of `counts` elements a direction; 1 in a direction that the face does not have.
+    pub fn new(counts: [usize; 2]) -> Self {
+        Self { counts, flags: vec![false; counts[0] * counts[1]] }
+    }
+
+    /// Notes contact in element `index`; elements outside the interval are ignored.
+    pub fn mark(&mut self, index: [usize; 2]) {
+        if index[0] < self.counts[0] && index[1] < self.counts[1] {
+            self.flags[index[0] + self.counts[0] * index[1]] = true;
+        }
+    }
+
+    /// Forgets all contact.
+    pub fn clear(&mut self) {
+        self.flags.fill(false);
+    }
+
+    /// Whether any element was in contact.
+    pub fn is_any(&self) -> bool {
+        self.flags.contains(&true)
+    }
+
+    /// Flags of direction `d`: whether any element of each row across it was in contact. Rows between others in contact
+    /// count as well: a row may hold no contact point.
+    pub fn along(&self, d: usize) -> Vec<bool> {
+        let touched = self.flags.iter().enumerate().filter(|&(_, &flag)| flag);
+        let rows = touched.map(|(i, _)| [i % self.counts[0], i / self.counts[0]][d]);
+        let (mut first, mut last) = (self.counts[d], 0);
+        for row in rows {
+            (first, last) = (first.min(row), last.max(row));
+        }
+        (0..self.counts[d]).map(|row| first <= row && row <= last).collect()
+    }
+}
+
+/// One direction of an interval after an impact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DirectionUse<'a> {
+    /// Whether each element of the interval was in contact.
+    pub contact: &'a [bool],
+    /// Width of the interval, in any measure \[m\].
+    pub width: f64,
+    /// What lies at its lower and upper end.
+    pub ends: [IntervalEnd; 2],
+}
+
+/// What Algorithm 2 says about one direction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// An edge element was in contact, the interval is too small: not acceptable (lines 1–3).
+    EdgeTouched,
+    /// Contact reached the end of the face, at which the interval cannot grow: not acceptable.
+    FaceEndReached,
+    /// Utilisation below the minimum: not acceptable (lines 4–6).
+    UnderUtilised,
+    /// Acceptable, narrower next time (lines 7–9).
+    BelowTarget,
+    /// Acceptable, wider next time or unchanged (lines 10–12).
+    AtOrAboveTarget,
+}
+
+impl Verdict {
+    /// Whether the model may be accepted as far as this direction goes.
+    pub fn is_acceptable(self) -> bool {
+        matches!(self, Self::BelowTarget | Self::AtOrAboveTarget)
+    }
+}
+
+/// Answer of Algorithm 2 for one direction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DirectionAssessment {
+    /// Contact elements over interval elements.
+    pub utilisation: f64,
+    /// What was found.
+    pub verdict: Verdict,
+    /// Width for the next model, in the measure of the input \[m\].
+    pub width: f64,
+}
+
+/// Answer of Algorithm 2 for an interval.
+#[derive(Debug, Clone, PartialEq)]
+pub struct IntervalAssessment {
+    /// One entry a direction.
+    pub directions: Vec<DirectionAssessment>,
+}
+
+impl IntervalAssessment {
+    /// Whether the model is acceptable, so that the penalty factor may be adjusted.
+    pub fn is_acceptable(&self) -> bool {
+        self.directions.iter().all(|d| d.verdict.is_acceptable())
+    }
+
+    /// Whether contact reached an end of the face, so that no interval can hold it.
+    pub fn is_at_face_end(&self) -> bool {
+        self.directions.iter().any(|d| d.verdict == Verdict::FaceEndReached)
+    }
+}
+
+/// Algorithm 2: whether a model is acceptable and the widths of the next one (theory Eqs. A.1, A.2).
+///
+/// Utilisations are considered direction by direction; once an edge element was in contact anywhere, all directions are
+/// widened ("across the board"). An interval without elements counts as not used.
+pub fn assess(directions: &[DirectionUse<'_>], settings: &IntervalSettings) -> IntervalAssessment {
+    let touched = directions.iter().any(|d| edge(d) == Some(IntervalEnd::Open));
+    let assess_one = |d: &DirectionUse<'_>| {
+        let n_contact = d.contact.iter().filter(|&&c| c).count();
+        let utilisation = if d.contact.is_empty() { 0.0 } else { n_contact as f64 / d.contact.len() as f64 };
+        let verdict = match edge(d) {
+            Some(IntervalEnd::Open) => Verdict::EdgeTouched,
+            Some(_) => Verdict::FaceEndReached,
+            None if utilisation < settings.minimum => Verdict::UnderUtilised,
+            None if utilisation < settings.target => Verdict::BelowTarget,
+            None => Verdict::AtOrAboveTarget,
+        };
+        let (least, most) = (1.0 - settings.max_change, 1.0 + settings.max_change);
+        let factor = if touched { most } else { (utilisation / settings.target).clamp(least, most) };
+        DirectionAssessment { utilisation, verdict, width: d.width * factor }
+    };
+    IntervalAssessment { directions: directions.iter().map(assess_one).collect() }
+}
+
+/// The end whose edge element was in contact, an open one first; the axis has no edge element.
+fn edge(d: &DirectionUse<'_>) -> Option<IntervalEnd> {
+    let in_contact = [d.contact.first(), d.contact.last()].map(|flag| flag.is_some_and(|&f| f));
+    let touched = |kind| (0..2).any(|i| in_contact[i] && d.ends[i] == kind);
+    [IntervalEnd::Open, IntervalEnd::FaceEnd].into_iter().find(|&kind| touched(kind))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    const OPEN: [IntervalEnd; 2] = [IntervalEnd::Open; 2];
+    const FROM_AXIS: [IntervalEnd; 2] = [IntervalEnd::Axis, IntervalEnd::Open];
+
+    fn flags(range: std::ops::Range<usize>) -> Vec<bool> {
+        (0..16).map(|i| range.contains(&i)).collect()
+    }
+
+    fn one(contact: &[bool], ends: [IntervalEnd; 2]) -> DirectionAssessment {
+        let direction = DirectionUse { contact, width: 2.0, ends };
+        assess(&[direction], &IntervalSettings::default()).directions[0]
+    }
+
+    #[test]
+    fn contact_of_an_edge_element_widens_by_half() {
+        let found = one(&flags(0..9), OPEN);
+        assert_eq!(found.verdict, Verdict::EdgeTouched);
+        assert_relative_eq!(found.width, 3.0);
+        assert!(!found.verdict.is_acceptable());
+    }
+
+    #[test]
+    fn the_axis_is_no_edge_and_the_printed_utilisation_comes_out() {
+        // \[A\] section 5: 10/16 = 62.5 % is acceptable, 6/16 = 37.5 % is not.
+        let (good, small) = (one(&flags(0..10), FROM_AXIS), one(&flags(0..6), FROM_AXIS));
+        assert_relative_eq!(good.utilisation, 0.625);
+        assert_eq!(good.verdict, Verdict::BelowTarget);
+        assert_relative_eq!(good.width, 2.0 * 0.625 / 0.7, epsilon = 1e-15);
+        assert_eq!(small.verdict, Verdict::UnderUtilised);
+        assert_relative_eq!(small.width, 2.0 * 0.375 / 0.7, epsilon = 1e-15);
+    }
+
+    #[test]
+    fn above_the_target_the_model_is_accepted_and_widened() {
+        let found = one(&flags(0..14), FROM_AXIS);
+        assert_eq!(found.verdict, Verdict::AtOrAboveTarget);
+        assert_relative_eq!(found.width, 2.0 * 0.875 / 0.7, epsilon = 1e-15);
+        assert_eq!(one(&flags(0..16), FROM_AXIS).verdict, Verdict::EdgeTouched);
+    }
+
+    #[test]
+    fn widths_change_by_half_at_most() {
+        assert_relative_eq!(one(&flags(0..1), FROM_AXIS).width, 1.0);
+        assert_relative_eq!(one(&[false; 16], OPEN).width, 1.0);
+        assert_relative_eq!(one(&[], OPEN).width, 1.0);
+    }
+
+    #[test]
+    fn an_end_of_the_face_is_named() {
+        let found = one(&flags(10..16), [IntervalEnd::Open, IntervalEnd::FaceEnd]);
+        assert_eq!(found.verdict, Verdict::FaceEndReached);
+        // An open end that is touched too can still grow: that comes first.
+        assert_eq!(
+            one(&flags(0..16), [IntervalEnd::Open, IntervalEnd::FaceEnd]).verdict,
+            Verdict::EdgeTouched
+        );
+    }
+
+    #[test]
+    fn two_directions_are_judged_one_by_one() {
+        let mut grid = ContactFlags::new([16, 16]);
+        for i in 2..13 {
+            for j in 6..10 {
+                grid.mark([i, j]);
+            }
+        }
+        grid.mark([99, 0]);
+        let (u, v) = (grid.along(0), grid.along(1));
+        let uses = [&u, &v].map(|c| DirectionUse { contact: c, width: 1.0, ends: OPEN });
+        let found = assess(&uses, &IntervalSettings::default());
+        assert_relative_eq!(found.directions[0].utilisation, 11.0 / 16.0);
+        assert_relative_eq!(found.directions[1].utilisation, 4.0 / 16.0);
+        assert_eq!(found.directions[0].verdict, Verdict::BelowTarget);
+        assert_eq!(found.directions[1].verdict, Verdict::UnderUtilised);
+        assert!(!found.is_acceptable());
+    }
+
+    #[test]
+    fn an_edge_in_one_direction_widens_both() {
+        let mut grid = ContactFlags::new([8, 8]);
+        assert!(!grid.is_any());
+        (0..5).for_each(|i| grid.mark([i, 4]));
+        let (u, v) = (grid.along(0), grid.along(1));
+        let uses = [&u, &v].map(|c| DirectionUse { contact: c, width: 1.0, ends: OPEN });
+        let found = assess(&uses, &IntervalSettings::default());
+        assert!(found.directions.iter().all(|d| (d.width - 1.5).abs() < 1e-15));
+        assert!(!found.is_acceptable() && !found.is_at_face_end());
+    }
+
+    #[test]
+    fn repeated_tries_settle_on_the_target() {
+        // Contact of fixed radius 1 on an interval from the axis: the width must end near 1/0.7.
+        let (mut width, mut tries) = (10.0, 0);
+        let settings = IntervalSettings::default();
+        loop {
+            let contact: Vec<bool> = (0..16).map(|i| (i as f64 + 0.5) * width / 16.0 < 1.0).collect();
+            let found = assess(&[DirectionUse { contact: &contact, width, ends: FROM_AXIS }], &settings);
+            if found.is_acceptable() {
+                assert!((0.5..0.9).contains(&found.directions[0].utilisation));
+                break;
+            }
+            (width, tries) = (found.directions[0].width, tries + 1);
+            assert!(tries < 6, "halving from 10 to below 2 takes three tries");
+        }
+    }
+}

@@ -1,0 +1,133 @@
+//! Which contacts have one model for the whole run, and about which places of the bodies.
+
+use contact_qs::ContactError;
+use contact_qs::search::{SearchWorkspace, SurfaceModel, minimum_distance};
+use ffr_dynamics::system::force::BodyState;
+
+use crate::contact_zone::{ContactSite, ZoneRequest, refined_width};
+use crate::elastic_body::rigid_motion;
+use crate::error::AdaptiveError;
+use crate::spec::{ContactLaw, ContactSpec, ElasticSpec, RunSpec, SurfaceLaw, Target, Treatment};
+
+/// When a contact gets its model.
+///
+/// Adaptive contacts are refined by the program at each touch. Quasistatic pairs are too, once, with the width and penalty
+/// factor given, unless both bodies are refined by their own discretisation at the places where they are nearest at the start
+/// and no interval is given: then that refinement is the model of the whole run, as it always is of damped, dynamic and coarse
+/// contacts and of quasistatic ones with a plane.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ContactPlan {
+    /// It needs none: Hertz's law.
+    Point,
+    /// At each touch.
+    AtTouch,
+    /// Before the run.
+    FromStart(Sites),
+}
+
+/// First places of contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sites {
+    /// On the contact body.
+    pub own: ContactSite,
+    /// On the target; none on a plane.
+    pub target: Option<ContactSite>,
+}
+
+/// The plan of every contact, `poses` being the motions at the start.
+///
+/// # Errors
+/// [`AdaptiveError::Unsupported`] for rigid bodies where elastic ones are needed, [`AdaptiveError::Contact`] if nearest places
+/// cannot be found.
+pub fn plans(spec: &RunSpec, poses: &[BodyState]) -> Result<Vec<ContactPlan>, AdaptiveError> {
+    spec.contacts.iter().map(|contact| plan(spec, contact, poses)).collect()
+}
+
+fn plan(spec: &RunSpec, contact: &ContactSpec, poses: &[BodyState]) -> Result<ContactPlan, AdaptiveError> {
+    let ContactLaw::Surface(law) = &contact.law else { return Ok(ContactPlan::Point) };
+    if law.treatment == Treatment::Adaptive {
+        return Ok(ContactPlan::AtTouch);
+    }
+    let own = elastic(spec, contact, contact.body)?;
+    let Target::Body(other) = contact.target else {
+        return plane_site(contact, own, &poses[contact.body]).map(ContactPlan::FromStart);
+    };
+    let bodies = [own, elastic(spec, contact, other)?];
+    let may_be_refined = law.interval.width.is_none()
+        && law.interval.elements.is_none()
+        && bodies.iter().all(|b| !b.discretisation.refine.is_empty());
+    if law.treatment == Treatment::Quasistatic && !may_be_refined {
+        return Ok(ContactPlan::AtTouch);
+    }
+    let sites = pair_sites(contact, bodies, [&poses[contact.body], &poses[other]])?;
+    let is_refined = bodies.iter().zip(sites).all(|(b, s)| refined_width(b, &s.point).is_some());
+    if law.treatment == Treatment::Quasistatic && !is_refined {
+        return Ok(ContactPlan::AtTouch);
+    }
+    Ok(ContactPlan::FromStart(Sites { own: sites[0], target: Some(sites[1]) }))
+}
+
+/// The elastic body `index` of a contact.
+fn elastic<'a>(
+    spec: &'a RunSpec,
+    contact: &ContactSpec,
+    index: usize,
+) -> Result<&'a ElasticSpec, AdaptiveError> {
+    spec.bodies[index].elastic().ok_or_else(|| AdaptiveError::Unsupported {
+        subject: format!("contact \"{}\"", contact.name),
+        reason: format!(
+            "body \"{}\" is rigid and has no elastic surface, choose model \"hertz\" or an elastic body",
+            spec.bodies[index].name
+        ),
+    })
+}
+
+fn failure(contact: &ContactSpec, source: ContactError) -> AdaptiveError {
+    AdaptiveError::Contact { contact: contact.name.clone(), source }
+}
+
+/// The first point of a body to touch a plane.
+fn plane_site(contact: &ContactSpec, body: &ElasticSpec, pose: &BodyState) -> Result<Sites, AdaptiveError> {
+    let Target::Plane { normal, .. } = contact.target else {
+        unreachable!("only contacts with planes come here")
+    };
+    let own = ContactSite::lowest(body, &pose.rotation.inverse_transform_vector(&normal));
+    let own = own.ok_or_else(|| failure(contact, ContactError::Empty { width: 0.0 }))?;
+    Ok(Sites { own, target: None })
+}
+
+/// Nearest places of two undeformed bodies.
+fn pair_sites(
+    contact: &ContactSpec,
+    bodies: [&ElasticSpec; 2],
+    poses: [&BodyState; 2],
+) -> Result<[ContactSite; 2], AdaptiveError> {
+    let fail = |source| failure(contact, source);
+    let surface = |body: &ElasticSpec| SurfaceModel::rigid(rigid_motion(&body.model), &body.shape.patches);
+    let models = [surface(bodies[0]).map_err(fail)?, surface(bodies[1]).map_err(fail)?];
+    let mut workspace = SearchWorkspace::new();
+    let nearest = minimum_distance([&models[0], &models[1]], poses, &mut workspace).map_err(fail)?;
+    Ok([0, 1].map(|i| ContactSite::new(bodies[i], nearest.sites[i].face, nearest.sites[i].xi)))
+}
+
+/// The zones that the contacts with a plan from the start ask of body `index`.
+pub fn requests<'a>(
+    spec: &'a RunSpec,
+    plans: &'a [ContactPlan],
+    index: usize,
+) -> impl Iterator<Item = ZoneRequest<'a>> {
+    let sites = spec.contacts.iter().zip(plans).filter_map(|(contact, plan)| match (plan, &contact.law) {
+        (ContactPlan::FromStart(sites), ContactLaw::Surface(law)) => Some((contact, law, sites)),
+        _ => None,
+    });
+    sites.flat_map(move |(contact, law, sites)| {
+        let own = (contact.body == index).then_some(sites.own);
+        let target = sites.target.filter(|_| contact.target == Target::Body(index));
+        own.into_iter().chain(target).map(move |site| request(contact, law, site))
+    })
+}
+
+/// What `contact` asks of a body at `site`.
+pub fn request<'a>(contact: &'a ContactSpec, law: &'a SurfaceLaw, site: ContactSite) -> ZoneRequest<'a> {
+    ZoneRequest { contact: &contact.name, law, site }
+}

@@ -1,0 +1,457 @@
+//! Search for the penalty factor (\[A\] section 4.1, Fig. 3; theory section A.4).
+//!
+//! A state machine that is fed with the outcomes of simulated impacts and answers with what to do next. It knows neither
+//! models nor time: the driver runs, stops and resumes impacts.
+
+use std::fmt;
+
+/// `c_p = multiplier × 10^exponent` (\[A\] Eq. (8)).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PenaltyFactor {
+    /// Multiplier, 1 to 9.
+    pub multiplier: u8,
+    /// Exponent.
+    pub exponent: i32,
+}
+
+impl PenaltyFactor {
+    /// The nearest factor with an integer multiplier; `None` unless `value` is positive and finite.
+    pub fn from_value(value: f64) -> Option<Self> {
+        if !(value > 0.0 && value.is_finite()) {
+            return None;
+        }
+        let exponent = value.log10().floor() as i32;
+        let multiplier = (value / 10f64.powi(exponent)).round() as u8;
+        Some(if multiplier >= 10 {
+            Self { multiplier: 1, exponent: exponent + 1 }
+        } else {
+            Self { multiplier: multiplier.max(1), exponent }
+        })
+    }
+
+    /// Its value [N/m³].
+    pub fn value(self) -> f64 {
+        f64::from(self.multiplier) * 10f64.powi(self.exponent)
+    }
+
+    /// The exponent raised by one.
+    pub fn raised(self) -> Self {
+        Self { exponent: self.exponent + 1, ..self }
+    }
+
+    /// The multiplier lowered by one; below `1 × 10^e` follows `9 × 10^(e-1)`.
+    pub fn lowered(self) -> Self {
+        if self.multiplier > 1 {
+            Self { multiplier: self.multiplier - 1, ..self }
+        } else {
+            Self { multiplier: 9, exponent: self.exponent - 1 }
+        }
+    }
+}
+
+/// How the penalty factor is found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum PenaltyStrategy {
+    /// The given factor, as it is.
+    Fixed,
+    /// As printed (Fig. 3): trials of `trial_steps` steps with contact raise the exponent until the contact solver fails,
+    /// then the multiplier goes down and the impact goes on from the failing step.
+    ErrorDriven {
+        /// Steps with contact of a trial.
+        trial_steps: usize,
+    },
+    /// Raised by `factor` until the peak force changes by less than `tolerance`, relative.
+    UntilConverged {
+        /// Factor between two tries, > 1.
+        factor: f64,
+        /// Permitted change of the peak force, relative.
+        tolerance: f64,
+    },
+}
+
+impl PenaltyStrategy {
+    /// As printed in \[A\] section 4.1: trials of 30 contact steps.
+    pub const PRINTED: Self = Self::ErrorDriven { trial_steps: 30 };
+    /// The default: a further factor of ten changes the peak force by less than 0.2 %.
+    pub const CONVERGED: Self = Self::UntilConverged { factor: 10.0, tolerance: 2e-3 };
+}
+
+/// Range in which a penalty factor is looked for [N/m³].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PenaltyRange {
+    /// Lowest factor.
+    pub lower: f64,
+    /// Highest factor.
+    pub upper: f64,
+}
+
+impl Default for PenaltyRange {
+    /// From a rubber-like foundation to ten powers of ten above what resolves steel on elements of a micrometre.
+    fn default() -> Self {
+        Self { lower: 1e6, upper: 1e28 }
+    }
+}
+
+/// What a run gave.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum RunOutcome {
+    /// The trial's steps passed without an error of the contact solver.
+    TrialPassed,
+    /// The impact was simulated to its end; largest contact force \[N\].
+    Completed {
+        /// Largest contact force \[N\].
+        peak_force: f64,
+    },
+    /// The contact solver failed (Algorithm 1: 1 singular, 2 not finite).
+    SolverError {
+        /// Its error code.
+        code: i32,
+    },
+}
+
+/// Why the search ended without a factor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum PenaltyFailure {
+    /// The contact solver failed down to the lowest factor.
+    TooLow {
+        /// Lowest factor tried [N/m³].
+        penalty: f64,
+        /// Last error code.
+        code: i32,
+    },
+    /// Neither an error nor convergence up to the highest factor.
+    TooHigh {
+        /// Highest factor tried [N/m³].
+        penalty: f64,
+        /// Last relative change of the peak force, if there was one.
+        change: Option<f64>,
+    },
+}
+
+impl fmt::Display for PenaltyFailure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::TooLow { penalty, code } => write!(
+                f,
+                "the contact solver still fails with code {code} at the lowest penalty factor {penalty:.3e} N/m^3; refine the interval or use the active-set solver"
+            ),
+            Self::TooHigh { penalty, change: Some(change) } => write!(
+                f,
+                "the peak force still changes by {:.3} % at the highest penalty factor {penalty:.3e} N/m^3; loosen penalty.tolerance or refine the interval",
+                100.0 * change
+            ),
+            Self::TooHigh { penalty, change: None } => write!(
+                f,
+                "no error of the contact solver up to the highest penalty factor {penalty:.3e} N/m^3; search until convergence instead of until an error"
+            ),
+        }
+    }
+}
+
+/// What to do next.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum PenaltyAction {
+    /// Simulate the impact from its start.
+    Run {
+        /// Penalty factor [N/m³].
+        penalty: f64,
+        /// Steps with contact after which to stop; `None`: to the end.
+        contact_steps: Option<usize>,
+    },
+    /// Go on from the failing step, to the end of the impact.
+    Resume {
+        /// Penalty factor [N/m³].
+        penalty: f64,
+    },
+    /// The factor is found.
+    Accept {
+        /// Penalty factor [N/m³].
+        penalty: f64,
+        /// Whether the last run is the result; otherwise the last one that was completed before it.
+        is_last_run: bool,
+    },
+    /// There is none.
+    Fail(PenaltyFailure),
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum State {
+    /// Trials or full runs that raise the factor; the peak force of the last completed run.
+    Raising { last: Option<(f64, f64)> },
+    /// An error occurred, the factor goes down.
+    Lowering,
+    /// The factor is known from an earlier impact: one run.
+    Known,
+}
+
+/// The search itself.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PenaltySearch {
+    strategy: PenaltyStrategy,
+    range: PenaltyRange,
+    penalty: f64,
+    state: State,
+}
+
+impl PenaltySearch {
+    /// A search that starts from `penalty` [N/m³].
+    pub fn new(strategy: PenaltyStrategy, penalty: f64) -> Self {
+        Self { strategy, range: PenaltyRange::default(), penalty, state: State::Raising { last: None } }
+    }
+
+    /// A search whose factor an earlier impact of the same pair has found: the first completed run is accepted. Errors
+    /// of the solver lower it.
+    pub fn from_accepted(strategy: PenaltyStrategy, penalty: f64) -> Self {
+        Self { state: State::Known, ..Self::new(strategy, penalty) }
+    }
+
+    /// The same search within another range.
+    #[must_use]
+    pub fn within(self, range: PenaltyRange) -> Self {
+        Self { range, ..self }
+    }
+
+    /// Factor of the current run [N/m³].
+    pub fn penalty(&self) -> f64 {
+        self.penalty
+    }
+
+    /// Whether an error of the solver lowers the factor in the running impact, which goes on from the failing step, instead
+    /// of ending the try: always as printed, and where nothing higher is looked for.
+    pub fn is_resuming(&self) -> bool {
+        let is_printed = matches!(self.strategy, PenaltyStrategy::ErrorDriven { .. });
+        let is_known = matches!(self.state, State::Lowering | State::Known);
+        is_printed || (is_known && self.strategy != PenaltyStrategy::Fixed)
+    }
+
+    /// The search once its factor is found: one more run is made with it.
+    #[must_use]
+    pub fn accepted(&self) -> Self {
+        Self { state: State::Known, ..self.clone() }
+    }
+
+    /// The current run from its start: the first one, or once more after the model has changed. A changed model gives other
+    /// forces, so that nothing is compared with runs before.
+    pub fn restart(&mut self) -> PenaltyAction {
+        if let State::Raising { last } = &mut self.state {
+            *last = None;
+        }
+        self.run()
+    }
+
+    fn run(&self) -> PenaltyAction {
+        let contact_steps = match (self.strategy, self.state) {
+            (PenaltyStrategy::ErrorDriven { trial_steps }, State::Raising { .. }) => Some(trial_steps),
+            _ => None,
+        };
+        PenaltyAction::Run { penalty: self.penalty, contact_steps }
+    }
+
+    /// What follows from the outcome of the current run.
+    pub fn next(&mut self, outcome: RunOutcome) -> PenaltyAction {
+        match (self.strategy, outcome) {
+            (_, RunOutcome::SolverError { code }) => self.after_error(code),
+            (PenaltyStrategy::ErrorDriven { .. }, _) if matches!(self.state, State::Raising { .. }) => {
+                // An impact that ends within the steps of a trial has passed it as well.
+                self.raise(self.next_decade(), None)
+            }
+            (_, RunOutcome::TrialPassed) => self.run(),
+            (PenaltyStrategy::UntilConverged { factor, tolerance }, RunOutcome::Completed { peak_force }) => {
+                self.after_run(factor, tolerance, peak_force)
+            }
+            (_, RunOutcome::Completed { .. }) => self.accept(true),
+        }
+    }
+
+    fn after_run(&mut self, factor: f64, tolerance: f64, peak: f64) -> PenaltyAction {
+        let State::Raising { last } = self.state else { return self.accept(true) };
+        let change = last.map(|(_, before)| (peak - before).abs() / peak.abs().max(f64::MIN_POSITIVE));
+        if change.is_some_and(|c| c < tolerance) {
+            return self.accept(true);
+        }
+        self.state = State::Raising { last: Some((self.penalty, peak)) };
+        self.raise(self.penalty * factor, change)
+    }
+
+    fn raise(&mut self, penalty: f64, change: Option<f64>) -> PenaltyAction {
+        if penalty.is_nan() || penalty > self.range.upper {
+            return PenaltyAction::Fail(PenaltyFailure::TooHigh { penalty: self.penalty, change });
+        }
+        self.penalty = penalty;
+        self.run()
+    }
+
+    fn next_decade(&self) -> f64 {
+        PenaltyFactor::from_value(self.penalty).map_or(f64::NAN, |p| p.raised().value())
+    }
+
+    fn after_error(&mut self, code: i32) -> PenaltyAction {
+        match (self.strategy, self.state) {
+            // A completed run is at hand, and nothing higher can be solved: that is the best there is.
+            (PenaltyStrategy::UntilConverged { .. }, State::Raising { last: Some((penalty, _)) }) => {
+                self.penalty = penalty;
+                return self.accept(false);
+            }
+            (PenaltyStrategy::Fixed, _) => {
+                return PenaltyAction::Fail(PenaltyFailure::TooLow { penalty: self.penalty, code });
+            }
+            _ => self.state = State::Lowering,
+        }
+        let lowered = PenaltyFactor::from_value(self.penalty).map_or(f64::NAN, |p| p.lowered().value());
+        if lowered.is_nan() || lowered < self.range.lower {
+            return PenaltyAction::Fail(PenaltyFailure::TooLow { penalty: self.penalty, code });
+        }
+        self.penalty = lowered;
+        PenaltyAction::Resume { penalty: lowered }
+    }
+
+    fn accept(&self, is_last_run: bool) -> PenaltyAction {
+        PenaltyAction::Accept { penalty: self.penalty, is_last_run }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    /// Runs a search on a solver that fails above `limit` and gives a peak force `force(c_p)`.
+    fn run(search: &mut PenaltySearch, limit: f64, force: impl Fn(f64) -> f64) -> (PenaltyAction, Vec<f64>) {
+        let (mut action, mut log) = (search.restart(), Vec::new());
+        for _ in 0..100 {
+            let (penalty, trial) = match action {
+                PenaltyAction::Run { penalty, contact_steps } => (penalty, contact_steps.is_some()),
+                PenaltyAction::Resume { penalty } => (penalty, false),
+                done => return (done, log),
+            };
+            log.push(penalty);
+            let outcome = match (penalty > limit, trial) {
+                (true, _) => RunOutcome::SolverError { code: 1 },
+                (false, true) => RunOutcome::TrialPassed,
+                (false, false) => RunOutcome::Completed { peak_force: force(penalty) },
+            };
+            action = search.next(outcome);
+        }
+        (action, log)
+    }
+
+    fn accepted(action: PenaltyAction) -> f64 {
+        match action {
+            PenaltyAction::Accept { penalty, .. } => penalty,
+            other => panic!("not accepted: {other:?}"),
+        }
+    }
+
+    #[test]
+    fn the_printed_search_raises_by_ten_and_lowers_the_multiplier() {
+        let mut search = PenaltySearch::new(PenaltyStrategy::PRINTED, 1e15);
+        assert_eq!(search.restart(), PenaltyAction::Run { penalty: 1e15, contact_steps: Some(30) });
+        let (action, log) = run(&mut search, 5.5e16, |_| 70.0);
+        assert_relative_eq!(accepted(action), 5e16, max_relative = 1e-14);
+        let expected = [1e15, 1e16, 1e17, 9e16, 8e16, 7e16, 6e16, 5e16];
+        assert_eq!(log.len(), expected.len());
+        for (found, wanted) in log.iter().zip(expected) {
+            assert_relative_eq!(*found, wanted, max_relative = 1e-14);
+        }
+    }
+
+    #[test]
+    fn after_an_error_the_impact_goes_on_and_may_fail_again() {
+        let mut search = PenaltySearch::new(PenaltyStrategy::PRINTED, 2e17);
+        search.restart();
+        let first = search.next(RunOutcome::SolverError { code: 2 });
+        assert_eq!(first, PenaltyAction::Resume { penalty: 1e17 });
+        let PenaltyAction::Resume { penalty } = search.next(RunOutcome::SolverError { code: 1 }) else {
+            panic!("the impact must go on")
+        };
+        assert_relative_eq!(penalty, 9e16, max_relative = 1e-14);
+        let done = search.next(RunOutcome::Completed { peak_force: 3.0 });
+        assert!(matches!(done, PenaltyAction::Accept { is_last_run: true, .. }));
+    }
+
+    #[test]
+    fn a_converged_force_is_accepted_in_two_runs() {
+        let mut search = PenaltySearch::new(PenaltyStrategy::CONVERGED, 1e17);
+        let (action, log) = run(&mut search, f64::INFINITY, |c| 70.0 * (1.0 - 1e14 / c));
+        assert_eq!(log.len(), 2);
+        assert_relative_eq!(accepted(action), 1e18, max_relative = 1e-14);
+    }
+
+    #[test]
+    fn a_force_that_still_changes_asks_for_more() {
+        let mut search = PenaltySearch::new(PenaltyStrategy::CONVERGED, 1e15);
+        let (action, log) = run(&mut search, f64::INFINITY, |c| 70.0 * (1.0 - 1e14 / c));
+        assert_eq!(log.len(), 4); // changes 9 %, 0.9 %, 0.09 %
+        assert_relative_eq!(accepted(action), 1e18, max_relative = 1e-14);
+    }
+
+    #[test]
+    fn an_error_on_the_way_up_returns_to_the_completed_run() {
+        let mut search = PenaltySearch::new(PenaltyStrategy::CONVERGED, 1e15);
+        let (action, _) = run(&mut search, 2e15, |c| 70.0 * (1.0 - 1e14 / c));
+        assert_eq!(action, PenaltyAction::Accept { penalty: 1e15, is_last_run: false });
+    }
+
+    #[test]
+    fn errors_are_answered_in_the_running_impact_as_printed() {
+        let given = PenaltySearch::new(PenaltyStrategy::Fixed, 1e18);
+        let printed = PenaltySearch::new(PenaltyStrategy::PRINTED, 1e18);
+        let converged = PenaltySearch::new(PenaltyStrategy::CONVERGED, 1e18);
+        assert!(printed.is_resuming(), "from the first error on");
+        assert!(!given.is_resuming() && !given.accepted().is_resuming());
+        // A run on the way up is compared with the one before, so that it keeps its factor.
+        assert!(!converged.is_resuming() && converged.accepted().is_resuming());
+    }
+
+    #[test]
+    fn an_accepted_factor_takes_one_run() {
+        let mut search = PenaltySearch::from_accepted(PenaltyStrategy::CONVERGED, 1e18);
+        let (action, log) = run(&mut search, f64::INFINITY, |_| 10.0);
+        assert_eq!(log.len(), 1);
+        assert_relative_eq!(accepted(action), 1e18);
+        let mut printed = PenaltySearch::from_accepted(PenaltyStrategy::PRINTED, 1e18);
+        assert_eq!(printed.restart(), PenaltyAction::Run { penalty: 1e18, contact_steps: None });
+        assert_relative_eq!(accepted(run(&mut printed, 8.5e17, |_| 10.0).0), 8e17);
+    }
+
+    #[test]
+    fn a_fixed_factor_is_run_once_and_never_changed() {
+        let mut search = PenaltySearch::new(PenaltyStrategy::Fixed, 3.3e16);
+        assert_relative_eq!(accepted(run(&mut search, f64::INFINITY, |_| 1.0).0), 3.3e16);
+        let mut failing = PenaltySearch::new(PenaltyStrategy::Fixed, 3.3e16);
+        assert!(matches!(run(&mut failing, 1.0, |_| 1.0).0, PenaltyAction::Fail(_)));
+    }
+
+    #[test]
+    fn searches_that_cannot_end_fail_with_their_numbers() {
+        let mut endless = PenaltySearch::new(PenaltyStrategy::PRINTED, 1e15);
+        let (action, _) = run(&mut endless, f64::INFINITY, |_| 1.0);
+        let PenaltyAction::Fail(failure) = action else { panic!("must fail: {action:?}") };
+        assert!(failure.to_string().contains("1.000e28"), "{failure}");
+        let mut hopeless = PenaltySearch::new(PenaltyStrategy::PRINTED, 1e15);
+        let (action, _) = run(&mut hopeless, 0.0, |_| 1.0);
+        assert!(matches!(action, PenaltyAction::Fail(PenaltyFailure::TooLow { code: 1, .. })), "{action:?}");
+        let mut drifting = PenaltySearch::new(PenaltyStrategy::CONVERGED, 1e15);
+        let (action, _) = run(&mut drifting, f64::INFINITY, |c| c);
+        let PenaltyAction::Fail(failure) = action else { panic!("must fail: {action:?}") };
+        assert!(failure.to_string().contains("90.000 %"), "{failure}");
+    }
+
+    #[test]
+    fn a_changed_model_restarts_the_comparison() {
+        let mut search = PenaltySearch::new(PenaltyStrategy::CONVERGED, 1e15);
+        search.restart();
+        search.next(RunOutcome::Completed { peak_force: 10.0 });
+        assert!(matches!(search.restart(), PenaltyAction::Run { .. }));
+        let next = search.next(RunOutcome::Completed { peak_force: 10.0 });
+        assert!(matches!(next, PenaltyAction::Run { .. }), "a run on another model is no evidence: {next:?}");
+    }
+
+    #[test]
+    fn factors_round_to_integer_multipliers() {
+        let factor = |v| PenaltyFactor::from_value(v);
+        assert_eq!(factor(5e16), Some(PenaltyFactor { multiplier: 5, exponent: 16 }));
+        assert_eq!(factor(9.7e16), Some(PenaltyFactor { multiplier: 1, exponent: 17 }));
+        assert_eq!((factor(0.0), factor(f64::NAN), factor(f64::INFINITY)), (None, None, None));
+    }
+}

@@ -1,0 +1,407 @@
+//! First guesses of an impact's contact width and penalty factor (theory section A.5).
+//!
+//! The width is that of Hertz's contact at the peak of an impact of two masses, the penalty factor follows from the local
+//! compliance of the interface. Both only start a search: bodies that are no half spaces, or waves, make them inexact.
+
+use std::f64::consts::PI;
+
+use nalgebra::{Matrix3, Vector3};
+
+/// Penalty factor times `max_i(A_ii w_i)`: the penetration is then some 1/40 of an element's own compression.
+pub const DEFAULT_STIFFNESS_RATIO: f64 = 40.0;
+
+/// Relative size of a curvature below which it counts as flat.
+const FLAT: f64 = 1e-9;
+
+/// Surface of one partner at the point of first contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LocalSurface {
+    /// Principal curvatures, positive where the body is convex [1/m].
+    pub curvatures: [f64; 2],
+    /// Direction in space of the first curvature, a unit vector in the tangent plane; any one where both are equal.
+    pub direction: Vector3<f64>,
+    /// `(1 - ν²)/E`, zero for a rigid partner [1/Pa].
+    pub compliance: f64,
+}
+
+impl LocalSurface {
+    /// A plane.
+    pub fn plane(compliance: f64) -> Self {
+        Self { curvatures: [0.0; 2], direction: Vector3::zeros(), compliance }
+    }
+
+    /// A surface that is curved alike in both directions; `radius` is infinite for a plane and negative for a hollow \[m\].
+    pub fn sphere(radius: f64, compliance: f64) -> Self {
+        Self { curvatures: [1.0 / radius; 2], direction: Vector3::zeros(), compliance }
+    }
+}
+
+/// The answer of a Hertz impact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HertzPrediction {
+    /// Semi-axes of the contact ellipse at the peak, larger first \[m\].
+    pub semi_axes: [f64; 2],
+    /// Direction in space of the larger one; zero for a circle.
+    pub major: Vector3<f64>,
+    /// Largest force \[N\].
+    pub peak_force: f64,
+    /// Largest approach \[m\].
+    pub approach: f64,
+}
+
+/// Inverse effective mass `1/m + (r × n)ᵀ I⁻¹ (r × n)` of a free rigid body against a push along `normal` at `arm` from its
+/// centre of mass (theory Eq. A.12) [1/kg]. Zero for bodies that cannot move; a singular inertia counts as no rotation.
+pub fn inverse_effective_mass(
+    mass: f64,
+    inertia: &Matrix3<f64>,
+    arm: &Vector3<f64>,
+    normal: &Vector3<f64>,
+) -> f64 {
+    let lever = arm.cross(normal);
+    let rotation = inertia.try_inverse().map_or(0.0, |inverse| lever.dot(&(inverse * lever)));
+    1.0 / mass + rotation
+}
+
+/// Peak of the Hertz impact of two surfaces (theory Eqs. A.7 to A.11).
+///
+/// `inverse_mass`: sum of the partners' inverse effective masses [1/kg]; `speed`: closing speed [m/s]. `None` where Hertz's
+/// theory has no answer: rigid partners, surfaces without relative curvature in one direction, no closing motion.
+pub fn hertz_impact(partners: &[LocalSurface; 2], inverse_mass: f64, speed: f64) -> Option<HertzPrediction> {
+    let energy = 0.5 * speed * speed / inverse_mass;
+    if !(speed > 0.0 && energy.is_finite()) {
+        return None;
+    }
+    let law = HertzLaw::new(partners)?;
+    // Energy `2/5 k δ^(5/2)`.
+    let approach = (2.5 * energy / law.stiffness()).powf(0.4);
+    Some(law.at_force(law.stiffness() * approach.powf(1.5)))
+}
+
+/// Hertz's contact of two surfaces: `major = scale F^(1/3)`, `approach = depth F / major` (Johnson, Contact Mechanics,
+/// Eqs. 4.28, 4.30).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HertzLaw {
+    ratio: f64,
+    scale: f64,
+    depth: f64,
+    major: Vector3<f64>,
+}
+
+impl HertzLaw {
+    /// The law of two partners; `None` where there is none: rigid ones, or without relative curvature in one direction.
+    pub fn new(partners: &[LocalSurface; 2]) -> Option<Self> {
+        let relative = RelativeCurvature::new(partners)?;
+        let compliance = partners[0].compliance + partners[1].compliance;
+        if !(compliance > 0.0 && compliance.is_finite()) {
+            return None;
+        }
+        let modulus = 1.0 / compliance;
+        let ratio = axis_ratio(relative.small / relative.large);
+        let (first, second) = elliptic_integrals(1.0 - ratio * ratio);
+        let is_circle = ratio > 1.0 - CIRCLE;
+        let shape = if is_circle { 0.25 * PI } else { (first - second) / (1.0 - ratio * ratio) };
+        let scale = (3.0 * shape / (PI * modulus * relative.small)).cbrt();
+        let depth = 1.5 * first / (PI * modulus);
+        let major = if is_circle { Vector3::zeros() } else { relative.flat_direction };
+        Some(Self { ratio, scale, depth, major })
+    }
+
+    /// `k` of `F = k δ^(3/2)` [N/m^1.5].
+    pub fn stiffness(&self) -> f64 {
+        (self.scale / self.depth).powf(1.5)
+    }
+
+    /// The contact under the force `force` \[N\].
+    pub fn at_force(&self, force: f64) -> HertzPrediction {
+        let major = self.scale * force.cbrt();
+        HertzPrediction {
+            semi_axes: [major, self.ratio * major],
+            major: self.major,
+            peak_force: force,
+            approach: (force / self.stiffness()).powf(2.0 / 3.0),
+        }
+    }
+}
+
+/// Ratio of semi-axes above which the ellipse counts as a circle: the difference quotient of the integrals loses digits.
+const CIRCLE: f64 = 1e-6;
+
+/// Curvatures of the gap between the surfaces: `gap = ½ (small x² + large y²)` [1/m].
+struct RelativeCurvature {
+    small: f64,
+    large: f64,
+    /// Direction of the smaller one, along which the contact is longer.
+    flat_direction: Vector3<f64>,
+}
+
+impl RelativeCurvature {
+    /// `None` unless both are positive.
+    fn new(partners: &[LocalSurface; 2]) -> Option<Self> {
+        let mean: f64 = partners.iter().map(|p| 0.5 * (p.curvatures[0] + p.curvatures[1])).sum();
+        // The deviators add up as vectors of twice the angle.
+        let main = partners.iter().max_by(|a, b| a.spread().total_cmp(&b.spread()))?;
+        let (mut along, mut across) = (0.0, 0.0);
+        for p in partners {
+            let cosine = if p.direction == main.direction { 1.0 } else { p.direction.dot(&main.direction) };
+            let double = 2.0 * cosine.clamp(-1.0, 1.0).acos();
+            along += p.spread() * double.cos();
+            across += p.spread() * double.sin();
+        }
+        let deviation = along.hypot(across);
+        let (small, large) = (mean - deviation, mean + deviation);
+        let is_curved = small > FLAT * large && large.is_finite() && large > 0.0;
+        // `main.direction` bends most; the direction across it bends least, which two nearly equal partners turn little.
+        let normal = partners.iter().map(|p| p.direction.cross(&main.direction)).find(|v| v.norm() > 1e-6);
+        let flat_direction = flattest(&main.direction, normal, 0.5 * across.atan2(along));
+        is_curved.then_some(Self { small, large, flat_direction })
+    }
+}
+
+/// The direction across the most curved one, which lies at `angle` from `main` about `normal`; zero if no normal tells it.
+fn flattest(main: &Vector3<f64>, normal: Option<Vector3<f64>>, angle: f64) -> Vector3<f64> {
+    let Some(normal) = normal.map(|n| n.normalize()) else { return Vector3::zeros() };
+    // A partner's direction is `main` turned by -angle about its cross product with `main`.
+    let across = normal.cross(main);
+    across * angle.cos() + main * angle.sin()
+}
+
+impl LocalSurface {
+    /// Half the difference of the curvatures [1/m].
+    fn spread(&self) -> f64 {
+        0.5 * (self.curvatures[0] - self.curvatures[1])
+    }
+}
+
+/// Ratio `b/a` of the semi-axes of the contact ellipse from the ratio of relative curvatures, both in (0, 1]
+/// (Johnson Eq. 4.28: `B/A = ((a/b)² E - K)/(K - E)`).
+fn axis_ratio(curvatures: f64) -> f64 {
+    if curvatures > 1.0 - CIRCLE {
+        return 1.0;
+    }
+    let inverse = |ratio: f64| {
+        let (first, second) = elliptic_integrals(1.0 - ratio * ratio);
+        (first - second) / (second / (ratio * ratio) - first)
+    };
+    let (mut low, mut high) = (1e-9_f64, 1.0 - CIRCLE);
+    for _ in 0..100 {
+        let middle = (low * high).sqrt();
+        if inverse(middle) < curvatures { low = middle } else { high = middle }
+    }
+    high
+}
+
+/// Complete elliptic integrals `K(m)`, `E(m)` by the arithmetic-geometric mean, `0 <= m < 1`.
+fn elliptic_integrals(m: f64) -> (f64, f64) {
+    let (mut a, mut b, mut power, mut sum) = (1.0, (1.0 - m).sqrt(), 0.5, 0.5 * m);
+    for _ in 0..40 {
+        let c = 0.5 * (a - b);
+        (a, b) = (0.5 * (a + b), (a * b).sqrt());
+        power *= 2.0;
+        sum += power * c * c;
+        if c.abs() < f64::EPSILON * a {
+            break;
+        }
+    }
+    let first = 0.5 * PI / a;
+    (first, first * (1.0 - sum))
+}
+
+/// Line contact of a plane model at the peak of an impact: half width and force a metre of thickness (theory Eq. A.13).
+///
+/// `curvature`: sum of both partners' curvatures in the plane [1/m]; `compliance`: sum of `(1 - ν²)/E` [1/Pa]; `inverse_mass`:
+/// of a slice of one metre [m/kg]; `size`: distance over which the bodies yield, such as a diameter \[m\]. Returns half
+/// width \[m\] and force [N/m]; `None` where there is no answer.
+pub fn line_impact(
+    curvature: f64,
+    compliance: f64,
+    inverse_mass: f64,
+    speed: f64,
+    size: f64,
+) -> Option<(f64, f64)> {
+    let is_possible = curvature > FLAT / size && compliance > 0.0 && inverse_mass > 0.0 && speed > 0.0;
+    let energy = 0.5 * speed * speed / inverse_mass;
+    if !(is_possible && energy.is_finite() && compliance.is_finite()) {
+        return None;
+    }
+    let half_width = |force: f64| (4.0 * force * compliance / (PI * curvature)).sqrt();
+    // The approach grows with the logarithm of the body's size (Johnson Eq. 5.57): a few rounds settle it.
+    let mut force = (2.0 * energy / (compliance / PI)).sqrt();
+    for _ in 0..30 {
+        let logarithm = (2.0 * (2.0 * size / half_width(force)).ln() - 1.0).max(1.0);
+        force = (2.0 * energy * PI / (compliance * logarithm)).sqrt();
+    }
+    Some((half_width(force), force))
+}
+
+/// Width of an interval whose utilisation is `target`, for a contact that reaches `half_width` on both sides of the centre;
+/// measured from the axis outwards with `from_axis` (theory Eq. A.11) \[m\].
+pub fn interval_width(half_width: f64, target: f64, from_axis: bool) -> f64 {
+    let extent = if from_axis { half_width } else { 2.0 * half_width };
+    extent / target
+}
+
+/// Half extents of an ellipse along two directions `tangents` in the plane of contact, not necessarily of unit length \[m\].
+pub fn half_extents(prediction: &HertzPrediction, tangents: &[Vector3<f64>; 2]) -> [f64; 2] {
+    let [a, b] = prediction.semi_axes;
+    tangents.map(|t| {
+        let cosine = t.try_normalize(0.0).map_or(0.0, |t| t.dot(&prediction.major)).abs().min(1.0);
+        (a * cosine).hypot(b * (1.0 - cosine * cosine).sqrt())
+    })
+}
+
+/// First penalty factor `c_p = β / max_i(A_ii w_i)` (theory Eq. A.14) [N/m³].
+///
+/// `compliance`: diagonal of the compliance of the contact points [m/N]; `areas`: tributary areas \[m²\]; `ratio`: β. `None`
+/// if no product is positive, as between rigid bodies.
+pub fn first_penalty(compliance: &[f64], areas: &[f64], ratio: f64) -> Option<f64> {
+    let largest = compliance.iter().zip(areas).map(|(a, w)| a * w).fold(0.0, f64::max);
+    (largest > 0.0 && largest.is_finite()).then(|| ratio / largest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+    use contact_qs::law::hertz::{HertzImpact, HertzPair, Solid};
+
+    const STEEL: Solid = Solid { young: 210e9, poisson: 0.3 };
+    const ALUMINIUM: Solid = Solid { young: 72.8e9, poisson: 0.33 };
+
+    #[test]
+    fn elliptic_integrals_have_their_tabulated_values() {
+        // Abramowitz & Stegun, tables 17.1: m = 0.5.
+        let (k, e) = elliptic_integrals(0.5);
+        assert_relative_eq!(k, 1.854_074_677_301_372, max_relative = 1e-14);
+        assert_relative_eq!(e, 1.350_643_881_047_675_5, max_relative = 1e-14);
+        assert_relative_eq!(elliptic_integrals(0.0).0, 0.5 * PI);
+    }
+
+    #[test]
+    fn spheres_give_hertz_in_closed_form() {
+        for (radii, solids) in [
+            ([0.01, f64::INFINITY], [STEEL, ALUMINIUM]),
+            ([0.01, 0.03], [STEEL, Solid::RIGID]),
+            ([0.01, -0.05], [ALUMINIUM, STEEL]),
+        ] {
+            let (masses, speed) = ([0.0329, 0.876], 0.1);
+            let exact = HertzImpact::new(HertzPair::new(solids, radii), masses, speed);
+            let partners = [0, 1].map(|i| LocalSurface::sphere(radii[i], solids[i].compliance()));
+            let found = hertz_impact(&partners, 1.0 / masses[0] + 1.0 / masses[1], speed).unwrap();
+            assert_relative_eq!(found.peak_force, exact.peak_force(), max_relative = 1e-12);
+            assert_relative_eq!(found.approach, exact.peak_approach(), max_relative = 1e-12);
+            let radius = exact.pair.contact_radius(exact.peak_approach());
+            assert_relative_eq!(found.semi_axes[0], radius, max_relative = 1e-12);
+        }
+    }
+
+    #[test]
+    fn crossed_equal_cylinders_are_a_sphere_on_a_plane() {
+        let c = STEEL.compliance();
+        let cylinder =
+            |axis: Vector3<f64>| LocalSurface { curvatures: [50.0, 0.0], direction: axis, compliance: c };
+        let crossed = [cylinder(Vector3::x()), cylinder(Vector3::y())];
+        let equal = [LocalSurface::sphere(0.02, c), LocalSurface::plane(c)];
+        let (a, b) = (hertz_impact(&crossed, 2.0, 0.3).unwrap(), hertz_impact(&equal, 2.0, 0.3).unwrap());
+        assert_relative_eq!(a.peak_force, b.peak_force, max_relative = 1e-9);
+        assert_relative_eq!(a.semi_axes[1], b.semi_axes[0], max_relative = 1e-6);
+        assert!(
+            hertz_impact(&[crossed[0], crossed[0]], 2.0, 0.3).is_none(),
+            "parallel cylinders touch along a line"
+        );
+    }
+
+    #[test]
+    fn the_gap_of_an_ellipse_closes_at_both_ends_alike() {
+        // Pressure p0 sqrt(1 - x²/a² - y²/b²): Johnson's Eq. 4.28 must hold for both curvatures.
+        let c = STEEL.compliance();
+        let body = LocalSurface { curvatures: [100.0, 20.0], direction: Vector3::y(), compliance: c };
+        let found = hertz_impact(&[body, LocalSurface::plane(c)], 3.0, 0.2).unwrap();
+        let [a, b] = found.semi_axes;
+        let (k, e) = elliptic_integrals(1.0 - (b / a).powi(2));
+        let p0 = 1.5 * found.peak_force / (PI * a * b);
+        let common = 2.0 * (2.0 * c) * p0 * b / (a * a - b * b); // the curvature is twice Johnson's A
+        assert_relative_eq!(common * (k - e), 20.0, max_relative = 1e-8);
+        assert_relative_eq!(common * ((a / b).powi(2) * e - k), 100.0, max_relative = 1e-8);
+        assert!((2.5..3.5).contains(&(a / b)), "about (100/20)^(2/3) = 2.9: {}", a / b);
+    }
+
+    #[test]
+    fn the_long_axis_lies_where_the_gap_is_flattest() {
+        let c = STEEL.compliance();
+        let turned = Vector3::new(0.5f64.cos(), 0.5f64.sin(), 0.0);
+        let one = LocalSurface { curvatures: [100.0, 20.0], direction: Vector3::x(), compliance: c };
+        let other = LocalSurface { curvatures: [60.0, 10.0], direction: turned, compliance: c };
+        for partners in [[one, other], [other, one]] {
+            let found = hertz_impact(&partners, 3.0, 0.2).unwrap();
+            // Smallest bend by search over all angles.
+            let bend = |angle: f64| {
+                let t = Vector3::new(angle.cos(), angle.sin(), 0.0);
+                let of = |p: &LocalSurface| {
+                    let c2 = t.dot(&p.direction).powi(2);
+                    p.curvatures[0] * c2 + p.curvatures[1] * (1.0 - c2)
+                };
+                of(&one) + of(&other)
+            };
+            let angle = (0..3141).map(|i| f64::from(i) * 1e-3).min_by(|a, b| bend(*a).total_cmp(&bend(*b)));
+            let best = angle.map(|a| Vector3::new(a.cos(), a.sin(), 0.0)).unwrap();
+            assert!(found.major.dot(&best).abs() > 1.0 - 1e-6, "{} and {best}", found.major);
+            let along = half_extents(&found, &[2.0 * found.major, Vector3::z().cross(&found.major)]);
+            assert_relative_eq!(along[0], found.semi_axes[0], max_relative = 1e-9);
+            assert_relative_eq!(along[1], found.semi_axes[1], max_relative = 1e-9);
+        }
+    }
+
+    #[test]
+    fn what_hertz_cannot_answer_is_none() {
+        let (c, ball) = (STEEL.compliance(), LocalSurface::sphere(0.01, STEEL.compliance()));
+        let none = |partners: [LocalSurface; 2], inverse_mass, speed| {
+            assert!(hertz_impact(&partners, inverse_mass, speed).is_none());
+        };
+        none([LocalSurface::plane(c); 2], 1.0, 0.1);
+        none([ball, LocalSurface::plane(c)], 1.0, 0.0);
+        none([ball, LocalSurface::plane(c)], 0.0, 0.1);
+        none([ball, LocalSurface::sphere(-0.01, c)], 1.0, 0.1);
+        none([LocalSurface::sphere(0.01, 0.0), LocalSurface::plane(0.0)], 1.0, 0.1);
+        none([ball, LocalSurface::plane(c)], 1.0, f64::NAN);
+    }
+
+    #[test]
+    fn the_first_interval_of_the_rod_is_used_to_the_target() {
+        // \[A\] section 5: peak 73.4 N with a steel sphere of 10 mm on a flat aluminium end.
+        let partners =
+            [LocalSurface::sphere(0.01, STEEL.compliance()), LocalSurface::plane(ALUMINIUM.compliance())];
+        let found = hertz_impact(&partners, 1.0 / 0.032_88 + 1.0 / 0.876, 0.1).unwrap();
+        let width = interval_width(found.semi_axes[0], 0.7, true);
+        let pair = HertzPair::new([STEEL, ALUMINIUM], [0.01, f64::INFINITY]);
+        let true_radius = pair.contact_radius(pair.approach(73.4));
+        let utilisation = true_radius / width;
+        assert!((0.6..0.8).contains(&utilisation), "utilisation {utilisation}");
+        assert_relative_eq!(interval_width(1.0, 0.5, false), 4.0);
+    }
+
+    #[test]
+    fn a_push_off_centre_meets_less_mass() {
+        let inertia = Matrix3::identity() * 0.4 * 2.0 * 0.01; // sphere of 2 kg and radius 0.1 m
+        let arm = Vector3::new(0.1, 0.0, 0.0);
+        let central = inverse_effective_mass(2.0, &inertia, &arm, &Vector3::x());
+        let tangential = inverse_effective_mass(2.0, &inertia, &arm, &Vector3::y());
+        assert_relative_eq!(central, 0.5, max_relative = 1e-14);
+        assert_relative_eq!(tangential, 3.5 / 2.0, max_relative = 1e-14); // (1 + 5/2)/m
+    }
+
+    #[test]
+    fn a_line_contact_stores_the_energy_of_the_impact() {
+        let (compliance, inverse_mass, speed, size) = (STEEL.compliance(), 1.0 / 246.0, 0.1, 0.2);
+        let (half_width, force) = line_impact(10.0, compliance, inverse_mass, speed, size).unwrap();
+        let approach = force * compliance / PI * (2.0 * (2.0 * size / half_width).ln() - 1.0);
+        assert_relative_eq!(0.5 * force * approach, 0.5 * speed * speed / inverse_mass, max_relative = 1e-9);
+        assert!(line_impact(0.0, compliance, inverse_mass, speed, size).is_none());
+    }
+
+    #[test]
+    fn the_first_penalty_follows_the_softest_point() {
+        assert_relative_eq!(first_penalty(&[1.0, 4.0], &[2.0, 1.0], 40.0).unwrap(), 10.0);
+        assert!(first_penalty(&[0.0], &[1.0], 40.0).is_none());
+        assert!(first_penalty(&[], &[], 40.0).is_none());
+    }
+}

@@ -1,0 +1,114 @@
+//! Impacts that cannot be simulated: what is reported before, and what the error says.
+
+mod impacts;
+
+use adaptive::AdaptiveError;
+use adaptive::record::PhaseKind;
+use adaptive::spec::{ContactLaw, ContactSpec, PenaltySearch, RunSpec, SurfaceLaw, Target};
+use contact_qs::quasistatic::{BroydenSettings, Method};
+use iga_core::nurbs::primitives::axisymmetric;
+use impacts::{ALUMINIUM, STEEL, Trace, body, contact, law, spec, sphere, try_run};
+
+const RADIUS: f64 = 10e-3; // m
+const SPEED: f64 = 0.1; // m/s
+const GAP: f64 = 1e-6; // m
+
+fn with_law(law: SurfaceLaw) -> ContactSpec {
+    ContactSpec { law: ContactLaw::Surface(law), ..contact("impact", 0, Target::Body(1)) }
+}
+
+/// A steel sphere flies at an aluminium one.
+fn pair(contact: ContactSpec) -> RunSpec {
+    let bodies = vec![
+        sphere("left", RADIUS, STEEL, (-RADIUS - GAP, SPEED)),
+        sphere("right", RADIUS, ALUMINIUM, (RADIUS, 0.0)),
+    ];
+    spec(bodies, vec![contact], 1.5e-4)
+}
+
+fn failed(spec: &RunSpec) -> (Trace, AdaptiveError) {
+    let mut trace = Trace::default();
+    let error = try_run(spec, &mut trace).expect_err("an error");
+    // The flight up to the impact is there, the states of the failing try follow in order of time.
+    assert!(trace.samples.windows(2).all(|w| w[0].time < w[1].time), "times rise");
+    assert_eq!(trace.phases.last().map(|p| p.kind), Some(PhaseKind::Impact));
+    let last = trace.tries.last().expect("a try");
+    assert_eq!(last.outcome, "failed");
+    assert_eq!(last.reason, error.to_string());
+    assert!(trace.tries.iter().rev().skip(1).all(|t| t.outcome == "rejected"));
+    assert!(error.to_string().contains("\"impact\""), "the pair is named: {error}");
+    let number = format!("{}", trace.tries.len());
+    assert!(error.to_string().contains(&number), "the number of tries is there: {error}");
+    (trace, error)
+}
+
+/// A sphere against the end of a short thin rod, whose radius of 0.3 mm its contact radius reaches.
+fn sphere_on_thin_rod(first: usize) -> RunSpec {
+    let (radius, length, big) = (0.3e-3, 3e-3, 50e-3);
+    let rod = axisymmetric::rod(radius, length).expect("a rod");
+    let bodies = vec![
+        sphere("sphere", big, STEEL, (-big - GAP, 30.0)),
+        body("rod", rod, ALUMINIUM, [4, 40], 6, (0.0, 0.0)),
+    ];
+    spec(bodies, vec![contact("impact", first, Target::Body(1 - first))], 1e-5)
+}
+
+#[test]
+fn contact_over_the_end_of_the_surface_is_an_error_that_says_where() {
+    let (trace, error) = failed(&sphere_on_thin_rod(1));
+    let AdaptiveError::IntervalAtEdge { time, tries, .. } = error else { panic!("{error}") };
+    assert!(time > 0.0 && tries as usize == trace.tries.len());
+    assert!(trace.samples.last().is_some_and(|s| s.contacts[0].normal_force > 0.0), "the try is stored");
+}
+
+#[test]
+fn contact_over_the_end_of_the_target_is_an_error_as_well() {
+    let (_, error) = failed(&sphere_on_thin_rod(0));
+    assert!(matches!(error, AdaptiveError::IntervalAtEdge { .. }), "{error}");
+}
+
+#[test]
+fn interval_that_no_width_can_please_ends_after_a_few_tries() {
+    // 15 of 16 elements are less than 96 %, and 16 of 16 touch the edge.
+    let mut law = law();
+    law.interval.min_utilisation = 0.96;
+    law.interval.target_utilisation = 0.97;
+    let (trace, error) = failed(&pair(with_law(law)));
+    let AdaptiveError::NoAcceptableModel { tries, .. } = error else { panic!("{error}") };
+    assert!(tries < 12 && tries as usize == trace.tries.len(), "{tries}");
+}
+
+#[test]
+fn search_for_an_error_that_never_comes_names_the_highest_factor() {
+    let law = SurfaceLaw { search: PenaltySearch::UntilError, penalty: Some(1e25), ..law() };
+    let (trace, error) = failed(&pair(with_law(law)));
+    assert!(matches!(error, AdaptiveError::Penalty { .. }), "{error}");
+    assert!(error.to_string().contains("search until convergence"), "{error}");
+    // 1e25, 1e26, 1e27, 1e28
+    assert_eq!(trace.tries.len(), 4);
+}
+
+#[test]
+fn given_factor_that_the_solver_cannot_use_is_an_error_with_a_remedy() {
+    let method = Method::Broyden(BroydenSettings::default());
+    let law = SurfaceLaw { search: PenaltySearch::Fixed, penalty: Some(1e27), method, ..law() };
+    let (_, error) = failed(&pair(with_law(law)));
+    assert!(matches!(error, AdaptiveError::Penalty { .. }), "{error}");
+    assert!(error.to_string().contains("active-set"), "{error}");
+}
+
+#[test]
+fn interrupt_in_a_try_keeps_what_was_computed() {
+    let stop = GAP / SPEED + 3e-5;
+    let mut trace = Trace { stop_at: Some(stop), ..Trace::default() };
+    let end = try_run(&pair(with_law(law())), &mut trace).expect("no error");
+    assert!(end.is_interrupted && end.time >= stop);
+    let last = trace.tries.last().expect("a try");
+    assert_eq!(last.outcome, "interrupted");
+    assert!((last.stop - end.time).abs() < 1e-15);
+    assert!((trace.last().time - end.time).abs() < 1e-15);
+    assert!(trace.last().contacts[0].normal_force > 0.0);
+    assert!(trace.samples.windows(2).all(|w| w[0].time < w[1].time));
+    assert_eq!(trace.phases.len(), 2);
+    assert!((trace.impacts[0].end - end.time).abs() < 1e-15);
+}

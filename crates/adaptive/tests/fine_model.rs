@@ -1,0 +1,252 @@
+//! Fine models: their points, and their contact against globally refined models.
+
+#![expect(clippy::unwrap_used, reason = "tests")]
+
+mod bodies;
+
+use std::collections::BTreeMap;
+
+use adaptive::elastic_body::ElasticBody;
+use adaptive::fine_model::{FineBody, FineSettings, FineZone, LowModes};
+use adaptive::interval::IntervalEnd;
+use adaptive::spec::{DiscretisationSpec, PointRule};
+use adaptive::subdivision::SubdivisionLimits;
+use approx::assert_relative_eq;
+use bodies::{block, rod, sphere, wanted_at};
+use contact_qs::points::{DofLookup, SurfacePoint};
+use faer::Mat;
+use faer::linalg::solvers::Solve;
+
+const BOTTOM: [f64; 3] = [0.0, -0.01, 0.0];
+const WIDTH: f64 = 0.3e-3;
+
+/// Force at which points of compliance `g` (interface unknowns) are pressed flat by `approach` against a plane.
+fn pressed(
+    points: &[SurfacePoint],
+    lookup: &DofLookup,
+    unknowns: &[usize],
+    g: &Mat<f64>,
+    approach: f64,
+) -> f64 {
+    let place: BTreeMap<usize, usize> = unknowns.iter().enumerate().map(|(i, u)| (*u, i)).collect();
+    let rows: Vec<Vec<(usize, f64)>> = points
+        .iter()
+        .map(|p| p.functions.iter().map(|&(n, v)| (place[&lookup.number(n, 1).unwrap()], v)).collect())
+        .collect();
+    let a = |i: usize, j: usize| -> f64 {
+        rows[i].iter().map(|(r, x)| rows[j].iter().map(|(s, y)| x * y * g[(*r, *s)]).sum::<f64>()).sum()
+    };
+    let lowest = points.iter().map(|p| p.position[1]).fold(f64::INFINITY, f64::min);
+    let gap = |i: usize| points[i].position[1] - lowest - approach;
+    let mut active: Vec<usize> = (0..points.len()).filter(|&i| gap(i) < 0.0).collect();
+    loop {
+        let n = active.len();
+        let matrix = Mat::from_fn(n, n, |i, j| a(active[i], active[j]));
+        let force = matrix.partial_piv_lu().solve(Mat::from_fn(n, 1, |i, _| -gap(active[i])));
+        let kept: Vec<usize> = (0..n).filter(|&i| force[(i, 0)] > 0.0).map(|i| active[i]).collect();
+        if kept.len() == n {
+            return (0..n).map(|i| force[(i, 0)]).sum();
+        }
+        active = kept;
+    }
+}
+
+/// The tensor-product model that has all knots of the fine one.
+fn global(coarse: &ElasticBody, fine: &FineBody) -> ElasticBody {
+    let mut knots: Vec<Vec<f64>> = vec![Vec::new(); 2];
+    for e in 0..fine.space.n_elements() {
+        let element = fine.space.element(e);
+        for (d, list) in knots.iter_mut().enumerate() {
+            list.extend([element.lower[d], element.upper[d]]);
+        }
+    }
+    for list in &mut knots {
+        list.sort_by(f64::total_cmp);
+        list.dedup_by(|a, b| (*a - *b).abs() < 1e-12);
+        list.retain(|u| *u > 1e-12 && *u < 1.0 - 1e-12);
+    }
+    let mut spec = coarse.spec.clone();
+    spec.discretisation =
+        DiscretisationSpec { degrees: vec![3, 3], elements: vec![1, 1], knots: Some(knots), refine: vec![] };
+    ElasticBody::build(&coarse.name, spec).unwrap()
+}
+
+#[test]
+fn a_fine_model_presses_like_the_globally_refined_one_with_fewer_freedoms() {
+    use ffr_dynamics::reduction::{compliance::ResidualFlexibility, problem::ElasticProblem};
+    let coarse = sphere([8, 8]);
+    let reduced = coarse.reduce(&Default::default()).unwrap();
+    for growth in [None, Some(3)] {
+        let settings = FineSettings { growth, ..Default::default() };
+        let fine = FineBody::build(&coarse, &[wanted_at(&coarse, BOTTOM, WIDTH)], &settings).unwrap();
+        let zone = fine.zone(0, PointRule::Greville, 1.0);
+        let (_, residual) = fine.reduce((&coarse, &reduced), &zone.unknowns, LowModes::Prolonged).unwrap();
+        let approach = 2e-6; // contact radius 0.14 mm, as in an impact of 0.1 m/s
+        let force = pressed(&zone.points, &fine.lookup, &zone.unknowns, residual.compliance(), approach);
+
+        let whole = global(&coarse, &fine);
+        let points: Vec<SurfacePoint> = zone
+            .points
+            .iter()
+            .map(|p| {
+                let (e, xi) = whole.locate(&p.position).unwrap();
+                SurfacePoint { functions: whole.functions_at(e, &xi), ..p.clone() }
+            })
+            .collect();
+        let mut unknowns: Vec<usize> = points
+            .iter()
+            .flat_map(|p| p.functions.iter().flat_map(|f| (0..2).filter_map(|c| whole.lookup.number(f.0, c))))
+            .collect();
+        unknowns.sort_unstable();
+        unknowns.dedup();
+        let problem = ElasticProblem::free(&whole.assembled, &unknowns).unwrap();
+        let modes = problem.lowest_modes(10).unwrap();
+        let low =
+            ffr_dynamics::reduction::modal::ReducedBasis::from_modes(modes, problem.rigid().unwrap().clone());
+        let flexible = ResidualFlexibility::new(&problem, &unknowns, &low).unwrap();
+        let expected = pressed(&points, &whole.lookup, &unknowns, flexible.compliance(), approach);
+        // Issue 4, line 1, asks for 0.1 % of a peak force; 8e-5 are measured here, at a given approach, which is stricter.
+        assert_relative_eq!(force, expected, max_relative = 1e-3);
+        assert!(fine.n_unknowns() as f64 <= 0.6 * whole.n_unknowns() as f64);
+    }
+}
+
+fn built(coarse: &ElasticBody, place: [f64; 3]) -> (FineBody, FineZone) {
+    let fine = FineBody::build(coarse, &[wanted_at(coarse, place, WIDTH)], &FineSettings::default()).unwrap();
+    let zone = fine.zone(0, PointRule::Greville, 1.0);
+    (fine, zone)
+}
+
+#[test]
+fn points_stand_in_the_interval_and_carry_its_area() {
+    let coarse = sphere([6, 6]);
+    let (fine, zone) = built(&coarse, BOTTOM);
+    let interval = &fine.intervals[0];
+    assert_eq!(interval.ends, vec![[IntervalEnd::Axis, IntervalEnd::Open]]);
+    assert!((16..=20).contains(&interval.n_elements[0]));
+    assert!(zone.points.iter().all(|p| p.position[0] <= WIDTH * 1.01));
+    assert_eq!(zone.elements.iter().map(|e| e[0]).max(), Some(interval.n_elements[0] - 1));
+    assert!(
+        zone.points.iter().zip(&zone.elements).all(|(p, e)| p.on_rim == (e[0] + 1 == interval.n_elements[0]))
+    );
+    // The Gauss rule integrates the area of the cap, 2 pi r h.
+    let cap = |width: f64| std::f64::consts::TAU * 0.01 * (0.01 - (0.01f64.powi(2) - width * width).sqrt());
+    let gauss = fine.zone(0, PointRule::Gauss, 1.0);
+    let area: f64 = gauss.points.iter().map(|p| p.area).sum();
+    assert_relative_eq!(area, cap(WIDTH), max_relative = 0.03); // the end is met to 1 % of the width
+    // Greville areas of the whole face are the face's area: functions sum to one.
+    let patches = std::slice::from_ref(&fine.patch);
+    let all = fine.space.greville_points(patches, &[interval.face]);
+    let half = std::f64::consts::TAU * 0.01 * 0.01;
+    assert_relative_eq!(all.iter().map(|p| p.area).sum::<f64>(), half, max_relative = 1e-8);
+}
+
+#[test]
+fn prolonged_modes_are_the_same_displacements() {
+    let coarse = sphere([6, 6]);
+    let reduced = coarse.reduce(&Default::default()).unwrap();
+    let (fine, _) = built(&coarse, BOTTOM);
+    let shapes = fine.prolong(&coarse.assembled, reduced.basis.shapes.as_ref());
+    for place in [[0.001, -0.004, 0.0], [0.0, -0.01, 0.0], [0.0, -0.0098, 0.0], [0.006, 0.003, 0.0]] {
+        let at =
+            |functions: Vec<(u32, f64)>, lookup: &DofLookup, shapes: &Mat<f64>, j: usize, c: usize| -> f64 {
+                functions.iter().filter_map(|&(n, v)| Some(v * shapes[(lookup.number(n, c)?, j)])).sum()
+            };
+        let (e, xi) = coarse.locate(&place).unwrap();
+        let f = fine.space.find_element(0, &xi);
+        for j in 0..10 {
+            for c in 0..2 {
+                let a = at(coarse.functions_at(e, &xi), &coarse.lookup, &reduced.basis.shapes, j, c);
+                let b = at(fine.functions_at(f, &xi), &fine.lookup, &shapes, j, c);
+                assert!((a - b).abs() < 1e-10 * (1.0 + a.abs()), "mode {j} at {place:?}: {a} and {b}");
+            }
+        }
+    }
+}
+
+#[test]
+fn both_ends_of_a_rod_are_refined_at_once() {
+    let coarse = rod([3, 40]);
+    let wanted = [wanted_at(&coarse, [0.0; 3], WIDTH), wanted_at(&coarse, [0.0, 1.0, 0.0], 0.6 * WIDTH)];
+    let fine = FineBody::build(&coarse, &wanted, &FineSettings::default()).unwrap();
+    assert_eq!(fine.intervals.len(), 2);
+    assert!(fine.intervals[1].n_elements[0] >= 16, "{:?}", fine.plan);
+    assert!(fine.intervals[0].n_elements[0] > fine.intervals[1].n_elements[0]);
+    let [a, b] = [0, 1].map(|i| fine.zone(i, PointRule::Greville, 1.0));
+    assert!(a.points.iter().all(|p| p.position[1].abs() < 1e-9));
+    assert!(b.points.iter().all(|p| (p.position[1] - 1.0).abs() < 1e-9));
+    assert!(a.unknowns.iter().all(|u| b.unknowns.binary_search(u).is_err()));
+}
+
+#[test]
+fn an_interval_near_the_axis_goes_from_the_axis_outwards() {
+    // A search finds the pole no nearer than the square root of round-off.
+    let body = sphere([8, 8]);
+    for r in [0.0, 1e-10, 1e-7, 0.1e-3] {
+        let wanted = wanted_at(&body, [r, -(1e-4_f64 - r * r).sqrt(), 0.0], WIDTH);
+        let fine = FineBody::build(&body, &[wanted], &FineSettings::default()).unwrap();
+        assert!(fine.intervals[0].ends[0].contains(&IntervalEnd::Axis), "{r:e}");
+        let points = fine.zone(0, PointRule::Greville, 1.0).points;
+        let reach = points.iter().map(|p| p.position[0]).fold(0.0, f64::max);
+        // Ends are hit to 1 % of the width.
+        assert!((reach / WIDTH - 1.0).abs() < 0.015, "{r:e}: {reach:e}");
+    }
+}
+
+#[test]
+fn an_interval_on_a_solid_is_resolved_in_both_directions() {
+    let coarse = block(4);
+    let mut wanted = wanted_at(&coarse, [0.0013, -0.0021, 0.01], 0.0);
+    wanted.widths = [1.2e-3, 0.8e-3];
+    let limits = SubdivisionLimits { elements: 4, ..Default::default() };
+    let fine = FineBody::build(&coarse, &[wanted], &FineSettings { limits, growth: None }).unwrap();
+    let interval = &fine.intervals[0];
+    assert!(interval.n_elements.iter().all(|n| (4..=8).contains(n)), "{:?}", fine.plan);
+    assert_eq!(interval.ends, vec![[IntervalEnd::Open; 2]; 2]);
+    for (d, width) in [(0, 1.2e-3), (1, 0.8e-3)] {
+        let found = (interval.region.upper[d] - interval.region.lower[d]) * 0.02;
+        assert_relative_eq!(found, width, max_relative = 0.13); // four elements: half of one is the worst
+    }
+    let zone = fine.zone(0, PointRule::Greville, 1.0);
+    let of_finest = |p: &SurfacePoint| (p.functions.iter().map(|f| f.1).sum::<f64>() - 1.0).abs() < 1e-12;
+    assert!(zone.points.iter().all(of_finest) && zone.points.len() >= 16);
+    assert!(zone.points.iter().any(|p| p.on_rim) && zone.points.iter().any(|p| !p.on_rim));
+    assert!(!zone.unknowns.is_empty() && zone.unknowns.len() < fine.n_unknowns() / 10);
+}
+
+#[test]
+fn impossible_intervals_are_refused_by_name() {
+    let coarse = sphere([4, 4]);
+    let build = |place, width| {
+        let wanted = wanted_at(&coarse, place, width);
+        FineBody::build(&coarse, &[wanted], &FineSettings::default()).err().unwrap().to_string()
+    };
+    let equator = build([0.01, -1e-5, 0.0], 1e-3);
+    assert!(equator.contains("sphere") && equator.contains("equator"), "{equator}");
+    let tiny = build(BOTTOM, 1e-12);
+    assert!(tiny.contains("refine the coarse model"), "{tiny}");
+    for width in [0.0, f64::NAN, -1.0] {
+        assert!(build(BOTTOM, width).contains("contact interval"), "{width}");
+    }
+}
+
+#[test]
+#[ignore = "prints times; run on a quiet machine"]
+#[expect(clippy::print_stdout, reason = "a measurement")]
+fn times() {
+    for (name, body, place) in [
+        ("sphere 8x8", sphere([8, 8]), BOTTOM),
+        ("rod 2x200", rod([2, 200]), [0.0; 3]),
+        ("rod 4x200", rod([4, 200]), [0.0; 3]),
+    ] {
+        let coarse = body.reduce(&Default::default()).unwrap();
+        for _ in 0..3 {
+            let start = std::time::Instant::now();
+            let (fine, zone) = built(&body, place);
+            let build = start.elapsed();
+            fine.reduce((&body, &coarse), &zone.unknowns, LowModes::Prolonged).unwrap();
+            let n = (body.n_unknowns(), fine.n_unknowns(), fine.plan.parts.clone());
+            println!("{name}: {n:?} build {build:?} all {:?}", start.elapsed());
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! What can be wrong with a body file.
+
+use std::path::PathBuf;
+
+use ffr_dynamics::DynamicsError;
+use thiserror::Error;
+
+use crate::error::AppError;
+
+/// A body file that cannot be read or written.
+#[derive(Debug, Error)]
+#[error("{}: {fault}", path.display())]
+pub struct BodyFileError {
+    /// The file.
+    pub path: PathBuf,
+    /// What is wrong with it.
+    #[source]
+    pub fault: Box<BodyFault>,
+}
+
+/// What is wrong with a body file. Texts read after the file's name.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum BodyFault {
+    /// There is no such file, or it is not HDF5.
+    #[error("cannot be opened as an HDF5 file: {reason}")]
+    NotHdf5 {
+        /// The library's reason, or that of the operating system.
+        reason: String,
+    },
+    /// An attribute has another value than the format asks for.
+    #[error("attribute {name} of {at} is {found}, expected {expected}")]
+    Attribute {
+        /// Path of the group or dataset.
+        at: String,
+        /// Name of the attribute.
+        name: String,
+        /// What is possible.
+        expected: String,
+        /// What was found.
+        found: String,
+    },
+    /// A dataset or group is missing.
+    #[error("{what} {path} is missing, expected {expected}")]
+    Missing {
+        /// "dataset" or "group".
+        what: &'static str,
+        /// Its path.
+        path: String,
+        /// Its shape and meaning.
+        expected: String,
+    },
+    /// A dataset has the wrong shape.
+    #[error("dataset {path} has the shape {found:?}, expected {expected}")]
+    Shape {
+        /// Its path.
+        path: String,
+        /// The shape asked for.
+        expected: String,
+        /// The shape found.
+        found: Vec<usize>,
+    },
+    /// A dataset has the wrong type.
+    #[error("dataset {path} holds {found}, expected {expected}")]
+    Type {
+        /// Its path.
+        path: String,
+        /// The type asked for.
+        expected: &'static str,
+        /// The type found.
+        found: String,
+    },
+    /// A number is NaN or infinite.
+    #[error("dataset {path} holds {value} at position {index:?}, all numbers must be finite")]
+    NotFinite {
+        /// Its path.
+        path: String,
+        /// Where.
+        index: Vec<usize>,
+        /// The number.
+        value: f64,
+    },
+    /// An index is negative or too large.
+    #[error("dataset {path} holds the index {value} at position {position}, possible are 0 to {last}")]
+    Index {
+        /// Its path.
+        path: String,
+        /// Where, counted along the stored numbers.
+        position: usize,
+        /// The index.
+        value: i64,
+        /// The largest index possible.
+        last: i64,
+    },
+    /// A name that HDF5 cannot hold.
+    #[error("the name \"{name}\" cannot be stored: it is empty, has a slash or is a dot")]
+    Name {
+        /// The name.
+        name: String,
+    },
+    /// The numbers do not make a body.
+    #[error("{at}: {source}")]
+    Data {
+        /// Path of the group or dataset that is at fault, as far as known.
+        at: String,
+        /// What does not fit.
+        source: DynamicsError,
+    },
+    /// The library failed.
+    #[error("HDF5: {0}")]
+    Hdf5(#[from] hdf5::Error),
+}
+
+impl From<BodyFileError> for AppError {
+    fn from(error: BodyFileError) -> Self {
+        Self::io(error.path, error.fault)
+    }
+}

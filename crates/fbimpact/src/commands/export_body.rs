@@ -1,0 +1,99 @@
+//! `fbimpact export-body`: a body of a scenario as a body file.
+
+use std::path::Path;
+
+use adaptive::elastic_body::{ElasticBody, Interface};
+use adaptive::spec::{BodyKind, BodySpec, ElasticSpec, FrameSpec};
+use adaptive::stiffening::marker_weights;
+use ffr_dynamics::interchange::{BodyFrame, FullBody, ReducedModel, ReducedParts};
+use ffr_dynamics::kinematics::MarkerWeights;
+use nalgebra::UnitQuaternion;
+
+use super::{check_distinct, print, threads};
+use crate::body_file;
+use crate::error::AppError;
+use crate::scenario::{self, Override};
+use crate::setup::run_spec;
+
+/// Which body goes where.
+#[derive(Debug, Clone, Copy)]
+pub struct Export<'a> {
+    /// Scenario file.
+    pub scenario: &'a Path,
+    /// Name of the body.
+    pub body: &'a str,
+    /// Body file.
+    pub output: &'a Path,
+    /// Whether the unreduced matrices are written instead of the reduced body.
+    pub is_full: bool,
+}
+
+/// Writes the body with the named points of its shape as markers, reduced to its free modes in a Buckens frame, or unreduced.
+///
+/// # Errors
+/// [`AppError::Command`] for an unknown or rigid body, [`AppError::Model`] if it cannot be built, [`AppError::Io`] for the file, also if
+/// it is one that the scenario reads.
+pub fn export_body(export: &Export<'_>, overrides: &[Override], n_threads: usize) -> Result<(), AppError> {
+    threads(n_threads)?;
+    let scenario = scenario::read(export.scenario, overrides)?;
+    check_distinct(&scenario, export.output)?;
+    let mut bodies = run_spec(&scenario)?.bodies;
+    let known: Vec<String> = bodies.iter().map(|b| b.name.clone()).collect();
+    let Some(index) = known.iter().position(|n| n == export.body) else {
+        let (name, known) = (export.body, known.join(", "));
+        return Err(AppError::Command(format!("--body {name}: no such body, the scenario has {known}")));
+    };
+    let text = write(export, bodies.swap_remove(index))?;
+    print(&text)
+}
+
+fn write(export: &Export<'_>, spec: BodySpec) -> Result<String, AppError> {
+    let model = |e: &dyn std::fmt::Display| AppError::Model(e.to_string());
+    let elastic = match spec.kind {
+        BodyKind::Elastic(elastic) => elastic,
+        kind => {
+            let is_rigid = matches!(kind, BodyKind::Rigid(_));
+            let what = if is_rigid { "rigid" } else { "from a file already" };
+            let message =
+                format!("--body {}: the body is {what}, name a flexible one with a shape", spec.name);
+            return Err(AppError::Command(message));
+        }
+    };
+    let elastic = ElasticSpec { frame: FrameSpec::Buckens, geometric_stiffening: false, ..*elastic };
+    let body = ElasticBody::build(&spec.name, elastic).map_err(|e| model(&e))?;
+    let markers = markers(&body)?;
+    let (name, path) = (export.body, export.output.display());
+    if export.is_full {
+        let n = body.n_unknowns();
+        let full = FullBody::new(body.assembled, markers)
+            .map_err(|e| AppError::Model(format!("body \"{name}\": {e}")))?;
+        body_file::write_full(export.output, &full)?;
+        return Ok(format!("{path}: {name}, {n} freedoms, {} markers\n", full.markers().len()));
+    }
+    let reduced = body.reduce(&Interface::default()).map_err(|e| model(&e))?;
+    let shapes = reduced.basis.shapes.as_ref();
+    let markers =
+        markers.iter().map(|(name, weights)| weights.marker(name, shapes)).collect::<Result<Vec<_>, _>>();
+    let markers = markers.map_err(|e| model(&e))?;
+    let points = markers.iter().map(|m| (m.name.clone(), m.point())).collect();
+    let reduced = ReducedModel::new(ReducedParts {
+        name: name.to_string(),
+        frame: BodyFrame::Buckens,
+        data: reduced.data.to_parts(),
+        frequencies: reduced.basis.omega.iter().map(|w| w / std::f64::consts::TAU).collect(),
+        markers,
+        points,
+    })
+    .map_err(|e| AppError::Model(format!("body \"{name}\": {e}")))?;
+    body_file::write_reduced(export.output, &reduced)?;
+    let (modes, markers) = (reduced.frequencies().len(), reduced.markers().len());
+    Ok(format!("{path}: {name}, {modes} modes, {markers} markers\n"))
+}
+
+/// The named points of the shape, with the axes of the body.
+fn markers(body: &ElasticBody) -> Result<Vec<(String, MarkerWeights)>, AppError> {
+    let weights = |place| {
+        marker_weights(body, place, UnitQuaternion::identity()).map_err(|e| AppError::Model(e.to_string()))
+    };
+    body.spec.shape.markers.iter().map(|(name, place)| Ok((name.clone(), weights(place)?))).collect()
+}

@@ -1,0 +1,192 @@
+//! Faults of contacts that involve several keys: bodies that cannot take their part, settings without meaning.
+
+use super::super::check::Checker;
+use super::super::section::Section;
+use super::contacts::ContactFacts;
+use super::places::BodyFacts;
+
+/// Keys that only contact points on surfaces have.
+const SURFACE_KEYS: [&str; 7] =
+    ["constraint", "points", "solver", "friction", "friction_stiffness_ratio", "penalty", "interval"];
+
+/// Reports bodies that are no spheres, and settings of surfaces.
+pub fn check_hertz(checker: &mut Checker, root: &Section, section: &Section) {
+    for key in SURFACE_KEYS.into_iter().filter(|key| section.given(key)) {
+        checker.fault_in(section, key, "has no meaning with model \"hertz\"".into());
+    }
+    for (key, can_be_plane) in [("contact_body", false), ("target_body", true)] {
+        let Some(body) = section.text(key).and_then(|name| BodyFacts::find(root, name)) else { continue };
+        let is_sphere = body.shape == "sphere" && body.components == "solid";
+        let fits = is_sphere || can_be_plane && body.is_plane();
+        if !fits {
+            let or_plane = if can_be_plane { " or a plane" } else { "" };
+            let message = format!(
+                "must have shape \"sphere\" and be solid or rigid and spatial{or_plane} with model \"hertz\""
+            );
+            checker.fault_in(section, key, message);
+        }
+    }
+}
+
+/// Reports bodies that cannot take their part in the contact.
+pub fn check_bodies(checker: &mut Checker, root: &Section, section: &Section) {
+    let facts = |key| section.text(key).and_then(|name| BodyFacts::find(root, name));
+    let (contact, target) = (facts("contact_body"), facts("target_body"));
+    let mut is_imported = false;
+    for (key, body) in [("contact_body", contact), ("target_body", target)] {
+        if body.is_some_and(|b| b.file.is_some()) {
+            let message = "must be a body with a shape, one from a file has no surface to touch";
+            checker.fault_in(section, key, message.into());
+            is_imported = true;
+        }
+    }
+    if is_imported {
+        return;
+    }
+    if contact.is_some_and(|body| body.is_rigid) {
+        let message = "must be a flexible body, for it carries the contact points".into();
+        checker.fault_in(section, "contact_body", message);
+    }
+    if target.is_some_and(|body| body.is_rigid && !body.is_plane()) {
+        let message = "must be a flexible body or a rigid one with shape \"plane\"; other rigid bodies go with model \"hertz\" only";
+        checker.fault_in(section, "target_body", message.into());
+    }
+    let method = contact.and_then(|b| b.section.table("reduction")?.text("method"));
+    if let Some(model @ ("quasistatic" | "damped")) = section.text("model")
+        && method.is_some_and(|m| m != "craig-bampton")
+    {
+        let message = format!(
+            "\"{model}\" needs a contact body with reduction method \"craig-bampton\", \
+             \"modal\" and \"all\" go with \"adaptive\", \"dynamic\" and \"coarse\""
+        );
+        checker.fault_in(section, "model", message);
+    }
+    let (Some(contact), Some(target)) = (contact, target) else { return };
+    if !contact.is_rigid && !target.is_rigid && contact.components != target.components {
+        let message = format!(
+            "must have model \"{}\" as the contact body has, it is \"{}\"",
+            contact.components, target.components
+        );
+        checker.fault_in(section, "target_body", message);
+    }
+    check_normal(checker, &contact, &target);
+}
+
+/// Reports a plane whose normal leaves the space of the contact body's model.
+fn check_normal(checker: &mut Checker, contact: &BodyFacts<'_>, target: &BodyFacts<'_>) {
+    if !target.is_plane() {
+        return;
+    }
+    let (model, plane) = (contact.components, target.section);
+    let Some(normal) = plane.vector::<3>("normal") else { return };
+    let size = normal.iter().fold(0.0_f64, |a, x| a.max(x.abs()));
+    let leaves = |components: &[usize]| components.iter().any(|&i| normal[i].abs() > 1e-12 * size);
+    let (at_fault, words) = match model {
+        "axisymmetric" => (leaves(&[0, 1]), "along z"),
+        "plane-strain" | "plane-stress" => (leaves(&[2]), "in the plane (x, y)"),
+        _ => (false, ""),
+    };
+    if at_fault {
+        let message = format!("must be {words}, for it meets a body with model \"{model}\"");
+        checker.fault_in(plane, "normal", message);
+    }
+}
+
+/// Reports settings that exclude each other or have no meaning with the model.
+pub fn check_settings(checker: &mut Checker, section: &Section, facts: &ContactFacts<'_>) {
+    check_solver(checker, section, facts);
+    if let Some(penalty) = section.table("penalty") {
+        check_penalty(checker, section, penalty, facts);
+    }
+    if let Some(interval) = section.table("interval") {
+        check_interval(checker, interval, facts);
+    }
+    let has_friction = section.number("friction").is_some_and(|f| f > 0.0);
+    if has_friction && facts.is_pair {
+        let message = "must be 0, friction is not supported between two flexible bodies yet".into();
+        checker.fault_in(section, "friction", message);
+    }
+}
+
+fn check_solver(checker: &mut Checker, section: &Section, facts: &ContactFacts<'_>) {
+    let has_state = matches!(facts.model, "adaptive" | "quasistatic");
+    let is_broyden = section.text("solver") == Some("broyden");
+    if is_broyden && !has_state {
+        let message =
+            format!("has no effect with model \"{}\", where no quasistatic state is solved for", facts.model);
+        checker.fault_in(section, "solver", message);
+    }
+    if is_broyden && section.number("friction").is_some_and(|f| f > 0.0) {
+        let message = "must be \"active-set\" with friction, Algorithm 1 knows normal forces alone".into();
+        checker.fault_in(section, "solver", message);
+    }
+    if section.text("constraint") != Some("exact") {
+        return;
+    }
+    if !has_state {
+        let message = "must be \"adaptive\" or \"quasistatic\" with constraint \"exact\"".into();
+        checker.fault_in(section, "model", message);
+    }
+    for (key, needed) in [("points", "greville"), ("solver", "active-set")] {
+        if section.text(key).is_some_and(|value| value != needed) {
+            let message = format!("must be \"{needed}\" with constraint \"exact\"");
+            checker.fault_in(section, key, message);
+        }
+    }
+}
+
+fn check_penalty(checker: &mut Checker, section: &Section, penalty: &Section, facts: &ContactFacts<'_>) {
+    if facts.search != "until-converged" && penalty.given("tolerance") {
+        let message = "has a meaning with search = \"until-converged\" only".into();
+        checker.fault_in(penalty, "tolerance", message);
+    }
+    if !facts.search.starts_with("until") {
+        return;
+    }
+    if facts.model != "adaptive" {
+        let message = format!(
+            "must be \"fixed\" with model \"{}\", searches are made with \"adaptive\" only",
+            facts.model
+        );
+        checker.fault_in(penalty, "search", message);
+    }
+    if section.text("constraint") == Some("exact") {
+        let message = "has no meaning with constraint \"exact\", which has no penalty factor".into();
+        checker.fault_in(penalty, "search", message);
+    }
+    if penalty.given("value") {
+        let message = "is a fixed factor, name it \"initial\" for a search to start from it".into();
+        checker.fault_in(penalty, "value", message);
+    }
+    if facts.search == "until-error" && section.text("solver") == Some("active-set") {
+        let message =
+            "must not be \"until-error\", for the active-set solver never fails; choose solver = \"broyden\"";
+        checker.fault_in(penalty, "search", message.into());
+    }
+}
+
+fn check_interval(checker: &mut Checker, interval: &Section, facts: &ContactFacts<'_>) {
+    if interval.given("elements") && facts.model == "coarse" {
+        let message = "has no meaning with model \"coarse\", which refines nothing".into();
+        checker.fault_in(interval, "elements", message);
+    } else if interval.given("elements") && !interval.given("width") && !facts.is_refined() {
+        checker.fault_in(interval, "elements", "needs \"width\" beside it".into());
+    }
+    let keys = [
+        ("target_utilisation", facts.model == "adaptive"),
+        ("min_utilisation", facts.model == "adaptive"),
+        ("max_levels", facts.is_refined()),
+        ("max_knots_per_level", facts.is_refined()),
+    ];
+    for (key, _) in keys.into_iter().filter(|(key, has_meaning)| !has_meaning && interval.given(key)) {
+        let message = format!("has no meaning with model \"{}\" here, \"adaptive\" uses it", facts.model);
+        checker.fault_in(interval, key, message);
+    }
+    let shares = (interval.number("min_utilisation"), interval.number("target_utilisation"));
+    if let (Some(minimum), Some(target)) = shares
+        && minimum >= target
+    {
+        let message = format!("must be less than \"target_utilisation\", which is {target}");
+        checker.fault_in(interval, "min_utilisation", message);
+    }
+}

@@ -1,0 +1,65 @@
+//! Quantities over time.
+
+use super::super::check::Checker;
+use super::super::model::Curve;
+use super::super::section::{Checked, Section};
+
+/// Longest polynomial; more terms lose all digits long before the end of a run.
+const MAX_COEFFICIENTS: usize = 16;
+
+/// The quantity of key `key`, `Some(None)` if it is not given.
+pub fn curve(checker: &mut Checker, section: &Section, key: &str) -> Option<Option<Curve>> {
+    let Some(item) = section.item(key) else { return Some(None) };
+    match &item.value {
+        Checked::Number(value) => Some(Some(constant(*value))),
+        Checked::Table(table) => form(checker, table).map(Some),
+        _ => None,
+    }
+}
+
+fn constant(value: f64) -> Curve {
+    Curve::Polynomial { coefficients: vec![value] }
+}
+
+fn form(checker: &mut Checker, table: &Section) -> Option<Curve> {
+    Some(match table.text("kind")? {
+        "constant" => constant(table.number("value")?),
+        "polynomial" => {
+            let coefficients = table.numbers("coefficients")?.to_vec();
+            if coefficients.len() > MAX_COEFFICIENTS {
+                let message =
+                    format!("{} coefficients, at most {MAX_COEFFICIENTS} make sense", coefficients.len());
+                checker.fault_in(table, "coefficients", message);
+                return None;
+            }
+            Curve::Polynomial { coefficients }
+        }
+        "harmonic" => Curve::Harmonic {
+            amplitude: table.number("amplitude")?,
+            frequency: table.number("frequency")?,
+            phase: table.number("phase")?,
+            offset: table.number("offset")?,
+        },
+        "spin-up" => Curve::SpinUp { rate: table.number("rate")?, duration: table.number("duration")? },
+        _ => points(checker, table)?,
+    })
+}
+
+fn points(checker: &mut Checker, table: &Section) -> Option<Curve> {
+    let (times, values) = (table.numbers("times")?.to_vec(), table.numbers("values")?.to_vec());
+    if times.len() < 2 {
+        checker.fault_in(table, "times", "two times are needed at least".into());
+        return None;
+    }
+    if let Some(pair) = times.windows(2).find(|w| w[0] >= w[1]) {
+        let message = format!("must rise, {:?} is followed by {:?}", pair[0], pair[1]);
+        checker.fault_in(table, "times", message);
+        return None;
+    }
+    if times.len() != values.len() {
+        let message = format!("{} values, there are {} times", values.len(), times.len());
+        checker.fault_in(table, "values", message);
+        return None;
+    }
+    Some(Curve::Table { times, values })
+}

@@ -1,0 +1,150 @@
+//! Discretisation and reduction of flexible bodies.
+
+use super::super::check::Checker;
+use super::super::model::{Discretisation, Reduction, Refinement};
+use super::super::section::Section;
+use super::places::{BodyFacts, dimension, marker_or_point};
+
+/// One entry a direction from a single integer or a list.
+pub fn per_direction(
+    checker: &mut Checker,
+    section: &Section,
+    key: &str,
+    directions: usize,
+) -> Option<Vec<usize>> {
+    let counts = section.counts(key)?;
+    match counts.len() {
+        1 => Some(vec![counts[0]; directions]),
+        n if n == directions => Some(counts),
+        n => {
+            let message = format!("{n} entries, the model has {directions} directions");
+            checker.fault_in(section, key, message);
+            None
+        }
+    }
+}
+
+/// The spline space of a body.
+pub fn discretisation(
+    checker: &mut Checker,
+    section: &Section,
+    body: &BodyFacts<'_>,
+) -> Option<Discretisation> {
+    let directions = dimension(body.components);
+    let degree = per_direction(checker, section, "degree", directions);
+    let elements = per_direction(checker, section, "elements", directions);
+    let given_knots = section.item("knots").is_some();
+    let knots =
+        if given_knots { Some(knots(checker, section, directions, degree.as_deref())?) } else { None };
+    if given_knots && section.given("elements") {
+        let message = "either \"knots\" or \"elements\" can be given, not both".into();
+        checker.fault_in(section, "knots", message);
+    }
+    let list = section.tables("refine");
+    let refine: Vec<Refinement> = list.iter().filter_map(|r| refinement(checker, r, body)).collect();
+    if refine.len() != list.len() {
+        return None;
+    }
+    Some(Discretisation { degree: degree?, elements: elements?, knots, refine })
+}
+
+fn knots(
+    checker: &mut Checker,
+    section: &Section,
+    directions: usize,
+    degree: Option<&[usize]>,
+) -> Option<Vec<Vec<f64>>> {
+    let lists = section.lists("knots")?;
+    if lists.len() != directions {
+        let message = format!("{} lists, the model has {directions} directions", lists.len());
+        checker.fault_in(section, "knots", message);
+        return None;
+    }
+    for (i, list) in lists.iter().enumerate() {
+        if let Some(pair) = list.windows(2).find(|w| w[0] > w[1]) {
+            let message = format!("knots of direction {i} fall from {} to {}", pair[0], pair[1]);
+            checker.fault_in(section, "knots", message);
+            return None;
+        }
+        let p = degree?[i];
+        let same = |w: &&[f64]| w[0].total_cmp(&w[p]).is_eq();
+        if let Some(run) = list.windows(p + 1).find(same) {
+            let message = format!("knot {} of direction {i} stands more than {p} times, its degree", run[0]);
+            checker.fault_in(section, "knots", message);
+            return None;
+        }
+    }
+    Some(lists.to_vec())
+}
+
+fn refinement(checker: &mut Checker, section: &Section, body: &BodyFacts<'_>) -> Option<Refinement> {
+    let at = marker_or_point(checker, section, body);
+    Some(Refinement {
+        at: at?,
+        width: section.number("width")?,
+        elements: section.integer("elements")?,
+        ratio: section.number("ratio")?,
+    })
+}
+
+/// The reduced basis of a body.
+pub fn reduction(checker: &mut Checker, section: &Section) -> Option<Reduction> {
+    let method = section.text("method")?;
+    let mut meaningless = |key: &str| {
+        if section.given(key) {
+            checker.fault_in(section, key, format!("has no meaning for method \"{method}\""));
+        }
+    };
+    if method != "craig-bampton" {
+        meaningless("fixed_interface_modes");
+        if section.boolean("joint_interface") == Some(true) {
+            meaningless("joint_interface");
+        }
+    }
+    if method == "all" {
+        meaningless("modes");
+        return Some(Reduction::All);
+    }
+    let modes = section.integer("modes")?;
+    if method == "modal" {
+        return Some(Reduction::Modal { modes });
+    }
+    let fixed_interface_modes = match section.item("fixed_interface_modes") {
+        Some(_) => Some(section.integer("fixed_interface_modes")?),
+        None => None,
+    };
+    let joint_interface = section.boolean("joint_interface")?;
+    // With joints, interface modes add to the fixed-interface ones.
+    if !joint_interface && fixed_interface_modes.is_some_and(|n| n < modes) {
+        let message = format!("must be at least \"modes\", which is {modes}");
+        checker.fault_in(section, "fixed_interface_modes", message);
+    }
+    Some(Reduction::CraigBampton { modes, fixed_interface_modes, joint_interface })
+}
+
+/// Reports a joint interface of a body `name` that has no joints, or contacts that need free modes.
+pub fn check_joint_interface(checker: &mut Checker, root: &Section, section: &Section, name: &str) {
+    let is_wanted =
+        section.text("method") == Some("craig-bampton") && section.boolean("joint_interface") == Some(true);
+    if !is_wanted {
+        return;
+    }
+    let names = |table: &Section, key: &str| table.text(key) == Some(name);
+    let holds = |joint: &Section| {
+        ["parent", "child"].iter().any(|side| joint.table(side).is_some_and(|s| names(s, "body")))
+    };
+    if !root.named("joints").iter().any(|(_, joint)| holds(joint)) {
+        let message = "has no meaning for a body without joints".into();
+        checker.fault_in(section, "joint_interface", message);
+    }
+    let needs_free_modes = |contact: &Section| {
+        matches!(contact.text("model"), Some("adaptive" | "quasistatic"))
+            && (names(contact, "contact_body") || names(contact, "target_body"))
+    };
+    if let Some((contact, _)) = root.named("contacts").iter().find(|(_, c)| needs_free_modes(c)) {
+        let message = format!(
+            "must be false beside contact \"{contact}\", whose model builds on the modes of the free body"
+        );
+        checker.fault_in(section, "joint_interface", message);
+    }
+}

@@ -1,0 +1,147 @@
+//! Axes of joints, and whether they suit the models of the bodies.
+
+use ffr_dynamics::system::joints::JointKind;
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+
+use super::super::super::check::Checker;
+use super::super::super::section::Section;
+use super::super::places::BodyFacts;
+
+/// Deviation of unit vectors that ten digits of a typed axis leave.
+const ALIGNMENT: f64 = 1e-9;
+/// The square of anything shorter than this would underflow.
+const SHORTEST: f64 = 1e-150;
+
+/// Rotation from the joint's axes to space.
+pub fn axes(checker: &mut Checker, section: &Section, kind: JointKind) -> Option<UnitQuaternion<f64>> {
+    if kind != JointKind::Universal && section.item("second_axis").is_some() {
+        meaningless(checker, section, "second_axis", kind);
+        return None;
+    }
+    match kind {
+        JointKind::Fixed => {
+            for key in ["axis", "reference"] {
+                if section.item(key).is_some() {
+                    meaningless(checker, section, key, kind);
+                    return None;
+                }
+            }
+            Some(UnitQuaternion::identity())
+        }
+        JointKind::Universal => universal(checker, section, kind),
+        JointKind::Spherical | JointKind::Free | JointKind::Axial if section.item("axis").is_none() => {
+            if section.item("reference").is_some() {
+                checker.fault_in(section, "reference", "needs \"axis\" beside it".into());
+                return None;
+            }
+            Some(UnitQuaternion::identity())
+        }
+        _ => about_axis(checker, section),
+    }
+}
+
+fn meaningless(checker: &mut Checker, section: &Section, key: &str, kind: JointKind) {
+    checker.fault_in(section, key, format!("has no meaning for a {} joint", kind.name()));
+}
+
+/// The unit vector of key `key`, which must be given.
+fn direction(checker: &mut Checker, section: &Section, key: &str) -> Option<Vector3<f64>> {
+    if section.item(key).is_none() {
+        let message = "required key is missing: 3 components of a vector".into();
+        checker.fault(&section.origin, section.path_of(key), None, message);
+        return None;
+    }
+    let vector = Vector3::from(section.vector::<3>(key)?);
+    if vector.norm() < SHORTEST {
+        checker.fault_in(section, key, "must not be the zero vector".into());
+        return None;
+    }
+    Some(vector.normalize())
+}
+
+/// Rotation with the columns `x`, `y` and `x × y`.
+fn rotation(x: Vector3<f64>, y: Vector3<f64>) -> UnitQuaternion<f64> {
+    let columns = Matrix3::from_columns(&[x, y, x.cross(&y)]);
+    UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(columns))
+}
+
+fn universal(checker: &mut Checker, section: &Section, kind: JointKind) -> Option<UnitQuaternion<f64>> {
+    if section.item("reference").is_some() {
+        meaningless(checker, section, "reference", kind);
+        return None;
+    }
+    let (first, second) = (direction(checker, section, "axis"), direction(checker, section, "second_axis"));
+    let (first, second) = (first?, second?);
+    let cosine = first.dot(&second);
+    if cosine.abs() > ALIGNMENT {
+        let degrees = cosine.clamp(-1.0, 1.0).acos().to_degrees();
+        let message = format!("must be perpendicular to \"axis\", the angle between them is {degrees:.6}°");
+        checker.fault_in(section, "second_axis", message);
+        return None;
+    }
+    let second = (second - first * cosine).normalize();
+    Some(rotation(first, second))
+}
+
+/// `z` along the axis, `x` along the part of `reference` across it.
+fn about_axis(checker: &mut Checker, section: &Section) -> Option<UnitQuaternion<f64>> {
+    let z = direction(checker, section, "axis")?;
+    let reference = match section.item("reference") {
+        Some(_) => direction(checker, section, "reference")?,
+        None => {
+            let farthest = (0..3).min_by(|&i, &j| z[i].abs().total_cmp(&z[j].abs())).unwrap_or(0);
+            Vector3::ith(farthest, 1.0)
+        }
+    };
+    let across = reference - z * z.dot(&reference);
+    if across.norm() < ALIGNMENT {
+        checker.fault_in(section, "reference", "must not be parallel to \"axis\"".into());
+        return None;
+    }
+    let x = across.normalize();
+    Some(rotation(x, z.cross(&x)))
+}
+
+/// Reports joints that lead out of the plane of a plane model or off the axis of an axisymmetric one, and joints between
+/// different models.
+pub fn check_models(
+    checker: &mut Checker,
+    root: &Section,
+    section: &Section,
+    kind: JointKind,
+    axes: &UnitQuaternion<f64>,
+) -> Option<()> {
+    let name = |side: &str| section.table(side).and_then(|s| s.text("body"));
+    let child = BodyFacts::find(root, name("child")?)?.motion();
+    let parent = BodyFacts::find(root, name("parent")?).map(|p| p.motion());
+    if let Some(parent) = parent.filter(|p| *p != child) {
+        let side = section.table("parent")?;
+        let message = format!(
+            "is {parent}, the child is {child}: only bodies of one kind, or a body and ground, are joined"
+        );
+        checker.fault_in(side, "body", message);
+        return None;
+    }
+    let kinds: &[JointKind] = match child {
+        "axisymmetric" => &[JointKind::Fixed, JointKind::Axial],
+        "plane" => &[JointKind::Fixed, JointKind::Revolute, JointKind::Prismatic, JointKind::Planar],
+        _ => return Some(()),
+    };
+    if !kinds.contains(&kind) {
+        let known: Vec<String> = kinds.iter().map(|k| format!("\"{}\"", k.name())).collect();
+        let message = format!("does not go with bodies that are {child}, choose {}", known.join(" or "));
+        checker.fault_in(section, "type", message);
+        return None;
+    }
+    let cosine = (axes * Vector3::z()).z;
+    let (fits, words) = match kind {
+        JointKind::Fixed => (true, ""),
+        JointKind::Prismatic => (cosine.abs() < ALIGNMENT, "in the plane (x, y)"),
+        _ => (cosine.abs() > 1.0 - ALIGNMENT, "along z"),
+    };
+    if !fits {
+        checker.fault_in(section, "axis", format!("must be {words} for bodies that are {child}"));
+        return None;
+    }
+    Some(())
+}

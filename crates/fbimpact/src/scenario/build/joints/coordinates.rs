@@ -1,0 +1,235 @@
+//! Coordinates of joints: initial values, springs, dampers, drives, prescribed motions.
+
+use ffr_dynamics::system::joints::JointKind;
+use nalgebra::{UnitQuaternion, Vector3};
+
+use super::super::super::check::Checker;
+use super::super::super::model::{Curve, JointCoordinate};
+use super::super::super::section::{Checked, Section};
+use super::super::curves::curve;
+
+/// Initial state of a joint and what acts along its coordinates.
+#[derive(Debug, Default)]
+pub struct Coordinates {
+    /// Positions, a rotation as a quaternion.
+    pub positions: Vec<f64>,
+    /// Velocities.
+    pub velocities: Vec<f64>,
+    /// One entry a velocity.
+    pub coordinates: Vec<JointCoordinate>,
+}
+
+/// Keys that only joints with coordinates have.
+const KEYS: [&str; 13] = [
+    "angle",
+    "displacement",
+    "coordinates",
+    "angular_velocity",
+    "velocity",
+    "velocities",
+    "stiffness",
+    "rest",
+    "damping",
+    "drive",
+    "motion",
+    "drives",
+    "motions",
+];
+
+/// Reads all coordinates of a joint.
+pub fn coordinates(
+    checker: &mut Checker,
+    section: &Section,
+    kind: JointKind,
+    closes_loop: bool,
+) -> Option<Coordinates> {
+    let n = kind.n_velocities();
+    if closes_loop || n == 0 {
+        let before = checker.faults.len();
+        for key in KEYS.into_iter().filter(|key| section.given(key)) {
+            let subject = if closes_loop { "loop-closing" } else { "fixed" };
+            checker.fault_in(section, key, format!("has no meaning, a {subject} joint has no coordinates"));
+        }
+        return (checker.faults.len() == before).then(Coordinates::default);
+    }
+    let positions = values(checker, section, kind, ["angle", "displacement", "coordinates"]);
+    let velocities = values(checker, section, kind, ["angular_velocity", "velocity", "velocities"]);
+    let constants = ["stiffness", "rest", "damping"].map(|key| constants(checker, section, kind, key));
+    let drives = curves(checker, section, kind, "drive", "drives");
+    let motions = curves(checker, section, kind, "motion", "motions");
+    let [stiffness, rest, damping] = constants;
+    let (stiffness, rest, damping) = (stiffness?, rest?, damping?);
+    check_rotation(checker, section, kind, &stiffness, &rest)?;
+    let (drives, motions) = (drives?, motions?);
+    check_prescribed(checker, section, kind, &motions)?;
+    let mut coordinates = Vec::with_capacity(n);
+    for (k, (drive, motion)) in drives.into_iter().zip(motions).enumerate() {
+        let (stiffness, rest, damping) = (stiffness[k], rest[k], damping[k]);
+        coordinates.push(JointCoordinate { stiffness, rest, damping, drive, motion });
+    }
+    Some(Coordinates { positions: with_quaternion(kind, positions?), velocities: velocities?, coordinates })
+}
+
+/// Initial positions or velocities, one a velocity: from the keys of the only angle, the only displacement, or from a list.
+fn values(
+    checker: &mut Checker,
+    section: &Section,
+    kind: JointKind,
+    [angle, displacement, list]: [&str; 3],
+) -> Option<Vec<f64>> {
+    let n = kind.n_velocities();
+    let mut values = vec![0.0; n];
+    let mut is_sound = true;
+    for (key, is_angle) in [(angle, true), (displacement, false)] {
+        if section.item(key).is_none() {
+            continue;
+        }
+        let mut of_kind = (0..n).filter(|&k| kind.is_angle(k) == is_angle);
+        let (Some(k), None) = (of_kind.next(), of_kind.next()) else {
+            let message = format!("a {} joint has no single one, choose \"{list}\"", kind.name());
+            checker.fault_in(section, key, message);
+            is_sound = false;
+            continue;
+        };
+        if section.item(list).is_some() {
+            checker.fault_in(section, key, format!("either \"{key}\" or \"{list}\" can be given, not both"));
+            is_sound = false;
+        }
+        match section.number(key) {
+            Some(value) => values[k] = value,
+            None => is_sound = false,
+        }
+    }
+    if section.item(list).is_some() {
+        let given = section.numbers(list)?;
+        if given.len() != n {
+            let message = format!("{} entries, a {} joint has {n} coordinates", given.len(), kind.name());
+            checker.fault_in(section, list, message);
+            return None;
+        }
+        values = given.to_vec();
+    }
+    is_sound.then_some(values)
+}
+
+/// Rotation vectors as quaternions.
+fn with_quaternion(kind: JointKind, values: Vec<f64>) -> Vec<f64> {
+    let Some(w) = kind.quaternion() else { return values };
+    let vector = Vector3::new(values[w], values[w + 1], values[w + 2]);
+    let q = UnitQuaternion::from_scaled_axis(vector);
+    values[..w].iter().copied().chain([q.w, q.i, q.j, q.k]).collect()
+}
+
+/// Constants of springs or dampers, one a velocity; zero if not given.
+fn constants(checker: &mut Checker, section: &Section, kind: JointKind, key: &str) -> Option<Vec<f64>> {
+    let n = kind.n_velocities();
+    if section.item(key).is_none() {
+        return Some(vec![0.0; n]);
+    }
+    let given = section.numbers(key)?;
+    let is_uniform = (0..n).all(|k| kind.is_angle(k) == kind.is_angle(0));
+    match given {
+        [value] if is_uniform => Some(vec![*value; n]),
+        _ if given.len() == n => Some(given.to_vec()),
+        _ => {
+            let message = format!(
+                "{} entr{}, a {} joint has {n} coordinates",
+                given.len(),
+                if given.len() == 1 { "y" } else { "ies" },
+                kind.name()
+            );
+            checker.fault_in(section, key, message);
+            None
+        }
+    }
+}
+
+/// Springs of a rotation about a point pull along the rotation vector.
+fn check_rotation(
+    checker: &mut Checker,
+    section: &Section,
+    kind: JointKind,
+    stiffness: &[f64],
+    rest: &[f64],
+) -> Option<()> {
+    let Some(w) = kind.quaternion() else { return Some(()) };
+    if stiffness[w..].iter().any(|s| s.to_bits() != stiffness[w].to_bits()) {
+        let message = format!("the springs about the three axes of a {} joint must be alike", kind.name());
+        checker.fault_in(section, "stiffness", message);
+        return None;
+    }
+    if rest[w..].iter().any(|r| *r != 0.0) {
+        let message = format!("springs about the three axes of a {} joint are relaxed at 0", kind.name());
+        checker.fault_in(section, "rest", message);
+        return None;
+    }
+    Some(())
+}
+
+/// A prescribed coordinate has no initial value of its own, and rotations about a point cannot be prescribed.
+fn check_prescribed(
+    checker: &mut Checker,
+    section: &Section,
+    kind: JointKind,
+    motions: &[Option<Curve>],
+) -> Option<()> {
+    if motions.iter().all(Option::is_none) {
+        return Some(());
+    }
+    let key = if section.given("motion") { "motion" } else { "motions" };
+    if kind.quaternion().is_some() {
+        let message = format!("the motion of a {} joint cannot be prescribed", kind.name());
+        checker.fault_in(section, key, message);
+        return None;
+    }
+    let mut is_sound = true;
+    let singles = [("angle", true), ("angular_velocity", true), ("displacement", false), ("velocity", false)];
+    for (single, is_angle) in singles {
+        let is_prescribed =
+            motions.iter().enumerate().any(|(k, m)| m.is_some() && kind.is_angle(k) == is_angle);
+        if section.given(single) && is_prescribed {
+            checker.fault_in(section, single, format!("follows from \"{key}\""));
+            is_sound = false;
+        }
+    }
+    is_sound.then_some(())
+}
+
+/// Quantities over time along the coordinates: from the key for the only one, or from a list.
+fn curves(
+    checker: &mut Checker,
+    section: &Section,
+    kind: JointKind,
+    single: &str,
+    list: &str,
+) -> Option<Vec<Option<Curve>>> {
+    let n = kind.n_velocities();
+    let mut curves = vec![None; n];
+    if section.given(single) {
+        if n > 1 {
+            let message = format!("a {} joint has {n} coordinates, choose \"{list}\"", kind.name());
+            checker.fault_in(section, single, message);
+            return None;
+        }
+        curves[0] = curve(checker, section, single)?;
+    }
+    let entries = section.tables(list);
+    if section.item(list).is_some_and(|i| matches!(i.value, Checked::Invalid)) {
+        return None;
+    }
+    for entry in entries {
+        let k = entry.integer("coordinate")?;
+        let found = curve(checker, entry, "curve")?;
+        if k >= n {
+            let message = format!("must be < {n}, the coordinates of a {} joint", kind.name());
+            checker.fault_in(entry, "coordinate", message);
+            return None;
+        }
+        if curves[k].is_some() {
+            checker.fault_in(entry, "coordinate", format!("coordinate {k} has a \"{single}\" already"));
+            return None;
+        }
+        curves[k] = found;
+    }
+    Some(curves)
+}

@@ -1,0 +1,60 @@
+//! The tree that the joints form: every body hangs on one joint at most, and nothing hangs on itself.
+
+use super::super::super::check::Checker;
+use super::super::super::model::Joint;
+use super::super::super::section::Section;
+
+/// Reports bodies that hang on two joints, and joints that form a cycle.
+pub fn check(checker: &mut Checker, root: &Section, joints: &[Joint]) {
+    let bodies = root.named("bodies");
+    let mut carried: Vec<Option<&Joint>> = vec![None; bodies.len()];
+    for joint in joints.iter().filter(|j| !j.closes_loop) {
+        let Some(slot) = joint.child.body.and_then(|b| carried.get_mut(b)) else { continue };
+        let Some(first) = slot else {
+            *slot = Some(joint);
+            continue;
+        };
+        if let Some(side) = side(root, joint, "child") {
+            let message = format!(
+                "is over-constrained: it hangs on joint \"{}\" already; set closes_loop = true on one of the two",
+                first.name
+            );
+            checker.fault_in(side, "body", message);
+        }
+    }
+    for start in 0..carried.len() {
+        report_cycle(checker, root, &carried, start);
+    }
+}
+
+/// The table of one side of a joint.
+fn side<'a>(root: &'a Section, joint: &Joint, side: &str) -> Option<&'a Section> {
+    let (_, section) = root.named("joints").iter().find(|(n, _)| *n == joint.name)?;
+    section.table(side)
+}
+
+/// Reports the cycle whose first body in the order of the file is `start`, if there is one.
+fn report_cycle(checker: &mut Checker, root: &Section, carried: &[Option<&Joint>], start: usize) {
+    let name = |body: usize| root.named("bodies").get(body).map_or("", |(name, _)| name.as_str());
+    let mut path = format!("\"{}\"", name(start));
+    let mut body = start;
+    for _ in 0..carried.len() {
+        let Some(joint) = carried[body] else { return };
+        let Some(parent) = joint.parent.body else { return };
+        path += &format!(" -> joint \"{}\" -> \"{}\"", joint.name, name(parent));
+        if parent == start {
+            let Some(first) = carried[start] else { return };
+            if let Some(side) = side(root, first, "parent") {
+                let message = format!(
+                    "joints form a cycle: {path}; turn a joint around or set closes_loop = true on one"
+                );
+                checker.fault_in(side, "body", message);
+            }
+            return;
+        }
+        if parent < start {
+            return; // not on a cycle, or on one that an earlier body reports
+        }
+        body = parent;
+    }
+}

@@ -1,0 +1,50 @@
+//! Loads: bodies that exist and move, components that the model has.
+
+use super::super::check::Checker;
+use super::super::model::{Attachment, Load};
+use super::super::section::Section;
+use super::curves::curve;
+use super::places::{BodyFacts, body_index, marker_or_point};
+
+/// Keys of the components, in the order of [`Load::components`].
+const COMPONENTS: [&str; 6] = ["force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z"];
+
+/// All loads; `None` if one of them is at fault.
+pub fn loads(checker: &mut Checker, root: &Section) -> Option<Vec<Load>> {
+    let list = root.named("loads");
+    let built: Vec<Load> =
+        list.iter().filter_map(|(name, section)| load(checker, root, name, section)).collect();
+    (built.len() == list.len()).then_some(built)
+}
+
+fn load(checker: &mut Checker, root: &Section, name: &str, section: &Section) -> Option<Load> {
+    let mut components: [_; 6] = std::array::from_fn(|_| None);
+    let mut is_complete = true;
+    for (slot, key) in components.iter_mut().zip(COMPONENTS) {
+        match curve(checker, section, key) {
+            Some(found) => *slot = found,
+            None => is_complete = false,
+        }
+    }
+    if is_complete && components.iter().all(Option::is_none) {
+        let message = "required key is missing: a force or moment, such as \"force_z\"".into();
+        checker.fault(&section.origin, section.path_of("force_z"), None, message);
+        return None;
+    }
+    let body = body_index(checker, root, section, "body")?;
+    let facts = BodyFacts::find(root, section.text("body")?)?;
+    let at = marker_or_point(checker, section, &facts)?;
+    // Components along which the model does not move.
+    let missing: &[usize] = match facts.motion() {
+        "axisymmetric" => &[0, 1, 3, 4, 5],
+        "plane" => &[2, 3, 4],
+        _ => &[],
+    };
+    for &i in missing.iter().filter(|&&i| components[i].is_some()) {
+        let message = format!("a body that is {} cannot move so", facts.motion());
+        checker.fault_in(section, COMPONENTS[i], message);
+    }
+    let at = Attachment { body: Some(body), at };
+    let is_following = section.boolean("following")?;
+    is_complete.then(|| Load { name: name.to_owned(), at, components, is_following })
+}

@@ -1,0 +1,195 @@
+//! Places on bodies: what other tables need to know about a body before it is built, markers and points.
+
+use ffr_dynamics::body::RigidMotion;
+
+use super::super::body_files::BodySource;
+use super::super::check::Checker;
+use super::super::keys::names;
+use super::super::model::Place;
+use super::super::section::{Checked, Section};
+use super::super::tables::ShapeFacts;
+
+/// What other tables need to know about a body.
+#[derive(Debug, Clone, Copy)]
+pub struct BodyFacts<'a> {
+    /// Its table.
+    pub section: &'a Section,
+    /// Whether it is rigid.
+    pub is_rigid: bool,
+    /// The model whose components its points have; "rigid" for a plane, which has none.
+    pub components: &'a str,
+    /// Name of its shape; empty for a rigid body without one.
+    pub shape: &'a str,
+    /// Its body file, if it is from one.
+    pub file: Option<&'a BodySource>,
+    /// Whether points of the body file can be named beside its markers.
+    has_points: bool,
+}
+
+impl<'a> BodyFacts<'a> {
+    /// Facts of the body in `section`, unless what they follow from is at fault.
+    pub fn of(section: &'a Section) -> Option<Self> {
+        let model = section.text("model")?;
+        let shape = match section.item("geometry") {
+            Some(_) => section.table("geometry")?.text("shape")?,
+            None => "",
+        };
+        let file = section.body_file().map(AsRef::as_ref);
+        let components = match (model, shape) {
+            ("imported", _) => match file?.body.motion() {
+                RigidMotion::Planar => "plane-strain",
+                RigidMotion::Axial => "axisymmetric",
+                RigidMotion::Spatial => "solid",
+            },
+            ("rigid", "plane") => "rigid",
+            ("rigid", _) => match section.text("motion")? {
+                "planar" => "plane-strain",
+                "axial" => "axisymmetric",
+                _ => "solid",
+            },
+            _ => model,
+        };
+        Some(Self { section, is_rigid: model == "rigid", components, shape, file, has_points: false })
+    }
+
+    /// Facts of the body called `name`, as far as they are known.
+    pub fn find(root: &'a Section, name: &str) -> Option<Self> {
+        let (_, body) = root.named("bodies").iter().find(|(n, _)| n == name)?;
+        Self::of(body)
+    }
+
+    /// The same with the points of the body file, which are for output.
+    pub fn with_points(self) -> Self {
+        Self { has_points: true, ..self }
+    }
+
+    /// Whether it is an unbounded plane.
+    pub fn is_plane(&self) -> bool {
+        self.shape == "plane"
+    }
+
+    /// How it moves, in words.
+    pub fn motion(&self) -> &'static str {
+        match self.components {
+            "axisymmetric" => "axisymmetric",
+            "plane-strain" | "plane-stress" => "plane",
+            _ => "spatial",
+        }
+    }
+
+    /// Names of the markers of its shape.
+    pub fn shape_markers(&self) -> &'static [&'static str] {
+        ShapeFacts::find(self.shape).and_then(|s| s.markers(self.components)).unwrap_or_default()
+    }
+
+    /// Names of its markers.
+    fn markers(&self) -> Vec<&'a str> {
+        let own = self.shape_markers();
+        let added = self.section.named("markers").iter().map(|(name, _)| name.as_str());
+        let markers = self.file.map(|f| f.body.markers()).unwrap_or_default();
+        let points = self.file.filter(|_| self.has_points).map(|f| f.body.points()).unwrap_or_default();
+        own.iter().copied().chain(added).chain(markers).chain(points).collect()
+    }
+}
+
+/// Index of the body that key `key` of `section` names; an unknown one is a fault.
+pub fn body_index(checker: &mut Checker, root: &Section, section: &Section, key: &str) -> Option<usize> {
+    let known: Vec<&str> = root.named("bodies").iter().map(|(n, _)| n.as_str()).collect();
+    let name = section.text(key)?;
+    let index = known.iter().position(|n| *n == name);
+    if index.is_none() {
+        checker.unknown_name(section, key, "body", &known);
+    }
+    index
+}
+
+/// The place that exactly one of the keys `marker` and `point` gives.
+pub fn marker_or_point(checker: &mut Checker, section: &Section, body: &BodyFacts<'_>) -> Option<Place> {
+    if section.item("marker").is_none() && section.item("point").is_none() {
+        let message = "required key is missing: either \"marker\" or \"point\"".into();
+        checker.fault(&section.origin, section.path_of("marker"), None, message);
+        return None;
+    }
+    one_of(checker, section, ["marker", "point"], body)?
+}
+
+/// The place that one of two keys gives, `Some(None)` if there is neither.
+pub fn one_of(
+    checker: &mut Checker,
+    section: &Section,
+    [marker, point]: [&'static str; 2],
+    body: &BodyFacts<'_>,
+) -> Option<Option<Place>> {
+    match (section.item(marker), section.item(point)) {
+        (Some(_), Some(_)) => {
+            let message = format!("either \"{marker}\" or \"{point}\" can be given, not both");
+            checker.fault_in(section, point, message);
+            None
+        }
+        (None, None) => Some(None),
+        (Some(_), None) => place(checker, section, marker, body).map(Some),
+        (None, Some(_)) => place(checker, section, point, body).map(Some),
+    }
+}
+
+/// The marker or point of key `key` on a body.
+pub fn place(checker: &mut Checker, section: &Section, key: &str, body: &BodyFacts<'_>) -> Option<Place> {
+    if body.is_plane() {
+        checker.fault_in(section, key, "a plane is unbounded and at rest, it has no points to name".into());
+        return None;
+    }
+    match &section.item(key)?.value {
+        Checked::Text(name) => {
+            let known = body.markers();
+            if !known.contains(&name.as_str()) {
+                let what = if let Some(file) = body.file {
+                    format!("marker of {}", file.path.display())
+                } else if body.shape.is_empty() {
+                    "marker of the body".to_owned()
+                } else {
+                    format!("marker of shape \"{}\"", body.shape)
+                };
+                checker.unknown_name(section, key, &what, &known);
+                return None;
+            }
+            Some(Place::Marker(name.clone()))
+        }
+        Checked::Numbers(_) if body.file.is_some() => {
+            let known = names(body.markers().into_iter());
+            let message = format!("a body from a file has no shape, name a marker of the file: {known}");
+            checker.fault_in(section, key, message);
+            None
+        }
+        Checked::Numbers(x) => point(checker, section, key, x, body).map(Place::Point),
+        _ => None,
+    }
+}
+
+/// A point with as many coordinates as the body's model has, padded with zeros.
+pub fn point(
+    checker: &mut Checker,
+    section: &Section,
+    key: &str,
+    x: &[f64],
+    body: &BodyFacts<'_>,
+) -> Option<[f64; 3]> {
+    let dimension = dimension(body.components);
+    if x.len() != dimension {
+        let model = if body.is_rigid { "motion" } else { "model" };
+        let name = body.section.text(model)?;
+        let message = format!("a point of a body with {model} \"{name}\" has {dimension} coordinates");
+        checker.fault_in(section, key, message);
+        return None;
+    }
+    Some(padded(x))
+}
+
+/// Number of coordinates and parametric directions of a model.
+pub fn dimension(model: &str) -> usize {
+    if matches!(model, "solid" | "rigid") { 3 } else { 2 }
+}
+
+/// A point with two or three coordinates as one with three.
+pub fn padded(x: &[f64]) -> [f64; 3] {
+    std::array::from_fn(|i| x.get(i).copied().unwrap_or(0.0))
+}

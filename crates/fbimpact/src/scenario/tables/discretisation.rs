@@ -1,0 +1,110 @@
+//! Keys of `discretisation` and `reduction`: the spline space of a body and its reduced basis.
+
+use super::super::keys::{Bound, Choice, Key, Kind, Need, Range};
+use super::bodies::{COORDINATE, LENGTH, MAX_DEGREE};
+
+/// Elements a direction; more do not fit into memory in two dimensions.
+const MAX_ELEMENTS: u64 = 10_000;
+
+/// `[bodies.NAME.discretisation]`.
+pub(super) const DISCRETISATION: &[Key] = &[
+    Key::new(
+        "degree",
+        Kind::Counts(1, MAX_DEGREE),
+        "–",
+        Need::Default("3"),
+        "Spline degree; raised to that of the exact geometry where it is lower.",
+    ),
+    Key::new(
+        "elements",
+        Kind::Counts(1, MAX_ELEMENTS),
+        "–",
+        Need::Default("8"),
+        "Uniform elements a direction, before refinement.",
+    ),
+    Key::new(
+        "knots",
+        Kind::Lists(Range { min: Bound::Open(0.0), max: Bound::Open(1.0) }),
+        "–",
+        Need::Optional("uniform knots from `elements`"),
+        "Interior knots a direction, which take the place of `elements`.",
+    ),
+    Key::new(
+        "refine",
+        Kind::Tables(REFINE),
+        "",
+        Need::Default("[]"),
+        "Zones of small elements, from which elements grow geometrically.",
+    ),
+];
+
+const REFINE: &[Key] = &[
+    Key::new(
+        "marker",
+        Kind::Name,
+        "",
+        Need::Optional("`point` must be given"),
+        "Named point of the shape in the middle of the zone.",
+    ),
+    Key::new(
+        "point",
+        Kind::Point(COORDINATE),
+        "m",
+        Need::Optional("`marker` must be given"),
+        "Point in the middle of the zone, in the components of the model: [x, y, z], [x, y] or [r, z].",
+    ),
+    Key::new(
+        "width",
+        Kind::Number(LENGTH),
+        "m",
+        Need::Required,
+        "Width of the zone along the surface. On the axis of an axisymmetric model it is counted from the axis.",
+    ),
+    Key::new(
+        "elements",
+        Kind::Integer(1, MAX_ELEMENTS),
+        "–",
+        Need::Default("16"),
+        "Elements across the width.",
+    ),
+    Key::new(
+        "ratio",
+        Kind::Number(Range { min: Bound::Open(1.0), max: Bound::Closed(100.0) }),
+        "–",
+        Need::Default("1.5"),
+        "Largest ratio of neighbouring elements outside the zone.",
+    ),
+];
+
+const METHODS: &[Choice] = &[
+    Choice::new("craig-bampton", "free modes, and the static answer of the contact zone"),
+    Choice::new("modal", "free modes alone; local deformation at the contact is lost"),
+    Choice::new("all", "every mode of the full model, for verification"),
+];
+
+/// `[bodies.NAME.reduction]`.
+pub(super) const REDUCTION: &[Key] = &[
+    Key::new("method", Kind::Choice(METHODS), "", Need::Default("\"craig-bampton\""), "Reduction method."),
+    Key::new(
+        "modes",
+        Kind::Integer(1, 100_000),
+        "–",
+        Need::Default("20"),
+        "Number of elastic modes with dynamics; without meaning for `all`.",
+    ),
+    Key::new(
+        "fixed_interface_modes",
+        Kind::Integer(1, 100_000),
+        "–",
+        Need::Optional("`modes`, the rigid ones and a margin"),
+        "Number of fixed-interface modes of `craig-bampton`.",
+    ),
+    Key::new(
+        "joint_interface",
+        Kind::Boolean,
+        "",
+        Need::Default("false"),
+        "Whether the basis of `craig-bampton` answers forces of the body's joints statically right; not beside adaptive or \
+         quasistatic contacts.",
+    ),
+];

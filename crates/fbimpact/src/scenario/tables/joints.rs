@@ -1,0 +1,194 @@
+//! Keys of `[joints.NAME]` and `[loads.NAME]`.
+
+use super::super::keys::{Bound, Choice, Key, Kind, Need, Range};
+use super::bodies::{COORDINATE, RATE};
+use super::time_curves::curve;
+
+const TYPES: &[Choice] = &[
+    Choice::new("fixed", "no relative motion"),
+    Choice::new("revolute", "angle about `axis`"),
+    Choice::new("prismatic", "displacement along `axis`"),
+    Choice::new("cylindrical", "displacement along `axis` and angle about it"),
+    Choice::new("universal", "angle about `axis` of the parent, then about `second_axis` of the child"),
+    Choice::new("spherical", "rotation about a point"),
+    Choice::new("planar", "two displacements across `axis` and the angle about it"),
+    Choice::new("free", "three displacements and a rotation"),
+    Choice::new("axial", "displacement along z, for axisymmetric bodies"),
+];
+
+/// Name of the body, `ground` for space.
+const BODY: Key =
+    Key::new("body", Kind::Name, "", Need::Required, "Name of a body; `ground` is space, for a parent only.");
+const MARKER: Key =
+    Key::new("marker", Kind::Name, "", Need::Optional("`point` must be given"), "Marker of the body.");
+const POINT: Key = Key::new(
+    "point",
+    Kind::Point(COORDINATE),
+    "m",
+    Need::Optional("`marker` must be given"),
+    "Point in the components of the body's model: [x, y, z], [x, y] or [r, z]; on ground [x, y, z].",
+);
+
+const ATTACHMENT: &[Key] = &[BODY, MARKER, POINT];
+
+/// Stiffness or damping, of any unit.
+const CONSTANT: Range = Range { min: Bound::Closed(0.0), max: Bound::Closed(1e18) };
+/// Coordinates of a joint \[m, rad\].
+const JOINT_COORDINATE: Range = Range::within(1e6);
+
+/// `[joints.NAME]`.
+pub(super) const JOINT: &[Key] = &[
+    Key::new(
+        "type",
+        Kind::Choice(TYPES),
+        "",
+        Need::Required,
+        "Type. Where there are several coordinates they stand in the order given here.",
+    ),
+    Key::new(
+        "parent",
+        Kind::Table(ATTACHMENT),
+        "",
+        Need::Required,
+        "Place on the body nearer to ground, or on ground.",
+    ),
+    Key::new(
+        "child",
+        Kind::Table(ATTACHMENT),
+        "",
+        Need::Required,
+        "Place on the body that hangs on the joint. With all joint coordinates at zero both places coincide.",
+    ),
+    Key::new(
+        "axis",
+        Kind::Vector(3, COORDINATE),
+        "–",
+        Need::Optional("z for `axial`, no meaning for `fixed`, the axes of space for `spherical` and `free`"),
+        "Axis in space with all joint coordinates at zero; of any length but zero.",
+    ),
+    Key::new(
+        "second_axis",
+        Kind::Vector(3, COORDINATE),
+        "–",
+        Need::Optional("only for `universal`, which needs it"),
+        "Second axis of a universal joint, perpendicular to the first.",
+    ),
+    Key::new(
+        "reference",
+        Kind::Vector(3, COORDINATE),
+        "–",
+        Need::Optional("the axis of space that is farthest from `axis`"),
+        "Vector whose part across `axis` is the first of the joint's cross axes, as `planar` joints count displacements.",
+    ),
+    Key::new(
+        "closes_loop",
+        Kind::Boolean,
+        "",
+        Need::Default("false"),
+        "Whether the joint is a constraint on bodies that hang on other joints; it has no coordinates then.",
+    ),
+    Key::angle(
+        "angle",
+        Kind::Number(JOINT_COORDINATE),
+        "rad",
+        Need::Optional("0"),
+        "Initial angle of a `revolute` or `cylindrical` joint.",
+    ),
+    Key::new(
+        "displacement",
+        Kind::Number(JOINT_COORDINATE),
+        "m",
+        Need::Optional("0"),
+        "Initial displacement of a `prismatic`, `cylindrical` or `axial` joint.",
+    ),
+    Key::new(
+        "coordinates",
+        Kind::Numbers(JOINT_COORDINATE),
+        "m, rad",
+        Need::Optional("0"),
+        "All initial coordinates of the joint; a rotation of `spherical` and `free` joints is a rotation vector.",
+    ),
+    Key::angle(
+        "angular_velocity",
+        Kind::Number(RATE),
+        "rad/s",
+        Need::Optional("0"),
+        "Initial angular velocity of a `revolute` or `cylindrical` joint.",
+    ),
+    Key::new(
+        "velocity",
+        Kind::Number(RATE),
+        "m/s",
+        Need::Optional("0"),
+        "Initial velocity of a `prismatic`, `cylindrical` or `axial` joint.",
+    ),
+    Key::new(
+        "velocities",
+        Kind::Numbers(RATE),
+        "m/s, rad/s",
+        Need::Optional("0"),
+        "All initial velocities of the joint; of `spherical` and `free` joints the angular velocity in the child's axes.",
+    ),
+    Key::new(
+        "stiffness",
+        Kind::Numbers(CONSTANT),
+        "N/m, N m/rad",
+        Need::Optional("no springs"),
+        "Stiffness of the joint's springs, one a coordinate; one number for all if they are of one kind.",
+    ),
+    Key::new(
+        "rest",
+        Kind::Numbers(JOINT_COORDINATE),
+        "m, rad",
+        Need::Optional("0"),
+        "Coordinates at which the springs are relaxed.",
+    ),
+    Key::new(
+        "damping",
+        Kind::Numbers(CONSTANT),
+        "N s/m, N m s/rad",
+        Need::Optional("no dampers"),
+        "Constants of the joint's dampers.",
+    ),
+    curve("drive", "N, N m", "Force along the only coordinate."),
+    curve("motion", "m, rad", "Motion prescribed to the only coordinate."),
+    Key::new(
+        "drives",
+        Kind::Tables(ENTRY),
+        "",
+        Need::Default("[]"),
+        "Forces along coordinates of a joint with several.",
+    ),
+    Key::new(
+        "motions",
+        Kind::Tables(ENTRY),
+        "",
+        Need::Default("[]"),
+        "Motions prescribed to coordinates of a joint with several; not of a rotation with three angles.",
+    ),
+];
+
+const ENTRY: &[Key] = &[
+    Key::new("coordinate", Kind::Integer(0, 5), "–", Need::Required, "Number of the coordinate, from 0."),
+    Key { need: Need::Required, ..curve("curve", "N, N m, m, rad", "Quantity over time.") },
+];
+
+/// `[loads.NAME]`.
+pub(super) const LOAD: &[Key] = &[
+    Key::new("body", Kind::Name, "", Need::Required, "Name of the body."),
+    MARKER,
+    Key { doc: "Point in the components of the body's model: [x, y, z], [x, y] or [r, z].", ..POINT },
+    curve("force_x", "N", "Force along x."),
+    curve("force_y", "N", "Force along y."),
+    curve("force_z", "N", "Force along z."),
+    curve("moment_x", "N m", "Moment about x."),
+    curve("moment_y", "N m", "Moment about y."),
+    curve("moment_z", "N m", "Moment about z."),
+    Key::new(
+        "following",
+        Kind::Boolean,
+        "",
+        Need::Default("false"),
+        "Whether the axes are those of the body at the place of the load and turn with it; those of space otherwise.",
+    ),
+];

@@ -1,0 +1,77 @@
+//! From a validated scenario to the specification of a run: exact shapes, materials, places, joints, contact pairs.
+
+mod geometry;
+mod rigid;
+mod bodies;
+mod joints;
+mod contacts;
+
+use adaptive::spec::{PhaseSettings, PointSpec, RunSettings, RunSpec, StressInstant, StressSpec};
+use ffr_dynamics::integration::Method;
+use nalgebra::Vector3;
+
+use crate::error::AppError;
+use crate::scenario::{self, Scenario};
+use bodies::Bodies;
+
+/// The specification of the run that `scenario` describes.
+///
+/// # Errors
+/// [`AppError::Model`] naming the body, joint or contact that cannot be built.
+pub fn run_spec(scenario: &Scenario) -> Result<RunSpec, AppError> {
+    let bodies = Bodies::new(scenario)?;
+    let of_kind = |closes_loop: bool| {
+        let list = scenario.joints.iter().filter(|j| j.closes_loop == closes_loop);
+        list.map(|j| joints::joint(j, &bodies)).collect::<Result<_, AppError>>()
+    };
+    let (tree, loops) = (of_kind(false)?, of_kind(true)?);
+    let loads = scenario.loads.iter().map(|l| joints::load(l, &bodies)).collect::<Result<_, AppError>>()?;
+    let contacts = scenario.contacts.iter().map(|c| contacts::contact(c, scenario, &bodies));
+    let contacts = contacts.collect::<Result<_, AppError>>()?;
+    let points = scenario.output.points.iter().map(|p| {
+        let subject = format!("output.points.{}", p.name);
+        let body = bodies.moving(p.body, &subject)?;
+        Ok(PointSpec { name: p.name.clone(), body, place: bodies.place(body, &p.at)? })
+    });
+    let points = points.collect::<Result<_, AppError>>()?;
+    let stress = scenario.output.stress.iter().map(|line| stress(line, &bodies));
+    let stress = stress.collect::<Result<_, AppError>>()?;
+    let settings = settings(scenario);
+    Ok(RunSpec { joints: tree, loops, loads, contacts, points, stress, settings, bodies: bodies.specs })
+}
+
+fn stress(line: &scenario::StressLine, bodies: &Bodies) -> Result<StressSpec, AppError> {
+    let body = bodies.flexible(line.body, &format!("output.stress.{}", line.name))?;
+    Ok(StressSpec {
+        name: line.name.clone(),
+        body,
+        ends: [bodies.point(body, &line.from)?, bodies.point(body, &line.to)?],
+        samples: line.samples,
+        at: match line.at {
+            scenario::StressTime::PeakForce => StressInstant::PeakForce,
+            scenario::StressTime::Time(t) => StressInstant::Time(t),
+        },
+    })
+}
+
+fn settings(scenario: &Scenario) -> RunSettings {
+    let simulation = &scenario.simulation;
+    let phase = |i: &scenario::Integration| PhaseSettings {
+        method: match i.integrator {
+            scenario::Integrator::DormandPrince => Method::DormandPrince,
+            scenario::Integrator::TrBdf2 => Method::TrBdf2,
+        },
+        max_step: i.max_step.unwrap_or(f64::INFINITY),
+        tolerance: i.rtol,
+        velocity_floor: i.velocity_floor,
+    };
+    RunSettings {
+        end_time: simulation.end_time,
+        gravity: Vector3::from(simulation.gravity),
+        static_start: simulation.static_start,
+        free: phase(&simulation.free),
+        impact: phase(&simulation.impact),
+        quiet_time: simulation.quiet_time,
+        free_interval: scenario.output.free_interval,
+    }
+}

@@ -1,0 +1,382 @@
+//! Joints, loads, rigid bodies, frames and Hertz contacts in the scenario: what is read from them, and faults that involve
+//! several keys.
+
+use std::path::Path;
+
+use fbimpact::scenario::{
+    self, BodyKind, ContactLaw, Curve, Damping, Fault, Frame, Integrator, Override, Place, RigidMass,
+    Scenario,
+};
+use ffr_dynamics::system::joints::JointKind;
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
+/// Two rods in a chain, a sphere at the end, a free sphere, and bodies of flat models.
+const CHAIN: &str = r#"
+[simulation]
+end_time = 1.0
+[materials.m]
+youngs_modulus = 2e11
+poissons_ratio = 0.3
+density = 8e3
+[bodies.upper]
+material = "m"
+geometry = { shape = "cylinder", radius = 0.01, length = 1.0 }
+frame = "tangent"
+markers = { middle = { point = [0.0, 0.01, 0.5] } }
+[bodies.lower]
+model = "rigid"
+material = "m"
+geometry = { shape = "box", size = [0.1, 0.2, 0.3] }
+[bodies.ball]
+model = "rigid"
+material = "m"
+geometry = { shape = "sphere", radius = 0.1 }
+[bodies.other]
+material = "m"
+geometry = { shape = "sphere", radius = 0.1 }
+position = [1.0, 0.0, 0.0]
+[bodies.floor]
+model = "rigid"
+geometry = { shape = "plane" }
+[bodies.wheel]
+model = "plane-stress"
+material = "m"
+geometry = { shape = "disc", radius = 0.1 }
+[bodies.piston]
+model = "rigid"
+motion = "axial"
+mass = 1.0
+[joints.shoulder]
+type = "revolute"
+axis = [0.0, 2.0, 0.0]
+parent = { body = "ground", point = [0.0, 0.0, 0.0] }
+child = { body = "upper", marker = "start" }
+angle_deg = 90.0
+[joints.elbow]
+type = "spherical"
+parent = { body = "upper", marker = "end" }
+child = { body = "lower", marker = "top" }
+[joints.wrist]
+type = "fixed"
+parent = { body = "lower", marker = "bottom" }
+child = { body = "ball", marker = "top" }
+[contacts.pair]
+contact_body = "ball"
+target_body = "other"
+model = "hertz"
+[loads.push]
+body = "upper"
+marker = "middle"
+force_x = 1.0
+[output.points.p]
+body = "ball"
+marker = "bottom"
+"#;
+
+fn parse(set: &[&str]) -> Result<Scenario, Vec<Fault>> {
+    let overrides: Vec<Override> = set.iter().map(|s| s.parse().expect("valid --set")).collect();
+    scenario::parse(Path::new("case.toml"), CHAIN.as_bytes(), &overrides).map_err(|f| f.list().to_vec())
+}
+
+fn valid(set: &[&str]) -> Scenario {
+    let first = parse(set).unwrap_or_else(|f| panic!("{set:?}: {f:#?}"));
+    // Whatever is valid reads back to itself.
+    let text = first.source.resolved.as_bytes();
+    let mut again = scenario::parse(Path::new("r.toml"), text, &[])
+        .unwrap_or_else(|f| panic!("{set:?}: {f}\n{}", first.source.resolved));
+    again.source = first.source.clone();
+    assert_eq!(first, again);
+    first
+}
+
+/// Asks for a fault at `key` whose text has `words`.
+fn assert_fault(set: &[&str], key: &str, words: &str) {
+    let list = parse(set).expect_err(&format!("{set:?} is accepted"));
+    let found = list.iter().any(|f| f.key == key && f.to_string().contains(words));
+    assert!(found, "{set:?}: {key} with {words:?} in {list:#?}");
+}
+
+fn axes(joint: &scenario::Joint) -> UnitQuaternion<f64> {
+    let [w, i, j, k] = joint.axes;
+    UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k))
+}
+
+/// Round-off of a few operations on numbers of order one.
+const ROUND_OFF: f64 = 1e-14;
+
+#[test]
+fn joints_have_their_axis_as_z_and_start_where_they_are_told() {
+    let scenario = valid(&[]);
+    let shoulder = &scenario.joints[0];
+    assert_eq!(
+        (shoulder.kind, shoulder.parent.body, shoulder.child.body),
+        (JointKind::Revolute, None, Some(0))
+    );
+    let z = axes(shoulder) * Vector3::z();
+    assert!((z - Vector3::y()).norm() < ROUND_OFF);
+    // The axis of space that is farthest from y, the first of two.
+    assert!((axes(shoulder) * Vector3::x() - Vector3::x()).norm() < ROUND_OFF);
+    assert!((shoulder.positions[0] - std::f64::consts::FRAC_PI_2).abs() < ROUND_OFF);
+    assert_eq!(scenario.joints[1].positions, [1.0, 0.0, 0.0, 0.0]);
+    assert!(scenario.joints[2].positions.is_empty() && scenario.joints[2].coordinates.is_empty());
+    assert_eq!(shoulder.child.at, Place::Marker("start".into()));
+}
+
+#[test]
+fn universal_joints_turn_about_both_axes_and_references_fix_the_first_cross_axis() {
+    let set =
+        ["joints.elbow.type=universal", "joints.elbow.axis=[0,0,3]", "joints.elbow.second_axis=[1,0,0]"];
+    let q = axes(&valid(&set).joints[1]);
+    assert!((q * Vector3::x() - Vector3::z()).norm() < ROUND_OFF);
+    assert!((q * Vector3::y() - Vector3::x()).norm() < ROUND_OFF);
+    let q = axes(&valid(&["joints.shoulder.reference=[0,1,-2]"]).joints[0]);
+    assert!((q * Vector3::x() + Vector3::z()).norm() < ROUND_OFF);
+}
+
+#[test]
+fn rotation_vectors_become_quaternions() {
+    let scenario =
+        valid(&["joints.elbow.coordinates=[0,0,3.141592653589793]", "joints.elbow.velocities=[1,2,3]"]);
+    let elbow = &scenario.joints[1];
+    for (found, expected) in elbow.positions.iter().zip([0.0, 0.0, 0.0, 1.0]) {
+        assert!((found - expected).abs() < ROUND_OFF);
+    }
+    assert_eq!(elbow.velocities, [1.0, 2.0, 3.0]);
+    let set = ["joints.elbow.type=free", "joints.elbow.coordinates=[1,2,3,0,0,0]"];
+    assert_eq!(valid(&set).joints[1].positions, [1.0, 2.0, 3.0, 1.0, 0.0, 0.0, 0.0]);
+}
+
+#[test]
+fn tangent_frames_follow_the_joint_unless_told_otherwise() {
+    let frame = |set: &[&str]| match &valid(set).bodies[0].kind {
+        BodyKind::Elastic(upper) => upper.frame.clone(),
+        _ => panic!("flexible"),
+    };
+    assert_eq!(frame(&[]), Frame::Tangent(Place::Marker("start".into())));
+    let middle = Frame::Tangent(Place::Marker("middle".into()));
+    assert_eq!(frame(&["bodies.upper.frame_marker=middle"]), middle);
+    let point = Frame::Tangent(Place::Point([0.0, 0.0, 0.1]));
+    assert_eq!(
+        frame(&["bodies.upper.frame_point=[0,0,0.1]", "bodies.upper.geometric_stiffening=true"]),
+        point
+    );
+    assert_eq!(frame(&["bodies.upper.frame=buckens"]), Frame::Buckens);
+}
+
+#[test]
+fn springs_drives_and_motions_stand_at_their_coordinates() {
+    let scenario = valid(&[
+        "joints.elbow.type=planar",
+        "joints.elbow.axis=[0,0,1]",
+        "joints.elbow.stiffness=[1,2,3]",
+        "joints.elbow.rest=[0.1,0.2,0.3]",
+        "joints.elbow.drives=[{coordinate=2,curve={kind=\"spin-up\",rate=1,duration=2}}]",
+        "joints.elbow.motions=[{coordinate=0,curve={kind=\"table\",times=[0,1,2],values=[0,1,0]}}]",
+        "joints.shoulder.damping=4",
+        "joints.shoulder.drive=5",
+    ]);
+    let c = &scenario.joints[1].coordinates;
+    assert_eq!(c.iter().map(|c| c.stiffness).collect::<Vec<_>>(), [1.0, 2.0, 3.0]);
+    assert_eq!(c.iter().map(|c| c.rest).collect::<Vec<_>>(), [0.1, 0.2, 0.3]);
+    assert_eq!(c[2].drive, Some(Curve::SpinUp { rate: 1.0, duration: 2.0 }));
+    assert!(matches!(&c[0].motion, Some(Curve::Table { times, .. }) if times.len() == 3));
+    let shoulder = &scenario.joints[0].coordinates[0];
+    assert_eq!(shoulder.drive, Some(Curve::Polynomial { coefficients: vec![5.0] }));
+    assert!((shoulder.damping - 4.0).abs() < ROUND_OFF);
+}
+
+#[test]
+fn rigid_bodies_hertz_friction_damping_and_tolerances_are_read() {
+    let scenario = valid(&[
+        "simulation.static_start=true",
+        "simulation.free.integrator=tr-bdf2",
+        "bodies.upper.damping.modal=0.01",
+        "contacts.slide.contact_body=wheel",
+        "contacts.slide.target_body=floor",
+        "contacts.slide.friction=0.3",
+        "contacts.slide.friction_stiffness_ratio=0.5",
+        "bodies.floor.normal=[0,1,0]",
+    ]);
+    let BodyKind::Rigid(lower) = &scenario.bodies[1].kind else { panic!("rigid") };
+    assert!(matches!(&lower.mass, RigidMass::Shape { material, .. } if material.name == "m"));
+    assert_eq!(scenario.contacts[0].law, ContactLaw::Hertz);
+    let ContactLaw::Surface(slide) = &scenario.contacts[1].law else { panic!("a surface") };
+    let friction = slide.friction.expect("given");
+    assert!(
+        (friction.coefficient - 0.3).abs() < ROUND_OFF && (friction.stiffness_ratio - 0.5).abs() < ROUND_OFF
+    );
+    assert!(scenario.simulation.static_start);
+    assert_eq!(scenario.simulation.free.integrator, Integrator::TrBdf2);
+    assert!((scenario.simulation.free.rtol - 1e-5).abs() < ROUND_OFF);
+    assert!((scenario.simulation.impact.rtol - 1e-8).abs() < ROUND_OFF);
+    let BodyKind::Elastic(upper) = &scenario.bodies[0].kind else { panic!("flexible") };
+    assert_eq!(upper.damping, Some(Damping::Modal(vec![0.01])));
+}
+
+#[test]
+fn faults_of_joints_name_key_and_remedy() {
+    for (set, key, words) in [
+        ("joints.shoulder.axis=[0,0,0]", "joints.shoulder.axis", "zero vector"),
+        ("joints.shoulder.reference=[0,1,0]", "joints.shoulder.reference", "parallel"),
+        ("joints.shoulder.second_axis=[1,0,0]", "joints.shoulder.second_axis", "revolute"),
+        ("joints.shoulder.type=revolut", "joints.shoulder.type", "did you mean \"revolute\""),
+        ("joints.shoulder.child.body=uper", "joints.shoulder.child.body", "did you mean \"upper\""),
+        ("joints.shoulder.parent.body=grund", "joints.shoulder.parent.body", "did you mean \"ground\""),
+        ("joints.shoulder.child.marker=strat", "joints.shoulder.child.marker", "did you mean \"start\""),
+        ("joints.shoulder.child.body=ground", "joints.shoulder.child.body", "hangs on no joint"),
+        ("joints.shoulder.child.body=floor", "joints.shoulder.child.body", "name \"ground\" instead"),
+        ("joints.shoulder.child.point=[0,0,0]", "joints.shoulder.child.point", "not both"),
+        ("joints.shoulder.parent.marker=top", "joints.shoulder.parent.marker", "no markers"),
+        ("joints.shoulder.parent.point=[0,0]", "joints.shoulder.parent.point", "3 coordinates"),
+        ("joints.elbow.child.body=upper", "joints.elbow.child.body", "must differ"),
+        ("joints.shoulder.parent.body=ball", "joints.shoulder.parent.body", "cycle"),
+        ("joints.elbow.child.body=ball", "joints.wrist.child.body", "over-constrained"),
+        ("joints.wrist.angle=1", "joints.wrist.angle", "no coordinates"),
+        ("joints.wrist.axis=[1,0,0]", "joints.wrist.axis", "no meaning"),
+        ("joints.shoulder.displacement=1", "joints.shoulder.displacement", "coordinates"),
+        ("joints.shoulder.coordinates=[1]", "joints.shoulder.angle", "not both"),
+        ("joints.shoulder.velocities=[1,2]", "joints.shoulder.velocities", "2 entries"),
+        ("joints.shoulder.motion=1", "joints.shoulder.angle", "follows from \"motion\""),
+        ("joints.shoulder.motions=[{coordinate=1,curve=1}]", "joints.shoulder.motions[0].coordinate", "< 1"),
+        ("joints.elbow.drive=1", "joints.elbow.drive", "drives"),
+        ("joints.elbow.motions=[{coordinate=0,curve=1}]", "joints.elbow.motions", "cannot be prescribed"),
+        ("joints.elbow.stiffness=[1,1,2]", "joints.elbow.stiffness", "alike"),
+        ("joints.elbow.rest=[0,0,1]", "joints.elbow.rest", "relaxed at 0"),
+        ("joints.elbow.angle=1", "joints.elbow.angle", "coordinates"),
+        ("joints.shoulder.child.body=wheel", "joints.shoulder.child.marker", "marker of shape \"disc\""),
+        ("joints.elbow.parent.body=wheel", "joints.elbow.parent.marker", "unknown marker"),
+        (
+            "joints.shoulder.drive={kind=\"table\",times=[0,0],values=[1,2]}",
+            "joints.shoulder.drive.times",
+            "rise",
+        ),
+        (
+            "joints.shoulder.drive={kind=\"table\",times=[0,1],values=[1]}",
+            "joints.shoulder.drive.values",
+            "1 values",
+        ),
+        (
+            "joints.shoulder.drive={kind=\"table\",times=[0],values=[1]}",
+            "joints.shoulder.drive.times",
+            "two times",
+        ),
+        ("joints.shoulder.drive={kind=\"spinup\"}", "joints.shoulder.drive.kind", "did you mean \"spin-up\""),
+    ] {
+        assert_fault(&[set], key, words);
+    }
+    assert_fault(&["joints.elbow.type=universal"], "joints.elbow.second_axis", "missing");
+    let set =
+        ["joints.elbow.type=universal", "joints.elbow.axis=[1,0,0]", "joints.elbow.second_axis=[1,1,0]"];
+    assert_fault(&set, "joints.elbow.second_axis", "45.0");
+    assert_fault(&["joints.elbow.type=prismatic"], "joints.elbow.axis", "missing");
+    let set = ["joints.wrist.closes_loop=true", "joints.wrist.type=free"];
+    assert_fault(&set, "joints.wrist.closes_loop", "holds nothing");
+    let set = ["joints.shoulder.closes_loop=true"];
+    assert_fault(&set, "joints.shoulder.angle", "loop-closing");
+}
+
+#[test]
+fn flat_models_take_joints_of_their_plane_or_axis_only() {
+    let wheel = |kind: &str, axis: &str| -> Vec<String> {
+        vec![
+            format!("joints.hub.type={kind}"),
+            format!("joints.hub.axis={axis}"),
+            "joints.hub.parent={body=\"ground\",point=[0,0,0]}".into(),
+            "joints.hub.child={body=\"wheel\",marker=\"centre\"}".into(),
+        ]
+    };
+    let refs = |list: &[String]| -> Vec<String> { list.to_vec() };
+    let check = |set: Vec<String>, fault: Option<(&str, &str)>| {
+        let set: Vec<&str> = set.iter().map(String::as_str).collect();
+        match fault {
+            None => drop(valid(&set)),
+            Some((key, words)) => assert_fault(&set, key, words),
+        }
+    };
+    check(refs(&wheel("revolute", "[0,0,-1]")), None);
+    check(refs(&wheel("prismatic", "[1,1,0]")), None);
+    check(refs(&wheel("planar", "[0,0,1]")), None);
+    check(refs(&wheel("revolute", "[0,1,0]")), Some(("joints.hub.axis", "along z")));
+    check(refs(&wheel("prismatic", "[0,1,1]")), Some(("joints.hub.axis", "in the plane")));
+    check(refs(&wheel("cylindrical", "[0,0,1]")), Some(("joints.hub.type", "plane")));
+    let mixed =
+        [wheel("revolute", "[0,0,1]"), vec!["joints.hub.parent={body=\"lower\",marker=\"top\"}".into()]];
+    check(mixed.concat(), Some(("joints.hub.parent.body", "is spatial, the child is plane")));
+    let axial = |kind: &str| -> Vec<String> {
+        vec![
+            format!("joints.bore.type={kind}"),
+            "joints.bore.parent={body=\"ground\",point=[0,0,0]}".into(),
+            "joints.bore.child={body=\"piston\",point=[0,0]}".into(),
+        ]
+    };
+    check(axial("axial"), None);
+    check(axial("spherical"), Some(("joints.bore.type", "axisymmetric")));
+}
+
+#[test]
+fn faults_of_bodies_loads_and_contacts_name_key_and_remedy() {
+    for (set, key, words) in [
+        ("bodies.upper.position=[0,0,0]", "bodies.upper.position", "follows from joint \"shoulder\""),
+        ("bodies.ball.velocity=[0,0,0]", "bodies.ball.velocity", "follows from joint \"wrist\""),
+        ("bodies.lower.mass=1", "bodies.lower.mass", "follows from \"geometry\""),
+        ("bodies.lower.frame=tangent", "bodies.lower.frame", "no meaning"),
+        ("bodies.upper.mass=1", "bodies.upper.mass", "\"rigid\" only"),
+        ("bodies.upper.normal=[0,0,1]", "bodies.upper.normal", "\"plane\" only"),
+        ("bodies.upper.frame_marker=nowhere", "bodies.upper.frame_marker", "unknown marker"),
+        ("bodies.other.frame_marker=top", "bodies.other.frame_marker", "\"tangent\" only"),
+        ("bodies.other.frame=tangent", "bodies.other.frame_marker", "missing"),
+        ("bodies.other.geometric_stiffening=true", "bodies.other.geometric_stiffening", "tangent"),
+        ("bodies.upper.markers.start.point=[0,0,0]", "bodies.upper.markers.start", "already"),
+        ("bodies.upper.markers.middle.point=[0,0]", "bodies.upper.markers.middle.point", "3 coordinates"),
+        ("bodies.upper.damping.modal=-1", "bodies.upper.damping.modal", ">= 0"),
+        ("bodies.upper.damping.ratio=0.1", "bodies.upper.damping.frequencies", "missing"),
+        ("bodies.floor.motion=planar", "bodies.floor.motion", "no meaning for a plane"),
+        ("bodies.floor.mass=1", "bodies.floor.mass", "no meaning for a plane"),
+        ("bodies.lower.motion=planar", "bodies.lower.geometry.shape", "motion \"planar\""),
+        ("bodies.piston.inertia=[[1,1,0],[0,1,0],[0,0,1]]", "bodies.piston.inertia", "symmetric"),
+        ("bodies.piston.inertia=[-1,1,1]", "bodies.piston.inertia", ">= 0"),
+        ("bodies.piston.material=m", "bodies.piston.material", "without \"geometry\""),
+        ("bodies.piston.motion=spatial", "bodies.piston.inertia", "missing"),
+        ("bodies.piston.angular_velocity=[0,0,1]", "bodies.piston.angular_velocity", "zero"),
+        ("bodies.new={model=\"rigid\"}", "bodies.new.geometry", "missing"),
+        ("bodies.new={material=\"m\"}", "bodies.new.geometry", "missing"),
+        (
+            "bodies.new={model=\"rigid\",mass=1,inertia=[1,1,3]}",
+            "bodies.new.inertia",
+            "no distribution of mass",
+        ),
+        ("bodies.ground={model=\"rigid\",mass=1,inertia=[1,1,1]}", "bodies.ground", "name of space"),
+        ("loads.push.body=uper", "loads.push.body", "did you mean \"upper\""),
+        ("loads.push.body=floor", "loads.push.marker", "unbounded"),
+        ("loads.push.marker=midle", "loads.push.marker", "did you mean \"middle\""),
+        ("loads.pull={body=\"upper\",marker=\"end\"}", "loads.pull.force_z", "missing"),
+        ("loads.pull={body=\"wheel\",marker=\"left\",force_z=1}", "loads.pull.force_z", "plane"),
+        ("loads.pull={body=\"piston\",point=[0,0],moment_z=1}", "loads.pull.moment_z", "axisymmetric"),
+        ("contacts.pair.friction=0.1", "contacts.pair.friction", "hertz"),
+        ("contacts.pair.penalty.initial=1e9", "contacts.pair.penalty", "hertz"),
+        ("contacts.pair.contact_body=lower", "contacts.pair.contact_body", "sphere"),
+        ("contacts.pair.contact_body=floor", "contacts.pair.contact_body", "sphere"),
+        ("contacts.pair.target_body=lower", "contacts.pair.target_body", "or a plane"),
+        ("contacts.pair.model=quasistatic", "contacts.pair.contact_body", "flexible"),
+        ("contacts.pair.friction=-0.1", "contacts.pair.friction", ">= 0"),
+        ("output.points.p.body=floor", "output.points.p.marker", "unbounded"),
+        ("simulation.static_start=1", "simulation.static_start", "true or false"),
+    ] {
+        assert_fault(&[set], key, words);
+    }
+    let set = [
+        "contacts.pair.model=dynamic",
+        "contacts.pair.contact_body=other",
+        "contacts.pair.target_body=floor",
+        "contacts.pair.solver=broyden",
+        "contacts.pair.friction=0.1",
+    ];
+    assert_fault(&set, "contacts.pair.solver", "friction");
+}
+
+#[test]
+fn planes_with_a_material_are_elastic_half_spaces_for_hertz() {
+    let scenario = valid(&["bodies.floor.material=m", "contacts.pair.target_body=floor"]);
+    let BodyKind::RigidPlane { material, .. } = &scenario.bodies[4].kind else { panic!("a plane") };
+    assert_eq!(material.as_ref().map(|m| m.name.as_str()), Some("m"));
+}

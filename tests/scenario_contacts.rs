@@ -1,0 +1,244 @@
+//! Contacts in the scenario: what is assumed where nothing is said, what reaches the run, and settings that exclude each other.
+
+use std::path::Path;
+
+use adaptive::spec::{
+    ContactLaw as LawSpec, IntervalSpec, PenaltySearch as SearchSpec, Place, Target, Treatment,
+};
+use contact_qs::quasistatic::Method;
+use fbimpact::scenario::{
+    self, BodyKind, Constraint, ContactLaw, ContactModel, ContactSolver, Fault, Override, PenaltySearch,
+    Reduction, Scenario, SurfaceContact,
+};
+use fbimpact::setup::run_spec;
+
+const PAIRS: &str = include_str!("../scenarios/sphere_rod_sphere.toml");
+const SPHERE: &str = include_str!("../scenarios/sphere_on_plane.toml");
+const BEAM: &str = include_str!("../scenarios/spinning_beam.toml");
+
+fn parse(text: &str, set: &[&str]) -> Result<Scenario, Vec<Fault>> {
+    let set: Vec<Override> = set.iter().map(|s| s.parse().expect("valid --set")).collect();
+    scenario::parse(Path::new("case.toml"), text.as_bytes(), &set).map_err(|f| f.list().to_vec())
+}
+
+fn valid(text: &str, set: &[&str]) -> Scenario {
+    parse(text, set).unwrap_or_else(|f| panic!("{set:?}: {f:#?}"))
+}
+
+/// The first contact of a valid scenario.
+fn surface(text: &str, set: &[&str]) -> SurfaceContact {
+    match &valid(text, set).contacts[0].law {
+        ContactLaw::Surface(law) => law.clone(),
+        ContactLaw::Hertz => panic!("a contact of surfaces"),
+    }
+}
+
+#[track_caller]
+fn assert_fault(text: &str, set: &[&str], key: &str, words: &str) {
+    let list = parse(text, set).expect_err(&format!("{set:?} is at fault"));
+    let fault =
+        list.iter().find(|f| f.key == key).unwrap_or_else(|| panic!("{key} for {set:?} in {list:#?}"));
+    assert!(fault.to_string().contains(words), "{set:?}: {fault}");
+}
+
+#[test]
+fn a_pair_of_names_is_enough_and_is_adaptive() {
+    let scenario = valid(PAIRS, &[]);
+    // An empty line ends the table after the two names.
+    assert!(PAIRS.contains("[contacts.first]\ncontact_body = \"left\"\ntarget_body = \"rod\"\n\n"));
+    for contact in &scenario.contacts {
+        let ContactLaw::Surface(law) = &contact.law else { panic!("a contact of surfaces") };
+        assert_eq!(law.model, ContactModel::Adaptive);
+        assert_eq!(law.solver, ContactSolver::ActiveSet);
+        let search = PenaltySearch::UntilConverged { tolerance: 2e-3 };
+        assert_eq!(law.constraint, Constraint::Penalty { value: None, search });
+        assert_eq!((law.interval.width, law.interval.elements), (None, None));
+    }
+    let run = run_spec(&scenario).expect("a run");
+    let LawSpec::Surface(law) = &run.contacts[1].law else { panic!("a contact of surfaces") };
+    assert_eq!((law.treatment, law.penalty), (Treatment::Adaptive, None));
+    assert_eq!(law.search, SearchSpec::CONVERGED);
+    assert_eq!(law.interval, IntervalSpec::default());
+    assert_eq!((run.contacts[1].body, run.contacts[1].target), (2, Target::Body(1)));
+}
+
+#[test]
+fn other_models_keep_a_fixed_factor() {
+    for (name, model) in [
+        ("quasistatic", ContactModel::Quasistatic),
+        ("damped", ContactModel::Damped),
+        ("dynamic", ContactModel::Dynamic),
+        ("coarse", ContactModel::Coarse),
+    ] {
+        for text in [PAIRS, SPHERE] {
+            let contact = if text == PAIRS { "first" } else { "impact" };
+            let set =
+                [format!("contacts.{contact}.model={name}"), format!("contacts.{contact}.penalty={{}}")];
+            let law = surface(text, &set.each_ref().map(String::as_str));
+            assert_eq!(law.model, model);
+            let constraint = Constraint::Penalty { value: Some(1e18), search: PenaltySearch::Fixed };
+            assert_eq!(law.constraint, constraint, "{name}");
+        }
+    }
+}
+
+#[test]
+fn factors_searches_and_intervals_reach_the_run() {
+    let set = [
+        "contacts.first.penalty={initial=1e15,search=\"until-error\"}",
+        "contacts.first.solver=broyden",
+        "contacts.first.interval={width=1e-3,elements=24,target_utilisation=0.8,min_utilisation=0.6,max_levels=7,max_knots_per_level=3}",
+        "contacts.second.penalty={tolerance=1e-3}",
+    ];
+    let run = run_spec(&valid(PAIRS, &set)).expect("a run");
+    let law = |i: usize| match &run.contacts[i].law {
+        LawSpec::Surface(law) => law.clone(),
+        LawSpec::Hertz { .. } => panic!("a contact of surfaces"),
+    };
+    assert_eq!((law(0).penalty, law(0).search), (Some(1e15), SearchSpec::UntilError));
+    assert!(matches!(law(0).method, Method::Broyden(_)));
+    let interval = IntervalSpec {
+        width: Some(1e-3),
+        elements: Some(24),
+        target_utilisation: 0.8,
+        min_utilisation: 0.6,
+        max_levels: 7,
+        max_knots_per_level: 3,
+    };
+    assert_eq!(law(0).interval, interval);
+    assert_eq!(law(1).search, SearchSpec::UntilConverged { tolerance: 1e-3 });
+    // A value is a fixed factor, and an exact constraint has none to search for.
+    let fixed = surface(PAIRS, &["contacts.first.penalty.value=1e17"]);
+    assert_eq!(fixed.constraint, Constraint::Penalty { value: Some(1e17), search: PenaltySearch::Fixed });
+    assert_eq!(surface(PAIRS, &["contacts.first.constraint=exact"]).constraint, Constraint::Exact);
+}
+
+#[test]
+fn resolved_contacts_read_back_to_themselves() {
+    let set = |contact: &str, keys: &[&str]| -> Vec<String> {
+        keys.iter().map(|key| format!("contacts.{contact}.{key}")).collect()
+    };
+    let broyden = &["solver=broyden", "penalty.search=until-error"][..];
+    for keys in [
+        &[][..],
+        &["model=adaptive", "penalty={}"],
+        &["model=adaptive", "penalty={value=1e17}"],
+        &["model=adaptive", "penalty={search=\"fixed\"}"],
+        &["model=adaptive", "constraint=exact", "penalty={}"],
+        &["model=quasistatic", "penalty={}"],
+        &["model=damped"],
+        &["model=dynamic"],
+        &["model=coarse"],
+        broyden,
+    ] {
+        for (text, contact) in [(PAIRS, "first"), (SPHERE, "impact")] {
+            let mut keys = set(contact, keys);
+            if keys.len() == broyden.len() && contact == "impact" && keys[0].ends_with("broyden") {
+                keys.push("contacts.impact.model=adaptive".into());
+            }
+            let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
+            let first = valid(text, &keys);
+            let again = valid(&first.source.resolved, &[]);
+            assert_eq!(first.contacts, again.contacts, "{keys:?}");
+            assert_eq!(first.source.resolved, again.source.resolved, "{keys:?}");
+        }
+    }
+}
+
+#[test]
+fn settings_without_meaning_are_faults() {
+    for (set, key, words) in [
+        (&["penalty.search=until-error"][..], "penalty.search", "choose solver = \"broyden\""),
+        (&["model=quasistatic", "penalty.search=until-converged"], "penalty.search", "must be \"fixed\""),
+        (&["model=dynamic", "penalty.search=until-error"], "penalty.search", "must be \"fixed\""),
+        (&["constraint=exact", "penalty.search=until-converged"], "penalty.search", "exact"),
+        (&["penalty={value=1e17,search=\"until-converged\"}"], "penalty.value", "initial"),
+        (&["penalty={value=1e17,initial=1e17}"], "penalty.value", "the same"),
+        (&["penalty={search=\"fixed\",tolerance=1e-3}"], "penalty.tolerance", "until-converged"),
+        (&["penalty.tolerance=0.0"], "penalty.tolerance", "> 0"),
+        (&["friction=0.1"], "friction", "two flexible bodies"),
+        (&["solver=broyden", "model=damped"], "solver", "no effect"),
+        (&["solver=broyden", "model=coarse"], "solver", "no effect"),
+        (&["solver=broyden", "constraint=exact"], "solver", "active-set"),
+        (&["constraint=exact", "model=damped"], "model", "\"adaptive\" or \"quasistatic\""),
+        (&["constraint=exact", "points=gauss"], "points", "greville"),
+        (&["model=coarse", "interval.elements=8"], "interval.elements", "refines nothing"),
+        (&["model=damped", "interval.min_utilisation=0.4"], "interval.min_utilisation", "adaptive"),
+        (
+            &["model=quasistatic", "interval.target_utilisation=0.8"],
+            "interval.target_utilisation",
+            "adaptive",
+        ),
+        (&["model=coarse", "interval.max_levels=3"], "interval.max_levels", "adaptive"),
+        (&["interval.min_utilisation=0.7"], "interval.min_utilisation", "less than"),
+        (&["interval.target_utilisation=1.0"], "interval.target_utilisation", "< 1"),
+        (&["target_body=left"], "target_body", "itself"),
+    ] {
+        let set: Vec<String> = set.iter().map(|s| format!("contacts.first.{s}")).collect();
+        let set: Vec<&str> = set.iter().map(String::as_str).collect();
+        assert_fault(PAIRS, &set, &format!("contacts.first.{key}"), words);
+    }
+    let on_plane = ["contacts.impact.interval.max_levels=3"];
+    assert_fault(SPHERE, &on_plane, "contacts.impact.interval.max_levels", "no meaning");
+    let adaptive = ["contacts.impact.model=adaptive", "contacts.impact.interval.max_levels=3"];
+    valid(SPHERE, &adaptive);
+    valid(SPHERE, &["contacts.impact.model=adaptive", "contacts.impact.friction=0.1"]);
+}
+
+#[test]
+fn bodies_of_a_pair_must_be_flexible_and_of_one_kind() {
+    assert_fault(PAIRS, &["bodies.right.model=solid"], "contacts.second.target_body", "\"solid\"");
+    let rigid = "bodies.puck={model=\"rigid\",motion=\"axial\",mass=1}";
+    assert_fault(PAIRS, &[rigid, "contacts.first.target_body=puck"], "contacts.first.target_body", "hertz");
+    assert_fault(
+        PAIRS,
+        &[rigid, "contacts.first.contact_body=puck"],
+        "contacts.first.contact_body",
+        "flexible",
+    );
+    // The same pair the other way round would be counted twice.
+    let twice = ["contacts.second.contact_body=rod", "contacts.second.target_body=left"];
+    assert_fault(PAIRS, &twice, "contacts.second.contact_body", "already");
+    let modal = ["bodies.left.reduction.method=modal", "contacts.first.model=damped"];
+    assert_fault(PAIRS, &modal, "contacts.first.model", "craig-bampton");
+    valid(PAIRS, &["bodies.left.reduction.method=modal"]);
+}
+
+#[test]
+fn joints_become_the_interface_of_a_body() {
+    let scenario = valid(BEAM, &[]);
+    let BodyKind::Elastic(beam) = &scenario.bodies[0].kind else { panic!("flexible") };
+    assert!(matches!(beam.reduction, Reduction::CraigBampton { joint_interface: true, .. }));
+    let interface = |set: &[&str]| {
+        let run = run_spec(&valid(BEAM, set)).expect("a run");
+        run.bodies[0].elastic().expect("flexible").interface.clone()
+    };
+    assert_eq!(interface(&[]), [Place::Point([-5.0, 0.0, 0.0])]);
+    let without = ["bodies.beam.reduction.joint_interface=false", "bodies.beam.reduction.modes=20"];
+    assert_eq!(interface(&without), []);
+}
+
+#[test]
+fn joint_interfaces_that_cannot_be_are_faults() {
+    let key = "bodies.beam.reduction.joint_interface";
+    assert_fault(BEAM, &["bodies.beam.reduction={method=\"modal\",joint_interface=true}"], key, "no meaning");
+    let loose = BEAM.replace("[joints.drive]", "[joints.drive_of_other]").replace(
+        "child = { body = \"beam\", marker = \"left\" }",
+        "child = { body = \"arm\", point = [0.0, 0.0, 0.0] }",
+    ) + "\n[bodies.arm]\nmodel = \"rigid\"\nmass = 1.0\ninertia = [1.0, 1.0, 1.0]\n";
+    assert_fault(
+        &loose,
+        &["bodies.beam.frame=buckens", "bodies.beam.geometric_stiffening=false"],
+        key,
+        "without joints",
+    );
+    let contact = ["bodies.floor={model=\"rigid\",geometry={shape=\"plane\"},normal=[0,1,0]}"];
+    for model in ["adaptive", "quasistatic"] {
+        let pair = format!("contacts.c={{contact_body=\"beam\",target_body=\"floor\",model=\"{model}\"}}");
+        assert_fault(BEAM, &[contact[0], &pair], key, "\"c\"");
+    }
+    valid(BEAM, &[contact[0], "contacts.c={contact_body=\"beam\",target_body=\"floor\",model=\"dynamic\"}"]);
+    // Without interface modes, modes come from the fixed-interface ones alone.
+    let off = ["bodies.beam.reduction.joint_interface=false"];
+    assert_fault(BEAM, &off, "bodies.beam.reduction.fixed_interface_modes", "at least");
+}

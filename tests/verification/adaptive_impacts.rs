@@ -1,0 +1,67 @@
+//! Impacts that the program refines by itself: sphere, rod and sphere, without any contact setting.
+
+use std::sync::OnceLock;
+
+use crate::support::{Trace, assert_below, assert_close, run};
+
+/// The scenario as shipped.
+fn shipped() -> &'static Trace {
+    static RUN: OnceLock<Trace> = OnceLock::new();
+    RUN.get_or_init(|| run("sphere_rod_sphere", &[]))
+}
+
+#[test]
+fn two_separate_impacts_have_the_peaks_and_times_of_the_references() {
+    // Two independent programs agree to 0.3 %: contact, from and to [s], peak [N].
+    const IMPACTS: [(u32, f64, f64, f64); 2] = [(0, 0.0, 145.4e-6, 73.40), (1, 256.2e-6, 382.0e-6, 10.48)];
+    // Bounds from the project.
+    const PEAK: f64 = 5e-3;
+    const TIME: f64 = 1e-6; // s
+    let trace = shipped();
+    assert_eq!((trace.impacts.len(), &trace.failure), (2, &None));
+    for (impact, (contact, start, end, peak)) in trace.impacts.iter().zip(IMPACTS) {
+        assert_eq!(impact.contact, contact);
+        assert_close("peak force", impact.peak_force, peak, PEAK);
+        assert_below("start", (impact.start - start).abs(), TIME);
+        assert_below("end", (impact.end - end).abs(), TIME);
+    }
+}
+
+#[test]
+fn spheres_leave_with_the_velocities_of_the_references() {
+    // A bound from the project; the spheres are free after the impacts, so that the last state counts.
+    const VELOCITY: f64 = 1e-2;
+    let last = shipped().samples.last().expect("samples");
+    assert_close("left sphere", last.bodies[0].velocity[2], -0.0752, VELOCITY);
+    assert_close("right sphere", last.bodies[2].velocity[2], 0.0211, VELOCITY);
+}
+
+#[test]
+fn energy_and_momentum_are_kept_through_all_changes_of_the_model() {
+    let trace = shipped();
+    assert_below("energy drift", trace.energy_drift(), 1e-5);
+    let start = trace.samples[0].linear_momentum[2];
+    let change =
+        trace.history(|s| (s.linear_momentum[2] / start - 1.0).abs()).into_iter().fold(0.0, f64::max);
+    // Forces are equal and opposite up to round-off.
+    assert_below("change of momentum", change, 1e-12);
+    let directions: Vec<&str> = trace.transfers.iter().map(|t| t.direction.as_str()).collect();
+    assert_eq!(directions, ["coarse to fine", "fine to coarse"].repeat(2));
+    let energy = trace.samples[0].energies.total();
+    let jumps = trace.transfers.iter().map(|t| (t.energy_after - t.energy_before).abs() / energy);
+    assert_below("jump of a hand-over", jumps.fold(0.0, f64::max), 1e-5);
+}
+
+#[test]
+fn predictors_need_two_tries_at_first_and_one_later() {
+    let trace = shipped();
+    let accepted: Vec<_> = trace.tries.iter().filter(|t| t.outcome == "accepted").collect();
+    assert_eq!(accepted.len(), 2, "{:#?}", trace.tries);
+    for (attempt, most) in accepted.iter().zip([2, 1]) {
+        assert!(attempt.number <= most, "{attempt:?}");
+        let used = attempt.utilisation[0];
+        assert!((0.6..=0.8).contains(&used), "{used}");
+        // Seconds of work, measured while a try runs.
+        assert!(attempt.wall_time > 0.0 && attempt.cpu_time > 0.0, "{attempt:?}");
+    }
+}
