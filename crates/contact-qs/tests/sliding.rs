@@ -247,7 +247,7 @@ fn friction_takes_energy_whatever_the_motion_and_its_work_is_the_energy_lost() {
         assert!(out.fall < 1e-5, "{case}: {:e}", out.fall);
         let lost = out.energy_before - out.energy_after;
         assert!((out.dissipated - lost).abs() < 1e-3 * out.energy_before);
-        // Issue 3: within 1 %, where there is something to lose.
+        // Within 1 %, where there is something to lose.
         assert!(lost < 1e-2 * out.energy_before || (out.dissipated / lost - 1.0).abs() < 1e-2, "{case}");
     }
     assert!(n_stuck > 4 && n_sliding > 6, "{n_stuck} {n_sliding}");
