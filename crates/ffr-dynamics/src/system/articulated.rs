@@ -33,6 +33,8 @@ pub(super) struct BodyFactors {
     coupling: Vec<f64>,
     /// Elastic inertia, upper triangle (n_q x n_q).
     elastic: Vec<f64>,
+    /// Whether the elastic inertia has a diagonal only: mass-orthonormal modes, no body on a flexible marker.
+    is_diagonal: bool,
     /// Rigid forces.
     force: Six,
     /// Elastic forces.
@@ -65,6 +67,7 @@ impl BodyFactors {
             rigid: [[0.0; 6]; 6],
             coupling: vec![0.0; 6 * n],
             elastic: vec![0.0; n * n],
+            is_diagonal: true,
             force: [0.0; 6],
             elastic_force: vec![0.0; n],
             motion: vec![0.0; 6 * stride],
@@ -102,10 +105,14 @@ impl BodyFactors {
         }
         match &body.data.modal_mass {
             ModalMass::Identity => {
-                self.elastic.fill(0.0);
+                if !self.is_diagonal {
+                    self.elastic.fill(0.0);
+                }
                 self.elastic.iter_mut().step_by(n + 1).for_each(|m| *m = 1.0);
+                self.is_diagonal = true;
             }
             ModalMass::Full(full) => {
+                self.is_diagonal = false;
                 for (i, row) in self.elastic.chunks_exact_mut(n.max(1)).enumerate() {
                     row.copy_from_slice(full.row(i));
                 }
@@ -134,8 +141,12 @@ impl BodyFactors {
         self.fill_products(edge);
         self.fill_matrix(edge, joint_forces);
         let n = self.n_unknowns;
-        // Two pivots at a time: half the traffic of the updates.
         let mut k = 0;
+        if self.has_separate_modes(edge) {
+            self.eliminate_modes(body)?;
+            k = self.n_modes;
+        }
+        // Two pivots at a time: half the traffic of the updates.
         while k < n {
             self.scale_pivot(body, k)?;
             if k + 1 == n {
@@ -146,6 +157,27 @@ impl BodyFactors {
             self.scale_pivot(body, k + 1)?;
             self.update_rows(k, Some(k + 1));
             k += 2;
+        }
+        Ok(())
+    }
+
+    /// Whether the modes know of each other only through the frame: the work is then linear in their number.
+    fn has_separate_modes(&self, edge: &Edge) -> bool {
+        self.is_diagonal && edge.elastic_rows.is_empty()
+    }
+
+    /// Eliminates modes that know of each other only through the frame.
+    fn eliminate_modes(&mut self, body: &TreeBody) -> Result<(), Rejection> {
+        let (n, size, width) = (self.n_modes, self.n_unknowns + 6, self.stride);
+        for k in 0..n {
+            self.scale_pivot(body, k)?;
+        }
+        let start = n - n % LANES;
+        let (modes, rest) = self.matrix.split_at_mut(n * width);
+        for (row, reciprocal) in modes.chunks_exact(width).zip(&self.pivots) {
+            for (i, below) in (n..size).zip(rest.chunks_exact_mut(width)) {
+                axpy(-row[i] * reciprocal, &row[start..], &mut below[start..]);
+            }
         }
         Ok(())
     }
@@ -227,6 +259,7 @@ impl BodyFactors {
         let (n, n_unknowns, size) = (self.n_modes, self.n_unknowns, self.n_unknowns + 6);
         let width = self.stride;
         let is_still = edge.elastic_rows.is_empty();
+        let is_separate = self.has_separate_modes(edge);
         let mut rigid_force = self.force;
         for (f, row) in rigid_force.iter_mut().zip(&self.rigid) {
             *f -= dot(row, &edge.bias);
@@ -234,15 +267,17 @@ impl BodyFactors {
         for i in 0..size {
             let row = &mut self.matrix[i * width..(i + 1) * width];
             let start = i - i % LANES;
-            row[start..].fill(0.0);
+            let first = if is_still { start.max(n - n % LANES) } else { start };
+            // Between the diagonal and there, rows of separate modes have never been written.
+            row[if is_separate { first } else { start }..].fill(0.0);
             let mut force = 0.0;
             if i < n {
-                row[i..n].copy_from_slice(&self.elastic[i * n + i..(i + 1) * n]);
+                let last = if is_separate { i + 1 } else { n };
+                row[i..last].copy_from_slice(&self.elastic[i * n + i..i * n + last]);
                 force = self.elastic_force[i];
             } else if i < n_unknowns {
                 force = joint_forces[i - n];
             }
-            let first = if is_still { start.max(n - n % LANES) } else { start };
             let column = |rows: &[f64]| -> Six { std::array::from_fn(|r| rows[r * width + i]) };
             let (motion, product) = (column(&self.motion), column(&self.product));
             add_six(&product, &self.motion, width, first, &mut row[first..]);
@@ -296,6 +331,7 @@ impl BodyFactors {
         if edge.parent_rows.is_empty() {
             return;
         }
+        self.is_diagonal = false;
         let rows = &edge.parent_rows;
         for (s, coupling) in self.coupling.chunks_exact_mut(n).enumerate() {
             let column: Six = std::array::from_fn(|r| by_frame[r][s]);
@@ -313,9 +349,11 @@ impl BodyFactors {
         let (n, size) = (self.n_unknowns, self.n_unknowns + 6);
         let width = self.stride;
         self.solution[n..].copy_from_slice(marker);
+        let is_separate = self.has_separate_modes(edge);
         for k in (0..n).rev() {
             let row = &self.matrix[k * width..(k + 1) * width];
-            let sum = dot(&row[k + 1..size], &self.solution[k + 1..]);
+            let first = if is_separate { (k + 1).max(self.n_modes) } else { k + 1 };
+            let sum = dot(&row[first..size], &self.solution[first..]);
             self.solution[k] = (row[size] - sum) * self.pivots[k];
         }
         let force = self.left_force();
