@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::threads;
 use crate::error::AppError;
-use crate::scenario::{self, Override};
+use crate::scenario::{self, BodyKind, Override, Scenario};
 
 /// Checks every file and reports the faults of all.
 ///
@@ -16,13 +16,21 @@ pub fn check(scenarios: &[PathBuf], overrides: &[Override]) -> Result<(), AppErr
     let mut last = None;
     for path in scenarios {
         match scenario::read(path, overrides) {
-            Ok(scenario) => tracing::info!(
-                "{}: valid, {} bodies, {} joints, {} contacts",
-                path.display(),
-                scenario.bodies.len(),
-                scenario.joints.len(),
-                scenario.contacts.len()
-            ),
+            Ok(scenario) => {
+                tracing::info!(
+                    "{}: valid, {} bodies, {} joints, {} contacts",
+                    path.display(),
+                    scenario.bodies.len(),
+                    scenario.joints.len(),
+                    scenario.contacts.len()
+                );
+                for body in under_constrained(&scenario) {
+                    tracing::warn!(
+                        "{}: body \"{body}\" is under-constrained: it hangs on no joint and moves freely among bodies that do; name it as the child of a joint unless that is meant",
+                        path.display()
+                    );
+                }
+            }
             Err(error) => {
                 if let Some(previous) = last.replace(error) {
                     crate::report(&previous);
@@ -31,4 +39,54 @@ pub fn check(scenarios: &[PathBuf], overrides: &[Override]) -> Result<(), AppErr
         }
     }
     last.map_or(Ok(()), Err)
+}
+
+/// Bodies that hang on no joint where others do.
+fn under_constrained(scenario: &Scenario) -> Vec<&str> {
+    let tree = || scenario.joints.iter().filter(|j| !j.closes_loop);
+    if tree().next().is_none() {
+        return Vec::new();
+    }
+    let bodies = scenario.bodies.iter().enumerate();
+    let free = bodies.filter(|(i, body)| {
+        !matches!(body.kind, BodyKind::RigidPlane { .. }) && tree().all(|j| j.child.body != Some(*i))
+    });
+    free.map(|(_, body)| body.name.as_str()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    #[test]
+    fn free_body_among_jointed_ones_is_named() {
+        let text = |joint: &str| {
+            format!(
+                r#"
+                simulation = {{ end_time = 1.0 }}
+                [bodies.arm]
+                model = "rigid"
+                mass = 1.0
+                inertia = [1.0, 1.0, 1.0]
+                [bodies.stone]
+                model = "rigid"
+                mass = 1.0
+                inertia = [1.0, 1.0, 1.0]
+                {joint}
+                "#
+            )
+        };
+        let joint = r#"
+            [joints.hinge]
+            type = "revolute"
+            axis = [0.0, 1.0, 0.0]
+            parent = { body = "ground", point = [0.0, 0.0, 0.0] }
+            child = { body = "arm", point = [0.0, 0.0, 0.1] }
+        "#;
+        let read = |t: &str| scenario::parse(Path::new("test.toml"), t.as_bytes(), &[]).expect("a scenario");
+        assert_eq!(under_constrained(&read(&text(joint))), ["stone"]);
+        assert!(under_constrained(&read(&text(""))).is_empty());
+    }
 }
