@@ -1,12 +1,9 @@
 //! Phases, events and records of a run, on a coarse aluminium ball between rigid planes.
 
+mod impacts;
+
 use adaptive::AdaptiveError;
-use adaptive::driver::{RunEnd, run};
-use adaptive::model::RunModel;
-use adaptive::record::{
-    Continue, ImpactRecord, Observer, ObserverError, PhaseKind, PhaseRecord, RunLayout, Sample, StressRecord,
-    TransferRecord, TryRecord,
-};
+use adaptive::record::PhaseKind;
 use adaptive::spec::{
     BodyKind, BodySpec, ContactLaw, ContactSpec, DiscretisationSpec, ElasticSpec, InitialMotion,
     IntervalSpec, PenaltySearch, PhaseSettings, PointRule, ReductionSpec, RefinementSpec, RunSettings,
@@ -16,6 +13,7 @@ use contact_qs::quasistatic::Method;
 use ffr_dynamics::integration;
 use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::primitives::axisymmetric;
+use impacts::{Trace, try_run};
 use nalgebra::{UnitQuaternion, Vector3};
 
 const RADIUS: f64 = 10e-3; // m
@@ -24,68 +22,6 @@ const SPEED: f64 = 0.1; // m/s
 const DURATION: f64 = 83e-6; // s
 /// Error a step of 1e-8 over about 500 steps, and points that open and close within steps.
 const DRIFT: f64 = 1e-6;
-
-#[derive(Default)]
-struct Trace {
-    samples: Vec<Sample>,
-    phases: Vec<PhaseRecord>,
-    impacts: Vec<ImpactRecord>,
-    tries: Vec<TryRecord>,
-    stop_at: Option<f64>,
-}
-
-impl Observer for Trace {
-    fn start(&mut self, _: &RunLayout) -> Result<(), ObserverError> {
-        Ok(())
-    }
-
-    fn sample(&mut self, sample: &Sample) -> Result<(), ObserverError> {
-        self.samples.push(sample.clone());
-        Ok(())
-    }
-
-    fn progress(&mut self, time: f64, _: f64, _: PhaseKind) -> Continue {
-        if self.stop_at.is_some_and(|stop| time >= stop) { Continue::Interrupt } else { Continue::Yes }
-    }
-
-    fn phase(&mut self, record: &PhaseRecord) -> Result<(), ObserverError> {
-        self.phases.push(*record);
-        Ok(())
-    }
-
-    fn impact(&mut self, record: &ImpactRecord) -> Result<(), ObserverError> {
-        self.impacts.push(*record);
-        Ok(())
-    }
-
-    fn attempt(&mut self, record: &TryRecord) -> Result<(), ObserverError> {
-        self.tries.push(record.clone());
-        Ok(())
-    }
-
-    fn transfer(&mut self, _: &TransferRecord) -> Result<(), ObserverError> {
-        Ok(())
-    }
-
-    fn stress(&mut self, _: &StressRecord) -> Result<(), ObserverError> {
-        Ok(())
-    }
-}
-
-impl Trace {
-    fn energy_drift(&self) -> f64 {
-        let start = self.samples[0].energies.total();
-        self.samples.iter().map(|s| (s.energies.total() / start - 1.0).abs()).fold(0.0, f64::max)
-    }
-
-    fn kinds(&self) -> Vec<PhaseKind> {
-        self.phases.iter().map(|p| p.kind).collect()
-    }
-
-    fn last(&self) -> &Sample {
-        self.samples.last().expect("a sample")
-    }
-}
 
 fn plane(name: &str, height: f64, normal: f64) -> ContactSpec {
     let law = SurfaceLaw {
@@ -153,10 +89,6 @@ fn ball(height: f64, speed: f64, end_time: f64) -> RunSpec {
             free_interval: 1e-5,
         },
     }
-}
-
-fn try_run(spec: &RunSpec, trace: &mut Trace) -> Result<RunEnd, AdaptiveError> {
-    run(&mut RunModel::build(spec)?, &spec.settings, trace)
 }
 
 fn finished(spec: &RunSpec) -> Trace {

@@ -92,6 +92,10 @@ impl Trace {
         jumps.fold(0.0, f64::max)
     }
 
+    pub fn kinds(&self) -> Vec<PhaseKind> {
+        self.phases.iter().map(|p| p.kind).collect()
+    }
+
     pub fn last(&self) -> &Sample {
         self.samples.last().expect("a sample")
     }

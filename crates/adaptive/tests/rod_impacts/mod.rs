@@ -1,12 +1,11 @@
 //! Impacts of [A] section 5: bodies, contacts, settings, and what a run reports.
 #![allow(dead_code, reason = "every test uses some of them")]
 
+#[path = "../impacts/mod.rs"]
+mod impacts;
+
 use adaptive::driver::run;
 use adaptive::model::RunModel;
-use adaptive::record::{
-    Continue, ImpactRecord, Observer, ObserverError, PhaseKind, PhaseRecord, RunLayout, Sample, StressRecord,
-    TransferRecord, TryRecord,
-};
 use adaptive::spec::{
     BodyKind, BodySpec, ContactLaw, ContactSpec, DiscretisationSpec, ElasticSpec, InitialMotion,
     IntervalSpec, PenaltySearch, PhaseSettings, PointRule, ReductionSpec, RunSettings, RunSpec, SurfaceLaw,
@@ -24,53 +23,7 @@ pub const LENGTH: f64 = 1.0; // m
 pub const SPEED: f64 = 0.1; // m/s
 pub const GAP: f64 = 1e-6; // m
 
-#[derive(Default)]
-pub struct Trace {
-    pub samples: Vec<Sample>,
-    pub phases: Vec<PhaseRecord>,
-    pub impacts: Vec<ImpactRecord>,
-    pub tries: Vec<TryRecord>,
-    pub transfers: Vec<TransferRecord>,
-}
-
-impl Observer for Trace {
-    fn start(&mut self, _: &RunLayout) -> Result<(), ObserverError> {
-        Ok(())
-    }
-
-    fn sample(&mut self, sample: &Sample) -> Result<(), ObserverError> {
-        self.samples.push(sample.clone());
-        Ok(())
-    }
-
-    fn progress(&mut self, _: f64, _: f64, _: PhaseKind) -> Continue {
-        Continue::Yes
-    }
-
-    fn phase(&mut self, record: &PhaseRecord) -> Result<(), ObserverError> {
-        self.phases.push(*record);
-        Ok(())
-    }
-
-    fn impact(&mut self, record: &ImpactRecord) -> Result<(), ObserverError> {
-        self.impacts.push(*record);
-        Ok(())
-    }
-
-    fn attempt(&mut self, record: &TryRecord) -> Result<(), ObserverError> {
-        self.tries.push(record.clone());
-        Ok(())
-    }
-
-    fn transfer(&mut self, record: &TransferRecord) -> Result<(), ObserverError> {
-        self.transfers.push(record.clone());
-        Ok(())
-    }
-
-    fn stress(&mut self, _: &StressRecord) -> Result<(), ObserverError> {
-        Ok(())
-    }
-}
+pub use impacts::Trace;
 
 pub fn body(
     name: &str,
