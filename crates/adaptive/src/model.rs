@@ -13,7 +13,7 @@ use crate::error::AdaptiveError;
 use crate::imported::ImportedModel;
 use crate::record::{BodyLayout, JointLayout, Observer, RunLayout, Timings};
 use crate::simulation::{Observed, ObservedPoint, System};
-use crate::spec::{BodyKind, BodySpec, RunSpec};
+use crate::spec::{BodyKind, BodySpec, ContactSpec, RunSpec, Target};
 use crate::stress::{StressRequest, StressState};
 
 mod contacts;
@@ -22,6 +22,7 @@ mod plan;
 mod start;
 
 use contacts::{BuiltContact, adaptive_contacts, build_contact, interfaces, refinements, zones};
+use plan::ContactPlan;
 
 /// Models, initial state and requests of a run.
 pub struct RunModel {
@@ -103,6 +104,7 @@ impl RunModel {
         let started = Instant::now();
         let poses = start::poses(spec)?;
         let plans = plan::plans(spec, &poses)?;
+        check_stress(spec, &plans)?;
         let full = spec.bodies.iter().enumerate().map(|(i, body)| match &body.kind {
             BodyKind::Rigid(_) | BodyKind::Imported(_) => Ok(None),
             BodyKind::Elastic(elastic) => {
@@ -275,6 +277,25 @@ impl ElasticModel {
     pub fn frequencies(&self) -> Vec<f64> {
         self.reduced.basis.omega.iter().map(|w| w / std::f64::consts::TAU).collect()
     }
+}
+
+/// Refuses stress in bodies that are refined during the run: between impacts there is no fine model to take it from, and the
+/// modes alone miss the contact zone.
+fn check_stress(spec: &RunSpec, plans: &[ContactPlan]) -> Result<(), AdaptiveError> {
+    let refined = || spec.contacts.iter().zip(plans).filter(|(_, plan)| **plan == ContactPlan::AtTouch);
+    for request in &spec.stress {
+        let takes_part = |c: &ContactSpec| c.body == request.body || c.target == Target::Body(request.body);
+        if let Some((contact, _)) = refined().find(|(c, _)| takes_part(c)) {
+            return Err(AdaptiveError::Unsupported {
+                subject: format!("output.stress.{}", request.name),
+                reason: format!(
+                    "contact \"{}\" refines the body during the run, where stress is not supported yet; refine the body in [discretisation] and choose model \"quasistatic\" or \"dynamic\"",
+                    contact.name
+                ),
+            });
+        }
+    }
+    Ok(())
 }
 
 fn observed_points(spec: &RunSpec, bodies: &[BodyModel]) -> Result<Vec<ObservedPoint>, AdaptiveError> {
