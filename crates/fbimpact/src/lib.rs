@@ -7,6 +7,7 @@ pub mod setup;
 pub mod simulate;
 pub mod results;
 pub mod body_file;
+pub mod compare;
 pub mod cli;
 pub mod progress;
 pub mod commands;
@@ -59,6 +60,8 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
             commands::export_body::export_body(&export, &set.set, threads)
         }
         Command::Info { file, json } => commands::info::info(&file, json),
+        Command::Compare(arguments) => commands::compare::compare(&arguments),
+        Command::Thin { file, output, rows, force } => commands::thin::thin(&file, &output, rows, force),
         Command::Schema => commands::print(&scenario::schema::text()),
         Command::Reference => commands::print(&scenario::reference::markdown()),
         Command::Completions { shell } => {
@@ -78,7 +81,8 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
 
 /// Writes an error to standard error.
 fn report(error: &AppError) {
-    let prefix = if matches!(error, AppError::Scenario(_)) { "" } else { "error: " };
+    let is_plain = matches!(error, AppError::Scenario(_) | AppError::Differs { .. });
+    let prefix = if is_plain { "" } else { "error: " };
     // Nothing can be done when standard error is closed.
     let _ = writeln!(std::io::stderr(), "{prefix}{error}");
 }

@@ -1,10 +1,12 @@
 //! The commands. Each returns its result or an [`AppError`]; only [`crate::main_with`] maps that to an exit code.
 
 pub mod check;
+pub mod compare;
 pub mod export_body;
 pub mod info;
 pub mod modes;
 pub mod run;
+pub mod thin;
 
 use std::io::Write;
 use std::path::Path;

@@ -42,6 +42,15 @@ pub struct Summary {
 /// # Errors
 /// [`AppError::Io`] if the file cannot be read or is not a result file.
 pub fn read(path: &Path) -> Result<Summary, AppError> {
+    let file = open(path)?;
+    summary(&file).map_err(|e| AppError::io(path, format!("has a part that cannot be read: {e}")))
+}
+
+/// Opens a result file for reading, one that is still being written, too.
+///
+/// # Errors
+/// [`AppError::Io`] if the file cannot be read or is not a result file.
+pub fn open(path: &Path) -> Result<File, AppError> {
     if let Err(e) = std::fs::File::open(path) {
         return Err(AppError::io(path, format!("cannot be read: {e}")));
     }
@@ -52,10 +61,11 @@ pub fn read(path: &Path) -> Result<Summary, AppError> {
     if text(&file, "format").as_deref() != Some(FORMAT) {
         return Err(AppError::io(path, "is not a result file of fbimpact"));
     }
-    summary(&file).map_err(|e| AppError::io(path, format!("has a part that cannot be read: {e}")))
+    Ok(file)
 }
 
-fn text(file: &File, name: &str) -> Option<String> {
+/// A root attribute that is a text.
+pub fn text(file: &File, name: &str) -> Option<String> {
     let value: VarLenUnicode = file.attr(name).ok()?.read_scalar().ok()?;
     Some(value.as_str().to_owned())
 }
