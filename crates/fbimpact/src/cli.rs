@@ -138,20 +138,42 @@ pub enum Command {
         #[arg(long)]
         force: bool,
     },
+    /// Gather the results of many runs in one table, also of those that failed
+    Collect {
+        /// Results, or folders of results
+        #[arg(required = true, value_name = "DIR|FILE")]
+        runs: Vec<PathBuf>,
+        /// Table
+        #[arg(short, long, value_name = "TABLE.csv|TABLE.h5")]
+        output: PathBuf,
+        /// One row an impact instead of one row a run
+        #[arg(long)]
+        long: bool,
+    },
+    /// Write a commented scenario to start from
+    New {
+        /// Name of the scenario; writes NAME.toml
+        name: PathBuf,
+        /// Replace existing files
+        #[arg(long)]
+        force: bool,
+    },
     /// Print the JSON schema of the scenario file, for editors
     Schema,
     /// Print the reference page of the scenario file
     #[command(hide = true)]
     Reference,
     /// Print completions for a shell
-    #[command(hide = true)]
     Completions {
         /// Shell
         shell: clap_complete::Shell,
     },
-    /// Print the manual page
-    #[command(hide = true)]
-    Man,
+    /// Print the manual page, of the program or of one command
+    Man {
+        /// Command
+        #[arg(value_name = "COMMAND")]
+        command: Option<String>,
+    },
 }
 
 /// Arguments of `run`.
