@@ -16,6 +16,11 @@ fi
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 for name in "$@"; do
-    "${fbimpact[@]}" run "scenarios/$name.toml" -q -o "$scratch/$name.h5"
+    # What a trace needs to be the same on all machines stands as KEY=VALUE lines in a .set file.
+    sets=()
+    if [ -f "$traces/$name.set" ]; then
+        while IFS= read -r line; do sets+=(--set "$line"); done <"$traces/$name.set"
+    fi
+    "${fbimpact[@]}" run "scenarios/$name.toml" -q -o "$scratch/$name.h5" "${sets[@]}"
     "${fbimpact[@]}" thin "$scratch/$name.h5" -o "$traces/$name.h5" --force
 done
