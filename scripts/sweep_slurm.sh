@@ -34,6 +34,7 @@ if [ "$n" -gt 0 ]; then
     # The list of this call is kept apart: a later call does not change what waiting tasks do.
     list=$(mktemp "$folder/todo.XXXXXX")
     mv "$folder/todo" "$list"
+    # shellcheck disable=SC2016  # the task number is for the task to fill in
     array=$(sbatch "${common[@]}" --job-name=fbimpact --array="1-$n${JOBS:+%$JOBS}" --cpus-per-task="$THREADS" --output=/dev/null \
         --wrap "$(printf '%q --one %q %q "$(sed -n "${SLURM_ARRAY_TASK_ID}p" %q)"' "$sweep" "$scenario" "$folder" "$list")")
     depend=(--dependency="afterany:$array")

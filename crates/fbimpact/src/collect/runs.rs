@@ -125,7 +125,8 @@ fn fill(run: &mut Run, file: &Path) -> Result<(), AppError> {
     // What a small copy or a run that was killed does not have stays empty.
     if let Ok(summary) = summary::read(file) {
         run.energy_drift = summary.energy_drift;
-        run.wall_time = Some(summary.phases.iter().map(|p| p.wall_time).sum());
+        let phases = &summary.phases;
+        run.wall_time = (!phases.is_empty()).then(|| phases.iter().map(|p| p.wall_time).sum());
     }
     Ok(())
 }
