@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::plot::figures::Kind;
 use crate::provenance;
 use crate::scenario::Override;
 
@@ -120,6 +121,8 @@ pub enum Command {
         #[arg(long)]
         json: bool,
     },
+    /// Draw figures of result files; several are compared
+    Plot(PlotArguments),
     /// Print the JSON schema of the scenario file, for editors
     Schema,
     /// Print the reference page of the scenario file
@@ -154,6 +157,26 @@ pub struct RunArguments {
     /// Let an incomplete result, too, replace an existing file, even one that is no result file
     #[arg(long)]
     pub force: bool,
+}
+
+/// Arguments of `plot`.
+#[derive(Debug, Args)]
+pub struct PlotArguments {
+    /// Result files, drawn into the same figures
+    #[arg(required = true, value_name = "OUT.h5")]
+    pub files: Vec<PathBuf>,
+    /// Folder for the figures, created if it does not exist
+    #[arg(short, long, value_name = "DIR", default_value = ".")]
+    pub output: PathBuf,
+    /// Write SVG, for print and for the web; also if no format is named
+    #[arg(long)]
+    pub svg: bool,
+    /// Write PNG
+    #[arg(long)]
+    pub png: bool,
+    /// Only figures of this kind; may be repeated
+    #[arg(long, value_name = "KIND")]
+    pub figure: Vec<Kind>,
 }
 
 /// `--set`.

@@ -7,6 +7,7 @@ pub mod setup;
 pub mod simulate;
 pub mod results;
 pub mod body_file;
+pub mod plot;
 pub mod cli;
 pub mod progress;
 pub mod commands;
@@ -59,6 +60,7 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
             commands::export_body::export_body(&export, &set.set, threads)
         }
         Command::Info { file, json } => commands::info::info(&file, json),
+        Command::Plot(arguments) => commands::plot::plot(&arguments),
         Command::Schema => commands::print(&scenario::schema::text()),
         Command::Reference => commands::print(&scenario::reference::markdown()),
         Command::Completions { shell } => {

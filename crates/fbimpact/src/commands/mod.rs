@@ -4,6 +4,7 @@ pub mod check;
 pub mod export_body;
 pub mod info;
 pub mod modes;
+pub mod plot;
 pub mod run;
 
 use std::io::Write;

@@ -4,11 +4,12 @@
 
 mod scales;
 mod series;
-mod tables;
+pub mod tables;
 mod columns;
 mod stress;
 mod file;
 mod recorder;
+pub mod open;
 pub mod summary;
 
 pub use file::OutputFile;
