@@ -8,6 +8,7 @@ pub mod simulate;
 pub mod results;
 pub mod body_file;
 pub mod plot;
+pub mod vtk;
 pub mod cli;
 pub mod progress;
 pub mod commands;
@@ -61,6 +62,7 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
         }
         Command::Info { file, json } => commands::info::info(&file, json),
         Command::Plot(arguments) => commands::plot::plot(&arguments),
+        Command::Export(arguments) => commands::export::export(&arguments),
         Command::Schema => commands::print(&scenario::schema::text()),
         Command::Reference => commands::print(&scenario::reference::markdown()),
         Command::Completions { shell } => {

@@ -1,6 +1,7 @@
 //! The commands. Each returns its result or an [`AppError`]; only [`crate::main_with`] maps that to an exit code.
 
 pub mod check;
+pub mod export;
 pub mod export_body;
 pub mod info;
 pub mod modes;
