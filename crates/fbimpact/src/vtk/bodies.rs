@@ -130,7 +130,6 @@ fn check_names(scenario: &Scenario, wanted: &[String]) -> Result<(), AppError> {
 fn check_frequencies(model: &RunModel, motions: &[BodyMotion]) -> Result<(), AppError> {
     for (body, motion) in model.bodies.iter().zip(motions) {
         let (built, stored) = (body.frequencies(), &motion.eigenfrequencies);
-        // Differences count against the lowest frequency: rigid rotations in tangent frames have none.
         let close = |a: f64, b: f64| (a - b).abs() <= SAME_FREQUENCY * b.abs();
         if built.len() != stored.len() || !built.iter().zip(stored).all(|(a, b)| close(*a, *b)) {
             return Err(AppError::Model(format!(

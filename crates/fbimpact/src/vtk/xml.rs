@@ -51,8 +51,11 @@ impl Appended {
 /// The file of a grid at time `time` \[s\].
 fn vtu(grid: &Grid, time: f64) -> (String, Vec<u8>) {
     let mut data = Appended::default();
-    let mut text = String::from(
-        "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"2.2\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<UnstructuredGrid>\n",
+    let is_rational = !grid.weights.is_empty();
+    // Version 2.2 has the present order of nodes in higher-order cells; for linear ones every reader knows version 1.0.
+    let version = if is_rational { "2.2" } else { "1.0" };
+    let mut text = format!(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"{version}\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<UnstructuredGrid>\n",
     );
     let _ = write!(
         text,
@@ -67,7 +70,6 @@ fn vtu(grid: &Grid, time: f64) -> (String, Vec<u8>) {
     text += &data.array("offsets", "Int64", 1, grid.offsets.iter().map(|v| v.to_le_bytes()));
     text += &data.array("types", "UInt8", 1, grid.types.iter().map(|v| v.to_le_bytes()));
     text += "</Cells>\n";
-    let is_rational = !grid.weights.is_empty();
     let attributes = if is_rational { " RationalWeights=\"RationalWeights\"" } else { "" };
     let _ = writeln!(text, "<PointData{attributes}>");
     if is_rational {
