@@ -22,7 +22,20 @@ fn output(arguments: &[&str]) -> (i32, String, String) {
 fn help_lists_commands_and_exit_codes() {
     let (code, out, _) = output(&["--help"]);
     assert_eq!(code, 0);
-    for word in ["run", "check", "modes", "info", "compare", "thin", "schema", "130", "invalid scenario"] {
+    let words = [
+        "run",
+        "check",
+        "modes",
+        "info",
+        "compare",
+        "thin",
+        "plot",
+        "export",
+        "schema",
+        "130",
+        "invalid scenario",
+    ];
+    for word in words {
         assert!(out.contains(word), "{word} is in the help");
     }
     assert!(!out.contains("  reference"), "for this repository only");

@@ -35,6 +35,7 @@ use crate::predict::{
 use crate::preview::{HertzPoint, PointImpact};
 use crate::spec::{self, ContactSpec, Place, SurfaceLaw, Target};
 use crate::subdivision::SubdivisionLimits;
+use crate::turned_net::regular_view;
 
 /// Elements across an interval unless the scenario says otherwise (\[A\] section 4.3).
 const ELEMENTS: usize = 16;
@@ -536,9 +537,19 @@ impl Partner {
         let (model, state) = (&bodies[index], &states[index]);
         let body = &elastic(model).body;
         let motion = body.assembled.motion;
-        let patch = &body.shape.patches[site.face.patch];
-        let face = Face::new(&body.shape.patches, site.face, body.spec.model == Model::Axisymmetric);
-        let jet = patch.jet(&face.on_face(&site.xi), 2, &mut PointBasis::default());
+        let own = Face::new(&body.spec.shape.patches, site.face, body.spec.model == Model::Axisymmetric);
+        let place = own.on_face(&site.xi);
+        // Where the net is singular, it has no curvatures to show.
+        let turned = if motion == RigidMotion::Spatial {
+            regular_view(&body.spec.shape, &own, &place).ok()?
+        } else {
+            None
+        };
+        let (patch, face, xi) = match &turned {
+            Some((shape, face, xi)) => (&shape.patches[face.id.patch], *face, *xi),
+            None => (&body.spec.shape.patches[site.face.patch], own, place),
+        };
+        let jet = patch.jet(&face.on_face(&xi), 2, &mut PointBasis::default());
         let in_space = |v: &[f64; 3]| state.rotation * point_in_space(motion, v);
         let geometry = face.geometry(&jet);
         let outward = in_space(&geometry.normal);
@@ -558,7 +569,7 @@ impl Partner {
             let arm = site.point - centre_of_mass(data, state);
             inverse_effective_mass(data.mass, &central, &arm, &outward)
         };
-        let place = Place::Point(body.spec.shape.patches[site.face.patch].point(&face.on_face(&site.xi)));
+        let place = Place::Point(body.spec.shape.patches[site.face.patch].point(&own.on_face(&site.xi)));
         let point = model.point(&place).ok()?;
         let velocity = point.velocity(state);
         let point = HertzPoint { body: Some(index), point };

@@ -41,27 +41,15 @@ impl TurnedNet {
     /// [`AdaptiveError::Geometry`] if the turned net cannot be built.
     pub fn new(coarse: &ElasticBody, wanted: &WantedInterval) -> Result<Option<Self>, AdaptiveError> {
         let fail = |source| AdaptiveError::Geometry { body: coarse.name.clone(), source };
-        let Some(symmetry) = &coarse.spec.shape.symmetry else { return Ok(None) };
-        let surface = wanted.face.at(
-            &coarse.shape.patches[wanted.face.id.patch],
-            &wanted.face.on_face(&wanted.centre),
-            &mut PointBasis::default(),
-        );
-        // The normal is lost where the net is singular: a ball's is its radius, and at a pole no other is needed.
-        let normal = if norm(&surface.normal) > 0.5 { surface.normal } else { surface.point };
-        let Some(first) = symmetry.turn_to(&surface.point, &normal) else { return Ok(None) };
-        let shape = coarse.spec.shape.turned(&first).map_err(fail)?;
-        let (_, there) = nearest(&shape, &surface.point);
-        // The directions along the face stay those that the widths belong to, as far as the net allows.
-        let angle = angle_between(&there.tangents[0], &surface.tangents[0], &normal);
-        let rotation = match symmetry.is_ball() {
-            true => product(&rotation_about(&unit(&normal), angle), &first),
-            false => first,
+        let place = wanted.face.on_face(&wanted.centre);
+        let Some((rotation, point)) = regular_turn(&coarse.spec.shape, &wanted.face, &place).map_err(fail)?
+        else {
+            return Ok(None);
         };
         let mut spec = coarse.spec.clone();
         spec.shape = coarse.spec.shape.turned(&rotation).map_err(fail)?;
         let body = ElasticBody::build(&coarse.name, spec)?;
-        let (face, site) = nearest(&body.shape, &surface.point);
+        let (face, site) = nearest(&body.shape, &point);
         let wanted = WantedInterval { face, centre: site.xi, widths: wanted.widths };
         let cross = cross_mass(&body, coarse);
         let MassMatrix::PerComponent(mass) = &body.assembled.mass else {
@@ -126,6 +114,42 @@ impl TurnedNet {
         };
         Mat::from_fn(coarse.dofs.len(), forces.ncols(), entry)
     }
+}
+
+/// The shape with its net turned so that it is regular at `place` of `face`, with that place on it; `None` if the net is regular
+/// there already, or the shape has no symmetry.
+///
+/// # Errors
+/// As [`Shape::turned`].
+pub fn regular_view(
+    shape: &Shape,
+    face: &Face,
+    place: &[f64; 3],
+) -> Result<Option<(Shape, Face, [f64; 3])>, SplineError> {
+    let Some((rotation, point)) = regular_turn(shape, face, place)? else { return Ok(None) };
+    let turned = shape.turned(&rotation)?;
+    let (face, site) = nearest(&turned, &point);
+    Ok(Some((turned, face, site.xi)))
+}
+
+/// The rotation (rows) of [`regular_view`], and the point in space.
+fn regular_turn(
+    shape: &Shape,
+    face: &Face,
+    place: &[f64; 3],
+) -> Result<Option<([[f64; 3]; 3], [f64; 3])>, SplineError> {
+    let Some(symmetry) = &shape.symmetry else { return Ok(None) };
+    let surface = face.at(&shape.patches[face.id.patch], place, &mut PointBasis::default());
+    // The normal is lost where the net is singular: a ball's is its radius, and at a pole no other is needed.
+    let normal = if norm(&surface.normal) > 0.5 { surface.normal } else { surface.point };
+    let Some(first) = symmetry.turn_to(&surface.point, &normal) else { return Ok(None) };
+    if !symmetry.is_ball() {
+        return Ok(Some((first, surface.point)));
+    }
+    let (_, there) = nearest(&shape.turned(&first)?, &surface.point);
+    // The directions along the face stay those that widths were asked for, as far as the net allows.
+    let angle = angle_between(&there.tangents[0], &surface.tangents[0], &normal);
+    Ok(Some((product(&rotation_about(&unit(&normal), angle), &first), surface.point)))
 }
 
 /// A point on a face.

@@ -2,10 +2,13 @@
 
 use std::path::PathBuf;
 
+use clap::builder::TypedValueParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::plot::figures::Kind;
 use crate::provenance;
 use crate::scenario::Override;
+use crate::vtk::times::TimeRange;
 
 /// Shown below `--help`.
 const EXIT_CODES: &str = "\
@@ -158,6 +161,10 @@ pub enum Command {
         #[arg(long)]
         force: bool,
     },
+    /// Draw figures of result files; several are compared
+    Plot(PlotArguments),
+    /// Write the moving, deformed bodies of a result for ParaView
+    Export(ExportArguments),
     /// Print the JSON schema of the scenario file, for editors
     Schema,
     /// Print the reference page of the scenario file
@@ -194,6 +201,68 @@ pub struct RunArguments {
     /// Let an incomplete result, too, replace an existing file, even one that is no result file
     #[arg(long)]
     pub force: bool,
+}
+
+/// Arguments of `plot`.
+#[derive(Debug, Args)]
+pub struct PlotArguments {
+    /// Result files, drawn into the same figures
+    #[arg(required = true, value_name = "OUT.h5")]
+    pub files: Vec<PathBuf>,
+    /// Folder for the figures, created if it does not exist
+    #[arg(short, long, value_name = "DIR", default_value = ".")]
+    pub output: PathBuf,
+    /// Write SVG, for print and for the web; also if no format is named
+    #[arg(long)]
+    pub svg: bool,
+    /// Write PNG
+    #[arg(long)]
+    pub png: bool,
+    /// Only figures of this kind; may be repeated
+    #[arg(long, value_name = "KIND")]
+    pub figure: Vec<Kind>,
+}
+
+/// Arguments of `export`.
+#[derive(Debug, Args)]
+pub struct ExportArguments {
+    /// Result file
+    #[arg(value_name = "OUT.h5")]
+    pub file: PathBuf,
+    /// Folder for the series OUT.pvd and its VTU files, created if it does not exist
+    #[arg(long, value_name = "DIR")]
+    pub vtk: PathBuf,
+    /// Factor on the elastic displacement in the drawn shape
+    #[arg(long, value_name = "F", default_value_t = 1.0, allow_negative_numbers = true, value_parser = finite)]
+    pub scale: f64,
+    /// Write linear cells, which every reader knows, instead of exact rational Bézier cells
+    #[arg(long)]
+    pub plain: bool,
+    /// Revolve axisymmetric bodies by so many degrees instead of writing their section
+    #[arg(long, value_name = "DEGREES", num_args = 0..=1, default_missing_value = "360", value_parser = degrees)]
+    pub revolve: Option<f64>,
+    /// Stored states nearest to these times in seconds
+    #[arg(long, value_name = "A:B:STEP", conflicts_with = "every")]
+    pub times: Option<TimeRange>,
+    /// Every N-th stored state [default: as many that at most 200 are written]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..).map(|n| n as usize))]
+    pub every: Option<usize>,
+    /// Only these bodies
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    pub bodies: Vec<String>,
+    /// Number of threads, 0 for all cores
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub threads: usize,
+}
+
+fn finite(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|e| format!("{e}"))?;
+    if value.is_finite() { Ok(value) } else { Err("must be finite".into()) }
+}
+
+fn degrees(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|e| format!("{e}"))?;
+    if value > 0.0 && value <= 360.0 { Ok(value) } else { Err("must be above 0 and at most 360".into()) }
 }
 
 /// `--set`.

@@ -9,6 +9,8 @@ pub mod results;
 pub mod body_file;
 pub mod compare;
 pub mod collect;
+pub mod plot;
+pub mod vtk;
 pub mod cli;
 pub mod progress;
 pub mod commands;
@@ -63,6 +65,8 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
         Command::Info { file, json } => commands::info::info(&file, json),
         Command::Compare(arguments) => commands::compare::compare(&arguments),
         Command::Thin { file, output, rows, force } => commands::thin::thin(&file, &output, rows, force),
+        Command::Plot(arguments) => commands::plot::plot(&arguments),
+        Command::Export(arguments) => commands::export::export(&arguments),
         Command::Schema => commands::print(&scenario::schema::text()),
         Command::Reference => commands::print(&scenario::reference::markdown()),
         Command::Collect { runs, output, long } => commands::collect::collect(&runs, &output, long),

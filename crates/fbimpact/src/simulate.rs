@@ -116,7 +116,10 @@ fn body_modes(body: &BodyModel, spec: &BodySpec) -> BodyModes {
 }
 
 /// Builds all models on a pool of `threads` threads.
-fn build(spec: &RunSpec, threads: usize) -> Result<RunModel, AppError> {
+///
+/// # Errors
+/// [`AppError::Model`] if a model cannot be built.
+pub fn build(spec: &RunSpec, threads: usize) -> Result<RunModel, AppError> {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build()

@@ -3,10 +3,12 @@
 pub mod check;
 pub mod collect;
 pub mod compare;
+pub mod export;
 pub mod export_body;
 pub mod info;
 pub mod modes;
 pub mod new;
+pub mod plot;
 pub mod run;
 pub mod shell;
 pub mod thin;

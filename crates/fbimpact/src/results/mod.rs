@@ -9,6 +9,7 @@ mod columns;
 mod stress;
 mod file;
 mod recorder;
+pub mod open;
 pub mod summary;
 pub mod stored;
 pub mod thin;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use hdf5::types::{TypeDescriptor, VarLenUnicode};
 use hdf5::{Dataset, File, Group};
 
-use super::summary;
+use super::open;
 use super::tables::ImpactRow;
 use crate::error::AppError;
 
@@ -63,7 +63,7 @@ impl Stored {
     /// # Errors
     /// [`AppError::Io`] if the file cannot be read, is damaged or is not a result file.
     pub fn open(path: &Path) -> Result<Self, AppError> {
-        let file = summary::open(path)?;
+        let file = open::open(path)?;
         let damaged = |e: hdf5::Error| AppError::io(path, format!("has a part that cannot be read: {e}"));
         let time = match file.link_exists("time") {
             true => file.dataset("time").and_then(|d| d.read_raw::<f64>()).map_err(damaged)?,
@@ -103,7 +103,7 @@ impl Stored {
 
     /// A root attribute, or an empty text.
     pub fn attribute(&self, name: &str) -> String {
-        summary::text(&self.file, name).unwrap_or_default()
+        open::attribute(&self.file, name).unwrap_or_default()
     }
 
     /// All numbers of a dataset in the order of rows.

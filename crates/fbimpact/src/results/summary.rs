@@ -2,11 +2,10 @@
 
 use std::path::Path;
 
-use hdf5::types::VarLenUnicode;
 use hdf5::{File, H5Type, Result};
 use serde_json::{Value, json};
 
-use super::FORMAT;
+use super::open::{attribute, open};
 use super::tables::{ImpactRow, PhaseRow, TransferRow, TryRow};
 use crate::error::AppError;
 
@@ -46,34 +45,10 @@ pub fn read(path: &Path) -> Result<Summary, AppError> {
     summary(&file).map_err(|e| AppError::io(path, format!("has a part that cannot be read: {e}")))
 }
 
-/// Opens a result file for reading, one that is still being written, too.
-///
-/// # Errors
-/// [`AppError::Io`] if the file cannot be read or is not a result file.
-pub fn open(path: &Path) -> Result<File, AppError> {
-    if let Err(e) = std::fs::File::open(path) {
-        return Err(AppError::io(path, format!("cannot be read: {e}")));
-    }
-    let file = File::with_options()
-        .with_fapl(|p| p.file_locking(false))
-        .open(path)
-        .map_err(|e| AppError::io(path, format!("is not a readable HDF5 file: {e}")))?;
-    if text(&file, "format").as_deref() != Some(FORMAT) {
-        return Err(AppError::io(path, "is not a result file of fbimpact"));
-    }
-    Ok(file)
-}
-
-/// A root attribute that is a text.
-pub fn text(file: &File, name: &str) -> Option<String> {
-    let value: VarLenUnicode = file.attr(name).ok()?.read_scalar().ok()?;
-    Some(value.as_str().to_owned())
-}
-
 fn summary(file: &File) -> Result<Summary> {
     let names = ["title", "status", "message", "program_version", "commit", "compiler", "target", "created"];
     let attributes =
-        names.iter().filter_map(|n| text(file, n).map(|value| ((*n).to_owned(), value))).collect();
+        names.iter().filter_map(|n| attribute(file, n).map(|value| ((*n).to_owned(), value))).collect();
     let time = match file.dataset("time") {
         Ok(dataset) => dataset.read_raw::<f64>()?,
         Err(_) => Vec::new(),

@@ -1,6 +1,6 @@
 //! From a validated scenario to the specification of a run: exact shapes, materials, places, joints, contact pairs.
 
-mod geometry;
+pub mod geometry;
 mod rigid;
 mod bodies;
 mod joints;

@@ -1,0 +1,65 @@
+//! `fbimpact export`: moving deformed bodies for ParaView.
+
+use std::path::{Path, PathBuf};
+
+use super::{print, threads};
+use crate::cli::ExportArguments;
+use crate::error::AppError;
+use crate::vtk::assemble::{View, grid};
+use crate::vtk::bodies::{Bodies, Shown};
+use crate::vtk::body::Cells;
+use crate::vtk::states::States;
+use crate::vtk::times::chosen;
+use crate::vtk::xml::{SeriesEntry, pvd, write_vtu};
+
+/// Writes a file a body and instant, and the series that opens them all; prints the name of the series.
+///
+/// # Errors
+/// [`AppError::Command`] for bodies and times that do not exist, [`AppError::Io`] for files, [`AppError::Scenario`] and
+/// [`AppError::Model`] if the bodies cannot be built again.
+pub fn export(arguments: &ExportArguments) -> Result<(), AppError> {
+    let n_threads = threads(arguments.threads)?;
+    let states = States::read(&arguments.file)?;
+    let instants = chosen(&states.time, arguments.times, arguments.every)?;
+    let cells = if arguments.plain { Cells::Linear(1) } else { Cells::Bezier };
+    let mut bodies = Bodies::build(&states, &arguments.bodies, cells, n_threads)?;
+    let stem =
+        arguments.file.file_stem().unwrap_or(arguments.file.as_os_str()).to_string_lossy().into_owned();
+    let folder = arguments.vtk.join(&stem);
+    std::fs::create_dir_all(&folder).map_err(|e| AppError::io(&folder, format!("cannot be created: {e}")))?;
+    let view = View { scale: arguments.scale, revolve: arguments.revolve };
+    let mut series = Vec::new();
+    for (number, &i) in instants.iter().enumerate() {
+        let time = states.time[i];
+        let fields = bodies.fields(time, i);
+        for (part, (body, fields)) in bodies.shown.iter().zip(&fields).enumerate() {
+            let fail = |e| AppError::Model(format!("body \"{}\": {e}", body.name));
+            let pose = body.motion.pose(i);
+            let grid = grid(&body.geometry, &pose, (&fields.0, &fields.1), view).map_err(fail)?;
+            let file = file_name(body, number);
+            let path = folder.join(&file);
+            write_vtu(&path, &grid, time)
+                .map_err(|e| AppError::io(&path, format!("cannot be written: {e}")))?;
+            series.push(SeriesEntry { time, part, name: body.name.clone(), file: format!("{stem}/{file}") });
+        }
+    }
+    if bodies.deviations() > 0 {
+        tracing::warn!(
+            "at {} of {} instants a contact zone could not be solved again as in the run; the local displacement is left out there",
+            bodies.deviations(),
+            instants.len()
+        );
+    }
+    write_series(&arguments.vtk, &stem, &series)
+}
+
+fn file_name(body: &Shown, number: usize) -> String {
+    let safe = |c: char| if c.is_alphanumeric() || "._-".contains(c) { c } else { '_' };
+    format!("{}_{number:05}.vtu", body.name.chars().map(safe).collect::<String>())
+}
+
+fn write_series(folder: &Path, stem: &str, series: &[SeriesEntry]) -> Result<(), AppError> {
+    let path: PathBuf = folder.join(format!("{stem}.pvd"));
+    std::fs::write(&path, pvd(series)).map_err(|e| AppError::io(&path, format!("cannot be written: {e}")))?;
+    print(&format!("{}\n", path.display()))
+}

@@ -1,0 +1,113 @@
+//! `fbimpact plot`: figures of result files.
+
+use std::path::{Path, PathBuf};
+
+use super::print;
+use crate::cli::PlotArguments;
+use crate::error::AppError;
+use crate::plot::data::ResultData;
+use crate::plot::figure::Figure;
+use crate::plot::figures::Kind;
+use crate::plot::theme::STYLES;
+use crate::plot::{PlotError, raster, render};
+
+/// Characters of a file's name in a legend.
+const LABEL: usize = 48;
+
+/// Draws the figures of all files together and prints the names of the files that it writes.
+///
+/// # Errors
+/// [`AppError::Command`] for more files than can be told apart, [`AppError::Io`] for a file that cannot be read or written.
+pub fn plot(arguments: &PlotArguments) -> Result<(), AppError> {
+    if arguments.files.len() > STYLES.len() {
+        return Err(AppError::Command(format!(
+            "{} files in one figure cannot be told apart, name at most {}",
+            arguments.files.len(),
+            STYLES.len()
+        )));
+    }
+    let labels = labels(&arguments.files);
+    let files = arguments.files.iter().zip(labels).map(|(path, label)| ResultData::read(path, label));
+    let files: Vec<ResultData> = files.collect::<Result<_, AppError>>()?;
+    let folder = &arguments.output;
+    std::fs::create_dir_all(folder).map_err(|e| AppError::io(folder, format!("cannot be created: {e}")))?;
+    let prefix = match arguments.files.as_slice() {
+        [one] => stem(one),
+        _ => "comparison".to_owned(),
+    };
+    let kinds = if arguments.figure.is_empty() { Kind::ALL.to_vec() } else { arguments.figure.clone() };
+    let mut written = String::new();
+    for kind in kinds {
+        match kind.figures(&files) {
+            Ok(figures) => {
+                for figure in figures {
+                    for path in write(&figure, folder, &prefix, arguments)? {
+                        written += &format!("{}\n", path.display());
+                    }
+                }
+            }
+            Err(reason) => tracing::warn!("no figure of {}: {reason}", name(kind)),
+        }
+    }
+    print(&written)
+}
+
+fn name(kind: Kind) -> String {
+    format!("{kind:?}").to_lowercase()
+}
+
+/// Writes a figure in every wanted format.
+fn write(
+    figure: &Figure,
+    folder: &Path,
+    prefix: &str,
+    wanted: &PlotArguments,
+) -> Result<Vec<PathBuf>, AppError> {
+    let path = |end: &str| folder.join(format!("{}_{}.{end}", prefix, file_name(&figure.name)));
+    let fail = |path: &Path, e: PlotError| AppError::io(path, e);
+    let svg = render::svg(figure).map_err(|e| fail(&path("svg"), e))?;
+    let mut files = Vec::new();
+    if wanted.svg || !wanted.png {
+        files.push((path("svg"), svg.clone().into_bytes()));
+    }
+    if wanted.png {
+        files.push((path("png"), raster::png(&svg).map_err(|e| fail(&path("png"), e))?));
+    }
+    for (path, bytes) in &files {
+        std::fs::write(path, bytes).map_err(|e| AppError::io(path, format!("cannot be written: {e}")))?;
+    }
+    Ok(files.into_iter().map(|(path, _)| path).collect())
+}
+
+/// A name that file systems take.
+fn file_name(name: &str) -> String {
+    name.chars().map(|c| if c.is_alphanumeric() || "._-".contains(c) { c } else { '_' }).collect()
+}
+
+fn stem(path: &Path) -> String {
+    path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+}
+
+/// What legends call the files: their names without the end, with the folder where names are equal.
+fn labels(files: &[PathBuf]) -> Vec<String> {
+    let is_shared = |path: &PathBuf| files.iter().filter(|other| stem(other) == stem(path)).count() > 1;
+    let label = |path: &PathBuf| {
+        let full = if is_shared(path) { path.with_extension("").display().to_string() } else { stem(path) };
+        let n = full.chars().count();
+        if n <= LABEL { full } else { format!("…{}", full.chars().skip(n - LABEL + 1).collect::<String>()) }
+    };
+    files.iter().map(label).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_of_one_name_are_told_apart_by_their_folders() {
+        let paths = ["a/run.h5", "b/run.h5", "c/other.h5"].map(PathBuf::from);
+        assert_eq!(labels(&paths), ["a/run", "b/run", "other"]);
+        let long = labels(&[PathBuf::from("x".repeat(200))]);
+        assert_eq!(long[0].chars().count(), LABEL);
+    }
+}

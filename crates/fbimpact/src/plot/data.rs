@@ -1,0 +1,113 @@
+//! What figures need of a result file.
+
+use std::path::Path;
+
+use hdf5::{File, Group, Result};
+
+use crate::error::AppError;
+use crate::results::open::{attribute, open, scenario_text};
+use crate::results::tables::{ImpactRow, PhaseRow, TryRow};
+
+/// A motion in space: x, y, z over time.
+pub type Components = [Vec<f64>; 3];
+
+/// Series and tables of a result file.
+#[derive(Debug, Clone, Default)]
+pub struct ResultData {
+    /// How legends call the file.
+    pub label: String,
+    /// Title of the scenario.
+    pub title: String,
+    /// Stored instants \[s\].
+    pub time: Vec<f64>,
+    /// Energies by name \[J\].
+    pub energies: Vec<(String, Vec<f64>)>,
+    /// Normal force \[N\] of every contact.
+    pub forces: Vec<(String, Vec<f64>)>,
+    /// Position \[m\] and velocity [m/s] of the chosen points.
+    pub points: Vec<(String, Components, Components)>,
+    /// Phases.
+    pub phases: Vec<PhaseRow>,
+    /// Impacts.
+    pub impacts: Vec<ImpactRow>,
+    /// Tries.
+    pub tries: Vec<TryRow>,
+    /// Least and wanted utilisation of the contact interval, if all contacts agree on them.
+    pub utilisation: Option<[f64; 2]>,
+}
+
+impl ResultData {
+    /// Reads `path`; `label` is what legends call it.
+    ///
+    /// # Errors
+    /// [`AppError::Io`] if it is no readable result file.
+    pub fn read(path: &Path, label: String) -> std::result::Result<Self, AppError> {
+        let file = open(path)?;
+        let mut data = contents(&file)
+            .map_err(|e| AppError::io(path, format!("has a part that cannot be read: {e}")))?;
+        if data.time.is_empty() {
+            return Err(AppError::io(path, "has no stored states, there is nothing to draw"));
+        }
+        data.label = label;
+        Ok(data)
+    }
+
+    /// Impacts of contact `contact`, in time.
+    pub fn impacts_of<'a>(&'a self, contact: &'a str) -> impl Iterator<Item = &'a ImpactRow> + 'a {
+        self.impacts.iter().filter(move |i| i.contact.as_str() == contact)
+    }
+}
+
+fn contents(file: &File) -> Result<ResultData> {
+    let mut data = ResultData {
+        title: attribute(file, "title").unwrap_or_default(),
+        time: file.dataset("time")?.read_raw()?,
+        phases: file.dataset("phases")?.read_raw()?,
+        impacts: file.dataset("impacts")?.read_raw()?,
+        tries: file.dataset("tries")?.read_raw()?,
+        utilisation: utilisation(&scenario_text(file)?),
+        ..ResultData::default()
+    };
+    for (name, group) in members(file, "energies")? {
+        data.energies.push((name.clone(), group.dataset(&name)?.read_raw()?));
+    }
+    for (name, group) in members(file, "contacts")? {
+        data.forces.push((name.clone(), group.dataset(&format!("{name}/normal_force"))?.read_raw()?));
+    }
+    for (name, group) in members(file, "points")? {
+        let position = components(&group, &format!("{name}/position"))?;
+        let velocity = components(&group, &format!("{name}/velocity"))?;
+        data.points.push((name, position, velocity));
+    }
+    // A file that is being written may have rows that others lack.
+    let lengths = data.energies.iter().chain(&data.forces).map(|(_, v)| v.len());
+    let lengths = lengths.chain(data.points.iter().flat_map(|(_, p, v)| [p[0].len(), v[0].len()]));
+    let n = lengths.fold(data.time.len(), usize::min);
+    data.time.truncate(n);
+    Ok(data)
+}
+
+/// Members of the group `name` with the group, none if it does not exist.
+fn members(file: &File, name: &str) -> Result<Vec<(String, Group)>> {
+    let Ok(group) = file.group(name) else { return Ok(Vec::new()) };
+    Ok(group.member_names()?.into_iter().map(|member| (member, group.clone())).collect())
+}
+
+fn components(group: &Group, name: &str) -> Result<Components> {
+    let rows: Vec<f64> = group.dataset(name)?.read_raw()?;
+    Ok(std::array::from_fn(|c| rows.iter().skip(c).step_by(3).copied().collect()))
+}
+
+/// Least and wanted utilisation of the contacts that the program refines, if they all agree.
+fn utilisation(scenario: &str) -> Option<[f64; 2]> {
+    let scenario: toml::Table = scenario.parse().ok()?;
+    let contacts = scenario.get("contacts")?.as_table()?.values();
+    let refined = contacts.filter(|c| c.get("model").and_then(|m| m.as_str()) == Some("adaptive"));
+    let of = |contact: &toml::Value| {
+        let value = |key: &str| contact.get("interval")?.get(key)?.as_float();
+        Some([value("min_utilisation")?, value("target_utilisation")?])
+    };
+    let mut all: Vec<Option<[f64; 2]>> = refined.map(of).collect();
+    all.dedup();
+    if let [one] = all[..] { one } else { None }
+}

@@ -1,0 +1,102 @@
+//! The figures: which curves in which panels.
+
+mod energies;
+mod forces;
+mod points;
+mod tries;
+
+use super::data::ResultData;
+use super::figure::{Axis, Curve, Entry, Figure, Shade, Sign};
+use super::thin::thinned;
+
+/// Parts of a curve that are told apart: two a pixel.
+const COLUMNS: usize = 1400;
+
+/// Kinds of figures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Kind {
+    /// Energies over time.
+    Energies,
+    /// Contact forces of the whole run, phases shaded.
+    Forces,
+    /// Contact force of every impact.
+    Impacts,
+    /// Utilisation of the contact interval, penalty factor and width of the interval over tries.
+    Tries,
+    /// Position and velocity of the chosen points.
+    Points,
+}
+
+impl Kind {
+    /// All of them.
+    pub const ALL: [Self; 5] = [Self::Energies, Self::Forces, Self::Impacts, Self::Tries, Self::Points];
+
+    /// Figures of this kind, or why there are none.
+    pub fn figures(self, files: &[ResultData]) -> Result<Vec<Figure>, String> {
+        match self {
+            Self::Energies => energies::figures(files),
+            Self::Forces => forces::overview(files),
+            Self::Impacts => forces::impacts(files),
+            Self::Tries => tries::figures(files),
+            Self::Points => points::figures(files),
+        }
+    }
+}
+
+/// Title of a figure about `subject`; several files have no title in common.
+fn title(files: &[ResultData], subject: &str) -> String {
+    match files {
+        [one] if !one.title.is_empty() => format!("{}: {subject}", one.title),
+        _ => {
+            let mut letters = subject.chars();
+            let first = letters.next().map(|c| c.to_uppercase().to_string()).unwrap_or_default();
+            first + letters.as_str()
+        }
+    }
+}
+
+/// The axis of time over the whole run.
+fn time_axis(files: &[ResultData]) -> Axis {
+    let ends = files.iter().filter_map(|f| Some((*f.time.first()?, *f.time.last()?)));
+    let range = ends.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))).filter(|(a, b)| b > a);
+    Axis { range, ..Axis::new("time", "s") }
+}
+
+/// A curve over time.
+fn curve(style: usize, x: &[f64], y: &[f64]) -> Curve {
+    let (x, y) = thinned(x, y, COLUMNS);
+    Curve { style, x, y, marks: Vec::new() }
+}
+
+/// Names that occur in any file, in the order of their first occurrence.
+fn names<'a>(lists: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
+    let mut all = Vec::new();
+    for name in lists {
+        if !all.contains(&name) {
+            all.push(name);
+        }
+    }
+    all
+}
+
+/// Phases of the only file as shades; those of several files would cover each other.
+fn bands(files: &[ResultData]) -> Vec<(f64, f64, Shade)> {
+    let [file] = files else { return Vec::new() };
+    let phases = file.phases.iter().map(|p| {
+        let shade = if p.kind.as_str() == "impact" { Shade::Impact } else { Shade::Free };
+        (p.start, p.end, shade)
+    });
+    phases.collect()
+}
+
+/// Legend entries of the shades in `bands`.
+fn shade_entries(bands: &[(f64, f64, Shade)]) -> Vec<Entry> {
+    let kinds = [(Shade::Impact, "impact phase"), (Shade::Free, "free phase")];
+    let kinds = kinds.into_iter().filter(|(shade, _)| bands.iter().any(|b| b.2 == *shade));
+    kinds.map(|(shade, label)| Entry { sign: Sign::Shade(shade), label: label.into() }).collect()
+}
+
+/// Labels of the files.
+fn labels(files: &[ResultData]) -> impl Iterator<Item = &str> {
+    files.iter().map(|f| f.label.as_str())
+}

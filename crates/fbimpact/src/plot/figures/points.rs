@@ -1,0 +1,78 @@
+//! Motion of the points that the scenario names.
+
+use super::{curve, labels, names, time_axis, title};
+use crate::plot::data::{Components, ResultData};
+use crate::plot::figure::{Axis, Figure, Panel, entries};
+
+/// Names of the components.
+const AXES: [&str; 3] = ["x", "y", "z"];
+/// Part of the largest component below which one is nothing.
+const NOTHING: f64 = 1e-9;
+
+/// One figure a point: position above velocity. One file: a curve a component. Several: a panel a component.
+pub fn figures(files: &[ResultData]) -> Result<Vec<Figure>, String> {
+    let points = names(files.iter().flat_map(|f| f.points.iter().map(|p| p.0.as_str())));
+    if points.is_empty() {
+        return Err("the scenario names no points, see output.points".into());
+    }
+    Ok(points.into_iter().map(|name| figure(files, name)).collect())
+}
+
+fn figure(files: &[ResultData], name: &str) -> Figure {
+    let found: Vec<(usize, &ResultData, &Components, &Components)> = files
+        .iter()
+        .enumerate()
+        .filter_map(|(i, f)| f.points.iter().find(|p| p.0 == name).map(|(_, x, v)| (i, f, x, v)))
+        .collect();
+    let moving = moving(&found.iter().map(|(_, _, _, v)| *v).collect::<Vec<_>>());
+    let mut figure = Figure {
+        name: format!("point_{name}"),
+        title: title(files, &format!("point {name}")),
+        columns: 1,
+        ..Figure::default()
+    };
+    let panel = |quantity: &str, unit: &str| Panel {
+        x: time_axis(files),
+        y: Axis::new(quantity, unit),
+        ..Panel::default()
+    };
+    for (quantity, unit, is_velocity) in [("position", "m", false), ("velocity", "m/s", true)] {
+        let values = |x, v| if is_velocity { v } else { x };
+        if let ([_], [(_, file, x, v)]) = (files, found.as_slice()) {
+            let mut all = panel(quantity, unit);
+            let components: &Components = values(x, v);
+            all.curves.extend(moving.iter().map(|&c| curve(c, &file.time, &components[c])));
+            figure.panels.push(all);
+            continue;
+        }
+        for &c in &moving {
+            let mut one = panel(&format!("{quantity} {}", AXES[c]), unit);
+            let curves = found.iter().map(|(i, f, x, v)| curve(*i, &f.time, &values(x, v)[c]));
+            one.curves.extend(curves);
+            figure.panels.push(one);
+        }
+    }
+    figure.legend = if files.len() > 1 { entries(labels(files)) } else { entries(AXES) };
+    if files.len() == 1 {
+        let mut number = 0..;
+        figure.legend.retain(|_| number.next().is_some_and(|c| moving.contains(&c)));
+    } else if moving.len() > 1 {
+        (figure.columns, figure.panels) = (2, by_columns(figure.panels));
+    }
+    figure
+}
+
+/// Positions left, velocities right.
+fn by_columns(panels: Vec<Panel>) -> Vec<Panel> {
+    let half = panels.len() / 2;
+    let (left, right) = panels.split_at(half);
+    left.iter().zip(right).flat_map(|(a, b)| [a.clone(), b.clone()]).collect()
+}
+
+/// Components in which the point moves in any file; all if it never does.
+fn moving(velocities: &[&Components]) -> Vec<usize> {
+    let largest = |c: usize| velocities.iter().flat_map(|v| &v[c]).fold(0.0f64, |a, v| a.max(v.abs()));
+    let all = (0..3).map(largest).fold(0.0, f64::max);
+    let moving: Vec<usize> = (0..3).filter(|&c| largest(c) > NOTHING * all).collect();
+    if moving.is_empty() { (0..3).collect() } else { moving }
+}

@@ -1,0 +1,77 @@
+//! The legend: a flow of signs and words above the panels.
+
+use plotters::backend::SVGBackend;
+use plotters::coord::Shift;
+use plotters::drawing::DrawingArea;
+use plotters::element::{Circle, PathElement, Rectangle};
+use plotters::style::{Color, ShapeStyle};
+
+use super::PlotError;
+use super::figure::{Entry, Shade, Sign};
+use super::render::{draw_error, text_style};
+use super::theme::{FREE, GRID, IMPACT, INK, LIMIT, LINE, TEXT, WIDTH, style, units};
+
+/// Width of a sign \[px\].
+const SIGN: f64 = 30.0;
+/// Distance between sign and words, and between entries \[px\].
+const GAP: f64 = 6.0;
+const BETWEEN: f64 = 18.0;
+/// Height of a row \[px\].
+const ROW: f64 = 19.0;
+
+/// Drawing area of a figure.
+pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+
+/// Places of entries: left end and row, in units.
+pub struct Flow {
+    places: Vec<(i32, i32)>,
+    /// Height of all rows, in units.
+    pub height: i32,
+}
+
+/// Arranges `entries` in rows that fit the figure.
+pub fn flow(area: &Area<'_>, entries: &[Entry]) -> Result<Flow, PlotError> {
+    let (left, right) = (units(12.0), units(f64::from(WIDTH) - 12.0));
+    let (mut x, mut row, mut places) = (left, 0, Vec::new());
+    for entry in entries {
+        let (width, _) = area.estimate_text_size(&entry.label, &text_style(TEXT)).map_err(draw_error)?;
+        let width = units(SIGN + GAP) + width as i32;
+        if x > left && x + width > right {
+            (x, row) = (left, row + 1);
+        }
+        places.push((x, row));
+        x += width + units(BETWEEN);
+    }
+    let rows = if entries.is_empty() { 0 } else { row + 1 };
+    Ok(Flow { places, height: rows * units(ROW) })
+}
+
+/// Draws `entries` below `top`.
+pub fn draw(area: &Area<'_>, entries: &[Entry], flow: &Flow, top: i32) -> Result<(), PlotError> {
+    for (entry, &(x, row)) in entries.iter().zip(&flow.places) {
+        let y = top + row * units(ROW) + units(0.5 * ROW);
+        sign(area, entry.sign, (x, y))?;
+        let at = (x + units(SIGN + GAP), y - units(0.5 * TEXT));
+        area.draw_text(&entry.label, &text_style(TEXT), at).map_err(draw_error)?;
+    }
+    Ok(())
+}
+
+fn sign(area: &Area<'_>, sign: Sign, (x, y): (i32, i32)) -> Result<(), PlotError> {
+    let end = x + units(SIGN);
+    let middle = (x + units(0.5 * SIGN), y);
+    let line = |colour: ShapeStyle| PathElement::new(vec![(x, y), (end, y)], colour);
+    match sign {
+        Sign::Curve(i) => area.draw(&line(style(i).colour.stroke_width(units(LINE) as u32))),
+        Sign::Limit => area.draw(&line(LIMIT.stroke_width(units(1.0) as u32))),
+        Sign::Dot => area.draw(&Circle::new(middle, units(3.2), INK.filled())),
+        Sign::Ring => area.draw(&Circle::new(middle, units(3.2), INK.stroke_width(units(1.3) as u32))),
+        Sign::Shade(shade) => {
+            let colour = if shade == Shade::Impact { IMPACT } else { FREE };
+            let corners = [(x, y - units(5.5)), (end, y + units(5.5))];
+            area.draw(&Rectangle::new(corners, colour.filled()))
+                .and_then(|()| area.draw(&Rectangle::new(corners, GRID.stroke_width(units(0.6) as u32))))
+        }
+    }
+    .map_err(draw_error)
+}

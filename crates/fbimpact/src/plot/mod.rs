@@ -1,0 +1,27 @@
+//! Figures from result files: drawn once as SVG, rasterised from there.
+//!
+//! A [`figure::Figure`] says what is shown; it knows nothing of pixels. [`render`] draws it. Both formats come from the same
+//! drawing and the same embedded font, so that they look alike on every machine.
+
+pub mod data;
+pub mod units;
+pub mod ticks;
+pub mod thin;
+pub mod figure;
+pub mod figures;
+pub mod theme;
+mod axis;
+mod legend;
+pub mod render;
+pub mod raster;
+
+/// What can go wrong while drawing; files are the caller's.
+#[derive(Debug, thiserror::Error)]
+pub enum PlotError {
+    /// The drawing library refused.
+    #[error("the figure cannot be drawn: {0}")]
+    Draw(String),
+    /// The picture cannot be made from the drawing.
+    #[error("the figure cannot be turned into pixels: {0}")]
+    Raster(String),
+}

@@ -1,0 +1,42 @@
+//! Opens a result file for reading.
+
+use std::path::Path;
+
+use hdf5::File;
+use hdf5::types::VarLenUnicode;
+
+use super::FORMAT;
+use crate::error::AppError;
+
+/// Opens `path` without a lock, so that a run may still be writing it.
+///
+/// # Errors
+/// [`AppError::Io`] if it cannot be read or is not a result file.
+pub fn open(path: &Path) -> Result<File, AppError> {
+    if let Err(e) = std::fs::File::open(path) {
+        return Err(AppError::io(path, format!("cannot be read: {e}")));
+    }
+    let file = File::with_options()
+        .with_fapl(|p| p.file_locking(false))
+        .open(path)
+        .map_err(|e| AppError::io(path, format!("is not a readable HDF5 file: {e}")))?;
+    if attribute(&file, "format").as_deref() != Some(FORMAT) {
+        return Err(AppError::io(path, "is not a result file of fbimpact"));
+    }
+    Ok(file)
+}
+
+/// A text attribute of the root.
+pub fn attribute(file: &File, name: &str) -> Option<String> {
+    let value: VarLenUnicode = file.attr(name).ok()?.read_scalar().ok()?;
+    Some(value.as_str().to_owned())
+}
+
+/// The resolved scenario that the file was made from.
+///
+/// # Errors
+/// Those of HDF5.
+pub fn scenario_text(file: &File) -> hdf5::Result<String> {
+    let value: VarLenUnicode = file.dataset("scenario")?.read_scalar()?;
+    Ok(value.as_str().to_owned())
+}

@@ -1,0 +1,184 @@
+//! The bodies of a result, built again from its scenario.
+
+use adaptive::model::RunModel;
+use adaptive::spec::RunSpec;
+use faer::{Mat, MatRef};
+use ffr_dynamics::body::RigidMotion;
+use iga_core::SplineError;
+use iga_core::space::PatchSpace;
+
+use super::body::{BodyGeometry, Cells, Elasticity};
+use super::local::LocalContacts;
+use super::states::{BodyMotion, States};
+use crate::error::AppError;
+use crate::scenario::{BodyKind, ContactLaw, RigidMass, Scenario};
+use crate::setup::{geometry, run_spec};
+use crate::simulate::build;
+
+/// Relative deviation of eigenfrequencies between the run and the model built again that rounding explains.
+const SAME_FREQUENCY: f64 = 1e-6;
+/// Linear cells an element of a rigid body, whose shape is not refined.
+const RIGID_CELLS: usize = 8;
+
+/// A body to be shown.
+pub struct Shown {
+    /// Name.
+    pub name: String,
+    /// Shape.
+    pub geometry: BodyGeometry,
+    /// Motion.
+    pub motion: BodyMotion,
+    /// Number among the moving bodies.
+    number: usize,
+}
+
+/// Bodies and contacts of a result.
+pub struct Bodies {
+    /// Bodies to be shown.
+    pub shown: Vec<Shown>,
+    model: RunModel,
+    motions: Vec<BodyMotion>,
+    contacts: LocalContacts,
+}
+
+/// Control values of the displacement \[m\] and of its rate [m/s].
+pub type Fields = (Vec<f64>, Vec<f64>);
+
+impl Bodies {
+    /// Builds the bodies called `wanted`, or all that have a shape; notes name those that have none.
+    ///
+    /// # Errors
+    /// [`AppError::Command`] for a name that does not exist or has no shape, [`AppError::Model`] if a body cannot be built or is not
+    /// that of the run, [`AppError::Io`].
+    pub fn build(states: &States, wanted: &[String], cells: Cells, threads: usize) -> Result<Self, AppError> {
+        let scenario = &states.scenario;
+        let spec = run_spec(scenario)?;
+        check_names(scenario, wanted)?;
+        let model = build(&spec, threads)?;
+        let motions =
+            model.bodies.iter().map(|b| states.motion(&b.name)).collect::<Result<Vec<_>, AppError>>()?;
+        check_frequencies(&model, &motions)?;
+        let mut shown = Vec::new();
+        for body in &scenario.bodies {
+            let is_wanted = wanted.is_empty() || wanted.contains(&body.name);
+            let number = spec.bodies.iter().position(|b| b.name == body.name);
+            let shape = match number.filter(|_| is_wanted) {
+                Some(number) => shape(scenario, &spec, &model, number, cells)?.map(|g| (number, g)),
+                None => None,
+            };
+            if let Some((number, geometry)) = shape {
+                let motion = motions[number].clone();
+                shown.push(Shown { name: body.name.clone(), geometry, motion, number });
+            } else if is_wanted {
+                without_shape(&body.name, &body.kind, wanted)?;
+            }
+        }
+        if shown.is_empty() {
+            return Err(AppError::Command(
+                "no body of the result has a shape, there is nothing to export".into(),
+            ));
+        }
+        let has_friction = |name: &str| {
+            let contact = scenario.contacts.iter().find(|c| c.name == name);
+            contact.is_some_and(|c| matches!(&c.law, ContactLaw::Surface(law) if law.friction.is_some()))
+        };
+        let contacts = LocalContacts::new(&model, |name| states.contact(name), has_friction);
+        Ok(Self { shown, model, motions, contacts })
+    }
+
+    /// Displacement and rate of each shown body at instant `i`, at time `time` \[s\].
+    pub fn fields(&mut self, time: f64, i: usize) -> Vec<Fields> {
+        let local = self.contacts.displacements(&mut self.model, &self.motions, time, i);
+        let field = |body: &Shown| {
+            let Some(elastic) = &self.model.bodies[body.number].elastic else {
+                let n = body.geometry.n_control_values();
+                return (vec![0.0; n], vec![0.0; n]);
+            };
+            let shapes = elastic.reduced.shapes();
+            let mut displacement = combined(shapes, body.motion.elastic(i));
+            displacement.iter_mut().zip(&local[body.number]).for_each(|(u, v)| *u += v);
+            let rate = combined(shapes, body.motion.rates(i));
+            (elastic.body.control_values(&displacement), elastic.body.control_values(&rate))
+        };
+        self.shown.iter().map(field).collect()
+    }
+
+    /// Instants at which a contact zone could not be solved again.
+    pub fn deviations(&self) -> usize {
+        self.contacts.deviations
+    }
+}
+
+/// `Φ q`.
+fn combined(shapes: MatRef<'_, f64>, q: &[f64]) -> Vec<f64> {
+    let q = Mat::from_fn(q.len(), 1, |i, _| q[i]);
+    (shapes * q).col(0).iter().copied().collect()
+}
+
+fn check_names(scenario: &Scenario, wanted: &[String]) -> Result<(), AppError> {
+    let known: Vec<&str> = scenario.bodies.iter().map(|b| b.name.as_str()).collect();
+    match wanted.iter().find(|name| !known.contains(&name.as_str())) {
+        None => Ok(()),
+        Some(name) => Err(AppError::Command(format!(
+            "--bodies {name}: no such body, the result has {}",
+            known.join(", ")
+        ))),
+    }
+}
+
+/// Coordinates mean nothing on other modes than those of the run.
+fn check_frequencies(model: &RunModel, motions: &[BodyMotion]) -> Result<(), AppError> {
+    for (body, motion) in model.bodies.iter().zip(motions) {
+        let (built, stored) = (body.frequencies(), &motion.eigenfrequencies);
+        let close = |a: f64, b: f64| (a - b).abs() <= SAME_FREQUENCY * b.abs();
+        if built.len() != stored.len() || !built.iter().zip(stored).all(|(a, b)| close(*a, *b)) {
+            return Err(AppError::Model(format!(
+                "body \"{}\": the modes that this version of the program finds are not those of the run, simulate again",
+                body.name
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Shape of body `number`, if it has one.
+fn shape(
+    scenario: &Scenario,
+    spec: &RunSpec,
+    model: &RunModel,
+    number: usize,
+    cells: Cells,
+) -> Result<Option<BodyGeometry>, AppError> {
+    let name = &spec.bodies[number].name;
+    let fail = |e: SplineError| AppError::Model(format!("body \"{name}\": {e}"));
+    if let Some(elastic) = &model.bodies[number].elastic {
+        let full = &elastic.body;
+        let material = full.spec.material;
+        let elasticity = Some(Elasticity { model: full.spec.model, material });
+        let motion = full.assembled.motion;
+        return BodyGeometry::new(full.space.clone(), motion, elasticity, cells).map(Some).map_err(fail);
+    }
+    let body = scenario.bodies.iter().find(|b| b.name == *name).map(|b| &b.kind);
+    let Some(BodyKind::Rigid(rigid)) = body else { return Ok(None) };
+    let RigidMass::Shape { model, geometry: given, .. } = &rigid.mass else { return Ok(None) };
+    let shape = geometry::shape(given, *model, 0).map_err(fail)?;
+    let space = PatchSpace::new(shape.patches).map_err(fail)?;
+    let cells = if cells == Cells::Bezier { cells } else { Cells::Linear(RIGID_CELLS) };
+    let motion: RigidMotion = adaptive::elastic_body::rigid_motion(&geometry::model(*model));
+    BodyGeometry::new(space, motion, None, cells).map(Some).map_err(fail)
+}
+
+/// A note on a body without shape, or an error if it was asked for by name.
+fn without_shape(name: &str, kind: &BodyKind, wanted: &[String]) -> Result<(), AppError> {
+    let reason = match kind {
+        BodyKind::RigidPlane { .. } => "it is a plane without end",
+        BodyKind::Rigid(_) => "it is rigid and only its mass is given",
+        BodyKind::Imported(_) => "it comes from a body file, which holds no shape",
+        BodyKind::Elastic(_) => "it has no shape",
+    };
+    if wanted.is_empty() {
+        tracing::warn!("body \"{name}\" is left out: {reason}");
+        return Ok(());
+    }
+    Err(AppError::Command(format!("--bodies {name}: {reason}")))
+}

@@ -1,0 +1,147 @@
+//! States of a result: motion of every body at the stored instants.
+
+use std::path::{Path, PathBuf};
+
+use hdf5::{File, Group, Result};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
+use super::assemble::Pose;
+use crate::error::AppError;
+use crate::results::open::{open, scenario_text};
+use crate::scenario::{self, Scenario};
+
+/// Motion of a body over time.
+#[derive(Debug, Clone, Default)]
+pub struct BodyMotion {
+    position: Vec<f64>,
+    rotation: Vec<f64>,
+    velocity: Vec<f64>,
+    angular_velocity: Vec<f64>,
+    elastic: Vec<f64>,
+    rates: Vec<f64>,
+    /// Eigenfrequencies of the coordinates \[Hz\].
+    pub eigenfrequencies: Vec<f64>,
+}
+
+/// A contact over time.
+#[derive(Debug, Clone, Default)]
+pub struct ContactSeries {
+    /// Total normal force \[N\].
+    pub normal_force: Vec<f64>,
+    /// Penalty factor [N/m³].
+    pub penalty: Vec<f64>,
+}
+
+/// A result as far as pictures of its bodies need it.
+#[derive(Debug, Clone)]
+pub struct States {
+    /// The scenario that was run.
+    pub scenario: Scenario,
+    /// Stored instants \[s\].
+    pub time: Vec<f64>,
+    file: PathBuf,
+}
+
+impl States {
+    /// Opens a result.
+    ///
+    /// # Errors
+    /// [`AppError::Io`] if it cannot be read, [`AppError::Scenario`] if its scenario is no longer valid, for instance because a body
+    /// file is gone.
+    pub fn read(path: &Path) -> std::result::Result<Self, AppError> {
+        let file = open(path)?;
+        let fail = |e: hdf5::Error| AppError::io(path, format!("has a part that cannot be read: {e}"));
+        let text = scenario_text(&file).map_err(fail)?;
+        let source: Option<hdf5::types::VarLenUnicode> =
+            file.dataset("scenario").and_then(|d| d.attr("file")?.read_scalar()).ok();
+        // Body files are sought beside the scenario.
+        let source = source.map_or_else(|| path.to_owned(), |s| PathBuf::from(s.as_str()));
+        let scenario = scenario::parse(&source, text.as_bytes(), &[])?;
+        let time: Vec<f64> = file.dataset("time").and_then(|d| d.read_raw()).map_err(fail)?;
+        if time.is_empty() {
+            return Err(AppError::io(path, "has no stored states, there is nothing to export"));
+        }
+        Ok(Self { scenario, time, file: path.to_owned() })
+    }
+
+    /// Motion of body `name`.
+    ///
+    /// # Errors
+    /// [`AppError::Io`] if it is not stored completely.
+    pub fn motion(&self, name: &str) -> std::result::Result<BodyMotion, AppError> {
+        let read = |file: &File| motion(&file.group(&format!("bodies/{name}"))?);
+        let motion = read(&open(&self.file)?).map_err(|e| {
+            AppError::io(&self.file, format!("has no readable motion of body \"{name}\": {e}"))
+        })?;
+        let n = self.time.len();
+        let is_short = |values: &[f64], width: usize| values.len() < n * width;
+        let q = motion.eigenfrequencies.len();
+        if is_short(&motion.position, 3)
+            || is_short(&motion.rotation, 4)
+            || is_short(&motion.velocity, 3)
+            || is_short(&motion.angular_velocity, 3)
+            || is_short(&motion.elastic, q)
+            || is_short(&motion.rates, q)
+        {
+            return Err(AppError::io(
+                &self.file,
+                format!("has fewer states of body \"{name}\" than instants"),
+            ));
+        }
+        Ok(motion)
+    }
+
+    /// Force and penalty factor of contact `name`; none if they are not stored.
+    pub fn contact(&self, name: &str) -> Option<ContactSeries> {
+        let group = open(&self.file).ok()?.group(&format!("contacts/{name}")).ok()?;
+        let read = |dataset: &str| group.dataset(dataset).and_then(|d| d.read_raw::<f64>()).ok();
+        Some(ContactSeries { normal_force: read("normal_force")?, penalty: read("penalty")? })
+            .filter(|c| c.normal_force.len() >= self.time.len() && c.penalty.len() >= self.time.len())
+    }
+}
+
+fn motion(group: &Group) -> Result<BodyMotion> {
+    let read = |name: &str| group.dataset(name)?.read_raw::<f64>();
+    // Rigid bodies have no coordinates.
+    let elastic = |name: &str| if group.dataset(name).is_ok() { read(name) } else { Ok(Vec::new()) };
+    Ok(BodyMotion {
+        position: read("position")?,
+        rotation: read("rotation")?,
+        velocity: read("velocity")?,
+        angular_velocity: read("angular_velocity")?,
+        elastic: elastic("elastic_coordinates")?,
+        rates: elastic("elastic_velocities")?,
+        eigenfrequencies: elastic("eigenfrequencies")?,
+    })
+}
+
+impl BodyMotion {
+    /// Rotation at instant `i`.
+    pub fn rotation(&self, i: usize) -> UnitQuaternion<f64> {
+        let q = &self.rotation[4 * i..4 * i + 4];
+        UnitQuaternion::from_quaternion(Quaternion::new(q[0], q[1], q[2], q[3]))
+    }
+
+    /// Motion of the frame at instant `i`.
+    pub fn pose(&self, i: usize) -> Pose {
+        let vector = |values: &[f64]| Vector3::from_column_slice(&values[3 * i..3 * i + 3]);
+        Pose {
+            position: vector(&self.position),
+            rotation: self.rotation(i).to_rotation_matrix().into_inner(),
+            velocity: vector(&self.velocity),
+            angular_velocity: vector(&self.angular_velocity),
+        }
+    }
+
+    /// Elastic coordinates at instant `i`.
+    pub fn elastic(&self, i: usize) -> &[f64] {
+        let n = self.eigenfrequencies.len();
+        &self.elastic[n * i..n * (i + 1)]
+    }
+
+    /// Their rates.
+    pub fn rates(&self, i: usize) -> &[f64] {
+        let n = self.eigenfrequencies.len();
+        &self.rates[n * i..n * (i + 1)]
+    }
+}

@@ -1,0 +1,104 @@
+//! Which stored instants are shown.
+
+use std::str::FromStr;
+
+use crate::error::AppError;
+
+/// Instants without a choice at most: enough for a smooth picture, few enough for a disk.
+const MOST: usize = 200;
+/// Instants with a choice at most.
+const LIMIT: f64 = 1e6;
+
+/// `A:B:STEP` in seconds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TimeRange {
+    /// First time \[s\].
+    pub from: f64,
+    /// Last time \[s\].
+    pub to: f64,
+    /// Distance \[s\].
+    pub step: f64,
+}
+
+impl FromStr for TimeRange {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers: Result<Vec<f64>, _> = text.split(':').map(str::parse::<f64>).collect();
+        let numbers =
+            numbers.map_err(|e| format!("{e}; wanted is A:B:STEP in seconds, such as 0:1e-4:1e-6"))?;
+        let &[from, to, step] = numbers.as_slice() else {
+            return Err("wanted is A:B:STEP in seconds, such as 0:1e-4:1e-6".into());
+        };
+        let is_sound = from.is_finite() && to.is_finite() && step.is_finite() && to >= from && step > 0.0;
+        if !is_sound {
+            return Err("B must not be less than A, and STEP must be positive".into());
+        }
+        if (to - from) / step > LIMIT {
+            return Err(format!("{:.0} instants are too many, the limit is {LIMIT:.0}", (to - from) / step));
+        }
+        Ok(Self { from, to, step })
+    }
+}
+
+/// Numbers of the stored instants `time` to show: the ones nearest to the times of a range, or every n-th, or at most 200.
+///
+/// # Errors
+/// [`AppError::Command`] if the range lies outside the stored times.
+pub fn chosen(time: &[f64], range: Option<TimeRange>, every: Option<usize>) -> Result<Vec<usize>, AppError> {
+    let Some(TimeRange { from, to, step }) = range else {
+        let every = every.unwrap_or_else(|| time.len().div_ceil(MOST)).max(1);
+        return Ok((0..time.len()).step_by(every).collect());
+    };
+    let (first, last) = (time[0], time[time.len() - 1]);
+    if to < first || from > last {
+        return Err(AppError::Command(format!(
+            "--times {from}:{to}:{step}: the result holds {first:e} s to {last:e} s"
+        )));
+    }
+    // The last time counts although it is round-off behind the end.
+    let n = ((to - from) / step + 1e-9).floor() as usize;
+    let mut all: Vec<usize> = (0..=n).map(|k| from + k as f64 * step).map(|t| nearest(time, t)).collect();
+    all.dedup();
+    Ok(all)
+}
+
+/// The instant nearest to `t`.
+fn nearest(time: &[f64], t: f64) -> usize {
+    let after = time.partition_point(|x| *x < t).min(time.len() - 1);
+    let before = after.saturating_sub(1);
+    if (t - time[before]).abs() <= (time[after] - t).abs() { before } else { after }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn range(text: &str) -> Option<TimeRange> {
+        Some(text.parse().expect("a range"))
+    }
+
+    #[test]
+    fn nearest_instants_are_taken_once() {
+        let time = [0.0, 0.1, 0.11, 0.5, 1.0];
+        assert_eq!(chosen(&time, range("0:1:0.25"), None).expect("inside"), [0, 2, 3, 4]);
+        assert_eq!(chosen(&time, range("0.09:0.12:0.001"), None).expect("inside"), [1, 2]);
+        assert!(chosen(&time, range("2:3:0.1"), None).is_err());
+    }
+
+    #[test]
+    fn every_nth_and_at_most_two_hundred() {
+        let time: Vec<f64> = (0..1001).map(f64::from).collect();
+        assert_eq!(chosen(&time, None, Some(500)).expect("inside"), [0, 500, 1000]);
+        let all = chosen(&time, None, None).expect("inside");
+        assert!(all.len() <= MOST && all.len() > MOST / 2 && all[0] == 0);
+        assert_eq!(chosen(&time[..3], None, None).expect("inside"), [0, 1, 2]);
+    }
+
+    #[test]
+    fn senseless_ranges_are_refused() {
+        for text in ["1", "0:1", "0:1:0", "1:0:0.1", "0:inf:1", "a:b:c", "0:1:nan", "0:1:1e-9"] {
+            assert!(text.parse::<TimeRange>().is_err(), "{text}");
+        }
+    }
+}

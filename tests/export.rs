@@ -1,0 +1,210 @@
+//! `fbimpact export` from the outside: series, shapes, motion, stress and errors.
+
+use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
+
+use assert_cmd::Command;
+use tempfile::TempDir;
+
+fn fbimpact(arguments: &[&str]) -> (i32, String, String) {
+    let run =
+        Command::new(env!("CARGO_BIN_EXE_fbimpact")).args(arguments).output().expect("the program starts");
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
+    (run.status.code().expect("no signal"), text(run.stdout), text(run.stderr))
+}
+
+struct Results {
+    _folder: TempDir,
+    ball: PathBuf,
+    pair: PathBuf,
+    rigid: PathBuf,
+}
+
+fn simulate(folder: &Path, scenario: &str, name: &str, set: &[&str]) -> PathBuf {
+    let scenario = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(scenario);
+    let output = folder.join(name);
+    let (scenario, file) = (scenario.display().to_string(), output.display().to_string());
+    let mut arguments = vec!["run", "-q", &scenario, "-o", &file];
+    arguments.extend(set.iter().flat_map(|s| ["--set", s]));
+    let (code, _, err) = fbimpact(&arguments);
+    assert_eq!(code, 0, "{err}");
+    output
+}
+
+static RESULTS: LazyLock<Results> = LazyLock::new(|| {
+    let folder = TempDir::new().expect("a folder");
+    let at = folder.path();
+    Results {
+        ball: simulate(at, "sphere_on_plane.toml", "ball.h5", &[]),
+        pair: simulate(at, "sphere_rod_sphere.toml", "pair.h5", &["simulation.end_time=2.5e-4"]),
+        rigid: simulate(at, "rigid_double_pendulums.toml", "rigid.h5", &["simulation.end_time=0.01"]),
+        _folder: folder,
+    }
+});
+
+/// Exports and returns the folder with what was said.
+fn export(result: &Path, options: &[&str]) -> (TempDir, String) {
+    let folder = TempDir::new().expect("a folder");
+    let (file, target) = (result.display().to_string(), folder.path().display().to_string());
+    let mut arguments = vec!["export", &file, "--vtk", &target];
+    arguments.extend(options);
+    let (code, out, err) = fbimpact(&arguments);
+    assert_eq!(code, 0, "{err}");
+    assert!(out.trim_end().ends_with(".pvd") && Path::new(out.trim_end()).is_file(), "{out}");
+    (folder, err)
+}
+
+/// An array of a VTU file.
+fn array(file: &Path, name: &str) -> Vec<f64> {
+    let bytes = std::fs::read(file).expect("a file");
+    let marker = b"encoding=\"raw\">\n_";
+    let start = bytes.windows(marker.len()).position(|w| w == marker).expect("appended data") + marker.len();
+    let text = String::from_utf8_lossy(&bytes[..start]).into_owned();
+    let tag = text.lines().find(|l| l.contains(&format!("Name=\"{name}\""))).expect("the array");
+    let offset = tag.split("offset=\"").nth(1).and_then(|t| t.split('"').next()).expect("an offset");
+    let at = start + offset.parse::<usize>().expect("a number");
+    let length = u64::from_le_bytes(bytes[at..at + 8].try_into().expect("eight bytes")) as usize;
+    let data = &bytes[at + 8..at + 8 + length];
+    match tag.split("type=\"").nth(1).and_then(|t| t.split('"').next()).expect("a type") {
+        "Float64" => data.chunks(8).map(|c| f64::from_le_bytes(c.try_into().expect("8"))).collect(),
+        "Float32" => {
+            data.chunks(4).map(|c| f64::from(f32::from_le_bytes(c.try_into().expect("4")))).collect()
+        }
+        "Int64" => data.chunks(8).map(|c| i64::from_le_bytes(c.try_into().expect("8")) as f64).collect(),
+        _ => data.iter().map(|b| f64::from(*b)).collect(),
+    }
+}
+
+fn series(folder: &TempDir, stem: &str) -> Vec<(f64, PathBuf)> {
+    let text = std::fs::read_to_string(folder.path().join(format!("{stem}.pvd"))).expect("a series");
+    let value = |line: &str, key: &str| {
+        let after = line.split(&format!("{key}=\"")).nth(1).expect("the key");
+        after.split('"').next().expect("a value").to_owned()
+    };
+    let lines = text.lines().filter(|l| l.starts_with("<DataSet "));
+    lines
+        .map(|l| (value(l, "timestep").parse().expect("a time"), folder.path().join(value(l, "file"))))
+        .collect()
+}
+
+#[test]
+fn series_holds_every_body_at_every_chosen_time() {
+    let (folder, _) = export(&RESULTS.pair, &["--times", "0:2e-4:5e-5"]);
+    let files = series(&folder, "pair");
+    assert_eq!(files.len(), 3 * 5);
+    for (time, file) in &files {
+        assert!(file.is_file() && *time <= 2e-4 + 1e-6);
+        let head = String::from_utf8_lossy(&std::fs::read(file).expect("a file")).into_owned();
+        assert!(head.contains("<PointData RationalWeights=\"RationalWeights\">"));
+        assert!(head.contains("<CellData HigherOrderDegrees=\"HigherOrderDegrees\">"));
+        assert!(array(file, "types").iter().all(|t| *t as u8 == 77), "Bézier quadrilaterals");
+    }
+}
+
+#[test]
+fn material_points_move_as_in_the_result() {
+    let (folder, _) = export(&RESULTS.pair, &["--bodies", "rod", "--times", "2e-4:2.5e-4:2.5e-5"]);
+    let file = hdf5::File::open(&RESULTS.pair).expect("a result");
+    let times: Vec<f64> = file.dataset("time").and_then(|d| d.read_raw()).expect("times");
+    let end: Vec<f64> =
+        file.dataset("points/right_end/position").and_then(|d| d.read_raw()).expect("positions");
+    for (time, file) in series(&folder, "pair") {
+        let i = times.iter().position(|t| (t - time).abs() < 1e-15).expect("a stored time");
+        let points = array(&file, "Points");
+        let axis = points.chunks(3).filter(|p| p[0].abs() < 1e-12).map(|p| p[2]).fold(f64::MIN, f64::max);
+        // Round-off of one metre; the end has moved by a micrometre.
+        assert!((axis - end[3 * i + 2]).abs() < 1e-13, "{axis} against {}", end[3 * i + 2]);
+    }
+}
+
+#[test]
+fn contact_zone_carries_the_stress_of_hertz() {
+    let (folder, _) = export(&RESULTS.ball, &["--times", "4.13e-5:4.13e-5:1"]);
+    let (_, file) = &series(&folder, "ball")[0];
+    let largest = array(file, "von Mises stress [Pa]").into_iter().fold(0.0, f64::max);
+    // Hertz: 0.62 p0 below the centre, p0 = (6 F E*² / (π³ r²))^(1/3) at the peak force of 52.08 N.
+    let modulus = 72.8e9 / (1.0 - 0.33f64 * 0.33);
+    let p0 = (6.0 * 52.08 * modulus * modulus / (std::f64::consts::PI.powi(3) * 1e-4)).cbrt();
+    // The mesh has some ten elements in the contact radius; 0.62 holds for a Poisson's ratio of 0.3.
+    assert!((largest / (0.62 * p0) - 1.0).abs() < 0.05, "{largest:e} against {:e}", 0.62 * p0);
+    // Contact pressure: -zz at the lowest points.
+    let (points, stress) = (array(file, "Points"), array(file, "stress [Pa]"));
+    let lowest = points.chunks(3).map(|p| p[2]).fold(f64::MAX, f64::min);
+    let at_bottom =
+        points.chunks(3).zip(stress.chunks(6)).filter(|(p, _)| p[2] < lowest + 1e-8 && p[0] < 1e-6);
+    let pressure = at_bottom.map(|(_, s)| -s[2]).fold(0.0, f64::max);
+    assert!((pressure / p0 - 1.0).abs() < 0.05, "{pressure:e} against {p0:e}");
+}
+
+#[test]
+fn displacement_is_scaled_in_the_points_only() {
+    let times = ["--times", "4.13e-5:4.13e-5:1"];
+    let (one, _) = export(&RESULTS.ball, &times);
+    let (many, _) = export(&RESULTS.ball, &[&times[..], &["--scale", "11"]].concat());
+    let (a, b) = (&series(&one, "ball")[0].1, &series(&many, "ball")[0].1);
+    let u = array(a, "displacement [m]");
+    assert_eq!(u, array(b, "displacement [m]"));
+    for ((x, y), u) in array(a, "Points").iter().zip(array(b, "Points")).zip(&u) {
+        // Displacements are stored in single precision.
+        assert!((y - x - 10.0 * u).abs() < 1e-5 * u.abs() + 1e-16);
+    }
+}
+
+#[test]
+fn plain_cells_and_revolved_bodies_have_their_types() {
+    for (options, kind) in
+        [(&["--plain"][..], 9), (&["--revolve"], 79), (&["--plain", "--revolve", "90"], 12)]
+    {
+        let options = [options, &["--bodies", "left", "--every", "100000"]].concat();
+        let (folder, _) = export(&RESULTS.pair, &options);
+        let (_, file) = &series(&folder, "pair")[0];
+        assert!(array(file, "types").iter().all(|t| *t as i32 == kind), "{options:?}");
+        let points = array(file, "Points");
+        if kind != 9 {
+            assert!(points.chunks(3).any(|p| p[1] < -0.0099), "{options:?} goes round");
+        }
+        if kind != 79 {
+            // Points of linear cells lie in the ball about (0, 0, -10 mm), the outermost on it.
+            let radius = points.chunks(3).map(|p| p[0].hypot(p[1]).hypot(p[2] + 0.01)).fold(0.0, f64::max);
+            assert!((radius - 0.01).abs() < 1e-14, "{radius}");
+        }
+    }
+}
+
+#[test]
+fn rigid_bodies_have_their_shape_and_others_a_note() {
+    let (folder, err) = export(&RESULTS.rigid, &["--every", "1000000"]);
+    let files = series(&folder, "rigid");
+    assert!(!files.is_empty(), "{err}");
+    for (_, file) in files {
+        assert!(array(&file, "displacement [m]").iter().all(|u| u.abs() < 1e-300));
+        assert!(array(&file, "Points").iter().all(|x| x.is_finite()));
+    }
+    let (_, err) = export(&RESULTS.ball, &["--every", "1000000"]);
+    assert!(err.contains("body \"floor\" is left out: it is a plane"), "{err}");
+}
+
+#[test]
+fn wrong_names_times_and_files_are_refused() {
+    let folder = TempDir::new().expect("a folder");
+    let target = folder.path().join("out").display().to_string();
+    let text = folder.path().join("text.h5").display().to_string();
+    std::fs::write(&text, "no HDF5").expect("a file");
+    let ball = RESULTS.ball.display().to_string();
+    for (arguments, wanted, words) in [
+        (vec![ball.as_str(), "--bodies", "bal"], 2, "no such body, the result has ball, floor"),
+        (vec![&ball, "--bodies", "floor"], 2, "plane without end"),
+        (vec![&ball, "--times", "1:2:0.1"], 2, "the result holds"),
+        (vec![&ball, "--times", "1:2"], 2, "A:B:STEP"),
+        (vec![&ball, "--every", "0"], 2, "--every"),
+        (vec![&ball, "--scale", "nan"], 2, "finite"),
+        (vec![&ball, "--revolve", "400"], 2, "at most 360"),
+        (vec![&text], 6, "text.h5"),
+        (vec!["missing.h5"], 6, "missing.h5"),
+    ] {
+        let arguments = [&["export", "--vtk", &target][..], &arguments].concat();
+        let (code, out, err) = fbimpact(&arguments);
+        assert!(code == wanted && err.contains(words) && out.is_empty(), "{arguments:?}: {code} {err}");
+    }
+    assert!(!Path::new(&target).exists());
+}

@@ -1,0 +1,162 @@
+//! `fbimpact plot` from the outside: files, formats, notes and errors.
+
+use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
+
+use assert_cmd::Command;
+use tempfile::TempDir;
+
+fn fbimpact(arguments: &[&str]) -> (i32, String, String) {
+    let run =
+        Command::new(env!("CARGO_BIN_EXE_fbimpact")).args(arguments).output().expect("the program starts");
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
+    (run.status.code().expect("no signal"), text(run.stdout), text(run.stderr))
+}
+
+/// Results that all tests read.
+struct Results {
+    _folder: TempDir,
+    ball: PathBuf,
+    slow: PathBuf,
+    pair: PathBuf,
+    pendulum: PathBuf,
+}
+
+fn simulate(folder: &Path, scenario: &str, name: &str, set: &[&str]) -> PathBuf {
+    let scenario = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(scenario);
+    let output = folder.join(name);
+    let (scenario, file) = (scenario.display().to_string(), output.display().to_string());
+    let mut arguments = vec!["run", "-q", &scenario, "-o", &file];
+    arguments.extend(set.iter().flat_map(|s| ["--set", s]));
+    let (code, _, err) = fbimpact(&arguments);
+    assert_eq!(code, 0, "{err}");
+    output
+}
+
+static RESULTS: LazyLock<Results> = LazyLock::new(|| {
+    let folder = TempDir::new().expect("a folder");
+    let at = folder.path();
+    Results {
+        ball: simulate(at, "sphere_on_plane.toml", "ball.h5", &[]),
+        slow: simulate(at, "sphere_on_plane.toml", "slow.h5", &["bodies.ball.velocity=[0,0,-0.05]"]),
+        pair: simulate(at, "sphere_rod_sphere.toml", "pair.h5", &["simulation.end_time=1.8e-4"]),
+        pendulum: simulate(at, "flexible_pendulum.toml", "pendulum.h5", &["simulation.end_time=0.01"]),
+        _folder: folder,
+    }
+});
+
+/// Draws and returns the folder and the names of what was written.
+fn plot(files: &[&Path], options: &[&str]) -> (TempDir, Vec<String>, String) {
+    let folder = TempDir::new().expect("a folder");
+    let target = folder.path().join("new/folder");
+    let texts: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
+    let target = target.display().to_string();
+    let mut arguments = vec!["plot", "-o", &target];
+    arguments.extend(texts.iter().map(String::as_str));
+    arguments.extend(options);
+    let (code, out, err) = fbimpact(&arguments);
+    assert_eq!(code, 0, "{err}");
+    let name = |line: &str| {
+        assert!(Path::new(line).is_file(), "{line} is written");
+        Path::new(line).file_name().expect("a name").to_string_lossy().into_owned()
+    };
+    (folder, out.lines().map(name).collect(), err)
+}
+
+fn read(folder: &TempDir, name: &str) -> String {
+    std::fs::read_to_string(folder.path().join("new/folder").join(name)).expect("a drawing")
+}
+
+#[test]
+fn one_result_gives_every_figure_that_it_has_data_for() {
+    let (folder, files, err) = plot(&[&RESULTS.pair], &[]);
+    let expected = ["energies", "forces", "impact_1", "tries", "point_right_end"];
+    assert_eq!(files, expected.map(|name| format!("pair_{name}.svg")), "{err}");
+    let forces = read(&folder, "pair_forces.svg");
+    for words in ["normal force [N]", "time [µs]", "impact phase", "free phase", "first", "second"] {
+        assert!(forces.contains(words), "{words} is in the figure");
+    }
+    // The two contacts: one solid, one dashed.
+    assert!(forces.contains("#0072B2") && forces.contains("stroke-dasharray=\"70 30\""));
+    let tries = read(&folder, "pair_tries.svg");
+    for words in
+        ["interval used [%]", "penalty factor [N/m³]", "interval width [µm]", "1.1", "accepted", "repeated"]
+    {
+        assert!(tries.contains(words), "{words} is in the figure");
+    }
+    assert!(read(&folder, "pair_point_right_end.svg").contains("position − 1 m ["));
+}
+
+#[test]
+fn several_results_are_drawn_into_the_same_figures() {
+    let (folder, files, _) =
+        plot(&[&RESULTS.ball, &RESULTS.slow], &["--figure", "impacts", "--figure", "energies"]);
+    assert_eq!(files, ["comparison_impact_1.svg", "comparison_energies.svg"]);
+    let impact = read(&folder, &files[0]);
+    assert!(
+        impact.contains("ball")
+            && impact.contains("slow")
+            && impact.contains("time since first contact [µs]")
+    );
+    assert!(read(&folder, &files[1]).contains("change of the total energy"));
+}
+
+#[test]
+fn png_has_the_pixels_of_a_page_width() {
+    let (folder, files, _) = plot(&[&RESULTS.ball], &["--png", "--svg", "--figure", "forces"]);
+    assert_eq!(files, ["ball_forces.svg", "ball_forces.png"]);
+    let bytes = std::fs::read(folder.path().join("new/folder/ball_forces.png")).expect("a picture");
+    assert_eq!(&bytes[..8], b"\x89PNG\r\n\x1a\n");
+    let width = u32::from_be_bytes(bytes[16..20].try_into().expect("four bytes"));
+    assert_eq!(width, 1800);
+    // An empty picture of this size compresses to some 10 kB.
+    assert!(bytes.len() > 20_000, "{} bytes", bytes.len());
+}
+
+#[test]
+fn figures_without_data_are_left_out_with_a_note() {
+    let (_folder, files, err) = plot(&[&RESULTS.pendulum], &[]);
+    assert!(files.contains(&"pendulum_energies.svg".to_owned()));
+    assert!(
+        !files.iter().any(|f| f.contains("impact") || f.contains("forces") || f.contains("tries")),
+        "{files:?}"
+    );
+    assert!(err.contains("no figure of impacts: there are no impacts"), "{err}");
+    assert!(err.contains("the scenario has no contacts"), "{err}");
+}
+
+#[test]
+fn files_that_cannot_be_read_or_written_exit_with_6() {
+    let folder = TempDir::new().expect("a folder");
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    std::fs::write(path("text.h5"), "no HDF5").expect("a file");
+    let whole = std::fs::read(&RESULTS.ball).expect("a result");
+    std::fs::write(path("half.h5"), &whole[..whole.len() / 2]).expect("a file");
+    std::fs::write(path("taken"), "a file where the folder should be").expect("a file");
+    let ball = RESULTS.ball.display().to_string();
+    for arguments in [
+        vec!["plot".to_owned(), path("missing.h5")],
+        vec!["plot".to_owned(), path("text.h5")],
+        vec!["plot".to_owned(), path("half.h5")],
+        vec!["plot".to_owned(), ball.clone(), path("text.h5"), "-o".to_owned(), path("never")],
+        vec!["plot".to_owned(), ball, "-o".to_owned(), path("taken")],
+    ] {
+        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+        let (code, out, err) = fbimpact(&arguments);
+        assert_eq!(code, 6, "{arguments:?}: {err}");
+        assert!(out.is_empty() && err.contains(folder.path().to_str().expect("UTF-8")), "{err}");
+    }
+    assert!(!folder.path().join("never").exists(), "nothing is written before all files are read");
+}
+
+#[test]
+fn unknown_figures_and_too_many_files_exit_with_2() {
+    let ball = RESULTS.ball.display().to_string();
+    let (code, _, err) = fbimpact(&["plot", &ball, "--figure", "stresses"]);
+    assert!(code == 2 && err.contains("energies") && err.contains("tries"), "{err}");
+    let mut arguments = vec!["plot"];
+    arguments.extend([ball.as_str(); 9]);
+    let (code, _, err) = fbimpact(&arguments);
+    assert!(code == 2 && err.contains("at most 8"), "{err}");
+    assert_eq!(fbimpact(&["plot"]).0, 2);
+}
