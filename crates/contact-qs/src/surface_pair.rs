@@ -32,11 +32,14 @@ mod projection;
 mod search;
 mod solver;
 mod target;
+mod watch;
 
 use evaluation::{WarmStart, Workspace};
 use projection::{Functions, Projection, Samples};
 use search::SearchBuffers;
 use solver::{PairZone, Rows};
+
+use watch::Watch;
 
 pub use projection::SurfacePlace;
 pub use target::{TargetFace, TargetSurface};
@@ -64,6 +67,8 @@ pub struct SurfacePair {
     is_rim: Vec<bool>,
     /// Rows of the contact body's low-frequency shapes.
     low_rows: Vec<f64>,
+    /// The same, mode after mode.
+    low_columns: Vec<f64>,
     n_modes: usize,
     interface: SparseRows,
     surface: TargetSurface,
@@ -112,10 +117,12 @@ impl SurfacePair {
             nodes: vec![0.0; surface.nodes.len() * nc],
             places: vec![SurfacePlace::default(); n],
             is_known: false,
+            watch: Watch::new(n, surface.nodes.len()),
         };
         let mut pair = Self {
             points: submodel.points.iter().map(|p| components(motion, p)).collect(),
             low_rows: (0..n_rows * n_q).map(|k| low[(k / n_q, k % n_q)]).collect(),
+            low_columns: (0..n_q).flat_map(|k| low.col_as_slice(k)).copied().collect(),
             n_modes: n_q,
             is_rim,
             springs: vec![0.0; n],
@@ -208,9 +215,9 @@ impl SurfacePair {
     }
 
     /// Gaps of the last evaluation, quasistatic displacements included; of points beyond an end of the target the distance
-    /// from it \[m\].
+    /// from it; of points that are open for certain as found at an earlier evaluation \[m\].
     pub fn gaps(&self) -> &[f64] {
-        self.workspace.as_ref().map_or(&[], |w| &w.gaps)
+        &self.state.watch.gaps
     }
 
     /// Solutions that the last evaluation took until projection and deformation met.
@@ -332,10 +339,11 @@ fn workspace(surface: &TargetSurface, n: usize) -> Workspace {
         points: vec![[0.0; 3]; n],
         low_nodes: vec![[0.0; 3]; n_nodes],
         nodes: vec![[0.0; 3]; n_nodes],
+        seen: vec![[0.0; 3]; n],
+        is_wanted: vec![true; n],
         projections: vec![Projection::default(); n],
         rows: Rows::new(n, surface.n_functions),
         loaded: Rows::new(n, surface.n_functions),
-        gaps: vec![0.0; n],
         free_gaps: vec![0.0; n],
         settled: vec![0.0; n],
         loads: vec![0.0; n * nc],

@@ -3,12 +3,12 @@
 use faer::Mat;
 use ffr_dynamics::error::Rejection;
 
-use super::projection::SurfacePlace;
+use super::projection::{Projection, SurfacePlace};
 use super::target::TargetSurface;
 use crate::ContactError;
 use crate::quasistatic::active_set::{ActiveSet, SolveReport};
 use crate::quasistatic::broyden::{Broyden, ModalProblem};
-use crate::quasistatic::problem::add_product;
+use crate::quasistatic::problem::{add_columns, add_product};
 use crate::quasistatic::{Method, ModalBasis, Problem};
 
 /// Normals and functions at the projected points: the rows that compliances are projected on.
@@ -47,6 +47,23 @@ impl Rows {
         self.values.copy_from_slice(&other.values);
     }
 
+    /// Sets the row of point `i`, projected to `found`.
+    pub fn set(
+        &mut self,
+        i: usize,
+        found: &Projection,
+        own_normal: [f64; 3],
+        values: impl Iterator<Item = f64>,
+    ) {
+        self.normals[i] = found.normal;
+        self.own_normals[i] = own_normal;
+        self.elements[i] = found.element;
+        self.places[i] = found.place;
+        let slots = &mut self.values[i * self.width..(i + 1) * self.width];
+        slots.fill(0.0);
+        slots.iter_mut().zip(values).for_each(|(slot, value)| *slot = value);
+    }
+
     /// How far the points chosen by `is_chosen` have moved since `before`: largest change of a normal (radians) or a place
     /// (elements).
     pub fn moved(&self, before: &Self, surface: &TargetSurface, is_chosen: impl Fn(usize) -> bool) -> f64 {
@@ -66,17 +83,19 @@ impl Rows {
         moved
     }
 
-    /// Calls `put` with interface freedom and value of every entry of row `i` of `N_T`.
-    fn for_each(&self, surface: &TargetSurface, i: usize, mut put: impl FnMut(usize, f64)) {
+    /// Interface freedom and value of every entry of row `i` of `N_T`.
+    fn entries<'a>(
+        &'a self,
+        surface: &'a TargetSurface,
+        i: usize,
+    ) -> impl Iterator<Item = (usize, f64)> + 'a {
         let nc = surface.motion.n_components();
         let nodes = &surface.elements[self.elements[i] as usize].nodes;
-        for (&node, &value) in nodes.iter().zip(&self.values[i * self.width..]) {
-            for c in 0..nc {
-                if let Some(b) = surface.freedoms[nc * node as usize + c] {
-                    put(b as usize, value * self.normals[i][c]);
-                }
-            }
-        }
+        let normal = &self.normals[i];
+        nodes.iter().zip(&self.values[i * self.width..]).flat_map(move |(&node, &value)| {
+            let freedoms = &surface.freedoms[nc * node as usize..][..nc];
+            freedoms.iter().zip(normal).filter_map(move |(b, n)| b.map(|b| (b as usize, value * n)))
+        })
     }
 }
 
@@ -101,12 +120,14 @@ pub(super) struct PairZone {
     n_components: usize,
     /// Normal compliance `A` of the points on `rows`.
     normal_compliance: Mat<f64>,
+    /// Displacements of the target's interface and of the contact body's points under one point's load.
     half: Vec<f64>,
-    /// Rows that `A` was built on.
+    own_half: Vec<f64>,
+    /// Rows that `A` was built on, and the points it was built for: the others have zero rows and columns.
     rows: Rows,
-    is_built: bool,
+    members: Vec<bool>,
     saved_rows: Rows,
-    is_saved_built: bool,
+    saved_members: Vec<bool>,
     solver: Solver,
 }
 
@@ -137,14 +158,15 @@ impl PairZone {
         };
         let rows = Rows::new(n_points, surface.n_functions);
         Ok(Self {
-            own,
             n_components,
             normal_compliance: Mat::zeros(n_points, n_points),
             half: vec![0.0; surface.n_interface()],
+            own_half: vec![0.0; own.nrows()],
+            own,
             saved_rows: rows.clone(),
             rows,
-            is_built: false,
-            is_saved_built: false,
+            members: vec![false; n_points],
+            saved_members: vec![false; n_points],
             solver,
         })
     }
@@ -157,40 +179,47 @@ impl PairZone {
         matches!(self.solver, Solver::Broyden(_))
     }
 
-    /// Rows of the projection in use, none before the first.
-    pub fn built_on(&self) -> Option<&Rows> {
-        self.is_built.then_some(&self.rows)
+    /// How far the points chosen by `is_chosen` have moved since the projection in use; infinite if it has not all of them.
+    pub fn moved(&self, rows: &Rows, surface: &TargetSurface, is_chosen: impl Fn(usize) -> bool) -> f64 {
+        if (0..self.members.len()).any(|i| is_chosen(i) && !self.members[i]) {
+            return f64::INFINITY;
+        }
+        rows.moved(&self.rows, surface, is_chosen)
     }
 
-    /// Projects the compliances on `rows` (Eq. C.39).
-    pub fn build(&mut self, surface: &TargetSurface, rows: &Rows) {
+    /// Projects the compliances on `rows` for the points chosen by `is_member` (Eq. C.39). The others are taken to move by
+    /// no force and to bear none.
+    pub fn build(&mut self, surface: &TargetSurface, rows: &Rows, is_member: impl Fn(usize) -> bool) {
         self.rows.copy_from(rows);
-        self.is_built = true;
+        let is_modal = self.needs_springs();
+        self.members.iter_mut().enumerate().for_each(|(i, m)| *m = is_modal || is_member(i));
         self.project(surface);
     }
 
     fn project(&mut self, surface: &TargetSurface) {
-        let (n, nc) = (self.rows.normals.len(), self.n_components);
-        for j in 0..n {
-            self.half.fill(0.0);
-            let half = &mut self.half;
-            self.rows.for_each(surface, j, |b, value| {
-                half.iter_mut().zip(surface.compliance.col_as_slice(b)).for_each(|(h, g)| *h += value * g);
-            });
-            for i in 0..=j {
+        let (n, nc) = (self.members.len(), self.n_components);
+        let Self { own, own_half, half, rows, members, normal_compliance, .. } = self;
+        normal_compliance.fill(0.0);
+        for j in (0..n).filter(|j| members[*j]) {
+            own_half.fill(0.0);
+            if own.nrows() > 0 {
+                let normal = rows.own_normals[j];
+                add_columns(own, (0..nc).map(|c| (nc * j + c, normal[c])), own_half);
+            }
+            half.fill(0.0);
+            if !half.is_empty() {
+                add_columns(&surface.compliance, rows.entries(surface, j), half);
+            }
+            for i in (0..=j).filter(|i| members[*i]) {
                 let mut entry = 0.0;
-                if self.own.nrows() > 0 {
-                    for (c, &normal_c) in self.rows.own_normals[j][..nc].iter().enumerate() {
-                        let source = &self.own.col_as_slice(nc * j + c)[nc * i..nc * (i + 1)];
-                        entry += normal_c * dot(source, &self.rows.own_normals[i]);
-                    }
+                if !own_half.is_empty() {
+                    entry += dot(&own_half[nc * i..nc * (i + 1)], &rows.own_normals[i]);
                 }
-                if !self.half.is_empty() {
-                    let half = &self.half;
-                    self.rows.for_each(surface, i, |b, value| entry += value * half[b]);
+                if !half.is_empty() {
+                    entry += rows.entries(surface, i).map(|(b, value)| value * half[b]).sum::<f64>();
                 }
-                self.normal_compliance[(i, j)] = entry;
-                self.normal_compliance[(j, i)] = entry;
+                normal_compliance[(i, j)] = entry;
+                normal_compliance[(j, i)] = entry;
             }
         }
         match &mut self.solver {
@@ -240,7 +269,7 @@ impl PairZone {
 
     pub fn save(&mut self) {
         self.saved_rows.copy_from(&self.rows);
-        self.is_saved_built = self.is_built;
+        self.saved_members.copy_from_slice(&self.members);
         match &mut self.solver {
             Solver::ActiveSet(solver) => solver.save(),
             Solver::Broyden(modal) => modal.solver.save(),
@@ -249,19 +278,18 @@ impl PairZone {
 
     /// Returns to what was saved; the projection is a function of its rows and is made again only if these differ.
     pub fn restore(&mut self, surface: &TargetSurface) {
-        let is_same = self.rows.elements == self.saved_rows.elements
+        let is_same = self.members == self.saved_members
+            && self.rows.elements == self.saved_rows.elements
             && same_bits(self.rows.values.iter(), self.saved_rows.values.iter())
             && same_bits(self.rows.normals.iter().flatten(), self.saved_rows.normals.iter().flatten())
             && same_bits(
                 self.rows.own_normals.iter().flatten(),
                 self.saved_rows.own_normals.iter().flatten(),
             );
-        self.is_built = self.is_saved_built;
         if !is_same {
             self.rows.copy_from(&self.saved_rows);
-            if self.is_built {
-                self.project(surface);
-            }
+            self.members.copy_from_slice(&self.saved_members);
+            self.project(surface);
         }
         match &mut self.solver {
             Solver::ActiveSet(solver) => solver.restore(),
@@ -289,9 +317,8 @@ impl Modal {
             for k in 0..basis.n_coordinates() {
                 let source = basis.shapes.col_as_slice(k);
                 for i in 0..n {
-                    let mut sum = 0.0;
-                    rows.for_each(surface, i, |b, value| sum -= value * source[b]);
-                    self.normal_shapes[(i, column)] = sum;
+                    let sum: f64 = rows.entries(surface, i).map(|(b, value)| value * source[b]).sum();
+                    self.normal_shapes[(i, column)] = -sum;
                 }
                 column += 1;
             }

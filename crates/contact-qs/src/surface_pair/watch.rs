@@ -1,0 +1,84 @@
+//! Which points need to be projected: not those that are open for certain (docs/theory.md Eq. C.45).
+
+use iga_core::nurbs::jet::{difference, norm};
+
+/// More points than these beside those near are worth a new look at all of them.
+const FEW: usize = 16;
+
+/// Distances as they were last found, with what is needed to bound how they have changed since.
+///
+/// The distance of a point from a surface changes by no more than the point moves, and by no more than the surface moves
+/// anywhere: its points are mean values of its nodes. So a point that was `g` away is open as long as
+/// `g > |x - x₀| + max_A |y_A - y_A⁰|`.
+#[derive(Debug, Clone)]
+pub(super) struct Watch {
+    /// Gaps as last found \[m\].
+    pub gaps: Vec<f64>,
+    /// Where the points were then, in the target's frame.
+    places: Vec<[f64; 3]>,
+    /// How far the nodes were from `nodes` then; infinite where the bound does not hold.
+    shifts: Vec<f64>,
+    /// Nodes at the last look at all points.
+    nodes: Vec<[f64; 3]>,
+}
+
+impl Watch {
+    pub fn new(n_points: usize, n_nodes: usize) -> Self {
+        Self {
+            gaps: vec![0.0; n_points],
+            places: vec![[0.0; 3]; n_points],
+            shifts: vec![f64::INFINITY; n_points],
+            nodes: vec![[0.0; 3]; n_nodes],
+        }
+    }
+
+    pub fn copy_from(&mut self, other: &Self) {
+        self.gaps.copy_from_slice(&other.gaps);
+        self.places.copy_from_slice(&other.places);
+        self.shifts.copy_from_slice(&other.shifts);
+        self.nodes.copy_from_slice(&other.nodes);
+    }
+
+    /// Marks the points that may touch at `points` and `nodes`, all of them unless the past `is_known`; returns how far the nodes
+    /// have moved.
+    pub fn choose(
+        &mut self,
+        points: &[[f64; 3]],
+        nodes: &[[f64; 3]],
+        forces: &[f64],
+        is_known: bool,
+        is_wanted: &mut [bool],
+    ) -> f64 {
+        if is_known {
+            let shift = nodes.iter().zip(&self.nodes).fold(0.0_f64, |m, (a, b)| m.max(square(a, b))).sqrt();
+            let (mut n_near, mut n_wanted) = (0, 0);
+            for (i, wanted) in is_wanted.iter_mut().enumerate() {
+                let is_near = forces[i] > 0.0 || self.gaps[i] <= 0.0;
+                let least =
+                    self.gaps[i] - norm(&difference(&points[i], &self.places[i])) - self.shifts[i] - shift;
+                // Asked this way round, a NaN is looked at.
+                let is_open = least > 0.0;
+                *wanted = is_near || !is_open;
+                n_near += usize::from(is_near);
+                n_wanted += usize::from(*wanted);
+            }
+            if n_wanted <= 2 * n_near + FEW && shift.is_finite() {
+                return shift;
+            }
+        }
+        is_wanted.fill(true);
+        self.nodes.copy_from_slice(nodes);
+        0.0
+    }
+
+    /// Notes the gap of point `i` at `place`, the nodes being `shift` away from those of the last look at all points.
+    pub fn note(&mut self, i: usize, place: &[f64; 3], gap: f64, shift: f64) {
+        self.gaps[i] = gap;
+        self.places[i] = *place;
+        self.shifts[i] = shift;
+    }
+}
+
+fn square(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum()
+}
