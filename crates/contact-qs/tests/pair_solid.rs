@@ -1,5 +1,7 @@
 //! Solid balls with fine zones: evaluations that leave points out, momenta, gradient of the potential.
 
+#![expect(clippy::unwrap_used, reason = "helpers of tests; a failure is a failed test")]
+
 mod common;
 mod pair_support;
 #[path = "pair_support/caps.rs"]
