@@ -10,7 +10,7 @@ mod common;
 mod pair_support;
 
 use caps::{N_MODES, RADIUS};
-use contact_qs::{ContactElement, SurfacePair};
+use contact_qs::{ContactElement, Friction, SurfacePair};
 use ffr_dynamics::system::force::{ForceElement, GeneralisedForce};
 
 const WIDTH: f64 = 1.5e-4;
@@ -43,7 +43,9 @@ fn evaluate(bencher: divan::Bencher<'_, '_>, pair: SurfacePair, approach: f64, s
         stage += 1;
         bodies[0].position.z = 2.0 * RADIUS - approach - 5e-9 * f64::from(stage % 7);
         bodies[0].position.x = slide * (0.05 * f64::from(stage)).sin();
+        bodies[0].velocity.x = slide * 5e4;
         forces.iter_mut().for_each(GeneralisedForce::clear);
+        pair.save();
         pair.apply(0.0, &bodies, &mut forces).unwrap();
         passes += pair.n_passes();
         pair.report().normal_force
@@ -59,6 +61,13 @@ fn in_contact(bencher: divan::Bencher<'_, '_>) {
 #[divan::bench]
 fn sliding(bencher: divan::Bencher<'_, '_>) {
     evaluate(bencher, caps::caps(WIDTH, 18, 1e18), APPROACH, 2e-6);
+}
+
+/// The balls rub along each other.
+#[divan::bench]
+fn rubbing(bencher: divan::Bencher<'_, '_>) {
+    let pair = caps::caps(WIDTH, 18, 1e18).with_friction(Friction::new(0.3)).unwrap();
+    evaluate(bencher, pair, APPROACH, 2e-6);
 }
 
 #[divan::bench]

@@ -230,7 +230,10 @@ fn penalty_factor_may_change_and_misfits_are_refused() {
     }
     assert!(matches!(pair.set_penalty(0.0), Err(ContactError::Penalty { .. })));
     assert!(pair.largest_compliance_weight(&bodies).unwrap().unwrap() > 0.0);
-    assert!(matches!(pair.with_friction(Friction::new(0.3)), Err(ContactError::FrictionPair { .. })));
+    assert!(matches!(pair.with_friction(Friction::new(-0.3)), Err(ContactError::Friction { .. })));
+    let modal = Method::Broyden(BroydenSettings::default());
+    let pair = random_pair(motion, [true, true], 1e9, modal, 3);
+    assert!(matches!(pair.with_friction(Friction::new(0.3)), Err(ContactError::FrictionSolver)));
     let settings = SurfacePairSettings {
         contact_body: 1,
         target_body: Some(1),

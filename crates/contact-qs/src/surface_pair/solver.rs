@@ -3,101 +3,14 @@
 use faer::Mat;
 use ffr_dynamics::error::Rejection;
 
-use super::projection::{Projection, SurfacePlace};
+use super::rows::Rows;
 use super::target::TargetSurface;
 use crate::ContactError;
 use crate::quasistatic::active_set::{ActiveSet, SolveReport};
 use crate::quasistatic::broyden::{Broyden, ModalProblem};
 use crate::quasistatic::problem::{add_columns, add_product};
+use crate::quasistatic::stick_slip::{NormalSolver, StickSlip};
 use crate::quasistatic::{Method, ModalBasis, Problem};
-
-/// Normals and functions at the projected points: the rows that compliances are projected on.
-#[derive(Debug, Clone)]
-pub(super) struct Rows {
-    /// Normal in the target's frame, for each point.
-    pub normals: Vec<[f64; 3]>,
-    /// The same normal in the contact body's frame.
-    pub own_normals: Vec<[f64; 3]>,
-    /// Places of the points' projections.
-    pub places: Vec<SurfacePlace>,
-    /// Element of the target for each point.
-    pub elements: Vec<u32>,
-    /// Functions of the target's nodes there, `width` for each point.
-    pub values: Vec<f64>,
-    pub width: usize,
-}
-
-impl Rows {
-    pub fn new(n_points: usize, width: usize) -> Self {
-        Self {
-            normals: vec![[0.0; 3]; n_points],
-            own_normals: vec![[0.0; 3]; n_points],
-            places: vec![SurfacePlace::default(); n_points],
-            elements: vec![0; n_points],
-            values: vec![0.0; n_points * width],
-            width,
-        }
-    }
-
-    pub fn copy_from(&mut self, other: &Self) {
-        self.normals.copy_from_slice(&other.normals);
-        self.own_normals.copy_from_slice(&other.own_normals);
-        self.places.copy_from_slice(&other.places);
-        self.elements.copy_from_slice(&other.elements);
-        self.values.copy_from_slice(&other.values);
-    }
-
-    /// Sets the row of point `i`, projected to `found`.
-    pub fn set(
-        &mut self,
-        i: usize,
-        found: &Projection,
-        own_normal: [f64; 3],
-        values: impl Iterator<Item = f64>,
-    ) {
-        self.normals[i] = found.normal;
-        self.own_normals[i] = own_normal;
-        self.elements[i] = found.element;
-        self.places[i] = found.place;
-        let slots = &mut self.values[i * self.width..(i + 1) * self.width];
-        slots.fill(0.0);
-        slots.iter_mut().zip(values).for_each(|(slot, value)| *slot = value);
-    }
-
-    /// How far the points chosen by `is_chosen` have moved since `before`: largest change of a normal (radians) or a place
-    /// (elements).
-    pub fn moved(&self, before: &Self, surface: &TargetSurface, is_chosen: impl Fn(usize) -> bool) -> f64 {
-        let mut moved = 0.0_f64;
-        for i in (0..self.normals.len()).filter(|i| is_chosen(*i)) {
-            let (here, there) = (&self.places[i], &before.places[i]);
-            if here.face != there.face {
-                return f64::INFINITY;
-            }
-            let element = &surface.elements[self.elements[i] as usize];
-            for a in 0..surface.n_parameters {
-                moved = moved.max((here.xi[a] - there.xi[a]).abs() / (element.upper[a] - element.lower[a]));
-            }
-            let turned = self.normals[i].iter().zip(&before.normals[i]);
-            moved = turned.fold(moved, |m, (x, y)| m.max((x - y).abs()));
-        }
-        moved
-    }
-
-    /// Interface freedom and value of every entry of row `i` of `N_T`.
-    fn entries<'a>(
-        &'a self,
-        surface: &'a TargetSurface,
-        i: usize,
-    ) -> impl Iterator<Item = (usize, f64)> + 'a {
-        let nc = surface.motion.n_components();
-        let nodes = &surface.elements[self.elements[i] as usize].nodes;
-        let normal = &self.normals[i];
-        nodes.iter().zip(&self.values[i * self.width..]).flat_map(move |(&node, &value)| {
-            let freedoms = &surface.freedoms[nc * node as usize..][..nc];
-            freedoms.iter().zip(normal).filter_map(move |(b, n)| b.map(|b| (b as usize, value * n)))
-        })
-    }
-}
 
 /// Algorithm 1 with the modes of both compliances.
 struct Modal {
@@ -156,7 +69,7 @@ impl PairZone {
                 }))
             }
         };
-        let rows = Rows::new(n_points, surface.n_functions);
+        let rows = Rows::new(n_points, surface.n_functions, 0);
         Ok(Self {
             n_components,
             normal_compliance: Mat::zeros(n_points, n_points),
@@ -169,6 +82,15 @@ impl PairZone {
             saved_members: vec![false; n_points],
             solver,
         })
+    }
+
+    /// Makes room for `n_t` tangents a point.
+    pub fn add_tangents(&mut self, n_t: usize) {
+        let (n, width) = (self.members.len(), self.rows.width);
+        self.rows = Rows::new(n, width, n_t);
+        self.saved_rows = self.rows.clone();
+        self.members.fill(false);
+        self.saved_members.fill(false);
     }
 
     pub fn normal_compliance(&self) -> &Mat<f64> {
@@ -187,63 +109,85 @@ impl PairZone {
         rows.moved(&self.rows, surface, is_chosen)
     }
 
-    /// Projects the compliances on `rows` for the points chosen by `is_member` (Eq. C.39). The others are taken to move by
-    /// no force and to bear none.
-    pub fn build(&mut self, surface: &TargetSurface, rows: &Rows, is_member: impl Fn(usize) -> bool) {
+    /// Projects the compliances on `rows` for the points chosen by `is_member` (Eq. C.39), on tangents for `friction`. The others
+    /// are taken to move by no force and to bear none.
+    pub fn build(
+        &mut self,
+        surface: &TargetSurface,
+        rows: &Rows,
+        friction: Option<&mut StickSlip>,
+        is_member: impl Fn(usize) -> bool,
+    ) {
         self.rows.copy_from(rows);
         let is_modal = self.needs_springs();
         self.members.iter_mut().enumerate().for_each(|(i, m)| *m = is_modal || is_member(i));
-        self.project(surface);
+        self.project(surface, friction);
     }
 
-    fn project(&mut self, surface: &TargetSurface) {
-        let (n, nc) = (self.members.len(), self.n_components);
-        let Self { own, own_half, half, rows, members, normal_compliance, .. } = self;
-        normal_compliance.fill(0.0);
-        for j in (0..n).filter(|j| members[*j]) {
-            own_half.fill(0.0);
-            if own.nrows() > 0 {
-                let normal = rows.own_normals[j];
-                add_columns(own, (0..nc).map(|c| (nc * j + c, normal[c])), own_half);
+    fn project(&mut self, surface: &TargetSurface, mut friction: Option<&mut StickSlip>) {
+        self.normal_compliance.fill(0.0);
+        if let Some(friction) = &mut friction {
+            friction.clear_blocks();
+        }
+        let n_directions = 1 + if friction.is_some() { self.rows.n_t } else { 0 };
+        for j in 0..self.members.len() {
+            if !self.members[j] {
+                continue;
             }
-            half.fill(0.0);
-            if !half.is_empty() {
-                add_columns(&surface.compliance, rows.entries(surface, j), half);
-            }
-            for i in (0..=j).filter(|i| members[*i]) {
-                let mut entry = 0.0;
-                if !own_half.is_empty() {
-                    entry += dot(&own_half[nc * i..nc * (i + 1)], &rows.own_normals[i]);
+            for d in 0..n_directions {
+                self.load(surface, j, d);
+                for i in (0..=j).filter(|i| self.members[*i]) {
+                    for e in 0..n_directions {
+                        let entry = self.answer(surface, i, e);
+                        match (&mut friction, e, d) {
+                            (_, 0, 0) => {
+                                self.normal_compliance[(i, j)] = entry;
+                                self.normal_compliance[(j, i)] = entry;
+                            }
+                            (Some(friction), 0, _) => friction.set_coupling(j, d - 1, i, entry),
+                            (Some(friction), _, 0) => friction.set_coupling(i, e - 1, j, entry),
+                            (Some(friction), _, _) => friction.set_tangential((i, e - 1), (j, d - 1), entry),
+                            (None, _, _) => {}
+                        }
+                    }
                 }
-                if !half.is_empty() {
-                    entry += rows.entries(surface, i).map(|(b, value)| value * half[b]).sum::<f64>();
-                }
-                normal_compliance[(i, j)] = entry;
-                normal_compliance[(j, i)] = entry;
             }
         }
+        if let Some(friction) = friction {
+            friction.finish_blocks();
+        }
+        let nc = self.n_components;
         match &mut self.solver {
             Solver::ActiveSet(solver) => solver.invalidate(),
             Solver::Broyden(modal) => modal.project(surface, &self.rows, nc),
         }
     }
 
-    /// Solves for `forces` at gaps `gaps` of the undeformed zone.
-    pub fn solve(
-        &mut self,
-        springs: &[f64],
-        gaps: &[f64],
-        forces: &mut [f64],
-    ) -> Result<SolveReport, Rejection> {
-        match &mut self.solver {
-            Solver::ActiveSet(solver) => {
-                solver.solve(&Problem { compliance: &self.normal_compliance, springs, gaps }, forces)
-            }
-            Solver::Broyden(modal) => {
-                let Modal { solver, stiffness, normal_shapes, .. } = modal.as_mut();
-                solver.solve(&ModalProblem { shapes: normal_shapes, stiffness, springs, gaps }, forces)
-            }
+    /// Displacements of both bodies under a unit load of point `j` in direction `d` (0: normal).
+    fn load(&mut self, surface: &TargetSurface, j: usize, d: usize) {
+        let nc = self.n_components;
+        self.own_half.fill(0.0);
+        if self.own.nrows() > 0 {
+            let direction = self.rows.own_direction(j, d);
+            add_columns(&self.own, (0..nc).map(|c| (nc * j + c, direction[c])), &mut self.own_half);
         }
+        self.half.fill(0.0);
+        if !self.half.is_empty() {
+            add_columns(&surface.compliance, self.rows.entries(surface, j, d), &mut self.half);
+        }
+    }
+
+    /// Displacement of point `i` relative to the target in direction `e` under that load.
+    fn answer(&self, surface: &TargetSurface, i: usize, e: usize) -> f64 {
+        let nc = self.n_components;
+        let mut sum = 0.0;
+        if !self.own_half.is_empty() {
+            sum += dot(&self.own_half[nc * i..nc * (i + 1)], &self.rows.own_direction(i, e));
+        }
+        if !self.half.is_empty() {
+            sum += self.rows.entries(surface, i, e).map(|(b, value)| value * self.half[b]).sum::<f64>();
+        }
+        sum
     }
 
     /// Replaces `out` by `A forces`.
@@ -277,23 +221,35 @@ impl PairZone {
     }
 
     /// Returns to what was saved; the projection is a function of its rows and is made again only if these differ.
-    pub fn restore(&mut self, surface: &TargetSurface) {
-        let is_same = self.members == self.saved_members
-            && self.rows.elements == self.saved_rows.elements
-            && same_bits(self.rows.values.iter(), self.saved_rows.values.iter())
-            && same_bits(self.rows.normals.iter().flatten(), self.saved_rows.normals.iter().flatten())
-            && same_bits(
-                self.rows.own_normals.iter().flatten(),
-                self.saved_rows.own_normals.iter().flatten(),
-            );
+    pub fn restore(&mut self, surface: &TargetSurface, friction: Option<&mut StickSlip>) {
+        let is_same = self.members == self.saved_members && self.rows.is_same(&self.saved_rows);
         if !is_same {
             self.rows.copy_from(&self.saved_rows);
             self.members.copy_from_slice(&self.saved_members);
-            self.project(surface);
+            self.project(surface, friction);
         }
         match &mut self.solver {
             Solver::ActiveSet(solver) => solver.restore(),
             Solver::Broyden(modal) => modal.solver.restore(),
+        }
+    }
+}
+
+impl NormalSolver for PairZone {
+    fn solve_normal(
+        &mut self,
+        springs: &[f64],
+        gaps: &[f64],
+        forces: &mut [f64],
+    ) -> Result<SolveReport, Rejection> {
+        match &mut self.solver {
+            Solver::ActiveSet(solver) => {
+                solver.solve(&Problem { compliance: &self.normal_compliance, springs, gaps }, forces)
+            }
+            Solver::Broyden(modal) => {
+                let Modal { solver, stiffness, normal_shapes, .. } = modal.as_mut();
+                solver.solve(&ModalProblem { shapes: normal_shapes, stiffness, springs, gaps }, forces)
+            }
         }
     }
 }
@@ -317,17 +273,13 @@ impl Modal {
             for k in 0..basis.n_coordinates() {
                 let source = basis.shapes.col_as_slice(k);
                 for i in 0..n {
-                    let sum: f64 = rows.entries(surface, i).map(|(b, value)| value * source[b]).sum();
+                    let sum: f64 = rows.entries(surface, i, 0).map(|(b, value)| value * source[b]).sum();
                     self.normal_shapes[(i, column)] = -sum;
                 }
                 column += 1;
             }
         }
     }
-}
-
-fn same_bits<'a>(a: impl Iterator<Item = &'a f64>, b: impl Iterator<Item = &'a f64>) -> bool {
-    a.zip(b).all(|(x, y)| x.to_bits() == y.to_bits())
 }
 
 /// Scalar product over the shorter list.

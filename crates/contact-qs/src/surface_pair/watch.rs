@@ -39,25 +39,25 @@ impl Watch {
         self.nodes.copy_from_slice(&other.nodes);
     }
 
-    /// Marks the points that may touch at `points` and `nodes`, all of them unless the past `is_known`; returns how far the nodes
-    /// have moved.
+    /// Marks the points that may be nearer than `margin` at `points` and `nodes`, all of them if there is none; returns how far
+    /// the nodes have moved.
     pub fn choose(
         &mut self,
         points: &[[f64; 3]],
         nodes: &[[f64; 3]],
         forces: &[f64],
-        is_known: bool,
+        margin: Option<f64>,
         is_wanted: &mut [bool],
     ) -> f64 {
-        if is_known {
+        if let Some(margin) = margin {
             let shift = nodes.iter().zip(&self.nodes).fold(0.0_f64, |m, (a, b)| m.max(square(a, b))).sqrt();
             let (mut n_near, mut n_wanted) = (0, 0);
             for (i, wanted) in is_wanted.iter_mut().enumerate() {
-                let is_near = forces[i] > 0.0 || self.gaps[i] <= 0.0;
+                let is_near = forces[i] > 0.0 || self.gaps[i] <= margin;
                 let least =
                     self.gaps[i] - norm(&difference(&points[i], &self.places[i])) - self.shifts[i] - shift;
                 // Asked this way round, a NaN is looked at.
-                let is_open = least > 0.0;
+                let is_open = least > margin;
                 *wanted = is_near || !is_open;
                 n_near += usize::from(is_near);
                 n_wanted += usize::from(*wanted);
