@@ -45,7 +45,7 @@ pub struct Cap {
 }
 
 impl Cap {
-    pub fn new(up: f64, width: f64, elements: usize) -> Self {
+    pub fn new(up: f64, width: f64, elements: usize, n_modes: usize) -> Self {
         let motion = RigidMotion::Spatial;
         // The net's halves meet without a common tangent of displacements on the circle y = 0: turned away from the pole.
         let (sin, cos) = (0.6 * up).sin_cos();
@@ -84,7 +84,7 @@ impl Cap {
             let size = (1.0 - POISSON * POISSON) / (PI * YOUNG * (r + 0.3 * spacing));
             if i % 3 == j % 3 { size } else { 0.0 }
         });
-        let shapes = Mat::from_fn(all.len(), N_MODES, |i, k| {
+        let shapes = Mat::from_fn(all.len(), n_modes, |i, k| {
             let p = places[i / 3].map(|x| x / RADIUS);
             let phase = (0.7 * k as f64 + 1.1 * (i % 3) as f64 + p[k % 3] * (1.0 + 0.2 * k as f64)).sin();
             6.0 * phase
@@ -140,9 +140,14 @@ fn collocate(space: &PatchSpace, shape: &Shape, part: &TargetFace) -> Vec<Surfac
 
 /// Contact body 0 above target 1: zones of `elements` squared elements, `width` either side of the poles.
 pub fn caps(width: f64, elements: usize, penalty: f64) -> SurfacePair {
+    caps_with(N_MODES, width, elements, penalty)
+}
+
+/// The same with bodies of `n_modes` modes.
+pub fn caps_with(n_modes: usize, width: f64, elements: usize, penalty: f64) -> SurfacePair {
     let settings =
         SurfacePairSettings { contact_body: 0, target_body: Some(1), penalty, method: Method::ActiveSet };
-    let (own, target) = (Cap::new(-1.0, width, elements), Cap::new(1.0, width, elements));
+    let (own, target) = (Cap::new(-1.0, width, elements, n_modes), Cap::new(1.0, width, elements, n_modes));
     SurfacePair::new(own.submodel(), target.target(), settings).unwrap()
 }
 
