@@ -83,6 +83,14 @@ fn smallest_gap(bencher: divan::Bencher<'_, '_>) {
 }
 
 #[divan::bench]
+fn smallest_gap_in_contact(bencher: divan::Bencher<'_, '_>) {
+    let mut pair = caps::caps(WIDTH, 18, 1e18);
+    let bodies = caps::pressed(APPROACH);
+    pair.apply(0.0, &bodies, &mut vec![GeneralisedForce::zeros(N_MODES); 2]).unwrap();
+    bencher.bench_local(|| pair.smallest_gap(&bodies));
+}
+
+#[divan::bench]
 fn compliance_from_nothing(bencher: divan::Bencher<'_, '_>) {
     let mut pair = caps::caps(WIDTH, 18, 1e18);
     let bodies = caps::pressed(APPROACH);

@@ -209,6 +209,12 @@ fn smallest_gap_is_the_distance_at_any_range() {
         let mut pair = pair;
         let mut f = forces(3, N_MODES);
         assert_eq!(pair.apply(0.0, &bodies, &mut f).unwrap_err().code, 2);
+        // A target that has lost its place is seen by a pair whose points were far from it, too.
+        let mut apart = random_bodies(&pair, motion, -0.1, 3);
+        pair.apply(0.0, &apart, &mut f).unwrap();
+        apart[0].elastic[0] = f64::NAN;
+        assert!(pair.smallest_gap(&apart).is_nan());
+        assert_eq!(pair.apply(0.0, &apart, &mut f).unwrap_err().code, 2);
     }
 }
 

@@ -9,7 +9,7 @@ mod caps;
 
 use caps::{N_MODES, RADIUS, caps, pressed};
 use common::Random;
-use contact_qs::SurfacePair;
+use contact_qs::{ContactElement, SurfacePair};
 use ffr_dynamics::system::force::{BodyState, ForceElement, GeneralisedForce};
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -51,8 +51,11 @@ fn evaluations_that_leave_points_out_find_the_forces_of_those_that_look_at_all()
             size * 3e-6 * Vector3::new(4.0 * random.next(), 4.0 * random.next(), random.next());
         bodies[0].position.z = bodies[0].position.z.clamp(2.0 * RADIUS - 2.5e-6, 2.0 * RADIUS + 1e-6);
         bodies[1].elastic[step % N_MODES] += size * 1e-8 * random.next();
-        let (found, energy) = evaluate(&mut warm, &bodies);
         cold.forget();
+        let gaps = (warm.smallest_gap(&bodies), cold.smallest_gap(&bodies));
+        // Both projections end at round-off of positions of 1e-2 m.
+        assert!((gaps.0 - gaps.1).abs() < 1e-16, "{step}: {gaps:?}");
+        let (found, energy) = evaluate(&mut warm, &bodies);
         let (expected, other) = evaluate(&mut cold, &bodies);
         let scale = expected[0].force.norm();
         // Gaps known to 1e-8 of the penetration from either side; forces go with its power 3/2.

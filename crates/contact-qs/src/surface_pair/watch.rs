@@ -50,7 +50,7 @@ impl Watch {
         is_wanted: &mut [bool],
     ) -> f64 {
         if let Some(margin) = margin {
-            let shift = nodes.iter().zip(&self.nodes).fold(0.0_f64, |m, (a, b)| m.max(square(a, b))).sqrt();
+            let shift = self.shift(nodes);
             let (mut n_near, mut n_wanted) = (0, 0);
             for (i, wanted) in is_wanted.iter_mut().enumerate() {
                 let is_near = forces[i] > 0.0 || self.gaps[i] <= margin;
@@ -69,6 +69,30 @@ impl Watch {
         is_wanted.fill(true);
         self.nodes.copy_from_slice(nodes);
         0.0
+    }
+
+    /// How far the nodes are from those of the last look at all points; infinite if a place is not a number \[m\].
+    pub fn shift(&self, nodes: &[[f64; 3]]) -> f64 {
+        let mut largest = 0.0_f64;
+        for (a, b) in nodes.iter().zip(&self.nodes) {
+            let moved = square(a, b);
+            if moved.is_nan() {
+                return f64::INFINITY;
+            }
+            largest = largest.max(moved);
+        }
+        largest.sqrt()
+    }
+
+    /// How far `place` is from where point `i` was last seen \[m\].
+    pub fn moved(&self, i: usize, place: &[f64; 3]) -> f64 {
+        norm(&difference(place, &self.places[i]))
+    }
+
+    /// Lower bound of the gap of point `i` at `place`, the nodes being `shift` away from those of the last look at all points (Eq.
+    /// C.45) \[m\].
+    pub fn least_gap(&self, i: usize, place: &[f64; 3], shift: f64) -> f64 {
+        self.gaps[i] - self.moved(i, place) - self.shifts[i] - shift
     }
 
     /// Notes the gap of point `i` at `place`, the nodes being `shift` away from those of the last look at all points.
