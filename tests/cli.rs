@@ -22,12 +22,10 @@ fn output(arguments: &[&str]) -> (i32, String, String) {
 fn help_lists_commands_and_exit_codes() {
     let (code, out, _) = output(&["--help"]);
     assert_eq!(code, 0);
-    for word in ["run", "check", "modes", "info", "schema", "130", "invalid scenario"] {
+    for word in ["run", "check", "modes", "info", "compare", "thin", "schema", "130", "invalid scenario"] {
         assert!(out.contains(word), "{word} is in the help");
     }
-    for word in ["completions", "compare", "plot"] {
-        assert!(!out.contains(&format!("  {word}")), "{word} is not offered");
-    }
+    assert!(!out.contains("  reference"), "for this repository only");
 }
 
 #[test]

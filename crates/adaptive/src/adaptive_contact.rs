@@ -276,11 +276,12 @@ impl AdaptiveContact {
         let face = Face::new(&body.shape.patches, site.face, body.spec.model == Model::Axisymmetric);
         let wanted = WantedInterval { face, centre: site.xi, widths };
         let given = &self.law.interval;
+        let usual = SubdivisionLimits::for_dimension(body.shape.patches[site.face.patch].dimension());
         let limits = SubdivisionLimits {
-            max_levels: given.max_levels,
+            max_levels: given.max_levels.unwrap_or(usual.max_levels),
             max_knots: given.max_knots_per_level,
             elements: given.elements.unwrap_or(ELEMENTS),
-            ..SubdivisionLimits::default()
+            ..usual
         };
         let fine = FineBody::build(body, &[wanted], &FineSettings { limits, growth: None })?;
         let thickness = match body.spec.model {

@@ -21,16 +21,22 @@ use iga_core::nurbs::local::parameter_at_distance;
 use iga_core::nurbs::patch::PointBasis;
 use iga_core::space::Space;
 use iga_core::surface::{CollocationPoint, Face};
+use tracing::debug;
 
 use crate::body_space::BodySpace;
 use crate::elastic_body::{ElasticBody, ReducedBody, rigid_motion};
 use crate::error::AdaptiveError;
 use crate::interval::IntervalEnd;
+use crate::lattice::DirectionLattice;
 use crate::spec::PointRule;
-use crate::subdivision::{DirectionPlan, SubdivisionLimits, divide, follow};
+use crate::subdivision::{DirectionPlan, SubdivisionError, SubdivisionLimits, SurfaceGrowth, divide, follow};
+use crate::turned_net::TurnedNet;
 
 /// Slack of comparisons between parameters, as a share of the patch's range: round-off of knots and arc lengths.
 const PARAMETER_SLACK: f64 = 1e-9;
+
+/// Elements by which the coarser levels of a lattice reach beyond the interval at least.
+const COARSE_REACH: usize = 2;
 
 /// A contact interval as it is asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -67,12 +73,19 @@ pub struct FineInterval {
 /// How the elements of a body are divided.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RefinementPlan {
-    /// Parts of every element from each level to the next, a direction.
-    pub parts: Vec<[usize; 3]>,
+    /// The levels.
+    pub division: Division,
     /// Regions around which every level is refined, one an interval.
     pub regions: Vec<ParameterBox>,
-    /// The divisions along the faces; `None` for directions that only go into the depth.
-    pub along: [Option<DirectionPlan>; 3],
+}
+
+/// Ways of making levels.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Division {
+    /// Parts of every element from each level to the next, a direction (\[A\] Algorithm 3).
+    Parts(Vec<[usize; 3]>),
+    /// Lattices through the ends of one interval, their spacing doubled from level to level.
+    Lattice([DirectionLattice; 3]),
 }
 
 /// Settings of fine models.
@@ -99,8 +112,10 @@ pub struct FineBody {
     pub assembled: AssembledBody,
     /// Numbers of the unknowns.
     pub lookup: DofLookup,
-    /// Functions of the coarse model in those of the fine one.
+    /// Functions of the coarse model, or of its turned copy, in those of the fine one.
     pub prolongation: Prolongation,
+    /// The turned copy of the coarse model, where the coarse net is singular or not smooth at the contact.
+    pub turned: Option<TurnedNet>,
 }
 
 /// Contact points of an interval.
@@ -135,6 +150,24 @@ impl FineBody {
         wanted: &[WantedInterval],
         settings: &FineSettings,
     ) -> Result<Self, AdaptiveError> {
+        let turned = match wanted {
+            [one] if coarse.spec.model == Model::Solid => TurnedNet::new(coarse, one)?,
+            _ => None,
+        };
+        match turned {
+            None => Self::refine(coarse, wanted, settings),
+            Some(net) => {
+                let fine = Self::refine(&net.body, &[net.wanted], settings)?;
+                Ok(Self { turned: Some(net), ..fine })
+            }
+        }
+    }
+
+    fn refine(
+        coarse: &ElasticBody,
+        wanted: &[WantedInterval],
+        settings: &FineSettings,
+    ) -> Result<Self, AdaptiveError> {
         let [patch] = coarse.shape.patches.as_slice() else {
             return Err(AdaptiveError::Unsupported {
                 subject: format!("body \"{}\"", coarse.name),
@@ -151,6 +184,7 @@ impl FineBody {
         let prolongation =
             Prolongation::between(&HierarchicalSpace::plain(patch).map_err(fail)?, &space).map_err(fail)?;
         let intervals = fine_intervals(coarse, patch, &space, wanted, &plan);
+        debug!(body = coarse.name, elements = ?elements_of_levels(&space), "fine model");
         let matrices = assemble(&space, &coarse.spec.model, &coarse.spec.material).map_err(fail)?;
         let assembled = AssembledBody {
             name: coarse.name.clone(),
@@ -163,7 +197,7 @@ impl FineBody {
         };
         let lookup = DofLookup::new(&assembled.dofs);
         let (patch, space) = (patch.clone(), BodySpace::Hierarchical(Box::new(space)));
-        Ok(Self { plan, intervals, patch, space, assembled, lookup, prolongation })
+        Ok(Self { plan, intervals, patch, space, assembled, lookup, prolongation, turned: None })
     }
 
     /// Number of unknowns.
@@ -172,7 +206,15 @@ impl FineBody {
     }
 
     /// Displacements of the coarse unknowns (n_coarse x k) on the fine ones: the same displacement fields (theory Eq. A.5).
+    /// On a turned net the nearest ones in the mass norm.
     pub fn prolong(&self, coarse: &AssembledBody, shapes: MatRef<'_, f64>) -> Mat<f64> {
+        match &self.turned {
+            None => self.prolong_nested(coarse, shapes),
+            Some(net) => self.prolong_nested(&net.body.assembled, net.carry(coarse, shapes).as_ref()),
+        }
+    }
+
+    fn prolong_nested(&self, coarse: &AssembledBody, shapes: MatRef<'_, f64>) -> Mat<f64> {
         let mut fine = Mat::zeros(self.n_unknowns(), shapes.ncols());
         for j in 0..shapes.ncols() {
             let mut values = vec![[0.0; 3]; self.prolongation.n_coarse()];
@@ -189,6 +231,13 @@ impl FineBody {
 
     /// Forces on the fine unknowns (n_fine x k) collected on the coarse ones, the transpose of [`FineBody::prolong`].
     pub fn restrict(&self, coarse: &AssembledBody, forces: MatRef<'_, f64>) -> Mat<f64> {
+        match &self.turned {
+            None => self.restrict_nested(coarse, forces),
+            Some(net) => net.collect(coarse, self.restrict_nested(&net.body.assembled, forces).as_ref()),
+        }
+    }
+
+    fn restrict_nested(&self, coarse: &AssembledBody, forces: MatRef<'_, f64>) -> Mat<f64> {
         let mut collected = Mat::zeros(coarse.dofs.len(), forces.ncols());
         for j in 0..forces.ncols() {
             let mut values = vec![[0.0; 3]; self.prolongation.n_fine()];
@@ -336,6 +385,14 @@ impl FineInterval {
     }
 }
 
+/// Leaf elements of every level.
+fn elements_of_levels(space: &HierarchicalSpace) -> Vec<usize> {
+    let hierarchy = space.basis().hierarchy();
+    let mut counts = vec![0; hierarchy.levels().len()];
+    hierarchy.leaves().for_each(|leaf| counts[leaf.level] += 1);
+    counts
+}
+
 /// The parameters of an interval's ends along the face, as it is asked for.
 fn parameters(coarse: &ElasticBody, patch: &Patch, wanted: &WantedInterval) -> [Option<[f64; 2]>; 3] {
     let on_face = wanted.face.on_face(&wanted.centre);
@@ -373,6 +430,60 @@ fn plan(
     wanted: &[WantedInterval],
     settings: &FineSettings,
 ) -> Result<RefinementPlan, AdaptiveError> {
+    match wanted {
+        [one] if patch.dimension() == 3 => lattice_plan(coarse, patch, one, settings),
+        _ => parts_plan(coarse, patch, wanted, settings),
+    }
+}
+
+/// Lattices about one interval of a solid body.
+fn lattice_plan(
+    coarse: &ElasticBody,
+    patch: &Patch,
+    wanted: &WantedInterval,
+    settings: &FineSettings,
+) -> Result<RefinementPlan, AdaptiveError> {
+    let mut spans = parameters(coarse, patch, wanted);
+    let xi = wanted.face.on_face(&wanted.centre);
+    let first = patch.jet(&xi, 1, &mut PointBasis::default()).first;
+    let none = DirectionLattice { anchor: 0.0, spacing: 1.0, n_levels: 0 };
+    let (mut lattices, mut size) = ([none; 3], f64::INFINITY);
+    for d in 0..3 {
+        let Some(span) = &mut spans[d] else { continue };
+        (lattices[d], *span) = DirectionLattice::along(&patch.knots()[d], *span, settings.limits.elements);
+        size = size.min(lattices[d].spacing * norm(&first[d]));
+    }
+    let across = wanted.face.id.direction;
+    let spacing = size / norm(&first[across]);
+    lattices[across] = DirectionLattice::into_depth(&patch.knots()[across], wanted.face.parameter, spacing);
+    let n_levels = lattices.iter().map(|l| l.n_levels).max().unwrap_or(0);
+    if n_levels + 1 > settings.limits.max_levels {
+        let source = SubdivisionError::TooManyLevels {
+            needed: n_levels + 1,
+            allowed: settings.limits.max_levels,
+            width: wanted.widths[0].min(wanted.widths[1]),
+        };
+        return Err(AdaptiveError::Subdivision { body: coarse.name.clone(), source });
+    }
+    let along = spans.map(|span| {
+        span.map(|interval| DirectionPlan {
+            parts: Vec::new(),
+            intervals: vec![interval],
+            n_elements: vec![settings.limits.elements],
+            deviation: 0.0,
+        })
+    });
+    let region = region(coarse, patch, wanted, &spans, &along, &mut [0; 3]);
+    Ok(RefinementPlan { division: Division::Lattice(lattices), regions: vec![region] })
+}
+
+/// Algorithm 3 for all intervals of a body.
+fn parts_plan(
+    coarse: &ElasticBody,
+    patch: &Patch,
+    wanted: &[WantedInterval],
+    settings: &FineSettings,
+) -> Result<RefinementPlan, AdaptiveError> {
     let fail = |source| AdaptiveError::Subdivision { body: coarse.name.clone(), source };
     let spans: Vec<_> = wanted.iter().map(|w| parameters(coarse, patch, w)).collect();
     let mut along: [Option<DirectionPlan>; 3] = Default::default();
@@ -380,7 +491,8 @@ fn plan(
         let intervals: Vec<[f64; 2]> = spans.iter().filter_map(|s| s[d]).collect();
         if !intervals.is_empty() {
             let growth = growth(knots, 2, settings);
-            along[d] = Some(divide(&knots.breaks(), &intervals, growth, &settings.limits).map_err(fail)?);
+            let surface = SurfaceGrowth { growth, directions: patch.dimension() as i32 - 1 };
+            along[d] = Some(divide(&knots.breaks(), &intervals, surface, &settings.limits).map_err(fail)?);
         }
     }
     let n_levels = along.iter().flatten().map(|p| p.parts.len()).max().unwrap_or(0);
@@ -400,7 +512,7 @@ fn plan(
     for (w, span) in wanted.iter().zip(&spans) {
         regions.push(region(coarse, patch, w, span, &along, &mut taken));
     }
-    Ok(RefinementPlan { parts, regions, along })
+    Ok(RefinementPlan { division: Division::Parts(parts), regions })
 }
 
 /// Refuses intervals that touch a singular line of the parametrisation.
@@ -495,7 +607,13 @@ fn refined(
 ) -> Result<SubdomainHierarchy, SplineError> {
     let ties = PatchTies::detect(patch);
     let mut hierarchy = SubdomainHierarchy::new(patch.knots());
-    for &parts in plan.parts.iter().filter(|p| p.iter().any(|&n| n > 1)) {
+    let levels = match &plan.division {
+        Division::Lattice(lattices) => {
+            return refined_lattice(hierarchy, lattices, &plan.regions, settings, &ties);
+        }
+        Division::Parts(parts) => parts,
+    };
+    for &parts in levels.iter().filter(|p| p.iter().any(|&n| n > 1)) {
         let growth =
             std::array::from_fn(|d| patch.knots().get(d).map_or(0, |k| growth(k, parts[d], settings)));
         let mut boxes = Vec::new();
@@ -509,6 +627,39 @@ fn refined(
         };
         let knots = coarse.iter().enumerate().map(split).collect::<Result<Vec<_>, _>>()?;
         hierarchy.refine_knots(knots, &boxes)?;
+    }
+    Ok(hierarchy)
+}
+
+/// The levels of lattices.
+fn refined_lattice(
+    mut hierarchy: SubdomainHierarchy,
+    lattices: &[DirectionLattice; 3],
+    regions: &[ParameterBox],
+    settings: &FineSettings,
+    ties: &PatchTies,
+) -> Result<SubdomainHierarchy, SplineError> {
+    let n_levels = lattices.iter().map(|l| l.n_levels).max().unwrap_or(0);
+    for level in (0..n_levels).rev() {
+        let levels = hierarchy.levels();
+        let coarse = levels[levels.len() - 1].knots().to_vec();
+        // Levels beyond the finest reach out further: their elements then grow with the distance from the contact.
+        let reach = |d: usize| {
+            let parts = if level < lattices[d].n_levels { 2 } else { 1 };
+            growth(&coarse[d], parts, settings).max(if level == 0 { 1 } else { COARSE_REACH })
+        };
+        let by = std::array::from_fn(|d| if d < coarse.len() { reach(d) } else { 0 });
+        let mut boxes = Vec::new();
+        for region in regions {
+            boxes.extend(hierarchy.elements_around(region, by, ties)?);
+        }
+        let split = |(d, k): (usize, &KnotVector)| {
+            lattices[d].refine(k, level, |e| boxes.iter().any(|b| (b.lower[d]..b.upper[d]).contains(&e)))
+        };
+        let knots = coarse.iter().enumerate().map(split).collect::<Result<Vec<_>, _>>()?;
+        if knots != coarse {
+            hierarchy.refine_knots(knots, &boxes)?;
+        }
     }
     Ok(hierarchy)
 }

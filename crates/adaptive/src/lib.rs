@@ -3,6 +3,8 @@
 //! [`spec`] says what a run is made from, [`model`] builds it, [`driver`] runs it, [`record`] is what comes out. The crate
 //! knows no file format and no terminal.
 
+pub mod lattice;
+pub mod turned_net;
 pub mod subdivision;
 pub mod error;
 pub mod spec;

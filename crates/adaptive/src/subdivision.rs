@@ -27,6 +27,14 @@ impl Default for SubdivisionLimits {
     }
 }
 
+impl SubdivisionLimits {
+    /// The values of \[A\] for bodies of two directions. On a solid body a level that splits elements in two costs least, as every
+    /// level reaches beyond the interval by whole elements of the one before, on all sides: up to nine levels are taken.
+    pub fn for_dimension(dimension: usize) -> Self {
+        Self { max_levels: if dimension > 2 { 9 } else { 5 }, ..Self::default() }
+    }
+}
+
 /// Why no division was found.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum SubdivisionError {
@@ -55,6 +63,18 @@ pub enum SubdivisionError {
         levels: usize,
         /// Permitted knots a level.
         knots: usize,
+    },
+    /// The elements of a solid body would have to be halved more often than permitted.
+    #[error(
+        "a contact interval of {width:.3e} m needs {needed} levels of refinement, {allowed} are allowed; raise interval.max_levels or refine the coarse model near the contact"
+    )]
+    TooManyLevels {
+        /// Levels needed.
+        needed: usize,
+        /// Permitted levels.
+        allowed: usize,
+        /// Width of the interval \[m\].
+        width: f64,
     },
 }
 
@@ -104,6 +124,15 @@ fn prime_factors(mut n: usize) -> Vec<usize> {
     factors
 }
 
+/// What the levels cost beside the direction that is divided.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SurfaceGrowth {
+    /// Elements by which every level reaches beyond the intervals.
+    pub growth: usize,
+    /// Directions along the surface: 1 of a plane or axisymmetric body, 2 of a solid one.
+    pub directions: i32,
+}
+
 /// A possible division.
 struct Candidate {
     plan: DirectionPlan,
@@ -115,7 +144,7 @@ struct Candidate {
 
 /// Divides one direction so that the ends of all `intervals` lie on knots and each holds the wanted number of elements.
 ///
-/// `breaks`: the distinct knots of the coarse model; `growth`: elements by which every level reaches beyond the intervals.
+/// `breaks`: the distinct knots of the coarse model; `surface`: what a level costs.
 /// Every coarse element is divided alike (Fig. 5). Of the divisions that Algorithm 3 permits, those are taken whose knots hit
 /// the ends to the tolerance and which hold 16 to 20 elements, and of these the one with the fewest elements over all levels;
 /// \[A\] takes the first hit and leaves open how the number of elements is kept. If there is none, up to twice the
@@ -126,7 +155,7 @@ struct Candidate {
 pub fn divide(
     breaks: &[f64],
     intervals: &[[f64; 2]],
-    growth: usize,
+    surface: SurfaceGrowth,
     limits: &SubdivisionLimits,
 ) -> Result<DirectionPlan, SubdivisionError> {
     let (first, last) = (breaks[0], breaks[breaks.len() - 1]);
@@ -145,7 +174,7 @@ pub fn divide(
         if fewest > most && !candidates.is_empty() {
             break; // more parts only make more elements
         }
-        candidates.extend(candidate(breaks, &snapped, n, factors, growth, limits));
+        candidates.extend(candidate(breaks, &snapped, n, factors, surface, limits));
     }
     let wanted = limits.elements..=((1.0 + limits.excess) * limits.elements as f64) as usize;
     let hits = |c: &&Candidate| c.plan.deviation <= limits.tolerance;
@@ -195,7 +224,7 @@ fn candidate(
     snapped: &[Snapped],
     n: usize,
     factors: Vec<usize>,
-    growth: usize,
+    surface: SurfaceGrowth,
     limits: &SubdivisionLimits,
 ) -> Option<Candidate> {
     let fewest = snapped.iter().map(|s| s.count).min()?;
@@ -208,7 +237,7 @@ fn candidate(
         parts.push(last);
     }
     let divided: usize = parts.iter().product::<usize>() / n;
-    let cost = snapped.iter().map(|s| elements_of_levels(s, n, &parts, growth, breaks.len() - 1)).sum();
+    let cost = snapped.iter().map(|s| elements_of_levels(s, n, &parts, surface, breaks.len() - 1)).sum();
     let plan = DirectionPlan {
         parts,
         intervals: snapped.iter().map(|s| s.interval).collect(),
@@ -219,18 +248,23 @@ fn candidate(
     Some(Candidate { plan, n_least, cost })
 }
 
-/// Elements of all levels around an interval of a model with two directions, the second one reaching half as deep as the
-/// interval is wide.
-fn elements_of_levels(s: &Snapped, n: usize, parts: &[usize], growth: usize, n_coarse: usize) -> f64 {
+/// Elements of all levels around an interval that is as wide in every direction along the surface and half as deep.
+fn elements_of_levels(
+    s: &Snapped,
+    n: usize,
+    parts: &[usize],
+    surface: SurfaceGrowth,
+    n_coarse: usize,
+) -> f64 {
     let whole = s.count as f64 / n as f64; // coarse elements
     let half = if s.n_open < 2 { whole } else { 0.5 * whole };
     let (mut scale, mut sum) = (1.0, 0.0);
     for &f in parts {
         let reach = |inside: f64, ends: usize| {
-            let inside = (inside * scale).ceil() + (ends * growth) as f64;
+            let inside = (inside * scale).ceil() + (ends * surface.growth) as f64;
             inside.min(n_coarse as f64 * scale) * f as f64
         };
-        sum += reach(whole, s.n_open) * reach(half, 1);
+        sum += reach(whole, s.n_open).powi(surface.directions) * reach(half, 1);
         scale *= f as f64;
     }
     sum
@@ -263,6 +297,10 @@ mod tests {
 
     fn limits() -> SubdivisionLimits {
         SubdivisionLimits::default()
+    }
+
+    fn curve(growth: usize) -> SurfaceGrowth {
+        SurfaceGrowth { growth, directions: 1 }
     }
 
     fn uniform(n: usize) -> Vec<f64> {
@@ -315,7 +353,7 @@ mod tests {
 
     #[test]
     fn an_interval_from_the_axis_is_met_to_one_percent() {
-        let plan = divide(&uniform(8), &[[0.0, 0.0203]], 2, &limits()).unwrap();
+        let plan = divide(&uniform(8), &[[0.0, 0.0203]], curve(2), &limits()).unwrap();
         assert!(plan.deviation <= 0.01, "{plan:?}");
         assert!((16..=20).contains(&plan.n_elements[0]), "{plan:?}");
         assert!(plan.parts.len() <= 4 && plan.parts.iter().all(|&f| f <= 11));
@@ -324,7 +362,7 @@ mod tests {
 
     #[test]
     fn several_small_steps_are_preferred_to_a_large_one() {
-        let plan = divide(&uniform(4), &[[0.25, 0.75]], 2, &limits()).unwrap();
+        let plan = divide(&uniform(4), &[[0.25, 0.75]], curve(2), &limits()).unwrap();
         // 8 parts at once would refine more coarse elements than 2 × 2 × 2.
         assert_eq!((plan.parts.clone(), plan.n_elements[0]), (vec![2, 2, 2], 16));
         assert!(plan.deviation < 1e-14);
@@ -332,7 +370,7 @@ mod tests {
 
     #[test]
     fn two_intervals_share_one_division() {
-        let plan = divide(&uniform(10), &[[0.0, 0.03], [0.0, 0.018]], 2, &limits()).unwrap();
+        let plan = divide(&uniform(10), &[[0.0, 0.03], [0.0, 0.018]], curve(2), &limits()).unwrap();
         assert!(plan.deviation <= 0.01, "{plan:?}");
         assert!(plan.n_elements[1] >= 16 && plan.n_elements[0] > plan.n_elements[1], "{plan:?}");
     }
@@ -341,9 +379,12 @@ mod tests {
     fn impossible_intervals_are_errors() {
         let coarse = uniform(4);
         for bad in [[0.5, 0.5], [0.6, 0.5], [-0.1, 0.2], [0.9, 1.1], [f64::NAN, 0.5]] {
-            assert!(matches!(divide(&coarse, &[bad], 2, &limits()), Err(SubdivisionError::Interval { .. })));
+            assert!(matches!(
+                divide(&coarse, &[bad], curve(2), &limits()),
+                Err(SubdivisionError::Interval { .. })
+            ));
         }
-        let tiny = divide(&coarse, &[[0.0, 1e-9]], 2, &limits()).unwrap_err();
+        let tiny = divide(&coarse, &[[0.0, 1e-9]], curve(2), &limits()).unwrap_err();
         assert!(tiny.to_string().contains("refine the coarse model"), "{tiny}");
     }
 
@@ -362,7 +403,7 @@ mod tests {
             width in 0.004f64..0.08,
         ) {
             let interval = [(centre - 0.5 * width).max(0.0), (centre + 0.5 * width).min(1.0)];
-            let plan = divide(&uniform(n), &[interval], 3, &limits()).unwrap();
+            let plan = divide(&uniform(n), &[interval], curve(3), &limits()).unwrap();
             let product: usize = plan.parts.iter().product();
             let h = 1.0 / (n * product) as f64;
             let [a, b] = plan.intervals[0];

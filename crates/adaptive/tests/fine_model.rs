@@ -281,7 +281,7 @@ fn times() {
             let (fine, zone) = built(&body, place);
             let build = start.elapsed();
             fine.reduce((&body, &coarse), &zone.unknowns, LowModes::Prolonged).unwrap();
-            let n = (body.n_unknowns(), fine.n_unknowns(), fine.plan.parts.clone());
+            let n = (body.n_unknowns(), fine.n_unknowns(), fine.plan.division.clone());
             println!("{name}: {n:?} build {build:?} all {:?}", start.elapsed());
         }
     }

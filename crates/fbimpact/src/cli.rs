@@ -13,7 +13,7 @@ Exit codes:
     0  success
     1  comparison differs
     2  wrong command line
-    3  invalid scenario
+    3  invalid scenario or tolerance file
     4  model cannot be built
     5  run failed; what was computed is kept and readable
     6  input or output failed
@@ -120,20 +120,60 @@ pub enum Command {
         #[arg(long)]
         json: bool,
     },
+    /// Compare a result with a reference: datasets, impacts, final state
+    #[command(after_help = EXIT_CODES)]
+    Compare(CompareArguments),
+    /// Write a small copy of a result, to be kept as a reference for `compare`
+    Thin {
+        /// Result file
+        #[arg(value_name = "OUT.h5")]
+        file: PathBuf,
+        /// Small copy
+        #[arg(short, long, value_name = "REFERENCE.h5")]
+        output: PathBuf,
+        /// Number of instants to keep, at most
+        #[arg(long, value_name = "N", default_value_t = 200)]
+        rows: usize,
+        /// Replace an existing file, even one that is no result file
+        #[arg(long)]
+        force: bool,
+    },
+    /// Gather the results of many runs in one table, also of those that failed
+    Collect {
+        /// Results, or folders of results
+        #[arg(required = true, value_name = "DIR|FILE")]
+        runs: Vec<PathBuf>,
+        /// Table
+        #[arg(short, long, value_name = "TABLE.csv|TABLE.h5")]
+        output: PathBuf,
+        /// One row an impact instead of one row a run
+        #[arg(long)]
+        long: bool,
+    },
+    /// Write a commented scenario to start from
+    New {
+        /// Name of the scenario; writes NAME.toml
+        name: PathBuf,
+        /// Replace existing files
+        #[arg(long)]
+        force: bool,
+    },
     /// Print the JSON schema of the scenario file, for editors
     Schema,
     /// Print the reference page of the scenario file
     #[command(hide = true)]
     Reference,
     /// Print completions for a shell
-    #[command(hide = true)]
     Completions {
         /// Shell
         shell: clap_complete::Shell,
     },
-    /// Print the manual page
-    #[command(hide = true)]
-    Man,
+    /// Print the manual page, of the program or of one command
+    Man {
+        /// Command
+        #[arg(value_name = "COMMAND")]
+        command: Option<String>,
+    },
 }
 
 /// Arguments of `run`.
@@ -162,4 +202,34 @@ pub struct SetArguments {
     /// Change a key of the scenario, such as bodies.ball.velocity=[0,0,-0.2]; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<Override>,
+}
+
+/// Arguments of `compare`.
+#[derive(Debug, Args)]
+pub struct CompareArguments {
+    /// Result to judge
+    #[arg(value_name = "NEW.h5")]
+    pub new: PathBuf,
+    /// Result to compare with
+    #[arg(value_name = "REFERENCE.h5")]
+    pub reference: PathBuf,
+    /// Tolerance relative to the peak of the reference's dataset [default: 1e-3]
+    #[arg(long, value_name = "R", value_parser = tolerance)]
+    pub rtol: Option<f64>,
+    /// Absolute tolerance, in the unit of each dataset [default: 0]
+    #[arg(long, value_name = "A", value_parser = tolerance)]
+    pub atol: Option<f64>,
+    /// Tolerances of single datasets and features (docs/compare.md)
+    #[arg(long, value_name = "FILE.toml")]
+    pub tolerances: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+fn tolerance(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if x.is_finite() && x >= 0.0 => Ok(x),
+        _ => Err("must be a number >= 0".to_owned()),
+    }
 }

@@ -34,6 +34,14 @@ pub enum AppError {
         /// Where the results are.
         output: PathBuf,
     },
+    /// A result differs from its reference.
+    #[error("differs from the reference in {differing} of {all} quantities")]
+    Differs {
+        /// Quantities that differ.
+        differing: usize,
+        /// Quantities compared.
+        all: usize,
+    },
     /// A command line that names something that does not exist.
     #[error("{0}")]
     Command(String),
@@ -48,6 +56,7 @@ impl AppError {
     /// The documented exit code.
     pub fn code(&self) -> u8 {
         match self {
+            Self::Differs { .. } => 1,
             Self::Command(_) => 2,
             Self::Scenario(_) => 3,
             Self::Model(_) => 4,

@@ -7,6 +7,8 @@ pub mod setup;
 pub mod simulate;
 pub mod results;
 pub mod body_file;
+pub mod compare;
+pub mod collect;
 pub mod cli;
 pub mod progress;
 pub mod commands;
@@ -15,7 +17,7 @@ use std::ffi::OsString;
 use std::io::Write;
 use std::process::ExitCode;
 
-use clap::{CommandFactory, Parser};
+use clap::Parser;
 
 use cli::{Cli, Command};
 use error::AppError;
@@ -59,26 +61,21 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
             commands::export_body::export_body(&export, &set.set, threads)
         }
         Command::Info { file, json } => commands::info::info(&file, json),
+        Command::Compare(arguments) => commands::compare::compare(&arguments),
+        Command::Thin { file, output, rows, force } => commands::thin::thin(&file, &output, rows, force),
         Command::Schema => commands::print(&scenario::schema::text()),
         Command::Reference => commands::print(&scenario::reference::markdown()),
-        Command::Completions { shell } => {
-            let mut text = Vec::new();
-            clap_complete::generate(shell, &mut Cli::command(), "fbimpact", &mut text);
-            commands::print(&String::from_utf8_lossy(&text))
-        }
-        Command::Man => {
-            let mut text = Vec::new();
-            clap_mangen::Man::new(Cli::command())
-                .render(&mut text)
-                .map_err(|e| AppError::io("standard output", e))?;
-            commands::print(&String::from_utf8_lossy(&text))
-        }
+        Command::Collect { runs, output, long } => commands::collect::collect(&runs, &output, long),
+        Command::New { name, force } => commands::new::new(&name, force),
+        Command::Completions { shell } => commands::shell::completions(shell),
+        Command::Man { command } => commands::shell::manual(command.as_deref()),
     }
 }
 
 /// Writes an error to standard error.
 fn report(error: &AppError) {
-    let prefix = if matches!(error, AppError::Scenario(_)) { "" } else { "error: " };
+    let is_plain = matches!(error, AppError::Scenario(_) | AppError::Differs { .. });
+    let prefix = if is_plain { "" } else { "error: " };
     // Nothing can be done when standard error is closed.
     let _ = writeln!(std::io::stderr(), "{prefix}{error}");
 }

@@ -10,7 +10,6 @@ use contact_qs::search::SurfaceModel;
 use contact_qs::surface_pair::{SurfacePair, SurfacePairSettings, TargetSurface};
 use contact_qs::{ContactSubmodel, Sphere, SpherePlane, SphereSphere};
 use ffr_dynamics::system::force::BodyState;
-use iga_core::elasticity::Model;
 use nalgebra::{Unit, UnitQuaternion};
 
 use super::plan::{ContactPlan, request, requests};
@@ -80,13 +79,6 @@ pub fn adaptive_contacts(
     };
     let surfaces = bodies.iter().enumerate().map(surface).collect::<Result<Vec<_>, AdaptiveError>>()?;
     let refined = || spec.contacts.iter().enumerate().filter(|(i, _)| is_refined(*i));
-    let is_solid = |body: usize| spec.bodies[body].elastic().is_some_and(|e| e.model == Model::Solid);
-    if let Some((_, contact)) = refined().find(|(_, c)| is_solid(c.body)) {
-        return Err(AdaptiveError::Unsupported {
-            subject: format!("contact \"{}\"", contact.name),
-            reason: "solid (3D) bodies cannot be refined during a run yet; choose model \"hertz\" for spheres, or model \"quasistatic\" against a plane with a refinement of the body's own".into(),
-        });
-    }
     refined()
         .filter_map(|(i, contact)| match &contact.law {
             ContactLaw::Surface(law) => {

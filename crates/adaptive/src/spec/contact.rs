@@ -140,8 +140,8 @@ pub struct IntervalSpec {
     pub target_utilisation: f64,
     /// Share below which the interval is too wide.
     pub min_utilisation: f64,
-    /// Most levels of refinement.
-    pub max_levels: usize,
+    /// Most levels of refinement; `None`: [`crate::subdivision::SubdivisionLimits::for_dimension`].
+    pub max_levels: Option<usize>,
     /// Most knots inserted in an element a level.
     pub max_knots_per_level: usize,
 }
@@ -153,7 +153,7 @@ impl Default for IntervalSpec {
             elements: None,
             target_utilisation: 0.7,
             min_utilisation: 0.5,
-            max_levels: 5,
+            max_levels: None,
             max_knots_per_level: 10,
         }
     }

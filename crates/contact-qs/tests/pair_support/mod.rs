@@ -32,7 +32,7 @@ pub fn round(motion: RigidMotion, radius: f64) -> Shape {
         RigidMotion::Axial => axisymmetric::sphere(radius).unwrap().refined(&[2, 2], &[6, 6], &[]),
         RigidMotion::Planar => plane::disc(radius).unwrap().refined(&[2, 2], &[6, 6], &[]),
         RigidMotion::Spatial => {
-            sphere::sphere(radius, sphere::SphereNet::Spindle).unwrap().refined(&[2, 2, 2], &[4, 4, 4], &[])
+            sphere::sphere(radius, sphere::SphereNet::Spindle).unwrap().refined(&[2, 2, 3], &[4, 4, 4], &[])
         }
     }
     .unwrap()

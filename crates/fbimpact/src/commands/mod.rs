@@ -1,10 +1,15 @@
 //! The commands. Each returns its result or an [`AppError`]; only [`crate::main_with`] maps that to an exit code.
 
 pub mod check;
+pub mod collect;
+pub mod compare;
 pub mod export_body;
 pub mod info;
 pub mod modes;
+pub mod new;
 pub mod run;
+pub mod shell;
+pub mod thin;
 
 use std::io::Write;
 use std::path::Path;

@@ -4,12 +4,14 @@
 
 mod scales;
 mod series;
-mod tables;
+pub mod tables;
 mod columns;
 mod stress;
 mod file;
 mod recorder;
 pub mod summary;
+pub mod stored;
+pub mod thin;
 
 pub use file::OutputFile;
 pub use recorder::{Recorder, Status};

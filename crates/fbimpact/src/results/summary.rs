@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use hdf5::types::VarLenUnicode;
-use hdf5::{File, Result};
+use hdf5::{File, H5Type, Result};
 use serde_json::{Value, json};
 
 use super::FORMAT;
@@ -42,6 +42,15 @@ pub struct Summary {
 /// # Errors
 /// [`AppError::Io`] if the file cannot be read or is not a result file.
 pub fn read(path: &Path) -> Result<Summary, AppError> {
+    let file = open(path)?;
+    summary(&file).map_err(|e| AppError::io(path, format!("has a part that cannot be read: {e}")))
+}
+
+/// Opens a result file for reading, one that is still being written, too.
+///
+/// # Errors
+/// [`AppError::Io`] if the file cannot be read or is not a result file.
+pub fn open(path: &Path) -> Result<File, AppError> {
     if let Err(e) = std::fs::File::open(path) {
         return Err(AppError::io(path, format!("cannot be read: {e}")));
     }
@@ -52,10 +61,11 @@ pub fn read(path: &Path) -> Result<Summary, AppError> {
     if text(&file, "format").as_deref() != Some(FORMAT) {
         return Err(AppError::io(path, "is not a result file of fbimpact"));
     }
-    summary(&file).map_err(|e| AppError::io(path, format!("has a part that cannot be read: {e}")))
+    Ok(file)
 }
 
-fn text(file: &File, name: &str) -> Option<String> {
+/// A root attribute that is a text.
+pub fn text(file: &File, name: &str) -> Option<String> {
     let value: VarLenUnicode = file.attr(name).ok()?.read_scalar().ok()?;
     Some(value.as_str().to_owned())
 }
@@ -82,10 +92,7 @@ fn summary(file: &File) -> Result<Summary> {
             timings.push((name, value));
         }
     }
-    let transfers: Vec<TransferRow> = match file.dataset("transfers") {
-        Ok(dataset) => dataset.read_raw()?,
-        Err(_) => Vec::new(),
-    };
+    let transfers: Vec<TransferRow> = rows(file, "transfers")?;
     let energies = energies(file)?;
     let jumps = transfers.iter().map(|t| (t.energy_after - t.energy_before).abs());
     Ok(Summary {
@@ -93,14 +100,19 @@ fn summary(file: &File) -> Result<Summary> {
         n_samples: time.len(),
         end: time.last().copied(),
         bodies,
-        phases: file.dataset("phases")?.read_raw()?,
-        impacts: file.dataset("impacts")?.read_raw()?,
-        tries: file.dataset("tries")?.read_raw()?,
+        phases: rows(file, "phases")?,
+        impacts: rows(file, "impacts")?,
+        tries: rows(file, "tries")?,
         energy_drift: energies.map(|(drift, scale)| drift / scale),
         largest_jump: energies.and_then(|(_, scale)| jumps.reduce(f64::max).map(|jump| jump / scale)),
         transfers,
         timings,
     })
+}
+
+/// Rows of a table; none if there is no such table, as in small copies and in files of earlier versions.
+fn rows<T: H5Type>(file: &File, name: &str) -> Result<Vec<T>> {
+    if file.link_exists(name) { file.dataset(name)?.read_raw() } else { Ok(Vec::new()) }
 }
 
 /// Largest deviation of the total energy from its start, and the largest energy in motion and deformation unless it is
@@ -111,8 +123,10 @@ fn energies(file: &File) -> Result<Option<(f64, f64)>> {
     let (total, kinetic, low, high, penalty) =
         (read("total")?, read("kinetic")?, read("elastic_low")?, read("elastic_high")?, read("penalty")?);
     let Some(first) = total.first() else { return Ok(None) };
-    let scale = (0..kinetic.len())
-        .map(|i| kinetic[i] + low[i] + high[i] + penalty[i])
+    // A damaged file may have series of different lengths.
+    let parts = kinetic.iter().zip(&low).zip(&high).zip(&penalty);
+    let scale = parts
+        .map(|(((kinetic, low), high), penalty)| kinetic + low + high + penalty)
         .fold(0.0_f64, |a, x| if x > a { x } else { a });
     let largest = total.iter().map(|x| (x - first).abs()).fold(0.0_f64, f64::max);
     Ok((scale > 0.0).then_some((largest, scale)))

@@ -189,6 +189,6 @@ impl Shape {
                 }
             }
         }
-        Ok(Self { patches, markers: self.markers.clone(), singular: self.singular.clone() })
+        Ok(Self { patches, ..self.clone() })
     }
 }

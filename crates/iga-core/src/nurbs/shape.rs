@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::Patch;
 use super::patch::PointBasis;
+use super::symmetry::Symmetry;
 use crate::SplineError;
 
 /// Where a parametrisation is singular: all parameter points of `patch` whose fixed parameters agree.
@@ -37,6 +38,8 @@ pub struct Shape {
     pub markers: BTreeMap<String, [f64; 3]>,
     /// Singular points, lines and faces of the parametrisation.
     pub singular: Vec<SingularSet>,
+    /// Rotations that leave the body as it is, if any are known.
+    pub symmetry: Option<Symmetry>,
 }
 
 impl Shape {
@@ -46,7 +49,7 @@ impl Shape {
     /// [`SplineError::Folded`] if a patch is inside out or folded.
     pub fn from_patches(patches: Vec<Patch>) -> Result<Self, SplineError> {
         let singular = patches.iter().enumerate().flat_map(|(i, p)| singular_sets(i, p)).collect();
-        let shape = Self { patches, markers: BTreeMap::new(), singular };
+        let shape = Self { patches, markers: BTreeMap::new(), singular, symmetry: None };
         shape.check_orientation()?;
         Ok(shape)
     }
@@ -71,6 +74,7 @@ impl Shape {
             patches: patches.collect::<Result<_, _>>()?,
             markers: self.markers.iter().map(|(name, p)| (name.clone(), turn(p))).collect(),
             singular: self.singular.clone(),
+            symmetry: self.symmetry.as_ref().map(|s| s.turned(rotation)),
         })
     }
 

@@ -116,7 +116,7 @@ fn interval(section: &Section) -> Option<Interval> {
         elements: section.integer("elements"),
         target_utilisation: section.number("target_utilisation")?,
         min_utilisation: section.number("min_utilisation")?,
-        max_levels: section.integer("max_levels")?,
+        max_levels: section.integer("max_levels"),
         max_knots_per_level: section.integer("max_knots_per_level")?,
     })
 }

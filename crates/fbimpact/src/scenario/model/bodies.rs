@@ -232,7 +232,7 @@ pub enum Geometry {
 pub enum SphereNet {
     /// One patch of degree 4, singular along the twelve edges of a cube.
     Cube,
-    /// One patch of degree 2, singular on four meridians and at two poles.
+    /// One patch of degree 2, 2, 3, singular on four meridians and at two poles.
     Spindle,
     /// Seven patches of degree 4, regular everywhere.
     Shells,

@@ -113,8 +113,8 @@ pub struct Interval {
     pub target_utilisation: f64,
     /// Share below which the interval is too wide.
     pub min_utilisation: f64,
-    /// Most levels of refinement.
-    pub max_levels: usize,
+    /// Most levels of refinement; `None`: by the dimension.
+    pub max_levels: Option<usize>,
     /// Most knots inserted in an element a level.
     pub max_knots_per_level: usize,
 }

@@ -171,7 +171,9 @@ const INTERVAL: &[Key] = &[
         "max_levels",
         Kind::Integer(1, 20),
         "–",
-        Need::Default("5"),
+        Need::Optional(
+            "5 along the curves of plane and axisymmetric bodies, 9 on the surfaces of solid ones",
+        ),
         "Most levels of the refinement, where the program refines.",
     ),
     Key::new(

@@ -10,7 +10,7 @@ const NETS: &[Choice] = &[
     Choice::new("cube", "one patch of degree 4, singular along twelve arcs; regular at ±x, ±y, ±z"),
     Choice::new(
         "spindle",
-        "one patch of degree 2, singular on four meridians and at ±y; regular at ±x and ±z",
+        "one patch of degree 2, along the meridians 3; singular on four meridians and at ±y; regular at ±x and ±z",
     ),
     Choice::new("shells", "seven patches of degree 4, regular everywhere, only continuous between patches"),
 ];

@@ -53,7 +53,7 @@ fn shape<const N: usize>(
     singular: Vec<SingularSet>,
 ) -> Shape {
     let markers = markers.into_iter().map(|(name, p)| (name.to_owned(), p)).collect();
-    Shape { patches, markers, singular }
+    Shape { patches, markers, singular, symmetry: None }
 }
 
 fn singular(parameters: [Option<f64>; 3], name: impl Into<String>) -> SingularSet {

@@ -3,7 +3,7 @@
 use super::{DISC_CORNERS, S, bezier, hollow, positive, shape, singular, unit_disc};
 use crate::SplineError;
 use crate::knots::KnotVector;
-use crate::nurbs::{Patch, Shape};
+use crate::nurbs::{Patch, Shape, Symmetry};
 
 /// Box with edges along the axes, centred at the origin.
 ///
@@ -47,7 +47,9 @@ pub fn cylinder(radius: f64, length: f64) -> Result<Shape, SplineError> {
     let line = |&([u, v], angle): &([f64; 2], usize)| {
         singular([Some(u), Some(v), None], format!("jacket line at {angle}°"))
     };
-    Ok(shape(vec![patch], cylinder_markers(0.0, r, l), DISC_CORNERS.iter().map(line).collect()))
+    let shape = shape(vec![patch], cylinder_markers(0.0, r, l), DISC_CORNERS.iter().map(line).collect());
+    let quarters = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]];
+    Ok(Shape { symmetry: Some(Symmetry::about_z(&quarters)), ..shape })
 }
 
 /// Hollow cylinder about the z axis, `0 <= z <= length`. Directions: outwards, around (closed, four quarter arcs, seam at
@@ -82,7 +84,10 @@ pub fn hollow_cylinder(inner_radius: f64, outer_radius: f64, length: f64) -> Res
     let around = vec![0.0, 0.0, 0.0, 0.25, 0.25, 0.5, 0.5, 0.75, 0.75, 1.0, 1.0, 1.0];
     let knots = vec![KnotVector::uniform(1, 1)?, KnotVector::new(2, around)?, KnotVector::uniform(1, 1)?];
     let patch = Patch::new(knots, points, weights)?;
-    Ok(shape(vec![patch], cylinder_markers(0.5 * (a + b), b, l), Vec::new()))
+    let shape = shape(vec![patch], cylinder_markers(0.5 * (a + b), b, l), Vec::new());
+    // The middles of the four arcs.
+    let middles = [[S, S, 0.0], [-S, S, 0.0], [-S, -S, 0.0], [S, -S, 0.0]];
+    Ok(Shape { symmetry: Some(Symmetry::about_z(&middles)), ..shape })
 }
 
 fn cylinder_markers(x: f64, r: f64, l: f64) -> [(&'static str, [f64; 3]); 9] {

@@ -1,11 +1,12 @@
 //! The solid sphere: three exact nets (docs/decisions/0001-sphere-net.md).
 //!
-//! An exact conforming cube-topology sphere needs degree 4; degree 2 suffices if two faces collapse to poles.
+//! An exact conforming cube-topology sphere needs degree 4; degrees 2 and 3 suffice if two faces collapse to poles.
 
-use super::{S, positive, shape, singular, unit_disc};
+use super::{positive, shape, singular, unit_disc};
 use crate::SplineError;
 use crate::knots::KnotVector;
 use crate::nurbs::shape::SingularSet;
+use crate::nurbs::symmetry::Symmetry;
 use crate::nurbs::{Patch, Shape};
 
 /// Nets of the solid sphere.
@@ -15,8 +16,8 @@ pub enum SphereNet {
     /// `±x`, `±y`, `±z`.
     #[default]
     Cube,
-    /// One patch of degree (2, 2, 2), 3 x 3 x 5: a disc moved along a half circle, poles at `y = ±r`. Singular at the poles
-    /// and on four meridians; regular at `±x` and `±z`.
+    /// One patch of degree (2, 2, 3), 3 x 3 x 4: a disc moved along a half circle, poles at `y = ±r`. Singular at the poles
+    /// and on four meridians; regular and smooth around `±x` and `±z`.
     Spindle,
     /// Seven patches: a cube with six shells. Regular everywhere, only continuous between patches.
     Shells,
@@ -31,7 +32,7 @@ impl SphereNet {
         if degree < Self::Cube.least_degree() { Self::Spindle } else { Self::Cube }
     }
 
-    /// Lowest degree that represents the net.
+    /// Lowest degree that represents the net; of the spindle's half circle 3 wherever less is asked for.
     pub fn least_degree(self) -> usize {
         match self {
             Self::Spindle => 2,
@@ -60,7 +61,17 @@ pub fn sphere(radius: f64, net: SphereNet) -> Result<Shape, SplineError> {
         ("bottom", [0.0, 0.0, -r]),
         ("top", [0.0, 0.0, r]),
     ];
-    Ok(shape(patches, markers, singular))
+    let regular = [
+        [1.0, 0.0, 0.0],
+        [-1.0, 0.0, 0.0],
+        [0.0, 0.0, 1.0],
+        [0.0, 0.0, -1.0],
+        [0.0, 1.0, 0.0],
+        [0.0, -1.0, 0.0],
+    ];
+    // The last two are the poles of the spindle.
+    let symmetry = Symmetry::ball(if net == SphereNet::Spindle { &regular[..4] } else { &regular });
+    Ok(Shape { symmetry: Some(symmetry), ..shape(patches, markers, singular) })
 }
 
 /// Homogeneous net of the tile on the face `z < 0` of the unit sphere, `[i][j]` with `i` along x, `j` along y: a sixth of
@@ -149,10 +160,14 @@ fn cube_edges() -> Vec<SingularSet> {
 }
 
 /// The unit disc net, in the plane of z and x, times a half circle from `y = -r` to `y = +r`.
+///
+/// The half circle is one cubic segment, `(2 t (1-t), t² - (1-t)²) / (t² + (1-t)²)`. Two quadratic ones, as in most libraries,
+/// meet at the equator in a line of mere continuity: a deformed surface has a kink there, just where balls touch.
 fn spindle(r: f64) -> Result<Patch, SplineError> {
-    const HALF_CIRCLE: [[f64; 3]; 5] =
-        [[0.0, -1.0, 1.0], [1.0, -1.0, S], [1.0, 0.0, 1.0], [1.0, 1.0, S], [0.0, 1.0, 1.0]];
-    let (mut points, mut weights) = (Vec::with_capacity(45), Vec::with_capacity(45));
+    const THIRD: f64 = 1.0 / 3.0;
+    const HALF_CIRCLE: [[f64; 3]; 4] =
+        [[0.0, -1.0, 1.0], [2.0, -1.0, THIRD], [2.0, 1.0, THIRD], [0.0, 1.0, 1.0]];
+    let (mut points, mut weights) = (Vec::with_capacity(36), Vec::with_capacity(36));
     for [ring, height, w_k] in HALF_CIRCLE {
         for ([p, q], w) in unit_disc() {
             points.push([r * ring * q, r * height, r * ring * p]);
@@ -160,8 +175,7 @@ fn spindle(r: f64) -> Result<Patch, SplineError> {
         }
     }
     let disc = KnotVector::uniform(2, 1)?;
-    let along = KnotVector::new(2, vec![0.0, 0.0, 0.0, 0.5, 0.5, 1.0, 1.0, 1.0])?;
-    Patch::new(vec![disc.clone(), disc, along], points, weights)
+    Patch::new(vec![disc.clone(), disc, KnotVector::uniform(3, 1)?], points, weights)
 }
 
 fn spindle_poles() -> Vec<SingularSet> {

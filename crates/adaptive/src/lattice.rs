@@ -1,0 +1,154 @@
+//! Graded refinement of solid bodies around one contact interval: lattices whose spacing doubles from level to level
+//! (theory section A.2, `docs/decisions/0009-graded-lattices.md`).
+//!
+//! Algorithm 3 of \[A\] splits every coarse element into equal parts and takes as many as hit the ends of the interval, often
+//! five or seven at once. In three directions such a level has thousands of elements that nobody needs. Here the finest
+//! level is laid through the ends of the interval, and every coarser level takes each second knot of the finer one. Works
+//! on parameters; what the levels do to a space is [`crate::fine_model`]'s part.
+
+use iga_core::SplineError;
+use iga_core::knots::KnotVector;
+
+/// Distance of a lattice point from a knot, as a share of the spacing, below which the knot serves in its place.
+const NEAR_KNOT: f64 = 0.3;
+/// Largest spacing of a lattice, as a share of the coarse element at the contact.
+const COARSEST: f64 = 0.75;
+
+/// The lattice of one direction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DirectionLattice {
+    /// A point of the lattices of all levels.
+    pub anchor: f64,
+    /// Spacing on the finest level.
+    pub spacing: f64,
+    /// Number of levels that divide this direction.
+    pub n_levels: usize,
+}
+
+impl DirectionLattice {
+    /// The lattice of an interval of `n` elements, and the interval with its ends on the lattice.
+    ///
+    /// A knot of the coarse model inside the interval stays a knot of every level; so that all elements are alike, the
+    /// interval is moved, by half an element at most, until that knot lies on the lattice.
+    pub fn along(knots: &KnotVector, interval: [f64; 2], n: usize) -> (Self, [f64; 2]) {
+        let [lower, upper] = interval;
+        let spacing = (upper - lower) / n as f64;
+        let (first, last) = knots.domain();
+        let breaks = knots.breaks();
+        let is_inside = |b: &&f64| lower + NEAR_KNOT * spacing < **b && **b < upper - NEAR_KNOT * spacing;
+        let shift = breaks.iter().find(is_inside).map_or(0.0, |b| {
+            let place = (b - lower) / spacing;
+            (place - place.round()) * spacing
+        });
+        // Not beyond an end of the face.
+        let shift = shift.clamp((first - lower).min(0.0), (last - upper).max(0.0));
+        let (lower, upper) = (lower + shift, upper + shift);
+        let element = element_size(knots, 0.5 * (lower + upper));
+        (Self { anchor: lower, spacing, n_levels: levels(element, spacing) }, [lower, upper])
+    }
+
+    /// The lattice of a direction into the depth, from the surface at `surface` on, with the spacing `spacing`.
+    pub fn into_depth(knots: &KnotVector, surface: f64, spacing: f64) -> Self {
+        Self { anchor: surface, spacing, n_levels: levels(element_size(knots, surface), spacing) }
+    }
+
+    /// The knots of level `level` (0: the finest) from those of the next coarser one: lattice points in the `wanted` elements.
+    ///
+    /// # Errors
+    /// As [`KnotVector::with_knots`].
+    pub fn refine(
+        &self,
+        coarse: &KnotVector,
+        level: usize,
+        wanted: impl Fn(usize) -> bool,
+    ) -> Result<KnotVector, SplineError> {
+        if level >= self.n_levels {
+            return Ok(coarse.clone());
+        }
+        let spacing = self.spacing * 2f64.powi(level as i32);
+        let mut new = Vec::new();
+        for e in (0..coarse.n_elements()).filter(|&e| wanted(e)) {
+            let (a, b) = coarse.element(e);
+            let near = NEAR_KNOT * spacing;
+            let from = ((a + near - self.anchor) / spacing).ceil() as i64;
+            let to = ((b - near - self.anchor) / spacing).floor() as i64;
+            new.extend((from..=to).map(|i| self.anchor + i as f64 * spacing));
+        }
+        coarse.with_knots(&new)
+    }
+}
+
+fn element_size(knots: &KnotVector, at: f64) -> f64 {
+    let (a, b) = knots.element(knots.find_element(at));
+    b - a
+}
+
+/// Levels until the spacing reaches that of the coarse elements.
+fn levels(element: f64, spacing: f64) -> usize {
+    let ratio = COARSEST * element / spacing;
+    if ratio >= 1.0 { ratio.log2().floor() as usize + 1 } else { 0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn uniform(n: usize) -> KnotVector {
+        KnotVector::uniform(2, n).unwrap()
+    }
+
+    /// All levels of a lattice about `interval`, every level refined over the whole patch.
+    fn finest(lattice: &DirectionLattice, coarse: &KnotVector) -> KnotVector {
+        (0..lattice.n_levels)
+            .rev()
+            .fold(coarse.clone(), |knots, l| lattice.refine(&knots, l, |_| true).unwrap())
+    }
+
+    #[test]
+    fn the_depth_starts_at_the_surface_and_sizes_double() {
+        let coarse = uniform(4);
+        let lattice = DirectionLattice::into_depth(&coarse, 1.0, 0.01);
+        assert_eq!(lattice.n_levels, 5); // 0.01 to 0.16, below three quarters of 0.25
+        let breaks = lattice.refine(&coarse, 4, |e| e == 3).unwrap().breaks();
+        let expected = [0.0, 0.25, 0.5, 0.75, 0.84, 1.0];
+        assert!(breaks.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{breaks:?}");
+    }
+
+    #[test]
+    fn a_body_that_is_fine_enough_is_not_divided() {
+        let (lattice, interval) = DirectionLattice::along(&uniform(64), [0.25, 0.75], 16);
+        assert_eq!((lattice.n_levels, interval), (0, [0.25, 0.75]));
+    }
+
+    proptest! {
+        #[test]
+        fn intervals_end_on_knots_and_hold_equal_elements(
+            n in 1usize..12,
+            elements in 2usize..33,
+            centre in 0.1f64..0.9,
+            width in 1e-4f64..0.15,
+        ) {
+            let (coarse, wanted) = (uniform(n), [centre - 0.5 * width, centre + 0.5 * width]);
+            let (lattice, [lower, upper]) = DirectionLattice::along(&coarse, wanted, elements);
+            prop_assert!((lower - wanted[0]).abs() <= 0.5001 * lattice.spacing);
+            prop_assume!(lattice.n_levels > 0);
+            let fine = finest(&lattice, &coarse);
+            let slack = 1e-9;
+            let inside: Vec<f64> =
+                fine.breaks().into_iter().filter(|b| (lower - slack..=upper + slack).contains(b)).collect();
+            // A second coarse knot may stand inside, or one at an end that is not on the lattice.
+            let strays = coarse.breaks().iter().filter(|b| {
+                let place = (**b - lower) / lattice.spacing;
+                (place - place.round()).abs() > 1e-6 && (lower..upper).contains(*b)
+            }).count();
+            if strays == 0 {
+                prop_assert_eq!(inside.len(), elements + 1);
+                prop_assert!((inside[0] - lower).abs() < slack && (inside[elements] - upper).abs() < slack);
+            }
+            // No element is a sliver.
+            let least = fine.breaks().windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
+            prop_assert!(least >= 0.29 * lattice.spacing, "{} {}", least, lattice.spacing);
+        }
+    }
+}

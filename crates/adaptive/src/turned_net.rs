@@ -1,0 +1,229 @@
+//! The coarse model of a body with its parametrisation turned, for contact where the body's own net is singular
+//! (theory section A.3, `docs/decisions/0010-turned-nets.md`).
+//!
+//! A ball or cylinder stays what it is when its net is turned. So a contact interval can always be laid where the net is
+//! regular and smooth: the fine model refines a turned copy of the coarse model, and the coarse modes are carried over by
+//! projection.
+
+use faer::linalg::solvers::Solve;
+use faer::sparse::linalg::solvers::Llt;
+use faer::{Mat, MatRef, Side};
+use ffr_dynamics::body::{AssembledBody, MassMatrix};
+use iga_core::SplineError;
+use iga_core::nurbs::jet::norm;
+use iga_core::nurbs::patch::PointBasis;
+use iga_core::nurbs::symmetry::{product, rotation_about};
+use iga_core::nurbs::{PatchSearch, Shape};
+use iga_core::quadrature::GaussRule;
+use iga_core::space::Space;
+use iga_core::surface::Face;
+
+use crate::elastic_body::ElasticBody;
+use crate::error::AdaptiveError;
+use crate::fine_model::WantedInterval;
+
+/// A copy of a coarse model on a turned net.
+pub struct TurnedNet {
+    /// The body on the turned net.
+    pub body: ElasticBody,
+    /// The interval on it.
+    pub wanted: WantedInterval,
+    /// `∫ ρ R_A(turned) R_B(coarse) dV` \[kg\], a row a turned function.
+    cross: Vec<Vec<(u32, f64)>>,
+    mass: Llt<u32, f64>,
+}
+
+impl TurnedNet {
+    /// The model `coarse` with its net turned so that the interval `wanted` lies where the net is regular; `None` if it does
+    /// already, or the body has no symmetry.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Geometry`] if the turned net cannot be built.
+    pub fn new(coarse: &ElasticBody, wanted: &WantedInterval) -> Result<Option<Self>, AdaptiveError> {
+        let fail = |source| AdaptiveError::Geometry { body: coarse.name.clone(), source };
+        let Some(symmetry) = &coarse.spec.shape.symmetry else { return Ok(None) };
+        let surface = wanted.face.at(
+            &coarse.shape.patches[wanted.face.id.patch],
+            &wanted.face.on_face(&wanted.centre),
+            &mut PointBasis::default(),
+        );
+        // The normal is lost where the net is singular: a ball's is its radius, and at a pole no other is needed.
+        let normal = if norm(&surface.normal) > 0.5 { surface.normal } else { surface.point };
+        let Some(first) = symmetry.turn_to(&surface.point, &normal) else { return Ok(None) };
+        let shape = coarse.spec.shape.turned(&first).map_err(fail)?;
+        let (_, there) = nearest(&shape, &surface.point);
+        // The directions along the face stay those that the widths belong to, as far as the net allows.
+        let angle = angle_between(&there.tangents[0], &surface.tangents[0], &normal);
+        let rotation = match symmetry.is_ball() {
+            true => product(&rotation_about(&unit(&normal), angle), &first),
+            false => first,
+        };
+        let mut spec = coarse.spec.clone();
+        spec.shape = coarse.spec.shape.turned(&rotation).map_err(fail)?;
+        let body = ElasticBody::build(&coarse.name, spec)?;
+        let (face, site) = nearest(&body.shape, &surface.point);
+        let wanted = WantedInterval { face, centre: site.xi, widths: wanted.widths };
+        let cross = cross_mass(&body, coarse);
+        let MassMatrix::PerComponent(mass) = &body.assembled.mass else {
+            let reason = "a turned net needs a mass matrix node by node".into();
+            return Err(AdaptiveError::Unsupported { subject: format!("body \"{}\"", coarse.name), reason });
+        };
+        let mass = mass.sp_cholesky(Side::Lower).map_err(|_| {
+            fail(SplineError::Levels {
+                reason: "the mass matrix of the turned net is not positive definite".into(),
+            })
+        })?;
+        Ok(Some(Self { body, wanted, cross, mass }))
+    }
+
+    /// Displacements of the coarse unknowns (n x k) on the turned unknowns: the nearest ones in the mass norm.
+    pub fn carry(&self, coarse: &AssembledBody, shapes: MatRef<'_, f64>) -> Mat<f64> {
+        let n_components = coarse.motion.n_components();
+        let mut values = Mat::<f64>::zeros(coarse.nodes.len(), n_components * shapes.ncols());
+        for (i, dof) in coarse.dofs.iter().enumerate() {
+            for j in 0..shapes.ncols() {
+                values[(dof.node as usize, j * n_components + dof.component as usize)] = shapes[(i, j)];
+            }
+        }
+        let mut right = Mat::<f64>::zeros(self.cross.len(), values.ncols());
+        for (a, row) in self.cross.iter().enumerate() {
+            for &(b, m) in row {
+                for j in 0..values.ncols() {
+                    right[(a, j)] += m * values[(b as usize, j)];
+                }
+            }
+        }
+        self.mass.solve_in_place(right.as_mut());
+        let turned = &self.body.assembled;
+        let entry = |i: usize, j: usize| {
+            let dof = turned.dofs[i];
+            right[(dof.node as usize, j * n_components + dof.component as usize)]
+        };
+        Mat::from_fn(turned.dofs.len(), shapes.ncols(), entry)
+    }
+
+    /// Forces on the turned unknowns (n x k) on the coarse ones, the transpose of [`TurnedNet::carry`].
+    pub fn collect(&self, coarse: &AssembledBody, forces: MatRef<'_, f64>) -> Mat<f64> {
+        let n_components = coarse.motion.n_components();
+        let mut right = Mat::<f64>::zeros(self.cross.len(), n_components * forces.ncols());
+        for (i, dof) in self.body.assembled.dofs.iter().enumerate() {
+            for j in 0..forces.ncols() {
+                right[(dof.node as usize, j * n_components + dof.component as usize)] = forces[(i, j)];
+            }
+        }
+        self.mass.solve_in_place(right.as_mut());
+        let mut values = Mat::<f64>::zeros(coarse.nodes.len(), right.ncols());
+        for (a, row) in self.cross.iter().enumerate() {
+            for &(b, m) in row {
+                for j in 0..right.ncols() {
+                    values[(b as usize, j)] += m * right[(a, j)];
+                }
+            }
+        }
+        let entry = |i: usize, j: usize| {
+            let dof = coarse.dofs[i];
+            values[(dof.node as usize, j * n_components + dof.component as usize)]
+        };
+        Mat::from_fn(coarse.dofs.len(), forces.ncols(), entry)
+    }
+}
+
+/// A point on a face.
+struct Site {
+    xi: [f64; 3],
+    tangents: [[f64; 3]; 2],
+}
+
+/// The place on the outer faces of `shape` that is nearest to `point`.
+fn nearest(shape: &Shape, point: &[f64; 3]) -> (Face, Site) {
+    let faces = Face::outer(&shape.patches, false);
+    let search = |face: &Face| {
+        let mut fixed = [None; 3];
+        fixed[face.id.direction] = Some(face.parameter);
+        PatchSearch::new(&shape.patches[face.id.patch], fixed).closest(&shape.patches[face.id.patch], point)
+    };
+    let found = faces.iter().map(|f| (*f, search(f)));
+    let best = found.min_by(|a, b| a.1.measure.total_cmp(&b.1.measure));
+    let (face, located) = best.expect("a body has an outer face");
+    let at = face.at(&shape.patches[face.id.patch], &located.xi, &mut PointBasis::default());
+    (face, Site { xi: located.xi, tangents: at.tangents })
+}
+
+/// `∫ ρ R_A R_B dV` of the functions on the turned net with those of the coarse one, by the turned net's Gauss points.
+fn cross_mass(turned: &ElasticBody, coarse: &ElasticBody) -> Vec<Vec<(u32, f64)>> {
+    let patch = &turned.shape.patches[0];
+    // Parameters do not change under refinement, and the shape of the scenario is the cheapest to search.
+    let (own, searched) = (&coarse.spec.shape.patches[0], &coarse.shape.patches[0]);
+    let search = PatchSearch::new(own, [None; 3]);
+    let density = turned.spec.material.density();
+    let mut rows = vec![Vec::new(); turned.space.n_functions()];
+    let (mut a, mut b) = (PointBasis::default(), PointBasis::default());
+    let (mut on_turned, mut on_coarse) = (Vec::new(), Vec::new());
+    for e in 0..turned.space.n_elements() {
+        let (lower, upper) = patch.element(e);
+        turned.space.active_functions(e, &mut on_turned);
+        for (xi, weight) in gauss(turned, lower, upper) {
+            let jet = patch.jet_on(e, &xi, 1, &mut PointBasis::default());
+            let mass = density * weight * jet.determinant(3);
+            turned.space.evaluate(e, &xi, 0, &mut a);
+            let there = search.closest(own, &jet.point).xi;
+            let element = searched.find_element(&there);
+            coarse.space.active_functions(element, &mut on_coarse);
+            coarse.space.evaluate(element, &there, 0, &mut b);
+            for (f, value) in on_turned.iter().zip(&a.values) {
+                let row = &mut rows[*f as usize];
+                row.extend(on_coarse.iter().zip(&b.values).map(|(g, v)| (*g, mass * value * v)));
+            }
+        }
+    }
+    for row in &mut rows {
+        row.sort_unstable_by_key(|e: &(u32, f64)| e.0);
+        row.dedup_by(|next, kept| {
+            let same = next.0 == kept.0;
+            if same {
+                kept.1 += next.1;
+            }
+            same
+        });
+    }
+    rows
+}
+
+/// Gauss points of an element with their weights in the parameters.
+fn gauss(body: &ElasticBody, lower: [f64; 3], upper: [f64; 3]) -> Vec<([f64; 3], f64)> {
+    let knots = body.shape.patches[0].knots();
+    let rules: Vec<Vec<(f64, f64)>> = (0..3)
+        .map(|d| {
+            let rule = GaussRule::new(knots[d].degree() + 1);
+            let mut points = Vec::new();
+            rule.points_on(lower[d], upper[d], &mut points);
+            let half = 0.5 * (upper[d] - lower[d]);
+            points.into_iter().zip(rule.weights.iter().map(|w| w * half)).collect()
+        })
+        .collect();
+    let mut all = Vec::with_capacity(rules.iter().map(Vec::len).product());
+    for &(z, wz) in &rules[2] {
+        for &(y, wy) in &rules[1] {
+            all.extend(rules[0].iter().map(|&(x, wx)| ([x, y, z], wx * wy * wz)));
+        }
+    }
+    all
+}
+
+/// Angle about `axis` by which `from` must be turned to point along `to`, both seen along the axis; zero if one vanishes.
+fn angle_between(from: &[f64; 3], to: &[f64; 3], axis: &[f64; 3]) -> f64 {
+    let n = unit(axis);
+    let cross = [
+        from[1] * to[2] - from[2] * to[1],
+        from[2] * to[0] - from[0] * to[2],
+        from[0] * to[1] - from[1] * to[0],
+    ];
+    let dot = |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|c| a[c] * b[c]).sum::<f64>();
+    let along = dot(from, to) - dot(from, &n) * dot(to, &n);
+    dot(&cross, &n).atan2(along)
+}
+
+fn unit(v: &[f64; 3]) -> [f64; 3] {
+    let length = norm(v);
+    v.map(|c| c / length)
+}

@@ -1,0 +1,9 @@
+//! Results of many runs in one table: a row a run, whatever became of it.
+
+mod runs;
+mod table;
+mod write;
+
+pub use runs::{Run, find};
+pub use table::{Column, Table, Values, gather};
+pub use write::{csv, hdf5};

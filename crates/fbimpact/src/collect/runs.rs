@@ -1,0 +1,132 @@
+//! Which runs there are, and what is left of each.
+//!
+//! A sweep leaves next to `<run>.h5` the files `<run>.exit` (exit code), `<run>.set` (one `KEY=VALUE` a line) and `<run>.log`, so
+//! that runs without a result are rows, too.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use super::write::is_table;
+use crate::compare::scenario_values::{self, Values};
+use crate::error::AppError;
+use crate::results::stored::Stored;
+use crate::results::summary;
+use crate::results::tables::ImpactRow;
+
+/// What is left of a run.
+#[derive(Debug, Clone, Default)]
+pub struct Run {
+    /// Path of the result without `.h5`.
+    pub name: String,
+    /// `complete`, `interrupted`, `failed`, `running` (killed or still going on), `unreadable` or `missing` (nothing known).
+    pub status: String,
+    /// Why, if the run is not complete.
+    pub message: String,
+    /// Exit code, if it was recorded.
+    pub exit_code: Option<i32>,
+    /// Values of the scenario; of runs without a result only what was set.
+    pub values: Values,
+    /// Last stored time \[s\].
+    pub end_time: Option<f64>,
+    /// Stored instants.
+    pub n_samples: Option<usize>,
+    /// Relative energy drift.
+    pub energy_drift: Option<f64>,
+    /// Seconds in all phases.
+    pub wall_time: Option<f64>,
+    /// Impacts.
+    pub impacts: Vec<ImpactRow>,
+}
+
+/// Runs in files and directories, in the order of names within a directory.
+///
+/// # Errors
+/// [`AppError::Io`] if a directory cannot be read.
+pub fn find(places: &[PathBuf]) -> Result<Vec<Run>, AppError> {
+    let mut stems = Vec::new();
+    for place in places {
+        if place.is_dir() {
+            stems.extend(in_directory(place)?);
+        } else {
+            stems.push(stem(place));
+        }
+    }
+    Ok(stems.iter().map(|stem| read(stem)).collect())
+}
+
+/// `a/b.h5`, `a/b.h5.part`, `a/b.exit` and `a/b.set` are all of the run `a/b`; other files are no runs.
+fn known_stem(path: &Path) -> Option<PathBuf> {
+    let name = path.file_name()?.to_str()?;
+    let stem = [".h5", ".h5.part", ".exit", ".set"].iter().find_map(|end| name.strip_suffix(end))?;
+    (!stem.is_empty()).then(|| path.with_file_name(stem))
+}
+
+fn stem(path: &Path) -> PathBuf {
+    known_stem(path).unwrap_or_else(|| path.to_owned())
+}
+
+fn in_directory(directory: &Path) -> Result<BTreeSet<PathBuf>, AppError> {
+    let fail = |e: std::io::Error| AppError::io(directory, format!("cannot be read: {e}"));
+    let mut stems = BTreeSet::new();
+    for entry in std::fs::read_dir(directory).map_err(fail)? {
+        let path = entry.map_err(fail)?.path();
+        stems.extend(known_stem(&path).filter(|_| path.is_file() && !is_table(&path)));
+    }
+    Ok(stems)
+}
+
+fn with_end(stem: &Path, end: &str) -> PathBuf {
+    let mut name = stem.as_os_str().to_owned();
+    name.push(end);
+    PathBuf::from(name)
+}
+
+fn read(stem: &Path) -> Run {
+    let (result, part) = (with_end(stem, ".h5"), with_end(stem, ".h5.part"));
+    let file = if !result.exists() && part.exists() { part } else { result };
+    let exit = std::fs::read_to_string(with_end(stem, ".exit")).unwrap_or_default();
+    let mut run =
+        Run { name: stem.display().to_string(), exit_code: exit.trim().parse().ok(), ..Run::default() };
+    if !file.exists() {
+        let is_failed = run.exit_code.is_some_and(|code| code != 0);
+        run.status = if is_failed { "failed" } else { "missing" }.to_owned();
+        let log = std::fs::read_to_string(with_end(stem, ".log")).unwrap_or_default();
+        run.message = complaint(&log).unwrap_or("no result file").to_owned();
+    } else if let Err(error) = fill(&mut run, &file) {
+        run.status = "unreadable".to_owned();
+        run.message = error.to_string();
+    }
+    if run.values.is_empty() {
+        run.values = set_values(&std::fs::read_to_string(with_end(stem, ".set")).unwrap_or_default());
+    }
+    run
+}
+
+/// The first line of a log that is no progress.
+fn complaint(log: &str) -> Option<&str> {
+    let is_progress = |l: &&str| [" INFO", " WARN", "DEBUG"].iter().any(|level| l.starts_with(level));
+    log.lines().filter(|l| !l.trim().is_empty()).find(|l| !is_progress(l))
+}
+
+/// `KEY=VALUE` a line.
+fn set_values(text: &str) -> Values {
+    let pairs = text.lines().filter_map(|line| line.split_once('='));
+    pairs.map(|(key, value)| (key.trim().to_owned(), scenario_values::shown(value.trim()))).collect()
+}
+
+fn fill(run: &mut Run, file: &Path) -> Result<(), AppError> {
+    let stored = Stored::open(file)?;
+    run.status = stored.attribute("status");
+    run.message = stored.attribute("message");
+    run.values = scenario_values::read(&stored.scenario);
+    run.end_time = stored.time.last().copied();
+    run.n_samples = Some(stored.time.len());
+    run.impacts.clone_from(&stored.impacts);
+    // What a small copy or a run that was killed does not have stays empty.
+    if let Ok(summary) = summary::read(file) {
+        run.energy_drift = summary.energy_drift;
+        let phases = &summary.phases;
+        run.wall_time = (!phases.is_empty()).then(|| phases.iter().map(|p| p.wall_time).sum());
+    }
+    Ok(())
+}

@@ -1,0 +1,154 @@
+//! The table of many runs: columns for the run, for scenario values that differ among the runs, for impacts.
+
+use std::collections::BTreeSet;
+
+use super::runs::Run;
+use crate::results::tables::ImpactRow;
+
+/// Cells of a column.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Values {
+    /// Numbers, `None` where there is none.
+    Numbers(Vec<Option<f64>>),
+    /// Texts.
+    Texts(Vec<String>),
+}
+
+/// A column.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Column {
+    /// Name.
+    pub name: String,
+    /// Unit; empty for texts and for scenario values, whose unit is that of the key.
+    pub unit: &'static str,
+    /// Cells.
+    pub values: Values,
+}
+
+/// Columns of one length.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Table {
+    /// Columns.
+    pub columns: Vec<Column>,
+    /// Rows.
+    pub n_rows: usize,
+}
+
+/// A column of the impacts.
+type ImpactColumn = (&'static str, &'static str, fn(&ImpactRow) -> f64);
+
+/// Columns of the impacts.
+const IMPACT: [ImpactColumn; 9] = [
+    ("start", "s", |i| i.start),
+    ("end", "s", |i| i.end),
+    ("duration", "s", |i| i.end - i.start),
+    ("peak_force", "N", |i| i.peak_force),
+    ("peak_time", "s", |i| i.peak_time),
+    ("impulse", "N s", |i| i.impulse),
+    ("approach_velocity", "m/s", |i| i.approach_velocity),
+    ("separation_velocity", "m/s", |i| i.separation_velocity),
+    ("restitution", "–", |i| i.restitution),
+];
+
+/// A row: a run, and for the long form one of its impacts.
+type Row<'a> = (&'a Run, Option<(usize, &'a ImpactRow)>);
+
+/// Gathers runs: one row a run with columns `<contact>[<number>].<feature>`, or, if `is_long`, one row an impact, and one for
+/// each run without.
+pub fn gather(runs: &[Run], is_long: bool) -> Table {
+    let rows: Vec<Row<'_>> = if is_long {
+        runs.iter().flat_map(impact_rows).collect()
+    } else {
+        runs.iter().map(|run| (run, None)).collect()
+    };
+    let mut columns = run_columns(&rows);
+    columns.extend(varying(runs).into_iter().map(|key| scenario_column(&rows, &key)));
+    if is_long {
+        columns.push(texts("contact", &rows, |(_, impact)| {
+            impact.map_or_else(String::new, |(_, i)| i.contact.as_str().to_owned())
+        }));
+        columns.push(numbers("impact", "–", &rows, |(_, impact)| impact.map(|(n, _)| n as f64)));
+        for (name, unit, of) in IMPACT {
+            columns.push(numbers(name, unit, &rows, |(_, impact)| impact.map(|(_, i)| of(i))));
+        }
+    } else {
+        for (contact, number) in impacts_seen(runs) {
+            for (name, unit, of) in IMPACT {
+                let name = format!("{contact}[{number}].{name}");
+                columns.push(numbers(&name, unit, &rows, |(run, _)| nth(run, &contact, number).map(of)));
+            }
+        }
+    }
+    Table { columns, n_rows: rows.len() }
+}
+
+/// Impacts of a run with their numbers within their contact, or one row without.
+fn impact_rows(run: &Run) -> Vec<Row<'_>> {
+    let number = |i: usize| {
+        let contact = &run.impacts[i].contact;
+        run.impacts[..i].iter().filter(|other| other.contact == *contact).count()
+    };
+    let rows: Vec<Row<'_>> =
+        run.impacts.iter().enumerate().map(|(i, impact)| (run, Some((number(i), impact)))).collect();
+    if rows.is_empty() { vec![(run, None)] } else { rows }
+}
+
+fn nth<'a>(run: &'a Run, contact: &str, number: usize) -> Option<&'a ImpactRow> {
+    run.impacts.iter().filter(|i| i.contact.as_str() == contact).nth(number)
+}
+
+fn impacts_seen(runs: &[Run]) -> BTreeSet<(String, usize)> {
+    let rows = runs.iter().flat_map(impact_rows);
+    rows.filter_map(|(_, impact)| impact.map(|(n, i)| (i.contact.as_str().to_owned(), n))).collect()
+}
+
+fn run_columns(rows: &[Row<'_>]) -> Vec<Column> {
+    vec![
+        texts("run", rows, |(run, _)| run.name.clone()),
+        texts("status", rows, |(run, _)| run.status.clone()),
+        numbers("exit_code", "–", rows, |(run, _)| run.exit_code.map(f64::from)),
+        texts("message", rows, |(run, _)| run.message.clone()),
+        numbers("end_time", "s", rows, |(run, _)| run.end_time),
+        numbers("samples", "–", rows, |(run, _)| run.n_samples.map(|n| n as f64)),
+        numbers("energy_drift", "–", rows, |(run, _)| run.energy_drift),
+        numbers("wall_time", "s", rows, |(run, _)| run.wall_time),
+        numbers("impacts", "–", rows, |(run, _)| run.n_samples.map(|_| run.impacts.len() as f64)),
+    ]
+}
+
+/// Scenario keys whose values differ among the runs with results, and those that only runs without a result name.
+fn varying(runs: &[Run]) -> BTreeSet<String> {
+    let with: Vec<&Run> = runs.iter().filter(|r| r.n_samples.is_some()).collect();
+    let without = runs.iter().filter(|r| r.n_samples.is_none());
+    let keys: BTreeSet<&String> = with.iter().flat_map(|r| r.values.keys()).collect();
+    let differs = |key: &&String| with.windows(2).any(|w| w[0].values.get(*key) != w[1].values.get(*key));
+    let set = without.flat_map(|r| r.values.keys().cloned());
+    keys.into_iter().filter(differs).cloned().chain(set).collect()
+}
+
+/// A column of numbers if all values are numbers.
+fn scenario_column(rows: &[Row<'_>], key: &str) -> Column {
+    let name = format!("set.{key}");
+    let is_number = |row: &Row<'_>| value(row, key).is_none_or(|v| v.parse::<f64>().is_ok());
+    if rows.iter().all(is_number) {
+        return numbers(&name, "", rows, |row| value(row, key).and_then(|v| v.parse().ok()));
+    }
+    texts(&name, rows, |row| value(row, key).unwrap_or_default().to_owned())
+}
+
+fn value<'a>(row: &Row<'a>, key: &str) -> Option<&'a str> {
+    row.0.values.get(key).map(String::as_str)
+}
+
+fn texts<'a>(name: &str, rows: &[Row<'a>], of: impl Fn(&Row<'a>) -> String) -> Column {
+    Column { name: name.to_owned(), unit: "", values: Values::Texts(rows.iter().map(of).collect()) }
+}
+
+fn numbers<'a>(
+    name: &str,
+    unit: &'static str,
+    rows: &[Row<'a>],
+    of: impl Fn(&Row<'a>) -> Option<f64>,
+) -> Column {
+    Column { name: name.to_owned(), unit, values: Values::Numbers(rows.iter().map(of).collect()) }
+}

@@ -1,0 +1,137 @@
+//! Rotations that leave a shape as it is, so that its parametrisation may be turned without changing the body.
+
+/// Angle between a point and the nearest regular direction up to which the parametrisation serves as it is: singular lines are
+/// 45° away from these directions.
+const NEAR: f64 = 20.0;
+
+/// Rotations about the origin that leave a shape as it is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Symmetry {
+    /// Axis of the rotations; `None`: all axes.
+    axis: Option<[f64; 3]>,
+    /// Unit vectors from the origin, or from the axis, around which the parametrisation is regular and smooth.
+    regular: Vec<[f64; 3]>,
+}
+
+impl Symmetry {
+    /// A ball centred at the origin, regular around the given directions.
+    pub fn ball(regular: &[[f64; 3]]) -> Self {
+        Self { axis: None, regular: regular.to_vec() }
+    }
+
+    /// A body of revolution about the z axis, regular around the given directions.
+    pub fn about_z(regular: &[[f64; 3]]) -> Self {
+        Self { axis: Some([0.0, 0.0, 1.0]), regular: regular.to_vec() }
+    }
+
+    /// Whether the shape may be turned about any axis.
+    pub fn is_ball(&self) -> bool {
+        self.axis.is_none()
+    }
+
+    /// The rotation (rows) that brings the nearest regular direction to the surface point `point` with outward normal `normal`.
+    ///
+    /// `None` if the parametrisation is regular around the point as it is, or turning it does not help, as on the flat ends of
+    /// a cylinder.
+    pub fn turn_to(&self, point: &[f64; 3], normal: &[f64; 3]) -> Option<[[f64; 3]; 3]> {
+        let is_end = self.axis.is_some_and(|a| dot(&a, normal).abs() > 0.5 * length(normal));
+        let along = self.axis.map_or(0.0, |a| dot(&a, point));
+        let away: [f64; 3] = std::array::from_fn(|c| point[c] - self.axis.map_or(0.0, |a| along * a[c]));
+        let distance = length(&away);
+        if is_end || distance.is_nan() || distance <= 0.0 {
+            return None;
+        }
+        let towards = away.map(|v| v / distance);
+        let nearest = self.regular.iter().max_by(|a, b| dot(a, &towards).total_cmp(&dot(b, &towards)))?;
+        let cosine = dot(nearest, &towards);
+        (cosine < NEAR.to_radians().cos()).then(|| rotation(nearest, &towards))
+    }
+
+    /// The same symmetry after a rotation (rows) of the shape about the origin.
+    #[must_use]
+    pub fn turned(&self, rotation: &[[f64; 3]; 3]) -> Self {
+        let turn = |p: &[f64; 3]| rotation.map(|row| dot(&row, p));
+        Self { axis: self.axis.as_ref().map(turn), regular: self.regular.iter().map(turn).collect() }
+    }
+}
+
+/// Rotation (rows) by `angle` about the unit vector `axis`: Rodrigues' formula.
+pub fn rotation_about(axis: &[f64; 3], angle: f64) -> [[f64; 3]; 3] {
+    let (sine, cosine) = angle.sin_cos();
+    let cross = [[0.0, -axis[2], axis[1]], [axis[2], 0.0, -axis[0]], [-axis[1], axis[0], 0.0]];
+    let unit = |r: usize, c: usize| if r == c { cosine } else { 0.0 };
+    std::array::from_fn(|r| {
+        std::array::from_fn(|c| unit(r, c) + sine * cross[r][c] + (1.0 - cosine) * axis[r] * axis[c])
+    })
+}
+
+/// The product of two rotations (rows).
+pub fn product(a: &[[f64; 3]; 3], b: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
+    a.map(|row| std::array::from_fn(|c| (0..3).map(|k| row[k] * b[k][c]).sum()))
+}
+
+/// The rotation that takes unit vector `from` to `to`, not its opposite, by the shortest way.
+fn rotation(from: &[f64; 3], to: &[f64; 3]) -> [[f64; 3]; 3] {
+    let cross = [
+        from[1] * to[2] - from[2] * to[1],
+        from[2] * to[0] - from[0] * to[2],
+        from[0] * to[1] - from[1] * to[0],
+    ];
+    let sine = length(&cross);
+    rotation_about(&cross.map(|v| v / sine), sine.atan2(dot(from, to)))
+}
+
+fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    (0..3).map(|c| a[c] * b[c]).sum()
+}
+
+fn length(a: &[f64; 3]) -> f64 {
+    dot(a, a).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const AXES: [[f64; 3]; 4] = [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]];
+
+    fn apply(r: &[[f64; 3]; 3], p: &[f64; 3]) -> [f64; 3] {
+        r.map(|row| dot(&row, p))
+    }
+
+    #[test]
+    fn near_a_regular_direction_nothing_is_turned() {
+        let ball = Symmetry::ball(&AXES);
+        assert_eq!(ball.turn_to(&[9.9, 0.5, 0.4], &[1.0, 0.0, 0.0]), None);
+        assert!(ball.turn_to(&[0.0, 1.0, 0.0], &[0.0, 1.0, 0.0]).is_some(), "the pole");
+        let cylinder = Symmetry::about_z(&[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+        assert_eq!(cylinder.turn_to(&[0.7, 0.7, 0.0], &[0.0, 0.0, -1.0]), None, "a flat end");
+        assert_eq!(cylinder.turn_to(&[0.0, 0.0, 1.0], &[1.0, 0.0, 0.0]), None, "on the axis");
+    }
+
+    proptest! {
+        #[test]
+        fn a_turn_brings_a_regular_direction_to_the_point(
+            p in prop::array::uniform3(-1.0f64..1.0), about_z in any::<bool>()
+        ) {
+            prop_assume!(length(&[p[0], p[1], 0.0]) > 1e-3);
+            let symmetry = if about_z { Symmetry::about_z(&AXES[..2]) } else { Symmetry::ball(&AXES) };
+            let normal = if about_z { [p[0], p[1], 0.0] } else { p };
+            let Some(r) = symmetry.turn_to(&p, &normal) else { return Ok(()) };
+            // A rotation: its inverse is its transpose.
+            for a in 0..3 {
+                for b in 0..3 {
+                    let unit = if a == b { 1.0 } else { 0.0 };
+                    prop_assert!((dot(&r[a], &r[b]) - unit).abs() < 1e-14);
+                }
+            }
+            let turned = symmetry.turned(&r);
+            prop_assert_eq!(turned.turn_to(&p, &normal), None);
+            if about_z {
+                let top = apply(&r, &[0.0, 0.0, 1.0]);
+                prop_assert!((top[2] - 1.0).abs() < 1e-14, "the axis stays");
+            }
+        }
+    }
+}

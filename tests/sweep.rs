@@ -1,0 +1,229 @@
+//! `fbimpact collect`, `fbimpact new` and `scripts/sweep.sh`, run as a user would.
+#![cfg(unix)]
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use tempfile::TempDir;
+
+const ROOT: &str = env!("CARGO_MANIFEST_DIR");
+const PROGRAM: &str = env!("CARGO_BIN_EXE_fbimpact");
+
+fn scratch() -> TempDir {
+    tempfile::tempdir().expect("a temporary directory")
+}
+
+fn output(program: &str, directory: &Path, arguments: &[&str]) -> (i32, String, String) {
+    let mut command = Command::new(program);
+    command.args(arguments).current_dir(directory).env("FBIMPACT", PROGRAM).env("JOBS", "2");
+    let output = command.env("RUNNER", "xargs").output().expect("the program starts");
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
+    (output.status.code().expect("no signal"), text(output.stdout), text(output.stderr))
+}
+
+fn fbimpact(directory: &Path, arguments: &[&str]) -> (i32, String, String) {
+    output(PROGRAM, directory, arguments)
+}
+
+fn scenario() -> String {
+    format!("{ROOT}/scenarios/sphere_on_plane.toml")
+}
+
+/// Rows of a CSV table without line ends in its cells, sorted, by the names of the columns.
+struct Csv {
+    names: Vec<String>,
+    rows: Vec<Vec<String>>,
+}
+
+impl Csv {
+    fn read(path: &Path) -> Self {
+        let text = std::fs::read_to_string(path).expect("readable");
+        let cells = |line: &str| {
+            let (mut cells, mut quoted) = (vec![String::new()], false);
+            for c in line.chars() {
+                match c {
+                    '"' => quoted = !quoted,
+                    ',' if !quoted => cells.push(String::new()),
+                    c => cells.last_mut().expect("one at least").push(c),
+                }
+            }
+            cells
+        };
+        let mut rows: Vec<Vec<String>> = text.lines().map(cells).collect();
+        let names = rows.remove(0);
+        assert!(rows.iter().all(|r| r.len() == names.len()), "{text}");
+        Self { names, rows }
+    }
+
+    fn column(&self, name: &str) -> Vec<&str> {
+        let i =
+            self.names.iter().position(|n| n == name).unwrap_or_else(|| panic!("{name} in {:?}", self.names));
+        self.rows.iter().map(|r| r[i].as_str()).collect()
+    }
+
+    fn sorted(&self, name: &str) -> Vec<&str> {
+        let mut cells = self.column(name);
+        cells.sort_unstable();
+        cells
+    }
+}
+
+#[test]
+fn sweep_survives_failed_runs_skips_finished_ones_and_can_be_extended() {
+    let directory = scratch();
+    let at = directory.path();
+    let script = format!("{ROOT}/scripts/sweep.sh");
+    let (speeds, stiffness) =
+        ("bodies.ball.velocity=[0,0,-0.05] [0,0,-0.1]", "materials.aluminium.youngs_modulus=70e9 -1");
+    let sweep = |grid: &[&str]| output(&script, at, &[&[scenario().as_str(), "out"], grid].concat());
+    let (code, _, err) = sweep(&[speeds, stiffness]);
+    assert_eq!(code, 1, "{err}");
+    assert!(err.contains("2 of 4 runs failed"), "{err}");
+    let csv = Csv::read(&at.join("out/table.csv"));
+    assert_eq!(csv.sorted("status"), ["complete", "complete", "failed", "failed"]);
+    assert_eq!(csv.sorted("exit_code"), ["0", "0", "3", "3"]);
+    assert_eq!(csv.sorted("set.bodies.ball.velocity")[1..3], ["[0, 0, -0.05]", "[0, 0, -0.1]"]);
+    assert_eq!(
+        csv.sorted("set.materials.aluminium.youngs_modulus"),
+        ["-1", "-1", "70000000000", "70000000000"]
+    );
+    let failed = csv.column("status").iter().position(|s| *s == "failed").expect("two failed");
+    assert!(csv.column("message")[failed].contains("must be a number > 0"), "{:?}", csv.rows[failed]);
+
+    let written = |at: &Path| {
+        let files = std::fs::read_dir(at.join("out")).expect("readable").map(|e| e.expect("readable").path());
+        let results = files.filter(|p| p.extension().is_some_and(|e| e == "h5") && !p.ends_with("table.h5"));
+        let mut times: Vec<_> =
+            results.map(|p| (p.clone(), p.metadata().and_then(|m| m.modified()).expect("a time"))).collect();
+        times.sort();
+        times
+    };
+    let before = written(at);
+    assert_eq!(before.len(), 2);
+    let (code, _, err) = sweep(&[speeds, "materials.aluminium.youngs_modulus=70e9"]);
+    assert_eq!(code, 0, "{err}");
+    assert_eq!(written(at), before, "finished runs are skipped");
+    let (code, _, err) = sweep(&[
+        "bodies.ball.velocity=[0,0,-0.05] [0,0,-0.1] [0,0,-0.2]",
+        "materials.aluminium.youngs_modulus=70e9",
+    ]);
+    assert_eq!(code, 0, "{err}");
+    assert_eq!(written(at).len(), 3);
+    let csv = Csv::read(&at.join("out/table.csv"));
+    let peaks: Vec<f64> = csv.column("impact[0].peak_force").iter().filter_map(|c| c.parse().ok()).collect();
+    assert_eq!(peaks.len(), 3);
+    // F ~ v^1.2 (Hertz): 22.3, 51.3 and 118 N.
+    assert!(peaks.iter().any(|p| (p - 118.0).abs() < 1.0), "{peaks:?}");
+    let table = hdf5::File::open(at.join("out/table.h5")).expect("a table");
+    let peak = table.dataset("runs/impact[0].peak_force").expect("a column");
+    assert_eq!(peak.read_raw::<f64>().expect("numbers").iter().filter(|p| p.is_finite()).count(), 3);
+
+    assert_eq!(sweep(&["novalue"]).0, 2);
+    std::fs::write(at.join("out/scenario.sha256"), "of another one").expect("written");
+    let (code, _, err) = sweep(&[speeds]);
+    assert!(code == 2 && err.contains("has changed"), "{err}");
+}
+
+#[test]
+fn collect_has_a_row_for_every_run_whatever_became_of_it() {
+    let directory = scratch();
+    let at = directory.path();
+    let run = |name: &str, velocity: &str| {
+        let set = format!("bodies.ball.velocity=[0,0,{velocity}]");
+        let (code, _, err) = fbimpact(at, &["run", &scenario(), "-q", "-o", name, "--set", &set]);
+        assert_eq!(code, 0, "{err}");
+    };
+    run("a.h5", "-0.05");
+    run("b.h5", "-0.1");
+    std::fs::write(at.join("c.h5"), "no HDF5").expect("written");
+    std::fs::write(at.join("d.exit"), "5\n").expect("written");
+    std::fs::write(at.join("e.set"), "bodies.ball.velocity=[0,0,-1.0]\n").expect("written");
+    std::fs::write(at.join("notes.txt"), "not a run").expect("written");
+    let bytes = std::fs::read(at.join("a.h5")).expect("readable");
+    std::fs::write(at.join("f.h5"), &bytes[..bytes.len() / 2]).expect("written");
+    let (code, out, err) = fbimpact(at, &["collect", ".", "missing.h5", "-o", "table.csv"]);
+    assert_eq!((code, out.as_str()), (0, ""), "{err}");
+    assert!(err.contains("7 runs, 2 complete"), "{err}");
+    let csv = Csv::read(&at.join("table.csv"));
+    let expected = ["complete", "complete", "unreadable", "failed", "missing", "unreadable", "missing"];
+    assert_eq!(csv.column("status"), expected);
+    let velocities = csv.column("set.bodies.ball.velocity");
+    assert_eq!(velocities, ["[0, 0, -0.05]", "[0, 0, -0.1]", "", "", "[0, 0, -1]", "", ""]);
+    assert_eq!(csv.names.iter().filter(|n| n.starts_with("set.")).count(), 1, "{:?}", csv.names);
+    let peak: f64 = csv.column("impact[0].peak_force")[1].parse().expect("a number");
+    // docs/verification.md: 52.08 N.
+    assert!((peak - 52.08).abs() < 0.02);
+
+    // The long form, and a table among the runs that is no run.
+    assert_eq!(fbimpact(at, &["collect", ".", "-o", "long.h5", "--long"]).0, 0);
+    assert_eq!(fbimpact(at, &["collect", ".", "-o", "long.csv", "--long"]).0, 0);
+    let csv = Csv::read(&at.join("long.csv"));
+    assert_eq!(csv.rows.len(), 6);
+    assert_eq!(csv.column("contact")[..3], ["impact", "impact", ""]);
+
+    for (arguments, expected) in [
+        (&["collect", ".", "-o", "table.txt"][..], 2),
+        (&["collect", ".", "-o", "no/such/table.csv"], 6),
+        (&["collect", "-o", "table.csv"], 2),
+    ] {
+        let (code, _, err) = fbimpact(at, arguments);
+        assert_eq!(code, expected, "{arguments:?}: {err}");
+    }
+    std::fs::create_dir(at.join("empty")).expect("made");
+    let (code, _, err) = fbimpact(at, &["collect", "empty", "-o", "table.csv"]);
+    assert!(code == 6 && err.contains("holds no results"), "{err}");
+}
+
+#[test]
+fn new_scenario_runs_and_is_never_overwritten() {
+    let directory = scratch();
+    let at = directory.path();
+    let (code, out, err) = fbimpact(at, &["new", "mine"]);
+    assert_eq!((code, out.as_str()), (0, ""), "{err}");
+    let text = std::fs::read_to_string(at.join("mine.toml")).expect("there");
+    assert!(text.starts_with("#:schema ./fbimpact.schema.json\n") && text.contains("fbimpact run mine.toml"));
+    assert!(at.join("fbimpact.schema.json").is_file());
+    let (code, _, err) = fbimpact(at, &["run", "mine.toml", "-o", "mine.h5"]);
+    assert_eq!(code, 0, "{err}");
+    let impacts = fbimpact::results::summary::read(&at.join("mine.h5")).expect("a result").impacts;
+    assert_eq!(impacts.len(), 1);
+    // Hertz for a steel ball of 10 mm at 0.2 m/s on a rigid plane: 5/4 m v^2 / depth = 335 N; the ball is a little softer or stiffer.
+    assert!((impacts[0].peak_force / hertz() - 1.0).abs() < 0.02, "{} N", impacts[0].peak_force);
+    assert!(impacts[0].restitution > 0.99);
+
+    std::fs::write(at.join("mine.toml"), "changed").expect("written");
+    let (code, _, err) = fbimpact(at, &["new", "mine"]);
+    assert!(code == 6 && err.contains("exists"), "{err}");
+    assert_eq!(std::fs::read_to_string(at.join("mine.toml")).expect("there"), "changed");
+    assert_eq!(fbimpact(at, &["new", "mine.toml", "--force"]).0, 0);
+    assert_eq!(std::fs::read_to_string(at.join("mine.toml")).expect("there"), text);
+    assert_eq!(fbimpact(at, &["new", "no/such/place"]).0, 6);
+}
+
+/// Peak force of an elastic sphere on a rigid plane (Hertz, docs/theory.md).
+fn hertz() -> f64 {
+    let (radius, modulus, speed): (f64, f64, f64) = (10e-3, 210e9 / (1.0 - 0.3 * 0.3), 0.2);
+    let mass = 7850.0 * 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
+    let stiffness = 4.0 / 3.0 * modulus * radius.sqrt();
+    stiffness * (1.25 * mass * speed * speed / stiffness).powf(0.6)
+}
+
+#[test]
+fn every_scenario_names_its_schema() {
+    let files = std::fs::read_dir(Path::new(ROOT).join("scenarios")).expect("readable");
+    let paths: Vec<PathBuf> = files.map(|e| e.expect("readable").path()).collect();
+    for path in paths.iter().filter(|p| p.extension().is_some_and(|e| e == "toml")) {
+        let text = std::fs::read_to_string(path).expect("readable");
+        assert!(text.starts_with("#:schema ../docs/scenario.schema.json\n"), "{}", path.display());
+    }
+}
+
+#[test]
+fn manual_pages_name_program_and_command() {
+    let directory = scratch();
+    let (code, out, _) = fbimpact(directory.path(), &["man", "compare"]);
+    assert!(code == 0 && out.contains("fbimpact\\-compare") && out.contains("tolerances"), "{out}");
+    assert_eq!(fbimpact(directory.path(), &["man", "fly"]).0, 2);
+    let (_, out, _) = fbimpact(directory.path(), &["man"]);
+    assert!(out.contains("fbimpact\\-compare(1)") && !out.contains("fbimpact\\-reference"), "{out}");
+}
