@@ -47,7 +47,7 @@ pub struct Cap {
 impl Cap {
     pub fn new(up: f64, width: f64, elements: usize, n_modes: usize) -> Self {
         let motion = RigidMotion::Spatial;
-        // The net's halves meet without a common tangent of displacements on the circle y = 0: turned away from the pole.
+        // Off the symmetries of the net.
         let (sin, cos) = (0.6 * up).sin_cos();
         let turn = [[1.0, 0.0, 0.0], [0.0, cos, -sin], [0.0, sin, cos]];
         let coarse = sphere(RADIUS, SphereNet::Spindle).unwrap().turned(&turn).unwrap();
@@ -58,7 +58,7 @@ impl Cap {
             elements: [elements; 3],
             ratio: 3.0,
         };
-        let shape = coarse.refined(&[2, 2, 2], &[4, 4, 4], &[window]).unwrap();
+        let shape = coarse.refined(&[2, 2, 3], &[4, 4, 4], &[window]).unwrap();
         let (face, pole) = highest(&shape, motion, &[0.0, 0.0, up]);
         let space = PatchSpace::new(shape.patches.clone()).unwrap();
         let mut part = TargetFace::whole(face, &shape.patches);
