@@ -7,13 +7,14 @@ use fbimpact::scenario::{self, BodyKind, Fault, Geometry, Override, Scenario, re
 
 const SPHERE: &str = include_str!("../scenarios/sphere_on_plane.toml");
 const ROD: &str = include_str!("../scenarios/rod_on_plane.toml");
-const SHIPPED: [&str; 8] = [
+const SHIPPED: [&str; 9] = [
     SPHERE,
     ROD,
     include_str!("../scenarios/cylinder_modes.toml"),
     include_str!("../scenarios/rigid_double_pendulums.toml"),
     include_str!("../scenarios/flexible_pendulum.toml"),
     include_str!("../scenarios/rotating_disc.toml"),
+    include_str!("../scenarios/oblique_discs.toml"),
     include_str!("../scenarios/sphere_rod_sphere.toml"),
     include_str!("../scenarios/spinning_beam.toml"),
 ];

@@ -156,7 +156,6 @@ fn settings_without_meaning_are_faults() {
         (&["penalty={value=1e17,initial=1e17}"], "penalty.value", "the same"),
         (&["penalty={search=\"fixed\",tolerance=1e-3}"], "penalty.tolerance", "until-converged"),
         (&["penalty.tolerance=0.0"], "penalty.tolerance", "> 0"),
-        (&["friction=0.1"], "friction", "two flexible bodies"),
         (&["solver=broyden", "model=damped"], "solver", "no effect"),
         (&["solver=broyden", "model=coarse"], "solver", "no effect"),
         (&["solver=broyden", "constraint=exact"], "solver", "active-set"),
@@ -183,6 +182,7 @@ fn settings_without_meaning_are_faults() {
     let adaptive = ["contacts.impact.model=adaptive", "contacts.impact.interval.max_levels=3"];
     valid(SPHERE, &adaptive);
     valid(SPHERE, &["contacts.impact.model=adaptive", "contacts.impact.friction=0.1"]);
+    valid(PAIRS, &["contacts.first.friction=0.1"]);
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Bodies in joints: two rigid double pendulums, a flexible pendulum; and a spinning disc with friction.
+//! Bodies in joints: two rigid double pendulums, a flexible pendulum; discs with friction.
 
 use std::f64::consts::PI;
 use std::sync::OnceLock;
@@ -141,6 +141,46 @@ fn disc_leaves_with_the_velocities_of_gross_sliding() {
     // Half-width of the contact, one contact point either side less or more of 33 inside.
     let width = trace.samples.iter().map(|s| s.contacts[0].contact_area).fold(0.0, f64::max);
     assert_close("width of the contact", width, 0.92e-3, 6e-2);
+}
+
+#[test]
+fn discs_that_slide_and_stick_on_each_other_keep_both_momenta_and_the_ledger() {
+    // Sums of round-off over 200 steps.
+    const MOMENTUM: f64 = 1e-12;
+    // Tangents are those of the surface at the start of a step, whose strain changes by some 1e-4 in it.
+    const RATIO: f64 = 1e-3;
+    // The power of friction jumps where a point begins to slide: a step's work of one of 16 points, one in 130 steps.
+    const DRIFT: f64 = 1e-4;
+    let trace = run("oblique_discs", &[]);
+    let impact = trace.impact();
+    let size = |v: [f64; 3]| v[0].hypot(v[1]).hypot(v[2]);
+    let change = |of: &dyn Fn(&adaptive::record::Sample) -> [f64; 3]| {
+        let start = of(&trace.samples[0]);
+        let away = |s| size([0, 1, 2].map(|c| of(s)[c] - start[c]));
+        trace.samples.iter().map(away).fold(0.0, f64::max) / size(start)
+    };
+    assert_below("change of momentum", change(&|s| s.linear_momentum), MOMENTUM);
+    assert_below("change of angular momentum", change(&|s| s.angular_momentum), MOMENTUM);
+    assert_below("energy drift", trace.energy_drift(), DRIFT);
+    let (mut n_sliding, mut n_stuck, mut n_back) = (0, 0, 0);
+    for sample in trace.samples.iter().filter(|s| s.contacts[0].normal_force > 1.0) {
+        let contact = &sample.contacts[0];
+        let ratio = size(contact.friction_force) / contact.normal_force;
+        assert!(ratio < 0.3 * (1.0 + RATIO), "{ratio} at {:e} s", sample.time);
+        if contact.sliding_points == contact.active_points {
+            assert_close("friction force over normal force", ratio, 0.3, RATIO);
+            n_sliding += 1;
+            n_back += usize::from(contact.friction_force[0] > 0.0);
+        }
+        n_stuck += usize::from(contact.sliding_points == 0);
+    }
+    // Sliding, sticking, sliding back.
+    assert!(n_sliding > 40 && n_stuck > 10 && n_back > 5, "{n_sliding} {n_stuck} {n_back}");
+    let (first, last) = (&trace.samples[0], trace.samples.last().expect("samples"));
+    let energy = |s: &adaptive::record::Sample| s.energies.total() - s.energies.dissipated;
+    let lost = energy(first) - energy(last);
+    assert!(lost > 0.0 && impact.restitution > 0.95);
+    assert_close("friction work over energy lost", last.energies.dissipated / lost, 1.0, 1e-3);
 }
 
 /// The flexible pendulum as shipped.

@@ -41,14 +41,6 @@ pub enum ContactError {
     /// Friction was asked of a solver that cannot find it.
     #[error("friction needs the active-set solver, Algorithm 1 knows normal forces alone")]
     FrictionSolver,
-    /// Friction was asked of a contact between two surfaces.
-    #[error(
-        "friction coefficient is {coefficient}; contact between two surfaces is frictionless so far, set it to zero"
-    )]
-    FrictionPair {
-        /// Coefficient given.
-        coefficient: f64,
-    },
     /// The exact constraint was asked of a method that needs penalty springs.
     #[error("{method} needs a finite penalty factor, choose one or the active-set solver")]
     ExactConstraint {

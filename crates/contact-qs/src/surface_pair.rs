@@ -22,21 +22,28 @@ use nalgebra::Vector3;
 use crate::ContactError;
 use crate::contact_element::{ContactElement, ContactReport};
 use crate::law::{Friction, penalty};
-use crate::quasistatic::Method;
+use crate::quasistatic::{Method, PointState};
 use crate::submodel::{ContactSubmodel, SparseRows};
 
 mod bezier;
 mod evaluation;
+mod friction;
 mod motion;
 mod projection;
+mod rows;
 mod search;
 mod solver;
 mod target;
+mod watch;
 
 use evaluation::{WarmStart, Workspace};
+use friction::PairFriction;
 use projection::{Functions, Projection, Samples};
+use rows::Rows;
 use search::SearchBuffers;
-use solver::{PairZone, Rows};
+use solver::PairZone;
+
+use watch::Watch;
 
 pub use projection::SurfacePlace;
 pub use target::{TargetFace, TargetSurface};
@@ -64,10 +71,13 @@ pub struct SurfacePair {
     is_rim: Vec<bool>,
     /// Rows of the contact body's low-frequency shapes.
     low_rows: Vec<f64>,
+    /// The same, mode after mode.
+    low_columns: Vec<f64>,
     n_modes: usize,
     interface: SparseRows,
     surface: TargetSurface,
     zone: Option<PairZone>,
+    friction: Option<Box<PairFriction>>,
     springs: Vec<f64>,
     /// Points nearer than this to an end of the target count as touching it.
     rim_reach: f64,
@@ -112,17 +122,19 @@ impl SurfacePair {
             nodes: vec![0.0; surface.nodes.len() * nc],
             places: vec![SurfacePlace::default(); n],
             is_known: false,
+            watch: Watch::new(n, surface.nodes.len()),
         };
         let mut pair = Self {
             points: submodel.points.iter().map(|p| components(motion, p)).collect(),
             low_rows: (0..n_rows * n_q).map(|k| low[(k / n_q, k % n_q)]).collect(),
+            low_columns: (0..n_q).flat_map(|k| low.col_as_slice(k)).copied().collect(),
             n_modes: n_q,
             is_rim,
             springs: vec![0.0; n],
             rim_reach: mean_spacing(&submodel.areas, motion, &submodel.points),
             saved: state.clone(),
             state,
-            workspace: Some(workspace(&surface, n)),
+            workspace: Some(workspace(&surface, n, 0)),
             search: Mutex::new(SearchBuffers::new(&surface, n)),
             ground: BodyState::at_rest(0),
             tolerance: evaluation::GAP_TOLERANCE,
@@ -134,21 +146,46 @@ impl SurfacePair {
             motion,
             surface,
             zone,
+            friction: None,
         };
         pair.set_penalty(settings.penalty)?;
         Ok(pair)
     }
 
-    /// Friction is not available between two surfaces.
+    /// Adds friction; without effect if the coefficient is zero.
     ///
     /// # Errors
-    /// [`ContactError::FrictionPair`] unless the coefficient is zero, [`ContactError::Friction`] if its values make no law.
-    pub fn with_friction(self, friction: Friction) -> Result<Self, ContactError> {
+    /// [`ContactError::Friction`] if its values make no law, [`ContactError::FrictionSolver`] with Algorithm 1.
+    pub fn with_friction(mut self, friction: Friction) -> Result<Self, ContactError> {
         friction.check()?;
-        if friction.coefficient > 0.0 {
-            return Err(ContactError::FrictionPair { coefficient: friction.coefficient });
+        if friction.coefficient <= 0.0 {
+            return Ok(self);
         }
+        if self.zone.as_ref().is_some_and(PairZone::needs_springs) {
+            return Err(ContactError::FrictionSolver);
+        }
+        let (n, nc) = (self.points.len(), self.motion.n_components());
+        let n_modes = [self.n_modes, self.surface.n_modes];
+        let n_nodes = self.surface.nodes.len();
+        let mut state = PairFriction::new(friction, (n, nc), n_nodes, self.zone.is_some(), n_modes);
+        state.stick_slip.set_springs(&self.springs, 1.0 / friction.stiffness_ratio);
+        if let Some(zone) = &mut self.zone {
+            zone.add_tangents(state.n_t);
+        }
+        self.workspace = Some(workspace(&self.surface, n, state.n_t));
+        self.friction = Some(Box::new(state));
         Ok(self)
+    }
+
+    /// Tangential point forces of the last evaluation, one (plane models, axisymmetric ones) or two a point; empty without
+    /// friction \[N\].
+    pub fn tangential_forces(&self) -> &[f64] {
+        self.friction.as_ref().map_or(&[], |f| f.stick_slip.forces())
+    }
+
+    /// States of the points in the last evaluation, where they carry force; empty without friction.
+    pub fn point_states(&self) -> &[PointState] {
+        self.friction.as_ref().map_or(&[], |f| f.stick_slip.states())
     }
 
     /// Changes the error of gaps, as a share of the deepest penetration, at which projection and deformation count as having
@@ -181,11 +218,26 @@ impl SurfacePair {
         if let Some(zone) = &mut self.zone {
             zone.springs_changed();
         }
+        if let Some(friction) = &mut self.friction {
+            friction.stick_slip.set_springs(&self.springs, 1.0 / friction.law.stiffness_ratio);
+        }
         Ok(())
     }
 
-    /// Forgets the last evaluation, for a start from another state.
+    /// Forgets the last evaluation and where the points stuck, for a start from another state.
     pub fn forget(&mut self) {
+        self.forget_evaluation();
+        if let Some(friction) = &mut self.friction {
+            friction.forget();
+        }
+    }
+
+    /// Forgets the last evaluation.
+    fn forget_evaluation(&mut self) {
+        if let Some(friction) = &mut self.friction {
+            friction.is_evaluated = false;
+            friction.stick_slip.clear_forces();
+        }
         self.state.is_known = false;
         self.state.forces.fill(0.0);
         self.state.own.fill(0.0);
@@ -208,9 +260,9 @@ impl SurfacePair {
     }
 
     /// Gaps of the last evaluation, quasistatic displacements included; of points beyond an end of the target the distance
-    /// from it \[m\].
+    /// from it; of points that are open for certain as found at an earlier evaluation \[m\].
     pub fn gaps(&self) -> &[f64] {
-        self.workspace.as_ref().map_or(&[], |w| &w.gaps)
+        &self.state.watch.gaps
     }
 
     /// Solutions that the last evaluation took until projection and deformation met.
@@ -239,7 +291,7 @@ impl SurfacePair {
     /// # Errors
     /// [`Rejection`] if the points cannot be projected.
     pub fn normal_compliance(&mut self, bodies: &[BodyState]) -> Result<Option<&Mat<f64>>, Rejection> {
-        self.forget();
+        self.forget_evaluation();
         self.project_for_compliance(bodies)?;
         Ok(self.zone.as_ref().map(PairZone::normal_compliance))
     }
@@ -322,7 +374,7 @@ fn mean_spacing(areas: &[f64], motion: RigidMotion, points: &[[f64; 3]]) -> f64 
     }
 }
 
-fn workspace(surface: &TargetSurface, n: usize) -> Workspace {
+fn workspace(surface: &TargetSurface, n: usize, n_t: usize) -> Workspace {
     let nc = surface.motion.n_components();
     let n_nodes = surface.nodes.len();
     Workspace {
@@ -332,16 +384,40 @@ fn workspace(surface: &TargetSurface, n: usize) -> Workspace {
         points: vec![[0.0; 3]; n],
         low_nodes: vec![[0.0; 3]; n_nodes],
         nodes: vec![[0.0; 3]; n_nodes],
+        seen: vec![[0.0; 3]; n],
+        is_wanted: vec![true; n],
         projections: vec![Projection::default(); n],
-        rows: Rows::new(n, surface.n_functions),
-        loaded: Rows::new(n, surface.n_functions),
-        gaps: vec![0.0; n],
+        rows: Rows::new(n, surface.n_functions, n_t),
+        loaded: Rows::new(n, surface.n_functions, n_t),
         free_gaps: vec![0.0; n],
         settled: vec![0.0; n],
         loads: vec![0.0; n * nc],
         node_loads: vec![0.0; n_nodes * nc],
         interface_loads: vec![0.0; surface.n_interface()],
         interface_displacements: vec![0.0; surface.n_interface()],
+    }
+}
+
+impl SurfacePair {
+    /// Forces at the motions `own` and `target`, summed up, with the power lost to sliding.
+    fn evaluate(&mut self, t: f64, own: &BodyState, target: &BodyState) -> Result<(), Rejection> {
+        // Rates come from a look back, best taken first; the last evaluation tells whether there is something to see.
+        let was_touching = self.friction.is_some() && self.state.forces.iter().any(|f| *f > 0.0);
+        let mut time = if was_touching { self.look_back(t, own, target)? } else { None };
+        let mut solver = self.find_forces(t, own, target)?;
+        self.sum_up(solver, target);
+        if self.report.n_sliding > 0 && !was_touching {
+            time = self.look_back(t, own, target)?;
+            solver = self.find_forces(t, own, target)?;
+            self.sum_up(solver, target);
+        }
+        if let Some(friction) = &mut self.friction {
+            friction.is_evaluated = true;
+            if let (Some(time), 1..) = (time, self.report.n_sliding) {
+                self.report.energies.dissipated_power = friction.dissipated_power(&self.state.forces, time);
+            }
+        }
+        Ok(())
     }
 }
 
@@ -353,16 +429,15 @@ impl ForceElement for SurfacePair {
         forces: &mut [GeneralisedForce],
     ) -> Result<(), Rejection> {
         debug_assert_eq!(bodies[self.settings.contact_body].elastic.len(), self.n_modes);
-        let found = self.find_forces(t, bodies);
+        let ground = BodyState::at_rest(0);
+        let own = &bodies[self.settings.contact_body];
+        let target = self.settings.target_body.map_or(&ground, |b| &bodies[b]);
+        let found = self.evaluate(t, own, target);
         if found.is_err() {
             // Nothing of a failed evaluation may lead the next one.
-            self.forget();
+            self.forget_evaluation();
         }
-        let solver = found?;
-        match self.settings.target_body {
-            Some(body) => self.sum_up(solver, &bodies[body]),
-            None => self.sum_up(solver, &BodyState::at_rest(0)),
-        }
+        found?;
         if self.report.n_active > 0 {
             self.push(bodies, forces);
         }
@@ -386,12 +461,21 @@ impl ForceElement for SurfacePair {
         if let Some(zone) = &mut self.zone {
             zone.save();
         }
+        if let Some(friction) = &mut self.friction {
+            if let (true, Some(w)) = (friction.is_evaluated, &self.workspace) {
+                friction.commit(&self.state.forces, &w.nodes, &w.rows, &w.projections, &w.is_wanted);
+            }
+            friction.save();
+        }
     }
 
     fn restore(&mut self) {
         self.state.copy_from(&self.saved);
         if let Some(zone) = &mut self.zone {
-            zone.restore(&self.surface);
+            zone.restore(&self.surface, self.friction.as_mut().map(|f| &mut f.stick_slip));
+        }
+        if let Some(friction) = &mut self.friction {
+            friction.restore();
         }
     }
 }

@@ -209,6 +209,12 @@ fn smallest_gap_is_the_distance_at_any_range() {
         let mut pair = pair;
         let mut f = forces(3, N_MODES);
         assert_eq!(pair.apply(0.0, &bodies, &mut f).unwrap_err().code, 2);
+        // A target that has lost its place is seen by a pair whose points were far from it, too.
+        let mut apart = random_bodies(&pair, motion, -0.1, 3);
+        pair.apply(0.0, &apart, &mut f).unwrap();
+        apart[0].elastic[0] = f64::NAN;
+        assert!(pair.smallest_gap(&apart).is_nan());
+        assert_eq!(pair.apply(0.0, &apart, &mut f).unwrap_err().code, 2);
     }
 }
 
@@ -230,7 +236,10 @@ fn penalty_factor_may_change_and_misfits_are_refused() {
     }
     assert!(matches!(pair.set_penalty(0.0), Err(ContactError::Penalty { .. })));
     assert!(pair.largest_compliance_weight(&bodies).unwrap().unwrap() > 0.0);
-    assert!(matches!(pair.with_friction(Friction::new(0.3)), Err(ContactError::FrictionPair { .. })));
+    assert!(matches!(pair.with_friction(Friction::new(-0.3)), Err(ContactError::Friction { .. })));
+    let modal = Method::Broyden(BroydenSettings::default());
+    let pair = random_pair(motion, [true, true], 1e9, modal, 3);
+    assert!(matches!(pair.with_friction(Friction::new(0.3)), Err(ContactError::FrictionSolver)));
     let settings = SurfacePairSettings {
         contact_body: 1,
         target_body: Some(1),

@@ -6,8 +6,8 @@ mod pair_support;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use contact_qs::ContactElement;
 use contact_qs::quasistatic::{BroydenSettings, Method};
+use contact_qs::{ContactElement, Friction};
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::force::ForceElement;
 use pair_support::{N_MODES, forces, random_bodies, random_pair};
@@ -36,15 +36,20 @@ static ALLOCATOR: Counting = Counting;
 #[test]
 fn evaluations_of_pairs_do_not_allocate() {
     let broyden = Method::Broyden(BroydenSettings::default());
-    for (motion, quasistatic, method) in [
-        (RigidMotion::Axial, [true, true], Method::ActiveSet),
-        (RigidMotion::Axial, [true, true], broyden),
-        (RigidMotion::Planar, [false, true], Method::ActiveSet),
-        (RigidMotion::Spatial, [true, true], Method::ActiveSet),
-        (RigidMotion::Spatial, [false, false], Method::ActiveSet),
+    for (motion, quasistatic, method, friction) in [
+        (RigidMotion::Axial, [true, true], Method::ActiveSet, 0.0),
+        (RigidMotion::Axial, [true, true], broyden, 0.0),
+        (RigidMotion::Planar, [false, true], Method::ActiveSet, 0.0),
+        (RigidMotion::Spatial, [true, true], Method::ActiveSet, 0.0),
+        (RigidMotion::Spatial, [false, false], Method::ActiveSet, 0.0),
+        (RigidMotion::Planar, [true, true], Method::ActiveSet, 0.3),
+        (RigidMotion::Spatial, [true, true], Method::ActiveSet, 0.3),
+        (RigidMotion::Spatial, [false, false], Method::ActiveSet, 0.3),
     ] {
-        let mut pair = random_pair(motion, quasistatic, 1e10, method, 3);
+        let pair = random_pair(motion, quasistatic, 1e10, method, 3);
+        let mut pair = pair.with_friction(Friction::new(friction)).unwrap();
         let mut bodies = random_bodies(&pair, motion, 2e-3, 3);
+        bodies[2].velocity.x = 0.1;
         let mut out = forces(3, N_MODES);
         // Libraries may set up thread-local buffers once.
         pair.apply(0.0, &bodies, &mut out).unwrap();

@@ -19,6 +19,28 @@ const TOLERANCE: f64 = 1e-12;
 /// Turns: a contraction of 0.75 reaches the tolerance within them even without relaxation.
 const MAX_TURNS: usize = 100;
 
+/// Solver of the normal problem (Eq. F.4).
+pub(crate) trait NormalSolver {
+    /// Solves for the normal point forces `forces` at gaps `gaps` with springs of compliance `springs`.
+    fn solve_normal(
+        &mut self,
+        springs: &[f64],
+        gaps: &[f64],
+        forces: &mut [f64],
+    ) -> Result<SolveReport, Rejection>;
+}
+
+impl NormalSolver for Quasistatic {
+    fn solve_normal(
+        &mut self,
+        springs: &[f64],
+        gaps: &[f64],
+        forces: &mut [f64],
+    ) -> Result<SolveReport, Rejection> {
+        self.solve(springs, gaps, forces)
+    }
+}
+
 /// Tangential half of a contact zone. Components are ordered `n_t * point + component`.
 pub(crate) struct StickSlip {
     coefficient: f64,
@@ -148,11 +170,51 @@ impl StickSlip {
                 }
             }
         }
+        self.finish_blocks();
+    }
+
+    /// Sets all compliances to zero, before they are set entry by entry.
+    pub fn clear_blocks(&mut self) {
+        self.tangential_compliance.fill(0.0);
+        self.coupling.fill(0.0);
+    }
+
+    /// Sets the displacement of point `i` along its tangent `a` under a unit normal force on point `j`.
+    pub fn set_coupling(&mut self, i: usize, a: usize, j: usize, value: f64) {
+        self.coupling[(self.n_t * i + a, j)] = value;
+    }
+
+    /// Sets the displacement of point `i` along its tangent `a` under a unit force on point `j` along tangent `b`, and the
+    /// opposite entry with it.
+    pub fn set_tangential(&mut self, (i, a): (usize, usize), (j, b): (usize, usize), value: f64) {
+        let (row, column) = (self.n_t * i + a, self.n_t * j + b);
+        self.tangential_compliance[(row, column)] = value;
+        self.tangential_compliance[(column, row)] = value;
+    }
+
+    /// To be called when compliances have been set.
+    pub fn finish_blocks(&mut self) {
         for k in 0..self.coupling.nrows() {
             let target = self.coupling_transposed.col_as_slice_mut(k);
             target.iter_mut().enumerate().for_each(|(j, t)| *t = self.coupling[(k, j)]);
         }
         self.solver.invalidate();
+    }
+
+    /// Adds the displacements of the points along the normals under the last tangential forces to `gaps`, and replaces `slips`
+    /// by those along the tangents under these and the normal forces `normal`.
+    pub fn settle(&self, normal: &[f64], gaps: &mut [f64], slips: &mut [f64]) {
+        slips.fill(0.0);
+        if self.coupling.nrows() > 0 {
+            add_product(&self.coupling_transposed, &self.forces, gaps);
+            add_product(&self.coupling, normal, slips);
+            add_product(&self.tangential_compliance, &self.forces, slips);
+        }
+    }
+
+    /// Sets the forces to zero, for a start from nothing.
+    pub fn clear_forces(&mut self) {
+        self.forces.fill(0.0);
     }
 
     /// Solves for normal point forces `normal_forces` and the tangential ones at gaps `gaps` and slips `slips` since the last
@@ -162,7 +224,23 @@ impl StickSlip {
     /// Those of [`Quasistatic::solve`] and [`Tangential::solve`]; code -1 if the turns don't settle.
     pub fn solve(
         &mut self,
-        zone: &mut Quasistatic,
+        zone: &mut impl NormalSolver,
+        springs: &[f64],
+        gaps: &[f64],
+        slips: &[f64],
+        normal_forces: &mut [f64],
+    ) -> Result<SolveReport, Rejection> {
+        self.solve_within(TOLERANCE, zone, springs, gaps, slips, normal_forces)
+    }
+
+    /// The same with turns until the friction forces change by `tolerance` of the largest.
+    ///
+    /// # Errors
+    /// As [`StickSlip::solve`].
+    pub fn solve_within(
+        &mut self,
+        tolerance: f64,
+        zone: &mut impl NormalSolver,
         springs: &[f64],
         gaps: &[f64],
         slips: &[f64],
@@ -173,14 +251,14 @@ impl StickSlip {
             normal_forces.fill(0.0);
             self.bounds.fill(0.0);
             self.solve_tangential(slips)?;
-            return zone.solve(springs, gaps, normal_forces);
+            return zone.solve_normal(springs, gaps, normal_forces);
         }
         let mut sum = SolveReport::default();
         self.relaxation.restart();
         for _ in 0..MAX_TURNS {
             self.shifted.copy_from_slice(gaps);
             add_product(&self.coupling_transposed, &self.forces, &mut self.shifted);
-            let report = zone.solve(springs, &self.shifted, normal_forces)?;
+            let report = zone.solve_normal(springs, &self.shifted, normal_forces)?;
             sum.iterations += report.iterations;
             sum.factorisations += report.factorisations;
             sum.fallbacks += report.fallbacks;
@@ -194,7 +272,7 @@ impl StickSlip {
             self.offsets = offsets;
             sum.iterations += outcome?;
             let largest = self.bounds.iter().copied().fold(0.0, f64::max);
-            if self.relaxation.step(&mut self.forces, &self.next, TOLERANCE * largest) {
+            if self.relaxation.step(&mut self.forces, &self.next, tolerance * largest) {
                 return Ok(sum);
             }
         }

@@ -72,6 +72,11 @@ impl Functions {
         self.rows[..self.n].iter().map(|r| r[0])
     }
 
+    /// Derivative of each function along parameter `a`.
+    pub fn slopes(&self, a: usize) -> impl Iterator<Item = f64> + '_ {
+        self.rows[..self.n].iter().map(move |r| r[1 + a])
+    }
+
     /// Evaluates the functions at `place`; returns the element (Eq. C.36).
     fn evaluate(&mut self, surface: &TargetSurface, place: &SurfacePlace) -> u32 {
         let grid = &surface.faces[place.face as usize];
@@ -167,8 +172,14 @@ pub(super) struct Displaced<'a> {
 impl Displaced<'_> {
     /// The surface at `place`, its functions there in `functions`.
     pub fn jet(&self, place: &SurfacePlace, functions: &mut Functions) -> SurfaceJet {
-        let index = functions.evaluate(self.surface, place);
-        let mut jet = SurfaceJet { element: index, ..SurfaceJet::default() };
+        let element = functions.evaluate(self.surface, place);
+        self.jet_of(element, functions)
+    }
+
+    /// The surface where `functions` were last evaluated, in `element`.
+    pub fn jet_of(&self, element: u32, functions: &Functions) -> SurfaceJet {
+        let index = element;
+        let mut jet = SurfaceJet { element, ..SurfaceJet::default() };
         let nodes = &self.surface.elements[index as usize].nodes;
         if self.surface.n_parameters == 1 {
             for (&node, row) in nodes.iter().zip(&functions.rows) {

@@ -28,7 +28,9 @@ impl SearchBuffers {
 
 impl SurfacePair {
     /// Smallest gap without quasistatic displacement and the normal there in the target's components; none if a value is not
-    /// a number or the bodies cannot meet. Starts from samples of the surface, so that it is a function of the motion alone.
+    /// a number or the bodies cannot meet. A function of the motion to round-off: points near where the last evaluation saw them are
+    /// projected from their places there, or left out if others are nearer for certain, the others from samples of the
+    /// surface.
     pub(super) fn nearest(
         &self,
         bodies: &[BodyState],
@@ -39,11 +41,28 @@ impl SurfacePair {
         let SearchBuffers { functions, samples, points, nodes } = buffers;
         self.place_low(own, target, points, nodes);
         let displaced = Displaced { surface: &self.surface, nodes };
-        samples.update(displaced);
-        let mut smallest = (f64::INFINITY, [f64::NAN; 3]);
-        for point in points.iter() {
-            let point = relative.point(point);
-            let found = displaced.closest_from(&samples.nearest(&point), &point, functions);
+        let watch = &self.state.watch;
+        let shift = if self.state.is_known { watch.shift(nodes) } else { f64::INFINITY };
+        let is_close = |i: usize, point: &[f64; 3]| shift + watch.moved(i, point) < self.rim_reach;
+        let (mut smallest, mut is_sampled) = ((f64::INFINITY, [f64::NAN; 3]), false);
+        // Points in contact first: they tell which others may be left out.
+        let touching = (0..points.len()).filter(|i| watch.gaps[*i] <= 0.0);
+        for i in touching.chain((0..points.len()).filter(|i| watch.gaps[*i] > 0.0)) {
+            let point = relative.point(&points[i]);
+            let is_known = is_close(i, &point);
+            if is_known && watch.least_gap(i, &point, shift) > smallest.0 {
+                continue;
+            }
+            let start = if is_known {
+                self.state.places[i]
+            } else {
+                if !is_sampled {
+                    samples.update(displaced);
+                    is_sampled = true;
+                }
+                samples.nearest(&point)
+            };
+            let found = displaced.closest_from(&start, &point, functions);
             let gap = found.distance(&point);
             // min() would hide a NaN
             if gap.is_nan() {

@@ -3,82 +3,14 @@
 use faer::Mat;
 use ffr_dynamics::error::Rejection;
 
-use super::projection::SurfacePlace;
+use super::rows::Rows;
 use super::target::TargetSurface;
 use crate::ContactError;
 use crate::quasistatic::active_set::{ActiveSet, SolveReport};
 use crate::quasistatic::broyden::{Broyden, ModalProblem};
-use crate::quasistatic::problem::add_product;
+use crate::quasistatic::problem::{add_columns, add_product};
+use crate::quasistatic::stick_slip::{NormalSolver, StickSlip};
 use crate::quasistatic::{Method, ModalBasis, Problem};
-
-/// Normals and functions at the projected points: the rows that compliances are projected on.
-#[derive(Debug, Clone)]
-pub(super) struct Rows {
-    /// Normal in the target's frame, for each point.
-    pub normals: Vec<[f64; 3]>,
-    /// The same normal in the contact body's frame.
-    pub own_normals: Vec<[f64; 3]>,
-    /// Places of the points' projections.
-    pub places: Vec<SurfacePlace>,
-    /// Element of the target for each point.
-    pub elements: Vec<u32>,
-    /// Functions of the target's nodes there, `width` for each point.
-    pub values: Vec<f64>,
-    pub width: usize,
-}
-
-impl Rows {
-    pub fn new(n_points: usize, width: usize) -> Self {
-        Self {
-            normals: vec![[0.0; 3]; n_points],
-            own_normals: vec![[0.0; 3]; n_points],
-            places: vec![SurfacePlace::default(); n_points],
-            elements: vec![0; n_points],
-            values: vec![0.0; n_points * width],
-            width,
-        }
-    }
-
-    pub fn copy_from(&mut self, other: &Self) {
-        self.normals.copy_from_slice(&other.normals);
-        self.own_normals.copy_from_slice(&other.own_normals);
-        self.places.copy_from_slice(&other.places);
-        self.elements.copy_from_slice(&other.elements);
-        self.values.copy_from_slice(&other.values);
-    }
-
-    /// How far the points chosen by `is_chosen` have moved since `before`: largest change of a normal (radians) or a place
-    /// (elements).
-    pub fn moved(&self, before: &Self, surface: &TargetSurface, is_chosen: impl Fn(usize) -> bool) -> f64 {
-        let mut moved = 0.0_f64;
-        for i in (0..self.normals.len()).filter(|i| is_chosen(*i)) {
-            let (here, there) = (&self.places[i], &before.places[i]);
-            if here.face != there.face {
-                return f64::INFINITY;
-            }
-            let element = &surface.elements[self.elements[i] as usize];
-            for a in 0..surface.n_parameters {
-                moved = moved.max((here.xi[a] - there.xi[a]).abs() / (element.upper[a] - element.lower[a]));
-            }
-            let turned = self.normals[i].iter().zip(&before.normals[i]);
-            moved = turned.fold(moved, |m, (x, y)| m.max((x - y).abs()));
-        }
-        moved
-    }
-
-    /// Calls `put` with interface freedom and value of every entry of row `i` of `N_T`.
-    fn for_each(&self, surface: &TargetSurface, i: usize, mut put: impl FnMut(usize, f64)) {
-        let nc = surface.motion.n_components();
-        let nodes = &surface.elements[self.elements[i] as usize].nodes;
-        for (&node, &value) in nodes.iter().zip(&self.values[i * self.width..]) {
-            for c in 0..nc {
-                if let Some(b) = surface.freedoms[nc * node as usize + c] {
-                    put(b as usize, value * self.normals[i][c]);
-                }
-            }
-        }
-    }
-}
 
 /// Algorithm 1 with the modes of both compliances.
 struct Modal {
@@ -101,12 +33,14 @@ pub(super) struct PairZone {
     n_components: usize,
     /// Normal compliance `A` of the points on `rows`.
     normal_compliance: Mat<f64>,
+    /// Displacements of the target's interface and of the contact body's points under one point's load.
     half: Vec<f64>,
-    /// Rows that `A` was built on.
+    own_half: Vec<f64>,
+    /// Rows that `A` was built on, and the points it was built for: the others have zero rows and columns.
     rows: Rows,
-    is_built: bool,
+    members: Vec<bool>,
     saved_rows: Rows,
-    is_saved_built: bool,
+    saved_members: Vec<bool>,
     solver: Solver,
 }
 
@@ -135,18 +69,28 @@ impl PairZone {
                 }))
             }
         };
-        let rows = Rows::new(n_points, surface.n_functions);
+        let rows = Rows::new(n_points, surface.n_functions, 0);
         Ok(Self {
-            own,
             n_components,
             normal_compliance: Mat::zeros(n_points, n_points),
             half: vec![0.0; surface.n_interface()],
+            own_half: vec![0.0; own.nrows()],
+            own,
             saved_rows: rows.clone(),
             rows,
-            is_built: false,
-            is_saved_built: false,
+            members: vec![false; n_points],
+            saved_members: vec![false; n_points],
             solver,
         })
+    }
+
+    /// Makes room for `n_t` tangents a point.
+    pub fn add_tangents(&mut self, n_t: usize) {
+        let (n, width) = (self.members.len(), self.rows.width);
+        self.rows = Rows::new(n, width, n_t);
+        self.saved_rows = self.rows.clone();
+        self.members.fill(false);
+        self.saved_members.fill(false);
     }
 
     pub fn normal_compliance(&self) -> &Mat<f64> {
@@ -157,64 +101,93 @@ impl PairZone {
         matches!(self.solver, Solver::Broyden(_))
     }
 
-    /// Rows of the projection in use, none before the first.
-    pub fn built_on(&self) -> Option<&Rows> {
-        self.is_built.then_some(&self.rows)
+    /// How far the points chosen by `is_chosen` have moved since the projection in use; infinite if it has not all of them.
+    pub fn moved(&self, rows: &Rows, surface: &TargetSurface, is_chosen: impl Fn(usize) -> bool) -> f64 {
+        if (0..self.members.len()).any(|i| is_chosen(i) && !self.members[i]) {
+            return f64::INFINITY;
+        }
+        rows.moved(&self.rows, surface, is_chosen)
     }
 
-    /// Projects the compliances on `rows` (Eq. C.39).
-    pub fn build(&mut self, surface: &TargetSurface, rows: &Rows) {
+    /// Projects the compliances on `rows` for the points chosen by `is_member` (Eq. C.39), on tangents for `friction`. The others
+    /// are taken to move by no force and to bear none.
+    pub fn build(
+        &mut self,
+        surface: &TargetSurface,
+        rows: &Rows,
+        friction: Option<&mut StickSlip>,
+        is_member: impl Fn(usize) -> bool,
+    ) {
         self.rows.copy_from(rows);
-        self.is_built = true;
-        self.project(surface);
+        let is_modal = self.needs_springs();
+        self.members.iter_mut().enumerate().for_each(|(i, m)| *m = is_modal || is_member(i));
+        self.project(surface, friction);
     }
 
-    fn project(&mut self, surface: &TargetSurface) {
-        let (n, nc) = (self.rows.normals.len(), self.n_components);
-        for j in 0..n {
-            self.half.fill(0.0);
-            let half = &mut self.half;
-            self.rows.for_each(surface, j, |b, value| {
-                half.iter_mut().zip(surface.compliance.col_as_slice(b)).for_each(|(h, g)| *h += value * g);
-            });
-            for i in 0..=j {
-                let mut entry = 0.0;
-                if self.own.nrows() > 0 {
-                    for (c, &normal_c) in self.rows.own_normals[j][..nc].iter().enumerate() {
-                        let source = &self.own.col_as_slice(nc * j + c)[nc * i..nc * (i + 1)];
-                        entry += normal_c * dot(source, &self.rows.own_normals[i]);
+    fn project(&mut self, surface: &TargetSurface, mut friction: Option<&mut StickSlip>) {
+        self.normal_compliance.fill(0.0);
+        if let Some(friction) = &mut friction {
+            friction.clear_blocks();
+        }
+        let n_directions = 1 + if friction.is_some() { self.rows.n_t } else { 0 };
+        for j in 0..self.members.len() {
+            if !self.members[j] {
+                continue;
+            }
+            for d in 0..n_directions {
+                self.load(surface, j, d);
+                for i in (0..=j).filter(|i| self.members[*i]) {
+                    for e in 0..n_directions {
+                        let entry = self.answer(surface, i, e);
+                        match (&mut friction, e, d) {
+                            (_, 0, 0) => {
+                                self.normal_compliance[(i, j)] = entry;
+                                self.normal_compliance[(j, i)] = entry;
+                            }
+                            (Some(friction), 0, _) => friction.set_coupling(j, d - 1, i, entry),
+                            (Some(friction), _, 0) => friction.set_coupling(i, e - 1, j, entry),
+                            (Some(friction), _, _) => friction.set_tangential((i, e - 1), (j, d - 1), entry),
+                            (None, _, _) => {}
+                        }
                     }
                 }
-                if !self.half.is_empty() {
-                    let half = &self.half;
-                    self.rows.for_each(surface, i, |b, value| entry += value * half[b]);
-                }
-                self.normal_compliance[(i, j)] = entry;
-                self.normal_compliance[(j, i)] = entry;
             }
         }
+        if let Some(friction) = friction {
+            friction.finish_blocks();
+        }
+        let nc = self.n_components;
         match &mut self.solver {
             Solver::ActiveSet(solver) => solver.invalidate(),
             Solver::Broyden(modal) => modal.project(surface, &self.rows, nc),
         }
     }
 
-    /// Solves for `forces` at gaps `gaps` of the undeformed zone.
-    pub fn solve(
-        &mut self,
-        springs: &[f64],
-        gaps: &[f64],
-        forces: &mut [f64],
-    ) -> Result<SolveReport, Rejection> {
-        match &mut self.solver {
-            Solver::ActiveSet(solver) => {
-                solver.solve(&Problem { compliance: &self.normal_compliance, springs, gaps }, forces)
-            }
-            Solver::Broyden(modal) => {
-                let Modal { solver, stiffness, normal_shapes, .. } = modal.as_mut();
-                solver.solve(&ModalProblem { shapes: normal_shapes, stiffness, springs, gaps }, forces)
-            }
+    /// Displacements of both bodies under a unit load of point `j` in direction `d` (0: normal).
+    fn load(&mut self, surface: &TargetSurface, j: usize, d: usize) {
+        let nc = self.n_components;
+        self.own_half.fill(0.0);
+        if self.own.nrows() > 0 {
+            let direction = self.rows.own_direction(j, d);
+            add_columns(&self.own, (0..nc).map(|c| (nc * j + c, direction[c])), &mut self.own_half);
         }
+        self.half.fill(0.0);
+        if !self.half.is_empty() {
+            add_columns(&surface.compliance, self.rows.entries(surface, j, d), &mut self.half);
+        }
+    }
+
+    /// Displacement of point `i` relative to the target in direction `e` under that load.
+    fn answer(&self, surface: &TargetSurface, i: usize, e: usize) -> f64 {
+        let nc = self.n_components;
+        let mut sum = 0.0;
+        if !self.own_half.is_empty() {
+            sum += dot(&self.own_half[nc * i..nc * (i + 1)], &self.rows.own_direction(i, e));
+        }
+        if !self.half.is_empty() {
+            sum += self.rows.entries(surface, i, e).map(|(b, value)| value * self.half[b]).sum::<f64>();
+        }
+        sum
     }
 
     /// Replaces `out` by `A forces`.
@@ -240,7 +213,7 @@ impl PairZone {
 
     pub fn save(&mut self) {
         self.saved_rows.copy_from(&self.rows);
-        self.is_saved_built = self.is_built;
+        self.saved_members.copy_from_slice(&self.members);
         match &mut self.solver {
             Solver::ActiveSet(solver) => solver.save(),
             Solver::Broyden(modal) => modal.solver.save(),
@@ -248,24 +221,35 @@ impl PairZone {
     }
 
     /// Returns to what was saved; the projection is a function of its rows and is made again only if these differ.
-    pub fn restore(&mut self, surface: &TargetSurface) {
-        let is_same = self.rows.elements == self.saved_rows.elements
-            && same_bits(self.rows.values.iter(), self.saved_rows.values.iter())
-            && same_bits(self.rows.normals.iter().flatten(), self.saved_rows.normals.iter().flatten())
-            && same_bits(
-                self.rows.own_normals.iter().flatten(),
-                self.saved_rows.own_normals.iter().flatten(),
-            );
-        self.is_built = self.is_saved_built;
+    pub fn restore(&mut self, surface: &TargetSurface, friction: Option<&mut StickSlip>) {
+        let is_same = self.members == self.saved_members && self.rows.is_same(&self.saved_rows);
         if !is_same {
             self.rows.copy_from(&self.saved_rows);
-            if self.is_built {
-                self.project(surface);
-            }
+            self.members.copy_from_slice(&self.saved_members);
+            self.project(surface, friction);
         }
         match &mut self.solver {
             Solver::ActiveSet(solver) => solver.restore(),
             Solver::Broyden(modal) => modal.solver.restore(),
+        }
+    }
+}
+
+impl NormalSolver for PairZone {
+    fn solve_normal(
+        &mut self,
+        springs: &[f64],
+        gaps: &[f64],
+        forces: &mut [f64],
+    ) -> Result<SolveReport, Rejection> {
+        match &mut self.solver {
+            Solver::ActiveSet(solver) => {
+                solver.solve(&Problem { compliance: &self.normal_compliance, springs, gaps }, forces)
+            }
+            Solver::Broyden(modal) => {
+                let Modal { solver, stiffness, normal_shapes, .. } = modal.as_mut();
+                solver.solve(&ModalProblem { shapes: normal_shapes, stiffness, springs, gaps }, forces)
+            }
         }
     }
 }
@@ -289,18 +273,13 @@ impl Modal {
             for k in 0..basis.n_coordinates() {
                 let source = basis.shapes.col_as_slice(k);
                 for i in 0..n {
-                    let mut sum = 0.0;
-                    rows.for_each(surface, i, |b, value| sum -= value * source[b]);
-                    self.normal_shapes[(i, column)] = sum;
+                    let sum: f64 = rows.entries(surface, i, 0).map(|(b, value)| value * source[b]).sum();
+                    self.normal_shapes[(i, column)] = -sum;
                 }
                 column += 1;
             }
         }
     }
-}
-
-fn same_bits<'a>(a: impl Iterator<Item = &'a f64>, b: impl Iterator<Item = &'a f64>) -> bool {
-    a.zip(b).all(|(x, y)| x.to_bits() == y.to_bits())
 }
 
 /// Scalar product over the shorter list.

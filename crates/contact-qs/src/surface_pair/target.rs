@@ -88,6 +88,8 @@ pub struct TargetSurface {
     pub(super) elements: Vec<FaceElement>,
     /// Rows of the low-frequency shapes, `n_components node + component`.
     pub(super) low_rows: Vec<f64>,
+    /// The same, mode after mode.
+    pub(super) low_columns: Vec<f64>,
     pub(super) n_modes: usize,
     /// Interface freedom of every row.
     pub(super) freedoms: Vec<Option<u32>>,
@@ -146,6 +148,7 @@ impl TargetSurface {
             n_parameters: expected - 1,
             size: diagonal(&nodes),
             low_rows: vec![0.0; nodes.len() * expected * shapes.ncols()],
+            low_columns: Vec::new(),
             n_modes: shapes.ncols(),
             freedoms: vec![None; nodes.len() * expected],
             compliance: Mat::zeros(0, 0),
@@ -205,6 +208,9 @@ impl TargetSurface {
                 is_outside[node as usize] |= place[dof].is_none();
             }
         }
+        let n_rows = self.freedoms.len();
+        self.low_columns =
+            (0..n_q * n_rows).map(|k| self.low_rows[(k % n_rows) * n_q + k / n_rows]).collect();
         if !self.low_rows.iter().all(|x| x.is_finite()) {
             return fail("a mode shape of the target is not finite".into());
         }

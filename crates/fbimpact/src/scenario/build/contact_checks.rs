@@ -101,11 +101,6 @@ pub fn check_settings(checker: &mut Checker, section: &Section, facts: &ContactF
     if let Some(interval) = section.table("interval") {
         check_interval(checker, interval, facts);
     }
-    let has_friction = section.number("friction").is_some_and(|f| f > 0.0);
-    if has_friction && facts.is_pair {
-        let message = "must be 0, friction is not supported between two flexible bodies yet".into();
-        checker.fault_in(section, "friction", message);
-    }
 }
 
 fn check_solver(checker: &mut Checker, section: &Section, facts: &ContactFacts<'_>) {

@@ -78,7 +78,7 @@ pub const CONTACT: &[Key] = &[
         Kind::Number(Range { min: Bound::Closed(0.0), max: Bound::Closed(100.0) }),
         "–",
         Need::Default("0.0"),
-        "Coefficient of friction on a plane, of stick and slip alike; needs the active-set solver.",
+        "Coefficient of friction, of stick and slip alike; needs the active-set solver.",
     ),
     Key::new(
         "friction_stiffness_ratio",

@@ -1,0 +1,107 @@
+//! Evaluations of a pair of solid balls: some 300 points a side, a thousand interface freedoms, a hundred points in contact.
+
+#![expect(clippy::unwrap_used, reason = "a benchmark that cannot be set up shall stop")]
+
+#[path = "../tests/pair_support/caps.rs"]
+mod caps;
+#[path = "../tests/common/mod.rs"]
+mod common;
+#[path = "../tests/pair_support/mod.rs"]
+mod pair_support;
+
+use caps::{N_MODES, RADIUS};
+use contact_qs::{ContactElement, Friction, SurfacePair};
+use ffr_dynamics::system::force::{ForceElement, GeneralisedForce};
+
+const WIDTH: f64 = 1.5e-4;
+const APPROACH: f64 = 2e-6;
+
+fn main() {
+    let mut pair = caps::caps(WIDTH, 18, 1e18);
+    let mut forces = vec![GeneralisedForce::zeros(N_MODES); 2];
+    pair.apply(0.0, &caps::pressed(APPROACH), &mut forces).unwrap();
+    let report = pair.report();
+    eprintln!(
+        "{} points, {} in contact, {} interface freedoms, {:.1} N, {} passes from nothing, rim {}",
+        pair.n_points(),
+        report.n_active,
+        pair.surface().n_interface(),
+        report.normal_force,
+        pair.n_passes(),
+        report.is_rim_touched
+    );
+    divan::main();
+}
+
+/// Approach, sliding and turning that go up and down a little, as the stages of a time step do.
+fn evaluate(bencher: divan::Bencher<'_, '_>, pair: SurfacePair, approach: f64, slide: f64) {
+    let mut pair = pair;
+    let mut bodies = caps::pressed(approach);
+    let mut forces = vec![GeneralisedForce::zeros(N_MODES); 2];
+    let (mut stage, mut passes) = (0_u32, 0);
+    bencher.counter(pair.n_points()).bench_local(|| {
+        stage += 1;
+        bodies[0].position.z = 2.0 * RADIUS - approach - 5e-9 * f64::from(stage % 7);
+        bodies[0].position.x = slide * (0.05 * f64::from(stage)).sin();
+        bodies[0].velocity.x = slide * 5e4;
+        forces.iter_mut().for_each(GeneralisedForce::clear);
+        pair.save();
+        pair.apply(0.0, &bodies, &mut forces).unwrap();
+        passes += pair.n_passes();
+        pair.report().normal_force
+    });
+    eprintln!("{:.2} passes an evaluation", passes as f64 / f64::from(stage));
+}
+
+#[divan::bench]
+fn in_contact(bencher: divan::Bencher<'_, '_>) {
+    evaluate(bencher, caps::caps(WIDTH, 18, 1e18), APPROACH, 0.0);
+}
+
+#[divan::bench]
+fn sliding(bencher: divan::Bencher<'_, '_>) {
+    evaluate(bencher, caps::caps(WIDTH, 18, 1e18), APPROACH, 2e-6);
+}
+
+/// The balls rub along each other.
+#[divan::bench]
+fn rubbing(bencher: divan::Bencher<'_, '_>) {
+    let pair = caps::caps(WIDTH, 18, 1e18).with_friction(Friction::new(0.3)).unwrap();
+    evaluate(bencher, pair, APPROACH, 2e-6);
+}
+
+#[divan::bench]
+fn apart(bencher: divan::Bencher<'_, '_>) {
+    evaluate(bencher, caps::caps(WIDTH, 18, 1e18), -APPROACH, 0.0);
+}
+
+#[divan::bench]
+fn smallest_gap(bencher: divan::Bencher<'_, '_>) {
+    let pair = caps::caps(WIDTH, 18, 1e18);
+    let bodies = caps::pressed(-1e-5);
+    bencher.bench_local(|| pair.smallest_gap(&bodies));
+}
+
+#[divan::bench]
+fn smallest_gap_in_contact(bencher: divan::Bencher<'_, '_>) {
+    let mut pair = caps::caps(WIDTH, 18, 1e18);
+    let bodies = caps::pressed(APPROACH);
+    pair.apply(0.0, &bodies, &mut vec![GeneralisedForce::zeros(N_MODES); 2]).unwrap();
+    bencher.bench_local(|| pair.smallest_gap(&bodies));
+}
+
+#[divan::bench]
+fn compliance_from_nothing(bencher: divan::Bencher<'_, '_>) {
+    let mut pair = caps::caps(WIDTH, 18, 1e18);
+    let bodies = caps::pressed(APPROACH);
+    bencher.bench_local(|| pair.largest_compliance_weight(&bodies).unwrap());
+}
+
+#[divan::bench]
+fn save_and_restore(bencher: divan::Bencher<'_, '_>) {
+    let mut pair = caps::caps(WIDTH, 18, 1e18);
+    bencher.bench_local(|| {
+        pair.save();
+        pair.restore();
+    });
+}

@@ -1,0 +1,280 @@
+//! Friction of a surface pair: tangents, slips, history of every point.
+//!
+//! The slip of a point is the path of its projection over the material of the target, from the place where it stuck last (docs/theory.md
+//! Eqs. F.24 to F.26). It does not change when both bodies move together, and forces along the tangents that belong to it
+//! keep both momenta and do no work but on the slip. References stay within a step as in a plane contact
+//! (docs/decisions/0005-friction.md).
+
+use ffr_dynamics::system::force::BodyState;
+use iga_core::nurbs::jet::{difference, dot, norm};
+use nalgebra::UnitQuaternion;
+
+use super::motion::Relative;
+use super::projection::{Displaced, Functions, Projection};
+use super::rows::Rows;
+use crate::law::Friction;
+use crate::quasistatic::PointState;
+use crate::quasistatic::stick_slip::StickSlip;
+
+/// Stick reference of a point.
+#[derive(Debug, Clone, Copy, Default)]
+struct Base {
+    /// Place of the projection at the last commitment.
+    point: [f64; 3],
+    /// Orthonormal tangents there.
+    tangents: [[f64; 3]; 2],
+    /// Slip that the springs held then \[m\].
+    stretch: [f64; 2],
+    is_set: bool,
+    /// Set since the last commitment, by the first look at the point.
+    is_new: bool,
+}
+
+/// Friction of one pair. Components are ordered `n_t * point + component`.
+pub(super) struct PairFriction {
+    pub law: Friction,
+    pub n_t: usize,
+    pub stick_slip: StickSlip,
+    /// Slips at the last projection \[m\].
+    pub slips: Vec<f64>,
+    /// The same without quasistatic displacement, and the displacements that the solver counted with.
+    pub free_slips: Vec<f64>,
+    pub settled: Vec<f64>,
+    /// Deepest penetration without quasistatic displacement in the last solution \[m\].
+    pub depth: f64,
+    saved_depth: f64,
+    bases: Vec<Base>,
+    /// Nodes of the target at the last commitment.
+    nodes: Vec<[f64; 3]>,
+    has_nodes: bool,
+    /// Whether there is an evaluation to be committed.
+    pub is_evaluated: bool,
+    /// Slip increments a moment before the last evaluation.
+    pub earlier: Vec<f64>,
+    /// Motions of both bodies then.
+    pub moment: Option<Box<[BodyState; 2]>>,
+}
+
+impl PairFriction {
+    pub fn new(
+        law: Friction,
+        (n_points, n_components): (usize, usize),
+        n_nodes: usize,
+        has_compliance: bool,
+        n_modes: [usize; 2],
+    ) -> Self {
+        let n_t = n_components - 1;
+        let n = n_t * n_points;
+        Self {
+            law,
+            n_t,
+            stick_slip: StickSlip::new(law.coefficient, n_points, n_t, n_components, has_compliance),
+            slips: vec![0.0; n],
+            free_slips: vec![0.0; n],
+            settled: vec![0.0; n],
+            depth: 0.0,
+            saved_depth: 0.0,
+            bases: vec![Base::default(); n_points],
+            nodes: vec![[0.0; 3]; n_nodes],
+            has_nodes: false,
+            is_evaluated: false,
+            earlier: vec![0.0; n],
+            moment: Some(Box::new(n_modes.map(BodyState::at_rest))),
+        }
+    }
+
+    /// To be called before the looks of a projection, with the nodes of the target at present.
+    pub fn begin(&mut self, nodes: &[[f64; 3]]) {
+        if !self.has_nodes {
+            self.nodes.copy_from_slice(nodes);
+            self.has_nodes = true;
+        }
+    }
+
+    /// Tangents and slip of point `i`, projected to `found` at gap `gap` (Eqs. F.24 to F.27). `functions` are those of the place
+    /// found.
+    pub fn look(
+        &mut self,
+        i: usize,
+        displaced: Displaced<'_>,
+        (found, gap): (&Projection, f64),
+        functions: &Functions,
+        relative: &Relative,
+        rows: &mut Rows,
+    ) {
+        let n_t = self.n_t;
+        if found.is_beyond {
+            self.leave(i);
+            return;
+        }
+        let jet = displaced.jet_of(found.element, functions);
+        let before = Displaced { nodes: &self.nodes, ..displaced }.jet_of(found.element, functions);
+        let duals = duals(&jet.tangents, n_t);
+        let bend = |a: usize, b: usize| dot(&found.normal, &jet.second[if a == b { a } else { 2 }]);
+        // Tangents of the surface through the point: that of the target moved along its normals by the gap.
+        let mut shifted = jet.tangents;
+        for (a, tangent) in shifted.iter_mut().enumerate().take(n_t) {
+            for (b, dual) in duals.iter().enumerate().take(n_t) {
+                let factor = gap * bend(a, b);
+                tangent.iter_mut().zip(dual).for_each(|(t, d)| *t -= factor * d);
+            }
+        }
+        let shifted = self::duals(&shifted, n_t);
+        let base = &mut self.bases[i];
+        if !base.is_set {
+            let tangents = orthonormal(&jet.tangents, n_t);
+            *base = Base { point: before.point, tangents, stretch: [0.0; 2], is_set: true, is_new: true };
+        }
+        let path = difference(&before.point, &base.point);
+        for a in 0..n_t {
+            let k = n_t * i + a;
+            let unit = &base.tangents[a];
+            self.slips[k] = base.stretch[a] + dot(unit, &path);
+            let mut tangent = [0.0; 3];
+            for (slope, dual) in before.tangents.iter().zip(&shifted).take(n_t) {
+                let factor = dot(unit, slope);
+                tangent.iter_mut().zip(dual).for_each(|(t, d)| *t += factor * d);
+            }
+            rows.tangents[k] = tangent;
+            rows.own_tangents[k] = relative.back(&tangent);
+            let leans = &mut rows.leans[k * rows.width..(k + 1) * rows.width];
+            leans.fill(0.0);
+            for (b, dual) in duals.iter().enumerate().take(n_t) {
+                let factor = -gap * dot(&tangent, dual);
+                leans.iter_mut().zip(functions.slopes(b)).for_each(|(l, slope)| *l += factor * slope);
+            }
+        }
+    }
+
+    /// Notes that point `i` is far.
+    pub fn leave(&mut self, i: usize) {
+        self.slips[self.n_t * i..self.n_t * (i + 1)].fill(0.0);
+    }
+
+    /// Tangential forces of point `i`.
+    pub fn force(&self, i: usize) -> &[f64] {
+        &self.stick_slip.forces()[self.n_t * i..self.n_t * (i + 1)]
+    }
+
+    /// Number of sliding points among those with normal forces `forces`.
+    pub fn n_sliding(&self, forces: &[f64]) -> usize {
+        (0..forces.len()).filter(|i| self.is_sliding(*i, forces)).count()
+    }
+
+    fn is_sliding(&self, i: usize, forces: &[f64]) -> bool {
+        forces[i] > 0.0 && self.stick_slip.states()[i] == PointState::Slip
+    }
+
+    /// Slip increment `k` since the last commitment; of points without normal forces the whole slip.
+    fn increment(&self, k: usize, forces: &[f64]) -> f64 {
+        if forces[k / self.n_t] > 0.0 { self.stick_slip.increments()[k] } else { self.slips[k] }
+    }
+
+    /// Notes the slip increments of an evaluation a moment before the one to come.
+    pub fn note_earlier(&mut self, forces: &[f64]) {
+        for k in 0..self.earlier.len() {
+            self.earlier[k] = self.increment(k, forces);
+        }
+    }
+
+    /// Power lost to sliding, from the increments `time` ago (Eq. F.28) \[W\].
+    pub fn dissipated_power(&self, forces: &[f64], time: f64) -> f64 {
+        let tangential = self.stick_slip.forces();
+        let lost = |k: usize| -tangential[k] * (self.increment(k, forces) - self.earlier[k]) / time;
+        (0..tangential.len()).filter(|k| self.is_sliding(k / self.n_t, forces)).map(lost).sum()
+    }
+
+    /// Makes the last evaluation the reference of the next ones: sticking points keep their springs' stretch, sliding ones that
+    /// of their force (Eq. F.8).
+    pub fn commit(
+        &mut self,
+        forces: &[f64],
+        nodes: &[[f64; 3]],
+        rows: &Rows,
+        projections: &[Projection],
+        is_seen: &[bool],
+    ) {
+        let n_t = self.n_t;
+        for (i, base) in self.bases.iter_mut().enumerate() {
+            base.is_set = is_seen[i] && !projections[i].is_beyond;
+            base.is_new = false;
+            let state = self.stick_slip.states()[i];
+            for a in 0..n_t {
+                let k = n_t * i + a;
+                base.stretch[a] = match state {
+                    _ if forces[i] <= 0.0 => 0.0,
+                    PointState::Stick => self.slips[k],
+                    _ => self.slips[k] - self.stick_slip.increments()[k],
+                };
+            }
+            if base.is_set {
+                base.point = projections[i].point;
+                let mut tangents = [[0.0; 3]; 2];
+                tangents[..n_t].copy_from_slice(&rows.tangents[n_t * i..n_t * (i + 1)]);
+                base.tangents = orthonormal(&tangents, n_t);
+            }
+        }
+        self.nodes.copy_from_slice(nodes);
+        self.has_nodes = true;
+        self.is_evaluated = false;
+    }
+
+    pub fn save(&mut self) {
+        self.saved_depth = self.depth;
+        self.stick_slip.save();
+    }
+
+    pub fn restore(&mut self) {
+        self.depth = self.saved_depth;
+        self.is_evaluated = false;
+        for base in &mut self.bases {
+            base.is_set &= !base.is_new;
+        }
+        self.stick_slip.restore();
+    }
+
+    /// Forgets everything about the past.
+    pub fn forget(&mut self) {
+        (self.has_nodes, self.is_evaluated) = (false, false);
+        self.bases.fill(Base::default());
+        self.stick_slip.clear_forces();
+    }
+}
+
+/// The motion `state` a time `time` ago, in `out`.
+pub(super) fn move_back(state: &BodyState, time: f64, out: &mut BodyState) {
+    out.position = state.position - state.velocity * time;
+    out.rotation = state.rotation * UnitQuaternion::from_scaled_axis(-state.angular_velocity * time);
+    out.velocity = state.velocity;
+    out.angular_velocity = state.angular_velocity;
+    for (q, (now, rate)) in out.elastic.iter_mut().zip(state.elastic.iter().zip(&state.elastic_rates)) {
+        *q = now - rate * time;
+    }
+}
+
+/// Vectors in the plane of the first `n` of `vectors` with `u_a · v_b = δ_ab`.
+fn duals(vectors: &[[f64; 3]; 2], n: usize) -> [[f64; 3]; 2] {
+    let [u, v] = vectors;
+    if n == 1 {
+        let square = dot(u, u);
+        return [u.map(|x| x / square), [0.0; 3]];
+    }
+    let (uu, uv, vv) = (dot(u, u), dot(u, v), dot(v, v));
+    let determinant = uu * vv - uv * uv;
+    let combine = |p: f64, q: f64| [0, 1, 2].map(|c| (p * u[c] + q * v[c]) / determinant);
+    [combine(vv, -uv), combine(-uv, uu)]
+}
+
+/// Orthonormal vectors in the plane of the first `n` of `vectors`, the first along the first.
+fn orthonormal(vectors: &[[f64; 3]; 2], n: usize) -> [[f64; 3]; 2] {
+    let unit = |v: [f64; 3]| {
+        let length = norm(&v);
+        v.map(|x| x / length)
+    };
+    let first = unit(vectors[0]);
+    if n == 1 {
+        return [first, [0.0; 3]];
+    }
+    let along = dot(&vectors[1], &first);
+    [first, unit([0, 1, 2].map(|c| vectors[1][c] - along * first[c]))]
+}
