@@ -24,6 +24,18 @@ const ROUND_OFF: f64 = 1e-12;
 /// # Errors
 /// [`AdaptiveError::Geometry`] if the point is not in the body, [`AdaptiveError::Reduction`] if its orientation is not finite.
 pub fn marker_weights(
+    body: &ElasticBody,
+    place: &[f64; 3],
+    rotation: UnitQuaternion<f64>,
+) -> Result<MarkerWeights, AdaptiveError> {
+    weights_on(&body.discretised(), place, rotation)
+}
+
+/// As [`marker_weights`], on a coarse or fine discretisation.
+///
+/// # Errors
+/// As there.
+pub fn weights_on(
     body: &Discretised<'_>,
     place: &[f64; 3],
     rotation: UnitQuaternion<f64>,

@@ -13,7 +13,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use super::ElasticBody;
 use crate::error::AdaptiveError;
 use crate::spec::Place;
-use crate::stiffening::marker_weights;
+use crate::stiffening::weights_on;
 
 /// What points and markers need of a body's discretisation, coarse or fine.
 #[derive(Clone, Copy)]
@@ -129,7 +129,7 @@ impl Discretised<'_> {
         place: &Place,
         rotation: UnitQuaternion<f64>,
     ) -> Result<MarkerWeights, AdaptiveError> {
-        marker_weights(self, &self.coordinates(place)?, rotation)
+        weights_on(self, &self.coordinates(place)?, rotation)
     }
 }
 
@@ -156,6 +156,18 @@ impl ElasticBody {
     /// [`AdaptiveError::Geometry`] if the point is not in the body.
     pub fn locate(&self, place: &[f64; 3]) -> Result<(usize, [f64; 3]), AdaptiveError> {
         self.discretised().locate(place)
+    }
+
+    /// As [`Discretised::flexible_point`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn flexible_point(
+        &self,
+        place: &Place,
+        shapes: MatRef<'_, f64>,
+    ) -> Result<FlexiblePoint, AdaptiveError> {
+        self.discretised().flexible_point(place, shapes)
     }
 
     /// As [`Discretised::marker_weights`].
