@@ -155,8 +155,8 @@ fn check_hand_over(checker: &mut Checker, section: &Section, facts: &ContactFact
         );
         checker.fault_in(section, "modes", message);
     }
-    if section.given("transfer") && !has_own {
-        let message = "has a meaning with modes = \"own\" only".into();
+    if section.text("transfer") == Some("printed") && !has_own {
+        let message = "\"printed\" has a meaning with modes = \"own\" only".into();
         checker.fault_in(section, "transfer", message);
     }
 }
