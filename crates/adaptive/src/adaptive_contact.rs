@@ -27,6 +27,7 @@ use crate::interval::{
     ContactFlags, DirectionUse, IntervalAssessment, IntervalEnd, IntervalSettings, assess,
 };
 use crate::model::{BodyModel, ElasticModel, TrySizes};
+use crate::own_modes::OwnModes;
 use crate::penalty_search::{PenaltySearch, PenaltyStrategy};
 use crate::predict::{
     DEFAULT_STIFFNESS_RATIO, HertzLaw, LocalSurface, half_extents, hertz_impact, interval_width,
@@ -90,6 +91,12 @@ pub struct FineContact {
     pub search: PenaltySearch,
     /// `max_i(A_ii w_i)` [m³/N].
     weight: Option<f64>,
+    /// Fine models with modes of their own, by body; taken by the run's model.
+    pub own: Vec<(usize, (FineBody, OwnModes))>,
+    /// Bodies that have those modes because of this contact.
+    pub hosted: Vec<usize>,
+    /// When it came into the system \[s\], and as which one of the run.
+    pub since: (f64, u64),
 }
 
 /// Fine model of one body for one contact.
@@ -98,6 +105,22 @@ struct FineSide {
     zone: FineZone,
     shapes: Mat<f64>,
     compliance: Mat<f64>,
+    /// Modes of its own, if the body changes to them.
+    own: Option<OwnModes>,
+}
+
+/// Asked between the stages of a build; an error ends it.
+pub type GoOn<'a> = dyn FnMut() -> Result<(), AdaptiveError> + 'a;
+
+/// Where and for what force a contact is refined.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct RefinementWish<'a> {
+    /// Widths of the interval; `None`: predicted \[m\].
+    pub widths: Option<[f64; 2]>,
+    /// Peak force that a preview gave \[N\].
+    pub peak: Option<f64>,
+    /// Bodies whose modes must stay, for other contacts in the system act on them.
+    pub fixed: &'a [usize],
 }
 
 impl AdaptiveContact {
@@ -145,30 +168,36 @@ impl AdaptiveContact {
         self.detector.nearest(states).map_err(|e| self.fail(e))
     }
 
-    /// Fine models about the nearest points in the motions `states`, with intervals of `widths` or, at the first try of
-    /// an impact, of a width predicted: for the force `peak` if a preview gave one.
+    /// Fine models about the nearest points in the motions `states`, with intervals of the widths wished for or, at the first try of
+    /// an impact, of a width predicted: for the peak force if a preview gave one.
+    ///
+    /// `go_on` is asked between stages.
     ///
     /// # Errors
-    /// [`AdaptiveError`] with the name of body or contact if no fine model can be built.
+    /// [`AdaptiveError`] with the name of body or contact if no fine model can be built, or the error of `go_on`.
     pub fn refine(
         &self,
         bodies: &[BodyModel],
         states: &[BodyState],
-        widths: Option<[f64; 2]>,
-        peak: Option<f64>,
+        wish: &RefinementWish<'_>,
+        go_on: &mut GoOn<'_>,
     ) -> Result<FineContact, AdaptiveError> {
         let nearest = self.nearest(states)?;
         let elastic = elastic(&bodies[self.body]);
-        let predicted = self.predicted_widths(bodies, states, &nearest, peak);
+        let predicted = self.predicted_widths(bodies, states, &nearest, wish.peak);
         let factor = self.knowledge.width_factor.unwrap_or([1.0; 2]);
         let start =
             self.law.interval.width.map_or([predicted[0] * factor[0], predicted[1] * factor[1]], |w| [w; 2]);
         let limit = WIDEST * elastic.body.size();
-        let widths = widths.unwrap_or(start).map(|w| w.min(limit));
-        let own = self.side(elastic, &nearest.contact, widths)?;
+        let widths = wish.widths.unwrap_or(start).map(|w| w.min(limit));
+        let modes = |body: usize| match wish.fixed.contains(&body) {
+            true => LowModes::Prolonged,
+            false => self.law.hand_over.modes,
+        };
+        let own = self.side(elastic, (&nearest.contact, widths), modes(self.body), go_on)?;
         let other = match (self.target, &nearest.target) {
             (Target::Body(other), Some(site)) => {
-                Some((other, self.side(self::elastic(&bodies[other]), site, widths)?))
+                Some((other, self.side(self::elastic(&bodies[other]), (site, widths), modes(other), go_on)?))
             }
             _ => None,
         };
@@ -185,16 +214,25 @@ impl AdaptiveContact {
             interface: (own.zone.unknowns.len() + other.as_ref().map_or(0, |(_, o)| o.zone.unknowns.len()))
                 as u64,
         };
+        let is_target_at_end = other.as_ref().is_some_and(|(_, o)| is_at_end(&o.body.intervals[0]));
+        let elements = own.zone.elements.clone();
+        let mut own_modes = Vec::new();
+        for (body, side) in [(self.body, own)].into_iter().chain(other) {
+            own_modes.extend(side.own.map(|modes| (body, (side.body, modes))));
+        }
         Ok(FineContact {
             element: Some(element),
             flags: ContactFlags::new(interval.n_elements),
-            elements: own.zone.elements,
+            elements,
             interval,
-            is_target_at_end: other.as_ref().is_some_and(|(_, o)| is_at_end(&o.body.intervals[0])),
+            is_target_at_end,
             sizes,
             predicted,
             search,
             weight,
+            hosted: own_modes.iter().map(|(body, _)| *body).collect(),
+            own: own_modes,
+            since: (0.0, 0),
         })
     }
 
@@ -270,8 +308,9 @@ impl AdaptiveContact {
     fn side(
         &self,
         elastic: &ElasticModel,
-        site: &SurfaceSite,
-        widths: [f64; 2],
+        (site, widths): (&SurfaceSite, [f64; 2]),
+        modes: LowModes,
+        go_on: &mut GoOn<'_>,
     ) -> Result<FineSide, AdaptiveError> {
         let body = &elastic.body;
         let face = Face::new(&body.shape.patches, site.face, body.spec.model == Model::Axisymmetric);
@@ -284,6 +323,7 @@ impl AdaptiveContact {
             elements: given.elements.unwrap_or(ELEMENTS),
             ..usual
         };
+        go_on()?;
         let fine = FineBody::build(body, &[wanted], &FineSettings { limits, growth: None })?;
         let thickness = match body.spec.model {
             Model::PlaneStrain { thickness } | Model::PlaneStress { thickness } => thickness,
@@ -293,12 +333,21 @@ impl AdaptiveContact {
         if zone.points.is_empty() {
             return Err(self.fail(ContactError::Empty { width: widths[0] }));
         }
-        let (basis, residual) = fine.reduce((body, &elastic.reduced), &zone.unknowns, LowModes::Prolonged)?;
+        go_on()?;
+        let coarse = (body, &elastic.reduced);
+        let (basis, residual) = fine.reduce(coarse, &zone.unknowns, modes)?;
+        go_on()?;
+        let compliance = residual.compliance().clone();
+        if modes == LowModes::Own {
+            let own = OwnModes::new(coarse, &fine, basis, self.law.hand_over.method)?;
+            let shapes = own.reduced.shapes().to_owned();
+            return Ok(FineSide { body: fine, zone, shapes, compliance, own: Some(own) });
+        }
         let shapes = match &elastic.reduced.framed {
             Some(framed) => fine.prolong(&body.assembled, framed.as_ref()),
             None => basis.shapes,
         };
-        Ok(FineSide { body: fine, zone, shapes, compliance: residual.compliance().clone() })
+        Ok(FineSide { body: fine, zone, shapes, compliance, own: None })
     }
 
     fn element(

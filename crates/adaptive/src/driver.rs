@@ -73,6 +73,10 @@ pub struct Driver<'a> {
     phase_start: f64,
     n_phases: u32,
     n_impacts: u32,
+    /// Fine models built so far.
+    n_refined: u64,
+    /// Contact whose fine model is being built.
+    building: Option<usize>,
     next_output: f64,
 }
 
@@ -120,6 +124,8 @@ impl<'a> Driver<'a> {
             interpolated: y,
             n_phases: 0,
             n_impacts: 0,
+            n_refined: 0,
+            building: None,
             next_output: 0.0,
             model,
             settings,

@@ -25,7 +25,7 @@ use crate::stiffening::geometric_stiffening;
 
 mod points;
 
-pub use points::point_in_space;
+pub use points::{Discretised, point_in_space};
 
 /// Part of a parameter range within which a point counts as lying at its end.
 const AT_END: f64 = 1e-9;

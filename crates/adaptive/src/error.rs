@@ -111,6 +111,9 @@ pub enum AdaptiveError {
         /// Why.
         failure: PenaltyFailure,
     },
+    /// The observer asked to stop while a model was built; runs end with it as interrupted, not as failed.
+    #[error("stopped by the user")]
+    Interrupted,
     /// The observer failed.
     #[error(transparent)]
     Observer(#[from] ObserverError),

@@ -24,7 +24,7 @@ use iga_core::surface::{CollocationPoint, Face};
 use tracing::debug;
 
 use crate::body_space::BodySpace;
-use crate::elastic_body::{ElasticBody, ReducedBody, rigid_motion};
+use crate::elastic_body::{Discretised, ElasticBody, ReducedBody, rigid_motion};
 use crate::error::AdaptiveError;
 use crate::interval::IntervalEnd;
 use crate::lattice::DirectionLattice;
@@ -198,6 +198,17 @@ impl FineBody {
         let lookup = DofLookup::new(&assembled.dofs);
         let (patch, space) = (patch.clone(), BodySpace::Hierarchical(Box::new(space)));
         Ok(Self { plan, intervals, patch, space, assembled, lookup, prolongation, turned: None })
+    }
+
+    /// What points and markers need; `coarse` is the body that was refined.
+    pub fn discretised<'a>(&'a self, coarse: &'a ElasticBody) -> Discretised<'a> {
+        Discretised {
+            name: &self.assembled.name,
+            shape: &coarse.spec.shape,
+            space: self.space.as_space(),
+            assembled: &self.assembled,
+            lookup: &self.lookup,
+        }
     }
 
     /// Number of unknowns.

@@ -26,6 +26,7 @@ pub mod penalty_search;
 pub mod predict;
 pub mod body_space;
 pub mod fine_model;
+pub mod own_modes;
 pub mod transfer;
 
 pub use error::AdaptiveError;

@@ -18,10 +18,12 @@ use crate::stress::{StressRequest, StressState};
 
 mod contacts;
 mod joints;
+mod own;
 mod plan;
 mod start;
 
 use contacts::{BuiltContact, adaptive_contacts, build_contact, interfaces, refinements, zones};
+use own::{OwnState, needs_own_modes};
 use plan::ContactPlan;
 
 /// Models, initial state and requests of a run.
@@ -44,6 +46,8 @@ pub struct RunModel {
     pub timings: Timings,
     point_names: Vec<String>,
     stress: Vec<StressRequest>,
+    /// What the models were built from, where models of bodies change in the course of the run.
+    source: Option<Box<RunSpec>>,
 }
 
 /// What of a contact does not change in a run.
@@ -72,6 +76,8 @@ pub struct BodyModel {
     pub elastic: Option<ElasticModel>,
     /// A body from a file.
     pub imported: Option<ImportedModel>,
+    /// The fine model that stands for an elastic body in an impact, if it has modes of its own.
+    pub own: Option<Box<OwnState>>,
 }
 
 /// Full and reduced model of an elastic body.
@@ -145,6 +151,7 @@ impl RunModel {
             timings: Timings { assembly, search, reduction, ..Timings::default() },
             point_names: spec.points.iter().map(|p| p.name.clone()).collect(),
             stress: spec.stress.iter().map(|s| StressRequest { spec: s.clone(), state: None }).collect(),
+            source: needs_own_modes(spec, &plans, &bodies)?.then(|| Box::new(spec.clone())),
             system,
             initial,
             bodies,
@@ -243,11 +250,17 @@ impl BodyModel {
                 let reduced = body.reduce(&interface)?;
                 let data = reduced.data.clone();
                 let elastic = Some(ElasticModel { body, reduced, interface });
-                return Ok(Self { name, data, elastic, imported: None });
+                return Ok(Self { name, data, elastic, imported: None, own: None });
             }
             (BodyKind::Imported(imported), _) => {
                 let model = ImportedModel::build(&name, imported)?;
-                return Ok(Self { name, data: model.data.clone(), elastic: None, imported: Some(model) });
+                return Ok(Self {
+                    name,
+                    data: model.data.clone(),
+                    elastic: None,
+                    imported: Some(model),
+                    own: None,
+                });
             }
             (BodyKind::Rigid(rigid), _) => rigid,
             (BodyKind::Elastic(_), None) => unreachable!("every elastic body has a full model"),
@@ -257,7 +270,7 @@ impl BodyModel {
         let inertia = rigid.inertia + steiner * rigid.mass;
         let data = StandardInputData::rigid(rigid.motion, rigid.mass, c, inertia)
             .map_err(|source| AdaptiveError::Reduction { body: name.clone(), source })?;
-        Ok(Self { name, data, elastic: None, imported: None })
+        Ok(Self { name, data, elastic: None, imported: None, own: None })
     }
 }
 

@@ -242,7 +242,7 @@ pub struct TryRecord {
     pub rejected: u64,
     /// Largest normal force \[N\].
     pub peak_force: f64,
-    /// "accepted", "rejected" or "failed".
+    /// "accepted", "rejected", "interrupted" or "failed".
     pub outcome: String,
     /// Why.
     pub reason: String,
@@ -331,6 +331,12 @@ pub trait Observer {
 
     /// Called after every accepted step, stored or not, with the time reached and the step size; cheap.
     fn progress(&mut self, time: f64, step: f64, phase: PhaseKind) -> Continue;
+
+    /// Asked between the stages of work that takes no time steps, such as building a fine model: whether the user wants the run
+    /// to stop. Cheap.
+    fn is_interrupted(&mut self) -> bool {
+        false
+    }
 
     /// Called at the end of every phase.
     ///

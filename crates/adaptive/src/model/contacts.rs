@@ -59,23 +59,9 @@ pub fn adaptive_contacts(
         let mut contacts = spec.contacts.iter().enumerate();
         contacts.any(|(k, c)| is_refined(k) && takes_part(c, i))
     };
-    let surface = |(i, body): (usize, &BodyModel)| {
-        let Some(elastic) = body.elastic.as_ref().filter(|_| takes_part(i)) else { return Ok(None) };
-        let full = &elastic.body;
-        let motion = full.assembled.motion;
-        let model = SurfaceModel::new(
-            motion,
-            &full.shape.patches,
-            &full.space,
-            &full.lookup,
-            elastic.reduced.shapes(),
-        )
-        .and_then(|m| m.with_frequencies(&elastic.reduced.basis.omega));
-        let fail = |source: ContactError| AdaptiveError::Unsupported {
-            subject: format!("body \"{}\"", body.name),
-            reason: source.to_string(),
-        };
-        model.map(|m| Some(Arc::new(m))).map_err(fail)
+    let surface = |(i, body): (usize, &BodyModel)| match &body.elastic {
+        Some(elastic) if takes_part(i) => surface(elastic).map(Some),
+        _ => Ok(None),
     };
     let surfaces = bodies.iter().enumerate().map(surface).collect::<Result<Vec<_>, AdaptiveError>>()?;
     let refined = || spec.contacts.iter().enumerate().filter(|(i, _)| is_refined(*i));
@@ -89,8 +75,23 @@ pub fn adaptive_contacts(
         .collect()
 }
 
+/// The deformable surface of a body, by which pairs are watched.
+///
+/// # Errors
+/// [`AdaptiveError::Unsupported`] if the body has no surface.
+pub fn surface(elastic: &ElasticModel) -> Result<Arc<SurfaceModel>, AdaptiveError> {
+    let (full, reduced) = (&elastic.body, &elastic.reduced);
+    let motion = full.assembled.motion;
+    let model = SurfaceModel::new(motion, &full.shape.patches, &full.space, &full.lookup, reduced.shapes());
+    let model = model.and_then(|m| m.with_frequencies(&reduced.basis.omega));
+    model.map(Arc::new).map_err(|source| AdaptiveError::Unsupported {
+        subject: format!("body \"{}\"", full.name),
+        reason: source.to_string(),
+    })
+}
+
 /// Whether `contact` acts on body `index`.
-fn takes_part(contact: &ContactSpec, index: usize) -> bool {
+pub fn takes_part(contact: &ContactSpec, index: usize) -> bool {
     contact.body == index || contact.target == Target::Body(index)
 }
 

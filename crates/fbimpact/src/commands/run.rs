@@ -123,6 +123,10 @@ impl Observer for RunObserver {
         if self.stop.load(Ordering::Relaxed) { Continue::Interrupt } else { Continue::Yes }
     }
 
+    fn is_interrupted(&mut self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
     fn phase(&mut self, record: &PhaseRecord) -> Result<(), ObserverError> {
         tracing::debug!(
             "{:?} phase from {:.9e} s to {:.9e} s: {} steps, {} rejected, {} evaluations, {:.3} s",
