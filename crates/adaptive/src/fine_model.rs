@@ -204,7 +204,7 @@ impl FineBody {
     pub fn discretised<'a>(&'a self, coarse: &'a ElasticBody) -> Discretised<'a> {
         Discretised {
             name: &self.assembled.name,
-            shape: &coarse.spec.shape,
+            shape: self.turned.as_ref().map_or(&coarse.spec.shape, |net| &net.body.spec.shape),
             space: self.space.as_space(),
             assembled: &self.assembled,
             lookup: &self.lookup,
