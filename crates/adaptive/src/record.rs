@@ -61,11 +61,13 @@ pub struct Energies {
     pub dissipated: f64,
     /// Work supplied by loads, drives and prescribed motion so far.
     pub supplied: f64,
+    /// Energy that the implicit integrator removed so far: what is missing after all other entries.
+    pub numerical: f64,
 }
 
 impl Energies {
-    /// Energy held and lost, less the work supplied: constant in an exact solution. What it loses otherwise is numerical
-    /// damping, or the error of the integration.
+    /// Energy held and lost, less the work supplied: constant in an exact solution. What changes it otherwise is the error of
+    /// the explicit integrator; what the implicit one removes is in the entry `numerical`.
     pub fn total(&self) -> f64 {
         self.kinetic
             + self.elastic_low
@@ -74,6 +76,7 @@ impl Energies {
             + self.penalty
             + self.springs
             + self.dissipated
+            + self.numerical
             - self.supplied
     }
 }
