@@ -22,7 +22,7 @@ use nalgebra::{Matrix3, Unit, Vector3};
 use crate::detection::{Detector, DetectorTarget, Nearest};
 use crate::elastic_body::point_in_space;
 use crate::error::AdaptiveError;
-use crate::fine_model::{FineBody, FineInterval, FineSettings, FineZone, LowModes, WantedInterval};
+use crate::fine_model::{FineInterval, FineMesh, FineSettings, FineZone, LowModes, WantedInterval};
 use crate::interval::{
     ContactFlags, DirectionUse, IntervalAssessment, IntervalEnd, IntervalSettings, assess,
 };
@@ -34,6 +34,7 @@ use crate::predict::{
 };
 use crate::preview::{HertzPoint, PointImpact};
 use crate::spec::{self, ContactSpec, Place, SurfaceLaw, Target};
+use crate::store::{ModelCache, StoredModel, compliance_key, matrix, matrix_values};
 use crate::subdivision::SubdivisionLimits;
 
 /// Elements across an interval unless the scenario says otherwise (\[A\] section 4.3).
@@ -69,6 +70,7 @@ pub struct AdaptiveContact {
     /// Watches the pair.
     pub detector: Detector,
     knowledge: Knowledge,
+    cache: ModelCache,
 }
 
 /// Fine models of a contact in an impact phase.
@@ -93,14 +95,15 @@ pub struct FineContact {
 
 /// Fine model of one body for one contact.
 struct FineSide {
-    body: FineBody,
+    body: FineMesh,
     zone: FineZone,
     shapes: Mat<f64>,
     compliance: Mat<f64>,
 }
 
 impl AdaptiveContact {
-    /// A contact to be refined; `surfaces` has the surface of every body that takes part in such contacts.
+    /// A contact to be refined; `surfaces` has the surface of every body that takes part in such contacts, `cache` the
+    /// compliances of earlier runs.
     ///
     /// # Errors
     /// [`AdaptiveError::Unsupported`] if a body has no surface.
@@ -108,6 +111,7 @@ impl AdaptiveContact {
         spec: &ContactSpec,
         law: &SurfaceLaw,
         surfaces: &[Option<Arc<SurfaceModel>>],
+        cache: &ModelCache,
     ) -> Result<Self, AdaptiveError> {
         let surface = |body: usize| {
             surfaces[body].clone().ok_or_else(|| AdaptiveError::Unsupported {
@@ -129,6 +133,7 @@ impl AdaptiveContact {
             law: law.clone(),
             detector: Detector::new(spec.body, surface(spec.body)?, target),
             knowledge: Knowledge::default(),
+            cache: cache.clone(),
         })
     }
 
@@ -283,7 +288,8 @@ impl AdaptiveContact {
             elements: given.elements.unwrap_or(ELEMENTS),
             ..usual
         };
-        let fine = FineBody::build(body, &[wanted], &FineSettings { limits, growth: None })?;
+        let settings = FineSettings { limits, growth: None };
+        let fine = FineMesh::build(body, &[wanted], &settings)?;
         let thickness = match body.spec.model {
             Model::PlaneStrain { thickness } | Model::PlaneStress { thickness } => thickness,
             Model::Axisymmetric | Model::Solid => 1.0,
@@ -292,12 +298,19 @@ impl AdaptiveContact {
         if zone.points.is_empty() {
             return Err(self.fail(ContactError::Empty { width: widths[0] }));
         }
-        let (basis, residual) = fine.reduce((body, &elastic.reduced), &zone.unknowns, LowModes::Prolonged)?;
-        let shapes = match &elastic.reduced.framed {
-            Some(framed) => fine.prolong(&body.assembled, framed.as_ref()),
-            None => basis.shapes,
-        };
-        Ok(FineSide { body: fine, zone, shapes, compliance: residual.compliance().clone() })
+        let coarse = (body, &elastic.reduced);
+        let compliance = self.cache.stored(
+            || compliance_key(coarse, &wanted, &settings, &zone.unknowns),
+            |stored| matrix(&stored.values, zone.unknowns.len(), zone.unknowns.len()),
+            || {
+                let assembled = fine.assemble(body)?;
+                let (_, residual) = fine.reduce(&assembled, coarse, &zone.unknowns, LowModes::Prolonged)?;
+                Ok::<_, AdaptiveError>(residual.compliance().clone())
+            },
+            |g| StoredModel { counts: Vec::new(), values: matrix_values(g) },
+        )?;
+        let shapes = fine.prolong(&body.assembled, elastic.reduced.shapes());
+        Ok(FineSide { body: fine, zone, shapes, compliance })
     }
 
     fn element(
@@ -306,7 +319,7 @@ impl AdaptiveContact {
         other: Option<&(usize, FineSide)>,
     ) -> Result<Box<dyn ContactElement>, AdaptiveError> {
         let fail = |e| self.fail(e);
-        let motion = own.body.assembled.motion;
+        let motion = own.body.motion;
         let submodel = contact_submodel(
             motion,
             &own.zone.points,
