@@ -313,8 +313,8 @@ impl FineMesh {
         collected
     }
 
-    /// Reduces the body with the matrices `assembled` for quasistatic contact at the interface `unknowns`, the dynamic coordinates being those of the
-    /// reduced `coarse` model (theory Eqs. A.5, A.6).
+    /// Reduces the body with the matrices `assembled` for quasistatic contact at the interface `unknowns`, the dynamic
+    /// coordinates being those of the reduced `coarse` model (theory Eqs. A.5, A.6).
     ///
     /// # Errors
     /// [`AdaptiveError::Reduction`] with the body's name.

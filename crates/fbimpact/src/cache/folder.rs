@@ -15,7 +15,7 @@ const MODEL: &str = "model";
 /// Ending of files that are being written.
 const PART: &str = "part";
 /// Age from which a file that is being written belongs to a process that has died.
-const STALE: Duration = Duration::from_hours(1);
+const STALE: Duration = Duration::from_secs(3600);
 /// Marks folders that need no backup (<https://bford.info/cachedir/>).
 const TAG: (&str, &str) = (
     "CACHEDIR.TAG",
