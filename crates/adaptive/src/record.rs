@@ -2,6 +2,8 @@
 //!
 //! The driver calls an [`Observer`]; writing files, drawing progress and stopping on a signal are the observer's business.
 
+use crate::store::CacheUse;
+
 /// Fixed facts of a run that an observer needs before the first sample.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct RunLayout {
@@ -302,6 +304,8 @@ pub struct Timings {
     pub integration: f64,
     /// Writing results.
     pub output: f64,
+    /// Models kept between runs.
+    pub cache: CacheUse,
 }
 
 /// What an observer answers to a sample.
