@@ -104,7 +104,7 @@ fn factors_searches_and_intervals_reach_the_run() {
         elements: Some(24),
         target_utilisation: 0.8,
         min_utilisation: 0.6,
-        max_levels: 7,
+        max_levels: Some(7),
         max_knots_per_level: 3,
     };
     assert_eq!(law(0).interval, interval);

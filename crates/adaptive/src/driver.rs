@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use contact_qs::search::{TouchSettings, first_touch};
+use contact_qs::search::{TouchSettings, first_touch, safe_time};
 use ffr_dynamics::DynamicsError;
 use ffr_dynamics::integration::{
     CrossingSearch, DenseOutput, Integrator, Method, Statistics, Step, StepSettings,
@@ -73,6 +73,8 @@ pub struct Driver<'a> {
     impact_step: f64,
     /// Potential of gravity at the start, from which it is counted \[J\].
     gravity_datum: f64,
+    /// Time until which the surfaces of each refined contact are known to be apart, in free phases \[s\].
+    apart_until: Vec<f64>,
     numerical: NumericalDamping,
     phase_start: f64,
     n_phases: u32,
@@ -136,6 +138,7 @@ impl<'a> Driver<'a> {
         let event_step = impact_step.min(settings.free.max_step);
         let crossing = CrossingSearch::new(y.len(), EVENT_TOLERANCE * event_step, EVENT_SAMPLES);
         let gravity_datum = model.system.invariants(0.0, &y).gravity;
+        let n_refined = model.adaptive.len();
         Ok(Self {
             watches: vec![ImpactWatch::default(); model.system.forces().len()],
             fine: model.contacts.iter().map(|_| None).collect(),
@@ -159,6 +162,7 @@ impl<'a> Driver<'a> {
             crossing,
             impact_step,
             gravity_datum,
+            apart_until: vec![f64::NEG_INFINITY; n_refined],
             numerical: NumericalDamping::default(),
         })
     }
@@ -247,6 +251,7 @@ impl<'a> Driver<'a> {
     /// Integrates until a contact closes or time is up; returns whether the observer stopped the run.
     fn free_phase(&mut self) -> Result<bool, AdaptiveError> {
         let (end, n_contacts) = (self.settings.end_time, self.model.contacts.len());
+        self.apart_until.fill(f64::NEG_INFINITY);
         while self.integrator.time() < end {
             let step = self.integrator.step(&mut self.model.system, end).map_err(AdaptiveError::Dynamics)?;
             let closing = self.first_closing(n_contacts, step)?;
@@ -281,7 +286,8 @@ impl<'a> Driver<'a> {
             earliest = search.map_err(AdaptiveError::Dynamics)?.map(|c| c.before);
         }
         let all: Vec<usize> = (0..self.model.adaptive.len()).collect();
-        let touch = self.first_touch(&all, (step.start, step.end))?.map(|(_, time)| time);
+        let horizon = self.settings.free.max_step;
+        let touch = self.first_touch(&all, (step.start, step.end), horizon)?.map(|(_, time)| time);
         Ok(match (earliest, touch) {
             (Some(a), Some(b)) => Some(a.min(b)),
             (a, b) => a.or(b),
@@ -289,11 +295,13 @@ impl<'a> Driver<'a> {
     }
 
     /// The first of the refined contacts `which` (places in the list) to touch in the last step, by the index of the
-    /// contact, and the last time before.
+    /// contact, and the last time before. A look holds for `horizon` at most: while no contact force acts, the bound of the speed
+    /// hardly grows, and most steps need no look at all.
     fn first_touch(
         &mut self,
         which: &[usize],
         (start, end): (f64, f64),
+        horizon: f64,
     ) -> Result<Option<(usize, f64)>, AdaptiveError> {
         let mut earliest: Option<(usize, f64)> = None;
         let mut y = vec![0.0; if which.is_empty() { 0 } else { self.interpolated.len() }];
@@ -301,6 +309,10 @@ impl<'a> Driver<'a> {
             let (index, contact) = &self.model.adaptive[k];
             let detector = &contact.detector;
             let until = earliest.map_or(end, |(_, t)| t);
+            let apart = &mut self.apart_until[k];
+            if until <= *apart {
+                continue;
+            }
             let settings = TouchSettings {
                 gap: TOUCHING * detector.size(),
                 time: EVENT_TOLERANCE * self.impact_step.min(end - start),
@@ -312,7 +324,9 @@ impl<'a> Driver<'a> {
                 integrator.interpolate(t, &mut y);
                 system.body_states(t, &y);
                 let states = system.last_evaluation().0;
-                Ok((detector.nearest(states)?.gap, detector.closing_speed_bound(states)))
+                let (gap, speed) = (detector.nearest(states)?.gap, detector.closing_speed_bound(states));
+                *apart = t + safe_time(gap, speed, settings.acceleration).min(horizon);
+                Ok((gap, speed))
             });
             let touch =
                 touch.map_err(|source| AdaptiveError::Contact { contact: contact.name.clone(), source })?;

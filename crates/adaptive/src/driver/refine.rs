@@ -286,7 +286,7 @@ impl Driver<'_> {
             .filter(|(_, (i, _))| self.fine[*i].is_none())
             .map(|(k, _)| k)
             .collect();
-        self.first_touch(&sleeping, (step.start, step.end))
+        self.first_touch(&sleeping, (step.start, step.end), 0.0)
     }
 
     pub(super) fn learn(&mut self, verdicts: &[Option<IntervalAssessment>]) {
