@@ -1,5 +1,6 @@
 //! Random and damaged input of every kind: it is read or refused, and nothing panics. `fuzz/` runs the same functions under a fuzzer.
 
+#[expect(clippy::unwrap_used, reason = "a failure there fails the test")]
 mod beam_file;
 #[path = "fuzzing/mod.rs"]
 mod bodies;

@@ -7,21 +7,40 @@ use serde_json::Value;
 
 /// Licences that ask for no more than to be named; the list of `deny.toml` and what stands in its place in some manifests.
 const PERMISSIVE: [&str; 11] = [
-    "MIT", "Apache-2.0", "BSD-2-Clause", "BSD-3-Clause", "ISC", "Zlib", "Unlicense", "Unicode-3.0", "0BSD", "LLVM-exception", "CC0-1.0",
+    "MIT",
+    "Apache-2.0",
+    "BSD-2-Clause",
+    "BSD-3-Clause",
+    "ISC",
+    "Zlib",
+    "Unlicense",
+    "Unicode-3.0",
+    "0BSD",
+    "LLVM-exception",
+    "CC0-1.0",
 ];
 
 /// `cargo metadata` for the machine that the test runs on, from what is downloaded.
 fn metadata() -> Value {
     let target = fbimpact_target();
     let mut command = Command::new(env!("CARGO"));
-    command.args(["metadata", "--format-version", "1", "--offline", "--locked", "--filter-platform", &target]);
+    command.args([
+        "metadata",
+        "--format-version",
+        "1",
+        "--offline",
+        "--locked",
+        "--filter-platform",
+        &target,
+    ]);
     let output = command.current_dir(env!("CARGO_MANIFEST_DIR")).output().expect("cargo");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     serde_json::from_slice(&output.stdout).expect("JSON")
 }
 
 fn fbimpact_target() -> String {
-    let output = Command::new(env!("CARGO_BIN_EXE_fbimpact")).arg("--version").output().expect("the program starts");
+    let output =
+        Command::new(env!("CARGO_BIN_EXE_fbimpact")).arg("--version").output().expect("the program starts");
     let text = String::from_utf8(output.stdout).expect("UTF-8");
     let line = text.lines().find_map(|l| l.strip_prefix("target:")).expect("a target");
     line.trim().to_owned()
@@ -66,7 +85,9 @@ fn licence<'a>(words: &'a [&'a str]) -> (bool, &'a [&'a str]) {
 
 #[test]
 fn expressions_are_read_as_spdx_does() {
-    for good in ["MIT", "MIT/Apache-2.0", "(MIT OR GPL-3.0) AND Unicode-3.0", "Apache-2.0 WITH LLVM-exception OR MIT"] {
+    for good in
+        ["MIT", "MIT/Apache-2.0", "(MIT OR GPL-3.0) AND Unicode-3.0", "Apache-2.0 WITH LLVM-exception OR MIT"]
+    {
         assert!(is_permissive(good), "{good}");
     }
     for bad in ["GPL-3.0", "MIT AND GPL-3.0", "", "(MIT OR Apache-2.0) AND LGPL-2.1"] {
@@ -85,7 +106,11 @@ fn all_that_is_linked_has_a_permissive_licence() {
         let name = package["name"].as_str().expect("a name");
         // It names a file: the BSD licence of the HDF5 Group (deny.toml).
         let is_hdf5 = name == "hdf5-metno-src";
-        assert!(is_hdf5 || package["license"].as_str().is_some_and(is_permissive), "{name}: {}", package["license"]);
+        assert!(
+            is_hdf5 || package["license"].as_str().is_some_and(is_permissive),
+            "{name}: {}",
+            package["license"]
+        );
     }
 }
 
@@ -105,7 +130,8 @@ fn every_crate_says_what_it_is() {
             let n = package[key].as_array().map_or(0, Vec::len);
             assert!((1..=5).contains(&n), "{name}: {key}");
         }
-        let folder = Path::new(package["manifest_path"].as_str().expect("a path")).parent().expect("a folder");
+        let folder =
+            Path::new(package["manifest_path"].as_str().expect("a path")).parent().expect("a folder");
         for file in ["README.md", "LICENSE-MIT", "LICENSE-APACHE"] {
             assert!(folder.join(file).is_file(), "{name}: {file}");
         }
