@@ -17,7 +17,7 @@ strip --strip-unneeded "$root/usr/bin/fbimpact" 2>/dev/null || true
 man=$root/usr/share/man/man1
 mkdir -p "$man"
 "$program" man > "$man/fbimpact.1"
-for command in run check modes export-body info compare thin collect new plot export schema completions; do
+for command in run check modes export-body info compare thin collect new plot export cache schema completions; do
     "$program" man "$command" > "$man/fbimpact-$command.1"
 done
 gzip -9n "$man"/*.1

@@ -2,9 +2,11 @@
 
 use std::path::Path;
 
+use adaptive::fine_model::LowModes;
 use adaptive::spec::{
-    ContactLaw as LawSpec, IntervalSpec, PenaltySearch as SearchSpec, Place, Target, Treatment,
+    ContactLaw as LawSpec, HandOver, IntervalSpec, PenaltySearch as SearchSpec, Place, Target, Treatment,
 };
+use adaptive::transfer::TransferMethod;
 use contact_qs::quasistatic::Method;
 use fbimpact::scenario::{
     self, BodyKind, Constraint, ContactLaw, ContactModel, ContactSolver, Fault, Override, PenaltySearch,
@@ -241,4 +243,22 @@ fn joint_interfaces_that_cannot_be_are_faults() {
     // Without interface modes, modes come from the fixed-interface ones alone.
     let off = ["bodies.beam.reduction.joint_interface=false"];
     assert_fault(BEAM, &off, "bodies.beam.reduction.fixed_interface_modes", "at least");
+}
+
+#[test]
+fn modes_of_fine_models_and_their_hand_over_reach_the_run() {
+    assert_eq!(surface(PAIRS, &[]).hand_over, HandOver::default());
+    let own = |method| HandOver { modes: LowModes::Own, method };
+    let set = ["contacts.first.modes=own"];
+    assert_eq!(surface(PAIRS, &set).hand_over, own(TransferMethod::MassOrthogonal));
+    let set = ["contacts.first.modes=own", "contacts.first.transfer=printed"];
+    assert_eq!(surface(PAIRS, &set).hand_over, own(TransferMethod::Printed));
+    let run = run_spec(&valid(PAIRS, &set)).expect("a run");
+    let LawSpec::Surface(law) = &run.contacts[0].law else { panic!("a contact of surfaces") };
+    assert_eq!(law.hand_over, own(TransferMethod::Printed));
+    let damped = ["contacts.first.model=damped", "contacts.first.modes=own"];
+    assert_fault(PAIRS, &damped, "contacts.first.modes", "must be \"prolonged\"");
+    assert_fault(SPHERE, &["contacts.impact.modes=own"], "contacts.impact.modes", "must be \"prolonged\"");
+    let transfer = ["contacts.first.transfer=printed"];
+    assert_fault(PAIRS, &transfer, "contacts.first.transfer", "modes = \"own\" only");
 }

@@ -4,6 +4,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use adaptive::store::ModelCache;
 use fbimpact::compare::{Rules, compare};
 use fbimpact::plot::data::ResultData;
 use fbimpact::plot::figures::Kind;
@@ -118,7 +119,7 @@ pub fn nurbs_data(bytes: &[u8]) {
     let _ = writeln!(text, "weights = [{}]", weights.join(", "));
     if let Ok(valid) = scenario::parse(Path::new("case.toml"), text.as_bytes(), &[])
         && let Ok(spec) = setup::run_spec(&valid)
-        && let Ok(model) = simulate::build(&spec, 1)
+        && let Ok(model) = simulate::build(&spec, 1, &ModelCache::default())
     {
         let body = &model.bodies[0];
         assert!(body.data.mass.is_finite() && body.data.mass > 0.0, "{text}");

@@ -65,3 +65,26 @@ fn predictors_need_two_tries_at_first_and_one_later() {
         assert!(attempt.wall_time > 0.0 && attempt.cpu_time > 0.0, "{attempt:?}");
     }
 }
+
+#[test]
+fn fine_models_with_modes_of_their_own_give_the_same_peaks() {
+    // Limits of the project: 0.5 % of the peak, 1e-5 of the energy a hand-over.
+    const PEAK: f64 = 5e-3;
+    const JUMP: f64 = 1e-5;
+    for transfer in ["projection", "printed"] {
+        let set: Vec<String> = ["first", "second"]
+            .iter()
+            .flat_map(|c| [format!("contacts.{c}.modes=own"), format!("contacts.{c}.transfer={transfer}")])
+            .collect();
+        let set: Vec<&str> = set.iter().map(String::as_str).collect();
+        let own = run("sphere_rod_sphere", &set);
+        assert_eq!((own.impacts.len(), &own.failure, own.transfers.len()), (2, &None, 4));
+        for (a, b) in own.impacts.iter().zip(&shipped().impacts) {
+            assert_close("peak force", a.peak_force, b.peak_force, PEAK);
+        }
+        let energy = own.samples[0].energies.total();
+        for t in &own.transfers {
+            assert_below("jump of energy", (t.energy_after - t.energy_before).abs() / energy, JUMP);
+        }
+    }
+}

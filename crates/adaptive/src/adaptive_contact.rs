@@ -10,7 +10,7 @@ use contact_qs::search::{SurfaceModel, SurfaceSite};
 use contact_qs::surface_pair::{SurfacePair, SurfacePairSettings, TargetFace, TargetSurface};
 use contact_qs::{ContactElement, ContactError, Plane, PlaneContact, PlaneContactSettings};
 use faer::{Mat, MatRef};
-use ffr_dynamics::body::RigidMotion;
+use ffr_dynamics::body::{AssembledBody, RigidMotion};
 use ffr_dynamics::invariants::centre_of_mass;
 use ffr_dynamics::kinematics::marker::FlexiblePoint;
 use ffr_dynamics::system::force::BodyState;
@@ -22,11 +22,12 @@ use nalgebra::{Matrix3, Unit, Vector3};
 use crate::detection::{Detector, DetectorTarget, Nearest};
 use crate::elastic_body::point_in_space;
 use crate::error::AdaptiveError;
-use crate::fine_model::{FineBody, FineInterval, FineSettings, FineZone, LowModes, WantedInterval};
+use crate::fine_model::{FineBody, FineInterval, FineMesh, FineSettings, FineZone, LowModes, WantedInterval};
 use crate::interval::{
     ContactFlags, DirectionUse, IntervalAssessment, IntervalEnd, IntervalSettings, assess,
 };
 use crate::model::{BodyModel, ElasticModel, TrySizes};
+use crate::own_modes::OwnModes;
 use crate::penalty_search::{PenaltySearch, PenaltyStrategy};
 use crate::predict::{
     DEFAULT_STIFFNESS_RATIO, HertzLaw, LocalSurface, half_extents, hertz_impact, interval_width,
@@ -34,6 +35,7 @@ use crate::predict::{
 };
 use crate::preview::{HertzPoint, PointImpact};
 use crate::spec::{self, ContactSpec, Place, SurfaceLaw, Target};
+use crate::store::{ModelCache, StoredModel, compliance_key, matrix, matrix_values};
 use crate::subdivision::SubdivisionLimits;
 use crate::turned_net::regular_view;
 
@@ -70,6 +72,7 @@ pub struct AdaptiveContact {
     /// Watches the pair.
     pub detector: Detector,
     knowledge: Knowledge,
+    cache: ModelCache,
 }
 
 /// Fine models of a contact in an impact phase.
@@ -90,18 +93,41 @@ pub struct FineContact {
     pub search: PenaltySearch,
     /// `max_i(A_ii w_i)` [m³/N].
     weight: Option<f64>,
+    /// Fine models with modes of their own, by body; taken by the run's model.
+    pub own: Vec<(usize, (FineBody, OwnModes))>,
+    /// Bodies that have those modes because of this contact.
+    pub hosted: Vec<usize>,
+    /// When it came into the system \[s\], and as which one of the run.
+    pub since: (f64, u64),
 }
 
 /// Fine model of one body for one contact.
 struct FineSide {
-    body: FineBody,
+    body: FineMesh,
     zone: FineZone,
     shapes: Mat<f64>,
     compliance: Mat<f64>,
+    /// Modes of its own, if the body changes to them.
+    own: Option<(AssembledBody, OwnModes)>,
+}
+
+/// Asked between the stages of a build; an error ends it.
+pub type GoOn<'a> = dyn FnMut() -> Result<(), AdaptiveError> + 'a;
+
+/// Where and for what force a contact is refined.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct RefinementWish<'a> {
+    /// Widths of the interval; `None`: predicted \[m\].
+    pub widths: Option<[f64; 2]>,
+    /// Peak force that a preview gave \[N\].
+    pub peak: Option<f64>,
+    /// Bodies whose modes must stay, for other contacts in the system act on them.
+    pub fixed: &'a [usize],
 }
 
 impl AdaptiveContact {
-    /// A contact to be refined; `surfaces` has the surface of every body that takes part in such contacts.
+    /// A contact to be refined; `surfaces` has the surface of every body that takes part in such contacts, `cache` the
+    /// compliances of earlier runs.
     ///
     /// # Errors
     /// [`AdaptiveError::Unsupported`] if a body has no surface.
@@ -109,6 +135,7 @@ impl AdaptiveContact {
         spec: &ContactSpec,
         law: &SurfaceLaw,
         surfaces: &[Option<Arc<SurfaceModel>>],
+        cache: &ModelCache,
     ) -> Result<Self, AdaptiveError> {
         let surface = |body: usize| {
             surfaces[body].clone().ok_or_else(|| AdaptiveError::Unsupported {
@@ -130,6 +157,7 @@ impl AdaptiveContact {
             law: law.clone(),
             detector: Detector::new(spec.body, surface(spec.body)?, target),
             knowledge: Knowledge::default(),
+            cache: cache.clone(),
         })
     }
 
@@ -145,30 +173,36 @@ impl AdaptiveContact {
         self.detector.nearest(states).map_err(|e| self.fail(e))
     }
 
-    /// Fine models about the nearest points in the motions `states`, with intervals of `widths` or, at the first try of
-    /// an impact, of a width predicted: for the force `peak` if a preview gave one.
+    /// Fine models about the nearest points in the motions `states`, with intervals of the widths wished for or, at the first try of
+    /// an impact, of a width predicted: for the peak force if a preview gave one.
+    ///
+    /// `go_on` is asked between stages.
     ///
     /// # Errors
-    /// [`AdaptiveError`] with the name of body or contact if no fine model can be built.
+    /// [`AdaptiveError`] with the name of body or contact if no fine model can be built, or the error of `go_on`.
     pub fn refine(
         &self,
         bodies: &[BodyModel],
         states: &[BodyState],
-        widths: Option<[f64; 2]>,
-        peak: Option<f64>,
+        wish: &RefinementWish<'_>,
+        go_on: &mut GoOn<'_>,
     ) -> Result<FineContact, AdaptiveError> {
         let nearest = self.nearest(states)?;
         let elastic = elastic(&bodies[self.body]);
-        let predicted = self.predicted_widths(bodies, states, &nearest, peak);
+        let predicted = self.predicted_widths(bodies, states, &nearest, wish.peak);
         let factor = self.knowledge.width_factor.unwrap_or([1.0; 2]);
         let start =
             self.law.interval.width.map_or([predicted[0] * factor[0], predicted[1] * factor[1]], |w| [w; 2]);
         let limit = WIDEST * elastic.body.size();
-        let widths = widths.unwrap_or(start).map(|w| w.min(limit));
-        let own = self.side(elastic, &nearest.contact, widths)?;
+        let widths = wish.widths.unwrap_or(start).map(|w| w.min(limit));
+        let modes = |body: usize| match wish.fixed.contains(&body) {
+            true => LowModes::Prolonged,
+            false => self.law.hand_over.modes,
+        };
+        let own = self.side(elastic, (&nearest.contact, widths), modes(self.body), go_on)?;
         let other = match (self.target, &nearest.target) {
             (Target::Body(other), Some(site)) => {
-                Some((other, self.side(self::elastic(&bodies[other]), site, widths)?))
+                Some((other, self.side(self::elastic(&bodies[other]), (site, widths), modes(other), go_on)?))
             }
             _ => None,
         };
@@ -185,16 +219,27 @@ impl AdaptiveContact {
             interface: (own.zone.unknowns.len() + other.as_ref().map_or(0, |(_, o)| o.zone.unknowns.len()))
                 as u64,
         };
+        let is_target_at_end = other.as_ref().is_some_and(|(_, o)| is_at_end(&o.body.intervals[0]));
+        let elements = own.zone.elements.clone();
+        let mut own_modes = Vec::new();
+        for (body, side) in [(self.body, own)].into_iter().chain(other) {
+            own_modes.extend(
+                side.own.map(|(assembled, modes)| (body, (FineBody { mesh: side.body, assembled }, modes))),
+            );
+        }
         Ok(FineContact {
             element: Some(element),
             flags: ContactFlags::new(interval.n_elements),
-            elements: own.zone.elements,
+            elements,
             interval,
-            is_target_at_end: other.as_ref().is_some_and(|(_, o)| is_at_end(&o.body.intervals[0])),
+            is_target_at_end,
             sizes,
             predicted,
             search,
             weight,
+            hosted: own_modes.iter().map(|(body, _)| *body).collect(),
+            own: own_modes,
+            since: (0.0, 0),
         })
     }
 
@@ -270,8 +315,9 @@ impl AdaptiveContact {
     fn side(
         &self,
         elastic: &ElasticModel,
-        site: &SurfaceSite,
-        widths: [f64; 2],
+        (site, widths): (&SurfaceSite, [f64; 2]),
+        modes: LowModes,
+        go_on: &mut GoOn<'_>,
     ) -> Result<FineSide, AdaptiveError> {
         let body = &elastic.body;
         let face = Face::new(&body.shape.patches, site.face, body.spec.model == Model::Axisymmetric);
@@ -284,7 +330,9 @@ impl AdaptiveContact {
             elements: given.elements.unwrap_or(ELEMENTS),
             ..usual
         };
-        let fine = FineBody::build(body, &[wanted], &FineSettings { limits, growth: None })?;
+        go_on()?;
+        let settings = FineSettings { limits, growth: None };
+        let fine = FineMesh::build(body, &[wanted], &settings)?;
         let thickness = match body.spec.model {
             Model::PlaneStrain { thickness } | Model::PlaneStress { thickness } => thickness,
             Model::Axisymmetric | Model::Solid => 1.0,
@@ -293,12 +341,33 @@ impl AdaptiveContact {
         if zone.points.is_empty() {
             return Err(self.fail(ContactError::Empty { width: widths[0] }));
         }
-        let (basis, residual) = fine.reduce((body, &elastic.reduced), &zone.unknowns, LowModes::Prolonged)?;
-        let shapes = match &elastic.reduced.framed {
-            Some(framed) => fine.prolong(&body.assembled, framed.as_ref()),
-            None => basis.shapes,
-        };
-        Ok(FineSide { body: fine, zone, shapes, compliance: residual.compliance().clone() })
+        go_on()?;
+        let coarse = (body, &elastic.reduced);
+        if modes == LowModes::Own {
+            let assembled = fine.assemble(body)?;
+            let fine = FineBody { mesh: fine, assembled };
+            let (basis, residual) = fine.reduce(coarse, &zone.unknowns, modes)?;
+            go_on()?;
+            let compliance = residual.compliance().clone();
+            let own = OwnModes::new(coarse, &fine, basis, self.law.hand_over.method)?;
+            let shapes = own.reduced.shapes().to_owned();
+            let FineBody { mesh, assembled } = fine;
+            return Ok(FineSide { body: mesh, zone, shapes, compliance, own: Some((assembled, own)) });
+        }
+        let compliance = self.cache.stored(
+            || compliance_key(coarse, &wanted, &settings, &zone.unknowns),
+            |stored| matrix(&stored.values, zone.unknowns.len(), zone.unknowns.len()),
+            || {
+                let assembled = fine.assemble(body)?;
+                go_on()?;
+                let (_, residual) = fine.reduce(&assembled, coarse, &zone.unknowns, LowModes::Prolonged)?;
+                go_on()?;
+                Ok::<_, AdaptiveError>(residual.compliance().clone())
+            },
+            |g| StoredModel { counts: Vec::new(), values: matrix_values(g) },
+        )?;
+        let shapes = fine.prolong(&body.assembled, elastic.reduced.shapes());
+        Ok(FineSide { body: fine, zone, shapes, compliance, own: None })
     }
 
     fn element(
@@ -307,7 +376,7 @@ impl AdaptiveContact {
         other: Option<&(usize, FineSide)>,
     ) -> Result<Box<dyn ContactElement>, AdaptiveError> {
         let fail = |e| self.fail(e);
-        let motion = own.body.assembled.motion;
+        let motion = own.body.motion;
         let submodel = contact_submodel(
             motion,
             &own.zone.points,

@@ -46,6 +46,22 @@ impl Detector {
         Self { body, model, target, workspace: Mutex::new(SearchWorkspace::new()) }
     }
 
+    /// Puts `model` in the place of the surface of body `body`, if that is one of the pair; returns the one before.
+    pub fn replace_surface(&mut self, body: usize, model: &Arc<SurfaceModel>) -> Option<Arc<SurfaceModel>> {
+        let mut before = None;
+        if self.body == body {
+            before = Some(std::mem::replace(&mut self.model, Arc::clone(model)));
+        }
+        if let DetectorTarget::Body(other, target) = &mut self.target
+            && *other == body
+        {
+            before = Some(std::mem::replace(target, Arc::clone(model)));
+        }
+        // What it remembers belongs to another surface.
+        self.workspace.get_mut().unwrap_or_else(PoisonError::into_inner).forget();
+        before
+    }
+
     /// Gap and nearest points in the motions `bodies`.
     ///
     /// # Errors

@@ -15,6 +15,7 @@ pub mod contact_zone;
 pub mod stress;
 pub mod simulation;
 pub mod imported;
+pub mod store;
 pub mod model;
 pub mod impact_watch;
 pub mod driver;
@@ -26,6 +27,7 @@ pub mod penalty_search;
 pub mod predict;
 pub mod body_space;
 pub mod fine_model;
+pub mod own_modes;
 pub mod transfer;
 
 pub use error::AdaptiveError;

@@ -12,7 +12,7 @@ use iga_core::assembly::geometric_stiffness;
 use iga_core::recovery::RecoveryWorkspace;
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::elastic_body::{ElasticBody, point_in_space};
+use crate::elastic_body::{Discretised, ElasticBody, point_in_space};
 use crate::error::AdaptiveError;
 
 /// Share of the largest weight below which an unknown does not count for a marker: round-off of basis functions that vanish there.
@@ -28,10 +28,22 @@ pub fn marker_weights(
     place: &[f64; 3],
     rotation: UnitQuaternion<f64>,
 ) -> Result<MarkerWeights, AdaptiveError> {
+    weights_on(&body.discretised(), place, rotation)
+}
+
+/// As [`marker_weights`], on a coarse or fine discretisation.
+///
+/// # Errors
+/// As there.
+pub fn weights_on(
+    body: &Discretised<'_>,
+    place: &[f64; 3],
+    rotation: UnitQuaternion<f64>,
+) -> Result<MarkerWeights, AdaptiveError> {
     let (e, xi) = body.locate(place)?;
     let functions = RecoveryWorkspace::default()
-        .functions(&body.space, e, &xi)
-        .map_err(|source| AdaptiveError::Geometry { body: body.name.clone(), source })?;
+        .functions(body.space, e, &xi)
+        .map_err(|source| AdaptiveError::Geometry { body: body.name.to_owned(), source })?;
     let motion = body.assembled.motion;
     let mut entries = Vec::new();
     for f in functions {
@@ -52,7 +64,7 @@ pub fn marker_weights(
     drop_round_off(&mut entries);
     entries.sort_by_key(|(unknown, _)| *unknown);
     MarkerWeights::new(point_in_space(motion, place), rotation, entries)
-        .map_err(|source| failed(body, source))
+        .map_err(|source| AdaptiveError::Reduction { body: body.name.to_owned(), source })
 }
 
 /// Leaves out unknowns that move and turn the marker by round-off only.

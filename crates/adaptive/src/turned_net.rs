@@ -140,8 +140,8 @@ fn regular_turn(
 ) -> Result<Option<([[f64; 3]; 3], [f64; 3])>, SplineError> {
     let Some(symmetry) = &shape.symmetry else { return Ok(None) };
     let surface = face.at(&shape.patches[face.id.patch], place, &mut PointBasis::default());
-    // The normal is lost where the net is singular: a ball's is its radius, and at a pole no other is needed.
-    let normal = if norm(&surface.normal) > 0.5 { surface.normal } else { surface.point };
+    // A ball's normal is its radius, also where that of the net is lost.
+    let normal = if symmetry.is_ball() { surface.point } else { surface.normal };
     let Some(first) = symmetry.turn_to(&surface.point, &normal) else { return Ok(None) };
     if !symmetry.is_ball() {
         return Ok(Some((first, surface.point)));

@@ -5,7 +5,8 @@ mod rod_impacts;
 use adaptive::error::AdaptiveError;
 use adaptive::model::RunModel;
 use adaptive::spec::{
-    BodyKind, ContactLaw, IntervalSpec, PenaltySearch, RefinementSpec, RunSpec, SurfaceLaw, Treatment,
+    BodyKind, ContactLaw, DampingSpec, IntervalSpec, PenaltySearch, RefinementSpec, RunSpec, SurfaceLaw,
+    Treatment,
 };
 use rod_impacts::{LENGTH, RADIUS, Trace, finished, sphere_rod_sphere, two_spheres};
 
@@ -220,12 +221,66 @@ fn quasistatic_sphere_rod_sphere_agrees_with_the_adaptive_one_and_the_coarse_one
 }
 
 #[test]
-#[ignore = "takes ten minutes and 2 GiB: 6e5 steps, all of them recorded"]
+fn second_peak_loses_more_than_twice_what_the_first_impulse_loses() {
+    // A first sphere that is slower by 0.4 % stands for the loss of the damped model. The end of the rod moves by
+    // 2 J/(rho c A) = 2.57 um with the first impulse J, of which the gap takes 1 um, whatever J is: 0.4 % less are 0.66 % of what is
+    // left, and Hertz's force goes with the power 3/2 of an approach, which makes 1 %.
+    let (spec, _) = given_sphere_rod_sphere(Treatment::Quasistatic);
+    let full = finished(&spec);
+    let mut slower = spec;
+    slower.bodies[0].motion.velocity.z *= 0.996;
+    let slower = finished(&slower);
+    let change = |f: &dyn Fn(&Trace) -> f64| f(&slower) / f(&full) - 1.0;
+    let impulse = change(&|t| t.impacts[0].impulse);
+    let gain = change(&|t| t.impacts[1].peak_force) / impulse;
+    // 2.29 come out: the estimate knows nothing of what the first sphere's vibration and the rod's dispersion do.
+    assert!((gain - 2.46).abs() < 0.3, "{gain} times {impulse:e}");
+}
+
+/// The high-frequency modes of the damped model follow a force with a lag (Eq. A.18), which costs energy in proportion to their
+/// damping. Between the same elements with and without damping, 8 or 16 of them, that is 0.6 % of the first peak and 1.4 % of the
+/// second; half the damping costs half (0.29 %, 0.72 %), and damping modes above 318 kHz alone costs nearly all (0.55 %, 1.34 %): the
+/// local modes of the zone do it, not those that carry waves. Of the second loss 1 % comes with the 0.42 % of impulse that
+/// the first impact lost, see above. The rest of the difference to the adaptive model, 0.5 % of the second peak, is that of an
+/// interval sized for the first impact, which the quasistatic model shows too.
+#[test]
+#[ignore = "takes five minutes and 2 GiB: 6e5 steps, all of them recorded"]
 fn damped_sphere_rod_sphere_agrees_with_the_adaptive_one() {
     let (spec, adaptive) = given_sphere_rod_sphere(Treatment::Damped);
     let damped = peaks(&finished(&spec));
-    // The limit asked for; the second impact is met by a wave that has passed the damped modes of the rod.
-    for ((peak, reference), limit) in damped.iter().zip(adaptive).zip([0.01, 0.02]) {
-        assert!((peak / reference - 1.0).abs() < limit, "{peak} {reference}");
+    // The limit asked for, of the peak force of the run; 0.7 % and 0.3 %.
+    for (peak, reference) in damped.iter().zip(adaptive) {
+        assert!((peak - reference).abs() < 0.01 * adaptive[0], "{peak} {reference}");
+    }
+    // Of its own peak the second one loses 1.4 % to damping and 0.5 % to the elements.
+    assert!((damped[1] / adaptive[1] - 1.0).abs() < 0.02, "{damped:?} {adaptive:?}");
+}
+
+/// [B] (26) to (28): Rayleigh damping with the ratio kappa at both ends of the band of the normal modes. Its lag is that of the
+/// stiffness part, kappa/(pi (f1 + f2)) = 6 ns for the rod, not the 0.2 us of critical damping.
+#[test]
+#[ignore = "takes five minutes: 4e5 steps, all of them recorded"]
+fn dynamic_sphere_rod_sphere_with_rayleigh_damping_agrees_with_the_adaptive_one() {
+    let adaptive = finished(&sphere_rod_sphere(PenaltySearch::CONVERGED));
+    let (width, penalty) = found(&adaptive);
+    let mut spec = sphere_rod_sphere(PenaltySearch::Fixed);
+    for (body, z) in [(0, RADIUS), (1, 0.0), (1, LENGTH), (2, -RADIUS)] {
+        refined(&mut spec, body, z, width, 8);
+    }
+    // Lowest and highest free frequency below the band of the zone [Hz].
+    for (body, band) in spec.bodies.iter_mut().zip([SPHERE_BAND, ROD_BAND, SPHERE_BAND]) {
+        let BodyKind::Elastic(elastic) = &mut body.kind else { panic!("an elastic body") };
+        elastic.damping = DampingSpec::Rayleigh { frequencies: band, ratio: 1e-3 };
+    }
+    spec.settings.end_time = 3.9e-4;
+    let damped = finished(&with(spec, Treatment::Dynamic, penalty, IntervalSpec::default()));
+    let (damped, adaptive) = (peaks(&damped), peaks(&adaptive));
+    for (peak, reference) in damped.iter().zip(adaptive) {
+        // The limit asked for.
+        assert!((peak / reference - 1.0).abs() < 0.01, "{peak} {reference}");
     }
 }
+
+/// Free frequencies of the bodies of [A] section 5, first and last of those that it keeps [Hz].
+const ROD_BAND: [f64; 2] = [2.55e3, 50.5e3];
+const SPHERE_BAND: [f64; 2] = [140e3, 362e3];

@@ -5,7 +5,7 @@ mod impacts;
 use adaptive::AdaptiveError;
 use adaptive::record::PhaseKind;
 use adaptive::spec::{
-    BodyKind, BodySpec, ContactLaw, ContactSpec, DiscretisationSpec, ElasticSpec, InitialMotion,
+    BodyKind, BodySpec, ContactLaw, ContactSpec, DiscretisationSpec, ElasticSpec, HandOver, InitialMotion,
     IntervalSpec, PenaltySearch, PhaseSettings, PointRule, ReductionSpec, RefinementSpec, RunSettings,
     RunSpec, SurfaceLaw, Target, Treatment,
 };
@@ -32,6 +32,7 @@ fn plane(name: &str, height: f64, normal: f64) -> ContactSpec {
         method: Method::ActiveSet,
         friction: None,
         interval: IntervalSpec::default(),
+        hand_over: HandOver::default(),
     };
     let (point, normal) = (Vector3::new(0.0, 0.0, height), Vector3::new(0.0, 0.0, normal));
     ContactSpec {

@@ -5,7 +5,8 @@ mod impacts;
 use adaptive::AdaptiveError;
 use adaptive::record::PhaseKind;
 use adaptive::spec::{
-    ContactLaw, ContactSpec, PenaltySearch, RunSpec, StressInstant, StressSpec, SurfaceLaw, Target,
+    ContactLaw, ContactSpec, IntervalSpec, PenaltySearch, RunSpec, StressInstant, StressSpec, SurfaceLaw,
+    Target,
 };
 use contact_qs::quasistatic::{BroydenSettings, Method};
 use iga_core::nurbs::primitives::axisymmetric;
@@ -130,4 +131,41 @@ fn interrupt_in_a_try_keeps_what_was_computed() {
     assert!(trace.samples.windows(2).all(|w| w[0].time < w[1].time));
     assert_eq!(trace.phases.len(), 2);
     assert!((trace.impacts[0].end - end.time).abs() < 1e-15);
+}
+
+/// Stopped while the fine model of try `done + 1` is built.
+fn stopped_in_a_build(done: usize, law: SurfaceLaw) -> Trace {
+    let mut trace = Trace { stop_after_tries: Some(done), ..Trace::default() };
+    let end = try_run(&pair(with_law(law)), &mut trace).expect("no error");
+    assert!(end.is_interrupted);
+    // The end of the flight: tries start anew from there.
+    assert!((end.time - GAP / SPEED).abs() < 1e-12 && (trace.last().time - end.time).abs() < 1e-15);
+    assert_eq!(trace.phases.len(), 2);
+    assert!(trace.impacts.is_empty());
+    let outcomes: Vec<&str> = trace.tries.iter().map(|t| t.outcome.as_str()).collect();
+    assert_eq!(outcomes.last(), Some(&"interrupted"));
+    assert_eq!((outcomes.len(), trace.tries[done].number as usize), (done + 1, done + 1));
+    trace
+}
+
+#[test]
+fn interrupt_while_a_fine_model_is_built_ends_the_run_there() {
+    stopped_in_a_build(0, law());
+    // Far too narrow, so that the second try needs another model.
+    let narrow = SurfaceLaw { interval: IntervalSpec { width: Some(3e-5), ..law().interval }, ..law() };
+    let trace = stopped_in_a_build(1, narrow);
+    assert_eq!(trace.tries[0].outcome, "rejected");
+    assert!(trace.tries[0].peak_force > 0.0, "{:?}", trace.tries[0]);
+}
+
+#[test]
+fn fine_model_that_cannot_be_built_leaves_a_failed_try() {
+    let mut law = law();
+    (law.interval.max_levels, law.interval.max_knots_per_level) = (1, 1);
+    let mut trace = Trace::default();
+    let error = try_run(&pair(with_law(law)), &mut trace).expect_err("an error");
+    assert!(matches!(error, AdaptiveError::Subdivision { .. }), "{error}");
+    assert_eq!(trace.tries.len(), 1);
+    assert_eq!((trace.tries[0].outcome.as_str(), &trace.tries[0].reason), ("failed", &error.to_string()));
+    assert!((trace.last().time - GAP / SPEED).abs() < 1e-12, "the flight is there");
 }

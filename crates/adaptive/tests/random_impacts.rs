@@ -6,7 +6,7 @@ mod impacts;
 use std::f64::consts::PI;
 use std::time::Instant;
 
-use adaptive::spec::{RunSpec, Target};
+use adaptive::spec::{BodyKind, ContactLaw, RunSpec, Target};
 use impacts::{ALUMINIUM, STEEL, Solid, Trace, contact, spec, sphere, try_run};
 use rayon::prelude::*;
 
@@ -236,6 +236,8 @@ fn check_all(numbers: std::ops::Range<u64>) {
     most(&|o| o.momentum_change());
     most(&|o| o.trace.energy_drift());
     most(&|o| o.seconds);
+    let far = |o: &&Outcome| applies(o) && o.peak_deviation().abs() > HERTZ;
+    outcomes.iter().filter(far).for_each(|o| println!("beyond the limit: {}", o.line()));
     outcomes.iter().for_each(Outcome::check);
 }
 
@@ -266,4 +268,27 @@ fn deviation_from_hertz_vanishes_with_the_contact_radius() {
     // Proportional to a/r: a property of the spheres, not an error of a mesh that is fitted to the contact. Terms of higher
     // order, a logarithm among them, bend it.
     assert!(slopes.iter().all(|s| (s / slopes[0] - 1.0).abs() < 0.2), "{slopes:?}");
+}
+
+#[test]
+fn deviation_from_hertz_is_no_error_of_the_mesh() {
+    // The pair of the largest deviation again, 2.16 %, with twice the elements in every direction.
+    let case = Case::draw(197);
+    let mut finer = case.spec();
+    for body in &mut finer.bodies {
+        let BodyKind::Elastic(elastic) = &mut body.kind else { panic!("an elastic body") };
+        elastic.discretisation.elements.iter_mut().for_each(|n| *n *= 2);
+    }
+    for contact in &mut finer.contacts {
+        let ContactLaw::Surface(law) = &mut contact.law else { panic!("a contact of surfaces") };
+        law.interval.elements = Some(32);
+    }
+    let mut trace = Trace::default();
+    try_run(&finer, &mut trace).unwrap_or_else(|e| panic!("{e}"));
+    let peak = trace.impacts[0].peak_force / case.hertz().peak - 1.0;
+    let plain = Outcome::of(case).peak_deviation();
+    println!("{plain} {peak}");
+    // 2.16 % and 2.29 %: the finer mesh is no nearer to Hertz. A tenth of what is to be explained. The other pair beyond 2 %
+    // is number 151: a/r 0.0473, 2.01 %; 2.7 % are what the finite size may make in both.
+    assert!((peak - plain).abs() < 2e-3, "{plain} {peak}");
 }

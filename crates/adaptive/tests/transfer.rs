@@ -56,11 +56,18 @@ fn prolonged_modes_hand_over_without_loss() {
 
 #[test]
 fn own_modes_of_the_fine_model_lose_what_they_cannot_represent() {
-    for is_rod in [false, true] {
-        for method in [TransferMethod::MassOrthogonal, TransferMethod::Printed] {
-            let (error, jump) = round_trip(is_rod, LowModes::Own, method);
-            // The coarse modes are good to the coarse model's discretisation error only.
-            assert!(error < 0.05 && jump < 0.05, "{method:?}: {error:.1e}, {jump:.1e}");
-        }
+    // Round trip and jump of energy. The coarse modes are good to the coarse model's discretisation error only, which the
+    // rod's mesh makes smaller; a projection loses its square, least squares on control values weigh small elements like large
+    // ones. Bounds are twice what came out (docs/decisions/0008-modes-of-fine-models.md).
+    for (is_rod, method, limits) in [
+        (false, TransferMethod::MassOrthogonal, (1e-4, 2e-4)),
+        (false, TransferMethod::Printed, (2e-2, 2e-3)),
+        (true, TransferMethod::MassOrthogonal, (1e-6, 2e-6)),
+        (true, TransferMethod::Printed, (2e-3, 2e-4)),
+    ] {
+        let (error, jump) = round_trip(is_rod, LowModes::Own, method);
+        assert!(error < limits.0 && jump < limits.1, "{is_rod} {method:?}: {error:.1e}, {jump:.1e}");
+        // They do lose it: coordinates return to round-off with prolonged modes alone.
+        assert!(error > 1e-9, "{is_rod} {method:?}: {error:.1e}");
     }
 }

@@ -8,6 +8,7 @@ use adaptive::imported::ImportedSpec;
 use adaptive::model::{BodyModel, RunModel};
 use adaptive::record::{Observer, Timings};
 use adaptive::spec::{BodyKind, BodySpec, RunSpec};
+use adaptive::store::ModelCache;
 use iga_core::space::Space;
 
 use crate::error::AppError;
@@ -70,8 +71,21 @@ pub fn simulate(
     observer: &mut dyn Observer,
     threads: usize,
 ) -> Result<RunReport, AppError> {
+    simulate_with(scenario, observer, threads, &ModelCache::default())
+}
+
+/// As [`simulate`], with the models that are in `cache`.
+///
+/// # Errors
+/// As [`simulate`].
+pub fn simulate_with(
+    scenario: &Scenario,
+    observer: &mut dyn Observer,
+    threads: usize,
+    cache: &ModelCache,
+) -> Result<RunReport, AppError> {
     let spec = run_spec(scenario)?;
-    let mut model = build(&spec, threads)?;
+    let mut model = build(&spec, threads, cache)?;
     let started = Instant::now();
     let end = driver::run(&mut model, &spec.settings, observer).map_err(app_error)?;
     let mut timings = model.timings();
@@ -86,7 +100,7 @@ pub fn simulate(
 /// [`AppError::Model`] if a model cannot be built.
 pub fn modes(scenario: &Scenario, body: Option<usize>, threads: usize) -> Result<ModesReport, AppError> {
     let spec = run_spec(scenario)?;
-    let model = build(&spec, threads)?;
+    let model = build(&spec, threads, &ModelCache::default())?;
     let wanted = body.map(|b| scenario.bodies[b].name.as_str());
     let bodies = model.bodies.iter().zip(&spec.bodies);
     let bodies = bodies.filter(|(b, _)| wanted.is_none_or(|name| b.name == name));
@@ -119,12 +133,12 @@ fn body_modes(body: &BodyModel, spec: &BodySpec) -> BodyModes {
 ///
 /// # Errors
 /// [`AppError::Model`] if a model cannot be built.
-pub fn build(spec: &RunSpec, threads: usize) -> Result<RunModel, AppError> {
+pub fn build(spec: &RunSpec, threads: usize, cache: &ModelCache) -> Result<RunModel, AppError> {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build()
         .map_err(|e| AppError::Run(format!("no pool of {threads} threads: {e}")))?;
-    pool.install(|| RunModel::build(spec)).map_err(app_error)
+    pool.install(|| RunModel::build_with(spec, cache)).map_err(app_error)
 }
 
 fn app_error(error: AdaptiveError) -> AppError {

@@ -84,7 +84,7 @@ pub(super) enum Ending {
     /// An interval of an adaptive contact turned out too small.
     EdgeTouched(usize),
     /// The steps of a trial have passed.
-    TrialPassed(usize),
+    TrialPassed,
     /// The contact solver failed.
     SolverFailed {
         /// Its code.
@@ -109,6 +109,10 @@ pub(super) struct Attempt {
     pub penalty_start: Vec<f64>,
 }
 
+/// Overlap without force, as a share of the interval, that shows that its points missed the contact: far above what the
+/// detection of the touch leaves, far below what elastic bodies that touch come closer by.
+const MISSED: f64 = 1e-4;
+
 impl Driver<'_> {
     /// Simulates an impact from the present state until every contact has been open for the quiet time; returns whether the
     /// observer stopped the run.
@@ -124,12 +128,14 @@ impl Driver<'_> {
         self.searches.fill(None);
         let touching = self.touching()?;
         self.preview(&touching)?;
-        self.wake_touching(&intervals.widths)?;
+        let mut models = self.wake_touching(&intervals.widths);
         let mut trial = self.restart_searches();
         for number in 1..=MAX_TRIES {
             let mut attempt = self.begin(trial);
-            let ending = match self.simulate(&mut attempt, &intervals.widths) {
+            let built = std::mem::replace(&mut models, Ok(()));
+            let ending = match built.and_then(|()| self.simulate(&mut attempt, &intervals.widths)) {
                 Ok(ending) => ending,
+                Err(AdaptiveError::Interrupted) => Ending::Interrupted,
                 Err(error) => return self.fail(&attempt, number, &[], error),
             };
             let verdicts = self.assess();
@@ -149,7 +155,7 @@ impl Driver<'_> {
                     self.log(&attempt, number, "rejected", &reason, &verdicts)?;
                     trial = next;
                     if number < MAX_TRIES {
-                        self.rewind(&start, &intervals.widths)?;
+                        models = self.rewind(&start, &intervals.widths);
                     }
                 }
             }
@@ -247,7 +253,24 @@ impl Driver<'_> {
                 break;
             }
         }
+        self.check_resolved()?;
         Ok(Ending::Complete)
+    }
+
+    /// Refuses an impact in which bodies passed into each other between the contact points.
+    fn check_resolved(&mut self) -> Result<(), AdaptiveError> {
+        let (time, y) = (self.integrator.time(), self.integrator.state());
+        self.model.system.body_states(time, y);
+        let states = self.model.system.last_evaluation().0;
+        for (i, contact) in &self.model.adaptive {
+            let Some(fine) = self.fine[*i].as_ref().filter(|f| !f.has_touched()) else { continue };
+            let (overlap, width) = (-contact.nearest(states)?.gap, fine.widths()[0]);
+            if overlap > MISSED * width {
+                let contact = contact.name.clone();
+                return Err(AdaptiveError::Unresolved { contact, time, overlap, width });
+            }
+        }
+        Ok(())
     }
 
     /// Notes what the contacts did in the last step; the ending, if it shows that going on is pointless.
@@ -274,8 +297,7 @@ impl Driver<'_> {
         }
         attempt.contact_steps += usize::from(has_contact);
         if attempt.trial.is_some_and(|n| attempt.contact_steps >= n) {
-            let i = self.fine.iter().position(Option::is_some).unwrap_or(0);
-            return Ok(Some(Ending::TrialPassed(i)));
+            return Ok(Some(Ending::TrialPassed));
         }
         Ok(None)
     }
@@ -309,7 +331,7 @@ impl Driver<'_> {
         let mut reasons = Vec::new();
         for (i, verdict) in verdicts.iter().enumerate() {
             let (Some(verdict), false) = (verdict, self.is_width_given(i)) else { continue };
-            let is_trial = matches!(ending, Ending::TrialPassed(_) | Ending::SolverFailed { .. });
+            let is_trial = matches!(ending, Ending::TrialPassed | Ending::SolverFailed { .. });
             let is_edge = *ending == Ending::EdgeTouched(i);
             if verdict.is_at_face_end() {
                 return Err(self.face_end(i, number));
@@ -352,7 +374,7 @@ impl Driver<'_> {
             }
             let before = fine.search.penalty();
             let outcome = match ending {
-                Ending::TrialPassed(_) => RunOutcome::TrialPassed,
+                Ending::TrialPassed => RunOutcome::TrialPassed,
                 Ending::SolverFailed { code, .. } => RunOutcome::SolverError { code: *code },
                 _ => RunOutcome::Completed { peak_force },
             };
@@ -451,7 +473,7 @@ fn describe(verdict: &IntervalAssessment, is_edge: bool) -> String {
 
 fn penalty_reason(name: &str, ending: &Ending, before: f64, after: f64) -> String {
     let why = match ending {
-        Ending::TrialPassed(_) => "trial passed".to_owned(),
+        Ending::TrialPassed => "trial passed".to_owned(),
         Ending::SolverFailed { code, reason } => format!("contact solver failed with code {code} ({reason})"),
         _ => "peak force not yet compared".to_owned(),
     };

@@ -11,6 +11,7 @@ use nalgebra::Vector3;
 
 use super::impact::{Pending, Start};
 use super::{Driver, NEAR, QUIET_STEPS};
+use crate::adaptive_contact::{FineContact, RefinementWish};
 use crate::detection::Dormant;
 use crate::error::AdaptiveError;
 use crate::interval::IntervalAssessment;
@@ -106,33 +107,61 @@ impl Driver<'_> {
         let stays = |p: &Pending| matches!(p, Pending::Transfer(r) if r.time <= start.time);
         self.pending.retain(stays);
         self.watches.clone_from(&start.watches);
-        self.integrator.restart(start.time, &start.state);
-        for (i, wanted) in widths.iter().enumerate() {
+        let leaving = self.leaving(start.time, widths);
+        for i in self.latest_first() {
             let Some(fine) = &self.fine[i] else { continue };
-            let same = wanted.is_none_or(|w| {
-                fine.widths().iter().zip(w).all(|(a, b)| *a == 0.0 || (a / b - 1.0).abs() < SAME_WIDTH)
-            });
             let penalty = fine.search.penalty();
-            if same {
+            if !leaving.contains(&i) {
                 self.set_penalty(i, penalty)?;
                 self.model.system.forces_mut()[i].contact.forget();
-            } else {
-                self.sleep(i);
-                let is_other = |p: &Pending| !matches!(p, Pending::Transfer(r) if r.contact as usize == i);
-                self.pending.retain(is_other);
+                continue;
             }
+            if self.has_width(i, widths[i]) {
+                // It is woken again, now or when it touches, and goes on with its search.
+                self.searches[i] = Some(fine.search.clone());
+            }
+            self.sleep(i)?;
+            let is_other = |p: &Pending| !matches!(p, Pending::Transfer(r) if r.contact as usize == i);
+            self.pending.retain(is_other);
         }
+        let mut state = start.state.clone();
+        self.model.to_present_modes(start.time, &mut state)?;
+        self.integrator.restart(start.time, &state);
         self.wake_touching(widths)?;
-        // Contacts that joined later are woken again when they touch.
-        for i in 0..self.fine.len() {
-            let is_apart = self.fine[i].is_some() && self.is_apart(i)?;
-            if is_apart {
-                self.searches[i] = self.fine[i].as_ref().map(|f| f.search.clone());
-                self.sleep(i);
-            }
-        }
         self.integrator.invalidate();
         Ok(())
+    }
+
+    /// Contacts whose fine models do not serve the next try: those with other widths, those that joined the impact later, and
+    /// those on a body that loses the modes it had because of one of them.
+    fn leaving(&self, start: f64, widths: &[Option<[f64; 2]>]) -> Vec<usize> {
+        let mut leaving = Vec::new();
+        for i in self.latest_first().into_iter().rev() {
+            let Some(fine) = &self.fine[i] else { continue };
+            let (body, target) = self.model.system.forces()[i].contact.bodies();
+            let hosts = leaving.iter().filter_map(|&k: &usize| self.fine[k].as_ref());
+            let is_guest = hosts.flat_map(|f| &f.hosted).any(|b| *b == body || Some(*b) == target);
+            if is_guest || fine.since.0 > start || !self.has_width(i, widths[i]) {
+                leaving.push(i);
+            }
+        }
+        leaving
+    }
+
+    /// Whether the fine model of contact `i` has the widths wanted.
+    fn has_width(&self, i: usize, wanted: Option<[f64; 2]>) -> bool {
+        let widths = self.fine[i].as_ref().map_or([0.0; 2], FineContact::widths);
+        wanted
+            .is_none_or(|w| widths.iter().zip(w).all(|(a, b)| *a == 0.0 || (a / b - 1.0).abs() < SAME_WIDTH))
+    }
+
+    /// Contacts with fine models, the last one to come first: modes of bodies are given back in the reverse order.
+    pub(super) fn latest_first(&self) -> Vec<usize> {
+        let numbered = self.fine.iter().enumerate();
+        let mut list: Vec<(u64, usize)> =
+            numbered.filter_map(|(i, fine)| Some((fine.as_ref()?.since.1, i))).collect();
+        list.sort_unstable_by(|a, b| b.cmp(a));
+        list.into_iter().map(|(_, i)| i).collect()
     }
 
     /// The refined contacts that touch in the present state without having a fine model.
@@ -169,13 +198,18 @@ impl Driver<'_> {
     /// Puts the fine model of contact `i` about the present nearest points into the system.
     pub(super) fn wake(&mut self, i: usize, widths: Option<[f64; 2]>) -> Result<(), AdaptiveError> {
         let began = Instant::now();
+        self.building = Some(i);
+        let fixed = self.bodies_in_contact();
         let (t, y) = (self.integrator.time(), self.integrator.state());
         self.model.system.body_states(t, y);
         let states = self.model.system.last_evaluation().0;
         let Some((_, contact)) = self.model.adaptive.iter().find(|(index, _)| *index == i) else {
             return Ok(());
         };
-        let mut fine = contact.refine(&self.model.bodies, states, widths, self.previews[i])?;
+        let observer = &mut *self.observer;
+        let mut go_on = || if observer.is_interrupted() { Err(AdaptiveError::Interrupted) } else { Ok(()) };
+        let wish = RefinementWish { widths, peak: self.previews[i], fixed: &fixed };
+        let mut fine = contact.refine(&self.model.bodies, states, &wish, &mut go_on)?;
         let before = self.present_ledger()?;
         if let Some(mut element) = fine.element.take() {
             // A contact that joined the impact in an earlier try goes on with its search.
@@ -188,20 +222,47 @@ impl Driver<'_> {
             }
             self.model.system.forces_mut()[i] = TimedContact::new(element);
         }
+        self.building = None;
+        self.n_refined += 1;
+        fine.since = (t, self.n_refined);
+        let own = std::mem::take(&mut fine.own);
         self.fine[i] = Some(fine);
+        if !own.is_empty() {
+            let mut y = self.integrator.state().to_vec();
+            for (body, modes) in own {
+                self.model.take_own(body, modes, (t, &mut y))?;
+            }
+            self.integrator.restart(t, &y);
+        }
         self.model.timings.reduction += began.elapsed().as_secs_f64();
         let after = self.present_ledger()?;
         self.book_transfer(i, "coarse to fine", &before, &after);
         Ok(())
     }
 
-    /// Takes the fine model of contact `i` out of the system.
-    pub(super) fn sleep(&mut self, i: usize) {
-        self.fine[i] = None;
+    /// Bodies that take part in contacts with fine models.
+    fn bodies_in_contact(&self) -> Vec<usize> {
+        let active = self.model.system.forces().iter().zip(&self.fine).filter(|(_, fine)| fine.is_some());
+        let bodies = active.map(|(force, _)| force.contact.bodies());
+        bodies.flat_map(|(body, target)| [Some(body), target]).flatten().collect()
+    }
+
+    /// Takes the fine model of contact `i` out of the system, and gives its bodies the modes that they had before.
+    pub(super) fn sleep(&mut self, i: usize) -> Result<(), AdaptiveError> {
+        let hosted = self.fine[i].take().map_or_else(Vec::new, |fine| fine.hosted);
         let (body, target) = self.model.system.forces()[i].contact.bodies();
         let elapsed = self.model.system.forces()[i].elapsed();
         self.model.contact_time += elapsed.as_secs_f64();
         self.model.system.forces_mut()[i] = TimedContact::new(Box::new(Dormant::new(body, target)));
+        if hosted.is_empty() {
+            return Ok(());
+        }
+        let (t, mut y) = (self.integrator.time(), self.integrator.state().to_vec());
+        for body in hosted {
+            self.model.leave_own(body, (t, &mut y))?;
+        }
+        self.integrator.restart(t, &y);
+        Ok(())
     }
 
     pub(super) fn book_transfer(&mut self, i: usize, direction: &str, before: &Ledger, after: &Ledger) {
@@ -279,7 +340,8 @@ impl Driver<'_> {
         let (mut peaks, mut last_force) = (vec![0.0_f64; which.len()], t);
         for _ in 0..PREVIEW_STEPS {
             let end = self.settings.end_time;
-            if which.is_empty() || integrator.time() >= end || integrator.step(system, end).is_err() {
+            let is_over = which.is_empty() || integrator.time() >= end || self.observer.is_interrupted();
+            if is_over || integrator.step(system, end).is_err() {
                 break;
             }
             for (peak, i) in peaks.iter_mut().zip(which) {

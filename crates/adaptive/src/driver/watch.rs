@@ -14,16 +14,15 @@ use crate::simulation::{normal_motion, smallest_gap};
 impl Driver<'_> {
     /// Ends an accepted impact: reports it, and lets the fine models go.
     pub(super) fn finish(&mut self) -> Result<(), AdaptiveError> {
-        for i in 0..self.fine.len() {
-            if self.fine[i].is_none() {
+        let mut is_closed = false; // time is up, or the user stopped the run
+        for i in self.latest_first() {
+            let before = self.present_ledger()?;
+            is_closed |= self.model.system.forces()[i].contact.report().normal_force > 0.0;
+            let hosts = self.fine[i].as_ref().is_some_and(|fine| !fine.hosted.is_empty());
+            if self.model.system.forces()[i].contact.report().normal_force > 0.0 || is_closed && hosts {
                 continue;
             }
-            let before = self.present_ledger()?;
-            let is_open = self.model.system.forces()[i].contact.report().normal_force <= 0.0;
-            if !is_open {
-                continue; // time is up, or the user stopped the run
-            }
-            self.sleep(i);
+            self.sleep(i)?;
             let after = self.present_ledger()?;
             self.book_transfer(i, "fine to coarse", &before, &after);
         }
@@ -53,8 +52,9 @@ impl Driver<'_> {
         let cpu_time = processor.map_or(f64::NAN, |spent| spent.as_secs_f64());
         let mut impact = self.n_impacts;
         for i in 0..self.watches.len() {
-            // A try may fail before any force acts.
-            let took_part = self.watches[i].is_running() || (outcome == "failed" && self.fine[i].is_some());
+            // A try may end before any force acts, or before there is a model.
+            let has_begun = outcome == "failed" && self.fine[i].is_some() || self.building == Some(i);
+            let took_part = self.watches[i].is_running() || has_begun;
             if !took_part {
                 continue;
             }

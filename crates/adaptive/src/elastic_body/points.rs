@@ -1,9 +1,11 @@
 //! Points and markers on an elastic body.
 
+use contact_qs::points::DofLookup;
 use faer::{Mat, MatRef};
-use ffr_dynamics::body::RigidMotion;
+use ffr_dynamics::body::{AssembledBody, RigidMotion};
 use ffr_dynamics::kinematics::marker::FlexiblePoint;
 use ffr_dynamics::kinematics::{Marker, MarkerWeights};
+use iga_core::nurbs::Shape;
 use iga_core::nurbs::patch::PointBasis;
 use iga_core::space::Space;
 use nalgebra::{UnitQuaternion, Vector3};
@@ -11,7 +13,22 @@ use nalgebra::{UnitQuaternion, Vector3};
 use super::ElasticBody;
 use crate::error::AdaptiveError;
 use crate::spec::Place;
-use crate::stiffening::marker_weights;
+use crate::stiffening::weights_on;
+
+/// What points and markers need of a body's discretisation, coarse or fine.
+#[derive(Clone, Copy)]
+pub struct Discretised<'a> {
+    /// Name of the body.
+    pub name: &'a str,
+    /// Its shape before refinement, which keeps the parameters and is the cheaper one to search.
+    pub shape: &'a Shape,
+    /// Functions.
+    pub space: &'a dyn Space,
+    /// Unknowns.
+    pub assembled: &'a AssembledBody,
+    /// Numbers of the unknowns.
+    pub lookup: &'a DofLookup,
+}
 
 /// Point in space of a position in the components of a model with the rigid motions `motion`.
 pub fn point_in_space(motion: RigidMotion, position: &[f64; 3]) -> Vector3<f64> {
@@ -22,9 +39,9 @@ pub fn point_in_space(motion: RigidMotion, position: &[f64; 3]) -> Vector3<f64> 
     point
 }
 
-impl ElasticBody {
+impl Discretised<'_> {
     /// Functions that are not zero at parameters `xi` of element `e`, with their values.
-    pub fn functions_at(&self, e: usize, xi: &[f64; 3]) -> Vec<(u32, f64)> {
+    fn functions_at(&self, e: usize, xi: &[f64; 3]) -> Vec<(u32, f64)> {
         let (mut basis, mut active) = (PointBasis::default(), Vec::new());
         self.space.evaluate(e, xi, 0, &mut basis);
         self.space.active_functions(e, &mut active);
@@ -36,12 +53,10 @@ impl ElasticBody {
     /// # Errors
     /// [`AdaptiveError::Geometry`] if the point is not in the body.
     pub fn locate(&self, place: &[f64; 3]) -> Result<(usize, [f64; 3]), AdaptiveError> {
-        // Refinement keeps the parameters, and the coarse shape is the cheaper one to search.
         let (patch, xi) = self
-            .spec
             .shape
             .locate(place)
-            .map_err(|source| AdaptiveError::Geometry { body: self.name.clone(), source })?;
+            .map_err(|source| AdaptiveError::Geometry { body: self.name.to_owned(), source })?;
         Ok((self.space.find_element(patch, &xi), xi))
     }
 
@@ -49,11 +64,11 @@ impl ElasticBody {
     ///
     /// # Errors
     /// [`AdaptiveError::Unsupported`] if the shape has no marker of that name.
-    pub fn coordinates(&self, place: &Place) -> Result<[f64; 3], AdaptiveError> {
+    fn coordinates(&self, place: &Place) -> Result<[f64; 3], AdaptiveError> {
         match place {
             Place::Point(point) => Ok(*point),
-            Place::Marker(name) => self.spec.shape.markers.get(name).copied().ok_or_else(|| {
-                let known: Vec<&str> = self.spec.shape.markers.keys().map(String::as_str).collect();
+            Place::Marker(name) => self.shape.markers.get(name).copied().ok_or_else(|| {
+                let known: Vec<&str> = self.shape.markers.keys().map(String::as_str).collect();
                 AdaptiveError::Unsupported {
                     subject: format!("body \"{}\"", self.name),
                     reason: format!("the shape has no marker \"{name}\", it has {}", known.join(", ")),
@@ -65,7 +80,7 @@ impl ElasticBody {
     /// The material point at `place`, moving with the modes `shapes`.
     ///
     /// # Errors
-    /// As [`ElasticBody::locate`] and [`ElasticBody::coordinates`].
+    /// [`AdaptiveError::Geometry`] or [`AdaptiveError::Unsupported`] if there is no such place.
     pub fn flexible_point(
         &self,
         place: &Place,
@@ -92,7 +107,7 @@ impl ElasticBody {
     /// with half the curl of the displacement.
     ///
     /// # Errors
-    /// As [`ElasticBody::flexible_point`]; [`AdaptiveError::Reduction`] if a mode is not finite there.
+    /// As [`Discretised::flexible_point`]; [`AdaptiveError::Reduction`] if a mode is not finite there.
     pub fn marker(
         &self,
         name: &str,
@@ -102,19 +117,69 @@ impl ElasticBody {
     ) -> Result<Marker, AdaptiveError> {
         self.marker_weights(place, rotation)?
             .marker(name, shapes)
-            .map_err(|source| AdaptiveError::Reduction { body: self.name.clone(), source })
+            .map_err(|source| AdaptiveError::Reduction { body: self.name.to_owned(), source })
     }
 
     /// The marker at `place` with axes turned by `rotation`, in terms of the unknowns.
     ///
     /// # Errors
-    /// As [`ElasticBody::flexible_point`]; [`AdaptiveError::Reduction`] if a function is not finite there.
+    /// As [`Discretised::flexible_point`]; [`AdaptiveError::Reduction`] if a function is not finite there.
     pub fn marker_weights(
         &self,
         place: &Place,
         rotation: UnitQuaternion<f64>,
     ) -> Result<MarkerWeights, AdaptiveError> {
-        marker_weights(self, &self.coordinates(place)?, rotation)
+        weights_on(self, &self.coordinates(place)?, rotation)
+    }
+}
+
+impl ElasticBody {
+    /// What points and markers need.
+    pub fn discretised(&self) -> Discretised<'_> {
+        Discretised {
+            name: &self.name,
+            shape: &self.spec.shape,
+            space: &self.space,
+            assembled: &self.assembled,
+            lookup: &self.lookup,
+        }
+    }
+
+    /// Functions that are not zero at parameters `xi` of element `e`, with their values.
+    pub fn functions_at(&self, e: usize, xi: &[f64; 3]) -> Vec<(u32, f64)> {
+        self.discretised().functions_at(e, xi)
+    }
+
+    /// As [`Discretised::locate`].
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Geometry`] if the point is not in the body.
+    pub fn locate(&self, place: &[f64; 3]) -> Result<(usize, [f64; 3]), AdaptiveError> {
+        self.discretised().locate(place)
+    }
+
+    /// As [`Discretised::flexible_point`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn flexible_point(
+        &self,
+        place: &Place,
+        shapes: MatRef<'_, f64>,
+    ) -> Result<FlexiblePoint, AdaptiveError> {
+        self.discretised().flexible_point(place, shapes)
+    }
+
+    /// As [`Discretised::marker_weights`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn marker_weights(
+        &self,
+        place: &Place,
+        rotation: UnitQuaternion<f64>,
+    ) -> Result<MarkerWeights, AdaptiveError> {
+        self.discretised().marker_weights(place, rotation)
     }
 
     /// Displacements of the unknowns as node-major control values, with zeros where a component is constrained.

@@ -25,6 +25,7 @@ use crate::spec::{
     ContactLaw, ContactSpec, HertzSphere, ReductionSpec, RefinementSpec, RunSpec, SurfaceLaw, Target,
     Treatment,
 };
+use crate::store::ModelCache;
 
 /// A contact ready for the system.
 pub struct BuiltContact {
@@ -53,44 +54,46 @@ pub fn adaptive_contacts(
     spec: &RunSpec,
     plans: &[ContactPlan],
     bodies: &[BodyModel],
+    cache: &ModelCache,
 ) -> Result<Vec<(usize, AdaptiveContact)>, AdaptiveError> {
     let is_refined = |i: usize| plans[i] == ContactPlan::AtTouch;
     let takes_part = |i: usize| {
         let mut contacts = spec.contacts.iter().enumerate();
         contacts.any(|(k, c)| is_refined(k) && takes_part(c, i))
     };
-    let surface = |(i, body): (usize, &BodyModel)| {
-        let Some(elastic) = body.elastic.as_ref().filter(|_| takes_part(i)) else { return Ok(None) };
-        let full = &elastic.body;
-        let motion = full.assembled.motion;
-        let model = SurfaceModel::new(
-            motion,
-            &full.shape.patches,
-            &full.space,
-            &full.lookup,
-            elastic.reduced.shapes(),
-        )
-        .and_then(|m| m.with_frequencies(&elastic.reduced.basis.omega));
-        let fail = |source: ContactError| AdaptiveError::Unsupported {
-            subject: format!("body \"{}\"", body.name),
-            reason: source.to_string(),
-        };
-        model.map(|m| Some(Arc::new(m))).map_err(fail)
+    let surface = |(i, body): (usize, &BodyModel)| match &body.elastic {
+        Some(elastic) if takes_part(i) => surface(elastic).map(Some),
+        _ => Ok(None),
     };
     let surfaces = bodies.iter().enumerate().map(surface).collect::<Result<Vec<_>, AdaptiveError>>()?;
     let refined = || spec.contacts.iter().enumerate().filter(|(i, _)| is_refined(*i));
     refined()
         .filter_map(|(i, contact)| match &contact.law {
             ContactLaw::Surface(law) => {
-                Some(AdaptiveContact::new(contact, law, &surfaces).map(|adaptive| (i, adaptive)))
+                Some(AdaptiveContact::new(contact, law, &surfaces, cache).map(|adaptive| (i, adaptive)))
             }
             ContactLaw::Hertz { .. } => None,
         })
         .collect()
 }
 
+/// The deformable surface of a body, by which pairs are watched.
+///
+/// # Errors
+/// [`AdaptiveError::Unsupported`] if the body has no surface.
+pub fn surface(elastic: &ElasticModel) -> Result<Arc<SurfaceModel>, AdaptiveError> {
+    let (full, reduced) = (&elastic.body, &elastic.reduced);
+    let motion = full.assembled.motion;
+    let model = SurfaceModel::new(motion, &full.shape.patches, &full.space, &full.lookup, reduced.shapes());
+    let model = model.and_then(|m| m.with_frequencies(&reduced.basis.omega));
+    model.map(Arc::new).map_err(|source| AdaptiveError::Unsupported {
+        subject: format!("body \"{}\"", full.name),
+        reason: source.to_string(),
+    })
+}
+
 /// Whether `contact` acts on body `index`.
-fn takes_part(contact: &ContactSpec, index: usize) -> bool {
+pub fn takes_part(contact: &ContactSpec, index: usize) -> bool {
     contact.body == index || contact.target == Target::Body(index)
 }
 

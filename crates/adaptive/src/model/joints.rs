@@ -20,7 +20,10 @@ impl BodyModel {
     /// [`AdaptiveError`] if there is no such place.
     pub fn point(&self, place: &Place) -> Result<FlexiblePoint, AdaptiveError> {
         match (&self.elastic, &self.imported) {
-            (Some(e), _) => e.body.flexible_point(place, e.reduced.shapes()),
+            (Some(e), _) => match &self.own {
+                Some(own) => own.point(&e.body, place),
+                None => e.body.discretised().flexible_point(place, e.reduced.shapes()),
+            },
             (None, Some(imported)) => imported.point(&self.name, place),
             (None, None) => Ok(FlexiblePoint::rigid(self.rigid_place(place)?)),
         }
@@ -33,7 +36,10 @@ impl BodyModel {
         rotation: UnitQuaternion<f64>,
     ) -> Result<Marker, AdaptiveError> {
         match (&self.elastic, &self.imported) {
-            (Some(e), _) => e.body.marker(name, place, rotation, e.reduced.shapes()),
+            (Some(e), _) => match &self.own {
+                Some(own) => own.marker(&e.body, name, place, rotation),
+                None => e.body.discretised().marker(name, place, rotation, e.reduced.shapes()),
+            },
             (None, Some(imported)) => imported.marker(&self.name, name, place, rotation),
             (None, None) => Ok(Marker::rigid(name, self.rigid_place(place)?, rotation)),
         }

@@ -23,12 +23,12 @@ pub fn poses(spec: &RunSpec) -> Result<Vec<BodyState>, AdaptiveError> {
             BodyKind::Imported(imported) => {
                 let model = ImportedModel::rigid(imported)?;
                 let (name, data) = (body.name.clone(), model.data.clone());
-                return Ok(BodyModel { name, data, elastic: None, imported: Some(model) });
+                return Ok(BodyModel { name, data, elastic: None, imported: Some(model), own: None });
             }
         };
         // Poses do not depend on masses.
         let data = StandardInputData::rigid(motion, 1.0, Vector3::zeros(), Matrix3::identity())?;
-        Ok(BodyModel { name: body.name.clone(), data, elastic: None, imported: None })
+        Ok(BodyModel { name: body.name.clone(), data, elastic: None, imported: None, own: None })
     });
     let rigid: Vec<BodyModel> = rigid.collect::<Result<_, DynamicsError>>().map_err(AdaptiveError::Model)?;
     let description = joints::system_spec(spec, &rigid)?;

@@ -5,6 +5,8 @@ use contact_qs::quasistatic::Method;
 use nalgebra::Vector3;
 
 use super::body::Place;
+use crate::fine_model::LowModes;
+use crate::transfer::TransferMethod;
 
 /// A contact between a body and a target.
 #[derive(Debug, Clone, PartialEq)]
@@ -77,6 +79,18 @@ pub struct SurfaceLaw {
     pub friction: Option<Friction>,
     /// Contact interval.
     pub interval: IntervalSpec,
+    /// Modes of fine models, and how states come to them.
+    pub hand_over: HandOver,
+}
+
+/// Low-frequency modes of the fine models that the program builds, and how the state is handed over to them and back
+/// (\[A\] 4.4; theory A.6).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct HandOver {
+    /// The modes.
+    pub modes: LowModes,
+    /// The maps; prolonged modes need none.
+    pub method: TransferMethod,
 }
 
 /// Treatments of the contact zone (\[A\] section 6: the models compared; theory A.8).

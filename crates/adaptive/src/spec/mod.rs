@@ -13,8 +13,8 @@ pub use body::{
     ReductionSpec, RefinementSpec, RigidSpec,
 };
 pub use contact::{
-    ContactLaw, ContactSpec, HertzSphere, IntervalSpec, PenaltySearch, PointRule, SurfaceLaw, Target,
-    Treatment,
+    ContactLaw, ContactSpec, HandOver, HertzSphere, IntervalSpec, PenaltySearch, PointRule, SurfaceLaw,
+    Target, Treatment,
 };
 pub use joint::{Attachment, CoordinateSpec, JointSpec, LoadSpec};
 pub use time_curve::TimeCurve;

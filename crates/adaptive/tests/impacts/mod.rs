@@ -9,7 +9,7 @@ use adaptive::record::{
     TransferRecord, TryRecord,
 };
 use adaptive::spec::{
-    BodyKind, BodySpec, ContactLaw, ContactSpec, DiscretisationSpec, ElasticSpec, InitialMotion,
+    BodyKind, BodySpec, ContactLaw, ContactSpec, DiscretisationSpec, ElasticSpec, HandOver, InitialMotion,
     IntervalSpec, PenaltySearch, PhaseSettings, PointRule, ReductionSpec, RunSettings, RunSpec, SurfaceLaw,
     Target, Treatment,
 };
@@ -30,6 +30,8 @@ pub struct Trace {
     pub transfers: Vec<TransferRecord>,
     /// Asks to stop at the first step that ends at or after this time [s].
     pub stop_at: Option<f64>,
+    /// Asks to stop while a model is built after so many tries.
+    pub stop_after_tries: Option<usize>,
 }
 
 impl Observer for Trace {
@@ -44,6 +46,10 @@ impl Observer for Trace {
 
     fn progress(&mut self, time: f64, _: f64, _: PhaseKind) -> Continue {
         if self.stop_at.is_some_and(|stop| time >= stop) { Continue::Interrupt } else { Continue::Yes }
+    }
+
+    fn is_interrupted(&mut self) -> bool {
+        self.stop_after_tries.is_some_and(|n| self.tries.len() >= n)
     }
 
     fn phase(&mut self, record: &PhaseRecord) -> Result<(), ObserverError> {
@@ -159,6 +165,7 @@ pub fn law() -> SurfaceLaw {
         method: Method::ActiveSet,
         friction: None,
         interval: IntervalSpec::default(),
+        hand_over: HandOver::default(),
     }
 }
 

@@ -7,7 +7,7 @@ mod impacts;
 use adaptive::driver::run;
 use adaptive::model::RunModel;
 use adaptive::spec::{
-    BodyKind, BodySpec, ContactLaw, ContactSpec, DiscretisationSpec, ElasticSpec, InitialMotion,
+    BodyKind, BodySpec, ContactLaw, ContactSpec, DiscretisationSpec, ElasticSpec, HandOver, InitialMotion,
     IntervalSpec, PenaltySearch, PhaseSettings, PointRule, ReductionSpec, RunSettings, RunSpec, SurfaceLaw,
     Target, Treatment,
 };
@@ -66,6 +66,7 @@ pub fn contact(name: &str, body: usize, target: usize, search: PenaltySearch, me
         method,
         friction: None,
         interval: IntervalSpec::default(),
+        hand_over: HandOver::default(),
     };
     ContactSpec { name: name.into(), body, target: Target::Body(target), law: ContactLaw::Surface(law) }
 }

@@ -12,12 +12,13 @@ use adaptive::record::{
 use indicatif::ProgressBar;
 
 use super::{check_distinct, threads};
+use crate::cache::{self, CacheSettings};
 use crate::cli::RunArguments;
 use crate::error::AppError;
 use crate::progress::Progress;
 use crate::results::{OutputFile, Recorder, Status};
 use crate::scenario::{self, Scenario};
-use crate::simulate::{Ending, RunReport, simulate};
+use crate::simulate::{Ending, RunReport, simulate_with};
 
 /// Runs a scenario file.
 ///
@@ -38,7 +39,12 @@ pub fn run(arguments: &RunArguments, bar: ProgressBar) -> Result<(), AppError> {
         tracing::warn!("Ctrl-C will end the run without closing the file: {error}");
     }
     let output = OutputFile::claim(&target, arguments.force)?;
-    record(&scenario, output, n_threads, &stop, bar, simulate)
+    let cache = cache::open(&CacheSettings::new(&arguments.cache));
+    let outcome = record(&scenario, output, n_threads, &stop, bar, |scenario, observer, threads| {
+        simulate_with(scenario, observer, threads, &cache)
+    });
+    cache::log_use(&cache);
+    outcome
 }
 
 /// The scenario's name with `.h5`, in the working directory.
@@ -48,7 +54,7 @@ fn default_output(scenario: &Path) -> PathBuf {
     PathBuf::from(name)
 }
 
-/// A function that runs a scenario, see [`simulate`].
+/// A function that runs a scenario, see [`crate::simulate::simulate`].
 pub type Simulation = fn(&Scenario, &mut dyn Observer, usize) -> Result<RunReport, AppError>;
 
 /// Runs `simulation` and records it in `output`, whatever way it ends.
@@ -61,7 +67,7 @@ pub fn record(
     n_threads: usize,
     stop: &Arc<AtomicBool>,
     bar: ProgressBar,
-    simulation: Simulation,
+    simulation: impl FnOnce(&Scenario, &mut dyn Observer, usize) -> Result<RunReport, AppError>,
 ) -> Result<(), AppError> {
     let begin = Instant::now();
     let part = output.part().to_owned();
@@ -121,6 +127,10 @@ impl Observer for RunObserver {
     fn progress(&mut self, time: f64, step: f64, phase: PhaseKind) -> Continue {
         self.progress.step(time, step, phase);
         if self.stop.load(Ordering::Relaxed) { Continue::Interrupt } else { Continue::Yes }
+    }
+
+    fn is_interrupted(&mut self) -> bool {
+        self.stop.load(Ordering::Relaxed)
     }
 
     fn phase(&mut self, record: &PhaseRecord) -> Result<(), ObserverError> {

@@ -24,7 +24,7 @@ const ATTRIBUTES: [(&str, &str); 11] = [
 ];
 
 /// Fixed datasets besides series and tables: path, shape, unit, meaning.
-const FIXED: [(&str, &str, &str, &str); 11] = [
+const FIXED: [(&str, &str, &str, &str); 12] = [
     (
         "/scenario",
         "text",
@@ -51,6 +51,12 @@ const FIXED: [(&str, &str, &str, &str); 11] = [
     ),
     ("/stress/NAME/von_mises", "m", "Pa", "Von Mises stress; attribute `time` in s."),
     ("/stress/NAME/{coordinate, component}", "3, 6", "", "Names of the components."),
+    (
+        "/timings/cache",
+        "1",
+        "s",
+        "Time for models kept between runs, a part of `reduction`; attributes `hits`, `misses` ([cache.md](cache.md)).",
+    ),
 ];
 
 /// Columns of `/phases`.

@@ -83,6 +83,7 @@ fn surface(law: &scenario::SurfaceContact) -> SurfaceLaw {
             scenario::ContactSolver::Broyden => Method::Broyden(BroydenSettings::default()),
         },
         friction: law.friction,
+        hand_over: law.hand_over,
         interval: IntervalSpec {
             width: law.interval.width,
             elements: law.interval.elements,

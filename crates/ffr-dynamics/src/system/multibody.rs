@@ -54,6 +54,25 @@ impl<F: ForceElement> Multibody<F> {
         Ok(Self { model, forces, error_scale: ErrorScale::default(), workspace, norm })
     }
 
+    /// Replaces the bodies by other models of them with as many coordinates; force elements and tolerances stay. States keep
+    /// their places, but elastic coordinates belong to the new modes.
+    ///
+    /// # Errors
+    /// See [`MultibodyModel::new`]; [`DynamicsError::Inconsistent`] if states would have other places. The system is then as
+    /// before.
+    pub fn replace_model(&mut self, spec: SystemSpec) -> Result<(), DynamicsError> {
+        let model = MultibodyModel::new(spec)?;
+        let layouts = |model: &MultibodyModel| model.bodies.iter().map(|b| b.layout).collect::<Vec<_>>();
+        if layouts(&model) != layouts(&self.model) {
+            let reason = "models that replace each other need the same coordinates".into();
+            return Err(DynamicsError::Inconsistent { reason });
+        }
+        let workspace = Workspace::new(&model);
+        self.norm = RefCell::new(TreeNorm::new(&model, &workspace.states, &workspace.edges)?);
+        (self.model, self.workspace) = (model, workspace);
+        Ok(())
+    }
+
     /// The model.
     pub fn model(&self) -> &MultibodyModel {
         &self.model

@@ -6,8 +6,17 @@ use super::contacts::ContactFacts;
 use super::places::BodyFacts;
 
 /// Keys that only contact points on surfaces have.
-const SURFACE_KEYS: [&str; 7] =
-    ["constraint", "points", "solver", "friction", "friction_stiffness_ratio", "penalty", "interval"];
+const SURFACE_KEYS: [&str; 9] = [
+    "constraint",
+    "points",
+    "solver",
+    "friction",
+    "friction_stiffness_ratio",
+    "modes",
+    "transfer",
+    "penalty",
+    "interval",
+];
 
 /// Reports bodies that are no spheres, and settings of surfaces.
 pub fn check_hertz(checker: &mut Checker, root: &Section, section: &Section) {
@@ -101,6 +110,7 @@ pub fn check_settings(checker: &mut Checker, section: &Section, facts: &ContactF
     if let Some(interval) = section.table("interval") {
         check_interval(checker, interval, facts);
     }
+    check_hand_over(checker, section, facts);
 }
 
 fn check_solver(checker: &mut Checker, section: &Section, facts: &ContactFacts<'_>) {
@@ -127,6 +137,22 @@ fn check_solver(checker: &mut Checker, section: &Section, facts: &ContactFacts<'
             let message = format!("must be \"{needed}\" with constraint \"exact\"");
             checker.fault_in(section, key, message);
         }
+    }
+}
+
+fn check_hand_over(checker: &mut Checker, section: &Section, facts: &ContactFacts<'_>) {
+    let has_own = section.text("modes") == Some("own");
+    let may_be_refined = facts.is_refined() && matches!(facts.model, "adaptive" | "quasistatic");
+    if has_own && !may_be_refined {
+        let message = format!(
+            "must be \"prolonged\" with model \"{}\" here, whose bodies keep one model; \"adaptive\" has fine models",
+            facts.model
+        );
+        checker.fault_in(section, "modes", message);
+    }
+    if section.text("transfer") == Some("printed") && !has_own {
+        let message = "\"printed\" has a meaning with modes = \"own\" only".into();
+        checker.fault_in(section, "transfer", message);
     }
 }
 

@@ -1,5 +1,8 @@
 //! Contacts: pairs of bodies that exist, and settings that go together.
 
+use adaptive::fine_model::LowModes;
+use adaptive::spec::HandOver;
+use adaptive::transfer::TransferMethod;
 use contact_qs::law::Friction;
 
 use super::super::check::Checker;
@@ -107,6 +110,16 @@ fn surface(checker: &mut Checker, section: &Section, facts: &ContactFacts<'_>) -
         },
         friction: (coefficient > 0.0).then_some(Friction { coefficient, stiffness_ratio }),
         interval: interval(section.table("interval")?)?,
+        hand_over: HandOver {
+            modes: match section.text("modes")? {
+                "own" => LowModes::Own,
+                _ => LowModes::Prolonged,
+            },
+            method: match section.text("transfer")? {
+                "printed" => TransferMethod::Printed,
+                _ => TransferMethod::MassOrthogonal,
+            },
+        },
     })
 }
 

@@ -1,5 +1,6 @@
 //! Contacts.
 
+use adaptive::spec::HandOver;
 use contact_qs::law::Friction;
 
 /// A contact between two bodies.
@@ -39,6 +40,8 @@ pub struct SurfaceContact {
     pub friction: Option<Friction>,
     /// Contact interval.
     pub interval: Interval,
+    /// Modes of fine models, and how states come to them.
+    pub hand_over: HandOver,
 }
 
 /// Contact models.

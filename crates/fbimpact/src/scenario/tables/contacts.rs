@@ -35,6 +35,19 @@ const SEARCHES: &[Choice] = &[
     Choice::new("until-error", "raised by ten until the solver fails, then lowered (the same, Fig. 3)"),
 ];
 
+const MODES: &[Choice] = &[
+    Choice::new("prolonged", "those of the coarse model, so that the state stays as it is"),
+    Choice::new("own", "those of the fine model, to which the state is handed over and back"),
+];
+
+const TRANSFERS: &[Choice] = &[
+    Choice::new("projection", "mass-orthogonal projection, the best approximation in kinetic energy"),
+    Choice::new(
+        "printed",
+        "Rückwald, Held and Seifried (2024), section 4.4: least squares and interpolation",
+    ),
+];
+
 /// `[contacts.NAME]`.
 pub const CONTACT: &[Key] = &[
     Key::new(
@@ -86,6 +99,21 @@ pub const CONTACT: &[Key] = &[
         "–",
         Need::Default("1.0"),
         "Tangential penalty factor of sticking points as a share of the normal one.",
+    ),
+    Key::new(
+        "modes",
+        Kind::Choice(MODES),
+        "",
+        Need::Default("\"prolonged\""),
+        "Low-frequency modes of the fine models, where the program refines. A body in two contacts at once keeps those that it \
+         had at the first touch.",
+    ),
+    Key::new(
+        "transfer",
+        Kind::Choice(TRANSFERS),
+        "",
+        Need::Default("\"projection\""),
+        "How the state is handed over between coarse and fine models, with modes = \"own\".",
     ),
     Key::new("penalty", Kind::Table(PENALTY), "", Need::Default("{}"), "Penalty factor."),
     Key::new(

@@ -1,0 +1,192 @@
+//! Bodies that change to a fine model with modes of its own for an impact, and back.
+
+use std::sync::Arc;
+
+use contact_qs::search::SurfaceModel;
+use ffr_dynamics::kinematics::Marker;
+use ffr_dynamics::kinematics::marker::FlexiblePoint;
+use nalgebra::UnitQuaternion;
+
+use super::contacts::{surface, takes_part};
+use super::plan::ContactPlan;
+use super::{BodyModel, RunModel, joints, observed_points};
+use crate::elastic_body::ElasticBody;
+use crate::error::AdaptiveError;
+use crate::fine_model::{FineBody, LowModes};
+use crate::own_modes::{OwnModes, check_own_modes};
+use crate::spec::{ContactLaw, ContactSpec, Place, RunSpec};
+
+/// A fine model in use. While it is, its view is the body's reduced model; the coarse one is kept here.
+pub struct OwnState {
+    /// The refined body.
+    fine: FineBody,
+    /// Its modes.
+    modes: OwnModes,
+    /// The surface that belongs to the coarse modes.
+    surface: Option<Arc<SurfaceModel>>,
+}
+
+impl OwnState {
+    /// The material point at `place` of the body, whose coarse model is `coarse`.
+    ///
+    /// # Errors
+    /// [`AdaptiveError`] if there is no such place.
+    pub fn point(&self, coarse: &ElasticBody, place: &Place) -> Result<FlexiblePoint, AdaptiveError> {
+        self.fine.discretised(coarse).flexible_point(place, self.modes.reduced.shapes())
+    }
+
+    /// A marker on the body, whose coarse model is `coarse`.
+    ///
+    /// # Errors
+    /// [`AdaptiveError`] if there is no such place.
+    pub fn marker(
+        &self,
+        coarse: &ElasticBody,
+        name: &str,
+        place: &Place,
+        rotation: UnitQuaternion<f64>,
+    ) -> Result<Marker, AdaptiveError> {
+        self.fine.discretised(coarse).marker(name, place, rotation, self.modes.reduced.shapes())
+    }
+}
+
+/// Whether fine models of `contact` have modes of their own.
+fn has_own_modes(contact: &ContactSpec) -> bool {
+    matches!(&contact.law, ContactLaw::Surface(law) if law.hand_over.modes == LowModes::Own)
+}
+
+/// Whether bodies will change their modes.
+///
+/// # Errors
+/// [`AdaptiveError::Unsupported`] if one of them cannot.
+pub fn needs_own_modes(
+    spec: &RunSpec,
+    plans: &[ContactPlan],
+    bodies: &[BodyModel],
+) -> Result<bool, AdaptiveError> {
+    let mut is_needed = false;
+    let all = || spec.contacts.iter().zip(plans);
+    for (contact, plan) in all().filter(|(contact, _)| has_own_modes(contact)) {
+        is_needed = true;
+        let refuse = |reason: String| AdaptiveError::Unsupported {
+            subject: format!("contact \"{}\"", contact.name),
+            reason,
+        };
+        if *plan != ContactPlan::AtTouch {
+            let reason = "modes = \"own\" is for contacts that the program refines in the run, leave it out";
+            return Err(refuse(reason.into()));
+        }
+        for (i, body) in bodies.iter().enumerate().filter(|(i, _)| takes_part(contact, *i)) {
+            let other = all().find(|(c, plan)| takes_part(c, i) && **plan != ContactPlan::AtTouch);
+            if let Some((other, _)) = other {
+                return Err(refuse(format!(
+                    "body \"{}\" takes part in contact \"{}\" too, which keeps one model for the whole run; choose modes = \"prolonged\"",
+                    body.name, other.name
+                )));
+            }
+            if let Some(elastic) = &body.elastic {
+                check_own_modes(&elastic.body, &elastic.reduced)?;
+            }
+        }
+    }
+    Ok(is_needed)
+}
+
+impl RunModel {
+    /// Whether `body` has modes of its own at present.
+    pub fn has_own_modes(&self, body: usize) -> bool {
+        self.bodies[body].own.is_some()
+    }
+
+    /// Gives `body` a fine model with its modes and maps its part of the state `y` at time `t`.
+    ///
+    /// # Errors
+    /// [`AdaptiveError`] if the system cannot be built with it.
+    pub fn take_own(
+        &mut self,
+        body: usize,
+        (fine, modes): (FineBody, OwnModes),
+        (t, y): (f64, &mut [f64]),
+    ) -> Result<(), AdaptiveError> {
+        self.map_to_own(body, &modes, y)?;
+        let model = &mut self.bodies[body];
+        let Some(elastic) = &mut model.elastic else { return Ok(()) };
+        let mut own = OwnState { fine, modes, surface: None };
+        std::mem::swap(&mut elastic.reduced, &mut own.modes.view);
+        model.data = own.modes.reduced.data.clone();
+        let seen = surface(elastic)?;
+        own.surface = self.watch(body, &seen);
+        self.bodies[body].own = Some(Box::new(own));
+        self.rebuild(t, y)
+    }
+
+    /// Gives `body` its coarse model again and maps its part of the state `y` at time `t`.
+    ///
+    /// # Errors
+    /// [`AdaptiveError`] if the system cannot be built with it.
+    pub fn leave_own(&mut self, body: usize, (t, y): (f64, &mut [f64])) -> Result<(), AdaptiveError> {
+        let Some(mut own) = self.bodies[body].own.take() else { return Ok(()) };
+        let map = |x: &[f64]| own.modes.transfer.coarse(x);
+        self.map_elastic(body, map, y)?;
+        if let Some(elastic) = &mut self.bodies[body].elastic {
+            std::mem::swap(&mut elastic.reduced, &mut own.modes.view);
+            self.bodies[body].data = elastic.reduced.data.clone();
+        }
+        if let Some(coarse) = own.surface {
+            self.watch(body, &coarse);
+        }
+        self.rebuild(t, y)
+    }
+
+    /// Maps the coarse state `y` at time `t` to the modes that bodies have at present.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Dynamics`] if the state is not finite.
+    pub fn to_present_modes(&mut self, t: f64, y: &mut [f64]) -> Result<(), AdaptiveError> {
+        for body in 0..self.bodies.len() {
+            if let Some(own) = self.bodies[body].own.take() {
+                let outcome = self.map_to_own(body, &own.modes, y);
+                self.bodies[body].own = Some(own);
+                outcome?;
+            }
+        }
+        self.close_loops(t, y)
+    }
+
+    fn map_to_own(&mut self, body: usize, modes: &OwnModes, y: &mut [f64]) -> Result<(), AdaptiveError> {
+        self.map_elastic(body, |x| modes.transfer.fine(x), y)
+    }
+
+    fn map_elastic(
+        &mut self,
+        body: usize,
+        map: impl Fn(&[f64]) -> Vec<f64>,
+        y: &mut [f64],
+    ) -> Result<(), AdaptiveError> {
+        let layout = self.system.model().bodies[body].layout;
+        let (q, rates) = (map(&y[layout.elastic()]), map(&y[layout.elastic_rates()]));
+        self.system.set_elastic(y, body, &q, &rates).map_err(AdaptiveError::Dynamics)
+    }
+
+    fn watch(&mut self, body: usize, surface: &Arc<SurfaceModel>) -> Option<Arc<SurfaceModel>> {
+        let contacts = self.adaptive.iter_mut();
+        contacts.filter_map(|(_, contact)| contact.detector.replace_surface(body, surface)).last()
+    }
+
+    /// The system with the models that bodies have at present.
+    fn rebuild(&mut self, t: f64, y: &mut [f64]) -> Result<(), AdaptiveError> {
+        let Some(spec) = &self.source else { return Ok(()) };
+        let description = joints::system_spec(spec, &self.bodies)?;
+        self.observed.points = observed_points(spec, &self.bodies)?;
+        self.system.replace_model(description).map_err(AdaptiveError::Model)?;
+        self.close_loops(t, y)
+    }
+
+    /// Loops hang on markers, which moved with the modes.
+    fn close_loops(&mut self, t: f64, y: &mut [f64]) -> Result<(), AdaptiveError> {
+        if self.system.model().loops.is_empty() {
+            return Ok(());
+        }
+        self.system.assemble(t, y).map_err(AdaptiveError::Model)
+    }
+}
