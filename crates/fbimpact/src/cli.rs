@@ -176,9 +176,13 @@ pub enum Command {
     Export(ExportArguments),
     /// Print the JSON schema of the scenario file, for editors
     Schema,
-    /// Print the reference page of the scenario file
+    /// Print the reference page of the scenario file, or the tables of that of the result file
     #[command(hide = true)]
-    Reference,
+    Reference {
+        /// Page
+        #[arg(default_value = "scenario")]
+        page: Page,
+    },
     /// Print completions for a shell
     Completions {
         /// Shell
@@ -190,6 +194,15 @@ pub enum Command {
         #[arg(value_name = "COMMAND")]
         command: Option<String>,
     },
+}
+
+/// Reference pages.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Page {
+    /// The scenario file.
+    Scenario,
+    /// The result file.
+    Results,
 }
 
 /// Arguments of `run`.

@@ -1,6 +1,7 @@
 //! The fbimpact program as a library: command line, scenario, setup, run, results.
 
 pub mod error;
+pub mod reasons;
 pub mod provenance;
 pub mod scenario;
 pub mod setup;
@@ -22,7 +23,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-use cli::{Cli, Command};
+use cli::{Cli, Command, Page};
 use error::AppError;
 
 /// Parses the command line, does what it says and returns the exit code. Never ends the process itself: HDF5 files
@@ -70,7 +71,8 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
         Command::Plot(arguments) => commands::plot::plot(&arguments),
         Command::Export(arguments) => commands::export::export(&arguments),
         Command::Schema => commands::print(&scenario::schema::text()),
-        Command::Reference => commands::print(&scenario::reference::markdown()),
+        Command::Reference { page: Page::Scenario } => commands::print(&scenario::reference::markdown()),
+        Command::Reference { page: Page::Results } => commands::print(&results::reference::markdown()),
         Command::Collect { runs, output, long } => commands::collect::collect(&runs, &output, long),
         Command::New { name, force } => commands::new::new(&name, force),
         Command::Completions { shell } => commands::shell::completions(shell),

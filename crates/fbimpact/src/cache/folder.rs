@@ -2,6 +2,8 @@
 //!
 //! Nobody ever sees a file half written, and processes need no lock: whoever writes a model last replaces it by an equal one.
 
+#![expect(clippy::disallowed_methods, reason = "ages of files are wall time")]
+
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};

@@ -7,6 +7,7 @@ use hdf5::types::VarLenUnicode;
 use ndarray::ArrayView1;
 
 use super::table::{Column, Table, Values};
+use crate::reasons;
 
 /// Value of the root attribute `format` of a table.
 const TABLE_FORMAT: &str = "fbimpact-table";
@@ -55,7 +56,7 @@ fn line(cells: impl Iterator<Item = String>) -> String {
 /// # Errors
 /// That of the HDF5 library.
 pub fn hdf5(table: &Table, path: &Path) -> hdf5::Result<()> {
-    let file = File::create(path)?;
+    let file = File::with_options().with_fapl(|p| p.file_locking(false)).create(path)?;
     file.new_attr::<VarLenUnicode>().create("format")?.write_scalar(&unicode(TABLE_FORMAT)?)?;
     let group = file.create_group("runs")?;
     for column in &table.columns {
@@ -77,7 +78,8 @@ pub fn hdf5(table: &Table, path: &Path) -> hdf5::Result<()> {
         let unit = unicode(column.unit)?;
         dataset.new_attr::<VarLenUnicode>().create("unit")?.write_scalar(&unit)?;
     }
-    file.close()
+    drop(group);
+    reasons::close(file)
 }
 
 fn unicode(text: &str) -> hdf5::Result<VarLenUnicode> {

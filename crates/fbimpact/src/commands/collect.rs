@@ -1,9 +1,11 @@
 //! `fbimpact collect`: results of many runs in one table.
 
+use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::collect::{csv, find, gather, hdf5};
 use crate::error::AppError;
+use crate::reasons;
 
 /// Gathers runs into a table; runs without a readable result are rows with their status.
 ///
@@ -22,20 +24,13 @@ pub fn collect(places: &[PathBuf], output: &Path, is_long: bool) -> Result<(), A
     }
     let table = gather(&runs, is_long);
     // Written aside first: a table is never half there.
-    let mut part = output.as_os_str().to_owned();
-    part.push(".tmp");
-    let part = PathBuf::from(part);
     let written = if is_csv {
-        std::fs::write(&part, csv(&table)).map_err(|e| e.to_string())
+        reasons::write_whole(output, csv(&table).as_bytes()).map_err(|e| reasons::of_io(&e))
     } else {
-        hdf5(&table, &part).map_err(|e| e.to_string())
+        reasons::whole(output, |part| hdf5(&table, part).map_err(|e| io::Error::other(reasons::of_hdf5(&e))))
+            .map_err(|e| reasons::of_io(&e))
     };
-    let renamed = written.and_then(|()| std::fs::rename(&part, output).map_err(|e| e.to_string()));
-    renamed.map_err(|e| {
-        // What cannot be written may not be there to be removed.
-        let _ = std::fs::remove_file(&part);
-        AppError::io(output, format!("cannot be written: {e}"))
-    })?;
+    written.map_err(|reason| AppError::io(output, format!("cannot be written: {reason}")))?;
     let complete = runs.iter().filter(|r| r.status == "complete").count();
     tracing::info!("{}: {} runs, {complete} complete", output.display(), runs.len());
     Ok(())

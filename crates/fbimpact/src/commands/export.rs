@@ -1,10 +1,12 @@
 //! `fbimpact export`: moving deformed bodies for ParaView.
 
+use std::io;
 use std::path::{Path, PathBuf};
 
 use super::{print, threads};
 use crate::cli::ExportArguments;
 use crate::error::AppError;
+use crate::reasons;
 use crate::vtk::assemble::{View, grid};
 use crate::vtk::bodies::{Bodies, Shown};
 use crate::vtk::body::Cells;
@@ -26,7 +28,8 @@ pub fn export(arguments: &ExportArguments) -> Result<(), AppError> {
     let stem =
         arguments.file.file_stem().unwrap_or(arguments.file.as_os_str()).to_string_lossy().into_owned();
     let folder = arguments.vtk.join(&stem);
-    std::fs::create_dir_all(&folder).map_err(|e| AppError::io(&folder, format!("cannot be created: {e}")))?;
+    std::fs::create_dir_all(&folder)
+        .map_err(|e| AppError::io(&folder, format!("cannot be created: {}", reasons::of_io(&e))))?;
     let view = View { scale: arguments.scale, revolve: arguments.revolve };
     let mut series = Vec::new();
     for (number, &i) in instants.iter().enumerate() {
@@ -38,8 +41,7 @@ pub fn export(arguments: &ExportArguments) -> Result<(), AppError> {
             let grid = grid(&body.geometry, &pose, (&fields.0, &fields.1), view).map_err(fail)?;
             let file = file_name(body, number);
             let path = folder.join(&file);
-            write_vtu(&path, &grid, time)
-                .map_err(|e| AppError::io(&path, format!("cannot be written: {e}")))?;
+            reasons::whole(&path, |part| write_vtu(part, &grid, time)).map_err(|e| unwritten(&path, &e))?;
             series.push(SeriesEntry { time, part, name: body.name.clone(), file: format!("{stem}/{file}") });
         }
     }
@@ -53,6 +55,10 @@ pub fn export(arguments: &ExportArguments) -> Result<(), AppError> {
     write_series(&arguments.vtk, &stem, &series)
 }
 
+fn unwritten(path: &Path, error: &io::Error) -> AppError {
+    AppError::io(path, format!("cannot be written: {}", reasons::of_io(error)))
+}
+
 fn file_name(body: &Shown, number: usize) -> String {
     let safe = |c: char| if c.is_alphanumeric() || "._-".contains(c) { c } else { '_' };
     format!("{}_{number:05}.vtu", body.name.chars().map(safe).collect::<String>())
@@ -60,6 +66,6 @@ fn file_name(body: &Shown, number: usize) -> String {
 
 fn write_series(folder: &Path, stem: &str, series: &[SeriesEntry]) -> Result<(), AppError> {
     let path: PathBuf = folder.join(format!("{stem}.pvd"));
-    std::fs::write(&path, pvd(series)).map_err(|e| AppError::io(&path, format!("cannot be written: {e}")))?;
+    reasons::write_whole(&path, pvd(series).as_bytes()).map_err(|e| unwritten(&path, &e))?;
     print(&format!("{}\n", path.display()))
 }

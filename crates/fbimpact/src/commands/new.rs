@@ -1,10 +1,9 @@
 //! `fbimpact new`: a commented scenario to start from.
 
-use std::fs::OpenOptions;
-use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use crate::error::AppError;
+use crate::reasons;
 use crate::scenario::schema;
 
 /// The scenario, with `NAME` for its name.
@@ -41,12 +40,11 @@ pub fn new(name: &Path, force: bool) -> Result<(), AppError> {
 
 /// Writes a file; `false` if it exists and `force` is not set.
 fn write(path: &Path, text: &str, force: bool) -> Result<bool, AppError> {
-    let fail = |e: std::io::Error| AppError::io(path, format!("cannot be written: {e}"));
-    let mut options = OpenOptions::new();
-    options.write(true).create_new(!force).create(force).truncate(force);
-    match options.open(path) {
-        Ok(mut file) => file.write_all(text.as_bytes()).map(|()| true).map_err(fail),
-        Err(e) if e.kind() == ErrorKind::AlreadyExists => Ok(false),
-        Err(e) => Err(fail(e)),
+    if !force && path.exists() {
+        return Ok(false);
     }
+    let written = reasons::write_whole(path, text.as_bytes());
+    written
+        .map(|()| true)
+        .map_err(|e| AppError::io(path, format!("cannot be written: {}", reasons::of_io(&e))))
 }

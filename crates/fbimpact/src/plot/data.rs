@@ -5,6 +5,7 @@ use std::path::Path;
 use hdf5::{File, Group, Result};
 
 use crate::error::AppError;
+use crate::reasons;
 use crate::results::open::{attribute, open, scenario_text};
 use crate::results::tables::{ImpactRow, PhaseRow, TryRow};
 
@@ -43,8 +44,9 @@ impl ResultData {
     /// [`AppError::Io`] if it is no readable result file.
     pub fn read(path: &Path, label: String) -> std::result::Result<Self, AppError> {
         let file = open(path)?;
-        let mut data = contents(&file)
-            .map_err(|e| AppError::io(path, format!("has a part that cannot be read: {e}")))?;
+        let mut data = contents(&file).map_err(|e| {
+            AppError::io(path, format!("has a part that cannot be read: {}", reasons::of_hdf5(&e)))
+        })?;
         if data.time.is_empty() {
             return Err(AppError::io(path, "has no stored states, there is nothing to draw"));
         }

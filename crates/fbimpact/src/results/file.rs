@@ -7,6 +7,7 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::path::{Path, PathBuf};
 
 use crate::error::AppError;
+use crate::reasons;
 
 use super::FORMAT;
 
@@ -95,7 +96,7 @@ fn is_result(path: &Path) -> bool {
 }
 
 fn lock(part: &Path) -> Result<File, AppError> {
-    let fail = |e: std::io::Error| AppError::io(part, format!("cannot be written: {e}"));
+    let fail = |e: std::io::Error| AppError::io(part, format!("cannot be written: {}", reasons::of_io(&e)));
     // Another run may rename its part file between our opening and locking it: then we hold the wrong file, try again.
     for _ in 0..10 {
         let file = OpenOptions::new()

@@ -8,11 +8,13 @@ pub mod tables;
 mod columns;
 mod stress;
 mod file;
+mod space;
 mod recorder;
 pub mod open;
 pub mod summary;
 pub mod stored;
 pub mod thin;
+pub mod reference;
 
 pub use file::OutputFile;
 pub use recorder::{Recorder, Status};

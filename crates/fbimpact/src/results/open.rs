@@ -7,6 +7,7 @@ use hdf5::types::VarLenUnicode;
 
 use super::FORMAT;
 use crate::error::AppError;
+use crate::reasons;
 
 /// Opens `path` without a lock, so that a run may still be writing it.
 ///
@@ -14,12 +15,12 @@ use crate::error::AppError;
 /// [`AppError::Io`] if it cannot be read or is not a result file.
 pub fn open(path: &Path) -> Result<File, AppError> {
     if let Err(e) = std::fs::File::open(path) {
-        return Err(AppError::io(path, format!("cannot be read: {e}")));
+        return Err(AppError::io(path, format!("cannot be read: {}", reasons::of_io(&e))));
     }
     let file = File::with_options()
         .with_fapl(|p| p.file_locking(false))
         .open(path)
-        .map_err(|e| AppError::io(path, format!("is not a readable HDF5 file: {e}")))?;
+        .map_err(|e| AppError::io(path, format!("is not a readable HDF5 file: {}", reasons::of_hdf5(&e))))?;
     if attribute(&file, "format").as_deref() != Some(FORMAT) {
         return Err(AppError::io(path, "is not a result file of fbimpact"));
     }

@@ -15,12 +15,14 @@ use ndarray::ArrayView1;
 
 use super::columns::{self, Axes, Axis, Column, Declaration};
 use super::series::{ROWS, Table, component_scale, describe, text_attribute, write_text};
+use super::space::{ROOM_OF_DATASET, Space};
 use super::stress::write_stress;
 use super::tables::{
     IMPACT_UNITS, ImpactRow, PHASE_UNITS, PhaseRow, TRANSFER_UNITS, TRY_UNITS, TransferRow, TryRow,
 };
 use super::{FORMAT, FORMAT_VERSION, scales};
 use crate::provenance;
+use crate::reasons;
 use crate::scenario::{BodyKind, Compression, ElasticModel, Scenario};
 
 /// Wall time between flushes, so that a killed process loses little.
@@ -65,6 +67,9 @@ struct Open {
     file: File,
     columns: Vec<Column<f64>>,
     counts: Vec<Column<u32>>,
+    space: Space,
+    /// Bytes that the series may take between two flushes.
+    room: u64,
     buffered: usize,
     rows: usize,
     phases: Table,
@@ -97,7 +102,9 @@ impl Recorder {
         };
         match Open::create(path, scenario, threads) {
             Ok(open) => recorder.open = Some(open),
-            Err(error) => return Err(ObserverError(error.to_string())),
+            Err(error) => {
+                return Err(ObserverError(format!("cannot be written: {}", reasons::of_hdf5(&error))));
+            }
         }
         Ok(recorder)
     }
@@ -110,7 +117,7 @@ impl Recorder {
             let reason = self.failure.clone().unwrap_or_else(|| "the result file is closed".into());
             return Err(ObserverError(reason));
         };
-        let outcome = action(&mut open);
+        let outcome = open.reserve().and_then(|()| action(&mut open));
         self.seconds += begin.elapsed().as_secs_f64();
         match outcome {
             Ok(()) => {
@@ -119,7 +126,7 @@ impl Recorder {
             }
             Err(error) => {
                 std::mem::forget(open);
-                let reason = format!("results cannot be written: {error}");
+                let reason = format!("results cannot be written: {}", reasons::of_hdf5(&error));
                 self.failure = Some(reason.clone());
                 Err(ObserverError(reason))
             }
@@ -166,7 +173,7 @@ impl Recorder {
         self.with(|open| {
             open.phases.push(PhaseRow::new(record)?)?;
             open.write_series()?;
-            open.file.flush()
+            open.flush()
         })
     }
 
@@ -231,10 +238,19 @@ impl Recorder {
             }
             text_attribute(&open.file, "message", message)?;
             text_attribute(&open.file, "status", status.name())?;
-            open.file.flush()
+            open.flush()
         })?;
-        self.open = None;
-        Ok(())
+        // Closed first, then cut.
+        let Some(Open { file, columns, counts, space, phases, impacts, tries, transfers, .. }) =
+            self.open.take()
+        else {
+            return Ok(());
+        };
+        let end = file.size();
+        drop((columns, counts, phases, impacts, tries, transfers, file));
+        space
+            .trim(end)
+            .map_err(|e| ObserverError(format!("results cannot be written: {}", reasons::of_hdf5(&e))))
     }
 }
 
@@ -256,6 +272,8 @@ impl Open {
         let file = File::with_options()
             .with_fapl(|p| p.libver_v18().file_locking(false).mdc_config(&metadata_only_on_flush()))
             .create(path)?;
+        let mut space = Space::new(path)?;
+        space.reserve(file.size(), 0)?;
         text_attribute(&file, "format", FORMAT)?;
         file.new_attr::<u32>().create("format_version")?.write_scalar(&FORMAT_VERSION)?;
         for (name, value) in provenance::attributes() {
@@ -279,8 +297,11 @@ impl Open {
         let what = "Changes of models in the course of the run, and the total energy before and after.";
         let transfers = Table::create::<TransferRow>(&file, "transfers", TRANSFER_UNITS, what)?;
         file.flush()?;
+        space.renew();
         Ok(Self {
             file,
+            space,
+            room: 0,
             columns: Vec::new(),
             counts: Vec::new(),
             buffered: 0,
@@ -294,6 +315,8 @@ impl Open {
 
     fn layout(&mut self, layout: &RunLayout, compression: Compression) -> Result<()> {
         let file = self.file.clone();
+        let groups = layout.bodies.len() + layout.contacts.len() + layout.points.len() + layout.joints.len();
+        self.space.reserve(file.size(), (16 + 10 * groups as u64) * ROOM_OF_DATASET)?;
         let time = Column::bare(&file, &columns::TIME, None, 0, compression)?;
         let time_scale = time.series.dataset().clone();
         scales::make_scale(&time_scale, "time")?;
@@ -329,7 +352,9 @@ impl Open {
         for (i, joint) in layout.joints.iter().enumerate() {
             self.joint(&joints.create_group(&joint.name)?, joint, i, &axes, compression)?;
         }
-        file.flush()
+        self.room = self.columns.iter().map(|c| c.series.room()).sum::<u64>()
+            + self.counts.iter().map(|c| c.series.room()).sum::<u64>();
+        self.flush()
     }
 
     /// Datasets of a joint; none for one without coordinates.
@@ -376,7 +401,18 @@ impl Open {
         if self.buffered >= ROWS || flush {
             self.write_series()?;
         }
-        if flush { self.file.flush() } else { Ok(()) }
+        if flush { self.flush() } else { Ok(()) }
+    }
+
+    fn flush(&mut self) -> Result<()> {
+        self.file.flush()?;
+        self.space.renew();
+        Ok(())
+    }
+
+    /// Makes sure that all that is written up to the next flush has its place on the disk.
+    fn reserve(&mut self) -> Result<()> {
+        self.space.reserve(self.file.size(), self.room)
     }
 
     fn write_series(&mut self) -> Result<()> {

@@ -5,6 +5,7 @@ use hdf5::{Dataset, Error, Group, H5Type, Location, Result};
 use ndarray::{ArrayView1, ArrayView2, s};
 
 use super::scales;
+use super::space::ROOM_OF_DATASET;
 use crate::scenario::Compression;
 
 /// Rows of a chunk and of a write buffer.
@@ -80,6 +81,13 @@ impl<T: H5Type + Copy> Series<T> {
     /// The dataset.
     pub fn dataset(&self) -> &Dataset {
         &self.dataset
+    }
+
+    /// Bytes on the disk that writing a full buffer may take: a new row of chunks after one that is begun, and the tree.
+    pub fn room(&self) -> u64 {
+        let chunks = self.width.unwrap_or(1).div_ceil(COLUMNS);
+        let chunk = ROWS * self.width.unwrap_or(1).min(COLUMNS) * size_of::<T>();
+        (chunks * 2 * chunk) as u64 + chunks as u64 * ROOM_OF_DATASET
     }
 
     /// Appends the buffered rows to the dataset.

@@ -9,6 +9,7 @@ use hdf5::{Dataset, File, Group};
 use super::open;
 use super::tables::ImpactRow;
 use crate::error::AppError;
+use crate::reasons;
 
 /// Groups whose datasets have one row a stored instant.
 const SERIES_GROUPS: [&str; 6] = ["energies", "momentum", "bodies", "contacts", "points", "joints"];
@@ -64,7 +65,9 @@ impl Stored {
     /// [`AppError::Io`] if the file cannot be read, is damaged or is not a result file.
     pub fn open(path: &Path) -> Result<Self, AppError> {
         let file = open::open(path)?;
-        let damaged = |e: hdf5::Error| AppError::io(path, format!("has a part that cannot be read: {e}"));
+        let damaged = |e: hdf5::Error| {
+            AppError::io(path, format!("has a part that cannot be read: {}", reasons::of_hdf5(&e)))
+        };
         let time = match file.link_exists("time") {
             true => file.dataset("time").and_then(|d| d.read_raw::<f64>()).map_err(damaged)?,
             false => Vec::new(),
@@ -112,7 +115,9 @@ impl Stored {
     /// [`AppError::Io`] if they cannot be read.
     pub fn values(&self, name: &str) -> Result<Vec<f64>, AppError> {
         let read = self.file.dataset(name).and_then(|d| d.read_raw::<f64>());
-        read.map_err(|e| AppError::io(&self.path, format!("/{name} cannot be read: {e}")))
+        read.map_err(|e| {
+            AppError::io(&self.path, format!("/{name} cannot be read: {}", reasons::of_hdf5(&e)))
+        })
     }
 }
 

@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use super::open::{attribute, open};
 use super::tables::{ImpactRow, PhaseRow, TransferRow, TryRow};
 use crate::error::AppError;
+use crate::reasons;
 
 /// The gist of a result file.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,7 +45,8 @@ pub struct Summary {
 /// [`AppError::Io`] if the file cannot be read or is not a result file.
 pub fn read(path: &Path) -> Result<Summary, AppError> {
     let file = open(path)?;
-    summary(&file).map_err(|e| AppError::io(path, format!("has a part that cannot be read: {e}")))
+    summary(&file)
+        .map_err(|e| AppError::io(path, format!("has a part that cannot be read: {}", reasons::of_hdf5(&e))))
 }
 
 fn summary(file: &File) -> Result<Summary> {

@@ -7,6 +7,7 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use super::assemble::Pose;
 use crate::error::AppError;
+use crate::reasons;
 use crate::results::open::{open, scenario_text};
 use crate::scenario::{self, Scenario};
 
@@ -50,7 +51,9 @@ impl States {
     /// file is gone.
     pub fn read(path: &Path) -> std::result::Result<Self, AppError> {
         let file = open(path)?;
-        let fail = |e: hdf5::Error| AppError::io(path, format!("has a part that cannot be read: {e}"));
+        let fail = |e: hdf5::Error| {
+            AppError::io(path, format!("has a part that cannot be read: {}", reasons::of_hdf5(&e)))
+        };
         let text = scenario_text(&file).map_err(fail)?;
         let source: Option<hdf5::types::VarLenUnicode> =
             file.dataset("scenario").and_then(|d| d.attr("file")?.read_scalar()).ok();
@@ -71,7 +74,10 @@ impl States {
     pub fn motion(&self, name: &str) -> std::result::Result<BodyMotion, AppError> {
         let read = |file: &File| motion(&file.group(&format!("bodies/{name}"))?);
         let motion = read(&open(&self.file)?).map_err(|e| {
-            AppError::io(&self.file, format!("has no readable motion of body \"{name}\": {e}"))
+            AppError::io(
+                &self.file,
+                format!("has no readable motion of body \"{name}\": {}", reasons::of_hdf5(&e)),
+            )
         })?;
         let n = self.time.len();
         let is_short = |values: &[f64], width: usize| values.len() < n * width;

@@ -1,0 +1,65 @@
+//! Space on the disk that is there before HDF5 needs it.
+//!
+//! HDF5 flushes its metadata piece by piece. Where the disk fills up half-way, old and new pieces contradict each other and nothing can
+//! be read any more. So zeros are written behind the end of the file first: if that fails, the file is still that of the
+//! last flush, and if it succeeds, the flush cannot fail for want of space.
+
+use std::fs::{File, OpenOptions};
+use std::io::{Seek, SeekFrom, Write};
+use std::path::Path;
+
+use crate::reasons;
+
+/// Zeros written at a time.
+const BLOCK: usize = 1 << 16;
+/// What the file itself, its tables and texts may take between two flushes.
+const ROOM: u64 = 1 << 17;
+/// What a dataset may take besides its chunks: two nodes of the tree that finds them (2.6 kB each) and its header.
+pub const ROOM_OF_DATASET: u64 = 1 << 13;
+
+/// Zeros behind the end of a file.
+pub struct Space {
+    file: File,
+    /// End of what is certain to be on the disk; nothing after a flush, which may cut the file.
+    until: u64,
+}
+
+impl Space {
+    /// Opens `path`, which exists.
+    pub fn new(path: &Path) -> hdf5::Result<Self> {
+        let file = OpenOptions::new().write(true).open(path).map_err(error)?;
+        Ok(Self { file, until: 0 })
+    }
+
+    /// Makes sure that the file can grow by `bytes` and some beyond `end`, where HDF5 puts what comes next.
+    pub fn reserve(&mut self, end: u64, bytes: u64) -> hdf5::Result<()> {
+        let wanted = end + bytes + ROOM;
+        let mut at = self.until.max(end);
+        if at >= wanted {
+            return Ok(());
+        }
+        self.file.seek(SeekFrom::Start(at)).map_err(error)?;
+        let zeros = [0; BLOCK];
+        while at < wanted {
+            let n = usize::try_from(wanted - at).unwrap_or(BLOCK).min(BLOCK);
+            self.file.write_all(&zeros[..n]).map_err(error)?;
+            at += n as u64;
+        }
+        self.until = wanted;
+        Ok(())
+    }
+
+    /// To be called after every flush.
+    pub fn renew(&mut self) {
+        self.until = 0;
+    }
+
+    /// Cuts the closed file to its length.
+    pub fn trim(&self, end: u64) -> hdf5::Result<()> {
+        self.file.set_len(end).map_err(error)
+    }
+}
+
+fn error(error: std::io::Error) -> hdf5::Error {
+    hdf5::Error::from(reasons::of_io(&error))
+}

@@ -1,0 +1,11 @@
+#![no_main]
+
+#[allow(dead_code, reason = "shared with the other targets")]
+#[path = "../../tests/fuzzing/mod.rs"]
+mod bodies;
+
+use std::sync::LazyLock;
+
+static FOLDER: LazyLock<tempfile::TempDir> = LazyLock::new(|| tempfile::tempdir().expect("a folder"));
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| bodies::body_import(bytes, FOLDER.path()));

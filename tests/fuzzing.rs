@@ -1,0 +1,112 @@
+//! Random and damaged input of every kind: it is read or refused, and nothing panics. `fuzz/` runs the same functions under a fuzzer.
+
+#[expect(clippy::unwrap_used, reason = "a failure there fails the test")]
+mod beam_file;
+#[path = "fuzzing/mod.rs"]
+mod bodies;
+
+use std::path::Path;
+use std::process::Command;
+use std::sync::LazyLock;
+
+use proptest::prelude::*;
+use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
+
+/// The same cases every time: a failure stays one. `FBIMPACT_FUZZ=100` tries a hundred times as many, others each time.
+fn cases(n: u32, check: impl Fn(&[u8])) {
+    let factor: Option<u32> = std::env::var("FBIMPACT_FUZZ").ok().and_then(|text| text.parse().ok());
+    let n = n * factor.unwrap_or(1);
+    let config = Config { cases: n, failure_persistence: None, max_shrink_time: 5000, ..Config::default() };
+    let mut runner = match factor {
+        Some(_) => TestRunner::new(config),
+        None => TestRunner::new_with_rng(config, TestRng::deterministic_rng(RngAlgorithm::ChaCha)),
+    };
+    let bytes = prop::collection::vec(any::<u8>(), 0..400);
+    let outcome = runner.run(&bytes, |bytes| {
+        check(&bytes);
+        Ok(())
+    });
+    outcome.unwrap_or_else(|e| panic!("{e}"));
+}
+
+static RESULT: LazyLock<Vec<u8>> = LazyLock::new(|| {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("ok.h5");
+    let scenario = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/rigid_double_pendulums.toml");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_fbimpact"));
+    command.args(["run", "-q", scenario, "--set", "simulation.end_time=0.2", "-o"]).arg(&path);
+    assert!(command.status().expect("the program starts").success());
+    std::fs::read(path).expect("readable")
+});
+
+static BEAM: LazyLock<Vec<u8>> = LazyLock::new(|| {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("beam.h5");
+    beam_file::write_beam(&path);
+    std::fs::read(path).expect("readable")
+});
+
+/// Overwrites, cuts and doubles pieces of `text` as the bytes say.
+fn mutated(text: &[u8], bytes: &[u8]) -> Vec<u8> {
+    let mut out = text.to_vec();
+    let mut b = bodies::Bytes::new(bytes);
+    for _ in 0..=b.below(6) {
+        let (at, n) = (b.below(out.len()), b.below(24));
+        let end = (at + n).min(out.len());
+        match b.below(4) {
+            0 => out[at..end].iter_mut().for_each(|byte| *byte = b.next()),
+            1 => drop(out.drain(at..end)),
+            2 => {
+                let piece = out[at..end].to_vec();
+                let to = b.below(out.len());
+                out.splice(to..to, piece);
+            }
+            _ => out[at] = b"0123456789-.e[]{}=\"\n#"[b.below(21)],
+        }
+        if out.is_empty() {
+            return out;
+        }
+    }
+    out
+}
+
+#[test]
+fn scenario_of_any_bytes_is_valid_or_has_faults() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
+    let files = std::fs::read_dir(folder).expect("readable").map(|e| e.expect("readable").path());
+    let texts: Vec<Vec<u8>> = files.map(|p| std::fs::read(p).expect("readable")).collect();
+    cases(600, |bytes| {
+        bodies::scenario_text(bytes);
+        let which = usize::from(bytes.first().copied().unwrap_or(0)) % texts.len();
+        bodies::scenario_text(&mutated(&texts[which], bytes));
+    });
+}
+
+#[test]
+fn nurbs_of_any_numbers_is_built_or_refused() {
+    cases(300, bodies::nurbs_data);
+}
+
+#[test]
+fn damaged_body_file_is_read_or_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    cases(80, |bytes| {
+        bodies::body_import(bytes, folder.path());
+        let path = folder.path().join("damaged.h5");
+        std::fs::write(&path, &*BEAM).expect("written");
+        bodies::damage(&path, bytes);
+        bodies::body_import(&std::fs::read(&path).expect("readable"), folder.path());
+    });
+}
+
+#[test]
+fn damaged_result_is_read_or_refused_by_every_reader() {
+    let folder = tempfile::tempdir().expect("a folder");
+    cases(60, |bytes| {
+        bodies::result_reading(bytes, folder.path());
+        let path = folder.path().join("damaged.h5");
+        std::fs::write(&path, &*RESULT).expect("written");
+        bodies::damage(&path, bytes);
+        bodies::read_everything(&path, folder.path());
+    });
+}
