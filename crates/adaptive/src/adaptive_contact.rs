@@ -199,12 +199,20 @@ impl AdaptiveContact {
             true => LowModes::Prolonged,
             false => self.law.hand_over.modes,
         };
-        let own = self.side(elastic, (&nearest.contact, widths), modes(self.body), go_on)?;
-        let other = match (self.target, &nearest.target) {
-            (Target::Body(other), Some(site)) => {
-                Some((other, self.side(self::elastic(&bodies[other]), (site, widths), modes(other), go_on)?))
+        let (own_modes, site) = (modes(self.body), &nearest.contact);
+        let (own, other) = match (self.target, &nearest.target) {
+            (Target::Body(other), Some(there)) => {
+                // Side by side: each has stages that only one thread can work on. Questions wait until both are done.
+                go_on()?;
+                let (target, target_modes) = (self::elastic(&bodies[other]), modes(other));
+                let (own, target) = rayon::join(
+                    || self.side(elastic, (site, widths), own_modes, &mut || Ok(())),
+                    || self.side(target, (there, widths), target_modes, &mut || Ok(())),
+                );
+                go_on()?;
+                (own?, Some((other, target?)))
             }
-            _ => None,
+            _ => (self.side(elastic, (site, widths), own_modes, go_on)?, None),
         };
         let mut element = self.element(&own, other.as_ref())?;
         let weight = element

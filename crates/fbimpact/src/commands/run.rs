@@ -26,6 +26,8 @@ use crate::simulate::{Ending, RunReport, simulate_with};
 /// Every [`AppError`]; after a failed or interrupted run the results so far are kept.
 pub fn run(arguments: &RunArguments, bar: ProgressBar) -> Result<(), AppError> {
     let n_threads = threads(arguments.threads)?;
+    // Fine models are built during the run, on the pool of the process. A second run in one process finds it there.
+    let _ = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build_global();
     let scenario = scenario::read(&arguments.scenario, &arguments.set.set)?;
     let target = match &arguments.output {
         Some(path) => path.clone(),
