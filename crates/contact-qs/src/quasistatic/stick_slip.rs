@@ -19,6 +19,9 @@ const TOLERANCE: f64 = 1e-12;
 /// Turns: a contraction of 0.75 reaches the tolerance within them even without relaxation.
 const MAX_TURNS: usize = 100;
 
+/// Tangential forces are solved to this part of what a turn may leave.
+const INNER: f64 = 0.3;
+
 /// Solver of the normal problem (Eq. F.4).
 pub(crate) trait NormalSolver {
     /// Solves for the normal point forces `forces` at gaps `gaps` with springs of compliance `springs`.
@@ -133,11 +136,13 @@ impl StickSlip {
     pub fn save(&mut self) {
         self.solver.save();
         self.saved_forces.copy_from_slice(&self.forces);
+        self.next.copy_from_slice(&self.forces);
     }
 
     pub fn restore(&mut self) {
         self.solver.restore();
         self.forces.copy_from_slice(&self.saved_forces);
+        self.next.copy_from_slice(&self.saved_forces);
     }
 
     /// Projects `compliance` on the normal and the tangents, given in the model's components (Eq. F.4). Does nothing when they
@@ -218,7 +223,7 @@ impl StickSlip {
     }
 
     /// Solves for normal point forces `normal_forces` and the tangential ones at gaps `gaps` and slips `slips` since the last
-    /// commitment, both without quasistatic displacement \[m\].
+    /// commitment, both without quasistatic displacement \[m\]; slip increments of open points as well.
     ///
     /// # Errors
     /// Those of [`Quasistatic::solve`] and [`Tangential::solve`]; code -1 if the turns don't settle.
@@ -230,10 +235,20 @@ impl StickSlip {
         slips: &[f64],
         normal_forces: &mut [f64],
     ) -> Result<SolveReport, Rejection> {
-        self.solve_within(TOLERANCE, zone, springs, gaps, slips, normal_forces)
+        let report = self.solve_within(TOLERANCE, zone, springs, gaps, slips, normal_forces)?;
+        self.offsets.copy_from_slice(slips);
+        add_product(&self.coupling, normal_forces, &mut self.offsets);
+        let problem = TangentialProblem {
+            compliance: &self.tangential_compliance,
+            springs: &self.springs,
+            slips: &self.offsets,
+            bounds: &self.bounds,
+        };
+        self.solver.update_all_increments(&problem, &self.forces);
+        Ok(report)
     }
 
-    /// The same with turns until the friction forces change by `tolerance` of the largest.
+    /// The same with turns until the friction forces change by `tolerance` of the largest, without open points' increments.
     ///
     /// # Errors
     /// As [`StickSlip::solve`].
@@ -250,7 +265,7 @@ impl StickSlip {
             self.forces.fill(0.0);
             normal_forces.fill(0.0);
             self.bounds.fill(0.0);
-            self.solve_tangential(slips)?;
+            self.solve_tangential(slips, tolerance)?;
             return zone.solve_normal(springs, gaps, normal_forces);
         }
         let mut sum = SolveReport::default();
@@ -268,7 +283,7 @@ impl StickSlip {
             self.offsets.copy_from_slice(slips);
             add_product(&self.coupling, normal_forces, &mut self.offsets);
             let offsets = std::mem::take(&mut self.offsets);
-            let outcome = self.solve_tangential(&offsets);
+            let outcome = self.solve_tangential(&offsets, INNER * tolerance);
             self.offsets = offsets;
             sum.iterations += outcome?;
             let largest = self.bounds.iter().copied().fold(0.0, f64::max);
@@ -280,14 +295,14 @@ impl StickSlip {
     }
 
     /// Tangential forces under the present bounds, in `next`.
-    fn solve_tangential(&mut self, slips: &[f64]) -> Result<usize, Rejection> {
+    fn solve_tangential(&mut self, slips: &[f64], tolerance: f64) -> Result<usize, Rejection> {
         let problem = TangentialProblem {
             compliance: &self.tangential_compliance,
             springs: &self.springs,
             slips,
             bounds: &self.bounds,
         };
-        self.solver.solve(&problem, &mut self.next)
+        self.solver.solve(&problem, tolerance, &mut self.next)
     }
 
     /// Tangential forces where all modes are dynamic: every point for itself.
