@@ -127,6 +127,11 @@ impl StickSlip {
         self.solver.invalidate();
     }
 
+    /// Compliance of the tangential spring of point `i` [m/N].
+    pub fn spring(&self, i: usize) -> f64 {
+        self.springs[i]
+    }
+
     /// Energy of the tangential springs `Σ ½ D_T τ²` \[J\].
     pub fn spring_energy(&self) -> f64 {
         let terms = self.forces.iter().enumerate();

@@ -201,10 +201,13 @@ impl Tangential {
             } else if n_wrong > 0 {
                 patience = patience.saturating_sub(1);
             }
-            for i in 0..self.states.len() {
-                if patience > 0 || i == highest {
-                    self.exchange(i, problem, forces, allowance);
+            if n_wrong > 0 {
+                for i in 0..self.states.len() {
+                    if patience > 0 || i == highest {
+                        self.exchange(i, problem, forces, allowance);
+                    }
                 }
+                self.update_increments(problem, forces);
             }
         }
         let reason =
@@ -212,16 +215,15 @@ impl Tangential {
         Err(Rejection { code: -1, reason })
     }
 
-    /// States to start from: points just loaded slide along their slip, the others go on as they were.
+    /// States and forces to start from: points just loaded slide along their slip, the others go on as they were.
     fn guess(&mut self, problem: &TangentialProblem<'_>, forces: &mut [f64]) {
         for i in 0..self.states.len() {
-            if self.states[i] != PointState::Stick {
-                forces[self.n_t * i..self.n_t * (i + 1)].fill(0.0);
-            }
             if problem.bounds[i] <= 0.0 {
-                forces[self.n_t * i..self.n_t * (i + 1)].fill(0.0);
                 self.states[i] = PointState::Open;
-            } else if self.states[i] == PointState::Open {
+                forces[self.n_t * i..self.n_t * (i + 1)].fill(0.0);
+                continue;
+            }
+            if self.states[i] == PointState::Open {
                 let slip = pair(problem.slips, i, self.n_t);
                 let size = slip[0].hypot(slip[1]);
                 self.states[i] = PointState::Stick;
@@ -230,6 +232,16 @@ impl Tangential {
                     self.directions[i] = slip.map(|c| -c / size);
                 }
             }
+            if self.states[i] == PointState::Slip {
+                self.slide(i, problem.bounds[i], forces);
+            }
+        }
+    }
+
+    /// Sets the force of point `i` to `bound` along its direction.
+    fn slide(&self, i: usize, bound: f64, forces: &mut [f64]) {
+        for (force, direction) in forces[self.n_t * i..self.n_t * (i + 1)].iter_mut().zip(self.directions[i]) {
+            *force = bound * direction;
         }
     }
 
@@ -262,14 +274,6 @@ impl Tangential {
         forces: &mut [f64],
     ) -> Result<Step, Rejection> {
         self.collect_free();
-        for i in 0..self.states.len() {
-            if self.states[i] == PointState::Slip {
-                for a in 0..self.n_t {
-                    forces[self.n_t * i + a] = problem.bounds[i] * self.directions[i][a];
-                }
-            }
-        }
-        self.update_increments(problem, forces);
         let is_exact = !(may_keep && self.is_near_factored()) || self.is_factored();
         if !self.is_factored() && is_exact {
             self.stretch_sliding(problem);
@@ -476,7 +480,7 @@ impl Tangential {
     }
 
     /// Moves point `i` to the other state if it is in the wrong one.
-    fn exchange(&mut self, i: usize, problem: &TangentialProblem<'_>, forces: &[f64], tolerance: f64) {
+    fn exchange(&mut self, i: usize, problem: &TangentialProblem<'_>, forces: &mut [f64], tolerance: f64) {
         if !self.is_wrong(i, problem, forces, tolerance) {
             return;
         }
@@ -485,6 +489,7 @@ impl Tangential {
             let size = force[0].hypot(force[1]);
             self.directions[i] = force.map(|f| f / size);
             self.states[i] = PointState::Slip;
+            self.slide(i, problem.bounds[i], forces);
         } else {
             self.states[i] = PointState::Stick;
         }
