@@ -397,20 +397,37 @@ fn unsettled(coefficient: f64) -> Rejection {
     Rejection { code: -1, reason }
 }
 
-/// Fixed-point iteration with Aitken's relaxation (Irons & Tuck 1969).
+/// Fixed-point iteration with Aitken's relaxation (Irons & Tuck 1969) as long as that gains; then steps of half the length, and
+/// half that again (Krasnoselskii 1955), which no cycle of states survives.
 struct Relaxation {
     residual: Vec<f64>,
     factor: f64,
     is_first: bool,
+    /// Smallest change so far, and turns since then.
+    least: f64,
+    n_idle: usize,
+    /// Longest step, once Aitken's no longer gain.
+    damped: Option<f64>,
 }
+
+/// Turns without a smaller change after which steps are shortened.
+const IDLE: usize = 10;
 
 impl Relaxation {
     fn new(n: usize) -> Self {
-        Self { residual: vec![0.0; n], factor: 1.0, is_first: true }
+        Self {
+            residual: vec![0.0; n],
+            factor: 1.0,
+            is_first: true,
+            least: f64::INFINITY,
+            n_idle: 0,
+            damped: None,
+        }
     }
 
     fn restart(&mut self) {
-        (self.factor, self.is_first) = (1.0, true);
+        (self.factor, self.is_first, self.damped) = (1.0, true, None);
+        (self.least, self.n_idle) = (f64::INFINITY, 0);
     }
 
     /// Moves `x` towards its image `image`; whether they differ by `tolerance` at most, where `x` becomes the image.
@@ -427,11 +444,110 @@ impl Relaxation {
             x.copy_from_slice(image);
             return true;
         }
-        if !self.is_first && square > 0.0 {
+        self.n_idle = if largest < self.least { 0 } else { self.n_idle + 1 };
+        self.least = self.least.min(largest);
+        if self.n_idle >= IDLE {
+            self.damped = Some(0.5 * self.damped.unwrap_or(1.0));
+            self.n_idle = 0;
+        }
+        if let Some(factor) = self.damped {
+            self.factor = factor;
+        } else if !self.is_first && square > 0.0 {
             self.factor = (-self.factor * product / square).clamp(0.1, 2.0);
         }
         self.is_first = false;
         x.iter_mut().zip(&self.residual).for_each(|(x, r)| *x += self.factor * r);
         false
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::quasistatic::Problem;
+    use crate::quasistatic::active_set::ActiveSet;
+    use std::f64::consts::PI;
+
+    struct Normal(ActiveSet, Mat<f64>);
+
+    impl NormalSolver for Normal {
+        fn solve_normal(
+            &mut self,
+            springs: &[f64],
+            gaps: &[f64],
+            forces: &mut [f64],
+        ) -> Result<SolveReport, Rejection> {
+            self.0.solve(&Problem { compliance: &self.1, springs, gaps }, forces)
+        }
+    }
+
+    /// `N x N` points of a half space with unit shear modulus and unit spacing.
+    const N: usize = 9;
+
+    fn place(i: usize) -> [f64; 2] {
+        [(i % N) as f64 - 4.1, (i / N) as f64 - 3.9]
+    }
+
+    /// Compliances of the half space (Johnson, Contact Mechanics, 3.2 and 3.6), under the points that of a small disc.
+    fn half_space(poisson: f64) -> (Normal, StickSlip) {
+        let n = N * N;
+        let mut normal = Mat::zeros(n, n);
+        let mut zone = StickSlip::new(0.0, n, 2, 3, true);
+        zone.clear_blocks();
+        for i in 0..n {
+            for j in 0..n {
+                let (p, q) = (place(i), place(j));
+                let x = [p[0] - q[0], p[1] - q[1]];
+                let r = if i == j { 0.3 } else { x[0].hypot(x[1]) };
+                normal[(i, j)] = (1.0 - poisson) / (2.0 * PI * r);
+                for a in 0..2 {
+                    let coupling = -(1.0 - 2.0 * poisson) * x[a] / (4.0 * PI * r * r);
+                    zone.set_coupling(i, a, j, coupling);
+                    for b in 0..2 {
+                        let mut value = poisson * x[a] * x[b] / (r * r);
+                        if a == b {
+                            value += 1.0 - poisson + if i == j { 0.5 * poisson } else { 0.0 };
+                        }
+                        zone.tangential_compliance[(2 * i + a, 2 * j + b)] = value / (2.0 * PI * r);
+                    }
+                }
+            }
+        }
+        zone.finish_blocks();
+        (Normal(ActiveSet::new(n), normal), zone)
+    }
+
+    #[test]
+    fn turns_settle_from_sticking_to_sliding_at_any_coupling() {
+        let n = N * N;
+        let springs = vec![1e-3; n];
+        let mut n_mixed = 0;
+        for (poisson, coefficient) in [(0.3, 0.3), (0.3, 0.8), (0.0, 0.3), (0.0, 0.8)] {
+            let (mut normal, mut zone) = half_space(poisson);
+            zone.coefficient = coefficient;
+            zone.set_springs(&springs, 1.0);
+            let mut forces = vec![0.0; n];
+            // Slips from none to complete sliding and back, which crosses every state of the annulus.
+            for step in 0..80 {
+                let slip = 0.5 * coefficient * (0.08 * f64::from(step)).sin();
+                let gaps: Vec<f64> =
+                    (0..n).map(|i| 0.05 * (place(i)[0].powi(2) + place(i)[1].powi(2)) - 0.6).collect();
+                let slips: Vec<f64> = (0..n).flat_map(|_| [slip, 0.3 * slip]).collect();
+                let report = zone.solve(&mut normal, &springs, &gaps, &slips, &mut forces);
+                assert!(report.is_ok(), "{poisson} {coefficient} {step}: {report:?}");
+                let states = zone.states();
+                n_mixed +=
+                    usize::from(states.contains(&PointState::Stick) && states.contains(&PointState::Slip));
+                let tau = zone.forces().chunks_exact(2);
+                for ((t, force), w) in tau.zip(&forces).zip(zone.increments().chunks_exact(2)) {
+                    let (size, slide) = (t[0].hypot(t[1]), w[0].hypot(w[1]));
+                    // Round-off of forces of order one, tolerance of the turns.
+                    assert!(size <= coefficient * force + 1e-10);
+                    assert!(*force <= 0.0 || slide * (coefficient * force - size) <= 1e-9);
+                    assert!(*force <= 0.0 || (t[0] * w[0] + t[1] * w[1] + size * slide).abs() <= 1e-9);
+                }
+            }
+        }
+        assert!(n_mixed > 40, "{n_mixed}");
     }
 }

@@ -20,6 +20,8 @@ use ffr_dynamics::error::Rejection;
 
 use super::problem::add_product;
 
+mod uncoupled;
+
 /// Full exchanges without progress before single exchanges start.
 const PATIENCE: usize = 10; // Júdice & Pires 1994
 /// Round-off allowance of a slip, in units of `n eps max|c|`.
@@ -240,7 +242,8 @@ impl Tangential {
 
     /// Sets the force of point `i` to `bound` along its direction.
     fn slide(&self, i: usize, bound: f64, forces: &mut [f64]) {
-        for (force, direction) in forces[self.n_t * i..self.n_t * (i + 1)].iter_mut().zip(self.directions[i]) {
+        for (force, direction) in forces[self.n_t * i..self.n_t * (i + 1)].iter_mut().zip(self.directions[i])
+        {
             *force = bound * direction;
         }
     }
@@ -442,10 +445,10 @@ impl Tangential {
         let m = n_t * self.loaded.len();
         let [tau, w] = &mut self.compact;
         for (slot, &i) in self.loaded.iter().enumerate() {
-            for k in n_t * i..n_t * (i + 1) {
-                let place = n_t * slot + k - n_t * i;
-                tau[place] = forces[k];
-                w[place] = problem.slips[k] + problem.springs[i] * forces[k];
+            let (from, to) = (n_t * i..n_t * (i + 1), n_t * slot..n_t * (slot + 1));
+            tau[to.clone()].copy_from_slice(&forces[from.clone()]);
+            for ((w, slip), force) in w[to].iter_mut().zip(&problem.slips[from.clone()]).zip(&forces[from]) {
+                *w = slip + problem.springs[i] * force;
             }
         }
         add_block(&self.block, &tau[..m], &mut w[..m]);
@@ -493,62 +496,6 @@ impl Tangential {
         } else {
             self.states[i] = PointState::Stick;
         }
-    }
-
-    /// Solves for `forces` without compliance, every point for itself: the classical return mapping (Eq. F.3).
-    ///
-    /// # Errors
-    /// Code 2: a slip is not finite.
-    pub fn return_to_bounds(
-        &mut self,
-        springs: &[f64],
-        slips: &[f64],
-        bounds: &[f64],
-        forces: &mut [f64],
-    ) -> Result<(), Rejection> {
-        for i in 0..self.states.len() {
-            let slip = pair(slips, i, self.n_t);
-            let size = slip[0].hypot(slip[1]);
-            if !size.is_finite() {
-                return Err(Rejection { code: 2, reason: "a tangential displacement is not finite".into() });
-            }
-            let held = size / springs[i];
-            self.states[i] = if bounds[i] <= 0.0 {
-                PointState::Open
-            } else if held <= bounds[i] {
-                PointState::Stick
-            } else {
-                PointState::Slip
-            };
-            let force = if size > 0.0 { held.min(bounds[i]) / size } else { 0.0 };
-            if self.states[i] == PointState::Slip {
-                self.directions[i] = slip.map(|c| -c / size);
-            }
-            for (a, c) in slip[..self.n_t].iter().enumerate() {
-                let k = self.n_t * i + a;
-                forces[k] = -force * c;
-                self.increments[k] =
-                    if self.states[i] == PointState::Stick { 0.0 } else { c + springs[i] * forces[k] };
-            }
-        }
-        Ok(())
-    }
-
-    /// Power lost at the solution of [`Tangential::return_to_bounds`] \[W\]: slips change at `slip_rates` [m/s], bounds at
-    /// `bound_rates` \[N/s\].
-    pub fn power_of_points(
-        &self,
-        springs: &[f64],
-        slip_rates: &[f64],
-        bound_rates: &[f64],
-        bounds: &[f64],
-    ) -> f64 {
-        let sliding = (0..self.states.len()).filter(|&i| self.states[i] == PointState::Slip);
-        let lost = |i: usize| {
-            let (rate, e) = (pair(slip_rates, i, self.n_t), self.directions[i]);
-            -bounds[i] * (rate[0] * e[0] + rate[1] * e[1] + springs[i] * bound_rates[i])
-        };
-        sliding.map(lost).sum()
     }
 
     /// Prepares [`Tangential::rates`] at the solution of `problem`.
@@ -615,79 +562,4 @@ fn pair(values: &[f64], i: usize, n_t: usize) -> [f64; 2] {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn random(seed: &mut u64) -> f64 {
-        *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (*seed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
-
-    #[test]
-    fn random_zones_obey_coulombs_law_and_need_few_sets() {
-        let (mut seed, mut most, mut n_stick, mut n_slip) = (9, 0, 0, 0);
-        for (n, n_t) in [(2, 1), (9, 1), (30, 1), (2, 2), (9, 2), (30, 2)] {
-            for case in 0..60 {
-                let size = n * n_t;
-                // Condition of some 1e2 to 1e4, as on a surface.
-                let v = Mat::from_fn(size, size + 2, |_, _| random(&mut seed));
-                let compliance = &v * v.transpose();
-                let springs: Vec<f64> = (0..n).map(|_| if case % 2 == 0 { 0.0 } else { 0.1 }).collect();
-                let slips: Vec<f64> = (0..size).map(|_| 3.0 * random(&mut seed)).collect();
-                let bounds: Vec<f64> = (0..n).map(|_| random(&mut seed).max(0.0)).collect();
-                let problem = TangentialProblem {
-                    compliance: &compliance,
-                    springs: &springs,
-                    slips: &slips,
-                    bounds: &bounds,
-                };
-                let mut solver = Tangential::new(n, n_t);
-                let mut forces = vec![0.0; size];
-                most = most.max(solver.solve(&problem, 1e-12, &mut forces).unwrap());
-                let mut w = vec![0.0; size];
-                slip_increments(&problem, &forces, n_t, &mut w);
-                // Newton's last step of 1e-8 leaves 1e-16; round-off of the factorisation.
-                let tolerance = 1e-9;
-                for (i, &bound) in bounds.iter().enumerate() {
-                    let (f, w) = (pair(&forces, i, n_t), pair(&w, i, n_t));
-                    let (force, slip) = (f[0].hypot(f[1]), w[0].hypot(w[1]));
-                    match solver.states()[i] {
-                        PointState::Open => assert!(force <= 0.0 && bound <= 0.0),
-                        PointState::Stick => {
-                            n_stick += 1;
-                            assert!(slip < tolerance && force <= bound * (1.0 + 1e-12), "{n} {n_t} {case}");
-                        }
-                        PointState::Slip => {
-                            n_slip += 1;
-                            assert!((force - bound).abs() < 1e-12);
-                            // Slip against the force, in direction too.
-                            let power = f[0] * w[0] + f[1] * w[1];
-                            assert!(
-                                (power + force * slip).abs() < tolerance * (1.0 + slip),
-                                "{n} {n_t} {case}"
-                            );
-                        }
-                    }
-                }
-            }
-        }
-        assert!(n_stick > 100 && n_slip > 100 && most < 60, "{n_stick} {n_slip} {most}");
-    }
-
-    #[test]
-    fn one_point_follows_the_classical_return_mapping() {
-        let compliance = Mat::zeros(2, 2);
-        let problem = TangentialProblem {
-            compliance: &compliance,
-            springs: &[0.5],
-            slips: &[3.0, -4.0],
-            bounds: &[2.0],
-        };
-        let (mut coupled, mut alone) = ([0.0; 2], [0.0; 2]);
-        Tangential::new(1, 2).solve(&problem, 1e-12, &mut coupled).unwrap();
-        Tangential::new(1, 2).return_to_bounds(&[0.5], &[3.0, -4.0], &[2.0], &mut alone).unwrap();
-        for (force, expected) in [coupled, alone].iter().zip([[-1.2, 1.6]; 2]) {
-            assert!(force.iter().zip(expected).all(|(f, e)| (f - e).abs() < 1e-15)); // round-off
-        }
-    }
-}
+mod tests;

@@ -341,7 +341,8 @@ impl SurfacePair {
         }
         if let Some(f) = &mut self.friction {
             let depth = gaps.iter().zip(&w.settled).fold(0.0_f64, |d, (g, s)| d.max(s - g));
-            f.turn_tolerance = f.tolerance_of_turns(self.tolerance, gaps, &self.springs, &self.state.forces, depth);
+            f.turn_tolerance =
+                f.tolerance_of_turns(self.tolerance, gaps, &self.springs, &self.state.forces, depth);
             for ((free, slip), settled) in f.free_slips.iter_mut().zip(&f.slips).zip(&f.settled) {
                 *free = slip - settled;
             }
@@ -354,7 +355,14 @@ impl SurfacePair {
             None => zone.solve_normal(&self.springs, &w.free_gaps, forces)?,
             Some(f) => {
                 let slips = &f.free_slips;
-                f.stick_slip.solve_within(f.turn_tolerance, zone, &self.springs, &w.free_gaps, slips, forces)?
+                f.stick_slip.solve_within(
+                    f.turn_tolerance,
+                    zone,
+                    &self.springs,
+                    &w.free_gaps,
+                    slips,
+                    forces,
+                )?
             }
         };
         zone.settle(forces, &mut w.settled);

@@ -176,10 +176,13 @@ impl PairFriction {
         depth: f64,
     ) -> f64 {
         let mut residual = 0.0_f64;
-        for (i, (gap, force)) in gaps.iter().zip(forces).enumerate().filter(|(_, (g, f))| **f > 0.0 || **g < 0.0) {
+        for (i, (gap, force)) in
+            gaps.iter().zip(forces).enumerate().filter(|(_, (g, f))| **f > 0.0 || **g < 0.0)
+        {
             residual = residual.max((gap + springs[i] * force).abs());
             for k in self.n_t * i..self.n_t * (i + 1) {
-                let expected = self.stick_slip.increments()[k] - self.stick_slip.spring(i) * self.stick_slip.forces()[k];
+                let expected =
+                    self.stick_slip.increments()[k] - self.stick_slip.spring(i) * self.stick_slip.forces()[k];
                 residual = residual.max((self.slips[k] - expected).abs());
             }
         }
