@@ -19,6 +19,9 @@ const TOLERANCE: f64 = 1e-12;
 /// Turns: a contraction of 0.75 reaches the tolerance within them even without relaxation.
 const MAX_TURNS: usize = 100;
 
+/// Tangential forces are solved to this part of what a turn may leave.
+const INNER: f64 = 0.3;
+
 /// Solver of the normal problem (Eq. F.4).
 pub(crate) trait NormalSolver {
     /// Solves for the normal point forces `forces` at gaps `gaps` with springs of compliance `springs`.
@@ -124,6 +127,11 @@ impl StickSlip {
         self.solver.invalidate();
     }
 
+    /// Compliance of the tangential spring of point `i` [m/N].
+    pub fn spring(&self, i: usize) -> f64 {
+        self.springs[i]
+    }
+
     /// Energy of the tangential springs `Σ ½ D_T τ²` \[J\].
     pub fn spring_energy(&self) -> f64 {
         let terms = self.forces.iter().enumerate();
@@ -133,11 +141,13 @@ impl StickSlip {
     pub fn save(&mut self) {
         self.solver.save();
         self.saved_forces.copy_from_slice(&self.forces);
+        self.next.copy_from_slice(&self.forces);
     }
 
     pub fn restore(&mut self) {
         self.solver.restore();
         self.forces.copy_from_slice(&self.saved_forces);
+        self.next.copy_from_slice(&self.saved_forces);
     }
 
     /// Projects `compliance` on the normal and the tangents, given in the model's components (Eq. F.4). Does nothing when they
@@ -218,7 +228,7 @@ impl StickSlip {
     }
 
     /// Solves for normal point forces `normal_forces` and the tangential ones at gaps `gaps` and slips `slips` since the last
-    /// commitment, both without quasistatic displacement \[m\].
+    /// commitment, both without quasistatic displacement \[m\]; slip increments of open points as well.
     ///
     /// # Errors
     /// Those of [`Quasistatic::solve`] and [`Tangential::solve`]; code -1 if the turns don't settle.
@@ -230,10 +240,20 @@ impl StickSlip {
         slips: &[f64],
         normal_forces: &mut [f64],
     ) -> Result<SolveReport, Rejection> {
-        self.solve_within(TOLERANCE, zone, springs, gaps, slips, normal_forces)
+        let report = self.solve_within(TOLERANCE, zone, springs, gaps, slips, normal_forces)?;
+        self.offsets.copy_from_slice(slips);
+        add_product(&self.coupling, normal_forces, &mut self.offsets);
+        let problem = TangentialProblem {
+            compliance: &self.tangential_compliance,
+            springs: &self.springs,
+            slips: &self.offsets,
+            bounds: &self.bounds,
+        };
+        self.solver.update_all_increments(&problem, &self.forces);
+        Ok(report)
     }
 
-    /// The same with turns until the friction forces change by `tolerance` of the largest.
+    /// The same with turns until the friction forces change by `tolerance` of the largest, without open points' increments.
     ///
     /// # Errors
     /// As [`StickSlip::solve`].
@@ -250,7 +270,7 @@ impl StickSlip {
             self.forces.fill(0.0);
             normal_forces.fill(0.0);
             self.bounds.fill(0.0);
-            self.solve_tangential(slips)?;
+            self.solve_tangential(slips, tolerance)?;
             return zone.solve_normal(springs, gaps, normal_forces);
         }
         let mut sum = SolveReport::default();
@@ -268,7 +288,7 @@ impl StickSlip {
             self.offsets.copy_from_slice(slips);
             add_product(&self.coupling, normal_forces, &mut self.offsets);
             let offsets = std::mem::take(&mut self.offsets);
-            let outcome = self.solve_tangential(&offsets);
+            let outcome = self.solve_tangential(&offsets, INNER * tolerance);
             self.offsets = offsets;
             sum.iterations += outcome?;
             let largest = self.bounds.iter().copied().fold(0.0, f64::max);
@@ -280,14 +300,14 @@ impl StickSlip {
     }
 
     /// Tangential forces under the present bounds, in `next`.
-    fn solve_tangential(&mut self, slips: &[f64]) -> Result<usize, Rejection> {
+    fn solve_tangential(&mut self, slips: &[f64], tolerance: f64) -> Result<usize, Rejection> {
         let problem = TangentialProblem {
             compliance: &self.tangential_compliance,
             springs: &self.springs,
             slips,
             bounds: &self.bounds,
         };
-        self.solver.solve(&problem, &mut self.next)
+        self.solver.solve(&problem, tolerance, &mut self.next)
     }
 
     /// Tangential forces where all modes are dynamic: every point for itself.
@@ -377,20 +397,37 @@ fn unsettled(coefficient: f64) -> Rejection {
     Rejection { code: -1, reason }
 }
 
-/// Fixed-point iteration with Aitken's relaxation (Irons & Tuck 1969).
+/// Fixed-point iteration with Aitken's relaxation (Irons & Tuck 1969) as long as that gains; then steps of half the length, and
+/// half that again (Krasnoselskii 1955), which no cycle of states survives.
 struct Relaxation {
     residual: Vec<f64>,
     factor: f64,
     is_first: bool,
+    /// Smallest change so far, and turns since then.
+    least: f64,
+    n_idle: usize,
+    /// Longest step, once Aitken's no longer gain.
+    damped: Option<f64>,
 }
+
+/// Turns without a smaller change after which steps are shortened.
+const IDLE: usize = 10;
 
 impl Relaxation {
     fn new(n: usize) -> Self {
-        Self { residual: vec![0.0; n], factor: 1.0, is_first: true }
+        Self {
+            residual: vec![0.0; n],
+            factor: 1.0,
+            is_first: true,
+            least: f64::INFINITY,
+            n_idle: 0,
+            damped: None,
+        }
     }
 
     fn restart(&mut self) {
-        (self.factor, self.is_first) = (1.0, true);
+        (self.factor, self.is_first, self.damped) = (1.0, true, None);
+        (self.least, self.n_idle) = (f64::INFINITY, 0);
     }
 
     /// Moves `x` towards its image `image`; whether they differ by `tolerance` at most, where `x` becomes the image.
@@ -407,11 +444,110 @@ impl Relaxation {
             x.copy_from_slice(image);
             return true;
         }
-        if !self.is_first && square > 0.0 {
+        self.n_idle = if largest < self.least { 0 } else { self.n_idle + 1 };
+        self.least = self.least.min(largest);
+        if self.n_idle >= IDLE {
+            self.damped = Some(0.5 * self.damped.unwrap_or(1.0));
+            self.n_idle = 0;
+        }
+        if let Some(factor) = self.damped {
+            self.factor = factor;
+        } else if !self.is_first && square > 0.0 {
             self.factor = (-self.factor * product / square).clamp(0.1, 2.0);
         }
         self.is_first = false;
         x.iter_mut().zip(&self.residual).for_each(|(x, r)| *x += self.factor * r);
         false
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::quasistatic::Problem;
+    use crate::quasistatic::active_set::ActiveSet;
+    use std::f64::consts::PI;
+
+    struct Normal(ActiveSet, Mat<f64>);
+
+    impl NormalSolver for Normal {
+        fn solve_normal(
+            &mut self,
+            springs: &[f64],
+            gaps: &[f64],
+            forces: &mut [f64],
+        ) -> Result<SolveReport, Rejection> {
+            self.0.solve(&Problem { compliance: &self.1, springs, gaps }, forces)
+        }
+    }
+
+    /// `N x N` points of a half space with unit shear modulus and unit spacing.
+    const N: usize = 9;
+
+    fn place(i: usize) -> [f64; 2] {
+        [(i % N) as f64 - 4.1, (i / N) as f64 - 3.9]
+    }
+
+    /// Compliances of the half space (Johnson, Contact Mechanics, 3.2 and 3.6), under the points that of a small disc.
+    fn half_space(poisson: f64) -> (Normal, StickSlip) {
+        let n = N * N;
+        let mut normal = Mat::zeros(n, n);
+        let mut zone = StickSlip::new(0.0, n, 2, 3, true);
+        zone.clear_blocks();
+        for i in 0..n {
+            for j in 0..n {
+                let (p, q) = (place(i), place(j));
+                let x = [p[0] - q[0], p[1] - q[1]];
+                let r = if i == j { 0.3 } else { x[0].hypot(x[1]) };
+                normal[(i, j)] = (1.0 - poisson) / (2.0 * PI * r);
+                for a in 0..2 {
+                    let coupling = -(1.0 - 2.0 * poisson) * x[a] / (4.0 * PI * r * r);
+                    zone.set_coupling(i, a, j, coupling);
+                    for b in 0..2 {
+                        let mut value = poisson * x[a] * x[b] / (r * r);
+                        if a == b {
+                            value += 1.0 - poisson + if i == j { 0.5 * poisson } else { 0.0 };
+                        }
+                        zone.tangential_compliance[(2 * i + a, 2 * j + b)] = value / (2.0 * PI * r);
+                    }
+                }
+            }
+        }
+        zone.finish_blocks();
+        (Normal(ActiveSet::new(n), normal), zone)
+    }
+
+    #[test]
+    fn turns_settle_from_sticking_to_sliding_at_any_coupling() {
+        let n = N * N;
+        let springs = vec![1e-3; n];
+        let mut n_mixed = 0;
+        for (poisson, coefficient) in [(0.3, 0.3), (0.3, 0.8), (0.0, 0.3), (0.0, 0.8)] {
+            let (mut normal, mut zone) = half_space(poisson);
+            zone.coefficient = coefficient;
+            zone.set_springs(&springs, 1.0);
+            let mut forces = vec![0.0; n];
+            // Slips from none to complete sliding and back, which crosses every state of the annulus.
+            for step in 0..80 {
+                let slip = 0.5 * coefficient * (0.08 * f64::from(step)).sin();
+                let gaps: Vec<f64> =
+                    (0..n).map(|i| 0.05 * (place(i)[0].powi(2) + place(i)[1].powi(2)) - 0.6).collect();
+                let slips: Vec<f64> = (0..n).flat_map(|_| [slip, 0.3 * slip]).collect();
+                let report = zone.solve(&mut normal, &springs, &gaps, &slips, &mut forces);
+                assert!(report.is_ok(), "{poisson} {coefficient} {step}: {report:?}");
+                let states = zone.states();
+                n_mixed +=
+                    usize::from(states.contains(&PointState::Stick) && states.contains(&PointState::Slip));
+                let tau = zone.forces().chunks_exact(2);
+                for ((t, force), w) in tau.zip(&forces).zip(zone.increments().chunks_exact(2)) {
+                    let (size, slide) = (t[0].hypot(t[1]), w[0].hypot(w[1]));
+                    // Round-off of forces of order one, tolerance of the turns.
+                    assert!(size <= coefficient * force + 1e-10);
+                    assert!(*force <= 0.0 || slide * (coefficient * force - size) <= 1e-9);
+                    assert!(*force <= 0.0 || (t[0] * w[0] + t[1] * w[1] + size * slide).abs() <= 1e-9);
+                }
+            }
+        }
+        assert!(n_mixed > 40, "{n_mixed}");
     }
 }

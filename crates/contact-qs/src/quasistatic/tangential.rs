@@ -8,6 +8,10 @@
 //! the circle (Eq. F.7), so that one symmetric positive definite matrix is factorised. In the plane a sliding point has
 //! nothing free, and the method is the active-set method for bounds on both sides, with the same safeguard as
 //! [`super::active_set`]: single exchanges where full ones don't gain.
+//!
+//! Work goes into loaded points alone: their block of the compliance is kept as long as they stay the same, and a factor serves
+//! until the free directions have turned or steps with it no longer gain (Newton's method with a kept matrix). Steps end with
+//! one of the very matrix or at the tolerance asked for.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt;
@@ -15,6 +19,8 @@ use faer::{Mat, MatMut, MatRef, Par};
 use ffr_dynamics::error::Rejection;
 
 use super::problem::add_product;
+
+mod uncoupled;
 
 /// Full exchanges without progress before single exchanges start.
 const PATIENCE: usize = 10; // Júdice & Pires 1994
@@ -24,6 +30,12 @@ const SLIP_ROUND_OFF: f64 = 32.0 * f64::EPSILON;
 const BOUND_ROUND_OFF: f64 = 1e-13;
 /// Turn of a force's direction in one Newton step below which the next one is round-off (quadratic convergence).
 const TURN_TOLERANCE: f64 = 1e-8;
+/// The factor of earlier directions serves until one of them has turned by this (sine): steps then gain a digit each.
+const KEPT_TURN: f64 = 0.1;
+/// Steps with a kept factor go on as long as each is smaller than the one before by this factor, ...
+const KEPT_GAIN: f64 = 0.3;
+/// ... and no more than these: they cost about as much as a factorisation.
+const KEPT_STEPS: usize = 5;
 /// A pivot smaller than this times `n eps` of its diagonal entry is round-off.
 const PIVOT_ROUND_OFF: f64 = 64.0 * f64::EPSILON;
 
@@ -53,10 +65,20 @@ pub(crate) struct TangentialProblem<'a> {
 }
 
 /// A free direction of the forces: component pair and unit vector.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 struct Free {
     point: usize,
     direction: [f64; 2],
+}
+
+/// What a Newton step did.
+struct Step {
+    /// Whether its matrix was that of the present sets and directions.
+    is_exact: bool,
+    /// Largest change of a force \[N\].
+    size: f64,
+    /// Largest turn of a sliding point's force (sine).
+    turn: f64,
 }
 
 /// Solver for one number of points; holds the last states as a warm start and all buffers.
@@ -70,10 +92,18 @@ pub(crate) struct Tangential {
     /// `|w_i|/b_i` of sliding points [m/N].
     stretches: Vec<f64>,
     free: Vec<Free>,
-    /// Sticking points that the factor belongs to; only in the plane, where the matrix depends on nothing else.
-    factored: Vec<usize>,
+    /// Free directions that the factor belongs to.
+    factored: Vec<Free>,
     factor: Vec<f64>,
     solution: Vec<f64>,
+    /// Points that `block` belongs to; none if it is not known.
+    loaded: Vec<usize>,
+    /// Place of each point among them.
+    slots: Vec<usize>,
+    /// `A_TT` of these points, column by column.
+    block: Vec<f64>,
+    /// Forces of these points, displacements under them.
+    compact: [Vec<f64>; 2],
     memory: MemBuffer,
     saved: (Vec<PointState>, Vec<[f64; 2]>),
 }
@@ -92,6 +122,10 @@ impl Tangential {
             factored: Vec::with_capacity(n),
             factor: vec![0.0; n * n],
             solution: vec![0.0; n],
+            loaded: Vec::with_capacity(n_points),
+            slots: vec![0; n_points],
+            block: vec![0.0; n * n],
+            compact: [vec![0.0; n], vec![0.0; n]],
             memory: MemBuffer::new(llt::factor::cholesky_in_place_scratch::<f64>(
                 n,
                 Par::Seq,
@@ -111,51 +145,71 @@ impl Tangential {
 
     pub fn invalidate(&mut self) {
         self.factored.clear();
+        self.loaded.clear();
     }
 
+    /// The factor is forgotten, so that solutions after [`Tangential::restore`] are the same in every bit.
     pub fn save(&mut self) {
+        self.factored.clear();
         self.saved.0.copy_from_slice(&self.states);
         self.saved.1.copy_from_slice(&self.directions);
     }
 
     pub fn restore(&mut self) {
+        self.factored.clear();
         self.states.copy_from_slice(&self.saved.0);
         self.directions.copy_from_slice(&self.saved.1);
     }
 
-    /// Solves for `forces`; returns the number of sets tried.
+    /// Solves for `forces`, which hold those of an earlier solution, to `tolerance` of the largest bound; returns the number of
+    /// steps. Slip increments of open points are left as they are.
     ///
     /// # Errors
     /// Code 2: a slip is not finite. Code 1: dependent points without springs. Code -1: limit of iterations.
-    pub fn solve(&mut self, problem: &TangentialProblem<'_>, forces: &mut [f64]) -> Result<usize, Rejection> {
+    pub fn solve(
+        &mut self,
+        problem: &TangentialProblem<'_>,
+        tolerance: f64,
+        forces: &mut [f64],
+    ) -> Result<usize, Rejection> {
         let largest =
             problem.slips.iter().fold(0.0_f64, |m, c| if c.is_finite() { m.max(c.abs()) } else { f64::NAN });
         if largest.is_nan() {
             return Err(Rejection { code: 2, reason: "a tangential displacement is not finite".into() });
         }
-        self.guess(problem);
-        self.forces_on_directions(problem.bounds, forces);
+        self.guess(problem, forces);
+        self.gather(problem);
         self.update_increments(problem, forces);
         let limit = 100 + 50 * self.states.len();
+        let allowance = SLIP_ROUND_OFF * self.increments.len() as f64 * largest;
+        let small = tolerance * problem.bounds.iter().copied().fold(0.0, f64::max);
         let (mut fewest, mut patience) = (usize::MAX, PATIENCE);
+        let (mut n_kept, mut last) = (0, f64::INFINITY);
         for iteration in 1..=limit {
-            self.stretch_sliding(problem);
-            let turn = self.forces_of_sets(problem, forces)?;
-            self.update_increments(problem, forces);
-            let tolerance = SLIP_ROUND_OFF * self.increments.len() as f64 * largest;
-            let (n_wrong, highest) = self.count_wrong(problem, forces, tolerance);
-            if n_wrong == 0 && turn <= TURN_TOLERANCE {
+            let step = self.step(problem, n_kept < KEPT_STEPS, forces)?;
+            let (n_wrong, highest) = self.count_wrong(problem, forces, allowance);
+            let is_settled = if step.is_exact { step.turn <= TURN_TOLERANCE } else { step.size <= small };
+            if n_wrong == 0 && is_settled {
                 return Ok(iteration);
             }
+            n_kept = match step.is_exact {
+                true => 0,
+                false if step.size <= KEPT_GAIN * last => n_kept + 1,
+                false => KEPT_STEPS,
+            };
+            last = if n_wrong == 0 { step.size } else { f64::INFINITY };
             if n_wrong < fewest {
                 (fewest, patience) = (n_wrong, PATIENCE);
             } else if n_wrong > 0 {
                 patience = patience.saturating_sub(1);
             }
-            for i in 0..self.states.len() {
-                if patience > 0 || i == highest {
-                    self.exchange(i, problem, forces, tolerance);
+            if n_wrong > 0 {
+                for i in 0..self.states.len() {
+                    if patience > 0 || i == highest {
+                        self.exchange(i, problem, forces, allowance);
+                    }
                 }
+                self.update_increments(problem, forces);
             }
         }
         let reason =
@@ -163,12 +217,15 @@ impl Tangential {
         Err(Rejection { code: -1, reason })
     }
 
-    /// States to start from: points just loaded slide along their slip, the others go on as they were.
-    fn guess(&mut self, problem: &TangentialProblem<'_>) {
+    /// States and forces to start from: points just loaded slide along their slip, the others go on as they were.
+    fn guess(&mut self, problem: &TangentialProblem<'_>, forces: &mut [f64]) {
         for i in 0..self.states.len() {
             if problem.bounds[i] <= 0.0 {
                 self.states[i] = PointState::Open;
-            } else if self.states[i] == PointState::Open {
+                forces[self.n_t * i..self.n_t * (i + 1)].fill(0.0);
+                continue;
+            }
+            if self.states[i] == PointState::Open {
                 let slip = pair(problem.slips, i, self.n_t);
                 let size = slip[0].hypot(slip[1]);
                 self.states[i] = PointState::Stick;
@@ -177,19 +234,54 @@ impl Tangential {
                     self.directions[i] = slip.map(|c| -c / size);
                 }
             }
+            if self.states[i] == PointState::Slip {
+                self.slide(i, problem.bounds[i], forces);
+            }
         }
     }
 
-    /// Forces of the present sets; returns the largest turn of a sliding point's force (sine).
-    fn forces_of_sets(
+    /// Sets the force of point `i` to `bound` along its direction.
+    fn slide(&self, i: usize, bound: f64, forces: &mut [f64]) {
+        for (force, direction) in forces[self.n_t * i..self.n_t * (i + 1)].iter_mut().zip(self.directions[i])
+        {
+            *force = bound * direction;
+        }
+    }
+
+    /// Block of the compliance that belongs to the loaded points.
+    fn gather(&mut self, problem: &TangentialProblem<'_>) {
+        let loaded = |i: &usize| self.states[*i] != PointState::Open;
+        if self.loaded.iter().copied().eq((0..self.states.len()).filter(loaded)) && !self.loaded.is_empty() {
+            return;
+        }
+        self.loaded.clear();
+        self.loaded.extend((0..self.states.len()).filter(|i| self.states[*i] != PointState::Open));
+        let (n_t, m) = (self.n_t, self.n_t * self.loaded.len());
+        for (slot, &i) in self.loaded.iter().enumerate() {
+            self.slots[i] = slot;
+            for a in 0..n_t {
+                let source = problem.compliance.col_as_slice(n_t * i + a);
+                let target = &mut self.block[(n_t * slot + a) * m..][..m];
+                for (entries, &j) in target.chunks_exact_mut(n_t).zip(&self.loaded) {
+                    entries.copy_from_slice(&source[n_t * j..n_t * (j + 1)]);
+                }
+            }
+        }
+    }
+
+    /// One Newton step on the present sets, with the factor of an earlier one if that may do.
+    fn step(
         &mut self,
         problem: &TangentialProblem<'_>,
+        may_keep: bool,
         forces: &mut [f64],
-    ) -> Result<f64, Rejection> {
+    ) -> Result<Step, Rejection> {
         self.collect_free();
-        self.factorise(problem)?;
-        self.forces_on_directions(problem.bounds, forces);
-        self.update_increments(problem, forces);
+        let is_exact = !(may_keep && self.is_near_factored()) || self.is_factored();
+        if !self.is_factored() && is_exact {
+            self.stretch_sliding(problem);
+            self.factorise(problem)?;
+        }
         let increments = std::mem::take(&mut self.increments);
         self.solve_free(&increments);
         self.increments = increments;
@@ -197,8 +289,27 @@ impl Tangential {
             self.factored.clear();
             return Err(Rejection { code: 2, reason: "a friction force is not finite".into() });
         }
+        let size = self.solution[..self.free.len()].iter().fold(0.0_f64, |m, x| m.max(x.abs()));
         self.add_free(forces);
-        Ok(self.turn(problem, forces))
+        let turn = self.turn(problem, forces);
+        self.update_increments(problem, forces);
+        Ok(Step { is_exact, size, turn })
+    }
+
+    /// Whether the factor depends on no direction and belongs to the present sets.
+    fn is_factored(&self) -> bool {
+        let has_turns = self.n_t == 2 && self.states.contains(&PointState::Slip);
+        !has_turns && self.factored == self.free
+    }
+
+    /// Whether the factor belongs to the present sets with directions not far from the present ones.
+    fn is_near_factored(&self) -> bool {
+        let is_near = |a: &Free, b: &Free| {
+            let [x, y] = [0, 1].map(|c| a.direction[c] - b.direction[c]);
+            a.point == b.point && x * x + y * y <= KEPT_TURN * KEPT_TURN
+        };
+        self.factored.len() == self.free.len()
+            && self.factored.iter().zip(&self.free).all(|(a, b)| is_near(a, b))
     }
 
     /// Takes the forces of sliding points back to the circle; returns the largest turn.
@@ -260,32 +371,31 @@ impl Tangential {
     }
 
     /// Cholesky factor of the projection of `A_TT + D_T` on the free directions, with `|w_i|/b_i` of sliding points on the
-    /// diagonal (Eq. F.7).
+    /// diagonal (Eq. F.7). Its lower half is made of the lower half of the projection.
     fn factorise(&mut self, problem: &TangentialProblem<'_>) -> Result<(), Rejection> {
         let (m, n_t) = (self.free.len(), self.n_t);
-        let is_kept = n_t == 1
-            && self.factored.len() == m
-            && self.factored.iter().zip(&self.free).all(|(&i, f)| i == f.point);
-        if m == 0 || is_kept {
+        self.factored.clear();
+        if m == 0 {
             return Ok(());
         }
-        self.factored.clear();
+        let height = n_t * self.loaded.len();
+        let displacement = &mut self.compact[1][..height];
         for (column, &q) in self.free.iter().enumerate() {
-            for (row, &p) in self.free.iter().enumerate() {
-                let mut entry = 0.0;
-                for b in 0..n_t {
-                    let source = problem.compliance.col_as_slice(n_t * q.point + b);
-                    for a in 0..n_t {
-                        entry += p.direction[a] * source[n_t * p.point + a] * q.direction[b];
-                    }
-                }
-                self.factor[column * m + row] = entry;
+            displacement.fill(0.0);
+            for (b, &factor) in q.direction[..n_t].iter().enumerate().filter(|(_, f)| **f != 0.0) {
+                let source = &self.block[(n_t * self.slots[q.point] + b) * height..][..height];
+                displacement.iter_mut().zip(source).for_each(|(d, s)| *d += factor * s);
+            }
+            let target = &mut self.factor[column * m..(column + 1) * m];
+            for (entry, p) in target[column..].iter_mut().zip(&self.free[column..]) {
+                let [x, y] = pair(displacement, self.slots[p.point], n_t);
+                *entry = p.direction[0] * x + p.direction[1] * y;
             }
             let mut added = problem.springs[q.point];
             if self.states[q.point] == PointState::Slip {
                 added += self.stretches[q.point];
             }
-            self.factor[column * m + column] += added;
+            target[column] += added;
         }
         let largest = (0..m).map(|k| self.factor[k * m + k]).fold(0.0, f64::max);
         let matrix = MatMut::from_column_major_slice_mut(&mut self.factor[..m * m], m, m);
@@ -300,9 +410,7 @@ impl Tangential {
             );
             return Err(Rejection { code: 1, reason });
         }
-        if n_t == 1 {
-            self.factored.extend(self.free.iter().map(|f| f.point));
-        }
+        self.factored.extend_from_slice(&self.free);
         Ok(())
     }
 
@@ -331,7 +439,26 @@ impl Tangential {
         llt::solve::solve_in_place(factor, rhs, Par::Seq, MemStack::new(&mut self.memory));
     }
 
+    /// Slip increments of the loaded points.
     fn update_increments(&mut self, problem: &TangentialProblem<'_>, forces: &[f64]) {
+        let n_t = self.n_t;
+        let m = n_t * self.loaded.len();
+        let [tau, w] = &mut self.compact;
+        for (slot, &i) in self.loaded.iter().enumerate() {
+            let (from, to) = (n_t * i..n_t * (i + 1), n_t * slot..n_t * (slot + 1));
+            tau[to.clone()].copy_from_slice(&forces[from.clone()]);
+            for ((w, slip), force) in w[to].iter_mut().zip(&problem.slips[from.clone()]).zip(&forces[from]) {
+                *w = slip + problem.springs[i] * force;
+            }
+        }
+        add_block(&self.block, &tau[..m], &mut w[..m]);
+        for (slot, &i) in self.loaded.iter().enumerate() {
+            self.increments[n_t * i..n_t * (i + 1)].copy_from_slice(&w[n_t * slot..n_t * (slot + 1)]);
+        }
+    }
+
+    /// Slip increments of all points under `forces`, open ones included.
+    pub fn update_all_increments(&mut self, problem: &TangentialProblem<'_>, forces: &[f64]) {
         slip_increments(problem, forces, self.n_t, &mut self.increments);
     }
 
@@ -356,7 +483,7 @@ impl Tangential {
     }
 
     /// Moves point `i` to the other state if it is in the wrong one.
-    fn exchange(&mut self, i: usize, problem: &TangentialProblem<'_>, forces: &[f64], tolerance: f64) {
+    fn exchange(&mut self, i: usize, problem: &TangentialProblem<'_>, forces: &mut [f64], tolerance: f64) {
         if !self.is_wrong(i, problem, forces, tolerance) {
             return;
         }
@@ -365,65 +492,10 @@ impl Tangential {
             let size = force[0].hypot(force[1]);
             self.directions[i] = force.map(|f| f / size);
             self.states[i] = PointState::Slip;
+            self.slide(i, problem.bounds[i], forces);
         } else {
             self.states[i] = PointState::Stick;
         }
-    }
-
-    /// Solves for `forces` without compliance, every point for itself: the classical return mapping (Eq. F.3).
-    ///
-    /// # Errors
-    /// Code 2: a slip is not finite.
-    pub fn return_to_bounds(
-        &mut self,
-        springs: &[f64],
-        slips: &[f64],
-        bounds: &[f64],
-        forces: &mut [f64],
-    ) -> Result<(), Rejection> {
-        for i in 0..self.states.len() {
-            let slip = pair(slips, i, self.n_t);
-            let size = slip[0].hypot(slip[1]);
-            if !size.is_finite() {
-                return Err(Rejection { code: 2, reason: "a tangential displacement is not finite".into() });
-            }
-            let held = size / springs[i];
-            self.states[i] = if bounds[i] <= 0.0 {
-                PointState::Open
-            } else if held <= bounds[i] {
-                PointState::Stick
-            } else {
-                PointState::Slip
-            };
-            let force = if size > 0.0 { held.min(bounds[i]) / size } else { 0.0 };
-            if self.states[i] == PointState::Slip {
-                self.directions[i] = slip.map(|c| -c / size);
-            }
-            for (a, c) in slip[..self.n_t].iter().enumerate() {
-                let k = self.n_t * i + a;
-                forces[k] = -force * c;
-                self.increments[k] =
-                    if self.states[i] == PointState::Stick { 0.0 } else { c + springs[i] * forces[k] };
-            }
-        }
-        Ok(())
-    }
-
-    /// Power lost at the solution of [`Tangential::return_to_bounds`] \[W\]: slips change at `slip_rates` [m/s], bounds at
-    /// `bound_rates` \[N/s\].
-    pub fn power_of_points(
-        &self,
-        springs: &[f64],
-        slip_rates: &[f64],
-        bound_rates: &[f64],
-        bounds: &[f64],
-    ) -> f64 {
-        let sliding = (0..self.states.len()).filter(|&i| self.states[i] == PointState::Slip);
-        let lost = |i: usize| {
-            let (rate, e) = (pair(slip_rates, i, self.n_t), self.directions[i]);
-            -bounds[i] * (rate[0] * e[0] + rate[1] * e[1] + springs[i] * bound_rates[i])
-        };
-        sliding.map(lost).sum()
     }
 
     /// Prepares [`Tangential::rates`] at the solution of `problem`.
@@ -431,6 +503,7 @@ impl Tangential {
     /// # Errors
     /// Code 1 as [`Tangential::solve`].
     pub fn prepare_rates(&mut self, problem: &TangentialProblem<'_>) -> Result<(), Rejection> {
+        self.gather(problem);
         self.stretch_sliding(problem);
         self.collect_free();
         self.factorise(problem)
@@ -455,6 +528,25 @@ impl Tangential {
     }
 }
 
+/// `out += block x`, four columns at a time.
+fn add_block(block: &[f64], x: &[f64], out: &mut [f64]) {
+    let m = x.len();
+    for (columns, x) in block[..m * m].chunks(4 * m.max(1)).zip(x.chunks(4)) {
+        if let &[x, y, z, w] = x {
+            let (a, rest) = columns.split_at(m);
+            let (b, rest) = rest.split_at(m);
+            let (c, d) = rest.split_at(m);
+            for ((((o, a), b), c), d) in out.iter_mut().zip(a).zip(b).zip(c).zip(d) {
+                *o += (x * a + y * b) + (z * c + w * d);
+            }
+        } else {
+            for (column, x) in columns.chunks_exact(m).zip(x) {
+                out.iter_mut().zip(column).for_each(|(o, a)| *o += a * x);
+            }
+        }
+    }
+}
+
 /// `w = (A_TT + D_T) τ + c`.
 fn slip_increments(problem: &TangentialProblem<'_>, forces: &[f64], n_t: usize, out: &mut [f64]) {
     out.copy_from_slice(problem.slips);
@@ -470,79 +562,4 @@ fn pair(values: &[f64], i: usize, n_t: usize) -> [f64; 2] {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn random(seed: &mut u64) -> f64 {
-        *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (*seed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
-
-    #[test]
-    fn random_zones_obey_coulombs_law_and_need_few_sets() {
-        let (mut seed, mut most, mut n_stick, mut n_slip) = (9, 0, 0, 0);
-        for (n, n_t) in [(2, 1), (9, 1), (30, 1), (2, 2), (9, 2), (30, 2)] {
-            for case in 0..60 {
-                let size = n * n_t;
-                // Condition of some 1e2 to 1e4, as on a surface.
-                let v = Mat::from_fn(size, size + 2, |_, _| random(&mut seed));
-                let compliance = &v * v.transpose();
-                let springs: Vec<f64> = (0..n).map(|_| if case % 2 == 0 { 0.0 } else { 0.1 }).collect();
-                let slips: Vec<f64> = (0..size).map(|_| 3.0 * random(&mut seed)).collect();
-                let bounds: Vec<f64> = (0..n).map(|_| random(&mut seed).max(0.0)).collect();
-                let problem = TangentialProblem {
-                    compliance: &compliance,
-                    springs: &springs,
-                    slips: &slips,
-                    bounds: &bounds,
-                };
-                let mut solver = Tangential::new(n, n_t);
-                let mut forces = vec![0.0; size];
-                most = most.max(solver.solve(&problem, &mut forces).unwrap());
-                let mut w = vec![0.0; size];
-                slip_increments(&problem, &forces, n_t, &mut w);
-                // Newton's last step of 1e-8 leaves 1e-16; round-off of the factorisation.
-                let tolerance = 1e-9;
-                for (i, &bound) in bounds.iter().enumerate() {
-                    let (f, w) = (pair(&forces, i, n_t), pair(&w, i, n_t));
-                    let (force, slip) = (f[0].hypot(f[1]), w[0].hypot(w[1]));
-                    match solver.states()[i] {
-                        PointState::Open => assert!(force <= 0.0 && bound <= 0.0),
-                        PointState::Stick => {
-                            n_stick += 1;
-                            assert!(slip < tolerance && force <= bound * (1.0 + 1e-12), "{n} {n_t} {case}");
-                        }
-                        PointState::Slip => {
-                            n_slip += 1;
-                            assert!((force - bound).abs() < 1e-12);
-                            // Slip against the force, in direction too.
-                            let power = f[0] * w[0] + f[1] * w[1];
-                            assert!(
-                                (power + force * slip).abs() < tolerance * (1.0 + slip),
-                                "{n} {n_t} {case}"
-                            );
-                        }
-                    }
-                }
-            }
-        }
-        assert!(n_stick > 100 && n_slip > 100 && most < 60, "{n_stick} {n_slip} {most}");
-    }
-
-    #[test]
-    fn one_point_follows_the_classical_return_mapping() {
-        let compliance = Mat::zeros(2, 2);
-        let problem = TangentialProblem {
-            compliance: &compliance,
-            springs: &[0.5],
-            slips: &[3.0, -4.0],
-            bounds: &[2.0],
-        };
-        let (mut coupled, mut alone) = ([0.0; 2], [0.0; 2]);
-        Tangential::new(1, 2).solve(&problem, &mut coupled).unwrap();
-        Tangential::new(1, 2).return_to_bounds(&[0.5], &[3.0, -4.0], &[2.0], &mut alone).unwrap();
-        for (force, expected) in [coupled, alone].iter().zip([[-1.2, 1.6]; 2]) {
-            assert!(force.iter().zip(expected).all(|(f, e)| (f - e).abs() < 1e-15)); // round-off
-        }
-    }
-}
+mod tests;

@@ -223,7 +223,7 @@ impl SurfacePair {
                 return Ok(report);
             }
             if pass > 0 {
-                error = self.error(pass, w, depth);
+                error = self.error(w, depth);
             }
             let is_open = pass == 0
                 && self.state.forces.iter().all(|f| *f <= 0.0)
@@ -301,7 +301,7 @@ impl SurfacePair {
 
     /// Largest difference of the gaps on the displaced surfaces from those that the solver counted with, and what the
     /// shift of the loads since then is worth at a penetration of `depth`.
-    fn error(&self, pass: usize, w: &Workspace, depth: f64) -> f64 {
+    fn error(&self, w: &Workspace, depth: f64) -> f64 {
         let gaps = &self.state.watch.gaps;
         let is_near = |i: usize| self.state.forces[i] > 0.0 || gaps[i] < 0.0;
         let near = (0..gaps.len()).filter(|i| is_near(*i));
@@ -312,7 +312,7 @@ impl SurfacePair {
                 error = error.max((f.slips[k] - f.free_slips[k] - f.settled[k]).abs());
             }
             // What the turns between normal and friction forces have left.
-            error = error.max(depth * turn_tolerance(pass - 1, self.tolerance));
+            error = error.max(depth * f.turn_tolerance);
         }
         error
     }
@@ -324,16 +324,25 @@ impl SurfacePair {
         let is_near = |i: usize| self.state.forces[i] > 0.0 || gaps[i] < 0.0;
         let moved = zone.moved(&w.rows, &self.surface, is_near);
         // Should passes make no headway, the old projection is not to blame.
-        if moved > REUSE || (pass > 10 && moved > 0.0) {
+        let is_new = moved > REUSE || (pass > 10 && moved > 0.0);
+        if is_new {
             let depth = gaps.iter().zip(&w.settled).fold(0.0_f64, |d, (g, s)| d.max(s - g));
             let stick_slip = self.friction.as_mut().map(|f| &mut f.stick_slip);
             let is_member = |i: usize| is_near(i) || gaps[i] < MARGIN * depth;
             zone.build(&self.surface, &w.rows, stick_slip, is_member);
         }
         w.loaded.copy_from(&w.rows);
-        zone.settle(&self.state.forces, &mut w.settled);
+        // The solution before has left the products of these forces with this compliance.
+        if is_new || pass == 0 {
+            zone.settle(&self.state.forces, &mut w.settled);
+            if let Some(f) = &mut self.friction {
+                f.stick_slip.settle(&self.state.forces, &mut w.settled, &mut f.settled);
+            }
+        }
         if let Some(f) = &mut self.friction {
-            f.stick_slip.settle(&self.state.forces, &mut w.settled, &mut f.settled);
+            let depth = gaps.iter().zip(&w.settled).fold(0.0_f64, |d, (g, s)| d.max(s - g));
+            f.turn_tolerance =
+                f.tolerance_of_turns(self.tolerance, gaps, &self.springs, &self.state.forces, depth);
             for ((free, slip), settled) in f.free_slips.iter_mut().zip(&f.slips).zip(&f.settled) {
                 *free = slip - settled;
             }
@@ -345,8 +354,15 @@ impl SurfacePair {
         let report = match &mut self.friction {
             None => zone.solve_normal(&self.springs, &w.free_gaps, forces)?,
             Some(f) => {
-                let (tolerance, slips) = (turn_tolerance(pass, self.tolerance), &f.free_slips);
-                f.stick_slip.solve_within(tolerance, zone, &self.springs, &w.free_gaps, slips, forces)?
+                let slips = &f.free_slips;
+                f.stick_slip.solve_within(
+                    f.turn_tolerance,
+                    zone,
+                    &self.springs,
+                    &w.free_gaps,
+                    slips,
+                    forces,
+                )?
             }
         };
         zone.settle(forces, &mut w.settled);
@@ -477,13 +493,6 @@ impl SurfacePair {
             target.torque -= Vector3::from(w.seen[i]).cross(&force);
         }
     }
-}
-
-/// Change of the friction forces in one turn at which pass `pass` goes on, as a share of the largest: a pass needs no more than
-/// it leaves. `tolerance`: that of the gaps.
-fn turn_tolerance(pass: usize, tolerance: f64) -> f64 {
-    // Turns reach 1e-12; directions of points at the end of their slide come slowly, asked for more than the gaps they might not.
-    (tolerance * [1e4, 1e2, 1.0][pass.min(2)]).max(1e-12)
 }
 
 /// Places plus displacements.

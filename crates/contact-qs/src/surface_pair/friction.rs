@@ -16,6 +16,11 @@ use crate::law::Friction;
 use crate::quasistatic::PointState;
 use crate::quasistatic::stick_slip::StickSlip;
 
+/// A pass leaves some such part of the error.
+const PASS_GAIN: f64 = 0.03;
+/// The least that is asked of turns, in units of the tolerance of the gaps.
+const FIRST_TURNS: f64 = 1e4;
+
 /// Stick reference of a point.
 #[derive(Debug, Clone, Copy, Default)]
 struct Base {
@@ -43,6 +48,9 @@ pub(super) struct PairFriction {
     /// Deepest penetration without quasistatic displacement in the last solution \[m\].
     pub depth: f64,
     saved_depth: f64,
+    /// Change of the friction forces at which the last turns between normal and friction forces have ended, as a share of the
+    /// largest.
+    pub turn_tolerance: f64,
     bases: Vec<Base>,
     /// Nodes of the target at the last commitment.
     nodes: Vec<[f64; 3]>,
@@ -74,6 +82,7 @@ impl PairFriction {
             settled: vec![0.0; n],
             depth: 0.0,
             saved_depth: 0.0,
+            turn_tolerance: 0.0,
             bases: vec![Base::default(); n_points],
             nodes: vec![[0.0; 3]; n_nodes],
             has_nodes: false,
@@ -154,6 +163,31 @@ impl PairFriction {
     /// Tangential forces of point `i`.
     pub fn force(&self, i: usize) -> &[f64] {
         &self.stick_slip.forces()[self.n_t * i..self.n_t * (i + 1)]
+    }
+
+    /// Where turns between normal and friction forces shall end in the next solution: a solution needs no more than the pass leaves.
+    /// `tolerance`: that of the gaps, as a share of `depth`.
+    pub fn tolerance_of_turns(
+        &self,
+        tolerance: f64,
+        gaps: &[f64],
+        springs: &[f64],
+        forces: &[f64],
+        depth: f64,
+    ) -> f64 {
+        let mut residual = 0.0_f64;
+        for (i, (gap, force)) in
+            gaps.iter().zip(forces).enumerate().filter(|(_, (g, f))| **f > 0.0 || **g < 0.0)
+        {
+            residual = residual.max((gap + springs[i] * force).abs());
+            for k in self.n_t * i..self.n_t * (i + 1) {
+                let expected =
+                    self.stick_slip.increments()[k] - self.stick_slip.spring(i) * self.stick_slip.forces()[k];
+                residual = residual.max((self.slips[k] - expected).abs());
+            }
+        }
+        // Turns reach 1e-12; directions of points at the end of their slide come slowly, asked for more than the gaps they might not.
+        (PASS_GAIN * residual / depth).min(FIRST_TURNS * tolerance).max(tolerance).max(1e-12)
     }
 
     /// Number of sliding points among those with normal forces `forces`.

@@ -1,0 +1,303 @@
+//! Oblique impacts of two solid spheres drawn at random, with spin and friction, simulated without any setting.
+#![expect(clippy::print_stdout, reason = "the figures of docs/verification.md, shown with --nocapture")]
+
+mod impacts;
+
+use std::f64::consts::PI;
+use std::time::Instant;
+
+use adaptive::spec::{
+    BodyKind, BodySpec, ContactLaw, ContactSpec, DiscretisationSpec, ElasticSpec, InitialMotion,
+    IntervalSpec, ReductionSpec, RunSpec, SurfaceLaw, Target,
+};
+use contact_qs::law::Friction;
+use iga_core::elasticity::{Material, Model};
+use iga_core::nurbs::primitives::sphere::{SphereNet, sphere};
+use impacts::{ALUMINIUM, STEEL, Solid, Trace, law, spec, try_run};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
+/// Numbers that look random, the same in every run (Steele, Lea & Flood 2014, SplitMix64).
+struct Numbers(u64);
+
+impl Numbers {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.next()
+    }
+
+    /// A direction, all equally likely.
+    fn direction(&mut self) -> Vector3<f64> {
+        let (z, angle) = (self.between(-1.0, 1.0), self.between(0.0, 2.0 * PI));
+        let r = (1.0 - z * z).sqrt();
+        Vector3::new(r * angle.cos(), r * angle.sin(), z)
+    }
+
+    /// A rotation, all equally likely (Shoemake 1992).
+    fn rotation(&mut self) -> UnitQuaternion<f64> {
+        let (u, a, b) = (self.next(), self.between(0.0, 2.0 * PI), self.between(0.0, 2.0 * PI));
+        let (p, q) = ((1.0 - u).sqrt(), u.sqrt());
+        UnitQuaternion::new_normalize(Quaternion::new(q * b.cos(), p * a.sin(), p * a.cos(), q * b.sin()))
+    }
+}
+
+/// One of the two spheres.
+#[derive(Debug, Clone)]
+struct Ball {
+    radius: f64,
+    solid: Solid,
+    motion: InitialMotion,
+}
+
+/// Two spheres about to meet.
+#[derive(Debug, Clone)]
+struct Case {
+    number: u64,
+    balls: [Ball; 2],
+    /// From the first ball to the second.
+    normal: Vector3<f64>,
+    closing: f64,
+    gap: f64,
+    friction: Option<f64>,
+}
+
+impl Case {
+    /// Every second case has friction.
+    fn draw(number: u64) -> Self {
+        let mut random = Numbers(20_261_121 + number);
+        let radii = [random.between(5e-3, 20e-3), random.between(5e-3, 20e-3)];
+        let solids = [0, 1].map(|_| if random.next() < 0.5 { STEEL } else { ALUMINIUM });
+        let normal = random.direction();
+        let (closing, gap) = (random.between(0.05, 0.5), random.between(0.0, 1e-6));
+        // Up to twice as fast along the surfaces as across.
+        let sideways = normal.cross(&random.direction()) * (2.0 * closing);
+        let mean = random.direction() * random.between(0.0, closing);
+        let place = random.direction() * random.between(0.0, 0.05);
+        let balls = [0, 1].map(|i| {
+            let sign = [1.0, -1.0][i];
+            let velocity = mean + (normal * closing + sideways) * (0.5 * sign);
+            let spin = random.direction() * (random.next() * closing / radii[i]);
+            let position = if i == 0 { place } else { place + normal * (radii[0] + gap + radii[1]) };
+            let rotation = random.rotation();
+            let motion = InitialMotion { position, rotation, velocity, angular_velocity: spin };
+            Ball { radius: radii[i], solid: solids[i], motion }
+        });
+        let friction = (number % 2 == 1).then_some(0.3);
+        Self { number, balls, normal, closing, gap, friction }
+    }
+
+    fn masses(&self) -> [f64; 2] {
+        [0, 1].map(|i| 4.0 / 3.0 * PI * self.balls[i].radius.powi(3) * self.balls[i].solid.density)
+    }
+
+    /// Peak force and duration of Hertz's impact (Johnson, Contact Mechanics, chapter 11).
+    fn hertz(&self) -> (f64, f64) {
+        let ([m1, m2], [a, b]) = (self.masses(), &self.balls);
+        let compliance = |s: &Solid| (1.0 - s.poisson.powi(2)) / s.youngs;
+        let radius = a.radius * b.radius / (a.radius + b.radius);
+        let stiffness = 4.0 / 3.0 / (compliance(&a.solid) + compliance(&b.solid)) * radius.sqrt();
+        let mass = m1 * m2 / (m1 + m2);
+        let approach = (1.25 * mass * self.closing.powi(2) / stiffness).powf(0.4);
+        (stiffness * approach.powf(1.5), 2.943 * approach / self.closing)
+    }
+
+    fn spec(&self, elements: usize) -> RunSpec {
+        let body = |i: usize| {
+            let ball = &self.balls[i];
+            let shape = sphere(ball.radius, SphereNet::Spindle).expect("a ball");
+            let Solid { youngs, poisson, density } = ball.solid;
+            let material = Material::new(youngs, poisson, density).expect("a material");
+            let discretisation = DiscretisationSpec {
+                degrees: vec![2, 2, 3],
+                elements: vec![8, 4, 4],
+                knots: None,
+                refine: Vec::new(),
+            };
+            let reduction = ReductionSpec::CraigBampton { modes: 18, fixed_interface_modes: None };
+            let elastic = ElasticSpec::new(shape, Model::Solid, material, discretisation, reduction);
+            let kind = BodyKind::Elastic(Box::new(elastic));
+            BodySpec { name: ["first", "second"][i].into(), kind, motion: ball.motion.clone() }
+        };
+        let law = SurfaceLaw {
+            friction: self.friction.map(Friction::new),
+            interval: IntervalSpec { elements: Some(elements), ..IntervalSpec::default() },
+            ..law()
+        };
+        let contact = ContactSpec {
+            name: "impact".into(),
+            body: 0,
+            target: Target::Body(1),
+            law: ContactLaw::Surface(law),
+        };
+        spec(vec![body(0), body(1)], vec![contact], self.gap / self.closing + 1.5 * self.hertz().1)
+    }
+}
+
+/// What came out of a case.
+struct Outcome {
+    case: Case,
+    trace: Trace,
+    seconds: f64,
+}
+
+impl Outcome {
+    fn of(case: Case, elements: usize) -> Self {
+        let (mut trace, started) = (Trace::default(), Instant::now());
+        try_run(&case.spec(elements), &mut trace).unwrap_or_else(|e| panic!("{case:?}: {e}"));
+        Self { case, trace, seconds: started.elapsed().as_secs_f64() }
+    }
+
+    /// Largest changes of linear and angular momentum, relative to the sums of the sizes of the bodies' own.
+    fn momentum_changes(&self) -> [f64; 2] {
+        let (mut linear, mut angular) = (0.0, 0.0);
+        for (ball, mass) in self.case.balls.iter().zip(self.case.masses()) {
+            let InitialMotion { position, velocity, angular_velocity, .. } = &ball.motion;
+            linear += mass * velocity.norm();
+            angular += mass * position.cross(velocity).norm();
+            angular += 0.4 * mass * ball.radius.powi(2) * angular_velocity.norm();
+        }
+        let samples = &self.trace.samples;
+        let change = |of: &dyn Fn(usize) -> [f64; 3]| {
+            let start = Vector3::from(of(0));
+            (1..samples.len()).map(|k| (Vector3::from(of(k)) - start).norm()).fold(0.0, f64::max)
+        };
+        [change(&|k| samples[k].linear_momentum) / linear, change(&|k| samples[k].angular_momentum) / angular]
+    }
+
+    /// Kinetic energy at the start in the frame of the common centre of mass \[J\].
+    fn impact_energy(&self) -> f64 {
+        let ([m1, m2], [a, b]) = (self.case.masses(), &self.case.balls);
+        let spin: f64 = [(m1, a), (m2, b)]
+            .iter()
+            .map(|(m, ball)| 0.2 * m * ball.radius.powi(2) * ball.motion.angular_velocity.norm_squared())
+            .sum();
+        0.5 * m1 * m2 / (m1 + m2) * (a.motion.velocity - b.motion.velocity).norm_squared() + spin
+    }
+
+    /// Largest change of the ledger, relative to the energy at the impact.
+    fn energy_drift(&self) -> f64 {
+        let samples = &self.trace.samples;
+        let start = samples[0].energies.total();
+        let change = samples.iter().map(|s| (s.energies.total() - start).abs()).fold(0.0, f64::max);
+        change / self.impact_energy()
+    }
+
+    /// Largest energy that friction gave back from one sample to the next, relative to the energy at the impact.
+    fn friction_gain(&self) -> f64 {
+        let lost: Vec<f64> = self.trace.samples.iter().map(|s| s.energies.dissipated).collect();
+        lost.windows(2).map(|w| w[0] - w[1]).fold(0.0, f64::max) / self.impact_energy()
+    }
+
+    fn friction_loss(&self) -> f64 {
+        self.trace.last().energies.dissipated / self.impact_energy()
+    }
+
+    /// Direction of the normal in the first and second ball's frame: where the contact falls.
+    fn places(&self) -> [Vector3<f64>; 2] {
+        [0, 1].map(|i| self.case.balls[i].motion.rotation.inverse() * self.case.normal * [1.0, -1.0][i])
+    }
+
+    fn line(&self) -> String {
+        let c = &self.case;
+        let [linear, angular] = self.momentum_changes();
+        let impacts = &self.trace.impacts;
+        let evaluations: u64 = self.trace.phases.iter().map(|p| p.evaluations).sum();
+        let [p, q] = self.places();
+        format!(
+            "{:3} mu {:.1} impacts {} peak/Hertz {:+.4} restitution {:.5} momenta {linear:.0e} {angular:.0e} ledger {:.0e} \
+             friction gains {:.0e} loses {:.3} tries {} ({}) evaluations {evaluations} {:.1} s; radii {:.1} {:.1} mm, E {:.0} {:.0} GPa, \
+             {:.3} m/s, at ({:.2} {:.2} {:.2}) ({:.2} {:.2} {:.2})",
+            c.number,
+            c.friction.unwrap_or(0.0),
+            impacts.len(),
+            impacts.first().map_or(f64::NAN, |i| i.peak_force / c.hertz().0 - 1.0),
+            impacts.first().map_or(f64::NAN, |i| i.restitution),
+            self.energy_drift(),
+            self.friction_gain(),
+            self.friction_loss(),
+            self.trace.tries.len(),
+            self.trace.tries.iter().map(|t| t.reason.as_str()).collect::<Vec<_>>().join("; "),
+            self.seconds,
+            1e3 * c.balls[0].radius,
+            1e3 * c.balls[1].radius,
+            1e-9 * c.balls[0].solid.youngs,
+            1e-9 * c.balls[1].solid.youngs,
+            c.closing,
+            p.x,
+            p.y,
+            p.z,
+            q.x,
+            q.y,
+            q.z,
+        )
+    }
+
+    fn check(&self) {
+        let line = self.line();
+        assert_eq!(self.trace.impacts.len(), 1, "{line}");
+        assert!(self.momentum_changes().iter().all(|c| *c < MOMENTUM), "{line}");
+        assert!(self.friction_gain() < GAIN, "{line}");
+        assert_eq!(self.case.friction.is_some(), self.friction_loss() > 0.0, "{line}");
+        assert!(self.energy_drift() < LEDGER, "{line}");
+        assert!((self.trace.impacts[0].restitution - 1.0).abs() < RESTITUTION, "{line}");
+        assert!((self.trace.impacts[0].peak_force / self.case.hertz().0 - 1.0).abs() < HERTZ, "{line}");
+    }
+}
+
+/// Permitted relative change of both momenta (claim of the project).
+const MOMENTUM: f64 = 1e-10;
+/// Permitted gain of energy by friction: the error of the integration.
+const GAIN: f64 = 1e-6;
+/// Permitted error of the ledger relative to the energy at the impact (claim of the project).
+const LEDGER: f64 = 1e-4;
+/// Permitted deviation of the normal restitution from 1: elastic vibrations hold up to a few thousandths; friction couples the
+/// normal motion of unlike balls to the tangential one; the normal turns while the balls slide past each other.
+const RESTITUTION: f64 = 2e-2;
+/// Permitted deviation of the peak force from Hertz's: finite size of the balls, friction between unlike materials.
+const HERTZ: f64 = 3e-2;
+
+fn check_all(numbers: impl Iterator<Item = u64>, elements: usize) {
+    let outcomes: Vec<Outcome> = numbers
+        .map(|n| {
+            let outcome = Outcome::of(Case::draw(n), elements);
+            println!("{}", outcome.line());
+            outcome
+        })
+        .collect();
+    outcomes.iter().for_each(Outcome::check);
+}
+
+#[test]
+fn solid_spheres_drawn_at_random_keep_momenta_and_energy() {
+    check_all([0, 1, 3].into_iter(), 8);
+}
+
+#[test]
+#[ignore = "minutes: cargo test --release -p adaptive --test random_solid_impacts -- --ignored --nocapture"]
+fn thirty_oblique_impacts_of_solid_spheres_keep_momenta_and_energy() {
+    check_all(0..30, 8);
+}
+
+#[test]
+fn runs_repeat_in_every_bit_on_one_thread_and_on_two() {
+    // With friction, up to about half of the peak force.
+    let mut spec = Case::draw(1).spec(6);
+    spec.settings.end_time *= 0.2;
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        let mut trace = Trace::default();
+        pool.install(|| try_run(&spec, &mut trace)).unwrap_or_else(|e| panic!("{e}"));
+        assert!(trace.last().contacts[0].normal_force > 0.0 && trace.last().contacts[0].sliding_points > 0);
+        // Digits of this form are those of every bit.
+        format!("{:?} {:?}", trace.samples, trace.transfers)
+    };
+    let first = run(1);
+    assert!(first == run(1), "one thread, again");
+    assert!(first == run(2), "two threads");
+}

@@ -1,0 +1,69 @@
+//! Random zones and the classical return mapping.
+
+use super::*;
+
+fn random(seed: &mut u64) -> f64 {
+    *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+    (*seed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+}
+
+#[test]
+fn random_zones_obey_coulombs_law_and_need_few_sets() {
+    let (mut seed, mut most, mut n_stick, mut n_slip) = (9, 0, 0, 0);
+    for (n, n_t) in [(2, 1), (9, 1), (30, 1), (2, 2), (9, 2), (30, 2)] {
+        for case in 0..60 {
+            let size = n * n_t;
+            // Condition of some 1e2 to 1e4, as on a surface.
+            let v = Mat::from_fn(size, size + 2, |_, _| random(&mut seed));
+            let compliance = &v * v.transpose();
+            let springs: Vec<f64> = (0..n).map(|_| if case % 2 == 0 { 0.0 } else { 0.1 }).collect();
+            let slips: Vec<f64> = (0..size).map(|_| 3.0 * random(&mut seed)).collect();
+            let bounds: Vec<f64> = (0..n).map(|_| random(&mut seed).max(0.0)).collect();
+            let problem = TangentialProblem {
+                compliance: &compliance,
+                springs: &springs,
+                slips: &slips,
+                bounds: &bounds,
+            };
+            let mut solver = Tangential::new(n, n_t);
+            let mut forces = vec![0.0; size];
+            most = most.max(solver.solve(&problem, 1e-12, &mut forces).unwrap());
+            let mut w = vec![0.0; size];
+            slip_increments(&problem, &forces, n_t, &mut w);
+            // Newton's last step of 1e-8 leaves 1e-16; round-off of the factorisation.
+            let tolerance = 1e-9;
+            for (i, &bound) in bounds.iter().enumerate() {
+                let (f, w) = (pair(&forces, i, n_t), pair(&w, i, n_t));
+                let (force, slip) = (f[0].hypot(f[1]), w[0].hypot(w[1]));
+                match solver.states()[i] {
+                    PointState::Open => assert!(force <= 0.0 && bound <= 0.0),
+                    PointState::Stick => {
+                        n_stick += 1;
+                        assert!(slip < tolerance && force <= bound * (1.0 + 1e-12), "{n} {n_t} {case}");
+                    }
+                    PointState::Slip => {
+                        n_slip += 1;
+                        assert!((force - bound).abs() < 1e-12);
+                        // Slip against the force, in direction too.
+                        let power = f[0] * w[0] + f[1] * w[1];
+                        assert!((power + force * slip).abs() < tolerance * (1.0 + slip), "{n} {n_t} {case}");
+                    }
+                }
+            }
+        }
+    }
+    assert!(n_stick > 100 && n_slip > 100 && most < 60, "{n_stick} {n_slip} {most}");
+}
+
+#[test]
+fn one_point_follows_the_classical_return_mapping() {
+    let compliance = Mat::zeros(2, 2);
+    let problem =
+        TangentialProblem { compliance: &compliance, springs: &[0.5], slips: &[3.0, -4.0], bounds: &[2.0] };
+    let (mut coupled, mut alone) = ([0.0; 2], [0.0; 2]);
+    Tangential::new(1, 2).solve(&problem, 1e-12, &mut coupled).unwrap();
+    Tangential::new(1, 2).return_to_bounds(&[0.5], &[3.0, -4.0], &[2.0], &mut alone).unwrap();
+    for (force, expected) in [coupled, alone].iter().zip([[-1.2, 1.6]; 2]) {
+        assert!(force.iter().zip(expected).all(|(f, e)| (f - e).abs() < 1e-15)); // round-off
+    }
+}

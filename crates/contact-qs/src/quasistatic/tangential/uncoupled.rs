@@ -1,0 +1,63 @@
+//! Points without compliance, every one for itself.
+
+use ffr_dynamics::error::Rejection;
+
+use super::{PointState, Tangential, pair};
+
+impl Tangential {
+    /// Solves for `forces` without compliance, every point for itself: the classical return mapping (Eq. F.3).
+    ///
+    /// # Errors
+    /// Code 2: a slip is not finite.
+    pub fn return_to_bounds(
+        &mut self,
+        springs: &[f64],
+        slips: &[f64],
+        bounds: &[f64],
+        forces: &mut [f64],
+    ) -> Result<(), Rejection> {
+        for i in 0..self.states.len() {
+            let slip = pair(slips, i, self.n_t);
+            let size = slip[0].hypot(slip[1]);
+            if !size.is_finite() {
+                return Err(Rejection { code: 2, reason: "a tangential displacement is not finite".into() });
+            }
+            let held = size / springs[i];
+            self.states[i] = if bounds[i] <= 0.0 {
+                PointState::Open
+            } else if held <= bounds[i] {
+                PointState::Stick
+            } else {
+                PointState::Slip
+            };
+            let force = if size > 0.0 { held.min(bounds[i]) / size } else { 0.0 };
+            if self.states[i] == PointState::Slip {
+                self.directions[i] = slip.map(|c| -c / size);
+            }
+            for (a, c) in slip[..self.n_t].iter().enumerate() {
+                let k = self.n_t * i + a;
+                forces[k] = -force * c;
+                self.increments[k] =
+                    if self.states[i] == PointState::Stick { 0.0 } else { c + springs[i] * forces[k] };
+            }
+        }
+        Ok(())
+    }
+
+    /// Power lost at the solution of [`Tangential::return_to_bounds`] \[W\]: slips change at `slip_rates` [m/s], bounds at
+    /// `bound_rates` \[N/s\].
+    pub fn power_of_points(
+        &self,
+        springs: &[f64],
+        slip_rates: &[f64],
+        bound_rates: &[f64],
+        bounds: &[f64],
+    ) -> f64 {
+        let sliding = (0..self.states.len()).filter(|&i| self.states[i] == PointState::Slip);
+        let lost = |i: usize| {
+            let (rate, e) = (pair(slip_rates, i, self.n_t), self.directions[i]);
+            -bounds[i] * (rate[0] * e[0] + rate[1] * e[1] + springs[i] * bound_rates[i])
+        };
+        sliding.map(lost).sum()
+    }
+}
