@@ -8,13 +8,15 @@ pub mod tables;
 mod columns;
 mod stress;
 mod file;
+mod codec;
+pub mod journal;
 mod recorder;
 pub mod open;
 pub mod summary;
 pub mod stored;
 pub mod thin;
 
-pub use file::OutputFile;
+pub use file::{OutputFile, part_path, restart_path};
 pub use recorder::{Recorder, Status};
 
 /// Value of the root attribute `format`.
