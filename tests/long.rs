@@ -82,3 +82,47 @@ fn fine_cylinder_has_the_first_ten_frequencies_of_a_ritz_solution() {
     // Claim of the project.
     assert_below("largest error of 10 frequencies", errors.fold(0.0, f64::max), 1e-6);
 }
+
+/// Kinetic energy when impact `i` began \[J\].
+fn kinetic_at(trace: &Trace, i: usize) -> f64 {
+    let start = trace.impacts[i].start;
+    let before = trace.samples.iter().rfind(|s| s.time <= start).expect("a sample before the impact");
+    before.energies.kinetic
+}
+
+#[test]
+fn flexible_double_pendulums_meet_three_times_in_a_second() {
+    let trace = run("double_pendulum", &[]);
+    let found: Vec<_> = trace.impacts.iter().map(|i| (i.start, i.end - i.start, i.peak_force)).collect();
+    println!("{found:?}");
+    assert_eq!(trace.impacts.len(), 3);
+    // Independent program with shear beams and Hertz's law.
+    for (impact, (start, within)) in
+        trace.impacts.iter().zip([(166.82e-3, 0.1e-3), (500.46e-3, 1e-3), (833.97e-3, 1e-3)])
+    {
+        assert!((impact.start - start).abs() < within, "impact at {} s instead of {start} s", impact.start);
+    }
+    for (i, impact) in trace.impacts.iter().enumerate() {
+        let inside = |t: f64| impact.start - 1e-6 <= t && t <= impact.end + 1e-6;
+        let totals: Vec<f64> =
+            trace.samples.iter().filter(|s| inside(s.time)).map(|s| s.energies.total()).collect();
+        let drift = totals.iter().map(|e| (e - totals[0]).abs()).fold(0.0, f64::max) / kinetic_at(&trace, i);
+        assert_below("energy drift over an impact", drift, 1e-5);
+        assert!(trace.tries.iter().filter(|t| t.impact == i as u32).count() <= 2, "tries of impact {i}");
+    }
+    // Losses are in the ledger by name.
+    assert_below("ledger over the whole second", trace.energy_drift(), 1e-4);
+}
+
+#[test]
+fn models_without_adaptivity_agree_in_the_first_impact_and_the_coarse_one_does_not() {
+    let end = ["simulation.end_time=0.1675"];
+    let peak = |scenario: &str| run(scenario, &end).impacts[0].peak_force;
+    let adaptive = peak("double_pendulum");
+    assert_close("quasistatic", peak("double_pendulum/quasistatic"), adaptive, 1e-2);
+    assert_close("Hertz", peak("double_pendulum/hertz"), adaptive, 1.5e-2);
+    for coarse in ["double_pendulum/coarse_1e15", "double_pendulum/coarse_1e18"] {
+        let ratio = peak(coarse) / adaptive;
+        assert!((ratio - 1.0).abs() > 0.5, "{coarse}: {ratio}");
+    }
+}

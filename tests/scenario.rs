@@ -7,7 +7,7 @@ use fbimpact::scenario::{self, BodyKind, Fault, Geometry, Override, Scenario, re
 
 const SPHERE: &str = include_str!("../scenarios/sphere_on_plane.toml");
 const ROD: &str = include_str!("../scenarios/rod_on_plane.toml");
-const SHIPPED: [&str; 9] = [
+const SHIPPED: [&str; 12] = [
     SPHERE,
     ROD,
     include_str!("../scenarios/cylinder_modes.toml"),
@@ -17,6 +17,9 @@ const SHIPPED: [&str; 9] = [
     include_str!("../scenarios/oblique_discs.toml"),
     include_str!("../scenarios/sphere_rod_sphere.toml"),
     include_str!("../scenarios/spinning_beam.toml"),
+    include_str!("../scenarios/double_pendulum.toml"),
+    include_str!("../scenarios/double_pendulum/hertz.toml"),
+    include_str!("../scenarios/double_pendulum/quasistatic.toml"),
 ];
 
 fn parse(text: &str) -> Result<Scenario, Vec<Fault>> {

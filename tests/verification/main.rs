@@ -3,6 +3,7 @@
 
 mod adaptive_impacts;
 mod cylinder;
+mod double_pendulum;
 mod impacts_rod;
 mod impacts_sphere;
 mod multibody;

@@ -10,7 +10,7 @@ use contact_qs::search::{SurfaceModel, SurfaceSite};
 use contact_qs::surface_pair::{SurfacePair, SurfacePairSettings, TargetFace, TargetSurface};
 use contact_qs::{ContactElement, ContactError, Plane, PlaneContact, PlaneContactSettings};
 use faer::{Mat, MatRef};
-use ffr_dynamics::body::RigidMotion;
+use ffr_dynamics::body::{AssembledBody, RigidMotion};
 use ffr_dynamics::invariants::centre_of_mass;
 use ffr_dynamics::kinematics::marker::FlexiblePoint;
 use ffr_dynamics::system::force::BodyState;
@@ -22,7 +22,7 @@ use nalgebra::{Matrix3, Unit, Vector3};
 use crate::detection::{Detector, DetectorTarget, Nearest};
 use crate::elastic_body::point_in_space;
 use crate::error::AdaptiveError;
-use crate::fine_model::{FineBody, FineInterval, FineSettings, FineZone, LowModes, WantedInterval};
+use crate::fine_model::{FineBody, FineInterval, FineMesh, FineSettings, FineZone, LowModes, WantedInterval};
 use crate::interval::{
     ContactFlags, DirectionUse, IntervalAssessment, IntervalEnd, IntervalSettings, assess,
 };
@@ -36,6 +36,7 @@ use crate::predict::{
 use crate::preview::{HertzPoint, PointImpact};
 use crate::record::Knowledge;
 use crate::spec::{self, ContactSpec, Place, SurfaceLaw, Target};
+use crate::store::{ModelCache, StoredModel, compliance_key, matrix, matrix_values};
 use crate::subdivision::SubdivisionLimits;
 use crate::turned_net::regular_view;
 
@@ -61,6 +62,7 @@ pub struct AdaptiveContact {
     pub detector: Detector,
     /// What earlier impacts taught.
     pub knowledge: Knowledge,
+    cache: ModelCache,
 }
 
 /// Fine models of a contact in an impact phase.
@@ -91,12 +93,12 @@ pub struct FineContact {
 
 /// Fine model of one body for one contact.
 struct FineSide {
-    body: FineBody,
+    body: FineMesh,
     zone: FineZone,
     shapes: Mat<f64>,
     compliance: Mat<f64>,
     /// Modes of its own, if the body changes to them.
-    own: Option<OwnModes>,
+    own: Option<(AssembledBody, OwnModes)>,
 }
 
 /// Asked between the stages of a build; an error ends it.
@@ -114,7 +116,8 @@ pub struct RefinementWish<'a> {
 }
 
 impl AdaptiveContact {
-    /// A contact to be refined; `surfaces` has the surface of every body that takes part in such contacts.
+    /// A contact to be refined; `surfaces` has the surface of every body that takes part in such contacts, `cache` the
+    /// compliances of earlier runs.
     ///
     /// # Errors
     /// [`AdaptiveError::Unsupported`] if a body has no surface.
@@ -122,6 +125,7 @@ impl AdaptiveContact {
         spec: &ContactSpec,
         law: &SurfaceLaw,
         surfaces: &[Option<Arc<SurfaceModel>>],
+        cache: &ModelCache,
     ) -> Result<Self, AdaptiveError> {
         let surface = |body: usize| {
             surfaces[body].clone().ok_or_else(|| AdaptiveError::Unsupported {
@@ -143,6 +147,7 @@ impl AdaptiveContact {
             law: law.clone(),
             detector: Detector::new(spec.body, surface(spec.body)?, target),
             knowledge: Knowledge::default(),
+            cache: cache.clone(),
         })
     }
 
@@ -208,7 +213,9 @@ impl AdaptiveContact {
         let elements = own.zone.elements.clone();
         let mut own_modes = Vec::new();
         for (body, side) in [(self.body, own)].into_iter().chain(other) {
-            own_modes.extend(side.own.map(|modes| (body, (side.body, modes))));
+            own_modes.extend(
+                side.own.map(|(assembled, modes)| (body, (FineBody { mesh: side.body, assembled }, modes))),
+            );
         }
         Ok(FineContact {
             element: Some(element),
@@ -314,7 +321,8 @@ impl AdaptiveContact {
             ..usual
         };
         go_on()?;
-        let fine = FineBody::build(body, &[wanted], &FineSettings { limits, growth: None })?;
+        let settings = FineSettings { limits, growth: None };
+        let fine = FineMesh::build(body, &[wanted], &settings)?;
         let thickness = match body.spec.model {
             Model::PlaneStrain { thickness } | Model::PlaneStress { thickness } => thickness,
             Model::Axisymmetric | Model::Solid => 1.0,
@@ -325,18 +333,30 @@ impl AdaptiveContact {
         }
         go_on()?;
         let coarse = (body, &elastic.reduced);
-        let (basis, residual) = fine.reduce(coarse, &zone.unknowns, modes)?;
-        go_on()?;
-        let compliance = residual.compliance().clone();
         if modes == LowModes::Own {
+            let assembled = fine.assemble(body)?;
+            let fine = FineBody { mesh: fine, assembled };
+            let (basis, residual) = fine.reduce(coarse, &zone.unknowns, modes)?;
+            go_on()?;
+            let compliance = residual.compliance().clone();
             let own = OwnModes::new(coarse, &fine, basis, self.law.hand_over.method)?;
             let shapes = own.reduced.shapes().to_owned();
-            return Ok(FineSide { body: fine, zone, shapes, compliance, own: Some(own) });
+            let FineBody { mesh, assembled } = fine;
+            return Ok(FineSide { body: mesh, zone, shapes, compliance, own: Some((assembled, own)) });
         }
-        let shapes = match &elastic.reduced.framed {
-            Some(framed) => fine.prolong(&body.assembled, framed.as_ref()),
-            None => basis.shapes,
-        };
+        let compliance = self.cache.stored(
+            || compliance_key(coarse, &wanted, &settings, &zone.unknowns),
+            |stored| matrix(&stored.values, zone.unknowns.len(), zone.unknowns.len()),
+            || {
+                let assembled = fine.assemble(body)?;
+                go_on()?;
+                let (_, residual) = fine.reduce(&assembled, coarse, &zone.unknowns, LowModes::Prolonged)?;
+                go_on()?;
+                Ok::<_, AdaptiveError>(residual.compliance().clone())
+            },
+            |g| StoredModel { counts: Vec::new(), values: matrix_values(g) },
+        )?;
+        let shapes = fine.prolong(&body.assembled, elastic.reduced.shapes());
         Ok(FineSide { body: fine, zone, shapes, compliance, own: None })
     }
 
@@ -346,7 +366,7 @@ impl AdaptiveContact {
         other: Option<&(usize, FineSide)>,
     ) -> Result<Box<dyn ContactElement>, AdaptiveError> {
         let fail = |e| self.fail(e);
-        let motion = own.body.assembled.motion;
+        let motion = own.body.motion;
         let submodel = contact_submodel(
             motion,
             &own.zone.points,

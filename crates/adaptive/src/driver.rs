@@ -4,14 +4,16 @@ use std::time::Instant;
 
 use contact_qs::search::{TouchSettings, first_touch};
 use ffr_dynamics::DynamicsError;
-use ffr_dynamics::integration::{CrossingSearch, DenseOutput, Integrator, Statistics, Step, StepSettings};
+use ffr_dynamics::integration::{
+    CrossingSearch, DenseOutput, Integrator, Method, Statistics, Step, StepSettings,
+};
 
 use crate::adaptive_contact::FineContact;
 use crate::error::AdaptiveError;
 use crate::impact_watch::ImpactWatch;
 use crate::model::RunModel;
 use crate::penalty_search::PenaltySearch;
-use crate::record::{Continue, Observer, PhaseKind, PhaseRecord, RestartPoint, Sample};
+use crate::record::{Continue, Energies, Observer, PhaseKind, PhaseRecord, RestartPoint, Sample};
 use crate::simulation::{fill_sample, smallest_gap};
 use crate::spec::RunSettings;
 
@@ -70,6 +72,7 @@ pub struct Driver<'a> {
     impact_step: f64,
     /// Potential of gravity at the start, from which it is counted \[J\].
     gravity_datum: f64,
+    numerical: NumericalDamping,
     phase_start: f64,
     /// Work in the running phase before the run was taken up again.
     carried: PhaseRecord,
@@ -85,6 +88,27 @@ pub struct Driver<'a> {
     /// Contact whose fine model is being built.
     building: Option<usize>,
     next_output: f64,
+}
+
+/// Energy that the implicit integrator removed.
+#[derive(Debug, Clone, Copy, Default)]
+struct NumericalDamping {
+    removed: f64,
+    /// Total energy of the state reported last.
+    total: Option<f64>,
+}
+
+impl NumericalDamping {
+    /// Enters what was removed since the state reported last; `is_implicit`: the implicit integrator led from there to here.
+    fn book(&mut self, energies: &mut Energies, is_implicit: bool) {
+        energies.numerical = self.removed;
+        let total = energies.total();
+        if let Some(before) = self.total.filter(|_| is_implicit) {
+            self.removed += before - total;
+            energies.numerical = self.removed;
+        }
+        self.total = Some(energies.total());
+    }
 }
 
 /// Runs `model` to the end time of `settings`, reporting to `observer`.
@@ -161,6 +185,7 @@ impl<'a> Driver<'a> {
             crossing,
             impact_step,
             gravity_datum,
+            numerical: NumericalDamping::default(),
         })
     }
 
@@ -368,6 +393,8 @@ impl<'a> Driver<'a> {
         fill_sample(system, observed, t, &self.interpolated, &mut self.sample);
         self.sample.phase = self.n_phases;
         self.sample.energies.gravity -= self.gravity_datum;
+        let is_implicit = self.integrator.method() == Method::TrBdf2;
+        self.numerical.book(&mut self.sample.energies, is_implicit);
         if self.is_buffering {
             self.pending.push(Pending::Sample(Box::new(self.sample.clone())));
             return Ok(());

@@ -1,5 +1,7 @@
 //! A flexible body from its specification: refined geometry, matrices, reduced basis.
 
+use std::sync::Arc;
+
 use contact_qs::points::DofLookup;
 use faer::{Mat, MatRef};
 use ffr_dynamics::DynamicsError;
@@ -10,6 +12,7 @@ use ffr_dynamics::reduction::compliance::ResidualFlexibility;
 use ffr_dynamics::reduction::craig_bampton::{FixedInterfaceModes, craig_bampton};
 use ffr_dynamics::reduction::modal::{ReducedBasis, all_modes, modal_truncation};
 use ffr_dynamics::reduction::problem::ElasticProblem;
+use ffr_dynamics::reduction::rigid::RigidModes;
 use iga_core::SplineError;
 use iga_core::assembly::assemble;
 use iga_core::elasticity::Model;
@@ -22,6 +25,7 @@ use tracing::warn;
 use crate::error::AdaptiveError;
 use crate::spec::{DampingSpec, DiscretisationSpec, ElasticSpec, FrameSpec, ReductionSpec, RefinementSpec};
 use crate::stiffening::geometric_stiffening;
+use crate::store::{ModelCache, StoredModel, body_definition, matrix, matrix_values, modes_key};
 
 mod points;
 
@@ -130,6 +134,14 @@ impl ElasticBody {
         Ok(Self { name: name.to_owned(), spec, shape, space, assembled, lookup })
     }
 
+    /// A body of another name from `spec`, whose definition ([`crate::store::body_definition`]) is this body's.
+    pub fn copied(&self, name: &str, spec: ElasticSpec) -> Self {
+        let assembled = AssembledBody { name: name.to_owned(), ..self.assembled.clone() };
+        let (shape, space) =
+            (Shape { markers: spec.shape.markers.clone(), ..self.shape.clone() }, self.space.clone());
+        Self { name: name.to_owned(), spec, shape, space, assembled, lookup: self.lookup.clone() }
+    }
+
     /// Number of unknowns.
     pub fn n_unknowns(&self) -> usize {
         self.assembled.dofs.len()
@@ -145,8 +157,20 @@ impl ElasticBody {
     /// # Errors
     /// [`AdaptiveError::Reduction`] with the body's name.
     pub fn reduce(&self, interface: &Interface) -> Result<ReducedBody, AdaptiveError> {
+        self.reduce_with(interface, &ModelCache::default())
+    }
+
+    /// As [`ElasticBody::reduce`], with modes from `cache` if they are there.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Reduction`] with the body's name.
+    pub fn reduce_with(
+        &self,
+        interface: &Interface,
+        cache: &ModelCache,
+    ) -> Result<ReducedBody, AdaptiveError> {
         let fail = |source| AdaptiveError::Reduction { body: self.name.clone(), source };
-        let mut reduced = self.reduced(interface).map_err(fail)?;
+        let mut reduced = self.reduced(interface, cache).map_err(fail)?;
         let FrameSpec::Tangent(place) = &self.spec.frame else {
             if self.spec.geometric_stiffening {
                 return Err(AdaptiveError::Unsupported {
@@ -169,25 +193,16 @@ impl ElasticBody {
         Ok(reduced)
     }
 
-    fn reduced(&self, interface: &Interface) -> Result<ReducedBody, DynamicsError> {
+    fn reduced(&self, interface: &Interface, cache: &ModelCache) -> Result<ReducedBody, DynamicsError> {
         let body = &self.assembled;
         let (basis, residual) = match self.spec.reduction {
-            ReductionSpec::Modal { modes } => (modal_truncation(body, modes)?, None),
-            ReductionSpec::All => (all_modes(body)?, None),
             ReductionSpec::CraigBampton { modes, .. } if interface.modes == InterfaceModes::Quasistatic => {
                 let problem = ElasticProblem::free(body, &interface.unknowns)?;
-                let basis = free_modes(&problem, modes)?;
+                let basis = self.modes(interface, cache, || free_modes(&problem, modes))?;
                 let residual = ResidualFlexibility::new(&problem, &interface.unknowns, &basis)?;
                 (basis, Some(residual))
             }
-            ReductionSpec::CraigBampton { modes, .. } if interface.unknowns.is_empty() => {
-                (modal_truncation(body, modes)?, None)
-            }
-            ReductionSpec::CraigBampton { modes, fixed_interface_modes } => {
-                let count =
-                    fixed_interface_modes.map_or(FixedInterfaceModes::Checked, FixedInterfaceModes::Exactly);
-                (craig_bampton(body, &interface.unknowns, modes, count)?.basis, None)
-            }
+            _ => (self.modes(interface, cache, || self.dynamic_modes(interface))?, None),
         };
         // Twist-free modes about an axis are simple: frequencies that happen to lie close together are no group.
         if let (Some((fewer, more)), false) = (basis.multiplet, body.motion == RigidMotion::Axial) {
@@ -205,6 +220,61 @@ impl ElasticBody {
         }
         Ok(ReducedBody { basis, framed: None, residual, data })
     }
+
+    /// The modes of a reduction without a quasistatic interface.
+    fn dynamic_modes(&self, interface: &Interface) -> Result<ReducedBasis, DynamicsError> {
+        let body = &self.assembled;
+        match self.spec.reduction {
+            ReductionSpec::Modal { modes } => modal_truncation(body, modes),
+            ReductionSpec::All => all_modes(body),
+            ReductionSpec::CraigBampton { modes, .. } if interface.unknowns.is_empty() => {
+                modal_truncation(body, modes)
+            }
+            ReductionSpec::CraigBampton { modes, fixed_interface_modes } => {
+                let count =
+                    fixed_interface_modes.map_or(FixedInterfaceModes::Checked, FixedInterfaceModes::Exactly);
+                Ok(craig_bampton(body, &interface.unknowns, modes, count)?.basis)
+            }
+        }
+    }
+
+    /// Modes from `cache`, or what `build` makes.
+    fn modes(
+        &self,
+        interface: &Interface,
+        cache: &ModelCache,
+        build: impl FnOnce() -> Result<ReducedBasis, DynamicsError>,
+    ) -> Result<ReducedBasis, DynamicsError> {
+        let key = modes_key(&body_definition(&self.spec), self.spec.reduction, interface);
+        // Rigid modes come from the matrices at no cost, and errors of theirs before those of the elastic ones.
+        let rigid = Arc::new(RigidModes::new(&self.assembled)?);
+        cache.shared(key, |stored| basis_from(stored, self.n_unknowns(), &rigid), build, stored_basis)
+    }
+}
+
+/// What of a basis is kept: all but the rigid modes.
+fn stored_basis(basis: &ReducedBasis) -> StoredModel {
+    let (fewer, more) = basis.multiplet.unwrap_or((0, 0));
+    let counts = [basis.n_low, basis.n_modes(), usize::from(basis.multiplet.is_some()), fewer, more];
+    let mut values = basis.omega.clone();
+    values.extend(matrix_values(&basis.shapes));
+    StoredModel { counts: counts.map(|n| n as u64).to_vec(), values }
+}
+
+/// The basis that was kept of a body with `n_unknowns` unknowns; none if it does not fit.
+fn basis_from(stored: &StoredModel, n_unknowns: usize, rigid: &Arc<RigidModes>) -> Option<ReducedBasis> {
+    let counts: Vec<usize> =
+        stored.counts.iter().map(|n| usize::try_from(*n)).collect::<Result<_, _>>().ok()?;
+    let [n_low, n_modes, has_multiplet, fewer, more] = counts.try_into().ok()?;
+    let (omega, shapes) = stored.values.split_at_checked(n_modes)?;
+    let basis = ReducedBasis {
+        shapes: matrix(shapes, n_unknowns, n_modes)?,
+        omega: omega.to_vec(),
+        n_low,
+        rigid: Arc::clone(rigid),
+        multiplet: (has_multiplet == 1).then_some((fewer, more)),
+    };
+    (n_low <= n_modes).then_some(basis)
 }
 
 /// The lowest free modes, from a factorisation that the compliance uses too.

@@ -79,6 +79,20 @@ pub enum AdaptiveError {
         /// Width of the interval \[m\].
         width: f64,
     },
+    /// The bodies passed into each other between the contact points, and no force answered.
+    #[error(
+        "contact \"{contact}\": the bodies overlap by {overlap:.3e} m at t = {time:.6e} s and no contact point has touched; the points of an interval of {width:.3e} m lie too far apart, give it more elements or make it narrower"
+    )]
+    Unresolved {
+        /// Name of the contact.
+        contact: String,
+        /// When \[s\].
+        time: f64,
+        /// Overlap of the surfaces \[m\].
+        overlap: f64,
+        /// Width of the interval \[m\].
+        width: f64,
+    },
     /// The contact reached the end of its surface, where no interval can grow.
     #[error(
         "contact \"{contact}\": contact reached the end of its surface at t = {time:.6e} s in try {tries} with an interval of {width:.3e} m; contact over an edge cannot be refined, move the bodies or choose model \"quasistatic\" with a refinement of your own"

@@ -6,12 +6,12 @@
 
 use contact_qs::points::{DofLookup, SurfacePoint};
 use faer::{Mat, MatRef};
-use ffr_dynamics::body::{AssembledBody, Dof, MassMatrix};
+use ffr_dynamics::body::{AssembledBody, Dof, MassMatrix, RigidMotion};
 use ffr_dynamics::reduction::compliance::ResidualFlexibility;
 use ffr_dynamics::reduction::modal::ReducedBasis;
 use ffr_dynamics::reduction::problem::ElasticProblem;
 use iga_core::SplineError;
-use iga_core::assembly::assemble;
+use iga_core::assembly::{assemble, unknowns};
 use iga_core::elasticity::Model;
 use iga_core::hierarchical::{HierarchicalSpace, ParameterBox, PatchTies, Prolongation, SubdomainHierarchy};
 use iga_core::knots::KnotVector;
@@ -98,8 +98,12 @@ pub struct FineSettings {
     pub growth: Option<usize>,
 }
 
-/// A refined body before reduction.
-pub struct FineBody {
+/// A refined body without its matrices: all that contact needs when the compliance is known already.
+pub struct FineMesh {
+    /// Name.
+    pub name: String,
+    /// Rigid motions of the model.
+    pub motion: RigidMotion,
     /// How its elements were divided.
     pub plan: RefinementPlan,
     /// Its contact intervals, in the order asked for.
@@ -108,14 +112,30 @@ pub struct FineBody {
     pub patch: Patch,
     /// Its space.
     pub space: BodySpace,
-    /// Matrices.
-    pub assembled: AssembledBody,
+    /// The unknowns, sorted by node, then component.
+    pub dofs: Vec<Dof>,
     /// Numbers of the unknowns.
     pub lookup: DofLookup,
     /// Functions of the coarse model, or of its turned copy, in those of the fine one.
     pub prolongation: Prolongation,
     /// The turned copy of the coarse model, where the coarse net is singular or not smooth at the contact.
     pub turned: Option<TurnedNet>,
+}
+
+/// A refined body before reduction; dereferences to its mesh.
+pub struct FineBody {
+    /// All but the matrices.
+    pub mesh: FineMesh,
+    /// Matrices.
+    pub assembled: AssembledBody,
+}
+
+impl std::ops::Deref for FineBody {
+    type Target = FineMesh;
+
+    fn deref(&self) -> &Self::Target {
+        &self.mesh
+    }
 }
 
 /// Contact points of an interval.
@@ -141,6 +161,46 @@ pub enum LowModes {
 
 impl FineBody {
     /// Refines `coarse` around `wanted` intervals and assembles the matrices.
+    ///
+    /// # Errors
+    /// As [`FineMesh::build`] and [`FineMesh::assemble`].
+    pub fn build(
+        coarse: &ElasticBody,
+        wanted: &[WantedInterval],
+        settings: &FineSettings,
+    ) -> Result<Self, AdaptiveError> {
+        let mesh = FineMesh::build(coarse, wanted, settings)?;
+        let assembled = mesh.assemble(coarse)?;
+        Ok(Self { mesh, assembled })
+    }
+
+    /// What points and markers need; `coarse` is the body that was refined.
+    pub fn discretised<'a>(&'a self, coarse: &'a ElasticBody) -> Discretised<'a> {
+        Discretised {
+            name: &self.assembled.name,
+            shape: self.turned.as_ref().map_or(&coarse.spec.shape, |net| &net.body.spec.shape),
+            space: self.space.as_space(),
+            assembled: &self.assembled,
+            lookup: &self.lookup,
+        }
+    }
+
+    /// As [`FineMesh::reduce`] with the body's own matrices.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Reduction`] with the body's name.
+    pub fn reduce(
+        &self,
+        coarse: (&ElasticBody, &ReducedBody),
+        unknowns: &[usize],
+        modes: LowModes,
+    ) -> Result<(ReducedBasis, ResidualFlexibility), AdaptiveError> {
+        self.mesh.reduce(&self.assembled, coarse, unknowns, modes)
+    }
+}
+
+impl FineMesh {
+    /// Refines `coarse` around `wanted` intervals.
     ///
     /// # Errors
     /// [`AdaptiveError::Subdivision`] if no division resolves the intervals; [`AdaptiveError::Geometry`] if the space cannot be
@@ -185,35 +245,36 @@ impl FineBody {
             Prolongation::between(&HierarchicalSpace::plain(patch).map_err(fail)?, &space).map_err(fail)?;
         let intervals = fine_intervals(coarse, patch, &space, wanted, &plan);
         debug!(body = coarse.name, elements = ?elements_of_levels(&space), "fine model");
-        let matrices = assemble(&space, &coarse.spec.model, &coarse.spec.material).map_err(fail)?;
-        let assembled = AssembledBody {
-            name: coarse.name.clone(),
-            motion: rigid_motion(&coarse.spec.model),
+        let unknowns = unknowns(&coarse.spec.model, space.control_points());
+        let dofs: Vec<Dof> = unknowns.into_iter().map(|(node, component)| Dof { node, component }).collect();
+        let lookup = DofLookup::new(&dofs);
+        let (name, motion) = (coarse.name.clone(), rigid_motion(&coarse.spec.model));
+        let (patch, space) = (patch.clone(), BodySpace::Hierarchical(Box::new(space)));
+        Ok(Self { name, motion, plan, intervals, patch, space, dofs, lookup, prolongation, turned: None })
+    }
+
+    /// Stiffness and mass of the body, whose model and material are those of `coarse`.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Geometry`] if the mapping folds, or there are too many entries.
+    pub fn assemble(&self, coarse: &ElasticBody) -> Result<AssembledBody, AdaptiveError> {
+        let fail = |source| AdaptiveError::Geometry { body: self.name.clone(), source };
+        let space = self.space.as_space();
+        let matrices = assemble(space, &coarse.spec.model, &coarse.spec.material).map_err(fail)?;
+        Ok(AssembledBody {
+            name: self.name.clone(),
+            motion: self.motion,
             stiffness: matrices.stiffness,
             mass: MassMatrix::PerComponent(matrices.mass),
             nodes: space.control_points().to_vec(),
             anchors: space.anchors(),
-            dofs: matrices.dofs.iter().map(|&(node, component)| Dof { node, component }).collect(),
-        };
-        let lookup = DofLookup::new(&assembled.dofs);
-        let (patch, space) = (patch.clone(), BodySpace::Hierarchical(Box::new(space)));
-        Ok(Self { plan, intervals, patch, space, assembled, lookup, prolongation, turned: None })
-    }
-
-    /// What points and markers need; `coarse` is the body that was refined.
-    pub fn discretised<'a>(&'a self, coarse: &'a ElasticBody) -> Discretised<'a> {
-        Discretised {
-            name: &self.assembled.name,
-            shape: self.turned.as_ref().map_or(&coarse.spec.shape, |net| &net.body.spec.shape),
-            space: self.space.as_space(),
-            assembled: &self.assembled,
-            lookup: &self.lookup,
-        }
+            dofs: self.dofs.clone(),
+        })
     }
 
     /// Number of unknowns.
     pub fn n_unknowns(&self) -> usize {
-        self.assembled.dofs.len()
+        self.dofs.len()
     }
 
     /// Displacements of the coarse unknowns (n_coarse x k) on the fine ones: the same displacement fields (theory Eq. A.5).
@@ -233,7 +294,7 @@ impl FineBody {
                 values[dof.node as usize][dof.component as usize] = shapes[(i, j)];
             }
             let values = self.prolongation.apply(&values);
-            for (i, dof) in self.assembled.dofs.iter().enumerate() {
+            for (i, dof) in self.dofs.iter().enumerate() {
                 fine[(i, j)] = values[dof.node as usize][dof.component as usize];
             }
         }
@@ -252,7 +313,7 @@ impl FineBody {
         let mut collected = Mat::zeros(coarse.dofs.len(), forces.ncols());
         for j in 0..forces.ncols() {
             let mut values = vec![[0.0; 3]; self.prolongation.n_fine()];
-            for (i, dof) in self.assembled.dofs.iter().enumerate() {
+            for (i, dof) in self.dofs.iter().enumerate() {
                 values[dof.node as usize][dof.component as usize] = forces[(i, j)];
             }
             let values = self.prolongation.apply_transposed(&values);
@@ -263,19 +324,20 @@ impl FineBody {
         collected
     }
 
-    /// Reduces the body for quasistatic contact at the interface `unknowns`, the dynamic coordinates being those of the
-    /// reduced `coarse` model (theory Eqs. A.5, A.6).
+    /// Reduces the body with the matrices `assembled` for quasistatic contact at the interface `unknowns`, the dynamic
+    /// coordinates being those of the reduced `coarse` model (theory Eqs. A.5, A.6).
     ///
     /// # Errors
     /// [`AdaptiveError::Reduction`] with the body's name.
     pub fn reduce(
         &self,
+        assembled: &AssembledBody,
         coarse: (&ElasticBody, &ReducedBody),
         unknowns: &[usize],
         modes: LowModes,
     ) -> Result<(ReducedBasis, ResidualFlexibility), AdaptiveError> {
-        let fail = |source| AdaptiveError::Reduction { body: self.assembled.name.clone(), source };
-        let problem = ElasticProblem::free(&self.assembled, unknowns).map_err(fail)?;
+        let fail = |source| AdaptiveError::Reduction { body: self.name.clone(), source };
+        let problem = ElasticProblem::free(assembled, unknowns).map_err(fail)?;
         let Some(rigid) = problem.rigid().cloned() else {
             let reason = "a free body is needed for its free modes".into();
             return Err(fail(ffr_dynamics::DynamicsError::Inconsistent { reason }));
@@ -331,7 +393,7 @@ impl FineBody {
             .collect();
         nodes.sort_unstable();
         nodes.dedup();
-        let n_components = self.assembled.motion.n_components();
+        let n_components = self.motion.n_components();
         let number = |&n: &u32| (0..n_components).filter_map(move |c| self.lookup.number(n, c));
         let mut unknowns: Vec<usize> = nodes.iter().flat_map(number).collect();
         unknowns.sort_unstable();
@@ -358,9 +420,9 @@ impl FineBody {
 
     /// Displacements of the unknowns as node-major control values, with zeros where a component is constrained.
     pub fn control_values(&self, displacement: &[f64]) -> Vec<f64> {
-        let n_components = self.assembled.motion.n_components();
+        let n_components = self.motion.n_components();
         let mut values = vec![0.0; self.space.n_functions() * n_components];
-        for (dof, u) in self.assembled.dofs.iter().zip(displacement) {
+        for (dof, u) in self.dofs.iter().zip(displacement) {
             values[dof.node as usize * n_components + dof.component as usize] = *u;
         }
         values

@@ -15,6 +15,7 @@ pub mod contact_zone;
 pub mod stress;
 pub mod simulation;
 pub mod imported;
+pub mod store;
 pub mod model;
 pub mod impact_watch;
 pub mod driver;

@@ -14,6 +14,7 @@ use crate::imported::ImportedModel;
 use crate::record::{BodyLayout, JointLayout, Observer, RunLayout, StressState, Timings};
 use crate::simulation::{Observed, ObservedPoint, System};
 use crate::spec::{BodyKind, BodySpec, ContactSpec, RunSpec, Target};
+use crate::store::{ModelCache, body_definition};
 use crate::stress::StressRequest;
 
 mod contacts;
@@ -44,6 +45,8 @@ pub struct RunModel {
     pub bodies: Vec<BodyModel>,
     /// Time spent in building.
     pub timings: Timings,
+    /// Models of earlier runs.
+    pub cache: ModelCache,
     point_names: Vec<String>,
     stress: Vec<StressRequest>,
     /// What the models were built from, where models of bodies change in the course of the run.
@@ -107,26 +110,27 @@ impl RunModel {
     /// # Errors
     /// [`AdaptiveError`] with the name of the body, joint or contact.
     pub fn build(spec: &RunSpec) -> Result<Self, AdaptiveError> {
+        Self::build_with(spec, &ModelCache::default())
+    }
+
+    /// Builds every model that is not in `cache`; fine models are looked up there as well when contacts are refined.
+    ///
+    /// # Errors
+    /// [`AdaptiveError`] with the name of the body, joint or contact.
+    pub fn build_with(spec: &RunSpec, cache: &ModelCache) -> Result<Self, AdaptiveError> {
         let started = Instant::now();
         let poses = start::poses(spec)?;
         let plans = plan::plans(spec, &poses)?;
         check_stress(spec, &plans)?;
-        let full = spec.bodies.iter().enumerate().map(|(i, body)| match &body.kind {
-            BodyKind::Rigid(_) | BodyKind::Imported(_) => Ok(None),
-            BodyKind::Elastic(elastic) => {
-                let mut elastic = (**elastic).clone();
-                elastic.discretisation.refine.extend(refinements(spec, &plans, i)?);
-                ElasticBody::build(&body.name, elastic).map(Some)
-            }
-        });
-        let full: Vec<Option<ElasticBody>> = full.collect::<Result<_, AdaptiveError>>()?;
+        let full = full_models(spec, &plans)?;
         let assembly = started.elapsed().as_secs_f64();
         let zones = zones(spec, &plans, &full)?;
         let search = started.elapsed().as_secs_f64() - assembly;
         let interfaces = interfaces(spec, &full, &zones)?;
         let bodies = spec.bodies.iter().zip(full).zip(interfaces);
-        let bodies: Vec<BodyModel> =
-            bodies.map(|((b, full), i)| BodyModel::new(b, full, i)).collect::<Result<_, AdaptiveError>>()?;
+        let bodies: Vec<BodyModel> = bodies
+            .map(|((b, full), i)| BodyModel::new(b, full, i, cache))
+            .collect::<Result<_, AdaptiveError>>()?;
         let contacts = spec.contacts.iter().zip(plans.iter().zip(&zones));
         let contacts =
             contacts.map(|(c, (plan, zones))| build_contact(c, (plan, zones.as_ref()), &bodies, &poses));
@@ -146,12 +150,13 @@ impl RunModel {
                 joints: spec.joints.iter().filter_map(|j| j.child.body).collect(),
             },
             contacts: facts,
-            adaptive: adaptive_contacts(spec, &plans, &bodies)?,
+            adaptive: adaptive_contacts(spec, &plans, &bodies, cache)?,
             contact_time: 0.0,
             timings: Timings { assembly, search, reduction, ..Timings::default() },
             point_names: spec.points.iter().map(|p| p.name.clone()).collect(),
             stress: spec.stress.iter().map(|s| StressRequest { spec: s.clone(), state: None }).collect(),
             source: needs_own_modes(spec, &plans, &bodies)?.then(|| Box::new(spec.clone())),
+            cache: cache.clone(),
             system,
             initial,
             bodies,
@@ -250,7 +255,7 @@ impl RunModel {
     /// Time spent so far; contact solver included, output left to the caller.
     pub fn timings(&self) -> Timings {
         let present: f64 = self.system.forces().iter().map(|f| f.elapsed().as_secs_f64()).sum();
-        Timings { contact: present + self.contact_time, ..self.timings }
+        Timings { contact: present + self.contact_time, cache: self.cache.used(), ..self.timings }
     }
 
     /// Number of state variables.
@@ -260,11 +265,16 @@ impl RunModel {
 }
 
 impl BodyModel {
-    fn new(spec: &BodySpec, full: Option<ElasticBody>, interface: Interface) -> Result<Self, AdaptiveError> {
+    fn new(
+        spec: &BodySpec,
+        full: Option<ElasticBody>,
+        interface: Interface,
+        cache: &ModelCache,
+    ) -> Result<Self, AdaptiveError> {
         let name = spec.name.clone();
         let rigid = match (&spec.kind, full) {
             (BodyKind::Elastic(_), Some(body)) => {
-                let reduced = body.reduce(&interface)?;
+                let reduced = body.reduce_with(&interface, cache)?;
                 let data = reduced.data.clone();
                 let elastic = Some(ElasticModel { body, reduced, interface });
                 return Ok(Self { name, data, elastic, imported: None, own: None });
@@ -307,6 +317,30 @@ impl ElasticModel {
     pub fn frequencies(&self) -> Vec<f64> {
         self.reduced.basis.omega.iter().map(|w| w / std::f64::consts::TAU).collect()
     }
+}
+
+/// Full models of the elastic bodies; equal ones are built once.
+fn full_models(spec: &RunSpec, plans: &[ContactPlan]) -> Result<Vec<Option<ElasticBody>>, AdaptiveError> {
+    let mut models: Vec<Option<ElasticBody>> = Vec::with_capacity(spec.bodies.len());
+    let mut definitions: Vec<Vec<u8>> = Vec::with_capacity(spec.bodies.len());
+    for (i, body) in spec.bodies.iter().enumerate() {
+        let BodyKind::Elastic(elastic) = &body.kind else {
+            models.push(None);
+            definitions.push(Vec::new());
+            continue;
+        };
+        let mut elastic = (**elastic).clone();
+        elastic.discretisation.refine.extend(refinements(spec, plans, i)?);
+        let definition = body_definition(&elastic);
+        let equal = definitions.iter().position(|d| *d == definition).and_then(|k| models[k].as_ref());
+        let model = match equal {
+            Some(equal) => equal.copied(&body.name, elastic),
+            None => ElasticBody::build(&body.name, elastic)?,
+        };
+        models.push(Some(model));
+        definitions.push(definition);
+    }
+    Ok(models)
 }
 
 /// Refuses stress in bodies that are refined during the run: between impacts there is no fine model to take it from, and the

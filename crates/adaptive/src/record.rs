@@ -2,6 +2,8 @@
 //!
 //! The driver calls an [`Observer`]; writing files, drawing progress and stopping on a signal are the observer's business.
 
+use crate::store::CacheUse;
+
 /// Fixed facts of a run that an observer needs before the first sample.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct RunLayout {
@@ -61,11 +63,13 @@ pub struct Energies {
     pub dissipated: f64,
     /// Work supplied by loads, drives and prescribed motion so far.
     pub supplied: f64,
+    /// Energy that the implicit integrator removed so far: what is missing after all other entries.
+    pub numerical: f64,
 }
 
 impl Energies {
-    /// Energy held and lost, less the work supplied: constant in an exact solution. What it loses otherwise is numerical
-    /// damping, or the error of the integration.
+    /// Energy held and lost, less the work supplied: constant in an exact solution. What changes it otherwise is the error of
+    /// the explicit integrator; what the implicit one removes is in the entry `numerical`.
     pub fn total(&self) -> f64 {
         self.kinetic
             + self.elastic_low
@@ -74,6 +78,7 @@ impl Energies {
             + self.penalty
             + self.springs
             + self.dissipated
+            + self.numerical
             - self.supplied
     }
 }
@@ -299,6 +304,8 @@ pub struct Timings {
     pub integration: f64,
     /// Writing results.
     pub output: f64,
+    /// Models kept between runs.
+    pub cache: CacheUse,
 }
 
 /// What an observer answers to a sample.
@@ -363,6 +370,10 @@ pub struct RestartPoint {
     pub last_output: f64,
     /// When the next state is due \[s\].
     pub next_output: f64,
+    /// Energy that the implicit integrator removed up to the state stored last \[J\].
+    pub removed: f64,
+    /// Total energy of that state \[J\].
+    pub total_energy: Option<f64>,
     /// What earlier impacts taught the refined contacts.
     pub knowledge: Vec<Knowledge>,
     /// States that the stress requests hold.

@@ -139,7 +139,7 @@ pub fn interpolated_at_gauss_points(
     fine: &FineBody,
     shapes: MatRef<'_, f64>,
 ) -> Mat<f64> {
-    let n_components = fine.assembled.motion.n_components();
+    let n_components = fine.motion.n_components();
     let n_fields = shapes.ncols() * n_components;
     let n_nodes = coarse.space.n_functions();
     let (mut sums, mut counts) = (Mat::<f64>::zeros(n_nodes, n_fields), vec![0.0; n_nodes]);

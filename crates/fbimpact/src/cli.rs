@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::builder::TypedValueParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::cache::DEFAULT_LIMIT;
 use crate::plot::figures::Kind;
 use crate::provenance;
 use crate::scenario::Override;
@@ -153,6 +154,14 @@ pub enum Command {
         #[arg(long)]
         long: bool,
     },
+    /// Show or clear the folder of models that are kept between runs
+    Cache {
+        /// What to do
+        action: CacheAction,
+        /// Which folder
+        #[command(flatten)]
+        cache: CacheArguments,
+    },
     /// Write a commented scenario to start from
     New {
         /// Name of the scenario; writes NAME.toml
@@ -204,6 +213,33 @@ pub struct RunArguments {
     /// Go on with the run that was to write this file, and was interrupted or killed
     #[arg(long, value_name = "OUT.h5", conflicts_with_all = ["scenario", "output", "set"])]
     pub resume: Option<PathBuf>,
+    /// Models kept between runs.
+    #[command(flatten)]
+    pub cache: CacheArguments,
+}
+
+/// What to do with the folder of models.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum CacheAction {
+    /// Print the folder, the number of models and their size.
+    Info,
+    /// Remove all models.
+    Clear,
+}
+
+/// Whether and where models are kept between runs.
+#[derive(Debug, Clone, PartialEq, Args)]
+pub struct CacheArguments {
+    /// Build all models, and keep none for later runs
+    #[arg(long, conflicts_with = "cache_dir")]
+    pub no_cache: bool,
+    /// Folder of models kept between runs [default: $FBIMPACT_CACHE, which may be "off", or fbimpact in the user's
+    /// cache folder]
+    #[arg(long, value_name = "DIR")]
+    pub cache_dir: Option<PathBuf>,
+    /// Size of that folder, above which the least recently used models are removed
+    #[arg(long, value_name = "GIB", default_value_t = DEFAULT_LIMIT, value_parser = tolerance)]
+    pub cache_limit: f64,
 }
 
 /// Arguments of `plot`.

@@ -7,6 +7,7 @@ pub mod setup;
 pub mod simulate;
 pub mod results;
 pub mod body_file;
+pub mod cache;
 pub mod compare;
 pub mod collect;
 pub mod plot;
@@ -53,6 +54,7 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
         Command::Modes { scenario, body, json, threads, set } => {
             commands::modes::modes(&scenario, &set.set, body.as_deref(), json, threads)
         }
+        Command::Cache { action, cache } => commands::cache::cache(action, &cache),
         Command::ExportBody { scenario, body, output, full, threads, set } => {
             let export = commands::export_body::Export {
                 scenario: &scenario,

@@ -19,6 +19,11 @@ pub const LONG_VERSION: &str = concat!(
     env!("FBIMPACT_TARGET")
 );
 
+/// Version, commit, compiler and target.
+pub fn build() -> [&'static str; 4] {
+    [VERSION, env!("FBIMPACT_COMMIT"), env!("FBIMPACT_COMPILER"), env!("FBIMPACT_TARGET")]
+}
+
 /// Attributes that every result file carries.
 pub fn attributes() -> [(&'static str, String); 5] {
     [

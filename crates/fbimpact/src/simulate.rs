@@ -8,6 +8,7 @@ use adaptive::imported::ImportedSpec;
 use adaptive::model::{BodyModel, RunModel};
 use adaptive::record::{Observer, RestartPoint, Timings};
 use adaptive::spec::{BodyKind, BodySpec, RunSpec};
+use adaptive::store::ModelCache;
 use iga_core::space::Space;
 
 use crate::error::AppError;
@@ -70,21 +71,23 @@ pub fn simulate(
     observer: &mut dyn Observer,
     threads: usize,
 ) -> Result<RunReport, AppError> {
-    simulate_from(scenario, None, observer, threads)
+    simulate_with(scenario, None, observer, threads, &ModelCache::default())
 }
 
-/// As [`simulate`], from the restart point `point` of an earlier run of the same scenario on.
+/// As [`simulate`], with the models that are in `cache`, and from the restart point `point` of an earlier run of the same
+/// scenario on, if there is one.
 ///
 /// # Errors
 /// As [`simulate`]; [`AppError::Model`] if the point does not belong to the models, too.
-pub fn simulate_from(
+pub fn simulate_with(
     scenario: &Scenario,
     point: Option<&RestartPoint>,
     observer: &mut dyn Observer,
     threads: usize,
+    cache: &ModelCache,
 ) -> Result<RunReport, AppError> {
     let spec = run_spec(scenario)?;
-    let mut model = build(&spec, threads)?;
+    let mut model = build(&spec, threads, cache)?;
     let started = Instant::now();
     let end = match point {
         Some(point) => driver::resume(&mut model, &spec.settings, point, observer),
@@ -103,7 +106,7 @@ pub fn simulate_from(
 /// [`AppError::Model`] if a model cannot be built.
 pub fn modes(scenario: &Scenario, body: Option<usize>, threads: usize) -> Result<ModesReport, AppError> {
     let spec = run_spec(scenario)?;
-    let model = build(&spec, threads)?;
+    let model = build(&spec, threads, &ModelCache::default())?;
     let wanted = body.map(|b| scenario.bodies[b].name.as_str());
     let bodies = model.bodies.iter().zip(&spec.bodies);
     let bodies = bodies.filter(|(b, _)| wanted.is_none_or(|name| b.name == name));
@@ -136,12 +139,12 @@ fn body_modes(body: &BodyModel, spec: &BodySpec) -> BodyModes {
 ///
 /// # Errors
 /// [`AppError::Model`] if a model cannot be built.
-pub fn build(spec: &RunSpec, threads: usize) -> Result<RunModel, AppError> {
+pub fn build(spec: &RunSpec, threads: usize, cache: &ModelCache) -> Result<RunModel, AppError> {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build()
         .map_err(|e| AppError::Run(format!("no pool of {threads} threads: {e}")))?;
-    pool.install(|| RunModel::build(spec)).map_err(app_error)
+    pool.install(|| RunModel::build_with(spec, cache)).map_err(app_error)
 }
 
 fn app_error(error: AdaptiveError) -> AppError {

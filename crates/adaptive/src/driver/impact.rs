@@ -109,6 +109,10 @@ pub(super) struct Attempt {
     pub penalty_start: Vec<f64>,
 }
 
+/// Overlap without force, as a share of the interval, that shows that its points missed the contact: far above what the
+/// detection of the touch leaves, far below what elastic bodies that touch come closer by.
+const MISSED: f64 = 1e-4;
+
 impl Driver<'_> {
     /// Simulates an impact from the present state until every contact has been open for the quiet time; returns whether the
     /// observer stopped the run.
@@ -249,7 +253,24 @@ impl Driver<'_> {
                 break;
             }
         }
+        self.check_resolved()?;
         Ok(Ending::Complete)
+    }
+
+    /// Refuses an impact in which bodies passed into each other between the contact points.
+    fn check_resolved(&mut self) -> Result<(), AdaptiveError> {
+        let (time, y) = (self.integrator.time(), self.integrator.state());
+        self.model.system.body_states(time, y);
+        let states = self.model.system.last_evaluation().0;
+        for (i, contact) in &self.model.adaptive {
+            let Some(fine) = self.fine[*i].as_ref().filter(|f| !f.has_touched()) else { continue };
+            let (overlap, width) = (-contact.nearest(states)?.gap, fine.widths()[0]);
+            if overlap > MISSED * width {
+                let contact = contact.name.clone();
+                return Err(AdaptiveError::Unresolved { contact, time, overlap, width });
+            }
+        }
+        Ok(())
     }
 
     /// Notes what the contacts did in the last step; the ending, if it shows that going on is pointless.

@@ -10,7 +10,7 @@ use std::time::Instant;
 use ffr_dynamics::integration::{Integrator, OdeSystem, StepSettings};
 use ffr_dynamics::system::error_scale::ErrorScale;
 
-use super::Driver;
+use super::{Driver, NumericalDamping};
 use crate::error::AdaptiveError;
 use crate::record::{PhaseKind, PhaseRecord, RestartPoint};
 use crate::simulation::fill_sample;
@@ -65,6 +65,8 @@ impl Driver<'_> {
             n_refined: self.n_refined,
             last_output: self.sample.time,
             next_output: self.next_output,
+            removed: self.numerical.removed,
+            total_energy: self.numerical.total,
             knowledge: self.model.adaptive.iter().map(|(_, contact)| contact.knowledge).collect(),
             stress: self.model.stress_states(),
         };
@@ -85,12 +87,14 @@ impl Driver<'_> {
         }
         (self.n_phases, self.n_impacts, self.n_refined) = (point.n_phases, point.n_impacts, point.n_refined);
         (self.phase_start, self.next_output) = (point.phase.start, point.next_output);
+        self.numerical = NumericalDamping { removed: point.removed, total: point.total_energy };
         // The ledger asks for the state stored last. A contact that refuses the state does so again in the first step.
         self.interpolated.copy_from_slice(&point.state);
         if self.model.system.evaluate_forces(point.time, &point.state).is_ok() {
             let (system, observed) = (&mut self.model.system, &self.model.observed);
             fill_sample(system, observed, point.time, &point.state, &mut self.sample);
             self.sample.energies.gravity -= self.gravity_datum;
+            self.sample.energies.numerical = point.removed;
         }
         self.sample.time = point.last_output;
         let rates = self.renew(point.phase.kind, (point.time, &point.state), point.step)?;

@@ -25,6 +25,7 @@ use crate::spec::{
     ContactLaw, ContactSpec, HertzSphere, ReductionSpec, RefinementSpec, RunSpec, SurfaceLaw, Target,
     Treatment,
 };
+use crate::store::ModelCache;
 
 /// A contact ready for the system.
 pub struct BuiltContact {
@@ -53,6 +54,7 @@ pub fn adaptive_contacts(
     spec: &RunSpec,
     plans: &[ContactPlan],
     bodies: &[BodyModel],
+    cache: &ModelCache,
 ) -> Result<Vec<(usize, AdaptiveContact)>, AdaptiveError> {
     let is_refined = |i: usize| plans[i] == ContactPlan::AtTouch;
     let takes_part = |i: usize| {
@@ -68,7 +70,7 @@ pub fn adaptive_contacts(
     refined()
         .filter_map(|(i, contact)| match &contact.law {
             ContactLaw::Surface(law) => {
-                Some(AdaptiveContact::new(contact, law, &surfaces).map(|adaptive| (i, adaptive)))
+                Some(AdaptiveContact::new(contact, law, &surfaces, cache).map(|adaptive| (i, adaptive)))
             }
             ContactLaw::Hertz { .. } => None,
         })

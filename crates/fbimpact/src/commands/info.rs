@@ -31,6 +31,13 @@ fn table(s: &Summary) -> String {
     let _ = writeln!(out, "{:<16} {} up to t = {end}", "samples", s.n_samples);
     let drift = s.energy_drift.map_or_else(|| "-".to_owned(), |d| format!("{d:.3e}"));
     let _ = writeln!(out, "{:<16} {drift}", "energy drift");
+    if let Some(removed) = s.numerical_damping.filter(|removed| removed.abs() > 0.0) {
+        let _ = writeln!(
+            out,
+            "{:<16} {removed:.3e} of the largest energy, by the implicit integrator",
+            "numerical loss"
+        );
+    }
     if let Some(jump) = s.largest_jump {
         let _ = writeln!(
             out,

@@ -1,5 +1,6 @@
 //! The commands. Each returns its result or an [`AppError`]; only [`crate::main_with`] maps that to an exit code.
 
+pub mod cache;
 pub mod check;
 pub mod collect;
 pub mod compare;

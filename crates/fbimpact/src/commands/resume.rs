@@ -2,27 +2,33 @@
 
 use std::path::{Path, PathBuf};
 
-use adaptive::record::Observer;
 use indicatif::ProgressBar;
 
 use super::run::{finish, stop_flag};
+use crate::cache::{self, CacheSettings};
+use crate::cli::RunArguments;
 use crate::error::AppError;
 use crate::provenance;
 use crate::results::journal::{self, Restart};
 use crate::results::open::{attribute, open};
 use crate::results::{OutputFile, Recorder, part_path, restart_path};
 use crate::scenario::{self, Scenario};
-use crate::simulate::simulate_from;
+use crate::simulate::simulate_with;
 
 /// Goes on with the run that was to write `output`, or whose part file `output` is.
 ///
 /// # Errors
 /// [`AppError::Io`] if there is nothing to go on with or another run is at it, [`AppError::Scenario`] if a file that the scenario
 /// names has changed, otherwise as a run.
-pub fn resume(output: &Path, force: bool, n_threads: usize, bar: ProgressBar) -> Result<(), AppError> {
+pub fn resume(
+    output: &Path,
+    arguments: &RunArguments,
+    n_threads: usize,
+    bar: ProgressBar,
+) -> Result<(), AppError> {
     let target = target(output);
     check_unfinished(&target)?;
-    let output = OutputFile::claim_again(&target, force)?;
+    let output = OutputFile::claim_again(&target, arguments.force)?;
     let prepared = journal::read(output.restart()).and_then(|r| Ok((scenario_of(&r)?, r)));
     let (scenario, restart) = match prepared {
         Ok(prepared) => prepared,
@@ -42,8 +48,12 @@ pub fn resume(output: &Path, force: bool, n_threads: usize, bar: ProgressBar) ->
     let mut recorder = Recorder::create(&part, &scenario, n_threads).map_err(fail)?;
     let point = restart.point.clone();
     recorder.take_up(restart).map_err(fail)?;
-    let run = |observer: &mut dyn Observer| simulate_from(&scenario, point.as_ref(), observer, n_threads);
-    finish(recorder, output, (&stop, bar), &run)
+    let cache = cache::open(&CacheSettings::new(&arguments.cache));
+    let outcome = finish(recorder, output, (&stop, bar), |observer| {
+        simulate_with(&scenario, point.as_ref(), observer, n_threads, &cache)
+    });
+    cache::log_use(&cache);
+    outcome
 }
 
 /// The result that the run writes in the end.

@@ -12,13 +12,14 @@ use adaptive::record::{
 use indicatif::ProgressBar;
 
 use super::{check_distinct, threads};
+use crate::cache::{self, CacheSettings};
 use crate::cli::RunArguments;
 use crate::error::AppError;
 use crate::progress::Progress;
 use crate::results::journal::{Header, Journal};
 use crate::results::{OutputFile, Recorder, Status};
 use crate::scenario::{self, Scenario};
-use crate::simulate::{Ending, RunReport, simulate};
+use crate::simulate::{Ending, RunReport, simulate_with};
 
 /// Runs a scenario file.
 ///
@@ -27,7 +28,7 @@ use crate::simulate::{Ending, RunReport, simulate};
 pub fn run(arguments: &RunArguments, bar: ProgressBar) -> Result<(), AppError> {
     let n_threads = threads(arguments.threads)?;
     match (&arguments.resume, &arguments.scenario) {
-        (Some(output), _) => super::resume::resume(output, arguments.force, n_threads, bar),
+        (Some(output), _) => super::resume::resume(output, arguments, n_threads, bar),
         (None, Some(path)) => run_scenario(path, arguments, n_threads, bar),
         // The command line asks for one of them.
         (None, None) => Err(AppError::Command("name a scenario, or a result with --resume".into())),
@@ -48,7 +49,12 @@ fn run_scenario(
     check_distinct(&scenario, &target)?;
     let stop = stop_flag();
     let output = OutputFile::claim(&target, arguments.force)?;
-    record(&scenario, output, n_threads, &stop, bar, simulate)
+    let cache = cache::open(&CacheSettings::new(&arguments.cache));
+    let outcome = record(&scenario, output, n_threads, &stop, bar, |scenario, observer, threads| {
+        simulate_with(scenario, None, observer, threads, &cache)
+    });
+    cache::log_use(&cache);
+    outcome
 }
 
 /// A flag that Ctrl-C sets.
@@ -69,7 +75,7 @@ fn default_output(scenario: &Path) -> PathBuf {
     PathBuf::from(name)
 }
 
-/// A function that runs a scenario, see [`simulate`].
+/// A function that runs a scenario, see [`crate::simulate::simulate`].
 pub type Simulation = fn(&Scenario, &mut dyn Observer, usize) -> Result<RunReport, AppError>;
 
 /// Runs `simulation` and records it in `output`, whatever way it ends.
@@ -82,14 +88,13 @@ pub fn record(
     n_threads: usize,
     stop: &Arc<AtomicBool>,
     bar: ProgressBar,
-    simulation: Simulation,
+    simulation: impl FnOnce(&Scenario, &mut dyn Observer, usize) -> Result<RunReport, AppError>,
 ) -> Result<(), AppError> {
     let part = output.part().to_owned();
     let recorder = Recorder::create(&part, scenario, n_threads);
     let mut recorder = recorder.map_err(|e| AppError::io(&part, e.to_string()))?;
     recorder.keep(Journal::create(output.restart(), Header::new(scenario))?);
-    let run = |observer: &mut dyn Observer| simulation(scenario, observer, n_threads);
-    finish(recorder, output, (stop, bar), &run)
+    finish(recorder, output, (stop, bar), |observer| simulation(scenario, observer, n_threads))
 }
 
 /// Runs `simulation`, recorded by `recorder` in `output`, and closes the file whatever way it ends.
@@ -100,7 +105,7 @@ pub(super) fn finish(
     recorder: Recorder,
     output: OutputFile,
     (stop, bar): (&Arc<AtomicBool>, ProgressBar),
-    simulation: &dyn Fn(&mut dyn Observer) -> Result<RunReport, AppError>,
+    simulation: impl FnOnce(&mut dyn Observer) -> Result<RunReport, AppError>,
 ) -> Result<(), AppError> {
     let begin = Instant::now();
     let part = output.part().to_owned();

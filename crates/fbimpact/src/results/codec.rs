@@ -179,6 +179,8 @@ fields!(RestartPoint {
     n_refined,
     last_output,
     next_output,
+    removed,
+    total_energy,
     knowledge,
     stress,
 });

@@ -466,5 +466,12 @@ fn write_timings(file: &File, timings: &Timings) -> Result<()> {
         dataset.write_scalar(&value)?;
         describe(&dataset, "s", description)?;
     }
+    let used = timings.cache;
+    let dataset = group.new_dataset::<f64>().create("cache")?;
+    dataset.write_scalar(&used.seconds)?;
+    describe(&dataset, "s", "Reading and writing models that are kept between runs.")?;
+    for (name, value) in [("hits", used.hits), ("misses", used.misses)] {
+        dataset.new_attr::<u64>().create(name)?.write_scalar(&value)?;
+    }
     Ok(())
 }

@@ -32,6 +32,8 @@ pub struct Summary {
     pub transfers: Vec<TransferRow>,
     /// Largest deviation of the total energy from its start, relative to the largest energy in motion and deformation.
     pub energy_drift: Option<f64>,
+    /// Energy that the implicit integrator removed, as a share of the same energy.
+    pub numerical_damping: Option<f64>,
     /// Largest jump of the total energy at a change of the model, relative to the same.
     pub largest_jump: Option<f64>,
     /// Seconds a stage.
@@ -83,6 +85,7 @@ fn summary(file: &File) -> Result<Summary> {
         impacts: rows(file, "impacts")?,
         tries: rows(file, "tries")?,
         energy_drift: energies.map(|(drift, scale)| drift / scale),
+        numerical_damping: energies.and_then(|(_, scale)| removed(file).map(|removed| removed / scale)),
         largest_jump: energies.and_then(|(_, scale)| jumps.reduce(f64::max).map(|jump| jump / scale)),
         transfers,
         timings,
@@ -96,6 +99,11 @@ fn rows<T: H5Type>(file: &File, name: &str) -> Result<Vec<T>> {
 
 /// Largest deviation of the total energy from its start, and the largest energy in motion and deformation unless it is
 /// zero \[J\].
+/// Energy that the implicit integrator removed \[J\]; none in files of earlier versions.
+fn removed(file: &File) -> Option<f64> {
+    file.dataset("energies/numerical").ok()?.read_raw::<f64>().ok()?.last().copied()
+}
+
 fn energies(file: &File) -> Result<Option<(f64, f64)>> {
     let Ok(group) = file.group("energies") else { return Ok(None) };
     let read = |name: &str| group.dataset(name)?.read_raw::<f64>();
@@ -149,7 +157,8 @@ impl Summary {
         let bodies: serde_json::Map<String, Value> =
             self.bodies.iter().map(|(n, q)| (n.clone(), json!({ "elastic_coordinates": q }))).collect();
         let mut all = json!({
-            "resumptions": self.resumptions, "samples": self.n_samples, "end": self.end, "energy_drift": self.energy_drift,
+            "resumptions": self.resumptions, "samples": self.n_samples, "end": self.end,
+            "energy_drift": self.energy_drift, "numerical_damping": self.numerical_damping,
             "largest_transfer_jump": self.largest_jump, "bodies": bodies,
             "phases": phases.collect::<Vec<_>>(), "impacts": impacts.collect::<Vec<_>>(),
             "tries": tries.collect::<Vec<_>>(), "transfers": transfers.collect::<Vec<_>>(), "timings": timings,

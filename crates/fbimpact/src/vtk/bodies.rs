@@ -14,6 +14,7 @@ use crate::error::AppError;
 use crate::scenario::{BodyKind, ContactLaw, RigidMass, Scenario};
 use crate::setup::{geometry, run_spec};
 use crate::simulate::build;
+use adaptive::store::ModelCache;
 
 /// Relative deviation of eigenfrequencies between the run and the model built again that rounding explains.
 const SAME_FREQUENCY: f64 = 1e-6;
@@ -54,7 +55,7 @@ impl Bodies {
         let scenario = &states.scenario;
         let spec = run_spec(scenario)?;
         check_names(scenario, wanted)?;
-        let model = build(&spec, threads)?;
+        let model = build(&spec, threads, &ModelCache::default())?;
         let motions =
             model.bodies.iter().map(|b| states.motion(&b.name)).collect::<Result<Vec<_>, AppError>>()?;
         check_frequencies(&model, &motions)?;

@@ -72,6 +72,12 @@ pub fn assemble(
     })
 }
 
+/// Node and displacement component of every unknown that [`assemble`] would number for control points `nodes`: its
+/// [`AssembledMatrices::dofs`] without the matrices.
+pub fn unknowns(model: &Model, nodes: &[[f64; 3]]) -> Vec<(u32, u8)> {
+    Unknowns::new(model, nodes).table()
+}
+
 /// Column starts and row indices of the lower triangle, unknown by unknown.
 fn scalar_pattern(pattern: &NodePattern, unknowns: &Unknowns) -> Result<(Vec<u32>, Vec<u32>), SplineError> {
     let n_nodes = unknowns.first_component.len();

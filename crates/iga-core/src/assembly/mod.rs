@@ -11,5 +11,5 @@ mod stiffness;
 mod assemble;
 mod geometric;
 
-pub use assemble::{AssembledMatrices, assemble};
+pub use assemble::{AssembledMatrices, assemble, unknowns};
 pub use geometric::geometric_stiffness;

@@ -24,6 +24,16 @@ impl Symmetry {
         Self { axis: Some([0.0, 0.0, 1.0]), regular: regular.to_vec() }
     }
 
+    /// Axis of the rotations; `None`: all axes.
+    pub fn axis(&self) -> Option<&[f64; 3]> {
+        self.axis.as_ref()
+    }
+
+    /// Unit vectors from the origin, or from the axis, around which the parametrisation is regular and smooth.
+    pub fn regular(&self) -> &[[f64; 3]] {
+        &self.regular
+    }
+
     /// Whether the shape may be turned about any axis.
     pub fn is_ball(&self) -> bool {
         self.axis.is_none()

@@ -5,7 +5,7 @@ use crate::plot::data::ResultData;
 use crate::plot::figure::{Axis, Figure, Panel, entries};
 
 /// Kinds of energy in the order of the legend, and how people call them.
-const WORDS: [(&str, &str); 9] = [
+const WORDS: [(&str, &str); 10] = [
     ("total", "total"),
     ("kinetic", "kinetic"),
     ("elastic_low", "elastic, low frequencies"),
@@ -15,6 +15,7 @@ const WORDS: [(&str, &str); 9] = [
     ("dissipated", "dissipated"),
     ("supplied", "supplied"),
     ("springs", "springs"),
+    ("numerical", "numerical damping"),
 ];
 
 /// Part of the largest energy below which a kind is nothing.

@@ -1,0 +1,31 @@
+//! `fbimpact cache`: what is in the folder of models, and removing it.
+
+use crate::cache::{CacheSettings, Contents, Folder};
+use crate::cli::{CacheAction, CacheArguments};
+use crate::error::AppError;
+
+/// Shows or clears the folder that `arguments` name.
+///
+/// # Errors
+/// [`AppError::Io`] if the folder cannot be read or a file not be removed.
+pub fn cache(action: CacheAction, arguments: &CacheArguments) -> Result<(), AppError> {
+    let settings = CacheSettings::new(arguments);
+    let Some(folder) = settings.folder() else {
+        return super::print("no cache\n");
+    };
+    let fail = |e: std::io::Error| AppError::io(folder.path(), e.to_string());
+    match action {
+        CacheAction::Info => super::print(&report(&folder, folder.contents().map_err(fail)?, "")),
+        CacheAction::Clear => super::print(&report(&folder, folder.clear().map_err(fail)?, " removed")),
+    }
+}
+
+fn report(folder: &Folder, contents: Contents, what: &str) -> String {
+    let Contents { models, bytes } = contents;
+    let noun = if models == 1 { "model" } else { "models" };
+    format!(
+        "{}\n{models} {noun}, {:.1} MiB{what}\n",
+        folder.path().display(),
+        bytes as f64 / f64::from(1 << 20)
+    )
+}

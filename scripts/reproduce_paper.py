@@ -1,0 +1,280 @@
+"""Runs the examples of the two papers and writes docs/reproduction.md; see reproduce_paper.sh."""
+
+import json
+import os
+import pathlib
+import shlex
+import subprocess
+import sys
+import time
+
+PROGRAM = shlex.split(os.environ.get("FBIMPACT", "cargo run --locked --release --quiet --"))
+PAGE = pathlib.Path("docs/reproduction.md")
+FIGURES = pathlib.Path("docs/reproduction")
+
+FIRST, SECOND = "contacts.first", "contacts.second"
+
+
+def given(model, first, second, width="2.97e-4"):
+    """Settings of the sphere-rod-sphere contacts without adaptivity, with the printed penalty factors."""
+    for contact, penalty in ((FIRST, first), (SECOND, second)):
+        yield f'{contact}.model="{model}"'
+        yield f"{contact}.penalty.initial={penalty}"
+        yield f'{contact}.penalty.search="fixed"'
+        if width:
+            yield f"{contact}.interval.width={width}"
+
+
+def printed_search(*contacts):
+    """The search of the penalty factor as printed: Algorithm 1, from 1e15 N/m³, until an error."""
+    for contact in contacts:
+        yield f'{contact}.solver="broyden"'
+        yield f"{contact}.penalty.initial=1e15"
+        yield f'{contact}.penalty.search="until-error"'
+
+
+# Name, scenario, settings, whether it takes many minutes.
+RUNS = [
+    ("sphere", "sphere_on_plane", [], False),
+    ("rod", "rod_on_plane", [], False),
+    ("disc", "rotating_disc", [], False),
+    ("chain_adaptive", "sphere_rod_sphere", [], False),
+    ("chain_printed", "sphere_rod_sphere", list(printed_search(FIRST, SECOND)), False),
+    ("chain_quasistatic", "sphere_rod_sphere", list(given("quasistatic", 5e16, 1e17)), False),
+    ("pendulum_hertz", "double_pendulum/hertz", [], False),
+    ("pendulum_adaptive", "double_pendulum", [], False),
+    ("pendulum_quasistatic", "double_pendulum/quasistatic", [], False),
+    ("pendulum_coarse_1e15", "double_pendulum/coarse_1e15", [], False),
+    ("pendulum_coarse_1e18", "double_pendulum/coarse_1e18", [], False),
+    (
+        "pendulum_printed",
+        "double_pendulum",
+        ["simulation.end_time=0.17", *printed_search("contacts.balls")],
+        True,
+    ),
+]
+
+
+def run(folder, name, scenario, settings):
+    """Runs a scenario unless its result is there; returns what `info` says, or None."""
+    result = folder / f"{name}.h5"
+    if not result.exists():
+        sets = [part for s in settings for part in ("--set", s)]
+        command = [*PROGRAM, "run", f"scenarios/{scenario}.toml", "-q", "-o", str(result), *sets]
+        print(f"{name}: {shlex.join(command)}", flush=True)
+        start = time.monotonic()
+        code = subprocess.run(command, check=False).returncode
+        (folder / f"{name}.seconds").write_text(f"{time.monotonic() - start:.2f}\n")
+        if code == 130:
+            sys.exit(code)
+        if code != 0:
+            print(f"{name}: failed with exit code {code}", file=sys.stderr)
+    if not result.exists():
+        return None
+    out = subprocess.run([*PROGRAM, "info", "--json", str(result)], check=True, capture_output=True)
+    info = json.loads(out.stdout)
+    seconds = folder / f"{name}.seconds"
+    info["seconds"] = float(seconds.read_text()) if seconds.exists() else None
+    return info
+
+
+def number(value, digits=4):
+    return "–" if value is None else f"{value:.{digits}g}"
+
+
+def table(head, rows):
+    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows]) + "\n"
+
+
+def impacts(info):
+    return [] if info is None else info["impacts"]
+
+
+def peaks(info):
+    return ", ".join(f"{i['peak_force']:.2f} N" for i in impacts(info)) or "not run"
+
+
+def times(info):
+    spans = [f"{1e6 * i['start']:.2f} – {1e6 * i['end']:.2f} µs" for i in impacts(info)]
+    return ", ".join(spans) or "–"
+
+
+def wall(info):
+    return "–" if info is None or info["seconds"] is None else f"{info['seconds']:.1f} s"
+
+
+def search_end(info, contact):
+    """Penalty factor and number of tries of the first impact of a contact."""
+    if info is None:
+        return "not run"
+    tries = [t for t in info["tries"] if t["outcome"] == "accepted"]
+    return ", ".join(f"{t['penalty_end']:.2g}" for t in tries) + f" after {len(info['tries'])} tries"
+
+
+def tries_table(info):
+    rows = []
+    for t in [] if info is None else info["tries"]:
+        rows.append(
+            [
+                str(t["impact"]),
+                str(t["try"]),
+                number(t["penalty_start"], 3),
+                number(t["penalty_end"], 3),
+                number(t["peak_force"], 6),
+                str(t["freedoms"]),
+                f"{t['wall_time']:.2f} s",
+                f"{t['outcome']}: {t['reason']}",
+            ]
+        )
+    head = ["impact", "try", "penalty at start", "at end", "peak [N]", "freedoms", "time", "outcome"]
+    return table(head, rows)
+
+
+def first(info, key, scale=1.0):
+    found = impacts(info)
+    return None if not found else scale * found[0][key]
+
+
+def page(r):
+    text = [
+        "# The papers' examples, computed and printed",
+        "",
+        "Written by `scripts/reproduce_paper.sh`; computed values are those of the runs named, printed ones those of the papers",
+        "([A]: the adaptive method of 2024, [B]: the isogeometric one of 2022). Times are of the machine that ran the script.",
+        "",
+        "## Sphere on a plane ([B] section 5)",
+        "",
+        table(
+            ["quantity", "printed or closed form", "computed"],
+            [
+                ["peak force", "51.70 N (Hertz), full FE 52.08 N", peaks(r["sphere"])],
+                ["time of the peak", "41.6 µs", f"{number(first(r['sphere'], 'peak_time', 1e6))} µs"],
+                ["duration", "83.13 µs (Hertz), full FE 82.7 µs", times(r["sphere"])],
+                ["whole process", "", wall(r["sphere"])],
+            ],
+        ),
+        "## Rod on a plane ([B] section 6)",
+        "",
+        table(
+            ["quantity", "printed or closed form", "computed"],
+            [
+                ["plateau and peak", "1343 N (wave), full FE 1341 N at 385 µs", peaks(r["rod"])],
+                ["contact ends", "full FE 538.5 µs", times(r["rod"])],
+                ["whole process", "", wall(r["rod"])],
+            ],
+        ),
+        "## Rotating disc with friction ([B] section 7)",
+        "",
+        table(
+            ["quantity", "printed or closed form", "computed"],
+            [
+                ["normal restitution", "1", number(first(r["disc"], "restitution"), 6)],
+                ["peak force", "", peaks(r["disc"])],
+                ["whole process", "", wall(r["disc"])],
+            ],
+        ),
+        "Rebound velocities and spin are compared in `docs/verification.md`.",
+        "",
+        "## Sphere, rod, sphere ([A] section 5)",
+        "",
+        table(
+            ["model", "peaks", "impacts", "penalty factor at the end [N/m³]", "whole process", "[A]"],
+            [
+                [
+                    label,
+                    peaks(r[name]),
+                    times(r[name]),
+                    search_end(r[name], "first"),
+                    wall(r[name]),
+                    printed,
+                ]
+                for label, name, printed in [
+                    ("adaptive", "chain_adaptive", "4.5 min; 5e16, 1e17"),
+                    ("adaptive, search as printed", "chain_printed", ""),
+                    ("quasistatic, printed penalty factors", "chain_quasistatic", "3.1 min"),
+                ]
+            ],
+        ),
+        "Two independent programs give 73.40 N from 0 to 145.4 µs and 10.48 N from 256.2 to 382 µs.",
+        "",
+        "Tries of the search as printed:",
+        "",
+        tries_table(r["chain_printed"]),
+        "![Energies](reproduction/chain_energies.svg)",
+        "![Contact forces](reproduction/chain_forces.svg)",
+        "",
+        "## Two flexible double pendulums ([A] section 6)",
+        "",
+        table(
+            ["model", "peaks", "first impact at", "lasts", "penalty factor at the end [N/m³]", "whole process", "[A]"],
+            [
+                [
+                    label,
+                    peaks(r[name]),
+                    f"{number(first(r[name], 'start', 1e3), 7)} ms",
+                    f"{number(1e6 * (impacts(r[name])[0]['end'] - impacts(r[name])[0]['start']))} µs"
+                    if impacts(r[name])
+                    else "–",
+                    search_end(r[name], "balls"),
+                    wall(r[name]),
+                    printed,
+                ]
+                for label, name, printed in [
+                    ("hertz, 1 s", "pendulum_hertz", ""),
+                    ("adaptive, 1 s", "pendulum_adaptive", "14.6 h (170 ms: 8.1 h); 1e18"),
+                    ("quasistatic, 170 ms", "pendulum_quasistatic", "1.3 h"),
+                    ("coarse 1e15, 170 ms", "pendulum_coarse_1e15", "7.4 min"),
+                    ("coarse 1e18, 170 ms", "pendulum_coarse_1e18", ""),
+                    ("adaptive, search as printed, 170 ms", "pendulum_printed", "8 tries; 1e18"),
+                ]
+            ],
+        ),
+        "Tries of the adaptive model ([A] Table 1: eight tries for the first impact, one for each later one):",
+        "",
+        tries_table(r["pendulum_adaptive"]),
+        "![Energies](reproduction/pendulum_energies.svg)",
+        "![Contact forces](reproduction/pendulum_forces.svg)",
+        "![First impact, all models](reproduction/pendulum_models.svg)",
+        "",
+    ]
+    return "\n".join(text)
+
+
+def plot(folder, names, figure, target):
+    files = [str(folder / f"{n}.h5") for n in names if (folder / f"{n}.h5").exists()]
+    if not files:
+        return
+    scratch = folder / f"plots_{target}"
+    command = [*PROGRAM, "plot", *files, "-o", str(scratch), "--svg", "--figure", figure]
+    if subprocess.run(command, check=False, capture_output=True).returncode != 0:
+        return
+    found = sorted(scratch.rglob("*.svg"))
+    if found:
+        FIGURES.mkdir(exist_ok=True)
+        (FIGURES / f"{target}.svg").write_bytes(found[0].read_bytes())
+
+
+def main():
+    arguments = [a for a in sys.argv[1:] if a != "--long"]
+    is_long = "--long" in sys.argv[1:]
+    if len(arguments) > 1 or any(a.startswith("-") for a in arguments):
+        sys.exit("usage: scripts/reproduce_paper.sh [--long] [FOLDER]")
+    folder = pathlib.Path(arguments[0] if arguments else "target/reproduction")
+    folder.mkdir(parents=True, exist_ok=True)
+    results = {}
+    for name, scenario, settings, takes_long in RUNS:
+        there = (folder / f"{name}.h5").exists()
+        results[name] = run(folder, name, scenario, settings) if is_long or there or not takes_long else None
+    plot(folder, ["chain_adaptive"], "energies", "chain_energies")
+    plot(folder, ["chain_adaptive", "chain_quasistatic"], "forces", "chain_forces")
+    plot(folder, ["pendulum_adaptive"], "energies", "pendulum_energies")
+    plot(folder, ["pendulum_adaptive", "pendulum_hertz"], "forces", "pendulum_forces")
+    models = ["pendulum_hertz", "pendulum_adaptive", "pendulum_quasistatic", "pendulum_coarse_1e15", "pendulum_coarse_1e18"]
+    plot(folder, models, "impacts", "pendulum_models")
+    PAGE.write_text(page(results))
+    print(f"{PAGE} written")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,36 @@
+//! Two flexible double pendulums ([A] section 6): the first impact; the whole second is in the long tier.
+
+use crate::support::{Trace, assert_below, assert_close, run};
+
+/// Shortly after the first impact.
+const END: &str = "simulation.end_time=0.1675";
+
+/// Change of the total energy during the first impact, relative to the kinetic energy when it began.
+fn impact_drift(trace: &Trace) -> f64 {
+    let impact = &trace.impacts[0];
+    let inside = |t: f64| impact.start - 1e-6 <= t && t <= impact.end + 1e-6;
+    let during: Vec<_> = trace.samples.iter().filter(|s| inside(s.time)).collect();
+    let first = &during[0].energies;
+    let change = during.iter().map(|s| (s.energies.total() - first.total()).abs());
+    change.fold(0.0, f64::max) / first.kinetic
+}
+
+#[test]
+fn first_impact_of_the_double_pendulums_is_that_of_hertz_and_a_little_harder() {
+    let (hertz, elastic) = (run("double_pendulum/hertz", &[END]), run("double_pendulum", &[END]));
+    assert_eq!((hertz.impacts.len(), elastic.impacts.len()), (1, 1));
+    let (hertz, impact) = (&hertz.impacts[0], &elastic.impacts[0]);
+    // Independent program, rods as shear beams: 299.8 N; the limits are those of the table in docs/verification.md.
+    assert_close("peak with Hertz spheres", hertz.peak_force, 299.8, 5e-3);
+    assert_close("start of the impact", impact.start, 166.82e-3, 0.1 / 166.82);
+    assert_close("duration", impact.end - impact.start, 74e-6, 2e-2);
+    // A ball is stiffer than the half space: 0.7 % at a contact radius of 1.7 % of the ball's, here 2.1 %.
+    let harder = impact.peak_force / hertz.peak_force - 1.0;
+    assert!((3e-3..1.2e-2).contains(&harder), "elastic spheres are harder by {harder}");
+    assert_below("energy drift over the impact", impact_drift(&elastic), 1e-5);
+    let accepted = elastic.tries.iter().filter(|t| t.outcome == "accepted").count();
+    assert!(accepted == 1 && elastic.tries.len() <= 2, "{} tries", elastic.tries.len());
+    // Frictionless contact forces in the plane of symmetry keep the motion in it.
+    let last = elastic.samples.last().expect("samples");
+    assert_below("motion out of the plane", last.linear_momentum[1].abs(), 1e-9);
+}
