@@ -35,10 +35,14 @@ fn taken_up(spec: &RunSpec, point: &RestartPoint) -> Result<Trace, AdaptiveError
     Ok(trace)
 }
 
-/// Clocks tell each run something else.
+/// Clocks tell each run something else; contacts without a model have no penalty factor, and NaN equals nothing.
 fn without_clocks(mut trace: Trace) -> Trace {
+    let number = |x: &mut f64| *x = if x.is_nan() { -1.0 } else { *x };
+    let contacts = trace.samples.iter_mut().flat_map(|s| &mut s.contacts);
+    contacts.for_each(|c| number(&mut c.penalty));
     trace.phases.iter_mut().for_each(|p| p.wall_time = 0.0);
     trace.tries.iter_mut().for_each(|t| (t.wall_time, t.cpu_time) = (0.0, 0.0));
+    trace.tries.iter_mut().for_each(|t| number(&mut t.penalty_start));
     trace.restarts.iter_mut().for_each(|(p, _)| p.phase.wall_time = 0.0);
     trace
 }
