@@ -34,6 +34,7 @@ use crate::predict::{
     inverse_effective_mass, line_impact,
 };
 use crate::preview::{HertzPoint, PointImpact};
+use crate::record::Knowledge;
 use crate::spec::{self, ContactSpec, Place, SurfaceLaw, Target};
 use crate::store::{ModelCache, StoredModel, compliance_key, matrix, matrix_values};
 use crate::subdivision::SubdivisionLimits;
@@ -50,18 +51,6 @@ const PENALTY_RISE: f64 = 10.0;
 /// Time steps with contact of a trial of the error-driven penalty search (\[A\] section 4.1).
 const TRIAL_STEPS: usize = 30;
 
-/// What earlier impacts taught.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct Knowledge {
-    /// Width found over width predicted, a direction, at this contact.
-    width_factor: Option<[f64; 2]>,
-    /// Accepted penalty factor times `max_i(A_ii w_i)`, at any contact with the same search: the number has no unit and does
-    /// not depend on sizes.
-    ratio: Option<f64>,
-    /// Accepted penalty factor of this contact [N/m³].
-    penalty: Option<f64>,
-}
-
 /// A contact that is refined during the run.
 pub struct AdaptiveContact {
     /// Name.
@@ -71,7 +60,8 @@ pub struct AdaptiveContact {
     law: SurfaceLaw,
     /// Watches the pair.
     pub detector: Detector,
-    knowledge: Knowledge,
+    /// What earlier impacts taught.
+    pub knowledge: Knowledge,
     cache: ModelCache,
 }
 

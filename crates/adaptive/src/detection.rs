@@ -58,8 +58,13 @@ impl Detector {
             before = Some(std::mem::replace(target, Arc::clone(model)));
         }
         // What it remembers belongs to another surface.
-        self.workspace.get_mut().unwrap_or_else(PoisonError::into_inner).forget();
+        self.forget();
         before
+    }
+
+    /// Forgets where the last search ended: the next one depends on the motions alone.
+    pub fn forget(&mut self) {
+        self.workspace.get_mut().unwrap_or_else(PoisonError::into_inner).forget();
     }
 
     /// Gap and nearest points in the motions `bodies`.

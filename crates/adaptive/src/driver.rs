@@ -7,15 +7,13 @@ use ffr_dynamics::DynamicsError;
 use ffr_dynamics::integration::{
     CrossingSearch, DenseOutput, Integrator, Method, Statistics, Step, StepSettings,
 };
-use ffr_dynamics::system::error_scale::ErrorScale;
 
 use crate::adaptive_contact::FineContact;
 use crate::error::AdaptiveError;
 use crate::impact_watch::ImpactWatch;
 use crate::model::RunModel;
 use crate::penalty_search::PenaltySearch;
-use crate::record::Energies;
-use crate::record::{Continue, Observer, PhaseKind, PhaseRecord, Sample};
+use crate::record::{Continue, Energies, Observer, PhaseKind, PhaseRecord, RestartPoint, Sample};
 use crate::simulation::{fill_sample, smallest_gap};
 use crate::spec::RunSettings;
 
@@ -36,6 +34,7 @@ const NEAR: f64 = 1e-9;
 
 mod impact;
 mod refine;
+mod restart;
 mod watch;
 
 use impact::Pending;
@@ -77,6 +76,13 @@ pub struct Driver<'a> {
     apart_until: Vec<f64>,
     numerical: NumericalDamping,
     phase_start: f64,
+    /// Work in the running phase before the run was taken up again.
+    carried: PhaseRecord,
+    /// Work before that phase, or before the run was taken up again in it.
+    before_phase: Statistics,
+    phase_clock: Instant,
+    /// Steps since the last restart point.
+    unmarked: u32,
     n_phases: u32,
     n_impacts: u32,
     /// Fine models built so far.
@@ -117,7 +123,23 @@ pub fn run(
     observer: &mut dyn Observer,
 ) -> Result<RunEnd, AdaptiveError> {
     let mut driver = Driver::new(model, settings.clone(), observer)?;
-    let end = driver.run()?;
+    let end = driver.run(None)?;
+    driver.model.report_stress(driver.observer)?;
+    Ok(end)
+}
+
+/// Takes up at `point` the run of a model built from the same specification.
+///
+/// # Errors
+/// [`AdaptiveError::Restart`] if the point does not belong to the model, otherwise as [`run`].
+pub fn resume(
+    model: &mut RunModel,
+    settings: &RunSettings,
+    point: &RestartPoint,
+    observer: &mut dyn Observer,
+) -> Result<RunEnd, AdaptiveError> {
+    let mut driver = Driver::new(model, settings.clone(), observer)?;
+    let end = driver.run(Some(point))?;
     driver.model.report_stress(driver.observer)?;
     Ok(end)
 }
@@ -147,6 +169,10 @@ impl<'a> Driver<'a> {
             pending: Vec::new(),
             is_buffering: false,
             phase_start: 0.0,
+            carried: PhaseRecord::default(),
+            before_phase: Statistics::default(),
+            phase_clock: Instant::now(),
+            unmarked: 0,
             earlier: Statistics::default(),
             sample: Sample::default(),
             interpolated: y,
@@ -167,38 +193,51 @@ impl<'a> Driver<'a> {
         })
     }
 
-    fn run(&mut self) -> Result<RunEnd, AdaptiveError> {
+    fn run(&mut self, from: Option<&RestartPoint>) -> Result<RunEnd, AdaptiveError> {
         self.observer.start(&self.model.layout(self.settings.end_time))?;
-        let mut kind = if self.is_touching()? { PhaseKind::Impact } else { PhaseKind::Free };
-        self.store()?;
-        self.next_output = self.settings.free_interval;
+        let mut kind = match from {
+            Some(point) => {
+                self.restore(point)?;
+                point.phase.kind
+            }
+            None => {
+                let kind = if self.is_touching()? { PhaseKind::Impact } else { PhaseKind::Free };
+                self.store()?;
+                self.next_output = self.settings.free_interval;
+                self.enter(kind)?;
+                kind
+            }
+        };
         let mut is_interrupted = false;
         while self.integrator.time() < self.settings.end_time && !is_interrupted {
-            let started = Instant::now();
-            let (start, before) = (self.integrator.time(), self.statistics());
-            self.phase_start = start;
-            self.enter(kind)?;
             let outcome = match kind {
                 PhaseKind::Free => self.free_phase(),
                 PhaseKind::Impact => self.impact_phase(),
             };
             // A phase that fails is reported as far as it went.
-            let now = self.statistics();
-            let record = PhaseRecord {
-                kind,
-                start,
-                end: self.integrator.time(),
-                steps: now.steps - before.steps,
-                rejected: now.rejected - before.rejected,
-                evaluations: now.evaluations - before.evaluations,
-                wall_time: started.elapsed().as_secs_f64(),
-            };
-            self.observer.phase(&record)?;
+            self.observer.phase(&self.phase_record(kind))?;
             is_interrupted = outcome?;
             self.n_phases += 1;
             kind = if kind == PhaseKind::Free { PhaseKind::Impact } else { PhaseKind::Free };
+            if self.integrator.time() < self.settings.end_time && !is_interrupted {
+                self.enter(kind)?;
+            }
         }
         Ok(RunEnd { time: self.integrator.time(), is_interrupted })
+    }
+
+    /// The running phase as far as it went.
+    fn phase_record(&self, kind: PhaseKind) -> PhaseRecord {
+        let (carried, before, now) = (&self.carried, self.before_phase, self.statistics());
+        PhaseRecord {
+            kind,
+            start: self.phase_start,
+            end: self.integrator.time(),
+            steps: carried.steps + now.steps - before.steps,
+            rejected: carried.rejected + now.rejected - before.rejected,
+            evaluations: carried.evaluations + now.evaluations - before.evaluations,
+            wall_time: carried.wall_time + self.phase_clock.elapsed().as_secs_f64(),
+        }
     }
 
     /// Work done so far.
@@ -210,24 +249,6 @@ impl<'a> Driver<'a> {
             evaluations: earlier.evaluations + now.evaluations,
             ..now
         }
-    }
-
-    fn enter(&mut self, kind: PhaseKind) -> Result<(), AdaptiveError> {
-        let (max_step, phase) = match kind {
-            PhaseKind::Free => (self.settings.free.max_step, self.settings.free),
-            PhaseKind::Impact => (self.impact_step, self.settings.impact),
-        };
-        if self.integrator.method() == phase.method {
-            self.integrator.set_max_step(max_step).map_err(AdaptiveError::Dynamics)?;
-        } else {
-            self.earlier = self.statistics();
-            let (t, y) = (self.integrator.time(), self.integrator.state().to_vec());
-            let steps = StepSettings::with_max_step(max_step);
-            self.integrator = Integrator::new(phase.method, steps, t, &y, &self.model.system)
-                .map_err(AdaptiveError::Dynamics)?;
-        }
-        let scale = ErrorScale { relative: phase.tolerance, velocity_floor: phase.velocity_floor };
-        self.model.system.set_error_scale(scale).map_err(AdaptiveError::Dynamics)
     }
 
     /// Whether a contact is closed, or open by no more than round-off.
@@ -268,6 +289,7 @@ impl<'a> Driver<'a> {
                 self.store()?;
                 return Ok(true);
             }
+            self.mark_now_and_then()?;
         }
         if self.sample.time < end {
             self.store()?;

@@ -13,6 +13,14 @@ use crate::subdivision::SubdivisionError;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum AdaptiveError {
+    /// A restart point that does not belong to the models.
+    #[error("the run cannot be taken up again at {time:.9e} s: {reason}; start it anew")]
+    Restart {
+        /// Time of the restart point \[s\].
+        time: f64,
+        /// What differs.
+        reason: String,
+    },
     /// A body's geometry, mesh or matrices.
     #[error("body \"{body}\": {source}")]
     Geometry {
@@ -143,6 +151,7 @@ impl AdaptiveError {
                 | Self::Reduction { .. }
                 | Self::Contact { .. }
                 | Self::Unsupported { .. }
+                | Self::Restart { .. }
                 | Self::Model(_)
         )
     }

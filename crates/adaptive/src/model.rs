@@ -11,11 +11,11 @@ use crate::contact_zone::n_elements;
 use crate::elastic_body::{ElasticBody, Interface, ReducedBody};
 use crate::error::AdaptiveError;
 use crate::imported::ImportedModel;
-use crate::record::{BodyLayout, JointLayout, Observer, RunLayout, Timings};
+use crate::record::{BodyLayout, JointLayout, Observer, RunLayout, StressState, Timings};
 use crate::simulation::{Observed, ObservedPoint, System};
 use crate::spec::{BodyKind, BodySpec, ContactSpec, RunSpec, Target};
 use crate::store::{ModelCache, body_definition};
-use crate::stress::{StressRequest, StressState};
+use crate::stress::StressRequest;
 
 mod contacts;
 mod joints;
@@ -219,6 +219,23 @@ impl RunModel {
                 state.interface_forces.iter_mut().zip(&part).for_each(|(sum, f)| *sum += f);
             }
         }
+    }
+
+    /// States that the stress requests hold.
+    pub fn stress_states(&self) -> Vec<Option<StressState>> {
+        self.stress.iter().map(|request| request.state.clone()).collect()
+    }
+
+    /// Gives the stress requests states of an earlier run; false if they are not as many.
+    pub fn set_stress_states(&mut self, states: &[Option<StressState>]) -> bool {
+        self.stress.iter_mut().zip(states).for_each(|(request, state)| request.state.clone_from(state));
+        states.len() == self.stress.len()
+    }
+
+    /// Makes contacts and searches forget everything that the state does not tell.
+    pub fn forget(&mut self) {
+        self.system.forces_mut().iter_mut().for_each(|f| f.contact.forget());
+        self.adaptive.iter_mut().for_each(|(_, contact)| contact.detector.forget());
     }
 
     /// Evaluates the stress requests and reports them.

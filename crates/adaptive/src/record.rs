@@ -322,6 +322,64 @@ pub enum Continue {
 #[error("{0}")]
 pub struct ObserverError(pub String);
 
+/// What earlier impacts taught a contact that is refined during the run.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Knowledge {
+    /// Width found over width predicted, a direction, at this contact.
+    pub width_factor: Option<[f64; 2]>,
+    /// Accepted penalty factor times `max_i(A_ii w_i)`, at any contact with the same search: the number has no unit and does
+    /// not depend on sizes.
+    pub ratio: Option<f64>,
+    /// Accepted penalty factor of this contact [N/m³].
+    pub penalty: Option<f64>,
+}
+
+/// State of a body at the instant of a stress request.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct StressState {
+    /// Time \[s\].
+    pub time: f64,
+    /// Contact force that belongs to it \[N\].
+    pub force: f64,
+    /// Elastic coordinates.
+    pub elastic: Vec<f64>,
+    /// Forces on the interface unknowns \[N\]; empty if all modes are dynamic.
+    pub interface_forces: Vec<f64>,
+}
+
+/// State from which a run can be taken up again, with the same result as if it had gone on (docs/decisions).
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct RestartPoint {
+    /// Simulated time \[s\].
+    pub time: f64,
+    /// State variables.
+    pub state: Vec<f64>,
+    /// Their rates: they tell whether a model built later has the same coordinates. Empty where forces are refused.
+    pub rates: Vec<f64>,
+    /// Step size to go on with; zero: the integrator finds one \[s\].
+    pub step: f64,
+    /// The running phase up to here, which is its start in impact phases.
+    pub phase: PhaseRecord,
+    /// Phases before it.
+    pub n_phases: u32,
+    /// Impacts before it.
+    pub n_impacts: u32,
+    /// Fine models built before it.
+    pub n_refined: u64,
+    /// Time of the state stored last \[s\].
+    pub last_output: f64,
+    /// When the next state is due \[s\].
+    pub next_output: f64,
+    /// Energy that the implicit integrator removed up to the state stored last \[J\].
+    pub removed: f64,
+    /// Total energy of that state \[J\].
+    pub total_energy: Option<f64>,
+    /// What earlier impacts taught the refined contacts.
+    pub knowledge: Vec<Knowledge>,
+    /// States that the stress requests hold.
+    pub stress: Vec<Option<StressState>>,
+}
+
 /// Receives a run as it goes on.
 pub trait Observer {
     /// Called once before the first sample.
@@ -368,6 +426,14 @@ pub trait Observer {
     /// # Errors
     /// [`ObserverError`] ends the run.
     fn transfer(&mut self, record: &TransferRecord) -> Result<(), ObserverError>;
+
+    /// Called at states from which the run can be taken up again; everything reported before belongs to it, nothing reported later.
+    ///
+    /// # Errors
+    /// [`ObserverError`] ends the run.
+    fn restart_point(&mut self, _point: &RestartPoint) -> Result<(), ObserverError> {
+        Ok(())
+    }
 
     /// Called when a stress request has been evaluated.
     ///

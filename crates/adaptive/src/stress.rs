@@ -5,21 +5,8 @@ use iga_core::recovery::RecoveryWorkspace;
 
 use crate::elastic_body::{ElasticBody, ReducedBody, point_in_space};
 use crate::error::AdaptiveError;
-use crate::record::StressRecord;
+use crate::record::{StressRecord, StressState};
 use crate::spec::{StressInstant, StressSpec};
-
-/// State of a body at the instant of a stress request.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct StressState {
-    /// Time \[s\].
-    pub time: f64,
-    /// Contact force that belongs to it \[N\].
-    pub force: f64,
-    /// Elastic coordinates.
-    pub elastic: Vec<f64>,
-    /// Forces on the interface unknowns \[N\]; empty if all modes are dynamic.
-    pub interface_forces: Vec<f64>,
-}
 
 /// A stress request and the state that it waits for.
 #[derive(Debug, Clone, PartialEq)]

@@ -209,8 +209,8 @@ pub enum Page {
 #[derive(Debug, Args)]
 pub struct RunArguments {
     /// Scenario file
-    #[arg(value_name = "SCENARIO.toml")]
-    pub scenario: PathBuf,
+    #[arg(value_name = "SCENARIO.toml", required_unless_present = "resume")]
+    pub scenario: Option<PathBuf>,
     /// Result file [default: the scenario's name with .h5, in the working directory]
     #[arg(short, long, value_name = "OUT.h5")]
     pub output: Option<PathBuf>,
@@ -223,6 +223,9 @@ pub struct RunArguments {
     /// Let an incomplete result, too, replace an existing file, even one that is no result file
     #[arg(long)]
     pub force: bool,
+    /// Go on with the run that was to write this file, and was interrupted or killed
+    #[arg(long, value_name = "OUT.h5", conflicts_with_all = ["scenario", "output", "set"])]
+    pub resume: Option<PathBuf>,
     /// Models kept between runs.
     #[command(flatten)]
     pub cache: CacheArguments,

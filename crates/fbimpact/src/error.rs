@@ -27,7 +27,7 @@ pub enum AppError {
         reason: String,
     },
     /// The user stopped the run.
-    #[error("interrupted at t = {time:.9e} s, the results so far are in {}", output.display())]
+    #[error("interrupted at t = {time:.9e} s, the results so far are in {0}; go on with: fbimpact run --resume {0}", output.display())]
     Interrupted {
         /// Time reached, in s.
         time: f64,

@@ -5,6 +5,9 @@ use std::time::{SystemTime, UNIX_EPOCH};
 /// Version of the program.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
+/// Commit that the program was built from.
+pub const COMMIT: &str = env!("FBIMPACT_COMMIT");
+
 /// Several lines for `--version`.
 pub const LONG_VERSION: &str = concat!(
     env!("CARGO_PKG_VERSION"),
@@ -25,7 +28,7 @@ pub fn build() -> [&'static str; 4] {
 pub fn attributes() -> [(&'static str, String); 5] {
     [
         ("program_version", VERSION.to_owned()),
-        ("commit", env!("FBIMPACT_COMMIT").to_owned()),
+        ("commit", COMMIT.to_owned()),
         ("compiler", env!("FBIMPACT_COMPILER").to_owned()),
         ("target", env!("FBIMPACT_TARGET").to_owned()),
         ("created", now()),

@@ -6,7 +6,7 @@ use adaptive::AdaptiveError;
 use adaptive::driver;
 use adaptive::imported::ImportedSpec;
 use adaptive::model::{BodyModel, RunModel};
-use adaptive::record::{Observer, Timings};
+use adaptive::record::{Observer, RestartPoint, Timings};
 use adaptive::spec::{BodyKind, BodySpec, RunSpec};
 use adaptive::store::ModelCache;
 use iga_core::space::Space;
@@ -71,15 +71,17 @@ pub fn simulate(
     observer: &mut dyn Observer,
     threads: usize,
 ) -> Result<RunReport, AppError> {
-    simulate_with(scenario, observer, threads, &ModelCache::default())
+    simulate_with(scenario, None, observer, threads, &ModelCache::default())
 }
 
-/// As [`simulate`], with the models that are in `cache`.
+/// As [`simulate`], with the models that are in `cache`, and from the restart point `point` of an earlier run of the same
+/// scenario on, if there is one.
 ///
 /// # Errors
-/// As [`simulate`].
+/// As [`simulate`]; [`AppError::Model`] if the point does not belong to the models, too.
 pub fn simulate_with(
     scenario: &Scenario,
+    point: Option<&RestartPoint>,
     observer: &mut dyn Observer,
     threads: usize,
     cache: &ModelCache,
@@ -87,7 +89,11 @@ pub fn simulate_with(
     let spec = run_spec(scenario)?;
     let mut model = build(&spec, threads, cache)?;
     let started = Instant::now();
-    let end = driver::run(&mut model, &spec.settings, observer).map_err(app_error)?;
+    let end = match point {
+        Some(point) => driver::resume(&mut model, &spec.settings, point, observer),
+        None => driver::run(&mut model, &spec.settings, observer),
+    };
+    let end = end.map_err(app_error)?;
     let mut timings = model.timings();
     timings.integration = started.elapsed().as_secs_f64() - timings.contact;
     let ending = if end.is_interrupted { Ending::Interrupted } else { Ending::Complete };

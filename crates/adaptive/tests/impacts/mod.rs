@@ -5,8 +5,8 @@ use adaptive::AdaptiveError;
 use adaptive::driver::{RunEnd, run};
 use adaptive::model::RunModel;
 use adaptive::record::{
-    Continue, ImpactRecord, Observer, ObserverError, PhaseKind, PhaseRecord, RunLayout, Sample, StressRecord,
-    TransferRecord, TryRecord,
+    Continue, ImpactRecord, Observer, ObserverError, PhaseKind, PhaseRecord, RestartPoint, RunLayout, Sample,
+    StressRecord, TransferRecord, TryRecord,
 };
 use adaptive::spec::{
     BodyKind, BodySpec, ContactLaw, ContactSpec, DiscretisationSpec, ElasticSpec, HandOver, InitialMotion,
@@ -28,6 +28,9 @@ pub struct Trace {
     pub impacts: Vec<ImpactRecord>,
     pub tries: Vec<TryRecord>,
     pub transfers: Vec<TransferRecord>,
+    pub stresses: Vec<StressRecord>,
+    /// Restart points, and how many samples, phases, impacts, tries and transfers came before.
+    pub restarts: Vec<(RestartPoint, [usize; 5])>,
     /// Asks to stop at the first step that ends at or after this time [s].
     pub stop_at: Option<f64>,
     /// Asks to stop while a model is built after so many tries.
@@ -72,12 +75,25 @@ impl Observer for Trace {
         Ok(())
     }
 
-    fn stress(&mut self, _: &StressRecord) -> Result<(), ObserverError> {
+    fn restart_point(&mut self, point: &RestartPoint) -> Result<(), ObserverError> {
+        let before = self.counts();
+        self.restarts.push((point.clone(), before));
+        Ok(())
+    }
+
+    fn stress(&mut self, record: &StressRecord) -> Result<(), ObserverError> {
+        self.stresses.push(record.clone());
         Ok(())
     }
 }
 
 impl Trace {
+    /// Numbers of samples, phases, impacts, tries and transfers.
+    pub fn counts(&self) -> [usize; 5] {
+        let [samples, phases, impacts] = [self.samples.len(), self.phases.len(), self.impacts.len()];
+        [samples, phases, impacts, self.tries.len(), self.transfers.len()]
+    }
+
     /// Largest change of the total energy, relative to that at the start.
     pub fn energy_drift(&self) -> f64 {
         let start = self.samples[0].energies.total();

@@ -23,6 +23,10 @@ fn table(s: &Summary) -> String {
     for (name, value) in s.attributes.iter().filter(|(_, value)| !value.is_empty()) {
         let _ = writeln!(out, "{name:<16} {value}");
     }
+    if s.resumptions > 0 {
+        let times = if s.resumptions == 1 { "once".to_owned() } else { format!("{} times", s.resumptions) };
+        let _ = writeln!(out, "{:<16} resumed {times}, timings are those since", "interruptions");
+    }
     let end = s.end.map_or_else(|| "-".to_owned(), |t| format!("{t:.9e} s"));
     let _ = writeln!(out, "{:<16} {} up to t = {end}", "samples", s.n_samples);
     let drift = s.energy_drift.map_or_else(|| "-".to_owned(), |d| format!("{d:.3e}"));

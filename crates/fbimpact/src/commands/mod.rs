@@ -10,6 +10,7 @@ pub mod info;
 pub mod modes;
 pub mod new;
 pub mod plot;
+mod resume;
 pub mod run;
 pub mod shell;
 pub mod thin;

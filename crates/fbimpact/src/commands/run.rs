@@ -6,8 +6,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use adaptive::record::{
-    Continue, ImpactRecord, Observer, ObserverError, PhaseKind, PhaseRecord, RunLayout, Sample, StressRecord,
-    TransferRecord, TryRecord,
+    Continue, ImpactRecord, Observer, ObserverError, PhaseKind, PhaseRecord, RestartPoint, RunLayout, Sample,
+    StressRecord, TransferRecord, TryRecord,
 };
 use indicatif::ProgressBar;
 
@@ -16,6 +16,7 @@ use crate::cache::{self, CacheSettings};
 use crate::cli::RunArguments;
 use crate::error::AppError;
 use crate::progress::Progress;
+use crate::results::journal::{Header, Journal};
 use crate::results::{OutputFile, Recorder, Status};
 use crate::scenario::{self, Scenario};
 use crate::simulate::{Ending, RunReport, simulate_with};
@@ -28,25 +29,45 @@ pub fn run(arguments: &RunArguments, bar: ProgressBar) -> Result<(), AppError> {
     let n_threads = threads(arguments.threads)?;
     // Fine models are built during the run, on the pool of the process. A second run in one process finds it there.
     let _ = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build_global();
-    let scenario = scenario::read(&arguments.scenario, &arguments.set.set)?;
+    match (&arguments.resume, &arguments.scenario) {
+        (Some(output), _) => super::resume::resume(output, arguments, n_threads, bar),
+        (None, Some(path)) => run_scenario(path, arguments, n_threads, bar),
+        // The command line asks for one of them.
+        (None, None) => Err(AppError::Command("name a scenario, or a result with --resume".into())),
+    }
+}
+
+fn run_scenario(
+    path: &Path,
+    arguments: &RunArguments,
+    n_threads: usize,
+    bar: ProgressBar,
+) -> Result<(), AppError> {
+    let scenario = scenario::read(path, &arguments.set.set)?;
     let target = match &arguments.output {
-        Some(path) => path.clone(),
-        None => default_output(&arguments.scenario),
+        Some(target) => target.clone(),
+        None => default_output(path),
     };
     check_distinct(&scenario, &target)?;
+    let stop = stop_flag();
+    let output = OutputFile::claim(&target, arguments.force)?;
+    let cache = cache::open(&CacheSettings::new(&arguments.cache));
+    let outcome = record(&scenario, output, n_threads, &stop, bar, |scenario, observer, threads| {
+        simulate_with(scenario, None, observer, threads, &cache)
+    });
+    cache::log_use(&cache);
+    outcome
+}
+
+/// A flag that Ctrl-C sets.
+pub(super) fn stop_flag() -> Arc<AtomicBool> {
     let stop = Arc::new(AtomicBool::new(false));
     let flag = stop.clone();
     // A second signal sets the same flag again: harmless.
     if let Err(error) = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)) {
         tracing::warn!("Ctrl-C will end the run without closing the file: {error}");
     }
-    let output = OutputFile::claim(&target, arguments.force)?;
-    let cache = cache::open(&CacheSettings::new(&arguments.cache));
-    let outcome = record(&scenario, output, n_threads, &stop, bar, |scenario, observer, threads| {
-        simulate_with(scenario, observer, threads, &cache)
-    });
-    cache::log_use(&cache);
-    outcome
+    stop
 }
 
 /// The scenario's name with `.h5`, in the working directory.
@@ -71,17 +92,36 @@ pub fn record(
     bar: ProgressBar,
     simulation: impl FnOnce(&Scenario, &mut dyn Observer, usize) -> Result<RunReport, AppError>,
 ) -> Result<(), AppError> {
+    let part = output.part().to_owned();
+    let recorder = Recorder::create(&part, scenario, n_threads);
+    let mut recorder = recorder.map_err(|e| AppError::io(&part, e.to_string()))?;
+    recorder.keep(Journal::create(output.restart(), Header::new(scenario))?);
+    finish(recorder, output, (stop, bar), |observer| simulation(scenario, observer, n_threads))
+}
+
+/// Runs `simulation`, recorded by `recorder` in `output`, and closes the file whatever way it ends.
+///
+/// # Errors
+/// That of the run, or of writing.
+pub(super) fn finish(
+    recorder: Recorder,
+    output: OutputFile,
+    (stop, bar): (&Arc<AtomicBool>, ProgressBar),
+    simulation: impl FnOnce(&mut dyn Observer) -> Result<RunReport, AppError>,
+) -> Result<(), AppError> {
     let begin = Instant::now();
     let part = output.part().to_owned();
-    let recorder =
-        Recorder::create(&part, scenario, n_threads).map_err(|e| AppError::io(&part, e.to_string()))?;
     let mut observer = RunObserver { recorder, progress: Progress::new(bar), stop: stop.clone() };
-    let outcome = simulation(scenario, &mut observer, n_threads);
+    let outcome = simulation(&mut observer);
     observer.progress.finish();
     let recorder = &mut observer.recorder;
     if let Some(reason) = recorder.failure() {
-        // The rows that reached the disk stay in the part file.
+        // The rows that reached the disk stay in the part file, and the run can be taken up once there is space.
         return Err(AppError::io(part, reason));
+    }
+    if recorder.is_taken_up() && matches!(outcome, Err(AppError::Model(_))) {
+        // Another machine or version may be the reason: where the run came from, it can still be taken up.
+        return outcome.map(|_| ());
     }
     let (status, message, timings) = match &outcome {
         Ok(report) if report.ending == Ending::Complete => {
@@ -94,11 +134,12 @@ pub fn record(
         Err(error) => (Status::Failed, error.to_string(), None),
     };
     if status == Status::Failed && recorder.n_samples() == 0 {
+        output.remove_restart();
         output.discard();
         return outcome.map(|_| ());
     }
     recorder.finish(status, &message, timings).map_err(|e| AppError::io(&part, e.to_string()))?;
-    let path = output.finish(status == Status::Complete)?;
+    let path = output.finish(status)?;
     let report = outcome.inspect_err(|_| {
         tracing::warn!("the results up to the failure are in {}", path.display());
     })?;
@@ -170,6 +211,10 @@ impl Observer for RunObserver {
             record.reason
         );
         self.recorder.attempt(record)
+    }
+
+    fn restart_point(&mut self, point: &RestartPoint) -> Result<(), ObserverError> {
+        self.recorder.restart_point(point)
     }
 
     fn transfer(&mut self, record: &TransferRecord) -> Result<(), ObserverError> {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::error::AppError;
 use crate::results::stored::Stored;
-use crate::results::{OutputFile, thin as copy};
+use crate::results::{OutputFile, Status, thin as copy};
 
 /// Writes a small copy of `file` to `output`.
 ///
@@ -23,7 +23,7 @@ pub fn thin(file: &Path, output: &Path, rows: usize, force: bool) -> Result<(), 
         target.discard();
         return Err(error);
     }
-    let path = target.finish(true)?;
+    let path = target.finish(Status::Complete)?;
     let size = std::fs::metadata(&path).map_or(0, |m| m.len());
     tracing::info!("{} written, {} kB", path.display(), size.div_ceil(1000));
     Ok(())

@@ -3,6 +3,7 @@
 use adaptive::record::Sample;
 use hdf5::{Dataset, Group, H5Type, Result};
 
+use super::codec::Code;
 use super::scales;
 use super::series::{Series, describe};
 use crate::scenario::Compression;
@@ -218,7 +219,7 @@ pub struct Column<T> {
     extract: fn(&Sample, usize, &mut Vec<T>),
 }
 
-impl<T: H5Type + Copy> Column<T> {
+impl<T: H5Type + Copy + Code> Column<T> {
     /// Creates the dataset without a scale.
     pub fn bare(
         group: &Group,
@@ -257,8 +258,15 @@ impl<T: H5Type + Copy> Column<T> {
         Ok(column)
     }
 
-    /// Buffers the row of a sample.
-    pub fn push(&mut self, sample: &Sample) {
+    /// Buffers the row of a sample, and appends its bytes to `row`.
+    pub fn push(&mut self, sample: &Sample, row: &mut Vec<u8>) {
+        let start = self.series.buffer.len();
         (self.extract)(sample, self.index, &mut self.series.buffer);
+        self.series.buffer[start..].iter().for_each(|x| x.put(row));
+    }
+
+    /// Buffers the row whose bytes are in front of `row`; false if there are too few.
+    pub fn push_bytes(&mut self, row: &mut &[u8]) -> bool {
+        (0..self.series.width()).all(|_| T::take(row).map(|x| self.series.buffer.push(x)).is_some())
     }
 }

@@ -9,13 +9,14 @@ use std::path::{Path, PathBuf};
 use crate::error::AppError;
 use crate::reasons;
 
-use super::FORMAT;
+use super::{FORMAT, Status};
 
 /// A claimed output path.
 #[derive(Debug)]
 pub struct OutputFile {
     target: PathBuf,
     part: PathBuf,
+    restart: PathBuf,
     force: bool,
     /// Holds the lock until the file has its final name.
     lock: File,
@@ -28,16 +29,45 @@ impl OutputFile {
     /// [`AppError::Io`] if the directory does not exist or cannot be written, if another run writes the file, or if the
     /// target exists, is no result file and `force` is not set.
     pub fn claim(target: &Path, force: bool) -> Result<Self, AppError> {
-        check_target(target, force)?;
-        let mut name = target.file_name().unwrap_or_default().to_owned();
-        name.push(".part");
-        let part = target.with_file_name(name);
-        let lock = lock(&part)?;
-        let output = Self { target: target.to_owned(), part, force, lock };
-        if output.lock.metadata().is_ok_and(|m| m.len() > 0) {
+        let output = Self::claim_again(target, force)?;
+        if !output.is_fresh() {
             tracing::warn!("{} of a run that did not end is replaced", output.part.display());
         }
         Ok(output)
+    }
+
+    /// As [`OutputFile::claim`], for a run that is taken up and replaces its own part file.
+    ///
+    /// # Errors
+    /// As [`OutputFile::claim`].
+    pub fn claim_again(target: &Path, force: bool) -> Result<Self, AppError> {
+        check_target(target, force)?;
+        let part = part_path(target);
+        let lock = lock(&part)?;
+        Ok(Self { target: target.to_owned(), part, restart: restart_path(target), force, lock })
+    }
+
+    /// Whether there was no part file before.
+    fn is_fresh(&self) -> bool {
+        self.lock.metadata().is_ok_and(|m| m.len() == 0)
+    }
+
+    /// The restart file, see [`super::journal`].
+    pub fn restart(&self) -> &Path {
+        &self.restart
+    }
+
+    /// Removes the restart file of a run that needs it no more.
+    pub fn remove_restart(&self) {
+        // Left behind it would be replaced by the next run.
+        let _ = std::fs::remove_file(&self.restart);
+    }
+
+    /// Gives the claim up and leaves everything as it was.
+    pub fn release(self) {
+        if self.is_fresh() {
+            self.discard();
+        }
     }
 
     /// The file to write to.
@@ -45,19 +75,28 @@ impl OutputFile {
         &self.part
     }
 
-    /// Gives the file its final name, unless it is incomplete and would replace an earlier result without force.
+    /// Gives the file its final name, unless it is incomplete and would replace an earlier result without force; only
+    /// interrupted runs keep their restart file.
     /// Returns where the data are.
     ///
     /// # Errors
     /// [`AppError::Io`] if the file cannot be renamed.
-    pub fn finish(self, complete: bool) -> Result<PathBuf, AppError> {
-        if !complete && !self.force && self.target.exists() {
+    pub fn finish(self, status: Status) -> Result<PathBuf, AppError> {
+        let stays = status != Status::Complete && !self.force && self.target.exists();
+        if stays && status == Status::Failed {
+            self.remove_restart();
+        }
+        if stays {
             return Ok(self.part);
         }
         std::fs::rename(&self.part, &self.target).map_err(|e| {
             let reason = format!("cannot be given its final name {}: {e}", self.target.display());
             AppError::io(&self.part, reason)
         })?;
+        // Not before: a process that dies here leaves a result with its name. What failed once would fail again.
+        if status != Status::Interrupted {
+            self.remove_restart();
+        }
         Ok(self.target)
     }
 
@@ -66,6 +105,22 @@ impl OutputFile {
         // A part file that cannot be removed is empty and is replaced by the next run.
         let _ = std::fs::remove_file(&self.part);
     }
+}
+
+/// The file that a run writes while it goes on.
+pub fn part_path(target: &Path) -> PathBuf {
+    beside(target, ".part")
+}
+
+/// The restart file of a run.
+pub fn restart_path(target: &Path) -> PathBuf {
+    beside(target, ".restart")
+}
+
+fn beside(target: &Path, ending: &str) -> PathBuf {
+    let mut name = target.file_name().unwrap_or_default().to_owned();
+    name.push(ending);
+    target.with_file_name(name)
 }
 
 fn check_target(target: &Path, force: bool) -> Result<(), AppError> {

@@ -9,6 +9,8 @@ mod columns;
 mod stress;
 mod file;
 mod space;
+mod codec;
+pub mod journal;
 mod recorder;
 pub mod open;
 pub mod summary;
@@ -16,7 +18,7 @@ pub mod stored;
 pub mod thin;
 pub mod reference;
 
-pub use file::OutputFile;
+pub use file::{OutputFile, part_path, restart_path};
 pub use recorder::{Recorder, Status};
 
 /// Value of the root attribute `format`.

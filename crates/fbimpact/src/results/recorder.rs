@@ -14,6 +14,7 @@ use hdf5::{Dataset, File, Group, Result};
 use ndarray::ArrayView1;
 
 use super::columns::{self, Axes, Axis, Column, Declaration};
+use super::journal::{Entry, Journal, Restart};
 use super::series::{ROWS, Table, component_scale, describe, text_attribute, write_text};
 use super::space::{ROOM_OF_DATASET, Space};
 use super::stress::write_stress;
@@ -24,6 +25,10 @@ use super::{FORMAT, FORMAT_VERSION, scales};
 use crate::provenance;
 use crate::reasons;
 use crate::scenario::{BodyKind, Compression, ElasticModel, Scenario};
+
+mod restart;
+
+use restart::cannot_keep;
 
 /// Wall time between flushes, so that a killed process loses little.
 const FLUSH_INTERVAL: Duration = Duration::from_secs(5);
@@ -60,6 +65,9 @@ pub struct Recorder {
     failure: Option<String>,
     seconds: f64,
     last_flush: Instant,
+    /// Where a run is taken up from, until that is done.
+    restart: Option<Restart>,
+    is_taken_up: bool,
 }
 
 /// Handles of an open file.
@@ -76,6 +84,9 @@ struct Open {
     impacts: Table,
     tries: Table,
     transfers: Table,
+    journal: Option<Journal>,
+    /// Bytes of a row.
+    row: Vec<u8>,
 }
 
 impl Recorder {
@@ -99,6 +110,8 @@ impl Recorder {
             failure: None,
             seconds: 0.0,
             last_flush: Instant::now(),
+            restart: None,
+            is_taken_up: false,
         };
         match Open::create(path, scenario, threads) {
             Ok(open) => recorder.open = Some(open),
@@ -150,7 +163,14 @@ impl Recorder {
     pub fn start(&mut self, layout: &RunLayout) -> Result<(), ObserverError> {
         let compression = self.compression;
         self.contacts.clone_from(&layout.contacts);
-        self.with(|open| open.layout(layout, compression))
+        let restart = self.restart.take();
+        self.with(|open| {
+            open.layout(layout, compression)?;
+            match restart.filter(|r| r.point.is_some()) {
+                Some(restart) => open.replay(&restart, &layout.contacts),
+                None => open.note(&Entry::Layout(open.widths())),
+            }
+        })
     }
 
     /// Stores an instant.
@@ -171,6 +191,7 @@ impl Recorder {
     /// [`ObserverError`] if the file cannot be written.
     pub fn phase(&mut self, record: &PhaseRecord) -> Result<(), ObserverError> {
         self.with(|open| {
+            open.note(&Entry::Phase(*record))?;
             open.phases.push(PhaseRow::new(record)?)?;
             open.write_series()?;
             open.flush()
@@ -183,7 +204,10 @@ impl Recorder {
     /// [`ObserverError`] if the file cannot be written.
     pub fn impact(&mut self, record: &ImpactRecord) -> Result<(), ObserverError> {
         let name = self.contact_name(record.contact);
-        self.with(|open| open.impacts.push(ImpactRow::new(record, &name)?))
+        self.with(|open| {
+            open.note(&Entry::Impact(*record))?;
+            open.impacts.push(ImpactRow::new(record, &name)?)
+        })
     }
 
     /// Stores a try.
@@ -191,7 +215,10 @@ impl Recorder {
     /// # Errors
     /// [`ObserverError`] if the file cannot be written.
     pub fn attempt(&mut self, record: &TryRecord) -> Result<(), ObserverError> {
-        self.with(|open| open.tries.push(TryRow::new(record)?))
+        self.with(|open| {
+            open.note(&Entry::Try(record.clone()))?;
+            open.tries.push(TryRow::new(record)?)
+        })
     }
 
     /// Stores a change of the model.
@@ -200,13 +227,15 @@ impl Recorder {
     /// [`ObserverError`] if the file cannot be written.
     pub fn transfer(&mut self, record: &TransferRecord) -> Result<(), ObserverError> {
         let name = self.contact_name(record.contact);
-        self.with(|open| open.transfers.push(TransferRow::new(record, &name)?))
+        self.with(|open| {
+            open.note(&Entry::Transfer(record.clone()))?;
+            open.transfers.push(TransferRow::new(record, &name)?)
+        })
     }
 
     /// Name of a contact by its index.
     fn contact_name(&self, index: u32) -> String {
-        let name = usize::try_from(index).ok().and_then(|i| self.contacts.get(i)).cloned();
-        name.unwrap_or_else(|| index.to_string())
+        contact_name(&self.contacts, index)
     }
 
     /// Stores stresses along a line; a later record of the same name takes the place of an earlier one.
@@ -279,6 +308,7 @@ impl Open {
         for (name, value) in provenance::attributes() {
             text_attribute(&file, name, &value)?;
         }
+        file.new_attr::<u32>().create("resumptions")?.write_scalar(&0_u32)?;
         file.new_attr::<u64>().create("threads")?.write_scalar(&(threads as u64))?;
         text_attribute(&file, "title", &scenario.title)?;
         text_attribute(&file, "status", "running")?;
@@ -310,6 +340,8 @@ impl Open {
             impacts,
             tries,
             transfers,
+            journal: None,
+            row: Vec::new(),
         })
     }
 
@@ -394,14 +426,20 @@ impl Open {
     }
 
     fn sample(&mut self, sample: &Sample, flush: bool) -> Result<()> {
-        self.columns.iter_mut().for_each(|c| c.push(sample));
-        self.counts.iter_mut().for_each(|c| c.push(sample));
+        self.row.clear();
+        self.columns.iter_mut().for_each(|c| c.push(sample, &mut self.row));
+        self.counts.iter_mut().for_each(|c| c.push(sample, &mut self.row));
+        if let Some(journal) = &mut self.journal {
+            journal.append_row(&self.row).map_err(|e| cannot_keep(&e))?;
+        }
+        self.count_row(flush)?;
+        if flush { self.flush() } else { Ok(()) }
+    }
+
+    fn count_row(&mut self, flush: bool) -> Result<()> {
         self.buffered += 1;
         self.rows += 1;
-        if self.buffered >= ROWS || flush {
-            self.write_series()?;
-        }
-        if flush { self.flush() } else { Ok(()) }
+        if self.buffered >= ROWS || flush { self.write_series() } else { Ok(()) }
     }
 
     fn flush(&mut self) -> Result<()> {
@@ -421,6 +459,12 @@ impl Open {
         self.columns.iter_mut().try_for_each(|c| c.series.write())?;
         self.counts.iter_mut().try_for_each(|c| c.series.write())
     }
+}
+
+/// Name of a contact by its index.
+fn contact_name(contacts: &[String], index: u32) -> String {
+    let name = usize::try_from(index).ok().and_then(|i| contacts.get(i)).cloned();
+    name.unwrap_or_else(|| index.to_string())
 }
 
 /// The unit of all coordinates, or their units in order.

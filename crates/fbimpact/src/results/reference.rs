@@ -21,6 +21,7 @@ const ATTRIBUTES: [(&str, &str); 11] = [
     ("title", "of the scenario"),
     ("status", "`running`, `complete`, `interrupted` or `failed`"),
     ("message", "why the run is not complete"),
+    ("resumptions", "how often the run was taken up; absent if never"),
 ];
 
 /// Fixed datasets besides series and tables: path, shape, unit, meaning.

@@ -90,10 +90,14 @@ impl<T: H5Type + Copy> Series<T> {
         (chunks * 2 * chunk) as u64 + chunks as u64 * ROOM_OF_DATASET
     }
 
+    /// Numbers in a row.
+    pub fn width(&self) -> usize {
+        self.width.unwrap_or(1)
+    }
+
     /// Appends the buffered rows to the dataset.
     pub fn write(&mut self) -> Result<()> {
-        let width = self.width.unwrap_or(1);
-        let rows = self.buffer.len() / width;
+        let rows = self.buffer.len() / self.width();
         if rows == 0 {
             return Ok(());
         }

@@ -15,6 +15,8 @@ use crate::reasons;
 pub struct Summary {
     /// Root attributes, by name.
     pub attributes: Vec<(String, String)>,
+    /// How often the run was taken up after an interruption.
+    pub resumptions: u32,
     /// Stored instants.
     pub n_samples: usize,
     /// Last stored time \[s\].
@@ -76,6 +78,8 @@ fn summary(file: &File) -> Result<Summary> {
     let jumps = transfers.iter().map(|t| (t.energy_after - t.energy_before).abs());
     Ok(Summary {
         attributes,
+        // Results of earlier versions do not tell.
+        resumptions: file.attr("resumptions").and_then(|a| a.read_scalar()).unwrap_or(0),
         n_samples: time.len(),
         end: time.last().copied(),
         bodies,
@@ -155,8 +159,8 @@ impl Summary {
         let bodies: serde_json::Map<String, Value> =
             self.bodies.iter().map(|(n, q)| (n.clone(), json!({ "elastic_coordinates": q }))).collect();
         let mut all = json!({
-            "samples": self.n_samples, "end": self.end, "energy_drift": self.energy_drift,
-            "numerical_damping": self.numerical_damping,
+            "resumptions": self.resumptions, "samples": self.n_samples, "end": self.end,
+            "energy_drift": self.energy_drift, "numerical_damping": self.numerical_damping,
             "largest_transfer_jump": self.largest_jump, "bodies": bodies,
             "phases": phases.collect::<Vec<_>>(), "impacts": impacts.collect::<Vec<_>>(),
             "tries": tries.collect::<Vec<_>>(), "transfers": transfers.collect::<Vec<_>>(), "timings": timings,

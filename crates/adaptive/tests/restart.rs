@@ -1,0 +1,150 @@
+//! Runs taken up at a restart point go on as the first run did, to the last bit.
+
+mod impacts;
+
+use adaptive::AdaptiveError;
+use adaptive::driver::resume;
+use adaptive::fine_model::LowModes;
+use adaptive::model::RunModel;
+use adaptive::record::{PhaseKind, RestartPoint};
+use adaptive::spec::{ContactLaw, ContactSpec, RunSpec, StressInstant, StressSpec, Target, Treatment};
+use ffr_dynamics::integration::Method;
+use impacts::{ALUMINIUM, STEEL, Trace, contact, finished, spec, sphere};
+use nalgebra::Vector3;
+
+const RADIUS: f64 = 10e-3; // m
+const SPEED: f64 = 0.1; // m/s
+const GAP: f64 = 1e-6; // m
+
+fn plane(name: &str, height: f64, normal: f64) -> ContactSpec {
+    let point = Vector3::new(0.0, 0.0, height);
+    contact(name, 0, Target::Plane { point, normal: Vector3::new(0.0, 0.0, normal) })
+}
+
+/// A ball that bounces between two planes: impact, free phase, impact, free phase.
+fn bounces(change: impl Fn(&mut ContactSpec)) -> RunSpec {
+    let ball = sphere("ball", RADIUS, ALUMINIUM, (RADIUS + GAP, -SPEED));
+    let mut contacts = vec![plane("floor", 0.0, 1.0), plane("ceiling", 2.0 * (RADIUS + GAP), -1.0)];
+    contacts.iter_mut().for_each(change);
+    spec(vec![ball], contacts, 2.6e-4)
+}
+
+fn taken_up(spec: &RunSpec, point: &RestartPoint) -> Result<Trace, AdaptiveError> {
+    let mut trace = Trace::default();
+    resume(&mut RunModel::build(spec)?, &spec.settings, point, &mut trace)?;
+    Ok(trace)
+}
+
+/// Clocks tell each run something else; contacts without a model have no penalty factor, and NaN equals nothing.
+fn without_clocks(mut trace: Trace) -> Trace {
+    let number = |x: &mut f64| *x = if x.is_nan() { -1.0 } else { *x };
+    let contacts = trace.samples.iter_mut().flat_map(|s| &mut s.contacts);
+    contacts.for_each(|c| number(&mut c.penalty));
+    trace.phases.iter_mut().for_each(|p| p.wall_time = 0.0);
+    trace.tries.iter_mut().for_each(|t| (t.wall_time, t.cpu_time) = (0.0, 0.0));
+    trace.tries.iter_mut().for_each(|t| number(&mut t.penalty_start));
+    trace.restarts.iter_mut().for_each(|(p, _)| p.phase.wall_time = 0.0);
+    trace
+}
+
+/// Takes the run up at every restart point; returns the kinds of their phases, and whether they lie at the start.
+fn check(spec: &RunSpec) -> Vec<(PhaseKind, bool)> {
+    let whole = without_clocks(finished(spec));
+    for (k, (point, [samples, phases, impacts, tries, transfers])) in whole.restarts.iter().enumerate() {
+        let rest = without_clocks(taken_up(spec, point).unwrap_or_else(|e| panic!("{e}")));
+        let place = format!("{:e} s, {:?}", point.time, point.phase.kind);
+        assert_eq!(rest.samples, whole.samples[*samples..], "{place}");
+        assert_eq!(rest.phases, whole.phases[*phases..], "{place}");
+        assert_eq!(rest.impacts, whole.impacts[*impacts..], "{place}");
+        assert_eq!(rest.tries, whole.tries[*tries..], "{place}");
+        assert_eq!(rest.transfers, whole.transfers[*transfers..], "{place}");
+        assert_eq!(rest.stresses, whole.stresses, "{place}");
+        let points =
+            |t: &Trace, from: usize| t.restarts[from..].iter().map(|r| r.0.clone()).collect::<Vec<_>>();
+        assert_eq!(points(&rest, 0), points(&whole, k + 1), "{place}");
+    }
+    let place = |p: &RestartPoint| (p.phase.kind, p.time <= p.phase.start);
+    whole.restarts.iter().map(|(p, _)| place(p)).collect()
+}
+
+#[test]
+fn impacts_refined_by_the_program_go_on_to_the_last_bit() {
+    use PhaseKind::{Free, Impact};
+    let found = check(&bounces(|_| {}));
+    // What the first impact taught decides the tries of the second one.
+    assert_eq!(found[..4], [(Free, true), (Impact, true), (Free, true), (Impact, true)]);
+}
+
+#[test]
+fn impacts_with_modes_of_their_own_go_on_to_the_last_bit() {
+    let own = |contact: &mut ContactSpec| {
+        if let ContactLaw::Surface(law) = &mut contact.law {
+            law.hand_over.modes = LowModes::Own;
+        }
+    };
+    assert!(check(&bounces(own)).len() >= 4);
+}
+
+#[test]
+fn pairs_of_bodies_go_on_to_the_last_bit() {
+    let ball = |name, z, v| sphere(name, RADIUS, STEEL, (z, v));
+    let bodies = vec![
+        ball("first", -2.0 * RADIUS, SPEED),
+        ball("middle", 0.0, 0.0),
+        ball("last", 2.0 * RADIUS + 1e-5, 0.0),
+    ];
+    let contacts = vec![contact("front", 0, Target::Body(1)), contact("back", 1, Target::Body(2))];
+    assert!(check(&spec(bodies, contacts, 3e-4)).len() >= 2);
+}
+
+#[test]
+fn contacts_with_one_model_and_stress_requests_go_on_to_the_last_bit() {
+    let fixed = |contact: &mut ContactSpec| {
+        if let ContactLaw::Surface(law) = &mut contact.law {
+            (law.treatment, law.penalty) = (Treatment::Quasistatic, Some(1e18));
+            law.interval.width = Some(0.5e-3);
+        }
+    };
+    let mut spec = bounces(fixed);
+    let ends = [[0.0, -RADIUS, 0.0], [0.0, -0.9 * RADIUS, 0.0]];
+    let at = StressInstant::PeakForce;
+    spec.stress.push(StressSpec { name: "axis".into(), body: 0, ends, samples: 5, at });
+    assert!(check(&spec).len() >= 4);
+    assert_eq!(finished(&spec).stresses.len(), 1);
+}
+
+#[test]
+fn long_free_phases_are_taken_up_in_their_midst_with_either_integrator() {
+    for method in [Method::DormandPrince, Method::TrBdf2] {
+        let mut spec = bounces(|_| {});
+        spec.bodies[0].motion.position.z += 4.0 * GAP;
+        spec.contacts.pop();
+        spec.settings.end_time = 2e-4;
+        (spec.settings.free.method, spec.settings.free.max_step) = (method, 1e-8);
+        let found = check(&spec);
+        assert!(
+            found.iter().filter(|(kind, is_start)| *kind == PhaseKind::Free && !is_start).count() >= 2,
+            "{found:?}"
+        );
+    }
+}
+
+#[test]
+fn points_of_other_models_are_refused() {
+    let spec = bounces(|_| {});
+    let trace = finished(&spec);
+    let (point, _) = &trace.restarts[2];
+    let refusal = |point: &RestartPoint| match taken_up(&spec, point) {
+        Err(error @ AdaptiveError::Restart { .. }) => error.to_string(),
+        _ => panic!("must be refused"),
+    };
+    let shorter = RestartPoint { state: point.state[1..].to_vec(), ..point.clone() };
+    assert!(refusal(&shorter).contains("numbers of coordinates"));
+    // A mode with the other sign: after the impact the ball vibrates.
+    let mut turned = point.clone();
+    let largest =
+        (0..turned.rates.len()).max_by(|a, b| turned.rates[*a].abs().total_cmp(&turned.rates[*b].abs()));
+    let largest = largest.expect("rates");
+    turned.rates[largest] = -turned.rates[largest];
+    assert!(refusal(&turned).contains("other coordinates"));
+}

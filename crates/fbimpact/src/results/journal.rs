@@ -1,0 +1,432 @@
+//! The restart file of a run, `<output>.restart`: everything reported so far, and states from which the run can be taken up.
+//!
+//! Records are appended and never changed, each with a checksum: whenever the process dies, and whatever that does to the HDF5
+//! file, the records up to the last restart point are whole. A run that is taken up writes its HDF5 file anew from them.
+
+use std::fs::{File, OpenOptions};
+use std::io::{BufReader, BufWriter, ErrorKind, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use adaptive::record::{ImpactRecord, PhaseRecord, RestartPoint, TransferRecord, TryRecord};
+
+use super::codec::{Code, fields};
+use crate::error::AppError;
+use crate::provenance;
+use crate::scenario::Scenario;
+
+/// First bytes of the file; the last one is the version of the format.
+const MAGIC: &[u8; 17] = b"fbimpact restart\x01";
+/// Bytes collected before they are written; restart points are written at once.
+const BUFFER: usize = 1 << 20;
+/// Longest record that can be meant: a damaged length must not ask for more memory than there is.
+const LONGEST: u64 = 1 << 32;
+
+/// What a run was started from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Header {
+    /// Version of the program.
+    pub version: String,
+    /// Commit that it was built from.
+    pub commit: String,
+    /// The scenario file as named on the command line.
+    pub scenario: String,
+    /// The same from the root of the file system, for the files that the scenario names.
+    pub absolute: String,
+    /// SHA-256 of the scenario file.
+    pub sha256: String,
+    /// The scenario with overrides applied and defaults filled in.
+    pub resolved: String,
+}
+
+fields!(Header { version, commit, scenario, absolute, sha256, resolved });
+
+impl Header {
+    /// That of a run of `scenario` with this program.
+    pub fn new(scenario: &Scenario) -> Self {
+        let path = &scenario.source.path;
+        let absolute = std::path::absolute(path).unwrap_or_else(|_| path.clone());
+        Self {
+            version: provenance::VERSION.to_owned(),
+            commit: provenance::COMMIT.to_owned(),
+            scenario: path.display().to_string(),
+            absolute: absolute.display().to_string(),
+            sha256: scenario.source.sha256.clone(),
+            resolved: scenario.source.resolved.clone(),
+        }
+    }
+}
+
+/// A record of the file.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Entry {
+    /// What the run was started from; comes first.
+    Header(Header),
+    /// Numbers in a row of every series, floating-point ones, then counts.
+    Layout(Vec<u64>),
+    /// A row of all series: floating-point numbers, then counts.
+    Row(Vec<u8>),
+    /// A finished phase.
+    Phase(PhaseRecord),
+    /// A finished impact.
+    Impact(ImpactRecord),
+    /// A finished try.
+    Try(TryRecord),
+    /// A change of the model.
+    Transfer(TransferRecord),
+    /// A state from which the run can be taken up.
+    Restart(RestartPoint),
+    /// The run was taken up here.
+    Resumed,
+}
+
+impl Entry {
+    fn tag(&self) -> u8 {
+        match self {
+            Self::Header(_) => 0,
+            Self::Layout(_) => 1,
+            Self::Row(_) => 2,
+            Self::Phase(_) => 3,
+            Self::Impact(_) => 4,
+            Self::Try(_) => 5,
+            Self::Transfer(_) => 6,
+            Self::Restart(_) => 7,
+            Self::Resumed => 8,
+        }
+    }
+
+    fn payload(&self) -> Vec<u8> {
+        match self {
+            Self::Header(x) => x.bytes(),
+            Self::Layout(x) => x.bytes(),
+            Self::Row(x) => x.clone(),
+            Self::Phase(x) => x.bytes(),
+            Self::Impact(x) => x.bytes(),
+            Self::Try(x) => x.bytes(),
+            Self::Transfer(x) => x.bytes(),
+            Self::Restart(x) => x.bytes(),
+            Self::Resumed => Vec::new(),
+        }
+    }
+
+    fn read(tag: u8, bytes: Vec<u8>) -> Option<Self> {
+        Some(match tag {
+            0 => Self::Header(Code::read(&bytes)?),
+            1 => Self::Layout(Code::read(&bytes)?),
+            2 => Self::Row(bytes),
+            3 => Self::Phase(Code::read(&bytes)?),
+            4 => Self::Impact(Code::read(&bytes)?),
+            5 => Self::Try(Code::read(&bytes)?),
+            6 => Self::Transfer(Code::read(&bytes)?),
+            7 => Self::Restart(Code::read(&bytes)?),
+            8 if bytes.is_empty() => Self::Resumed,
+            _ => return None,
+        })
+    }
+}
+
+/// A restart file that is written.
+pub struct Journal {
+    writer: BufWriter<File>,
+}
+
+impl Journal {
+    /// Creates the file `path`, or replaces it.
+    ///
+    /// # Errors
+    /// [`AppError::Io`] if it cannot be written.
+    pub fn create(path: &Path, header: Header) -> Result<Self, AppError> {
+        let fail = |e: std::io::Error| AppError::io(path, format!("cannot be written: {e}"));
+        let file = File::create(path).map_err(fail)?;
+        let mut journal = Self { writer: BufWriter::with_capacity(BUFFER, file) };
+        journal.writer.write_all(MAGIC).map_err(fail)?;
+        journal.append(&Entry::Header(header)).and_then(|()| journal.flush()).map_err(fail)?;
+        Ok(journal)
+    }
+
+    /// Opens the file `path` to go on behind its first `length` bytes; what comes after them is lost.
+    ///
+    /// # Errors
+    /// [`AppError::Io`] if it cannot be written.
+    fn go_on(path: &Path, length: u64) -> Result<Self, AppError> {
+        let open = || {
+            let mut file = OpenOptions::new().write(true).open(path)?;
+            file.set_len(length)?;
+            file.seek(SeekFrom::End(0))?;
+            Ok(Self { writer: BufWriter::with_capacity(BUFFER, file) })
+        };
+        open().map_err(|e: std::io::Error| AppError::io(path, format!("cannot be written: {e}")))
+    }
+
+    /// Appends a record.
+    ///
+    /// # Errors
+    /// Those of the file system.
+    pub fn append(&mut self, entry: &Entry) -> std::io::Result<()> {
+        self.write(entry.tag(), &entry.payload())
+    }
+
+    /// Appends a row, see [`Entry::Row`].
+    ///
+    /// # Errors
+    /// Those of the file system.
+    pub fn append_row(&mut self, row: &[u8]) -> std::io::Result<()> {
+        self.write(2, row)
+    }
+
+    fn write(&mut self, tag: u8, payload: &[u8]) -> std::io::Result<()> {
+        self.writer.write_all(&[tag])?;
+        self.writer.write_all(&(payload.len() as u64).to_le_bytes())?;
+        self.writer.write_all(payload)?;
+        self.writer.write_all(&checksum(tag, payload).to_le_bytes())
+    }
+
+    /// Writes what is buffered.
+    ///
+    /// # Errors
+    /// Those of the file system.
+    pub fn flush(&mut self) -> std::io::Result<()> {
+        self.writer.flush()
+    }
+}
+
+/// FNV-1a, on words of eight bytes for speed: it guards against records cut short and disks that lie, not against people.
+fn checksum(tag: u8, payload: &[u8]) -> u64 {
+    const PRIME: u64 = 0x0000_0100_0000_01b3;
+    const OFFSET: u64 = 0xcbf2_9ce4_8422_2325;
+    let mix = |hash: u64, word: u64| {
+        let mixed = (hash ^ word).wrapping_mul(PRIME);
+        mixed ^ (mixed >> 32) // high bits of a word reach the low ones of the sum
+    };
+    let (words, rest) = payload.as_chunks::<8>();
+    let hash = words.iter().fold(mix(OFFSET, u64::from(tag)), |h, w| mix(h, u64::from_le_bytes(*w)));
+    rest.iter().fold(mix(hash, payload.len() as u64), |h, b| mix(h, u64::from(*b)))
+}
+
+/// Reads the records of a restart file one after the other, up to the first that is not whole.
+pub struct Entries {
+    reader: BufReader<File>,
+    path: PathBuf,
+    position: u64,
+}
+
+impl Entries {
+    /// Opens the file `path`.
+    ///
+    /// # Errors
+    /// [`AppError::Io`] if it cannot be read or is no restart file of this version.
+    pub fn open(path: &Path) -> Result<Self, AppError> {
+        let cannot = |e: std::io::Error| AppError::io(path, format!("cannot be read: {e}"));
+        let mut reader = BufReader::with_capacity(BUFFER, File::open(path).map_err(cannot)?);
+        let mut magic = [0; MAGIC.len()];
+        match reader.read_exact(&mut magic) {
+            Err(e) if e.kind() != ErrorKind::UnexpectedEof => return Err(cannot(e)),
+            Ok(()) if magic == *MAGIC => {}
+            Ok(()) if magic[..MAGIC.len() - 1] == MAGIC[..MAGIC.len() - 1] => {
+                return Err(AppError::io(
+                    path,
+                    "was written by another version of the program, start the run anew",
+                ));
+            }
+            _ => return Err(AppError::io(path, "is damaged or no restart file, start the run anew")),
+        }
+        Ok(Self { reader, path: path.to_owned(), position: MAGIC.len() as u64 })
+    }
+
+    /// Bytes read so far.
+    pub fn position(&self) -> u64 {
+        self.position
+    }
+
+    /// The next record; `None` at the end, or where the file is not whole.
+    ///
+    /// # Errors
+    /// [`AppError::Io`] if the file cannot be read.
+    pub fn next(&mut self) -> Result<Option<Entry>, AppError> {
+        match self.read() {
+            Ok(entry) => Ok(entry),
+            Err(e) if e.kind() == ErrorKind::UnexpectedEof => Ok(None),
+            Err(e) => Err(AppError::io(&self.path, format!("cannot be read: {e}"))),
+        }
+    }
+
+    fn read(&mut self) -> std::io::Result<Option<Entry>> {
+        let (mut tag, mut word) = ([0], [0; 8]);
+        self.reader.read_exact(&mut tag)?;
+        self.reader.read_exact(&mut word)?;
+        let length = u64::from_le_bytes(word);
+        if length > LONGEST {
+            return Ok(None);
+        }
+        let mut payload = Vec::new();
+        // Not read in one go: a damaged length must not reserve memory for what is not there.
+        let n = self.reader.by_ref().take(length).read_to_end(&mut payload)?;
+        if n as u64 != length {
+            return Ok(None);
+        }
+        self.reader.read_exact(&mut word)?;
+        if checksum(tag[0], &payload) != u64::from_le_bytes(word) {
+            return Ok(None);
+        }
+        self.position += 1 + 8 + length + 8;
+        Ok(Entry::read(tag[0], payload))
+    }
+}
+
+/// What a restart file tells about the run to be taken up.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Restart {
+    /// The file.
+    pub path: PathBuf,
+    /// What the run was started from.
+    pub header: Header,
+    /// The last state to take it up from; `None` if it died before the first one.
+    pub point: Option<RestartPoint>,
+    /// Bytes up to that point.
+    pub length: u64,
+    /// How often it was taken up before.
+    pub resumptions: u32,
+}
+
+impl Restart {
+    /// Opens the file to go on behind the restart point, and notes that.
+    ///
+    /// # Errors
+    /// [`AppError::Io`] if it cannot be written.
+    pub fn go_on(&self) -> Result<Journal, AppError> {
+        let mut journal = Journal::go_on(&self.path, self.length)?;
+        let mut note = || match &self.point {
+            // The mark lies before a restart point, as all that counts.
+            Some(point) => {
+                journal.append(&Entry::Resumed)?;
+                journal.append(&Entry::Restart(point.clone()))?;
+                journal.flush()
+            }
+            None => {
+                (0..=self.resumptions).try_for_each(|_| journal.append(&Entry::Resumed))?;
+                journal.flush()
+            }
+        };
+        note().map_err(|e| AppError::io(&self.path, format!("cannot be written: {e}")))?;
+        Ok(journal)
+    }
+}
+
+/// Reads the restart file `path`.
+///
+/// # Errors
+/// [`AppError::Io`] if it cannot be read or is damaged at its beginning.
+pub fn read(path: &Path) -> Result<Restart, AppError> {
+    let mut entries = Entries::open(path)?;
+    let Some(Entry::Header(header)) = entries.next()? else {
+        return Err(AppError::io(path, "is damaged, start the run anew"));
+    };
+    let mut restart =
+        Restart { path: path.to_owned(), header, point: None, length: entries.position(), resumptions: 0 };
+    let mut resumptions = 0;
+    while let Some(entry) = entries.next()? {
+        match entry {
+            Entry::Restart(point) => {
+                (restart.point, restart.length) = (Some(point), entries.position());
+                restart.resumptions = resumptions;
+            }
+            Entry::Resumed => resumptions += 1,
+            _ => {}
+        }
+    }
+    // Without a restart point there is nothing between the header and the marks of those who found none.
+    if restart.point.is_none() {
+        restart.resumptions = resumptions;
+    }
+    Ok(restart)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn header() -> Header {
+        let text = || "text".to_owned();
+        Header {
+            version: text(),
+            commit: text(),
+            scenario: text(),
+            absolute: text(),
+            sha256: text(),
+            resolved: "title = \"µ\"".into(),
+        }
+    }
+
+    fn point(time: f64) -> RestartPoint {
+        RestartPoint { time, state: vec![time; 3], ..RestartPoint::default() }
+    }
+
+    fn written(path: &Path) -> Vec<u8> {
+        let mut journal = Journal::create(path, header()).expect("writable");
+        let phase = Entry::Phase(PhaseRecord { end: 0.5, ..PhaseRecord::default() });
+        let row = Entry::Row(vec![1, 2, 3]);
+        let entries =
+            [Entry::Restart(point(0.1)), row.clone(), phase, Entry::Restart(point(0.5)), row.clone(), row];
+        entries.iter().for_each(|e| journal.append(e).expect("writable"));
+        journal.flush().expect("writable");
+        std::fs::read(path).expect("readable")
+    }
+
+    #[test]
+    fn whatever_is_cut_off_the_last_whole_restart_point_is_found() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let path = directory.path().join("a.restart");
+        let bytes = written(&path);
+        let whole = read(&path).expect("whole");
+        assert_eq!((&whole.header, &whole.point), (&header(), &Some(point(0.5))));
+        let (mut seen, mut first) = (Vec::new(), bytes.len());
+        for n in (0..bytes.len()).rev() {
+            std::fs::write(&path, &bytes[..n]).expect("writable");
+            match read(&path) {
+                Ok(found) => {
+                    assert!(found.length <= n as u64);
+                    seen.push(found.point.map(|p| p.time));
+                    first = n;
+                }
+                Err(e) => assert!(e.to_string().contains("start the run anew"), "{e}"),
+            }
+        }
+        seen.dedup();
+        assert_eq!(seen, [Some(0.5), Some(0.1), None]);
+        assert!(first > MAGIC.len(), "without the header there is no run");
+    }
+
+    #[test]
+    fn no_changed_byte_is_taken_for_another_state() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let path = directory.path().join("a.restart");
+        let bytes = written(&path);
+        for i in 0..bytes.len() {
+            let mut changed = bytes.clone();
+            changed[i] ^= 0x10;
+            std::fs::write(&path, &changed).expect("writable");
+            if let Ok(found) = read(&path) {
+                assert_eq!(found.header, header(), "byte {i}");
+                assert!(found.point.is_none_or(|p| p == point(0.1) || p == point(0.5)), "byte {i}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_file_that_goes_on_keeps_what_came_before() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let path = directory.path().join("a.restart");
+        written(&path);
+        for n in 1..3 {
+            let found = read(&path).expect("readable");
+            drop(found.go_on().expect("writable"));
+            let found = read(&path).expect("readable");
+            assert_eq!((found.resumptions, found.point), (n, Some(point(0.5))));
+        }
+        let mut entries = Entries::open(&path).expect("readable");
+        let mut rows = 0;
+        while let Some(entry) = entries.next().expect("readable") {
+            rows += u32::from(matches!(entry, Entry::Row(_)));
+        }
+        assert_eq!(rows, 1, "rows behind the restart point are gone");
+    }
+}

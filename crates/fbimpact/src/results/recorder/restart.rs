@@ -1,0 +1,95 @@
+//! The recorder's side of the restart file: everything stored is noted there, and a run taken up begins with what it holds.
+
+use adaptive::record::{ObserverError, RestartPoint};
+use hdf5::Result;
+
+use super::super::journal::{Entries, Entry, Journal, Restart};
+use super::super::tables::{ImpactRow, PhaseRow, TransferRow, TryRow};
+use super::{Open, Recorder, contact_name};
+use crate::error::AppError;
+
+impl Recorder {
+    /// Keeps everything in `journal`, too, from which the run can be taken up.
+    pub fn keep(&mut self, journal: Journal) {
+        if let Some(open) = &mut self.open {
+            open.journal = Some(journal);
+        }
+    }
+
+    /// Begins with what the run that is taken up at `restart` has reported up to there, and goes on in its restart file.
+    ///
+    /// # Errors
+    /// [`ObserverError`] if one of the files cannot be written.
+    pub fn take_up(&mut self, restart: Restart) -> std::result::Result<(), ObserverError> {
+        let count = restart.resumptions + 1;
+        self.keep(restart.go_on().map_err(|e| ObserverError(e.to_string()))?);
+        (self.restart, self.is_taken_up) = (Some(restart), true);
+        self.with(|open| open.file.attr("resumptions")?.write_scalar(&count))
+    }
+
+    /// Whether this run was taken up.
+    pub fn is_taken_up(&self) -> bool {
+        self.is_taken_up
+    }
+
+    /// Keeps a state from which the run can be taken up.
+    ///
+    /// # Errors
+    /// [`ObserverError`] if the restart file cannot be written.
+    pub fn restart_point(&mut self, point: &RestartPoint) -> std::result::Result<(), ObserverError> {
+        self.with(|open| {
+            open.note(&Entry::Restart(point.clone()))?;
+            open.journal.as_mut().map_or(Ok(()), |j| j.flush().map_err(|e| cannot_keep(&e)))
+        })
+    }
+}
+
+impl Open {
+    /// Appends a record to the restart file, if there is one.
+    pub(super) fn note(&mut self, entry: &Entry) -> Result<()> {
+        self.journal.as_mut().map_or(Ok(()), |j| j.append(entry).map_err(|e| cannot_keep(&e)))
+    }
+
+    /// Numbers in a row of every series.
+    pub(super) fn widths(&self) -> Vec<u64> {
+        let columns = self.columns.iter().map(|c| c.series.width() as u64);
+        columns.chain(self.counts.iter().map(|c| c.series.width() as u64)).collect()
+    }
+
+    /// Writes what the restart file holds up to the restart point.
+    pub(super) fn replay(&mut self, restart: &Restart, contacts: &[String]) -> Result<()> {
+        let text = |e: AppError| hdf5::Error::from(e.to_string());
+        let misfit = || hdf5::Error::from("the restart file belongs to another run".to_owned());
+        let mut entries = Entries::open(&restart.path).map_err(text)?;
+        while entries.position() < restart.length {
+            match entries.next().map_err(text)?.ok_or_else(misfit)? {
+                Entry::Layout(widths) if widths != self.widths() => return Err(misfit()),
+                Entry::Row(row) => {
+                    let mut row = row.as_slice();
+                    let is_whole = self.columns.iter_mut().all(|c| c.push_bytes(&mut row))
+                        && self.counts.iter_mut().all(|c| c.push_bytes(&mut row));
+                    if !is_whole || !row.is_empty() {
+                        return Err(misfit());
+                    }
+                    self.count_row(false)?;
+                }
+                Entry::Phase(r) => self.phases.push(PhaseRow::new(&r)?)?,
+                Entry::Impact(r) => {
+                    self.impacts.push(ImpactRow::new(&r, &contact_name(contacts, r.contact))?)?
+                }
+                Entry::Try(r) => self.tries.push(TryRow::new(&r)?)?,
+                Entry::Transfer(r) => {
+                    self.transfers.push(TransferRow::new(&r, &contact_name(contacts, r.contact))?)?;
+                }
+                Entry::Header(_) | Entry::Layout(_) | Entry::Restart(_) | Entry::Resumed => {}
+            }
+        }
+        self.write_series()?;
+        self.flush()
+    }
+}
+
+/// The error of a restart file that cannot be written.
+pub(super) fn cannot_keep(error: &std::io::Error) -> hdf5::Error {
+    hdf5::Error::from(format!("the restart file: {error}"))
+}
