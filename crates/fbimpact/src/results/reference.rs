@@ -9,7 +9,7 @@ use super::tables::{IMPACT_UNITS, PHASE_UNITS, TRANSFER_UNITS, TRY_UNITS};
 type Row = (&'static str, &'static str, &'static str);
 
 /// Attributes of the root.
-const ATTRIBUTES: [(&str, &str); 11] = [
+const ATTRIBUTES: [(&str, &str); 12] = [
     ("format", "`fbimpact`"),
     ("format_version", "1; raised when an old reader would misread a new file"),
     ("program_version", "version of the program"),
@@ -21,7 +21,7 @@ const ATTRIBUTES: [(&str, &str); 11] = [
     ("title", "of the scenario"),
     ("status", "`running`, `complete`, `interrupted` or `failed`"),
     ("message", "why the run is not complete"),
-    ("resumptions", "how often the run was taken up; absent if never"),
+    ("resumptions", "how often the run was taken up"),
 ];
 
 /// Fixed datasets besides series and tables: path, shape, unit, meaning.
