@@ -51,6 +51,8 @@ impl Writer<'_> {
                 | "solver"
                 | "friction"
                 | "friction_stiffness_ratio"
+                | "modes"
+                | "transfer"
                 | "penalty"
                 | "interval" => !is_surface,
                 _ => false,
