@@ -36,7 +36,8 @@ impl Writer<'_> {
                 "position" | "velocity" | "angular_velocity" => self.hangs(section),
                 "orientation" => section.given("normal"),
                 "elements" => section.given("knots"),
-                "modes" => section.text("method") == Some("all"),
+                // Of a reduction, and of a contact.
+                "modes" => section.text("method") == Some("all") || !is_surface,
                 "ratio" => section.given("modal"),
                 "joint_interface" => section.text("method") != Some("craig-bampton"),
                 "tolerance" => self.contact(section).is_some_and(|c| c.search != "until-converged"),
@@ -51,7 +52,6 @@ impl Writer<'_> {
                 | "solver"
                 | "friction"
                 | "friction_stiffness_ratio"
-                | "modes"
                 | "transfer"
                 | "penalty"
                 | "interval" => !is_surface,
