@@ -205,8 +205,8 @@ fn every_numeric_dataset_has_unit_description_and_time_axis() {
             seen += 1;
         }
     });
-    // 1 phase, 9 energies, 2 momenta, 7 + 5 of bodies, 8 of contacts, 2 of points, 2 of joints.
-    assert_eq!(seen, 36);
+    // 1 phase, 10 energies, 2 momenta, 7 + 5 of bodies, 8 of contacts, 2 of points, 2 of joints.
+    assert_eq!(seen, 37);
     let class: hdf5::types::FixedAscii<16> = read_class(&file);
     assert_eq!(class.as_str(), "DIMENSION_SCALE");
 }

@@ -36,6 +36,7 @@ impl Writer<'_> {
                 "position" | "velocity" | "angular_velocity" => self.hangs(section),
                 "orientation" => section.given("normal"),
                 "elements" => section.given("knots"),
+                // Of a reduction, and of a contact.
                 "modes" => section.text("method") == Some("all") || !is_surface,
                 "ratio" => section.given("modal"),
                 "joint_interface" => section.text("method") != Some("craig-bampton"),
