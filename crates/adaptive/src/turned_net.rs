@@ -132,12 +132,11 @@ pub fn regular_view(
     Ok(Some((turned, face, site.xi)))
 }
 
-/// The rotation (rows) of [`regular_view`], and the point in space.
-fn regular_turn(
-    shape: &Shape,
-    face: &Face,
-    place: &[f64; 3],
-) -> Result<Option<([[f64; 3]; 3], [f64; 3])>, SplineError> {
+/// A rotation (rows), and a point in space.
+type Turn = ([[f64; 3]; 3], [f64; 3]);
+
+/// The rotation of [`regular_view`], and the point in space.
+fn regular_turn(shape: &Shape, face: &Face, place: &[f64; 3]) -> Result<Option<Turn>, SplineError> {
     let Some(symmetry) = &shape.symmetry else { return Ok(None) };
     let surface = face.at(&shape.patches[face.id.patch], place, &mut PointBasis::default());
     // A ball's normal is its radius, also where that of the net is lost.

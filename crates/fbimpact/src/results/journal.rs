@@ -241,7 +241,7 @@ impl Entries {
     ///
     /// # Errors
     /// [`AppError::Io`] if the file cannot be read.
-    pub fn next(&mut self) -> Result<Option<Entry>, AppError> {
+    pub fn next_entry(&mut self) -> Result<Option<Entry>, AppError> {
         match self.read() {
             Ok(entry) => Ok(entry),
             Err(e) if e.kind() == ErrorKind::UnexpectedEof => Ok(None),
@@ -317,13 +317,13 @@ impl Restart {
 /// [`AppError::Io`] if it cannot be read or is damaged at its beginning.
 pub fn read(path: &Path) -> Result<Restart, AppError> {
     let mut entries = Entries::open(path)?;
-    let Some(Entry::Header(header)) = entries.next()? else {
+    let Some(Entry::Header(header)) = entries.next_entry()? else {
         return Err(AppError::io(path, "is damaged, start the run anew"));
     };
     let mut restart =
         Restart { path: path.to_owned(), header, point: None, length: entries.position(), resumptions: 0 };
     let mut resumptions = 0;
-    while let Some(entry) = entries.next()? {
+    while let Some(entry) = entries.next_entry()? {
         match entry {
             Entry::Restart(point) => {
                 (restart.point, restart.length) = (Some(point), entries.position());
@@ -424,7 +424,7 @@ mod tests {
         }
         let mut entries = Entries::open(&path).expect("readable");
         let mut rows = 0;
-        while let Some(entry) = entries.next().expect("readable") {
+        while let Some(entry) = entries.next_entry().expect("readable") {
             rows += u32::from(matches!(entry, Entry::Row(_)));
         }
         assert_eq!(rows, 1, "rows behind the restart point are gone");

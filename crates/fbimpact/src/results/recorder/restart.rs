@@ -62,7 +62,7 @@ impl Open {
         let misfit = || hdf5::Error::from("the restart file belongs to another run".to_owned());
         let mut entries = Entries::open(&restart.path).map_err(text)?;
         while entries.position() < restart.length {
-            match entries.next().map_err(text)?.ok_or_else(misfit)? {
+            match entries.next_entry().map_err(text)?.ok_or_else(misfit)? {
                 Entry::Layout(widths) if widths != self.widths() => return Err(misfit()),
                 Entry::Row(row) => {
                     let mut row = row.as_slice();
