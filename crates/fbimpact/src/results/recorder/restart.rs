@@ -72,6 +72,11 @@ impl Open {
                         return Err(misfit());
                     }
                     self.count_row(false)?;
+                    if self.buffered == 0 {
+                        // Room is kept for what is written between two flushes.
+                        self.flush()?;
+                        self.reserve()?;
+                    }
                 }
                 Entry::Phase(r) => self.phases.push(PhaseRow::new(&r)?)?,
                 Entry::Impact(r) => {
