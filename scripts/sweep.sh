@@ -9,8 +9,8 @@
 # Values are separated by spaces and contain none. Every run leaves in FOLDER, under a name made from its values,
 #   <run>.set   its KEY=VALUE lines      <run>.exit   its exit code
 #   <run>.h5    its result               <run>.log    what it said
-# and the table is FOLDER/table.csv and FOLDER/table.h5. Called again, it does what is missing: complete runs are skipped, failed ones are
-# tried again, added values are added. One failed run stops no other; the exit code is then 1.
+# and the table is FOLDER/table.csv and FOLDER/table.h5. Called again, it does what is missing: complete runs are skipped, killed ones
+# go on, failed ones are tried again, added values are added. One failed run stops no other; the exit code is then 1.
 #
 # Environment: FBIMPACT  the program (default: fbimpact)       JOBS     runs at a time (default: number of cores)
 #              THREADS   threads of a run (default: 1)         RUNNER   parallel or xargs (default: GNU parallel if there)
@@ -76,13 +76,20 @@ plan() {
 # Does one run, unless it is done; always succeeds, the run's exit code goes to its .exit file.
 one() {
     local scenario=$1 folder=$2 name=$3 line code=0
-    local stem=$folder/$name arguments=()
+    local stem=$folder/$name arguments=() new=yes
     if [ -f "$stem.h5" ] && [ "$(cat "$stem.exit" 2>/dev/null)" = 0 ]; then
         return 0
     fi
     while IFS= read -r line; do arguments+=(--set "$line"); done <"$stem.set"
     rm -f "$stem.exit"
-    $FBIMPACT run "$scenario" -o "$stem.h5" --force --threads "$THREADS" "${arguments[@]}" >"$stem.log" 2>&1 || code=$?
+    if [ -f "$stem.h5.restart" ]; then
+        $FBIMPACT run --resume "$stem.h5" --force --threads "$THREADS" >"$stem.log" 2>&1 || code=$?
+        # What cannot be taken up, as on another kind of machine, is run anew.
+        case $code in 4 | 6) code=0 ;; *) new=no ;; esac
+    fi
+    if [ "$new" = yes ]; then
+        $FBIMPACT run "$scenario" -o "$stem.h5" --force --threads "$THREADS" "${arguments[@]}" >"$stem.log" 2>&1 || code=$?
+    fi
     printf '%s\n' "$code" >"$stem.exit.new"
     mv "$stem.exit.new" "$stem.exit"
     [ "$code" = 0 ] || printf 'sweep.sh: %s failed with exit code %s, see %s.log\n' "$name" "$code" "$stem" >&2

@@ -127,6 +127,7 @@ impl Driver<'_> {
         let scale = ErrorScale { relative: phase.tolerance, velocity_floor: phase.velocity_floor };
         self.model.system.set_error_scale(scale).map_err(AdaptiveError::Dynamics)?;
         self.unmarked = 0;
+        self.apart_until.fill(f64::NEG_INFINITY);
         self.model.forget();
         let mut rates = vec![0.0; y.len()];
         let outcome = self.model.system.rhs(t, y, &mut rates);

@@ -12,6 +12,7 @@ use adaptive::record::{ImpactRecord, PhaseRecord, RestartPoint, TransferRecord, 
 use super::codec::{Code, fields};
 use crate::error::AppError;
 use crate::provenance;
+use crate::reasons;
 use crate::scenario::Scenario;
 
 /// First bytes of the file; the last one is the version of the format.
@@ -135,7 +136,8 @@ impl Journal {
     /// # Errors
     /// [`AppError::Io`] if it cannot be written.
     pub fn create(path: &Path, header: Header) -> Result<Self, AppError> {
-        let fail = |e: std::io::Error| AppError::io(path, format!("cannot be written: {e}"));
+        let fail =
+            |e: std::io::Error| AppError::io(path, format!("cannot be written: {}", reasons::of_io(&e)));
         let file = File::create(path).map_err(fail)?;
         let mut journal = Self { writer: BufWriter::with_capacity(BUFFER, file) };
         journal.writer.write_all(MAGIC).map_err(fail)?;
@@ -154,7 +156,9 @@ impl Journal {
             file.seek(SeekFrom::End(0))?;
             Ok(Self { writer: BufWriter::with_capacity(BUFFER, file) })
         };
-        open().map_err(|e: std::io::Error| AppError::io(path, format!("cannot be written: {e}")))
+        open().map_err(|e: std::io::Error| {
+            AppError::io(path, format!("cannot be written: {}", reasons::of_io(&e)))
+        })
     }
 
     /// Appends a record.
@@ -306,7 +310,7 @@ impl Restart {
                 journal.flush()
             }
         };
-        note().map_err(|e| AppError::io(&self.path, format!("cannot be written: {e}")))?;
+        note().map_err(|e| AppError::io(&self.path, format!("cannot be written: {}", reasons::of_io(&e))))?;
         Ok(journal)
     }
 }

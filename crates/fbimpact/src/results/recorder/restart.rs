@@ -7,6 +7,7 @@ use super::super::journal::{Entries, Entry, Journal, Restart};
 use super::super::tables::{ImpactRow, PhaseRow, TransferRow, TryRow};
 use super::{Open, Recorder, contact_name};
 use crate::error::AppError;
+use crate::reasons;
 
 impl Recorder {
     /// Keeps everything in `journal`, too, from which the run can be taken up.
@@ -72,6 +73,11 @@ impl Open {
                         return Err(misfit());
                     }
                     self.count_row(false)?;
+                    if self.buffered == 0 {
+                        // Room is kept for what is written between two flushes.
+                        self.flush()?;
+                        self.reserve()?;
+                    }
                 }
                 Entry::Phase(r) => self.phases.push(PhaseRow::new(&r)?)?,
                 Entry::Impact(r) => {
@@ -91,5 +97,5 @@ impl Open {
 
 /// The error of a restart file that cannot be written.
 pub(super) fn cannot_keep(error: &std::io::Error) -> hdf5::Error {
-    hdf5::Error::from(format!("the restart file: {error}"))
+    hdf5::Error::from(format!("the restart file: {}", reasons::of_io(error)))
 }
