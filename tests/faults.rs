@@ -260,7 +260,7 @@ fn second_run_on_one_output_is_refused_and_the_first_goes_on() {
     assert!(err.contains("interrupted at t = ") && err.contains("out.h5"), "{err}");
     let (status, samples) = info(&at.join("out.h5"));
     assert!(status == "interrupted" && samples >= 100, "{status} {samples}");
-    assert_eq!(names(at), ["out.h5"]);
+    assert_eq!(names(at), ["out.h5", "out.h5.restart"]);
 }
 
 #[test]

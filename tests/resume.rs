@@ -98,9 +98,9 @@ fn killed_runs_end_alike(name: &str, kills: u32, seed: u64) {
     let begin = Instant::now();
     let (code, log) = fbimpact(&["run", &scenario, "-q", "-o", text(&reference)]);
     assert_eq!(code, 0, "{log}");
-    let duration = begin.elapsed().as_secs_f64();
+    let mut duration = begin.elapsed().as_secs_f64();
     let mut random = Random(seed);
-    let (mut resumed, mut again) = (0, 0);
+    let mut again = 0;
     for i in 0..kills {
         let output = directory.path().join(format!("{i}.h5"));
         let restart = beside(&output, ".restart");
@@ -110,30 +110,27 @@ fn killed_runs_end_alike(name: &str, kills: u32, seed: u64) {
             std::thread::sleep(Duration::from_secs_f64(duration * random.next()));
             kill(child);
             if output.exists() {
-                break; // it was faster this time
+                // The machine is faster now.
+                duration *= 0.7;
+                std::fs::remove_file(&output).expect("removable");
+                arguments = vec!["run", &scenario, "-q", "-o", text(&output)];
+                continue;
             }
             if !restart.exists() {
                 continue; // it had not begun
             }
-            resumed += 1;
             arguments = vec!["run", "-q", "--resume", text(&output)];
             if (i + again) % 3 != 0 {
                 break;
             }
             again += 1; // the resumed one, too
         }
-        if !output.exists() {
-            let (code, log) = fbimpact(&["run", "-q", "--resume", text(&output)]);
-            assert_eq!(code, 0, "kill {i}: {log}");
-        }
+        let (code, log) = fbimpact(&["run", "-q", "--resume", text(&output)]);
+        assert_eq!(code, 0, "kill {i}: {log}");
         assert_equal(&output, &reference);
-        let left = std::fs::read_dir(directory.path()).expect("readable").count();
-        assert!(left <= 2 || !restart.exists(), "nothing else is left");
         std::fs::remove_file(&output).expect("removable");
-        let _ = std::fs::remove_file(&restart);
-        let _ = std::fs::remove_file(beside(&output, ".part"));
+        assert_eq!(std::fs::read_dir(directory.path()).expect("readable").count(), 1, "nothing else is left");
     }
-    assert!(resumed >= kills / 2, "only {resumed} of {kills} runs were killed in time");
 }
 
 #[test]

@@ -93,7 +93,7 @@ impl Detector {
     pub fn closing_speed_bound(&self, bodies: &[BodyState]) -> f64 {
         let state = &bodies[self.body];
         match &self.target {
-            DetectorTarget::Plane(_) => surface_speed_bound(&self.model, state),
+            DetectorTarget::Plane(_) => state.velocity.norm() + surface_speed_bound(&self.model, state),
             DetectorTarget::Body(other, model) => {
                 closing_speed_bound([self.model.as_ref(), model.as_ref()], [state, &bodies[*other]])
             }
