@@ -92,7 +92,7 @@ def impacts(info):
 
 
 def peaks(info):
-    return ", ".join(f"{i['peak_force']:.2f} N" for i in impacts(info)) or "not run"
+    return ", ".join(f"{number(i['peak_force'], 5)} N" for i in impacts(info)) or "not run"
 
 
 def times(info):
@@ -109,7 +109,7 @@ def search_end(info, contact):
     if info is None:
         return "not run"
     tries = [t for t in info["tries"] if t["outcome"] == "accepted"]
-    return ", ".join(f"{t['penalty_end']:.2g}" for t in tries) + f" after {len(info['tries'])} tries"
+    return ", ".join(number(t['penalty_end'], 2) for t in tries) + f" after {len(info['tries'])} tries"
 
 
 def tries_table(info):
@@ -123,7 +123,7 @@ def tries_table(info):
                 number(t["penalty_end"], 3),
                 number(t["peak_force"], 6),
                 str(t["freedoms"]),
-                f"{t['wall_time']:.2f} s",
+                f"{number(t['wall_time'], 3)} s",
                 f"{t['outcome']}: {t['reason']}",
             ]
         )

@@ -332,7 +332,8 @@ impl<'a> Driver<'a> {
             let detector = &contact.detector;
             let until = earliest.map_or(end, |(_, t)| t);
             let apart = &mut self.apart_until[k];
-            if until <= *apart {
+            // What a free phase knew does not hold where contact forces act.
+            if horizon > 0.0 && until <= *apart {
                 continue;
             }
             let settings = TouchSettings {

@@ -28,14 +28,18 @@ pub struct DirectionLattice {
 impl DirectionLattice {
     /// The lattice of an interval of `n` elements, and the interval with its ends on the lattice.
     ///
-    /// A knot of the coarse model inside the interval stays a knot of every level; so that all elements are alike, the
+    /// A knot of the coarse model inside the interval, or just outside, stays a knot of every level; so that all elements are alike, the
     /// interval is moved, by half an element at most, until that knot lies on the lattice.
     pub fn along(knots: &KnotVector, interval: [f64; 2], n: usize) -> (Self, [f64; 2]) {
         let [lower, upper] = interval;
         let spacing = (upper - lower) / n as f64;
         let (first, last) = knots.domain();
         let breaks = knots.breaks();
-        let is_inside = |b: &&f64| lower + NEAR_KNOT * spacing < **b && **b < upper - NEAR_KNOT * spacing;
+        let n_levels = levels(element_size(knots, 0.5 * (lower + upper)), spacing);
+        if n_levels == 0 {
+            return (Self { anchor: lower, spacing, n_levels }, interval);
+        }
+        let is_inside = |b: &&f64| lower - NEAR_KNOT * spacing < **b && **b < upper + NEAR_KNOT * spacing;
         let shift = breaks.iter().find(is_inside).map_or(0.0, |b| {
             let place = (b - lower) / spacing;
             (place - place.round()) * spacing
@@ -43,8 +47,7 @@ impl DirectionLattice {
         // Not beyond an end of the face.
         let shift = shift.clamp((first - lower).min(0.0), (last - upper).max(0.0));
         let (lower, upper) = (lower + shift, upper + shift);
-        let element = element_size(knots, 0.5 * (lower + upper));
-        (Self { anchor: lower, spacing, n_levels: levels(element, spacing) }, [lower, upper])
+        (Self { anchor: lower, spacing, n_levels }, [lower, upper])
     }
 
     /// The lattice of a direction into the depth, from the surface at `surface` on, with the spacing `spacing`.

@@ -234,7 +234,7 @@ fn an_interval_on_a_solid_is_resolved_in_both_directions() {
     let coarse = block(4);
     let mut wanted = wanted_at(&coarse, [0.0013, -0.0021, 0.01], 0.0);
     wanted.widths = [1.2e-3, 0.8e-3];
-    let limits = SubdivisionLimits { elements: 4, ..Default::default() };
+    let limits = SubdivisionLimits { elements: 4, ..SubdivisionLimits::for_dimension(3) };
     let fine = FineBody::build(&coarse, &[wanted], &FineSettings { limits, growth: None }).unwrap();
     let interval = &fine.intervals[0];
     assert!(interval.n_elements.iter().all(|n| (4..=8).contains(n)), "{:?}", fine.plan);

@@ -65,7 +65,8 @@ impl Driver<'_> {
                 }
             }
         }
-        let after = self.present_ledger()?;
+        // The forces were evaluated just now; Algorithm 1 may refuse a second time what it took once.
+        let after = self.evaluated_ledger();
         // One jump, booked with the first contact.
         for (n, i) in lowered.into_iter().enumerate() {
             self.book_transfer(i, "penalty", if n == 0 { &before } else { &after }, &after);
@@ -88,17 +89,23 @@ impl Driver<'_> {
             return self.present_ledger();
         }
         let momentum = Vector3::from(self.sample.linear_momentum);
-        Ok(Ledger { energy: self.sample.energies.total(), momentum })
+        let energies = &self.sample.energies;
+        Ok(Ledger { energy: energies.total() - energies.numerical, momentum })
     }
 
     pub(super) fn present_ledger(&mut self) -> Result<Ledger, AdaptiveError> {
         self.interpolated.copy_from_slice(self.integrator.state());
-        let t = self.integrator.time();
-        self.evaluate(t)?;
-        let mut sample = Sample::default();
+        self.evaluate(self.integrator.time())?;
+        Ok(self.evaluated_ledger())
+    }
+
+    /// The ledger of the present state, which the forces were evaluated at last.
+    fn evaluated_ledger(&mut self) -> Ledger {
+        let (t, mut sample) = (self.integrator.time(), Sample::default());
+        self.interpolated.copy_from_slice(self.integrator.state());
         fill_sample(&mut self.model.system, &self.model.observed, t, &self.interpolated, &mut sample);
         sample.energies.gravity -= self.gravity_datum;
-        Ok(Ledger { energy: sample.energies.total(), momentum: Vector3::from(sample.linear_momentum) })
+        Ledger { energy: sample.energies.total(), momentum: Vector3::from(sample.linear_momentum) }
     }
 
     /// Back to the start of the impact, with fine models of the widths wanted.
