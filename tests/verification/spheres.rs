@@ -73,7 +73,8 @@ fn solid_sphere_in_the_cube_net_has_the_multiplets_of_lamb() {
 
 #[test]
 fn solid_sphere_in_the_spindle_net_has_the_multiplets_of_lamb() {
-    solid_sphere_has_the_multiplets_of_lamb("spindle", 5, 4);
+    // The weights of its meridians change more than those of the other nets: more elements for the same accuracy.
+    solid_sphere_has_the_multiplets_of_lamb("spindle", 5, 9);
 }
 
 #[test]

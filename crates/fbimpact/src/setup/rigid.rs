@@ -22,8 +22,8 @@ pub fn rigid_body(body: &RigidBody) -> Result<(RigidSpec, Markers), SplineError>
             Ok((RigidSpec { motion, mass, centre_of_mass, inertia }, Markers::new()))
         }
         RigidMass::Shape { model, geometry, material } => {
-            // Any degree: every net of a sphere is exact.
-            let shape = geometry::shape(geometry, *model, 0)?;
+            // Every net of a sphere is exact; that of degree 4 has the mildest weights to integrate.
+            let shape = geometry::shape(geometry, *model, 4)?;
             let properties = MassProperties::of(&shape, &geometry::model(*model))?;
             let spec = RigidSpec {
                 motion,
