@@ -301,7 +301,7 @@ impl FineMesh {
         fine
     }
 
-    /// Forces on the fine unknowns (n_fine x k) collected on the coarse ones, the transpose of [`FineBody::prolong`].
+    /// Forces on the fine unknowns (n_fine x k) collected on the coarse ones, the transpose of [`FineMesh::prolong`].
     pub fn restrict(&self, coarse: &AssembledBody, forces: MatRef<'_, f64>) -> Mat<f64> {
         match &self.turned {
             None => self.restrict_nested(coarse, forces),
