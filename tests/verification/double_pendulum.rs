@@ -20,7 +20,7 @@ fn first_impact_of_the_double_pendulums_is_that_of_hertz_and_a_little_harder() {
     let (hertz, elastic) = (run("double_pendulum/hertz", &[END]), run("double_pendulum", &[END]));
     assert_eq!((hertz.impacts.len(), elastic.impacts.len()), (1, 1));
     let (hertz, impact) = (&hertz.impacts[0], &elastic.impacts[0]);
-    // Independent program, rods as shear beams: 299.8 N; the limits are those of the table in docs/verification.md.
+    // Independent program, rods as shear beams: 299.8 N; the limits stand in docs/verification.md.
     assert_close("peak with Hertz spheres", hertz.peak_force, 299.8, 5e-3);
     assert_close("start of the impact", impact.start, 166.82e-3, 0.1 / 166.82);
     assert_close("duration", impact.end - impact.start, 74e-6, 2e-2);
