@@ -7,8 +7,9 @@
 
 use faer::linalg::solvers::Solve;
 use faer::sparse::linalg::solvers::Llt;
+use faer::sparse::{SparseColMat, Triplet};
 use faer::{Mat, MatRef, Side};
-use ffr_dynamics::body::{AssembledBody, MassMatrix};
+use ffr_dynamics::body::AssembledBody;
 use iga_core::SplineError;
 use iga_core::nurbs::jet::norm;
 use iga_core::nurbs::patch::PointBasis;
@@ -51,16 +52,16 @@ impl TurnedNet {
         let body = ElasticBody::build(&coarse.name, spec)?;
         let (face, site) = nearest(&body.shape, &point);
         let wanted = WantedInterval { face, centre: site.xi, widths: wanted.widths };
-        let cross = cross_mass(&body, coarse);
-        let MassMatrix::PerComponent(mass) = &body.assembled.mass else {
-            let reason = "a turned net needs a mass matrix node by node".into();
-            return Err(AdaptiveError::Unsupported { subject: format!("body \"{}\"", coarse.name), reason });
+        let (cross, own) = mass_products(&body, coarse);
+        let lower = |(a, row): (usize, &Vec<(u32, f64)>)| {
+            let entries = row.iter().filter(move |e| e.0 as usize <= a);
+            entries.map(move |&(b, m)| Triplet::new(a as u32, b, m)).collect::<Vec<_>>()
         };
-        let mass = mass.sp_cholesky(Side::Lower).map_err(|_| {
-            fail(SplineError::Levels {
-                reason: "the mass matrix of the turned net is not positive definite".into(),
-            })
-        })?;
+        let triplets: Vec<_> = own.iter().enumerate().flat_map(lower).collect();
+        let singular =
+            || fail(SplineError::Levels { reason: "the mass matrix of a turned net is singular".into() });
+        let mass = SparseColMat::<u32, f64>::try_new_from_triplets(own.len(), own.len(), &triplets);
+        let mass = mass.map_err(|_| singular())?.sp_cholesky(Side::Lower).map_err(|_| singular())?;
         Ok(Some(Self { body, wanted, cross, mass }))
     }
 
@@ -172,14 +173,19 @@ fn nearest(shape: &Shape, point: &[f64; 3]) -> (Face, Site) {
     (face, Site { xi: located.xi, tangents: at.tangents })
 }
 
-/// `∫ ρ R_A R_B dV` of the functions on the turned net with those of the coarse one, by the turned net's Gauss points.
-fn cross_mass(turned: &ElasticBody, coarse: &ElasticBody) -> Vec<Vec<(u32, f64)>> {
+/// Entries of a matrix row by row.
+type Rows = Vec<Vec<(u32, f64)>>;
+
+/// `∫ ρ R_A R_B dV` of the functions on the turned net with those of the coarse one, and among themselves. Both by the same Gauss
+/// points, so that what both nets hold is carried over exactly: near collapsed faces integrals depend on the points.
+fn mass_products(turned: &ElasticBody, coarse: &ElasticBody) -> (Rows, Rows) {
     let patch = &turned.shape.patches[0];
     // Parameters do not change under refinement, and the shape of the scenario is the cheapest to search.
     let (own, searched) = (&coarse.spec.shape.patches[0], &coarse.shape.patches[0]);
     let search = PatchSearch::new(own, [None; 3]);
     let density = turned.spec.material.density();
-    let mut rows = vec![Vec::new(); turned.space.n_functions()];
+    let mut rows: Rows = vec![Vec::new(); turned.space.n_functions()];
+    let mut own_rows = rows.clone();
     let (mut a, mut b) = (PointBasis::default(), PointBasis::default());
     let (mut on_turned, mut on_coarse) = (Vec::new(), Vec::new());
     for e in 0..turned.space.n_elements() {
@@ -196,10 +202,12 @@ fn cross_mass(turned: &ElasticBody, coarse: &ElasticBody) -> Vec<Vec<(u32, f64)>
             for (f, value) in on_turned.iter().zip(&a.values) {
                 let row = &mut rows[*f as usize];
                 row.extend(on_coarse.iter().zip(&b.values).map(|(g, v)| (*g, mass * value * v)));
+                let row = &mut own_rows[*f as usize];
+                row.extend(on_turned.iter().zip(&a.values).map(|(g, v)| (*g, mass * value * v)));
             }
         }
     }
-    for row in &mut rows {
+    for row in rows.iter_mut().chain(&mut own_rows) {
         row.sort_unstable_by_key(|e: &(u32, f64)| e.0);
         row.dedup_by(|next, kept| {
             let same = next.0 == kept.0;
@@ -209,7 +217,7 @@ fn cross_mass(turned: &ElasticBody, coarse: &ElasticBody) -> Vec<Vec<(u32, f64)>
             same
         });
     }
-    rows
+    (rows, own_rows)
 }
 
 /// Gauss points of an element with their weights in the parameters.

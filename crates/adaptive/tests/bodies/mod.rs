@@ -6,7 +6,7 @@ use adaptive::fine_model::WantedInterval;
 use adaptive::spec::{DiscretisationSpec, ElasticSpec, ReductionSpec};
 use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::Shape;
-use iga_core::nurbs::primitives::{axisymmetric, solid};
+use iga_core::nurbs::primitives::{SphereNet, axisymmetric, solid};
 use iga_core::surface::BodySurface;
 
 pub fn body(name: &str, shape: Shape, material: Material, elements: [usize; 2], modes: usize) -> ElasticBody {
@@ -21,6 +21,17 @@ pub fn block(elements: usize) -> ElasticBody {
     spec.discretisation.degrees = vec![2; 3];
     spec.discretisation.elements = vec![elements; 3];
     ElasticBody::build("block", spec).unwrap()
+}
+
+/// Solid steel ball, radius 10 mm, of the net with poles at `y = ±r`.
+pub fn ball() -> ElasticBody {
+    let steel = Material::new(210e9, 0.3, 7850.0).unwrap();
+    let shape = iga_core::nurbs::primitives::sphere::sphere(0.01, SphereNet::Spindle).unwrap();
+    let mut spec = specification(shape, steel, [1, 1], 6);
+    spec.model = Model::Solid;
+    spec.discretisation.degrees = vec![2, 2, 3];
+    spec.discretisation.elements = vec![8, 4, 4];
+    ElasticBody::build("ball", spec).unwrap()
 }
 
 fn specification(shape: Shape, material: Material, elements: [usize; 2], modes: usize) -> ElasticSpec {
