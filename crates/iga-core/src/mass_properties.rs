@@ -1,7 +1,8 @@
 //! Volume, first and second moments of a body by quadrature over its exact geometry (theory Eq. S.15).
 //!
 //! The integrands are polynomials for shapes without weights, which the rule integrates exactly. Weights make them rational;
-//! sixteen points a direction leave an error far below round-off for arcs of up to 90° an element.
+//! sixteen points a direction leave an error far below round-off for arcs of up to 90°, and what may be more, a
+//! direction of one element alone, is taken in two parts.
 
 use crate::SplineError;
 use crate::elasticity::Model;
@@ -77,23 +78,46 @@ impl MassProperties {
                 GaussRule::new(if is_polynomial { (degree / 2 + 1).min(MAX_GAUSS) } else { MAX_GAUSS })
             })
             .collect();
-        let n_points: usize = rules.iter().map(GaussRule::len).product();
+        // A single element may be an arc of 180°.
+        let parts: Vec<usize> =
+            patch.knots().iter().map(|k| if is_polynomial || k.n_elements() > 1 { 1 } else { 2 }).collect();
         let mut scratch = PointBasis::default();
         for e in 0..patch.n_elements() {
             let (lower, upper) = patch.element(e);
-            for q in 0..n_points {
-                let (mut xi, mut weight, mut rest) = ([0.0; 3], 1.0, q);
-                for (d, rule) in rules.iter().enumerate() {
-                    let half = 0.5 * (upper[d] - lower[d]);
-                    let i = rest % rule.len();
-                    rest /= rule.len();
-                    xi[d] = 0.5 * (lower[d] + upper[d]) + half * rule.points[i];
-                    weight *= half * rule.weights[i];
+            for part in 0..parts.iter().product() {
+                let (mut lower, mut upper, mut rest) = (lower, upper, part);
+                for (d, n) in parts.iter().enumerate() {
+                    let size = (upper[d] - lower[d]) / *n as f64;
+                    lower[d] += (rest % n) as f64 * size;
+                    upper[d] = lower[d] + size;
+                    rest /= n;
                 }
-                let jet = patch.jet_on(e, &xi, 1, &mut scratch);
-                let volume = weight * jet.determinant(n) * model.measure(&jet.point);
-                self.add_point(volume, &jet.point, model);
+                self.add_box((patch, e), (&lower, &upper), &rules, model, &mut scratch);
             }
+        }
+    }
+
+    /// Adds the part of element `e` between the parameters `lower` and `upper`.
+    fn add_box(
+        &mut self,
+        (patch, e): (&Patch, usize),
+        (lower, upper): (&[f64; 3], &[f64; 3]),
+        rules: &[GaussRule],
+        model: &Model,
+        scratch: &mut PointBasis,
+    ) {
+        for q in 0..rules.iter().map(GaussRule::len).product() {
+            let (mut xi, mut weight, mut rest) = ([0.0; 3], 1.0, q);
+            for (d, rule) in rules.iter().enumerate() {
+                let half = 0.5 * (upper[d] - lower[d]);
+                let i = rest % rule.len();
+                rest /= rule.len();
+                xi[d] = 0.5 * (lower[d] + upper[d]) + half * rule.points[i];
+                weight *= half * rule.weights[i];
+            }
+            let jet = patch.jet_on(e, &xi, 1, scratch);
+            let volume = weight * jet.determinant(rules.len()) * model.measure(&jet.point);
+            self.add_point(volume, &jet.point, model);
         }
     }
 
