@@ -6,7 +6,8 @@ use common::{block, cylinder, from_identity, gram, unknowns_at};
 use faer::Mat;
 use ffr_dynamics::body::AssembledBody;
 use ffr_dynamics::reduction::{
-    ElasticProblem, FixedInterfaceModes, ReducedBasis, ResidualFlexibility, craig_bampton, modal_compliance,
+    ElasticProblem, FixedInterfaceModes, ReducedBasis, ResidualFlexibility, ResidualModes, craig_bampton,
+    modal_compliance,
 };
 
 const N_LOW: usize = 6;
@@ -122,6 +123,49 @@ fn quasistatic_displacement_is_free_of_rigid_and_low_parts() {
         let work: f64 = interface.iter().zip(&forces).map(|(&i, f)| f * u[(i, 0)]).sum();
         let energy = gram(&u, &body.stiffness_product(u.as_ref()))[(0, 0)];
         assert!((energy / work - 1.0).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn residual_modes_are_what_the_residual_flexibility_stands_for() {
+    for (body, interface) in bodies() {
+        let problem = ElasticProblem::free(&body, &interface).unwrap();
+        let flexibility = ResidualFlexibility::new(&problem, &interface, &low_modes(&problem)).unwrap();
+        let modes = ResidualModes::new(&flexibility, &body).unwrap();
+        let n_b = interface.len();
+        let scaled = Mat::from_fn(n_b, n_b, |i, j| modes.interface_shapes[(i, j)] / modes.omega[j]);
+        let g = &scaled * scaled.transpose();
+        // Route 1 of the compliance; round-off of a Cholesky factor.
+        let difference = (&g - flexibility.compliance()).norm_max() / g.norm_max();
+        assert!(difference < 1e-11, "{}: {difference:e}", body.name);
+        assert!(modes.omega.is_sorted());
+        // Rayleigh and Ritz: what is mass-orthogonal to the lowest modes has no frequency below the next one's. It comes near to it, for
+        // the static answer to a smooth load is much like the lowest modes that are left.
+        let next = ElasticProblem::free(&body, &[]).unwrap().lowest_modes(N_LOW + 1).unwrap().omega[N_LOW];
+        assert!(modes.omega[0] > next * (1.0 - 1e-9), "{}: {} {next}", body.name, modes.omega[0]);
+        assert!(modes.omega[0] < 2.0 * next, "{}: {} {next}", body.name, modes.omega[0]);
+    }
+}
+
+#[test]
+fn residual_modes_vibrate_as_those_of_a_complete_craig_bampton_basis_under_loads_at_the_interface() {
+    // Response to interface forces of the frequency w: sum of phi phi^T / (omega^2 - w^2). Both know the static answer; the first
+    // moment of the mass as well, which the second derivative at w = 0 shows.
+    for (body, interface) in bodies() {
+        let available = body.n_unknowns() - interface.len();
+        let all =
+            craig_bampton(&body, &interface, N_LOW, FixedInterfaceModes::Exactly(available)).unwrap().basis;
+        let problem = ElasticProblem::free(&body, &interface).unwrap();
+        let flexibility = ResidualFlexibility::new(&problem, &interface, &low_modes(&problem)).unwrap();
+        let modes = ResidualModes::new(&flexibility, &body).unwrap();
+        let n_b = interface.len();
+        let exact = Mat::from_fn(n_b, all.n_modes() - N_LOW, |i, j| {
+            all.shapes[(interface[i], N_LOW + j)] / all.omega[N_LOW + j].powi(2)
+        });
+        let reduced = Mat::from_fn(n_b, n_b, |i, j| modes.interface_shapes[(i, j)] / modes.omega[j].powi(2));
+        let (a, b) = (&exact * exact.transpose(), &reduced * reduced.transpose());
+        // Round-off as above, and the residual of the low modes.
+        assert!((&a - &b).norm_max() < 1e-6 * a.norm_max(), "{}", body.name);
     }
 }
 

@@ -6,7 +6,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use faer::{Mat, MatMut};
+use faer::{Mat, MatMut, MatRef};
 
 use super::dense;
 use super::factor::{CholeskyFactor, SolveWorkspace};
@@ -81,6 +81,11 @@ impl ResidualFlexibility {
     /// Interface unknowns, in the order of [`Self::compliance`].
     pub fn interface(&self) -> &[usize] {
         &self.interface
+    }
+
+    /// The low-frequency modes that are taken out, n x n_low.
+    pub(super) fn low_modes(&self) -> MatRef<'_, f64> {
+        self.low.shapes.as_ref()
     }
 
     /// `G`, n_b x n_b, symmetric positive semidefinite [m/N].

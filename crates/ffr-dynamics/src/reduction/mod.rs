@@ -3,7 +3,7 @@
 //! Everything here works on an [`AssembledBody`](crate::body::AssembledBody) alone. A [`Pencil`] holds `K`, `M` and one
 //! symbolic factorisation; [`ElasticProblem`] is the elastic part of it, free or clamped; on that stand the eigensolver
 //! ([`eigen`]), modal truncation ([`modal`]), Craig-Bampton ([`mod@craig_bampton`]) and the residual flexibility
-//! ([`compliance`]). Equations: docs/theory.md R.1 to R.18.
+//! ([`compliance`]) with the modes that it stands for ([`residual_modes`]). Equations: docs/theory.md R.1 to R.20.
 
 pub mod dense;
 pub mod product;
@@ -23,6 +23,7 @@ pub mod eigen;
 pub mod modal;
 pub mod craig_bampton;
 pub mod compliance;
+pub mod residual_modes;
 
 pub use compliance::{ResidualFlexibility, modal_compliance};
 pub use craig_bampton::{CraigBampton, FixedInterfaceModes, craig_bampton};
@@ -32,4 +33,5 @@ pub use inertia::Inertia;
 pub use modal::{ReducedBasis, all_modes, modal_truncation};
 pub use pencil::Pencil;
 pub use problem::ElasticProblem;
+pub use residual_modes::ResidualModes;
 pub use rigid::{MassProperties, RigidModes};

@@ -67,6 +67,8 @@ pub struct ForceEnergies {
     pub elastic_high: f64,
     /// Energy in penalty springs \[J\].
     pub penalty: f64,
+    /// Kinetic energy of the element's own coordinates \[J\].
+    pub kinetic: f64,
     /// Power dissipated, not negative \[W\].
     pub dissipated_power: f64,
 }
@@ -100,6 +102,22 @@ pub trait ForceElement: Send {
 
     /// Returns to the remembered inner state after a rejected step.
     fn restore(&mut self);
+
+    /// Number `n` of coordinates that the element has of its own. The system's state holds them and their rates, `2 n` numbers.
+    fn n_coordinates(&self) -> usize {
+        0
+    }
+
+    /// Takes the element's coordinates, then their rates, before an evaluation.
+    fn set_coordinates(&mut self, _own: &[f64]) {}
+
+    /// Writes the second derivatives of the element's coordinates at the last evaluation.
+    fn accelerations(&self, _out: &mut [f64]) {}
+
+    /// Velocity that carries the energy of `own`, coordinates and rates, in the body that the element acts on [m/s].
+    fn coordinate_speed(&self, _own: &[f64]) -> f64 {
+        0.0
+    }
 }
 
 impl<T: ForceElement + ?Sized> ForceElement for Box<T> {
@@ -130,5 +148,21 @@ impl<T: ForceElement + ?Sized> ForceElement for Box<T> {
 
     fn restore(&mut self) {
         (**self).restore();
+    }
+
+    fn n_coordinates(&self) -> usize {
+        (**self).n_coordinates()
+    }
+
+    fn set_coordinates(&mut self, own: &[f64]) {
+        (**self).set_coordinates(own);
+    }
+
+    fn accelerations(&self, out: &mut [f64]) {
+        (**self).accelerations(out);
+    }
+
+    fn coordinate_speed(&self, own: &[f64]) -> f64 {
+        (**self).coordinate_speed(own)
     }
 }

@@ -33,7 +33,8 @@ const MAX_PROJECTIONS: usize = 8;
 /// A multibody system under force elements, as a system of ordinary differential equations.
 ///
 /// The state vector holds body by body joint positions, `q_e`, joint velocities, `dq_e/dt` ([`super::model::TreeLayout`]);
-/// then the quadratures: dissipated work, supplied work, and the impulse (3) of each force element.
+/// then the quadratures: dissipated work, supplied work, and the impulse (3) of each force element; then the coordinates that
+/// force elements have of their own, each element's followed by their rates.
 pub struct Multibody<F = Box<dyn ForceElement>> {
     pub(super) model: MultibodyModel,
     forces: Vec<F>,
@@ -202,7 +203,11 @@ impl<F: ForceElement> Multibody<F> {
     /// [`Rejection`] of a force element.
     pub fn evaluate_forces(&mut self, t: f64, y: &[f64]) -> Result<(), Rejection> {
         self.workspace.place(&self.model, t, y);
+        let mut start = self.n_without_own();
         for force in &mut self.forces {
+            let end = start + 2 * force.n_coordinates();
+            force.set_coordinates(&y[start..end]);
+            start = end;
             force.apply(t, &self.workspace.states, &mut self.workspace.sums)?;
         }
         self.workspace.add_loads(&self.model);
@@ -265,6 +270,32 @@ impl<F: ForceElement> Multibody<F> {
     pub fn impulse(&self, y: &[f64], element: usize) -> Vector3<f64> {
         let start = self.model.n_states() + 2 + 3 * element;
         Vector3::from_column_slice(&y[start..start + 3])
+    }
+
+    /// Length of the state without the coordinates that force elements have of their own.
+    fn n_without_own(&self) -> usize {
+        self.model.n_states() + 2 + 3 * self.forces.len()
+    }
+
+    /// Places in the state of the coordinates, and their rates, that the force elements have of their own.
+    fn own_coordinates(&self) -> impl Iterator<Item = std::ops::Range<usize>> {
+        let mut end = self.n_without_own();
+        self.forces.iter().map(move |force| {
+            let start = end;
+            end += 2 * force.n_coordinates();
+            start..end
+        })
+    }
+
+    /// The place in the state of the coordinates, and their rates, that force element `element` has of its own.
+    pub fn coordinates_of_force(&self, element: usize) -> std::ops::Range<usize> {
+        self.own_coordinates().nth(element).unwrap_or_default()
+    }
+
+    /// Velocity that carries the energy of the force elements' own part of `y` [m/s].
+    fn own_speed(&self, y: &[f64]) -> f64 {
+        let parts = self.forces.iter().zip(self.own_coordinates());
+        parts.map(|(force, place)| force.coordinate_speed(&y[place]).powi(2)).sum::<f64>().sqrt()
     }
 
     /// Marker `marker` of body `body`, by name.
@@ -363,7 +394,7 @@ impl<F: ForceElement> Multibody<F> {
 
 impl<F: ForceElement> OdeSystem for Multibody<F> {
     fn dimension(&self) -> usize {
-        self.model.n_states() + 2 + 3 * self.forces.len()
+        self.n_without_own() + self.forces.iter().map(|f| 2 * f.n_coordinates()).sum::<usize>()
     }
 
     fn rhs(&mut self, t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), Rejection> {
@@ -382,6 +413,11 @@ impl<F: ForceElement> OdeSystem for Multibody<F> {
         }
         dydt[n] = powers.dissipated;
         dydt[n + 1] = powers.supplied;
+        for (force, place) in self.forces.iter().zip(self.own_coordinates()) {
+            let middle = place.start + place.len() / 2;
+            dydt[place.start..middle].copy_from_slice(&y[middle..place.end]);
+            force.accelerations(&mut dydt[middle..place.end]);
+        }
         Ok(())
     }
 
@@ -391,7 +427,8 @@ impl<F: ForceElement> OdeSystem for Multibody<F> {
         let t = self.workspace.time;
         let speed = norm.speed(&self.model, t, y0);
         let motion = norm.speed(&self.model, t, y1).max(speed).max(self.error_scale.velocity_floor);
-        norm.error_speed(&self.model, error, motion) / (self.error_scale.relative * motion)
+        norm.error_speed(&self.model, error, motion).hypot(self.own_speed(error))
+            / (self.error_scale.relative * motion)
     }
 
     fn damped_error_norm(&self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
@@ -399,7 +436,7 @@ impl<F: ForceElement> OdeSystem for Multibody<F> {
         let t = self.workspace.time;
         let start = norm.speed(&self.model, t, y0).max(self.error_scale.velocity_floor);
         let motion = norm.speed(&self.model, t, y1).max(start);
-        norm.damped_error_speed(&self.model, (t, y0, start), error, motion)
+        norm.damped_error_speed(&self.model, (t, y0, start), error, motion).hypot(self.own_speed(error))
             / (self.error_scale.relative * motion)
     }
 
@@ -408,7 +445,11 @@ impl<F: ForceElement> OdeSystem for Multibody<F> {
     }
 
     fn kinematics(&self) -> Vec<KinematicBlock> {
-        self.model.bodies.iter().flat_map(TreeBody::kinematics).collect()
+        let own = self.own_coordinates().filter(|place| !place.is_empty()).map(|place| {
+            let len = place.len() / 2;
+            KinematicBlock::Vector { position: place.start, velocity: place.start + len, len }
+        });
+        self.model.bodies.iter().flat_map(TreeBody::kinematics).chain(own).collect()
     }
 
     fn linearise(&mut self, t: f64, y: &[f64], derivative: &mut Linearisation) -> Result<(), Rejection> {
