@@ -16,6 +16,7 @@ pub mod sphere_plane;
 pub mod sphere_sphere;
 pub mod search;
 pub mod surface_pair;
+pub mod vibrating_zone;
 
 pub use contact_element::{ContactElement, ContactReport};
 pub use error::ContactError;
@@ -28,3 +29,4 @@ pub use sphere_plane::SpherePlane;
 pub use sphere_sphere::SphereSphere;
 pub use submodel::ContactSubmodel;
 pub use surface_pair::{SurfacePair, SurfacePairSettings, TargetFace, TargetSurface};
+pub use vibrating_zone::{VibratingContact, ZoneVibration};
