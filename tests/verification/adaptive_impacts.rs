@@ -2,6 +2,8 @@
 
 use std::sync::OnceLock;
 
+use adaptive::record::PhaseKind;
+
 use crate::support::{Trace, assert_below, assert_close, run};
 
 /// The scenario as shipped.
@@ -86,5 +88,32 @@ fn fine_models_with_modes_of_their_own_give_the_same_peaks() {
         for t in &own.transfers {
             assert_below("jump of energy", (t.energy_after - t.energy_before).abs() / energy, JUMP);
         }
+    }
+}
+
+#[test]
+fn states_of_impacts_are_stored_as_often_as_asked_for_and_events_stay_the_same() {
+    let full = shipped();
+    let interval = 1e-6;
+    let thin = run("sphere_rod_sphere", &[&format!("output.impact_interval={interval}")]);
+    assert_eq!(thin.impacts, full.impacts);
+    for (i, phase) in thin.phases.iter().enumerate() {
+        let times = |trace: &Trace| -> Vec<f64> {
+            trace.samples.iter().filter(|s| s.phase as usize == i).map(|s| s.time).collect()
+        };
+        let (few, all) = (times(&thin), times(full));
+        assert_eq!(few.last(), all.last(), "the end of phase {i}");
+        if phase.kind != PhaseKind::Impact {
+            assert_eq!(few, all);
+            continue;
+        }
+        assert!(
+            few.len() < all.len() / 2 && few.iter().all(|t| all.contains(t)),
+            "{} of {}",
+            few.len(),
+            all.len()
+        );
+        let (_, but_last) = few.split_last().expect("states");
+        assert!(but_last.windows(2).all(|w| w[1] - w[0] >= interval));
     }
 }

@@ -5,45 +5,32 @@
 
 use std::sync::Arc;
 
-use contact_qs::points::{InterfaceCompliance, contact_submodel};
-use contact_qs::search::{SurfaceModel, SurfaceSite};
-use contact_qs::surface_pair::{SurfacePair, SurfacePairSettings, TargetFace, TargetSurface};
-use contact_qs::{ContactElement, ContactError, Plane, PlaneContact, PlaneContactSettings};
-use faer::{Mat, MatRef};
-use ffr_dynamics::body::{AssembledBody, RigidMotion};
-use ffr_dynamics::invariants::centre_of_mass;
-use ffr_dynamics::kinematics::marker::FlexiblePoint;
+use contact_qs::search::SurfaceModel;
+use contact_qs::{ContactElement, ContactError, Plane};
 use ffr_dynamics::system::force::BodyState;
-use iga_core::elasticity::Model;
-use iga_core::nurbs::patch::PointBasis;
-use iga_core::surface::Face;
-use nalgebra::{Matrix3, Unit, Vector3};
+use nalgebra::Unit;
 
 use crate::detection::{Detector, DetectorTarget, Nearest};
-use crate::elastic_body::point_in_space;
 use crate::error::AdaptiveError;
-use crate::fine_model::{FineBody, FineInterval, FineMesh, FineSettings, FineZone, LowModes, WantedInterval};
+use crate::fine_model::{FineBody, FineInterval, LowModes};
 use crate::interval::{
     ContactFlags, DirectionUse, IntervalAssessment, IntervalEnd, IntervalSettings, assess,
 };
 use crate::model::{BodyModel, ElasticModel, TrySizes};
 use crate::own_modes::OwnModes;
 use crate::penalty_search::{PenaltySearch, PenaltyStrategy};
-use crate::predict::{
-    DEFAULT_STIFFNESS_RATIO, HertzLaw, LocalSurface, half_extents, hertz_impact, interval_width,
-    inverse_effective_mass, line_impact,
-};
-use crate::preview::{HertzPoint, PointImpact};
+use crate::predict::DEFAULT_STIFFNESS_RATIO;
 use crate::record::Knowledge;
-use crate::spec::{self, ContactSpec, Place, SurfaceLaw, Target};
-use crate::store::{ModelCache, StoredModel, compliance_key, matrix, matrix_values};
-use crate::subdivision::SubdivisionLimits;
-use crate::turned_net::regular_view;
+use crate::spec::{self, ContactSpec, SurfaceLaw, Target};
+use crate::store::ModelCache;
+
+mod fine_side;
+mod widths;
+
+use fine_side::FineSide;
 
 /// Elements across an interval unless the scenario says otherwise (\[A\] section 4.3).
 const ELEMENTS: usize = 16;
-/// Width of a first interval that cannot be predicted (flat on flat), as a share of the body's size.
-const BLIND_WIDTH: f64 = 0.05;
 /// The widest interval, as a share of the body's size: wider than the body itself is none.
 const WIDEST: f64 = 1.0;
 /// Ratio of successive penalty factors of a search, as in \[A\] section 4.1.
@@ -91,16 +78,6 @@ pub struct FineContact {
     pub since: (f64, u64),
 }
 
-/// Fine model of one body for one contact.
-struct FineSide {
-    body: FineMesh,
-    zone: FineZone,
-    shapes: Mat<f64>,
-    compliance: Mat<f64>,
-    /// Modes of its own, if the body changes to them.
-    own: Option<(AssembledBody, OwnModes)>,
-}
-
 /// Asked between the stages of a build; an error ends it.
 pub type GoOn<'a> = dyn FnMut() -> Result<(), AdaptiveError> + 'a;
 
@@ -140,6 +117,11 @@ impl AdaptiveContact {
             }
             Target::Body(other) => DetectorTarget::Body(other, surface(other)?),
         };
+        let is_vibrating = matches!(law.treatment, spec::Treatment::Damped | spec::Treatment::Dynamic);
+        if is_vibrating && law.penalty.is_none() {
+            let source = ContactError::Inconsistent { reason: "a penalty factor must be given".into() };
+            return Err(AdaptiveError::Contact { contact: spec.name.clone(), source });
+        }
         Ok(Self {
             name: spec.name.clone(),
             body: spec.body,
@@ -204,7 +186,7 @@ impl AdaptiveContact {
             }
             _ => (self.side(elastic, (site, widths), own_modes, go_on)?, None),
         };
-        let mut element = self.element(&own, other.as_ref())?;
+        let mut element = self.element(&own, other.as_ref(), bodies)?;
         let weight = element
             .compliance_weight(states)
             .map_err(|r| self.fail(ContactError::Inconsistent { reason: r.reason }))?;
@@ -309,221 +291,10 @@ impl AdaptiveContact {
     pub fn is_width_given(&self) -> bool {
         self.law.interval.width.is_some() && self.law.treatment != spec::Treatment::Adaptive
     }
-
-    fn side(
-        &self,
-        elastic: &ElasticModel,
-        (site, widths): (&SurfaceSite, [f64; 2]),
-        modes: LowModes,
-        go_on: &mut GoOn<'_>,
-    ) -> Result<FineSide, AdaptiveError> {
-        let body = &elastic.body;
-        let face = Face::new(&body.shape.patches, site.face, body.spec.model == Model::Axisymmetric);
-        let wanted = WantedInterval { face, centre: site.xi, widths };
-        let given = &self.law.interval;
-        let usual = SubdivisionLimits::for_dimension(body.shape.patches[site.face.patch].dimension());
-        let limits = SubdivisionLimits {
-            max_levels: given.max_levels.unwrap_or(usual.max_levels),
-            max_knots: given.max_knots_per_level,
-            elements: given.elements.unwrap_or(ELEMENTS),
-            ..usual
-        };
-        go_on()?;
-        let settings = FineSettings { limits, growth: None };
-        let fine = FineMesh::build(body, &[wanted], &settings)?;
-        let thickness = match body.spec.model {
-            Model::PlaneStrain { thickness } | Model::PlaneStress { thickness } => thickness,
-            Model::Axisymmetric | Model::Solid => 1.0,
-        };
-        let zone = fine.zone(0, self.law.points, thickness);
-        if zone.points.is_empty() {
-            return Err(self.fail(ContactError::Empty { width: widths[0] }));
-        }
-        go_on()?;
-        let coarse = (body, &elastic.reduced);
-        if modes == LowModes::Own {
-            let assembled = fine.assemble(body)?;
-            let fine = FineBody { mesh: fine, assembled };
-            let (basis, residual) = fine.reduce(coarse, &zone.unknowns, modes)?;
-            go_on()?;
-            let compliance = residual.compliance().clone();
-            let own = OwnModes::new(coarse, &fine, basis, self.law.hand_over.method)?;
-            let shapes = own.reduced.shapes().to_owned();
-            let FineBody { mesh, assembled } = fine;
-            return Ok(FineSide { body: mesh, zone, shapes, compliance, own: Some((assembled, own)) });
-        }
-        let compliance = self.cache.stored(
-            || compliance_key(coarse, &wanted, &settings, &zone.unknowns),
-            |stored| matrix(&stored.values, zone.unknowns.len(), zone.unknowns.len()),
-            || {
-                let assembled = fine.assemble(body)?;
-                go_on()?;
-                let (_, residual) = fine.reduce(&assembled, coarse, &zone.unknowns, LowModes::Prolonged)?;
-                go_on()?;
-                Ok::<_, AdaptiveError>(residual.compliance().clone())
-            },
-            |g| StoredModel { counts: Vec::new(), values: matrix_values(g) },
-        )?;
-        let shapes = fine.prolong(&body.assembled, elastic.reduced.shapes());
-        Ok(FineSide { body: fine, zone, shapes, compliance, own: None })
-    }
-
-    fn element(
-        &self,
-        own: &FineSide,
-        other: Option<&(usize, FineSide)>,
-    ) -> Result<Box<dyn ContactElement>, AdaptiveError> {
-        let fail = |e| self.fail(e);
-        let motion = own.body.motion;
-        let submodel = contact_submodel(
-            motion,
-            &own.zone.points,
-            &own.body.lookup,
-            own.shapes.as_ref(),
-            Some(own.compliance()),
-        )
-        .map_err(fail)?;
-        // Replaced before the first evaluation.
-        let (penalty, method) = (FALLBACK_PENALTY, self.law.method);
-        match (self.target, other) {
-            (Target::Plane { point, normal }, _) => {
-                let plane = Plane { point, normal: Unit::new_normalize(normal) };
-                let settings = PlaneContactSettings { body: self.body, plane, penalty, method };
-                let contact = PlaneContact::new(submodel, settings).map_err(fail)?;
-                Ok(Box::new(match self.law.friction {
-                    Some(friction) => contact.with_friction(friction).map_err(fail)?,
-                    None => contact,
-                }))
-            }
-            (Target::Body(target), Some((_, side))) => {
-                let interval = &side.body.intervals[0];
-                let face = TargetFace {
-                    face: interval.face,
-                    lower: interval.region.lower,
-                    upper: interval.region.upper,
-                };
-                let surface = TargetSurface::flexible(
-                    motion,
-                    side.body.space.as_space(),
-                    std::slice::from_ref(&side.body.patch),
-                    &[face],
-                    &side.body.lookup,
-                    side.shapes.as_ref(),
-                    Some(side.compliance()),
-                )
-                .map_err(fail)?;
-                let settings = SurfacePairSettings {
-                    contact_body: self.body,
-                    target_body: Some(target),
-                    penalty,
-                    method,
-                };
-                let pair = SurfacePair::new(submodel, surface, settings).map_err(fail)?;
-                Ok(Box::new(match self.law.friction {
-                    Some(friction) => pair.with_friction(friction).map_err(fail)?,
-                    None => pair,
-                }))
-            }
-            (Target::Body(_), None) => {
-                Err(fail(ContactError::Inconsistent { reason: "the target has no fine model".into() }))
-            }
-        }
-    }
-
-    /// Widths by Hertz's theory for the peak force `peak`, or for the closing motion in `states`.
-    fn predicted_widths(
-        &self,
-        bodies: &[BodyModel],
-        states: &[BodyState],
-        nearest: &Nearest,
-        peak: Option<f64>,
-    ) -> [f64; 2] {
-        let blind = BLIND_WIDTH * elastic(&bodies[self.body]).body.size();
-        self.hertz_widths(bodies, states, nearest, peak).unwrap_or([blind; 2])
-    }
-
-    fn hertz_widths(
-        &self,
-        bodies: &[BodyModel],
-        states: &[BodyState],
-        nearest: &Nearest,
-        peak: Option<f64>,
-    ) -> Option<[f64; 2]> {
-        let Partners { own, other, normal } = self.partners(bodies, states, nearest)?;
-        let speed = (other.velocity - own.velocity).dot(&normal);
-        let inverse_mass = own.inverse_mass + other.inverse_mass;
-        let target = self.law.interval.target_utilisation;
-        let body = &elastic(&bodies[self.body]).body;
-        if let Model::PlaneStrain { thickness } | Model::PlaneStress { thickness } = body.spec.model {
-            let curvature = own.surface.curvatures[0] + other.surface.curvatures[0];
-            let compliance = own.surface.compliance + other.surface.compliance;
-            let (half, _) = line_impact(curvature, compliance, inverse_mass * thickness, speed, body.size())?;
-            return Some([interval_width(half, target, false); 2]);
-        }
-        let surfaces = [own.surface, other.surface];
-        let hertz = match peak {
-            Some(force) => HertzLaw::new(&surfaces)?.at_force(force),
-            None => hertz_impact(&surfaces, inverse_mass, speed)?,
-        };
-        let [a, b] = half_extents(&hertz, &own.tangents);
-        let from_axis = body.spec.model == Model::Axisymmetric;
-        Some([interval_width(a, target, from_axis), interval_width(b, target, from_axis)])
-    }
-
-    fn partners(&self, bodies: &[BodyModel], states: &[BodyState], nearest: &Nearest) -> Option<Partners> {
-        let own = Partner::new(self.body, bodies, states, &nearest.contact)?;
-        let other = match (self.target, &nearest.target) {
-            (Target::Body(other), Some(site)) => Partner::new(other, bodies, states, site)?,
-            _ => Partner::fixed(&nearest.normal, &nearest.contact.point),
-        };
-        // The line between touching points has no direction, their surfaces have one.
-        let normal = (other.outward - own.outward).try_normalize(0.0)?;
-        Some(Partners { own, other, normal })
-    }
-
-    /// A point contact with Hertz's law at the nearest points in the motions `states`, for a preview of the impact; none if
-    /// the width is known already, or Hertz's law does not apply.
-    ///
-    /// # Errors
-    /// [`AdaptiveError::Contact`] if the motions are not finite.
-    pub fn preview(
-        &self,
-        bodies: &[BodyModel],
-        states: &[BodyState],
-    ) -> Result<Option<PointImpact>, AdaptiveError> {
-        let model = elastic(&bodies[self.body]).body.spec.model;
-        let is_plane = matches!(model, Model::PlaneStrain { .. } | Model::PlaneStress { .. });
-        if is_plane || self.law.interval.width.is_some() {
-            return Ok(None);
-        }
-        let nearest = self.nearest(states)?;
-        let Some(Partners { own, other, normal }) = self.partners(bodies, states, &nearest) else {
-            return Ok(None);
-        };
-        let Some(law) = HertzLaw::new(&[own.surface, other.surface]) else { return Ok(None) };
-        Ok(Some(PointImpact::new(own.point, other.point, normal, &law, states)))
-    }
-}
-
-/// Both partners of an impact, and the normal from the target to the contact body.
-struct Partners {
-    own: Partner,
-    other: Partner,
-    normal: Vector3<f64>,
 }
 
 /// Penalty factor where no compliance is known: a modulus of 200 GPa over a length of a micrometre [N/m³].
 pub(crate) const FALLBACK_PENALTY: f64 = 2e17;
-
-impl FineSide {
-    fn compliance(&self) -> InterfaceCompliance<'_> {
-        InterfaceCompliance { dofs: &self.zone.unknowns, compliance: self.compliance_matrix() }
-    }
-
-    fn compliance_matrix(&self) -> MatRef<'_, f64> {
-        self.compliance.as_ref()
-    }
-}
 
 impl FineContact {
     /// Marks the contact elements of the last evaluation of `element`.
@@ -573,74 +344,6 @@ impl FineContact {
     pub fn widths(&self) -> [f64; 2] {
         let n = self.interval.directions.len();
         std::array::from_fn(|d| if d < n { self.interval.widths[d] } else { 0.0 })
-    }
-}
-
-/// One partner of an impact as Hertz sees it.
-struct Partner {
-    surface: LocalSurface,
-    inverse_mass: f64,
-    velocity: Vector3<f64>,
-    tangents: [Vector3<f64>; 2],
-    /// Outward unit normal in the inertial frame.
-    outward: Vector3<f64>,
-    /// The material point.
-    point: HertzPoint,
-}
-
-impl Partner {
-    fn fixed(normal: &Vector3<f64>, point: &Vector3<f64>) -> Self {
-        Self {
-            surface: LocalSurface::plane(0.0),
-            inverse_mass: 0.0,
-            velocity: Vector3::zeros(),
-            tangents: [Vector3::zeros(); 2],
-            outward: *normal,
-            point: HertzPoint { body: None, point: FlexiblePoint::rigid(*point) },
-        }
-    }
-
-    fn new(index: usize, bodies: &[BodyModel], states: &[BodyState], site: &SurfaceSite) -> Option<Self> {
-        let (model, state) = (&bodies[index], &states[index]);
-        let body = &elastic(model).body;
-        let motion = body.assembled.motion;
-        let own = Face::new(&body.spec.shape.patches, site.face, body.spec.model == Model::Axisymmetric);
-        let place = own.on_face(&site.xi);
-        // Where the net is singular, it has no curvatures to show.
-        let turned = if motion == RigidMotion::Spatial {
-            regular_view(&body.spec.shape, &own, &place).ok()?
-        } else {
-            None
-        };
-        let (patch, face, xi) = match &turned {
-            Some((shape, face, xi)) => (&shape.patches[face.id.patch], *face, *xi),
-            None => (&body.spec.shape.patches[site.face.patch], own, place),
-        };
-        let jet = patch.jet(&face.on_face(&xi), 2, &mut PointBasis::default());
-        let in_space = |v: &[f64; 3]| state.rotation * point_in_space(motion, v);
-        let geometry = face.geometry(&jet);
-        let outward = in_space(&geometry.normal);
-        let tangents = geometry.tangents.each_ref().map(in_space);
-        let material = &body.spec.material;
-        let compliance = (1.0 - material.poissons_ratio().powi(2)) / material.youngs_modulus();
-        let direction = tangents[0].try_normalize(0.0).unwrap_or_else(Vector3::zeros);
-        let surface = LocalSurface { curvatures: face.curvatures(&jet)?, direction, compliance };
-        let data = &model.data;
-        let inverse_mass = if motion == RigidMotion::Axial {
-            1.0 / data.mass
-        } else {
-            let c = data.mass_moment / data.mass;
-            let steiner = Matrix3::identity() * c.norm_squared() - c * c.transpose();
-            let axes = state.rotation.to_rotation_matrix().into_inner();
-            let central = axes * (data.inertia() - steiner * data.mass) * axes.transpose();
-            let arm = site.point - centre_of_mass(data, state);
-            inverse_effective_mass(data.mass, &central, &arm, &outward)
-        };
-        let place = Place::Point(body.spec.shape.patches[site.face.patch].point(&own.on_face(&site.xi)));
-        let point = model.point(&place).ok()?;
-        let velocity = point.velocity(state);
-        let point = HertzPoint { body: Some(index), point };
-        Some(Self { surface, inverse_mass, velocity, tangents, outward, point })
     }
 }
 

@@ -90,6 +90,8 @@ pub struct Driver<'a> {
     /// Contact whose fine model is being built.
     building: Option<usize>,
     next_output: f64,
+    /// Time of the state stored last \[s\].
+    last_output: f64,
 }
 
 /// Energy that the implicit integrator removed.
@@ -158,7 +160,7 @@ impl<'a> Driver<'a> {
         let integrator = Integrator::new(settings.free.method, steps, 0.0, &y, &model.system)
             .map_err(AdaptiveError::Dynamics)?;
         let event_step = impact_step.min(settings.free.max_step);
-        let crossing = CrossingSearch::new(y.len(), EVENT_TOLERANCE * event_step, EVENT_SAMPLES);
+        let crossing = crossing_search(y.len(), event_step);
         let gravity_datum = model.system.invariants(0.0, &y).gravity;
         let n_refined = model.adaptive.len();
         Ok(Self {
@@ -181,6 +183,7 @@ impl<'a> Driver<'a> {
             n_refined: 0,
             building: None,
             next_output: 0.0,
+            last_output: f64::NEG_INFINITY,
             model,
             settings,
             observer,
@@ -278,7 +281,7 @@ impl<'a> Driver<'a> {
             let closing = self.first_closing(n_contacts, step)?;
             if let Some(time) = closing {
                 self.repeat_until(step.start, time)?;
-                if self.sample.time < time {
+                if self.last_output < time {
                     self.store()?;
                 }
                 return Ok(false);
@@ -291,7 +294,7 @@ impl<'a> Driver<'a> {
             }
             self.mark_now_and_then()?;
         }
-        if self.sample.time < end {
+        if self.last_output < end {
             self.store()?;
         }
         Ok(false)
@@ -390,10 +393,18 @@ impl<'a> Driver<'a> {
         self.report(self.integrator.time())
     }
 
-    /// Stores the state at the end of the step just accepted, which the forces were evaluated at last.
+    /// Notes the state at the end of the step of an impact just accepted, which the forces were evaluated at last, and stores it
+    /// if that is due.
     fn store_step(&mut self) -> Result<(), AdaptiveError> {
         self.interpolated.copy_from_slice(self.integrator.state());
-        self.report(self.integrator.time())
+        let t = self.integrator.time();
+        self.fill(t);
+        if t < self.last_output + self.settings.impact_interval { Ok(()) } else { self.send() }
+    }
+
+    /// Stores the state noted last, if that has not been done.
+    fn store_noted(&mut self) -> Result<(), AdaptiveError> {
+        if self.last_output < self.sample.time { self.send() } else { Ok(()) }
     }
 
     /// Evaluates the forces in the state `interpolated` at time `t`.
@@ -404,12 +415,23 @@ impl<'a> Driver<'a> {
 
     /// Reports the state `interpolated` at time `t`, which the forces were evaluated at last.
     fn report(&mut self, t: f64) -> Result<(), AdaptiveError> {
+        self.fill(t);
+        self.send()
+    }
+
+    /// Notes the state `interpolated` at time `t`, which the forces were evaluated at last.
+    fn fill(&mut self, t: f64) {
         let RunModel { system, observed, .. } = &mut *self.model;
         fill_sample(system, observed, t, &self.interpolated, &mut self.sample);
         self.sample.phase = self.n_phases;
         self.sample.energies.gravity -= self.gravity_datum;
         let is_implicit = self.integrator.method() == Method::TrBdf2;
         self.numerical.book(&mut self.sample.energies, is_implicit);
+    }
+
+    /// Reports the state noted last.
+    fn send(&mut self) -> Result<(), AdaptiveError> {
+        self.last_output = self.sample.time;
         if self.is_buffering {
             self.pending.push(Pending::Sample(Box::new(self.sample.clone())));
             return Ok(());
@@ -428,6 +450,11 @@ impl<'a> Driver<'a> {
         }
         Ok(())
     }
+}
+
+/// Search for events in steps of `step` seconds at most, in states of `n` numbers.
+fn crossing_search(n: usize, step: f64) -> CrossingSearch {
+    CrossingSearch::new(n, EVENT_TOLERANCE * step, EVENT_SAMPLES)
 }
 
 /// Minimum that keeps NaN.

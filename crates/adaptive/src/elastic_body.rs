@@ -302,7 +302,7 @@ pub(crate) fn damping(spec: &DampingSpec, stiffness: &[f64]) -> Result<ModalDamp
 }
 
 /// `own` damping with critical damping of the modes from `n_low` on added (Eq. F.23); `omega`: their frequencies [rad/s].
-fn with_critical(own: ModalDamping, omega: &[f64], n_low: usize) -> ModalDamping {
+pub(crate) fn with_critical(own: ModalDamping, omega: &[f64], n_low: usize) -> ModalDamping {
     let critical = omega.iter().enumerate().map(|(j, w)| if j < n_low { 0.0 } else { 2.0 * w });
     match own {
         ModalDamping::None => ModalDamping::PerMode(critical.collect()),

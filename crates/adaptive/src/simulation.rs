@@ -69,6 +69,22 @@ impl ForceElement for TimedContact {
     fn restore(&mut self) {
         self.contact.restore();
     }
+
+    fn n_coordinates(&self) -> usize {
+        self.contact.n_coordinates()
+    }
+
+    fn set_coordinates(&mut self, own: &[f64]) {
+        self.contact.set_coordinates(own);
+    }
+
+    fn accelerations(&self, out: &mut [f64]) {
+        self.contact.accelerations(out);
+    }
+
+    fn coordinate_speed(&self, own: &[f64]) -> f64 {
+        self.contact.coordinate_speed(own)
+    }
 }
 
 /// A point whose motion is recorded.
@@ -113,6 +129,7 @@ pub fn fill_sample(system: &mut System, observed: &Observed, t: f64, y: &[f64], 
         let energies = force.energies();
         sample.energies.elastic_high += energies.elastic_high;
         sample.energies.penalty += energies.penalty;
+        sample.energies.kinetic += energies.kinetic;
         *slot = contact_sample(force.contact.as_ref());
     }
     let states = system.last_evaluation().0;
@@ -161,9 +178,16 @@ fn fill_body(state: &BodyState, centre_of_mass: Vector3<f64>, slot: &mut BodySam
     slot.elastic_velocities.clone_from(&state.elastic_rates);
 }
 
+/// Moves the bodies, and the coordinates that contact `index` has of its own, to the state `y`.
+fn place(system: &mut System, t: f64, y: &[f64], index: usize) {
+    system.body_states(t, y);
+    let own = system.coordinates_of_force(index);
+    system.forces_mut()[index].set_coordinates(&y[own]);
+}
+
 /// Smallest gap of contact `index` at time `t` in the state `y` \[m\].
 pub fn smallest_gap(system: &mut System, t: f64, y: &[f64], index: usize) -> f64 {
-    system.body_states(t, y);
+    place(system, t, y, index);
     let (states, _) = system.last_evaluation();
     system.forces()[index].contact.smallest_gap(states)
 }
@@ -171,7 +195,7 @@ pub fn smallest_gap(system: &mut System, t: f64, y: &[f64], index: usize) -> f64
 /// The normal of contact `index`, and the velocity along it at which the centres of mass part [m/s], at time `t` in the state
 /// `y`.
 pub fn normal_motion(system: &mut System, t: f64, y: &[f64], index: usize) -> (Vector3<f64>, f64) {
-    system.body_states(t, y);
+    place(system, t, y, index);
     let (states, _) = system.last_evaluation();
     let contact = &system.forces()[index].contact;
     let velocity = |body: usize| centre_of_mass_velocity(&system.model().bodies[body].data, &states[body]);

@@ -88,6 +88,7 @@ fn ball(height: f64, speed: f64, end_time: f64) -> RunSpec {
             impact: phase(f64::INFINITY),
             quiet_time: None,
             free_interval: 1e-5,
+            impact_interval: 0.0,
         },
     }
 }

@@ -182,12 +182,14 @@ impl Driver<'_> {
         error: AdaptiveError,
     ) -> Result<bool, AdaptiveError> {
         self.log(attempt, number, "failed", &error.to_string(), verdicts)?;
+        self.store_noted()?;
         self.flush()?;
         Err(error)
     }
 
     fn begin(&mut self, trial: Option<usize>) -> Attempt {
         self.fine.iter_mut().flatten().for_each(FineContact::clear);
+        self.last_output = self.integrator.time(); // stored before the impact; states of a try given up do not count
         let statistics = self.statistics();
         let penalties = self.model.system.forces().iter().map(|f| f.contact.penalty());
         Attempt {

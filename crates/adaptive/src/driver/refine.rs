@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use contact_qs::ContactElement;
 use ffr_dynamics::DynamicsError;
 use ffr_dynamics::error::Rejection;
 use ffr_dynamics::integration::{DormandPrince, Step, StepSettings};
@@ -132,6 +133,8 @@ impl Driver<'_> {
             self.pending.retain(is_other);
         }
         let mut state = start.state.clone();
+        // No contact had a fine model then: those that stay begin with zones at rest.
+        state.resize(self.model.dimension(), 0.0);
         self.model.to_present_modes(start.time, &mut state)?;
         self.integrator.restart(start.time, &state);
         self.wake_touching(widths)?;
@@ -227,7 +230,7 @@ impl Driver<'_> {
                 })?;
                 fine.search = search;
             }
-            self.model.system.forces_mut()[i] = TimedContact::new(element);
+            self.replace_contact(i, element)?;
         }
         self.building = None;
         self.n_refined += 1;
@@ -247,6 +250,19 @@ impl Driver<'_> {
         Ok(())
     }
 
+    /// Puts `element` in the place of contact `i`; the coordinates that it has of its own start at rest.
+    fn replace_contact(&mut self, i: usize, element: Box<dyn ContactElement>) -> Result<(), AdaptiveError> {
+        let n = 2 * element.n_coordinates();
+        let place = self.model.system.coordinates_of_force(i);
+        self.model.system.forces_mut()[i] = TimedContact::new(element);
+        if place.is_empty() && n == 0 {
+            return Ok(());
+        }
+        let (t, mut y) = (self.integrator.time(), self.integrator.state().to_vec());
+        y.splice(place, std::iter::repeat_n(0.0, n));
+        self.resize(t, &y)
+    }
+
     /// Bodies that take part in contacts with fine models.
     fn bodies_in_contact(&self) -> Vec<usize> {
         let active = self.model.system.forces().iter().zip(&self.fine).filter(|(_, fine)| fine.is_some());
@@ -260,7 +276,7 @@ impl Driver<'_> {
         let (body, target) = self.model.system.forces()[i].contact.bodies();
         let elapsed = self.model.system.forces()[i].elapsed();
         self.model.contact_time += elapsed.as_secs_f64();
-        self.model.system.forces_mut()[i] = TimedContact::new(Box::new(Dormant::new(body, target)));
+        self.replace_contact(i, Box::new(Dormant::new(body, target)))?;
         if hosted.is_empty() {
             return Ok(());
         }

@@ -10,7 +10,7 @@ use std::time::Instant;
 use ffr_dynamics::integration::{Integrator, OdeSystem, StepSettings};
 use ffr_dynamics::system::error_scale::ErrorScale;
 
-use super::{Driver, NumericalDamping};
+use super::{Driver, NumericalDamping, crossing_search};
 use crate::error::AdaptiveError;
 use crate::record::{PhaseKind, PhaseRecord, RestartPoint};
 use crate::simulation::fill_sample;
@@ -63,7 +63,7 @@ impl Driver<'_> {
             n_phases: self.n_phases,
             n_impacts: self.n_impacts,
             n_refined: self.n_refined,
-            last_output: self.sample.time,
+            last_output: self.last_output,
             next_output: self.next_output,
             removed: self.numerical.removed,
             total_energy: self.numerical.total,
@@ -96,7 +96,7 @@ impl Driver<'_> {
             self.sample.energies.gravity -= self.gravity_datum;
             self.sample.energies.numerical = point.removed;
         }
-        self.sample.time = point.last_output;
+        self.last_output = point.last_output;
         let rates = self.renew(point.phase.kind, (point.time, &point.state), point.step)?;
         if !are_same(&rates, &point.rates) {
             return Err(refuse(
@@ -132,6 +132,21 @@ impl Driver<'_> {
         let mut rates = vec![0.0; y.len()];
         let outcome = self.model.system.rhs(t, y, &mut rates);
         Ok(if outcome.is_ok() { rates } else { Vec::new() })
+    }
+}
+
+impl Driver<'_> {
+    /// Goes on in an impact with a state `y` of another size at time `t`.
+    pub(super) fn resize(&mut self, t: f64, y: &[f64]) -> Result<(), AdaptiveError> {
+        let (phase, max_step) = self.phase_settings(PhaseKind::Impact);
+        self.earlier = self.statistics();
+        let steps = StepSettings::with_max_step(max_step);
+        self.integrator = Integrator::new(phase.method, steps, t, y, &self.model.system)
+            .map_err(AdaptiveError::Dynamics)?;
+        self.crossing = crossing_search(y.len(), self.impact_step.min(self.settings.free.max_step));
+        self.interpolated.clear();
+        self.interpolated.extend_from_slice(y);
+        Ok(())
     }
 }
 

@@ -14,6 +14,7 @@ use crate::simulation::{normal_motion, smallest_gap};
 impl Driver<'_> {
     /// Ends an accepted impact: reports it, and lets the fine models go.
     pub(super) fn finish(&mut self) -> Result<(), AdaptiveError> {
+        self.store_noted()?;
         let mut is_closed = false; // time is up, or the user stopped the run
         for i in self.latest_first() {
             let before = self.present_ledger()?;

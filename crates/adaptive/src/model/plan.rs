@@ -11,10 +11,10 @@ use crate::spec::{ContactLaw, ContactSpec, ElasticSpec, RunSpec, SurfaceLaw, Tar
 
 /// When a contact gets its model.
 ///
-/// Adaptive contacts are refined by the program at each touch. Quasistatic pairs are too, once, with the width and penalty
-/// factor given, unless both bodies are refined by their own discretisation at the places where they are nearest at the start
-/// and no interval is given: then that refinement is the model of the whole run, as it always is of damped, dynamic and coarse
-/// contacts and of quasistatic ones with a plane.
+/// Adaptive contacts are refined by the program at each touch. Quasistatic, damped and dynamic pairs are too, with the width
+/// and penalty factor given, unless both bodies are refined by their own discretisation at the places where they are nearest
+/// at the start and no interval is given: then that refinement is the model of the whole run, as it always is of coarse
+/// contacts and of those with a plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ContactPlan {
     /// It needs none: Hertz's law.
@@ -56,12 +56,13 @@ fn plan(spec: &RunSpec, contact: &ContactSpec, poses: &[BodyState]) -> Result<Co
     let may_be_refined = law.interval.width.is_none()
         && law.interval.elements.is_none()
         && bodies.iter().all(|b| !b.discretisation.refine.is_empty());
-    if law.treatment == Treatment::Quasistatic && !may_be_refined {
+    let is_coarse = law.treatment == Treatment::Coarse;
+    if !is_coarse && !may_be_refined {
         return Ok(ContactPlan::AtTouch);
     }
     let sites = pair_sites(contact, bodies, [&poses[contact.body], &poses[other]])?;
     let is_refined = bodies.iter().zip(sites).all(|(b, s)| refined_width(b, &s.point).is_some());
-    if law.treatment == Treatment::Quasistatic && !is_refined {
+    if !is_coarse && !is_refined {
         return Ok(ContactPlan::AtTouch);
     }
     Ok(ContactPlan::FromStart(Sites { own: sites[0], target: Some(sites[1]) }))

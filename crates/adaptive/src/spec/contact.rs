@@ -95,9 +95,10 @@ pub struct HandOver {
 
 /// Treatments of the contact zone (\[A\] section 6: the models compared; theory A.8).
 ///
-/// All but [`Treatment::Adaptive`] use the penalty factor as given, without a search. They keep one model for the whole run,
-/// about the places where the undeformed bodies are nearest at the start; only quasistatic pairs are refined where they touch,
-/// as long as an interval is given or a body is not refined at that place by its own discretisation.
+/// All but [`Treatment::Adaptive`] use the penalty factor as given, without a search. Pairs are refined where they touch, for
+/// the time of the impact, as long as an interval is given or a body is not refined by its own discretisation at the place where
+/// the undeformed bodies are nearest at the start. Otherwise, with a plane, and in coarse contacts one model about that place
+/// serves the whole run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Treatment {
     /// Refined by the program during the run; high-frequency modes follow statically.

@@ -49,6 +49,8 @@ pub struct RunSettings {
     pub quiet_time: Option<f64>,
     /// Time between stored states in free phases \[s\].
     pub free_interval: f64,
+    /// Least time between stored states in impact phases; zero: every step is stored \[s\].
+    pub impact_interval: f64,
 }
 
 /// A point to observe.

@@ -205,6 +205,7 @@ pub fn spec(bodies: Vec<BodySpec>, contacts: Vec<ContactSpec>, end_time: f64) ->
             impact: phase(integration::Method::DormandPrince, 1e-8, f64::INFINITY),
             quiet_time: None,
             free_interval: 0.01 * end_time,
+            impact_interval: 0.0,
         },
     }
 }

@@ -86,6 +86,7 @@ pub fn settings(end_time: f64) -> RunSettings {
         impact: phase(f64::INFINITY),
         quiet_time: None,
         free_interval: 1e-5,
+        impact_interval: 0.0,
     }
 }
 

@@ -73,5 +73,6 @@ fn settings(scenario: &Scenario) -> RunSettings {
         impact: phase(&simulation.impact),
         quiet_time: simulation.quiet_time,
         free_interval: scenario.output.free_interval,
+        impact_interval: scenario.output.impact_interval,
     }
 }

@@ -142,8 +142,7 @@ fn check_solver(checker: &mut Checker, section: &Section, facts: &ContactFacts<'
 
 fn check_hand_over(checker: &mut Checker, section: &Section, facts: &ContactFacts<'_>) {
     let has_own = section.text("modes") == Some("own");
-    let may_be_refined = facts.is_refined() && matches!(facts.model, "adaptive" | "quasistatic");
-    if has_own && !may_be_refined {
+    if has_own && !facts.is_refined() {
         let message = format!(
             "must be \"prolonged\" with model \"{}\" here, whose bodies keep one model; \"adaptive\" has fine models",
             facts.model

@@ -24,6 +24,7 @@ pub fn output(
         .collect();
     Some(Output {
         free_interval: section.number("free_interval")?,
+        impact_interval: section.number("impact_interval")?,
         compression: match section.text("compression")? {
             "gzip" => Compression::Gzip,
             _ => Compression::None,

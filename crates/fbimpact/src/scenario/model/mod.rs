@@ -86,8 +86,10 @@ pub enum Integrator {
 /// What to store.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Output {
-    /// Time between stored states in free phases \[s\]; impact phases store every step.
+    /// Time between stored states in free phases \[s\].
     pub free_interval: f64,
+    /// Least time between stored states in impact phases; zero: every step is stored \[s\].
+    pub impact_interval: f64,
     /// Compression of the result file.
     pub compression: Compression,
     /// Observed points.

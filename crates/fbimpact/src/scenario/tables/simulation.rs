@@ -113,7 +113,14 @@ pub const OUTPUT: &[Key] = &[
         Kind::Number(TIME),
         "s",
         Need::Default("1e-3"),
-        "Time between stored states between impacts; during impacts every step is stored.",
+        "Time between stored states between impacts.",
+    ),
+    Key::new(
+        "impact_interval",
+        Kind::Number(Range { min: Bound::Closed(0.0), max: Bound::Closed(1e6) }),
+        "s",
+        Need::Default("0.0"),
+        "Least time between stored states during impacts; with 0 every step is stored.",
     ),
     Key::new(
         "compression",

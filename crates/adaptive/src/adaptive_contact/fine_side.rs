@@ -1,0 +1,286 @@
+//! Fine models of the two sides of a contact, and the force element that they make.
+
+use std::borrow::Cow;
+
+use contact_qs::points::{InterfaceCompliance, contact_submodel};
+use contact_qs::search::SurfaceSite;
+use contact_qs::surface_pair::{SurfacePair, SurfacePairSettings, TargetFace, TargetSurface};
+use contact_qs::{
+    ContactElement, ContactError, Plane, PlaneContact, PlaneContactSettings, VibratingContact, ZoneVibration,
+};
+use faer::Mat;
+use ffr_dynamics::body::{AssembledBody, ModalDamping};
+use ffr_dynamics::reduction::{ResidualFlexibility, ResidualModes};
+use iga_core::elasticity::Model;
+use iga_core::surface::Face;
+use nalgebra::Unit;
+
+use super::{AdaptiveContact, ELEMENTS, FALLBACK_PENALTY, GoOn};
+use crate::elastic_body::{damping, with_critical};
+use crate::error::AdaptiveError;
+use crate::fine_model::{FineBody, FineMesh, FineSettings, FineZone, LowModes, WantedInterval};
+use crate::model::{BodyModel, ElasticModel};
+use crate::own_modes::OwnModes;
+use crate::spec::{Target, Treatment};
+use crate::store::{ModelKey, StoredModel, compliance_key, matrix, matrix_values};
+use crate::subdivision::SubdivisionLimits;
+
+/// Fine model of one body for one contact.
+pub struct FineSide {
+    /// The refined mesh.
+    pub body: FineMesh,
+    /// Contact points and interface.
+    pub zone: FineZone,
+    /// Low-frequency modes at the unknowns.
+    shapes: Mat<f64>,
+    /// How the rest of the interface's motion answers.
+    answer: ZoneAnswer,
+    /// Modes of its own, if the body changes to them.
+    pub own: Option<(AssembledBody, OwnModes)>,
+}
+
+/// How a contact zone answers forces beyond the low-frequency modes.
+enum ZoneAnswer {
+    /// Quasistatically, by the compliance of the interface [m/N].
+    Static(Mat<f64>),
+    /// By vibration.
+    Vibrating(ResidualModes),
+}
+
+impl AdaptiveContact {
+    /// The fine model of the body `elastic` about `site`, with an interval of the widths given.
+    ///
+    /// # Errors
+    /// [`AdaptiveError`] with the name of body or contact, or the error of `go_on`.
+    pub(super) fn side(
+        &self,
+        elastic: &ElasticModel,
+        (site, widths): (&SurfaceSite, [f64; 2]),
+        modes: LowModes,
+        go_on: &mut GoOn<'_>,
+    ) -> Result<FineSide, AdaptiveError> {
+        let body = &elastic.body;
+        let face = Face::new(&body.shape.patches, site.face, body.spec.model == Model::Axisymmetric);
+        let wanted = WantedInterval { face, centre: site.xi, widths };
+        let given = &self.law.interval;
+        let usual = SubdivisionLimits::for_dimension(body.shape.patches[site.face.patch].dimension());
+        let limits = SubdivisionLimits {
+            max_levels: given.max_levels.unwrap_or(usual.max_levels),
+            max_knots: given.max_knots_per_level,
+            elements: given.elements.unwrap_or(ELEMENTS),
+            ..usual
+        };
+        go_on()?;
+        let settings = FineSettings { limits, growth: None };
+        let fine = FineMesh::build(body, &[wanted], &settings)?;
+        let thickness = match body.spec.model {
+            Model::PlaneStrain { thickness } | Model::PlaneStress { thickness } => thickness,
+            Model::Axisymmetric | Model::Solid => 1.0,
+        };
+        let zone = fine.zone(0, self.law.points, thickness);
+        if zone.points.is_empty() {
+            return Err(self.fail(ContactError::Empty { width: widths[0] }));
+        }
+        go_on()?;
+        let coarse = (body, &elastic.reduced);
+        let answer = |residual: &ResidualFlexibility, assembled: &AssembledBody| match self.is_vibrating() {
+            false => Ok(ZoneAnswer::Static(residual.compliance().clone())),
+            true => ResidualModes::new(residual, assembled)
+                .map(ZoneAnswer::Vibrating)
+                .map_err(|source| AdaptiveError::Reduction { body: body.name.clone(), source }),
+        };
+        if modes == LowModes::Own {
+            let assembled = fine.assemble(body)?;
+            let fine = FineBody { mesh: fine, assembled };
+            let (basis, residual) = fine.reduce(coarse, &zone.unknowns, modes)?;
+            go_on()?;
+            let answer = answer(&residual, &fine.assembled)?;
+            let own = OwnModes::new(coarse, &fine, basis, self.law.hand_over.method)?;
+            let shapes = own.reduced.shapes().to_owned();
+            let FineBody { mesh, assembled } = fine;
+            return Ok(FineSide { body: mesh, zone, shapes, answer, own: Some((assembled, own)) });
+        }
+        let answer = self.cache.stored(
+            || {
+                let key = compliance_key(coarse, &wanted, &settings, &zone.unknowns);
+                ModelKey { kind: if self.is_vibrating() { "zone-modes" } else { key.kind }, ..key }
+            },
+            |stored| self.answer_from(stored, zone.unknowns.len()),
+            || {
+                let assembled = fine.assemble(body)?;
+                go_on()?;
+                let (_, residual) = fine.reduce(&assembled, coarse, &zone.unknowns, LowModes::Prolonged)?;
+                go_on()?;
+                answer(&residual, &assembled)
+            },
+            stored_answer,
+        )?;
+        let shapes = fine.prolong(&body.assembled, elastic.reduced.shapes());
+        Ok(FineSide { body: fine, zone, shapes, answer, own: None })
+    }
+
+    /// Whether the zones' high-frequency modes are dynamic.
+    fn is_vibrating(&self) -> bool {
+        matches!(self.law.treatment, Treatment::Damped | Treatment::Dynamic)
+    }
+
+    /// The answer of a zone with `n` unknowns that was kept; none if it does not fit.
+    fn answer_from(&self, stored: &StoredModel, n: usize) -> Option<ZoneAnswer> {
+        if !self.is_vibrating() {
+            return matrix(&stored.values, n, n).map(ZoneAnswer::Static);
+        }
+        let (omega, shapes) = stored.values.split_at_checked(n)?;
+        let interface_shapes = matrix(shapes, n, n)?;
+        Some(ZoneAnswer::Vibrating(ResidualModes { omega: omega.to_vec(), interface_shapes }))
+    }
+
+    /// The vibration of the contact zone on body `index`; none if it answers quasistatically.
+    fn vibration(
+        &self,
+        side: &FineSide,
+        (index, body): (usize, &BodyModel),
+    ) -> Result<Option<ZoneVibration>, AdaptiveError> {
+        let (ZoneAnswer::Vibrating(modes), Some(elastic)) = (&side.answer, &body.elastic) else {
+            return Ok(None);
+        };
+        let n_low = side.shapes.ncols();
+        let frequencies = body.data.modal_stiffness.iter().copied().chain(modes.omega.iter().map(|w| w * w));
+        let stiffness: Vec<f64> = frequencies.collect();
+        let own = damping(&elastic.body.spec.damping, &stiffness)
+            .map_err(|source| AdaptiveError::Reduction { body: body.name.clone(), source })?;
+        let all = match self.law.treatment {
+            Treatment::Damped => {
+                let omega: Vec<f64> = stiffness.iter().map(|k| k.sqrt()).collect();
+                with_critical(own, &omega, n_low)
+            }
+            _ => own,
+        };
+        let damping = match all {
+            ModalDamping::None => vec![0.0; modes.omega.len()],
+            ModalDamping::PerMode(all) => all[n_low..].to_vec(),
+            ModalDamping::Full(_) => unreachable!("bodies with a shape have damping mode by mode"),
+        };
+        let (omega, mass) = (modes.omega.clone(), body.data.mass);
+        Ok(Some(ZoneVibration { body: index, n_low, mass, omega, damping }))
+    }
+
+    /// The force element of the refined contact.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Contact`] if points, surfaces and settings do not fit each other.
+    pub(super) fn element(
+        &self,
+        own: &FineSide,
+        other: Option<&(usize, FineSide)>,
+        bodies: &[BodyModel],
+    ) -> Result<Box<dyn ContactElement>, AdaptiveError> {
+        let contact = self.contact_of_points(own, other)?;
+        if !self.is_vibrating() {
+            return Ok(contact);
+        }
+        let mut zones = Vec::new();
+        for (index, side) in [(self.body, own)].into_iter().chain(other.iter().map(|(i, side)| (*i, side))) {
+            zones.extend(self.vibration(side, (index, &bodies[index]))?);
+        }
+        let vibrating = VibratingContact::new(contact, zones, bodies.len()).map_err(|e| self.fail(e))?;
+        Ok(Box::new(vibrating))
+    }
+
+    fn contact_of_points(
+        &self,
+        own: &FineSide,
+        other: Option<&(usize, FineSide)>,
+    ) -> Result<Box<dyn ContactElement>, AdaptiveError> {
+        let fail = |e| self.fail(e);
+        let motion = own.body.motion;
+        let (points, lookup) = (&own.zone.points, &own.body.lookup);
+        let submodel =
+            contact_submodel(motion, points, lookup, own.all_shapes().as_ref().as_ref(), own.compliance())
+                .map_err(fail)?;
+        // Replaced before the first evaluation.
+        let (penalty, method) = (FALLBACK_PENALTY, self.law.method);
+        match (self.target, other) {
+            (Target::Plane { point, normal }, _) => {
+                let plane = Plane { point, normal: Unit::new_normalize(normal) };
+                let settings = PlaneContactSettings { body: self.body, plane, penalty, method };
+                let contact = PlaneContact::new(submodel, settings).map_err(fail)?;
+                Ok(Box::new(match self.law.friction {
+                    Some(friction) => contact.with_friction(friction).map_err(fail)?,
+                    None => contact,
+                }))
+            }
+            (Target::Body(target), Some((_, side))) => {
+                let surface = side.target_surface().map_err(fail)?;
+                let settings = SurfacePairSettings {
+                    contact_body: self.body,
+                    target_body: Some(target),
+                    penalty,
+                    method,
+                };
+                let pair = SurfacePair::new(submodel, surface, settings).map_err(fail)?;
+                Ok(Box::new(match self.law.friction {
+                    Some(friction) => pair.with_friction(friction).map_err(fail)?,
+                    None => pair,
+                }))
+            }
+            (Target::Body(_), None) => {
+                Err(fail(ContactError::Inconsistent { reason: "the target has no fine model".into() }))
+            }
+        }
+    }
+}
+
+impl FineSide {
+    /// Compliance of the interface; none if it vibrates.
+    fn compliance(&self) -> Option<InterfaceCompliance<'_>> {
+        match &self.answer {
+            ZoneAnswer::Static(compliance) => {
+                Some(InterfaceCompliance { dofs: &self.zone.unknowns, compliance: compliance.as_ref() })
+            }
+            ZoneAnswer::Vibrating(_) => None,
+        }
+    }
+
+    /// Low-frequency modes and, behind them, those by which the zone vibrates, at the unknowns. The latter are given on the
+    /// interface alone, on which all contact points lie.
+    fn all_shapes(&self) -> Cow<'_, Mat<f64>> {
+        let ZoneAnswer::Vibrating(modes) = &self.answer else { return Cow::Borrowed(&self.shapes) };
+        let n_low = self.shapes.ncols();
+        let mut shapes = Mat::zeros(self.shapes.nrows(), n_low + modes.omega.len());
+        shapes.as_mut().subcols_mut(0, n_low).copy_from(&self.shapes);
+        for (b, &unknown) in self.zone.unknowns.iter().enumerate() {
+            for j in 0..modes.omega.len() {
+                shapes[(unknown, n_low + j)] = modes.interface_shapes[(b, j)];
+            }
+        }
+        Cow::Owned(shapes)
+    }
+
+    fn target_surface(&self) -> Result<TargetSurface, ContactError> {
+        let interval = &self.body.intervals[0];
+        let face =
+            TargetFace { face: interval.face, lower: interval.region.lower, upper: interval.region.upper };
+        TargetSurface::flexible(
+            self.body.motion,
+            self.body.space.as_space(),
+            std::slice::from_ref(&self.body.patch),
+            &[face],
+            &self.body.lookup,
+            self.all_shapes().as_ref().as_ref(),
+            self.compliance(),
+        )
+    }
+}
+
+/// What of a zone's answer is kept.
+fn stored_answer(answer: &ZoneAnswer) -> StoredModel {
+    let values = match answer {
+        ZoneAnswer::Static(compliance) => matrix_values(compliance),
+        ZoneAnswer::Vibrating(modes) => {
+            let mut values = modes.omega.clone();
+            values.extend(matrix_values(&modes.interface_shapes));
+            values
+        }
+    };
+    StoredModel { counts: Vec::new(), values }
+}
