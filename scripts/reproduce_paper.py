@@ -41,9 +41,16 @@ RUNS = [
     ("chain_adaptive", "sphere_rod_sphere", [], False),
     ("chain_printed", "sphere_rod_sphere", list(printed_search(FIRST, SECOND)), False),
     ("chain_quasistatic", "sphere_rod_sphere", list(given("quasistatic", 5e16, 1e17)), False),
+    (
+        "chain_damped",
+        "sphere_rod_sphere",
+        [*given("damped", 3.154e16, 3.154e16), f"{FIRST}.interval.elements=16", f"{SECOND}.interval.elements=16"],
+        True,
+    ),
     ("pendulum_hertz", "double_pendulum/hertz", [], False),
     ("pendulum_adaptive", "double_pendulum", [], False),
     ("pendulum_quasistatic", "double_pendulum/quasistatic", [], False),
+    ("pendulum_damped", "double_pendulum/damped", [], True),
     ("pendulum_coarse_1e15", "double_pendulum/coarse_1e15", [], False),
     ("pendulum_coarse_1e18", "double_pendulum/coarse_1e18", [], False),
     (
@@ -193,6 +200,7 @@ def page(r):
                     ("adaptive", "chain_adaptive", "4.5 min; 5e16, 1e17"),
                     ("adaptive, search as printed", "chain_printed", ""),
                     ("quasistatic, printed penalty factors", "chain_quasistatic", "3.1 min"),
+                    ("damped, penalty factors of the first try", "chain_damped", "12.2 min"),
                 ]
             ],
         ),
@@ -224,6 +232,7 @@ def page(r):
                     ("hertz, 1 s", "pendulum_hertz", ""),
                     ("adaptive, 1 s", "pendulum_adaptive", "14.6 h (170 ms: 8.1 h); 1e18"),
                     ("quasistatic, 170 ms", "pendulum_quasistatic", "1.3 h"),
+                    ("damped, 170 ms", "pendulum_damped", "7.0 h"),
                     ("coarse 1e15, 170 ms", "pendulum_coarse_1e15", "7.4 min"),
                     ("coarse 1e18, 170 ms", "pendulum_coarse_1e18", ""),
                     ("adaptive, search as printed, 170 ms", "pendulum_printed", "8 tries; 1e18"),
@@ -270,7 +279,8 @@ def main():
     plot(folder, ["chain_adaptive", "chain_quasistatic"], "forces", "chain_forces")
     plot(folder, ["pendulum_adaptive"], "energies", "pendulum_energies")
     plot(folder, ["pendulum_adaptive", "pendulum_hertz"], "forces", "pendulum_forces")
-    models = ["pendulum_hertz", "pendulum_adaptive", "pendulum_quasistatic", "pendulum_coarse_1e15", "pendulum_coarse_1e18"]
+    models = ["pendulum_hertz", "pendulum_adaptive", "pendulum_quasistatic", "pendulum_damped"]
+    models += ["pendulum_coarse_1e15", "pendulum_coarse_1e18"]
     plot(folder, models, "impacts", "pendulum_models")
     PAGE.write_text(page(results))
     print(f"{PAGE} written")
