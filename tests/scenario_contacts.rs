@@ -256,8 +256,8 @@ fn modes_of_fine_models_and_their_hand_over_reach_the_run() {
     let run = run_spec(&valid(PAIRS, &set)).expect("a run");
     let LawSpec::Surface(law) = &run.contacts[0].law else { panic!("a contact of surfaces") };
     assert_eq!(law.hand_over, own(TransferMethod::Printed));
-    let damped = ["contacts.first.model=damped", "contacts.first.modes=own"];
-    assert_fault(PAIRS, &damped, "contacts.first.modes", "must be \"prolonged\"");
+    let coarse = ["contacts.first.model=coarse", "contacts.first.modes=own"];
+    assert_fault(PAIRS, &coarse, "contacts.first.modes", "must be \"prolonged\"");
     assert_fault(SPHERE, &["contacts.impact.modes=own"], "contacts.impact.modes", "must be \"prolonged\"");
     let transfer = ["contacts.first.transfer=printed"];
     assert_fault(PAIRS, &transfer, "contacts.first.transfer", "modes = \"own\" only");

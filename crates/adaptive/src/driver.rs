@@ -92,6 +92,8 @@ pub struct Driver<'a> {
     next_output: f64,
     /// Time of the state stored last \[s\].
     last_output: f64,
+    /// Whether the state noted last waits to be stored.
+    is_noted: bool,
 }
 
 /// Energy that the implicit integrator removed.
@@ -184,6 +186,7 @@ impl<'a> Driver<'a> {
             building: None,
             next_output: 0.0,
             last_output: f64::NEG_INFINITY,
+            is_noted: false,
             model,
             settings,
             observer,
@@ -404,7 +407,7 @@ impl<'a> Driver<'a> {
 
     /// Stores the state noted last, if that has not been done.
     fn store_noted(&mut self) -> Result<(), AdaptiveError> {
-        if self.last_output < self.sample.time { self.send() } else { Ok(()) }
+        if self.is_noted { self.send() } else { Ok(()) }
     }
 
     /// Evaluates the forces in the state `interpolated` at time `t`.
@@ -427,11 +430,12 @@ impl<'a> Driver<'a> {
         self.sample.energies.gravity -= self.gravity_datum;
         let is_implicit = self.integrator.method() == Method::TrBdf2;
         self.numerical.book(&mut self.sample.energies, is_implicit);
+        self.is_noted = true;
     }
 
     /// Reports the state noted last.
     fn send(&mut self) -> Result<(), AdaptiveError> {
-        self.last_output = self.sample.time;
+        (self.last_output, self.is_noted) = (self.sample.time, false);
         if self.is_buffering {
             self.pending.push(Pending::Sample(Box::new(self.sample.clone())));
             return Ok(());

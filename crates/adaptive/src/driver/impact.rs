@@ -189,7 +189,8 @@ impl Driver<'_> {
 
     fn begin(&mut self, trial: Option<usize>) -> Attempt {
         self.fine.iter_mut().flatten().for_each(FineContact::clear);
-        self.last_output = self.integrator.time(); // stored before the impact; states of a try given up do not count
+        // Stored before the impact; states of a try given up do not count.
+        (self.last_output, self.is_noted) = (self.integrator.time(), false);
         let statistics = self.statistics();
         let penalties = self.model.system.forces().iter().map(|f| f.contact.penalty());
         Attempt {
