@@ -428,7 +428,7 @@ impl<'a> Driver<'a> {
         fill_sample(system, observed, t, &self.interpolated, &mut self.sample);
         self.sample.phase = self.n_phases;
         self.sample.energies.gravity -= self.gravity_datum;
-        let is_implicit = self.integrator.method() == Method::TrBdf2;
+        let is_implicit = self.integrator.method().is_implicit();
         self.numerical.book(&mut self.sample.energies, is_implicit);
         self.is_noted = true;
     }

@@ -121,7 +121,7 @@ fn contacts_with_one_model_and_stress_requests_go_on_to_the_last_bit() {
 
 #[test]
 fn long_free_phases_are_taken_up_in_their_midst_with_either_integrator() {
-    for method in [Method::DormandPrince, Method::TrBdf2] {
+    for method in [Method::DormandPrince, Method::TrBdf2, Method::Esdirk4] {
         let mut spec = bounces(|_| {});
         spec.bodies[0].motion.position.z += 4.0 * GAP;
         spec.contacts.pop();

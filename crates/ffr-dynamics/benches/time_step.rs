@@ -7,7 +7,7 @@ mod dynamics_support;
 use divan::{Bencher, black_box};
 use dynamics_support::{Random, block};
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::integration::{DormandPrince, OdeSystem, StepSettings, TrBdf2};
+use ffr_dynamics::integration::{DormandPrince, Esdirk, OdeSystem, StepSettings};
 use ffr_dynamics::system::{ForceElement, FreeBodies, FreeBody};
 use nalgebra::Vector3;
 
@@ -52,7 +52,7 @@ fn invariants_of_20_modes(bencher: Bencher) {
 fn implicit_step_of_20_modes(bencher: Bencher) {
     let (mut system, y) = body_in_motion();
     let mut integrator =
-        TrBdf2::new(StepSettings::fixed(1e-6), 0.0, &y, &system).expect("the step is positive");
+        Esdirk::tr_bdf2(StepSettings::fixed(1e-6), 0.0, &y, &system).expect("the step is positive");
     bencher.bench_local(|| integrator.step(&mut system, 1e9).expect("the motion is smooth"));
 }
 
@@ -60,7 +60,7 @@ fn implicit_step_of_20_modes(bencher: Bencher) {
 fn implicit_step_of_20_modes_with_new_derivative(bencher: Bencher) {
     let (mut system, y) = body_in_motion();
     let mut integrator =
-        TrBdf2::new(StepSettings::fixed(1e-6), 0.0, &y, &system).expect("the step is positive");
+        Esdirk::tr_bdf2(StepSettings::fixed(1e-6), 0.0, &y, &system).expect("the step is positive");
     bencher.bench_local(|| {
         integrator.invalidate();
         integrator.step(&mut system, 1e9).expect("the motion is smooth")

@@ -1,4 +1,4 @@
-//! TR-BDF2 on small equations: orders, stability, numerical damping, protocol with the system, events.
+//! Implicit methods on small equations, TR-BDF2 unless said otherwise: orders, stability, numerical damping, protocol with the system, events.
 
 #![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
 #![expect(clippy::float_cmp, reason = "exact times and states are part of the claims")]
@@ -6,8 +6,8 @@
 use ffr_dynamics::DynamicsError;
 use ffr_dynamics::error::Rejection;
 use ffr_dynamics::integration::{
-    CrossingSearch, DenseOutput, Integrator, KinematicBlock, Linearisation, Method, OdeSystem, StepSettings,
-    TrBdf2,
+    CrossingSearch, DenseOutput, Esdirk, Integrator, KinematicBlock, Linearisation, Method, OdeSystem,
+    StepSettings,
 };
 
 fn norm(x: &[f64]) -> f64 {
@@ -60,8 +60,8 @@ impl<F: FnMut(f64, &[f64], &mut [f64])> OdeSystem for Given<F> {
     }
 }
 
-fn run(system: &mut impl OdeSystem, settings: StepSettings, y: &[f64], t_end: f64) -> TrBdf2 {
-    let mut integrator = TrBdf2::new(settings, 0.0, y, system).unwrap();
+fn run(system: &mut impl OdeSystem, settings: StepSettings, y: &[f64], t_end: f64) -> Esdirk {
+    let mut integrator = Esdirk::tr_bdf2(settings, 0.0, y, system).unwrap();
     integrator.run(system, t_end, |_, _| true).unwrap();
     integrator
 }
@@ -111,7 +111,7 @@ fn error_estimate_drops_with_order_three_and_has_the_size_of_the_error() {
         .map(|h| {
             let mut system = Given::new(2, 1.0, oscillator(omega));
             let settings = StepSettings { initial_step: Some(h), max_step: h, is_fixed: false };
-            let mut integrator = TrBdf2::new(settings, 0.0, &[0.0, omega], &system).unwrap();
+            let mut integrator = Esdirk::tr_bdf2(settings, 0.0, &[0.0, omega], &system).unwrap();
             let step = integrator.step(&mut system, 1.0).unwrap();
             assert_eq!(step.end, h);
             let exact = [(omega * h).sin(), omega * (omega * h).cos()];
@@ -132,7 +132,8 @@ fn interpolant_has_the_order_of_the_steps_and_meets_both_ends() {
     let mut errors = Vec::new();
     for n in [160.0_f64, 320.0, 640.0] {
         let mut system = Given::new(2, 1e-9, oscillator(omega));
-        let mut integrator = TrBdf2::new(StepSettings::fixed(1.0 / n), 0.0, &[0.0, omega], &system).unwrap();
+        let mut integrator =
+            Esdirk::tr_bdf2(StepSettings::fixed(1.0 / n), 0.0, &[0.0, omega], &system).unwrap();
         integrator.step(&mut system, 1.0).unwrap();
         let (start, end) = integrator.interval();
         let (mut worst, mut y) = (0.0_f64, [0.0; 2]);
@@ -157,7 +158,7 @@ fn interpolant_has_the_order_of_the_steps_and_meets_both_ends() {
 fn interpolant_of_an_unresolved_mode_stays_within_its_amplitude() {
     let omega = 1e6;
     let mut system = Given::new(2, 1e9, oscillator(omega));
-    let mut integrator = TrBdf2::new(StepSettings::fixed(1e-2), 0.0, &[1.0, 0.0], &system).unwrap();
+    let mut integrator = Esdirk::tr_bdf2(StepSettings::fixed(1e-2), 0.0, &[1.0, 0.0], &system).unwrap();
     integrator.step(&mut system, 1.0).unwrap();
     let mut y = [0.0; 2];
     for i in 0..=50 {
@@ -186,7 +187,7 @@ fn unresolved_motion_is_gone_after_one_step() {
     let mut leftovers = Vec::new();
     for lambda in [-1e4, -1e6, -1e8] {
         let mut system = Given::new(1, 1e9, move |_: f64, y: &[f64], d: &mut [f64]| d[0] = lambda * y[0]);
-        let mut integrator = TrBdf2::new(StepSettings::fixed(1.0), 0.0, &[1.0], &system).unwrap();
+        let mut integrator = Esdirk::tr_bdf2(StepSettings::fixed(1.0), 0.0, &[1.0], &system).unwrap();
         integrator.step(&mut system, 10.0).unwrap();
         leftovers.push((-lambda, integrator.state()[0].abs()));
     }
@@ -200,7 +201,7 @@ fn energy_of_an_oscillator_never_grows_and_its_loss_is_that_of_the_stability_fun
     for h in [1e-3, 1e-2, 1e-1, 1.0, 10.0] {
         let mut system = Given::new(2, 1e-6, oscillator(omega));
         system.blocks = vec![KinematicBlock::Vector { position: 0, velocity: 1, len: 1 }];
-        let mut integrator = TrBdf2::new(StepSettings::fixed(h), 0.0, &[1.0, 20.0], &system).unwrap();
+        let mut integrator = Esdirk::tr_bdf2(StepSettings::fixed(h), 0.0, &[1.0, 20.0], &system).unwrap();
         let energy = |y: &[f64]| 0.5 * (omega * y[0]).powi(2) + 0.5 * y[1] * y[1];
         let before = energy(integrator.state());
         integrator.step(&mut system, 1e9).unwrap();
@@ -300,10 +301,10 @@ fn turning_quaternion_with_quadrature_follows_the_closed_form() {
 fn overlapping_kinematics_are_refused() {
     let mut system = Given::new(4, 1e-9, kepler_rate);
     system.blocks = vec![KinematicBlock::Vector { position: 0, velocity: 1, len: 2 }];
-    let error = TrBdf2::new(StepSettings::default(), 0.0, &PERIHELION, &system).unwrap_err();
+    let error = Esdirk::tr_bdf2(StepSettings::default(), 0.0, &PERIHELION, &system).unwrap_err();
     assert!(error.to_string().contains("component 1"), "{error}");
     system.blocks = vec![KinematicBlock::Plain { start: 2, len: 3 }];
-    assert!(TrBdf2::new(StepSettings::default(), 0.0, &PERIHELION, &system).is_err());
+    assert!(Esdirk::tr_bdf2(StepSettings::default(), 0.0, &PERIHELION, &system).is_err());
 }
 
 #[test]
@@ -367,7 +368,7 @@ fn refusing(limit: f64, refusals: u32) -> Refusing {
 fn refusal_shrinks_the_step_and_the_inner_state_ends_with_the_step() {
     let mut system = refusing(0.0, 3);
     let settings = StepSettings { initial_step: Some(1.0), max_step: 1.0, is_fixed: false };
-    let mut integrator = TrBdf2::new(settings, 0.0, &[0.0], &system).unwrap();
+    let mut integrator = Esdirk::tr_bdf2(settings, 0.0, &[0.0], &system).unwrap();
     let step = integrator.step(&mut system, 10.0).unwrap();
     assert_eq!(step.rejected, 3);
     assert_eq!(system.saves, 1);
@@ -381,7 +382,7 @@ fn refusal_shrinks_the_step_and_the_inner_state_ends_with_the_step() {
 #[test]
 fn endless_refusal_ends_with_time_and_reason() {
     let mut system = refusing(0.5, u32::MAX);
-    let mut integrator = TrBdf2::new(StepSettings::with_max_step(0.1), 0.5, &[0.0], &system).unwrap();
+    let mut integrator = Esdirk::tr_bdf2(StepSettings::with_max_step(0.1), 0.5, &[0.0], &system).unwrap();
     let error = integrator.step(&mut system, 1.0).unwrap_err();
     let DynamicsError::Integration { time, reason } = &error else { panic!("{error}") };
     assert_eq!(*time, 0.5);
@@ -416,7 +417,7 @@ impl OdeSystem for Flipping {
 #[test]
 fn newton_without_solution_shrinks_the_step_and_then_names_the_remedy() {
     let mut system = Flipping(1e9);
-    let mut integrator = TrBdf2::new(StepSettings::with_max_step(0.3), 1.0, &[0.0], &system).unwrap();
+    let mut integrator = Esdirk::tr_bdf2(StepSettings::with_max_step(0.3), 1.0, &[0.0], &system).unwrap();
     let error = integrator.step(&mut system, 3.0).unwrap_err();
     let DynamicsError::Integration { time, reason } = &error else { panic!("{error}") };
     assert_eq!(*time, 1.0);
@@ -431,7 +432,7 @@ fn nan_never_reaches_an_accepted_state() {
     // Explodes in finite time: y' = y².
     let rate = |_: f64, y: &[f64], d: &mut [f64]| d[0] = if y[0] > 1e3 { f64::NAN } else { y[0] * y[0] };
     let mut system = Given::new(1, 1e-6, rate);
-    let mut integrator = TrBdf2::new(StepSettings::default(), 0.0, &[1.0], &system).unwrap();
+    let mut integrator = Esdirk::tr_bdf2(StepSettings::default(), 0.0, &[1.0], &system).unwrap();
     let mut finite = true;
     let error = integrator
         .run(&mut system, 2.0, |_, i| {
@@ -442,10 +443,10 @@ fn nan_never_reaches_an_accepted_state() {
     assert!(finite && error.to_string().contains("not finite"), "{error}");
     assert!(integrator.time() < 1.0 + 1e-3);
     for start in [f64::NAN, 2e3] {
-        let mut integrator = TrBdf2::new(StepSettings::default(), 0.0, &[start], &system).unwrap();
+        let mut integrator = Esdirk::tr_bdf2(StepSettings::default(), 0.0, &[start], &system).unwrap();
         assert!(integrator.step(&mut system, 2.0).is_err());
     }
-    let mut integrator = TrBdf2::new(StepSettings::default(), 0.0, &[0.0], &system).unwrap();
+    let mut integrator = Esdirk::tr_bdf2(StepSettings::default(), 0.0, &[0.0], &system).unwrap();
     for t_end in [f64::INFINITY, f64::NAN] {
         assert!(integrator.step(&mut system, t_end).is_err());
     }
@@ -455,7 +456,7 @@ fn nan_never_reaches_an_accepted_state() {
 #[test]
 fn steps_end_exactly_at_the_end_time_and_keep_their_size_afterwards() {
     let mut system = Given::new(4, 1e-6, kepler_rate);
-    let mut integrator = TrBdf2::new(StepSettings::default(), 0.0, &PERIHELION, &system).unwrap();
+    let mut integrator = Esdirk::tr_bdf2(StepSettings::default(), 0.0, &PERIHELION, &system).unwrap();
     integrator.run(&mut system, 0.7, |_, _| true).unwrap();
     assert_eq!(integrator.time(), 0.7);
     let proposed = integrator.proposed_step();
@@ -483,7 +484,7 @@ fn restart_in_the_middle_of_a_step_repeats_the_rest_of_the_solution() {
 fn crossing_is_found_along_the_interpolant() {
     let omega = std::f64::consts::TAU;
     let mut system = Given::new(2, 1e-7, oscillator(omega));
-    let mut integrator = TrBdf2::new(StepSettings::default(), 0.0, &[0.0, omega], &system).unwrap();
+    let mut integrator = Esdirk::tr_bdf2(StepSettings::default(), 0.0, &[0.0, omega], &system).unwrap();
     let mut search = CrossingSearch::new(2, 1e-12, 4);
     let mut found = None;
     while found.is_none() {
@@ -494,4 +495,82 @@ fn crossing_is_found_along_the_interpolant() {
     // sin 2πt = -1/2 at t = 7/12; 1e-7 a step, some hundred steps, over the slope 2π · 0.87.
     assert!((crossing.time - 7.0 / 12.0).abs() < 1e-5, "{crossing:?}");
     assert!(crossing.value <= 0.0 && crossing.time - crossing.before <= 1e-12, "{crossing:?}");
+}
+
+/// The method of order four at time zero.
+fn order_four(system: &impl OdeSystem, settings: StepSettings, y: &[f64]) -> Esdirk {
+    Esdirk::of_order_four(settings, 0.0, y, system).unwrap()
+}
+
+#[test]
+fn global_error_of_the_other_method_drops_with_order_four() {
+    let aphelion = [-(1.0 + ECCENTRICITY), 0.0, 0.0, -1.0 / PERIHELION[3]];
+    let errors = [100.0, 200.0, 400.0].map(|n| {
+        let h = std::f64::consts::PI / n;
+        // The tolerance only steers Newton's method here: far below the error of the steps.
+        let mut system = Given::new(4, 1e-12, kepler_rate);
+        let mut integrator = order_four(&system, StepSettings::fixed(h), &PERIHELION);
+        integrator.run(&mut system, std::f64::consts::PI, |_, _| true).unwrap();
+        (h, distance(integrator.state(), &aphelion))
+    });
+    let measured = slope(&errors);
+    assert!((measured - 4.0).abs() < 0.15, "order {measured}, errors {errors:?}");
+}
+
+#[test]
+fn its_error_estimate_and_its_interpolant_have_order_four() {
+    let omega = std::f64::consts::TAU;
+    let (mut estimates, mut interpolated) = (Vec::new(), Vec::new());
+    for h in [0.04, 0.02, 0.01] {
+        let mut system = Given::new(2, 1.0, oscillator(omega));
+        let settings = StepSettings { initial_step: Some(h), max_step: h, is_fixed: false };
+        let mut integrator = order_four(&system, settings, &[0.0, omega]);
+        let step = integrator.step(&mut system, 1.0).unwrap();
+        assert_eq!(step.end, h);
+        estimates.push((h, step.error));
+        let (mut worst, mut y) = (0.0_f64, [0.0; 2]);
+        for i in 1..20 {
+            let t = h * f64::from(i) / 20.0;
+            integrator.interpolate(t, &mut y);
+            worst = worst.max(distance(&y, &[(omega * t).sin(), omega * (omega * t).cos()]));
+        }
+        interpolated.push((h, worst));
+        integrator.interpolate(h, &mut y);
+        assert!(distance(&y, integrator.state()) < 1e-14);
+    }
+    for (errors, what) in [(&estimates, "estimate"), (&interpolated, "interpolant")] {
+        let measured = slope(errors);
+        assert!((measured - 4.0).abs() < 0.15, "{what}: order {measured}, {errors:?}");
+    }
+}
+
+#[test]
+fn its_interpolant_of_an_unresolved_mode_stays_within_the_amplitude() {
+    for omega in [3e2, 1e3, 1e4, 1e6] {
+        let mut system = Given::new(2, 1e9, oscillator(omega));
+        let mut integrator = order_four(&system, StepSettings::fixed(1e-2), &[1.0, 0.0]);
+        integrator.step(&mut system, 1.0).unwrap();
+        let mut y = [0.0; 2];
+        for i in 0..=50 {
+            integrator.interpolate(2e-4 * f64::from(i), &mut y);
+            assert!(y[0].abs() < 1.05, "{omega:e}: {y:?}");
+        }
+    }
+}
+
+#[test]
+fn order_four_needs_fewer_evaluations_and_keeps_more_of_what_rings() {
+    // A hundred periods, both methods with the same tolerance.
+    let omega = std::f64::consts::TAU;
+    let work = |method: Method| {
+        let mut system = Given::new(2, 1e-5 * omega, oscillator(omega));
+        let mut integrator =
+            Integrator::new(method, StepSettings::default(), 0.0, &[0.0, omega], &system).unwrap();
+        integrator.run(&mut system, 100.0, |_, _| true).unwrap();
+        let y = integrator.state();
+        (integrator.statistics().evaluations, 1.0 - y[0].hypot(y[1] / omega))
+    };
+    let ((few, kept), (many, lost)) = (work(Method::Esdirk4), work(Method::TrBdf2));
+    println!("{few} {kept:e}, {many} {lost:e}");
+    assert!(few < many && kept > 0.0 && kept < 0.5 * lost, "{few} {kept:e}, {many} {lost:e}");
 }

@@ -7,7 +7,7 @@ mod dynamics_support;
 
 use dynamics_support::{Random, block};
 use ffr_dynamics::body::{ModalDamping, RigidMotion, StandardInputData};
-use ffr_dynamics::integration::{DormandPrince, Linearisation, OdeSystem, Statistics, StepSettings, TrBdf2};
+use ffr_dynamics::integration::{DormandPrince, Esdirk, Linearisation, OdeSystem, Statistics, StepSettings};
 use ffr_dynamics::system::{BodyState, ErrorScale, ForceElement, FreeBodies, FreeBody};
 use nalgebra::Vector3;
 
@@ -20,7 +20,7 @@ fn system(data: StandardInputData, gravity: Vector3<f64>, relative: f64) -> Free
 
 fn implicit(system: &mut FreeBodies, start: &BodyState, t_end: f64) -> (Vec<f64>, Statistics) {
     let y = system.state_vector(std::slice::from_ref(start)).unwrap();
-    let mut integrator = TrBdf2::new(StepSettings::default(), 0.0, &y, system).unwrap();
+    let mut integrator = Esdirk::tr_bdf2(StepSettings::default(), 0.0, &y, system).unwrap();
     integrator.run(system, t_end, |_, _| true).unwrap();
     (integrator.state().to_vec(), integrator.statistics())
 }
@@ -170,7 +170,7 @@ fn damped_work_and_numerical_loss_share_the_energy() {
     let mut system = system(data, Vector3::zeros(), 1e-6);
     let y = system.state_vector(std::slice::from_ref(&start)).unwrap();
     let before = system.invariants(&y).energy();
-    let mut integrator = TrBdf2::new(StepSettings::default(), 0.0, &y, &system).unwrap();
+    let mut integrator = Esdirk::tr_bdf2(StepSettings::default(), 0.0, &y, &system).unwrap();
     let mut last = 0.0;
     integrator
         .run(&mut system, 5e-3, |system, i| {

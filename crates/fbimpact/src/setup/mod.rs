@@ -60,6 +60,7 @@ fn settings(scenario: &Scenario) -> RunSettings {
         method: match i.integrator {
             scenario::Integrator::DormandPrince => Method::DormandPrince,
             scenario::Integrator::TrBdf2 => Method::TrBdf2,
+            scenario::Integrator::Esdirk4 => Method::Esdirk4,
         },
         max_step: i.max_step.unwrap_or(f64::INFINITY),
         tolerance: i.rtol,

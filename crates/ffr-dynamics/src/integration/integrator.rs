@@ -2,9 +2,9 @@
 
 use super::dense_output::DenseOutput;
 use super::dormand_prince::{DormandPrince, Step};
+use super::esdirk::Esdirk;
 use super::step_control::{Statistics, StepSettings};
 use super::system::OdeSystem;
-use super::tr_bdf2::TrBdf2;
 use crate::error::{DynamicsError, Rejection};
 
 /// Integration method.
@@ -13,8 +13,17 @@ pub enum Method {
     /// Explicit, order five ([`DormandPrince`]).
     #[default]
     DormandPrince,
-    /// Implicit, L-stable, order two ([`TrBdf2`]).
+    /// Implicit, L-stable, order two ([`Esdirk::tr_bdf2`]).
     TrBdf2,
+    /// Implicit, L-stable, order four ([`Esdirk::of_order_four`]).
+    Esdirk4,
+}
+
+impl Method {
+    /// Whether it is implicit, and damps what it does not resolve.
+    pub fn is_implicit(self) -> bool {
+        self != Self::DormandPrince
+    }
 }
 
 /// An integrator of either kind; all calls mean the same for both.
@@ -23,14 +32,14 @@ pub enum Integrator {
     /// Explicit.
     DormandPrince(Box<DormandPrince>),
     /// Implicit.
-    TrBdf2(Box<TrBdf2>),
+    Esdirk(Box<Esdirk>),
 }
 
 macro_rules! either {
     ($integrator:expr, $inner:ident => $call:expr) => {
         match $integrator {
             Integrator::DormandPrince($inner) => $call,
-            Integrator::TrBdf2($inner) => $call,
+            Integrator::Esdirk($inner) => $call,
         }
     };
 }
@@ -49,7 +58,8 @@ impl Integrator {
     ) -> Result<Self, DynamicsError> {
         Ok(match method {
             Method::DormandPrince => Self::DormandPrince(Box::new(DormandPrince::new(settings, t, y)?)),
-            Method::TrBdf2 => Self::TrBdf2(Box::new(TrBdf2::new(settings, t, y, system)?)),
+            Method::TrBdf2 => Self::Esdirk(Box::new(Esdirk::tr_bdf2(settings, t, y, system)?)),
+            Method::Esdirk4 => Self::Esdirk(Box::new(Esdirk::of_order_four(settings, t, y, system)?)),
         })
     }
 
@@ -57,7 +67,8 @@ impl Integrator {
     pub fn method(&self) -> Method {
         match self {
             Self::DormandPrince(_) => Method::DormandPrince,
-            Self::TrBdf2(_) => Method::TrBdf2,
+            Self::Esdirk(i) if i.is_tr_bdf2() => Method::TrBdf2,
+            Self::Esdirk(_) => Method::Esdirk4,
         }
     }
 
@@ -112,7 +123,7 @@ impl Integrator {
         either!(self, i => i.restart(t, y));
     }
 
-    /// Takes one step that ends at `t_end` at the latest; see [`DormandPrince::step`] and [`TrBdf2::step`].
+    /// Takes one step that ends at `t_end` at the latest; see [`DormandPrince::step`] and [`Esdirk::step`].
     ///
     /// # Errors
     /// [`DynamicsError::Integration`] when no step is possible.

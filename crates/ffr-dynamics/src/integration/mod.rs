@@ -6,15 +6,16 @@ pub mod dense_output;
 pub mod step_control;
 pub mod dormand_prince;
 mod newton;
-pub mod tr_bdf2;
+mod tableau;
+pub mod esdirk;
 pub mod integrator;
 pub mod events;
 
 pub use dense_output::DenseOutput;
 pub use dormand_prince::{DormandPrince, Step};
+pub use esdirk::Esdirk;
 pub use events::{Crossing, CrossingSearch};
 pub use integrator::{Integrator, Method};
 pub use jacobian::{KinematicBlock, Linearisation};
 pub use step_control::{Statistics, StepSettings};
 pub use system::OdeSystem;
-pub use tr_bdf2::TrBdf2;

@@ -25,7 +25,7 @@ pub use joints::hanging_joint;
 /// Default tolerance of the explicit method, at which its energy drift cannot be seen.
 const DORMAND_PRINCE_TOLERANCE: f64 = 1e-8;
 /// Default tolerance of the implicit method: a method of order 2 needs many steps for less.
-const TR_BDF2_TOLERANCE: f64 = 1e-5;
+const IMPLICIT_TOLERANCE: f64 = 1e-5;
 
 /// Builds the scenario; `None` if there are faults.
 pub fn scenario(checker: &mut Checker, root: &Section, directory: &Path, source: Source) -> Option<Scenario> {
@@ -59,7 +59,8 @@ fn simulation(section: &Section) -> Option<Simulation> {
 
 fn integration(section: &Section) -> Option<Integration> {
     let (integrator, rtol) = match section.text("integrator")? {
-        "tr-bdf2" => (Integrator::TrBdf2, TR_BDF2_TOLERANCE),
+        "tr-bdf2" => (Integrator::TrBdf2, IMPLICIT_TOLERANCE),
+        "esdirk4" => (Integrator::Esdirk4, IMPLICIT_TOLERANCE),
         _ => (Integrator::DormandPrince, DORMAND_PRINCE_TOLERANCE),
     };
     Some(Integration {

@@ -81,6 +81,8 @@ pub enum Integrator {
     DormandPrince,
     /// Implicit TR-BDF2.
     TrBdf2,
+    /// Implicit, order four.
+    Esdirk4,
 }
 
 /// What to store.

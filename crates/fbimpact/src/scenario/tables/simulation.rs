@@ -11,6 +11,10 @@ const INTEGRATORS: &[Choice] = &[
         "tr-bdf2",
         "implicit, L-stable, of order 2 with error control; damps what it does not resolve",
     ),
+    Choice::new(
+        "esdirk4",
+        "implicit, L-stable, of order 4 with error control; keeps more of what rings than `tr-bdf2` at larger steps",
+    ),
 ];
 
 /// A relative tolerance: below round-off it cannot be met, above 0.1 it means nothing.
@@ -54,7 +58,7 @@ const RTOL: Key = Key::new(
     "rtol",
     Kind::Number(TOLERANCE),
     "–",
-    Need::Optional("1e-8 for `dormand-prince`, 1e-5 for `tr-bdf2`"),
+    Need::Optional("1e-8 for `dormand-prince`, 1e-5 for the implicit methods"),
     "Error allowed in a step, as a share of the motion's velocity.",
 );
 

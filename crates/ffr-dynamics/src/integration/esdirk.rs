@@ -1,9 +1,9 @@
-//! TR-BDF2: a step of the trapezoidal rule and one of the second backward difference formula (docs/theory.md Eq. T.9 to T.16).
+//! Implicit Runge-Kutta methods with an explicit first stage and one iteration matrix: TR-BDF2, and one of order four
+//! (docs/theory.md Eq. T.9 to T.17, T.20, T.21).
 //!
-//! L-stable, order two, with a third-order error estimate filtered by the iteration matrix (Bank et al. 1985; Hosea & Shampine
-//! 1996; the method behind *ode23tb*). Modes whose period is far below the step are not resolved but damped out; what they
-//! lose shows as a loss of the system's energy. It knows nothing of mechanics: size and acceptance of an error are the
-//! system's business ([`OdeSystem::damped_error_norm`]).
+//! L-stable, with an error estimate filtered by the iteration matrix. Modes whose period is far below the step are not resolved
+//! but damped out; what they lose shows as a loss of the system's energy. It knows nothing of mechanics: size and acceptance of an
+//! error are the system's business ([`OdeSystem::damped_error_norm`]).
 
 use super::dense_output::DenseOutput;
 use super::dormand_prince::Step;
@@ -11,18 +11,9 @@ use super::jacobian::{Differences, Linearisation, Structure};
 use super::newton::IterationMatrix;
 use super::step_control::{Controller, Statistics, StepSettings, smallest_step};
 use super::system::OdeSystem;
+use super::tableau::{ESDIRK4, MAX_STAGES, TR_BDF2, Tableau};
 use crate::error::{DynamicsError, Rejection};
 
-/// End of the trapezoidal part, with which both parts have the same iteration matrix (Bank et al. 1985).
-const GAMMA: f64 = 2.0 - std::f64::consts::SQRT_2;
-/// Weight of the implicit rate in both stages (Hosea & Shampine 1996).
-const D: f64 = 0.5 * GAMMA;
-/// Weight of the two earlier rates in the last stage (same source).
-const W: f64 = 0.25 * std::f64::consts::SQRT_2;
-/// Second-order minus third-order weights (same source).
-const E: [f64; 3] = [(4.0 * W - 1.0) / 3.0, -1.0 / 3.0, 2.0 * D / 3.0];
-/// Power of the step with which the error estimate grows.
-const ORDER: f64 = 3.0;
 /// Error that Newton's method may leave, as a share of the error permitted in a step (Hairer & Wanner, *Solving ODEs II*, IV.8).
 const NEWTON_TOLERANCE: f64 = 0.03;
 /// Newton iterations in a stage after which the step counts as failed (same source).
@@ -34,9 +25,10 @@ const KEPT_GROWTH: f64 = 1.2;
 /// First step as a share of the time in which the state changes by its own size (same source, part I, II.4).
 const FIRST_STEP: f64 = 0.01;
 
-/// State, workspace and statistics of a TR-BDF2 integration.
+/// State, workspace and statistics of an integration.
 #[derive(Debug)]
-pub struct TrBdf2 {
+pub struct Esdirk {
+    method: &'static Tableau,
     settings: StepSettings,
     controller: Controller,
     statistics: Statistics,
@@ -55,9 +47,11 @@ pub struct TrBdf2 {
     differences: Differences,
     matrix: IterationMatrix,
     newton: Newton,
-    /// Rates at the start and at the ends of the two parts.
-    k: [Vec<f64>; 3],
-    /// State after the trapezoidal part.
+    /// Rates of the stages.
+    k: Vec<Vec<f64>>,
+    /// Weighted sum of the rates before a stage, over the weight of its own: `(base - y) / (d h)`.
+    shift: Vec<f64>,
+    /// State in the middle that the continuous extension passes through.
     middle: Vec<f64>,
     trial: Vec<f64>,
     scratch: Vec<f64>,
@@ -90,8 +84,24 @@ impl From<Rejection> for Failure {
     }
 }
 
-impl TrBdf2 {
-    /// An integrator of `system` at time `t` in the state `y`.
+impl Esdirk {
+    /// TR-BDF2, of order two, for `system` at time `t` in the state `y`.
+    ///
+    /// # Errors
+    /// As [`Esdirk::of_order_four`].
+    ///
+    /// # Panics
+    /// If the length of `y` differs from the system's dimension.
+    pub fn tr_bdf2<S: OdeSystem + ?Sized>(
+        settings: StepSettings,
+        t: f64,
+        y: &[f64],
+        system: &S,
+    ) -> Result<Self, DynamicsError> {
+        Self::new(&TR_BDF2, settings, t, y, system)
+    }
+
+    /// ESDIRK4(3)6L\[2\]SA, of order four, for `system` at time `t` in the state `y`.
     ///
     /// It keeps the system's [`OdeSystem::kinematics`]; all steps must be taken with that system.
     ///
@@ -100,7 +110,17 @@ impl TrBdf2 {
     ///
     /// # Panics
     /// If the length of `y` differs from the system's dimension.
-    pub fn new<S: OdeSystem + ?Sized>(
+    pub fn of_order_four<S: OdeSystem + ?Sized>(
+        settings: StepSettings,
+        t: f64,
+        y: &[f64],
+        system: &S,
+    ) -> Result<Self, DynamicsError> {
+        Self::new(&ESDIRK4, settings, t, y, system)
+    }
+
+    fn new<S: OdeSystem + ?Sized>(
+        method: &'static Tableau,
         settings: StepSettings,
         t: f64,
         y: &[f64],
@@ -111,8 +131,9 @@ impl TrBdf2 {
         let structure = Structure::of(system)?;
         let zeros = || vec![0.0; y.len()];
         Ok(Self {
+            method,
             settings,
-            controller: Controller::new(ORDER),
+            controller: Controller::new(method.order),
             statistics: Statistics::default(),
             t,
             y: y.to_vec(),
@@ -125,7 +146,8 @@ impl TrBdf2 {
             matrix: IterationMatrix::new(&structure),
             newton: Newton { outlook: 1.0, rate: 0.0 },
             structure,
-            k: std::array::from_fn(|_| zeros()),
+            k: (0..method.n_stages()).map(|_| zeros()).collect(),
+            shift: zeros(),
             middle: zeros(),
             trial: zeros(),
             scratch: zeros(),
@@ -134,6 +156,11 @@ impl TrBdf2 {
             dense: std::array::from_fn(|_| zeros()),
             last_refusal: None,
         })
+    }
+
+    /// Whether it is TR-BDF2.
+    pub(super) fn is_tr_bdf2(&self) -> bool {
+        std::ptr::eq(self.method, &TR_BDF2)
     }
 
     /// Time reached \[s\].
@@ -197,7 +224,7 @@ impl TrBdf2 {
         self.y.copy_from_slice(y);
         self.interval = (t, t);
         self.invalidate();
-        self.controller = Controller::new(ORDER);
+        self.controller = Controller::new(self.method.order);
     }
 
     /// Takes one step that ends at `t_end` at the latest, and exactly there if it comes near.
@@ -260,7 +287,7 @@ impl TrBdf2 {
     /// `observe` answers whether to go on.
     ///
     /// # Errors
-    /// As [`TrBdf2::step`].
+    /// As [`Esdirk::step`].
     pub fn run<S: OdeSystem + ?Sized>(
         &mut self,
         system: &mut S,
@@ -313,38 +340,52 @@ impl TrBdf2 {
         wanted.min(largest)
     }
 
-    /// Both parts of a step of size `h`; leaves the new state in `trial` and returns its error (Eq. T.9 to T.12).
+    /// All stages of a step of size `h`; leaves the new state in `trial` and returns its error (Eq. T.9 to T.12).
     fn attempt<S: OdeSystem + ?Sized>(&mut self, system: &mut S, h: f64) -> Result<f64, Failure> {
-        self.linearise(system, D * h)?;
+        let method = self.method;
+        let weight = method.diagonal * h;
+        self.linearise(system, weight)?;
         self.newton.rate = 0.0;
-        let weight = D * h;
-        // First guesses (T.11) are those of the linearised system: unresolved modes never leave their size.
-        let [k0, k1, _] = &mut self.k;
-        k1.copy_from_slice(k0);
-        self.matrix.solve(&self.structure, &self.derivative, &self.y, k1);
-        for ((k1, k0), (base, y)) in k1.iter_mut().zip(&*k0).zip(self.scratch.iter_mut().zip(&self.y)) {
-            *k1 = 2.0 * *k1 - k0;
-            *base = y + weight * k0;
+        self.shift.fill(0.0);
+        for stage in 1..method.n_stages() {
+            self.begin_stage(stage, weight);
+            self.solve_stage(system, stage, self.t + method.nodes[stage] * h, weight)?;
+            if let Some(share) = method.middle_weights.get(stage - 1) {
+                for (middle, y) in self.middle.iter_mut().zip(&self.trial) {
+                    *middle = if stage == 1 { share * y } else { *middle + share * y };
+                }
+            }
         }
-        self.solve_stage(system, 1, self.t + GAMMA * h, weight)?;
-        std::mem::swap(&mut self.middle, &mut self.trial);
-
-        let [k0, k1, k2] = &mut self.k;
-        for ((k2, k1), k0) in k2.iter_mut().zip(&*k1).zip(&*k0) {
-            *k2 = k1 - (D - W) / D * (k0 + k1);
-        }
-        self.matrix.solve(&self.structure, &self.derivative, &self.y, k2);
-        for (i, base) in self.scratch.iter_mut().enumerate() {
-            k2[i] += (D - W) / D * (k0[i] + k1[i]);
-            *base = self.y[i] + h * W * (k0[i] + k1[i]);
-        }
-        self.solve_stage(system, 2, self.t + h, weight)?;
         let error = self.error(system, h);
         if error <= 1.0 && system.has_memory() {
             self.statistics.evaluations += 1;
             system.rhs(self.t + h, &self.trial, &mut self.scratch)?;
         }
         Ok(error)
+    }
+
+    /// The known part of a stage's state, in `scratch`, and a first guess of its rate (T.20): that of the system linearised about the
+    /// stage before, by which unresolved modes never leave their size.
+    fn begin_stage(&mut self, stage: usize, weight: f64) {
+        let mut factors = [0.0; MAX_STAGES];
+        for (factor, a) in factors.iter_mut().zip(self.method.weights[stage - 1]) {
+            *factor = a / self.method.diagonal;
+        }
+        let (known, rest) = self.k.split_at_mut(stage);
+        let (last, guess) = (&known[stage - 1], &mut rest[0]);
+        // The stage before has an implicit rate of its own, but for the first.
+        let own = if stage > 1 { 1.0 } else { 0.0 };
+        for (i, shift) in self.shift.iter_mut().enumerate() {
+            let sum: f64 = known.iter().zip(&factors).map(|(k, f)| f * k[i]).sum();
+            // (base of this stage - state of the one before) / (d h)
+            let change = sum - *shift - own * last[i];
+            *shift = sum;
+            self.scratch[i] = self.y[i] + weight * sum;
+            self.correction[i] = change;
+            guess[i] = last[i] + change;
+        }
+        self.matrix.solve(&self.structure, &self.derivative, &self.y, guess);
+        guess.iter_mut().zip(&self.correction).for_each(|(k, change)| *k -= change);
     }
 
     /// Derivative and factors for the weight `d h`, where those at hand don't serve.
@@ -435,9 +476,8 @@ impl TrBdf2 {
         if self.settings.is_fixed {
             return 0.0;
         }
-        let [k0, k1, k2] = &self.k;
         for (i, e) in self.scratch.iter_mut().enumerate() {
-            *e = h * (E[0] * k0[i] + E[1] * k1[i] + E[2] * k2[i]);
+            *e = h * self.k.iter().zip(self.method.error).map(|(k, e)| e * k[i]).sum::<f64>();
         }
         self.matrix.solve(&self.structure, &self.derivative, &self.y, &mut self.scratch);
         system.damped_error_norm(&self.y, &self.trial, &self.scratch)
@@ -457,7 +497,7 @@ impl TrBdf2 {
         self.t = end;
         self.interval = (start, end);
         std::mem::swap(&mut self.y, &mut self.trial);
-        self.k.swap(0, 2);
+        self.k.swap(0, self.method.n_stages() - 1);
         self.is_first_stage_valid = !system.project(self.t, &mut self.y);
         self.statistics.steps += 1;
         self.is_derivative_fresh = false;
@@ -475,13 +515,14 @@ impl TrBdf2 {
 
     /// Cubic through start, middle and end with the rate at the end (Eq. T.17).
     fn store_dense_output(&mut self, h: f64) {
+        let (c, end) = (self.method.middle, &self.k[self.method.n_stages() - 1]);
         for i in 0..self.y.len() {
             let difference = self.trial[i] - self.y[i];
-            let bulge = (self.middle[i] - self.y[i] - GAMMA * difference) / (GAMMA * (1.0 - GAMMA));
-            let tilt = (difference - h * self.k[2][i] - bulge) / (1.0 - GAMMA);
+            let bulge = (self.middle[i] - self.y[i] - c * difference) / (c * (1.0 - c));
+            let tilt = (difference - h * end[i] - bulge) / (1.0 - c);
             self.dense[0][i] = self.y[i];
             self.dense[1][i] = difference;
-            self.dense[2][i] = bulge - GAMMA * tilt;
+            self.dense[2][i] = bulge - c * tilt;
             self.dense[3][i] = tilt;
         }
     }
@@ -524,7 +565,7 @@ fn is_finite(x: &[f64]) -> bool {
     x.iter().all(|v| v.is_finite())
 }
 
-impl DenseOutput for TrBdf2 {
+impl DenseOutput for Esdirk {
     fn interval(&self) -> (f64, f64) {
         self.interval
     }
