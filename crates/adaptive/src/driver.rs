@@ -4,9 +4,7 @@ use std::time::Instant;
 
 use contact_qs::search::{TouchSettings, first_touch, safe_time};
 use ffr_dynamics::DynamicsError;
-use ffr_dynamics::integration::{
-    CrossingSearch, DenseOutput, Integrator, Method, Statistics, Step, StepSettings,
-};
+use ffr_dynamics::integration::{CrossingSearch, DenseOutput, Integrator, Statistics, Step, StepSettings};
 
 use crate::adaptive_contact::FineContact;
 use crate::error::AdaptiveError;

@@ -52,9 +52,10 @@ fn allocations(work: impl FnOnce()) -> u64 {
 #[test]
 fn steps_events_and_invariants_do_not_allocate() {
     assert!(allocations(|| drop(std::hint::black_box(vec![0.0; 10]))) > 0, "the counter counts");
-    for (motion, method) in [RigidMotion::Axial, RigidMotion::Planar, RigidMotion::Spatial]
-        .into_iter()
-        .flat_map(|motion| [Method::DormandPrince, Method::TrBdf2, Method::Esdirk4].map(|method| (motion, method)))
+    for (motion, method) in
+        [RigidMotion::Axial, RigidMotion::Planar, RigidMotion::Spatial].into_iter().flat_map(|motion| {
+            [Method::DormandPrince, Method::TrBdf2, Method::Esdirk4].map(|method| (motion, method))
+        })
     {
         let sample = block(motion, 8);
         let start: BodyState = Random(2).state(&sample.data);

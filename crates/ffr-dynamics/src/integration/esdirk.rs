@@ -515,15 +515,13 @@ impl Esdirk {
 
     /// Cubic through start, middle and end with the rate at the end (Eq. T.17).
     fn store_dense_output(&mut self, h: f64) {
-        let (c, end) = (self.method.middle, &self.k[self.method.n_stages() - 1]);
-        for i in 0..self.y.len() {
-            let difference = self.trial[i] - self.y[i];
-            let bulge = (self.middle[i] - self.y[i] - c * difference) / (c * (1.0 - c));
-            let tilt = (difference - h * end[i] - bulge) / (1.0 - c);
-            self.dense[0][i] = self.y[i];
-            self.dense[1][i] = difference;
-            self.dense[2][i] = bulge - c * tilt;
-            self.dense[3][i] = tilt;
+        let (c, last) = (self.method.middle, self.method.n_stages() - 1);
+        let [start, first, second, third] = &mut self.dense;
+        for (i, y) in self.y.iter().enumerate() {
+            let difference = self.trial[i] - y;
+            let bulge = (self.middle[i] - y - c * difference) / (c * (1.0 - c));
+            let tilt = (difference - h * self.k[last][i] - bulge) / (1.0 - c);
+            (start[i], first[i], second[i], third[i]) = (*y, difference, bulge - c * tilt, tilt);
         }
     }
 
