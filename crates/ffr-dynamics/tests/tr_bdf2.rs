@@ -571,6 +571,5 @@ fn order_four_needs_fewer_evaluations_and_keeps_more_of_what_rings() {
         (integrator.statistics().evaluations, 1.0 - y[0].hypot(y[1] / omega))
     };
     let ((few, kept), (many, lost)) = (work(Method::Esdirk4), work(Method::TrBdf2));
-    println!("{few} {kept:e}, {many} {lost:e}");
     assert!(few < many && kept > 0.0 && kept < 0.5 * lost, "{few} {kept:e}, {many} {lost:e}");
 }
