@@ -12,7 +12,7 @@
 //! * **Line 16** divides by `|Δq|²`. When `Δq` is round-off of `q` the update would be noise over noise and is left out.
 //! * **Line 15** solves with `J`, line 10 asks for its condition. The listing factorises it in every pass; here its inverse follows
 //!   the update of line 16 by Sherman and Morrison's formula, which costs `n²` instead of `n³` operations, and is made anew from `J`
-//!   after [`MAX_UPDATES`] and where the formula divides by little. `rcond` of an updated matrix is exact, not estimated.
+//!   after `MAX_UPDATES` and where the formula divides by little. `rcond` of an updated matrix is exact, not estimated.
 //! * **Line 20** can be reached twice; the second time line 30 ends the call with the state reached. That is no
 //!   [`Rejection`]: the report carries code -1.
 //! * **Line 28** leaves before line 35, `k_jac` stays; the caller restores a saved state or stops.
