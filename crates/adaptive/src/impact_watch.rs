@@ -15,8 +15,8 @@ pub struct ContactInstant {
     pub impulse: Vector3<f64>,
     /// Unit normal towards the contact body.
     pub normal: Vector3<f64>,
-    /// Relative velocity of the centres of mass along the normal, positive when parting [m/s].
-    pub velocity: f64,
+    /// Velocity of the contact body's centre of mass relative to the target's [m/s].
+    pub velocity: Vector3<f64>,
 }
 
 /// State of a watched contact.
@@ -33,10 +33,13 @@ struct Running {
     end: f64,
     peak_force: f64,
     peak_time: f64,
+    /// Normal at the peak. Where bodies slide past each other it turns as much before the peak as after it, so that velocities
+    /// along it are those that the normal impulse changes.
+    normal: Vector3<f64>,
     impulse_at_start: Vector3<f64>,
-    approach: f64,
-    impulse: f64,
-    separation: f64,
+    velocity_before: Vector3<f64>,
+    impulse: Vector3<f64>,
+    velocity_after: Vector3<f64>,
 }
 
 impl ImpactWatch {
@@ -71,10 +74,11 @@ impl ImpactWatch {
                 end: now.time,
                 peak_force: 0.0,
                 peak_time: now.time,
+                normal: now.normal,
                 impulse_at_start: before.impulse,
-                approach: -before.velocity,
-                impulse: 0.0,
-                separation: now.velocity,
+                velocity_before: before.velocity,
+                impulse: Vector3::zeros(),
+                velocity_after: now.velocity,
             });
         }
         let mut is_new_peak = false;
@@ -86,12 +90,13 @@ impl ImpactWatch {
                 running.end = release.unwrap_or(now.time);
             }
             // Points may touch within a step and at neither of its ends.
-            running.impulse = (now.impulse - running.impulse_at_start).dot(&now.normal);
+            running.impulse = now.impulse - running.impulse_at_start;
             if now.force > 0.0 || was_touching {
-                running.separation = now.velocity;
+                running.velocity_after = now.velocity;
             }
             if now.force > running.peak_force {
                 (running.peak_force, running.peak_time) = (now.force, now.time);
+                running.normal = now.normal;
                 is_new_peak = true;
             } else if let (Some(a), Some(b)) = (self.before_last, self.last) {
                 let (time, force) = parabola_top(&a, &b, &now);
@@ -107,16 +112,19 @@ impl ImpactWatch {
 
     /// Ends the running impact and returns its record; `contact` is the contact's index.
     pub fn finish(&mut self, contact: u32) -> Option<ImpactRecord> {
-        self.record.take().map(|r| ImpactRecord {
-            contact,
-            start: r.start,
-            end: r.end,
-            peak_force: r.peak_force,
-            peak_time: r.peak_time,
-            impulse: r.impulse,
-            approach_velocity: r.approach,
-            separation_velocity: r.separation,
-            restitution: r.separation / r.approach,
+        self.record.take().map(|r| {
+            let (approach, separation) = (-r.velocity_before.dot(&r.normal), r.velocity_after.dot(&r.normal));
+            ImpactRecord {
+                contact,
+                start: r.start,
+                end: r.end,
+                peak_force: r.peak_force,
+                peak_time: r.peak_time,
+                impulse: r.impulse.dot(&r.normal),
+                approach_velocity: approach,
+                separation_velocity: separation,
+                restitution: separation / approach,
+            }
         })
     }
 }
@@ -147,7 +155,37 @@ mod tests {
     use super::*;
 
     fn instant(time: f64, force: f64, impulse: f64, velocity: f64) -> ContactInstant {
-        ContactInstant { time, force, impulse: Vector3::z() * impulse, normal: Vector3::z(), velocity }
+        let [impulse, velocity] = [impulse, velocity].map(|size| Vector3::z() * size);
+        ContactInstant { time, force, impulse, normal: Vector3::z(), velocity }
+    }
+
+    #[test]
+    fn bodies_sliding_past_each_other_part_as_fast_as_they_met() {
+        // No loss, no friction: the velocity is mirrored at the mean normal, from which the normal turns by 0.01 to both sides.
+        let normal = |angle: f64| Vector3::new(angle.sin(), 0.0, angle.cos());
+        let mut velocity = Vector3::new(2.0, 0.0, -1.0);
+        let approach = -velocity.dot(&normal(0.0));
+        let mut watch = ImpactWatch::default();
+        for (t, force, angle) in
+            [(0.0, 0.0, -0.01), (1.0, 5.0, -0.005), (2.0, 7.0, 0.0), (3.0, 5.0, 0.005), (4.0, 0.0, 0.01)]
+        {
+            if t > 2.0 {
+                velocity = Vector3::new(2.0, 0.0, 1.0);
+            }
+            let impulse = Vector3::z() * if t > 2.0 { 2.0 } else { 0.0 };
+            watch.step(
+                ContactInstant { time: t, force, impulse, normal: normal(angle), velocity },
+                None,
+                None,
+            );
+        }
+        let r = watch.finish(0).unwrap();
+        // Round-off.
+        assert!(
+            (r.restitution - 1.0).abs() < 1e-15 && (r.approach_velocity - approach).abs() < 1e-15,
+            "{r:?}"
+        );
+        assert!((r.impulse - 2.0).abs() < 1e-15);
     }
 
     #[test]

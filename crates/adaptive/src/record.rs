@@ -208,9 +208,9 @@ pub struct ImpactRecord {
     pub peak_time: f64,
     /// Time integral of the normal force [N s].
     pub impulse: f64,
-    /// Closing speed of the centres of mass along the normal at the start [m/s].
+    /// Closing speed of the centres of mass at the start, along the normal at the peak [m/s].
     pub approach_velocity: f64,
-    /// Separating speed at the end [m/s].
+    /// Separating speed at the end, along the same normal [m/s].
     pub separation_velocity: f64,
     /// Ratio of the two.
     pub restitution: f64,

@@ -192,15 +192,18 @@ pub fn smallest_gap(system: &mut System, t: f64, y: &[f64], index: usize) -> f64
     system.forces()[index].contact.smallest_gap(states)
 }
 
-/// The normal of contact `index`, and the velocity along it at which the centres of mass part [m/s], at time `t` in the state
-/// `y`.
-pub fn normal_motion(system: &mut System, t: f64, y: &[f64], index: usize) -> (Vector3<f64>, f64) {
+/// The normal of contact `index`, and the velocity of the contact body's centre of mass relative to the target's [m/s], at time
+/// `t` in the state `y`. The normal is the direction of the normal force that acts, whose points are many; without force it is that
+/// of the nearest point, off by the turn of the surface over half their spacing.
+pub fn normal_motion(system: &mut System, t: f64, y: &[f64], index: usize) -> (Vector3<f64>, Vector3<f64>) {
     place(system, t, y, index);
     let (states, _) = system.last_evaluation();
     let contact = &system.forces()[index].contact;
     let velocity = |body: usize| centre_of_mass_velocity(&system.model().bodies[body].data, &states[body]);
     let (body, target) = contact.bodies();
     let relative = velocity(body) - target.map_or_else(Vector3::zeros, velocity);
-    let normal = contact.normal(states);
-    (normal, relative.dot(&normal))
+    let report = contact.report();
+    let pressed = (report.force - report.friction_force).try_normalize(0.0);
+    let normal = pressed.filter(|_| report.normal_force > 0.0).unwrap_or_else(|| contact.normal(states));
+    (normal, relative)
 }

@@ -6,6 +6,7 @@ mod impacts;
 use std::f64::consts::PI;
 use std::time::Instant;
 
+use adaptive::record::Sample;
 use adaptive::spec::{
     BodyKind, BodySpec, ContactLaw, ContactSpec, DiscretisationSpec, ElasticSpec, InitialMotion,
     IntervalSpec, ReductionSpec, RunSpec, SurfaceLaw, Target,
@@ -188,10 +189,50 @@ impl Outcome {
         change / self.impact_energy()
     }
 
-    /// Largest energy that friction gave back from one sample to the next, relative to the energy at the impact.
+    /// Energy that friction gave back in every step that it did, with what a step may give back, both relative to the energy at the
+    /// impact.
+    ///
+    /// Within a step slips count from its start (docs/decisions/0005-friction.md). A point whose bound `b` grows in the step can
+    /// be pulled back over its slip `w`: it loses `∫ b d|w| = b |w| - ∫ |w| db >= -∫ |w| db`, so that all together give back at most the
+    /// slip of the step times the growth of the bounds. That is of second order in the step.
+    fn friction_gains(&self) -> Vec<[f64; 2]> {
+        let energy = self.impact_energy();
+        let gain = |w: &[Sample]| {
+            let gain = (w[0].energies.dissipated - w[1].energies.dissipated) / energy;
+            let speed = |s: &Sample| {
+                let [a, b] = [0, 1].map(|i| Vector3::from(s.bodies[i].velocity));
+                let spins = [0, 1]
+                    .map(|i| self.case.balls[i].radius * Vector3::from(s.bodies[i].angular_velocity).norm());
+                (b - a).norm() + spins[0] + spins[1]
+            };
+            let slip = speed(&w[0]).max(speed(&w[1])) * (w[1].time - w[0].time);
+            let growth = (w[1].contacts[0].normal_force - w[0].contacts[0].normal_force).abs();
+            let most = self.case.friction.unwrap_or(0.0) * growth * slip / energy;
+            (gain > 0.0).then_some([gain, most])
+        };
+        self.trace.samples.windows(2).filter_map(gain).collect()
+    }
+
+    /// Largest energy that friction gave back in a step, relative to the energy at the impact.
     fn friction_gain(&self) -> f64 {
-        let lost: Vec<f64> = self.trace.samples.iter().map(|s| s.energies.dissipated).collect();
-        lost.windows(2).map(|w| w[0] - w[1]).fold(0.0, f64::max) / self.impact_energy()
+        self.friction_gains().iter().fold(0.0, |m, [gain, _]| m.max(*gain))
+    }
+
+    /// Restitution along the line of centres at the peak: the normal force turns as much before as after it.
+    fn restitution_of_centres(&self) -> f64 {
+        let samples = &self.trace.samples;
+        let peak =
+            samples.iter().max_by(|a, b| a.contacts[0].normal_force.total_cmp(&b.contacts[0].normal_force));
+        let centres = |s: &Sample| {
+            let [a, b] = [0, 1].map(|i| Vector3::from(s.bodies[i].centre_of_mass));
+            (b - a).normalize()
+        };
+        let normal = centres(peak.expect("samples"));
+        let parting = |s: &Sample| {
+            let [a, b] = [0, 1].map(|i| Vector3::from(s.bodies[i].velocity));
+            (b - a).dot(&normal)
+        };
+        -parting(self.trace.last()) / parting(&samples[0])
     }
 
     fn friction_loss(&self) -> f64 {
@@ -210,7 +251,7 @@ impl Outcome {
         let evaluations: u64 = self.trace.phases.iter().map(|p| p.evaluations).sum();
         let [p, q] = self.places();
         format!(
-            "{:3} mu {:.1} impacts {} peak/Hertz {:+.4} restitution {:.5} momenta {linear:.0e} {angular:.0e} ledger {:.0e} \
+            "{:3} mu {:.1} impacts {} peak/Hertz {:+.4} restitution {:.5} (centres {:.5}) momenta {linear:.0e} {angular:.0e} ledger {:.2e} \
              friction gains {:.0e} loses {:.3} tries {} ({}) evaluations {evaluations} {:.1} s; radii {:.1} {:.1} mm, E {:.0} {:.0} GPa, \
              {:.3} m/s, at ({:.2} {:.2} {:.2}) ({:.2} {:.2} {:.2})",
             c.number,
@@ -218,6 +259,7 @@ impl Outcome {
             impacts.len(),
             impacts.first().map_or(f64::NAN, |i| i.peak_force / c.hertz().0 - 1.0),
             impacts.first().map_or(f64::NAN, |i| i.restitution),
+            self.restitution_of_centres(),
             self.energy_drift(),
             self.friction_gain(),
             self.friction_loss(),
@@ -242,9 +284,12 @@ impl Outcome {
         let line = self.line();
         assert_eq!(self.trace.impacts.len(), 1, "{line}");
         assert!(self.momentum_changes().iter().all(|c| *c < MOMENTUM), "{line}");
-        assert!(self.friction_gain() < GAIN, "{line}");
+        for [gain, most] in self.friction_gains() {
+            assert!(gain <= most + ROUND_OFF, "{gain:.1e} of {most:.1e}; {line}");
+        }
         assert_eq!(self.case.friction.is_some(), self.friction_loss() > 0.0, "{line}");
-        assert!(self.energy_drift() < LEDGER, "{line}");
+        let limit = if self.case.friction.is_some() { LEDGER_OF_FRICTION } else { LEDGER };
+        assert!(self.energy_drift() < limit, "{line}");
         assert!((self.trace.impacts[0].restitution - 1.0).abs() < RESTITUTION, "{line}");
         assert!((self.trace.impacts[0].peak_force / self.case.hertz().0 - 1.0).abs() < HERTZ, "{line}");
     }
@@ -252,13 +297,16 @@ impl Outcome {
 
 /// Permitted relative change of both momenta (claim of the project).
 const MOMENTUM: f64 = 1e-10;
-/// Permitted gain of energy by friction: the error of the integration.
-const GAIN: f64 = 1e-6;
-/// Permitted error of the ledger relative to the energy at the impact (claim of the project).
-const LEDGER: f64 = 1e-4;
+/// Round-off of the work of friction, a sum over some thousand stages.
+const ROUND_OFF: f64 = 1e-12;
+/// Permitted error of the ledger relative to the energy at the impact (claim of the project for an impact).
+const LEDGER: f64 = 1e-5;
+/// The same with friction, whose power jumps where a point begins to slide: the booked work has an error of first order of the step
+/// there (docs/decisions/0005-friction.md). Case 9 has 1.0e-4 with its own steps of 0.2 µs, 6.8e-5 with steps of 0.1 µs.
+const LEDGER_OF_FRICTION: f64 = 1.5e-4;
 /// Permitted deviation of the normal restitution from 1: elastic vibrations hold up to a few thousandths; friction couples the
-/// normal motion of unlike balls to the tangential one; the normal turns while the balls slide past each other.
-const RESTITUTION: f64 = 2e-2;
+/// normal motion of unlike balls to the tangential one.
+const RESTITUTION: f64 = 1e-2;
 /// Permitted deviation of the peak force from Hertz's: finite size of the balls, friction between unlike materials.
 const HERTZ: f64 = 3e-2;
 
@@ -282,6 +330,32 @@ fn solid_spheres_drawn_at_random_keep_momenta_and_energy() {
 #[ignore = "minutes: cargo test --release -p adaptive --test random_solid_impacts -- --ignored --nocapture"]
 fn thirty_oblique_impacts_of_solid_spheres_keep_momenta_and_energy() {
     check_all(0..30, 8);
+}
+
+#[test]
+#[ignore = "a minute: cargo test --release -p adaptive --test random_solid_impacts -- --ignored --nocapture"]
+fn what_friction_gives_back_falls_with_the_step() {
+    let run = |number: u64, max_step: f64| {
+        let case = Case::draw(number);
+        let mut spec = case.spec(8);
+        spec.settings.impact.max_step = max_step;
+        let mut trace = Trace::default();
+        try_run(&spec, &mut trace).unwrap_or_else(|e| panic!("{e}"));
+        let outcome = Outcome { case, trace, seconds: 0.0 };
+        let sum: f64 = outcome.friction_gains().iter().map(|[gain, _]| gain).sum();
+        println!(
+            "{number}, steps of {max_step:.1e} s: {sum:.2e} given back, {:.1e} at most, ledger {:.2e}, loss {:.6}",
+            outcome.friction_gain(),
+            outcome.energy_drift(),
+            outcome.friction_loss()
+        );
+        // 1.2e-5 with the longest steps, less with shorter ones; a power taken from before the step would miss 6e-5.
+        assert!(outcome.energy_drift() < 2e-5, "{}", outcome.line());
+        sum
+    };
+    // Case 3 gives back most, at points just loaded: a quarter in each of twice as many steps.
+    let gains = [2e-7, 1e-7, 5e-8].map(|step| run(3, step));
+    assert!(gains[2] < 0.4 * gains[0], "{gains:?}");
 }
 
 #[test]

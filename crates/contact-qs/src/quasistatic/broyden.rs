@@ -10,6 +10,9 @@
 //!   12; here a Jacobian with any entry that is not finite has `rcond` NaN. As in the listing, lines 15-17 run in spite
 //!   of an error, and a step below `ε` ends the call successfully even then (a solution is a solution).
 //! * **Line 16** divides by `|Δq|²`. When `Δq` is round-off of `q` the update would be noise over noise and is left out.
+//! * **Line 15** solves with `J`, line 10 asks for its condition. The listing factorises it in every pass; here its inverse follows
+//!   the update of line 16 by Sherman and Morrison's formula, which costs `n²` instead of `n³` operations, and is made anew from `J`
+//!   after `MAX_UPDATES` and where the formula divides by little. `rcond` of an updated matrix is exact, not estimated.
 //! * **Line 20** can be reached twice; the second time line 30 ends the call with the state reached. That is no
 //!   [`Rejection`]: the report carries code -1.
 //! * **Line 28** leaves before line 35, `k_jac` stays; the caller restores a saved state or stops.
@@ -30,6 +33,10 @@ use ffr_dynamics::error::Rejection;
 use super::active_set::SolveReport;
 use super::conditioned_lu::ConditionedLu;
 use super::problem::{add_product, depth};
+use super::updated_inverse::UpdatedInverse;
+
+/// Updates of an inverse after which it is made anew: each adds round-off of some `n eps` of it.
+const MAX_UPDATES: usize = 50;
 
 /// Limits and tolerances of Algorithm 1, by default those of \[A\] section 3.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -54,14 +61,14 @@ impl Default for BroydenSettings {
 #[derive(Debug, Clone)]
 struct Carried {
     coordinates: Vec<f64>,
-    jacobian: Vec<f64>,
+    jacobian: UpdatedInverse,
     uses: usize,
 }
 
 impl Carried {
     fn copy_from(&mut self, other: &Self) {
         self.coordinates.copy_from_slice(&other.coordinates);
-        self.jacobian.copy_from_slice(&other.jacobian);
+        self.jacobian.copy_from(&other.jacobian);
         self.uses = other.uses;
     }
 }
@@ -118,7 +125,7 @@ impl Broyden {
     pub fn new(settings: BroydenSettings, n_points: usize, n_coordinates: usize) -> Self {
         let carried = Carried {
             coordinates: vec![0.0; n_coordinates],
-            jacobian: vec![0.0; n_coordinates * n_coordinates],
+            jacobian: UpdatedInverse::new(n_coordinates),
             uses: settings.max_jacobian_uses,
         };
         Self {
@@ -199,7 +206,7 @@ impl Broyden {
             } else {
                 self.carried.uses += 1; // line 8
             }
-            let rcond = self.lu.factorise(&self.carried.jacobian);
+            let rcond = self.carried.jacobian.condition(MAX_UPDATES, &mut self.lu);
             if rcond < self.settings.min_rcond {
                 error = 1; // line 11
             } else if rcond.is_nan() {
@@ -243,12 +250,13 @@ impl Broyden {
     /// Jacobian of `f_qs` by forward differences (Eq. C.13); `start`: deepest penetration at `q = 0`.
     fn difference_jacobian(&mut self, problem: &ModalProblem<'_>, start: f64, forces: &[f64]) {
         let n = self.residual.len();
+        let jacobian = self.carried.jacobian.set();
         let relative = f64::EPSILON.powf(0.25);
         // Without penetration at q only round-off sets a scale: a trace of the starting depth.
         let scale = f64::max(depth(&self.gaps), f64::EPSILON.sqrt() * start);
         for j in 0..n {
             let shape = problem.shapes.col_as_slice(j);
-            let column = &mut self.carried.jacobian[j * n..(j + 1) * n];
+            let column = &mut jacobian[j * n..(j + 1) * n];
             column.fill(0.0);
             column[j] = 1.0;
             let largest = shape.iter().fold(0.0, |m: f64, s| m.max(s.abs()));
@@ -274,9 +282,7 @@ impl Broyden {
         if not_finite {
             return f64::NAN; // J⁻¹ f is not a number either
         }
-        let n = self.residual.len();
-        self.step.copy_from_slice(&self.residual);
-        self.lu.solve(&mut self.step);
+        self.carried.jacobian.solve(&self.residual, &mut self.step);
         let (mut change, mut square, mut size) = (0.0_f64, 0.0, 0.0);
         for (q, s) in self.carried.coordinates.iter_mut().zip(&mut self.step) {
             *s = -*s;
@@ -289,13 +295,7 @@ impl Broyden {
         self.evaluate(problem, forces);
         // Good Broyden update (Eq. C.14): J += (Δf - J Δq) Δqᵀ / |Δq|², and J Δq = -f makes the bracket the new residual.
         if square > f64::EPSILON * f64::EPSILON * size {
-            for (j, s) in self.step.iter().enumerate() {
-                let factor = s / square;
-                let column = &mut self.carried.jacobian[j * n..(j + 1) * n];
-                for (entry, r) in column.iter_mut().zip(&self.residual) {
-                    *entry += r * factor;
-                }
-            }
+            self.carried.jacobian.update(1.0 / square, &self.residual, &self.step);
         }
         change
     }

@@ -11,6 +11,9 @@ use faer::{MatMut, MatRef, Par};
 /// Most refinements of the estimate (Higham 1988, as in LAPACK).
 const MAX_REFINEMENTS: usize = 5;
 
+/// Columns of an inverse found together.
+const BUNDLE: usize = 64;
+
 /// Factors of one square matrix of fixed size, with buffers.
 pub struct ConditionedLu {
     n: usize,
@@ -26,7 +29,7 @@ impl ConditionedLu {
     /// Room for an `n × n` matrix.
     pub fn new(n: usize) -> Self {
         let scratch = lu::factor::lu_in_place_scratch::<usize, f64>(n, n, Par::Seq, Default::default())
-            .or(lu::solve::solve_in_place_scratch::<usize, f64>(n, 1, Par::Seq))
+            .or(lu::solve::solve_in_place_scratch::<usize, f64>(n, BUNDLE, Par::Seq))
             .or(lu::solve::solve_transpose_in_place_scratch::<usize, f64>(n, 1, Par::Seq));
         Self {
             n,
@@ -94,6 +97,25 @@ impl ConditionedLu {
             Par::Seq,
             MemStack::new(&mut self.memory),
         );
+    }
+
+    /// Replaces `inverse`, column by column, by `J⁻¹`.
+    pub fn invert(&mut self, inverse: &mut [f64]) {
+        let n = self.n;
+        inverse.fill(0.0);
+        inverse.iter_mut().step_by(n + 1).for_each(|x| *x = 1.0);
+        if n == 0 {
+            return;
+        }
+        // In bundles, which need no more room than what is there.
+        for columns in inverse.chunks_mut(n * BUNDLE.min(n)) {
+            let factors = MatRef::from_column_major_slice(&self.factors, n, n);
+            let permutation = PermRef::new_checked(&self.permutation, &self.inverse, n);
+            let width = columns.len() / n;
+            let rhs = MatMut::from_column_major_slice_mut(columns, n, width);
+            let stack = MemStack::new(&mut self.memory);
+            lu::solve::solve_in_place(factors, factors, permutation, rhs, Par::Seq, stack);
+        }
     }
 
     /// Replaces the probe by `J⁻ᵀ` times it.

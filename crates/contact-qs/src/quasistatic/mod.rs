@@ -3,6 +3,7 @@
 pub mod problem;
 pub mod active_set;
 pub mod conditioned_lu;
+mod updated_inverse;
 pub mod modal_basis;
 pub mod broyden;
 pub mod solver;

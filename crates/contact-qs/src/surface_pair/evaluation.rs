@@ -143,7 +143,7 @@ impl SurfacePair {
     ) -> Result<Option<f64>, Rejection> {
         let speed = self.speed(own, target);
         let Some(friction) = &mut self.friction else { return Ok(None) };
-        let time = MOMENT * friction.depth / speed;
+        let time = friction.look_back_time(t, MOMENT * friction.depth / speed);
         if !(time.is_finite() && time > 0.0) {
             return Ok(None);
         }

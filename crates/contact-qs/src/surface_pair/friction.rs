@@ -57,6 +57,9 @@ pub(super) struct PairFriction {
     has_nodes: bool,
     /// Whether there is an evaluation to be committed.
     pub is_evaluated: bool,
+    /// Time of the last evaluation, and of the last one committed, -∞ if there is none \[s\].
+    pub time: f64,
+    committed: f64,
     /// Slip increments a moment before the last evaluation.
     pub earlier: Vec<f64>,
     /// Motions of both bodies then.
@@ -87,6 +90,8 @@ impl PairFriction {
             nodes: vec![[0.0; 3]; n_nodes],
             has_nodes: false,
             is_evaluated: false,
+            time: f64::NEG_INFINITY,
+            committed: f64::NEG_INFINITY,
             earlier: vec![0.0; n],
             moment: Some(Box::new(n_modes.map(BodyState::at_rest))),
         }
@@ -251,6 +256,14 @@ impl PairFriction {
         self.nodes.copy_from_slice(nodes);
         self.has_nodes = true;
         self.is_evaluated = false;
+        self.committed = self.time;
+    }
+
+    /// How long before `t` the power of sliding is to be taken from, `wanted` if it can be: slips count from the last commitment, before
+    /// which there are none.
+    pub fn look_back_time(&self, t: f64, wanted: f64) -> f64 {
+        let since = t - self.committed;
+        if since > 0.0 { wanted.min(since) } else { wanted }
     }
 
     pub fn save(&mut self) {
@@ -270,6 +283,7 @@ impl PairFriction {
     /// Forgets everything about the past.
     pub fn forget(&mut self) {
         (self.has_nodes, self.is_evaluated) = (false, false);
+        self.committed = f64::NEG_INFINITY;
         self.bases.fill(Base::default());
         self.stick_slip.clear_forces();
     }

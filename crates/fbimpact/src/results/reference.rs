@@ -79,8 +79,8 @@ const IMPACTS: [(&str, &str); 9] = [
     ("peak_force", "largest normal force"),
     ("peak_time", "its time"),
     ("impulse", "normal force over time"),
-    ("approach_velocity", "of the bodies before"),
-    ("separation_velocity", "of the bodies after"),
+    ("approach_velocity", "of the centres of mass before, along the normal at the peak"),
+    ("separation_velocity", "of the centres of mass after, along the same normal"),
     ("restitution", "ratio of the two"),
 ];
 
