@@ -27,8 +27,8 @@ completions zsh usr/share/zsh/vendor-completions/_fbimpact
 completions fish usr/share/fish/vendor_completions.d/fbimpact.fish
 
 doc=$root/usr/share/doc/fbimpact
-mkdir -p "$doc/scenarios"
-cp scenarios/*.toml "$doc/scenarios/"
+mkdir -p "$doc"
+cp -r scenarios "$doc/scenarios"
 cp -r docs "$doc/docs"
 cp README.md CHANGELOG.md LICENSE-MIT LICENSE-APACHE "$doc/"
 { cat LICENSE; echo; cat crates/fbimpact/assets/DejaVuSans.LICENSE; } > "$doc/copyright"

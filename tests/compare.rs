@@ -1,17 +1,12 @@
 //! `fbimpact compare` and `thin`, run as programs on results of real runs.
 
+mod support;
+
 use std::path::{Path, PathBuf};
 
-use assert_cmd::Command;
 use fbimpact::results::tables::ImpactRow;
+use support::fbimpact as output;
 use tempfile::TempDir;
-
-fn output(arguments: &[&str]) -> (i32, String, String) {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_fbimpact"));
-    let output = command.args(arguments).output().expect("the program starts");
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
-    (output.status.code().expect("no signal"), text(output.stdout), text(output.stderr))
-}
 
 fn text(path: &Path) -> &str {
     path.to_str().expect("UTF-8")

@@ -138,7 +138,7 @@ fn every_dataset_of_a_result_is_in_the_reference() {
         assert!(names.len() > 30);
         for name in names {
             let mut parts: Vec<&str> = name.split('/').collect();
-            if matches!(parts[1], "bodies" | "joints" | "contacts" | "points" | "stress") {
+            if matches!(parts[1], "bodies" | "joints" | "contacts" | "pressure" | "points" | "stress") {
                 parts[2] = "NAME";
             }
             let last = parts[parts.len() - 1];

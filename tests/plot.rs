@@ -1,17 +1,12 @@
 //! `fbimpact plot` from the outside: files, formats, notes and errors.
 
+mod support;
+
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
-use assert_cmd::Command;
+use support::{fbimpact, simulate};
 use tempfile::TempDir;
-
-fn fbimpact(arguments: &[&str]) -> (i32, String, String) {
-    let run =
-        Command::new(env!("CARGO_BIN_EXE_fbimpact")).args(arguments).output().expect("the program starts");
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
-    (run.status.code().expect("no signal"), text(run.stdout), text(run.stderr))
-}
 
 /// Results that all tests read.
 struct Results {
@@ -20,17 +15,6 @@ struct Results {
     slow: PathBuf,
     pair: PathBuf,
     pendulum: PathBuf,
-}
-
-fn simulate(folder: &Path, scenario: &str, name: &str, set: &[&str]) -> PathBuf {
-    let scenario = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(scenario);
-    let output = folder.join(name);
-    let (scenario, file) = (scenario.display().to_string(), output.display().to_string());
-    let mut arguments = vec!["run", "-q", &scenario, "-o", &file];
-    arguments.extend(set.iter().flat_map(|s| ["--set", s]));
-    let (code, _, err) = fbimpact(&arguments);
-    assert_eq!(code, 0, "{err}");
-    output
 }
 
 static RESULTS: LazyLock<Results> = LazyLock::new(|| {

@@ -6,7 +6,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use adaptive::record::{
     BodyLayout, BodySample, ContactSample, Continue, Energies, ImpactRecord, JointLayout, JointSample,
-    Observer, PhaseKind, PhaseRecord, PointSample, RunLayout, Sample, StressRecord, Timings, TryRecord,
+    Observer, PhaseKind, PhaseRecord, PointSample, PressurePoint, RunLayout, Sample, StressRecord, Timings,
+    TryRecord,
 };
 use fbimpact::commands::run::{Simulation, record};
 use fbimpact::error::AppError;
@@ -27,6 +28,11 @@ fn scenario_with(set: &[&str]) -> Scenario {
     scenario::parse(Path::new("sphere_on_plane.toml"), text, &overrides).expect("valid")
 }
 
+fn loaded(j: u32) -> PressurePoint {
+    let x = f64::from(j);
+    PressurePoint { position: [1e-4 * x, 0.0, 0.0], area: 1e-8 * (1.0 + x), pressure: 1e6 * x }
+}
+
 fn sample(i: u32) -> Sample {
     let x = f64::from(i);
     let body = |n_q: usize| BodySample {
@@ -44,6 +50,7 @@ fn sample(i: u32) -> Sample {
         angular_momentum: [0.0; 3],
         bodies: vec![body(6), body(0)],
         contacts: vec![ContactSample { normal_force: 0.1 * x, active_points: i, ..ContactSample::default() }],
+        pressures: vec![(0..i % 4).map(loaded).collect()],
         points: vec![PointSample { position: [0.0, 0.0, x], velocity: [x, 0.0, 0.0] }],
         joints: vec![JointSample { positions: vec![x, 0.5 * x], velocities: vec![1.0, 2.0] }],
     }
@@ -205,10 +212,39 @@ fn every_numeric_dataset_has_unit_description_and_time_axis() {
             seen += 1;
         }
     });
-    // 1 phase, 10 energies, 2 momenta, 7 + 5 of bodies, 8 of contacts, 2 of points, 2 of joints.
-    assert_eq!(seen, 37);
+    // 1 phase, 10 energies, 2 momenta, 7 + 5 of bodies, 9 of contacts, 2 of points, 2 of joints.
+    assert_eq!(seen, 38);
     let class: hdf5::types::FixedAscii<16> = read_class(&file);
     assert_eq!(class.as_str(), "DIMENSION_SCALE");
+}
+
+#[test]
+fn every_point_is_stored_once_and_the_lists_are_as_long_as_their_counts_say() {
+    let (_directory, path) = directory();
+    runs(&path, false, false, complete).expect("the run is complete");
+    let file = hdf5::File::open(&path).expect("readable");
+    let count: Vec<u32> =
+        file.dataset("contacts/impact/pressure_points").and_then(|d| d.read_raw()).expect("u32");
+    let point: Vec<u32> = file.dataset("pressure/impact/point").and_then(|d| d.read_raw()).expect("u32");
+    let pressure: Vec<f64> =
+        file.dataset("pressure/impact/pressure").and_then(|d| d.read_raw()).expect("f64");
+    let area: Vec<f64> = file.dataset("pressure/impact/area").and_then(|d| d.read_raw()).expect("f64");
+    let position: Vec<f64> =
+        file.dataset("pressure/impact/position").and_then(|d| d.read_raw()).expect("f64");
+    assert!(count.iter().zip(0..).all(|(n, i)| *n == i % 4) && count.len() == ROWS as usize);
+    assert_eq!((area.len(), position.len()), (3, 9));
+    let mut k = 0;
+    for n in count {
+        for j in 0..n {
+            let at = point[k] as usize;
+            let wanted = loaded(j);
+            assert_eq!((position[3 * at], area[at]), (wanted.position[0], wanted.area));
+            // Single precision.
+            assert!((pressure[k] - wanted.pressure).abs() <= 1e-7 * wanted.pressure);
+            k += 1;
+        }
+    }
+    assert_eq!((k, k), (point.len(), pressure.len()));
 }
 
 fn read_class(file: &hdf5::File) -> hdf5::types::FixedAscii<16> {

@@ -169,6 +169,12 @@ pub fn read_everything(path: &Path, folder: &Path) {
         }
         for contact in &states.scenario.contacts {
             let _ = states.contact(&contact.name);
+            if let Ok(Some(series)) = states.pressures(&contact.name) {
+                let entries = (0..states.time.len()).flat_map(|i| series.range(i));
+                entries.for_each(|k| {
+                    let _ = (series.pressure[k], series.position[series.point[k] as usize]);
+                });
+            }
         }
     }
     let rules = Rules::read(None, None, None).unwrap();

@@ -30,7 +30,7 @@ pub struct Trace {
     pub stress: Vec<StressRecord>,
     /// Why the run ended early, if it did.
     pub failure: Option<String>,
-    /// Whether coordinates of bodies are left out, which may be many.
+    /// Whether coordinates of bodies and pressures of contacts are left out, which may be many.
     pub without_coordinates: bool,
 }
 
@@ -44,6 +44,7 @@ impl Observer for Trace {
         let mut sample = sample.clone();
         if self.without_coordinates {
             sample.bodies.clear();
+            sample.pressures.clear();
         }
         self.samples.push(sample);
         Ok(())

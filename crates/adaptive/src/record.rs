@@ -123,6 +123,17 @@ pub struct ContactSample {
     pub penalty: f64,
 }
 
+/// Normal pressure at a contact point that carries force.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct PressurePoint {
+    /// The undeformed point in the frame of the contact body \[m\].
+    pub position: [f64; 3],
+    /// Its tributary area; that of a ring in axisymmetric models \[m²\].
+    pub area: f64,
+    /// Normal force over area \[Pa\].
+    pub pressure: f64,
+}
+
 /// An observed point at one instant.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct PointSample {
@@ -158,6 +169,8 @@ pub struct Sample {
     pub bodies: Vec<BodySample>,
     /// One entry a contact.
     pub contacts: Vec<ContactSample>,
+    /// Points that carry force, one entry a contact; none for laws without points.
+    pub pressures: Vec<Vec<PressurePoint>>,
     /// One entry an observed point.
     pub points: Vec<PointSample>,
     /// One entry a joint of the scenario that closes no loop.

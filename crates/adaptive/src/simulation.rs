@@ -10,7 +10,7 @@ use ffr_dynamics::system::Multibody;
 use ffr_dynamics::system::force::{BodyState, ForceElement, ForceEnergies, GeneralisedForce};
 use nalgebra::Vector3;
 
-use crate::record::{BodySample, ContactSample, Energies, JointSample, PointSample, Sample};
+use crate::record::{BodySample, ContactSample, Energies, JointSample, PointSample, PressurePoint, Sample};
 
 /// A contact that counts the time spent in it.
 pub struct TimedContact {
@@ -125,6 +125,11 @@ pub fn fill_sample(system: &mut System, observed: &Observed, t: f64, y: &[f64], 
     sample.linear_momentum = invariants.linear_momentum.into();
     sample.angular_momentum = invariants.angular_momentum.into();
     sample.contacts.resize(system.forces().len(), ContactSample::default());
+    sample.pressures.resize(system.forces().len(), Vec::new());
+    for (force, slot) in system.forces().iter().zip(&mut sample.pressures) {
+        slot.clear();
+        slot.extend(pressures(force.contact.as_ref()));
+    }
     for (force, slot) in system.forces().iter().zip(&mut sample.contacts) {
         let energies = force.energies();
         sample.energies.elastic_high += energies.elastic_high;
@@ -151,6 +156,15 @@ pub fn fill_sample(system: &mut System, observed: &Observed, t: f64, y: &[f64], 
         slot.velocities.clear();
         slot.velocities.extend(&coordinates.velocities[..kind.n_velocities()]);
     }
+}
+
+/// Points of a contact that carry force.
+fn pressures(contact: &dyn ContactElement) -> impl Iterator<Item = PressurePoint> {
+    let loaded = contact.point_forces().iter().enumerate().filter(|(_, force)| **force > 0.0);
+    loaded.filter_map(|(i, force)| {
+        let (position, area) = contact.point(i)?;
+        Some(PressurePoint { position, area, pressure: force / area })
+    })
 }
 
 fn contact_sample(contact: &dyn ContactElement) -> ContactSample {

@@ -71,6 +71,12 @@ pub trait ContactElement: ForceElement {
         &[]
     }
 
+    /// Undeformed contact point `i` in the frame of the contact body \[m\], and its tributary area \[m²\]; none for laws without
+    /// points.
+    fn point(&self, _i: usize) -> Option<([f64; 3], f64)> {
+        None
+    }
+
     /// Changes the penalty factor [N/m³]; allowed during a run.
     ///
     /// # Errors
@@ -134,6 +140,10 @@ impl<T: ContactElement + ?Sized> ContactElement for Box<T> {
 
     fn point_forces(&self) -> &[f64] {
         (**self).point_forces()
+    }
+
+    fn point(&self, i: usize) -> Option<([f64; 3], f64)> {
+        (**self).point(i)
     }
 
     fn set_penalty(&mut self, penalty: f64) -> Result<(), ContactError> {

@@ -395,6 +395,10 @@ impl ContactElement for PlaneContact {
         Self::point_forces(self)
     }
 
+    fn point(&self, i: usize) -> Option<([f64; 3], f64)> {
+        Some((*self.submodel.points.get(i)?, self.submodel.areas[i]))
+    }
+
     fn set_penalty(&mut self, penalty: f64) -> Result<(), ContactError> {
         Self::set_penalty(self, penalty)
     }

@@ -514,6 +514,14 @@ impl ContactElement for SurfacePair {
         Self::point_forces(self)
     }
 
+    fn point(&self, i: usize) -> Option<([f64; 3], f64)> {
+        let mut point = [0.0; 3];
+        for (c, &x) in self.points.get(i)?.iter().enumerate().take(self.motion.n_components()) {
+            point[self.motion.direction(c)] = x;
+        }
+        Some((point, self.areas[i]))
+    }
+
     fn set_penalty(&mut self, penalty: f64) -> Result<(), ContactError> {
         Self::set_penalty(self, penalty)
     }

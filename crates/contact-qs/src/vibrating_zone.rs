@@ -228,6 +228,10 @@ impl<C: ContactElement> ContactElement for VibratingContact<C> {
         self.contact.point_forces()
     }
 
+    fn point(&self, i: usize) -> Option<([f64; 3], f64)> {
+        self.contact.point(i)
+    }
+
     fn set_penalty(&mut self, penalty: f64) -> Result<(), ContactError> {
         self.contact.set_penalty(penalty)
     }

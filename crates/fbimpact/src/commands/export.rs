@@ -8,8 +8,10 @@ use crate::cli::ExportArguments;
 use crate::error::AppError;
 use crate::reasons;
 use crate::vtk::assemble::{View, grid};
-use crate::vtk::bodies::{Bodies, Shown};
+use crate::vtk::bodies::Bodies;
 use crate::vtk::body::Cells;
+use crate::vtk::grid::Grid;
+use crate::vtk::pressure::contact_pressures;
 use crate::vtk::states::States;
 use crate::vtk::times::chosen;
 use crate::vtk::xml::{SeriesEntry, pvd, write_vtu};
@@ -25,6 +27,7 @@ pub fn export(arguments: &ExportArguments) -> Result<(), AppError> {
     let instants = chosen(&states.time, arguments.times, arguments.every)?;
     let cells = if arguments.plain { Cells::Linear(1) } else { Cells::Bezier };
     let mut bodies = Bodies::build(&states, &arguments.bodies, cells, n_threads)?;
+    let mut contacts = contact_pressures(&states, &bodies)?;
     let stem =
         arguments.file.file_stem().unwrap_or(arguments.file.as_os_str()).to_string_lossy().into_owned();
     let folder = arguments.vtk.join(&stem);
@@ -39,10 +42,18 @@ pub fn export(arguments: &ExportArguments) -> Result<(), AppError> {
             let fail = |e| AppError::Model(format!("body \"{}\": {e}", body.name));
             let pose = body.motion.pose(i);
             let grid = grid(&body.geometry, &pose, (&fields.0, &fields.1), view).map_err(fail)?;
-            let file = file_name(body, number);
-            let path = folder.join(&file);
-            reasons::whole(&path, |part| write_vtu(part, &grid, time)).map_err(|e| unwritten(&path, &e))?;
+            let file = file_name(&body.name, number);
+            write_grid(&folder.join(&file), &grid, time)?;
             series.push(SeriesEntry { time, part, name: body.name.clone(), file: format!("{stem}/{file}") });
+        }
+        for (k, contact) in contacts.iter_mut().enumerate() {
+            let grid = contact.grid(&bodies, &fields, i, view)?;
+            // No name has a dot in it.
+            let name = format!("{}.pressure", contact.name);
+            let file = file_name(&name, number);
+            write_grid(&folder.join(&file), &grid, time)?;
+            let part = bodies.shown.len() + k;
+            series.push(SeriesEntry { time, part, name, file: format!("{stem}/{file}") });
         }
     }
     if bodies.deviations() > 0 {
@@ -55,13 +66,17 @@ pub fn export(arguments: &ExportArguments) -> Result<(), AppError> {
     write_series(&arguments.vtk, &stem, &series)
 }
 
+fn write_grid(path: &Path, grid: &Grid, time: f64) -> Result<(), AppError> {
+    reasons::whole(path, |part| write_vtu(part, grid, time)).map_err(|e| unwritten(path, &e))
+}
+
 fn unwritten(path: &Path, error: &io::Error) -> AppError {
     AppError::io(path, format!("cannot be written: {}", reasons::of_io(error)))
 }
 
-fn file_name(body: &Shown, number: usize) -> String {
+fn file_name(name: &str, number: usize) -> String {
     let safe = |c: char| if c.is_alphanumeric() || "._-".contains(c) { c } else { '_' };
-    format!("{}_{number:05}.vtu", body.name.chars().map(safe).collect::<String>())
+    format!("{}_{number:05}.vtu", name.chars().map(safe).collect::<String>())
 }
 
 fn write_series(folder: &Path, stem: &str, series: &[SeriesEntry]) -> Result<(), AppError> {

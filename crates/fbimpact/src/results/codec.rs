@@ -93,13 +93,17 @@ impl<T: Code> Code for Option<T> {
     }
 }
 
-impl Code for [f64; 2] {
+impl<const N: usize> Code for [f64; N] {
     fn put(&self, out: &mut Vec<u8>) {
         self.iter().for_each(|x| x.put(out));
     }
 
     fn take(from: &mut &[u8]) -> Option<Self> {
-        Some([f64::take(from)?, f64::take(from)?])
+        let mut values = [0.0; N];
+        for value in &mut values {
+            *value = f64::take(from)?;
+        }
+        Some(values)
     }
 }
 

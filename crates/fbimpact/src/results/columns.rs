@@ -4,6 +4,7 @@ use adaptive::record::Sample;
 use hdf5::{Dataset, Group, H5Type, Result};
 
 use super::codec::Code;
+use super::pressure;
 use super::scales;
 use super::series::{Series, describe};
 use crate::scenario::Compression;
@@ -166,13 +167,21 @@ pub const CONTACT: [Declaration<f64>; 6] = [
 ];
 
 /// `/contacts/<name>`, counts.
-pub const CONTACT_COUNTS: [Declaration<u32>; 2] = [
+pub const CONTACT_COUNTS: [Declaration<u32>; 3] = [
     scalar("active_points", "–", "Number of points in contact.", |s, i, out| {
         out.push(s.contacts[i].active_points);
     }),
     scalar("sliding_points", "–", "Number of points in contact that slide.", |s, i, out| {
         out.push(s.contacts[i].sliding_points);
     }),
+    scalar(
+        pressure::COUNT,
+        "–",
+        "Number of points in /pressure/NAME that belong to the instant.",
+        |s, i, out| {
+            out.push(s.pressures.get(i).map_or(0, |points| points.len() as u32));
+        },
+    ),
 ];
 
 /// `/joints/<name>`; the units are those of the coordinates.

@@ -16,7 +16,7 @@ use crate::reasons;
 use crate::scenario::Scenario;
 
 /// First bytes of the file; the last one is the version of the format.
-const MAGIC: &[u8; 17] = b"fbimpact restart\x01";
+const MAGIC: &[u8; 17] = b"fbimpact restart\x02";
 /// Bytes collected before they are written; restart points are written at once.
 const BUFFER: usize = 1 << 20;
 /// Longest record that can be meant: a damaged length must not ask for more memory than there is.
@@ -64,7 +64,7 @@ pub enum Entry {
     Header(Header),
     /// Numbers in a row of every series, floating-point ones, then counts.
     Layout(Vec<u64>),
-    /// A row of all series: floating-point numbers, then counts.
+    /// A row of all series: floating-point numbers, then counts, then the points of each contact that carry force.
     Row(Vec<u8>),
     /// A finished phase.
     Phase(PhaseRecord),

@@ -2,14 +2,15 @@
 //!
 //! Layout: `docs/results.md`. [`Recorder`] writes while a run goes on, [`summary`] reads a finished file.
 
+mod codec;
 mod scales;
 mod series;
+pub mod pressure;
 pub mod tables;
 mod columns;
 mod stress;
 mod file;
 mod space;
-mod codec;
 pub mod journal;
 mod recorder;
 pub mod open;

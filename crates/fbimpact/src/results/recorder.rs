@@ -15,6 +15,7 @@ use ndarray::ArrayView1;
 
 use super::columns::{self, Axes, Axis, Column, Declaration};
 use super::journal::{Entry, Journal, Restart};
+use super::pressure::Pressures;
 use super::series::{ROWS, Table, component_scale, describe, text_attribute, write_text};
 use super::space::{ROOM_OF_DATASET, Space};
 use super::stress::write_stress;
@@ -75,6 +76,7 @@ struct Open {
     file: File,
     columns: Vec<Column<f64>>,
     counts: Vec<Column<u32>>,
+    pressures: Vec<Pressures>,
     space: Space,
     /// Bytes that the series may take between two flushes.
     room: u64,
@@ -270,13 +272,13 @@ impl Recorder {
             open.flush()
         })?;
         // Closed first, then cut.
-        let Some(Open { file, columns, counts, space, phases, impacts, tries, transfers, .. }) =
+        let Some(Open { file, columns, counts, pressures, space, phases, impacts, tries, transfers, .. }) =
             self.open.take()
         else {
             return Ok(());
         };
         let end = file.size();
-        drop((columns, counts, phases, impacts, tries, transfers, file));
+        drop((columns, counts, pressures, phases, impacts, tries, transfers, file));
         space
             .trim(end)
             .map_err(|e| ObserverError(format!("results cannot be written: {}", reasons::of_hdf5(&e))))
@@ -334,6 +336,7 @@ impl Open {
             room: 0,
             columns: Vec::new(),
             counts: Vec::new(),
+            pressures: Vec::new(),
             buffered: 0,
             rows: 0,
             phases,
@@ -348,7 +351,7 @@ impl Open {
     fn layout(&mut self, layout: &RunLayout, compression: Compression) -> Result<()> {
         let file = self.file.clone();
         let groups = layout.bodies.len() + layout.contacts.len() + layout.points.len() + layout.joints.len();
-        self.space.reserve(file.size(), (16 + 10 * groups as u64) * ROOM_OF_DATASET)?;
+        self.space.reserve(file.size(), (16 + 14 * groups as u64) * ROOM_OF_DATASET)?;
         let time = Column::bare(&file, &columns::TIME, None, 0, compression)?;
         let time_scale = time.series.dataset().clone();
         scales::make_scale(&time_scale, "time")?;
@@ -375,6 +378,10 @@ impl Open {
             for d in &columns::CONTACT_COUNTS {
                 self.counts.push(Column::create(&group, d, i, &axes, None, compression)?);
             }
+        }
+        let pressures = file.create_group("pressure")?;
+        for name in &layout.contacts {
+            self.pressures.push(Pressures::create(&pressures.create_group(name)?, &space, compression)?);
         }
         let points = file.create_group("points")?;
         for (i, name) in layout.points.iter().enumerate() {
@@ -429,6 +436,9 @@ impl Open {
         self.row.clear();
         self.columns.iter_mut().for_each(|c| c.push(sample, &mut self.row));
         self.counts.iter_mut().for_each(|c| c.push(sample, &mut self.row));
+        for (i, pressures) in self.pressures.iter_mut().enumerate() {
+            pressures.push(sample.pressures.get(i).map_or(&[], Vec::as_slice), &mut self.row);
+        }
         if let Some(journal) = &mut self.journal {
             journal.append_row(&self.row).map_err(|e| cannot_keep(&e))?;
         }
@@ -450,13 +460,16 @@ impl Open {
 
     /// Makes sure that all that is written up to the next flush has its place on the disk.
     fn reserve(&mut self) -> Result<()> {
-        self.space.reserve(self.file.size(), self.room)
+        let pressures: u64 = self.pressures.iter().map(Pressures::room).sum();
+        self.space.reserve(self.file.size(), self.room + pressures)
     }
 
     fn write_series(&mut self) -> Result<()> {
         self.buffered = 0;
         // Time comes first: a reader of a broken file finds no row without its time.
         self.columns.iter_mut().try_for_each(|c| c.series.write())?;
+        // The lists before their lengths: no instant has more points than there are.
+        self.pressures.iter_mut().try_for_each(Pressures::write)?;
         self.counts.iter_mut().try_for_each(|c| c.series.write())
     }
 }

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::columns::{self, Axis, Declaration};
+use super::pressure::{AREA, POINT, POSITION, PRESSURE};
 use super::tables::{IMPACT_UNITS, PHASE_UNITS, TRANSFER_UNITS, TRY_UNITS};
 
 /// A name with its unit and meaning.
@@ -146,6 +147,11 @@ pub fn markdown() -> String {
     out += "\n### Fixed values\n\n| path | shape | unit | holds |\n|---|---|---|---|\n";
     for (path, shape, unit, text) in FIXED {
         let _ = writeln!(out, "| `{path}` | {shape} | {unit} | {text} |");
+    }
+    for (shape, (name, unit, text)) in
+        [("m × 3", POSITION), ("m", AREA), ("sum of `pressure_points`", POINT), ("as `point`", PRESSURE)]
+    {
+        let _ = writeln!(out, "| `/pressure/NAME/{name}` | {shape} | {unit} | {text} |");
     }
     for (name, unit, text) in TIMINGS {
         let _ =

@@ -90,6 +90,12 @@ impl<T: H5Type + Copy> Series<T> {
         (chunks * 2 * chunk) as u64 + chunks as u64 * ROOM_OF_DATASET
     }
 
+    /// Bytes on the disk that writing the buffer may take, however full it is.
+    pub fn room_of_buffer(&self) -> u64 {
+        let blocks = self.buffer.len().div_ceil(ROWS * self.width());
+        blocks as u64 * self.room()
+    }
+
     /// Numbers in a row.
     pub fn width(&self) -> usize {
         self.width.unwrap_or(1)

@@ -14,6 +14,9 @@ use crate::reasons;
 /// Groups whose datasets have one row a stored instant.
 const SERIES_GROUPS: [&str; 6] = ["energies", "momentum", "bodies", "contacts", "points", "joints"];
 
+/// Group of lists that are as long as it happens: contact pressures.
+const LISTS: &str = "pressure";
+
 /// What a dataset holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
@@ -21,7 +24,7 @@ pub enum Kind {
     Series,
     /// Numbers that do not change with time.
     Fixed,
-    /// A table or texts.
+    /// A table, a list or texts.
     Other,
 }
 
@@ -140,10 +143,11 @@ fn walk(group: &Group, at: &str, n_times: usize, out: &mut BTreeMap<String, Entr
 
 fn entry(dataset: &Dataset, path: &str, n_times: usize) -> Entry {
     let shape = dataset.shape();
-    let is_number = dataset.dtype().and_then(|t| t.to_descriptor()).is_ok_and(|t| {
-        matches!(t, TypeDescriptor::Float(_) | TypeDescriptor::Integer(_) | TypeDescriptor::Unsigned(_))
-    });
     let top = path.split('/').next().unwrap_or_default();
+    let is_number = top != LISTS
+        && dataset.dtype().and_then(|t| t.to_descriptor()).is_ok_and(|t| {
+            matches!(t, TypeDescriptor::Float(_) | TypeDescriptor::Integer(_) | TypeDescriptor::Unsigned(_))
+        });
     let is_series = (SERIES_GROUPS.contains(&top) || path == "phase")
         && !path.ends_with("/eigenfrequencies")
         && shape.first() == Some(&n_times);

@@ -103,15 +103,8 @@ impl Cell<'_> {
     }
 
     fn add_point(&mut self, i: usize, node: &ArcNode) {
-        let spatial = |v: &[f64; 3]| vector(self.body.motion, v, node);
-        let Pose { position, rotation, velocity, angular_velocity } = self.pose;
-        let displacement = rotation * spatial(&self.fields.displacement[i]);
-        let from_origin = rotation * spatial(&self.element.nodes[i]);
-        let rate = rotation * spatial(&self.fields.rate[i]);
-        let spin = angular_velocity.cross(&(from_origin + displacement));
-        self.grid.points.push((position + from_origin + self.view.scale * displacement).into());
-        self.grid.displacement.push(displacement.into());
-        self.grid.velocity.push((velocity + spin + rate).into());
+        let values = (&self.element.nodes[i], &self.fields.displacement[i], &self.fields.rate[i]);
+        placed(self.grid, (self.pose, self.view), (self.body.motion, node), values);
     }
 
     fn add_stress(&mut self, steps: &[usize], weights: &[f64]) {
@@ -136,6 +129,23 @@ impl Cell<'_> {
             self.grid.von_mises.push([s[6].max(0.0)]);
         }
     }
+}
+
+/// Adds a material point to `grid`, with its displacement and velocity: `values` are its undeformed place, displacement and the
+/// rate of that in the components of a model with the rigid motions `motion`, on a node of an arc.
+pub fn placed(
+    grid: &mut Grid,
+    (pose, view): (&Pose, View),
+    (motion, node): (RigidMotion, &ArcNode),
+    values: (&[f64; 3], &[f64; 3], &[f64; 3]),
+) {
+    let Pose { position, rotation, velocity, angular_velocity } = pose;
+    let spatial = |v: &[f64; 3]| rotation * vector(motion, v, node);
+    let (from_origin, displacement, rate) = (spatial(values.0), spatial(values.1), spatial(values.2));
+    let spin = angular_velocity.cross(&(from_origin + displacement));
+    grid.points.push((position + from_origin + view.scale * displacement).into());
+    grid.displacement.push(displacement.into());
+    grid.velocity.push((velocity + spin + rate).into());
 }
 
 /// A vector of the model in the axes of the body, on a node of an arc.

@@ -104,6 +104,16 @@ impl Bodies {
         self.shown.iter().map(field).collect()
     }
 
+    /// Functions that are not zero at an undeformed point of a shown body, in the model's components; none for a rigid body.
+    ///
+    /// # Errors
+    /// [`AppError::Model`] if the point is not on the body.
+    pub fn functions_at(&self, body: &Shown, point: &[f64; 3]) -> Result<Vec<(u32, f64)>, AppError> {
+        let Some(elastic) = &self.model.bodies[body.number].elastic else { return Ok(Vec::new()) };
+        let (element, xi) = elastic.body.locate(point).map_err(|e| AppError::Model(e.to_string()))?;
+        Ok(elastic.body.functions_at(element, &xi))
+    }
+
     /// Instants at which a contact zone could not be solved again.
     pub fn deviations(&self) -> usize {
         self.contacts.deviations

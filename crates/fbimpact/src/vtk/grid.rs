@@ -1,5 +1,14 @@
 //! An unstructured grid with its fields, as VTK has them.
 
+/// Fields of contact points.
+#[derive(Debug, Clone, Default)]
+pub struct ContactFields {
+    /// Contact pressure \[Pa\].
+    pub pressure: Vec<[f64; 1]>,
+    /// Tributary area of each point \[m²\].
+    pub area: Vec<[f64; 1]>,
+}
+
 /// Points, cells and fields.
 #[derive(Debug, Clone, Default)]
 pub struct Grid {
@@ -23,6 +32,8 @@ pub struct Grid {
     pub von_mises: Vec<[f64; 1]>,
     /// Stress in space, `XX, YY, ZZ, XY, YZ, XZ` \[Pa\]; empty for rigid bodies.
     pub stress: Vec<[f64; 6]>,
+    /// Fields of contact points; none on bodies.
+    pub contact: Option<ContactFields>,
 }
 
 impl Grid {

@@ -15,4 +15,5 @@ pub mod xml;
 pub mod states;
 pub mod local;
 pub mod bodies;
+pub mod pressure;
 pub mod times;

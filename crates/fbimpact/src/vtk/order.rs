@@ -5,6 +5,9 @@ pub const BEZIER: [u8; 2] = [77, 79]; // VTK_BEZIER_QUADRILATERAL, VTK_BEZIER_HE
 /// Linear cells by number of directions.
 pub const LINEAR: [u8; 2] = [9, 12]; // VTK_QUAD, VTK_HEXAHEDRON
 
+/// A point as a cell.
+pub const VERTEX: u8 = 1; // VTK_VERTEX
+
 /// Corners of a cell, counted around the bottom and then around the top.
 const CORNERS: [[usize; 3]; 8] =
     [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]];

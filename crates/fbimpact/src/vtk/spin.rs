@@ -48,6 +48,15 @@ pub fn polygon(degrees: f64, cells: usize) -> Vec<Vec<ArcNode>> {
     arcs(degrees).into_iter().map(split).collect()
 }
 
+/// `points` nodes a quarter turn, or part of one, in the middles of equal sectors.
+pub fn rings(degrees: f64, points: usize) -> Vec<ArcNode> {
+    let middles = |arc: Vec<ArcNode>| {
+        let (from, to) = (arc[0].angle, arc[2].angle);
+        (0..points).map(move |i| ArcNode::on_circle(from + (to - from) * (i as f64 + 0.5) / points as f64))
+    };
+    arcs(degrees).into_iter().flat_map(middles).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

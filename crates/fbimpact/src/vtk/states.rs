@@ -1,5 +1,6 @@
 //! States of a result: motion of every body at the stored instants.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use hdf5::{File, Group, Result};
@@ -9,6 +10,7 @@ use super::assemble::Pose;
 use crate::error::AppError;
 use crate::reasons;
 use crate::results::open::{open, scenario_text};
+use crate::results::pressure;
 use crate::scenario::{self, Scenario};
 
 /// Motion of a body over time.
@@ -31,6 +33,38 @@ pub struct ContactSeries {
     pub normal_force: Vec<f64>,
     /// Penalty factor [N/m³].
     pub penalty: Vec<f64>,
+}
+
+/// Contact pressures over time.
+#[derive(Debug, Clone, Default)]
+pub struct PressureSeries {
+    /// First entry of each instant, and the end of the last one.
+    first: Vec<usize>,
+    /// Undeformed points in the frame of the contact body \[m\].
+    pub position: Vec<[f64; 3]>,
+    /// Their areas \[m²\].
+    pub area: Vec<f64>,
+    /// Entries: index of a point.
+    pub point: Vec<u32>,
+    /// Entries: its pressure \[Pa\].
+    pub pressure: Vec<f64>,
+}
+
+impl PressureSeries {
+    /// Entries of instant `i`.
+    pub fn range(&self, i: usize) -> Range<usize> {
+        self.first[i]..self.first[i + 1]
+    }
+
+    /// Whether `n` instants and all indices are there.
+    fn is_whole(&self, n: usize) -> bool {
+        let n_points = self.position.len();
+        self.first.len() > n
+            && self.first.last().is_some_and(|end| *end <= self.point.len())
+            && self.point.len() <= self.pressure.len()
+            && n_points <= self.area.len()
+            && self.point.iter().all(|p| (*p as usize) < n_points)
+    }
 }
 
 /// A result as far as pictures of its bodies need it.
@@ -104,6 +138,44 @@ impl States {
         Some(ContactSeries { normal_force: read("normal_force")?, penalty: read("penalty")? })
             .filter(|c| c.normal_force.len() >= self.time.len() && c.penalty.len() >= self.time.len())
     }
+
+    /// Pressures of contact `name`; none if there are none, as in contacts that know no points.
+    ///
+    /// # Errors
+    /// [`AppError::Io`] if they cannot be read or do not fit together.
+    pub fn pressures(&self, name: &str) -> std::result::Result<Option<PressureSeries>, AppError> {
+        let file = open(&self.file)?;
+        if !file.link_exists("pressure") || !file.group("pressure").is_ok_and(|g| g.link_exists(name)) {
+            return Ok(None);
+        }
+        let fail = |reason: String| {
+            AppError::io(&self.file, format!("has no readable pressures of contact \"{name}\": {reason}"))
+        };
+        let series = pressure_series(&file, name).map_err(|e| fail(reasons::of_hdf5(&e)))?;
+        if !series.is_whole(self.time.len()) {
+            return Err(fail("their lengths do not fit together".into()));
+        }
+        Ok(Some(series).filter(|s| !s.point.is_empty()))
+    }
+}
+
+fn pressure_series(file: &File, name: &str) -> Result<PressureSeries> {
+    let group = file.group(&format!("pressure/{name}"))?;
+    let counts: Vec<u32> = file.dataset(&format!("contacts/{name}/{}", pressure::COUNT))?.read_raw()?;
+    let mut first = vec![0];
+    let mut end = 0_usize;
+    for n in counts {
+        end = end.saturating_add(n as usize);
+        first.push(end);
+    }
+    let position: Vec<f64> = group.dataset(pressure::POSITION.0)?.read_raw()?;
+    Ok(PressureSeries {
+        first,
+        position: position.as_chunks::<3>().0.to_vec(),
+        area: group.dataset(pressure::AREA.0)?.read_raw()?,
+        point: group.dataset(pressure::POINT.0)?.read_raw()?,
+        pressure: group.dataset(pressure::PRESSURE.0)?.read_raw()?,
+    })
 }
 
 fn motion(group: &Group) -> Result<BodyMotion> {

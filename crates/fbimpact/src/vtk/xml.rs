@@ -81,6 +81,10 @@ fn vtu(grid: &Grid, time: f64) -> (String, Vec<u8>) {
         text += &data.singles("von Mises stress [Pa]", &grid.von_mises);
         text += &data.singles("stress [Pa]", &grid.stress);
     }
+    if let Some(contact) = &grid.contact {
+        text += &data.floats("contact pressure [Pa]", &contact.pressure);
+        text += &data.floats("area [m2]", &contact.area);
+    }
     text += "</PointData>\n";
     if !grid.degrees.is_empty() {
         text += "<CellData HigherOrderDegrees=\"HigherOrderDegrees\">\n";

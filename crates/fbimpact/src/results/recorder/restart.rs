@@ -68,7 +68,8 @@ impl Open {
                 Entry::Row(row) => {
                     let mut row = row.as_slice();
                     let is_whole = self.columns.iter_mut().all(|c| c.push_bytes(&mut row))
-                        && self.counts.iter_mut().all(|c| c.push_bytes(&mut row));
+                        && self.counts.iter_mut().all(|c| c.push_bytes(&mut row))
+                        && self.pressures.iter_mut().all(|p| p.push_bytes(&mut row));
                     if !is_whole || !row.is_empty() {
                         return Err(misfit());
                     }

@@ -1,0 +1,123 @@
+//! Contact pressure: the points that carry force at each stored instant, one list a contact, and where they lie.
+
+use std::collections::HashMap;
+
+use adaptive::record::PressurePoint;
+use hdf5::{Dataset, Group, Result};
+
+use super::codec::{Code, fields};
+use super::scales;
+use super::series::{Series, describe};
+use crate::scenario::Compression;
+
+fields!(PressurePoint { position, area, pressure });
+
+/// Declaration of a dataset: name, unit, one sentence.
+type Declaration = (&'static str, &'static str, &'static str);
+
+/// Undeformed points.
+pub const POSITION: Declaration = (
+    "position",
+    "m",
+    "Undeformed contact points that carried force at a stored instant, in the frame of the contact body.",
+);
+/// Their areas.
+pub const AREA: Declaration =
+    ("area", "m²", "Tributary area of each of these points; of the whole ring in axisymmetric models.");
+/// Which of them.
+pub const POINT: Declaration = (
+    "point",
+    "–",
+    "Index into `position` of each loaded point; instant after instant, `pressure_points` of /contacts/NAME each.",
+);
+/// What it carries.
+pub const PRESSURE: Declaration =
+    ("pressure", "Pa", "Contact pressure there: times area and summed over an instant, the normal force.");
+
+/// Name in its group of the number of loaded points an instant.
+pub const COUNT: &str = "pressure_points";
+
+/// Bits that tell points apart.
+type Key = [u64; 4];
+
+/// Pressures of one contact.
+pub struct Pressures {
+    position: Series<f64>,
+    area: Series<f64>,
+    point: Series<u32>,
+    pressure: Series<f32>,
+    known: HashMap<Key, u32>,
+}
+
+impl Pressures {
+    /// Creates the datasets in `group`; `space` is the scale of x, y, z.
+    pub fn create(group: &Group, space: &Dataset, compression: Compression) -> Result<Self> {
+        let pressures = Self {
+            position: Series::create(group, POSITION.0, Some(3), compression)?,
+            area: Series::create(group, AREA.0, None, compression)?,
+            point: Series::create(group, POINT.0, None, compression)?,
+            pressure: Series::create(group, PRESSURE.0, None, compression)?,
+            known: HashMap::new(),
+        };
+        let (area, point) = (pressures.area.dataset(), pressures.point.dataset());
+        let all = [
+            (pressures.position.dataset(), POSITION),
+            (area, AREA),
+            (point, POINT),
+            (pressures.pressure.dataset(), PRESSURE),
+        ];
+        for (dataset, (_, unit, description)) in all {
+            describe(dataset, unit, description)?;
+        }
+        // Each table of equal length has an axis of its own.
+        scales::make_scale(area, AREA.0)?;
+        scales::make_scale(point, POINT.0)?;
+        scales::attach(pressures.position.dataset(), 0, area, AREA.0)?;
+        scales::attach(pressures.position.dataset(), 1, space, "xyz")?;
+        scales::attach(pressures.pressure.dataset(), 0, point, POINT.0)?;
+        Ok(pressures)
+    }
+
+    /// Buffers the points of an instant, and appends their bytes to `row`.
+    pub fn push(&mut self, points: &[PressurePoint], row: &mut Vec<u8>) {
+        (points.len() as u64).put(row);
+        for point in points {
+            point.put(row);
+            self.add(point);
+        }
+    }
+
+    /// Buffers the points whose bytes are in front of `row`; false if there are too few.
+    pub fn push_bytes(&mut self, row: &mut &[u8]) -> bool {
+        let points = Vec::<PressurePoint>::take(row);
+        points.map(|points| points.iter().for_each(|p| self.add(p))).is_some()
+    }
+
+    fn add(&mut self, p: &PressurePoint) {
+        let [x, y, z] = p.position.map(f64::to_bits);
+        let next = self.known.len() as u32;
+        let index = *self.known.entry([x, y, z, p.area.to_bits()]).or_insert(next);
+        if index == next {
+            self.position.buffer.extend(p.position);
+            self.area.buffer.push(p.area);
+        }
+        self.point.buffer.push(index);
+        self.pressure.buffer.push(p.pressure as f32);
+    }
+
+    /// Bytes on the disk that writing the buffers may take.
+    pub fn room(&self) -> u64 {
+        self.position.room_of_buffer()
+            + self.area.room_of_buffer()
+            + self.point.room_of_buffer()
+            + self.pressure.room_of_buffer()
+    }
+
+    /// Appends what is buffered to the datasets.
+    pub fn write(&mut self) -> Result<()> {
+        self.position.write()?;
+        self.area.write()?;
+        self.point.write()?;
+        self.pressure.write()
+    }
+}

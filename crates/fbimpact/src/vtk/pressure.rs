@@ -1,0 +1,119 @@
+//! Contact pressure as points on the contact bodies.
+
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+
+use ffr_dynamics::body::RigidMotion;
+
+use super::assemble::{View, placed};
+use super::bodies::{Bodies, Fields};
+use super::grid::{ContactFields, Grid};
+use super::order;
+use super::spin::{ArcNode, rings};
+use super::states::{PressureSeries, States};
+use crate::error::AppError;
+use crate::scenario::Scenario;
+
+/// Points around the axis of an axisymmetric body that is revolved, a quarter turn.
+const POINTS_A_QUARTER: usize = 12;
+
+/// Functions that are not zero at a point, with their values.
+type Functions = Vec<(u32, f64)>;
+
+/// Pressures of a contact whose contact body is shown.
+pub struct ContactPressure {
+    /// Name of the contact.
+    pub name: String,
+    /// Its contact body, among those shown.
+    body: usize,
+    series: PressureSeries,
+    /// What moves the points that were shown so far.
+    functions: HashMap<u32, Functions>,
+}
+
+/// The contacts of `states` that hold pressures on a body in `bodies`.
+///
+/// # Errors
+/// [`AppError::Io`] if the pressures of a contact do not fit together.
+pub fn contact_pressures(states: &States, bodies: &Bodies) -> Result<Vec<ContactPressure>, AppError> {
+    let scenario: &Scenario = &states.scenario;
+    let mut all = Vec::new();
+    for contact in &scenario.contacts {
+        let name = &scenario.bodies[contact.contact_body].name;
+        let Some(body) = bodies.shown.iter().position(|b| b.name == *name) else { continue };
+        let Some(series) = states.pressures(&contact.name)? else { continue };
+        all.push(ContactPressure { name: contact.name.clone(), body, series, functions: HashMap::new() });
+    }
+    Ok(all)
+}
+
+impl ContactPressure {
+    /// The points that carry force at instant `i`; `fields` has the displacement of every shown body.
+    ///
+    /// # Errors
+    /// [`AppError::Model`] if a point does not lie on its body.
+    pub fn grid(
+        &mut self,
+        bodies: &Bodies,
+        fields: &[Fields],
+        i: usize,
+        view: View,
+    ) -> Result<Grid, AppError> {
+        let body = &bodies.shown[self.body];
+        let motion = body.geometry.motion;
+        let pose = body.motion.pose(i);
+        let revolved = view.revolve.filter(|_| motion == RigidMotion::Axial);
+        // The area of a ring is that of all its points, and of the whole ring.
+        let (nodes, share) = match revolved {
+            None => (vec![ArcNode::SECTION], 1.0),
+            Some(degrees) => {
+                let nodes = rings(degrees, POINTS_A_QUARTER);
+                let share = degrees / 360.0 / nodes.len() as f64;
+                (nodes, share)
+            }
+        };
+        let mut grid = Grid { contact: Some(ContactFields::default()), ..Grid::default() };
+        for k in self.series.range(i) {
+            let point = self.series.point[k];
+            let position = components(motion, &self.series.position[point as usize]);
+            let functions = match self.functions.entry(point) {
+                Entry::Occupied(known) => known.into_mut(),
+                Entry::Vacant(new) => new.insert(bodies.functions_at(body, &position)?),
+            };
+            let (displacement, rate) = &fields[self.body];
+            let at = |values: &[f64]| interpolated(functions, values, motion.n_components());
+            let (displacement, rate) = (at(displacement), at(rate));
+            let area = self.series.area[point as usize] * share;
+            for node in &nodes {
+                let first = grid.points.len();
+                placed(&mut grid, (&pose, view), (motion, node), (&position, &displacement, &rate));
+                grid.add_cell(order::VERTEX, first, &[0]);
+                if let Some(contact) = &mut grid.contact {
+                    contact.pressure.push([self.series.pressure[k]]);
+                    contact.area.push([area]);
+                }
+            }
+        }
+        Ok(grid)
+    }
+}
+
+/// A point of the body's frame in the components of its model.
+fn components(motion: RigidMotion, point: &[f64; 3]) -> [f64; 3] {
+    let mut components = [0.0; 3];
+    for (c, x) in components.iter_mut().enumerate().take(motion.n_components()) {
+        *x = point[motion.direction(c)];
+    }
+    components
+}
+
+/// A field with the control values `values`, `n` a function, where `functions` have their values.
+fn interpolated(functions: &Functions, values: &[f64], n: usize) -> [f64; 3] {
+    let mut sum = [0.0; 3];
+    for &(node, weight) in functions {
+        for (c, x) in sum.iter_mut().enumerate().take(n) {
+            *x += weight * values[node as usize * n + c];
+        }
+    }
+    sum
+}
