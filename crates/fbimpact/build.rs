@@ -16,10 +16,12 @@ fn main() {
     println!("cargo:rustc-env=FBIMPACT_COMMIT={commit}");
     println!("cargo:rustc-env=FBIMPACT_COMPILER={compiler}");
     println!("cargo:rustc-env=FBIMPACT_TARGET={}", std::env::var("TARGET").unwrap_or_else(|_| unknown()));
-    // HEAD changes with the branch, its log with every commit; without a file cargo would run this every time.
-    for file in [".git/HEAD", ".git/logs/HEAD"] {
-        if std::path::Path::new(file).exists() {
-            println!("cargo:rerun-if-changed={file}");
+    // HEAD changes with the branch, its log with every commit; where they are, git knows: not below `.git` in a linked work tree.
+    let of_git = ["HEAD", "logs/HEAD"].map(|file| output("git", &["rev-parse", "--git-path", file]));
+    // Sources that differ from the commit make the build dirty; without any path cargo would look at the whole package.
+    for path in of_git.into_iter().flatten().chain(["Cargo.toml", "crates"].map(str::to_owned)) {
+        if std::path::Path::new(&path).exists() {
+            println!("cargo:rerun-if-changed={path}");
         }
     }
 }

@@ -2,6 +2,7 @@
 
 pub mod error;
 pub mod reasons;
+pub mod sound;
 pub mod provenance;
 pub mod scenario;
 pub mod setup;

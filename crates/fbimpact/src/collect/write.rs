@@ -7,15 +7,16 @@ use hdf5::types::VarLenUnicode;
 use ndarray::ArrayView1;
 
 use super::table::{Column, Table, Values};
-use crate::reasons;
+use crate::{reasons, sound};
 
 /// Value of the root attribute `format` of a table.
 const TABLE_FORMAT: &str = "fbimpact-table";
 
 /// Whether a file is a table that [`hdf5`] wrote.
 pub fn is_table(path: &Path) -> bool {
-    let format = || File::open(path)?.attr("format")?.read_scalar::<VarLenUnicode>();
-    format().is_ok_and(|format| format.as_str() == TABLE_FORMAT)
+    let format =
+        || sound::open(path).ok()?.attr("format").and_then(|a| a.read_scalar::<VarLenUnicode>()).ok();
+    format().is_some_and(|format| format.as_str() == TABLE_FORMAT)
 }
 
 /// The table as CSV (RFC 4180): a line of names, then one a row; what is not there is empty.

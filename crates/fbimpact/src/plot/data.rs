@@ -5,9 +5,9 @@ use std::path::Path;
 use hdf5::{File, Group, Result};
 
 use crate::error::AppError;
-use crate::reasons;
 use crate::results::open::{attribute, open, scenario_text};
 use crate::results::tables::{ImpactRow, PhaseRow, TryRow};
+use crate::{reasons, sound};
 
 /// A motion in space: x, y, z over time.
 pub type Components = [Vec<f64>; 3];
@@ -63,18 +63,18 @@ impl ResultData {
 fn contents(file: &File) -> Result<ResultData> {
     let mut data = ResultData {
         title: attribute(file, "title").unwrap_or_default(),
-        time: file.dataset("time")?.read_raw()?,
-        phases: file.dataset("phases")?.read_raw()?,
-        impacts: file.dataset("impacts")?.read_raw()?,
-        tries: file.dataset("tries")?.read_raw()?,
+        time: sound::rows(&file.dataset("time")?)?,
+        phases: sound::rows(&file.dataset("phases")?)?,
+        impacts: sound::rows(&file.dataset("impacts")?)?,
+        tries: sound::rows(&file.dataset("tries")?)?,
         utilisation: utilisation(&scenario_text(file)?),
         ..ResultData::default()
     };
     for (name, group) in members(file, "energies")? {
-        data.energies.push((name.clone(), group.dataset(&name)?.read_raw()?));
+        data.energies.push((name.clone(), sound::rows(&group.dataset(&name)?)?));
     }
     for (name, group) in members(file, "contacts")? {
-        data.forces.push((name.clone(), group.dataset(&format!("{name}/normal_force"))?.read_raw()?));
+        data.forces.push((name.clone(), sound::rows(&group.dataset(&format!("{name}/normal_force"))?)?));
     }
     for (name, group) in members(file, "points")? {
         let position = components(&group, &format!("{name}/position"))?;
@@ -96,7 +96,7 @@ fn members(file: &File, name: &str) -> Result<Vec<(String, Group)>> {
 }
 
 fn components(group: &Group, name: &str) -> Result<Components> {
-    let rows: Vec<f64> = group.dataset(name)?.read_raw()?;
+    let rows: Vec<f64> = sound::rows(&group.dataset(name)?)?;
     Ok(std::array::from_fn(|c| rows.iter().skip(c).step_by(3).copied().collect()))
 }
 

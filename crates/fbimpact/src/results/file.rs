@@ -7,7 +7,7 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::path::{Path, PathBuf};
 
 use crate::error::AppError;
-use crate::reasons;
+use crate::{reasons, sound};
 
 use super::{FORMAT, Status};
 
@@ -144,10 +144,10 @@ fn check_target(target: &Path, force: bool) -> Result<(), AppError> {
 /// Whether `path` is an HDF5 file that this program wrote.
 fn is_result(path: &Path) -> bool {
     let open = || {
-        let file = hdf5::File::with_options().with_fapl(|p| p.file_locking(false)).open(path)?;
-        file.attr("format")?.read_scalar::<hdf5::types::VarLenUnicode>()
+        let file = sound::open(path).ok()?;
+        file.attr("format").and_then(|a| a.read_scalar::<hdf5::types::VarLenUnicode>()).ok()
     };
-    open().is_ok_and(|format| format.as_str() == FORMAT)
+    open().is_some_and(|format| format.as_str() == FORMAT)
 }
 
 fn lock(part: &Path) -> Result<File, AppError> {

@@ -7,7 +7,7 @@ use hdf5::types::VarLenUnicode;
 
 use super::FORMAT;
 use crate::error::AppError;
-use crate::reasons;
+use crate::{reasons, sound};
 
 /// Opens `path` without a lock, so that a run may still be writing it.
 ///
@@ -17,10 +17,8 @@ pub fn open(path: &Path) -> Result<File, AppError> {
     if let Err(e) = std::fs::File::open(path) {
         return Err(AppError::io(path, format!("cannot be read: {}", reasons::of_io(&e))));
     }
-    let file = File::with_options()
-        .with_fapl(|p| p.file_locking(false))
-        .open(path)
-        .map_err(|e| AppError::io(path, format!("is not a readable HDF5 file: {}", reasons::of_hdf5(&e))))?;
+    let file = sound::open(path)
+        .map_err(|reason| AppError::io(path, format!("is not a readable HDF5 file: {reason}")))?;
     if attribute(&file, "format").as_deref() != Some(FORMAT) {
         return Err(AppError::io(path, "is not a result file of fbimpact"));
     }
@@ -38,6 +36,5 @@ pub fn attribute(file: &File, name: &str) -> Option<String> {
 /// # Errors
 /// Those of HDF5.
 pub fn scenario_text(file: &File) -> hdf5::Result<String> {
-    let value: VarLenUnicode = file.dataset("scenario")?.read_scalar()?;
-    Ok(value.as_str().to_owned())
+    sound::text(&file.dataset("scenario")?)
 }

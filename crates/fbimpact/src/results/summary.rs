@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use super::open::{attribute, open};
 use super::tables::{ImpactRow, PhaseRow, TransferRow, TryRow};
 use crate::error::AppError;
-use crate::reasons;
+use crate::{reasons, sound};
 
 /// The gist of a result file.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,7 +56,7 @@ fn summary(file: &File) -> Result<Summary> {
     let attributes =
         names.iter().filter_map(|n| attribute(file, n).map(|value| ((*n).to_owned(), value))).collect();
     let time = match file.dataset("time") {
-        Ok(dataset) => dataset.read_raw::<f64>()?,
+        Ok(dataset) => sound::rows::<f64>(&dataset)?,
         Err(_) => Vec::new(),
     };
     let mut bodies = Vec::new();
@@ -96,19 +96,19 @@ fn summary(file: &File) -> Result<Summary> {
 
 /// Rows of a table; none if there is no such table, as in small copies and in files of earlier versions.
 fn rows<T: H5Type>(file: &File, name: &str) -> Result<Vec<T>> {
-    if file.link_exists(name) { file.dataset(name)?.read_raw() } else { Ok(Vec::new()) }
+    if file.link_exists(name) { sound::rows(&file.dataset(name)?) } else { Ok(Vec::new()) }
 }
 
 /// Largest deviation of the total energy from its start, and the largest energy in motion and deformation unless it is
 /// zero \[J\].
 /// Energy that the implicit integrator removed \[J\]; none in files of earlier versions.
 fn removed(file: &File) -> Option<f64> {
-    file.dataset("energies/numerical").ok()?.read_raw::<f64>().ok()?.last().copied()
+    sound::rows::<f64>(&file.dataset("energies/numerical").ok()?).ok()?.last().copied()
 }
 
 fn energies(file: &File) -> Result<Option<(f64, f64)>> {
     let Ok(group) = file.group("energies") else { return Ok(None) };
-    let read = |name: &str| group.dataset(name)?.read_raw::<f64>();
+    let read = |name: &str| sound::rows::<f64>(&group.dataset(name)?);
     let (total, kinetic, low, high, penalty) =
         (read("total")?, read("kinetic")?, read("elastic_low")?, read("elastic_high")?, read("penalty")?);
     let Some(first) = total.first() else { return Ok(None) };

@@ -8,10 +8,10 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use super::assemble::Pose;
 use crate::error::AppError;
-use crate::reasons;
 use crate::results::open::{open, scenario_text};
 use crate::results::pressure;
 use crate::scenario::{self, Scenario};
+use crate::{reasons, sound};
 
 /// Motion of a body over time.
 #[derive(Debug, Clone, Default)]
@@ -94,7 +94,7 @@ impl States {
         // Body files are sought beside the scenario.
         let source = source.map_or_else(|| path.to_owned(), |s| PathBuf::from(s.as_str()));
         let scenario = scenario::parse(&source, text.as_bytes(), &[])?;
-        let time: Vec<f64> = file.dataset("time").and_then(|d| d.read_raw()).map_err(fail)?;
+        let time: Vec<f64> = file.dataset("time").and_then(|d| sound::rows(&d)).map_err(fail)?;
         if time.is_empty() {
             return Err(AppError::io(path, "has no stored states, there is nothing to export"));
         }
@@ -134,7 +134,7 @@ impl States {
     /// Force and penalty factor of contact `name`; none if they are not stored.
     pub fn contact(&self, name: &str) -> Option<ContactSeries> {
         let group = open(&self.file).ok()?.group(&format!("contacts/{name}")).ok()?;
-        let read = |dataset: &str| group.dataset(dataset).and_then(|d| d.read_raw::<f64>()).ok();
+        let read = |dataset: &str| group.dataset(dataset).and_then(|d| sound::rows::<f64>(&d)).ok();
         Some(ContactSeries { normal_force: read("normal_force")?, penalty: read("penalty")? })
             .filter(|c| c.normal_force.len() >= self.time.len() && c.penalty.len() >= self.time.len())
     }
@@ -161,25 +161,25 @@ impl States {
 
 fn pressure_series(file: &File, name: &str) -> Result<PressureSeries> {
     let group = file.group(&format!("pressure/{name}"))?;
-    let counts: Vec<u32> = file.dataset(&format!("contacts/{name}/{}", pressure::COUNT))?.read_raw()?;
+    let counts: Vec<u32> = sound::rows(&file.dataset(&format!("contacts/{name}/{}", pressure::COUNT))?)?;
     let mut first = vec![0];
     let mut end = 0_usize;
     for n in counts {
         end = end.saturating_add(n as usize);
         first.push(end);
     }
-    let position: Vec<f64> = group.dataset(pressure::POSITION.0)?.read_raw()?;
+    let position: Vec<f64> = sound::rows(&group.dataset(pressure::POSITION.0)?)?;
     Ok(PressureSeries {
         first,
         position: position.as_chunks::<3>().0.to_vec(),
-        area: group.dataset(pressure::AREA.0)?.read_raw()?,
-        point: group.dataset(pressure::POINT.0)?.read_raw()?,
-        pressure: group.dataset(pressure::PRESSURE.0)?.read_raw()?,
+        area: sound::rows(&group.dataset(pressure::AREA.0)?)?,
+        point: sound::rows(&group.dataset(pressure::POINT.0)?)?,
+        pressure: sound::rows(&group.dataset(pressure::PRESSURE.0)?)?,
     })
 }
 
 fn motion(group: &Group) -> Result<BodyMotion> {
-    let read = |name: &str| group.dataset(name)?.read_raw::<f64>();
+    let read = |name: &str| sound::rows::<f64>(&group.dataset(name)?);
     // Rigid bodies have no coordinates.
     let elastic = |name: &str| if group.dataset(name).is_ok() { read(name) } else { Ok(Vec::new()) };
     Ok(BodyMotion {
