@@ -93,7 +93,6 @@ fn printed_search_raises_in_trials_and_lowers_in_the_running_impact() {
 }
 
 #[test]
-#[ignore = "half a minute: cargo test --release -p adaptive --test printed_search -- --ignored --nocapture"]
 fn printed_search_ends_within_a_factor_of_ten_of_the_printed_factors() {
     let trace = finished(&sphere_rod_sphere(4.5e-4));
     check_first_search(&trace);

@@ -144,6 +144,21 @@ fn iteration_limit_gives_code_minus_1_after_one_reset_and_is_no_error() {
 }
 
 #[test]
+fn state_that_still_changes_at_the_iteration_limit_is_rejected_with_code_minus_1() {
+    let case = Case::new(1e-8);
+    // The parabola needs some ten steps from zero, for points open on the way.
+    let mut solver = case.solver(BroydenSettings { max_steps: 3, ..BroydenSettings::default() });
+    let gaps = parabola(N, 1e-6);
+    solver.save();
+    let error = case.broyden(&mut solver, &gaps).unwrap_err();
+    assert_eq!(error.code, -1, "{error}");
+    assert!(error.reason.contains("not converged"), "{error}");
+    // A saved state leads on, as the integrator needs it.
+    solver.restore();
+    assert_eq!(case.broyden(&mut solver, &[1e-9; N]).unwrap().0, vec![0.0; N]);
+}
+
+#[test]
 fn new_jacobians_come_in_passes_16_and_31_when_one_is_carried_over() {
     let case = Case::new(1e-8);
     let mut solver = case.solver(BroydenSettings { tolerance: 0.0, ..BroydenSettings::default() });

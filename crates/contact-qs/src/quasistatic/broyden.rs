@@ -13,8 +13,10 @@
 //! * **Line 15** solves with `J`, line 10 asks for its condition. The listing factorises it in every pass; here its inverse follows
 //!   the update of line 16 by Sherman and Morrison's formula, which costs `n²` instead of `n³` operations, and is made anew from `J`
 //!   after `MAX_UPDATES` and where the formula divides by little. `rcond` of an updated matrix is exact, not estimated.
-//! * **Line 20** can be reached twice; the second time line 30 ends the call with the state reached. That is no
-//!   [`Rejection`]: the report carries code -1.
+//! * **Line 20** can be reached twice; the second time line 30 ends the call "successfully" with whatever state was reached. Where
+//!   the listing jumps to and fro between two sets of touching points that state is up to a quarter beside the solution. So it is
+//!   taken, with code -1 in the report, only if the last step was within `√eps` of the coordinates; otherwise the call is rejected
+//!   with code -1, and the integrator tries a shorter step from the last Jacobian.
 //! * **Line 28** leaves before line 35, `k_jac` stays; the caller restores a saved state or stops.
 //! * **Line 35** sets `k_jac = 0`, so that the next call starts with the Jacobian carried over and computes a new one only
 //!   in its passes 16 and 31, or after a reset. Without contact changes one Jacobian serves a whole impact.
@@ -159,7 +161,8 @@ impl Broyden {
     /// Solves `problem` for `forces` \[N\].
     ///
     /// # Errors
-    /// Code 1: the Jacobian is singular to `min_rcond`; code 2: it, or a gap, is not finite.
+    /// Code 1: the Jacobian is singular to `min_rcond`; code 2: it, or a gap, is not finite; code -1: the steps are used up and
+    /// the coordinates still change by more than `√eps` of them.
     ///
     /// # Panics
     /// If sizes differ from those given to [`Broyden::new`].
@@ -229,6 +232,10 @@ impl Broyden {
             } else if error > 0 {
                 return Err(rejection(error, rcond)); // line 28
             } else if error < 0 {
+                let size = self.carried.coordinates.iter().fold(0.0_f64, |m, q| m.max(q.abs()));
+                if change > f64::EPSILON.sqrt() * size {
+                    return Err(unsolved(change / size));
+                }
                 report.code = error; // line 30
                 break;
             } else {
@@ -299,6 +306,14 @@ impl Broyden {
         }
         change
     }
+}
+
+/// Line 30 without a solution.
+fn unsolved(change: f64) -> Rejection {
+    let reason = format!(
+        "Algorithm 1 has not converged, its last step changed the coordinates by {change:.1e} of them, lower the penalty factor or use the active-set solver"
+    );
+    Rejection { code: -1, reason }
 }
 
 /// The critical errors of Algorithm 1.
