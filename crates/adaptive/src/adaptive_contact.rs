@@ -5,9 +5,10 @@
 
 use std::sync::Arc;
 
-use contact_qs::search::SurfaceModel;
+use contact_qs::search::{SurfaceModel, SurfaceSite};
 use contact_qs::{ContactElement, ContactError, Plane};
 use ffr_dynamics::system::force::BodyState;
+use iga_core::nurbs::FaceId;
 use nalgebra::Unit;
 
 use crate::detection::{Detector, DetectorTarget, Nearest};
@@ -20,7 +21,7 @@ use crate::model::{BodyModel, ElasticModel, TrySizes};
 use crate::own_modes::OwnModes;
 use crate::penalty_search::{PenaltySearch, PenaltyStrategy};
 use crate::predict::DEFAULT_STIFFNESS_RATIO;
-use crate::record::Knowledge;
+use crate::record::{Knowledge, ZoneSite};
 use crate::spec::{self, ContactSpec, SurfaceLaw, Target};
 use crate::store::ModelCache;
 
@@ -28,6 +29,7 @@ mod fine_side;
 mod widths;
 
 use fine_side::FineSide;
+pub use fine_side::LoadedZone;
 
 /// Elements across an interval unless the scenario says otherwise (\[A\] section 4.3).
 const ELEMENTS: usize = 16;
@@ -76,6 +78,19 @@ pub struct FineContact {
     pub hosted: Vec<usize>,
     /// When it came into the system \[s\], and as which one of the run.
     pub since: (f64, u64),
+    /// Its models of the bodies.
+    pub zones: Vec<ZoneOnBody>,
+}
+
+/// The fine model of a contact on one of its bodies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ZoneOnBody {
+    /// Index of the body.
+    pub body: usize,
+    /// Where it lies.
+    pub site: ZoneSite,
+    /// Unknowns of its interface.
+    pub n_unknowns: usize,
 }
 
 /// Asked between the stages of a build; an error ends it.
@@ -117,8 +132,7 @@ impl AdaptiveContact {
             }
             Target::Body(other) => DetectorTarget::Body(other, surface(other)?),
         };
-        let is_vibrating = matches!(law.treatment, spec::Treatment::Damped | spec::Treatment::Dynamic);
-        if is_vibrating && law.penalty.is_none() {
+        if law.treatment.is_vibrating() && law.penalty.is_none() {
             let source = ContactError::Inconsistent { reason: "a penalty factor must be given".into() };
             return Err(AdaptiveError::Contact { contact: spec.name.clone(), source });
         }
@@ -178,15 +192,24 @@ impl AdaptiveContact {
                 go_on()?;
                 let (target, target_modes) = (self::elastic(&bodies[other]), modes(other));
                 let (own, target) = rayon::join(
-                    || self.side(elastic, (site, widths), own_modes, &mut || Ok(())),
-                    || self.side(target, (there, widths), target_modes, &mut || Ok(())),
+                    || self.side(elastic, &zone_site(elastic, site, widths), own_modes, &mut || Ok(())),
+                    || self.side(target, &zone_site(target, there, widths), target_modes, &mut || Ok(())),
                 );
                 go_on()?;
                 (own?, Some((other, target?)))
             }
-            _ => (self.side(elastic, (site, widths), own_modes, go_on)?, None),
+            _ => (self.side(elastic, &zone_site(elastic, site, widths), own_modes, go_on)?, None),
         };
         let mut element = self.element(&own, other.as_ref(), bodies)?;
+        let mut zones = vec![ZoneOnBody {
+            body: self.body,
+            site: zone_site(elastic, &nearest.contact, widths),
+            n_unknowns: own.zone.unknowns.len(),
+        }];
+        if let (Some((body, side)), Some(there)) = (&other, &nearest.target) {
+            let site = zone_site(self::elastic(&bodies[*body]), there, widths);
+            zones.push(ZoneOnBody { body: *body, site, n_unknowns: side.zone.unknowns.len() });
+        }
         let weight = element
             .compliance_weight(states)
             .map_err(|r| self.fail(ContactError::Inconsistent { reason: r.reason }))?;
@@ -220,6 +243,7 @@ impl AdaptiveContact {
             hosted: own_modes.iter().map(|(body, _)| *body).collect(),
             own: own_modes,
             since: (0.0, 0),
+            zones,
         })
     }
 
@@ -350,6 +374,13 @@ impl FineContact {
 /// The elastic model of a body in an adaptive contact, which has one.
 fn elastic(model: &BodyModel) -> &ElasticModel {
     model.elastic.as_ref().expect("adaptive contacts are between elastic bodies, see AdaptiveContact::new")
+}
+
+/// The place `site` on the body `elastic`, for an interval of the widths given.
+fn zone_site(elastic: &ElasticModel, site: &SurfaceSite, widths: [f64; 2]) -> ZoneSite {
+    let faces = FaceId::all(&elastic.body.shape.patches);
+    let face = faces.iter().position(|f| *f == site.face).unwrap_or_default() as u32;
+    ZoneSite { face, centre: site.xi, widths }
 }
 
 fn is_at_end(interval: &FineInterval) -> bool {

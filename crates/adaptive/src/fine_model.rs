@@ -14,8 +14,8 @@ use iga_core::assembly::{assemble, unknowns};
 use iga_core::elasticity::Model;
 use iga_core::hierarchical::{HierarchicalSpace, ParameterBox, Prolongation};
 use iga_core::knots::KnotVector;
-use iga_core::nurbs::Patch;
 use iga_core::nurbs::patch::PointBasis;
+use iga_core::nurbs::{Patch, Shape};
 use iga_core::space::Space;
 use iga_core::surface::{CollocationPoint, Face};
 use tracing::debug;
@@ -173,7 +173,7 @@ impl FineBody {
     pub fn discretised<'a>(&'a self, coarse: &'a ElasticBody) -> Discretised<'a> {
         Discretised {
             name: &self.assembled.name,
-            shape: self.turned.as_ref().map_or(&coarse.spec.shape, |net| &net.body.spec.shape),
+            shape: self.shape(coarse),
             space: self.space.as_space(),
             assembled: &self.assembled,
             lookup: &self.lookup,
@@ -265,6 +265,22 @@ impl FineMesh {
             anchors: space.anchors(),
             dofs: self.dofs.clone(),
         })
+    }
+
+    /// The shape in whose parameters the model is given; `coarse` is the body that was refined.
+    fn shape<'a>(&'a self, coarse: &'a ElasticBody) -> &'a Shape {
+        self.turned.as_ref().map_or(&coarse.spec.shape, |net| &net.body.spec.shape)
+    }
+
+    /// Element and parameters of a point of the undeformed body, in the model's components \[m\]; `coarse` is the body that
+    /// was refined.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Geometry`] if the point is not in the body.
+    pub fn locate(&self, coarse: &ElasticBody, place: &[f64; 3]) -> Result<(usize, [f64; 3]), AdaptiveError> {
+        let fail = |source| AdaptiveError::Geometry { body: self.name.clone(), source };
+        let (patch, xi) = self.shape(coarse).locate(place).map_err(fail)?;
+        Ok((self.space.find_element(patch, &xi), xi))
     }
 
     /// Number of unknowns.

@@ -6,14 +6,15 @@ use ffr_dynamics::body::StandardInputData;
 use ffr_dynamics::integration::OdeSystem;
 use ffr_dynamics::system::Multibody;
 
-use crate::adaptive_contact::AdaptiveContact;
+use crate::adaptive_contact::{AdaptiveContact, FineContact, LoadedZone};
 use crate::contact_zone::n_elements;
 use crate::elastic_body::{ElasticBody, Interface, ReducedBody};
 use crate::error::AdaptiveError;
+use crate::fine_model::LowModes;
 use crate::imported::ImportedModel;
-use crate::record::{BodyLayout, JointLayout, Observer, RunLayout, StressState, Timings};
+use crate::record::{BodyLayout, JointLayout, Observer, RunLayout, StressState, Timings, ZoneLoad};
 use crate::simulation::{Observed, ObservedPoint, System};
-use crate::spec::{BodyKind, BodySpec, ContactSpec, RunSpec, Target};
+use crate::spec::{BodyKind, BodySpec, ContactLaw, ContactSpec, RunSpec, Target};
 use crate::store::{ModelCache, body_definition};
 use crate::stress::StressRequest;
 
@@ -195,8 +196,9 @@ impl RunModel {
         })
     }
 
-    /// Offers the present state to the stress requests; the system was evaluated at it last.
-    pub fn offer_to_stress(&mut self, time: f64) {
+    /// Offers the present state to the stress requests; the system was evaluated at it last, with the models `fine` of the
+    /// contacts that are refined at present.
+    pub fn offer_to_stress(&mut self, time: f64, fine: &[Option<FineContact>]) {
         for request in &mut self.stress {
             let body = request.spec.body;
             let on_body = || self.system.forces().iter().filter(|f| f.acts_on(body));
@@ -217,6 +219,16 @@ impl RunModel {
             for (contact, _) in forces {
                 contact.contact.interface_force(body, &mut part);
                 state.interface_forces.iter_mut().zip(&part).for_each(|(sum, f)| *sum += f);
+            }
+            state.zones.clear();
+            for (i, (contact, fine)) in self.system.forces().iter().zip(fine).enumerate() {
+                let Some(fine) = fine.as_ref().filter(|_| !contact.contact.is_idle()) else { continue };
+                for zone in fine.zones.iter().filter(|zone| zone.body == body) {
+                    let mut load =
+                        ZoneLoad { contact: i as u32, site: zone.site, forces: vec![0.0; zone.n_unknowns] };
+                    contact.contact.interface_force(body, &mut load.forces);
+                    state.zones.push(load);
+                }
             }
         }
     }
@@ -243,13 +255,27 @@ impl RunModel {
     /// # Errors
     /// [`AdaptiveError`] of the evaluation or the observer.
     pub fn report_stress(&self, observer: &mut dyn Observer) -> Result<(), AdaptiveError> {
+        // Lines in one body mostly ask for the same instant: a zone is built once for those that follow each other.
+        let mut built: Option<(usize, Vec<ZoneLoad>, Vec<LoadedZone>)> = None;
         for request in &self.stress {
-            let Some(elastic) = &self.bodies[request.spec.body].elastic else { continue };
-            if let Some(record) = request.evaluate(&elastic.body, &elastic.reduced)? {
-                observer.stress(&record)?;
+            let body = request.spec.body;
+            let (Some(elastic), Some(state)) = (&self.bodies[body].elastic, &request.state) else { continue };
+            let is_there = built.as_ref().is_some_and(|(of, loads, _)| *of == body && *loads == state.zones);
+            if !is_there {
+                built = Some((body, state.zones.clone(), self.loaded_zones(body, &state.zones)?));
             }
+            let zones = built.as_ref().map_or(&[][..], |(_, _, zones)| zones);
+            observer.stress(&request.evaluate(&elastic.body, &elastic.reduced, zones, state)?)?;
         }
         Ok(())
+    }
+
+    /// Fine models of `body` under `loads`.
+    fn loaded_zones(&self, body: usize, loads: &[ZoneLoad]) -> Result<Vec<LoadedZone>, AdaptiveError> {
+        let Some(elastic) = &self.bodies[body].elastic else { return Ok(Vec::new()) };
+        let contact = |i: u32| self.adaptive.iter().find(|(index, _)| *index == i as usize);
+        let loads = loads.iter().filter_map(|load| Some((load, &contact(load.contact)?.1)));
+        loads.map(|(load, contact)| contact.loaded_zone(elastic, &load.site, &load.forces)).collect()
     }
 
     /// Time spent so far; contact solver included, output left to the caller.
@@ -343,17 +369,24 @@ fn full_models(spec: &RunSpec, plans: &[ContactPlan]) -> Result<Vec<Option<Elast
     Ok(models)
 }
 
-/// Refuses stress in bodies that are refined during the run: between impacts there is no fine model to take it from, and the
-/// modes alone miss the contact zone.
+/// Refuses stress in bodies whose zones, refined during the run, move by more than quasistatic displacements on prolonged modes.
 fn check_stress(spec: &RunSpec, plans: &[ContactPlan]) -> Result<(), AdaptiveError> {
     let refined = || spec.contacts.iter().zip(plans).filter(|(_, plan)| **plan == ContactPlan::AtTouch);
+    let unsupported = |contact: &ContactSpec| match &contact.law {
+        ContactLaw::Surface(law) if law.hand_over.modes == LowModes::Own => Some("modes = \"prolonged\""),
+        ContactLaw::Surface(law) if law.treatment.is_vibrating() => {
+            Some("model \"adaptive\" or \"quasistatic\"")
+        }
+        _ => None,
+    };
     for request in &spec.stress {
         let takes_part = |c: &ContactSpec| c.body == request.body || c.target == Target::Body(request.body);
-        if let Some((contact, _)) = refined().find(|(c, _)| takes_part(c)) {
+        for (contact, _) in refined().filter(|(c, _)| takes_part(c)) {
+            let Some(remedy) = unsupported(contact) else { continue };
             return Err(AdaptiveError::Unsupported {
                 subject: format!("output.stress.{}", request.name),
                 reason: format!(
-                    "contact \"{}\" refines the body during the run, where stress is not supported yet; refine the body in [discretisation] and choose model \"quasistatic\" or \"dynamic\"",
+                    "contact \"{}\" refines the body during the run in a way that stress is not supported for; choose {remedy} for the contact",
                     contact.name
                 ),
             });

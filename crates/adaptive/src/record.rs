@@ -358,6 +358,30 @@ pub struct StressState {
     pub elastic: Vec<f64>,
     /// Forces on the interface unknowns \[N\]; empty if all modes are dynamic.
     pub interface_forces: Vec<f64>,
+    /// Forces of contacts that were refined in the run.
+    pub zones: Vec<ZoneLoad>,
+}
+
+/// Where the fine model of a contact lies on one of its bodies: all it takes to build it again.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ZoneSite {
+    /// Number of the body's face, counted through its patches.
+    pub face: u32,
+    /// Parameters of the interval's centre in the face's patch.
+    pub centre: [f64; 3],
+    /// Widths of the interval \[m\].
+    pub widths: [f64; 2],
+}
+
+/// Forces of a contact that was refined in the run on a body.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ZoneLoad {
+    /// Index of the contact.
+    pub contact: u32,
+    /// Its fine model of the body.
+    pub site: ZoneSite,
+    /// Forces on the interface unknowns of that model \[N\].
+    pub forces: Vec<f64>,
 }
 
 /// State from which a run can be taken up again, with the same result as if it had gone on (docs/decisions).

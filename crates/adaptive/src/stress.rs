@@ -1,10 +1,17 @@
 //! Stress along straight lines, from the dynamic and the quasistatic displacement together.
+//!
+//! Stress is linear: that of the modes and of the interface the body was reduced for comes from its own model, and that of zones
+//! refined during the run from their fine models, built again for it (theory Eq. A.22).
 
 use faer::Mat;
+use iga_core::elasticity::kinematics::von_mises;
 use iga_core::recovery::RecoveryWorkspace;
+use iga_core::space::Space;
 
+use crate::adaptive_contact::LoadedZone;
 use crate::elastic_body::{ElasticBody, ReducedBody, point_in_space};
 use crate::error::AdaptiveError;
+use crate::fine_model::FineMesh;
 use crate::record::{StressRecord, StressState};
 use crate::spec::{StressInstant, StressSpec};
 
@@ -28,7 +35,7 @@ impl StressRequest {
         }
     }
 
-    /// Evaluates the request; `None` if no state was ever kept.
+    /// Evaluates the request in the state `state`, with the contact zones `zones` that the body's model does not hold.
     ///
     /// # Errors
     /// [`AdaptiveError::Geometry`] if a point of the line is not in the body.
@@ -36,22 +43,32 @@ impl StressRequest {
         &self,
         body: &ElasticBody,
         reduced: &ReducedBody,
-    ) -> Result<Option<StressRecord>, AdaptiveError> {
-        let Some(state) = &self.state else { return Ok(None) };
+        zones: &[LoadedZone],
+        state: &StressState,
+    ) -> Result<StressRecord, AdaptiveError> {
         let field = body.control_values(&displacement(reduced, state));
+        let zones: Vec<(&FineMesh, Vec<f64>)> =
+            zones.iter().map(|z| (&z.mesh, z.mesh.control_values(&z.displacement))).collect();
         let mut record =
             StressRecord { name: self.spec.name.clone(), time: state.time, ..StressRecord::default() };
         let mut workspace = RecoveryWorkspace::default();
+        let mut at = |space: &dyn Space, field: &[f64], (e, xi): (usize, [f64; 3])| {
+            workspace
+                .stress(space, &body.spec.model, &body.spec.material, field, e, &xi)
+                .map(|found| found.stress)
+                .map_err(|source| AdaptiveError::Geometry { body: body.name.clone(), source })
+        };
         for place in line(&self.spec) {
-            let (e, xi) = body.locate(&place)?;
-            let stress = workspace
-                .stress(&body.space, &body.spec.model, &body.spec.material, &field, e, &xi)
-                .map_err(|source| AdaptiveError::Geometry { body: body.name.clone(), source })?;
+            let mut stress = at(&body.space, &field, body.locate(&place)?)?;
+            for (mesh, field) in &zones {
+                let local = at(mesh.space.as_space(), field, mesh.locate(body, &place)?)?;
+                stress.iter_mut().zip(local).for_each(|(sum, s)| *sum += s);
+            }
             record.points.push(point_in_space(body.assembled.motion, &place).into());
-            record.von_mises.push(stress.von_mises());
-            record.stress.push(stress.stress);
+            record.von_mises.push(von_mises(&stress));
+            record.stress.push(stress);
         }
-        Ok(Some(record))
+        Ok(record)
     }
 }
 

@@ -3,7 +3,6 @@
 use std::borrow::Cow;
 
 use contact_qs::points::{InterfaceCompliance, contact_submodel};
-use contact_qs::search::SurfaceSite;
 use contact_qs::surface_pair::{SurfacePair, SurfacePairSettings, TargetFace, TargetSurface};
 use contact_qs::{
     ContactElement, ContactError, Plane, PlaneContact, PlaneContactSettings, VibratingContact, ZoneVibration,
@@ -12,15 +11,17 @@ use faer::Mat;
 use ffr_dynamics::body::{AssembledBody, ModalDamping};
 use ffr_dynamics::reduction::{ResidualFlexibility, ResidualModes};
 use iga_core::elasticity::Model;
+use iga_core::nurbs::FaceId;
 use iga_core::surface::Face;
 use nalgebra::Unit;
 
 use super::{AdaptiveContact, ELEMENTS, FALLBACK_PENALTY, GoOn};
-use crate::elastic_body::{damping, with_critical};
+use crate::elastic_body::{ElasticBody, damping, with_critical};
 use crate::error::AdaptiveError;
 use crate::fine_model::{FineBody, FineMesh, FineSettings, FineZone, LowModes, WantedInterval};
 use crate::model::{BodyModel, ElasticModel};
 use crate::own_modes::OwnModes;
+use crate::record::ZoneSite;
 use crate::spec::{Target, Treatment};
 use crate::store::{ModelKey, StoredModel, compliance_key, matrix, matrix_values};
 use crate::subdivision::SubdivisionLimits;
@@ -39,6 +40,14 @@ pub struct FineSide {
     pub own: Option<(AssembledBody, OwnModes)>,
 }
 
+/// A fine model with the quasistatic displacement of its contact zone.
+pub struct LoadedZone {
+    /// The model.
+    pub mesh: FineMesh,
+    /// Displacement of its unknowns beyond the low-frequency modes \[m\].
+    pub displacement: Vec<f64>,
+}
+
 /// How a contact zone answers forces beyond the low-frequency modes.
 enum ZoneAnswer {
     /// Quasistatically, by the compliance of the interface [m/N].
@@ -48,38 +57,77 @@ enum ZoneAnswer {
 }
 
 impl AdaptiveContact {
-    /// The fine model of the body `elastic` about `site`, with an interval of the widths given.
-    ///
-    /// # Errors
-    /// [`AdaptiveError`] with the name of body or contact, or the error of `go_on`.
-    pub(super) fn side(
+    /// The mesh of the body `elastic` refined at `site`, and what it was made from.
+    fn mesh(
         &self,
-        elastic: &ElasticModel,
-        (site, widths): (&SurfaceSite, [f64; 2]),
-        modes: LowModes,
-        go_on: &mut GoOn<'_>,
-    ) -> Result<FineSide, AdaptiveError> {
-        let body = &elastic.body;
-        let face = Face::new(&body.shape.patches, site.face, body.spec.model == Model::Axisymmetric);
-        let wanted = WantedInterval { face, centre: site.xi, widths };
+        body: &ElasticBody,
+        site: &ZoneSite,
+    ) -> Result<(FineMesh, WantedInterval, FineSettings), AdaptiveError> {
+        let patches = &body.shape.patches;
+        let faces = FaceId::all(patches);
+        let Some(&face) = faces.get(site.face as usize) else {
+            let reason = format!("there is no face {} of {}", site.face, faces.len());
+            return Err(self.fail(ContactError::Inconsistent { reason }));
+        };
+        let usual = SubdivisionLimits::for_dimension(patches[face.patch].dimension());
+        let face = Face::new(patches, face, body.spec.model == Model::Axisymmetric);
+        let wanted = WantedInterval { face, centre: site.centre, widths: site.widths };
         let given = &self.law.interval;
-        let usual = SubdivisionLimits::for_dimension(body.shape.patches[site.face.patch].dimension());
         let limits = SubdivisionLimits {
             max_levels: given.max_levels.unwrap_or(usual.max_levels),
             max_knots: given.max_knots_per_level,
             elements: given.elements.unwrap_or(ELEMENTS),
             ..usual
         };
-        go_on()?;
         let settings = FineSettings { limits, growth: None };
-        let fine = FineMesh::build(body, &[wanted], &settings)?;
+        Ok((FineMesh::build(body, &[wanted], &settings)?, wanted, settings))
+    }
+
+    /// The fine model of the body `elastic` at `site`, built again, with the quasistatic displacement of its zone under
+    /// `forces` on its interface \[N\].
+    ///
+    /// # Errors
+    /// [`AdaptiveError`] with the name of body or contact, where the model has another interface, too.
+    pub fn loaded_zone(
+        &self,
+        elastic: &ElasticModel,
+        site: &ZoneSite,
+        forces: &[f64],
+    ) -> Result<LoadedZone, AdaptiveError> {
+        let (mesh, _, _) = self.mesh(&elastic.body, site)?;
+        let unknowns = mesh.zone(0, self.law.points, 1.0).unknowns;
+        if unknowns.len() != forces.len() {
+            let reason = format!("{} forces for {} unknowns of an interface", forces.len(), unknowns.len());
+            return Err(self.fail(ContactError::Inconsistent { reason }));
+        }
+        let assembled = mesh.assemble(&elastic.body)?;
+        let coarse = (&elastic.body, &elastic.reduced);
+        let (_, residual) = mesh.reduce(&assembled, coarse, &unknowns, LowModes::Prolonged)?;
+        let displacement = residual.displacement(forces);
+        Ok(LoadedZone { mesh, displacement })
+    }
+
+    /// The fine model of the body `elastic` at `site`.
+    ///
+    /// # Errors
+    /// [`AdaptiveError`] with the name of body or contact, or the error of `go_on`.
+    pub(super) fn side(
+        &self,
+        elastic: &ElasticModel,
+        site: &ZoneSite,
+        modes: LowModes,
+        go_on: &mut GoOn<'_>,
+    ) -> Result<FineSide, AdaptiveError> {
+        let body = &elastic.body;
+        go_on()?;
+        let (fine, wanted, settings) = self.mesh(body, site)?;
         let thickness = match body.spec.model {
             Model::PlaneStrain { thickness } | Model::PlaneStress { thickness } => thickness,
             Model::Axisymmetric | Model::Solid => 1.0,
         };
         let zone = fine.zone(0, self.law.points, thickness);
         if zone.points.is_empty() {
-            return Err(self.fail(ContactError::Empty { width: widths[0] }));
+            return Err(self.fail(ContactError::Empty { width: site.widths[0] }));
         }
         go_on()?;
         let coarse = (body, &elastic.reduced);
@@ -121,7 +169,7 @@ impl AdaptiveContact {
 
     /// Whether the zones' high-frequency modes are dynamic.
     fn is_vibrating(&self) -> bool {
-        matches!(self.law.treatment, Treatment::Damped | Treatment::Dynamic)
+        self.law.treatment.is_vibrating()
     }
 
     /// The answer of a zone with `n` unknowns that was kept; none if it does not fit.

@@ -10,7 +10,7 @@ use crate::error::AdaptiveError;
 use crate::impact_watch::ImpactWatch;
 use crate::interval::{IntervalAssessment, IntervalSettings, Verdict};
 use crate::penalty_search::{PenaltyAction, RunOutcome};
-use crate::record::{Continue, PhaseKind, Sample, TransferRecord};
+use crate::record::{Continue, PhaseKind, Sample, StressState, TransferRecord};
 
 /// Most tries of one impact: widths change by half at least each time, penalty factors by a factor of ten.
 const MAX_TRIES: u32 = 40;
@@ -23,6 +23,7 @@ pub(super) struct Start {
     pub time: f64,
     pub state: Vec<f64>,
     pub watches: Vec<ImpactWatch>,
+    pub stress: Vec<Option<StressState>>,
 }
 
 /// Widths of the contacts' intervals in the tries of an impact.
@@ -121,6 +122,7 @@ impl Driver<'_> {
             time: self.integrator.time(),
             state: self.integrator.state().to_vec(),
             watches: self.watches.clone(),
+            stress: self.model.stress_states(),
         };
         self.is_buffering = !self.model.adaptive.is_empty();
         let mut intervals = Intervals::new(self.watches.len());
@@ -216,7 +218,7 @@ impl Driver<'_> {
         for i in 0..self.watches.len() {
             self.begin_watch(i);
         }
-        self.model.offer_to_stress(self.integrator.time());
+        self.model.offer_to_stress(self.integrator.time(), &self.fine);
         while self.integrator.time() < self.settings.end_time {
             let step = match self.integrator.step(&mut self.model.system, self.settings.end_time) {
                 Ok(step) => step,

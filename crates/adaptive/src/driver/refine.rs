@@ -115,6 +115,7 @@ impl Driver<'_> {
         let stays = |p: &Pending| matches!(p, Pending::Transfer(r) if r.time <= start.time);
         self.pending.retain(stays);
         self.watches.clone_from(&start.watches);
+        self.model.set_stress_states(&start.stress);
         let leaving = self.leaving(start.time, widths);
         for i in self.latest_first() {
             let Some(fine) = &self.fine[i] else { continue };

@@ -112,7 +112,7 @@ impl Driver<'_> {
             let (touch, release) = self.changes(i)?;
             self.watches[i].step(now, touch, release);
         }
-        self.model.offer_to_stress(self.integrator.time());
+        self.model.offer_to_stress(self.integrator.time(), &self.fine);
         Ok(())
     }
 

@@ -115,6 +115,13 @@ pub enum Treatment {
     Coarse,
 }
 
+impl Treatment {
+    /// Whether high-frequency modes are dynamic.
+    pub fn is_vibrating(self) -> bool {
+        matches!(self, Self::Damped | Self::Dynamic)
+    }
+}
+
 /// How the penalty factor is found (\[A\] Fig. 3).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PenaltySearch {

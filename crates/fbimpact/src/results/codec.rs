@@ -2,6 +2,7 @@
 
 use adaptive::record::{
     ImpactRecord, Knowledge, PhaseKind, PhaseRecord, RestartPoint, StressState, TransferRecord, TryRecord,
+    ZoneLoad, ZoneSite,
 };
 
 /// Something that is written to bytes and read back.
@@ -171,7 +172,9 @@ fields!(TryRecord {
 });
 fields!(TransferRecord { time, direction, contact, energy_before, energy_after, momentum_change });
 fields!(Knowledge { width_factor, ratio, penalty });
-fields!(StressState { time, force, elastic, interface_forces });
+fields!(StressState { time, force, elastic, interface_forces, zones });
+fields!(ZoneLoad { contact, site, forces });
+fields!(ZoneSite { face, centre, widths });
 fields!(RestartPoint {
     time,
     state,
@@ -204,7 +207,14 @@ mod tests {
                 Knowledge::default(),
                 Knowledge { width_factor: Some([0.5, 2.0]), ratio: None, penalty: Some(1e17) },
             ],
-            stress: vec![None, Some(StressState { elastic: vec![2.0], ..StressState::default() })],
+            stress: vec![
+                None,
+                Some(StressState {
+                    elastic: vec![2.0],
+                    zones: vec![ZoneLoad { contact: 1, forces: vec![3.0], ..ZoneLoad::default() }],
+                    ..StressState::default()
+                }),
+            ],
             ..RestartPoint::default()
         }
     }

@@ -1,0 +1,164 @@
+//! Stress in bodies that are refined during the run, against Hertz's half space on the axis of contact.
+#![expect(clippy::print_stdout, reason = "the figures of docs/verification.md, shown with --nocapture")]
+
+mod impacts;
+
+use adaptive::AdaptiveError;
+use adaptive::fine_model::LowModes;
+use adaptive::record::StressRecord;
+use adaptive::spec::{
+    BodyKind, BodySpec, ContactLaw, DiscretisationSpec, ElasticSpec, InitialMotion, ReductionSpec, RunSpec,
+    StressInstant, StressSpec, SurfaceLaw, Target, Treatment,
+};
+use iga_core::elasticity::{Material, Model};
+use iga_core::nurbs::primitives::sphere::{SphereNet, sphere as ball};
+use impacts::{ALUMINIUM, STEEL, Solid, Trace, contact, finished, law, spec, sphere, try_run};
+use nalgebra::{UnitQuaternion, Vector3};
+
+const RADIUS: f64 = 10e-3; // m
+const SPEED: f64 = 0.1; // m/s
+/// Depth of the lines [m]: two contact radii, some 0.17 mm each.
+const DEPTH: f64 = 0.35e-3;
+
+/// A line from the surface point `from` inwards along `inwards`.
+fn line(name: &str, body: usize, from: [f64; 3], inwards: [f64; 3], at: StressInstant) -> StressSpec {
+    let to = std::array::from_fn(|c| from[c] + DEPTH * inwards[c]);
+    StressSpec { name: name.into(), body, ends: [from, to], samples: 71, at }
+}
+
+/// A steel sphere flies up at an aluminium one.
+fn pair(law: SurfaceLaw) -> RunSpec {
+    let bodies = vec![
+        sphere("left", RADIUS, STEEL, (-RADIUS - 1e-6, SPEED)),
+        sphere("right", RADIUS, ALUMINIUM, (RADIUS, 0.0)),
+    ];
+    let pair = contact("impact", 0, Target::Body(1));
+    let mut run =
+        spec(bodies, vec![adaptive::spec::ContactSpec { law: ContactLaw::Surface(law), ..pair }], 1.5e-4);
+    let at = StressInstant::PeakForce;
+    run.stress.push(line("left", 0, [0.0, RADIUS, 0.0], [0.0, -1.0, 0.0], at));
+    run.stress.push(line("right", 1, [0.0, -RADIUS, 0.0], [0.0, 1.0, 0.0], at));
+    run
+}
+
+/// Largest pressure [Pa] and contact radius [m] of Hertz's theory at force `force` [N] (Johnson 4.22 to 4.24).
+fn hertz(force: f64, radius: f64, solids: &[Solid]) -> (f64, f64) {
+    let modulus = 1.0 / solids.iter().map(|s| (1.0 - s.poisson * s.poisson) / s.youngs).sum::<f64>();
+    let a = (0.75 * force * radius / modulus).cbrt();
+    (1.5 * force / (std::f64::consts::PI * a * a), a)
+}
+
+/// Radial and axial stress on the axis over the largest pressure, `depth` in contact radii (Johnson 3.45).
+fn on_axis(depth: f64, poisson: f64) -> [f64; 2] {
+    let axial = -1.0 / (1.0 + depth * depth);
+    let radial = -(1.0 + poisson) * (1.0 - depth * (1.0 / depth).atan()) - 0.5 * axial;
+    [radial, axial]
+}
+
+/// Largest deviation from the half space between 0.2 and 2 contact radii, over the largest pressure. `normal` and `lateral` pick the
+/// stress components.
+fn deviation(
+    record: &StressRecord,
+    (p0, a): (f64, f64),
+    poisson: f64,
+    (normal, lateral): (usize, usize),
+) -> f64 {
+    let first = Vector3::from(record.points[0]);
+    let mut worst = 0.0_f64;
+    for (point, stress) in record.points.iter().zip(&record.stress) {
+        let depth = (Vector3::from(*point) - first).norm() / a;
+        if (0.2..=2.0).contains(&depth) {
+            let [radial, axial] = on_axis(depth, poisson);
+            worst = worst.max((stress[normal] / p0 - axial).abs()).max((stress[lateral] / p0 - radial).abs());
+        }
+    }
+    worst
+}
+
+#[test]
+fn spheres_refined_during_the_run_have_the_stress_of_hertz() {
+    let trace = finished(&pair(law()));
+    let impact = trace.impacts[0];
+    assert!(trace.tries.len() > 1, "tries that were given up leave no stress");
+    let zone = hertz(impact.peak_force, 0.5 * RADIUS, &[STEEL, ALUMINIUM]);
+    for (record, solid) in trace.stresses.iter().zip([STEEL, ALUMINIUM]) {
+        assert!((record.time - impact.peak_time).abs() < 1e-6, "{:e} {:e}", record.time, impact.peak_time);
+        // rr, zz of the axisymmetric model.
+        let worst = deviation(record, zone, solid.poisson, (1, 0));
+        println!("{}: {worst:.4} of {:.1} MPa", record.name, 1e-6 * zone.0);
+        // The ball is finite: a/R is 0.03 for the relative radius, and the stress is off by some share of that.
+        assert!(worst < 0.02, "{}: {worst}", record.name);
+    }
+    // Both bodies feel the same pressure at the surface.
+    let surface = |i: usize| trace.stresses[i].stress[0][1];
+    assert!((surface(0) / surface(1) - 1.0).abs() < 0.05, "{:e} {:e}", surface(0), surface(1));
+}
+
+#[test]
+fn stress_at_an_instant_is_complete_in_an_impact_and_that_of_the_modes_outside() {
+    let mut run = pair(law());
+    let peak = finished(&run).impacts[0].peak_time;
+    run.stress = [peak, 1.4e-4]
+        .map(|at| line("left", 0, [0.0, RADIUS, 0.0], [0.0, -1.0, 0.0], StressInstant::Time(at)))
+        .to_vec();
+    let trace = finished(&run);
+    assert!(trace.impacts[0].end < 1.3e-4, "the impact is over");
+    let largest = |i: usize| trace.stresses[i].von_mises.iter().fold(0.0_f64, |m, s| m.max(*s));
+    println!("{:.3e} Pa in the impact, {:.3e} Pa after it", largest(0), largest(1));
+    assert!(largest(0) > 500.0 * largest(1));
+}
+
+/// A solid aluminium ball falls on a plane with a pole of its net below, so that its net is turned for the contact.
+#[test]
+fn solid_ball_refined_about_a_pole_of_its_net_has_the_stress_of_hertz() {
+    let material = Material::new(ALUMINIUM.youngs, ALUMINIUM.poisson, ALUMINIUM.density).expect("a material");
+    let discretisation = DiscretisationSpec {
+        degrees: vec![2, 2, 3],
+        elements: vec![4, 4, 4],
+        knots: None,
+        refine: Vec::new(),
+    };
+    let reduction = ReductionSpec::CraigBampton { modes: 5, fixed_interface_modes: None };
+    let shape = ball(RADIUS, SphereNet::Spindle).expect("a ball");
+    let elastic = ElasticSpec::new(shape, Model::Solid, material, discretisation, reduction);
+    let rotation = UnitQuaternion::from_euler_angles(std::f64::consts::FRAC_PI_2, 0.0, 0.0);
+    let motion = InitialMotion {
+        position: Vector3::z() * RADIUS,
+        rotation,
+        velocity: Vector3::z() * -SPEED,
+        angular_velocity: Vector3::zeros(),
+    };
+    let body = BodySpec { name: "ball".into(), kind: BodyKind::Elastic(Box::new(elastic)), motion };
+    let mut settings = law();
+    settings.interval.elements = Some(12);
+    let plane = Target::Plane { point: Vector3::zeros(), normal: Vector3::z() };
+    let contact =
+        adaptive::spec::ContactSpec { law: ContactLaw::Surface(settings), ..contact("impact", 0, plane) };
+    let mut run = spec(vec![body], vec![contact], 1e-4);
+    let lowest = rotation.inverse() * -Vector3::z();
+    run.stress.push(line("axis", 0, (RADIUS * lowest).into(), (-lowest).into(), StressInstant::PeakForce));
+    let trace = finished(&run);
+    let zone = hertz(trace.impacts[0].peak_force, RADIUS, &[ALUMINIUM]);
+    // The axis of contact is y of the body, x lies across.
+    let worst = deviation(&trace.stresses[0], zone, ALUMINIUM.poisson, (1, 0));
+    println!("solid: {worst:.4} of {:.1} MPa", 1e-6 * zone.0);
+    // Twelve elements across resolve the stress to some hundredths.
+    assert!(worst < 0.04, "{worst}");
+}
+
+#[test]
+fn stress_where_the_fine_model_moves_otherwise_is_refused() {
+    let own = {
+        let mut law = law();
+        law.hand_over.modes = LowModes::Own;
+        law
+    };
+    let mut damped = SurfaceLaw { treatment: Treatment::Damped, penalty: Some(1e17), ..law() };
+    damped.interval.width = Some(3e-4);
+    for law in [own, damped] {
+        let error = try_run(&pair(law), &mut Trace::default()).expect_err("an error");
+        let text = error.to_string();
+        assert!(matches!(error, AdaptiveError::Unsupported { .. }) && error.is_model_error(), "{text}");
+        assert!(text.contains("output.stress.left") && text.contains("\"impact\""), "{text}");
+    }
+}
