@@ -35,6 +35,8 @@ mod refine;
 mod restart;
 mod watch;
 
+use refine::Ledger;
+
 use impact::Pending;
 
 /// How a run ended.
@@ -62,6 +64,8 @@ pub struct Driver<'a> {
     searches: Vec<Option<PenaltySearch>>,
     /// Peak forces that previews gave, one entry a contact \[N\].
     previews: Vec<Option<f64>>,
+    /// When a penalty factor was lowered last in the present try, and the ledger with the new one.
+    lowered: Option<(f64, Ledger)>,
     /// States and changes of the model that wait for the attempt to be accepted.
     pending: Vec<Pending>,
     is_buffering: bool,
@@ -125,9 +129,8 @@ pub fn run(
     observer: &mut dyn Observer,
 ) -> Result<RunEnd, AdaptiveError> {
     let mut driver = Driver::new(model, settings.clone(), observer)?;
-    let end = driver.run(None)?;
-    driver.model.report_stress(driver.observer)?;
-    Ok(end)
+    let end = driver.run(None);
+    driver.ended(end)
 }
 
 /// Takes up at `point` the run of a model built from the same specification.
@@ -141,12 +144,18 @@ pub fn resume(
     observer: &mut dyn Observer,
 ) -> Result<RunEnd, AdaptiveError> {
     let mut driver = Driver::new(model, settings.clone(), observer)?;
-    let end = driver.run(Some(point))?;
-    driver.model.report_stress(driver.observer)?;
-    Ok(end)
+    let end = driver.run(Some(point));
+    driver.ended(end)
 }
 
 impl<'a> Driver<'a> {
+    /// Reports stresses, of runs that have failed as well; their own error goes first.
+    fn ended(self, end: Result<RunEnd, AdaptiveError>) -> Result<RunEnd, AdaptiveError> {
+        let reported = self.model.report_stress(self.observer);
+        let end = end?;
+        reported.map(|()| end)
+    }
+
     fn new(
         model: &'a mut RunModel,
         settings: RunSettings,
@@ -167,6 +176,7 @@ impl<'a> Driver<'a> {
             watches: vec![ImpactWatch::default(); model.system.forces().len()],
             fine: model.contacts.iter().map(|_| None).collect(),
             searches: vec![None; model.contacts.len()],
+            lowered: None,
             previews: vec![None; model.contacts.len()],
             pending: Vec::new(),
             is_buffering: false,

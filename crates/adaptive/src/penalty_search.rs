@@ -224,6 +224,11 @@ impl PenaltySearch {
         is_printed || (is_known && self.strategy != PenaltyStrategy::Fixed)
     }
 
+    /// Whether an error of the solver counts at once, as printed; otherwise only where no step is short enough to avoid it.
+    pub fn stops_at_errors(&self) -> bool {
+        matches!(self.strategy, PenaltyStrategy::ErrorDriven { .. })
+    }
+
     /// The search once its factor is found: one more run is made with it.
     #[must_use]
     pub fn accepted(&self) -> Self {

@@ -5,7 +5,9 @@
 
 use ffr_dynamics::DynamicsError;
 use ffr_dynamics::error::Rejection;
-use ffr_dynamics::integration::{CrossingSearch, DenseOutput, DormandPrince, OdeSystem, StepSettings};
+use ffr_dynamics::integration::{
+    CrossingSearch, DenseOutput, DormandPrince, Integrator, Method, OdeSystem, StepSettings,
+};
 
 /// Eccentric Kepler orbit, `e = 0.3`, period 2π: smooth, nonlinear, closed form at full periods, two invariants.
 struct Kepler {
@@ -179,6 +181,7 @@ struct Refusing {
     refusals: u32,
     limit: f64,
     last_time: f64,
+    code: i32,
 }
 
 impl OdeSystem for Refusing {
@@ -191,7 +194,10 @@ impl OdeSystem for Refusing {
         self.last_time = t;
         if t > self.limit && self.refusals > 0 {
             self.refusals -= 1;
-            return Err(Rejection { code: -1, reason: "solver stopped after 45 iterations".to_string() });
+            return Err(Rejection {
+                code: self.code,
+                reason: "solver stopped after 45 iterations".to_string(),
+            });
         }
         dydt[0] = 1.0;
         Ok(())
@@ -214,13 +220,13 @@ impl OdeSystem for Refusing {
 }
 
 fn refusing(limit: f64, refusals: u32) -> Refusing {
-    Refusing { inner: 0, saved: 0, saves: 0, restores: 0, refusals, limit, last_time: 0.0 }
+    Refusing { inner: 0, saved: 0, saves: 0, restores: 0, refusals, limit, last_time: 0.0, code: -1 }
 }
 
 #[test]
 fn refusal_of_the_right_hand_side_shrinks_the_step_and_restores_the_inner_state() {
     let mut system = refusing(0.0, 3);
-    let settings = StepSettings { initial_step: Some(1.0), max_step: 1.0, is_fixed: false };
+    let settings = StepSettings { initial_step: Some(1.0), max_step: 1.0, ..StepSettings::default() };
     let mut integrator = DormandPrince::new(settings, 0.0, &[0.0]).unwrap();
     let step = integrator.step(&mut system, 10.0).unwrap();
     assert_eq!(step.rejected, 3);
@@ -232,6 +238,28 @@ fn refusal_of_the_right_hand_side_shrinks_the_step_and_restores_the_inner_state(
     assert_eq!(system.inner, 6);
     assert_eq!(system.last_time, step.end, "the inner state belongs to the end of the step");
     assert!((integrator.state()[0] - step.end).abs() < 1e-15);
+}
+
+#[test]
+fn critical_errors_end_a_step_at_once_where_that_is_asked_for() {
+    for method in [Method::DormandPrince, Method::TrBdf2, Method::Esdirk4] {
+        for (code, stops, ends) in [(1, true, true), (2, true, true), (-1, true, false), (1, false, false)] {
+            let mut system = Refusing { code, ..refusing(0.0, 2) };
+            let settings = StepSettings { initial_step: Some(1.0), max_step: 1.0, ..StepSettings::default() };
+            let mut integrator = Integrator::new(method, settings, 0.0, &[0.0], &system).unwrap();
+            integrator.stop_at_errors(stops);
+            let outcome = integrator.step(&mut system, 10.0);
+            assert_eq!(outcome.is_err(), ends, "{method:?} {code} {stops}");
+            assert_eq!(integrator.last_refusal().map(|r| r.code), Some(code));
+            if ends {
+                assert_eq!(integrator.statistics().refused, 1);
+                assert_eq!((integrator.time(), system.inner), (0.0, 0), "back at the start, state restored");
+                // Another factor, say: the step can be taken now.
+                system.refusals = 0;
+                assert!(integrator.step(&mut system, 10.0).is_ok());
+            }
+        }
+    }
 }
 
 #[test]

@@ -110,7 +110,7 @@ fn error_estimate_drops_with_order_three_and_has_the_size_of_the_error() {
     let pairs: Vec<(f64, f64, f64)> = [0.005, 0.0025, 0.00125]
         .map(|h| {
             let mut system = Given::new(2, 1.0, oscillator(omega));
-            let settings = StepSettings { initial_step: Some(h), max_step: h, is_fixed: false };
+            let settings = StepSettings { initial_step: Some(h), max_step: h, ..StepSettings::default() };
             let mut integrator = Esdirk::tr_bdf2(settings, 0.0, &[0.0, omega], &system).unwrap();
             let step = integrator.step(&mut system, 1.0).unwrap();
             assert_eq!(step.end, h);
@@ -367,7 +367,7 @@ fn refusing(limit: f64, refusals: u32) -> Refusing {
 #[test]
 fn refusal_shrinks_the_step_and_the_inner_state_ends_with_the_step() {
     let mut system = refusing(0.0, 3);
-    let settings = StepSettings { initial_step: Some(1.0), max_step: 1.0, is_fixed: false };
+    let settings = StepSettings { initial_step: Some(1.0), max_step: 1.0, ..StepSettings::default() };
     let mut integrator = Esdirk::tr_bdf2(settings, 0.0, &[0.0], &system).unwrap();
     let step = integrator.step(&mut system, 10.0).unwrap();
     assert_eq!(step.rejected, 3);
@@ -523,7 +523,7 @@ fn its_error_estimate_and_its_interpolant_have_order_four() {
     let (mut estimates, mut interpolated) = (Vec::new(), Vec::new());
     for h in [0.04, 0.02, 0.01] {
         let mut system = Given::new(2, 1.0, oscillator(omega));
-        let settings = StepSettings { initial_step: Some(h), max_step: h, is_fixed: false };
+        let settings = StepSettings { initial_step: Some(h), max_step: h, ..StepSettings::default() };
         let mut integrator = order_four(&system, settings, &[0.0, omega]);
         let step = integrator.step(&mut system, 1.0).unwrap();
         assert_eq!(step.end, h);

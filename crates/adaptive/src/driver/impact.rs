@@ -193,6 +193,7 @@ impl Driver<'_> {
         self.fine.iter_mut().flatten().for_each(FineContact::clear);
         // Stored before the impact; states of a try given up do not count.
         (self.last_output, self.is_noted) = (self.integrator.time(), false);
+        self.lowered = None;
         let statistics = self.statistics();
         let penalties = self.model.system.forces().iter().map(|f| f.contact.penalty());
         Attempt {
@@ -220,6 +221,8 @@ impl Driver<'_> {
         }
         self.model.offer_to_stress(self.integrator.time(), &self.fine);
         while self.integrator.time() < self.settings.end_time {
+            let stops = self.fine.iter().flatten().any(|f| f.search.stops_at_errors());
+            self.integrator.stop_at_errors(stops);
             let step = match self.integrator.step(&mut self.model.system, self.settings.end_time) {
                 Ok(step) => step,
                 Err(source) => {
@@ -431,6 +434,7 @@ impl Driver<'_> {
     fn repeat_impact_until(&mut self, start: f64, end: f64) -> Result<(), AdaptiveError> {
         self.interpolated.copy_from_slice(self.integrator.previous_state());
         self.integrator.restart(start, &self.interpolated);
+        self.integrator.stop_at_errors(false); // these steps have passed already
         while self.integrator.time() < end {
             self.integrator.step(&mut self.model.system, end).map_err(AdaptiveError::Dynamics)?;
             self.store_step()?;

@@ -29,6 +29,7 @@ const PREVIEW_STEPS: usize = 5000;
 const SAME_WIDTH: f64 = 1e-9;
 
 /// What a change of the model should leave alone.
+#[derive(Debug, Clone)]
 pub(super) struct Ledger {
     /// Total energy \[J\].
     pub energy: f64,
@@ -41,7 +42,7 @@ impl Driver<'_> {
     /// as low as the present state asks for (\[A\] section 4.1). Books the jump of energy.
     pub(super) fn lower_penalty(&mut self, code: i32) -> Result<bool, AdaptiveError> {
         let (t, y) = (self.integrator.time(), self.integrator.state().to_vec());
-        let before = self.stored_ledger()?;
+        let before = self.stored_ledger();
         let (mut lowered, mut code) = (Vec::new(), code);
         loop {
             lowered.clear();
@@ -72,6 +73,7 @@ impl Driver<'_> {
         for (n, i) in lowered.into_iter().enumerate() {
             self.book_transfer(i, "penalty", if n == 0 { &before } else { &after }, &after);
         }
+        self.lowered = Some((t, after));
         self.integrator.restart(t, &y);
         // No curve through forces of both factors.
         (0..self.watches.len()).for_each(|i| self.begin_watch(i));
@@ -84,14 +86,22 @@ impl Driver<'_> {
             .map_err(|source| AdaptiveError::Contact { contact: self.model.contacts[i].name.clone(), source })
     }
 
-    /// The ledger of the present state as it was stored, where forces may not be evaluated any more.
-    fn stored_ledger(&mut self) -> Result<Ledger, AdaptiveError> {
-        if self.sample.time < self.integrator.time() {
-            return self.present_ledger();
+    /// The ledger of the present state as it was found when the state was reached or the factor lowered last: forces may not be
+    /// evaluated any more.
+    fn stored_ledger(&mut self) -> Ledger {
+        let is_now = |t: f64| t.to_bits() == self.integrator.time().to_bits();
+        if let Some((_, ledger)) = self.lowered.as_ref().filter(|(t, _)| is_now(*t)) {
+            return ledger.clone();
+        }
+        // At the start of a try the sample is the last one of the try before.
+        if !is_now(self.sample.time)
+            && let Ok(ledger) = self.present_ledger()
+        {
+            return ledger;
         }
         let momentum = Vector3::from(self.sample.linear_momentum);
         let energies = &self.sample.energies;
-        Ok(Ledger { energy: energies.total() - energies.numerical, momentum })
+        Ledger { energy: energies.total() - energies.numerical, momentum }
     }
 
     pub(super) fn present_ledger(&mut self) -> Result<Ledger, AdaptiveError> {

@@ -137,6 +137,11 @@ impl DormandPrince {
         Ok(())
     }
 
+    /// Whether critical errors of the right-hand side end a step, [`StepSettings::stops_at_errors`].
+    pub fn stop_at_errors(&mut self, stops: bool) {
+        self.settings.stops_at_errors = stops;
+    }
+
     /// Says that the right-hand side has changed at the present time (a force switched on, another penalty).
     pub fn invalidate(&mut self) {
         self.is_first_stage_valid = false;
@@ -204,6 +209,10 @@ impl DormandPrince {
             self.statistics.refused += u64::from(is_refused);
             system.restore();
             let shrunk = h * self.controller.rejected(error);
+            let refusal = self.last_refusal.as_ref().filter(|_| is_refused);
+            if let Some(refusal) = refusal.filter(|r| self.settings.stops_at(r)) {
+                return Err(self.failure(refusal.reason.clone()));
+            }
             if self.settings.is_fixed || shrunk < smallest_step(self.t, t_end) {
                 return Err(self.underflow(shrunk, error, is_refused));
             }

@@ -204,6 +204,11 @@ impl Esdirk {
         Ok(())
     }
 
+    /// Whether critical errors of the right-hand side end a step, [`StepSettings::stops_at_errors`].
+    pub fn stop_at_errors(&mut self, stops: bool) {
+        self.settings.stops_at_errors = stops;
+    }
+
     /// Says that the right-hand side has changed at the present time (a force switched on, another penalty).
     pub fn invalidate(&mut self) {
         self.is_first_stage_valid = false;
@@ -277,7 +282,12 @@ impl Esdirk {
             if self.settings.is_fixed || shrunk < smallest_step(self.t, t_end) {
                 return Err(self.underflow(shrunk, outcome));
             }
+            let is_refused = matches!(outcome, Err(Failure::Refused(_)));
             self.note(outcome);
+            let refusal = self.last_refusal.as_ref().filter(|_| is_refused);
+            if let Some(refusal) = refusal.filter(|r| self.settings.stops_at(r)) {
+                return Err(self.failure(refusal.reason.clone()));
+            }
             self.h = shrunk;
         }
     }

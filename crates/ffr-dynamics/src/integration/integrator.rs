@@ -110,6 +110,11 @@ impl Integrator {
         either!(self, i => i.set_max_step(max_step))
     }
 
+    /// Whether critical errors of the right-hand side end a step; see [`StepSettings::stops_at_errors`].
+    pub fn stop_at_errors(&mut self, stops: bool) {
+        either!(self, i => i.stop_at_errors(stops));
+    }
+
     /// Says that the right-hand side has changed at the present time.
     pub fn invalidate(&mut self) {
         either!(self, i => i.invalidate());

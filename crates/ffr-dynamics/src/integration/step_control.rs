@@ -1,6 +1,6 @@
 //! Step size control: proportional-integral controller, limits, statistics (docs/theory.md Eq. T.3, T.4).
 
-use crate::error::DynamicsError;
+use crate::error::{DynamicsError, Rejection};
 
 /// Safety factor of the proposed step (Hairer, Nørsett & Wanner, *Solving ODEs I*, II.4).
 const SAFETY: f64 = 0.9;
@@ -24,11 +24,14 @@ pub struct StepSettings {
     pub max_step: f64,
     /// Takes every step with `max_step` and without error control; for order tests and comparisons.
     pub is_fixed: bool,
+    /// Ends a step in which the right-hand side refused a state with a positive code, a critical error of a contact solver, in
+    /// place of trying a shorter one.
+    pub stops_at_errors: bool,
 }
 
 impl Default for StepSettings {
     fn default() -> Self {
-        Self { initial_step: None, max_step: f64::INFINITY, is_fixed: false }
+        Self { initial_step: None, max_step: f64::INFINITY, is_fixed: false, stops_at_errors: false }
     }
 }
 
@@ -40,7 +43,7 @@ impl StepSettings {
 
     /// Equal steps without error control \[s\].
     pub fn fixed(step: f64) -> Self {
-        Self { initial_step: Some(step), max_step: step, is_fixed: true }
+        Self { initial_step: Some(step), max_step: step, is_fixed: true, ..Self::default() }
     }
 
     /// Refuses steps that are not positive.
@@ -59,6 +62,11 @@ impl StepSettings {
             }
             _ => Ok(()),
         }
+    }
+
+    /// Whether a refusal ends the step.
+    pub(super) fn stops_at(&self, refusal: &Rejection) -> bool {
+        self.stops_at_errors && refusal.code > 0
     }
 
     /// Size of the step to try from `t` when `proposed` is wanted, and whether it ends at `t_end`.
