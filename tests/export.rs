@@ -11,6 +11,8 @@ use tempfile::TempDir;
 struct Results {
     _folder: TempDir,
     ball: PathBuf,
+    /// The same, its zone found by the program during the run.
+    found: PathBuf,
     pair: PathBuf,
     rigid: PathBuf,
 }
@@ -20,6 +22,16 @@ static RESULTS: LazyLock<Results> = LazyLock::new(|| {
     let at = folder.path();
     Results {
         ball: simulate(at, "sphere_on_plane.toml", "ball.h5", &[]),
+        found: simulate(
+            at,
+            "sphere_on_plane.toml",
+            "found.h5",
+            &[
+                "contacts.impact={contact_body=\"ball\",target_body=\"floor\"}",
+                "bodies.ball.discretisation.refine=[]",
+                "bodies.ball.position=[0.0,0.0,0.0100001]",
+            ],
+        ),
         pair: simulate(at, "sphere_rod_sphere.toml", "pair.h5", &["simulation.end_time=2.5e-4"]),
         rigid: simulate(at, "rigid_double_pendulums.toml", "rigid.h5", &["simulation.end_time=0.01"]),
         _folder: folder,
@@ -113,9 +125,16 @@ fn material_points_move_as_in_the_result() {
 }
 
 #[test]
-fn contact_zone_carries_the_stress_of_hertz() {
-    let (folder, _) = export(&RESULTS.ball, &["--times", "4.13e-5:4.13e-5:1"]);
-    let (_, file) = &series(&folder, "ball")[0];
+fn contact_zones_given_and_found_carry_the_stress_of_hertz() {
+    // The found zone comes a microsecond after the start.
+    for (result, stem, peak) in [(&RESULTS.ball, "ball", 4.13e-5), (&RESULTS.found, "found", 4.23e-5)] {
+        let (folder, err) = export(result, &["--times", &format!("{peak:e}:{peak:e}:1")]);
+        assert!(!err.contains("could not be solved"), "{err}");
+        check_zone(&series(&folder, stem)[0].1);
+    }
+}
+
+fn check_zone(file: &Path) {
     let largest = array(file, "von Mises stress [Pa]").into_iter().fold(0.0, f64::max);
     // Hertz: 0.62 p0 below the centre, p0 = (6 F E*² / (π³ r²))^(1/3) at the peak force of 52.08 N.
     let modulus = 72.8e9 / (1.0 - 0.33f64 * 0.33);
@@ -202,6 +221,41 @@ fn pressure_times_area_is_the_stored_force_at_every_instant() {
         assert!(n_loaded > 20, "{contact}: {n_loaded}");
         assert!(n_open > 0, "open contacts have pieces without points");
     }
+}
+
+#[test]
+fn body_is_drawn_on_its_fine_model_while_it_has_one() {
+    let (folder, _) = export(&RESULTS.found, &["--times", "0:4.23e-5:4.23e-5", "--bodies", "ball"]);
+    let files = series(&folder, "found");
+    let bodies: Vec<&PathBuf> = files.iter().map(|(_, f)| f).filter(|f| !is_of_contact(f)).collect();
+    let [coarse, fine] = bodies[..] else { panic!("{files:?}") };
+    let n_cells = |file: &Path| array(file, "types").len();
+    assert_eq!(n_cells(coarse), 64, "8 by 8 elements before the touch");
+    assert!(n_cells(fine) > 300, "{}", n_cells(fine));
+    // Both are the whole ball: its outline, and no other nodes than control points around it.
+    for file in [coarse, fine] {
+        let points = array(file, "Points");
+        let (low, high) = points.chunks(3).fold((f64::MAX, f64::MIN), |(l, h), p| (l.min(p[2]), h.max(p[2])));
+        // Micrometres of approach and dent.
+        assert!(low.abs() < 1e-5 && (high - 0.02).abs() < 1e-5, "{low:e} {high:e}");
+    }
+}
+
+#[test]
+fn contact_points_of_a_found_zone_lie_on_the_floor() {
+    let (times, forces) = stored_forces(&RESULTS.found, "impact");
+    let peak = (0..forces.len()).max_by(|&i, &j| forces[i].total_cmp(&forces[j])).expect("instants");
+    let (folder, _) = export(&RESULTS.found, &["--times", &format!("{t:e}:{t:e}:1", t = times[peak])]);
+    let files = series(&folder, "found");
+    let points = files.iter().map(|(_, f)| f).find(|f| is_of_contact(f)).expect("a piece");
+    let deepest = array(points, "Points").chunks(3).map(|p| p[2].abs()).fold(0.0, f64::max);
+    // The dent is 2.8 um deep; the penalty factor leaves some 1e-3 of it.
+    assert!(deepest < 1e-8, "{deepest:e}");
+    // The body itself is as flat there.
+    let ball = files.iter().map(|(_, f)| f).find(|f| !is_of_contact(f)).expect("a body");
+    let drawn = array(ball, "Points");
+    let lowest = drawn.chunks(3).map(|p| p[2]).fold(f64::MAX, f64::min);
+    assert!(lowest > -1e-8, "{lowest:e}");
 }
 
 #[test]

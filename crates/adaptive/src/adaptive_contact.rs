@@ -29,7 +29,7 @@ mod fine_side;
 mod widths;
 
 use fine_side::FineSide;
-pub use fine_side::LoadedZone;
+pub use fine_side::{RebuiltContact, ZoneModel};
 
 /// Elements across an interval unless the scenario says otherwise (\[A\] section 4.3).
 const ELEMENTS: usize = 16;

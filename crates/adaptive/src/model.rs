@@ -2,11 +2,12 @@
 
 use std::time::Instant;
 
+use contact_qs::ContactError;
 use ffr_dynamics::body::StandardInputData;
 use ffr_dynamics::integration::OdeSystem;
 use ffr_dynamics::system::Multibody;
 
-use crate::adaptive_contact::{AdaptiveContact, FineContact, LoadedZone};
+use crate::adaptive_contact::{AdaptiveContact, FineContact, ZoneModel};
 use crate::contact_zone::n_elements;
 use crate::elastic_body::{ElasticBody, Interface, ReducedBody};
 use crate::error::AdaptiveError;
@@ -255,27 +256,41 @@ impl RunModel {
     /// # Errors
     /// [`AdaptiveError`] of the evaluation or the observer.
     pub fn report_stress(&self, observer: &mut dyn Observer) -> Result<(), AdaptiveError> {
-        // Lines in one body mostly ask for the same instant: a zone is built once for those that follow each other.
-        let mut built: Option<(usize, Vec<ZoneLoad>, Vec<LoadedZone>)> = None;
+        // Lines in one body mostly ask for the same instant: zones are built once for those that follow each other.
+        let mut built: Option<(usize, Vec<ZoneModel>, &[ZoneLoad])> = None;
         for request in &self.stress {
             let body = request.spec.body;
             let (Some(elastic), Some(state)) = (&self.bodies[body].elastic, &request.state) else { continue };
-            let is_there = built.as_ref().is_some_and(|(of, loads, _)| *of == body && *loads == state.zones);
+            let is_there =
+                built.as_ref().is_some_and(|(of, _, loads)| *of == body && same(loads, &state.zones));
             if !is_there {
-                built = Some((body, state.zones.clone(), self.loaded_zones(body, &state.zones)?));
+                built = Some((body, self.zone_models(elastic, &state.zones)?, &state.zones));
             }
-            let zones = built.as_ref().map_or(&[][..], |(_, _, zones)| zones);
+            let zones = built.as_ref().map_or(&[][..], |(_, zones, _)| zones);
             observer.stress(&request.evaluate(&elastic.body, &elastic.reduced, zones, state)?)?;
         }
         Ok(())
     }
 
-    /// Fine models of `body` under `loads`.
-    fn loaded_zones(&self, body: usize, loads: &[ZoneLoad]) -> Result<Vec<LoadedZone>, AdaptiveError> {
-        let Some(elastic) = &self.bodies[body].elastic else { return Ok(Vec::new()) };
+    /// Fine models of `elastic` for `loads`.
+    fn zone_models(
+        &self,
+        elastic: &ElasticModel,
+        loads: &[ZoneLoad],
+    ) -> Result<Vec<ZoneModel>, AdaptiveError> {
         let contact = |i: u32| self.adaptive.iter().find(|(index, _)| *index == i as usize);
         let loads = loads.iter().filter_map(|load| Some((load, &contact(load.contact)?.1)));
-        loads.map(|(load, contact)| contact.loaded_zone(elastic, &load.site, &load.forces)).collect()
+        let model = |(load, contact): (&ZoneLoad, &AdaptiveContact)| {
+            let zone = contact.zone_model(elastic, &load.site)?;
+            let (n, n_forces) = (zone.residual.interface().len(), load.forces.len());
+            if n != n_forces {
+                let reason = format!("{n_forces} forces for {n} unknowns of an interface");
+                let source = ContactError::Inconsistent { reason };
+                return Err(AdaptiveError::Contact { contact: contact.name.clone(), source });
+            }
+            Ok(zone)
+        };
+        loads.map(model).collect()
     }
 
     /// Time spent so far; contact solver included, output left to the caller.
@@ -367,6 +382,12 @@ fn full_models(spec: &RunSpec, plans: &[ContactPlan]) -> Result<Vec<Option<Elast
         definitions.push(definition);
     }
     Ok(models)
+}
+
+/// Whether two lists of loads ask for the same models.
+fn same(a: &[ZoneLoad], b: &[ZoneLoad]) -> bool {
+    let model = |load: &ZoneLoad| (load.contact, load.site);
+    a.iter().map(model).eq(b.iter().map(model))
 }
 
 /// Refuses stress in bodies whose zones, refined during the run, move by more than quasistatic displacements on prolonged modes.

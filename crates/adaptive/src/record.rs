@@ -285,6 +285,10 @@ pub struct TransferRecord {
     pub energy_after: f64,
     /// Size of the change of the linear momentum [kg m/s].
     pub momentum_change: f64,
+    /// Where the fine model of the contact body lies, if one came.
+    pub site: Option<ZoneSite>,
+    /// Where that of the target body lies.
+    pub target_site: Option<ZoneSite>,
 }
 
 /// Stress along a line at one instant.

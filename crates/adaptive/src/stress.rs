@@ -8,7 +8,7 @@ use iga_core::elasticity::kinematics::von_mises;
 use iga_core::recovery::RecoveryWorkspace;
 use iga_core::space::Space;
 
-use crate::adaptive_contact::LoadedZone;
+use crate::adaptive_contact::ZoneModel;
 use crate::elastic_body::{ElasticBody, ReducedBody, point_in_space};
 use crate::error::AdaptiveError;
 use crate::fine_model::FineMesh;
@@ -35,7 +35,7 @@ impl StressRequest {
         }
     }
 
-    /// Evaluates the request in the state `state`, with the contact zones `zones` that the body's model does not hold.
+    /// Evaluates the request in the state `state`, with the models of the zones that were refined during the run.
     ///
     /// # Errors
     /// [`AdaptiveError::Geometry`] if a point of the line is not in the body.
@@ -43,12 +43,16 @@ impl StressRequest {
         &self,
         body: &ElasticBody,
         reduced: &ReducedBody,
-        zones: &[LoadedZone],
+        zones: &[ZoneModel],
         state: &StressState,
     ) -> Result<StressRecord, AdaptiveError> {
         let field = body.control_values(&displacement(reduced, state));
-        let zones: Vec<(&FineMesh, Vec<f64>)> =
-            zones.iter().map(|z| (&z.mesh, z.mesh.control_values(&z.displacement))).collect();
+        let loaded = zones.iter().zip(&state.zones);
+        let zones: Vec<(&FineMesh, Vec<f64>)> = loaded
+            .map(|(zone, load)| {
+                (&zone.mesh, zone.mesh.control_values(&zone.residual.displacement(&load.forces)))
+            })
+            .collect();
         let mut record =
             StressRecord { name: self.spec.name.clone(), time: state.time, ..StressRecord::default() };
         let mut workspace = RecoveryWorkspace::default();

@@ -15,7 +15,7 @@ use iga_core::nurbs::FaceId;
 use iga_core::surface::Face;
 use nalgebra::Unit;
 
-use super::{AdaptiveContact, ELEMENTS, FALLBACK_PENALTY, GoOn};
+use super::{AdaptiveContact, ELEMENTS, FALLBACK_PENALTY, GoOn, WIDEST};
 use crate::elastic_body::{ElasticBody, damping, with_critical};
 use crate::error::AdaptiveError;
 use crate::fine_model::{FineBody, FineMesh, FineSettings, FineZone, LowModes, WantedInterval};
@@ -40,12 +40,22 @@ pub struct FineSide {
     pub own: Option<(AssembledBody, OwnModes)>,
 }
 
-/// A fine model with the quasistatic displacement of its contact zone.
-pub struct LoadedZone {
-    /// The model.
+/// A fine model of a body, built again to look at it.
+pub struct ZoneModel {
+    /// The mesh.
     pub mesh: FineMesh,
-    /// Displacement of its unknowns beyond the low-frequency modes \[m\].
-    pub displacement: Vec<f64>,
+    /// Low-frequency modes at its unknowns, in the frame in use.
+    pub shapes: Mat<f64>,
+    /// Flexibility of what they leave out.
+    pub residual: ResidualFlexibility,
+}
+
+/// A refined contact, built again.
+pub struct RebuiltContact {
+    /// The force element.
+    pub element: Box<dyn ContactElement>,
+    /// The fine models, with the bodies that they are of.
+    pub models: Vec<(usize, ZoneModel)>,
 }
 
 /// How a contact zone answers forces beyond the low-frequency modes.
@@ -69,6 +79,11 @@ impl AdaptiveContact {
             let reason = format!("there is no face {} of {}", site.face, faces.len());
             return Err(self.fail(ContactError::Inconsistent { reason }));
         };
+        let (width, size) = (site.widths[0].max(site.widths[1]), body.size());
+        if width > WIDEST * size {
+            let reason = format!("an interval {width:e} m wide on a body of {size:e} m");
+            return Err(self.fail(ContactError::Inconsistent { reason }));
+        }
         let usual = SubdivisionLimits::for_dimension(patches[face.patch].dimension());
         let face = Face::new(patches, face, body.spec.model == Model::Axisymmetric);
         let wanted = WantedInterval { face, centre: site.centre, widths: site.widths };
@@ -83,28 +98,60 @@ impl AdaptiveContact {
         Ok((FineMesh::build(body, &[wanted], &settings)?, wanted, settings))
     }
 
-    /// The fine model of the body `elastic` at `site`, built again, with the quasistatic displacement of its zone under
-    /// `forces` on its interface \[N\].
+    /// Whether fine models can be built again from their sites: their zones are quasistatic, on prolonged modes.
+    pub fn is_rebuildable(&self) -> bool {
+        !self.is_vibrating() && self.law.hand_over.modes == LowModes::Prolonged
+    }
+
+    /// The fine model of the body `elastic` at `site`, built again.
     ///
     /// # Errors
-    /// [`AdaptiveError`] with the name of body or contact, where the model has another interface, too.
-    pub fn loaded_zone(
-        &self,
-        elastic: &ElasticModel,
-        site: &ZoneSite,
-        forces: &[f64],
-    ) -> Result<LoadedZone, AdaptiveError> {
+    /// [`AdaptiveError`] with the name of body or contact.
+    pub fn zone_model(&self, elastic: &ElasticModel, site: &ZoneSite) -> Result<ZoneModel, AdaptiveError> {
         let (mesh, _, _) = self.mesh(&elastic.body, site)?;
-        let unknowns = mesh.zone(0, self.law.points, 1.0).unknowns;
-        if unknowns.len() != forces.len() {
-            let reason = format!("{} forces for {} unknowns of an interface", forces.len(), unknowns.len());
-            return Err(self.fail(ContactError::Inconsistent { reason }));
-        }
         let assembled = mesh.assemble(&elastic.body)?;
+        let unknowns = mesh.zone(0, self.law.points, 1.0).unknowns;
         let coarse = (&elastic.body, &elastic.reduced);
         let (_, residual) = mesh.reduce(&assembled, coarse, &unknowns, LowModes::Prolonged)?;
-        let displacement = residual.displacement(forces);
-        Ok(LoadedZone { mesh, displacement })
+        let shapes = mesh.prolong(&elastic.body.assembled, elastic.reduced.shapes());
+        Ok(ZoneModel { mesh, shapes, residual })
+    }
+
+    /// The contact with fine models at `sites`, that of the contact body first.
+    ///
+    /// # Errors
+    /// [`AdaptiveError`] with the name of body or contact, where a site is missing, too.
+    pub fn rebuilt(
+        &self,
+        bodies: &[BodyModel],
+        sites: &[Option<ZoneSite>; 2],
+    ) -> Result<RebuiltContact, AdaptiveError> {
+        let wanted = match self.target {
+            Target::Plane { .. } => vec![(self.body, sites[0])],
+            Target::Body(other) => vec![(self.body, sites[0]), (other, sites[1])],
+        };
+        let mut sides = Vec::new();
+        for (body, site) in wanted {
+            let missing =
+                || ContactError::Inconsistent { reason: "the place of a fine model is not known".into() };
+            let site = site.ok_or_else(|| self.fail(missing()))?;
+            let elastic = super::elastic(&bodies[body]);
+            let ZoneModel { mesh, shapes, residual } = self.zone_model(elastic, &site)?;
+            let zone = mesh.zone(0, self.law.points, thickness(&elastic.body.spec.model));
+            let answer = ZoneAnswer::Static(residual.compliance().clone());
+            sides.push((body, FineSide { body: mesh, zone, shapes, answer, own: None }, residual));
+        }
+        let mut rest = sides.into_iter();
+        let Some((body, own, residual)) = rest.next() else {
+            return Err(self.fail(ContactError::Inconsistent { reason: "there is no contact body".into() }));
+        };
+        let other = rest.next();
+        let (other, other_residual) = other.map(|(i, side, residual)| ((i, side), residual)).unzip();
+        let element = self.element(&own, other.as_ref(), bodies)?;
+        let model = |side: FineSide, residual| ZoneModel { mesh: side.body, shapes: side.shapes, residual };
+        let mut models = vec![(body, model(own, residual))];
+        models.extend(other.zip(other_residual).map(|((i, side), residual)| (i, model(side, residual))));
+        Ok(RebuiltContact { element, models })
     }
 
     /// The fine model of the body `elastic` at `site`.
@@ -121,11 +168,7 @@ impl AdaptiveContact {
         let body = &elastic.body;
         go_on()?;
         let (fine, wanted, settings) = self.mesh(body, site)?;
-        let thickness = match body.spec.model {
-            Model::PlaneStrain { thickness } | Model::PlaneStress { thickness } => thickness,
-            Model::Axisymmetric | Model::Solid => 1.0,
-        };
-        let zone = fine.zone(0, self.law.points, thickness);
+        let zone = fine.zone(0, self.law.points, thickness(&body.spec.model));
         if zone.points.is_empty() {
             return Err(self.fail(ContactError::Empty { width: site.widths[0] }));
         }
@@ -317,6 +360,14 @@ impl FineSide {
             self.all_shapes().as_ref().as_ref(),
             self.compliance(),
         )
+    }
+}
+
+/// Thickness of a plane model \[m\], one of any other.
+fn thickness(model: &Model) -> f64 {
+    match model {
+        Model::PlaneStrain { thickness } | Model::PlaneStress { thickness } => *thickness,
+        Model::Axisymmetric | Model::Solid => 1.0,
     }
 }
 

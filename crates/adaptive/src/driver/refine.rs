@@ -28,6 +28,9 @@ const PREVIEW_STEPS: usize = 5000;
 /// Relative difference of widths up to which the same fine model is used again.
 const SAME_WIDTH: f64 = 1e-9;
 
+/// Direction of a transfer by which a fine model comes.
+const COARSE_TO_FINE: &str = "coarse to fine";
+
 /// What a change of the model should leave alone.
 #[derive(Debug, Clone)]
 pub(super) struct Ledger {
@@ -257,7 +260,7 @@ impl Driver<'_> {
         }
         self.model.timings.reduction += began.elapsed().as_secs_f64();
         let after = self.present_ledger()?;
-        self.book_transfer(i, "coarse to fine", &before, &after);
+        self.book_transfer(i, COARSE_TO_FINE, &before, &after);
         Ok(())
     }
 
@@ -300,6 +303,9 @@ impl Driver<'_> {
     }
 
     pub(super) fn book_transfer(&mut self, i: usize, direction: &str, before: &Ledger, after: &Ledger) {
+        // Where a fine model lies is told when it comes.
+        let zones = self.fine[i].as_ref().map_or(&[][..], |fine| &fine.zones);
+        let site = |k: usize| zones.get(k).filter(|_| direction == COARSE_TO_FINE).map(|zone| zone.site);
         self.pending.push(Pending::Transfer(TransferRecord {
             time: self.integrator.time(),
             direction: direction.into(),
@@ -307,6 +313,8 @@ impl Driver<'_> {
             energy_before: before.energy,
             energy_after: after.energy,
             momentum_change: (after.momentum - before.momentum).norm(),
+            site: site(0),
+            target_site: site(1),
         }));
     }
 

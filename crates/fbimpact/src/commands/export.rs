@@ -12,7 +12,7 @@ use crate::vtk::bodies::Bodies;
 use crate::vtk::body::Cells;
 use crate::vtk::grid::Grid;
 use crate::vtk::pressure::contact_pressures;
-use crate::vtk::states::States;
+use crate::vtk::states::{BodyMotion, States};
 use crate::vtk::times::chosen;
 use crate::vtk::xml::{SeriesEntry, pvd, write_vtu};
 
@@ -34,25 +34,28 @@ pub fn export(arguments: &ExportArguments) -> Result<(), AppError> {
     std::fs::create_dir_all(&folder)
         .map_err(|e| AppError::io(&folder, format!("cannot be created: {}", reasons::of_io(&e))))?;
     let view = View { scale: arguments.scale, revolve: arguments.revolve };
+    let named: Vec<(String, BodyMotion)> =
+        bodies.shown.iter().map(|body| (body.name.clone(), body.motion.clone())).collect();
     let mut series = Vec::new();
     for (number, &i) in instants.iter().enumerate() {
         let time = states.time[i];
-        let fields = bodies.fields(time, i);
-        for (part, (body, fields)) in bodies.shown.iter().zip(&fields).enumerate() {
-            let fail = |e| AppError::Model(format!("body \"{}\": {e}", body.name));
-            let pose = body.motion.pose(i);
-            let grid = grid(&body.geometry, &pose, (&fields.0, &fields.1), view).map_err(fail)?;
-            let file = file_name(&body.name, number);
+        let all = bodies.at(time, i)?;
+        for (part, ((name, motion), drawn)) in named.iter().zip(&all).enumerate() {
+            let fail = |e| AppError::Model(format!("body \"{name}\": {e}"));
+            let fields = (&drawn.displacement[..], &drawn.rate[..]);
+            let grid = grid(drawn.geometry, &motion.pose(i), fields, view).map_err(fail)?;
+            let file = file_name(name, number);
             write_grid(&folder.join(&file), &grid, time)?;
-            series.push(SeriesEntry { time, part, name: body.name.clone(), file: format!("{stem}/{file}") });
+            series.push(SeriesEntry { time, part, name: name.clone(), file: format!("{stem}/{file}") });
         }
         for (k, contact) in contacts.iter_mut().enumerate() {
-            let grid = contact.grid(&bodies, &fields, i, view)?;
+            let body = contact.body();
+            let grid = contact.grid((&named[body].1, &all[body]), i, view)?;
             // No name has a dot in it.
             let name = format!("{}.pressure", contact.name);
             let file = file_name(&name, number);
             write_grid(&folder.join(&file), &grid, time)?;
-            let part = bodies.shown.len() + k;
+            let part = named.len() + k;
             series.push(SeriesEntry { time, part, name, file: format!("{stem}/{file}") });
         }
     }

@@ -170,7 +170,16 @@ fields!(TryRecord {
     wall_time,
     cpu_time,
 });
-fields!(TransferRecord { time, direction, contact, energy_before, energy_after, momentum_change });
+fields!(TransferRecord {
+    time,
+    direction,
+    contact,
+    energy_before,
+    energy_after,
+    momentum_change,
+    site,
+    target_site,
+});
 fields!(Knowledge { width_factor, ratio, penalty });
 fields!(StressState { time, force, elastic, interface_forces, zones });
 fields!(ZoneLoad { contact, site, forces });

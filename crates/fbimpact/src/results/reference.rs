@@ -108,13 +108,21 @@ const TRIES: [(&str, &str); 18] = [
 ];
 
 /// Columns of `/transfers`.
-const TRANSFERS: [(&str, &str); 6] = [
+const TRANSFERS: [(&str, &str); 11] = [
     ("time", "when"),
     ("direction", "`coarse to fine`, `fine to coarse` or `penalty`"),
     ("contact", "name of the contact"),
     ("energy_before", "total energy before"),
     ("energy_after", "total energy after"),
     ("momentum_change", "length of the change of linear momentum"),
+    (
+        "face",
+        "face of the contact body that the interval of the fine model lies on, counted through its patches; -1 if none came",
+    ),
+    ("centre", "parameters of the interval's centre in the face's patch"),
+    ("target_face", "the same of the target body"),
+    ("target_centre", "the same of the target body"),
+    ("interval_widths", "widths of the interval along the surface"),
 ];
 
 /// Datasets of `/timings`.

@@ -150,7 +150,9 @@ impl Summary {
         let transfers = self.transfers.iter().map(|t| {
             json!({ "time": t.time, "direction": t.direction.as_str(), "contact": t.contact.as_str(),
                 "energy_before": t.energy_before, "energy_after": t.energy_after,
-                "momentum_change": t.momentum_change })
+                "momentum_change": t.momentum_change, "face": t.face, "centre": t.centre,
+                "target_face": t.target_face, "target_centre": t.target_centre,
+                "interval_widths": t.interval_widths })
         });
         let attributes: serde_json::Map<String, Value> =
             self.attributes.iter().map(|(n, v)| (n.clone(), v.clone().into())).collect();

@@ -1,6 +1,6 @@
 //! Rows of the tables in a result file.
 
-use adaptive::record::{ImpactRecord, PhaseKind, PhaseRecord, TransferRecord, TryRecord};
+use adaptive::record::{ImpactRecord, PhaseKind, PhaseRecord, TransferRecord, TryRecord, ZoneSite};
 use hdf5::types::VarLenUnicode;
 use hdf5::{H5Type, Result};
 
@@ -184,11 +184,21 @@ pub struct TransferRow {
     pub energy_after: f64,
     /// [kg m/s]
     pub momentum_change: f64,
+    /// Face of the contact body that the fine model's interval lies on; -1 if no fine model came.
+    pub face: i32,
+    /// Parameters of the interval's centre there; zero without.
+    pub centre: [f64; 3],
+    /// The same of the target body.
+    pub target_face: i32,
+    /// The same of the target body.
+    pub target_centre: [f64; 3],
+    /// \[m\]
+    pub interval_widths: [f64; 2],
 }
 
 /// Units of the columns of `/transfers`.
-pub const TRANSFER_UNITS: &str =
-    "time: s, direction: –, contact: –, energy_before: J, energy_after: J, momentum_change: kg m/s";
+pub const TRANSFER_UNITS: &str = "time: s, direction: –, contact: –, energy_before: J, energy_after: J, \
+    momentum_change: kg m/s, face: –, centre: –, target_face: –, target_centre: –, interval_widths: m";
 
 impl TransferRow {
     /// The row of a record of the contact called `contact`.
@@ -200,6 +210,23 @@ impl TransferRow {
             energy_before: r.energy_before,
             energy_after: r.energy_after,
             momentum_change: r.momentum_change,
+            face: r.site.map_or(-1, |s| s.face as i32),
+            centre: r.site.map_or([0.0; 3], |s| s.centre),
+            target_face: r.target_site.map_or(-1, |s| s.face as i32),
+            target_centre: r.target_site.map_or([0.0; 3], |s| s.centre),
+            interval_widths: r.site.map_or([0.0; 2], |s| s.widths),
+        })
+    }
+
+    /// Where the fine models of the contact body and of the target lie, as far as any came. Columns that a result of an earlier
+    /// version does not have are zero: no model has an interval without width.
+    pub fn sites(&self) -> [Option<ZoneSite>; 2] {
+        let widths = self.interval_widths;
+        let is_interval = widths.iter().all(|w| w.is_finite() && *w > 0.0);
+        [(self.face, self.centre), (self.target_face, self.target_centre)].map(|(face, centre)| {
+            let face = u32::try_from(face).ok()?;
+            let is_place = is_interval && centre.iter().all(|u| u.is_finite());
+            is_place.then_some(ZoneSite { face, centre, widths })
         })
     }
 }

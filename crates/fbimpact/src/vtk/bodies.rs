@@ -1,15 +1,17 @@
 //! The bodies of a result, built again from its scenario.
 
-use adaptive::model::RunModel;
+use adaptive::body_space::BodySpace;
+use adaptive::fine_model::FineMesh;
+use adaptive::model::{ElasticModel, RunModel};
 use adaptive::spec::RunSpec;
 use faer::{Mat, MatRef};
 use ffr_dynamics::body::RigidMotion;
 use iga_core::SplineError;
-use iga_core::space::PatchSpace;
 
 use super::body::{BodyGeometry, Cells, Elasticity};
-use super::local::LocalContacts;
+use super::local::{LocalContacts, LocalDisplacement};
 use super::states::{BodyMotion, States};
+use super::zones::RefinedZones;
 use crate::error::AppError;
 use crate::scenario::{BodyKind, ContactLaw, RigidMass, Scenario};
 use crate::setup::{geometry, run_spec};
@@ -42,8 +44,19 @@ pub struct Bodies {
     contacts: LocalContacts,
 }
 
-/// Control values of the displacement \[m\] and of its rate [m/s].
-pub type Fields = (Vec<f64>, Vec<f64>);
+/// A body at an instant, on its own elements or on those of a fine model.
+pub struct Drawn<'a> {
+    /// Elements.
+    pub geometry: &'a BodyGeometry,
+    /// Control values of the displacement \[m\].
+    pub displacement: Vec<f64>,
+    /// Control values of its rate [m/s].
+    pub rate: Vec<f64>,
+    /// Which fine model it is drawn on; none: its own.
+    pub mesh: Option<(usize, usize)>,
+    elastic: Option<&'a ElasticModel>,
+    fine: Option<&'a FineMesh>,
+}
 
 impl Bodies {
     /// Builds the bodies called `wanted`, or all that have a shape; notes name those that have none.
@@ -83,40 +96,82 @@ impl Bodies {
             let contact = scenario.contacts.iter().find(|c| c.name == name);
             contact.is_some_and(|c| matches!(&c.law, ContactLaw::Surface(law) if law.friction.is_some()))
         };
-        let contacts = LocalContacts::new(&model, |name| states.contact(name), has_friction);
+        let zones = RefinedZones::new(states.spans()?, cells);
+        let contacts = LocalContacts::new(&model, |name| states.contact(name), has_friction, zones);
         Ok(Self { shown, model, motions, contacts })
     }
 
-    /// Displacement and rate of each shown body at instant `i`, at time `time` \[s\].
-    pub fn fields(&mut self, time: f64, i: usize) -> Vec<Fields> {
-        let local = self.contacts.displacements(&mut self.model, &self.motions, time, i);
-        let field = |body: &Shown| {
-            let Some(elastic) = &self.model.bodies[body.number].elastic else {
-                let n = body.geometry.n_control_values();
-                return (vec![0.0; n], vec![0.0; n]);
-            };
-            let shapes = elastic.reduced.shapes();
-            let mut displacement = combined(shapes, body.motion.elastic(i));
-            displacement.iter_mut().zip(&local[body.number]).for_each(|(u, v)| *u += v);
-            let rate = combined(shapes, body.motion.rates(i));
-            (elastic.body.control_values(&displacement), elastic.body.control_values(&rate))
-        };
-        self.shown.iter().map(field).collect()
-    }
-
-    /// Functions that are not zero at an undeformed point of a shown body, in the model's components; none for a rigid body.
+    /// Each shown body at instant `i`, at time `time` \[s\].
     ///
     /// # Errors
-    /// [`AppError::Model`] if the point is not on the body.
-    pub fn functions_at(&self, body: &Shown, point: &[f64; 3]) -> Result<Vec<(u32, f64)>, AppError> {
-        let Some(elastic) = &self.model.bodies[body.number].elastic else { return Ok(Vec::new()) };
-        let (element, xi) = elastic.body.locate(point).map_err(|e| AppError::Model(e.to_string()))?;
-        Ok(elastic.body.functions_at(element, &xi))
+    /// [`AppError::Model`] if a fine model of the run cannot be built again.
+    pub fn at(&mut self, time: f64, i: usize) -> Result<Vec<Drawn<'_>>, AppError> {
+        let local = self.contacts.displacements(&mut self.model, &self.motions, time, i)?;
+        Ok(self.shown.iter().map(|body| self.drawn(body, &local[body.number], i)).collect())
+    }
+
+    fn drawn<'a>(&'a self, body: &'a Shown, local: &LocalDisplacement, i: usize) -> Drawn<'a> {
+        let geometry = &body.geometry;
+        let Some(elastic) = &self.model.bodies[body.number].elastic else {
+            let at_rest = vec![0.0; geometry.n_control_values()];
+            let (displacement, rate) = (at_rest.clone(), at_rest);
+            return Drawn { geometry, displacement, rate, mesh: None, elastic: None, fine: None };
+        };
+        let fields = |shapes: MatRef<'_, f64>, local: &[f64]| {
+            let mut displacement = combined(shapes, body.motion.elastic(i));
+            displacement.iter_mut().zip(local).for_each(|(u, v)| *u += v);
+            (displacement, combined(shapes, body.motion.rates(i)))
+        };
+        if let Some((contact, displacement)) = &local.zone {
+            let zones = self.contacts.zones.of_contact(*contact);
+            if let Some(zone) = zones.iter().find(|z| z.body == body.number) {
+                let mesh = &zone.model.mesh;
+                let (displacement, rate) = fields(zone.model.shapes.as_ref(), displacement);
+                return Drawn {
+                    geometry: &zone.geometry,
+                    displacement: mesh.control_values(&displacement),
+                    rate: mesh.control_values(&rate),
+                    mesh: self.contacts.zones.number(*contact).map(|n| (*contact, n)),
+                    elastic: Some(elastic),
+                    fine: Some(mesh),
+                };
+            }
+        }
+        let (displacement, rate) = fields(elastic.reduced.shapes(), &local.own);
+        Drawn {
+            geometry,
+            displacement: elastic.body.control_values(&displacement),
+            rate: elastic.body.control_values(&rate),
+            mesh: None,
+            elastic: Some(elastic),
+            fine: None,
+        }
     }
 
     /// Instants at which a contact zone could not be solved again.
     pub fn deviations(&self) -> usize {
         self.contacts.deviations
+    }
+}
+
+impl Drawn<'_> {
+    /// Functions that are not zero at an undeformed point of the body, in the model's components; none for a rigid body.
+    ///
+    /// # Errors
+    /// [`AppError::Model`] if the point is not on the body.
+    pub fn functions_at(&self, point: &[f64; 3]) -> Result<Vec<(u32, f64)>, AppError> {
+        let Some(ElasticModel { body, .. }) = self.elastic else { return Ok(Vec::new()) };
+        let fail = |e: adaptive::AdaptiveError| AppError::Model(e.to_string());
+        Ok(match self.fine {
+            None => {
+                let (element, xi) = body.locate(point).map_err(fail)?;
+                body.functions_at(element, &xi)
+            }
+            Some(mesh) => {
+                let (element, xi) = mesh.locate(body, point).map_err(fail)?;
+                mesh.functions_at(element, &xi)
+            }
+        })
     }
 }
 
@@ -167,16 +222,17 @@ fn shape(
         let material = full.spec.material;
         let elasticity = Some(Elasticity { model: full.spec.model, material });
         let motion = full.assembled.motion;
-        return BodyGeometry::new(full.space.clone(), motion, elasticity, cells).map(Some).map_err(fail);
+        let space = BodySpace::Plain(full.space.clone());
+        return Ok(Some(BodyGeometry::new(space, &full.shape.patches, motion, elasticity, cells)));
     }
     let body = scenario.bodies.iter().find(|b| b.name == *name).map(|b| &b.kind);
     let Some(BodyKind::Rigid(rigid)) = body else { return Ok(None) };
     let RigidMass::Shape { model, geometry: given, .. } = &rigid.mass else { return Ok(None) };
     let shape = geometry::shape(given, *model, 0).map_err(fail)?;
-    let space = PatchSpace::new(shape.patches).map_err(fail)?;
+    let space = BodySpace::plain(&shape.patches).map_err(fail)?;
     let cells = if cells == Cells::Bezier { cells } else { Cells::Linear(RIGID_CELLS) };
     let motion: RigidMotion = adaptive::elastic_body::rigid_motion(&geometry::model(*model));
-    BodyGeometry::new(space, motion, None, cells).map(Some).map_err(fail)
+    Ok(Some(BodyGeometry::new(space, &shape.patches, motion, None, cells)))
 }
 
 /// A note on a body without shape, or an error if it was asked for by name.

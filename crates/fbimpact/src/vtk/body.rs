@@ -1,12 +1,14 @@
 //! A body cut into Bézier elements, and its displacement and stress on them.
 
+use adaptive::body_space::BodySpace;
 use ffr_dynamics::body::RigidMotion;
 use iga_core::SplineError;
 use iga_core::elasticity::{Material, Model};
 use iga_core::knots::KnotVector;
 use iga_core::nurbs::Patch;
+use iga_core::nurbs::patch::PointBasis;
 use iga_core::recovery::RecoveryWorkspace;
-use iga_core::space::{PatchSpace, Space};
+use iga_core::space::Space;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
@@ -36,10 +38,8 @@ pub struct Element {
     pub weights: Vec<f64>,
     /// Number in the space.
     number: usize,
-    patch: usize,
-    /// Entries of the Bézier net of the patch.
-    net: Vec<usize>,
-    degrees: Vec<usize>,
+    /// Parameters of equally spaced points, one a node.
+    points: Vec<[f64; 3]>,
     /// Parameters of the points at which the stress is sampled.
     samples: Vec<[f64; 3]>,
 }
@@ -72,30 +72,32 @@ pub struct BodyGeometry {
     pub elements: Vec<Element>,
     /// Kind of its cells.
     pub cells: Cells,
-    space: PatchSpace,
-    bezier: Vec<Patch>,
+    space: BodySpace,
     elasticity: Option<Elasticity>,
 }
 
+/// Buffers for one element.
+#[derive(Default)]
+struct Workspace {
+    basis: PointBasis,
+    active: Vec<u32>,
+    recovery: RecoveryWorkspace,
+}
+
 impl BodyGeometry {
-    /// Cuts the patches of `space` into elements.
-    ///
-    /// # Errors
-    /// [`SplineError`] of knot vectors that cannot be refined.
+    /// Cuts a body over `patches` into the elements of `space`.
     pub fn new(
-        space: PatchSpace,
+        space: BodySpace,
+        patches: &[Patch],
         motion: RigidMotion,
         elasticity: Option<Elasticity>,
         cells: Cells,
-    ) -> Result<Self, SplineError> {
-        let bezier = space.patches().iter().map(bezier).collect::<Result<Vec<_>, _>>()?;
-        let mut elements = Vec::with_capacity(space.n_elements());
-        for (p, patch) in bezier.iter().enumerate() {
-            for e in 0..patch.n_elements() {
-                elements.push(element(&space, (p, patch), e, cells));
-            }
-        }
-        Ok(Self { motion, elements, cells, space, bezier, elasticity })
+    ) -> Self {
+        let control: Vec<f64> = space.control_points().iter().flatten().copied().collect();
+        let body = Undeformed { space: space.as_space(), patches, control: &control, cells };
+        let one = |workspace: &mut Workspace, e| element(&body, e, workspace);
+        let elements = (0..space.n_elements()).into_par_iter().map_init(Workspace::default, one).collect();
+        Self { motion, elements, cells, space, elasticity }
     }
 
     /// Number of control values of a field.
@@ -108,17 +110,26 @@ impl BodyGeometry {
     /// # Errors
     /// [`SplineError`] where the geometry is folded.
     pub fn fields(&self, displacement: &[f64], rate: &[f64]) -> Result<Vec<ElementFields>, SplineError> {
-        let displacements = self.prolonged(displacement)?;
-        let rates = self.prolonged(rate)?;
-        let one = |workspace: &mut RecoveryWorkspace, element: &Element| {
-            let field = |nets: &[Vec<[f64; 3]>]| self.at_nodes(element, &nets[element.patch]);
+        let n = self.motion.n_components();
+        let one = |workspace: &mut Workspace, element: &Element| {
+            let mut at_nodes = |values| {
+                let samples =
+                    sampled(self.space.as_space(), element.number, &element.points, (values, n), workspace);
+                match self.cells {
+                    Cells::Bezier => control_values(&element.steps, &element.weights, &samples),
+                    Cells::Linear(_) => samples,
+                }
+            };
+            let (at_rest, moving) = (at_nodes(displacement), at_nodes(rate));
             let stress = match &self.elasticity {
-                Some(elasticity) => self.stress(elasticity, workspace, element, displacement)?,
+                Some(elasticity) => {
+                    self.stress(elasticity, &mut workspace.recovery, element, displacement)?
+                }
                 None => Vec::new(),
             };
-            Ok(ElementFields { displacement: field(&displacements), rate: field(&rates), stress })
+            Ok(ElementFields { displacement: at_rest, rate: moving, stress })
         };
-        self.elements.par_iter().map_init(RecoveryWorkspace::default, one).collect()
+        self.elements.par_iter().map_init(Workspace::default, one).collect()
     }
 
     /// Stress at the equally spaced points of an element, from points inside.
@@ -130,49 +141,35 @@ impl BodyGeometry {
         displacement: &[f64],
     ) -> Result<Vec<[f64; 6]>, SplineError> {
         let Elasticity { model, material } = elasticity;
-        let at = |xi| workspace.stress(&self.space, model, material, displacement, element.number, xi);
+        let at =
+            |xi| workspace.stress(self.space.as_space(), model, material, displacement, element.number, xi);
         let inner =
             element.samples.iter().map(at).map(|s| s.map(|s| s.stress)).collect::<Result<Vec<_>, _>>()?;
         let outwards: Vec<DMatrix<f64>> = element.steps.iter().map(|&n| extrapolation(n, INSET)).collect();
         Ok(apply(&outwards.iter().collect::<Vec<_>>(), &inner))
     }
-
-    /// Control values on the Bézier nets of all patches.
-    fn prolonged(&self, field: &[f64]) -> Result<Vec<Vec<[f64; 3]>>, SplineError> {
-        let n = self.motion.n_components();
-        let patches = self.space.patches().iter().zip(&self.bezier).enumerate();
-        let net = |(p, (coarse, fine)): (usize, (&Patch, &Patch))| {
-            let entry = |&function: &u32| {
-                let mut value = [0.0; 3];
-                let at = function as usize * n;
-                value[..n].copy_from_slice(&field[at..at + n]);
-                value
-            };
-            let entries: Vec<[f64; 3]> = self.space.functions(p).iter().map(entry).collect();
-            coarse.prolong_field(fine, &entries)
-        };
-        patches.map(net).collect()
-    }
-
-    /// A field at the nodes of an element, from its control values on the Bézier net.
-    fn at_nodes(&self, element: &Element, net: &[[f64; 3]]) -> Vec<[f64; 3]> {
-        let local: Vec<[f64; 3]> = element.net.iter().map(|&i| net[i]).collect();
-        if self.cells == Cells::Bezier {
-            return local;
-        }
-        let weights: Vec<f64> =
-            element.net.iter().map(|&i| self.bezier[element.patch].weights()[i]).collect();
-        sampled(&element.degrees, &element.steps, &local, &weights)
-    }
 }
 
-/// Values at the equally spaced points of a rational field with the control values `net`.
-fn sampled(degrees: &[usize], steps: &[usize], net: &[[f64; 3]], weights: &[f64]) -> Vec<[f64; 3]> {
-    let matrices: Vec<DMatrix<f64>> = degrees.iter().zip(steps).map(|(&p, &n)| values(p, n)).collect();
-    let homogeneous: Vec<[f64; 4]> =
-        net.iter().zip(weights).map(|(v, w)| [v[0] * w, v[1] * w, v[2] * w, *w]).collect();
-    let values = apply(&matrices.iter().collect::<Vec<_>>(), &homogeneous);
-    values.iter().map(|v| [v[0] / v[3], v[1] / v[3], v[2] / v[3]]).collect()
+/// A field with node-major control values, `n` a function, at parameters `points` of element `e`.
+fn sampled(
+    space: &dyn Space,
+    e: usize,
+    points: &[[f64; 3]],
+    (values, n): (&[f64], usize),
+    workspace: &mut Workspace,
+) -> Vec<[f64; 3]> {
+    let Workspace { basis, active, .. } = workspace;
+    space.active_functions(e, active);
+    let mut at = |xi| {
+        space.evaluate(e, xi, 0, basis);
+        let mut sum = [0.0; 3];
+        for (&function, weight) in active.iter().zip(&basis.values) {
+            let control = &values[function as usize * n..][..n];
+            sum.iter_mut().zip(control).for_each(|(s, v)| *s += weight * v);
+        }
+        sum
+    };
+    points.iter().map(&mut at).collect()
 }
 
 /// Control values of a rational field on a cell with `weights` from its values at equally spaced points.
@@ -190,55 +187,56 @@ pub fn control_values<const N: usize>(
     net.iter().zip(weights).map(|(v, w)| v.map(|c| c / w)).collect()
 }
 
-/// The patch with every interior knot repeated as often as its degree: each element has its own block of control points.
-fn bezier(patch: &Patch) -> Result<Patch, SplineError> {
-    let mut fine = patch.clone();
-    for (d, knots) in patch.knots().iter().enumerate() {
-        let (p, breaks) = (knots.degree(), knots.breaks());
-        let last = breaks.len() - 1;
-        let repeat = |(i, &u): (usize, &f64)| vec![u; if i == 0 || i == last { p + 1 } else { p }];
-        let full = breaks.iter().enumerate().flat_map(repeat).collect();
-        fine = fine.refine_to(d, &KnotVector::new(p, full)?)?;
-    }
-    Ok(fine)
+/// A body before its motion.
+struct Undeformed<'a> {
+    space: &'a dyn Space,
+    patches: &'a [Patch],
+    /// Three coordinates a control point \[m\].
+    control: &'a [f64],
+    cells: Cells,
 }
 
-fn element(space: &PatchSpace, (index, patch): (usize, &Patch), e: usize, cells: Cells) -> Element {
+/// Element `e` of a body: nodes and weights go through its points, for on one element all functions are rational
+/// of the degrees of its patch, with the weight function of the patch.
+fn element(body: &Undeformed<'_>, e: usize, workspace: &mut Workspace) -> Element {
+    let place = body.space.element(e);
+    let patch = &body.patches[place.patch];
     let degrees: Vec<usize> = patch.knots().iter().map(KnotVector::degree).collect();
-    let (counts, sizes) = (patch.element_counts(), patch.net_size());
-    let mut rest = e;
-    let place: Vec<usize> = counts
-        .iter()
-        .map(|n| {
-            let i = rest % n;
-            rest /= n;
-            i
-        })
-        .collect();
-    let net = indices(&degrees, |local| {
-        let entry = |d: usize| place[d] * degrees[d] + local[d];
-        (0..degrees.len()).rev().fold(0, |flat, d| flat * sizes[d] + entry(d))
-    });
-    let steps: Vec<usize> = match cells {
-        Cells::Bezier => degrees.clone(),
+    let steps: Vec<usize> = match body.cells {
+        Cells::Bezier => degrees,
         Cells::Linear(least) => degrees.iter().map(|&p| p.max(least)).collect(),
     };
-    let (lower, upper) = patch.element(e);
-    let samples = indices(&steps, |local| {
-        let mut xi = [0.0; 3];
-        for (d, &i) in local.iter().enumerate().take(steps.len()) {
-            xi[d] = lower[d] + (upper[d] - lower[d]) * inset_point(i, steps[d], INSET);
-        }
-        xi
-    });
-    let points: Vec<[f64; 3]> = net.iter().map(|&i| patch.control_points()[i]).collect();
-    let weights: Vec<f64> = net.iter().map(|&i| patch.weights()[i]).collect();
-    let number = space.element_of_patch(index, e);
-    let (nodes, weights) = match cells {
-        Cells::Bezier => (points, weights),
-        Cells::Linear(_) => (sampled(&degrees, &steps, &points, &weights), vec![1.0; samples.len()]),
+    let spaced = |inset| {
+        indices(&steps, |local| {
+            let mut xi = [0.0; 3];
+            for (d, &i) in local.iter().enumerate().take(steps.len()) {
+                let (lower, upper) = (place.lower[d], place.upper[d]);
+                xi[d] = lower + (upper - lower) * inset_point(i, steps[d], inset);
+            }
+            xi
+        })
     };
-    Element { steps, nodes, weights, number, patch: index, net, degrees, samples }
+    let (points, samples) = (spaced(0.0), spaced(INSET));
+    let positions = sampled(body.space, e, &points, (body.control, 3), workspace);
+    let (nodes, weights) = match body.cells {
+        Cells::Bezier => {
+            let weights: Vec<[f64; 1]> = points.iter().map(|xi| [weight(patch, xi, workspace)]).collect();
+            let invert: Vec<DMatrix<f64>> = steps.iter().map(|&p| coefficients(p)).collect();
+            let weights = apply(&invert.iter().collect::<Vec<_>>(), &weights);
+            let weights: Vec<f64> = weights.iter().map(|w| w[0]).collect();
+            (control_values(&steps, &weights, &positions), weights)
+        }
+        Cells::Linear(_) => (positions, vec![1.0; samples.len()]),
+    };
+    Element { steps, nodes, weights, number: e, points, samples }
+}
+
+/// Weight function of a patch: its functions are `R_i = w_i N_i / W`, and the `N_i` sum up to one.
+fn weight(patch: &Patch, xi: &[f64; 3], workspace: &mut Workspace) -> f64 {
+    let e = patch.find_element(xi);
+    patch.evaluate(e, xi, 0, &mut workspace.basis);
+    let parts = patch.active_indices(e).zip(&workspace.basis.values);
+    1.0 / parts.map(|(i, value)| value / patch.weights()[i]).sum::<f64>()
 }
 
 /// `f` of all indices `0..=steps` a direction, first direction fastest.

@@ -1,12 +1,15 @@
 //! The quasistatic displacement of contact zones, which no coordinate of the result holds.
 //!
-//! Where a body was refined for its contact before the run, the contact problem is solved again at the stored state; it depends
-//! on nothing else. Zones that the program refined during the run are not built again.
+//! The contact problem is solved again at the stored state; it depends on nothing else. Zones that were refined for their contact
+//! before the run are part of the bodies' models; fine models that the program made during the run are built again.
 
 use adaptive::model::RunModel;
+use ffr_dynamics::reduction::ResidualFlexibility;
 use ffr_dynamics::system::force::{BodyState, ForceElement, GeneralisedForce};
 
 use super::states::{BodyMotion, ContactSeries};
+use super::zones::RefinedZones;
+use crate::error::AppError;
 
 /// Relative deviation of the force from the stored one beyond which a contact problem counts as another one.
 const SAME_FORCE: f64 = 1e-3;
@@ -14,8 +17,19 @@ const SAME_FORCE: f64 = 1e-3;
 /// Contacts whose zones can be solved again.
 pub struct LocalContacts {
     contacts: Vec<(usize, ContactSeries)>,
+    /// Fine models of the run.
+    pub zones: RefinedZones,
     /// Instants at which a contact found another force than the run.
     pub deviations: usize,
+}
+
+/// Quasistatic displacement of a body.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct LocalDisplacement {
+    /// Of the unknowns of its own model \[m\]; empty where there is none.
+    pub own: Vec<f64>,
+    /// Of the unknowns of a fine model, with the contact that this belongs to.
+    pub zone: Option<(usize, Vec<f64>)>,
 }
 
 impl LocalContacts {
@@ -24,63 +38,96 @@ impl LocalContacts {
         model: &RunModel,
         stored: impl Fn(&str) -> Option<ContactSeries>,
         has_friction: impl Fn(&str) -> bool,
+        zones: RefinedZones,
     ) -> Self {
+        let is_refined = |i: usize| model.adaptive.iter().any(|(index, _)| *index == i);
         let solvable = model.contacts.iter().enumerate();
-        let solvable = solvable.filter(|(_, facts)| facts.loads_interface && !has_friction(&facts.name));
+        let solvable = solvable
+            .filter(|(i, facts)| (facts.loads_interface || is_refined(*i)) && !has_friction(&facts.name));
         let contacts = solvable.filter_map(|(i, facts)| Some((i, stored(&facts.name)?))).collect();
-        Self { contacts, deviations: 0 }
+        Self { contacts, zones, deviations: 0 }
     }
 
-    /// Quasistatic displacement \[m\] of the unknowns of each body at instant `i`; empty where there is none.
+    /// Quasistatic displacement of each body at instant `i`. Of several fine models of a body that of the largest force counts.
+    ///
+    /// # Errors
+    /// [`AppError::Model`] if a fine model cannot be built again.
     pub fn displacements(
         &mut self,
         model: &mut RunModel,
         motions: &[BodyMotion],
         time: f64,
         i: usize,
-    ) -> Vec<Vec<f64>> {
-        let mut forces: Vec<Vec<f64>> = model.bodies.iter().map(|_| Vec::new()).collect();
+    ) -> Result<Vec<LocalDisplacement>, AppError> {
+        let mut all = vec![LocalDisplacement::default(); model.bodies.len()];
         if self.contacts.iter().all(|(_, c)| c.normal_force[i] <= 0.0) {
-            return forces;
+            return Ok(all);
         }
         let states: Vec<BodyState> = motions.iter().map(|m| state(m, i)).collect();
         let mut sums: Vec<GeneralisedForce> =
             states.iter().map(|s| GeneralisedForce::zeros(s.elastic.len())).collect();
+        let mut own_forces: Vec<Vec<f64>> = vec![Vec::new(); model.bodies.len()];
+        let mut largest = vec![0.0; model.bodies.len()];
         for (index, stored) in &self.contacts {
-            if stored.normal_force[i] <= 0.0 {
+            let force = stored.normal_force[i];
+            let is_own = model.contacts[*index].loads_interface;
+            if force <= 0.0 || !(is_own || self.zones.enter(model, *index, time)?) {
                 continue;
             }
             let element = &mut model.system.forces_mut()[*index];
             element.contact.forget();
-            let same =
-                |found: f64| (found - stored.normal_force[i]).abs() <= SAME_FORCE * stored.normal_force[i];
             // A factor that does not fit shows in the force.
             if stored.penalty[i].is_finite() {
                 let _ = element.contact.set_penalty(stored.penalty[i]);
             }
             let outcome = element.apply(time, &states, &mut sums);
-            if outcome.is_err() || !same(element.contact.report().normal_force) {
+            let found = element.contact.report().normal_force;
+            if outcome.is_err() || (found - force).abs() > SAME_FORCE * force {
                 self.deviations += 1;
                 continue;
             }
-            for (body, force) in forces.iter_mut().enumerate() {
-                let residual = model.bodies[body].elastic.as_ref().and_then(|e| e.reduced.residual.as_ref());
-                let Some(residual) = residual.filter(|_| model.system.forces()[*index].acts_on(body)) else {
+            if is_own {
+                add_to_own(model, *index, &mut own_forces);
+                continue;
+            }
+            for zone in self.zones.of_contact(*index) {
+                if force <= largest[zone.body] {
                     continue;
-                };
-                let n = residual.interface().len();
-                let mut part = vec![0.0; n];
-                model.system.forces()[*index].contact.interface_force(body, &mut part);
-                force.resize(n, 0.0);
-                force.iter_mut().zip(part).for_each(|(sum, f)| *sum += f);
+                }
+                let forces = forces_on(model, *index, zone.body, &zone.model.residual);
+                largest[zone.body] = force;
+                all[zone.body].zone = Some((*index, zone.model.residual.displacement(&forces)));
             }
         }
-        let displacement = |(body, force): (usize, Vec<f64>)| {
-            let residual = model.bodies[body].elastic.as_ref().and_then(|e| e.reduced.residual.as_ref());
-            residual.filter(|_| !force.is_empty()).map_or_else(Vec::new, |r| r.displacement(&force))
-        };
-        forces.into_iter().enumerate().map(displacement).collect()
+        for (body, forces) in own_forces.iter().enumerate().filter(|(_, forces)| !forces.is_empty()) {
+            all[body].own = own_residual(model, body).map_or_else(Vec::new, |r| r.displacement(forces));
+        }
+        Ok(all)
     }
+}
+
+/// Flexibility of the interface that body `body` was reduced for.
+fn own_residual(model: &RunModel, body: usize) -> Option<&ResidualFlexibility> {
+    model.bodies[body].elastic.as_ref().and_then(|e| e.reduced.residual.as_ref())
+}
+
+/// Adds the forces of contact `contact` on the interfaces that its bodies were reduced for.
+fn add_to_own(model: &RunModel, contact: usize, sums: &mut [Vec<f64>]) {
+    for (body, sum) in sums.iter_mut().enumerate() {
+        let Some(residual) = own_residual(model, body) else { continue };
+        if model.system.forces()[contact].acts_on(body) {
+            sum.resize(residual.interface().len(), 0.0);
+            let part = forces_on(model, contact, body, residual);
+            sum.iter_mut().zip(part).for_each(|(sum, f)| *sum += f);
+        }
+    }
+}
+
+/// Forces of the last evaluation of contact `contact` on the interface of `residual`, a model of `body`.
+fn forces_on(model: &RunModel, contact: usize, body: usize, residual: &ResidualFlexibility) -> Vec<f64> {
+    let mut forces = vec![0.0; residual.interface().len()];
+    model.system.forces()[contact].contact.interface_force(body, &mut forces);
+    forces
 }
 
 fn state(motion: &BodyMotion, i: usize) -> BodyState {

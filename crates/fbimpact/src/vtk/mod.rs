@@ -13,6 +13,7 @@ pub mod grid;
 pub mod assemble;
 pub mod xml;
 pub mod states;
+pub mod zones;
 pub mod local;
 pub mod bodies;
 pub mod pressure;

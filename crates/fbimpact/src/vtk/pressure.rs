@@ -6,11 +6,11 @@ use std::collections::hash_map::Entry;
 use ffr_dynamics::body::RigidMotion;
 
 use super::assemble::{View, placed};
-use super::bodies::{Bodies, Fields};
+use super::bodies::{Bodies, Drawn};
 use super::grid::{ContactFields, Grid};
 use super::order;
 use super::spin::{ArcNode, rings};
-use super::states::{PressureSeries, States};
+use super::states::{BodyMotion, PressureSeries, States};
 use crate::error::AppError;
 use crate::scenario::Scenario;
 
@@ -27,8 +27,8 @@ pub struct ContactPressure {
     /// Its contact body, among those shown.
     body: usize,
     series: PressureSeries,
-    /// What moves the points that were shown so far.
-    functions: HashMap<u32, Functions>,
+    /// What moves the points that were shown so far, on the meshes that they were shown on.
+    functions: HashMap<(Option<(usize, usize)>, u32), Functions>,
 }
 
 /// The contacts of `states` that hold pressures on a body in `bodies`.
@@ -48,20 +48,23 @@ pub fn contact_pressures(states: &States, bodies: &Bodies) -> Result<Vec<Contact
 }
 
 impl ContactPressure {
-    /// The points that carry force at instant `i`; `fields` has the displacement of every shown body.
+    /// Number of the contact body among those shown.
+    pub fn body(&self) -> usize {
+        self.body
+    }
+
+    /// The points that carry force at instant `i`, when the contact body `body` is as `drawn`.
     ///
     /// # Errors
     /// [`AppError::Model`] if a point does not lie on its body.
     pub fn grid(
         &mut self,
-        bodies: &Bodies,
-        fields: &[Fields],
+        (body, drawn): (&BodyMotion, &Drawn<'_>),
         i: usize,
         view: View,
     ) -> Result<Grid, AppError> {
-        let body = &bodies.shown[self.body];
-        let motion = body.geometry.motion;
-        let pose = body.motion.pose(i);
+        let motion = drawn.geometry.motion;
+        let pose = body.pose(i);
         let revolved = view.revolve.filter(|_| motion == RigidMotion::Axial);
         // The area of a ring is that of all its points, and of the whole ring.
         let (nodes, share) = match revolved {
@@ -76,13 +79,12 @@ impl ContactPressure {
         for k in self.series.range(i) {
             let point = self.series.point[k];
             let position = components(motion, &self.series.position[point as usize]);
-            let functions = match self.functions.entry(point) {
+            let functions = match self.functions.entry((drawn.mesh, point)) {
                 Entry::Occupied(known) => known.into_mut(),
-                Entry::Vacant(new) => new.insert(bodies.functions_at(body, &position)?),
+                Entry::Vacant(new) => new.insert(drawn.functions_at(&position)?),
             };
-            let (displacement, rate) = &fields[self.body];
             let at = |values: &[f64]| interpolated(functions, values, motion.n_components());
-            let (displacement, rate) = (at(displacement), at(rate));
+            let (displacement, rate) = (at(&drawn.displacement), at(&drawn.rate));
             let area = self.series.area[point as usize] * share;
             for node in &nodes {
                 let first = grid.points.len();

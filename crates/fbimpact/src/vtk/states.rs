@@ -7,9 +7,11 @@ use hdf5::{File, Group, Result};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use super::assemble::Pose;
+use super::zones::Span;
 use crate::error::AppError;
 use crate::results::open::{open, scenario_text};
 use crate::results::pressure;
+use crate::results::tables::TransferRow;
 use crate::scenario::{self, Scenario};
 use crate::{reasons, sound};
 
@@ -137,6 +139,34 @@ impl States {
         let read = |dataset: &str| group.dataset(dataset).and_then(|d| sound::rows::<f64>(&d)).ok();
         Some(ContactSeries { normal_force: read("normal_force")?, penalty: read("penalty")? })
             .filter(|c| c.normal_force.len() >= self.time.len() && c.penalty.len() >= self.time.len())
+    }
+
+    /// When contacts had fine models, and where; none in results of versions that did not store it.
+    ///
+    /// # Errors
+    /// [`AppError::Io`] if the table of model changes cannot be read.
+    pub fn spans(&self) -> std::result::Result<Vec<Span>, AppError> {
+        let file = open(&self.file)?;
+        let fail = |e: hdf5::Error| {
+            AppError::io(&self.file, format!("has no readable /transfers: {}", reasons::of_hdf5(&e)))
+        };
+        if !file.link_exists("transfers") {
+            return Ok(Vec::new());
+        }
+        let rows: Vec<TransferRow> = file.dataset("transfers").and_then(|d| sound::rows(&d)).map_err(fail)?;
+        let mut spans: Vec<Span> = Vec::new();
+        for row in &rows {
+            let (contact, sites) = (row.contact.as_str(), row.sites());
+            if sites[0].is_some() {
+                let contact = contact.to_owned();
+                spans.push(Span { contact, sites, from: row.time, to: f64::INFINITY });
+            } else if row.direction.as_str() == "fine to coarse"
+                && let Some(span) = spans.iter_mut().rfind(|s| s.contact == contact)
+            {
+                span.to = row.time;
+            }
+        }
+        Ok(spans)
     }
 
     /// Pressures of contact `name`; none if there are none, as in contacts that know no points.

@@ -1,0 +1,98 @@
+//! Fine models that a run had during its impacts, built again.
+
+use adaptive::adaptive_contact::{AdaptiveContact, ZoneModel};
+use adaptive::model::RunModel;
+use adaptive::record::ZoneSite;
+use adaptive::simulation::TimedContact;
+
+use super::body::{BodyGeometry, Cells, Elasticity};
+use crate::error::AppError;
+
+/// The time in which a contact had fine models.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Span {
+    /// Name of the contact.
+    pub contact: String,
+    /// Where they lay: on the contact body, on the target.
+    pub sites: [Option<ZoneSite>; 2],
+    /// When they came \[s\].
+    pub from: f64,
+    /// When they went \[s\].
+    pub to: f64,
+}
+
+/// A fine model of a body, and how it is drawn.
+pub struct ZoneOfBody {
+    /// Number of the body.
+    pub body: usize,
+    /// The model.
+    pub model: ZoneModel,
+    /// Its elements.
+    pub geometry: BodyGeometry,
+}
+
+/// Fine models of one contact.
+struct Present {
+    /// Number of the contact in the model.
+    contact: usize,
+    span: usize,
+    zones: Vec<ZoneOfBody>,
+}
+
+/// The fine models of a run; those of one impact a contact are held at a time.
+pub struct RefinedZones {
+    spans: Vec<Span>,
+    cells: Cells,
+    present: Vec<Present>,
+}
+
+impl RefinedZones {
+    /// Fine models in the time of `spans`, drawn in cells of the kind `cells`.
+    pub fn new(spans: Vec<Span>, cells: Cells) -> Self {
+        Self { spans, cells, present: Vec::new() }
+    }
+
+    /// Puts the fine models that contact `contact` had at time `time` into `model`; false if it had none, or none that can be
+    /// built again.
+    ///
+    /// # Errors
+    /// [`AppError::Model`] if they cannot be built.
+    pub fn enter(&mut self, model: &mut RunModel, contact: usize, time: f64) -> Result<bool, AppError> {
+        let name = &model.contacts[contact].name;
+        let is_there = |s: &Span| s.contact == *name && s.from <= time && time <= s.to;
+        let Some(span) = self.spans.iter().position(is_there) else { return Ok(false) };
+        if self.present.iter().any(|p| p.contact == contact && p.span == span) {
+            return Ok(true);
+        }
+        let contacts = model.adaptive.iter().find(|(i, _)| *i == contact);
+        let Some((_, adaptive)) = contacts.filter(|(_, c)| AdaptiveContact::is_rebuildable(c)) else {
+            return Ok(false);
+        };
+        let fail = |e: adaptive::AdaptiveError| AppError::Model(e.to_string());
+        let built = adaptive.rebuilt(&model.bodies, &self.spans[span].sites).map_err(fail)?;
+        let zones = built.models.into_iter().filter_map(|(body, zone)| {
+            let full = &model.bodies[body].elastic.as_ref()?.body;
+            let elasticity = Elasticity { model: full.spec.model, material: full.spec.material };
+            let patches = std::slice::from_ref(&zone.mesh.patch);
+            let motion = zone.mesh.motion;
+            let geometry =
+                BodyGeometry::new(zone.mesh.space.clone(), patches, motion, Some(elasticity), self.cells);
+            Some(ZoneOfBody { body, model: zone, geometry })
+        });
+        let present = Present { contact, span, zones: zones.collect() };
+        model.system.forces_mut()[contact] = TimedContact::new(built.element);
+        self.present.retain(|p| p.contact != contact);
+        self.present.push(present);
+        Ok(true)
+    }
+
+    /// The fine models of contact `contact` that are in the model.
+    pub fn of_contact(&self, contact: usize) -> &[ZoneOfBody] {
+        self.present.iter().find(|p| p.contact == contact).map_or(&[], |p| &p.zones)
+    }
+
+    /// What tells the present fine models of contact `contact` from those of other impacts.
+    pub fn number(&self, contact: usize) -> Option<usize> {
+        self.present.iter().find(|p| p.contact == contact).map(|p| p.span)
+    }
+}
