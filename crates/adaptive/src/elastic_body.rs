@@ -20,7 +20,6 @@ use iga_core::nurbs::local::RefinementWindow;
 use iga_core::nurbs::{Patch, Shape};
 use iga_core::space::{PatchSpace, Space};
 use nalgebra::UnitQuaternion;
-use tracing::warn;
 
 use crate::error::AdaptiveError;
 use crate::spec::{DampingSpec, DiscretisationSpec, ElasticSpec, FrameSpec, ReductionSpec, RefinementSpec};
@@ -204,14 +203,6 @@ impl ElasticBody {
             }
             _ => (self.modes(interface, cache, || self.dynamic_modes(interface))?, None),
         };
-        // Twist-free modes about an axis are simple: frequencies that happen to lie close together are no group.
-        if let (Some((fewer, more)), false) = (basis.multiplet, body.motion == RigidMotion::Axial) {
-            warn!(
-                body = self.name,
-                "{} modes cut through a group of equal frequencies, which loses energy when models change; {fewer} or {more} modes do not",
-                basis.n_low
-            );
-        }
         let stiffness: Vec<f64> = basis.omega.iter().map(|w| w * w).collect();
         let mut data = StandardInputData::new(body, basis.shapes.as_ref(), &stiffness)?;
         data.modal_damping = damping(&self.spec.damping, &stiffness)?;

@@ -3,13 +3,15 @@
 use std::sync::Arc;
 
 use contact_qs::search::SurfaceModel;
+use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::kinematics::Marker;
 use ffr_dynamics::kinematics::marker::FlexiblePoint;
 use nalgebra::UnitQuaternion;
+use tracing::warn;
 
 use super::contacts::{surface, takes_part};
 use super::plan::ContactPlan;
-use super::{BodyModel, RunModel, joints, observed_points};
+use super::{BodyModel, ElasticModel, RunModel, joints, observed_points};
 use crate::elastic_body::ElasticBody;
 use crate::error::AdaptiveError;
 use crate::fine_model::{FineBody, LowModes};
@@ -86,10 +88,23 @@ pub fn needs_own_modes(
             }
             if let Some(elastic) = &body.elastic {
                 check_own_modes(&elastic.body, &elastic.reduced)?;
+                warn_of_cut_group(elastic);
             }
         }
     }
     Ok(is_needed)
+}
+
+/// Modes of equal frequency span a space, of which coarse and fine model have another part each if the count cuts it.
+fn warn_of_cut_group(elastic: &ElasticModel) {
+    let (basis, motion) = (&elastic.reduced.basis, elastic.body.assembled.motion);
+    // Twist-free modes about an axis are simple: frequencies that happen to lie close together are no group.
+    let Some((fewer, more)) = basis.multiplet.filter(|_| motion != RigidMotion::Axial) else { return };
+    warn!(
+        body = elastic.body.name,
+        "{} modes cut through a group of equal frequencies, which loses energy when models change; {fewer} or {more} modes do not",
+        basis.n_low
+    );
 }
 
 impl RunModel {
