@@ -1,6 +1,7 @@
 //! Watches a pair that is not in contact: nearest points, first touch (\[A\] (7), Fig. 2).
 
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 use contact_qs::search::{
     SearchWorkspace, SurfaceModel, SurfaceSite, closing_speed_bound, minimum_distance, plane_distance,
@@ -29,7 +30,13 @@ pub struct Detector {
     body: usize,
     model: Arc<SurfaceModel>,
     target: DetectorTarget,
-    workspace: Mutex<SearchWorkspace>,
+    search: Mutex<Search>,
+}
+
+/// The search, and what it has cost.
+struct Search {
+    workspace: SearchWorkspace,
+    elapsed: Duration,
 }
 
 /// What the surface may meet.
@@ -43,7 +50,8 @@ pub enum DetectorTarget {
 impl Detector {
     /// A detector for the surface `model` of body `body`.
     pub fn new(body: usize, model: Arc<SurfaceModel>, target: DetectorTarget) -> Self {
-        Self { body, model, target, workspace: Mutex::new(SearchWorkspace::new()) }
+        let search = Search { workspace: SearchWorkspace::new(), elapsed: Duration::ZERO };
+        Self { body, model, target, search: Mutex::new(search) }
     }
 
     /// Puts `model` in the place of the surface of body `body`, if that is one of the pair; returns the one before.
@@ -64,7 +72,7 @@ impl Detector {
 
     /// Forgets where the last search ended: the next one depends on the motions alone.
     pub fn forget(&mut self) {
-        self.workspace.get_mut().unwrap_or_else(PoisonError::into_inner).forget();
+        self.search.get_mut().unwrap_or_else(PoisonError::into_inner).workspace.forget();
     }
 
     /// Gap and nearest points in the motions `bodies`.
@@ -72,17 +80,29 @@ impl Detector {
     /// # Errors
     /// [`ContactError`] for motions that are not finite, or a plane that leaves the model's symmetry.
     pub fn nearest(&self, bodies: &[BodyState]) -> Result<Nearest, ContactError> {
-        let mut workspace = self.workspace.lock().unwrap_or_else(PoisonError::into_inner);
+        let begin = Instant::now();
+        let mut search = self.search.lock().unwrap_or_else(PoisonError::into_inner);
+        let nearest = self.found(bodies, &mut search.workspace);
+        search.elapsed += begin.elapsed();
+        nearest
+    }
+
+    /// Time spent in searches so far.
+    pub fn elapsed(&self) -> Duration {
+        self.search.lock().unwrap_or_else(PoisonError::into_inner).elapsed
+    }
+
+    fn found(&self, bodies: &[BodyState], workspace: &mut SearchWorkspace) -> Result<Nearest, ContactError> {
         let state = &bodies[self.body];
         match &self.target {
             DetectorTarget::Plane(plane) => {
-                let found = plane_distance(&self.model, state, plane, &mut workspace)?;
+                let found = plane_distance(&self.model, state, plane, workspace)?;
                 let normal = plane.normal.into_inner();
                 Ok(Nearest { gap: found.gap, contact: found.site, target: None, normal })
             }
             DetectorTarget::Body(other, model) => {
                 let models = [self.model.as_ref(), model.as_ref()];
-                let found = minimum_distance(models, [state, &bodies[*other]], &mut workspace)?;
+                let found = minimum_distance(models, [state, &bodies[*other]], workspace)?;
                 let [contact, target] = found.sites;
                 Ok(Nearest { gap: found.gap, contact, target: Some(target), normal: found.normal })
             }

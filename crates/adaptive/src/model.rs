@@ -296,7 +296,13 @@ impl RunModel {
     /// Time spent so far; contact solver included, output left to the caller.
     pub fn timings(&self) -> Timings {
         let present: f64 = self.system.forces().iter().map(|f| f.elapsed().as_secs_f64()).sum();
-        Timings { contact: present + self.contact_time, cache: self.cache.used(), ..self.timings }
+        let searches: f64 = self.adaptive.iter().map(|(_, c)| c.detector.elapsed().as_secs_f64()).sum();
+        Timings {
+            contact: present + self.contact_time,
+            search: self.timings.search + searches,
+            cache: self.cache.used(),
+            ..self.timings
+        }
     }
 
     /// Number of state variables.

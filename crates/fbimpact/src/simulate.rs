@@ -88,14 +88,16 @@ pub fn simulate_with(
 ) -> Result<RunReport, AppError> {
     let spec = run_spec(scenario)?;
     let mut model = build(&spec, threads, cache)?;
-    let started = Instant::now();
+    let (started, before) = (Instant::now(), model.timings());
     let end = match point {
         Some(point) => driver::resume(&mut model, &spec.settings, point, observer),
         None => driver::run(&mut model, &spec.settings, observer),
     };
     let end = end.map_err(app_error)?;
     let mut timings = model.timings();
-    timings.integration = started.elapsed().as_secs_f64() - timings.contact;
+    // Fine models and searches in the run are not time integration.
+    let other = |t: &Timings| t.contact + t.reduction + t.search;
+    timings.integration = started.elapsed().as_secs_f64() - (other(&timings) - other(&before));
     let ending = if end.is_interrupted { Ending::Interrupted } else { Ending::Complete };
     Ok(RunReport { ending, time: end.time, timings })
 }

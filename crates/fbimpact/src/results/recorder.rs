@@ -264,6 +264,8 @@ impl Recorder {
             let begin = Instant::now();
             open.write_series()?;
             if let Some(mut timings) = timings {
+                // Rows were written while the run went on.
+                timings.integration = (timings.integration - seconds).max(0.0);
                 timings.output = seconds + begin.elapsed().as_secs_f64();
                 write_timings(&open.file, &timings)?;
             }
