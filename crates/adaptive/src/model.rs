@@ -221,16 +221,21 @@ impl RunModel {
                 contact.contact.interface_force(body, &mut part);
                 state.interface_forces.iter_mut().zip(&part).for_each(|(sum, f)| *sum += f);
             }
-            state.zones.clear();
+            let mut n_zones = 0;
             for (i, (contact, fine)) in self.system.forces().iter().zip(fine).enumerate() {
                 let Some(fine) = fine.as_ref().filter(|_| !contact.contact.is_idle()) else { continue };
                 for zone in fine.zones.iter().filter(|zone| zone.body == body) {
-                    let mut load =
-                        ZoneLoad { contact: i as u32, site: zone.site, forces: vec![0.0; zone.n_unknowns] };
+                    if state.zones.len() == n_zones {
+                        state.zones.push(ZoneLoad::default());
+                    }
+                    let load = &mut state.zones[n_zones];
+                    (load.contact, load.site) = (i as u32, zone.site);
+                    load.forces.resize(zone.n_unknowns, 0.0);
                     contact.contact.interface_force(body, &mut load.forces);
-                    state.zones.push(load);
+                    n_zones += 1;
                 }
             }
+            state.zones.truncate(n_zones);
         }
     }
 
