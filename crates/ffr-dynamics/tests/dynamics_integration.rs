@@ -3,56 +3,18 @@
 #![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
 #![expect(clippy::float_cmp, reason = "exact times and states are part of the claims")]
 
+mod small_equations;
+
 use ffr_dynamics::DynamicsError;
 use ffr_dynamics::error::Rejection;
 use ffr_dynamics::integration::{
     CrossingSearch, DenseOutput, DormandPrince, Integrator, Method, OdeSystem, StepSettings,
 };
-
-/// Eccentric Kepler orbit, `e = 0.3`, period 2π: smooth, nonlinear, closed form at full periods, two invariants.
-struct Kepler {
-    tolerance: f64,
-}
-
-const ECCENTRICITY: f64 = 0.3;
-const PERIHELION: [f64; 4] = [1.0 - ECCENTRICITY, 0.0, 0.0, 1.362_770_287_738_494_3]; // sqrt((1 + e) / (1 - e))
-
-impl OdeSystem for Kepler {
-    fn dimension(&self) -> usize {
-        4
-    }
-
-    fn rhs(&mut self, _t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), Rejection> {
-        let cubed = (y[0] * y[0] + y[1] * y[1]).powf(1.5);
-        dydt.copy_from_slice(&[y[2], y[3], -y[0] / cubed, -y[1] / cubed]);
-        Ok(())
-    }
-
-    fn error_norm(&self, _y0: &[f64], _y1: &[f64], error: &[f64]) -> f64 {
-        norm(error) / self.tolerance
-    }
-}
-
-fn norm(x: &[f64]) -> f64 {
-    x.iter().map(|v| v * v).sum::<f64>().sqrt()
-}
-
-fn distance(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
-}
-
-/// Slope of `log error` over `log step`, least squares.
-fn slope(pairs: &[(f64, f64)]) -> f64 {
-    let n = pairs.len() as f64;
-    let (x, y): (Vec<f64>, Vec<f64>) = pairs.iter().map(|(h, e)| (h.ln(), e.ln())).unzip();
-    let (mx, my) = (x.iter().sum::<f64>() / n, y.iter().sum::<f64>() / n);
-    let covariance: f64 = x.iter().zip(&y).map(|(a, b)| (a - mx) * (b - my)).sum();
-    covariance / x.iter().map(|a| (a - mx).powi(2)).sum::<f64>()
-}
+use small_equations::{ECCENTRICITY, Given, PERIHELION, distance, kepler_rate, norm, slope};
 
 fn kepler_run(settings: StepSettings, tolerance: f64, t_end: f64) -> DormandPrince {
     let mut integrator = DormandPrince::new(settings, 0.0, &PERIHELION).unwrap();
-    integrator.run(&mut Kepler { tolerance }, t_end, |_, _| true).unwrap();
+    integrator.run(&mut Given::new(4, tolerance, kepler_rate), t_end, |_, _| true).unwrap();
     integrator
 }
 
@@ -144,7 +106,7 @@ const WORK: (u64, u64) = (80, 0);
 
 #[test]
 fn steps_end_exactly_at_the_end_time_and_keep_their_size_afterwards() {
-    let mut system = Kepler { tolerance: 1e-8 };
+    let mut system = Given::new(4, 1e-8, kepler_rate);
     let mut integrator = DormandPrince::new(StepSettings::default(), 0.0, &PERIHELION).unwrap();
     integrator.run(&mut system, 0.7, |_, _| true).unwrap();
     assert_eq!(integrator.time(), 0.7);
@@ -163,7 +125,7 @@ fn largest_step_is_respected() {
     let mut integrator = DormandPrince::new(StepSettings::with_max_step(0.01), 0.0, &PERIHELION).unwrap();
     let mut largest: f64 = 0.0;
     integrator
-        .run(&mut Kepler { tolerance: 1e-3 }, 1.0, |_, i| {
+        .run(&mut Given::new(4, 1e-3, kepler_rate), 1.0, |_, i| {
             largest = largest.max(i.interval().1 - i.interval().0);
             true
         })
@@ -355,7 +317,7 @@ fn projection_costs_a_new_first_stage_and_keeps_the_invariant() {
 
 #[test]
 fn restart_in_the_middle_of_a_step_repeats_the_rest_of_the_solution() {
-    let mut system = Kepler { tolerance: 1e-10 };
+    let mut system = Given::new(4, 1e-10, kepler_rate);
     let mut integrator = DormandPrince::new(StepSettings::default(), 0.0, &PERIHELION).unwrap();
     integrator.run(&mut system, std::f64::consts::PI, |_, _| true).unwrap();
     let (start, end) = integrator.interval();
