@@ -155,7 +155,7 @@ impl Quasistatic {
     /// Solves for the point forces `forces` \[N\] at gaps `gaps` \[m\] with penalty springs of compliance `springs` [m/N].
     ///
     /// # Errors
-    /// [`Rejection`] with the codes of [`ActiveSet::solve`] and [`Broyden::solve`].
+    /// [`Rejection`] with the codes of [`super::ActiveSet::solve`] and [`super::Broyden::solve`].
     pub fn solve(
         &mut self,
         springs: &[f64],
