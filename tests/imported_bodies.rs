@@ -8,10 +8,8 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use adaptive::imported::ImportedSpec;
-use adaptive::record::{
-    Continue, ImpactRecord, Observer, ObserverError, PhaseKind, PhaseRecord, RunLayout, Sample, StressRecord,
-    TransferRecord, TryRecord,
-};
+use adaptive::record::Sample;
+use adaptive::recording::Recording;
 use adaptive::spec::{BodyKind, DampingSpec, Place, ReductionSpec};
 use assert_cmd::Command;
 use beam_file::{BENDING, LENGTH, LINE_MASS, write_beam};
@@ -288,41 +286,10 @@ fn check_exits_with_3_and_results_name_the_elastic_coordinates() {
 }
 
 /// Stored states.
-#[derive(Default)]
-struct Trace(Vec<Sample>);
-
-impl Observer for Trace {
-    fn start(&mut self, _: &RunLayout) -> Result<(), ObserverError> {
-        Ok(())
-    }
-    fn sample(&mut self, sample: &Sample) -> Result<(), ObserverError> {
-        self.0.push(sample.clone());
-        Ok(())
-    }
-    fn progress(&mut self, _: f64, _: f64, _: PhaseKind) -> Continue {
-        Continue::Yes
-    }
-    fn phase(&mut self, _: &PhaseRecord) -> Result<(), ObserverError> {
-        Ok(())
-    }
-    fn impact(&mut self, _: &ImpactRecord) -> Result<(), ObserverError> {
-        Ok(())
-    }
-    fn attempt(&mut self, _: &TryRecord) -> Result<(), ObserverError> {
-        Ok(())
-    }
-    fn transfer(&mut self, _: &TransferRecord) -> Result<(), ObserverError> {
-        Ok(())
-    }
-    fn stress(&mut self, _: &StressRecord) -> Result<(), ObserverError> {
-        Ok(())
-    }
-}
-
 fn run(scenario: &Scenario) -> Vec<Sample> {
-    let mut trace = Trace::default();
-    simulate(scenario, &mut trace, 1).unwrap_or_else(|e| panic!("{e}"));
-    trace.0
+    let mut recording = Recording::default();
+    simulate(scenario, &mut recording, 1).unwrap_or_else(|e| panic!("{e}"));
+    recording.samples
 }
 
 /// The flexible pendulum over 0.1 s in `frame`, with its rod, or with a rod from a file.

@@ -7,6 +7,7 @@ mod support;
 
 use std::f64::consts::TAU;
 
+use adaptive::recording::Recording;
 use support::{
     Table, Trace, assert_below, assert_close, built, cylinder_frequencies, deviation, parsed, record, run,
     steel_cylinder,
@@ -25,8 +26,8 @@ const COARSE: [&str; 5] = [
 fn all_modes_of_the_full_model_dynamic_give_the_same_force() {
     let quasistatic = run("sphere_on_plane", &COARSE);
     let all = ["contacts.impact.model=dynamic", "bodies.ball.reduction={method=\"all\"}"];
-    let trace = Trace { without_coordinates: true, ..Trace::default() };
-    let full = record(trace, 2, "sphere_on_plane", &[&COARSE[..], &all].concat());
+    let brief = Recording { is_brief: true, ..Recording::default() };
+    let full = record(brief, 2, "sphere_on_plane", &[&COARSE[..], &all].concat());
     println!(
         "{} modes, {} steps",
         full.layout.bodies[0].eigenfrequencies.len(),

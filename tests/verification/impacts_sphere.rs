@@ -86,7 +86,7 @@ fn sphere_stress_on_the_axis_is_that_of_hertz() {
     for points in ["greville", "gauss"] {
         let set = format!("contacts.impact.points={points}");
         let trace = run("sphere_on_plane", &[&set]);
-        let record = &trace.stress[0];
+        let record = &trace.stresses[0];
         let top = record.von_mises.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
         let (i, mises) = top.expect("points");
         let depth = record.points[i][2] - record.points[0][2];
@@ -114,5 +114,5 @@ fn sphere_run_does_the_work_it_is_known_to_need() {
 fn sphere_run_is_the_same_on_one_and_two_threads() {
     let two = run_on(2, "sphere_on_plane", &[]);
     assert!(shipped_run().samples == two.samples, "bitwise equal samples");
-    assert!(shipped_run().stress == two.stress, "bitwise equal stresses");
+    assert!(shipped_run().stresses == two.stresses, "bitwise equal stresses");
 }

@@ -1,82 +1,28 @@
 //! Scenarios run in memory, reference tables, and comparisons of histories.
 
+use std::ops::Deref;
 use std::path::{Path, PathBuf};
 
 use adaptive::model::RunModel;
-use adaptive::record::{
-    Continue, ImpactRecord, Observer, ObserverError, PhaseKind, PhaseRecord, RunLayout, Sample, StressRecord,
-    TransferRecord, TryRecord,
-};
+use adaptive::record::{ImpactRecord, Sample};
+use adaptive::recording::Recording;
 use fbimpact::scenario::{self, Scenario};
 use fbimpact::setup::run_spec;
 use fbimpact::simulate::simulate;
 
 /// Everything a run reports, kept in memory.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug)]
 pub struct Trace {
-    /// Names.
-    pub layout: RunLayout,
-    /// Stored states.
-    pub samples: Vec<Sample>,
-    /// Phases.
-    pub phases: Vec<PhaseRecord>,
-    /// Impacts.
-    pub impacts: Vec<ImpactRecord>,
-    /// Tries.
-    pub tries: Vec<TryRecord>,
-    /// Changes of models.
-    pub transfers: Vec<TransferRecord>,
-    /// Stresses.
-    pub stress: Vec<StressRecord>,
+    recording: Recording,
     /// Why the run ended early, if it did.
     pub failure: Option<String>,
-    /// Whether coordinates of bodies and pressures of contacts are left out, which may be many.
-    pub without_coordinates: bool,
 }
 
-impl Observer for Trace {
-    fn start(&mut self, layout: &RunLayout) -> Result<(), ObserverError> {
-        self.layout = layout.clone();
-        Ok(())
-    }
+impl Deref for Trace {
+    type Target = Recording;
 
-    fn sample(&mut self, sample: &Sample) -> Result<(), ObserverError> {
-        let mut sample = sample.clone();
-        if self.without_coordinates {
-            sample.bodies.clear();
-            sample.pressures.clear();
-        }
-        self.samples.push(sample);
-        Ok(())
-    }
-
-    fn progress(&mut self, _: f64, _: f64, _: PhaseKind) -> Continue {
-        Continue::Yes
-    }
-
-    fn phase(&mut self, record: &PhaseRecord) -> Result<(), ObserverError> {
-        self.phases.push(*record);
-        Ok(())
-    }
-
-    fn impact(&mut self, record: &ImpactRecord) -> Result<(), ObserverError> {
-        self.impacts.push(*record);
-        Ok(())
-    }
-
-    fn attempt(&mut self, record: &TryRecord) -> Result<(), ObserverError> {
-        self.tries.push(record.clone());
-        Ok(())
-    }
-
-    fn transfer(&mut self, record: &TransferRecord) -> Result<(), ObserverError> {
-        self.transfers.push(record.clone());
-        Ok(())
-    }
-
-    fn stress(&mut self, record: &StressRecord) -> Result<(), ObserverError> {
-        self.stress.push(record.clone());
-        Ok(())
+    fn deref(&self) -> &Recording {
+        &self.recording
     }
 }
 
@@ -100,12 +46,6 @@ impl Trace {
     pub fn impact(&self) -> &ImpactRecord {
         assert_eq!(self.impacts.len(), 1, "one impact in {:?}, failure: {:?}", self.impacts, self.failure);
         &self.impacts[0]
-    }
-
-    /// Largest relative change of the total energy.
-    pub fn energy_drift(&self) -> f64 {
-        let start = self.samples[0].energies.total();
-        self.samples.iter().map(|s| (s.energies.total() / start - 1.0).abs()).fold(0.0, f64::max)
     }
 
     /// Largest distance between the force of this run and another one, as a share of the other one's peak.
@@ -153,15 +93,13 @@ pub fn run(name: &str, set: &[&str]) -> Trace {
 
 /// Runs a shipped scenario with changes on `threads` threads.
 pub fn run_on(threads: usize, name: &str, set: &[&str]) -> Trace {
-    record(Trace::default(), threads, name, set)
+    record(Recording::default(), threads, name, set)
 }
 
-/// Runs a shipped scenario with changes, recording in `trace`.
-pub fn record(mut trace: Trace, threads: usize, name: &str, set: &[&str]) -> Trace {
-    if let Err(error) = simulate(&shipped(name, set), &mut trace, threads) {
-        trace.failure = Some(error.to_string());
-    }
-    trace
+/// Runs a shipped scenario with changes, reporting to `recording`.
+pub fn record(mut recording: Recording, threads: usize, name: &str, set: &[&str]) -> Trace {
+    let end = simulate(&shipped(name, set), &mut recording, threads);
+    Trace { recording, failure: end.err().map(|e| e.to_string()) }
 }
 
 /// Columns of `tests/reference/<name>.csv` by name.

@@ -160,10 +160,6 @@ impl ForceElement for Dormant {
     fn is_idle(&self) -> bool {
         true
     }
-
-    fn save(&mut self) {}
-
-    fn restore(&mut self) {}
 }
 
 impl ContactElement for Dormant {

@@ -9,6 +9,7 @@ pub mod subdivision;
 pub mod error;
 pub mod spec;
 pub mod record;
+pub mod recording;
 pub mod elastic_body;
 pub mod stiffening;
 pub mod contact_zone;

@@ -95,10 +95,6 @@ impl ForceElement for PointImpact {
     fn is_idle(&self) -> bool {
         self.report.n_active == 0
     }
-
-    fn save(&mut self) {}
-
-    fn restore(&mut self) {}
 }
 
 impl ContactElement for PointImpact {

@@ -9,7 +9,8 @@ use adaptive::spec::{
     Target, Treatment,
 };
 use nalgebra::Vector3;
-use rod_impacts::{LENGTH, RADIUS, Trace, finished, sphere_rod_sphere, two_spheres};
+use rod_impacts::impacts::Trace;
+use rod_impacts::{LENGTH, RADIUS, finished, sphere_rod_sphere, two_spheres};
 
 fn laws(spec: &mut RunSpec) -> impl Iterator<Item = &mut SurfaceLaw> {
     spec.contacts.iter_mut().map(|c| match &mut c.law {

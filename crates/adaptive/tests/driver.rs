@@ -4,16 +4,14 @@ mod impacts;
 
 use adaptive::AdaptiveError;
 use adaptive::record::PhaseKind;
+use adaptive::recording::Recording;
 use adaptive::spec::{
-    BodyKind, BodySpec, ContactLaw, ContactSpec, DiscretisationSpec, ElasticSpec, HandOver, InitialMotion,
-    IntervalSpec, PenaltySearch, PhaseSettings, PointRule, ReductionSpec, RefinementSpec, RunSettings,
-    RunSpec, SurfaceLaw, Target, Treatment,
+    BodyKind, BodySpec, ContactLaw, ContactSpec, DiscretisationSpec, ElasticSpec, InitialMotion,
+    PenaltySearch, ReductionSpec, RefinementSpec, RunSpec, SurfaceLaw, Target, Treatment,
 };
-use contact_qs::quasistatic::Method;
-use ffr_dynamics::integration;
 use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::primitives::axisymmetric;
-use impacts::{Trace, try_run};
+use impacts::{Trace, explicit, law, spec, try_run};
 use nalgebra::{UnitQuaternion, Vector3};
 
 const RADIUS: f64 = 10e-3; // m
@@ -28,11 +26,7 @@ fn plane(name: &str, height: f64, normal: f64) -> ContactSpec {
         treatment: Treatment::Quasistatic,
         penalty: Some(1e18),
         search: PenaltySearch::Fixed,
-        points: PointRule::Greville,
-        method: Method::ActiveSet,
-        friction: None,
-        interval: IntervalSpec::default(),
-        hand_over: HandOver::default(),
+        ..law()
     };
     let (point, normal) = (Vector3::new(0.0, 0.0, height), Vector3::new(0.0, 0.0, normal));
     ContactSpec {
@@ -66,31 +60,8 @@ fn ball(height: f64, speed: f64, end_time: f64) -> RunSpec {
         velocity: Vector3::new(0.0, 0.0, -speed),
         angular_velocity: Vector3::zeros(),
     };
-    let phase = |max_step| PhaseSettings {
-        method: integration::Method::DormandPrince,
-        max_step,
-        tolerance: 1e-8,
-        velocity_floor: 1e-6,
-    };
-    RunSpec {
-        bodies: vec![BodySpec { name: "ball".into(), kind: BodyKind::Elastic(Box::new(body)), motion }],
-        joints: Vec::new(),
-        loops: Vec::new(),
-        loads: Vec::new(),
-        contacts: vec![plane("floor", 0.0, 1.0)],
-        points: Vec::new(),
-        stress: Vec::new(),
-        settings: RunSettings {
-            end_time,
-            gravity: Vector3::zeros(),
-            static_start: false,
-            free: phase(1e-4),
-            impact: phase(f64::INFINITY),
-            quiet_time: None,
-            free_interval: 1e-5,
-            impact_interval: 0.0,
-        },
-    }
+    let ball = BodySpec { name: "ball".into(), kind: BodyKind::Elastic(Box::new(body)), motion };
+    RunSpec { settings: explicit(end_time), ..spec(vec![ball], vec![plane("floor", 0.0, 1.0)], end_time) }
 }
 
 fn finished(spec: &RunSpec) -> Trace {
@@ -208,7 +179,7 @@ fn contact_that_outgrows_its_interval_stops_the_run() {
 
 #[test]
 fn interrupted_run_keeps_its_last_state_and_impact() {
-    let mut trace = Trace { stop_at: Some(20e-6), ..Trace::default() };
+    let mut trace = Trace(Recording { stop_at: Some(20e-6), ..Recording::default() });
     let end = try_run(&ball(0.0, SPEED, 1e-4), &mut trace).unwrap_or_else(|e| panic!("{e}"));
     assert!(end.is_interrupted && (20e-6..23e-6).contains(&end.time));
     assert!((trace.last().time - end.time).abs() < 1e-15);

@@ -4,6 +4,7 @@ mod impacts;
 
 use adaptive::AdaptiveError;
 use adaptive::record::PhaseKind;
+use adaptive::recording::Recording;
 use adaptive::spec::{ContactLaw, ContactSpec, IntervalSpec, PenaltySearch, RunSpec, SurfaceLaw, Target};
 use contact_qs::quasistatic::{BroydenSettings, Method};
 use iga_core::nurbs::primitives::axisymmetric;
@@ -100,7 +101,7 @@ fn given_factor_that_the_solver_cannot_use_is_an_error_with_a_remedy() {
 #[test]
 fn interrupt_in_a_try_keeps_what_was_computed() {
     let stop = GAP / SPEED + 3e-5;
-    let mut trace = Trace { stop_at: Some(stop), ..Trace::default() };
+    let mut trace = Trace(Recording { stop_at: Some(stop), ..Recording::default() });
     let end = try_run(&pair(with_law(law())), &mut trace).expect("no error");
     assert!(end.is_interrupted && end.time >= stop);
     let last = trace.tries.last().expect("a try");
@@ -115,7 +116,7 @@ fn interrupt_in_a_try_keeps_what_was_computed() {
 
 /// Stopped while the fine model of try `done + 1` is built.
 fn stopped_in_a_build(done: usize, law: SurfaceLaw) -> Trace {
-    let mut trace = Trace { stop_after_tries: Some(done), ..Trace::default() };
+    let mut trace = Trace(Recording { stop_after_tries: Some(done), ..Recording::default() });
     let end = try_run(&pair(with_law(law)), &mut trace).expect("no error");
     assert!(end.is_interrupted);
     // The end of the flight: tries start anew from there.

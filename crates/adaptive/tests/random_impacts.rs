@@ -7,25 +7,10 @@ use std::f64::consts::PI;
 use std::time::Instant;
 
 use adaptive::spec::{BodyKind, ContactLaw, RunSpec, Target};
-use impacts::{ALUMINIUM, STEEL, Solid, Trace, contact, spec, sphere, try_run};
+use impacts::{ALUMINIUM, Numbers, STEEL, Solid, Trace, contact, spec, sphere, try_run};
 use rayon::prelude::*;
 
-/// Numbers that look random, the same in every run (Steele, Lea & Flood 2014, SplitMix64).
-struct Numbers(u64);
-
 impl Numbers {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.next()
-    }
-
     fn of_any_size(&mut self, low: f64, high: f64) -> f64 {
         self.between(low.ln(), high.ln()).exp()
     }

@@ -7,32 +7,12 @@ use std::f64::consts::PI;
 use std::time::Instant;
 
 use adaptive::record::Sample;
-use adaptive::spec::{
-    BodyKind, BodySpec, ContactLaw, ContactSpec, DiscretisationSpec, ElasticSpec, InitialMotion,
-    IntervalSpec, ReductionSpec, RunSpec, SurfaceLaw, Target,
-};
+use adaptive::spec::{ContactLaw, ContactSpec, InitialMotion, IntervalSpec, RunSpec, SurfaceLaw, Target};
 use contact_qs::law::Friction;
-use iga_core::elasticity::{Material, Model};
-use iga_core::nurbs::primitives::sphere::{SphereNet, sphere};
-use impacts::{ALUMINIUM, STEEL, Solid, Trace, law, spec, try_run};
+use impacts::{ALUMINIUM, Numbers, STEEL, Solid, Trace, ball, law, spec, try_run};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-/// Numbers that look random, the same in every run (Steele, Lea & Flood 2014, SplitMix64).
-struct Numbers(u64);
-
 impl Numbers {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.next()
-    }
-
     /// A direction, all equally likely.
     fn direction(&mut self) -> Vector3<f64> {
         let (z, angle) = (self.between(-1.0, 1.0), self.between(0.0, 2.0 * PI));
@@ -110,20 +90,8 @@ impl Case {
 
     fn spec(&self, elements: usize) -> RunSpec {
         let body = |i: usize| {
-            let ball = &self.balls[i];
-            let shape = sphere(ball.radius, SphereNet::Spindle).expect("a ball");
-            let Solid { youngs, poisson, density } = ball.solid;
-            let material = Material::new(youngs, poisson, density).expect("a material");
-            let discretisation = DiscretisationSpec {
-                degrees: vec![2, 2, 3],
-                elements: vec![8, 4, 4],
-                knots: None,
-                refine: Vec::new(),
-            };
-            let reduction = ReductionSpec::CraigBampton { modes: 18, fixed_interface_modes: None };
-            let elastic = ElasticSpec::new(shape, Model::Solid, material, discretisation, reduction);
-            let kind = BodyKind::Elastic(Box::new(elastic));
-            BodySpec { name: ["first", "second"][i].into(), kind, motion: ball.motion.clone() }
+            let Ball { radius, solid, motion } = &self.balls[i];
+            ball(["first", "second"][i], *radius, *solid, motion.clone())
         };
         let law = SurfaceLaw {
             friction: self.friction.map(Friction::new),

@@ -33,7 +33,7 @@ fn bounces(change: impl Fn(&mut ContactSpec)) -> RunSpec {
 
 fn taken_up(spec: &RunSpec, point: &RestartPoint) -> Result<Trace, AdaptiveError> {
     let mut trace = Trace::default();
-    resume(&mut RunModel::build(spec)?, &spec.settings, point, &mut trace)?;
+    resume(&mut RunModel::build(spec)?, &spec.settings, point, &mut trace.0)?;
     Ok(trace)
 }
 

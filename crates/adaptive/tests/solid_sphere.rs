@@ -8,12 +8,7 @@
 mod impacts;
 
 use adaptive::record::ImpactRecord;
-use adaptive::spec::{
-    BodyKind, BodySpec, ContactLaw, ContactSpec, DiscretisationSpec, ElasticSpec, InitialMotion,
-    ReductionSpec, Target,
-};
-use iga_core::elasticity::{Material, Model};
-use iga_core::nurbs::primitives::sphere::{SphereNet, sphere};
+use adaptive::spec::{BodySpec, ContactLaw, ContactSpec, InitialMotion, Target};
 use impacts::{ALUMINIUM, Trace, finished, law, spec};
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -28,23 +23,13 @@ fn fall(body: BodySpec) -> Trace {
 }
 
 fn solid(rotation: UnitQuaternion<f64>) -> BodySpec {
-    let material = Material::new(ALUMINIUM.youngs, ALUMINIUM.poisson, ALUMINIUM.density).expect("a material");
-    let discretisation = DiscretisationSpec {
-        degrees: vec![2, 2, 3],
-        elements: vec![8, 4, 4],
-        knots: None,
-        refine: Vec::new(),
-    };
-    let reduction = ReductionSpec::CraigBampton { modes: 18, fixed_interface_modes: None };
-    let shape = sphere(RADIUS, SphereNet::Spindle).expect("a ball");
-    let elastic = ElasticSpec::new(shape, Model::Solid, material, discretisation, reduction);
     let motion = InitialMotion {
         position: Vector3::z() * RADIUS,
         rotation,
         velocity: Vector3::z() * -SPEED,
         angular_velocity: Vector3::zeros(),
     };
-    BodySpec { name: "ball".into(), kind: BodyKind::Elastic(Box::new(elastic)), motion }
+    impacts::ball("ball", RADIUS, ALUMINIUM, motion)
 }
 
 fn compare(name: &str, trace: &Trace, expected: &ImpactRecord) {

@@ -12,6 +12,7 @@ use adaptive::driver::run;
 use adaptive::elastic_body::{Interface, InterfaceModes};
 use adaptive::fine_model::{FineMesh, FineSettings};
 use adaptive::model::RunModel;
+use adaptive::recording::Recording;
 use adaptive::spec::{
     BodyKind, DampingSpec, ElasticSpec, FrameSpec, IntervalSpec, PenaltySearch, Place, PointRule,
     ReductionSpec, RefinementSpec, RunSpec, Target, Treatment,
@@ -24,7 +25,7 @@ use bodies::{block, sphere, wanted_at};
 use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::primitives::sphere::SphereNet;
 use iga_core::nurbs::primitives::{self, solid};
-use impacts::{STEEL, Trace, contact, law, spec};
+use impacts::{STEEL, contact, law, spec};
 
 /// Models in memory, and what was asked for.
 #[derive(Default)]
@@ -49,12 +50,12 @@ impl ModelStore for Shelf {
 fn traced(spec: &RunSpec, store: Option<&Arc<Shelf>>) -> (String, CacheUse) {
     let cache = store.map_or_else(ModelCache::default, |s| ModelCache::new(Arc::clone(s) as _));
     let mut model = RunModel::build_with(spec, &cache).unwrap_or_else(|e| panic!("{e}"));
-    let mut trace = Trace::default();
+    let mut trace = Recording::default();
     run(&mut model, &spec.settings, &mut trace).unwrap_or_else(|e| panic!("{e}"));
     trace.phases.iter_mut().for_each(|p| p.wall_time = 0.0);
     trace.tries.iter_mut().for_each(|t| (t.wall_time, t.cpu_time) = (0.0, 0.0));
     // Debug prints the shortest text that gives the number back, so equal texts are equal numbers.
-    let Trace { samples, phases, impacts, tries, transfers, .. } = &trace;
+    let Recording { samples, phases, impacts, tries, transfers, .. } = &trace;
     let text = format!("{samples:?} {phases:?} {impacts:?} {tries:?} {transfers:?}");
     assert_eq!(cache.used(), model.timings().cache);
     (text, cache.used())

@@ -58,45 +58,36 @@ fn state(place: Vector3<f64>, motion: RigidMotion, k: u32) -> BodyState {
     state
 }
 
-/// The bodies overlap by about a hundredth of the way between their centres.
-#[divan::bench(args = CASES)]
-fn overlapping(bencher: divan::Bencher<'_, '_>, case: &str) {
+const CASES: [&str; 4] = ["sphere-rod", "disc-disc", "sphere-sphere", "sphere-ring"];
+
+/// Searches at `share` of the place of the case, without the last answer if `is_cold`.
+fn searches(bencher: divan::Bencher<'_, '_>, case: &str, share: f64, is_cold: bool) {
     let (models, place) = pair(case);
     let target = BodyState::at_rest(0);
     let mut ws = SearchWorkspace::new();
     let mut k = 0;
     bencher.bench_local(|| {
         k += 1;
-        let moving = state(place * 0.99, models[0].motion(), k);
+        let moving = state(place * share, models[0].motion(), k);
+        if is_cold {
+            ws.forget();
+        }
         minimum_distance([&models[0], &models[1]], [&moving, &target], &mut ws)
     });
 }
 
-const CASES: [&str; 4] = ["sphere-rod", "disc-disc", "sphere-sphere", "sphere-ring"];
+/// The bodies overlap by about a hundredth of the way between their centres.
+#[divan::bench(args = CASES)]
+fn overlapping(bencher: divan::Bencher<'_, '_>, case: &str) {
+    searches(bencher, case, 0.99, false);
+}
 
 #[divan::bench(args = CASES)]
 fn warm(bencher: divan::Bencher<'_, '_>, case: &str) {
-    let (models, place) = pair(case);
-    let target = BodyState::at_rest(0);
-    let mut ws = SearchWorkspace::new();
-    let mut k = 0;
-    bencher.bench_local(|| {
-        k += 1;
-        let moving = state(place, models[0].motion(), k);
-        minimum_distance([&models[0], &models[1]], [&moving, &target], &mut ws)
-    });
+    searches(bencher, case, 1.0, false);
 }
 
 #[divan::bench(args = CASES)]
 fn cold(bencher: divan::Bencher<'_, '_>, case: &str) {
-    let (models, place) = pair(case);
-    let target = BodyState::at_rest(0);
-    let mut ws = SearchWorkspace::new();
-    let mut k = 0;
-    bencher.bench_local(|| {
-        k += 1;
-        let moving = state(place, models[0].motion(), k);
-        ws.forget();
-        minimum_distance([&models[0], &models[1]], [&moving, &target], &mut ws)
-    });
+    searches(bencher, case, 1.0, true);
 }

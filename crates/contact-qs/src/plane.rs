@@ -120,13 +120,11 @@ impl PlaneContact {
         quasistatic: Option<Quasistatic>,
     ) -> Result<Self, ContactError> {
         let n = submodel.n_points();
-        let (n_rows, n_q) = (submodel.low.nrows(), submodel.low.ncols());
-        let mut is_rim = vec![false; n];
-        submodel.rim.iter().for_each(|&i| is_rim[i] = true);
+        let n_rows = submodel.low.nrows();
         let mut contact = Self {
-            low_rows: (0..n_rows * n_q).map(|k| submodel.low[(k / n_q, k % n_q)]).collect(),
+            low_rows: submodel.low_rows(),
             springs: vec![0.0; n],
-            is_rim,
+            is_rim: submodel.is_rim(),
             free_gaps: vec![0.0; n],
             gaps: vec![0.0; n],
             forces: vec![0.0; n],
@@ -152,19 +150,9 @@ impl PlaneContact {
     /// [`ContactError::Penalty`] if it is not positive, [`ContactError::ExactConstraint`] if it is infinite and the method
     /// needs springs.
     pub fn set_penalty(&mut self, penalty: f64) -> Result<(), ContactError> {
-        penalty::check(penalty)?;
-        let method = match &self.quasistatic {
-            None => Some("contact with all modes dynamic"),
-            Some(zone) if zone.needs_springs() => Some("Algorithm 1"),
-            Some(_) => None,
-        };
-        if let (true, Some(method)) = (penalty.is_infinite(), method) {
-            return Err(ContactError::ExactConstraint { method });
-        }
+        let needs_springs = self.quasistatic.as_ref().map(Quasistatic::needs_springs);
+        penalty::set_springs(penalty, needs_springs, &self.submodel.areas, &mut self.springs)?;
         self.settings.penalty = penalty;
-        for (spring, &area) in self.springs.iter_mut().zip(&self.submodel.areas) {
-            *spring = penalty::spring_compliance(penalty, area);
-        }
         if let Some(zone) = &mut self.quasistatic {
             zone.springs_changed();
         }

@@ -81,6 +81,19 @@ impl ContactSubmodel {
         self.compliance.nrows() > 0
     }
 
+    /// Rows of `low`, one after the other.
+    pub(crate) fn low_rows(&self) -> Vec<f64> {
+        let (n_rows, n_q) = (self.low.nrows(), self.low.ncols());
+        (0..n_rows * n_q).map(|k| self.low[(k / n_q, k % n_q)]).collect()
+    }
+
+    /// Whether each point stands on the rim.
+    pub(crate) fn is_rim(&self) -> Vec<bool> {
+        let mut is_rim = vec![false; self.n_points()];
+        self.rim.iter().for_each(|&i| is_rim[i] = true);
+        is_rim
+    }
+
     /// Checks sizes and values.
     ///
     /// # Errors

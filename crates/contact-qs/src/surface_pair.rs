@@ -107,14 +107,13 @@ impl SurfacePair {
         let motion = submodel.motion;
         check(&submodel, &surface, &settings)?;
         let (n, nc) = (submodel.n_points(), motion.n_components());
-        let (n_rows, n_q) = (submodel.low.nrows(), submodel.low.ncols());
+        let n_q = submodel.low.ncols();
+        let (low_rows, is_rim) = (submodel.low_rows(), submodel.is_rim());
         let zone = if submodel.is_quasistatic() || surface.is_quasistatic() {
             Some(PairZone::new(settings.method, nc, submodel.compliance, n, &surface)?)
         } else {
             None
         };
-        let mut is_rim = vec![false; n];
-        submodel.rim.iter().for_each(|&i| is_rim[i] = true);
         let low = &submodel.low;
         let state = WarmStart {
             forces: vec![0.0; n],
@@ -126,7 +125,7 @@ impl SurfacePair {
         };
         let mut pair = Self {
             points: submodel.points.iter().map(|p| components(motion, p)).collect(),
-            low_rows: (0..n_rows * n_q).map(|k| low[(k / n_q, k % n_q)]).collect(),
+            low_rows,
             low_columns: (0..n_q).flat_map(|k| low.col_as_slice(k)).copied().collect(),
             n_modes: n_q,
             is_rim,
@@ -202,19 +201,9 @@ impl SurfacePair {
     /// [`ContactError::Penalty`] if it is not positive, [`ContactError::ExactConstraint`] if it is infinite and the method
     /// needs springs.
     pub fn set_penalty(&mut self, penalty: f64) -> Result<(), ContactError> {
-        penalty::check(penalty)?;
-        let method = match &self.zone {
-            None => Some("contact with all modes dynamic"),
-            Some(zone) if zone.needs_springs() => Some("Algorithm 1"),
-            Some(_) => None,
-        };
-        if let (true, Some(method)) = (penalty.is_infinite(), method) {
-            return Err(ContactError::ExactConstraint { method });
-        }
+        let needs_springs = self.zone.as_ref().map(PairZone::needs_springs);
+        penalty::set_springs(penalty, needs_springs, &self.areas, &mut self.springs)?;
         self.settings.penalty = penalty;
-        for (spring, &area) in self.springs.iter_mut().zip(&self.areas) {
-            *spring = penalty::spring_compliance(penalty, area);
-        }
         if let Some(zone) = &mut self.zone {
             zone.springs_changed();
         }

@@ -1,39 +1,17 @@
 //! A contact evaluation must not allocate.
 
 mod common;
-
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
+mod counting;
 
 use common::surface_compliance;
 use contact_qs::quasistatic::{BroydenSettings, Method};
 use contact_qs::submodel::SparseRows;
 use contact_qs::{ContactSubmodel, Friction, Plane, PlaneContact, PlaneContactSettings};
+use counting::allocations;
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::force::{BodyState, ForceElement, GeneralisedForce};
 use nalgebra::{UnitQuaternion, Vector3};
-
-thread_local! {
-    static COUNT: Cell<usize> = const { Cell::new(0) };
-}
-
-struct Counting;
-
-#[expect(unsafe_code, reason = "an allocator can only be written so; it hands everything on to the system's")]
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        COUNT.with(|c| c.set(c.get() + 1));
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 #[test]
 fn evaluations_do_not_allocate() {
@@ -74,7 +52,7 @@ fn evaluations_do_not_allocate() {
         }];
         let (mut smallest, mut has_slid) = (0.0, false);
         contact.apply(0.0, &bodies, &mut forces).unwrap(); // libraries may set up thread-local buffers once
-        let before = COUNT.with(Cell::get);
+        let before = allocations();
         for step in 0..20 {
             // Sinking and turning: sets, projections and factors change.
             bodies[0].position.z = -2e-8 * f64::from(step);
@@ -87,7 +65,7 @@ fn evaluations_do_not_allocate() {
             contact.restore();
             smallest = contact.smallest_gap(&bodies[0]);
         }
-        let count = COUNT.with(Cell::get) - before;
+        let count = allocations() - before;
         assert!(contact.report().n_active > 1 && smallest < 0.0, "{method:?} must be in contact");
         assert_eq!(has_slid, friction.is_some());
         assert_eq!(count, 0, "{method:?}");

@@ -6,32 +6,11 @@ mod pair_support;
 use contact_qs::quasistatic::{BroydenSettings, Method};
 use contact_qs::{ContactElement, ContactError, Friction, SurfacePair, SurfacePairSettings, TargetSurface};
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::system::force::{BodyState, ForceElement, GeneralisedForce};
+use ffr_dynamics::system::force::{BodyState, ForceElement};
 use iga_core::hierarchical::{HierarchicalSpace, IndexBox, SubdomainHierarchy};
 use iga_core::space::{PatchSpace, Space};
 use nalgebra::{UnitQuaternion, Vector3};
 use pair_support::*;
-
-const MOTIONS: [RigidMotion; 3] = [RigidMotion::Axial, RigidMotion::Planar, RigidMotion::Spatial];
-const DEPTH: f64 = 2e-3;
-
-/// Which bodies are quasistatic, with a penalty factor that suits.
-const CASES: [([bool; 2], f64); 5] = [
-    ([true, true], 1e10),
-    ([true, true], f64::INFINITY),
-    ([true, false], 1e10),
-    ([false, true], 1e10),
-    ([false, false], 1e9),
-];
-
-fn evaluate(pair: &mut SurfacePair, bodies: &[BodyState]) -> (Vec<GeneralisedForce>, f64) {
-    let mut forces = forces(3, N_MODES);
-    if let Err(e) = pair.apply(0.0, bodies, &mut forces) {
-        panic!("{e} {:?}", pair.gaps());
-    }
-    let energies = pair.energies();
-    (forces, energies.elastic_high + energies.penalty)
-}
 
 #[test]
 fn forces_are_equal_and_opposite_and_keep_the_angular_momentum() {
@@ -70,16 +49,6 @@ fn forces_are_equal_and_opposite_and_keep_the_angular_momentum() {
             assert!(most > 1);
         }
     }
-}
-
-/// Central difference of the potential along a change of the bodies.
-fn slope(pair: &mut SurfacePair, bodies: &[BodyState], h: f64, shift: impl Fn(&mut [BodyState], f64)) -> f64 {
-    let mut at = |step: f64| {
-        let mut moved = bodies.to_vec();
-        shift(&mut moved, step);
-        evaluate(pair, &moved).1
-    };
-    (at(h) - at(-h)) / (2.0 * h)
 }
 
 /// Directions and axes of the motions of a model.

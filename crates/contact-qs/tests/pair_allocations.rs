@@ -1,37 +1,15 @@
 //! An evaluation of a surface pair must not allocate.
 
 mod common;
+mod counting;
 mod pair_support;
-
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
 
 use contact_qs::quasistatic::{BroydenSettings, Method};
 use contact_qs::{ContactElement, Friction};
+use counting::allocations;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::force::ForceElement;
 use pair_support::{N_MODES, forces, random_bodies, random_pair};
-
-thread_local! {
-    static COUNT: Cell<usize> = const { Cell::new(0) };
-}
-
-struct Counting;
-
-#[expect(unsafe_code, reason = "an allocator can only be written so; it hands everything on to the system's")]
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        COUNT.with(|c| c.set(c.get() + 1));
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 #[test]
 fn evaluations_of_pairs_do_not_allocate() {
@@ -54,7 +32,7 @@ fn evaluations_of_pairs_do_not_allocate() {
         // Libraries may set up thread-local buffers once.
         pair.apply(0.0, &bodies, &mut out).unwrap();
         let mut smallest = pair.smallest_gap(&bodies);
-        let before = COUNT.with(Cell::get);
+        let before = allocations();
         for step in 0..10 {
             // Sliding and turning: projections, sets and factors change.
             bodies[2].position.z += 1e-5 * f64::from(step % 3 - 1);
@@ -64,7 +42,7 @@ fn evaluations_of_pairs_do_not_allocate() {
             pair.restore();
             smallest = smallest.min(pair.smallest_gap(&bodies));
         }
-        let count = COUNT.with(Cell::get) - before;
+        let count = allocations() - before;
         assert!(pair.report().n_active > 0 && smallest < 0.0, "{motion:?} must be in contact");
         assert_eq!(count, 0, "{motion:?} {quasistatic:?} {method:?}");
     }

@@ -66,20 +66,9 @@ fn contact(motion: RigidMotion, quasistatic: bool, penalty: f64) -> PlaneContact
     PlaneContact::new(submodel(motion, quasistatic), settings).unwrap()
 }
 
-fn rest(n: usize) -> BodyState {
-    BodyState {
-        position: Vector3::zeros(),
-        rotation: UnitQuaternion::identity(),
-        velocity: Vector3::zeros(),
-        angular_velocity: Vector3::zeros(),
-        elastic: vec![0.0; n],
-        elastic_rates: vec![0.0; n],
-    }
-}
-
 /// A body turned away from its rest and pressed into the plane by about `depth`.
 fn pressed(contact: &PlaneContact, motion: RigidMotion, depth: f64) -> BodyState {
-    let mut state = rest(N_MODES);
+    let mut state = BodyState::at_rest(N_MODES);
     state.position = Vector3::new(0.1, 0.2, 0.3);
     state.rotation = match motion {
         RigidMotion::Axial => UnitQuaternion::identity(),
@@ -99,7 +88,7 @@ fn pressed(contact: &PlaneContact, motion: RigidMotion, depth: f64) -> BodyState
 /// Force at `state` on body 1 of two, and the potential.
 fn evaluate(contact: &mut PlaneContact, state: &BodyState) -> (GeneralisedForce, f64) {
     let mut forces = vec![GeneralisedForce::zeros(N_MODES), GeneralisedForce::zeros(N_MODES)];
-    contact.apply(0.0, &[rest(N_MODES), state.clone()], &mut forces).unwrap();
+    contact.apply(0.0, &[BodyState::at_rest(N_MODES), state.clone()], &mut forces).unwrap();
     assert_eq!(forces[0].force, Vector3::zeros(), "the other body is left alone");
     let energies = contact.energies();
     (forces.remove(1), energies.elastic_high + energies.penalty)
@@ -304,7 +293,7 @@ fn restored_contact_repeats_bit_for_bit() {
         let plane = Plane { point: Vector3::new(0.1, 0.2, 0.3), normal: Vector3::z_axis() };
         let settings = PlaneContactSettings { body: 1, plane, penalty: 1e9, method };
         let mut contact = PlaneContact::new(submodel(motion, true), settings).unwrap();
-        let mut state = rest(N_MODES);
+        let mut state = BodyState::at_rest(N_MODES);
         let mut at = |contact: &mut PlaneContact, depth: f64| {
             state.position.z -= contact.smallest_gap(&state) + depth;
             let (force, energy) = evaluate(contact, &state);
@@ -328,10 +317,10 @@ fn normals_that_a_model_cannot_meet_are_refused() {
         let mut contact = contact(motion, true, 1e9);
         assert!(contact.check_alignment(&UnitQuaternion::identity()).is_ok());
         assert!(matches!(contact.check_alignment(&tilted), Err(ContactError::Normal { .. })));
-        let mut state = rest(N_MODES);
+        let mut state = BodyState::at_rest(N_MODES);
         state.rotation = tilted;
         let mut forces = vec![GeneralisedForce::zeros(N_MODES); 2];
-        assert!(contact.apply(0.0, &[rest(N_MODES), state.clone()], &mut forces).is_err());
+        assert!(contact.apply(0.0, &[BodyState::at_rest(N_MODES), state.clone()], &mut forces).is_err());
         assert!(contact.smallest_gap(&state).is_nan());
     }
 }
@@ -342,7 +331,7 @@ fn state_that_is_not_a_number_is_rejected_with_code_2() {
     let mut state = pressed(&contact, RigidMotion::Spatial, 1e-3);
     state.elastic[1] = f64::NAN;
     let mut forces = vec![GeneralisedForce::zeros(N_MODES); 2];
-    let error = contact.apply(0.0, &[rest(N_MODES), state.clone()], &mut forces).unwrap_err();
+    let error = contact.apply(0.0, &[BodyState::at_rest(N_MODES), state.clone()], &mut forces).unwrap_err();
     assert_eq!(error.code, 2);
     assert!(contact.smallest_gap(&state).is_nan());
 }

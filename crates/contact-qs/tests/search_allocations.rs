@@ -1,35 +1,14 @@
 //! A repeated search must not allocate.
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
+mod counting;
 
 use contact_qs::search::plane_distance;
 use contact_qs::{Plane, SearchWorkspace, SurfaceModel, minimum_distance};
+use counting::allocations;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::force::BodyState;
 use iga_core::nurbs::primitives::{SphereNet, solid, sphere};
 use nalgebra::Vector3;
-
-thread_local! {
-    static COUNT: Cell<usize> = const { Cell::new(0) };
-}
-
-struct Counting;
-
-#[expect(unsafe_code, reason = "an allocator can only be written so; it hands everything on to the system's")]
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        COUNT.with(|c| c.set(c.get() + 1));
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 #[test]
 fn repeated_searches_do_not_allocate() {
@@ -46,17 +25,17 @@ fn repeated_searches_do_not_allocate() {
     let mut gaps = [f64::INFINITY, f64::NEG_INFINITY];
     // The first rounds fill the buffers, apart and overlapping.
     for round in 0..2 {
-        let before = COUNT.with(Cell::get);
+        let before = allocations();
         for k in 0..40 {
             let mut state = BodyState::at_rest(0);
-            let allocated = COUNT.with(Cell::get);
+            let allocated = allocations();
             state.position = Vector3::new(0.45, 0.0, 1.55 - 0.002 * f64::from(k));
             let gap = minimum_distance([&models[0], &models[1]], [&state, &target], &mut ws).unwrap().gap;
             gaps = [gaps[0].min(gap), gaps[1].max(gap)];
             plane_distance(&models[0], &state, &plane, &mut ws).unwrap();
-            assert!(round == 0 || COUNT.with(Cell::get) == allocated, "{k}");
+            assert!(round == 0 || allocations() == allocated, "{k}");
         }
-        assert!(round == 0 || COUNT.with(Cell::get) == before);
+        assert!(round == 0 || allocations() == before);
     }
     assert!(gaps[0] < 0.0 && gaps[1] > 0.0, "{gaps:?} must be apart and overlap");
 }

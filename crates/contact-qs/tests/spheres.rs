@@ -3,7 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "helpers of tests; a failure is a failed test")]
 
 use contact_qs::law::{HertzImpact, Solid};
-use contact_qs::{ContactElement, ContactError, Plane, Sphere, SpherePlane, SphereSphere};
+use contact_qs::{ContactElement, ContactError, Plane, Sphere, SphereContact};
 use ffr_dynamics::body::{RigidMotion, StandardInputData};
 use ffr_dynamics::integration::{CrossingSearch, DenseOutput, DormandPrince, StepSettings};
 use ffr_dynamics::kinematics::FlexiblePoint;
@@ -92,9 +92,11 @@ fn two_spheres_follow_hertz_and_keep_momentum_and_energy() {
     let radii = [RADIUS, 0.7 * RADIUS];
     let bodies = vec![ball("a", radii[0], Vector3::zeros()), ball("b", radii[1], Vector3::zeros())];
     let masses = [bodies[0].data.mass, bodies[1].data.mass];
-    let contact =
-        SphereSphere::new([sphere(0, radii[0], Vector3::zeros()), sphere(1, radii[1], Vector3::zeros())])
-            .unwrap();
+    let contact = SphereContact::with_sphere(
+        sphere(0, radii[0], Vector3::zeros()),
+        sphere(1, radii[1], Vector3::zeros()),
+    )
+    .unwrap();
     let law = HertzImpact::new(contact.pair(), masses, 0.3);
     // Not along an axis.
     let line = Vector3::new(0.6, -0.48, 0.64);
@@ -120,7 +122,7 @@ fn sphere_on_a_plane_follows_hertz_with_its_centre_off_the_frame() {
     let body = ball("a", RADIUS, centre);
     let mass = body.data.mass;
     let plane = Plane { point: Vector3::new(1.0, 2.0, 3.0), normal: Vector3::z_axis() };
-    let contact = SpherePlane::new(sphere(0, RADIUS, centre), plane, Solid::RIGID).unwrap();
+    let contact = SphereContact::with_plane(sphere(0, RADIUS, centre), plane, Solid::RIGID).unwrap();
     let law = HertzImpact::new(contact.pair(), [mass, f64::INFINITY], 0.1);
     let rotation = UnitQuaternion::from_euler_angles(0.5, -0.3, 1.0);
     let position = Vector3::new(-1.0, 0.5, 3.0 + RADIUS) - rotation * centre;
@@ -140,7 +142,7 @@ fn force_is_minus_the_gradient_of_the_elastic_energy_on_flexible_bodies_too() {
     let shapes = vec![Vector3::new(0.3, -0.2, 0.9), Vector3::new(-0.5, 0.4, 0.1)];
     let mut first = sphere(0, RADIUS, Vector3::new(0.01, 0.0, -0.02));
     first.centre.shapes = shapes;
-    let mut contact = SphereSphere::new([first, sphere(1, 2.0 * RADIUS, Vector3::zeros())]).unwrap();
+    let mut contact = SphereContact::with_sphere(first, sphere(1, 2.0 * RADIUS, Vector3::zeros())).unwrap();
     let mut a = BodyState::at_rest(2);
     a.elastic = vec![1e-4, -2e-4];
     a.rotation = UnitQuaternion::from_euler_angles(0.2, 0.1, -0.4);
@@ -189,16 +191,16 @@ fn force_is_minus_the_gradient_of_the_elastic_energy_on_flexible_bodies_too() {
 fn spheres_that_make_no_contact_are_refused() {
     let plane = Plane { point: Vector3::zeros(), normal: UnitVector3::new_normalize(Vector3::x()) };
     let rigid = Sphere { solid: Solid::RIGID, ..sphere(0, RADIUS, Vector3::zeros()) };
-    let refused = |r: Result<SpherePlane, ContactError>| matches!(r, Err(ContactError::Inconsistent { .. }));
-    assert!(refused(SpherePlane::new(rigid.clone(), plane, Solid::RIGID)));
-    assert!(refused(SpherePlane::new(sphere(0, -1.0, Vector3::zeros()), plane, STEEL)));
-    assert!(refused(SpherePlane::new(sphere(0, f64::NAN, Vector3::zeros()), plane, STEEL)));
-    assert!(SpherePlane::new(rigid, plane, STEEL).is_ok());
-    let pair = [sphere(1, RADIUS, Vector3::zeros()), sphere(1, RADIUS, Vector3::zeros())];
-    assert!(SphereSphere::new(pair).is_err());
+    let refused =
+        |r: Result<SphereContact, ContactError>| matches!(r, Err(ContactError::Inconsistent { .. }));
+    assert!(refused(SphereContact::with_plane(rigid.clone(), plane, Solid::RIGID)));
+    assert!(refused(SphereContact::with_plane(sphere(0, -1.0, Vector3::zeros()), plane, STEEL)));
+    assert!(refused(SphereContact::with_plane(sphere(0, f64::NAN, Vector3::zeros()), plane, STEEL)));
+    assert!(SphereContact::with_plane(rigid, plane, STEEL).is_ok());
+    let on_body = |body: usize| sphere(body, RADIUS, Vector3::zeros());
+    assert!(SphereContact::with_sphere(on_body(1), on_body(1)).is_err());
     // Centres that coincide have no direction.
-    let pair = [sphere(0, RADIUS, Vector3::zeros()), sphere(1, RADIUS, Vector3::zeros())];
-    let mut contact = SphereSphere::new(pair).unwrap();
+    let mut contact = SphereContact::with_sphere(on_body(0), on_body(1)).unwrap();
     let bodies = [BodyState::at_rest(0), BodyState::at_rest(0)];
     let mut forces = [GeneralisedForce::zeros(0), GeneralisedForce::zeros(0)];
     assert_eq!(contact.apply(0.0, &bodies, &mut forces).unwrap_err().code, 2);

@@ -1,58 +1,17 @@
-//! Dormand-Prince 5(4): orders, error control, protocol with the system, events.
+//! Dormand-Prince 5(4): orders, error control, projection, events.
 
 #![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
 #![expect(clippy::float_cmp, reason = "exact times and states are part of the claims")]
 
-use ffr_dynamics::DynamicsError;
+mod small_equations;
+
 use ffr_dynamics::error::Rejection;
-use ffr_dynamics::integration::{
-    CrossingSearch, DenseOutput, DormandPrince, Integrator, Method, OdeSystem, StepSettings,
-};
-
-/// Eccentric Kepler orbit, `e = 0.3`, period 2π: smooth, nonlinear, closed form at full periods, two invariants.
-struct Kepler {
-    tolerance: f64,
-}
-
-const ECCENTRICITY: f64 = 0.3;
-const PERIHELION: [f64; 4] = [1.0 - ECCENTRICITY, 0.0, 0.0, 1.362_770_287_738_494_3]; // sqrt((1 + e) / (1 - e))
-
-impl OdeSystem for Kepler {
-    fn dimension(&self) -> usize {
-        4
-    }
-
-    fn rhs(&mut self, _t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), Rejection> {
-        let cubed = (y[0] * y[0] + y[1] * y[1]).powf(1.5);
-        dydt.copy_from_slice(&[y[2], y[3], -y[0] / cubed, -y[1] / cubed]);
-        Ok(())
-    }
-
-    fn error_norm(&self, _y0: &[f64], _y1: &[f64], error: &[f64]) -> f64 {
-        norm(error) / self.tolerance
-    }
-}
-
-fn norm(x: &[f64]) -> f64 {
-    x.iter().map(|v| v * v).sum::<f64>().sqrt()
-}
-
-fn distance(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
-}
-
-/// Slope of `log error` over `log step`, least squares.
-fn slope(pairs: &[(f64, f64)]) -> f64 {
-    let n = pairs.len() as f64;
-    let (x, y): (Vec<f64>, Vec<f64>) = pairs.iter().map(|(h, e)| (h.ln(), e.ln())).unzip();
-    let (mx, my) = (x.iter().sum::<f64>() / n, y.iter().sum::<f64>() / n);
-    let covariance: f64 = x.iter().zip(&y).map(|(a, b)| (a - mx) * (b - my)).sum();
-    covariance / x.iter().map(|a| (a - mx).powi(2)).sum::<f64>()
-}
+use ffr_dynamics::integration::{CrossingSearch, DenseOutput, DormandPrince, OdeSystem, StepSettings};
+use small_equations::{ECCENTRICITY, Given, PERIHELION, distance, kepler_rate, norm, slope};
 
 fn kepler_run(settings: StepSettings, tolerance: f64, t_end: f64) -> DormandPrince {
     let mut integrator = DormandPrince::new(settings, 0.0, &PERIHELION).unwrap();
-    integrator.run(&mut Kepler { tolerance }, t_end, |_, _| true).unwrap();
+    integrator.run(&mut Given::new(4, tolerance, kepler_rate), t_end, |_, _| true).unwrap();
     integrator
 }
 
@@ -143,178 +102,17 @@ fn work_of_a_standard_problem_stays_as_recorded() {
 const WORK: (u64, u64) = (80, 0);
 
 #[test]
-fn steps_end_exactly_at_the_end_time_and_keep_their_size_afterwards() {
-    let mut system = Kepler { tolerance: 1e-8 };
-    let mut integrator = DormandPrince::new(StepSettings::default(), 0.0, &PERIHELION).unwrap();
-    integrator.run(&mut system, 0.7, |_, _| true).unwrap();
-    assert_eq!(integrator.time(), 0.7);
-    let proposed = integrator.proposed_step();
-    let steps = integrator.statistics().steps;
-    integrator.step(&mut system, 0.7 + 1e-5 * proposed).unwrap();
-    assert_eq!(integrator.time(), 0.7 + 1e-5 * proposed);
-    assert!(integrator.proposed_step() >= proposed);
-    // At the end time already: nothing happens.
-    integrator.step(&mut system, 0.7).unwrap();
-    assert_eq!(integrator.statistics().steps, steps + 1);
-}
-
-#[test]
 fn largest_step_is_respected() {
     let mut integrator = DormandPrince::new(StepSettings::with_max_step(0.01), 0.0, &PERIHELION).unwrap();
     let mut largest: f64 = 0.0;
     integrator
-        .run(&mut Kepler { tolerance: 1e-3 }, 1.0, |_, i| {
+        .run(&mut Given::new(4, 1e-3, kepler_rate), 1.0, |_, i| {
             largest = largest.max(i.interval().1 - i.interval().0);
             true
         })
         .unwrap();
     assert!(largest <= 0.01 * (1.0 + 2e-6)); // a remainder of a millionth of a step is merged into the last one
     assert!(integrator.set_max_step(-1.0).is_err());
-}
-
-/// `y' = 1`, refused beyond `t = limit` while the step is larger than `smallest`; counts the calls of the protocol.
-struct Refusing {
-    inner: i32,
-    saved: i32,
-    saves: u32,
-    restores: u32,
-    refusals: u32,
-    limit: f64,
-    last_time: f64,
-    code: i32,
-}
-
-impl OdeSystem for Refusing {
-    fn dimension(&self) -> usize {
-        1
-    }
-
-    fn rhs(&mut self, t: f64, _y: &[f64], dydt: &mut [f64]) -> Result<(), Rejection> {
-        self.inner += 1;
-        self.last_time = t;
-        if t > self.limit && self.refusals > 0 {
-            self.refusals -= 1;
-            return Err(Rejection {
-                code: self.code,
-                reason: "solver stopped after 45 iterations".to_string(),
-            });
-        }
-        dydt[0] = 1.0;
-        Ok(())
-    }
-
-    fn error_norm(&self, _y0: &[f64], _y1: &[f64], error: &[f64]) -> f64 {
-        error[0].abs()
-    }
-
-    fn save(&mut self) {
-        self.saved = self.inner;
-        self.saves += 1;
-    }
-
-    fn restore(&mut self) {
-        assert!(self.saves > 0, "nothing was saved");
-        self.inner = self.saved;
-        self.restores += 1;
-    }
-}
-
-fn refusing(limit: f64, refusals: u32) -> Refusing {
-    Refusing { inner: 0, saved: 0, saves: 0, restores: 0, refusals, limit, last_time: 0.0, code: -1 }
-}
-
-#[test]
-fn refusal_of_the_right_hand_side_shrinks_the_step_and_restores_the_inner_state() {
-    let mut system = refusing(0.0, 3);
-    let settings = StepSettings { initial_step: Some(1.0), max_step: 1.0, ..StepSettings::default() };
-    let mut integrator = DormandPrince::new(settings, 0.0, &[0.0]).unwrap();
-    let step = integrator.step(&mut system, 10.0).unwrap();
-    assert_eq!(step.rejected, 3);
-    assert_eq!((system.saves, system.restores), (1, 3));
-    let statistics = integrator.statistics();
-    assert_eq!((statistics.rejected, statistics.refused), (3, 3));
-    assert_eq!(integrator.last_refusal().map(|r| r.code), Some(-1));
-    // The saved state is zero evaluations; the first stage is not evaluated again, six stages follow.
-    assert_eq!(system.inner, 6);
-    assert_eq!(system.last_time, step.end, "the inner state belongs to the end of the step");
-    assert!((integrator.state()[0] - step.end).abs() < 1e-15);
-}
-
-#[test]
-fn critical_errors_end_a_step_at_once_where_that_is_asked_for() {
-    for method in [Method::DormandPrince, Method::TrBdf2, Method::Esdirk4] {
-        for (code, stops, ends) in [(1, true, true), (2, true, true), (-1, true, false), (1, false, false)] {
-            let mut system = Refusing { code, ..refusing(0.0, 2) };
-            let settings = StepSettings { initial_step: Some(1.0), max_step: 1.0, ..StepSettings::default() };
-            let mut integrator = Integrator::new(method, settings, 0.0, &[0.0], &system).unwrap();
-            integrator.stop_at_errors(stops);
-            let outcome = integrator.step(&mut system, 10.0);
-            assert_eq!(outcome.is_err(), ends, "{method:?} {code} {stops}");
-            assert_eq!(integrator.last_refusal().map(|r| r.code), Some(code));
-            if ends {
-                assert_eq!(integrator.statistics().refused, 1);
-                assert_eq!((integrator.time(), system.inner), (0.0, 0), "back at the start, state restored");
-                // Another factor, say: the step can be taken now.
-                system.refusals = 0;
-                assert!(integrator.step(&mut system, 10.0).is_ok());
-            }
-        }
-    }
-}
-
-#[test]
-fn endless_refusal_ends_with_time_and_reason() {
-    let mut system = refusing(0.0, u32::MAX);
-    let mut integrator = DormandPrince::new(StepSettings::with_max_step(0.1), 0.5, &[0.0]).unwrap();
-    system.limit = 0.5;
-    let error = integrator.step(&mut system, 1.0).unwrap_err();
-    let DynamicsError::Integration { time, reason } = &error else { panic!("{error}") };
-    assert_eq!(*time, 0.5);
-    assert!(reason.contains("45 iterations") && reason.contains("step fell to"), "{reason}");
-    assert_eq!(integrator.time(), 0.5);
-    assert_eq!(integrator.state(), [0.0]);
-}
-
-/// Explodes in finite time: `y' = y²`.
-struct Explosion;
-
-impl OdeSystem for Explosion {
-    fn dimension(&self) -> usize {
-        1
-    }
-
-    fn rhs(&mut self, _t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), Rejection> {
-        dydt[0] = if y[0] > 1e3 { f64::NAN } else { y[0] * y[0] };
-        Ok(())
-    }
-
-    fn error_norm(&self, _y0: &[f64], _y1: &[f64], error: &[f64]) -> f64 {
-        error[0].abs() / 1e-6
-    }
-}
-
-#[test]
-fn nan_never_reaches_an_accepted_state() {
-    let mut integrator = DormandPrince::new(StepSettings::default(), 0.0, &[1.0]).unwrap();
-    let mut finite = true;
-    let error = integrator
-        .run(&mut Explosion, 2.0, |_, i| {
-            finite &= i.state()[0].is_finite();
-            true
-        })
-        .unwrap_err();
-    assert!(finite);
-    assert!(error.to_string().contains("not finite"), "{error}");
-    assert!(integrator.time() < 1.0);
-
-    let mut integrator = DormandPrince::new(StepSettings::default(), 0.0, &[f64::NAN]).unwrap();
-    assert!(integrator.step(&mut Explosion, 2.0).is_err());
-    let mut integrator = DormandPrince::new(StepSettings::default(), 0.0, &[2e3]).unwrap();
-    assert!(integrator.step(&mut Explosion, 2.0).is_err());
-    let mut integrator = DormandPrince::new(StepSettings::default(), 0.0, &[0.0]).unwrap();
-    for t_end in [f64::INFINITY, f64::NAN] {
-        assert!(integrator.step(&mut Explosion, t_end).is_err());
-    }
 }
 
 /// Oscillator whose state is put back on the unit circle after each step.
@@ -351,22 +149,6 @@ fn projection_costs_a_new_first_stage_and_keeps_the_invariant() {
     assert_eq!(integrator.time(), 1.0);
     assert_eq!(system.evaluations, 7 * 50);
     assert!(distance(integrator.state(), &[0.0, 1.0]) < 1e-5); // fifth order: about 2π (2π h)⁵ / 720
-}
-
-#[test]
-fn restart_in_the_middle_of_a_step_repeats_the_rest_of_the_solution() {
-    let mut system = Kepler { tolerance: 1e-10 };
-    let mut integrator = DormandPrince::new(StepSettings::default(), 0.0, &PERIHELION).unwrap();
-    integrator.run(&mut system, std::f64::consts::PI, |_, _| true).unwrap();
-    let (start, end) = integrator.interval();
-    let (middle, mut y) = (0.5 * (start + end), vec![0.0; 4]);
-    integrator.interpolate(middle, &mut y);
-    let reference = integrator.state().to_vec();
-    integrator.restart(middle, &y);
-    assert_eq!(integrator.interval(), (middle, middle));
-    integrator.run(&mut system, std::f64::consts::PI, |_, _| true).unwrap();
-    // The dense output is one order below the solution.
-    assert!(distance(integrator.state(), &reference) < 1e-8);
 }
 
 #[test]

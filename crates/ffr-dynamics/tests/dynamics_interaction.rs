@@ -65,8 +65,6 @@ impl ForceElement for Spring {
         self.resultant
     }
 
-    fn save(&mut self) {}
-
     fn restore(&mut self) {
         self.restores += 1;
     }

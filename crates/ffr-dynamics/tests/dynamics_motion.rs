@@ -45,10 +45,6 @@ impl ForceElement for Floor {
     fn resultant(&self) -> Vector3<f64> {
         self.resultant
     }
-
-    fn save(&mut self) {}
-
-    fn restore(&mut self) {}
 }
 
 fn system(data: StandardInputData, gravity: Vector3<f64>, relative: f64) -> FreeBodies {

@@ -54,10 +54,6 @@ impl ForceElement for HangingMass {
         Vector3::x() * self.force
     }
 
-    fn save(&mut self) {}
-
-    fn restore(&mut self) {}
-
     fn n_coordinates(&self) -> usize {
         1
     }
@@ -90,10 +86,6 @@ impl ForceElement for Nothing {
     fn resultant(&self) -> Vector3<f64> {
         Vector3::zeros()
     }
-
-    fn save(&mut self) {}
-
-    fn restore(&mut self) {}
 }
 
 fn system(forces: Vec<Box<dyn ForceElement>>) -> Multibody {

@@ -1,7 +1,9 @@
-//! Implicit methods on small equations, TR-BDF2 unless said otherwise: orders, stability, numerical damping, protocol with the system, events.
+//! Implicit methods on small equations, TR-BDF2 unless said otherwise: orders, stability, numerical damping, events.
 
 #![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
 #![expect(clippy::float_cmp, reason = "exact times and states are part of the claims")]
+
+mod small_equations;
 
 use ffr_dynamics::DynamicsError;
 use ffr_dynamics::error::Rejection;
@@ -9,70 +11,12 @@ use ffr_dynamics::integration::{
     CrossingSearch, DenseOutput, Esdirk, Integrator, KinematicBlock, Linearisation, Method, OdeSystem,
     StepSettings,
 };
-
-fn norm(x: &[f64]) -> f64 {
-    x.iter().map(|v| v * v).sum::<f64>().sqrt()
-}
-
-fn distance(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
-}
-
-/// Slope of `log error` over `log step`, least squares.
-fn slope(pairs: &[(f64, f64)]) -> f64 {
-    let n = pairs.len() as f64;
-    let (x, y): (Vec<f64>, Vec<f64>) = pairs.iter().map(|(h, e)| (h.ln(), e.ln())).unzip();
-    let (mx, my) = (x.iter().sum::<f64>() / n, y.iter().sum::<f64>() / n);
-    let covariance: f64 = x.iter().zip(&y).map(|(a, b)| (a - mx) * (b - my)).sum();
-    covariance / x.iter().map(|a| (a - mx).powi(2)).sum::<f64>()
-}
-
-/// Equations given by a function, with the Euclidean norm over a tolerance.
-struct Given<F> {
-    dimension: usize,
-    tolerance: f64,
-    blocks: Vec<KinematicBlock>,
-    rate: F,
-}
-
-impl<F: FnMut(f64, &[f64], &mut [f64])> Given<F> {
-    fn new(dimension: usize, tolerance: f64, rate: F) -> Self {
-        Self { dimension, tolerance, blocks: Vec::new(), rate }
-    }
-}
-
-impl<F: FnMut(f64, &[f64], &mut [f64])> OdeSystem for Given<F> {
-    fn dimension(&self) -> usize {
-        self.dimension
-    }
-
-    fn rhs(&mut self, t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), Rejection> {
-        (self.rate)(t, y, dydt);
-        Ok(())
-    }
-
-    fn error_norm(&self, _y0: &[f64], _y1: &[f64], error: &[f64]) -> f64 {
-        norm(error) / self.tolerance
-    }
-
-    fn kinematics(&self) -> Vec<KinematicBlock> {
-        self.blocks.clone()
-    }
-}
+use small_equations::{ECCENTRICITY, Given, PERIHELION, distance, kepler_rate, slope};
 
 fn run(system: &mut impl OdeSystem, settings: StepSettings, y: &[f64], t_end: f64) -> Esdirk {
     let mut integrator = Esdirk::tr_bdf2(settings, 0.0, y, system).unwrap();
     integrator.run(system, t_end, |_, _| true).unwrap();
     integrator
-}
-
-/// Eccentric Kepler orbit, `e = 0.3`, period 2π.
-const ECCENTRICITY: f64 = 0.3;
-const PERIHELION: [f64; 4] = [1.0 - ECCENTRICITY, 0.0, 0.0, 1.362_770_287_738_494_3]; // sqrt((1 + e) / (1 - e))
-
-fn kepler_rate(_t: f64, y: &[f64], dydt: &mut [f64]) {
-    let cubed = (y[0] * y[0] + y[1] * y[1]).powf(1.5);
-    dydt.copy_from_slice(&[y[2], y[3], -y[0] / cubed, -y[1] / cubed]);
 }
 
 fn van_der_pol(stiffness: f64) -> impl FnMut(f64, &[f64], &mut [f64]) {
@@ -315,81 +259,6 @@ fn constant_coefficients_need_one_jacobian_and_one_iteration_a_stage() {
     assert_eq!((s.jacobians, s.factorisations, s.iterations), (1, 1, 2 * s.steps));
 }
 
-/// `y' = 1`, refused beyond `t = limit` as often as `refusals` says; counts the calls of the protocol.
-struct Refusing {
-    inner: i32,
-    saved: i32,
-    saves: u32,
-    refusals: u32,
-    limit: f64,
-    last: (f64, f64),
-}
-
-impl OdeSystem for Refusing {
-    fn dimension(&self) -> usize {
-        1
-    }
-
-    fn rhs(&mut self, t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), Rejection> {
-        self.inner += 1;
-        self.last = (t, y[0]);
-        if t > self.limit && self.refusals > 0 {
-            self.refusals -= 1;
-            return Err(Rejection { code: -1, reason: "solver stopped after 45 iterations".to_string() });
-        }
-        dydt[0] = 1.0;
-        Ok(())
-    }
-
-    fn error_norm(&self, _y0: &[f64], _y1: &[f64], error: &[f64]) -> f64 {
-        error[0].abs()
-    }
-
-    fn has_memory(&self) -> bool {
-        true
-    }
-
-    fn save(&mut self) {
-        self.saved = self.inner;
-        self.saves += 1;
-    }
-
-    fn restore(&mut self) {
-        assert!(self.saves > 0, "nothing was saved");
-        self.inner = self.saved;
-    }
-}
-
-fn refusing(limit: f64, refusals: u32) -> Refusing {
-    Refusing { inner: 0, saved: 0, saves: 0, refusals, limit, last: (0.0, 0.0) }
-}
-
-#[test]
-fn refusal_shrinks_the_step_and_the_inner_state_ends_with_the_step() {
-    let mut system = refusing(0.0, 3);
-    let settings = StepSettings { initial_step: Some(1.0), max_step: 1.0, ..StepSettings::default() };
-    let mut integrator = Esdirk::tr_bdf2(settings, 0.0, &[0.0], &system).unwrap();
-    let step = integrator.step(&mut system, 10.0).unwrap();
-    assert_eq!(step.rejected, 3);
-    assert_eq!(system.saves, 1);
-    let statistics = integrator.statistics();
-    assert_eq!((statistics.rejected, statistics.refused), (3, 3));
-    assert_eq!(integrator.last_refusal().map(|r| r.code), Some(-1));
-    assert_eq!(system.inner, 3, "two stages and the end, from the saved state");
-    assert_eq!(system.last, (step.end, integrator.state()[0]), "the inner state belongs to the end");
-}
-
-#[test]
-fn endless_refusal_ends_with_time_and_reason() {
-    let mut system = refusing(0.5, u32::MAX);
-    let mut integrator = Esdirk::tr_bdf2(StepSettings::with_max_step(0.1), 0.5, &[0.0], &system).unwrap();
-    let error = integrator.step(&mut system, 1.0).unwrap_err();
-    let DynamicsError::Integration { time, reason } = &error else { panic!("{error}") };
-    assert_eq!(*time, 0.5);
-    assert!(reason.contains("45 iterations") && reason.contains("step fell to"), "{reason}");
-    assert_eq!((integrator.time(), integrator.state()), (0.5, &[0.0][..]));
-}
-
 /// A rate that changes its sign with every evaluation: no implicit equation has a solution.
 struct Flipping(f64);
 
@@ -425,59 +294,6 @@ fn newton_without_solution_shrinks_the_step_and_then_names_the_remedy() {
     let statistics = integrator.statistics();
     assert!(statistics.rejected > 10 && statistics.jacobians == 1, "{statistics:?}");
     assert_eq!(integrator.state(), [0.0]);
-}
-
-#[test]
-fn nan_never_reaches_an_accepted_state() {
-    // Explodes in finite time: y' = y².
-    let rate = |_: f64, y: &[f64], d: &mut [f64]| d[0] = if y[0] > 1e3 { f64::NAN } else { y[0] * y[0] };
-    let mut system = Given::new(1, 1e-6, rate);
-    let mut integrator = Esdirk::tr_bdf2(StepSettings::default(), 0.0, &[1.0], &system).unwrap();
-    let mut finite = true;
-    let error = integrator
-        .run(&mut system, 2.0, |_, i| {
-            finite &= i.state()[0].is_finite();
-            true
-        })
-        .unwrap_err();
-    assert!(finite && error.to_string().contains("not finite"), "{error}");
-    assert!(integrator.time() < 1.0 + 1e-3);
-    for start in [f64::NAN, 2e3] {
-        let mut integrator = Esdirk::tr_bdf2(StepSettings::default(), 0.0, &[start], &system).unwrap();
-        assert!(integrator.step(&mut system, 2.0).is_err());
-    }
-    let mut integrator = Esdirk::tr_bdf2(StepSettings::default(), 0.0, &[0.0], &system).unwrap();
-    for t_end in [f64::INFINITY, f64::NAN] {
-        assert!(integrator.step(&mut system, t_end).is_err());
-    }
-    assert!(integrator.set_max_step(-1.0).is_err());
-}
-
-#[test]
-fn steps_end_exactly_at_the_end_time_and_keep_their_size_afterwards() {
-    let mut system = Given::new(4, 1e-6, kepler_rate);
-    let mut integrator = Esdirk::tr_bdf2(StepSettings::default(), 0.0, &PERIHELION, &system).unwrap();
-    integrator.run(&mut system, 0.7, |_, _| true).unwrap();
-    assert_eq!(integrator.time(), 0.7);
-    let proposed = integrator.proposed_step();
-    integrator.step(&mut system, 0.7 + 1e-5 * proposed).unwrap();
-    assert_eq!(integrator.time(), 0.7 + 1e-5 * proposed);
-    assert!(integrator.proposed_step() >= proposed);
-}
-
-#[test]
-fn restart_in_the_middle_of_a_step_repeats_the_rest_of_the_solution() {
-    let mut system = Given::new(4, 1e-8, kepler_rate);
-    let mut integrator = run(&mut system, StepSettings::default(), &PERIHELION, std::f64::consts::PI);
-    let (start, end) = integrator.interval();
-    let (middle, mut y) = (0.5 * (start + end), vec![0.0; 4]);
-    integrator.interpolate(middle, &mut y);
-    let reference = integrator.state().to_vec();
-    integrator.restart(middle, &y);
-    assert_eq!(integrator.interval(), (middle, middle));
-    integrator.run(&mut system, std::f64::consts::PI, |_, _| true).unwrap();
-    // The dense output has local errors like the step: 1e-8.
-    assert!(distance(integrator.state(), &reference) < 1e-7);
 }
 
 #[test]

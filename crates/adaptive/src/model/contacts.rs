@@ -8,7 +8,7 @@ use contact_qs::plane::{Plane, PlaneContact, PlaneContactSettings};
 use contact_qs::points::{InterfaceCompliance, contact_submodel};
 use contact_qs::search::SurfaceModel;
 use contact_qs::surface_pair::{SurfacePair, SurfacePairSettings, TargetSurface};
-use contact_qs::{ContactSubmodel, Sphere, SpherePlane, SphereSphere};
+use contact_qs::{ContactSubmodel, Sphere, SphereContact};
 use ffr_dynamics::system::force::BodyState;
 use nalgebra::{Unit, UnitQuaternion};
 
@@ -263,11 +263,11 @@ pub fn build_contact(
         (ContactLaw::Hertz { contact, plane: solid, .. }, Target::Plane { point, normal }, _) => {
             let plane = Plane { point, normal: Unit::new_normalize(normal) };
             let sphere = sphere(spec.body, contact, bodies)?;
-            (Box::new(SpherePlane::new(sphere, plane, *solid).map_err(fail)?), 0.0, contact.radius)
+            (Box::new(SphereContact::with_plane(sphere, plane, *solid).map_err(fail)?), 0.0, contact.radius)
         }
         (ContactLaw::Hertz { contact, target: Some(other), .. }, Target::Body(target), _) => {
-            let pair = [sphere(spec.body, contact, bodies)?, sphere(target, other, bodies)?];
-            (Box::new(SphereSphere::new(pair).map_err(fail)?), 0.0, contact.radius)
+            let (sphere, target) = (sphere(spec.body, contact, bodies)?, sphere(target, other, bodies)?);
+            (Box::new(SphereContact::with_sphere(sphere, target).map_err(fail)?), 0.0, contact.radius)
         }
         _ => return Err(inconsistent("law and target do not fit each other")),
     };

@@ -1,13 +1,13 @@
 //! Axisymmetric bodies on the z axis that hit each other, and a record of their runs.
 #![allow(dead_code, reason = "every test uses some of it")]
 
+use std::ops::{Deref, DerefMut};
+
 use adaptive::AdaptiveError;
 use adaptive::driver::{RunEnd, run};
 use adaptive::model::RunModel;
-use adaptive::record::{
-    Continue, ImpactRecord, Observer, ObserverError, PhaseKind, PhaseRecord, RestartPoint, RunLayout, Sample,
-    StressRecord, TransferRecord, TryRecord,
-};
+use adaptive::record::{PhaseKind, Sample};
+use adaptive::recording::Recording;
 use adaptive::spec::{
     BodyKind, BodySpec, ContactLaw, ContactSpec, DiscretisationSpec, ElasticSpec, HandOver, InitialMotion,
     IntervalSpec, PenaltySearch, PhaseSettings, PointRule, ReductionSpec, RunSettings, RunSpec, SurfaceLaw,
@@ -18,88 +18,28 @@ use ffr_dynamics::integration;
 use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::Shape;
 use iga_core::nurbs::primitives::axisymmetric;
+use iga_core::nurbs::primitives::sphere::{SphereNet, sphere as solid_sphere};
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// Everything that a run reports.
 #[derive(Default)]
-pub struct Trace {
-    pub samples: Vec<Sample>,
-    pub phases: Vec<PhaseRecord>,
-    pub impacts: Vec<ImpactRecord>,
-    pub tries: Vec<TryRecord>,
-    pub transfers: Vec<TransferRecord>,
-    pub stresses: Vec<StressRecord>,
-    /// Restart points, and how many samples, phases, impacts, tries and transfers came before.
-    pub restarts: Vec<(RestartPoint, [usize; 5])>,
-    /// Asks to stop at the first step that ends at or after this time [s].
-    pub stop_at: Option<f64>,
-    /// Asks to stop while a model is built after so many tries.
-    pub stop_after_tries: Option<usize>,
+pub struct Trace(pub Recording);
+
+impl Deref for Trace {
+    type Target = Recording;
+
+    fn deref(&self) -> &Recording {
+        &self.0
+    }
 }
 
-impl Observer for Trace {
-    fn start(&mut self, _: &RunLayout) -> Result<(), ObserverError> {
-        Ok(())
-    }
-
-    fn sample(&mut self, sample: &Sample) -> Result<(), ObserverError> {
-        self.samples.push(sample.clone());
-        Ok(())
-    }
-
-    fn progress(&mut self, time: f64, _: f64, _: PhaseKind) -> Continue {
-        if self.stop_at.is_some_and(|stop| time >= stop) { Continue::Interrupt } else { Continue::Yes }
-    }
-
-    fn is_interrupted(&mut self) -> bool {
-        self.stop_after_tries.is_some_and(|n| self.tries.len() >= n)
-    }
-
-    fn phase(&mut self, record: &PhaseRecord) -> Result<(), ObserverError> {
-        self.phases.push(*record);
-        Ok(())
-    }
-
-    fn impact(&mut self, record: &ImpactRecord) -> Result<(), ObserverError> {
-        self.impacts.push(*record);
-        Ok(())
-    }
-
-    fn attempt(&mut self, record: &TryRecord) -> Result<(), ObserverError> {
-        self.tries.push(record.clone());
-        Ok(())
-    }
-
-    fn transfer(&mut self, record: &TransferRecord) -> Result<(), ObserverError> {
-        self.transfers.push(record.clone());
-        Ok(())
-    }
-
-    fn restart_point(&mut self, point: &RestartPoint) -> Result<(), ObserverError> {
-        let before = self.counts();
-        self.restarts.push((point.clone(), before));
-        Ok(())
-    }
-
-    fn stress(&mut self, record: &StressRecord) -> Result<(), ObserverError> {
-        self.stresses.push(record.clone());
-        Ok(())
+impl DerefMut for Trace {
+    fn deref_mut(&mut self) -> &mut Recording {
+        &mut self.0
     }
 }
 
 impl Trace {
-    /// Numbers of samples, phases, impacts, tries and transfers.
-    pub fn counts(&self) -> [usize; 5] {
-        let [samples, phases, impacts] = [self.samples.len(), self.phases.len(), self.impacts.len()];
-        [samples, phases, impacts, self.tries.len(), self.transfers.len()]
-    }
-
-    /// Largest change of the total energy, relative to that at the start.
-    pub fn energy_drift(&self) -> f64 {
-        let start = self.samples[0].energies.total();
-        self.samples.iter().map(|s| (s.energies.total() / start - 1.0).abs()).fold(0.0, f64::max)
-    }
-
     /// Largest change of the momentum along z, relative to `scale` [kg m/s].
     pub fn momentum_change(&self, scale: f64) -> f64 {
         let start = self.samples[0].linear_momentum[2];
@@ -120,6 +60,23 @@ impl Trace {
 
     pub fn last(&self) -> &Sample {
         self.samples.last().expect("a sample")
+    }
+}
+
+/// Numbers that look random, the same in every run (Steele, Lea & Flood 2014, SplitMix64).
+pub struct Numbers(pub u64);
+
+impl Numbers {
+    pub fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.next()
     }
 }
 
@@ -166,6 +123,21 @@ pub fn sphere(name: &str, radius: f64, solid: Solid, place: (f64, f64)) -> BodyS
     body(name, axisymmetric::sphere(radius).expect("a sphere"), solid, [8, 8], 10, place)
 }
 
+/// A solid sphere without symmetry in its model, with 18 modes.
+pub fn ball(name: &str, radius: f64, solid: Solid, motion: InitialMotion) -> BodySpec {
+    let shape = solid_sphere(radius, SphereNet::Spindle).expect("a ball");
+    let material = Material::new(solid.youngs, solid.poisson, solid.density).expect("a material");
+    let discretisation = DiscretisationSpec {
+        degrees: vec![2, 2, 3],
+        elements: vec![8, 4, 4],
+        knots: None,
+        refine: Vec::new(),
+    };
+    let reduction = ReductionSpec::CraigBampton { modes: 18, fixed_interface_modes: None };
+    let elastic = ElasticSpec::new(shape, Model::Solid, material, discretisation, reduction);
+    BodySpec { name: name.into(), kind: BodyKind::Elastic(Box::new(elastic)), motion }
+}
+
 /// A contact that the program refines, without any setting.
 pub fn contact(name: &str, body: usize, target: Target) -> ContactSpec {
     ContactSpec { name: name.into(), body, target, law: ContactLaw::Surface(law()) }
@@ -210,9 +182,29 @@ pub fn spec(bodies: Vec<BodySpec>, contacts: Vec<ContactSpec>, end_time: f64) ->
     }
 }
 
+/// Settings of runs that are integrated explicitly throughout.
+pub fn explicit(end_time: f64) -> RunSettings {
+    let phase = |max_step| PhaseSettings {
+        method: integration::Method::DormandPrince,
+        max_step,
+        tolerance: 1e-8,
+        velocity_floor: 1e-6,
+    };
+    RunSettings {
+        end_time,
+        gravity: Vector3::zeros(),
+        static_start: false,
+        free: phase(1e-4),
+        impact: phase(f64::INFINITY),
+        quiet_time: None,
+        free_interval: 1e-5,
+        impact_interval: 0.0,
+    }
+}
+
 /// Builds and runs, reporting to `trace`.
 pub fn try_run(spec: &RunSpec, trace: &mut Trace) -> Result<RunEnd, AdaptiveError> {
-    run(&mut RunModel::build(spec)?, &spec.settings, trace)
+    run(&mut RunModel::build(spec)?, &spec.settings, &mut trace.0)
 }
 
 /// A run that must succeed.

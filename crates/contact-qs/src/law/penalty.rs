@@ -35,6 +35,32 @@ pub fn check(penalty: f64) -> Result<(), ContactError> {
     if penalty > 0.0 { Ok(()) } else { Err(ContactError::Penalty { value: penalty }) }
 }
 
+/// Replaces `springs` by the compliances of the penalty springs of points with areas `areas` [m/N]. `needs_springs`: whether the
+/// solver of the quasistatic zone works with finite factors only; none where all modes are dynamic.
+///
+/// # Errors
+/// [`ContactError::Penalty`] as [`check`], [`ContactError::ExactConstraint`] if the factor is infinite where springs are needed.
+pub(crate) fn set_springs(
+    penalty: f64,
+    needs_springs: Option<bool>,
+    areas: &[f64],
+    springs: &mut [f64],
+) -> Result<(), ContactError> {
+    check(penalty)?;
+    let method = match needs_springs {
+        None => Some("contact with all modes dynamic"),
+        Some(true) => Some("Algorithm 1"),
+        Some(false) => None,
+    };
+    if let (true, Some(method)) = (penalty.is_infinite(), method) {
+        return Err(ContactError::ExactConstraint { method });
+    }
+    for (spring, &area) in springs.iter_mut().zip(areas) {
+        *spring = spring_compliance(penalty, area);
+    }
+    Ok(())
+}
+
 /// Penalty factor `c_p = ratio / max_i(A_ii w_i)` that makes every penalty spring at least `ratio` times stiffer than the
 /// surface under it (Eq. C.4) [N/m³].
 ///

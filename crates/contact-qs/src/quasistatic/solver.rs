@@ -4,33 +4,12 @@ use faer::Mat;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::error::Rejection;
 
-use super::active_set::{ActiveSet, SolveReport};
-use super::broyden::{Broyden, BroydenSettings, ModalProblem};
+use super::active_set::SolveReport;
+use super::broyden::BroydenSettings;
 use super::modal_basis::ModalBasis;
-use super::problem::{Problem, add_product};
+use super::point_solver::{Method, PointSolver};
+use super::problem::add_product;
 use crate::ContactError;
-
-/// Which solver finds the point forces.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub enum Method {
-    /// Active-set solver; the default.
-    #[default]
-    ActiveSet,
-    /// Algorithm 1 of \[A\]; needs a finite penalty factor.
-    Broyden(BroydenSettings),
-}
-
-enum Solver {
-    ActiveSet(ActiveSet),
-    Broyden(Box<Modal>),
-}
-
-/// Algorithm 1 with its shapes and their projection on the normal.
-struct Modal {
-    solver: Broyden,
-    basis: ModalBasis,
-    normal_shapes: Mat<f64>,
-}
 
 /// Compliance of a contact zone, its projection on the normal and the solver's state.
 ///
@@ -41,7 +20,9 @@ pub struct Quasistatic {
     /// Normal in the model's components that the projections belong to; NaN before the first one.
     normal: [f64; 3],
     normal_compliance: Mat<f64>,
-    solver: Solver,
+    /// Shapes of the modes that Algorithm 1 works with, rows as those of the compliance.
+    shapes: Option<Mat<f64>>,
+    solver: PointSolver,
 }
 
 impl Quasistatic {
@@ -61,15 +42,11 @@ impl Quasistatic {
                 ),
             });
         }
-        let n_points = n_rows / n_components;
-        let solver = match method {
-            Method::ActiveSet => Solver::ActiveSet(ActiveSet::new(n_points)),
-            Method::Broyden(settings) => {
-                let basis = basis_from_compliance(motion, &compliance)?;
-                Solver::broyden(settings, basis, n_points)
-            }
+        let algorithm_1 = match method {
+            Method::ActiveSet => None,
+            Method::Broyden(settings) => Some((settings, basis_from_compliance(motion, &compliance)?)),
         };
-        Ok(Self::assemble(n_components, compliance, solver))
+        Ok(Self::assemble(n_components, compliance, algorithm_1))
     }
 
     /// Zone with high-frequency modes `basis` at the points, solved by Algorithm 1 of \[A\].
@@ -88,17 +65,28 @@ impl Quasistatic {
             });
         }
         let compliance = basis.compliance();
-        let solver = Solver::broyden(settings, basis, n_rows / n_components);
-        Ok(Self::assemble(n_components, compliance, solver))
+        Ok(Self::assemble(n_components, compliance, Some((settings, basis))))
     }
 
-    fn assemble(n_components: usize, compliance: Mat<f64>, solver: Solver) -> Self {
+    /// With Algorithm 1 if its settings and modes are there.
+    fn assemble(
+        n_components: usize,
+        compliance: Mat<f64>,
+        algorithm_1: Option<(BroydenSettings, ModalBasis)>,
+    ) -> Self {
         let n_points = compliance.nrows() / n_components;
+        let (shapes, solver) = match algorithm_1 {
+            None => (None, PointSolver::active_set(n_points)),
+            Some((settings, ModalBasis { shapes, stiffness })) => {
+                (Some(shapes), PointSolver::broyden(settings, n_points, stiffness))
+            }
+        };
         Self {
             n_components,
             compliance,
             normal: [f64::NAN; 3],
             normal_compliance: Mat::zeros(n_points, n_points),
+            shapes,
             solver,
         }
     }
@@ -121,14 +109,14 @@ impl Quasistatic {
     /// Replaces `rhs`, one value a point, by the solution of `(A_aa + D_aa) x_a = rhs_a` on the last active set, zero outside
     /// it; false if the solver is not the active-set solver.
     pub(crate) fn solve_on_set(&mut self, rhs: &mut [f64]) -> bool {
-        let Solver::ActiveSet(solver) = &mut self.solver else { return false };
+        let PointSolver::ActiveSet(solver) = &mut self.solver else { return false };
         solver.solve_on_set(rhs);
         true
     }
 
     /// Whether the solver needs finite penalty factors.
     pub fn needs_springs(&self) -> bool {
-        matches!(self.solver, Solver::Broyden(_))
+        self.solver.needs_springs()
     }
 
     /// Projects compliance or shapes on the unit normal `normal`, given in the model's components (Eq. C.2). Does nothing
@@ -153,15 +141,12 @@ impl Quasistatic {
                 }
             }
         }
-        match &mut self.solver {
-            Solver::ActiveSet(solver) => solver.invalidate(),
-            Solver::Broyden(modal) => {
-                let Modal { basis, normal_shapes, .. } = modal.as_mut();
-                for k in 0..basis.n_coordinates() {
-                    let source = basis.shapes.col_as_slice(k).chunks_exact(nc);
-                    for (t, point) in normal_shapes.col_as_slice_mut(k).iter_mut().zip(source) {
-                        *t = point.iter().zip(&normal).map(|(a, n)| a * n).sum();
-                    }
+        self.solver.invalidate();
+        if let (Some(shapes), Some(normal_shapes)) = (&self.shapes, self.solver.normal_shapes()) {
+            for k in 0..shapes.ncols() {
+                let source = shapes.col_as_slice(k).chunks_exact(nc);
+                for (t, point) in normal_shapes.col_as_slice_mut(k).iter_mut().zip(source) {
+                    *t = point.iter().zip(&normal).map(|(a, n)| a * n).sum();
                 }
             }
         }
@@ -170,23 +155,14 @@ impl Quasistatic {
     /// Solves for the point forces `forces` \[N\] at gaps `gaps` \[m\] with penalty springs of compliance `springs` [m/N].
     ///
     /// # Errors
-    /// [`Rejection`] with the codes of [`ActiveSet::solve`] and [`Broyden::solve`].
+    /// [`Rejection`] with the codes of [`super::ActiveSet::solve`] and [`super::Broyden::solve`].
     pub fn solve(
         &mut self,
         springs: &[f64],
         gaps: &[f64],
         forces: &mut [f64],
     ) -> Result<SolveReport, Rejection> {
-        match &mut self.solver {
-            Solver::ActiveSet(solver) => {
-                solver.solve(&Problem { compliance: &self.normal_compliance, springs, gaps }, forces)
-            }
-            Solver::Broyden(modal) => {
-                let Modal { solver, basis, normal_shapes } = modal.as_mut();
-                let stiffness = &basis.stiffness;
-                solver.solve(&ModalProblem { shapes: normal_shapes, stiffness, springs, gaps }, forces)
-            }
-        }
+        self.solver.solve(&self.normal_compliance, springs, gaps, forces)
     }
 
     /// Replaces `out` by the quasistatic displacements of the points, `n_components` rows a point \[m\], under `loads`, the
@@ -198,36 +174,17 @@ impl Quasistatic {
 
     /// To be called when the springs have changed.
     pub fn springs_changed(&mut self) {
-        if let Solver::ActiveSet(solver) = &mut self.solver {
-            solver.invalidate();
-        }
+        self.solver.invalidate();
     }
 
     /// Remembers the solver's state.
     pub fn save(&mut self) {
-        match &mut self.solver {
-            Solver::ActiveSet(solver) => solver.save(),
-            Solver::Broyden(modal) => modal.solver.save(),
-        }
+        self.solver.save();
     }
 
     /// Returns to the remembered state.
     pub fn restore(&mut self) {
-        match &mut self.solver {
-            Solver::ActiveSet(solver) => solver.restore(),
-            Solver::Broyden(modal) => modal.solver.restore(),
-        }
-    }
-}
-
-impl Solver {
-    fn broyden(settings: BroydenSettings, basis: ModalBasis, n_points: usize) -> Self {
-        let n = basis.n_coordinates();
-        Self::Broyden(Box::new(Modal {
-            solver: Broyden::new(settings, n_points, n),
-            normal_shapes: Mat::zeros(n_points, n),
-            basis,
-        }))
+        self.solver.restore();
     }
 }
 

@@ -6,25 +6,11 @@ use ffr_dynamics::error::Rejection;
 use super::rows::Rows;
 use super::target::TargetSurface;
 use crate::ContactError;
-use crate::quasistatic::active_set::{ActiveSet, SolveReport};
-use crate::quasistatic::broyden::{Broyden, ModalProblem};
+use crate::quasistatic::active_set::SolveReport;
+use crate::quasistatic::point_solver::PointSolver;
 use crate::quasistatic::problem::{add_columns, add_product};
 use crate::quasistatic::stick_slip::{NormalSolver, StickSlip};
-use crate::quasistatic::{Method, ModalBasis, Problem};
-
-/// Algorithm 1 with the modes of both compliances.
-struct Modal {
-    solver: Broyden,
-    /// Modes at the contact body's points and at the target's interface.
-    bases: [Option<ModalBasis>; 2],
-    stiffness: Vec<f64>,
-    normal_shapes: Mat<f64>,
-}
-
-enum Solver {
-    ActiveSet(ActiveSet),
-    Broyden(Box<Modal>),
-}
+use crate::quasistatic::{Method, ModalBasis};
 
 /// Both bodies' compliances, projected on the rows of one instant, and the solver's state.
 pub(super) struct PairZone {
@@ -41,7 +27,9 @@ pub(super) struct PairZone {
     members: Vec<bool>,
     saved_rows: Rows,
     saved_members: Vec<bool>,
-    solver: Solver,
+    /// Modes of Algorithm 1 at the contact body's points and at the target's interface.
+    bases: [Option<ModalBasis>; 2],
+    solver: PointSolver,
 }
 
 impl PairZone {
@@ -52,21 +40,14 @@ impl PairZone {
         n_points: usize,
         surface: &TargetSurface,
     ) -> Result<Self, ContactError> {
-        let solver = match method {
-            Method::ActiveSet => Solver::ActiveSet(ActiveSet::new(n_points)),
+        let (bases, solver) = match method {
+            Method::ActiveSet => ([None, None], PointSolver::active_set(n_points)),
             Method::Broyden(settings) => {
                 let basis =
                     |m: &Mat<f64>| (m.nrows() > 0).then(|| ModalBasis::from_compliance(m)).transpose();
                 let bases = [basis(&own)?, basis(&surface.compliance)?];
-                let stiffness: Vec<f64> =
-                    bases.iter().flatten().flat_map(|b| b.stiffness.iter().copied()).collect();
-                let n = stiffness.len();
-                Solver::Broyden(Box::new(Modal {
-                    solver: Broyden::new(settings, n_points, n),
-                    bases,
-                    stiffness,
-                    normal_shapes: Mat::zeros(n_points, n),
-                }))
+                let stiffness = bases.iter().flatten().flat_map(|b| b.stiffness.iter().copied()).collect();
+                (bases, PointSolver::broyden(settings, n_points, stiffness))
             }
         };
         let rows = Rows::new(n_points, surface.n_functions, 0);
@@ -80,6 +61,7 @@ impl PairZone {
             rows,
             members: vec![false; n_points],
             saved_members: vec![false; n_points],
+            bases,
             solver,
         })
     }
@@ -98,7 +80,7 @@ impl PairZone {
     }
 
     pub fn needs_springs(&self) -> bool {
-        matches!(self.solver, Solver::Broyden(_))
+        self.solver.needs_springs()
     }
 
     /// How far the points chosen by `is_chosen` have moved since the projection in use; infinite if it has not all of them.
@@ -156,10 +138,34 @@ impl PairZone {
         if let Some(friction) = friction {
             friction.finish_blocks();
         }
-        let nc = self.n_components;
-        match &mut self.solver {
-            Solver::ActiveSet(solver) => solver.invalidate(),
-            Solver::Broyden(modal) => modal.project(surface, &self.rows, nc),
+        self.solver.invalidate();
+        self.project_modes(surface);
+    }
+
+    /// Normal displacements of the points relative to the target in the modes of Algorithm 1, one column a mode.
+    fn project_modes(&mut self, surface: &TargetSurface) {
+        let Some(normal_shapes) = self.solver.normal_shapes() else { return };
+        let (rows, nc) = (&self.rows, self.n_components);
+        let mut column = 0;
+        let n = rows.normals.len();
+        if let Some(basis) = &self.bases[0] {
+            for k in 0..basis.n_coordinates() {
+                let source = basis.shapes.col_as_slice(k);
+                for i in 0..n {
+                    normal_shapes[(i, column)] = dot(&source[nc * i..nc * (i + 1)], &rows.own_normals[i]);
+                }
+                column += 1;
+            }
+        }
+        if let Some(basis) = &self.bases[1] {
+            for k in 0..basis.n_coordinates() {
+                let source = basis.shapes.col_as_slice(k);
+                for i in 0..n {
+                    let sum: f64 = rows.entries(surface, i, 0).map(|(b, value)| value * source[b]).sum();
+                    normal_shapes[(i, column)] = -sum;
+                }
+                column += 1;
+            }
         }
     }
 
@@ -206,18 +212,13 @@ impl PairZone {
 
     /// To be called when the springs have changed.
     pub fn springs_changed(&mut self) {
-        if let Solver::ActiveSet(solver) = &mut self.solver {
-            solver.invalidate();
-        }
+        self.solver.invalidate();
     }
 
     pub fn save(&mut self) {
         self.saved_rows.copy_from(&self.rows);
         self.saved_members.copy_from_slice(&self.members);
-        match &mut self.solver {
-            Solver::ActiveSet(solver) => solver.save(),
-            Solver::Broyden(modal) => modal.solver.save(),
-        }
+        self.solver.save();
     }
 
     /// Returns to what was saved; the projection is a function of its rows and is made again only if these differ.
@@ -228,10 +229,7 @@ impl PairZone {
             self.members.copy_from_slice(&self.saved_members);
             self.project(surface, friction);
         }
-        match &mut self.solver {
-            Solver::ActiveSet(solver) => solver.restore(),
-            Solver::Broyden(modal) => modal.solver.restore(),
-        }
+        self.solver.restore();
     }
 }
 
@@ -242,43 +240,7 @@ impl NormalSolver for PairZone {
         gaps: &[f64],
         forces: &mut [f64],
     ) -> Result<SolveReport, Rejection> {
-        match &mut self.solver {
-            Solver::ActiveSet(solver) => {
-                solver.solve(&Problem { compliance: &self.normal_compliance, springs, gaps }, forces)
-            }
-            Solver::Broyden(modal) => {
-                let Modal { solver, stiffness, normal_shapes, .. } = modal.as_mut();
-                solver.solve(&ModalProblem { shapes: normal_shapes, stiffness, springs, gaps }, forces)
-            }
-        }
-    }
-}
-
-impl Modal {
-    /// Normal displacements of the points relative to the target, one column a mode.
-    fn project(&mut self, surface: &TargetSurface, rows: &Rows, nc: usize) {
-        let mut column = 0;
-        let n = rows.normals.len();
-        if let Some(basis) = &self.bases[0] {
-            for k in 0..basis.n_coordinates() {
-                let source = basis.shapes.col_as_slice(k);
-                for i in 0..n {
-                    self.normal_shapes[(i, column)] =
-                        dot(&source[nc * i..nc * (i + 1)], &rows.own_normals[i]);
-                }
-                column += 1;
-            }
-        }
-        if let Some(basis) = &self.bases[1] {
-            for k in 0..basis.n_coordinates() {
-                let source = basis.shapes.col_as_slice(k);
-                for i in 0..n {
-                    let sum: f64 = rows.entries(surface, i, 0).map(|(b, value)| value * source[b]).sum();
-                    self.normal_shapes[(i, column)] = -sum;
-                }
-                column += 1;
-            }
-        }
+        self.solver.solve(&self.normal_compliance, springs, gaps, forces)
     }
 }
 

@@ -16,14 +16,11 @@ use contact_qs::{
 use faer::Mat;
 use ffr_dynamics::body::{Dof, RigidMotion};
 use ffr_dynamics::system::force::BodyState;
-use iga_core::nurbs::local::parameter_at_distance;
-use iga_core::nurbs::patch::PointBasis;
 use iga_core::nurbs::primitives::sphere::{SphereNet, sphere};
 use iga_core::nurbs::{RefinementWindow, Shape};
 use iga_core::space::{PatchSpace, Space};
-use iga_core::surface::greville_points;
 
-use super::pair_support::highest;
+use super::pair_support::{collocate, highest, zone};
 
 /// Radius of both balls \[m\].
 pub const RADIUS: f64 = 0.01;
@@ -61,12 +58,7 @@ impl Cap {
         let shape = coarse.refined(&[2, 2, 3], &[4, 4, 4], &[window]).unwrap();
         let (face, pole) = highest(&shape, motion, &[0.0, 0.0, up]);
         let space = PatchSpace::new(shape.patches.clone()).unwrap();
-        let mut part = TargetFace::whole(face, &shape.patches);
-        let at = face.on_face(&pole.xi);
-        for d in face.directions() {
-            part.lower[d] = parameter_at_distance(&shape.patches[0], &at, d, -width);
-            part.upper[d] = parameter_at_distance(&shape.patches[0], &at, d, width);
-        }
+        let part = zone(&shape, face, &pole.xi, width);
         let points = collocate(&space, &shape, &part);
         let mut nodes: Vec<u32> = points.iter().flat_map(|p| &p.functions).map(|f| f.0).collect();
         nodes.sort_unstable();
@@ -115,27 +107,6 @@ impl Cap {
         )
         .unwrap()
     }
-}
-
-/// Greville points of the zone.
-fn collocate(space: &PatchSpace, shape: &Shape, part: &TargetFace) -> Vec<SurfacePoint> {
-    let (mut basis, mut active) = (PointBasis::default(), Vec::new());
-    let is_inside = |xi: &[f64; 3]| {
-        part.face.directions().all(|d| xi[d] >= part.lower[d] - 1e-9 && xi[d] <= part.upper[d] + 1e-9)
-    };
-    let mut points = Vec::new();
-    for p in greville_points(space, &shape.patches, &[part.face]).iter().filter(|p| is_inside(&p.xi)) {
-        space.evaluate(p.element, &p.xi, 0, &mut basis);
-        space.active_functions(p.element, &mut active);
-        let functions = active.iter().zip(&basis.values).filter(|(_, v)| v.abs() > 0.0);
-        points.push(SurfacePoint {
-            position: p.point,
-            area: p.area,
-            functions: functions.map(|(&i, &v)| (i, v)).collect(),
-            on_rim: false,
-        });
-    }
-    points
 }
 
 /// Contact body 0 above target 1: zones of `elements` squared elements, `width` either side of the poles.

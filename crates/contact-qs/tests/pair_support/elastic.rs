@@ -15,13 +15,10 @@ use ffr_dynamics::reduction::modal::ReducedBasis;
 use ffr_dynamics::reduction::problem::ElasticProblem;
 use iga_core::assembly::assemble;
 use iga_core::elasticity::{Material, Model};
-use iga_core::nurbs::local::parameter_at_distance;
-use iga_core::nurbs::patch::PointBasis;
 use iga_core::nurbs::{RefinementWindow, Shape};
 use iga_core::space::{PatchSpace, Space};
-use iga_core::surface::{Face, greville_points};
 
-use super::pair_support::highest;
+use super::pair_support::{collocate, highest, zone};
 
 pub const ALUMINIUM: Solid = Solid { young: 7.28e10, poisson: 0.33 };
 pub const STEEL: Solid = Solid { young: 2.1e11, poisson: 0.3 };
@@ -123,37 +120,4 @@ impl ElasticSphere {
             *q = f / (omega * omega);
         }
     }
-}
-
-/// The part of `face` within `width` of the pole along the surface.
-fn zone(shape: &Shape, face: Face, xi: &[f64; 3], width: f64) -> TargetFace {
-    let patch = &shape.patches[face.id.patch];
-    let mut part = TargetFace::whole(face, &shape.patches);
-    let at = face.on_face(xi);
-    for d in face.directions() {
-        part.lower[d] = parameter_at_distance(patch, &at, d, -width);
-        part.upper[d] = parameter_at_distance(patch, &at, d, width);
-    }
-    part
-}
-
-/// Greville points of the zone.
-fn collocate(space: &PatchSpace, shape: &Shape, part: &TargetFace) -> Vec<SurfacePoint> {
-    let (mut basis, mut active) = (PointBasis::default(), Vec::new());
-    let is_inside = |xi: &[f64; 3]| {
-        part.face.directions().all(|d| xi[d] >= part.lower[d] - 1e-9 && xi[d] <= part.upper[d] + 1e-9)
-    };
-    let mut points = Vec::new();
-    for p in greville_points(space, &shape.patches, &[part.face]).iter().filter(|p| is_inside(&p.xi)) {
-        space.evaluate(p.element, &p.xi, 0, &mut basis);
-        space.active_functions(p.element, &mut active);
-        let functions = active.iter().zip(&basis.values).filter(|(_, v)| v.abs() > 0.0);
-        points.push(SurfacePoint {
-            position: p.point,
-            area: p.area,
-            functions: functions.map(|(&i, &v)| (i, v)).collect(),
-            on_rim: false,
-        });
-    }
-    points
 }

@@ -12,11 +12,13 @@ use contact_qs::submodel::SparseRows;
 use contact_qs::{ContactSubmodel, SurfacePair, SurfacePairSettings, TargetFace, TargetSurface};
 use faer::Mat;
 use ffr_dynamics::body::{Dof, RigidMotion};
-use ffr_dynamics::system::force::{BodyState, GeneralisedForce};
+use ffr_dynamics::system::force::{BodyState, ForceElement, GeneralisedForce};
 use iga_core::nurbs::Shape;
+use iga_core::nurbs::local::parameter_at_distance;
+use iga_core::nurbs::patch::PointBasis;
 use iga_core::nurbs::primitives::{axisymmetric, plane, sphere};
 use iga_core::space::{PatchSpace, Space};
-use iga_core::surface::{BodySurface, Face, FacePoint};
+use iga_core::surface::{BodySurface, Face, FacePoint, greville_points};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::common::Random;
@@ -25,6 +27,43 @@ use super::common::Random;
 pub const RADIUS: f64 = 0.1;
 pub const N_MODES: usize = 3;
 pub const N_POINTS: usize = 5;
+
+pub const MOTIONS: [RigidMotion; 3] = [RigidMotion::Axial, RigidMotion::Planar, RigidMotion::Spatial];
+pub const DEPTH: f64 = 2e-3;
+
+/// Which bodies are quasistatic, with a penalty factor that suits.
+pub const CASES: [([bool; 2], f64); 5] = [
+    ([true, true], 1e10),
+    ([true, true], f64::INFINITY),
+    ([true, false], 1e10),
+    ([false, true], 1e10),
+    ([false, false], 1e9),
+];
+
+/// Forces of the pair on three bodies, and its energy.
+pub fn evaluate(pair: &mut SurfacePair, bodies: &[BodyState]) -> (Vec<GeneralisedForce>, f64) {
+    let mut forces = forces(3, N_MODES);
+    if let Err(e) = pair.apply(0.0, bodies, &mut forces) {
+        panic!("{e} {:?}", pair.gaps());
+    }
+    let energies = pair.energies();
+    (forces, energies.elastic_high + energies.penalty)
+}
+
+/// Central difference of the potential along a change of the bodies.
+pub fn slope(
+    pair: &mut SurfacePair,
+    bodies: &[BodyState],
+    h: f64,
+    shift: impl Fn(&mut [BodyState], f64),
+) -> f64 {
+    let mut at = |step: f64| {
+        let mut moved = bodies.to_vec();
+        shift(&mut moved, step);
+        evaluate(pair, &moved).1
+    };
+    (at(h) - at(-h)) / (2.0 * h)
+}
 
 /// A round body of the wanted model.
 pub fn round(motion: RigidMotion, radius: f64) -> Shape {
@@ -67,6 +106,39 @@ pub fn part(shape: &Shape, face: Face, xi: &[f64; 3], half: f64) -> TargetFace {
         part.upper[d] = part.upper[d].min(u + half * width);
     }
     part
+}
+
+/// The part of `face` within `width` of the point `xi` along the surface.
+pub fn zone(shape: &Shape, face: Face, xi: &[f64; 3], width: f64) -> TargetFace {
+    let patch = &shape.patches[face.id.patch];
+    let mut part = TargetFace::whole(face, &shape.patches);
+    let at = face.on_face(xi);
+    for d in face.directions() {
+        part.lower[d] = parameter_at_distance(patch, &at, d, -width);
+        part.upper[d] = parameter_at_distance(patch, &at, d, width);
+    }
+    part
+}
+
+/// Greville points of the zone `part`.
+pub fn collocate(space: &PatchSpace, shape: &Shape, part: &TargetFace) -> Vec<SurfacePoint> {
+    let (mut basis, mut active) = (PointBasis::default(), Vec::new());
+    let is_inside = |xi: &[f64; 3]| {
+        part.face.directions().all(|d| xi[d] >= part.lower[d] - 1e-9 && xi[d] <= part.upper[d] + 1e-9)
+    };
+    let mut points = Vec::new();
+    for p in greville_points(space, &shape.patches, &[part.face]).iter().filter(|p| is_inside(&p.xi)) {
+        space.evaluate(p.element, &p.xi, 0, &mut basis);
+        space.active_functions(p.element, &mut active);
+        let functions = active.iter().zip(&basis.values).filter(|(_, v)| v.abs() > 0.0);
+        points.push(SurfacePoint {
+            position: p.point,
+            area: p.area,
+            functions: functions.map(|(&i, &v)| (i, v)).collect(),
+            on_rim: false,
+        });
+    }
+    points
 }
 
 /// Target with random modes and a random compliance, so soft that all terms matter.
@@ -218,6 +290,3 @@ pub fn random_bodies(pair: &SurfacePair, motion: RigidMotion, depth: f64, seed: 
 pub fn forces(n: usize, n_modes: usize) -> Vec<GeneralisedForce> {
     vec![GeneralisedForce::zeros(n_modes); n]
 }
-
-/// Contact points of a body's own, for [`contact_qs::contact_submodel`].
-pub type Points = Vec<SurfacePoint>;

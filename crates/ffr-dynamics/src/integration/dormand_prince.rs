@@ -4,7 +4,8 @@
 //! acceptance of an error are the system's business ([`OdeSystem::error_norm`]).
 
 use super::dense_output::DenseOutput;
-use super::step_control::{Controller, Statistics, StepSettings, smallest_step};
+use super::step_control::{Statistics, StepSettings};
+use super::stepping::{Failure, Step, Stepping, Try, is_finite};
 use super::system::OdeSystem;
 use crate::error::{DynamicsError, Rejection};
 
@@ -37,38 +38,18 @@ const D: [f64; 7] = [
 const ORDER: f64 = 5.0;
 /// Share of the tolerance aimed at by the first step (same source, II.4).
 const FIRST_STEP_ERROR: f64 = 0.01;
-
-/// An accepted step.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Step {
-    /// Time before the step \[s\].
-    pub start: f64,
-    /// Time after the step \[s\].
-    pub end: f64,
-    /// Error norm; 0 with fixed steps.
-    pub error: f64,
-    /// Tries rejected before this one.
-    pub rejected: u32,
-}
+/// What helps when the steps become too short.
+const REMEDY: &str = "loosen the tolerance or soften the stiffest force";
 
 /// State, workspace and statistics of a Dormand-Prince integration.
 #[derive(Debug, Clone)]
 pub struct DormandPrince {
-    settings: StepSettings,
-    controller: Controller,
-    statistics: Statistics,
-    t: f64,
-    y: Vec<f64>,
-    /// Proposed next step; 0 where none is known yet.
-    h: f64,
-    /// Whether `k[0]` is the right-hand side at `(t, y)`.
-    is_first_stage_valid: bool,
+    stepping: Stepping,
+    /// Rates of the stages; the first is the rate at `(t, y)` if that is valid.
     k: [Vec<f64>; 7],
     trial: Vec<f64>,
     scratch: Vec<f64>,
-    interval: (f64, f64),
     dense: [Vec<f64>; 5],
-    last_refusal: Option<Rejection>,
 }
 
 impl DormandPrince {
@@ -77,33 +58,24 @@ impl DormandPrince {
     /// # Errors
     /// [`DynamicsError::Inconsistent`] if a step of the settings is not positive.
     pub fn new(settings: StepSettings, t: f64, y: &[f64]) -> Result<Self, DynamicsError> {
-        settings.check()?;
         let zeros = || vec![0.0; y.len()];
         Ok(Self {
-            settings,
-            controller: Controller::new(ORDER),
-            statistics: Statistics::default(),
-            t,
-            y: y.to_vec(),
-            h: 0.0,
-            is_first_stage_valid: false,
+            stepping: Stepping::new(settings, ORDER, REMEDY, t, y)?,
             k: std::array::from_fn(|_| zeros()),
             trial: zeros(),
             scratch: zeros(),
-            interval: (t, t),
             dense: std::array::from_fn(|_| zeros()),
-            last_refusal: None,
         })
     }
 
     /// Time reached \[s\].
     pub fn time(&self) -> f64 {
-        self.t
+        self.stepping.t
     }
 
     /// State reached.
     pub fn state(&self) -> &[f64] {
-        &self.y
+        &self.stepping.y
     }
 
     /// State before the last accepted step (at the start of [`DenseOutput::interval`]).
@@ -113,17 +85,17 @@ impl DormandPrince {
 
     /// Work done since the integrator was made; restarts do not reset it.
     pub fn statistics(&self) -> Statistics {
-        self.statistics
+        self.stepping.statistics
     }
 
     /// Last refusal of the right-hand side with its code, in whatever step; `None` if there never was one.
     pub fn last_refusal(&self) -> Option<&Rejection> {
-        self.last_refusal.as_ref()
+        self.stepping.last_refusal.as_ref()
     }
 
     /// Step proposed next, 0 if none is known yet \[s\].
     pub fn proposed_step(&self) -> f64 {
-        self.h
+        self.stepping.h
     }
 
     /// Changes the largest step, for instance at the start of an impact \[s\].
@@ -131,20 +103,17 @@ impl DormandPrince {
     /// # Errors
     /// [`DynamicsError::Inconsistent`] if it is not positive.
     pub fn set_max_step(&mut self, max_step: f64) -> Result<(), DynamicsError> {
-        let settings = StepSettings { max_step, ..self.settings };
-        settings.check()?;
-        self.settings = settings;
-        Ok(())
+        self.stepping.set_max_step(max_step)
     }
 
     /// Whether critical errors of the right-hand side end a step, [`StepSettings::stops_at_errors`].
     pub fn stop_at_errors(&mut self, stops: bool) {
-        self.settings.stops_at_errors = stops;
+        self.stepping.settings.stops_at_errors = stops;
     }
 
     /// Says that the right-hand side has changed at the present time (a force switched on, another penalty).
     pub fn invalidate(&mut self) {
-        self.is_first_stage_valid = false;
+        self.stepping.is_rate_valid = false;
     }
 
     /// Goes on from another time and state with the step size proposed so far.
@@ -155,12 +124,7 @@ impl DormandPrince {
     /// # Panics
     /// If the length of `y` differs from the dimension.
     pub fn restart(&mut self, t: f64, y: &[f64]) {
-        assert_eq!(y.len(), self.y.len(), "a restart keeps the number of equations");
-        self.t = t;
-        self.y.copy_from_slice(y);
-        self.interval = (t, t);
-        self.is_first_stage_valid = false;
-        self.controller = Controller::new(ORDER);
+        self.stepping.restart(t, y);
     }
 
     /// Takes one step that ends at `t_end` at the latest, and exactly there if it comes near.
@@ -175,48 +139,22 @@ impl DormandPrince {
     /// # Panics
     /// If the system has another number of equations than the integrator.
     pub fn step<S: OdeSystem + ?Sized>(&mut self, system: &mut S, t_end: f64) -> Result<Step, DynamicsError> {
-        assert_eq!(
-            system.dimension(),
-            self.y.len(),
-            "system and integrator have the same number of equations"
-        );
-        if self.t >= t_end {
-            return Ok(Step { start: self.t, end: self.t, error: 0.0, rejected: 0 });
+        if let Some(empty) = self.stepping.begin(system, t_end, &mut self.k[0])? {
+            return Ok(empty);
         }
-        if !t_end.is_finite() {
-            return Err(self.failure(format!("the end time is {t_end} s, must be finite")));
+        if self.stepping.h <= 0.0 {
+            let wanted = self.stepping.settings.initial_step;
+            self.stepping.h = wanted.unwrap_or_else(|| self.first_step(system, t_end));
         }
-        system.save();
-        self.prepare(system, t_end)?;
-        let mut rejected = 0;
         loop {
-            let (h, is_last) = self.settings.next_step(self.t, self.h, t_end);
-            let tried = self.attempt(system, h);
-            let (error, is_refused) = match tried {
-                Ok(error) if error <= 1.0 || (self.settings.is_fixed && error.is_finite()) => {
-                    let end = if is_last { t_end } else { self.t + h };
-                    return Ok(self.accept(system, end, h, error, rejected));
+            let tried = self.stepping.next_try(t_end);
+            match self.attempt(system, tried.h) {
+                Ok(error) if error <= 1.0 => return Ok(self.accept(system, tried, error)),
+                outcome => {
+                    system.restore();
+                    self.stepping.reject(tried.h, t_end, outcome)?;
                 }
-                Ok(error) if error.is_finite() => (Some(error), false),
-                Ok(_) => (None, false),
-                Err(refusal) => {
-                    self.last_refusal = Some(refusal);
-                    (None, true)
-                }
-            };
-            rejected += 1;
-            self.statistics.rejected += 1;
-            self.statistics.refused += u64::from(is_refused);
-            system.restore();
-            let shrunk = h * self.controller.rejected(error);
-            let refusal = self.last_refusal.as_ref().filter(|_| is_refused);
-            if let Some(refusal) = refusal.filter(|r| self.settings.stops_at(r)) {
-                return Err(self.failure(refusal.reason.clone()));
             }
-            if self.settings.is_fixed || shrunk < smallest_step(self.t, t_end) {
-                return Err(self.underflow(shrunk, error, is_refused));
-            }
-            self.h = shrunk;
         }
     }
 
@@ -232,60 +170,33 @@ impl DormandPrince {
         t_end: f64,
         mut observe: impl FnMut(&mut S, &Self) -> bool,
     ) -> Result<f64, DynamicsError> {
-        while self.t < t_end {
+        while self.stepping.t < t_end {
             self.step(system, t_end)?;
             if !observe(system, self) {
                 break;
             }
         }
-        Ok(self.t)
-    }
-
-    /// First stage and first step size, where they are not known.
-    fn prepare<S: OdeSystem + ?Sized>(&mut self, system: &mut S, t_end: f64) -> Result<(), DynamicsError> {
-        if !self.is_first_stage_valid {
-            if let Some(i) = self.y.iter().position(|v| !v.is_finite()) {
-                return Err(self.failure(format!("component {i} of the starting state is not finite")));
-            }
-            self.statistics.evaluations += 1;
-            if let Err(refusal) = system.rhs(self.t, &self.y, &mut self.k[0]) {
-                let reason = format!("no forces at the starting state: {}", refusal.reason);
-                self.statistics.refused += 1;
-                self.last_refusal = Some(refusal);
-                return Err(self.failure(reason));
-            }
-            if let Some(i) = self.k[0].iter().position(|v| !v.is_finite()) {
-                return Err(self.failure(format!("rate {i} of the starting state is not finite")));
-            }
-            self.is_first_stage_valid = true;
-        }
-        if self.h <= 0.0 {
-            self.h = match self.settings.initial_step {
-                Some(h) => h,
-                None => self.first_step(system, t_end),
-            };
-        }
-        Ok(())
+        Ok(self.stepping.t)
     }
 
     /// First step size (Eq. T.5): the change of the right-hand side over a small Euler step tells the time scale.
     fn first_step<S: OdeSystem + ?Sized>(&mut self, system: &mut S, t_end: f64) -> f64 {
-        let largest = self.settings.max_step.min(t_end - self.t);
-        let size = system.error_norm(&self.y, &self.y, &self.y);
-        let rate = system.error_norm(&self.y, &self.y, &self.k[0]);
+        let largest = self.stepping.settings.max_step.min(t_end - self.stepping.t);
+        let size = system.error_norm(&self.stepping.y, &self.stepping.y, &self.stepping.y);
+        let rate = system.error_norm(&self.stepping.y, &self.stepping.y, &self.k[0]);
         let is_known = size > 1e-5 && rate > 1e-5 && (size / rate).is_finite();
         let mut h = if is_known { 0.01 * size / rate } else { 1e-3 * largest }.min(largest);
         for _ in 0..4 {
-            for ((trial, y), k) in self.trial.iter_mut().zip(&self.y).zip(&self.k[0]) {
+            for ((trial, y), k) in self.trial.iter_mut().zip(&self.stepping.y).zip(&self.k[0]) {
                 *trial = y + h * k;
             }
-            self.statistics.evaluations += 1;
-            let outcome = system.rhs(self.t + h, &self.trial, &mut self.k[1]);
+            self.stepping.statistics.evaluations += 1;
+            let outcome = system.rhs(self.stepping.t + h, &self.trial, &mut self.k[1]);
             system.restore();
             for ((s, k1), k0) in self.scratch.iter_mut().zip(&self.k[1]).zip(&self.k[0]) {
                 *s = (k1 - k0) / h;
             }
-            let change = system.error_norm(&self.y, &self.y, &self.scratch);
+            let change = system.error_norm(&self.stepping.y, &self.stepping.y, &self.scratch);
             if outcome.is_ok() && change.is_finite() && rate.is_finite() {
                 let steepest = rate.max(change);
                 let by_change =
@@ -298,90 +209,49 @@ impl DormandPrince {
     }
 
     /// Stages 2 to 7 and the error norm; the new state is left in `trial`.
-    fn attempt<S: OdeSystem + ?Sized>(&mut self, system: &mut S, h: f64) -> Result<f64, Rejection> {
+    fn attempt<S: OdeSystem + ?Sized>(&mut self, system: &mut S, h: f64) -> Result<f64, Failure> {
         for stage in 1..7 {
             let (known, rest) = self.k.split_at_mut(stage);
             combine(&mut self.trial, h, &A[stage][..stage], known);
-            for (x, y) in self.trial.iter_mut().zip(&self.y) {
+            for (x, y) in self.trial.iter_mut().zip(&self.stepping.y) {
                 *x += y;
             }
             if !is_finite(&self.trial) {
-                return Ok(f64::NAN);
+                return Err(Failure::NotFinite);
             }
-            self.statistics.evaluations += 1;
-            system.rhs(self.t + C[stage] * h, &self.trial, &mut rest[0])?;
+            self.stepping.statistics.evaluations += 1;
+            system.rhs(self.stepping.t + C[stage] * h, &self.trial, &mut rest[0])?;
         }
         combine(&mut self.scratch, h, &E, &self.k);
         if !is_finite(&self.k[6]) {
-            return Ok(f64::NAN); // earlier stages that are not finite show in the state tried
+            return Err(Failure::NotFinite); // earlier stages that are not finite show in the state tried
         }
-        if self.settings.is_fixed {
+        if self.stepping.settings.is_fixed {
             return Ok(0.0);
         }
-        Ok(system.error_norm(&self.y, &self.trial, &self.scratch))
+        Ok(system.error_norm(&self.stepping.y, &self.trial, &self.scratch))
     }
 
     /// Moves on to the state in `trial`.
-    fn accept<S: OdeSystem + ?Sized>(
-        &mut self,
-        system: &mut S,
-        end: f64,
-        h: f64,
-        error: f64,
-        rejected: u32,
-    ) -> Step {
-        self.store_dense_output(h);
-        let start = self.t;
-        self.t = end;
-        self.interval = (start, end);
-        std::mem::swap(&mut self.y, &mut self.trial);
+    fn accept<S: OdeSystem + ?Sized>(&mut self, system: &mut S, tried: Try, error: f64) -> Step {
+        self.store_dense_output(tried.h);
         self.k.swap(0, 6);
-        self.is_first_stage_valid = !system.project(self.t, &mut self.y);
-        self.statistics.steps += 1;
-        let proposed = h * self.controller.accepted(error);
-        // A step cut short by the caller's end time says nothing against the longer one proposed before.
-        let is_cut_short = rejected == 0 && proposed >= h;
-        self.h = if is_cut_short { proposed.max(self.h) } else { proposed };
-        if self.settings.is_fixed {
-            self.h = self.settings.max_step;
-        }
-        Step { start, end, error, rejected }
+        let growth = self.stepping.controller.accepted(error);
+        self.stepping.accept(system, tried, error, growth, &mut self.trial)
     }
 
     /// Coefficients of the fourth-order interpolant (Eq. T.2).
     fn store_dense_output(&mut self, h: f64) {
         combine(&mut self.dense[4], h, &D, &self.k);
-        for i in 0..self.y.len() {
-            let difference = self.trial[i] - self.y[i];
+        for i in 0..self.stepping.y.len() {
+            let difference = self.trial[i] - self.stepping.y[i];
             let third = h * self.k[0][i] - difference;
-            self.dense[0][i] = self.y[i];
+            self.dense[0][i] = self.stepping.y[i];
             self.dense[1][i] = difference;
             self.dense[2][i] = third;
             self.dense[3][i] = difference - h * self.k[6][i] - third;
         }
     }
-
-    fn failure(&self, reason: String) -> DynamicsError {
-        DynamicsError::Integration { time: self.t, reason }
-    }
-
-    fn underflow(&self, h: f64, error: Option<f64>, is_refused: bool) -> DynamicsError {
-        let reason = match (&self.last_refusal, error) {
-            (Some(refusal), _) if is_refused => refusal.reason.clone(),
-            (_, Some(error)) => format!("error norm {error:.3e}, limit 1"),
-            _ => "the solution is not finite".to_string(),
-        };
-        let remedy = if self.settings.is_fixed {
-            "take a smaller fixed step"
-        } else {
-            "loosen the tolerance or soften the stiffest force"
-        };
-        self.failure(format!("step fell to {h:.3e} s, last rejection: {reason}; {remedy}"))
-    }
-}
-
-fn is_finite(x: &[f64]) -> bool {
-    x.iter().all(|v| v.is_finite())
 }
 
 /// `out = h Σ_i weights_i k_i`, skipping zero weights.
@@ -397,17 +267,17 @@ fn combine(out: &mut [f64], h: f64, weights: &[f64], k: &[Vec<f64>]) {
 
 impl DenseOutput for DormandPrince {
     fn interval(&self) -> (f64, f64) {
-        self.interval
+        self.stepping.interval
     }
 
     fn dimension(&self) -> usize {
-        self.y.len()
+        self.stepping.y.len()
     }
 
     fn interpolate(&self, t: f64, out: &mut [f64]) {
-        let (start, end) = self.interval;
+        let (start, end) = self.stepping.interval;
         if end <= start {
-            out.copy_from_slice(&self.y);
+            out.copy_from_slice(&self.stepping.y);
             return;
         }
         let theta = (t - start) / (end - start);

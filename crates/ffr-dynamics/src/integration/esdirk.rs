@@ -6,10 +6,10 @@
 //! error are the system's business ([`OdeSystem::damped_error_norm`]).
 
 use super::dense_output::DenseOutput;
-use super::dormand_prince::Step;
 use super::jacobian::{Differences, Linearisation, Structure};
 use super::newton::IterationMatrix;
-use super::step_control::{Controller, Statistics, StepSettings, smallest_step};
+use super::step_control::{Statistics, StepSettings};
+use super::stepping::{Failure, Step, Stepping, Try, is_finite};
 use super::system::OdeSystem;
 use super::tableau::{ESDIRK4, MAX_STAGES, TR_BDF2, Tableau};
 use crate::error::{DynamicsError, Rejection};
@@ -24,20 +24,14 @@ const SLOW_RATE: f64 = 0.2;
 const KEPT_GROWTH: f64 = 1.2;
 /// First step as a share of the time in which the state changes by its own size (same source, part I, II.4).
 const FIRST_STEP: f64 = 0.01;
+/// What helps when the steps become too short.
+const REMEDY: &str = "look for a force that jumps, or take the explicit method";
 
 /// State, workspace and statistics of an integration.
 #[derive(Debug)]
 pub struct Esdirk {
     method: &'static Tableau,
-    settings: StepSettings,
-    controller: Controller,
-    statistics: Statistics,
-    t: f64,
-    y: Vec<f64>,
-    /// Proposed next step; 0 where none is known yet.
-    h: f64,
-    /// Whether `k[0]` is the rate at `(t, y)`.
-    is_first_stage_valid: bool,
+    stepping: Stepping,
     /// Whether the derivative may be used in the next step.
     is_derivative_valid: bool,
     /// Whether the derivative was formed at `(t, y)`.
@@ -47,7 +41,7 @@ pub struct Esdirk {
     differences: Differences,
     matrix: IterationMatrix,
     newton: Newton,
-    /// Rates of the stages.
+    /// Rates of the stages; the first is the rate at `(t, y)` if that is valid.
     k: Vec<Vec<f64>>,
     /// Weighted sum of the rates before a stage, over the weight of its own: `(base - y) / (d h)`.
     shift: Vec<f64>,
@@ -56,9 +50,7 @@ pub struct Esdirk {
     trial: Vec<f64>,
     scratch: Vec<f64>,
     correction: Vec<f64>,
-    interval: (f64, f64),
     dense: [Vec<f64>; 4],
-    last_refusal: Option<Rejection>,
 }
 
 /// What Newton's method has learned from its last iterations.
@@ -68,20 +60,6 @@ struct Newton {
     outlook: f64,
     /// Slowest convergence rate in the present step.
     rate: f64,
-}
-
-/// Why a step could not be finished.
-enum Failure {
-    Refused(Rejection),
-    Diverged { iterations: u32, rate: f64 },
-    Singular,
-    NotFinite,
-}
-
-impl From<Rejection> for Failure {
-    fn from(refusal: Rejection) -> Self {
-        Self::Refused(refusal)
-    }
 }
 
 impl Esdirk {
@@ -127,18 +105,11 @@ impl Esdirk {
         system: &S,
     ) -> Result<Self, DynamicsError> {
         assert_eq!(system.dimension(), y.len(), "the state has the system's number of equations");
-        settings.check()?;
         let structure = Structure::of(system)?;
         let zeros = || vec![0.0; y.len()];
         Ok(Self {
             method,
-            settings,
-            controller: Controller::new(method.order),
-            statistics: Statistics::default(),
-            t,
-            y: y.to_vec(),
-            h: 0.0,
-            is_first_stage_valid: false,
+            stepping: Stepping::new(settings, method.order, REMEDY, t, y)?,
             is_derivative_valid: false,
             is_derivative_fresh: false,
             derivative: Linearisation::new(structure.unknowns.len()),
@@ -152,9 +123,7 @@ impl Esdirk {
             trial: zeros(),
             scratch: zeros(),
             correction: zeros(),
-            interval: (t, t),
             dense: std::array::from_fn(|_| zeros()),
-            last_refusal: None,
         })
     }
 
@@ -165,12 +134,12 @@ impl Esdirk {
 
     /// Time reached \[s\].
     pub fn time(&self) -> f64 {
-        self.t
+        self.stepping.t
     }
 
     /// State reached.
     pub fn state(&self) -> &[f64] {
-        &self.y
+        &self.stepping.y
     }
 
     /// State before the last accepted step (at the start of [`DenseOutput::interval`]).
@@ -180,17 +149,17 @@ impl Esdirk {
 
     /// Work done since the integrator was made; restarts do not reset it.
     pub fn statistics(&self) -> Statistics {
-        self.statistics
+        self.stepping.statistics
     }
 
     /// Last refusal of the right-hand side with its code, in whatever step; `None` if there never was one.
     pub fn last_refusal(&self) -> Option<&Rejection> {
-        self.last_refusal.as_ref()
+        self.stepping.last_refusal.as_ref()
     }
 
     /// Step proposed next, 0 if none is known yet \[s\].
     pub fn proposed_step(&self) -> f64 {
-        self.h
+        self.stepping.h
     }
 
     /// Changes the largest step \[s\].
@@ -198,20 +167,17 @@ impl Esdirk {
     /// # Errors
     /// [`DynamicsError::Inconsistent`] if it is not positive.
     pub fn set_max_step(&mut self, max_step: f64) -> Result<(), DynamicsError> {
-        let settings = StepSettings { max_step, ..self.settings };
-        settings.check()?;
-        self.settings = settings;
-        Ok(())
+        self.stepping.set_max_step(max_step)
     }
 
     /// Whether critical errors of the right-hand side end a step, [`StepSettings::stops_at_errors`].
     pub fn stop_at_errors(&mut self, stops: bool) {
-        self.settings.stops_at_errors = stops;
+        self.stepping.settings.stops_at_errors = stops;
     }
 
     /// Says that the right-hand side has changed at the present time (a force switched on, another penalty).
     pub fn invalidate(&mut self) {
-        self.is_first_stage_valid = false;
+        self.stepping.is_rate_valid = false;
         self.is_derivative_valid = false;
         self.is_derivative_fresh = false;
     }
@@ -224,12 +190,8 @@ impl Esdirk {
     /// # Panics
     /// If the length of `y` differs from the dimension.
     pub fn restart(&mut self, t: f64, y: &[f64]) {
-        assert_eq!(y.len(), self.y.len(), "a restart keeps the number of equations");
-        self.t = t;
-        self.y.copy_from_slice(y);
-        self.interval = (t, t);
+        self.stepping.restart(t, y);
         self.invalidate();
-        self.controller = Controller::new(self.method.order);
     }
 
     /// Takes one step that ends at `t_end` at the latest, and exactly there if it comes near.
@@ -245,29 +207,18 @@ impl Esdirk {
     /// # Panics
     /// If the system has another number of equations than the integrator.
     pub fn step<S: OdeSystem + ?Sized>(&mut self, system: &mut S, t_end: f64) -> Result<Step, DynamicsError> {
-        assert_eq!(
-            system.dimension(),
-            self.y.len(),
-            "system and integrator have the same number of equations"
-        );
-        if self.t >= t_end {
-            return Ok(Step { start: self.t, end: self.t, error: 0.0, rejected: 0 });
+        if let Some(empty) = self.stepping.begin(system, t_end, &mut self.k[0])? {
+            return Ok(empty);
         }
-        if !t_end.is_finite() {
-            return Err(self.failure(format!("the end time is {t_end} s, must be finite")));
+        if self.stepping.h <= 0.0 {
+            let wanted = self.stepping.settings.initial_step;
+            self.stepping.h = wanted.unwrap_or_else(|| self.first_step(system, t_end));
         }
-        system.save();
-        self.prepare(system, t_end)?;
-        let mut rejected = 0;
         loop {
-            let (h, is_last) = self.settings.next_step(self.t, self.h, t_end);
-            let tried = self.attempt(system, h);
-            let outcome = match tried {
-                Ok(error) if error <= 1.0 => {
-                    let end = if is_last { t_end } else { self.t + h };
-                    return Ok(self.accept(system, end, h, error, rejected));
-                }
-                other => other,
+            let tried = self.stepping.next_try(t_end);
+            let outcome = match self.attempt(system, tried.h) {
+                Ok(error) if error <= 1.0 => return Ok(self.accept(system, tried, error)),
+                outcome => outcome,
             };
             system.restore();
             if matches!(outcome, Err(Failure::Diverged { .. } | Failure::Singular))
@@ -276,19 +227,7 @@ impl Esdirk {
                 self.is_derivative_valid = false; // the same step again with a derivative of its own
                 continue;
             }
-            rejected += 1;
-            self.statistics.rejected += 1;
-            let shrunk = h * self.controller.rejected(outcome.as_ref().ok().copied());
-            if self.settings.is_fixed || shrunk < smallest_step(self.t, t_end) {
-                return Err(self.underflow(shrunk, outcome));
-            }
-            let is_refused = matches!(outcome, Err(Failure::Refused(_)));
-            self.note(outcome);
-            let refusal = self.last_refusal.as_ref().filter(|_| is_refused);
-            if let Some(refusal) = refusal.filter(|r| self.settings.stops_at(r)) {
-                return Err(self.failure(refusal.reason.clone()));
-            }
-            self.h = shrunk;
+            self.stepping.reject(tried.h, t_end, outcome)?;
         }
     }
 
@@ -304,47 +243,20 @@ impl Esdirk {
         t_end: f64,
         mut observe: impl FnMut(&mut S, &Self) -> bool,
     ) -> Result<f64, DynamicsError> {
-        while self.t < t_end {
+        while self.stepping.t < t_end {
             self.step(system, t_end)?;
             if !observe(system, self) {
                 break;
             }
         }
-        Ok(self.t)
-    }
-
-    /// First rate and first step size, where they are not known.
-    fn prepare<S: OdeSystem + ?Sized>(&mut self, system: &mut S, t_end: f64) -> Result<(), DynamicsError> {
-        if !self.is_first_stage_valid {
-            if let Some(i) = self.y.iter().position(|v| !v.is_finite()) {
-                return Err(self.failure(format!("component {i} of the starting state is not finite")));
-            }
-            self.statistics.evaluations += 1;
-            if let Err(refusal) = system.rhs(self.t, &self.y, &mut self.k[0]) {
-                let reason = format!("no forces at the starting state: {}", refusal.reason);
-                self.statistics.refused += 1;
-                self.last_refusal = Some(refusal);
-                return Err(self.failure(reason));
-            }
-            if let Some(i) = self.k[0].iter().position(|v| !v.is_finite()) {
-                return Err(self.failure(format!("rate {i} of the starting state is not finite")));
-            }
-            self.is_first_stage_valid = true;
-        }
-        if self.h <= 0.0 {
-            self.h = match self.settings.initial_step {
-                Some(h) => h,
-                None => self.first_step(system, t_end),
-            };
-        }
-        Ok(())
+        Ok(self.stepping.t)
     }
 
     /// First step size (Eq. T.16): a small share of the time in which the state changes by its own size; too large, it is rejected.
     fn first_step<S: OdeSystem + ?Sized>(&self, system: &S, t_end: f64) -> f64 {
-        let largest = self.settings.max_step.min(t_end - self.t);
-        let size = system.damped_error_norm(&self.y, &self.y, &self.y);
-        let rate = system.damped_error_norm(&self.y, &self.y, &self.k[0]);
+        let largest = self.stepping.settings.max_step.min(t_end - self.stepping.t);
+        let size = system.damped_error_norm(&self.stepping.y, &self.stepping.y, &self.stepping.y);
+        let rate = system.damped_error_norm(&self.stepping.y, &self.stepping.y, &self.k[0]);
         let is_known = size > 1e-5 && rate > 1e-5 && (size / rate).is_finite();
         let wanted = if is_known { FIRST_STEP * size / rate } else { 1e-3 * largest };
         wanted.min(largest)
@@ -359,7 +271,7 @@ impl Esdirk {
         self.shift.fill(0.0);
         for stage in 1..method.n_stages() {
             self.begin_stage(stage, weight);
-            self.solve_stage(system, stage, self.t + method.nodes[stage] * h, weight)?;
+            self.solve_stage(system, stage, self.stepping.t + method.nodes[stage] * h, weight)?;
             if let Some(share) = method.middle_weights.get(stage - 1) {
                 for (middle, y) in self.middle.iter_mut().zip(&self.trial) {
                     *middle = if stage == 1 { share * y } else { *middle + share * y };
@@ -368,8 +280,8 @@ impl Esdirk {
         }
         let error = self.error(system, h);
         if error <= 1.0 && system.has_memory() {
-            self.statistics.evaluations += 1;
-            system.rhs(self.t + h, &self.trial, &mut self.scratch)?;
+            self.stepping.statistics.evaluations += 1;
+            system.rhs(self.stepping.t + h, &self.trial, &mut self.scratch)?;
         }
         Ok(error)
     }
@@ -390,32 +302,32 @@ impl Esdirk {
             // (base of this stage - state of the one before) / (d h)
             let change = sum - *shift - own * last[i];
             *shift = sum;
-            self.scratch[i] = self.y[i] + weight * sum;
+            self.scratch[i] = self.stepping.y[i] + weight * sum;
             self.correction[i] = change;
             guess[i] = last[i] + change;
         }
-        self.matrix.solve(&self.structure, &self.derivative, &self.y, guess);
+        self.matrix.solve(&self.structure, &self.derivative, &self.stepping.y, guess);
         guess.iter_mut().zip(&self.correction).for_each(|(k, change)| *k -= change);
     }
 
     /// Derivative and factors for the weight `d h`, where those at hand don't serve.
     fn linearise<S: OdeSystem + ?Sized>(&mut self, system: &mut S, weight: f64) -> Result<(), Failure> {
         if !self.is_derivative_valid {
-            let at = (self.t, self.y.as_slice());
+            let at = (self.stepping.t, self.stepping.y.as_slice());
             self.differences.linearise(
                 system,
                 &self.structure,
                 at,
                 &mut self.derivative,
-                &mut self.statistics,
+                &mut self.stepping.statistics,
             );
             self.is_derivative_valid = true;
             self.is_derivative_fresh = true;
             self.matrix.clear();
         }
         if !self.matrix.is_for(weight) {
-            self.statistics.factorisations += 1;
-            if !self.matrix.factorise(&self.structure, &self.derivative, &self.y, weight) {
+            self.stepping.statistics.factorisations += 1;
+            if !self.matrix.factorise(&self.structure, &self.derivative, &self.stepping.y, weight) {
                 return Err(Failure::Singular);
             }
         }
@@ -438,19 +350,19 @@ impl Esdirk {
             if !is_finite(&self.trial) {
                 return Err(Failure::NotFinite);
             }
-            self.statistics.evaluations += 1;
-            self.statistics.iterations += 1;
+            self.stepping.statistics.evaluations += 1;
+            self.stepping.statistics.iterations += 1;
             let correction = &mut self.correction;
             system.rhs(t, &self.trial, correction)?;
             for (c, k) in correction.iter_mut().zip(&self.k[stage]) {
                 *c -= k;
             }
-            self.matrix.solve(&self.structure, &self.derivative, &self.y, correction);
+            self.matrix.solve(&self.structure, &self.derivative, &self.stepping.y, correction);
             for (c, k) in correction.iter_mut().zip(&mut self.k[stage]) {
                 *k += *c;
                 *c *= weight;
             }
-            let size = system.damped_error_norm(&self.y, &self.trial, correction);
+            let size = system.damped_error_norm(&self.stepping.y, &self.trial, correction);
             if !size.is_finite() {
                 return Err(Failure::NotFinite);
             }
@@ -483,109 +395,53 @@ impl Esdirk {
 
     /// Filtered error estimate (Eq. T.12).
     fn error<S: OdeSystem + ?Sized>(&mut self, system: &S, h: f64) -> f64 {
-        if self.settings.is_fixed {
+        if self.stepping.settings.is_fixed {
             return 0.0;
         }
         for (i, e) in self.scratch.iter_mut().enumerate() {
             *e = h * self.k.iter().zip(self.method.error).map(|(k, e)| e * k[i]).sum::<f64>();
         }
-        self.matrix.solve(&self.structure, &self.derivative, &self.y, &mut self.scratch);
-        system.damped_error_norm(&self.y, &self.trial, &self.scratch)
+        self.matrix.solve(&self.structure, &self.derivative, &self.stepping.y, &mut self.scratch);
+        system.damped_error_norm(&self.stepping.y, &self.trial, &self.scratch)
     }
 
     /// Moves on to the state in `trial`.
-    fn accept<S: OdeSystem + ?Sized>(
-        &mut self,
-        system: &mut S,
-        end: f64,
-        h: f64,
-        error: f64,
-        rejected: u32,
-    ) -> Step {
-        self.store_dense_output(h);
-        let start = self.t;
-        self.t = end;
-        self.interval = (start, end);
-        std::mem::swap(&mut self.y, &mut self.trial);
+    fn accept<S: OdeSystem + ?Sized>(&mut self, system: &mut S, tried: Try, error: f64) -> Step {
+        self.store_dense_output(tried.h);
         self.k.swap(0, self.method.n_stages() - 1);
-        self.is_first_stage_valid = !system.project(self.t, &mut self.y);
-        self.statistics.steps += 1;
         self.is_derivative_fresh = false;
         self.is_derivative_valid = self.newton.rate <= SLOW_RATE;
-        let growth = self.controller.accepted(error);
-        let proposed = if (1.0..KEPT_GROWTH).contains(&growth) { h } else { h * growth };
-        // A step cut short by the caller's end time says nothing against the longer one proposed before.
-        let is_cut_short = rejected == 0 && proposed >= h;
-        self.h = if is_cut_short { proposed.max(self.h) } else { proposed };
-        if self.settings.is_fixed {
-            self.h = self.settings.max_step;
-        }
-        Step { start, end, error, rejected }
+        let growth = self.stepping.controller.accepted(error);
+        let kept = if (1.0..KEPT_GROWTH).contains(&growth) { 1.0 } else { growth };
+        self.stepping.accept(system, tried, error, kept, &mut self.trial)
     }
 
     /// Cubic through start, middle and end with the rate at the end (Eq. T.17).
     fn store_dense_output(&mut self, h: f64) {
         let (c, last) = (self.method.middle, self.method.n_stages() - 1);
         let [start, first, second, third] = &mut self.dense;
-        for (i, y) in self.y.iter().enumerate() {
+        for (i, y) in self.stepping.y.iter().enumerate() {
             let difference = self.trial[i] - y;
             let bulge = (self.middle[i] - y - c * difference) / (c * (1.0 - c));
             let tilt = (difference - h * self.k[last][i] - bulge) / (1.0 - c);
             (start[i], first[i], second[i], third[i]) = (*y, difference, bulge - c * tilt, tilt);
         }
     }
-
-    /// Books a failed try.
-    fn note(&mut self, outcome: Result<f64, Failure>) {
-        if let Err(Failure::Refused(refusal)) = outcome {
-            self.statistics.refused += 1;
-            self.last_refusal = Some(refusal);
-        }
-    }
-
-    fn failure(&self, reason: String) -> DynamicsError {
-        DynamicsError::Integration { time: self.t, reason }
-    }
-
-    fn underflow(&mut self, h: f64, outcome: Result<f64, Failure>) -> DynamicsError {
-        let reason = match &outcome {
-            Err(Failure::Refused(refusal)) => refusal.reason.clone(),
-            Err(Failure::Diverged { iterations, rate }) => {
-                format!(
-                    "Newton's method gave up after {iterations} iterations with convergence rate {rate:.3}"
-                )
-            }
-            Err(Failure::Singular) => "the iteration matrix is singular or not finite".to_string(),
-            Ok(error) if error.is_finite() => format!("error norm {error:.3e}, limit 1"),
-            Ok(_) | Err(Failure::NotFinite) => "the solution is not finite".to_string(),
-        };
-        self.note(outcome);
-        let remedy = if self.settings.is_fixed {
-            "take a smaller fixed step"
-        } else {
-            "look for a force that jumps, or take the explicit method"
-        };
-        self.failure(format!("step fell to {h:.3e} s, last rejection: {reason}; {remedy}"))
-    }
-}
-
-fn is_finite(x: &[f64]) -> bool {
-    x.iter().all(|v| v.is_finite())
 }
 
 impl DenseOutput for Esdirk {
     fn interval(&self) -> (f64, f64) {
-        self.interval
+        self.stepping.interval
     }
 
     fn dimension(&self) -> usize {
-        self.y.len()
+        self.stepping.y.len()
     }
 
     fn interpolate(&self, t: f64, out: &mut [f64]) {
-        let (start, end) = self.interval;
+        let (start, end) = self.stepping.interval;
         if end <= start {
-            out.copy_from_slice(&self.y);
+            out.copy_from_slice(&self.stepping.y);
             return;
         }
         let theta = (t - start) / (end - start);

@@ -1,9 +1,10 @@
 //! One type for all integrators, so that a driver can hold whichever the scenario asks for.
 
 use super::dense_output::DenseOutput;
-use super::dormand_prince::{DormandPrince, Step};
+use super::dormand_prince::DormandPrince;
 use super::esdirk::Esdirk;
 use super::step_control::{Statistics, StepSettings};
+use super::stepping::Step;
 use super::system::OdeSystem;
 use crate::error::{DynamicsError, Rejection};
 

@@ -122,6 +122,11 @@ impl Controller {
         Self { alpha, beta, previous_error: MIN_ERROR, follows_rejection: false }
     }
 
+    /// Forgets the steps so far.
+    pub(super) fn forget(&mut self) {
+        (self.previous_error, self.follows_rejection) = (MIN_ERROR, false);
+    }
+
     /// Factor from the accepted step with error `error` to the next one.
     pub(super) fn accepted(&mut self, error: f64) -> f64 {
         let wanted = SAFETY * error.max(1e-300).powf(-self.alpha) * self.previous_error.powf(self.beta);

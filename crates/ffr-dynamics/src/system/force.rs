@@ -97,11 +97,11 @@ pub trait ForceElement: Send {
         false
     }
 
-    /// Remembers the solver's inner state before a step.
-    fn save(&mut self);
+    /// Remembers the inner state before a step; for elements whose evaluations depend on those before.
+    fn save(&mut self) {}
 
     /// Returns to the remembered inner state after a rejected step.
-    fn restore(&mut self);
+    fn restore(&mut self) {}
 
     /// Number `n` of coordinates that the element has of its own. The system's state holds them and their rates, `2 n` numbers.
     fn n_coordinates(&self) -> usize {
