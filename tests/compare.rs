@@ -37,7 +37,9 @@ fn compare(new: &Path, reference: &Path, more: &[&str]) -> (i32, String, String)
 fn edited(from: &Path, name: &str, edit: impl Fn(&hdf5::File)) -> PathBuf {
     let path = from.with_file_name(format!("{name}.h5"));
     std::fs::copy(from, &path).expect("copied");
-    let file = hdf5::File::open_rw(&path).expect("opens");
+    // Without a lock, which programs started by other tests meanwhile would inherit and keep.
+    let unlocked = hdf5::File::with_options().with_fapl(|p| p.file_locking(false)).open_rw(&path);
+    let file = unlocked.expect("opens");
     edit(&file);
     file.close().expect("closed");
     path

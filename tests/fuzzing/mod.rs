@@ -190,7 +190,8 @@ pub fn read_everything(path: &Path, folder: &Path) {
 /// Replaces datasets of the HDF5 file `path` by wrong ones, as the bytes say.
 pub fn damage(path: &Path, bytes: &[u8]) {
     let mut b = Bytes::new(bytes);
-    let file = hdf5::File::open_rw(path).unwrap();
+    // Without a lock, which programs started by other tests meanwhile would inherit and keep.
+    let file = hdf5::File::with_options().with_fapl(|p| p.file_locking(false)).open_rw(path).unwrap();
     let mut names = Vec::new();
     list(&file, "", &mut names);
     for _ in 0..1 + b.below(3) {
