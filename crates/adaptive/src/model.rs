@@ -283,9 +283,14 @@ impl RunModel {
         elastic: &ElasticModel,
         loads: &[ZoneLoad],
     ) -> Result<Vec<ZoneModel>, AdaptiveError> {
-        let contact = |i: u32| self.adaptive.iter().find(|(index, _)| *index == i as usize);
-        let loads = loads.iter().filter_map(|load| Some((load, &contact(load.contact)?.1)));
-        let model = |(load, contact): (&ZoneLoad, &AdaptiveContact)| {
+        let model = |load: &ZoneLoad| {
+            let contact = self.adaptive.iter().find(|(index, _)| *index == load.contact as usize);
+            let Some((_, contact)) = contact else {
+                return Err(AdaptiveError::Unsupported {
+                    subject: format!("stress in body \"{}\"", elastic.body.name),
+                    reason: format!("contact {} has no fine models", load.contact),
+                });
+            };
             let zone = contact.zone_model(elastic, &load.site)?;
             let (n, n_forces) = (zone.residual.interface().len(), load.forces.len());
             if n != n_forces {
@@ -295,7 +300,7 @@ impl RunModel {
             }
             Ok(zone)
         };
-        loads.map(model).collect()
+        loads.iter().map(model).collect()
     }
 
     /// Time spent so far; contact solver included, output left to the caller.
@@ -397,7 +402,7 @@ fn full_models(spec: &RunSpec, plans: &[ContactPlan]) -> Result<Vec<Option<Elast
 
 /// Whether two lists of loads ask for the same models.
 fn same(a: &[ZoneLoad], b: &[ZoneLoad]) -> bool {
-    let model = |load: &ZoneLoad| (load.contact, load.site);
+    let model = |load: &ZoneLoad| (load.contact, load.site, load.forces.len());
     a.iter().map(model).eq(b.iter().map(model))
 }
 

@@ -1,7 +1,7 @@
 //! Stress along straight lines, from the dynamic and the quasistatic displacement together.
 //!
 //! Stress is linear: that of the modes and of the interface the body was reduced for comes from its own model, and that of zones
-//! refined during the run from their fine models, built again for it (theory Eq. A.22).
+//! refined during the run from their fine models, built again for it (theory Eq. A.24).
 
 use faer::Mat;
 use iga_core::elasticity::kinematics::von_mises;

@@ -5,7 +5,10 @@ mod impacts;
 use adaptive::AdaptiveError;
 use adaptive::record::PhaseKind;
 use adaptive::recording::Recording;
-use adaptive::spec::{ContactLaw, ContactSpec, IntervalSpec, PenaltySearch, RunSpec, SurfaceLaw, Target};
+use adaptive::spec::{
+    ContactLaw, ContactSpec, IntervalSpec, PenaltySearch, RunSpec, StressInstant, StressSpec, SurfaceLaw,
+    Target,
+};
 use contact_qs::quasistatic::{BroydenSettings, Method};
 use iga_core::nurbs::primitives::axisymmetric;
 use impacts::{ALUMINIUM, STEEL, Trace, body, contact, law, spec, sphere, try_run};
@@ -52,6 +55,21 @@ fn sphere_on_thin_rod(first: usize) -> RunSpec {
         body("rod", rod, ALUMINIUM, [4, 40], 6, (0.0, 0.0)),
     ];
     spec(bodies, vec![contact("impact", first, Target::Body(1 - first))], 1e-5)
+}
+
+#[test]
+fn run_that_fails_keeps_its_stress_lines() {
+    let mut spec = sphere_on_thin_rod(1);
+    spec.stress.push(StressSpec {
+        name: "axis".into(),
+        body: 1,
+        ends: [[0.0, 0.0], [0.0, 1e-3]].map(|[r, z]| [r, z, 0.0]),
+        samples: 3,
+        at: StressInstant::PeakForce,
+    });
+    let (trace, _) = failed(&spec);
+    let [record] = &trace.stresses[..] else { panic!("{} lines", trace.stresses.len()) };
+    assert!(record.von_mises.iter().all(|s| s.is_finite()) && record.time > 0.0);
 }
 
 #[test]

@@ -108,6 +108,22 @@ fn stress_at_an_instant_is_complete_in_an_impact_and_that_of_the_modes_outside()
     assert!(largest(0) > 500.0 * largest(1));
 }
 
+#[test]
+fn states_of_tries_given_up_are_no_stress_states() {
+    let mut run = pair(law());
+    // The nearest step of either try would do: only those of the accepted one are stored.
+    run.stress = (1..=12)
+        .map(|i| StressInstant::Time(f64::from(i) * 8.1e-6))
+        .map(|at| line("left", 0, [0.0, RADIUS, 0.0], [0.0, -1.0, 0.0], at))
+        .collect();
+    let trace = finished(&run);
+    assert!(trace.tries.iter().any(|t| t.outcome == "rejected"));
+    for record in &trace.stresses {
+        let is_stored = trace.samples.iter().any(|s| s.time.to_bits() == record.time.to_bits());
+        assert!(is_stored, "{:e}", record.time);
+    }
+}
+
 /// A solid aluminium ball falls on a plane with a pole of its net below, so that its net is turned for the contact.
 #[test]
 fn solid_ball_refined_about_a_pole_of_its_net_has_the_stress_of_hertz() {

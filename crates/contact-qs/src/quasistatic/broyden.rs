@@ -233,7 +233,9 @@ impl Broyden {
                 return Err(rejection(error, rcond)); // line 28
             } else if error < 0 {
                 let size = self.carried.coordinates.iter().fold(0.0_f64, |m, q| m.max(q.abs()));
-                if change > f64::EPSILON.sqrt() * size {
+                // Asked this way round, a NaN is no solution.
+                let is_solution = change <= f64::EPSILON.sqrt() * size;
+                if !is_solution {
                     return Err(unsolved(change / size));
                 }
                 report.code = error; // line 30
