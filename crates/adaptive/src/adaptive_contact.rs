@@ -185,31 +185,32 @@ impl AdaptiveContact {
             true => LowModes::Prolonged,
             false => self.law.hand_over.modes,
         };
-        let (own_modes, site) = (modes(self.body), &nearest.contact);
+        let own_modes = modes(self.body);
+        let site = zone_site(elastic, &nearest.contact, widths);
+        let mut target_site = None;
         let (own, other) = match (self.target, &nearest.target) {
             (Target::Body(other), Some(there)) => {
                 // Side by side: each has stages that only one thread can work on. Questions wait until both are done.
                 go_on()?;
                 let (target, target_modes) = (self::elastic(&bodies[other]), modes(other));
+                let there = zone_site(target, there, widths);
+                target_site = Some(there);
                 let (own, target) = rayon::join(
-                    || self.side(elastic, &zone_site(elastic, site, widths), own_modes, &mut || Ok(())),
-                    || self.side(target, &zone_site(target, there, widths), target_modes, &mut || Ok(())),
+                    || self.side(elastic, &site, own_modes, &mut || Ok(())),
+                    || self.side(target, &there, target_modes, &mut || Ok(())),
                 );
                 go_on()?;
                 (own?, Some((other, target?)))
             }
-            _ => (self.side(elastic, &zone_site(elastic, site, widths), own_modes, go_on)?, None),
+            _ => (self.side(elastic, &site, own_modes, go_on)?, None),
         };
         let mut element = self.element(&own, other.as_ref(), bodies)?;
-        let mut zones = vec![ZoneOnBody {
-            body: self.body,
-            site: zone_site(elastic, &nearest.contact, widths),
-            n_unknowns: own.zone.unknowns.len(),
-        }];
-        if let (Some((body, side)), Some(there)) = (&other, &nearest.target) {
-            let site = zone_site(self::elastic(&bodies[*body]), there, widths);
-            zones.push(ZoneOnBody { body: *body, site, n_unknowns: side.zone.unknowns.len() });
-        }
+        let on_body = |body, site, side: &FineSide| {
+            let n_unknowns = side.zone.unknowns.len();
+            ZoneOnBody { body, site, n_unknowns }
+        };
+        let mut zones = vec![on_body(self.body, site, &own)];
+        zones.extend(other.as_ref().zip(target_site).map(|((body, side), site)| on_body(*body, site, side)));
         let weight = element
             .compliance_weight(states)
             .map_err(|r| self.fail(ContactError::Inconsistent { reason: r.reason }))?;

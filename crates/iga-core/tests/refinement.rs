@@ -112,17 +112,6 @@ proptest! {
             prop_assert!(windows.iter().any(|w| w.ratio < 1.02));
         }
     }
-
-    #[test]
-    fn prolonged_fields_are_the_same_functions(seed in any::<u64>(), xi in [0.0f64..1.0, 0.0f64..1.0]) {
-        let coarse = patch(&[2, 3], &[2, 1], seed);
-        let fine = coarse.elevate(0, 2).unwrap().insert_knots(1, &[0.1, 0.5, 0.5, 0.5]).unwrap();
-        // The control points are the coefficients of the position field.
-        let prolonged = coarse.prolong_field(&fine, coarse.control_points()).unwrap();
-        let copy = Patch::new(fine.knots().to_vec(), prolonged, fine.weights().to_vec()).unwrap();
-        let xi = [xi[0], xi[1], 0.0];
-        prop_assert!(largest_difference(&coarse, &copy, &[xi]) < ROUND_OFF);
-    }
 }
 
 #[test]

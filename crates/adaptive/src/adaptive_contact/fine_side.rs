@@ -44,6 +44,8 @@ pub struct FineSide {
 pub struct ZoneModel {
     /// The mesh.
     pub mesh: FineMesh,
+    /// Contact points and interface.
+    pub zone: FineZone,
     /// Low-frequency modes at its unknowns, in the frame in use.
     pub shapes: Mat<f64>,
     /// Flexibility of what they leave out.
@@ -110,11 +112,11 @@ impl AdaptiveContact {
     pub fn zone_model(&self, elastic: &ElasticModel, site: &ZoneSite) -> Result<ZoneModel, AdaptiveError> {
         let (mesh, _, _) = self.mesh(&elastic.body, site)?;
         let assembled = mesh.assemble(&elastic.body)?;
-        let unknowns = mesh.zone(0, self.law.points, 1.0).unknowns;
+        let zone = mesh.zone(0, self.law.points, thickness(&elastic.body.spec.model));
         let coarse = (&elastic.body, &elastic.reduced);
-        let (_, residual) = mesh.reduce(&assembled, coarse, &unknowns, LowModes::Prolonged)?;
+        let (_, residual) = mesh.reduce(&assembled, coarse, &zone.unknowns, LowModes::Prolonged)?;
         let shapes = mesh.prolong(&elastic.body.assembled, elastic.reduced.shapes());
-        Ok(ZoneModel { mesh, shapes, residual })
+        Ok(ZoneModel { mesh, zone, shapes, residual })
     }
 
     /// The contact with fine models at `sites`, that of the contact body first.
@@ -135,9 +137,8 @@ impl AdaptiveContact {
             let missing =
                 || ContactError::Inconsistent { reason: "the place of a fine model is not known".into() };
             let site = site.ok_or_else(|| self.fail(missing()))?;
-            let elastic = super::elastic(&bodies[body]);
-            let ZoneModel { mesh, shapes, residual } = self.zone_model(elastic, &site)?;
-            let zone = mesh.zone(0, self.law.points, thickness(&elastic.body.spec.model));
+            let ZoneModel { mesh, zone, shapes, residual } =
+                self.zone_model(super::elastic(&bodies[body]), &site)?;
             let answer = ZoneAnswer::Static(residual.compliance().clone());
             sides.push((body, FineSide { body: mesh, zone, shapes, answer, own: None }, residual));
         }
@@ -148,7 +149,10 @@ impl AdaptiveContact {
         let other = rest.next();
         let (other, other_residual) = other.map(|(i, side, residual)| ((i, side), residual)).unzip();
         let element = self.element(&own, other.as_ref(), bodies)?;
-        let model = |side: FineSide, residual| ZoneModel { mesh: side.body, shapes: side.shapes, residual };
+        let model = |side: FineSide, residual| {
+            let FineSide { body: mesh, zone, shapes, .. } = side;
+            ZoneModel { mesh, zone, shapes, residual }
+        };
         let mut models = vec![(body, model(own, residual))];
         models.extend(other.zip(other_residual).map(|((i, side), residual)| (i, model(side, residual))));
         Ok(RebuiltContact { element, models })

@@ -8,11 +8,11 @@ use crate::cli::ExportArguments;
 use crate::error::AppError;
 use crate::reasons;
 use crate::vtk::assemble::{View, grid};
-use crate::vtk::bodies::Bodies;
+use crate::vtk::bodies::{Bodies, Shown};
 use crate::vtk::body::Cells;
 use crate::vtk::grid::Grid;
 use crate::vtk::pressure::contact_pressures;
-use crate::vtk::states::{BodyMotion, States};
+use crate::vtk::states::States;
 use crate::vtk::times::chosen;
 use crate::vtk::xml::{SeriesEntry, pvd, write_vtu};
 
@@ -34,13 +34,12 @@ pub fn export(arguments: &ExportArguments) -> Result<(), AppError> {
     std::fs::create_dir_all(&folder)
         .map_err(|e| AppError::io(&folder, format!("cannot be created: {}", reasons::of_io(&e))))?;
     let view = View { scale: arguments.scale, revolve: arguments.revolve };
-    let named: Vec<(String, BodyMotion)> =
-        bodies.shown.iter().map(|body| (body.name.clone(), body.motion.clone())).collect();
     let mut series = Vec::new();
     for (number, &i) in instants.iter().enumerate() {
         let time = states.time[i];
         let all = bodies.at(time, i)?;
-        for (part, ((name, motion), drawn)) in named.iter().zip(&all).enumerate() {
+        for (part, drawn) in all.iter().enumerate() {
+            let Shown { name, motion, .. } = drawn.body;
             let fail = |e| AppError::Model(format!("body \"{name}\": {e}"));
             let fields = (&drawn.displacement[..], &drawn.rate[..]);
             let grid = grid(drawn.geometry, &motion.pose(i), fields, view).map_err(fail)?;
@@ -49,13 +48,12 @@ pub fn export(arguments: &ExportArguments) -> Result<(), AppError> {
             series.push(SeriesEntry { time, part, name: name.clone(), file: format!("{stem}/{file}") });
         }
         for (k, contact) in contacts.iter_mut().enumerate() {
-            let body = contact.body();
-            let grid = contact.grid((&named[body].1, &all[body]), i, view)?;
+            let grid = contact.grid(&all[contact.body()], i, view)?;
             // No name has a dot in it.
             let name = format!("{}.pressure", contact.name);
             let file = file_name(&name, number);
             write_grid(&folder.join(&file), &grid, time)?;
-            let part = named.len() + k;
+            let part = all.len() + k;
             series.push(SeriesEntry { time, part, name, file: format!("{stem}/{file}") });
         }
     }

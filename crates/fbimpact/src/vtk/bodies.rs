@@ -46,6 +46,8 @@ pub struct Bodies {
 
 /// A body at an instant, on its own elements or on those of a fine model.
 pub struct Drawn<'a> {
+    /// The body.
+    pub body: &'a Shown,
     /// Elements.
     pub geometry: &'a BodyGeometry,
     /// Control values of the displacement \[m\].
@@ -115,7 +117,7 @@ impl Bodies {
         let Some(elastic) = &self.model.bodies[body.number].elastic else {
             let at_rest = vec![0.0; geometry.n_control_values()];
             let (displacement, rate) = (at_rest.clone(), at_rest);
-            return Drawn { geometry, displacement, rate, mesh: None, elastic: None, fine: None };
+            return Drawn { body, geometry, displacement, rate, mesh: None, elastic: None, fine: None };
         };
         let fields = |shapes: MatRef<'_, f64>, local: &[f64]| {
             let mut displacement = combined(shapes, body.motion.elastic(i));
@@ -128,6 +130,7 @@ impl Bodies {
                 let mesh = &zone.model.mesh;
                 let (displacement, rate) = fields(zone.model.shapes.as_ref(), displacement);
                 return Drawn {
+                    body,
                     geometry: &zone.geometry,
                     displacement: mesh.control_values(&displacement),
                     rate: mesh.control_values(&rate),
@@ -139,6 +142,7 @@ impl Bodies {
         }
         let (displacement, rate) = fields(elastic.reduced.shapes(), &local.own);
         Drawn {
+            body,
             geometry,
             displacement: elastic.body.control_values(&displacement),
             rate: elastic.body.control_values(&rate),

@@ -10,7 +10,7 @@ use super::bodies::{Bodies, Drawn};
 use super::grid::{ContactFields, Grid};
 use super::order;
 use super::spin::{ArcNode, rings};
-use super::states::{BodyMotion, PressureSeries, States};
+use super::states::{PressureSeries, States};
 use crate::error::AppError;
 use crate::scenario::Scenario;
 
@@ -53,18 +53,13 @@ impl ContactPressure {
         self.body
     }
 
-    /// The points that carry force at instant `i`, when the contact body `body` is as `drawn`.
+    /// The points that carry force at instant `i`, when the contact body is as `drawn`.
     ///
     /// # Errors
     /// [`AppError::Model`] if a point does not lie on its body.
-    pub fn grid(
-        &mut self,
-        (body, drawn): (&BodyMotion, &Drawn<'_>),
-        i: usize,
-        view: View,
-    ) -> Result<Grid, AppError> {
+    pub fn grid(&mut self, drawn: &Drawn<'_>, i: usize, view: View) -> Result<Grid, AppError> {
         let motion = drawn.geometry.motion;
-        let pose = body.pose(i);
+        let pose = drawn.body.motion.pose(i);
         let revolved = view.revolve.filter(|_| motion == RigidMotion::Axial);
         // The area of a ring is that of all its points, and of the whole ring.
         let (nodes, share) = match revolved {

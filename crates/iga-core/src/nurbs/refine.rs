@@ -178,32 +178,6 @@ impl Patch {
         Self::from_homogeneous(knots, &net)
     }
 
-    /// Coefficients on `fine` of a vector field that has the coefficients `field` on this patch: `u = Σ R_A u_A` is the
-    /// same function of the parameters (theory Eq. S.7). `fine` must be a refinement of this patch.
-    ///
-    /// # Errors
-    /// As [`Prolongation::new`]; [`SplineError::NetSize`] if `field` does not have one entry a function.
-    pub fn prolong_field(&self, fine: &Self, field: &[[f64; 3]]) -> Result<Vec<[f64; 3]>, SplineError> {
-        if field.len() != self.n_functions() {
-            return Err(SplineError::NetSize {
-                what: "coefficients",
-                found: field.len(),
-                expected: self.n_functions(),
-            });
-        }
-        if fine.dimension() != self.dimension() {
-            let reason = format!("{} directions are refined by {}", self.dimension(), fine.dimension());
-            return Err(SplineError::Knots { reason });
-        }
-        let mut net: Vec<[f64; 3]> =
-            field.iter().zip(self.weights()).map(|(u, w)| u.map(|c| c * w)).collect();
-        let mut sizes = self.net_size();
-        for (d, (from, to)) in self.knots().iter().zip(fine.knots()).enumerate() {
-            net = Prolongation::new(from, to)?.apply(&net, &mut sizes, d);
-        }
-        Ok(net.iter().zip(fine.weights()).map(|(u, w)| u.map(|c| c / w)).collect())
-    }
-
     /// Homogeneous control points `(w x, w y, w z, w)`.
     pub fn homogeneous(&self) -> Vec<[f64; 4]> {
         let lift = |(p, &w): (&[f64; 3], &f64)| [p[0] * w, p[1] * w, p[2] * w, w];
