@@ -30,7 +30,9 @@ fn first_impact_of_the_double_pendulums_is_that_of_hertz_and_a_little_harder() {
     assert_below("energy drift over the impact", impact_drift(&elastic), 1e-5);
     let accepted = elastic.tries.iter().filter(|t| t.outcome == "accepted").count();
     assert!(accepted == 1 && elastic.tries.len() <= 2, "{} tries", elastic.tries.len());
-    // Frictionless contact forces in the plane of symmetry keep the motion in it.
+    // Frictionless contact forces in the plane of symmetry keep the motion in it, up to the error that the control of the step
+    // allows: 1e-8 of the velocity in each of some 300 steps of the impact, times the momentum.
     let last = elastic.samples.last().expect("samples");
-    assert_below("motion out of the plane", last.linear_momentum[1].abs(), 1e-9);
+    let momentum = elastic.samples.iter().map(|s| s.linear_momentum[0].abs()).fold(0.0, f64::max);
+    assert_below("motion out of the plane", last.linear_momentum[1].abs(), 300.0 * 1e-8 * momentum);
 }

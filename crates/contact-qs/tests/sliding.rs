@@ -235,7 +235,8 @@ fn friction_takes_energy_whatever_the_motion_and_its_work_is_the_energy_lost() {
             let start = dropped(motion, Vector3::new(v, 0.02, -SPEED), spin);
             (self::system(contact.with_friction(Friction::new(mu)).unwrap(), motion), start)
         };
-        let out = run(&mut system, &start, 1e-6);
+        let max_step = 1e-6;
+        let out = run(&mut system, &start, max_step);
         println_figures(&format!("case {case}, mu {mu:.2}"), &out);
         (n_stuck, n_sliding) = (n_stuck + u32::from(out.was_stuck), n_sliding + u32::from(out.was_sliding));
         assert!(out.duration > 0.0);
@@ -247,8 +248,10 @@ fn friction_takes_energy_whatever_the_motion_and_its_work_is_the_energy_lost() {
         assert!(out.fall < 1e-5, "{case}: {:e}", out.fall);
         let lost = out.energy_before - out.energy_after;
         assert!((out.dissipated - lost).abs() < 1e-3 * out.energy_before);
-        // Within 1 %, where there is something to lose.
-        assert!(lost < 1e-2 * out.energy_before || (out.dissipated / lost - 1.0).abs() < 1e-2, "{case}");
+        // Where there is something to lose: at worst the jumps of all points fall at the same end of their steps, which is one
+        // step's share of the work, at twice the mean power.
+        let share = 2.0 * max_step / out.duration;
+        assert!(lost < 1e-2 * out.energy_before || (out.dissipated / lost - 1.0).abs() < share, "{case}");
     }
     assert!(n_stuck > 4 && n_sliding > 6, "{n_stuck} {n_sliding}");
 }
