@@ -10,9 +10,10 @@ use ffr_dynamics::body::{
 };
 use ffr_dynamics::reduction::compliance::ResidualFlexibility;
 use ffr_dynamics::reduction::craig_bampton::{FixedInterfaceModes, craig_bampton};
-use ffr_dynamics::reduction::modal::{ReducedBasis, all_modes, modal_truncation};
+use ffr_dynamics::reduction::modal::{ReducedBasis, all_modes};
 use ffr_dynamics::reduction::problem::ElasticProblem;
 use ffr_dynamics::reduction::rigid::RigidModes;
+use ffr_dynamics::reduction::static_answers::{TakenLoads, with_static_answers};
 use iga_core::SplineError;
 use iga_core::assembly::assemble;
 use iga_core::elasticity::Model;
@@ -22,6 +23,7 @@ use iga_core::space::{PatchSpace, Space};
 use nalgebra::UnitQuaternion;
 
 use crate::error::AdaptiveError;
+use crate::marker_loads::MarkerLoads;
 use crate::spec::{DampingSpec, DiscretisationSpec, ElasticSpec, FrameSpec, ReductionSpec, RefinementSpec};
 use crate::stiffening::geometric_stiffening;
 use crate::store::{ModelCache, StoredModel, body_definition, matrix, matrix_values, modes_key};
@@ -59,6 +61,8 @@ pub struct ReducedBody {
     pub residual: Option<ResidualFlexibility>,
     /// Inertia and couplings.
     pub data: StandardInputData,
+    /// Loads whose static answers the basis was asked for; [`ReducedBasis::static_loads`] says which of their columns it has.
+    pub loads: Vec<MarkerLoads>,
 }
 
 impl ReducedBody {
@@ -68,13 +72,15 @@ impl ReducedBody {
     }
 }
 
-/// What contact asks of a body's reduction.
+/// What contacts, joints and loads ask of a body's reduction.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Interface {
     /// Unknowns of the contact interface, rising.
     pub unknowns: Vec<usize>,
     /// What becomes of the high-frequency modes.
     pub modes: InterfaceModes,
+    /// Loads to which the basis has static answers.
+    pub loads: Vec<MarkerLoads>,
 }
 
 /// What becomes of the modes that the interface adds to the low-frequency ones (\[A\] sections 2.4 and 6).
@@ -169,7 +175,8 @@ impl ElasticBody {
         cache: &ModelCache,
     ) -> Result<ReducedBody, AdaptiveError> {
         let fail = |source| AdaptiveError::Reduction { body: self.name.clone(), source };
-        let mut reduced = self.reduced(interface, cache).map_err(fail)?;
+        let loads = self.discretised().load_columns(&interface.loads)?;
+        let mut reduced = self.reduced(interface, &loads, cache).map_err(fail)?;
         let FrameSpec::Tangent(place) = &self.spec.frame else {
             if self.spec.geometric_stiffening {
                 return Err(AdaptiveError::Unsupported {
@@ -192,16 +199,26 @@ impl ElasticBody {
         Ok(reduced)
     }
 
-    fn reduced(&self, interface: &Interface, cache: &ModelCache) -> Result<ReducedBody, DynamicsError> {
+    /// The reduction with static answers to `loads`, the columns of those of `interface`.
+    fn reduced(
+        &self,
+        interface: &Interface,
+        loads: &Mat<f64>,
+        cache: &ModelCache,
+    ) -> Result<ReducedBody, DynamicsError> {
         let body = &self.assembled;
         let (basis, residual) = match self.spec.reduction {
             ReductionSpec::CraigBampton { modes, .. } if interface.modes == InterfaceModes::Quasistatic => {
                 let problem = ElasticProblem::free(body, &interface.unknowns)?;
-                let basis = self.modes(interface, cache, || free_modes(&problem, modes))?;
+                let build = || answering(&problem, free_modes(&problem, modes)?, loads);
+                let basis = self.modes((interface, loads), cache, build)?;
                 let residual = ResidualFlexibility::new(&problem, &interface.unknowns, &basis)?;
                 (basis, Some(residual))
             }
-            _ => (self.modes(interface, cache, || self.dynamic_modes(interface))?, None),
+            _ => {
+                let build = || self.dynamic_modes(interface, loads);
+                (self.modes((interface, loads), cache, build)?, None)
+            }
         };
         let stiffness: Vec<f64> = basis.omega.iter().map(|w| w * w).collect();
         let mut data = StandardInputData::new(body, basis.shapes.as_ref(), &stiffness)?;
@@ -209,22 +226,27 @@ impl ElasticBody {
         if interface.modes == InterfaceModes::Damped {
             data.modal_damping = with_critical(data.modal_damping, &basis.omega, basis.n_low);
         }
-        Ok(ReducedBody { basis, framed: None, residual, data })
+        Ok(ReducedBody { basis, framed: None, residual, data, loads: interface.loads.clone() })
     }
 
     /// The modes of a reduction without a quasistatic interface.
-    fn dynamic_modes(&self, interface: &Interface) -> Result<ReducedBasis, DynamicsError> {
+    fn dynamic_modes(&self, interface: &Interface, loads: &Mat<f64>) -> Result<ReducedBasis, DynamicsError> {
         let body = &self.assembled;
         match self.spec.reduction {
-            ReductionSpec::Modal { modes } => modal_truncation(body, modes),
             ReductionSpec::All => all_modes(body),
-            ReductionSpec::CraigBampton { modes, .. } if interface.unknowns.is_empty() => {
-                modal_truncation(body, modes)
-            }
-            ReductionSpec::CraigBampton { modes, fixed_interface_modes } => {
+            ReductionSpec::CraigBampton { modes, fixed_interface_modes }
+                if !interface.unknowns.is_empty() =>
+            {
                 let count =
                     fixed_interface_modes.map_or(FixedInterfaceModes::Checked, FixedInterfaceModes::Exactly);
-                Ok(craig_bampton(body, &interface.unknowns, modes, count)?.basis)
+                let basis = craig_bampton(body, &interface.unknowns, modes, count)?.basis;
+                if loads.ncols() == 0 {
+                    return Ok(basis);
+                }
+                answering(&ElasticProblem::free(body, &[])?, basis, loads)
+            }
+            ReductionSpec::Modal { modes } | ReductionSpec::CraigBampton { modes, .. } => {
+                free_modes_answering(body, modes, loads)
             }
         }
     }
@@ -232,11 +254,11 @@ impl ElasticBody {
     /// Modes from `cache`, or what `build` makes.
     fn modes(
         &self,
-        interface: &Interface,
+        (interface, loads): (&Interface, &Mat<f64>),
         cache: &ModelCache,
         build: impl FnOnce() -> Result<ReducedBasis, DynamicsError>,
     ) -> Result<ReducedBasis, DynamicsError> {
-        let key = modes_key(&body_definition(&self.spec), self.spec.reduction, interface);
+        let key = modes_key(&body_definition(&self.spec), self.spec.reduction, interface, loads);
         // Rigid modes come from the matrices at no cost, and errors of theirs before those of the elastic ones.
         let rigid = Arc::new(RigidModes::new(&self.assembled)?);
         cache.shared(key, |stored| basis_from(stored, self.n_unknowns(), &rigid), build, stored_basis)
@@ -247,16 +269,17 @@ impl ElasticBody {
 fn stored_basis(basis: &ReducedBasis) -> StoredModel {
     let (fewer, more) = basis.multiplet.unwrap_or((0, 0));
     let counts = [basis.n_low, basis.n_modes(), usize::from(basis.multiplet.is_some()), fewer, more];
+    let counts = counts.iter().chain(&basis.static_loads).map(|n| *n as u64).collect();
     let mut values = basis.omega.clone();
     values.extend(matrix_values(&basis.shapes));
-    StoredModel { counts: counts.map(|n| n as u64).to_vec(), values }
+    StoredModel { counts, values }
 }
 
 /// The basis that was kept of a body with `n_unknowns` unknowns; none if it does not fit.
 fn basis_from(stored: &StoredModel, n_unknowns: usize, rigid: &Arc<RigidModes>) -> Option<ReducedBasis> {
     let counts: Vec<usize> =
         stored.counts.iter().map(|n| usize::try_from(*n)).collect::<Result<_, _>>().ok()?;
-    let [n_low, n_modes, has_multiplet, fewer, more] = counts.try_into().ok()?;
+    let (&[n_low, n_modes, has_multiplet, fewer, more], static_loads) = counts.split_first_chunk()?;
     let (omega, shapes) = stored.values.split_at_checked(n_modes)?;
     let basis = ReducedBasis {
         shapes: matrix(shapes, n_unknowns, n_modes)?,
@@ -264,6 +287,7 @@ fn basis_from(stored: &StoredModel, n_unknowns: usize, rigid: &Arc<RigidModes>) 
         n_low,
         rigid: Arc::clone(rigid),
         multiplet: (has_multiplet == 1).then_some((fewer, more)),
+        static_loads: static_loads.to_vec(),
     };
     (n_low <= n_modes).then_some(basis)
 }
@@ -274,6 +298,25 @@ fn free_modes(problem: &ElasticProblem<'_>, n: usize) -> Result<ReducedBasis, Dy
         reason: "a free body is needed for its free modes".into(),
     })?;
     Ok(ReducedBasis::from_modes(problem.lowest_modes(n)?, rigid.clone()))
+}
+
+/// The lowest free modes of `body` with the static answers to `loads`.
+pub(crate) fn free_modes_answering(
+    body: &AssembledBody,
+    n: usize,
+    loads: &Mat<f64>,
+) -> Result<ReducedBasis, DynamicsError> {
+    let problem = ElasticProblem::free(body, &[])?;
+    answering(&problem, free_modes(&problem, n)?, loads)
+}
+
+/// `basis` with the static answers to `loads`.
+fn answering(
+    problem: &ElasticProblem<'_>,
+    basis: ReducedBasis,
+    loads: &Mat<f64>,
+) -> Result<ReducedBasis, DynamicsError> {
+    with_static_answers(problem, basis, loads.as_ref(), TakenLoads::ByRank)
 }
 
 /// Damping of modes with squared frequencies `stiffness` [rad²/s²].

@@ -10,6 +10,7 @@ use ffr_dynamics::body::{AssembledBody, Dof, MassMatrix, RigidMotion};
 use ffr_dynamics::reduction::compliance::ResidualFlexibility;
 use ffr_dynamics::reduction::modal::ReducedBasis;
 use ffr_dynamics::reduction::problem::ElasticProblem;
+use ffr_dynamics::reduction::static_answers::{TakenLoads, with_static_answers};
 use iga_core::assembly::{assemble, unknowns};
 use iga_core::elasticity::Model;
 use iga_core::hierarchical::{HierarchicalSpace, ParameterBox, Prolongation};
@@ -171,13 +172,7 @@ impl FineBody {
 
     /// What points and markers need; `coarse` is the body that was refined.
     pub fn discretised<'a>(&'a self, coarse: &'a ElasticBody) -> Discretised<'a> {
-        Discretised {
-            name: &self.assembled.name,
-            shape: self.shape(coarse),
-            space: self.space.as_space(),
-            assembled: &self.assembled,
-            lookup: &self.lookup,
-        }
+        self.mesh.discretised(coarse, &self.assembled)
     }
 
     /// As [`FineMesh::reduce`] with the body's own matrices.
@@ -361,13 +356,28 @@ impl FineMesh {
                 n_low: reduced.n_low,
                 rigid,
                 multiplet: None,
+                static_loads: reduced.static_loads.clone(),
             },
             LowModes::Own => {
-                ReducedBasis::from_modes(problem.lowest_modes(reduced.n_low).map_err(fail)?, rigid)
+                let modes = problem.lowest_modes(reduced.n_free()).map_err(fail)?;
+                let loads = self.discretised(body, assembled).load_columns(&coarse.1.loads)?;
+                let taken = TakenLoads::Given(&reduced.static_loads);
+                with_static_answers(&problem, ReducedBasis::from_modes(modes, rigid), loads.as_ref(), taken)
+                    .map_err(fail)?
             }
         };
         let residual = ResidualFlexibility::new(&problem, unknowns, &basis).map_err(fail)?;
         Ok((basis, residual))
+    }
+
+    fn discretised<'a>(&'a self, coarse: &'a ElasticBody, assembled: &'a AssembledBody) -> Discretised<'a> {
+        Discretised {
+            name: &self.name,
+            shape: self.shape(coarse),
+            space: self.space.as_space(),
+            assembled,
+            lookup: &self.lookup,
+        }
     }
 
     /// Contact points of interval `i`, and the unknowns of the functions that are not zero on it.

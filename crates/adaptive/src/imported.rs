@@ -7,12 +7,12 @@ use ffr_dynamics::body::{RigidMotion, StandardInputData};
 use ffr_dynamics::interchange::{FullBody, ReducedModel};
 use ffr_dynamics::kinematics::marker::FlexiblePoint;
 use ffr_dynamics::kinematics::{Marker, MarkerWeights};
-use ffr_dynamics::reduction::craig_bampton::{FixedInterfaceModes, craig_bampton};
-use ffr_dynamics::reduction::modal::{all_modes, modal_truncation};
+use ffr_dynamics::reduction::modal::all_modes;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
-use crate::elastic_body::damping;
+use crate::elastic_body::{damping, free_modes_answering};
 use crate::error::AdaptiveError;
+use crate::marker_loads::{MarkerLoads, answers_by_marker, load_columns};
 use crate::spec::{DampingSpec, Place, ReductionSpec};
 
 /// A body from a file.
@@ -26,8 +26,8 @@ pub enum ImportedSpec {
         body: Arc<FullBody>,
         /// Reduced basis.
         reduction: ReductionSpec,
-        /// Markers of joints whose forces a Craig-Bampton basis answers statically right.
-        interface: Vec<String>,
+        /// Whether the basis has the static answers to the body's joints and loads.
+        static_answers: bool,
         /// Damping of the elastic coordinates.
         damping: DampingSpec,
         /// Marker that a tangent frame follows; a Buckens frame without one.
@@ -41,9 +41,9 @@ impl PartialEq for ImportedSpec {
         match (self, other) {
             (Self::Reduced(a), Self::Reduced(b)) => Arc::ptr_eq(a, b),
             (
-                Self::Full { body: a, reduction: r, interface: i, damping: d, frame: f },
-                Self::Full { body, reduction, interface, damping, frame },
-            ) => Arc::ptr_eq(a, body) && (r, i, d, f) == (reduction, interface, damping, frame),
+                Self::Full { body: a, reduction: r, static_answers: s, damping: d, frame: f },
+                Self::Full { body, reduction, static_answers, damping, frame },
+            ) => Arc::ptr_eq(a, body) && (r, s, d, f) == (reduction, static_answers, damping, frame),
             _ => false,
         }
     }
@@ -66,29 +66,30 @@ pub struct ImportedModel {
     pub data: StandardInputData,
     /// Eigenfrequencies of the free body \[Hz\].
     pub frequencies: Vec<f64>,
+    /// How many static answers there are to each marker's loads; the last of the coordinates.
+    pub answers: Vec<(String, usize)>,
     markers: Vec<Marker>,
     points: Vec<(String, FlexiblePoint)>,
 }
 
 impl ImportedModel {
-    /// Reduces the body called `name`, if that is not done yet.
+    /// Reduces the body called `name`, if that is not done yet, with static answers to `loads`.
     ///
     /// # Errors
     /// [`AdaptiveError::Reduction`] with the name; [`AdaptiveError::Unsupported`] for markers that do not exist.
-    pub fn build(name: &str, spec: &ImportedSpec) -> Result<Self, AdaptiveError> {
+    pub fn build(name: &str, spec: &ImportedSpec, loads: &[MarkerLoads]) -> Result<Self, AdaptiveError> {
         let fail = |source: DynamicsError| AdaptiveError::Reduction { body: name.to_owned(), source };
-        let (body, reduction, interface, damped, frame) = match spec {
+        let (body, reduction, damped, frame) = match spec {
             ImportedSpec::Reduced(model) => {
                 return Ok(Self {
                     data: model.data().clone(),
                     frequencies: model.frequencies().to_vec(),
                     markers: model.markers().to_vec(),
                     points: model.points().to_vec(),
+                    answers: Vec::new(),
                 });
             }
-            ImportedSpec::Full { body, reduction, interface, damping, frame } => {
-                (body, *reduction, interface, damping, frame)
-            }
+            ImportedSpec::Full { body, reduction, damping, frame, .. } => (body, *reduction, damping, frame),
         };
         let assembled = body.body();
         let weights = |marker: &str| {
@@ -96,21 +97,12 @@ impl ImportedModel {
             let found = body.markers().iter().find(|(n, _)| n == marker);
             found.map(|(_, w)| w).ok_or_else(|| no_marker(name, marker, known))
         };
-        let mut unknowns = Vec::new();
-        for marker in interface {
-            unknowns.extend(weights(marker)?.entries().iter().map(|(unknown, _)| *unknown as usize));
-        }
-        unknowns.sort_unstable();
-        unknowns.dedup();
         let basis = match reduction {
             ReductionSpec::All => all_modes(assembled),
-            ReductionSpec::CraigBampton { modes, fixed_interface_modes } if !unknowns.is_empty() => {
-                let count =
-                    fixed_interface_modes.map_or(FixedInterfaceModes::Checked, FixedInterfaceModes::Exactly);
-                craig_bampton(assembled, &unknowns, modes, count).map(|cb| cb.basis)
-            }
             ReductionSpec::Modal { modes } | ReductionSpec::CraigBampton { modes, .. } => {
-                modal_truncation(assembled, modes)
+                let at = |place: &Place| weights(marker_name(name, place)?).cloned();
+                let columns = load_columns(assembled, loads, at, fail)?;
+                free_modes_answering(assembled, modes, &columns)
             }
         };
         let basis = basis.map_err(fail)?;
@@ -127,7 +119,8 @@ impl ImportedModel {
             markers = shifted.collect::<Result<Vec<_>, _>>().map_err(fail)?;
         }
         let frequencies = basis.omega.iter().map(|w| w / std::f64::consts::TAU).collect();
-        Ok(Self { data, frequencies, markers, points: Vec::new() })
+        let answers = answers_by_marker(loads, &basis.static_loads);
+        Ok(Self { data, frequencies, markers, points: Vec::new(), answers })
     }
 
     /// The body as a rigid one of unit mass with its markers in their places, for poses.
@@ -147,7 +140,7 @@ impl ImportedModel {
                 (body.markers().iter().map(marker).collect(), Vec::new())
             }
         };
-        Ok(Self { data, frequencies: Vec::new(), markers, points })
+        Ok(Self { data, frequencies: Vec::new(), markers, points, answers: Vec::new() })
     }
 
     /// The point called `name` in the file, of the body called `body`.

@@ -10,6 +10,7 @@ pub mod error;
 pub mod spec;
 pub mod record;
 pub mod recording;
+pub mod marker_loads;
 pub mod elastic_body;
 pub mod stiffening;
 pub mod contact_zone;

@@ -13,6 +13,7 @@ use crate::elastic_body::{ElasticBody, Interface, ReducedBody};
 use crate::error::AdaptiveError;
 use crate::fine_model::LowModes;
 use crate::imported::ImportedModel;
+use crate::marker_loads::answers_by_marker;
 use crate::record::{BodyLayout, JointLayout, Observer, RunLayout, StressState, Timings, ZoneLoad};
 use crate::simulation::{Observed, ObservedPoint, System};
 use crate::spec::{BodyKind, BodySpec, ContactLaw, ContactSpec, RunSpec, Target};
@@ -128,7 +129,7 @@ impl RunModel {
         let assembly = started.elapsed().as_secs_f64();
         let zones = zones(spec, &plans, &full)?;
         let search = started.elapsed().as_secs_f64() - assembly;
-        let interfaces = interfaces(spec, &full, &zones)?;
+        let interfaces = interfaces(spec, &zones)?;
         let bodies = spec.bodies.iter().zip(full).zip(interfaces);
         let bodies: Vec<BodyModel> = bodies
             .map(|((b, full), i)| BodyModel::new(b, full, i, cache))
@@ -337,7 +338,7 @@ impl BodyModel {
                 return Ok(Self { name, data, elastic, imported: None, own: None });
             }
             (BodyKind::Imported(imported), _) => {
-                let model = ImportedModel::build(&name, imported)?;
+                let model = ImportedModel::build(&name, imported, &interface.loads)?;
                 return Ok(Self {
                     name,
                     data: model.data.clone(),
@@ -365,6 +366,39 @@ impl BodyModel {
             (Some(elastic), _) => elastic.frequencies(),
             (None, Some(imported)) => imported.frequencies.clone(),
             (None, None) => Vec::new(),
+        }
+    }
+}
+
+/// What the elastic coordinates of a body stand for.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct CoordinateCounts {
+    /// Free modes.
+    pub free: usize,
+    /// Modes that a contact interface adds; none where it follows statically.
+    pub interface: usize,
+    /// Static answers to what each joint or load exerts; the last coordinates if there are no interface modes.
+    pub answers: Vec<(String, usize)>,
+}
+
+impl BodyModel {
+    /// What the elastic coordinates stand for.
+    pub fn coordinates(&self) -> CoordinateCounts {
+        let n = self.data.n_modes();
+        match (&self.elastic, &self.imported) {
+            (Some(ElasticModel { reduced, .. }), _) => {
+                let n_low = reduced.basis.n_low;
+                let answers = answers_by_marker(&reduced.loads, &reduced.basis.static_loads);
+                let n_static: usize = answers.iter().map(|(_, n)| n).sum();
+                // Interface modes are beyond the low-frequency ones, and static answers are then, too.
+                let free = if n_low == n { n - n_static } else { n_low };
+                CoordinateCounts { free, interface: n - free - n_static, answers }
+            }
+            (None, Some(imported)) => {
+                let n_static: usize = imported.answers.iter().map(|(_, n)| n).sum();
+                CoordinateCounts { free: n - n_static, interface: 0, answers: imported.answers.clone() }
+            }
+            (None, None) => CoordinateCounts::default(),
         }
     }
 }

@@ -83,12 +83,14 @@ impl OwnModes {
                 n_low: basis.n_low,
                 rigid: reduced.basis.rigid.clone(),
                 multiplet: None,
+                static_loads: reduced.basis.static_loads.clone(),
             },
             framed: reduced.framed.as_ref().map(|shapes| dense::product(shapes.as_ref(), back)),
             residual: None,
             data: data.clone(),
+            loads: reduced.loads.clone(),
         };
-        let reduced = ReducedBody { basis, framed, residual: None, data };
+        let reduced = ReducedBody { basis, framed, residual: None, data, loads: reduced.loads.clone() };
         Ok(Self { reduced, view, transfer })
     }
 }

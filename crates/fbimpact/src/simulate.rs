@@ -58,8 +58,30 @@ pub struct BodyModes {
     pub n_interface: usize,
     /// Mass \[kg\]; infinite for fixed planes.
     pub mass: f64,
-    /// Eigenfrequencies of the elastic coordinates \[Hz\], ascending.
+    /// What the elastic coordinates stand for.
+    pub coordinates: Coordinates,
+    /// Frequencies of the elastic coordinates \[Hz\], ascending: eigenfrequencies, then those of static answers.
     pub frequencies: Vec<f64>,
+}
+
+/// What the elastic coordinates of a body stand for.
+#[derive(Debug, Clone, Default, PartialEq, serde::Serialize)]
+pub struct Coordinates {
+    /// Number of free modes.
+    pub free_modes: usize,
+    /// Number of modes that a contact interface adds.
+    pub interface_modes: usize,
+    /// Static answers to joints and loads.
+    pub static_answers: Vec<StaticAnswers>,
+}
+
+/// Static answers to one joint or load.
+#[derive(Debug, Clone, Default, PartialEq, serde::Serialize)]
+pub struct StaticAnswers {
+    /// `NAME (child)` or `NAME (parent)` of a joint, the name of a load.
+    pub to: String,
+    /// Number of coordinates; fewer than directions of force where others have the same answer.
+    pub count: usize,
 }
 
 /// Runs `scenario` on `threads` threads and reports every step to `observer`.
@@ -125,6 +147,7 @@ fn body_modes(body: &BodyModel, spec: &BodySpec) -> BodyModes {
         name: body.name.clone(),
         mass: body.data.mass,
         frequencies: body.frequencies(),
+        coordinates: coordinates(body),
         n_dofs,
         ..BodyModes::default()
     };
@@ -134,6 +157,16 @@ fn body_modes(body: &BodyModel, spec: &BodySpec) -> BodyModes {
         n_dofs: elastic.body.n_unknowns(),
         n_interface: elastic.interface.unknowns.len(),
         ..plain
+    }
+}
+
+fn coordinates(body: &BodyModel) -> Coordinates {
+    let counts = body.coordinates();
+    let answers = counts.answers.into_iter();
+    Coordinates {
+        free_modes: counts.free,
+        interface_modes: counts.interface,
+        static_answers: answers.map(|(to, count)| StaticAnswers { to, count }).collect(),
     }
 }
 

@@ -12,6 +12,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use super::ElasticBody;
 use crate::error::AdaptiveError;
+use crate::marker_loads::{MarkerLoads, load_columns};
 use crate::spec::Place;
 use crate::stiffening::weights_on;
 
@@ -130,6 +131,20 @@ impl Discretised<'_> {
         rotation: UnitQuaternion<f64>,
     ) -> Result<MarkerWeights, AdaptiveError> {
         weights_on(self, &self.coordinates(place)?, rotation)
+    }
+
+    /// Forces on the unknowns under `loads`, a column each, see [`load_columns`].
+    ///
+    /// # Errors
+    /// As [`Discretised::marker_weights`].
+    pub fn load_columns(&self, loads: &[MarkerLoads]) -> Result<Mat<f64>, AdaptiveError> {
+        let fail = |source| AdaptiveError::Reduction { body: self.name.to_owned(), source };
+        load_columns(
+            self.assembled,
+            loads,
+            |place| self.marker_weights(place, UnitQuaternion::identity()),
+            fail,
+        )
     }
 }
 

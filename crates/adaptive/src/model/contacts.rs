@@ -10,7 +10,7 @@ use contact_qs::search::SurfaceModel;
 use contact_qs::surface_pair::{SurfacePair, SurfacePairSettings, TargetSurface};
 use contact_qs::{ContactSubmodel, Sphere, SphereContact};
 use ffr_dynamics::system::force::BodyState;
-use nalgebra::{Unit, UnitQuaternion};
+use nalgebra::Unit;
 
 use super::plan::{ContactPlan, request, requests};
 use super::{BodyModel, ContactFacts, ElasticModel};
@@ -19,11 +19,13 @@ use crate::contact_zone::{ContactZone, wanted_refinement};
 use crate::detection::Dormant;
 use crate::elastic_body::{ElasticBody, Interface, InterfaceModes};
 use crate::error::AdaptiveError;
+use crate::imported::ImportedSpec;
+use crate::marker_loads::MarkerLoads;
 use crate::predict::DEFAULT_STIFFNESS_RATIO;
 use crate::simulation::TimedContact;
 use crate::spec::{
-    ContactLaw, ContactSpec, HertzSphere, ReductionSpec, RefinementSpec, RunSpec, SurfaceLaw, Target,
-    Treatment,
+    BodyKind, ContactLaw, ContactSpec, HertzSphere, ReductionSpec, RefinementSpec, RunSpec, SurfaceLaw,
+    Target, Treatment,
 };
 use crate::store::ModelCache;
 
@@ -157,28 +159,32 @@ pub fn zones(
     spec.contacts.iter().zip(plans).map(of).collect()
 }
 
-/// Interface of every body: the union of those of its contacts and of its joints that ask for it.
+/// What every body is reduced for: the union of the interfaces of its contacts, and the loads of its joints.
 ///
 /// # Errors
 /// [`AdaptiveError::Unsupported`] if contacts on one body want different things of its modes, or a reduction does not fit.
-pub fn interfaces(
-    spec: &RunSpec,
-    full: &[Option<ElasticBody>],
-    zones: &[Option<Zones>],
-) -> Result<Vec<Interface>, AdaptiveError> {
-    let with_joints = |b: usize| {
+pub fn interfaces(spec: &RunSpec, zones: &[Option<Zones>]) -> Result<Vec<Interface>, AdaptiveError> {
+    let of_body = |b: usize| {
         let mut interface = interface_of(spec, b, zones)?;
-        if let Some(body) = &full[b] {
-            for place in &body.spec.interface {
-                let weights = body.marker_weights(place, UnitQuaternion::identity())?;
-                interface.unknowns.extend(weights.entries().iter().map(|(unknown, _)| *unknown as usize));
-            }
-        }
         interface.unknowns.sort_unstable();
         interface.unknowns.dedup();
+        if has_static_answers(&spec.bodies[b].kind) {
+            interface.loads = MarkerLoads::on_body(spec, b);
+        }
         Ok(interface)
     };
-    (0..spec.bodies.len()).map(with_joints).collect()
+    (0..spec.bodies.len()).map(of_body).collect()
+}
+
+/// Whether a body's basis is to have static answers: reduced ones are as they are, and every mode leaves nothing out.
+fn has_static_answers(kind: &BodyKind) -> bool {
+    match kind {
+        BodyKind::Elastic(body) => body.has_static_answers(),
+        BodyKind::Imported(ImportedSpec::Full { reduction, static_answers, .. }) => {
+            *static_answers && *reduction != ReductionSpec::All
+        }
+        BodyKind::Imported(ImportedSpec::Reduced(_)) | BodyKind::Rigid(_) => false,
+    }
 }
 
 /// What the contacts of body `index` ask of its reduction. Coarse ones take the modes that there are; adaptive ones need no
@@ -225,7 +231,7 @@ fn interface_of(spec: &RunSpec, index: usize, zones: &[Option<Zones>]) -> Result
             modes.name()
         )));
     }
-    Ok(Interface { unknowns, modes })
+    Ok(Interface { unknowns, modes, loads: Vec::new() })
 }
 
 /// The force element of a contact, `poses` being the motions at the start.

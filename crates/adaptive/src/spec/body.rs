@@ -87,8 +87,8 @@ pub struct ElasticSpec {
     pub discretisation: DiscretisationSpec,
     /// Reduced basis.
     pub reduction: ReductionSpec,
-    /// Places of joints whose forces the Craig-Bampton basis answers statically right; not beside quasistatic contacts.
-    pub interface: Vec<Place>,
+    /// Whether the basis has the static answers to the body's joints and loads.
+    pub static_answers: bool,
     /// Damping of the elastic coordinates.
     pub damping: DampingSpec,
     /// Reference frame.
@@ -98,7 +98,12 @@ pub struct ElasticSpec {
 }
 
 impl ElasticSpec {
-    /// An undamped body in a mean-axis frame, without joints in its interface and without geometric stiffening.
+    /// Whether static answers are added to the modes; all modes leave nothing out.
+    pub fn has_static_answers(&self) -> bool {
+        self.static_answers && self.reduction != ReductionSpec::All
+    }
+
+    /// An undamped body in a mean-axis frame, with static answers and without geometric stiffening.
     pub fn new(
         shape: Shape,
         model: Model,
@@ -112,7 +117,7 @@ impl ElasticSpec {
             material,
             discretisation,
             reduction,
-            interface: Vec::new(),
+            static_answers: true,
             damping: DampingSpec::None,
             frame: FrameSpec::Buckens,
             geometric_stiffening: false,

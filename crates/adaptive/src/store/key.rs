@@ -4,6 +4,7 @@
 //! whether it belongs to a key. Numbers go in by their bits: neither formatting nor rounding can make two models one. Lists and
 //! texts carry their lengths, choices a number, so that no two definitions have the same bytes.
 
+use faer::Mat;
 use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::Shape;
 use iga_core::nurbs::interface::FaceId;
@@ -23,9 +24,16 @@ pub struct ModelKey {
     pub definition: Vec<u8>,
 }
 
-/// Key of the modes that `reduction` and `interface` make of a body with the `definition` of [`body_definition`].
-pub fn modes_key(definition: &[u8], reduction: ReductionSpec, interface: &Interface) -> ModelKey {
-    let Interface { unknowns, modes } = interface;
+/// Key of the modes that `reduction` and `interface` make of a body with the `definition` of [`body_definition`]; `loads`: the columns of
+/// the loads to which it has static answers.
+pub fn modes_key(
+    definition: &[u8],
+    reduction: ReductionSpec,
+    interface: &Interface,
+    loads: &Mat<f64>,
+) -> ModelKey {
+    // Places and directions of loads are in their columns.
+    let Interface { unknowns, modes, loads: _ } = interface;
     let mut key = Bytes(definition.to_vec());
     let is_static = *modes == InterfaceModes::Quasistatic;
     match reduction {
@@ -48,6 +56,7 @@ pub fn modes_key(definition: &[u8], reduction: ReductionSpec, interface: &Interf
     // Damping comes afterwards.
     key.count(usize::from(is_static));
     key.counts(unknowns);
+    key.sparse(loads);
     ModelKey { kind: "modes", definition: key.0 }
 }
 
@@ -92,7 +101,7 @@ pub fn body_definition(spec: &ElasticSpec) -> Vec<u8> {
         material,
         discretisation,
         reduction: _,
-        interface: _,
+        static_answers: _,
         damping: _,
         frame: _,
         geometric_stiffening: _,
@@ -131,6 +140,20 @@ impl Bytes {
     fn points(&mut self, list: &[[f64; 3]]) {
         self.count(list.len());
         list.iter().flatten().for_each(|x| self.number(*x));
+    }
+
+    /// The entries of a matrix that are not zero.
+    fn sparse(&mut self, matrix: &Mat<f64>) {
+        self.counts(&[matrix.nrows(), matrix.ncols()]);
+        for column in matrix.col_iter() {
+            let entries: Vec<(usize, f64)> =
+                column.iter().copied().enumerate().filter(|(_, v)| v.abs() > 0.0).collect();
+            self.count(entries.len());
+            for (row, value) in entries {
+                self.count(row);
+                self.number(value);
+            }
+        }
     }
 
     fn shape(&mut self, shape: &Shape) {

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use adaptive::elastic_body::{ElasticBody, Interface};
+use adaptive::marker_loads::MarkerLoads;
 use adaptive::spec::{BodyKind, BodySpec, ElasticSpec, FrameSpec};
 use adaptive::stiffening::marker_weights;
 use ffr_dynamics::interchange::{BodyFrame, FullBody, ReducedModel, ReducedParts};
@@ -28,7 +29,8 @@ pub struct Export<'a> {
     pub is_full: bool,
 }
 
-/// Writes the body with the named points of its shape as markers, reduced to its free modes in a Buckens frame, or unreduced.
+/// Writes the body with the named points of its shape as markers, reduced to its free modes and
+/// the static answers to its joints and loads in a Buckens frame, or unreduced.
 ///
 /// # Errors
 /// [`AppError::Command`] for an unknown or rigid body, [`AppError::Model`] if it cannot be built, [`AppError::Io`] for the file, also if
@@ -37,17 +39,18 @@ pub fn export_body(export: &Export<'_>, overrides: &[Override], n_threads: usize
     threads(n_threads)?;
     let scenario = scenario::read(export.scenario, overrides)?;
     check_distinct(&scenario, export.output)?;
-    let mut bodies = run_spec(&scenario)?.bodies;
+    let run = run_spec(&scenario)?;
+    let mut bodies = run.bodies.clone();
     let known: Vec<String> = bodies.iter().map(|b| b.name.clone()).collect();
     let Some(index) = known.iter().position(|n| n == export.body) else {
         let (name, known) = (export.body, known.join(", "));
         return Err(AppError::Command(format!("--body {name}: no such body, the scenario has {known}")));
     };
-    let text = write(export, bodies.swap_remove(index))?;
+    let text = write(export, bodies.swap_remove(index), MarkerLoads::on_body(&run, index))?;
     print(&text)
 }
 
-fn write(export: &Export<'_>, spec: BodySpec) -> Result<String, AppError> {
+fn write(export: &Export<'_>, spec: BodySpec, loads: Vec<MarkerLoads>) -> Result<String, AppError> {
     let model = |e: &dyn std::fmt::Display| AppError::Model(e.to_string());
     let elastic = match spec.kind {
         BodyKind::Elastic(elastic) => elastic,
@@ -70,7 +73,8 @@ fn write(export: &Export<'_>, spec: BodySpec) -> Result<String, AppError> {
         body_file::write_full(export.output, &full)?;
         return Ok(format!("{path}: {name}, {n} freedoms, {} markers\n", full.markers().len()));
     }
-    let reduced = body.reduce(&Interface::default()).map_err(|e| model(&e))?;
+    let loads = if body.spec.has_static_answers() { loads } else { Vec::new() };
+    let reduced = body.reduce(&Interface { loads, ..Interface::default() }).map_err(|e| model(&e))?;
     let shapes = reduced.basis.shapes.as_ref();
     let markers =
         markers.iter().map(|(name, weights)| weights.marker(name, shapes)).collect::<Result<Vec<_>, _>>();

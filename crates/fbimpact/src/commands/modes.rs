@@ -6,7 +6,7 @@ use std::path::Path;
 use super::{print, threads};
 use crate::error::AppError;
 use crate::scenario::{self, Override, Scenario};
-use crate::simulate::{self, ModesReport};
+use crate::simulate::{self, Coordinates, ModesReport, StaticAnswers};
 
 /// Builds the reduced models and prints their spectra.
 ///
@@ -44,9 +44,27 @@ fn table(report: &ModesReport) -> String {
             "{}: {} elements, {} freedoms, {} at the interface, mass {:.6e} kg",
             body.name, body.n_elements, body.n_dofs, body.n_interface, body.mass
         );
-        for (i, f) in body.frequencies.iter().enumerate() {
-            let _ = writeln!(out, "{:>6} {f:>18.6} Hz", i + 1);
+        if !body.frequencies.is_empty() {
+            let _ = writeln!(out, "  {}", coordinates(&body.coordinates));
         }
+        let n_free = body.coordinates.free_modes + body.coordinates.interface_modes;
+        for (i, f) in body.frequencies.iter().enumerate() {
+            let is_static = i >= n_free && body.coordinates.interface_modes == 0;
+            let _ =
+                writeln!(out, "{:>6} {f:>18.6} Hz{}", i + 1, if is_static { "  static answer" } else { "" });
+        }
+    }
+    out
+}
+
+/// How many coordinates come from what: `20 free modes, 6 static answers of hinge (child), 5 of hinge (parent)`.
+fn coordinates(counts: &Coordinates) -> String {
+    let mut out = format!("{} free modes", counts.free_modes);
+    if counts.interface_modes > 0 {
+        let _ = write!(out, ", {} interface modes", counts.interface_modes);
+    }
+    for (i, StaticAnswers { to, count }) in counts.static_answers.iter().enumerate() {
+        let _ = write!(out, ", {count} {}of {to}", if i == 0 { "static answers " } else { "" });
     }
     out
 }

@@ -4,6 +4,7 @@ use super::document::{Entry, Node, Origin, Value, parse_value};
 use super::fault::{Fault, nearest};
 use super::keys::{Choice, Key, Kind, Need, Range, Variant, names};
 use super::section::{Checked, Item, Section, join};
+use super::tables::REMOVED;
 
 /// Longest name of a body, material, contact or output.
 const MAX_NAME: usize = 64;
@@ -60,8 +61,13 @@ impl Checker {
 
     fn unknown_key(&mut self, keys: &[Key], entry: &Entry, path: &str, skip: Option<&str>) {
         let known: Vec<&str> = skip.into_iter().chain(keys.iter().map(|k| k.name)).collect();
-        let message = format!("unknown key, known here are {}", names(known.iter().copied()));
         let location = entry.origin.location(&Origin::Default);
+        if let Some((_, remedy)) = REMOVED.iter().find(|(key, _)| *key == entry.key) {
+            let message = format!("this key is gone: {remedy}");
+            self.fault(&entry.origin, join(path, &entry.key), Some(entry.node.shown()), message);
+            return;
+        }
+        let message = format!("unknown key, known here are {}", names(known.iter().copied()));
         self.faults.push(Fault {
             location,
             key: join(path, &entry.key),

@@ -39,7 +39,7 @@ impl Writer<'_> {
                 // Of a reduction, and of a contact.
                 "modes" => section.text("method") == Some("all") || !is_surface,
                 "ratio" => section.given("modal"),
-                "joint_interface" => section.text("method") != Some("craig-bampton"),
+                "static_answers" => section.text("method") == Some("all"),
                 "tolerance" => self.contact(section).is_some_and(|c| c.search != "until-converged"),
                 "target_utilisation" | "min_utilisation" => {
                     self.contact(section).is_some_and(|c| c.model != "adaptive")

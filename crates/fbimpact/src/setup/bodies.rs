@@ -36,8 +36,8 @@ impl Bodies {
     /// [`AppError::Model`] naming the body that cannot be built.
     pub fn new(scenario: &Scenario) -> Result<Self, AppError> {
         let mut bodies = Self { specs: Vec::new(), markers: Vec::new(), index: Vec::new() };
-        for (number, body) in scenario.bodies.iter().enumerate() {
-            let Some((kind, markers)) = kind(body, &joint_places(scenario, number))? else {
+        for body in &scenario.bodies {
+            let Some((kind, markers)) = kind(body)? else {
                 bodies.index.push(None);
                 continue;
             };
@@ -111,14 +111,8 @@ fn named_point(name: &str, markers: &Markers, at: &Place) -> Result<[f64; 3], Ap
     }
 }
 
-/// Places of the joints on body `index` of the file.
-fn joint_places(scenario: &Scenario, index: usize) -> Vec<&Place> {
-    let sides = scenario.joints.iter().flat_map(|j| [&j.parent, &j.child]);
-    sides.filter(|side| side.body == Some(index)).map(|side| &side.at).collect()
-}
-
-/// What a body with joints at `joints` is, with its markers; nothing of a plane.
-fn kind(body: &scenario::Body, joints: &[&Place]) -> Result<Option<(BodyKind, Markers)>, AppError> {
+/// What a body is, with its markers; nothing of a plane.
+fn kind(body: &scenario::Body) -> Result<Option<(BodyKind, Markers)>, AppError> {
     let fail = |source: SplineError| AppError::Model(format!("body \"{}\": {source}", body.name));
     let added = || body.markers.iter().map(|m| (m.name.clone(), m.point));
     match &body.kind {
@@ -128,9 +122,7 @@ fn kind(body: &scenario::Body, joints: &[&Place]) -> Result<Option<(BodyKind, Ma
             markers.extend(added());
             Ok(Some((BodyKind::Rigid(spec), markers)))
         }
-        scenario::BodyKind::Imported(body) => {
-            Ok(Some((BodyKind::Imported(imported(body, joints)), Markers::new())))
-        }
+        scenario::BodyKind::Imported(body) => Ok(Some((BodyKind::Imported(imported(body)), Markers::new()))),
         scenario::BodyKind::Elastic(elastic) => {
             let degree = elastic.discretisation.degree.iter().min().copied().unwrap_or(0);
             let mut shape = geometry::shape(&elastic.geometry, elastic.model, degree).map_err(fail)?;
@@ -144,21 +136,14 @@ fn kind(body: &scenario::Body, joints: &[&Place]) -> Result<Option<(BodyKind, Ma
                     FrameSpec::Tangent(PlaceSpec::Point(named_point(&body.name, &markers, at)?))
                 }
             };
-            let interface = match elastic.reduction {
-                scenario::Reduction::CraigBampton { joint_interface: true, .. } => joints
-                    .iter()
-                    .map(|at| named_point(&body.name, &markers, at).map(PlaceSpec::Point))
-                    .collect::<Result<_, AppError>>()?,
-                _ => Vec::new(),
-            };
             let spec = ElasticSpec {
                 discretisation: discretisation(elastic, &shape, |at| named_point(&body.name, &markers, at))?,
                 model: geometry::model(elastic.model),
                 material,
                 shape,
                 reduction: reduction(elastic.reduction),
+                static_answers: elastic.reduction.has_static_answers(),
                 damping: damping(elastic.damping.as_ref()),
-                interface,
                 frame,
                 geometric_stiffening: elastic.geometric_stiffening,
             };
@@ -167,24 +152,15 @@ fn kind(body: &scenario::Body, joints: &[&Place]) -> Result<Option<(BodyKind, Ma
     }
 }
 
-/// A body from a file with joints at `joints`.
-fn imported(body: &scenario::ImportedBody, joints: &[&Place]) -> ImportedSpec {
+/// A body from a file.
+fn imported(body: &scenario::ImportedBody) -> ImportedSpec {
     match body {
         scenario::ImportedBody::Reduced(model) => ImportedSpec::Reduced(Arc::clone(&model.value)),
         scenario::ImportedBody::Full { body, reduction: basis, damping: damped, frame } => {
-            let mut interface = Vec::new();
-            if matches!(basis, scenario::Reduction::CraigBampton { joint_interface: true, .. }) {
-                // Other places are faults of the scenario.
-                let markers = joints.iter().filter_map(|at| match at {
-                    Place::Marker(marker) => Some(marker.clone()),
-                    Place::Point(_) => None,
-                });
-                interface.extend(markers);
-            }
             ImportedSpec::Full {
                 body: Arc::clone(&body.value),
                 reduction: reduction(*basis),
-                interface,
+                static_answers: basis.has_static_answers(),
                 damping: damping(damped.as_ref()),
                 frame: frame.clone(),
             }
@@ -226,7 +202,7 @@ fn discretisation(
 
 fn reduction(reduction: scenario::Reduction) -> ReductionSpec {
     match reduction {
-        scenario::Reduction::Modal { modes } => ReductionSpec::Modal { modes },
+        scenario::Reduction::Modal { modes, .. } => ReductionSpec::Modal { modes },
         scenario::Reduction::CraigBampton { modes, fixed_interface_modes, .. } => {
             ReductionSpec::CraigBampton { modes, fixed_interface_modes }
         }

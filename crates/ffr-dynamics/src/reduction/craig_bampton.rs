@@ -143,6 +143,7 @@ fn reduce(
         n_low: lambda.len(),
         rigid: Arc::clone(rigid),
         multiplet: None,
+        static_loads: Vec::new(),
     })
 }
 

@@ -3,7 +3,8 @@
 //! Everything here works on an [`AssembledBody`](crate::body::AssembledBody) alone. A [`Pencil`] holds `K`, `M` and one
 //! symbolic factorisation; [`ElasticProblem`] is the elastic part of it, free or clamped; on that stand the eigensolver
 //! ([`eigen`]), modal truncation ([`modal`]), Craig-Bampton ([`mod@craig_bampton`]) and the residual flexibility
-//! ([`compliance`]) with the modes that it stands for ([`residual_modes`]). Equations: docs/theory.md R.1 to R.20.
+//! ([`compliance`]) with the modes that it stands for ([`residual_modes`]), and the static answers to loads
+//! ([`static_answers`]). Equations: docs/theory.md R.1 to R.25.
 
 pub mod dense;
 pub mod product;
@@ -24,6 +25,7 @@ pub mod modal;
 pub mod craig_bampton;
 pub mod compliance;
 pub mod residual_modes;
+pub mod static_answers;
 
 pub use compliance::{ResidualFlexibility, modal_compliance};
 pub use craig_bampton::{CraigBampton, FixedInterfaceModes, craig_bampton};
@@ -35,3 +37,4 @@ pub use pencil::Pencil;
 pub use problem::ElasticProblem;
 pub use residual_modes::ResidualModes;
 pub use rigid::{MassProperties, RigidModes};
+pub use static_answers::{TakenLoads, with_static_answers};

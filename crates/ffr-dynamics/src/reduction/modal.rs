@@ -26,6 +26,9 @@ pub struct ReducedBasis {
     pub rigid: Arc<RigidModes>,
     /// Mode counts next to `n_low` that do not cut through a multiplet of equal frequencies, if `n_low` does.
     pub multiplet: Option<(usize, usize)>,
+    /// Loads whose static answers the shapes have (see [`super::static_answers`]); none of a basis of eigenmodes alone. Where all
+    /// shapes are low-frequency, the static answers are the last of them.
+    pub static_loads: Vec<usize>,
 }
 
 impl ReducedBasis {
@@ -34,12 +37,17 @@ impl ReducedBasis {
         self.omega.len()
     }
 
+    /// Number of the low-frequency shapes that are free modes, where all shapes are low-frequency.
+    pub fn n_free(&self) -> usize {
+        self.n_low.saturating_sub(self.static_loads.len())
+    }
+
     /// Basis from verified eigenmodes, all of them low-frequency.
     pub fn from_modes(modes: EigenModes, rigid: Arc<RigidModes>) -> Self {
         let n_low = modes.omega.len();
         let known: Vec<f64> = modes.omega.iter().chain(&modes.following).copied().collect();
         let multiplet = neighbouring_counts(&known, n_low);
-        Self { shapes: modes.shapes, omega: modes.omega, n_low, rigid, multiplet }
+        Self { shapes: modes.shapes, omega: modes.omega, n_low, rigid, multiplet, static_loads: Vec::new() }
     }
 
     /// The same basis with the first `n` shapes only.
@@ -51,6 +59,7 @@ impl ReducedBasis {
             n_low: self.n_low.min(n),
             rigid: Arc::clone(&self.rigid),
             multiplet: neighbouring_counts(&self.omega, n).or(self.multiplet.filter(|_| n == self.n_low)),
+            static_loads: if n == self.n_modes() { self.static_loads.clone() } else { Vec::new() },
         }
     }
 }

@@ -49,12 +49,27 @@ impl ResidualModes {
         // What low-frequency modes that are not quite the body's own have in common with them stays theirs.
         dense::add_product(mass.as_mut(), -1.0, shared.transpose(), shared.as_ref());
         dense::symmetrise(&mut mass);
-        Self::of_pencil(residual.compliance(), mass)
+        let modes = PencilModes::new(residual.compliance(), mass)?;
+        Ok(Self { interface_shapes: modes.shapes(), omega: modes.omega })
     }
+}
 
-    /// `M v = ω⁻² G v` by the Cholesky factor of `G`, whose condition is the better one: the highest modes keep their digits.
-    fn of_pencil(compliance: &Mat<f64>, mass: Mat<f64>) -> Result<Self, DynamicsError> {
-        let l = dense::cholesky(compliance.clone(), "the interface compliance")?;
+/// Modes `M v = ω⁻² G v` of static answers `X` to unit loads, whose stiffness is their compliance `G = L Lᵀ` (Eq. R.20).
+///
+/// By the factor of `G`, whose condition is the better one: the highest modes keep their digits.
+pub(super) struct PencilModes {
+    /// Angular eigenfrequencies, ascending [rad/s].
+    pub omega: Vec<f64>,
+    l: Mat<f64>,
+    /// `ω w`, mode by mode.
+    scaled: Mat<f64>,
+}
+
+impl PencilModes {
+    /// # Errors
+    /// [`DynamicsError::NotPositiveDefinite`] if answers depend on each other; [`DynamicsError::Factorisation`].
+    pub fn new(compliance: &Mat<f64>, mass: Mat<f64>) -> Result<Self, DynamicsError> {
+        let l = dense::cholesky(compliance.clone(), "the residual compliance")?;
         let mut half = mass;
         dense::solve_lower(l.as_ref(), half.as_mut());
         let mut reduced = half.transpose().to_owned();
@@ -63,12 +78,24 @@ impl ResidualModes {
         let (periods, vectors) = dense::symmetric_eigen(reduced.as_ref())?;
         let size = periods.len();
         if let Some(pivot) = periods.iter().position(|p| p.is_nan() || *p <= 0.0) {
-            let matrix = "the mass of the interface's own motion";
+            let matrix = "the mass of static answers";
             return Err(DynamicsError::NotPositiveDefinite { matrix, pivot, size });
         }
         // Ascending in frequency.
         let omega: Vec<f64> = periods.iter().rev().map(|p| 1.0 / p.sqrt()).collect();
         let scaled = Mat::from_fn(size, size, |i, j| vectors[(i, size - 1 - j)] * omega[j]);
-        Ok(Self { interface_shapes: dense::product(l.as_ref(), scaled.as_ref()), omega })
+        Ok(Self { omega, l, scaled })
+    }
+
+    /// Mass-orthonormal modes where the loads act: `ω L w`.
+    pub fn shapes(&self) -> Mat<f64> {
+        dense::product(self.l.as_ref(), self.scaled.as_ref())
+    }
+
+    /// The modes in terms of the answers: `ω L⁻ᵀ w`.
+    pub fn coordinates(&self) -> Mat<f64> {
+        let mut coordinates = self.scaled.clone();
+        dense::solve_lower_transposed(self.l.as_ref(), coordinates.as_mut());
+        coordinates
     }
 }

@@ -9,7 +9,7 @@ use super::super::model::{
     Body, BodyKind, Damping, ElasticBody, ElasticModel, Frame, Joint, Marker, Material,
 };
 use super::super::section::Section;
-use super::discretisation::{check_joint_interface, discretisation, reduction};
+use super::discretisation::{discretisation, reduction};
 use super::joints::{GROUND, hanging_joint};
 use super::places::{BodyFacts, one_of, point};
 use super::{geometry, imported, rigid};
@@ -178,9 +178,6 @@ fn elastic(
     let geometry = geometry::geometry(checker, section, model, context.directory);
     let facts = BodyFacts::of(section);
     let discretisation = section.table("discretisation").and_then(|d| discretisation(checker, d, &facts?));
-    if let (Some(table), Some(name)) = (section.table("reduction"), section.path.strip_prefix("bodies.")) {
-        check_joint_interface(checker, context.root, table, name);
-    }
     let reduction = section.table("reduction").and_then(|r| reduction(checker, r));
     let damping = damping(checker, section);
     let geometric_stiffening = section.boolean("geometric_stiffening")?;

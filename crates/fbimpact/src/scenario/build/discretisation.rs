@@ -97,54 +97,23 @@ pub fn reduction(checker: &mut Checker, section: &Section) -> Option<Reduction> 
     };
     if method != "craig-bampton" {
         meaningless("fixed_interface_modes");
-        if section.boolean("joint_interface") == Some(true) {
-            meaningless("joint_interface");
-        }
     }
     if method == "all" {
         meaningless("modes");
+        meaningless("static_answers");
         return Some(Reduction::All);
     }
-    let modes = section.integer("modes")?;
+    let (modes, static_answers) = (section.integer("modes")?, section.boolean("static_answers")?);
     if method == "modal" {
-        return Some(Reduction::Modal { modes });
+        return Some(Reduction::Modal { modes, static_answers });
     }
     let fixed_interface_modes = match section.item("fixed_interface_modes") {
         Some(_) => Some(section.integer("fixed_interface_modes")?),
         None => None,
     };
-    let joint_interface = section.boolean("joint_interface")?;
-    // With joints, interface modes add to the fixed-interface ones.
-    if !joint_interface && fixed_interface_modes.is_some_and(|n| n < modes) {
+    if fixed_interface_modes.is_some_and(|n| n < modes) {
         let message = format!("must be at least \"modes\", which is {modes}");
         checker.fault_in(section, "fixed_interface_modes", message);
     }
-    Some(Reduction::CraigBampton { modes, fixed_interface_modes, joint_interface })
-}
-
-/// Reports a joint interface of a body `name` that has no joints, or contacts that need free modes.
-pub fn check_joint_interface(checker: &mut Checker, root: &Section, section: &Section, name: &str) {
-    let is_wanted =
-        section.text("method") == Some("craig-bampton") && section.boolean("joint_interface") == Some(true);
-    if !is_wanted {
-        return;
-    }
-    let names = |table: &Section, key: &str| table.text(key) == Some(name);
-    let holds = |joint: &Section| {
-        ["parent", "child"].iter().any(|side| joint.table(side).is_some_and(|s| names(s, "body")))
-    };
-    if !root.named("joints").iter().any(|(_, joint)| holds(joint)) {
-        let message = "has no meaning for a body without joints".into();
-        checker.fault_in(section, "joint_interface", message);
-    }
-    let needs_free_modes = |contact: &Section| {
-        matches!(contact.text("model"), Some("adaptive" | "quasistatic"))
-            && (names(contact, "contact_body") || names(contact, "target_body"))
-    };
-    if let Some((contact, _)) = root.named("contacts").iter().find(|(_, c)| needs_free_modes(c)) {
-        let message = format!(
-            "must be false beside contact \"{contact}\", whose model builds on the modes of the free body"
-        );
-        checker.fault_in(section, "joint_interface", message);
-    }
+    Some(Reduction::CraigBampton { modes, fixed_interface_modes, static_answers })
 }

@@ -9,7 +9,7 @@ use super::super::check::Checker;
 use super::super::model::{BodyKind, Frame, FromFile, ImportedBody, Place, Reduction};
 use super::super::section::Section;
 use super::bodies::{Context, damping, frame};
-use super::discretisation::{check_joint_interface, reduction};
+use super::discretisation::reduction;
 use crate::body_file::BodyFile;
 
 /// Keys that follow from the file, or need a shape.
@@ -54,12 +54,15 @@ pub fn imported(
         }
         BodyFile::Full(body) => {
             let table = section.table("reduction");
-            if let Some(table) = table {
-                check_joint_interface(checker, context.root, table, name);
+            if let Some(table) = table.filter(|table| table.given("fixed_interface_modes")) {
+                let message = "has no meaning for a body from a file, which has no contact zone".into();
+                checker.fault_in(table, "fixed_interface_modes", message);
             }
             let reduction = table.and_then(|table| reduction(checker, table));
-            if let (Some(Reduction::Modal { modes } | Reduction::CraigBampton { modes, .. }), Some(table)) =
-                (reduction, table)
+            if let (
+                Some(Reduction::Modal { modes, .. } | Reduction::CraigBampton { modes, .. }),
+                Some(table),
+            ) = (reduction, table)
             {
                 check_modes(checker, table, modes, body.body());
             }

@@ -295,6 +295,8 @@ pub enum Reduction {
     Modal {
         /// Number of elastic modes.
         modes: usize,
+        /// Whether the basis has the static answers to joints and loads.
+        static_answers: bool,
     },
     /// Craig-Bampton.
     CraigBampton {
@@ -302,11 +304,21 @@ pub enum Reduction {
         modes: usize,
         /// Number of fixed-interface modes; `None`: `modes` plus the rigid ones and a margin.
         fixed_interface_modes: Option<usize>,
-        /// Whether the basis answers forces of the body's joints statically right.
-        joint_interface: bool,
+        /// Whether the basis has the static answers to joints and loads.
+        static_answers: bool,
     },
     /// Every mode of the model.
     All,
+}
+
+impl Reduction {
+    /// Whether static answers to joints and loads are added to the modes; to all modes they add nothing.
+    pub fn has_static_answers(&self) -> bool {
+        matches!(
+            self,
+            Self::Modal { static_answers: true, .. } | Self::CraigBampton { static_answers: true, .. }
+        )
+    }
 }
 
 /// Reference frames.

@@ -100,11 +100,11 @@ pub(super) const REDUCTION: &[Key] = &[
         "Number of fixed-interface modes of `craig-bampton`.",
     ),
     Key::new(
-        "joint_interface",
+        "static_answers",
         Kind::Boolean,
         "",
-        Need::Default("false"),
-        "Whether the basis of `craig-bampton` answers forces of the body's joints statically right; not beside adaptive or \
-         quasistatic contacts.",
+        Need::Default("true"),
+        "Whether the static answers to the forces and moments of the body's joints and loads are added to the modes; `false` is for \
+         comparison with free modes alone. Without meaning for `all`, which leaves nothing out.",
     ),
 ];
