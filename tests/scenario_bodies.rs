@@ -22,7 +22,7 @@ density = 8e3
 material = "m"
 geometry = { shape = "cylinder", radius = 0.01, length = 1.0 }
 frame = "tangent"
-markers = { middle = { point = [0.0, 0.01, 0.5] } }
+markers = { middle = { point = [0.0, 0.01, 0.5], radius = 2e-3 } }
 [bodies.lower]
 model = "rigid"
 material = "m"
@@ -225,7 +225,7 @@ fn faults_of_joints_name_key_and_remedy() {
         ("joints.shoulder.child.marker=strat", "joints.shoulder.child.marker", "did you mean \"start\""),
         ("joints.shoulder.child.body=ground", "joints.shoulder.child.body", "hangs on no joint"),
         ("joints.shoulder.child.body=floor", "joints.shoulder.child.body", "name \"ground\" instead"),
-        ("joints.shoulder.child.point=[0,0,0]", "joints.shoulder.child.point", "not both"),
+        ("joints.shoulder.child.point=[0,0,0]", "joints.shoulder.child.point", "only one of"),
         ("joints.shoulder.parent.marker=top", "joints.shoulder.parent.marker", "no markers"),
         ("joints.shoulder.parent.point=[0,0]", "joints.shoulder.parent.point", "3 coordinates"),
         ("joints.elbow.child.body=upper", "joints.elbow.child.body", "must differ"),
@@ -282,7 +282,7 @@ fn flat_models_take_joints_of_their_plane_or_axis_only() {
             format!("joints.hub.type={kind}"),
             format!("joints.hub.axis={axis}"),
             "joints.hub.parent={body=\"ground\",point=[0,0,0]}".into(),
-            "joints.hub.child={body=\"wheel\",marker=\"centre\"}".into(),
+            "joints.hub.child={body=\"wheel\",point=[0,0],radius=0.01}".into(),
         ]
     };
     let refs = |list: &[String]| -> Vec<String> { list.to_vec() };
@@ -350,7 +350,7 @@ fn faults_of_bodies_loads_and_contacts_name_key_and_remedy() {
         ("loads.push.body=floor", "loads.push.marker", "unbounded"),
         ("loads.push.marker=midle", "loads.push.marker", "did you mean \"middle\""),
         ("loads.pull={body=\"upper\",marker=\"end\"}", "loads.pull.force_z", "missing"),
-        ("loads.pull={body=\"wheel\",marker=\"left\",force_z=1}", "loads.pull.force_z", "plane"),
+        ("loads.pull={body=\"wheel\",face=\"rim\",force_z=1}", "loads.pull.force_z", "plane"),
         ("loads.pull={body=\"piston\",point=[0,0],moment_z=1}", "loads.pull.moment_z", "axisymmetric"),
         ("contacts.pair.friction=0.1", "contacts.pair.friction", "hertz"),
         ("contacts.pair.penalty.initial=1e9", "contacts.pair.penalty", "hertz"),

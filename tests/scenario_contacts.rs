@@ -4,7 +4,8 @@ use std::path::Path;
 
 use adaptive::fine_model::LowModes;
 use adaptive::spec::{
-    ContactLaw as LawSpec, HandOver, IntervalSpec, PenaltySearch as SearchSpec, Place, Target, Treatment,
+    ContactLaw as LawSpec, Extent, HandOver, IntervalSpec, PenaltySearch as SearchSpec, Place, Target,
+    Treatment,
 };
 use adaptive::transfer::TransferMethod;
 use contact_qs::quasistatic::Method;
@@ -215,7 +216,8 @@ fn joints_become_the_interface_of_a_body() {
         let run = run_spec(&valid(BEAM, set)).expect("a run");
         run.bodies[0].elastic().expect("flexible").interface.clone()
     };
-    assert_eq!(interface(&[]), [Place::Point([-5.0, 0.0, 0.0])]);
+    let [Place::Area(area)] = &interface(&[])[..] else { panic!("one joint") };
+    assert_eq!((&area.extent, area.centre), (&Extent::Face("x-".into()), [-5.0, 0.0, 0.0]));
     let without = ["bodies.beam.reduction.joint_interface=false", "bodies.beam.reduction.modes=20"];
     assert_eq!(interface(&without), []);
 }

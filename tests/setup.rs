@@ -3,7 +3,9 @@
 use std::f64::consts::PI;
 use std::path::Path;
 
-use adaptive::spec::{BodyKind, ContactLaw, DampingSpec, FrameSpec, Place, RunSpec, Target, TimeCurve};
+use adaptive::spec::{
+    BodyKind, ContactLaw, Coupling, DampingSpec, Extent, FrameSpec, Place, RunSpec, Target, TimeCurve,
+};
 use contact_qs::law::Solid;
 use fbimpact::scenario::{self, Override};
 use fbimpact::setup::run_spec;
@@ -29,7 +31,7 @@ orientation_deg = [0, 90, 0]
 frame = "tangent"
 geometric_stiffening = true
 damping = { modal = [0.1, 0.2] }
-markers = { side = { point = [0.01, 0.0, 0.5] } }
+markers = { side = { point = [0.01, 0.0, 0.5], radius = 2e-3, coupling = "rigid" } }
 [bodies.ball]
 model = "rigid"
 material = "m"
@@ -131,14 +133,22 @@ fn axes_of_both_attachments_coincide_in_space() {
 fn places_are_resolved_whether_they_come_from_the_shape_or_the_user() {
     let spec = spec(&[]);
     assert_eq!(spec.joints[0].parent.place, Place::Point([0.1, 0.2, 0.3]));
-    assert_eq!(spec.joints[1].parent.place, Place::Point([0.01, 0.0, 0.5]));
+    let Place::Area(side) = &spec.joints[1].parent.place else { panic!("a part of a flexible body") };
+    let point = [0.01, 0.0, 0.5];
+    assert_eq!((&side.extent, side.centre), (&Extent::Around { point, radius: 2e-3 }, point));
+    assert_eq!(side.coupling, Coupling::Rigid);
     assert_eq!(spec.joints[1].child.place, Place::Point([0.05, 0.0, 0.0]));
     assert_eq!(spec.loops[0].child.place, Place::Point([0.0, 0.0, 0.1]));
     assert_eq!(spec.points[0].place, Place::Point([0.05, 0.0, 0.0]));
     // The plane is no body of the run, so that numbers shift by one.
     assert_eq!((spec.points[0].body, spec.bodies.len()), (1, 4));
     let arm = spec.bodies[0].elastic().expect("flexible");
-    assert_eq!(arm.frame, FrameSpec::Tangent(Place::Point([0.0; 3])));
+    // The start of a bar is its end face where a joint holds it, and rigid parts stiffen the body.
+    let Place::Area(start) = &spec.joints[0].child.place else { panic!("a part of a flexible body") };
+    assert_eq!((&start.extent, start.coupling), (&Extent::Face("start".into()), Coupling::Average));
+    assert!(start.centre.iter().all(|x| x.abs() < ROUND_OFF));
+    assert_eq!(arm.frame, FrameSpec::Tangent(Place::Area(start.clone())));
+    assert_eq!(arm.rigid_areas, std::slice::from_ref(side));
     assert!(arm.geometric_stiffening && arm.shape.markers.contains_key("side"));
     assert_eq!(arm.damping, DampingSpec::Modal(vec![0.1, 0.2]));
 }

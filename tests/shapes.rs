@@ -1,9 +1,10 @@
-//! The table of shapes in the program names the markers that the geometry has.
+//! The table of shapes in the program names the markers and faces that the geometry has.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use fbimpact::scenario;
-use fbimpact::scenario::tables::SHAPES;
+use fbimpact::scenario::tables::{ModelFacts, SHAPES};
 use fbimpact::setup::run_spec;
 
 /// A geometry table with sizes for the shape.
@@ -20,10 +21,12 @@ fn geometry(shape: &str) -> String {
 }
 
 #[test]
-fn every_named_shape_is_built_with_the_markers_of_its_table() {
+fn every_named_shape_is_built_with_the_markers_and_faces_of_its_table() {
     for shape in SHAPES {
-        for (model, markers) in shape.models {
-            let Some(markers) = markers.filter(|m| !m.is_empty()) else { continue };
+        for ModelFacts { model, markers, faces } in shape.models {
+            if markers.is_empty() {
+                continue;
+            }
             let text = format!(
                 "[simulation]\nend_time = 1e-6\n\
                  [materials.m]\nyoungs_modulus = 1e9\npoissons_ratio = 0.3\ndensity = 1e3\n\
@@ -34,12 +37,12 @@ fn every_named_shape_is_built_with_the_markers_of_its_table() {
             );
             let scenario = scenario::parse(Path::new("t.toml"), text.as_bytes(), &[]).unwrap();
             let spec = run_spec(&scenario).unwrap();
-            let mut built: Vec<&str> =
-                spec.bodies[0].elastic().expect("elastic").shape.markers.keys().map(String::as_str).collect();
-            let mut named = markers.to_vec();
-            built.sort_unstable();
-            named.sort_unstable();
-            assert_eq!(built, named, "{} as {model}", shape.name);
+            let built = &spec.bodies[0].elastic().expect("elastic").shape;
+            let sorted = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect::<BTreeSet<_>>();
+            let found = built.markers.keys().cloned().collect();
+            assert_eq!(sorted(markers), found, "{} as {model}", shape.name);
+            let found = built.faces.keys().cloned().collect();
+            assert_eq!(sorted(faces), found, "{} as {model}", shape.name);
         }
     }
 }

@@ -28,8 +28,10 @@ use crate::spec::{DampingSpec, DiscretisationSpec, ElasticSpec, FrameSpec, Reduc
 use crate::stiffening::geometric_stiffening;
 use crate::store::{ModelCache, StoredModel, body_definition, matrix, matrix_values, modes_key};
 
+mod areas;
 mod points;
 
+pub use areas::Functions;
 pub use points::{Discretised, point_in_space};
 
 /// Part of a parameter range within which a point counts as lying at its end.
@@ -116,26 +118,29 @@ pub fn rigid_motion(model: &Model) -> RigidMotion {
 }
 
 impl ElasticBody {
-    /// Refines the shape and assembles the matrices.
+    /// Refines the shape and assembles the matrices, stiffened where parts of the body are rigid.
     ///
     /// # Errors
-    /// [`AdaptiveError::Geometry`] with the body's name.
+    /// [`AdaptiveError::Geometry`] with the body's name; [`AdaptiveError::Unsupported`] for rigid parts with thousands of unknowns.
     pub fn build(name: &str, spec: ElasticSpec) -> Result<Self, AdaptiveError> {
         let fail = |source| AdaptiveError::Geometry { body: name.to_owned(), source };
         let shape = refine(&spec.shape, &spec.model, &spec.discretisation).map_err(fail)?;
         let space = PatchSpace::new(shape.patches.clone()).map_err(fail)?;
         let matrices = assemble(&space, &spec.model, &spec.material).map_err(fail)?;
         let dofs: Vec<Dof> = matrices.dofs.iter().map(|&(node, component)| Dof { node, component }).collect();
+        let lookup = DofLookup::new(&dofs);
+        let functions =
+            Functions { name, shape: &spec.shape, space: &space, model: &spec.model, lookup: &lookup };
+        let stiffness = functions.stiffened(matrices.stiffness, &spec.rigid_areas, &spec.material)?;
         let assembled = AssembledBody {
             name: name.to_owned(),
             motion: rigid_motion(&spec.model),
-            stiffness: matrices.stiffness,
+            stiffness,
             mass: MassMatrix::PerComponent(matrices.mass),
             nodes: space.control_points().to_vec(),
             anchors: space.anchors(),
             dofs,
         };
-        let lookup = DofLookup::new(&assembled.dofs);
         Ok(Self { name: name.to_owned(), spec, shape, space, assembled, lookup })
     }
 

@@ -22,11 +22,11 @@ use iga_core::surface::{CollocationPoint, Face};
 use tracing::debug;
 
 use crate::body_space::BodySpace;
-use crate::elastic_body::{Discretised, ElasticBody, ReducedBody, rigid_motion};
+use crate::elastic_body::{Discretised, ElasticBody, Functions, ReducedBody, rigid_motion};
 use crate::error::AdaptiveError;
 use crate::interval::IntervalEnd;
 use crate::lattice::DirectionLattice;
-use crate::spec::PointRule;
+use crate::spec::{ElasticSpec, PointRule};
 use crate::subdivision::SubdivisionLimits;
 use crate::turned_net::TurnedNet;
 
@@ -243,18 +243,23 @@ impl FineMesh {
         Ok(Self { name, motion, plan, intervals, patch, space, dofs, lookup, prolongation, turned: None })
     }
 
-    /// Stiffness and mass of the body, whose model and material are those of `coarse`.
+    /// Stiffness and mass of the body, whose model, material and rigid parts are those of `coarse`.
     ///
     /// # Errors
-    /// [`AdaptiveError::Geometry`] if the mapping folds, or there are too many entries.
+    /// [`AdaptiveError::Geometry`] if the mapping folds, or there are too many entries; those of
+    /// [`Functions::stiffened`] for rigid parts.
     pub fn assemble(&self, coarse: &ElasticBody) -> Result<AssembledBody, AdaptiveError> {
         let fail = |source| AdaptiveError::Geometry { body: self.name.clone(), source };
         let space = self.space.as_space();
-        let matrices = assemble(space, &coarse.spec.model, &coarse.spec.material).map_err(fail)?;
+        let ElasticSpec { model, material, rigid_areas, .. } = &coarse.spec;
+        let matrices = assemble(space, model, material).map_err(fail)?;
+        let (name, shape) = (&self.name, self.shape(coarse));
+        let functions = Functions { name, shape, space, model, lookup: &self.lookup };
+        let stiffness = functions.stiffened(matrices.stiffness, rigid_areas, material)?;
         Ok(AssembledBody {
             name: self.name.clone(),
             motion: self.motion,
-            stiffness: matrices.stiffness,
+            stiffness,
             mass: MassMatrix::PerComponent(matrices.mass),
             nodes: space.control_points().to_vec(),
             anchors: space.anchors(),
@@ -375,6 +380,7 @@ impl FineMesh {
             name: &self.name,
             shape: self.shape(coarse),
             space: self.space.as_space(),
+            model: &coarse.spec.model,
             assembled,
             lookup: &self.lookup,
         }

@@ -181,7 +181,7 @@ impl ImportedModel {
 fn marker_name<'a>(body: &str, place: &'a Place) -> Result<&'a str, AdaptiveError> {
     match place {
         Place::Marker(name) => Ok(name),
-        Place::Point(_) => Err(AdaptiveError::Unsupported {
+        Place::Point(_) | Place::Area(_) => Err(AdaptiveError::Unsupported {
             subject: format!("body \"{body}\""),
             reason: "places on a body from a file are named by markers of the file".into(),
         }),

@@ -5,8 +5,8 @@ mod impacts;
 use adaptive::fine_model::LowModes;
 use adaptive::model::RunModel;
 use adaptive::spec::{
-    Attachment, ContactLaw, ContactSpec, CoordinateSpec, HandOver, JointSpec, Place, PointSpec, RunSpec,
-    Target, Treatment,
+    Area, Attachment, ContactLaw, ContactSpec, CoordinateSpec, Coupling, Extent, HandOver, JointSpec, Place,
+    PointSpec, RunSpec, Target, Treatment,
 };
 use adaptive::transfer::TransferMethod;
 use ffr_dynamics::system::JointKind;
@@ -82,7 +82,9 @@ fn sphere_rod_sphere() -> RunSpec {
     ];
     let contacts = vec![contact("first", 0, Target::Body(1)), contact("second", 2, Target::Body(1))];
     let mut spec = spec(bodies, contacts, 4e-4);
-    let middle = Place::Point([0.0, 0.5 * LENGTH, 0.0]);
+    let point = [0.0, 0.5 * LENGTH, 0.0];
+    let extent = Extent::Around { point, radius: 0.5 * RADIUS };
+    let middle = Place::Area(Area { extent, centre: point, coupling: Coupling::Average });
     let rotation = UnitQuaternion::identity();
     spec.joints.push(JointSpec {
         name: "spring".into(),

@@ -82,6 +82,20 @@ pub enum SplineError {
         /// Distance to the nearest point found \[m\].
         distance: f64,
     },
+    /// The shape has no face of this name.
+    #[error("the shape has no face \"{name}\", it has {}", known.join(", "))]
+    UnknownFace {
+        /// The name asked for.
+        name: String,
+        /// The names that there are.
+        known: Vec<String>,
+    },
+    /// An extent is empty or leaves the body.
+    #[error("{reason}")]
+    Extent {
+        /// What is wrong, with a remedy.
+        reason: String,
+    },
     /// A point of an axisymmetric body lies on the wrong side of the axis.
     #[error(
         "radius {radius:.3e} m at parameters {parameters:?} is not positive, an axisymmetric body must lie at r >= 0"

@@ -25,6 +25,7 @@ pub mod space;
 pub mod hierarchical;
 pub mod mapping;
 pub mod surface;
+pub mod extent;
 pub mod elasticity;
 pub mod mass_properties;
 pub mod assembly;

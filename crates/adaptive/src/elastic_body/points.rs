@@ -5,15 +5,17 @@ use faer::{Mat, MatRef};
 use ffr_dynamics::body::{AssembledBody, RigidMotion};
 use ffr_dynamics::kinematics::marker::FlexiblePoint;
 use ffr_dynamics::kinematics::{Marker, MarkerWeights};
+use iga_core::elasticity::Model;
 use iga_core::nurbs::Shape;
 use iga_core::nurbs::patch::PointBasis;
 use iga_core::space::Space;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::ElasticBody;
+use super::areas::Functions;
 use crate::error::AdaptiveError;
 use crate::marker_loads::{MarkerLoads, load_columns};
-use crate::spec::Place;
+use crate::spec::{Area, Place};
 use crate::stiffening::weights_on;
 
 /// What points and markers need of a body's discretisation, coarse or fine.
@@ -25,6 +27,8 @@ pub struct Discretised<'a> {
     pub shape: &'a Shape,
     /// Functions.
     pub space: &'a dyn Space,
+    /// Kinematics.
+    pub model: &'a Model,
     /// Unknowns.
     pub assembled: &'a AssembledBody,
     /// Numbers of the unknowns.
@@ -67,7 +71,7 @@ impl Discretised<'_> {
     /// [`AdaptiveError::Unsupported`] if the shape has no marker of that name.
     fn coordinates(&self, place: &Place) -> Result<[f64; 3], AdaptiveError> {
         match place {
-            Place::Point(point) => Ok(*point),
+            Place::Point(point) | Place::Area(Area { centre: point, .. }) => Ok(*point),
             Place::Marker(name) => self.shape.markers.get(name).copied().ok_or_else(|| {
                 let known: Vec<&str> = self.shape.markers.keys().map(String::as_str).collect();
                 AdaptiveError::Unsupported {
@@ -78,7 +82,7 @@ impl Discretised<'_> {
         }
     }
 
-    /// The material point at `place`, moving with the modes `shapes`.
+    /// The material point at `place`, moving with the modes `shapes`; of a part of the body its mean motion.
     ///
     /// # Errors
     /// [`AdaptiveError::Geometry`] or [`AdaptiveError::Unsupported`] if there is no such place.
@@ -87,6 +91,9 @@ impl Discretised<'_> {
         place: &Place,
         shapes: MatRef<'_, f64>,
     ) -> Result<FlexiblePoint, AdaptiveError> {
+        if matches!(place, Place::Area(_)) {
+            return Ok(self.marker("point", place, UnitQuaternion::identity(), shapes)?.point());
+        }
         let place = self.coordinates(place)?;
         let (e, xi) = self.locate(&place)?;
         let functions = self.functions_at(e, &xi);
@@ -104,8 +111,8 @@ impl Discretised<'_> {
         Ok(FlexiblePoint::from_rows(motion, point_in_space(motion, &place), rows.as_ref(), 0))
     }
 
-    /// The marker `name` at `place` with axes turned by `rotation` from the body's, moving with the modes `shapes`. It turns
-    /// with half the curl of the displacement.
+    /// The marker `name` at `place` with axes turned by `rotation` from the body's, moving with the modes `shapes`. At a point it
+    /// turns with half the curl of the displacement, on a part of the body it has its mean motion (theory Eq. M.36).
     ///
     /// # Errors
     /// As [`Discretised::flexible_point`]; [`AdaptiveError::Reduction`] if a mode is not finite there.
@@ -130,7 +137,16 @@ impl Discretised<'_> {
         place: &Place,
         rotation: UnitQuaternion<f64>,
     ) -> Result<MarkerWeights, AdaptiveError> {
-        weights_on(self, &self.coordinates(place)?, rotation)
+        match place {
+            Place::Area(area) => self.functions().mean_motion(area, rotation),
+            Place::Point(_) | Place::Marker(_) => weights_on(self, &self.coordinates(place)?, rotation),
+        }
+    }
+
+    /// What quadrature over a part of the body needs.
+    fn functions(&self) -> Functions<'_> {
+        let Self { name, shape, space, model, lookup, .. } = *self;
+        Functions { name, shape, space, model, lookup }
     }
 
     /// Forces on the unknowns under `loads`, a column each, see [`load_columns`].
@@ -155,6 +171,7 @@ impl ElasticBody {
             name: &self.name,
             shape: &self.spec.shape,
             space: &self.space,
+            model: &self.spec.model,
             assembled: &self.assembled,
             lookup: &self.lookup,
         }

@@ -11,7 +11,7 @@ use super::BodyModel;
 use crate::elastic_body::point_in_space;
 use crate::error::AdaptiveError;
 use crate::record::NameAndUnit;
-use crate::spec::{Attachment, CoordinateSpec, JointSpec, Place, RunSpec, TimeCurve};
+use crate::spec::{Area, Attachment, CoordinateSpec, JointSpec, Place, RunSpec, TimeCurve};
 
 impl BodyModel {
     /// The material point at `place`.
@@ -36,6 +36,13 @@ impl BodyModel {
         rotation: UnitQuaternion<f64>,
     ) -> Result<Marker, AdaptiveError> {
         match (&self.elastic, &self.imported) {
+            (Some(_), _) if !matches!(place, Place::Area(_)) => Err(AdaptiveError::Unsupported {
+                subject: format!("body \"{}\"", self.name),
+                reason: format!(
+                    "{name} is a point of a flexible body, which yields without bound under a force as elements shrink; \
+                     give it an extent: a face, or a radius"
+                ),
+            }),
             (Some(e), _) => match &self.own {
                 Some(own) => own.marker(&e.body, name, place, rotation),
                 None => e.body.discretised().marker(name, place, rotation, e.reduced.shapes()),
@@ -47,7 +54,9 @@ impl BodyModel {
 
     fn rigid_place(&self, place: &Place) -> Result<Vector3<f64>, AdaptiveError> {
         match place {
-            Place::Point(point) => Ok(point_in_space(self.data.motion, point)),
+            Place::Point(point) | Place::Area(Area { centre: point, .. }) => {
+                Ok(point_in_space(self.data.motion, point))
+            }
             Place::Marker(name) => Err(AdaptiveError::Unsupported {
                 subject: format!("body \"{}\"", self.name),
                 reason: format!("a rigid body has no marker \"{name}\", give a point"),

@@ -2,7 +2,9 @@
 
 use crate::imported::ImportedSpec;
 use ffr_dynamics::body::RigidMotion;
+use iga_core::SplineError;
 use iga_core::elasticity::{Material, Model};
+use iga_core::extent::Extent;
 use iga_core::nurbs::Shape;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
@@ -46,6 +48,46 @@ pub enum Place {
     Point([f64; 3]),
     /// A marker that the body brings with it.
     Marker(String),
+    /// A part of the body, which can carry forces.
+    Area(Area),
+}
+
+/// A part of a body that carries a marker.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Area {
+    /// Which part.
+    pub extent: Extent,
+    /// Where the marker is, in the model's components \[m\].
+    pub centre: [f64; 3],
+    /// How the marker and the part hang together.
+    pub coupling: Coupling,
+}
+
+impl Area {
+    /// A part of the undeformed body `shape`, with the marker at its centre.
+    ///
+    /// # Errors
+    /// [`SplineError`] of a face that does not exist.
+    pub fn new(
+        extent: Extent,
+        coupling: Coupling,
+        shape: &Shape,
+        model: &Model,
+    ) -> Result<Self, SplineError> {
+        let centre = extent.centre(shape, model)?;
+        Ok(Self { extent, centre, coupling })
+    }
+}
+
+/// How a marker and the part of the body that carries it hang together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Coupling {
+    /// Distributing (RBE3): the marker follows the mean motion of the part, forces are spread over it; the part deforms
+    /// (theory Eq. M.36).
+    #[default]
+    Average,
+    /// Kinematic (RBE2): the part moves like a rigid body (theory Eq. M.37).
+    Rigid,
 }
 
 /// Motion of a body at the start.
@@ -89,6 +131,8 @@ pub struct ElasticSpec {
     pub reduction: ReductionSpec,
     /// Whether the basis has the static answers to the body's joints and loads.
     pub static_answers: bool,
+    /// Parts of the body that move like rigid ones, which stiffens it.
+    pub rigid_areas: Vec<Area>,
     /// Damping of the elastic coordinates.
     pub damping: DampingSpec,
     /// Reference frame.
@@ -103,7 +147,7 @@ impl ElasticSpec {
         self.static_answers && self.reduction != ReductionSpec::All
     }
 
-    /// An undamped body in a mean-axis frame, with static answers and without geometric stiffening.
+    /// An undamped body in a mean-axis frame, with static answers, without rigid parts and without geometric stiffening.
     pub fn new(
         shape: Shape,
         model: Model,
@@ -118,6 +162,7 @@ impl ElasticSpec {
             discretisation,
             reduction,
             static_answers: true,
+            rigid_areas: Vec::new(),
             damping: DampingSpec::None,
             frame: FrameSpec::Buckens,
             geometric_stiffening: false,

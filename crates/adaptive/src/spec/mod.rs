@@ -9,13 +9,14 @@ use ffr_dynamics::integration::Method as IntegrationMethod;
 use nalgebra::Vector3;
 
 pub use body::{
-    BodyKind, BodySpec, DampingSpec, DiscretisationSpec, ElasticSpec, FrameSpec, InitialMotion, Place,
-    ReductionSpec, RefinementSpec, RigidSpec,
+    Area, BodyKind, BodySpec, Coupling, DampingSpec, DiscretisationSpec, ElasticSpec, FrameSpec,
+    InitialMotion, Place, ReductionSpec, RefinementSpec, RigidSpec,
 };
 pub use contact::{
     ContactLaw, ContactSpec, HandOver, HertzSphere, IntervalSpec, PenaltySearch, PointRule, SurfaceLaw,
     Target, Treatment,
 };
+pub use iga_core::extent::Extent;
 pub use joint::{Attachment, CoordinateSpec, JointSpec, LoadSpec};
 pub use time_curve::TimeCurve;
 

@@ -12,7 +12,7 @@ use iga_core::surface::Face;
 
 use crate::elastic_body::{ElasticBody, Interface, InterfaceModes, ReducedBody};
 use crate::fine_model::{FineSettings, WantedInterval};
-use crate::spec::{DiscretisationSpec, ElasticSpec, ReductionSpec, RefinementSpec};
+use crate::spec::{Area, DiscretisationSpec, ElasticSpec, Extent, ReductionSpec, RefinementSpec};
 use crate::subdivision::SubdivisionLimits;
 
 /// What a model is made from.
@@ -91,7 +91,7 @@ pub fn compliance_key(
     ModelKey { kind: "compliance", definition: key.0 }
 }
 
-/// What a body's matrices are made from: shape, kinematics, material, spline space.
+/// What a body's matrices are made from: shape, kinematics, material, spline space, rigid parts.
 ///
 /// Modes, damping, frame and stiffening come after the matrices and are none of it.
 pub fn body_definition(spec: &ElasticSpec) -> Vec<u8> {
@@ -102,6 +102,7 @@ pub fn body_definition(spec: &ElasticSpec) -> Vec<u8> {
         discretisation,
         reduction: _,
         static_answers: _,
+        rigid_areas,
         damping: _,
         frame: _,
         geometric_stiffening: _,
@@ -111,6 +112,8 @@ pub fn body_definition(spec: &ElasticSpec) -> Vec<u8> {
     key.model(model);
     key.material(material);
     key.discretisation(discretisation);
+    key.count(rigid_areas.len());
+    rigid_areas.iter().for_each(|area| key.area(area));
     key.0
 }
 
@@ -157,8 +160,8 @@ impl Bytes {
     }
 
     fn shape(&mut self, shape: &Shape) {
-        // Markers are names of places; singular sets follow from the patches and only say what is refused.
-        let Shape { patches, markers: _, singular: _, symmetry } = shape;
+        // Markers and faces are names of places, spelled out where a model depends on them; singular sets follow from the patches and only say what is refused.
+        let Shape { patches, markers: _, faces: _, singular: _, symmetry } = shape;
         self.count(patches.len());
         for patch in patches {
             self.count(patch.knots().len());
@@ -174,6 +177,23 @@ impl Bytes {
             self.points(symmetry.axis().map(std::slice::from_ref).unwrap_or_default());
             self.points(symmetry.regular());
         }
+    }
+
+    fn area(&mut self, area: &Area) {
+        let Area { extent, centre, coupling: _ } = area;
+        match extent {
+            Extent::Face(name) => {
+                self.count(0);
+                self.count(name.len());
+                self.0.extend(name.as_bytes());
+            }
+            Extent::Around { point, radius } => {
+                self.count(1);
+                self.numbers(point);
+                self.number(*radius);
+            }
+        }
+        self.numbers(centre);
     }
 
     fn model(&mut self, model: &Model) {

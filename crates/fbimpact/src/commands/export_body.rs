@@ -4,8 +4,7 @@ use std::path::Path;
 
 use adaptive::elastic_body::{ElasticBody, Interface};
 use adaptive::marker_loads::MarkerLoads;
-use adaptive::spec::{BodyKind, BodySpec, ElasticSpec, FrameSpec};
-use adaptive::stiffening::marker_weights;
+use adaptive::spec::{Area, BodyKind, BodySpec, ElasticSpec, FrameSpec, Place};
 use ffr_dynamics::interchange::{BodyFrame, FullBody, ReducedModel, ReducedParts};
 use ffr_dynamics::kinematics::MarkerWeights;
 use nalgebra::UnitQuaternion;
@@ -14,7 +13,7 @@ use super::{check_distinct, print, threads};
 use crate::body_file;
 use crate::error::AppError;
 use crate::scenario::{self, Override};
-use crate::setup::run_spec;
+use crate::setup::{areas, run_spec};
 
 /// Which body goes where.
 #[derive(Debug, Clone, Copy)]
@@ -29,8 +28,8 @@ pub struct Export<'a> {
     pub is_full: bool,
 }
 
-/// Writes the body with the named points of its shape as markers, reduced to its free modes and
-/// the static answers to its joints and loads in a Buckens frame, or unreduced.
+/// Writes the body with its faces and its markers that have an extent as markers, reduced to its free modes and the static answers to
+/// its joints and loads in a Buckens frame, or unreduced; a reduced body has the named points of its shape for output as well.
 ///
 /// # Errors
 /// [`AppError::Command`] for an unknown or rigid body, [`AppError::Model`] if it cannot be built, [`AppError::Io`] for the file, also if
@@ -39,6 +38,7 @@ pub fn export_body(export: &Export<'_>, overrides: &[Override], n_threads: usize
     threads(n_threads)?;
     let scenario = scenario::read(export.scenario, overrides)?;
     check_distinct(&scenario, export.output)?;
+    let areas = areas(&scenario, export.body)?;
     let run = run_spec(&scenario)?;
     let mut bodies = run.bodies.clone();
     let known: Vec<String> = bodies.iter().map(|b| b.name.clone()).collect();
@@ -46,11 +46,16 @@ pub fn export_body(export: &Export<'_>, overrides: &[Override], n_threads: usize
         let (name, known) = (export.body, known.join(", "));
         return Err(AppError::Command(format!("--body {name}: no such body, the scenario has {known}")));
     };
-    let text = write(export, bodies.swap_remove(index), MarkerLoads::on_body(&run, index))?;
+    let text = write(export, bodies.swap_remove(index), MarkerLoads::on_body(&run, index), &areas)?;
     print(&text)
 }
 
-fn write(export: &Export<'_>, spec: BodySpec, loads: Vec<MarkerLoads>) -> Result<String, AppError> {
+fn write(
+    export: &Export<'_>,
+    spec: BodySpec,
+    loads: Vec<MarkerLoads>,
+    areas: &[(String, Area)],
+) -> Result<String, AppError> {
     let model = |e: &dyn std::fmt::Display| AppError::Model(e.to_string());
     let elastic = match spec.kind {
         BodyKind::Elastic(elastic) => elastic,
@@ -64,7 +69,7 @@ fn write(export: &Export<'_>, spec: BodySpec, loads: Vec<MarkerLoads>) -> Result
     };
     let elastic = ElasticSpec { frame: FrameSpec::Buckens, geometric_stiffening: false, ..*elastic };
     let body = ElasticBody::build(&spec.name, elastic).map_err(|e| model(&e))?;
-    let markers = markers(&body)?;
+    let markers = markers(&body, areas)?;
     let (name, path) = (export.body, export.output.display());
     if export.is_full {
         let n = body.n_unknowns();
@@ -79,7 +84,11 @@ fn write(export: &Export<'_>, spec: BodySpec, loads: Vec<MarkerLoads>) -> Result
     let markers =
         markers.iter().map(|(name, weights)| weights.marker(name, shapes)).collect::<Result<Vec<_>, _>>();
     let markers = markers.map_err(|e| model(&e))?;
-    let points = markers.iter().map(|m| (m.name.clone(), m.point())).collect();
+    let points = body.spec.shape.markers.iter().map(|(name, place)| {
+        let point = body.flexible_point(&Place::Point(*place), shapes).map_err(|e| model(&e))?;
+        Ok((name.clone(), point))
+    });
+    let points = points.collect::<Result<_, AppError>>()?;
     let reduced = ReducedModel::new(ReducedParts {
         name: name.to_string(),
         frame: BodyFrame::Buckens,
@@ -94,10 +103,11 @@ fn write(export: &Export<'_>, spec: BodySpec, loads: Vec<MarkerLoads>) -> Result
     Ok(format!("{path}: {name}, {modes} modes, {markers} markers\n"))
 }
 
-/// The named points of the shape, with the axes of the body.
-fn markers(body: &ElasticBody) -> Result<Vec<(String, MarkerWeights)>, AppError> {
-    let weights = |place| {
-        marker_weights(body, place, UnitQuaternion::identity()).map_err(|e| AppError::Model(e.to_string()))
+/// The parts of the body that can be held, with the axes of the body.
+fn markers(body: &ElasticBody, areas: &[(String, Area)]) -> Result<Vec<(String, MarkerWeights)>, AppError> {
+    let weights = |area: &Area| {
+        body.marker_weights(&Place::Area(area.clone()), UnitQuaternion::identity())
+            .map_err(|e| AppError::Model(e.to_string()))
     };
-    body.spec.shape.markers.iter().map(|(name, place)| Ok((name.clone(), weights(place)?))).collect()
+    areas.iter().map(|(name, area)| Ok((name.clone(), weights(area)?))).collect()
 }

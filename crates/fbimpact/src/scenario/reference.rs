@@ -20,6 +20,8 @@ the program checks a scenario against.
 - Names of bodies, materials, contacts and outputs have 1 to 64 letters, digits, `_` and `-`.
 - Points of a body are given in the components of its model: `[x, y, z]` for `solid`, `[x, y]` for plane models,
   `[r, z]` for `axisymmetric` ones. Bodies from files have no points, only the markers of their file.
+- Joints and loads hold parts of flexible bodies, not points: a `face`, a `point` with a `radius`, or a marker that has one of
+  them ([Places](places.md) says what that means and shows the faces).
 - The first line `#:schema <path to the output of fbimpact schema>` lets editors complete and check the file.
 ";
 
@@ -74,14 +76,16 @@ fn section(keys: &[Key], path: &str, out: &mut String) {
     }
 }
 
-/// Models and markers of a shape.
+/// Models of a shape, with the names of its points and faces.
 fn shape(name: &str, out: &mut String) {
     let code = |list: &[&str]| list.iter().map(|m| format!("`{m}`")).collect::<Vec<_>>().join(", ");
     out.push('\n');
-    for (model, markers) in ShapeFacts::find(name).map_or(&[][..], |s| s.models) {
-        let markers = markers.unwrap_or_default();
-        let note = if markers.is_empty() { String::new() } else { format!("; markers {}", code(markers)) };
-        let _ = writeln!(out, "- model `{model}`{note}");
+    for facts in ShapeFacts::find(name).map_or(&[][..], |s| s.models) {
+        let part = |what: &str, names: &[&str]| {
+            if names.is_empty() { String::new() } else { format!("; {what} {}", code(names)) }
+        };
+        let (markers, faces) = (part("markers", facts.markers), part("faces", facts.faces));
+        let _ = writeln!(out, "- model `{}`{markers}{faces}", facts.model);
     }
 }
 

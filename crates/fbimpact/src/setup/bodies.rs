@@ -1,29 +1,27 @@
-//! Bodies that move, with their markers.
+//! Bodies that move.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use adaptive::imported::ImportedSpec;
 use adaptive::spec::{
-    BodyKind, BodySpec, DampingSpec, DiscretisationSpec, ElasticSpec, FrameSpec, InitialMotion,
-    Place as PlaceSpec, ReductionSpec, RefinementSpec,
+    Area, BodyKind, BodySpec, Coupling, DampingSpec, DiscretisationSpec, ElasticSpec, FrameSpec,
+    InitialMotion, Place as PlaceSpec, ReductionSpec, RefinementSpec,
 };
 use iga_core::SplineError;
 use iga_core::elasticity::Material;
+use iga_core::nurbs::Shape;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
+use super::places::Markers;
 use super::{geometry, rigid};
 use crate::error::AppError;
 use crate::scenario::{self, Place, Scenario};
-
-/// Points by name, in the components of a body's model \[m\].
-pub type Markers = BTreeMap<String, [f64; 3]>;
 
 /// Bodies of the scenario that move, and where each body of the file stands among them.
 pub struct Bodies {
     /// Bodies that move.
     pub specs: Vec<BodySpec>,
-    /// Their markers.
+    /// Their named places.
     markers: Vec<Markers>,
     /// Number among them of every body of the file; none of a plane.
     index: Vec<Option<usize>>,
@@ -36,8 +34,9 @@ impl Bodies {
     /// [`AppError::Model`] naming the body that cannot be built.
     pub fn new(scenario: &Scenario) -> Result<Self, AppError> {
         let mut bodies = Self { specs: Vec::new(), markers: Vec::new(), index: Vec::new() };
-        for body in &scenario.bodies {
-            let Some((kind, markers)) = kind(body)? else {
+        for (number, body) in scenario.bodies.iter().enumerate() {
+            let held = Held::of(scenario, number);
+            let Some((kind, markers)) = kind(body, &held)? else {
                 bodies.index.push(None);
                 continue;
             };
@@ -73,77 +72,122 @@ impl Bodies {
         self.specs[number].motion.rotation
     }
 
-    /// A place on the moving body `number` in the components of its model \[m\].
+    /// Parts of the body called `name` that can be held, by name.
+    pub fn areas(&self, name: &str) -> Vec<(String, Area)> {
+        let number = self.specs.iter().position(|body| body.name == name);
+        number.map(|number| self.markers[number].areas()).unwrap_or_default()
+    }
+
+    /// A point of the moving body `number` in the components of its model \[m\].
     ///
     /// # Errors
     /// [`AppError::Model`] for an unknown marker.
     pub fn point(&self, number: usize, at: &Place) -> Result<[f64; 3], AppError> {
-        named_point(&self.specs[number].name, &self.markers[number], at)
+        self.markers[number].point(at)
     }
 
-    /// The same as a place of the specification.
+    /// Where the moving body `number` is observed: at a point, or on average over the extent of a marker that has one and is no
+    /// point of the shape.
     ///
     /// # Errors
     /// [`AppError::Model`] for an unknown marker, and for a point on a body from a file.
-    pub fn place(&self, number: usize, at: &Place) -> Result<PlaceSpec, AppError> {
+    pub fn observed(&self, number: usize, at: &Place) -> Result<PlaceSpec, AppError> {
+        self.place(number, at, Markers::observed)
+    }
+
+    /// Where a joint or load takes hold of the moving body `number`: of a part of it, if the place has an extent.
+    ///
+    /// # Errors
+    /// As [`Bodies::observed`].
+    pub fn held(&self, number: usize, at: &Place) -> Result<PlaceSpec, AppError> {
+        self.place(number, at, Markers::held)
+    }
+
+    fn place(
+        &self,
+        number: usize,
+        at: &Place,
+        find: impl Fn(&Markers, &Place) -> Result<PlaceSpec, AppError>,
+    ) -> Result<PlaceSpec, AppError> {
         let BodySpec { name, kind, .. } = &self.specs[number];
         match (kind, at) {
             (BodyKind::Imported(_), Place::Marker(marker)) => Ok(PlaceSpec::Marker(marker.clone())),
-            (BodyKind::Imported(_), Place::Point(_)) => {
+            (BodyKind::Imported(_), Place::Point(_) | Place::Area { .. }) => {
                 Err(AppError::Model(format!("body \"{name}\" is from a file, name a marker of the file")))
             }
-            _ => self.point(number, at).map(PlaceSpec::Point),
+            _ => find(&self.markers[number], at),
         }
     }
 }
 
-/// A place on the body called `name` that has `markers`.
-fn named_point(name: &str, markers: &Markers, at: &Place) -> Result<[f64; 3], AppError> {
-    match at {
-        Place::Point(point) => Ok(*point),
-        Place::Marker(marker) => markers.get(marker).copied().ok_or_else(|| {
-            let known: Vec<&str> = markers.keys().map(String::as_str).collect();
-            AppError::Model(format!(
-                "body \"{name}\" has no marker \"{marker}\", it has {}",
-                known.join(", ")
-            ))
-        }),
+/// Places at which a body is held.
+struct Held<'a> {
+    /// Those of joints.
+    joints: Vec<&'a Place>,
+    /// Those of loads.
+    loads: Vec<&'a Place>,
+}
+
+impl<'a> Held<'a> {
+    /// Places on body `index` of the file.
+    fn of(scenario: &'a Scenario, index: usize) -> Self {
+        let sides = scenario.joints.iter().flat_map(|j| [&j.parent, &j.child]);
+        let on_body = |at: &&scenario::Attachment| at.body == Some(index);
+        Self {
+            joints: sides.filter(on_body).map(|side| &side.at).collect(),
+            loads: scenario.loads.iter().map(|l| &l.at).filter(on_body).map(|at| &at.at).collect(),
+        }
+    }
+
+    /// Parts that move like rigid bodies, each one once.
+    fn rigid_areas(&self, markers: &Markers) -> Result<Vec<Area>, AppError> {
+        let mut areas = Vec::new();
+        for at in self.joints.iter().chain(&self.loads) {
+            match markers.held(at)? {
+                PlaceSpec::Area(area) if area.coupling == Coupling::Rigid && !areas.contains(&area) => {
+                    areas.push(area);
+                }
+                _ => {}
+            }
+        }
+        Ok(areas)
     }
 }
 
-/// What a body is, with its markers; nothing of a plane.
-fn kind(body: &scenario::Body) -> Result<Option<(BodyKind, Markers)>, AppError> {
+/// What a body held at `held` is, with its markers; nothing of a plane.
+fn kind(body: &scenario::Body, held: &Held<'_>) -> Result<Option<(BodyKind, Markers)>, AppError> {
     let fail = |source: SplineError| AppError::Model(format!("body \"{}\": {source}", body.name));
-    let added = || body.markers.iter().map(|m| (m.name.clone(), m.point));
     match &body.kind {
         scenario::BodyKind::RigidPlane { .. } => Ok(None),
-        scenario::BodyKind::Rigid(rigid) => {
-            let (spec, mut markers) = rigid::rigid_body(rigid).map_err(fail)?;
-            markers.extend(added());
+        scenario::BodyKind::Rigid(given) => {
+            let (spec, shape) = rigid::rigid_body(given).map_err(fail)?;
+            let markers = Markers::new(body, shape, true)?;
             Ok(Some((BodyKind::Rigid(spec), markers)))
         }
-        scenario::BodyKind::Imported(body) => Ok(Some((BodyKind::Imported(imported(body)), Markers::new()))),
+        scenario::BodyKind::Imported(given) => {
+            Ok(Some((BodyKind::Imported(imported(given)), Markers::new(body, None, false)?)))
+        }
         scenario::BodyKind::Elastic(elastic) => {
             let degree = elastic.discretisation.degree.iter().min().copied().unwrap_or(0);
-            let mut shape = geometry::shape(&elastic.geometry, elastic.model, degree).map_err(fail)?;
-            shape.markers.extend(added());
-            let markers = shape.markers.clone();
+            let shape = geometry::shape(&elastic.geometry, elastic.model, degree).map_err(fail)?;
+            let model = geometry::model(elastic.model);
+            let markers = Markers::new(body, Some((shape.clone(), model)), false)?;
             let m = &elastic.material;
             let material = Material::new(m.youngs_modulus, m.poissons_ratio, m.density).map_err(fail)?;
             let frame = match &elastic.frame {
                 scenario::Frame::Buckens => FrameSpec::Buckens,
-                scenario::Frame::Tangent(at) => {
-                    FrameSpec::Tangent(PlaceSpec::Point(named_point(&body.name, &markers, at)?))
-                }
+                scenario::Frame::Tangent(at) => FrameSpec::Tangent(markers.held(at)?),
             };
+            let shape = Shape { markers: markers.points().clone(), ..shape };
             let spec = ElasticSpec {
-                discretisation: discretisation(elastic, &shape, |at| named_point(&body.name, &markers, at))?,
-                model: geometry::model(elastic.model),
+                discretisation: discretisation(elastic, &shape, |at| markers.point(at))?,
+                model,
                 material,
                 shape,
                 reduction: reduction(elastic.reduction),
                 static_answers: elastic.reduction.has_static_answers(),
                 damping: damping(elastic.damping.as_ref()),
+                rigid_areas: held.rigid_areas(&markers)?,
                 frame,
                 geometric_stiffening: elastic.geometric_stiffening,
             };
@@ -184,7 +228,7 @@ pub fn rotation([w, x, y, z]: [f64; 4]) -> UnitQuaternion<f64> {
 
 fn discretisation(
     elastic: &scenario::ElasticBody,
-    shape: &iga_core::nurbs::Shape,
+    shape: &Shape,
     point: impl Fn(&Place) -> Result<[f64; 3], AppError>,
 ) -> Result<DiscretisationSpec, AppError> {
     let mesh = &elastic.discretisation;

@@ -62,7 +62,7 @@ fn attachment(
     };
     let body = bodies.moving(index, subject)?;
     let rotation = axes.map_or_else(UnitQuaternion::identity, |axes| bodies.rotation(body).inverse() * axes);
-    Ok(Attachment { body: Some(body), place: bodies.place(body, &at.at)?, rotation })
+    Ok(Attachment { body: Some(body), place: bodies.held(body, &at.at)?, rotation })
 }
 
 fn coordinate(given: &scenario::JointCoordinate, subject: &str) -> Result<CoordinateSpec, AppError> {

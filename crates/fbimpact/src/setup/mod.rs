@@ -3,10 +3,11 @@
 pub mod geometry;
 mod rigid;
 mod bodies;
+mod places;
 mod joints;
 mod contacts;
 
-use adaptive::spec::{PhaseSettings, PointSpec, RunSettings, RunSpec, StressInstant, StressSpec};
+use adaptive::spec::{Area, PhaseSettings, PointSpec, RunSettings, RunSpec, StressInstant, StressSpec};
 use ffr_dynamics::integration::Method;
 use nalgebra::Vector3;
 
@@ -31,13 +32,21 @@ pub fn run_spec(scenario: &Scenario) -> Result<RunSpec, AppError> {
     let points = scenario.output.points.iter().map(|p| {
         let subject = format!("output.points.{}", p.name);
         let body = bodies.moving(p.body, &subject)?;
-        Ok(PointSpec { name: p.name.clone(), body, place: bodies.place(body, &p.at)? })
+        Ok(PointSpec { name: p.name.clone(), body, place: bodies.observed(body, &p.at)? })
     });
     let points = points.collect::<Result<_, AppError>>()?;
     let stress = scenario.output.stress.iter().map(|line| stress(line, &bodies));
     let stress = stress.collect::<Result<_, AppError>>()?;
     let settings = settings(scenario);
     Ok(RunSpec { joints: tree, loops, loads, contacts, points, stress, settings, bodies: bodies.specs })
+}
+
+/// Parts of body `name` that can be held, by name: markers with an extent and the faces of the shape.
+///
+/// # Errors
+/// As [`run_spec`]; none for an unknown body, which has no parts.
+pub fn areas(scenario: &Scenario, name: &str) -> Result<Vec<(String, Area)>, AppError> {
+    Ok(Bodies::new(scenario)?.areas(name))
 }
 
 fn stress(line: &scenario::StressLine, bodies: &Bodies) -> Result<StressSpec, AppError> {

@@ -2,36 +2,38 @@
 
 use adaptive::spec::RigidSpec;
 use iga_core::SplineError;
+use iga_core::elasticity::Model;
 use iga_core::mass_properties::MassProperties;
+use iga_core::nurbs::Shape;
 use nalgebra::{Matrix3, Vector3};
 
-use super::bodies::Markers;
 use super::geometry;
 use crate::scenario::{RigidBody, RigidMass};
 
-/// A rigid body and the markers of its shape.
+/// A rigid body and its shape, if it has one.
 ///
 /// # Errors
 /// [`SplineError`] of a shape that cannot be built.
-pub fn rigid_body(body: &RigidBody) -> Result<(RigidSpec, Markers), SplineError> {
+pub fn rigid_body(body: &RigidBody) -> Result<(RigidSpec, Option<(Shape, Model)>), SplineError> {
     let motion = body.motion;
     match &body.mass {
         RigidMass::Given { mass, centre, inertia } => {
             let (mass, centre_of_mass) = (*mass, Vector3::from(*centre));
             let inertia = matrix(inertia, 1.0);
-            Ok((RigidSpec { motion, mass, centre_of_mass, inertia }, Markers::new()))
+            Ok((RigidSpec { motion, mass, centre_of_mass, inertia }, None))
         }
         RigidMass::Shape { model, geometry, material } => {
             // Every net of a sphere is exact; that of degree 4 has the mildest weights to integrate.
             let shape = geometry::shape(geometry, *model, 4)?;
-            let properties = MassProperties::of(&shape, &geometry::model(*model))?;
+            let model = geometry::model(*model);
+            let properties = MassProperties::of(&shape, &model)?;
             let spec = RigidSpec {
                 motion,
                 mass: material.density * properties.volume,
                 centre_of_mass: Vector3::from(properties.centre()),
                 inertia: matrix(&properties.central_inertia(), material.density),
             };
-            Ok((spec, shape.markers))
+            Ok((spec, Some((shape, model))))
         }
     }
 }

@@ -3,9 +3,11 @@
 use std::collections::BTreeMap;
 
 use super::Patch;
+use super::interface::FaceId;
 use super::patch::PointBasis;
 use super::symmetry::Symmetry;
 use crate::SplineError;
+use crate::surface::Face;
 
 /// Where a parametrisation is singular: all parameter points of `patch` whose fixed parameters agree.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,6 +38,8 @@ pub struct Shape {
     pub patches: Vec<Patch>,
     /// Named points \[m\], in the model's components (`(r, z)` for axisymmetric shapes).
     pub markers: BTreeMap<String, [f64; 3]>,
+    /// Named parts of the surface, each made of faces of the patches; bars have their end faces under "start" and "end" as well.
+    pub faces: BTreeMap<String, Vec<FaceId>>,
     /// Singular points, lines and faces of the parametrisation.
     pub singular: Vec<SingularSet>,
     /// Rotations that leave the body as it is, if any are known.
@@ -43,13 +47,16 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// A shape from patches given point by point: no markers, singular sets found by [`singular_sets`].
+    /// A shape from patches given point by point: no markers, singular sets found by [`singular_sets`]. The outer faces are
+    /// called `xi-`, `xi+`, `eta-` … after the parameter that is at an end of its range; a face of several patches is
+    /// made of those of each.
     ///
     /// # Errors
     /// [`SplineError::Folded`] if a patch is inside out or folded.
     pub fn from_patches(patches: Vec<Patch>) -> Result<Self, SplineError> {
         let singular = patches.iter().enumerate().flat_map(|(i, p)| singular_sets(i, p)).collect();
-        let shape = Self { patches, markers: BTreeMap::new(), singular, symmetry: None };
+        let faces = parametric_faces(&patches);
+        let shape = Self { patches, markers: BTreeMap::new(), faces, singular, symmetry: None };
         shape.check_orientation()?;
         Ok(shape)
     }
@@ -60,7 +67,8 @@ impl Shape {
         self.singular.iter().find(|s| s.patch == patch && s.touches(lower, upper))
     }
 
-    /// The shape turned by the rotation matrix `rotation` (rows) about the origin of its frame; singular sets keep names.
+    /// The shape turned by the rotation matrix `rotation` (rows) about the origin of its frame; singular sets and faces keep
+    /// names.
     ///
     /// # Errors
     /// As [`Patch::new`], for a matrix that is not finite.
@@ -73,6 +81,7 @@ impl Shape {
         Ok(Self {
             patches: patches.collect::<Result<_, _>>()?,
             markers: self.markers.iter().map(|(name, p)| (name.clone(), turn(p))).collect(),
+            faces: self.faces.clone(),
             singular: self.singular.clone(),
             symmetry: self.symmetry.as_ref().map(|s| s.turned(rotation)),
         })
@@ -103,6 +112,19 @@ impl Shape {
         }
         Ok(())
     }
+}
+
+/// Names of the ends of the parametric directions.
+const PARAMETRIC: [[&str; 2]; 3] = [["xi-", "xi+"], ["eta-", "eta+"], ["zeta-", "zeta+"]];
+
+/// The outer faces by the parameter that is fixed on them.
+fn parametric_faces(patches: &[Patch]) -> BTreeMap<String, Vec<FaceId>> {
+    let mut faces: BTreeMap<String, Vec<FaceId>> = BTreeMap::new();
+    for face in Face::outer(patches, false) {
+        let name = PARAMETRIC[face.id.direction][usize::from(face.id.upper)];
+        faces.entry(name.to_owned()).or_default().push(face.id);
+    }
+    faces
 }
 
 /// Corners, edges and faces of a patch's parameter box on which `det ∂x/∂ξ` vanishes throughout, the largest ones only.

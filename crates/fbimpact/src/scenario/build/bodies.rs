@@ -11,7 +11,7 @@ use super::super::model::{
 use super::super::section::Section;
 use super::discretisation::{discretisation, reduction};
 use super::joints::{GROUND, hanging_joint};
-use super::places::{BodyFacts, one_of, point};
+use super::places::{BodyFacts, one_of, part};
 use super::{geometry, imported, rigid};
 
 /// Thickness of a plane model when none is given \[m\].
@@ -90,9 +90,21 @@ fn markers(checker: &mut Checker, section: &Section) -> Option<Vec<Marker>> {
             checker.fault(&marker.origin, marker.path.clone(), None, message);
             continue;
         }
-        let Some(x) = marker.numbers("point") else { continue };
-        let Some(point) = point(checker, marker, "point", x, &facts) else { continue };
-        built.push(Marker { name: name.clone(), point });
+        let keys = ["face", "point"].into_iter().filter(|key| marker.item(key).is_some());
+        let at = match keys.collect::<Vec<_>>()[..] {
+            [key] => part(checker, marker, key, &facts),
+            [] => {
+                let message = "required key is missing: either \"face\" or \"point\"".into();
+                checker.fault(&marker.origin, marker.path_of("point"), None, message);
+                None
+            }
+            _ => {
+                let message = "either \"face\" or \"point\" can be given, not both".into();
+                checker.fault_in(marker, "face", message);
+                None
+            }
+        };
+        built.extend(at.map(|at| Marker { name: name.clone(), at }));
     }
     (built.len() == list.len()).then_some(built)
 }

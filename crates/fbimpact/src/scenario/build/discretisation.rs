@@ -3,7 +3,7 @@
 use super::super::check::Checker;
 use super::super::model::{Discretisation, Reduction, Refinement};
 use super::super::section::Section;
-use super::places::{BodyFacts, dimension, marker_or_point};
+use super::places::{BodyFacts, dimension, marker_or_point, single};
 
 /// One entry a direction from a single integer or a list.
 pub fn per_direction(
@@ -78,7 +78,8 @@ fn knots(
 }
 
 fn refinement(checker: &mut Checker, section: &Section, body: &BodyFacts<'_>) -> Option<Refinement> {
-    let at = marker_or_point(checker, section, body);
+    let key = if section.item("point").is_some() { "point" } else { "marker" };
+    let at = marker_or_point(checker, section, body).and_then(|_| single(checker, section, key, body));
     Some(Refinement {
         at: at?,
         width: section.number("width")?,

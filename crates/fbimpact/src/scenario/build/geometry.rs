@@ -25,7 +25,7 @@ pub fn check_model(checker: &mut Checker, body: &Section, model: &str, shape: &s
         return Some(());
     }
     let fitting = names(SHAPES.iter().filter(|s| s.fits(model)).map(|s| s.name));
-    let models = names(facts.models.iter().map(|(m, _)| *m));
+    let models = names(facts.models.iter().map(|m| m.model));
     let message = match body.text("motion") {
         Some(motion) if body.text("model") == Some("rigid") => {
             format!("does not go with motion \"{motion}\" of a rigid body: choose {fitting}")

@@ -70,7 +70,7 @@ pub fn imported(
             let frame = match frame(checker, context, section, name)? {
                 Frame::Buckens => None,
                 Frame::Tangent(Place::Marker(marker)) => Some(marker),
-                Frame::Tangent(Place::Point(_)) => return None, // a point on this body is a fault
+                Frame::Tangent(_) => return None, // other places on this body are faults
             };
             let body = from_file(source, body);
             ImportedBody::Full { body, reduction: reduction?, damping: damping?, frame }

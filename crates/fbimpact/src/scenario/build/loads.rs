@@ -4,7 +4,7 @@ use super::super::check::Checker;
 use super::super::model::{Attachment, Load};
 use super::super::section::Section;
 use super::curves::curve;
-use super::places::{BodyFacts, body_index, marker_or_point};
+use super::places::{BodyFacts, body_index, held};
 
 /// Keys of the components, in the order of [`Load::components`].
 const COMPONENTS: [&str; 6] = ["force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z"];
@@ -33,7 +33,7 @@ fn load(checker: &mut Checker, root: &Section, name: &str, section: &Section) ->
     }
     let body = body_index(checker, root, section, "body")?;
     let facts = BodyFacts::find(root, section.text("body")?)?;
-    let at = marker_or_point(checker, section, &facts)?;
+    let at = held(checker, section, &facts)?;
     // Components along which the model does not move.
     let missing: &[usize] = match facts.motion() {
         "axisymmetric" => &[0, 1, 3, 4, 5],

@@ -3,7 +3,7 @@
 use super::super::check::Checker;
 use super::super::model::{Compression, Output, OutputPoint, StressLine, StressTime};
 use super::super::section::{Checked, Section};
-use super::places::{BodyFacts, body_index, marker_or_point, place};
+use super::places::{BodyFacts, body_index, marker_or_point, single};
 
 /// The `[output]` table.
 pub fn output(
@@ -59,8 +59,8 @@ fn stress(
         checker.fault_in(section, "body", message.into());
         return None;
     }
-    let from = place(checker, section, "from", &facts);
-    let to = place(checker, section, "to", &facts);
+    let from = single(checker, section, "from", &facts);
+    let to = single(checker, section, "to", &facts);
     let at = match section.item("at")?.value {
         Checked::Number(time) => StressTime::Time(time),
         _ => StressTime::PeakForce,

@@ -1,5 +1,6 @@
-//! Places on bodies: what other tables need to know about a body before it is built, markers and points.
+//! Places on bodies: what other tables need to know about a body before it is built, markers, points, parts.
 
+use adaptive::spec::{Coupling, Extent};
 use ffr_dynamics::body::RigidMotion;
 
 use super::super::body_files::BodySource;
@@ -7,7 +8,7 @@ use super::super::check::Checker;
 use super::super::keys::names;
 use super::super::model::Place;
 use super::super::section::{Checked, Section};
-use super::super::tables::ShapeFacts;
+use super::super::tables::{ModelFacts, ShapeFacts};
 
 /// What other tables need to know about a body.
 #[derive(Debug, Clone, Copy)]
@@ -79,7 +80,30 @@ impl<'a> BodyFacts<'a> {
 
     /// Names of the markers of its shape.
     pub fn shape_markers(&self) -> &'static [&'static str] {
-        ShapeFacts::find(self.shape).and_then(|s| s.markers(self.components)).unwrap_or_default()
+        self.in_model().map_or(&[], |facts| facts.markers)
+    }
+
+    /// Names of the faces of its shape.
+    fn faces(&self) -> &'static [&'static str] {
+        self.in_model().map_or(&[], |facts| facts.faces)
+    }
+
+    fn in_model(&self) -> Option<&'static ModelFacts> {
+        ShapeFacts::find(self.shape)?.in_model(self.components)
+    }
+
+    /// Whether a joint or load on it needs a part of it: a point of an elastic continuum carries no force.
+    fn needs_extent(&self) -> bool {
+        !self.is_rigid && self.file.is_none()
+    }
+
+    /// Whether its marker `name` has an extent, as the ends of bars have and markers with a face or radius.
+    fn has_extent(&self, name: &str) -> bool {
+        let added = self.section.named("markers").iter().find(|(marker, _)| marker == name);
+        match added {
+            Some((_, marker)) => marker.item("face").is_some() || marker.item("radius").is_some(),
+            None => self.faces().contains(&name),
+        }
     }
 
     /// Names of its markers.
@@ -111,6 +135,131 @@ pub fn marker_or_point(checker: &mut Checker, section: &Section, body: &BodyFact
         return None;
     }
     one_of(checker, section, ["marker", "point"], body)?
+}
+
+/// The place that joints and loads take hold of: a marker, a face, or a point, of flexible bodies with an extent.
+pub fn held(checker: &mut Checker, section: &Section, body: &BodyFacts<'_>) -> Option<Place> {
+    let given: Vec<&str> =
+        ["marker", "face", "point"].into_iter().filter(|key| section.item(key).is_some()).collect();
+    let [key] = given[..] else {
+        let choice = "one of \"marker\", \"face\" and \"point\"";
+        match given.last() {
+            None => {
+                let message = format!("required key is missing: {choice}");
+                checker.fault(&section.origin, section.path_of("marker"), None, message);
+            }
+            Some(second) => {
+                checker.fault_in(section, second, format!("only {choice} can be given"));
+            }
+        }
+        return None;
+    };
+    if key != "marker" || body.is_plane() {
+        return part(checker, section, key, body).filter(|at| can_be_held(checker, section, key, body, at));
+    }
+    if let Some(key) = ["radius", "coupling"].into_iter().find(|key| section.item(key).is_some()) {
+        checker.fault_in(
+            section,
+            key,
+            "belongs to the table of the marker, or beside \"face\" or \"point\"".into(),
+        );
+        return None;
+    }
+    let at = place(checker, section, key, body)?;
+    can_be_held(checker, section, key, body, &at).then_some(at)
+}
+
+/// Reports a place of a flexible body that has no extent.
+fn can_be_held(
+    checker: &mut Checker,
+    section: &Section,
+    key: &str,
+    body: &BodyFacts<'_>,
+    at: &Place,
+) -> bool {
+    let has_extent = match at {
+        Place::Area { .. } => true,
+        Place::Point(_) => false,
+        Place::Marker(name) => body.has_extent(name),
+    };
+    if has_extent || !body.needs_extent() {
+        return true;
+    }
+    let faces = body.faces().iter().map(|f| format!("\"{f}\"")).collect::<Vec<_>>().join(", ");
+    let message = format!(
+        "a point of a flexible body carries no force, it yields without bound as elements shrink; give a \"face\" ({faces}), \
+         a \"radius\" beside \"point\", or a marker that has one of them"
+    );
+    checker.fault_in(section, key, message);
+    false
+}
+
+/// The point or part of the body that the keys `point` or `face` with `radius` and `coupling` give; `key` is the one of the first two
+/// that is there.
+pub fn part(checker: &mut Checker, section: &Section, key: &str, body: &BodyFacts<'_>) -> Option<Place> {
+    let radius = match section.item("radius") {
+        Some(_) => Some(section.number("radius")?),
+        None => None,
+    };
+    let coupling = match section.item("coupling") {
+        Some(_) => Some(section.text("coupling")?),
+        None => None,
+    };
+    if key == "face" && radius.is_some() {
+        checker.fault_in(section, "radius", "goes with \"point\", a face is taken as a whole".into());
+        return None;
+    }
+    if key == "point" && radius.is_none() {
+        if coupling.is_some() {
+            let message = "needs a part of the body: a \"face\", or a \"radius\" beside \"point\"";
+            checker.fault_in(section, "coupling", message.into());
+            return None;
+        }
+        return place(checker, section, key, body);
+    }
+    let coupling = if coupling == Some("rigid") { Coupling::Rigid } else { Coupling::Average };
+    let extent = match radius {
+        Some(radius) => {
+            let Place::Point(point) = place(checker, section, key, body)? else { return None };
+            Extent::Around { point, radius }
+        }
+        None => Extent::Face(face(checker, section, body)?),
+    };
+    Some(Place::Area { extent, coupling })
+}
+
+/// The name of key `face`, which the body must have.
+fn face(checker: &mut Checker, section: &Section, body: &BodyFacts<'_>) -> Option<String> {
+    let known = body.faces();
+    if known.is_empty() {
+        let message = match body.file {
+            Some(_) => {
+                let markers = names(body.markers().into_iter());
+                format!("a body from a file has no named faces, name a marker of the file: {markers}")
+            }
+            None => "the body has no shape with faces, give a \"point\"".into(),
+        };
+        checker.fault_in(section, "face", message);
+        return None;
+    }
+    let name = section.text("face")?;
+    if !known.contains(&name) {
+        checker.unknown_name(section, "face", &format!("face of shape \"{}\"", body.shape), known);
+        return None;
+    }
+    Some(name.to_owned())
+}
+
+/// The single point that key `key` gives; a whole face has none.
+pub fn single(checker: &mut Checker, section: &Section, key: &str, body: &BodyFacts<'_>) -> Option<Place> {
+    let at = place(checker, section, key, body)?;
+    let Place::Marker(name) = &at else { return Some(at) };
+    let added = body.section.named("markers").iter().find(|(marker, _)| marker == name);
+    if added.is_some_and(|(_, marker)| marker.item("face").is_some()) {
+        checker.fault_in(section, key, "the marker is a whole face, a point is needed here".into());
+        return None;
+    }
+    Some(at)
 }
 
 /// The place that one of two keys gives, `Some(None)` if there is neither.

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use adaptive::spec::{Coupling, Extent};
 use ffr_dynamics::body::RigidMotion;
 
 use super::imported::ImportedBody;
@@ -39,13 +40,13 @@ pub struct Body {
     pub angular_velocity: [f64; 3],
 }
 
-/// A named point of a body.
+/// A named place of a body.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Marker {
     /// Name in the scenario.
     pub name: String,
-    /// Place in the components of the body's model \[m\].
-    pub point: [f64; 3],
+    /// A point or a part of the body.
+    pub at: Place,
 }
 
 /// Flexible or rigid.
@@ -282,10 +283,17 @@ pub struct Refinement {
 /// A place on a body.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Place {
-    /// Named point of the shape.
+    /// Named point or part of the body.
     Marker(String),
     /// Point in the components of the body's model: `(x, y, z)`, `(x, y, 0)` or `(r, z, 0)` \[m\].
     Point([f64; 3]),
+    /// Part of the body.
+    Area {
+        /// Which part.
+        extent: Extent,
+        /// How it hangs together with what holds it.
+        coupling: Coupling,
+    },
 }
 
 /// Reduced basis of a body.

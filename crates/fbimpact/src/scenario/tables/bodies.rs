@@ -119,8 +119,8 @@ pub const BODY: &[Key] = &[
         Kind::Named(MARKER),
         "",
         Need::Default("{}"),
-        "Named points of the body beside those of its shape, usable wherever a marker can be named; not for `imported` \
-         bodies.",
+        "Named points and parts of the body beside those of its shape, usable wherever a marker can be named; not for \
+         `imported` bodies.",
     ),
     Key::new(
         "discretisation",
@@ -156,7 +156,7 @@ pub const BODY: &[Key] = &[
         Kind::Name,
         "",
         Need::Optional("the attachment of the joint on which the body hangs"),
-        "Marker that a `tangent` frame follows.",
+        "Marker that a `tangent` frame follows, averaged over its extent if it has one.",
     ),
     Key::new(
         "frame_point",
@@ -212,13 +212,48 @@ pub const BODY: &[Key] = &[
 ];
 
 /// `[bodies.NAME.markers.NAME]`.
-const MARKER: &[Key] = &[Key::new(
-    "point",
-    Kind::Point(COORDINATE),
+const MARKER: &[Key] = &[
+    Key::new(
+        "point",
+        Kind::Point(COORDINATE),
+        "m",
+        Need::Optional("`face` must be given"),
+        "Point in the components of the body's model: [x, y, z], [x, y] or [r, z].",
+    ),
+    RADIUS,
+    FACE,
+    COUPLING,
+];
+
+/// Radius of a disc or ball about a point.
+pub(super) const RADIUS: Key = Key::new(
+    "radius",
+    Kind::Number(LENGTH),
     "m",
-    Need::Required,
-    "Point in the components of the body's model: [x, y, z], [x, y] or [r, z].",
-)];
+    Need::Optional("no extent"),
+    "Radius of the part of the body about `point`: a disc on the surface, a ball inside.",
+);
+/// A face by name.
+pub(super) const FACE: Key = Key::new(
+    "face",
+    Kind::Name,
+    "",
+    Need::Optional("`point` must be given"),
+    "Name of a whole face of the shape, such as `x-` (docs/places.md shows them).",
+);
+/// How a part of a body is held.
+pub(super) const COUPLING: Key = Key::new(
+    "coupling",
+    Kind::Choice(COUPLINGS),
+    "",
+    Need::Optional("`average`; needs `face` or `radius` beside it"),
+    "How the part of the body hangs together with what holds it.",
+);
+
+const COUPLINGS: &[Choice] = &[
+    Choice::new("average", "distributing (RBE3): motion averaged over the part, force spread over it"),
+    Choice::new("rigid", "kinematic (RBE2): the part moves like a rigid body, also stiffened by that"),
+];
 
 /// Damping ratios.
 const RATIO: Range = Range { min: Bound::Closed(0.0), max: Bound::Closed(1e3) };

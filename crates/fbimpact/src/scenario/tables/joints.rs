@@ -1,7 +1,7 @@
 //! Keys of `[joints.NAME]` and `[loads.NAME]`.
 
 use super::super::keys::{Bound, Choice, Key, Kind, Need, Range};
-use super::bodies::{COORDINATE, RATE};
+use super::bodies::{COORDINATE, COUPLING, FACE, RADIUS, RATE};
 use super::time_curves::curve;
 
 const TYPES: &[Choice] = &[
@@ -19,17 +19,25 @@ const TYPES: &[Choice] = &[
 /// Name of the body, `ground` for space.
 const BODY: Key =
     Key::new("body", Kind::Name, "", Need::Required, "Name of a body; `ground` is space, for a parent only.");
-const MARKER: Key =
-    Key::new("marker", Kind::Name, "", Need::Optional("`point` must be given"), "Marker of the body.");
+const MARKER: Key = Key::new(
+    "marker",
+    Kind::Name,
+    "",
+    Need::Optional("`face` or `point` must be given"),
+    "Marker of the body: of a flexible one with a shape it must have an extent, as `start` and `end` of bars have, which are \
+     their end faces.",
+);
+const HELD_FACE: Key = Key { need: Need::Optional("`marker` or `point` must be given"), ..FACE };
+const HELD_RADIUS: Key = Key { need: Need::Optional("flexible bodies need one beside `point`"), ..RADIUS };
 const POINT: Key = Key::new(
     "point",
     Kind::Point(COORDINATE),
     "m",
-    Need::Optional("`marker` must be given"),
+    Need::Optional("`marker` or `face` must be given"),
     "Point in the components of the body's model: [x, y, z], [x, y] or [r, z]; on ground [x, y, z].",
 );
 
-const ATTACHMENT: &[Key] = &[BODY, MARKER, POINT];
+const ATTACHMENT: &[Key] = &[BODY, MARKER, HELD_FACE, POINT, HELD_RADIUS, COUPLING];
 
 /// Stiffness or damping, of any unit.
 const CONSTANT: Range = Range { min: Bound::Closed(0.0), max: Bound::Closed(1e18) };
@@ -177,7 +185,10 @@ const ENTRY: &[Key] = &[
 pub(super) const LOAD: &[Key] = &[
     Key::new("body", Kind::Name, "", Need::Required, "Name of the body."),
     MARKER,
+    HELD_FACE,
     Key { doc: "Point in the components of the body's model: [x, y, z], [x, y] or [r, z].", ..POINT },
+    HELD_RADIUS,
+    COUPLING,
     curve("force_x", "N", "Force along x."),
     curve("force_y", "N", "Force along y."),
     curve("force_z", "N", "Force along z."),

@@ -102,14 +102,22 @@ pub(super) const GEOMETRIES: &[Variant] = &[
 pub struct ShapeFacts {
     /// Name.
     pub name: &'static str,
-    /// Models that it goes with, and the names of its points there.
+    /// Models that it goes with, and what has a name there.
     pub models: &'static [ModelFacts],
 }
 
-/// A model that a shape goes with, and the markers of the shape in it; `None` if it has none of its own.
+/// A model that a shape goes with, and what of the shape has a name in it.
 ///
 /// Rigid bodies have the shapes of the model whose components their points have: `solid`, `plane-strain` or `axisymmetric`.
-pub type ModelFacts = (&'static str, Option<&'static [&'static str]>);
+#[derive(Debug, Clone, Copy)]
+pub struct ModelFacts {
+    /// Name of the model.
+    pub model: &'static str,
+    /// Names of points.
+    pub markers: &'static [&'static str],
+    /// Names of faces. A free patch has those of them that bound it.
+    pub faces: &'static [&'static str],
+}
 
 impl ShapeFacts {
     /// The facts of the shape called `name`.
@@ -119,36 +127,69 @@ impl ShapeFacts {
 
     /// Whether the shape goes with `model`.
     pub fn fits(&self, model: &str) -> bool {
-        self.models.iter().any(|(m, _)| *m == model)
+        self.in_model(model).is_some()
     }
 
-    /// Markers of the shape in `model`.
-    pub fn markers(&self, model: &str) -> Option<&'static [&'static str]> {
-        self.models.iter().find(|(m, _)| *m == model).and_then(|(_, markers)| *markers)
+    /// What has a name in `model`, if the shape goes with it.
+    pub fn in_model(&self, model: &str) -> Option<&'static ModelFacts> {
+        self.models.iter().find(|facts| facts.model == model)
     }
 }
 
-const ROD: Option<&[&str]> = Some(&["start", "end", "centre", "bottom", "top"]);
-const HALF_DISC: Option<&[&str]> = Some(&["centre", "bottom", "top", "equator"]);
-const BALL: Option<&[&str]> = Some(&["centre", "left", "right", "front", "back", "bottom", "top"]);
-const CYLINDER: Option<&[&str]> =
-    Some(&["start", "end", "centre", "bottom", "top", "left", "right", "front", "back"]);
-const RECTANGLE: Option<&[&str]> = Some(&["centre", "left", "right", "bottom", "top", "start", "end"]);
-const DISC: Option<&[&str]> = Some(&["centre", "left", "right", "bottom", "top"]);
+const fn named(
+    model: &'static str,
+    markers: &'static [&'static str],
+    faces: &'static [&'static str],
+) -> ModelFacts {
+    ModelFacts { model, markers, faces }
+}
 
-/// Facts of every shape; the markers are those of `iga_core::nurbs::primitives`.
+const ROD: &[&str] = &["start", "end", "centre", "bottom", "top"];
+const HALF_DISC: &[&str] = &["centre", "bottom", "top", "equator"];
+const BALL: &[&str] = &["centre", "left", "right", "front", "back", "bottom", "top"];
+const CYLINDER: &[&str] = &["start", "end", "centre", "bottom", "top", "left", "right", "front", "back"];
+const RECTANGLE: &[&str] = &["centre", "left", "right", "bottom", "top", "start", "end"];
+const DISC: &[&str] = &["centre", "left", "right", "bottom", "top"];
+
+const SURFACE: &[&str] = &["surface"];
+const ROD_FACES: &[&str] = &["z-", "z+", "jacket", "start", "end"];
+const TUBE_FACES: &[&str] = &["z-", "z+", "inner", "outer", "start", "end"];
+const BOX_FACES: &[&str] = &["x-", "x+", "y-", "y+", "z-", "z+", "start", "end"];
+const EDGES: &[&str] = &["x-", "x+", "y-", "y+", "start", "end"];
+const RIM: &[&str] = &["rim"];
+const PATCH_FACES: &[&str] = &["xi-", "xi+", "eta-", "eta+", "zeta-", "zeta+"];
+const PATCH_EDGES: &[&str] = &["xi-", "xi+", "eta-", "eta+"];
+
+/// Facts of every shape; markers and faces are those of `iga_core::nurbs::primitives`.
 pub const SHAPES: &[ShapeFacts] = &[
-    ShapeFacts { name: "sphere", models: &[("solid", BALL), ("axisymmetric", HALF_DISC)] },
-    ShapeFacts { name: "rod", models: &[("axisymmetric", ROD)] },
-    ShapeFacts { name: "rod-spherical-end", models: &[("axisymmetric", ROD)] },
-    ShapeFacts { name: "cylinder", models: &[("solid", CYLINDER)] },
-    ShapeFacts { name: "hollow-cylinder", models: &[("solid", CYLINDER), ("axisymmetric", ROD)] },
-    ShapeFacts { name: "box", models: &[("solid", CYLINDER)] },
-    ShapeFacts { name: "rectangle", models: &[("plane-strain", RECTANGLE), ("plane-stress", RECTANGLE)] },
-    ShapeFacts { name: "disc", models: &[("plane-strain", DISC), ("plane-stress", DISC)] },
+    ShapeFacts {
+        name: "sphere",
+        models: &[named("solid", BALL, SURFACE), named("axisymmetric", HALF_DISC, SURFACE)],
+    },
+    ShapeFacts { name: "rod", models: &[named("axisymmetric", ROD, ROD_FACES)] },
+    ShapeFacts { name: "rod-spherical-end", models: &[named("axisymmetric", ROD, ROD_FACES)] },
+    ShapeFacts { name: "cylinder", models: &[named("solid", CYLINDER, ROD_FACES)] },
+    ShapeFacts {
+        name: "hollow-cylinder",
+        models: &[named("solid", CYLINDER, TUBE_FACES), named("axisymmetric", ROD, TUBE_FACES)],
+    },
+    ShapeFacts { name: "box", models: &[named("solid", CYLINDER, BOX_FACES)] },
+    ShapeFacts {
+        name: "rectangle",
+        models: &[named("plane-strain", RECTANGLE, EDGES), named("plane-stress", RECTANGLE, EDGES)],
+    },
+    ShapeFacts {
+        name: "disc",
+        models: &[named("plane-strain", DISC, RIM), named("plane-stress", DISC, RIM)],
+    },
     ShapeFacts {
         name: "nurbs",
-        models: &[("solid", None), ("axisymmetric", None), ("plane-strain", None), ("plane-stress", None)],
+        models: &[
+            named("solid", &[], PATCH_FACES),
+            named("axisymmetric", &[], PATCH_EDGES),
+            named("plane-strain", &[], PATCH_EDGES),
+            named("plane-stress", &[], PATCH_EDGES),
+        ],
     },
-    ShapeFacts { name: "plane", models: &[("rigid", Some(&[]))] },
+    ShapeFacts { name: "plane", models: &[named("rigid", &[], &[])] },
 ];

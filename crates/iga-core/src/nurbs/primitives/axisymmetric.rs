@@ -1,6 +1,6 @@
 //! Meridian halves of bodies of revolution, in `(r, z)`.
 
-use super::{S, bezier, hollow, positive, shape, singular};
+use super::{FIRST, NamedFaces, S, SECOND, bezier, hollow, positive, shape, singular};
 use crate::SplineError;
 use crate::knots::KnotVector;
 use crate::nurbs::{Patch, Shape};
@@ -23,7 +23,8 @@ pub fn sphere(radius: f64) -> Result<Shape, SplineError> {
         ("bottom", [0.0, -r, 0.0]),
         ("equator", [r, 0.0, 0.0]),
     ];
-    Ok(shape(vec![patch], markers, vec![singular([Some(1.0), None, None], "equator")]))
+    let faces: NamedFaces<'_> = &[("surface", &[(1, false), (1, true)])];
+    Ok(shape(vec![patch], markers, faces, vec![singular([Some(1.0), None, None], "equator")]))
 }
 
 /// Rod with flat ends: `0 <= r <= radius`, `0 <= z <= length`.
@@ -34,7 +35,7 @@ pub fn rod(radius: f64, length: f64) -> Result<Shape, SplineError> {
     let (r, l) = (positive("radius", radius)?, positive("length", length)?);
     let points = vec![[0.0; 3], [r, 0.0, 0.0], [0.0, l, 0.0], [r, l, 0.0]];
     let patch = bezier(&[1, 1], points, vec![1.0; 4])?;
-    Ok(shape(vec![patch], rod_markers(0.0, l), Vec::new()))
+    Ok(shape(vec![patch], rod_markers(0.0, l), ROD_FACES, Vec::new()))
 }
 
 /// Rod with a spherical lower end: the pole is the origin, the flat upper end lies at `z = length`.
@@ -67,7 +68,7 @@ pub fn rod_spherical_end(radius: f64, length: f64) -> Result<Shape, SplineError>
         vec![KnotVector::from_breaks(2, &[0.0, 1.0])?, KnotVector::from_breaks(1, &[0.0, middle / l, 1.0])?];
     let patch = Patch::new(knots, points, weights)?;
     let junction = singular([Some(1.0), Some(0.0), None], "junction of spherical end and jacket");
-    Ok(shape(vec![patch], rod_markers(0.0, l), vec![junction]))
+    Ok(shape(vec![patch], rod_markers(0.0, l), ROD_FACES, vec![junction]))
 }
 
 /// Hollow cylinder: `inner <= r <= outer`, `0 <= z <= length`. Markers lie in the middle of the wall.
@@ -80,8 +81,20 @@ pub fn hollow_cylinder(inner_radius: f64, outer_radius: f64, length: f64) -> Res
     let l = positive("length", length)?;
     let points = vec![[a, 0.0, 0.0], [b, 0.0, 0.0], [a, l, 0.0], [b, l, 0.0]];
     let patch = bezier(&[1, 1], points, vec![1.0; 4])?;
-    Ok(shape(vec![patch], rod_markers(0.5 * (a + b), l), Vec::new()))
+    let faces: NamedFaces<'_> = &[
+        ("z-", SECOND[0]),
+        ("z+", SECOND[1]),
+        ("inner", FIRST[0]),
+        ("outer", FIRST[1]),
+        ("start", SECOND[0]),
+        ("end", SECOND[1]),
+    ];
+    Ok(shape(vec![patch], rod_markers(0.5 * (a + b), l), faces, Vec::new()))
 }
+
+/// Ends and jacket of a rod; the spherical end is `z-`.
+const ROD_FACES: NamedFaces<'_> =
+    &[("z-", SECOND[0]), ("z+", SECOND[1]), ("jacket", FIRST[1]), ("start", SECOND[0]), ("end", SECOND[1])];
 
 fn rod_markers(r: f64, l: f64) -> [(&'static str, [f64; 3]); 5] {
     [

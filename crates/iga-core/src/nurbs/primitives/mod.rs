@@ -1,8 +1,8 @@
 //! Exact shapes by name.
 //!
 //! Lengths are in metres and checked: positive and finite, inner radii below outer ones. Every shape comes with markers
-//! (named points of the material) and with the singular sets of its parametrisation, on which contact must not fall
-//! (theory section S.4). \[B\] is the paper of that name in docs/theory.md.
+//! (named points of the material), with named faces (parts of its surface) and with the singular sets of its
+//! parametrisation, on which contact must not fall (theory section S.4). \[B\] is the paper of that name in docs/theory.md.
 
 pub mod axisymmetric;
 pub mod plane;
@@ -11,6 +11,7 @@ pub mod sphere;
 
 pub use sphere::SphereNet;
 
+use super::interface::FaceId;
 use super::shape::SingularSet;
 use super::{Patch, Shape};
 use crate::SplineError;
@@ -50,11 +51,25 @@ fn bezier(degrees: &[usize], points: Vec<[f64; 3]>, weights: Vec<f64>) -> Result
 fn shape<const N: usize>(
     patches: Vec<Patch>,
     markers: [(&str, [f64; 3]); N],
+    faces: NamedFaces<'_>,
     singular: Vec<SingularSet>,
 ) -> Shape {
     let markers = markers.into_iter().map(|(name, p)| (name.to_owned(), p)).collect();
-    Shape { patches, markers, singular, symmetry: None }
+    let id = |&(direction, upper): &(usize, bool)| FaceId { patch: 0, direction, upper };
+    let faces = faces.iter().map(|(name, sides)| ((*name).to_owned(), sides.iter().map(id).collect()));
+    Shape { patches, markers, faces: faces.collect(), singular, symmetry: None }
 }
+
+/// Named faces of a shape of one patch: the direction that is fixed on each part, and whether at its upper end.
+type NamedFaces<'a> = &'a [(&'a str, &'a [(usize, bool)])];
+/// The lower and the upper end of direction 0.
+const FIRST: [&[(usize, bool)]; 2] = [&[(0, false)], &[(0, true)]];
+/// The lower and the upper end of direction 1.
+const SECOND: [&[(usize, bool)]; 2] = [&[(1, false)], &[(1, true)]];
+/// The lower and the upper end of direction 2.
+const THIRD: [&[(usize, bool)]; 2] = [&[(2, false)], &[(2, true)]];
+/// All ends of directions 0 and 1, which bound the disc net.
+const AROUND: &[(usize, bool)] = &[(0, false), (0, true), (1, false), (1, true)];
 
 fn singular(parameters: [Option<f64>; 3], name: impl Into<String>) -> SingularSet {
     SingularSet { patch: 0, parameters, name: name.into() }

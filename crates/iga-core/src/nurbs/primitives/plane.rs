@@ -1,6 +1,6 @@
 //! Plane bodies, in `(x, y)`.
 
-use super::{DISC_CORNERS, bezier, positive, shape, singular, unit_disc};
+use super::{AROUND, DISC_CORNERS, FIRST, NamedFaces, SECOND, bezier, positive, shape, singular, unit_disc};
 use crate::SplineError;
 use crate::nurbs::Shape;
 
@@ -21,7 +21,15 @@ pub fn rectangle(width: f64, height: f64) -> Result<Shape, SplineError> {
         ("start", [-x, 0.0, 0.0]),
         ("end", [x, 0.0, 0.0]),
     ];
-    Ok(shape(vec![patch], markers, Vec::new()))
+    let faces: NamedFaces<'_> = &[
+        ("x-", FIRST[0]),
+        ("x+", FIRST[1]),
+        ("y-", SECOND[0]),
+        ("y+", SECOND[1]),
+        ("start", FIRST[0]),
+        ("end", FIRST[1]),
+    ];
+    Ok(shape(vec![patch], markers, faces, Vec::new()))
 }
 
 /// Disc centred at the origin, from the 3 x 3 net of \[B\] Eqs. (40), (41).
@@ -44,5 +52,5 @@ pub fn disc(radius: f64) -> Result<Shape, SplineError> {
     let corner = |&([u, v], angle): &([f64; 2], usize)| {
         singular([Some(u), Some(v), None], format!("boundary point at {angle}°"))
     };
-    Ok(shape(vec![patch], markers, DISC_CORNERS.iter().map(corner).collect()))
+    Ok(shape(vec![patch], markers, &[("rim", AROUND)], DISC_CORNERS.iter().map(corner).collect()))
 }

@@ -1,6 +1,9 @@
 //! Solid bodies with straight generators.
 
-use super::{DISC_CORNERS, S, bezier, hollow, positive, shape, singular, unit_disc};
+use super::{
+    AROUND, DISC_CORNERS, FIRST, NamedFaces, S, SECOND, THIRD, bezier, hollow, positive, shape, singular,
+    unit_disc,
+};
 use crate::SplineError;
 use crate::knots::KnotVector;
 use crate::nurbs::{Patch, Shape, Symmetry};
@@ -28,7 +31,17 @@ pub fn cuboid(size: [f64; 3]) -> Result<Shape, SplineError> {
         ("start", [0.0, 0.0, -h[2]]),
         ("end", [0.0, 0.0, h[2]]),
     ];
-    Ok(shape(vec![patch], markers, Vec::new()))
+    let faces: NamedFaces<'_> = &[
+        ("x-", FIRST[0]),
+        ("x+", FIRST[1]),
+        ("y-", SECOND[0]),
+        ("y+", SECOND[1]),
+        ("z-", THIRD[0]),
+        ("z+", THIRD[1]),
+        ("start", THIRD[0]),
+        ("end", THIRD[1]),
+    ];
+    Ok(shape(vec![patch], markers, faces, Vec::new()))
 }
 
 /// Solid cylinder about the z axis, `0 <= z <= length`: the 3 x 3 disc net extruded. Directions: across, across, along.
@@ -47,7 +60,10 @@ pub fn cylinder(radius: f64, length: f64) -> Result<Shape, SplineError> {
     let line = |&([u, v], angle): &([f64; 2], usize)| {
         singular([Some(u), Some(v), None], format!("jacket line at {angle}°"))
     };
-    let shape = shape(vec![patch], cylinder_markers(0.0, r, l), DISC_CORNERS.iter().map(line).collect());
+    let faces: NamedFaces<'_> =
+        &[("z-", THIRD[0]), ("z+", THIRD[1]), ("jacket", AROUND), ("start", THIRD[0]), ("end", THIRD[1])];
+    let lines = DISC_CORNERS.iter().map(line).collect();
+    let shape = shape(vec![patch], cylinder_markers(0.0, r, l), faces, lines);
     let quarters = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]];
     Ok(Shape { symmetry: Some(Symmetry::about_z(&quarters)), ..shape })
 }
@@ -84,7 +100,15 @@ pub fn hollow_cylinder(inner_radius: f64, outer_radius: f64, length: f64) -> Res
     let around = vec![0.0, 0.0, 0.0, 0.25, 0.25, 0.5, 0.5, 0.75, 0.75, 1.0, 1.0, 1.0];
     let knots = vec![KnotVector::uniform(1, 1)?, KnotVector::new(2, around)?, KnotVector::uniform(1, 1)?];
     let patch = Patch::new(knots, points, weights)?;
-    let shape = shape(vec![patch], cylinder_markers(0.5 * (a + b), b, l), Vec::new());
+    let faces: NamedFaces<'_> = &[
+        ("z-", THIRD[0]),
+        ("z+", THIRD[1]),
+        ("inner", FIRST[0]),
+        ("outer", FIRST[1]),
+        ("start", THIRD[0]),
+        ("end", THIRD[1]),
+    ];
+    let shape = shape(vec![patch], cylinder_markers(0.5 * (a + b), b, l), faces, Vec::new());
     // The middles of the four arcs.
     let middles = [[S, S, 0.0], [-S, S, 0.0], [-S, -S, 0.0], [S, -S, 0.0]];
     Ok(Shape { symmetry: Some(Symmetry::about_z(&middles)), ..shape })

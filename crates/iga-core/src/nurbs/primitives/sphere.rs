@@ -8,6 +8,7 @@ use crate::knots::KnotVector;
 use crate::nurbs::shape::SingularSet;
 use crate::nurbs::symmetry::Symmetry;
 use crate::nurbs::{Patch, Shape};
+use crate::surface::Face;
 
 /// Nets of the solid sphere.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -71,7 +72,9 @@ pub fn sphere(radius: f64, net: SphereNet) -> Result<Shape, SplineError> {
     ];
     // The last two are the poles of the spindle.
     let symmetry = Symmetry::ball(if net == SphereNet::Spindle { &regular[..4] } else { &regular });
-    Ok(Shape { symmetry: Some(symmetry), ..shape(patches, markers, singular) })
+    let surface = Face::outer(&patches, false).into_iter().map(|face| face.id).collect();
+    let faces = [("surface".to_owned(), surface)].into();
+    Ok(Shape { symmetry: Some(symmetry), faces, ..shape(patches, markers, &[], singular) })
 }
 
 /// Homogeneous net of the tile on the face `z < 0` of the unit sphere, `[i][j]` with `i` along x, `j` along y: a sixth of

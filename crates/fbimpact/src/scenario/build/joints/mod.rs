@@ -9,7 +9,7 @@ use ffr_dynamics::system::joints::JointKind;
 use super::super::check::Checker;
 use super::super::model::{Attachment, Joint, Place};
 use super::super::section::Section;
-use super::places::{BodyFacts, body_index, marker_or_point};
+use super::places::{BodyFacts, body_index, held};
 
 /// Name of what does not move.
 pub const GROUND: &str = "ground";
@@ -100,13 +100,14 @@ fn attachment(
         checker.fault_in(side, "body", message);
         return None;
     }
-    let at = marker_or_point(checker, side, &facts)?;
+    let at = held(checker, side, &facts)?;
     Some(Attachment { body: Some(body), at })
 }
 
 fn ground(checker: &mut Checker, side: &Section) -> Option<Attachment> {
-    if side.item("marker").is_some() {
-        checker.fault_in(side, "marker", "ground has no markers, give a \"point\" in space".into());
+    let keys = ["marker", "face", "radius", "coupling"];
+    if let Some(key) = keys.into_iter().find(|key| side.item(key).is_some()) {
+        checker.fault_in(side, key, "ground has no markers and no parts, give a \"point\" in space".into());
         return None;
     }
     if side.item("point").is_none() {
