@@ -4,14 +4,13 @@ use std::path::Path;
 
 use adaptive::fine_model::LowModes;
 use adaptive::spec::{
-    ContactLaw as LawSpec, Extent, HandOver, IntervalSpec, PenaltySearch as SearchSpec, Place, Target,
-    Treatment,
+    ContactLaw as LawSpec, HandOver, IntervalSpec, PenaltySearch as SearchSpec, Target, Treatment,
 };
 use adaptive::transfer::TransferMethod;
 use contact_qs::quasistatic::Method;
 use fbimpact::scenario::{
-    self, BodyKind, Constraint, ContactLaw, ContactModel, ContactSolver, Fault, Override, PenaltySearch,
-    Reduction, Scenario, SurfaceContact,
+    self, Constraint, ContactLaw, ContactModel, ContactSolver, Fault, Override, PenaltySearch, Scenario,
+    SurfaceContact,
 };
 use fbimpact::setup::run_spec;
 
@@ -208,43 +207,23 @@ fn bodies_of_a_pair_must_be_flexible_and_of_one_kind() {
 }
 
 #[test]
-fn joints_become_the_interface_of_a_body() {
-    let scenario = valid(BEAM, &[]);
-    let BodyKind::Elastic(beam) = &scenario.bodies[0].kind else { panic!("flexible") };
-    assert!(matches!(beam.reduction, Reduction::CraigBampton { joint_interface: true, .. }));
-    let interface = |set: &[&str]| {
+fn static_answers_are_the_default_and_can_be_left_out() {
+    let has_answers = |set: &[&str]| {
         let run = run_spec(&valid(BEAM, set)).expect("a run");
-        run.bodies[0].elastic().expect("flexible").interface.clone()
+        run.bodies[0].elastic().expect("flexible").has_static_answers()
     };
-    let [Place::Area(area)] = &interface(&[])[..] else { panic!("one joint") };
-    assert_eq!((&area.extent, area.centre), (&Extent::Face("x-".into()), [-5.0, 0.0, 0.0]));
-    let without = ["bodies.beam.reduction.joint_interface=false", "bodies.beam.reduction.modes=20"];
-    assert_eq!(interface(&without), []);
+    assert!(has_answers(&[]));
+    assert!(has_answers(&["bodies.beam.reduction={method=\"modal\",modes=6}"]));
+    assert!(!has_answers(&["bodies.beam.reduction.static_answers=false"]));
+    assert!(!has_answers(&["bodies.beam.reduction={method=\"all\"}"]));
+    let key = "bodies.beam.reduction.static_answers";
+    assert_fault(BEAM, &["bodies.beam.reduction={method=\"all\",static_answers=false}"], key, "no meaning");
 }
 
 #[test]
-fn joint_interfaces_that_cannot_be_are_faults() {
+fn key_of_an_earlier_version_is_a_fault_with_its_remedy() {
     let key = "bodies.beam.reduction.joint_interface";
-    assert_fault(BEAM, &["bodies.beam.reduction={method=\"modal\",joint_interface=true}"], key, "no meaning");
-    let loose = BEAM.replace("[joints.drive]", "[joints.drive_of_other]").replace(
-        "child = { body = \"beam\", marker = \"left\" }",
-        "child = { body = \"arm\", point = [0.0, 0.0, 0.0] }",
-    ) + "\n[bodies.arm]\nmodel = \"rigid\"\nmass = 1.0\ninertia = [1.0, 1.0, 1.0]\n";
-    assert_fault(
-        &loose,
-        &["bodies.beam.frame=buckens", "bodies.beam.geometric_stiffening=false"],
-        key,
-        "without joints",
-    );
-    let contact = ["bodies.floor={model=\"rigid\",geometry={shape=\"plane\"},normal=[0,1,0]}"];
-    for model in ["adaptive", "quasistatic"] {
-        let pair = format!("contacts.c={{contact_body=\"beam\",target_body=\"floor\",model=\"{model}\"}}");
-        assert_fault(BEAM, &[contact[0], &pair], key, "\"c\"");
-    }
-    valid(BEAM, &[contact[0], "contacts.c={contact_body=\"beam\",target_body=\"floor\",model=\"dynamic\"}"]);
-    // Without interface modes, modes come from the fixed-interface ones alone.
-    let off = ["bodies.beam.reduction.joint_interface=false"];
-    assert_fault(BEAM, &off, "bodies.beam.reduction.fixed_interface_modes", "at least");
+    assert_fault(BEAM, &["bodies.beam.reduction.joint_interface=true"], key, "static answers");
 }
 
 #[test]

@@ -227,7 +227,7 @@ impl ElasticBody {
         };
         let stiffness: Vec<f64> = basis.omega.iter().map(|w| w * w).collect();
         let mut data = StandardInputData::new(body, basis.shapes.as_ref(), &stiffness)?;
-        data.modal_damping = damping(&self.spec.damping, &stiffness)?;
+        data.modal_damping = damping(&self.spec.damping, &stiffness, basis.first_static())?;
         if interface.modes == InterfaceModes::Damped {
             data.modal_damping = with_critical(data.modal_damping, &basis.omega, basis.n_low);
         }
@@ -324,12 +324,24 @@ fn answering(
     with_static_answers(problem, basis, loads.as_ref(), TakenLoads::ByRank)
 }
 
-/// Damping of modes with squared frequencies `stiffness` [rad²/s²].
-pub(crate) fn damping(spec: &DampingSpec, stiffness: &[f64]) -> Result<ModalDamping, DynamicsError> {
+/// Damping of modes with squared frequencies `stiffness` [rad²/s²], of which those from `n_modes` on are static answers.
+///
+/// Rayleigh damping grows with the frequency; what stands for a static answer gets critical damping at most, for more would only
+/// delay it.
+pub(crate) fn damping(
+    spec: &DampingSpec,
+    stiffness: &[f64],
+    n_modes: usize,
+) -> Result<ModalDamping, DynamicsError> {
     match spec {
         DampingSpec::None => Ok(ModalDamping::None),
         DampingSpec::Rayleigh { frequencies, ratio } => {
-            Ok(RayleighDamping::from_frequencies(*frequencies, *ratio)?.modal(stiffness))
+            let mut damping = RayleighDamping::from_frequencies(*frequencies, *ratio)?.modal(stiffness);
+            if let ModalDamping::PerMode(coefficients) = &mut damping {
+                let answers = coefficients.iter_mut().zip(stiffness).skip(n_modes);
+                answers.for_each(|(d, k)| *d = d.min(2.0 * k.sqrt()));
+            }
+            Ok(damping)
         }
         DampingSpec::Modal(ratios) => {
             let last = ratios.last().copied().unwrap_or(0.0);

@@ -364,7 +364,7 @@ impl FineMesh {
                 static_loads: reduced.static_loads.clone(),
             },
             LowModes::Own => {
-                let modes = problem.lowest_modes(reduced.n_free()).map_err(fail)?;
+                let modes = problem.lowest_modes(reduced.first_static()).map_err(fail)?;
                 let loads = self.discretised(body, assembled).load_columns(&coarse.1.loads)?;
                 let taken = TakenLoads::Given(&reduced.static_loads);
                 with_static_answers(&problem, ReducedBasis::from_modes(modes, rigid), loads.as_ref(), taken)

@@ -108,7 +108,7 @@ impl ImportedModel {
         let basis = basis.map_err(fail)?;
         let stiffness: Vec<f64> = basis.omega.iter().map(|w| w * w).collect();
         let mut data = StandardInputData::new(assembled, basis.shapes.as_ref(), &stiffness).map_err(fail)?;
-        data.modal_damping = damping(damped, &stiffness).map_err(fail)?;
+        data.modal_damping = damping(damped, &stiffness, basis.first_static()).map_err(fail)?;
         let markers = body.markers().iter().map(|(n, w)| w.marker(n, basis.shapes.as_ref()));
         let mut markers = markers.collect::<Result<Vec<_>, _>>().map_err(fail)?;
         if let Some(marker) = frame {

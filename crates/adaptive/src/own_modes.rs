@@ -66,7 +66,7 @@ impl OwnModes {
         let stiffness: Vec<f64> = basis.omega.iter().map(|w| w * w).collect();
         let mut data =
             StandardInputData::new(&fine.assembled, basis.shapes.as_ref(), &stiffness).map_err(fail)?;
-        data.modal_damping = damping(&body.spec.damping, &stiffness).map_err(fail)?;
+        data.modal_damping = damping(&body.spec.damping, &stiffness, basis.first_static()).map_err(fail)?;
         let mut framed = None;
         if let FrameSpec::Tangent(place) = &body.spec.frame {
             let support = fine.discretised(body).marker_weights(place, UnitQuaternion::identity())?;

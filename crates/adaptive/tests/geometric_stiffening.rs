@@ -4,7 +4,8 @@
 
 use std::f64::consts::TAU;
 
-use adaptive::elastic_body::{ElasticBody, Interface, InterfaceModes, ReducedBody};
+use adaptive::elastic_body::{ElasticBody, Interface, ReducedBody};
+use adaptive::marker_loads::MarkerLoads;
 use adaptive::spec::{DiscretisationSpec, ElasticSpec, Place, ReductionSpec};
 use adaptive::stiffening::{geometric_stiffening, marker_weights};
 use faer::Mat;
@@ -61,9 +62,14 @@ struct Held {
 fn held(body: ElasticBody) -> Held {
     let place = [-0.5 * LENGTH, 0.0, 0.0];
     let support = marker_weights(&body, &place, UnitQuaternion::identity()).unwrap();
-    let unknowns = support.entries().iter().map(|(unknown, _)| *unknown as usize).collect();
+    let direction = |c: usize| std::array::from_fn(|k| if k == c { 1.0 } else { 0.0 });
+    let load = MarkerLoads {
+        name: "hub".into(),
+        place: Place::Point(place),
+        directions: body.assembled.motion.directions().iter().map(|c| direction(*c)).collect(),
+    };
     let ReducedBody { basis, data, .. } =
-        body.reduce(&Interface { unknowns, modes: InterfaceModes::Dynamic }).unwrap();
+        body.reduce(&Interface { loads: vec![load], ..Interface::default() }).unwrap();
     let hub = support.marker("hub", basis.shapes.as_ref()).unwrap();
     let frame = hub.tangent_frame(data.motion);
     let shapes = frame.shifted_shapes(&body.assembled, basis.shapes.as_ref()).unwrap();

@@ -201,7 +201,8 @@ fn what_comes_after_the_matrices_changes_no_definition() {
 fn modes_are_told_apart_by_reduction_and_interface() {
     let craig_bampton =
         |modes, fixed_interface_modes| ReductionSpec::CraigBampton { modes, fixed_interface_modes };
-    let interface = |unknowns: &[usize], modes| Interface { unknowns: unknowns.to_vec(), modes };
+    let interface =
+        |unknowns: &[usize], modes| Interface { unknowns: unknowns.to_vec(), modes, ..Interface::default() };
     let (dynamic, quasistatic) = (InterfaceModes::Dynamic, InterfaceModes::Quasistatic);
     let cases = [
         (ReductionSpec::Modal { modes: 6 }, interface(&[], dynamic)),

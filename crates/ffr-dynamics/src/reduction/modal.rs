@@ -37,9 +37,11 @@ impl ReducedBasis {
         self.omega.len()
     }
 
-    /// Number of the low-frequency shapes that are free modes, where all shapes are low-frequency.
-    pub fn n_free(&self) -> usize {
-        self.n_low.saturating_sub(self.static_loads.len())
+    /// Number of the first static answer among the shapes, which is that of the free modes; of a basis with interface modes, in
+    /// which static answers are mixed with others, the number of all shapes.
+    pub fn first_static(&self) -> usize {
+        let n = self.n_modes();
+        if self.n_low == n { n.saturating_sub(self.static_loads.len()) } else { n }
     }
 
     /// Basis from verified eigenmodes, all of them low-frequency.

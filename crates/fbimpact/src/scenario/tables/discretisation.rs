@@ -78,7 +78,7 @@ const REFINE: &[Key] = &[
 
 const METHODS: &[Choice] = &[
     Choice::new("craig-bampton", "free modes, and the static answer of the contact zone"),
-    Choice::new("modal", "free modes alone; local deformation at the contact is lost"),
+    Choice::new("modal", "free modes; local deformation at the contact is lost"),
     Choice::new("all", "every mode of the full model, for verification"),
 ];
 
@@ -90,7 +90,7 @@ pub(super) const REDUCTION: &[Key] = &[
         Kind::Integer(1, 100_000),
         "–",
         Need::Default("20"),
-        "Number of elastic modes with dynamics; without meaning for `all`.",
+        "Number of free modes; static answers to joints and loads add to them. Without meaning for `all`.",
     ),
     Key::new(
         "fixed_interface_modes",
