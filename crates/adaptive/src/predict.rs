@@ -238,8 +238,9 @@ pub struct LineLaw {
 }
 
 impl LineLaw {
-    /// `curvature`: sum of both partners' curvatures in the plane [1/m]; `compliance`: sum of `(1 - ν²)/E` [1/Pa]; `size`: distance
-    /// over which the bodies yield; `thickness` \[m\]. `None` where there is no law.
+    /// `curvature`: sum of both partners' curvatures in the plane [1/m]; `compliance`: sum of `(1 - ν²)/E`, that of a partner of
+    /// another thickness times `thickness` over its own [1/Pa]; `size`: distance over which the bodies yield; `thickness`
+    /// \[m\]. `None` where there is no law.
     pub fn new(curvature: f64, compliance: f64, size: f64, thickness: f64) -> Option<Self> {
         let is_possible = curvature > FLAT / size && compliance > 0.0 && compliance.is_finite();
         is_possible.then_some(Self { curvature, compliance, size, thickness })
@@ -248,6 +249,14 @@ impl LineLaw {
     /// Half width under the force `force` \[m\].
     pub fn half_width(&self, force: f64) -> f64 {
         (4.0 * force / self.thickness * self.compliance / (PI * self.curvature)).sqrt()
+    }
+
+    /// Half width at the peak of an impact of two bodies that close at `speed`; `inverse_mass`: sum of their inverse effective
+    /// masses [1/kg]. Zero where they do not close \[m\].
+    pub fn half_width_of_impact(&self, inverse_mass: f64, speed: f64) -> f64 {
+        let Self { curvature, compliance, size, thickness } = *self;
+        line_impact(curvature, compliance, inverse_mass * thickness, speed, size)
+            .map_or(0.0, |(half, _)| half)
     }
 
     /// `δ = l g max(ln(1/g) - 1, 1)` with `g = F/(t F_0)`, `l = κ ℓ²`, `F_0 = π E* l`: Eq. A.13 with `b` put in.

@@ -19,7 +19,7 @@ use crate::error::AdaptiveError;
 use crate::model::BodyModel;
 use crate::predict::{
     HertzLaw, HertzPrediction, ImpactLaw, LineLaw, LocalSurface, half_extents, hertz_impact, interval_width,
-    inverse_effective_mass, line_impact,
+    inverse_effective_mass,
 };
 use crate::preview::{HertzPoint, PointImpact};
 use crate::spec::{Place, Target};
@@ -58,14 +58,9 @@ impl AdaptiveContact {
         let approach = LEAST_APPROACH * self.detector.size();
         let (extents, least, from_axis) = match self.impact_law(bodies, own, other)? {
             ImpactLaw::Line(law) => {
-                let curvature = own.surface.curvatures[0] + other.surface.curvatures[0];
-                let compliance = own.surface.compliance + other.surface.compliance;
-                let thickness = thickness(&body.spec.model);
-                let closing =
-                    || line_impact(curvature, compliance, inverse_mass * thickness, speed, body.size());
                 let half = match peak {
                     Some(force) => law.half_width(force),
-                    None => closing().map_or(0.0, |(half, _)| half),
+                    None => law.half_width_of_impact(inverse_mass, speed),
                 };
                 ([half; 2], [law.half_width(ImpactLaw::Line(law).force(approach).0); 2], false)
             }
@@ -94,8 +89,14 @@ impl AdaptiveContact {
             return HertzLaw::new(&surfaces).map(ImpactLaw::Point);
         }
         let curvature = own.surface.curvatures[0] + other.surface.curvatures[0];
-        let compliance = own.surface.compliance + other.surface.compliance;
-        LineLaw::new(curvature, compliance, body.size(), thickness(&body.spec.model)).map(ImpactLaw::Line)
+        let own_thickness = thickness(&body.spec.model);
+        // A thin target yields more under the same force.
+        let share = match self.target {
+            Target::Body(target) => own_thickness / thickness(&elastic(&bodies[target]).body.spec.model),
+            Target::Plane { .. } => 1.0,
+        };
+        let compliance = own.surface.compliance + share * other.surface.compliance;
+        LineLaw::new(curvature, compliance, body.size(), own_thickness).map(ImpactLaw::Line)
     }
 
     fn partners(&self, bodies: &[BodyModel], states: &[BodyState], nearest: &Nearest) -> Option<Partners> {
