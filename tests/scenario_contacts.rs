@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use adaptive::fine_model::LowModes;
+use adaptive::fine_model::{DivisionRule, LowModes};
 use adaptive::spec::{
     ContactLaw as LawSpec, HandOver, IntervalSpec, PenaltySearch as SearchSpec, Target, Treatment,
 };
@@ -89,7 +89,7 @@ fn factors_searches_and_intervals_reach_the_run() {
     let set = [
         "contacts.first.penalty={initial=1e15,search=\"until-error\"}",
         "contacts.first.solver=broyden",
-        "contacts.first.interval={width=1e-3,elements=24,target_utilisation=0.8,min_utilisation=0.6,max_levels=7,max_knots_per_level=3}",
+        "contacts.first.interval={width=1e-3,elements=24,target_utilisation=0.8,min_utilisation=0.6,division=\"printed\"}",
         "contacts.second.penalty={tolerance=1e-3}",
     ];
     let run = run_spec(&valid(PAIRS, &set)).expect("a run");
@@ -104,8 +104,7 @@ fn factors_searches_and_intervals_reach_the_run() {
         elements: Some(24),
         target_utilisation: 0.8,
         min_utilisation: 0.6,
-        max_levels: Some(7),
-        max_knots_per_level: 3,
+        division: DivisionRule::Printed,
     };
     assert_eq!(law(0).interval, interval);
     assert_eq!(law(1).search, SearchSpec::UntilConverged { tolerance: 1e-3 });
@@ -170,7 +169,9 @@ fn settings_without_meaning_are_faults() {
             "interval.target_utilisation",
             "adaptive",
         ),
-        (&["model=coarse", "interval.max_levels=3"], "interval.max_levels", "adaptive"),
+        (&["model=coarse", "interval.division=printed"], "interval.division", "adaptive"),
+        (&["interval.max_levels=20"], "interval.max_levels", "as many levels are made as the interval needs"),
+        (&["interval.max_knots_per_level=3"], "interval.max_knots_per_level", "levels halve the elements"),
         (&["interval.min_utilisation=0.7"], "interval.min_utilisation", "less than"),
         (&["interval.target_utilisation=1.0"], "interval.target_utilisation", "< 1"),
         (&["target_body=left"], "target_body", "itself"),
@@ -179,9 +180,9 @@ fn settings_without_meaning_are_faults() {
         let set: Vec<&str> = set.iter().map(String::as_str).collect();
         assert_fault(PAIRS, &set, &format!("contacts.first.{key}"), words);
     }
-    let on_plane = ["contacts.impact.interval.max_levels=3"];
-    assert_fault(SPHERE, &on_plane, "contacts.impact.interval.max_levels", "no meaning");
-    let adaptive = ["contacts.impact.model=adaptive", "contacts.impact.interval.max_levels=3"];
+    let on_plane = ["contacts.impact.interval.division=graded"];
+    assert_fault(SPHERE, &on_plane, "contacts.impact.interval.division", "no meaning");
+    let adaptive = ["contacts.impact.model=adaptive", "contacts.impact.interval.division=graded"];
     valid(SPHERE, &adaptive);
     valid(SPHERE, &["contacts.impact.model=adaptive", "contacts.impact.friction=0.1"]);
     valid(PAIRS, &["contacts.first.friction=0.1"]);

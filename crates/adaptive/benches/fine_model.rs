@@ -11,7 +11,6 @@ use std::hint::black_box;
 use adaptive::elastic_body::{ElasticBody, Interface, ReducedBody};
 use adaptive::fine_model::{FineMesh, FineSettings, FineZone, WantedInterval};
 use adaptive::spec::{DiscretisationSpec, ElasticSpec, PointRule, ReductionSpec};
-use adaptive::subdivision::SubdivisionLimits;
 use contact_qs::points::{InterfaceCompliance, contact_submodel};
 use contact_qs::quasistatic::Method;
 use contact_qs::{Friction, SurfacePair, SurfacePairSettings, TargetFace, TargetSurface};
@@ -67,9 +66,8 @@ impl Coarse {
         let surface = BodySurface::new(patches, false);
         let at = surface.closest(patches, &[side * RADIUS, 0.0, 0.0]).unwrap();
         let wanted = WantedInterval { face: surface.faces()[at.face], centre: at.xi, widths: [WIDTH; 2] };
-        // As many levels as it takes: the finest divisions want more than the program's nine.
-        let limits = SubdivisionLimits { elements: across, max_levels: 12, ..SubdivisionLimits::default() };
-        FineMesh::build(&self.body, &[wanted], &FineSettings { limits, growth: None }).unwrap()
+        let settings = FineSettings { elements: across, ..FineSettings::default() };
+        FineMesh::build(&self.body, &[wanted], &settings).unwrap()
     }
 
     fn fine(&self, side: f64, across: usize) -> Fine {

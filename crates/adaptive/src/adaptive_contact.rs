@@ -15,7 +15,7 @@ use crate::detection::{Detector, DetectorTarget, Nearest};
 use crate::error::AdaptiveError;
 use crate::fine_model::{FineBody, FineInterval, LowModes};
 use crate::interval::{
-    ContactFlags, DirectionUse, IntervalAssessment, IntervalEnd, IntervalSettings, assess,
+    ContactFlags, DirectionUse, IntervalAssessment, IntervalEnd, IntervalSettings, Verdict, assess,
 };
 use crate::model::{BodyModel, ElasticModel, TrySizes};
 use crate::own_modes::OwnModes;
@@ -30,11 +30,12 @@ mod widths;
 
 use fine_side::FineSide;
 pub use fine_side::{RebuiltContact, ZoneModel};
+use widths::PredictedWidths;
 
-/// Elements across an interval unless the scenario says otherwise (\[A\] section 4.3).
-const ELEMENTS: usize = 16;
 /// The widest interval, as a share of the body's size: wider than the body itself is none.
 const WIDEST: f64 = 1.0;
+/// Slack of the comparison of a width with the least one: round-off.
+const LEAST_SLACK: f64 = 1e-9;
 /// Ratio of successive penalty factors of a search, as in \[A\] section 4.1.
 const PENALTY_RISE: f64 = 10.0;
 /// Time steps with contact of a trial of the error-driven penalty search (\[A\] section 4.1).
@@ -68,6 +69,8 @@ pub struct FineContact {
     pub sizes: TrySizes,
     /// Widths predicted for this impact \[m\].
     predicted: [f64; 2],
+    /// Widths below which round-off hides what touches \[m\].
+    least: [f64; 2],
     /// Penalty search of this impact.
     pub search: PenaltySearch,
     /// `max_i(A_ii w_i)` [m³/N].
@@ -175,7 +178,8 @@ impl AdaptiveContact {
     ) -> Result<FineContact, AdaptiveError> {
         let nearest = self.nearest(states)?;
         let elastic = elastic(&bodies[self.body]);
-        let predicted = self.predicted_widths(bodies, states, &nearest, wish.peak);
+        let PredictedWidths { widths: predicted, least } =
+            self.predicted_widths(bodies, states, &nearest, wish.peak);
         let factor = self.knowledge.width_factor.unwrap_or([1.0; 2]);
         let start =
             self.law.interval.width.map_or([predicted[0] * factor[0], predicted[1] * factor[1]], |w| [w; 2]);
@@ -239,6 +243,7 @@ impl AdaptiveContact {
             is_target_at_end,
             sizes,
             predicted,
+            least,
             search,
             weight,
             hosted: own_modes.iter().map(|(body, _)| *body).collect(),
@@ -341,8 +346,11 @@ impl FineContact {
         self.flags.is_any()
     }
 
-    /// Algorithm 2 for the impact so far.
-    pub fn assess(&self, settings: &IntervalSettings) -> IntervalAssessment {
+    /// Algorithm 2 for the impact so far. `is_rising`: the simulated time ended while the contact still grew, so that its
+    /// interval is not used up yet.
+    ///
+    /// An interval is not made narrower than the smallest contact that round-off of places lets the bodies see.
+    pub fn assess(&self, settings: &IntervalSettings, is_rising: bool) -> IntervalAssessment {
         let n = self.interval.directions.len();
         let flags: Vec<Vec<bool>> = (0..n).map(|d| self.flags.along(d)).collect();
         let directions: Vec<DirectionUse<'_>> = (0..n)
@@ -352,7 +360,21 @@ impl FineContact {
                 ends: self.interval.ends[d],
             })
             .collect();
-        assess(&directions, settings)
+        let mut assessment = assess(&directions, settings);
+        for (d, least) in assessment.directions.iter_mut().zip(self.least) {
+            let is_least = d.width < least;
+            d.width = d.width.max(least);
+            if d.verdict == Verdict::UnderUtilised && (is_rising || is_least && self.has_least_width()) {
+                d.verdict = Verdict::BelowTarget;
+            }
+        }
+        assessment
+    }
+
+    /// Whether no direction of the interval can be made narrower.
+    fn has_least_width(&self) -> bool {
+        let n = self.interval.directions.len();
+        (0..n).all(|d| self.interval.widths[d] <= (1.0 + LEAST_SLACK) * self.least[d])
     }
 
     /// Whether the target's interval ends where its surface does, so that it cannot grow.

@@ -1,6 +1,7 @@
 //! The fine model of a body: its coarse model, refined around contact intervals (\[A\] section 4.3; theory section A.3).
 //!
-//! A truncated hierarchical space over the body's patch, with levels from Algorithm 3 ([`crate::subdivision`]). Its dynamic
+//! A truncated hierarchical space over the body's patch, with graded levels ([`crate::lattice`]) or those of Algorithm 3
+//! ([`crate::subdivision`]). Its dynamic
 //! coordinates are those of the coarse model: the low-frequency modes are the coarse ones, prolonged, and everything
 //! else that the fine space can do follows quasistatically (`docs/decisions/0008-modes-of-fine-models.md`).
 
@@ -27,12 +28,13 @@ use crate::error::AdaptiveError;
 use crate::interval::IntervalEnd;
 use crate::lattice::DirectionLattice;
 use crate::spec::{ElasticSpec, PointRule};
-use crate::subdivision::SubdivisionLimits;
 use crate::turned_net::TurnedNet;
 
 mod plan;
+mod size;
 
 use plan::{check_regular, fine_intervals, plan, refined};
+use size::check_size;
 
 /// A contact interval as it is asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -78,20 +80,42 @@ pub struct RefinementPlan {
 /// Ways of making levels.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Division {
-    /// Parts of every element from each level to the next, a direction (\[A\] Algorithm 3).
+    /// Parts of every element from each level to the next in every direction (\[A\] Algorithm 3).
     Parts(Vec<[usize; 3]>),
     /// Lattices through the ends of one interval, their spacing doubled from level to level.
     Lattice([DirectionLattice; 3]),
 }
 
+/// How levels are found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum DivisionRule {
+    /// Lattices through the ends of the interval, their spacing doubled from level to level: as many levels as it takes
+    /// (`docs/decisions/0019-levels-of-a-zone.md`). Several intervals of one body share a division by Algorithm 3.
+    #[default]
+    Graded,
+    /// Algorithm 3 of \[A\] with its limits of five levels and ten knots an element and level.
+    Printed,
+}
+
+/// Elements across an interval unless the scenario says otherwise (\[A\] section 4.3).
+pub const ELEMENTS: usize = 16;
+
 /// Settings of fine models.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FineSettings {
-    /// Limits of Algorithm 3.
-    pub limits: SubdivisionLimits,
+    /// How levels are found.
+    pub division: DivisionRule,
+    /// Elements across an interval; Algorithm 3 takes some more where they are needed to meet its ends.
+    pub elements: usize,
     /// Elements by which every level reaches beyond the intervals, the degree at most; `None`: half the degree, rounded up, in
     /// directions that the level divides. With two parts or more all functions on an interval are then of the finest level.
     pub growth: Option<usize>,
+}
+
+impl Default for FineSettings {
+    fn default() -> Self {
+        Self { division: DivisionRule::default(), elements: ELEMENTS, growth: None }
+    }
 }
 
 /// A refined body without its matrices: all that contact needs when the compliance is known already.
@@ -193,7 +217,8 @@ impl FineMesh {
     /// Refines `coarse` around `wanted` intervals.
     ///
     /// # Errors
-    /// [`AdaptiveError::Subdivision`] if no division resolves the intervals; [`AdaptiveError::Geometry`] if the space cannot be
+    /// [`AdaptiveError::Subdivision`] if no memory holds the intervals or round-off would fold their elements, or Algorithm 3
+    /// does not resolve them; [`AdaptiveError::Geometry`] if the space cannot be
     /// built; [`AdaptiveError::Unsupported`] for bodies of several patches and intervals on singular lines.
     pub fn build(
         coarse: &ElasticBody,
@@ -230,6 +255,8 @@ impl FineMesh {
         let plan = plan(coarse, patch, wanted, settings)?;
         check_regular(coarse, wanted, &plan)?;
         let hierarchy = refined(patch, &plan, settings).map_err(fail)?;
+        check_size(patch, &hierarchy, wanted, &plan)
+            .map_err(|source| AdaptiveError::Subdivision { body: coarse.name.clone(), source })?;
         let space = HierarchicalSpace::new(patch, hierarchy).map_err(fail)?;
         let prolongation =
             Prolongation::between(&HierarchicalSpace::plain(patch).map_err(fail)?, &space).map_err(fail)?;

@@ -53,6 +53,12 @@ impl ImpactWatch {
         self.record.as_ref().map(|r| r.end)
     }
 
+    /// Whether the force is at its largest now.
+    pub fn is_rising(&self) -> bool {
+        let now = self.last.map(|l| l.time);
+        self.record.as_ref().is_some_and(|r| r.peak_force > 0.0 && Some(r.peak_time) == now)
+    }
+
     /// Peak force so far \[N\].
     pub fn peak_force(&self) -> f64 {
         self.record.as_ref().map_or(0.0, |r| r.peak_force)

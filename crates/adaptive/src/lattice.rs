@@ -1,10 +1,10 @@
-//! Graded refinement of solid bodies around one contact interval: lattices whose spacing doubles from level to level
-//! (theory section A.2, `docs/decisions/0009-graded-lattices.md`).
+//! Graded refinement around one contact interval: lattices whose spacing doubles from level to level
+//! (theory section A.2, `docs/decisions/0009-graded-lattices.md`, `docs/decisions/0019-levels-of-a-zone.md`).
 //!
-//! Algorithm 3 of \[A\] splits every coarse element into equal parts and takes as many as hit the ends of the interval, often
-//! five or seven at once. In three directions such a level has thousands of elements that nobody needs. Here the finest
-//! level is laid through the ends of the interval, and every coarser level takes each second knot of the finer one. Works
-//! on parameters; what the levels do to a space is [`crate::fine_model`]'s part.
+//! The finest level is laid through the ends of the interval, and every coarser level takes each second knot of the finer one,
+//! until the elements of the coarse model are reached: as many levels as the logarithm of the ratio of sizes, each with
+//! as many elements as the interval is wide in its own. Works on parameters; what the levels do to a space is
+//! [`crate::fine_model`]'s part.
 
 use iga_core::SplineError;
 use iga_core::knots::KnotVector;
@@ -36,7 +36,7 @@ impl DirectionLattice {
         let spacing = (upper - lower) / n as f64;
         let (first, last) = knots.domain();
         let breaks = knots.breaks();
-        let n_levels = levels(element_size(knots, 0.5 * (lower + upper)), spacing);
+        let n_levels = levels(largest_element(knots, interval), spacing);
         if n_levels == 0 {
             return (Self { anchor: lower, spacing, n_levels }, interval);
         }
@@ -53,9 +53,10 @@ impl DirectionLattice {
         (Self { anchor: lower, spacing, n_levels }, [on_a_knot(lower), on_a_knot(upper)])
     }
 
-    /// The lattice of a direction into the depth, from the surface at `surface` on, with the spacing `spacing`.
-    pub fn into_depth(knots: &KnotVector, surface: f64, spacing: f64) -> Self {
-        Self { anchor: surface, spacing, n_levels: levels(element_size(knots, surface), spacing) }
+    /// The lattice of a direction into the depth, from the surface at `surface` to `end`, with the spacing `spacing`.
+    pub fn into_depth(knots: &KnotVector, surface: f64, end: f64, spacing: f64) -> Self {
+        let reach = [surface.min(end), surface.max(end)];
+        Self { anchor: surface, spacing, n_levels: levels(largest_element(knots, reach), spacing) }
     }
 
     /// The knots of level `level` (0: the finest) from those of the next coarser one: lattice points in the `wanted` elements.
@@ -84,9 +85,13 @@ impl DirectionLattice {
     }
 }
 
-fn element_size(knots: &KnotVector, at: f64) -> f64 {
-    let (a, b) = knots.element(knots.find_element(at));
-    b - a
+/// Largest of the elements that meet `interval`.
+fn largest_element(knots: &KnotVector, [lower, upper]: [f64; 2]) -> f64 {
+    let sizes = (knots.find_element(lower)..=knots.find_element(upper)).map(|e| {
+        let (a, b) = knots.element(e);
+        b - a
+    });
+    sizes.fold(0.0, f64::max)
 }
 
 /// Levels until the spacing reaches that of the coarse elements.
@@ -114,7 +119,7 @@ mod tests {
     #[test]
     fn the_depth_starts_at_the_surface_and_sizes_double() {
         let coarse = uniform(4);
-        let lattice = DirectionLattice::into_depth(&coarse, 1.0, 0.01);
+        let lattice = DirectionLattice::into_depth(&coarse, 1.0, 0.92, 0.01);
         assert_eq!(lattice.n_levels, 5); // 0.01 to 0.16, below three quarters of 0.25
         let breaks = lattice.refine(&coarse, 4, |e| e == 3).unwrap().breaks();
         let expected = [0.0, 0.25, 0.5, 0.75, 0.84, 1.0];

@@ -206,6 +206,90 @@ fn elliptic_integrals(m: f64) -> (f64, f64) {
     (first, first * (1.0 - sum))
 }
 
+/// Force between two touching bodies over their approach, without waves: what a preview puts in the place of a contact zone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ImpactLaw {
+    /// Hertz's contact of curved surfaces.
+    Point(HertzLaw),
+    /// Line contact of a plane model.
+    Line(LineLaw),
+}
+
+impl ImpactLaw {
+    /// Force at `approach` \[N\] and the energy stored by then \[J\]; `approach` is not negative \[m\].
+    pub fn force(&self, approach: f64) -> (f64, f64) {
+        match self {
+            Self::Point(law) => {
+                let force = law.stiffness() * approach * approach.sqrt();
+                (force, 0.4 * force * approach)
+            }
+            Self::Line(law) => law.force(approach),
+        }
+    }
+}
+
+/// Line contact of a plane model (theory Eq. A.13): approach over force with the logarithm of the bodies' size.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LineLaw {
+    curvature: f64,
+    compliance: f64,
+    size: f64,
+    thickness: f64,
+}
+
+impl LineLaw {
+    /// `curvature`: sum of both partners' curvatures in the plane [1/m]; `compliance`: sum of `(1 - ν²)/E`, that of a partner of
+    /// another thickness times `thickness` over its own [1/Pa]; `size`: distance over which the bodies yield; `thickness`
+    /// \[m\]. `None` where there is no law.
+    pub fn new(curvature: f64, compliance: f64, size: f64, thickness: f64) -> Option<Self> {
+        let is_possible = curvature > FLAT / size && compliance > 0.0 && compliance.is_finite();
+        is_possible.then_some(Self { curvature, compliance, size, thickness })
+    }
+
+    /// Half width under the force `force` \[m\].
+    pub fn half_width(&self, force: f64) -> f64 {
+        (4.0 * force / self.thickness * self.compliance / (PI * self.curvature)).sqrt()
+    }
+
+    /// Half width at the peak of an impact of two bodies that close at `speed`; `inverse_mass`: sum of their inverse effective
+    /// masses [1/kg]. Zero where they do not close \[m\].
+    pub fn half_width_of_impact(&self, inverse_mass: f64, speed: f64) -> f64 {
+        let Self { curvature, compliance, size, thickness } = *self;
+        line_impact(curvature, compliance, inverse_mass * thickness, speed, size)
+            .map_or(0.0, |(half, _)| half)
+    }
+
+    /// `δ = l g max(ln(1/g) - 1, 1)` with `g = F/(t F_0)`, `l = κ ℓ²`, `F_0 = π E* l`: Eq. A.13 with `b` put in.
+    fn force(&self, approach: f64) -> (f64, f64) {
+        let length = self.curvature * self.size * self.size;
+        let unit = self.thickness * PI * length / self.compliance;
+        let g = line_load(approach / length);
+        let edge = (-2.0_f64).exp(); // from where on the logarithm is held
+        let lower = g.min(edge);
+        let energy = lower * lower * (0.5 * (1.0 / lower.max(f64::MIN_POSITIVE)).ln() - 0.75)
+            + 0.5 * (g * g - lower * lower);
+        (unit * g, unit * length * energy)
+    }
+}
+
+/// Solves `g max(ln(1/g) - 1, 1) = x`, `x >= 0`: Newton's method from below, where the left side is concave.
+fn line_load(x: f64) -> f64 {
+    let edge = (-2.0_f64).exp();
+    if x >= edge || x <= 0.0 {
+        return x.max(0.0);
+    }
+    let mut g = x / (1.0 / x).ln();
+    for _ in 0..50 {
+        let logarithm = (1.0 / g).ln();
+        let next = (g + (x - g * (logarithm - 1.0)) / (logarithm - 2.0)).clamp(g, edge);
+        if next - g <= 4.0 * f64::EPSILON * g {
+            break;
+        }
+        g = next;
+    }
+    g
+}
+
 /// Line contact of a plane model at the peak of an impact: half width and force a metre of thickness (theory Eq. A.13).
 ///
 /// `curvature`: sum of both partners' curvatures in the plane [1/m]; `compliance`: sum of `(1 - ν²)/E` [1/Pa]; `inverse_mass`:
@@ -396,6 +480,25 @@ mod tests {
         let approach = force * compliance / PI * (2.0 * (2.0 * size / half_width).ln() - 1.0);
         assert_relative_eq!(0.5 * force * approach, 0.5 * speed * speed / inverse_mass, max_relative = 1e-9);
         assert!(line_impact(0.0, compliance, inverse_mass, speed, size).is_none());
+    }
+
+    #[test]
+    fn the_law_of_a_line_contact_is_the_approach_of_its_force() {
+        let (compliance, size, thickness) = (STEEL.compliance(), 0.2, 0.03);
+        let law = LineLaw::new(10.0, compliance, size, thickness).unwrap();
+        for approach in [1e-12, 1e-9, 1e-6, 1e-4] {
+            let (force, energy) = law.force(approach);
+            let load = force / thickness;
+            let logarithm = (2.0 * (2.0 * size / law.half_width(force)).ln() - 1.0).max(1.0);
+            assert_relative_eq!(load * compliance / PI * logarithm, approach, max_relative = 1e-12);
+            // The force is the slope of the energy; a central difference is of second order.
+            let h = 1e-4 * approach;
+            let slope = (law.force(approach + h).1 - law.force(approach - h).1) / (2.0 * h);
+            assert_relative_eq!(slope, force, max_relative = 1e-7);
+            assert!(energy > 0.0);
+        }
+        assert_eq!(law.force(0.0), (0.0, 0.0));
+        assert!(LineLaw::new(0.0, compliance, size, thickness).is_none());
     }
 
     #[test]

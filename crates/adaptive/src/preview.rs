@@ -1,4 +1,5 @@
-//! Hertz's force between two material points: a cheap preview of an impact, from which the first fine model is sized.
+//! Hertz's force, or that of a line contact, between two material points: a cheap preview of an impact, from which the first
+//! fine model is sized.
 
 use contact_qs::{ContactElement, ContactReport};
 use ffr_dynamics::error::Rejection;
@@ -6,7 +7,7 @@ use ffr_dynamics::kinematics::marker::FlexiblePoint;
 use ffr_dynamics::system::force::{BodyState, ForceElement, ForceEnergies, GeneralisedForce};
 use nalgebra::Vector3;
 
-use crate::predict::HertzLaw;
+use crate::predict::ImpactLaw;
 
 /// A point of a body, or of space.
 #[derive(Debug, Clone)]
@@ -17,9 +18,9 @@ pub struct HertzPoint {
     pub point: FlexiblePoint,
 }
 
-/// Hertz's force `k δ^(3/2)` along a fixed normal between two points that touch at the start.
+/// The force of an impact's law along a fixed normal between two points that touch at the start.
 ///
-/// The bodies keep their dynamic modes, so that waves and joints count; only the contact zone is Hertz's. Points stay
+/// The bodies keep their dynamic modes, so that waves and joints count; only the contact zone is that of the law. Points stay
 /// where they are: good for the time of an impact.
 #[derive(Debug, Clone)]
 pub struct PointImpact {
@@ -28,7 +29,7 @@ pub struct PointImpact {
     normal: Vector3<f64>,
     /// Gap of the points where the surfaces touch \[m\].
     offset: f64,
-    stiffness: f64,
+    law: ImpactLaw,
     report: ContactReport,
 }
 
@@ -38,17 +39,10 @@ impl PointImpact {
         contact: HertzPoint,
         target: HertzPoint,
         normal: Vector3<f64>,
-        law: &HertzLaw,
+        law: ImpactLaw,
         bodies: &[BodyState],
     ) -> Self {
-        let mut impact = Self {
-            contact,
-            target,
-            normal,
-            offset: 0.0,
-            stiffness: law.stiffness(),
-            report: ContactReport::default(),
-        };
+        let mut impact = Self { contact, target, normal, offset: 0.0, law, report: ContactReport::default() };
         impact.offset = impact.gap(bodies);
         impact
     }
@@ -67,11 +61,11 @@ impl ForceElement for PointImpact {
         forces: &mut [GeneralisedForce],
     ) -> Result<(), Rejection> {
         let approach = (-self.gap(bodies)).max(0.0);
-        let force = self.stiffness * approach * approach.sqrt();
+        let (force, energy) = self.law.force(approach);
         self.report.normal_force = force;
         self.report.force = self.normal * force;
         self.report.n_active = usize::from(force > 0.0);
-        self.report.energies.elastic_high = 0.4 * force * approach;
+        self.report.energies.elastic_high = energy;
         let mut push = |p: &HertzPoint, f: Vector3<f64>| {
             if let Some(b) = p.body {
                 p.point.add_force(&bodies[b], &f, &mut forces[b]);

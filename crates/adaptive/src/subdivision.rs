@@ -5,75 +5,68 @@
 
 use thiserror::Error;
 
-/// Limits of the division.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SubdivisionLimits {
-    /// Largest number of levels, the coarse one and the one of contact elements included.
-    pub max_levels: usize,
-    /// Largest number of knots inserted into an element from one level to the next.
-    pub max_knots: usize,
-    /// Distance of an end of an interval from its knot, as a share of the width.
-    pub tolerance: f64,
-    /// Elements inside an interval.
-    pub elements: usize,
-    /// More elements than wanted, as a share, before a division is passed over.
-    pub excess: f64,
-}
+/// Largest number of levels, the coarse one and the one of contact elements included (\[A\] section 4.3).
+const MAX_LEVELS: usize = 5;
+/// Largest number of knots inserted into an element from one level to the next (\[A\] section 4.3).
+const MAX_KNOTS: usize = 10;
+/// Distance of an end of an interval from its knot, as a share of the width (\[A\] section 4.3).
+const TOLERANCE: f64 = 0.01;
+/// More elements than wanted, as a share, before a division is passed over: 16 elements cannot be had everywhere.
+const EXCESS: f64 = 0.25;
 
-impl Default for SubdivisionLimits {
-    /// The values of \[A\] section 4.3; 16 elements cannot be had everywhere, up to 20 are taken.
-    fn default() -> Self {
-        Self { max_levels: 5, max_knots: 10, tolerance: 0.01, elements: 16, excess: 0.25 }
-    }
-}
-
-impl SubdivisionLimits {
-    /// The values of \[A\] for bodies of two directions. On a solid body a level that splits elements in two costs least, as every
-    /// level reaches beyond the interval by whole elements of the one before, on all sides: up to nine levels are taken.
-    pub fn for_dimension(dimension: usize) -> Self {
-        Self { max_levels: if dimension > 2 { 9 } else { 5 }, ..Self::default() }
-    }
-}
-
-/// Why no division was found.
+/// Why an interval cannot be refined.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum SubdivisionError {
-    /// An interval that is none.
-    #[error("contact interval from {lower} to {upper} is not inside the parameters {first} to {last}")]
-    Interval {
-        /// Lower end.
-        lower: f64,
-        /// Upper end.
-        upper: f64,
-        /// First parameter of the face.
-        first: f64,
-        /// Last one.
-        last: f64,
+    /// A width that is none.
+    #[error("a contact interval of {width:.3e} m cannot be refined, its width must be positive and finite")]
+    Width {
+        /// Width asked for \[m\].
+        width: f64,
     },
-    /// The limits leave no division.
+    /// Elements that round-off would fold.
     #[error(
-        "no division of elements of size {element:.3e} resolves a contact interval of {width:.3e} with {levels} levels and {knots} knots a level; refine the coarse model near the contact"
+        "a contact interval of {width:.3e} m with elements of {element:.3e} m cannot be resolved on a body of {size:.3e} m, whose points are known to {round_off:.0e} m; the touch is too slow or the partner too small for this body, choose model \"hertz\" for the contact or a smaller body"
+    )]
+    BelowRoundOff {
+        /// Width of the interval \[m\].
+        width: f64,
+        /// Size of its elements \[m\].
+        element: f64,
+        /// Size of the body \[m\].
+        size: f64,
+        /// Round-off of places on it \[m\].
+        round_off: f64,
+    },
+    /// A fine model that no memory holds.
+    #[error(
+        "a contact interval of {width:.3e} m with {across} elements across, {element:.3e} m each, makes about {unknowns:.1e} unknowns, {interface:.1e} of them in the contact zone, and needs about {gigabytes:.0} GB (at most {most:.0} GB); give interval.elements a smaller number"
+    )]
+    TooLarge {
+        /// Width of the interval \[m\].
+        width: f64,
+        /// Elements across it.
+        across: usize,
+        /// Size of its elements \[m\].
+        element: f64,
+        /// Unknowns of the fine model.
+        unknowns: f64,
+        /// Unknowns of the contact zone.
+        interface: f64,
+        /// Memory needed \[GB\].
+        gigabytes: f64,
+        /// Memory permitted \[GB\].
+        most: f64,
+    },
+    /// Algorithm 3 within its limits finds no division.
+    #[error(
+        "elements of {element:.3e} m cannot be divided as printed for a contact interval of {width:.3e} m: {levels} levels of at most {knots} knots an element are not enough; leave out interval.division, for graded levels resolve any interval",
+        levels = MAX_LEVELS,
+        knots = MAX_KNOTS
     )]
     TooSmall {
-        /// Size of the coarse elements.
+        /// Size of the coarse elements \[m\].
         element: f64,
-        /// Width of the narrowest interval.
-        width: f64,
-        /// Permitted levels.
-        levels: usize,
-        /// Permitted knots a level.
-        knots: usize,
-    },
-    /// The elements of a solid body would have to be halved more often than permitted.
-    #[error(
-        "a contact interval of {width:.3e} m needs {needed} levels of refinement, {allowed} are allowed; raise interval.max_levels or refine the coarse model near the contact"
-    )]
-    TooManyLevels {
-        /// Levels needed.
-        needed: usize,
-        /// Permitted levels.
-        allowed: usize,
-        /// Width of the interval \[m\].
+        /// Width of the narrowest interval \[m\].
         width: f64,
     },
 }
@@ -91,25 +84,22 @@ pub struct DirectionPlan {
     pub deviation: f64,
 }
 
-/// Lines 3 to 9 of Algorithm 3: the levels over which `n_elements` parts are spread, or `None` if the limits forbid it.
+/// Lines 3 to 9 of Algorithm 3: the levels over which `n_elements` parts are spread, or `None` if its limits forbid it.
 ///
 /// The prime factors, ascending; the two first ones are merged until the levels are few enough.
-pub fn level_factors(n_elements: usize, limits: &SubdivisionLimits) -> Option<Vec<usize>> {
+pub fn level_factors(n_elements: usize) -> Option<Vec<usize>> {
     let mut factors = prime_factors(n_elements);
-    while factors.len() > 1 && factors.len() + 2 > limits.max_levels {
+    while factors.len() + 2 > MAX_LEVELS {
         let first = factors.remove(0);
         factors[0] *= first;
     }
-    let fits =
-        factors.len() + 2 <= limits.max_levels.max(2) && factors.iter().all(|f| f - 1 <= limits.max_knots);
-    fits.then_some(factors)
+    factors.iter().all(|f| f - 1 <= MAX_KNOTS).then_some(factors)
 }
 
 /// Algorithm 3: the next permitted number of knots after `n_knots`, with the parts a level; `None` after the largest.
-pub fn next_allowed(n_knots: usize, limits: &SubdivisionLimits) -> Option<(usize, Vec<usize>)> {
-    let levels = limits.max_levels.saturating_sub(2) as u32;
-    let largest = (limits.max_knots + 1).saturating_pow(levels);
-    (n_knots + 1..largest).find_map(|knots| Some((knots, level_factors(knots + 1, limits)?)))
+pub fn next_allowed(n_knots: usize) -> Option<(usize, Vec<usize>)> {
+    let largest = (MAX_KNOTS + 1).pow(MAX_LEVELS as u32 - 2);
+    (n_knots + 1..largest).find_map(|knots| Some((knots, level_factors(knots + 1)?)))
 }
 
 fn prime_factors(mut n: usize) -> Vec<usize> {
@@ -142,31 +132,24 @@ struct Candidate {
     cost: f64,
 }
 
-/// Divides one direction so that the ends of all `intervals` lie on knots and each holds the wanted number of elements.
+/// Divides one direction so that the ends of all `intervals`, which lie inside the face, lie on knots and each holds
+/// `elements` contact elements or some more.
 ///
-/// `breaks`: the distinct knots of the coarse model; `surface`: what a level costs.
+/// `breaks`: the distinct knots of the coarse model; `surface`: what a level costs. `None` if the limits of Algorithm 3 leave no
+/// division.
 /// Every coarse element is divided alike (Fig. 5). Of the divisions that Algorithm 3 permits, those are taken whose knots hit
 /// the ends to the tolerance and which hold 16 to 20 elements, and of these the one with the fewest elements over all levels;
 /// \[A\] takes the first hit and leaves open how the number of elements is kept. If there is none, up to twice the
 /// elements are allowed, and then a larger distance of the ends; the plan says how large it is.
-///
-/// # Errors
-/// [`SubdivisionError`] for impossible intervals, or if the levels cannot resolve them.
 pub fn divide(
     breaks: &[f64],
     intervals: &[[f64; 2]],
     surface: SurfaceGrowth,
-    limits: &SubdivisionLimits,
-) -> Result<DirectionPlan, SubdivisionError> {
-    let (first, last) = (breaks[0], breaks[breaks.len() - 1]);
-    for &[lower, upper] in intervals {
-        if !(first <= lower && lower < upper && upper <= last) {
-            return Err(SubdivisionError::Interval { lower, upper, first, last });
-        }
-    }
+    elements: usize,
+) -> Option<DirectionPlan> {
     let undivided = std::iter::once((0, Vec::new()));
-    let allowed = std::iter::successors(next_allowed(0, limits), |(knots, _)| next_allowed(*knots, limits));
-    let most = 2 * limits.elements;
+    let allowed = std::iter::successors(next_allowed(0), |(knots, _)| next_allowed(*knots));
+    let most = 2 * elements;
     let mut candidates = Vec::new();
     for (knots, factors) in undivided.chain(allowed) {
         let (Some(snapped), n) = (snap(breaks, intervals, knots + 1), knots + 1) else { continue };
@@ -174,18 +157,15 @@ pub fn divide(
         if fewest > most && !candidates.is_empty() {
             break; // more parts only make more elements
         }
-        candidates.extend(candidate(breaks, &snapped, n, factors, surface, limits));
+        candidates.extend(candidate(breaks, &snapped, n, factors, surface, elements));
     }
-    let wanted = limits.elements..=((1.0 + limits.excess) * limits.elements as f64) as usize;
-    let hits = |c: &&Candidate| c.plan.deviation <= limits.tolerance;
+    let wanted = elements..=((1.0 + EXCESS) * elements as f64) as usize;
+    let hits = |c: &&Candidate| c.plan.deviation <= TOLERANCE;
     let cheapest = |a: &&Candidate, b: &&Candidate| a.cost.total_cmp(&b.cost);
     let best = candidates.iter().filter(hits).filter(|c| wanted.contains(&c.n_least)).min_by(cheapest);
     let more = || candidates.iter().filter(hits).filter(|c| c.n_least <= most).min_by(cheapest);
     let nearest = || candidates.iter().min_by(|a, b| a.plan.deviation.total_cmp(&b.plan.deviation));
-    best.or_else(more)
-        .or_else(nearest)
-        .map(|c| c.plan.clone())
-        .ok_or_else(|| too_small(breaks, intervals, limits))
+    best.or_else(more).or_else(nearest).map(|c| c.plan.clone())
 }
 
 /// An interval whose ends were moved to knots.
@@ -225,11 +205,11 @@ fn candidate(
     n: usize,
     factors: Vec<usize>,
     surface: SurfaceGrowth,
-    limits: &SubdivisionLimits,
+    elements: usize,
 ) -> Option<Candidate> {
     let fewest = snapped.iter().map(|s| s.count).min()?;
-    let last = limits.elements.div_ceil(fewest);
-    if last - 1 > limits.max_knots {
+    let last = elements.div_ceil(fewest);
+    if last - 1 > MAX_KNOTS {
         return None;
     }
     let mut parts = factors;
@@ -270,19 +250,13 @@ fn elements_of_levels(
     sum
 }
 
-fn too_small(breaks: &[f64], intervals: &[[f64; 2]], limits: &SubdivisionLimits) -> SubdivisionError {
-    let element = breaks.windows(2).map(|w| w[1] - w[0]).fold(0.0, f64::max);
-    let width = intervals.iter().map(|[a, b]| b - a).fold(f64::INFINITY, f64::min);
-    SubdivisionError::TooSmall { element, width, levels: limits.max_levels, knots: limits.max_knots }
-}
-
 /// Parts a level of a direction into the depth, so that the sizes of its elements follow those along the surface (theory
 /// Eq. A.4): `size` is its coarse element at the contact, `along` the size along the surface after each level \[m\].
-pub fn follow(size: f64, along: &[f64], limits: &SubdivisionLimits) -> Vec<usize> {
+pub fn follow(size: f64, along: &[f64]) -> Vec<usize> {
     let mut size = size;
     let mut parts = Vec::with_capacity(along.len());
     for wanted in along {
-        let n = ((size / wanted).round() as usize).clamp(1, limits.max_knots + 1);
+        let n = ((size / wanted).round() as usize).clamp(1, MAX_KNOTS + 1);
         size /= n as f64;
         parts.push(n);
     }
@@ -295,10 +269,6 @@ mod tests {
     use approx::assert_relative_eq;
     use proptest::prelude::*;
 
-    fn limits() -> SubdivisionLimits {
-        SubdivisionLimits::default()
-    }
-
     fn curve(growth: usize) -> SurfaceGrowth {
         SurfaceGrowth { growth, directions: 1 }
     }
@@ -310,38 +280,36 @@ mod tests {
     #[test]
     fn three_knots_spread_over_two_levels_and_two_do_not() {
         // \[A\] Fig. 6: four elements are two times two, three elements are prime.
-        assert_eq!(level_factors(4, &limits()), Some(vec![2, 2]));
-        assert_eq!(level_factors(3, &limits()), Some(vec![3]));
+        assert_eq!(level_factors(4), Some(vec![2, 2]));
+        assert_eq!(level_factors(3), Some(vec![3]));
     }
 
     #[test]
     fn levels_are_merged_from_the_front_as_printed() {
-        assert_eq!(level_factors(36, &limits()), Some(vec![4, 3, 3]));
-        assert_eq!(level_factors(32, &limits()), Some(vec![8, 2, 2]));
-        assert_eq!(level_factors(60, &limits()), Some(vec![4, 3, 5]));
+        assert_eq!(level_factors(36), Some(vec![4, 3, 3]));
+        assert_eq!(level_factors(32), Some(vec![8, 2, 2]));
+        assert_eq!(level_factors(60), Some(vec![4, 3, 5]));
     }
 
     #[test]
     fn forbidden_numbers_of_knots_are_passed_over() {
         // 12 knots: 13 is prime and above 11. 64 = 2^6 merges to [16, 2, 2]: 15 knots.
-        assert_eq!(level_factors(13, &limits()), None);
-        assert_eq!(level_factors(64, &limits()), None);
-        assert_eq!(next_allowed(11, &limits()), Some((13, vec![2, 7])));
+        assert_eq!(level_factors(13), None);
+        assert_eq!(level_factors(64), None);
+        assert_eq!(next_allowed(11), Some((13, vec![2, 7])));
         // 64 is forbidden, 65 = 5 × 13 too.
-        assert_eq!(next_allowed(62, &limits()), Some((65, vec![2, 3, 11])));
-        assert_eq!(next_allowed(0, &limits()), Some((1, vec![2])));
+        assert_eq!(next_allowed(62), Some((65, vec![2, 3, 11])));
+        assert_eq!(next_allowed(0), Some((1, vec![2])));
         let all: Vec<usize> =
-            std::iter::successors(next_allowed(0, &limits()), |(k, _)| next_allowed(*k, &limits()))
-                .map(|c| c.0)
-                .collect();
+            std::iter::successors(next_allowed(0), |(k, _)| next_allowed(*k)).map(|c| c.0).collect();
         assert_eq!(all.last(), Some(&1330)); // 11 × 11 × 11 elements
-        assert_eq!(next_allowed(1330, &limits()), None);
+        assert_eq!(next_allowed(1330), None);
     }
 
     #[test]
     fn every_permitted_division_keeps_its_product_and_limits() {
         for n in 2..=1331 {
-            if let Some(factors) = level_factors(n, &limits()) {
+            if let Some(factors) = level_factors(n) {
                 assert_eq!(factors.iter().product::<usize>(), n);
                 assert!(
                     factors.len() <= 3 && factors.iter().all(|&f| (2..=11).contains(&f)),
@@ -353,7 +321,7 @@ mod tests {
 
     #[test]
     fn an_interval_from_the_axis_is_met_to_one_percent() {
-        let plan = divide(&uniform(8), &[[0.0, 0.0203]], curve(2), &limits()).unwrap();
+        let plan = divide(&uniform(8), &[[0.0, 0.0203]], curve(2), 16).unwrap();
         assert!(plan.deviation <= 0.01, "{plan:?}");
         assert!((16..=20).contains(&plan.n_elements[0]), "{plan:?}");
         assert!(plan.parts.len() <= 4 && plan.parts.iter().all(|&f| f <= 11));
@@ -362,7 +330,7 @@ mod tests {
 
     #[test]
     fn several_small_steps_are_preferred_to_a_large_one() {
-        let plan = divide(&uniform(4), &[[0.25, 0.75]], curve(2), &limits()).unwrap();
+        let plan = divide(&uniform(4), &[[0.25, 0.75]], curve(2), 16).unwrap();
         // 8 parts at once would refine more coarse elements than 2 × 2 × 2.
         assert_eq!((plan.parts.clone(), plan.n_elements[0]), (vec![2, 2, 2], 16));
         assert!(plan.deviation < 1e-14);
@@ -370,29 +338,22 @@ mod tests {
 
     #[test]
     fn two_intervals_share_one_division() {
-        let plan = divide(&uniform(10), &[[0.0, 0.03], [0.0, 0.018]], curve(2), &limits()).unwrap();
+        let plan = divide(&uniform(10), &[[0.0, 0.03], [0.0, 0.018]], curve(2), 16).unwrap();
         assert!(plan.deviation <= 0.01, "{plan:?}");
         assert!(plan.n_elements[1] >= 16 && plan.n_elements[0] > plan.n_elements[1], "{plan:?}");
     }
 
     #[test]
-    fn impossible_intervals_are_errors() {
-        let coarse = uniform(4);
-        for bad in [[0.5, 0.5], [0.6, 0.5], [-0.1, 0.2], [0.9, 1.1], [f64::NAN, 0.5]] {
-            assert!(matches!(
-                divide(&coarse, &[bad], curve(2), &limits()),
-                Err(SubdivisionError::Interval { .. })
-            ));
-        }
-        let tiny = divide(&coarse, &[[0.0, 1e-9]], curve(2), &limits()).unwrap_err();
-        assert!(tiny.to_string().contains("refine the coarse model"), "{tiny}");
+    fn intervals_beyond_the_limits_have_no_division() {
+        // 11 * 11 * 11 parts with a last level of eleven: 1e-9 of the range would need more.
+        assert_eq!(divide(&uniform(4), &[[0.0, 1e-9]], curve(2), 16), None);
     }
 
     #[test]
     fn depth_follows_the_size_along_the_surface() {
-        assert_eq!(follow(8.0, &[2.0, 1.0, 0.25], &limits()), vec![4, 2, 4]);
-        assert_eq!(follow(100.0, &[2.0, 1.0], &limits()), vec![11, 9]);
-        assert_eq!(follow(0.1, &[2.0, 1.0, 0.05], &limits()), vec![1, 1, 2]);
+        assert_eq!(follow(8.0, &[2.0, 1.0, 0.25]), vec![4, 2, 4]);
+        assert_eq!(follow(100.0, &[2.0, 1.0]), vec![11, 9]);
+        assert_eq!(follow(0.1, &[2.0, 1.0, 0.05]), vec![1, 1, 2]);
     }
 
     proptest! {
@@ -403,7 +364,7 @@ mod tests {
             width in 0.004f64..0.08,
         ) {
             let interval = [(centre - 0.5 * width).max(0.0), (centre + 0.5 * width).min(1.0)];
-            let plan = divide(&uniform(n), &[interval], curve(3), &limits()).unwrap();
+            let plan = divide(&uniform(n), &[interval], curve(3), 16).unwrap();
             let product: usize = plan.parts.iter().product();
             let h = 1.0 / (n * product) as f64;
             let [a, b] = plan.intervals[0];

@@ -160,7 +160,8 @@ fn interrupt_while_a_fine_model_is_built_ends_the_run_there() {
 #[test]
 fn fine_model_that_cannot_be_built_leaves_a_failed_try() {
     let mut law = law();
-    (law.interval.max_levels, law.interval.max_knots_per_level) = (Some(1), 1);
+    // A compliance of 100,000 unknowns.
+    law.interval.elements = Some(100_000);
     let mut trace = Trace::default();
     let error = try_run(&pair(with_law(law)), &mut trace).expect_err("an error");
     assert!(matches!(error, AdaptiveError::Subdivision { .. }), "{error}");

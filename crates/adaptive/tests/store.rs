@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex};
 
 use adaptive::driver::run;
 use adaptive::elastic_body::{Interface, InterfaceModes};
-use adaptive::fine_model::{FineMesh, FineSettings};
+use adaptive::fine_model::{DivisionRule, FineMesh, FineSettings};
 use adaptive::model::RunModel;
 use adaptive::recording::Recording;
 use adaptive::spec::{
@@ -20,7 +20,6 @@ use adaptive::spec::{
 use adaptive::store::{
     CacheUse, ModelCache, ModelKey, ModelStore, StoredModel, body_definition, compliance_key, modes_key,
 };
-use adaptive::subdivision::SubdivisionLimits;
 use bodies::{block, sphere, wanted_at};
 use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::primitives::sphere::SphereNet;
@@ -85,12 +84,7 @@ fn two_balls() -> RunSpec {
     // Above each other the balls touch at poles, where the net is turned.
     let mut law = law();
     law.treatment = Treatment::Quasistatic;
-    law.interval = IntervalSpec {
-        width: Some(4e-4),
-        elements: Some(4),
-        max_levels: Some(12),
-        ..IntervalSpec::default()
-    };
+    law.interval = IntervalSpec { width: Some(4e-4), elements: Some(4), ..IntervalSpec::default() };
     law.search = PenaltySearch::Fixed;
     law.penalty = Some(1e16);
     run.contacts[0].law = adaptive::spec::ContactLaw::Surface(law);
@@ -243,8 +237,8 @@ fn compliances_are_told_apart_by_the_last_bit_of_interval_settings_and_modes() {
     let mut other = wanted;
     other.centre[0] = other.centre[0].next_up();
     keys.push(key(other, settings, &unknowns));
-    let limits = SubdivisionLimits { elements: 20, ..settings.limits };
-    keys.push(key(wanted, FineSettings { limits, ..settings }, &unknowns));
+    keys.push(key(wanted, FineSettings { elements: 20, ..settings }, &unknowns));
+    keys.push(key(wanted, FineSettings { division: DivisionRule::Printed, ..settings }, &unknowns));
     keys.push(key(wanted, FineSettings { growth: Some(1), ..settings }, &unknowns));
     let mut changed = body.reduce(&Interface::default()).unwrap();
     changed.basis.shapes[(0, 0)] = changed.basis.shapes[(0, 0)].next_up();

@@ -15,16 +15,15 @@ use iga_core::nurbs::FaceId;
 use iga_core::surface::Face;
 use nalgebra::Unit;
 
-use super::{AdaptiveContact, ELEMENTS, FALLBACK_PENALTY, GoOn, WIDEST};
+use super::{AdaptiveContact, FALLBACK_PENALTY, GoOn, WIDEST};
 use crate::elastic_body::{ElasticBody, damping, with_critical};
 use crate::error::AdaptiveError;
-use crate::fine_model::{FineBody, FineMesh, FineSettings, FineZone, LowModes, WantedInterval};
+use crate::fine_model::{ELEMENTS, FineBody, FineMesh, FineSettings, FineZone, LowModes, WantedInterval};
 use crate::model::{BodyModel, ElasticModel};
 use crate::own_modes::OwnModes;
 use crate::record::ZoneSite;
 use crate::spec::{Target, Treatment};
 use crate::store::{ModelKey, StoredModel, compliance_key, matrix, matrix_values};
-use crate::subdivision::SubdivisionLimits;
 
 /// Fine model of one body for one contact.
 pub struct FineSide {
@@ -86,17 +85,14 @@ impl AdaptiveContact {
             let reason = format!("an interval {width:e} m wide on a body of {size:e} m");
             return Err(self.fail(ContactError::Inconsistent { reason }));
         }
-        let usual = SubdivisionLimits::for_dimension(patches[face.patch].dimension());
         let face = Face::new(patches, face, body.spec.model == Model::Axisymmetric);
         let wanted = WantedInterval { face, centre: site.centre, widths: site.widths };
         let given = &self.law.interval;
-        let limits = SubdivisionLimits {
-            max_levels: given.max_levels.unwrap_or(usual.max_levels),
-            max_knots: given.max_knots_per_level,
+        let settings = FineSettings {
+            division: given.division,
             elements: given.elements.unwrap_or(ELEMENTS),
-            ..usual
+            growth: None,
         };
-        let settings = FineSettings { limits, growth: None };
         Ok((FineMesh::build(body, &[wanted], &settings)?, wanted, settings))
     }
 
@@ -368,7 +364,7 @@ impl FineSide {
 }
 
 /// Thickness of a plane model \[m\], one of any other.
-fn thickness(model: &Model) -> f64 {
+pub(super) fn thickness(model: &Model) -> f64 {
     match model {
         Model::PlaneStrain { thickness } | Model::PlaneStress { thickness } => *thickness,
         Model::Axisymmetric | Model::Solid => 1.0,

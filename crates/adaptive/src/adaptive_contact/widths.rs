@@ -11,13 +11,15 @@ use nalgebra::{Matrix3, Vector3};
 
 use contact_qs::search::SurfaceSite;
 
+use super::fine_side::thickness;
 use super::{AdaptiveContact, elastic};
 use crate::detection::Nearest;
 use crate::elastic_body::point_in_space;
 use crate::error::AdaptiveError;
 use crate::model::BodyModel;
 use crate::predict::{
-    HertzLaw, LocalSurface, half_extents, hertz_impact, interval_width, inverse_effective_mass, line_impact,
+    HertzLaw, HertzPrediction, ImpactLaw, LineLaw, LocalSurface, half_extents, hertz_impact, interval_width,
+    inverse_effective_mass,
 };
 use crate::preview::{HertzPoint, PointImpact};
 use crate::spec::{Place, Target};
@@ -25,46 +27,76 @@ use crate::turned_net::regular_view;
 
 /// Width of a first interval that cannot be predicted (flat on flat), as a share of the body's size.
 const BLIND_WIDTH: f64 = 0.05;
+/// Least approach of two bodies that places on them can tell, in units of the round-off of their size.
+const LEAST_APPROACH: f64 = 64.0 * f64::EPSILON;
 
 impl AdaptiveContact {
-    /// Widths by Hertz's theory for the peak force `peak`, or for the closing motion in `states`.
+    /// Widths by Hertz's theory for the peak force `peak`, or for the closing motion in `states`, and the least that they are to
+    /// be: those of the smallest approach that round-off lets the bodies see.
     pub(super) fn predicted_widths(
         &self,
         bodies: &[BodyModel],
         states: &[BodyState],
         nearest: &Nearest,
         peak: Option<f64>,
-    ) -> [f64; 2] {
+    ) -> PredictedWidths {
         let blind = BLIND_WIDTH * elastic(&bodies[self.body]).body.size();
-        self.hertz_widths(bodies, states, nearest, peak).unwrap_or([blind; 2])
+        let known = self.partners(bodies, states, nearest).and_then(|p| self.hertz_widths(bodies, &p, peak));
+        known.unwrap_or(PredictedWidths { widths: [blind; 2], least: [0.0; 2] })
     }
 
     fn hertz_widths(
         &self,
         bodies: &[BodyModel],
-        states: &[BodyState],
-        nearest: &Nearest,
+        Partners { own, other, normal }: &Partners,
         peak: Option<f64>,
-    ) -> Option<[f64; 2]> {
-        let Partners { own, other, normal } = self.partners(bodies, states, nearest)?;
-        let speed = (other.velocity - own.velocity).dot(&normal);
+    ) -> Option<PredictedWidths> {
+        let speed = (other.velocity - own.velocity).dot(normal);
         let inverse_mass = own.inverse_mass + other.inverse_mass;
         let target = self.law.interval.target_utilisation;
         let body = &elastic(&bodies[self.body]).body;
-        if let Model::PlaneStrain { thickness } | Model::PlaneStress { thickness } = body.spec.model {
-            let curvature = own.surface.curvatures[0] + other.surface.curvatures[0];
-            let compliance = own.surface.compliance + other.surface.compliance;
-            let (half, _) = line_impact(curvature, compliance, inverse_mass * thickness, speed, body.size())?;
-            return Some([interval_width(half, target, false); 2]);
-        }
-        let surfaces = [own.surface, other.surface];
-        let hertz = match peak {
-            Some(force) => HertzLaw::new(&surfaces)?.at_force(force),
-            None => hertz_impact(&surfaces, inverse_mass, speed)?,
+        let approach = LEAST_APPROACH * self.detector.size();
+        let (extents, least, from_axis) = match self.impact_law(bodies, own, other)? {
+            ImpactLaw::Line(law) => {
+                let half = match peak {
+                    Some(force) => law.half_width(force),
+                    None => law.half_width_of_impact(inverse_mass, speed),
+                };
+                ([half; 2], [law.half_width(ImpactLaw::Line(law).force(approach).0); 2], false)
+            }
+            ImpactLaw::Point(law) => {
+                let surfaces = [own.surface, other.surface];
+                let hertz = match peak {
+                    Some(force) => Some(law.at_force(force)),
+                    None => hertz_impact(&surfaces, inverse_mass, speed),
+                };
+                let extents = |h: &HertzPrediction| half_extents(h, &own.tangents);
+                let least = extents(&law.at_force(ImpactLaw::Point(law).force(approach).0));
+                let from_axis = body.spec.model == Model::Axisymmetric;
+                (hertz.map_or([0.0; 2], |h| extents(&h)), least, from_axis)
+            }
         };
-        let [a, b] = half_extents(&hertz, &own.tangents);
-        let from_axis = body.spec.model == Model::Axisymmetric;
-        Some([interval_width(a, target, from_axis), interval_width(b, target, from_axis)])
+        let least = least.map(|half| interval_width(half, target, from_axis));
+        let predicted = extents.map(|half| interval_width(half, target, from_axis));
+        Some(PredictedWidths { widths: std::array::from_fn(|d| predicted[d].max(least[d])), least })
+    }
+
+    /// The law by which two bodies press each other; none for surfaces that are flat on each other.
+    fn impact_law(&self, bodies: &[BodyModel], own: &Partner, other: &Partner) -> Option<ImpactLaw> {
+        let body = &elastic(&bodies[self.body]).body;
+        let surfaces = [own.surface, other.surface];
+        if !matches!(body.spec.model, Model::PlaneStrain { .. } | Model::PlaneStress { .. }) {
+            return HertzLaw::new(&surfaces).map(ImpactLaw::Point);
+        }
+        let curvature = own.surface.curvatures[0] + other.surface.curvatures[0];
+        let own_thickness = thickness(&body.spec.model);
+        // A thin target yields more under the same force.
+        let share = match self.target {
+            Target::Body(target) => own_thickness / thickness(&elastic(&bodies[target]).body.spec.model),
+            Target::Plane { .. } => 1.0,
+        };
+        let compliance = own.surface.compliance + share * other.surface.compliance;
+        LineLaw::new(curvature, compliance, body.size(), own_thickness).map(ImpactLaw::Line)
     }
 
     fn partners(&self, bodies: &[BodyModel], states: &[BodyState], nearest: &Nearest) -> Option<Partners> {
@@ -78,8 +110,8 @@ impl AdaptiveContact {
         Some(Partners { own, other, normal })
     }
 
-    /// A point contact with Hertz's law at the nearest points in the motions `states`, for a preview of the impact; none if
-    /// the width is known already, or Hertz's law does not apply.
+    /// A point contact with the law of the pair at the nearest points in the motions `states`, for a preview of the impact; none if
+    /// the width is known already, or the surfaces are flat on each other.
     ///
     /// # Errors
     /// [`AdaptiveError::Contact`] if the motions are not finite.
@@ -88,18 +120,25 @@ impl AdaptiveContact {
         bodies: &[BodyModel],
         states: &[BodyState],
     ) -> Result<Option<PointImpact>, AdaptiveError> {
-        let model = elastic(&bodies[self.body]).body.spec.model;
-        let is_plane = matches!(model, Model::PlaneStrain { .. } | Model::PlaneStress { .. });
-        if is_plane || self.law.interval.width.is_some() {
+        if self.law.interval.width.is_some() {
             return Ok(None);
         }
         let nearest = self.nearest(states)?;
         let Some(Partners { own, other, normal }) = self.partners(bodies, states, &nearest) else {
             return Ok(None);
         };
-        let Some(law) = HertzLaw::new(&[own.surface, other.surface]) else { return Ok(None) };
-        Ok(Some(PointImpact::new(own.point, other.point, normal, &law, states)))
+        let Some(law) = self.impact_law(bodies, &own, &other) else { return Ok(None) };
+        Ok(Some(PointImpact::new(own.point, other.point, normal, law, states)))
     }
+}
+
+/// Widths of a first interval.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct PredictedWidths {
+    /// Predicted \[m\].
+    pub widths: [f64; 2],
+    /// Below which nothing is to be told, zero where that is not known \[m\].
+    pub least: [f64; 2],
 }
 
 /// Both partners of an impact, and the normal from the target to the contact body.

@@ -140,7 +140,7 @@ impl Driver<'_> {
                 Err(AdaptiveError::Interrupted) => Ending::Interrupted,
                 Err(error) => return self.fail(&attempt, number, &[], error),
             };
-            let verdicts = self.assess();
+            let verdicts = self.assess(&ending);
             let judgement = match self.judge(&ending, &verdicts, &mut intervals, number) {
                 Ok(judgement) => judgement,
                 Err(error) => return self.fail(&attempt, number, &verdicts, error),
@@ -314,12 +314,13 @@ impl Driver<'_> {
         self.model.adaptive.iter().any(|(index, c)| *index == i && c.is_width_given())
     }
 
-    /// Answer of Algorithm 2 for every refined contact that touched.
-    fn assess(&self) -> Vec<Option<IntervalAssessment>> {
+    /// Answer of Algorithm 2 for every refined contact that touched in a try that ended as said.
+    fn assess(&self, ending: &Ending) -> Vec<Option<IntervalAssessment>> {
         let mut verdicts = vec![None; self.watches.len()];
         for (index, contact) in &self.model.adaptive {
             let fine = self.fine[*index].as_ref().filter(|f| f.has_touched());
-            verdicts[*index] = fine.map(|f| f.assess(&contact.interval_settings()));
+            let is_rising = *ending == Ending::Complete && self.watches[*index].is_rising();
+            verdicts[*index] = fine.map(|f| f.assess(&contact.interval_settings(), is_rising));
         }
         verdicts
     }

@@ -23,8 +23,11 @@ use crate::simulation::{TimedContact, fill_sample};
 
 /// Relative error a step of a preview, which only sizes an interval.
 const PREVIEW_TOLERANCE: f64 = 1e-6;
-/// Steps of a preview at most.
+/// Steps of a preview without a larger force than before, after which it ends: bodies that rest on each other never part. As many
+/// more as it took to the largest force.
 const PREVIEW_STEPS: usize = 5000;
+/// Steps of a preview at most.
+const LONGEST_PREVIEW: usize = 40 * PREVIEW_STEPS;
 /// Relative difference of widths up to which the same fine model is used again.
 const SAME_WIDTH: f64 = 1e-9;
 
@@ -343,8 +346,9 @@ impl Driver<'_> {
         }
     }
 
-    /// Notes peak forces of the refined contacts `which`, which touch, if Hertz's law held in their contact zones: from one run
-    /// with the dynamic modes alone. Nothing is noted while other contacts are closed, or where there is no law.
+    /// Notes peak forces of the refined contacts `which`, which touch, if Hertz's law, or that of a line contact, held in their
+    /// contact zones: from one run with the dynamic modes alone, which goes on beyond the end of the simulated time as the
+    /// impact would. Nothing is noted while other contacts are closed, or where there is no law.
     pub(super) fn preview(&mut self, which: &[usize]) -> Result<(), AdaptiveError> {
         let (t, y) = (self.integrator.time(), self.integrator.state().to_vec());
         let RunModel { system, adaptive, bodies, .. } = &mut *self.model;
@@ -366,7 +370,7 @@ impl Driver<'_> {
             self.model.system.forces_mut()[i] = sleeping;
         }
         for (i, peak) in indices.into_iter().zip(peaks?) {
-            self.previews[i] = (peak > 0.0).then_some(peak);
+            self.previews[i] = Some(peak);
         }
         Ok(())
     }
@@ -379,16 +383,18 @@ impl Driver<'_> {
         let steps = StepSettings::with_max_step(self.impact_step);
         let mut integrator = DormandPrince::new(steps, t, y).map_err(AdaptiveError::Dynamics)?;
         let quiet = self.settings.quiet_time.unwrap_or(QUIET_STEPS * self.impact_step);
-        let (mut peaks, mut last_force) = (vec![0.0_f64; which.len()], t);
-        for _ in 0..PREVIEW_STEPS {
-            let end = self.settings.end_time;
-            let is_over = which.is_empty() || integrator.time() >= end || self.observer.is_interrupted();
-            if is_over || integrator.step(system, end).is_err() {
+        let (mut peaks, mut last_force, mut latest) = (vec![0.0_f64; which.len()], t, 0);
+        let end = t + LONGEST_PREVIEW as f64 * self.impact_step;
+        for n in 0..LONGEST_PREVIEW {
+            let is_over = which.is_empty() || n - latest > PREVIEW_STEPS.max(latest);
+            if is_over || self.observer.is_interrupted() || integrator.step(system, end).is_err() {
                 break;
             }
             for (peak, i) in peaks.iter_mut().zip(which) {
                 let force = system.forces()[*i].contact.report().normal_force;
-                *peak = peak.max(force);
+                if force > *peak {
+                    (*peak, latest) = (force, n);
+                }
                 if force > 0.0 {
                     last_force = integrator.time();
                 }

@@ -1,4 +1,4 @@
-//! Where the levels of a fine model lie: by Algorithm 3 of \[A\], or lattices on solid bodies (theory section A.2).
+//! Where the levels of a fine model lie: graded lattices, or Algorithm 3 of \[A\] (theory section A.2).
 
 use iga_core::SplineError;
 use iga_core::elasticity::Model;
@@ -10,15 +10,19 @@ use iga_core::nurbs::local::parameter_at_distance;
 use iga_core::nurbs::patch::PointBasis;
 use iga_core::surface::Face;
 
-use super::{Division, FineInterval, FineSettings, RefinementPlan, WantedInterval};
+use super::{Division, DivisionRule, FineInterval, FineSettings, RefinementPlan, WantedInterval};
 use crate::elastic_body::ElasticBody;
 use crate::error::AdaptiveError;
 use crate::interval::IntervalEnd;
 use crate::lattice::DirectionLattice;
 use crate::subdivision::{DirectionPlan, SubdivisionError, SurfaceGrowth, divide, follow};
 
-/// Slack of comparisons between parameters, as a share of the patch's range: round-off of knots and arc lengths.
-const PARAMETER_SLACK: f64 = 1e-9;
+/// Slack of comparisons between parameters, as a share of an element of the finest level: far above what round-off does to
+/// elements that are not refused, far below a distance between points.
+const PARAMETER_SLACK: f64 = 1e-2;
+
+/// Least size of an element of the finest level in units of the round-off of its place.
+const RESOLVED: f64 = 1e3;
 
 /// Elements by which the coarser levels of a lattice reach beyond the interval at least.
 const COARSE_REACH: usize = 2;
@@ -53,6 +57,14 @@ fn depth(coarse: &ElasticBody, patch: &Patch, wanted: &WantedInterval) -> f64 {
     wanted.widths[..wanted.face.directions().count()].iter().map(half).fold(0.0, f64::max)
 }
 
+/// Parameters across the face at the surface and at the depth to which the refinement goes.
+fn into_depth(coarse: &ElasticBody, patch: &Patch, wanted: &WantedInterval) -> [f64; 2] {
+    let xi = wanted.face.on_face(&wanted.centre);
+    let inwards = if wanted.face.id.upper { -1.0 } else { 1.0 };
+    let by = inwards * depth(coarse, patch, wanted);
+    [wanted.face.parameter, parameter_at_distance(patch, &xi, wanted.face.id.direction, by)]
+}
+
 /// Levels and regions for all intervals of a body.
 pub(super) fn plan(
     coarse: &ElasticBody,
@@ -60,13 +72,38 @@ pub(super) fn plan(
     wanted: &[WantedInterval],
     settings: &FineSettings,
 ) -> Result<RefinementPlan, AdaptiveError> {
-    match wanted {
-        [one] if patch.dimension() == 3 => lattice_plan(coarse, patch, one, settings),
+    for w in wanted {
+        let widths = &w.widths[..w.face.directions().count()];
+        if let Some(&width) = widths.iter().find(|w| !(w.is_finite() && **w > 0.0)) {
+            return Err(fail(coarse, SubdivisionError::Width { width }));
+        }
+    }
+    match (wanted, settings.division) {
+        ([one], DivisionRule::Graded) => lattice_plan(coarse, patch, one, settings),
         _ => parts_plan(coarse, patch, wanted, settings),
     }
 }
 
-/// Lattices about one interval of a solid body.
+fn fail(coarse: &ElasticBody, source: SubdivisionError) -> AdaptiveError {
+    AdaptiveError::Subdivision { body: coarse.name.clone(), source }
+}
+
+/// Refuses elements so small that round-off of parameters, or of places on the body, would fold them.
+fn check_resolved(
+    coarse: &ElasticBody,
+    knots: &KnotVector,
+    (width, spacing, speed): (f64, f64, f64),
+) -> Result<(), AdaptiveError> {
+    let (first, last) = knots.domain();
+    let round_off = f64::EPSILON * (first.abs().max(last.abs()) * speed).max(coarse.size());
+    let element = spacing * speed;
+    if element > RESOLVED * round_off {
+        return Ok(());
+    }
+    Err(fail(coarse, SubdivisionError::BelowRoundOff { width, element, size: coarse.size(), round_off }))
+}
+
+/// Lattices about one interval.
 fn lattice_plan(
     coarse: &ElasticBody,
     patch: &Patch,
@@ -78,28 +115,21 @@ fn lattice_plan(
     let first = patch.jet(&xi, 1, &mut PointBasis::default()).first;
     let none = DirectionLattice { anchor: 0.0, spacing: 1.0, n_levels: 0 };
     let (mut lattices, mut size) = ([none; 3], f64::INFINITY);
-    for d in 0..3 {
-        let Some(span) = &mut spans[d] else { continue };
-        (lattices[d], *span) = DirectionLattice::along(&patch.knots()[d], *span, settings.limits.elements);
-        size = size.min(lattices[d].spacing * norm(&first[d]));
+    for ((d, width), speed) in wanted.face.directions().zip(wanted.widths).zip(speeds(patch, wanted)) {
+        let (Some(span), knots) = (&mut spans[d], &patch.knots()[d]) else { continue };
+        check_resolved(coarse, knots, (width, (span[1] - span[0]) / settings.elements as f64, speed))?;
+        (lattices[d], *span) = DirectionLattice::along(knots, *span, settings.elements);
+        size = size.min(lattices[d].spacing * speed);
     }
     let across = wanted.face.id.direction;
     let spacing = size / norm(&first[across]);
-    lattices[across] = DirectionLattice::into_depth(&patch.knots()[across], wanted.face.parameter, spacing);
-    let n_levels = lattices.iter().map(|l| l.n_levels).max().unwrap_or(0);
-    if n_levels + 1 > settings.limits.max_levels {
-        let source = SubdivisionError::TooManyLevels {
-            needed: n_levels + 1,
-            allowed: settings.limits.max_levels,
-            width: wanted.widths[0].min(wanted.widths[1]),
-        };
-        return Err(AdaptiveError::Subdivision { body: coarse.name.clone(), source });
-    }
+    let [surface, end] = into_depth(coarse, patch, wanted);
+    lattices[across] = DirectionLattice::into_depth(&patch.knots()[across], surface, end, spacing);
     let along = spans.map(|span| {
         span.map(|interval| DirectionPlan {
             parts: Vec::new(),
             intervals: vec![interval],
-            n_elements: vec![settings.limits.elements],
+            n_elements: vec![settings.elements],
             deviation: 0.0,
         })
     });
@@ -114,7 +144,6 @@ fn parts_plan(
     wanted: &[WantedInterval],
     settings: &FineSettings,
 ) -> Result<RefinementPlan, AdaptiveError> {
-    let fail = |source| AdaptiveError::Subdivision { body: coarse.name.clone(), source };
     let spans: Vec<_> = wanted.iter().map(|w| parameters(coarse, patch, w)).collect();
     let mut along: [Option<DirectionPlan>; 3] = Default::default();
     for (d, knots) in patch.knots().iter().enumerate() {
@@ -122,7 +151,8 @@ fn parts_plan(
         if !intervals.is_empty() {
             let growth = growth(knots, 2, settings);
             let surface = SurfaceGrowth { growth, directions: patch.dimension() as i32 - 1 };
-            along[d] = Some(divide(&knots.breaks(), &intervals, surface, &settings.limits).map_err(fail)?);
+            let plan = divide(&knots.breaks(), &intervals, surface, settings.elements);
+            along[d] = Some(plan.ok_or_else(|| fail(coarse, too_small(patch, wanted, d)))?);
         }
     }
     let n_levels = along.iter().flatten().map(|p| p.parts.len()).max().unwrap_or(0);
@@ -133,7 +163,7 @@ fn parts_plan(
         plan.parts.iter().zip(&mut parts[first..]).for_each(|(n, level)| level[d] = *n);
     }
     for d in (0..patch.dimension()).filter(|&d| along[d].is_none()) {
-        let into_depth = wanted.iter().map(|w| depth_parts(patch, w, d, &parts, settings));
+        let into_depth = wanted.iter().map(|w| depth_parts(patch, w, d, &parts));
         let most = into_depth.max_by_key(|list| list.iter().product::<usize>()).unwrap_or_default();
         most.into_iter().zip(&mut parts).for_each(|(n, level)| level[d] = n);
     }
@@ -143,6 +173,27 @@ fn parts_plan(
         regions.push(region(coarse, patch, w, span, &along, &mut taken));
     }
     Ok(RefinementPlan { division: Division::Parts(parts), regions })
+}
+
+/// Metres a unit of parameter along the directions of the face, at the centre of an interval.
+pub(super) fn speeds(patch: &Patch, wanted: &WantedInterval) -> impl Iterator<Item = f64> {
+    let xi = wanted.face.on_face(&wanted.centre);
+    let first = patch.jet(&xi, 1, &mut PointBasis::default()).first;
+    wanted.face.directions().map(move |d| norm(&first[d]))
+}
+
+/// Why Algorithm 3 has no division in direction `d`, in metres.
+fn too_small(patch: &Patch, wanted: &[WantedInterval], d: usize) -> SubdivisionError {
+    let knots = &patch.knots()[d];
+    let of = |w: &WantedInterval| {
+        let (a, b) = knots.element(knots.find_element(w.face.on_face(&w.centre)[d]));
+        let mut along = w.face.directions().zip(w.widths).zip(speeds(patch, w));
+        let found = along.find(|((k, _), _)| *k == d);
+        found.map_or((0.0, 0.0), |((_, width), speed)| (width, (b - a) * speed))
+    };
+    let narrowest = wanted.iter().map(of).min_by(|a, b| a.0.total_cmp(&b.0));
+    let (width, element) = narrowest.unwrap_or_default();
+    SubdivisionError::TooSmall { element, width }
 }
 
 /// Refuses intervals that touch a singular line of the parametrisation.
@@ -167,13 +218,7 @@ pub(super) fn check_regular(
 }
 
 /// Parts into the depth, so that elements at the contact have about the same size in all directions.
-fn depth_parts(
-    patch: &Patch,
-    wanted: &WantedInterval,
-    depth: usize,
-    parts: &[[usize; 3]],
-    settings: &FineSettings,
-) -> Vec<usize> {
+fn depth_parts(patch: &Patch, wanted: &WantedInterval, depth: usize, parts: &[[usize; 3]]) -> Vec<usize> {
     let xi = wanted.face.on_face(&wanted.centre);
     let first = patch.jet(&xi, 1, &mut PointBasis::default()).first;
     let size = |d: usize| {
@@ -189,7 +234,7 @@ fn depth_parts(
             sizes.iter().map(|s| s.1).fold(f64::INFINITY, f64::min)
         })
         .collect();
-    follow(size(depth), &along, &settings.limits)
+    follow(size(depth), &along)
 }
 
 /// The box around which the levels are refined for an interval, its ends moved to knots. `taken` counts the intervals
@@ -210,10 +255,8 @@ fn region(
                 plan.intervals[taken[d] - 1]
             }
             _ => {
-                let surface = wanted.face.on_face(&wanted.centre);
-                let inwards = if wanted.face.id.upper { -1.0 } else { 1.0 };
-                let end = parameter_at_distance(patch, &surface, d, inwards * depth(coarse, patch, wanted));
-                [end.min(wanted.face.parameter), end.max(wanted.face.parameter)]
+                let [surface, end] = into_depth(coarse, patch, wanted);
+                [end.min(surface), end.max(surface)]
             }
         };
         (lower[d], upper[d]) = (ends[0], ends[1]);
@@ -320,35 +363,45 @@ pub(super) fn fine_intervals(
     let knots = levels[levels.len() - 1].knots();
     let make = |(w, region): (&WantedInterval, &ParameterBox)| {
         let directions: Vec<usize> = w.face.directions().collect();
-        let slack = std::array::from_fn(|d| {
-            knots.get(d).map_or(0.0, |k| PARAMETER_SLACK * (k.domain().1 - k.domain().0))
-        });
+        let mut slack = [0.0; 3];
+        directions.iter().for_each(|&d| slack[d] = PARAMETER_SLACK * least_element(&knots[d], region, d));
         let (mut n_elements, mut first) = ([1; 2], [0; 2]);
         for (i, &d) in directions.iter().enumerate() {
             first[i] = knots[d].find_element(region.lower[d] + slack[d]);
             n_elements[i] = knots[d].find_element(region.upper[d] - slack[d]) + 1 - first[i];
         }
-        let ends = directions.iter().map(|&d| interval_ends(coarse, patch, &w.face, region, d)).collect();
+        let ends = directions.iter().map(|&d| interval_ends(coarse, patch, &w.face, region, (d, slack[d])));
+        let ends = ends.collect();
         let (face, widths) = (w.face, w.widths);
         FineInterval { face, directions, region: *region, ends, n_elements, widths, first, slack }
     };
     wanted.iter().zip(&plan.regions).map(make).collect()
 }
 
-/// What lies at both ends of an interval in direction `d`.
+/// Smallest of the elements that meet `region` in direction `d`.
+fn least_element(knots: &KnotVector, region: &ParameterBox, d: usize) -> f64 {
+    let (lower, upper) = (region.lower[d], region.upper[d]);
+    let sizes = (knots.find_element(lower)..=knots.find_element(upper)).map(|e| {
+        let (a, b) = knots.element(e);
+        b - a
+    });
+    sizes.fold(f64::INFINITY, f64::min)
+}
+
+/// What lies at both ends of an interval in direction `d`, along which parameters have a `slack`.
 fn interval_ends(
     coarse: &ElasticBody,
     patch: &Patch,
     face: &Face,
     region: &ParameterBox,
-    d: usize,
+    (d, slack): (usize, f64),
 ) -> [IntervalEnd; 2] {
     let (first, last) = patch.knots()[d].domain();
-    let slack = PARAMETER_SLACK * (last - first);
-    let size = coarse.size();
+    let corners = [&region.lower, &region.upper].map(|corner| patch.point(&face.on_face(corner)));
+    let extent = norm(&std::array::from_fn(|c| corners[1][c] - corners[0][c]));
     [(region.lower, first), (region.upper, last)].map(|(corner, end)| {
         let is_axis = coarse.spec.model == Model::Axisymmetric
-            && patch.point(&face.on_face(&corner))[0].abs() < PARAMETER_SLACK * size;
+            && patch.point(&face.on_face(&corner))[0].abs() < PARAMETER_SLACK * extent;
         match ((corner[d] - end).abs() <= slack, is_axis) {
             (false, _) => IntervalEnd::Open,
             (true, true) => IntervalEnd::Axis,

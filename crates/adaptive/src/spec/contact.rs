@@ -5,7 +5,7 @@ use contact_qs::quasistatic::Method;
 use nalgebra::Vector3;
 
 use super::body::Place;
-use crate::fine_model::LowModes;
+use crate::fine_model::{DivisionRule, LowModes};
 use crate::transfer::TransferMethod;
 
 /// A contact between a body and a target.
@@ -150,7 +150,7 @@ pub enum PointRule {
     Gauss,
 }
 
-/// Contact interval and the limits of its adaptation (\[A\] 4.2, 4.3).
+/// Contact interval and its adaptation (\[A\] 4.2, 4.3).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct IntervalSpec {
     /// Width about the point of first contact, measured as [`super::RefinementSpec::width`] \[m\]; `None`: the refined
@@ -162,10 +162,8 @@ pub struct IntervalSpec {
     pub target_utilisation: f64,
     /// Share below which the interval is too wide.
     pub min_utilisation: f64,
-    /// Most levels of refinement; `None`: [`crate::subdivision::SubdivisionLimits::for_dimension`].
-    pub max_levels: Option<usize>,
-    /// Most knots inserted in an element a level.
-    pub max_knots_per_level: usize,
+    /// How the elements around it are divided.
+    pub division: DivisionRule,
 }
 
 impl Default for IntervalSpec {
@@ -175,8 +173,7 @@ impl Default for IntervalSpec {
             elements: None,
             target_utilisation: 0.7,
             min_utilisation: 0.5,
-            max_levels: None,
-            max_knots_per_level: 10,
+            division: DivisionRule::Graded,
         }
     }
 }

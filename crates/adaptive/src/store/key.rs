@@ -11,9 +11,8 @@ use iga_core::nurbs::interface::FaceId;
 use iga_core::surface::Face;
 
 use crate::elastic_body::{ElasticBody, Interface, InterfaceModes, ReducedBody};
-use crate::fine_model::{FineSettings, WantedInterval};
+use crate::fine_model::{DivisionRule, FineSettings, WantedInterval};
 use crate::spec::{Area, DiscretisationSpec, ElasticSpec, Extent, ReductionSpec, RefinementSpec};
-use crate::subdivision::SubdivisionLimits;
 
 /// What a model is made from.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -81,10 +80,12 @@ pub fn compliance_key(
     key.number(*parameter);
     key.numbers(centre);
     key.numbers(widths);
-    let FineSettings { limits, growth } = settings;
-    let SubdivisionLimits { max_levels, max_knots, tolerance, elements, excess } = limits;
-    key.counts(&[*max_levels, *max_knots, *elements]);
-    key.numbers(&[*tolerance, *excess]);
+    let FineSettings { division, elements, growth } = settings;
+    let division = match division {
+        DivisionRule::Graded => 0,
+        DivisionRule::Printed => 1,
+    };
+    key.counts(&[division, *elements]);
     key.counts(growth.as_slice());
     // They say as well by which points the contact is watched.
     key.counts(unknowns);

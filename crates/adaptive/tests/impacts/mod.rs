@@ -17,8 +17,8 @@ use contact_qs::quasistatic::Method;
 use ffr_dynamics::integration;
 use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::Shape;
-use iga_core::nurbs::primitives::axisymmetric;
 use iga_core::nurbs::primitives::sphere::{SphereNet, sphere as solid_sphere};
+use iga_core::nurbs::primitives::{axisymmetric, plane};
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// Everything that a run reports.
@@ -121,6 +121,25 @@ pub fn body(
 /// A sphere of 8 by 8 cubic elements with 10 modes.
 pub fn sphere(name: &str, radius: f64, solid: Solid, place: (f64, f64)) -> BodySpec {
     body(name, axisymmetric::sphere(radius).expect("a sphere"), solid, [8, 8], 10, place)
+}
+
+/// A disc of 8 by 8 cubic elements with 10 modes, in plane strain or plane stress.
+pub fn disc(
+    name: &str,
+    radius: f64,
+    thickness: f64,
+    is_strain: bool,
+    solid: Solid,
+    motion: InitialMotion,
+) -> BodySpec {
+    let shape = plane::disc(radius).expect("a disc");
+    let material = Material::new(solid.youngs, solid.poisson, solid.density).expect("a material");
+    let discretisation =
+        DiscretisationSpec { degrees: vec![3, 3], elements: vec![8, 8], knots: None, refine: Vec::new() };
+    let reduction = ReductionSpec::CraigBampton { modes: 10, fixed_interface_modes: None };
+    let model = if is_strain { Model::PlaneStrain { thickness } } else { Model::PlaneStress { thickness } };
+    let elastic = ElasticSpec::new(shape, model, material, discretisation, reduction);
+    BodySpec { name: name.into(), kind: BodyKind::Elastic(Box::new(elastic)), motion }
 }
 
 /// A solid sphere without symmetry in its model, with 18 modes.

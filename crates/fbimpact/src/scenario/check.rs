@@ -9,6 +9,15 @@ use super::tables::REMOVED;
 /// Longest name of a body, material, contact or output.
 const MAX_NAME: usize = 64;
 
+/// Ends of the paths of keys that earlier versions knew, and what to do instead.
+const FORMER: &[(&str, &str)] = &[
+    ("interval.max_levels", "as many levels are made as the interval needs, leave it out"),
+    (
+        "interval.max_knots_per_level",
+        "levels halve the elements; leave it out, or write interval.division = \"printed\" for Algorithm 3 with ten knots",
+    ),
+];
+
 /// Collects faults while tables are checked.
 #[derive(Debug, Default)]
 pub struct Checker {
@@ -60,6 +69,11 @@ impl Checker {
     }
 
     fn unknown_key(&mut self, keys: &[Key], entry: &Entry, path: &str, skip: Option<&str>) {
+        let former = FORMER.iter().find(|(key, _)| join(path, &entry.key).ends_with(key));
+        if let Some((_, remedy)) = former {
+            let message = format!("is no key any more: {remedy}");
+            return self.fault(&entry.origin, join(path, &entry.key), Some(entry.node.shown()), message);
+        }
         let known: Vec<&str> = skip.into_iter().chain(keys.iter().map(|k| k.name)).collect();
         let location = entry.origin.location(&Origin::Default);
         if let Some((_, remedy)) = REMOVED.iter().find(|(key, _)| *key == entry.key) {

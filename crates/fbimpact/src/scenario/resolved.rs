@@ -44,9 +44,7 @@ impl Writer<'_> {
                 "target_utilisation" | "min_utilisation" => {
                     self.contact(section).is_some_and(|c| c.model != "adaptive")
                 }
-                "max_levels" | "max_knots_per_level" => {
-                    self.contact(section).is_some_and(|c| !c.is_refined())
-                }
+                "division" => self.contact(section).is_some_and(|c| !c.is_refined()),
                 "constraint"
                 | "points"
                 | "solver"

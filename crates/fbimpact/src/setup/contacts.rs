@@ -89,8 +89,7 @@ fn surface(law: &scenario::SurfaceContact) -> SurfaceLaw {
             elements: law.interval.elements,
             target_utilisation: law.interval.target_utilisation,
             min_utilisation: law.interval.min_utilisation,
-            max_levels: law.interval.max_levels,
-            max_knots_per_level: law.interval.max_knots_per_level,
+            division: law.interval.division,
         },
     }
 }

@@ -195,8 +195,7 @@ fn check_interval(checker: &mut Checker, interval: &Section, facts: &ContactFact
     let keys = [
         ("target_utilisation", facts.model == "adaptive"),
         ("min_utilisation", facts.model == "adaptive"),
-        ("max_levels", facts.is_refined()),
-        ("max_knots_per_level", facts.is_refined()),
+        ("division", facts.is_refined()),
     ];
     for (key, _) in keys.into_iter().filter(|(key, has_meaning)| !has_meaning && interval.given(key)) {
         let message = format!("has no meaning with model \"{}\" here, \"adaptive\" uses it", facts.model);

@@ -1,6 +1,6 @@
 //! Contacts: pairs of bodies that exist, and settings that go together.
 
-use adaptive::fine_model::LowModes;
+use adaptive::fine_model::{DivisionRule, LowModes};
 use adaptive::spec::HandOver;
 use adaptive::transfer::TransferMethod;
 use contact_qs::law::Friction;
@@ -129,8 +129,10 @@ fn interval(section: &Section) -> Option<Interval> {
         elements: section.integer("elements"),
         target_utilisation: section.number("target_utilisation")?,
         min_utilisation: section.number("min_utilisation")?,
-        max_levels: section.integer("max_levels"),
-        max_knots_per_level: section.integer("max_knots_per_level")?,
+        division: match section.text("division")? {
+            "printed" => DivisionRule::Printed,
+            _ => DivisionRule::Graded,
+        },
     })
 }
 

@@ -1,5 +1,6 @@
 //! Contacts.
 
+use adaptive::fine_model::DivisionRule;
 use adaptive::spec::HandOver;
 use contact_qs::law::Friction;
 
@@ -116,8 +117,6 @@ pub struct Interval {
     pub target_utilisation: f64,
     /// Share below which the interval is too wide.
     pub min_utilisation: f64,
-    /// Most levels of refinement; `None`: by the dimension.
-    pub max_levels: Option<usize>,
-    /// Most knots inserted in an element a level.
-    pub max_knots_per_level: usize,
+    /// How the elements around it are divided.
+    pub division: DivisionRule,
 }

@@ -35,6 +35,14 @@ const SEARCHES: &[Choice] = &[
     Choice::new("until-error", "raised by ten until the solver fails, then lowered (the same, Fig. 3)"),
 ];
 
+const DIVISIONS: &[Choice] = &[
+    Choice::new("graded", "levels that halve the elements, as many as the interval needs"),
+    Choice::new(
+        "printed",
+        "Algorithm 3 of the same, with its five levels and ten knots an element and level, which do not resolve every interval",
+    ),
+];
+
 const MODES: &[Choice] = &[
     Choice::new("prolonged", "those of the coarse model, so that the state stays as it is"),
     Choice::new("own", "those of the fine model, to which the state is handed over and back"),
@@ -196,19 +204,10 @@ const INTERVAL: &[Key] = &[
         "Share below which the interval is too wide, with `adaptive`; less than `target_utilisation`.",
     ),
     Key::new(
-        "max_levels",
-        Kind::Integer(1, 20),
-        "–",
-        Need::Optional(
-            "5 along the curves of plane and axisymmetric bodies, 9 on the surfaces of solid ones",
-        ),
-        "Most levels of the refinement, where the program refines.",
-    ),
-    Key::new(
-        "max_knots_per_level",
-        Kind::Integer(1, 100),
-        "–",
-        Need::Default("10"),
-        "Most knots inserted in an element a level, where the program refines.",
+        "division",
+        Kind::Choice(DIVISIONS),
+        "",
+        Need::Default("\"graded\""),
+        "How the elements about the interval are divided, where the program refines.",
     ),
 ];

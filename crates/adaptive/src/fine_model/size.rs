@@ -1,0 +1,68 @@
+//! What a fine model would take of memory, told before anything of it is built.
+
+use iga_core::hierarchical::SubdomainHierarchy;
+use iga_core::nurbs::Patch;
+
+use super::plan::speeds;
+use super::{RefinementPlan, WantedInterval};
+use crate::subdivision::SubdivisionError;
+
+/// Memory of one fine model at most \[GB\]: what a large workstation has to give for one of two bodies of one contact.
+const MOST_GIGABYTES: f64 = 16.0;
+/// Dense matrices of the size of the compliance that live at the same time: flexibility, compliance, the contact's own.
+const DENSE: f64 = 3.0;
+/// Entries of the factor over `N^(4/3)` of `N` unknowns of a solid, and over `N log2 N` of a body of two directions (George 1973:
+/// nested dissection). The constants are orders of magnitude, those of 20 to 60 thousand unknowns of degree 2 and 3.
+const FILL: [f64; 2] = [60.0, 30.0];
+
+/// Refuses the `plan` of a fine model that no memory holds.
+///
+/// Every function is counted as one an element, which holds but for the degree. Takes time in proportion to the
+/// number of levels.
+///
+/// # Errors
+/// [`SubdivisionError::TooLarge`] with the sizes in metres.
+pub(super) fn check_size(
+    patch: &Patch,
+    hierarchy: &SubdomainHierarchy,
+    wanted: &[WantedInterval],
+    plan: &RefinementPlan,
+) -> Result<(), SubdivisionError> {
+    let dimension = patch.dimension();
+    let n = dimension as f64;
+    let unknowns = n * hierarchy.n_leaves() as f64;
+    let levels = hierarchy.levels();
+    let knots = levels[levels.len() - 1].knots();
+    let (mut interface, mut finest) = (0.0, (f64::INFINITY, 1, 0.0));
+    for (w, region) in wanted.iter().zip(&plan.regions) {
+        let mut functions = 1.0;
+        for ((d, width), speed) in w.face.directions().zip(w.widths).zip(speeds(patch, w)) {
+            let first = knots[d].find_element(region.lower[d]);
+            let across = (knots[d].find_element(region.upper[d]) - first).max(1);
+            functions *= (across + knots[d].degree()) as f64;
+            let element = (region.upper[d] - region.lower[d]) * speed / across as f64;
+            if element < finest.0 {
+                finest = (element, across, width);
+            }
+        }
+        interface += n * functions;
+    }
+    let fill = match dimension {
+        3 => FILL[0] * unknowns.powf(4.0 / 3.0),
+        _ => FILL[1] * unknowns * unknowns.log2(),
+    };
+    let gigabytes = 8e-9 * (DENSE * interface * interface + fill);
+    if gigabytes <= MOST_GIGABYTES {
+        return Ok(());
+    }
+    let (element, across, width) = finest;
+    Err(SubdivisionError::TooLarge {
+        width,
+        across,
+        element,
+        unknowns,
+        interface,
+        gigabytes,
+        most: MOST_GIGABYTES,
+    })
+}
