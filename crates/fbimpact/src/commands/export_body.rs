@@ -5,6 +5,7 @@ use std::path::Path;
 use adaptive::elastic_body::{ElasticBody, Interface};
 use adaptive::spec::{BodyKind, BodySpec, ElasticSpec, FrameSpec};
 use adaptive::stiffening::marker_weights;
+use adaptive::store::ModelCache;
 use ffr_dynamics::interchange::{BodyFrame, FullBody, ReducedModel, ReducedParts};
 use ffr_dynamics::kinematics::MarkerWeights;
 use nalgebra::UnitQuaternion;
@@ -14,6 +15,7 @@ use crate::body_file;
 use crate::error::AppError;
 use crate::scenario::{self, Override};
 use crate::setup::run_spec;
+use crate::sizing::sized;
 
 /// Which body goes where.
 #[derive(Debug, Clone, Copy)]
@@ -34,9 +36,10 @@ pub struct Export<'a> {
 /// [`AppError::Command`] for an unknown or rigid body, [`AppError::Model`] if it cannot be built, [`AppError::Io`] for the file, also if
 /// it is one that the scenario reads.
 pub fn export_body(export: &Export<'_>, overrides: &[Override], n_threads: usize) -> Result<(), AppError> {
-    threads(n_threads)?;
+    let n_threads = threads(n_threads)?;
     let scenario = scenario::read(export.scenario, overrides)?;
     check_distinct(&scenario, export.output)?;
+    let scenario = sized(&scenario, n_threads, &ModelCache::default())?;
     let mut bodies = run_spec(&scenario)?.bodies;
     let known: Vec<String> = bodies.iter().map(|b| b.name.clone()).collect();
     let Some(index) = known.iter().position(|n| n == export.body) else {

@@ -44,6 +44,9 @@ fn table(report: &ModesReport) -> String {
             "{}: {} elements, {} freedoms, {} at the interface, mass {:.6e} kg",
             body.name, body.n_elements, body.n_dofs, body.n_interface, body.mass
         );
+        for note in &body.chosen {
+            let _ = writeln!(out, "       {note}");
+        }
         for (i, f) in body.frequencies.iter().enumerate() {
             let _ = writeln!(out, "{:>6} {f:>18.6} Hz", i + 1);
         }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use adaptive::imported::ImportedSpec;
+use adaptive::sizing::mode_count::WITHOUT_FORCES;
 use adaptive::spec::{
     BodyKind, BodySpec, DampingSpec, DiscretisationSpec, ElasticSpec, FrameSpec, InitialMotion,
     Place as PlaceSpec, ReductionSpec, RefinementSpec,
@@ -15,6 +16,9 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use super::{geometry, rigid};
 use crate::error::AppError;
 use crate::scenario::{self, Place, Scenario};
+
+/// Elements a direction in the specification of a body for which the program still has to choose them.
+const FIRST_ELEMENTS: usize = 8;
 
 /// Points by name, in the components of a body's model \[m\].
 pub type Markers = BTreeMap<String, [f64; 3]>;
@@ -218,7 +222,7 @@ fn discretisation(
     });
     Ok(DiscretisationSpec {
         degrees: geometry::raised(&mesh.degree, shape),
-        elements: mesh.elements.clone(),
+        elements: mesh.elements.clone().unwrap_or_else(|| vec![FIRST_ELEMENTS; mesh.degree.len()]),
         knots: mesh.knots.clone(),
         refine: refine.collect::<Result<_, AppError>>()?,
     })
@@ -226,9 +230,11 @@ fn discretisation(
 
 fn reduction(reduction: scenario::Reduction) -> ReductionSpec {
     match reduction {
-        scenario::Reduction::Modal { modes } => ReductionSpec::Modal { modes },
+        scenario::Reduction::Modal { modes } => {
+            ReductionSpec::Modal { modes: modes.unwrap_or(WITHOUT_FORCES) }
+        }
         scenario::Reduction::CraigBampton { modes, fixed_interface_modes, .. } => {
-            ReductionSpec::CraigBampton { modes, fixed_interface_modes }
+            ReductionSpec::CraigBampton { modes: modes.unwrap_or(WITHOUT_FORCES), fixed_interface_modes }
         }
         scenario::Reduction::All => ReductionSpec::All,
     }

@@ -33,6 +33,9 @@ pub fn discretisation(
     let directions = dimension(body.components);
     let degree = per_direction(checker, section, "degree", directions);
     let elements = per_direction(checker, section, "elements", directions);
+    if elements.is_none() && section.item("elements").is_some() {
+        return None;
+    }
     let given_knots = section.item("knots").is_some();
     let knots =
         if given_knots { Some(knots(checker, section, directions, degree.as_deref())?) } else { None };
@@ -45,7 +48,7 @@ pub fn discretisation(
     if refine.len() != list.len() {
         return None;
     }
-    Some(Discretisation { degree: degree?, elements: elements?, knots, refine })
+    Some(Discretisation { degree: degree?, elements, knots, refine })
 }
 
 fn knots(
@@ -105,7 +108,10 @@ pub fn reduction(checker: &mut Checker, section: &Section) -> Option<Reduction> 
         meaningless("modes");
         return Some(Reduction::All);
     }
-    let modes = section.integer("modes")?;
+    let modes = match section.item("modes") {
+        Some(_) => Some(section.integer("modes")?),
+        None => None,
+    };
     if method == "modal" {
         return Some(Reduction::Modal { modes });
     }
@@ -115,7 +121,10 @@ pub fn reduction(checker: &mut Checker, section: &Section) -> Option<Reduction> 
     };
     let joint_interface = section.boolean("joint_interface")?;
     // With joints, interface modes add to the fixed-interface ones.
-    if !joint_interface && fixed_interface_modes.is_some_and(|n| n < modes) {
+    if let (Some(modes), Some(fixed)) = (modes, fixed_interface_modes)
+        && !joint_interface
+        && fixed < modes
+    {
         let message = format!("must be at least \"modes\", which is {modes}");
         checker.fault_in(section, "fixed_interface_modes", message);
     }

@@ -58,8 +58,13 @@ pub fn imported(
                 check_joint_interface(checker, context.root, table, name);
             }
             let reduction = table.and_then(|table| reduction(checker, table));
-            if let (Some(Reduction::Modal { modes } | Reduction::CraigBampton { modes, .. }), Some(table)) =
-                (reduction, table)
+            if let (
+                Some(
+                    Reduction::Modal { modes: Some(modes) }
+                    | Reduction::CraigBampton { modes: Some(modes), .. },
+                ),
+                Some(table),
+            ) = (reduction, table)
             {
                 check_modes(checker, table, modes, body.body());
             }
