@@ -24,6 +24,7 @@ pub mod driver;
 pub mod detection;
 pub mod preview;
 pub mod adaptive_contact;
+pub mod local_surface;
 pub mod interval;
 pub mod penalty_search;
 pub mod predict;
@@ -31,5 +32,6 @@ pub mod body_space;
 pub mod fine_model;
 pub mod own_modes;
 pub mod transfer;
+pub mod sizing;
 
 pub use error::AdaptiveError;

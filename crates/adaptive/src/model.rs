@@ -29,6 +29,8 @@ mod start;
 use contacts::{BuiltContact, adaptive_contacts, build_contact, interfaces, refinements, zones};
 use own::{OwnState, needs_own_modes};
 use plan::ContactPlan;
+pub(crate) use plan::first_sites;
+pub(crate) use start::poses as start_poses;
 
 /// Models, initial state and requests of a run.
 pub struct RunModel {

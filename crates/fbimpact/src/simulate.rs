@@ -14,6 +14,7 @@ use iga_core::space::Space;
 use crate::error::AppError;
 use crate::scenario::Scenario;
 use crate::setup::run_spec;
+use crate::sizing::{self, sized};
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -62,6 +63,8 @@ pub struct BodyModes {
     pub coordinates: Coordinates,
     /// Frequencies of the elastic coordinates \[Hz\], ascending: eigenfrequencies, then those of static answers.
     pub frequencies: Vec<f64>,
+    /// Sizes that the program has chosen, and why.
+    pub chosen: Vec<String>,
 }
 
 /// What the elastic coordinates of a body stand for.
@@ -108,6 +111,7 @@ pub fn simulate_with(
     threads: usize,
     cache: &ModelCache,
 ) -> Result<RunReport, AppError> {
+    let scenario = &*sized(scenario, threads, cache)?;
     let spec = run_spec(scenario)?;
     let mut model = build(&spec, threads, cache)?;
     let (started, before) = (Instant::now(), model.timings());
@@ -129,12 +133,17 @@ pub fn simulate_with(
 /// # Errors
 /// [`AppError::Model`] if a model cannot be built.
 pub fn modes(scenario: &Scenario, body: Option<usize>, threads: usize) -> Result<ModesReport, AppError> {
+    let cache = ModelCache::default();
+    let scenario = &*sized(scenario, threads, &cache)?;
     let spec = run_spec(scenario)?;
-    let model = build(&spec, threads, &ModelCache::default())?;
+    let model = build(&spec, threads, &cache)?;
+    let notes = sizing::notes(&scenario.source.resolved);
     let wanted = body.map(|b| scenario.bodies[b].name.as_str());
     let bodies = model.bodies.iter().zip(&spec.bodies);
     let bodies = bodies.filter(|(b, _)| wanted.is_none_or(|name| b.name == name));
-    let bodies = bodies.map(|(body, spec)| body_modes(body, spec)).collect();
+    let of = |name: &str| notes.iter().filter(|n| n.body == name).map(|n| n.text.clone()).collect();
+    let bodies =
+        bodies.map(|(body, spec)| BodyModes { chosen: of(&body.name), ..body_modes(body, spec) }).collect();
     Ok(ModesReport { bodies })
 }
 
@@ -175,13 +184,19 @@ fn coordinates(body: &BodyModel) -> Coordinates {
 /// # Errors
 /// [`AppError::Model`] if a model cannot be built.
 pub fn build(spec: &RunSpec, threads: usize, cache: &ModelCache) -> Result<RunModel, AppError> {
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()
-        .map_err(|e| AppError::Run(format!("no pool of {threads} threads: {e}")))?;
-    pool.install(|| RunModel::build_with(spec, cache)).map_err(app_error)
+    pool(threads)?.install(|| RunModel::build_with(spec, cache)).map_err(app_error)
 }
 
-fn app_error(error: AdaptiveError) -> AppError {
+/// A pool of `threads` threads.
+///
+/// # Errors
+/// [`AppError::Run`] if they cannot be started.
+pub fn pool(threads: usize) -> Result<rayon::ThreadPool, AppError> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.map_err(|e| AppError::Run(format!("no pool of {threads} threads: {e}")))
+}
+
+/// An error of the models as one of the program.
+pub fn app_error(error: AdaptiveError) -> AppError {
     if error.is_model_error() { AppError::Model(error.to_string()) } else { AppError::Run(error.to_string()) }
 }

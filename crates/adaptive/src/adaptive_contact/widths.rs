@@ -5,8 +5,6 @@ use ffr_dynamics::invariants::centre_of_mass;
 use ffr_dynamics::kinematics::marker::FlexiblePoint;
 use ffr_dynamics::system::force::BodyState;
 use iga_core::elasticity::Model;
-use iga_core::nurbs::patch::PointBasis;
-use iga_core::surface::Face;
 use nalgebra::{Matrix3, Vector3};
 
 use contact_qs::search::SurfaceSite;
@@ -14,8 +12,8 @@ use contact_qs::search::SurfaceSite;
 use super::fine_side::thickness;
 use super::{AdaptiveContact, elastic};
 use crate::detection::Nearest;
-use crate::elastic_body::point_in_space;
 use crate::error::AdaptiveError;
+use crate::local_surface::SurfaceView;
 use crate::model::BodyModel;
 use crate::predict::{
     HertzLaw, HertzPrediction, ImpactLaw, LineLaw, LocalSurface, half_extents, hertz_impact, interval_width,
@@ -23,7 +21,6 @@ use crate::predict::{
 };
 use crate::preview::{HertzPoint, PointImpact};
 use crate::spec::{Place, Target};
-use crate::turned_net::regular_view;
 
 /// Width of a first interval that cannot be predicted (flat on flat), as a share of the body's size.
 const BLIND_WIDTH: f64 = 0.05;
@@ -176,27 +173,8 @@ impl Partner {
         let (model, state) = (&bodies[index], &states[index]);
         let body = &elastic(model).body;
         let motion = body.assembled.motion;
-        let own = Face::new(&body.spec.shape.patches, site.face, body.spec.model == Model::Axisymmetric);
-        let place = own.on_face(&site.xi);
-        // Where the net is singular, it has no curvatures to show.
-        let turned = if motion == RigidMotion::Spatial {
-            regular_view(&body.spec.shape, &own, &place).ok()?
-        } else {
-            None
-        };
-        let (patch, face, xi) = match &turned {
-            Some((shape, face, xi)) => (&shape.patches[face.id.patch], *face, *xi),
-            None => (&body.spec.shape.patches[site.face.patch], own, place),
-        };
-        let jet = patch.jet(&face.on_face(&xi), 2, &mut PointBasis::default());
-        let in_space = |v: &[f64; 3]| state.rotation * point_in_space(motion, v);
-        let geometry = face.geometry(&jet);
-        let outward = in_space(&geometry.normal);
-        let tangents = geometry.tangents.each_ref().map(in_space);
-        let material = &body.spec.material;
-        let compliance = (1.0 - material.poissons_ratio().powi(2)) / material.youngs_modulus();
-        let direction = tangents[0].try_normalize(0.0).unwrap_or_else(Vector3::zeros);
-        let surface = LocalSurface { curvatures: face.curvatures(&jet)?, direction, compliance };
+        let SurfaceView { surface, tangents, outward, point } =
+            SurfaceView::new(&body.spec, &state.rotation, site.face, &site.xi)?;
         let data = &model.data;
         let inverse_mass = if motion == RigidMotion::Axial {
             1.0 / data.mass
@@ -208,8 +186,7 @@ impl Partner {
             let arm = site.point - centre_of_mass(data, state);
             inverse_effective_mass(data.mass, &central, &arm, &outward)
         };
-        let place = Place::Point(body.spec.shape.patches[site.face.patch].point(&own.on_face(&site.xi)));
-        let point = model.point(&place).ok()?;
+        let point = model.point(&Place::Point(point)).ok()?;
         let velocity = point.velocity(state);
         let point = HertzPoint { body: Some(index), point };
         Some(Self { surface, inverse_mass, velocity, tangents, outward, point })

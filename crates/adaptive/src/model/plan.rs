@@ -68,6 +68,18 @@ fn plan(spec: &RunSpec, contact: &ContactSpec, poses: &[BodyState]) -> Result<Co
     Ok(ContactPlan::FromStart(Sites { own: sites[0], target: Some(sites[1]) }))
 }
 
+/// Places at which a contact of surfaces is first, the undeformed bodies being nearest or lowest there in the motions `poses`;
+/// `None` if it has none.
+pub fn first_sites(spec: &RunSpec, contact: &ContactSpec, poses: &[BodyState]) -> Option<Sites> {
+    let own = spec.bodies[contact.body].elastic()?;
+    let Target::Body(other) = contact.target else {
+        return plane_site(contact, own, &poses[contact.body]).ok();
+    };
+    let bodies = [own, spec.bodies[other].elastic()?];
+    let [own, target] = pair_sites(contact, bodies, [&poses[contact.body], &poses[other]]).ok()?;
+    Some(Sites { own, target: Some(target) })
+}
+
 /// The elastic body `index` of a contact.
 fn elastic<'a>(
     spec: &'a RunSpec,

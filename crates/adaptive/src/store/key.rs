@@ -12,6 +12,7 @@ use iga_core::surface::Face;
 
 use crate::elastic_body::{ElasticBody, Interface, InterfaceModes, ReducedBody};
 use crate::fine_model::{DivisionRule, FineSettings, WantedInterval};
+use crate::sizing::SizeWish;
 use crate::spec::{Area, DiscretisationSpec, ElasticSpec, Extent, ReductionSpec, RefinementSpec};
 
 /// What a model is made from.
@@ -90,6 +91,24 @@ pub fn compliance_key(
     // They say as well by which points the contact is watched.
     key.counts(unknowns);
     ModelKey { kind: "compliance", definition: key.0 }
+}
+
+/// Key of the sizes that the program chooses for the body `trial`, on which sizes that are to be chosen are one, up to the frequency `limit` \[Hz\].
+pub fn sizes_key(trial: &ElasticSpec, wish: SizeWish, limit: f64) -> ModelKey {
+    let SizeWish { elements, modes } = wish;
+    let mut key = Bytes(body_definition(trial));
+    key.count(usize::from(elements));
+    key.count(usize::from(modes));
+    key.number(limit);
+    match trial.reduction {
+        ReductionSpec::Modal { modes: n } => key.counts(&[0, if modes { 0 } else { n }]),
+        ReductionSpec::CraigBampton { modes: n, fixed_interface_modes } => {
+            key.counts(&[1, if modes { 0 } else { n }]);
+            key.counts(fixed_interface_modes.as_slice());
+        }
+        ReductionSpec::All => key.counts(&[2]),
+    }
+    ModelKey { kind: "sizes", definition: key.0 }
 }
 
 /// What a body's matrices are made from: shape, kinematics, material, spline space, rigid parts.

@@ -5,6 +5,7 @@ use std::path::Path;
 use adaptive::elastic_body::{ElasticBody, Interface};
 use adaptive::marker_loads::MarkerLoads;
 use adaptive::spec::{Area, BodyKind, BodySpec, ElasticSpec, FrameSpec, Place};
+use adaptive::store::ModelCache;
 use ffr_dynamics::interchange::{BodyFrame, FullBody, ReducedModel, ReducedParts};
 use ffr_dynamics::kinematics::MarkerWeights;
 use nalgebra::UnitQuaternion;
@@ -14,6 +15,7 @@ use crate::body_file;
 use crate::error::AppError;
 use crate::scenario::{self, Override};
 use crate::setup::{areas, run_spec};
+use crate::sizing::sized;
 
 /// Which body goes where.
 #[derive(Debug, Clone, Copy)]
@@ -35,10 +37,11 @@ pub struct Export<'a> {
 /// [`AppError::Command`] for an unknown or rigid body, [`AppError::Model`] if it cannot be built, [`AppError::Io`] for the file, also if
 /// it is one that the scenario reads.
 pub fn export_body(export: &Export<'_>, overrides: &[Override], n_threads: usize) -> Result<(), AppError> {
-    threads(n_threads)?;
+    let n_threads = threads(n_threads)?;
     let scenario = scenario::read(export.scenario, overrides)?;
     check_distinct(&scenario, export.output)?;
     let areas = areas(&scenario, export.body)?;
+    let scenario = sized(&scenario, n_threads, &ModelCache::default())?;
     let run = run_spec(&scenario)?;
     let mut bodies = run.bodies.clone();
     let known: Vec<String> = bodies.iter().map(|b| b.name.clone()).collect();

@@ -48,6 +48,9 @@ fn table(s: &Summary) -> String {
     }
     for (name, n) in &s.bodies {
         let _ = writeln!(out, "{:<16} {name}: {n} elastic coordinates", "body");
+        for note in s.chosen.iter().filter(|note| note.body == *name) {
+            let _ = writeln!(out, "{:<16} {name}: {}", "", note.text);
+        }
     }
     if !s.phases.is_empty() {
         let _ = writeln!(

@@ -44,6 +44,9 @@ fn table(report: &ModesReport) -> String {
             "{}: {} elements, {} freedoms, {} at the interface, mass {:.6e} kg",
             body.name, body.n_elements, body.n_dofs, body.n_interface, body.mass
         );
+        for note in &body.chosen {
+            let _ = writeln!(out, "       {note}");
+        }
         if !body.frequencies.is_empty() {
             let _ = writeln!(out, "  {}", coordinates(&body.coordinates));
         }

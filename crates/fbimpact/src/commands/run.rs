@@ -20,6 +20,7 @@ use crate::results::journal::{Header, Journal};
 use crate::results::{OutputFile, Recorder, Status};
 use crate::scenario::{self, Scenario};
 use crate::simulate::{Ending, RunReport, simulate_with};
+use crate::sizing::sized;
 
 /// Runs a scenario file.
 ///
@@ -52,6 +53,14 @@ fn run_scenario(
     let stop = stop_flag();
     let output = OutputFile::claim(&target, arguments.force)?;
     let cache = cache::open(&CacheSettings::new(&arguments.cache));
+    // The result shall hold the sizes that the run has.
+    let scenario = match sized(&scenario, n_threads, &cache) {
+        Ok(scenario) => scenario,
+        Err(error) => {
+            output.discard();
+            return Err(error);
+        }
+    };
     let outcome = record(&scenario, output, n_threads, &stop, bar, |scenario, observer, threads| {
         simulate_with(scenario, None, observer, threads, &cache)
     });

@@ -31,7 +31,7 @@ const FIXED: [(&str, &str, &str, &str); 12] = [
         "/scenario",
         "text",
         "",
-        "Scenario with overrides and defaults filled in, as TOML; attributes `sha256` of the file as read, `file`.",
+        "Scenario with overrides, defaults and the sizes chosen by the program filled in, as TOML; attributes `sha256` of the file as read, `file`.",
     ),
     ("/xyz", "3", "", "Names of the components of vectors."),
     ("/wxyz", "4", "", "Names of the components of quaternions."),

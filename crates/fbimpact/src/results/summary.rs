@@ -5,9 +5,10 @@ use std::path::Path;
 use hdf5::{File, H5Type, Result};
 use serde_json::{Value, json};
 
-use super::open::{attribute, open};
+use super::open::{attribute, open, scenario_text};
 use super::tables::{ImpactRow, PhaseRow, TransferRow, TryRow};
 use crate::error::AppError;
+use crate::sizing::{self, Note};
 use crate::{reasons, sound};
 
 /// The gist of a result file.
@@ -23,6 +24,8 @@ pub struct Summary {
     pub end: Option<f64>,
     /// Bodies with their number of elastic coordinates.
     pub bodies: Vec<(String, usize)>,
+    /// Sizes that the program chose for the run.
+    pub chosen: Vec<Note>,
     /// Phases.
     pub phases: Vec<PhaseRow>,
     /// Impacts.
@@ -83,6 +86,7 @@ fn summary(file: &File) -> Result<Summary> {
         n_samples: time.len(),
         end: time.last().copied(),
         bodies,
+        chosen: scenario_text(file).map(|text| sizing::notes(&text)).unwrap_or_default(),
         phases: rows(file, "phases")?,
         impacts: rows(file, "impacts")?,
         tries: rows(file, "tries")?,
@@ -156,6 +160,8 @@ impl Summary {
         });
         let attributes: serde_json::Map<String, Value> =
             self.attributes.iter().map(|(n, v)| (n.clone(), v.clone().into())).collect();
+        let chosen: Vec<Value> =
+            self.chosen.iter().map(|n| json!({ "body": n.body, "text": n.text })).collect();
         let timings: serde_json::Map<String, Value> =
             self.timings.iter().map(|(n, v)| (n.clone(), (*v).into())).collect();
         let bodies: serde_json::Map<String, Value> =
@@ -164,6 +170,7 @@ impl Summary {
             "resumptions": self.resumptions, "samples": self.n_samples, "end": self.end,
             "energy_drift": self.energy_drift, "numerical_damping": self.numerical_damping,
             "largest_transfer_jump": self.largest_jump, "bodies": bodies,
+            "chosen": chosen,
             "phases": phases.collect::<Vec<_>>(), "impacts": impacts.collect::<Vec<_>>(),
             "tries": tries.collect::<Vec<_>>(), "transfers": transfers.collect::<Vec<_>>(), "timings": timings,
         });

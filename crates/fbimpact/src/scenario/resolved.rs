@@ -35,9 +35,7 @@ impl Writer<'_> {
                 }
                 "position" | "velocity" | "angular_velocity" => self.hangs(section),
                 "orientation" => section.given("normal"),
-                "elements" => section.given("knots"),
-                // Of a reduction, and of a contact.
-                "modes" => section.text("method") == Some("all") || !is_surface,
+                "modes" => !is_surface,
                 "ratio" => section.given("modal"),
                 "static_answers" => section.text("method") == Some("all"),
                 "tolerance" => self.contact(section).is_some_and(|c| c.search != "until-converged"),

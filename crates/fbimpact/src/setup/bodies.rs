@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use adaptive::imported::ImportedSpec;
+use adaptive::sizing::mode_count::WITHOUT_FORCES;
 use adaptive::spec::{
     Area, BodyKind, BodySpec, Coupling, DampingSpec, DiscretisationSpec, ElasticSpec, FrameSpec,
     InitialMotion, Place as PlaceSpec, ReductionSpec, RefinementSpec,
@@ -16,6 +17,9 @@ use super::places::Markers;
 use super::{geometry, rigid};
 use crate::error::AppError;
 use crate::scenario::{self, Place, Scenario};
+
+/// Elements a direction in the specification of a body for which the program still has to choose them.
+const FIRST_ELEMENTS: usize = 8;
 
 /// Bodies of the scenario that move, and where each body of the file stands among them.
 pub struct Bodies {
@@ -238,7 +242,7 @@ fn discretisation(
     });
     Ok(DiscretisationSpec {
         degrees: geometry::raised(&mesh.degree, shape),
-        elements: mesh.elements.clone(),
+        elements: mesh.elements.clone().unwrap_or_else(|| vec![FIRST_ELEMENTS; mesh.degree.len()]),
         knots: mesh.knots.clone(),
         refine: refine.collect::<Result<_, AppError>>()?,
     })
@@ -246,9 +250,11 @@ fn discretisation(
 
 fn reduction(reduction: scenario::Reduction) -> ReductionSpec {
     match reduction {
-        scenario::Reduction::Modal { modes, .. } => ReductionSpec::Modal { modes },
+        scenario::Reduction::Modal { modes, .. } => {
+            ReductionSpec::Modal { modes: modes.unwrap_or(WITHOUT_FORCES) }
+        }
         scenario::Reduction::CraigBampton { modes, fixed_interface_modes, .. } => {
-            ReductionSpec::CraigBampton { modes, fixed_interface_modes }
+            ReductionSpec::CraigBampton { modes: modes.unwrap_or(WITHOUT_FORCES), fixed_interface_modes }
         }
         scenario::Reduction::All => ReductionSpec::All,
     }

@@ -15,7 +15,8 @@ use crate::error::AppError;
 use crate::scenario::{self, Scenario};
 use bodies::Bodies;
 
-/// The specification of the run that `scenario` describes.
+/// The specification of the run that `scenario` describes. Sizes that the program has yet to choose, see [`crate::sizing`], are
+/// some that do.
 ///
 /// # Errors
 /// [`AppError::Model`] naming the body, joint or contact that cannot be built.

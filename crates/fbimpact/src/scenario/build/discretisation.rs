@@ -33,6 +33,9 @@ pub fn discretisation(
     let directions = dimension(body.components);
     let degree = per_direction(checker, section, "degree", directions);
     let elements = per_direction(checker, section, "elements", directions);
+    if elements.is_none() && section.item("elements").is_some() {
+        return None;
+    }
     let given_knots = section.item("knots").is_some();
     let knots =
         if given_knots { Some(knots(checker, section, directions, degree.as_deref())?) } else { None };
@@ -45,7 +48,7 @@ pub fn discretisation(
     if refine.len() != list.len() {
         return None;
     }
-    Some(Discretisation { degree: degree?, elements: elements?, knots, refine })
+    Some(Discretisation { degree: degree?, elements, knots, refine })
 }
 
 fn knots(
@@ -104,7 +107,11 @@ pub fn reduction(checker: &mut Checker, section: &Section) -> Option<Reduction> 
         meaningless("static_answers");
         return Some(Reduction::All);
     }
-    let (modes, static_answers) = (section.integer("modes")?, section.boolean("static_answers")?);
+    let modes = match section.item("modes") {
+        Some(_) => Some(section.integer("modes")?),
+        None => None,
+    };
+    let static_answers = section.boolean("static_answers")?;
     if method == "modal" {
         return Some(Reduction::Modal { modes, static_answers });
     }
@@ -112,7 +119,9 @@ pub fn reduction(checker: &mut Checker, section: &Section) -> Option<Reduction> 
         Some(_) => Some(section.integer("fixed_interface_modes")?),
         None => None,
     };
-    if fixed_interface_modes.is_some_and(|n| n < modes) {
+    if let (Some(modes), Some(fixed)) = (modes, fixed_interface_modes)
+        && fixed < modes
+    {
         let message = format!("must be at least \"modes\", which is {modes}");
         checker.fault_in(section, "fixed_interface_modes", message);
     }

@@ -60,7 +60,10 @@ pub fn imported(
             }
             let reduction = table.and_then(|table| reduction(checker, table));
             if let (
-                Some(Reduction::Modal { modes, .. } | Reduction::CraigBampton { modes, .. }),
+                Some(
+                    Reduction::Modal { modes: Some(modes), .. }
+                    | Reduction::CraigBampton { modes: Some(modes), .. },
+                ),
                 Some(table),
             ) = (reduction, table)
             {

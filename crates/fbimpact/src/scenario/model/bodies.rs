@@ -259,8 +259,8 @@ pub struct NurbsGeometry {
 pub struct Discretisation {
     /// Degree a direction.
     pub degree: Vec<usize>,
-    /// Uniform elements a direction, before refinement.
-    pub elements: Vec<usize>,
+    /// Uniform elements a direction, before refinement; `None`: chosen by the program.
+    pub elements: Option<Vec<usize>>,
     /// Explicit interior knots in (0, 1) a direction, which take the place of `elements`.
     pub knots: Option<Vec<Vec<f64>>>,
     /// Local refinements.
@@ -301,15 +301,15 @@ pub enum Place {
 pub enum Reduction {
     /// Free eigenmodes only.
     Modal {
-        /// Number of elastic modes.
-        modes: usize,
+        /// Number of elastic modes; `None`: chosen by the program.
+        modes: Option<usize>,
         /// Whether the basis has the static answers to joints and loads.
         static_answers: bool,
     },
     /// Craig-Bampton.
     CraigBampton {
-        /// Number of dynamic (low-frequency) elastic modes.
-        modes: usize,
+        /// Number of dynamic (low-frequency) elastic modes; `None`: chosen by the program.
+        modes: Option<usize>,
         /// Number of fixed-interface modes; `None`: `modes` plus the rigid ones and a margin.
         fixed_interface_modes: Option<usize>,
         /// Whether the basis has the static answers to joints and loads.
@@ -326,6 +326,18 @@ impl Reduction {
             self,
             Self::Modal { static_answers: true, .. } | Self::CraigBampton { static_answers: true, .. }
         )
+    }
+
+    /// Whether the program shall choose the number of modes.
+    pub fn wants_modes(&self) -> bool {
+        matches!(self, Self::Modal { modes: None, .. } | Self::CraigBampton { modes: None, .. })
+    }
+
+    /// Sets the number of modes, where the method has one.
+    pub fn set_modes(&mut self, n: usize) {
+        if let Self::Modal { modes, .. } | Self::CraigBampton { modes, .. } = self {
+            *modes = Some(n);
+        }
     }
 }
 

@@ -19,7 +19,9 @@ pub(super) const DISCRETISATION: &[Key] = &[
         "elements",
         Kind::Counts(1, MAX_ELEMENTS),
         "–",
-        Need::Default("8"),
+        Need::Optional(
+            "chosen by the program, so that the kept frequencies are right to 0.1 %; `fbimpact modes` shows them",
+        ),
         "Uniform elements a direction, before refinement.",
     ),
     Key::new(
@@ -89,7 +91,10 @@ pub(super) const REDUCTION: &[Key] = &[
         "modes",
         Kind::Integer(1, 100_000),
         "–",
-        Need::Default("20"),
+        Need::Optional(
+            "chosen by the program from the time scale of the impacts on the body; at least 10 in axisymmetric models \
+             and 20 in others, 20 without contacts",
+        ),
         "Number of free modes; static answers to joints and loads add to them. Without meaning for `all`.",
     ),
     Key::new(

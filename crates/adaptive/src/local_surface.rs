@@ -1,0 +1,58 @@
+//! The shape of a body's surface about a place, as Hertz's theory wants it.
+
+use iga_core::elasticity::Model;
+use iga_core::nurbs::FaceId;
+use iga_core::nurbs::patch::PointBasis;
+use iga_core::surface::Face;
+use nalgebra::{UnitQuaternion, Vector3};
+
+use crate::elastic_body::{point_in_space, rigid_motion};
+use crate::predict::LocalSurface;
+use crate::spec::ElasticSpec;
+use crate::turned_net::regular_view;
+
+/// Surface of the undeformed body about a place of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfaceView {
+    /// Curvatures and compliance.
+    pub surface: LocalSurface,
+    /// Directions in space of the two parameters of the face, not of unit length.
+    pub tangents: [Vector3<f64>; 2],
+    /// Outward unit normal in space.
+    pub outward: Vector3<f64>,
+    /// The place in the model's components \[m\].
+    pub point: [f64; 3],
+}
+
+impl SurfaceView {
+    /// The surface of `body`, whose frame is turned by `rotation`, at parameters `xi` of `face`; `None` if it has no curvatures there.
+    pub fn new(
+        body: &ElasticSpec,
+        rotation: &UnitQuaternion<f64>,
+        face: FaceId,
+        xi: &[f64; 3],
+    ) -> Option<Self> {
+        let (shape, motion) = (&body.shape, rigid_motion(&body.model));
+        let own = Face::new(&shape.patches, face, body.model == Model::Axisymmetric);
+        let place = own.on_face(xi);
+        // Where the net is singular, it has no curvatures to show.
+        let turned = if body.model == Model::Solid { regular_view(shape, &own, &place).ok()? } else { None };
+        let (patch, view, at) = match &turned {
+            Some((shape, face, xi)) => (&shape.patches[face.id.patch], *face, *xi),
+            None => (&shape.patches[face.patch], own, place),
+        };
+        let jet = patch.jet(&view.on_face(&at), 2, &mut PointBasis::default());
+        let geometry = view.geometry(&jet);
+        let in_space = |v: &[f64; 3]| rotation * point_in_space(motion, v);
+        let tangents = geometry.tangents.each_ref().map(in_space);
+        let material = &body.material;
+        let compliance = (1.0 - material.poissons_ratio().powi(2)) / material.youngs_modulus();
+        let direction = tangents[0].try_normalize(0.0).unwrap_or_else(Vector3::zeros);
+        Some(Self {
+            surface: LocalSurface { curvatures: view.curvatures(&jet)?, direction, compliance },
+            tangents,
+            outward: in_space(&geometry.normal),
+            point: shape.patches[face.patch].point(&place),
+        })
+    }
+}

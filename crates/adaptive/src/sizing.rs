@@ -1,0 +1,210 @@
+//! Mesh and number of modes of bodies for which nobody has given them (theory section N).
+//!
+//! Four questions, one file each: how fast the forces on a body will change ([`impact_time`]), how many modes follow them
+//! ([`mode_count`]), which elements resolve those modes ([`mesh`], from the lengths of [`proportions`]), and which finer ones
+//! contacts want that keep one model for the whole run ([`zone`]). The answers depend on
+//! shape, material, motion at the start and contacts alone; they are the same in every run and are kept with the other models.
+
+pub mod impact_time;
+pub mod mesh;
+pub mod mode_count;
+pub mod proportions;
+pub mod zone;
+
+use crate::elastic_body::ElasticBody;
+use crate::error::AdaptiveError;
+use crate::model::start_poses;
+use crate::spec::{BodyKind, DiscretisationSpec, ElasticSpec, ReductionSpec, RunSpec};
+use crate::store::{ModelCache, ModelKey, StoredModel, sizes_key};
+use ffr_dynamics::reduction::modal::modal_truncation;
+use impact_time::ForceTime;
+use mesh::ChosenMesh;
+use mode_count::ChosenModes;
+use zone::ChosenZone;
+
+/// What the program shall choose for a body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct SizeWish {
+    /// Elements a direction; those of the specification do not count then.
+    pub elements: bool,
+    /// Number of modes; that of the specification does not count then.
+    pub modes: bool,
+}
+
+/// What the program has chosen for a body.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ChosenSizes {
+    /// Elements, if they were to be chosen.
+    pub mesh: Option<ChosenMesh>,
+    /// Modes, if they were to be chosen.
+    pub modes: Option<ChosenModes>,
+    /// Zones of fine elements that contacts need, if elements were to be chosen.
+    pub zones: Vec<ChosenZone>,
+}
+
+/// Chooses what `wishes`, one a body of `spec`, ask for; bodies without a geometry get nothing.
+///
+/// # Errors
+/// [`AdaptiveError`] naming a body whose matrices or modes cannot be computed, or joints that do not fit.
+pub fn choose(
+    spec: &RunSpec,
+    wishes: &[SizeWish],
+    cache: &ModelCache,
+) -> Result<Vec<ChosenSizes>, AdaptiveError> {
+    let mut chosen = vec![ChosenSizes::default(); spec.bodies.len()];
+    if wishes.iter().all(|wish| *wish == SizeWish::default()) {
+        return Ok(chosen);
+    }
+    let poses = start_poses(spec)?;
+    let times = impact_time::shortest(spec, &poses);
+    for (i, (body, wish)) in spec.bodies.iter().zip(wishes).enumerate() {
+        if let (BodyKind::Elastic(elastic), true) = (&body.kind, *wish != SizeWish::default()) {
+            chosen[i] = sizes(&body.name, elastic, *wish, times[i].as_ref(), cache)?;
+            chosen[i].warn(&body.name);
+            if wish.elements {
+                chosen[i].zones = zone::zones(spec, &poses, i);
+            }
+        }
+    }
+    Ok(chosen)
+}
+
+fn sizes(
+    name: &str,
+    elastic: &ElasticSpec,
+    wish: SizeWish,
+    time: Option<&ForceTime>,
+    cache: &ModelCache,
+) -> Result<ChosenSizes, AdaptiveError> {
+    let trial = Trial::new(name, elastic, wish);
+    let limit = time.map_or(0.0, |t| t.frequency);
+    let key: ModelKey = sizes_key(&trial.spec, wish, limit);
+    let numbers = cache.shared(
+        key,
+        Numbers::from_stored,
+        || Numbers::compute(&trial, wish, limit, elastic.reduction),
+        Numbers::stored,
+    )?;
+    Ok(numbers.with_reason(wish, time))
+}
+
+/// The choice without its reason: what is kept between runs.
+#[derive(Debug, Clone, PartialEq)]
+struct Numbers {
+    elements: Vec<usize>,
+    error: f64,
+    modes: usize,
+    highest: f64,
+}
+
+impl Numbers {
+    fn compute(
+        trial: &Trial<'_>,
+        wish: SizeWish,
+        limit: f64,
+        reduction: ReductionSpec,
+    ) -> Result<Self, AdaptiveError> {
+        let given = match reduction {
+            ReductionSpec::Modal { modes } | ReductionSpec::CraigBampton { modes, .. } => modes,
+            ReductionSpec::All => mode_count::WITHOUT_FORCES,
+        };
+        let most = match reduction {
+            ReductionSpec::CraigBampton { fixed_interface_modes: Some(n), .. } => n,
+            _ => mode_count::MOST,
+        };
+        let (modes, highest) = if wish.modes { mode_count::count(trial, limit, most)? } else { (given, 0.0) };
+        let (elements, error) = if wish.elements { mesh::mesh(trial, modes)? } else { (Vec::new(), 0.0) };
+        Ok(Self { elements, error, modes, highest })
+    }
+
+    fn stored(&self) -> StoredModel {
+        let counts = std::iter::once(self.modes).chain(self.elements.iter().copied());
+        StoredModel { counts: counts.map(|n| n as u64).collect(), values: vec![self.error, self.highest] }
+    }
+
+    fn from_stored(stored: &StoredModel) -> Option<Self> {
+        let counts: Vec<usize> =
+            stored.counts.iter().map(|n| usize::try_from(*n)).collect::<Result<_, _>>().ok()?;
+        let ((modes, elements), [error, highest]) =
+            (counts.split_first()?, stored.values[..].try_into().ok()?);
+        Some(Self { elements: elements.to_vec(), error, modes: *modes, highest })
+    }
+
+    fn with_reason(self, wish: SizeWish, time: Option<&ForceTime>) -> ChosenSizes {
+        let Self { elements, error, modes, highest } = self;
+        ChosenSizes {
+            mesh: wish.elements.then_some(ChosenMesh { elements, error, modes }),
+            modes: wish.modes.then(|| ChosenModes { modes, highest, time: time.cloned() }),
+            zones: Vec::new(),
+        }
+    }
+}
+
+impl ChosenSizes {
+    fn warn(&self, body: &str) {
+        if let Some(mesh) = self.mesh.as_ref().filter(|m| m.error > mesh::TOLERANCE) {
+            tracing::warn!(body, "{mesh}; give discretisation.elements, or fewer reduction.modes");
+        }
+        if let Some(modes) = self.modes.as_ref().filter(|m| m.is_cut()) {
+            tracing::warn!(body, "{modes}; give reduction.modes");
+        }
+    }
+}
+
+/// A body on which sizes are tried: without local refinement, which contacts add to whatever mesh is chosen.
+pub struct Trial<'a> {
+    name: &'a str,
+    spec: ElasticSpec,
+    /// Whether the elements are to be chosen.
+    chooses_elements: bool,
+}
+
+impl<'a> Trial<'a> {
+    /// The body `name` that is made from `elastic`.
+    pub fn new(name: &'a str, elastic: &ElasticSpec, wish: SizeWish) -> Self {
+        let mut spec = elastic.clone();
+        let mesh = &elastic.discretisation;
+        spec.discretisation = DiscretisationSpec { refine: Vec::new(), ..mesh.clone() };
+        if wish.elements {
+            spec.discretisation.elements = vec![1; mesh.degrees.len()];
+        }
+        Self { name, spec, chooses_elements: wish.elements }
+    }
+
+    /// Degrees of the splines, one a direction.
+    pub fn degrees(&self) -> &[usize] {
+        &self.spec.discretisation.degrees
+    }
+
+    /// The `n` lowest eigenfrequencies \[Hz\], or all if there are fewer, with `elements` a direction; and whether `n` cuts
+    /// through a group of equal ones, then the count that does not.
+    ///
+    /// # Errors
+    /// [`AdaptiveError`] naming the body.
+    pub fn spectrum(&self, elements: &[usize], n: usize) -> Result<Spectrum, AdaptiveError> {
+        let mut spec = self.spec.clone();
+        spec.discretisation.elements = elements.to_vec();
+        let body = ElasticBody::build(self.name, spec)?;
+        let available = body.n_unknowns().saturating_sub(body.assembled.motion.count());
+        let basis = modal_truncation(&body.assembled, n.min(available).max(1))
+            .map_err(|source| AdaptiveError::Reduction { body: self.name.to_owned(), source })?;
+        let frequencies: Vec<f64> = basis.omega.iter().map(|w| w / std::f64::consts::TAU).collect();
+        Ok(Spectrum { is_complete: frequencies.len() >= available, frequencies })
+    }
+
+    /// Number of unknowns that a mesh has, up to boundaries.
+    pub fn unknowns(&self, elements: &[usize]) -> usize {
+        let functions = |(n, p): (&usize, &usize)| n + p;
+        let nodes: usize = elements.iter().zip(self.degrees()).map(functions).product();
+        nodes * elements.len() * self.spec.shape.patches.len()
+    }
+}
+
+/// Lowest eigenfrequencies of a trial.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Spectrum {
+    /// Frequencies, rising \[Hz\].
+    pub frequencies: Vec<f64>,
+    /// Whether the model has no more.
+    pub is_complete: bool,
+}

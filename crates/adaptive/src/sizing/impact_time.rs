@@ -1,0 +1,403 @@
+//! How fast the forces of impacts may change, from what is known at the start of a run (theory Eqs. N.4, N.5).
+//!
+//! An impact lasts as long as Hertz's law and the masses say, or less: between long bodies the force rises until waves carry the
+//! motion away, and that rise is what has to be resolved. Durations go with the speed to the power -1/5, so that a rough speed will do.
+
+use std::f64::consts::PI;
+use std::fmt;
+
+use ffr_dynamics::body::RigidMotion;
+use ffr_dynamics::system::force::BodyState;
+use iga_core::elasticity::Model;
+use iga_core::mass_properties::MassProperties;
+use nalgebra::{Matrix3, Vector3};
+
+use super::mode_count::pulse_frequency;
+use super::proportions::lengths;
+use crate::elastic_body::{point_in_space, rigid_motion};
+use crate::local_surface::SurfaceView;
+use crate::model::first_sites;
+use crate::predict::{HertzLaw, LocalSurface, hertz_impact, inverse_effective_mass, line_impact};
+use crate::spec::{BodyKind, ContactLaw, ContactSpec, ElasticSpec, HertzSphere, Place, RunSpec, Target};
+
+/// Speed of impacts when nothing moves and nothing falls at the start [m/s].
+const UNKNOWN_SPEED: f64 = 1.0;
+/// Duration of a Hertz impact over its largest approach divided by the speed (Eq. C.23).
+const HERTZ_TIME: f64 = 2.943_28;
+/// Frequency times duration up to which modes follow the force of flat faces, which jumps: the spectrum of a rectangle has the
+/// share `1/(pi^2 f T)`, 1 %, of its energy above.
+const FLAT: f64 = 10.0;
+
+/// What sets the time of an impact.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TimeScale {
+    /// Hertz's law between two masses.
+    Hertz,
+    /// Rise of the force until waves carry the motion away.
+    Waves,
+    /// Line contact of plane models.
+    Line,
+    /// Waves through a body between flat faces.
+    Flat,
+}
+
+/// How fast the forces on a body change.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ForceTime {
+    /// Name of the contact.
+    pub contact: String,
+    /// What sets the time.
+    pub scale: TimeScale,
+    /// The time \[s\].
+    pub duration: f64,
+    /// Speed that it was estimated for [m/s].
+    pub speed: f64,
+    /// Frequency up to which modes follow \[Hz\].
+    pub frequency: f64,
+}
+
+impl ForceTime {
+    fn new(contact: &str, scale: TimeScale, duration: f64, speed: f64) -> Self {
+        let frequency = if scale == TimeScale::Flat { FLAT / duration } else { pulse_frequency(duration) };
+        Self { contact: contact.to_owned(), scale, duration, speed, frequency }
+    }
+}
+
+impl fmt::Display for ForceTime {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { contact, scale, duration, speed, frequency } = self;
+        let what = match scale {
+            TimeScale::Hertz => "an impact after Hertz",
+            TimeScale::Waves => "the rise of the force against waves",
+            TimeScale::Line => "an impact along a line",
+            TimeScale::Flat => "a wave through the body between flat faces",
+        };
+        write!(
+            out,
+            "contact \"{contact}\", {what} at {speed:.3} m/s takes {duration:.2e} s and needs modes up to {frequency:.2e} Hz"
+        )
+    }
+}
+
+/// The fastest forces on each body, `poses` being the motions at the start; bodies that hang together by joints share them.
+pub fn shortest(spec: &RunSpec, poses: &[BodyState]) -> Vec<Option<ForceTime>> {
+    let scene = Scene { spec, poses };
+    let mut times: Vec<Option<ForceTime>> = vec![None; spec.bodies.len()];
+    let assembly = assemblies(spec);
+    for contact in &spec.contacts {
+        let time = scene.time(contact);
+        let other = if let Target::Body(other) = contact.target { Some(other) } else { None };
+        for of in [Some(contact.body), other].into_iter().flatten() {
+            let joined = (0..times.len()).filter(|&i| assembly[i] == assembly[of]);
+            for i in joined.collect::<Vec<_>>() {
+                if times[i].as_ref().is_none_or(|t| t.frequency < time.frequency) {
+                    times[i] = Some(time.clone());
+                }
+            }
+        }
+    }
+    times
+}
+
+/// For each body, the lowest number of a body that it hangs together with by joints.
+fn assemblies(spec: &RunSpec) -> Vec<usize> {
+    let mut assembly: Vec<usize> = (0..spec.bodies.len()).collect();
+    for joint in spec.joints.iter().chain(&spec.loops) {
+        if let (Some(a), Some(b)) = (joint.parent.body, joint.child.body) {
+            let (low, high) = (assembly[a].min(assembly[b]), assembly[a].max(assembly[b]));
+            assembly.iter_mut().filter(|n| **n == high).for_each(|n| *n = low);
+        }
+    }
+    assembly
+}
+
+/// One partner of an impact.
+struct Partner {
+    /// Along the normal [1/kg].
+    inverse_mass: f64,
+    /// Inverse impedance against waves along the body [s/kg].
+    mobility: f64,
+    /// Velocity of the place that touches [m/s].
+    velocity: Vector3<f64>,
+}
+
+/// The motions at the start of a run.
+pub(super) struct Scene<'a> {
+    /// Bodies and contacts.
+    pub spec: &'a RunSpec,
+    /// Motions of the bodies.
+    pub poses: &'a [BodyState],
+}
+
+/// Surfaces and places of both partners.
+pub(super) struct Meeting {
+    /// Contact body's and target's, if Hertz's theory may know them.
+    pub surfaces: Option<[LocalSurface; 2]>,
+    normal: Vector3<f64>,
+    points: [Vector3<f64>; 2],
+}
+
+/// Two bodies that are going to meet.
+pub(super) struct Impact {
+    /// Where.
+    pub meeting: Meeting,
+    /// How fast [m/s].
+    pub speed: f64,
+    /// Of both along the normal [1/kg].
+    pub inverse_mass: f64,
+    /// Of both against waves [s/kg].
+    pub mobility: f64,
+}
+
+impl Scene<'_> {
+    fn time(&self, contact: &ContactSpec) -> ForceTime {
+        let other = if let Target::Body(other) = contact.target { Some(other) } else { None };
+        let Impact { meeting, speed, inverse_mass, mobility } = self.impact(contact);
+        let known = meeting.surfaces.and_then(|surfaces| match self.thickness(contact.body) {
+            Some(thickness) => line_time(&surfaces, inverse_mass * thickness, speed, self.size(contact.body)),
+            None => point_time(&surfaces, inverse_mass, mobility, speed),
+        });
+        let (scale, duration) = known.unwrap_or_else(|| (TimeScale::Flat, self.flat_time(contact, other)));
+        ForceTime::new(&contact.name, scale, duration, speed)
+    }
+
+    /// What is known of the first impact of `contact`.
+    pub(super) fn impact(&self, contact: &ContactSpec) -> Impact {
+        let other = if let Target::Body(other) = contact.target { Some(other) } else { None };
+        let meeting = self.meeting(contact, other);
+        let bodies = [Some(contact.body), other].into_iter().zip(meeting.points);
+        let partners: Vec<Partner> =
+            bodies.filter_map(|(body, point)| Some(self.partner(body?, point, &meeting.normal))).collect();
+        let sum = |of: fn(&Partner) -> f64| partners.iter().map(of).sum::<f64>();
+        let (inverse_mass, mobility) = (sum(|p| p.inverse_mass), sum(|p| p.mobility));
+        Impact { speed: self.speed(&partners, &meeting), meeting, inverse_mass, mobility }
+    }
+
+    /// Thickness of a plane model.
+    pub(super) fn thickness(&self, body: usize) -> Option<f64> {
+        match self.spec.bodies[body].elastic()?.model {
+            Model::PlaneStrain { thickness } | Model::PlaneStress { thickness } => Some(thickness),
+            Model::Axisymmetric | Model::Solid => None,
+        }
+    }
+
+    /// Where the partners meet; without an answer of Hertz's theory, about the origins of their frames.
+    fn meeting(&self, contact: &ContactSpec, other: Option<usize>) -> Meeting {
+        let found = match &contact.law {
+            ContactLaw::Hertz { contact: own, target, plane } => {
+                self.meeting_of_spheres(contact, own, target.as_ref().zip(other), plane.compliance())
+            }
+            ContactLaw::Surface(_) => self.meeting_of_surfaces(contact, other),
+        };
+        found.unwrap_or_else(|| {
+            let origin = self.poses[contact.body].position;
+            let points = [origin, other.map_or(origin, |b| self.poses[b].position)];
+            Meeting { surfaces: None, normal: Vector3::z(), points }
+        })
+    }
+
+    fn meeting_of_spheres(
+        &self,
+        contact: &ContactSpec,
+        own: &HertzSphere,
+        target: Option<(&HertzSphere, usize)>,
+        plane: f64,
+    ) -> Option<Meeting> {
+        let centre = |sphere: &HertzSphere, body: usize| match &sphere.centre {
+            Place::Point(point) => Some(self.in_space(body, point)),
+            Place::Area(area) => Some(self.in_space(body, &area.centre)),
+            Place::Marker(_) => None,
+        };
+        let surface = |s: &HertzSphere| LocalSurface::sphere(s.radius, s.solid.compliance());
+        let at = centre(own, contact.body)?;
+        match (target, contact.target) {
+            (Some((sphere, body)), _) => {
+                let to = centre(sphere, body)?;
+                let normal = (at - to).try_normalize(0.0)?;
+                let points = [at - normal * own.radius, to + normal * sphere.radius];
+                Some(Meeting { surfaces: Some([surface(own), surface(sphere)]), normal, points })
+            }
+            (None, Target::Plane { point, normal }) => {
+                let touching = at - normal * own.radius;
+                let below = touching - normal * (touching - point).dot(&normal);
+                let surfaces = Some([surface(own), LocalSurface::plane(plane)]);
+                Some(Meeting { surfaces, normal, points: [touching, below] })
+            }
+            (None, Target::Body(_)) => None,
+        }
+    }
+
+    fn meeting_of_surfaces(&self, contact: &ContactSpec, other: Option<usize>) -> Option<Meeting> {
+        let sites = first_sites(self.spec, contact, self.poses)?;
+        let view = |body: usize, site: &crate::contact_zone::ContactSite| {
+            SurfaceView::new(
+                self.spec.bodies[body].elastic()?,
+                &self.poses[body].rotation,
+                site.face,
+                &site.xi,
+            )
+        };
+        let own = view(contact.body, &sites.own)?;
+        let at = self.in_space(contact.body, &own.point);
+        if let Target::Plane { point, normal } = contact.target {
+            let below = at - normal * (at - point).dot(&normal);
+            let surfaces = Some([own.surface, LocalSurface::plane(0.0)]);
+            return Some(Meeting { surfaces, normal, points: [at, below] });
+        }
+        let (target, site) = (other?, sites.target?);
+        let facing = view(target, &site)?;
+        Some(Meeting {
+            surfaces: Some([own.surface, facing.surface]),
+            normal: (facing.outward - own.outward).try_normalize(0.0)?,
+            points: [at, self.in_space(target, &facing.point)],
+        })
+    }
+
+    fn in_space(&self, body: usize, point: &[f64; 3]) -> Vector3<f64> {
+        let pose = &self.poses[body];
+        let in_frame = match &self.spec.bodies[body].kind {
+            BodyKind::Elastic(elastic) => point_in_space(rigid_motion(&elastic.model), point),
+            BodyKind::Rigid(_) | BodyKind::Imported(_) => Vector3::from(*point),
+        };
+        pose.position + pose.rotation * in_frame
+    }
+
+    /// A partner that touches at `point` of space, as if it hung on no joint.
+    fn partner(&self, body: usize, point: Vector3<f64>, normal: &Vector3<f64>) -> Partner {
+        let pose = &self.poses[body];
+        let (motion, mass, centre, inertia, mobility) = match &self.spec.bodies[body].kind {
+            BodyKind::Elastic(elastic) => inertia(elastic),
+            BodyKind::Rigid(rigid) => (rigid.motion, rigid.mass, rigid.centre_of_mass, rigid.inertia, 0.0),
+            // No contact acts on a body from a file.
+            BodyKind::Imported(_) => {
+                (RigidMotion::Axial, f64::INFINITY, Vector3::zeros(), Matrix3::identity(), 0.0)
+            }
+        };
+        let (arm, from_centre) = (point - pose.position, point - pose.position - pose.rotation * centre);
+        let inverse_mass = if motion == RigidMotion::Axial {
+            1.0 / mass
+        } else {
+            let axes = pose.rotation.to_rotation_matrix().into_inner();
+            inverse_effective_mass(mass, &(axes * inertia * axes.transpose()), &from_centre, normal)
+        };
+        let velocity = pose.velocity + (pose.rotation * pose.angular_velocity).cross(&arm);
+        Partner { inverse_mass, mobility, velocity }
+    }
+
+    /// Speed of the places that meet; what gravity adds over the gap; that of the fastest body if they are at rest.
+    fn speed(&self, partners: &[Partner], meeting: &Meeting) -> f64 {
+        let velocity = |i: usize| partners.get(i).map_or_else(Vector3::zeros, |p| p.velocity);
+        let gap = (meeting.points[0] - meeting.points[1]).norm();
+        let falling = (2.0 * self.spec.settings.gravity.norm() * gap).sqrt();
+        let closing = (velocity(0) - velocity(1)).norm();
+        let bodies = self.poses.iter().enumerate();
+        let fastest = bodies.map(|(i, p)| p.velocity.norm() + p.angular_velocity.norm() * self.size(i));
+        let candidates = [closing.hypot(falling), fastest.fold(0.0, f64::max), UNKNOWN_SPEED];
+        candidates.into_iter().find(|v| v.is_finite() && *v > 0.0).unwrap_or(UNKNOWN_SPEED)
+    }
+
+    /// Longest way through a body \[m\].
+    pub(super) fn size(&self, body: usize) -> f64 {
+        let longest = |e: &ElasticSpec| lengths(&e.shape).into_iter().fold(0.0, f64::max);
+        self.spec.bodies[body].elastic().map_or(0.0, longest)
+    }
+
+    /// Time of a wave there and back through the shorter of the two bodies.
+    fn flat_time(&self, contact: &ContactSpec, other: Option<usize>) -> f64 {
+        let time =
+            |body: usize| self.spec.bodies[body].elastic().map(|e| 2.0 * self.size(body) / bar_speed(e));
+        let times = [Some(contact.body), other].into_iter().flatten().filter_map(time);
+        times.fold(f64::INFINITY, f64::min)
+    }
+}
+
+fn bar_speed(body: &ElasticSpec) -> f64 {
+    (body.material.youngs_modulus() / body.material.density()).sqrt()
+}
+
+/// Motions, mass, centre, central inertia, inverse impedance `L / (rho c V)` of a body: that of a bar as long as the body.
+fn inertia(body: &ElasticSpec) -> (RigidMotion, f64, Vector3<f64>, Matrix3<f64>, f64) {
+    let (motion, density) = (rigid_motion(&body.model), body.material.density());
+    let Ok(properties) = MassProperties::of(&body.shape, &body.model) else {
+        return (motion, f64::INFINITY, Vector3::zeros(), Matrix3::identity(), 0.0);
+    };
+    let (mass, rows) = (density * properties.volume, properties.central_inertia());
+    let length = lengths(&body.shape).into_iter().fold(0.0, f64::max);
+    let inertia = Matrix3::from_fn(|i, j| density * rows[i][j]);
+    (motion, mass, Vector3::from(properties.centre()), inertia, length / (mass * bar_speed(body)))
+}
+
+/// Time of an impact at a point: the shorter of Hertz's, and twice the rise to the force at which waves take up the speed.
+fn point_time(
+    surfaces: &[LocalSurface; 2],
+    inverse_mass: f64,
+    mobility: f64,
+    speed: f64,
+) -> Option<(TimeScale, f64)> {
+    let hertz = HERTZ_TIME * hertz_impact(surfaces, inverse_mass, speed)?.approach / speed;
+    let rise = if mobility > 0.0 {
+        2.0 * HertzLaw::new(surfaces)?.at_force(speed / mobility).approach / speed
+    } else {
+        f64::INFINITY
+    };
+    Some(if rise < hertz { (TimeScale::Waves, rise) } else { (TimeScale::Hertz, hertz) })
+}
+
+/// Time of an impact along a line: half a period of the spring that has its peak force and energy.
+fn line_time(
+    surfaces: &[LocalSurface; 2],
+    inverse_mass: f64,
+    speed: f64,
+    size: f64,
+) -> Option<(TimeScale, f64)> {
+    let sum = |of: fn(&LocalSurface) -> f64| surfaces.iter().map(of).sum::<f64>();
+    let (curvature, compliance) = (sum(|s| s.curvatures[0]), sum(|s| s.compliance));
+    let (_, force) = line_impact(curvature, compliance, inverse_mass, speed, size)?;
+    Some((TimeScale::Line, PI * speed / (inverse_mass * force)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+    use contact_qs::law::hertz::{HertzImpact, HertzPair, Solid};
+
+    const STEEL: Solid = Solid { young: 210e9, poisson: 0.3 };
+    const ALUMINIUM: Solid = Solid { young: 72.8e9, poisson: 0.33 };
+
+    #[test]
+    fn masses_have_the_time_of_hertz() {
+        let pair = HertzPair::new([STEEL, ALUMINIUM], [0.01, 0.03]);
+        let impact = HertzImpact::new(pair, [0.03, 0.2], 0.4);
+        let surfaces = [
+            LocalSurface::sphere(0.01, STEEL.compliance()),
+            LocalSurface::sphere(0.03, ALUMINIUM.compliance()),
+        ];
+        let (scale, time) = point_time(&surfaces, 1.0 / 0.03 + 1.0 / 0.2, 0.0, 0.4).unwrap();
+        assert_eq!(scale, TimeScale::Hertz);
+        // Six digits of the constant.
+        assert_relative_eq!(time, impact.duration(), max_relative = 1e-5);
+    }
+
+    #[test]
+    fn a_long_rod_rises_against_its_impedance() {
+        // Aluminium rod of 1 m, radius 10 mm, spherical end, 0.3 m/s: the force rises towards A sqrt(E rho) v = 1343 N.
+        let surfaces = [LocalSurface::sphere(0.01, ALUMINIUM.compliance()), LocalSurface::plane(0.0)];
+        let impedance = PI * 1e-4 * (72.8e9_f64 * 2789.0).sqrt();
+        let (scale, time) = point_time(&surfaces, 1.0 / 0.8733, 1.0 / impedance, 0.3).unwrap();
+        assert_eq!(scale, TimeScale::Waves);
+        let pair = HertzPair::new([ALUMINIUM, Solid::RIGID], [0.01, f64::INFINITY]);
+        assert_relative_eq!(time, 2.0 * pair.approach(impedance * 0.3) / 0.3, max_relative = 1e-9);
+    }
+
+    #[test]
+    fn a_line_contact_is_half_a_period_of_its_spring() {
+        let surfaces = [LocalSurface::sphere(0.1, STEEL.compliance()), LocalSurface::plane(0.0)];
+        let (inverse_mass, speed) = (1.0 / 246.0, 0.1);
+        let (_, time) = line_time(&surfaces, inverse_mass, speed, 0.2).unwrap();
+        let (_, force) = line_impact(10.0, STEEL.compliance(), inverse_mass, speed, 0.2).unwrap();
+        // Stiffness from energy and force: F^2 / (m v^2).
+        let stiffness = force * force * inverse_mass / (speed * speed);
+        assert_relative_eq!(time, PI / (stiffness * inverse_mass).sqrt(), max_relative = 1e-12);
+    }
+}

@@ -1,0 +1,84 @@
+//! Fine elements where a body meets a plane, for contacts that keep one model for the whole run and say nothing of it.
+
+use std::fmt;
+
+use ffr_dynamics::system::force::BodyState;
+use iga_core::elasticity::Model;
+
+use super::impact_time::{Impact, Scene};
+use crate::model::first_sites;
+use crate::predict::{HertzLaw, hertz_impact, interval_width, line_impact};
+use crate::spec::{
+    ContactLaw, ContactSpec, IntervalSpec, RefinementSpec, RunSpec, SurfaceLaw, Target, Treatment,
+};
+
+/// Elements across a zone and their growth outside, as contacts have them that the program refines during the run.
+const ELEMENTS: usize = 16;
+const RATIO: f64 = 1.5;
+
+/// A zone that the program has chosen.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChosenZone {
+    /// Name of the contact.
+    pub contact: String,
+    /// The zone.
+    pub refinement: RefinementSpec,
+    /// Force for which it is wide enough \[N\].
+    pub force: f64,
+}
+
+impl fmt::Display for ChosenZone {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(out, "zone of contact \"{}\" for a force of {:.3e} N", self.contact, self.force)
+    }
+}
+
+/// The zones that contacts need on body `index` and nobody has given.
+pub(super) fn zones(spec: &RunSpec, poses: &[BodyState], index: usize) -> Vec<ChosenZone> {
+    let scene = Scene { spec, poses };
+    let is_refined = spec.bodies[index].elastic().is_some_and(|e| !e.discretisation.refine.is_empty());
+    let contacts = spec.contacts.iter().filter(|contact| contact.body == index && !is_refined);
+    contacts.filter_map(|contact| zone(&scene, contact)).collect()
+}
+
+fn zone(scene: &Scene<'_>, contact: &ContactSpec) -> Option<ChosenZone> {
+    let ContactLaw::Surface(law) = &contact.law else { return None };
+    if !keeps_its_model(law, contact.target) {
+        return None;
+    }
+    let impact = scene.impact(contact);
+    let site = first_sites(scene.spec, contact, scene.poses)?.own;
+    let elastic = scene.spec.bodies[contact.body].elastic()?;
+    let (half_width, force) = match scene.thickness(contact.body) {
+        Some(thickness) => line_contact(&impact, thickness, scene.size(contact.body))?,
+        None => point_contact(&impact)?,
+    };
+    let from_axis = elastic.model == Model::Axisymmetric;
+    let width = interval_width(half_width, IntervalSpec::default().target_utilisation, from_axis);
+    let refinement = RefinementSpec { centre: site.point, width, elements: ELEMENTS, ratio: RATIO };
+    Some(ChosenZone { contact: contact.name.clone(), refinement, force })
+}
+
+/// Whether a contact of surfaces has one model for the whole run, with a zone that is refined beforehand.
+fn keeps_its_model(law: &SurfaceLaw, target: Target) -> bool {
+    let is_refined_before = !matches!(law.treatment, Treatment::Adaptive | Treatment::Coarse);
+    is_refined_before && law.interval.width.is_none() && matches!(target, Target::Plane { .. })
+}
+
+/// Half extent and force of a contact at a point: under Hertz's peak force, or the one that waves allow if that is smaller.
+fn point_contact(impact: &Impact) -> Option<(f64, f64)> {
+    let surfaces = impact.meeting.surfaces.as_ref()?;
+    let hertz = hertz_impact(surfaces, impact.inverse_mass, impact.speed)?;
+    let waves = if impact.mobility > 0.0 { impact.speed / impact.mobility } else { f64::INFINITY };
+    let force = hertz.peak_force.min(waves);
+    Some((HertzLaw::new(surfaces)?.at_force(force).semi_axes[0], force))
+}
+
+fn line_contact(impact: &Impact, thickness: f64, size: f64) -> Option<(f64, f64)> {
+    let surfaces = impact.meeting.surfaces.as_ref()?;
+    let curvature = surfaces.iter().map(|s| s.curvatures[0]).sum();
+    let compliance = surfaces.iter().map(|s| s.compliance).sum();
+    let (half, force) =
+        line_impact(curvature, compliance, impact.inverse_mass * thickness, impact.speed, size)?;
+    Some((half, force * thickness))
+}

@@ -1,0 +1,164 @@
+//! Mesh and modes for bodies whose scenario does not give them: asked of the models, written into the scenario.
+//!
+//! The chosen numbers take the place of the keys that were left out, in the scenario and in its resolved text, each with its
+//! reason in a comment. What reads a result finds them there as if they had been given.
+
+use std::borrow::Cow;
+use std::fmt::Write as _;
+
+use adaptive::sizing::mode_count::WITHOUT_FORCES;
+use adaptive::sizing::{ChosenSizes, SizeWish, choose};
+use adaptive::spec::{RefinementSpec, RunSpec};
+use adaptive::store::ModelCache;
+
+use crate::error::AppError;
+use crate::scenario::{Body, BodyKind, ImportedBody, Place, Refinement, Scenario};
+use crate::setup::run_spec;
+use crate::simulate::{app_error, pool};
+
+/// Begins the comment behind a key that the program has chosen.
+const MARK: &str = "  # chosen by the program: ";
+
+/// A size that the program has chosen.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Note {
+    /// Name of the body.
+    pub body: String,
+    /// What was chosen, and why.
+    pub text: String,
+}
+
+/// The scenario with every size that it leaves to the program, which runs on `threads` threads; itself if there is none.
+///
+/// # Errors
+/// [`AppError::Model`] naming the body whose sizes cannot be found.
+pub fn sized<'a>(
+    scenario: &'a Scenario,
+    threads: usize,
+    cache: &ModelCache,
+) -> Result<Cow<'a, Scenario>, AppError> {
+    if scenario.bodies.iter().all(|body| wish(body) == SizeWish::default()) {
+        return Ok(Cow::Borrowed(scenario));
+    }
+    let spec = run_spec(scenario)?;
+    let of_file = |name: &str| scenario.bodies.iter().find(|b| b.name == name);
+    let wishes: Vec<SizeWish> =
+        spec.bodies.iter().map(|b| of_file(&b.name).map(wish).unwrap_or_default()).collect();
+    let chosen = pool(threads)?.install(|| choose(&spec, &wishes, cache)).map_err(app_error)?;
+    let mut scenario = scenario.clone();
+    for body in &mut scenario.bodies {
+        apply(body, &spec, &chosen, &mut scenario.source.resolved);
+    }
+    Ok(Cow::Owned(scenario))
+}
+
+/// What the scenario leaves open of a body.
+fn wish(body: &Body) -> SizeWish {
+    match &body.kind {
+        BodyKind::Elastic(elastic) => {
+            let mesh = &elastic.discretisation;
+            let elements = mesh.elements.is_none() && mesh.knots.is_none();
+            SizeWish { elements, modes: elastic.reduction.wants_modes() }
+        }
+        BodyKind::Imported(imported) => match &**imported {
+            ImportedBody::Full { reduction, .. } => {
+                SizeWish { elements: false, modes: reduction.wants_modes() }
+            }
+            ImportedBody::Reduced(_) => SizeWish::default(),
+        },
+        BodyKind::Rigid(_) | BodyKind::RigidPlane { .. } => SizeWish::default(),
+    }
+}
+
+fn apply(body: &mut Body, spec: &RunSpec, chosen: &[ChosenSizes], resolved: &mut String) {
+    let name = body.name.clone();
+    let chosen = spec.bodies.iter().position(|b| b.name == name).map(|i| &chosen[i]);
+    let mut zones = String::new();
+    let mut set = |table: &str, line: &str, why: &str| {
+        insert(resolved, &format!("[bodies.{name}.{table}]"), &format!("{line}{MARK}{why}"));
+    };
+    match &mut body.kind {
+        BodyKind::Elastic(elastic) => {
+            if let Some(mesh) = chosen.and_then(|c| c.mesh.as_ref()) {
+                elastic.discretisation.elements = Some(mesh.elements.clone());
+                set("discretisation", &format!("elements = {:?}", mesh.elements), &mesh.to_string());
+            }
+            for zone in chosen.iter().flat_map(|c| &c.zones) {
+                let RefinementSpec { centre, width, elements, ratio } = zone.refinement;
+                elastic.discretisation.refine.push(Refinement {
+                    at: Place::Point(centre),
+                    width,
+                    elements,
+                    ratio,
+                });
+                let point = &centre[..elastic.model.dimension()];
+                // Writing to a string cannot fail.
+                let _ = write!(
+                    zones,
+                    "\n[[bodies.{name}.discretisation.refine]]\npoint = {point:?}\nwidth = {width:?}{MARK}{zone}\n\
+                     elements = {elements}\nratio = {ratio:?}\n"
+                );
+            }
+            if let Some(modes) = chosen.and_then(|c| c.modes.as_ref()) {
+                elastic.reduction.set_modes(modes.modes);
+                set("reduction", &format!("modes = {}", modes.modes), &modes.to_string());
+            }
+        }
+        BodyKind::Imported(imported) => {
+            if let ImportedBody::Full { body, reduction, .. } = &mut **imported
+                && reduction.wants_modes()
+            {
+                let body = body.value.body();
+                let n = WITHOUT_FORCES.min(body.dofs.len().saturating_sub(body.motion.count()));
+                reduction.set_modes(n);
+                set("reduction", &format!("modes = {n}"), &format!("{n} modes of a body from a file"));
+            }
+        }
+        BodyKind::Rigid(_) | BodyKind::RigidPlane { .. } => {}
+    }
+    resolved.push_str(&zones);
+}
+
+/// Puts `line` under the header of a table of `text`, which is added if there is none.
+fn insert(text: &mut String, header: &str, line: &str) {
+    match text.lines().position(|l| l == header) {
+        Some(_) => *text = text.replacen(&format!("{header}\n"), &format!("{header}\n{line}\n"), 1),
+        None => text.push_str(&format!("\n{header}\n{line}\n")),
+    }
+}
+
+/// The sizes that the program has chosen, from the resolved text of a scenario.
+pub fn notes(resolved: &str) -> Vec<Note> {
+    let (mut body, mut found) = (String::new(), Vec::new());
+    for line in resolved.lines() {
+        if let Some(path) =
+            line.trim_matches(['[', ']']).strip_prefix("bodies.").filter(|_| line.starts_with('['))
+        {
+            body = path.split('.').next().unwrap_or(path).to_owned();
+        } else if let Some((_, text)) = line.split_once(MARK) {
+            found.push(Note { body: body.clone(), text: text.to_owned() });
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn chosen_lines_go_to_their_table_and_are_found_again() {
+        let mut text =
+            "title = \"\"\n\n[bodies.a]\nmodel = \"solid\"\n\n[bodies.a.reduction]\nmethod = \"modal\"\n"
+                .to_owned();
+        insert(&mut text, "[bodies.a.reduction]", &format!("modes = 20{MARK}no contact"));
+        insert(&mut text, "[bodies.a.discretisation]", &format!("elements = [2, 4]{MARK}small"));
+        assert!(text.contains("[bodies.a.reduction]\nmodes = 20  #"), "{text}");
+        assert!(
+            text.ends_with("[bodies.a.discretisation]\nelements = [2, 4]  # chosen by the program: small\n")
+        );
+        let note = |text: &str| Note { body: "a".into(), text: text.into() };
+        assert_eq!(notes(&text), [note("no contact"), note("small")]);
+        assert_eq!(notes("title = \"\"\n"), []);
+    }
+}

@@ -1,0 +1,153 @@
+//! Scenarios that say nothing of mesh and modes: impacts as with the shipped sizes and as with everything doubled, and what a user
+//! is told of the choice.
+
+use std::path::Path;
+
+use adaptive::recording::Recording;
+use adaptive::store::ModelCache;
+use fbimpact::scenario::{self, BodyKind, Reduction, Scenario};
+use fbimpact::simulate::{modes, simulate};
+use fbimpact::sizing::{notes, sized};
+
+/// What a user may count on: peaks, durations and rebounds.
+const LIMIT: f64 = 1e-2;
+
+fn parse(text: &str) -> Scenario {
+    let path = Path::new("scenarios/test.toml");
+    scenario::parse(path, text.as_bytes(), &[]).unwrap_or_else(|faults| panic!("{faults:#?}"))
+}
+
+/// `text` without the keys and tables `discretisation` and `reduction`.
+fn without_sizes(text: &str) -> String {
+    let mut is_left_out = false;
+    let keeps = |line: &&str| {
+        let line = line.trim_start();
+        if line.starts_with('[') {
+            is_left_out = line.contains(".discretisation") || line.contains(".reduction");
+        }
+        !is_left_out && !line.starts_with("discretisation =") && !line.starts_with("reduction =")
+    };
+    text.lines().filter(keeps).collect::<Vec<_>>().join("\n")
+}
+
+fn run(scenario: &Scenario) -> Recording {
+    let mut recording = Recording::default();
+    simulate(scenario, &mut recording, 1).unwrap_or_else(|e| panic!("{e}"));
+    recording
+}
+
+/// Twice the elements, modes and elements of zones that `scenario` has.
+fn doubled(scenario: &Scenario) -> Scenario {
+    let mut scenario = scenario.clone();
+    for body in &mut scenario.bodies {
+        let BodyKind::Elastic(elastic) = &mut body.kind else { continue };
+        let mesh = &mut elastic.discretisation;
+        mesh.elements.as_mut().expect("sized").iter_mut().for_each(|n| *n *= 2);
+        mesh.refine.iter_mut().for_each(|zone| zone.elements *= 2);
+        if let Reduction::CraigBampton { modes: Some(n), .. } = &mut elastic.reduction {
+            *n *= 2;
+        }
+    }
+    scenario
+}
+
+fn assert_same_impacts(what: &str, a: &Recording, b: &Recording) {
+    assert_eq!(a.impacts.len(), b.impacts.len(), "{what}");
+    for (i, (a, b)) in a.impacts.iter().zip(&b.impacts).enumerate() {
+        let pairs = [
+            ("peak", a.peak_force, b.peak_force),
+            ("duration", a.end - a.start, b.end - b.start),
+            ("impulse", a.impulse, b.impulse),
+            ("rebound", a.separation_velocity, b.separation_velocity),
+        ];
+        for (name, x, y) in pairs {
+            println!("{what}, impact {i}: {name} {x:.5e}, {y:.5e}, {:+.2} %", 100.0 * (x / y - 1.0));
+            assert!((x / y - 1.0).abs() < LIMIT, "{what}, impact {i}: {name} {x:e} and {y:e}");
+        }
+    }
+}
+
+fn check(text: &str) {
+    let free = parse(&without_sizes(text));
+    let chosen = sized(&free, 1, &ModelCache::default()).unwrap().into_owned();
+    notes(&chosen.source.resolved).iter().for_each(|n| println!("{}: {}", n.body, n.text));
+    let found = run(&chosen);
+    assert_same_impacts("as shipped", &found, &run(&parse(text)));
+    assert_same_impacts("doubled", &found, &run(&doubled(&chosen)));
+}
+
+#[test]
+fn impacts_of_sphere_rod_sphere_need_no_sizes() {
+    check(include_str!("../scenarios/sphere_rod_sphere.toml"));
+}
+
+#[test]
+fn the_impact_of_the_rod_needs_no_sizes() {
+    check(include_str!("../scenarios/rod_on_plane.toml"));
+}
+
+const BAR: &str = r#"
+    simulation = { end_time = 1e-6 }
+    [materials.steel]
+    youngs_modulus = 210e9
+    poissons_ratio = 0.3
+    density = 7850.0
+    [bodies.bar]
+    model = "plane-stress"
+    thickness = 0.01
+    material = "steel"
+    geometry = { shape = "rectangle", size = [1.0, 0.01] }
+"#;
+
+#[test]
+fn chosen_sizes_are_written_into_the_scenario_with_their_reason() {
+    let bare = parse(BAR);
+    let chosen = sized(&bare, 1, &ModelCache::default()).unwrap().into_owned();
+    let BodyKind::Elastic(bar) = &chosen.bodies[0].kind else { panic!("flexible") };
+    let elements = bar.discretisation.elements.clone().expect("chosen");
+    assert!(elements[0] > 5 * elements[1], "{elements:?}");
+    assert_eq!(
+        bar.reduction,
+        Reduction::CraigBampton { modes: Some(20), fixed_interface_modes: None, joint_interface: false }
+    );
+    // The resolved text reads back to the same sizes, and tells why.
+    let again = parse(&chosen.source.resolved);
+    assert_eq!(again.bodies, chosen.bodies);
+    let told: Vec<String> = notes(&chosen.source.resolved).into_iter().map(|n| n.text).collect();
+    assert!(told[0].contains("20 lowest frequencies are right to"), "{told:?}");
+    assert!(told[1].ends_with("no contact acts on the body"), "{told:?}");
+    let report = modes(&bare, None, 1).unwrap();
+    assert_eq!(report.bodies[0].chosen, told);
+    assert_eq!(report.bodies[0].frequencies.len(), 20);
+    // Nothing is left to choose.
+    assert!(matches!(sized(&again, 1, &ModelCache::default()).unwrap(), std::borrow::Cow::Borrowed(_)));
+}
+
+#[test]
+fn keys_that_are_given_are_obeyed() {
+    let with = |keys: &str| {
+        let chosen =
+            sized(&parse(&format!("{BAR}\n{keys}")), 1, &ModelCache::default()).unwrap().into_owned();
+        let BodyKind::Elastic(bar) = &chosen.bodies[0].kind else { panic!("flexible") };
+        (bar.discretisation.clone(), bar.reduction)
+    };
+    let count = |r: Reduction| match r {
+        Reduction::Modal { modes } | Reduction::CraigBampton { modes, .. } => modes,
+        Reduction::All => None,
+    };
+    let (mesh, reduction) = with("discretisation = { elements = [12, 1] }");
+    assert_eq!((mesh.elements, count(reduction)), (Some(vec![12, 1]), Some(20)));
+    let (mesh, reduction) = with("reduction = { modes = 3 }");
+    assert_eq!(count(reduction), Some(3));
+    let (many, _) = with("reduction = { modes = 40 }");
+    assert!(many.elements.unwrap()[0] > mesh.elements.unwrap()[0]);
+    let (mesh, _) = with("discretisation = { degree = 2 }");
+    let (cubic, _) = with("");
+    assert_eq!(mesh.degree, [2, 2]);
+    assert!(mesh.elements.unwrap()[0] > cubic.elements.unwrap()[0], "lower degrees need more elements");
+    let (mesh, _) = with("discretisation = { knots = [[0.5], []] }");
+    assert_eq!(mesh.elements, None);
+    let (mesh, reduction) = with("reduction = { method = \"all\" }");
+    assert!(mesh.elements.is_some());
+    assert_eq!(reduction, Reduction::All);
+}
