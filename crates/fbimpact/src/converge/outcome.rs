@@ -73,7 +73,7 @@ impl Outcome {
         let mut outcome = Self {
             is_complete: run.status == "complete",
             status: run.status,
-            message: run.message,
+            message: run.message.strip_prefix("error: ").map_or(run.message.clone(), str::to_owned),
             exit_code: run.exit_code,
             result: result.to_owned(),
             is_reused: false,
