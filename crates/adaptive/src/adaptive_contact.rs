@@ -20,7 +20,6 @@ use crate::interval::{
 use crate::model::{BodyModel, ElasticModel, TrySizes};
 use crate::own_modes::OwnModes;
 use crate::penalty_search::{PenaltySearch, PenaltyStrategy};
-use crate::predict::DEFAULT_STIFFNESS_RATIO;
 use crate::record::{Knowledge, ZoneSite};
 use crate::spec::{self, ContactSpec, SurfaceLaw, Target};
 use crate::store::ModelCache;
@@ -303,7 +302,7 @@ impl AdaptiveContact {
         if let Some(known) = self.knowledge.ratio.and_then(from_ratio).or(self.knowledge.penalty) {
             return PenaltySearch::from_accepted(strategy, known);
         }
-        let first = self.law.penalty.or_else(|| from_ratio(DEFAULT_STIFFNESS_RATIO));
+        let first = self.law.penalty.or_else(|| from_ratio(self.law.stiffness_ratio));
         PenaltySearch::new(strategy, first.unwrap_or(FALLBACK_PENALTY))
     }
 

@@ -215,12 +215,14 @@ fn model_components(model: &Model, vector: &Vector3<f64>) -> [f64; 3] {
 
 /// Width of the refinement in whose middle `point` lies.
 pub fn refined_width(body: &ElasticSpec, point: &[f64; 3]) -> Option<f64> {
-    let distance = |centre: &[f64; 3]| -> f64 {
-        centre.iter().zip(point).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
-    };
-    let refinements = &body.discretisation.refine;
-    let near = refinements.iter().filter(|r| distance(&r.centre) < SAME_PLACE * r.width);
+    let near = body.discretisation.refine.iter().filter(|r| is_about(r, point));
     near.map(|r| r.width).max_by(f64::total_cmp)
+}
+
+/// Whether `point` lies in the middle of a refinement.
+pub fn is_about(refinement: &RefinementSpec, point: &[f64; 3]) -> bool {
+    let between = refinement.centre.iter().zip(point).map(|(a, b)| (a - b).powi(2));
+    between.sum::<f64>().sqrt() < SAME_PLACE * refinement.width
 }
 
 /// Contact points of the interval.

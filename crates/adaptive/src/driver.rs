@@ -163,8 +163,8 @@ impl<'a> Driver<'a> {
     ) -> Result<Self, AdaptiveError> {
         let y = model.initial.clone();
         let highest = model.system.highest_frequency();
-        let nyquist = if highest > 0.0 { 0.5 / highest } else { settings.free.max_step };
-        let impact_step = settings.impact.max_step.min(nyquist);
+        let resolving = if highest > 0.0 { settings.step_share / highest } else { settings.free.max_step };
+        let impact_step = settings.impact.max_step.min(resolving);
         let steps = StepSettings::with_max_step(settings.free.max_step);
         let integrator = Integrator::new(settings.free.method, steps, 0.0, &y, &model.system)
             .map_err(AdaptiveError::Dynamics)?;

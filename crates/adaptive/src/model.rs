@@ -24,12 +24,14 @@ mod contacts;
 mod joints;
 mod own;
 mod plan;
+mod resolution;
 mod start;
 
 use contacts::{BuiltContact, adaptive_contacts, build_contact, interfaces, refinements, zones};
 use own::{OwnState, needs_own_modes};
 use plan::ContactPlan;
 pub(crate) use plan::first_sites;
+pub use resolution::{Subjects, subjects};
 pub(crate) use start::poses as start_poses;
 
 /// Models, initial state and requests of a run.
@@ -126,6 +128,8 @@ impl RunModel {
         let started = Instant::now();
         let poses = start::poses(spec)?;
         let plans = plan::plans(spec, &poses)?;
+        let refined = resolution::refined(spec, &plans);
+        let spec = refined.as_ref();
         check_stress(spec, &plans)?;
         let full = full_models(spec, &plans)?;
         let assembly = started.elapsed().as_secs_f64();

@@ -15,7 +15,7 @@ use crate::vtk::times::TimeRange;
 const EXIT_CODES: &str = "\
 Exit codes:
     0  success
-    1  comparison differs
+    1  comparison differs, or not converged
     2  wrong command line
     3  invalid scenario or tolerance file
     4  model cannot be built
@@ -67,6 +67,9 @@ pub enum Command {
     /// Simulate a scenario and write an HDF5 file
     #[command(after_help = EXIT_CODES)]
     Run(RunArguments),
+    /// Run a scenario with doubled modes, meshes and contact zones, tighter integration and higher penalty factors, and compare
+    #[command(after_help = EXIT_CODES)]
+    Converge(ConvergeArguments),
     /// Validate scenarios and report all faults at once
     Check {
         /// Scenario files
@@ -226,6 +229,39 @@ pub struct RunArguments {
     /// Go on with the run that was to write this file, and was interrupted or killed
     #[arg(long, value_name = "OUT.h5", conflicts_with_all = ["scenario", "output", "set"])]
     pub resume: Option<PathBuf>,
+    /// Stop as if interrupted when standard input ends, which it does with the process that started this one
+    #[arg(long, hide = true)]
+    pub until_eof: bool,
+    /// Models kept between runs.
+    #[command(flatten)]
+    pub cache: CacheArguments,
+}
+
+/// Arguments of `converge`.
+#[derive(Debug, Args)]
+pub struct ConvergeArguments {
+    /// Scenario file
+    #[arg(value_name = "SCENARIO.toml")]
+    pub scenario: PathBuf,
+    /// Largest relative change with which a result counts as converged
+    #[arg(long, value_name = "R", default_value_t = 0.01, value_parser = tolerance)]
+    pub tolerance: f64,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+    /// Folder of the runs, created if it does not exist; what it holds is not run again [default: the scenario's name with
+    /// .converge, in the working directory]
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+    /// Changes to the scenario.
+    #[command(flatten)]
+    pub set: SetArguments,
+    /// Number of threads of all runs together, 0 for all cores
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub threads: usize,
+    /// Runs at a time, at most; fewer need less memory [default: as many as threads]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..).map(|n| n as usize))]
+    pub jobs: Option<usize>,
     /// Models kept between runs.
     #[command(flatten)]
     pub cache: CacheArguments,

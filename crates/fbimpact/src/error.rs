@@ -42,6 +42,20 @@ pub enum AppError {
         /// Quantities compared.
         all: usize,
     },
+    /// A result changes with its resolution by more than is allowed, or by how much is not known.
+    #[error("not converged within {0}")]
+    Unconverged(String),
+    /// The run that others were to be compared with did not complete.
+    #[error("the scenario as it is: {message}")]
+    Base {
+        /// Exit code of the run.
+        code: u8,
+        /// Why.
+        message: String,
+    },
+    /// The user stopped several runs.
+    #[error("{0}")]
+    Stopped(String),
     /// A command line that names something that does not exist.
     #[error("{0}")]
     Command(String),
@@ -56,13 +70,14 @@ impl AppError {
     /// The documented exit code.
     pub fn code(&self) -> u8 {
         match self {
-            Self::Differs { .. } => 1,
+            Self::Differs { .. } | Self::Unconverged(_) => 1,
             Self::Command(_) => 2,
             Self::Scenario(_) => 3,
             Self::Model(_) => 4,
             Self::Run(_) => 5,
             Self::Io { .. } => 6,
-            Self::Interrupted { .. } => 130,
+            Self::Interrupted { .. } | Self::Stopped(_) => 130,
+            Self::Base { code, .. } => *code,
         }
     }
 

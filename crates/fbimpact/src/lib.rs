@@ -13,6 +13,7 @@ pub mod body_file;
 pub mod cache;
 pub mod compare;
 pub mod collect;
+pub mod converge;
 pub mod plot;
 pub mod vtk;
 pub mod cli;
@@ -53,6 +54,7 @@ pub fn main_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
 fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppError> {
     match command {
         Command::Run(arguments) => commands::run::run(&arguments, bar),
+        Command::Converge(arguments) => commands::converge::converge(&arguments),
         Command::Check { scenarios, set } => commands::check::check(&scenarios, &set.set),
         Command::Modes { scenario, body, json, threads, set } => {
             commands::modes::modes(&scenario, &set.set, body.as_deref(), json, threads)
@@ -84,7 +86,8 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
 
 /// Writes an error to standard error.
 fn report(error: &AppError) {
-    let is_plain = matches!(error, AppError::Scenario(_) | AppError::Differs { .. });
+    let is_plain =
+        matches!(error, AppError::Scenario(_) | AppError::Differs { .. } | AppError::Unconverged(_));
     let prefix = if is_plain { "" } else { "error: " };
     // Nothing can be done when standard error is closed.
     let _ = writeln!(std::io::stderr(), "{prefix}{error}");

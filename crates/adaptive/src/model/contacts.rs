@@ -21,7 +21,6 @@ use crate::elastic_body::{ElasticBody, Interface, InterfaceModes};
 use crate::error::AdaptiveError;
 use crate::imported::ImportedSpec;
 use crate::marker_loads::MarkerLoads;
-use crate::predict::DEFAULT_STIFFNESS_RATIO;
 use crate::simulation::TimedContact;
 use crate::spec::{
     BodyKind, ContactLaw, ContactSpec, HertzSphere, ReductionSpec, RefinementSpec, RunSpec, SurfaceLaw,
@@ -373,7 +372,7 @@ fn surface_pair(
         let poses: Vec<BodyState> = poses.iter().zip(bodies).map(at_rest).collect();
         let weight = pair.largest_compliance_weight(&poses);
         let weight = weight.map_err(|r| ContactError::Inconsistent { reason: r.reason })?;
-        pair.set_penalty(DEFAULT_STIFFNESS_RATIO / weight.ok_or_else(no_penalty)?)?;
+        pair.set_penalty(law.stiffness_ratio / weight.ok_or_else(no_penalty)?)?;
     }
     match law.friction {
         Some(friction) => pair.with_friction(friction),

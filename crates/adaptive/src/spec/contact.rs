@@ -69,6 +69,8 @@ pub struct SurfaceLaw {
     pub treatment: Treatment,
     /// Penalty factor, infinite for the exact constraint; `None`: predicted [N/m³].
     pub penalty: Option<f64>,
+    /// Product of a predicted penalty factor and the compliance of the contact (Eq. A.14).
+    pub stiffness_ratio: f64,
     /// How the penalty factor is found.
     pub search: PenaltySearch,
     /// Contact points.

@@ -3,6 +3,7 @@
 pub mod body;
 pub mod contact;
 pub mod joint;
+pub mod resolution;
 pub mod time_curve;
 
 use ffr_dynamics::integration::Method as IntegrationMethod;
@@ -18,6 +19,7 @@ pub use contact::{
 };
 pub use iga_core::extent::Extent;
 pub use joint::{Attachment, CoordinateSpec, JointSpec, LoadSpec};
+pub use resolution::{BodyFactors, ContactFactors, Resolution};
 pub use time_curve::TimeCurve;
 
 /// Integration in one kind of phase.
@@ -46,6 +48,8 @@ pub struct RunSettings {
     pub free: PhaseSettings,
     /// Phases with contact.
     pub impact: PhaseSettings,
+    /// Longest step of impact phases as a share of the period of the highest mode; half of it resolves the mode.
+    pub step_share: f64,
     /// Time without contact force after which an impact has ended \[s\].
     pub quiet_time: Option<f64>,
     /// Time between stored states in free phases \[s\].
@@ -108,4 +112,6 @@ pub struct RunSpec {
     pub stress: Vec<StressSpec>,
     /// Settings.
     pub settings: RunSettings,
+    /// Factors on what bodies and contacts say of their resolution.
+    pub resolution: Resolution,
 }

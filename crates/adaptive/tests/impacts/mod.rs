@@ -6,12 +6,13 @@ use std::ops::{Deref, DerefMut};
 use adaptive::AdaptiveError;
 use adaptive::driver::{RunEnd, run};
 use adaptive::model::RunModel;
+use adaptive::predict::DEFAULT_STIFFNESS_RATIO;
 use adaptive::record::{PhaseKind, Sample};
 use adaptive::recording::Recording;
 use adaptive::spec::{
     BodyKind, BodySpec, ContactLaw, ContactSpec, DiscretisationSpec, ElasticSpec, HandOver, InitialMotion,
-    IntervalSpec, PenaltySearch, PhaseSettings, PointRule, ReductionSpec, RunSettings, RunSpec, SurfaceLaw,
-    Target, Treatment,
+    IntervalSpec, PenaltySearch, PhaseSettings, PointRule, ReductionSpec, Resolution, RunSettings, RunSpec,
+    SurfaceLaw, Target, Treatment,
 };
 use contact_qs::quasistatic::Method;
 use ffr_dynamics::integration;
@@ -167,6 +168,7 @@ pub fn law() -> SurfaceLaw {
     SurfaceLaw {
         treatment: Treatment::Adaptive,
         penalty: None,
+        stiffness_ratio: DEFAULT_STIFFNESS_RATIO,
         search: PenaltySearch::CONVERGED,
         points: PointRule::Greville,
         method: Method::ActiveSet,
@@ -194,10 +196,12 @@ pub fn spec(bodies: Vec<BodySpec>, contacts: Vec<ContactSpec>, end_time: f64) ->
             static_start: false,
             free: phase(integration::Method::TrBdf2, 1e-6, 1e-4),
             impact: phase(integration::Method::DormandPrince, 1e-8, f64::INFINITY),
+            step_share: 0.5,
             quiet_time: None,
             free_interval: 0.01 * end_time,
             impact_interval: 0.0,
         },
+        resolution: Resolution::default(),
     }
 }
 
@@ -215,6 +219,7 @@ pub fn explicit(end_time: f64) -> RunSettings {
         static_start: false,
         free: phase(1e-4),
         impact: phase(f64::INFINITY),
+        step_share: 0.5,
         quiet_time: None,
         free_interval: 1e-5,
         impact_interval: 0.0,

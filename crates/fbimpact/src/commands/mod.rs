@@ -4,6 +4,7 @@ pub mod cache;
 pub mod check;
 pub mod collect;
 pub mod compare;
+pub mod converge;
 pub mod export;
 pub mod export_body;
 pub mod info;

@@ -42,7 +42,7 @@ pub fn resume(
         Some(point) => tracing::info!("{} is taken up at t = {:.9e} s", target.display(), point.time),
         None => tracing::info!("{} starts anew: no state was stored", target.display()),
     }
-    let stop = stop_flag();
+    let stop = stop_flag(arguments.until_eof);
     let part = output.part().to_owned();
     let fail = |e: adaptive::record::ObserverError| AppError::io(&part, e.to_string());
     let mut recorder = Recorder::create(&part, &scenario, n_threads).map_err(fail)?;

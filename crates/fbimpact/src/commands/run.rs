@@ -50,7 +50,7 @@ fn run_scenario(
         None => default_output(path),
     };
     check_distinct(&scenario, &target)?;
-    let stop = stop_flag();
+    let stop = stop_flag(arguments.until_eof);
     let output = OutputFile::claim(&target, arguments.force)?;
     let cache = cache::open(&CacheSettings::new(&arguments.cache));
     // The result shall hold the sizes that the run has.
@@ -68,9 +68,17 @@ fn run_scenario(
     outcome
 }
 
-/// A flag that Ctrl-C sets.
-pub(super) fn stop_flag() -> Arc<AtomicBool> {
+/// A flag that Ctrl-C sets, and the end of standard input if that is asked for.
+pub(super) fn stop_flag(until_eof: bool) -> Arc<AtomicBool> {
     let stop = Arc::new(AtomicBool::new(false));
+    if until_eof {
+        let flag = stop.clone();
+        std::thread::spawn(move || {
+            // An error ends the input as well.
+            let _ = std::io::copy(&mut std::io::stdin().lock(), &mut std::io::sink());
+            flag.store(true, Ordering::Relaxed);
+        });
+    }
     let flag = stop.clone();
     // A second signal sets the same flag again: harmless.
     if let Err(error) = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)) {

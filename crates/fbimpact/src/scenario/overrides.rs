@@ -39,6 +39,11 @@ impl std::str::FromStr for Override {
 }
 
 impl Override {
+    /// The argument as given, `KEY=VALUE`.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
     /// Applies the override to the top-level table of a document.
     ///
     /// # Errors

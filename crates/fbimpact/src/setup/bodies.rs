@@ -6,7 +6,7 @@ use adaptive::imported::ImportedSpec;
 use adaptive::sizing::mode_count::WITHOUT_FORCES;
 use adaptive::spec::{
     Area, BodyKind, BodySpec, Coupling, DampingSpec, DiscretisationSpec, ElasticSpec, FrameSpec,
-    InitialMotion, Place as PlaceSpec, ReductionSpec, RefinementSpec,
+    InitialMotion, Place as PlaceSpec, ReductionSpec, RefinementSpec, Resolution,
 };
 use iga_core::SplineError;
 use iga_core::elasticity::Material;
@@ -49,6 +49,15 @@ impl Bodies {
             bodies.markers.push(markers);
         }
         Ok(bodies)
+    }
+
+    /// Factors of the bodies that move, and of the contacts.
+    pub fn resolution(&self, of_file: &scenario::Resolution) -> Resolution {
+        let moving = self.index.iter().zip(&of_file.bodies).filter(|(index, _)| index.is_some());
+        Resolution {
+            bodies: moving.map(|(_, factors)| *factors).collect(),
+            contacts: of_file.contacts.clone(),
+        }
     }
 
     /// Number among the moving bodies of body `index` of the file.

@@ -1,5 +1,6 @@
 //! Contacts: surfaces against planes, Hertz pairs.
 
+use adaptive::predict::DEFAULT_STIFFNESS_RATIO;
 use adaptive::spec::{
     ContactLaw, ContactSpec, HertzSphere, IntervalSpec, PenaltySearch, Place as PlaceSpec, PointRule,
     SurfaceLaw, Target, Treatment,
@@ -73,6 +74,7 @@ fn surface(law: &scenario::SurfaceContact) -> SurfaceLaw {
             scenario::ContactModel::Coarse => Treatment::Coarse,
         },
         penalty,
+        stiffness_ratio: DEFAULT_STIFFNESS_RATIO,
         search,
         points: match law.points {
             scenario::ContactPoints::Greville => PointRule::Greville,

@@ -39,7 +39,18 @@ pub fn run_spec(scenario: &Scenario) -> Result<RunSpec, AppError> {
     let stress = scenario.output.stress.iter().map(|line| stress(line, &bodies));
     let stress = stress.collect::<Result<_, AppError>>()?;
     let settings = settings(scenario);
-    Ok(RunSpec { joints: tree, loops, loads, contacts, points, stress, settings, bodies: bodies.specs })
+    let resolution = bodies.resolution(&scenario.resolution);
+    Ok(RunSpec {
+        joints: tree,
+        loops,
+        loads,
+        contacts,
+        points,
+        stress,
+        settings,
+        resolution,
+        bodies: bodies.specs,
+    })
 }
 
 /// Parts of body `name` that can be held, by name: markers with an extent and the faces of the shape.
@@ -64,16 +75,26 @@ fn stress(line: &scenario::StressLine, bodies: &Bodies) -> Result<StressSpec, Ap
     })
 }
 
+/// Longest step of an impact phase as a share of the period of the highest mode: half of it just resolves the mode.
+const STEP_SHARE: f64 = 0.5;
+/// Power of a factor on the tolerance that steps are shortened by: a tenth halves them, as an error of third order per step.
+const STEP_POWER: f64 = std::f64::consts::LOG10_2;
+
+/// Permitted errors below round-off cannot be met.
+const LEAST_TOLERANCE: f64 = 1e-14;
+
 fn settings(scenario: &Scenario) -> RunSettings {
     let simulation = &scenario.simulation;
+    let tightened = scenario.resolution.tolerance;
+    let shortened = tightened.powf(STEP_POWER);
     let phase = |i: &scenario::Integration| PhaseSettings {
         method: match i.integrator {
             scenario::Integrator::DormandPrince => Method::DormandPrince,
             scenario::Integrator::TrBdf2 => Method::TrBdf2,
             scenario::Integrator::Esdirk4 => Method::Esdirk4,
         },
-        max_step: i.max_step.unwrap_or(f64::INFINITY),
-        tolerance: i.rtol,
+        max_step: i.max_step.unwrap_or(f64::INFINITY) * shortened,
+        tolerance: (i.rtol * tightened).max(LEAST_TOLERANCE),
         velocity_floor: i.velocity_floor,
     };
     RunSettings {
@@ -82,6 +103,7 @@ fn settings(scenario: &Scenario) -> RunSettings {
         static_start: simulation.static_start,
         free: phase(&simulation.free),
         impact: phase(&simulation.impact),
+        step_share: STEP_SHARE * shortened,
         quiet_time: simulation.quiet_time,
         free_interval: scenario.output.free_interval,
         impact_interval: scenario.output.impact_interval,

@@ -12,6 +12,7 @@ mod loads;
 mod contacts;
 mod contact_checks;
 mod output;
+mod resolution;
 
 use std::path::Path;
 
@@ -41,8 +42,10 @@ pub fn scenario(checker: &mut Checker, root: &Section, directory: &Path, source:
     }
     let (simulation, bodies, loads, contacts) = (simulation?, bodies?, loads?, contacts?);
     check_gravity(checker, root, &simulation, &bodies);
+    let resolution = resolution::resolution(checker, root, &bodies, &contacts)?;
     let title = root.text("title")?.to_owned();
-    let scenario = Scenario { title, simulation, bodies, joints, loads, contacts, output: output?, source };
+    let scenario =
+        Scenario { title, simulation, bodies, joints, loads, contacts, resolution, output: output?, source };
     (has_all_joints && checker.faults.is_empty()).then_some(scenario)
 }
 

@@ -4,6 +4,7 @@ mod bodies;
 mod contacts;
 mod imported;
 mod joints;
+mod resolution;
 
 use std::path::PathBuf;
 
@@ -11,6 +12,7 @@ pub use bodies::*;
 pub use contacts::*;
 pub use imported::*;
 pub use joints::*;
+pub use resolution::*;
 
 /// A scenario that has passed every check.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,6 +29,8 @@ pub struct Scenario {
     pub loads: Vec<Load>,
     /// Contacts in the order of the file.
     pub contacts: Vec<Contact>,
+    /// Factors on the resolution of all these.
+    pub resolution: Resolution,
     /// What to store.
     pub output: Output,
     /// Where the scenario comes from.

@@ -6,6 +6,7 @@ mod bodies;
 mod time_curves;
 mod joints;
 mod contacts;
+mod resolution;
 mod simulation;
 
 pub use shapes::{ModelFacts, SHAPES, ShapeFacts};
@@ -57,6 +58,14 @@ pub const SCENARIO: &[Key] = &[
         "",
         Need::Default("{}"),
         "Pairs of bodies that may touch, by name.",
+    ),
+    Key::new(
+        "resolution",
+        Kind::Table(resolution::RESOLUTION),
+        "",
+        Need::Optional("no factors"),
+        "Factors on what the keys of bodies, contacts and integration say, or their defaults: a twin of the scenario that is \
+         finer by so much, as `fbimpact converge` runs them.",
     ),
     Key::new("output", Kind::Table(simulation::OUTPUT), "", Need::Default("{}"), "What is stored."),
 ];

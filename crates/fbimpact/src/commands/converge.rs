@@ -1,0 +1,161 @@
+//! `fbimpact converge`: how far a result depends on its resolution.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+
+use super::run::stop_flag;
+use super::{print, threads};
+use crate::cache;
+use crate::cli::{CacheArguments, ConvergeArguments};
+use crate::converge::difference::Difference;
+use crate::converge::execute::{Job, RunSetting, execute, prepare};
+use crate::converge::outcome::Outcome;
+use crate::converge::plan::{BASE, Parameter, Plan, Variant};
+use crate::converge::report::{self, Study};
+use crate::converge::sizes::sizes;
+use crate::converge::verdict::{Compared, dominant, judge, mattering, percent};
+use crate::error::AppError;
+use crate::reasons;
+use crate::scenario::{self, Override};
+use crate::setup::run_spec;
+
+/// Runs the scenario and its variants, compares them and judges.
+///
+/// # Errors
+/// [`AppError::Unconverged`] if a change is beyond the tolerance or unknown, [`AppError::Base`] if the run of the scenario as it
+/// is fails, [`AppError::Stopped`] when interrupted; those of reading the scenario.
+pub fn converge(arguments: &ConvergeArguments) -> Result<(), AppError> {
+    let n_threads = threads(arguments.threads)?;
+    let scenario = scenario::read(&arguments.scenario, &arguments.set.set)?;
+    let spec = run_spec(&scenario)?;
+    let subjects = adaptive::model::subjects(&spec).map_err(|e| AppError::Model(e.to_string()))?;
+    let plan = Plan::new(&scenario, subjects);
+    let folder = arguments.output.clone().unwrap_or_else(|| default_folder(&arguments.scenario));
+    prepare(&folder)?;
+    let sizes = sizes(&spec);
+    let stop = stop_flag(false);
+    let runs = Runs { arguments, folder: &folder, n_threads, stop: &stop };
+    let size = |body: &str| sizes.get(body).copied().unwrap_or(0.0);
+
+    let singles = plan.singles();
+    let (base, outcomes) = runs.with_base(&singles)?;
+    let compare = |variants: Vec<Variant>, outcomes: Vec<Outcome>| -> Vec<Compared> {
+        let pairs = variants.into_iter().zip(outcomes);
+        let compared = pairs.map(|(variant, outcome)| {
+            let difference = outcome.is_complete.then(|| Difference::new(&base, &outcome, &size));
+            Compared { variant, outcome, difference }
+        });
+        compared.collect()
+    };
+    let mut singles = compare(singles, outcomes);
+    singles.sort_by_key(|c| c.variant.parameters.clone());
+
+    let tolerance = arguments.tolerance;
+    let together: Vec<Variant> = plan.together(&mattering(&singles, tolerance)).into_iter().collect();
+    let limiting = dominant(&singles).filter(|c| c.largest().is_some_and(|l| l.relative > tolerance));
+    let split = limiting.map(|c| plan.split(c.variant.parameters[0])).unwrap_or_default();
+    let n_together = together.len();
+    let more: Vec<Variant> = together.into_iter().chain(split).collect();
+    let outcomes = runs.make(&more)?;
+    let mut more = compare(more, outcomes);
+    let split = more.split_off(n_together);
+
+    let verdict = judge(&plan, (&singles, more.first(), &split), tolerance);
+    let variants = [singles, more, split].concat();
+    let study = Study {
+        scenario: &arguments.scenario,
+        folder: &folder,
+        tolerance,
+        base: &base,
+        variants: &variants,
+        not_varied: &plan.not_varied(),
+        verdict: &verdict,
+    };
+    let json = format!("{:#}\n", study.json());
+    let path = folder.join(report::FILE);
+    reasons::write_whole(&path, json.as_bytes()).map_err(|e| AppError::io(&path, reasons::of_io(&e)))?;
+    let text = if arguments.json { json } else { study.table() };
+    print(&text)?;
+    if verdict.is_converged { Ok(()) } else { Err(AppError::Unconverged(percent(tolerance))) }
+}
+
+/// The scenario's name with `.converge`, in the working directory.
+fn default_folder(scenario: &Path) -> PathBuf {
+    let mut name = scenario.file_stem().unwrap_or(scenario.as_os_str()).to_owned();
+    name.push(".converge");
+    PathBuf::from(name)
+}
+
+/// Makes runs as the command line asks for them.
+struct Runs<'a> {
+    arguments: &'a ConvergeArguments,
+    folder: &'a Path,
+    n_threads: usize,
+    stop: &'a AtomicBool,
+}
+
+impl Runs<'_> {
+    /// The run of the scenario as it is, and those of `variants`.
+    fn with_base(&self, variants: &[Variant]) -> Result<(Outcome, Vec<Outcome>), AppError> {
+        let base = Variant {
+            name: BASE.to_owned(),
+            parameters: Vec::<Parameter>::new(),
+            subjects: Vec::new(),
+            set: Vec::new(),
+        };
+        let all: Vec<Variant> = std::iter::once(base).chain(variants.iter().cloned()).collect();
+        let mut outcomes = self.run(&all, true)?;
+        let base = outcomes.remove(0);
+        if base.is_complete {
+            return Ok((base, outcomes));
+        }
+        let code = base.exit_code.and_then(|c| u8::try_from(c).ok()).filter(|c| *c != 0).unwrap_or(5);
+        Err(AppError::Base { code, message: base.message })
+    }
+
+    /// Those of `variants`.
+    fn make(&self, variants: &[Variant]) -> Result<Vec<Outcome>, AppError> {
+        self.run(variants, false)
+    }
+
+    fn run(&self, variants: &[Variant], has_base: bool) -> Result<Vec<Outcome>, AppError> {
+        let at_once =
+            self.n_threads.min(self.arguments.jobs.unwrap_or(usize::MAX)).min(variants.len()).max(1);
+        let setting = RunSetting {
+            program: std::env::current_exe().map_err(|e| AppError::io("fbimpact", e))?,
+            fingerprint: cache::fingerprint(),
+            scenario: self.arguments.scenario.clone(),
+            folder: self.folder.to_owned(),
+            arguments: cache_arguments(&self.arguments.cache),
+            threads: (self.n_threads / at_once).max(1),
+        };
+        let jobs = variants.iter().map(|v| self.job(v)).collect::<Result<Vec<_>, AppError>>()?;
+        execute(&setting, &jobs, (at_once, has_base), self.stop)
+    }
+
+    /// The run of `variant`. A variant that is no valid scenario fails when it is run.
+    fn job(&self, variant: &Variant) -> Result<Job, AppError> {
+        let own = variant.set.iter().map(|s| s.parse().map_err(AppError::Command));
+        let own = own.collect::<Result<Vec<Override>, AppError>>()?;
+        let all: Vec<Override> = self.arguments.set.set.iter().cloned().chain(own).collect();
+        let resolved = match scenario::read(&self.arguments.scenario, &all) {
+            Ok(scenario) => scenario.source.resolved,
+            Err(AppError::Scenario(_)) => String::new(),
+            Err(error) => return Err(error),
+        };
+        let set = all.iter().map(|o| o.text().to_owned()).collect();
+        Ok(Job { name: variant.name.clone(), set, resolved })
+    }
+}
+
+/// The same for the runs.
+fn cache_arguments(arguments: &CacheArguments) -> Vec<String> {
+    let mut list = vec!["--cache-limit".to_owned(), arguments.cache_limit.to_string()];
+    if arguments.no_cache {
+        list.push("--no-cache".to_owned());
+    }
+    if let Some(folder) = &arguments.cache_dir {
+        list.extend(["--cache-dir".to_owned(), folder.display().to_string()]);
+    }
+    list
+}

@@ -1,0 +1,184 @@
+//! One run as a process of this program, and what an earlier call left of it.
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
+use std::time::Instant;
+
+use super::outcome::Outcome;
+use crate::error::AppError;
+use crate::reasons;
+use crate::results::journal::{Entries, Entry};
+use crate::results::restart_path;
+use crate::results::stored::Stored;
+
+/// A run to be made.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Job {
+    /// Name, and that of its files.
+    pub name: String,
+    /// Changes of the scenario, `KEY=VALUE`.
+    pub set: Vec<String>,
+    /// The scenario with these changes and its defaults, as it will stand in the result.
+    pub resolved: String,
+}
+
+/// What every run is made with.
+#[derive(Debug, Clone)]
+pub struct Setting {
+    /// This program.
+    pub program: PathBuf,
+    /// What makes results of another program another result.
+    pub fingerprint: String,
+    /// The scenario file.
+    pub scenario: PathBuf,
+    /// Folder of the results.
+    pub folder: PathBuf,
+    /// Further arguments: models kept between runs.
+    pub arguments: Vec<String>,
+    /// Threads of a run.
+    pub threads: usize,
+}
+
+/// What an earlier call left of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Left {
+    /// The result.
+    Complete,
+    /// A state from which it can be taken up.
+    Part,
+    /// Nothing of use.
+    Nothing,
+}
+
+/// A run that goes on. Ends as if interrupted when its standard input is closed.
+pub struct Running {
+    child: Child,
+    input: Option<ChildStdin>,
+    begin: Instant,
+    /// Whether it goes on with a part that was left.
+    pub is_taken_up: bool,
+}
+
+impl Setting {
+    /// A file of the run `name`.
+    fn file(&self, name: &str, ending: &str) -> PathBuf {
+        self.folder.join(format!("{name}{ending}"))
+    }
+
+    /// The result of the run `name`.
+    pub fn result(&self, name: &str) -> PathBuf {
+        self.file(name, ".h5")
+    }
+
+    /// What is left of `job` as this program makes it.
+    pub fn left(&self, job: &Job) -> Left {
+        let made_by = fs::read_to_string(self.file(&job.name, ".program")).unwrap_or_default();
+        if made_by.trim() != self.fingerprint {
+            return Left::Nothing;
+        }
+        let result = self.result(&job.name);
+        let is_equal = |s: &Stored| s.scenario == job.resolved && s.attribute("status") == "complete";
+        if result.is_file() && Stored::open(&result).is_ok_and(|s| is_equal(&s)) {
+            return Left::Complete;
+        }
+        let restart = restart_path(&result);
+        let header = || Entries::open(&restart).and_then(|mut entries| entries.next_entry());
+        match restart.is_file().then(header) {
+            Some(Ok(Some(Entry::Header(header)))) if header.resolved == job.resolved => Left::Part,
+            _ => Left::Nothing,
+        }
+    }
+
+    /// Starts `job`; what is left of another run of its name is removed unless it goes on from there.
+    ///
+    /// # Errors
+    /// [`AppError::Io`] if files cannot be written or the program cannot be started.
+    pub fn start(&self, job: &Job, is_taken_up: bool) -> Result<Running, AppError> {
+        let result = self.result(&job.name);
+        let _ = fs::remove_file(self.file(&job.name, ".exit"));
+        if !is_taken_up {
+            // What is not there need not be removed; what cannot be removed is replaced by the run.
+            let _ = fs::remove_file(&result);
+            let _ = fs::remove_file(restart_path(&result));
+        }
+        self.write(&job.name, ".program", &format!("{}\n", self.fingerprint))?;
+        self.write(&job.name, ".set", &job.set.iter().map(|s| format!("{s}\n")).collect::<String>())?;
+        let path = self.file(&job.name, ".log");
+        let log = File::create(&path).map_err(|e| AppError::io(&path, reasons::of_io(&e)))?;
+        let mut command = Command::new(&self.program);
+        command.arg("run");
+        if is_taken_up {
+            command.arg("--resume").arg(&result);
+        } else {
+            command.arg(&self.scenario).arg("-o").arg(&result);
+            command.args(job.set.iter().flat_map(|s| ["--set", s]));
+        }
+        command.args(["--force", "--until-eof", "-q", "--threads", &self.threads.to_string()]);
+        command.args(&self.arguments).stdin(Stdio::piped()).stdout(Stdio::null()).stderr(log);
+        let started =
+            command.spawn().map_err(|e| AppError::io(&self.program, format!("cannot be started: {e}")));
+        started.map(|mut child| {
+            let input = child.stdin.take();
+            Running { child, input, begin: Instant::now(), is_taken_up }
+        })
+    }
+
+    /// Writes down how `job` ended, and reads what came out.
+    ///
+    /// # Errors
+    /// [`AppError::Io`] if files cannot be written or read.
+    pub fn end(&self, job: &Job, status: ExitStatus) -> Result<Outcome, AppError> {
+        if let Some(code) = status.code() {
+            self.write(&job.name, ".exit", &format!("{code}\n"))?;
+        }
+        let mut outcome = Outcome::read(&self.result(&job.name))?;
+        if status.code().is_none() {
+            outcome.message = format!("ended by {status}; if memory ran out, try --jobs 1");
+        }
+        Ok(outcome)
+    }
+
+    fn write(&self, name: &str, ending: &str, text: &str) -> Result<(), AppError> {
+        let path = self.file(name, ending);
+        reasons::write_whole(&path, text.as_bytes()).map_err(|e| AppError::io(&path, reasons::of_io(&e)))
+    }
+}
+
+impl Running {
+    /// How the run ended, if it has.
+    ///
+    /// # Errors
+    /// Those of the system.
+    pub fn poll(&mut self) -> std::io::Result<Option<ExitStatus>> {
+        self.child.try_wait()
+    }
+
+    /// Asks the run to store its state and end.
+    pub fn stop(&mut self) {
+        self.input = None;
+    }
+
+    /// Seconds since the start.
+    pub fn elapsed(&self) -> f64 {
+        self.begin.elapsed().as_secs_f64()
+    }
+}
+
+/// Prepares the folder of the results: a new one, an empty one, or one of an earlier call.
+///
+/// # Errors
+/// [`AppError::Io`] if it cannot be made or holds something else.
+pub fn prepare(folder: &Path) -> Result<(), AppError> {
+    let fail = |e: std::io::Error| AppError::io(folder, reasons::of_io(&e));
+    fs::create_dir_all(folder).map_err(fail)?;
+    let mark = folder.join(super::report::FILE);
+    if mark.is_file() {
+        return Ok(());
+    }
+    if fs::read_dir(folder).map_err(fail)?.next().is_some() {
+        let reason = format!("holds files and no {}, name a new folder with -o", super::report::FILE);
+        return Err(AppError::io(folder, reason));
+    }
+    reasons::write_whole(&mark, b"{}\n").map_err(fail)
+}

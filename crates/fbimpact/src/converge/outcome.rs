@@ -1,0 +1,125 @@
+//! What became of a run: its impacts and the motions at its end.
+
+use std::path::{Path, PathBuf};
+
+use crate::collect;
+use crate::error::AppError;
+use crate::results::stored::Stored;
+use crate::results::tables::ImpactRow;
+
+/// What became of a run.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Outcome {
+    /// Whether the run reached its end.
+    pub is_complete: bool,
+    /// `complete`, `failed`, `interrupted`, or what else is known (see [`crate::collect::Run::status`]).
+    pub status: String,
+    /// Why, if the run is not complete.
+    pub message: String,
+    /// Exit code of the process; none if it was ended by a signal.
+    pub exit_code: Option<i32>,
+    /// The result.
+    pub result: PathBuf,
+    /// Whether it was there from an earlier call.
+    pub is_reused: bool,
+    /// Seconds in all phases.
+    pub wall_time: Option<f64>,
+    /// Impacts in the order of the result.
+    pub impacts: Vec<Impact>,
+    /// Motions at the end, in the order of names.
+    pub motions: Vec<Motion>,
+}
+
+/// An impact.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Impact {
+    /// Name of the contact.
+    pub contact: String,
+    /// Number among the impacts of the contact, from 1.
+    pub order: usize,
+    /// First contact \[s\].
+    pub start: f64,
+    /// Time to the last contact \[s\].
+    pub duration: f64,
+    /// Largest normal force \[N\].
+    pub peak_force: f64,
+    /// Normal force over time [N s].
+    pub impulse: f64,
+}
+
+/// Motion of a body's reference frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Motion {
+    /// Name of the body.
+    pub body: String,
+    /// Velocity at the end [m/s].
+    pub velocity: [f64; 3],
+    /// Angular velocity at the end [rad/s].
+    pub angular_velocity: [f64; 3],
+    /// Largest speed of the whole run [m/s].
+    pub fastest: f64,
+    /// Largest angular speed of the whole run [rad/s].
+    pub fastest_turn: f64,
+}
+
+impl Outcome {
+    /// What is left of the run that was to write `result`.
+    ///
+    /// # Errors
+    /// [`AppError::Io`] if a complete result cannot be read.
+    pub fn read(result: &Path) -> Result<Self, AppError> {
+        let mut runs = collect::find(&[result.to_owned()])?;
+        let run = runs.pop().unwrap_or_default();
+        let mut outcome = Self {
+            is_complete: run.status == "complete",
+            status: run.status,
+            message: run.message.strip_prefix("error: ").map_or(run.message.clone(), str::to_owned),
+            exit_code: run.exit_code,
+            result: result.to_owned(),
+            is_reused: false,
+            wall_time: run.wall_time,
+            impacts: impacts(&run.impacts),
+            motions: Vec::new(),
+        };
+        if outcome.is_complete {
+            outcome.motions = motions(&Stored::open(result)?)?;
+        }
+        Ok(outcome)
+    }
+}
+
+fn impacts(rows: &[ImpactRow]) -> Vec<Impact> {
+    let order = |i: usize| rows[..=i].iter().filter(|r| r.contact == rows[i].contact).count();
+    let impact = |(i, row): (usize, &ImpactRow)| Impact {
+        contact: row.contact.as_str().to_owned(),
+        order: order(i),
+        start: row.start,
+        duration: row.end - row.start,
+        peak_force: row.peak_force,
+        impulse: row.impulse,
+    };
+    rows.iter().enumerate().map(impact).collect()
+}
+
+fn motions(stored: &Stored) -> Result<Vec<Motion>, AppError> {
+    let names =
+        stored.entries.keys().filter_map(|path| path.strip_prefix("bodies/")?.strip_suffix("/velocity"));
+    let motion = |body: &str| {
+        let (velocity, fastest) = last_and_largest(&stored.values(&format!("bodies/{body}/velocity"))?);
+        let turns = stored.values(&format!("bodies/{body}/angular_velocity"))?;
+        let (angular_velocity, fastest_turn) = last_and_largest(&turns);
+        Ok(Motion { body: body.to_owned(), velocity, angular_velocity, fastest, fastest_turn })
+    };
+    names.map(motion).collect()
+}
+
+/// The last of the vectors in `values`, and the largest length.
+fn last_and_largest(values: &[f64]) -> ([f64; 3], f64) {
+    let (vectors, _) = values.as_chunks::<3>();
+    (vectors.last().copied().unwrap_or_default(), vectors.iter().map(length).fold(0.0, f64::max))
+}
+
+/// Length of a vector.
+pub fn length(v: &[f64; 3]) -> f64 {
+    v.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
