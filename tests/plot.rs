@@ -99,8 +99,13 @@ fn png_has_the_pixels_of_a_page_width() {
 
 #[test]
 fn figures_without_data_are_left_out_with_a_note() {
-    let (_folder, files, err) = plot(&[&RESULTS.pendulum], &[]);
+    let (folder, files, err) = plot(&[&RESULTS.pendulum], &[]);
     assert!(files.contains(&"pendulum_energies.svg".to_owned()));
+    assert!(files.contains(&"pendulum_joint_hinge.svg".to_owned()), "{files:?}");
+    let hinge = read(&folder, "pendulum_joint_hinge.svg");
+    // A rod that starts horizontally: force along x and z, no moment about the free hinge y, none about the others by symmetry.
+    assert!(hinge.contains("force [") && hinge.contains("reaction of joint hinge"), "{hinge}");
+    assert!(!hinge.contains("moment ["), "round-off is not drawn");
     assert!(
         !files.iter().any(|f| f.contains("impact") || f.contains("forces") || f.contains("tries")),
         "{files:?}"

@@ -52,7 +52,12 @@ fn sample(i: u32) -> Sample {
         contacts: vec![ContactSample { normal_force: 0.1 * x, active_points: i, ..ContactSample::default() }],
         pressures: vec![(0..i % 4).map(loaded).collect()],
         points: vec![PointSample { position: [0.0, 0.0, x], velocity: [x, 0.0, 0.0] }],
-        joints: vec![JointSample { positions: vec![x, 0.5 * x], velocities: vec![1.0, 2.0] }],
+        joints: vec![JointSample {
+            positions: vec![x, 0.5 * x],
+            velocities: vec![1.0, 2.0],
+            reaction_force: [3.0 * x, 0.0, 4.0 * x],
+            reaction_moment: [0.0, -x, 0.0],
+        }],
     }
 }
 
@@ -159,6 +164,8 @@ fn everything_written_is_read_back() {
     let position = file.dataset("bodies/floor/position").expect("there").read_2d::<f64>().expect("2D");
     assert_eq!(position.row(7).to_vec(), [7.0, 14.0, 21.0]);
     assert!(file.dataset("bodies/floor/elastic_coordinates").is_err(), "a rigid body has none");
+    let moment = file.dataset("joints/guide/reaction_moment").expect("there").read_2d::<f64>().expect("2D");
+    assert_eq!(moment.row(9).to_vec(), [0.0, -9.0, 0.0]);
     let active =
         file.dataset("contacts/impact/active_points").expect("there").read_raw::<u32>().expect("u32");
     assert_eq!(active[599], 599);
@@ -187,6 +194,11 @@ fn summary_holds_what_was_recorded() {
     assert!((drift - 599e-6 / (2.0 + 599e-6)).abs() < 1e-12, "{drift}");
     assert!(s.timings.iter().any(|(n, v)| n == "assembly" && (v - 0.25).abs() < 1e-15));
     assert_eq!(s.json()["impacts"][0]["peak_force"], 52.0);
+    // The last of 600 rows has the largest reaction: 5 N and 1 N m a row.
+    let [guide] = &s.reactions[..] else { panic!("one joint: {:?}", s.reactions) };
+    assert!((guide.force - 5.0 * 599.0).abs() < 1e-9 && (guide.moment - 599.0).abs() < 1e-12, "{guide:?}");
+    assert!((guide.force_time - 599e-7).abs() < 1e-18 && guide.joint == "guide");
+    assert_eq!(s.json()["joints"]["guide"]["peak_moment"], 599.0);
 }
 
 #[test]
@@ -212,8 +224,8 @@ fn every_numeric_dataset_has_unit_description_and_time_axis() {
             seen += 1;
         }
     });
-    // 1 phase, 10 energies, 2 momenta, 7 + 5 of bodies, 9 of contacts, 2 of points, 2 of joints.
-    assert_eq!(seen, 38);
+    // 1 phase, 10 energies, 2 momenta, 7 + 5 of bodies, 9 of contacts, 2 of points, 4 of joints.
+    assert_eq!(seen, 40);
     let class: hdf5::types::FixedAscii<16> = read_class(&file);
     assert_eq!(class.as_str(), "DIMENSION_SCALE");
 }

@@ -418,9 +418,9 @@ impl<'a> Driver<'a> {
         if self.is_noted { self.send() } else { Ok(()) }
     }
 
-    /// Evaluates the forces in the state `interpolated` at time `t`.
+    /// Evaluates forces and accelerations in the state `interpolated` at time `t`.
     fn evaluate(&mut self, t: f64) -> Result<(), AdaptiveError> {
-        let outcome = self.model.system.evaluate_forces(t, &self.interpolated);
+        let outcome = self.model.system.evaluate_accelerations(t, &self.interpolated);
         outcome.map_err(|r| AdaptiveError::Dynamics(DynamicsError::Integration { time: t, reason: r.reason }))
     }
 

@@ -180,6 +180,11 @@ impl RunModel {
             let (positions, velocities) = joints::coordinate_names(joint.kind);
             JointLayout { name: joint.name.clone(), kind: joint.kind.name().into(), positions, velocities }
         };
+        let loops = self.system.model().loops.iter().map(|joint| JointLayout {
+            name: joint.name.clone(),
+            kind: joint.kind.name().into(),
+            ..JointLayout::default()
+        });
         RunLayout {
             bodies: self
                 .bodies
@@ -188,7 +193,7 @@ impl RunModel {
                 .collect(),
             contacts: self.contacts.iter().map(|c| c.name.clone()).collect(),
             points: self.point_names.clone(),
-            joints: self.observed.joints.iter().map(joint).collect(),
+            joints: self.observed.joints.iter().map(joint).chain(loops).collect(),
             time_span: (0.0, end_time),
         }
     }

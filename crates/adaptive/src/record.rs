@@ -13,7 +13,7 @@ pub struct RunLayout {
     pub contacts: Vec<String>,
     /// Names of observed points in the order of [`Sample::points`].
     pub points: Vec<String>,
-    /// Joints in the order of [`Sample::joints`].
+    /// Joints in the order of [`Sample::joints`]; those that close loops have no coordinates.
     pub joints: Vec<JointLayout>,
     /// Start and end of the simulated time \[s\].
     pub time_span: (f64, f64),
@@ -143,13 +143,17 @@ pub struct PointSample {
     pub velocity: [f64; 3],
 }
 
-/// Coordinates of a joint at one instant.
+/// Coordinates and reaction of a joint at one instant.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct JointSample {
-    /// Positions, prescribed ones included [m, rad, quaternion].
+    /// Positions, prescribed ones included [m, rad, quaternion]; none of a joint that closes a loop.
     pub positions: Vec<f64>,
-    /// Velocities [m/s, rad/s].
+    /// Velocities [m/s, rad/s]; none of a joint that closes a loop.
     pub velocities: Vec<f64>,
+    /// Force that the joint exerts on its child, in the inertial frame \[N\].
+    pub reaction_force: [f64; 3],
+    /// Moment that it exerts on its child about the place of the child's marker, in the inertial frame \[N m\].
+    pub reaction_moment: [f64; 3],
 }
 
 /// Everything recorded at one instant.
@@ -173,7 +177,7 @@ pub struct Sample {
     pub pressures: Vec<Vec<PressurePoint>>,
     /// One entry an observed point.
     pub points: Vec<PointSample>,
-    /// One entry a joint of the scenario that closes no loop.
+    /// One entry per joint of the scenario: those of the tree, then those that close loops.
     pub joints: Vec<JointSample>,
 }
 

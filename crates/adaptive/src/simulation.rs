@@ -6,8 +6,8 @@ use contact_qs::contact_element::ContactElement;
 use ffr_dynamics::error::Rejection;
 use ffr_dynamics::invariants::{centre_of_mass, centre_of_mass_velocity};
 use ffr_dynamics::kinematics::marker::FlexiblePoint;
-use ffr_dynamics::system::Multibody;
 use ffr_dynamics::system::force::{BodyState, ForceElement, ForceEnergies, GeneralisedForce};
+use ffr_dynamics::system::{Multibody, Reaction};
 use nalgebra::Vector3;
 
 use crate::record::{BodySample, ContactSample, Energies, JointSample, PointSample, PressurePoint, Sample};
@@ -104,12 +104,12 @@ pub type System = Multibody<TimedContact>;
 pub struct Observed {
     /// Points.
     pub points: Vec<ObservedPoint>,
-    /// Bodies whose joints are recorded.
+    /// Bodies whose joints are recorded; joints that close loops are recorded after them.
     pub joints: Vec<usize>,
 }
 
-/// Fills `sample` with everything recorded at time `t` in the state `y`, which the forces were evaluated at last; the phase
-/// is left to the caller, and the potential of gravity is that about the inertial origin.
+/// Fills `sample` with everything recorded at time `t` in the state `y`, which forces and accelerations were evaluated at last; the
+/// phase is left to the caller, and the potential of gravity is that about the inertial origin.
 pub fn fill_sample(system: &mut System, observed: &Observed, t: f64, y: &[f64], sample: &mut Sample) {
     let invariants = system.invariants(t, y);
     sample.time = t;
@@ -147,7 +147,8 @@ pub fn fill_sample(system: &mut System, observed: &Observed, t: f64, y: &[f64], 
         position: p.point.position(&states[p.body]).into(),
         velocity: p.point.velocity(&states[p.body]).into(),
     }));
-    sample.joints.resize(observed.joints.len(), JointSample::default());
+    let n_joints = observed.joints.len() + system.model().loops.len();
+    sample.joints.resize(n_joints, JointSample::default());
     for (&body, slot) in observed.joints.iter().zip(&mut sample.joints) {
         let kind = system.model().bodies[body].joint.kind;
         let coordinates = system.joint_coordinates(t, y, body);
@@ -155,7 +156,16 @@ pub fn fill_sample(system: &mut System, observed: &Observed, t: f64, y: &[f64], 
         slot.positions.extend(&coordinates.positions[..kind.n_positions()]);
         slot.velocities.clear();
         slot.velocities.extend(&coordinates.velocities[..kind.n_velocities()]);
+        fill_reaction(&system.reaction(body), slot);
     }
+    for (i, slot) in sample.joints[observed.joints.len()..].iter_mut().enumerate() {
+        fill_reaction(&system.loop_reaction(i), slot);
+    }
+}
+
+fn fill_reaction(reaction: &Reaction, slot: &mut JointSample) {
+    slot.reaction_force = reaction.force.into();
+    slot.reaction_moment = reaction.moment.into();
 }
 
 /// Points of a contact that carry force.

@@ -79,7 +79,7 @@ pub enum Command {
         #[command(flatten)]
         set: SetArguments,
     },
-    /// Print eigenfrequencies and sizes of every body's reduced model
+    /// Print eigenfrequencies and sizes of every body's reduced model, or eigenfrequencies of the assembled system
     Modes {
         /// Scenario file
         #[arg(value_name = "SCENARIO.toml")]
@@ -87,6 +87,12 @@ pub enum Command {
         /// One body only
         #[arg(long, value_name = "NAME")]
         body: Option<String>,
+        /// Eigenfrequencies of the assembled system at its initial pose instead, with the bodies that take part
+        #[arg(long, conflicts_with = "body")]
+        system: bool,
+        /// With --system: bring elastic coordinates to rest first, as `simulation.static_start` does
+        #[arg(long = "static", requires = "system")]
+        is_static: bool,
         /// Print JSON
         #[arg(long)]
         json: bool,
@@ -118,7 +124,7 @@ pub enum Command {
         #[command(flatten)]
         set: SetArguments,
     },
-    /// Print phases, impacts, energy drift and timings of a result file
+    /// Print phases, impacts, reactions of joints, energy drift and timings of a result file
     Info {
         /// Result file
         #[arg(value_name = "OUT.h5")]

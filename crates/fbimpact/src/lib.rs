@@ -56,7 +56,10 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
         Command::Run(arguments) => commands::run::run(&arguments, bar),
         Command::Converge(arguments) => commands::converge::converge(&arguments),
         Command::Check { scenarios, set } => commands::check::check(&scenarios, &set.set),
-        Command::Modes { scenario, body, json, threads, set } => {
+        Command::Modes { scenario, system: true, is_static, json, threads, set, .. } => {
+            commands::system_modes::system_modes(&scenario, &set.set, is_static, json, threads)
+        }
+        Command::Modes { scenario, body, json, threads, set, .. } => {
             commands::modes::modes(&scenario, &set.set, body.as_deref(), json, threads)
         }
         Command::Cache { action, cache } => commands::cache::cache(action, &cache),

@@ -9,6 +9,7 @@ use adaptive::model::{BodyModel, RunModel};
 use adaptive::record::{Observer, RestartPoint, Timings};
 use adaptive::spec::{BodyKind, BodySpec, RunSpec};
 use adaptive::store::ModelCache;
+use ffr_dynamics::system::SystemModes;
 use iga_core::space::Space;
 
 use crate::error::AppError;
@@ -145,6 +146,24 @@ pub fn modes(scenario: &Scenario, body: Option<usize>, threads: usize) -> Result
     let bodies =
         bodies.map(|(body, spec)| BodyModes { chosen: of(&body.name), ..body_modes(body, spec) }).collect();
     Ok(ModesReport { bodies })
+}
+
+/// Names of the bodies of `scenario`, and small vibrations of the whole system at its initial pose; `is_static`: after elastic
+/// coordinates have come to rest, whatever the scenario says.
+///
+/// # Errors
+/// [`AppError::Model`] if a model cannot be built or there is no equilibrium.
+pub fn system_modes(
+    scenario: &Scenario,
+    is_static: bool,
+    threads: usize,
+) -> Result<(Vec<String>, SystemModes), AppError> {
+    let mut spec = run_spec(scenario)?;
+    spec.settings.static_start |= is_static;
+    let model = build(&spec, threads, &ModelCache::default())?;
+    let modes = model.system.small_vibrations(0.0, &model.initial);
+    let names = model.bodies.iter().map(|b| b.name.clone()).collect();
+    Ok((names, modes.map_err(|e| AppError::Model(e.to_string()))?))
 }
 
 fn body_modes(body: &BodyModel, spec: &BodySpec) -> BodyModes {

@@ -90,7 +90,7 @@ impl Driver<'_> {
         self.numerical = NumericalDamping { removed: point.removed, total: point.total_energy };
         // The ledger asks for the state stored last. A contact that refuses the state does so again in the first step.
         self.interpolated.copy_from_slice(&point.state);
-        if self.model.system.evaluate_forces(point.time, &point.state).is_ok() {
+        if self.model.system.evaluate_accelerations(point.time, &point.state).is_ok() {
             let (system, observed) = (&mut self.model.system, &self.model.observed);
             fill_sample(system, observed, point.time, &point.state, &mut self.sample);
             self.sample.energies.gravity -= self.gravity_datum;

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use super::write::is_table;
 use crate::compare::scenario_values::{self, Values};
 use crate::error::AppError;
+use crate::results::reactions::PeakReaction;
 use crate::results::stored::Stored;
 use crate::results::summary;
 use crate::results::tables::ImpactRow;
@@ -36,6 +37,8 @@ pub struct Run {
     pub wall_time: Option<f64>,
     /// Impacts.
     pub impacts: Vec<ImpactRow>,
+    /// Largest reactions of the joints.
+    pub reactions: Vec<PeakReaction>,
 }
 
 /// Runs in files and directories, in the order of names within a directory.
@@ -125,6 +128,7 @@ fn fill(run: &mut Run, file: &Path) -> Result<(), AppError> {
     // What a small copy or a run that was killed does not have stays empty.
     if let Ok(summary) = summary::read(file) {
         run.energy_drift = summary.energy_drift;
+        run.reactions = summary.reactions;
         let phases = &summary.phases;
         run.wall_time = (!phases.is_empty()).then(|| phases.iter().map(|p| p.wall_time).sum());
     }

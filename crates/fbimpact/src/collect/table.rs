@@ -1,8 +1,9 @@
-//! The table of many runs: columns for the run, for scenario values that differ among the runs, for impacts.
+//! The table of many runs: columns for the run, for scenario values that differ among the runs, for joints, for impacts.
 
 use std::collections::BTreeSet;
 
 use super::runs::Run;
+use crate::results::reactions::PeakReaction;
 use crate::results::tables::ImpactRow;
 
 /// Cells of a column.
@@ -50,6 +51,17 @@ const IMPACT: [ImpactColumn; 9] = [
     ("restitution", "–", |i| i.restitution),
 ];
 
+/// A column of the joints.
+type JointColumn = (&'static str, &'static str, fn(&PeakReaction) -> f64);
+
+/// Columns of the joints.
+const JOINT: [JointColumn; 4] = [
+    ("peak_force", "N", |r| r.force),
+    ("peak_force_time", "s", |r| r.force_time),
+    ("peak_moment", "N m", |r| r.moment),
+    ("peak_moment_time", "s", |r| r.moment_time),
+];
+
 /// A row: a run, and for the long form one of its impacts.
 type Row<'a> = (&'a Run, Option<(usize, &'a ImpactRow)>);
 
@@ -63,6 +75,16 @@ pub fn gather(runs: &[Run], is_long: bool) -> Table {
     };
     let mut columns = run_columns(&rows);
     columns.extend(varying(runs).into_iter().map(|key| scenario_column(&rows, &key)));
+    for joint in
+        runs.iter().flat_map(|r| r.reactions.iter().map(|r| r.joint.as_str())).collect::<BTreeSet<_>>()
+    {
+        for (name, unit, of) in JOINT {
+            let name = format!("joints.{joint}.{name}");
+            columns.push(numbers(&name, unit, &rows, |(run, _)| {
+                run.reactions.iter().find(|r| r.joint == joint).map(of)
+            }));
+        }
+    }
     if is_long {
         columns.push(texts("contact", &rows, |(_, impact)| {
             impact.map_or_else(String::new, |(_, i)| i.contact.as_str().to_owned())

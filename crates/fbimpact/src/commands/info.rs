@@ -92,6 +92,7 @@ fn table(s: &Summary) -> String {
             i.restitution
         );
     }
+    reactions(s, &mut out);
     tries(s, &mut out);
     if !s.timings.is_empty() {
         out.push('\n');
@@ -100,6 +101,23 @@ fn table(s: &Summary) -> String {
         let _ = writeln!(out, "{name:<16} {seconds:>10.4} s");
     }
     out
+}
+
+fn reactions(s: &Summary, out: &mut String) {
+    if !s.reactions.is_empty() {
+        let _ = writeln!(
+            out,
+            "\n{:<16} {:>14} {:>14} {:>16} {:>14}",
+            "joint", "peak [N]", "at [s]", "peak [N m]", "at [s]"
+        );
+    }
+    for r in &s.reactions {
+        let _ = writeln!(
+            out,
+            "{:<16} {:>14.6} {:>14.6e} {:>16.6e} {:>14.6e}",
+            r.joint, r.force, r.force_time, r.moment, r.moment_time
+        );
+    }
 }
 
 fn tries(s: &Summary, out: &mut String) {

@@ -14,6 +14,7 @@ pub mod plot;
 mod resume;
 pub mod run;
 pub mod shell;
+pub mod system_modes;
 pub mod thin;
 
 use std::io::Write;

@@ -194,11 +194,13 @@ impl Pair<'_> {
         Ok(())
     }
 
-    /// The largest value with the unit; that of an angular momentum is a momentum times a length, if that is more.
+    /// The largest value with the unit; that of an angular momentum is a momentum times a length, if that is more, that of a moment
+    /// a force times a length.
     fn unit_peak(&self, unit: &str) -> f64 {
         let of = |unit: &str| self.peaks.iter().find(|(u, _)| u == unit).map_or(0.0, |(_, peak)| *peak);
         match unit {
             "kg m²/s" => of(unit).max(of("kg m/s") * of("m")),
+            "N m" => of(unit).max(of("N") * of("m")),
             _ => of(unit),
         }
     }

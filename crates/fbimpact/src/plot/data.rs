@@ -27,6 +27,8 @@ pub struct ResultData {
     pub forces: Vec<(String, Vec<f64>)>,
     /// Position \[m\] and velocity [m/s] of the chosen points.
     pub points: Vec<(String, Components, Components)>,
+    /// Force \[N\] and moment \[N m\] of every joint on its child.
+    pub reactions: Vec<(String, Components, Components)>,
     /// Phases.
     pub phases: Vec<PhaseRow>,
     /// Impacts.
@@ -81,9 +83,18 @@ fn contents(file: &File) -> Result<ResultData> {
         let velocity = components(&group, &format!("{name}/velocity"))?;
         data.points.push((name, position, velocity));
     }
+    for (name, group) in members(file, "joints")? {
+        let joint = group.group(&name)?;
+        if joint.link_exists("reaction_force") && joint.link_exists("reaction_moment") {
+            let force = components(&joint, "reaction_force")?;
+            let moment = components(&joint, "reaction_moment")?;
+            data.reactions.push((name, force, moment));
+        }
+    }
     // A file that is being written may have rows that others lack.
     let lengths = data.energies.iter().chain(&data.forces).map(|(_, v)| v.len());
-    let lengths = lengths.chain(data.points.iter().flat_map(|(_, p, v)| [p[0].len(), v[0].len()]));
+    let vectors = data.points.iter().chain(&data.reactions);
+    let lengths = lengths.chain(vectors.flat_map(|(_, p, v)| [p[0].len(), v[0].len()]));
     let n = lengths.fold(data.time.len(), usize::min);
     data.time.truncate(n);
     Ok(data)

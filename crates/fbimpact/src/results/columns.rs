@@ -202,6 +202,19 @@ pub const JOINT: [Declaration<f64>; 2] = [
     },
 ];
 
+/// `/joints/<name>`: what the joint transmits.
+pub const REACTION: [Declaration<f64>; 2] = [
+    vector("reaction_force", "N", "Force of the joint on its child, in space.", |s, i, out| {
+        out.extend(s.joints[i].reaction_force);
+    }),
+    vector(
+        "reaction_moment",
+        "N m",
+        "Moment of the joint on its child about the place of the child's marker, in space.",
+        |s, i, out| out.extend(s.joints[i].reaction_moment),
+    ),
+];
+
 /// `/points/<name>`.
 pub const POINT: [Declaration<f64>; 2] = [
     vector("position", "m", "Position of the point on the deformed body.", |s, i, out| {

@@ -398,7 +398,7 @@ impl Open {
         self.flush()
     }
 
-    /// Datasets of a joint; none for one without coordinates.
+    /// Datasets of a joint: its coordinates, if it has any, and its reaction.
     fn joint(
         &mut self,
         group: &Group,
@@ -417,7 +417,7 @@ impl Open {
             text_attribute(column.series.dataset(), "unit", &joined_units(names))?;
             self.columns.push(column);
         }
-        Ok(())
+        self.group(group, &columns::REACTION, index, axes, compression)
     }
 
     fn group(

@@ -6,6 +6,7 @@ use hdf5::{File, H5Type, Result};
 use serde_json::{Value, json};
 
 use super::open::{attribute, open, scenario_text};
+use super::reactions::{self, PeakReaction};
 use super::tables::{ImpactRow, PhaseRow, TransferRow, TryRow};
 use crate::error::AppError;
 use crate::sizing::{self, Note};
@@ -34,6 +35,8 @@ pub struct Summary {
     pub tries: Vec<TryRow>,
     /// Changes of the model.
     pub transfers: Vec<TransferRow>,
+    /// Largest reactions of the joints.
+    pub reactions: Vec<PeakReaction>,
     /// Largest deviation of the total energy from its start, relative to the largest energy in motion and deformation.
     pub energy_drift: Option<f64>,
     /// Energy that the implicit integrator removed, as a share of the same energy.
@@ -90,6 +93,7 @@ fn summary(file: &File) -> Result<Summary> {
         phases: rows(file, "phases")?,
         impacts: rows(file, "impacts")?,
         tries: rows(file, "tries")?,
+        reactions: reactions::peaks(file, &time)?,
         energy_drift: energies.map(|(drift, scale)| drift / scale),
         numerical_damping: energies.and_then(|(_, scale)| removed(file).map(|removed| removed / scale)),
         largest_jump: energies.and_then(|(_, scale)| jumps.reduce(f64::max).map(|jump| jump / scale)),
@@ -166,10 +170,12 @@ impl Summary {
             self.timings.iter().map(|(n, v)| (n.clone(), (*v).into())).collect();
         let bodies: serde_json::Map<String, Value> =
             self.bodies.iter().map(|(n, q)| (n.clone(), json!({ "elastic_coordinates": q }))).collect();
+        let joints: serde_json::Map<String, Value> =
+            self.reactions.iter().map(|r| (r.joint.clone(), r.json())).collect();
         let mut all = json!({
             "resumptions": self.resumptions, "samples": self.n_samples, "end": self.end,
             "energy_drift": self.energy_drift, "numerical_damping": self.numerical_damping,
-            "largest_transfer_jump": self.largest_jump, "bodies": bodies,
+            "largest_transfer_jump": self.largest_jump, "bodies": bodies, "joints": joints,
             "chosen": chosen,
             "phases": phases.collect::<Vec<_>>(), "impacts": impacts.collect::<Vec<_>>(),
             "tries": tries.collect::<Vec<_>>(), "transfers": transfers.collect::<Vec<_>>(), "timings": timings,

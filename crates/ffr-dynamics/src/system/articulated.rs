@@ -375,7 +375,7 @@ impl BodyFactors {
 }
 
 /// Adds a force at the parent's marker to the forces on the parent's frame and modes.
-fn add_at_marker(force: &Six, edge: &Edge, frame: &mut Six, elastic: &mut [f64]) {
+pub(super) fn add_at_marker(force: &Six, edge: &Edge, frame: &mut Six, elastic: &mut [f64]) {
     let f = Vector3::new(force[0], force[1], force[2]);
     let moment = edge.parent_point.arm.cross(&f);
     for i in 0..3 {

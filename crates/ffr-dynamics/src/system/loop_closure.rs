@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::articulated::{BodyFactors, Response};
 use super::force::BodyState;
 use super::model::{LoopJoint, MultibodyModel, Site};
-use super::tree_kinematics::{Edge, Six, split};
+use super::tree_kinematics::{Edge, Six, join, split};
 use crate::error::Rejection;
 use crate::kinematics::MarkerMotion;
 
@@ -181,7 +181,7 @@ impl LoopSolver {
     }
 
     /// Rate of constraint `k` for velocities of frames and elastic coordinates (Eq. M.19).
-    fn rate(&self, model: &MultibodyModel, k: usize, frames: &[Six], rates: &[f64]) -> f64 {
+    pub(super) fn rate(&self, model: &MultibodyModel, k: usize, frames: &[Six], rates: &[f64]) -> f64 {
         let row = &self.rows[k];
         let joint = &model.loops[row.joint];
         let velocities = |site: &Site, side: &Side| match site.body {
@@ -211,6 +211,30 @@ impl LoopSolver {
         } else {
             c.add(child, model, &force, &none, &mut self.response);
             p.add(parent, model, &-force, &(c.place - p.place).cross(&-force), &mut self.response);
+        }
+    }
+
+    /// Wrenches of the joints on their children at the children's markers, in inertial axes (Eq. M.37).
+    pub fn fill_wrenches(&self, wrenches: &mut [Six]) {
+        wrenches.fill([0.0; 6]);
+        let none = Vector3::zeros();
+        for (row, multiplier) in self.rows.iter().zip(&self.multipliers) {
+            let part = row.axis * *multiplier;
+            let part = if row.is_rotation { join(&none, &part) } else { join(&part, &none) };
+            wrenches[row.joint].iter_mut().zip(part).for_each(|(sum, p)| *sum += p);
+        }
+    }
+
+    /// Mobility of constraint `k` if the bodies it joins were free [1/kg or 1/(kg m²)].
+    pub fn scale(&self, k: usize) -> f64 {
+        self.scales[k]
+    }
+
+    /// Forces of the constraints for given `multipliers` on frames and modes, in `response`.
+    pub fn load_response(&mut self, model: &MultibodyModel, multipliers: &[f64]) {
+        self.response.clear();
+        for (k, multiplier) in multipliers.iter().enumerate() {
+            self.add_force(model, k, *multiplier);
         }
     }
 
@@ -281,10 +305,9 @@ impl LoopSolver {
 
     /// Response of the tree to the multipliers.
     fn respond(&mut self, model: &MultibodyModel, edges: &[Edge], factors: &[BodyFactors]) {
-        self.response.clear();
-        for k in 0..self.rows.len() {
-            self.add_force(model, k, self.multipliers[k]);
-        }
+        let multipliers = std::mem::take(&mut self.multipliers);
+        self.load_response(model, &multipliers);
+        self.multipliers = multipliers;
         self.response.solve(model, edges, factors);
     }
 

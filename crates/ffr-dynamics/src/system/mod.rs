@@ -19,6 +19,10 @@ mod tree_error;
 mod tree_derivative;
 mod workspace;
 pub mod multibody;
+pub mod reaction;
+mod dead_load;
+mod small_motion;
+pub mod vibration;
 pub mod equilibrium;
 
 pub use error_scale::ErrorScale;
@@ -27,4 +31,6 @@ pub use free_bodies::{FreeBodies, FreeBody};
 pub use joints::{CoordinateForce, JointKind, TimeFunction};
 pub use model::MultibodyModel;
 pub use multibody::Multibody;
+pub use reaction::Reaction;
 pub use specification::{Attachment, BodySpec, GROUND, JointSpec, LoadSpec, SystemSpec};
+pub use vibration::{SystemMode, SystemModes};

@@ -12,7 +12,6 @@ use super::joints::forces::joint_energy;
 use super::model::{JointCoordinates, MultibodyModel, TreeBody};
 use super::specification::SystemSpec;
 use super::tree_error::TreeNorm;
-use super::tree_kinematics::split;
 use super::workspace::{Powers, Workspace};
 use crate::error::{DynamicsError, Rejection};
 use crate::integration::{KinematicBlock, Linearisation, OdeSystem};
@@ -214,22 +213,17 @@ impl<F: ForceElement> Multibody<F> {
         Ok(())
     }
 
+    /// Evaluates motions, forces and accelerations, so that reactions of joints belong to `y`, too. Does not allocate.
+    ///
+    /// # Errors
+    /// [`Rejection`] of a force element, or of the equations of motion.
+    pub fn evaluate_accelerations(&mut self, t: f64, y: &[f64]) -> Result<(), Rejection> {
+        self.evaluate(t, y).map(|_| ())
+    }
+
     /// Motions and forces of the bodies at the last evaluation.
     pub fn last_evaluation(&self) -> (&[BodyState], &[GeneralisedForce]) {
         (&self.workspace.states, &self.workspace.sums)
-    }
-
-    /// Force \[N\] and moment \[N m\] of the joint on body `body` at the parent's marker, in the inertial frame, at the last
-    /// right-hand side.
-    pub fn joint_force(&self, body: usize) -> (Vector3<f64>, Vector3<f64>) {
-        let (force, moment) = split(&self.workspace.factors[body].joint_force);
-        match self.model.bodies[body].joint.parent.body {
-            None => (force, moment),
-            Some(p) => {
-                let axes = &self.workspace.states[p].rotation;
-                (axes * force, axes * moment)
-            }
-        }
     }
 
     /// Energies of the bodies and momenta at time `t` in the state `y`, without joint springs. Does not allocate.

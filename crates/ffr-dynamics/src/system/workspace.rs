@@ -8,6 +8,7 @@ use super::force::{BodyState, GeneralisedForce};
 use super::joints::forces::joint_forces;
 use super::loop_closure::LoopSolver;
 use super::model::{Load, MultibodyModel, TreeBody};
+use super::reaction::keep;
 use super::tree_kinematics::{Edge, Six, split, update};
 use crate::error::Rejection;
 
@@ -35,6 +36,10 @@ pub(super) struct Workspace {
     /// Accelerations of all coordinates and of the frames (without gravity's offset).
     pub rates: Vec<f64>,
     frames: Vec<Six>,
+    /// Wrenches of the joints at the last accelerations, as [`BodyFactors::joint_force`].
+    pub wrenches: Vec<Six>,
+    /// Wrenches of loop-closing joints on their children at the children's markers, in inertial axes.
+    pub loop_wrenches: Vec<Six>,
     load_power: f64,
     /// Time of the last evaluation.
     pub time: f64,
@@ -56,6 +61,8 @@ impl Workspace {
             passive: vec![[0.0; 6]; n],
             rates: vec![0.0; model.n_rates()],
             frames: vec![[0.0; 6]; n],
+            wrenches: vec![[0.0; 6]; n],
+            loop_wrenches: vec![[0.0; 6]; model.loops.len()],
             load_power: 0.0,
             time: 0.0,
             states,
@@ -110,6 +117,7 @@ impl Workspace {
         if !model.loops.is_empty() {
             self.close_loops(model)?;
         }
+        keep(&mut self.wrenches, self.factors.iter().map(|f| &f.joint_force));
         powers.supplied += self.prescribed_power(model);
         Ok(powers)
     }
@@ -151,6 +159,7 @@ impl Workspace {
         for (factor, force) in self.factors.iter_mut().zip(&response.joint_forces) {
             factor.joint_force.iter_mut().zip(force).for_each(|(a, b)| *a += b);
         }
+        self.loops.fill_wrenches(&mut self.loop_wrenches);
         Ok(())
     }
 

@@ -2,6 +2,7 @@
 
 mod energies;
 mod forces;
+mod joints;
 mod points;
 mod tries;
 
@@ -25,11 +26,14 @@ pub enum Kind {
     Tries,
     /// Position and velocity of the chosen points.
     Points,
+    /// Force and moment that each joint transmits.
+    Joints,
 }
 
 impl Kind {
     /// All of them.
-    pub const ALL: [Self; 5] = [Self::Energies, Self::Forces, Self::Impacts, Self::Tries, Self::Points];
+    pub const ALL: [Self; 6] =
+        [Self::Energies, Self::Forces, Self::Impacts, Self::Tries, Self::Points, Self::Joints];
 
     /// Figures of this kind, or why there are none.
     pub fn figures(self, files: &[ResultData]) -> Result<Vec<Figure>, String> {
@@ -39,6 +43,7 @@ impl Kind {
             Self::Impacts => forces::impacts(files),
             Self::Tries => tries::figures(files),
             Self::Points => points::figures(files),
+            Self::Joints => joints::figures(files),
         }
     }
 }

@@ -1,0 +1,147 @@
+//! `fbimpact modes --system`: eigenfrequencies of the assembled system.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::Path;
+
+use ffr_dynamics::system::{SystemMode, SystemModes};
+
+use super::{print, threads};
+use crate::error::AppError;
+use crate::scenario::{self, Override};
+use crate::simulate;
+
+/// Least share of a body in the kinetic energy of a mode that is listed.
+const LISTED: f64 = 0.01;
+/// Part of the stiffness without a potential that is worth a word: far above round-off, far below what moves a frequency by a per mille.
+const ASYMMETRY: f64 = 1e-6;
+/// Acceleration up to which a pose counts as equilibrium [m/s²]: a millionth of gravity on earth.
+const BALANCED: f64 = 1e-5;
+
+/// Vibrations of a system, for people and for programs.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+struct Report {
+    /// Eigenfrequencies of all modes that are not unstable \[Hz\], rising; zero for rigid motions.
+    frequencies: Vec<f64>,
+    /// One entry per frequency: shares of the bodies.
+    modes: Vec<Mode>,
+    /// Modes that grow.
+    unstable: Vec<Unstable>,
+    /// Modes of zero frequency.
+    rigid_body_modes: usize,
+    /// Coordinates of joints and modes.
+    coordinates: usize,
+    /// Independent constraints of loops.
+    constraints: usize,
+    /// Acceleration of the pose left alone, root mean square over the mass [m/s²].
+    acceleration: f64,
+    /// Part of the stiffness that has no potential and is left out.
+    asymmetry: f64,
+}
+
+/// A mode.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+struct Mode {
+    /// Eigenfrequency \[Hz\].
+    frequency: f64,
+    /// Shares of kinetic energy by body.
+    participation: BTreeMap<String, f64>,
+}
+
+/// A mode that grows.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+struct Unstable {
+    /// Rate of growth \[1/s\].
+    growth_rate: f64,
+    /// Shares of kinetic energy by body.
+    participation: BTreeMap<String, f64>,
+}
+
+/// Builds the system and prints its spectrum at the initial pose; `is_static`: after the elastic coordinates have come to rest
+/// under the forces there, whatever the scenario says.
+///
+/// # Errors
+/// Whatever reading and building answer; [`AppError::Model`] if there is no equilibrium.
+pub fn system_modes(
+    path: &Path,
+    overrides: &[Override],
+    is_static: bool,
+    json: bool,
+    n_threads: usize,
+) -> Result<(), AppError> {
+    let n_threads = threads(n_threads)?;
+    let scenario = scenario::read(path, overrides)?;
+    let (names, modes) = simulate::system_modes(&scenario, is_static, n_threads)?;
+    let report = Report::new(&names, &modes);
+    let text =
+        if json { serde_json::to_string_pretty(&report).map(|t| t + "\n") } else { Ok(report.table()) };
+    print(&text.map_err(|e| AppError::Run(format!("the report cannot be written as JSON: {e}")))?)
+}
+
+impl Report {
+    fn new(names: &[String], system: &SystemModes) -> Self {
+        let participation = |mode: &SystemMode| -> BTreeMap<String, f64> {
+            let shares = names.iter().cloned().zip(mode.shares.iter().copied());
+            shares.filter(|(_, share)| *share >= LISTED).collect()
+        };
+        let (unstable, stable): (Vec<&SystemMode>, Vec<_>) =
+            system.modes.iter().partition(|m| m.squared_frequency < 0.0);
+        let stable = stable.into_iter();
+        let modes: Vec<Mode> =
+            stable.map(|m| Mode { frequency: m.frequency(), participation: participation(m) }).collect();
+        Self {
+            frequencies: modes.iter().map(|m| m.frequency).collect(),
+            rigid_body_modes: modes.iter().filter(|m| m.frequency <= 0.0).count(),
+            unstable: unstable
+                .into_iter()
+                .map(|m| Unstable { growth_rate: m.growth_rate(), participation: participation(m) })
+                .collect(),
+            modes,
+            coordinates: system.n_coordinates,
+            constraints: system.n_constraints,
+            acceleration: system.acceleration,
+            asymmetry: system.asymmetry,
+        }
+    }
+
+    /// For people. Writing to a string cannot fail.
+    fn table(&self) -> String {
+        let mut out = format!(
+            "system: {} coordinates, {} independent constraints of loops, {} modes of rigid motion, {} unstable modes\n",
+            self.coordinates,
+            self.constraints,
+            self.rigid_body_modes,
+            self.unstable.len()
+        );
+        if self.acceleration > BALANCED {
+            let _ = writeln!(
+                out,
+                "the pose is no equilibrium, left alone it accelerates by {:.3e} m/s²: the modes are those of the system held there by its inertia forces",
+                self.acceleration
+            );
+        }
+        if self.asymmetry > ASYMMETRY {
+            let _ = writeln!(
+                out,
+                "loads have no potential here: {:.1e} of the stiffness of weight, springs and loads is left out",
+                self.asymmetry
+            );
+        }
+        for mode in &self.unstable {
+            let rate = format!("e^({:.6} t/s)", mode.growth_rate);
+            let _ = writeln!(out, "unstable {rate:>16}     {}", shares(&mode.participation));
+        }
+        for (i, mode) in self.modes.iter().enumerate() {
+            let _ =
+                writeln!(out, "{:>6} {:>18.6} Hz  {}", i + 1, mode.frequency, shares(&mode.participation));
+        }
+        out
+    }
+}
+
+/// Shares, the largest first.
+fn shares(participation: &BTreeMap<String, f64>) -> String {
+    let mut list: Vec<(&String, f64)> = participation.iter().map(|(name, share)| (name, *share)).collect();
+    list.sort_by(|a, b| b.1.total_cmp(&a.1));
+    list.iter().map(|(name, share)| format!("{name} {:.1} %", 100.0 * share)).collect::<Vec<_>>().join(", ")
+}

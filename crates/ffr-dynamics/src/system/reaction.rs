@@ -1,0 +1,47 @@
+//! Forces and moments that joints transmit (docs/theory.md Eq. M.35 to M.37).
+
+use nalgebra::Vector3;
+
+use super::force::ForceElement;
+use super::multibody::Multibody;
+use super::tree_kinematics::{Six, split};
+
+/// What a joint exerts on its child: the whole of it, whether the joint holds a direction or a spring, a damper, a drive or a
+/// prescribed motion acts along it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reaction {
+    /// Force on the child, in the inertial frame \[N\].
+    pub force: Vector3<f64>,
+    /// Moment on the child about the place of its marker on the deformed body, in the inertial frame \[N m\].
+    pub moment: Vector3<f64>,
+}
+
+impl<F: ForceElement> Multibody<F> {
+    /// Reaction of the joint on which body `body` hangs (Eq. M.35, M.36). Zero for bodies that move freely.
+    ///
+    /// Belongs to the last accelerations ([`Multibody::evaluate_accelerations`] or a right-hand side); the bodies must stand where
+    /// they did then, as after [`Multibody::invariants`] of that state. Does not allocate.
+    pub fn reaction(&self, body: usize) -> Reaction {
+        let (force, moment) = split(&self.workspace.wrenches[body]);
+        let moment = moment - self.workspace.edges[body].joint.displacement.cross(&force);
+        match self.model.bodies[body].joint.parent.body {
+            None => Reaction { force, moment },
+            Some(p) => {
+                let axes = &self.workspace.states[p].rotation;
+                Reaction { force: axes * force, moment: axes * moment }
+            }
+        }
+    }
+
+    /// Reaction of the loop-closing joint `joint`, in the order of [`super::MultibodyModel::loops`] (Eq. M.37), at the last
+    /// accelerations. Redundant constraints carry nothing. Does not allocate.
+    pub fn loop_reaction(&self, joint: usize) -> Reaction {
+        let (force, moment) = split(&self.workspace.loop_wrenches[joint]);
+        Reaction { force, moment }
+    }
+}
+
+/// Copies the wrenches of joints, which projections and linearisations overwrite where they are found.
+pub(super) fn keep<'a>(wrenches: &mut [Six], found: impl Iterator<Item = &'a Six>) {
+    wrenches.iter_mut().zip(found).for_each(|(kept, found)| *kept = *found);
+}
