@@ -140,7 +140,7 @@ pub fn ball(name: &str, radius: f64, solid: Solid, motion: InitialMotion) -> Bod
 
 /// A contact that the program refines, without any setting.
 pub fn contact(name: &str, body: usize, target: Target) -> ContactSpec {
-    ContactSpec { name: name.into(), body, target, law: ContactLaw::Surface(law()) }
+    ContactSpec { name: name.into(), body, target, law: ContactLaw::Surface(law()), initial_overlap: 0.0 }
 }
 
 /// The law of such a contact.
@@ -176,6 +176,7 @@ pub fn spec(bodies: Vec<BodySpec>, contacts: Vec<ContactSpec>, end_time: f64) ->
             free: phase(integration::Method::TrBdf2, 1e-6, 1e-4),
             impact: phase(integration::Method::DormandPrince, 1e-8, f64::INFINITY),
             quiet_time: None,
+            energy_tolerance: 1e-3,
             free_interval: 0.01 * end_time,
             impact_interval: 0.0,
         },
@@ -197,6 +198,7 @@ pub fn explicit(end_time: f64) -> RunSettings {
         free: phase(1e-4),
         impact: phase(f64::INFINITY),
         quiet_time: None,
+        energy_tolerance: 1e-3,
         free_interval: 1e-5,
         impact_interval: 0.0,
     }

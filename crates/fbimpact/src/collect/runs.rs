@@ -12,6 +12,7 @@ use crate::error::AppError;
 use crate::results::stored::Stored;
 use crate::results::summary;
 use crate::results::tables::ImpactRow;
+use crate::results::warnings;
 
 /// What is left of a run.
 #[derive(Debug, Clone, Default)]
@@ -32,6 +33,8 @@ pub struct Run {
     pub n_samples: Option<usize>,
     /// Relative energy drift.
     pub energy_drift: Option<f64>,
+    /// Identifiers of its warnings; `None` without a result.
+    pub warnings: Option<Vec<String>>,
     /// Seconds in all phases.
     pub wall_time: Option<f64>,
     /// Impacts.
@@ -125,6 +128,8 @@ fn fill(run: &mut Run, file: &Path) -> Result<(), AppError> {
     // What a small copy or a run that was killed does not have stays empty.
     if let Ok(summary) = summary::read(file) {
         run.energy_drift = summary.energy_drift;
+        let identifiers = summary.warnings.iter().map(|line| warnings::identifier(line).to_owned());
+        run.warnings = Some(identifiers.collect());
         let phases = &summary.phases;
         run.wall_time = (!phases.is_empty()).then(|| phases.iter().map(|p| p.wall_time).sum());
     }

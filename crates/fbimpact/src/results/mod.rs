@@ -14,6 +14,7 @@ mod space;
 pub mod journal;
 mod recorder;
 pub mod open;
+pub mod warnings;
 pub mod summary;
 pub mod stored;
 pub mod thin;

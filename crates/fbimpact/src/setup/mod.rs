@@ -73,6 +73,7 @@ fn settings(scenario: &Scenario) -> RunSettings {
         free: phase(&simulation.free),
         impact: phase(&simulation.impact),
         quiet_time: simulation.quiet_time,
+        energy_tolerance: simulation.energy_tolerance,
         free_interval: scenario.output.free_interval,
         impact_interval: scenario.output.impact_interval,
     }
