@@ -78,7 +78,7 @@ fn other_models_keep_a_fixed_factor() {
                 [format!("contacts.{contact}.model={name}"), format!("contacts.{contact}.penalty={{}}")];
             let law = surface(text, &set.each_ref().map(String::as_str));
             assert_eq!(law.model, model);
-            let constraint = Constraint::Penalty { value: Some(1e18), search: PenaltySearch::Fixed };
+            let constraint = Constraint::Penalty { value: None, search: PenaltySearch::Fixed };
             assert_eq!(law.constraint, constraint, "{name}");
         }
     }

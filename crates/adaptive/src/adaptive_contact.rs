@@ -134,10 +134,6 @@ impl AdaptiveContact {
             }
             Target::Body(other) => DetectorTarget::Body(other, surface(other)?),
         };
-        if law.treatment.is_vibrating() && law.penalty.is_none() {
-            let source = ContactError::Inconsistent { reason: "a penalty factor must be given".into() };
-            return Err(AdaptiveError::Contact { contact: spec.name.clone(), source });
-        }
         Ok(Self {
             name: spec.name.clone(),
             body: spec.body,
@@ -191,7 +187,7 @@ impl AdaptiveContact {
         let own_modes = modes(self.body);
         let site = zone_site(elastic, &nearest.contact, widths);
         let mut target_site = None;
-        let (own, other) = match (self.target, &nearest.target) {
+        let (mut own, mut other) = match (self.target, &nearest.target) {
             (Target::Body(other), Some(there)) => {
                 // Side by side: each has stages that only one thread can work on. Questions wait until both are done.
                 go_on()?;
@@ -214,9 +210,10 @@ impl AdaptiveContact {
         };
         let mut zones = vec![on_body(self.body, site, &own)];
         zones.extend(other.as_ref().zip(target_site).map(|((body, side), site)| on_body(*body, site, side)));
-        let weight = element
-            .compliance_weight(states)
-            .map_err(|r| self.fail(ContactError::Inconsistent { reason: r.reason }))?;
+        let weight = match self.is_vibrating() {
+            true => self.static_weight(&mut own, &mut other, states)?,
+            false => self.weight_of(element.as_mut(), states)?,
+        };
         let search = self.penalty_search(weight);
         element.set_penalty(search.penalty()).map_err(|e| self.fail(e))?;
         let interval = own.body.intervals[0].clone();

@@ -11,6 +11,8 @@ use crate::error::AdaptiveError;
 use crate::impact_watch::ImpactWatch;
 use crate::model::RunModel;
 use crate::penalty_search::PenaltySearch;
+use crate::plausibility::ledger::{EnergyLedger, Opening};
+use crate::plausibility::motion::MotionLimits;
 use crate::record::{Continue, Energies, Observer, PhaseKind, PhaseRecord, RestartPoint, Sample};
 use crate::simulation::{fill_sample, smallest_gap};
 use crate::spec::RunSettings;
@@ -30,11 +32,13 @@ const SHORTEST_LOOK: f64 = 1e-4;
 /// Pairs nearer than this part of their size touch as far as detection can tell: a touch is located to a billionth of a step.
 const NEAR: f64 = 1e-9;
 
+mod doubts;
 mod impact;
 mod refine;
 mod restart;
 mod watch;
 
+use doubts::Doubts;
 use refine::Ledger;
 
 use impact::Pending;
@@ -77,6 +81,11 @@ pub struct Driver<'a> {
     /// Time until which the surfaces of each refined contact are known to be apart, in free phases \[s\].
     apart_until: Vec<f64>,
     numerical: NumericalDamping,
+    /// The ledger up to the state noted last, and how far it is open there.
+    ledger: EnergyLedger,
+    opening: Opening,
+    limits: MotionLimits,
+    doubts: Doubts,
     phase_start: f64,
     /// Work in the running phase before the run was taken up again.
     carried: PhaseRecord,
@@ -171,8 +180,16 @@ impl<'a> Driver<'a> {
         let event_step = impact_step.min(settings.free.max_step);
         let crossing = crossing_search(y.len(), event_step);
         let gravity_datum = model.system.invariants(0.0, &y).gravity;
+        let states = model.system.body_states(0.0, &y).to_vec();
+        let limits = MotionLimits::new(model, &states, &settings);
         let n_refined = model.adaptive.len();
+        let mass = model.bodies.iter().map(|b| b.data.mass).filter(|m| m.is_finite()).sum();
+        let floor = settings.free.velocity_floor.max(settings.impact.velocity_floor);
         Ok(Self {
+            ledger: EnergyLedger::new(mass, floor, gravity_datum),
+            opening: Opening::default(),
+            limits,
+            doubts: Doubts::new(model.contacts.len()),
             watches: vec![ImpactWatch::default(); model.system.forces().len()],
             fine: model.contacts.iter().map(|_| None).collect(),
             searches: vec![None; model.contacts.len()],
@@ -208,7 +225,9 @@ impl<'a> Driver<'a> {
     }
 
     fn run(&mut self, from: Option<&RestartPoint>) -> Result<RunEnd, AdaptiveError> {
+        let doubts = if from.is_none() { self.doubt_start()? } else { Vec::new() };
         self.observer.start(&self.model.layout(self.settings.end_time))?;
+        self.warn(doubts)?;
         let mut kind = match from {
             Some(point) => {
                 self.restore(point)?;
@@ -236,6 +255,9 @@ impl<'a> Driver<'a> {
             if self.integrator.time() < self.settings.end_time && !is_interrupted {
                 self.enter(kind)?;
             }
+        }
+        if !is_interrupted {
+            self.doubt_end()?;
         }
         Ok(RunEnd { time: self.integrator.time(), is_interrupted })
     }
@@ -298,6 +320,10 @@ impl<'a> Driver<'a> {
                 return Ok(false);
             }
             self.store_until(step.end)?;
+            if let Err(error) = self.check_motion() {
+                self.store()?;
+                return Err(error);
+            }
             if self.observer.progress(step.end, step.end - step.start, PhaseKind::Free) == Continue::Interrupt
             {
                 self.store()?;
@@ -392,6 +418,7 @@ impl<'a> Driver<'a> {
             self.integrator.interpolate(self.next_output, &mut self.interpolated);
             self.evaluate(self.next_output)?;
             self.report(self.next_output)?;
+            self.note_gaps()?;
             self.next_output += self.settings.free_interval;
         }
         Ok(())
@@ -410,7 +437,10 @@ impl<'a> Driver<'a> {
         self.interpolated.copy_from_slice(self.integrator.state());
         let t = self.integrator.time();
         self.fill(t);
-        if t < self.last_output + self.settings.impact_interval { Ok(()) } else { self.send() }
+        if t >= self.last_output + self.settings.impact_interval {
+            self.send()?;
+        }
+        self.check_ledger()
     }
 
     /// Stores the state noted last, if that has not been done.
@@ -427,7 +457,8 @@ impl<'a> Driver<'a> {
     /// Reports the state `interpolated` at time `t`, which the forces were evaluated at last.
     fn report(&mut self, t: f64) -> Result<(), AdaptiveError> {
         self.fill(t);
-        self.send()
+        self.send()?;
+        self.check_ledger()
     }
 
     /// Notes the state `interpolated` at time `t`, which the forces were evaluated at last.
@@ -438,6 +469,7 @@ impl<'a> Driver<'a> {
         self.sample.energies.gravity -= self.gravity_datum;
         let is_implicit = self.integrator.method().is_implicit();
         self.numerical.book(&mut self.sample.energies, is_implicit);
+        self.opening = self.ledger.enter(&self.sample.energies);
         self.is_noted = true;
     }
 

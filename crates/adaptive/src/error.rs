@@ -67,6 +67,70 @@ pub enum AdaptiveError {
     /// The time integration.
     #[error(transparent)]
     Dynamics(DynamicsError),
+    /// Bodies that overlap at the start.
+    #[error(
+        "contact \"{contact}\": the bodies overlap by {depth:.6e} m at the start, {allowed:.3e} m are allowed; the deepest point is at {place} m; move body \"{body}\" by {shift} m, or allow the overlap with contacts.{contact}.initial_overlap"
+    )]
+    InitialOverlap {
+        /// Name of the contact.
+        contact: String,
+        /// Name of the contact body.
+        body: String,
+        /// Overlap \[m\].
+        depth: f64,
+        /// Deepest point in space, as text \[m\].
+        place: String,
+        /// By what to move the contact body, as text \[m\].
+        shift: String,
+        /// Overlap that is allowed \[m\].
+        allowed: f64,
+    },
+    /// Bodies that lie on the wrong side of each other at the start.
+    #[error("contact \"{contact}\": {reason}")]
+    Misplaced {
+        /// Name of the contact.
+        contact: String,
+        /// What is wrong, and what to change.
+        reason: String,
+    },
+    /// The energy ledger does not close.
+    #[error(
+        "the energy ledger is open by {energy:.3e} J at t = {time:.6e} s, {share:.2e} of the largest energy of {scale:.3e} J, where simulation.energy_tolerance allows {tolerance:.1e}; {cause}"
+    )]
+    LedgerOpen {
+        /// When \[s\].
+        time: f64,
+        /// Energy that is not accounted for \[J\].
+        energy: f64,
+        /// Largest energy of the run \[J\].
+        scale: f64,
+        /// The one as a share of the other.
+        share: f64,
+        /// Share that is allowed.
+        tolerance: f64,
+        /// What may be the cause, and what to change.
+        cause: String,
+    },
+    /// A motion that the equations do not describe.
+    #[error(
+        "{subject}: {what} is {value:.3e} {unit} at t = {time:.6e} s, beyond {limit:.3e} {unit}; {remedy}"
+    )]
+    Implausible {
+        /// Body or contact, with its name.
+        subject: String,
+        /// When \[s\].
+        time: f64,
+        /// Quantity.
+        what: String,
+        /// Its value.
+        value: f64,
+        /// Its unit.
+        unit: String,
+        /// Its limit.
+        limit: f64,
+        /// What to change.
+        remedy: String,
+    },
     /// The contact grew out of its interval, so that part of the surface was not watched.
     #[error(
         "contact \"{contact}\": contact reached the rim of its interval at t = {time:.6e} s; widen the interval (now {width:.3e} m)"
@@ -152,6 +216,8 @@ impl AdaptiveError {
                 | Self::Contact { .. }
                 | Self::Unsupported { .. }
                 | Self::Restart { .. }
+                | Self::InitialOverlap { .. }
+                | Self::Misplaced { .. }
                 | Self::Model(_)
         )
     }

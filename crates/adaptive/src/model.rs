@@ -21,12 +21,14 @@ use crate::store::{ModelCache, body_definition};
 use crate::stress::StressRequest;
 
 mod contacts;
+mod default_penalty;
 mod joints;
 mod own;
 mod plan;
 mod resolution;
 mod start;
 
+pub(crate) use contacts::surface;
 use contacts::{BuiltContact, adaptive_contacts, build_contact, interfaces, refinements, zones};
 use own::{OwnState, needs_own_modes};
 use plan::ContactPlan;
@@ -71,6 +73,14 @@ pub struct ContactFacts {
     pub widths: [f64; 2],
     /// Size of the contact body \[m\].
     pub size: f64,
+    /// What the contact body meets.
+    pub target: Target,
+    /// Overlap at the start that is allowed \[m\].
+    pub allowed_overlap: f64,
+    /// Radii of the two partners of a Hertz contact, infinite of a plane \[m\].
+    pub radii: Option<[f64; 2]>,
+    /// Speed of waves in the slower of the materials that meet [m/s].
+    pub wave_speed: f64,
     /// Whether its forces act on the interfaces that its bodies were reduced for: quasistatic ones with one model for the
     /// whole run.
     pub loads_interface: bool,

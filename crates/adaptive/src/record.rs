@@ -3,6 +3,7 @@
 //! The driver calls an [`Observer`]; writing files, drawing progress and stopping on a signal are the observer's business.
 
 use crate::store::CacheUse;
+use crate::warning::Warning;
 
 /// Fixed facts of a run that an observer needs before the first sample.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -80,6 +81,12 @@ impl Energies {
             + self.dissipated
             + self.numerical
             - self.supplied
+    }
+
+    /// Energy held, moved and lost, whatever its sign: what an open ledger is compared with (docs/theory.md Eq. P.2).
+    pub fn size(&self) -> f64 {
+        let held = self.kinetic + self.elastic_low + self.elastic_high + self.penalty + self.springs;
+        held + self.gravity.abs() + self.dissipated.abs() + self.supplied.abs()
     }
 }
 
@@ -419,6 +426,15 @@ pub struct RestartPoint {
     pub removed: f64,
     /// Total energy of that state \[J\].
     pub total_energy: Option<f64>,
+    /// Total energy at the start of the run \[J\].
+    pub ledger_start: Option<f64>,
+    /// Of the ledger up to the state stored last: largest size, most energy that the implicit integrator had removed, energy that
+    /// changes of penalty factors have taken \[J\].
+    pub ledger: [f64; 3],
+    /// Smallest gap of each contact and when it was seen; -∞ once the contact has closed [m, s].
+    pub gaps: Vec<[f64; 2]>,
+    /// Warnings given before it: number of the kind times 2³² plus index of the subject.
+    pub warned: Vec<u64>,
     /// What earlier impacts taught the refined contacts.
     pub knowledge: Vec<Knowledge>,
     /// States that the stress requests hold.
@@ -477,6 +493,14 @@ pub trait Observer {
     /// # Errors
     /// [`ObserverError`] ends the run.
     fn restart_point(&mut self, _point: &RestartPoint) -> Result<(), ObserverError> {
+        Ok(())
+    }
+
+    /// Called at every warning, once for a kind and a subject.
+    ///
+    /// # Errors
+    /// [`ObserverError`] ends the run.
+    fn warning(&mut self, _warning: &Warning) -> Result<(), ObserverError> {
         Ok(())
     }
 

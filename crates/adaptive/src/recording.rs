@@ -4,6 +4,7 @@ use crate::record::{
     Continue, ImpactRecord, Observer, ObserverError, PhaseKind, PhaseRecord, RestartPoint, RunLayout, Sample,
     StressRecord, TransferRecord, TryRecord,
 };
+use crate::warning::Warning;
 
 /// An observer that keeps everything reported to it, in the order in which it came.
 #[derive(Debug, Clone, Default)]
@@ -20,6 +21,8 @@ pub struct Recording {
     pub tries: Vec<TryRecord>,
     /// Changes of models.
     pub transfers: Vec<TransferRecord>,
+    /// Warnings.
+    pub warnings: Vec<Warning>,
     /// Stresses.
     pub stresses: Vec<StressRecord>,
     /// Restart points, each with [`Recording::counts`] at its time: what was reported before belongs to it.
@@ -94,6 +97,11 @@ impl Observer for Recording {
 
     fn restart_point(&mut self, point: &RestartPoint) -> Result<(), ObserverError> {
         self.restarts.push((point.clone(), self.counts()));
+        Ok(())
+    }
+
+    fn warning(&mut self, warning: &Warning) -> Result<(), ObserverError> {
+        self.warnings.push(warning.clone());
         Ok(())
     }
 

@@ -34,6 +34,7 @@ fn plane(name: &str, height: f64, normal: f64) -> ContactSpec {
         body: 0,
         target: Target::Plane { point, normal },
         law: ContactLaw::Surface(law),
+        initial_overlap: 0.0,
     }
 }
 

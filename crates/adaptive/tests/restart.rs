@@ -60,6 +60,7 @@ fn check(spec: &RunSpec) -> Vec<(PhaseKind, bool)> {
         assert_eq!(rest.impacts, whole.impacts[*impacts..], "{place}");
         assert_eq!(rest.tries, whole.tries[*tries..], "{place}");
         assert_eq!(rest.transfers, whole.transfers[*transfers..], "{place}");
+        assert_eq!(rest.warnings, whole.warnings[point.warned.len()..], "{place}");
         assert_eq!(rest.stresses, whole.stresses, "{place}");
         let points =
             |t: &Trace, from: usize| t.restarts[from..].iter().map(|r| r.0.clone()).collect::<Vec<_>>();
@@ -133,6 +134,23 @@ fn long_free_phases_are_taken_up_in_their_midst_with_either_integrator() {
             "{found:?}"
         );
     }
+}
+
+#[test]
+fn warnings_are_given_once_however_often_the_run_is_taken_up() {
+    let mut spec = bounces(|_| {});
+    // Two modes of a ball, on elements as long as itself, stored twice in all; a plane that nothing reaches.
+    let BodyKind::Elastic(ball) = &mut spec.bodies[0].kind else { panic!("an elastic ball") };
+    ball.discretisation.elements = vec![2, 2];
+    spec.settings.free_interval = 1e-4;
+    spec.contacts.push(plane("far", -1.0, 1.0));
+    assert!(check(&spec).len() >= 4);
+    let whole = finished(&spec);
+    let found: Vec<&str> = whole.warnings.iter().map(|w| w.kind.identifier()).collect();
+    assert!(found.contains(&"coarse-mesh") && found.contains(&"never-closed"), "{found:?}");
+    let far = whole.warnings.iter().find(|w| w.subject.contains("far")).expect("a warning of the far plane");
+    // The ball starts at the floor and flies up: nearest at the first stored state after the impact, if not at its end.
+    assert!((far.value - 1.0).abs() < 1e-3, "{far:?}");
 }
 
 #[test]

@@ -18,7 +18,13 @@ const SPEED: f64 = 0.1;
 /// The sphere falls on the plane with its top, bottom or whatever point `rotation` brings down.
 fn fall(body: BodySpec) -> Trace {
     let target = Target::Plane { point: Vector3::zeros(), normal: Vector3::z() };
-    let contact = ContactSpec { name: "impact".into(), body: 0, target, law: ContactLaw::Surface(law()) };
+    let contact = ContactSpec {
+        name: "impact".into(),
+        body: 0,
+        target,
+        law: ContactLaw::Surface(law()),
+        initial_overlap: 0.0,
+    };
     finished(&spec(vec![body], vec![contact], 1e-4))
 }
 

@@ -82,8 +82,9 @@ fn forces_keep_both_momenta_and_obey_coulombs_law() {
                 for (i, &normal) in pair.point_forces().iter().enumerate().filter(|(_, f)| **f > 0.0) {
                     let tangential = &pair.tangential_forces()[n_t * i..n_t * (i + 1)];
                     let size = tangential.iter().map(|x| x * x).sum::<f64>().sqrt();
-                    // Turns between normal and tangential forces end at 1e-10.
-                    assert!(size <= 0.3 * normal * (1.0 + 1e-9), "{name}");
+                    // Components along tangents of the reference surface, whose lengths differ from one by the strain since
+                    // the commitment and by gap over radius of curvature, 2e-3 / 0.1 here.
+                    assert!(size <= 0.3 * normal * (1.0 + 3e-2), "{name}");
                     match pair.point_states()[i] {
                         PointState::Slip => n_sliding += 1,
                         _ => n_stuck += 1,
@@ -91,9 +92,9 @@ fn forces_keep_both_momenta_and_obey_coulombs_law() {
                 }
                 if pair.report().n_sliding == pair.report().n_active && motion != RigidMotion::Axial {
                     let ratio = pair.report().friction_force.norm() / pair.report().normal_force;
-                    // The bound is on the force along tangents of the reference surface; these differ by gap over radius
-                    // of curvature, 2e-3 / 0.1 here.
-                    assert!(ratio <= 0.3 * (1.0 + 3e-2), "{name} {ratio}");
+                    // Turns between normal and tangential forces end at 1e-10; directions of the force enter the length of the
+                    // tangents a pass late, which is 1e-8 at convergence.
+                    assert!(ratio <= 0.3 * (1.0 + 1e-7), "{name} {ratio}");
                 }
             }
         }
@@ -217,9 +218,11 @@ fn commitment_changes_no_force_and_restoring_brings_every_bit_back() {
             let before = evaluate(&mut pair, &next);
             pair.save();
             let after = evaluate(&mut pair, &next);
-            // Tangents of the reference and of the present surface differ by the strain of a step.
+            // Forces are carried over as vectors, whatever the surface was strained; passes end at 1e-8 of the penetration.
             let scale = before.0[2].force.norm();
-            assert!((before.0[2].force - after.0[2].force).norm() < 1e-2 * scale, "{motion:?} {case:?}");
+            let change = (before.0[2].force - after.0[2].force).norm();
+            assert!(change < 1e-6 * scale, "{motion:?} {case:?} {:e}", change / scale);
+            // The energy of the tangential springs alone counts by components: at most the strain of this step, 1e-2, of it.
             assert!((before.1 - after.1).abs() < 1e-2 * before.1, "{motion:?} {case:?}");
             let first = evaluate(&mut pair, &later(&next, 1e-4));
             evaluate(&mut pair, &later(&next, 7e-4));

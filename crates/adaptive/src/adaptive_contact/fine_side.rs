@@ -10,6 +10,7 @@ use contact_qs::{
 use faer::Mat;
 use ffr_dynamics::body::{AssembledBody, ModalDamping};
 use ffr_dynamics::reduction::{ResidualFlexibility, ResidualModes};
+use ffr_dynamics::system::force::BodyState;
 use iga_core::elasticity::Model;
 use iga_core::nurbs::FaceId;
 use iga_core::surface::Face;
@@ -211,7 +212,7 @@ impl AdaptiveContact {
     }
 
     /// Whether the zones' high-frequency modes are dynamic.
-    fn is_vibrating(&self) -> bool {
+    pub(super) fn is_vibrating(&self) -> bool {
         self.law.treatment.is_vibrating()
     }
 
@@ -277,6 +278,33 @@ impl AdaptiveContact {
         Ok(Box::new(vibrating))
     }
 
+    /// `max_i(A_ii w_i)` of `contact` in the motions `states` (Eq. A.14) [m³/N].
+    pub(super) fn weight_of(
+        &self,
+        contact: &mut dyn ContactElement,
+        states: &[BodyState],
+    ) -> Result<Option<f64>, AdaptiveError> {
+        let weight = contact.compliance_weight(states);
+        weight.map_err(|r| self.fail(ContactError::Inconsistent { reason: r.reason }))
+    }
+
+    /// The same of a contact whose zones vibrate: their static answer, which the modes add up to (Eq. R.20).
+    pub(super) fn static_weight(
+        &self,
+        own: &mut FineSide,
+        other: &mut Option<(usize, FineSide)>,
+        states: &[BodyState],
+    ) -> Result<Option<f64>, AdaptiveError> {
+        let moving = own.hold();
+        let moving_target = other.as_mut().map(|(_, side)| side.hold());
+        let contact = self.contact_of_points(own, other.as_ref());
+        own.answer = moving;
+        if let (Some((_, side)), Some(answer)) = (other.as_mut(), moving_target) {
+            side.answer = answer;
+        }
+        self.weight_of(contact?.as_mut(), states)
+    }
+
     fn contact_of_points(
         &self,
         own: &FineSide,
@@ -322,6 +350,18 @@ impl AdaptiveContact {
 }
 
 impl FineSide {
+    /// Puts the static answer in the place of vibration; returns what was there.
+    fn hold(&mut self) -> ZoneAnswer {
+        let held = match &self.answer {
+            ZoneAnswer::Static(compliance) => compliance.clone(),
+            ZoneAnswer::Vibrating(ResidualModes { omega, interface_shapes: shapes }) => {
+                let scaled = Mat::from_fn(shapes.nrows(), omega.len(), |b, j| shapes[(b, j)] / omega[j]);
+                &scaled * scaled.transpose()
+            }
+        };
+        std::mem::replace(&mut self.answer, ZoneAnswer::Static(held))
+    }
+
     /// Compliance of the interface; none if it vibrates.
     fn compliance(&self) -> Option<InterfaceCompliance<'_>> {
         match &self.answer {

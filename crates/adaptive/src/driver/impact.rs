@@ -4,12 +4,13 @@ use std::time::Instant;
 
 use cpu_time::ProcessTime;
 
-use super::{Driver, QUIET_STEPS};
+use super::{Driver, NumericalDamping, QUIET_STEPS};
 use crate::adaptive_contact::FineContact;
 use crate::error::AdaptiveError;
 use crate::impact_watch::ImpactWatch;
 use crate::interval::{IntervalAssessment, IntervalSettings, Verdict};
 use crate::penalty_search::{PenaltyAction, RunOutcome};
+use crate::plausibility::ledger::EnergyLedger;
 use crate::record::{Continue, PhaseKind, Sample, StressState, TransferRecord};
 
 /// Most tries of one impact: widths change by half at least each time, penalty factors by a factor of ten.
@@ -24,6 +25,8 @@ pub(super) struct Start {
     pub state: Vec<f64>,
     pub watches: Vec<ImpactWatch>,
     pub stress: Vec<Option<StressState>>,
+    pub numerical: NumericalDamping,
+    pub ledger: EnergyLedger,
 }
 
 /// Widths of the contacts' intervals in the tries of an impact.
@@ -123,6 +126,8 @@ impl Driver<'_> {
             state: self.integrator.state().to_vec(),
             watches: self.watches.clone(),
             stress: self.model.stress_states(),
+            numerical: self.numerical,
+            ledger: self.ledger,
         };
         self.is_buffering = !self.model.adaptive.is_empty();
         let mut intervals = Intervals::new(self.watches.len());
@@ -194,6 +199,10 @@ impl Driver<'_> {
         // Stored before the impact; states of a try given up do not count.
         (self.last_output, self.is_noted) = (self.integrator.time(), false);
         self.lowered = None;
+        if self.integrator.time() <= 0.0 && self.model.contacts.iter().any(|c| c.allowed_overlap > 0.0) {
+            // The energy of an overlap that is allowed is there from the start.
+            self.ledger.start = None;
+        }
         let statistics = self.statistics();
         let penalties = self.model.system.forces().iter().map(|f| f.contact.penalty());
         Attempt {
@@ -217,7 +226,7 @@ impl Driver<'_> {
     ) -> Result<Ending, AdaptiveError> {
         let quiet = self.settings.quiet_time.unwrap_or(QUIET_STEPS * self.impact_step);
         for i in 0..self.watches.len() {
-            self.begin_watch(i);
+            self.begin_watch(i)?;
         }
         self.model.offer_to_stress(self.integrator.time(), &self.fine);
         while self.integrator.time() < self.settings.end_time {
@@ -241,13 +250,14 @@ impl Driver<'_> {
                     self.preview(&[i])?;
                 }
                 self.wake(i, widths[i])?;
-                self.begin_watch(i);
+                self.begin_watch(i)?;
                 attempt.penalty_start[i] = self.model.system.forces()[i].contact.penalty();
                 self.integrator.invalidate();
                 continue;
             }
             self.store_step()?;
             self.watch()?;
+            self.check_motion()?;
             if let Some(ending) = self.look(attempt)? {
                 return Ok(ending);
             }

@@ -79,10 +79,11 @@ impl Driver<'_> {
         for (n, i) in lowered.into_iter().enumerate() {
             self.book_transfer(i, "penalty", if n == 0 { &before } else { &after }, &after);
         }
+        self.ledger.lowered += after.energy - before.energy;
         self.lowered = Some((t, after));
         self.integrator.restart(t, &y);
         // No curve through forces of both factors.
-        (0..self.watches.len()).for_each(|i| self.begin_watch(i));
+        (0..self.watches.len()).try_for_each(|i| self.begin_watch(i))?;
         Ok(true)
     }
 
@@ -132,6 +133,7 @@ impl Driver<'_> {
         self.pending.retain(stays);
         self.watches.clone_from(&start.watches);
         self.model.set_stress_states(&start.stress);
+        (self.numerical, self.ledger) = (start.numerical, start.ledger);
         let leaving = self.leaving(start.time, widths);
         for i in self.latest_first() {
             let Some(fine) = &self.fine[i] else { continue };

@@ -10,8 +10,10 @@ use std::time::Instant;
 use ffr_dynamics::integration::{Integrator, OdeSystem, StepSettings};
 use ffr_dynamics::system::error_scale::ErrorScale;
 
+use super::doubts::Doubts;
 use super::{Driver, NumericalDamping, crossing_search};
 use crate::error::AdaptiveError;
+use crate::plausibility::ledger::EnergyLedger;
 use crate::record::{PhaseKind, PhaseRecord, RestartPoint};
 use crate::simulation::fill_sample;
 use crate::spec::PhaseSettings;
@@ -67,6 +69,10 @@ impl Driver<'_> {
             next_output: self.next_output,
             removed: self.numerical.removed,
             total_energy: self.numerical.total,
+            ledger_start: self.ledger.start,
+            ledger: [self.ledger.scale, self.ledger.removed, self.ledger.lowered],
+            gaps: self.doubts.gaps.clone(),
+            warned: self.doubts.given.clone(),
             knowledge: self.model.adaptive.iter().map(|(_, contact)| contact.knowledge).collect(),
             stress: self.model.stress_states(),
         };
@@ -78,6 +84,7 @@ impl Driver<'_> {
         let refuse = |reason: &str| AdaptiveError::Restart { time: point.time, reason: reason.into() };
         let fits = point.state.len() == self.interpolated.len()
             && point.knowledge.len() == self.model.adaptive.len()
+            && point.gaps.len() == self.model.contacts.len()
             && self.model.set_stress_states(&point.stress);
         if !fits {
             return Err(refuse("the models have other numbers of coordinates, contacts or requests"));
@@ -88,6 +95,9 @@ impl Driver<'_> {
         (self.n_phases, self.n_impacts, self.n_refined) = (point.n_phases, point.n_impacts, point.n_refined);
         (self.phase_start, self.next_output) = (point.phase.start, point.next_output);
         self.numerical = NumericalDamping { removed: point.removed, total: point.total_energy };
+        let [scale, removed, lowered] = point.ledger;
+        self.ledger = EnergyLedger { start: point.ledger_start, scale, removed, lowered };
+        self.doubts = Doubts { given: point.warned.clone(), gaps: point.gaps.clone() };
         // The ledger asks for the state stored last. A contact that refuses the state does so again in the first step.
         self.interpolated.copy_from_slice(&point.state);
         if self.model.system.evaluate_accelerations(point.time, &point.state).is_ok() {

@@ -15,6 +15,8 @@ impl Driver<'_> {
     /// Ends an accepted impact: reports it, and lets the fine models go.
     pub(super) fn finish(&mut self) -> Result<(), AdaptiveError> {
         self.store_noted()?;
+        let is_open: Vec<bool> =
+            self.model.system.forces().iter().map(|f| f.contact.report().normal_force <= 0.0).collect();
         let mut is_closed = false; // time is up, or the user stopped the run
         for i in self.latest_first() {
             let before = self.present_ledger()?;
@@ -32,8 +34,10 @@ impl Driver<'_> {
             if let Some(record) = self.watches[i].finish(i as u32) {
                 self.observer.impact(&record)?;
                 self.n_impacts += 1;
+                self.doubt_impact(&record, is_open[i])?;
             }
         }
+        self.doubt_output()?;
         self.integrator.invalidate();
         self.next_output = self.integrator.time() + self.settings.free_interval;
         Ok(())
@@ -109,6 +113,7 @@ impl Driver<'_> {
     pub(super) fn watch(&mut self) -> Result<(), AdaptiveError> {
         for i in 0..self.watches.len() {
             let now = self.instant(i);
+            self.check_contact(i, now.time, -now.velocity.dot(&now.normal))?;
             let (touch, release) = self.changes(i)?;
             self.watches[i].step(now, touch, release);
         }
@@ -117,9 +122,11 @@ impl Driver<'_> {
     }
 
     /// Shows the present instant to the watch of contact `i`, which has not looked at it up to now.
-    pub(super) fn begin_watch(&mut self, i: usize) {
+    pub(super) fn begin_watch(&mut self, i: usize) -> Result<(), AdaptiveError> {
         let now = self.instant(i);
+        self.check_contact(i, now.time, -now.velocity.dot(&now.normal))?;
         self.watches[i].begin(now);
+        Ok(())
     }
 
     fn instant(&mut self, i: usize) -> ContactInstant {

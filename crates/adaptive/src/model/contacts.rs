@@ -12,6 +12,7 @@ use contact_qs::{ContactSubmodel, Sphere, SphereContact};
 use ffr_dynamics::system::force::BodyState;
 use nalgebra::Unit;
 
+use super::default_penalty::{self, Side};
 use super::plan::{ContactPlan, request, requests};
 use super::{BodyModel, ContactFacts, ElasticModel};
 use crate::adaptive_contact::{AdaptiveContact, FALLBACK_PENALTY};
@@ -21,6 +22,7 @@ use crate::elastic_body::{ElasticBody, Interface, InterfaceModes};
 use crate::error::AdaptiveError;
 use crate::imported::ImportedSpec;
 use crate::marker_loads::MarkerLoads;
+use crate::plausibility::motion::wave_speed;
 use crate::simulation::TimedContact;
 use crate::spec::{
     BodyKind, ContactLaw, ContactSpec, HertzSphere, ReductionSpec, RefinementSpec, RunSpec, SurfaceLaw,
@@ -258,7 +260,12 @@ pub fn build_contact(
         (ContactLaw::Surface(law), Target::Plane { point, normal }, Some(zones)) => {
             let plane = Plane { point, normal: Unit::new_normalize(normal) };
             let body = elastic(spec.body).ok_or_else(|| inconsistent("the contact body is rigid"))?;
-            let contact = plane_contact(spec.body, law, plane, &zones.own, body).map_err(fail)?;
+            let mut contact = plane_contact(spec.body, law, plane, &zones.own, body).map_err(fail)?;
+            if law.penalty.is_none() {
+                let own = Side { body: spec.body, elastic: body, zone: &zones.own };
+                default_penalty::set(&mut contact, law.stiffness_ratio, &[own], bodies, poses)
+                    .map_err(fail)?;
+            }
             (Box::new(contact), zones.own.width, size)
         }
         (ContactLaw::Surface(law), Target::Body(target), Some(zones)) => {
@@ -282,9 +289,50 @@ pub fn build_contact(
         body: spec.body,
         widths: [width, 0.0],
         size,
+        target: spec.target,
+        allowed_overlap: spec.initial_overlap,
+        radii: radii(&spec.law),
+        wave_speed: slowest_wave(spec, bodies),
         loads_interface: is_static && zones.is_some(),
     };
     Ok(BuiltContact { element: TimedContact::new(element), facts })
+}
+
+/// Radii of the partners of a Hertz contact.
+fn radii(law: &ContactLaw) -> Option<[f64; 2]> {
+    match law {
+        ContactLaw::Hertz { contact, target, .. } => {
+            Some([contact.radius, target.as_ref().map_or(f64::INFINITY, |t| t.radius)])
+        }
+        ContactLaw::Surface(_) => None,
+    }
+}
+
+/// Density above which a sphere of Hertz's law is only a part of its body: that of osmium [kg/m³].
+const DENSEST: f64 = 2.26e4;
+
+/// Speed of waves in the slower of the materials that meet; infinite between rigid ones [m/s].
+fn slowest_wave(spec: &ContactSpec, bodies: &[BodyModel]) -> f64 {
+    let of_body = |body: usize, sphere: Option<&HertzSphere>| match (&bodies[body].elastic, sphere) {
+        (Some(elastic), _) => {
+            let material = &elastic.body.spec.material;
+            wave_speed(material.youngs_modulus(), material.density())
+        }
+        (None, Some(sphere)) => {
+            let volume = 4.0 / 3.0 * std::f64::consts::PI * sphere.radius.powi(3);
+            wave_speed(sphere.solid.young, (bodies[body].data.mass / volume).min(DENSEST))
+        }
+        (None, None) => f64::INFINITY,
+    };
+    let (own, other) = match &spec.law {
+        ContactLaw::Hertz { contact, target, .. } => (Some(contact), target.as_ref()),
+        ContactLaw::Surface(_) => (None, None),
+    };
+    let target = match spec.target {
+        Target::Body(body) => of_body(body, other),
+        Target::Plane { .. } => f64::INFINITY,
+    };
+    of_body(spec.body, own).min(target)
 }
 
 fn sphere(body: usize, sphere: &HertzSphere, bodies: &[BodyModel]) -> Result<Sphere, AdaptiveError> {
@@ -311,10 +359,6 @@ fn points(
     contact_submodel(full.assembled.motion, &zone.points, &full.lookup, shapes, compliance(elastic, law))
 }
 
-fn no_penalty() -> ContactError {
-    ContactError::Inconsistent { reason: "a penalty factor must be given".into() }
-}
-
 fn plane_contact(
     body: usize,
     law: &SurfaceLaw,
@@ -323,7 +367,8 @@ fn plane_contact(
     elastic: &ElasticModel,
 ) -> Result<PlaneContact, ContactError> {
     let submodel = points(elastic, law, zone)?;
-    let penalty = law.penalty.ok_or_else(no_penalty)?;
+    // Replaced where none is given.
+    let penalty = law.penalty.unwrap_or(FALLBACK_PENALTY);
     let contact =
         PlaneContact::new(submodel, PlaneContactSettings { body, plane, penalty, method: law.method })?;
     match law.friction {
@@ -332,8 +377,7 @@ fn plane_contact(
     }
 }
 
-/// Contact of two bodies with one model for the whole run (theory C.8). Without a penalty factor that of Eq. A.14 is taken,
-/// which needs a compliance.
+/// Contact of two bodies with one model for the whole run (theory C.8).
 fn surface_pair(
     [body, target]: [usize; 2],
     law: &SurfaceLaw,
@@ -365,14 +409,9 @@ fn surface_pair(
     };
     let mut pair = SurfacePair::new(submodel, surface, settings)?;
     if law.penalty.is_none() {
-        let at_rest = |(pose, body): (&BodyState, &BodyModel)| {
-            let n = body.data.modal_stiffness.len();
-            BodyState { elastic: vec![0.0; n], elastic_rates: vec![0.0; n], ..pose.clone() }
-        };
-        let poses: Vec<BodyState> = poses.iter().zip(bodies).map(at_rest).collect();
-        let weight = pair.largest_compliance_weight(&poses);
-        let weight = weight.map_err(|r| ContactError::Inconsistent { reason: r.reason })?;
-        pair.set_penalty(law.stiffness_ratio / weight.ok_or_else(no_penalty)?)?;
+        let sides =
+            [Side { body, elastic: own, zone: &zones.own }, Side { body: target, elastic: other, zone }];
+        default_penalty::set(&mut pair, law.stiffness_ratio, &sides, bodies, poses)?;
     }
     match law.friction {
         Some(friction) => pair.with_friction(friction),

@@ -19,6 +19,8 @@ pub struct ContactSpec {
     pub target: Target,
     /// How the two resist each other.
     pub law: ContactLaw,
+    /// Overlap of the bodies at the start that is allowed \[m\].
+    pub initial_overlap: f64,
 }
 
 /// What a contact body meets.
@@ -97,7 +99,7 @@ pub struct HandOver {
 
 /// Treatments of the contact zone (\[A\] section 6: the models compared; theory A.8).
 ///
-/// All but [`Treatment::Adaptive`] use the penalty factor as given, without a search. Pairs are refined where they touch, for
+/// All but [`Treatment::Adaptive`] use the penalty factor as given, or as predicted (Eq. A.14), without a search. Pairs are refined where they touch, for
 /// the time of the impact, as long as an interval is given or a body is not refined by its own discretisation at the place where
 /// the undeformed bodies are nearest at the start. Otherwise, with a plane, and in coarse contacts one model about that place
 /// serves the whole run.
@@ -105,7 +107,7 @@ pub struct HandOver {
 pub enum Treatment {
     /// Refined by the program during the run; high-frequency modes follow statically.
     Adaptive,
-    /// Refined as given; high-frequency modes follow statically. A penalty factor left out is predicted (Eq. A.14).
+    /// Refined as given; high-frequency modes follow statically.
     Quasistatic,
     /// Refined as given; every Craig-Bampton mode is dynamic, high-frequency ones damped critically on top of the body's own
     /// damping. Time steps of an explicit method are those of the finest elements (Eq. A.20).

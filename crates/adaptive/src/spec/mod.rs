@@ -44,6 +44,8 @@ pub struct RunSettings {
     pub gravity: Vector3<f64>,
     /// Whether elastic coordinates start from equilibrium with the joint coordinates held.
     pub static_start: bool,
+    /// Share of the largest energy by which the ledger may be open.
+    pub energy_tolerance: f64,
     /// Phases without contact.
     pub free: PhaseSettings,
     /// Phases with contact.

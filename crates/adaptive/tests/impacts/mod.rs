@@ -160,7 +160,7 @@ pub fn ball(name: &str, radius: f64, solid: Solid, motion: InitialMotion) -> Bod
 
 /// A contact that the program refines, without any setting.
 pub fn contact(name: &str, body: usize, target: Target) -> ContactSpec {
-    ContactSpec { name: name.into(), body, target, law: ContactLaw::Surface(law()) }
+    ContactSpec { name: name.into(), body, target, law: ContactLaw::Surface(law()), initial_overlap: 0.0 }
 }
 
 /// The law of such a contact.
@@ -198,6 +198,7 @@ pub fn spec(bodies: Vec<BodySpec>, contacts: Vec<ContactSpec>, end_time: f64) ->
             impact: phase(integration::Method::DormandPrince, 1e-8, f64::INFINITY),
             step_share: 0.5,
             quiet_time: None,
+            energy_tolerance: 1e-3,
             free_interval: 0.01 * end_time,
             impact_interval: 0.0,
         },
@@ -221,6 +222,7 @@ pub fn explicit(end_time: f64) -> RunSettings {
         impact: phase(f64::INFINITY),
         step_share: 0.5,
         quiet_time: None,
+        energy_tolerance: 1e-3,
         free_interval: 1e-5,
         impact_interval: 0.0,
     }

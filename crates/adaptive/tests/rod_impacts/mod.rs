@@ -18,7 +18,13 @@ pub const GAP: f64 = 1e-6; // m
 
 pub fn contact(name: &str, body: usize, target: usize, search: PenaltySearch, method: Method) -> ContactSpec {
     let law = SurfaceLaw { search, method, ..impacts::law() };
-    ContactSpec { name: name.into(), body, target: Target::Body(target), law: ContactLaw::Surface(law) }
+    ContactSpec {
+        name: name.into(),
+        body,
+        target: Target::Body(target),
+        law: ContactLaw::Surface(law),
+        initial_overlap: 0.0,
+    }
 }
 
 fn impact(bodies: Vec<BodySpec>, contacts: Vec<ContactSpec>, end_time: f64) -> RunSpec {

@@ -47,6 +47,8 @@ impl NormalSolver for Quasistatic {
 /// Tangential half of a contact zone. Components are ordered `n_t * point + component`.
 pub(crate) struct StickSlip {
     coefficient: f64,
+    /// Size of the friction force of each point whose components have size one: the length of the tangents in use.
+    lengths: Vec<f64>,
     n_t: usize,
     n_points: usize,
     /// `A_TT`, without rows when all modes are dynamic.
@@ -85,6 +87,7 @@ impl StickSlip {
         let (rows, columns) = if has_compliance { (n, n_points) } else { (0, 0) };
         Self {
             coefficient,
+            lengths: vec![1.0; n_points],
             n_t,
             n_points,
             tangential_compliance: Mat::zeros(rows, rows),
@@ -125,6 +128,17 @@ impl StickSlip {
     pub fn set_springs(&mut self, normal: &[f64], ratio: f64) {
         self.springs.iter_mut().zip(normal).for_each(|(s, n)| *s = n * ratio);
         self.solver.invalidate();
+    }
+
+    /// Sets the size of the friction force of point `i` whose components have size one (Eq. F.29); one unless it is set.
+    pub fn set_length(&mut self, i: usize, length: f64) {
+        self.lengths[i] = length;
+    }
+
+    /// Largest components that friction gives the points under the normal forces `normal` (Eq. F.29).
+    fn set_bounds(&mut self, normal: &[f64]) {
+        let points = self.bounds.iter_mut().zip(normal).zip(&self.lengths);
+        points.for_each(|((bound, force), length)| *bound = self.coefficient * force / length);
     }
 
     /// Compliance of the tangential spring of point `i` [m/N].
@@ -282,9 +296,7 @@ impl StickSlip {
             sum.iterations += report.iterations;
             sum.factorisations += report.factorisations;
             sum.fallbacks += report.fallbacks;
-            for (bound, force) in self.bounds.iter_mut().zip(&*normal_forces) {
-                *bound = self.coefficient * force;
-            }
+            self.set_bounds(normal_forces);
             self.offsets.copy_from_slice(slips);
             add_product(&self.coupling, normal_forces, &mut self.offsets);
             let offsets = std::mem::take(&mut self.offsets);
@@ -315,9 +327,7 @@ impl StickSlip {
     /// # Errors
     /// Code 2 if a slip is not finite.
     pub fn solve_points(&mut self, slips: &[f64], normal_forces: &[f64]) -> Result<(), Rejection> {
-        for (bound, force) in self.bounds.iter_mut().zip(normal_forces) {
-            *bound = self.coefficient * force;
-        }
+        self.set_bounds(normal_forces);
         self.solver.return_to_bounds(&self.springs, slips, &self.bounds, &mut self.forces)
     }
 

@@ -216,6 +216,7 @@ impl SurfacePair {
                     *force = area * penalty::pressure(self.settings.penalty, gap);
                 }
                 if let Some(friction) = &mut self.friction {
+                    friction.point_along_slips(&w.rows);
                     friction.stick_slip.solve_points(&friction.slips, &self.state.forces)?;
                     friction.depth = gaps.iter().fold(0.0, |d, g| d.max(-g));
                 }

@@ -26,7 +26,7 @@ const FIRST_TURNS: f64 = 1e4;
 struct Base {
     /// Place of the projection at the last commitment.
     point: [f64; 3],
-    /// Orthonormal tangents there.
+    /// Tangents there, orthonormal but for gap over radius of curvature.
     tangents: [[f64; 3]; 2],
     /// Slip that the springs held then \[m\].
     stretch: [f64; 2],
@@ -52,6 +52,8 @@ pub(super) struct PairFriction {
     /// largest.
     pub turn_tolerance: f64,
     bases: Vec<Base>,
+    /// Tangents at the places of the last look by which the present ones there would be orthonormal: those of the next references.
+    carried: Vec<[[f64; 3]; 2]>,
     /// Nodes of the target at the last commitment.
     nodes: Vec<[f64; 3]>,
     has_nodes: bool,
@@ -87,6 +89,7 @@ impl PairFriction {
             saved_depth: 0.0,
             turn_tolerance: 0.0,
             bases: vec![Base::default(); n_points],
+            carried: vec![[[0.0; 3]; 2]; n_points],
             nodes: vec![[0.0; 3]; n_nodes],
             has_nodes: false,
             is_evaluated: false,
@@ -133,7 +136,8 @@ impl PairFriction {
                 tangent.iter_mut().zip(dual).for_each(|(t, d)| *t -= factor * d);
             }
         }
-        let shifted = self::duals(&shifted, n_t);
+        let moved = shifted;
+        let shifted = self::duals(&moved, n_t);
         let base = &mut self.bases[i];
         if !base.is_set {
             let tangents = orthonormal(&jet.tangents, n_t);
@@ -157,6 +161,25 @@ impl PairFriction {
                 let factor = -gap * dot(&tangent, dual);
                 leans.iter_mut().zip(functions.slopes(b)).for_each(|(l, slope)| *l += factor * slope);
             }
+        }
+        let mut tangents = [[0.0; 3]; 2];
+        tangents[..n_t].copy_from_slice(&rows.tangents[n_t * i..n_t * (i + 1)]);
+        let length = force_length(&tangents[..n_t], self.force(i));
+        self.stick_slip.set_length(i, length);
+        for (carried, unit) in self.carried[i].iter_mut().zip(orthonormal(&tangents, n_t)).take(n_t) {
+            let components = [0, 1].map(|b| if b < n_t { dot(&unit, &moved[b]) } else { 0.0 });
+            *carried = combination(&duals, &components[..n_t]);
+        }
+    }
+
+    /// Takes the directions of the slips for those of the forces, which they are where every point is for itself.
+    pub fn point_along_slips(&mut self, rows: &Rows) {
+        let n_t = self.n_t;
+        for i in 0..self.bases.len() {
+            let points = n_t * i..n_t * (i + 1);
+            let length = force_length(&rows.tangents[points.clone()], &self.slips[points]);
+            // Points never looked at have no tangents.
+            self.stick_slip.set_length(i, if length > 0.0 { length } else { 1.0 });
         }
     }
 
@@ -250,7 +273,18 @@ impl PairFriction {
                 base.point = projections[i].point;
                 let mut tangents = [[0.0; 3]; 2];
                 tangents[..n_t].copy_from_slice(&rows.tangents[n_t * i..n_t * (i + 1)]);
-                base.tangents = orthonormal(&tangents, n_t);
+                let units = orthonormal(&tangents, n_t);
+                base.tangents = self.carried[i];
+                let spring = self.stick_slip.spring(i);
+                if forces[i] > 0.0 && spring > 0.0 {
+                    // The force stays what it is, whose components along the new tangents are others: the surface has been
+                    // strained since the last commitment.
+                    let components = &self.stick_slip.forces()[n_t * i..n_t * (i + 1)];
+                    let force = combination(&tangents, components);
+                    for (stretch, unit) in base.stretch.iter_mut().zip(&units).take(n_t) {
+                        *stretch = -spring * dot(&force, unit);
+                    }
+                }
             }
         }
         self.nodes.copy_from_slice(nodes);
@@ -297,6 +331,30 @@ pub(super) fn move_back(state: &BodyState, time: f64, out: &mut BodyState) {
     out.angular_velocity = state.angular_velocity;
     for (q, (now, rate)) in out.elastic.iter_mut().zip(state.elastic.iter().zip(&state.elastic_rates)) {
         *q = now - rate * time;
+    }
+}
+
+/// `Σ_a c_a v_a`.
+fn combination(vectors: &[[f64; 3]], components: &[f64]) -> [f64; 3] {
+    let mut sum = [0.0; 3];
+    for (vector, component) in vectors.iter().zip(components) {
+        sum.iter_mut().zip(vector).for_each(|(s, v)| *s += component * v);
+    }
+    sum
+}
+
+/// Size of a friction force along `tangents` whose components have size one, in the direction of `components`; in the mean of all
+/// directions if these are zero (Eq. F.29).
+fn force_length(tangents: &[[f64; 3]], components: &[f64]) -> f64 {
+    let size = components.iter().map(|c| c * c).sum::<f64>().sqrt();
+    match tangents {
+        [only] => norm(only),
+        _ if size > 0.0 => norm(&combination(tangents, components)) / size,
+        [first, second, ..] => {
+            let along = dot(first, second);
+            (dot(first, first) * dot(second, second) - along * along).max(0.0).powf(0.25)
+        }
+        [] => 1.0,
     }
 }
 

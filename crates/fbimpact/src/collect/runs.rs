@@ -13,6 +13,7 @@ use crate::results::reactions::PeakReaction;
 use crate::results::stored::Stored;
 use crate::results::summary;
 use crate::results::tables::ImpactRow;
+use crate::results::warnings;
 
 /// What is left of a run.
 #[derive(Debug, Clone, Default)]
@@ -33,6 +34,8 @@ pub struct Run {
     pub n_samples: Option<usize>,
     /// Relative energy drift.
     pub energy_drift: Option<f64>,
+    /// Identifiers of its warnings; `None` without a result.
+    pub warnings: Option<Vec<String>>,
     /// Seconds in all phases.
     pub wall_time: Option<f64>,
     /// Impacts.
@@ -129,6 +132,8 @@ fn fill(run: &mut Run, file: &Path) -> Result<(), AppError> {
     if let Ok(summary) = summary::read(file) {
         run.energy_drift = summary.energy_drift;
         run.reactions = summary.reactions;
+        let identifiers = summary.warnings.iter().map(|line| warnings::identifier(line).to_owned());
+        run.warnings = Some(identifiers.collect());
         let phases = &summary.phases;
         run.wall_time = (!phases.is_empty()).then(|| phases.iter().map(|p| p.wall_time).sum());
     }

@@ -133,6 +133,8 @@ fn run_columns(rows: &[Row<'_>]) -> Vec<Column> {
         numbers("end_time", "s", rows, |(run, _)| run.end_time),
         numbers("samples", "–", rows, |(run, _)| run.n_samples.map(|n| n as f64)),
         numbers("energy_drift", "–", rows, |(run, _)| run.energy_drift),
+        numbers("warnings", "–", rows, |(run, _)| run.warnings.as_ref().map(|w| w.len() as f64)),
+        texts("warning", rows, |(run, _)| run.warnings.as_ref().map_or_else(String::new, |w| w.join(" "))),
         numbers("wall_time", "s", rows, |(run, _)| run.wall_time),
         numbers("impacts", "–", rows, |(run, _)| run.n_samples.map(|_| run.impacts.len() as f64)),
     ]

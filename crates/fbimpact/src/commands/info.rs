@@ -46,6 +46,9 @@ fn table(s: &Summary) -> String {
             s.transfers.len()
         );
     }
+    for line in &s.warnings {
+        let _ = writeln!(out, "{:<16} {line}", "warning");
+    }
     for (name, n) in &s.bodies {
         let _ = writeln!(out, "{:<16} {name}: {n} elastic coordinates", "body");
         for note in s.chosen.iter().filter(|note| note.body == *name) {

@@ -9,6 +9,7 @@ use adaptive::record::{
     Continue, ImpactRecord, Observer, ObserverError, PhaseKind, PhaseRecord, RestartPoint, RunLayout, Sample,
     StressRecord, TransferRecord, TryRecord,
 };
+use adaptive::warning::Warning;
 use indicatif::ProgressBar;
 
 use super::{check_distinct, threads};
@@ -243,6 +244,11 @@ impl Observer for RunObserver {
             record.energy_after
         );
         self.recorder.transfer(record)
+    }
+
+    fn warning(&mut self, warning: &Warning) -> Result<(), ObserverError> {
+        tracing::warn!("{}", warning.line());
+        self.recorder.warning(warning)
     }
 
     fn stress(&mut self, record: &StressRecord) -> Result<(), ObserverError> {

@@ -4,6 +4,7 @@ use adaptive::record::{
     ImpactRecord, Knowledge, PhaseKind, PhaseRecord, RestartPoint, StressState, TransferRecord, TryRecord,
     ZoneLoad, ZoneSite,
 };
+use adaptive::warning::{Warning, WarningKind};
 
 /// Something that is written to bytes and read back.
 pub trait Code: Sized {
@@ -180,6 +181,17 @@ fields!(TransferRecord {
     site,
     target_site,
 });
+impl Code for WarningKind {
+    fn put(&self, out: &mut Vec<u8>) {
+        (*self as u8).put(out);
+    }
+
+    fn take(from: &mut &[u8]) -> Option<Self> {
+        Self::ALL.get(usize::from(u8::take(from)?)).copied()
+    }
+}
+
+fields!(Warning { kind, subject, time, value, limit, message, remedy });
 fields!(Knowledge { width_factor, ratio, penalty });
 fields!(StressState { time, force, elastic, interface_forces, zones });
 fields!(ZoneLoad { contact, site, forces });
@@ -197,6 +209,10 @@ fields!(RestartPoint {
     next_output,
     removed,
     total_energy,
+    ledger_start,
+    ledger,
+    gaps,
+    warned,
     knowledge,
     stress,
 });

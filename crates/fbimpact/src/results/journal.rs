@@ -8,6 +8,7 @@ use std::io::{BufReader, BufWriter, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use adaptive::record::{ImpactRecord, PhaseRecord, RestartPoint, TransferRecord, TryRecord};
+use adaptive::warning::Warning;
 
 use super::codec::{Code, fields};
 use crate::error::AppError;
@@ -78,6 +79,8 @@ pub enum Entry {
     Restart(RestartPoint),
     /// The run was taken up here.
     Resumed,
+    /// A warning.
+    Warning(Warning),
 }
 
 impl Entry {
@@ -92,6 +95,7 @@ impl Entry {
             Self::Transfer(_) => 6,
             Self::Restart(_) => 7,
             Self::Resumed => 8,
+            Self::Warning(_) => 9,
         }
     }
 
@@ -106,6 +110,7 @@ impl Entry {
             Self::Transfer(x) => x.bytes(),
             Self::Restart(x) => x.bytes(),
             Self::Resumed => Vec::new(),
+            Self::Warning(x) => x.bytes(),
         }
     }
 
@@ -120,6 +125,7 @@ impl Entry {
             6 => Self::Transfer(Code::read(&bytes)?),
             7 => Self::Restart(Code::read(&bytes)?),
             8 if bytes.is_empty() => Self::Resumed,
+            9 => Self::Warning(Code::read(&bytes)?),
             _ => return None,
         })
     }

@@ -15,6 +15,7 @@ pub mod journal;
 mod recorder;
 pub mod open;
 pub mod reactions;
+pub mod warnings;
 pub mod summary;
 pub mod stored;
 pub mod thin;

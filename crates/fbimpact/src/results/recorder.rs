@@ -7,16 +7,18 @@ use adaptive::record::{
     ImpactRecord, JointLayout, NameAndUnit, ObserverError, PhaseRecord, RunLayout, Sample, StressRecord,
     Timings, TransferRecord, TryRecord,
 };
+use adaptive::warning::Warning;
 use hdf5::plist::file_access::{
     CacheDecreaseMode, CacheIncreaseMode, FlashIncreaseMode, MetadataCacheConfig,
 };
+use hdf5::types::VarLenUnicode;
 use hdf5::{Dataset, File, Group, Result};
 use ndarray::ArrayView1;
 
 use super::columns::{self, Axes, Axis, Column, Declaration};
 use super::journal::{Entry, Journal, Restart};
 use super::pressure::Pressures;
-use super::series::{ROWS, Table, component_scale, describe, text_attribute, write_text};
+use super::series::{ROWS, Table, component_scale, describe, text_attribute, unicode, write_text};
 use super::space::{ROOM_OF_DATASET, Space};
 use super::stress::write_stress;
 use super::tables::{
@@ -33,6 +35,10 @@ use restart::cannot_keep;
 
 /// Wall time between flushes, so that a killed process loses little.
 const FLUSH_INTERVAL: Duration = Duration::from_secs(5);
+
+/// What `/warnings` holds.
+pub const WARNINGS: &str =
+    "Warnings of the run, a line each: identifier, subject, what was found; what to change.";
 
 /// Attribute `status` of a result file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -86,6 +92,7 @@ struct Open {
     impacts: Table,
     tries: Table,
     transfers: Table,
+    warnings: Table,
     journal: Option<Journal>,
     /// Bytes of a row.
     row: Vec<u8>,
@@ -235,6 +242,17 @@ impl Recorder {
         })
     }
 
+    /// Stores a warning.
+    ///
+    /// # Errors
+    /// [`ObserverError`] if the file cannot be written.
+    pub fn warning(&mut self, warning: &Warning) -> Result<(), ObserverError> {
+        self.with(|open| {
+            open.note(&Entry::Warning(warning.clone()))?;
+            open.warnings.push(unicode(&warning.line())?)
+        })
+    }
+
     /// Name of a contact by its index.
     fn contact_name(&self, index: u32) -> String {
         contact_name(&self.contacts, index)
@@ -274,13 +292,24 @@ impl Recorder {
             open.flush()
         })?;
         // Closed first, then cut.
-        let Some(Open { file, columns, counts, pressures, space, phases, impacts, tries, transfers, .. }) =
-            self.open.take()
+        let Some(Open {
+            file,
+            columns,
+            counts,
+            pressures,
+            space,
+            phases,
+            impacts,
+            tries,
+            transfers,
+            warnings,
+            ..
+        }) = self.open.take()
         else {
             return Ok(());
         };
         let end = file.size();
-        drop((columns, counts, pressures, phases, impacts, tries, transfers, file));
+        drop((columns, counts, pressures, phases, impacts, tries, transfers, warnings, file));
         space
             .trim(end)
             .map_err(|e| ObserverError(format!("results cannot be written: {}", reasons::of_hdf5(&e))))
@@ -330,6 +359,7 @@ impl Open {
         let tries = Table::create::<TryRow>(&file, "tries", TRY_UNITS, "Tries of every impact phase.")?;
         let what = "Changes of models in the course of the run, and the total energy before and after.";
         let transfers = Table::create::<TransferRow>(&file, "transfers", TRANSFER_UNITS, what)?;
+        let warnings = Table::create::<VarLenUnicode>(&file, "warnings", "", WARNINGS)?;
         file.flush()?;
         space.renew();
         Ok(Self {
@@ -345,6 +375,7 @@ impl Open {
             impacts,
             tries,
             transfers,
+            warnings,
             journal: None,
             row: Vec::new(),
         })

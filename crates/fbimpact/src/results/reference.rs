@@ -26,12 +26,18 @@ const ATTRIBUTES: [(&str, &str); 12] = [
 ];
 
 /// Fixed datasets besides series and tables: path, shape, unit, meaning.
-const FIXED: [(&str, &str, &str, &str); 12] = [
+const FIXED: [(&str, &str, &str, &str); 13] = [
     (
         "/scenario",
         "text",
         "",
         "Scenario with overrides, defaults and the sizes chosen by the program filled in, as TOML; attributes `sha256` of the file as read, `file`.",
+    ),
+    (
+        "/warnings",
+        "as many as there are",
+        "",
+        "Warnings of the run, texts of the form `identifier: subject: what was found; what to change`, in the order in which they were given.",
     ),
     ("/xyz", "3", "", "Names of the components of vectors."),
     ("/wxyz", "4", "", "Names of the components of quaternions."),

@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use super::open::{attribute, open, scenario_text};
 use super::reactions::{self, PeakReaction};
 use super::tables::{ImpactRow, PhaseRow, TransferRow, TryRow};
+use super::warnings;
 use crate::error::AppError;
 use crate::sizing::{self, Note};
 use crate::{reasons, sound};
@@ -37,7 +38,9 @@ pub struct Summary {
     pub transfers: Vec<TransferRow>,
     /// Largest reactions of the joints.
     pub reactions: Vec<PeakReaction>,
-    /// Largest deviation of the total energy from its start, relative to the largest energy in motion and deformation.
+    /// Warnings, a line each.
+    pub warnings: Vec<String>,
+    /// Largest deviation of the total energy from its start, relative to the largest energy (docs/theory.md Eqs. P.1, P.2).
     pub energy_drift: Option<f64>,
     /// Energy that the implicit integrator removed, as a share of the same energy.
     pub numerical_damping: Option<f64>,
@@ -98,6 +101,7 @@ fn summary(file: &File) -> Result<Summary> {
         numerical_damping: energies.and_then(|(_, scale)| removed(file).map(|removed| removed / scale)),
         largest_jump: energies.and_then(|(_, scale)| jumps.reduce(f64::max).map(|jump| jump / scale)),
         transfers,
+        warnings: warnings::read(file)?,
         timings,
     })
 }
@@ -107,24 +111,28 @@ fn rows<T: H5Type>(file: &File, name: &str) -> Result<Vec<T>> {
     if file.link_exists(name) { sound::rows(&file.dataset(name)?) } else { Ok(Vec::new()) }
 }
 
-/// Largest deviation of the total energy from its start, and the largest energy in motion and deformation unless it is
-/// zero \[J\].
 /// Energy that the implicit integrator removed \[J\]; none in files of earlier versions.
 fn removed(file: &File) -> Option<f64> {
     sound::rows::<f64>(&file.dataset("energies/numerical").ok()?).ok()?.last().copied()
 }
 
+/// Largest deviation of the total energy from its start, and the largest size of the ledger's entries unless it is zero (Eqs. P.1,
+/// P.2) \[J\].
 fn energies(file: &File) -> Result<Option<(f64, f64)>> {
     let Ok(group) = file.group("energies") else { return Ok(None) };
-    let read = |name: &str| sound::rows::<f64>(&group.dataset(name)?);
-    let (total, kinetic, low, high, penalty) =
-        (read("total")?, read("kinetic")?, read("elastic_low")?, read("elastic_high")?, read("penalty")?);
+    let total = sound::rows::<f64>(&group.dataset("total")?)?;
     let Some(first) = total.first() else { return Ok(None) };
     // A damaged file may have series of different lengths.
-    let parts = kinetic.iter().zip(&low).zip(&high).zip(&penalty);
-    let scale = parts
-        .map(|(((kinetic, low), high), penalty)| kinetic + low + high + penalty)
-        .fold(0.0_f64, |a, x| if x > a { x } else { a });
+    let mut sizes = vec![0.0; total.len()];
+    for name in
+        ["kinetic", "elastic_low", "elastic_high", "penalty", "springs", "gravity", "dissipated", "supplied"]
+    {
+        if group.link_exists(name) {
+            let part = sound::rows::<f64>(&group.dataset(name)?)?;
+            sizes.iter_mut().zip(&part).for_each(|(sum, x)| *sum += x.abs());
+        }
+    }
+    let scale = sizes.into_iter().fold(0.0_f64, |a, x| if x > a { x } else { a });
     let largest = total.iter().map(|x| (x - first).abs()).fold(0.0_f64, f64::max);
     Ok((scale > 0.0).then_some((largest, scale)))
 }
@@ -178,6 +186,7 @@ impl Summary {
             "largest_transfer_jump": self.largest_jump, "bodies": bodies, "joints": joints,
             "chosen": chosen,
             "phases": phases.collect::<Vec<_>>(), "impacts": impacts.collect::<Vec<_>>(),
+            "warnings": self.warnings.iter().map(|line| warnings::json(line)).collect::<Vec<_>>(),
             "tries": tries.collect::<Vec<_>>(), "transfers": transfers.collect::<Vec<_>>(), "timings": timings,
         });
         if let Value::Object(map) = &mut all {

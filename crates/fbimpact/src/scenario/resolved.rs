@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::build::{ContactFacts, DEFAULT_PENALTY, hanging_joint};
+use super::build::{ContactFacts, hanging_joint};
 use super::section::{Checked, Item, Section, join};
 use crate::body_file::BodyFile;
 
@@ -67,22 +67,16 @@ impl Writer<'_> {
         ContactFacts::of(self.root, contact)
     }
 
-    /// Defaults of a penalty factor, which depend on the contact model: lines before and after the other keys.
-    fn penalty(&self, section: &Section) -> [Option<String>; 2] {
-        let contact = self.contact(section).filter(|_| section.path.ends_with(".penalty"));
-        let Some(contact) = contact else { return [None, None] };
-        let has_factor = section.given("initial") || section.given("value") || contact.model == "adaptive";
-        [
-            (!has_factor).then(|| format!("initial = {DEFAULT_PENALTY:?}")),
-            (!section.given("search")).then(|| format!("search = {:?}", contact.search)),
-        ]
+    /// The default of a search for a penalty factor, which depends on the contact model.
+    fn search(&self, section: &Section) -> Option<String> {
+        let contact = self.contact(section).filter(|_| section.path.ends_with(".penalty"))?;
+        (!section.given("search")).then(|| format!("search = {:?}", contact.search))
     }
 
     fn table(&self, section: &Section, path: &str, out: &mut String) {
         let items = || section.items.iter().filter(|item| !self.is_meaningless(section, item));
-        let [first, last] = self.penalty(section);
         let lines = items().filter_map(|item| Some(format!("{} = {}", item.name, scalar(&item.value)?)));
-        for line in first.into_iter().chain(lines).chain(last) {
+        for line in lines.chain(self.search(section)) {
             // Writing to a string cannot fail.
             let _ = writeln!(out, "{line}");
         }

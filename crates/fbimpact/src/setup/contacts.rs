@@ -26,6 +26,7 @@ pub fn contact(
     let subject = format!("contacts.{}", contact.name);
     let target = &scenario.bodies[contact.target_body];
     let (name, body) = (contact.name.clone(), bodies.moving(contact.contact_body, &subject)?);
+    let initial_overlap = contact.initial_overlap;
     let plane = match &target.kind {
         BodyKind::RigidPlane { normal, material } => {
             let target =
@@ -41,7 +42,7 @@ pub fn contact(
                 Some((target, _)) => target,
                 None => Target::Body(bodies.flexible(contact.target_body, &subject)?),
             };
-            Ok(ContactSpec { name, body, target, law: ContactLaw::Surface(surface(law)) })
+            Ok(ContactSpec { name, body, target, law: ContactLaw::Surface(surface(law)), initial_overlap })
         }
         (scenario::ContactLaw::Hertz, plane) => {
             let sphere = |index: usize| hertz_sphere(&scenario.bodies[index], &subject);
@@ -55,7 +56,7 @@ pub fn contact(
                 Some((target, _)) => target,
                 None => Target::Body(bodies.moving(contact.target_body, &subject)?),
             };
-            Ok(ContactSpec { name, body, target, law })
+            Ok(ContactSpec { name, body, target, law, initial_overlap })
         }
     }
 }

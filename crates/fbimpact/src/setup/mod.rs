@@ -105,6 +105,7 @@ fn settings(scenario: &Scenario) -> RunSettings {
         impact: phase(&simulation.impact),
         step_share: STEP_SHARE * shortened,
         quiet_time: simulation.quiet_time,
+        energy_tolerance: simulation.energy_tolerance,
         free_interval: scenario.output.free_interval,
         impact_interval: scenario.output.impact_interval,
     }

@@ -4,6 +4,7 @@ use adaptive::record::{ObserverError, RestartPoint};
 use hdf5::Result;
 
 use super::super::journal::{Entries, Entry, Journal, Restart};
+use super::super::series::unicode;
 use super::super::tables::{ImpactRow, PhaseRow, TransferRow, TryRow};
 use super::{Open, Recorder, contact_name};
 use crate::error::AppError;
@@ -88,6 +89,7 @@ impl Open {
                 Entry::Transfer(r) => {
                     self.transfers.push(TransferRow::new(&r, &contact_name(contacts, r.contact))?)?;
                 }
+                Entry::Warning(r) => self.warnings.push(unicode(&r.line())?)?,
                 Entry::Header(_) | Entry::Layout(_) | Entry::Restart(_) | Entry::Resumed => {}
             }
         }

@@ -14,9 +14,6 @@ use super::super::section::Section;
 use super::contact_checks::{check_bodies, check_hertz, check_settings};
 use super::places::{BodyFacts, body_index};
 
-/// Penalty factor where none is given and none is predicted [N/m³].
-pub const DEFAULT_PENALTY: f64 = 1e18;
-
 /// What the meaning of a contact's settings depends on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactFacts<'a> {
@@ -85,7 +82,9 @@ fn contact(checker: &mut Checker, root: &Section, name: &str, section: &Section)
         check_settings(checker, section, &facts);
         ContactLaw::Surface(surface(checker, section, &facts)?)
     };
-    Some(Contact { name: name.to_owned(), contact_body: contact_body?, target_body: target_body?, law })
+    let initial_overlap = section.number("initial_overlap")?;
+    let (contact_body, target_body) = (contact_body?, target_body?);
+    Some(Contact { name: name.to_owned(), contact_body, target_body, law, initial_overlap })
 }
 
 fn surface(checker: &mut Checker, section: &Section, facts: &ContactFacts<'_>) -> Option<SurfaceContact> {
@@ -149,8 +148,7 @@ fn constraint(checker: &mut Checker, section: &Section, facts: &ContactFacts<'_>
     let given = ["value", "initial"].into_iter().find(|key| penalty.given(key));
     let value = match given {
         Some(key) => Some(penalty.number(key)?),
-        None if facts.model == "adaptive" => None,
-        None => Some(DEFAULT_PENALTY),
+        None => None,
     };
     let search = match facts.search {
         "until-converged" => PenaltySearch::UntilConverged { tolerance: penalty.number("tolerance")? },

@@ -20,7 +20,7 @@ use super::check::Checker;
 use super::model::{Body, Integration, Integrator, Scenario, Simulation, Source};
 use super::section::Section;
 
-pub use contacts::{ContactFacts, DEFAULT_PENALTY};
+pub use contacts::ContactFacts;
 pub use joints::hanging_joint;
 
 /// Default tolerance of the explicit method, at which its energy drift cannot be seen.
@@ -55,6 +55,7 @@ fn simulation(section: &Section) -> Option<Simulation> {
         gravity: section.vector("gravity")?,
         static_start: section.boolean("static_start")?,
         quiet_time: section.number("quiet_time"),
+        energy_tolerance: section.number("energy_tolerance")?,
         free: integration(section.table("free")?)?,
         impact: integration(section.table("impact")?)?,
     })

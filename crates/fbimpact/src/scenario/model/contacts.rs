@@ -15,6 +15,8 @@ pub struct Contact {
     pub target_body: usize,
     /// How the two resist each other.
     pub law: ContactLaw,
+    /// Overlap of the bodies at the start that is allowed \[m\].
+    pub initial_overlap: f64,
 }
 
 /// How contact is resisted.

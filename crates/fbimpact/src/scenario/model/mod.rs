@@ -59,6 +59,8 @@ pub struct Simulation {
     pub static_start: bool,
     /// Time without contact force after which an impact has ended \[s\]; `None`: chosen from the model.
     pub quiet_time: Option<f64>,
+    /// Share of the largest energy by which the energy ledger may be open.
+    pub energy_tolerance: f64,
     /// Integration between impacts; its `max_step` is never `None`.
     pub free: Integration,
     /// Integration in impact phases; `max_step` `None` means `1 / (2 f_max)`.

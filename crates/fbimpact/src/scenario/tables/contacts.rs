@@ -123,6 +123,13 @@ pub const CONTACT: &[Key] = &[
         Need::Default("\"projection\""),
         "How the state is handed over between coarse and fine models, with modes = \"own\".",
     ),
+    Key::new(
+        "initial_overlap",
+        Kind::Number(Range { min: Bound::Closed(0.0), max: Bound::Closed(1e6) }),
+        "m",
+        Need::Default("0.0"),
+        "Overlap of the bodies at the start that is allowed; the run begins with its energy. More is an error, round-off is not.",
+    ),
     Key::new("penalty", Kind::Table(PENALTY), "", Need::Default("{}"), "Penalty factor."),
     Key::new(
         "interval",
@@ -141,7 +148,7 @@ const PENALTY: &[Key] = &[
         "initial",
         Kind::Number(FACTOR),
         "N/m³",
-        Need::Optional("predicted from the compliance with `adaptive`, 1e18 with the other models"),
+        Need::Optional("predicted from the compliance of the model"),
         "Penalty factor: pressure per penetration. A search starts from it.",
     ),
     Key::new(

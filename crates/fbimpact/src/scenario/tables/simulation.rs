@@ -50,6 +50,14 @@ pub const SIMULATION: &[Key] = &[
         Need::Optional("chosen from the step size"),
         "An impact has ended when no contact force has acted for so long and the bodies separate.",
     ),
+    Key::new(
+        "energy_tolerance",
+        Kind::Number(Range { min: Bound::Closed(1e-9), max: Bound::Closed(1e6) }),
+        "–",
+        Need::Default("1e-3"),
+        "A run whose energy ledger is open by more than this share of the largest energy has failed. What the implicit \
+         methods remove is booked and not counted, what they add is.",
+    ),
     Key::new("free", Kind::Table(FREE), "", Need::Default("{}"), "Time integration between impacts."),
     Key::new("impact", Kind::Table(IMPACT), "", Need::Default("{}"), "Time integration during impacts."),
 ];

@@ -1,0 +1,147 @@
+//! What a run reports of itself besides its result: warnings, and the checks that end it.
+
+use super::Driver;
+use crate::error::AdaptiveError;
+use crate::plausibility::resolution::{coarse_mesh, few_modes, sparse_output};
+use crate::plausibility::{motion, start};
+use crate::record::ImpactRecord;
+use crate::simulation::smallest_gap;
+use crate::warning::{Warning, WarningKind};
+
+/// Gap of a contact that has closed.
+const CLOSED: f64 = f64::NEG_INFINITY;
+
+/// What has been said, and what is not known yet.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Doubts {
+    /// Warnings given, by kind and subject, see [`crate::record::RestartPoint::warned`].
+    pub given: Vec<u64>,
+    /// Smallest gap of each contact and when it was seen; [`CLOSED`] once it has closed [m, s].
+    pub gaps: Vec<[f64; 2]>,
+}
+
+impl Doubts {
+    pub fn new(n_contacts: usize) -> Self {
+        Self { given: Vec::new(), gaps: vec![[f64::INFINITY, 0.0]; n_contacts] }
+    }
+}
+
+impl Driver<'_> {
+    /// Checks how the bodies lie at the start; the warnings of that and of the models.
+    pub(super) fn doubt_start(&mut self) -> Result<Vec<(usize, Warning)>, AdaptiveError> {
+        let mut warnings = start::check(self.model)?;
+        let meshes = self.model.bodies.iter().enumerate();
+        warnings.extend(meshes.filter_map(|(b, body)| Some((b, coarse_mesh(body)?))));
+        Ok(warnings)
+    }
+
+    /// Reports `warnings`, each with the index of its subject, that have not been given yet.
+    pub(super) fn warn(&mut self, warnings: Vec<(usize, Warning)>) -> Result<(), AdaptiveError> {
+        for (subject, warning) in warnings {
+            let key = ((warning.kind as u64) << 32) | subject as u64;
+            if !self.doubts.given.contains(&key) {
+                self.doubts.given.push(key);
+                self.observer.warning(&warning)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Notes the gaps of the contacts that have not closed yet, in the present state.
+    pub(super) fn note_gaps(&mut self) -> Result<(), AdaptiveError> {
+        for i in 0..self.doubts.gaps.len() {
+            if self.doubts.gaps[i][0] > CLOSED {
+                let (t, gap) = (self.sample.time, self.gap(i)?);
+                if gap < self.doubts.gaps[i][0] {
+                    self.doubts.gaps[i] = [gap, t];
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Gap of contact `i` in the state noted last.
+    fn gap(&mut self, i: usize) -> Result<f64, AdaptiveError> {
+        let (t, y) = (self.sample.time, &self.interpolated);
+        let Some((_, contact)) = self.model.adaptive.iter().find(|(index, _)| *index == i) else {
+            return Ok(smallest_gap(&mut self.model.system, t, y, i));
+        };
+        self.model.system.body_states(t, y);
+        Ok(contact.nearest(self.model.system.last_evaluation().0)?.gap)
+    }
+
+    /// Looks at a finished impact; `is_open`: whether the contact had let go.
+    pub(super) fn doubt_impact(&mut self, impact: &ImpactRecord, is_open: bool) -> Result<(), AdaptiveError> {
+        let i = impact.contact as usize;
+        self.doubts.gaps[i] = [CLOSED, impact.start];
+        if !is_open {
+            return Ok(());
+        }
+        let (body, target) = self.model.system.forces()[i].contact.bodies();
+        let bodies = [Some(body), target].into_iter().flatten();
+        let warnings = bodies.filter_map(|b| Some((b, few_modes(&self.model.bodies[b], impact)?))).collect();
+        self.warn(warnings)
+    }
+
+    /// Looks at the vibrations that an impact has left.
+    pub(super) fn doubt_output(&mut self) -> Result<(), AdaptiveError> {
+        let (time, y) = (self.integrator.time(), self.integrator.state());
+        if time >= self.settings.end_time {
+            return Ok(());
+        }
+        self.model.system.body_states(time, y);
+        let states = self.model.system.last_evaluation().0;
+        let (interval, scale) = (self.settings.free_interval, self.ledger.scale);
+        let bodies = self.model.bodies.iter().zip(states).enumerate();
+        let sparse = |(b, (body, state))| Some((b, sparse_output(body, state, (time, interval), scale)?));
+        let warnings = bodies.filter_map(sparse).collect();
+        self.warn(warnings)
+    }
+
+    /// Looks back from the end of the run.
+    pub(super) fn doubt_end(&mut self) -> Result<(), AdaptiveError> {
+        let contacts = self.model.contacts.iter().zip(&self.doubts.gaps).enumerate();
+        let open = contacts.filter(|(_, (_, [gap, _]))| *gap > CLOSED && gap.is_finite());
+        let warnings = open.map(|(i, (facts, [gap, time]))| {
+            let warning = Warning {
+                kind: WarningKind::NeverClosed,
+                subject: format!("contact \"{}\"", facts.name),
+                time: *time,
+                value: *gap,
+                limit: 0.0,
+                message: format!(
+                    "it has never closed; the smallest gap of the stored states was {gap:.6e} m at t = {time:.6e} s"
+                ),
+                remedy: "check positions and velocities of its bodies, or raise simulation.end_time".into(),
+            };
+            (i, warning)
+        });
+        let warnings = warnings.collect();
+        self.warn(warnings)
+    }
+
+    /// Ends the run if the ledger is open by more than allowed in the state noted last.
+    pub(super) fn check_ledger(&self) -> Result<(), AdaptiveError> {
+        self.ledger.check(self.opening, self.sample.time, self.settings.energy_tolerance)
+    }
+
+    /// Ends the run if the present state is none that the equations describe.
+    pub(super) fn check_motion(&mut self) -> Result<(), AdaptiveError> {
+        let (t, y) = (self.integrator.time(), self.integrator.state());
+        self.model.system.body_states(t, y);
+        self.limits.check(&self.model.bodies, self.model.system.last_evaluation().0, t)
+    }
+
+    /// Ends the run if the bodies of contact `i`, which move at `approach` towards each other, are faster than waves or have come
+    /// into each other by more than their size.
+    pub(super) fn check_contact(&self, i: usize, time: f64, approach: f64) -> Result<(), AdaptiveError> {
+        let facts = &self.model.contacts[i];
+        let depth = self.model.system.forces()[i].contact.report().penetration;
+        let size = facts.radii.map_or(facts.size, |radii| radii[0].min(radii[1]));
+        let fast = motion::fast_approach(&facts.name, time, approach, facts.wave_speed);
+        match fast.or_else(|| motion::deep_penetration(&facts.name, time, depth, size)) {
+            Some(error) => Err(error),
+            None => Ok(()),
+        }
+    }
+}

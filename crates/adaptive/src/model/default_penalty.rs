@@ -1,0 +1,102 @@
+//! The penalty factor of a contact with one model for the whole run, where the scenario gives none (docs/theory.md Eqs. A.14, P.8,
+//! P.9).
+
+use std::f64::consts::PI;
+
+use contact_qs::points::contact_submodel;
+use contact_qs::{ContactElement, ContactError};
+use ffr_dynamics::system::force::BodyState;
+use nalgebra::Vector3;
+
+use super::{BodyModel, ElasticModel};
+use crate::contact_zone::ContactZone;
+
+/// The zone of a contact on one of its bodies.
+pub struct Side<'a> {
+    /// Index of the body.
+    pub body: usize,
+    /// Its model.
+    pub elastic: &'a ElasticModel,
+    /// Its zone.
+    pub zone: &'a ContactZone,
+}
+
+/// Gives `contact`, whose zones are `sides`, the penalty factor that its compliance suggests, in the motions `poses` of the
+/// undeformed bodies: `stiffness_ratio` times the stiffness of the bodies under a point.
+///
+/// The compliance is that of the quasistatic zone; where all modes are dynamic, that of the modes; of bodies without modes that of
+/// a half space under each point's area.
+///
+/// # Errors
+/// [`ContactError`] if there is no compliance, or points have no normals.
+pub fn set(
+    contact: &mut dyn ContactElement,
+    stiffness_ratio: f64,
+    sides: &[Side<'_>],
+    bodies: &[BodyModel],
+    poses: &[BodyState],
+) -> Result<(), ContactError> {
+    let at_rest = |(pose, body): (&BodyState, &BodyModel)| {
+        let n = body.data.modal_stiffness.len();
+        BodyState { elastic: vec![0.0; n], elastic_rates: vec![0.0; n], ..pose.clone() }
+    };
+    let poses: Vec<BodyState> = poses.iter().zip(bodies).map(at_rest).collect();
+    let weight = contact.compliance_weight(&poses);
+    let weight = weight.map_err(|r| ContactError::Inconsistent { reason: r.reason })?;
+    let normal = contact.normal(&poses);
+    let weight = match weight {
+        Some(weight) => weight,
+        None => {
+            let weights = sides.iter().map(|side| {
+                let local = poses[side.body].rotation.inverse_transform_vector(&normal);
+                side.weight(&local)
+            });
+            weights.sum::<Result<f64, ContactError>>()?
+        }
+    };
+    contact.set_penalty(stiffness_ratio / weight)
+}
+
+impl Side<'_> {
+    /// `max_i(A_ii w_i)` of the body's modes along `normal`, in its frame (Eq. P.8); of a half space if it has none (Eq. P.9)
+    /// [m³/N].
+    fn weight(&self, normal: &Vector3<f64>) -> Result<f64, ContactError> {
+        let (full, basis) = (&self.elastic.body, &self.elastic.reduced.basis);
+        let motion = full.assembled.motion;
+        let submodel =
+            contact_submodel(motion, &self.zone.points, &full.lookup, basis.shapes.as_ref(), None)?;
+        let nc = motion.n_components();
+        let modal = |i: usize| -> f64 {
+            let along = |j: usize| -> f64 {
+                (0..nc).map(|c| normal[motion.direction(c)] * submodel.low[(nc * i + c, j)]).sum()
+            };
+            basis.omega.iter().enumerate().map(|(j, omega)| (along(j) / omega).powi(2)).sum()
+        };
+        let areas = || submodel.areas.iter().copied();
+        let largest = areas().enumerate().map(|(i, w)| modal(i) * w).fold(0.0, f64::max);
+        if largest > 0.0 {
+            return Ok(largest);
+        }
+        let material = &full.spec.material;
+        let compliance = (1.0 - material.poissons_ratio().powi(2)) / material.youngs_modulus();
+        Ok(areas().map(|w| half_space_weight(w, compliance)).fold(0.0, f64::max))
+    }
+}
+
+/// Mean displacement of a circle of the area `area` on a half space of compliance `compliance = (1 - ν²)/E` under a unit pressure on
+/// it, `16 a/(3π E*)` with `π a² = w` (Johnson 3.29; Eq. P.9) [m³/N].
+fn half_space_weight(area: f64, compliance: f64) -> f64 {
+    16.0 / (3.0 * PI) * (area / PI).sqrt() * compliance
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_half_space_yields_in_proportion_to_the_radius_of_the_load() {
+        // a = 1 m, E* = 1 Pa.
+        assert!((half_space_weight(PI, 1.0) - 16.0 / (3.0 * PI)).abs() < 1e-15);
+        assert!((half_space_weight(4.0 * PI, 1.0) / half_space_weight(PI, 1.0) - 2.0).abs() < 1e-15);
+    }
+}

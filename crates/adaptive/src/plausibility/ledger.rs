@@ -1,0 +1,133 @@
+//! The energy ledger as a judge of the run (docs/theory.md Eqs. P.1, P.2).
+
+use crate::error::AdaptiveError;
+use crate::record::Energies;
+
+/// Share of the potential of gravity about the inertial origin that counts as a scale: with tolerances down to 1e-6 its round-off
+/// is never taken for an open ledger.
+const POTENTIAL: f64 = 1e-9;
+
+/// How far the ledger is open.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Opening {
+    /// Energy that is not accounted for \[J\].
+    pub energy: f64,
+    /// Largest energy seen, which it is a share of \[J\].
+    pub scale: f64,
+}
+
+impl Opening {
+    /// The one as a share of the other; zero where nothing moves.
+    pub fn share(&self) -> f64 {
+        if self.energy > 0.0 || self.energy.is_nan() { self.energy / self.scale } else { 0.0 }
+    }
+}
+
+/// Follows the ledger through a run.
+///
+/// Open is what the total energy has changed by since the start, and what the implicit integrator has added. What it removes is
+/// booked, shown in the results and not counted: it damps what it does not resolve. Jumps at changes of models and of penalty
+/// factors are part of the total and do count.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct EnergyLedger {
+    /// Total energy at the start \[J\].
+    pub start: Option<f64>,
+    /// Largest size of the entries so far \[J\].
+    pub scale: f64,
+    /// Most energy that the implicit integrator had removed \[J\].
+    pub removed: f64,
+    /// Energy that changes of penalty factors have taken \[J\].
+    pub lowered: f64,
+}
+
+impl EnergyLedger {
+    /// A ledger of bodies of the mass `mass` \[kg\] whose motion is resolved down to `velocity_floor` [m/s], with the potential of
+    /// gravity `potential` about the inertial origin at the start \[J\].
+    pub fn new(mass: f64, velocity_floor: f64, potential: f64) -> Self {
+        // A body that hangs on a fixed joint has a finite mass as well; infinite ones do not move.
+        let mass = if mass.is_finite() { mass } else { 0.0 };
+        let scale = 0.5 * mass * velocity_floor * velocity_floor + POTENTIAL * potential.abs();
+        Self { scale, ..Self::default() }
+    }
+
+    /// Enters a state; how far the ledger is open there.
+    pub fn enter(&mut self, energies: &Energies) -> Opening {
+        let total = energies.total();
+        let start = *self.start.get_or_insert(total);
+        self.scale = self.scale.max(energies.size());
+        self.removed = self.removed.max(energies.numerical);
+        let energy = (total - start).abs() + (self.removed - energies.numerical);
+        Opening { energy, scale: self.scale }
+    }
+
+    /// The error of a ledger that is open by `opening` at time `time`, if that is more than the share `tolerance`.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::LedgerOpen`].
+    pub fn check(&self, opening: Opening, time: f64, tolerance: f64) -> Result<(), AdaptiveError> {
+        let share = opening.share();
+        if !share.is_nan() && share <= tolerance {
+            return Ok(());
+        }
+        let is_lowered = self.lowered.abs() >= 0.5 * opening.energy;
+        let cause = if is_lowered {
+            "penalty factors were lowered because the contact solver found no forces with them, which took that energy; \
+             lower the coefficient of friction or give penalty.value"
+        } else {
+            "lower simulation.impact.rtol or penalty.value, refine the contact zone, or check that bodies do not touch with edges"
+        };
+        Err(AdaptiveError::LedgerOpen {
+            time,
+            energy: opening.energy,
+            scale: opening.scale,
+            share: opening.share(),
+            tolerance,
+            cause: cause.into(),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn energies(kinetic: f64, dissipated: f64, numerical: f64) -> Energies {
+        Energies { kinetic, dissipated, numerical, ..Energies::default() }
+    }
+
+    #[test]
+    fn energy_booked_as_lost_or_removed_leaves_the_ledger_closed() {
+        let mut ledger = EnergyLedger::new(1.0, 1e-6, 0.0);
+        for (kinetic, dissipated, removed) in [(2.0, 0.0, 0.0), (1.5, 0.5, 0.0), (1.0, 0.5, 0.5)] {
+            let opening = ledger.enter(&energies(kinetic, dissipated, removed));
+            // Sums of exact halves.
+            assert!(opening.energy == 0.0 && ledger.check(opening, 0.0, 1e-6).is_ok(), "{opening:?}");
+        }
+    }
+
+    #[test]
+    fn energy_from_nothing_opens_it_whoever_made_it() {
+        for (second, by) in
+            [(energies(2.1, 0.0, 0.0), "a force"), (energies(2.1, 0.0, -0.1), "the integrator")]
+        {
+            let mut ledger = EnergyLedger::new(1.0, 1e-6, 0.0);
+            ledger.enter(&energies(2.0, 0.0, 0.0));
+            let opening = ledger.enter(&second);
+            assert!((opening.share() - 0.1 / 2.1).abs() < 1e-12, "{by}: {opening:?}");
+            let error = ledger.check(opening, 0.5, 1e-3).expect_err(by).to_string();
+            assert!(error.contains("simulation.energy_tolerance"), "{error}");
+        }
+        let mut ledger = EnergyLedger::default();
+        let opening = ledger.enter(&energies(f64::NAN, 0.0, 0.0));
+        assert!(ledger.check(opening, 0.0, 1e-3).is_err(), "no number");
+    }
+
+    #[test]
+    fn round_off_of_bodies_at_rest_is_no_energy_from_nothing() {
+        // 2 kg at rest a metre above the origin: the potential of 20 J is known to 4e-15 J.
+        let mut ledger = EnergyLedger::new(2.0, 1e-6, 20.0);
+        ledger.enter(&energies(0.0, 0.0, 0.0));
+        let opening = ledger.enter(&energies(4e-15, 0.0, 0.0));
+        assert!(ledger.check(opening, 1.0, 1e-3).is_ok(), "{opening:?}");
+    }
+}

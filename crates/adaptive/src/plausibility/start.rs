@@ -1,0 +1,218 @@
+//! How bodies lie at the start: apart, touching, or refused (docs/theory.md section P).
+
+use contact_qs::Plane;
+use ffr_dynamics::system::force::BodyState;
+use nalgebra::{Unit, Vector3};
+
+use super::motion::fast_approach;
+use crate::detection::{Detector, DetectorTarget, Nearest};
+use crate::error::AdaptiveError;
+use crate::model::{RunModel, surface};
+use crate::simulation::normal_motion;
+use crate::spec::Target;
+use crate::warning::{Warning, WarningKind};
+
+/// Overlap as a share of the bodies' size that is round-off of their places: positions of some sizes are known to 1e-16 of
+/// them, and shapes to 1e-12.
+pub const ROUND_OFF: f64 = 1e-9;
+/// Moves in search of a place where two bodies no longer overlap.
+const MOVES: usize = 50;
+
+/// How the bodies of a contact overlap.
+struct Overlap {
+    depth: f64,
+    /// Deepest point in space \[m\].
+    point: Vector3<f64>,
+    /// By what the contact body has to be moved \[m\].
+    shift: Vector3<f64>,
+    /// Size of the bodies \[m\].
+    size: f64,
+}
+
+/// Checks the start of a run: warnings of overlaps that the scenario allows.
+///
+/// # Errors
+/// [`AdaptiveError::InitialOverlap`], [`AdaptiveError::Misplaced`] if bodies overlap by more or lie on the wrong side of each other;
+/// [`AdaptiveError::Implausible`] if they approach each other faster than waves.
+pub fn check(model: &mut RunModel) -> Result<Vec<(usize, Warning)>, AdaptiveError> {
+    let y = model.initial.clone();
+    let states = model.system.body_states(0.0, &y).to_vec();
+    let mut warnings = Vec::new();
+    for i in 0..model.contacts.len() {
+        let facts = model.contacts[i].clone();
+        let (normal, velocity) = match facts.radii {
+            Some(_) => normal_motion(&mut model.system, 0.0, &y, i),
+            None => {
+                let (_, velocity) = normal_motion(&mut model.system, 0.0, &y, i);
+                (detector(model, i)?.nearest_of(&facts.name, &states)?.normal, velocity)
+            }
+        };
+        let overlap = match facts.radii {
+            Some(radii) => of_spheres(model, i, radii, &states)?,
+            None => of_surfaces(model, i, &states)?,
+        };
+        if let Some(error) = fast_approach(&facts.name, 0.0, -velocity.dot(&normal), facts.wave_speed) {
+            return Err(error);
+        }
+        let Some(overlap) = overlap.filter(|o| o.depth > ROUND_OFF * o.size) else { continue };
+        if overlap.depth > facts.allowed_overlap {
+            return Err(refused(model, i, &overlap));
+        }
+        warnings.push((i, allowed(&facts.name, &overlap, facts.allowed_overlap)));
+    }
+    Ok(warnings)
+}
+
+fn allowed(name: &str, overlap: &Overlap, limit: f64) -> Warning {
+    Warning {
+        kind: WarningKind::InitialOverlap,
+        subject: format!("contact \"{name}\""),
+        time: 0.0,
+        value: overlap.depth,
+        limit,
+        message: format!(
+            "the bodies overlap by {:.3e} m at the start, which contacts.{name}.initial_overlap allows; the contact begins with the \
+             energy of that overlap",
+            overlap.depth
+        ),
+        remedy: format!("move the contact body by {} m to begin without", list(&overlap.shift)),
+    }
+}
+
+fn refused(model: &RunModel, i: usize, overlap: &Overlap) -> AdaptiveError {
+    let facts = &model.contacts[i];
+    AdaptiveError::InitialOverlap {
+        contact: facts.name.clone(),
+        body: model.bodies[facts.body].name.clone(),
+        depth: overlap.depth,
+        place: list(&overlap.point),
+        shift: list(&overlap.shift),
+        allowed: facts.allowed_overlap,
+    }
+}
+
+/// Components in brackets, to the digits that change something; zeros without sign.
+fn list(v: &Vector3<f64>) -> String {
+    let size = v.norm();
+    let shown = |x: f64| if x.abs() <= 1e-9 * size { "0".to_owned() } else { format!("{x:.6e}") };
+    format!("[{}, {}, {}]", shown(v.x), shown(v.y), shown(v.z))
+}
+
+fn misplaced(model: &RunModel, i: usize, reason: String) -> AdaptiveError {
+    AdaptiveError::Misplaced { contact: model.contacts[i].name.clone(), reason }
+}
+
+/// The detector of a contact between surfaces.
+fn detector(model: &RunModel, i: usize) -> Result<Watch<'_>, AdaptiveError> {
+    if let Some((_, contact)) = model.adaptive.iter().find(|(index, _)| *index == i) {
+        return Ok(Watch::Known(&contact.detector));
+    }
+    let facts = &model.contacts[i];
+    let surface = |body: usize| {
+        let elastic = model.bodies[body].elastic.as_ref().ok_or_else(|| AdaptiveError::Unsupported {
+            subject: format!("contact \"{}\"", facts.name),
+            reason: format!("body \"{}\" has no elastic surface", model.bodies[body].name),
+        })?;
+        surface(elastic)
+    };
+    let target = match facts.target {
+        Target::Plane { point, normal } => {
+            DetectorTarget::Plane(Plane { point, normal: Unit::new_normalize(normal) })
+        }
+        Target::Body(other) => DetectorTarget::Body(other, surface(other)?),
+    };
+    Ok(Watch::Built(Detector::new(facts.body, surface(facts.body)?, target)))
+}
+
+/// A detector that is there, or one made for the purpose.
+enum Watch<'a> {
+    Known(&'a Detector),
+    Built(Detector),
+}
+
+impl Watch<'_> {
+    fn get(&self) -> &Detector {
+        match self {
+            Self::Known(detector) => detector,
+            Self::Built(detector) => detector,
+        }
+    }
+
+    fn nearest_of(&self, contact: &str, states: &[BodyState]) -> Result<Nearest, AdaptiveError> {
+        let fail = |source| AdaptiveError::Contact { contact: contact.to_owned(), source };
+        self.get().nearest(states).map_err(fail)
+    }
+}
+
+fn of_surfaces(model: &RunModel, i: usize, states: &[BodyState]) -> Result<Option<Overlap>, AdaptiveError> {
+    let facts = &model.contacts[i];
+    let watch = detector(model, i)?;
+    let first = watch.nearest_of(&facts.name, states)?;
+    let size = watch.get().size();
+    if first.gap >= -ROUND_OFF * size {
+        return Ok(None);
+    }
+    if let (Target::Plane { point, normal }, Some(elastic)) =
+        (facts.target, &model.bodies[facts.body].elastic)
+    {
+        let back = DetectorTarget::Plane(Plane { point, normal: Unit::new_normalize(-normal) });
+        let behind = Watch::Built(Detector::new(facts.body, surface(elastic)?, back));
+        let farthest = behind.nearest_of(&facts.name, states)?.gap;
+        if farthest >= 0.0 {
+            let shift = first.normal * -first.gap;
+            let reason = format!(
+                "body \"{}\" lies behind the plane, its nearest point {farthest:.3e} m from it; move the body by {} m or turn the normal of the plane, which points to the side of the body",
+                model.bodies[facts.body].name,
+                list(&shift)
+            );
+            return Err(misplaced(model, i, reason));
+        }
+    }
+    // The deepest point leaves the other body first; others may follow.
+    let (mut moved, mut shift) = (states.to_vec(), Vector3::zeros());
+    let mut gap = first.gap;
+    for _ in 0..MOVES {
+        if gap >= -ROUND_OFF * size {
+            break;
+        }
+        shift -= first.normal * gap;
+        moved[facts.body].position = states[facts.body].position + shift;
+        gap = watch.nearest_of(&facts.name, &moved)?.gap;
+    }
+    Ok(Some(Overlap { depth: -first.gap, point: first.contact.point, shift, size }))
+}
+
+fn of_spheres(
+    model: &RunModel,
+    i: usize,
+    radii: [f64; 2],
+    states: &[BodyState],
+) -> Result<Option<Overlap>, AdaptiveError> {
+    let facts = &model.contacts[i];
+    let contact = &model.system.forces()[i].contact;
+    let (gap, normal) = (contact.smallest_gap(states), contact.normal(states));
+    let name = |body: usize| &model.bodies[body].name;
+    match facts.target {
+        Target::Body(other) if !gap.is_finite() || !normal.x.is_finite() => {
+            let reason = format!(
+                "the centres of the spheres \"{}\" and \"{}\" coincide at the start, so that their force has no direction; move one of them by {:.6e} m",
+                name(facts.body),
+                name(other),
+                radii[0] + radii[1]
+            );
+            return Err(misplaced(model, i, reason));
+        }
+        Target::Plane { .. } if gap <= -2.0 * radii[0] => {
+            let reason = format!(
+                "sphere \"{}\" lies behind the plane, its nearest point {:.3e} m from it; move the body by {} m or turn the normal of the plane, which points to the side of the body",
+                name(facts.body),
+                -gap - 2.0 * radii[0],
+                list(&(normal * -gap))
+            );
+            return Err(misplaced(model, i, reason));
+        }
+        _ => {}
+    }
+    let point = states[facts.body].position - normal * radii[0];
+    Ok((gap < 0.0).then(|| Overlap { depth: -gap, point, shift: normal * -gap, size: radii[0] }))
+}
