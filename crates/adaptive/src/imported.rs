@@ -111,16 +111,21 @@ impl ImportedModel {
         data.modal_damping = damping(damped, &stiffness, basis.first_static()).map_err(fail)?;
         let markers = body.markers().iter().map(|(n, w)| w.marker(n, basis.shapes.as_ref()));
         let mut markers = markers.collect::<Result<Vec<_>, _>>().map_err(fail)?;
+        let points = body.points().iter().map(|(n, w)| w.marker(n, basis.shapes.as_ref()));
+        let mut points = points.collect::<Result<Vec<_>, _>>().map_err(fail)?;
         if let Some(marker) = frame {
             let support = weights(marker)?.marker(marker, basis.shapes.as_ref()).map_err(fail)?;
             let tangent = support.tangent_frame(assembled.motion);
             data = data.in_tangent_frame(&tangent).map_err(fail)?;
             let shifted = markers.iter().map(|m| m.in_tangent_frame(&tangent));
             markers = shifted.collect::<Result<Vec<_>, _>>().map_err(fail)?;
+            let shifted = points.iter().map(|m| m.in_tangent_frame(&tangent));
+            points = shifted.collect::<Result<Vec<_>, _>>().map_err(fail)?;
         }
         let frequencies = basis.omega.iter().map(|w| w / std::f64::consts::TAU).collect();
+        let points = points.iter().map(|m| (m.name.clone(), m.point())).collect();
         let answers = answers_by_marker(loads, &basis.static_loads);
-        Ok(Self { data, frequencies, markers, points: Vec::new(), answers })
+        Ok(Self { data, frequencies, markers, points, answers })
     }
 
     /// The body as a rigid one of unit mass with its markers in their places, for poses.
@@ -137,7 +142,9 @@ impl ImportedModel {
             }
             ImportedSpec::Full { body, .. } => {
                 let marker = |(n, w): &(String, MarkerWeights)| Marker::rigid(n, w.position(), w.rotation());
-                (body.markers().iter().map(marker).collect(), Vec::new())
+                let point =
+                    |(n, w): &(String, MarkerWeights)| (n.clone(), FlexiblePoint::rigid(w.position()));
+                (body.markers().iter().map(marker).collect(), body.points().iter().map(point).collect())
             }
         };
         Ok(Self { data, frequencies: Vec::new(), markers, points, answers: Vec::new() })

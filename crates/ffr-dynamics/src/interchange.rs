@@ -14,6 +14,7 @@ use crate::reduction::{Pencil, RigidModes};
 pub struct FullBody {
     body: AssembledBody,
     markers: Vec<(String, MarkerWeights)>,
+    points: Vec<(String, MarkerWeights)>,
 }
 
 impl FullBody {
@@ -30,7 +31,21 @@ impl FullBody {
                 .check_rigid_motions(&body)
                 .map_err(|e| DynamicsError::Inconsistent { reason: format!("marker \"{name}\": {e}") })?;
         }
-        Ok(Self { body, markers })
+        Ok(Self { body, markers, points: Vec::new() })
+    }
+
+    /// The same with points for output, whose rotations do not count.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Inconsistent`] for a point that does not follow rigid motions, [`DynamicsError::DuplicateName`].
+    pub fn with_points(self, points: Vec<(String, MarkerWeights)>) -> Result<Self, DynamicsError> {
+        check_names(points.iter().map(|(name, _)| name.as_str()))?;
+        for (name, point) in &points {
+            point
+                .check_rigid_displacements(&self.body)
+                .map_err(|e| DynamicsError::Inconsistent { reason: format!("point \"{name}\": {e}") })?;
+        }
+        Ok(Self { points, ..self })
     }
 
     /// The body.
@@ -41,6 +56,11 @@ impl FullBody {
     /// Its markers by name.
     pub fn markers(&self) -> &[(String, MarkerWeights)] {
         &self.markers
+    }
+
+    /// Its points for output by name.
+    pub fn points(&self) -> &[(String, MarkerWeights)] {
+        &self.points
     }
 }
 

@@ -165,6 +165,26 @@ impl Discretised<'_> {
 }
 
 impl ElasticBody {
+    /// The material point at `place` in terms of the unknowns, without its rotation.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Geometry`] if the point is not in the body, [`AdaptiveError::Reduction`] if it is not finite.
+    pub fn point_weights(&self, place: &[f64; 3]) -> Result<MarkerWeights, AdaptiveError> {
+        let (e, xi) = self.locate(place)?;
+        let motion = self.assembled.motion;
+        let mut entries = Vec::new();
+        for (node, value) in self.functions_at(e, &xi) {
+            for c in 0..motion.n_components() {
+                let mut w = [0.0; 6];
+                w[motion.direction(c)] = value;
+                entries.extend(self.lookup.number(node, c).map(|unknown| (unknown as u32, w)));
+            }
+        }
+        entries.sort_unstable_by_key(|e| e.0);
+        MarkerWeights::new(point_in_space(motion, place), UnitQuaternion::identity(), entries)
+            .map_err(|source| AdaptiveError::Reduction { body: self.name.clone(), source })
+    }
+
     /// What points and markers need.
     pub fn discretised(&self) -> Discretised<'_> {
         Discretised {

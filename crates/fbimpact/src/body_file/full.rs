@@ -55,7 +55,26 @@ pub fn read(root: &Node, name: String, motion: RigidMotion) -> Result<FullBody, 
             markers.push((name, marker(&node, &body, &numbers)?));
         }
     }
-    FullBody::new(body, markers).map_err(|e| root.fault(e))
+    let mut points = Vec::new();
+    if let Some(all) = root.find("points")? {
+        for (name, node) in all.groups()? {
+            points.push((name, point(&node, &numbers)?));
+        }
+    }
+    FullBody::new(body, markers).and_then(|full| full.with_points(points)).map_err(|e| root.fault(e))
+}
+
+/// A point for output; its rotations are zero.
+fn point(node: &Node, numbers: &[u32]) -> Result<MarkerWeights, BodyFault> {
+    let (x, _) = node.reals("position", &[Exactly(3)])?;
+    let unknowns = node.indices("unknowns", &[Any("n")], numbers.len().saturating_sub(1))?;
+    let (weights, _) = node.reals("weights", &[Exactly(unknowns.len()), Exactly(3)])?;
+    let weights = unknowns.iter().zip(weights.as_chunks::<3>().0);
+    let mut entries: Vec<(u32, [f64; 6])> =
+        weights.map(|(unknown, &[a, b, c])| (numbers[*unknown as usize], [a, b, c, 0.0, 0.0, 0.0])).collect();
+    entries.sort_by_key(|(unknown, _)| *unknown);
+    let position = Vector3::from_column_slice(&x);
+    MarkerWeights::new(position, UnitQuaternion::identity(), entries).map_err(|e| node.fault(e))
 }
 
 /// A symmetric matrix; row `k` of the file has the number `numbers[k]`.
@@ -182,6 +201,16 @@ pub fn write(root: &Node, full: &FullBody) -> Result<(), BodyFault> {
         let weights = marker.entries().iter().flat_map(|e| e.1).collect::<Vec<f64>>();
         node.write("unknowns", &[n], unknowns, "1", "unknowns that move the marker")?;
         node.write("weights", &[n, 6], weights, "1", "displacement and rotation by a unit of each unknown")?;
+    }
+    let points = root.create("points")?;
+    for (name, point) in full.points() {
+        let node = points.create(name)?;
+        node.write("position", &[3], point.position().as_slice().to_vec(), "m", "undeformed position")?;
+        let unknowns: Vec<u32> = point.entries().iter().map(|e| e.0).collect();
+        let n = unknowns.len();
+        let weights = point.entries().iter().flat_map(|e| [e.1[0], e.1[1], e.1[2]]).collect::<Vec<f64>>();
+        node.write("unknowns", &[n], unknowns, "1", "unknowns that move the point")?;
+        node.write("weights", &[n, 3], weights, "1", "displacement by a unit of each unknown")?;
     }
     Ok(())
 }

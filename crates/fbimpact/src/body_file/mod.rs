@@ -52,7 +52,10 @@ impl BodyFile {
     /// Names of the points that are no markers: for output only.
     pub fn points(&self) -> Vec<&str> {
         match self {
-            Self::Full(_) => Vec::new(),
+            Self::Full(full) => {
+                let names = full.points().iter().map(|(name, _)| name.as_str());
+                names.filter(|name| full.markers().iter().all(|(marker, _)| marker != name)).collect()
+            }
             Self::Reduced(reduced) => {
                 let names = reduced.points().iter().map(|(name, _)| name.as_str());
                 names.filter(|name| reduced.markers().iter().all(|m| m.name != *name)).collect()

@@ -31,7 +31,7 @@ pub struct Export<'a> {
 }
 
 /// Writes the body with its faces and its markers that have an extent as markers, reduced to its free modes and the static answers to
-/// its joints and loads in a Buckens frame, or unreduced; a reduced body has the named points of its shape for output as well.
+/// its joints and loads in a Buckens frame, or unreduced, and with the named points of its shape for output.
 ///
 /// # Errors
 /// [`AppError::Command`] for an unknown or rigid body, [`AppError::Model`] if it cannot be built, [`AppError::Io`] for the file, also if
@@ -76,7 +76,15 @@ fn write(
     let (name, path) = (export.body, export.output.display());
     if export.is_full {
         let n = body.n_unknowns();
+        let points = body
+            .spec
+            .shape
+            .markers
+            .iter()
+            .map(|(name, place)| Ok((name.clone(), body.point_weights(place).map_err(|e| model(&e))?)));
+        let points = points.collect::<Result<Vec<_>, AppError>>()?;
         let full = FullBody::new(body.assembled, markers)
+            .and_then(|full| full.with_points(points))
             .map_err(|e| AppError::Model(format!("body \"{name}\": {e}")))?;
         body_file::write_full(export.output, &full)?;
         return Ok(format!("{path}: {name}, {n} freedoms, {} markers\n", full.markers().len()));
