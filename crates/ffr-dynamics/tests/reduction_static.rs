@@ -84,12 +84,16 @@ fn pseudo_modes_are_orthonormal_and_free_modes_stay_as_they_are() {
         assert_eq!(basis.n_modes(), N_LOW + loads.ncols(), "{}", body.name);
         assert_eq!((basis.n_low, basis.first_static()), (basis.n_modes(), N_LOW));
         assert!(basis.omega.is_sorted());
-        assert_eq!(basis.omega[..N_LOW], free.omega);
-        assert!((basis.shapes.as_ref().subcols(0, N_LOW) - &free.shapes).norm_max() < 1e-300);
+        for (a, b) in basis.omega.iter().zip(&free.omega) {
+            assert!((a / b - 1.0).abs() < 1e-12, "{}: {a:e} {b:e}", body.name);
+        }
+        // What eigenmodes share with the answers goes to the answers: the accuracy of the eigensolver.
+        let change = basis.shapes.as_ref().subcols(0, N_LOW) - &free.shapes;
+        assert!(change.norm_max() < 1e-6 * free.shapes.norm_max(), "{}: {:e}", body.name, change.norm_max());
         let (mass, stiffness) = deviations(&body, &basis);
-        // Round-off of stiffness products, 1e-16 times the stiffest entry over the softest of these modes, 1e5 here; in mass also
-        // what eigenmodes share with the answers, 1e-9.
-        assert!(mass < 1e-8 && stiffness < 1e-9, "{}: {mass:e} {stiffness:e}", body.name);
+        // What eigenmodes may share with the answers in mass, and round-off of stiffness products, 1e-16 times the stiffest entry over
+        // the softest of these modes, 1e5 here.
+        assert!(mass <= 1e-8 && stiffness < 1e-9, "{}: {mass:e} {stiffness:e}", body.name);
         let momentum = gram(&basis.rigid.modes, &body.mass_product(basis.shapes.as_ref()));
         assert!(momentum.norm_max() < 1e-10);
     }

@@ -13,6 +13,7 @@ use super::modal::ReducedBasis;
 use super::pencil::Pencil;
 use super::problem::ElasticProblem;
 use super::rigid::RigidModes;
+use super::static_answers::orthonormalise;
 use crate::DynamicsError;
 use crate::body::AssembledBody;
 
@@ -137,8 +138,10 @@ fn reduce(
     let reduced_rigid =
         rigid_coordinates(rigid.modes.as_ref(), interface, constraint, &normal.shapes, &mass_basis);
     let (lambda, reduced) = elastic_modes_dense(k.as_ref(), m.as_ref(), reduced_rigid.as_ref())?;
+    let mut shapes = dense::product(basis.as_ref(), reduced.as_ref());
+    orthonormalise(&mut shapes, |x| inner.mass_product(x))?;
     Ok(ReducedBasis {
-        shapes: dense::product(basis.as_ref(), reduced.as_ref()),
+        shapes,
         omega: lambda.iter().map(|l| l.sqrt()).collect(),
         n_low: lambda.len(),
         rigid: Arc::clone(rigid),

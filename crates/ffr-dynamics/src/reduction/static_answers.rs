@@ -21,8 +21,8 @@ pub const RANK_TOLERANCE: f64 = 1e-8;
 /// Share of the largest energy of a static answer below which a load does not deform the body: it balances the inertia forces of a
 /// rigid motion up to round-off. Slender bodies have shares of 1e-7 between tension and bending.
 const NO_DEFORMATION: f64 = 1e-13;
-/// Mass that pseudo-modes may share with the modes that are kept; below it both are mass-orthonormal to the accuracy of
-/// eigenmodes. Modes that are not the body's own, as those of an interface, share more.
+/// Mass that pseudo-modes may share with the modes that are kept, a tenth of the deviation from mass-orthonormality that the equations of
+/// motion allow. Eigenmodes share what the eigensolver has left in them, modes of an interface a good part.
 const SHARED_MASS: f64 = 1e-8;
 
 /// Loads whose static answers a basis takes.
@@ -37,8 +37,8 @@ pub enum TakenLoads<'a> {
 /// `basis` completed by the static answers to `loads` (n × k): forces on the unknowns, in columns of comparable units, so that moments
 /// are those of unit forces on a lever of the body's size. The columns taken are [`ReducedBasis::static_loads`].
 ///
-/// Modes that are the body's own stay as they are, with the pseudo-modes behind them. Others are mixed with the pseudo-modes
-/// (Rayleigh-Ritz).
+/// Modes that are the body's own stay as they are, up to the accuracy of the eigensolver, with the pseudo-modes behind them. Others are
+/// mixed with the pseudo-modes (Rayleigh-Ritz).
 ///
 /// # Errors
 /// [`DynamicsError::Inconsistent`] if sizes do not fit, the body is clamped or a load is not finite; [`DynamicsError::NotPositiveDefinite`] if
@@ -152,6 +152,7 @@ fn completed(
     let mut joined = joined(&basis, shapes.as_ref(), &omega);
     if shared.norm_max() > SHARED_MASS {
         joined = rayleigh_ritz(joined, &shared, basis.n_modes())?;
+        orthonormalise(&mut joined.shapes, |x| problem.mass_product(x))?;
     }
     joined.n_low = if all_low { joined.omega.len() } else { basis.n_low };
     joined.static_loads = columns;
@@ -165,6 +166,24 @@ fn joined(basis: &ReducedBasis, shapes: MatRef<'_, f64>, omega: &[f64]) -> Reduc
     all.as_mut().subcols_mut(0, n).copy_from(&basis.shapes);
     all.as_mut().subcols_mut(n, m).copy_from(shapes);
     ReducedBasis { shapes: all, omega: basis.omega.iter().chain(omega).copied().collect(), ..basis.clone() }
+}
+
+/// Makes modes of rising frequency that are mass-orthonormal up to the round-off of a projected eigenproblem so up to that of sums. Every
+/// mode loses its share of lower ones, which weighs less in the stiffness than in the mass.
+///
+/// # Errors
+/// [`DynamicsError::NotPositiveDefinite`] if they are linearly dependent.
+pub(super) fn orthonormalise(
+    shapes: &mut Mat<f64>,
+    mass_product: impl Fn(MatRef<'_, f64>) -> Mat<f64>,
+) -> Result<(), DynamicsError> {
+    let mut gram = dense::product(shapes.transpose(), mass_product(shapes.as_ref()).as_ref());
+    dense::symmetrise(&mut gram);
+    let factor = dense::cholesky(gram, "the mass of the modes")?;
+    let mut transposed = shapes.transpose().to_owned();
+    dense::solve_lower(factor.as_ref(), transposed.as_mut());
+    *shapes = transposed.transpose().to_owned();
+    Ok(())
 }
 
 /// Modes of the span of `basis`, whose stiffness is diagonal; its first `n` shapes have the mass `shared` with the others.
