@@ -235,7 +235,7 @@ fn a_variant_that_fails_is_a_row_with_its_reason() {
         "{failed:#}"
     );
     let message = failed["run"]["message"].as_str().expect("a reason");
-    assert!(message.contains("resolution.modes = 120: must be an integer"), "{message}");
+    assert!(message.contains(".modes = 120: must be an integer"), "{message}");
     assert!(sentence(&report).contains("modes could not be judged: "), "{}", sentence(&report));
     assert_eq!(variant(&report, "mesh")["run"]["status"], "complete");
 }
