@@ -175,7 +175,7 @@ fn discs_have_the_area_that_their_projection_has_on_the_surface() {
         for n in [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [s, s, s], [0.6, 0.0, 0.8]] {
             for elements in [1, 3, 20] {
                 let (found, _) = measured(&around(n.map(|x| x * R), a), &ball, &Model::Solid, elements);
-                // The rule integrates 1/cos, a smooth function of (a/R)² = 0.02, far below this.
+                // The rule integrates 1/cos, a smooth function of (a/R)² = 0.02, to round-off of the search, 1e-12.
                 assert!((found / cap - 1.0).abs() < 1e-9, "{net:?} {n:?} {elements}: {found:e} {cap:e}");
             }
         }
