@@ -88,11 +88,7 @@ impl Study<'_> {
             let [x, y, z] = motion.velocity;
             let _ = writeln!(out, "body {}: final velocity [{x:.6e}, {y:.6e}, {z:.6e}] m/s", motion.body);
         }
-        let _ = writeln!(
-            out,
-            "  {:<16} {}",
-            "change in %", "of final velocities, of the largest speed in the run"
-        );
+        let _ = writeln!(out, "  {:<16} of final velocities, of the largest speed in the run", "change in %");
         for (name, difference) in self.complete() {
             let list: Vec<String> = difference
                 .velocities
