@@ -319,11 +319,14 @@ impl<'a> Driver<'a> {
                 }
                 return Ok(false);
             }
-            self.store_until(step.end)?;
             if let Err(error) = self.check_motion() {
-                self.store()?;
-                return Err(error);
+                // Shown as far as it went; an open ledger is no news then.
+                return match self.store() {
+                    Err(failed @ AdaptiveError::Observer(_)) => Err(failed),
+                    _ => Err(error),
+                };
             }
+            self.store_until(step.end)?;
             if self.observer.progress(step.end, step.end - step.start, PhaseKind::Free) == Continue::Interrupt
             {
                 self.store()?;

@@ -428,9 +428,8 @@ pub struct RestartPoint {
     pub total_energy: Option<f64>,
     /// Total energy at the start of the run \[J\].
     pub ledger_start: Option<f64>,
-    /// Of the ledger up to the state stored last: largest size, most energy that the implicit integrator had removed, energy that
-    /// changes of penalty factors have taken \[J\].
-    pub ledger: [f64; 3],
+    /// Of the ledger up to the state stored last: largest size, energy that changes of penalty factors have taken \[J\].
+    pub ledger: [f64; 2],
     /// Smallest gap of each contact and when it was seen; -∞ once the contact has closed [m, s].
     pub gaps: Vec<[f64; 2]>,
     /// Warnings given before it: number of the kind times 2³² plus index of the subject.

@@ -70,7 +70,7 @@ impl Driver<'_> {
             removed: self.numerical.removed,
             total_energy: self.numerical.total,
             ledger_start: self.ledger.start,
-            ledger: [self.ledger.scale, self.ledger.removed, self.ledger.lowered],
+            ledger: [self.ledger.scale, self.ledger.lowered],
             gaps: self.doubts.gaps.clone(),
             warned: self.doubts.given.clone(),
             knowledge: self.model.adaptive.iter().map(|(_, contact)| contact.knowledge).collect(),
@@ -95,8 +95,8 @@ impl Driver<'_> {
         (self.n_phases, self.n_impacts, self.n_refined) = (point.n_phases, point.n_impacts, point.n_refined);
         (self.phase_start, self.next_output) = (point.phase.start, point.next_output);
         self.numerical = NumericalDamping { removed: point.removed, total: point.total_energy };
-        let [scale, removed, lowered] = point.ledger;
-        self.ledger = EnergyLedger { start: point.ledger_start, scale, removed, lowered };
+        let [scale, lowered] = point.ledger;
+        self.ledger = EnergyLedger { start: point.ledger_start, scale, lowered };
         self.doubts = Doubts { given: point.warned.clone(), gaps: point.gaps.clone() };
         // The ledger asks for the state stored last. A contact that refuses the state does so again in the first step.
         self.interpolated.copy_from_slice(&point.state);

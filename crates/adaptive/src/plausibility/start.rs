@@ -1,6 +1,7 @@
 //! How bodies lie at the start: apart, touching, or refused (docs/theory.md section P).
 
 use contact_qs::Plane;
+use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::force::BodyState;
 use nalgebra::{Unit, Vector3};
 
@@ -171,15 +172,33 @@ fn of_surfaces(model: &RunModel, i: usize, states: &[BodyState]) -> Result<Optio
     // The deepest point leaves the other body first; others may follow.
     let (mut moved, mut shift) = (states.to_vec(), Vector3::zeros());
     let mut gap = first.gap;
+    let (along, gain) = way_out(model, facts.body, &first.normal);
     for _ in 0..MOVES {
         if gap >= -ROUND_OFF * size {
             break;
         }
-        shift -= first.normal * gap;
+        shift -= along * (gap / gain);
         moved[facts.body].position = states[facts.body].position + shift;
         gap = watch.nearest_of(&facts.name, &moved)?.gap;
     }
     Ok(Some(Overlap { depth: -first.gap, point: first.contact.point, shift, size }))
+}
+
+/// Direction in which a body can be moved along `normal`, and how much of a move that way counts.
+fn way_out(model: &RunModel, body: usize, normal: &Vector3<f64>) -> (Vector3<f64>, f64) {
+    /// Cosine below which a move hardly helps; the places found then tell how much more is needed.
+    const LEAST: f64 = 0.2;
+    let mut free = *normal;
+    match model.bodies[body].data.motion {
+        RigidMotion::Axial => (free.x, free.y) = (0.0, 0.0),
+        RigidMotion::Planar => free.z = 0.0,
+        RigidMotion::Spatial => {}
+    }
+    let along = free.try_normalize(1e-6).unwrap_or_else(|| match model.bodies[body].data.motion {
+        RigidMotion::Axial => Vector3::z(),
+        _ => Vector3::x(),
+    });
+    (along, along.dot(normal).max(LEAST))
 }
 
 fn of_spheres(
