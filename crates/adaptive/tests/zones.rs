@@ -13,7 +13,7 @@ use adaptive::fine_model::{Division, DivisionRule, FineMesh, FineSettings};
 use adaptive::spec::{BodyKind, BodySpec, ContactLaw, InitialMotion, RunSpec, SurfaceLaw, Target};
 use bodies::wanted_at;
 use contact_qs::law::Friction;
-use impacts::{STEEL, Solid, Trace, ball, contact, disc, finished, law, spec, sphere, try_run};
+use impacts::{STEEL, Solid, Trace, ball, contact, disc, finished, spec, sphere, try_run};
 use nalgebra::{UnitQuaternion, Vector3};
 
 const FLOOR: Target =
