@@ -13,6 +13,7 @@ pub mod recording;
 pub mod elastic_body;
 pub mod stiffening;
 pub mod contact_zone;
+pub mod dent;
 pub mod stress;
 pub mod simulation;
 pub mod imported;

@@ -194,6 +194,7 @@ impl Driver<'_> {
         // Stored before the impact; states of a try given up do not count.
         (self.last_output, self.is_noted) = (self.integrator.time(), false);
         self.lowered = None;
+        self.dents.begin(self.integrator.time(), self.model.observed.points.len());
         let statistics = self.statistics();
         let penalties = self.model.system.forces().iter().map(|f| f.contact.penalty());
         Attempt {
