@@ -13,7 +13,7 @@ use nalgebra::UnitQuaternion;
 fn every_marker_of_every_ball_follows_rigid_motions() {
     let steel = Material::new(210e9, 0.3, 7850.0).unwrap();
     for (net, degrees) in
-        [(SphereNet::Spindle, vec![2, 2, 3]), (SphereNet::Cube, vec![2; 3]), (SphereNet::Shells, vec![2; 3])]
+        [(SphereNet::Spindle, vec![2, 2, 3]), (SphereNet::Cube, vec![4; 3]), (SphereNet::Shells, vec![4; 3])]
     {
         for n in [1, 4] {
             let elements = vec![n; 3];
