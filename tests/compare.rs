@@ -96,8 +96,8 @@ fn half_a_per_cent_of_peak_force_is_found() {
     );
     for (file, name) in [
         (&series, "contacts/impact/normal_force "),
-        (&table, "impacts/impact/0/peak_force "),
-        (&rerun, "impacts/impact/0/peak_force "),
+        (&table, "impacts/impact/1/peak_force "),
+        (&rerun, "impacts/impact/1/peak_force "),
     ] {
         let (code, out, err) = compare(file, &a, &[]);
         assert_eq!(code, 1, "{out}");
@@ -121,14 +121,14 @@ fn shift_of_an_impact_by_a_microsecond_is_found() {
     assert_eq!(json["scenario_changes"].as_array().expect("a list").len(), 1);
     let quantities = json["quantities"].as_array().expect("a list");
     let find = |name: &str| quantities.iter().find(|q| q["name"] == name).expect("compared");
-    for name in ["impacts/impact/0/start", "impacts/impact/0/end", "impacts/impact/0/peak_time"] {
+    for name in ["impacts/impact/1/start", "impacts/impact/1/end", "impacts/impact/1/peak_time"] {
         let q = find(name);
         assert_eq!(q["differs"], true, "{q}");
         // The end of the step in which contact is found lies within 1 ns of the touch.
         assert!((q["deviation"].as_f64().expect("a number") - 1e-6).abs() < 2e-8, "{q}");
     }
-    assert_eq!(find("impacts/impact/0/duration")["differs"], false);
-    assert_eq!(find("impacts/impact/0/peak_force")["differs"], false);
+    assert_eq!(find("impacts/impact/1/duration")["differs"], false);
+    assert_eq!(find("impacts/impact/1/peak_force")["differs"], false);
 }
 
 #[test]

@@ -108,7 +108,7 @@ fn chosen_sizes_are_written_into_the_scenario_with_their_reason() {
     assert!(elements[0] > 5 * elements[1], "{elements:?}");
     assert_eq!(
         bar.reduction,
-        Reduction::CraigBampton { modes: Some(20), fixed_interface_modes: None, joint_interface: false }
+        Reduction::CraigBampton { modes: Some(20), fixed_interface_modes: None, static_answers: true }
     );
     // The resolved text reads back to the same sizes, and tells why.
     let again = parse(&chosen.source.resolved);
@@ -132,7 +132,7 @@ fn keys_that_are_given_are_obeyed() {
         (bar.discretisation.clone(), bar.reduction)
     };
     let count = |r: Reduction| match r {
-        Reduction::Modal { modes } | Reduction::CraigBampton { modes, .. } => modes,
+        Reduction::Modal { modes, .. } | Reduction::CraigBampton { modes, .. } => modes,
         Reduction::All => None,
     };
     let (mesh, reduction) = with("discretisation = { elements = [12, 1] }");

@@ -110,12 +110,12 @@ fn sweep_survives_failed_runs_skips_finished_ones_and_can_be_extended() {
     assert_eq!(code, 0, "{err}");
     assert_eq!(written(at).len(), 3);
     let csv = Csv::read(&at.join("out/table.csv"));
-    let peaks: Vec<f64> = csv.column("impact[0].peak_force").iter().filter_map(|c| c.parse().ok()).collect();
+    let peaks: Vec<f64> = csv.column("impact[1].peak_force").iter().filter_map(|c| c.parse().ok()).collect();
     assert_eq!(peaks.len(), 3);
     // F ~ v^1.2 (Hertz): 22.3, 51.3 and 118 N.
     assert!(peaks.iter().any(|p| (p - 118.0).abs() < 1.0), "{peaks:?}");
     let table = hdf5::File::open(at.join("out/table.h5")).expect("a table");
-    let peak = table.dataset("runs/impact[0].peak_force").expect("a column");
+    let peak = table.dataset("runs/impact[1].peak_force").expect("a column");
     assert_eq!(peak.read_raw::<f64>().expect("numbers").iter().filter(|p| p.is_finite()).count(), 3);
 
     assert_eq!(sweep(&["novalue"]).0, 2);
@@ -150,7 +150,7 @@ fn collect_has_a_row_for_every_run_whatever_became_of_it() {
     let velocities = csv.column("set.bodies.ball.velocity");
     assert_eq!(velocities, ["[0, 0, -0.05]", "[0, 0, -0.1]", "", "", "[0, 0, -1]", "", ""]);
     assert_eq!(csv.names.iter().filter(|n| n.starts_with("set.")).count(), 1, "{:?}", csv.names);
-    let peak: f64 = csv.column("impact[0].peak_force")[1].parse().expect("a number");
+    let peak: f64 = csv.column("impact[1].peak_force")[1].parse().expect("a number");
     // docs/verification.md: 52.08 N.
     assert!((peak - 52.08).abs() < 0.02);
 

@@ -6,11 +6,12 @@
 use std::sync::Arc;
 
 use contact_qs::search::{SurfaceModel, SurfaceSite};
-use contact_qs::{ContactElement, ContactError, Plane};
+use contact_qs::{ContactElement, ContactError, Plane, PressureRecovery};
 use ffr_dynamics::system::force::BodyState;
 use iga_core::nurbs::FaceId;
 use nalgebra::Unit;
 
+use crate::dent::{PointCompliance, compliances, points_on};
 use crate::detection::{Detector, DetectorTarget, Nearest};
 use crate::error::AdaptiveError;
 use crate::fine_model::{FineBody, FineInterval, LowModes};
@@ -21,6 +22,7 @@ use crate::model::{BodyModel, ElasticModel, TrySizes};
 use crate::own_modes::OwnModes;
 use crate::penalty_search::{PenaltySearch, PenaltyStrategy};
 use crate::record::{Knowledge, ZoneSite};
+use crate::simulation::ObservedPoint;
 use crate::spec::{self, ContactSpec, SurfaceLaw, Target};
 use crate::store::ModelCache;
 
@@ -58,6 +60,8 @@ pub struct AdaptiveContact {
 pub struct FineContact {
     /// The force element; taken by the system.
     pub element: Option<Box<dyn ContactElement>>,
+    /// Pressures from its point forces; taken by the system.
+    pub recovery: Option<PressureRecovery>,
     /// Contact element of each point.
     elements: Vec<[usize; 2]>,
     interval: FineInterval,
@@ -82,6 +86,8 @@ pub struct FineContact {
     pub since: (f64, u64),
     /// Its models of the bodies.
     pub zones: Vec<ZoneOnBody>,
+    /// How its forces displace observed points.
+    pub points: Vec<PointCompliance>,
 }
 
 /// The fine model of a contact on one of its bodies.
@@ -105,6 +111,8 @@ pub struct RefinementWish<'a> {
     pub widths: Option<[f64; 2]>,
     /// Peak force that a preview gave \[N\].
     pub peak: Option<f64>,
+    /// Points of the bodies that are observed.
+    pub points: &'a [ObservedPoint],
     /// Bodies whose modes must stay, for other contacts in the system act on them.
     pub fixed: &'a [usize],
 }
@@ -187,6 +195,12 @@ impl AdaptiveContact {
         let own_modes = modes(self.body);
         let site = zone_site(elastic, &nearest.contact, widths);
         let mut target_site = None;
+        let on = |body: usize| points_on(wish.points, body, elastic.body.assembled.motion);
+        let (points, places) = on(self.body);
+        let (mut target_points, mut target_places) = (Vec::new(), Vec::new());
+        if let Target::Body(other) = self.target {
+            (target_points, target_places) = on(other);
+        }
         let (mut own, mut other) = match (self.target, &nearest.target) {
             (Target::Body(other), Some(there)) => {
                 // Side by side: each has stages that only one thread can work on. Questions wait until both are done.
@@ -195,13 +209,13 @@ impl AdaptiveContact {
                 let there = zone_site(target, there, widths);
                 target_site = Some(there);
                 let (own, target) = rayon::join(
-                    || self.side(elastic, &site, own_modes, &mut || Ok(())),
-                    || self.side(target, &there, target_modes, &mut || Ok(())),
+                    || self.side(elastic, (&site, &places), own_modes, &mut || Ok(())),
+                    || self.side(target, (&there, &target_places), target_modes, &mut || Ok(())),
                 );
                 go_on()?;
                 (own?, Some((other, target?)))
             }
-            _ => (self.side(elastic, &site, own_modes, go_on)?, None),
+            _ => (self.side(elastic, (&site, &places), own_modes, go_on)?, None),
         };
         let mut element = self.element(&own, other.as_ref(), bodies)?;
         let on_body = |body, site, side: &FineSide| {
@@ -210,6 +224,12 @@ impl AdaptiveContact {
         };
         let mut zones = vec![on_body(self.body, site, &own)];
         zones.extend(other.as_ref().zip(target_site).map(|((body, side), site)| on_body(*body, site, side)));
+        let displaced = |points: &[usize], body: usize, side: &FineSide| {
+            let points = if side.points.ncols() == 0 { &[] } else { points };
+            compliances(points, body, side.body.motion, &side.points)
+        };
+        let mut observed = displaced(&points, self.body, &own);
+        observed.extend(other.iter().flat_map(|(body, side)| displaced(&target_points, *body, side)));
         let weight = match self.is_vibrating() {
             true => self.static_weight(&mut own, &mut other, states)?,
             false => self.weight_of(element.as_mut(), states)?,
@@ -225,6 +245,7 @@ impl AdaptiveContact {
         };
         let is_target_at_end = other.as_ref().is_some_and(|(_, o)| is_at_end(&o.body.intervals[0]));
         let elements = own.zone.elements.clone();
+        let recovery = PressureRecovery::new(&own.zone.points);
         let mut own_modes = Vec::new();
         for (body, side) in [(self.body, own)].into_iter().chain(other) {
             own_modes.extend(
@@ -233,6 +254,7 @@ impl AdaptiveContact {
         }
         Ok(FineContact {
             element: Some(element),
+            recovery: Some(recovery),
             flags: ContactFlags::new(interval.n_elements),
             elements,
             interval,
@@ -246,6 +268,7 @@ impl AdaptiveContact {
             own: own_modes,
             since: (0.0, 0),
             zones,
+            points: observed,
         })
     }
 

@@ -245,6 +245,7 @@ fn collocate(body: &ElasticBody, face: &Face, interval: &Interval, rule: PointRu
             area: p.area * thickness,
             functions: body.functions_at(p.element, &p.xi),
             on_rim: inner.iter().zip(&p.xi).any(|([first, last], xi)| xi < first || xi > last),
+            function: p.function,
         })
         .collect()
 }

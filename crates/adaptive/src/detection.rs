@@ -179,6 +179,10 @@ impl ContactElement for Dormant {
         Vector3::zeros()
     }
 
+    fn place(&self, _: &[BodyState]) -> Vector3<f64> {
+        Vector3::repeat(f64::NAN)
+    }
+
     fn report(&self) -> &ContactReport {
         &self.report
     }

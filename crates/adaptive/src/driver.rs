@@ -7,6 +7,7 @@ use ffr_dynamics::DynamicsError;
 use ffr_dynamics::integration::{CrossingSearch, DenseOutput, Integrator, Statistics, Step, StepSettings};
 
 use crate::adaptive_contact::FineContact;
+use crate::dent::Dents;
 use crate::error::AdaptiveError;
 use crate::impact_watch::ImpactWatch;
 use crate::model::RunModel;
@@ -62,6 +63,10 @@ pub struct Driver<'a> {
     earlier: Statistics,
     crossing: CrossingSearch,
     watches: Vec<ImpactWatch>,
+    /// For each body the number of the group of bodies that hang together by joints.
+    groups: Vec<usize>,
+    /// What contact zones add to the observed points.
+    dents: Dents,
     /// Fine models in use, one entry a contact.
     fine: Vec<Option<FineContact>>,
     /// Searches of contacts that joined the running impact in an earlier try, one entry a contact.
@@ -190,7 +195,9 @@ impl<'a> Driver<'a> {
             opening: Opening::default(),
             limits,
             doubts: Doubts::new(model.contacts.len()),
+            groups: model.system.model().groups(),
             watches: vec![ImpactWatch::default(); model.system.forces().len()],
+            dents: Dents::new(model.lasting_dents()?),
             fine: model.contacts.iter().map(|_| None).collect(),
             searches: vec![None; model.contacts.len()],
             lowered: None,
@@ -459,6 +466,8 @@ impl<'a> Driver<'a> {
 
     /// Reports the state `interpolated` at time `t`, which the forces were evaluated at last.
     fn report(&mut self, t: f64) -> Result<(), AdaptiveError> {
+        // Outside of impacts no contact force acts; what acts at the start of the run has no past.
+        self.dents.begin(t, self.model.observed.points.len());
         self.fill(t);
         self.send()?;
         self.check_ledger()
@@ -468,12 +477,23 @@ impl<'a> Driver<'a> {
     fn fill(&mut self, t: f64) {
         let RunModel { system, observed, .. } = &mut *self.model;
         fill_sample(system, observed, t, &self.interpolated, &mut self.sample);
+        self.measure_dents(t);
+        let RunModel { system, observed, .. } = &*self.model;
+        self.dents.add_to(&mut self.sample.points, &observed.points, system);
         self.sample.phase = self.n_phases;
         self.sample.energies.gravity -= self.gravity_datum;
         let is_implicit = self.integrator.method().is_implicit();
         self.numerical.book(&mut self.sample.energies, is_implicit);
         self.opening = self.ledger.enter(&self.sample.energies);
         self.is_noted = true;
+    }
+
+    /// Takes the dents at observed points at time `t`, which the forces were evaluated at last.
+    fn measure_dents(&mut self, t: f64) {
+        let RunModel { system, observed, contacts, .. } = &*self.model;
+        if !observed.points.is_empty() {
+            self.dents.take(t, system, &self.fine, |i| contacts[i].loads_interface);
+        }
     }
 
     /// Reports the state noted last.

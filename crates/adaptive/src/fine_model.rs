@@ -437,6 +437,7 @@ impl FineMesh {
                 area: p.area * thickness,
                 functions: self.functions_at(p.element, &p.xi),
                 on_rim: interval.is_edge(element),
+                function: p.function,
             })
             .collect();
         let within = gauss.iter().filter(|p| interval.contains(&p.xi));

@@ -4,6 +4,15 @@ use nalgebra::Vector3;
 
 use crate::record::ImpactRecord;
 
+/// Relative motion of two bodies where they are nearest, as far as it is rigid (docs/theory.md Eq. A.31).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NearMotion {
+    /// Velocity of the contact body relative to the target [m/s].
+    pub velocity: Vector3<f64>,
+    /// Sum of the speeds of both bodies, by which the error of the velocity counts [m/s].
+    pub speed: f64,
+}
+
 /// What the watch needs to know of a contact at the end of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactInstant {
@@ -15,8 +24,17 @@ pub struct ContactInstant {
     pub impulse: Vector3<f64>,
     /// Unit normal towards the contact body.
     pub normal: Vector3<f64>,
-    /// Velocity of the contact body's centre of mass relative to the target's [m/s].
-    pub velocity: Vector3<f64>,
+    /// Relative motion.
+    pub motion: NearMotion,
+}
+
+/// When a contact closed or opened within a step, and how the bodies moved then.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Change {
+    /// Time \[s\].
+    pub time: f64,
+    /// Relative motion.
+    pub motion: NearMotion,
 }
 
 /// State of a watched contact.
@@ -37,9 +55,27 @@ struct Running {
     /// along it are those that the normal impulse changes.
     normal: Vector3<f64>,
     impulse_at_start: Vector3<f64>,
-    velocity_before: Vector3<f64>,
+    before: NearMotion,
     impulse: Vector3<f64>,
-    velocity_after: Vector3<f64>,
+    after: NearMotion,
+}
+
+/// Smallest approach velocity that is one, as a share of the speeds that it is the difference of. The integrator keeps velocities to
+/// a tolerance of 1e-8 of them unless the scenario says otherwise: a ratio with less would be off by a percent.
+const LEAST_APPROACH: f64 = 1e-6;
+
+impl Running {
+    /// Closing speed before and separating speed after.
+    fn speeds(&self) -> (f64, f64) {
+        (0.0 - self.before.velocity.dot(&self.normal), self.after.velocity.dot(&self.normal))
+    }
+
+    /// Ratio of separating and closing speed; NaN if the bodies did not approach each other, or go on approaching each other.
+    fn restitution(&self) -> f64 {
+        let (approach, separation) = self.speeds();
+        let least = LEAST_APPROACH * self.before.speed.max(self.after.speed);
+        if approach > least && separation >= 0.0 { separation / approach } else { f64::NAN }
+    }
 }
 
 impl ImpactWatch {
@@ -59,6 +95,11 @@ impl ImpactWatch {
         self.record.as_ref().is_some_and(|r| r.peak_force > 0.0 && Some(r.peak_time) == now)
     }
 
+    /// First and last contact of the running impact \[s\].
+    pub fn span(&self) -> Option<(f64, f64)> {
+        self.record.as_ref().map(|r| (r.start, r.end))
+    }
+
     /// Peak force so far \[N\].
     pub fn peak_force(&self) -> f64 {
         self.record.as_ref().map_or(0.0, |r| r.peak_force)
@@ -70,36 +111,34 @@ impl ImpactWatch {
         self.step(now, None, None);
     }
 
-    /// Takes the end of an accepted step. `touch` and `release` are the times at which the contact closed or opened within
-    /// the step, if it did \[s\]. Returns whether the force reached a new maximum at this instant.
-    pub fn step(&mut self, now: ContactInstant, touch: Option<f64>, release: Option<f64>) -> bool {
+    /// Takes the end of an accepted step. `touch` and `release` tell when the contact closed or opened within
+    /// the step, if it did. Returns whether the force reached a new maximum at this instant.
+    pub fn step(&mut self, now: ContactInstant, touch: Option<Change>, release: Option<Change>) -> bool {
         if now.force > 0.0 && self.record.is_none() {
             let before = self.last.unwrap_or(now);
             self.record = Some(Running {
-                start: touch.unwrap_or(before.time),
+                start: touch.map_or(before.time, |t| t.time),
                 end: now.time,
                 peak_force: 0.0,
                 peak_time: now.time,
                 normal: now.normal,
                 impulse_at_start: before.impulse,
-                velocity_before: before.velocity,
+                before: touch.map_or(before.motion, |t| t.motion),
                 impulse: Vector3::zeros(),
-                velocity_after: now.velocity,
+                after: now.motion,
             });
         }
         let mut is_new_peak = false;
         if let Some(running) = &mut self.record {
             let was_touching = self.last.is_some_and(|l| l.force > 0.0);
             if now.force > 0.0 {
-                running.end = now.time;
+                (running.end, running.after) = (now.time, now.motion);
             } else if was_touching {
-                running.end = release.unwrap_or(now.time);
+                running.end = release.map_or(now.time, |r| r.time);
+                running.after = release.map_or(now.motion, |r| r.motion);
             }
             // Points may touch within a step and at neither of its ends.
             running.impulse = now.impulse - running.impulse_at_start;
-            if now.force > 0.0 || was_touching {
-                running.velocity_after = now.velocity;
-            }
             if now.force > running.peak_force {
                 (running.peak_force, running.peak_time) = (now.force, now.time);
                 running.normal = now.normal;
@@ -116,10 +155,12 @@ impl ImpactWatch {
         is_new_peak
     }
 
-    /// Ends the running impact and returns its record; `contact` is the contact's index.
-    pub fn finish(&mut self, contact: u32) -> Option<ImpactRecord> {
+    /// Ends the running impact and returns its record; `contact` is the contact's index, `is_alone` whether its bodies were pressed
+    /// by no other contact meanwhile: otherwise, and while force still acts, there is no restitution.
+    pub fn finish(&mut self, contact: u32, is_alone: bool) -> Option<ImpactRecord> {
+        let is_open = self.last.is_some_and(|l| l.force <= 0.0);
         self.record.take().map(|r| {
-            let (approach, separation) = (-r.velocity_before.dot(&r.normal), r.velocity_after.dot(&r.normal));
+            let (approach_velocity, separation_velocity) = r.speeds();
             ImpactRecord {
                 contact,
                 start: r.start,
@@ -127,9 +168,9 @@ impl ImpactWatch {
                 peak_force: r.peak_force,
                 peak_time: r.peak_time,
                 impulse: r.impulse.dot(&r.normal),
-                approach_velocity: approach,
-                separation_velocity: separation,
-                restitution: separation / approach,
+                approach_velocity,
+                separation_velocity: if is_open { separation_velocity } else { f64::NAN },
+                restitution: if is_open && is_alone { r.restitution() } else { f64::NAN },
             }
         })
     }
@@ -162,7 +203,15 @@ mod tests {
 
     fn instant(time: f64, force: f64, impulse: f64, velocity: f64) -> ContactInstant {
         let [impulse, velocity] = [impulse, velocity].map(|size| Vector3::z() * size);
-        ContactInstant { time, force, impulse, normal: Vector3::z(), velocity }
+        ContactInstant { time, force, impulse, normal: Vector3::z(), motion: motion(velocity) }
+    }
+
+    fn motion(velocity: Vector3<f64>) -> NearMotion {
+        NearMotion { velocity, speed: velocity.norm() }
+    }
+
+    fn change(time: f64, velocity: f64) -> Option<Change> {
+        Some(Change { time, motion: motion(Vector3::z() * velocity) })
     }
 
     #[test]
@@ -180,12 +229,12 @@ mod tests {
             }
             let impulse = Vector3::z() * if t > 2.0 { 2.0 } else { 0.0 };
             watch.step(
-                ContactInstant { time: t, force, impulse, normal: normal(angle), velocity },
+                ContactInstant { time: t, force, impulse, normal: normal(angle), motion: motion(velocity) },
                 None,
                 None,
             );
         }
-        let r = watch.finish(0).unwrap();
+        let r = watch.finish(0, true).unwrap();
         // Round-off.
         assert!(
             (r.restitution - 1.0).abs() < 1e-15 && (r.approach_velocity - approach).abs() < 1e-15,
@@ -203,10 +252,11 @@ mod tests {
             let t = i as f64 / n as f64;
             let force = if i == n { 0.0 } else { peak * (std::f64::consts::PI * t).sin() };
             let impulse = 7.0 + peak / std::f64::consts::PI * (1.0 - (std::f64::consts::PI * t).cos());
-            let touch = (i == 1).then_some(0.0);
-            watch.step(instant(t * duration, force, impulse, -2.0 + 3.9 * t), touch, (i == n).then_some(1.0));
+            let (touch, release) = (change(0.0, -2.0), change(1.0, 1.9));
+            let now = instant(t * duration, force, impulse, -2.0 + 3.9 * t);
+            watch.step(now, touch.filter(|_| i == 1), release.filter(|_| i == n));
         }
-        let r = watch.finish(3).unwrap();
+        let r = watch.finish(3, true).unwrap();
         assert_eq!((r.contact, r.start, r.end), (3, 0.0, 1.0));
         // A parabola through three points of a sine, spacing h: error of order (pi h)^4 / 64.
         assert!((r.peak_force / peak - 1.0).abs() < 1e-4, "{r:?}");
@@ -232,7 +282,7 @@ mod tests {
         watch.step(instant(0.0, 0.0, 0.0, 3.0), None, None);
         watch.begin(instant(5.0, 1e-9, 2.0, -0.1));
         watch.step(instant(6.0, 4.0, 3.0, 0.0), None, None);
-        let r = watch.finish(0).unwrap();
+        let r = watch.finish(0, true).unwrap();
         assert_eq!((r.start, r.approach_velocity, r.impulse), (5.0, 0.1, 1.0));
     }
 
@@ -240,9 +290,44 @@ mod tests {
     fn contact_that_opens_and_closes_again_is_one_impact() {
         let mut watch = ImpactWatch::default();
         for (t, f) in [(0.0, 0.0), (1.0, 4.0), (2.0, 0.0), (3.0, 5.0), (4.0, 0.0)] {
-            watch.step(instant(t, f, 0.0, 0.0), None, Some(t - 0.5));
+            watch.step(instant(t, f, 0.0, 0.0), None, change(t - 0.5, 0.0));
         }
-        let r = watch.finish(0).unwrap();
+        let r = watch.finish(0, true).unwrap();
         assert_eq!((r.start, r.end, r.peak_force), (0.0, 3.5, 5.0));
+    }
+
+    /// A touch from 0.25 to 2.75 s; speeds at the ends of steps differ from those at the touch, as under gravity.
+    fn bounce(approach: f64, separation: f64) -> ImpactWatch {
+        let mut watch = ImpactWatch::default();
+        watch.step(instant(0.0, 0.0, 0.0, -approach + 0.1), None, None);
+        watch.step(instant(1.0, 5.0, 1.0, 0.0), change(0.25, -approach), None);
+        watch.step(instant(2.0, 5.0, 2.0, 0.0), None, None);
+        watch.step(instant(3.0, 0.0, 2.0, separation - 0.1), None, change(2.75, separation));
+        watch
+    }
+
+    #[test]
+    fn velocities_are_those_at_touch_and_release() {
+        let r = bounce(2.0, 1.5).finish(0, true).unwrap();
+        let found = [r.approach_velocity, r.separation_velocity, r.restitution];
+        assert!(found.iter().zip([2.0, 1.5, 0.75]).all(|(a, b)| (a - b).abs() < 1e-15), "{r:?}");
+    }
+
+    #[test]
+    fn restitution_is_no_number_where_it_has_no_meaning() {
+        let of = |mut watch: ImpactWatch, is_alone| watch.finish(0, is_alone).unwrap();
+        // Pushed from behind at rest, and with nothing but round-off.
+        assert!(of(bounce(0.0, 1.5), true).restitution.is_nan());
+        assert!(of(bounce(1e-14, 1.5), true).restitution.is_nan());
+        // The rigid motions go on approaching each other.
+        assert!(of(bounce(2.0, -0.5), true).restitution.is_nan());
+        // Another contact pressed the same bodies.
+        let r = of(bounce(2.0, 1.5), false);
+        assert!(r.restitution.is_nan() && r.separation_velocity > 1.0, "{r:?}");
+        // Time is up in contact.
+        let mut watch = bounce(2.0, 1.5);
+        watch.step(instant(4.0, 1.0, 3.0, 0.0), None, None);
+        let r = of(watch, true);
+        assert!(r.restitution.is_nan() && r.separation_velocity.is_nan(), "{r:?}");
     }
 }

@@ -15,6 +15,7 @@ pub mod marker_loads;
 pub mod elastic_body;
 pub mod stiffening;
 pub mod contact_zone;
+pub mod dent;
 pub mod stress;
 pub mod simulation;
 pub mod imported;

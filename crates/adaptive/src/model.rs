@@ -9,6 +9,7 @@ use ffr_dynamics::system::Multibody;
 
 use crate::adaptive_contact::{AdaptiveContact, FineContact, ZoneModel};
 use crate::contact_zone::n_elements;
+use crate::dent::{PointCompliance, of_body};
 use crate::elastic_body::{ElasticBody, Interface, ReducedBody};
 use crate::error::AdaptiveError;
 use crate::fine_model::LowModes;
@@ -180,6 +181,20 @@ impl RunModel {
             initial,
             bodies,
         })
+    }
+
+    /// How forces at interfaces that bodies have for the whole run displace the observed points.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Geometry`] if a point is not in its body.
+    pub fn lasting_dents(&self) -> Result<Vec<PointCompliance>, AdaptiveError> {
+        let mut all = Vec::new();
+        for (i, body) in self.bodies.iter().enumerate() {
+            let Some(elastic) = &body.elastic else { continue };
+            let Some(residual) = &elastic.reduced.residual else { continue };
+            all.extend(of_body(&self.observed.points, i, &elastic.body.discretised(), residual)?);
+        }
+        Ok(all)
     }
 
     /// Names and spectra for the observer.

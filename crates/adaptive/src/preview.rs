@@ -18,6 +18,12 @@ pub struct HertzPoint {
     pub point: FlexiblePoint,
 }
 
+impl HertzPoint {
+    fn place(&self, bodies: &[BodyState]) -> Vector3<f64> {
+        self.body.map_or(self.point.position, |b| self.point.position(&bodies[b]))
+    }
+}
+
 /// The force of an impact's law along a fixed normal between two points that touch at the start.
 ///
 /// The bodies keep their dynamic modes, so that waves and joints count; only the contact zone is that of the law. Points stay
@@ -48,8 +54,7 @@ impl PointImpact {
     }
 
     fn gap(&self, bodies: &[BodyState]) -> f64 {
-        let place = |p: &HertzPoint| p.body.map_or(p.point.position, |b| p.point.position(&bodies[b]));
-        (place(&self.contact) - place(&self.target)).dot(&self.normal) - self.offset
+        (self.contact.place(bodies) - self.target.place(bodies)).dot(&self.normal) - self.offset
     }
 }
 
@@ -106,6 +111,10 @@ impl ContactElement for PointImpact {
 
     fn normal(&self, _: &[BodyState]) -> Vector3<f64> {
         self.normal
+    }
+
+    fn place(&self, bodies: &[BodyState]) -> Vector3<f64> {
+        self.contact.place(bodies)
     }
 
     fn report(&self) -> &ContactReport {

@@ -232,18 +232,20 @@ pub struct ImpactRecord {
     pub peak_time: f64,
     /// Time integral of the normal force [N s].
     pub impulse: f64,
-    /// Closing speed of the centres of mass at the start, along the normal at the peak [m/s].
+    /// Closing speed of the bodies' rigid motions at the place of contact when it closes, along the normal at the peak (theory Eq.
+    /// A.31) [m/s].
     pub approach_velocity: f64,
-    /// Separating speed at the end, along the same normal [m/s].
+    /// Their separating speed when it opens for the last time, along the same normal; NaN while force acts [m/s].
     pub separation_velocity: f64,
-    /// Ratio of the two.
+    /// Ratio of the two (theory Eq. A.32); NaN where it has no meaning: without approach, while force acts, if the motions go on
+    /// approaching each other, or if another contact pressed the same bodies meanwhile.
     pub restitution: f64,
 }
 
 /// One try of an impact phase.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct TryRecord {
-    /// Index of the impact.
+    /// Index of the impact, from 0: its place among the records of impacts.
     pub impact: u32,
     /// Number of the try, from 1.
     pub number: u32,

@@ -2,14 +2,16 @@
 
 use std::time::{Duration, Instant};
 
+use contact_qs::PressureRecovery;
 use contact_qs::contact_element::ContactElement;
 use ffr_dynamics::error::Rejection;
-use ffr_dynamics::invariants::{centre_of_mass, centre_of_mass_velocity};
+use ffr_dynamics::invariants::{centre_of_mass, rigid_velocity};
 use ffr_dynamics::kinematics::marker::FlexiblePoint;
 use ffr_dynamics::system::force::{BodyState, ForceElement, ForceEnergies, GeneralisedForce};
 use ffr_dynamics::system::{Multibody, Reaction};
 use nalgebra::Vector3;
 
+use crate::impact_watch::NearMotion;
 use crate::record::{BodySample, ContactSample, Energies, JointSample, PointSample, PressurePoint, Sample};
 
 /// A contact that counts the time spent in it.
@@ -17,12 +19,44 @@ pub struct TimedContact {
     /// The contact.
     pub contact: Box<dyn ContactElement>,
     elapsed: Duration,
+    recovery: Option<PressureRecovery>,
 }
 
 impl TimedContact {
     /// Wraps a contact.
     pub fn new(contact: Box<dyn ContactElement>) -> Self {
-        Self { contact, elapsed: Duration::ZERO }
+        Self { contact, elapsed: Duration::ZERO, recovery: None }
+    }
+
+    /// With the pressures at its points by `recovery`; otherwise they are forces over areas.
+    #[must_use]
+    pub fn with_pressures(mut self, recovery: Option<PressureRecovery>) -> Self {
+        self.recovery = recovery;
+        self
+    }
+
+    /// Points under pressure at the last evaluation.
+    fn pressures(&mut self, out: &mut Vec<PressurePoint>) {
+        out.clear();
+        let (contact, forces) = (&self.contact, self.contact.point_forces());
+        let mut add = |i: usize, pressure: &dyn Fn(f64) -> f64| {
+            let point = contact.point(i);
+            out.extend(point.map(|(position, area)| PressurePoint {
+                position,
+                area,
+                pressure: pressure(area),
+            }));
+        };
+        match &mut self.recovery {
+            Some(recovery) => {
+                let pressures = recovery.pressures(forces).iter().enumerate();
+                pressures.filter(|(_, p)| **p > 0.0).for_each(|(i, p)| add(i, &|_| *p));
+            }
+            None => {
+                let loaded = forces.iter().enumerate().filter(|(_, force)| **force > 0.0);
+                loaded.for_each(|(i, force)| add(i, &|area| force / area));
+            }
+        }
     }
 
     /// Time spent in evaluations so far.
@@ -126,9 +160,8 @@ pub fn fill_sample(system: &mut System, observed: &Observed, t: f64, y: &[f64], 
     sample.angular_momentum = invariants.angular_momentum.into();
     sample.contacts.resize(system.forces().len(), ContactSample::default());
     sample.pressures.resize(system.forces().len(), Vec::new());
-    for (force, slot) in system.forces().iter().zip(&mut sample.pressures) {
-        slot.clear();
-        slot.extend(pressures(force.contact.as_ref()));
+    for (force, slot) in system.forces_mut().iter_mut().zip(&mut sample.pressures) {
+        force.pressures(slot);
     }
     for (force, slot) in system.forces().iter().zip(&mut sample.contacts) {
         let energies = force.energies();
@@ -166,15 +199,6 @@ pub fn fill_sample(system: &mut System, observed: &Observed, t: f64, y: &[f64], 
 fn fill_reaction(reaction: &Reaction, slot: &mut JointSample) {
     slot.reaction_force = reaction.force.into();
     slot.reaction_moment = reaction.moment.into();
-}
-
-/// Points of a contact that carry force.
-fn pressures(contact: &dyn ContactElement) -> impl Iterator<Item = PressurePoint> {
-    let loaded = contact.point_forces().iter().enumerate().filter(|(_, force)| **force > 0.0);
-    loaded.filter_map(|(i, force)| {
-        let (position, area) = contact.point(i)?;
-        Some(PressurePoint { position, area, pressure: force / area })
-    })
 }
 
 fn contact_sample(contact: &dyn ContactElement) -> ContactSample {
@@ -216,18 +240,28 @@ pub fn smallest_gap(system: &mut System, t: f64, y: &[f64], index: usize) -> f64
     system.forces()[index].contact.smallest_gap(states)
 }
 
-/// The normal of contact `index`, and the velocity of the contact body's centre of mass relative to the target's [m/s], at time
-/// `t` in the state `y`. The normal is the direction of the normal force that acts, whose points are many; without force it is that
+/// The normal of contact `index` at time `t` in the state `y`, and the relative motion of its bodies there. The normal is the
+/// direction of the normal force that acts, whose points are many; without force it is that
 /// of the nearest point, off by the turn of the surface over half their spacing.
-pub fn normal_motion(system: &mut System, t: f64, y: &[f64], index: usize) -> (Vector3<f64>, Vector3<f64>) {
-    place(system, t, y, index);
+pub fn normal_motion(system: &mut System, t: f64, y: &[f64], index: usize) -> (Vector3<f64>, NearMotion) {
+    let motion = near_motion(system, t, y, index);
     let (states, _) = system.last_evaluation();
     let contact = &system.forces()[index].contact;
-    let velocity = |body: usize| centre_of_mass_velocity(&system.model().bodies[body].data, &states[body]);
-    let (body, target) = contact.bodies();
-    let relative = velocity(body) - target.map_or_else(Vector3::zeros, velocity);
     let report = contact.report();
     let pressed = (report.force - report.friction_force).try_normalize(0.0);
     let normal = pressed.filter(|_| report.normal_force > 0.0).unwrap_or_else(|| contact.normal(states));
-    (normal, relative)
+    (normal, motion)
+}
+
+/// Rigid motion of the bodies of contact `index` relative to each other at their nearest points, at time `t` in the state `y`
+/// (theory Eq. A.31).
+pub fn near_motion(system: &mut System, t: f64, y: &[f64], index: usize) -> NearMotion {
+    place(system, t, y, index);
+    let (states, _) = system.last_evaluation();
+    let contact = &system.forces()[index].contact;
+    let near = contact.place(states);
+    let velocity = |body: usize| rigid_velocity(&system.model().bodies[body].data, &states[body], &near);
+    let (body, target) = contact.bodies();
+    let (own, other) = (velocity(body), target.map_or_else(Vector3::zeros, velocity));
+    NearMotion { velocity: own - other, speed: own.norm() + other.norm() }
 }

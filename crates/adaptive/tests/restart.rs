@@ -46,6 +46,8 @@ fn without_clocks(mut trace: Trace) -> Trace {
     trace.tries.iter_mut().for_each(|t| (t.wall_time, t.cpu_time) = (0.0, 0.0));
     trace.tries.iter_mut().for_each(|t| number(&mut t.penalty_start));
     trace.restarts.iter_mut().for_each(|(p, _)| p.phase.wall_time = 0.0);
+    trace.impacts.iter_mut().for_each(|i| number(&mut i.restitution));
+    trace.impacts.iter_mut().for_each(|i| number(&mut i.separation_velocity));
     trace
 }
 

@@ -49,6 +49,9 @@ pub trait ContactElement: ForceElement {
     /// Unit normal towards the contact body at the motion `bodies`, in the inertial frame.
     fn normal(&self, bodies: &[BodyState]) -> Vector3<f64>;
 
+    /// Place of the smallest gap at the motion `bodies`, on the contact body, in the inertial frame; NaN if there is none \[m\].
+    fn place(&self, bodies: &[BodyState]) -> Vector3<f64>;
+
     /// What the last evaluation found.
     fn report(&self) -> &ContactReport;
 
@@ -120,6 +123,10 @@ impl<T: ContactElement + ?Sized> ContactElement for Box<T> {
 
     fn normal(&self, bodies: &[BodyState]) -> Vector3<f64> {
         (**self).normal(bodies)
+    }
+
+    fn place(&self, bodies: &[BodyState]) -> Vector3<f64> {
+        (**self).place(bodies)
     }
 
     fn report(&self) -> &ContactReport {

@@ -7,6 +7,7 @@
 pub mod error;
 pub mod submodel;
 pub mod points;
+pub mod pressure;
 pub mod law;
 pub mod quasistatic;
 pub mod contact_element;
@@ -22,6 +23,7 @@ pub use error::ContactError;
 pub use law::Friction;
 pub use plane::{Plane, PlaneContact, PlaneContactSettings};
 pub use points::{DofLookup, InterfaceCompliance, SurfacePoint, contact_submodel};
+pub use pressure::PressureRecovery;
 pub use search::{Proximity, SearchWorkspace, SurfaceModel, minimum_distance};
 pub use sphere::Sphere;
 pub use sphere_contact::SphereContact;

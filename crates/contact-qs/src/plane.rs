@@ -255,20 +255,25 @@ impl PlaneContact {
     /// Smallest gap of all points at `state` without quasistatic displacement \[m\]: zero where contact begins or ends. The
     /// solver is neither run nor changed. NaN if a gap is not a number.
     pub fn smallest_gap(&self, state: &BodyState) -> f64 {
-        let Ok(normal) = self.normal_components(&state.rotation) else {
-            return f64::NAN;
-        };
+        self.nearest(state).map_or(f64::NAN, |(_, gap)| gap)
+    }
+
+    /// The point of the smallest gap at `state`, and the gap; none if a gap is not a number.
+    fn nearest(&self, state: &BodyState) -> Option<(usize, f64)> {
+        let normal = self.normal_components(&state.rotation).ok()?;
         let offset = self.offset(state);
-        let mut smallest = f64::INFINITY;
+        let mut smallest = (0, f64::INFINITY);
         for i in 0..self.submodel.n_points() {
             let gap = self.gap(i, offset, &normal, &state.elastic);
             // min() would hide a NaN
             if gap.is_nan() {
-                return gap;
+                return None;
             }
-            smallest = smallest.min(gap);
+            if gap < smallest.1 {
+                smallest = (i, gap);
+            }
         }
-        smallest
+        Some(smallest)
     }
 
     /// Replaces `out` by the forces of the last evaluation on the interface freedoms, `f_b = N_bᵀ (n λ + t τ)` (Eq. C.19) \[N\], for
@@ -361,6 +366,13 @@ impl ContactElement for PlaneContact {
 
     fn normal(&self, _bodies: &[BodyState]) -> Vector3<f64> {
         self.settings.plane.normal.into_inner()
+    }
+
+    fn place(&self, bodies: &[BodyState]) -> Vector3<f64> {
+        let state = &bodies[self.settings.body];
+        self.nearest(state).map_or(Vector3::repeat(f64::NAN), |(i, _)| {
+            state.position + state.rotation * self.local_place(i, &state.elastic)
+        })
     }
 
     fn report(&self) -> &ContactReport {

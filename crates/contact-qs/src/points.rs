@@ -24,6 +24,8 @@ pub struct SurfacePoint {
     pub functions: Vec<(u32, f64)>,
     /// Whether the point stands on the rim of the contact zone.
     pub on_rim: bool,
+    /// The function whose Greville point it is; none of a Gauss point.
+    pub function: Option<u32>,
 }
 
 /// Number of the unknown of every displacement component of every control point.
@@ -103,7 +105,7 @@ pub fn contact_submodel(
 }
 
 /// Point in space of a position in the model's components.
-fn in_space(motion: RigidMotion, position: [f64; 3]) -> [f64; 3] {
+pub(crate) fn in_space(motion: RigidMotion, position: [f64; 3]) -> [f64; 3] {
     let mut point = [0.0; 3];
     for (c, &x) in position[..motion.n_components()].iter().enumerate() {
         point[motion.direction(c)] = x;

@@ -140,6 +140,13 @@ impl ContactElement for SphereContact {
         self.approach(bodies).1
     }
 
+    fn place(&self, bodies: &[BodyState]) -> Vector3<f64> {
+        let (gap, normal) = self.approach(bodies);
+        let sphere = &self.sphere;
+        // In the middle of the overlap.
+        sphere.centre.position(&bodies[sphere.body]) - normal * (sphere.radius + 0.5 * gap.min(0.0))
+    }
+
     fn report(&self) -> &ContactReport {
         &self.report
     }

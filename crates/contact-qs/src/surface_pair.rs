@@ -22,6 +22,7 @@ use nalgebra::Vector3;
 use crate::ContactError;
 use crate::contact_element::{ContactElement, ContactReport};
 use crate::law::{Friction, penalty};
+use crate::points::in_space;
 use crate::quasistatic::{Method, PointState};
 use crate::submodel::{ContactSubmodel, SparseRows};
 
@@ -481,14 +482,23 @@ impl ContactElement for SurfacePair {
 
     fn smallest_gap(&self, bodies: &[BodyState]) -> f64 {
         let mut buffers = self.search.lock().unwrap_or_else(PoisonError::into_inner);
-        self.nearest(bodies, &mut buffers).map_or(f64::NAN, |found| found.0)
+        self.nearest(bodies, &mut buffers).map_or(f64::NAN, |found| found.gap)
     }
 
     fn normal(&self, bodies: &[BodyState]) -> Vector3<f64> {
         let mut buffers = self.search.lock().unwrap_or_else(PoisonError::into_inner);
         let (_, target) = self.states(bodies);
-        self.nearest(bodies, &mut buffers)
-            .map_or(Vector3::repeat(f64::NAN), |(_, n)| motion::direction(self.motion, &target.rotation, &n))
+        self.nearest(bodies, &mut buffers).map_or(Vector3::repeat(f64::NAN), |found| {
+            motion::direction(self.motion, &target.rotation, &found.normal)
+        })
+    }
+
+    fn place(&self, bodies: &[BodyState]) -> Vector3<f64> {
+        let mut buffers = self.search.lock().unwrap_or_else(PoisonError::into_inner);
+        let (own, _) = self.states(bodies);
+        self.nearest(bodies, &mut buffers).map_or(Vector3::repeat(f64::NAN), |found| {
+            own.position + own.rotation * Vector3::from(in_space(self.motion, found.place))
+        })
     }
 
     fn report(&self) -> &ContactReport {
@@ -504,11 +514,7 @@ impl ContactElement for SurfacePair {
     }
 
     fn point(&self, i: usize) -> Option<([f64; 3], f64)> {
-        let mut point = [0.0; 3];
-        for (c, &x) in self.points.get(i)?.iter().enumerate().take(self.motion.n_components()) {
-            point[self.motion.direction(c)] = x;
-        }
-        Some((point, self.areas[i]))
+        Some((in_space(self.motion, *self.points.get(i)?), self.areas[i]))
     }
 
     fn set_penalty(&mut self, penalty: f64) -> Result<(), ContactError> {

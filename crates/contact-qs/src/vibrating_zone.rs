@@ -208,6 +208,10 @@ impl<C: ContactElement> ContactElement for VibratingContact<C> {
         self.seen(bodies, |states| self.contact.normal(states))
     }
 
+    fn place(&self, bodies: &[BodyState]) -> Vector3<f64> {
+        self.seen(bodies, |states| self.contact.place(states))
+    }
+
     fn report(&self) -> &ContactReport {
         &self.report
     }

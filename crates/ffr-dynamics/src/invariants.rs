@@ -1,6 +1,6 @@
 //! Energy, momentum and angular momentum (docs/theory.md Eq. D.11, D.12).
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use crate::body::{DeformedMoments, StandardInputData};
 use crate::system::force::BodyState;
@@ -92,4 +92,54 @@ pub fn centre_of_mass_velocity(data: &StandardInputData, state: &BodyState) -> V
         rate += c * *v;
     }
     state.velocity + state.rotation * ((state.angular_velocity.cross(&moment) + rate) / data.mass)
+}
+
+/// Velocity at `place` \[m\] of the rigid motion that carries the body's momenta (Eq. A.31), both in the inertial frame [m/s]: that of
+/// the deformed centre of mass, and the turn `J⁻¹ L` with inertia and angular momentum about it. Vibration does not enter, nor does the
+/// choice of the frame of reference. A body without inertia about an axis turns with its frame.
+pub fn rigid_velocity(data: &StandardInputData, state: &BodyState, place: &Vector3<f64>) -> Vector3<f64> {
+    let DeformedMoments { mass_moment, mass_moment_rate, inertia, relative_spin } =
+        data.deformed_moments(&state.elastic, &state.elastic_rates);
+    let (omega, centre) = (&state.angular_velocity, mass_moment / data.mass);
+    let velocity = state.velocity + state.rotation * (omega.cross(&centre) + mass_moment_rate / data.mass);
+    let arm = state.rotation.inverse_transform_vector(&(place - state.position)) - centre;
+    // About the centre of mass, relative to the frame's turn: what the vibration carries of the angular momentum.
+    let about_centre = inertia
+        - (Matrix3::identity() * mass_moment.norm_squared() - mass_moment * mass_moment.transpose())
+            / data.mass;
+    let rest = relative_spin - centre.cross(&mass_moment_rate);
+    let turn = match data.motion.n_rotations() {
+        3 => about_centre.try_inverse().map_or_else(Vector3::zeros, |inverse| inverse * rest),
+        1 if about_centre[(2, 2)] > 0.0 => Vector3::z() * (rest.z / about_centre[(2, 2)]),
+        _ => Vector3::zeros(),
+    };
+    velocity + state.rotation * (omega + turn).cross(&arm)
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::UnitQuaternion;
+
+    use super::*;
+    use crate::body::RigidMotion;
+
+    #[test]
+    fn rigid_velocity_of_a_rigid_body_is_that_of_its_points() {
+        let inertia = Matrix3::new(3.0, 0.1, -0.2, 0.1, 4.0, 0.3, -0.2, 0.3, 5.0);
+        let centre = Vector3::new(0.2, -0.1, 0.4);
+        let data = StandardInputData::rigid(RigidMotion::Spatial, 2.0, centre, inertia).unwrap();
+        let state = BodyState {
+            position: Vector3::new(0.3, -0.2, 1.0),
+            rotation: UnitQuaternion::from_scaled_axis(Vector3::new(0.4, -0.9, 0.2)),
+            velocity: Vector3::new(1.0, 2.0, -0.5),
+            angular_velocity: Vector3::new(-3.0, 0.7, 1.9),
+            elastic: Vec::new(),
+            elastic_rates: Vec::new(),
+        };
+        let arm = Vector3::new(0.5, 0.6, -0.7);
+        let place = state.position + state.rotation * arm;
+        let expected = state.velocity + state.rotation * state.angular_velocity.cross(&arm);
+        let found = rigid_velocity(&data, &state, &place);
+        assert!((found - expected).norm() < 1e-14, "{found} {expected}"); // round-off
+    }
 }

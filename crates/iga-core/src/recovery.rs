@@ -10,6 +10,9 @@ use crate::space::{GridBasis, Space};
 /// strains are taken: gradients do not exist on the line itself. The strain changes by about this part of its variation
 /// over the element.
 const SINGULAR_STEP: f64 = 1e-4;
+/// Ratio of the determinants at a point and at the one moved into the element above which the map counts as regular: one but for 1e-4
+/// of its variation on regular sides, less than a half within 1e-4 of the element's size from a singular line.
+const REGULAR: f64 = 0.5;
 /// Below this part of the largest radius of the element `u_r / r` is replaced by its limit `∂u_r/∂r`: the limit is wrong by
 /// the square of this number, the quotient would be by round-off divided by it.
 const AXIS_LIMIT: f64 = 1e-7;
@@ -129,16 +132,27 @@ impl RecoveryWorkspace {
         space.active_functions(e, &mut self.active);
         self.nodes.clear();
         self.nodes.extend(self.active.iter().map(|&a| space.control_points()[a as usize]));
-        let mut point = *xi;
-        let mut map = self.map(space, e, &point);
-        if map.is_singular() {
-            let element = space.element(e);
-            for (x, (lower, upper)) in point.iter_mut().zip(element.lower.iter().zip(&element.upper)) {
-                *x += SINGULAR_STEP * (0.5 * (lower + upper) - *x);
-            }
-            map = self.map(space, e, &point);
+        let (mut point, mut is_at_side) = (*xi, false);
+        let element = space.element(e);
+        for (x, (lower, upper)) in point.iter_mut().zip(element.lower.iter().zip(&element.upper)) {
+            is_at_side |= (*x - lower).min(upper - *x) < SINGULAR_STEP * (upper - lower);
+            *x += SINGULAR_STEP * (0.5 * (lower + upper) - *x);
         }
-        map.volume_ratio(point)?;
+        let map = self.map(space, e, xi);
+        if !is_at_side {
+            map.volume_ratio(*xi)?;
+            return Ok(map);
+        }
+        // Singular lines are sides of elements. A place that a search found lies beside them by round-off, where the determinant is not
+        // zero but far below that of a point nearby.
+        let beside = self.map(space, e, &point);
+        let is_regular = map.determinant > REGULAR * beside.determinant;
+        if !is_regular {
+            beside.volume_ratio(point)?;
+            return Ok(beside);
+        }
+        let map = self.map(space, e, xi);
+        map.volume_ratio(*xi)?;
         Ok(map)
     }
 

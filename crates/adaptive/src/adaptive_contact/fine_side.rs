@@ -17,6 +17,7 @@ use iga_core::surface::Face;
 use nalgebra::Unit;
 
 use super::{AdaptiveContact, FALLBACK_PENALTY, GoOn, WIDEST};
+use crate::dent::{Functions, point_rows};
 use crate::elastic_body::{ElasticBody, damping, with_critical};
 use crate::error::AdaptiveError;
 use crate::fine_model::{ELEMENTS, FineBody, FineMesh, FineSettings, FineZone, LowModes, WantedInterval};
@@ -36,6 +37,8 @@ pub struct FineSide {
     shapes: Mat<f64>,
     /// How the rest of the interface's motion answers.
     answer: ZoneAnswer,
+    /// Displacements of observed points by forces at the interface, as of [`point_rows`]; no columns if the zone vibrates.
+    pub points: Mat<f64>,
     /// Modes of its own, if the body changes to them.
     pub own: Option<(AssembledBody, OwnModes)>,
 }
@@ -137,7 +140,8 @@ impl AdaptiveContact {
             let ZoneModel { mesh, zone, shapes, residual } =
                 self.zone_model(super::elastic(&bodies[body]), &site)?;
             let answer = ZoneAnswer::Static(residual.compliance().clone());
-            sides.push((body, FineSide { body: mesh, zone, shapes, answer, own: None }, residual));
+            let side = FineSide { body: mesh, zone, shapes, answer, points: Mat::new(), own: None };
+            sides.push((body, side, residual));
         }
         let mut rest = sides.into_iter();
         let Some((body, own, residual)) = rest.next() else {
@@ -155,14 +159,14 @@ impl AdaptiveContact {
         Ok(RebuiltContact { element, models })
     }
 
-    /// The fine model of the body `elastic` at `site`.
+    /// The fine model of the body `elastic` at `site`, and how forces on it displace the `places` of the body.
     ///
     /// # Errors
     /// [`AdaptiveError`] with the name of body or contact, or the error of `go_on`.
     pub(super) fn side(
         &self,
         elastic: &ElasticModel,
-        site: &ZoneSite,
+        (site, places): (&ZoneSite, &[[f64; 3]]),
         modes: LowModes,
         go_on: &mut GoOn<'_>,
     ) -> Result<FineSide, AdaptiveError> {
@@ -175,6 +179,16 @@ impl AdaptiveContact {
         }
         go_on()?;
         let coarse = (body, &elastic.reduced);
+        // Zones that vibrate have no static answer.
+        let places = if self.is_vibrating() { &[] } else { places };
+        let functions = |place: &[f64; 3]| {
+            let (e, xi) = fine.locate(body, place)?;
+            Ok(fine.functions_at(e, &xi))
+        };
+        let functions: Vec<Functions> = places.iter().map(functions).collect::<Result<_, AdaptiveError>>()?;
+        let points = |mesh: &FineMesh, residual: &ResidualFlexibility| {
+            point_rows(&functions, &mesh.lookup, mesh.motion, residual)
+        };
         let answer = |residual: &ResidualFlexibility, assembled: &AssembledBody| match self.is_vibrating() {
             false => Ok(ZoneAnswer::Static(residual.compliance().clone())),
             true => ResidualModes::new(residual, assembled)
@@ -186,29 +200,30 @@ impl AdaptiveContact {
             let fine = FineBody { mesh: fine, assembled };
             let (basis, residual) = fine.reduce(coarse, &zone.unknowns, modes)?;
             go_on()?;
-            let answer = answer(&residual, &fine.assembled)?;
+            let (answer, points) = (answer(&residual, &fine.assembled)?, points(&fine.mesh, &residual));
             let own = OwnModes::new(coarse, &fine, basis, self.law.hand_over.method)?;
             let shapes = own.reduced.shapes().to_owned();
             let FineBody { mesh, assembled } = fine;
-            return Ok(FineSide { body: mesh, zone, shapes, answer, own: Some((assembled, own)) });
+            return Ok(FineSide { body: mesh, zone, shapes, answer, points, own: Some((assembled, own)) });
         }
-        let answer = self.cache.stored(
+        let n_rows = places.len() * fine.motion.n_components();
+        let (answer, points) = self.cache.stored(
             || {
-                let key = compliance_key(coarse, &wanted, &settings, &zone.unknowns);
+                let key = compliance_key(coarse, &wanted, &settings, (&zone.unknowns, places));
                 ModelKey { kind: if self.is_vibrating() { "zone-modes" } else { key.kind }, ..key }
             },
-            |stored| self.answer_from(stored, zone.unknowns.len()),
+            |stored| self.answer_from(stored, zone.unknowns.len(), n_rows),
             || {
                 let assembled = fine.assemble(body)?;
                 go_on()?;
                 let (_, residual) = fine.reduce(&assembled, coarse, &zone.unknowns, LowModes::Prolonged)?;
                 go_on()?;
-                answer(&residual, &assembled)
+                answer(&residual, &assembled).map(|answer| (answer, points(&fine, &residual)))
             },
             stored_answer,
         )?;
         let shapes = fine.prolong(&body.assembled, elastic.reduced.shapes());
-        Ok(FineSide { body: fine, zone, shapes, answer, own: None })
+        Ok(FineSide { body: fine, zone, shapes, answer, points, own: None })
     }
 
     /// Whether the zones' high-frequency modes are dynamic.
@@ -216,14 +231,15 @@ impl AdaptiveContact {
         self.law.treatment.is_vibrating()
     }
 
-    /// The answer of a zone with `n` unknowns that was kept; none if it does not fit.
-    fn answer_from(&self, stored: &StoredModel, n: usize) -> Option<ZoneAnswer> {
+    /// The answer of a zone with `n` unknowns that was kept, and the `n_points` columns of observed points; none if it does not fit.
+    fn answer_from(&self, stored: &StoredModel, n: usize, n_points: usize) -> Option<(ZoneAnswer, Mat<f64>)> {
         if !self.is_vibrating() {
-            return matrix(&stored.values, n, n).map(ZoneAnswer::Static);
+            let (compliance, points) = stored.values.split_at_checked(n * n)?;
+            return matrix(compliance, n, n).map(ZoneAnswer::Static).zip(matrix(points, n, n_points));
         }
         let (omega, shapes) = stored.values.split_at_checked(n)?;
         let interface_shapes = matrix(shapes, n, n)?;
-        Some(ZoneAnswer::Vibrating(ResidualModes { omega: omega.to_vec(), interface_shapes }))
+        Some((ZoneAnswer::Vibrating(ResidualModes { omega: omega.to_vec(), interface_shapes }), Mat::new()))
     }
 
     /// The vibration of the contact zone on body `index`; none if it answers quasistatically.
@@ -412,9 +428,13 @@ pub(super) fn thickness(model: &Model) -> f64 {
 }
 
 /// What of a zone's answer is kept.
-fn stored_answer(answer: &ZoneAnswer) -> StoredModel {
+fn stored_answer((answer, points): &(ZoneAnswer, Mat<f64>)) -> StoredModel {
     let values = match answer {
-        ZoneAnswer::Static(compliance) => matrix_values(compliance),
+        ZoneAnswer::Static(compliance) => {
+            let mut values = matrix_values(compliance);
+            values.extend(matrix_values(points));
+            values
+        }
         ZoneAnswer::Vibrating(modes) => {
             let mut values = modes.omega.clone();
             values.extend(matrix_values(&modes.interface_shapes));

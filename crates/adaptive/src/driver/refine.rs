@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use contact_qs::ContactElement;
+use contact_qs::{ContactElement, PressureRecovery};
 use ffr_dynamics::DynamicsError;
 use ffr_dynamics::error::Rejection;
 use ffr_dynamics::integration::{DormandPrince, Step, StepSettings};
@@ -81,6 +81,8 @@ impl Driver<'_> {
         }
         self.ledger.lowered += after.energy - before.energy;
         self.lowered = Some((t, after));
+        self.measure_dents(t);
+        self.dents.go_on_from_present(t);
         self.integrator.restart(t, &y);
         // No curve through forces of both factors.
         (0..self.watches.len()).try_for_each(|i| self.begin_watch(i))?;
@@ -237,7 +239,8 @@ impl Driver<'_> {
         };
         let observer = &mut *self.observer;
         let mut go_on = || if observer.is_interrupted() { Err(AdaptiveError::Interrupted) } else { Ok(()) };
-        let wish = RefinementWish { widths, peak: self.previews[i], fixed: &fixed };
+        let points = &self.model.observed.points;
+        let wish = RefinementWish { widths, peak: self.previews[i], points, fixed: &fixed };
         let mut fine = contact.refine(&self.model.bodies, states, &wish, &mut go_on)?;
         let before = self.present_ledger()?;
         if let Some(mut element) = fine.element.take() {
@@ -249,7 +252,7 @@ impl Driver<'_> {
                 })?;
                 fine.search = search;
             }
-            self.replace_contact(i, element)?;
+            self.replace_contact(i, element, fine.recovery.take())?;
         }
         self.building = None;
         self.n_refined += 1;
@@ -270,10 +273,15 @@ impl Driver<'_> {
     }
 
     /// Puts `element` in the place of contact `i`; the coordinates that it has of its own start at rest.
-    fn replace_contact(&mut self, i: usize, element: Box<dyn ContactElement>) -> Result<(), AdaptiveError> {
+    fn replace_contact(
+        &mut self,
+        i: usize,
+        element: Box<dyn ContactElement>,
+        recovery: Option<PressureRecovery>,
+    ) -> Result<(), AdaptiveError> {
         let n = 2 * element.n_coordinates();
         let place = self.model.system.coordinates_of_force(i);
-        self.model.system.forces_mut()[i] = TimedContact::new(element);
+        self.model.system.forces_mut()[i] = TimedContact::new(element).with_pressures(recovery);
         if place.is_empty() && n == 0 {
             return Ok(());
         }
@@ -295,7 +303,7 @@ impl Driver<'_> {
         let (body, target) = self.model.system.forces()[i].contact.bodies();
         let elapsed = self.model.system.forces()[i].elapsed();
         self.model.contact_time += elapsed.as_secs_f64();
-        self.replace_contact(i, Box::new(Dormant::new(body, target)))?;
+        self.replace_contact(i, Box::new(Dormant::new(body, target)), None)?;
         if hosted.is_empty() {
             return Ok(());
         }

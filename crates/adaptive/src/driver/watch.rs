@@ -6,10 +6,10 @@ use super::Driver;
 use super::impact::Attempt;
 use crate::adaptive_contact::FineContact;
 use crate::error::AdaptiveError;
-use crate::impact_watch::ContactInstant;
+use crate::impact_watch::{Change, ContactInstant};
 use crate::interval::IntervalAssessment;
 use crate::record::TryRecord;
-use crate::simulation::{normal_motion, smallest_gap};
+use crate::simulation::{near_motion, normal_motion, smallest_gap};
 
 impl Driver<'_> {
     /// Ends an accepted impact: reports it, and lets the fine models go.
@@ -30,8 +30,9 @@ impl Driver<'_> {
             self.book_transfer(i, "fine to coarse", &before, &after);
         }
         self.flush()?;
-        for i in 0..self.watches.len() {
-            if let Some(record) = self.watches[i].finish(i as u32) {
+        let alone: Vec<bool> = (0..self.watches.len()).map(|i| self.is_alone(i)).collect();
+        for (i, is_alone) in alone.into_iter().enumerate() {
+            if let Some(record) = self.watches[i].finish(i as u32, is_alone) {
                 self.observer.impact(&record)?;
                 self.n_impacts += 1;
                 self.doubt_impact(&record, is_open[i])?;
@@ -41,6 +42,23 @@ impl Driver<'_> {
         self.integrator.invalidate();
         self.next_output = self.integrator.time() + self.settings.free_interval;
         Ok(())
+    }
+
+    /// Whether the impact of contact `i` changed the velocities of its bodies alone: no other contact pressed them meanwhile, nor
+    /// bodies that hang together with them by joints.
+    fn is_alone(&self, i: usize) -> bool {
+        let forces = self.model.system.forces();
+        let groups = &self.groups;
+        let pressed = |k: usize| {
+            let (body, target) = forces[k].contact.bodies();
+            [Some(body), target].into_iter().flatten().map(move |b| groups[b])
+        };
+        let Some((start, end)) = self.watches[i].span() else { return true };
+        let others = self.watches.iter().enumerate().filter(|(k, _)| *k != i);
+        let mut meanwhile = others.filter_map(|(k, watch)| watch.span().map(|span| (k, span)));
+        !meanwhile.any(|(k, (first, last))| {
+            first < end && start < last && pressed(k).any(|group| pressed(i).any(|own| own == group))
+        })
     }
 
     /// Logs a try, one entry a contact that took part.
@@ -113,7 +131,7 @@ impl Driver<'_> {
     pub(super) fn watch(&mut self) -> Result<(), AdaptiveError> {
         for i in 0..self.watches.len() {
             let now = self.instant(i);
-            self.check_contact(i, now.time, -now.velocity.dot(&now.normal))?;
+            self.check_contact(i, now.time, -now.motion.velocity.dot(&now.normal))?;
             let (touch, release) = self.changes(i)?;
             self.watches[i].step(now, touch, release);
         }
@@ -124,7 +142,7 @@ impl Driver<'_> {
     /// Shows the present instant to the watch of contact `i`, which has not looked at it up to now.
     pub(super) fn begin_watch(&mut self, i: usize) -> Result<(), AdaptiveError> {
         let now = self.instant(i);
-        self.check_contact(i, now.time, -now.velocity.dot(&now.normal))?;
+        self.check_contact(i, now.time, -now.motion.velocity.dot(&now.normal))?;
         self.watches[i].begin(now);
         Ok(())
     }
@@ -132,13 +150,13 @@ impl Driver<'_> {
     fn instant(&mut self, i: usize) -> ContactInstant {
         let (time, y) = (self.integrator.time(), self.integrator.state());
         let system = &mut self.model.system;
-        let (normal, velocity) = normal_motion(system, time, y, i);
+        let (normal, motion) = normal_motion(system, time, y, i);
         let force = system.forces()[i].contact.report().normal_force;
-        ContactInstant { time, force, impulse: system.impulse(y, i), normal, velocity }
+        ContactInstant { time, force, impulse: system.impulse(y, i), normal, motion }
     }
 
-    /// Times in the last step at which contact `i` closed and opened, if it did.
-    pub(super) fn changes(&mut self, i: usize) -> Result<(Option<f64>, Option<f64>), AdaptiveError> {
+    /// When contact `i` closed and opened in the last step, if it did.
+    fn changes(&mut self, i: usize) -> Result<(Option<Change>, Option<Change>), AdaptiveError> {
         let system = &mut self.model.system;
         let (start, end) = self.integrator.interval();
         let first = smallest_gap(system, start, self.integrator.previous_state(), i);
@@ -152,15 +170,19 @@ impl Driver<'_> {
         })
     }
 
-    /// Time in the last step at which `sign` times the gap of contact `i` became zero or less.
-    fn crossing(&mut self, i: usize, sign: f64) -> Result<Option<f64>, AdaptiveError> {
+    /// When in the last step `sign` times the gap of contact `i` became zero or less.
+    fn crossing(&mut self, i: usize, sign: f64) -> Result<Option<Change>, AdaptiveError> {
         let system = &mut self.model.system;
         let found = self
             .crossing
             .first_crossing(&self.integrator, |t, y| sign * smallest_gap(system, t, y, i))
             .map_err(AdaptiveError::Dynamics)?;
+        let change = found.map(|c| {
+            self.integrator.interpolate(c.time, &mut self.interpolated);
+            Change { time: c.time, motion: near_motion(system, c.time, &self.interpolated, i) }
+        });
         // The search leaves the system at another instant.
         system.body_states(self.integrator.time(), self.integrator.state());
-        Ok(found.map(|c| c.time))
+        Ok(change)
     }
 }

@@ -46,7 +46,7 @@ pub fn point_in_space(motion: RigidMotion, position: &[f64; 3]) -> Vector3<f64> 
 
 impl Discretised<'_> {
     /// Functions that are not zero at parameters `xi` of element `e`, with their values.
-    fn functions_at(&self, e: usize, xi: &[f64; 3]) -> Vec<(u32, f64)> {
+    pub fn functions_at(&self, e: usize, xi: &[f64; 3]) -> Vec<(u32, f64)> {
         let (mut basis, mut active) = (PointBasis::default(), Vec::new());
         self.space.evaluate(e, xi, 0, &mut basis);
         self.space.active_functions(e, &mut active);

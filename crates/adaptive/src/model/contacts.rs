@@ -8,7 +8,7 @@ use contact_qs::plane::{Plane, PlaneContact, PlaneContactSettings};
 use contact_qs::points::{InterfaceCompliance, contact_submodel};
 use contact_qs::search::SurfaceModel;
 use contact_qs::surface_pair::{SurfacePair, SurfacePairSettings, TargetSurface};
-use contact_qs::{ContactSubmodel, Sphere, SphereContact};
+use contact_qs::{ContactSubmodel, PressureRecovery, Sphere, SphereContact};
 use ffr_dynamics::system::force::BodyState;
 use nalgebra::Unit;
 
@@ -295,7 +295,8 @@ pub fn build_contact(
         wave_speed: slowest_wave(spec, bodies),
         loads_interface: is_static && zones.is_some(),
     };
-    Ok(BuiltContact { element: TimedContact::new(element), facts })
+    let recovery = zones.map(|zones| PressureRecovery::new(&zones.own.points));
+    Ok(BuiltContact { element: TimedContact::new(element).with_pressures(recovery), facts })
 }
 
 /// Radii of the partners of a Hertz contact.

@@ -41,18 +41,19 @@ pub fn check(model: &mut RunModel) -> Result<Vec<(usize, Warning)>, AdaptiveErro
     let mut warnings = Vec::new();
     for i in 0..model.contacts.len() {
         let facts = model.contacts[i].clone();
-        let (normal, velocity) = match facts.radii {
+        let (normal, motion) = match facts.radii {
             Some(_) => normal_motion(&mut model.system, 0.0, &y, i),
             None => {
-                let (_, velocity) = normal_motion(&mut model.system, 0.0, &y, i);
-                (detector(model, i)?.nearest_of(&facts.name, &states)?.normal, velocity)
+                let (_, motion) = normal_motion(&mut model.system, 0.0, &y, i);
+                (detector(model, i)?.nearest_of(&facts.name, &states)?.normal, motion)
             }
         };
         let overlap = match facts.radii {
             Some(radii) => of_spheres(model, i, radii, &states)?,
             None => of_surfaces(model, i, &states)?,
         };
-        if let Some(error) = fast_approach(&facts.name, 0.0, -velocity.dot(&normal), facts.wave_speed) {
+        if let Some(error) = fast_approach(&facts.name, 0.0, -motion.velocity.dot(&normal), facts.wave_speed)
+        {
             return Err(error);
         }
         let Some(overlap) = overlap.filter(|o| o.depth > ROUND_OFF * o.size) else { continue };

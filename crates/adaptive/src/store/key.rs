@@ -60,12 +60,13 @@ pub fn modes_key(
     ModelKey { kind: "modes", definition: key.0 }
 }
 
-/// Key of the compliance that the fine model of a body with modes prolonged from `coarse` has at the interface `unknowns`.
+/// Key of the compliance that the fine model of a body with modes prolonged from `coarse` has at the interface `unknowns`, and to
+/// `points` of the body.
 pub fn compliance_key(
     (body, reduced): (&ElasticBody, &ReducedBody),
     wanted: &WantedInterval,
     settings: &FineSettings,
-    unknowns: &[usize],
+    (unknowns, points): (&[usize], &[[f64; 3]]),
 ) -> ModelKey {
     let mut key = Bytes(body_definition(&body.spec));
     let basis = &reduced.basis;
@@ -90,6 +91,7 @@ pub fn compliance_key(
     key.counts(growth.as_slice());
     // They say as well by which points the contact is watched.
     key.counts(unknowns);
+    key.points(points);
     ModelKey { kind: "compliance", definition: key.0 }
 }
 

@@ -55,7 +55,7 @@ impl PlaneContact {
     }
 
     /// Displaced place of point `i` in the body's frame, without quasistatic displacement \[m\].
-    fn place(&self, i: usize, elastic: &[f64]) -> Vector3<f64> {
+    pub(super) fn local_place(&self, i: usize, elastic: &[f64]) -> Vector3<f64> {
         let motion = self.submodel.motion;
         let mut place = Vector3::from(self.submodel.points[i]);
         for c in 0..motion.n_components() {
@@ -85,7 +85,7 @@ impl PlaneContact {
         let motion = self.submodel.motion;
         let origin = state.position - self.settings.plane.point;
         for i in 0..self.submodel.n_points() {
-            let place = self.place(i, &state.elastic);
+            let place = self.local_place(i, &state.elastic);
             for a in 0..friction.n_t {
                 let tangent = &friction.tangents[a];
                 let local: f64 =
@@ -215,7 +215,7 @@ impl PlaneContact {
         }
         let mut drift = [0.0; 3];
         for i in 0..self.submodel.n_points() {
-            let mut arm = self.place(i, &state.elastic);
+            let mut arm = self.local_place(i, &state.elastic);
             (0..nc).for_each(|c| arm[motion.direction(c)] += self.displacements[nc * i + c]);
             let rigid = frame + turning.cross(&arm);
             for (c, d) in drift[..nc].iter_mut().enumerate() {
@@ -243,7 +243,7 @@ impl PlaneContact {
                 target.elastic.iter_mut().zip(self.low_row(i, c)).for_each(|(f, s)| *f += s * factor);
             }
             if motion != RigidMotion::Axial {
-                let mut arm = self.place(i, elastic);
+                let mut arm = self.local_place(i, elastic);
                 let mut force = Vector3::zeros();
                 for c in 0..nc {
                     arm[motion.direction(c)] += self.displacements[nc * i + c];

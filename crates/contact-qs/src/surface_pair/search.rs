@@ -26,16 +26,23 @@ impl SearchBuffers {
     }
 }
 
+/// The point that is nearest to the target.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct NearestPoint {
+    /// Its gap \[m\].
+    pub gap: f64,
+    /// Normal of the target there, in the target's components.
+    pub normal: [f64; 3],
+    /// Its place under the low modes, in the contact body's components \[m\].
+    pub place: [f64; 3],
+}
+
 impl SurfacePair {
-    /// Smallest gap without quasistatic displacement and the normal there in the target's components; none if a value is not
+    /// The nearest point, without quasistatic displacement; none if a value is not
     /// a number or the bodies cannot meet. A function of the motion to round-off: points near where the last evaluation saw them are
     /// projected from their places there, or left out if others are nearer for certain, the others from samples of the
     /// surface.
-    pub(super) fn nearest(
-        &self,
-        bodies: &[BodyState],
-        buffers: &mut SearchBuffers,
-    ) -> Option<(f64, [f64; 3])> {
+    pub(super) fn nearest(&self, bodies: &[BodyState], buffers: &mut SearchBuffers) -> Option<NearestPoint> {
         let (own, target) = self.states(bodies);
         let relative = Relative::new(self.motion, own, target).ok()?;
         let SearchBuffers { functions, samples, points, nodes } = buffers;
@@ -44,13 +51,14 @@ impl SurfacePair {
         let watch = &self.state.watch;
         let shift = if self.state.is_known { watch.shift(nodes) } else { f64::INFINITY };
         let is_close = |i: usize, point: &[f64; 3]| shift + watch.moved(i, point) < self.rim_reach;
-        let (mut smallest, mut is_sampled) = ((f64::INFINITY, [f64::NAN; 3]), false);
+        let unknown = NearestPoint { gap: f64::INFINITY, normal: [f64::NAN; 3], place: [f64::NAN; 3] };
+        let (mut smallest, mut is_sampled) = (unknown, false);
         // Points in contact first: they tell which others may be left out.
         let touching = (0..points.len()).filter(|i| watch.gaps[*i] <= 0.0);
         for i in touching.chain((0..points.len()).filter(|i| watch.gaps[*i] > 0.0)) {
             let point = relative.point(&points[i]);
             let is_known = is_close(i, &point);
-            if is_known && watch.least_gap(i, &point, shift) > smallest.0 {
+            if is_known && watch.least_gap(i, &point, shift) > smallest.gap {
                 continue;
             }
             let start = if is_known {
@@ -68,8 +76,8 @@ impl SurfacePair {
             if gap.is_nan() {
                 return None;
             }
-            if gap < smallest.0 {
-                smallest = (gap, found.normal);
+            if gap < smallest.gap {
+                smallest = NearestPoint { gap, normal: found.normal, place: points[i] };
             }
         }
         Some(smallest)

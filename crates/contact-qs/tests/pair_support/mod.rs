@@ -136,6 +136,7 @@ pub fn collocate(space: &PatchSpace, shape: &Shape, part: &TargetFace) -> Vec<Su
             area: p.area,
             functions: functions.map(|(&i, &v)| (i, v)).collect(),
             on_rim: false,
+            function: p.function,
         });
     }
     points

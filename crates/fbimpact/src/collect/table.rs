@@ -104,11 +104,11 @@ pub fn gather(runs: &[Run], is_long: bool) -> Table {
     Table { columns, n_rows: rows.len() }
 }
 
-/// Impacts of a run with their numbers within their contact, or one row without.
+/// Impacts of a run with their numbers within their contact, from 1, or one row without.
 fn impact_rows(run: &Run) -> Vec<Row<'_>> {
     let number = |i: usize| {
         let contact = &run.impacts[i].contact;
-        run.impacts[..i].iter().filter(|other| other.contact == *contact).count()
+        run.impacts[..=i].iter().filter(|other| other.contact == *contact).count()
     };
     let rows: Vec<Row<'_>> =
         run.impacts.iter().enumerate().map(|(i, impact)| (run, Some((number(i), impact)))).collect();
@@ -116,7 +116,7 @@ fn impact_rows(run: &Run) -> Vec<Row<'_>> {
 }
 
 fn nth<'a>(run: &'a Run, contact: &str, number: usize) -> Option<&'a ImpactRow> {
-    run.impacts.iter().filter(|i| i.contact.as_str() == contact).nth(number)
+    run.impacts.iter().filter(|i| i.contact.as_str() == contact).nth(number.checked_sub(1)?)
 }
 
 fn impacts_seen(runs: &[Run]) -> BTreeSet<(String, usize)> {
@@ -174,5 +174,7 @@ fn numbers<'a>(
     rows: &[Row<'a>],
     of: impl Fn(&Row<'a>) -> Option<f64>,
 ) -> Column {
-    Column { name: name.to_owned(), unit, values: Values::Numbers(rows.iter().map(of).collect()) }
+    // What has no meaning is no number.
+    let values = rows.iter().map(|row| of(row).filter(|x| !x.is_nan())).collect();
+    Column { name: name.to_owned(), unit, values: Values::Numbers(values) }
 }

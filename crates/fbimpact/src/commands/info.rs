@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use super::print;
+use super::{print, ratio};
 use crate::error::AppError;
 use crate::results::summary::{self, Summary};
 
@@ -78,21 +78,29 @@ fn table(s: &Summary) -> String {
     if !s.impacts.is_empty() {
         let _ = writeln!(
             out,
-            "\n{:<12} {:>14} {:>13} {:>12} {:>14} {:>13} {:>12}",
-            "impact", "start [s]", "duration [s]", "peak [N]", "peak at [s]", "impulse [N s]", "restitution"
+            "\n{:<7} {:<12} {:>14} {:>13} {:>12} {:>14} {:>13} {:>12}",
+            "impact",
+            "contact",
+            "start [s]",
+            "duration [s]",
+            "peak [N]",
+            "peak at [s]",
+            "impulse [N s]",
+            "restitution"
         );
     }
-    for i in &s.impacts {
+    for (n, i) in s.impacts.iter().enumerate() {
         let _ = writeln!(
             out,
-            "{:<12} {:>14.6e} {:>13.5e} {:>12.5} {:>14.6e} {:>13.6e} {:>12.6}",
+            "{:<7} {:<12} {:>14.6e} {:>13.5e} {:>12.5} {:>14.6e} {:>13.6e} {:>12}",
+            n + 1,
             i.contact.as_str(),
             i.start,
             i.end - i.start,
             i.peak_force,
             i.peak_time,
             i.impulse,
-            i.restitution
+            ratio(i.restitution)
         );
     }
     reactions(s, &mut out);
@@ -149,7 +157,7 @@ fn tries(s: &Summary, out: &mut String) {
         let _ = writeln!(
             out,
             "{:<7} {:>4} {:>12.5e} {:>19} {:>9} {:>10.3e} {:>9} {:>7} {:>11.5} {:>9.3} {:<9} {}",
-            t.impact,
+            t.impact + 1,
             t.number,
             t.stop,
             list(&t.interval_widths, |w| format!("{w:.2e}")),

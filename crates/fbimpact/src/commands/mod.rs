@@ -23,6 +23,11 @@ use std::path::Path;
 use crate::error::AppError;
 use crate::scenario::{BodyKind, Scenario};
 
+/// A ratio for people, a dash where there is none.
+fn ratio(x: f64) -> String {
+    if x.is_finite() { format!("{x:.6}") } else { "-".to_owned() }
+}
+
 /// Writes to standard output; a reader that closed the pipe is no error.
 ///
 /// # Errors

@@ -210,12 +210,12 @@ impl Observer for RunObserver {
 
     fn impact(&mut self, record: &ImpactRecord) -> Result<(), ObserverError> {
         tracing::info!(
-            "impact at {:.6e} s: {:.5e} s long, peak {:.6} N, impulse {:.6e} N s, restitution {:.6}",
+            "impact at {:.6e} s: {:.5e} s long, peak {:.6} N, impulse {:.6e} N s, restitution {}",
             record.start,
             record.end - record.start,
             record.peak_force,
             record.impulse,
-            record.restitution
+            super::ratio(record.restitution)
         );
         self.recorder.impact(record)
     }
@@ -224,7 +224,7 @@ impl Observer for RunObserver {
         tracing::debug!(
             "try {} of impact {}: {} ({})",
             record.number,
-            record.impact,
+            record.impact + 1,
             record.outcome,
             record.reason
         );

@@ -71,7 +71,7 @@ pub fn impacts(
         }
         for (i, (new, reference)) in new.iter().zip(&reference).enumerate() {
             for f in &FEATURES {
-                let name = format!("impacts/{contact}/{i}/{}", f.name);
+                let name = format!("impacts/{contact}/{}/{}", i + 1, f.name);
                 let tolerance = rules.feature(&name);
                 if tolerance.is_compared {
                     deviations.push(deviation(name, f, new, reference, tolerance));

@@ -217,10 +217,20 @@ pub const REACTION: [Declaration<f64>; 2] = [
 
 /// `/points/<name>`.
 pub const POINT: [Declaration<f64>; 2] = [
-    vector("position", "m", "Position of the point on the deformed body.", |s, i, out| {
-        out.extend(s.points[i].position);
-    }),
-    vector("velocity", "m/s", "Velocity of the point.", |s, i, out| out.extend(s.points[i].velocity)),
+    vector(
+        "position",
+        "m",
+        "Position of the point on the deformed body, with the dents of quasistatic contact zones.",
+        |s, i, out| {
+            out.extend(s.points[i].position);
+        },
+    ),
+    vector(
+        "velocity",
+        "m/s",
+        "Velocity of the point; that of a dent is a difference over the last steps (theory A.34).",
+        |s, i, out| out.extend(s.points[i].velocity),
+    ),
 ];
 
 /// Scales that the second dimensions refer to.

@@ -19,7 +19,7 @@ type Declaration = (&'static str, &'static str, &'static str);
 pub const POSITION: Declaration = (
     "position",
     "m",
-    "Undeformed contact points that carried force at a stored instant, in the frame of the contact body.",
+    "Undeformed contact points that were under pressure at a stored instant, in the frame of the contact body.",
 );
 /// Their areas.
 pub const AREA: Declaration =
@@ -31,8 +31,11 @@ pub const POINT: Declaration = (
     "Index into `position` of each loaded point; instant after instant, `pressure_points` of /contacts/NAME each.",
 );
 /// What it carries.
-pub const PRESSURE: Declaration =
-    ("pressure", "Pa", "Contact pressure there: times area and summed over an instant, the normal force.");
+pub const PRESSURE: Declaration = (
+    "pressure",
+    "Pa",
+    "Mean contact pressure about the point (theory C.48): times area and summed over an instant, the normal force.",
+);
 
 /// Name in its group of the number of loaded points an instant.
 pub const COUNT: &str = "pressure_points";

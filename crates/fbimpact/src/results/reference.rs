@@ -86,14 +86,27 @@ const IMPACTS: [(&str, &str); 9] = [
     ("peak_force", "largest normal force"),
     ("peak_time", "its time"),
     ("impulse", "normal force over time"),
-    ("approach_velocity", "of the centres of mass before, along the normal at the peak"),
-    ("separation_velocity", "of the centres of mass after, along the same normal"),
-    ("restitution", "ratio of the two"),
+    (
+        "approach_velocity",
+        "of the bodies' rigid motions at the place of contact when it closes, along the normal at the peak (theory A.31)",
+    ),
+    (
+        "separation_velocity",
+        "the same when it opens for the last time, positive apart; NaN if the run ends in contact",
+    ),
+    (
+        "restitution",
+        "ratio of the two (theory A.32); NaN where it has no meaning: no approach, run ended in contact, the motions still \
+         approach each other when the contact opens, another contact pressed the same bodies meanwhile",
+    ),
 ];
 
 /// Columns of `/tries`.
 const TRIES: [(&str, &str); 18] = [
-    ("impact", "index of the impact"),
+    (
+        "impact",
+        "index of the impact, its row in `/impacts`; arrays count from 0, numbers that people see from 1",
+    ),
     ("try", "number of the try, from 1"),
     ("start", "time at which it starts"),
     ("stop", "time reached"),

@@ -149,14 +149,15 @@ impl Summary {
             json!({ "kind": p.kind.as_str(), "start": p.start, "end": p.end, "steps": p.steps,
                 "rejected": p.rejected, "evaluations": p.evaluations, "wall_time": p.wall_time })
         });
-        let impacts = self.impacts.iter().map(|i| {
-            json!({ "contact": i.contact.as_str(), "start": i.start, "end": i.end, "duration": i.end - i.start,
+        // Numbers of impacts count from 1; what is no number becomes null.
+        let impacts = self.impacts.iter().enumerate().map(|(n, i)| {
+            json!({ "impact": n + 1, "contact": i.contact.as_str(), "start": i.start, "end": i.end, "duration": i.end - i.start,
                 "peak_force": i.peak_force, "peak_time": i.peak_time, "impulse": i.impulse,
                 "approach_velocity": i.approach_velocity, "separation_velocity": i.separation_velocity,
                 "restitution": i.restitution })
         });
         let tries = self.tries.iter().map(|t| {
-            json!({ "impact": t.impact, "try": t.number, "start": t.start, "stop": t.stop,
+            json!({ "impact": t.impact + 1, "try": t.number, "start": t.start, "stop": t.stop,
                 "penalty_start": t.penalty_start, "penalty_end": t.penalty_end,
                 "interval_widths": t.interval_widths, "utilisation": t.utilisation, "elements": t.elements,
                 "freedoms": t.freedoms, "interface_freedoms": t.interface_freedoms, "steps": t.steps,

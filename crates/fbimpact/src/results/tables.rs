@@ -69,7 +69,7 @@ pub struct ImpactRow {
     pub approach_velocity: f64,
     /// [m/s]
     pub separation_velocity: f64,
-    /// Ratio of the two.
+    /// Ratio of the two; NaN where it has no meaning.
     pub restitution: f64,
 }
 
@@ -98,7 +98,7 @@ impl ImpactRow {
 #[derive(Debug, Clone, PartialEq, H5Type)]
 #[repr(C)]
 pub struct TryRow {
-    /// Index of the impact.
+    /// Index of the impact, from 0.
     pub impact: u32,
     /// Number of the try, from 1.
     #[hdf5(rename = "try")]

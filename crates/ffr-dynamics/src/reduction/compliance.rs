@@ -78,6 +78,11 @@ impl ResidualFlexibility {
         Ok(flexibility)
     }
 
+    /// Number of unknowns of the body.
+    pub fn n_unknowns(&self) -> usize {
+        self.held.len()
+    }
+
     /// Interface unknowns, in the order of [`Self::compliance`].
     pub fn interface(&self) -> &[usize] {
         &self.interface

@@ -229,6 +229,18 @@ impl MultibodyModel {
         self.bodies.iter().position(|b| b.name == name)
     }
 
+    /// For each body the number of the group that it hangs together with by joints, those with ground left aside.
+    pub fn groups(&self) -> Vec<usize> {
+        let mut group: Vec<usize> = (0..self.bodies.len()).collect();
+        let in_tree = self.bodies.iter().enumerate().filter_map(|(i, b)| Some((i, b.joint.parent.body?)));
+        let in_loops = self.loops.iter().filter_map(|joint| Some((joint.child.body?, joint.parent.body?)));
+        for (a, b) in in_tree.filter(|(i, _)| self.bodies[*i].joint.kind != JointKind::Free).chain(in_loops) {
+            let (from, to) = (group[a], group[b]);
+            group.iter_mut().filter(|g| **g == from).for_each(|g| *g = to);
+        }
+        group
+    }
+
     /// Index of the body that hangs on the joint called `name`.
     pub fn joint_index(&self, name: &str) -> Option<usize> {
         self.bodies.iter().position(|b| b.joint.name == name)
