@@ -46,12 +46,7 @@ fn table(s: &Summary) -> String {
             s.transfers.len()
         );
     }
-    for (name, n) in &s.bodies {
-        let _ = writeln!(out, "{:<16} {name}: {n} elastic coordinates", "body");
-        for note in s.chosen.iter().filter(|note| note.body == *name) {
-            let _ = writeln!(out, "{:<16} {name}: {}", "", note.text);
-        }
-    }
+    bodies(s, &mut out);
     if !s.phases.is_empty() {
         let _ = writeln!(
             out,
@@ -100,6 +95,16 @@ fn table(s: &Summary) -> String {
         let _ = writeln!(out, "{name:<16} {seconds:>10.4} s");
     }
     out
+}
+
+/// Bodies, and what the program chose for them.
+fn bodies(s: &Summary, out: &mut String) {
+    for (name, n) in &s.bodies {
+        let _ = writeln!(out, "{:<16} {name}: {n} elastic coordinates", "body");
+        for note in s.chosen.iter().filter(|note| note.body == *name) {
+            let _ = writeln!(out, "{:<16} {name}: {}", "", note.text);
+        }
+    }
 }
 
 fn tries(s: &Summary, out: &mut String) {
