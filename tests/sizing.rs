@@ -1,6 +1,8 @@
 //! Scenarios that say nothing of mesh and modes: impacts as with the shipped sizes and as with everything doubled, and what a user
 //! is told of the choice.
 
+#![expect(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
+
 use std::path::Path;
 
 use adaptive::recording::Recording;
@@ -71,6 +73,7 @@ fn check(text: &str) {
     let free = parse(&without_sizes(text));
     let chosen = sized(&free, 1, &ModelCache::default()).unwrap().into_owned();
     notes(&chosen.source.resolved).iter().for_each(|n| println!("{}: {}", n.body, n.text));
+    assert_eq!(parse(&chosen.source.resolved).bodies, chosen.bodies, "the result holds what was run");
     let found = run(&chosen);
     assert_same_impacts("as shipped", &found, &run(&parse(text)));
     assert_same_impacts("doubled", &found, &run(&doubled(&chosen)));

@@ -21,6 +21,7 @@ use adaptive::store::{
     CacheUse, ModelCache, ModelKey, ModelStore, StoredModel, body_definition, compliance_key, modes_key,
 };
 use bodies::{block, sphere, wanted_at};
+use faer::Mat;
 use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::primitives::sphere::SphereNet;
 use iga_core::nurbs::primitives::{self, solid};

@@ -15,6 +15,8 @@ use crate::spec::{
 /// Elements across a zone and their growth outside, as contacts have them that the program refines during the run.
 const ELEMENTS: usize = 16;
 const RATIO: f64 = 1.5;
+/// Part of a body's size below which coordinates of a place count as zero.
+const ROUND_OFF: f64 = 1e-14;
 
 /// A zone that the program has chosen.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,7 +57,10 @@ fn zone(scene: &Scene<'_>, contact: &ContactSpec) -> Option<ChosenZone> {
     };
     let from_axis = elastic.model == Model::Axisymmetric;
     let width = interval_width(half_width, IntervalSpec::default().target_utilisation, from_axis);
-    let refinement = RefinementSpec { centre: site.point, width, elements: ELEMENTS, ratio: RATIO };
+    // A place on an axis or at an end is found but for round-off.
+    let round_off = ROUND_OFF * scene.size(contact.body);
+    let centre = site.point.map(|x| if x.abs() < round_off { 0.0 } else { x });
+    let refinement = RefinementSpec { centre, width, elements: ELEMENTS, ratio: RATIO };
     Some(ChosenZone { contact: contact.name.clone(), refinement, force })
 }
 

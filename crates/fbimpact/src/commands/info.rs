@@ -49,12 +49,7 @@ fn table(s: &Summary) -> String {
     for line in &s.warnings {
         let _ = writeln!(out, "{:<16} {line}", "warning");
     }
-    for (name, n) in &s.bodies {
-        let _ = writeln!(out, "{:<16} {name}: {n} elastic coordinates", "body");
-        for note in s.chosen.iter().filter(|note| note.body == *name) {
-            let _ = writeln!(out, "{:<16} {name}: {}", "", note.text);
-        }
-    }
+    bodies(s, &mut out);
     if !s.phases.is_empty() {
         let _ = writeln!(
             out,
@@ -128,6 +123,16 @@ fn reactions(s: &Summary, out: &mut String) {
             "{:<16} {:>14.6} {:>14.6e} {:>16.6e} {:>14.6e}",
             r.joint, r.force, r.force_time, r.moment, r.moment_time
         );
+    }
+}
+
+/// Bodies, and what the program chose for them.
+fn bodies(s: &Summary, out: &mut String) {
+    for (name, n) in &s.bodies {
+        let _ = writeln!(out, "{:<16} {name}: {n} elastic coordinates", "body");
+        for note in s.chosen.iter().filter(|note| note.body == *name) {
+            let _ = writeln!(out, "{:<16} {name}: {}", "", note.text);
+        }
     }
 }
 
