@@ -243,6 +243,7 @@ impl<'a> Driver<'a> {
             None => {
                 let kind = if self.is_touching()? { PhaseKind::Impact } else { PhaseKind::Free };
                 self.store()?;
+                self.note_gaps(self.integrator.time())?;
                 self.next_output = self.settings.free_interval;
                 self.enter(kind)?;
                 kind
@@ -428,7 +429,7 @@ impl<'a> Driver<'a> {
             self.integrator.interpolate(self.next_output, &mut self.interpolated);
             self.evaluate(self.next_output)?;
             self.report(self.next_output)?;
-            self.note_gaps()?;
+            self.note_gaps(self.next_output)?;
             self.next_output += self.settings.free_interval;
         }
         Ok(())

@@ -47,11 +47,11 @@ impl Driver<'_> {
         Ok(())
     }
 
-    /// Notes the gaps of the contacts that have not closed yet, in the present state.
-    pub(super) fn note_gaps(&mut self) -> Result<(), AdaptiveError> {
+    /// Notes the gaps of the contacts that have not closed yet, in the state `interpolated` at time `t`.
+    pub(super) fn note_gaps(&mut self, t: f64) -> Result<(), AdaptiveError> {
         for i in 0..self.doubts.gaps.len() {
             if self.doubts.gaps[i][0] > CLOSED {
-                let (t, gap) = (self.sample.time, self.gap(i)?);
+                let gap = self.gap(i, t)?;
                 if gap < self.doubts.gaps[i][0] {
                     self.doubts.gaps[i] = [gap, t];
                 }
@@ -60,9 +60,9 @@ impl Driver<'_> {
         Ok(())
     }
 
-    /// Gap of contact `i` in the state noted last.
-    fn gap(&mut self, i: usize) -> Result<f64, AdaptiveError> {
-        let (t, y) = (self.sample.time, &self.interpolated);
+    /// Gap of contact `i` in the state `interpolated` at time `t`.
+    fn gap(&mut self, i: usize, t: f64) -> Result<f64, AdaptiveError> {
+        let y = &self.interpolated;
         let Some((_, contact)) = self.model.adaptive.iter().find(|(index, _)| *index == i) else {
             return Ok(smallest_gap(&mut self.model.system, t, y, i));
         };
@@ -100,6 +100,8 @@ impl Driver<'_> {
 
     /// Looks back from the end of the run.
     pub(super) fn doubt_end(&mut self) -> Result<(), AdaptiveError> {
+        self.interpolated.copy_from_slice(self.integrator.state());
+        self.note_gaps(self.integrator.time())?;
         let contacts = self.model.contacts.iter().zip(&self.doubts.gaps).enumerate();
         let open = contacts.filter(|(_, (_, [gap, _]))| *gap > CLOSED && gap.is_finite());
         let warnings = open.map(|(i, (facts, [gap, time]))| {

@@ -96,7 +96,7 @@ fn refused(model: &RunModel, i: usize, overlap: &Overlap) -> AdaptiveError {
 /// Components in brackets, to the digits that change something; zeros without sign.
 fn list(v: &Vector3<f64>) -> String {
     let size = v.norm();
-    let shown = |x: f64| if x.abs() <= 1e-9 * size { "0".to_owned() } else { format!("{x:.6e}") };
+    let shown = |x: f64| if x.abs() <= 1e-9 * size { "0".to_owned() } else { format!("{x:.9e}") };
     format!("[{}, {}, {}]", shown(v.x), shown(v.y), shown(v.z))
 }
 
@@ -175,7 +175,7 @@ fn of_surfaces(model: &RunModel, i: usize, states: &[BodyState]) -> Result<Optio
     let mut gap = first.gap;
     let (along, gain) = way_out(model, facts.body, &first.normal);
     for _ in 0..MOVES {
-        if gap >= -ROUND_OFF * size {
+        if gap >= -0.5 * ROUND_OFF * size {
             break;
         }
         shift -= along * (gap / gain);
