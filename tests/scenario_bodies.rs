@@ -228,7 +228,11 @@ fn faults_of_joints_name_key_and_remedy() {
         ("joints.shoulder.child.point=[0,0,0]", "joints.shoulder.child.point", "only one of"),
         ("joints.shoulder.parent.marker=top", "joints.shoulder.parent.marker", "no markers"),
         ("joints.shoulder.parent.point=[0,0]", "joints.shoulder.parent.point", "3 coordinates"),
-        ("joints.elbow.child.body=upper", "joints.elbow.child.body", "must differ"),
+        ("joints.shoulder.child.marker=centre", "joints.shoulder.child.marker", "carries no force"),
+        ("joints.shoulder.child={body=\"upper\",point=[0,0,0]}", "joints.shoulder.child.point", "\"radius\""),
+        ("joints.shoulder.child={body=\"upper\",face=\"x-\"}", "joints.shoulder.child.face", "known are"),
+        ("joints.shoulder.child.radius=0.001", "joints.shoulder.child.radius", "table of the marker"),
+        ("joints.shoulder.parent.face=z-", "joints.shoulder.parent.face", "no markers"),
         ("joints.shoulder.parent.body=ball", "joints.shoulder.parent.body", "cycle"),
         ("joints.elbow.child.body=ball", "joints.wrist.child.body", "over-constrained"),
         ("joints.wrist.angle=1", "joints.wrist.angle", "no coordinates"),
@@ -264,6 +268,8 @@ fn faults_of_joints_name_key_and_remedy() {
     ] {
         assert_fault(&[set], key, words);
     }
+    let itself = ["joints.elbow.child.body=upper", "joints.elbow.child.marker=start"];
+    assert_fault(&itself, "joints.elbow.child.body", "must differ");
     assert_fault(&["joints.elbow.type=universal"], "joints.elbow.second_axis", "missing");
     let set =
         ["joints.elbow.type=universal", "joints.elbow.axis=[1,0,0]", "joints.elbow.second_axis=[1,1,0]"];

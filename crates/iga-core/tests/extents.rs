@@ -230,7 +230,7 @@ fn parts_that_do_not_exist_are_refused_with_a_remedy() {
     let refused = |extent: &Extent| extent.points(&block, &space, &Model::Solid).unwrap_err();
     let unknown = refused(&face("x"));
     assert!(matches!(&unknown, SplineError::UnknownFace { known, .. } if known.len() == 8), "{unknown}");
-    assert!(unknown.to_string().contains("x-, x+, y-, y+, z-, z+"), "{unknown}");
+    assert!(unknown.to_string().contains("x+, x-, y+, y-, z+, z-"), "{unknown}");
     for (point, radius, words) in [
         ([0.1, 0.014, 0.005], 2e-3, "beyond the body"),
         ([0.1, 0.0, 0.003], 2.5e-3, "beyond the body"),

@@ -21,8 +21,6 @@ use crate::spec::Area;
 /// Stiffness of a rigid part in units of that of an elastic body of its size: it deforms by this share less than it would.
 /// The error of frequencies stays below 1e-5, and of sixteen digits of the stiffness matrix eleven are left.
 const RIGIDITY: f64 = 1e5;
-/// Values of functions below this are round-off of functions that vanish on a face.
-const ROUND_OFF: f64 = 1e-12;
 /// Smallest moment of a part about its centre, as a share of the largest, that defines a rotation.
 const FLATNESS: f64 = 1e-12;
 /// Unknowns on a rigid part beyond which the block that couples all of them is refused: 1e7 entries.
@@ -79,7 +77,7 @@ impl Functions<'_> {
             self.space.active_functions(point.element, &mut active);
             found.clear();
             let values = active.iter().copied().zip(basis.values.iter().copied());
-            found.extend(values.filter(|(_, value)| value.abs() > ROUND_OFF));
+            found.extend(values.filter(|(_, value)| value.abs() > 0.0));
             visit(point, &found);
         }
     }

@@ -154,7 +154,10 @@ pub fn held(checker: &mut Checker, section: &Section, body: &BodyFacts<'_>) -> O
         }
         return None;
     };
-    if key != "marker" || body.is_plane() {
+    if body.is_plane() {
+        return place(checker, section, key, body); // which says that it has none
+    }
+    if key != "marker" {
         return part(checker, section, key, body).filter(|at| can_be_held(checker, section, key, body, at));
     }
     if let Some(key) = ["radius", "coupling"].into_iter().find(|key| section.item(key).is_some()) {
