@@ -214,14 +214,20 @@ fn modes_are_told_apart_by_reduction_and_interface() {
         (craig_bampton(6, Some(1)), interface(&[1, 2], dynamic)),
         (craig_bampton(6, Some(2)), interface(&[1, 2], dynamic)),
     ];
-    let keys: Vec<ModelKey> = cases.iter().map(|(r, i)| modes_key(b"body", *r, i)).collect();
+    let no_loads = faer::Mat::zeros(4, 0);
+    let keys: Vec<ModelKey> = cases.iter().map(|(r, i)| modes_key(b"body", *r, i, &no_loads)).collect();
     for (i, key) in keys.iter().enumerate() {
         assert!(!keys[..i].contains(key), "case {i}");
     }
     // Nothing is held and nothing static: these are the free modes, and damped modes are the dynamic ones.
-    assert_eq!(modes_key(b"body", craig_bampton(6, None), &interface(&[], dynamic)), keys[0]);
+    let loaded = |force: f64| {
+        let load = faer::Mat::from_fn(4, 1, |i, _| if i == 2 { force } else { 0.0 });
+        modes_key(b"body", craig_bampton(6, None), &interface(&[], dynamic), &load)
+    };
+    assert!(loaded(1.0) != keys[0] && loaded(1.0) != loaded(2.0) && loaded(1.0) == loaded(1.0));
+    assert_eq!(modes_key(b"body", craig_bampton(6, None), &interface(&[], dynamic), &no_loads), keys[0]);
     assert_eq!(
-        modes_key(b"body", craig_bampton(6, None), &interface(&[1, 2], InterfaceModes::Damped)),
+        modes_key(b"body", craig_bampton(6, None), &interface(&[1, 2], InterfaceModes::Damped), &no_loads),
         keys[3]
     );
 }
