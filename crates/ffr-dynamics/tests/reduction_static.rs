@@ -121,7 +121,7 @@ fn loads_that_bring_nothing_new_are_dropped() {
         // The same marker twice, a moved marker on the same face, and loads that balance the inertia of rigid motions.
         let rigid = &problem.rigid().unwrap().mass_modes;
         let n = loads.ncols();
-        let scale = |j: usize| if j % 2 == 0 { 1.0 } else { -3.0 };
+        let scale = |j: usize| if j.is_multiple_of(2) { 1.0 } else { -3.0 };
         let more = Mat::from_fn(body.n_unknowns(), 2 * n + rigid.ncols(), |i, j| match j {
             j if j < n => loads[(i, j)],
             j if j < 2 * n => scale(j) * loads[(i, j - n)] + 0.5 * loads[(i, (j + 1) % n)],
