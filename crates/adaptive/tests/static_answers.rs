@@ -134,7 +134,6 @@ fn cantilever_held_by_its_face_has_the_frequency_of_the_beam() {
     assert!((finer / default - 1.0).abs() < 1e-3, "{default} {finer}");
     // Twenty free modes alone hold the bar too stiffly.
     let without = clamped_frequency([20, 3, 2], 20, false);
-    eprintln!("CANT default {default} doubled {doubled} finer {finer} without {without} beam {beam}");
     assert!(without / default - 1.0 > 5e-3, "{default} {without}");
 }
 
@@ -216,7 +215,6 @@ fn prescribed_hinge_bends_the_bar_as_the_full_model() {
     for frame in [None, Some("foot")] {
         let (with, without) = (run(few, true, frame), run(few, false, frame));
         let (with, without) = (distance(&with, &full), distance(&without, &full));
-        eprintln!("HINGE {frame:?} with {with} without {without}");
         assert!(with < 0.01 && without > 0.02, "{frame:?}: {with} {without}");
     }
 }
@@ -236,7 +234,6 @@ fn clamped_bar_sags_as_the_full_model() {
     assert!((full / -beam - 1.0).abs() < 0.02, "{full:e} {beam:e}");
     for frame in [None, Some("foot")] {
         let with = sag(ReductionSpec::Modal { modes: 3 }, true, frame);
-        eprintln!("SAG {frame:?} with {with:e} full {full:e} beam {beam:e}");
         // Second-order terms of the equilibrium, deflection over length: 46 µm of 0.3 m, squared.
         assert!((with / full - 1.0).abs() < 1e-6, "{frame:?}: {with:e} {full:e}");
     }
