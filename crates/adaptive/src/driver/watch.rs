@@ -30,11 +30,11 @@ impl Driver<'_> {
             self.book_transfer(i, "fine to coarse", &before, &after);
         }
         self.flush()?;
-        for i in 0..self.watches.len() {
+        for (i, is_open) in is_open.into_iter().enumerate() {
             if let Some(record) = self.watches[i].finish(i as u32) {
                 self.observer.impact(&record)?;
                 self.n_impacts += 1;
-                self.doubt_impact(&record, is_open[i])?;
+                self.doubt_impact(&record, is_open)?;
             }
         }
         self.doubt_output()?;
