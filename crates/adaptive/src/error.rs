@@ -125,7 +125,7 @@ pub enum AdaptiveError {
         /// Its value.
         value: f64,
         /// Its unit.
-        unit: String,
+        unit: &'static str,
         /// Its limit.
         limit: f64,
         /// What to change.

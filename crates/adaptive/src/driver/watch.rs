@@ -31,11 +31,11 @@ impl Driver<'_> {
         }
         self.flush()?;
         let alone: Vec<bool> = (0..self.watches.len()).map(|i| self.is_alone(i)).collect();
-        for (i, is_alone) in alone.into_iter().enumerate() {
+        for (i, (is_open, is_alone)) in is_open.into_iter().zip(alone).enumerate() {
             if let Some(record) = self.watches[i].finish(i as u32, is_alone) {
                 self.observer.impact(&record)?;
                 self.n_impacts += 1;
-                self.doubt_impact(&record, is_open[i])?;
+                self.doubt_impact(&record, is_open)?;
             }
         }
         self.doubt_output()?;

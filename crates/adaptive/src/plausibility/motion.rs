@@ -54,14 +54,14 @@ impl MotionLimits {
     /// [`AdaptiveError::Implausible`] with the name of the body.
     pub fn check(&self, models: &[BodyModel], states: &[BodyState], time: f64) -> Result<(), AdaptiveError> {
         for (b, (limits, state)) in self.bodies.iter().zip(states).enumerate() {
-            let fail = |what: &str, value: f64, unit: &str, limit: f64, remedy: &str| {
+            let fail = |what: &str, value: f64, unit: &'static str, limit: f64, remedy: &str| {
                 let name = &models[b].name;
                 Err(AdaptiveError::Implausible {
                     subject: format!("body \"{name}\""),
                     time,
                     what: what.into(),
                     value,
-                    unit: unit.into(),
+                    unit,
                     limit,
                     remedy: remedy.into(),
                 })
@@ -96,7 +96,7 @@ pub fn fast_approach(contact: &str, time: f64, speed: f64, limit: f64) -> Option
         time,
         what: "the speed at which its bodies approach each other".into(),
         value: speed,
-        unit: "m/s".into(),
+        unit: "m/s",
         limit,
         remedy:
             "elastic contact ends below the speed of waves in the softer material; check velocities and units"
@@ -111,7 +111,7 @@ pub fn deep_penetration(contact: &str, time: f64, depth: f64, limit: f64) -> Opt
         time,
         what: "the approach of its bodies".into(),
         value: depth,
-        unit: "m".into(),
+        unit: "m",
         limit,
         remedy: "the contact is too soft for this impact; check velocities, the units of the material and penalty.value".into(),
     })

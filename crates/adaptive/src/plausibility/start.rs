@@ -123,13 +123,13 @@ fn detector(model: &RunModel, i: usize) -> Result<Watch<'_>, AdaptiveError> {
         }
         Target::Body(other) => DetectorTarget::Body(other, surface(other)?),
     };
-    Ok(Watch::Built(Detector::new(facts.body, surface(facts.body)?, target)))
+    Ok(Watch::Built(Box::new(Detector::new(facts.body, surface(facts.body)?, target))))
 }
 
 /// A detector that is there, or one made for the purpose.
 enum Watch<'a> {
     Known(&'a Detector),
-    Built(Detector),
+    Built(Box<Detector>),
 }
 
 impl Watch<'_> {
@@ -158,7 +158,7 @@ fn of_surfaces(model: &RunModel, i: usize, states: &[BodyState]) -> Result<Optio
         (facts.target, &model.bodies[facts.body].elastic)
     {
         let back = DetectorTarget::Plane(Plane { point, normal: Unit::new_normalize(-normal) });
-        let behind = Watch::Built(Detector::new(facts.body, surface(elastic)?, back));
+        let behind = Watch::Built(Box::new(Detector::new(facts.body, surface(elastic)?, back)));
         let farthest = behind.nearest_of(&facts.name, states)?.gap;
         if farthest >= 0.0 {
             let shift = first.normal * -first.gap;
