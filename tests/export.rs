@@ -165,12 +165,12 @@ fn pressure_files(folder: &TempDir, stem: &str, contact: &str) -> Vec<(f64, Path
 
 #[test]
 fn contact_pressure_is_that_of_hertz_in_given_and_in_found_zones() {
-    // Share of p0 by which single points may be off: some 10 points lie in the contact radius of the found zone, 20 in that of
-    // the given one. Measured: 0.7 % and 0.2 %; waves in the rod change Hertz's law by less than 0.1 %.
+    // Share of p0 by which single points may be off. Some 10 points lie in the contact radius a of the found zone, 20 in that of the
+    // given one. Pressures are means over three elements h (theory C.48), off by h²/8 |p''| = (h/a)²/8 (1 - x²)^(-3/2) p0: 0.9 % at the
+    // outermost point that is looked at, x = 0.85, one and a half elements within the edge, where the mean reaches beyond it.
     const PROFILE: f64 = 0.015;
-    // Of points next to the axis, which stand for less than 1.5 % of the contact area together, the collocated pressure swings.
-    // Measured: +4.1 % and +2.0 %.
-    const PEAK: f64 = 0.06;
+    // The same at the axis, in two directions, 0.3 %, and what the coarse rings there leave.
+    const PEAK: f64 = 0.015;
     let aluminium = (1.0 - 0.33 * 0.33) / 72.8e9;
     let steel = (1.0 - 0.3 * 0.3) / 210e9;
     for (result, stem, contact, modulus) in [
@@ -189,7 +189,7 @@ fn contact_pressure_is_that_of_hertz_in_given_and_in_found_zones() {
         let mut n = 0;
         for (point, p) in points.chunks(3).zip(&pressure) {
             let x = point[0] / radius;
-            if (0.15..0.9).contains(&x) {
+            if (0.15..0.85).contains(&x) {
                 let wanted = (1.0 - x * x).sqrt();
                 assert!((p / p0 - wanted).abs() < PROFILE, "{contact}: {} against {wanted} at {x}", p / p0);
                 n += 1;

@@ -32,13 +32,14 @@ fn hinged_disc() -> String {
 type = "revolute"
 axis = [0.0, 0.0, 1.0]
 parent = { body = "ground", point = [0.0, 0.10001, 0.0] }
-child = { body = "disc", marker = "centre" }
+child = { body = "disc", point = [0.0, 0.0], radius = 0.02 }
 "#
 }
 
 #[test]
 fn joints_and_loads_are_answered_beside_contacts_of_every_model() {
-    let pushed = BALL.to_owned() + "\n[loads.push]\nbody = \"ball\"\nmarker = \"top\"\nforce_z = -1.0\n";
+    let pushed = BALL.to_owned()
+        + "\n[loads.push]\nbody = \"ball\"\npoint = [0.0, 10.0e-3]\nradius = 1.0e-3\nforce_z = -1.0\n";
     for (text, n_modes, n_answers, to) in [(hinged_disc(), 10, 2, "pin (child)"), (pushed, 6, 1, "push")] {
         for model in ["quasistatic", "damped", "dynamic", "coarse"] {
             let body = first_body(&text, &[&format!("contacts.impact.model={model}")]);

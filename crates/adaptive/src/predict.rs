@@ -278,7 +278,9 @@ fn line_load(x: f64) -> f64 {
     if x >= edge || x <= 0.0 {
         return x.max(0.0);
     }
-    let mut g = x / (1.0 / x).ln();
+    // Below the solution, for ln(L + ln L) <= 1 + ln L where L = ln(1/x) >= 2.
+    let logarithm = (1.0 / x).ln();
+    let mut g = x / (logarithm + logarithm.ln());
     for _ in 0..50 {
         let logarithm = (1.0 / g).ln();
         let next = (g + (x - g * (logarithm - 1.0)) / (logarithm - 2.0)).clamp(g, edge);

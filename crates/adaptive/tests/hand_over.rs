@@ -135,9 +135,9 @@ fn observed_points_and_joints_go_on_smoothly_through_a_hand_over() {
     let (before, after) = (&trace.samples[i - 1], &trace.samples[i]);
     let step = after.time - before.time;
     let [a, b] = [before, after].map(|s| s.points[0]);
-    // The end moves at some 5 mm/s and follows its velocity.
-    let expected = a.position[2] + 0.5 * step * (a.velocity[2] + b.velocity[2]);
-    assert!((b.position[2] - expected).abs() < 1e-3 * (a.position[2] - LENGTH).abs(), "{a:?} {b:?}");
+    // The end of the rod comes with the wave; from the touch on its dent holds it back, so that it goes on by less than it would freely.
+    let (moved, free) = (b.position[2] - a.position[2], step * a.velocity[2]);
+    assert!(0.0 < moved && moved < free, "{a:?} {b:?}");
     let [q, p] = [before, after].map(|s| s.joints[0].positions[0]);
     assert!((p - q).abs() < 10e-3 * step + 1e-12, "{q:e} {p:e}");
     // Modes have the signs of the coarse ones.

@@ -10,7 +10,7 @@ use crate::submodel::SparseRows;
 /// Forces at Greville points are those whose nodal forces `Σ_j R_A(x_j) λ_j` are the nodal forces `∫ R_A p dA` of a pressure `p`. They
 /// are not `p w_j` where Greville points and areas do not make a quadrature rule: beside repeated knots and at the axis they
 /// alternate between a third and five quarters of it. Nodal forces over the areas `w_A = ∫ R_A dA` are means of `p`, weighted with `R_A`:
-/// exact for a constant pressure on every net, smooth for a smooth one. Gauss points make a quadrature rule; there it is force over area.
+/// exact for a constant pressure on every net, smooth for a smooth one. What falls on points without force stays where it is. Gauss points make a quadrature rule; there it is force over area.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PressureRecovery {
     /// For every point the points among which its force is shared, with the shares.
@@ -49,7 +49,11 @@ impl PressureRecovery {
         assert_eq!(forces.len(), self.areas.len(), "one force a contact point");
         self.pressures.fill(0.0);
         for (j, force) in forces.iter().enumerate().filter(|(_, force)| **force > 0.0) {
-            self.shares.row(j).iter().for_each(|&(a, share)| self.pressures[a] += share * force);
+            for &(a, share) in self.shares.row(j) {
+                // Points without force are beyond the edge of the contact.
+                let taker = if forces[a] > 0.0 { a } else { j };
+                self.pressures[taker] += share * force;
+            }
         }
         self.pressures.iter_mut().zip(&self.areas).for_each(|(p, area)| *p /= area);
         &self.pressures

@@ -66,7 +66,21 @@ struct Sums {
 impl Functions<'_> {
     fn points(&self, extent: &Extent) -> Result<Vec<ExtentPoint>, AdaptiveError> {
         let points = extent.points(self.shape, self.space, self.model);
-        points.map_err(|source| AdaptiveError::Geometry { body: self.name.to_owned(), source })
+        let mut points =
+            points.map_err(|source| AdaptiveError::Geometry { body: self.name.to_owned(), source })?;
+        // Where the functions put a point, not where the search wanted it to the last digits but one: rigid motions are then followed to
+        // round-off.
+        let mut places = Vec::with_capacity(points.len());
+        self.visit(&points, |_, functions| {
+            let mut place = [0.0; 3];
+            for &(number, value) in functions {
+                let control_point = self.space.control_points()[number as usize];
+                place.iter_mut().zip(control_point).for_each(|(sum, p)| *sum += value * p);
+            }
+            places.push(place);
+        });
+        points.iter_mut().zip(places).for_each(|(point, place)| point.point = place);
+        Ok(points)
     }
 
     /// Calls `visit` with each point and the functions that are not zero there, each with its value.
@@ -90,16 +104,19 @@ impl Functions<'_> {
         };
         let total: f64 = points.iter().map(|p| p.weight).sum();
         let centroid = points.iter().map(|p| at(p) * p.weight).sum::<Vector3<f64>>() / total;
+        // Arms are small beside positions: what the round-off of the centroid leaves of their mean would turn the part with them.
+        let rest = points.iter().map(|p| (at(p) - centroid) * p.weight).sum::<Vector3<f64>>() / total;
+        let arm = |p: &ExtentPoint| at(p) - centroid - rest;
         let (mut moment, mut second) = (Matrix3::zeros(), 0.0);
         for p in points {
-            let r = at(p) - centroid;
+            let r = arm(p);
             moment += (Matrix3::identity() * r.norm_squared() - r * r.transpose()) * p.weight;
             let radius = if motion == RigidMotion::Axial { p.point[0] } else { 0.0 };
             second += (r.norm_squared() + radius * radius) * p.weight;
         }
         let mut all = vec![(0.0, Vector3::zeros()); self.space.n_functions()];
         self.visit(points, |p, functions| {
-            let r = at(p) - centroid;
+            let r = arm(p);
             for &(number, value) in functions {
                 let (sum, lever) = &mut all[number as usize];
                 *sum += value * p.weight;

@@ -28,9 +28,14 @@ pub fn pulse_duration(impact: &ImpactRecord) -> f64 {
     if pulse > 0.0 && pulse < duration { pulse } else { duration }
 }
 
+/// Highest frequency of the free modes kept \[Hz\]: static answers and modes of an interface stand for what follows its forces.
+fn highest_free_mode(body: &BodyModel) -> Option<f64> {
+    body.frequencies().into_iter().take(body.coordinates().free).reduce(f64::max)
+}
+
 /// The warning of a body whose modes end below what an impact excites, if they do (Eq. P.5).
 pub fn few_modes(body: &BodyModel, impact: &ImpactRecord) -> Option<Warning> {
-    let highest = body.frequencies().into_iter().reduce(f64::max)?;
+    let highest = highest_free_mode(body)?;
     let duration = pulse_duration(impact);
     let limit = CYCLES / duration;
     let is_few = duration > 0.0 && highest < limit;
@@ -55,7 +60,7 @@ pub fn few_modes(body: &BodyModel, impact: &ImpactRecord) -> Option<Warning> {
 /// The warning of a body whose mesh has too few elements for the wave of its highest mode, if it has (Eq. P.6).
 pub fn coarse_mesh(body: &BodyModel) -> Option<Warning> {
     let elastic = body.elastic.as_ref()?;
-    let highest = body.frequencies().into_iter().reduce(f64::max).filter(|f| *f > 0.0)?;
+    let highest = highest_free_mode(body).filter(|f| *f > 0.0)?;
     let wave = shortest_wave(elastic, highest);
     let element = longest_element(&elastic.body.shape.patches);
     let (found, limit) = (wave / element, elements_per_wave(degree(&elastic.body.shape.patches)));
