@@ -183,11 +183,7 @@ impl AdaptiveContact {
         let elastic = elastic(&bodies[self.body]);
         let PredictedWidths { widths: predicted, least } =
             self.predicted_widths(bodies, states, &nearest, wish.peak);
-        let factor = self.knowledge.width_factor.unwrap_or([1.0; 2]);
-        let start =
-            self.law.interval.width.map_or([predicted[0] * factor[0], predicted[1] * factor[1]], |w| [w; 2]);
-        let limit = WIDEST * elastic.body.size();
-        let widths = wish.widths.unwrap_or(start).map(|w| w.min(limit));
+        let widths = self.widths(wish.widths, predicted, elastic.body.size());
         let modes = |body: usize| match wish.fixed.contains(&body) {
             true => LowModes::Prolonged,
             false => self.law.hand_over.modes,
@@ -218,10 +214,8 @@ impl AdaptiveContact {
             _ => (self.side(elastic, (&site, &places), own_modes, go_on)?, None),
         };
         let mut element = self.element(&own, other.as_ref(), bodies)?;
-        let on_body = |body, site, side: &FineSide| {
-            let n_unknowns = side.zone.unknowns.len();
-            ZoneOnBody { body, site, n_unknowns }
-        };
+        let on_body =
+            |body, site, side: &FineSide| ZoneOnBody { body, site, n_unknowns: side.zone.unknowns.len() };
         let mut zones = vec![on_body(self.body, site, &own)];
         zones.extend(other.as_ref().zip(target_site).map(|((body, side), site)| on_body(*body, site, side)));
         let displaced = |points: &[usize], body: usize, side: &FineSide| {
@@ -237,15 +231,9 @@ impl AdaptiveContact {
         let search = self.penalty_search(weight);
         element.set_penalty(search.penalty()).map_err(|e| self.fail(e))?;
         let interval = own.body.intervals[0].clone();
-        let sizes = TrySizes {
-            elements: n_elements(&own) + other.as_ref().map_or(0, |(_, o)| n_elements(o)),
-            freedoms: (own.body.n_unknowns() + other.as_ref().map_or(0, |(_, o)| o.body.n_unknowns())) as u64,
-            interface: (own.zone.unknowns.len() + other.as_ref().map_or(0, |(_, o)| o.zone.unknowns.len()))
-                as u64,
-        };
+        let sizes = sizes([Some(&own), other.as_ref().map(|(_, side)| side)]);
         let is_target_at_end = other.as_ref().is_some_and(|(_, o)| is_at_end(&o.body.intervals[0]));
-        let elements = own.zone.elements.clone();
-        let recovery = PressureRecovery::new(&own.zone.points);
+        let (elements, recovery) = (own.zone.elements.clone(), PressureRecovery::new(&own.zone.points));
         let mut own_modes = Vec::new();
         for (body, side) in [(self.body, own)].into_iter().chain(other) {
             own_modes.extend(
@@ -270,6 +258,14 @@ impl AdaptiveContact {
             zones,
             points: observed,
         })
+    }
+
+    /// Widths of an interval on a body of size `size`: those wanted, given or, from earlier impacts, predicted \[m\].
+    fn widths(&self, wanted: Option<[f64; 2]>, predicted: [f64; 2], size: f64) -> [f64; 2] {
+        let factor = self.knowledge.width_factor.unwrap_or([1.0; 2]);
+        let start =
+            self.law.interval.width.map_or([predicted[0] * factor[0], predicted[1] * factor[1]], |w| [w; 2]);
+        wanted.unwrap_or(start).map(|w| w.min(WIDEST * size))
     }
 
     /// Remembers what the accepted model of an impact was like; returns the stiffness ratio that others may start from.
@@ -429,6 +425,11 @@ fn is_at_end(interval: &FineInterval) -> bool {
     interval.ends.iter().flatten().any(|&end| end == IntervalEnd::FaceEnd)
 }
 
-fn n_elements(side: &FineSide) -> u64 {
-    side.body.space.n_elements() as u64
+/// Sizes of the fine models of a contact's bodies, together.
+fn sizes(sides: [Option<&FineSide>; 2]) -> TrySizes {
+    sides.into_iter().flatten().fold(TrySizes::default(), |sum, side| TrySizes {
+        elements: sum.elements + side.body.space.n_elements() as u64,
+        freedoms: sum.freedoms + side.body.n_unknowns() as u64,
+        interface: sum.interface + side.zone.unknowns.len() as u64,
+    })
 }

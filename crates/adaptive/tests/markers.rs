@@ -1,5 +1,4 @@
 //! Named points of the balls of the catalogue as markers.
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
 
 use adaptive::elastic_body::ElasticBody;
 use adaptive::spec::{DiscretisationSpec, ElasticSpec, ReductionSpec};

@@ -89,7 +89,7 @@ impl Pair {
         let mut random = Numbers(20_261_122 + number);
         let kind = random.one_of(kinds);
         let closing = random.of_any_size(1e-6, 5.0);
-        let friction = (number % 3 == 0).then(|| random.between(0.05, 1.0));
+        let friction = number.is_multiple_of(3).then(|| random.between(0.05, 1.0));
         let mut pair = Self {
             number,
             kind,
@@ -176,7 +176,7 @@ impl Pair {
             }
             (kind, _) if kind.is_flat() => {
                 let motion = motion(Vector3::y(), Vector3::x(), UnitQuaternion::identity());
-                disc(name, r, self.thicknesses[i], self.number % 2 == 0, solid, motion)
+                disc(name, r, self.thicknesses[i], self.number.is_multiple_of(2), solid, motion)
             }
             (Kind::SphereOnRod, 1) => {
                 let rod = axisymmetric::rod(r, 2.0 * r).expect("a rod");

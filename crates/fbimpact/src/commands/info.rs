@@ -50,26 +50,7 @@ fn table(s: &Summary) -> String {
         let _ = writeln!(out, "{:<16} {line}", "warning");
     }
     bodies(s, &mut out);
-    if !s.phases.is_empty() {
-        let _ = writeln!(
-            out,
-            "\n{:<8} {:>14} {:>14} {:>9} {:>9} {:>12} {:>10}",
-            "phase", "start [s]", "end [s]", "steps", "rejected", "evaluations", "wall [s]"
-        );
-    }
-    for p in &s.phases {
-        let _ = writeln!(
-            out,
-            "{:<8} {:>14.6e} {:>14.6e} {:>9} {:>9} {:>12} {:>10.3}",
-            p.kind.as_str(),
-            p.start,
-            p.end,
-            p.steps,
-            p.rejected,
-            p.evaluations,
-            p.wall_time
-        );
-    }
+    phases(s, &mut out);
     if !s.impacts.is_empty() {
         let _ = writeln!(
             out,
@@ -107,6 +88,29 @@ fn table(s: &Summary) -> String {
         let _ = writeln!(out, "{name:<16} {seconds:>10.4} s");
     }
     out
+}
+
+fn phases(s: &Summary, out: &mut String) {
+    if !s.phases.is_empty() {
+        let _ = writeln!(
+            out,
+            "\n{:<8} {:>14} {:>14} {:>9} {:>9} {:>12} {:>10}",
+            "phase", "start [s]", "end [s]", "steps", "rejected", "evaluations", "wall [s]"
+        );
+    }
+    for p in &s.phases {
+        let _ = writeln!(
+            out,
+            "{:<8} {:>14.6e} {:>14.6e} {:>9} {:>9} {:>12} {:>10.3}",
+            p.kind.as_str(),
+            p.start,
+            p.end,
+            p.steps,
+            p.rejected,
+            p.evaluations,
+            p.wall_time
+        );
+    }
 }
 
 fn reactions(s: &Summary, out: &mut String) {

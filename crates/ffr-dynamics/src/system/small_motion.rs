@@ -134,7 +134,7 @@ impl SmallMotion {
             rates[j] = 1.0;
             frame_velocities(&movable.model, &movable.workspace.edges, &rates, &mut frames);
             self.momenta(&movable.model, &frames, &rates, &mut movable.wrenches, &mut movable.modal);
-            movable.to_coordinates(&mut column);
+            movable.write_coordinates(&mut column);
             column.iter().enumerate().for_each(|(i, m)| self.mass[(i, j)] = *m);
             let loops = &movable.workspace.loops;
             for k in 0..self.constraints.nrows() {
@@ -269,7 +269,7 @@ impl Movable {
             let held = dead[i].apply(&states[i], elastic);
             wrenches[i] = std::array::from_fn(|r| load[r] + held[r] + loops.response.force[i][r]);
         }
-        self.to_coordinates(out);
+        self.write_coordinates(out);
         for (i, body) in self.model.bodies.iter().enumerate().filter(|(_, b)| !b.joint.coordinates.is_empty())
         {
             let joint = &body.joint;
@@ -283,7 +283,7 @@ impl Movable {
     }
 
     /// Forces (or momenta) along the coordinates from those on frames and modes, from the leaves to ground; uses them up.
-    fn to_coordinates(&mut self, out: &mut [f64]) {
+    fn write_coordinates(&mut self, out: &mut [f64]) {
         let Self { model, workspace, wrenches, modal, .. } = self;
         for &i in model.order.iter().rev() {
             let (TreeBody { joint, layout, .. }, edge) = (&model.bodies[i], &workspace.edges[i]);
