@@ -29,7 +29,7 @@ impl Opening {
 
 /// Follows the ledger through a run.
 ///
-/// Open is what the total energy has changed by since the start, and what the implicit integrator has added beyond [`ADDED`]. The rest
+/// Open is what the total energy has changed by since the start, and what the implicit integrator has added beyond a tenth of the largest size. The rest
 /// of what it does is booked, shown in the results and not counted: it damps what it does not resolve, and its error is far larger. Jumps at changes of models and of penalty
 /// factors are part of the total and do count.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
