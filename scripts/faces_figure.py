@@ -151,7 +151,7 @@ def patch(index):
     cell.label("xi+", (69, 8), (-14, 4), "end")
     cell.label("eta-", (5, -40), (0, 20))
     cell.label("eta+", (0, 29), (0, -8))
-    cell.label("solid: zeta-, zeta+ too", (0, -62), (0, 0))
+    cell.label("solid: zeta-, zeta+ too", (0, -84), (0, 0))
     return cell
 
 

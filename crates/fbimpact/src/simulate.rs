@@ -158,9 +158,11 @@ pub fn system_modes(
     is_static: bool,
     threads: usize,
 ) -> Result<(Vec<String>, SystemModes), AppError> {
+    let cache = ModelCache::default();
+    let scenario = &*sized(scenario, threads, &cache)?;
     let mut spec = run_spec(scenario)?;
     spec.settings.static_start |= is_static;
-    let model = build(&spec, threads, &ModelCache::default())?;
+    let model = build(&spec, threads, &cache)?;
     let modes = model.system.small_vibrations(0.0, &model.initial);
     let names = model.bodies.iter().map(|b| b.name.clone()).collect();
     Ok((names, modes.map_err(|e| AppError::Model(e.to_string()))?))

@@ -12,7 +12,7 @@ const MOST_GIGABYTES: f64 = 16.0;
 /// Dense matrices of the size of the compliance that live at the same time: flexibility, compliance, the contact's own.
 const DENSE: f64 = 3.0;
 /// Entries of the factor over `N^(4/3)` of `N` unknowns of a solid, and over `N log2 N` of a body of two directions (George 1973:
-/// nested dissection). The constants are orders of magnitude, those of 20 to 60 thousand unknowns of degree 2 and 3.
+/// nested dissection). The constants are orders of magnitude and not measured: they tell gigabytes from hundreds of them.
 const FILL: [f64; 2] = [60.0, 30.0];
 
 /// Refuses the `plan` of a fine model that no memory holds.
