@@ -264,8 +264,9 @@ fn rigid_parts_move_like_rigid_bodies_and_leave_rigid_motions_free() {
     let (body, foot) = beam([10, 3, 2], Coupling::Rigid);
     let corner = sag(&body, &foot, [-0.15, 0.015, 0.005]);
     let tip = sag(&body, &foot, TIP);
-    // What an elastic face would yield there is some 1e-3 of the sag, and the part is 1e5 times as stiff.
-    assert!(corner.abs() < 1e-7 * tip, "{corner:e} {tip:e}");
+    // The stress of bending, 0.7 MPa, strains an elastic face by 1e-5, over its size 2e-3 of the sag; the part is 1e5 times as stiff, and at
+    // the corners of a held face stress is some ten times as large: an order of magnitude of 2e-7.
+    assert!(corner.abs() < 1e-6 * tip, "{corner:e} {tip:e}");
     let (body, foot) = beam([10, 3, 2], Coupling::Average);
     assert!(sag(&body, &foot, [-0.15, 0.015, 0.005]).abs() > 1e-5 * tip);
 }
