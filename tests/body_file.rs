@@ -7,8 +7,8 @@ mod beam_file;
 use std::path::PathBuf;
 
 use adaptive::elastic_body::{ElasticBody, Interface};
+use adaptive::elastic_body::{geometric_stiffening, marker_weights};
 use adaptive::spec::{DampingSpec, DiscretisationSpec, ElasticSpec, Place, ReductionSpec};
-use adaptive::stiffening::{geometric_stiffening, marker_weights};
 use beam_file::{BENDING, LENGTH, LINE_MASS, write_beam};
 use fbimpact::body_file::{BodyFile, read, write_full, write_reduced};
 use ffr_dynamics::body::{ModalDamping, RigidMotion};

@@ -7,9 +7,9 @@ mod beam_file;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use adaptive::imported::ImportedSpec;
 use adaptive::record::Sample;
 use adaptive::recording::Recording;
+use adaptive::spec::ImportedSpec;
 use adaptive::spec::{BodyKind, DampingSpec, Place, ReductionSpec};
 use assert_cmd::Command;
 use beam_file::{BENDING, LENGTH, LINE_MASS, write_beam};

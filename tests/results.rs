@@ -9,7 +9,7 @@ use adaptive::record::{
     Observer, PhaseKind, PhaseRecord, PointSample, PressurePoint, RunLayout, Sample, StressRecord, Timings,
     TryRecord,
 };
-use fbimpact::commands::run::{Simulation, record};
+use fbimpact::commands::recording::{Simulation, record};
 use fbimpact::error::AppError;
 use fbimpact::results::{OutputFile, summary};
 use fbimpact::scenario::{self, Scenario};

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use adaptive::fine_model::{DivisionRule, LowModes};
+use adaptive::spec::TransferMethod;
 use adaptive::spec::{
     ContactLaw as LawSpec, HandOver, IntervalSpec, PenaltySearch as SearchSpec, Target, Treatment,
 };
-use adaptive::transfer::TransferMethod;
+use adaptive::spec::{DivisionRule, LowModes};
 use contact_qs::quasistatic::Method;
 use fbimpact::scenario::{
     self, Constraint, ContactLaw, ContactModel, ContactSolver, Fault, Override, PenaltySearch, Scenario,

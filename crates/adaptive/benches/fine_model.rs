@@ -9,8 +9,9 @@
 use std::hint::black_box;
 
 use adaptive::elastic_body::{ElasticBody, Interface, ReducedBody};
-use adaptive::fine_model::{FineMesh, FineSettings, FineZone, WantedInterval};
+use adaptive::fine_model::{FineMesh, FineSettings, FineZone};
 use adaptive::spec::{DiscretisationSpec, ElasticSpec, PointRule, ReductionSpec};
+use adaptive::wanted_interval::WantedInterval;
 use contact_qs::points::{InterfaceCompliance, contact_submodel};
 use contact_qs::quasistatic::Method;
 use contact_qs::{Friction, SurfacePair, SurfacePairSettings, TargetFace, TargetSurface};

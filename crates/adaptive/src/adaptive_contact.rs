@@ -11,18 +11,19 @@ use ffr_dynamics::system::force::BodyState;
 use iga_core::nurbs::FaceId;
 use nalgebra::Unit;
 
-use crate::dent::{PointCompliance, compliances, points_on};
+use crate::body_model::{BodyModel, ElasticModel};
 use crate::detection::{Detector, DetectorTarget, Nearest};
-use crate::error::AdaptiveError;
-use crate::fine_model::{FineBody, FineInterval, LowModes};
+use crate::error::{AdaptiveError, ContactModelFault};
+use crate::fine_model::{FineBody, FineInterval};
 use crate::interval::{
     ContactFlags, DirectionUse, IntervalAssessment, IntervalEnd, IntervalSettings, Verdict, assess,
 };
-use crate::model::{BodyModel, ElasticModel, TrySizes};
 use crate::own_modes::OwnModes;
 use crate::penalty_search::{PenaltySearch, PenaltyStrategy};
+use crate::point_compliance::{PointCompliance, compliances, points_on};
 use crate::record::{Knowledge, ZoneSite};
 use crate::simulation::ObservedPoint;
+use crate::spec::LowModes;
 use crate::spec::{self, ContactSpec, SurfaceLaw, Target};
 use crate::store::ModelCache;
 
@@ -54,6 +55,17 @@ pub struct AdaptiveContact {
     /// What earlier impacts taught.
     pub knowledge: Knowledge,
     cache: ModelCache,
+}
+
+/// Sizes for the log of tries.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct TrySizes {
+    /// Elements of the bodies in contact.
+    pub elements: u64,
+    /// Their freedoms.
+    pub freedoms: u64,
+    /// Their interface freedoms.
+    pub interface: u64,
 }
 
 /// Fine models of a contact in an impact phase.
@@ -155,6 +167,10 @@ impl AdaptiveContact {
 
     fn fail(&self, source: ContactError) -> AdaptiveError {
         AdaptiveError::Contact { contact: self.name.clone(), source }
+    }
+
+    fn without_model(&self, fault: ContactModelFault) -> AdaptiveError {
+        AdaptiveError::ContactModel { contact: self.name.clone(), fault }
     }
 
     /// Nearest points in the motions `states`.

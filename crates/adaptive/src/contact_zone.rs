@@ -11,7 +11,7 @@ use iga_core::surface::{BodySurface, CollocationPoint, Face, gauss_points, grevi
 use nalgebra::Vector3;
 
 use crate::elastic_body::{ElasticBody, rigid_motion};
-use crate::error::AdaptiveError;
+use crate::error::{AdaptiveError, ContactModelFault};
 use crate::spec::{ElasticSpec, PointRule, RefinementSpec, SurfaceLaw, Treatment};
 
 /// Slack of comparisons between parameters, as a share of the patch's range: round-off of arc lengths.
@@ -95,16 +95,11 @@ impl Interval {
 pub fn wanted_refinement(request: &ZoneRequest<'_>) -> Result<Option<RefinementSpec>, AdaptiveError> {
     let interval = &request.law.interval;
     let Some(elements) = interval.elements else { return Ok(None) };
-    let fail = |reason: &str| AdaptiveError::Contact {
-        contact: request.contact.to_owned(),
-        source: ContactError::Inconsistent { reason: reason.to_owned() },
-    };
+    let fail = |fault| AdaptiveError::ContactModel { contact: request.contact.to_owned(), fault };
     if request.law.treatment == Treatment::Coarse {
-        return Err(fail(
-            "model \"coarse\" is not refined, leave interval.elements out or choose another model",
-        ));
+        return Err(fail(ContactModelFault::CoarseRefined));
     }
-    let width = interval.width.ok_or_else(|| fail("interval.elements needs interval.width"))?;
+    let width = interval.width.ok_or_else(|| fail(ContactModelFault::NoWidth))?;
     Ok(Some(RefinementSpec { centre: request.site.point, width, elements, ratio: DEFAULT_RATIO }))
 }
 
@@ -139,11 +134,8 @@ impl ContactZone {
             widths.find(|w| singular(&interval(*w)).is_none())
         };
         let width = known.or_else(|| if is_coarse { widest() } else { None }).ok_or_else(|| {
-            let reason = format!(
-                "body \"{}\" is not refined at its first point of contact ({:.6e}, {:.6e}, {:.6e}) m; give interval.width or refine there",
-                body.name, point[0], point[1], point[2]
-            );
-            fail(ContactError::Inconsistent { reason })
+            let fault = ContactModelFault::NotRefined { body: body.name.clone(), point };
+            AdaptiveError::ContactModel { contact: request.contact.to_owned(), fault }
         })?;
         let interval = interval(width);
         if let Some(set) = singular(&interval) {

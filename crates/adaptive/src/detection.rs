@@ -8,7 +8,7 @@ use contact_qs::search::{
     surface_speed_bound,
 };
 use contact_qs::{ContactElement, ContactError, ContactReport, Plane};
-use ffr_dynamics::error::Rejection;
+use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::system::force::{BodyState, ForceElement, ForceEnergies, GeneralisedForce};
 use nalgebra::Vector3;
 
@@ -145,7 +145,12 @@ impl Dormant {
 }
 
 impl ForceElement for Dormant {
-    fn apply(&mut self, _: f64, _: &[BodyState], _: &mut [GeneralisedForce]) -> Result<(), Rejection> {
+    fn apply(
+        &mut self,
+        _: f64,
+        _: &[BodyState],
+        _: &mut [GeneralisedForce],
+    ) -> Result<(), EvaluationFailure> {
         Ok(())
     }
 

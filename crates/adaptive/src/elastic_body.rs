@@ -25,14 +25,20 @@ use nalgebra::UnitQuaternion;
 use crate::error::AdaptiveError;
 use crate::marker_loads::MarkerLoads;
 use crate::spec::{DampingSpec, DiscretisationSpec, ElasticSpec, FrameSpec, ReductionSpec, RefinementSpec};
-use crate::stiffening::geometric_stiffening;
-use crate::store::{ModelCache, StoredModel, body_definition, matrix, matrix_values, modes_key};
+use crate::store::{ModelCache, StoredModel, body_definition, matrix, matrix_values};
 
 mod areas;
+mod discretised;
+mod key;
+mod point_markers;
 mod points;
+mod stiffening;
 
 pub use areas::Functions;
-pub use points::{Discretised, point_in_space};
+pub use discretised::{Discretised, point_in_space};
+pub use key::modes_key;
+pub use point_markers::{marker_weights, weights_on};
+pub use stiffening::geometric_stiffening;
 
 /// Part of a parameter range within which a point counts as lying at its end.
 const AT_END: f64 = 1e-9;
@@ -299,10 +305,7 @@ fn basis_from(stored: &StoredModel, n_unknowns: usize, rigid: &Arc<RigidModes>) 
 
 /// The lowest free modes, from a factorisation that the compliance uses too.
 fn free_modes(problem: &ElasticProblem<'_>, n: usize) -> Result<ReducedBasis, DynamicsError> {
-    let rigid = problem.rigid().ok_or_else(|| DynamicsError::Inconsistent {
-        reason: "a free body is needed for its free modes".into(),
-    })?;
-    Ok(ReducedBasis::from_modes(problem.lowest_modes(n)?, rigid.clone()))
+    Ok(ReducedBasis::from_modes(problem.lowest_modes(n)?, problem.free_rigid()?))
 }
 
 /// The lowest free modes of `body` with the static answers to `loads`.

@@ -53,6 +53,14 @@ pub enum AdaptiveError {
         /// What is wrong.
         source: ContactError,
     },
+    /// A contact for which there is no model.
+    #[error("contact \"{contact}\": {fault}")]
+    ContactModel {
+        /// Name of the contact.
+        contact: String,
+        /// Why.
+        fault: ContactModelFault,
+    },
     /// Something that this version cannot simulate.
     #[error("{subject}: {reason}")]
     Unsupported {
@@ -205,6 +213,62 @@ pub enum AdaptiveError {
     Observer(#[from] ObserverError),
 }
 
+/// Why a contact has no model.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ContactModelFault {
+    /// Points of contact on a rigid body.
+    #[error("the contact body is rigid")]
+    RigidBody,
+    /// A law and a target that do not belong together, or a partner without a zone.
+    #[error("law and target do not fit each other")]
+    LawWithoutTarget,
+    /// Elements of an interval for a contact without refinement.
+    #[error("model \"coarse\" is not refined, leave interval.elements out or choose another model")]
+    CoarseRefined,
+    /// Elements of an interval of no width.
+    #[error("interval.elements needs interval.width")]
+    NoWidth,
+    /// A body whose elements are as coarse at the contact as elsewhere.
+    #[error(
+        "body \"{body}\" is not refined at its first point of contact ({:.6e}, {:.6e}, {:.6e}) m; give interval.width or refine there",
+        point[0], point[1], point[2]
+    )]
+    NotRefined {
+        /// Name of the body.
+        body: String,
+        /// The first point of contact in the body's frame \[m\].
+        point: [f64; 3],
+    },
+    /// A stored zone on a face that the body does not have.
+    #[error("there is no face {face} of {count}")]
+    UnknownFace {
+        /// Number of the face, from 0.
+        face: u32,
+        /// Number of faces.
+        count: usize,
+    },
+    /// A stored zone wider than its body.
+    #[error("an interval {width:e} m wide on a body of {size:e} m")]
+    TooWide {
+        /// Width \[m\].
+        width: f64,
+        /// Size of the body \[m\].
+        size: f64,
+    },
+    /// A fine model whose place is not stored.
+    #[error("the place of a fine model is not known")]
+    UnknownPlace,
+    /// Stored forces of another zone.
+    #[error("{forces} forces for {unknowns} unknowns of an interface")]
+    ForcesOfAnotherZone {
+        /// Number of forces.
+        forces: usize,
+        /// Number of unknowns of the interface.
+        unknowns: usize,
+    },
+}
+
 impl AdaptiveError {
     /// Whether the error arose while models were built, before any time was simulated.
     pub fn is_model_error(&self) -> bool {
@@ -214,6 +278,7 @@ impl AdaptiveError {
                 | Self::Subdivision { .. }
                 | Self::Reduction { .. }
                 | Self::Contact { .. }
+                | Self::ContactModel { .. }
                 | Self::Unsupported { .. }
                 | Self::Restart { .. }
                 | Self::InitialOverlap { .. }

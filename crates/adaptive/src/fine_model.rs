@@ -27,26 +27,17 @@ use crate::elastic_body::{Discretised, ElasticBody, Functions, ReducedBody, rigi
 use crate::error::AdaptiveError;
 use crate::interval::IntervalEnd;
 use crate::lattice::DirectionLattice;
-use crate::spec::{ElasticSpec, PointRule};
+use crate::spec::{DivisionRule, ElasticSpec, LowModes, PointRule};
 use crate::turned_net::TurnedNet;
+use crate::wanted_interval::WantedInterval;
 
+mod key;
 mod plan;
 mod size;
 
+pub use key::compliance_key;
 use plan::{check_regular, fine_intervals, plan, refined};
 use size::check_size;
-
-/// A contact interval as it is asked for.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WantedInterval {
-    /// Face that it lies on.
-    pub face: Face,
-    /// Parameters of its centre in the face's patch.
-    pub centre: [f64; 3],
-    /// Widths along the face's directions, rising; from the axis outwards where the centre lies on the axis of an
-    /// axisymmetric model \[m\].
-    pub widths: [f64; 2],
-}
 
 /// A contact interval as the fine model has it: its ends lie on knots.
 #[derive(Debug, Clone, PartialEq)]
@@ -84,17 +75,6 @@ pub enum Division {
     Parts(Vec<[usize; 3]>),
     /// Lattices through the ends of one interval, their spacing doubled from level to level.
     Lattice([DirectionLattice; 3]),
-}
-
-/// How levels are found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum DivisionRule {
-    /// Lattices through the ends of the interval, their spacing doubled from level to level: as many levels as it takes
-    /// (`docs/decisions/0019-levels-of-a-zone.md`). Several intervals of one body share a division by Algorithm 3.
-    #[default]
-    Graded,
-    /// Algorithm 3 of \[A\] with its limits of five levels and ten knots an element and level.
-    Printed,
 }
 
 /// Elements across an interval unless the scenario says otherwise (\[A\] section 4.3).
@@ -167,16 +147,6 @@ pub struct FineZone {
     pub elements: Vec<[usize; 2]>,
     /// Unknowns of the interface, rising.
     pub unknowns: Vec<usize>,
-}
-
-/// Low-frequency modes of a fine model.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum LowModes {
-    /// Those of the coarse model, prolonged: the state is handed over without loss.
-    #[default]
-    Prolonged,
-    /// The fine model's own, as in \[A\].
-    Own,
 }
 
 impl FineBody {
@@ -376,10 +346,7 @@ impl FineMesh {
     ) -> Result<(ReducedBasis, ResidualFlexibility), AdaptiveError> {
         let fail = |source| AdaptiveError::Reduction { body: self.name.clone(), source };
         let problem = ElasticProblem::free(assembled, unknowns).map_err(fail)?;
-        let Some(rigid) = problem.rigid().cloned() else {
-            let reason = "a free body is needed for its free modes".into();
-            return Err(fail(ffr_dynamics::DynamicsError::Inconsistent { reason }));
-        };
+        let rigid = problem.free_rigid().map_err(fail)?;
         let (body, reduced) = (coarse.0, &coarse.1.basis);
         let basis = match modes {
             LowModes::Prolonged => ReducedBasis {

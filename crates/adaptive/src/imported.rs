@@ -1,10 +1,7 @@
 //! Bodies from files: reduced ones as they are, matrices of other programs reduced here.
 
-use std::sync::Arc;
-
 use ffr_dynamics::DynamicsError;
-use ffr_dynamics::body::{RigidMotion, StandardInputData};
-use ffr_dynamics::interchange::{FullBody, ReducedModel};
+use ffr_dynamics::body::StandardInputData;
 use ffr_dynamics::kinematics::marker::FlexiblePoint;
 use ffr_dynamics::kinematics::{Marker, MarkerWeights};
 use ffr_dynamics::reduction::modal::all_modes;
@@ -13,51 +10,7 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use crate::elastic_body::{damping, free_modes_answering};
 use crate::error::AdaptiveError;
 use crate::marker_loads::{MarkerLoads, answers_by_marker, load_columns};
-use crate::spec::{DampingSpec, Place, ReductionSpec};
-
-/// A body from a file.
-#[derive(Debug, Clone)]
-pub enum ImportedSpec {
-    /// Reduced already.
-    Reduced(Arc<ReducedModel>),
-    /// Matrices, to be reduced.
-    Full {
-        /// Matrices and markers.
-        body: Arc<FullBody>,
-        /// Reduced basis.
-        reduction: ReductionSpec,
-        /// Whether the basis has the static answers to the body's joints and loads.
-        static_answers: bool,
-        /// Damping of the elastic coordinates.
-        damping: DampingSpec,
-        /// Marker that a tangent frame follows; a Buckens frame without one.
-        frame: Option<String>,
-    },
-}
-
-impl PartialEq for ImportedSpec {
-    /// Whether both are the same body in memory, reduced alike.
-    fn eq(&self, other: &Self) -> bool {
-        match (self, other) {
-            (Self::Reduced(a), Self::Reduced(b)) => Arc::ptr_eq(a, b),
-            (
-                Self::Full { body: a, reduction: r, static_answers: s, damping: d, frame: f },
-                Self::Full { body, reduction, static_answers, damping, frame },
-            ) => Arc::ptr_eq(a, body) && (r, s, d, f) == (reduction, static_answers, damping, frame),
-            _ => false,
-        }
-    }
-}
-
-impl ImportedSpec {
-    /// Rigid motions of the body.
-    pub fn motion(&self) -> RigidMotion {
-        match self {
-            Self::Reduced(model) => model.data().motion,
-            Self::Full { body, .. } => body.body().motion,
-        }
-    }
-}
+use crate::spec::{ImportedSpec, Place, ReductionSpec};
 
 /// An imported body, reduced.
 #[derive(Debug, Clone)]

@@ -3,6 +3,7 @@
 use faer::Mat;
 use ffr_dynamics::DynamicsError;
 use ffr_dynamics::body::AssembledBody;
+use ffr_dynamics::data_error::DataError;
 use ffr_dynamics::kinematics::MarkerWeights;
 use ffr_dynamics::system::JointKind;
 use nalgebra::{UnitQuaternion, Vector3};
@@ -139,8 +140,8 @@ pub fn load_columns<E>(
         for (unknown, w) in marker.entries() {
             let row = *unknown as usize;
             if row >= n {
-                let reason = format!("a marker depends on unknown {row}, the model has {n}");
-                return Err(inconsistent(DynamicsError::Inconsistent { reason }));
+                let what = "unknowns of a marker".into();
+                return Err(inconsistent(DataError::Index { what, number: row, count: n }.into()));
             }
             for (j, direction) in load.directions.iter().enumerate() {
                 let part = |range: std::ops::Range<usize>| -> f64 {

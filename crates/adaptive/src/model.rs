@@ -2,22 +2,19 @@
 
 use std::time::Instant;
 
-use contact_qs::ContactError;
-use ffr_dynamics::body::StandardInputData;
 use ffr_dynamics::integration::OdeSystem;
 use ffr_dynamics::system::Multibody;
 
-use crate::adaptive_contact::{AdaptiveContact, FineContact, ZoneModel};
+use crate::adaptive_contact::{AdaptiveContact, FineContact, TrySizes, ZoneModel};
+use crate::body_model::{BodyModel, ElasticModel};
 use crate::contact_zone::n_elements;
-use crate::dent::{PointCompliance, of_body};
-use crate::elastic_body::{ElasticBody, Interface, ReducedBody};
-use crate::error::AdaptiveError;
-use crate::fine_model::LowModes;
-use crate::imported::ImportedModel;
-use crate::marker_loads::answers_by_marker;
+use crate::elastic_body::ElasticBody;
+use crate::error::{AdaptiveError, ContactModelFault};
+use crate::point_compliance::{PointCompliance, of_body};
 use crate::record::{BodyLayout, JointLayout, Observer, RunLayout, StressState, Timings, ZoneLoad};
 use crate::simulation::{Observed, ObservedPoint, System};
-use crate::spec::{BodyKind, BodySpec, ContactLaw, ContactSpec, RunSpec, Target};
+use crate::spec::LowModes;
+use crate::spec::{BodyKind, ContactLaw, ContactSpec, RunSpec, Target};
 use crate::store::{ModelCache, body_definition};
 use crate::stress::StressRequest;
 
@@ -31,7 +28,7 @@ mod start;
 
 pub(crate) use contacts::surface;
 use contacts::{BuiltContact, adaptive_contacts, build_contact, interfaces, refinements, zones};
-use own::{OwnState, needs_own_modes};
+use own::needs_own_modes;
 use plan::ContactPlan;
 pub(crate) use plan::first_sites;
 pub use resolution::{Subjects, subjects};
@@ -85,41 +82,6 @@ pub struct ContactFacts {
     /// Whether its forces act on the interfaces that its bodies were reduced for: quasistatic ones with one model for the
     /// whole run.
     pub loads_interface: bool,
-}
-
-/// A body of a run.
-pub struct BodyModel {
-    /// Name.
-    pub name: String,
-    /// Inertia and couplings.
-    pub data: StandardInputData,
-    /// Full and reduced model of an elastic body with a geometry.
-    pub elastic: Option<ElasticModel>,
-    /// A body from a file.
-    pub imported: Option<ImportedModel>,
-    /// The fine model that stands for an elastic body in an impact, if it has modes of its own.
-    pub own: Option<Box<OwnState>>,
-}
-
-/// Full and reduced model of an elastic body.
-pub struct ElasticModel {
-    /// The full model.
-    pub body: ElasticBody,
-    /// The reduced model.
-    pub reduced: ReducedBody,
-    /// The interface that it was reduced for.
-    pub interface: Interface,
-}
-
-/// Sizes for the log of tries.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct TrySizes {
-    /// Elements of the bodies in contact.
-    pub elements: u64,
-    /// Their freedoms.
-    pub freedoms: u64,
-    /// Their interface freedoms.
-    pub interface: u64,
 }
 
 impl RunModel {
@@ -331,9 +293,8 @@ impl RunModel {
             let zone = contact.zone_model(elastic, &load.site)?;
             let (n, n_forces) = (zone.residual.interface().len(), load.forces.len());
             if n != n_forces {
-                let reason = format!("{n_forces} forces for {n} unknowns of an interface");
-                let source = ContactError::Inconsistent { reason };
-                return Err(AdaptiveError::Contact { contact: contact.name.clone(), source });
+                let fault = ContactModelFault::ForcesOfAnotherZone { forces: n_forces, unknowns: n };
+                return Err(AdaptiveError::ContactModel { contact: contact.name.clone(), fault });
             }
             Ok(zone)
         };
@@ -355,94 +316,6 @@ impl RunModel {
     /// Number of state variables.
     pub fn dimension(&self) -> usize {
         self.system.dimension()
-    }
-}
-
-impl BodyModel {
-    fn new(
-        spec: &BodySpec,
-        full: Option<ElasticBody>,
-        interface: Interface,
-        cache: &ModelCache,
-    ) -> Result<Self, AdaptiveError> {
-        let name = spec.name.clone();
-        let rigid = match (&spec.kind, full) {
-            (BodyKind::Elastic(_), Some(body)) => {
-                let reduced = body.reduce_with(&interface, cache)?;
-                let data = reduced.data.clone();
-                let elastic = Some(ElasticModel { body, reduced, interface });
-                return Ok(Self { name, data, elastic, imported: None, own: None });
-            }
-            (BodyKind::Imported(imported), _) => {
-                let model = ImportedModel::build(&name, imported, &interface.loads)?;
-                return Ok(Self {
-                    name,
-                    data: model.data.clone(),
-                    elastic: None,
-                    imported: Some(model),
-                    own: None,
-                });
-            }
-            (BodyKind::Rigid(rigid), _) => rigid,
-            (BodyKind::Elastic(_), None) => unreachable!("every elastic body has a full model"),
-        };
-        let c = rigid.centre_of_mass;
-        let steiner = nalgebra::Matrix3::identity() * c.norm_squared() - c * c.transpose();
-        let inertia = rigid.inertia + steiner * rigid.mass;
-        let data = StandardInputData::rigid(rigid.motion, rigid.mass, c, inertia)
-            .map_err(|source| AdaptiveError::Reduction { body: name.clone(), source })?;
-        Ok(Self { name, data, elastic: None, imported: None, own: None })
-    }
-}
-
-impl BodyModel {
-    /// Eigenfrequencies of the elastic coordinates \[Hz\]; none of a rigid body.
-    pub fn frequencies(&self) -> Vec<f64> {
-        match (&self.elastic, &self.imported) {
-            (Some(elastic), _) => elastic.frequencies(),
-            (None, Some(imported)) => imported.frequencies.clone(),
-            (None, None) => Vec::new(),
-        }
-    }
-}
-
-/// What the elastic coordinates of a body stand for.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct CoordinateCounts {
-    /// Free modes.
-    pub free: usize,
-    /// Modes that a contact interface adds; none where it follows statically.
-    pub interface: usize,
-    /// Static answers to what each joint or load exerts; the last coordinates if there are no interface modes.
-    pub answers: Vec<(String, usize)>,
-}
-
-impl BodyModel {
-    /// What the elastic coordinates stand for.
-    pub fn coordinates(&self) -> CoordinateCounts {
-        let n = self.data.n_modes();
-        match (&self.elastic, &self.imported) {
-            (Some(ElasticModel { reduced, .. }), _) => {
-                let n_low = reduced.basis.n_low;
-                let answers = answers_by_marker(&reduced.loads, &reduced.basis.static_loads);
-                let n_static: usize = answers.iter().map(|(_, n)| n).sum();
-                // Interface modes are beyond the low-frequency ones, and static answers are then, too.
-                let free = if n_low == n { n - n_static } else { n_low };
-                CoordinateCounts { free, interface: n - free - n_static, answers }
-            }
-            (None, Some(imported)) => {
-                let n_static: usize = imported.answers.iter().map(|(_, n)| n).sum();
-                CoordinateCounts { free: n - n_static, interface: 0, answers: imported.answers.clone() }
-            }
-            (None, None) => CoordinateCounts::default(),
-        }
-    }
-}
-
-impl ElasticModel {
-    /// Eigenfrequencies of the elastic coordinates \[Hz\].
-    pub fn frequencies(&self) -> Vec<f64> {
-        self.reduced.basis.omega.iter().map(|w| w / std::f64::consts::TAU).collect()
     }
 }
 

@@ -13,7 +13,8 @@ use crate::elastic_body::{ElasticBody, ReducedBody, damping};
 use crate::error::AdaptiveError;
 use crate::fine_model::FineBody;
 use crate::spec::FrameSpec;
-use crate::transfer::{StateTransfer, TransferMethod};
+use crate::spec::TransferMethod;
+use crate::transfer::StateTransfer;
 
 /// Modes of a fine model, on it and on the coarse one.
 pub struct OwnModes {

@@ -5,6 +5,8 @@
 
 use std::fmt;
 
+use ffr_dynamics::error::FailureKind;
+
 /// `c_p = multiplier × 10^exponent` (\[A\] Eq. (8)).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PenaltyFactor {
@@ -102,10 +104,10 @@ pub enum RunOutcome {
         /// Largest contact force \[N\].
         peak_force: f64,
     },
-    /// The contact solver failed (Algorithm 1: 1 singular, 2 not finite).
+    /// The contact solver failed.
     SolverError {
-        /// Its error code.
-        code: i32,
+        /// What went wrong.
+        failure: FailureKind,
     },
 }
 
@@ -116,8 +118,8 @@ pub enum PenaltyFailure {
     TooLow {
         /// Lowest factor tried [N/m³].
         penalty: f64,
-        /// Last error code.
-        code: i32,
+        /// Last error of the contact solver.
+        failure: FailureKind,
     },
     /// Neither an error nor convergence up to the highest factor.
     TooHigh {
@@ -131,9 +133,9 @@ pub enum PenaltyFailure {
 impl fmt::Display for PenaltyFailure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::TooLow { penalty, code } => write!(
+            Self::TooLow { penalty, failure } => write!(
                 f,
-                "the contact solver still fails with code {code} at the lowest penalty factor {penalty:.3e} N/m^3; refine the interval or use the active-set solver"
+                "the contact solver still fails ({failure}) at the lowest penalty factor {penalty:.3e} N/m^3; refine the interval or use the active-set solver"
             ),
             Self::TooHigh { penalty, change: Some(change) } => write!(
                 f,
@@ -255,7 +257,7 @@ impl PenaltySearch {
     /// What follows from the outcome of the current run.
     pub fn next(&mut self, outcome: RunOutcome) -> PenaltyAction {
         match (self.strategy, outcome) {
-            (_, RunOutcome::SolverError { code }) => self.after_error(code),
+            (_, RunOutcome::SolverError { failure }) => self.after_error(failure),
             (PenaltyStrategy::ErrorDriven { .. }, _) if matches!(self.state, State::Raising { .. }) => {
                 // An impact that ends within the steps of a trial has passed it as well.
                 self.raise(self.next_decade(), None)
@@ -290,7 +292,7 @@ impl PenaltySearch {
         PenaltyFactor::from_value(self.penalty).map_or(f64::NAN, |p| p.raised().value())
     }
 
-    fn after_error(&mut self, code: i32) -> PenaltyAction {
+    fn after_error(&mut self, failure: FailureKind) -> PenaltyAction {
         match (self.strategy, self.state) {
             // A completed run is at hand, and nothing higher can be solved: that is the best there is.
             (PenaltyStrategy::UntilConverged { .. }, State::Raising { last: Some((penalty, _)) }) => {
@@ -298,13 +300,13 @@ impl PenaltySearch {
                 return self.accept(false);
             }
             (PenaltyStrategy::Fixed, _) => {
-                return PenaltyAction::Fail(PenaltyFailure::TooLow { penalty: self.penalty, code });
+                return PenaltyAction::Fail(PenaltyFailure::TooLow { penalty: self.penalty, failure });
             }
             _ => self.state = State::Lowering,
         }
         let lowered = PenaltyFactor::from_value(self.penalty).map_or(f64::NAN, |p| p.lowered().value());
         if lowered.is_nan() || lowered < self.range.lower {
-            return PenaltyAction::Fail(PenaltyFailure::TooLow { penalty: self.penalty, code });
+            return PenaltyAction::Fail(PenaltyFailure::TooLow { penalty: self.penalty, failure });
         }
         self.penalty = lowered;
         PenaltyAction::Resume { penalty: lowered }
@@ -331,7 +333,7 @@ mod tests {
             };
             log.push(penalty);
             let outcome = match (penalty > limit, trial) {
-                (true, _) => RunOutcome::SolverError { code: 1 },
+                (true, _) => RunOutcome::SolverError { failure: FailureKind::Singular },
                 (false, true) => RunOutcome::TrialPassed,
                 (false, false) => RunOutcome::Completed { peak_force: force(penalty) },
             };
@@ -364,9 +366,11 @@ mod tests {
     fn after_an_error_the_impact_goes_on_and_may_fail_again() {
         let mut search = PenaltySearch::new(PenaltyStrategy::PRINTED, 2e17);
         search.restart();
-        let first = search.next(RunOutcome::SolverError { code: 2 });
+        let first = search.next(RunOutcome::SolverError { failure: FailureKind::NotFinite });
         assert_eq!(first, PenaltyAction::Resume { penalty: 1e17 });
-        let PenaltyAction::Resume { penalty } = search.next(RunOutcome::SolverError { code: 1 }) else {
+        let PenaltyAction::Resume { penalty } =
+            search.next(RunOutcome::SolverError { failure: FailureKind::Singular })
+        else {
             panic!("the impact must go on")
         };
         assert_relative_eq!(penalty, 9e16, max_relative = 1e-14);
@@ -435,7 +439,13 @@ mod tests {
         assert!(failure.to_string().contains("1.000e28"), "{failure}");
         let mut hopeless = PenaltySearch::new(PenaltyStrategy::PRINTED, 1e15);
         let (action, _) = run(&mut hopeless, 0.0, |_| 1.0);
-        assert!(matches!(action, PenaltyAction::Fail(PenaltyFailure::TooLow { code: 1, .. })), "{action:?}");
+        assert!(
+            matches!(
+                action,
+                PenaltyAction::Fail(PenaltyFailure::TooLow { failure: FailureKind::Singular, .. })
+            ),
+            "{action:?}"
+        );
         let mut drifting = PenaltySearch::new(PenaltyStrategy::CONVERGED, 1e15);
         let (action, _) = run(&mut drifting, f64::INFINITY, |c| c);
         let PenaltyAction::Fail(failure) = action else { panic!("must fail: {action:?}") };

@@ -2,7 +2,7 @@
 //! fine model is sized.
 
 use contact_qs::{ContactElement, ContactReport};
-use ffr_dynamics::error::Rejection;
+use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::kinematics::marker::FlexiblePoint;
 use ffr_dynamics::system::force::{BodyState, ForceElement, ForceEnergies, GeneralisedForce};
 use nalgebra::Vector3;
@@ -64,7 +64,7 @@ impl ForceElement for PointImpact {
         _: f64,
         bodies: &[BodyState],
         forces: &mut [GeneralisedForce],
-    ) -> Result<(), Rejection> {
+    ) -> Result<(), EvaluationFailure> {
         let approach = (-self.gap(bodies)).max(0.0);
         let (force, energy) = self.law.force(approach);
         self.report.normal_force = force;

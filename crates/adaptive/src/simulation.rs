@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use contact_qs::PressureRecovery;
 use contact_qs::contact_element::ContactElement;
-use ffr_dynamics::error::Rejection;
+use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::invariants::{centre_of_mass, rigid_velocity};
 use ffr_dynamics::kinematics::marker::FlexiblePoint;
 use ffr_dynamics::system::force::{BodyState, ForceElement, ForceEnergies, GeneralisedForce};
@@ -77,7 +77,7 @@ impl ForceElement for TimedContact {
         t: f64,
         bodies: &[BodyState],
         forces: &mut [GeneralisedForce],
-    ) -> Result<(), Rejection> {
+    ) -> Result<(), EvaluationFailure> {
         let start = Instant::now();
         let outcome = self.contact.apply(t, bodies, forces);
         self.elapsed += start.elapsed();

@@ -5,6 +5,7 @@
 //! contacts want that keep one model for the whole run ([`zone`]). The answers depend on
 //! shape, material, motion at the start and contacts alone; they are the same in every run and are kept with the other models.
 
+mod key;
 pub mod impact_time;
 pub mod mesh;
 pub mod mode_count;
@@ -15,7 +16,7 @@ use crate::elastic_body::ElasticBody;
 use crate::error::AdaptiveError;
 use crate::model::start_poses;
 use crate::spec::{BodyKind, DiscretisationSpec, ElasticSpec, ReductionSpec, RunSpec};
-use crate::store::{ModelCache, ModelKey, StoredModel, sizes_key};
+use crate::store::{ModelCache, ModelKey, StoredModel};
 use ffr_dynamics::reduction::modal::modal_truncation;
 use impact_time::ForceTime;
 use mesh::ChosenMesh;
@@ -78,7 +79,7 @@ fn sizes(
 ) -> Result<ChosenSizes, AdaptiveError> {
     let trial = Trial::new(name, elastic, wish);
     let limit = time.map_or(0.0, |t| t.frequency);
-    let key: ModelKey = sizes_key(&trial.spec, wish, limit);
+    let key: ModelKey = key::sizes_key(&trial.spec, wish, limit);
     let numbers = cache.shared(
         key,
         Numbers::from_stored,

@@ -10,7 +10,7 @@ use faer::Mat;
 
 mod key;
 
-pub use key::{ModelKey, body_definition, compliance_key, modes_key, sizes_key};
+pub use key::{Bytes, ModelKey, body_definition};
 
 /// What of a model is kept.
 #[derive(Debug, Clone, PartialEq, Default)]

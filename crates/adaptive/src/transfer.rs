@@ -17,16 +17,7 @@ use iga_core::space::Space;
 use crate::elastic_body::ElasticBody;
 use crate::error::AdaptiveError;
 use crate::fine_model::FineBody;
-
-/// How states are handed over.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum TransferMethod {
-    /// Mass-orthogonal projection: the best approximation in kinetic energy, keeps the momenta (Eqs. A.15, A.16).
-    #[default]
-    MassOrthogonal,
-    /// As printed: \[A\] (10), (11) to the fine model, (12) to (17) back.
-    Printed,
-}
+use crate::spec::TransferMethod;
 
 /// The two maps between the elastic coordinates of a body's models.
 #[derive(Debug, Clone)]

@@ -21,7 +21,7 @@ use iga_core::surface::Face;
 
 use crate::elastic_body::ElasticBody;
 use crate::error::AdaptiveError;
-use crate::fine_model::WantedInterval;
+use crate::wanted_interval::WantedInterval;
 
 /// A copy of a coarse model on a turned net.
 pub struct TurnedNet {

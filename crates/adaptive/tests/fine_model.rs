@@ -8,8 +8,9 @@ mod impacts;
 use std::collections::BTreeMap;
 
 use adaptive::elastic_body::ElasticBody;
-use adaptive::fine_model::{FineBody, FineSettings, FineZone, LowModes};
+use adaptive::fine_model::{FineBody, FineSettings, FineZone};
 use adaptive::interval::IntervalEnd;
+use adaptive::spec::LowModes;
 use adaptive::spec::{
     BodyKind, ContactLaw, DiscretisationSpec, ElasticSpec, IntervalSpec, PenaltySearch, PointRule,
     ReductionSpec, SurfaceLaw, Target, Treatment,

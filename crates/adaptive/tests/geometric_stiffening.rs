@@ -5,9 +5,9 @@
 use std::f64::consts::TAU;
 
 use adaptive::elastic_body::{ElasticBody, Interface, ReducedBody};
+use adaptive::elastic_body::{geometric_stiffening, marker_weights};
 use adaptive::marker_loads::MarkerLoads;
 use adaptive::spec::{DiscretisationSpec, ElasticSpec, Place, ReductionSpec};
-use adaptive::stiffening::{geometric_stiffening, marker_weights};
 use faer::Mat;
 use ffr_dynamics::body::{GeometricStiffening, StandardInputData};
 use ffr_dynamics::integration::{DenseOutput, Integrator, Method, StepSettings};

@@ -2,13 +2,13 @@
 
 mod impacts;
 
-use adaptive::fine_model::LowModes;
 use adaptive::model::RunModel;
+use adaptive::spec::LowModes;
+use adaptive::spec::TransferMethod;
 use adaptive::spec::{
     Area, Attachment, ContactLaw, ContactSpec, CoordinateSpec, Coupling, Extent, HandOver, JointSpec, Place,
     PointSpec, RunSpec, Target, Treatment,
 };
-use adaptive::transfer::TransferMethod;
 use ffr_dynamics::system::JointKind;
 use iga_core::nurbs::primitives::axisymmetric;
 use impacts::{ALUMINIUM, STEEL, Trace, body, contact, finished, spec, sphere};

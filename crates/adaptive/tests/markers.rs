@@ -1,8 +1,8 @@
 //! Named points of the balls of the catalogue as markers.
 
 use adaptive::elastic_body::ElasticBody;
+use adaptive::elastic_body::marker_weights;
 use adaptive::spec::{DiscretisationSpec, ElasticSpec, ReductionSpec};
-use adaptive::stiffening::marker_weights;
 use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::primitives::sphere::{SphereNet, sphere};
 use nalgebra::UnitQuaternion;

@@ -4,9 +4,9 @@ mod impacts;
 
 use adaptive::AdaptiveError;
 use adaptive::driver::resume;
-use adaptive::fine_model::LowModes;
 use adaptive::model::RunModel;
 use adaptive::record::{PhaseKind, RestartPoint};
+use adaptive::spec::LowModes;
 use adaptive::spec::{
     BodyKind, ContactLaw, ContactSpec, RefinementSpec, RunSpec, StressInstant, StressSpec, Target, Treatment,
 };

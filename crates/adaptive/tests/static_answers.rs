@@ -8,9 +8,9 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use adaptive::elastic_body::{ElasticBody, Interface};
-use adaptive::imported::ImportedSpec;
 use adaptive::marker_loads::MarkerLoads;
 use adaptive::model::RunModel;
+use adaptive::spec::ImportedSpec;
 use adaptive::spec::{
     Attachment, BodyKind, BodySpec, CoordinateSpec, DampingSpec, DiscretisationSpec, ElasticSpec,
     InitialMotion, JointSpec, Place, PointSpec, ReductionSpec, RunSpec, TimeCurve,

@@ -9,17 +9,18 @@ use std::convert::Infallible;
 use std::sync::{Arc, Mutex};
 
 use adaptive::driver::run;
+use adaptive::elastic_body::modes_key;
 use adaptive::elastic_body::{Interface, InterfaceModes};
-use adaptive::fine_model::{DivisionRule, FineMesh, FineSettings};
+use adaptive::fine_model::compliance_key;
+use adaptive::fine_model::{FineMesh, FineSettings};
 use adaptive::model::RunModel;
 use adaptive::recording::Recording;
+use adaptive::spec::DivisionRule;
 use adaptive::spec::{
     BodyKind, DampingSpec, ElasticSpec, FrameSpec, IntervalSpec, PenaltySearch, Place, PointRule,
     ReductionSpec, RefinementSpec, RunSpec, Target, Treatment,
 };
-use adaptive::store::{
-    CacheUse, ModelCache, ModelKey, ModelStore, StoredModel, body_definition, compliance_key, modes_key,
-};
+use adaptive::store::{CacheUse, ModelCache, ModelKey, ModelStore, StoredModel, body_definition};
 use bodies::{block, sphere, wanted_at};
 use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::primitives::sphere::SphereNet;

@@ -4,9 +4,11 @@
 
 mod bodies;
 
-use adaptive::fine_model::{FineBody, FineSettings, LowModes};
+use adaptive::fine_model::{FineBody, FineSettings};
+use adaptive::spec::LowModes;
 use adaptive::spec::PointRule;
-use adaptive::transfer::{StateTransfer, TransferMethod, elastic_energy, elastic_momenta};
+use adaptive::spec::TransferMethod;
+use adaptive::transfer::{StateTransfer, elastic_energy, elastic_momenta};
 use bodies::{rod, sphere, wanted_at};
 
 /// Random numbers in (-1, 1): a linear congruential generator.

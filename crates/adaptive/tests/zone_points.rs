@@ -4,10 +4,10 @@
 mod impacts;
 
 use adaptive::driver::resume;
-use adaptive::fine_model::LowModes;
 use adaptive::model::RunModel;
 use adaptive::record::Sample;
 use adaptive::recording::Recording;
+use adaptive::spec::LowModes;
 use adaptive::spec::{
     BodySpec, ContactLaw, ContactSpec, PenaltySearch, Place, PointSpec, RefinementSpec, RunSpec, SurfaceLaw,
     Target, Treatment,

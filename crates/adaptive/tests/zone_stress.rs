@@ -4,8 +4,8 @@
 mod impacts;
 
 use adaptive::AdaptiveError;
-use adaptive::fine_model::LowModes;
 use adaptive::record::StressRecord;
+use adaptive::spec::LowModes;
 use adaptive::spec::{
     BodyKind, BodySpec, ContactLaw, DiscretisationSpec, ElasticSpec, InitialMotion, ReductionSpec, RunSpec,
     StressInstant, StressSpec, SurfaceLaw, Target, Treatment,

@@ -9,7 +9,8 @@ mod bodies;
 mod impacts;
 
 use adaptive::elastic_body::ElasticBody;
-use adaptive::fine_model::{Division, DivisionRule, FineMesh, FineSettings};
+use adaptive::fine_model::{Division, FineMesh, FineSettings};
+use adaptive::spec::DivisionRule;
 use adaptive::spec::{BodyKind, BodySpec, ContactLaw, InitialMotion, RunSpec, SurfaceLaw, Target};
 use bodies::wanted_at;
 use contact_qs::law::Friction;

@@ -1,6 +1,6 @@
 //! What a driver asks of a contact, whatever its law: gap, direction, report, penalty factor.
 
-use ffr_dynamics::error::Rejection;
+use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::system::force::{BodyState, ForceElement, ForceEnergies};
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -83,18 +83,17 @@ pub trait ContactElement: ForceElement {
     /// Changes the penalty factor [N/m³]; allowed during a run.
     ///
     /// # Errors
-    /// [`ContactError::Penalty`] if it is not positive, [`ContactError::Inconsistent`] for laws without one.
+    /// [`ContactError::Penalty`] if it is not positive, [`ContactError::Data`] for laws without one.
     fn set_penalty(&mut self, _penalty: f64) -> Result<(), ContactError> {
-        let reason = format!("a {} contact has no penalty factor", self.kind());
-        Err(ContactError::Inconsistent { reason })
+        Err(ContactError::NoPenalty { kind: self.kind() })
     }
 
     /// `max_i(A_ii w_i)` of the points in the motion `bodies` (docs/theory.md Eq. A.14) [m³/N]; none without a quasistatic
     /// zone. Forgets the last evaluation.
     ///
     /// # Errors
-    /// [`Rejection`] if the points have no normals there.
-    fn compliance_weight(&mut self, _bodies: &[BodyState]) -> Result<Option<f64>, Rejection> {
+    /// [`EvaluationFailure`] if the points have no normals there.
+    fn compliance_weight(&mut self, _bodies: &[BodyState]) -> Result<Option<f64>, EvaluationFailure> {
         Ok(None)
     }
 
@@ -157,7 +156,7 @@ impl<T: ContactElement + ?Sized> ContactElement for Box<T> {
         (**self).set_penalty(penalty)
     }
 
-    fn compliance_weight(&mut self, bodies: &[BodyState]) -> Result<Option<f64>, Rejection> {
+    fn compliance_weight(&mut self, bodies: &[BodyState]) -> Result<Option<f64>, EvaluationFailure> {
         (**self).compliance_weight(bodies)
     }
 

@@ -1,5 +1,9 @@
 //! What can go wrong when a contact is set up.
 
+use ffr_dynamics::body::RigidMotion;
+use ffr_dynamics::data_error::DataError;
+use ffr_dynamics::error::EvaluationFailure;
+use iga_core::SplineError;
 use thiserror::Error;
 
 /// Errors of contact set-up. Texts are fragments that read after "contact ...: ".
@@ -68,10 +72,72 @@ pub enum ContactError {
         /// What is wrong with it, with the numbers.
         reason: String,
     },
-    /// Data do not fit together.
-    #[error("contact data do not fit: {reason}")]
-    Inconsistent {
-        /// Which, with the numbers.
-        reason: String,
+    /// Bodies of different kinds of model.
+    #[error("a body of {first:?} model cannot touch one of {second:?} model, use the same model for both")]
+    MixedModels {
+        /// Model of the contact body.
+        first: RigidMotion,
+        /// Model of the target.
+        second: RigidMotion,
     },
+    /// A body in contact with itself.
+    #[error("body {body} cannot be in contact with itself, name two bodies")]
+    OneBody {
+        /// Number of the body.
+        body: usize,
+    },
+    /// A body that the contact does not know.
+    #[error("body {body} takes no part in the contact")]
+    ForeignBody {
+        /// Number of the body.
+        body: usize,
+    },
+    /// Two partners that do not yield.
+    #[error("both partners of a Hertz contact are rigid, one needs a finite Young's modulus")]
+    RigidPair,
+    /// A penalty factor for a contact law that has none.
+    #[error("a {kind} contact has no penalty factor")]
+    NoPenalty {
+        /// Kind of contact.
+        kind: &'static str,
+    },
+    /// A contact without points, or a surface without faces.
+    #[error("{what}")]
+    Nothing {
+        /// What there is not.
+        what: &'static str,
+    },
+    /// A place of the surface that no element holds.
+    #[error("no element of the target holds the parameters {parameters:?}")]
+    NoElement {
+        /// Parameters of the place.
+        parameters: [f64; 2],
+    },
+    /// A face whose parameters enclose nothing.
+    #[error("a target face from {lower:?} to {upper:?} has no extent")]
+    EmptyFace {
+        /// Lower parameters.
+        lower: [f64; 2],
+        /// Upper parameters.
+        upper: [f64; 2],
+    },
+    /// A surface that cannot be made of patches.
+    #[error("surface of a rigid body: {0}")]
+    Surface(#[from] SplineError),
+    /// A function at a contact point whose unknown has no compliance.
+    #[error(
+        "a function of value {value:.3e} at a contact point belongs to unknown {unknown}, which is not in the interface"
+    )]
+    OutsideInterface {
+        /// Value of the function.
+        value: f64,
+        /// Number of the unknown.
+        unknown: usize,
+    },
+    /// A penalty factor, or the compliance that it follows from, cannot be found at the present pose.
+    #[error("the contact cannot be evaluated: {0}")]
+    Evaluation(#[from] EvaluationFailure),
+    /// Data do not fit together.
+    #[error("contact data do not fit: {0}")]
+    Data(#[from] DataError),
 }

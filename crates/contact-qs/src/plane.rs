@@ -7,7 +7,8 @@
 //!
 //! In axisymmetric models a point is a ring: its force acts along the axis, radial parts and moments cancel.
 
-use ffr_dynamics::error::Rejection;
+use ffr_dynamics::data_error::DataError;
+use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::system::force::{BodyState, ForceElement, ForceEnergies, GeneralisedForce};
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 
@@ -103,13 +104,8 @@ impl PlaneContact {
     ) -> Result<Self, ContactError> {
         submodel.validate()?;
         if zone.n_points() != submodel.n_points() {
-            return Err(ContactError::Inconsistent {
-                reason: format!(
-                    "the quasistatic zone has {} points, the submodel {}",
-                    zone.n_points(),
-                    submodel.n_points()
-                ),
-            });
+            let (what, found) = ("points of the quasistatic zone".into(), zone.n_points());
+            return Err(DataError::Count { what, found, expected: submodel.n_points() }.into());
         }
         Self::assemble(submodel, settings, Some(zone))
     }
@@ -302,7 +298,7 @@ impl ForceElement for PlaneContact {
         t: f64,
         bodies: &[BodyState],
         forces: &mut [GeneralisedForce],
-    ) -> Result<(), Rejection> {
+    ) -> Result<(), EvaluationFailure> {
         let state = &bodies[self.settings.body];
         debug_assert_eq!(state.elastic.len(), self.submodel.low.ncols());
         self.locate(t, state)?;
@@ -403,11 +399,11 @@ impl ContactElement for PlaneContact {
         Self::set_penalty(self, penalty)
     }
 
-    fn compliance_weight(&mut self, bodies: &[BodyState]) -> Result<Option<f64>, Rejection> {
+    fn compliance_weight(&mut self, bodies: &[BodyState]) -> Result<Option<f64>, EvaluationFailure> {
         let rotation = bodies[self.settings.body].rotation;
         let areas = self.submodel.areas.clone();
         let compliance =
-            self.normal_compliance(&rotation).map_err(|e| Rejection { code: 0, reason: e.to_string() })?;
+            self.normal_compliance(&rotation).map_err(|e| EvaluationFailure::out_of_model(e.to_string()))?;
         Ok(compliance.map(|a| areas.iter().enumerate().map(|(i, w)| a[(i, i)] * w).fold(0.0, f64::max)))
     }
 

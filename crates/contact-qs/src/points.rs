@@ -6,6 +6,7 @@
 
 use faer::{Mat, MatRef};
 use ffr_dynamics::body::{Dof, RigidMotion};
+use ffr_dynamics::data_error::{DataError, check_square};
 
 use crate::ContactError;
 use crate::submodel::{ContactSubmodel, SparseRows};
@@ -66,7 +67,7 @@ pub struct InterfaceCompliance<'a> {
 /// interface, none when all modes are dynamic.
 ///
 /// # Errors
-/// [`ContactError::Inconsistent`] if sizes differ, functions do not sum to one, or a function that is not zero at a point
+/// [`ContactError::Data`] if sizes differ, functions do not sum to one, or a function that is not zero at a point
 /// has unknowns outside the interface.
 pub fn contact_submodel(
     motion: RigidMotion,
@@ -119,9 +120,8 @@ fn check_functions(points: &[SurfacePoint]) -> Result<(), ContactError> {
         // Asked this way round, a NaN does not slip through.
         let is_unity = (sum - 1.0).abs() <= UNITY_TOLERANCE;
         if !is_unity {
-            return Err(ContactError::Inconsistent {
-                reason: format!("the functions at contact point {i} sum to {sum}, not 1"),
-            });
+            let what = format!("the sum of the functions at contact point {i}");
+            return Err(DataError::OutOfRange { what, value: sum, range: "1" }.into());
         }
     }
     Ok(())
@@ -142,9 +142,8 @@ fn dof_rows(
                 point.functions.iter().filter_map(known)
             };
             if let Some((dof, _)) = entries().find(|e| e.0 >= n_dofs) {
-                return Err(ContactError::Inconsistent {
-                    reason: format!("mode shapes have {n_dofs} rows, a contact point needs unknown {dof}"),
-                });
+                let what = "rows of the mode shapes".into();
+                return Err(DataError::Index { what, number: dof, count: n_dofs }.into());
             }
             rows.push(entries());
         }
@@ -155,34 +154,21 @@ fn dof_rows(
 /// The same rows in terms of the interface freedoms.
 fn interface_rows(rows: &SparseRows, interface: InterfaceCompliance<'_>) -> Result<SparseRows, ContactError> {
     let n_b = interface.dofs.len();
-    if interface.compliance.nrows() != n_b || interface.compliance.ncols() != n_b {
-        return Err(ContactError::Inconsistent {
-            reason: format!(
-                "interface compliance is {} x {} for {n_b} freedoms",
-                interface.compliance.nrows(),
-                interface.compliance.ncols()
-            ),
-        });
-    }
+    check_square("the compliance of the interface", interface.compliance, n_b)?;
     let mut place = vec![None; rows.n_columns()];
     for (b, &dof) in interface.dofs.iter().enumerate() {
         match place.get_mut(dof) {
             Some(entry) => *entry = Some(b),
             None => {
-                return Err(ContactError::Inconsistent {
-                    reason: format!("interface freedom {dof} of {} unknowns", rows.n_columns()),
-                });
+                let (what, count) = ("unknowns of the interface".into(), rows.n_columns());
+                return Err(DataError::Index { what, number: dof, count }.into());
             }
         }
     }
     let mut functions = SparseRows::new(n_b);
     for i in 0..rows.n_rows() {
         if let Some((dof, value)) = rows.row(i).iter().find(|e| place[e.0].is_none() && e.1 != 0.0) {
-            return Err(ContactError::Inconsistent {
-                reason: format!(
-                    "a function of value {value:.3e} at a contact point belongs to unknown {dof}, which is not in the interface"
-                ),
-            });
+            return Err(ContactError::OutsideInterface { value: *value, unknown: *dof });
         }
         functions.push(rows.row(i).iter().filter_map(|e| place[e.0].map(|b| (b, e.1))));
     }

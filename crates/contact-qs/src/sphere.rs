@@ -5,7 +5,8 @@
 
 use std::f64::consts::PI;
 
-use ffr_dynamics::error::Rejection;
+use ffr_dynamics::data_error::DataError;
+use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::kinematics::marker::FlexiblePoint;
 use ffr_dynamics::system::force::ForceEnergies;
 use nalgebra::Vector3;
@@ -31,14 +32,14 @@ impl Sphere {
     /// Checks that radius and constants are positive and the centre finite.
     ///
     /// # Errors
-    /// [`ContactError::Inconsistent`] with the value.
+    /// [`ContactError::Data`] with the value.
     pub(crate) fn validate(&self) -> Result<(), ContactError> {
-        let fail = |reason: String| Err(ContactError::Inconsistent { reason });
         if !(self.radius > 0.0 && self.radius.is_finite()) {
-            return fail(format!("sphere radius is {} m, must be > 0", self.radius));
+            let what = "the radius of a sphere [m]".into();
+            return Err(DataError::OutOfRange { what, value: self.radius, range: "> 0 and finite" }.into());
         }
         if !self.centre.position.iter().all(|x| x.is_finite()) {
-            return fail("a sphere's centre is not finite".into());
+            return Err(DataError::NotFinite { what: "the centre of a sphere".into() }.into());
         }
         check_solid(self.solid)
     }
@@ -50,11 +51,13 @@ pub(crate) fn check_solid(solid: Solid) -> Result<(), ContactError> {
     if solid.young > 0.0 && has_poisson {
         return Ok(());
     }
-    let reason = format!(
-        "Young's modulus {} Pa must be > 0, Poisson's ratio {} between -1 and 0.5",
-        solid.young, solid.poisson
-    );
-    Err(ContactError::Inconsistent { reason })
+    Err(if has_poisson {
+        DataError::OutOfRange { what: "Young's modulus [Pa]".into(), value: solid.young, range: "> 0" }
+    } else {
+        let range = "between -1 and 0.5";
+        DataError::OutOfRange { what: "Poisson's ratio".into(), value: solid.poisson, range }
+    }
+    .into())
 }
 
 /// Pair of `solids` and `radii`, refused if both partners are rigid.
@@ -63,8 +66,7 @@ pub(crate) fn hertz_pair(solids: [Solid; 2], radii: [f64; 2]) -> Result<HertzPai
     if pair.stiffness().is_finite() {
         return Ok(pair);
     }
-    let reason = "both partners of a Hertz contact are rigid, one needs a finite Young's modulus";
-    Err(ContactError::Inconsistent { reason: reason.into() })
+    Err(ContactError::RigidPair)
 }
 
 /// Report of a Hertz contact at gap `gap` along `normal`, which points towards the contact body (Eqs. F.19, F.20).
@@ -76,10 +78,10 @@ pub(crate) fn hertz_report(
     gap: f64,
     normal: Vector3<f64>,
     t: f64,
-) -> Result<ContactReport, Rejection> {
+) -> Result<ContactReport, EvaluationFailure> {
     if !gap.is_finite() {
         let reason = format!("the gap of a Hertz contact is {gap} m at t = {t:.9e} s");
-        return Err(Rejection { code: 2, reason });
+        return Err(EvaluationFailure::not_finite(reason));
     }
     let approach = (-gap).max(0.0);
     let normal_force = pair.force(approach);

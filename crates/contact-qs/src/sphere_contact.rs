@@ -1,6 +1,6 @@
 //! Hertz contact of a sphere with a fixed plane or with a sphere on another body, as a force element.
 
-use ffr_dynamics::error::Rejection;
+use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::system::force::{BodyState, ForceElement, ForceEnergies, GeneralisedForce};
 use nalgebra::Vector3;
 
@@ -31,7 +31,7 @@ impl SphereContact {
     /// Contact of `sphere` with `plane`, a half space of `solid` ([`Solid::RIGID`] for a rigid one).
     ///
     /// # Errors
-    /// [`ContactError::Inconsistent`] if a value is not positive or both partners are rigid.
+    /// [`ContactError::Data`] if a value is not positive or both partners are rigid.
     pub fn with_plane(sphere: Sphere, plane: Plane, solid: Solid) -> Result<Self, ContactError> {
         sphere.validate()?;
         check_solid(solid)?;
@@ -42,13 +42,12 @@ impl SphereContact {
     /// Contact of `sphere`, on the contact body, with the sphere `target`.
     ///
     /// # Errors
-    /// [`ContactError::Inconsistent`] if a value is not positive, both spheres are rigid, or both belong to one body.
+    /// [`ContactError::Data`] if a value is not positive, both spheres are rigid, or both belong to one body.
     pub fn with_sphere(sphere: Sphere, target: Sphere) -> Result<Self, ContactError> {
         sphere.validate()?;
         target.validate()?;
         if sphere.body == target.body {
-            let reason = format!("both spheres of a contact belong to body {}, name two bodies", sphere.body);
-            return Err(ContactError::Inconsistent { reason });
+            return Err(ContactError::OneBody { body: sphere.body });
         }
         let pair = hertz_pair([sphere.solid, target.solid], [sphere.radius, target.radius])?;
         Ok(Self { sphere, target: Target::Sphere(target), pair, report: ContactReport::default() })
@@ -88,7 +87,7 @@ impl ForceElement for SphereContact {
         t: f64,
         bodies: &[BodyState],
         forces: &mut [GeneralisedForce],
-    ) -> Result<(), Rejection> {
+    ) -> Result<(), EvaluationFailure> {
         let (gap, normal) = self.approach(bodies);
         self.report = hertz_report(self.pair, gap, normal, t)?;
         if self.report.n_active > 0 {

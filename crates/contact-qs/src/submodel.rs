@@ -2,6 +2,7 @@
 
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;
+use ffr_dynamics::data_error::{DataError, check_square};
 
 use crate::ContactError;
 
@@ -97,42 +98,34 @@ impl ContactSubmodel {
     /// Checks sizes and values.
     ///
     /// # Errors
-    /// [`ContactError::Inconsistent`] with what does not fit.
+    /// [`ContactError::Data`] with what does not fit.
     pub fn validate(&self) -> Result<(), ContactError> {
         let n = self.n_points();
         let n_rows = n * self.motion.n_components();
-        let fail = |reason: String| Err(ContactError::Inconsistent { reason });
+        let count = |what: &str, found: usize, expected: usize| {
+            let what = what.to_owned();
+            if found == expected { Ok(()) } else { Err(DataError::Count { what, found, expected }) }
+        };
         if n == 0 {
-            return fail("there is no contact point".into());
+            return Err(ContactError::Nothing { what: "there is no contact point" });
         }
-        if self.areas.len() != n || self.low.nrows() != n_rows {
-            return fail(format!(
-                "{n} points need {n} areas and {n_rows} rows of shapes, there are {} and {}",
-                self.areas.len(),
-                self.low.nrows()
-            ));
+        count("areas of the contact points", self.areas.len(), n)?;
+        count("rows of shapes at the contact points", self.low.nrows(), n_rows)?;
+        if self.is_quasistatic() {
+            check_square("the compliance of the contact points", self.compliance.as_ref(), n_rows)?;
         }
-        if self.is_quasistatic() && (self.compliance.nrows() != n_rows || self.compliance.ncols() != n_rows) {
-            return fail(format!(
-                "compliance is {} x {}, {n} points need {n_rows} x {n_rows}",
-                self.compliance.nrows(),
-                self.compliance.ncols()
-            ));
-        }
-        if self.interface.n_rows() != 0 && self.interface.n_rows() != n_rows {
-            return fail(format!("interface functions have {} rows, not {n_rows}", self.interface.n_rows()));
+        if self.interface.n_rows() != 0 {
+            count("rows of interface functions", self.interface.n_rows(), n_rows)?;
         }
         if let Some(i) = (0..n).find(|&i| !(self.areas[i] > 0.0 && self.areas[i].is_finite())) {
-            return fail(format!("contact point {i} has an area of {:e} m^2", self.areas[i]));
+            let what = format!("the area of contact point {i} [m^2]");
+            return Err(DataError::OutOfRange { what, value: self.areas[i], range: "> 0" }.into());
         }
-        if let Some(i) = self.rim.iter().find(|&&i| i >= n) {
-            return fail(format!("rim point {i} of {n} points"));
+        if let Some(&number) = self.rim.iter().find(|&&i| i >= n) {
+            return Err(DataError::Index { what: "points of the rim".into(), number, count: n }.into());
         }
-        if self.points.iter().flatten().any(|x| !x.is_finite())
-            || !self.low.norm_max().is_finite()
-            || (self.is_quasistatic() && !self.compliance.norm_max().is_finite())
-        {
-            return fail("a point, shape or compliance is not finite".into());
+        if self.points.iter().flatten().any(|x| !x.is_finite()) || !self.low.norm_max().is_finite() {
+            return Err(DataError::NotFinite { what: "a contact point or a shape there".into() }.into());
         }
         Ok(())
     }

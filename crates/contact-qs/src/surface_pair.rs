@@ -15,7 +15,8 @@ use std::sync::{Mutex, PoisonError};
 
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::error::Rejection;
+use ffr_dynamics::data_error::DataError;
+use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::system::force::{BodyState, ForceElement, ForceEnergies, GeneralisedForce};
 use nalgebra::Vector3;
 
@@ -279,8 +280,11 @@ impl SurfacePair {
     /// squared [m/N]; none when all modes are dynamic. Forgets the last evaluation.
     ///
     /// # Errors
-    /// [`Rejection`] if the points cannot be projected.
-    pub fn normal_compliance(&mut self, bodies: &[BodyState]) -> Result<Option<&Mat<f64>>, Rejection> {
+    /// [`EvaluationFailure`] if the points cannot be projected.
+    pub fn normal_compliance(
+        &mut self,
+        bodies: &[BodyState],
+    ) -> Result<Option<&Mat<f64>>, EvaluationFailure> {
         self.forget_evaluation();
         self.project_for_compliance(bodies)?;
         Ok(self.zone.as_ref().map(PairZone::normal_compliance))
@@ -291,7 +295,10 @@ impl SurfacePair {
     ///
     /// # Errors
     /// As [`SurfacePair::normal_compliance`].
-    pub fn largest_compliance_weight(&mut self, bodies: &[BodyState]) -> Result<Option<f64>, Rejection> {
+    pub fn largest_compliance_weight(
+        &mut self,
+        bodies: &[BodyState],
+    ) -> Result<Option<f64>, EvaluationFailure> {
         let areas = self.areas.clone();
         let compliance = self.normal_compliance(bodies)?;
         Ok(compliance.map(|a| areas.iter().enumerate().map(|(i, w)| a[(i, i)] * w).fold(0.0, f64::max)))
@@ -327,21 +334,15 @@ fn check(
     surface: &TargetSurface,
     settings: &SurfacePairSettings,
 ) -> Result<(), ContactError> {
-    let fail = |reason: String| Err(ContactError::Inconsistent { reason });
     if submodel.motion != surface.motion {
-        return fail(format!(
-            "a body of {:?} model cannot touch one of {:?} model, use the same model for both",
-            submodel.motion, surface.motion
-        ));
+        return Err(ContactError::MixedModels { first: submodel.motion, second: surface.motion });
     }
     if settings.target_body == Some(settings.contact_body) {
-        return fail(format!(
-            "body {} cannot be in contact with itself, name two bodies",
-            settings.contact_body
-        ));
+        return Err(ContactError::OneBody { body: settings.contact_body });
     }
     if settings.target_body.is_none() && surface.n_modes > 0 {
-        return fail("a fixed target has elastic coordinates".into());
+        let what = "elastic coordinates of a fixed target".into();
+        return Err(DataError::Count { what, found: surface.n_modes, expected: 0 }.into());
     }
     Ok(())
 }
@@ -390,7 +391,7 @@ fn workspace(surface: &TargetSurface, n: usize, n_t: usize) -> Workspace {
 
 impl SurfacePair {
     /// Forces at the motions `own` and `target`, summed up, with the power lost to sliding.
-    fn evaluate(&mut self, t: f64, own: &BodyState, target: &BodyState) -> Result<(), Rejection> {
+    fn evaluate(&mut self, t: f64, own: &BodyState, target: &BodyState) -> Result<(), EvaluationFailure> {
         // Rates come from a look back, best taken first; the last evaluation tells whether there is something to see.
         let was_touching = self.friction.is_some() && self.state.forces.iter().any(|f| *f > 0.0);
         let mut time = if was_touching { self.look_back(t, own, target)? } else { None };
@@ -418,7 +419,7 @@ impl ForceElement for SurfacePair {
         t: f64,
         bodies: &[BodyState],
         forces: &mut [GeneralisedForce],
-    ) -> Result<(), Rejection> {
+    ) -> Result<(), EvaluationFailure> {
         debug_assert_eq!(bodies[self.settings.contact_body].elastic.len(), self.n_modes);
         let ground = BodyState::at_rest(0);
         let own = &bodies[self.settings.contact_body];
@@ -521,7 +522,7 @@ impl ContactElement for SurfacePair {
         Self::set_penalty(self, penalty)
     }
 
-    fn compliance_weight(&mut self, bodies: &[BodyState]) -> Result<Option<f64>, Rejection> {
+    fn compliance_weight(&mut self, bodies: &[BodyState]) -> Result<Option<f64>, EvaluationFailure> {
         self.largest_compliance_weight(bodies)
     }
 

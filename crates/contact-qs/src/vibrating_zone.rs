@@ -7,7 +7,8 @@
 
 use std::cell::RefCell;
 
-use ffr_dynamics::error::Rejection;
+use ffr_dynamics::data_error::DataError;
+use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::system::force::{BodyState, ForceElement, ForceEnergies, GeneralisedForce};
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -51,25 +52,20 @@ impl<C: ContactElement> VibratingContact<C> {
     /// `contact` with the vibrating `zones`, in a system of `n_bodies` bodies.
     ///
     /// # Errors
-    /// [`ContactError::Inconsistent`] if a zone's body takes no part in the contact, or numbers of modes differ.
+    /// [`ContactError::Data`] if a zone's body takes no part in the contact, or numbers of modes differ.
     pub fn new(contact: C, zones: Vec<ZoneVibration>, n_bodies: usize) -> Result<Self, ContactError> {
-        let inconsistent = |reason: String| ContactError::Inconsistent { reason };
         let (body, target) = contact.bodies();
         let mut states: Vec<BodyState> = (0..n_bodies).map(|_| BodyState::at_rest(0)).collect();
         for zone in &zones {
             if zone.body != body && Some(zone.body) != target {
-                return Err(inconsistent(format!("body {} takes no part in the contact", zone.body)));
+                return Err(ContactError::ForeignBody { body: zone.body });
             }
             if zone.damping.len() != zone.len() {
-                let (n, m) = (zone.damping.len(), zone.len());
-                return Err(inconsistent(format!(
-                    "{n} damping coefficients for {m} modes of a contact zone"
-                )));
+                let (what, found) = ("damping coefficients of a contact zone".into(), zone.damping.len());
+                return Err(DataError::Count { what, found, expected: zone.len() }.into());
             }
-            let place = states.get_mut(zone.body);
-            let n = zone.n_low + zone.len();
-            *place.ok_or_else(|| inconsistent(format!("body {} of {n_bodies}", zone.body)))? =
-                BodyState::at_rest(n);
+            let missing = DataError::Index { what: "bodies".into(), number: zone.body, count: n_bodies };
+            *states.get_mut(zone.body).ok_or(missing)? = BodyState::at_rest(zone.n_low + zone.len());
         }
         let n: usize = zones.iter().map(ZoneVibration::len).sum();
         Ok(Self {
@@ -124,7 +120,7 @@ impl<C: ContactElement> ForceElement for VibratingContact<C> {
         t: f64,
         bodies: &[BodyState],
         forces: &mut [GeneralisedForce],
-    ) -> Result<(), Rejection> {
+    ) -> Result<(), EvaluationFailure> {
         let mut states = self.states.take();
         self.fill(bodies, &mut states);
         self.zones.iter().for_each(|zone| self.forces[zone.body].clear());

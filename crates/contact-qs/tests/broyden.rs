@@ -8,7 +8,8 @@ use common::{Random, parabola, surface_compliance};
 use contact_qs::quasistatic::broyden::ModalProblem;
 use contact_qs::quasistatic::{ActiveSet, Broyden, BroydenSettings, ModalBasis, Problem, SolveReport};
 use faer::Mat;
-use ffr_dynamics::error::Rejection;
+use ffr_dynamics::error::EvaluationFailure;
+use ffr_dynamics::error::FailureKind;
 
 const N: usize = 14;
 
@@ -29,7 +30,11 @@ impl Case {
         Broyden::new(settings, N, self.basis.n_coordinates())
     }
 
-    fn broyden(&self, solver: &mut Broyden, gaps: &[f64]) -> Result<(Vec<f64>, SolveReport), Rejection> {
+    fn broyden(
+        &self,
+        solver: &mut Broyden,
+        gaps: &[f64],
+    ) -> Result<(Vec<f64>, SolveReport), EvaluationFailure> {
         let mut forces = vec![0.0; N];
         let ModalBasis { shapes, stiffness } = &self.basis;
         let report =
@@ -61,7 +66,7 @@ fn both_solvers_agree_over_a_whole_approach() {
             let depth = 1e-6 * (std::f64::consts::PI * f64::from(step) / 41.0).sin();
             let gaps = parabola(N, depth);
             let (forces, report) = case.broyden(&mut solver, &gaps).unwrap();
-            assert_eq!(report.code, 0, "{spring} {step}");
+            assert!(!report.hit_iteration_limit, "{spring} {step}");
             let difference = largest_difference(&forces, &case.active_set(&gaps));
             assert!(difference < 1e-10, "{spring} {step}: {difference}");
         }
@@ -112,7 +117,7 @@ fn penalty_far_too_high_gives_code_1() {
     let case = Case::new(1e-21);
     let mut solver = case.solver(BroydenSettings::default());
     let error = case.broyden(&mut solver, &parabola(N, 1e-6)).unwrap_err();
-    assert_eq!(error.code, 1, "{error}");
+    assert_eq!(error.kind, FailureKind::Singular, "{error}");
     // With a sensible factor the same solver recovers by its reset.
     let sensible = Case::new(1e-8);
     let gaps = parabola(N, 1e-6);
@@ -125,9 +130,9 @@ fn penalty_far_too_high_gives_code_1() {
 fn jacobian_that_is_not_finite_gives_code_2() {
     let case = Case::new(1e-320); // forces overflow
     let mut solver = case.solver(BroydenSettings::default());
-    assert_eq!(case.broyden(&mut solver, &parabola(N, 1e-6)).unwrap_err().code, 2);
+    assert_eq!(case.broyden(&mut solver, &parabola(N, 1e-6)).unwrap_err().kind, FailureKind::NotFinite);
     let gaps = [f64::NAN; N];
-    assert_eq!(case.broyden(&mut solver, &gaps).unwrap_err().code, 2);
+    assert_eq!(case.broyden(&mut solver, &gaps).unwrap_err().kind, FailureKind::NotFinite);
 }
 
 #[test]
@@ -137,7 +142,7 @@ fn iteration_limit_gives_code_minus_1_after_one_reset_and_is_no_error() {
     let mut solver = case.solver(BroydenSettings { tolerance: 0.0, ..BroydenSettings::default() });
     let gaps = parabola(N, 1e-6);
     let (forces, report) = case.broyden(&mut solver, &gaps).unwrap();
-    assert_eq!((report.code, report.iterations, report.fallbacks), (-1, 90, 1));
+    assert_eq!((report.hit_iteration_limit, report.iterations, report.fallbacks), (true, 90, 1));
     // First call: passes 1, 16, 31; after the reset the same again (lines 4 to 8 with k_jac = 15).
     assert_eq!(report.factorisations, 6);
     assert!(largest_difference(&forces, &case.active_set(&gaps)) < 1e-10);
@@ -151,7 +156,7 @@ fn state_that_still_changes_at_the_iteration_limit_is_rejected_with_code_minus_1
     let gaps = parabola(N, 1e-6);
     solver.save();
     let error = case.broyden(&mut solver, &gaps).unwrap_err();
-    assert_eq!(error.code, -1, "{error}");
+    assert_eq!(error.kind, FailureKind::IterationLimit, "{error}");
     assert!(error.reason.contains("not converged"), "{error}");
     // A saved state leads on, as the integrator needs it.
     solver.restore();

@@ -3,6 +3,8 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use adaptive::AdaptiveError;
+
 use crate::scenario::Faults;
 
 /// Everything that ends a command without a result.
@@ -59,6 +61,12 @@ pub enum AppError {
     /// A command line that names something that does not exist.
     #[error("{0}")]
     Command(String),
+}
+
+impl From<AdaptiveError> for AppError {
+    fn from(error: AdaptiveError) -> Self {
+        if error.is_model_error() { Self::Model(error.to_string()) } else { Self::Run(error.to_string()) }
+    }
 }
 
 impl AppError {

@@ -6,6 +6,7 @@ pub mod sound;
 pub mod provenance;
 pub mod scenario;
 pub mod setup;
+pub mod pool;
 pub mod sizing;
 pub mod simulate;
 pub mod results;

@@ -2,17 +2,18 @@
 
 use std::time::Instant;
 
-use adaptive::AdaptiveError;
+use adaptive::body_model::BodyModel;
 use adaptive::driver;
-use adaptive::imported::ImportedSpec;
-use adaptive::model::{BodyModel, RunModel};
+use adaptive::model::RunModel;
 use adaptive::record::{Observer, RestartPoint, Timings};
+use adaptive::spec::ImportedSpec;
 use adaptive::spec::{BodyKind, BodySpec, RunSpec};
 use adaptive::store::ModelCache;
 use ffr_dynamics::system::SystemModes;
 use iga_core::space::Space;
 
 use crate::error::AppError;
+use crate::pool::pool;
 use crate::scenario::Scenario;
 use crate::setup::run_spec;
 use crate::sizing::{self, sized};
@@ -120,7 +121,7 @@ pub fn simulate_with(
         Some(point) => driver::resume(&mut model, &spec.settings, point, observer),
         None => driver::run(&mut model, &spec.settings, observer),
     };
-    let end = end.map_err(app_error)?;
+    let end = end?;
     let mut timings = model.timings();
     // Fine models and searches in the run are not time integration.
     let other = |t: &Timings| t.contact + t.reduction + t.search;
@@ -205,19 +206,5 @@ fn coordinates(body: &BodyModel) -> Coordinates {
 /// # Errors
 /// [`AppError::Model`] if a model cannot be built.
 pub fn build(spec: &RunSpec, threads: usize, cache: &ModelCache) -> Result<RunModel, AppError> {
-    pool(threads)?.install(|| RunModel::build_with(spec, cache)).map_err(app_error)
-}
-
-/// A pool of `threads` threads.
-///
-/// # Errors
-/// [`AppError::Run`] if they cannot be started.
-pub fn pool(threads: usize) -> Result<rayon::ThreadPool, AppError> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    pool.map_err(|e| AppError::Run(format!("no pool of {threads} threads: {e}")))
-}
-
-/// An error of the models as one of the program.
-pub fn app_error(error: AdaptiveError) -> AppError {
-    if error.is_model_error() { AppError::Model(error.to_string()) } else { AppError::Run(error.to_string()) }
+    Ok(pool(threads)?.install(|| RunModel::build_with(spec, cache))?)
 }

@@ -12,9 +12,9 @@ use adaptive::spec::{RefinementSpec, RunSpec};
 use adaptive::store::ModelCache;
 
 use crate::error::AppError;
+use crate::pool::pool;
 use crate::scenario::{Body, BodyKind, ImportedBody, Place, Refinement, Scenario};
 use crate::setup::run_spec;
-use crate::simulate::{app_error, pool};
 
 /// Begins the comment behind a key that the program has chosen.
 const MARK: &str = "  # chosen by the program: ";
@@ -44,7 +44,7 @@ pub fn sized<'a>(
     let of_file = |name: &str| scenario.bodies.iter().find(|b| b.name == name);
     let wishes: Vec<SizeWish> =
         spec.bodies.iter().map(|b| of_file(&b.name).map(wish).unwrap_or_default()).collect();
-    let chosen = pool(threads)?.install(|| choose(&spec, &wishes, cache)).map_err(app_error)?;
+    let chosen = pool(threads)?.install(|| choose(&spec, &wishes, cache))?;
     let mut scenario = scenario.clone();
     for body in &mut scenario.bodies {
         apply(body, &spec, &chosen, &mut scenario.source.resolved);

@@ -1,6 +1,10 @@
 //! What can go wrong in reduction and dynamics.
 
+use std::fmt;
+
 use thiserror::Error;
+
+use crate::data_error::DataError;
 
 /// Errors of reduction, equations of motion and time integration. Texts are fragments that read after "body ...: ".
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -45,11 +49,8 @@ pub enum DynamicsError {
         reason: String,
     },
     /// Input data do not fit together.
-    #[error("model data do not fit: {reason}")]
-    Inconsistent {
-        /// Which, with the sizes.
-        reason: String,
-    },
+    #[error("model data do not fit: {0}")]
+    Data(#[from] DataError),
     /// Two bodies, joints or markers of one body have the same name.
     #[error("two {what} are called \"{name}\", names must differ")]
     DuplicateName {
@@ -106,6 +107,18 @@ pub enum DynamicsError {
         /// Why, with the numbers.
         reason: String,
     },
+    /// A load on ground.
+    #[error("load \"{load}\" acts on ground, name a body")]
+    LoadOnGround {
+        /// Name of the load.
+        load: String,
+    },
+    /// A static start that does not exist or is not found.
+    #[error("no static start: {reason}")]
+    StaticStart {
+        /// Why.
+        reason: String,
+    },
     /// The time integration cannot go on.
     #[error("integration stopped at t = {time:.9e} s: {reason}")]
     Integration {
@@ -116,12 +129,70 @@ pub enum DynamicsError {
     },
 }
 
+/// What kept a right-hand side from being evaluated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FailureKind {
+    /// A matrix is singular, or not positive definite (code 1 of \[A\] Algorithm 1).
+    Singular,
+    /// A value is not finite (code 2 of \[A\] Algorithm 1).
+    NotFinite,
+    /// An iteration has not converged (code -1 of \[A\] Algorithm 1).
+    IterationLimit,
+    /// The bodies lie as the contact's model does not allow, for instance with axes apart.
+    OutOfModel,
+}
+
+impl FailureKind {
+    /// Whether \[A\] Algorithm 1 calls it a critical error (a positive code).
+    pub fn is_critical(self) -> bool {
+        matches!(self, Self::Singular | Self::NotFinite)
+    }
+
+    /// Whether softer contacts may mend it.
+    pub fn may_depend_on_penalty(self) -> bool {
+        self != Self::OutOfModel
+    }
+}
+
+impl fmt::Display for FailureKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Singular => "singular matrix",
+            Self::NotFinite => "value not finite",
+            Self::IterationLimit => "iteration limit",
+            Self::OutOfModel => "pose outside of the model",
+        })
+    }
+}
+
 /// A right-hand side that cannot be evaluated at the state tried; the integrator answers with a smaller step.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[error("{reason}")]
-pub struct Rejection {
-    /// Machine-readable code: 1 singular, 2 not finite, -1 iteration limit (\[A\] Algorithm 1), 0 anything else.
-    pub code: i32,
-    /// Text for the log.
+pub struct EvaluationFailure {
+    /// What went wrong: decides what the run tries next.
+    pub kind: FailureKind,
+    /// Text for the log, with the numbers.
     pub reason: String,
+}
+
+impl EvaluationFailure {
+    /// A singular matrix.
+    pub fn singular(reason: impl Into<String>) -> Self {
+        Self { kind: FailureKind::Singular, reason: reason.into() }
+    }
+
+    /// A value that is not finite.
+    pub fn not_finite(reason: impl Into<String>) -> Self {
+        Self { kind: FailureKind::NotFinite, reason: reason.into() }
+    }
+
+    /// An iteration that has not converged.
+    pub fn iteration_limit(reason: impl Into<String>) -> Self {
+        Self { kind: FailureKind::IterationLimit, reason: reason.into() }
+    }
+
+    /// A pose that the model does not allow.
+    pub fn out_of_model(reason: impl Into<String>) -> Self {
+        Self { kind: FailureKind::OutOfModel, reason: reason.into() }
+    }
 }

@@ -6,6 +6,7 @@ use std::collections::HashSet;
 
 use crate::DynamicsError;
 use crate::body::{AssembledBody, DataParts, StandardInputData};
+use crate::data_error::DataError;
 use crate::kinematics::{FlexiblePoint, Marker, MarkerWeights};
 use crate::reduction::{Pencil, RigidModes};
 
@@ -21,15 +22,13 @@ impl FullBody {
     /// Checks matrices, unknowns, rigid motions and markers.
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] with what does not fit, [`DynamicsError::DuplicateName`] for markers.
+    /// [`DynamicsError::Data`] with what does not fit, [`DynamicsError::DuplicateName`] for markers.
     pub fn new(body: AssembledBody, markers: Vec<(String, MarkerWeights)>) -> Result<Self, DynamicsError> {
         Pencil::new(&body, &[])?;
         RigidModes::new(&body)?;
         check_names(markers.iter().map(|(name, _)| name.as_str()))?;
         for (name, marker) in &markers {
-            marker
-                .check_rigid_motions(&body)
-                .map_err(|e| DynamicsError::Inconsistent { reason: format!("marker \"{name}\": {e}") })?;
+            marker.check_rigid_motions(&body).map_err(|e| e.in_part(format!("marker \"{name}\"")))?;
         }
         Ok(Self { body, markers, points: Vec::new() })
     }
@@ -37,13 +36,13 @@ impl FullBody {
     /// The same with points for output, whose rotations do not count.
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] for a point that does not follow rigid motions, [`DynamicsError::DuplicateName`].
+    /// [`DynamicsError::Data`] for a point that does not follow rigid motions, [`DynamicsError::DuplicateName`].
     pub fn with_points(self, points: Vec<(String, MarkerWeights)>) -> Result<Self, DynamicsError> {
         check_names(points.iter().map(|(name, _)| name.as_str()))?;
         for (name, point) in &points {
             point
                 .check_rigid_displacements(&self.body)
-                .map_err(|e| DynamicsError::Inconsistent { reason: format!("point \"{name}\": {e}") })?;
+                .map_err(|e| e.in_part(format!("point \"{name}\"")))?;
         }
         Ok(Self { points, ..self })
     }
@@ -110,15 +109,19 @@ impl ReducedModel {
     /// Checks everything.
     ///
     /// # Errors
-    /// As [`StandardInputData::from_parts`]; [`DynamicsError::Inconsistent`] if markers, points or frequencies do not fit the
+    /// As [`StandardInputData::from_parts`]; [`DynamicsError::Data`] if markers, points or frequencies do not fit the
     /// modes, or the frame's marker is missing or moves; [`DynamicsError::DuplicateName`].
     pub fn new(parts: ReducedParts) -> Result<Self, DynamicsError> {
         let ReducedParts { name, frame, data, frequencies, markers, points } = parts;
-        let fail = |reason: String| Err(DynamicsError::Inconsistent { reason });
         let data = StandardInputData::from_parts(data)?;
         let n = data.n_modes();
-        if frequencies.len() != n || !frequencies.iter().all(|f| *f > 0.0 && f.is_finite()) {
-            return fail(format!("{} eigenfrequencies for {n} modes, they must be > 0", frequencies.len()));
+        if frequencies.len() != n {
+            let (what, found) = ("eigenfrequencies of the modes".into(), frequencies.len());
+            return Err(DataError::Count { what, found, expected: n }.into());
+        }
+        if let Some(&value) = frequencies.iter().find(|f| !(**f > 0.0 && f.is_finite())) {
+            let what = "an eigenfrequency [Hz]".into();
+            return Err(DataError::OutOfRange { what, value, range: "> 0 and finite" }.into());
         }
         check_names(markers.iter().map(|m| m.name.as_str()))?;
         check_names(points.iter().map(|(name, _)| name.as_str()))?;
@@ -128,25 +131,25 @@ impl ReducedModel {
             .chain(points.iter().map(|(name, p)| ("point", name, p.shapes.len())));
         for (kind, name, found) in sizes {
             if found != n && found != 0 {
-                return fail(format!("{kind} \"{name}\" has shapes of {found} modes, the body has {n}"));
+                let what = format!("modes of {kind} \"{name}\"");
+                return Err(DataError::Count { what, found, expected: n }.into());
             }
         }
         let is_finite =
             |p: &FlexiblePoint| p.shapes.iter().chain([&p.position]).flatten().all(|v| v.is_finite());
         if let Some((name, _)) = points.iter().find(|(_, p)| !is_finite(p)) {
-            return fail(format!("point \"{name}\": position or mode shapes are not finite"));
+            let what = format!("position or mode shape of point \"{name}\"");
+            return Err(DataError::NotFinite { what }.into());
         }
         if let BodyFrame::Tangent { marker } = &frame {
-            match markers.iter().find(|m| m.name == *marker) {
-                None => {
-                    return fail(format!(
-                        "the frame follows the marker \"{marker}\", which the body does not have"
-                    ));
-                }
-                Some(m) if !m.is_still_within(STILL / data.mass.sqrt() * (1.0 + n as f64).sqrt()) => {
-                    return fail(format!("the frame follows the marker \"{marker}\", which the modes move"));
-                }
-                Some(_) => {}
+            let limit = STILL / data.mass.sqrt() * (1.0 + n as f64).sqrt();
+            let fault = match markers.iter().find(|m| m.name == *marker) {
+                None => Some("which the body does not have"),
+                Some(m) if !m.is_still_within(limit) => Some("which the modes move"),
+                Some(_) => None,
+            };
+            if let Some(fault) = fault {
+                return Err(DataError::FrameMarker { marker: marker.clone(), fault }.into());
             }
         }
         Ok(Self { name, frame, data, frequencies, markers, points })

@@ -5,7 +5,7 @@
 
 mod small_equations;
 
-use ffr_dynamics::error::Rejection;
+use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::integration::{CrossingSearch, DenseOutput, DormandPrince, OdeSystem, StepSettings};
 use small_equations::{ECCENTRICITY, Given, PERIHELION, distance, kepler_rate, norm, slope};
 
@@ -23,7 +23,7 @@ impl OdeSystem for Oscillator {
         2
     }
 
-    fn rhs(&mut self, _t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), Rejection> {
+    fn rhs(&mut self, _t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), EvaluationFailure> {
         let omega = std::f64::consts::TAU;
         dydt.copy_from_slice(&[omega * y[1], -omega * y[0]]);
         Ok(())
@@ -125,7 +125,7 @@ impl OdeSystem for Projected {
         2
     }
 
-    fn rhs(&mut self, t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), Rejection> {
+    fn rhs(&mut self, t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), EvaluationFailure> {
         self.evaluations += 1;
         Oscillator.rhs(t, y, dydt)
     }

@@ -7,7 +7,7 @@ mod dynamics_support;
 
 use dynamics_support::{Random, block, rigid_rotor};
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::error::Rejection;
+use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::integration::{DormandPrince, StepSettings};
 use ffr_dynamics::kinematics::FlexiblePoint;
 use ffr_dynamics::system::{
@@ -34,11 +34,11 @@ impl ForceElement for Spring {
         _t: f64,
         bodies: &[BodyState],
         forces: &mut [GeneralisedForce],
-    ) -> Result<(), Rejection> {
+    ) -> Result<(), EvaluationFailure> {
         self.calls += 1;
         if self.refuses && self.refusals < 3 && self.calls > 20 {
             self.refusals += 1;
-            return Err(Rejection { code: -1, reason: "the spring does not converge".to_string() });
+            return Err(EvaluationFailure::iteration_limit("the spring does not converge"));
         }
         let [first, second] = &self.points;
         let distance = second.position(&bodies[1]) - first.position(&bodies[0]);

@@ -7,7 +7,7 @@ mod dynamics_support;
 
 use dynamics_support::{Random, block, rigid_rotor};
 use ffr_dynamics::body::{ModalDamping, RigidMotion, StandardInputData};
-use ffr_dynamics::error::Rejection;
+use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::integration::{DormandPrince, OdeSystem, StepSettings};
 use ffr_dynamics::invariants::Invariants;
 use ffr_dynamics::kinematics::FlexiblePoint;
@@ -30,7 +30,7 @@ impl ForceElement for Floor {
         _t: f64,
         bodies: &[BodyState],
         forces: &mut [GeneralisedForce],
-    ) -> Result<(), Rejection> {
+    ) -> Result<(), EvaluationFailure> {
         let depth = (-self.point.position(&bodies[0]).z).max(0.0);
         self.resultant = Vector3::z() * (self.stiffness * depth);
         self.energy = 0.5 * self.stiffness * depth * depth;

@@ -7,7 +7,7 @@
 mod small_equations;
 
 use ffr_dynamics::DynamicsError;
-use ffr_dynamics::error::Rejection;
+use ffr_dynamics::error::{EvaluationFailure, FailureKind};
 use ffr_dynamics::integration::{DenseOutput, Integrator, Method, OdeSystem, StepSettings};
 use small_equations::{Given, PERIHELION, distance, kepler_rate};
 
@@ -27,7 +27,7 @@ struct Refusing {
     limit: f64,
     /// Time and state of the last evaluation.
     last: (f64, f64),
-    code: i32,
+    kind: FailureKind,
 }
 
 impl OdeSystem for Refusing {
@@ -35,13 +35,13 @@ impl OdeSystem for Refusing {
         1
     }
 
-    fn rhs(&mut self, t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), Rejection> {
+    fn rhs(&mut self, t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), EvaluationFailure> {
         self.inner += 1;
         self.last = (t, y[0]);
         if t > self.limit && self.refusals > 0 {
             self.refusals -= 1;
-            return Err(Rejection {
-                code: self.code,
+            return Err(EvaluationFailure {
+                kind: self.kind,
                 reason: "solver stopped after 45 iterations".to_string(),
             });
         }
@@ -70,7 +70,16 @@ impl OdeSystem for Refusing {
 }
 
 fn refusing(limit: f64, refusals: u32) -> Refusing {
-    Refusing { inner: 0, saved: 0, saves: 0, restores: 0, refusals, limit, last: (0.0, 0.0), code: -1 }
+    Refusing {
+        inner: 0,
+        saved: 0,
+        saves: 0,
+        restores: 0,
+        refusals,
+        limit,
+        last: (0.0, 0.0),
+        kind: FailureKind::IterationLimit,
+    }
 }
 
 const LONG_FIRST_STEP: StepSettings =
@@ -87,7 +96,7 @@ fn refusal_shrinks_the_step_and_the_inner_state_ends_with_the_step() {
         assert_eq!(step.rejected, 3);
         let statistics = integrator.statistics();
         assert_eq!((statistics.rejected, statistics.refused), (3, 3));
-        assert_eq!(integrator.last_refusal().map(|r| r.code), Some(-1));
+        assert_eq!(integrator.last_refusal().map(|r| r.kind), Some(FailureKind::IterationLimit));
         // Back to the start after each try, and after differences of the right-hand side.
         assert_eq!((system.saves, system.restores), (1, 3 + statistics.jacobians), "{method:?}");
         assert_eq!(system.inner, evaluations, "{method:?}");
@@ -99,13 +108,18 @@ fn refusal_shrinks_the_step_and_the_inner_state_ends_with_the_step() {
 #[test]
 fn critical_errors_end_a_step_at_once_where_that_is_asked_for() {
     for method in METHODS {
-        for (code, stops, ends) in [(1, true, true), (2, true, true), (-1, true, false), (1, false, false)] {
-            let mut system = Refusing { code, ..refusing(0.0, 2) };
+        for (kind, stops, ends) in [
+            (FailureKind::Singular, true, true),
+            (FailureKind::NotFinite, true, true),
+            (FailureKind::IterationLimit, true, false),
+            (FailureKind::Singular, false, false),
+        ] {
+            let mut system = Refusing { kind, ..refusing(0.0, 2) };
             let mut integrator = integrator(method, LONG_FIRST_STEP, &[0.0], &system);
             integrator.stop_at_errors(stops);
             let outcome = integrator.step(&mut system, 10.0);
-            assert_eq!(outcome.is_err(), ends, "{method:?} {code} {stops}");
-            assert_eq!(integrator.last_refusal().map(|r| r.code), Some(code));
+            assert_eq!(outcome.is_err(), ends, "{method:?} {kind} {stops}");
+            assert_eq!(integrator.last_refusal().map(|r| r.kind), Some(kind));
             if ends {
                 assert_eq!(integrator.statistics().refused, 1);
                 assert_eq!((integrator.time(), system.inner), (0.0, 0), "back at the start, state restored");
@@ -135,7 +149,7 @@ fn endless_refusal_ends_with_time_and_reason() {
 fn critical_errors_are_named_as_such_with_fixed_steps_too() {
     for method in METHODS {
         for (stops, words) in [(true, "solver stopped"), (false, "step fell to")] {
-            let mut system = Refusing { code: 1, ..refusing(0.0, u32::MAX) };
+            let mut system = Refusing { kind: FailureKind::Singular, ..refusing(0.0, u32::MAX) };
             let mut integrator = integrator(method, StepSettings::fixed(0.1), &[0.0], &system);
             integrator.stop_at_errors(stops);
             let error = integrator.step(&mut system, 1.0).unwrap_err();

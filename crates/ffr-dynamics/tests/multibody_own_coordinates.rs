@@ -3,7 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
 
 use ffr_dynamics::body::{RigidMotion, StandardInputData};
-use ffr_dynamics::error::Rejection;
+use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::integration::{Integrator, Method, OdeSystem, StepSettings};
 use ffr_dynamics::kinematics::Marker;
 use ffr_dynamics::system::force::ForceEnergies;
@@ -35,7 +35,7 @@ impl ForceElement for HangingMass {
         _t: f64,
         bodies: &[BodyState],
         forces: &mut [GeneralisedForce],
-    ) -> Result<(), Rejection> {
+    ) -> Result<(), EvaluationFailure> {
         self.stretch = self.own[0] - bodies[0].position.x;
         self.force = STIFFNESS * self.stretch;
         forces[0].force.x += self.force;
@@ -75,7 +75,12 @@ impl ForceElement for HangingMass {
 struct Nothing;
 
 impl ForceElement for Nothing {
-    fn apply(&mut self, _t: f64, _b: &[BodyState], _f: &mut [GeneralisedForce]) -> Result<(), Rejection> {
+    fn apply(
+        &mut self,
+        _t: f64,
+        _b: &[BodyState],
+        _f: &mut [GeneralisedForce],
+    ) -> Result<(), EvaluationFailure> {
         Ok(())
     }
 

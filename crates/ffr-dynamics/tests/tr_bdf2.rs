@@ -6,7 +6,7 @@
 mod small_equations;
 
 use ffr_dynamics::DynamicsError;
-use ffr_dynamics::error::Rejection;
+use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::integration::{
     CrossingSearch, DenseOutput, Esdirk, Integrator, KinematicBlock, Linearisation, Method, OdeSystem,
     StepSettings,
@@ -267,7 +267,7 @@ impl OdeSystem for Flipping {
         1
     }
 
-    fn rhs(&mut self, _t: f64, _y: &[f64], dydt: &mut [f64]) -> Result<(), Rejection> {
+    fn rhs(&mut self, _t: f64, _y: &[f64], dydt: &mut [f64]) -> Result<(), EvaluationFailure> {
         self.0 = -self.0;
         dydt[0] = self.0;
         Ok(())
@@ -277,7 +277,12 @@ impl OdeSystem for Flipping {
         error[0].abs() / 1e-8
     }
 
-    fn linearise(&mut self, _t: f64, _y: &[f64], derivative: &mut Linearisation) -> Result<(), Rejection> {
+    fn linearise(
+        &mut self,
+        _t: f64,
+        _y: &[f64],
+        derivative: &mut Linearisation,
+    ) -> Result<(), EvaluationFailure> {
         derivative.velocity_column_mut(0).fill(0.0);
         Ok(())
     }

@@ -17,15 +17,17 @@ use iga_core::surface::Face;
 use nalgebra::Unit;
 
 use super::{AdaptiveContact, FALLBACK_PENALTY, GoOn, WIDEST};
-use crate::dent::{Functions, point_rows};
+use crate::body_model::{BodyModel, ElasticModel};
 use crate::elastic_body::{ElasticBody, damping, with_critical};
-use crate::error::AdaptiveError;
-use crate::fine_model::{ELEMENTS, FineBody, FineMesh, FineSettings, FineZone, LowModes, WantedInterval};
-use crate::model::{BodyModel, ElasticModel};
+use crate::error::{AdaptiveError, ContactModelFault};
+use crate::fine_model::{ELEMENTS, FineBody, FineMesh, FineSettings, FineZone, compliance_key};
 use crate::own_modes::OwnModes;
+use crate::point_compliance::{Functions, point_rows};
 use crate::record::ZoneSite;
+use crate::spec::LowModes;
 use crate::spec::{Target, Treatment};
-use crate::store::{ModelKey, StoredModel, compliance_key, matrix, matrix_values};
+use crate::store::{ModelKey, StoredModel, matrix, matrix_values};
+use crate::wanted_interval::WantedInterval;
 
 /// Fine model of one body for one contact.
 pub struct FineSide {
@@ -81,13 +83,12 @@ impl AdaptiveContact {
         let patches = &body.shape.patches;
         let faces = FaceId::all(patches);
         let Some(&face) = faces.get(site.face as usize) else {
-            let reason = format!("there is no face {} of {}", site.face, faces.len());
-            return Err(self.fail(ContactError::Inconsistent { reason }));
+            let (face, count) = (site.face, faces.len());
+            return Err(self.without_model(ContactModelFault::UnknownFace { face, count }));
         };
         let (width, size) = (site.widths[0].max(site.widths[1]), body.size());
         if width > WIDEST * size {
-            let reason = format!("an interval {width:e} m wide on a body of {size:e} m");
-            return Err(self.fail(ContactError::Inconsistent { reason }));
+            return Err(self.without_model(ContactModelFault::TooWide { width, size }));
         }
         let face = Face::new(patches, face, body.spec.model == Model::Axisymmetric);
         let wanted = WantedInterval { face, centre: site.centre, widths: site.widths };
@@ -134,9 +135,7 @@ impl AdaptiveContact {
         };
         let mut sides = Vec::new();
         for (body, site) in wanted {
-            let missing =
-                || ContactError::Inconsistent { reason: "the place of a fine model is not known".into() };
-            let site = site.ok_or_else(|| self.fail(missing()))?;
+            let site = site.ok_or_else(|| self.without_model(ContactModelFault::UnknownPlace))?;
             let ZoneModel { mesh, zone, shapes, residual } =
                 self.zone_model(super::elastic(&bodies[body]), &site)?;
             let answer = ZoneAnswer::Static(residual.compliance().clone());
@@ -145,7 +144,7 @@ impl AdaptiveContact {
         }
         let mut rest = sides.into_iter();
         let Some((body, own, residual)) = rest.next() else {
-            return Err(self.fail(ContactError::Inconsistent { reason: "there is no contact body".into() }));
+            return Err(self.without_model(ContactModelFault::UnknownPlace));
         };
         let other = rest.next();
         let (other, other_residual) = other.map(|(i, side, residual)| ((i, side), residual)).unzip();
@@ -300,8 +299,7 @@ impl AdaptiveContact {
         contact: &mut dyn ContactElement,
         states: &[BodyState],
     ) -> Result<Option<f64>, AdaptiveError> {
-        let weight = contact.compliance_weight(states);
-        weight.map_err(|r| self.fail(ContactError::Inconsistent { reason: r.reason }))
+        contact.compliance_weight(states).map_err(|failure| self.fail(failure.into()))
     }
 
     /// The same of a contact whose zones vibrate: their static answer, which the modes add up to (Eq. R.20).
@@ -358,9 +356,7 @@ impl AdaptiveContact {
                     None => pair,
                 }))
             }
-            (Target::Body(_), None) => {
-                Err(fail(ContactError::Inconsistent { reason: "the target has no fine model".into() }))
-            }
+            (Target::Body(_), None) => Err(self.without_model(ContactModelFault::UnknownPlace)),
         }
     }
 }

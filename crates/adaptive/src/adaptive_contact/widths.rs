@@ -11,10 +11,10 @@ use contact_qs::search::SurfaceSite;
 
 use super::fine_side::thickness;
 use super::{AdaptiveContact, elastic};
+use crate::body_model::BodyModel;
 use crate::detection::Nearest;
 use crate::error::AdaptiveError;
 use crate::local_surface::SurfaceView;
-use crate::model::BodyModel;
 use crate::predict::{
     HertzLaw, HertzPrediction, ImpactLaw, LineLaw, LocalSurface, half_extents, hertz_impact, interval_width,
     inverse_effective_mass,

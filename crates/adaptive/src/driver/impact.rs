@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use cpu_time::ProcessTime;
+use ffr_dynamics::error::FailureKind;
 
 use super::{Driver, NumericalDamping, QUIET_STEPS};
 use crate::adaptive_contact::FineContact;
@@ -91,9 +92,9 @@ pub(super) enum Ending {
     TrialPassed,
     /// The contact solver failed.
     SolverFailed {
-        /// Its code.
-        code: i32,
-        /// Its reason.
+        /// What went wrong.
+        failure: FailureKind,
+        /// Text for the log.
         reason: String,
     },
 }
@@ -236,13 +237,14 @@ impl Driver<'_> {
             let step = match self.integrator.step(&mut self.model.system, self.settings.end_time) {
                 Ok(step) => step,
                 Err(source) => {
-                    let refusal = self.integrator.last_refusal().filter(|r| r.code != 0).cloned();
+                    let refusal =
+                        self.integrator.last_refusal().filter(|r| r.kind.may_depend_on_penalty()).cloned();
                     let Some(refusal) = refusal else { return Err(AdaptiveError::Dynamics(source)) };
-                    if self.lower_penalty(refusal.code)? {
+                    if self.lower_penalty(refusal.kind)? {
                         attempt.trial = None; // the second phase of Fig. 3 simulates the whole impact
                         continue;
                     }
-                    return Ok(Ending::SolverFailed { code: refusal.code, reason: refusal.reason });
+                    return Ok(Ending::SolverFailed { failure: refusal.kind, reason: refusal.reason });
                 }
             };
             if let Some((i, time)) = self.joining(step)? {
@@ -395,7 +397,7 @@ impl Driver<'_> {
             let before = fine.search.penalty();
             let outcome = match ending {
                 Ending::TrialPassed => RunOutcome::TrialPassed,
-                Ending::SolverFailed { code, .. } => RunOutcome::SolverError { code: *code },
+                Ending::SolverFailed { failure, .. } => RunOutcome::SolverError { failure: *failure },
                 _ => RunOutcome::Completed { peak_force },
             };
             match fine.search.next(outcome) {
@@ -495,7 +497,7 @@ fn describe(verdict: &IntervalAssessment, is_edge: bool) -> String {
 fn penalty_reason(name: &str, ending: &Ending, before: f64, after: f64) -> String {
     let why = match ending {
         Ending::TrialPassed => "trial passed".to_owned(),
-        Ending::SolverFailed { code, reason } => format!("contact solver failed with code {code} ({reason})"),
+        Ending::SolverFailed { failure, reason } => format!("contact solver failed, {failure} ({reason})"),
         _ => "peak force not yet compared".to_owned(),
     };
     format!("{name}: {why} at {before:.3e} N/m^3, next {after:.3e} N/m^3")

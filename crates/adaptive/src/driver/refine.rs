@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use contact_qs::{ContactElement, PressureRecovery};
 use ffr_dynamics::DynamicsError;
-use ffr_dynamics::error::Rejection;
+use ffr_dynamics::error::{EvaluationFailure, FailureKind};
 use ffr_dynamics::integration::{DormandPrince, Step, StepSettings};
 use ffr_dynamics::system::error_scale::ErrorScale;
 use ffr_dynamics::system::force::ForceElement;
@@ -46,10 +46,10 @@ pub(super) struct Ledger {
 impl Driver<'_> {
     /// Goes on in the present state with lower penalty factors after an error of the contact solver, if the search says so:
     /// as low as the present state asks for (\[A\] section 4.1). Books the jump of energy.
-    pub(super) fn lower_penalty(&mut self, code: i32) -> Result<bool, AdaptiveError> {
+    pub(super) fn lower_penalty(&mut self, failure: FailureKind) -> Result<bool, AdaptiveError> {
         let (t, y) = (self.integrator.time(), self.integrator.state().to_vec());
         let before = self.stored_ledger();
-        let (mut lowered, mut code) = (Vec::new(), code);
+        let (mut lowered, mut failure) = (Vec::new(), failure);
         loop {
             lowered.clear();
             for i in 0..self.fine.len() {
@@ -57,7 +57,7 @@ impl Driver<'_> {
                 if !search.is_resuming() {
                     continue;
                 }
-                if let PenaltyAction::Resume { penalty } = search.next(RunOutcome::SolverError { code }) {
+                if let PenaltyAction::Resume { penalty } = search.next(RunOutcome::SolverError { failure }) {
                     self.set_penalty(i, penalty)?;
                     lowered.push(i);
                 }
@@ -67,8 +67,8 @@ impl Driver<'_> {
             }
             match self.model.system.evaluate_forces(t, &y) {
                 Ok(()) => break,
-                Err(refusal) if refusal.code != 0 => code = refusal.code,
-                Err(Rejection { reason, .. }) => {
+                Err(refusal) if refusal.kind.may_depend_on_penalty() => failure = refusal.kind,
+                Err(EvaluationFailure { reason, .. }) => {
                     return Err(AdaptiveError::Dynamics(DynamicsError::Integration { time: t, reason }));
                 }
             }

@@ -4,8 +4,8 @@
 use contact_qs::points::DofLookup;
 use faer::Mat;
 use faer::sparse::{SparseColMat, SymbolicSparseColMat};
-use ffr_dynamics::DynamicsError;
 use ffr_dynamics::body::RigidMotion;
+use ffr_dynamics::data_error::DataError;
 use ffr_dynamics::kinematics::MarkerWeights;
 use iga_core::elasticity::{Material, Model};
 use iga_core::extent::{Extent, ExtentPoint};
@@ -14,7 +14,8 @@ use iga_core::nurbs::patch::PointBasis;
 use iga_core::space::Space;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
-use super::{point_in_space, rigid_motion};
+use super::discretised::point_in_space;
+use super::rigid_motion;
 use crate::error::AdaptiveError;
 use crate::spec::Area;
 
@@ -141,9 +142,9 @@ impl Functions<'_> {
             }
         };
         inverse.ok_or_else(|| {
-            let reason = "a marker lies on a line and cannot follow the rotation about it, name a wider part";
-            let source = DynamicsError::Inconsistent { reason: reason.into() };
-            AdaptiveError::Reduction { body: self.name.to_owned(), source }
+            let source =
+                DataError::NoRotation { marker: "the points of a marker", remedy: "name a wider part" };
+            AdaptiveError::Reduction { body: self.name.to_owned(), source: source.into() }
         })
     }
 

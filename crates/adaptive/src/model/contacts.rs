@@ -19,11 +19,11 @@ use crate::adaptive_contact::{AdaptiveContact, FALLBACK_PENALTY};
 use crate::contact_zone::{ContactZone, wanted_refinement};
 use crate::detection::Dormant;
 use crate::elastic_body::{ElasticBody, Interface, InterfaceModes};
-use crate::error::AdaptiveError;
-use crate::imported::ImportedSpec;
+use crate::error::{AdaptiveError, ContactModelFault};
 use crate::marker_loads::MarkerLoads;
 use crate::plausibility::motion::wave_speed;
 use crate::simulation::TimedContact;
+use crate::spec::ImportedSpec;
 use crate::spec::{
     BodyKind, ContactLaw, ContactSpec, HertzSphere, ReductionSpec, RefinementSpec, RunSpec, SurfaceLaw,
     Target, Treatment,
@@ -246,7 +246,7 @@ pub fn build_contact(
     poses: &[BodyState],
 ) -> Result<BuiltContact, AdaptiveError> {
     let fail = |source| AdaptiveError::Contact { contact: spec.name.clone(), source };
-    let inconsistent = |reason: &str| fail(ContactError::Inconsistent { reason: reason.into() });
+    let without_model = |fault| AdaptiveError::ContactModel { contact: spec.name.clone(), fault };
     let elastic = |body: usize| bodies[body].elastic.as_ref();
     let size = elastic(spec.body).map_or(0.0, |e| e.body.size());
     let (element, width, size): (Box<dyn ContactElement>, _, _) = match (&spec.law, spec.target, zones) {
@@ -259,7 +259,7 @@ pub fn build_contact(
         }
         (ContactLaw::Surface(law), Target::Plane { point, normal }, Some(zones)) => {
             let plane = Plane { point, normal: Unit::new_normalize(normal) };
-            let body = elastic(spec.body).ok_or_else(|| inconsistent("the contact body is rigid"))?;
+            let body = elastic(spec.body).ok_or_else(|| without_model(ContactModelFault::RigidBody))?;
             let mut contact = plane_contact(spec.body, law, plane, &zones.own, body).map_err(fail)?;
             if law.penalty.is_none() {
                 let own = Side { body: spec.body, elastic: body, zone: &zones.own };
@@ -281,7 +281,7 @@ pub fn build_contact(
             let (sphere, target) = (sphere(spec.body, contact, bodies)?, sphere(target, other, bodies)?);
             (Box::new(SphereContact::with_sphere(sphere, target).map_err(fail)?), 0.0, contact.radius)
         }
-        _ => return Err(inconsistent("law and target do not fit each other")),
+        _ => return Err(without_model(ContactModelFault::LawWithoutTarget)),
     };
     let is_static = matches!(&spec.law, ContactLaw::Surface(law) if law.treatment == Treatment::Quasistatic);
     let facts = ContactFacts {
@@ -389,7 +389,7 @@ fn surface_pair(
     let (Some(own), Some(other), Some(zone)) =
         (&bodies[body].elastic, &bodies[target].elastic, &zones.target)
     else {
-        return Err(ContactError::Inconsistent { reason: "a body has no contact zone".into() });
+        return Err(ContactError::Nothing { what: "a body has no contact zone" });
     };
     let submodel = points(own, law, &zones.own)?;
     let full = &other.body;

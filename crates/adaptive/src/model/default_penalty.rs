@@ -41,8 +41,7 @@ pub fn set(
         BodyState { elastic: vec![0.0; n], elastic_rates: vec![0.0; n], ..pose.clone() }
     };
     let poses: Vec<BodyState> = poses.iter().zip(bodies).map(at_rest).collect();
-    let weight = contact.compliance_weight(&poses);
-    let weight = weight.map_err(|r| ContactError::Inconsistent { reason: r.reason })?;
+    let weight = contact.compliance_weight(&poses)?;
     let normal = contact.normal(&poses);
     let weight = match weight {
         Some(weight) => weight,

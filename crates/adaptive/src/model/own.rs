@@ -4,53 +4,17 @@ use std::sync::Arc;
 
 use contact_qs::search::SurfaceModel;
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::kinematics::Marker;
-use ffr_dynamics::kinematics::marker::FlexiblePoint;
-use nalgebra::UnitQuaternion;
 use tracing::warn;
 
 use super::contacts::{surface, takes_part};
 use super::plan::ContactPlan;
 use super::{BodyModel, ElasticModel, RunModel, joints, observed_points};
-use crate::elastic_body::ElasticBody;
+use crate::body_model::OwnState;
 use crate::error::AdaptiveError;
-use crate::fine_model::{FineBody, LowModes};
+use crate::fine_model::FineBody;
 use crate::own_modes::{OwnModes, check_own_modes};
-use crate::spec::{ContactLaw, ContactSpec, Place, RunSpec};
-
-/// A fine model in use. While it is, its view is the body's reduced model; the coarse one is kept here.
-pub struct OwnState {
-    /// The refined body.
-    fine: FineBody,
-    /// Its modes.
-    modes: OwnModes,
-    /// The surface that belongs to the coarse modes.
-    surface: Option<Arc<SurfaceModel>>,
-}
-
-impl OwnState {
-    /// The material point at `place` of the body, whose coarse model is `coarse`.
-    ///
-    /// # Errors
-    /// [`AdaptiveError`] if there is no such place.
-    pub fn point(&self, coarse: &ElasticBody, place: &Place) -> Result<FlexiblePoint, AdaptiveError> {
-        self.fine.discretised(coarse).flexible_point(place, self.modes.reduced.shapes())
-    }
-
-    /// A marker on the body, whose coarse model is `coarse`.
-    ///
-    /// # Errors
-    /// [`AdaptiveError`] if there is no such place.
-    pub fn marker(
-        &self,
-        coarse: &ElasticBody,
-        name: &str,
-        place: &Place,
-        rotation: UnitQuaternion<f64>,
-    ) -> Result<Marker, AdaptiveError> {
-        self.fine.discretised(coarse).marker(name, place, rotation, self.modes.reduced.shapes())
-    }
-}
+use crate::spec::LowModes;
+use crate::spec::{ContactLaw, ContactSpec, RunSpec};
 
 /// Whether fine models of `contact` have modes of their own.
 fn has_own_modes(contact: &ContactSpec) -> bool {

@@ -7,7 +7,7 @@ use super::start;
 use crate::contact_zone::is_about;
 use crate::error::AdaptiveError;
 use crate::fine_model::ELEMENTS;
-use crate::imported::ImportedSpec;
+use crate::spec::ImportedSpec;
 use crate::spec::{
     BodyKind, BodySpec, ContactLaw, ContactSpec, PenaltySearch, ReductionSpec, RefinementSpec, RunSpec,
     SurfaceLaw, Target, Treatment,

@@ -4,8 +4,9 @@
 use ffr_dynamics::system::force::BodyState;
 use nalgebra::Vector3;
 
+use crate::body_model::{BodyModel, ElasticModel};
 use crate::error::AdaptiveError;
-use crate::model::{BodyModel, ElasticModel, RunModel};
+use crate::model::RunModel;
 use crate::spec::RunSettings;
 
 /// A body is lost when it is so many times farther from its start than bodies, given motions and gravity reach.

@@ -7,7 +7,7 @@ use ffr_dynamics::system::force::BodyState;
 use iga_core::elasticity::Model;
 use iga_core::nurbs::Patch;
 
-use crate::model::{BodyModel, ElasticModel};
+use crate::body_model::{BodyModel, ElasticModel};
 use crate::record::ImpactRecord;
 use crate::warning::{Warning, WarningKind};
 

@@ -1,10 +1,9 @@
 //! How many modes a body keeps: those that the forces of its impacts set in motion.
 
-use std::f64::consts::PI;
 use std::fmt;
 
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::reduction::eigen::neighbouring_counts;
+use ffr_dynamics::reduction::neighbouring_counts;
 
 use super::Trial;
 use super::impact_time::ForceTime;
@@ -16,18 +15,9 @@ use crate::error::AdaptiveError;
 pub const WITHOUT_FORCES: usize = 20;
 /// Most modes that are chosen.
 pub const MOST: usize = 300;
-/// Share of a pulse's energy above the highest kept frequency. Amplitudes go with its root, 1 %, most of which the static
-/// answer of what is left out makes good.
-const NEGLECTED: f64 = 1e-4;
-
 /// Least number of modes of a body: ten distinct frequencies, which lie in groups where the model has bending or rotations.
 pub fn least(motion: RigidMotion) -> usize {
     if motion == RigidMotion::Axial { 10 } else { 20 }
-}
-
-/// Frequency \[Hz\] above which the spectrum of half a sine of `duration` \[s\] has the share `NEGLECTED` of its energy (Eq. N.5).
-pub fn pulse_frequency(duration: f64) -> f64 {
-    (4.0 * PI / (3.0 * NEGLECTED)).cbrt() / (2.0 * PI * duration)
 }
 
 /// A number of modes that the program has chosen.
@@ -103,20 +93,6 @@ fn whole_group(known: &[f64], n: usize, motion: RigidMotion) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_neglected_share_of_half_a_sine_is_what_it_says() {
-        // |F|^2 = (2 pi cos(w/2) / (pi^2 - w^2))^2 of a pulse of length and height one; the whole integral is pi/2.
-        let power = |w: f64| (2.0 * PI * (0.5 * w).cos() / (PI * PI - w * w)).powi(2);
-        let start = 2.0 * PI * pulse_frequency(1.0);
-        let (n, end) = (2_000_000, 4000.0);
-        let step = (end - start) / f64::from(n);
-        let tail: f64 = (0..n).map(|i| power(start + (f64::from(i) + 0.5) * step) * step).sum();
-        let share = tail / (0.5 * PI);
-        // The closed form has the mean of cos^2 and w^-4 for the whole tail: next terms are (pi/w)^2 = 0.8 % and the first
-        // swing of the cosine, a tenth.
-        assert!((share / NEGLECTED - 1.0).abs() < 0.15, "{share}");
-    }
 
     #[test]
     fn groups_are_kept_whole() {

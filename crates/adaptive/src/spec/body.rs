@@ -1,6 +1,7 @@
 //! Bodies: elastic ones from exact geometry, rigid ones, reduced ones from a file.
 
-use crate::imported::ImportedSpec;
+use super::imported::ImportedSpec;
+use super::reduction::{DampingSpec, ReductionSpec};
 use ffr_dynamics::body::RigidMotion;
 use iga_core::SplineError;
 use iga_core::elasticity::{Material, Model};
@@ -170,23 +171,6 @@ impl ElasticSpec {
     }
 }
 
-/// Damping of elastic coordinates.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub enum DampingSpec {
-    /// None.
-    #[default]
-    None,
-    /// Rayleigh damping: the damping ratio `ratio` at two frequencies \[Hz\] (\[B\] (26)-(28)).
-    Rayleigh {
-        /// The two frequencies \[Hz\].
-        frequencies: [f64; 2],
-        /// Damping ratio at both, 1 being critical.
-        ratio: f64,
-    },
-    /// Damping ratios, one a mode; the last holds for all that follow.
-    Modal(Vec<f64>),
-}
-
 /// Reference frames.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub enum FrameSpec {
@@ -233,23 +217,4 @@ pub struct DiscretisationSpec {
     pub knots: Option<Vec<Vec<f64>>>,
     /// Local refinements.
     pub refine: Vec<RefinementSpec>,
-}
-
-/// Reduced basis of a body.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ReductionSpec {
-    /// The first free eigenmodes.
-    Modal {
-        /// Number of elastic modes.
-        modes: usize,
-    },
-    /// Craig-Bampton.
-    CraigBampton {
-        /// Number of low-frequency modes.
-        modes: usize,
-        /// Number of fixed-interface modes; `None`: enough for the low-frequency ones to be right.
-        fixed_interface_modes: Option<usize>,
-    },
-    /// Every elastic mode of the model.
-    All,
 }

@@ -5,8 +5,6 @@ use contact_qs::quasistatic::Method;
 use nalgebra::Vector3;
 
 use super::body::Place;
-use crate::fine_model::{DivisionRule, LowModes};
-use crate::transfer::TransferMethod;
 
 /// A contact between a body and a target.
 #[derive(Debug, Clone, PartialEq)]
@@ -180,4 +178,35 @@ impl Default for IntervalSpec {
             division: DivisionRule::Graded,
         }
     }
+}
+
+/// How levels are found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum DivisionRule {
+    /// Lattices through the ends of the interval, their spacing doubled from level to level: as many levels as it takes
+    /// (`docs/decisions/0019-levels-of-a-zone.md`). Several intervals of one body share a division by Algorithm 3.
+    #[default]
+    Graded,
+    /// Algorithm 3 of \[A\] with its limits of five levels and ten knots an element and level.
+    Printed,
+}
+
+/// Low-frequency modes of a fine model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum LowModes {
+    /// Those of the coarse model, prolonged: the state is handed over without loss.
+    #[default]
+    Prolonged,
+    /// The fine model's own, as in \[A\].
+    Own,
+}
+
+/// How states are handed over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum TransferMethod {
+    /// Mass-orthogonal projection: the best approximation in kinetic energy, keeps the momenta (Eqs. A.15, A.16).
+    #[default]
+    MassOrthogonal,
+    /// As printed: \[A\] (10), (11) to the fine model, (12) to (17) back.
+    Printed,
 }

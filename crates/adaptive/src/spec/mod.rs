@@ -2,7 +2,9 @@
 
 pub mod body;
 pub mod contact;
+pub mod imported;
 pub mod joint;
+pub mod reduction;
 pub mod resolution;
 pub mod time_curve;
 
@@ -10,15 +12,17 @@ use ffr_dynamics::integration::Method as IntegrationMethod;
 use nalgebra::Vector3;
 
 pub use body::{
-    Area, BodyKind, BodySpec, Coupling, DampingSpec, DiscretisationSpec, ElasticSpec, FrameSpec,
-    InitialMotion, Place, ReductionSpec, RefinementSpec, RigidSpec,
+    Area, BodyKind, BodySpec, Coupling, DiscretisationSpec, ElasticSpec, FrameSpec, InitialMotion, Place,
+    RefinementSpec, RigidSpec,
 };
 pub use contact::{
-    ContactLaw, ContactSpec, HandOver, HertzSphere, IntervalSpec, PenaltySearch, PointRule, SurfaceLaw,
-    Target, Treatment,
+    ContactLaw, ContactSpec, DivisionRule, HandOver, HertzSphere, IntervalSpec, LowModes, PenaltySearch,
+    PointRule, SurfaceLaw, Target, TransferMethod, Treatment,
 };
 pub use iga_core::extent::Extent;
+pub use imported::ImportedSpec;
 pub use joint::{Attachment, CoordinateSpec, JointSpec, LoadSpec};
+pub use reduction::{DampingSpec, ReductionSpec};
 pub use resolution::{BodyFactors, ContactFactors, Resolution};
 pub use time_curve::TimeCurve;
 

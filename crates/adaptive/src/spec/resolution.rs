@@ -5,9 +5,10 @@
 
 use iga_core::nurbs::Shape;
 
-use super::body::{DiscretisationSpec, ElasticSpec, ReductionSpec, RefinementSpec};
+use super::body::{DiscretisationSpec, ElasticSpec, RefinementSpec};
 use super::contact::{PenaltySearch, SurfaceLaw};
-use crate::imported::ImportedSpec;
+use super::reduction::ReductionSpec;
+use crate::spec::ImportedSpec;
 
 /// Factors for the bodies and contacts of a run, in their order; what lies beyond the lists is left as it is.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -7,13 +7,8 @@
 use faer::Mat;
 use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::Shape;
-use iga_core::nurbs::interface::FaceId;
-use iga_core::surface::Face;
 
-use crate::elastic_body::{ElasticBody, Interface, InterfaceModes, ReducedBody};
-use crate::fine_model::{DivisionRule, FineSettings, WantedInterval};
-use crate::sizing::SizeWish;
-use crate::spec::{Area, DiscretisationSpec, ElasticSpec, Extent, ReductionSpec, RefinementSpec};
+use crate::spec::{Area, DiscretisationSpec, ElasticSpec, Extent, RefinementSpec};
 
 /// What a model is made from.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -22,95 +17,6 @@ pub struct ModelKey {
     pub kind: &'static str,
     /// Everything that its numbers depend on, the program excepted.
     pub definition: Vec<u8>,
-}
-
-/// Key of the modes that `reduction` and `interface` make of a body with the `definition` of [`body_definition`]; `loads`: the columns of
-/// the loads to which it has static answers.
-pub fn modes_key(
-    definition: &[u8],
-    reduction: ReductionSpec,
-    interface: &Interface,
-    loads: &Mat<f64>,
-) -> ModelKey {
-    // Places and directions of loads are in their columns.
-    let Interface { unknowns, modes, loads: _ } = interface;
-    let mut key = Bytes(definition.to_vec());
-    let is_static = *modes == InterfaceModes::Quasistatic;
-    match reduction {
-        ReductionSpec::Modal { modes } => {
-            key.count(0);
-            key.count(modes);
-        }
-        // Nothing is held, so these are the free modes.
-        ReductionSpec::CraigBampton { modes, .. } if unknowns.is_empty() && !is_static => {
-            key.count(0);
-            key.count(modes);
-        }
-        ReductionSpec::CraigBampton { modes, fixed_interface_modes } => {
-            key.count(1);
-            key.count(modes);
-            key.counts(fixed_interface_modes.as_slice());
-        }
-        ReductionSpec::All => key.count(2),
-    }
-    // Damping comes afterwards.
-    key.count(usize::from(is_static));
-    key.counts(unknowns);
-    key.sparse(loads);
-    ModelKey { kind: "modes", definition: key.0 }
-}
-
-/// Key of the compliance that the fine model of a body with modes prolonged from `coarse` has at the interface `unknowns`, and to
-/// `points` of the body.
-pub fn compliance_key(
-    (body, reduced): (&ElasticBody, &ReducedBody),
-    wanted: &WantedInterval,
-    settings: &FineSettings,
-    (unknowns, points): (&[usize], &[[f64; 3]]),
-) -> ModelKey {
-    let mut key = Bytes(body_definition(&body.spec));
-    let basis = &reduced.basis;
-    key.count(basis.n_low);
-    key.numbers(&basis.omega);
-    key.count(basis.shapes.nrows());
-    for j in 0..basis.shapes.ncols() {
-        basis.shapes.col(j).iter().for_each(|v| key.number(*v));
-    }
-    let WantedInterval { face, centre, widths } = wanted;
-    let Face { id: FaceId { patch, direction, upper }, parameter, dimension, axisymmetric } = face;
-    key.counts(&[*patch, *direction, usize::from(*upper), *dimension, usize::from(*axisymmetric)]);
-    key.number(*parameter);
-    key.numbers(centre);
-    key.numbers(widths);
-    let FineSettings { division, elements, growth } = settings;
-    let division = match division {
-        DivisionRule::Graded => 0,
-        DivisionRule::Printed => 1,
-    };
-    key.counts(&[division, *elements]);
-    key.counts(growth.as_slice());
-    // They say as well by which points the contact is watched.
-    key.counts(unknowns);
-    key.points(points);
-    ModelKey { kind: "compliance", definition: key.0 }
-}
-
-/// Key of the sizes that the program chooses for the body `trial`, on which sizes that are to be chosen are one, up to the frequency `limit` \[Hz\].
-pub fn sizes_key(trial: &ElasticSpec, wish: SizeWish, limit: f64) -> ModelKey {
-    let SizeWish { elements, modes } = wish;
-    let mut key = Bytes(body_definition(trial));
-    key.count(usize::from(elements));
-    key.count(usize::from(modes));
-    key.number(limit);
-    match trial.reduction {
-        ReductionSpec::Modal { modes: n } => key.counts(&[0, if modes { 0 } else { n }]),
-        ReductionSpec::CraigBampton { modes: n, fixed_interface_modes } => {
-            key.counts(&[1, if modes { 0 } else { n }]);
-            key.counts(fixed_interface_modes.as_slice());
-        }
-        ReductionSpec::All => key.counts(&[2]),
-    }
-    ModelKey { kind: "sizes", definition: key.0 }
 }
 
 /// What a body's matrices are made from: shape, kinematics, material, spline space, rigid parts.
@@ -140,35 +46,40 @@ pub fn body_definition(spec: &ElasticSpec) -> Vec<u8> {
 }
 
 /// Bytes of a definition.
-#[derive(Default)]
-struct Bytes(Vec<u8>);
+#[derive(Debug, Default)]
+pub struct Bytes(pub Vec<u8>);
 
 impl Bytes {
-    fn count(&mut self, n: usize) {
+    /// A count or choice.
+    pub fn count(&mut self, n: usize) {
         self.0.extend((n as u64).to_le_bytes());
     }
 
-    fn number(&mut self, x: f64) {
+    /// A number by its bits.
+    pub fn number(&mut self, x: f64) {
         self.0.extend(x.to_bits().to_le_bytes());
     }
 
-    fn counts(&mut self, list: &[usize]) {
+    /// A list of counts with its length.
+    pub fn counts(&mut self, list: &[usize]) {
         self.count(list.len());
         list.iter().for_each(|n| self.count(*n));
     }
 
-    fn numbers(&mut self, list: &[f64]) {
+    /// A list of numbers with its length.
+    pub fn numbers(&mut self, list: &[f64]) {
         self.count(list.len());
         list.iter().for_each(|x| self.number(*x));
     }
 
-    fn points(&mut self, list: &[[f64; 3]]) {
+    /// A list of points with its length.
+    pub fn points(&mut self, list: &[[f64; 3]]) {
         self.count(list.len());
         list.iter().flatten().for_each(|x| self.number(*x));
     }
 
     /// The entries of a matrix that are not zero.
-    fn sparse(&mut self, matrix: &Mat<f64>) {
+    pub fn sparse(&mut self, matrix: &Mat<f64>) {
         self.counts(&[matrix.nrows(), matrix.ncols()]);
         for column in matrix.col_iter() {
             let entries: Vec<(usize, f64)> =

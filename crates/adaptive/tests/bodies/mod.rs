@@ -2,8 +2,8 @@
 #![allow(dead_code, reason = "every test uses some of them")]
 
 use adaptive::elastic_body::ElasticBody;
-use adaptive::fine_model::WantedInterval;
 use adaptive::spec::{DiscretisationSpec, ElasticSpec, ReductionSpec};
+use adaptive::wanted_interval::WantedInterval;
 use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::Shape;
 use iga_core::nurbs::primitives::{SphereNet, axisymmetric, solid};

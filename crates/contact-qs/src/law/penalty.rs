@@ -4,6 +4,7 @@
 //! factor `c_p` is a pressure per length [N/m³]; the papers print "N/m" for the same numbers.
 
 use faer::Mat;
+use ffr_dynamics::data_error::{DataError, check_square};
 
 use crate::ContactError;
 
@@ -67,26 +68,14 @@ pub(crate) fn set_springs(
 /// `compliance`: normal compliance of the points, `n_points × n_points` [m/N]; `areas`: tributary areas \[m²\].
 ///
 /// # Errors
-/// [`ContactError::Inconsistent`] if sizes differ or no point yields.
+/// [`ContactError::Data`] if sizes differ or no point yields.
 pub fn suggested(ratio: f64, compliance: &Mat<f64>, areas: &[f64]) -> Result<f64, ContactError> {
-    if compliance.nrows() != areas.len() || compliance.ncols() != areas.len() {
-        return Err(ContactError::Inconsistent {
-            reason: format!(
-                "normal compliance is {} x {}, {} points have areas",
-                compliance.nrows(),
-                compliance.ncols(),
-                areas.len()
-            ),
-        });
-    }
+    check_square("the normal compliance", compliance.as_ref(), areas.len())?;
     let softest = areas.iter().enumerate().map(|(i, &w)| compliance[(i, i)] * w).fold(0.0, f64::max);
     let penalty = ratio / softest;
     if !(softest > 0.0 && penalty.is_finite()) {
-        return Err(ContactError::Inconsistent {
-            reason: format!(
-                "no penalty factor follows from a largest compliance times area of {softest:e} m^3/N"
-            ),
-        });
+        let what = "the largest compliance times area [m^3/N]".into();
+        return Err(DataError::OutOfRange { what, value: softest, range: "> 0" }.into());
     }
     Ok(penalty)
 }

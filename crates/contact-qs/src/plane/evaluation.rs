@@ -1,7 +1,7 @@
 //! One evaluation of a plane contact: gaps and slips, point forces, their sums, the power they lose.
 
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::error::Rejection;
+use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::system::force::{BodyState, GeneralisedForce};
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -65,18 +65,17 @@ impl PlaneContact {
     }
 
     /// Normal, gaps and slips at `state`.
-    pub(super) fn locate(&mut self, t: f64, state: &BodyState) -> Result<(), Rejection> {
+    pub(super) fn locate(&mut self, t: f64, state: &BodyState) -> Result<(), EvaluationFailure> {
         self.normal = self
             .normal_components(&state.rotation)
-            .map_err(|error| Rejection { code: 0, reason: error.to_string() })?;
+            .map_err(|error| EvaluationFailure::out_of_model(error.to_string()))?;
         let offset = self.offset(state);
         for i in 0..self.submodel.n_points() {
             let gap = self.gap(i, offset, &self.normal, &state.elastic);
             if !gap.is_finite() {
-                return Err(Rejection {
-                    code: 2,
-                    reason: format!("the gap of contact point {i} is {gap} at t = {t:.9e} s"),
-                });
+                return Err(EvaluationFailure::not_finite(format!(
+                    "the gap of contact point {i} is {gap} at t = {t:.9e} s"
+                )));
             }
             self.free_gaps[i] = gap;
         }
@@ -99,7 +98,7 @@ impl PlaneContact {
     }
 
     /// Point forces at the gaps and slips just found, by the solver or the penalty law.
-    pub(super) fn solve(&mut self) -> Result<SolveReport, Rejection> {
+    pub(super) fn solve(&mut self) -> Result<SolveReport, EvaluationFailure> {
         let Some(zone) = &mut self.quasistatic else {
             let areas = &self.submodel.areas;
             for ((force, &gap), &area) in self.forces.iter_mut().zip(&self.free_gaps).zip(areas) {
@@ -185,7 +184,7 @@ impl PlaneContact {
     }
 
     /// Power lost to sliding (Eq. F.12) \[W\].
-    pub(super) fn dissipated_power(&mut self, state: &BodyState) -> Result<f64, Rejection> {
+    pub(super) fn dissipated_power(&mut self, state: &BodyState) -> Result<f64, EvaluationFailure> {
         if self.report.n_sliding == 0 {
             return Ok(0.0);
         }

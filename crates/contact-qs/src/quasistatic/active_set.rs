@@ -13,7 +13,7 @@
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt;
 use faer::{MatMut, MatRef, Par};
-use ffr_dynamics::error::Rejection;
+use ffr_dynamics::error::EvaluationFailure;
 
 use super::problem::Problem;
 
@@ -27,8 +27,8 @@ const PIVOT_ROUND_OFF: f64 = 64.0 * f64::EPSILON;
 /// What a solution took.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct SolveReport {
-    /// 0 success, -1 iteration limit of Algorithm 1 (not critical, \[A\] section 3).
-    pub code: i32,
+    /// Whether Algorithm 1 ended at its iteration limit with a solution of lower accuracy (not critical, \[A\] section 3).
+    pub hit_iteration_limit: bool,
     /// Sets tried, or Newton steps.
     pub iterations: usize,
     /// Cholesky factorisations, or finite-difference Jacobians.
@@ -96,7 +96,11 @@ impl ActiveSet {
     ///
     /// # Panics
     /// If sizes differ from the number of points given to [`ActiveSet::new`].
-    pub fn solve(&mut self, problem: &Problem<'_>, forces: &mut [f64]) -> Result<SolveReport, Rejection> {
+    pub fn solve(
+        &mut self,
+        problem: &Problem<'_>,
+        forces: &mut [f64],
+    ) -> Result<SolveReport, EvaluationFailure> {
         let n = self.active.len();
         assert!(
             problem.gaps.len() == n && problem.springs.len() == n && forces.len() == n,
@@ -106,7 +110,7 @@ impl ActiveSet {
         );
         let depth = problem.depth();
         if depth.is_nan() {
-            return Err(Rejection { code: 2, reason: "a contact gap is not finite".into() });
+            return Err(EvaluationFailure::not_finite("a contact gap is not finite"));
         }
         forces.fill(0.0);
         let mut report = SolveReport::default();
@@ -130,7 +134,7 @@ impl ActiveSet {
         problem: &Problem<'_>,
         depth: f64,
         report: &mut SolveReport,
-    ) -> Result<(), Rejection> {
+    ) -> Result<(), EvaluationFailure> {
         let n = self.active.len();
         // Practice needs a handful; single exchanges have needed at most about 2 n in random tests.
         let limit = 100 + 50 * n;
@@ -156,14 +160,17 @@ impl ActiveSet {
                 self.active[highest] = !self.active[highest];
             }
         }
-        Err(Rejection {
-            code: -1,
-            reason: format!("active set of {n} contact points not found in {limit} iterations"),
-        })
+        Err(EvaluationFailure::iteration_limit(format!(
+            "active set of {n} contact points not found in {limit} iterations"
+        )))
     }
 
     /// Solves Eq. C.8 for the points of the set; the factor is kept as long as the set stays the same.
-    fn forces_of_set(&mut self, problem: &Problem<'_>, report: &mut SolveReport) -> Result<(), Rejection> {
+    fn forces_of_set(
+        &mut self,
+        problem: &Problem<'_>,
+        report: &mut SolveReport,
+    ) -> Result<(), EvaluationFailure> {
         self.members.clear();
         self.members.extend(self.active.iter().enumerate().filter(|(_, a)| **a).map(|(i, _)| i));
         let m = self.members.len();
@@ -183,12 +190,12 @@ impl ActiveSet {
             Ok(())
         } else {
             self.factored.clear();
-            Err(Rejection { code: 2, reason: "a contact force is not finite".into() })
+            Err(EvaluationFailure::not_finite("a contact force is not finite"))
         }
     }
 
     /// Cholesky factor of `A_aa + D_aa`.
-    fn factorise(&mut self, problem: &Problem<'_>) -> Result<(), Rejection> {
+    fn factorise(&mut self, problem: &Problem<'_>) -> Result<(), EvaluationFailure> {
         let m = self.members.len();
         self.factored.clear();
         for (column, &j) in self.members.iter().enumerate() {
@@ -212,12 +219,9 @@ impl ActiveSet {
             !is_independent
         };
         if done.is_err() || self.members.iter().enumerate().any(dependent) {
-            return Err(Rejection {
-                code: 1,
-                reason: format!(
-                    "the compliance of the {m} contact points in contact is singular, use a finite penalty factor or one point per surface function"
-                ),
-            });
+            return Err(EvaluationFailure::singular(format!(
+                "the compliance of the {m} contact points in contact is singular, use a finite penalty factor or one point per surface function"
+            )));
         }
         self.factored.extend_from_slice(&self.members);
         Ok(())

@@ -15,8 +15,8 @@
 //!   after `MAX_UPDATES` and where the formula divides by little. `rcond` of an updated matrix is exact, not estimated.
 //! * **Line 20** can be reached twice; the second time line 30 ends the call "successfully" with whatever state was reached. Where
 //!   the listing jumps to and fro between two sets of touching points that state is up to a quarter beside the solution. So it is
-//!   taken, with code -1 in the report, only if the last step was within `√eps` of the coordinates; otherwise the call is rejected
-//!   with code -1, and the integrator tries a shorter step from the last Jacobian.
+//!   taken, with a mark in the report, only if the last step was within `√eps` of the coordinates; otherwise the call fails
+//!   at its iteration limit, and the integrator tries a shorter step from the last Jacobian.
 //! * **Line 28** leaves before line 35, `k_jac` stays; the caller restores a saved state or stops.
 //! * **Line 35** sets `k_jac = 0`, so that the next call starts with the Jacobian carried over and computes a new one only
 //!   in its passes 16 and 31, or after a reset. Without contact changes one Jacobian serves a whole impact.
@@ -30,7 +30,7 @@
 //! entry, would hide any singularity from the test `rcond < 1e-10`.
 
 use faer::Mat;
-use ffr_dynamics::error::Rejection;
+use ffr_dynamics::error::{EvaluationFailure, FailureKind};
 
 use super::active_set::SolveReport;
 use super::conditioned_lu::ConditionedLu;
@@ -161,8 +161,8 @@ impl Broyden {
     /// Solves `problem` for `forces` \[N\].
     ///
     /// # Errors
-    /// Code 1: the Jacobian is singular to `min_rcond`; code 2: it, or a gap, is not finite; code -1: the steps are used up and
-    /// the coordinates still change by more than `√eps` of them.
+    /// Singular: the Jacobian is, to `min_rcond`. Not finite: it, or a gap. Iteration limit: the steps are used up and the
+    /// coordinates still change by more than `√eps` of them.
     ///
     /// # Panics
     /// If sizes differ from those given to [`Broyden::new`].
@@ -170,7 +170,7 @@ impl Broyden {
         &mut self,
         problem: &ModalProblem<'_>,
         forces: &mut [f64],
-    ) -> Result<SolveReport, Rejection> {
+    ) -> Result<SolveReport, EvaluationFailure> {
         let (n_points, n) = (self.gaps.len(), self.carried.coordinates.len());
         assert!(
             problem.shapes.nrows() == n_points && problem.shapes.ncols() == n && problem.stiffness.len() == n,
@@ -180,7 +180,7 @@ impl Broyden {
         );
         let start = depth(problem.gaps);
         if start.is_nan() {
-            return Err(Rejection { code: 2, reason: "a contact gap is not finite".into() });
+            return Err(EvaluationFailure::not_finite("a contact gap is not finite"));
         }
         if start <= 0.0 {
             self.carried.coordinates.fill(0.0);
@@ -196,9 +196,9 @@ impl Broyden {
         problem: &ModalProblem<'_>,
         start: f64,
         forces: &mut [f64],
-    ) -> Result<SolveReport, Rejection> {
+    ) -> Result<SolveReport, EvaluationFailure> {
         let mut report = SolveReport::default();
-        let (mut k, mut may_reset, mut error) = (1, true, 0); // lines 1 and 2
+        let (mut k, mut may_reset, mut error) = (1, true, None); // lines 1 and 2
         self.evaluate(problem, forces);
         loop {
             report.iterations += 1;
@@ -211,37 +211,39 @@ impl Broyden {
             }
             let rcond = self.carried.jacobian.condition(MAX_UPDATES, &mut self.lu);
             if rcond < self.settings.min_rcond {
-                error = 1; // line 11
+                error = Some(FailureKind::Singular); // line 11
             } else if rcond.is_nan() {
-                error = 2; // line 13
+                error = Some(FailureKind::NotFinite); // line 13
             }
             let change = self.newton_step(problem, forces, rcond.is_nan()); // lines 15 and 16
             if change < self.settings.tolerance {
                 break; // line 18
             } else if k == self.settings.max_steps {
-                error = -1; // line 20
+                error = Some(FailureKind::IterationLimit); // line 20
             }
-            if error != 0 && may_reset {
+            let Some(failure) = error else {
+                k += 1; // line 32
+                continue;
+            };
+            if may_reset {
                 may_reset = false; // lines 23 to 26
-                error = 0;
+                error = None;
                 k = 1;
                 self.carried.uses = self.settings.max_jacobian_uses;
                 self.carried.coordinates.fill(0.0);
                 self.evaluate(problem, forces);
                 report.fallbacks += 1;
-            } else if error > 0 {
-                return Err(rejection(error, rcond)); // line 28
-            } else if error < 0 {
+            } else if failure.is_critical() {
+                return Err(critical(failure, rcond)); // line 28
+            } else {
                 let size = self.carried.coordinates.iter().fold(0.0_f64, |m, q| m.max(q.abs()));
                 // Asked this way round, a NaN is no solution.
                 let is_solution = change <= f64::EPSILON.sqrt() * size;
                 if !is_solution {
                     return Err(unsolved(change / size));
                 }
-                report.code = error; // line 30
+                report.hit_iteration_limit = true; // line 30
                 break;
-            } else {
-                k += 1; // line 32
             }
         }
         self.carried.uses = 0; // line 35
@@ -311,21 +313,21 @@ impl Broyden {
 }
 
 /// Line 30 without a solution.
-fn unsolved(change: f64) -> Rejection {
+fn unsolved(change: f64) -> EvaluationFailure {
     let reason = format!(
         "Algorithm 1 has not converged, its last step changed the coordinates by {change:.1e} of them, lower the penalty factor or use the active-set solver"
     );
-    Rejection { code: -1, reason }
+    EvaluationFailure::iteration_limit(reason)
 }
 
 /// The critical errors of Algorithm 1.
-fn rejection(error: i32, rcond: f64) -> Rejection {
-    let reason = if error == 1 {
-        format!(
+fn critical(failure: FailureKind, rcond: f64) -> EvaluationFailure {
+    match failure {
+        FailureKind::Singular => EvaluationFailure::singular(format!(
             "the Jacobian of the quasistatic contact is singular (reciprocal condition number {rcond:.2e}), lower the penalty factor"
-        )
-    } else {
-        "the Jacobian of the quasistatic contact is not finite, lower the penalty factor".into()
-    };
-    Rejection { code: error, reason }
+        )),
+        _ => EvaluationFailure::not_finite(
+            "the Jacobian of the quasistatic contact is not finite, lower the penalty factor",
+        ),
+    }
 }

@@ -6,6 +6,7 @@
 //! instead of the `m sqrt(kg)` of mass-orthonormal modes.
 
 use faer::{Mat, Side};
+use ffr_dynamics::data_error::{DataError, check_square};
 
 use crate::ContactError;
 
@@ -23,21 +24,15 @@ impl ModalBasis {
     /// `omega_squared`: squares of the circular frequencies [1/s²].
     ///
     /// # Errors
-    /// [`ContactError::Inconsistent`] if sizes differ or a value is not positive and finite.
+    /// [`ContactError::Data`] if sizes differ or a value is not positive and finite.
     pub fn from_modes(shapes: Mat<f64>, omega_squared: &[f64]) -> Result<Self, ContactError> {
         if shapes.ncols() != omega_squared.len() {
-            return Err(ContactError::Inconsistent {
-                reason: format!(
-                    "{} mode shapes at the points, {} frequencies",
-                    shapes.ncols(),
-                    omega_squared.len()
-                ),
-            });
+            let (what, found) = ("frequencies of the modes at the points".into(), omega_squared.len());
+            return Err(DataError::Count { what, found, expected: shapes.ncols() }.into());
         }
         if let Some(bad) = omega_squared.iter().find(|&&k| !(k > 0.0 && k.is_finite())) {
-            return Err(ContactError::Inconsistent {
-                reason: format!("a squared circular frequency of a high-frequency mode is {bad:e} 1/s^2"),
-            });
+            let what = "a squared circular frequency of a high-frequency mode [1/s^2]".into();
+            return Err(DataError::OutOfRange { what, value: *bad, range: "> 0 and finite" }.into());
         }
         Ok(Self { shapes, stiffness: omega_squared.to_vec() })
     }
@@ -45,18 +40,14 @@ impl ModalBasis {
     /// Basis from a compliance, `n_rows × n_rows`, symmetric positive semidefinite [m/N]; its null space is dropped.
     ///
     /// # Errors
-    /// [`ContactError::Inconsistent`] if the matrix is not square, has negative eigenvalues beyond round-off, or the
+    /// [`ContactError::Data`] if the matrix is not square, has negative eigenvalues beyond round-off, or the
     /// eigenvalues cannot be found.
     pub fn from_compliance(compliance: &Mat<f64>) -> Result<Self, ContactError> {
         let n = compliance.nrows();
-        if compliance.ncols() != n {
-            return Err(ContactError::Inconsistent {
-                reason: format!("compliance is {n} x {}", compliance.ncols()),
-            });
-        }
-        let eigen = compliance.self_adjoint_eigen(Side::Lower).map_err(|_| ContactError::Inconsistent {
-            reason: format!("eigenvalues of the {n} x {n} compliance cannot be found"),
-        })?;
+        check_square("the compliance of the points", compliance.as_ref(), n)?;
+        let eigen = compliance
+            .self_adjoint_eigen(Side::Lower)
+            .map_err(|_| DataError::NotFinite { what: "an eigenvalue of the compliance".into() })?;
         let values = eigen.S().column_vector();
         let largest = (0..n).map(|k| values[k].abs()).fold(0.0, f64::max);
         // Eigenvalues of a symmetric matrix are found to about n eps of the largest one.
@@ -64,12 +55,8 @@ impl ModalBasis {
         // Entries carry the errors of earlier factorisations, so that true negatives are told apart at the root of that.
         let is_bad = |k: &usize| values[*k].is_nan() || values[*k] < -f64::EPSILON.sqrt() * largest;
         if let Some(k) = (0..n).find(is_bad) {
-            return Err(ContactError::Inconsistent {
-                reason: format!(
-                    "compliance has eigenvalue {:e} m/N beside the largest, {largest:e} m/N, and must not be negative",
-                    values[k]
-                ),
-            });
+            let what = format!("an eigenvalue of the compliance beside the largest, {largest:e} m/N,");
+            return Err(DataError::OutOfRange { what, value: values[k], range: ">= 0" }.into());
         }
         let kept: Vec<usize> = (0..n).filter(|&k| values[k] > round_off).collect();
         let vectors = eigen.U();

@@ -1,7 +1,7 @@
 //! The solver of a zone's normal problem, as chosen by settings.
 
 use faer::Mat;
-use ffr_dynamics::error::Rejection;
+use ffr_dynamics::error::EvaluationFailure;
 
 use super::active_set::{ActiveSet, SolveReport};
 use super::broyden::{Broyden, BroydenSettings, ModalProblem};
@@ -69,7 +69,7 @@ impl PointSolver {
         springs: &[f64],
         gaps: &[f64],
         forces: &mut [f64],
-    ) -> Result<SolveReport, Rejection> {
+    ) -> Result<SolveReport, EvaluationFailure> {
         match self {
             Self::ActiveSet(solver) => solver.solve(&Problem { compliance, springs, gaps }, forces),
             Self::Broyden(modal) => {

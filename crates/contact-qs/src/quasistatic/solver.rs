@@ -2,7 +2,8 @@
 
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::error::Rejection;
+use ffr_dynamics::data_error::{DataError, check_square};
+use ffr_dynamics::error::EvaluationFailure;
 
 use super::active_set::SolveReport;
 use super::broyden::BroydenSettings;
@@ -29,19 +30,12 @@ impl Quasistatic {
     /// Zone with compliance `N_b G N_bᵀ` (docs/theory.md Eq. C.2), `n_c n_p × n_c n_p` [m/N].
     ///
     /// # Errors
-    /// [`ContactError::Inconsistent`] if its size is no multiple of the number of components or it is not finite; with
+    /// [`ContactError::Data`] if its size is no multiple of the number of components or it is not finite; with
     /// [`Method::Broyden`] also where [`ModalBasis::from_compliance`] fails.
     pub fn new(method: Method, motion: RigidMotion, compliance: Mat<f64>) -> Result<Self, ContactError> {
         let (n_components, n_rows) = (motion.n_components(), compliance.nrows());
-        if compliance.ncols() != n_rows || n_rows % n_components != 0 || !compliance.norm_max().is_finite() {
-            return Err(ContactError::Inconsistent {
-                reason: format!(
-                    "compliance of the contact points is {n_rows} x {} with largest entry {:e} m/N, {n_components} finite rows a point are needed",
-                    compliance.ncols(),
-                    compliance.norm_max()
-                ),
-            });
-        }
+        let n_points = n_rows / n_components;
+        check_square("the compliance of the contact points", compliance.as_ref(), n_points * n_components)?;
         let algorithm_1 = match method {
             Method::ActiveSet => None,
             Method::Broyden(settings) => Some((settings, basis_from_compliance(motion, &compliance)?)),
@@ -52,7 +46,7 @@ impl Quasistatic {
     /// Zone with high-frequency modes `basis` at the points, solved by Algorithm 1 of \[A\].
     ///
     /// # Errors
-    /// [`ContactError::Inconsistent`] if the number of rows is no multiple of the number of components.
+    /// [`ContactError::Data`] if the number of rows is no multiple of the number of components.
     pub fn with_modes(
         settings: BroydenSettings,
         motion: RigidMotion,
@@ -60,9 +54,9 @@ impl Quasistatic {
     ) -> Result<Self, ContactError> {
         let (n_components, n_rows) = (motion.n_components(), basis.shapes.nrows());
         if n_rows % n_components != 0 {
-            return Err(ContactError::Inconsistent {
-                reason: format!("mode shapes have {n_rows} rows, {n_components} a point are needed"),
-            });
+            let (what, expected) =
+                ("rows of the mode shapes at the points".into(), n_rows / n_components * n_components);
+            return Err(DataError::Count { what, found: n_rows, expected }.into());
         }
         let compliance = basis.compliance();
         Ok(Self::assemble(n_components, compliance, Some((settings, basis))))
@@ -155,13 +149,13 @@ impl Quasistatic {
     /// Solves for the point forces `forces` \[N\] at gaps `gaps` \[m\] with penalty springs of compliance `springs` [m/N].
     ///
     /// # Errors
-    /// [`Rejection`] with the codes of [`super::ActiveSet::solve`] and [`super::Broyden::solve`].
+    /// [`EvaluationFailure`] of [`super::ActiveSet::solve`] and [`super::Broyden::solve`].
     pub fn solve(
         &mut self,
         springs: &[f64],
         gaps: &[f64],
         forces: &mut [f64],
-    ) -> Result<SolveReport, Rejection> {
+    ) -> Result<SolveReport, EvaluationFailure> {
         self.solver.solve(&self.normal_compliance, springs, gaps, forces)
     }
 

@@ -7,7 +7,7 @@
 //! which the slip rates need, follow the same way on the sets found (Eqs. F.9 to F.12).
 
 use faer::Mat;
-use ffr_dynamics::error::Rejection;
+use ffr_dynamics::error::EvaluationFailure;
 
 use super::active_set::SolveReport;
 use super::problem::{add_product, depth};
@@ -30,7 +30,7 @@ pub(crate) trait NormalSolver {
         springs: &[f64],
         gaps: &[f64],
         forces: &mut [f64],
-    ) -> Result<SolveReport, Rejection>;
+    ) -> Result<SolveReport, EvaluationFailure>;
 }
 
 impl NormalSolver for Quasistatic {
@@ -39,7 +39,7 @@ impl NormalSolver for Quasistatic {
         springs: &[f64],
         gaps: &[f64],
         forces: &mut [f64],
-    ) -> Result<SolveReport, Rejection> {
+    ) -> Result<SolveReport, EvaluationFailure> {
         self.solve(springs, gaps, forces)
     }
 }
@@ -245,7 +245,7 @@ impl StickSlip {
     /// commitment, both without quasistatic displacement \[m\]; slip increments of open points as well.
     ///
     /// # Errors
-    /// Those of [`Quasistatic::solve`] and [`Tangential::solve`]; code -1 if the turns don't settle.
+    /// Those of [`Quasistatic::solve`] and [`Tangential::solve`]; the iteration limit if the turns don't settle.
     pub fn solve(
         &mut self,
         zone: &mut impl NormalSolver,
@@ -253,7 +253,7 @@ impl StickSlip {
         gaps: &[f64],
         slips: &[f64],
         normal_forces: &mut [f64],
-    ) -> Result<SolveReport, Rejection> {
+    ) -> Result<SolveReport, EvaluationFailure> {
         let report = self.solve_within(TOLERANCE, zone, springs, gaps, slips, normal_forces)?;
         self.offsets.copy_from_slice(slips);
         add_product(&self.coupling, normal_forces, &mut self.offsets);
@@ -279,7 +279,7 @@ impl StickSlip {
         gaps: &[f64],
         slips: &[f64],
         normal_forces: &mut [f64],
-    ) -> Result<SolveReport, Rejection> {
+    ) -> Result<SolveReport, EvaluationFailure> {
         if depth(gaps) <= 0.0 {
             self.forces.fill(0.0);
             normal_forces.fill(0.0);
@@ -312,7 +312,7 @@ impl StickSlip {
     }
 
     /// Tangential forces under the present bounds, in `next`.
-    fn solve_tangential(&mut self, slips: &[f64], tolerance: f64) -> Result<usize, Rejection> {
+    fn solve_tangential(&mut self, slips: &[f64], tolerance: f64) -> Result<usize, EvaluationFailure> {
         let problem = TangentialProblem {
             compliance: &self.tangential_compliance,
             springs: &self.springs,
@@ -326,7 +326,7 @@ impl StickSlip {
     ///
     /// # Errors
     /// Code 2 if a slip is not finite.
-    pub fn solve_points(&mut self, slips: &[f64], normal_forces: &[f64]) -> Result<(), Rejection> {
+    pub fn solve_points(&mut self, slips: &[f64], normal_forces: &[f64]) -> Result<(), EvaluationFailure> {
         self.set_bounds(normal_forces);
         self.solver.return_to_bounds(&self.springs, slips, &self.bounds, &mut self.forces)
     }
@@ -342,7 +342,7 @@ impl StickSlip {
         springs: &[f64],
         gap_rates: &[f64],
         slip_rates: &[f64],
-    ) -> Result<f64, Rejection> {
+    ) -> Result<f64, EvaluationFailure> {
         if !self.solver.states().contains(&PointState::Slip) {
             return Ok(0.0);
         }
@@ -367,7 +367,7 @@ impl StickSlip {
         zone: &mut Quasistatic,
         gap_rates: &[f64],
         slip_rates: &[f64],
-    ) -> Result<(), Rejection> {
+    ) -> Result<(), EvaluationFailure> {
         let Self { tangential_compliance, springs, bounds, solver, .. } = self;
         let problem =
             TangentialProblem { compliance: tangential_compliance, springs, slips: slip_rates, bounds };
@@ -400,11 +400,11 @@ impl StickSlip {
     }
 }
 
-fn unsettled(coefficient: f64) -> Rejection {
+fn unsettled(coefficient: f64) -> EvaluationFailure {
     let reason = format!(
         "normal and friction forces did not settle in {MAX_TURNS} turns, the friction coefficient {coefficient} is too large for this surface"
     );
-    Rejection { code: -1, reason }
+    EvaluationFailure::iteration_limit(reason)
 }
 
 /// Fixed-point iteration with Aitken's relaxation (Irons & Tuck 1969) as long as that gains; then steps of half the length, and
@@ -486,7 +486,7 @@ mod tests {
             springs: &[f64],
             gaps: &[f64],
             forces: &mut [f64],
-        ) -> Result<SolveReport, Rejection> {
+        ) -> Result<SolveReport, EvaluationFailure> {
             self.0.solve(&Problem { compliance: &self.1, springs, gaps }, forces)
         }
     }

@@ -16,7 +16,7 @@
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt;
 use faer::{Mat, MatMut, MatRef, Par};
-use ffr_dynamics::error::Rejection;
+use ffr_dynamics::error::EvaluationFailure;
 
 use super::problem::add_product;
 
@@ -171,11 +171,11 @@ impl Tangential {
         problem: &TangentialProblem<'_>,
         tolerance: f64,
         forces: &mut [f64],
-    ) -> Result<usize, Rejection> {
+    ) -> Result<usize, EvaluationFailure> {
         let largest =
             problem.slips.iter().fold(0.0_f64, |m, c| if c.is_finite() { m.max(c.abs()) } else { f64::NAN });
         if largest.is_nan() {
-            return Err(Rejection { code: 2, reason: "a tangential displacement is not finite".into() });
+            return Err(EvaluationFailure::not_finite("a tangential displacement is not finite"));
         }
         self.guess(problem, forces);
         self.gather(problem);
@@ -214,7 +214,7 @@ impl Tangential {
         }
         let reason =
             format!("sliding set of {} contact points not found in {limit} iterations", self.states.len());
-        Err(Rejection { code: -1, reason })
+        Err(EvaluationFailure::iteration_limit(reason))
     }
 
     /// States and forces to start from: points just loaded slide along their slip, the others go on as they were.
@@ -275,7 +275,7 @@ impl Tangential {
         problem: &TangentialProblem<'_>,
         may_keep: bool,
         forces: &mut [f64],
-    ) -> Result<Step, Rejection> {
+    ) -> Result<Step, EvaluationFailure> {
         self.collect_free();
         let is_exact = !(may_keep && self.is_near_factored()) || self.is_factored();
         if !self.is_factored() && is_exact {
@@ -287,7 +287,7 @@ impl Tangential {
         self.increments = increments;
         if !self.solution[..self.free.len()].iter().all(|x| x.is_finite()) {
             self.factored.clear();
-            return Err(Rejection { code: 2, reason: "a friction force is not finite".into() });
+            return Err(EvaluationFailure::not_finite("a friction force is not finite"));
         }
         let size = self.solution[..self.free.len()].iter().fold(0.0_f64, |m, x| m.max(x.abs()));
         self.add_free(forces);
@@ -372,7 +372,7 @@ impl Tangential {
 
     /// Cholesky factor of the projection of `A_TT + D_T` on the free directions, with `|w_i|/b_i` of sliding points on the
     /// diagonal (Eq. F.7). Its lower half is made of the lower half of the projection.
-    fn factorise(&mut self, problem: &TangentialProblem<'_>) -> Result<(), Rejection> {
+    fn factorise(&mut self, problem: &TangentialProblem<'_>) -> Result<(), EvaluationFailure> {
         let (m, n_t) = (self.free.len(), self.n_t);
         self.factored.clear();
         if m == 0 {
@@ -408,7 +408,7 @@ impl Tangential {
             let reason = format!(
                 "the tangential compliance of {m} free directions is singular, use a finite penalty factor or one point per surface function"
             );
-            return Err(Rejection { code: 1, reason });
+            return Err(EvaluationFailure::singular(reason));
         }
         self.factored.extend_from_slice(&self.free);
         Ok(())
@@ -502,7 +502,7 @@ impl Tangential {
     ///
     /// # Errors
     /// Code 1 as [`Tangential::solve`].
-    pub fn prepare_rates(&mut self, problem: &TangentialProblem<'_>) -> Result<(), Rejection> {
+    pub fn prepare_rates(&mut self, problem: &TangentialProblem<'_>) -> Result<(), EvaluationFailure> {
         self.gather(problem);
         self.stretch_sliding(problem);
         self.collect_free();

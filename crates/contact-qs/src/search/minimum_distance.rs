@@ -51,7 +51,7 @@ pub struct Proximity {
 /// search started, except among places that are equally near.
 ///
 /// # Errors
-/// [`ContactError::Motion`] if a state is not finite or has another number of modes; [`ContactError::Inconsistent`] if the
+/// [`ContactError::Motion`] if a state is not finite or has another number of modes; [`ContactError::Data`] if the
 /// models are of different kinds.
 pub fn minimum_distance(
     models: [&SurfaceModel; 2],
@@ -59,8 +59,7 @@ pub fn minimum_distance(
     workspace: &mut SearchWorkspace,
 ) -> Result<Proximity, ContactError> {
     if models[0].motion() != models[1].motion() {
-        let reason = format!("a {:?} surface against a {:?} one", models[0].motion(), models[1].motion());
-        return Err(ContactError::Inconsistent { reason });
+        return Err(ContactError::MixedModels { first: models[0].motion(), second: models[1].motion() });
     }
     for (model, state) in models.iter().zip(&states) {
         check_state(model, state)?;

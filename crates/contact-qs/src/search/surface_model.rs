@@ -6,6 +6,7 @@
 
 use faer::MatRef;
 use ffr_dynamics::body::RigidMotion;
+use ffr_dynamics::data_error::DataError;
 use iga_core::bspline::basis_derivatives;
 use iga_core::knots::MAX_DEGREE;
 use iga_core::nurbs::patch::PointBasis;
@@ -77,7 +78,7 @@ impl SurfaceModel {
     /// `n_dofs × n_q`. An axial model has its `(r, z)` in `x` and `z` of space, a planar one in `x` and `y`.
     ///
     /// # Errors
-    /// [`ContactError::Inconsistent`] if the body has no outer face or the modes do not belong to the space.
+    /// [`ContactError::Data`] if the body has no outer face or the modes do not belong to the space.
     pub fn new(
         motion: RigidMotion,
         patches: &[Patch],
@@ -88,8 +89,8 @@ impl SurfaceModel {
         let faces = Face::outer(patches, motion == RigidMotion::Axial);
         if let Some(p) = patches.iter().find(|p| p.dimension() != motion.n_components()) {
             let (found, wanted) = (p.dimension(), motion.n_components());
-            let reason = format!("a patch of {found} directions in a model of {wanted}");
-            return Err(ContactError::Inconsistent { reason });
+            let what = "directions of a patch".into();
+            return Err(DataError::Count { what, found, expected: wanted }.into());
         }
         let mut builder = Builder::new(motion, patches, space, lookup, shapes);
         for face in &faces {
@@ -110,10 +111,9 @@ impl SurfaceModel {
     /// Surface of a rigid body.
     ///
     /// # Errors
-    /// [`ContactError::Inconsistent`] as [`SurfaceModel::new`], or if the patches make no space.
+    /// [`ContactError::Data`] as [`SurfaceModel::new`], or if the patches make no space.
     pub fn rigid(motion: RigidMotion, patches: &[Patch]) -> Result<Self, ContactError> {
-        let space = PatchSpace::new(patches.to_vec())
-            .map_err(|e| ContactError::Inconsistent { reason: format!("surface of a rigid body: {e}") })?;
+        let space = PatchSpace::new(patches.to_vec())?;
         let none = faer::Mat::<f64>::zeros(0, 0);
         Self::new(motion, patches, &space, &DofLookup::new(&[]), none.as_ref())
     }
@@ -122,14 +122,15 @@ impl SurfaceModel {
     /// motion and not for one instant (theory Eq. C.33).
     ///
     /// # Errors
-    /// [`ContactError::Inconsistent`] for another number of modes, or a value that is negative or not finite.
+    /// [`ContactError::Data`] for another number of modes, or a value that is negative or not finite.
     pub fn with_frequencies(mut self, frequencies: &[f64]) -> Result<Self, ContactError> {
         if frequencies.len() != self.n_modes() {
-            let reason = format!("{} frequencies for {} modes", frequencies.len(), self.n_modes());
-            return Err(ContactError::Inconsistent { reason });
+            let (what, found) = ("frequencies of the modes".into(), frequencies.len());
+            return Err(DataError::Count { what, found, expected: self.n_modes() }.into());
         }
         if let Some(w) = frequencies.iter().find(|w| !(w.is_finite() && **w >= 0.0)) {
-            return Err(ContactError::Inconsistent { reason: format!("frequency {w} rad/s of a mode") });
+            let what = "the frequency of a mode [rad/s]".into();
+            return Err(DataError::OutOfRange { what, value: *w, range: ">= 0 and finite" }.into());
         }
         self.frequencies = frequencies.to_vec();
         Ok(self)
@@ -356,9 +357,8 @@ impl<'a> Builder<'a> {
         for c in 0..self.motion.n_components() {
             let numbers: Vec<Option<usize>> = self.active.iter().map(|&f| self.lookup.number(f, c)).collect();
             if let Some(dof) = numbers.iter().flatten().find(|&&dof| dof >= self.shapes.nrows()) {
-                let rows = self.shapes.nrows();
-                let reason = format!("mode shapes have {rows} rows, the surface needs unknown {dof}");
-                return Err(ContactError::Inconsistent { reason });
+                let (what, count) = ("rows of the mode shapes".into(), self.shapes.nrows());
+                return Err(DataError::Index { what, number: *dof, count }.into());
             }
             for mode in 0..n_modes {
                 values.clear();
@@ -392,8 +392,7 @@ impl<'a> Builder<'a> {
 
     fn finish(self) -> Result<SurfaceModel, ContactError> {
         if self.pieces.is_empty() {
-            let reason = "the body has no outer face to search".into();
-            return Err(ContactError::Inconsistent { reason });
+            return Err(ContactError::Nothing { what: "the body has no outer face to search" });
         }
         let n_modes = self.shapes.ncols();
         let mut mode_bounds = vec![0.0_f64; n_modes];
@@ -409,8 +408,8 @@ impl<'a> Builder<'a> {
             }
         }
         if let Some(mode) = mode_bounds.iter().position(|b| !b.is_finite()) {
-            let reason = format!("the shape of mode {mode} is not finite on the surface");
-            return Err(ContactError::Inconsistent { reason });
+            let what = format!("the shape of mode {mode} on the surface");
+            return Err(DataError::NotFinite { what }.into());
         }
         let leaves: Vec<Leaf> = self.pieces.iter().map(|piece| self.leaf(piece)).collect();
         let whole = Bounds::around(self.net.iter().map(cartesian));

@@ -1,7 +1,7 @@
 //! One evaluation of a surface pair: projection, point forces, their sums.
 
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::error::Rejection;
+use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::system::force::{BodyState, GeneralisedForce};
 use nalgebra::Vector3;
 
@@ -124,7 +124,7 @@ impl SurfacePair {
         t: f64,
         own: &BodyState,
         target: &BodyState,
-    ) -> Result<SolveReport, Rejection> {
+    ) -> Result<SolveReport, EvaluationFailure> {
         let relative = Relative::new(self.motion, own, target)?;
         let mut w = self.workspace.take().ok_or_else(no_workspace)?;
         self.place_low(own, target, &mut w.low_points, &mut w.low_nodes);
@@ -140,7 +140,7 @@ impl SurfacePair {
         t: f64,
         own: &BodyState,
         target: &BodyState,
-    ) -> Result<Option<f64>, Rejection> {
+    ) -> Result<Option<f64>, EvaluationFailure> {
         let speed = self.speed(own, target);
         let Some(friction) = &mut self.friction else { return Ok(None) };
         let time = friction.look_back_time(t, MOMENT * friction.depth / speed);
@@ -188,7 +188,7 @@ impl SurfacePair {
     }
 
     /// Projects the points and the compliances on them without forces.
-    pub(super) fn project_for_compliance(&mut self, bodies: &[BodyState]) -> Result<(), Rejection> {
+    pub(super) fn project_for_compliance(&mut self, bodies: &[BodyState]) -> Result<(), EvaluationFailure> {
         let (own, target) = self.states(bodies);
         let relative = Relative::new(self.motion, own, target)?;
         let mut w = self.workspace.take().ok_or_else(no_workspace)?;
@@ -203,7 +203,12 @@ impl SurfacePair {
         result
     }
 
-    fn iterate(&mut self, t: f64, relative: &Relative, w: &mut Workspace) -> Result<SolveReport, Rejection> {
+    fn iterate(
+        &mut self,
+        t: f64,
+        relative: &Relative,
+        w: &mut Workspace,
+    ) -> Result<SolveReport, EvaluationFailure> {
         let mut report = SolveReport::default();
         self.n_passes = 0;
         let reach = self.surface.size + relative.reach();
@@ -239,7 +244,7 @@ impl SurfacePair {
             }
             let solved = self.solve(pass, w)?;
             self.n_passes += 1;
-            report.code = report.code.min(solved.code);
+            report.hit_iteration_limit |= solved.hit_iteration_limit;
             report.iterations += solved.iterations;
             report.factorisations += solved.factorisations;
             report.fallbacks += solved.fallbacks;
@@ -251,12 +256,12 @@ impl SurfacePair {
         let reason = format!(
             "projection and deformation of a contact have not met after {MAX_PASSES} passes at t = {t:.9e} s: gaps change by {error:.3e} m at a penetration of {depth:.3e} m, refine the contact zone"
         );
-        Err(Rejection { code: -1, reason })
+        Err(EvaluationFailure::iteration_limit(reason))
     }
 
     /// Projects the displaced points on the displaced target; gaps, normals and functions there. Points that are open for
     /// certain are left as they are ([`Watch`]).
-    fn project(&mut self, t: f64, relative: &Relative, w: &mut Workspace) -> Result<(), Rejection> {
+    fn project(&mut self, t: f64, relative: &Relative, w: &mut Workspace) -> Result<(), EvaluationFailure> {
         let nc = self.motion.n_components();
         displace(nc, &w.low_points, &self.state.own, &mut w.points);
         displace(nc, &w.low_nodes, &self.state.nodes, &mut w.nodes);
@@ -285,7 +290,7 @@ impl SurfacePair {
             let gap = found.distance(&point);
             if !gap.is_finite() || !found.normal[0].is_finite() {
                 let reason = format!("the gap of contact point {i} is {gap} at t = {t:.9e} s");
-                return Err(Rejection { code: 2, reason });
+                return Err(EvaluationFailure::not_finite(reason));
             }
             self.state.places[i] = found.place;
             // Whether a point beyond the end stays there is seen at every look.
@@ -319,7 +324,7 @@ impl SurfacePair {
     }
 
     /// One solution at the projection just made, and the displacements under its forces (Eq. C.40).
-    fn solve(&mut self, pass: usize, w: &mut Workspace) -> Result<SolveReport, Rejection> {
+    fn solve(&mut self, pass: usize, w: &mut Workspace) -> Result<SolveReport, EvaluationFailure> {
         let Some(zone) = &mut self.zone else { return Ok(SolveReport::default()) };
         let gaps = &self.state.watch.gaps;
         let is_near = |i: usize| self.state.forces[i] > 0.0 || gaps[i] < 0.0;
@@ -519,6 +524,6 @@ fn deform(nc: usize, columns: &[f64], q: &[f64], places: &mut [[f64; 3]]) {
     }
 }
 
-fn no_workspace() -> Rejection {
-    Rejection { code: 0, reason: "a contact was evaluated from within itself".into() }
+fn no_workspace() -> EvaluationFailure {
+    EvaluationFailure::out_of_model("a contact was evaluated from within itself")
 }

@@ -1,7 +1,7 @@
 //! Motion of one body seen from another, in the components of their common model.
 
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::error::Rejection;
+use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::system::force::BodyState;
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -20,7 +20,7 @@ pub(super) struct Relative {
 
 impl Relative {
     /// The body at `from` in the frame of the body at `to`.
-    pub fn new(motion: RigidMotion, from: &BodyState, to: &BodyState) -> Result<Self, Rejection> {
+    pub fn new(motion: RigidMotion, from: &BodyState, to: &BodyState) -> Result<Self, EvaluationFailure> {
         let distance = from.position - to.position;
         if motion != RigidMotion::Spatial {
             for state in [from, to] {
@@ -31,7 +31,7 @@ impl Relative {
         if motion == RigidMotion::Axial && (apart.is_nan() || apart > AXIS_TOLERANCE) {
             let reason =
                 format!("axisymmetric bodies in contact have axes {apart:e} m apart, they must share one");
-            return Err(Rejection { code: 0, reason });
+            return Err(EvaluationFailure::out_of_model(reason));
         }
         let n_components = motion.n_components();
         let rotation = (to.rotation.inverse() * from.rotation).to_rotation_matrix();
@@ -77,7 +77,7 @@ fn axis_sign(rotation: &UnitQuaternion<f64>) -> f64 {
 }
 
 /// The axis z must stay parallel to itself.
-fn check_axis(motion: RigidMotion, rotation: &UnitQuaternion<f64>) -> Result<(), Rejection> {
+fn check_axis(motion: RigidMotion, rotation: &UnitQuaternion<f64>) -> Result<(), EvaluationFailure> {
     let axis = rotation * Vector3::z();
     let across = axis.x.hypot(axis.y);
     // Asked this way round, a NaN fails.
@@ -86,7 +86,7 @@ fn check_axis(motion: RigidMotion, rotation: &UnitQuaternion<f64>) -> Result<(),
     }
     let what = if motion == RigidMotion::Axial { "an axisymmetric" } else { "a plane" };
     let reason = format!("{what} body in contact is tilted by {across:e} out of its model");
-    Err(Rejection { code: 0, reason })
+    Err(EvaluationFailure::out_of_model(reason))
 }
 
 /// Components of a vector of the model as a vector in space; a ring's radial part has no direction and is dropped.

@@ -1,7 +1,7 @@
 //! The quasistatic problem of two bodies: common normal compliance, solver, displacements.
 
 use faer::Mat;
-use ffr_dynamics::error::Rejection;
+use ffr_dynamics::error::EvaluationFailure;
 
 use super::rows::Rows;
 use super::target::TargetSurface;
@@ -239,7 +239,7 @@ impl NormalSolver for PairZone {
         springs: &[f64],
         gaps: &[f64],
         forces: &mut [f64],
-    ) -> Result<SolveReport, Rejection> {
+    ) -> Result<SolveReport, EvaluationFailure> {
         self.solver.solve(&self.normal_compliance, springs, gaps, forces)
     }
 }

@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 
 use faer::{Mat, MatRef};
 use ffr_dynamics::body::RigidMotion;
+use ffr_dynamics::data_error::{DataError, check_square};
 use iga_core::nurbs::Patch;
 use iga_core::nurbs::patch::PointBasis;
 use iga_core::space::Space;
@@ -105,7 +106,7 @@ impl TargetSurface {
     /// Surface of a rigid body, made of `faces` of `space` over `patches`.
     ///
     /// # Errors
-    /// [`ContactError::Inconsistent`] if a face lies in no element or has no surface parameter.
+    /// [`ContactError::Data`] if a face lies in no element or has no surface parameter.
     pub fn rigid(
         motion: RigidMotion,
         space: &dyn Space,
@@ -121,7 +122,7 @@ impl TargetSurface {
     /// `n_dofs × n_q`; `interface`: compliance of the interface, none when all modes are dynamic.
     ///
     /// # Errors
-    /// [`ContactError::Inconsistent`] if sizes differ, a face lies in no element, or has no surface parameter.
+    /// [`ContactError::Data`] if sizes differ, a face lies in no element, or has no surface parameter.
     pub fn flexible(
         motion: RigidMotion,
         space: &dyn Space,
@@ -133,7 +134,8 @@ impl TargetSurface {
     ) -> Result<Self, ContactError> {
         let expected = motion.n_components();
         if space.dimension() != expected {
-            return fail(format!("a target of dimension {}, its body has {expected}", space.dimension()));
+            let (what, found) = ("directions of the target".into(), space.dimension());
+            return Err(DataError::Count { what, found, expected }.into());
         }
         let mut collection = Collection { space, patches, numbers: BTreeMap::new(), elements: Vec::new() };
         let grids = faces.iter().map(|f| collection.face(f)).collect::<Result<Vec<_>, _>>()?;
@@ -158,7 +160,7 @@ impl TargetSurface {
             n_functions,
         };
         if surface.elements.is_empty() {
-            return fail("the target has no face".into());
+            return Err(ContactError::Nothing { what: "the target has no face" });
         }
         surface.attach(&numbers, lookup, shapes, interface)?;
         Ok(surface)
@@ -177,17 +179,14 @@ impl TargetSurface {
         if let Some(interface) = interface {
             let n_b = interface.dofs.len();
             let g = interface.compliance;
-            if g.nrows() != n_b || g.ncols() != n_b || !g.norm_max().is_finite() {
-                return fail(format!(
-                    "interface compliance is {} x {} for {n_b} freedoms",
-                    g.nrows(),
-                    g.ncols()
-                ));
-            }
+            check_square("the compliance of the interface", g, n_b)?;
             for (b, &dof) in interface.dofs.iter().enumerate() {
                 match place.get_mut(dof) {
                     Some(entry) => *entry = Some(b as u32),
-                    None => return fail(format!("interface freedom {dof} of {} unknowns", shapes.nrows())),
+                    None => {
+                        let (what, count) = ("unknowns of the interface".into(), shapes.nrows());
+                        return Err(DataError::Index { what, number: dof, count }.into());
+                    }
                 }
             }
             self.compliance = g.to_owned();
@@ -197,10 +196,8 @@ impl TargetSurface {
             for c in 0..nc {
                 let Some(dof) = lookup.number(function, c) else { continue };
                 if dof >= shapes.nrows() {
-                    return fail(format!(
-                        "mode shapes have {} rows, the target needs unknown {dof}",
-                        shapes.nrows()
-                    ));
+                    let (what, count) = ("rows of the mode shapes".into(), shapes.nrows());
+                    return Err(DataError::Index { what, number: dof, count }.into());
                 }
                 let row = nc * node as usize + c;
                 (0..n_q).for_each(|k| self.low_rows[row * n_q + k] = shapes[(dof, k)]);
@@ -212,7 +209,7 @@ impl TargetSurface {
         self.low_columns =
             (0..n_q * n_rows).map(|k| self.low_rows[(k % n_rows) * n_q + k / n_rows]).collect();
         if !self.low_rows.iter().all(|x| x.is_finite()) {
-            return fail("a mode shape of the target is not finite".into());
+            return Err(DataError::NotFinite { what: "a mode shape of the target".into() }.into());
         }
         if self.compliance.nrows() > 0 {
             for element in &mut self.elements {
@@ -241,10 +238,6 @@ impl TargetSurface {
     pub(super) fn low_row(&self, row: usize) -> &[f64] {
         &self.low_rows[row * self.n_modes..(row + 1) * self.n_modes]
     }
-}
-
-fn fail<T>(reason: String) -> Result<T, ContactError> {
-    Err(ContactError::Inconsistent { reason })
 }
 
 /// Diagonal of the bounding box.
@@ -279,7 +272,7 @@ impl Collection<'_> {
             degrees[a] = patch.knots()[d].degree();
         }
         if directions.is_empty() || !(0..2).all(|a| lower[a] < upper[a]) {
-            return fail(format!("a target face from {lower:?} to {upper:?} has no extent"));
+            return Err(ContactError::EmptyFace { lower, upper });
         }
         let start = self.elements.len();
         let weight = WeightFunction::new(patch);
@@ -319,7 +312,7 @@ impl Collection<'_> {
                     |e: &FaceElement| (0..2).all(|a| e.lower[a] <= middle[a] && middle[a] <= e.upper[a]);
                 match self.elements[start..].iter().position(holds) {
                     Some(e) => cells.push((start + e) as u32),
-                    None => return fail(format!("no element of the target holds the parameters {middle:?}")),
+                    None => return Err(ContactError::NoElement { parameters: middle }),
                 }
             }
         }

@@ -183,5 +183,5 @@ fn states_that_are_not_numbers_are_errors() {
     assert!(of([&good[0], &good[1]]).unwrap().gap > 0.0);
     let disc = rigid(Axial, &plane::disc(0.5).unwrap(), 1);
     let mixed = minimum_distance([&ball, &disc], [&good[0], &at([0.0; 3])], &mut SearchWorkspace::new());
-    assert!(matches!(mixed, Err(ContactError::Inconsistent { .. })));
+    assert!(matches!(mixed, Err(ContactError::MixedModels { .. })));
 }

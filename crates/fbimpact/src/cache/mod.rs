@@ -7,7 +7,10 @@ mod settings;
 
 pub use container::{Fault, MAGIC, decode, encode};
 pub use folder::{Contents, Folder};
-pub use settings::{CacheSettings, DEFAULT_LIMIT, default_folder};
+pub use settings::{CacheSettings, default_folder};
+
+/// Size of the folder unless the command line says otherwise \[GiB\].
+pub const DEFAULT_LIMIT: f64 = 4.0;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};

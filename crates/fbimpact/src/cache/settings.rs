@@ -8,8 +8,6 @@ use crate::cli::CacheArguments;
 
 /// Bytes of a GiB.
 const GIB: f64 = (1u64 << 30) as f64;
-/// Size of the folder unless the command line says otherwise \[GiB\].
-pub const DEFAULT_LIMIT: f64 = 4.0;
 /// Names the folder, or `off`.
 const VARIABLE: &str = "FBIMPACT_CACHE";
 

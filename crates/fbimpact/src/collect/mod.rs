@@ -1,5 +1,6 @@
 //! Results of many runs in one table: a row a run, whatever became of it.
 
+mod format;
 mod runs;
 mod table;
 mod write;

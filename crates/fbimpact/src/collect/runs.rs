@@ -6,7 +6,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use super::write::is_table;
+use super::format::is_table;
 use crate::compare::scenario_values::{self, Values};
 use crate::error::AppError;
 use crate::results::reactions::PeakReaction;

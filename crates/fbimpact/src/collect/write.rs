@@ -6,18 +6,9 @@ use hdf5::File;
 use hdf5::types::VarLenUnicode;
 use ndarray::ArrayView1;
 
+use super::format::TABLE_FORMAT;
 use super::table::{Column, Table, Values};
-use crate::{reasons, sound};
-
-/// Value of the root attribute `format` of a table.
-const TABLE_FORMAT: &str = "fbimpact-table";
-
-/// Whether a file is a table that [`hdf5`] wrote.
-pub fn is_table(path: &Path) -> bool {
-    let format =
-        || sound::open(path).ok()?.attr("format").and_then(|a| a.read_scalar::<VarLenUnicode>()).ok();
-    format().is_some_and(|format| format.as_str() == TABLE_FORMAT)
-}
+use crate::reasons;
 
 /// The table as CSV (RFC 4180): a line of names, then one a row; what is not there is empty.
 pub fn csv(table: &Table) -> String {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-use super::run::stop_flag;
+use super::recording::stop_flag;
 use super::{print, threads};
 use crate::cache;
 use crate::cli::{CacheArguments, ConvergeArguments};

@@ -11,6 +11,7 @@ pub mod info;
 pub mod modes;
 pub mod new;
 pub mod plot;
+pub mod recording;
 mod resume;
 pub mod run;
 pub mod shell;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use indicatif::ProgressBar;
 
-use super::run::{finish, stop_flag};
+use super::recording::{finish, stop_flag};
 use crate::cache::{self, CacheSettings};
 use crate::cli::RunArguments;
 use crate::error::AppError;

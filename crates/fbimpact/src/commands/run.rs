@@ -1,26 +1,17 @@
 //! `fbimpact run`: simulates a scenario and writes the result file.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
 
-use adaptive::record::{
-    Continue, ImpactRecord, Observer, ObserverError, PhaseKind, PhaseRecord, RestartPoint, RunLayout, Sample,
-    StressRecord, TransferRecord, TryRecord,
-};
-use adaptive::warning::Warning;
 use indicatif::ProgressBar;
 
+use super::recording::{record, stop_flag};
 use super::{check_distinct, threads};
 use crate::cache::{self, CacheSettings};
 use crate::cli::RunArguments;
 use crate::error::AppError;
-use crate::progress::Progress;
-use crate::results::journal::{Header, Journal};
-use crate::results::{OutputFile, Recorder, Status};
-use crate::scenario::{self, Scenario};
-use crate::simulate::{Ending, RunReport, simulate_with};
+use crate::results::OutputFile;
+use crate::scenario;
+use crate::simulate::simulate_with;
 use crate::sizing::sized;
 
 /// Runs a scenario file.
@@ -69,189 +60,9 @@ fn run_scenario(
     outcome
 }
 
-/// A flag that Ctrl-C sets, and the end of standard input if that is asked for.
-pub(super) fn stop_flag(until_eof: bool) -> Arc<AtomicBool> {
-    let stop = Arc::new(AtomicBool::new(false));
-    if until_eof {
-        let flag = stop.clone();
-        std::thread::spawn(move || {
-            // An error ends the input as well.
-            let _ = std::io::copy(&mut std::io::stdin().lock(), &mut std::io::sink());
-            flag.store(true, Ordering::Relaxed);
-        });
-    }
-    let flag = stop.clone();
-    // A second signal sets the same flag again: harmless.
-    if let Err(error) = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)) {
-        tracing::warn!("Ctrl-C will end the run without closing the file: {error}");
-    }
-    stop
-}
-
 /// The scenario's name with `.h5`, in the working directory.
 fn default_output(scenario: &Path) -> PathBuf {
     let mut name = scenario.file_stem().unwrap_or(scenario.as_os_str()).to_owned();
     name.push(".h5");
     PathBuf::from(name)
-}
-
-/// A function that runs a scenario, see [`crate::simulate::simulate`].
-pub type Simulation = fn(&Scenario, &mut dyn Observer, usize) -> Result<RunReport, AppError>;
-
-/// Runs `simulation` and records it in `output`, whatever way it ends.
-///
-/// # Errors
-/// That of the run, or of writing.
-pub fn record(
-    scenario: &Scenario,
-    output: OutputFile,
-    n_threads: usize,
-    stop: &Arc<AtomicBool>,
-    bar: ProgressBar,
-    simulation: impl FnOnce(&Scenario, &mut dyn Observer, usize) -> Result<RunReport, AppError>,
-) -> Result<(), AppError> {
-    let part = output.part().to_owned();
-    let recorder = Recorder::create(&part, scenario, n_threads);
-    let mut recorder = recorder.map_err(|e| AppError::io(&part, e.to_string()))?;
-    recorder.keep(Journal::create(output.restart(), Header::new(scenario))?);
-    finish(recorder, output, (stop, bar), |observer| simulation(scenario, observer, n_threads))
-}
-
-/// Runs `simulation`, recorded by `recorder` in `output`, and closes the file whatever way it ends.
-///
-/// # Errors
-/// That of the run, or of writing.
-pub(super) fn finish(
-    recorder: Recorder,
-    output: OutputFile,
-    (stop, bar): (&Arc<AtomicBool>, ProgressBar),
-    simulation: impl FnOnce(&mut dyn Observer) -> Result<RunReport, AppError>,
-) -> Result<(), AppError> {
-    let begin = Instant::now();
-    let part = output.part().to_owned();
-    let mut observer = RunObserver { recorder, progress: Progress::new(bar), stop: stop.clone() };
-    let outcome = simulation(&mut observer);
-    observer.progress.finish();
-    let recorder = &mut observer.recorder;
-    if let Some(reason) = recorder.failure() {
-        // The rows that reached the disk stay in the part file, and the run can be taken up once there is space.
-        return Err(AppError::io(part, reason));
-    }
-    if recorder.is_taken_up() && matches!(outcome, Err(AppError::Model(_))) {
-        // Another machine or version may be the reason: where the run came from, it can still be taken up.
-        return outcome.map(|_| ());
-    }
-    let (status, message, timings) = match &outcome {
-        Ok(report) if report.ending == Ending::Complete => {
-            (Status::Complete, String::new(), Some(report.timings))
-        }
-        Ok(report) => {
-            let message = format!("interrupted at t = {:.9e} s", report.time);
-            (Status::Interrupted, message, Some(report.timings))
-        }
-        Err(error) => (Status::Failed, error.to_string(), None),
-    };
-    if status == Status::Failed && recorder.n_samples() == 0 {
-        output.remove_restart();
-        output.discard();
-        return outcome.map(|_| ());
-    }
-    recorder.finish(status, &message, timings).map_err(|e| AppError::io(&part, e.to_string()))?;
-    let path = output.finish(status)?;
-    let report = outcome.inspect_err(|_| {
-        tracing::warn!("the results up to the failure are in {}", path.display());
-    })?;
-    if report.ending == Ending::Interrupted {
-        return Err(AppError::Interrupted { time: report.time, output: path });
-    }
-    tracing::info!("{} written after {:.2} s", path.display(), begin.elapsed().as_secs_f64());
-    Ok(())
-}
-
-/// Passes a run on to the file, the progress display and the stop flag.
-struct RunObserver {
-    recorder: Recorder,
-    progress: Progress,
-    stop: Arc<AtomicBool>,
-}
-
-impl Observer for RunObserver {
-    fn start(&mut self, layout: &RunLayout) -> Result<(), ObserverError> {
-        self.progress.set_span(layout.time_span);
-        self.recorder.start(layout)
-    }
-
-    fn sample(&mut self, sample: &Sample) -> Result<(), ObserverError> {
-        self.recorder.sample(sample)
-    }
-
-    fn progress(&mut self, time: f64, step: f64, phase: PhaseKind) -> Continue {
-        self.progress.step(time, step, phase);
-        if self.stop.load(Ordering::Relaxed) { Continue::Interrupt } else { Continue::Yes }
-    }
-
-    fn is_interrupted(&mut self) -> bool {
-        self.stop.load(Ordering::Relaxed)
-    }
-
-    fn phase(&mut self, record: &PhaseRecord) -> Result<(), ObserverError> {
-        tracing::debug!(
-            "{:?} phase from {:.9e} s to {:.9e} s: {} steps, {} rejected, {} evaluations, {:.3} s",
-            record.kind,
-            record.start,
-            record.end,
-            record.steps,
-            record.rejected,
-            record.evaluations,
-            record.wall_time
-        );
-        self.recorder.phase(record)
-    }
-
-    fn impact(&mut self, record: &ImpactRecord) -> Result<(), ObserverError> {
-        tracing::info!(
-            "impact at {:.6e} s: {:.5e} s long, peak {:.6} N, impulse {:.6e} N s, restitution {}",
-            record.start,
-            record.end - record.start,
-            record.peak_force,
-            record.impulse,
-            super::ratio(record.restitution)
-        );
-        self.recorder.impact(record)
-    }
-
-    fn attempt(&mut self, record: &TryRecord) -> Result<(), ObserverError> {
-        tracing::debug!(
-            "try {} of impact {}: {} ({})",
-            record.number,
-            record.impact + 1,
-            record.outcome,
-            record.reason
-        );
-        self.recorder.attempt(record)
-    }
-
-    fn restart_point(&mut self, point: &RestartPoint) -> Result<(), ObserverError> {
-        self.recorder.restart_point(point)
-    }
-
-    fn transfer(&mut self, record: &TransferRecord) -> Result<(), ObserverError> {
-        tracing::debug!(
-            "{} at {:.9e} s: energy {:.9e} J before, {:.9e} J after",
-            record.direction,
-            record.time,
-            record.energy_before,
-            record.energy_after
-        );
-        self.recorder.transfer(record)
-    }
-
-    fn warning(&mut self, warning: &Warning) -> Result<(), ObserverError> {
-        tracing::warn!("{}", warning.line());
-        self.recorder.warning(warning)
-    }
-
-    fn stress(&mut self, record: &StressRecord) -> Result<(), ObserverError> {
-        self.recorder.stress(record)
-    }
 }

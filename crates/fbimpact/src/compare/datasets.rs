@@ -1,7 +1,7 @@
 //! One dataset against the reference's.
 
 use super::align::{self, Coordinates};
-use super::report::{Deviation, Finding};
+use super::finding::{Deviation, Finding};
 use super::tolerance::{Rules, Tolerance};
 use super::track::{Track, difference};
 use crate::error::AppError;

@@ -1,6 +1,6 @@
 //! Impacts of two results, matched in order for each contact.
 
-use super::report::{Deviation, Finding};
+use super::finding::{Deviation, Finding};
 use super::tolerance::{Rules, Tolerance};
 use super::track::difference;
 use crate::results::tables::ImpactRow;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::datasets::{Pair, peak};
 use super::features;
-use super::report::{Deviation, Finding};
+use super::finding::{Deviation, Finding};
 use super::scenario_values::{Change, changes, read};
 use super::tolerance::Rules;
 use crate::error::AppError;

@@ -6,12 +6,13 @@ mod glob;
 mod tolerance;
 mod track;
 mod align;
+mod finding;
 mod datasets;
 mod features;
 mod report;
 pub mod scenario_values;
 mod judge;
 
+pub use finding::{Deviation, Finding};
 pub use judge::{Comparison, compare};
-pub use report::{Deviation, Finding};
 pub use tolerance::{DEFAULTS, Rules, Tolerance};

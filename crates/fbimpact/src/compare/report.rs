@@ -4,63 +4,13 @@ use std::fmt::Write as _;
 
 use serde_json::{Value, json};
 
+use super::finding::Deviation;
 use super::judge::Comparison;
 
 /// Rows of the table that agree, at most.
 const SHOWN_AGREEING: usize = 12;
 /// Rows of the table that differ, at most.
 const SHOWN_DIFFERING: usize = 40;
-
-/// The largest deviation of a quantity.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Deviation {
-    /// Path of the dataset, with the component where there are several, or name of the feature.
-    pub name: String,
-    /// Unit.
-    pub unit: String,
-    /// Where \[s\]; `None` for what has no time.
-    pub time: Option<f64>,
-    /// The new value there.
-    pub new: f64,
-    /// The reference's value there.
-    pub reference: f64,
-    /// Deviation, less what the interpolation leaves open.
-    pub deviation: f64,
-    /// Allowed deviation.
-    pub allowed: f64,
-}
-
-impl Deviation {
-    /// Deviation over what is allowed; more than 1 differs.
-    pub fn ratio(&self) -> f64 {
-        if self.deviation <= 0.0 {
-            return 0.0;
-        }
-        let ratio = self.deviation / self.allowed;
-        if ratio.is_nan() { f64::INFINITY } else { ratio }
-    }
-
-    /// Whether the deviation is too large.
-    pub fn is_difference(&self) -> bool {
-        self.ratio() > 1.0
-    }
-}
-
-/// A difference that is no number: something missing, another shape, another unit.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Finding {
-    /// Path of the dataset or name of the feature.
-    pub name: String,
-    /// What differs.
-    pub what: String,
-}
-
-impl Finding {
-    /// A finding.
-    pub fn new(name: impl Into<String>, what: impl Into<String>) -> Self {
-        Self { name: name.into(), what: what.into() }
-    }
-}
 
 impl Comparison {
     /// Quantities that differ, and all that were compared.

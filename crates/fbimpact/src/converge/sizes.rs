@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use adaptive::imported::ImportedSpec;
+use adaptive::spec::ImportedSpec;
 use adaptive::spec::{BodyKind, BodySpec, RunSpec};
 
 /// Size of each body by name: the diagonal of the box about its control points, or its radius of gyration where it has none \[m\].

@@ -8,7 +8,7 @@ use plotters::style::{Color, ShapeStyle};
 
 use super::PlotError;
 use super::figure::{Entry, Shade, Sign};
-use super::render::{draw_error, text_style};
+use super::text::{draw_error, text_style};
 use super::theme::{FREE, GRID, IMPACT, INK, LIMIT, LINE, TEXT, WIDTH, style, units};
 
 /// Width of a sign \[px\].

@@ -11,6 +11,7 @@ pub mod figure;
 pub mod figures;
 pub mod theme;
 mod axis;
+mod text;
 mod legend;
 pub mod render;
 pub mod raster;

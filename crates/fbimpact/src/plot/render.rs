@@ -1,21 +1,20 @@
 //! Draws a figure as SVG.
 
-use std::sync::LazyLock;
-
 use plotters::backend::SVGBackend;
 use plotters::chart::{ChartBuilder, ChartContext, LabelAreaPosition};
-use plotters::drawing::{DrawingAreaErrorKind, IntoDrawingArea};
+use plotters::drawing::IntoDrawingArea;
 use plotters::element::{Circle, PathElement, Rectangle};
 use plotters::prelude::{Cartesian2d, Ranged};
-use plotters::style::{Color, FontStyle, IntoFont, TextStyle, WHITE, register_font};
+use plotters::style::{Color, WHITE};
 
 use super::PlotError;
 use super::axis::Scale;
 use super::figure::{Figure, Panel, Shade};
 use super::legend::{self, Area};
+use super::text::{FONT_READY, draw_error, text_style};
 use super::theme::{
-    FONT, FONT_DATA, FREE, GRID, IMPACT, INK, LIMIT, LINE, PANEL_HEIGHT, SMALL_PANEL_HEIGHT, TEXT,
-    TEXT_FACTOR, TITLE, UNITS, WIDTH, style, units, with_dashes,
+    FREE, GRID, IMPACT, INK, LIMIT, LINE, PANEL_HEIGHT, SMALL_PANEL_HEIGHT, TEXT, TITLE, UNITS, WIDTH, style,
+    units, with_dashes,
 };
 
 /// Length of division marks, and distance of labels from them \[px\].
@@ -32,19 +31,6 @@ const PANEL_TITLE: f64 = 16.0;
 const EDGE: f64 = 8.0;
 /// Room right of a panel for half a label \[px\].
 const RIGHT: f64 = 24.0;
-
-static FONT_READY: LazyLock<bool> =
-    LazyLock::new(|| register_font(FONT, FontStyle::Normal, FONT_DATA).is_ok());
-
-/// Text of `size` \[px\] in the ink of axes.
-pub fn text_style(size: f64) -> TextStyle<'static> {
-    (FONT, f64::from(units(size)) * TEXT_FACTOR).into_font().color(&INK)
-}
-
-/// An error of the drawing library.
-pub fn draw_error<E: std::error::Error + Send + Sync>(error: DrawingAreaErrorKind<E>) -> PlotError {
-    PlotError::Draw(error.to_string())
-}
 
 /// A panel with the scales of its axes.
 struct Scaled<'a> {

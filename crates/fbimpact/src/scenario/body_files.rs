@@ -6,24 +6,14 @@ use std::sync::Arc;
 
 use sha2::{Digest, Sha256};
 
+use super::body_source::BodySource;
 use super::check::Checker;
 use super::hex;
 use super::section::{Checked, Item, Section};
-use crate::body_file::{self, BodyFile};
+use crate::body_file;
 
 /// Bytes read at a time.
 const BLOCK: usize = 1 << 16;
-
-/// A body file that has been read.
-#[derive(Debug)]
-pub struct BodySource {
-    /// The file, found from the directory of the scenario.
-    pub path: PathBuf,
-    /// SHA-256 of the file.
-    pub sha256: String,
-    /// What is in it.
-    pub body: BodyFile,
-}
 
 /// Reads the files of all bodies with model "imported", and writes their checksums beside them.
 pub fn read_all(checker: &mut Checker, root: &mut Section, directory: &Path) {

@@ -12,6 +12,7 @@ pub mod tables;
 pub mod section;
 mod check;
 mod body_files;
+mod body_source;
 mod build;
 mod resolved;
 pub mod schema;

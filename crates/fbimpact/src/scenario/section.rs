@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::body_files::BodySource;
+use super::body_source::BodySource;
 use super::document::Origin;
 
 /// A checked table.

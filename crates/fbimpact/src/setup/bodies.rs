@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use adaptive::imported::ImportedSpec;
 use adaptive::sizing::mode_count::WITHOUT_FORCES;
+use adaptive::spec::ImportedSpec;
 use adaptive::spec::{
     Area, BodyKind, BodySpec, Coupling, DampingSpec, DiscretisationSpec, ElasticSpec, FrameSpec,
     InitialMotion, Place as PlaceSpec, ReductionSpec, RefinementSpec, Resolution,

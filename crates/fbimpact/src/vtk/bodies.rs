@@ -1,8 +1,9 @@
 //! The bodies of a result, built again from its scenario.
 
+use adaptive::body_model::ElasticModel;
 use adaptive::body_space::BodySpace;
 use adaptive::fine_model::FineMesh;
-use adaptive::model::{ElasticModel, RunModel};
+use adaptive::model::RunModel;
 use adaptive::spec::RunSpec;
 use faer::{Mat, MatRef};
 use ffr_dynamics::body::RigidMotion;

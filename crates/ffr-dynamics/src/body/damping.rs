@@ -6,6 +6,7 @@
 use std::f64::consts::{PI, TAU};
 
 use super::standard_input_data::ModalDamping;
+use crate::data_error::DataError;
 use crate::error::DynamicsError;
 
 /// Rayleigh damping `D_e = α_1 M_e + α_2 K_e`.
@@ -21,13 +22,14 @@ impl RayleighDamping {
     /// Damping whose ratio is `ratio` (κ) at both `frequencies` \[Hz\], less between and more outside them (Eq. F.21).
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if a frequency is not positive or the ratio is negative.
+    /// [`DynamicsError::Data`] if a frequency is not positive or the ratio is negative.
     pub fn from_frequencies(frequencies: [f64; 2], ratio: f64) -> Result<Self, DynamicsError> {
         let [first, second] = frequencies;
         let is_frequency = |f: f64| f > 0.0 && f.is_finite();
         if !is_frequency(first) || !is_frequency(second) {
-            let reason = format!("Rayleigh damping at {first} Hz and {second} Hz, both must be > 0");
-            return Err(DynamicsError::Inconsistent { reason });
+            let value = if is_frequency(first) { second } else { first };
+            let what = "a frequency of Rayleigh damping [Hz]".to_owned();
+            return Err(DataError::OutOfRange { what, value, range: "> 0 and finite" }.into());
         }
         check_ratio(ratio, "Rayleigh damping")?;
         let stiffness = ratio / (PI * (first + second)); // [B] Eq. 27
@@ -51,11 +53,11 @@ impl ModalDamping {
     /// frequencies [rad²/s²].
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if numbers differ or a ratio is negative.
+    /// [`DynamicsError::Data`] if numbers differ or a ratio is negative.
     pub fn from_ratios(ratios: &[f64], modal_stiffness: &[f64]) -> Result<Self, DynamicsError> {
         if ratios.len() != modal_stiffness.len() {
-            let reason = format!("{} damping ratios for {} modes", ratios.len(), modal_stiffness.len());
-            return Err(DynamicsError::Inconsistent { reason });
+            let (found, expected) = (ratios.len(), modal_stiffness.len());
+            return Err(DataError::Count { what: "damping ratios of modes".into(), found, expected }.into());
         }
         for (j, &ratio) in ratios.iter().enumerate() {
             check_ratio(ratio, &format!("mode {}", j + 1))?;
@@ -68,8 +70,8 @@ fn check_ratio(ratio: f64, subject: &str) -> Result<(), DynamicsError> {
     if ratio >= 0.0 && ratio.is_finite() {
         return Ok(());
     }
-    let reason = format!("{subject}: damping ratio is {ratio}, must be >= 0 and finite");
-    Err(DynamicsError::Inconsistent { reason })
+    let what = format!("the damping ratio of {subject}");
+    Err(DataError::OutOfRange { what, value: ratio, range: ">= 0 and finite" }.into())
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ use super::assembled::RigidMotion;
 use super::geometric_stiffening::GeometricStiffening;
 use super::modal_mass::{FullModalMass, ModalMass};
 use super::standard_input_data::{ModalDamping, StandardInputData};
+use crate::data_error::{DataError, check_square};
 use crate::error::DynamicsError;
 
 /// Deviation from symmetry, as a share of the largest entry, that round-off explains.
@@ -64,7 +65,7 @@ impl StandardInputData {
     /// Data from numbers, all of which are checked.
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if sizes do not fit, a number is not finite, the mass or a stiffness is not positive, no distribution of mass has the
+    /// [`DynamicsError::Data`] if sizes do not fit, a number is not finite, the mass or a stiffness is not positive, no distribution of mass has the
     /// second moment, a matrix is not symmetric, or damping feeds energy in; [`DynamicsError::NotPositiveDefinite`] for the modal mass.
     pub fn from_parts(parts: DataParts) -> Result<Self, DynamicsError> {
         let n = parts.modal_stiffness.len();
@@ -95,21 +96,22 @@ impl StandardInputData {
     }
 }
 
-fn fail<T>(reason: String) -> Result<T, DynamicsError> {
-    Err(DynamicsError::Inconsistent { reason })
+fn positive(what: String, value: f64) -> Result<(), DataError> {
+    if value > 0.0 && value.is_finite() {
+        return Ok(());
+    }
+    Err(DataError::OutOfRange { what, value, range: "> 0 and finite" })
 }
 
-fn check_rigid(parts: &DataParts) -> Result<(), DynamicsError> {
-    if !(parts.mass > 0.0 && parts.mass.is_finite()) {
-        return fail(format!("the mass is {} kg, must be > 0", parts.mass));
-    }
+fn check_rigid(parts: &DataParts) -> Result<(), DataError> {
+    positive("the mass [kg]".into(), parts.mass)?;
     let second = &parts.second_moment;
     let size = second.norm();
     if !parts.mass_moment.iter().chain(second.iter()).all(|v| v.is_finite()) {
-        return fail("first or second moment of the mass is not finite".into());
+        return Err(DataError::NotFinite { what: "first or second moment of the mass".into() });
     }
     if (second - second.transpose()).norm() > ASYMMETRY * size {
-        return fail("the second moment of the mass is not symmetric".into());
+        return Err(DataError::NotSymmetric { what: "the second moment of the mass".into() });
     }
     let central = second - parts.mass_moment * parts.mass_moment.transpose() / parts.mass;
     // Rigid bodies that do not leave the plane, or do not turn, may have been given the inertia that matters alone.
@@ -119,14 +121,12 @@ fn check_rigid(parts: &DataParts) -> Result<(), DynamicsError> {
         RigidMotion::Spatial => central.symmetric_eigenvalues().min(),
     };
     if smallest < -ASYMMETRY * size {
-        return fail(format!(
-            "no distribution of mass has this second moment: {smallest:.3e} kg m2 about the centre"
-        ));
+        return Err(DataError::Inertia { moment: smallest });
     }
     Ok(())
 }
 
-fn check_sizes(parts: &DataParts, n: usize) -> Result<(), DynamicsError> {
+fn check_sizes(parts: &DataParts, n: usize) -> Result<(), DataError> {
     let n_c = parts.motion.n_components();
     let row = if parts.motion == RigidMotion::Axial { 0 } else { n_c * n_c * n };
     let sizes = [
@@ -135,28 +135,18 @@ fn check_sizes(parts: &DataParts, n: usize) -> Result<(), DynamicsError> {
         ("shape_shape", parts.shape_shape.len(), n * row),
     ];
     if let Some((name, found, expected)) = sizes.into_iter().find(|(_, found, expected)| found != expected) {
-        return fail(format!("{name} has {found} entries, {n} modes need {expected}"));
+        return Err(DataError::Count { what: format!("entries of {name} for {n} modes"), found, expected });
     }
     let all = parts.coupling_translation.iter().flat_map(|c| c.iter());
     if !all.chain(&parts.position_shape).chain(&parts.shape_shape).all(|v| v.is_finite()) {
-        return fail("an inertia integral of the modes is not finite".into());
+        return Err(DataError::NotFinite { what: "an inertia integral of the modes".into() });
     }
-    if let Some(m) = &parts.modal_mass
-        && (m.nrows() != n || m.ncols() != n || !m.norm_max().is_finite())
-    {
-        return fail(format!(
-            "the modal mass is {} x {}, must be {n} x {n} and finite",
-            m.nrows(),
-            m.ncols()
-        ));
-    }
-    Ok(())
+    parts.modal_mass.as_ref().map_or(Ok(()), |m| check_square("the modal mass", m.as_ref(), n))
 }
 
-fn check_modes(parts: &DataParts, n: usize) -> Result<(), DynamicsError> {
-    if let Some(j) = parts.modal_stiffness.iter().position(|k| !(*k > 0.0 && k.is_finite())) {
-        let k = parts.modal_stiffness[j];
-        return fail(format!("mode {} has the stiffness {k}, must be > 0", j + 1));
+fn check_modes(parts: &DataParts, n: usize) -> Result<(), DataError> {
+    for (j, k) in parts.modal_stiffness.iter().enumerate() {
+        positive(format!("the stiffness of mode {}", j + 1), *k)?;
     }
     // φ_i φ_jᵀ and φ_j φ_iᵀ are transposed: otherwise gyroscopic forces would do work.
     let n_c = parts.motion.n_components();
@@ -166,11 +156,8 @@ fn check_modes(parts: &DataParts, n: usize) -> Result<(), DynamicsError> {
         for (i, j) in (0..n).flat_map(|i| (0..=i).map(move |j| (i, j))) {
             for (a, b) in (0..n_c).flat_map(|a| (0..n_c).map(move |b| (a, b))) {
                 if (at(i, a, b, j) - at(j, b, a, i)).abs() > ASYMMETRY * scale {
-                    return fail(format!(
-                        "shape_shape of the modes {} and {} is not symmetric",
-                        i + 1,
-                        j + 1
-                    ));
+                    let what = format!("shape_shape of the modes {} and {}", i + 1, j + 1);
+                    return Err(DataError::NotSymmetric { what });
                 }
             }
         }
@@ -178,34 +165,33 @@ fn check_modes(parts: &DataParts, n: usize) -> Result<(), DynamicsError> {
     match &parts.modal_damping {
         ModalDamping::None => Ok(()),
         ModalDamping::PerMode(d) => {
-            if d.len() == n && d.iter().all(|d| *d >= 0.0 && d.is_finite()) {
-                return Ok(());
+            if d.len() != n {
+                let what = "damping coefficients of modes".into();
+                return Err(DataError::Count { what, found: d.len(), expected: n });
             }
-            fail(format!("{} damping coefficients for {n} modes, they must be >= 0", d.len()))
+            match d.iter().find(|d| !(**d >= 0.0 && d.is_finite())) {
+                None => Ok(()),
+                Some(&value) => {
+                    let what = "the damping coefficient of a mode".into();
+                    Err(DataError::OutOfRange { what, value, range: ">= 0 and finite" })
+                }
+            }
         }
         ModalDamping::Full(d) => check_damping(d, n),
     }
 }
 
-fn check_damping(d: &Mat<f64>, n: usize) -> Result<(), DynamicsError> {
+fn check_damping(d: &Mat<f64>, n: usize) -> Result<(), DataError> {
+    check_square("the damping matrix", d.as_ref(), n)?;
     let size = d.norm_max();
-    if d.nrows() != n || d.ncols() != n || !size.is_finite() {
-        return fail(format!(
-            "the damping matrix is {} x {}, must be {n} x {n} and finite",
-            d.nrows(),
-            d.ncols()
-        ));
-    }
     let symmetric = (0..n).all(|i| (0..i).all(|j| (d[(i, j)] - d[(j, i)]).abs() <= ASYMMETRY * size));
     if !symmetric {
-        return fail("the damping matrix is not symmetric".into());
+        return Err(DataError::NotSymmetric { what: "the damping matrix".into() });
     }
     let values = nalgebra::DMatrix::from_fn(n, n, |i, j| d[(i, j)]).symmetric_eigenvalues();
     let smallest = values.iter().copied().fold(f64::INFINITY, f64::min);
     if smallest < -ASYMMETRY * size {
-        return fail(format!(
-            "the damping matrix feeds energy in: its smallest eigenvalue is {smallest:.3e}"
-        ));
+        return Err(DataError::NegativeDamping { eigenvalue: smallest });
     }
     Ok(())
 }

@@ -7,7 +7,9 @@ use faer::Mat;
 use nalgebra::Vector3;
 
 use super::assembled::RigidMotion;
+use super::foreshortening::Foreshortening;
 use super::standard_input_data::StandardInputData;
+use crate::data_error::DataError;
 use crate::error::DynamicsError;
 
 /// Deviation from symmetry of a matrix against its largest entry: round-off of sums over many control points.
@@ -26,26 +28,16 @@ pub struct GeometricStiffening {
     pub position: [[Mat<f64>; 3]; 3],
 }
 
-/// The same as second-order displacements: `-K_geo` in the order of the shape integrals.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Foreshortening {
-    /// `∫ ρ g_ij` at `i n_q + j`.
-    pub translation: Vec<Vector3<f64>>,
-    /// `∫ ρ X_a g_ij,b` at `i n_c² n_q + (a n_c + b) n_q + j`.
-    pub position: Vec<f64>,
-}
-
 impl StandardInputData {
     /// The same body with geometric stiffening.
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if a matrix has not n_q rows and columns, is not symmetric or not finite, or the model
+    /// [`DynamicsError::Data`] if a matrix has not n_q rows and columns, is not symmetric or not finite, or the model
     /// is axisymmetric, which does not turn.
     pub fn with_geometric_stiffening(mut self, given: &GeometricStiffening) -> Result<Self, DynamicsError> {
         let (n_q, n_c) = (self.n_modes(), self.motion.n_components());
-        let fail = |reason: String| Err(DynamicsError::Inconsistent { reason });
         if self.motion == RigidMotion::Axial {
-            return fail("geometric stiffening of an axisymmetric model".to_string());
+            return Err(DataError::NotInModel { model: "axisymmetric", what: "geometric stiffening" }.into());
         }
         let size = n_c * n_c * n_q;
         let mut translation = vec![Vector3::zeros(); n_q * n_q];
@@ -101,25 +93,14 @@ fn check(matrix: &Mat<f64>, n_q: usize, kind: &str, case: &[usize]) -> Result<()
     if is_sound {
         return Ok(());
     }
-    let reason = format!(
-        "geometric stiffness of load case {kind} {case:?} is {} x {}, must be {n_q} x {n_q}, symmetric and finite",
-        matrix.nrows(),
-        matrix.ncols()
-    );
-    Err(DynamicsError::Inconsistent { reason })
-}
-
-impl Foreshortening {
-    /// Adds `Σ_i x_i G_i` to the rows of first moments.
-    pub fn add_moments(&self, x: &[f64], moments: &mut [f64]) {
-        for (x, block) in x.iter().zip(self.position.chunks_exact(moments.len().max(1))) {
-            moments.iter_mut().zip(block).for_each(|(m, g)| *m += x * g);
-        }
+    let what = format!("the geometric stiffness of load case {kind} {case:?}");
+    let found = (matrix.nrows(), matrix.ncols());
+    Err(if found != (n_q, n_q) {
+        DataError::Size { what, found, expected: (n_q, n_q) }
+    } else if limit.is_finite() {
+        DataError::NotSymmetric { what }
+    } else {
+        DataError::NotFinite { what }
     }
-
-    /// `Σ_i x_i ∫ ρ g_ij`.
-    pub fn translation_row(&self, x: &[f64], j: usize) -> Vector3<f64> {
-        let n = x.len();
-        x.iter().enumerate().map(|(i, x)| self.translation[i * n + j] * *x).sum()
-    }
+    .into())
 }

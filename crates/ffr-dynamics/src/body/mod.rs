@@ -8,6 +8,7 @@ pub mod standard_input_data;
 pub mod damping;
 pub mod reference_frame;
 pub mod tangent_frame;
+pub(crate) mod foreshortening;
 pub mod geometric_stiffening;
 pub mod reference_loads;
 pub mod sparse_import;

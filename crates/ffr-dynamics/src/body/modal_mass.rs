@@ -2,6 +2,7 @@
 
 use faer::{Mat, MatRef};
 
+use crate::data_error::DataError;
 use crate::error::DynamicsError;
 
 /// Pivot of a Cholesky factorisation, as a share of the diagonal entry, below which modes count as linearly dependent.
@@ -31,7 +32,7 @@ impl FullModalMass {
     /// Matrix with its factorisation.
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if it is not square or not symmetric; [`DynamicsError::NotPositiveDefinite`].
+    /// [`DynamicsError::Data`] if it is not square or not symmetric; [`DynamicsError::NotPositiveDefinite`].
     pub fn new(matrix: MatRef<'_, f64>) -> Result<Self, DynamicsError> {
         let n = matrix.nrows();
         // Symmetric to the round-off of sums over many control points.
@@ -43,8 +44,7 @@ impl FullModalMass {
                 })
             });
         if !is_symmetric {
-            let reason = format!("the modal mass matrix ({n} x {}) is not symmetric", matrix.ncols());
-            return Err(DynamicsError::Inconsistent { reason });
+            return Err(DataError::NotSymmetric { what: "the modal mass matrix".into() }.into());
         }
         let mut whole = vec![0.0; n * n];
         for i in 0..n {

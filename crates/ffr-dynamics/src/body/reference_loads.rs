@@ -9,6 +9,7 @@ use faer::{Mat, MatRef};
 use super::assembled::{AssembledBody, RigidMotion};
 use super::geometric_stiffening::GeometricStiffening;
 use super::shape_integrals::{check, gram, symmetric_product};
+use crate::data_error::DataError;
 use crate::error::DynamicsError;
 
 /// A load per volume on the undeformed body.
@@ -42,7 +43,7 @@ impl AssembledBody {
     /// Forces of a reference load on the unknowns, by the consistent mass matrix \[N\].
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if sizes do not fit.
+    /// [`DynamicsError::Data`] if sizes do not fit.
     pub fn reference_load(&self, load: ReferenceLoad) -> Result<Vec<f64>, DynamicsError> {
         let Some(mass) = check(self, Mat::<f64>::zeros(self.dofs.len(), 0).as_ref())? else {
             return Ok(self.general_reference_load(load));
@@ -76,7 +77,7 @@ impl GeometricStiffening {
     /// `stiffness` gives for the stress under each load; `None` stands for zero.
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if sizes do not fit; those of `stiffness`.
+    /// [`DynamicsError::Data`] if sizes do not fit; those of `stiffness`.
     pub fn from_nodal<E: From<DynamicsError>>(
         body: &AssembledBody,
         shapes: MatRef<'_, f64>,
@@ -106,7 +107,7 @@ impl GeometricStiffening {
     /// As [`GeometricStiffening::from_nodal`] from matrices unknown by unknown (lower triangle), as beams and shells have them.
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if sizes do not fit; those of `stiffness`.
+    /// [`DynamicsError::Data`] if sizes do not fit; those of `stiffness`.
     pub fn from_unknowns<E: From<DynamicsError>>(
         body: &AssembledBody,
         shapes: MatRef<'_, f64>,
@@ -149,7 +150,7 @@ fn check_size(matrix: &SparseColMat<u32, f64>, n: usize, what: &str) -> Result<(
     if matrix.nrows() == n && matrix.ncols() == n {
         return Ok(());
     }
-    let reason =
-        format!("geometric stiffness of size {} x {} for {n} {what}", matrix.nrows(), matrix.ncols());
-    Err(DynamicsError::Inconsistent { reason })
+    let what = format!("the geometric stiffness of {what}");
+    let found = (matrix.nrows(), matrix.ncols());
+    Err(DataError::Size { what, found, expected: (n, n) }.into())
 }

@@ -9,6 +9,7 @@ use faer::{Accum, Mat, MatRef, Par};
 use nalgebra::{Matrix3, Vector3};
 
 use super::assembled::{AssembledBody, MassMatrix, RigidMotion};
+use crate::data_error::DataError;
 use crate::error::DynamicsError;
 
 /// Moments of the mass over undeformed positions `X` and mode shapes `φ_j`, in the body's frame.
@@ -34,7 +35,7 @@ impl ShapeIntegrals {
     /// Integrals of a model whose modes are the columns of `shapes` (n × n_q).
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if sizes do not fit, a number is not finite or the mass is not positive.
+    /// [`DynamicsError::Data`] if sizes do not fit, a number is not finite or the mass is not positive.
     pub fn new(body: &AssembledBody, shapes: MatRef<'_, f64>) -> Result<Self, DynamicsError> {
         let Some(mass) = check(body, shapes)? else {
             return body.general_integrals(shapes).with_positive_mass();
@@ -61,7 +62,7 @@ impl ShapeIntegrals {
         if self.mass > 0.0 && self.mass.is_finite() {
             return Ok(self);
         }
-        Err(inconsistent(format!("the mass is {} kg, must be > 0", self.mass)))
+        Err(DataError::OutOfRange { what: "the mass [kg]".into(), value: self.mass, range: "> 0" }.into())
     }
 
     /// Sorts the products of fields and fields times mass into the integrals.
@@ -138,34 +139,25 @@ pub(super) fn check<'a>(
         MassMatrix::General(mass) => (mass, n, n_c + body.motion.n_rotations()),
     };
     if shapes.nrows() != n {
-        return Err(inconsistent(format!(
-            "mode shapes have {} rows, the model has {n} unknowns",
-            shapes.nrows()
-        )));
+        let (what, found) = ("rows of the mode shapes".into(), shapes.nrows());
+        return Err(DataError::Count { what, found, expected: n }.into());
     }
     if mass.nrows() != size || mass.ncols() != size {
-        let reason =
-            format!("mass matrix of size {} for {n} unknowns of {n_nodes} control points", mass.nrows());
-        return Err(inconsistent(reason));
+        let (what, found) = ("the mass matrix".into(), (mass.nrows(), mass.ncols()));
+        return Err(DataError::Size { what, found, expected: (size, size) }.into());
     }
     let is_outside = |d: &&super::Dof| d.node as usize >= n_nodes || d.component as usize >= n_dof;
     if let Some(dof) = body.dofs.iter().find(is_outside) {
-        return Err(inconsistent(format!(
-            "unknown of control point {}, component {}",
-            dof.node, dof.component
-        )));
+        let what = format!("unknowns of component {}, control point", dof.component);
+        return Err(DataError::Index { what, number: dof.node as usize, count: n_nodes }.into());
     }
     let is_finite = (0..shapes.ncols()).all(|j| (0..n).all(|i| shapes[(i, j)].is_finite()))
         && body.nodes.iter().flatten().all(|x| x.is_finite());
     if is_finite {
         Ok(matches!(body.mass, MassMatrix::PerComponent(_)).then_some(mass))
     } else {
-        Err(inconsistent("mode shapes or control points are not finite".to_string()))
+        Err(DataError::NotFinite { what: "a mode shape or control point".into() }.into())
     }
-}
-
-fn inconsistent(reason: String) -> DynamicsError {
-    DynamicsError::Inconsistent { reason }
 }
 
 /// `fields M` with `M` given by its lower triangle; a column a node.

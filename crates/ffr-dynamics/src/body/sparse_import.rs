@@ -3,6 +3,7 @@
 use faer::sparse::{SparseColMat, Triplet};
 
 use super::assembled::Dof;
+use crate::data_error::{DataError, EntryFault};
 use crate::error::DynamicsError;
 
 /// Deviation from symmetry of a given matrix, against the root of the product of both diagonal entries: files written with single
@@ -22,7 +23,7 @@ pub enum Triangle {
 /// repeated entries add up. Of full matrices the mean of both triangles is taken, which changes no bit where they agree.
 ///
 /// # Errors
-/// [`DynamicsError::Inconsistent`] with the entry if an index is too large, a value is not finite, an entry lies above the
+/// [`DynamicsError::Data`] with the entry if an index is too large, a value is not finite, an entry lies above the
 /// diagonal of a lower triangle, or the matrix is not symmetric.
 pub fn symmetric_matrix(
     name: &str,
@@ -30,26 +31,31 @@ pub fn symmetric_matrix(
     entries: impl Iterator<Item = (u32, u32, f64)>,
     triangle: Triangle,
 ) -> Result<SparseColMat<u32, f64>, DynamicsError> {
-    let fail = |reason: String| Err(DynamicsError::Inconsistent { reason });
+    let fail = |row: u32, column: u32, fault: EntryFault| {
+        let (row, column) = (row as usize, column as usize);
+        Err(DataError::Entry { matrix: name.to_owned(), row, column, fault }.into())
+    };
     let (mut lower, mut upper) = (Vec::new(), Vec::new());
     for (i, j, value) in entries {
         if i as usize >= n || j as usize >= n {
-            return fail(format!("{name}[{i}, {j}] lies outside the {n} x {n} matrix"));
+            return fail(i, j, EntryFault::Outside(n));
         }
         if !value.is_finite() {
-            return fail(format!("{name}[{i}, {j}] = {value} is not finite"));
+            return fail(i, j, EntryFault::NotFinite(value));
         }
         match (i >= j, triangle) {
             (true, _) => lower.push(Triplet::new(i, j, value)),
             (false, Triangle::Full) => upper.push(Triplet::new(j, i, value)),
             (false, Triangle::Lower) => {
-                return fail(format!("{name}[{i}, {j}] lies above the diagonal of a lower triangle"));
+                return fail(i, j, EntryFault::AboveDiagonal);
             }
         }
     }
     let assemble = |entries: &[Triplet<u32, u32, f64>]| {
-        SparseColMat::try_new_from_triplets(n, n, entries)
-            .map_err(|e| DynamicsError::Inconsistent { reason: format!("{name} cannot be assembled: {e:?}") })
+        SparseColMat::try_new_from_triplets(n, n, entries).map_err(|e| DynamicsError::Factorisation {
+            matrix: "a matrix from entries",
+            reason: format!("{name}: {e:?}"),
+        })
     };
     if triangle == Triangle::Lower {
         return assemble(&lower);
@@ -71,9 +77,7 @@ pub fn symmetric_matrix(
             }
             let (value, mirrored) = (below.val()[p], entry(&above, i, j));
             if (value - mirrored).abs() > ASYMMETRY * (diagonal[i] * diagonal[j]).sqrt() {
-                return fail(format!(
-                    "{name} is not symmetric: {name}[{i}, {j}] = {value:e}, {name}[{j}, {i}] = {mirrored:e}"
-                ));
+                return fail(i as u32, j as u32, EntryFault::Asymmetric(value, mirrored));
             }
             below.val_mut()[p] = 0.5 * (value + mirrored);
         }
@@ -91,17 +95,14 @@ fn entry(matrix: &SparseColMat<u32, f64>, i: usize, j: usize) -> f64 {
 /// Sorts unknowns by node and component; `numbers[k]` is the new number of the unknown listed as `k`.
 ///
 /// # Errors
-/// [`DynamicsError::Inconsistent`] if an unknown is listed twice.
+/// [`DynamicsError::Data`] if an unknown is listed twice.
 pub fn sorted_unknowns(listed: &[Dof]) -> Result<(Vec<Dof>, Vec<u32>), DynamicsError> {
     let mut order: Vec<usize> = (0..listed.len()).collect();
     order.sort_by_key(|&k| (listed[k].node, listed[k].component));
     let sorted: Vec<Dof> = order.iter().map(|&k| listed[k]).collect();
     if let Some(twice) = sorted.windows(2).find(|w| w[0] == w[1]) {
-        let reason = format!(
-            "the unknown of node {}, component {}, is listed twice",
-            twice[0].node, twice[0].component
-        );
-        return Err(DynamicsError::Inconsistent { reason });
+        let what = format!("unknowns of component {}, node", twice[0].component);
+        return Err(DataError::Index { what, number: twice[0].node as usize, count: listed.len() }.into());
     }
     let mut numbers = vec![0; listed.len()];
     order.iter().enumerate().for_each(|(new, &old)| numbers[old] = new as u32);

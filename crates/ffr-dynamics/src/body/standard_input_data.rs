@@ -8,9 +8,10 @@ use faer::{Mat, MatRef};
 use nalgebra::{Matrix3, Vector3};
 
 use super::assembled::{AssembledBody, RigidMotion};
-use super::geometric_stiffening::Foreshortening;
+use super::foreshortening::Foreshortening;
 use super::modal_mass::ModalMass;
 use super::shape_integrals::ShapeIntegrals;
+use crate::data_error::DataError;
 use crate::error::DynamicsError;
 use crate::kinematics::rotation::axial;
 
@@ -109,7 +110,7 @@ impl StandardInputData {
     /// angular eigenfrequencies `modal_stiffness` [rad²/s²].
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if sizes do not fit, modes are not mass-orthonormal or an eigenfrequency is not
+    /// [`DynamicsError::Data`] if sizes do not fit, modes are not mass-orthonormal or an eigenfrequency is not
     /// positive; see [`ShapeIntegrals::new`] too.
     pub fn new(
         body: &AssembledBody,
@@ -123,12 +124,8 @@ impl StandardInputData {
                 let expected = if i == j { 1.0 } else { 0.0 };
                 let deviation = (integrals.modal_mass[(i, j)] - expected).abs();
                 if deviation > ORTHONORMALITY {
-                    let reason = format!(
-                        "modes {} and {} deviate from mass-orthonormality by {deviation:.1e}, limit {ORTHONORMALITY:.0e}",
-                        i + 1,
-                        j + 1
-                    );
-                    return Err(DynamicsError::Inconsistent { reason });
+                    let (first, second, limit) = (i + 1, j + 1, ORTHONORMALITY);
+                    return Err(DataError::NotOrthonormal { first, second, deviation, limit }.into());
                 }
             }
         }
@@ -140,7 +137,7 @@ impl StandardInputData {
     /// mass matrix may be any symmetric positive definite one.
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if sizes do not fit or a stiffness is not positive,
+    /// [`DynamicsError::Data`] if sizes do not fit or a stiffness is not positive,
     /// [`DynamicsError::NotPositiveDefinite`] if the modes are linearly dependent.
     pub fn from_integrals(
         motion: RigidMotion,
@@ -149,13 +146,12 @@ impl StandardInputData {
     ) -> Result<Self, DynamicsError> {
         let n_q = integrals.shapes.len();
         if modal_stiffness.len() != n_q {
-            let reason = format!("{n_q} mode shapes, but {} eigenfrequencies", modal_stiffness.len());
-            return Err(DynamicsError::Inconsistent { reason });
+            let (what, found) = ("eigenfrequencies of the modes".into(), modal_stiffness.len());
+            return Err(DataError::Count { what, found, expected: n_q }.into());
         }
         if let Some(j) = modal_stiffness.iter().position(|k| !(*k > 0.0 && k.is_finite())) {
-            let reason =
-                format!("mode {} has the squared frequency {}, must be > 0", j + 1, modal_stiffness[j]);
-            return Err(DynamicsError::Inconsistent { reason });
+            let what = format!("the squared frequency of mode {}", j + 1);
+            return Err(DataError::OutOfRange { what, value: modal_stiffness[j], range: "> 0" }.into());
         }
         let modal_mass = ModalMass::from_matrix(integrals.modal_mass.as_ref(), 0.0)?;
         Ok(Self {
@@ -176,7 +172,7 @@ impl StandardInputData {
     /// A rigid body from its mass \[kg\], centre of mass \[m\] and inertia about the frame's origin [kg m²], both in its frame.
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if the mass is not positive, or the inertia is not symmetric or not that of any
+    /// [`DynamicsError::Data`] if the mass is not positive, or the inertia is not symmetric or not that of any
     /// distribution of mass (a principal moment above the sum of the other two) about the centre of mass.
     pub fn rigid(
         motion: RigidMotion,
@@ -184,26 +180,24 @@ impl StandardInputData {
         centre_of_mass: Vector3<f64>,
         inertia: Matrix3<f64>,
     ) -> Result<Self, DynamicsError> {
-        let fail = |reason: String| Err(DynamicsError::Inconsistent { reason });
         if !(mass > 0.0 && mass.is_finite()) {
-            return fail(format!("the mass is {mass} kg, must be > 0"));
+            return Err(
+                DataError::OutOfRange { what: "the mass [kg]".into(), value: mass, range: "> 0" }.into()
+            );
         }
         let size = inertia.norm();
         if !size.is_finite() || !centre_of_mass.norm().is_finite() {
-            return fail("inertia or centre of mass is not finite".to_string());
+            return Err(DataError::NotFinite { what: "inertia or centre of mass".into() }.into());
         }
         // Round-off of numbers written with many digits.
         if (inertia - inertia.transpose()).norm() > 1e-9 * size {
-            return fail("the inertia tensor is not symmetric".to_string());
+            return Err(DataError::NotSymmetric { what: "the inertia tensor".into() }.into());
         }
         let second_moment = Matrix3::identity() * (0.5 * inertia.trace()) - inertia;
         let central = second_moment - centre_of_mass * centre_of_mass.transpose() * mass;
         let smallest = central.symmetric_eigenvalues().min();
         if motion == RigidMotion::Spatial && smallest < -1e-9 * size {
-            return fail(format!(
-                "no distribution of mass has this inertia: a principal moment exceeds the sum of the others by {:.3e} kg m2",
-                -2.0 * smallest
-            ));
+            return Err(DataError::Inertia { moment: smallest }.into());
         }
         Ok(Self {
             motion,

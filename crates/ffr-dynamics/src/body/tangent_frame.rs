@@ -6,6 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::assembled::{AssembledBody, RigidMotion};
 use super::modal_mass::ModalMass;
 use super::standard_input_data::StandardInputData;
+use crate::data_error::DataError;
 use crate::error::DynamicsError;
 use crate::kinematics::rotation::skew;
 
@@ -25,7 +26,7 @@ impl TangentFrame {
     /// `rotations` (half the curl), one a mode. Shifts keep to the rigid motions of the model.
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if their numbers differ.
+    /// [`DynamicsError::Data`] if their numbers differ.
     pub fn new(
         motion: RigidMotion,
         origin: Vector3<f64>,
@@ -38,12 +39,8 @@ impl TangentFrame {
             }
             return Ok(Self { origin, translations, rotations });
         }
-        let reason = format!(
-            "tangent frame: {} displacements and {} rotations of modes",
-            translations.len(),
-            rotations.len()
-        );
-        Err(DynamicsError::Inconsistent { reason })
+        let (what, found) = ("rotations of modes at a tangent frame".into(), rotations.len());
+        Err(DataError::Count { what, found, expected: translations.len() }.into())
     }
 
     /// Number of modes.
@@ -64,7 +61,7 @@ impl TangentFrame {
     /// The modes `shapes` (n × n_q) of an unreduced body with the shift added, for what depends on the frame in use.
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if sizes do not fit.
+    /// [`DynamicsError::Data`] if sizes do not fit.
     pub fn shifted_shapes(
         &self,
         body: &AssembledBody,
@@ -72,10 +69,8 @@ impl TangentFrame {
     ) -> Result<Mat<f64>, DynamicsError> {
         let (n, n_q) = (body.dofs.len(), self.n_modes());
         if shapes.nrows() != n || shapes.ncols() != n_q {
-            let (rows, columns) = (shapes.nrows(), shapes.ncols());
-            let reason =
-                format!("tangent frame of {n_q} modes of {n} unknowns for shapes of size {rows} x {columns}");
-            return Err(DynamicsError::Inconsistent { reason });
+            let (what, found) = ("the shapes for a tangent frame".into(), (shapes.nrows(), shapes.ncols()));
+            return Err(DataError::Size { what, found, expected: (n, n_q) }.into());
         }
         let motion = body.motion;
         Ok(Mat::from_fn(n, n_q, |i, j| {
@@ -105,17 +100,16 @@ impl StandardInputData {
     /// Points and markers must be shifted as well.
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if the number of modes differs or the body has geometric stiffening already; [`DynamicsError::NotPositiveDefinite`] if the
+    /// [`DynamicsError::Data`] if the number of modes differs or the body has geometric stiffening already; [`DynamicsError::NotPositiveDefinite`] if the
     /// shifted modes are linearly dependent.
     pub fn in_tangent_frame(&self, frame: &TangentFrame) -> Result<Self, DynamicsError> {
         let n = self.n_modes();
         if frame.n_modes() != n {
-            let reason = format!("tangent frame of {} modes for a body with {n}", frame.n_modes());
-            return Err(DynamicsError::Inconsistent { reason });
+            let (what, found) = ("modes of the tangent frame".into(), frame.n_modes());
+            return Err(DataError::Count { what, found, expected: n }.into());
         }
         if self.foreshortening.is_some() {
-            let reason = "a body with geometric stiffening keeps its frame; add the stiffening of the tangent frame's modes";
-            return Err(DynamicsError::Inconsistent { reason: reason.to_string() });
+            return Err(DataError::FrameOfStiffenedBody.into());
         }
         let shift: Vec<_> = (0..n).map(|j| frame.affine(j)).collect();
         let mut data = self.clone();

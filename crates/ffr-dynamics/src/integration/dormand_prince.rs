@@ -7,7 +7,7 @@ use super::dense_output::DenseOutput;
 use super::step_control::{Statistics, StepSettings};
 use super::stepping::{Failure, Step, Stepping, Try, is_finite};
 use super::system::OdeSystem;
-use crate::error::{DynamicsError, Rejection};
+use crate::error::{DynamicsError, EvaluationFailure};
 
 /// Nodes (Dormand & Prince 1980; Hairer, Nørsett & Wanner, *Solving ODEs I*, Table II.5.2).
 const C: [f64; 7] = [0.0, 1.0 / 5.0, 3.0 / 10.0, 4.0 / 5.0, 8.0 / 9.0, 1.0, 1.0];
@@ -56,7 +56,7 @@ impl DormandPrince {
     /// An integrator at time `t` in the state `y`.
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if a step of the settings is not positive.
+    /// [`DynamicsError::Data`] if a step of the settings is not positive.
     pub fn new(settings: StepSettings, t: f64, y: &[f64]) -> Result<Self, DynamicsError> {
         let zeros = || vec![0.0; y.len()];
         Ok(Self {
@@ -88,8 +88,8 @@ impl DormandPrince {
         self.stepping.statistics
     }
 
-    /// Last refusal of the right-hand side with its code, in whatever step; `None` if there never was one.
-    pub fn last_refusal(&self) -> Option<&Rejection> {
+    /// Last refusal of the right-hand side, in whatever step; `None` if there never was one.
+    pub fn last_refusal(&self) -> Option<&EvaluationFailure> {
         self.stepping.last_refusal.as_ref()
     }
 
@@ -101,7 +101,7 @@ impl DormandPrince {
     /// Changes the largest step, for instance at the start of an impact \[s\].
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if it is not positive.
+    /// [`DynamicsError::Data`] if it is not positive.
     pub fn set_max_step(&mut self, max_step: f64) -> Result<(), DynamicsError> {
         self.stepping.set_max_step(max_step)
     }

@@ -6,13 +6,14 @@
 //! error are the system's business ([`OdeSystem::damped_error_norm`]).
 
 use super::dense_output::DenseOutput;
-use super::jacobian::{Differences, Linearisation, Structure};
+use super::jacobian::{Differences, Structure};
+use super::linearisation::Linearisation;
 use super::newton::IterationMatrix;
 use super::step_control::{Statistics, StepSettings};
 use super::stepping::{Failure, Step, Stepping, Try, is_finite};
 use super::system::OdeSystem;
 use super::tableau::{ESDIRK4, MAX_STAGES, TR_BDF2, Tableau};
-use crate::error::{DynamicsError, Rejection};
+use crate::error::{DynamicsError, EvaluationFailure};
 
 /// Error that Newton's method may leave, as a share of the error permitted in a step (Hairer & Wanner, *Solving ODEs II*, IV.8).
 const NEWTON_TOLERANCE: f64 = 0.03;
@@ -84,7 +85,7 @@ impl Esdirk {
     /// It keeps the system's [`OdeSystem::kinematics`]; all steps must be taken with that system.
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if a step of the settings is not positive or the kinematics do not fit the state.
+    /// [`DynamicsError::Data`] if a step of the settings is not positive or the kinematics do not fit the state.
     ///
     /// # Panics
     /// If the length of `y` differs from the system's dimension.
@@ -152,8 +153,8 @@ impl Esdirk {
         self.stepping.statistics
     }
 
-    /// Last refusal of the right-hand side with its code, in whatever step; `None` if there never was one.
-    pub fn last_refusal(&self) -> Option<&Rejection> {
+    /// Last refusal of the right-hand side, in whatever step; `None` if there never was one.
+    pub fn last_refusal(&self) -> Option<&EvaluationFailure> {
         self.stepping.last_refusal.as_ref()
     }
 
@@ -165,7 +166,7 @@ impl Esdirk {
     /// Changes the largest step \[s\].
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if it is not positive.
+    /// [`DynamicsError::Data`] if it is not positive.
     pub fn set_max_step(&mut self, max_step: f64) -> Result<(), DynamicsError> {
         self.stepping.set_max_step(max_step)
     }

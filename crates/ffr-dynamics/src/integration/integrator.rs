@@ -6,7 +6,7 @@ use super::esdirk::Esdirk;
 use super::step_control::{Statistics, StepSettings};
 use super::stepping::Step;
 use super::system::OdeSystem;
-use crate::error::{DynamicsError, Rejection};
+use crate::error::{DynamicsError, EvaluationFailure};
 
 /// Integration method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -49,7 +49,7 @@ impl Integrator {
     /// An integrator of `system` with `method` at time `t` in the state `y`.
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if a step of the settings is not positive or the system's kinematics do not fit.
+    /// [`DynamicsError::Data`] if a step of the settings is not positive or the system's kinematics do not fit.
     pub fn new<S: OdeSystem + ?Sized>(
         method: Method,
         settings: StepSettings,
@@ -94,7 +94,7 @@ impl Integrator {
     }
 
     /// Last refusal of the right-hand side; `None` if there never was one.
-    pub fn last_refusal(&self) -> Option<&Rejection> {
+    pub fn last_refusal(&self) -> Option<&EvaluationFailure> {
         either!(self, i => i.last_refusal())
     }
 
@@ -106,7 +106,7 @@ impl Integrator {
     /// Changes the largest step \[s\].
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if it is not positive.
+    /// [`DynamicsError::Data`] if it is not positive.
     pub fn set_max_step(&mut self, max_step: f64) -> Result<(), DynamicsError> {
         either!(self, i => i.set_max_step(max_step))
     }

@@ -3,59 +3,13 @@
 //! Velocities are the unknowns; positions follow through known kinematics and quadratures through nothing but the result.
 //! A system of which nothing is known has all its components as unknowns.
 
+use super::linearisation::{KinematicBlock, Linearisation};
 use super::step_control::Statistics;
 use super::system::OdeSystem;
+use crate::data_error::DataError;
 use crate::error::DynamicsError;
 use crate::kinematics::rotation::quaternion_rate;
 use nalgebra::Vector3;
-
-/// How a group of state components changes with others. Numbers are indices into the state vector.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum KinematicBlock {
-    /// `len` positions from `position` on whose rates are the components from `velocity` on.
-    Vector {
-        /// First position.
-        position: usize,
-        /// First velocity.
-        velocity: usize,
-        /// Number of positions, and of velocities.
-        len: usize,
-    },
-    /// A quaternion `w x y z` with the rate (D.1) from an angular velocity in the turning frame.
-    Rotation {
-        /// First of four components.
-        quaternion: usize,
-        /// First of three angular velocities.
-        velocity: usize,
-    },
-    /// `len` components from `start` on whose rates depend on anything, and that move no position directly.
-    Plain {
-        /// First component.
-        start: usize,
-        /// Number of components.
-        len: usize,
-    },
-}
-
-impl KinematicBlock {
-    /// First unknown and number of unknowns.
-    pub(super) fn unknowns(&self) -> (usize, usize) {
-        match *self {
-            Self::Vector { velocity, len, .. } => (velocity, len),
-            Self::Rotation { velocity, .. } => (velocity, 3),
-            Self::Plain { start, len } => (start, len),
-        }
-    }
-
-    /// First position and number of positions.
-    fn positions(&self) -> (usize, usize) {
-        match *self {
-            Self::Vector { position, len, .. } => (position, len),
-            Self::Rotation { quaternion, .. } => (quaternion, 4),
-            Self::Plain { start, .. } => (start, 0),
-        }
-    }
-}
 
 /// Checked blocks of a system.
 #[derive(Debug, Clone)]
@@ -69,7 +23,7 @@ impl Structure {
     /// Blocks of `system`, or one plain block with everything.
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if blocks overlap or leave the state.
+    /// [`DynamicsError::Data`] if blocks overlap or leave the state.
     pub(super) fn of<S: OdeSystem + ?Sized>(system: &S) -> Result<Self, DynamicsError> {
         let dimension = system.dimension();
         let mut blocks = system.kinematics();
@@ -84,9 +38,8 @@ impl Structure {
             for i in (first..first + len).chain(position..position + n_positions) {
                 let is_free = is_taken.get_mut(i).is_some_and(|taken| !std::mem::replace(taken, true));
                 if !is_free {
-                    let reason =
-                        format!("{block:?}: component {i} of {dimension} is taken or does not exist");
-                    return Err(DynamicsError::Inconsistent { reason });
+                    let what = format!("components of the state of {block:?}");
+                    return Err(DataError::Index { what, number: i, count: dimension }.into());
                 }
             }
             unknowns.extend(first..first + len);
@@ -111,70 +64,6 @@ impl Structure {
                     KinematicBlock::Plain { .. } => {}
                 }
                 return;
-            }
-            first += len;
-        }
-    }
-}
-
-/// Derivatives of the rates of all unknowns: with respect to motion along each unknown's position, and to each unknown itself.
-///
-/// Unknowns count in the order of the system's blocks: velocities of vectors, angular velocities, plain components.
-#[derive(Debug, Clone)]
-pub struct Linearisation {
-    n: usize,
-    by_position: Vec<f64>,
-    by_velocity: Vec<f64>,
-    is_known: Vec<[bool; 2]>,
-}
-
-impl Linearisation {
-    /// For `n` unknowns, all derivatives unknown.
-    pub fn new(n: usize) -> Self {
-        Self {
-            n,
-            by_position: vec![0.0; n * n],
-            by_velocity: vec![0.0; n * n],
-            is_known: vec![[false; 2]; n],
-        }
-    }
-
-    /// Number of unknowns.
-    pub fn n_unknowns(&self) -> usize {
-        self.n
-    }
-
-    /// Change of all rates with the position that unknown `unknown` moves, per unit; for a rotation about a body axis, per
-    /// radian. To be written; what is in it is undefined.
-    pub fn position_column_mut(&mut self, unknown: usize) -> &mut [f64] {
-        self.is_known[unknown][0] = true;
-        &mut self.by_position[unknown * self.n..(unknown + 1) * self.n]
-    }
-
-    /// Change of all rates with the unknown `unknown` itself. To be written; what is in it is undefined.
-    pub fn velocity_column_mut(&mut self, unknown: usize) -> &mut [f64] {
-        self.is_known[unknown][1] = true;
-        &mut self.by_velocity[unknown * self.n..(unknown + 1) * self.n]
-    }
-
-    /// The column written by [`Linearisation::position_column_mut`].
-    pub fn position_column(&self, unknown: usize) -> &[f64] {
-        &self.by_position[unknown * self.n..(unknown + 1) * self.n]
-    }
-
-    /// The column written by [`Linearisation::velocity_column_mut`].
-    pub fn velocity_column(&self, unknown: usize) -> &[f64] {
-        &self.by_velocity[unknown * self.n..(unknown + 1) * self.n]
-    }
-
-    /// Forgets all columns, save that plain components have no positions.
-    fn reset(&mut self, structure: &Structure) {
-        self.is_known.fill([false; 2]);
-        let mut first = 0;
-        for block in &structure.blocks {
-            let (_, len) = block.unknowns();
-            if matches!(block, KinematicBlock::Plain { .. }) {
-                (first..first + len).for_each(|j| self.position_column_mut(j).fill(0.0));
             }
             first += len;
         }
@@ -208,17 +97,17 @@ impl Differences {
         statistics: &mut Statistics,
     ) {
         statistics.jacobians += 1;
-        out.reset(structure);
+        out.reset(&structure.blocks);
         if system.linearise(t, y, out).is_err() {
-            out.reset(structure);
+            out.reset(&structure.blocks);
         }
-        let is_complete = out.is_known.iter().all(|known| known[0] && known[1]);
+        let is_complete = out.is_known().iter().all(|known| known[0] && known[1]);
         if !is_complete {
             statistics.evaluations += 1;
             let is_refused = system.rhs(t, y, &mut self.base).is_err();
-            for j in 0..out.n {
+            for j in 0..out.n_unknowns() {
                 for part in 0..2 {
-                    if out.is_known[j][part] {
+                    if out.is_known()[j][part] {
                         continue;
                     }
                     if part == 0 {

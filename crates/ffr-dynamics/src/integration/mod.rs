@@ -1,5 +1,6 @@
 //! Time integration of first-order systems with rejection, error norms and dense output.
 
+pub mod linearisation;
 pub mod jacobian;
 pub mod system;
 pub mod dense_output;
@@ -17,7 +18,7 @@ pub use dormand_prince::DormandPrince;
 pub use esdirk::Esdirk;
 pub use events::{Crossing, CrossingSearch};
 pub use integrator::{Integrator, Method};
-pub use jacobian::{KinematicBlock, Linearisation};
+pub use linearisation::{KinematicBlock, Linearisation};
 pub use step_control::{Statistics, StepSettings};
 pub use stepping::Step;
 pub use system::OdeSystem;

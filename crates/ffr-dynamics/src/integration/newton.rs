@@ -9,7 +9,8 @@ use faer::perm::PermRef;
 use faer::{MatMut, MatRef, Par};
 use nalgebra::{Quaternion, Vector3};
 
-use super::jacobian::{KinematicBlock, Linearisation, Structure};
+use super::jacobian::Structure;
+use super::linearisation::{KinematicBlock, Linearisation};
 
 /// Factors of the iteration matrix for one `d h`, with buffers.
 pub(super) struct IterationMatrix {

@@ -1,6 +1,7 @@
 //! Step size control: proportional-integral controller, limits, statistics (docs/theory.md Eq. T.3, T.4).
 
-use crate::error::{DynamicsError, Rejection};
+use crate::data_error::DataError;
+use crate::error::{DynamicsError, EvaluationFailure};
 
 /// Safety factor of the proposed step (Hairer, Nørsett & Wanner, *Solving ODEs I*, II.4).
 const SAFETY: f64 = 0.9;
@@ -24,7 +25,7 @@ pub struct StepSettings {
     pub max_step: f64,
     /// Takes every step with `max_step` and without error control; for order tests and comparisons.
     pub is_fixed: bool,
-    /// Ends a step in which the right-hand side refused a state with a positive code, a critical error of a contact solver, in
+    /// Ends a step in which the right-hand side refused a state with a critical error of a contact solver, in
     /// place of trying a shorter one.
     pub stops_at_errors: bool,
 }
@@ -49,24 +50,25 @@ impl StepSettings {
     /// Refuses steps that are not positive.
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] with the offending number.
+    /// [`DynamicsError::Data`] with the offending number.
     pub fn check(&self) -> Result<(), DynamicsError> {
         let is_positive = |h: f64| h > 0.0; // false for NaN
         if !is_positive(self.max_step) || (self.is_fixed && !self.max_step.is_finite()) {
-            let reason = format!("largest time step is {} s, must be > 0", self.max_step);
-            return Err(DynamicsError::Inconsistent { reason });
+            let what = "the largest time step [s]".into();
+            return Err(DataError::OutOfRange { what, value: self.max_step, range: "> 0" }.into());
         }
         match self.initial_step {
-            Some(h) if !is_positive(h) || !h.is_finite() => {
-                Err(DynamicsError::Inconsistent { reason: format!("first time step is {h} s, must be > 0") })
+            Some(value) if !is_positive(value) || !value.is_finite() => {
+                let what = "the first time step [s]".into();
+                Err(DataError::OutOfRange { what, value, range: "> 0 and finite" }.into())
             }
             _ => Ok(()),
         }
     }
 
     /// Whether a refusal ends the step.
-    pub(super) fn stops_at(&self, refusal: &Rejection) -> bool {
-        self.stops_at_errors && refusal.code > 0
+    pub(super) fn stops_at(&self, refusal: &EvaluationFailure) -> bool {
+        self.stops_at_errors && refusal.kind.is_critical()
     }
 
     /// Size of the step to try from `t` when `proposed` is wanted, and whether it ends at `t_end`.

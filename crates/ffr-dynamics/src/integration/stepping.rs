@@ -2,7 +2,7 @@
 
 use super::step_control::{Controller, Statistics, StepSettings, smallest_step};
 use super::system::OdeSystem;
-use crate::error::{DynamicsError, Rejection};
+use crate::error::{DynamicsError, EvaluationFailure};
 
 /// An accepted step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,14 +28,14 @@ pub(super) struct Try {
 
 /// Why a try could not be finished.
 pub(super) enum Failure {
-    Refused(Rejection),
+    Refused(EvaluationFailure),
     Diverged { iterations: u32, rate: f64 },
     Singular,
     NotFinite,
 }
 
-impl From<Rejection> for Failure {
-    fn from(refusal: Rejection) -> Self {
+impl From<EvaluationFailure> for Failure {
+    fn from(refusal: EvaluationFailure) -> Self {
         Self::Refused(refusal)
     }
 }
@@ -56,7 +56,7 @@ pub(super) struct Stepping {
     pub is_rate_valid: bool,
     /// Start and end of the last step \[s\].
     pub interval: (f64, f64),
-    pub last_refusal: Option<Rejection>,
+    pub last_refusal: Option<EvaluationFailure>,
     /// Tries rejected in the present step.
     rejected: u32,
     /// What helps the method when its steps become too short.
@@ -205,7 +205,7 @@ impl Stepping {
         }
     }
 
-    fn note(&mut self, refusal: Rejection) {
+    fn note(&mut self, refusal: EvaluationFailure) {
         self.statistics.refused += 1;
         self.last_refusal = Some(refusal);
     }

@@ -1,7 +1,7 @@
 //! What an integrator asks of a system of differential equations.
 
-use super::jacobian::{KinematicBlock, Linearisation};
-use crate::error::Rejection;
+use super::linearisation::{KinematicBlock, Linearisation};
+use crate::error::EvaluationFailure;
 
 /// A first-order system `dy/dt = f(t, y)` with its own error norm and an inner state that can be saved and restored.
 pub trait OdeSystem {
@@ -11,8 +11,8 @@ pub trait OdeSystem {
     /// Right-hand side. Must not allocate.
     ///
     /// # Errors
-    /// [`Rejection`] where `f` cannot be evaluated; the step is then repeated with a smaller size.
-    fn rhs(&mut self, t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), Rejection>;
+    /// [`EvaluationFailure`] where `f` cannot be evaluated; the step is then repeated with a smaller size.
+    fn rhs(&mut self, t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), EvaluationFailure>;
 
     /// Scaled size of a local error `error` between the states `y0` and `y1`; a step is accepted when it is at most 1.
     fn error_norm(&self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64;
@@ -51,8 +51,13 @@ pub trait OdeSystem {
     /// A column is complete or left alone. Approximations cost Newton iterations, not accuracy. Must not allocate.
     ///
     /// # Errors
-    /// [`Rejection`] where the derivative does not exist; all columns are then found by differences.
-    fn linearise(&mut self, _t: f64, _y: &[f64], _derivative: &mut Linearisation) -> Result<(), Rejection> {
+    /// [`EvaluationFailure`] where the derivative does not exist; all columns are then found by differences.
+    fn linearise(
+        &mut self,
+        _t: f64,
+        _y: &[f64],
+        _derivative: &mut Linearisation,
+    ) -> Result<(), EvaluationFailure> {
         Ok(())
     }
 }

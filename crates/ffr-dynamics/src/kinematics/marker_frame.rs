@@ -6,6 +6,7 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use super::exponential::RotationVectorRates;
 use super::marker::FlexiblePoint;
 use crate::body::{RigidMotion, TangentFrame};
+use crate::data_error::DataError;
 use crate::error::DynamicsError;
 use crate::system::force::{BodyState, GeneralisedForce};
 
@@ -48,7 +49,7 @@ impl Marker {
     /// A marker on a flexible body with the displacement and the rotation of each mode at its place, in the body's frame.
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if their numbers differ or a number is not finite.
+    /// [`DynamicsError::Data`] if their numbers differ or a number is not finite.
     pub fn flexible(
         name: &str,
         position: Vector3<f64>,
@@ -56,13 +57,14 @@ impl Marker {
         displacements: &[Vector3<f64>],
         rotations: &[Vector3<f64>],
     ) -> Result<Self, DynamicsError> {
-        let fail = |reason: String| Err(DynamicsError::Inconsistent { reason });
         let n = displacements.len();
         if rotations.len() != n {
-            return fail(format!("marker \"{name}\": {n} displacements and {} rotations", rotations.len()));
+            let (what, found) = (format!("rotations of marker \"{name}\""), rotations.len());
+            return Err(DataError::Count { what, found, expected: n }.into());
         }
         if !displacements.iter().chain(rotations).chain([&position]).all(|v| v.norm().is_finite()) {
-            return fail(format!("marker \"{name}\": position or mode shapes are not finite"));
+            let what = format!("position or mode shape of marker \"{name}\"");
+            return Err(DataError::NotFinite { what }.into());
         }
         let mut rows = Vec::with_capacity(6 * n);
         for vectors in [displacements, rotations] {
@@ -77,7 +79,7 @@ impl Marker {
     /// The rotation is half the curl; on the axis of an axisymmetric model it vanishes.
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if sizes do not fit; see [`Marker::flexible`] too.
+    /// [`DynamicsError::Data`] if sizes do not fit; see [`Marker::flexible`] too.
     pub fn from_gradients(
         name: &str,
         motion: RigidMotion,
@@ -88,13 +90,9 @@ impl Marker {
     ) -> Result<Self, DynamicsError> {
         let (n, n_c) = (shapes.ncols(), motion.n_components());
         if shapes.nrows() != n_c || gradients.nrows() != n_c * n_c || gradients.ncols() != n {
-            let reason = format!(
-                "marker \"{name}\": shapes {} x {n} and gradients {} x {} for a model of {n_c} components",
-                shapes.nrows(),
-                gradients.nrows(),
-                gradients.ncols()
-            );
-            return Err(DynamicsError::Inconsistent { reason });
+            let what = format!("shapes and gradients of marker \"{name}\"");
+            let found = (shapes.nrows() + gradients.nrows(), gradients.ncols());
+            return Err(DataError::Size { what, found, expected: (n_c + n_c * n_c, n) }.into());
         }
         let displacements = FlexiblePoint::from_rows(motion, position, shapes, 0).shapes;
         let mut rotations = vec![Vector3::zeros(); n];
@@ -149,16 +147,11 @@ impl Marker {
     /// The marker on the body in a tangent frame.
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if the number of modes differs.
+    /// [`DynamicsError::Data`] if the number of modes differs.
     pub fn in_tangent_frame(&self, frame: &TangentFrame) -> Result<Self, DynamicsError> {
         if frame.n_modes() != self.n_modes {
-            let reason = format!(
-                "marker \"{}\": {} modes, the frame has {}",
-                self.name,
-                self.n_modes,
-                frame.n_modes()
-            );
-            return Err(DynamicsError::Inconsistent { reason });
+            let what = format!("modes of marker \"{}\" in a tangent frame", self.name);
+            return Err(DataError::Count { what, found: self.n_modes, expected: frame.n_modes() }.into());
         }
         let mut shifted = self.clone();
         for j in 0..self.n_modes {

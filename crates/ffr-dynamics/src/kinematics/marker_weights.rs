@@ -5,6 +5,7 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use super::marker_frame::Marker;
 use crate::body::{AssembledBody, RigidMotion};
+use crate::data_error::DataError;
 use crate::error::DynamicsError;
 
 /// Deviation from a rigid motion, as a share of its size, up to which a marker follows the body as a whole.
@@ -27,7 +28,7 @@ impl MarkerWeights {
     /// and the displacement along x, y, z and the rotation about x, y, z that a unit of it causes.
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if a number is not finite or unknowns are not in rising order.
+    /// [`DynamicsError::Data`] if a number is not finite or unknowns are not in rising order.
     pub fn new(
         position: Vector3<f64>,
         rotation: UnitQuaternion<f64>,
@@ -36,10 +37,12 @@ impl MarkerWeights {
         let is_finite = position.iter().chain(rotation.coords.iter()).all(|v| v.is_finite())
             && entries.iter().flat_map(|(_, w)| w).all(|w| w.is_finite());
         if !is_finite {
-            return Err(inconsistent("position or weights of a marker are not finite".into()));
+            return Err(DataError::NotFinite { what: "position or weight of a marker".into() }.into());
         }
-        if entries.windows(2).any(|w| w[0].0 >= w[1].0) {
-            return Err(inconsistent("the unknowns of a marker's weights must rise".into()));
+        if let Some(pair) = entries.windows(2).find(|w| w[0].0 >= w[1].0) {
+            return Err(
+                DataError::Unsorted { what: "the unknowns of a marker", number: pair[1].0 as usize }.into()
+            );
         }
         Ok(Self { position, rotation, entries })
     }
@@ -48,7 +51,7 @@ impl MarkerWeights {
     /// displacements (least squares). A single node moves the marker; it turns it only by rotations among its own unknowns.
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if there are no nodes, one does not exist or lacks an unknown, or they lie in one place or (solid models) in
+    /// [`DynamicsError::Data`] if there are no nodes, one does not exist or lacks an unknown, or they lie in one place or (solid models) in
     /// line and have no rotations.
     pub fn of_nodes(
         body: &AssembledBody,
@@ -109,7 +112,7 @@ impl MarkerWeights {
     /// The marker of the body reduced to the modes `shapes` (n × n_q).
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if an unknown has no row.
+    /// [`DynamicsError::Data`] if an unknown has no row.
     pub fn marker(&self, name: &str, shapes: MatRef<'_, f64>) -> Result<Marker, DynamicsError> {
         self.check_size(shapes.nrows())?;
         let mut rows = vec![[0.0; 6]; shapes.ncols()];
@@ -129,7 +132,7 @@ impl MarkerWeights {
     /// order of [`crate::reduction::RigidModes`] (n × 1, 3 or 6).
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if there are fewer unknowns than the marker names.
+    /// [`DynamicsError::Data`] if there are fewer unknowns than the marker names.
     pub fn forces(&self, motion: RigidMotion, n: usize) -> Result<Mat<f64>, DynamicsError> {
         self.check_size(n)?;
         let columns = motion.directions();
@@ -143,8 +146,8 @@ impl MarkerWeights {
     /// Checks that the marker follows rigid motions of `body`: translations as they are, rotations with its lever.
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] with the motion that it does not follow.
-    pub fn check_rigid_motions(&self, body: &AssembledBody) -> Result<(), DynamicsError> {
+    /// [`DynamicsError::Data`] with the motion that it does not follow.
+    pub fn check_rigid_motions(&self, body: &AssembledBody) -> Result<(), DataError> {
         self.check_motions(body, 6)
     }
 
@@ -152,12 +155,12 @@ impl MarkerWeights {
     ///
     /// # Errors
     /// As there.
-    pub fn check_rigid_displacements(&self, body: &AssembledBody) -> Result<(), DynamicsError> {
+    pub fn check_rigid_displacements(&self, body: &AssembledBody) -> Result<(), DataError> {
         self.check_motions(body, 3)
     }
 
     /// Checks the first `n` of displacements and rotations.
-    fn check_motions(&self, body: &AssembledBody, n: usize) -> Result<(), DynamicsError> {
+    fn check_motions(&self, body: &AssembledBody, n: usize) -> Result<(), DataError> {
         self.check_size(body.dofs.len())?;
         let size = body.nodes.iter().flatten().fold(f64::MIN_POSITIVE, |m, x| m.max(x.abs()));
         for c in body.motion.directions().iter().copied() {
@@ -183,27 +186,23 @@ impl MarkerWeights {
                     .chain(["rotation about x", "rotation about y", "rotation about z"])
                     .nth(c)
                     .unwrap_or_default();
-                return Err(inconsistent(format!(
-                    "the marker at {:?} m does not follow the body's {motion}: it moves and turns by {found:?} instead of {expected:?}",
-                    self.position.as_slice()
-                )));
+                let position = self.position.into();
+                return Err(DataError::MarkerNotRigid { position, motion, found, expected });
             }
         }
         Ok(())
     }
 
-    fn check_size(&self, n: usize) -> Result<(), DynamicsError> {
+    fn check_size(&self, n: usize) -> Result<(), DataError> {
         match self.entries.last() {
-            Some((last, _)) if *last as usize >= n => {
-                Err(inconsistent(format!("a marker depends on unknown {last}, the model has {n}")))
-            }
+            Some((last, _)) if *last as usize >= n => Err(DataError::Index {
+                what: "unknowns of a marker".into(),
+                number: *last as usize,
+                count: n,
+            }),
             _ => Ok(()),
         }
     }
-}
-
-fn inconsistent(reason: String) -> DynamicsError {
-    DynamicsError::Inconsistent { reason }
 }
 
 /// Nodes that carry a marker.
@@ -217,16 +216,15 @@ struct NodeSet {
 impl NodeSet {
     fn new(body: &AssembledBody, nodes: &[u32]) -> Result<Self, DynamicsError> {
         if nodes.is_empty() {
-            return Err(inconsistent("a marker without nodes".into()));
+            return Err(DataError::Count { what: "nodes of a marker".into(), found: 0, expected: 1 }.into());
         }
         let mut contains = vec![false; body.nodes.len()];
         for &node in nodes {
             match contains.get_mut(node as usize) {
                 Some(slot) if !*slot => *slot = true,
-                Some(_) => return Err(inconsistent(format!("a marker names node {node} twice"))),
-                None => {
-                    let n = body.nodes.len();
-                    return Err(inconsistent(format!("a marker names node {node}, the model has {n}")));
+                _ => {
+                    let (what, count) = ("nodes of a marker".into(), body.nodes.len());
+                    return Err(DataError::Index { what, number: node as usize, count }.into());
                 }
             }
         }
@@ -246,10 +244,8 @@ impl NodeSet {
         }
         let needed = (n_c - first) * nodes.len();
         if displacements != needed {
-            let n = nodes.len();
-            let reason =
-                format!("the {n} nodes of a marker have {displacements} displacements, {needed} are needed");
-            return Err(inconsistent(reason));
+            let what = format!("displacements of the {} nodes of a marker", nodes.len());
+            return Err(DataError::Count { what, found: displacements, expected: needed }.into());
         }
         let has_rotations = rotations == body.motion.n_rotations() * nodes.len() && rotations > 0;
         Ok(Self { contains, centre, moment, has_rotations })
@@ -267,9 +263,7 @@ impl NodeSet {
             if self.has_rotations {
                 return Ok(None);
             }
-            let reason =
-                "the nodes of a marker lie in one place or in line and do not define a rotation, add nodes";
-            return Err(inconsistent(reason.into()));
+            return Err(DataError::NoRotation { marker: "the nodes of a marker", remedy: "add nodes" }.into());
         }
         let mut moment = self.moment;
         if motion == RigidMotion::Planar {

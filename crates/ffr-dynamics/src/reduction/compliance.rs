@@ -14,6 +14,7 @@ use super::modal::ReducedBasis;
 use super::problem::{ElasticProblem, SOLVE_COLUMNS};
 use super::rigid::RigidModes;
 use crate::DynamicsError;
+use crate::data_error::DataError;
 
 /// Route 1: residual flexibility from the high-frequency modes of `basis`, n_b x n_b [m/N].
 ///
@@ -47,23 +48,22 @@ impl ResidualFlexibility {
     /// Route 2 on a free problem whose `interface` was eliminated last; the first `n_low` shapes of `low` are removed.
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if the problem is clamped, or was built for another interface, or the sizes differ.
+    /// [`DynamicsError::Data`] if the problem is clamped, or was built for another interface, or the sizes differ.
     pub fn new(
         problem: &ElasticProblem<'_>,
         interface: &[usize],
         low: &ReducedBasis,
     ) -> Result<Self, DynamicsError> {
-        let inconsistent = |reason: String| DynamicsError::Inconsistent { reason };
         let rigid = problem
             .rigid()
-            .ok_or_else(|| inconsistent("a clamped problem has no inertia-relief flexibility".into()))?;
+            .ok_or(DataError::NotInModel { model: "clamped", what: "inertia-relief flexibility" })?;
         let factor = problem.factor()?;
         if !factor.symbolic().ends_with(interface) {
-            return Err(inconsistent("the problem was factorised for another interface".into()));
+            return Err(DataError::ForeignInterface.into());
         }
         if low.shapes.nrows() != problem.n_unknowns() {
-            let (a, b) = (low.shapes.nrows(), problem.n_unknowns());
-            return Err(inconsistent(format!("the modes have {a} rows, the body {b} unknowns")));
+            let (what, found) = ("rows of the modes".into(), low.shapes.nrows());
+            return Err(DataError::Count { what, found, expected: problem.n_unknowns() }.into());
         }
         let mut flexibility = Self {
             held: problem.held().to_vec(),

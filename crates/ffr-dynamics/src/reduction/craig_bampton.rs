@@ -8,7 +8,8 @@ use std::sync::Arc;
 use faer::{Mat, MatRef};
 
 use super::dense;
-use super::eigen::{elastic_modes_dense, neighbouring_counts};
+use super::eigen::elastic_modes_dense;
+use super::eigen_modes::neighbouring_counts;
 use super::modal::ReducedBasis;
 use super::pencil::Pencil;
 use super::problem::ElasticProblem;
@@ -49,7 +50,7 @@ pub struct CraigBampton {
 /// Craig-Bampton reduction of a free body with `n_low` low-frequency modes.
 ///
 /// # Errors
-/// [`DynamicsError::Inconsistent`] if the interface is empty, does not hold the body, or leaves nothing inside;
+/// [`DynamicsError::Data`] if the interface is empty, does not hold the body, or leaves nothing inside;
 /// [`DynamicsError::TooManyModes`]; [`DynamicsError::Eigenmodes`] if the retained frequencies do not reach the tolerance.
 pub fn craig_bampton(
     body: &AssembledBody,

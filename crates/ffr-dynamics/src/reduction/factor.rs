@@ -17,6 +17,7 @@ use faer::{Conj, Mat, MatMut, Par, Side};
 
 use super::wide_solve::{self, Entry};
 use crate::DynamicsError;
+use crate::data_error::DataError;
 
 type Row = <f64 as Entry>::Row;
 const WIDTH: usize = <f64 as Entry>::WIDTH;
@@ -34,7 +35,7 @@ impl SymbolicFactor {
     /// Analyses the lower triangle `pattern` under the elimination `order` (position p holds the p-th unknown).
     ///
     /// # Errors
-    /// [`DynamicsError::Factorisation`] if the factor is too large, [`DynamicsError::Inconsistent`] if `order` is no
+    /// [`DynamicsError::Factorisation`] if the factor is too large, [`DynamicsError::Data`] if `order` is no
     /// permutation.
     pub fn new(pattern: SymbolicSparseColMatRef<'_, u32>, order: Vec<u32>) -> Result<Self, DynamicsError> {
         let n = pattern.nrows();
@@ -45,8 +46,8 @@ impl SymbolicFactor {
             }
         }
         if n == 0 || order.len() != n || inverse.contains(&u32::MAX) {
-            let reason = format!("an order of {} entries does not number {n} unknowns", order.len());
-            return Err(DynamicsError::Inconsistent { reason });
+            let (what, found) = ("unknowns in the order of elimination".into(), order.len());
+            return Err(DataError::Count { what, found, expected: n }.into());
         }
         let params = CholeskySymbolicParams {
             supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,

@@ -21,6 +21,7 @@ mod supported;
 pub mod lanczos;
 mod search;
 pub mod eigen;
+pub mod eigen_modes;
 pub mod modal;
 pub mod craig_bampton;
 pub mod compliance;
@@ -29,7 +30,7 @@ pub mod static_answers;
 
 pub use compliance::{ResidualFlexibility, modal_compliance};
 pub use craig_bampton::{CraigBampton, FixedInterfaceModes, craig_bampton};
-pub use eigen::{EigenModes, neighbouring_counts};
+pub use eigen_modes::{EigenModes, neighbouring_counts};
 pub use factor::{CholeskyFactor, SolveWorkspace, SymbolicFactor};
 pub use inertia::Inertia;
 pub use modal::{ReducedBasis, all_modes, modal_truncation};

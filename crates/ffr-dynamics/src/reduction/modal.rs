@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use faer::Mat;
 
-use super::eigen::{EigenModes, neighbouring_counts};
+use super::eigen_modes::{EigenModes, neighbouring_counts};
 use super::problem::ElasticProblem;
 use super::rigid::RigidModes;
 use crate::DynamicsError;
@@ -86,8 +86,6 @@ fn reduced(
     problem: &ElasticProblem<'_>,
     modes: impl Fn(&ElasticProblem<'_>) -> Result<EigenModes, DynamicsError>,
 ) -> Result<ReducedBasis, DynamicsError> {
-    let rigid = problem.rigid().map(Arc::clone).ok_or_else(|| DynamicsError::Inconsistent {
-        reason: "a clamped body has no floating frame".into(),
-    })?;
+    let rigid = problem.free_rigid()?;
     Ok(ReducedBasis::from_modes(modes(problem)?, rigid))
 }

@@ -14,6 +14,7 @@ use super::ordering::elimination_order;
 use super::rounded::RoundedFactor;
 use crate::DynamicsError;
 use crate::body::{AssembledBody, MassMatrix};
+use crate::data_error::{DataError, EntryFault};
 
 const STIFFNESS: &str = "the supported stiffness matrix";
 
@@ -32,7 +33,7 @@ impl<'a> Pencil<'a> {
     /// Checks the matrices and analyses the factorisation; the unknowns `last` are eliminated last, in this order.
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if sizes do not fit, an entry is not finite, an unknown has no positive stiffness or
+    /// [`DynamicsError::Data`] if sizes do not fit, an entry is not finite, an unknown has no positive stiffness or
     /// mass, or `last` holds an unknown twice or one that does not exist.
     pub fn new(body: &'a AssembledBody, last: &[usize]) -> Result<Self, DynamicsError> {
         check(body)?;
@@ -121,56 +122,63 @@ fn mass_lower(body: &AssembledBody) -> &SparseColMat<u32, f64> {
     }
 }
 
-fn inconsistent(reason: String) -> DynamicsError {
-    DynamicsError::Inconsistent { reason }
-}
-
 /// Sizes and finiteness.
 fn check(body: &AssembledBody) -> Result<(), DynamicsError> {
     let (n, n_nodes) = (body.dofs.len(), body.nodes.len());
     let (k, m) = (&body.stiffness, mass_lower(body));
     let m_size = if matches!(body.mass, MassMatrix::General(_)) { n } else { n_nodes };
-    if n == 0 || k.nrows() != n || k.ncols() != n || m.nrows() != m_size || m.ncols() != m_size {
-        let (a, b) = ((k.nrows(), k.ncols()), (m.nrows(), m.ncols()));
-        return Err(inconsistent(format!("K is {a:?}, M is {b:?} for {n} unknowns on {n_nodes} nodes")));
+    if n == 0 {
+        return Err(DataError::Count { what: "unknowns of the body".into(), found: 0, expected: 1 }.into());
+    }
+    for (what, matrix, size) in [("K", k, n), ("M", m, m_size)] {
+        let found = (matrix.nrows(), matrix.ncols());
+        if found != (size, size) {
+            return Err(DataError::Size { what: what.into(), found, expected: (size, size) }.into());
+        }
     }
     if body.anchors.len() != n_nodes {
-        return Err(inconsistent(format!("{} anchors for {n_nodes} nodes", body.anchors.len())));
+        let (what, found) = ("anchors of the nodes".into(), body.anchors.len());
+        return Err(DataError::Count { what, found, expected: n_nodes }.into());
     }
-    let sorted = body.dofs.is_sorted_by(|a, b| (a.node, a.component) < (b.node, b.component));
     let known = |d: &crate::body::Dof| {
         let n_rotations =
             if matches!(body.mass, MassMatrix::General(_)) { body.motion.n_rotations() } else { 0 };
         (d.node as usize) < n_nodes && (d.component as usize) < body.motion.n_components() + n_rotations
     };
-    if !sorted || !body.dofs.iter().all(known) {
-        return Err(inconsistent(
-            "unknowns must be sorted by node and component, lie on existing nodes and have a component of the model".into(),
-        ));
+    if let Some(number) = body.dofs.iter().position(|d| !known(d)) {
+        let what = "unknowns with a node and component of the model".into();
+        return Err(DataError::Index { what, number, count: n }.into());
+    }
+    if let Some(number) =
+        body.dofs.windows(2).position(|d| (d[0].node, d[0].component) >= (d[1].node, d[1].component))
+    {
+        return Err(
+            DataError::Unsorted { what: "the unknowns by node and component", number: number + 1 }.into()
+        );
     }
     for (name, matrix) in [("K", k), ("M", m)] {
         for j in 0..matrix.ncols() {
             let mut diagonal = 0.0;
             for (i, &value) in matrix.row_idx_of_col(j).zip(matrix.val_of_col(j)) {
-                if !value.is_finite() {
-                    return Err(inconsistent(format!("{name}[{i}, {j}] = {value} is not finite")));
-                }
-                if i < j {
-                    return Err(inconsistent(format!("{name}[{i}, {j}] is above the diagonal")));
+                let fault = match value.is_finite() {
+                    true if i >= j => None,
+                    true => Some(EntryFault::AboveDiagonal),
+                    false => Some(EntryFault::NotFinite(value)),
+                };
+                if let Some(fault) = fault {
+                    return Err(DataError::Entry { matrix: name.into(), row: i, column: j, fault }.into());
                 }
                 diagonal += if i == j { value } else { 0.0 };
             }
             if diagonal <= 0.0 {
-                let reason = format!(
-                    "{name}[{j}, {j}] = {diagonal:e} must be positive, is there a node without material?"
-                );
-                return Err(inconsistent(reason));
+                let fault = EntryFault::NotPositive(diagonal);
+                return Err(DataError::Entry { matrix: name.into(), row: j, column: j, fault }.into());
             }
         }
     }
     let anchors = body.anchors.iter().chain(&body.nodes).flatten();
     if anchors.into_iter().any(|x| !x.is_finite()) {
-        return Err(inconsistent("a node or anchor is not finite".into()));
+        return Err(DataError::NotFinite { what: "a node or anchor".into() }.into());
     }
     Ok(())
 }
@@ -180,9 +188,8 @@ pub(crate) fn check_unknowns(list: &[usize], n: usize) -> Result<(), DynamicsErr
     let mut seen = vec![false; n];
     for &i in list {
         match seen.get_mut(i) {
-            None => return Err(inconsistent(format!("unknown {i} does not exist, there are {n}"))),
-            Some(true) => return Err(inconsistent(format!("unknown {i} is listed twice"))),
-            Some(slot) => *slot = true,
+            Some(slot) if !*slot => *slot = true,
+            _ => return Err(DataError::Index { what: "unknowns".into(), number: i, count: n }.into()),
         }
     }
     Ok(())
@@ -235,8 +242,7 @@ fn unite(body: &AssembledBody) -> Result<United<'_>, DynamicsError> {
     }
     let symbolic = SymbolicSparseColMat::new_checked(k.nrows(), k.ncols(), starts, None, rows);
     let united = SparseColMat::new(symbolic, values);
-    let places = places_in(&united, body, &number)
-        .ok_or_else(|| inconsistent("the mass matrix does not fit the unknowns".into()))?;
+    let places = places_in(&united, body, &number).ok_or(DataError::ForeignMass)?;
     Ok((Cow::Owned(united), places))
 }
 

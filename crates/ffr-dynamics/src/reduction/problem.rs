@@ -19,6 +19,7 @@ use super::random::Random;
 use super::rigid::RigidModes;
 use super::rounded::RoundedFactor;
 use crate::DynamicsError;
+use crate::data_error::DataError;
 
 /// Right-hand sides that one sweep over the factor serves; more do not make it faster and cost memory.
 pub(crate) const SOLVE_COLUMNS: usize = 32;
@@ -65,7 +66,7 @@ impl<'a> ElasticProblem<'a> {
     /// A free body. The `interface` unknowns are eliminated last and take no part in the support.
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if the data do not fit or too few unknowns outside the interface are left for the
+    /// [`DynamicsError::Data`] if the data do not fit or too few unknowns outside the interface are left for the
     /// support; [`DynamicsError::NotPositiveDefinite`] if `K` has more zero-energy motions than the rigid ones.
     pub fn free(body: &'a crate::body::AssembledBody, interface: &[usize]) -> Result<Self, DynamicsError> {
         let pencil = Pencil::new(body, interface)?;
@@ -74,14 +75,11 @@ impl<'a> ElasticProblem<'a> {
         let mut in_interface = vec![false; n];
         interface.iter().for_each(|&i| in_interface[i] = true);
         let support = dense::pivot_rows(rigid.modes.as_ref(), |i| !in_interface[i]);
-        if support.len() < rigid.count() {
-            let reason = format!(
-                "the {} unknowns outside the interface hold {} of {} rigid motions, make the interface smaller",
-                n - interface.len(),
-                support.len(),
-                rigid.count()
-            );
-            return Err(DynamicsError::Inconsistent { reason });
+        let held = support.len();
+        if held < rigid.count() {
+            let support = format!("the {} unknowns outside the interface", n - interface.len());
+            let free = rigid.count() - held;
+            return Err(DataError::NotHeld { support, free, remedy: "make the interface smaller" }.into());
         }
         let mut held = vec![false; n];
         support.iter().for_each(|&i| held[i] = true);
@@ -98,7 +96,7 @@ impl<'a> ElasticProblem<'a> {
     /// The body of `pencil` with the unknowns `fixed` clamped.
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if the clamped unknowns leave a rigid motion free.
+    /// [`DynamicsError::Data`] if the clamped unknowns leave a rigid motion free.
     pub fn clamped(pencil: Pencil<'a>, fixed: &[usize]) -> Result<Self, DynamicsError> {
         let body = pencil.body();
         check_unknowns(fixed, body.n_unknowns())?;
@@ -107,12 +105,10 @@ impl<'a> ElasticProblem<'a> {
         if let Ok(rigid) = RigidModes::new(body) {
             let held = dense::pivot_rows(rigid.modes.as_ref(), |i| clamped[i]).len();
             if held < rigid.count() {
-                let reason = format!(
-                    "the {} clamped unknowns leave {} rigid motions free, add points that are not in line",
-                    fixed.len(),
-                    rigid.count() - held
+                let (support, free) = (format!("the {} clamped unknowns", fixed.len()), rigid.count() - held);
+                return Err(
+                    DataError::NotHeld { support, free, remedy: "add points that are not in line" }.into()
                 );
-                return Err(DynamicsError::Inconsistent { reason });
             }
         }
         let held = clamped.clone();
@@ -179,6 +175,15 @@ impl<'a> ElasticProblem<'a> {
     /// Rigid modes of a free body.
     pub fn rigid(&self) -> Option<&Arc<RigidModes>> {
         self.rigid.as_ref()
+    }
+
+    /// Rigid modes, of a problem that must be free.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Data`] if it is clamped.
+    pub fn free_rigid(&self) -> Result<Arc<RigidModes>, DynamicsError> {
+        let missing = DataError::NotInModel { model: "clamped", what: "floating frame" };
+        Ok(self.rigid.clone().ok_or(missing)?)
     }
 
     /// Unknowns without rows in the factor.

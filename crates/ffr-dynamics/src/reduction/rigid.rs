@@ -8,6 +8,7 @@ use faer::{Mat, MatRef};
 use super::dense;
 use crate::DynamicsError;
 use crate::body::{AssembledBody, RigidMotion};
+use crate::data_error::DataError;
 
 /// A rigid motion may strain the body by at most this part of its stiffest entry.
 const STRAIN_LIMIT: f64 = 1e-6;
@@ -38,7 +39,7 @@ impl RigidModes {
     /// Rigid modes of a free body.
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if the mass is not positive, the body has no extent, or the stiffness matrix resists a
+    /// [`DynamicsError::Data`] if the mass is not positive, the body has no extent, or the stiffness matrix resists a
     /// rigid motion (unknowns are missing, or the matrix belongs to another geometry).
     pub fn new(body: &AssembledBody) -> Result<Self, DynamicsError> {
         let mass_properties = mass_properties(body)?;
@@ -46,9 +47,7 @@ impl RigidModes {
         // Twice: the second pass removes what round-off left of the first.
         for _ in 0..2 {
             let gram = dense::product(modes.transpose(), body.mass_product(modes.as_ref()).as_ref());
-            let factor = dense::cholesky(gram, "the rigid mass matrix").map_err(|_| {
-                inconsistent("the rigid motions are not independent, has the body no extent?".into())
-            })?;
+            let factor = dense::cholesky(gram, "the rigid mass matrix").map_err(|_| DataError::NoExtent)?;
             let mut transposed = modes.transpose().to_owned();
             dense::solve_lower(factor.as_ref(), transposed.as_mut());
             modes = transposed.transpose().to_owned();
@@ -64,10 +63,6 @@ impl RigidModes {
     }
 }
 
-fn inconsistent(reason: String) -> DynamicsError {
-    DynamicsError::Inconsistent { reason }
-}
-
 /// Field with `value(node position)` in one component and zero in the others.
 fn field(body: &AssembledBody, component: usize, value: impl Fn(&[f64; 3]) -> f64) -> Mat<f64> {
     Mat::from_fn(body.dofs.len(), 1, |i, _| {
@@ -79,7 +74,7 @@ fn field(body: &AssembledBody, component: usize, value: impl Fn(&[f64; 3]) -> f6
 /// Mass, centre of mass and inertia of the discretised body.
 ///
 /// # Errors
-/// [`DynamicsError::Inconsistent`] if the mass is not positive.
+/// [`DynamicsError::Data`] if the mass is not positive.
 pub fn mass_properties(body: &AssembledBody) -> Result<MassProperties, DynamicsError> {
     if body.has_rotations() {
         return general_mass_properties(body);
@@ -91,7 +86,7 @@ pub fn mass_properties(body: &AssembledBody) -> Result<MassProperties, DynamicsE
     let against_one = |x: &Mat<f64>| dense::product(x.transpose(), one.as_ref())[(0, 0)];
     let mass = against_one(&field(body, carrier, |_| 1.0));
     if !(mass.is_finite() && mass > 0.0) {
-        return Err(inconsistent(format!("the mass is {mass:e} kg, must be positive")));
+        return Err(DataError::OutOfRange { what: "the mass [kg]".into(), value: mass, range: "> 0" }.into());
     }
     let n_c = body.motion.n_components();
     let mut model_centre = [0.0; 3];
@@ -130,7 +125,7 @@ pub fn mass_properties(body: &AssembledBody) -> Result<MassProperties, DynamicsE
 fn general_mass_properties(body: &AssembledBody) -> Result<MassProperties, DynamicsError> {
     let (mass, first, second) = body.rigid_integrals();
     if !(mass.is_finite() && mass > 0.0) {
-        return Err(inconsistent(format!("the mass is {mass:e} kg, must be positive")));
+        return Err(DataError::OutOfRange { what: "the mass [kg]".into(), value: mass, range: "> 0" }.into());
     }
     let centre = first / mass;
     let central = second - centre * centre.transpose() * mass;
@@ -185,11 +180,7 @@ fn check_strain(body: &AssembledBody, modes: MatRef<'_, f64>) -> Result<(), Dyna
         let limit = stiffest * modes.col(j).norm_max() * STRAIN_LIMIT;
         let worst = forces.col(j).norm_max();
         if worst > limit {
-            let reason = format!(
-                "the stiffness matrix resists rigid motion {j} with {worst:.3e} N (limit {limit:.3e} N), \
-                 is an unknown missing?"
-            );
-            return Err(inconsistent(reason));
+            return Err(DataError::RigidMotionResisted { motion: j, force: worst, limit }.into());
         }
     }
     Ok(())

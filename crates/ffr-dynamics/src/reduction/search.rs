@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 use faer::{Mat, MatRef};
 
 use super::dense;
-use super::eigen::EigenModes;
+use super::eigen_modes::EigenModes;
 use super::lanczos::{Lanczos, Ritz};
 use super::problem::{CLEAN_ACCURACY, ElasticProblem};
 use crate::DynamicsError;

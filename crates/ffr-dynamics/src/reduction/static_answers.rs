@@ -12,6 +12,7 @@ use super::modal::ReducedBasis;
 use super::problem::{ElasticProblem, SOLVE_COLUMNS};
 use super::residual_modes::PencilModes;
 use crate::DynamicsError;
+use crate::data_error::DataError;
 
 /// Share of the energy of its whole static answer below which the part of a load's answer that modes and other loads leave out is
 /// dropped: the compliance then errs by this share.
@@ -41,7 +42,7 @@ pub enum TakenLoads<'a> {
 /// mixed with the pseudo-modes (Rayleigh-Ritz).
 ///
 /// # Errors
-/// [`DynamicsError::Inconsistent`] if sizes do not fit, the body is clamped or a load is not finite; [`DynamicsError::NotPositiveDefinite`] if
+/// [`DynamicsError::Data`] if sizes do not fit, the body is clamped or a load is not finite; [`DynamicsError::NotPositiveDefinite`] if
 /// given loads depend on each other or on the modes; [`DynamicsError::Factorisation`].
 pub fn with_static_answers(
     problem: &ElasticProblem<'_>,
@@ -77,17 +78,14 @@ fn check(
     basis: &ReducedBasis,
     loads: MatRef<'_, f64>,
 ) -> Result<(), DynamicsError> {
-    let fail = |reason: String| Err(DynamicsError::Inconsistent { reason });
-    if problem.rigid().is_none() {
-        return fail("a clamped body has no floating frame".into());
-    }
+    problem.free_rigid()?;
     let (n, rows) = (problem.n_unknowns(), loads.nrows());
     if rows != n || basis.shapes.nrows() != n {
-        let modes = basis.shapes.nrows();
-        return fail(format!("loads of {rows} rows and modes of {modes} for a body of {n} unknowns"));
+        let (what, found) = ("rows of the modes or the loads".into(), rows.min(basis.shapes.nrows()));
+        return Err(DataError::Count { what, found, expected: n }.into());
     }
     if !loads.col_iter().all(|load| load.iter().all(|f| f.is_finite())) {
-        return fail("a load of a marker is not finite".into());
+        return Err(DataError::NotFinite { what: "a load of a marker".into() }.into());
     }
     Ok(())
 }

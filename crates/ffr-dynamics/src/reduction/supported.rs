@@ -9,30 +9,25 @@ use faer::{Mat, MatRef};
 use super::dense;
 use super::problem::ElasticProblem;
 use crate::DynamicsError;
+use crate::data_error::DataError;
 
 impl ElasticProblem<'_> {
     /// Displacements (n × k) of the body under the forces `loads` (n × k), held by `support` (n × r): the columns are the forces
     /// on the unknowns of unit reactions, one for each rigid motion. The motion of the support itself, `supportᵀ u`, vanishes.
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if sizes do not fit, a number is not finite, the body is clamped, or the support leaves a rigid motion free.
+    /// [`DynamicsError::Data`] if sizes do not fit, a number is not finite, the body is clamped, or the support leaves a rigid motion free.
     pub fn supported(
         &self,
         loads: MatRef<'_, f64>,
         support: MatRef<'_, f64>,
     ) -> Result<Mat<f64>, DynamicsError> {
-        let fail = |reason: String| Err(DynamicsError::Inconsistent { reason });
-        let Some(rigid) = self.rigid() else {
-            return fail("a clamped body needs no other support".into());
-        };
+        let rigid = self.free_rigid()?;
         let (n, r) = (self.n_unknowns(), rigid.count());
         if loads.nrows() != n || support.nrows() != n || support.ncols() != r {
-            return fail(format!(
-                "loads of {} rows and a support of {} x {} for a body of {n} unknowns and {r} rigid motions",
-                loads.nrows(),
-                support.nrows(),
-                support.ncols()
-            ));
+            let what = "the support, or the loads,".into();
+            let found = (support.nrows().min(loads.nrows()), support.ncols());
+            return Err(DataError::Size { what, found, expected: (n, r) }.into());
         }
         // G = R^T B: power of the reactions in rigid motions.
         let grip = dense::product(rigid.modes.transpose(), support);
@@ -47,7 +42,9 @@ impl ElasticProblem<'_> {
         if is_held {
             Ok(u)
         } else {
-            fail("the support leaves a rigid motion free, or a load is not finite".into())
+            let (support, remedy) =
+                ("a support or a load that is not finite".into(), "hold more of the body");
+            Err(DataError::NotHeld { support, free: 1, remedy }.into())
         }
     }
 }

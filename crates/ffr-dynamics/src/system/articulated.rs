@@ -12,7 +12,7 @@ use super::force::{BodyState, GeneralisedForce};
 use super::model::{MultibodyModel, TreeBody};
 use super::tree_kinematics::{Edge, Six, dot, join};
 use crate::body::ModalMass;
-use crate::error::Rejection;
+use crate::error::EvaluationFailure;
 
 /// Numbers taken together in sums of rows.
 const LANES: usize = 4;
@@ -136,7 +136,12 @@ impl BodyFactors {
     /// Eliminates the body's unknowns (Eq. M.15).
     ///
     /// `joint_forces` act along the free velocities.
-    pub fn eliminate(&mut self, body: &TreeBody, edge: &Edge, joint_forces: &[f64]) -> Result<(), Rejection> {
+    pub fn eliminate(
+        &mut self,
+        body: &TreeBody,
+        edge: &Edge,
+        joint_forces: &[f64],
+    ) -> Result<(), EvaluationFailure> {
         self.fill_motion(edge);
         self.fill_products(edge);
         self.fill_matrix(edge, joint_forces);
@@ -167,7 +172,7 @@ impl BodyFactors {
     }
 
     /// Eliminates modes that know of each other only through the frame.
-    fn eliminate_modes(&mut self, body: &TreeBody) -> Result<(), Rejection> {
+    fn eliminate_modes(&mut self, body: &TreeBody) -> Result<(), EvaluationFailure> {
         let (n, size, width) = (self.n_modes, self.n_unknowns + 6, self.stride);
         for k in 0..n {
             self.scale_pivot(body, k)?;
@@ -183,13 +188,13 @@ impl BodyFactors {
     }
 
     /// Checks pivot `k` and stores its reciprocal.
-    fn scale_pivot(&mut self, body: &TreeBody, k: usize) -> Result<(), Rejection> {
+    fn scale_pivot(&mut self, body: &TreeBody, k: usize) -> Result<(), EvaluationFailure> {
         let pivot = self.matrix[k * self.stride + k];
         let is_positive = pivot > SMALLEST_PIVOT * self.pivots[k]; // the diagonal before elimination; false for NaN
         if !is_positive {
             let what = if k < self.n_modes { "elastic coordinates" } else { "joint coordinates" };
             let reason = format!("inertia of the {what} of body \"{}\" is not positive definite", body.name);
-            return Err(Rejection { code: 1, reason });
+            return Err(EvaluationFailure::singular(reason));
         }
         self.pivots[k] = 1.0 / pivot;
         Ok(())
@@ -398,7 +403,7 @@ pub(super) fn solve_tree(
     edges: &[Edge],
     joint_forces: &[Six],
     factors: &mut [BodyFactors],
-) -> Result<(), Rejection> {
+) -> Result<(), EvaluationFailure> {
     for &i in model.order.iter().rev() {
         let body = &model.bodies[i];
         factors[i].eliminate(body, &edges[i], &joint_forces[i][..body.layout.n_velocities])?;

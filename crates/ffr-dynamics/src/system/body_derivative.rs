@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::equations::{BodyWorkspace, active_directions, factor_active, substitute_active};
 use super::force::{BodyState, GeneralisedForce};
 use crate::body::StandardInputData;
-use crate::error::Rejection;
+use crate::error::EvaluationFailure;
 use crate::integration::Linearisation;
 use crate::kinematics::rotation::skew;
 
@@ -20,14 +20,14 @@ impl BodyWorkspace {
     /// that the cost is `O(n_q²)`: that of a few accelerations.
     ///
     /// # Errors
-    /// [`Rejection`] if the inertia of the deformed body is not positive definite.
+    /// [`EvaluationFailure`] if the inertia of the deformed body is not positive definite.
     pub(super) fn linearise(
         &mut self,
         data: &StandardInputData,
         state: &BodyState,
         first: usize,
         derivative: &mut Linearisation,
-    ) -> Result<(), Rejection> {
+    ) -> Result<(), EvaluationFailure> {
         let n_q = data.n_modes();
         let none = GeneralisedForce::zeros(0); // allocates nothing
         let mut rigid = if data.has_rotation() {

@@ -6,10 +6,10 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::force::{BodyState, GeneralisedForce};
-use crate::body::geometric_stiffening::Foreshortening;
+use crate::body::foreshortening::Foreshortening;
 use crate::body::standard_input_data::inertia_from;
 use crate::body::{RigidMotion, StandardInputData};
-use crate::error::Rejection;
+use crate::error::EvaluationFailure;
 use crate::kinematics::rotation::skew;
 
 /// Buffers for one body.
@@ -72,14 +72,14 @@ impl BodyWorkspace {
     /// Costs `O(n_q²)` for the inertia's dependence on `q_e` and `O(n_q)` for the solution, and allocates nothing.
     ///
     /// # Errors
-    /// [`Rejection`] if the inertia of the deformed body is not positive definite: the deformation tried is beyond sense.
+    /// [`EvaluationFailure`] if the inertia of the deformed body is not positive definite: the deformation tried is beyond sense.
     pub fn accelerations(
         &mut self,
         data: &StandardInputData,
         state: &BodyState,
         gravity: &Vector3<f64>,
         force: &GeneralisedForce,
-    ) -> Result<Accelerations<'_>, Rejection> {
+    ) -> Result<Accelerations<'_>, EvaluationFailure> {
         let (mut rigid, dissipated_power) = self.assemble(data, state, force);
         data.modal_mass.whiten(&mut self.elastic, &mut self.coupling);
         self.eliminate_elastic(&mut rigid);
@@ -317,14 +317,14 @@ pub fn active_directions(motion: RigidMotion) -> &'static [usize] {
 }
 
 /// Cholesky solution for the active directions; the accelerations replace `force`, the others are set to zero.
-fn solve_active(rigid: &mut RigidPart, active: &[usize]) -> Result<(), Rejection> {
+fn solve_active(rigid: &mut RigidPart, active: &[usize]) -> Result<(), EvaluationFailure> {
     factor_active(&mut rigid.inertia, active)?;
     substitute_active(&rigid.inertia, &mut rigid.force, active);
     Ok(())
 }
 
 /// Replaces the lower triangle of the active directions by its Cholesky factor.
-pub(super) fn factor_active(l: &mut [[f64; 6]; 6], active: &[usize]) -> Result<(), Rejection> {
+pub(super) fn factor_active(l: &mut [[f64; 6]; 6], active: &[usize]) -> Result<(), EvaluationFailure> {
     for (k, &i) in active.iter().enumerate() {
         let scale = l[i][i];
         for (p, &j) in active[..=k].iter().enumerate() {
@@ -336,7 +336,7 @@ pub(super) fn factor_active(l: &mut [[f64; 6]; 6], active: &[usize]) -> Result<(
                 if !is_positive {
                     let reason =
                         format!("inertia of the deformed body is not positive definite in direction {i}");
-                    return Err(Rejection { code: 1, reason });
+                    return Err(EvaluationFailure::singular(reason));
                 }
                 l[i][i] = rest.sqrt();
             } else {

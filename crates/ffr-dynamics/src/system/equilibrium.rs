@@ -20,12 +20,12 @@ impl<F: ForceElement> Multibody<F> {
     /// from this state, the bodies begin to move without vibration.
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if the corrections do not converge (too soft bodies), a force element refuses, or there are
+    /// [`DynamicsError::StaticStart`] if the corrections do not converge (too soft bodies), a force element refuses, or there are
     /// loop-closing joints, which the deformation would open.
     pub fn static_start(&mut self, t: f64, y: &mut [f64]) -> Result<(), DynamicsError> {
-        let fail = |reason: String| Err(DynamicsError::Inconsistent { reason });
+        let fail = |reason: String| Err(DynamicsError::StaticStart { reason });
         if !self.model.loops.is_empty() {
-            return fail("a static start with loop-closing joints is not possible".to_string());
+            return fail("loop-closing joints would open".to_string());
         }
         let layouts: Vec<_> = self.model.bodies.iter().map(|b| b.layout).collect();
         for layout in &layouts {
@@ -44,7 +44,7 @@ impl<F: ForceElement> Multibody<F> {
         let mut rates = vec![0.0; self.dimension()];
         for _ in 0..MAX_CORRECTIONS {
             if let Err(refusal) = self.rhs(t, y, &mut rates) {
-                return fail(format!("no static start: {}", refusal.reason));
+                return fail(refusal.reason);
             }
             let correction = self.elastic_correction(&unknowns);
             let (mut moved, mut stored) = (0.0, 0.0);
@@ -60,7 +60,7 @@ impl<F: ForceElement> Multibody<F> {
                 return Ok(());
             }
         }
-        fail(format!("no static start: elastic coordinates do not settle in {MAX_CORRECTIONS} corrections"))
+        fail(format!("elastic coordinates do not converge in {MAX_CORRECTIONS} corrections"))
     }
 
     /// Change of the elastic coordinates that takes their accelerations away if all forces but the elastic ones stay.

@@ -10,6 +10,7 @@ use nalgebra::{Quaternion, Vector3};
 use super::free_modes::FreeModes;
 use super::layout::BodyLayout;
 use crate::body::StandardInputData;
+use crate::data_error::DataError;
 use crate::error::DynamicsError;
 use crate::kinematics::rotation::rotation_from_slice;
 
@@ -32,15 +33,18 @@ impl ErrorScale {
     /// The tolerances themselves.
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if one is not positive.
+    /// [`DynamicsError::Data`] if one is not positive.
     pub(super) fn checked(self) -> Result<Self, DynamicsError> {
         let is_positive = |x: f64| x > 0.0 && x.is_finite();
         if is_positive(self.relative) && is_positive(self.velocity_floor) {
             return Ok(self);
         }
-        let Self { relative, velocity_floor } = self;
-        let reason = format!("tolerance {relative} and velocity floor {velocity_floor} m/s must both be > 0");
-        Err(DynamicsError::Inconsistent { reason })
+        let (what, value) = if is_positive(self.relative) {
+            ("the velocity floor [m/s]", self.velocity_floor)
+        } else {
+            ("the tolerance", self.relative)
+        };
+        Err(DataError::OutOfRange { what: what.into(), value, range: "> 0 and finite" }.into())
     }
 }
 

@@ -2,7 +2,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::error::Rejection;
+use crate::error::EvaluationFailure;
 
 /// Motion of one body at one instant, as force elements see it.
 #[derive(Debug, Clone)]
@@ -78,13 +78,13 @@ pub trait ForceElement: Send {
     /// Adds the forces at time `t` to `forces` (one entry a body, in the order of `bodies`).
     ///
     /// # Errors
-    /// [`Rejection`] where the force cannot be found, for instance when the contact solver does not converge.
+    /// [`EvaluationFailure`] where the force cannot be found, for instance when the contact solver does not converge.
     fn apply(
         &mut self,
         t: f64,
         bodies: &[BodyState],
         forces: &mut [GeneralisedForce],
-    ) -> Result<(), Rejection>;
+    ) -> Result<(), EvaluationFailure>;
 
     /// Energies at the last evaluation.
     fn energies(&self) -> ForceEnergies;
@@ -126,7 +126,7 @@ impl<T: ForceElement + ?Sized> ForceElement for Box<T> {
         t: f64,
         bodies: &[BodyState],
         forces: &mut [GeneralisedForce],
-    ) -> Result<(), Rejection> {
+    ) -> Result<(), EvaluationFailure> {
         (**self).apply(t, bodies, forces)
     }
 

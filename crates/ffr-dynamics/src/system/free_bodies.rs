@@ -9,8 +9,9 @@ use super::equations::{BodyWorkspace, active_directions};
 use super::error_scale::{BodyScale, ErrorScale};
 use super::force::{BodyState, ForceElement, GeneralisedForce};
 use super::layout::BodyLayout;
-use crate::body::{ModalDamping, RigidMotion, StandardInputData};
-use crate::error::{DynamicsError, Rejection};
+use crate::body::{ModalDamping, StandardInputData};
+use crate::data_error::DataError;
+use crate::error::{DynamicsError, EvaluationFailure};
 use crate::integration::{KinematicBlock, Linearisation, OdeSystem};
 use crate::invariants::{Invariants, centre_of_mass};
 use crate::kinematics::rotation::{quaternion_rate, renormalise};
@@ -43,10 +44,10 @@ impl<F: ForceElement> FreeBodies<F> {
     /// Bodies under `gravity` [m/s²] and force elements.
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if gravity is not finite or a damping does not fit its body.
+    /// [`DynamicsError::Data`] if gravity is not finite or a damping does not fit its body.
     pub fn new(bodies: Vec<FreeBody>, gravity: Vector3<f64>, forces: Vec<F>) -> Result<Self, DynamicsError> {
         if !gravity.norm().is_finite() {
-            return Err(DynamicsError::Inconsistent { reason: "gravity is not finite".to_string() });
+            return Err(DataError::NotFinite { what: "gravity".into() }.into());
         }
         let mut layouts = Vec::with_capacity(bodies.len());
         let mut offset = 0;
@@ -102,7 +103,7 @@ impl<F: ForceElement> FreeBodies<F> {
     /// Changes the tolerances of the error norm.
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if one is not positive.
+    /// [`DynamicsError::Data`] if one is not positive.
     pub fn set_error_scale(&mut self, scale: ErrorScale) -> Result<(), DynamicsError> {
         self.error_scale = scale.checked()?;
         Ok(())
@@ -116,12 +117,12 @@ impl<F: ForceElement> FreeBodies<F> {
     /// State vector of bodies in motion, with quadratures at zero.
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if sizes do not fit, a number is not finite, or a body moves in a direction that
+    /// [`DynamicsError::Data`] if sizes do not fit, a number is not finite, or a body moves in a direction that
     /// its model does not have.
     pub fn state_vector(&self, states: &[BodyState]) -> Result<Vec<f64>, DynamicsError> {
         if states.len() != self.bodies.len() {
-            let reason = format!("{} initial motions for {} bodies", states.len(), self.bodies.len());
-            return Err(DynamicsError::Inconsistent { reason });
+            let (what, found) = ("initial motions of the bodies".into(), states.len());
+            return Err(DataError::Count { what, found, expected: self.bodies.len() }.into());
         }
         let mut y = vec![0.0; self.dimension()];
         for ((body, layout), state) in self.bodies.iter().zip(&self.layouts).zip(states) {
@@ -130,9 +131,8 @@ impl<F: ForceElement> FreeBodies<F> {
             if let Some(i) =
                 y[layout.offset..layout.offset + layout.len()].iter().position(|v| !v.is_finite())
             {
-                let reason =
-                    format!("body \"{}\": component {i} of the initial motion is not finite", body.name);
-                return Err(DynamicsError::Inconsistent { reason });
+                let what = format!("component {i} of the initial motion of body \"{}\"", body.name);
+                return Err(DataError::NotFinite { what }.into());
             }
         }
         Ok(y)
@@ -158,8 +158,8 @@ impl<F: ForceElement> FreeBodies<F> {
     /// After an accepted step they do already, unless something else was evaluated in between. Does not allocate.
     ///
     /// # Errors
-    /// [`Rejection`] of a force element.
-    pub fn evaluate_forces(&mut self, t: f64, y: &[f64]) -> Result<(), Rejection> {
+    /// [`EvaluationFailure`] of a force element.
+    pub fn evaluate_forces(&mut self, t: f64, y: &[f64]) -> Result<(), EvaluationFailure> {
         for (layout, state) in self.layouts.iter().zip(&mut self.states) {
             layout.read(y, state);
         }
@@ -234,7 +234,7 @@ impl<F: ForceElement> OdeSystem for FreeBodies<F> {
         self.quadratures() + 1 + 3 * self.forces.len()
     }
 
-    fn rhs(&mut self, t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), Rejection> {
+    fn rhs(&mut self, t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), EvaluationFailure> {
         self.evaluate_forces(t, y)?;
         let quadratures = self.quadratures();
         let mut power = 0.0;
@@ -276,7 +276,12 @@ impl<F: ForceElement> OdeSystem for FreeBodies<F> {
         self.layouts.iter().flat_map(BodyLayout::kinematics).collect()
     }
 
-    fn linearise(&mut self, t: f64, y: &[f64], derivative: &mut Linearisation) -> Result<(), Rejection> {
+    fn linearise(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        derivative: &mut Linearisation,
+    ) -> Result<(), EvaluationFailure> {
         self.evaluate_forces(t, y)?;
         if !self.forces.iter().all(ForceElement::is_idle) {
             return Ok(()); // forces couple everything: differences find out how
@@ -322,17 +327,15 @@ pub(super) fn check_damping(name: &str, data: &StandardInputData) -> Result<(), 
     if fits {
         return Ok(());
     }
-    let reason = format!("body \"{name}\": damping must have {n_q} coefficients, finite and not negative");
-    Err(DynamicsError::Inconsistent { reason })
+    Err(DataError::Damping { body: name.to_owned(), modes: n_q }.into())
 }
 
 /// Refuses motion in directions that the body's model does not have.
 fn check_motion(body: &FreeBody, state: &BodyState) -> Result<(), DynamicsError> {
     let n_q = body.data.n_modes();
     if state.elastic.len() != n_q || state.elastic_rates.len() != n_q {
-        let reason =
-            format!("body \"{}\": {} elastic coordinates, expected {n_q}", body.name, state.elastic.len());
-        return Err(DynamicsError::Inconsistent { reason });
+        let (what, found) = (format!("elastic coordinates of body \"{}\"", body.name), state.elastic.len());
+        return Err(DataError::Count { what, found, expected: n_q }.into());
     }
     let motion = body.data.motion;
     let v = state.rotation.inverse_transform_vector(&state.velocity);
@@ -340,18 +343,10 @@ fn check_motion(body: &FreeBody, state: &BodyState) -> Result<(), DynamicsError>
     let tolerance = 1e-12 * v.norm().max(state.angular_velocity.norm()); // round-off of the rotation
     let forbidden = (0..6).find(|i| !active_directions(motion).contains(i) && all[*i].abs() > tolerance);
     if let Some(i) = forbidden {
-        let reason = format!(
-            "body \"{}\": initial velocity {:.3e} in direction {} that its {} model does not have",
-            body.name,
-            all[i],
-            ["x", "y", "z", "rotation x", "rotation y", "rotation z"][i],
-            match motion {
-                RigidMotion::Axial => "axisymmetric",
-                RigidMotion::Planar => "plane",
-                RigidMotion::Spatial => "spatial",
-            }
-        );
-        return Err(DynamicsError::Inconsistent { reason });
+        let direction = ["x", "y", "z", "rotation x", "rotation y", "rotation z"][i];
+        let what = format!("the initial velocity of body \"{}\" in direction {direction}", body.name);
+        let range = "0: its model has no such motion";
+        return Err(DataError::OutOfRange { what, value: all[i], range }.into());
     }
     Ok(())
 }

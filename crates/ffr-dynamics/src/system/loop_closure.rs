@@ -9,7 +9,7 @@ use super::articulated::{BodyFactors, Response};
 use super::force::BodyState;
 use super::model::{LoopJoint, MultibodyModel, Site};
 use super::tree_kinematics::{Edge, Six, join, split};
-use crate::error::Rejection;
+use crate::error::EvaluationFailure;
 use crate::kinematics::MarkerMotion;
 
 /// Share of a constraint's mobility between free bodies below which it counts as redundant: the tree already holds it.
@@ -321,7 +321,7 @@ impl LoopSolver {
         factors: &[BodyFactors],
         frames: &[Six],
         rates: &[f64],
-    ) -> Result<(), Rejection> {
+    ) -> Result<(), EvaluationFailure> {
         self.factorise(model, edges, factors);
         for k in 0..self.rows.len() {
             let row = self.rows[k];
@@ -338,7 +338,7 @@ impl LoopSolver {
         if let Some(k) = self.multipliers.iter().position(|l| !l.is_finite()) {
             let reason =
                 format!("loop joint \"{}\" has no finite force", model.loops[self.rows[k].joint].name);
-            return Err(Rejection { code: 2, reason });
+            return Err(EvaluationFailure::not_finite(reason));
         }
         self.respond(model, edges, factors);
         Ok(())

@@ -11,6 +11,7 @@ use super::joints::{CoordinateForce, JointKind, TimeFunction};
 use super::specification::{Attachment, BodySpec, GROUND, JointSpec, SystemSpec};
 use super::tree::{Parent, order_from_ground};
 use crate::body::{RigidMotion, StandardInputData};
+use crate::data_error::DataError;
 use crate::error::DynamicsError;
 use crate::kinematics::Marker;
 
@@ -184,11 +185,11 @@ impl MultibodyModel {
     /// # Errors
     /// Names: [`DynamicsError::DuplicateName`], [`DynamicsError::UnknownBody`], [`DynamicsError::UnknownMarker`]; structure:
     /// [`DynamicsError::JointCycle`], [`DynamicsError::OverConstrained`], [`DynamicsError::Joint`]; numbers:
-    /// [`DynamicsError::Inconsistent`].
+    /// [`DynamicsError::Data`].
     pub fn new(spec: SystemSpec) -> Result<Self, DynamicsError> {
         check_names(&spec)?;
         if !spec.gravity.norm().is_finite() {
-            return Err(DynamicsError::Inconsistent { reason: "gravity is not finite".to_string() });
+            return Err(DataError::NotFinite { what: "gravity".into() }.into());
         }
         let joints = tree_joints(&spec)?;
         let parents: Vec<Parent> = joints.iter().map(|j| j.parent.body).collect();
@@ -457,8 +458,7 @@ fn resolve_loads(spec: &SystemSpec) -> Result<Vec<Load>, DynamicsError> {
     for load in &spec.loads {
         let Site { body, marker } = resolve(spec, &load.name, &load.at)?;
         let Some(body) = body else {
-            let reason = format!("load \"{}\" acts on ground", load.name);
-            return Err(DynamicsError::Inconsistent { reason });
+            return Err(DynamicsError::LoadOnGround { load: load.name.clone() });
         };
         loads.push(Load {
             name: load.name.clone(),

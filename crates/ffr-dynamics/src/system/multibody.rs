@@ -13,7 +13,8 @@ use super::model::{JointCoordinates, MultibodyModel, TreeBody};
 use super::specification::SystemSpec;
 use super::tree_error::TreeNorm;
 use super::workspace::{Powers, Workspace};
-use crate::error::{DynamicsError, Rejection};
+use crate::data_error::DataError;
+use crate::error::{DynamicsError, EvaluationFailure};
 use crate::integration::{KinematicBlock, Linearisation, OdeSystem};
 use crate::invariants::{Invariants, centre_of_mass};
 use crate::kinematics::Marker;
@@ -58,15 +59,18 @@ impl<F: ForceElement> Multibody<F> {
     /// their places, but elastic coordinates belong to the new modes.
     ///
     /// # Errors
-    /// See [`MultibodyModel::new`]; [`DynamicsError::Inconsistent`] if states would have other places. The system is then as
-    /// before.
+    /// See [`MultibodyModel::new`]. The system is then as before.
+    ///
+    /// # Panics
+    /// If states would have other places.
     pub fn replace_model(&mut self, spec: SystemSpec) -> Result<(), DynamicsError> {
         let model = MultibodyModel::new(spec)?;
         let layouts = |model: &MultibodyModel| model.bodies.iter().map(|b| b.layout).collect::<Vec<_>>();
-        if layouts(&model) != layouts(&self.model) {
-            let reason = "models that replace each other need the same coordinates".into();
-            return Err(DynamicsError::Inconsistent { reason });
-        }
+        assert_eq!(
+            layouts(&model),
+            layouts(&self.model),
+            "models that replace each other have the same coordinates"
+        );
         let workspace = Workspace::new(&model);
         self.norm = RefCell::new(TreeNorm::new(&model, &workspace.states, &workspace.edges)?);
         (self.model, self.workspace) = (model, workspace);
@@ -96,7 +100,7 @@ impl<F: ForceElement> Multibody<F> {
     /// Changes the tolerances of the error norm.
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if one is not positive.
+    /// [`DynamicsError::Data`] if one is not positive.
     pub fn set_error_scale(&mut self, scale: ErrorScale) -> Result<(), DynamicsError> {
         self.error_scale = scale.checked()?;
         self.norm.get_mut().forget();
@@ -163,7 +167,7 @@ impl<F: ForceElement> Multibody<F> {
     /// Sets the elastic coordinates of a body and their rates.
     ///
     /// # Errors
-    /// [`DynamicsError::Inconsistent`] if their numbers are wrong, or a number is not finite.
+    /// [`DynamicsError::Data`] if their numbers are wrong, or a number is not finite.
     pub fn set_elastic(
         &self,
         y: &mut [f64],
@@ -172,13 +176,14 @@ impl<F: ForceElement> Multibody<F> {
         rates: &[f64],
     ) -> Result<(), DynamicsError> {
         let TreeBody { name, layout, .. } = &self.model.bodies[body];
-        let is_sound =
-            [elastic, rates].iter().all(|x| x.len() == layout.n_modes && x.iter().all(|v| v.is_finite()));
-        if !is_sound {
-            let n = layout.n_modes;
-            let reason =
-                format!("body \"{name}\" has {n} elastic coordinates and rates, which must be finite");
-            return Err(DynamicsError::Inconsistent { reason });
+        for values in [elastic, rates] {
+            let what = format!("elastic coordinates or rates of body \"{name}\"");
+            if values.len() != layout.n_modes {
+                return Err(DataError::Count { what, found: values.len(), expected: layout.n_modes }.into());
+            }
+            if !values.iter().all(|v| v.is_finite()) {
+                return Err(DataError::NotFinite { what }.into());
+            }
         }
         y[layout.elastic()].copy_from_slice(elastic);
         y[layout.elastic_rates()].copy_from_slice(rates);
@@ -199,8 +204,8 @@ impl<F: ForceElement> Multibody<F> {
     /// Evaluates motions and forces, so that energies and resultants of force elements belong to `y`. Does not allocate.
     ///
     /// # Errors
-    /// [`Rejection`] of a force element.
-    pub fn evaluate_forces(&mut self, t: f64, y: &[f64]) -> Result<(), Rejection> {
+    /// [`EvaluationFailure`] of a force element.
+    pub fn evaluate_forces(&mut self, t: f64, y: &[f64]) -> Result<(), EvaluationFailure> {
         self.workspace.place(&self.model, t, y);
         let mut start = self.n_without_own();
         for force in &mut self.forces {
@@ -216,8 +221,8 @@ impl<F: ForceElement> Multibody<F> {
     /// Evaluates motions, forces and accelerations, so that reactions of joints belong to `y`, too. Does not allocate.
     ///
     /// # Errors
-    /// [`Rejection`] of a force element, or of the equations of motion.
-    pub fn evaluate_accelerations(&mut self, t: f64, y: &[f64]) -> Result<(), Rejection> {
+    /// [`EvaluationFailure`] of a force element, or of the equations of motion.
+    pub fn evaluate_accelerations(&mut self, t: f64, y: &[f64]) -> Result<(), EvaluationFailure> {
         self.evaluate(t, y).map(|_| ())
     }
 
@@ -380,7 +385,7 @@ impl<F: ForceElement> Multibody<F> {
         }
     }
 
-    fn evaluate(&mut self, t: f64, y: &[f64]) -> Result<Powers, Rejection> {
+    fn evaluate(&mut self, t: f64, y: &[f64]) -> Result<Powers, EvaluationFailure> {
         self.evaluate_forces(t, y)?;
         self.workspace.accelerate(&self.model)
     }
@@ -391,7 +396,7 @@ impl<F: ForceElement> OdeSystem for Multibody<F> {
         self.n_without_own() + self.forces.iter().map(|f| 2 * f.n_coordinates()).sum::<usize>()
     }
 
-    fn rhs(&mut self, t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), Rejection> {
+    fn rhs(&mut self, t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), EvaluationFailure> {
         let mut powers = self.evaluate(t, y)?;
         for TreeBody { joint, layout, .. } in &self.model.bodies {
             let (positions, velocities) = (&y[layout.positions()], &y[layout.velocities()]);
@@ -446,7 +451,12 @@ impl<F: ForceElement> OdeSystem for Multibody<F> {
         self.model.bodies.iter().flat_map(TreeBody::kinematics).chain(own).collect()
     }
 
-    fn linearise(&mut self, t: f64, y: &[f64], derivative: &mut Linearisation) -> Result<(), Rejection> {
+    fn linearise(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        derivative: &mut Linearisation,
+    ) -> Result<(), EvaluationFailure> {
         self.evaluate(t, y)?;
         let is_coupled = !self.model.loops.is_empty() || !self.forces.iter().all(ForceElement::is_idle);
         if !is_coupled {

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::force::ForceElement;
 use super::multibody::Multibody;
-use super::tree_kinematics::{Six, split};
+use super::tree_kinematics::split;
 
 /// What a joint exerts on its child: the whole of it, whether the joint holds a direction or a spring, a damper, a drive or a
 /// prescribed motion acts along it.
@@ -39,9 +39,4 @@ impl<F: ForceElement> Multibody<F> {
         let (force, moment) = split(&self.workspace.loop_wrenches[joint]);
         Reaction { force, moment }
     }
-}
-
-/// Copies the wrenches of joints, which projections and linearisations overwrite where they are found.
-pub(super) fn keep<'a>(wrenches: &mut [Six], found: impl Iterator<Item = &'a Six>) {
-    wrenches.iter_mut().zip(found).for_each(|(kept, found)| *kept = *found);
 }

@@ -8,9 +8,8 @@ use super::force::{BodyState, GeneralisedForce};
 use super::joints::forces::joint_forces;
 use super::loop_closure::LoopSolver;
 use super::model::{Load, MultibodyModel, TreeBody};
-use super::reaction::keep;
 use super::tree_kinematics::{Edge, Six, split, update};
-use crate::error::Rejection;
+use crate::error::EvaluationFailure;
 
 /// Power that goes in and out of a system at one instant \[W\].
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -89,7 +88,7 @@ impl Workspace {
     }
 
     /// Inertia of the tree and accelerations under the forces collected.
-    pub fn accelerate(&mut self, model: &MultibodyModel) -> Result<Powers, Rejection> {
+    pub fn accelerate(&mut self, model: &MultibodyModel) -> Result<Powers, EvaluationFailure> {
         let mut powers = Powers { dissipated: 0.0, supplied: self.load_power };
         for (i, body) in model.bodies.iter().enumerate() {
             let workspace = &mut self.bodies[i];
@@ -125,7 +124,11 @@ impl Workspace {
     /// Inertia of the tree and mobility of the loops at the last motion, whatever the forces.
     ///
     /// Elastic inertia counts `elastic_weight` times.
-    pub fn factorise(&mut self, model: &MultibodyModel, elastic_weight: f64) -> Result<(), Rejection> {
+    pub fn factorise(
+        &mut self,
+        model: &MultibodyModel,
+        elastic_weight: f64,
+    ) -> Result<(), EvaluationFailure> {
         for (i, body) in model.bodies.iter().enumerate() {
             self.factors[i].load(body, &self.states[i], &self.sums[i], &mut self.bodies[i]);
             self.factors[i].weigh_elastic(elastic_weight);
@@ -146,7 +149,7 @@ impl Workspace {
     }
 
     /// Adds the forces of loop-closing joints.
-    fn close_loops(&mut self, model: &MultibodyModel) -> Result<(), Rejection> {
+    fn close_loops(&mut self, model: &MultibodyModel) -> Result<(), EvaluationFailure> {
         for ((frame, factor), state) in self.frames.iter_mut().zip(&self.factors).zip(&self.states) {
             *frame = factor.frame;
             let gravity = state.rotation.inverse_transform_vector(&model.gravity);
@@ -192,4 +195,9 @@ fn load_at(load: &Load, t: f64, state: &BodyState) -> (Vector3<f64>, Vector3<f64
     }
     let axes = load.marker.orientation(state);
     (axes * force, axes * moment)
+}
+
+/// Copies the wrenches of joints, which projections and linearisations overwrite where they are found.
+fn keep<'a>(wrenches: &mut [Six], found: impl Iterator<Item = &'a Six>) {
+    wrenches.iter_mut().zip(found).for_each(|(kept, found)| *kept = *found);
 }

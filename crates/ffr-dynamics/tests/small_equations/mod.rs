@@ -1,6 +1,6 @@
 //! Small differential equations for tests of the integrators, and measures of their solutions.
 
-use ffr_dynamics::error::Rejection;
+use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::integration::{KinematicBlock, OdeSystem};
 
 pub fn norm(x: &[f64]) -> f64 {
@@ -39,7 +39,7 @@ impl<F: FnMut(f64, &[f64], &mut [f64])> OdeSystem for Given<F> {
         self.dimension
     }
 
-    fn rhs(&mut self, t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), Rejection> {
+    fn rhs(&mut self, t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), EvaluationFailure> {
         (self.rate)(t, y, dydt);
         Ok(())
     }

@@ -1,8 +1,7 @@
 //! Faces of patches and which of them coincide: interfaces between patches and closed seams.
 
 use super::Patch;
-use super::jet::{difference, norm};
-use super::locate::extent;
+use super::jet::{difference, extent, norm};
 use crate::tensor;
 
 /// A face of a patch (an edge in two dimensions): one parameter held at an end of its range.

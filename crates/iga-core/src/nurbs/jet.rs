@@ -1,6 +1,6 @@
 //! A point of a parametrised body with its derivatives, and what follows from them.
 
-use super::patch::{PointBasis, SECOND_DERIVATIVES};
+use super::patch::{Patch, PointBasis, SECOND_DERIVATIVES};
 
 /// Position and derivatives with respect to the parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -11,6 +11,24 @@ pub struct Jet {
     pub first: [[f64; 3]; 3],
     /// Second derivatives in the order of [`SECOND_DERIVATIVES`].
     pub second: [[f64; 3]; 6],
+}
+
+impl Patch {
+    /// Point of the patch at parameters `xi` \[m\].
+    pub fn point(&self, xi: &[f64; 3]) -> [f64; 3] {
+        self.jet(xi, 0, &mut PointBasis::default()).point
+    }
+
+    /// Point and derivatives up to `n_derivatives <= 2` at parameters `xi`; `scratch` spares allocations.
+    pub fn jet(&self, xi: &[f64; 3], n_derivatives: usize, scratch: &mut PointBasis) -> Jet {
+        self.jet_on(self.find_element(xi), xi, n_derivatives, scratch)
+    }
+
+    /// As [`Patch::jet`] on element `e`, so that one-sided values at knots are well defined.
+    pub fn jet_on(&self, e: usize, xi: &[f64; 3], n_derivatives: usize, scratch: &mut PointBasis) -> Jet {
+        self.evaluate(e, xi, n_derivatives, scratch);
+        Jet::combine(scratch, self.active_indices(e).map(|i| self.control_points()[i]))
+    }
 }
 
 impl Jet {
@@ -75,4 +93,14 @@ pub fn norm(a: &[f64; 3]) -> f64 {
 /// Difference `a - b`.
 pub fn difference(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+/// Diagonal of the box around points.
+pub(crate) fn extent(points: &[[f64; 3]]) -> f64 {
+    let span = |c: usize| {
+        let values = points.iter().map(|p| p[c]);
+        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+        high - low
+    };
+    norm(&[span(0), span(1), span(2)])
 }

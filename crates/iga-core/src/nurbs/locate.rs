@@ -5,7 +5,7 @@
 //! better (theory section S.6). With all directions free the nearest point is the inverse of the geometry map.
 
 use super::box_newton::{Sample, minimize};
-use super::jet::{difference, dot, norm};
+use super::jet::{difference, dot, extent, norm};
 use super::patch::PointBasis;
 use super::{Jet, Patch, Prolongation, Shape};
 use crate::SplineError;
@@ -307,16 +307,6 @@ fn height(jet: &Jet, direction: &[f64; 3]) -> Sample {
 
 fn square(v: &[f64; 3]) -> f64 {
     dot(v, v)
-}
-
-/// Diagonal of the box around points.
-pub(crate) fn extent(points: &[[f64; 3]]) -> f64 {
-    let span = |c: usize| {
-        let values = points.iter().map(|p| p[c]);
-        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
-        high - low
-    };
-    norm(&[span(0), span(1), span(2)])
 }
 
 /// How far a point may miss the body and still count as inside, relative to the body's size.

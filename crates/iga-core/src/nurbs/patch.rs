@@ -5,8 +5,6 @@ use crate::bspline::basis_derivatives;
 use crate::knots::{KnotVector, MAX_DEGREE};
 use crate::tensor;
 
-use super::jet::Jet;
-
 /// A NURBS patch with 1, 2 or 3 parametric directions in space.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Patch {
@@ -214,22 +212,6 @@ impl Patch {
             }
         }
         make_rational(out);
-    }
-
-    /// Point of the patch at parameters `xi` \[m\].
-    pub fn point(&self, xi: &[f64; 3]) -> [f64; 3] {
-        self.jet(xi, 0, &mut PointBasis::default()).point
-    }
-
-    /// Point and derivatives up to `n_derivatives <= 2` at parameters `xi`; `scratch` spares allocations.
-    pub fn jet(&self, xi: &[f64; 3], n_derivatives: usize, scratch: &mut PointBasis) -> Jet {
-        self.jet_on(self.find_element(xi), xi, n_derivatives, scratch)
-    }
-
-    /// As [`Patch::jet`] on element `e`, so that one-sided values at knots are well defined.
-    pub fn jet_on(&self, e: usize, xi: &[f64; 3], n_derivatives: usize, scratch: &mut PointBasis) -> Jet {
-        self.evaluate(e, xi, n_derivatives, scratch);
-        Jet::combine(scratch, self.active_indices(e).map(|i| self.control_points[i]))
     }
 }
 

@@ -75,7 +75,7 @@ impl Face {
                 xi[d] = lower[d] + s * (upper[d] - lower[d]);
             }
             let extent: f64 = self.directions().map(|d| upper[d] - lower[d]).product();
-            let size = crate::nurbs::locate::extent(patch.control_points());
+            let size = crate::nurbs::jet::extent(patch.control_points());
             let limit = COINCIDENT * size.powi(self.directions().count() as i32);
             plane.at(patch, &xi, &mut scratch).area * extent <= limit
         })

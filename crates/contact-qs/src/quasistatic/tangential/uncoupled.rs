@@ -1,6 +1,6 @@
 //! Points without compliance, every one for itself.
 
-use ffr_dynamics::error::Rejection;
+use ffr_dynamics::error::EvaluationFailure;
 
 use super::{PointState, Tangential, pair};
 
@@ -15,12 +15,12 @@ impl Tangential {
         slips: &[f64],
         bounds: &[f64],
         forces: &mut [f64],
-    ) -> Result<(), Rejection> {
+    ) -> Result<(), EvaluationFailure> {
         for i in 0..self.states.len() {
             let slip = pair(slips, i, self.n_t);
             let size = slip[0].hypot(slip[1]);
             if !size.is_finite() {
-                return Err(Rejection { code: 2, reason: "a tangential displacement is not finite".into() });
+                return Err(EvaluationFailure::not_finite("a tangential displacement is not finite"));
             }
             let held = size / springs[i];
             self.states[i] = if bounds[i] <= 0.0 {

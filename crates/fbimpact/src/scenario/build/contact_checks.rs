@@ -2,7 +2,7 @@
 
 use super::super::check::Checker;
 use super::super::section::Section;
-use super::contacts::ContactFacts;
+use super::contact_facts::ContactFacts;
 use super::places::BodyFacts;
 
 /// Keys that only contact points on surfaces have.

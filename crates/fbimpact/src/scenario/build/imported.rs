@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use ffr_dynamics::body::{AssembledBody, RigidMotion};
 
-use super::super::body_files::BodySource;
+use super::super::body_source::BodySource;
 use super::super::check::Checker;
 use super::super::model::{BodyKind, Frame, FromFile, ImportedBody, Place, Reduction};
 use super::super::section::Section;
-use super::bodies::{Context, damping, frame};
+use super::body_parts::{Context, damping, frame};
 use super::discretisation::reduction;
 use crate::body_file::BodyFile;
 

@@ -8,7 +8,9 @@ mod discretisation;
 mod rigid;
 mod imported;
 mod bodies;
+mod body_parts;
 mod loads;
+mod contact_facts;
 mod contacts;
 mod contact_checks;
 mod output;
@@ -20,7 +22,7 @@ use super::check::Checker;
 use super::model::{Body, Integration, Integrator, Scenario, Simulation, Source};
 use super::section::Section;
 
-pub use contacts::ContactFacts;
+pub use contact_facts::ContactFacts;
 pub use joints::hanging_joint;
 
 /// Default tolerance of the explicit method, at which its energy drift cannot be seen.
@@ -32,7 +34,7 @@ const IMPLICIT_TOLERANCE: f64 = 1e-5;
 pub fn scenario(checker: &mut Checker, root: &Section, directory: &Path, source: Source) -> Option<Scenario> {
     let simulation = root.table("simulation").and_then(simulation);
     let (joints, has_all_joints) = joints::joints(checker, root);
-    let bodies = bodies::bodies(checker, bodies::Context { root, joints: &joints, directory });
+    let bodies = bodies::bodies(checker, body_parts::Context { root, joints: &joints, directory });
     let loads = loads::loads(checker, root);
     let contacts = contacts::contacts(checker, root);
     let end_time = simulation.as_ref().map(|s| s.end_time);

@@ -3,7 +3,7 @@
 use adaptive::spec::{Coupling, Extent};
 use ffr_dynamics::body::RigidMotion;
 
-use super::super::body_files::BodySource;
+use super::super::body_source::BodySource;
 use super::super::check::Checker;
 use super::super::keys::names;
 use super::super::model::Place;

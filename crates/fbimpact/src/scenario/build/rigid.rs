@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use super::super::check::Checker;
 use super::super::model::{BodyKind, ElasticModel, RigidBody, RigidMass};
 use super::super::section::{Checked, Section};
-use super::bodies::{material, optional_material};
+use super::body_parts::{elastic_model, material, optional_material};
 use super::geometry;
 use super::places::BodyFacts;
 
@@ -105,7 +105,7 @@ fn from_shape(
         let message = "follows from \"geometry\" and \"material\", give either these or the mass".into();
         checker.fault_in(section, key, message);
     }
-    let model = super::bodies::elastic_model(checker, section, facts.components);
+    let model = elastic_model(checker, section, facts.components);
     let geometry = geometry::geometry(checker, section, facts.components, directory);
     let material = material(checker, root, section);
     let (model, geometry, material): (ElasticModel, _, _) = (model?, geometry?, material?);

@@ -1,6 +1,6 @@
 //! Contacts.
 
-use adaptive::fine_model::DivisionRule;
+use adaptive::spec::DivisionRule;
 use adaptive::spec::HandOver;
 use contact_qs::law::Friction;
 

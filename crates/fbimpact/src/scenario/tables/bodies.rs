@@ -2,16 +2,8 @@
 
 use super::super::keys::{Bound, Choice, Key, Kind, Need, Range};
 use super::discretisation::{DISCRETISATION, REDUCTION};
+use super::ranges::{COORDINATE, LENGTH, RATE};
 use super::shapes::GEOMETRIES;
-
-/// Lengths \[m\]: no body is larger than a thousand kilometres.
-pub(super) const LENGTH: Range = Range::positive(1e6);
-/// Coordinates \[m\].
-pub(super) const COORDINATE: Range = Range::within(1e6);
-/// Speeds [m/s] and rates [rad/s]; linear elasticity ends long before.
-pub(super) const RATE: Range = Range::within(1e6);
-/// Highest spline degree, that of `iga_core::knots::MAX_DEGREE`.
-pub(super) const MAX_DEGREE: u64 = iga_core::knots::MAX_DEGREE as u64;
 
 /// `[materials.NAME]`.
 pub const MATERIAL: &[Key] = &[

@@ -1,7 +1,7 @@
 //! Keys of `discretisation` and `reduction`: the spline space of a body and its reduced basis.
 
 use super::super::keys::{Bound, Choice, Key, Kind, Need, Range};
-use super::bodies::{COORDINATE, LENGTH, MAX_DEGREE};
+use super::ranges::{COORDINATE, LENGTH, MAX_DEGREE};
 
 /// Elements a direction; more do not fit into memory in two dimensions.
 const MAX_ELEMENTS: u64 = 10_000;

@@ -1,7 +1,8 @@
 //! Keys of `[joints.NAME]` and `[loads.NAME]`.
 
 use super::super::keys::{Bound, Choice, Key, Kind, Need, Range};
-use super::bodies::{COORDINATE, COUPLING, FACE, RADIUS, RATE};
+use super::bodies::{COUPLING, FACE, RADIUS};
+use super::ranges::{COORDINATE, RATE};
 use super::time_curves::curve;
 
 const TYPES: &[Choice] = &[

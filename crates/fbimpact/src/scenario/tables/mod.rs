@@ -3,6 +3,7 @@
 mod shapes;
 mod discretisation;
 mod bodies;
+mod ranges;
 mod time_curves;
 mod joints;
 mod contacts;

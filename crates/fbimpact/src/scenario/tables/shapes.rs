@@ -1,7 +1,7 @@
 //! Shapes: their keys, the models that they go with, their markers.
 
 use super::super::keys::{Choice, Key, Kind, Need, Variant};
-use super::bodies::{COORDINATE, LENGTH, MAX_DEGREE};
+use super::ranges::{COORDINATE, LENGTH, MAX_DEGREE};
 
 const RADIUS: Key = Key::new("radius", Kind::Number(LENGTH), "m", Need::Required, "Radius.");
 const ROD_LENGTH: Key = Key::new("length", Kind::Number(LENGTH), "m", Need::Required, "Length over all.");

@@ -1,0 +1,164 @@
+//! A body of a run: rigid, elastic, or from a file.
+
+use std::sync::Arc;
+
+use contact_qs::search::SurfaceModel;
+use ffr_dynamics::body::StandardInputData;
+use ffr_dynamics::kinematics::Marker;
+use ffr_dynamics::kinematics::marker::FlexiblePoint;
+use nalgebra::UnitQuaternion;
+
+use crate::elastic_body::{ElasticBody, Interface, ReducedBody};
+use crate::error::AdaptiveError;
+use crate::fine_model::FineBody;
+use crate::imported::ImportedModel;
+use crate::marker_loads::answers_by_marker;
+use crate::own_modes::OwnModes;
+use crate::spec::{BodyKind, BodySpec, Place};
+use crate::store::ModelCache;
+
+/// A body of a run.
+pub struct BodyModel {
+    /// Name.
+    pub name: String,
+    /// Inertia and couplings.
+    pub data: StandardInputData,
+    /// Full and reduced model of an elastic body with a geometry.
+    pub elastic: Option<ElasticModel>,
+    /// A body from a file.
+    pub imported: Option<ImportedModel>,
+    /// The fine model that stands for an elastic body in an impact, if it has modes of its own.
+    pub own: Option<Box<OwnState>>,
+}
+
+/// Full and reduced model of an elastic body.
+pub struct ElasticModel {
+    /// The full model.
+    pub body: ElasticBody,
+    /// The reduced model.
+    pub reduced: ReducedBody,
+    /// The interface that it was reduced for.
+    pub interface: Interface,
+}
+
+impl BodyModel {
+    pub(crate) fn new(
+        spec: &BodySpec,
+        full: Option<ElasticBody>,
+        interface: Interface,
+        cache: &ModelCache,
+    ) -> Result<Self, AdaptiveError> {
+        let name = spec.name.clone();
+        let rigid = match (&spec.kind, full) {
+            (BodyKind::Elastic(_), Some(body)) => {
+                let reduced = body.reduce_with(&interface, cache)?;
+                let data = reduced.data.clone();
+                let elastic = Some(ElasticModel { body, reduced, interface });
+                return Ok(Self { name, data, elastic, imported: None, own: None });
+            }
+            (BodyKind::Imported(imported), _) => {
+                let model = ImportedModel::build(&name, imported, &interface.loads)?;
+                return Ok(Self {
+                    name,
+                    data: model.data.clone(),
+                    elastic: None,
+                    imported: Some(model),
+                    own: None,
+                });
+            }
+            (BodyKind::Rigid(rigid), _) => rigid,
+            (BodyKind::Elastic(_), None) => unreachable!("every elastic body has a full model"),
+        };
+        let c = rigid.centre_of_mass;
+        let steiner = nalgebra::Matrix3::identity() * c.norm_squared() - c * c.transpose();
+        let inertia = rigid.inertia + steiner * rigid.mass;
+        let data = StandardInputData::rigid(rigid.motion, rigid.mass, c, inertia)
+            .map_err(|source| AdaptiveError::Reduction { body: name.clone(), source })?;
+        Ok(Self { name, data, elastic: None, imported: None, own: None })
+    }
+}
+
+impl BodyModel {
+    /// Eigenfrequencies of the elastic coordinates \[Hz\]; none of a rigid body.
+    pub fn frequencies(&self) -> Vec<f64> {
+        match (&self.elastic, &self.imported) {
+            (Some(elastic), _) => elastic.frequencies(),
+            (None, Some(imported)) => imported.frequencies.clone(),
+            (None, None) => Vec::new(),
+        }
+    }
+}
+
+/// What the elastic coordinates of a body stand for.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct CoordinateCounts {
+    /// Free modes.
+    pub free: usize,
+    /// Modes that a contact interface adds; none where it follows statically.
+    pub interface: usize,
+    /// Static answers to what each joint or load exerts; the last coordinates if there are no interface modes.
+    pub answers: Vec<(String, usize)>,
+}
+
+impl BodyModel {
+    /// What the elastic coordinates stand for.
+    pub fn coordinates(&self) -> CoordinateCounts {
+        let n = self.data.n_modes();
+        match (&self.elastic, &self.imported) {
+            (Some(ElasticModel { reduced, .. }), _) => {
+                let n_low = reduced.basis.n_low;
+                let answers = answers_by_marker(&reduced.loads, &reduced.basis.static_loads);
+                let n_static: usize = answers.iter().map(|(_, n)| n).sum();
+                // Interface modes are beyond the low-frequency ones, and static answers are then, too.
+                let free = if n_low == n { n - n_static } else { n_low };
+                CoordinateCounts { free, interface: n - free - n_static, answers }
+            }
+            (None, Some(imported)) => {
+                let n_static: usize = imported.answers.iter().map(|(_, n)| n).sum();
+                CoordinateCounts { free: n - n_static, interface: 0, answers: imported.answers.clone() }
+            }
+            (None, None) => CoordinateCounts::default(),
+        }
+    }
+}
+
+impl ElasticModel {
+    /// Eigenfrequencies of the elastic coordinates \[Hz\].
+    pub fn frequencies(&self) -> Vec<f64> {
+        self.reduced.basis.omega.iter().map(|w| w / std::f64::consts::TAU).collect()
+    }
+}
+
+/// A fine model in use. While it is, its view is the body's reduced model; the coarse one is kept here.
+pub struct OwnState {
+    /// The refined body.
+    pub(crate) fine: FineBody,
+    /// Its modes.
+    pub(crate) modes: OwnModes,
+    /// The surface that belongs to the coarse modes.
+    pub(crate) surface: Option<Arc<SurfaceModel>>,
+}
+
+impl OwnState {
+    /// The material point at `place` of the body, whose coarse model is `coarse`.
+    ///
+    /// # Errors
+    /// [`AdaptiveError`] if there is no such place.
+    pub fn point(&self, coarse: &ElasticBody, place: &Place) -> Result<FlexiblePoint, AdaptiveError> {
+        self.fine.discretised(coarse).flexible_point(place, self.modes.reduced.shapes())
+    }
+
+    /// A marker on the body, whose coarse model is `coarse`.
+    ///
+    /// # Errors
+    /// [`AdaptiveError`] if there is no such place.
+    pub fn marker(
+        &self,
+        coarse: &ElasticBody,
+        name: &str,
+        place: &Place,
+        rotation: UnitQuaternion<f64>,
+    ) -> Result<Marker, AdaptiveError> {
+        self.fine.discretised(coarse).marker(name, place, rotation, self.modes.reduced.shapes())
+    }
+}

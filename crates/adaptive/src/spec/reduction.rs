@@ -1,0 +1,37 @@
+//! The reduced basis of a body and the damping of its coordinates.
+
+/// Reduced basis of a body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ReductionSpec {
+    /// The first free eigenmodes.
+    Modal {
+        /// Number of elastic modes.
+        modes: usize,
+    },
+    /// Craig-Bampton.
+    CraigBampton {
+        /// Number of low-frequency modes.
+        modes: usize,
+        /// Number of fixed-interface modes; `None`: enough for the low-frequency ones to be right.
+        fixed_interface_modes: Option<usize>,
+    },
+    /// Every elastic mode of the model.
+    All,
+}
+
+/// Damping of elastic coordinates.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub enum DampingSpec {
+    /// None.
+    #[default]
+    None,
+    /// Rayleigh damping: the damping ratio `ratio` at two frequencies \[Hz\] (\[B\] (26)-(28)).
+    Rayleigh {
+        /// The two frequencies \[Hz\].
+        frequencies: [f64; 2],
+        /// Damping ratio at both, 1 being critical.
+        ratio: f64,
+    },
+    /// Damping ratios, one a mode; the last holds for all that follow.
+    Modal(Vec<f64>),
+}

@@ -1,0 +1,173 @@
+#!/usr/bin/env python3
+"""Checks the layers of the workspace: no crate names one above it, and no modules of a crate name each other in a circle.
+
+A file and those of its own folder count as one room: `foo.rs` may use what is in `foo/`, and a file in `foo/` what `foo.rs`
+declares. What a module re-exports counts as named where it is declared. Only code counts, not documentation and unit tests.
+
+Usage: scripts/check_layers.py [--list]
+"""
+
+import pathlib
+import re
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+# Lowest first; a crate may name those before it.
+LAYERS = ["iga_core", "ffr_dynamics", "contact_qs", "adaptive", "fbimpact"]
+# Leaves do not name each other.
+LEAVES = {"iga_core", "ffr_dynamics"}
+PATH = re.compile(r"\b(crate|super|self)((?:::super)*)((?:::\w+)+)?(::\{)?")
+
+
+def code(text):
+    """The text without comments and without the unit tests at its end."""
+    text = re.split(r"#\[cfg\(test\)\]\s*mod tests \{", text)[0]
+    return re.sub(r"//[^\n]*", "", text)
+
+
+def modules(source):
+    """Module path of every file: `foo/bar.rs`, `foo/mod.rs` -> ("foo", "bar"), ("foo",)."""
+    found = {}
+    for file in sorted(source.rglob("*.rs")):
+        parts = list(file.relative_to(source).with_suffix("").parts)
+        if parts[-1] in ("mod", "lib", "main"):
+            parts.pop()
+        found[tuple(parts)] = code(file.read_text())
+    return found
+
+
+def branches(text, start):
+    """Paths of a `use` tree that begins behind `{` at `start`."""
+    depth, prefix, word, out = 1, [], "", []
+    stack = []
+    i = start
+    while depth and i < len(text):
+        c = text[i]
+        if c == "{":
+            stack.append(prefix)
+            prefix = prefix + [w for w in word.split("::") if w]
+            word, depth = "", depth + 1
+        elif c in ",}":
+            if word.strip():
+                out.append(prefix + [w for w in word.split(" as ")[0].strip().split("::") if w])
+            word = ""
+            if c == "}":
+                depth -= 1
+                prefix = stack.pop() if stack else []
+        else:
+            word += "" if c.isspace() and not word.strip() else c
+        i += 1
+    return out
+
+
+def resolve(path, known, exported):
+    """The module that declares what `path` names."""
+    for _ in range(8):
+        module = list(path)
+        while module and tuple(module) not in known:
+            module.pop()
+        item = path[len(module)] if len(path) > len(module) else None
+        further = exported.get((tuple(module), item))
+        if further is None:
+            return tuple(module)
+        path = further
+    return tuple(module)
+
+
+def paths(module, text):
+    """Paths from the root of the crate that `text` of `module` names by crate, super or self."""
+    for match in PATH.finditer(text):
+        root, ups, tail, tree = match.groups()
+        up = len(module) - 1 - ups.count("super")
+        base = {"crate": [], "self": list(module), "super": list(module[: max(up, 0)])}[root]
+        path = base + [p for p in (tail or "").split("::") if p]
+        for branch in branches(text, match.end()) if tree else [[]]:
+            yield [p for p in path + branch if p != "self"]
+
+
+def exports(known):
+    """What every module re-exports: (module, name) -> path."""
+    found = {}
+    for module, text in known.items():
+        for match in re.finditer(r"\bpub(?:\([^)]*\))? use ((?:\w+::)+)(\w+|\{)", text):
+            head = [p for p in match[1].split("::") if p]
+            base = {"crate": [], "self": list(module), "super": list(module[:-1])}.get(head[0])
+            if base is None:
+                if module + (head[0],) not in known:
+                    continue
+                base = list(module) + head[:1]
+            path = base + head[1:]
+            for branch in branches(text, match.end()) if match[2] == "{" else [[match[2]]]:
+                if branch:
+                    found[module, branch[-1]] = path + branch
+    return found
+
+
+def references(module, text, known, exported):
+    """Modules that `text` of `module` names."""
+    return {resolve(path, known, exported) for path in paths(module, text)}
+
+
+def circles(edges):
+    """Strongly connected components with more than one member (Tarjan)."""
+    index, low, stack, out = {}, {}, [], []
+
+    def visit(v):
+        index[v] = low[v] = len(index)
+        stack.append(v)
+        for w in sorted(edges.get(v, ())):
+            if w not in index:
+                visit(w)
+                low[v] = min(low[v], low[w])
+            elif w in stack:
+                low[v] = min(low[v], index[w])
+        if low[v] == index[v]:
+            component = []
+            while True:
+                component.append(stack.pop())
+                if component[-1] == v:
+                    break
+            if len(component) > 1:
+                out.append(sorted(component))
+
+    for v in sorted(edges):
+        if v not in index:
+            visit(v)
+    return out
+
+
+def circles_of(crate):
+    """Circles among the files of a crate, and who names whom."""
+    known = modules(ROOT / "crates" / crate.replace("_", "-") / "src")
+    exported = exports(known)
+    edges = {}
+    for module, text in known.items():
+        for target in references(module, text, known, exported):
+            n = min(len(module), len(target))
+            if module[:n] != target[:n]:
+                edges.setdefault(module, set()).add(target)
+    return circles(edges), edges
+
+
+def main():
+    faults = []
+    for level, crate in enumerate(LAYERS):
+        above = set(LAYERS[level + 1 :]) | (LEAVES - {crate} if crate in LEAVES else set())
+        for module, text in modules(ROOT / "crates" / crate.replace("_", "-") / "src").items():
+            for name in sorted(above):
+                if re.search(rf"\b{name}::", text):
+                    faults.append(f"{crate}: {'::'.join(module)} names the crate {name}")
+        found, edges = circles_of(crate)
+        for circle in found:
+            faults.append(f"{crate}: circle of " + ", ".join("::".join(m) for m in circle))
+            if "--list" in sys.argv:
+                for a in circle:
+                    for b in circle:
+                        if b in edges.get(a, ()):
+                            faults.append(f"    {'::'.join(a)} -> {'::'.join(b)}")
+    print("\n".join(faults) or "layers: no arrow upwards, no circle")
+    sys.exit(1 if faults else 0)
+
+
+if __name__ == "__main__":
+    main()
