@@ -427,7 +427,7 @@ impl FineContact {
 
 /// The elastic model of a body in an adaptive contact, which has one.
 fn elastic(model: &BodyModel) -> &ElasticModel {
-    model.elastic.as_ref().expect("adaptive contacts are between elastic bodies, see AdaptiveContact::new")
+    model.elastic().expect("adaptive contacts are between elastic bodies, see AdaptiveContact::new")
 }
 
 /// The place `site` on the body `elastic`, for an interval of the widths given.

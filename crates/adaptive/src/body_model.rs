@@ -23,12 +23,18 @@ pub struct BodyModel {
     pub name: String,
     /// Inertia and couplings.
     pub data: StandardInputData,
-    /// Full and reduced model of an elastic body with a geometry.
-    pub elastic: Option<ElasticModel>,
+    /// What it is made of.
+    pub form: BodyForm,
+}
+
+/// What a body is made of.
+pub enum BodyForm {
+    /// A rigid body.
+    Rigid,
+    /// An elastic body with a geometry.
+    Elastic(Box<ElasticModel>),
     /// A body from a file.
-    pub imported: Option<ImportedModel>,
-    /// The fine model that stands for an elastic body in an impact, if it has modes of its own.
-    pub own: Option<Box<OwnState>>,
+    Imported(Box<ImportedModel>),
 }
 
 /// Full and reduced model of an elastic body.
@@ -39,6 +45,8 @@ pub struct ElasticModel {
     pub reduced: ReducedBody,
     /// The interface that it was reduced for.
     pub interface: Interface,
+    /// The fine model whose modes stand for the body's in an impact, if it has modes of its own.
+    pub own: Option<Box<OwnState>>,
 }
 
 impl BodyModel {
@@ -53,18 +61,12 @@ impl BodyModel {
             (BodyKind::Elastic(_), Some(body)) => {
                 let reduced = body.reduce_with(&interface, cache)?;
                 let data = reduced.data.clone();
-                let elastic = Some(ElasticModel { body, reduced, interface });
-                return Ok(Self { name, data, elastic, imported: None, own: None });
+                let form = BodyForm::Elastic(Box::new(ElasticModel { body, reduced, interface, own: None }));
+                return Ok(Self { name, data, form });
             }
             (BodyKind::Imported(imported), _) => {
                 let model = ImportedModel::build(&name, imported, &interface.loads)?;
-                return Ok(Self {
-                    name,
-                    data: model.data.clone(),
-                    elastic: None,
-                    imported: Some(model),
-                    own: None,
-                });
+                return Ok(Self::imported(name, model));
             }
             (BodyKind::Rigid(rigid), _) => rigid,
             (BodyKind::Elastic(_), None) => unreachable!("every elastic body has a full model"),
@@ -74,17 +76,37 @@ impl BodyModel {
         let inertia = rigid.inertia + steiner * rigid.mass;
         let data = StandardInputData::rigid(rigid.motion, rigid.mass, c, inertia)
             .map_err(|source| AdaptiveError::Reduction { body: name.clone(), source })?;
-        Ok(Self { name, data, elastic: None, imported: None, own: None })
+        Ok(Self { name, data, form: BodyForm::Rigid })
     }
 }
 
 impl BodyModel {
     /// Eigenfrequencies of the elastic coordinates \[Hz\]; none of a rigid body.
     pub fn frequencies(&self) -> Vec<f64> {
-        match (&self.elastic, &self.imported) {
-            (Some(elastic), _) => elastic.frequencies(),
-            (None, Some(imported)) => imported.frequencies.clone(),
-            (None, None) => Vec::new(),
+        match &self.form {
+            BodyForm::Elastic(elastic) => elastic.frequencies(),
+            BodyForm::Imported(imported) => imported.frequencies.clone(),
+            BodyForm::Rigid => Vec::new(),
+        }
+    }
+
+    /// A body from a file.
+    pub(crate) fn imported(name: String, model: ImportedModel) -> Self {
+        Self { name, data: model.data.clone(), form: BodyForm::Imported(Box::new(model)) }
+    }
+
+    /// The models of an elastic body with a geometry.
+    pub fn elastic(&self) -> Option<&ElasticModel> {
+        match &self.form {
+            BodyForm::Elastic(elastic) => Some(elastic),
+            BodyForm::Rigid | BodyForm::Imported(_) => None,
+        }
+    }
+
+    pub(crate) fn elastic_mut(&mut self) -> Option<&mut ElasticModel> {
+        match &mut self.form {
+            BodyForm::Elastic(elastic) => Some(elastic),
+            BodyForm::Rigid | BodyForm::Imported(_) => None,
         }
     }
 }
@@ -104,8 +126,9 @@ impl BodyModel {
     /// What the elastic coordinates stand for.
     pub fn coordinates(&self) -> CoordinateCounts {
         let n = self.data.n_modes();
-        match (&self.elastic, &self.imported) {
-            (Some(ElasticModel { reduced, .. }), _) => {
+        match &self.form {
+            BodyForm::Elastic(elastic) => {
+                let reduced = &elastic.reduced;
                 let n_low = reduced.basis.n_low;
                 let answers = answers_by_marker(&reduced.loads, &reduced.basis.static_loads);
                 let n_static: usize = answers.iter().map(|(_, n)| n).sum();
@@ -113,11 +136,11 @@ impl BodyModel {
                 let free = if n_low == n { n - n_static } else { n_low };
                 CoordinateCounts { free, interface: n - free - n_static, answers }
             }
-            (None, Some(imported)) => {
+            BodyForm::Imported(imported) => {
                 let n_static: usize = imported.answers.iter().map(|(_, n)| n).sum();
                 CoordinateCounts { free: n - n_static, interface: 0, answers: imported.answers.clone() }
             }
-            (None, None) => CoordinateCounts::default(),
+            BodyForm::Rigid => CoordinateCounts::default(),
         }
     }
 }

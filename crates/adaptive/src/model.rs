@@ -152,7 +152,7 @@ impl RunModel {
     pub fn lasting_dents(&self) -> Result<Vec<PointCompliance>, AdaptiveError> {
         let mut all = Vec::new();
         for (i, body) in self.bodies.iter().enumerate() {
-            let Some(elastic) = &body.elastic else { continue };
+            let Some(elastic) = body.elastic() else { continue };
             let Some(residual) = &elastic.reduced.residual else { continue };
             all.extend(of_body(&self.observed.points, i, &elastic.body.discretised(), residual)?);
         }
@@ -189,7 +189,7 @@ impl RunModel {
     pub fn try_sizes(&self, i: usize) -> TrySizes {
         let (body, target) = self.system.forces()[i].contact.bodies();
         let models = [Some(body), target].into_iter().flatten();
-        models.filter_map(|b| self.bodies[b].elastic.as_ref()).fold(TrySizes::default(), |sum, e| TrySizes {
+        models.filter_map(|b| self.bodies[b].elastic()).fold(TrySizes::default(), |sum, e| TrySizes {
             elements: sum.elements + n_elements(&e.body),
             freedoms: sum.freedoms + e.body.n_unknowns() as u64,
             interface: sum.interface + e.interface.unknowns.len() as u64,
@@ -209,7 +209,7 @@ impl RunModel {
             let state = request.state.get_or_insert_with(StressState::default);
             (state.time, state.force) = (time, force);
             state.elastic.clone_from(&self.system.last_evaluation().0[body].elastic);
-            let residual = self.bodies[body].elastic.as_ref().and_then(|e| e.reduced.residual.as_ref());
+            let residual = self.bodies[body].elastic().and_then(|e| e.reduced.residual.as_ref());
             let n = residual.map_or(0, |r| r.interface().len());
             state.interface_forces.clear();
             state.interface_forces.resize(n, 0.0);
@@ -264,7 +264,9 @@ impl RunModel {
         let mut built: Option<(usize, Vec<ZoneModel>, &[ZoneLoad])> = None;
         for request in &self.stress {
             let body = request.spec.body;
-            let (Some(elastic), Some(state)) = (&self.bodies[body].elastic, &request.state) else { continue };
+            let (Some(elastic), Some(state)) = (self.bodies[body].elastic(), &request.state) else {
+                continue;
+            };
             let is_there =
                 built.as_ref().is_some_and(|(of, _, loads)| *of == body && same(loads, &state.zones));
             if !is_there {

@@ -182,7 +182,7 @@ fn body_modes(body: &BodyModel, spec: &BodySpec) -> BodyModes {
         n_dofs,
         ..BodyModes::default()
     };
-    let Some(elastic) = &body.elastic else { return plain };
+    let Some(elastic) = body.elastic() else { return plain };
     BodyModes {
         n_elements: elastic.body.space.n_elements(),
         n_dofs: elastic.body.n_unknowns(),

@@ -247,7 +247,7 @@ impl AdaptiveContact {
         side: &FineSide,
         (index, body): (usize, &BodyModel),
     ) -> Result<Option<ZoneVibration>, AdaptiveError> {
-        let (ZoneAnswer::Vibrating(modes), Some(elastic)) = (&side.answer, &body.elastic) else {
+        let (ZoneAnswer::Vibrating(modes), Some(elastic)) = (&side.answer, body.elastic()) else {
             return Ok(None);
         };
         let n_low = side.shapes.ncols();

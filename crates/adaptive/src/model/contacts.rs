@@ -64,7 +64,7 @@ pub fn adaptive_contacts(
         let mut contacts = spec.contacts.iter().enumerate();
         contacts.any(|(k, c)| is_refined(k) && takes_part(c, i))
     };
-    let surface = |(i, body): (usize, &BodyModel)| match &body.elastic {
+    let surface = |(i, body): (usize, &BodyModel)| match body.elastic() {
         Some(elastic) if takes_part(i) => surface(elastic).map(Some),
         _ => Ok(None),
     };
@@ -247,7 +247,7 @@ pub fn build_contact(
 ) -> Result<BuiltContact, AdaptiveError> {
     let fail = |source| AdaptiveError::Contact { contact: spec.name.clone(), source };
     let without_model = |fault| AdaptiveError::ContactModel { contact: spec.name.clone(), fault };
-    let elastic = |body: usize| bodies[body].elastic.as_ref();
+    let elastic = |body: usize| bodies[body].elastic();
     let size = elastic(spec.body).map_or(0.0, |e| e.body.size());
     let (element, width, size): (Box<dyn ContactElement>, _, _) = match (&spec.law, spec.target, zones) {
         (ContactLaw::Surface(_), target, _) if *plan == ContactPlan::AtTouch => {
@@ -314,7 +314,7 @@ const DENSEST: f64 = 2.26e4;
 
 /// Speed of waves in the slower of the materials that meet; infinite between rigid ones [m/s].
 fn slowest_wave(spec: &ContactSpec, bodies: &[BodyModel]) -> f64 {
-    let of_body = |body: usize, sphere: Option<&HertzSphere>| match (&bodies[body].elastic, sphere) {
+    let of_body = |body: usize, sphere: Option<&HertzSphere>| match (bodies[body].elastic(), sphere) {
         (Some(elastic), _) => {
             let material = &elastic.body.spec.material;
             wave_speed(material.youngs_modulus(), material.density())
@@ -387,7 +387,7 @@ fn surface_pair(
     poses: &[BodyState],
 ) -> Result<SurfacePair, ContactError> {
     let (Some(own), Some(other), Some(zone)) =
-        (&bodies[body].elastic, &bodies[target].elastic, &zones.target)
+        (bodies[body].elastic(), bodies[target].elastic(), &zones.target)
     else {
         return Err(ContactError::Nothing { what: "a body has no contact zone" });
     };

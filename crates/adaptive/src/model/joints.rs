@@ -8,6 +8,7 @@ use ffr_dynamics::system::{CoordinateForce, GROUND, JointKind, SystemSpec};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::BodyModel;
+use crate::body_model::BodyForm;
 use crate::elastic_body::point_in_space;
 use crate::error::AdaptiveError;
 use crate::record::NameAndUnit;
@@ -19,13 +20,13 @@ impl BodyModel {
     /// # Errors
     /// [`AdaptiveError`] if there is no such place.
     pub fn point(&self, place: &Place) -> Result<FlexiblePoint, AdaptiveError> {
-        match (&self.elastic, &self.imported) {
-            (Some(e), _) => match &self.own {
+        match &self.form {
+            BodyForm::Elastic(e) => match &e.own {
                 Some(own) => own.point(&e.body, place),
                 None => e.body.discretised().flexible_point(place, e.reduced.shapes()),
             },
-            (None, Some(imported)) => imported.point(&self.name, place),
-            (None, None) => Ok(FlexiblePoint::rigid(self.rigid_place(place)?)),
+            BodyForm::Imported(imported) => imported.point(&self.name, place),
+            BodyForm::Rigid => Ok(FlexiblePoint::rigid(self.rigid_place(place)?)),
         }
     }
 
@@ -35,20 +36,20 @@ impl BodyModel {
         place: &Place,
         rotation: UnitQuaternion<f64>,
     ) -> Result<Marker, AdaptiveError> {
-        match (&self.elastic, &self.imported) {
-            (Some(_), _) if !matches!(place, Place::Area(_)) => Err(AdaptiveError::Unsupported {
+        match &self.form {
+            BodyForm::Elastic(_) if !matches!(place, Place::Area(_)) => Err(AdaptiveError::Unsupported {
                 subject: format!("body \"{}\"", self.name),
                 reason: format!(
                     "{name} is a point of a flexible body, which yields without bound under a force as elements shrink; \
                      give it an extent: a face, or a radius"
                 ),
             }),
-            (Some(e), _) => match &self.own {
+            BodyForm::Elastic(e) => match &e.own {
                 Some(own) => own.marker(&e.body, name, place, rotation),
                 None => e.body.discretised().marker(name, place, rotation, e.reduced.shapes()),
             },
-            (None, Some(imported)) => imported.marker(&self.name, name, place, rotation),
-            (None, None) => Ok(Marker::rigid(name, self.rigid_place(place)?, rotation)),
+            BodyForm::Imported(imported) => imported.marker(&self.name, name, place, rotation),
+            BodyForm::Rigid => Ok(Marker::rigid(name, self.rigid_place(place)?, rotation)),
         }
     }
 

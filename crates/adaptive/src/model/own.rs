@@ -50,7 +50,7 @@ pub fn needs_own_modes(
                     body.name, other.name
                 )));
             }
-            if let Some(elastic) = &body.elastic {
+            if let Some(elastic) = body.elastic() {
                 check_own_modes(&elastic.body, &elastic.reduced)?;
                 warn_of_cut_group(elastic);
             }
@@ -74,7 +74,7 @@ fn warn_of_cut_group(elastic: &ElasticModel) {
 impl RunModel {
     /// Whether `body` has modes of its own at present.
     pub fn has_own_modes(&self, body: usize) -> bool {
-        self.bodies[body].own.is_some()
+        self.bodies[body].elastic().is_some_and(|elastic| elastic.own.is_some())
     }
 
     /// Gives `body` a fine model with its modes and maps its part of the state `y` at time `t`.
@@ -89,13 +89,13 @@ impl RunModel {
     ) -> Result<(), AdaptiveError> {
         self.map_to_own(body, &modes, y)?;
         let model = &mut self.bodies[body];
-        let Some(elastic) = &mut model.elastic else { return Ok(()) };
+        let Some(elastic) = model.elastic_mut() else { return Ok(()) };
         let mut own = OwnState { fine, modes, surface: None };
         std::mem::swap(&mut elastic.reduced, &mut own.modes.view);
-        model.data = own.modes.reduced.data.clone();
         let seen = surface(elastic)?;
+        model.data = own.modes.reduced.data.clone();
         own.surface = self.watch(body, &seen);
-        self.bodies[body].own = Some(Box::new(own));
+        self.set_own(body, Some(Box::new(own)));
         self.rebuild(t, y)
     }
 
@@ -104,12 +104,13 @@ impl RunModel {
     /// # Errors
     /// [`AdaptiveError`] if the system cannot be built with it.
     pub fn leave_own(&mut self, body: usize, (t, y): (f64, &mut [f64])) -> Result<(), AdaptiveError> {
-        let Some(mut own) = self.bodies[body].own.take() else { return Ok(()) };
+        let Some(mut own) = self.take_own_state(body) else { return Ok(()) };
         let map = |x: &[f64]| own.modes.transfer.coarse(x);
         self.map_elastic(body, map, y)?;
-        if let Some(elastic) = &mut self.bodies[body].elastic {
+        if let Some(elastic) = self.bodies[body].elastic_mut() {
             std::mem::swap(&mut elastic.reduced, &mut own.modes.view);
-            self.bodies[body].data = elastic.reduced.data.clone();
+            let data = elastic.reduced.data.clone();
+            self.bodies[body].data = data;
         }
         if let Some(coarse) = own.surface {
             self.watch(body, &coarse);
@@ -123,13 +124,23 @@ impl RunModel {
     /// [`AdaptiveError::Dynamics`] if the state is not finite.
     pub fn to_present_modes(&mut self, t: f64, y: &mut [f64]) -> Result<(), AdaptiveError> {
         for body in 0..self.bodies.len() {
-            if let Some(own) = self.bodies[body].own.take() {
+            if let Some(own) = self.take_own_state(body) {
                 let outcome = self.map_to_own(body, &own.modes, y);
-                self.bodies[body].own = Some(own);
+                self.set_own(body, Some(own));
                 outcome?;
             }
         }
         self.close_loops(t, y)
+    }
+
+    fn take_own_state(&mut self, body: usize) -> Option<Box<OwnState>> {
+        self.bodies[body].elastic_mut()?.own.take()
+    }
+
+    fn set_own(&mut self, body: usize, own: Option<Box<OwnState>>) {
+        if let Some(elastic) = self.bodies[body].elastic_mut() {
+            elastic.own = own;
+        }
     }
 
     fn map_to_own(&mut self, body: usize, modes: &OwnModes, y: &mut [f64]) -> Result<(), AdaptiveError> {

@@ -7,6 +7,7 @@ use ffr_dynamics::system::{JointKind, Multibody};
 use nalgebra::{Matrix3, Vector3};
 
 use super::{BodyModel, joints};
+use crate::body_model::BodyForm;
 use crate::error::AdaptiveError;
 use crate::imported::ImportedModel;
 use crate::spec::{BodyKind, InitialMotion, RunSpec};
@@ -21,14 +22,12 @@ pub fn poses(spec: &RunSpec) -> Result<Vec<BodyState>, AdaptiveError> {
             BodyKind::Elastic(elastic) => crate::elastic_body::rigid_motion(&elastic.model),
             BodyKind::Rigid(rigid) => rigid.motion,
             BodyKind::Imported(imported) => {
-                let model = ImportedModel::rigid(imported)?;
-                let (name, data) = (body.name.clone(), model.data.clone());
-                return Ok(BodyModel { name, data, elastic: None, imported: Some(model), own: None });
+                return Ok(BodyModel::imported(body.name.clone(), ImportedModel::rigid(imported)?));
             }
         };
         // Poses do not depend on masses.
         let data = StandardInputData::rigid(motion, 1.0, Vector3::zeros(), Matrix3::identity())?;
-        Ok(BodyModel { name: body.name.clone(), data, elastic: None, imported: None, own: None })
+        Ok(BodyModel { name: body.name.clone(), data, form: BodyForm::Rigid })
     });
     let rigid: Vec<BodyModel> = rigid.collect::<Result<_, DynamicsError>>().map_err(AdaptiveError::Model)?;
     let description = joints::system_spec(spec, &rigid)?;

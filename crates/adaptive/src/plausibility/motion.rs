@@ -71,7 +71,7 @@ impl MotionLimits {
             if exceeds(moved, self.reach) {
                 return fail("its distance from the start", moved, "m", self.reach, LOST_REMEDY);
             }
-            let Some(elastic) = &models[b].elastic else { continue };
+            let Some(elastic) = models[b].elastic() else { continue };
             let displacement = largest(elastic, &limits.largest, &state.elastic, limits.size);
             if exceeds(displacement, limits.size) {
                 return fail("its elastic displacement", displacement, "m", limits.size, STIFFEN_REMEDY);
@@ -130,7 +130,7 @@ fn exceeds(value: f64, limit: f64) -> bool {
 
 fn limits(body: &BodyModel, state: &BodyState) -> BodyLimits {
     let start = state.position;
-    let Some(elastic) = &body.elastic else {
+    let Some(elastic) = body.elastic() else {
         return BodyLimits { start, size: f64::INFINITY, wave_speed: f64::INFINITY, largest: Vec::new() };
     };
     let material = &elastic.body.spec.material;

@@ -50,7 +50,7 @@ pub fn few_modes(body: &BodyModel, impact: &ImpactRecord) -> Option<Warning> {
              highest mode kept has {highest:.4e} Hz",
             impact.end
         ),
-        remedy: match &body.elastic {
+        remedy: match body.elastic() {
             Some(_) => format!("raise bodies.{}.reduction.modes", body.name),
             None => format!("give the file of body \"{}\" more modes", body.name),
         },
@@ -59,7 +59,7 @@ pub fn few_modes(body: &BodyModel, impact: &ImpactRecord) -> Option<Warning> {
 
 /// The warning of a body whose mesh has too few elements for the wave of its highest mode, if it has (Eq. P.6).
 pub fn coarse_mesh(body: &BodyModel) -> Option<Warning> {
-    let elastic = body.elastic.as_ref()?;
+    let elastic = body.elastic()?;
     let highest = highest_free_mode(body).filter(|f| *f > 0.0)?;
     let wave = shortest_wave(elastic, highest);
     let element = longest_element(&elastic.body.shape.patches);

@@ -111,7 +111,7 @@ fn detector(model: &RunModel, i: usize) -> Result<Watch<'_>, AdaptiveError> {
     }
     let facts = &model.contacts[i];
     let surface = |body: usize| {
-        let elastic = model.bodies[body].elastic.as_ref().ok_or_else(|| AdaptiveError::Unsupported {
+        let elastic = model.bodies[body].elastic().ok_or_else(|| AdaptiveError::Unsupported {
             subject: format!("contact \"{}\"", facts.name),
             reason: format!("body \"{}\" has no elastic surface", model.bodies[body].name),
         })?;
@@ -155,7 +155,7 @@ fn of_surfaces(model: &RunModel, i: usize, states: &[BodyState]) -> Result<Optio
         return Ok(None);
     }
     if let (Target::Plane { point, normal }, Some(elastic)) =
-        (facts.target, &model.bodies[facts.body].elastic)
+        (facts.target, model.bodies[facts.body].elastic())
     {
         let back = DetectorTarget::Plane(Plane { point, normal: Unit::new_normalize(-normal) });
         let behind = Watch::Built(Box::new(Detector::new(facts.body, surface(elastic)?, back)));

@@ -115,7 +115,7 @@ impl Bodies {
 
     fn drawn<'a>(&'a self, body: &'a Shown, local: &LocalDisplacement, i: usize) -> Drawn<'a> {
         let geometry = &body.geometry;
-        let Some(elastic) = &self.model.bodies[body.number].elastic else {
+        let Some(elastic) = self.model.bodies[body.number].elastic() else {
             let at_rest = vec![0.0; geometry.n_control_values()];
             let (displacement, rate) = (at_rest.clone(), at_rest);
             return Drawn { body, geometry, displacement, rate, mesh: None, elastic: None, fine: None };
@@ -222,7 +222,7 @@ fn shape(
 ) -> Result<Option<BodyGeometry>, AppError> {
     let name = &spec.bodies[number].name;
     let fail = |e: SplineError| AppError::Model(format!("body \"{name}\": {e}"));
-    if let Some(elastic) = &model.bodies[number].elastic {
+    if let Some(elastic) = model.bodies[number].elastic() {
         let full = &elastic.body;
         let material = full.spec.material;
         let elasticity = Some(Elasticity { model: full.spec.model, material });

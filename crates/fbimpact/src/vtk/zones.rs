@@ -71,7 +71,7 @@ impl RefinedZones {
         let fail = |e: adaptive::AdaptiveError| AppError::Model(e.to_string());
         let built = adaptive.rebuilt(&model.bodies, &self.spans[span].sites).map_err(fail)?;
         let zones = built.models.into_iter().filter_map(|(body, zone)| {
-            let full = &model.bodies[body].elastic.as_ref()?.body;
+            let full = &model.bodies[body].elastic()?.body;
             let elasticity = Elasticity { model: full.spec.model, material: full.spec.material };
             let patches = std::slice::from_ref(&zone.mesh.patch);
             let motion = zone.mesh.motion;
