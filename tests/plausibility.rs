@@ -205,7 +205,7 @@ fn flat_rods(penalty: &str) -> String {
 #[test]
 fn energy_from_nothing_fails_the_run_and_keeps_what_was_simulated() {
     let folder = scratch();
-    let text = flat_rods("penalty = { value = 1e18 }\n");
+    let text = flat_rods("penalty = { initial = 1e18 }\n");
     let (code, complaint, info) = run(folder.path(), &text, &[]);
     assert_eq!(code, 5, "{complaint}");
     assert!(complaint.contains("energy ledger is open"), "{complaint}");

@@ -6,7 +6,7 @@ use adaptive::spec::TransferMethod;
 use adaptive::spec::{
     ContactLaw as LawSpec, HandOver, IntervalSpec, PenaltySearch as SearchSpec, Target, Treatment,
 };
-use adaptive::spec::{DivisionRule, LowModes};
+use adaptive::spec::{DivisionRule, LowModes, least_utilisation};
 use contact_qs::quasistatic::Method;
 use fbimpact::scenario::{
     self, Constraint, ContactLaw, ContactModel, ContactSolver, Fault, Override, PenaltySearch, Scenario,
@@ -89,7 +89,7 @@ fn factors_searches_and_intervals_reach_the_run() {
     let set = [
         "contacts.first.penalty={initial=1e15,search=\"until-error\"}",
         "contacts.first.solver=broyden",
-        "contacts.first.interval={width=1e-3,elements=24,target_utilisation=0.8,min_utilisation=0.6,division=\"printed\"}",
+        "contacts.first.interval={width=1e-3,elements=24,target_utilisation=0.8,division=\"printed\"}",
         "contacts.second.penalty={tolerance=1e-3}",
     ];
     let run = run_spec(&valid(PAIRS, &set)).expect("a run");
@@ -103,13 +103,13 @@ fn factors_searches_and_intervals_reach_the_run() {
         width: Some(1e-3),
         elements: Some(24),
         target_utilisation: 0.8,
-        min_utilisation: 0.6,
+        min_utilisation: least_utilisation(0.8),
         division: DivisionRule::Printed,
     };
     assert_eq!(law(0).interval, interval);
     assert_eq!(law(1).search, SearchSpec::UntilConverged { tolerance: 1e-3 });
-    // A value is a fixed factor, and an exact constraint has none to search for.
-    let fixed = surface(PAIRS, &["contacts.first.penalty.value=1e17"]);
+    // An exact constraint has no factor to search for.
+    let fixed = surface(PAIRS, &["contacts.first.penalty={initial=1e17,search=\"fixed\"}"]);
     assert_eq!(fixed.constraint, Constraint::Penalty { value: Some(1e17), search: PenaltySearch::Fixed });
     assert_eq!(surface(PAIRS, &["contacts.first.constraint=exact"]).constraint, Constraint::Exact);
 }
@@ -153,8 +153,8 @@ fn settings_without_meaning_are_faults() {
         (&["model=quasistatic", "penalty.search=until-converged"], "penalty.search", "must be \"fixed\""),
         (&["model=dynamic", "penalty.search=until-error"], "penalty.search", "must be \"fixed\""),
         (&["constraint=exact", "penalty.search=until-converged"], "penalty.search", "exact"),
-        (&["penalty={value=1e17,search=\"until-converged\"}"], "penalty.value", "initial"),
-        (&["penalty={value=1e17,initial=1e17}"], "penalty.value", "the same"),
+        (&["penalty.value=1e17"], "penalty.value", "write initial, with search = \"fixed\""),
+        (&["friction_stiffness_ratio=0.5"], "friction_stiffness_ratio", "leave it out"),
         (&["penalty={search=\"fixed\",tolerance=1e-3}"], "penalty.tolerance", "until-converged"),
         (&["penalty.tolerance=0.0"], "penalty.tolerance", "> 0"),
         (&["solver=broyden", "model=damped"], "solver", "no effect"),
@@ -163,7 +163,6 @@ fn settings_without_meaning_are_faults() {
         (&["constraint=exact", "model=damped"], "model", "\"adaptive\" or \"quasistatic\""),
         (&["constraint=exact", "points=gauss"], "points", "greville"),
         (&["model=coarse", "interval.elements=8"], "interval.elements", "refines nothing"),
-        (&["model=damped", "interval.min_utilisation=0.4"], "interval.min_utilisation", "adaptive"),
         (
             &["model=quasistatic", "interval.target_utilisation=0.8"],
             "interval.target_utilisation",
@@ -172,7 +171,7 @@ fn settings_without_meaning_are_faults() {
         (&["model=coarse", "interval.division=printed"], "interval.division", "adaptive"),
         (&["interval.max_levels=20"], "interval.max_levels", "as many levels are made as the interval needs"),
         (&["interval.max_knots_per_level=3"], "interval.max_knots_per_level", "levels halve the elements"),
-        (&["interval.min_utilisation=0.7"], "interval.min_utilisation", "less than"),
+        (&["interval.min_utilisation=0.4"], "interval.min_utilisation", "five sevenths"),
         (&["interval.target_utilisation=1.0"], "interval.target_utilisation", "< 1"),
         (&["target_body=left"], "target_body", "itself"),
     ] {

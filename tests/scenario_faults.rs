@@ -73,7 +73,7 @@ target_body = "plane"
 contact_body = "rod-spherical-end"
 target_body = "rod"
 penalty = { initial = 1e16, search = "until-converged", tolerance = 1e-3 }
-interval = { width = 0.01, elements = 16, target_utilisation = 0.8, min_utilisation = 0.6, division = "printed" }
+interval = { width = 0.01, elements = 16, target_utilisation = 0.8, division = "printed" }
 [output.points.p]
 body = "rod"
 marker = "end"

@@ -168,13 +168,18 @@ pub struct IntervalSpec {
     pub division: DivisionRule,
 }
 
+/// Share of an interval below which it is too wide, if it shall be used to the share `target`: 0.5 for the 0.7 of \[A\] section 4.3.
+pub fn least_utilisation(target: f64) -> f64 {
+    0.5 * target / 0.7
+}
+
 impl Default for IntervalSpec {
     fn default() -> Self {
         Self {
             width: None,
             elements: None,
             target_utilisation: 0.7,
-            min_utilisation: 0.5,
+            min_utilisation: least_utilisation(0.7),
             division: DivisionRule::Graded,
         }
     }

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use adaptive::spec::least_utilisation;
 use hdf5::{File, Group, Result};
 
 use crate::error::AppError;
@@ -118,7 +119,9 @@ fn utilisation(scenario: &str) -> Option<[f64; 2]> {
     let refined = contacts.filter(|c| c.get("model").and_then(|m| m.as_str()) == Some("adaptive"));
     let of = |contact: &toml::Value| {
         let value = |key: &str| contact.get("interval")?.get(key)?.as_float();
-        Some([value("min_utilisation")?, value("target_utilisation")?])
+        let target = value("target_utilisation")?;
+        // Results of the first versions hold both.
+        Some([value("min_utilisation").unwrap_or_else(|| least_utilisation(target)), target])
     };
     let mut all: Vec<Option<[f64; 2]>> = refined.map(of).collect();
     all.dedup();

@@ -4,7 +4,6 @@ use super::document::{Entry, Node, Origin, Value, parse_value};
 use super::fault::{Fault, nearest};
 use super::keys::{Choice, Key, Kind, Need, Range, Variant, names};
 use super::section::{Checked, Item, Section, join};
-use super::tables::REMOVED;
 
 /// Longest name of a body, material, contact or output.
 const MAX_NAME: usize = 64;
@@ -15,6 +14,18 @@ const FORMER: &[(&str, &str)] = &[
     (
         "interval.max_knots_per_level",
         "levels halve the elements; leave it out, or write interval.division = \"printed\" for Algorithm 3 with ten knots",
+    ),
+    (
+        "interval.min_utilisation",
+        "an interval is too wide below five sevenths of target_utilisation, leave it out",
+    ),
+    ("penalty.value", "write initial, with search = \"fixed\" where the factor shall stay"),
+    ("friction_stiffness_ratio", "points that stick have the normal penalty factor, leave it out"),
+    ("free.velocity_floor", "motion is resolved down to 1e-6 m/s, leave it out"),
+    ("impact.velocity_floor", "motion is resolved down to 1e-6 m/s, leave it out"),
+    (
+        "reduction.joint_interface",
+        "bases have the static answers to joints and loads by default, whatever the method; leave it out",
     ),
 ];
 
@@ -76,11 +87,6 @@ impl Checker {
         }
         let known: Vec<&str> = skip.into_iter().chain(keys.iter().map(|k| k.name)).collect();
         let location = entry.origin.location(&Origin::Default);
-        if let Some((_, remedy)) = REMOVED.iter().find(|(key, _)| *key == entry.key) {
-            let message = format!("this key is gone: {remedy}");
-            self.fault(&entry.origin, join(path, &entry.key), Some(entry.node.shown()), message);
-            return;
-        }
         let message = format!("unknown key, known here are {}", names(known.iter().copied()));
         self.faults.push(Fault {
             location,

@@ -39,18 +39,11 @@ impl Writer<'_> {
                 "ratio" => section.given("modal"),
                 "static_answers" => section.text("method") == Some("all"),
                 "tolerance" => self.contact(section).is_some_and(|c| c.search != "until-converged"),
-                "target_utilisation" | "min_utilisation" => {
-                    self.contact(section).is_some_and(|c| c.model != "adaptive")
-                }
+                "target_utilisation" => self.contact(section).is_some_and(|c| c.model != "adaptive"),
                 "division" => self.contact(section).is_some_and(|c| !c.is_refined()),
-                "constraint"
-                | "points"
-                | "solver"
-                | "friction"
-                | "friction_stiffness_ratio"
-                | "transfer"
-                | "penalty"
-                | "interval" => !is_surface,
+                "constraint" | "points" | "solver" | "friction" | "transfer" | "penalty" | "interval" => {
+                    !is_surface
+                }
                 _ => false,
             }
     }

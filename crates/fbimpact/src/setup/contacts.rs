@@ -3,7 +3,7 @@
 use adaptive::predict::DEFAULT_STIFFNESS_RATIO;
 use adaptive::spec::{
     ContactLaw, ContactSpec, HertzSphere, IntervalSpec, PenaltySearch, Place as PlaceSpec, PointRule,
-    SurfaceLaw, Target, Treatment,
+    SurfaceLaw, Target, Treatment, least_utilisation,
 };
 use contact_qs::law::Solid;
 use contact_qs::quasistatic::Method;
@@ -91,7 +91,7 @@ fn surface(law: &scenario::SurfaceContact) -> SurfaceLaw {
             width: law.interval.width,
             elements: law.interval.elements,
             target_utilisation: law.interval.target_utilisation,
-            min_utilisation: law.interval.min_utilisation,
+            min_utilisation: least_utilisation(law.interval.target_utilisation),
             division: law.interval.division,
         },
     }

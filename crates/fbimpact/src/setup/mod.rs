@@ -9,6 +9,7 @@ mod contacts;
 
 use adaptive::spec::{Area, PhaseSettings, PointSpec, RunSettings, RunSpec, StressInstant, StressSpec};
 use ffr_dynamics::integration::Method;
+use ffr_dynamics::system::error_scale::ErrorScale;
 use nalgebra::Vector3;
 
 use crate::error::AppError;
@@ -95,7 +96,7 @@ fn settings(scenario: &Scenario) -> RunSettings {
         },
         max_step: i.max_step.unwrap_or(f64::INFINITY) * shortened,
         tolerance: (i.rtol * tightened).max(LEAST_TOLERANCE),
-        velocity_floor: i.velocity_floor,
+        velocity_floor: ErrorScale::default().velocity_floor,
     };
     RunSettings {
         end_time: simulation.end_time,

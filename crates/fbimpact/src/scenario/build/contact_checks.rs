@@ -6,17 +6,8 @@ use super::contact_facts::ContactFacts;
 use super::places::BodyFacts;
 
 /// Keys that only contact points on surfaces have.
-const SURFACE_KEYS: [&str; 9] = [
-    "constraint",
-    "points",
-    "solver",
-    "friction",
-    "friction_stiffness_ratio",
-    "modes",
-    "transfer",
-    "penalty",
-    "interval",
-];
+const SURFACE_KEYS: [&str; 8] =
+    ["constraint", "points", "solver", "friction", "modes", "transfer", "penalty", "interval"];
 
 /// Reports bodies that are no spheres, and settings of surfaces.
 pub fn check_hertz(checker: &mut Checker, root: &Section, section: &Section) {
@@ -174,10 +165,6 @@ fn check_penalty(checker: &mut Checker, section: &Section, penalty: &Section, fa
         let message = "has no meaning with constraint \"exact\", which has no penalty factor".into();
         checker.fault_in(penalty, "search", message);
     }
-    if penalty.given("value") {
-        let message = "is a fixed factor, name it \"initial\" for a search to start from it".into();
-        checker.fault_in(penalty, "value", message);
-    }
     if facts.search == "until-error" && section.text("solver") == Some("active-set") {
         let message =
             "must not be \"until-error\", for the active-set solver never fails; choose solver = \"broyden\"";
@@ -192,20 +179,9 @@ fn check_interval(checker: &mut Checker, interval: &Section, facts: &ContactFact
     } else if interval.given("elements") && !interval.given("width") && !facts.is_refined() {
         checker.fault_in(interval, "elements", "needs \"width\" beside it".into());
     }
-    let keys = [
-        ("target_utilisation", facts.model == "adaptive"),
-        ("min_utilisation", facts.model == "adaptive"),
-        ("division", facts.is_refined()),
-    ];
+    let keys = [("target_utilisation", facts.model == "adaptive"), ("division", facts.is_refined())];
     for (key, _) in keys.into_iter().filter(|(key, has_meaning)| !has_meaning && interval.given(key)) {
         let message = format!("has no meaning with model \"{}\" here, \"adaptive\" uses it", facts.model);
         checker.fault_in(interval, key, message);
-    }
-    let shares = (interval.number("min_utilisation"), interval.number("target_utilisation"));
-    if let (Some(minimum), Some(target)) = shares
-        && minimum >= target
-    {
-        let message = format!("must be less than \"target_utilisation\", which is {target}");
-        checker.fault_in(interval, "min_utilisation", message);
     }
 }

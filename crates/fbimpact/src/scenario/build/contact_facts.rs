@@ -21,12 +21,7 @@ impl<'a> ContactFacts<'a> {
         let target = section.text("target_body").and_then(|name| BodyFacts::find(root, name));
         let search = section.table("penalty").map_or("", |penalty| match penalty.item("search") {
             Some(_) => penalty.text("search").unwrap_or_default(),
-            None if model == "adaptive"
-                && !penalty.given("value")
-                && section.text("constraint") != Some("exact") =>
-            {
-                "until-converged"
-            }
+            None if model == "adaptive" && section.text("constraint") != Some("exact") => "until-converged",
             None => "fixed",
         });
         Some(Self { model, is_pair: target.is_some_and(|t| !t.is_rigid), search })

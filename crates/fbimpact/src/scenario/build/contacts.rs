@@ -55,7 +55,6 @@ fn contact(checker: &mut Checker, root: &Section, name: &str, section: &Section)
 
 fn surface(checker: &mut Checker, section: &Section, facts: &ContactFacts<'_>) -> Option<SurfaceContact> {
     let coefficient = section.number("friction")?;
-    let stiffness_ratio = section.number("friction_stiffness_ratio")?;
     Some(SurfaceContact {
         model: match facts.model {
             "quasistatic" => ContactModel::Quasistatic,
@@ -64,7 +63,7 @@ fn surface(checker: &mut Checker, section: &Section, facts: &ContactFacts<'_>) -
             "coarse" => ContactModel::Coarse,
             _ => ContactModel::Adaptive,
         },
-        constraint: constraint(checker, section, facts)?,
+        constraint: constraint(section, facts)?,
         points: match section.text("points")? {
             "gauss" => ContactPoints::Gauss,
             _ => ContactPoints::Greville,
@@ -73,7 +72,7 @@ fn surface(checker: &mut Checker, section: &Section, facts: &ContactFacts<'_>) -
             "broyden" => ContactSolver::Broyden,
             _ => ContactSolver::ActiveSet,
         },
-        friction: (coefficient > 0.0).then_some(Friction { coefficient, stiffness_ratio }),
+        friction: (coefficient > 0.0).then(|| Friction::new(coefficient)),
         interval: interval(section.table("interval")?)?,
         hand_over: HandOver {
             modes: match section.text("modes")? {
@@ -93,7 +92,6 @@ fn interval(section: &Section) -> Option<Interval> {
         width: section.number("width"),
         elements: section.integer("elements"),
         target_utilisation: section.number("target_utilisation")?,
-        min_utilisation: section.number("min_utilisation")?,
         division: match section.text("division")? {
             "printed" => DivisionRule::Printed,
             _ => DivisionRule::Graded,
@@ -101,21 +99,12 @@ fn interval(section: &Section) -> Option<Interval> {
     })
 }
 
-fn constraint(checker: &mut Checker, section: &Section, facts: &ContactFacts<'_>) -> Option<Constraint> {
+fn constraint(section: &Section, facts: &ContactFacts<'_>) -> Option<Constraint> {
     let penalty = section.table("penalty")?;
-    if penalty.given("value") && penalty.given("initial") {
-        let message = "either \"value\" or \"initial\" can be given, they mean the same".into();
-        checker.fault_in(penalty, "value", message);
-        return None;
-    }
     if section.text("constraint")? == "exact" {
         return Some(Constraint::Exact);
     }
-    let given = ["value", "initial"].into_iter().find(|key| penalty.given(key));
-    let value = match given {
-        Some(key) => Some(penalty.number(key)?),
-        None => None,
-    };
+    let value = if penalty.given("initial") { Some(penalty.number("initial")?) } else { None };
     let search = match facts.search {
         "until-converged" => PenaltySearch::UntilConverged { tolerance: penalty.number("tolerance")? },
         "until-error" => PenaltySearch::UntilError,

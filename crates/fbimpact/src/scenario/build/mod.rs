@@ -73,7 +73,6 @@ fn integration(section: &Section) -> Option<Integration> {
         integrator,
         max_step: section.number("max_step"),
         rtol: if section.item("rtol").is_some() { section.number("rtol")? } else { rtol },
-        velocity_floor: section.number("velocity_floor")?,
     })
 }
 

@@ -117,8 +117,6 @@ pub struct Interval {
     pub elements: Option<usize>,
     /// Share of the elements that shall touch.
     pub target_utilisation: f64,
-    /// Share below which the interval is too wide.
-    pub min_utilisation: f64,
     /// How the elements around it are divided.
     pub division: DivisionRule,
 }

@@ -76,8 +76,6 @@ pub struct Integration {
     pub max_step: Option<f64>,
     /// Permitted error of a step as a share of the motion's velocity.
     pub rtol: f64,
-    /// Motion slower than this is resolved as if it were this fast \[m/s\].
-    pub velocity_floor: f64,
 }
 
 /// Time integration methods.

@@ -102,13 +102,6 @@ pub const CONTACT: &[Key] = &[
         "Coefficient of friction, of stick and slip alike; needs the active-set solver.",
     ),
     Key::new(
-        "friction_stiffness_ratio",
-        Kind::Number(Range::positive(1e6)),
-        "–",
-        Need::Default("1.0"),
-        "Tangential penalty factor of sticking points as a share of the normal one.",
-    ),
-    Key::new(
         "modes",
         Kind::Choice(MODES),
         "",
@@ -152,13 +145,6 @@ const PENALTY: &[Key] = &[
         "Penalty factor: pressure per penetration. A search starts from it.",
     ),
     Key::new(
-        "value",
-        Kind::Number(FACTOR),
-        "N/m³",
-        Need::Optional("`initial` holds"),
-        "Another name for `initial`, for fixed factors.",
-    ),
-    Key::new(
         "tolerance",
         Kind::Number(Range { min: Bound::Open(0.0), max: Bound::Open(1.0) }),
         "–",
@@ -169,7 +155,7 @@ const PENALTY: &[Key] = &[
         "search",
         Kind::Choice(SEARCHES),
         "",
-        Need::Optional("\"until-converged\" with `adaptive` unless `value` is given, else \"fixed\""),
+        Need::Optional("\"until-converged\" with `adaptive`, else \"fixed\""),
         "How the factor is adapted, with `adaptive`. \"until-error\" needs the solver \"broyden\".",
     ),
 ];
@@ -201,14 +187,7 @@ const INTERVAL: &[Key] = &[
         Kind::Number(SHARE),
         "–",
         Need::Default("0.7"),
-        "Share of the elements that shall touch, with `adaptive`; a new width aims at it.",
-    ),
-    Key::new(
-        "min_utilisation",
-        Kind::Number(SHARE),
-        "–",
-        Need::Default("0.5"),
-        "Share below which the interval is too wide, with `adaptive`; less than `target_utilisation`.",
+        "Share of the elements that shall touch, with `adaptive`; a new width aims at it. An interval is too wide below five sevenths of it.",
     ),
     Key::new(
         "division",

@@ -71,11 +71,5 @@ pub const SCENARIO: &[Key] = &[
     Key::new("output", Kind::Table(simulation::OUTPUT), "", Need::Default("{}"), "What is stored."),
 ];
 
-/// Keys of earlier versions, with what to do instead.
-pub const REMOVED: &[(&str, &str)] = &[(
-    "joint_interface",
-    "bases have the static answers to joints and loads by default, whatever the method; leave it out",
-)];
-
 /// Keys of the file that `geometry.file` names.
 pub const NURBS_FILE: &[Key] = shapes::NURBS_NET;

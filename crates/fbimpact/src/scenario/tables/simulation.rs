@@ -70,14 +70,6 @@ const RTOL: Key = Key::new(
     "Error allowed in a step, as a share of the motion's velocity.",
 );
 
-const VELOCITY_FLOOR: Key = Key::new(
-    "velocity_floor",
-    Kind::Number(Range { min: Bound::Closed(1e-30), max: Bound::Closed(1e3) }),
-    "m/s",
-    Need::Default("1e-6"),
-    "Motion slower than this is resolved as if it were this fast: the scale of errors when everything is at rest.",
-);
-
 const FREE: &[Key] = &[
     Key::new(
         "integrator",
@@ -88,7 +80,6 @@ const FREE: &[Key] = &[
     ),
     Key::new("max_step", Kind::Number(TIME), "s", Need::Default("1e-4"), "Longest step."),
     RTOL,
-    VELOCITY_FLOOR,
 ];
 
 const IMPACT: &[Key] = &[
@@ -107,7 +98,6 @@ const IMPACT: &[Key] = &[
         "Longest step.",
     ),
     RTOL,
-    VELOCITY_FLOOR,
 ];
 
 const COMPRESSIONS: &[Choice] = &[
