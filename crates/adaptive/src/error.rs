@@ -167,7 +167,7 @@ pub enum AdaptiveError {
     },
     /// The contact reached the end of its surface, where no interval can grow.
     #[error(
-        "contact \"{contact}\": contact reached the end of its surface at t = {time:.6e} s in try {tries} with an interval of {width:.3e} m; contact over an edge cannot be refined, move the bodies or choose model \"quasistatic\" with a refinement of your own"
+        "contact \"{contact}\": contact reached the end of its surface at t = {time:.6e} s in try {tries} with an interval of {width:.3e} m; no contact model resolves pressure at an edge yet: move the bodies so that a smooth part of a surface touches, or give the body a shape with a rounded end"
     )]
     IntervalAtEdge {
         /// Name of the contact.
