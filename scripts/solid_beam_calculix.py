@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
-"""Write a CalculiX model of a solid beam whose end face is held on the mean (docs/verification.md).
+"""Write a CalculiX model of a solid beam whose end faces are held on the mean (docs/verification.md).
 
 Usage: solid_beam_calculix.py SUPPORT NX NY NZ [ELEMENT] > beam.inp, then `ccx beam`; frequencies stand in beam.dat.
-SUPPORT: clamp (six mean conditions of the face x = 0), hinge (all but the mean rotation about y), hinges (both ends), held (every point of
-the face), held-hinge (the face turns about y as a rigid one). Every equation gets an unknown of its own by elimination, as *EQUATION asks.
+
+SUPPORT is clamp (six mean conditions of the face x = 0), hinge (all but the mean rotation about y), hinges (both ends),
+held (every point of the face) or held-hinge (the face turns about y as a rigid one). Elimination gives every condition
+an unknown of its own, as *EQUATION asks.
 """
 
 import itertools
@@ -26,7 +28,7 @@ def serendipity(s, t, a, b):
 
 
 def mean_conditions(elements, x, component_numbers):
-    """Coefficients {(node, direction): c} of the mean displacements and of the mean moments of displacements of the end at x."""
+    """Coefficients {(node, direction): c} of the mean displacements of the end at x and of their mean moments."""
     h = [SIZE[d] / elements[d] for d in (1, 2)]
     rows = [{} for _ in range(6)]
     for j, k in itertools.product(range(elements[1]), range(elements[2])):
@@ -39,7 +41,8 @@ def mean_conditions(elements, x, component_numbers):
                 node = (x, 2 * j + 1 + a, 2 * k + 1 + b)
                 share = serendipity(s, t, a, b) * v * w / (4 * elements[1] * elements[2])
                 # u_x, u_y, u_z; y u_z - z u_y, z u_x, -y u_x.
-                for row, direction, factor in ((0, 1, 1), (1, 2, 1), (2, 3, 1), (3, 3, y), (3, 2, -z), (4, 1, z), (5, 1, -y)):
+                terms = (0, 1, 1), (1, 2, 1), (2, 3, 1), (3, 3, y), (3, 2, -z), (4, 1, z), (5, 1, -y)
+                for row, direction, factor in terms:
                     rows[row][node, direction] = rows[row].get((node, direction), 0.0) + factor * share
     return [rows[i] for i in component_numbers]
 
@@ -74,7 +77,8 @@ def main(support, elements, kind):
     for number, brick in enumerate(bricks, 1):
         print(number, *brick[:10], sep=", ", end=",\n")
         print(*brick[10:], sep=", ")
-    print(f"*MATERIAL, NAME=M\n*ELASTIC\n{YOUNG:g}, {POISSON:g}\n*DENSITY\n{DENSITY:g}\n*SOLID SECTION, ELSET=BEAM, MATERIAL=M")
+    print(f"*MATERIAL, NAME=M\n*ELASTIC\n{YOUNG:g}, {POISSON:g}\n*DENSITY\n{DENSITY:g}")
+    print("*SOLID SECTION, ELSET=BEAM, MATERIAL=M")
     if support.startswith("held"):
         foot = {node: number for node, number in nodes.items() if node[0] == 0}
         print("*BOUNDARY", *(f"{number}, {1 if support == 'held' else 2}, 3" for number in foot.values()), sep="\n")

@@ -238,7 +238,7 @@ fn flexible_pendulum_bends_like_a_hinged_beam_when_it_is_let_go() {
     ];
     let extreme = (0..=100).map(|i| released(1e-4 * f64::from(i)).abs()).fold(0.0, f64::max);
     for (sizes, trace) in runs {
-        assert_eq!((trace.samples.len(), &trace.failure), (101, &None));
+        assert!(trace.failure.is_none() && trace.samples.len() > 100, "{:?}", trace.failure);
         let off = trace.samples.iter().map(|sample| {
             let ([x, _, z], (s, c)) = (sample.points[0].position, sample.joints[0].positions[0].sin_cos());
             (s * x + c * z - released(sample.time)).abs()

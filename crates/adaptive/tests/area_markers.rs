@@ -241,32 +241,24 @@ fn discs_yield_alike_on_every_mesh() {
 }
 
 #[test]
-fn what_discs_and_balls_yield_converges_with_the_square_of_the_elements() {
-    // The traction of a disc jumps at its rim: displacements are those of half a derivative less than two, energies err like h². Under a
-    // moment they are nothing but local.
+fn what_discs_and_balls_yield_converges() {
+    // The traction of a disc jumps at its rim, the elements know nothing of it: the error falls like h², once they are small beside the
+    // place. Under a moment all of the motion is local.
     let size = [0.016, 0.016, 0.008];
     let disc = Extent::Around { point: [0.0003, 0.0002, 0.004], radius: 4e-3 };
-    let ball = Extent::Around { point: [0.0003, 0.0002, 0.0001], radius: 4e-3 / 1.5 };
-    for (place, is_disc) in [(disc, true), (ball, false)] {
-        // Elements of the radius of the disc, of a half and a quarter of it.
+    let ball = Extent::Around { point: [0.0003, 0.0002, 0.0001], radius: 3.8e-3 };
+    for place in [disc, ball] {
+        // Elements of the radius, of a half and a quarter of it.
         let found = [2, 4, 8].map(|n| compliance(size, [2 * n, 2 * n, n], &place, Coupling::Average));
         for c in 0..6 {
             let [a, b, finest] = found.map(|f| f[c]);
-            let limit = finest + (finest - b) / 3.0;
-            // Conforming elements and consistent loads: never softer than the limit.
+            // Conforming elements and consistent loads are never softer than finer ones.
             assert!(a < b && b < finest, "{c}: {found:?}");
-            let h = if is_disc { 0.25 } else { 0.375 };
-            // The constants of the warning of places that elements do not resolve (Eq. P.10).
-            let constant = if c < 3 { 0.035 } else { 0.25 };
-            println!(
-                "{place:?} {c}: {:.4} {:.4} {:.4} {:.2}",
-                1.0 - a / limit,
-                1.0 - b / limit,
-                1.0 - finest / limit,
-                (b - a) / (finest - b)
-            );
-            assert!(1.0 - finest / limit < constant * h * h, "{c}: {found:?}");
-            // Four times less, or what elements as large as the place spoil of it: twice.
+            // Two elements a radius against four: three quarters of the error, of which the warning of places that elements do not
+            // resolve takes C (h/a)² (Eq. P.10).
+            let constant = if c < 3 { 0.05 } else { 0.25 };
+            assert!(1.0 - b / finest < 0.75 * constant * 0.25, "{c}: {found:?}");
+            // A quarter of the error with half the elements, or what elements as large as the place spoil of it.
             assert!((b - a) / (finest - b) > 2.0, "{c}: {found:?}");
         }
     }
@@ -280,7 +272,8 @@ fn rigid_discs_hold_elements_beyond_their_rim() {
     let found = [4, 8].map(|n| compliance(size, [2 * n, 2 * n, n], &disc, Coupling::Rigid));
     let average = compliance(size, [16, 16, 8], &disc, Coupling::Average);
     for c in 0..6 {
-        assert!(found[0][c] < found[1][c] && found[1][c] < average[c], "{c}: {found:?} {average:?}");
+        // On a half space a rigid punch yields π/4 · 3π/8 = 0.925 of a uniform pressure's mean, what sticks to it and what turns less.
+        assert!(found[0][c] < found[1][c] && found[1][c] < 0.925 * average[c], "{c}: {found:?} {average:?}");
     }
 }
 

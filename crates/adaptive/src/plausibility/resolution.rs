@@ -124,7 +124,7 @@ pub fn coarse_place(body: &BodyModel) -> Option<Warning> {
 /// `C h/a` of a rigid one, whose elements at the rim are rigid as a whole; more under moments, which turn no more than the place itself.
 fn elements_per_radius(coupling: Coupling, is_moment: bool) -> f64 {
     match (coupling, is_moment) {
-        (Coupling::Average, false) => (0.035 / PLACE_ERROR).sqrt(),
+        (Coupling::Average, false) => (0.05 / PLACE_ERROR).sqrt(),
         (Coupling::Average, true) => (0.25 / PLACE_ERROR).sqrt(),
         (Coupling::Rigid, false) => 0.6 / PLACE_ERROR,
         (Coupling::Rigid, true) => 1.0 / PLACE_ERROR,
