@@ -307,6 +307,40 @@ fn a_result_says_what_it_leaves_out() {
 }
 
 #[test]
+fn a_place_that_its_elements_do_not_resolve_is_told() {
+    let folder = scratch();
+    let text = |coupling: &str, radius: f64, elements: &str, load: &str| {
+        format!(
+            "[simulation]\nend_time = 1e-6\n[materials.steel]\nyoungs_modulus = 210e9\npoissons_ratio = 0.3\ndensity = 7850.0\n\
+             [bodies.plate]\nmodel = \"plane-stress\"\nthickness = 0.01\nmaterial = \"steel\"\n\
+             geometry = {{ shape = \"rectangle\", size = [0.04, 0.02] }}\ndiscretisation = {{ degree = 2, elements = {elements} }}\n\
+             [bodies.plate.markers]\npin = {{ point = [0.0, 0.0], radius = {radius:e}, coupling = \"{coupling}\" }}\n\
+             [loads.push]\nbody = \"plate\"\nmarker = \"pin\"\n{load} = 1.0\n"
+        )
+    };
+    // Elements over the radius: a half, 1.2, 2.5, 5, 20. On average forces want one, moments 2.24, rigid places 12 under forces.
+    let cases = [
+        ("average", 2e-3, "[10, 5]", "force_x", true),
+        ("average", 2e-3, "[24, 12]", "force_x", false),
+        ("average", 2e-3, "[24, 12]", "moment_z", true),
+        ("average", 2e-3, "[50, 25]", "moment_z", false),
+        ("rigid", 4e-3, "[50, 25]", "force_x", true),
+        ("rigid", 8e-3, "[100, 50]", "force_x", false),
+    ];
+    for (coupling, radius, elements, load, is_told) in cases {
+        let (code, complaint, info) = run(folder.path(), &text(coupling, radius, elements, load), &[]);
+        assert_eq!(code, 0, "{complaint}");
+        let info = info.expect("a result");
+        assert_eq!(
+            identifiers(&info).contains(&"coarse-place"),
+            is_told,
+            "{coupling} {elements} {load}: {info:#}"
+        );
+        assert_eq!(complaint.contains("coarse-place: body \"plate\": "), is_told, "{complaint}");
+    }
+}
+
+#[test]
 fn every_model_finds_a_penalty_factor_of_its_own() {
     let folder = scratch();
     let text = "[simulation]\nend_time = 2e-5\n[materials.rubber]\nyoungs_modulus = 900.0\npoissons_ratio = 0.4\ndensity = 1100.0\n\

@@ -75,6 +75,16 @@ pub fn shipped(name: &str, set: &[&str]) -> Scenario {
     scenario::read(&path, &set).unwrap_or_else(|e| panic!("{e}"))
 }
 
+/// The shipped scenario `name` without the keys of mesh and modes, which the program then chooses, with changes.
+pub fn without_sizes(name: &str, set: &[&str]) -> Scenario {
+    let path = root().join("scenarios").join(name).with_extension("toml");
+    let text = std::fs::read_to_string(&path).expect("a scenario");
+    let is_kept = |line: &&str| !["discretisation", "reduction"].iter().any(|key| line.starts_with(key));
+    let text: Vec<&str> = text.lines().filter(is_kept).collect();
+    let set: Vec<_> = set.iter().map(|s| s.parse().expect("valid --set")).collect();
+    scenario::parse(&path, text.join("\n").as_bytes(), &set).unwrap_or_else(|e| panic!("{e}"))
+}
+
 /// A scenario from its text.
 pub fn parsed(text: &str) -> Scenario {
     scenario::parse(Path::new("test.toml"), text.as_bytes(), &[]).unwrap_or_else(|e| panic!("{e}"))
@@ -97,8 +107,17 @@ pub fn run_on(threads: usize, name: &str, set: &[&str]) -> Trace {
 }
 
 /// Runs a shipped scenario with changes, reporting to `recording`.
-pub fn record(mut recording: Recording, threads: usize, name: &str, set: &[&str]) -> Trace {
-    let end = simulate(&shipped(name, set), &mut recording, threads);
+pub fn record(recording: Recording, threads: usize, name: &str, set: &[&str]) -> Trace {
+    recorded(recording, threads, &shipped(name, set))
+}
+
+/// Runs a scenario on one thread.
+pub fn run_scenario(scenario: &Scenario) -> Trace {
+    recorded(Recording::default(), 1, scenario)
+}
+
+fn recorded(mut recording: Recording, threads: usize, scenario: &Scenario) -> Trace {
+    let end = simulate(scenario, &mut recording, threads);
     Trace { recording, failure: end.err().map(|e| e.to_string()) }
 }
 

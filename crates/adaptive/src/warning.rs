@@ -17,12 +17,20 @@ pub enum WarningKind {
     NeverClosed,
     /// The bodies overlap at the start, as the scenario allows.
     InitialOverlap,
+    /// A disc or ball that a joint or load holds is too small for the elements there.
+    CoarsePlace,
 }
 
 impl WarningKind {
     /// All kinds, in the order of their numbers.
-    pub const ALL: [Self; 5] =
-        [Self::FewModes, Self::CoarseMesh, Self::SparseOutput, Self::NeverClosed, Self::InitialOverlap];
+    pub const ALL: [Self; 6] = [
+        Self::FewModes,
+        Self::CoarseMesh,
+        Self::SparseOutput,
+        Self::NeverClosed,
+        Self::InitialOverlap,
+        Self::CoarsePlace,
+    ];
 
     /// Name in logs and files.
     pub fn identifier(self) -> &'static str {
@@ -32,6 +40,7 @@ impl WarningKind {
             Self::SparseOutput => "sparse-output",
             Self::NeverClosed => "never-closed",
             Self::InitialOverlap => "initial-overlap",
+            Self::CoarsePlace => "coarse-place",
         }
     }
 }

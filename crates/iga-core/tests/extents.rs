@@ -249,3 +249,15 @@ fn parts_that_do_not_exist_are_refused_with_a_remedy() {
     let space = PatchSpace::new(rod.patches.clone()).unwrap();
     assert!(beyond_axis.points(&rod, &space, &AXIAL).is_err());
 }
+
+#[test]
+fn the_longest_element_under_a_place_is_that_of_the_mesh() {
+    let block = solid::cuboid([0.03, 0.02, 0.01]).unwrap();
+    let fine = block.refined(&[1; 3], &[3, 4, 5], &[]).unwrap();
+    let space = PatchSpace::new(fine.patches).unwrap();
+    let longest = |extent: Extent| extent.longest_element(&block, &space, &Model::Solid).unwrap();
+    for extent in [around([0.0, 0.0, 0.005], 1e-3), around([0.0; 3], 1e-3)] {
+        assert!((longest(extent).unwrap() - 0.01).abs() < ROUND_OFF);
+    }
+    assert_eq!(longest(face("z+")), None);
+}

@@ -2,7 +2,7 @@
 
 use super::Driver;
 use crate::error::AdaptiveError;
-use crate::plausibility::resolution::{coarse_mesh, few_modes, sparse_output};
+use crate::plausibility::resolution::{coarse_mesh, coarse_place, few_modes, sparse_output};
 use crate::plausibility::{motion, start};
 use crate::record::ImpactRecord;
 use crate::simulation::smallest_gap;
@@ -30,8 +30,10 @@ impl Driver<'_> {
     /// Checks how the bodies lie at the start; the warnings of that and of the models.
     pub(super) fn doubt_start(&mut self) -> Result<Vec<(usize, Warning)>, AdaptiveError> {
         let mut warnings = start::check(self.model)?;
-        let meshes = self.model.bodies.iter().enumerate();
-        warnings.extend(meshes.filter_map(|(b, body)| Some((b, coarse_mesh(body)?))));
+        for (b, body) in self.model.bodies.iter().enumerate() {
+            let found = [coarse_mesh(body), coarse_place(body)];
+            warnings.extend(found.into_iter().flatten().map(|warning| (b, warning)));
+        }
         Ok(warnings)
     }
 

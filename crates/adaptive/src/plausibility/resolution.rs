@@ -1,14 +1,16 @@
-//! What a result leaves out: modes against the duration of impacts, elements against waves, stored instants against vibrations
-//! (docs/theory.md Eqs. P.5 to P.7).
+//! What a result leaves out: modes against the duration of impacts, elements against waves and against places of joints and loads, stored
+//! instants against vibrations (docs/theory.md Eqs. P.5 to P.7, P.10).
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use ffr_dynamics::system::force::BodyState;
 use iga_core::elasticity::Model;
+use iga_core::extent::Extent;
 use iga_core::nurbs::Patch;
 
 use crate::body_model::{BodyModel, ElasticModel};
 use crate::record::ImpactRecord;
+use crate::spec::{Coupling, Place};
 use crate::warning::{Warning, WarningKind};
 
 /// Product of the highest frequency kept and the duration of an impact from which on the spectrum of the force, that of a half
@@ -20,6 +22,9 @@ const FREQUENCY_ERROR: f64 = 1e-2;
 const AUDIBLE: f64 = 1e-2;
 /// Share of the largest energy of the run that the vibration of a body must carry.
 const STRONG: f64 = 1e-3;
+
+/// Relative error of what a place yields under its own load above which its elements are too coarse (Eq. P.10).
+const PLACE_ERROR: f64 = 5e-2;
 
 /// Duration of the half sine with the peak and the impulse of an impact, and no longer than the impact \[s\].
 pub fn pulse_duration(impact: &ImpactRecord) -> f64 {
@@ -78,6 +83,52 @@ pub fn coarse_mesh(body: &BodyModel) -> Option<Warning> {
         ),
         remedy: format!("raise bodies.{0}.discretisation.elements or its degree, or keep fewer modes", body.name),
     })
+}
+
+/// The warning of a body on which joints or loads hold a disc or ball that its elements do not resolve: of the worst one (Eq. P.10).
+pub fn coarse_place(body: &BodyModel) -> Option<Warning> {
+    let elastic = body.elastic.as_ref()?;
+    let spec = &elastic.body.spec;
+    // Elements over the radius that a place has and needs.
+    let sizes = elastic.interface.loads.iter().filter_map(|load| {
+        let Place::Area(area) = &load.place else { return None };
+        let Extent::Around { radius, .. } = &area.extent else { return None };
+        let element = area.extent.longest_element(&spec.shape, &elastic.body.space, &spec.model).ok()??;
+        let is_moment = load.directions.iter().any(|d| d[3..].iter().any(|m| *m != 0.0));
+        Some((load, area, radius / element, elements_per_radius(area.coupling, is_moment)))
+    });
+    let (load, area, found, limit) = sizes.min_by(|a, b| (a.2 / a.3).total_cmp(&(b.2 / b.3)))?;
+    let remedy = match area.coupling {
+        Coupling::Average => "refine bodies.{}.discretisation there or give the place a larger radius",
+        Coupling::Rigid => {
+            "take coupling = \"average\", hold a whole face, refine bodies.{}.discretisation there or give the place a larger radius"
+        }
+    };
+    (found < limit).then(|| Warning {
+        kind: WarningKind::CoarsePlace,
+        subject: subject(body),
+        time: 0.0,
+        value: found,
+        limit,
+        message: format!(
+            "{}, held by {}, has {found:.2} elements over its radius; {limit:.1} give what it yields to {:.0} %",
+            area.extent.name(),
+            load.name,
+            100.0 * PLACE_ERROR
+        ),
+        remedy: remedy.replace("{}", &body.name),
+    })
+}
+
+/// Elements over the radius of a disc or ball at which it yields right to [`PLACE_ERROR`] (Eq. P.10): `C (h/a)²` is missing on average,
+/// `C h/a` of a rigid one, whose elements at the rim are rigid as a whole; more under moments, which turn no more than the place itself.
+fn elements_per_radius(coupling: Coupling, is_moment: bool) -> f64 {
+    match (coupling, is_moment) {
+        (Coupling::Average, false) => (0.05 / PLACE_ERROR).sqrt(),
+        (Coupling::Average, true) => (0.25 / PLACE_ERROR).sqrt(),
+        (Coupling::Rigid, false) => 0.6 / PLACE_ERROR,
+        (Coupling::Rigid, true) => 1.0 / PLACE_ERROR,
+    }
 }
 
 /// The warning of a body that vibrates faster than its states are stored, `interval` apart, after the time `time`; `state`: its

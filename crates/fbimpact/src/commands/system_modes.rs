@@ -13,7 +13,8 @@ use crate::simulate;
 
 /// Least share of a body in the kinetic energy of a mode that is listed.
 const LISTED: f64 = 0.01;
-/// Part of the stiffness without a potential that is worth a word: far above round-off, far below what moves a frequency by a per mille.
+/// Part of a mode's stiffness without a potential that is worth a word: far above round-off; squared, as it moves frequencies that are
+/// apart, far below a per mille.
 const ASYMMETRY: f64 = 1e-6;
 /// Acceleration up to which a pose counts as equilibrium [m/s²]: a millionth of gravity on earth.
 const BALANCED: f64 = 1e-5;
@@ -35,7 +36,7 @@ struct Report {
     constraints: usize,
     /// Acceleration of the pose left alone, root mean square over the mass [m/s²].
     acceleration: f64,
-    /// Part of the stiffness that has no potential and is left out.
+    /// Part of the stiffness of modes that has no potential and is left out.
     asymmetry: f64,
 }
 
@@ -123,7 +124,7 @@ impl Report {
         if self.asymmetry > ASYMMETRY {
             let _ = writeln!(
                 out,
-                "loads have no potential here: {:.1e} of the stiffness of weight, springs and loads is left out",
+                "following loads or moments have no potential: up to {:.1e} of the stiffness of modes that they couple is left out",
                 self.asymmetry
             );
         }

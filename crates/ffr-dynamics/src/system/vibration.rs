@@ -30,8 +30,8 @@ pub struct SystemModes {
     /// Acceleration with which the bodies, were they rigid, would leave the pose, root mean square over their mass [m/s²]; zero in
     /// equilibrium.
     pub acceleration: f64,
-    /// Part of the stiffness without a potential, that of following loads and moments, as a share of the stiffness other than that of
-    /// modes. It is left out.
+    /// Part of the stiffness without a potential, that of following loads and moments, as a share of the stiffness of the modes that
+    /// it couples (Eq. M.43). It is left out.
     pub asymmetry: f64,
 }
 
@@ -94,7 +94,7 @@ impl<F: ForceElement> Multibody<F> {
             n_coordinates: n,
             n_constraints: n - values.len(),
             acceleration: if left > 0.0 { left.sqrt() } else { 0.0 },
-            asymmetry: problem.asymmetry,
+            asymmetry: problem.asymmetry(&values, &vectors),
         })
     }
 }
@@ -104,7 +104,6 @@ struct Problem<'a> {
     small: &'a SmallMotion,
     /// Symmetric part of the stiffness other than that of modes.
     stiffness: Mat<f64>,
-    asymmetry: f64,
     /// Squared frequency below which a mode counts as rigid, without the part of the modal stiffness.
     undecided: f64,
     /// Lower Cholesky factor of the mass matrix.
@@ -115,22 +114,33 @@ struct Problem<'a> {
 
 impl<'a> Problem<'a> {
     fn new(small: &'a SmallMotion) -> Result<Self, DynamicsError> {
-        let n = small.n();
         let mut mass = small.mass.clone();
         dense::symmetrise(&mut mass);
         let factor = dense::cholesky(mass, "mass matrix of the system")?;
-        let (rough, size) = (&small.stiffness, small.stiffness.norm_l2());
-        let mut stiffness = rough.clone();
+        let mut stiffness = small.stiffness.clone();
         dense::symmetrise(&mut stiffness);
-        let skew = Mat::from_fn(n, n, |i, j| 0.5 * (rough[(i, j)] - rough[(j, i)]));
-        let asymmetry = if size > 0.0 {
-            whitened(&factor, skew.as_ref()).norm_l2() / whitened(&factor, rough.as_ref()).norm_l2()
-        } else {
-            0.0
-        };
         let undecided = UNDECIDED * whitened(&factor, stiffness.as_ref()).norm_l2();
         let free = free_motions(&factor, &small.constraints)?;
-        Ok(Self { small, stiffness, asymmetry, undecided, factor, free })
+        Ok(Self { small, stiffness, undecided, factor, free })
+    }
+
+    /// Largest skew entry of the stiffness between two of the modes `vectors`, as a share of the geometric mean of their squared
+    /// frequencies `values`, of the larger one if the other mode is rigid (Eq. M.43).
+    ///
+    /// Not of the skew matrix by the symmetric one: where forces do not depend on the pose at all, both are round-off.
+    fn asymmetry(&self, values: &[f64], vectors: &Mat<f64>) -> f64 {
+        let rough = &self.small.stiffness;
+        let product = dense::product(rough.as_ref(), vectors.as_ref());
+        let modal = dense::product(vectors.transpose(), product.as_ref());
+        let mut largest = 0.0_f64;
+        for (i, j) in (0..values.len()).flat_map(|i| (0..i).map(move |j| (i, j))) {
+            let (a, b) = (values[i].abs(), values[j].abs());
+            let stiffness = if a.min(b) > 0.0 { (a * b).sqrt() } else { a.max(b) };
+            if stiffness > 0.0 {
+                largest = largest.max(0.5 * (modal[(i, j)] - modal[(j, i)]).abs() / stiffness);
+            }
+        }
+        largest
     }
 
     /// Squared frequencies, rising, and modes in the system's coordinates, mass-orthonormal.

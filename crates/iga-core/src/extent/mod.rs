@@ -111,6 +111,26 @@ impl Extent {
         Ok(centre)
     }
 
+    /// Longest side of the elements of `space` at a disc or ball \[m\]; none for a face, with whose edges functions end.
+    ///
+    /// # Errors
+    /// As [`Extent::points`].
+    pub fn longest_element(
+        &self,
+        shape: &Shape,
+        space: &dyn Space,
+        model: &Model,
+    ) -> Result<Option<f64>, SplineError> {
+        if matches!(self, Self::Face(_)) {
+            return Ok(None);
+        }
+        let mut longest = 0.0_f64;
+        for p in self.points(shape, space, model)? {
+            longest = sides(shape, space, p.element, &p.xi).into_iter().fold(longest, f64::max);
+        }
+        Ok(Some(longest))
+    }
+
     /// In words, for messages.
     pub fn name(&self) -> String {
         match self {
@@ -120,6 +140,15 @@ impl Extent {
             }
         }
     }
+}
+
+/// Sides of an element as they are at the parameters `xi` in it, zero along directions that the space does not have \[m\].
+fn sides(shape: &Shape, space: &dyn Space, element: usize, xi: &[f64; 3]) -> [f64; 3] {
+    let element = space.element(element);
+    let jet = shape.patches[element.patch].jet(xi, 1, &mut PointBasis::default());
+    std::array::from_fn(|d| {
+        if d < space.dimension() { norm(&jet.first[d]) * (element.upper[d] - element.lower[d]) } else { 0.0 }
+    })
 }
 
 /// Points of a disc or ball.
@@ -162,13 +191,11 @@ impl Around<'_> {
 
     /// Size of the smallest element at `points` along all directions but the one fixed there \[m\].
     fn smallest_element(&self, points: &[(ExtentPoint, Option<usize>)]) -> f64 {
-        let mut scratch = PointBasis::default();
         let mut smallest = f64::INFINITY;
         for (p, fixed) in points {
-            let element = self.space.element(p.element);
-            let jet = self.shape.patches[element.patch].jet(&p.xi, 1, &mut scratch);
+            let sides = sides(self.shape, self.space, p.element, &p.xi);
             for d in (0..self.space.dimension()).filter(|&d| Some(d) != *fixed) {
-                smallest = smallest.min(norm(&jet.first[d]) * (element.upper[d] - element.lower[d]));
+                smallest = smallest.min(sides[d]);
             }
         }
         smallest
