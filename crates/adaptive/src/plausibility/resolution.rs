@@ -87,7 +87,7 @@ pub fn coarse_mesh(body: &BodyModel) -> Option<Warning> {
 
 /// The warning of a body on which joints or loads hold a disc or ball that its elements do not resolve: of the worst one (Eq. P.10).
 pub fn coarse_place(body: &BodyModel) -> Option<Warning> {
-    let elastic = body.elastic.as_ref()?;
+    let elastic = body.elastic()?;
     let spec = &elastic.body.spec;
     // Elements over the radius that a place has and needs.
     let sizes = elastic.interface.loads.iter().filter_map(|load| {

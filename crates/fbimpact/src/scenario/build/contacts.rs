@@ -46,14 +46,14 @@ fn contact(checker: &mut Checker, root: &Section, name: &str, section: &Section)
     } else {
         check_bodies(checker, root, section);
         check_settings(checker, section, &facts);
-        ContactLaw::Surface(surface(checker, section, &facts)?)
+        ContactLaw::Surface(surface(section, &facts)?)
     };
     let initial_overlap = section.number("initial_overlap")?;
     let (contact_body, target_body) = (contact_body?, target_body?);
     Some(Contact { name: name.to_owned(), contact_body, target_body, law, initial_overlap })
 }
 
-fn surface(checker: &mut Checker, section: &Section, facts: &ContactFacts<'_>) -> Option<SurfaceContact> {
+fn surface(section: &Section, facts: &ContactFacts<'_>) -> Option<SurfaceContact> {
     let coefficient = section.number("friction")?;
     Some(SurfaceContact {
         model: match facts.model {
