@@ -122,6 +122,16 @@ mod tests {
     use iga_core::nurbs::primitives::{SphereNet, axisymmetric, plane, solid, sphere};
 
     #[test]
+    fn patches_that_share_faces_have_the_same_elements_in_all_directions() {
+        let shells = sphere::sphere(0.01, SphereNet::Shells).unwrap();
+        // A radius from the inner cube to the surface is shorter than the arcs beside it.
+        let lengths = lengths(&shells);
+        assert!(lengths[2] < 0.9 * lengths[0], "{lengths:?}");
+        let elements = first_elements(&shells, &lengths, 100);
+        assert!(elements.iter().all(|n| *n == elements[0]), "{elements:?}");
+    }
+
+    #[test]
     fn directions_that_a_mirror_exchanges_are_twins() {
         let of = |shape: Result<Shape, iga_core::SplineError>| twins(&shape.unwrap());
         assert_eq!(of(solid::cuboid([1.0, 1.0, 2.0])), [0, 0, 2]);

@@ -131,7 +131,7 @@ impl Revolved {
         let mut found = Vec::new();
         for harmonic in 0..=10 {
             for parity in 0..2 {
-                let group = self.group(material, harmonic, parity, false);
+                let group = self.group(material, harmonic, parity);
                 let copies = if harmonic == 0 { 1 } else { 2 };
                 found.extend(group.iter().flat_map(|f| std::iter::repeat_n(*f, copies)));
             }
@@ -139,19 +139,13 @@ impl Revolved {
         lowest(found, 6, n)
     }
 
-    /// The `n` lowest frequencies \[Hz\] of the motions without rotation that keep the symmetry.
-    pub fn axisymmetric(&self, material: &Material, n: usize) -> Vec<f64> {
-        let groups = (0..2).flat_map(|parity| self.group(material, 0, parity, true));
-        lowest(groups.collect(), 1, n)
-    }
-
-    fn group(&self, material: &Material, harmonic: usize, parity: usize, without_torsion: bool) -> Vec<f64> {
+    fn group(&self, material: &Material, harmonic: usize, parity: usize) -> Vec<f64> {
         let (lambda, mu) = lame(material);
         let [n_r, n_z] = self.orders;
-        let radii = self.radii(n_r + harmonic + 2);
+        let radii = self.radii(2 * n_r + harmonic + 2);
         let heights = gauss(n_z + 1);
         let along: Vec<Vec<(f64, f64)>> = heights.iter().map(|(x, _)| legendre(n_z, *x)).collect();
-        let motions = self.motions(&radii, harmonic, parity, without_torsion);
+        let motions = self.motions(&radii, harmonic, parity);
         let (n, m) = (motions.len(), harmonic as f64);
         let (mut stiffness, mut mass) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
         for (i, (r, weight_r)) in radii.iter().enumerate() {
@@ -191,22 +185,13 @@ impl Revolved {
         gauss(n).into_iter().map(|(x, w)| (middle + half * x, w * half * (middle + half * x))).collect()
     }
 
-    fn motions(
-        &self,
-        radii: &[(f64, f64)],
-        harmonic: usize,
-        parity: usize,
-        without_torsion: bool,
-    ) -> Vec<Motion> {
+    fn motions(&self, radii: &[(f64, f64)], harmonic: usize, parity: usize) -> Vec<Motion> {
         let [n_r, n_z] = self.orders;
         let mut motions = Vec::new();
         for k in 0..n_r {
             let lists =
                 if self.inner > 0.0 { self.of_ring(radii, k) } else { self.of_disc(radii, harmonic, k) };
             for (kind, across) in lists.into_iter().enumerate() {
-                if without_torsion && kind == 1 {
-                    continue;
-                }
                 let start = if kind == 2 { 1 - parity } else { parity };
                 let of_heights =
                     (start..n_z).step_by(2).map(|along| Motion { across: across.clone(), along });
