@@ -155,8 +155,7 @@ impl Wave {
         // Shorter waves than two elements look like longer ones.
         let x = (h / self.length).min(0.5);
         let parts = |m: i32| [x / (f64::from(m) - x), x / (f64::from(m) + x)];
-        let sum = |power: usize| (1..=SHIFTS).flat_map(parts).map(|r| r.powi(power as i32)).sum::<f64>();
-        let of_squares = (1.0 + sum(2 * p)) / (1.0 + sum(2 * p + 2)) - 1.0;
+        let of_squares: f64 = (1..=SHIFTS).flat_map(parts).map(|r| r.powi(2 * p as i32)).sum();
         (1.0 + of_squares * (1.0 + self.shear)).sqrt() - 1.0
     }
 }
@@ -266,6 +265,11 @@ mod tests {
             assert!((found / expected - 1.0).abs() < 0.1, "degree {degree}: {found:e}, {expected:e}");
         }
         assert!(Wave { length: 1.0, shear: 0.0 }.error(1.0, 3) >= FREQUENCY_ERROR, "beyond all elements");
+        let of_length = |h: f64| wave.error(h, 3);
+        assert!(
+            (1..40).all(|i| of_length(f64::from(i) * 0.5) < of_length(f64::from(i + 1) * 0.5)),
+            "longer, worse"
+        );
     }
 
     #[test]

@@ -67,10 +67,11 @@ pub fn half_wave(lengths: &[f64], n_modes: usize) -> f64 {
     long
 }
 
-/// Elements a direction for `n_modes` modes, from which the check starts; never fewer than the shape has itself, and the same in
-/// all directions of several patches, which share faces.
+/// Elements a direction for `n_modes` modes, from which the check starts; never fewer than the shape has itself. Each of several
+/// patches has its part of the modes, and the same number in all directions: they share faces.
 pub fn first_elements(shape: &Shape, lengths: &[f64], n_modes: usize) -> Vec<usize> {
-    let size = half_wave(lengths, n_modes) / ELEMENTS_PER_HALF_WAVE;
+    let of_patch = n_modes.div_ceil(shape.patches.len().max(1));
+    let size = half_wave(lengths, of_patch) / ELEMENTS_PER_HALF_WAVE;
     let own = |d: usize| shape.patches.iter().map(|p| p.knots()[d].breaks().len() - 1).max().unwrap_or(1);
     let wanted = |(d, l): (usize, &f64)| ((l / size - 0.1).ceil() as usize).max(LEAST).max(own(d));
     let mut elements: Vec<usize> = lengths.iter().enumerate().map(wanted).collect();
@@ -127,7 +128,7 @@ mod tests {
         // A radius from the inner cube to the surface is shorter than the arcs beside it.
         let lengths = lengths(&shells);
         assert!(lengths[2] < 0.9 * lengths[0], "{lengths:?}");
-        let elements = first_elements(&shells, &lengths, 100);
+        let elements = first_elements(&shells, &lengths, 700);
         assert!(elements.iter().all(|n| *n == elements[0]), "{elements:?}");
     }
 
