@@ -18,6 +18,7 @@ use crate::model::start_poses;
 use crate::spec::{BodyKind, DiscretisationSpec, ElasticSpec, ReductionSpec, RunSpec};
 use crate::store::{ModelCache, ModelKey, StoredModel};
 use ffr_dynamics::reduction::modal::modal_truncation;
+use iga_core::elasticity::Model;
 use impact_time::ForceTime;
 use mesh::ChosenMesh;
 use mode_count::ChosenModes;
@@ -175,6 +176,27 @@ impl<'a> Trial<'a> {
     /// Degrees of the splines, one a direction.
     pub fn degrees(&self) -> &[usize] {
         &self.spec.discretisation.degrees
+    }
+
+    /// Directions that are refined together: patches that share faces turn them into one another.
+    fn groups(&self) -> Vec<Vec<usize>> {
+        let n = self.degrees().len();
+        if self.spec.shape.patches.len() > 1 {
+            vec![(0..n).collect()]
+        } else {
+            (0..n).map(|d| vec![d]).collect()
+        }
+    }
+
+    /// For each direction, the first one that the body cannot be told from: a mirror turns the one into the other.
+    fn twins(&self) -> Vec<usize> {
+        let degrees = self.degrees();
+        let is_isotropic = self.spec.model != Model::Axisymmetric && self.spec.rigid_areas.is_empty();
+        if !is_isotropic {
+            return (0..degrees.len()).collect();
+        }
+        let twins = proportions::twins(&self.spec.shape);
+        twins.iter().enumerate().map(|(d, &of)| if degrees[of] == degrees[d] { of } else { d }).collect()
     }
 
     /// The `n` lowest eigenfrequencies \[Hz\], or all if there are fewer, with `elements` a direction; and whether `n` cuts

@@ -1,6 +1,6 @@
 //! Elements that resolve the kept modes: guessed from the proportions, then checked with finer meshes.
 //!
-//! Each direction is doubled by itself. Frequencies of conforming models fall to their limits from above, so the change tells
+//! Each direction is doubled by itself, those of shapes of several patches together. Frequencies of conforming models fall to their limits from above, so the change tells
 //! the error that the direction makes, and the sum over directions that of the mesh (Eqs. N.2, N.3).
 
 use std::fmt;
@@ -53,13 +53,18 @@ impl fmt::Display for ChosenMesh {
 pub fn mesh(trial: &Trial<'_>, n_modes: usize) -> Result<(Vec<usize>, f64), AdaptiveError> {
     let shape = &trial.spec.shape;
     let mut elements = first_elements(shape, &lengths(shape), n_modes);
-    let mut solved = Solved::new();
+    let mut check = Check::new(trial, n_modes);
     for round in 1.. {
-        let errors = errors(trial, &elements, n_modes, &mut solved)?;
+        let mut errors = check.errors(&elements, Known::Settled)?;
+        if errors.iter().sum::<f64>() <= TOLERANCE {
+            errors = check.errors(&elements, Known::OnThisMesh)?;
+        }
         let error = errors.iter().sum::<f64>();
-        let next = refined(&elements, &errors, trial.degrees());
-        let tried = (0..next.len()).map(|d| trial.unknowns(&doubled(&next, d))).max().unwrap_or(0);
+        let next = refined(&elements, &errors, &check.groups, trial.degrees());
+        let finer = check.groups.iter().map(|group| trial.unknowns(&doubled(&next, group)));
+        let tried = finer.max().unwrap_or(0);
         let is_last = round == ROUNDS || tried > MOST_UNKNOWNS;
+        tracing::debug!(?elements, ?errors, "mesh checked");
         if error <= TOLERANCE || is_last {
             return Ok((elements, error));
         }
@@ -68,57 +73,101 @@ pub fn mesh(trial: &Trial<'_>, n_modes: usize) -> Result<(Vec<usize>, f64), Adap
     unreachable!("the last round returns")
 }
 
-/// `elements` with those of direction `d` halved.
-fn doubled(elements: &[usize], d: usize) -> Vec<usize> {
+/// `elements` with those of the directions of `group` halved.
+fn doubled(elements: &[usize], group: &[usize]) -> Vec<usize> {
     let mut finer = elements.to_vec();
-    finer[d] *= 2;
+    group.iter().for_each(|&d| finer[d] *= 2);
     finer
 }
 
-/// Frequencies \[Hz\] of the meshes solved so far: where one direction alone is doubled, they serve the next round.
-type Solved = Vec<(Vec<usize>, Vec<f64>)>;
-
-fn frequencies(
-    trial: &Trial<'_>,
-    elements: &[usize],
-    n: usize,
-    solved: &mut Solved,
-) -> Result<Vec<f64>, AdaptiveError> {
-    if let Some((_, known)) = solved.iter().find(|(of, _)| of == elements) {
-        return Ok(known.clone());
-    }
-    let found = trial.spectrum(elements, n)?.frequencies;
-    solved.push((elements.to_vec(), found.clone()));
-    Ok(found)
+/// Errors that need not be found again.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Known {
+    /// Those found on the very mesh.
+    OnThisMesh,
+    /// Those of directions that have not been refined since, where they were no more than their share: enough to go on refining.
+    Settled,
 }
 
-/// Largest relative error of the `n_modes` lowest frequencies that each direction makes.
-fn errors(
-    trial: &Trial<'_>,
-    elements: &[usize],
+/// What the check of a trial's meshes has found so far.
+struct Check<'a> {
+    trial: &'a Trial<'a>,
     n_modes: usize,
-    solved: &mut Solved,
-) -> Result<Vec<f64>, AdaptiveError> {
-    let coarse = frequencies(trial, elements, n_modes, solved)?;
-    let of_direction = |d: usize| {
-        let fine = frequencies(trial, &doubled(elements, d), n_modes, solved)?;
-        let changes = coarse.iter().zip(&fine).map(|(c, f)| (c / f - 1.0).abs());
-        Ok(ERROR_OVER_CHANGE * changes.fold(0.0, f64::max))
-    };
-    (0..elements.len()).map(of_direction).collect()
+    /// Directions that are refined together.
+    groups: Vec<Vec<usize>>,
+    /// For each group, the first one that the shape cannot be told from.
+    twins: Vec<usize>,
+    /// Frequencies \[Hz\] of the meshes solved: where one direction alone is doubled, they serve the next round.
+    solved: Vec<(Vec<usize>, Vec<f64>)>,
+    /// Mesh and error of the last check of each group.
+    last: Vec<Option<(Vec<usize>, f64)>>,
 }
 
-/// More elements in the directions that make more than their share of the error, by the rate of smooth modes (Eq. E.13).
-fn refined(elements: &[usize], errors: &[f64], degrees: &[usize]) -> Vec<usize> {
-    let share = AIM * TOLERANCE / elements.len() as f64;
-    let wanted = |((n, error), p): ((&usize, &f64), &usize)| {
-        if *error <= share {
-            return *n;
+impl<'a> Check<'a> {
+    fn new(trial: &'a Trial<'a>, n_modes: usize) -> Self {
+        let groups = trial.groups();
+        // Directions that stand alone are their groups.
+        let twins = if groups.len() == 1 { vec![0] } else { trial.twins() };
+        let last = vec![None; groups.len()];
+        Self { trial, n_modes, groups, twins, solved: Vec::new(), last }
+    }
+
+    /// Largest relative error of the lowest frequencies that each group makes.
+    fn errors(&mut self, elements: &[usize], known: Known) -> Result<Vec<f64>, AdaptiveError> {
+        let mut errors: Vec<f64> = Vec::with_capacity(self.groups.len());
+        for g in 0..self.groups.len() {
+            let twin = self.twins[g];
+            let error = match self.last[g].as_ref().filter(|last| self.is_known(known, last, elements, g)) {
+                Some((_, error)) => *error,
+                None if twin < g && elements[twin] == elements[g] => errors[twin],
+                None => self.error(elements, g)?,
+            };
+            errors.push(error);
         }
-        let growth = (error / share).powf(0.5 / *p as f64).min(LARGEST_GROWTH);
-        ((*n as f64 * growth).ceil() as usize).max(n + 1)
-    };
-    elements.iter().zip(errors).zip(degrees).map(wanted).collect()
+        Ok(errors)
+    }
+
+    /// Whether the last error of group `g` does for `elements`.
+    fn is_known(&self, known: Known, (of, error): &(Vec<usize>, f64), elements: &[usize], g: usize) -> bool {
+        let is_unchanged = self.groups[g].iter().all(|&d| of[d] == elements[d]);
+        of == elements || (known == Known::Settled && is_unchanged && *error <= share(self.groups.len()))
+    }
+
+    fn error(&mut self, elements: &[usize], g: usize) -> Result<f64, AdaptiveError> {
+        let finer = doubled(elements, &self.groups[g]);
+        let (coarse, fine) = (self.frequencies(elements)?, self.frequencies(&finer)?);
+        let changes = coarse.iter().zip(&fine).map(|(c, f)| (c / f - 1.0).abs());
+        let error = ERROR_OVER_CHANGE * changes.fold(0.0, f64::max);
+        self.last[g] = Some((elements.to_vec(), error));
+        Ok(error)
+    }
+
+    fn frequencies(&mut self, elements: &[usize]) -> Result<Vec<f64>, AdaptiveError> {
+        if let Some((_, known)) = self.solved.iter().find(|(of, _)| of == elements) {
+            return Ok(known.clone());
+        }
+        let found = self.trial.spectrum(elements, self.n_modes)?.frequencies;
+        self.solved.push((elements.to_vec(), found.clone()));
+        Ok(found)
+    }
+}
+
+/// Part of the error that each of `n` groups may make for a mesh to be kept at once.
+fn share(n: usize) -> f64 {
+    AIM * TOLERANCE / n as f64
+}
+
+/// More elements in the groups of directions that make more than their share of the error, by the rate of smooth modes (Eq. E.13).
+fn refined(elements: &[usize], errors: &[f64], groups: &[Vec<usize>], degrees: &[usize]) -> Vec<usize> {
+    let share = share(groups.len());
+    let mut next = elements.to_vec();
+    for (group, error) in groups.iter().zip(errors).filter(|(_, error)| **error > share) {
+        for &d in group {
+            let growth = (error / share).powf(0.5 / degrees[d] as f64).min(LARGEST_GROWTH);
+            next[d] = ((elements[d] as f64 * growth).ceil() as usize).max(elements[d] + 1);
+        }
+    }
+    next
 }
 
 #[cfg(test)]
@@ -129,8 +178,10 @@ mod tests {
     fn only_directions_that_err_are_refined() {
         // 64 times its share with rate 2 p = 6: twice the elements.
         let share = AIM * TOLERANCE / 2.0;
-        assert_eq!(refined(&[4, 10], &[0.5 * share, 64.0 * share], &[3, 3]), [4, 20]);
-        assert_eq!(refined(&[4, 10], &[1.1 * share, 1e9], &[3, 3]), [5, 20]);
+        let (apart, together) = ([vec![0], vec![1]], [vec![0, 1]]);
+        assert_eq!(refined(&[4, 10], &[0.5 * share, 64.0 * share], &apart, &[3, 3]), [4, 20]);
+        assert_eq!(refined(&[4, 10], &[1.1 * share, 1e9], &apart, &[3, 3]), [5, 20]);
+        assert_eq!(refined(&[4, 4], &[128.0 * share], &together, &[3, 3]), [8, 8]);
     }
 
     #[test]

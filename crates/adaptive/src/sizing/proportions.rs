@@ -67,10 +67,85 @@ pub fn half_wave(lengths: &[f64], n_modes: usize) -> f64 {
     long
 }
 
-/// Elements a direction for `n_modes` modes, from which the check starts; never fewer than the shape has itself.
+/// Elements a direction for `n_modes` modes, from which the check starts; never fewer than the shape has itself. Each of several
+/// patches has its part of the modes, and the same number in all directions: they share faces.
 pub fn first_elements(shape: &Shape, lengths: &[f64], n_modes: usize) -> Vec<usize> {
-    let size = half_wave(lengths, n_modes) / ELEMENTS_PER_HALF_WAVE;
+    let of_patch = n_modes.div_ceil(shape.patches.len().max(1));
+    let size = half_wave(lengths, of_patch) / ELEMENTS_PER_HALF_WAVE;
     let own = |d: usize| shape.patches.iter().map(|p| p.knots()[d].breaks().len() - 1).max().unwrap_or(1);
     let wanted = |(d, l): (usize, &f64)| ((l / size - 0.1).ceil() as usize).max(LEAST).max(own(d));
-    lengths.iter().enumerate().map(wanted).collect()
+    let mut elements: Vec<usize> = lengths.iter().enumerate().map(wanted).collect();
+    if shape.patches.len() > 1 {
+        let most = elements.iter().copied().max().unwrap_or(LEAST);
+        elements.fill(most);
+    }
+    elements
+}
+
+/// For each direction, the first one that looks like it: a single patch whose control net, after exchange of the two, is
+/// congruent to itself (all distances between control points and all weights are the same).
+pub fn twins(shape: &Shape) -> Vec<usize> {
+    let n = shape.patches.first().map_or(0, Patch::dimension);
+    let [patch] = shape.patches.as_slice() else { return (0..n).collect() };
+    (0..n).map(|d| (0..d).find(|&e| is_exchangeable(patch, e, d)).unwrap_or(d)).collect()
+}
+
+/// Relative difference of lengths and weights that counts as none: round-off of the nets of the catalogue.
+const CONGRUENT: f64 = 1e-12;
+
+fn is_exchangeable(patch: &Patch, a: usize, b: usize) -> bool {
+    let (knots, sizes) = (patch.knots(), patch.net_size());
+    if knots[a].degree() != knots[b].degree() || knots[a].knots() != knots[b].knots() {
+        return false;
+    }
+    let exchanged = |point: usize| {
+        let (mut rest, mut index) = (point, Vec::with_capacity(sizes.len()));
+        for size in &sizes {
+            index.push(rest % size);
+            rest /= size;
+        }
+        index.swap(a, b);
+        index.iter().zip(&sizes).rev().fold(0, |number, (i, size)| number * size + i)
+    };
+    let (points, weights) = (patch.control_points(), patch.weights());
+    let distance =
+        |i: usize, j: usize| (0..3).map(|c| (points[i][c] - points[j][c]).powi(2)).sum::<f64>().sqrt();
+    let of: Vec<usize> = (0..points.len()).map(exchanged).collect();
+    let size = (0..points.len()).map(|i| distance(0, i)).fold(0.0, f64::max);
+    let pairs = (0..points.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
+    of.iter().enumerate().all(|(i, &k)| (weights[i] - weights[k]).abs() <= CONGRUENT * weights[i].abs())
+        && pairs.clone().all(|(i, j)| (distance(i, j) - distance(of[i], of[j])).abs() <= CONGRUENT * size)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use iga_core::nurbs::primitives::{SphereNet, axisymmetric, plane, solid, sphere};
+
+    #[test]
+    fn patches_that_share_faces_have_the_same_elements_in_all_directions() {
+        let shells = sphere::sphere(0.01, SphereNet::Shells).unwrap();
+        // A radius from the inner cube to the surface is shorter than the arcs beside it.
+        let lengths = lengths(&shells);
+        assert!(lengths[2] < 0.9 * lengths[0], "{lengths:?}");
+        let elements = first_elements(&shells, &lengths, 700);
+        assert!(elements.iter().all(|n| *n == elements[0]), "{elements:?}");
+    }
+
+    #[test]
+    fn directions_that_a_mirror_exchanges_are_twins() {
+        let of = |shape: Result<Shape, iga_core::SplineError>| twins(&shape.unwrap());
+        assert_eq!(of(solid::cuboid([1.0, 1.0, 2.0])), [0, 0, 2]);
+        assert_eq!(of(solid::cuboid([1.0, 1.01, 1.0])), [0, 1, 0]);
+        assert_eq!(of(solid::cylinder(0.01, 0.02)), [0, 0, 2]);
+        assert_eq!(of(solid::hollow_cylinder(1.0, 2.0, 1.0)), [0, 1, 2]);
+        assert_eq!(of(sphere::sphere(1.0, SphereNet::Cube)), [0, 0, 0]);
+        assert_eq!(
+            of(sphere::sphere(1.0, SphereNet::Shells)),
+            [0, 1, 2],
+            "several patches are not looked at"
+        );
+        assert_eq!(of(plane::disc(1.0)), [0, 0]);
+        assert_eq!(of(axisymmetric::rod(1.0, 2.0)), [0, 1]);
+    }
 }
