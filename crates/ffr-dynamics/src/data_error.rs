@@ -49,7 +49,23 @@ pub enum DataError {
         /// Which.
         what: String,
     },
-    /// An entry of a matrix in a place where there must be none, or unlike its mirror image.
+    /// An entry of a matrix that differs from its mirror image.
+    #[error(
+        "{matrix} is not symmetric: {matrix}[{row}, {column}] = {value:e}, {matrix}[{column}, {row}] = {mirrored:e}"
+    )]
+    Asymmetric {
+        /// Name of the matrix.
+        matrix: String,
+        /// Row, from 0.
+        row: usize,
+        /// Column, from 0.
+        column: usize,
+        /// The entry.
+        value: f64,
+        /// Its mirror image.
+        mirrored: f64,
+    },
+    /// An entry of a matrix that is not finite, or in a place where there must be none.
     #[error("{matrix}[{row}, {column}] {fault}")]
     Entry {
         /// Name of the matrix.
@@ -211,9 +227,6 @@ pub enum EntryFault {
     /// It lies above the diagonal of a lower triangle.
     #[error("lies above the diagonal of a lower triangle")]
     AboveDiagonal,
-    /// It differs from its mirror image.
-    #[error("= {0:e}, but its mirror image is {1:e}: the matrix is not symmetric")]
-    Asymmetric(f64, f64),
     /// It stands on the diagonal and is not positive.
     #[error("= {0:e} must be positive, is there a node without material?")]
     NotPositive(f64),

@@ -77,7 +77,8 @@ pub fn symmetric_matrix(
             }
             let (value, mirrored) = (below.val()[p], entry(&above, i, j));
             if (value - mirrored).abs() > ASYMMETRY * (diagonal[i] * diagonal[j]).sqrt() {
-                return fail(i as u32, j as u32, EntryFault::Asymmetric(value, mirrored));
+                let (matrix, row, column) = (name.to_owned(), i, j);
+                return Err(DataError::Asymmetric { matrix, row, column, value, mirrored }.into());
             }
             below.val_mut()[p] = 0.5 * (value + mirrored);
         }
