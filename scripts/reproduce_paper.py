@@ -234,7 +234,7 @@ def page(r, study):
                 [
                     label,
                     peaks(r[name]),
-                    f"{number(first(r[name], 'start', 1e3), 7)} ms",
+                    f"{number(first(r[name], 'start', 1e3), 7)} ms" if impacts(r[name]) else "–",
                     f"{number(1e6 * (impacts(r[name])[0]['end'] - impacts(r[name])[0]['start']))} µs"
                     if impacts(r[name])
                     else "–",
@@ -295,8 +295,9 @@ def converge(folder, is_long):
 
 def settling(study):
     """How far the impacts of the double pendulums depend on the resolution."""
+    pages = "How far the impacts depend on the resolution, and why, stands in [Verification](verification.md#how-far-the-three-impacts-have-settled)"
     if study is None:
-        return []
+        return [f"{pages}; `--long` studies it here.", ""]
     rows = []
     for v in study["variants"]:
         changes = [
@@ -313,6 +314,8 @@ def settling(study):
         "",
         table(head, rows),
         f"> {study['verdict']}",
+        "",
+        f"{pages}.",
         "",
     ]
 
