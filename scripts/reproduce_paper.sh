@@ -4,8 +4,8 @@
 #
 #   scripts/reproduce_paper.sh [--long] [FOLDER]      (FOLDER: results, default target/reproduction; complete ones are kept)
 #
-# Without --long the runs that take many minutes (damped models, the search for the penalty factor as printed in three dimensions)
-# are left out, and the page says so. Environment: FBIMPACT  the program (default: cargo run --release).
+# Without --long what takes many minutes (damped models, the printed search in three dimensions, the study of resolution)
+# is left out, and the page says so. Environment: FBIMPACT  the program (default: cargo run --release).
 # Needs python3 beside the program.
 set -euo pipefail
 cd "$(dirname "$0")/.."

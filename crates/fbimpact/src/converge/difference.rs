@@ -1,6 +1,7 @@
 //! What a variant changes: impacts matched by contact and order, motions at the end body by body.
 
-use super::outcome::{Impact, Motion, Outcome, length};
+use super::motion::length;
+use super::outcome::{Impact, Motion, Outcome};
 
 /// What is compared of an impact, or of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

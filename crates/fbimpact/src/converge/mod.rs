@@ -6,6 +6,7 @@
 
 pub mod plan;
 pub mod outcome;
+mod motion;
 mod job;
 pub mod execute;
 pub mod difference;

@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+pub use super::motion::Motion;
+use super::motion::motions;
 use crate::collect;
 use crate::error::AppError;
 use crate::results::stored::Stored;
@@ -47,21 +49,6 @@ pub struct Impact {
     pub impulse: f64,
 }
 
-/// Motion of a body's reference frame.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Motion {
-    /// Name of the body.
-    pub body: String,
-    /// Velocity at the end [m/s].
-    pub velocity: [f64; 3],
-    /// Angular velocity at the end [rad/s].
-    pub angular_velocity: [f64; 3],
-    /// Largest speed of the whole run [m/s].
-    pub fastest: f64,
-    /// Largest angular speed of the whole run [rad/s].
-    pub fastest_turn: f64,
-}
-
 impl Outcome {
     /// What is left of the run that was to write `result`.
     ///
@@ -99,27 +86,4 @@ fn impacts(rows: &[ImpactRow]) -> Vec<Impact> {
         impulse: row.impulse,
     };
     rows.iter().enumerate().map(impact).collect()
-}
-
-fn motions(stored: &Stored) -> Result<Vec<Motion>, AppError> {
-    let names =
-        stored.entries.keys().filter_map(|path| path.strip_prefix("bodies/")?.strip_suffix("/velocity"));
-    let motion = |body: &str| {
-        let (velocity, fastest) = last_and_largest(&stored.values(&format!("bodies/{body}/velocity"))?);
-        let turns = stored.values(&format!("bodies/{body}/angular_velocity"))?;
-        let (angular_velocity, fastest_turn) = last_and_largest(&turns);
-        Ok(Motion { body: body.to_owned(), velocity, angular_velocity, fastest, fastest_turn })
-    };
-    names.map(motion).collect()
-}
-
-/// The last of the vectors in `values`, and the largest length.
-fn last_and_largest(values: &[f64]) -> ([f64; 3], f64) {
-    let (vectors, _) = values.as_chunks::<3>();
-    (vectors.last().copied().unwrap_or_default(), vectors.iter().map(length).fold(0.0, f64::max))
-}
-
-/// Length of a vector.
-pub fn length(v: &[f64; 3]) -> f64 {
-    v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
