@@ -315,7 +315,8 @@ impl ForceElement for PlaneContact {
         if self.report.n_active == 0 {
             return Ok(());
         }
-        self.report.energies.dissipated_power = self.dissipated_power(state)?;
+        let sliding = self.sliding_work(state)?;
+        (self.report.energies.dissipated_power, self.report.energies.sliding) = (sliding.power, sliding);
         self.push(&state.elastic, &mut forces[self.settings.body]);
         Ok(())
     }

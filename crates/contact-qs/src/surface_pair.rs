@@ -404,8 +404,10 @@ impl SurfacePair {
         if let Some(friction) = &mut self.friction {
             friction.is_evaluated = true;
             friction.time = t;
-            if let (Some(time), 1..) = (time, self.report.n_sliding) {
-                self.report.energies.dissipated_power = friction.dissipated_power(&self.state.forces, time);
+            if self.report.n_sliding > 0 {
+                let sliding = friction.sliding_work(&self.state.forces, time);
+                let energies = &mut self.report.energies;
+                (energies.dissipated_power, energies.sliding) = (sliding.power, sliding);
             }
         }
         Ok(())

@@ -119,7 +119,8 @@ fn power_of_the_forces_goes_into_stored_energy_and_slip_alone() {
             let state = moved(&start, dt);
             let (force, stored) = evaluate(&mut contact, &state);
             let states = contact.point_states().to_vec();
-            let lost = contact.energies().dissipated_power;
+            let sliding = contact.energies().sliding;
+            let lost = sliding.power;
             n_mixed += usize::from(states.contains(&PointState::Slip) && states.contains(&PointState::Stick));
             n_stuck +=
                 usize::from(!states.contains(&PointState::Slip) && states.contains(&PointState::Stick));
@@ -128,7 +129,9 @@ fn power_of_the_forces_goes_into_stored_energy_and_slip_alone() {
             let h = 1e-8;
             let (_, after) = evaluate(&mut contact, &moved(&state, h));
             let after_states = contact.point_states().to_vec();
+            let work_after = contact.energies().sliding.at_bounds;
             let (_, before) = evaluate(&mut contact, &moved(&state, -h));
+            let work_before = contact.energies().sliding.at_bounds;
             if after_states != states || contact.point_states() != states {
                 continue; // a corner of the law within the difference quotient
             }
@@ -139,6 +142,10 @@ fn power_of_the_forces_goes_into_stored_energy_and_slip_alone() {
                 (power + growth + lost).abs() < tolerance,
                 "{motion:?} {seed}: {power} {growth} {lost} {states:?}"
             );
+            // What is booked is the work of the same power.
+            let rise = (work_after - work_before) / (2.0 * h);
+            let booked = lost + sliding.bound_power;
+            assert!((rise - booked).abs() < tolerance, "{motion:?} {seed}: {rise} {booked} {sliding:?}");
         }
     }
     assert!(n_mixed > 10 && n_stuck > 5, "{n_mixed} {n_stuck}");

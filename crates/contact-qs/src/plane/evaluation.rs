@@ -2,7 +2,7 @@
 
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::error::Rejection;
-use ffr_dynamics::system::force::{BodyState, GeneralisedForce};
+use ffr_dynamics::system::force::{BodyState, GeneralisedForce, SlidingWork};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::{NORMAL_TOLERANCE, PlaneContact};
@@ -184,14 +184,14 @@ impl PlaneContact {
         self.report = report;
     }
 
-    /// Power lost to sliding (Eq. F.12) \[W\].
-    pub(super) fn dissipated_power(&mut self, state: &BodyState) -> Result<f64, Rejection> {
+    /// Work of sliding (Eqs. F.12, F.30).
+    pub(super) fn sliding_work(&mut self, state: &BodyState) -> Result<SlidingWork, Rejection> {
         if self.report.n_sliding == 0 {
-            return Ok(0.0);
+            return Ok(SlidingWork::default());
         }
         self.find_rates(state);
-        let Some(friction) = &mut self.friction else { return Ok(0.0) };
-        friction.stick_slip.dissipated_power(
+        let Some(friction) = &mut self.friction else { return Ok(SlidingWork::default()) };
+        friction.stick_slip.sliding_work(
             self.quasistatic.as_mut(),
             &self.springs,
             &self.gap_rates,

@@ -8,6 +8,7 @@
 
 use faer::Mat;
 use ffr_dynamics::error::Rejection;
+use ffr_dynamics::system::force::SlidingWork;
 
 use super::active_set::SolveReport;
 use super::problem::{add_product, depth};
@@ -331,34 +332,58 @@ impl StickSlip {
         self.solver.return_to_bounds(&self.springs, slips, &self.bounds, &mut self.forces)
     }
 
-    /// Power lost to sliding at the last solution (Eqs. F.9 to F.12) \[W\]. `gap_rates` and `slip_rates`: rates of the points
-    /// along normal and tangents without those of the forces [m/s]; `springs`: compliances of the normal springs [m/N].
+    /// Work of sliding at the last solution (Eqs. F.9 to F.12, F.30). `gap_rates` and `slip_rates`: rates of the points along
+    /// normal and tangents without those of the forces [m/s]; `springs`: compliances of the normal springs [m/N].
     ///
     /// # Errors
     /// Code -1 if the turns don't settle.
-    pub fn dissipated_power(
+    pub fn sliding_work(
         &mut self,
         zone: Option<&mut Quasistatic>,
         springs: &[f64],
         gap_rates: &[f64],
         slip_rates: &[f64],
-    ) -> Result<f64, Rejection> {
+    ) -> Result<SlidingWork, Rejection> {
         if !self.solver.states().contains(&PointState::Slip) {
-            return Ok(0.0);
+            return Ok(SlidingWork::default());
         }
-        let Some(zone) = zone else {
-            for (i, rate) in self.shifted.iter_mut().enumerate() {
-                *rate = -self.coefficient * gap_rates[i] / springs[i];
+        let power = match zone {
+            Some(zone) => {
+                self.rates_of_forces(zone, gap_rates, slip_rates)?;
+                -self.work_along(&self.slip_rates)
             }
-            return Ok(self.solver.power_of_points(&self.springs, slip_rates, &self.shifted, &self.bounds));
+            None => {
+                for (i, rate) in self.shifted.iter_mut().enumerate() {
+                    *rate = -self.coefficient * gap_rates[i] / springs[i];
+                }
+                self.solver.power_of_points(&self.springs, slip_rates, &self.shifted, &self.bounds)
+            }
         };
-        self.rates_of_forces(zone, gap_rates, slip_rates)?;
-        let lost = |i: usize| -> f64 {
-            let components = self.n_t * i..self.n_t * (i + 1);
-            -components.map(|k| self.forces[k] * self.slip_rates[k]).sum::<f64>()
+        // The rates of the bounds are left in `shifted`.
+        let slid = |i: usize| {
+            let w = &self.solver.increments()[self.n_t * i..self.n_t * (i + 1)];
+            w.iter().map(|w| w * w).sum::<f64>().sqrt()
         };
-        let sliding = (0..self.n_points).filter(|&i| self.solver.states()[i] == PointState::Slip);
-        Ok(sliding.map(lost).sum())
+        let bound_power = self.sliding().map(|i| slid(i) * self.shifted[i]).sum();
+        let at_bounds = -self.work_along(self.solver.increments());
+        Ok(SlidingWork { power, at_bounds, bound_power })
+    }
+
+    /// Largest components that friction gave the points in the last solution \[N\].
+    pub fn bounds(&self) -> &[f64] {
+        &self.bounds
+    }
+
+    /// Points that slid in the last solution.
+    fn sliding(&self) -> impl Iterator<Item = usize> {
+        let states = self.solver.states().iter().enumerate();
+        states.filter(|(_, state)| **state == PointState::Slip).map(|(i, _)| i)
+    }
+
+    /// Work of the forces of sliding points along `path`.
+    fn work_along(&self, path: &[f64]) -> f64 {
+        let components = self.sliding().flat_map(|i| self.n_t * i..self.n_t * (i + 1));
+        components.map(|k| self.forces[k] * path[k]).sum()
     }
 
     /// Rates of the forces, in turns like the forces themselves.

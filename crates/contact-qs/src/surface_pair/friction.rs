@@ -5,7 +5,7 @@
 //! keep both momenta and do no work but on the slip. References stay within a step as in a plane contact
 //! (docs/decisions/0005-friction.md).
 
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::system::force::{BodyState, SlidingWork};
 use iga_core::nurbs::jet::{difference, dot, norm};
 use nalgebra::UnitQuaternion;
 
@@ -62,8 +62,9 @@ pub(super) struct PairFriction {
     /// Time of the last evaluation, and of the last one committed, -∞ if there is none \[s\].
     pub time: f64,
     committed: f64,
-    /// Slip increments a moment before the last evaluation.
-    pub earlier: Vec<f64>,
+    /// Slip increments a moment before the last evaluation, and bounds of the points then.
+    earlier: Vec<f64>,
+    earlier_bounds: Vec<f64>,
     /// Motions of both bodies then.
     pub moment: Option<Box<[BodyState; 2]>>,
 }
@@ -96,6 +97,7 @@ impl PairFriction {
             time: f64::NEG_INFINITY,
             committed: f64::NEG_INFINITY,
             earlier: vec![0.0; n],
+            earlier_bounds: vec![0.0; n_points],
             moment: Some(Box::new(n_modes.map(BodyState::at_rest))),
         }
     }
@@ -232,18 +234,37 @@ impl PairFriction {
         if forces[k / self.n_t] > 0.0 { self.stick_slip.increments()[k] } else { self.slips[k] }
     }
 
-    /// Notes the slip increments of an evaluation a moment before the one to come.
+    /// Largest component of the friction force of point `i`.
+    fn bound(&self, i: usize, forces: &[f64]) -> f64 {
+        if forces[i] > 0.0 { self.stick_slip.bounds()[i] } else { 0.0 }
+    }
+
+    /// Notes slip increments and bounds of an evaluation a moment before the one to come.
     pub fn note_earlier(&mut self, forces: &[f64]) {
         for k in 0..self.earlier.len() {
             self.earlier[k] = self.increment(k, forces);
         }
+        for i in 0..forces.len() {
+            self.earlier_bounds[i] = self.bound(i, forces);
+        }
     }
 
-    /// Power lost to sliding, from the increments `time` ago (Eq. F.28) \[W\].
-    pub fn dissipated_power(&self, forces: &[f64], time: f64) -> f64 {
+    /// Work of sliding, its rates from what was `time` ago (Eqs. F.28, F.30); without, if nothing moves.
+    pub fn sliding_work(&self, forces: &[f64], time: Option<f64>) -> SlidingWork {
+        let rate = |now: f64, earlier: f64| time.map_or(0.0, |time| (now - earlier) / time);
         let tangential = self.stick_slip.forces();
-        let lost = |k: usize| -tangential[k] * (self.increment(k, forces) - self.earlier[k]) / time;
-        (0..tangential.len()).filter(|k| self.is_sliding(k / self.n_t, forces)).map(lost).sum()
+        let mut sum = SlidingWork::default();
+        for i in (0..forces.len()).filter(|i| self.is_sliding(*i, forces)) {
+            let mut slip = 0.0_f64;
+            for k in self.n_t * i..self.n_t * (i + 1) {
+                let increment = self.increment(k, forces);
+                slip = slip.hypot(increment);
+                sum.power -= tangential[k] * rate(increment, self.earlier[k]);
+                sum.at_bounds -= tangential[k] * increment;
+            }
+            sum.bound_power += slip * rate(self.bound(i, forces), self.earlier_bounds[i]);
+        }
+        sum
     }
 
     /// Makes the last evaluation the reference of the next ones: sticking points keep their springs' stretch, sliding ones that
