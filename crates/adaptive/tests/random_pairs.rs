@@ -164,6 +164,12 @@ impl Pair {
         (r * (1.25 * mass * self.closing.powi(2) / (stiffness * r.sqrt())).powf(0.4)).sqrt()
     }
 
+    /// Whether the contact fills the flat end of the rod, so that no interval is left about it: contact over an edge, which is
+    /// refused and told.
+    fn fills_end(&self) -> bool {
+        self.kind == Kind::SphereOnRod && (self.radius() * self.hertz()[1]).sqrt() > FILLED * self.radii[1]
+    }
+
     /// Whether Hertz's theory of spheres holds until the bodies part.
     fn is_of_spheres(&self) -> bool {
         let is_round = match &self.forms {
@@ -292,8 +298,7 @@ impl Outcome {
 
     /// Bounds of the peak's deviation. The peak rises with the stiffness to the power of 2/5: Hertz's energy at given speed.
     fn bounds_of_peak(&self) -> [f64; 2] {
-        let is_strict = self.pair.relative_ratio() < HERTZ_APPLIES;
-        let most = if is_strict { HERTZ } else { HERTZ.max(self.finite_size()) };
+        let most = HERTZ.max(self.finite_size());
         [-HERTZ, (1.0 + most) * self.pair.stiffening().powf(0.4) - 1.0]
     }
 
@@ -347,7 +352,13 @@ impl Outcome {
 
     /// What is wrong, if anything.
     fn fault(&self) -> Option<String> {
-        let Ok(trace) = &self.result else { return Some(self.line()) };
+        let trace = match &self.result {
+            Ok(trace) => trace,
+            Err(error) => {
+                let is_told = self.pair.fills_end() && error.contains("contact over an edge");
+                return (!is_told).then(|| self.line());
+            }
+        };
         let ledger = if self.pair.friction.is_some() { LEDGER_OF_FRICTION } else { LEDGER };
         let [least, most] = self.bounds_of_peak();
         let is_sound = trace.energy_drift() < ledger
@@ -363,12 +374,15 @@ const MOMENTUM: f64 = 1e-12;
 const LEDGER: f64 = 1e-5;
 /// The same with friction (docs/decisions/0005-friction.md).
 const LEDGER_OF_FRICTION: f64 = 1e-4;
-/// Contact radius over a radius up to which the half spaces of Hertz's theory stand for spheres: over the relative one, the small
-/// number of that theory, without exception; over the smaller sphere's, up to twice the contact radius, where the finite size
-/// accounts for more.
+/// Contact radius over the smaller sphere's up to which the half spaces of Hertz's theory stand for spheres.
 const HERTZ_APPLIES: f64 = 0.05;
-/// Permitted deviation of the peak force there (claim of the project).
+/// Permitted deviation of the peak force there (claim of the project); more only where the finite size accounts for it, which by
+/// itself makes some 0.45 a/R, 2.2 % at the end of the range (`random_impacts`: no error of the mesh).
 const HERTZ: f64 = 2e-2;
+
+/// Contact radius of Hertz over the rod's from which its flat end is full: intervals are that much wider than the contact (target of
+/// their utilisation).
+const FILLED: f64 = 0.7;
 
 const ROUND: &[Kind] =
     &[Kind::Spheres, Kind::Spheres, Kind::SphereOnPlane, Kind::SphereOnRod, Kind::Discs, Kind::DiscOnPlane];

@@ -315,8 +315,7 @@ impl ForceElement for PlaneContact {
         if self.report.n_active == 0 {
             return Ok(());
         }
-        let sliding = self.sliding_work(state)?;
-        (self.report.energies.dissipated_power, self.report.energies.sliding) = (sliding.power, sliding);
+        self.sliding_work(state)?.enter(&mut self.report.energies);
         self.push(&state.elastic, &mut forces[self.settings.body]);
         Ok(())
     }

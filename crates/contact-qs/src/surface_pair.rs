@@ -405,9 +405,8 @@ impl SurfacePair {
             friction.is_evaluated = true;
             friction.time = t;
             if self.report.n_sliding > 0 {
-                let sliding = friction.sliding_work(&self.state.forces, time);
-                let energies = &mut self.report.energies;
-                (energies.dissipated_power, energies.sliding) = (sliding.power, sliding);
+                let work = friction.sliding_work(&self.state.forces, time);
+                work.enter(&mut self.report.energies);
             }
         }
         Ok(())

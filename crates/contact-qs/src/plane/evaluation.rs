@@ -2,13 +2,14 @@
 
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::error::Rejection;
-use ffr_dynamics::system::force::{BodyState, GeneralisedForce, SlidingWork};
+use ffr_dynamics::system::force::{BodyState, GeneralisedForce};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::{NORMAL_TOLERANCE, PlaneContact};
 use crate::ContactError;
 use crate::contact_element::ContactReport;
 use crate::law::penalty;
+use crate::quasistatic::stick_slip::SlidingWork;
 use crate::quasistatic::{Problem, SolveReport};
 
 impl PlaneContact {

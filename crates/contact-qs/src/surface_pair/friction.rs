@@ -5,7 +5,7 @@
 //! keep both momenta and do no work but on the slip. References stay within a step as in a plane contact
 //! (docs/decisions/0005-friction.md).
 
-use ffr_dynamics::system::force::{BodyState, SlidingWork};
+use ffr_dynamics::system::force::BodyState;
 use iga_core::nurbs::jet::{difference, dot, norm};
 use nalgebra::UnitQuaternion;
 
@@ -14,7 +14,7 @@ use super::projection::{Displaced, Functions, Projection};
 use super::rows::Rows;
 use crate::law::Friction;
 use crate::quasistatic::PointState;
-use crate::quasistatic::stick_slip::StickSlip;
+use crate::quasistatic::stick_slip::{SlidingWork, StickSlip};
 
 /// A pass leaves some such part of the error.
 const PASS_GAIN: f64 = 0.03;
@@ -65,6 +65,9 @@ pub(super) struct PairFriction {
     /// Slip increments a moment before the last evaluation, and bounds of the points then.
     earlier: Vec<f64>,
     earlier_bounds: Vec<f64>,
+    /// Slip increments of the last evaluation and their rates.
+    now: Vec<f64>,
+    rates: Vec<f64>,
     /// Motions of both bodies then.
     pub moment: Option<Box<[BodyState; 2]>>,
 }
@@ -98,6 +101,8 @@ impl PairFriction {
             committed: f64::NEG_INFINITY,
             earlier: vec![0.0; n],
             earlier_bounds: vec![0.0; n_points],
+            now: vec![0.0; n],
+            rates: vec![0.0; n],
             moment: Some(Box::new(n_modes.map(BodyState::at_rest))),
         }
     }
@@ -250,20 +255,20 @@ impl PairFriction {
     }
 
     /// Work of sliding, its rates from what was `time` ago (Eqs. F.28, F.30); without, if nothing moves.
-    pub fn sliding_work(&self, forces: &[f64], time: Option<f64>) -> SlidingWork {
-        let rate = |now: f64, earlier: f64| time.map_or(0.0, |time| (now - earlier) / time);
-        let tangential = self.stick_slip.forces();
-        let mut sum = SlidingWork::default();
-        for i in (0..forces.len()).filter(|i| self.is_sliding(*i, forces)) {
-            let mut slip = 0.0_f64;
-            for k in self.n_t * i..self.n_t * (i + 1) {
-                let increment = self.increment(k, forces);
-                slip = slip.hypot(increment);
-                sum.power -= tangential[k] * rate(increment, self.earlier[k]);
-                sum.at_bounds -= tangential[k] * increment;
-            }
-            sum.bound_power += slip * rate(self.bound(i, forces), self.earlier_bounds[i]);
+    pub fn sliding_work(&mut self, forces: &[f64], time: Option<f64>) -> SlidingWork {
+        let (mut increments, mut rates) = (std::mem::take(&mut self.now), std::mem::take(&mut self.rates));
+        for (k, (now, rate)) in increments.iter_mut().zip(&mut rates).enumerate() {
+            *now = self.increment(k, forces);
+            *rate = time.map_or(0.0, |time| (*now - self.earlier[k]) / time);
         }
+        let work = |i: usize| {
+            let change = self.bound(i, forces) - self.earlier_bounds[i];
+            let bound_rate = time.map_or(0.0, |time| change / time);
+            self.stick_slip.work_of_point(i, &increments, &rates, bound_rate)
+        };
+        let sliding = (0..forces.len()).filter(|i| self.is_sliding(*i, forces));
+        let sum = sliding.map(work).fold(SlidingWork::default(), SlidingWork::plus);
+        (self.now, self.rates) = (increments, rates);
         sum
     }
 

@@ -71,43 +71,32 @@ pub struct ForceEnergies {
     pub kinetic: f64,
     /// Power dissipated, not negative \[W\].
     pub dissipated_power: f64,
-    /// What of it is the work of sliding.
-    pub sliding: SlidingWork,
-}
-
-/// Work of sliding since the inner state was saved last, `∫ b d|w| = b|w| - ∫ |w| db` with bounds `b` and slips `w` since then
-/// (docs/theory.md Eq. F.30): the power `b d|w|/dt` jumps where sliding begins, which no quadrature of a step sees; the
-/// other two do not.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct SlidingWork {
-    /// Its share of the dissipated power \[W\].
-    pub power: f64,
-    /// `Σ b|w|` \[J\].
-    pub at_bounds: f64,
-    /// `Σ |w| db/dt` \[W\].
-    pub bound_power: f64,
+    /// Work lost since the inner state was saved last that is a function of the present state \[J\].
+    ///
+    /// Where a point begins to slide, its power jumps, which no quadrature over a step sees; `b|w|` with its bound and its slip
+    /// is what it loses beside `∫ |w| db`, which begins at zero (docs/theory.md Eq. F.30).
+    pub slid: f64,
+    /// Rate of `slid` \[W\].
+    pub slid_rate: f64,
+    /// What of the dissipated power is that of sliding \[W\].
+    pub sliding_power: f64,
 }
 
 impl ForceEnergies {
-    /// Rate at which dissipated work grows within a step, beside what [`ForceEnergies::work_of_step`] books at its end \[W\].
-    pub fn booked_power(&self) -> f64 {
-        self.dissipated_power - self.sliding.power - self.sliding.bound_power
-    }
-
-    /// Dissipated work to be booked at the end of a step \[J\], and what [`ForceEnergies::booked_power`] rises by where the
-    /// next one begins, which has no slips yet \[W\].
-    pub fn work_of_step(&self) -> (f64, f64) {
-        (self.sliding.at_bounds, self.sliding.bound_power)
+    /// Power that is integrated within a step, while `slid` is booked at its end \[W\].
+    pub fn integrated_power(&self) -> f64 {
+        self.dissipated_power - self.slid_rate
     }
 }
 
-/// Books what the force elements dissipate at once at the end of a step in component `k` of the state `y`, the dissipated work, and
-/// takes its `rate` to the start of the next step.
+/// Books what the force elements have lost by sliding in a step that is about to be accepted in component `k` of the state `y`, the
+/// dissipated work, and takes its `rate` to the start of the next step, where nothing has slid yet: there `slid` grows with the
+/// power of sliding.
 pub(super) fn book_work<F: ForceElement>(forces: &[F], k: usize, y: &mut [f64], rate: &mut [f64]) {
     for force in forces {
-        let (work, rise) = force.energies().work_of_step();
-        y[k] += work;
-        rate[k] += rise;
+        let energies = force.energies();
+        y[k] += energies.slid;
+        rate[k] += energies.slid_rate - energies.sliding_power;
     }
 }
 

@@ -250,7 +250,7 @@ impl<F: ForceElement> OdeSystem for FreeBodies<F> {
             dydt[layout.elastic_rates()].copy_from_slice(a.elastic);
         }
         for (i, force) in self.forces.iter().enumerate() {
-            power += force.energies().booked_power();
+            power += force.energies().integrated_power();
             let start = quadratures + 1 + 3 * i;
             dydt[start..start + 3].copy_from_slice(force.resultant().as_slice());
         }

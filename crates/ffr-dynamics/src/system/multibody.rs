@@ -402,7 +402,7 @@ impl<F: ForceElement> OdeSystem for Multibody<F> {
         }
         let n = self.model.n_states();
         for (i, force) in self.forces.iter().enumerate() {
-            powers.dissipated += force.energies().booked_power();
+            powers.dissipated += force.energies().integrated_power();
             dydt[n + 2 + 3 * i..n + 5 + 3 * i].copy_from_slice(force.resultant().as_slice());
         }
         dydt[n] = powers.dissipated;
