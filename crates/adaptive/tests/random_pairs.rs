@@ -1,10 +1,12 @@
 //! Pairs drawn at random from wide ranges, simulated without any setting: every contact that elements can resolve is simulated.
 //!
 //! Spheres, rods, discs and planes; radii 1 to 500 mm, moduli 1 to 400 GPa, speeds 1e-6 to 5 m/s, open or closed gaps, ends of the
-//! simulated time long after the impact, in it, and just after the touch; every third pair with friction up to 1.
+//! simulated time long after the impact, in it, and just after the touch; every third pair with friction up to 1. Solid pairs have
+//! every shape and net that is refined, with elements and degrees drawn at random.
 #![expect(clippy::print_stdout, reason = "the figures of docs/verification.md, shown with --nocapture")]
 
 mod impacts;
+mod solids;
 
 use std::f64::consts::PI;
 use std::time::Instant;
@@ -12,9 +14,10 @@ use std::time::Instant;
 use adaptive::spec::{BodySpec, ContactLaw, InitialMotion, RunSpec, Target};
 use contact_qs::law::Friction;
 use iga_core::nurbs::primitives::axisymmetric;
-use impacts::{Numbers, Solid, Trace, ball, body, contact, disc, law, spec, sphere, try_run};
+use impacts::{Numbers, Solid, Trace, body, contact, disc, law, spec, sphere, try_run};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use rayon::prelude::*;
+use solids::Form;
 
 impl Numbers {
     fn of_any_size(&mut self, low: f64, high: f64) -> f64 {
@@ -48,8 +51,8 @@ enum Kind {
     SphereOnRod,
     Discs,
     DiscOnPlane,
-    Balls,
-    BallOnPlane,
+    Solids,
+    SolidOnPlane,
 }
 
 impl Kind {
@@ -58,11 +61,11 @@ impl Kind {
     }
 
     fn is_solid(self) -> bool {
-        matches!(self, Self::Balls | Self::BallOnPlane)
+        matches!(self, Self::Solids | Self::SolidOnPlane)
     }
 
     fn has_plane(self) -> bool {
-        matches!(self, Self::SphereOnPlane | Self::DiscOnPlane | Self::BallOnPlane)
+        matches!(self, Self::SphereOnPlane | Self::DiscOnPlane | Self::SolidOnPlane)
     }
 }
 
@@ -82,6 +85,8 @@ struct Pair {
     friction: Option<f64>,
     is_swapped: bool,
     rotations: [UnitQuaternion<f64>; 2],
+    /// Of solid pairs.
+    forms: Option<[Form; 2]>,
 }
 
 impl Pair {
@@ -103,13 +108,25 @@ impl Pair {
             friction,
             is_swapped: random.next() < 0.5 && !kind.has_plane(),
             rotations: [0; 2].map(|_| random.rotation()),
+            forms: None,
         };
+        if kind.is_solid() {
+            pair.forms = Some(solids::draw_two(
+                &mut random,
+                (pair.radii, pair.rotations),
+                kind.has_plane(),
+                pair.largest_contact(),
+            ));
+        }
         pair.gap = random.one_of(&[0.0, 1.0]) * closing * pair.duration() * random.between(0.01, 3.0);
         pair
     }
 
     fn mass(&self, i: usize) -> f64 {
         let (r, density) = (self.radii[i], self.solids[i].density);
+        if let Some(forms) = &self.forms {
+            return density * forms[i].volume();
+        }
         match (self.kind, i) {
             (Kind::SphereOnRod, 1) => density * 2.0 * PI * r.powi(3),
             (kind, _) if kind.is_flat() => density * PI * r * r * self.thicknesses[i],
@@ -130,10 +147,58 @@ impl Pair {
 
     /// Radius of the relative curvature \[m\].
     fn radius(&self) -> f64 {
+        if let Some(forms) = &self.forms {
+            let n = if self.kind.has_plane() { 1 } else { 2 };
+            return 1.0 / forms[..n].iter().map(Form::curvature).sum::<f64>();
+        }
         match self.kind {
-            Kind::Spheres | Kind::Discs | Kind::Balls => 1.0 / (1.0 / self.radii[0] + 1.0 / self.radii[1]),
+            Kind::Spheres | Kind::Discs => 1.0 / (1.0 / self.radii[0] + 1.0 / self.radii[1]),
             _ => self.radii[0],
         }
+    }
+
+    /// Contact radius of the first body, as a ball, on a fixed one of the other's material: an upper bound \[m\].
+    fn largest_contact(&self) -> f64 {
+        let [r, stiffness] = [self.radii[0], 4.0 / 3.0 / (self.compliance(0) + self.compliance(1))];
+        let mass = self.solids[0].density * solids::LARGEST * r.powi(3);
+        (r * (1.25 * mass * self.closing.powi(2) / (stiffness * r.sqrt())).powf(0.4)).sqrt()
+    }
+
+    /// Whether the contact fills the flat end of the rod, so that no interval is left about it: contact over an edge, which is
+    /// refused and told.
+    fn fills_end(&self) -> bool {
+        self.kind == Kind::SphereOnRod && (self.radius() * self.hertz()[1]).sqrt() > FILLED * self.radii[1]
+    }
+
+    /// Whether Hertz's theory of spheres holds until the bodies part.
+    fn is_of_spheres(&self) -> bool {
+        let is_round = match &self.forms {
+            Some(forms) => forms[..if self.kind.has_plane() { 1 } else { 2 }].iter().all(Form::is_ball),
+            None => matches!(self.kind, Kind::Spheres | Kind::SphereOnPlane),
+        };
+        is_round && self.after > 1.0
+    }
+
+    /// Contact radius over the relative radius, the small number of Hertz's theory (Johnson 1985, 4.2).
+    fn relative_ratio(&self) -> f64 {
+        (self.hertz()[1] / self.radius()).sqrt()
+    }
+
+    /// Factor that friction can stiffen a contact by at most: that of surfaces that stick to each other wherever they touch, `artanh β/β`
+    /// with Dundurs' constant β (bonded punch; Johnson 1985, 5.3 and 5.4).
+    fn stiffening(&self) -> f64 {
+        if self.friction.is_none() {
+            return 1.0;
+        }
+        let n = if self.kind.has_plane() { 1 } else { 2 };
+        let shear = |i: usize| self.solids[i].youngs / (2.0 * (1.0 + self.solids[i].poisson));
+        let (mut unlike, mut sum) = (0.0, 0.0);
+        for (i, sign) in (0..n).zip([1.0, -1.0]) {
+            unlike += sign * (1.0 - 2.0 * self.solids[i].poisson) / shear(i);
+            sum += 2.0 * (1.0 - self.solids[i].poisson) / shear(i);
+        }
+        let beta: f64 = unlike / sum;
+        if beta.abs() < 1e-6 { 1.0 } else { beta.atanh() / beta }
     }
 
     /// Peak force and approach of Hertz's impact of spheres (Johnson, Contact Mechanics, chapter 11).
@@ -170,10 +235,17 @@ impl Pair {
             velocity: up * speed + side * if i == 0 { self.sideways } else { 0.0 },
             angular_velocity: Vector3::zeros(),
         };
+        if let Some(forms) = &self.forms {
+            let side = Vector3::x() * if i == 0 { self.sideways } else { 0.0 };
+            let motion = |position, rotation| InitialMotion {
+                position,
+                rotation,
+                velocity: Vector3::z() * speed + side,
+                angular_velocity: Vector3::zeros(),
+            };
+            return forms[i].body(name, solid, [self.gap, 0.0][i], [-1.0, 1.0][i], &motion);
+        }
         match (self.kind, i) {
-            (kind, _) if kind.is_solid() => {
-                ball(name, r, solid, motion(Vector3::z(), Vector3::x(), self.rotations[i]))
-            }
             (kind, _) if kind.is_flat() => {
                 let motion = motion(Vector3::y(), Vector3::x(), UnitQuaternion::identity());
                 disc(name, r, self.thicknesses[i], self.number.is_multiple_of(2), solid, motion)
@@ -219,11 +291,15 @@ impl Outcome {
     }
 
     fn peak_deviation(&self, trace: &Trace) -> Option<f64> {
-        // Friction between unlike materials makes the contact stiffer (Spence 1975).
-        let Pair { kind, after, friction, .. } = &self.pair;
-        let has_law = !kind.is_flat() && *kind != Kind::SphereOnRod && *after > 1.0 && friction.is_none();
-        let impact = trace.impacts.first().filter(|_| has_law && self.pair.ratio() < HERTZ_APPLIES)?;
+        let has_law = self.pair.is_of_spheres() && self.pair.ratio() < HERTZ_APPLIES;
+        let impact = trace.impacts.first().filter(|_| has_law)?;
         Some(impact.peak_force / self.pair.hertz()[0] - 1.0)
+    }
+
+    /// Bounds of the peak's deviation. The peak rises with the stiffness to the power of 2/5: Hertz's energy at given speed.
+    fn bounds_of_peak(&self) -> [f64; 2] {
+        let most = HERTZ.max(self.finite_size());
+        [-HERTZ, (1.0 + most) * self.pair.stiffening().powf(0.4) - 1.0]
     }
 
     /// Relative rise of Hertz's peak force because the spheres end, to first order, as in `random_impacts`.
@@ -253,9 +329,11 @@ impl Outcome {
         match &self.result {
             Err(error) => format!("{head} FAILED in {time:.1} s: {error}; {p:?}"),
             Ok(trace) => format!(
-                "{head} peak/Hertz {:?} ledger {:.0e} momentum {:.0e} tries {} steps {} {time:.1} s; radii {:.1} {:.1} mm, E {:.1} {:.1} GPa, \
-                 {:.1e} m/s, gap {:.0e} m, until {} durations",
-                self.peak_deviation(trace),
+                "{head} peak/Hertz {:.4} of {:.4?} a/R {:.1e} ledger {:.1e} momentum {:.0e} tries {} steps {} {time:.1} s; radii {:.1} {:.1} mm, \
+                 E {:.1} {:.1} GPa, {:.1e} m/s, gap {:.0e} m, until {} durations; {}",
+                self.peak_deviation(trace).unwrap_or(f64::NAN),
+                self.bounds_of_peak(),
+                p.relative_ratio(),
                 trace.energy_drift(),
                 self.momentum_change(trace),
                 trace.tries.len(),
@@ -267,18 +345,25 @@ impl Outcome {
                 p.closing,
                 p.gap,
                 p.after,
+                p.forms.as_ref().map_or_else(String::new, |f| format!("{} on {}", f[0], f[1])),
             ),
         }
     }
 
     /// What is wrong, if anything.
     fn fault(&self) -> Option<String> {
-        let Ok(trace) = &self.result else { return Some(self.line()) };
+        let trace = match &self.result {
+            Ok(trace) => trace,
+            Err(error) => {
+                let is_told = self.pair.fills_end() && error.contains("contact over an edge");
+                return (!is_told).then(|| self.line());
+            }
+        };
         let ledger = if self.pair.friction.is_some() { LEDGER_OF_FRICTION } else { LEDGER };
-        let most = HERTZ.max(self.finite_size());
+        let [least, most] = self.bounds_of_peak();
         let is_sound = trace.energy_drift() < ledger
             && self.momentum_change(trace) < MOMENTUM
-            && self.peak_deviation(trace).is_none_or(|d| -HERTZ < d && d < most);
+            && self.peak_deviation(trace).is_none_or(|d| least < d && d < most);
         (!is_sound).then(|| self.line())
     }
 }
@@ -291,12 +376,17 @@ const LEDGER: f64 = 1e-5;
 const LEDGER_OF_FRICTION: f64 = 1e-4;
 /// Contact radius over the smaller sphere's up to which the half spaces of Hertz's theory stand for spheres.
 const HERTZ_APPLIES: f64 = 0.05;
-/// Permitted deviation of the peak force there (claim of the project); more only where the finite size accounts for it.
+/// Permitted deviation of the peak force there (claim of the project); more only where the finite size accounts for it, which by
+/// itself makes some 0.45 a/R, 2.2 % at the end of the range (`random_impacts`: no error of the mesh).
 const HERTZ: f64 = 2e-2;
+
+/// Contact radius of Hertz over the rod's from which its flat end is full: intervals are that much wider than the contact (target of
+/// their utilisation).
+const FILLED: f64 = 0.7;
 
 const ROUND: &[Kind] =
     &[Kind::Spheres, Kind::Spheres, Kind::SphereOnPlane, Kind::SphereOnRod, Kind::Discs, Kind::DiscOnPlane];
-const SOLID: &[Kind] = &[Kind::Balls, Kind::BallOnPlane];
+const SOLID: &[Kind] = &[Kind::Solids, Kind::Solids, Kind::Solids, Kind::SolidOnPlane];
 
 fn check(numbers: impl Iterator<Item = u64>, kinds: &[Kind]) {
     let run = |n| {
@@ -318,9 +408,7 @@ fn chosen(all: std::ops::Range<u64>) -> std::ops::Range<u64> {
 
 #[test]
 fn pairs_drawn_at_random_are_simulated_without_any_setting() {
-    // Number 12, discs that slide with a coefficient of 0.5, is left to the second tier: the work of friction between discs opens
-    // its ledger by 2.4e-4.
-    check((0..24).filter(|n| *n != 12), ROUND);
+    check(0..24, ROUND);
 }
 
 #[test]

@@ -270,8 +270,7 @@ const MOMENTUM: f64 = 1e-10;
 const ROUND_OFF: f64 = 1e-12;
 /// Permitted error of the ledger relative to the energy at the impact (claim of the project for an impact).
 const LEDGER: f64 = 1e-5;
-/// The same with friction, whose power jumps where a point begins to slide: the booked work has an error of first order of the step
-/// there (docs/decisions/0005-friction.md). Case 9 comes near with steps of 0.2 µs; half the steps take a third off it.
+/// The same with friction, whose work is of second order of the step where points begin to slide (docs/decisions/0005-friction.md).
 const LEDGER_OF_FRICTION: f64 = 1e-4;
 /// Permitted deviation of the normal restitution from 1: elastic vibrations hold up to a few thousandths; friction couples the
 /// normal motion of unlike balls to the tangential one.

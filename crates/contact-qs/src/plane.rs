@@ -311,7 +311,7 @@ impl ForceElement for PlaneContact {
         if self.report.n_active == 0 {
             return Ok(());
         }
-        self.report.energies.dissipated_power = self.dissipated_power(state)?;
+        self.sliding_work(state)?.enter(&mut self.report.energies);
         self.push(&state.elastic, &mut forces[self.settings.body]);
         Ok(())
     }

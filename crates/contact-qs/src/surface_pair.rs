@@ -405,8 +405,9 @@ impl SurfacePair {
         if let Some(friction) = &mut self.friction {
             friction.is_evaluated = true;
             friction.time = t;
-            if let (Some(time), 1..) = (time, self.report.n_sliding) {
-                self.report.energies.dissipated_power = friction.dissipated_power(&self.state.forces, time);
+            if self.report.n_sliding > 0 {
+                let work = friction.sliding_work(&self.state.forces, time);
+                work.enter(&mut self.report.energies);
             }
         }
         Ok(())

@@ -107,7 +107,7 @@ fn size(pair: &[f64]) -> f64 {
 
 #[test]
 fn power_of_the_forces_goes_into_stored_energy_and_slip_alone() {
-    let (mut n_mixed, mut n_stuck) = (0, 0);
+    let (mut n_mixed, mut n_stuck, mut n_slid) = (0, 0, 0);
     for motion in MOTIONS {
         for (quasistatic, seed) in (0..24).map(|k| (k % 4 != 3, k)) {
             let mut contact = contact(motion, quasistatic, 100 + seed);
@@ -115,11 +115,13 @@ fn power_of_the_forces_goes_into_stored_energy_and_slip_alone() {
             let start = pressed(&contact, motion, 8e-3, &mut random);
             // The references are set in the middle of the contact; then the body moves on for a while, a short one sticks.
             evaluate(&mut contact, &start);
+            contact.save();
             let dt = if seed % 2 == 0 { 2e-3 } else { 1e-5 };
             let state = moved(&start, dt);
             let (force, stored) = evaluate(&mut contact, &state);
             let states = contact.point_states().to_vec();
-            let lost = contact.energies().dissipated_power;
+            let energies = contact.energies();
+            let lost = energies.dissipated_power;
             n_mixed += usize::from(states.contains(&PointState::Slip) && states.contains(&PointState::Stick));
             n_stuck +=
                 usize::from(!states.contains(&PointState::Slip) && states.contains(&PointState::Stick));
@@ -128,7 +130,9 @@ fn power_of_the_forces_goes_into_stored_energy_and_slip_alone() {
             let h = 1e-8;
             let (_, after) = evaluate(&mut contact, &moved(&state, h));
             let after_states = contact.point_states().to_vec();
+            let work_after = contact.energies().slid;
             let (_, before) = evaluate(&mut contact, &moved(&state, -h));
+            let work_before = contact.energies().slid;
             if after_states != states || contact.point_states() != states {
                 continue; // a corner of the law within the difference quotient
             }
@@ -139,9 +143,12 @@ fn power_of_the_forces_goes_into_stored_energy_and_slip_alone() {
                 (power + growth + lost).abs() < tolerance,
                 "{motion:?} {seed}: {power} {growth} {lost} {states:?}"
             );
+            let rise = (work_after - work_before) / (2.0 * h);
+            assert!((rise - energies.slid_rate).abs() < tolerance, "{motion:?} {seed}: {rise} {energies:?}");
+            n_slid += usize::from(energies.slid > 0.0);
         }
     }
-    assert!(n_mixed > 10 && n_stuck > 5, "{n_mixed} {n_stuck}");
+    assert!(n_mixed > 10 && n_stuck > 5 && n_slid > 10, "{n_mixed} {n_stuck} {n_slid}");
 }
 
 #[test]

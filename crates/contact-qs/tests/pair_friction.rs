@@ -174,7 +174,8 @@ fn power_of_the_forces_goes_into_stored_energy_and_slip_alone() {
                 let bodies = later(&bodies, 3e-4);
                 let (forces, _) = evaluate(&mut pair, &bodies);
                 let states = pair.point_states().to_vec();
-                let lost = pair.energies().dissipated_power;
+                let energies = pair.energies();
+                let lost = energies.dissipated_power;
                 let power: f64 = bodies
                     .iter()
                     .zip(&forces)
@@ -186,18 +187,21 @@ fn power_of_the_forces_goes_into_stored_energy_and_slip_alone() {
                 let scale = 0.5 * pair.report().normal_force;
                 let h = 1e-7;
                 let mut is_same = true;
-                let mut stored = |dt: f64| {
+                let mut at = |dt: f64| {
                     let energy = evaluate(&mut pair, &later(&bodies, dt)).1;
                     is_same &= pair.point_states() == states;
-                    energy
+                    [energy, pair.energies().slid]
                 };
-                let rate = (stored(h) - stored(-h)) / (2.0 * h);
+                let (after, before) = (at(h), at(-h));
+                let [rate, rise] = [0, 1].map(|k| (after[k] - before[k]) / (2.0 * h));
                 if !is_same {
                     continue;
                 }
                 // The power looks back over 3e-4 of the penetration, in which slip rates change by about as much.
                 let error = (power + rate + lost).abs() / scale;
                 assert!(error < 1e-3, "{motion:?} {case:?} {seed}: {power} {rate} {lost} {error:e}");
+                let error = (rise - energies.slid_rate).abs() / scale;
+                assert!(error < 1e-3, "{motion:?} {case:?} {seed}: {rise} {energies:?} {error:e}");
                 n_checked += 1;
                 n_lost += usize::from(lost > 1e-2 * scale);
             }

@@ -184,7 +184,7 @@ fn friction_takes_energy_whatever_the_motion_of_the_balls() {
         assert!(out.duration > 5e-5 && !out.is_rim_touched, "{case}: {}", out.duration);
         (n_stuck, n_sliding) = (n_stuck + u32::from(out.was_stuck), n_sliding + u32::from(out.was_sliding));
         assert!(out.after <= out.before * (1.0 + 1e-9), "{case}");
-        // The power jumps where a point begins to slide: a step's work of one of some 30 points.
+        // Of second order in a step of a 65th: half of that of the work, for some 30 points a share of 1/30 each.
         assert!(out.drift < 1e-4, "{case}: {:e}", out.drift);
         // As for discs on a plane: a point that turns back within a step gives back what it lost since the step began.
         assert!(out.fall < 1e-6, "{case}: {:e}", out.fall);

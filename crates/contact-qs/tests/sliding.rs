@@ -241,8 +241,10 @@ fn friction_takes_energy_whatever_the_motion_and_its_work_is_the_energy_lost() {
         (n_stuck, n_sliding) = (n_stuck + u32::from(out.was_stuck), n_sliding + u32::from(out.was_sliding));
         assert!(out.duration > 0.0);
         assert!(out.energy_after <= out.energy_before * (1.0 + 1e-9), "{case}");
-        // The power jumps where a point starts to slide: each of some 20 points a share of a step's work, 80 steps.
-        assert!(out.drift < 1e-3, "{case}: {:e}", out.drift);
+        // The integrand has kinks where points begin to slide, and jumps with their slip of the step where they are let go: half
+        // of (1/80)² of the work, for some 20 points a share of 1/20 each. The power itself would jump where they come to
+        // rest: 2.1e-4.
+        assert!(out.drift < 1e-4, "{case}: {:e}", out.drift);
         // A point that turns back within a step gives back what it lost since the step began: second order, (1/80)² of the
         // work, shared by some 20 points.
         assert!(out.fall < 1e-5, "{case}: {:e}", out.fall);

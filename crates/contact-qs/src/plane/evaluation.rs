@@ -9,6 +9,7 @@ use super::{NORMAL_TOLERANCE, PlaneContact};
 use crate::ContactError;
 use crate::contact_element::ContactReport;
 use crate::law::penalty;
+use crate::quasistatic::stick_slip::SlidingWork;
 use crate::quasistatic::{Problem, SolveReport};
 
 impl PlaneContact {
@@ -183,14 +184,14 @@ impl PlaneContact {
         self.report = report;
     }
 
-    /// Power lost to sliding (Eq. F.12) \[W\].
-    pub(super) fn dissipated_power(&mut self, state: &BodyState) -> Result<f64, EvaluationFailure> {
+    /// Work of sliding (Eqs. F.12, F.30).
+    pub(super) fn sliding_work(&mut self, state: &BodyState) -> Result<SlidingWork, EvaluationFailure> {
         if self.report.n_sliding == 0 {
-            return Ok(0.0);
+            return Ok(SlidingWork::default());
         }
         self.find_rates(state);
-        let Some(friction) = &mut self.friction else { return Ok(0.0) };
-        friction.stick_slip.dissipated_power(
+        let Some(friction) = &mut self.friction else { return Ok(SlidingWork::default()) };
+        friction.stick_slip.sliding_work(
             self.quasistatic.as_mut(),
             &self.springs,
             &self.gap_rates,

@@ -8,6 +8,7 @@
 
 use faer::Mat;
 use ffr_dynamics::error::EvaluationFailure;
+use ffr_dynamics::system::force::ForceEnergies;
 
 use super::active_set::SolveReport;
 use super::problem::{add_product, depth};
@@ -41,6 +42,31 @@ impl NormalSolver for Quasistatic {
         forces: &mut [f64],
     ) -> Result<SolveReport, EvaluationFailure> {
         self.solve(springs, gaps, forces)
+    }
+}
+
+/// Power lost to sliding, and what of its work is booked at the end of a step ([`ForceEnergies::slid`]).
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct SlidingWork {
+    pub power: f64,
+    pub slid: f64,
+    pub slid_rate: f64,
+}
+
+impl SlidingWork {
+    pub fn plus(self, other: Self) -> Self {
+        Self {
+            power: self.power + other.power,
+            slid: self.slid + other.slid,
+            slid_rate: self.slid_rate + other.slid_rate,
+        }
+    }
+
+    /// Enters it in `energies`.
+    pub fn enter(self, energies: &mut ForceEnergies) {
+        let Self { power, slid, slid_rate } = self;
+        *energies =
+            ForceEnergies { dissipated_power: power, sliding_power: power, slid, slid_rate, ..*energies };
     }
 }
 
@@ -331,34 +357,55 @@ impl StickSlip {
         self.solver.return_to_bounds(&self.springs, slips, &self.bounds, &mut self.forces)
     }
 
-    /// Power lost to sliding at the last solution (Eqs. F.9 to F.12) \[W\]. `gap_rates` and `slip_rates`: rates of the points
-    /// along normal and tangents without those of the forces [m/s]; `springs`: compliances of the normal springs [m/N].
+    /// Work of sliding at the last solution (Eqs. F.9 to F.12, F.30). `gap_rates` and `slip_rates`: rates of the points along
+    /// normal and tangents without those of the forces [m/s]; `springs`: compliances of the normal springs [m/N].
     ///
     /// # Errors
     /// Code -1 if the turns don't settle.
-    pub fn dissipated_power(
+    pub fn sliding_work(
         &mut self,
         zone: Option<&mut Quasistatic>,
         springs: &[f64],
         gap_rates: &[f64],
         slip_rates: &[f64],
-    ) -> Result<f64, EvaluationFailure> {
+    ) -> Result<SlidingWork, EvaluationFailure> {
         if !self.solver.states().contains(&PointState::Slip) {
-            return Ok(0.0);
+            return Ok(SlidingWork::default());
         }
-        let Some(zone) = zone else {
-            for (i, rate) in self.shifted.iter_mut().enumerate() {
-                *rate = -self.coefficient * gap_rates[i] / springs[i];
+        match zone {
+            Some(zone) => self.rates_of_forces(zone, gap_rates, slip_rates)?,
+            None => {
+                for (i, rate) in self.shifted.iter_mut().enumerate() {
+                    *rate = -self.coefficient * gap_rates[i] / springs[i];
+                }
+                self.solver.rates_of_points(&self.springs, slip_rates, &self.shifted, &mut self.slip_rates);
             }
-            return Ok(self.solver.power_of_points(&self.springs, slip_rates, &self.shifted, &self.bounds));
-        };
-        self.rates_of_forces(zone, gap_rates, slip_rates)?;
-        let lost = |i: usize| -> f64 {
-            let components = self.n_t * i..self.n_t * (i + 1);
-            -components.map(|k| self.forces[k] * self.slip_rates[k]).sum::<f64>()
-        };
+        }
+        // The rates of the bounds are left in `shifted`.
+        let work =
+            |i: usize| self.work_of_point(i, self.solver.increments(), &self.slip_rates, self.shifted[i]);
         let sliding = (0..self.n_points).filter(|&i| self.solver.states()[i] == PointState::Slip);
-        Ok(sliding.map(lost).sum())
+        Ok(sliding.map(work).fold(SlidingWork::default(), SlidingWork::plus))
+    }
+
+    /// Work of sliding of point `i`: slip increments `increments` change at `rates`, its bound at `bound_rate`.
+    pub fn work_of_point(&self, i: usize, increments: &[f64], rates: &[f64], bound_rate: f64) -> SlidingWork {
+        let (mut power, mut work, mut slip) = (0.0, 0.0, 0.0_f64);
+        for k in self.n_t * i..self.n_t * (i + 1) {
+            power -= self.forces[k] * rates[k];
+            work -= self.forces[k] * increments[k];
+            slip = slip.hypot(increments[k]);
+        }
+        if self.solver.saved_states()[i] == PointState::Open {
+            // Just loaded, with a slip since the step began: the power begins at zero, the rate of the bound does not.
+            return SlidingWork { power, ..SlidingWork::default() };
+        }
+        SlidingWork { power, slid: work, slid_rate: power + slip * bound_rate }
+    }
+
+    /// Largest components that friction gave the points in the last solution \[N\].
+    pub fn bounds(&self) -> &[f64] {
+        &self.bounds
     }
 
     /// Rates of the forces, in turns like the forces themselves.

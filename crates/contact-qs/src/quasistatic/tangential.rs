@@ -139,6 +139,11 @@ impl Tangential {
         &self.states
     }
 
+    /// States of the points when they were saved last.
+    pub fn saved_states(&self) -> &[PointState] {
+        &self.saved.0
+    }
+
     pub fn increments(&self) -> &[f64] {
         &self.increments
     }

@@ -14,7 +14,7 @@ use super::projection::{Displaced, Functions, Projection};
 use super::rows::Rows;
 use crate::law::Friction;
 use crate::quasistatic::PointState;
-use crate::quasistatic::stick_slip::StickSlip;
+use crate::quasistatic::stick_slip::{SlidingWork, StickSlip};
 
 /// A pass leaves some such part of the error.
 const PASS_GAIN: f64 = 0.03;
@@ -62,8 +62,12 @@ pub(super) struct PairFriction {
     /// Time of the last evaluation, and of the last one committed, -∞ if there is none \[s\].
     pub time: f64,
     committed: f64,
-    /// Slip increments a moment before the last evaluation.
-    pub earlier: Vec<f64>,
+    /// Slip increments a moment before the last evaluation, and bounds of the points then.
+    earlier: Vec<f64>,
+    earlier_bounds: Vec<f64>,
+    /// Slip increments of the last evaluation and their rates.
+    now: Vec<f64>,
+    rates: Vec<f64>,
     /// Motions of both bodies then.
     pub moment: Option<Box<[BodyState; 2]>>,
 }
@@ -96,6 +100,9 @@ impl PairFriction {
             time: f64::NEG_INFINITY,
             committed: f64::NEG_INFINITY,
             earlier: vec![0.0; n],
+            earlier_bounds: vec![0.0; n_points],
+            now: vec![0.0; n],
+            rates: vec![0.0; n],
             moment: Some(Box::new(n_modes.map(BodyState::at_rest))),
         }
     }
@@ -232,18 +239,37 @@ impl PairFriction {
         if forces[k / self.n_t] > 0.0 { self.stick_slip.increments()[k] } else { self.slips[k] }
     }
 
-    /// Notes the slip increments of an evaluation a moment before the one to come.
+    /// Largest component of the friction force of point `i`.
+    fn bound(&self, i: usize, forces: &[f64]) -> f64 {
+        if forces[i] > 0.0 { self.stick_slip.bounds()[i] } else { 0.0 }
+    }
+
+    /// Notes slip increments and bounds of an evaluation a moment before the one to come.
     pub fn note_earlier(&mut self, forces: &[f64]) {
         for k in 0..self.earlier.len() {
             self.earlier[k] = self.increment(k, forces);
         }
+        for i in 0..forces.len() {
+            self.earlier_bounds[i] = self.bound(i, forces);
+        }
     }
 
-    /// Power lost to sliding, from the increments `time` ago (Eq. F.28) \[W\].
-    pub fn dissipated_power(&self, forces: &[f64], time: f64) -> f64 {
-        let tangential = self.stick_slip.forces();
-        let lost = |k: usize| -tangential[k] * (self.increment(k, forces) - self.earlier[k]) / time;
-        (0..tangential.len()).filter(|k| self.is_sliding(k / self.n_t, forces)).map(lost).sum()
+    /// Work of sliding, its rates from what was `time` ago (Eqs. F.28, F.30); without, if nothing moves.
+    pub fn sliding_work(&mut self, forces: &[f64], time: Option<f64>) -> SlidingWork {
+        let (mut increments, mut rates) = (std::mem::take(&mut self.now), std::mem::take(&mut self.rates));
+        for (k, (now, rate)) in increments.iter_mut().zip(&mut rates).enumerate() {
+            *now = self.increment(k, forces);
+            *rate = time.map_or(0.0, |time| (*now - self.earlier[k]) / time);
+        }
+        let work = |i: usize| {
+            let change = self.bound(i, forces) - self.earlier_bounds[i];
+            let bound_rate = time.map_or(0.0, |time| change / time);
+            self.stick_slip.work_of_point(i, &increments, &rates, bound_rate)
+        };
+        let sliding = (0..forces.len()).filter(|i| self.is_sliding(*i, forces));
+        let sum = sliding.map(work).fold(SlidingWork::default(), SlidingWork::plus);
+        (self.now, self.rates) = (increments, rates);
+        sum
     }
 
     /// Makes the last evaluation the reference of the next ones: sticking points keep their springs' stretch, sliding ones that

@@ -234,6 +234,7 @@ impl DormandPrince {
 
     /// Moves on to the state in `trial`.
     fn accept<S: OdeSystem + ?Sized>(&mut self, system: &mut S, tried: Try, error: f64) -> Step {
+        system.book(&mut self.trial, &mut self.k[6]);
         self.store_dense_output(tried.h);
         self.k.swap(0, 6);
         let growth = self.stepping.controller.accepted(error);

@@ -408,8 +408,10 @@ impl Esdirk {
 
     /// Moves on to the state in `trial`.
     fn accept<S: OdeSystem + ?Sized>(&mut self, system: &mut S, tried: Try, error: f64) -> Step {
+        let last = self.method.n_stages() - 1;
+        system.book(&mut self.trial, &mut self.k[last]);
         self.store_dense_output(tried.h);
-        self.k.swap(0, self.method.n_stages() - 1);
+        self.k.swap(0, last);
         self.is_derivative_fresh = false;
         self.is_derivative_valid = self.newton.rate <= SLOW_RATE;
         let growth = self.stepping.controller.accepted(error);

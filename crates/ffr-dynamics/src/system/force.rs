@@ -71,6 +71,33 @@ pub struct ForceEnergies {
     pub kinetic: f64,
     /// Power dissipated, not negative \[W\].
     pub dissipated_power: f64,
+    /// Work lost since the inner state was saved last that is a function of the present state \[J\].
+    ///
+    /// Where a point begins to slide, its power jumps, which no quadrature over a step sees; `b|w|` with its bound and its slip
+    /// is what it loses beside `∫ |w| db`, which begins at zero (docs/theory.md Eq. F.30).
+    pub slid: f64,
+    /// Rate of `slid` \[W\].
+    pub slid_rate: f64,
+    /// What of the dissipated power is that of sliding \[W\].
+    pub sliding_power: f64,
+}
+
+impl ForceEnergies {
+    /// Power that is integrated within a step, while `slid` is booked at its end \[W\].
+    pub fn integrated_power(&self) -> f64 {
+        self.dissipated_power - self.slid_rate
+    }
+}
+
+/// Books what the force elements have lost by sliding in a step that is about to be accepted in component `k` of the state `y`, the
+/// dissipated work, and takes its `rate` to the start of the next step, where nothing has slid yet: there `slid` grows with the
+/// power of sliding.
+pub(super) fn book_work<F: ForceElement>(forces: &[F], k: usize, y: &mut [f64], rate: &mut [f64]) {
+    for force in forces {
+        let energies = force.energies();
+        y[k] += energies.slid;
+        rate[k] += energies.slid_rate - energies.sliding_power;
+    }
 }
 
 /// A force on one or more bodies. Evaluations must not allocate.

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 
 use super::equations::{BodyWorkspace, active_directions};
 use super::error_scale::{BodyScale, ErrorScale};
-use super::force::{BodyState, ForceElement, GeneralisedForce};
+use super::force::{BodyState, ForceElement, GeneralisedForce, book_work};
 use super::layout::BodyLayout;
 use crate::body::{ModalDamping, StandardInputData};
 use crate::data_error::DataError;
@@ -250,7 +250,7 @@ impl<F: ForceElement> OdeSystem for FreeBodies<F> {
             dydt[layout.elastic_rates()].copy_from_slice(a.elastic);
         }
         for (i, force) in self.forces.iter().enumerate() {
-            power += force.energies().dissipated_power;
+            power += force.energies().integrated_power();
             let start = quadratures + 1 + 3 * i;
             dydt[start..start + 3].copy_from_slice(force.resultant().as_slice());
         }
@@ -305,6 +305,10 @@ impl<F: ForceElement> OdeSystem for FreeBodies<F> {
             changed |= renormalise(&mut y[layout.rotation()]);
         }
         changed
+    }
+
+    fn book(&mut self, y: &mut [f64], rate: &mut [f64]) {
+        book_work(&self.forces, self.quadratures(), y, rate);
     }
 
     fn save(&mut self) {

@@ -7,7 +7,7 @@ use std::cell::RefCell;
 use nalgebra::Vector3;
 
 use super::error_scale::ErrorScale;
-use super::force::{BodyState, ForceElement, GeneralisedForce};
+use super::force::{BodyState, ForceElement, GeneralisedForce, book_work};
 use super::joints::forces::joint_energy;
 use super::model::{JointCoordinates, MultibodyModel, TreeBody};
 use super::specification::SystemSpec;
@@ -407,7 +407,7 @@ impl<F: ForceElement> OdeSystem for Multibody<F> {
         }
         let n = self.model.n_states();
         for (i, force) in self.forces.iter().enumerate() {
-            powers.dissipated += force.energies().dissipated_power;
+            powers.dissipated += force.energies().integrated_power();
             dydt[n + 2 + 3 * i..n + 5 + 3 * i].copy_from_slice(force.resultant().as_slice());
         }
         dydt[n] = powers.dissipated;
@@ -476,6 +476,10 @@ impl<F: ForceElement> OdeSystem for Multibody<F> {
             has_changed |= self.close_loops(t, y);
         }
         has_changed
+    }
+
+    fn book(&mut self, y: &mut [f64], rate: &mut [f64]) {
+        book_work(&self.forces, self.model.n_states(), y, rate);
     }
 
     fn save(&mut self) {

@@ -44,20 +44,16 @@ impl Tangential {
         Ok(())
     }
 
-    /// Power lost at the solution of [`Tangential::return_to_bounds`] \[W\]: slips change at `slip_rates` [m/s], bounds at
-    /// `bound_rates` \[N/s\].
-    pub fn power_of_points(
-        &self,
-        springs: &[f64],
-        slip_rates: &[f64],
-        bound_rates: &[f64],
-        bounds: &[f64],
-    ) -> f64 {
-        let sliding = (0..self.states.len()).filter(|&i| self.states[i] == PointState::Slip);
-        let lost = |i: usize| {
-            let (rate, e) = (pair(slip_rates, i, self.n_t), self.directions[i]);
-            -bounds[i] * (rate[0] * e[0] + rate[1] * e[1] + springs[i] * bound_rates[i])
-        };
-        sliding.map(lost).sum()
+    /// Rates of the slip increments at the solution of [`Tangential::return_to_bounds`], zero where a point does not slide [m/s]: slips
+    /// change at `slip_rates` [m/s], bounds at `bound_rates` \[N/s\].
+    pub fn rates_of_points(&self, springs: &[f64], slip_rates: &[f64], bound_rates: &[f64], out: &mut [f64]) {
+        out.fill(0.0);
+        for i in (0..self.states.len()).filter(|&i| self.states[i] == PointState::Slip) {
+            for a in 0..self.n_t {
+                // The turn of the force is across it and does no work.
+                let k = self.n_t * i + a;
+                out[k] = slip_rates[k] + springs[i] * bound_rates[i] * self.directions[i][a];
+            }
+        }
     }
 }
