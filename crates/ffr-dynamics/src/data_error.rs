@@ -89,7 +89,7 @@ pub enum DataError {
     },
     /// A mass distribution that no body has.
     #[error(
-        "no distribution of mass has this inertia: {moment:.3e} kg m2 about the centre of mass, must not be negative"
+        "no distribution of mass has this inertia: a second moment about the centre of mass is {moment:.3e} kg m2, must not be negative (a principal moment of inertia exceeds the sum of the others by twice that)"
     )]
     Inertia {
         /// Smallest second moment about the centre of mass [kg m²].

@@ -44,11 +44,11 @@ fn nodes_that_define_no_rotation_are_refused() {
             .unwrap_err()
             .to_string()
     };
-    assert!(refused(&[]).contains("without nodes"));
+    assert!(refused(&[]).contains("nodes of a marker: 0"));
     assert!(refused(&[0]).contains("do not define a rotation"));
     assert!(refused(&[0, 1]).contains("do not define a rotation"));
-    assert!(refused(&[0, 1, 1]).contains("node 1 twice"));
-    assert!(refused(&[0, 1, 99]).contains("node 99"));
+    assert!(refused(&[0, 1, 1]).contains("nodes of a marker: 1 of"));
+    assert!(refused(&[0, 1, 99]).contains("nodes of a marker: 99 of"));
 }
 
 #[test]
@@ -111,19 +111,19 @@ fn reduced_bodies_come_back_the_same_and_faults_are_named() {
     assert_eq!(ReducedModel::new(model.to_parts()).unwrap(), model);
     type Change = fn(&mut ReducedParts);
     let faults: [(Change, &str); 12] = [
-        (|p| p.data.mass = f64::NAN, "the mass is NaN kg"),
+        (|p| p.data.mass = f64::NAN, "the mass [kg] is NaN"),
         (|p| p.data.second_moment[(0, 1)] += 1.0, "not symmetric"),
         (|p| p.data.second_moment *= -1.0, "no distribution of mass"),
-        (|p| p.data.position_shape.truncate(5), "position_shape has 5 entries, 3 modes need 27"),
+        (|p| p.data.position_shape.truncate(5), "entries of position_shape for 3 modes: 5, must be 27"),
         (|p| p.data.shape_shape[30] = f64::INFINITY, "not finite"),
         (|p| p.data.shape_shape[30] += 1.0, "shape_shape"),
-        (|p| p.data.modal_stiffness[1] = -1.0, "mode 2 has the stiffness -1"),
-        (|p| p.data.modal_damping = ModalDamping::Full(Mat::from_fn(3, 3, |_, _| -1.0)), "feeds energy in"),
+        (|p| p.data.modal_stiffness[1] = -1.0, "the stiffness of mode 2 is -1"),
+        (|p| p.data.modal_damping = ModalDamping::Full(Mat::from_fn(3, 3, |_, _| -1.0)), "adds energy"),
         (
             |p| p.data.modal_mass = Some(Mat::from_fn(3, 3, |i, j| if i == j { -1.0 } else { 0.0 })),
             "modal mass",
         ),
-        (|p| p.frequencies.truncate(2), "2 eigenfrequencies for 3 modes"),
+        (|p| p.frequencies.truncate(2), "eigenfrequencies of the modes: 2, must be 3"),
         (
             |p| p.frame = BodyFrame::Tangent { marker: "hob".to_string() },
             "\"hob\", which the body does not have",

@@ -164,7 +164,7 @@ fn unsuitable_loads_are_refused() {
         let outcome = with_static_answers(&problem, low_modes(&problem), loads, TakenLoads::ByRank);
         outcome.unwrap_err().to_string()
     };
-    assert!(refused(Mat::zeros(3, 1).as_ref()).contains("loads of 3 rows"));
+    assert!(refused(Mat::zeros(3, 1).as_ref()).contains("the loads: 3, must be"));
     loads[(0, 0)] = f64::NAN;
     assert!(refused(loads.as_ref()).contains("not finite"));
     let none = completed(&problem, Mat::zeros(body.n_unknowns(), 0).as_ref());

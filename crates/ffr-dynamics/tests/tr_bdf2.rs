@@ -246,7 +246,7 @@ fn overlapping_kinematics_are_refused() {
     let mut system = Given::new(4, 1e-9, kepler_rate);
     system.blocks = vec![KinematicBlock::Vector { position: 0, velocity: 1, len: 2 }];
     let error = Esdirk::tr_bdf2(StepSettings::default(), 0.0, &PERIHELION, &system).unwrap_err();
-    assert!(error.to_string().contains("component 1"), "{error}");
+    assert!(error.to_string().contains(": 1 of 4 is named twice"), "{error}");
     system.blocks = vec![KinematicBlock::Plain { start: 2, len: 3 }];
     assert!(Esdirk::tr_bdf2(StepSettings::default(), 0.0, &PERIHELION, &system).is_err());
 }
