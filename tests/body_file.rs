@@ -235,5 +235,5 @@ fn faults_name_the_file_and_the_dataset() {
     assert!(found.contains("/markers/tip/position holds inf"), "{found}");
     let found =
         message(&scratch, |f| f.dataset("dofs").unwrap().write(&Array2::<i64>::zeros((63, 2))).unwrap());
-    assert!(found.contains("/dofs: ") && found.contains("listed twice"), "{found}");
+    assert!(found.contains("/dofs: ") && found.contains("named twice"), "{found}");
 }
