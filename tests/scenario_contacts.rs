@@ -123,7 +123,7 @@ fn resolved_contacts_read_back_to_themselves() {
     for keys in [
         &[][..],
         &["model=adaptive", "penalty={}"],
-        &["model=adaptive", "penalty={value=1e17}"],
+        &["model=adaptive", "penalty={initial=1e17,search=\"fixed\"}"],
         &["model=adaptive", "penalty={search=\"fixed\"}"],
         &["model=adaptive", "constraint=exact", "penalty={}"],
         &["model=quasistatic", "penalty={}"],
