@@ -150,9 +150,9 @@ pub enum DataError {
         /// Which motion.
         motion: &'static str,
         /// Displacement and rotation by a unit of it.
-        found: [f64; 6],
+        found: Box<[f64; 6]>,
         /// Displacement and rotation that a rigid body would have.
-        expected: [f64; 6],
+        expected: Box<[f64; 6]>,
     },
     /// A place that has no rotation about every axis.
     #[error("{marker} lie in one place or in line and do not define a rotation, {remedy}")]

@@ -268,12 +268,18 @@ fn data_that_do_not_fit_are_refused_with_the_numbers() {
     let sample = block(RigidMotion::Planar, 3);
     let (body, shapes, stiffness) = (&sample.body, sample.shapes.as_ref(), &sample.data.modal_stiffness);
     let reason = |result: Result<StandardInputData, DynamicsError>| result.unwrap_err().to_string();
-    assert!(reason(StandardInputData::new(body, shapes, &stiffness[..2])).contains("eigenfrequencies of the modes: 2, must be 3"));
+    assert!(
+        reason(StandardInputData::new(body, shapes, &stiffness[..2]))
+            .contains("eigenfrequencies of the modes: 2, must be 3")
+    );
     assert!(reason(StandardInputData::new(body, shapes, &[1.0, f64::NAN, 1.0])).contains("mode 2"));
     let scaled = faer::Scale(1.1) * &sample.shapes;
     assert!(reason(StandardInputData::new(body, scaled.as_ref(), stiffness)).contains("orthonormality"));
     let short = shapes.subrows(0, 4);
-    assert!(reason(StandardInputData::new(body, short, stiffness)).contains("rows of the mode shapes: 4, must be"));
+    assert!(
+        reason(StandardInputData::new(body, short, stiffness))
+            .contains("rows of the mode shapes: 4, must be")
+    );
     let mut general = body.clone();
     let MassMatrix::PerComponent(mass) = &body.mass else { panic!("made so") };
     general.mass = MassMatrix::General(mass.clone());

@@ -304,7 +304,13 @@ fn motions_that_a_model_does_not_have_are_refused_by_name() {
     assert!(refused(&|s| s.angular_velocity.x = 1.0).contains("rotation x"));
     assert!(refused(&|s| s.elastic = vec![0.0; 3]).contains("elastic coordinates of body \""));
     assert!(refused(&|s| s.elastic_rates[0] = f64::NAN).contains("not finite"));
-    assert!(system.state_vector(&[]).unwrap_err().to_string().contains("initial motions of the bodies: 0, must be 1"));
+    assert!(
+        system
+            .state_vector(&[])
+            .unwrap_err()
+            .to_string()
+            .contains("initial motions of the bodies: 0, must be 1")
+    );
 }
 
 #[test]

@@ -186,8 +186,13 @@ impl MarkerWeights {
                     .chain(["rotation about x", "rotation about y", "rotation about z"])
                     .nth(c)
                     .unwrap_or_default();
-                let position = self.position.into();
-                return Err(DataError::MarkerNotRigid { position, motion, found, expected });
+                let (found, expected) = (Box::new(found), Box::new(expected));
+                return Err(DataError::MarkerNotRigid {
+                    position: self.position.into(),
+                    motion,
+                    found,
+                    expected,
+                });
             }
         }
         Ok(())
