@@ -65,7 +65,7 @@ pub fn few_modes(body: &BodyModel, impact: &ImpactRecord) -> Option<Warning> {
     })
 }
 
-/// The warning of a body whose mesh puts the frequency of its highest mode off by more than [`FREQUENCY_ERROR`] (Eq. P.6).
+/// The warning of a body whose mesh puts the frequency of its highest mode off by more than one per cent (Eq. P.6).
 pub fn coarse_mesh(body: &BodyModel) -> Option<Warning> {
     let elastic = body.elastic()?;
     let highest = highest_free_mode(body).filter(|f| *f > 0.0)?;

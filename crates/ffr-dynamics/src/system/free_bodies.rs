@@ -1,6 +1,6 @@
 //! Free flexible bodies under force elements (docs/theory.md Eq. D.7 to D.12).
 //!
-//! A body moves in the rigid motions of its model ([`RigidMotion`]); bodies meet only through force elements. Joints are
+//! A body moves in the rigid motions of its model ([`crate::body::RigidMotion`]); bodies meet only through force elements. Joints are
 //! another system's business.
 
 use nalgebra::Vector3;
