@@ -9,7 +9,7 @@ use super::{NORMAL_TOLERANCE, PlaneContact};
 use crate::ContactError;
 use crate::contact_element::ContactReport;
 use crate::law::penalty;
-use crate::quasistatic::stick_slip::SlidingWork;
+use crate::quasistatic::sliding_work::SlidingWork;
 use crate::quasistatic::{Problem, SolveReport};
 
 impl PlaneContact {

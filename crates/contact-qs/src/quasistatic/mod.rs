@@ -9,6 +9,7 @@ pub mod broyden;
 pub(crate) mod point_solver;
 pub mod solver;
 pub(crate) mod tangential;
+pub(crate) mod sliding_work;
 pub(crate) mod stick_slip;
 
 pub use active_set::{ActiveSet, SolveReport};

@@ -8,10 +8,10 @@
 
 use faer::Mat;
 use ffr_dynamics::error::EvaluationFailure;
-use ffr_dynamics::system::force::ForceEnergies;
 
 use super::active_set::SolveReport;
 use super::problem::{add_product, depth};
+use super::sliding_work::SlidingWork;
 use super::solver::Quasistatic;
 use super::tangential::{PointState, Tangential, TangentialProblem};
 
@@ -42,31 +42,6 @@ impl NormalSolver for Quasistatic {
         forces: &mut [f64],
     ) -> Result<SolveReport, EvaluationFailure> {
         self.solve(springs, gaps, forces)
-    }
-}
-
-/// Power lost to sliding, and what of its work is booked at the end of a step ([`ForceEnergies::slid`]).
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct SlidingWork {
-    pub power: f64,
-    pub slid: f64,
-    pub slid_rate: f64,
-}
-
-impl SlidingWork {
-    pub fn plus(self, other: Self) -> Self {
-        Self {
-            power: self.power + other.power,
-            slid: self.slid + other.slid,
-            slid_rate: self.slid_rate + other.slid_rate,
-        }
-    }
-
-    /// Enters it in `energies`.
-    pub fn enter(self, energies: &mut ForceEnergies) {
-        let Self { power, slid, slid_rate } = self;
-        *energies =
-            ForceEnergies { dissipated_power: power, sliding_power: power, slid, slid_rate, ..*energies };
     }
 }
 

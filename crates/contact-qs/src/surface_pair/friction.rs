@@ -14,7 +14,8 @@ use super::projection::{Displaced, Functions, Projection};
 use super::rows::Rows;
 use crate::law::Friction;
 use crate::quasistatic::PointState;
-use crate::quasistatic::stick_slip::{SlidingWork, StickSlip};
+use crate::quasistatic::sliding_work::SlidingWork;
+use crate::quasistatic::stick_slip::StickSlip;
 
 /// A pass leaves some such part of the error.
 const PASS_GAIN: f64 = 0.03;
