@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use contact_qs::search::{SurfaceModel, SurfaceSite};
-use contact_qs::{ContactElement, ContactError, Plane, PressureRecovery};
+use contact_qs::{ActiveContact, ContactError, Plane, PressureRecovery};
 use ffr_dynamics::system::force::BodyState;
 use iga_core::nurbs::FaceId;
 use nalgebra::Unit;
@@ -52,6 +52,8 @@ pub struct AdaptiveContact {
     law: SurfaceLaw,
     /// Watches the pair.
     pub detector: Detector,
+    /// Its search for the nearest points.
+    pub search: Search,
     /// What earlier impacts taught.
     pub knowledge: Knowledge,
     cache: ModelCache,
@@ -71,7 +73,7 @@ pub struct TrySizes {
 /// Fine models of a contact in an impact phase.
 pub struct FineContact {
     /// The force element; taken by the system.
-    pub element: Option<Box<dyn ContactElement>>,
+    pub element: Option<Box<dyn ActiveContact>>,
     /// Pressures from its point forces; taken by the system.
     pub recovery: Option<PressureRecovery>,
     /// Contact element of each point.
@@ -160,6 +162,7 @@ impl AdaptiveContact {
             target: spec.target,
             law: law.clone(),
             detector: Detector::new(spec.body, surface(spec.body)?, target),
+            search: Search::new(),
             knowledge: Knowledge::default(),
             cache: cache.clone(),
         })
@@ -177,8 +180,8 @@ impl AdaptiveContact {
     ///
     /// # Errors
     /// [`AdaptiveError::Contact`] if the motions are not finite.
-    pub fn nearest(&self, states: &[BodyState]) -> Result<Nearest, AdaptiveError> {
-        self.detector.nearest(states).map_err(|e| self.fail(e))
+    pub fn nearest(&mut self, states: &[BodyState]) -> Result<Nearest, AdaptiveError> {
+        self.detector.nearest(states, &mut self.search).map_err(|e| self.fail(e))
     }
 
     /// Fine models about the nearest points in the motions `states`, with intervals of the widths wished for or, at the first try of
@@ -359,7 +362,7 @@ pub(crate) const FALLBACK_PENALTY: f64 = 2e17;
 
 impl FineContact {
     /// Marks the contact elements of the last evaluation of `element`.
-    pub fn mark(&mut self, element: &dyn ContactElement) {
+    pub fn mark(&mut self, element: &dyn ActiveContact) {
         for (force, index) in element.point_forces().iter().zip(&self.elements) {
             if *force > 0.0 {
                 self.flags.mark(*index);

@@ -1,6 +1,6 @@
 //! Watches a pair that is not in contact: nearest points, first touch (\[A\] (7), Fig. 2).
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use contact_qs::search::{
@@ -9,7 +9,7 @@ use contact_qs::search::{
 };
 use contact_qs::{ContactElement, ContactError, ContactReport, Plane};
 use ffr_dynamics::error::EvaluationFailure;
-use ffr_dynamics::system::force::{BodyState, ForceElement, ForceEnergies, GeneralisedForce};
+use ffr_dynamics::system::force::{BodyState, ForceElement, GeneralisedForce, Motion};
 use nalgebra::Vector3;
 
 /// Where two surfaces are nearest.
@@ -25,18 +25,40 @@ pub struct Nearest {
     pub normal: Vector3<f64>,
 }
 
-/// Surfaces of a pair and the search between them.
+/// Surfaces of a pair that may meet.
 pub struct Detector {
     body: usize,
     model: Arc<SurfaceModel>,
     target: DetectorTarget,
-    search: Mutex<Search>,
 }
 
-/// The search, and what it has cost.
-struct Search {
+/// A search between the surfaces of a pair: where the last one ended, and what all have cost.
+pub struct Search {
     workspace: SearchWorkspace,
     elapsed: Duration,
+}
+
+impl Search {
+    /// Before the first search.
+    pub fn new() -> Self {
+        Self { workspace: SearchWorkspace::new(), elapsed: Duration::ZERO }
+    }
+
+    /// Forgets where the last search ended: the next one depends on the motions alone.
+    pub fn forget(&mut self) {
+        self.workspace.forget();
+    }
+
+    /// Time spent so far.
+    pub fn elapsed(&self) -> Duration {
+        self.elapsed
+    }
+}
+
+impl Default for Search {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 /// What the surface may meet.
@@ -50,11 +72,11 @@ pub enum DetectorTarget {
 impl Detector {
     /// A detector for the surface `model` of body `body`.
     pub fn new(body: usize, model: Arc<SurfaceModel>, target: DetectorTarget) -> Self {
-        let search = Search { workspace: SearchWorkspace::new(), elapsed: Duration::ZERO };
-        Self { body, model, target, search: Mutex::new(search) }
+        Self { body, model, target }
     }
 
-    /// Puts `model` in the place of the surface of body `body`, if that is one of the pair; returns the one before.
+    /// Puts `model` in the place of the surface of body `body`, if that is one of the pair; returns the one before. What a search
+    /// remembers belongs to the surface before.
     pub fn replace_surface(&mut self, body: usize, model: &Arc<SurfaceModel>) -> Option<Arc<SurfaceModel>> {
         let mut before = None;
         if self.body == body {
@@ -65,31 +87,18 @@ impl Detector {
         {
             before = Some(std::mem::replace(target, Arc::clone(model)));
         }
-        // What it remembers belongs to another surface.
-        self.forget();
         before
-    }
-
-    /// Forgets where the last search ended: the next one depends on the motions alone.
-    pub fn forget(&mut self) {
-        self.search.get_mut().unwrap_or_else(PoisonError::into_inner).workspace.forget();
     }
 
     /// Gap and nearest points in the motions `bodies`.
     ///
     /// # Errors
     /// [`ContactError`] for motions that are not finite, or a plane that leaves the model's symmetry.
-    pub fn nearest(&self, bodies: &[BodyState]) -> Result<Nearest, ContactError> {
+    pub fn nearest(&self, bodies: &[BodyState], search: &mut Search) -> Result<Nearest, ContactError> {
         let begin = Instant::now();
-        let mut search = self.search.lock().unwrap_or_else(PoisonError::into_inner);
         let nearest = self.found(bodies, &mut search.workspace);
         search.elapsed += begin.elapsed();
         nearest
-    }
-
-    /// Time spent in searches so far.
-    pub fn elapsed(&self) -> Duration {
-        self.search.lock().unwrap_or_else(PoisonError::into_inner).elapsed
     }
 
     fn found(&self, bodies: &[BodyState], workspace: &mut SearchWorkspace) -> Result<Nearest, ContactError> {
@@ -134,36 +143,37 @@ impl Detector {
 pub struct Dormant {
     body: usize,
     target: Option<usize>,
-    report: ContactReport,
 }
 
 impl Dormant {
     /// For a contact of body `body` with body `target`, or with a plane.
     pub fn new(body: usize, target: Option<usize>) -> Self {
-        Self { body, target, report: ContactReport::default() }
+        Self { body, target }
     }
 }
 
 impl ForceElement for Dormant {
-    fn apply(
-        &mut self,
-        _: f64,
-        _: &[BodyState],
+    type State = ();
+    type Workspace = ();
+    type Found = ContactReport;
+
+    fn state(&self) {}
+
+    fn workspace(&self) {}
+
+    fn found(&self) -> ContactReport {
+        ContactReport::default()
+    }
+
+    fn evaluate(
+        &self,
+        _: Motion<'_>,
+        (): &mut (),
+        (): &mut (),
+        _: &mut ContactReport,
         _: &mut [GeneralisedForce],
     ) -> Result<(), EvaluationFailure> {
         Ok(())
-    }
-
-    fn energies(&self) -> ForceEnergies {
-        ForceEnergies::default()
-    }
-
-    fn resultant(&self) -> Vector3<f64> {
-        Vector3::zeros()
-    }
-
-    fn is_idle(&self) -> bool {
-        true
     }
 }
 
@@ -176,20 +186,16 @@ impl ContactElement for Dormant {
         (self.body, self.target)
     }
 
-    fn smallest_gap(&self, _: &[BodyState]) -> f64 {
+    fn smallest_gap(&self, _: Motion<'_>, (): &(), (): &mut ()) -> f64 {
         f64::INFINITY
     }
 
-    fn normal(&self, _: &[BodyState]) -> Vector3<f64> {
+    fn normal(&self, _: Motion<'_>, (): &(), (): &mut ()) -> Vector3<f64> {
         Vector3::zeros()
     }
 
-    fn place(&self, _: &[BodyState]) -> Vector3<f64> {
+    fn place(&self, _: Motion<'_>, (): &(), (): &mut ()) -> Vector3<f64> {
         Vector3::repeat(f64::NAN)
-    }
-
-    fn report(&self) -> &ContactReport {
-        &self.report
     }
 
     fn penalty(&self) -> f64 {

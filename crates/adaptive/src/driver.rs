@@ -306,7 +306,7 @@ impl<'a> Driver<'a> {
         }
         system.body_states(t, y);
         let states = system.last_evaluation().0;
-        for (_, contact) in &self.model.adaptive {
+        for (_, contact) in &mut self.model.adaptive {
             if contact.nearest(states)?.gap <= TOUCHING * contact.detector.size() {
                 return Ok(true);
             }
@@ -380,8 +380,8 @@ impl<'a> Driver<'a> {
         let mut earliest: Option<(usize, f64)> = None;
         let mut y = vec![0.0; if which.is_empty() { 0 } else { self.interpolated.len() }];
         for &k in which {
-            let (index, contact) = &self.model.adaptive[k];
-            let detector = &contact.detector;
+            let (index, contact) = &mut self.model.adaptive[k];
+            let (detector, search) = (&contact.detector, &mut contact.search);
             let until = earliest.map_or(end, |(_, t)| t);
             let apart = &mut self.apart_until[k];
             // What a free phase knew does not hold where contact forces act.
@@ -399,7 +399,7 @@ impl<'a> Driver<'a> {
                 integrator.interpolate(t, &mut y);
                 system.body_states(t, &y);
                 let states = system.last_evaluation().0;
-                let (gap, speed) = (detector.nearest(states)?.gap, detector.closing_speed_bound(states));
+                let (gap, speed) = (detector.nearest(states, search)?.gap, detector.closing_speed_bound(states));
                 *apart = t + safe_time(gap, speed, settings.acceleration).min(horizon);
                 Ok((gap, speed))
             });

@@ -252,7 +252,7 @@ impl RunModel {
     /// Makes contacts and searches forget everything that the state does not tell.
     pub fn forget(&mut self) {
         self.system.forces_mut().iter_mut().for_each(|f| f.contact.forget());
-        self.adaptive.iter_mut().for_each(|(_, contact)| contact.detector.forget());
+        self.adaptive.iter_mut().for_each(|(_, contact)| contact.search.forget());
     }
 
     /// Evaluates the stress requests and reports them.
@@ -306,7 +306,7 @@ impl RunModel {
     /// Time spent so far; contact solver included, output left to the caller.
     pub fn timings(&self) -> Timings {
         let present: f64 = self.system.forces().iter().map(|f| f.elapsed().as_secs_f64()).sum();
-        let searches: f64 = self.adaptive.iter().map(|(_, c)| c.detector.elapsed().as_secs_f64()).sum();
+        let searches: f64 = self.adaptive.iter().map(|(_, c)| c.search.elapsed().as_secs_f64()).sum();
         Timings {
             contact: present + self.contact_time,
             search: self.timings.search + searches,

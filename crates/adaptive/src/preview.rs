@@ -4,7 +4,7 @@
 use contact_qs::{ContactElement, ContactReport};
 use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::kinematics::marker::FlexiblePoint;
-use ffr_dynamics::system::force::{BodyState, ForceElement, ForceEnergies, GeneralisedForce};
+use ffr_dynamics::system::force::{BodyState, ForceElement, GeneralisedForce, Motion};
 use nalgebra::Vector3;
 
 use crate::predict::ImpactLaw;
@@ -36,7 +36,6 @@ pub struct PointImpact {
     /// Gap of the points where the surfaces touch \[m\].
     offset: f64,
     law: ImpactLaw,
-    report: ContactReport,
 }
 
 impl PointImpact {
@@ -48,7 +47,7 @@ impl PointImpact {
         law: ImpactLaw,
         bodies: &[BodyState],
     ) -> Self {
-        let mut impact = Self { contact, target, normal, offset: 0.0, law, report: ContactReport::default() };
+        let mut impact = Self { contact, target, normal, offset: 0.0, law };
         impact.offset = impact.gap(bodies);
         impact
     }
@@ -59,40 +58,42 @@ impl PointImpact {
 }
 
 impl ForceElement for PointImpact {
-    fn apply(
-        &mut self,
-        _: f64,
-        bodies: &[BodyState],
+    type State = ();
+    type Workspace = ();
+    type Found = ContactReport;
+
+    fn state(&self) {}
+
+    fn workspace(&self) {}
+
+    fn found(&self) -> ContactReport {
+        ContactReport::default()
+    }
+
+    fn evaluate(
+        &self,
+        motion: Motion<'_>,
+        (): &mut (),
+        (): &mut (),
+        found: &mut ContactReport,
         forces: &mut [GeneralisedForce],
     ) -> Result<(), EvaluationFailure> {
-        let approach = (-self.gap(bodies)).max(0.0);
+        let approach = (-self.gap(motion.bodies)).max(0.0);
         let (force, energy) = self.law.force(approach);
-        self.report.normal_force = force;
-        self.report.force = self.normal * force;
-        self.report.n_active = usize::from(force > 0.0);
-        self.report.energies.elastic_high = energy;
+        found.normal_force = force;
+        found.force = self.normal * force;
+        found.n_active = usize::from(force > 0.0);
+        found.energies.elastic_high = energy;
         let mut push = |p: &HertzPoint, f: Vector3<f64>| {
             if let Some(b) = p.body {
-                p.point.add_force(&bodies[b], &f, &mut forces[b]);
+                p.point.add_force(&motion.bodies[b], &f, &mut forces[b]);
             }
         };
         if force > 0.0 {
-            push(&self.contact, self.report.force);
-            push(&self.target, -self.report.force);
+            push(&self.contact, found.force);
+            push(&self.target, -found.force);
         }
         Ok(())
-    }
-
-    fn energies(&self) -> ForceEnergies {
-        self.report.energies
-    }
-
-    fn resultant(&self) -> Vector3<f64> {
-        self.report.force
-    }
-
-    fn is_idle(&self) -> bool {
-        self.report.n_active == 0
     }
 }
 
@@ -105,20 +106,16 @@ impl ContactElement for PointImpact {
         (self.contact.body.unwrap_or(0), self.target.body)
     }
 
-    fn smallest_gap(&self, bodies: &[BodyState]) -> f64 {
-        self.gap(bodies)
+    fn smallest_gap(&self, motion: Motion<'_>, (): &(), (): &mut ()) -> f64 {
+        self.gap(motion.bodies)
     }
 
-    fn normal(&self, _: &[BodyState]) -> Vector3<f64> {
+    fn normal(&self, _: Motion<'_>, (): &(), (): &mut ()) -> Vector3<f64> {
         self.normal
     }
 
-    fn place(&self, bodies: &[BodyState]) -> Vector3<f64> {
-        self.contact.place(bodies)
-    }
-
-    fn report(&self) -> &ContactReport {
-        &self.report
+    fn place(&self, motion: Motion<'_>, (): &(), (): &mut ()) -> Vector3<f64> {
+        self.contact.place(motion.bodies)
     }
 
     fn penalty(&self) -> f64 {

@@ -1,34 +1,32 @@
 //! The system of a run, and what is recorded of it at an instant.
 
-use std::time::{Duration, Instant};
+use std::ops::{Deref, DerefMut};
 
 use contact_qs::PressureRecovery;
-use contact_qs::contact_element::ContactElement;
-use ffr_dynamics::error::EvaluationFailure;
+use contact_qs::contact_element::ActiveContact;
 use ffr_dynamics::invariants::{centre_of_mass, rigid_velocity};
 use ffr_dynamics::kinematics::marker::FlexiblePoint;
-use ffr_dynamics::system::force::{BodyState, ForceElement, ForceEnergies, GeneralisedForce};
+use ffr_dynamics::system::force::BodyState;
 use ffr_dynamics::system::{Multibody, Reaction};
 use nalgebra::Vector3;
 
 use crate::impact_watch::NearMotion;
 use crate::record::{BodySample, ContactSample, Energies, JointSample, PointSample, PressurePoint, Sample};
 
-/// A contact that counts the time spent in it.
-pub struct TimedContact {
+/// A contact of a run, with what tells the pressures at its points.
+pub struct RunContact {
     /// The contact.
-    pub contact: Box<dyn ContactElement>,
-    elapsed: Duration,
+    pub contact: Box<dyn ActiveContact>,
     recovery: Option<PressureRecovery>,
 }
 
-impl TimedContact {
-    /// Wraps a contact.
-    pub fn new(contact: Box<dyn ContactElement>) -> Self {
-        Self { contact, elapsed: Duration::ZERO, recovery: None }
+impl RunContact {
+    /// A contact whose pressures are forces over areas.
+    pub fn new(contact: Box<dyn ActiveContact>) -> Self {
+        Self { contact, recovery: None }
     }
 
-    /// With the pressures at its points by `recovery`; otherwise they are forces over areas.
+    /// With the pressures at its points by `recovery`, if there is one.
     #[must_use]
     pub fn with_pressures(mut self, recovery: Option<PressureRecovery>) -> Self {
         self.recovery = recovery;
@@ -59,11 +57,6 @@ impl TimedContact {
         }
     }
 
-    /// Time spent in evaluations so far.
-    pub fn elapsed(&self) -> Duration {
-        self.elapsed
-    }
-
     /// Whether the contact acts on body `body`.
     pub fn acts_on(&self, body: usize) -> bool {
         let (contact, target) = self.contact.bodies();
@@ -71,53 +64,17 @@ impl TimedContact {
     }
 }
 
-impl ForceElement for TimedContact {
-    fn apply(
-        &mut self,
-        t: f64,
-        bodies: &[BodyState],
-        forces: &mut [GeneralisedForce],
-    ) -> Result<(), EvaluationFailure> {
-        let start = Instant::now();
-        let outcome = self.contact.apply(t, bodies, forces);
-        self.elapsed += start.elapsed();
-        outcome
-    }
+impl Deref for RunContact {
+    type Target = dyn ActiveContact;
 
-    fn energies(&self) -> ForceEnergies {
-        self.contact.energies()
+    fn deref(&self) -> &Self::Target {
+        self.contact.as_ref()
     }
+}
 
-    fn resultant(&self) -> Vector3<f64> {
-        self.contact.resultant()
-    }
-
-    fn is_idle(&self) -> bool {
-        self.contact.is_idle()
-    }
-
-    fn save(&mut self) {
-        self.contact.save();
-    }
-
-    fn restore(&mut self) {
-        self.contact.restore();
-    }
-
-    fn n_coordinates(&self) -> usize {
-        self.contact.n_coordinates()
-    }
-
-    fn set_coordinates(&mut self, own: &[f64]) {
-        self.contact.set_coordinates(own);
-    }
-
-    fn accelerations(&self, out: &mut [f64]) {
-        self.contact.accelerations(out);
-    }
-
-    fn coordinate_speed(&self, own: &[f64]) -> f64 {
-        self.contact.coordinate_speed(own)
+impl DerefMut for RunContact {
+    fn deref_mut(&mut self) -> &mut Self::Target {
+        self.contact.as_mut()
     }
 }
 
@@ -131,7 +88,7 @@ pub struct ObservedPoint {
 }
 
 /// The system of a run.
-pub type System = Multibody<TimedContact>;
+pub type System = Multibody<RunContact>;
 
 /// What of a system is recorded besides bodies and contacts.
 #[derive(Debug, Clone, Default)]
@@ -201,7 +158,7 @@ fn fill_reaction(reaction: &Reaction, slot: &mut JointSample) {
     slot.reaction_moment = reaction.moment.into();
 }
 
-fn contact_sample(contact: &dyn ContactElement) -> ContactSample {
+fn contact_sample(contact: &dyn ActiveContact) -> ContactSample {
     let report = contact.report();
     ContactSample {
         normal_force: report.normal_force,
@@ -226,42 +183,32 @@ fn fill_body(state: &BodyState, centre_of_mass: Vector3<f64>, slot: &mut BodySam
     slot.elastic_velocities.clone_from(&state.elastic_rates);
 }
 
-/// Moves the bodies, and the coordinates that contact `index` has of its own, to the state `y`.
-fn place(system: &mut System, t: f64, y: &[f64], index: usize) {
-    system.body_states(t, y);
-    let own = system.coordinates_of_force(index);
-    system.forces_mut()[index].set_coordinates(&y[own]);
-}
-
 /// Smallest gap of contact `index` at time `t` in the state `y` \[m\].
 pub fn smallest_gap(system: &mut System, t: f64, y: &[f64], index: usize) -> f64 {
-    place(system, t, y, index);
-    let (states, _) = system.last_evaluation();
-    system.forces()[index].contact.smallest_gap(states)
+    let (force, motion) = system.force_in_motion(t, y, index);
+    force.contact.smallest_gap(motion)
 }
 
 /// The normal of contact `index` at time `t` in the state `y`, and the relative motion of its bodies there. The normal is the
 /// direction of the normal force that acts, whose points are many; without force it is that
 /// of the nearest point, off by the turn of the surface over half their spacing.
 pub fn normal_motion(system: &mut System, t: f64, y: &[f64], index: usize) -> (Vector3<f64>, NearMotion) {
-    let motion = near_motion(system, t, y, index);
-    let (states, _) = system.last_evaluation();
-    let contact = &system.forces()[index].contact;
-    let report = contact.report();
+    let near = near_motion(system, t, y, index);
+    let (force, motion) = system.force_in_motion(t, y, index);
+    let report = force.contact.report();
     let pressed = (report.force - report.friction_force).try_normalize(0.0);
-    let normal = pressed.filter(|_| report.normal_force > 0.0).unwrap_or_else(|| contact.normal(states));
-    (normal, motion)
+    let normal = pressed.filter(|_| report.normal_force > 0.0);
+    (normal.unwrap_or_else(|| force.contact.normal(motion)), near)
 }
 
 /// Rigid motion of the bodies of contact `index` relative to each other at their nearest points, at time `t` in the state `y`
 /// (theory Eq. A.31).
 pub fn near_motion(system: &mut System, t: f64, y: &[f64], index: usize) -> NearMotion {
-    place(system, t, y, index);
+    let (force, motion) = system.force_in_motion(t, y, index);
+    let near = force.contact.place(motion);
+    let (body, target) = force.contact.bodies();
     let (states, _) = system.last_evaluation();
-    let contact = &system.forces()[index].contact;
-    let near = contact.place(states);
     let velocity = |body: usize| rigid_velocity(&system.model().bodies[body].data, &states[body], &near);
-    let (body, target) = contact.bodies();
     let (own, other) = (velocity(body), target.map_or_else(Vector3::zeros, velocity));
     NearMotion { velocity: own - other, speed: own.norm() + other.norm() }
 }

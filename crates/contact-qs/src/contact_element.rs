@@ -1,7 +1,10 @@
 //! What a driver asks of a contact, whatever its law: gap, direction, report, penalty factor.
+//!
+//! [`ContactElement`] is what a contact is, its state and workspace handed in; [`ActiveContact`] is what a driver holds.
 
 use ffr_dynamics::error::EvaluationFailure;
-use ffr_dynamics::system::force::{BodyState, ForceElement, ForceEnergies};
+use ffr_dynamics::system::active::{Active, ActiveForce, ActiveParts};
+use ffr_dynamics::system::force::{Findings, ForceElement, ForceEnergies, Motion};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::ContactError;
@@ -32,28 +35,61 @@ pub struct ContactReport {
     pub solver: SolveReport,
 }
 
+/// What an evaluation of a contact finds.
+pub trait ContactFindings: Findings {
+    /// Sums over the points.
+    fn report(&self) -> &ContactReport;
+}
+
+impl Findings for ContactReport {
+    fn energies(&self) -> ForceEnergies {
+        self.energies
+    }
+
+    fn resultant(&self) -> Vector3<f64> {
+        self.force
+    }
+
+    fn is_idle(&self) -> bool {
+        self.n_active == 0
+    }
+}
+
+impl ContactFindings for ContactReport {
+    fn report(&self) -> &ContactReport {
+        self
+    }
+}
+
 /// A contact of one body with another or with a fixed target.
 ///
-/// The contact body is the first of [`ContactElement::bodies`]; directions and forces are those on it.
-pub trait ContactElement: ForceElement {
+/// The contact body is the first of [`ContactElement::bodies`]; directions and forces are those on it. Questions about a motion
+/// run no solver and change no state.
+pub trait ContactElement: ForceElement<Found: ContactFindings> {
     /// Kind of the contact for messages, such as `"sphere-plane"`.
     fn kind(&self) -> &'static str;
 
     /// Index of the contact body and of the target, none if that is fixed.
     fn bodies(&self) -> (usize, Option<usize>);
 
-    /// Smallest gap at the motion `bodies` of all bodies: positive apart, zero where the force begins or ends \[m\]. Runs no
-    /// solver and changes no state; NaN if the gap is not a number.
-    fn smallest_gap(&self, bodies: &[BodyState]) -> f64;
+    /// Smallest gap at `motion`: positive apart, zero where the force begins or ends \[m\]. NaN if the gap is not a number.
+    fn smallest_gap(&self, motion: Motion<'_>, state: &Self::State, workspace: &mut Self::Workspace) -> f64;
 
-    /// Unit normal towards the contact body at the motion `bodies`, in the inertial frame.
-    fn normal(&self, bodies: &[BodyState]) -> Vector3<f64>;
+    /// Unit normal towards the contact body at `motion`, in the inertial frame.
+    fn normal(
+        &self,
+        motion: Motion<'_>,
+        state: &Self::State,
+        workspace: &mut Self::Workspace,
+    ) -> Vector3<f64>;
 
-    /// Place of the smallest gap at the motion `bodies`, on the contact body, in the inertial frame; NaN if there is none \[m\].
-    fn place(&self, bodies: &[BodyState]) -> Vector3<f64>;
-
-    /// What the last evaluation found.
-    fn report(&self) -> &ContactReport;
+    /// Place of the smallest gap at `motion`, on the contact body, in the inertial frame; NaN if there is none \[m\].
+    fn place(
+        &self,
+        motion: Motion<'_>,
+        state: &Self::State,
+        workspace: &mut Self::Workspace,
+    ) -> Vector3<f64>;
 
     /// Penalty factor in use; infinite where there are no penalty springs \[N/m³\].
     fn penalty(&self) -> f64;
@@ -69,8 +105,8 @@ pub trait ContactElement: ForceElement {
         Ok(())
     }
 
-    /// Normal forces of the points at the last evaluation; empty for laws without points \[N\].
-    fn point_forces(&self) -> &[f64] {
+    /// Normal forces of the points; empty for laws without points \[N\].
+    fn point_forces<'a>(&self, _state: &'a Self::State, _found: &'a Self::Found) -> &'a [f64] {
         &[]
     }
 
@@ -83,88 +119,158 @@ pub trait ContactElement: ForceElement {
     /// Changes the penalty factor [N/m³]; allowed during a run.
     ///
     /// # Errors
-    /// [`ContactError::Penalty`] if it is not positive, [`ContactError::Data`] for laws without one.
-    fn set_penalty(&mut self, _penalty: f64) -> Result<(), ContactError> {
+    /// [`ContactError::Penalty`] if it is not positive, [`ContactError::NoPenalty`] for laws without one.
+    fn set_penalty(&mut self, _penalty: f64, _state: &mut Self::State) -> Result<(), ContactError> {
         Err(ContactError::NoPenalty { kind: self.kind() })
     }
 
-    /// `max_i(A_ii w_i)` of the points in the motion `bodies` (docs/theory.md Eq. A.14) [m³/N]; none without a quasistatic
-    /// zone. Forgets the last evaluation.
+    /// `max_i(A_ii w_i)` of the points at `motion` (docs/theory.md Eq. A.14) [m³/N]; none without a quasistatic zone. The state
+    /// forgets where its iterations started.
     ///
     /// # Errors
     /// [`EvaluationFailure`] if the points have no normals there.
-    fn compliance_weight(&mut self, _bodies: &[BodyState]) -> Result<Option<f64>, EvaluationFailure> {
+    fn compliance_weight(
+        &self,
+        _motion: Motion<'_>,
+        _state: &mut Self::State,
+        _workspace: &mut Self::Workspace,
+        _found: &mut Self::Found,
+    ) -> Result<Option<f64>, EvaluationFailure> {
         Ok(None)
     }
 
-    /// Forgets the last evaluation, for a start from another state.
-    fn forget(&mut self) {}
+    /// Forgets the past, for a start from another state.
+    fn forget(&self, _state: &mut Self::State, _found: &mut Self::Found) {}
 
-    /// Replaces `out` by the forces of the last evaluation on the interface unknowns of body `body` \[N\]; zero where there is no
-    /// quasistatic zone.
-    fn interface_force(&self, _body: usize, out: &mut [f64]) {
+    /// Replaces `out` by the forces found on the interface unknowns of body `body` \[N\]; zero where there is no quasistatic zone.
+    fn interface_force(&self, _body: usize, _found: &Self::Found, out: &mut [f64]) {
         out.fill(0.0);
     }
 }
 
-impl<T: ContactElement + ?Sized> ContactElement for Box<T> {
+/// A contact at work, whatever its kind: what a driver asks of it. Implemented by [`Active`] contacts alone.
+///
+/// What is asked for without a motion is that of the last evaluation.
+pub trait ActiveContact: ActiveForce {
+    /// As [`ContactElement::kind`].
+    fn kind(&self) -> &'static str;
+
+    /// As [`ContactElement::bodies`].
+    fn bodies(&self) -> (usize, Option<usize>);
+
+    /// As [`ContactElement::smallest_gap`].
+    fn smallest_gap(&mut self, motion: Motion<'_>) -> f64;
+
+    /// As [`ContactElement::normal`].
+    fn normal(&mut self, motion: Motion<'_>) -> Vector3<f64>;
+
+    /// As [`ContactElement::place`].
+    fn place(&mut self, motion: Motion<'_>) -> Vector3<f64>;
+
+    /// What was found.
+    fn report(&self) -> &ContactReport;
+
+    /// As [`ContactElement::penalty`].
+    fn penalty(&self) -> f64;
+
+    /// As [`ContactElement::n_points`].
+    fn n_points(&self) -> usize;
+
+    /// As [`ContactElement::check_orientation`].
+    ///
+    /// # Errors
+    /// [`ContactError`] with the reason.
+    fn check_orientation(&self, rotation: &UnitQuaternion<f64>) -> Result<(), ContactError>;
+
+    /// As [`ContactElement::point_forces`].
+    fn point_forces(&self) -> &[f64];
+
+    /// As [`ContactElement::point`].
+    fn point(&self, i: usize) -> Option<([f64; 3], f64)>;
+
+    /// As [`ContactElement::set_penalty`].
+    ///
+    /// # Errors
+    /// Likewise.
+    fn set_penalty(&mut self, penalty: f64) -> Result<(), ContactError>;
+
+    /// As [`ContactElement::compliance_weight`].
+    ///
+    /// # Errors
+    /// Likewise.
+    fn compliance_weight(&mut self, motion: Motion<'_>) -> Result<Option<f64>, EvaluationFailure>;
+
+    /// As [`ContactElement::forget`].
+    fn forget(&mut self);
+
+    /// As [`ContactElement::interface_force`].
+    fn interface_force(&self, body: usize, out: &mut [f64]);
+}
+
+impl<E: ContactElement> ActiveContact for Active<E> {
     fn kind(&self) -> &'static str {
-        (**self).kind()
+        self.element().kind()
     }
 
     fn bodies(&self) -> (usize, Option<usize>) {
-        (**self).bodies()
+        self.element().bodies()
     }
 
-    fn smallest_gap(&self, bodies: &[BodyState]) -> f64 {
-        (**self).smallest_gap(bodies)
+    fn smallest_gap(&mut self, motion: Motion<'_>) -> f64 {
+        let ActiveParts { element, state, workspace, .. } = self.parts();
+        element.smallest_gap(motion, state, workspace)
     }
 
-    fn normal(&self, bodies: &[BodyState]) -> Vector3<f64> {
-        (**self).normal(bodies)
+    fn normal(&mut self, motion: Motion<'_>) -> Vector3<f64> {
+        let ActiveParts { element, state, workspace, .. } = self.parts();
+        element.normal(motion, state, workspace)
     }
 
-    fn place(&self, bodies: &[BodyState]) -> Vector3<f64> {
-        (**self).place(bodies)
+    fn place(&mut self, motion: Motion<'_>) -> Vector3<f64> {
+        let ActiveParts { element, state, workspace, .. } = self.parts();
+        element.place(motion, state, workspace)
     }
 
     fn report(&self) -> &ContactReport {
-        (**self).report()
+        self.found().report()
     }
 
     fn penalty(&self) -> f64 {
-        (**self).penalty()
+        self.element().penalty()
     }
 
     fn n_points(&self) -> usize {
-        (**self).n_points()
+        self.element().n_points()
     }
 
     fn check_orientation(&self, rotation: &UnitQuaternion<f64>) -> Result<(), ContactError> {
-        (**self).check_orientation(rotation)
+        self.element().check_orientation(rotation)
     }
 
     fn point_forces(&self) -> &[f64] {
-        (**self).point_forces()
+        self.element().point_forces(self.state(), self.found())
     }
 
     fn point(&self, i: usize) -> Option<([f64; 3], f64)> {
-        (**self).point(i)
+        self.element().point(i)
     }
 
     fn set_penalty(&mut self, penalty: f64) -> Result<(), ContactError> {
-        (**self).set_penalty(penalty)
+        let ActiveParts { element, state, .. } = self.parts();
+        element.set_penalty(penalty, state)
     }
 
-    fn compliance_weight(&mut self, bodies: &[BodyState]) -> Result<Option<f64>, EvaluationFailure> {
-        (**self).compliance_weight(bodies)
+    fn compliance_weight(&mut self, motion: Motion<'_>) -> Result<Option<f64>, EvaluationFailure> {
+        let ActiveParts { element, state, workspace, found } = self.parts();
+        element.compliance_weight(motion, state, workspace, found)
     }
 
     fn forget(&mut self) {
-        (**self).forget();
+        let ActiveParts { element, state, found, .. } = self.parts();
+        element.forget(state, found);
     }
 
     fn interface_force(&self, body: usize, out: &mut [f64]) {
-        (**self).interface_force(body, out);
+        self.element().interface_force(body, self.found(), out);
     }
 }

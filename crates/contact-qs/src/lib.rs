@@ -18,7 +18,7 @@ pub mod search;
 pub mod surface_pair;
 pub mod vibrating_zone;
 
-pub use contact_element::{ContactElement, ContactReport};
+pub use contact_element::{ActiveContact, ContactElement, ContactFindings, ContactReport};
 pub use error::ContactError;
 pub use law::Friction;
 pub use plane::{Plane, PlaneContact, PlaneContactSettings};

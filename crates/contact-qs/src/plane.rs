@@ -9,14 +9,16 @@
 
 use ffr_dynamics::data_error::DataError;
 use ffr_dynamics::error::EvaluationFailure;
-use ffr_dynamics::system::force::{BodyState, ForceElement, ForceEnergies, GeneralisedForce};
+use ffr_dynamics::system::force::{
+    BodyState, Findings, ForceElement, ForceEnergies, GeneralisedForce, Motion,
+};
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 
 use crate::ContactError;
-use crate::contact_element::ContactElement;
 pub use crate::contact_element::ContactReport;
+use crate::contact_element::{ContactElement, ContactFindings};
 use crate::law::{Friction, penalty};
-use crate::quasistatic::{Method, PointState, Quasistatic};
+use crate::quasistatic::{Method, PointState, Quasistatic, ZoneSolver};
 use crate::submodel::ContactSubmodel;
 
 mod evaluation;
@@ -39,7 +41,7 @@ pub struct Plane {
 /// What a plane contact consists of besides the body's submodel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlaneContactSettings {
-    /// Index of the body in the lists given to [`ForceElement::apply`].
+    /// Index of the body in the lists given to [`ForceElement::evaluate`].
     pub body: usize,
     /// The plane.
     pub plane: Plane,
@@ -56,24 +58,83 @@ pub struct PlaneContact {
     /// Rows of `submodel.low`, one after the other.
     low_rows: Vec<f64>,
     quasistatic: Option<Quasistatic>,
+    friction: Option<Friction>,
     springs: Vec<f64>,
     is_rim: Vec<bool>,
+}
+
+/// State of a plane contact: starts of the solvers, references of the points.
+pub struct PlaneState {
+    zone: Option<ZoneSolver>,
+    friction: Option<Box<PlaneFriction>>,
+}
+
+/// Buffers of a plane contact.
+pub struct PlaneWorkspace {
     /// Gaps without quasistatic displacement.
     free_gaps: Vec<f64>,
-    gaps: Vec<f64>,
-    forces: Vec<f64>,
-    displacements: Vec<f64>,
-    /// Point forces of the last evaluation in the model's components.
-    loads: Vec<f64>,
-    /// Their rates by the turn of the body alone.
+    /// Rates of the loads by the turn of the body alone.
     load_rates: Vec<f64>,
     /// Rates of the points along the normal and the tangents without those of the forces.
     gap_rates: Vec<f64>,
     slip_rates: Vec<f64>,
-    /// Normal of the last evaluation in the model's components.
+}
+
+/// What an evaluation of a plane contact finds.
+pub struct PlaneFound {
+    /// Normal in the model's components.
     normal: [f64; 3],
-    friction: Option<Box<PlaneFriction>>,
+    gaps: Vec<f64>,
+    forces: Vec<f64>,
+    displacements: Vec<f64>,
+    /// Point forces in the model's components.
+    loads: Vec<f64>,
     report: ContactReport,
+}
+
+impl PlaneState {
+    /// Tangential point forces of the last evaluation, one (plane models, axisymmetric ones) or two a point; empty without
+    /// friction \[N\].
+    pub fn tangential_forces(&self) -> &[f64] {
+        self.friction.as_ref().map_or(&[], |f| f.stick_slip.forces())
+    }
+
+    /// States of the points in the last evaluation; empty without friction.
+    pub fn point_states(&self) -> &[PointState] {
+        self.friction.as_ref().map_or(&[], |f| f.stick_slip.states())
+    }
+
+    /// Solver of the quasistatic zone, none when all modes are dynamic. Its projection belongs to the last evaluation in contact.
+    pub fn zone(&self) -> Option<&ZoneSolver> {
+        self.zone.as_ref()
+    }
+}
+
+impl PlaneFound {
+    /// Gaps, quasistatic displacement included \[m\].
+    pub fn gaps(&self) -> &[f64] {
+        &self.gaps
+    }
+}
+
+impl Findings for PlaneFound {
+    fn energies(&self) -> ForceEnergies {
+        self.report.energies
+    }
+
+    fn resultant(&self) -> Vector3<f64> {
+        self.report.force
+    }
+
+    fn is_idle(&self) -> bool {
+        self.report.n_active == 0
+    }
+}
+
+impl ContactFindings for PlaneFound {
+    fn report(&self) -> &ContactReport {
+        &self.report
+    }
 }
 
 impl PlaneContact {
@@ -115,46 +176,19 @@ impl PlaneContact {
         settings: PlaneContactSettings,
         quasistatic: Option<Quasistatic>,
     ) -> Result<Self, ContactError> {
-        let n = submodel.n_points();
-        let n_rows = submodel.low.nrows();
-        let mut contact = Self {
-            low_rows: submodel.low_rows(),
-            springs: vec![0.0; n],
-            is_rim: submodel.is_rim(),
-            free_gaps: vec![0.0; n],
-            gaps: vec![0.0; n],
-            forces: vec![0.0; n],
-            displacements: vec![0.0; n_rows],
-            loads: vec![0.0; n_rows],
-            load_rates: vec![0.0; n_rows],
-            gap_rates: vec![0.0; n],
-            slip_rates: vec![0.0; n_rows - n],
-            normal: [0.0; 3],
-            friction: None,
-            report: ContactReport::default(),
-            quasistatic,
-            settings,
-            submodel,
-        };
-        contact.set_penalty(settings.penalty)?;
+        let springs = vec![0.0; submodel.n_points()];
+        let (low_rows, is_rim) = (submodel.low_rows(), submodel.is_rim());
+        let mut contact =
+            Self { settings, submodel, low_rows, quasistatic, friction: None, springs, is_rim };
+        contact.set_springs(settings.penalty)?;
         Ok(contact)
     }
 
-    /// Changes the penalty factor [N/m³]; allowed during a run.
-    ///
-    /// # Errors
-    /// [`ContactError::Penalty`] if it is not positive, [`ContactError::ExactConstraint`] if it is infinite and the method
-    /// needs springs.
-    pub fn set_penalty(&mut self, penalty: f64) -> Result<(), ContactError> {
+    /// Sets penalty factor and springs.
+    fn set_springs(&mut self, penalty: f64) -> Result<(), ContactError> {
         let needs_springs = self.quasistatic.as_ref().map(Quasistatic::needs_springs);
         penalty::set_springs(penalty, needs_springs, &self.submodel.areas, &mut self.springs)?;
         self.settings.penalty = penalty;
-        if let Some(zone) = &mut self.quasistatic {
-            zone.springs_changed();
-        }
-        if let Some(friction) = &mut self.friction {
-            friction.stick_slip.set_springs(&self.springs, 1.0 / friction.law.stiffness_ratio);
-        }
         Ok(())
     }
 
@@ -167,31 +201,8 @@ impl PlaneContact {
         if self.quasistatic.as_ref().is_some_and(Quasistatic::needs_springs) {
             return Err(ContactError::FrictionSolver);
         }
-        let normal = self.settings.plane.normal.into_inner();
-        let (motion, n_points) = (self.submodel.motion, self.submodel.n_points());
-        let is_quasistatic = self.quasistatic.is_some();
-        let mut state = PlaneFriction::new(friction, motion, n_points, &normal, is_quasistatic);
-        state.stick_slip.set_springs(&self.springs, 1.0 / friction.stiffness_ratio);
-        self.friction = Some(Box::new(state));
+        self.friction = Some(friction);
         Ok(self)
-    }
-
-    /// Forgets where the points stuck, for a start from another state; without effect when there is no friction.
-    pub fn forget_slip(&mut self) {
-        if let Some(friction) = &mut self.friction {
-            friction.forget();
-        }
-    }
-
-    /// Tangential point forces of the last evaluation, one (plane models, axisymmetric ones) or two a point; empty without
-    /// friction \[N\].
-    pub fn tangential_forces(&self) -> &[f64] {
-        self.friction.as_ref().map_or(&[], |f| f.stick_slip.forces())
-    }
-
-    /// States of the points in the last evaluation; empty without friction.
-    pub fn point_states(&self) -> &[PointState] {
-        self.friction.as_ref().map_or(&[], |f| f.stick_slip.states())
     }
 
     /// Penalty factor [N/m³].
@@ -202,26 +213,6 @@ impl PlaneContact {
     /// The body's contact data.
     pub fn submodel(&self) -> &ContactSubmodel {
         &self.submodel
-    }
-
-    /// Quasistatic zone, none when all modes are dynamic. Its projection belongs to the last evaluation in contact.
-    pub fn zone(&self) -> Option<&Quasistatic> {
-        self.quasistatic.as_ref()
-    }
-
-    /// What the last evaluation found.
-    pub fn report(&self) -> &ContactReport {
-        &self.report
-    }
-
-    /// Point forces along the normal of the last evaluation \[N\].
-    pub fn point_forces(&self) -> &[f64] {
-        &self.forces
-    }
-
-    /// Gaps of the last evaluation, quasistatic displacement included \[m\].
-    pub fn gaps(&self) -> &[f64] {
-        &self.gaps
     }
 
     /// Checks that a body with rotation `rotation` can meet the plane.
@@ -237,20 +228,22 @@ impl PlaneContact {
     ///
     /// # Errors
     /// As [`PlaneContact::check_alignment`].
-    pub fn normal_compliance(
-        &mut self,
+    pub fn normal_compliance<'a>(
+        &self,
         rotation: &UnitQuaternion<f64>,
-    ) -> Result<Option<&faer::Mat<f64>>, ContactError> {
+        state: &'a mut PlaneState,
+    ) -> Result<Option<&'a faer::Mat<f64>>, ContactError> {
         let normal = self.normal_components(rotation)?;
-        Ok(self.quasistatic.as_mut().map(|zone| {
-            zone.project(normal);
-            zone.normal_compliance()
+        let zone = self.quasistatic.as_ref().zip(state.zone.as_mut());
+        Ok(zone.map(|(zone, solver)| {
+            solver.project(zone, normal);
+            solver.normal_compliance()
         }))
     }
 
-    /// Smallest gap of all points at `state` without quasistatic displacement \[m\]: zero where contact begins or ends. The
-    /// solver is neither run nor changed. NaN if a gap is not a number.
-    pub fn smallest_gap(&self, state: &BodyState) -> f64 {
+    /// Smallest gap of all points at `state` without quasistatic displacement \[m\]: zero where contact begins or ends. NaN
+    /// if a gap is not a number.
+    pub fn smallest_gap_at(&self, state: &BodyState) -> f64 {
         self.nearest(state).map_or(f64::NAN, |(_, gap)| gap)
     }
 
@@ -271,77 +264,85 @@ impl PlaneContact {
         }
         Some(smallest)
     }
-
-    /// Replaces `out` by the forces of the last evaluation on the interface freedoms, `f_b = N_bᵀ (n λ + t τ)` (Eq. C.19) \[N\], for
-    /// the recovery of stresses.
-    ///
-    /// # Panics
-    /// If `out` is not as long as the interface.
-    pub fn interface_force(&self, out: &mut [f64]) {
-        let rows = &self.submodel.interface;
-        assert_eq!(out.len(), rows.n_columns(), "number of interface freedoms");
-        out.fill(0.0);
-        if rows.n_rows() == 0 {
-            return;
-        }
-        for (row, &load) in self.loads.iter().enumerate().filter(|(_, load)| **load != 0.0) {
-            for &(b, value) in rows.row(row) {
-                out[b] += value * load;
-            }
-        }
-    }
 }
 
 impl ForceElement for PlaneContact {
-    fn apply(
-        &mut self,
-        t: f64,
-        bodies: &[BodyState],
+    type State = PlaneState;
+    type Workspace = PlaneWorkspace;
+    type Found = PlaneFound;
+
+    fn state(&self) -> PlaneState {
+        let normal = self.settings.plane.normal.into_inner();
+        let (motion, n_points) = (self.submodel.motion, self.submodel.n_points());
+        let friction = self.friction.map(|law| {
+            let mut state = PlaneFriction::new(law, motion, n_points, &normal, self.quasistatic.is_some());
+            state.stick_slip.set_springs(&self.springs, 1.0 / law.stiffness_ratio);
+            Box::new(state)
+        });
+        PlaneState { zone: self.quasistatic.as_ref().map(Quasistatic::solver), friction }
+    }
+
+    fn workspace(&self) -> PlaneWorkspace {
+        let (n, n_rows) = (self.submodel.n_points(), self.submodel.low.nrows());
+        PlaneWorkspace {
+            free_gaps: vec![0.0; n],
+            load_rates: vec![0.0; n_rows],
+            gap_rates: vec![0.0; n],
+            slip_rates: vec![0.0; n_rows - n],
+        }
+    }
+
+    fn found(&self) -> PlaneFound {
+        let (n, n_rows) = (self.submodel.n_points(), self.submodel.low.nrows());
+        PlaneFound {
+            normal: [0.0; 3],
+            gaps: vec![0.0; n],
+            forces: vec![0.0; n],
+            displacements: vec![0.0; n_rows],
+            loads: vec![0.0; n_rows],
+            report: ContactReport::default(),
+        }
+    }
+
+    fn evaluate(
+        &self,
+        motion: Motion<'_>,
+        state: &mut PlaneState,
+        workspace: &mut PlaneWorkspace,
+        found: &mut PlaneFound,
         forces: &mut [GeneralisedForce],
     ) -> Result<(), EvaluationFailure> {
-        let state = &bodies[self.settings.body];
-        debug_assert_eq!(state.elastic.len(), self.submodel.low.ncols());
-        self.locate(t, state)?;
-        let solver = self.solve()?;
-        self.load_points();
-        self.sum_up(solver);
-        if let Some(friction) = &mut self.friction {
+        let body = &motion.bodies[self.settings.body];
+        debug_assert_eq!(body.elastic.len(), self.submodel.low.ncols());
+        self.locate(motion.time, body, state, workspace, found)?;
+        let solver = self.solve(state, workspace, found)?;
+        self.load_points(state, workspace, found);
+        self.sum_up(solver, state, workspace, found);
+        if let Some(friction) = &mut state.friction {
             friction.note();
         }
-        if self.report.n_active == 0 {
+        if found.report.n_active == 0 {
             return Ok(());
         }
-        self.sliding_work(state)?.enter(&mut self.report.energies);
-        self.push(&state.elastic, &mut forces[self.settings.body]);
+        self.sliding_work(body, state, workspace, found)?.enter(&mut found.report.energies);
+        self.push(&body.elastic, found, &mut forces[self.settings.body]);
         Ok(())
     }
 
-    fn energies(&self) -> ForceEnergies {
-        self.report.energies
-    }
-
-    fn resultant(&self) -> Vector3<f64> {
-        self.report.force
-    }
-
-    fn is_idle(&self) -> bool {
-        self.report.n_active == 0
-    }
-
-    fn save(&mut self) {
-        if let Some(zone) = &mut self.quasistatic {
+    fn save(&self, state: &mut PlaneState, _found: &PlaneFound) {
+        if let Some(zone) = &mut state.zone {
             zone.save();
         }
-        if let Some(friction) = &mut self.friction {
+        if let Some(friction) = &mut state.friction {
             friction.save();
         }
     }
 
-    fn restore(&mut self) {
-        if let Some(zone) = &mut self.quasistatic {
+    fn restore(&self, state: &mut PlaneState, _found: &mut PlaneFound) {
+        if let Some(zone) = &mut state.zone {
             zone.restore();
         }
-        if let Some(friction) = &mut self.friction {
+        if let Some(friction) = &mut state.friction {
             friction.restore();
         }
     }
@@ -356,23 +357,19 @@ impl ContactElement for PlaneContact {
         (self.settings.body, None)
     }
 
-    fn smallest_gap(&self, bodies: &[BodyState]) -> f64 {
-        Self::smallest_gap(self, &bodies[self.settings.body])
+    fn smallest_gap(&self, motion: Motion<'_>, _: &PlaneState, _: &mut PlaneWorkspace) -> f64 {
+        self.smallest_gap_at(&motion.bodies[self.settings.body])
     }
 
-    fn normal(&self, _bodies: &[BodyState]) -> Vector3<f64> {
+    fn normal(&self, _: Motion<'_>, _: &PlaneState, _: &mut PlaneWorkspace) -> Vector3<f64> {
         self.settings.plane.normal.into_inner()
     }
 
-    fn place(&self, bodies: &[BodyState]) -> Vector3<f64> {
-        let state = &bodies[self.settings.body];
-        self.nearest(state).map_or(Vector3::repeat(f64::NAN), |(i, _)| {
-            state.position + state.rotation * self.local_place(i, &state.elastic)
+    fn place(&self, motion: Motion<'_>, _: &PlaneState, _: &mut PlaneWorkspace) -> Vector3<f64> {
+        let body = &motion.bodies[self.settings.body];
+        self.nearest(body).map_or(Vector3::repeat(f64::NAN), |(i, _)| {
+            body.position + body.rotation * self.local_place(i, &body.elastic)
         })
-    }
-
-    fn report(&self) -> &ContactReport {
-        &self.report
     }
 
     fn penalty(&self) -> f64 {
@@ -387,35 +384,64 @@ impl ContactElement for PlaneContact {
         self.check_alignment(rotation)
     }
 
-    fn point_forces(&self) -> &[f64] {
-        Self::point_forces(self)
+    fn point_forces<'a>(&self, _: &'a PlaneState, found: &'a PlaneFound) -> &'a [f64] {
+        &found.forces
     }
 
     fn point(&self, i: usize) -> Option<([f64; 3], f64)> {
         Some((*self.submodel.points.get(i)?, self.submodel.areas[i]))
     }
 
-    fn set_penalty(&mut self, penalty: f64) -> Result<(), ContactError> {
-        Self::set_penalty(self, penalty)
+    fn set_penalty(&mut self, penalty: f64, state: &mut PlaneState) -> Result<(), ContactError> {
+        self.set_springs(penalty)?;
+        if let Some(zone) = &mut state.zone {
+            zone.springs_changed();
+        }
+        if let Some(friction) = &mut state.friction {
+            friction.stick_slip.set_springs(&self.springs, 1.0 / friction.law.stiffness_ratio);
+        }
+        Ok(())
     }
 
-    fn compliance_weight(&mut self, bodies: &[BodyState]) -> Result<Option<f64>, EvaluationFailure> {
-        let rotation = bodies[self.settings.body].rotation;
-        let areas = self.submodel.areas.clone();
-        let compliance =
-            self.normal_compliance(&rotation).map_err(|e| EvaluationFailure::out_of_model(e.to_string()))?;
-        Ok(compliance.map(|a| areas.iter().enumerate().map(|(i, w)| a[(i, i)] * w).fold(0.0, f64::max)))
+    fn compliance_weight(
+        &self,
+        motion: Motion<'_>,
+        state: &mut PlaneState,
+        _: &mut PlaneWorkspace,
+        _: &mut PlaneFound,
+    ) -> Result<Option<f64>, EvaluationFailure> {
+        let rotation = motion.bodies[self.settings.body].rotation;
+        let compliance = self
+            .normal_compliance(&rotation, state)
+            .map_err(|e| EvaluationFailure::out_of_model(e.to_string()))?;
+        let areas = self.submodel.areas.iter().enumerate();
+        Ok(compliance.map(|a| areas.map(|(i, w)| a[(i, i)] * w).fold(0.0, f64::max)))
     }
 
-    fn forget(&mut self) {
-        self.forget_slip();
+    fn forget(&self, state: &mut PlaneState, _: &mut PlaneFound) {
+        if let Some(friction) = &mut state.friction {
+            friction.forget();
+        }
     }
 
-    fn interface_force(&self, body: usize, out: &mut [f64]) {
-        if body == self.settings.body {
-            Self::interface_force(self, out);
-        } else {
-            out.fill(0.0);
+    /// Forces on the interface unknowns, `f_b = N_bᵀ (n λ + t τ)` (Eq. C.19), for the recovery of stresses.
+    ///
+    /// # Panics
+    /// If `out` is not as long as the interface.
+    fn interface_force(&self, body: usize, found: &PlaneFound, out: &mut [f64]) {
+        out.fill(0.0);
+        if body != self.settings.body {
+            return;
+        }
+        let rows = &self.submodel.interface;
+        assert_eq!(out.len(), rows.n_columns(), "number of interface freedoms");
+        if rows.n_rows() == 0 {
+            return;
+        }
+        for (row, &load) in found.loads.iter().enumerate().filter(|(_, load)| **load != 0.0) {
+            for &(b, value) in rows.row(row) {
+                out[b] += value * load;
+            }
         }
     }
 }

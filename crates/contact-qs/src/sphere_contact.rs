@@ -1,7 +1,7 @@
 //! Hertz contact of a sphere with a fixed plane or with a sphere on another body, as a force element.
 
 use ffr_dynamics::error::EvaluationFailure;
-use ffr_dynamics::system::force::{BodyState, ForceElement, ForceEnergies, GeneralisedForce};
+use ffr_dynamics::system::force::{BodyState, ForceElement, GeneralisedForce, Motion};
 use nalgebra::Vector3;
 
 use crate::ContactError;
@@ -18,7 +18,6 @@ pub struct SphereContact {
     sphere: Sphere,
     target: Target,
     pair: HertzPair,
-    report: ContactReport,
 }
 
 #[derive(Debug, Clone)]
@@ -36,7 +35,7 @@ impl SphereContact {
         sphere.validate()?;
         check_solid(solid)?;
         let pair = hertz_pair([sphere.solid, solid], [sphere.radius, f64::INFINITY])?;
-        Ok(Self { sphere, target: Target::Plane(plane), pair, report: ContactReport::default() })
+        Ok(Self { sphere, target: Target::Plane(plane), pair })
     }
 
     /// Contact of `sphere`, on the contact body, with the sphere `target`.
@@ -50,7 +49,7 @@ impl SphereContact {
             return Err(ContactError::OneBody { body: sphere.body });
         }
         let pair = hertz_pair([sphere.solid, target.solid], [sphere.radius, target.radius])?;
-        Ok(Self { sphere, target: Target::Sphere(target), pair, report: ContactReport::default() })
+        Ok(Self { sphere, target: Target::Sphere(target), pair })
     }
 
     /// Modulus and radius of the pair.
@@ -82,36 +81,38 @@ impl SphereContact {
 }
 
 impl ForceElement for SphereContact {
-    fn apply(
-        &mut self,
-        t: f64,
-        bodies: &[BodyState],
+    type State = ();
+    type Workspace = ();
+    type Found = ContactReport;
+
+    fn state(&self) {}
+
+    fn workspace(&self) {}
+
+    fn found(&self) -> ContactReport {
+        ContactReport::default()
+    }
+
+    fn evaluate(
+        &self,
+        motion: Motion<'_>,
+        (): &mut (),
+        (): &mut (),
+        found: &mut ContactReport,
         forces: &mut [GeneralisedForce],
     ) -> Result<(), EvaluationFailure> {
-        let (gap, normal) = self.approach(bodies);
-        self.report = hertz_report(self.pair, gap, normal, t)?;
-        if self.report.n_active > 0 {
+        let (gap, normal) = self.approach(motion.bodies);
+        *found = hertz_report(self.pair, gap, normal, motion.time)?;
+        if found.n_active > 0 {
             let mut push = |sphere: &Sphere, force: Vector3<f64>| {
-                sphere.centre.add_force(&bodies[sphere.body], &force, &mut forces[sphere.body]);
+                sphere.centre.add_force(&motion.bodies[sphere.body], &force, &mut forces[sphere.body]);
             };
-            push(&self.sphere, self.report.force);
+            push(&self.sphere, found.force);
             if let Target::Sphere(other) = &self.target {
-                push(other, -self.report.force);
+                push(other, -found.force);
             }
         }
         Ok(())
-    }
-
-    fn energies(&self) -> ForceEnergies {
-        self.report.energies
-    }
-
-    fn resultant(&self) -> Vector3<f64> {
-        self.report.force
-    }
-
-    fn is_idle(&self) -> bool {
-        self.report.n_active == 0
     }
 }
 
@@ -131,23 +132,19 @@ impl ContactElement for SphereContact {
         (self.sphere.body, target)
     }
 
-    fn smallest_gap(&self, bodies: &[BodyState]) -> f64 {
-        self.approach(bodies).0
+    fn smallest_gap(&self, motion: Motion<'_>, (): &(), (): &mut ()) -> f64 {
+        self.approach(motion.bodies).0
     }
 
-    fn normal(&self, bodies: &[BodyState]) -> Vector3<f64> {
-        self.approach(bodies).1
+    fn normal(&self, motion: Motion<'_>, (): &(), (): &mut ()) -> Vector3<f64> {
+        self.approach(motion.bodies).1
     }
 
-    fn place(&self, bodies: &[BodyState]) -> Vector3<f64> {
-        let (gap, normal) = self.approach(bodies);
+    fn place(&self, motion: Motion<'_>, (): &(), (): &mut ()) -> Vector3<f64> {
+        let (gap, normal) = self.approach(motion.bodies);
         let sphere = &self.sphere;
         // In the middle of the overlap.
-        sphere.centre.position(&bodies[sphere.body]) - normal * (sphere.radius + 0.5 * gap.min(0.0))
-    }
-
-    fn report(&self) -> &ContactReport {
-        &self.report
+        sphere.centre.position(&motion.bodies[sphere.body]) - normal * (sphere.radius + 0.5 * gap.min(0.0))
     }
 
     fn penalty(&self) -> f64 {

@@ -11,20 +11,20 @@
 //! Each pair has a compliance of its own. A body in two pairs has two zones; the displacement of one zone under the forces in
 //! the other is that of the dynamic modes alone, without its quasistatic part (Eq. C.44).
 
-use std::sync::{Mutex, PoisonError};
-
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::data_error::DataError;
 use ffr_dynamics::error::EvaluationFailure;
-use ffr_dynamics::system::force::{BodyState, ForceElement, ForceEnergies, GeneralisedForce};
+use ffr_dynamics::system::force::{
+    BodyState, Findings, ForceElement, ForceEnergies, GeneralisedForce, Motion,
+};
 use nalgebra::Vector3;
 
 use crate::ContactError;
-use crate::contact_element::{ContactElement, ContactReport};
+use crate::contact_element::{ContactElement, ContactFindings, ContactReport};
 use crate::law::{Friction, penalty};
 use crate::points::in_space;
-use crate::quasistatic::{Method, PointState};
+use crate::quasistatic::Method;
 use crate::submodel::{ContactSubmodel, SparseRows};
 
 mod bezier;
@@ -35,25 +35,23 @@ mod projection;
 mod rows;
 mod search;
 mod solver;
+mod state;
 mod target;
+mod warm_start;
 mod watch;
 
-use evaluation::{WarmStart, Workspace};
 use friction::PairFriction;
-use projection::{Functions, Projection, Samples};
-use rows::Rows;
-use search::SearchBuffers;
-use solver::PairZone;
-
-use watch::Watch;
+use solver::{Both, Compliances};
+use state::Work;
 
 pub use projection::SurfacePlace;
+pub use state::{PairFound, PairState, PairWorkspace};
 pub use target::{TargetFace, TargetSurface};
 
 /// What a surface pair consists of besides points and surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SurfacePairSettings {
-    /// Index of the body that carries the points in the lists given to [`ForceElement::apply`].
+    /// Index of the body that carries the points in the lists given to [`ForceElement::evaluate`].
     pub contact_body: usize,
     /// Index of the body that carries the surface; none if it is fixed, its frame being the inertial one.
     pub target_body: Option<usize>,
@@ -78,20 +76,13 @@ pub struct SurfacePair {
     n_modes: usize,
     interface: SparseRows,
     surface: TargetSurface,
-    zone: Option<PairZone>,
-    friction: Option<Box<PairFriction>>,
+    compliances: Option<Compliances>,
+    friction: Option<Friction>,
     springs: Vec<f64>,
     /// Points nearer than this to an end of the target count as touching it.
     rim_reach: f64,
-    state: WarmStart,
-    saved: WarmStart,
-    workspace: Option<Workspace>,
-    search: Mutex<SearchBuffers>,
     ground: BodyState,
     tolerance: f64,
-    /// Solutions of the last evaluation.
-    n_passes: usize,
-    report: ContactReport,
 }
 
 impl SurfacePair {
@@ -111,20 +102,12 @@ impl SurfacePair {
         let (n, nc) = (submodel.n_points(), motion.n_components());
         let n_q = submodel.low.ncols();
         let (low_rows, is_rim) = (submodel.low_rows(), submodel.is_rim());
-        let zone = if submodel.is_quasistatic() || surface.is_quasistatic() {
-            Some(PairZone::new(settings.method, nc, submodel.compliance, n, &surface)?)
+        let compliances = if submodel.is_quasistatic() || surface.is_quasistatic() {
+            Some(Compliances::new(settings.method, nc, submodel.compliance, n, &surface)?)
         } else {
             None
         };
         let low = &submodel.low;
-        let state = WarmStart {
-            forces: vec![0.0; n],
-            own: vec![0.0; n * nc],
-            nodes: vec![0.0; surface.nodes.len() * nc],
-            places: vec![SurfacePlace::default(); n],
-            is_known: false,
-            watch: Watch::new(n, surface.nodes.len()),
-        };
         let mut pair = Self {
             points: submodel.points.iter().map(|p| components(motion, p)).collect(),
             low_rows,
@@ -133,23 +116,17 @@ impl SurfacePair {
             is_rim,
             springs: vec![0.0; n],
             rim_reach: mean_spacing(&submodel.areas, motion, &submodel.points),
-            saved: state.clone(),
-            state,
-            workspace: Some(workspace(&surface, n, 0)),
-            search: Mutex::new(SearchBuffers::new(&surface, n)),
             ground: BodyState::at_rest(0),
             tolerance: evaluation::GAP_TOLERANCE,
-            n_passes: 0,
-            report: ContactReport::default(),
             areas: submodel.areas,
             interface: submodel.interface,
             settings,
             motion,
             surface,
-            zone,
+            compliances,
             friction: None,
         };
-        pair.set_penalty(settings.penalty)?;
+        pair.set_springs(settings.penalty)?;
         Ok(pair)
     }
 
@@ -162,31 +139,11 @@ impl SurfacePair {
         if friction.coefficient <= 0.0 {
             return Ok(self);
         }
-        if self.zone.as_ref().is_some_and(PairZone::needs_springs) {
+        if self.compliances.as_ref().is_some_and(Compliances::needs_springs) {
             return Err(ContactError::FrictionSolver);
         }
-        let (n, nc) = (self.points.len(), self.motion.n_components());
-        let n_modes = [self.n_modes, self.surface.n_modes];
-        let n_nodes = self.surface.nodes.len();
-        let mut state = PairFriction::new(friction, (n, nc), n_nodes, self.zone.is_some(), n_modes);
-        state.stick_slip.set_springs(&self.springs, 1.0 / friction.stiffness_ratio);
-        if let Some(zone) = &mut self.zone {
-            zone.add_tangents(state.n_t);
-        }
-        self.workspace = Some(workspace(&self.surface, n, state.n_t));
-        self.friction = Some(Box::new(state));
+        self.friction = Some(friction);
         Ok(self)
-    }
-
-    /// Tangential point forces of the last evaluation, one (plane models, axisymmetric ones) or two a point; empty without
-    /// friction \[N\].
-    pub fn tangential_forces(&self) -> &[f64] {
-        self.friction.as_ref().map_or(&[], |f| f.stick_slip.forces())
-    }
-
-    /// States of the points in the last evaluation, where they carry force; empty without friction.
-    pub fn point_states(&self) -> &[PointState] {
-        self.friction.as_ref().map_or(&[], |f| f.stick_slip.states())
     }
 
     /// Changes the error of gaps, as a share of the deepest penetration, at which projection and deformation count as having
@@ -197,73 +154,12 @@ impl SurfacePair {
         self
     }
 
-    /// Changes the penalty factor [N/m³]; allowed during a run.
-    ///
-    /// # Errors
-    /// [`ContactError::Penalty`] if it is not positive, [`ContactError::ExactConstraint`] if it is infinite and the method
-    /// needs springs.
-    pub fn set_penalty(&mut self, penalty: f64) -> Result<(), ContactError> {
-        let needs_springs = self.zone.as_ref().map(PairZone::needs_springs);
+    /// Sets penalty factor and springs.
+    fn set_springs(&mut self, penalty: f64) -> Result<(), ContactError> {
+        let needs_springs = self.compliances.as_ref().map(Compliances::needs_springs);
         penalty::set_springs(penalty, needs_springs, &self.areas, &mut self.springs)?;
         self.settings.penalty = penalty;
-        if let Some(zone) = &mut self.zone {
-            zone.springs_changed();
-        }
-        if let Some(friction) = &mut self.friction {
-            friction.stick_slip.set_springs(&self.springs, 1.0 / friction.law.stiffness_ratio);
-        }
         Ok(())
-    }
-
-    /// Forgets the last evaluation and where the points stuck, for a start from another state.
-    pub fn forget(&mut self) {
-        self.forget_evaluation();
-        if let Some(friction) = &mut self.friction {
-            friction.forget();
-        }
-    }
-
-    /// Forgets the last evaluation.
-    fn forget_evaluation(&mut self) {
-        if let Some(friction) = &mut self.friction {
-            friction.is_evaluated = false;
-            friction.stick_slip.clear_forces();
-        }
-        self.state.is_known = false;
-        self.state.forces.fill(0.0);
-        self.state.own.fill(0.0);
-        self.state.nodes.fill(0.0);
-    }
-
-    /// Penalty factor [N/m³].
-    pub fn penalty(&self) -> f64 {
-        self.settings.penalty
-    }
-
-    /// What the last evaluation found.
-    pub fn report(&self) -> &ContactReport {
-        &self.report
-    }
-
-    /// Point forces along the normals of the last evaluation; a point is in contact if its force is positive \[N\].
-    pub fn point_forces(&self) -> &[f64] {
-        &self.state.forces
-    }
-
-    /// Gaps of the last evaluation, quasistatic displacements included; of points beyond an end of the target the distance
-    /// from it; of points that are open for certain as found at an earlier evaluation \[m\].
-    pub fn gaps(&self) -> &[f64] {
-        &self.state.watch.gaps
-    }
-
-    /// Solutions that the last evaluation took until projection and deformation met.
-    pub fn n_passes(&self) -> usize {
-        self.n_passes
-    }
-
-    /// Places of the points' projections on the target in the last evaluation.
-    pub fn places(&self) -> &[SurfacePlace] {
-        &self.state.places
     }
 
     /// Tributary areas of the points \[m²\].
@@ -277,50 +173,33 @@ impl SurfacePair {
     }
 
     /// Normal compliance `A` of both bodies together at the projections of the motion `bodies` (Eq. C.39), `n_points`
-    /// squared [m/N]; none when all modes are dynamic. Forgets the last evaluation.
+    /// squared [m/N]; none when all modes are dynamic. The state forgets where its iterations started.
     ///
     /// # Errors
     /// [`EvaluationFailure`] if the points cannot be projected.
-    pub fn normal_compliance(
-        &mut self,
+    pub fn normal_compliance<'a>(
+        &self,
         bodies: &[BodyState],
-    ) -> Result<Option<&Mat<f64>>, EvaluationFailure> {
-        self.forget_evaluation();
-        self.project_for_compliance(bodies)?;
-        Ok(self.zone.as_ref().map(PairZone::normal_compliance))
+        state: &'a mut PairState,
+        workspace: &mut PairWorkspace,
+        found: &mut PairFound,
+    ) -> Result<Option<&'a Mat<f64>>, EvaluationFailure> {
+        state.forget_evaluation();
+        let mut work = Work { state: &mut *state, buffers: &mut workspace.buffers, found: &mut *found };
+        let outcome = self.project_for_compliance(bodies, &mut work);
+        found.is_known = state.start.is_known;
+        outcome?;
+        Ok(state.zone.as_ref().map(solver::PairZone::normal_compliance))
     }
 
-    /// `max_i(A_ii w_i)`, from which a penalty factor follows (Eq. C.4) [m³/N]; none when all modes are dynamic. Forgets the
-    /// last evaluation.
-    ///
-    /// # Errors
-    /// As [`SurfacePair::normal_compliance`].
-    pub fn largest_compliance_weight(
-        &mut self,
-        bodies: &[BodyState],
-    ) -> Result<Option<f64>, EvaluationFailure> {
-        let areas = self.areas.clone();
-        let compliance = self.normal_compliance(bodies)?;
-        Ok(compliance.map(|a| areas.iter().enumerate().map(|(i, w)| a[(i, i)] * w).fold(0.0, f64::max)))
+    /// Number of tangents of a point, zero without friction.
+    fn n_tangents(&self) -> usize {
+        if self.friction.is_some() { self.motion.n_components() - 1 } else { 0 }
     }
 
-    /// Replaces `out` by the forces of the last evaluation on the interface freedoms of body `body`, `f_b = ±N_bᵀ λ`
-    /// (Eq. C.19) \[N\], for the recovery of stresses; zero for a body that is not part of the pair.
-    ///
-    /// # Panics
-    /// If `out` is not as long as the body's interface.
-    pub fn interface_force(&self, body: usize, out: &mut [f64]) {
-        out.fill(0.0);
-        let Some(w) = &self.workspace else { return };
-        if body == self.settings.contact_body && self.interface.n_rows() > 0 {
-            assert_eq!(out.len(), self.interface.n_columns(), "number of interface freedoms");
-            for (row, &load) in w.loads.iter().enumerate().filter(|(_, load)| **load != 0.0) {
-                self.interface.row(row).iter().for_each(|&(b, value)| out[b] += value * load);
-            }
-        } else if Some(body) == self.settings.target_body {
-            assert_eq!(out.len(), w.interface_loads.len(), "number of interface freedoms");
-            out.copy_from_slice(&w.interface_loads);
-        }
+    /// What both bodies yield by; none when all modes are dynamic.
+    fn both(&self) -> Option<Both<'_>> {
+        self.compliances.as_ref().map(|compliances| Both { compliances, surface: &self.surface })
     }
 
     fn own_row(&self, row: usize) -> &[f64] {
@@ -365,49 +244,32 @@ fn mean_spacing(areas: &[f64], motion: RigidMotion, points: &[[f64; 3]]) -> f64 
     }
 }
 
-fn workspace(surface: &TargetSurface, n: usize, n_t: usize) -> Workspace {
-    let nc = surface.motion.n_components();
-    let n_nodes = surface.nodes.len();
-    Workspace {
-        functions: Functions::new(surface),
-        samples: Samples::new(surface),
-        low_points: vec![[0.0; 3]; n],
-        points: vec![[0.0; 3]; n],
-        low_nodes: vec![[0.0; 3]; n_nodes],
-        nodes: vec![[0.0; 3]; n_nodes],
-        seen: vec![[0.0; 3]; n],
-        is_wanted: vec![true; n],
-        projections: vec![Projection::default(); n],
-        rows: Rows::new(n, surface.n_functions, n_t),
-        loaded: Rows::new(n, surface.n_functions, n_t),
-        free_gaps: vec![0.0; n],
-        settled: vec![0.0; n],
-        loads: vec![0.0; n * nc],
-        node_loads: vec![0.0; n_nodes * nc],
-        interface_loads: vec![0.0; surface.n_interface()],
-        interface_displacements: vec![0.0; surface.n_interface()],
-    }
-}
-
 impl SurfacePair {
-    /// Forces at the motions `own` and `target`, summed up, with the power lost to sliding.
-    fn evaluate(&mut self, t: f64, own: &BodyState, target: &BodyState) -> Result<(), EvaluationFailure> {
+    /// Forces at the motions `own` and `target`, summed up, with the power lost to sliding; `moment` is a buffer.
+    fn find(
+        &self,
+        t: f64,
+        [own, target]: [&BodyState; 2],
+        moment: &mut [BodyState; 2],
+        work: &mut Work<'_>,
+    ) -> Result<(), EvaluationFailure> {
         // Rates come from a look back, best taken first; the last evaluation tells whether there is something to see.
-        let was_touching = self.friction.is_some() && self.state.forces.iter().any(|f| *f > 0.0);
-        let mut time = if was_touching { self.look_back(t, own, target)? } else { None };
-        let mut solver = self.find_forces(t, own, target)?;
-        self.sum_up(solver, target);
-        if self.report.n_sliding > 0 && !was_touching {
-            time = self.look_back(t, own, target)?;
-            solver = self.find_forces(t, own, target)?;
-            self.sum_up(solver, target);
+        let was_touching = work.state.friction.is_some() && work.state.start.forces.iter().any(|f| *f > 0.0);
+        let mut time = if was_touching { self.look_back(t, [own, target], moment, work)? } else { None };
+        let mut solver = self.find_forces(t, own, target, work)?;
+        self.sum_up(solver, target, work);
+        if work.found.report.n_sliding > 0 && !was_touching {
+            time = self.look_back(t, [own, target], moment, work)?;
+            solver = self.find_forces(t, own, target, work)?;
+            self.sum_up(solver, target, work);
         }
-        if let Some(friction) = &mut self.friction {
+        let PairState { start, friction, .. } = &mut *work.state;
+        if let Some(friction) = friction {
             friction.is_evaluated = true;
             friction.time = t;
-            if self.report.n_sliding > 0 {
-                let work = friction.sliding_work(&self.state.forces, time);
-                work.enter(&mut self.report.energies);
+            if work.found.report.n_sliding > 0 {
+                let lost = friction.sliding_work(&start.forces, time);
+                lost.enter(&mut work.found.report.energies);
             }
         }
         Ok(())
@@ -415,61 +277,81 @@ impl SurfacePair {
 }
 
 impl ForceElement for SurfacePair {
-    fn apply(
-        &mut self,
-        t: f64,
-        bodies: &[BodyState],
+    type State = PairState;
+    type Workspace = PairWorkspace;
+    type Found = PairFound;
+
+    fn state(&self) -> PairState {
+        let (n, nc) = (self.points.len(), self.motion.n_components());
+        let is_quasistatic = self.compliances.is_some();
+        let friction = self.friction.map(|law| {
+            let n_nodes = self.surface.nodes.len();
+            let mut state = PairFriction::new(law, (n, nc), n_nodes, is_quasistatic);
+            state.stick_slip.set_springs(&self.springs, 1.0 / law.stiffness_ratio);
+            Box::new(state)
+        });
+        let n_t = friction.as_ref().map_or(0, |f| f.n_t);
+        let zone = self.compliances.as_ref().map(|c| c.solver(&self.surface, n_t));
+        PairState::new(n, nc, self.surface.nodes.len(), zone, friction)
+    }
+
+    fn workspace(&self) -> PairWorkspace {
+        PairWorkspace::new(&self.surface, self.points.len(), self.n_tangents(), self.n_modes)
+    }
+
+    fn found(&self) -> PairFound {
+        PairFound::new(&self.surface, self.points.len(), self.n_tangents())
+    }
+
+    fn evaluate(
+        &self,
+        motion: Motion<'_>,
+        state: &mut PairState,
+        workspace: &mut PairWorkspace,
+        found: &mut PairFound,
         forces: &mut [GeneralisedForce],
     ) -> Result<(), EvaluationFailure> {
-        debug_assert_eq!(bodies[self.settings.contact_body].elastic.len(), self.n_modes);
-        let ground = BodyState::at_rest(0);
-        let own = &bodies[self.settings.contact_body];
-        let target = self.settings.target_body.map_or(&ground, |b| &bodies[b]);
-        let found = self.evaluate(t, own, target);
-        if found.is_err() {
+        let (own, target) = self.states(motion.bodies);
+        debug_assert_eq!(own.elastic.len(), self.n_modes);
+        let PairWorkspace { buffers, moment, .. } = workspace;
+        let mut work = Work { state: &mut *state, buffers, found: &mut *found };
+        let outcome = self.find(motion.time, [own, target], moment, &mut work);
+        if outcome.is_err() {
             // Nothing of a failed evaluation may lead the next one.
-            self.forget_evaluation();
+            state.forget_evaluation();
         }
-        found?;
-        if self.report.n_active > 0 {
-            self.push(bodies, forces);
+        found.is_known = state.start.is_known;
+        outcome?;
+        if found.report.n_active > 0 {
+            self.push(motion.bodies, state, found, forces);
         }
         Ok(())
     }
 
-    fn energies(&self) -> ForceEnergies {
-        self.report.energies
-    }
-
-    fn resultant(&self) -> Vector3<f64> {
-        self.report.force
-    }
-
-    fn is_idle(&self) -> bool {
-        self.state.is_known && self.report.n_active == 0
-    }
-
-    fn save(&mut self) {
-        self.saved.copy_from(&self.state);
-        if let Some(zone) = &mut self.zone {
+    fn save(&self, state: &mut PairState, found: &PairFound) {
+        let PairState { start, saved, zone, friction } = state;
+        saved.copy_from(start);
+        if let Some(zone) = zone {
             zone.save();
         }
-        if let Some(friction) = &mut self.friction {
-            if let (true, Some(w)) = (friction.is_evaluated, &self.workspace) {
-                friction.commit(&self.state.forces, &w.nodes, &w.rows, &w.projections, &w.is_wanted);
+        if let Some(friction) = friction {
+            if friction.is_evaluated {
+                friction.commit(&start.forces, &found.nodes, &found.rows, &found.projections, &found.is_wanted);
             }
             friction.save();
         }
     }
 
-    fn restore(&mut self) {
-        self.state.copy_from(&self.saved);
-        if let Some(zone) = &mut self.zone {
-            zone.restore(&self.surface, self.friction.as_mut().map(|f| &mut f.stick_slip));
+    fn restore(&self, state: &mut PairState, found: &mut PairFound) {
+        let PairState { start, saved, zone, friction } = state;
+        start.copy_from(saved);
+        if let (Some(both), Some(zone)) = (self.both(), zone) {
+            zone.restore(both, friction.as_mut().map(|f| &mut f.stick_slip));
         }
-        if let Some(friction) = &mut self.friction {
+        if let Some(friction) = friction {
             friction.restore();
         }
+        found.is_known = start.is_known;
     }
 }
 
@@ -482,60 +364,108 @@ impl ContactElement for SurfacePair {
         (self.settings.contact_body, self.settings.target_body)
     }
 
-    fn smallest_gap(&self, bodies: &[BodyState]) -> f64 {
-        let mut buffers = self.search.lock().unwrap_or_else(PoisonError::into_inner);
-        self.nearest(bodies, &mut buffers).map_or(f64::NAN, |found| found.gap)
+    fn smallest_gap(&self, motion: Motion<'_>, state: &PairState, workspace: &mut PairWorkspace) -> f64 {
+        self.nearest(motion.bodies, &state.start, &mut workspace.search).map_or(f64::NAN, |found| found.gap)
     }
 
-    fn normal(&self, bodies: &[BodyState]) -> Vector3<f64> {
-        let mut buffers = self.search.lock().unwrap_or_else(PoisonError::into_inner);
-        let (_, target) = self.states(bodies);
-        self.nearest(bodies, &mut buffers).map_or(Vector3::repeat(f64::NAN), |found| {
+    fn normal(&self, motion: Motion<'_>, state: &PairState, workspace: &mut PairWorkspace) -> Vector3<f64> {
+        let (_, target) = self.states(motion.bodies);
+        let nearest = self.nearest(motion.bodies, &state.start, &mut workspace.search);
+        nearest.map_or(Vector3::repeat(f64::NAN), |found| {
             motion::direction(self.motion, &target.rotation, &found.normal)
         })
     }
 
-    fn place(&self, bodies: &[BodyState]) -> Vector3<f64> {
-        let mut buffers = self.search.lock().unwrap_or_else(PoisonError::into_inner);
-        let (own, _) = self.states(bodies);
-        self.nearest(bodies, &mut buffers).map_or(Vector3::repeat(f64::NAN), |found| {
+    fn place(&self, motion: Motion<'_>, state: &PairState, workspace: &mut PairWorkspace) -> Vector3<f64> {
+        let (own, _) = self.states(motion.bodies);
+        let nearest = self.nearest(motion.bodies, &state.start, &mut workspace.search);
+        nearest.map_or(Vector3::repeat(f64::NAN), |found| {
             own.position + own.rotation * Vector3::from(in_space(self.motion, found.place))
         })
-    }
-
-    fn report(&self) -> &ContactReport {
-        &self.report
     }
 
     fn penalty(&self) -> f64 {
         self.settings.penalty
     }
 
-    fn point_forces(&self) -> &[f64] {
-        Self::point_forces(self)
+    fn n_points(&self) -> usize {
+        self.points.len()
+    }
+
+    fn point_forces<'a>(&self, state: &'a PairState, _: &'a PairFound) -> &'a [f64] {
+        &state.start.forces
     }
 
     fn point(&self, i: usize) -> Option<([f64; 3], f64)> {
         Some((in_space(self.motion, *self.points.get(i)?), self.areas[i]))
     }
 
-    fn set_penalty(&mut self, penalty: f64) -> Result<(), ContactError> {
-        Self::set_penalty(self, penalty)
+    fn set_penalty(&mut self, penalty: f64, state: &mut PairState) -> Result<(), ContactError> {
+        self.set_springs(penalty)?;
+        if let Some(zone) = &mut state.zone {
+            zone.springs_changed();
+        }
+        if let Some(friction) = &mut state.friction {
+            friction.stick_slip.set_springs(&self.springs, 1.0 / friction.law.stiffness_ratio);
+        }
+        Ok(())
     }
 
-    fn compliance_weight(&mut self, bodies: &[BodyState]) -> Result<Option<f64>, EvaluationFailure> {
-        self.largest_compliance_weight(bodies)
+    fn compliance_weight(
+        &self,
+        motion: Motion<'_>,
+        state: &mut PairState,
+        workspace: &mut PairWorkspace,
+        found: &mut PairFound,
+    ) -> Result<Option<f64>, EvaluationFailure> {
+        let compliance = self.normal_compliance(motion.bodies, state, workspace, found)?;
+        let areas = self.areas.iter().enumerate();
+        Ok(compliance.map(|a| areas.map(|(i, w)| a[(i, i)] * w).fold(0.0, f64::max)))
     }
 
-    fn forget(&mut self) {
-        Self::forget(self);
+    fn forget(&self, state: &mut PairState, found: &mut PairFound) {
+        state.forget_evaluation();
+        if let Some(friction) = &mut state.friction {
+            friction.forget();
+        }
+        found.is_known = false;
     }
 
-    fn interface_force(&self, body: usize, out: &mut [f64]) {
-        Self::interface_force(self, body, out);
+    /// Forces on the interface unknowns, `f_b = ±N_bᵀ λ` (Eq. C.19), for the recovery of stresses; zero for a body that is not
+    /// part of the pair.
+    ///
+    /// # Panics
+    /// If `out` is not as long as the body's interface.
+    fn interface_force(&self, body: usize, found: &PairFound, out: &mut [f64]) {
+        out.fill(0.0);
+        if body == self.settings.contact_body && self.interface.n_rows() > 0 {
+            assert_eq!(out.len(), self.interface.n_columns(), "number of interface freedoms");
+            for (row, &load) in found.loads.iter().enumerate().filter(|(_, load)| **load != 0.0) {
+                self.interface.row(row).iter().for_each(|&(b, value)| out[b] += value * load);
+            }
+        } else if Some(body) == self.settings.target_body {
+            assert_eq!(out.len(), found.interface_loads.len(), "number of interface freedoms");
+            out.copy_from_slice(&found.interface_loads);
+        }
+    }
+}
+
+impl Findings for PairFound {
+    fn energies(&self) -> ForceEnergies {
+        self.report.energies
     }
 
-    fn n_points(&self) -> usize {
-        self.points.len()
+    fn resultant(&self) -> Vector3<f64> {
+        self.report.force
+    }
+
+    fn is_idle(&self) -> bool {
+        self.is_known && self.report.n_active == 0
+    }
+}
+
+impl ContactFindings for PairFound {
+    fn report(&self) -> &ContactReport {
+        &self.report
     }
 }

@@ -5,15 +5,15 @@
 //! is a force on their low-frequency coordinates; the zones' coordinates have the contact's forces as their only load, for their modes
 //! are mass-orthogonal to all rigid and low-frequency motion.
 
-use std::cell::RefCell;
-
 use ffr_dynamics::data_error::DataError;
 use ffr_dynamics::error::EvaluationFailure;
-use ffr_dynamics::system::force::{BodyState, ForceElement, ForceEnergies, GeneralisedForce};
+use ffr_dynamics::system::force::{
+    BodyState, Findings, ForceElement, ForceEnergies, GeneralisedForce, Motion,
+};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::ContactError;
-use crate::contact_element::{ContactElement, ContactReport};
+use crate::contact_element::{ContactElement, ContactFindings, ContactReport};
 
 /// High-frequency modes of the contact zone of one body.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,12 +40,24 @@ impl ZoneVibration {
 pub struct VibratingContact<C> {
     contact: C,
     zones: Vec<ZoneVibration>,
-    /// Coordinates of all zones, then their rates.
-    own: Vec<f64>,
+    /// Number of coordinates of each body that the contact sees: its own and the zone's; zero for bodies without a zone.
+    n_seen: Vec<usize>,
+}
+
+/// Buffers of a contact with zones that vibrate, around those of the contact.
+pub struct VibratingWorkspace<W> {
+    contact: W,
     /// Motions with the zones' coordinates behind those of the bodies.
-    states: RefCell<Vec<BodyState>>,
+    states: Vec<BodyState>,
+    /// Forces on them.
     forces: Vec<GeneralisedForce>,
+}
+
+/// What an evaluation of a contact with zones that vibrate finds.
+pub struct VibratingFound<F> {
+    contact: F,
     report: ContactReport,
+    accelerations: Vec<f64>,
 }
 
 impl<C: ContactElement> VibratingContact<C> {
@@ -55,7 +67,7 @@ impl<C: ContactElement> VibratingContact<C> {
     /// [`ContactError::Data`] if a zone's body takes no part in the contact, or numbers of modes differ.
     pub fn new(contact: C, zones: Vec<ZoneVibration>, n_bodies: usize) -> Result<Self, ContactError> {
         let (body, target) = contact.bodies();
-        let mut states: Vec<BodyState> = (0..n_bodies).map(|_| BodyState::at_rest(0)).collect();
+        let mut n_seen = vec![0; n_bodies];
         for zone in &zones {
             if zone.body != body && Some(zone.body) != target {
                 return Err(ContactError::ForeignBody { body: zone.body });
@@ -65,31 +77,17 @@ impl<C: ContactElement> VibratingContact<C> {
                 return Err(DataError::Count { what, found, expected: zone.len() }.into());
             }
             let missing = DataError::Index { what: "bodies".into(), number: zone.body, count: n_bodies };
-            *states.get_mut(zone.body).ok_or(missing)? = BodyState::at_rest(zone.n_low + zone.len());
+            *n_seen.get_mut(zone.body).ok_or(missing)? = zone.n_low + zone.len();
         }
-        let n: usize = zones.iter().map(ZoneVibration::len).sum();
-        Ok(Self {
-            forces: states.iter().map(|s| GeneralisedForce::zeros(s.elastic.len())).collect(),
-            states: RefCell::new(states),
-            own: vec![0.0; 2 * n],
-            report: ContactReport::default(),
-            contact,
-            zones,
-        })
+        Ok(Self { contact, zones, n_seen })
     }
 
-    /// Calls `f` with the motions that the contact sees: those of the bodies and, behind their coordinates, the zones'.
-    fn seen<T>(&self, bodies: &[BodyState], f: impl FnOnce(&[BodyState]) -> T) -> T {
-        let mut states = self.states.borrow_mut();
-        self.fill(bodies, &mut states);
-        f(&states)
-    }
-
-    fn fill(&self, bodies: &[BodyState], states: &mut [BodyState]) {
-        let (q, rates) = self.own.split_at(self.own.len() / 2);
+    /// The motion that the contact sees, in `states`: that of the bodies and, behind their coordinates, the zones'.
+    fn seen<'a>(&self, motion: Motion<'_>, states: &'a mut [BodyState]) -> Motion<'a> {
+        let (q, rates) = motion.own.split_at(motion.own.len() / 2);
         let mut first = 0;
         for zone in &self.zones {
-            let (body, state) = (&bodies[zone.body], &mut states[zone.body]);
+            let (body, state) = (&motion.bodies[zone.body], &mut states[zone.body]);
             (state.position, state.rotation) = (body.position, body.rotation);
             (state.velocity, state.angular_velocity) = (body.velocity, body.angular_velocity);
             let last = first + zone.len();
@@ -99,11 +97,12 @@ impl<C: ContactElement> VibratingContact<C> {
             state.elastic_rates[zone.n_low..].copy_from_slice(&rates[first..last]);
             first = last;
         }
+        Motion::new(motion.time, states)
     }
 
-    /// Energies of the contact, and of the zones in their present coordinates.
-    fn energies_of_zones(&self, contact: ForceEnergies) -> ForceEnergies {
-        let (q, rates) = self.own.split_at(self.own.len() / 2);
+    /// Energies of the contact, and of the zones at the coordinates `own`.
+    fn energies_of_zones(&self, own: &[f64], contact: ForceEnergies) -> ForceEnergies {
+        let (q, rates) = own.split_at(own.len() / 2);
         let modes = self.zones.iter().flat_map(|z| z.omega.iter().zip(&z.damping));
         modes.zip(q.iter().zip(rates)).fold(contact, |sum, ((omega, damping), (q, rate))| ForceEnergies {
             elastic_high: sum.elastic_high + 0.5 * (omega * q).powi(2),
@@ -112,32 +111,23 @@ impl<C: ContactElement> VibratingContact<C> {
             ..sum
         })
     }
+
+    /// Second derivatives of the coordinates `own` under `forces` on the modes (Eq. C.46).
+    fn accelerate(&self, own: &[f64], forces: &[GeneralisedForce], out: &mut [f64]) {
+        let (q, rates) = own.split_at(own.len() / 2);
+        let mut first = 0;
+        for zone in &self.zones {
+            let load = &forces[zone.body].elastic[zone.n_low..];
+            for (j, (omega, damping)) in zone.omega.iter().zip(&zone.damping).enumerate() {
+                let i = first + j;
+                out[i] = load[j] - damping * rates[i] - omega * omega * q[i];
+            }
+            first += zone.len();
+        }
+    }
 }
 
-impl<C: ContactElement> ForceElement for VibratingContact<C> {
-    fn apply(
-        &mut self,
-        t: f64,
-        bodies: &[BodyState],
-        forces: &mut [GeneralisedForce],
-    ) -> Result<(), EvaluationFailure> {
-        let mut states = self.states.take();
-        self.fill(bodies, &mut states);
-        self.zones.iter().for_each(|zone| self.forces[zone.body].clear());
-        let outcome = self.contact.apply(t, &states, &mut self.forces);
-        self.states.replace(states);
-        outcome?;
-        for zone in &self.zones {
-            let (part, sum) = (&self.forces[zone.body], &mut forces[zone.body]);
-            sum.force += part.force;
-            sum.torque += part.torque;
-            sum.elastic.iter_mut().zip(&part.elastic).for_each(|(sum, f)| *sum += f);
-        }
-        let report = *self.contact.report();
-        self.report = ContactReport { energies: self.energies_of_zones(report.energies), ..report };
-        Ok(())
-    }
-
+impl<F: ContactFindings> Findings for VibratingFound<F> {
     fn energies(&self) -> ForceEnergies {
         self.report.energies
     }
@@ -150,33 +140,76 @@ impl<C: ContactElement> ForceElement for VibratingContact<C> {
         self.contact.is_idle()
     }
 
-    fn save(&mut self) {
-        self.contact.save();
+    fn accelerations(&self) -> &[f64] {
+        &self.accelerations
+    }
+}
+
+impl<F: ContactFindings> ContactFindings for VibratingFound<F> {
+    fn report(&self) -> &ContactReport {
+        &self.report
+    }
+}
+
+impl<C: ContactElement> ForceElement for VibratingContact<C> {
+    type State = C::State;
+    type Workspace = VibratingWorkspace<C::Workspace>;
+    type Found = VibratingFound<C::Found>;
+
+    fn state(&self) -> C::State {
+        self.contact.state()
     }
 
-    fn restore(&mut self) {
-        self.contact.restore();
+    fn workspace(&self) -> Self::Workspace {
+        VibratingWorkspace {
+            contact: self.contact.workspace(),
+            states: self.n_seen.iter().map(|n| BodyState::at_rest(*n)).collect(),
+            forces: self.n_seen.iter().map(|n| GeneralisedForce::zeros(*n)).collect(),
+        }
+    }
+
+    fn found(&self) -> Self::Found {
+        VibratingFound {
+            contact: self.contact.found(),
+            report: ContactReport::default(),
+            accelerations: vec![0.0; self.n_coordinates()],
+        }
+    }
+
+    fn evaluate(
+        &self,
+        motion: Motion<'_>,
+        state: &mut C::State,
+        workspace: &mut Self::Workspace,
+        found: &mut Self::Found,
+        forces: &mut [GeneralisedForce],
+    ) -> Result<(), EvaluationFailure> {
+        let VibratingWorkspace { contact, states, forces: parts } = workspace;
+        self.zones.iter().for_each(|zone| parts[zone.body].clear());
+        self.contact.evaluate(self.seen(motion, states), state, contact, &mut found.contact, parts)?;
+        for zone in &self.zones {
+            let (part, sum) = (&parts[zone.body], &mut forces[zone.body]);
+            sum.force += part.force;
+            sum.torque += part.torque;
+            sum.elastic.iter_mut().zip(&part.elastic).for_each(|(sum, f)| *sum += f);
+        }
+        let report = *found.contact.report();
+        found.report =
+            ContactReport { energies: self.energies_of_zones(motion.own, report.energies), ..report };
+        self.accelerate(motion.own, parts, &mut found.accelerations);
+        Ok(())
+    }
+
+    fn save(&self, state: &mut C::State, found: &Self::Found) {
+        self.contact.save(state, &found.contact);
+    }
+
+    fn restore(&self, state: &mut C::State, found: &mut Self::Found) {
+        self.contact.restore(state, &mut found.contact);
     }
 
     fn n_coordinates(&self) -> usize {
-        self.own.len() / 2
-    }
-
-    fn set_coordinates(&mut self, own: &[f64]) {
-        self.own.copy_from_slice(own);
-    }
-
-    fn accelerations(&self, out: &mut [f64]) {
-        let (q, rates) = self.own.split_at(self.own.len() / 2);
-        let mut first = 0;
-        for zone in &self.zones {
-            let load = &self.forces[zone.body].elastic[zone.n_low..];
-            for (j, (omega, damping)) in zone.omega.iter().zip(&zone.damping).enumerate() {
-                let i = first + j;
-                out[i] = load[j] - damping * rates[i] - omega * omega * q[i];
-            }
-            first += zone.len();
-        }
+        self.zones.iter().map(ZoneVibration::len).sum()
     }
 
     fn coordinate_speed(&self, own: &[f64]) -> f64 {
@@ -196,20 +229,19 @@ impl<C: ContactElement> ContactElement for VibratingContact<C> {
         self.contact.bodies()
     }
 
-    fn smallest_gap(&self, bodies: &[BodyState]) -> f64 {
-        self.seen(bodies, |states| self.contact.smallest_gap(states))
+    fn smallest_gap(&self, motion: Motion<'_>, state: &C::State, workspace: &mut Self::Workspace) -> f64 {
+        let seen = self.seen(motion, &mut workspace.states);
+        self.contact.smallest_gap(seen, state, &mut workspace.contact)
     }
 
-    fn normal(&self, bodies: &[BodyState]) -> Vector3<f64> {
-        self.seen(bodies, |states| self.contact.normal(states))
+    fn normal(&self, motion: Motion<'_>, state: &C::State, workspace: &mut Self::Workspace) -> Vector3<f64> {
+        let seen = self.seen(motion, &mut workspace.states);
+        self.contact.normal(seen, state, &mut workspace.contact)
     }
 
-    fn place(&self, bodies: &[BodyState]) -> Vector3<f64> {
-        self.seen(bodies, |states| self.contact.place(states))
-    }
-
-    fn report(&self) -> &ContactReport {
-        &self.report
+    fn place(&self, motion: Motion<'_>, state: &C::State, workspace: &mut Self::Workspace) -> Vector3<f64> {
+        let seen = self.seen(motion, &mut workspace.states);
+        self.contact.place(seen, state, &mut workspace.contact)
     }
 
     fn penalty(&self) -> f64 {
@@ -224,20 +256,20 @@ impl<C: ContactElement> ContactElement for VibratingContact<C> {
         self.contact.check_orientation(rotation)
     }
 
-    fn point_forces(&self) -> &[f64] {
-        self.contact.point_forces()
+    fn point_forces<'a>(&self, state: &'a C::State, found: &'a Self::Found) -> &'a [f64] {
+        self.contact.point_forces(state, &found.contact)
     }
 
     fn point(&self, i: usize) -> Option<([f64; 3], f64)> {
         self.contact.point(i)
     }
 
-    fn set_penalty(&mut self, penalty: f64) -> Result<(), ContactError> {
-        self.contact.set_penalty(penalty)
+    fn set_penalty(&mut self, penalty: f64, state: &mut C::State) -> Result<(), ContactError> {
+        self.contact.set_penalty(penalty, state)
     }
 
-    fn forget(&mut self) {
-        self.contact.forget();
-        self.report = ContactReport::default();
+    fn forget(&self, state: &mut C::State, found: &mut Self::Found) {
+        self.contact.forget(state, &mut found.contact);
+        found.report = ContactReport::default();
     }
 }

@@ -5,12 +5,13 @@ use std::borrow::Cow;
 use contact_qs::points::{InterfaceCompliance, contact_submodel};
 use contact_qs::surface_pair::{SurfacePair, SurfacePairSettings, TargetFace, TargetSurface};
 use contact_qs::{
-    ContactElement, ContactError, Plane, PlaneContact, PlaneContactSettings, VibratingContact, ZoneVibration,
+    ActiveContact, ContactError, Plane, PlaneContact, PlaneContactSettings, VibratingContact, ZoneVibration,
 };
 use faer::Mat;
 use ffr_dynamics::body::{AssembledBody, ModalDamping};
 use ffr_dynamics::reduction::{ResidualFlexibility, ResidualModes};
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::system::Active;
+use ffr_dynamics::system::force::{BodyState, Motion};
 use iga_core::elasticity::Model;
 use iga_core::nurbs::FaceId;
 use iga_core::surface::Face;
@@ -60,9 +61,38 @@ pub struct ZoneModel {
 /// A refined contact, built again.
 pub struct RebuiltContact {
     /// The force element.
-    pub element: Box<dyn ContactElement>,
+    pub element: Box<dyn ActiveContact>,
     /// The fine models, with the bodies that they are of.
     pub models: Vec<(usize, ZoneModel)>,
+}
+
+/// Contact of the points of a zone.
+enum PointContact {
+    /// With a plane.
+    Plane(Box<PlaneContact>),
+    /// With the surface of another body.
+    Pair(Box<SurfacePair>),
+}
+
+impl PointContact {
+    fn active(self) -> Box<dyn ActiveContact> {
+        match self {
+            Self::Plane(contact) => Box::new(Active::new(*contact)),
+            Self::Pair(contact) => Box::new(Active::new(*contact)),
+        }
+    }
+
+    /// The contact with zones that vibrate, in a system of `n_bodies` bodies.
+    fn vibrating(
+        self,
+        zones: Vec<ZoneVibration>,
+        n_bodies: usize,
+    ) -> Result<Box<dyn ActiveContact>, ContactError> {
+        Ok(match self {
+            Self::Plane(contact) => Box::new(Active::new(VibratingContact::new(*contact, zones, n_bodies)?)),
+            Self::Pair(contact) => Box::new(Active::new(VibratingContact::new(*contact, zones, n_bodies)?)),
+        })
+    }
 }
 
 /// How a contact zone answers forces beyond the low-frequency modes.
@@ -280,26 +310,25 @@ impl AdaptiveContact {
         own: &FineSide,
         other: Option<&(usize, FineSide)>,
         bodies: &[BodyModel],
-    ) -> Result<Box<dyn ContactElement>, AdaptiveError> {
+    ) -> Result<Box<dyn ActiveContact>, AdaptiveError> {
         let contact = self.contact_of_points(own, other)?;
         if !self.is_vibrating() {
-            return Ok(contact);
+            return Ok(contact.active());
         }
         let mut zones = Vec::new();
         for (index, side) in [(self.body, own)].into_iter().chain(other.iter().map(|(i, side)| (*i, side))) {
             zones.extend(self.vibration(side, (index, &bodies[index]))?);
         }
-        let vibrating = VibratingContact::new(contact, zones, bodies.len()).map_err(|e| self.fail(e))?;
-        Ok(Box::new(vibrating))
+        contact.vibrating(zones, bodies.len()).map_err(|e| self.fail(e))
     }
 
     /// `max_i(A_ii w_i)` of `contact` in the motions `states` (Eq. A.14) [m³/N].
     pub(super) fn weight_of(
         &self,
-        contact: &mut dyn ContactElement,
+        contact: &mut dyn ActiveContact,
         states: &[BodyState],
     ) -> Result<Option<f64>, AdaptiveError> {
-        contact.compliance_weight(states).map_err(|failure| self.fail(failure.into()))
+        contact.compliance_weight(Motion::new(0.0, states)).map_err(|failure| self.fail(failure.into()))
     }
 
     /// The same of a contact whose zones vibrate: their static answer, which the modes add up to (Eq. R.20).
@@ -316,14 +345,14 @@ impl AdaptiveContact {
         if let (Some((_, side)), Some(answer)) = (other.as_mut(), moving_target) {
             side.answer = answer;
         }
-        self.weight_of(contact?.as_mut(), states)
+        self.weight_of(contact?.active().as_mut(), states)
     }
 
     fn contact_of_points(
         &self,
         own: &FineSide,
         other: Option<&(usize, FineSide)>,
-    ) -> Result<Box<dyn ContactElement>, AdaptiveError> {
+    ) -> Result<PointContact, AdaptiveError> {
         let fail = |e| self.fail(e);
         let motion = own.body.motion;
         let (points, lookup) = (&own.zone.points, &own.body.lookup);
@@ -337,10 +366,10 @@ impl AdaptiveContact {
                 let plane = Plane { point, normal: Unit::new_normalize(normal) };
                 let settings = PlaneContactSettings { body: self.body, plane, penalty, method };
                 let contact = PlaneContact::new(submodel, settings).map_err(fail)?;
-                Ok(Box::new(match self.law.friction {
+                Ok(PointContact::Plane(Box::new(match self.law.friction {
                     Some(friction) => contact.with_friction(friction).map_err(fail)?,
                     None => contact,
-                }))
+                })))
             }
             (Target::Body(target), Some((_, side))) => {
                 let surface = side.target_surface().map_err(fail)?;
@@ -351,10 +380,10 @@ impl AdaptiveContact {
                     method,
                 };
                 let pair = SurfacePair::new(submodel, surface, settings).map_err(fail)?;
-                Ok(Box::new(match self.law.friction {
+                Ok(PointContact::Pair(Box::new(match self.law.friction {
                     Some(friction) => pair.with_friction(friction).map_err(fail)?,
                     None => pair,
-                }))
+                })))
             }
             (Target::Body(_), None) => Err(self.without_model(ContactModelFault::UnknownPlace)),
         }

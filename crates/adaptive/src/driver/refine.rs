@@ -2,12 +2,12 @@
 
 use std::time::Instant;
 
-use contact_qs::{ContactElement, PressureRecovery};
+use contact_qs::{ActiveContact, PressureRecovery};
 use ffr_dynamics::DynamicsError;
 use ffr_dynamics::error::{EvaluationFailure, FailureKind};
 use ffr_dynamics::integration::{DormandPrince, Step, StepSettings};
 use ffr_dynamics::system::error_scale::ErrorScale;
-use ffr_dynamics::system::force::ForceElement;
+use ffr_dynamics::system::{Active, ActiveForce};
 use nalgebra::Vector3;
 
 use super::impact::{Pending, Start};
@@ -19,7 +19,7 @@ use crate::interval::IntervalAssessment;
 use crate::model::RunModel;
 use crate::penalty_search::{PenaltyAction, RunOutcome};
 use crate::record::{Sample, TransferRecord};
-use crate::simulation::{TimedContact, fill_sample};
+use crate::simulation::{RunContact, fill_sample};
 
 /// Relative error a step of a preview, which only sizes an interval.
 const PREVIEW_TOLERANCE: f64 = 1e-6;
@@ -220,7 +220,7 @@ impl Driver<'_> {
         let (t, y) = (self.integrator.time(), self.integrator.state());
         self.model.system.body_states(t, y);
         let states = self.model.system.last_evaluation().0;
-        let Some((_, contact)) = self.model.adaptive.iter().find(|(index, _)| *index == i) else {
+        let Some((_, contact)) = self.model.adaptive.iter_mut().find(|(index, _)| *index == i) else {
             return Ok(true);
         };
         Ok(contact.nearest(states)?.gap > NEAR * contact.detector.size())
@@ -276,12 +276,12 @@ impl Driver<'_> {
     fn replace_contact(
         &mut self,
         i: usize,
-        element: Box<dyn ContactElement>,
+        element: Box<dyn ActiveContact>,
         recovery: Option<PressureRecovery>,
     ) -> Result<(), AdaptiveError> {
         let n = 2 * element.n_coordinates();
         let place = self.model.system.coordinates_of_force(i);
-        self.model.system.forces_mut()[i] = TimedContact::new(element).with_pressures(recovery);
+        self.model.system.forces_mut()[i] = RunContact::new(element).with_pressures(recovery);
         if place.is_empty() && n == 0 {
             return Ok(());
         }
@@ -303,7 +303,7 @@ impl Driver<'_> {
         let (body, target) = self.model.system.forces()[i].contact.bodies();
         let elapsed = self.model.system.forces()[i].elapsed();
         self.model.contact_time += elapsed.as_secs_f64();
-        self.replace_contact(i, Box::new(Dormant::new(body, target)), None)?;
+        self.replace_contact(i, Box::new(Active::new(Dormant::new(body, target))), None)?;
         if hosted.is_empty() {
             return Ok(());
         }
@@ -369,7 +369,7 @@ impl Driver<'_> {
         let mut points = Vec::new();
         for (i, contact) in adaptive.iter().filter(|(i, _)| which.contains(i)) {
             let point = contact.preview(bodies, system.last_evaluation().0)?;
-            points.extend(point.map(|p| (*i, TimedContact::new(Box::new(p)))));
+            points.extend(point.map(|p| (*i, RunContact::new(Box::new(Active::new(p))))));
         }
         for (i, point) in &mut points {
             std::mem::swap(&mut system.forces_mut()[*i], point);

@@ -3,12 +3,13 @@
 use std::sync::Arc;
 
 use contact_qs::ContactError;
-use contact_qs::contact_element::ContactElement;
+use contact_qs::contact_element::ActiveContact;
 use contact_qs::plane::{Plane, PlaneContact, PlaneContactSettings};
 use contact_qs::points::{InterfaceCompliance, contact_submodel};
 use contact_qs::search::SurfaceModel;
 use contact_qs::surface_pair::{SurfacePair, SurfacePairSettings, TargetSurface};
 use contact_qs::{ContactSubmodel, PressureRecovery, Sphere, SphereContact};
+use ffr_dynamics::system::Active;
 use ffr_dynamics::system::force::BodyState;
 use nalgebra::Unit;
 
@@ -22,7 +23,7 @@ use crate::elastic_body::{ElasticBody, Interface, InterfaceModes};
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::marker_loads::MarkerLoads;
 use crate::plausibility::motion::wave_speed;
-use crate::simulation::TimedContact;
+use crate::simulation::RunContact;
 use crate::spec::ImportedSpec;
 use crate::spec::{
     BodyKind, ContactLaw, ContactSpec, HertzSphere, ReductionSpec, RefinementSpec, RunSpec, SurfaceLaw,
@@ -33,7 +34,7 @@ use crate::store::ModelCache;
 /// A contact ready for the system.
 pub struct BuiltContact {
     /// The force element.
-    pub element: TimedContact,
+    pub element: RunContact,
     /// What does not change.
     pub facts: ContactFacts,
 }
@@ -249,18 +250,19 @@ pub fn build_contact(
     let without_model = |fault| AdaptiveError::ContactModel { contact: spec.name.clone(), fault };
     let elastic = |body: usize| bodies[body].elastic();
     let size = elastic(spec.body).map_or(0.0, |e| e.body.size());
-    let (element, width, size): (Box<dyn ContactElement>, _, _) = match (&spec.law, spec.target, zones) {
+    let (element, width, size): (Box<dyn ActiveContact>, _, _) = match (&spec.law, spec.target, zones) {
         (ContactLaw::Surface(_), target, _) if *plan == ContactPlan::AtTouch => {
             let target = match target {
                 Target::Plane { .. } => None,
                 Target::Body(other) => Some(other),
             };
-            (Box::new(Dormant::new(spec.body, target)), 0.0, size)
+            (Box::new(Active::new(Dormant::new(spec.body, target))), 0.0, size)
         }
         (ContactLaw::Surface(law), Target::Plane { point, normal }, Some(zones)) => {
             let plane = Plane { point, normal: Unit::new_normalize(normal) };
             let body = elastic(spec.body).ok_or_else(|| without_model(ContactModelFault::RigidBody))?;
-            let mut contact = plane_contact(spec.body, law, plane, &zones.own, body).map_err(fail)?;
+            let contact = plane_contact(spec.body, law, plane, &zones.own, body).map_err(fail)?;
+            let mut contact = Active::new(contact);
             if law.penalty.is_none() {
                 let own = Side { body: spec.body, elastic: body, zone: &zones.own };
                 default_penalty::set(&mut contact, law.stiffness_ratio, &[own], bodies, poses)
@@ -275,11 +277,13 @@ pub fn build_contact(
         (ContactLaw::Hertz { contact, plane: solid, .. }, Target::Plane { point, normal }, _) => {
             let plane = Plane { point, normal: Unit::new_normalize(normal) };
             let sphere = sphere(spec.body, contact, bodies)?;
-            (Box::new(SphereContact::with_plane(sphere, plane, *solid).map_err(fail)?), 0.0, contact.radius)
+            let sphere = SphereContact::with_plane(sphere, plane, *solid).map_err(fail)?;
+            (Box::new(Active::new(sphere)), 0.0, contact.radius)
         }
         (ContactLaw::Hertz { contact, target: Some(other), .. }, Target::Body(target), _) => {
             let (sphere, target) = (sphere(spec.body, contact, bodies)?, sphere(target, other, bodies)?);
-            (Box::new(SphereContact::with_sphere(sphere, target).map_err(fail)?), 0.0, contact.radius)
+            let sphere = SphereContact::with_sphere(sphere, target).map_err(fail)?;
+            (Box::new(Active::new(sphere)), 0.0, contact.radius)
         }
         _ => return Err(without_model(ContactModelFault::LawWithoutTarget)),
     };
@@ -296,7 +300,7 @@ pub fn build_contact(
         loads_interface: is_static && zones.is_some(),
     };
     let recovery = zones.map(|zones| PressureRecovery::new(&zones.own.points));
-    Ok(BuiltContact { element: TimedContact::new(element).with_pressures(recovery), facts })
+    Ok(BuiltContact { element: RunContact::new(element).with_pressures(recovery), facts })
 }
 
 /// Radii of the partners of a Hertz contact.
@@ -385,7 +389,7 @@ fn surface_pair(
     zones: &Zones,
     bodies: &[BodyModel],
     poses: &[BodyState],
-) -> Result<SurfacePair, ContactError> {
+) -> Result<Active<SurfacePair>, ContactError> {
     let (Some(own), Some(other), Some(zone)) =
         (bodies[body].elastic(), bodies[target].elastic(), &zones.target)
     else {
@@ -408,14 +412,14 @@ fn surface_pair(
         penalty: law.penalty.unwrap_or(FALLBACK_PENALTY),
         method: law.method,
     };
-    let mut pair = SurfacePair::new(submodel, surface, settings)?;
+    let mut pair = Active::new(SurfacePair::new(submodel, surface, settings)?);
     if law.penalty.is_none() {
         let sides =
             [Side { body, elastic: own, zone: &zones.own }, Side { body: target, elastic: other, zone }];
         default_penalty::set(&mut pair, law.stiffness_ratio, &sides, bodies, poses)?;
     }
     match law.friction {
-        Some(friction) => pair.with_friction(friction),
+        Some(friction) => Ok(Active::new(pair.into_element().with_friction(friction)?)),
         None => Ok(pair),
     }
 }

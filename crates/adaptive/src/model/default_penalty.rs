@@ -4,8 +4,8 @@
 use std::f64::consts::PI;
 
 use contact_qs::points::contact_submodel;
-use contact_qs::{ContactElement, ContactError};
-use ffr_dynamics::system::force::BodyState;
+use contact_qs::{ActiveContact, ContactError};
+use ffr_dynamics::system::force::{BodyState, Motion};
 use nalgebra::Vector3;
 
 use super::{BodyModel, ElasticModel};
@@ -30,7 +30,7 @@ pub struct Side<'a> {
 /// # Errors
 /// [`ContactError`] if there is no compliance, or points have no normals.
 pub fn set(
-    contact: &mut dyn ContactElement,
+    contact: &mut dyn ActiveContact,
     stiffness_ratio: f64,
     sides: &[Side<'_>],
     bodies: &[BodyModel],
@@ -41,8 +41,9 @@ pub fn set(
         BodyState { elastic: vec![0.0; n], elastic_rates: vec![0.0; n], ..pose.clone() }
     };
     let poses: Vec<BodyState> = poses.iter().zip(bodies).map(at_rest).collect();
-    let weight = contact.compliance_weight(&poses)?;
-    let normal = contact.normal(&poses);
+    let motion = Motion::new(0.0, &poses);
+    let weight = contact.compliance_weight(motion)?;
+    let normal = contact.normal(motion);
     let weight = match weight {
         Some(weight) => weight,
         None => {

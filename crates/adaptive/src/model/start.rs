@@ -1,8 +1,11 @@
 //! Where bodies are and how they move at the start.
 
+use std::ops::DerefMut;
+
 use ffr_dynamics::DynamicsError;
 use ffr_dynamics::body::StandardInputData;
-use ffr_dynamics::system::force::{BodyState, ForceElement};
+use ffr_dynamics::system::ActiveForce;
+use ffr_dynamics::system::force::BodyState;
 use ffr_dynamics::system::{JointKind, Multibody};
 use nalgebra::{Matrix3, Vector3};
 
@@ -32,7 +35,7 @@ pub fn poses(spec: &RunSpec) -> Result<Vec<BodyState>, AdaptiveError> {
     let rigid: Vec<BodyModel> = rigid.collect::<Result<_, DynamicsError>>().map_err(AdaptiveError::Model)?;
     let description = joints::system_spec(spec, &rigid)?;
     let mut system =
-        Multibody::<Box<dyn ForceElement>>::new(description, Vec::new()).map_err(AdaptiveError::Model)?;
+        Multibody::<Box<dyn ActiveForce>>::new(description, Vec::new()).map_err(AdaptiveError::Model)?;
     let y = joint_state(spec, &mut system)?;
     Ok(system.body_states(0.0, &y).to_vec())
 }
@@ -41,7 +44,7 @@ pub fn poses(spec: &RunSpec) -> Result<Vec<BodyState>, AdaptiveError> {
 ///
 /// # Errors
 /// [`AdaptiveError::Model`] if coordinates do not fit, loops do not close, or there is no equilibrium.
-pub fn state<F: ForceElement>(spec: &RunSpec, system: &mut Multibody<F>) -> Result<Vec<f64>, AdaptiveError> {
+pub fn state<F: DerefMut<Target: ActiveForce>>(spec: &RunSpec, system: &mut Multibody<F>) -> Result<Vec<f64>, AdaptiveError> {
     let mut y = joint_state(spec, system)?;
     if spec.settings.static_start {
         let moving = y.clone();
@@ -55,7 +58,7 @@ pub fn state<F: ForceElement>(spec: &RunSpec, system: &mut Multibody<F>) -> Resu
     Ok(y)
 }
 
-fn joint_state<F: ForceElement>(
+fn joint_state<F: DerefMut<Target: ActiveForce>>(
     spec: &RunSpec,
     system: &mut Multibody<F>,
 ) -> Result<Vec<f64>, AdaptiveError> {

@@ -5,7 +5,8 @@ use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::system::force::{BodyState, GeneralisedForce};
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::{NORMAL_TOLERANCE, PlaneContact};
+use super::friction::PlaneFriction;
+use super::{NORMAL_TOLERANCE, PlaneContact, PlaneFound, PlaneState, PlaneWorkspace};
 use crate::ContactError;
 use crate::contact_element::ContactReport;
 use crate::law::penalty;
@@ -65,27 +66,34 @@ impl PlaneContact {
         place
     }
 
-    /// Normal, gaps and slips at `state`.
-    pub(super) fn locate(&mut self, t: f64, state: &BodyState) -> Result<(), EvaluationFailure> {
-        self.normal = self
-            .normal_components(&state.rotation)
+    /// Normal, gaps and slips at `body`.
+    pub(super) fn locate(
+        &self,
+        t: f64,
+        body: &BodyState,
+        state: &mut PlaneState,
+        workspace: &mut PlaneWorkspace,
+        found: &mut PlaneFound,
+    ) -> Result<(), EvaluationFailure> {
+        found.normal = self
+            .normal_components(&body.rotation)
             .map_err(|error| EvaluationFailure::out_of_model(error.to_string()))?;
-        let offset = self.offset(state);
+        let offset = self.offset(body);
         for i in 0..self.submodel.n_points() {
-            let gap = self.gap(i, offset, &self.normal, &state.elastic);
+            let gap = self.gap(i, offset, &found.normal, &body.elastic);
             if !gap.is_finite() {
                 return Err(EvaluationFailure::not_finite(format!(
                     "the gap of contact point {i} is {gap} at t = {t:.9e} s"
                 )));
             }
-            self.free_gaps[i] = gap;
+            workspace.free_gaps[i] = gap;
         }
-        let Some(mut friction) = self.friction.take() else { return Ok(()) };
-        friction.turn(&state.rotation);
+        let Some(friction) = &mut state.friction else { return Ok(()) };
+        friction.turn(&body.rotation);
         let motion = self.submodel.motion;
-        let origin = state.position - self.settings.plane.point;
+        let origin = body.position - self.settings.plane.point;
         for i in 0..self.submodel.n_points() {
-            let place = self.local_place(i, &state.elastic);
+            let place = self.local_place(i, &body.elastic);
             for a in 0..friction.n_t {
                 let tangent = &friction.tangents[a];
                 let local: f64 =
@@ -94,120 +102,143 @@ impl PlaneContact {
             }
         }
         friction.measure();
-        self.friction = Some(friction);
         Ok(())
     }
 
     /// Point forces at the gaps and slips just found, by the solver or the penalty law.
-    pub(super) fn solve(&mut self) -> Result<SolveReport, EvaluationFailure> {
-        let Some(zone) = &mut self.quasistatic else {
+    pub(super) fn solve(
+        &self,
+        state: &mut PlaneState,
+        workspace: &PlaneWorkspace,
+        found: &mut PlaneFound,
+    ) -> Result<SolveReport, EvaluationFailure> {
+        let (free_gaps, springs) = (&workspace.free_gaps, &self.springs);
+        let PlaneFound { normal, gaps, forces, .. } = found;
+        let (Some(model), Some(zone)) = (&self.quasistatic, &mut state.zone) else {
             let areas = &self.submodel.areas;
-            for ((force, &gap), &area) in self.forces.iter_mut().zip(&self.free_gaps).zip(areas) {
+            for ((force, &gap), &area) in forces.iter_mut().zip(free_gaps).zip(areas) {
                 *force = area * penalty::pressure(self.settings.penalty, gap);
             }
-            self.gaps.copy_from_slice(&self.free_gaps);
-            if let Some(friction) = &mut self.friction {
-                friction.stick_slip.solve_points(&friction.slips, &self.forces)?;
+            gaps.copy_from_slice(free_gaps);
+            if let Some(friction) = &mut state.friction {
+                friction.stick_slip.solve_points(&friction.slips, forces)?;
             }
             return Ok(SolveReport::default());
         };
         // A body in flight needs no projections; Algorithm 1 keeps its own state there.
-        let is_touching = self.free_gaps.iter().any(|g| *g < 0.0);
-        if is_touching || zone.needs_springs() {
-            zone.project(self.normal);
+        let is_touching = free_gaps.iter().any(|g| *g < 0.0);
+        if is_touching || model.needs_springs() {
+            zone.project(model, *normal);
         }
-        let Some(friction) = &mut self.friction else {
-            let report = zone.solve(&self.springs, &self.free_gaps, &mut self.forces)?;
-            let problem = Problem {
-                compliance: zone.normal_compliance(),
-                springs: &self.springs,
-                gaps: &self.free_gaps,
-            };
-            problem.deformed_gaps(&self.forces, &mut self.gaps);
+        let Some(friction) = &mut state.friction else {
+            let report = zone.solve(springs, free_gaps, forces)?;
+            let problem = Problem { compliance: zone.normal_compliance(), springs, gaps: free_gaps };
+            problem.deformed_gaps(forces, gaps);
             return Ok(report);
         };
         if is_touching {
-            friction.stick_slip.project(zone.compliance(), &self.normal, &friction.tangents);
+            friction.stick_slip.project(model.compliance(), normal, &friction.tangents);
         }
-        friction.stick_slip.solve(zone, &self.springs, &self.free_gaps, &friction.slips, &mut self.forces)
+        friction.stick_slip.solve(zone, springs, free_gaps, &friction.slips, forces)
     }
 
     /// Components of the point forces and the displacements under them.
-    pub(super) fn load_points(&mut self) {
+    pub(super) fn load_points(
+        &self,
+        state: &PlaneState,
+        workspace: &PlaneWorkspace,
+        found: &mut PlaneFound,
+    ) {
         let nc = self.submodel.motion.n_components();
-        for (load, &force) in self.loads.chunks_exact_mut(nc).zip(&self.forces) {
-            load.iter_mut().zip(&self.normal).for_each(|(l, n)| *l = n * force);
+        let PlaneFound { normal, gaps, forces, displacements, loads, .. } = found;
+        for (load, &force) in loads.chunks_exact_mut(nc).zip(&*forces) {
+            load.iter_mut().zip(&*normal).for_each(|(l, n)| *l = n * force);
         }
-        if let Some(friction) = &self.friction {
+        if let Some(friction) = &state.friction {
             let points = friction.stick_slip.forces().chunks_exact(friction.n_t);
-            for (load, point) in self.loads.chunks_exact_mut(nc).zip(points) {
+            for (load, point) in loads.chunks_exact_mut(nc).zip(points) {
                 for (force, tangent) in point.iter().zip(&friction.tangents) {
                     load.iter_mut().zip(tangent).for_each(|(l, t)| *l += t * force);
                 }
             }
         }
         let Some(zone) = &self.quasistatic else { return };
-        zone.displacements(&self.loads, &mut self.displacements);
-        if self.friction.is_some() {
+        zone.displacements(loads, displacements);
+        if state.friction.is_some() {
             for ((gap, &free), u) in
-                self.gaps.iter_mut().zip(&self.free_gaps).zip(self.displacements.chunks_exact(nc))
+                gaps.iter_mut().zip(&workspace.free_gaps).zip(displacements.chunks_exact(nc))
             {
-                *gap = free + dot(u, &self.normal[..nc]);
+                *gap = free + dot(u, &normal[..nc]);
             }
         }
     }
 
-    /// Sums up the last evaluation.
-    pub(super) fn sum_up(&mut self, solver: SolveReport) {
+    /// Sums up what was found.
+    pub(super) fn sum_up(
+        &self,
+        solver: SolveReport,
+        state: &PlaneState,
+        workspace: &PlaneWorkspace,
+        found: &mut PlaneFound,
+    ) {
         let mut report = ContactReport { solver, ..ContactReport::default() };
-        for (i, &force) in self.forces.iter().enumerate() {
-            report.penetration = report.penetration.max(-self.gaps[i]);
+        for (i, &force) in found.forces.iter().enumerate() {
+            report.penetration = report.penetration.max(-found.gaps[i]);
             if force > 0.0 {
                 report.normal_force += force;
                 report.n_active += 1;
                 report.contact_area += self.submodel.areas[i];
                 report.is_rim_touched |= self.is_rim[i];
                 // Work of the normal displacement of the zone, Eq. C.7; zero when all modes are dynamic.
-                report.energies.elastic_high += 0.5 * force * (self.gaps[i] - self.free_gaps[i]);
+                report.energies.elastic_high += 0.5 * force * (found.gaps[i] - workspace.free_gaps[i]);
                 report.energies.penalty += 0.5 * force * force * self.springs[i];
             }
         }
         report.force = self.settings.plane.normal.into_inner() * report.normal_force;
-        if let Some(friction) = &self.friction {
+        if let Some(friction) = &state.friction {
             // The work of the tangential displacement beside it, Eq. F.13.
-            report.energies.elastic_high = 0.5 * dot(&self.loads, &self.displacements);
+            report.energies.elastic_high = 0.5 * dot(&found.loads, &found.displacements);
             report.energies.penalty += friction.stick_slip.spring_energy();
             report.friction_force = friction.resultant();
             report.force += report.friction_force;
             report.n_sliding = friction.n_sliding();
         }
-        self.report = report;
+        found.report = report;
     }
 
     /// Work of sliding (Eqs. F.12, F.30).
-    pub(super) fn sliding_work(&mut self, state: &BodyState) -> Result<SlidingWork, EvaluationFailure> {
-        if self.report.n_sliding == 0 {
+    pub(super) fn sliding_work(
+        &self,
+        body: &BodyState,
+        state: &mut PlaneState,
+        workspace: &mut PlaneWorkspace,
+        found: &PlaneFound,
+    ) -> Result<SlidingWork, EvaluationFailure> {
+        let PlaneState { zone, friction: Some(friction) } = state else {
+            return Ok(SlidingWork::default());
+        };
+        if found.report.n_sliding == 0 {
             return Ok(SlidingWork::default());
         }
-        self.find_rates(state);
-        let Some(friction) = &mut self.friction else { return Ok(SlidingWork::default()) };
-        friction.stick_slip.sliding_work(
-            self.quasistatic.as_mut(),
-            &self.springs,
-            &self.gap_rates,
-            &self.slip_rates,
-        )
+        self.find_rates(body, friction, workspace, found);
+        let PlaneWorkspace { gap_rates, slip_rates, .. } = workspace;
+        friction.stick_slip.sliding_work(zone.as_mut(), &self.springs, gap_rates, slip_rates)
     }
 
     /// Rates of the points along normal and tangents without those of the forces (Eq. F.9).
-    fn find_rates(&mut self, state: &BodyState) {
-        let Some(friction) = self.friction.take() else { return };
+    fn find_rates(
+        &self,
+        body: &BodyState,
+        friction: &PlaneFriction,
+        workspace: &mut PlaneWorkspace,
+        found: &PlaneFound,
+    ) {
         let motion = self.submodel.motion;
         let (nc, n_t) = (motion.n_components(), friction.n_t);
-        let turning = if motion == RigidMotion::Axial { Vector3::zeros() } else { state.angular_velocity };
-        let frame = state.rotation.inverse_transform_vector(&state.velocity);
+        let turning = if motion == RigidMotion::Axial { Vector3::zeros() } else { body.angular_velocity };
+        let frame = body.rotation.inverse_transform_vector(&body.velocity);
         // Forces that keep their sizes turn in the body's frame, which moves the points.
-        for (load, rates) in self.loads.chunks_exact(nc).zip(self.load_rates.chunks_exact_mut(nc)) {
+        for (load, rates) in found.loads.chunks_exact(nc).zip(workspace.load_rates.chunks_exact_mut(nc)) {
             let mut force = Vector3::zeros();
             (0..nc).for_each(|c| force[motion.direction(c)] = load[c]);
             let turned = force.cross(&turning);
@@ -215,30 +246,29 @@ impl PlaneContact {
         }
         let mut drift = [0.0; 3];
         for i in 0..self.submodel.n_points() {
-            let mut arm = self.local_place(i, &state.elastic);
-            (0..nc).for_each(|c| arm[motion.direction(c)] += self.displacements[nc * i + c]);
+            let mut arm = self.local_place(i, &body.elastic);
+            (0..nc).for_each(|c| arm[motion.direction(c)] += found.displacements[nc * i + c]);
             let rigid = frame + turning.cross(&arm);
             for (c, d) in drift[..nc].iter_mut().enumerate() {
-                *d = rigid[motion.direction(c)] + dot(self.low_row(i, c), &state.elastic_rates);
+                *d = rigid[motion.direction(c)] + dot(self.low_row(i, c), &body.elastic_rates);
                 if let Some(zone) = &self.quasistatic {
                     // The compliance is symmetric: a row is a column.
-                    *d += dot(zone.compliance().col_as_slice(nc * i + c), &self.load_rates);
+                    *d += dot(zone.compliance().col_as_slice(nc * i + c), &workspace.load_rates);
                 }
             }
-            self.gap_rates[i] = dot(&drift[..nc], &self.normal[..nc]);
+            workspace.gap_rates[i] = dot(&drift[..nc], &found.normal[..nc]);
             for a in 0..n_t {
-                self.slip_rates[n_t * i + a] = dot(&drift[..nc], &friction.tangents[a][..nc]);
+                workspace.slip_rates[n_t * i + a] = dot(&drift[..nc], &friction.tangents[a][..nc]);
             }
         }
-        self.friction = Some(friction);
     }
 
     /// Adds the point forces to `target`: resultant, moment about the frame's origin (Eq. C.17), modal forces.
-    pub(super) fn push(&self, elastic: &[f64], target: &mut GeneralisedForce) {
+    pub(super) fn push(&self, elastic: &[f64], found: &PlaneFound, target: &mut GeneralisedForce) {
         let motion = self.submodel.motion;
         let nc = motion.n_components();
-        target.force += self.report.force;
-        for (i, load) in self.loads.chunks_exact(nc).enumerate().filter(|(i, _)| self.forces[*i] > 0.0) {
+        target.force += found.report.force;
+        for (i, load) in found.loads.chunks_exact(nc).enumerate().filter(|(i, _)| found.forces[*i] > 0.0) {
             for (c, &factor) in load.iter().enumerate().filter(|(_, factor)| **factor != 0.0) {
                 target.elastic.iter_mut().zip(self.low_row(i, c)).for_each(|(f, s)| *f += s * factor);
             }
@@ -246,7 +276,7 @@ impl PlaneContact {
                 let mut arm = self.local_place(i, elastic);
                 let mut force = Vector3::zeros();
                 for c in 0..nc {
-                    arm[motion.direction(c)] += self.displacements[nc * i + c];
+                    arm[motion.direction(c)] += found.displacements[nc * i + c];
                     force[motion.direction(c)] = load[c];
                 }
                 target.torque += arm.cross(&force);

@@ -17,5 +17,5 @@ pub use broyden::{Broyden, BroydenSettings};
 pub use modal_basis::ModalBasis;
 pub use point_solver::Method;
 pub use problem::{KktResidual, Problem, ProblemEnergies};
-pub use solver::Quasistatic;
+pub use solver::{Quasistatic, ZoneSolver};
 pub use tangential::PointState;

@@ -1,4 +1,4 @@
-//! One body's quasistatic contact zone, projected on the contact normal, with the solver chosen by settings.
+//! One body's quasistatic contact zone, and its solver, chosen by settings, on the contact normal.
 
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;
@@ -12,17 +12,21 @@ use super::point_solver::{Method, PointSolver};
 use super::problem::add_product;
 use crate::ContactError;
 
-/// Compliance of a contact zone, its projection on the normal and the solver's state.
+/// Compliance of a contact zone, with its modes where Algorithm 1 shall solve it.
 ///
 /// Rows and columns of the compliance are ordered `n_components * point + component`.
 pub struct Quasistatic {
     n_components: usize,
     compliance: Mat<f64>,
+    /// Algorithm 1 and the modes it works with, rows of the shapes as those of the compliance.
+    algorithm_1: Option<(BroydenSettings, ModalBasis)>,
+}
+
+/// Solver of a zone: the compliance projected on the contact normal, and what the solver starts from.
+pub struct ZoneSolver {
     /// Normal in the model's components that the projections belong to; NaN before the first one.
     normal: [f64; 3],
     normal_compliance: Mat<f64>,
-    /// Shapes of the modes that Algorithm 1 works with, rows as those of the compliance.
-    shapes: Option<Mat<f64>>,
     solver: PointSolver,
 }
 
@@ -40,7 +44,7 @@ impl Quasistatic {
             Method::ActiveSet => None,
             Method::Broyden(settings) => Some((settings, basis_from_compliance(motion, &compliance)?)),
         };
-        Ok(Self::assemble(n_components, compliance, algorithm_1))
+        Ok(Self { n_components, compliance, algorithm_1 })
     }
 
     /// Zone with high-frequency modes `basis` at the points, solved by Algorithm 1 of \[A\].
@@ -59,45 +63,46 @@ impl Quasistatic {
             return Err(DataError::Count { what, found: n_rows, expected }.into());
         }
         let compliance = basis.compliance();
-        Ok(Self::assemble(n_components, compliance, Some((settings, basis))))
-    }
-
-    /// With Algorithm 1 if its settings and modes are there.
-    fn assemble(
-        n_components: usize,
-        compliance: Mat<f64>,
-        algorithm_1: Option<(BroydenSettings, ModalBasis)>,
-    ) -> Self {
-        let n_points = compliance.nrows() / n_components;
-        let (shapes, solver) = match algorithm_1 {
-            None => (None, PointSolver::active_set(n_points)),
-            Some((settings, ModalBasis { shapes, stiffness })) => {
-                (Some(shapes), PointSolver::broyden(settings, n_points, stiffness))
-            }
-        };
-        Self {
-            n_components,
-            compliance,
-            normal: [f64::NAN; 3],
-            normal_compliance: Mat::zeros(n_points, n_points),
-            shapes,
-            solver,
-        }
+        Ok(Self { n_components, compliance, algorithm_1: Some((settings, basis)) })
     }
 
     /// Number of points.
     pub fn n_points(&self) -> usize {
-        self.normal_compliance.nrows()
-    }
-
-    /// Normal compliance `A` of the last projection, `n_points × n_points` [m/N].
-    pub fn normal_compliance(&self) -> &Mat<f64> {
-        &self.normal_compliance
+        self.compliance.nrows() / self.n_components
     }
 
     /// Compliance of all components, `n_components n_points` squared [m/N].
     pub fn compliance(&self) -> &Mat<f64> {
         &self.compliance
+    }
+
+    /// Whether the solver needs finite penalty factors.
+    pub fn needs_springs(&self) -> bool {
+        self.algorithm_1.is_some()
+    }
+
+    /// A solver of this zone, without a projection yet.
+    pub fn solver(&self) -> ZoneSolver {
+        let n_points = self.n_points();
+        let solver = match &self.algorithm_1 {
+            None => PointSolver::active_set(n_points),
+            Some((settings, basis)) => PointSolver::broyden(*settings, n_points, basis.stiffness.clone()),
+        };
+        ZoneSolver { normal: [f64::NAN; 3], normal_compliance: Mat::zeros(n_points, n_points), solver }
+    }
+
+    /// Replaces `out` by the quasistatic displacements of the points, `n_components` rows a point \[m\], under `loads`, the
+    /// components of the point forces in the same order \[N\].
+    pub fn displacements(&self, loads: &[f64], out: &mut [f64]) {
+        out.fill(0.0);
+        add_product(&self.compliance, loads, out);
+    }
+}
+
+impl ZoneSolver {
+    /// Normal compliance `A` of the last projection, `n_points × n_points` [m/N].
+    pub fn normal_compliance(&self) -> &Mat<f64> {
+        &self.normal_compliance
     }
 
     /// Replaces `rhs`, one value a point, by the solution of `(A_aa + D_aa) x_a = rhs_a` on the last active set, zero outside
@@ -108,20 +113,15 @@ impl Quasistatic {
         true
     }
 
-    /// Whether the solver needs finite penalty factors.
-    pub fn needs_springs(&self) -> bool {
-        self.solver.needs_springs()
-    }
-
-    /// Projects compliance or shapes on the unit normal `normal`, given in the model's components (Eq. C.2). Does nothing
-    /// when the normal has not changed in any bit.
-    pub fn project(&mut self, normal: [f64; 3]) {
+    /// Projects compliance or shapes of `zone`, for which the solver was made, on the unit normal `normal`, given in the model's
+    /// components (Eq. C.2). Does nothing when the normal has not changed in any bit.
+    pub fn project(&mut self, zone: &Quasistatic, normal: [f64; 3]) {
         let unchanged = normal.iter().zip(&self.normal).all(|(a, b)| a.to_bits() == b.to_bits());
         if unchanged {
             return;
         }
         self.normal = normal;
-        let (n_points, nc) = (self.n_points(), self.n_components);
+        let (n_points, nc) = (zone.n_points(), zone.n_components);
         for j in 0..n_points {
             let target = self.normal_compliance.col_as_slice_mut(j);
             target.fill(0.0);
@@ -129,16 +129,16 @@ impl Quasistatic {
                 if normal_c == 0.0 {
                     continue;
                 }
-                let source = self.compliance.col_as_slice(nc * j + c).chunks_exact(nc);
+                let source = zone.compliance.col_as_slice(nc * j + c).chunks_exact(nc);
                 for (t, point) in target.iter_mut().zip(source) {
                     *t += normal_c * point.iter().zip(&normal).map(|(a, n)| a * n).sum::<f64>();
                 }
             }
         }
         self.solver.invalidate();
-        if let (Some(shapes), Some(normal_shapes)) = (&self.shapes, self.solver.normal_shapes()) {
-            for k in 0..shapes.ncols() {
-                let source = shapes.col_as_slice(k).chunks_exact(nc);
+        if let (Some((_, basis)), Some(normal_shapes)) = (&zone.algorithm_1, self.solver.normal_shapes()) {
+            for k in 0..basis.shapes.ncols() {
+                let source = basis.shapes.col_as_slice(k).chunks_exact(nc);
                 for (t, point) in normal_shapes.col_as_slice_mut(k).iter_mut().zip(source) {
                     *t = point.iter().zip(&normal).map(|(a, n)| a * n).sum();
                 }
@@ -159,24 +159,17 @@ impl Quasistatic {
         self.solver.solve(&self.normal_compliance, springs, gaps, forces)
     }
 
-    /// Replaces `out` by the quasistatic displacements of the points, `n_components` rows a point \[m\], under `loads`, the
-    /// components of the point forces in the same order \[N\].
-    pub fn displacements(&self, loads: &[f64], out: &mut [f64]) {
-        out.fill(0.0);
-        add_product(&self.compliance, loads, out);
-    }
-
     /// To be called when the springs have changed.
     pub fn springs_changed(&mut self) {
         self.solver.invalidate();
     }
 
-    /// Remembers the solver's state.
+    /// Remembers what the solver starts from.
     pub fn save(&mut self) {
         self.solver.save();
     }
 
-    /// Returns to the remembered state.
+    /// Returns to what was remembered.
     pub fn restore(&mut self) {
         self.solver.restore();
     }

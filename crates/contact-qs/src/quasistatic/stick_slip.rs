@@ -12,7 +12,7 @@ use ffr_dynamics::error::EvaluationFailure;
 use super::active_set::SolveReport;
 use super::problem::{add_product, depth};
 use super::sliding_work::SlidingWork;
-use super::solver::Quasistatic;
+use super::solver::ZoneSolver;
 use super::tangential::{PointState, Tangential, TangentialProblem};
 
 /// Change of the friction forces in one turn at which they stand still, as a share of the largest.
@@ -34,7 +34,7 @@ pub(crate) trait NormalSolver {
     ) -> Result<SolveReport, EvaluationFailure>;
 }
 
-impl NormalSolver for Quasistatic {
+impl NormalSolver for ZoneSolver {
     fn solve_normal(
         &mut self,
         springs: &[f64],
@@ -246,7 +246,7 @@ impl StickSlip {
     /// commitment, both without quasistatic displacement \[m\]; slip increments of open points as well.
     ///
     /// # Errors
-    /// Those of [`Quasistatic::solve`] and [`Tangential::solve`]; the iteration limit if the turns don't settle.
+    /// Those of [`ZoneSolver::solve`] and [`Tangential::solve`]; the iteration limit if the turns don't settle.
     pub fn solve(
         &mut self,
         zone: &mut impl NormalSolver,
@@ -339,7 +339,7 @@ impl StickSlip {
     /// Code -1 if the turns don't settle.
     pub fn sliding_work(
         &mut self,
-        zone: Option<&mut Quasistatic>,
+        zone: Option<&mut ZoneSolver>,
         springs: &[f64],
         gap_rates: &[f64],
         slip_rates: &[f64],
@@ -386,7 +386,7 @@ impl StickSlip {
     /// Rates of the forces, in turns like the forces themselves.
     fn rates_of_forces(
         &mut self,
-        zone: &mut Quasistatic,
+        zone: &mut ZoneSolver,
         gap_rates: &[f64],
         slip_rates: &[f64],
     ) -> Result<(), EvaluationFailure> {

@@ -8,10 +8,10 @@ use nalgebra::Vector3;
 use super::SurfacePair;
 use super::friction::move_back;
 use super::motion::{Relative, resultant};
-use super::projection::{Displaced, Functions, Projection, Samples, SurfacePlace};
-use super::rows::Rows;
+use super::projection::Displaced;
 use super::solver::dot;
-use super::watch::Watch;
+use super::state::{Buffers, PairFound, PairState, Work};
+use super::warm_start::WarmStart;
 use crate::contact_element::ContactReport;
 use crate::law::penalty;
 use crate::quasistatic::SolveReport;
@@ -41,61 +41,6 @@ const MARGIN: f64 = 0.25;
 /// to some 1e-8 of it, and rates change by some such share.
 const MOMENT: f64 = 3e-4;
 
-/// What changes from one evaluation to the next and serves as a warm start.
-#[derive(Debug, Clone)]
-pub(super) struct WarmStart {
-    pub forces: Vec<f64>,
-    /// Quasistatic displacements of the contact body's points, components in turn.
-    pub own: Vec<f64>,
-    /// Quasistatic displacements of the target's nodes.
-    pub nodes: Vec<f64>,
-    pub places: Vec<SurfacePlace>,
-    /// Whether places are known.
-    pub is_known: bool,
-    pub watch: Watch,
-}
-
-impl WarmStart {
-    pub fn copy_from(&mut self, other: &Self) {
-        self.forces.copy_from_slice(&other.forces);
-        self.own.copy_from_slice(&other.own);
-        self.nodes.copy_from_slice(&other.nodes);
-        self.places.copy_from_slice(&other.places);
-        self.is_known = other.is_known;
-        self.watch.copy_from(&other.watch);
-    }
-}
-
-/// Buffers of an evaluation.
-pub(super) struct Workspace {
-    pub functions: Functions,
-    pub samples: Samples,
-    /// Points of the contact body without and with quasistatic displacement, in its frame.
-    pub low_points: Vec<[f64; 3]>,
-    pub points: Vec<[f64; 3]>,
-    /// Nodes of the target without and with quasistatic displacement.
-    pub low_nodes: Vec<[f64; 3]>,
-    pub nodes: Vec<[f64; 3]>,
-    /// Displaced points in the target's frame.
-    pub seen: Vec<[f64; 3]>,
-    /// Points to be projected.
-    pub is_wanted: Vec<bool>,
-    pub projections: Vec<Projection>,
-    pub rows: Rows,
-    /// Rows of the last loads.
-    pub loaded: Rows,
-    pub free_gaps: Vec<f64>,
-    /// `A λ` of the last solution.
-    pub settled: Vec<f64>,
-    /// Forces on the contact body's points, components in turn.
-    pub loads: Vec<f64>,
-    /// Forces on the target's nodes.
-    pub node_loads: Vec<f64>,
-    /// Forces on the target's interface freedoms and their displacements.
-    pub interface_loads: Vec<f64>,
-    pub interface_displacements: Vec<f64>,
-}
-
 impl SurfacePair {
     /// Poses of contact body and target.
     pub(super) fn states<'a>(&'a self, bodies: &'a [BodyState]) -> (&'a BodyState, &'a BodyState) {
@@ -120,51 +65,50 @@ impl SurfacePair {
 
     /// Finds point forces, projections and displacements at the motions `own` and `target`.
     pub(super) fn find_forces(
-        &mut self,
+        &self,
         t: f64,
         own: &BodyState,
         target: &BodyState,
+        work: &mut Work<'_>,
     ) -> Result<SolveReport, EvaluationFailure> {
         let relative = Relative::new(self.motion, own, target)?;
-        let mut w = self.workspace.take().ok_or_else(no_workspace)?;
-        self.place_low(own, target, &mut w.low_points, &mut w.low_nodes);
-        let result = self.iterate(t, &relative, &mut w);
-        self.workspace = Some(w);
-        result
+        let Buffers { low_points, low_nodes, .. } = &mut *work.buffers;
+        self.place_low(own, target, low_points, low_nodes);
+        self.iterate(t, &relative, work)
     }
 
     /// Finds the slip increments a moment before the motions `own` and `target`, for the power lost to sliding; returns how long
     /// before, none if nothing moves.
     pub(super) fn look_back(
-        &mut self,
+        &self,
         t: f64,
-        own: &BodyState,
-        target: &BodyState,
+        [own, target]: [&BodyState; 2],
+        moment: &mut [BodyState; 2],
+        work: &mut Work<'_>,
     ) -> Result<Option<f64>, EvaluationFailure> {
-        let speed = self.speed(own, target);
-        let Some(friction) = &mut self.friction else { return Ok(None) };
+        let speed = self.speed(own, target, &work.state.start);
+        let Some(friction) = &work.state.friction else { return Ok(None) };
         let time = friction.look_back_time(t, MOMENT * friction.depth / speed);
         if !(time.is_finite() && time > 0.0) {
             return Ok(None);
         }
-        let mut moment = friction.moment.take().ok_or_else(no_workspace)?;
         move_back(own, time, &mut moment[0]);
         move_back(target, time, &mut moment[1]);
-        let found = self.find_forces(t, &moment[0], &moment[1]);
-        if let Some(friction) = &mut self.friction {
-            friction.moment = Some(moment);
-            friction.note_earlier(&self.state.forces);
+        let found = self.find_forces(t, &moment[0], &moment[1], work);
+        let PairState { start, friction, .. } = &mut *work.state;
+        if let Some(friction) = friction {
+            friction.note_earlier(&start.forces);
         }
         found.map(|_| Some(time))
     }
 
     /// Largest speed of the points in contact relative to the target, that of the modes taken at one of them; a function of the
     /// motion and the remembered state alone.
-    fn speed(&self, own: &BodyState, target: &BodyState) -> f64 {
+    fn speed(&self, own: &BodyState, target: &BodyState, start: &WarmStart) -> f64 {
         let nc = self.motion.n_components();
         let is_axial = self.motion == RigidMotion::Axial;
         let (mut largest, mut of_modes) = (0.0_f64, None);
-        for i in (0..self.points.len()).filter(|i| self.state.forces[*i] > 0.0) {
+        for i in (0..self.points.len()).filter(|i| start.forces[*i] > 0.0) {
             let mut difference = own.velocity - target.velocity;
             if !is_axial {
                 let arm = own.rotation * Vector3::from(self.points[i]);
@@ -175,7 +119,7 @@ impl SurfacePair {
             }
             largest = largest.max(difference.norm());
             of_modes.get_or_insert_with(|| {
-                let place = &self.state.places[i];
+                let place = &start.places[i];
                 let element = self.surface.faces[place.face as usize].element(&place.xi);
                 let node = self.surface.elements[element].nodes.first().map_or(0, |node| *node as usize);
                 (0..nc).fold(0.0_f64, |sum, c| {
@@ -188,68 +132,63 @@ impl SurfacePair {
     }
 
     /// Projects the points and the compliances on them without forces.
-    pub(super) fn project_for_compliance(&mut self, bodies: &[BodyState]) -> Result<(), EvaluationFailure> {
+    pub(super) fn project_for_compliance(
+        &self,
+        bodies: &[BodyState],
+        work: &mut Work<'_>,
+    ) -> Result<(), EvaluationFailure> {
         let (own, target) = self.states(bodies);
         let relative = Relative::new(self.motion, own, target)?;
-        let mut w = self.workspace.take().ok_or_else(no_workspace)?;
-        let (own, target) = self.states(bodies);
-        self.place_low(own, target, &mut w.low_points, &mut w.low_nodes);
-        let result = self.project(0.0, &relative, &mut w);
-        if let (Ok(()), Some(zone)) = (&result, &mut self.zone) {
-            let stick_slip = self.friction.as_mut().map(|f| &mut f.stick_slip);
-            zone.build(&self.surface, &w.rows, stick_slip, |_| true);
+        let Buffers { low_points, low_nodes, .. } = &mut *work.buffers;
+        self.place_low(own, target, low_points, low_nodes);
+        self.project(0.0, &relative, work)?;
+        let PairState { zone, friction, .. } = &mut *work.state;
+        if let (Some(both), Some(zone)) = (self.both(), zone) {
+            let stick_slip = friction.as_mut().map(|f| &mut f.stick_slip);
+            zone.build(both, &work.found.rows, stick_slip, |_| true);
         }
-        self.workspace = Some(w);
-        result
+        Ok(())
     }
 
     fn iterate(
-        &mut self,
+        &self,
         t: f64,
         relative: &Relative,
-        w: &mut Workspace,
+        work: &mut Work<'_>,
     ) -> Result<SolveReport, EvaluationFailure> {
         let mut report = SolveReport::default();
-        self.n_passes = 0;
+        work.found.n_passes = 0;
         let reach = self.surface.size + relative.reach();
         let (mut depth, mut error) = (0.0_f64, f64::INFINITY);
         for pass in 0..MAX_PASSES {
-            self.project(t, relative, w)?;
-            if self.zone.is_none() {
-                let gaps = &self.state.watch.gaps;
-                for ((force, &gap), &area) in self.state.forces.iter_mut().zip(gaps).zip(&self.areas) {
-                    *force = area * penalty::pressure(self.settings.penalty, gap);
-                }
-                if let Some(friction) = &mut self.friction {
-                    friction.point_along_slips(&w.rows);
-                    friction.stick_slip.solve_points(&friction.slips, &self.state.forces)?;
-                    friction.depth = gaps.iter().fold(0.0, |d, g| d.max(-g));
-                }
-                self.load(w);
+            self.project(t, relative, work)?;
+            if work.state.zone.is_none() {
+                self.press_springs(work)?;
                 return Ok(report);
             }
             if pass > 0 {
-                error = self.error(w, depth);
+                error = self.error(work, depth);
             }
+            let PairState { start, friction, .. } = &mut *work.state;
             let is_open = pass == 0
-                && self.state.forces.iter().all(|f| *f <= 0.0)
-                && self.state.watch.gaps.iter().all(|g| *g >= 0.0);
+                && start.forces.iter().all(|f| *f <= 0.0)
+                && start.watch.gaps.iter().all(|g| *g >= 0.0);
             // Round-off of positions bounds what can be asked of gaps.
-            if is_open && let Some(friction) = &mut self.friction {
+            if is_open && let Some(friction) = friction {
                 friction.stick_slip.clear_forces();
             }
             if is_open || error <= self.tolerance * depth + 8.0 * f64::EPSILON * reach {
-                self.load(w);
+                self.load(work.state, work.found);
                 return Ok(report);
             }
-            let solved = self.solve(pass, w)?;
-            self.n_passes += 1;
+            let solved = self.solve(pass, work)?;
+            work.found.n_passes += 1;
             report.hit_iteration_limit |= solved.hit_iteration_limit;
             report.iterations += solved.iterations;
             report.factorisations += solved.factorisations;
             report.fallbacks += solved.fallbacks;
-            depth = w.free_gaps.iter().fold(0.0, |d, g| d.max(-g));
-            if let Some(friction) = &mut self.friction {
+            depth = work.buffers.free_gaps.iter().fold(0.0, |d, g| d.max(-g));
+            if let Some(friction) = &mut work.state.friction {
                 friction.depth = depth;
             }
         }
@@ -259,62 +198,81 @@ impl SurfacePair {
         Err(EvaluationFailure::iteration_limit(reason))
     }
 
+    /// Point forces of the penalty springs at the projection just made, where all modes are dynamic.
+    fn press_springs(&self, work: &mut Work<'_>) -> Result<(), EvaluationFailure> {
+        let PairState { start: WarmStart { watch, forces, .. }, friction, .. } = &mut *work.state;
+        for ((force, &gap), &area) in forces.iter_mut().zip(&watch.gaps).zip(&self.areas) {
+            *force = area * penalty::pressure(self.settings.penalty, gap);
+        }
+        if let Some(friction) = friction {
+            friction.point_along_slips(&work.found.rows);
+            friction.stick_slip.solve_points(&friction.slips, forces)?;
+            friction.depth = watch.gaps.iter().fold(0.0, |d, g| d.max(-g));
+        }
+        self.load(work.state, work.found);
+        Ok(())
+    }
+
     /// Projects the displaced points on the displaced target; gaps, normals and functions there. Points that are open for
     /// certain are left as they are ([`Watch`]).
-    fn project(&mut self, t: f64, relative: &Relative, w: &mut Workspace) -> Result<(), EvaluationFailure> {
+    fn project(&self, t: f64, relative: &Relative, work: &mut Work<'_>) -> Result<(), EvaluationFailure> {
         let nc = self.motion.n_components();
-        displace(nc, &w.low_points, &self.state.own, &mut w.points);
-        displace(nc, &w.low_nodes, &self.state.nodes, &mut w.nodes);
-        w.seen.iter_mut().zip(&w.points).for_each(|(x, p)| *x = relative.point(p));
-        let WarmStart { watch, forces, is_known, .. } = &mut self.state;
+        let PairState { start, friction, .. } = &mut *work.state;
+        let Buffers { functions, samples, low_points, low_nodes, .. } = &mut *work.buffers;
+        let PairFound { points, nodes, seen, is_wanted, projections, rows, .. } = &mut *work.found;
+        displace(nc, low_points, &start.own, points);
+        displace(nc, low_nodes, &start.nodes, nodes);
+        seen.iter_mut().zip(&*points).for_each(|(x, p)| *x = relative.point(p));
+        let WarmStart { watch, forces, is_known, places, .. } = start;
         // With friction, points that may soon be loaded shall know where they were.
-        let margin = self.friction.as_ref().map_or(0.0, |f| MARGIN * f.depth);
-        let shift = watch.choose(&w.seen, &w.nodes, forces, is_known.then_some(margin), &mut w.is_wanted);
-        let displaced = Displaced { surface: &self.surface, nodes: &w.nodes };
-        if !self.state.is_known {
-            w.samples.update(displaced);
+        let margin = friction.as_ref().map_or(0.0, |f| MARGIN * f.depth);
+        let shift = watch.choose(seen, nodes, forces, is_known.then_some(margin), is_wanted);
+        let displaced = Displaced { surface: &self.surface, nodes };
+        if !*is_known {
+            samples.update(displaced);
         }
-        if let Some(friction) = &mut self.friction {
-            friction.begin(&w.nodes);
-            (0..self.points.len()).filter(|i| !w.is_wanted[*i]).for_each(|i| friction.leave(i));
+        if let Some(friction) = friction {
+            friction.begin(nodes);
+            (0..self.points.len()).filter(|i| !is_wanted[*i]).for_each(|i| friction.leave(i));
         }
-        for i in (0..self.points.len()).filter(|i| w.is_wanted[*i]) {
-            let point = w.seen[i];
-            let start = if self.state.is_known { self.state.places[i] } else { w.samples.nearest(&point) };
-            let mut found = displaced.closest_from(&start, &point, &mut w.functions);
+        for i in (0..self.points.len()).filter(|i| is_wanted[*i]) {
+            let point = seen[i];
+            let from = if *is_known { places[i] } else { samples.nearest(&point) };
+            let mut found = displaced.closest_from(&from, &point, functions);
             if found.is_beyond && self.surface.faces.len() > 1 {
                 // Another face may be nearer.
-                w.samples.update(displaced);
-                found = displaced.closest_from(&w.samples.nearest(&point), &point, &mut w.functions);
+                samples.update(displaced);
+                found = displaced.closest_from(&samples.nearest(&point), &point, functions);
             }
             let gap = found.distance(&point);
             if !gap.is_finite() || !found.normal[0].is_finite() {
                 let reason = format!("the gap of contact point {i} is {gap} at t = {t:.9e} s");
                 return Err(EvaluationFailure::not_finite(reason));
             }
-            self.state.places[i] = found.place;
+            places[i] = found.place;
             // Whether a point beyond the end stays there is seen at every look.
-            self.state.watch.note(i, &point, gap, if found.is_beyond { f64::INFINITY } else { shift });
-            w.projections[i] = found;
-            w.rows.set(i, &found, relative.back(&found.normal), w.functions.values());
-            if let Some(friction) = &mut self.friction {
-                friction.look(i, displaced, (&found, gap), &w.functions, relative, &mut w.rows);
+            watch.note(i, &point, gap, if found.is_beyond { f64::INFINITY } else { shift });
+            projections[i] = found;
+            rows.set(i, &found, relative.back(&found.normal), functions.values());
+            if let Some(friction) = friction {
+                friction.look(i, displaced, (&found, gap), functions, relative, rows);
             }
         }
-        self.state.is_known = true;
+        *is_known = true;
         Ok(())
     }
 
     /// Largest difference of the gaps on the displaced surfaces from those that the solver counted with, and what the
     /// shift of the loads since then is worth at a penetration of `depth`.
-    fn error(&self, w: &Workspace, depth: f64) -> f64 {
-        let gaps = &self.state.watch.gaps;
-        let is_near = |i: usize| self.state.forces[i] > 0.0 || gaps[i] < 0.0;
+    fn error(&self, work: &Work<'_>, depth: f64) -> f64 {
+        let (w, forces, gaps) = (&*work.buffers, &work.state.start.forces, work.state.gaps());
+        let is_near = |i: usize| forces[i] > 0.0 || gaps[i] < 0.0;
         let near = (0..gaps.len()).filter(|i| is_near(*i));
         let error = near.fold(0.0_f64, |e, i| e.max((gaps[i] - w.free_gaps[i] - w.settled[i]).abs()));
-        let mut error = error.max(LOAD_SHIFT * depth * w.rows.moved(&w.loaded, &self.surface, is_near));
-        if let Some(f) = &self.friction {
-            for k in (0..f.slips.len()).filter(|k| self.state.forces[k / f.n_t] > 0.0) {
+        let moved = work.found.rows.moved(&w.loaded, &self.surface, is_near);
+        let mut error = error.max(LOAD_SHIFT * depth * moved);
+        if let Some(f) = &work.state.friction {
+            for k in (0..f.slips.len()).filter(|k| forces[k / f.n_t] > 0.0) {
                 error = error.max((f.slips[k] - f.free_slips[k] - f.settled[k]).abs());
             }
             // What the turns between normal and friction forces have left.
@@ -324,31 +282,36 @@ impl SurfacePair {
     }
 
     /// One solution at the projection just made, and the displacements under its forces (Eq. C.40).
-    fn solve(&mut self, pass: usize, w: &mut Workspace) -> Result<SolveReport, EvaluationFailure> {
-        let Some(zone) = &mut self.zone else { return Ok(SolveReport::default()) };
-        let gaps = &self.state.watch.gaps;
-        let is_near = |i: usize| self.state.forces[i] > 0.0 || gaps[i] < 0.0;
-        let moved = zone.moved(&w.rows, &self.surface, is_near);
+    fn solve(&self, pass: usize, work: &mut Work<'_>) -> Result<SolveReport, EvaluationFailure> {
+        let (Some(both), PairState { start, zone: Some(zone), friction, .. }) =
+            (self.both(), &mut *work.state)
+        else {
+            return Ok(SolveReport::default());
+        };
+        let (w, rows) = (&mut *work.buffers, &work.found.rows);
+        let WarmStart { watch, forces, .. } = start;
+        let gaps = &watch.gaps;
+        let is_near = |i: usize| forces[i] > 0.0 || gaps[i] < 0.0;
+        let moved = zone.moved(rows, &self.surface, is_near);
         // Should passes make no headway, the old projection is not to blame.
         let is_new = moved > REUSE || (pass > 10 && moved > 0.0);
         if is_new {
             let depth = gaps.iter().zip(&w.settled).fold(0.0_f64, |d, (g, s)| d.max(s - g));
-            let stick_slip = self.friction.as_mut().map(|f| &mut f.stick_slip);
+            let stick_slip = friction.as_mut().map(|f| &mut f.stick_slip);
             let is_member = |i: usize| is_near(i) || gaps[i] < MARGIN * depth;
-            zone.build(&self.surface, &w.rows, stick_slip, is_member);
+            zone.build(both, rows, stick_slip, is_member);
         }
-        w.loaded.copy_from(&w.rows);
+        w.loaded.copy_from(rows);
         // The solution before has left the products of these forces with this compliance.
         if is_new || pass == 0 {
-            zone.settle(&self.state.forces, &mut w.settled);
-            if let Some(f) = &mut self.friction {
-                f.stick_slip.settle(&self.state.forces, &mut w.settled, &mut f.settled);
+            zone.settle(forces, &mut w.settled);
+            if let Some(f) = friction {
+                f.stick_slip.settle(forces, &mut w.settled, &mut f.settled);
             }
         }
-        if let Some(f) = &mut self.friction {
+        if let Some(f) = friction {
             let depth = gaps.iter().zip(&w.settled).fold(0.0_f64, |d, (g, s)| d.max(s - g));
-            f.turn_tolerance =
-                f.tolerance_of_turns(self.tolerance, gaps, &self.springs, &self.state.forces, depth);
+            f.turn_tolerance = f.tolerance_of_turns(self.tolerance, gaps, &self.springs, forces, depth);
             for ((free, slip), settled) in f.free_slips.iter_mut().zip(&f.slips).zip(&f.settled) {
                 *free = slip - settled;
             }
@@ -356,78 +319,70 @@ impl SurfacePair {
         for ((free, gap), settled) in w.free_gaps.iter_mut().zip(gaps).zip(&w.settled) {
             *free = gap - settled;
         }
-        let forces = &mut self.state.forces;
-        let report = match &mut self.friction {
+        let report = match friction {
             None => zone.solve_normal(&self.springs, &w.free_gaps, forces)?,
             Some(f) => {
-                let slips = &f.free_slips;
-                f.stick_slip.solve_within(
-                    f.turn_tolerance,
-                    zone,
-                    &self.springs,
-                    &w.free_gaps,
-                    slips,
-                    forces,
-                )?
+                let (tolerance, slips) = (f.turn_tolerance, &f.free_slips);
+                f.stick_slip.solve_within(tolerance, zone, &self.springs, &w.free_gaps, slips, forces)?
             }
         };
         zone.settle(forces, &mut w.settled);
-        if let Some(f) = &mut self.friction {
+        if let Some(f) = friction {
             f.stick_slip.settle(forces, &mut w.settled, &mut f.settled);
         }
-        self.load(w);
-        if let Some(zone) = &self.zone {
-            zone.own_displacements(&w.loads, &mut self.state.own);
-        }
-        self.displace_target(w);
+        self.load(work.state, work.found);
+        both.compliances.own_displacements(&work.found.loads, &mut work.state.start.own);
+        self.displace_target(work.state, work.found);
         Ok(report)
     }
 
     /// Components of the point forces on both bodies at the last projection.
-    fn load(&self, w: &mut Workspace) {
+    fn load(&self, state: &PairState, found: &mut PairFound) {
         let nc = self.motion.n_components();
-        w.loads.fill(0.0);
-        w.node_loads.fill(0.0);
-        for (i, &normal) in self.state.forces.iter().enumerate().filter(|(_, f)| **f > 0.0) {
-            let tangential = self.friction.as_ref().map_or(&[][..], |f| f.force(i));
+        let PairFound { rows, loads, node_loads, interface_loads, .. } = found;
+        loads.fill(0.0);
+        node_loads.fill(0.0);
+        for (i, &normal) in state.start.forces.iter().enumerate().filter(|(_, f)| **f > 0.0) {
+            let tangential = state.friction.as_ref().map_or(&[][..], |f| f.force(i));
             for (d, &force) in std::iter::once(&normal).chain(tangential).enumerate() {
-                let load = w.loads[nc * i..][..nc].iter_mut();
-                load.zip(w.rows.own_direction(i, d)).for_each(|(l, x)| *l += force * x);
-                for (node, share) in w.rows.shares(&self.surface, i, d) {
-                    let load = w.node_loads[nc * node as usize..][..nc].iter_mut();
+                let load = loads[nc * i..][..nc].iter_mut();
+                load.zip(rows.own_direction(i, d)).for_each(|(l, x)| *l += force * x);
+                for (node, share) in rows.shares(&self.surface, i, d) {
+                    let load = node_loads[nc * node as usize..][..nc].iter_mut();
                     load.zip(share).for_each(|(l, x)| *l -= force * x);
                 }
             }
         }
-        w.interface_loads.fill(0.0);
-        if !w.interface_loads.is_empty() {
-            for (load, freedom) in w.node_loads.iter().zip(&self.surface.freedoms) {
+        interface_loads.fill(0.0);
+        if !interface_loads.is_empty() {
+            for (load, freedom) in node_loads.iter().zip(&self.surface.freedoms) {
                 if let Some(b) = freedom {
-                    w.interface_loads[*b as usize] = *load;
+                    interface_loads[*b as usize] = *load;
                 }
             }
         }
     }
 
     /// Quasistatic displacements of the target's nodes under the loads.
-    fn displace_target(&mut self, w: &mut Workspace) {
+    fn displace_target(&self, state: &mut PairState, found: &mut PairFound) {
         if !self.surface.is_quasistatic() {
             return;
         }
-        w.interface_displacements.fill(0.0);
-        add_product(&self.surface.compliance, &w.interface_loads, &mut w.interface_displacements);
-        for (u, freedom) in self.state.nodes.iter_mut().zip(&self.surface.freedoms) {
-            *u = freedom.map_or(0.0, |b| w.interface_displacements[b as usize]);
+        let PairFound { interface_loads, interface_displacements, .. } = found;
+        interface_displacements.fill(0.0);
+        add_product(&self.surface.compliance, interface_loads, interface_displacements);
+        for (u, freedom) in state.start.nodes.iter_mut().zip(&self.surface.freedoms) {
+            *u = freedom.map_or(0.0, |b| interface_displacements[b as usize]);
         }
     }
 
     /// Sums up the last evaluation, whose target stands at `target`.
-    pub(super) fn sum_up(&mut self, solver: SolveReport, target: &BodyState) {
-        let Some(w) = &self.workspace else { return };
+    pub(super) fn sum_up(&self, solver: SolveReport, target: &BodyState, work: &mut Work<'_>) {
+        let (state, w) = (&*work.state, &mut *work.found);
         let mut report = ContactReport { solver, ..ContactReport::default() };
         let (mut sum, mut friction) = ([0.0; 3], [0.0; 3]);
-        for (i, &force) in self.state.forces.iter().enumerate() {
-            let gap = self.state.watch.gaps[i];
+        for (i, &force) in state.start.forces.iter().enumerate() {
+            let gap = state.start.watch.gaps[i];
             report.penetration = report.penetration.max(-gap);
             let found = &w.projections[i];
             // Beyond the end and below the surface: the target is too small.
@@ -439,7 +394,7 @@ impl SurfacePair {
                 report.is_rim_touched |=
                     self.is_rim[i] || !self.surface.elements[found.element as usize].is_in_zone;
                 (0..3).for_each(|c| sum[c] += force * found.normal[c]);
-                let tangential = self.friction.as_ref().map_or(&[][..], |f| f.force(i));
+                let tangential = state.friction.as_ref().map_or(&[][..], |f| f.force(i));
                 for (a, force) in tangential.iter().enumerate() {
                     let direction = w.rows.direction(i, a + 1);
                     friction.iter_mut().zip(direction).for_each(|(s, x)| *s += force * x);
@@ -448,33 +403,38 @@ impl SurfacePair {
             }
         }
         report.energies.elastic_high =
-            0.5 * (dot(&w.loads, &self.state.own) + dot(&w.interface_loads, &w.interface_displacements));
+            0.5 * (dot(&w.loads, &state.start.own) + dot(&w.interface_loads, &w.interface_displacements));
         if report.n_active == 0 {
             report.energies.elastic_high = 0.0;
         }
         report.force = resultant(self.motion, &target.rotation, &sum);
-        if let Some(law) = &self.friction {
+        if let Some(law) = &state.friction {
             report.friction_force = resultant(self.motion, &target.rotation, &friction);
             report.force += report.friction_force;
-            report.n_sliding = law.n_sliding(&self.state.forces);
+            report.n_sliding = law.n_sliding(&state.start.forces);
             if report.n_active > 0 {
                 report.energies.penalty += law.stick_slip.spring_energy();
             }
         }
-        self.report = report;
+        w.report = report;
     }
 
     /// Adds the point forces to the contact body, their opposites to the target (Eqs. C.41, C.42).
-    pub(super) fn push(&self, bodies: &[BodyState], forces: &mut [GeneralisedForce]) {
-        let Some(w) = &self.workspace else { return };
+    pub(super) fn push(
+        &self,
+        bodies: &[BodyState],
+        state: &PairState,
+        w: &PairFound,
+        forces: &mut [GeneralisedForce],
+    ) {
         let nc = self.motion.n_components();
         let own = &mut forces[self.settings.contact_body];
-        own.force += self.report.force;
+        own.force += w.report.force;
         for (row, &load) in w.loads.iter().enumerate().filter(|(_, l)| **l != 0.0) {
             own.elastic.iter_mut().zip(self.own_row(row)).for_each(|(f, s)| *f += s * load);
         }
         let is_turning = self.motion != RigidMotion::Axial;
-        let active = || (0..self.points.len()).filter(|i| is_turning && self.state.forces[*i] > 0.0);
+        let active = || (0..self.points.len()).filter(|i| is_turning && state.start.forces[*i] > 0.0);
         for i in active() {
             let mut force = Vector3::zeros();
             force.iter_mut().zip(&w.loads[nc * i..][..nc]).for_each(|(f, l)| *f = *l);
@@ -483,14 +443,14 @@ impl SurfacePair {
         let Some(body) = self.settings.target_body else { return };
         debug_assert_eq!(bodies[body].elastic.len(), self.surface.n_modes);
         let target = &mut forces[body];
-        target.force -= self.report.force;
+        target.force -= w.report.force;
         for (row, &load) in w.node_loads.iter().enumerate().filter(|(_, l)| **l != 0.0) {
             debug_assert!(row / nc < self.surface.nodes.len());
             target.elastic.iter_mut().zip(self.surface.low_row(row)).for_each(|(f, s)| *f += s * load);
         }
         for i in active() {
-            let mut force = Vector3::from(w.rows.normals[i]) * self.state.forces[i];
-            if let Some(friction) = &self.friction {
+            let mut force = Vector3::from(w.rows.normals[i]) * state.start.forces[i];
+            if let Some(friction) = &state.friction {
                 for (a, tangential) in friction.force(i).iter().enumerate() {
                     force += Vector3::from(w.rows.direction(i, a + 1)) * *tangential;
                 }
@@ -522,8 +482,4 @@ fn deform(nc: usize, columns: &[f64], q: &[f64], places: &mut [[f64; 3]]) {
             }
         }
     }
-}
-
-fn no_workspace() -> EvaluationFailure {
-    EvaluationFailure::out_of_model("a contact was evaluated from within itself")
 }

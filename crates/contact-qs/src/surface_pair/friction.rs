@@ -69,8 +69,6 @@ pub(super) struct PairFriction {
     /// Slip increments of the last evaluation and their rates.
     now: Vec<f64>,
     rates: Vec<f64>,
-    /// Motions of both bodies then.
-    pub moment: Option<Box<[BodyState; 2]>>,
 }
 
 impl PairFriction {
@@ -79,7 +77,6 @@ impl PairFriction {
         (n_points, n_components): (usize, usize),
         n_nodes: usize,
         has_compliance: bool,
-        n_modes: [usize; 2],
     ) -> Self {
         let n_t = n_components - 1;
         let n = n_t * n_points;
@@ -104,7 +101,6 @@ impl PairFriction {
             earlier_bounds: vec![0.0; n_points],
             now: vec![0.0; n],
             rates: vec![0.0; n],
-            moment: Some(Box::new(n_modes.map(BodyState::at_rest))),
         }
     }
 

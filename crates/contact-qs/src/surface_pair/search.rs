@@ -6,6 +6,7 @@ use super::SurfacePair;
 use super::motion::Relative;
 use super::projection::{Displaced, Functions, Samples};
 use super::target::TargetSurface;
+use super::warm_start::WarmStart;
 
 /// Buffers of a search.
 pub(super) struct SearchBuffers {
@@ -42,14 +43,19 @@ impl SurfacePair {
     /// a number or the bodies cannot meet. A function of the motion to round-off: points near where the last evaluation saw them are
     /// projected from their places there, or left out if others are nearer for certain, the others from samples of the
     /// surface.
-    pub(super) fn nearest(&self, bodies: &[BodyState], buffers: &mut SearchBuffers) -> Option<NearestPoint> {
+    pub(super) fn nearest(
+        &self,
+        bodies: &[BodyState],
+        start: &WarmStart,
+        buffers: &mut SearchBuffers,
+    ) -> Option<NearestPoint> {
         let (own, target) = self.states(bodies);
         let relative = Relative::new(self.motion, own, target).ok()?;
         let SearchBuffers { functions, samples, points, nodes } = buffers;
         self.place_low(own, target, points, nodes);
         let displaced = Displaced { surface: &self.surface, nodes };
-        let watch = &self.state.watch;
-        let shift = if self.state.is_known { watch.shift(nodes) } else { f64::INFINITY };
+        let watch = &start.watch;
+        let shift = if start.is_known { watch.shift(nodes) } else { f64::INFINITY };
         let is_close = |i: usize, point: &[f64; 3]| shift + watch.moved(i, point) < self.rim_reach;
         let unknown = NearestPoint { gap: f64::INFINITY, normal: [f64::NAN; 3], place: [f64::NAN; 3] };
         let (mut smallest, mut is_sampled) = (unknown, false);
@@ -61,8 +67,8 @@ impl SurfacePair {
             if is_known && watch.least_gap(i, &point, shift) > smallest.gap {
                 continue;
             }
-            let start = if is_known {
-                self.state.places[i]
+            let from = if is_known {
+                start.places[i]
             } else {
                 if !is_sampled {
                     samples.update(displaced);
@@ -70,7 +76,7 @@ impl SurfacePair {
                 }
                 samples.nearest(&point)
             };
-            let found = displaced.closest_from(&start, &point, functions);
+            let found = displaced.closest_from(&from, &point, functions);
             let gap = found.distance(&point);
             // min() would hide a NaN
             if gap.is_nan() {

@@ -12,11 +12,26 @@ use crate::quasistatic::problem::{add_columns, add_product};
 use crate::quasistatic::stick_slip::{NormalSolver, StickSlip};
 use crate::quasistatic::{Method, ModalBasis};
 
-/// Both bodies' compliances, projected on the rows of one instant, and the solver's state.
-pub(super) struct PairZone {
-    /// Compliance of the contact body's points; zero-sized if it has none.
+/// Quasistatic compliance of a pair: that of the contact body's points; the target's is that of its surface.
+pub(super) struct Compliances {
+    /// Zero-sized if the contact body has none.
     own: Mat<f64>,
     n_components: usize,
+    n_points: usize,
+    method: Method,
+    /// Modes of Algorithm 1 at the contact body's points and at the target's interface.
+    bases: [Option<ModalBasis>; 2],
+}
+
+/// What both bodies of a pair yield by.
+#[derive(Clone, Copy)]
+pub(super) struct Both<'a> {
+    pub compliances: &'a Compliances,
+    pub surface: &'a TargetSurface,
+}
+
+/// Both bodies' compliances, projected on the rows of one instant, and the solver's state.
+pub(super) struct PairZone {
     /// Normal compliance `A` of the points on `rows`.
     normal_compliance: Mat<f64>,
     /// Displacements of the target's interface and of the contact body's points under one point's load.
@@ -27,12 +42,10 @@ pub(super) struct PairZone {
     members: Vec<bool>,
     saved_rows: Rows,
     saved_members: Vec<bool>,
-    /// Modes of Algorithm 1 at the contact body's points and at the target's interface.
-    bases: [Option<ModalBasis>; 2],
     solver: PointSolver,
 }
 
-impl PairZone {
+impl Compliances {
     pub fn new(
         method: Method,
         n_components: usize,
@@ -40,47 +53,57 @@ impl PairZone {
         n_points: usize,
         surface: &TargetSurface,
     ) -> Result<Self, ContactError> {
-        let (bases, solver) = match method {
-            Method::ActiveSet => ([None, None], PointSolver::active_set(n_points)),
-            Method::Broyden(settings) => {
+        let bases = match method {
+            Method::ActiveSet => [None, None],
+            Method::Broyden(_) => {
                 let basis =
                     |m: &Mat<f64>| (m.nrows() > 0).then(|| ModalBasis::from_compliance(m)).transpose();
-                let bases = [basis(&own)?, basis(&surface.compliance)?];
-                let stiffness = bases.iter().flatten().flat_map(|b| b.stiffness.iter().copied()).collect();
-                (bases, PointSolver::broyden(settings, n_points, stiffness))
+                [basis(&own)?, basis(&surface.compliance)?]
             }
         };
-        let rows = Rows::new(n_points, surface.n_functions, 0);
-        Ok(Self {
-            n_components,
+        Ok(Self { own, n_components, n_points, method, bases })
+    }
+
+    pub fn needs_springs(&self) -> bool {
+        matches!(self.method, Method::Broyden(_))
+    }
+
+    /// A solver without a projection yet, with `n_t` tangents a point.
+    pub fn solver(&self, surface: &TargetSurface, n_t: usize) -> PairZone {
+        let n_points = self.n_points;
+        let solver = match self.method {
+            Method::ActiveSet => PointSolver::active_set(n_points),
+            Method::Broyden(settings) => {
+                let bases = self.bases.iter().flatten();
+                let stiffness = bases.flat_map(|b| b.stiffness.iter().copied()).collect();
+                PointSolver::broyden(settings, n_points, stiffness)
+            }
+        };
+        let rows = Rows::new(n_points, surface.n_functions, n_t);
+        PairZone {
             normal_compliance: Mat::zeros(n_points, n_points),
             half: vec![0.0; surface.n_interface()],
-            own_half: vec![0.0; own.nrows()],
-            own,
+            own_half: vec![0.0; self.own.nrows()],
             saved_rows: rows.clone(),
             rows,
             members: vec![false; n_points],
             saved_members: vec![false; n_points],
-            bases,
             solver,
-        })
+        }
     }
 
-    /// Makes room for `n_t` tangents a point.
-    pub fn add_tangents(&mut self, n_t: usize) {
-        let (n, width) = (self.members.len(), self.rows.width);
-        self.rows = Rows::new(n, width, n_t);
-        self.saved_rows = self.rows.clone();
-        self.members.fill(false);
-        self.saved_members.fill(false);
+    /// Displacements of the contact body's points under their loads, components of each point in turn.
+    pub fn own_displacements(&self, loads: &[f64], out: &mut [f64]) {
+        if self.own.nrows() > 0 {
+            out.fill(0.0);
+            add_product(&self.own, loads, out);
+        }
     }
+}
 
+impl PairZone {
     pub fn normal_compliance(&self) -> &Mat<f64> {
         &self.normal_compliance
-    }
-
-    pub fn needs_springs(&self) -> bool {
-        self.solver.needs_springs()
     }
 
     /// How far the points chosen by `is_chosen` have moved since the projection in use; infinite if it has not all of them.
@@ -95,18 +118,18 @@ impl PairZone {
     /// are taken to move by no force and to bear none.
     pub fn build(
         &mut self,
-        surface: &TargetSurface,
+        bodies: Both<'_>,
         rows: &Rows,
         friction: Option<&mut StickSlip>,
         is_member: impl Fn(usize) -> bool,
     ) {
         self.rows.copy_from(rows);
-        let is_modal = self.needs_springs();
+        let is_modal = self.solver.needs_springs();
         self.members.iter_mut().enumerate().for_each(|(i, m)| *m = is_modal || is_member(i));
-        self.project(surface, friction);
+        self.project(bodies, friction);
     }
 
-    fn project(&mut self, surface: &TargetSurface, mut friction: Option<&mut StickSlip>) {
+    fn project(&mut self, bodies: Both<'_>, mut friction: Option<&mut StickSlip>) {
         self.normal_compliance.fill(0.0);
         if let Some(friction) = &mut friction {
             friction.clear_blocks();
@@ -117,10 +140,10 @@ impl PairZone {
                 continue;
             }
             for d in 0..n_directions {
-                self.load(surface, j, d);
+                self.load(bodies, j, d);
                 for i in (0..=j).filter(|i| self.members[*i]) {
                     for e in 0..n_directions {
-                        let entry = self.answer(surface, i, e);
+                        let entry = self.answer(bodies, i, e);
                         match (&mut friction, e, d) {
                             (_, 0, 0) => {
                                 self.normal_compliance[(i, j)] = entry;
@@ -139,16 +162,16 @@ impl PairZone {
             friction.finish_blocks();
         }
         self.solver.invalidate();
-        self.project_modes(surface);
+        self.project_modes(bodies);
     }
 
     /// Normal displacements of the points relative to the target in the modes of Algorithm 1, one column a mode.
-    fn project_modes(&mut self, surface: &TargetSurface) {
+    fn project_modes(&mut self, Both { compliances, surface }: Both<'_>) {
         let Some(normal_shapes) = self.solver.normal_shapes() else { return };
-        let (rows, nc) = (&self.rows, self.n_components);
+        let (rows, nc) = (&self.rows, compliances.n_components);
         let mut column = 0;
         let n = rows.normals.len();
-        if let Some(basis) = &self.bases[0] {
+        if let Some(basis) = &compliances.bases[0] {
             for k in 0..basis.n_coordinates() {
                 let source = basis.shapes.col_as_slice(k);
                 for i in 0..n {
@@ -157,7 +180,7 @@ impl PairZone {
                 column += 1;
             }
         }
-        if let Some(basis) = &self.bases[1] {
+        if let Some(basis) = &compliances.bases[1] {
             for k in 0..basis.n_coordinates() {
                 let source = basis.shapes.col_as_slice(k);
                 for i in 0..n {
@@ -170,12 +193,12 @@ impl PairZone {
     }
 
     /// Displacements of both bodies under a unit load of point `j` in direction `d` (0: normal).
-    fn load(&mut self, surface: &TargetSurface, j: usize, d: usize) {
-        let nc = self.n_components;
+    fn load(&mut self, Both { compliances, surface }: Both<'_>, j: usize, d: usize) {
+        let nc = compliances.n_components;
         self.own_half.fill(0.0);
-        if self.own.nrows() > 0 {
+        if compliances.own.nrows() > 0 {
             let direction = self.rows.own_direction(j, d);
-            add_columns(&self.own, (0..nc).map(|c| (nc * j + c, direction[c])), &mut self.own_half);
+            add_columns(&compliances.own, (0..nc).map(|c| (nc * j + c, direction[c])), &mut self.own_half);
         }
         self.half.fill(0.0);
         if !self.half.is_empty() {
@@ -184,8 +207,8 @@ impl PairZone {
     }
 
     /// Displacement of point `i` relative to the target in direction `e` under that load.
-    fn answer(&self, surface: &TargetSurface, i: usize, e: usize) -> f64 {
-        let nc = self.n_components;
+    fn answer(&self, Both { compliances, surface }: Both<'_>, i: usize, e: usize) -> f64 {
+        let nc = compliances.n_components;
         let mut sum = 0.0;
         if !self.own_half.is_empty() {
             sum += dot(&self.own_half[nc * i..nc * (i + 1)], &self.rows.own_direction(i, e));
@@ -202,14 +225,6 @@ impl PairZone {
         add_product(&self.normal_compliance, forces, out);
     }
 
-    /// Displacements of the contact body's points under their loads, components of each point in turn.
-    pub fn own_displacements(&self, loads: &[f64], out: &mut [f64]) {
-        if self.own.nrows() > 0 {
-            out.fill(0.0);
-            add_product(&self.own, loads, out);
-        }
-    }
-
     /// To be called when the springs have changed.
     pub fn springs_changed(&mut self) {
         self.solver.invalidate();
@@ -222,12 +237,12 @@ impl PairZone {
     }
 
     /// Returns to what was saved; the projection is a function of its rows and is made again only if these differ.
-    pub fn restore(&mut self, surface: &TargetSurface, friction: Option<&mut StickSlip>) {
+    pub fn restore(&mut self, bodies: Both<'_>, friction: Option<&mut StickSlip>) {
         let is_same = self.members == self.saved_members && self.rows.is_same(&self.saved_rows);
         if !is_same {
             self.rows.copy_from(&self.saved_rows);
             self.members.copy_from_slice(&self.saved_members);
-            self.project(surface, friction);
+            self.project(bodies, friction);
         }
         self.solver.restore();
     }

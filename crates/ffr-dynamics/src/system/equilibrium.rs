@@ -1,9 +1,11 @@
 //! Static start: elastic coordinates that do not accelerate (docs/theory.md Eq. M.24).
 
+use std::ops::DerefMut;
+
 use faer::Mat;
 use faer::prelude::Solve;
 
-use super::force::ForceElement;
+use super::active::ActiveForce;
 use super::multibody::Multibody;
 use crate::error::DynamicsError;
 use crate::integration::OdeSystem;
@@ -13,7 +15,7 @@ const TOLERANCE: f64 = 1e-24;
 /// Corrections; each gains several digits, as elastic forces outweigh the change of all others by deformation.
 const MAX_CORRECTIONS: usize = 40;
 
-impl<F: ForceElement> Multibody<F> {
+impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
     /// Sets the elastic coordinates in `y` such that `d²q_e/dt² = 0` at time `t`, and their rates to zero.
     ///
     /// Joint coordinates are held; joint velocities are set to zero as well. The joints are free to accelerate: released

@@ -1,4 +1,7 @@
-//! The seam through which forces enter the equations of motion.
+//! The seam through which forces enter the equations of motion: a law of force, with its state and its workspace handed in.
+//!
+//! An element itself never changes in an evaluation. What later evaluations depend on is its state, which whoever evaluates it
+//! owns, saves and restores; its workspace is buffers alone, and what an evaluation finds goes to a place of its own.
 
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -60,7 +63,7 @@ impl GeneralisedForce {
     }
 }
 
-/// Energy held and power lost by a force element at its last evaluation.
+/// Energy held and power lost by a force element.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ForceEnergies {
     /// Quasistatic elastic energy `½ fᵀ G f` \[J\].
@@ -89,107 +92,89 @@ impl ForceEnergies {
     }
 }
 
-/// Books what the force elements have lost by sliding in a step that is about to be accepted in component `k` of the state `y`, the
-/// dissipated work, and takes its `rate` to the start of the next step, where nothing has slid yet: there `slid` grows with the
-/// power of sliding.
-pub(super) fn book_work<F: ForceElement>(forces: &[F], k: usize, y: &mut [f64], rate: &mut [f64]) {
-    for force in forces {
-        let energies = force.energies();
-        y[k] += energies.slid;
-        rate[k] += energies.slid_rate - energies.sliding_power;
+/// The motion at which a force element is evaluated.
+#[derive(Debug, Clone, Copy)]
+pub struct Motion<'a> {
+    /// Time \[s\].
+    pub time: f64,
+    /// Motions of all bodies of the system.
+    pub bodies: &'a [BodyState],
+    /// Coordinates that the element has of its own, then their rates.
+    pub own: &'a [f64],
+}
+
+impl<'a> Motion<'a> {
+    /// Bodies at time `time`, for an element without coordinates of its own.
+    pub fn new(time: f64, bodies: &'a [BodyState]) -> Self {
+        Self { time, bodies, own: &[] }
     }
 }
 
-/// A force on one or more bodies. Evaluations must not allocate.
-pub trait ForceElement: Send {
-    /// Adds the forces at time `t` to `forces` (one entry a body, in the order of `bodies`).
-    ///
-    /// # Errors
-    /// [`EvaluationFailure`] where the force cannot be found, for instance when the contact solver does not converge.
-    fn apply(
-        &mut self,
-        t: f64,
-        bodies: &[BodyState],
-        forces: &mut [GeneralisedForce],
-    ) -> Result<(), EvaluationFailure>;
-
-    /// Energies at the last evaluation.
+/// What an evaluation of a force element has found, for the system.
+pub trait Findings: Send {
+    /// Energies and powers.
     fn energies(&self) -> ForceEnergies;
 
-    /// Resultant on the element's first body in the inertial frame at the last evaluation; its time integral is the impulse \[N\].
+    /// Resultant on the element's first body in the inertial frame; its time integral is the impulse \[N\].
     fn resultant(&self) -> Vector3<f64>;
 
-    /// Whether the force and all its derivatives were zero at the last evaluation, as in an open contact.
+    /// Whether the force and all its derivatives were zero, as in an open contact.
     fn is_idle(&self) -> bool {
         false
     }
 
-    /// Remembers the inner state before a step; for elements whose evaluations depend on those before.
-    fn save(&mut self) {}
+    /// Second derivatives of the element's own coordinates, one each.
+    fn accelerations(&self) -> &[f64] {
+        &[]
+    }
+}
 
-    /// Returns to the remembered inner state after a rejected step.
-    fn restore(&mut self) {}
+/// A force on one or more bodies.
+pub trait ForceElement: Send {
+    /// What later evaluations depend on: references of sticking points, starts of iterations, and what of them is saved.
+    type State: Send;
+    /// Buffers; their contents change no result.
+    type Workspace: Send;
+    /// What an evaluation finds.
+    type Found: Findings;
+
+    /// State before the first evaluation.
+    fn state(&self) -> Self::State;
+
+    /// Buffers for evaluations.
+    fn workspace(&self) -> Self::Workspace;
+
+    /// A place for what evaluations find, with nothing found yet.
+    fn found(&self) -> Self::Found;
+
+    /// Adds the forces at `motion` to `forces` (one entry a body, in the order of the bodies) and notes in `found` what it
+    /// finds. Must not allocate.
+    ///
+    /// # Errors
+    /// [`EvaluationFailure`] where the force cannot be found, for instance when the contact solver does not converge.
+    fn evaluate(
+        &self,
+        motion: Motion<'_>,
+        state: &mut Self::State,
+        workspace: &mut Self::Workspace,
+        found: &mut Self::Found,
+        forces: &mut [GeneralisedForce],
+    ) -> Result<(), EvaluationFailure>;
+
+    /// Accepts what the last evaluation found at the end of a step, and saves the state; for elements whose evaluations depend on
+    /// those before.
+    fn save(&self, _state: &mut Self::State, _found: &Self::Found) {}
+
+    /// Returns to the saved state after a rejected step.
+    fn restore(&self, _state: &mut Self::State, _found: &mut Self::Found) {}
 
     /// Number `n` of coordinates that the element has of its own. The system's state holds them and their rates, `2 n` numbers.
     fn n_coordinates(&self) -> usize {
         0
     }
 
-    /// Takes the element's coordinates, then their rates, before an evaluation.
-    fn set_coordinates(&mut self, _own: &[f64]) {}
-
-    /// Writes the second derivatives of the element's coordinates at the last evaluation.
-    fn accelerations(&self, _out: &mut [f64]) {}
-
     /// Velocity that carries the energy of `own`, coordinates and rates, in the body that the element acts on [m/s].
     fn coordinate_speed(&self, _own: &[f64]) -> f64 {
         0.0
-    }
-}
-
-impl<T: ForceElement + ?Sized> ForceElement for Box<T> {
-    fn apply(
-        &mut self,
-        t: f64,
-        bodies: &[BodyState],
-        forces: &mut [GeneralisedForce],
-    ) -> Result<(), EvaluationFailure> {
-        (**self).apply(t, bodies, forces)
-    }
-
-    fn energies(&self) -> ForceEnergies {
-        (**self).energies()
-    }
-
-    fn resultant(&self) -> Vector3<f64> {
-        (**self).resultant()
-    }
-
-    fn is_idle(&self) -> bool {
-        (**self).is_idle()
-    }
-
-    fn save(&mut self) {
-        (**self).save();
-    }
-
-    fn restore(&mut self) {
-        (**self).restore();
-    }
-
-    fn n_coordinates(&self) -> usize {
-        (**self).n_coordinates()
-    }
-
-    fn set_coordinates(&mut self, own: &[f64]) {
-        (**self).set_coordinates(own);
-    }
-
-    fn accelerations(&self, out: &mut [f64]) {
-        (**self).accelerations(out);
-    }
-
-    fn coordinate_speed(&self, own: &[f64]) -> f64 {
-        (**self).coordinate_speed(own)
     }
 }

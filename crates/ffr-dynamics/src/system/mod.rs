@@ -1,6 +1,7 @@
 //! Bodies, joints, forces and equations of motion.
 
 pub mod force;
+pub mod active;
 mod equations;
 mod body_derivative;
 mod free_modes;
@@ -24,7 +25,8 @@ pub mod vibration;
 pub mod equilibrium;
 
 pub use error_scale::ErrorScale;
-pub use force::{BodyState, ForceElement, ForceEnergies, GeneralisedForce};
+pub use active::{Active, ActiveForce};
+pub use force::{BodyState, Findings, ForceElement, ForceEnergies, GeneralisedForce, Motion};
 pub use joints::{CoordinateForce, JointKind, TimeFunction};
 pub use model::MultibodyModel;
 pub use multibody::Multibody;

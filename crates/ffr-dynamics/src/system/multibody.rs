@@ -2,12 +2,13 @@
 //!
 //! Bodies form a tree, so that the equations are ordinary ones without drift; loop-closing joints add constraints.
 
-use std::cell::RefCell;
+use std::ops::DerefMut;
 
 use nalgebra::Vector3;
 
+use super::active::ActiveForce;
 use super::error_scale::ErrorScale;
-use super::force::{BodyState, ForceElement, GeneralisedForce, book_work};
+use super::force::{BodyState, GeneralisedForce, Motion};
 use super::joints::forces::joint_energy;
 use super::model::{JointCoordinates, MultibodyModel, TreeBody};
 use super::specification::SystemSpec;
@@ -35,15 +36,17 @@ const MAX_PROJECTIONS: usize = 8;
 /// The state vector holds body by body joint positions, `q_e`, joint velocities, `dq_e/dt` ([`super::model::TreeLayout`]);
 /// then the quadratures: dissipated work, supplied work, and the impulse (3) of each force element; then the coordinates that
 /// force elements have of their own, each element's followed by their rates.
-pub struct Multibody<F = Box<dyn ForceElement>> {
+///
+/// `F` holds a force element at work: a box of one, or something around it.
+pub struct Multibody<F = Box<dyn ActiveForce>> {
     pub(super) model: MultibodyModel,
     forces: Vec<F>,
     error_scale: ErrorScale,
     pub(super) workspace: Workspace,
-    norm: RefCell<TreeNorm>,
+    norm: TreeNorm,
 }
 
-impl<F: ForceElement> Multibody<F> {
+impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
     /// A system from its description and force elements, which number the bodies as `spec` does.
     ///
     /// # Errors
@@ -51,7 +54,7 @@ impl<F: ForceElement> Multibody<F> {
     pub fn new(spec: SystemSpec, forces: Vec<F>) -> Result<Self, DynamicsError> {
         let model = MultibodyModel::new(spec)?;
         let workspace = Workspace::new(&model);
-        let norm = RefCell::new(TreeNorm::new(&model, &workspace.states, &workspace.edges)?);
+        let norm = TreeNorm::new(&model, &workspace.states, &workspace.edges)?;
         Ok(Self { model, forces, error_scale: ErrorScale::default(), workspace, norm })
     }
 
@@ -72,7 +75,7 @@ impl<F: ForceElement> Multibody<F> {
             "models that replace each other have the same coordinates"
         );
         let workspace = Workspace::new(&model);
-        self.norm = RefCell::new(TreeNorm::new(&model, &workspace.states, &workspace.edges)?);
+        self.norm = TreeNorm::new(&model, &workspace.states, &workspace.edges)?;
         (self.model, self.workspace) = (model, workspace);
         Ok(())
     }
@@ -103,7 +106,7 @@ impl<F: ForceElement> Multibody<F> {
     /// [`DynamicsError::Data`] if one is not positive.
     pub fn set_error_scale(&mut self, scale: ErrorScale) -> Result<(), DynamicsError> {
         self.error_scale = scale.checked()?;
-        self.norm.get_mut().forget();
+        self.norm.forget();
         Ok(())
     }
 
@@ -112,7 +115,7 @@ impl<F: ForceElement> Multibody<F> {
     /// Joints between bodies of the same modes only move frequencies between those of the free bodies (Rayleigh).
     /// Stiff joint springs are not counted.
     pub fn highest_frequency(&self) -> f64 {
-        self.norm.borrow().highest_frequency() / std::f64::consts::TAU
+        self.norm.highest_frequency() / std::f64::consts::TAU
     }
 
     /// State with all joint coordinates at zero, undeformed, at rest, quadratures at zero.
@@ -208,11 +211,11 @@ impl<F: ForceElement> Multibody<F> {
     pub fn evaluate_forces(&mut self, t: f64, y: &[f64]) -> Result<(), EvaluationFailure> {
         self.workspace.place(&self.model, t, y);
         let mut start = self.n_without_own();
+        let Workspace { states, sums, .. } = &mut self.workspace;
         for force in &mut self.forces {
             let end = start + 2 * force.n_coordinates();
-            force.set_coordinates(&y[start..end]);
+            force.evaluate(Motion { time: t, bodies: states, own: &y[start..end] }, sums)?;
             start = end;
-            force.apply(t, &self.workspace.states, &mut self.workspace.sums)?;
         }
         self.workspace.add_loads(&self.model);
         Ok(())
@@ -291,6 +294,13 @@ impl<F: ForceElement> Multibody<F> {
         self.own_coordinates().nth(element).unwrap_or_default()
     }
 
+    /// Force element `element`, to be asked at time `t` in the state `y`, and the motion there. Does not allocate.
+    pub fn force_in_motion<'a>(&'a mut self, t: f64, y: &'a [f64], element: usize) -> (&'a mut F, Motion<'a>) {
+        let own = &y[self.coordinates_of_force(element)];
+        self.workspace.place(&self.model, t, y);
+        (&mut self.forces[element], Motion { time: t, bodies: &self.workspace.states, own })
+    }
+
     /// Velocity that carries the energy of the force elements' own part of `y` [m/s].
     fn own_speed(&self, y: &[f64]) -> f64 {
         let parts = self.forces.iter().zip(self.own_coordinates());
@@ -347,7 +357,7 @@ impl<F: ForceElement> Multibody<F> {
         }
         let Workspace { loops, edges, factors, .. } = &mut self.workspace;
         let rate = loops.correct_velocities(&self.model, edges, factors);
-        let speed = self.norm.get_mut().speed(&self.model, t, y).max(1e-3);
+        let speed = self.norm.speed(&self.model, t, y).max(1e-3);
         let is_slow = rate <= LOOP_RATE_TOLERANCE * speed;
         if is_slow {
             return has_moved;
@@ -391,7 +401,7 @@ impl<F: ForceElement> Multibody<F> {
     }
 }
 
-impl<F: ForceElement> OdeSystem for Multibody<F> {
+impl<F: DerefMut<Target: ActiveForce>> OdeSystem for Multibody<F> {
     fn dimension(&self) -> usize {
         self.n_without_own() + self.forces.iter().map(|f| 2 * f.n_coordinates()).sum::<usize>()
     }
@@ -415,27 +425,27 @@ impl<F: ForceElement> OdeSystem for Multibody<F> {
         for (force, place) in self.forces.iter().zip(self.own_coordinates()) {
             let middle = place.start + place.len() / 2;
             dydt[place.start..middle].copy_from_slice(&y[middle..place.end]);
-            force.accelerations(&mut dydt[middle..place.end]);
+            dydt[middle..place.end].copy_from_slice(force.accelerations());
         }
         Ok(())
     }
 
-    fn error_norm(&self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
-        let norm = &mut *self.norm.borrow_mut();
+    fn error_norm(&mut self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
+        let (own, norm) = (self.own_speed(error), &mut self.norm);
         // Prescribed motion enters with the time of the last evaluation, which is the end of the step.
         let t = self.workspace.time;
         let speed = norm.speed(&self.model, t, y0);
         let motion = norm.speed(&self.model, t, y1).max(speed).max(self.error_scale.velocity_floor);
-        norm.error_speed(&self.model, error, motion).hypot(self.own_speed(error))
+        norm.error_speed(&self.model, error, motion).hypot(own)
             / (self.error_scale.relative * motion)
     }
 
-    fn damped_error_norm(&self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
-        let norm = &mut *self.norm.borrow_mut();
+    fn damped_error_norm(&mut self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
+        let (own, norm) = (self.own_speed(error), &mut self.norm);
         let t = self.workspace.time;
         let start = norm.speed(&self.model, t, y0).max(self.error_scale.velocity_floor);
         let motion = norm.speed(&self.model, t, y1).max(start);
-        norm.damped_error_speed(&self.model, (t, y0, start), error, motion).hypot(self.own_speed(error))
+        norm.damped_error_speed(&self.model, (t, y0, start), error, motion).hypot(own)
             / (self.error_scale.relative * motion)
     }
 
@@ -458,7 +468,7 @@ impl<F: ForceElement> OdeSystem for Multibody<F> {
         derivative: &mut Linearisation,
     ) -> Result<(), EvaluationFailure> {
         self.evaluate(t, y)?;
-        let is_coupled = !self.model.loops.is_empty() || !self.forces.iter().all(ForceElement::is_idle);
+        let is_coupled = !self.model.loops.is_empty() || !self.forces.iter().all(|force| force.is_idle());
         if !is_coupled {
             self.workspace.linearise(&self.model, derivative);
         }
@@ -479,15 +489,22 @@ impl<F: ForceElement> OdeSystem for Multibody<F> {
     }
 
     fn book(&mut self, y: &mut [f64], rate: &mut [f64]) {
-        book_work(&self.forces, self.model.n_states(), y, rate);
+        // Work of sliding goes to the dissipated work; the next step starts where nothing has slid yet: there `slid` grows with the
+        // power of sliding.
+        let k = self.model.n_states();
+        for force in &self.forces {
+            let energies = force.energies();
+            y[k] += energies.slid;
+            rate[k] += energies.slid_rate - energies.sliding_power;
+        }
     }
 
     fn save(&mut self) {
-        self.forces.iter_mut().for_each(ForceElement::save);
+        self.forces.iter_mut().for_each(|force| force.save());
     }
 
     fn restore(&mut self) {
-        self.forces.iter_mut().for_each(ForceElement::restore);
+        self.forces.iter_mut().for_each(|force| force.restore());
     }
 }
 

@@ -1,8 +1,10 @@
 //! Forces and moments that joints transmit (docs/theory.md Eq. M.35 to M.37).
 
+use std::ops::DerefMut;
+
 use nalgebra::Vector3;
 
-use super::force::ForceElement;
+use super::active::ActiveForce;
 use super::multibody::Multibody;
 use super::tree_kinematics::split;
 
@@ -16,7 +18,7 @@ pub struct Reaction {
     pub moment: Vector3<f64>,
 }
 
-impl<F: ForceElement> Multibody<F> {
+impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
     /// Reaction of the joint on which body `body` hangs (Eq. M.35, M.36). Zero for bodies that move freely.
     ///
     /// Belongs to the last accelerations ([`Multibody::evaluate_accelerations`] or a right-hand side); the bodies must stand where

@@ -1,8 +1,10 @@
 //! Eigenfrequencies of a joined system about a pose at rest (docs/theory.md Eq. M.38 to M.42).
 
+use std::ops::DerefMut;
+
 use faer::{Mat, MatRef};
 
-use super::force::ForceElement;
+use super::active::ActiveForce;
 use super::multibody::Multibody;
 use super::small_motion::{REDUNDANT, SmallMotion};
 use super::tree_kinematics::update;
@@ -56,7 +58,7 @@ impl SystemMode {
     }
 }
 
-impl<F: ForceElement> Multibody<F> {
+impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
     /// Undamped vibrations about the pose of `y` at time `t`: velocities zero, prescribed motions held, force elements left out
     /// (contacts open), joint springs, drives and loads as they are, with the stiffness of weight and of the forces in loops.
     ///
