@@ -278,7 +278,7 @@ fn resolved_scenario_in_the_file_reads_back() {
     let file = hdf5::File::open(&path).expect("readable");
     let text: VarLenUnicode = file.dataset("scenario").expect("there").read_scalar().expect("text");
     let again = scenario::parse(Path::new("again.toml"), text.as_str().as_bytes(), &[]).expect("valid");
-    assert_eq!(again.bodies, scenario_with(&[]).bodies);
+    assert_eq!(again.run, scenario_with(&[]).run);
 }
 
 #[test]
