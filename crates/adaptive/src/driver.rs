@@ -35,6 +35,7 @@ const NEAR: f64 = 1e-9;
 
 mod doubts;
 mod impact;
+mod judgement;
 mod refine;
 mod restart;
 mod watch;

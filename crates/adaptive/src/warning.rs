@@ -19,17 +19,20 @@ pub enum WarningKind {
     InitialOverlap,
     /// A disc or ball that a joint or load holds is too small for the elements there.
     CoarsePlace,
+    /// The force of a contact was too small beside others to judge its zone and penalty factor by.
+    MinorContact,
 }
 
 impl WarningKind {
     /// All kinds, in the order of their numbers.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::FewModes,
         Self::CoarseMesh,
         Self::SparseOutput,
         Self::NeverClosed,
         Self::InitialOverlap,
         Self::CoarsePlace,
+        Self::MinorContact,
     ];
 
     /// Name in logs and files.
@@ -41,6 +44,7 @@ impl WarningKind {
             Self::NeverClosed => "never-closed",
             Self::InitialOverlap => "initial-overlap",
             Self::CoarsePlace => "coarse-place",
+            Self::MinorContact => "minor-contact",
         }
     }
 }

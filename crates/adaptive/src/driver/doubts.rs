@@ -1,6 +1,7 @@
 //! What a run reports of itself besides its result: warnings, and the checks that end it.
 
 use super::Driver;
+use super::judgement::MINOR;
 use crate::error::AdaptiveError;
 use crate::plausibility::resolution::{coarse_mesh, coarse_place, few_modes, sparse_output};
 use crate::plausibility::{motion, start};
@@ -72,8 +73,14 @@ impl Driver<'_> {
         Ok(contact.nearest(self.model.system.last_evaluation().0)?.gap)
     }
 
-    /// Looks at a finished impact; `is_open`: whether the contact had let go.
-    pub(super) fn doubt_impact(&mut self, impact: &ImpactRecord, is_open: bool) -> Result<(), AdaptiveError> {
+    /// Looks at a finished impact; `is_open`: whether the contact had let go; `is_minor`: whether its force was too small beside
+    /// others to be judged by.
+    pub(super) fn doubt_impact(
+        &mut self,
+        impact: &ImpactRecord,
+        is_open: bool,
+        is_minor: bool,
+    ) -> Result<(), AdaptiveError> {
         let i = impact.contact as usize;
         self.doubts.gaps[i] = [CLOSED, impact.start];
         if !is_open {
@@ -81,7 +88,11 @@ impl Driver<'_> {
         }
         let (body, target) = self.model.system.forces()[i].contact.bodies();
         let bodies = [Some(body), target].into_iter().flatten();
-        let warnings = bodies.filter_map(|b| Some((b, few_modes(&self.model.bodies[b], impact)?))).collect();
+        let few = |b| Some((b, few_modes(&self.model.bodies[b], impact)?));
+        let mut warnings: Vec<(usize, Warning)> = bodies.filter_map(few).collect();
+        if is_minor && self.model.adaptive.iter().any(|(index, _)| *index == i) {
+            warnings.push((i, minor_contact(&self.model.contacts[i].name, impact)));
+        }
         self.warn(warnings)
     }
 
@@ -147,5 +158,22 @@ impl Driver<'_> {
             Some(error) => Err(error),
             None => Ok(()),
         }
+    }
+}
+
+/// What is told of a contact whose zone and penalty factor were not judged.
+fn minor_contact(name: &str, impact: &ImpactRecord) -> Warning {
+    Warning {
+        kind: WarningKind::MinorContact,
+        subject: format!("contact \"{name}\""),
+        time: impact.start,
+        value: impact.peak_force,
+        limit: MINOR,
+        message: format!(
+            "its largest force of {:.3e} N is below {MINOR:.0e} of the largest on the bodies that it is connected with: it changes their \
+             motion by no more, and the width of its zone and its penalty factor were not judged",
+            impact.peak_force
+        ),
+        remedy: format!("give contacts.{name}.interval.width if this contact matters by itself"),
     }
 }

@@ -5,21 +5,17 @@ use std::time::Instant;
 use cpu_time::ProcessTime;
 use ffr_dynamics::error::FailureKind;
 
+use super::judgement::{Intervals, Judgement};
 use super::{Driver, NumericalDamping, QUIET_STEPS};
 use crate::adaptive_contact::FineContact;
 use crate::error::AdaptiveError;
 use crate::impact_watch::ImpactWatch;
-use crate::interval::{IntervalAssessment, IntervalSettings, Verdict};
-use crate::penalty_search::{PenaltyAction, RunOutcome};
+use crate::interval::IntervalAssessment;
 use crate::plausibility::ledger::EnergyLedger;
 use crate::record::{Continue, PhaseKind, Sample, StressState, TransferRecord};
 
 /// Most tries of one impact: widths change by half at least each time, penalty factors by a factor of ten.
 const MAX_TRIES: u32 = 40;
-/// Tries after which an interval counts as impossible though a width is both too narrow and too wide: other contacts of the
-/// same impact may change the force from try to try, three times in a row is no coincidence.
-const MOST_CLOSED: u32 = 3;
-
 /// Where all tries of an impact start.
 pub(super) struct Start {
     pub time: f64,
@@ -28,55 +24,6 @@ pub(super) struct Start {
     pub stress: Vec<Option<StressState>>,
     pub numerical: NumericalDamping,
     pub ledger: EnergyLedger,
-}
-
-/// Widths of the contacts' intervals in the tries of an impact.
-struct Intervals {
-    /// Widths wanted next, where tries have told them \[m\].
-    widths: Vec<Option<[f64; 2]>>,
-    /// Widest interval whose edge was touched, and narrowest one that was too wide, a contact and direction \[m\].
-    brackets: Vec<[(f64, f64); 2]>,
-    /// How often no width was left between those, a contact.
-    closed: Vec<u32>,
-    /// Contact whose interval changed last.
-    latest: usize,
-}
-
-impl Intervals {
-    fn new(n_contacts: usize) -> Self {
-        Self {
-            widths: vec![None; n_contacts],
-            brackets: vec![[(0.0, f64::INFINITY); 2]; n_contacts],
-            closed: vec![0; n_contacts],
-            latest: 0,
-        }
-    }
-
-    /// Takes the widths wanted next for contact `i` after `verdict`; false if there is no width that can be acceptable: the
-    /// same one is too narrow and, by less than an element, too wide.
-    fn note(
-        &mut self,
-        i: usize,
-        fine: Option<&FineContact>,
-        verdict: &IntervalAssessment,
-        next: [f64; 2],
-    ) -> bool {
-        (self.widths[i], self.latest) = (Some(next), i);
-        let Some(fine) = fine else { return true };
-        let (widths, counts) = (fine.widths(), fine.n_elements());
-        let mut is_closed = false;
-        for (d, direction) in verdict.directions.iter().enumerate() {
-            let (narrow, wide) = &mut self.brackets[i][d];
-            match direction.verdict {
-                Verdict::EdgeTouched => *narrow = narrow.max(widths[d]),
-                Verdict::UnderUtilised => *wide = wide.min(widths[d]),
-                _ => {}
-            }
-            is_closed |= *narrow * (1.0 + 1.0 / counts[d].max(1) as f64) >= *wide;
-        }
-        self.closed[i] += u32::from(is_closed);
-        self.closed[i] < MOST_CLOSED
-    }
 }
 
 /// How an attempt at an impact ended.
@@ -170,15 +117,6 @@ impl Driver<'_> {
         }
         self.flush()?;
         Err(self.no_model(intervals.latest, MAX_TRIES))
-    }
-
-    fn no_model(&self, i: usize, tries: u32) -> AdaptiveError {
-        AdaptiveError::NoAcceptableModel {
-            contact: self.model.contacts[i].name.clone(),
-            time: self.phase_start,
-            tries,
-            width: self.fine[i].as_ref().map_or(0.0, |f| f.widths()[0]),
-        }
     }
 
     /// Reports a try that ends the run, with what it computed, and passes `error` on.
@@ -323,128 +261,6 @@ impl Driver<'_> {
         Ok(None)
     }
 
-    fn is_width_given(&self, i: usize) -> bool {
-        self.model.adaptive.iter().any(|(index, c)| *index == i && c.is_width_given())
-    }
-
-    /// Answer of Algorithm 2 for every refined contact that touched in a try that ended as said.
-    fn assess(&self, ending: &Ending) -> Vec<Option<IntervalAssessment>> {
-        let mut verdicts = vec![None; self.watches.len()];
-        for (index, contact) in &self.model.adaptive {
-            let fine = self.fine[*index].as_ref().filter(|f| f.has_touched());
-            let is_rising = *ending == Ending::Complete && self.watches[*index].is_rising();
-            verdicts[*index] = fine.map(|f| f.assess(&contact.interval_settings(), is_rising));
-        }
-        verdicts
-    }
-
-    /// Whether the attempt is the result, and what the next one is to be like.
-    fn judge(
-        &mut self,
-        ending: &Ending,
-        verdicts: &[Option<IntervalAssessment>],
-        intervals: &mut Intervals,
-        number: u32,
-    ) -> Result<Judgement, AdaptiveError> {
-        if *ending == Ending::Interrupted {
-            return Ok(Judgement::Accept { reason: "stopped by the user".into() });
-        }
-        // Intervals first: an unacceptable model says nothing about the penalty factor.
-        let mut reasons = Vec::new();
-        for (i, verdict) in verdicts.iter().enumerate() {
-            let (Some(verdict), false) = (verdict, self.is_width_given(i)) else { continue };
-            let is_trial = matches!(ending, Ending::TrialPassed | Ending::SolverFailed { .. });
-            let is_edge = *ending == Ending::EdgeTouched(i);
-            if verdict.is_at_face_end() {
-                return Err(self.face_end(i, number));
-            }
-            // A trial that ends early has not used its interval yet.
-            if is_edge || !(verdict.is_acceptable() || is_trial || matches!(ending, Ending::EdgeTouched(_))) {
-                let mut next = [0.0; 2];
-                next.iter_mut().zip(&verdict.directions).for_each(|(w, d)| *w = d.width);
-                let is_own_edge = verdict.directions.iter().any(|d| d.verdict == Verdict::EdgeTouched);
-                if let (true, false, Some(fine)) = (is_edge, is_own_edge, &self.fine[i]) {
-                    // Contact left the target's interval.
-                    if fine.is_target_at_end() {
-                        return Err(self.face_end(i, number));
-                    }
-                    next = fine.widths().map(|w| w * (1.0 + IntervalSettings::default().max_change));
-                }
-                if verdict.directions.len() == 1 {
-                    next[1] = next[0];
-                }
-                if !intervals.note(i, self.fine[i].as_ref(), verdict, next) {
-                    return Err(self.no_model(i, number));
-                }
-                reasons.push(format!("{}: {}", self.model.contacts[i].name, describe(verdict, is_edge)));
-            }
-        }
-        if !reasons.is_empty() {
-            return Ok(Judgement::Again { reason: reasons.join("; "), trial: self.restart_searches() });
-        }
-        self.judge_penalties(ending, number)
-    }
-
-    fn judge_penalties(&mut self, ending: &Ending, number: u32) -> Result<Judgement, AdaptiveError> {
-        let mut reasons = Vec::new();
-        let mut trial = None;
-        for i in 0..self.fine.len() {
-            let peak_force = self.watches[i].peak_force();
-            let Some(fine) = &mut self.fine[i] else { continue };
-            if !fine.has_touched() && !matches!(ending, Ending::SolverFailed { .. }) {
-                continue;
-            }
-            let before = fine.search.penalty();
-            let outcome = match ending {
-                Ending::TrialPassed => RunOutcome::TrialPassed,
-                Ending::SolverFailed { failure, .. } => RunOutcome::SolverError { failure: *failure },
-                _ => RunOutcome::Completed { peak_force },
-            };
-            match fine.search.next(outcome) {
-                PenaltyAction::Accept { is_last_run: true, .. } => {}
-                PenaltyAction::Accept { penalty, is_last_run: false } => {
-                    // The run with this factor is gone: it is made again.
-                    fine.search = fine.search.accepted();
-                    reasons.push(penalty_reason(&self.model.contacts[i].name, ending, before, penalty));
-                }
-                PenaltyAction::Run { penalty, contact_steps } => {
-                    trial = trial.or(contact_steps);
-                    reasons.push(penalty_reason(&self.model.contacts[i].name, ending, before, penalty));
-                }
-                PenaltyAction::Resume { penalty } => {
-                    reasons.push(penalty_reason(&self.model.contacts[i].name, ending, before, penalty));
-                }
-                PenaltyAction::Fail(failure) => {
-                    let contact = self.model.contacts[i].name.clone();
-                    let time = self.phase_start;
-                    return Err(AdaptiveError::Penalty { contact, time, tries: number, failure });
-                }
-            }
-        }
-        if reasons.is_empty() {
-            return Ok(Judgement::Accept { reason: self.acceptance() });
-        }
-        Ok(Judgement::Again { reason: reasons.join("; "), trial })
-    }
-
-    fn acceptance(&self) -> String {
-        if self.fine.iter().any(Option::is_some) {
-            "utilisation and penalty factor are acceptable".into()
-        } else {
-            "refinement and penalty are given".into()
-        }
-    }
-
-    fn restart_searches(&mut self) -> Option<usize> {
-        let mut trial = None;
-        for fine in self.fine.iter_mut().flatten() {
-            if let PenaltyAction::Run { contact_steps, .. } = fine.search.restart() {
-                trial = trial.or(contact_steps);
-            }
-        }
-        trial
-    }
-
     fn repeat_impact_until(&mut self, start: f64, end: f64) -> Result<(), AdaptiveError> {
         self.interpolated.copy_from_slice(self.integrator.previous_state());
         self.integrator.restart(start, &self.interpolated);
@@ -456,23 +272,6 @@ impl Driver<'_> {
         }
         Ok(())
     }
-
-    /// Error for a contact that reached the end of its surface.
-    fn face_end(&self, i: usize, tries: u32) -> AdaptiveError {
-        let width = self.fine[i].as_ref().map_or(0.0, |f| f.widths()[0]);
-        AdaptiveError::IntervalAtEdge {
-            contact: self.model.contacts[i].name.clone(),
-            time: self.integrator.time(),
-            tries,
-            width,
-        }
-    }
-}
-
-/// What follows from an attempt.
-enum Judgement {
-    Accept { reason: String },
-    Again { reason: String, trial: Option<usize> },
 }
 
 /// What is reported once an attempt is accepted.
@@ -481,24 +280,4 @@ pub(super) enum Pending {
     Sample(Box<Sample>),
     /// A change of the model.
     Transfer(TransferRecord),
-}
-
-fn describe(verdict: &IntervalAssessment, is_edge: bool) -> String {
-    let list: Vec<String> = verdict
-        .directions
-        .iter()
-        .map(|d| format!("{:.0} % used, next width {:.3e} m", 100.0 * d.utilisation, d.width))
-        .collect();
-    let what =
-        if is_edge { "an edge element was in contact" } else { "too little of the interval was in contact" };
-    format!("{what} ({})", list.join(", "))
-}
-
-fn penalty_reason(name: &str, ending: &Ending, before: f64, after: f64) -> String {
-    let why = match ending {
-        Ending::TrialPassed => "trial passed".to_owned(),
-        Ending::SolverFailed { failure, reason } => format!("contact solver failed, {failure} ({reason})"),
-        _ => "peak force not yet compared".to_owned(),
-    };
-    format!("{name}: {why} at {before:.3e} N/m^3, next {after:.3e} N/m^3")
 }

@@ -3,7 +3,7 @@
 use ffr_dynamics::integration::DenseOutput;
 
 use super::Driver;
-use super::impact::Attempt;
+use super::impact::{Attempt, Ending};
 use crate::adaptive_contact::FineContact;
 use crate::error::AdaptiveError;
 use crate::impact_watch::{Change, ContactInstant};
@@ -31,11 +31,12 @@ impl Driver<'_> {
         }
         self.flush()?;
         let alone: Vec<bool> = (0..self.watches.len()).map(|i| self.is_alone(i)).collect();
+        let minor = self.minor_contacts(&Ending::Complete);
         for (i, (is_open, is_alone)) in is_open.into_iter().zip(alone).enumerate() {
             if let Some(record) = self.watches[i].finish(i as u32, is_alone) {
                 self.observer.impact(&record)?;
                 self.n_impacts += 1;
-                self.doubt_impact(&record, is_open)?;
+                self.doubt_impact(&record, is_open, minor[i])?;
             }
         }
         self.doubt_output()?;

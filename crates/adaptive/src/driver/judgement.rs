@@ -1,0 +1,299 @@
+//! Judgement of a trial of an impact: whether it is the result, and what the next one is to be like.
+
+use super::Driver;
+use super::impact::Ending;
+use crate::adaptive_contact::FineContact;
+use crate::error::AdaptiveError;
+use crate::impact_watch::ImpactWatch;
+use crate::interval::{IntervalAssessment, IntervalSettings, Verdict};
+use crate::penalty_search::{PenaltyAction, RunOutcome};
+
+/// Trials after which an interval counts as impossible though a width is both too narrow and too wide: other contacts of the
+/// same impact may change the force from trial to trial, three times in a row is no coincidence.
+const MOST_CLOSED: u32 = 3;
+/// Share of the largest force on connected bodies below which a contact is not judged: a twentieth of the change of the peak force
+/// down to which penalty factors are searched. Such a contact changes no motion by more, and its force may be no more than the
+/// error of the motion, as between bodies at rest that a wave has not reached yet.
+pub(super) const MINOR: f64 = 1e-4;
+
+/// Widths of the contacts' intervals in the tries of an impact.
+pub(super) struct Intervals {
+    /// Widths wanted next, where tries have told them \[m\].
+    pub widths: Vec<Option<[f64; 2]>>,
+    /// Widest interval whose edge was touched, and narrowest one that was too wide, a contact and direction \[m\].
+    brackets: Vec<[(f64, f64); 2]>,
+    /// How often no width was left between those, a contact.
+    closed: Vec<u32>,
+    /// Contact whose interval changed last.
+    pub latest: usize,
+}
+
+impl Intervals {
+    pub fn new(n_contacts: usize) -> Self {
+        Self {
+            widths: vec![None; n_contacts],
+            brackets: vec![[(0.0, f64::INFINITY); 2]; n_contacts],
+            closed: vec![0; n_contacts],
+            latest: 0,
+        }
+    }
+
+    /// Takes the widths wanted next for contact `i` after `verdict`; false if there is no width that can be acceptable: the
+    /// same one is too narrow and, by less than an element, too wide.
+    fn note(
+        &mut self,
+        i: usize,
+        fine: Option<&FineContact>,
+        verdict: &IntervalAssessment,
+        next: [f64; 2],
+    ) -> bool {
+        (self.widths[i], self.latest) = (Some(next), i);
+        let Some(fine) = fine else { return true };
+        let (widths, counts) = (fine.widths(), fine.n_elements());
+        let mut is_closed = false;
+        for (d, direction) in verdict.directions.iter().enumerate() {
+            let (narrow, wide) = &mut self.brackets[i][d];
+            match direction.verdict {
+                Verdict::EdgeTouched => *narrow = narrow.max(widths[d]),
+                Verdict::UnderUtilised => *wide = wide.min(widths[d]),
+                _ => {}
+            }
+            is_closed |= *narrow * (1.0 + 1.0 / counts[d].max(1) as f64) >= *wide;
+        }
+        self.closed[i] += u32::from(is_closed);
+        self.closed[i] < MOST_CLOSED
+    }
+}
+
+/// What follows from an attempt.
+pub(super) enum Judgement {
+    Accept { reason: String },
+    Again { reason: String, trial: Option<usize> },
+}
+
+impl Driver<'_> {
+    pub(super) fn no_model(&self, i: usize, tries: u32) -> AdaptiveError {
+        AdaptiveError::NoAcceptableModel {
+            contact: self.model.contacts[i].name.clone(),
+            time: self.phase_start,
+            tries,
+            width: self.fine[i].as_ref().map_or(0.0, |f| f.widths()[0]),
+        }
+    }
+
+    pub(super) fn is_width_given(&self, i: usize) -> bool {
+        self.model.adaptive.iter().any(|(index, c)| *index == i && c.is_width_given())
+    }
+
+    /// Answer of Algorithm 2 for every refined contact that touched in a try that ended as said.
+    pub(super) fn assess(&self, ending: &Ending) -> Vec<Option<IntervalAssessment>> {
+        let mut verdicts = vec![None; self.watches.len()];
+        let minor = self.minor_contacts(ending);
+        for (index, contact) in &self.model.adaptive {
+            let fine = self.fine[*index].as_ref().filter(|f| f.has_touched() && !minor[*index]);
+            let is_rising = *ending == Ending::Complete && self.watches[*index].is_rising();
+            verdicts[*index] = fine.map(|f| f.assess(&contact.interval_settings(), is_rising));
+        }
+        verdicts
+    }
+
+    /// Whether the attempt is the result, and what the next one is to be like.
+    pub(super) fn judge(
+        &mut self,
+        ending: &Ending,
+        verdicts: &[Option<IntervalAssessment>],
+        intervals: &mut Intervals,
+        number: u32,
+    ) -> Result<Judgement, AdaptiveError> {
+        if *ending == Ending::Interrupted {
+            return Ok(Judgement::Accept { reason: "stopped by the user".into() });
+        }
+        // Intervals first: an unacceptable model says nothing about the penalty factor.
+        let mut reasons = Vec::new();
+        for (i, verdict) in verdicts.iter().enumerate() {
+            let (Some(verdict), false) = (verdict, self.is_width_given(i)) else { continue };
+            let is_trial = matches!(ending, Ending::TrialPassed | Ending::SolverFailed { .. });
+            let is_edge = *ending == Ending::EdgeTouched(i);
+            if verdict.is_at_face_end() {
+                return Err(self.face_end(i, number));
+            }
+            // A trial that ends early has not used its interval yet.
+            if is_edge || !(verdict.is_acceptable() || is_trial || matches!(ending, Ending::EdgeTouched(_))) {
+                let mut next = [0.0; 2];
+                next.iter_mut().zip(&verdict.directions).for_each(|(w, d)| *w = d.width);
+                let is_own_edge = verdict.directions.iter().any(|d| d.verdict == Verdict::EdgeTouched);
+                if let (true, false, Some(fine)) = (is_edge, is_own_edge, &self.fine[i]) {
+                    // Contact left the target's interval.
+                    if fine.is_target_at_end() {
+                        return Err(self.face_end(i, number));
+                    }
+                    next = fine.widths().map(|w| w * (1.0 + IntervalSettings::default().max_change));
+                }
+                if verdict.directions.len() == 1 {
+                    next[1] = next[0];
+                }
+                if !intervals.note(i, self.fine[i].as_ref(), verdict, next) {
+                    return Err(self.no_model(i, number));
+                }
+                reasons.push(format!("{}: {}", self.model.contacts[i].name, describe(verdict, is_edge)));
+            }
+        }
+        if !reasons.is_empty() {
+            return Ok(Judgement::Again { reason: reasons.join("; "), trial: self.restart_searches() });
+        }
+        self.judge_penalties(ending, number)
+    }
+
+    fn judge_penalties(&mut self, ending: &Ending, number: u32) -> Result<Judgement, AdaptiveError> {
+        let mut reasons = Vec::new();
+        let mut trial = None;
+        let minor = self.minor_contacts(ending);
+        for i in 0..self.fine.len() {
+            let peak_force = self.watches[i].peak_force();
+            let Some(fine) = &mut self.fine[i] else { continue };
+            if (!fine.has_touched() || minor[i]) && !matches!(ending, Ending::SolverFailed { .. }) {
+                continue;
+            }
+            let before = fine.search.penalty();
+            let outcome = match ending {
+                Ending::TrialPassed => RunOutcome::TrialPassed,
+                Ending::SolverFailed { failure, .. } => RunOutcome::SolverError { failure: *failure },
+                _ => RunOutcome::Completed { peak_force },
+            };
+            match fine.search.next(outcome) {
+                PenaltyAction::Accept { is_last_run: true, .. } => {}
+                PenaltyAction::Accept { penalty, is_last_run: false } => {
+                    // The run with this factor is gone: it is made again.
+                    fine.search = fine.search.accepted();
+                    reasons.push(penalty_reason(&self.model.contacts[i].name, ending, before, penalty));
+                }
+                PenaltyAction::Run { penalty, contact_steps } => {
+                    trial = trial.or(contact_steps);
+                    reasons.push(penalty_reason(&self.model.contacts[i].name, ending, before, penalty));
+                }
+                PenaltyAction::Resume { penalty } => {
+                    reasons.push(penalty_reason(&self.model.contacts[i].name, ending, before, penalty));
+                }
+                PenaltyAction::Fail(failure) => {
+                    let contact = self.model.contacts[i].name.clone();
+                    let time = self.phase_start;
+                    return Err(AdaptiveError::Penalty { contact, time, tries: number, failure });
+                }
+            }
+        }
+        if reasons.is_empty() {
+            return Ok(Judgement::Accept { reason: self.acceptance(ending) });
+        }
+        Ok(Judgement::Again { reason: reasons.join("; "), trial })
+    }
+
+    /// For every contact whether its force in a trial that ended as said was too small, beside the largest force on the bodies that
+    /// it is connected with, to judge zone and penalty factor by it. In a trial cut short no force is known to be small.
+    pub(super) fn minor_contacts(&self, ending: &Ending) -> Vec<bool> {
+        if *ending != Ending::Complete {
+            return vec![false; self.watches.len()];
+        }
+        let peaks: Vec<f64> = self.watches.iter().map(ImpactWatch::peak_force).collect();
+        let forces = self.model.system.forces().iter();
+        let pairs: Vec<_> = forces.map(|force| force.contact.bodies()).collect();
+        let is_closed: Vec<bool> =
+            self.fine.iter().zip(&peaks).map(|(f, p)| f.is_some() || *p > 0.0).collect();
+        minor(&peaks, &pairs, &is_closed, &self.groups)
+    }
+
+    fn acceptance(&self, ending: &Ending) -> String {
+        if self.fine.iter().all(Option::is_none) {
+            return "refinement and penalty are given".into();
+        }
+        let minor = self.minor_contacts(ending);
+        let names = self.model.contacts.iter().zip(&minor).zip(&self.fine);
+        let names = names.filter(|((_, minor), fine)| **minor && fine.is_some());
+        let names: Vec<&str> = names.map(|((contact, _), _)| contact.name.as_str()).collect();
+        match names.is_empty() {
+            true => "utilisation and penalty factor are acceptable".into(),
+            false => format!(
+                "utilisation and penalty factor are acceptable; not judged, for their forces are below {MINOR:.0e} of the largest: {}",
+                names.join(", ")
+            ),
+        }
+    }
+
+    pub(super) fn restart_searches(&mut self) -> Option<usize> {
+        let mut trial = None;
+        for fine in self.fine.iter_mut().flatten() {
+            if let PenaltyAction::Run { contact_steps, .. } = fine.search.restart() {
+                trial = trial.or(contact_steps);
+            }
+        }
+        trial
+    }
+
+    /// Error for a contact that reached the end of its surface.
+    fn face_end(&self, i: usize, tries: u32) -> AdaptiveError {
+        let width = self.fine[i].as_ref().map_or(0.0, |f| f.widths()[0]);
+        AdaptiveError::IntervalAtEdge {
+            contact: self.model.contacts[i].name.clone(),
+            time: self.integrator.time(),
+            tries,
+            width,
+        }
+    }
+}
+
+fn describe(verdict: &IntervalAssessment, is_edge: bool) -> String {
+    let list: Vec<String> = verdict
+        .directions
+        .iter()
+        .map(|d| format!("{:.0} % used, next width {:.3e} m", 100.0 * d.utilisation, d.width))
+        .collect();
+    let what =
+        if is_edge { "an edge element was in contact" } else { "too little of the interval was in contact" };
+    format!("{what} ({})", list.join(", "))
+}
+
+fn penalty_reason(name: &str, ending: &Ending, before: f64, after: f64) -> String {
+    let why = match ending {
+        Ending::TrialPassed => "trial passed".to_owned(),
+        Ending::SolverFailed { failure, reason } => format!("contact solver failed, {failure} ({reason})"),
+        _ => "peak force not yet compared".to_owned(),
+    };
+    format!("{name}: {why} at {before:.3e} N/m^3, next {after:.3e} N/m^3")
+}
+
+/// Contacts whose peak force is below [`MINOR`] of the largest among those that contacts and joints connect them with. `pairs`:
+/// bodies of each contact; `is_closed`: whether they touched, with force or without; `groups`: for each body the number of the
+/// group of bodies that joints connect.
+fn minor(peaks: &[f64], pairs: &[(usize, Option<usize>)], is_closed: &[bool], groups: &[usize]) -> Vec<bool> {
+    let mut cluster: Vec<usize> = groups.to_vec();
+    for ((body, target), _) in pairs.iter().zip(is_closed).filter(|(_, closed)| **closed) {
+        if let Some(target) = target {
+            let (kept, merged) = (cluster[*body], cluster[*target]);
+            cluster.iter_mut().filter(|c| **c == merged).for_each(|c| *c = kept);
+        }
+    }
+    let of = |i: usize| cluster[pairs[i].0];
+    let largest = |i: usize| {
+        let connected = (0..peaks.len()).filter(|k| of(*k) == of(i));
+        connected.map(|k| peaks[k]).fold(0.0, f64::max)
+    };
+    (0..peaks.len()).map(|i| peaks[i] < MINOR * largest(i)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_contact_is_minor_beside_those_that_it_is_connected_with() {
+        let pairs = [(0, Some(1)), (1, Some(2)), (3, Some(4)), (5, None)];
+        let (groups, closed) = ([0, 1, 2, 3, 4, 5], [true; 4]);
+        let peaks = [100.0, 1e-3, 1e-3, 1e-9];
+        assert_eq!(minor(&peaks, &pairs, &closed, &groups), [false, true, false, false]);
+        // A joint between bodies 2 and 3 connects the third contact with the first.
+        assert_eq!(minor(&peaks, &pairs, &closed, &[0, 1, 2, 2, 4, 5]), [false, true, true, false]);
+        // A row of bodies that touch without force in the middle hangs together; bodies that are apart do not.
+        let (row, peaks) = ([(0, Some(1)), (1, Some(2)), (2, Some(3))], [1.0, 0.0, 1e-9]);
+        assert_eq!(minor(&peaks, &row, &[true; 3], &groups), [false, true, true]);
+        assert_eq!(minor(&peaks, &row, &[true, false, true], &groups), [false, true, false]);
+    }
+}
