@@ -5,7 +5,9 @@ use std::time::Instant;
 use adaptive::body_model::BodyModel;
 use adaptive::driver;
 use adaptive::model::RunModel;
-use adaptive::record::{Observer, RestartPoint, Timings};
+use adaptive::observer::Observer;
+use adaptive::record::Timings;
+use adaptive::run_state::RunState;
 use adaptive::spec::ImportedSpec;
 use adaptive::spec::{BodyKind, BodySpec, RunSpec};
 use adaptive::store::ModelCache;
@@ -107,7 +109,7 @@ pub fn simulate(
 /// As [`simulate`]; [`AppError::Model`] if the point does not belong to the models, too.
 pub fn simulate_with(
     scenario: &Scenario,
-    point: Option<&RestartPoint>,
+    point: Option<&RunState>,
     observer: &mut dyn Observer,
     threads: usize,
     cache: &ModelCache,

@@ -40,14 +40,11 @@ pub fn check(model: &mut RunModel) -> Result<Vec<(usize, Warning)>, AdaptiveErro
     let states = model.system.body_states(0.0, &y).to_vec();
     let mut warnings = Vec::new();
     for i in 0..model.contacts.len() {
-        let facts = model.contacts[i].clone();
-        let (normal, motion) = match facts.radii {
-            Some(_) => normal_motion(&mut model.system, 0.0, &y, i),
-            None => {
-                let (_, motion) = normal_motion(&mut model.system, 0.0, &y, i);
-                (detector(model, i)?.nearest_of(&facts.name, &states)?.normal, motion)
-            }
-        };
+        let (mut normal, motion) = normal_motion(&mut model.system, 0.0, &y, i);
+        let facts = &model.contacts[i];
+        if facts.radii.is_none() {
+            normal = detector(model, i)?.nearest_of(&facts.name, &states)?.normal;
+        }
         let overlap = match facts.radii {
             Some(radii) => of_spheres(model, i, radii, &states)?,
             None => of_surfaces(model, i, &states)?,
@@ -106,10 +103,10 @@ fn misplaced(model: &RunModel, i: usize, reason: String) -> AdaptiveError {
 
 /// The detector of a contact between surfaces.
 fn detector(model: &RunModel, i: usize) -> Result<Watch<'_>, AdaptiveError> {
-    if let Some((_, contact)) = model.adaptive.iter().find(|(index, _)| *index == i) {
-        return Ok(Watch::Known(&contact.detector));
-    }
     let facts = &model.contacts[i];
+    if let Some(refinement) = &facts.refinement {
+        return Ok(Watch::Known(&refinement.detector));
+    }
     let surface = |body: usize| {
         let elastic = model.bodies[body].elastic().ok_or_else(|| AdaptiveError::Unsupported {
             subject: format!("contact \"{}\"", facts.name),

@@ -3,9 +3,10 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use adaptive::error::ObserverError;
 use adaptive::record::{
-    ImpactRecord, JointLayout, NameAndUnit, ObserverError, PhaseRecord, RunLayout, Sample, StressRecord,
-    Timings, TransferRecord, TryRecord,
+    ImpactRecord, JointLayout, NameAndUnit, PhaseRecord, RunLayout, Sample, StressRecord, Timings,
+    TransferRecord, TryRecord,
 };
 use adaptive::spec::BodySpec;
 use adaptive::warning::Warning;

@@ -40,11 +40,10 @@ impl LocalContacts {
         has_friction: impl Fn(&str) -> bool,
         zones: RefinedZones,
     ) -> Self {
-        let is_refined = |i: usize| model.adaptive.iter().any(|(index, _)| *index == i);
         let solvable = model.contacts.iter().enumerate();
-        let solvable = solvable
-            .filter(|(i, facts)| (facts.loads_interface || is_refined(*i)) && !has_friction(&facts.name));
-        let contacts = solvable.filter_map(|(i, facts)| Some((i, stored(&facts.name)?))).collect();
+        let solvable =
+            solvable.filter(|(_, c)| (c.loads_interface || c.refinement.is_some()) && !has_friction(&c.name));
+        let contacts = solvable.filter_map(|(i, contact)| Some((i, stored(&contact.name)?))).collect();
         Self { contacts, zones, deviations: 0 }
     }
 

@@ -64,8 +64,8 @@ impl RefinedZones {
         if self.present.iter().any(|p| p.contact == contact && p.span == span) {
             return Ok(true);
         }
-        let contacts = model.adaptive.iter().find(|(i, _)| *i == contact);
-        let Some((_, adaptive)) = contacts.filter(|(_, c)| AdaptiveContact::is_rebuildable(c)) else {
+        let refinement = model.contacts[contact].refinement.as_ref();
+        let Some(adaptive) = refinement.filter(|r| AdaptiveContact::is_rebuildable(r)) else {
             return Ok(false);
         };
         let fail = |e: adaptive::AdaptiveError| AppError::Model(e.to_string());
