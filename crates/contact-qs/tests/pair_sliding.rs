@@ -3,6 +3,8 @@
 #![expect(clippy::unwrap_used, reason = "helpers of tests; a failure is a failed test")]
 
 mod common;
+#[path = "../../ffr-dynamics/tests/free_motion/mod.rs"]
+mod free_motion;
 mod pair_support;
 #[path = "pair_support/caps.rs"]
 mod caps;
@@ -13,7 +15,8 @@ use contact_qs::quasistatic::PointState;
 use contact_qs::{Friction, SurfacePair};
 use ffr_dynamics::body::{RigidMotion, StandardInputData};
 use ffr_dynamics::integration::{DormandPrince, StepSettings};
-use ffr_dynamics::system::{BodyState, ErrorScale, ForceElement, FreeBodies, FreeBody};
+use ffr_dynamics::system::{BodyState, ErrorScale, ForceElement, Multibody};
+use free_motion::{body_state, free_system, state_vector};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 const MASS: f64 = 0.0329;
@@ -21,15 +24,12 @@ const INERTIA: f64 = 0.4 * MASS * RADIUS * RADIUS;
 /// Closing speed that presses the balls 2 µm together ([`contact_qs::law::hertz`], Eq. C.22).
 const SPEED: f64 = 0.055;
 
-fn system(coefficient: f64) -> FreeBodies<SurfacePair> {
+fn system(coefficient: f64) -> Multibody<SurfacePair> {
     let pair = caps_with(0, 1.6e-4, 8, 1e18).with_friction(Friction::new(coefficient)).unwrap();
-    let ball = |name: &str| {
-        let inertia = Matrix3::identity() * INERTIA;
-        let data = StandardInputData::rigid(RigidMotion::Spatial, MASS, Vector3::zeros(), inertia).unwrap();
-        FreeBody { name: name.into(), data }
-    };
-    let mut system =
-        FreeBodies::new(vec![ball("upper"), ball("lower")], Vector3::zeros(), vec![pair]).unwrap();
+    let inertia = Matrix3::identity() * INERTIA;
+    let ball = StandardInputData::rigid(RigidMotion::Spatial, MASS, Vector3::zeros(), inertia).unwrap();
+    let bodies = vec![("upper", ball.clone()), ("lower", ball)];
+    let mut system = free_system(bodies, Vector3::zeros(), vec![pair]);
     let scale = ErrorScale { relative: 1e-9, ..system.error_scale() };
     system.set_error_scale(scale).unwrap();
     system
@@ -63,8 +63,8 @@ fn momenta(states: &[BodyState; 2]) -> [Vector3<f64>; 2] {
 
 fn run(coefficient: f64, start: &[BodyState; 2]) -> Outcome {
     let mut system = system(coefficient);
-    let y = system.state_vector(start).unwrap();
-    let before = system.invariants(&y).kinetic;
+    let y = state_vector(&system, start);
+    let before = system.invariants(0.0, &y).kinetic;
     let mut integrator = DormandPrince::new(StepSettings::with_max_step(1.5e-6), 0.0, &y).unwrap();
     let reference = momenta(start);
     let mut out = Outcome {
@@ -100,11 +100,11 @@ fn run(coefficient: f64, start: &[BodyState; 2]) -> Outcome {
         let work = system.dissipated_work(y);
         out.fall = out.fall.max((out.dissipated - work) / before);
         out.dissipated = work;
-        out.after = system.invariants(y).kinetic;
+        out.after = system.invariants(0.0, y).kinetic;
         let stored = system.forces()[0].energies();
         let total = out.after + stored.elastic_high + stored.penalty + work;
         out.drift = out.drift.max((total / before - 1.0).abs());
-        out.states = [system.body_state(y, 0), system.body_state(y, 1)];
+        out.states = [body_state(&mut system, y, 0), body_state(&mut system, y, 1)];
         let now = momenta(&out.states);
         out.momentum = out.momentum.max((now[0] - reference[0]).norm() / (MASS * SPEED));
         out.angular = out.angular.max((now[1] - reference[1]).norm() / (MASS * SPEED * RADIUS));

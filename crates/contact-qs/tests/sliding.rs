@@ -3,6 +3,8 @@
 #![expect(clippy::unwrap_used, reason = "helpers of tests; a failure is a failed test")]
 
 mod common;
+#[path = "../../ffr-dynamics/tests/free_motion/mod.rs"]
+mod free_motion;
 
 use std::f64::consts::{PI, TAU};
 
@@ -13,7 +15,8 @@ use contact_qs::{ContactSubmodel, Friction, Plane, PlaneContact, PlaneContactSet
 use faer::Mat;
 use ffr_dynamics::body::{RigidMotion, StandardInputData};
 use ffr_dynamics::integration::{DormandPrince, StepSettings};
-use ffr_dynamics::system::{BodyState, ErrorScale, ForceElement, FreeBodies, FreeBody, GeneralisedForce};
+use ffr_dynamics::system::{BodyState, ErrorScale, ForceElement, GeneralisedForce, Multibody};
+use free_motion::{body_state, free_system, state_vector};
 use nalgebra::{Matrix3, Vector3};
 
 /// The disc of \[B\] section 7, a metre thick.
@@ -77,14 +80,13 @@ fn settings(motion: RigidMotion, penalty: f64) -> PlaneContactSettings {
 }
 
 /// A disc (or a ball with as much mass) above the plane.
-fn system(contact: PlaneContact, motion: RigidMotion) -> FreeBodies<PlaneContact> {
+fn system(contact: PlaneContact, motion: RigidMotion) -> Multibody<PlaneContact> {
     let inertia = match motion {
         RigidMotion::Planar => Matrix3::from_diagonal(&Vector3::new(0.5 * INERTIA, 0.5 * INERTIA, INERTIA)),
         _ => Matrix3::identity() * INERTIA,
     };
     let data = StandardInputData::rigid(motion, MASS, Vector3::zeros(), inertia).unwrap();
-    let body = FreeBody { name: "disc".into(), data };
-    let mut system = FreeBodies::new(vec![body], Vector3::zeros(), vec![contact]).unwrap();
+    let mut system = free_system(vec![("disc", data)], Vector3::zeros(), vec![contact]);
     let scale = ErrorScale { relative: 1e-9, ..system.error_scale() };
     system.set_error_scale(scale).unwrap();
     system
@@ -106,9 +108,9 @@ struct Outcome {
     duration: f64,
 }
 
-fn run(system: &mut FreeBodies<PlaneContact>, start: &BodyState, max_step: f64) -> Outcome {
-    let y = system.state_vector(std::slice::from_ref(start)).unwrap();
-    let before = system.invariants(&y).kinetic;
+fn run(system: &mut Multibody<PlaneContact>, start: &BodyState, max_step: f64) -> Outcome {
+    let y = state_vector(system, std::slice::from_ref(start));
+    let before = system.invariants(0.0, &y).kinetic;
     let mut integrator = DormandPrince::new(StepSettings::with_max_step(max_step), 0.0, &y).unwrap();
     let mut out = Outcome {
         state: start.clone(),
@@ -139,15 +141,15 @@ fn run(system: &mut FreeBodies<PlaneContact>, start: &BodyState, max_step: f64) 
         let work = system.dissipated_work(y);
         out.fall = out.fall.max((out.dissipated - work) / before);
         out.dissipated = work;
-        out.energy_after = system.invariants(y).kinetic;
+        out.energy_after = system.invariants(0.0, y).kinetic;
         let stored = report.energies.elastic_high + report.energies.penalty;
         out.drift = out.drift.max(((out.energy_after + stored + work) / before - 1.0).abs());
     }
-    out.state = system.body_state(integrator.state(), 0);
+    out.state = body_state(system, integrator.state(), 0);
     out
 }
 
-fn disc(friction: Friction, coupling: f64, penalty: f64) -> FreeBodies<PlaneContact> {
+fn disc(friction: Friction, coupling: f64, penalty: f64) -> Multibody<PlaneContact> {
     let motion = RigidMotion::Planar;
     let contact = PlaneContact::new(zone(motion, 61, 4e-5, coupling), settings(motion, penalty)).unwrap();
     system(contact.with_friction(friction).unwrap(), motion)

@@ -2,25 +2,28 @@
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests; a failure is a failed test")]
 
+#[path = "../../ffr-dynamics/tests/free_motion/mod.rs"]
+mod free_motion;
+
 use contact_qs::law::{HertzImpact, Solid};
 use contact_qs::{ContactElement, ContactError, Plane, Sphere, SphereContact};
 use ffr_dynamics::body::{RigidMotion, StandardInputData};
 use ffr_dynamics::error::FailureKind;
 use ffr_dynamics::integration::{CrossingSearch, DenseOutput, DormandPrince, StepSettings};
 use ffr_dynamics::kinematics::FlexiblePoint;
-use ffr_dynamics::system::{BodyState, ErrorScale, ForceElement, FreeBodies, FreeBody, GeneralisedForce};
+use ffr_dynamics::system::{BodyState, ErrorScale, ForceElement, GeneralisedForce, Multibody};
+use free_motion::{body_state, free_system, state_vector};
 use nalgebra::{Matrix3, UnitQuaternion, UnitVector3, Vector3};
 
 const STEEL: Solid = Solid { young: 2.1e11, poisson: 0.3 };
 const DENSITY: f64 = 7850.0;
 const RADIUS: f64 = 0.01;
 
-fn ball(name: &str, radius: f64, centre: Vector3<f64>) -> FreeBody {
+fn ball(radius: f64, centre: Vector3<f64>) -> StandardInputData {
     let mass = DENSITY * 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
     let offset = Matrix3::identity() * centre.norm_squared() - centre * centre.transpose();
     let inertia = Matrix3::identity() * (0.4 * mass * radius * radius) + offset * mass;
-    let data = StandardInputData::rigid(RigidMotion::Spatial, mass, centre, inertia).unwrap();
-    FreeBody { name: name.into(), data }
+    StandardInputData::rigid(RigidMotion::Spatial, mass, centre, inertia).unwrap()
 }
 
 fn sphere(body: usize, radius: f64, centre: Vector3<f64>) -> Sphere {
@@ -41,26 +44,25 @@ struct Impact {
 
 /// Runs from the touch until the gap opens and `after` beyond it.
 fn collide<C: ContactElement>(
-    system: &mut FreeBodies<C>,
+    system: &mut Multibody<C>,
     start: &[BodyState],
     expected: f64,
     tolerance: f64,
 ) -> Impact {
-    let y = system.state_vector(start).unwrap();
+    let y = state_vector(system, start);
     let scale = ErrorScale { relative: tolerance, ..system.error_scale() };
     system.set_error_scale(scale).unwrap();
     let mut integrator = DormandPrince::new(StepSettings::with_max_step(0.01 * expected), 0.0, &y).unwrap();
     let mut search = CrossingSearch::new(y.len(), 1e-12 * expected, 4);
-    let before = system.invariants(&y);
+    let before = system.invariants(0.0, &y);
     let energy = before.kinetic + before.gravity;
-    let mut states = start.to_vec();
     let (mut peak, mut duration, mut largest_drift) = (0.0_f64, 0.0, 0.0_f64);
     while integrator.time() < 1.05 * expected {
         integrator.step(system, 1.05 * expected).unwrap();
         let y = integrator.state().to_vec();
         system.evaluate_forces(integrator.time(), &y).unwrap();
         let energies = system.forces()[0].energies();
-        let now = system.invariants(&y);
+        let now = system.invariants(0.0, &y);
         let total = now.kinetic + now.gravity + energies.elastic_high + energies.penalty;
         largest_drift = largest_drift.max((total / energy - 1.0).abs());
         assert!(
@@ -76,10 +78,9 @@ fn collide<C: ContactElement>(
             system.evaluate_forces(a, &between).unwrap();
             peak = peak.max(system.forces()[0].report().normal_force);
         }
-        let shared = &*system;
-        let crossing = search.first_crossing(&integrator, |_, y| {
-            (0..states.len()).for_each(|i| shared.read_body(y, i, &mut states[i]));
-            -shared.forces()[0].smallest_gap(&states)
+        let crossing = search.first_crossing(&integrator, |t, y| {
+            let states = system.body_states(t, y).to_vec();
+            -system.forces()[0].smallest_gap(&states)
         });
         if let Some(found) = crossing.unwrap() {
             duration = found.time;
@@ -91,8 +92,10 @@ fn collide<C: ContactElement>(
 #[test]
 fn two_spheres_follow_hertz_and_keep_momentum_and_energy() {
     let radii = [RADIUS, 0.7 * RADIUS];
-    let bodies = vec![ball("a", radii[0], Vector3::zeros()), ball("b", radii[1], Vector3::zeros())];
-    let masses = [bodies[0].data.mass, bodies[1].data.mass];
+    let balls = radii.map(|radius| ball(radius, Vector3::zeros()));
+    let masses = [balls[0].mass, balls[1].mass];
+    let [first, second] = balls;
+    let bodies = vec![("a", first), ("b", second)];
     let contact = SphereContact::with_sphere(
         sphere(0, radii[0], Vector3::zeros()),
         sphere(1, radii[1], Vector3::zeros()),
@@ -102,13 +105,13 @@ fn two_spheres_follow_hertz_and_keep_momentum_and_energy() {
     // Not along an axis.
     let line = Vector3::new(0.6, -0.48, 0.64);
     let states = [at(line * (radii[0] + radii[1]), line * -0.2), at(Vector3::zeros(), line * 0.1)];
-    let mut system = FreeBodies::new(bodies, Vector3::zeros(), vec![contact]).unwrap();
+    let mut system = free_system(bodies, Vector3::zeros(), vec![contact]);
     let impact = collide(&mut system, &states, law.duration(), 1e-11);
     // Tolerance of the steps, about a hundred of them; peak sampled 50 times a step.
     assert!((impact.peak / law.peak_force() - 1.0).abs() < 1e-7, "{}", impact.peak / law.peak_force() - 1.0);
     assert!((impact.duration / law.duration() - 1.0).abs() < 1e-6, "{}", impact.duration / law.duration());
     assert!(impact.largest_drift < 1e-9, "{:e}", impact.largest_drift);
-    let after = [system.body_state(&impact.y, 0), system.body_state(&impact.y, 1)];
+    let after = [0, 1].map(|i| body_state(&mut system, &impact.y, i));
     let separation = (after[0].velocity - after[1].velocity).dot(&line);
     assert!((separation / 0.3 - 1.0).abs() < 1e-8, "restitution {}", separation / 0.3);
     let impulse = system.impulse(&impact.y, 0);
@@ -120,19 +123,19 @@ fn two_spheres_follow_hertz_and_keep_momentum_and_energy() {
 fn sphere_on_a_plane_follows_hertz_with_its_centre_off_the_frame() {
     // The frame sits at the top of the sphere, as where a pendulum holds it.
     let centre = Vector3::new(0.0, 0.0, -RADIUS);
-    let body = ball("a", RADIUS, centre);
-    let mass = body.data.mass;
+    let body = ball(RADIUS, centre);
+    let mass = body.mass;
     let plane = Plane { point: Vector3::new(1.0, 2.0, 3.0), normal: Vector3::z_axis() };
     let contact = SphereContact::with_plane(sphere(0, RADIUS, centre), plane, Solid::RIGID).unwrap();
     let law = HertzImpact::new(contact.pair(), [mass, f64::INFINITY], 0.1);
     let rotation = UnitQuaternion::from_euler_angles(0.5, -0.3, 1.0);
     let position = Vector3::new(-1.0, 0.5, 3.0 + RADIUS) - rotation * centre;
     let start = BodyState { rotation, ..at(position, Vector3::new(0.0, 0.0, -0.1)) };
-    let mut system = FreeBodies::new(vec![body], Vector3::zeros(), vec![contact]).unwrap();
+    let mut system = free_system(vec![("ball", body)], Vector3::zeros(), vec![contact]);
     let impact = collide(&mut system, &[start], law.duration(), 1e-11);
     assert!((impact.peak / law.peak_force() - 1.0).abs() < 1e-7);
     assert!((impact.duration / law.duration() - 1.0).abs() < 1e-6);
-    let after = system.body_state(&impact.y, 0);
+    let after = body_state(&mut system, &impact.y, 0);
     assert!((after.velocity.z / 0.1 - 1.0).abs() < 1e-8);
     // The force acts through the centre of mass: no spin, whatever the frame.
     assert!(after.angular_velocity.norm() * RADIUS < 1e-10 * 0.1);

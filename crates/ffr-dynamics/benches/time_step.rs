@@ -3,12 +3,16 @@
 #[path = "../tests/dynamics_support/mod.rs"]
 #[expect(dead_code, reason = "tests use the rest")]
 mod dynamics_support;
+#[path = "../tests/free_motion/mod.rs"]
+#[expect(dead_code, reason = "tests use the rest")]
+mod free_motion;
 
 use divan::{Bencher, black_box};
 use dynamics_support::{Random, block};
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::integration::{DormandPrince, Esdirk, OdeSystem, StepSettings};
-use ffr_dynamics::system::{ForceElement, FreeBodies, FreeBody};
+use ffr_dynamics::system::Multibody;
+use free_motion::{free_system, state_vector};
 use nalgebra::Vector3;
 
 const N_MODES: usize = 20;
@@ -17,13 +21,11 @@ fn main() {
     divan::main();
 }
 
-fn body_in_motion() -> (FreeBodies, Vec<f64>) {
+fn body_in_motion() -> (Multibody, Vec<f64>) {
     let sample = block(RigidMotion::Spatial, N_MODES);
     let start = Random(2).state(&sample.data);
-    let body = FreeBody { name: "block".to_string(), data: sample.data };
-    let system = FreeBodies::<Box<dyn ForceElement>>::new(vec![body], Vector3::zeros(), Vec::new())
-        .expect("the sample is consistent");
-    let y = system.state_vector(&[start]).expect("the motion is one of the model");
+    let system: Multibody = free_system(vec![("block", sample.data)], Vector3::zeros(), Vec::new());
+    let y = state_vector(&system, &[start]);
     (system, y)
 }
 
@@ -45,7 +47,7 @@ fn step_of_20_modes(bencher: Bencher) {
 #[divan::bench(sample_size = 100)]
 fn invariants_of_20_modes(bencher: Bencher) {
     let (mut system, y) = body_in_motion();
-    bencher.bench_local(|| system.invariants(black_box(&y)));
+    bencher.bench_local(|| system.invariants(0.0, black_box(&y)));
 }
 
 #[divan::bench(sample_size = 100)]

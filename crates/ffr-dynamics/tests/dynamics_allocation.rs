@@ -2,6 +2,8 @@
 
 #[expect(dead_code, reason = "other test binaries use the rest")]
 mod dynamics_support;
+#[expect(dead_code, reason = "other test binaries use the rest")]
+mod free_motion;
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -11,9 +13,10 @@ use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::integration::{CrossingSearch, DenseOutput, Integrator, Method, OdeSystem, StepSettings};
 use ffr_dynamics::kinematics::Marker;
 use ffr_dynamics::system::{
-    Attachment, BodySpec, BodyState, CoordinateForce, ForceElement, FreeBodies, FreeBody, GROUND, JointKind,
-    JointSpec, Multibody, SystemSpec,
+    Attachment, BodySpec, BodyState, CoordinateForce, ForceElement, GROUND, JointKind, JointSpec, Multibody,
+    SystemSpec,
 };
+use free_motion::{free_system, state_vector};
 use nalgebra::{UnitQuaternion, Vector3};
 
 struct Counting;
@@ -59,23 +62,22 @@ fn steps_events_and_invariants_do_not_allocate() {
     {
         let sample = block(motion, 8);
         let start: BodyState = Random(2).state(&sample.data);
-        let body = FreeBody { name: "block".to_string(), data: sample.data };
-        let mut system =
-            FreeBodies::<Box<dyn ForceElement>>::new(vec![body], Vector3::zeros(), Vec::new()).unwrap();
-        let y = system.state_vector(std::slice::from_ref(&start)).unwrap();
+        let bodies = vec![("block", sample.data)];
+        let mut system = free_system::<Box<dyn ForceElement>>(bodies, Vector3::zeros(), Vec::new());
+        let y = state_vector(&system, std::slice::from_ref(&start));
         let mut rates = vec![0.0; y.len()];
         assert_eq!(allocations(|| system.rhs(0.0, &y, &mut rates).unwrap()), 0);
         let mut integrator = Integrator::new(method, StepSettings::default(), 0.0, &y, &system).unwrap();
         let mut search = CrossingSearch::new(y.len(), 1e-12, 4);
-        let (mut between, mut state) = (y.clone(), start);
+        let mut between = y.clone();
         let count = allocations(|| {
             for _ in 0..20 {
                 integrator.step(&mut system, 1.0).unwrap();
                 let watched = |_: f64, y: &[f64]| y[7];
                 search.first_crossing(&integrator, watched).unwrap();
                 integrator.interpolate(integrator.interval().0, &mut between);
-                system.invariants(&between);
-                system.read_body(&between, 0, &mut state);
+                system.invariants(0.0, &between);
+                std::hint::black_box(system.body_states(0.0, &between));
             }
             integrator.restart(0.5, &between);
         });

@@ -4,14 +4,18 @@
 
 #[expect(dead_code, reason = "other test binaries use the rest")]
 mod dynamics_support;
+#[expect(dead_code, reason = "other test binaries use the rest")]
+mod free_motion;
 
 use dynamics_support::{Random, Sample, block, rigid_rotor};
 use ffr_dynamics::DynamicsError;
 use ffr_dynamics::body::reference_frame::move_origin;
 use ffr_dynamics::body::{MassMatrix, ModalDamping, RigidMotion, StandardInputData};
+use ffr_dynamics::error::EvaluationFailure;
+use ffr_dynamics::integration::OdeSystem;
 use ffr_dynamics::invariants::{Invariants, centre_of_mass, centre_of_mass_velocity};
-use ffr_dynamics::system::equations::BodyWorkspace;
-use ffr_dynamics::system::{BodyState, GeneralisedForce};
+use ffr_dynamics::system::{BodyState, ForceElement, ForceEnergies, GeneralisedForce};
+use free_motion::{free_system, state_vector};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 const MOTIONS: [RigidMotion; 3] = [RigidMotion::Axial, RigidMotion::Planar, RigidMotion::Spatial];
@@ -103,16 +107,51 @@ fn modes_of_the_free_body_belong_to_a_buckens_frame_whatever_its_origin() {
     }
 }
 
-/// Accelerations of a body and the state moved on by `dt` along them, to second order in the velocities.
+/// A given force on the only body.
+struct Given(GeneralisedForce);
+
+impl ForceElement for Given {
+    fn apply(
+        &mut self,
+        _t: f64,
+        _bodies: &[BodyState],
+        forces: &mut [GeneralisedForce],
+    ) -> Result<(), EvaluationFailure> {
+        forces[0] = self.0.clone();
+        Ok(())
+    }
+
+    fn energies(&self) -> ForceEnergies {
+        ForceEnergies::default()
+    }
+
+    fn resultant(&self) -> Vector3<f64> {
+        self.0.force
+    }
+}
+
+/// Accelerations of a free body: of its frame's origin in the inertial frame, angular in the body's, and elastic.
 fn accelerated(
     sample: &Sample,
     state: &BodyState,
     gravity: &Vector3<f64>,
     force: &GeneralisedForce,
 ) -> (Vector3<f64>, Vector3<f64>, Vec<f64>) {
-    let mut workspace = BodyWorkspace::new(&sample.data);
-    let a = workspace.accelerations(&sample.data, state, gravity, force).unwrap();
-    (a.translation, a.rotation, a.elastic.to_vec())
+    let bodies = vec![("block", sample.data.clone())];
+    let mut system = free_system(bodies, *gravity, vec![Given(force.clone())]);
+    let y = state_vector(&system, std::slice::from_ref(state));
+    let mut rates = vec![0.0; y.len()];
+    system.rhs(0.0, &y, &mut rates).unwrap();
+    let layout = system.model().bodies[0].layout;
+    let (joint, elastic) = (&rates[layout.velocities()], rates[layout.elastic_rates()].to_vec());
+    match sample.body.motion {
+        RigidMotion::Axial => (Vector3::z() * joint[0], Vector3::zeros(), elastic),
+        RigidMotion::Planar => (Vector3::new(joint[0], joint[1], 0.0), Vector3::z() * joint[2], elastic),
+        RigidMotion::Spatial => {
+            let vector = |from: usize| Vector3::from_column_slice(&joint[from..from + 3]);
+            (vector(0), vector(3), elastic)
+        }
+    }
 }
 
 fn random_force(random: &mut Random, motion: RigidMotion) -> GeneralisedForce {

@@ -29,7 +29,7 @@ impl OdeSystem for Oscillator {
         Ok(())
     }
 
-    fn error_norm(&self, _y0: &[f64], _y1: &[f64], error: &[f64]) -> f64 {
+    fn error_norm(&mut self, _y0: &[f64], _y1: &[f64], error: &[f64]) -> f64 {
         norm(error) / 1e-9
     }
 }
@@ -130,7 +130,7 @@ impl OdeSystem for Projected {
         Oscillator.rhs(t, y, dydt)
     }
 
-    fn error_norm(&self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
+    fn error_norm(&mut self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
         Oscillator.error_norm(y0, y1, error)
     }
 

@@ -49,7 +49,7 @@ impl OdeSystem for Refusing {
         Ok(())
     }
 
-    fn error_norm(&self, _y0: &[f64], _y1: &[f64], error: &[f64]) -> f64 {
+    fn error_norm(&mut self, _y0: &[f64], _y1: &[f64], error: &[f64]) -> f64 {
         error[0].abs()
     }
 

@@ -273,7 +273,7 @@ impl OdeSystem for Flipping {
         Ok(())
     }
 
-    fn error_norm(&self, _y0: &[f64], _y1: &[f64], error: &[f64]) -> f64 {
+    fn error_norm(&mut self, _y0: &[f64], _y1: &[f64], error: &[f64]) -> f64 {
         error[0].abs() / 1e-8
     }
 

@@ -1,4 +1,4 @@
-//! Mass matrix of the elastic coordinates: the identity, or any symmetric positive definite one with its factor.
+//! Mass matrix of the elastic coordinates: the identity, or any symmetric positive definite one.
 
 use faer::{Mat, MatRef};
 
@@ -20,16 +20,15 @@ pub enum ModalMass {
     Full(FullModalMass),
 }
 
-/// A symmetric positive definite modal mass matrix and its Cholesky factor, row by row.
+/// A symmetric positive definite modal mass matrix, row by row.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FullModalMass {
     size: usize,
     matrix: Vec<f64>,
-    factor: Vec<f64>,
 }
 
 impl FullModalMass {
-    /// Matrix with its factorisation.
+    /// The matrix, symmetrised and checked by a Cholesky factorisation.
     ///
     /// # Errors
     /// [`DynamicsError::Data`] if it is not square or not symmetric; [`DynamicsError::NotPositiveDefinite`].
@@ -69,26 +68,13 @@ impl FullModalMass {
                     });
                 }
             }
-            factor[i * n + i + 1..(i + 1) * n].fill(0.0);
         }
-        Ok(Self { size: n, matrix: whole, factor })
+        Ok(Self { size: n, matrix: whole })
     }
 
     /// Row `i`.
     pub fn row(&self, i: usize) -> &[f64] {
         &self.matrix[i * self.size..(i + 1) * self.size]
-    }
-
-    /// `L⁻¹ x` in place, `M_e = L Lᵀ`, for numbers or rows of numbers.
-    fn solve_lower<const N: usize>(&self, x: &mut [[f64; N]]) {
-        for i in 0..self.size {
-            let (known, rest) = x.split_at_mut(i);
-            let row = &self.factor[i * self.size..(i + 1) * self.size];
-            for (l, k) in row.iter().zip(known) {
-                (0..N).for_each(|c| rest[0][c] -= l * k[c]);
-            }
-            (0..N).for_each(|c| rest[0][c] /= row[i]);
-        }
     }
 }
 
@@ -128,35 +114,6 @@ impl ModalMass {
                 .enumerate()
                 .map(|(i, v)| v * full.row(i).iter().zip(x).map(|(m, w)| m * w).sum::<f64>())
                 .sum(),
-        }
-    }
-
-    /// Takes elastic equations `M_e q̈ = f - B a` to orthonormal ones: `f` and the rows of `B` become `L⁻¹ f`, `L⁻¹ B`.
-    pub(crate) fn whiten(&self, forces: &mut [f64], coupling: &mut [[f64; 6]]) {
-        if let Self::Full(full) = self {
-            full.solve_lower(coupling);
-        }
-        self.whiten_forces(forces);
-    }
-
-    /// Forces of orthonormal coordinates, `L⁻¹ f`.
-    pub(crate) fn whiten_forces(&self, forces: &mut [f64]) {
-        if let Self::Full(full) = self {
-            full.solve_lower(forces.as_chunks_mut::<1>().0);
-        }
-    }
-
-    /// From orthonormal coordinates back, `L⁻ᵀ x`.
-    pub(crate) fn unwhiten(&self, x: &mut [f64]) {
-        if let Self::Full(full) = self {
-            let n = full.size;
-            for i in (0..n).rev() {
-                x[i] /= full.factor[i * n + i];
-                let (rest, known) = x.split_at_mut(i);
-                for (v, l) in rest.iter_mut().zip(&full.factor[i * n..]) {
-                    *v -= l * known[0];
-                }
-            }
         }
     }
 }

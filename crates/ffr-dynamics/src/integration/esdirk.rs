@@ -254,7 +254,7 @@ impl Esdirk {
     }
 
     /// First step size (Eq. T.16): a small share of the time in which the state changes by its own size; too large, it is rejected.
-    fn first_step<S: OdeSystem + ?Sized>(&self, system: &S, t_end: f64) -> f64 {
+    fn first_step<S: OdeSystem + ?Sized>(&self, system: &mut S, t_end: f64) -> f64 {
         let largest = self.stepping.settings.max_step.min(t_end - self.stepping.t);
         let size = system.damped_error_norm(&self.stepping.y, &self.stepping.y, &self.stepping.y);
         let rate = system.damped_error_norm(&self.stepping.y, &self.stepping.y, &self.k[0]);
@@ -395,7 +395,7 @@ impl Esdirk {
     }
 
     /// Filtered error estimate (Eq. T.12).
-    fn error<S: OdeSystem + ?Sized>(&mut self, system: &S, h: f64) -> f64 {
+    fn error<S: OdeSystem + ?Sized>(&mut self, system: &mut S, h: f64) -> f64 {
         if self.stepping.settings.is_fixed {
             return 0.0;
         }

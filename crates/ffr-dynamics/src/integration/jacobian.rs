@@ -158,7 +158,7 @@ impl Differences {
     }
 
     /// Step along `direction`: as long as a permitted error, over which the system counts as linear, but well above round-off.
-    fn difference_step<S: OdeSystem + ?Sized>(&self, system: &S, y: &[f64]) -> f64 {
+    fn difference_step<S: OdeSystem + ?Sized>(&self, system: &mut S, y: &[f64]) -> f64 {
         let size = system.damped_error_norm(y, y, &self.direction);
         let along: f64 = y.iter().zip(&self.direction).map(|(y, d)| y.abs() * d.abs()).fold(0.0, f64::max);
         let round_off = f64::EPSILON.sqrt();

@@ -15,7 +15,7 @@ pub trait OdeSystem {
     fn rhs(&mut self, t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), EvaluationFailure>;
 
     /// Scaled size of a local error `error` between the states `y0` and `y1`; a step is accepted when it is at most 1.
-    fn error_norm(&self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64;
+    fn error_norm(&mut self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64;
 
     /// Restores invariants of the state reached at `t` after an accepted step (unit quaternions, closed loops); returns
     /// whether it changed `y`.
@@ -39,7 +39,7 @@ pub trait OdeSystem {
     }
 
     /// [`OdeSystem::error_norm`] for implicit methods, which damp what they don't resolve and may count it for less.
-    fn damped_error_norm(&self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
+    fn damped_error_norm(&mut self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
         self.error_norm(y0, y1, error)
     }
 

@@ -14,7 +14,7 @@ use crate::kinematics::rotation::skew;
 
 /// Buffers for one body.
 #[derive(Debug, Clone)]
-pub struct BodyWorkspace {
+pub(super) struct BodyWorkspace {
     /// `Q_j(q_e) = ∫ ρ (X + u) φ_jᵀ` at `(a n_c + b) n_q + j`.
     pub(super) moments: Vec<f64>,
     /// `∫ ρ (du/dt) φ_jᵀ`, same order.
@@ -23,19 +23,6 @@ pub struct BodyWorkspace {
     pub(super) coupling: Vec<[f64; 6]>,
     /// Elastic forces, then elastic accelerations.
     pub(super) elastic: Vec<f64>,
-}
-
-/// Accelerations of one body.
-#[derive(Debug)]
-pub struct Accelerations<'a> {
-    /// Of the frame's origin, in the inertial frame [m/s²].
-    pub translation: Vector3<f64>,
-    /// Angular, in the body's frame [rad/s²].
-    pub rotation: Vector3<f64>,
-    /// Of the elastic coordinates.
-    pub elastic: &'a [f64],
-    /// Power lost in modal damping \[W\].
-    pub dissipated_power: f64,
 }
 
 /// What geometric stiffening does to the rigid part.
@@ -65,43 +52,6 @@ impl BodyWorkspace {
             coupling: vec![[0.0; 6]; n_q],
             elastic: vec![0.0; n_q],
         }
-    }
-
-    /// Accelerations of the body in `state` under `force` and gravity, both in the inertial frame (Eq. D.7 to D.10).
-    ///
-    /// Costs `O(n_q²)` for the inertia's dependence on `q_e` and `O(n_q)` for the solution, and allocates nothing.
-    ///
-    /// # Errors
-    /// [`EvaluationFailure`] if the inertia of the deformed body is not positive definite: the deformation tried is beyond sense.
-    pub fn accelerations(
-        &mut self,
-        data: &StandardInputData,
-        state: &BodyState,
-        gravity: &Vector3<f64>,
-        force: &GeneralisedForce,
-    ) -> Result<Accelerations<'_>, EvaluationFailure> {
-        let (mut rigid, dissipated_power) = self.assemble(data, state, force);
-        data.modal_mass.whiten(&mut self.elastic, &mut self.coupling);
-        self.eliminate_elastic(&mut rigid);
-        let active = active_directions(data.motion);
-        solve_active(&mut rigid, active)?;
-        let x = rigid.force;
-        for (f, row) in self.elastic.iter_mut().zip(&self.coupling) {
-            *f -= row.iter().zip(&x).map(|(c, a)| c * a).sum::<f64>();
-        }
-        data.modal_mass.unwhiten(&mut self.elastic);
-        // Weight acts like an acceleration of the frame: at the deformed centre of mass, and on modes with C_t.
-        let mut translation = Vector3::new(x[0], x[1], x[2]);
-        let local_gravity = state.rotation.inverse_transform_vector(gravity);
-        for &i in active.iter().filter(|i| **i < 3) {
-            translation[i] += local_gravity[i];
-        }
-        Ok(Accelerations {
-            translation: state.rotation * translation,
-            rotation: Vector3::new(x[3], x[4], x[5]),
-            elastic: &self.elastic,
-            dissipated_power,
-        })
     }
 
     /// Inertia and forces of the body (Eq. D.7): the rigid part as the result, the rows `[C_t C_r]` in `coupling`, the
@@ -275,18 +225,6 @@ impl BodyWorkspace {
             i += 2;
         }
     }
-
-    /// Schur complement of the elastic unknowns, whose mass matrix has become the identity (Eq. D.10).
-    pub(super) fn eliminate_elastic(&self, rigid: &mut RigidPart) {
-        for (row, f) in self.coupling.iter().zip(&self.elastic) {
-            for i in 0..6 {
-                rigid.force[i] -= row[i] * f;
-                for j in 0..=i {
-                    rigid.inertia[i][j] -= row[i] * row[j];
-                }
-            }
-        }
-    }
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
@@ -308,19 +246,12 @@ pub(super) fn rigid_inertia(mass: f64, mass_moment: &Vector3<f64>, inertia: &Mat
 }
 
 /// Rigid motions that a body may perform, as indices into (x, y, z, rotations about x, y, z) of its frame.
-pub fn active_directions(motion: RigidMotion) -> &'static [usize] {
+pub(super) fn active_directions(motion: RigidMotion) -> &'static [usize] {
     match motion {
         RigidMotion::Axial => &[2],
         RigidMotion::Planar => &[0, 1, 5],
         RigidMotion::Spatial => &[0, 1, 2, 3, 4, 5],
     }
-}
-
-/// Cholesky solution for the active directions; the accelerations replace `force`, the others are set to zero.
-fn solve_active(rigid: &mut RigidPart, active: &[usize]) -> Result<(), EvaluationFailure> {
-    factor_active(&mut rigid.inertia, active)?;
-    substitute_active(&rigid.inertia, &mut rigid.force, active);
-    Ok(())
 }
 
 /// Replaces the lower triangle of the active directions by its Cholesky factor.

@@ -1,12 +1,10 @@
 //! Bodies, joints, forces and equations of motion.
 
 pub mod force;
-pub mod equations;
+mod equations;
 mod body_derivative;
-pub mod layout;
 mod free_modes;
 pub mod error_scale;
-pub mod free_bodies;
 pub mod joints;
 pub mod specification;
 pub mod tree;
@@ -27,7 +25,6 @@ pub mod equilibrium;
 
 pub use error_scale::ErrorScale;
 pub use force::{BodyState, ForceElement, ForceEnergies, GeneralisedForce};
-pub use free_bodies::{FreeBodies, FreeBody};
 pub use joints::{CoordinateForce, JointKind, TimeFunction};
 pub use model::MultibodyModel;
 pub use multibody::Multibody;

@@ -5,12 +5,11 @@ use std::ops::Range;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use super::equations::active_directions;
-use super::free_bodies::check_damping;
 use super::joints::forces::check;
 use super::joints::{CoordinateForce, JointKind, TimeFunction};
 use super::specification::{Attachment, BodySpec, GROUND, JointSpec, SystemSpec};
 use super::tree::{Parent, order_from_ground};
-use crate::body::{RigidMotion, StandardInputData};
+use crate::body::{ModalDamping, RigidMotion, StandardInputData};
 use crate::data_error::DataError;
 use crate::error::DynamicsError;
 use crate::kinematics::Marker;
@@ -56,7 +55,7 @@ impl TreeJoint {
 
 /// Place of one body's coordinates in the state vector: joint positions, `q_e`, joint velocities, `dq_e/dt`.
 ///
-/// Prescribed coordinates take no place. A free joint's part is that of a free body ([`super::layout::BodyLayout`]).
+/// Prescribed coordinates take no place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TreeLayout {
     /// Index of the first coordinate.
@@ -280,6 +279,20 @@ pub struct JointCoordinates {
     pub velocities: [f64; 6],
     /// Accelerations of prescribed coordinates; zero for free ones.
     pub accelerations: [f64; 6],
+}
+
+/// Refuses damping of another size, or negative.
+fn check_damping(name: &str, data: &StandardInputData) -> Result<(), DynamicsError> {
+    let n_q = data.n_modes();
+    let fits = match &data.modal_damping {
+        ModalDamping::None => true,
+        ModalDamping::PerMode(d) => d.len() == n_q && d.iter().all(|d| *d >= 0.0 && d.is_finite()),
+        ModalDamping::Full(d) => d.nrows() == n_q && d.ncols() == n_q && (0..n_q).all(|i| d[(i, i)] >= 0.0),
+    };
+    if fits {
+        return Ok(());
+    }
+    Err(DataError::Damping { body: name.to_owned(), modes: n_q }.into())
 }
 
 fn check_names(spec: &SystemSpec) -> Result<(), DynamicsError> {

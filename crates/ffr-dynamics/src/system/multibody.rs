@@ -2,8 +2,6 @@
 //!
 //! Bodies form a tree, so that the equations are ordinary ones without drift; loop-closing joints add constraints.
 
-use std::cell::RefCell;
-
 use nalgebra::Vector3;
 
 use super::error_scale::ErrorScale;
@@ -40,7 +38,7 @@ pub struct Multibody<F = Box<dyn ForceElement>> {
     forces: Vec<F>,
     error_scale: ErrorScale,
     pub(super) workspace: Workspace,
-    norm: RefCell<TreeNorm>,
+    norm: TreeNorm,
 }
 
 impl<F: ForceElement> Multibody<F> {
@@ -51,7 +49,7 @@ impl<F: ForceElement> Multibody<F> {
     pub fn new(spec: SystemSpec, forces: Vec<F>) -> Result<Self, DynamicsError> {
         let model = MultibodyModel::new(spec)?;
         let workspace = Workspace::new(&model);
-        let norm = RefCell::new(TreeNorm::new(&model, &workspace.states, &workspace.edges)?);
+        let norm = TreeNorm::new(&model, &workspace.states, &workspace.edges)?;
         Ok(Self { model, forces, error_scale: ErrorScale::default(), workspace, norm })
     }
 
@@ -72,7 +70,7 @@ impl<F: ForceElement> Multibody<F> {
             "models that replace each other have the same coordinates"
         );
         let workspace = Workspace::new(&model);
-        self.norm = RefCell::new(TreeNorm::new(&model, &workspace.states, &workspace.edges)?);
+        self.norm = TreeNorm::new(&model, &workspace.states, &workspace.edges)?;
         (self.model, self.workspace) = (model, workspace);
         Ok(())
     }
@@ -103,7 +101,7 @@ impl<F: ForceElement> Multibody<F> {
     /// [`DynamicsError::Data`] if one is not positive.
     pub fn set_error_scale(&mut self, scale: ErrorScale) -> Result<(), DynamicsError> {
         self.error_scale = scale.checked()?;
-        self.norm.get_mut().forget();
+        self.norm.forget();
         Ok(())
     }
 
@@ -112,7 +110,7 @@ impl<F: ForceElement> Multibody<F> {
     /// Joints between bodies of the same modes only move frequencies between those of the free bodies (Rayleigh).
     /// Stiff joint springs are not counted.
     pub fn highest_frequency(&self) -> f64 {
-        self.norm.borrow().highest_frequency() / std::f64::consts::TAU
+        self.norm.highest_frequency() / std::f64::consts::TAU
     }
 
     /// State with all joint coordinates at zero, undeformed, at rest, quadratures at zero.
@@ -347,7 +345,7 @@ impl<F: ForceElement> Multibody<F> {
         }
         let Workspace { loops, edges, factors, .. } = &mut self.workspace;
         let rate = loops.correct_velocities(&self.model, edges, factors);
-        let speed = self.norm.get_mut().speed(&self.model, t, y).max(1e-3);
+        let speed = self.norm.speed(&self.model, t, y).max(1e-3);
         let is_slow = rate <= LOOP_RATE_TOLERANCE * speed;
         if is_slow {
             return has_moved;
@@ -420,22 +418,21 @@ impl<F: ForceElement> OdeSystem for Multibody<F> {
         Ok(())
     }
 
-    fn error_norm(&self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
-        let norm = &mut *self.norm.borrow_mut();
+    fn error_norm(&mut self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
+        let (own, norm) = (self.own_speed(error), &mut self.norm);
         // Prescribed motion enters with the time of the last evaluation, which is the end of the step.
         let t = self.workspace.time;
         let speed = norm.speed(&self.model, t, y0);
         let motion = norm.speed(&self.model, t, y1).max(speed).max(self.error_scale.velocity_floor);
-        norm.error_speed(&self.model, error, motion).hypot(self.own_speed(error))
-            / (self.error_scale.relative * motion)
+        norm.error_speed(&self.model, error, motion).hypot(own) / (self.error_scale.relative * motion)
     }
 
-    fn damped_error_norm(&self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
-        let norm = &mut *self.norm.borrow_mut();
+    fn damped_error_norm(&mut self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
+        let (own, norm) = (self.own_speed(error), &mut self.norm);
         let t = self.workspace.time;
         let start = norm.speed(&self.model, t, y0).max(self.error_scale.velocity_floor);
         let motion = norm.speed(&self.model, t, y1).max(start);
-        norm.damped_error_speed(&self.model, (t, y0, start), error, motion).hypot(self.own_speed(error))
+        norm.damped_error_speed(&self.model, (t, y0, start), error, motion).hypot(own)
             / (self.error_scale.relative * motion)
     }
 

@@ -7,14 +7,14 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::error_filter::ErrorFilter;
 use super::force::BodyState;
-use super::free_modes::FreeModes;
+use super::free_modes::squared_frequencies;
 use super::model::{MultibodyModel, TreeBody};
 use super::tree_kinematics::{Edge, Six, frame_velocities, split, update};
 use crate::body::StandardInputData;
 use crate::error::DynamicsError;
 use crate::kinematics::rotation::rotation_from_slice;
 
-/// Longest length that position errors are compared with, as a share of the body's radius of gyration; as for free bodies.
+/// Longest length that position errors are compared with, as a share of the body's radius of gyration.
 const LENGTH_SHARE: f64 = 1e-2;
 
 /// Inertia of one undeformed body.
@@ -34,13 +34,14 @@ struct BodyScale {
 impl BodyScale {
     fn new(data: &StandardInputData) -> Result<Self, DynamicsError> {
         let squared = data.second_moment.trace() / data.mass - data.centre_of_mass().norm_squared();
-        let modes = FreeModes::new(data)?;
+        let frequencies = squared_frequencies(data)?;
+        let lowest = frequencies.iter().copied().fold(f64::INFINITY, f64::min);
         Ok(Self {
             inertia: data.inertia(),
             coupling_rotation: (0..data.n_modes()).map(|j| data.coupling_rotation_at_rest(j)).collect(),
             radius: squared.max(0.0).sqrt(),
-            lowest: modes.lowest(),
-            highest_squared: modes.squared_frequencies.iter().copied().fold(0.0, f64::max),
+            lowest: if lowest.is_finite() { lowest.sqrt() } else { 0.0 },
+            highest_squared: frequencies.iter().copied().fold(0.0, f64::max),
         })
     }
 

@@ -44,7 +44,7 @@ impl<F: FnMut(f64, &[f64], &mut [f64])> OdeSystem for Given<F> {
         Ok(())
     }
 
-    fn error_norm(&self, _y0: &[f64], _y1: &[f64], error: &[f64]) -> f64 {
+    fn error_norm(&mut self, _y0: &[f64], _y1: &[f64], error: &[f64]) -> f64 {
         norm(error) / self.tolerance
     }
 
