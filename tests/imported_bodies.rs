@@ -15,7 +15,6 @@ use assert_cmd::Command;
 use beam_file::{BENDING, LENGTH, LINE_MASS, write_beam};
 use fbimpact::body_file::{BodyFile, read, write_reduced};
 use fbimpact::scenario::{self, Fault, Scenario};
-use fbimpact::setup::run_spec;
 use fbimpact::simulate::{modes, simulate};
 use ffr_dynamics::interchange::ReducedModel;
 
@@ -98,7 +97,7 @@ fn full_files_are_reduced_as_the_scenario_says() {
         "bodies.beam.damping={modal=0.01}",
         "bodies.beam.frame=tangent",
     ];
-    let spec = run_spec(&valid(SWING, &set)).unwrap();
+    let spec = valid(SWING, &set).run;
     let BodyKind::Imported(ImportedSpec::Full { body, reduction, static_answers, damping, frame }) =
         &spec.bodies[0].kind
     else {
@@ -113,7 +112,7 @@ fn full_files_are_reduced_as_the_scenario_says() {
     assert_eq!(spec.points[0].place, Place::Marker("tip".into()));
 
     let set = ["bodies.beam.frame=tangent", "bodies.beam.frame_marker=tip"];
-    let spec = run_spec(&valid(SWING, &set)).unwrap();
+    let spec = valid(SWING, &set).run;
     let BodyKind::Imported(ImportedSpec::Full { frame, .. }) = &spec.bodies[0].kind else { panic!("full") };
     assert_eq!(frame.as_deref(), Some("tip"));
 }
@@ -126,7 +125,9 @@ fn resolved_scenario_holds_the_checksum_and_is_valid_again() {
         assert!(resolved.contains("file_sha256 = \""), "{resolved}");
         let second = valid(resolved, &[]);
         assert_eq!(&second.source.resolved, resolved);
+        // Each has read the file for itself.
         assert_eq!(second.bodies, first.bodies);
+        assert_eq!((&second.run.joints, &second.run.settings), (&first.run.joints, &first.run.settings));
         let key = format!("bodies.{body}.file_sha256");
         let set = [&*format!("{key}=00ff")];
         assert_faults(resolved, &[(&set, &key, "has changed, it has ")]);
@@ -231,7 +232,7 @@ fn points_of_a_reduced_file_are_for_output_only() {
     parts.points.retain(|(name, _)| name == "end");
     write_reduced(&files().join("points.h5"), &ReducedModel::new(parts).unwrap()).unwrap();
     let text = REDUCED.replace("reduced.h5", "points.h5");
-    let spec = run_spec(&valid(&text, &["output.points.hub={body=\"rod\",marker=\"start\"}"])).unwrap();
+    let spec = valid(&text, &["output.points.hub={body=\"rod\",marker=\"start\"}"]).run;
     assert_eq!(spec.points[0].place, Place::Marker("end".into()));
     let ball = |marker: &str| {
         format!(

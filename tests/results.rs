@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use adaptive::observer::{Continue, Observer};
 use adaptive::record::{
-    BodyLayout, BodySample, ContactSample, Continue, Energies, ImpactRecord, JointLayout, JointSample,
-    Observer, PhaseKind, PhaseRecord, PointSample, PressurePoint, RunLayout, Sample, StressRecord, Timings,
-    TryRecord,
+    BodyLayout, BodySample, ContactSample, Energies, ImpactRecord, JointLayout, JointSample, PhaseKind,
+    PhaseRecord, PointSample, PressurePoint, RunLayout, Sample, StressRecord, Timings, TryRecord,
 };
 use fbimpact::commands::recording::{Simulation, record};
 use fbimpact::error::AppError;
@@ -87,7 +87,7 @@ fn report(ending: Ending, time: f64) -> RunReport {
 
 /// Stops at row `until` at the latest, or when the observer says so.
 fn samples(observer: &mut dyn Observer, until: u32) -> Result<RunReport, AppError> {
-    let fail = |e: adaptive::record::ObserverError| AppError::Run(e.to_string());
+    let fail = |e: adaptive::error::ObserverError| AppError::Run(e.to_string());
     for i in 0..until {
         let sample = sample(i);
         observer.sample(&sample).map_err(fail)?;
@@ -99,7 +99,7 @@ fn samples(observer: &mut dyn Observer, until: u32) -> Result<RunReport, AppErro
 }
 
 fn complete(_: &Scenario, observer: &mut dyn Observer, _: usize) -> Result<RunReport, AppError> {
-    let fail = |e: adaptive::record::ObserverError| AppError::Run(e.to_string());
+    let fail = |e: adaptive::error::ObserverError| AppError::Run(e.to_string());
     start(observer)?;
     let report = samples(observer, ROWS)?;
     let phase =
@@ -278,7 +278,7 @@ fn resolved_scenario_in_the_file_reads_back() {
     let file = hdf5::File::open(&path).expect("readable");
     let text: VarLenUnicode = file.dataset("scenario").expect("there").read_scalar().expect("text");
     let again = scenario::parse(Path::new("again.toml"), text.as_str().as_bytes(), &[]).expect("valid");
-    assert_eq!(again.bodies, scenario_with(&[]).bodies);
+    assert_eq!(again.run, scenario_with(&[]).run);
 }
 
 #[test]

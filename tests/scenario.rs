@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
+use adaptive::spec::Target;
 use fbimpact::scenario::keys::{Key, Kind, Need};
-use fbimpact::scenario::{self, BodyKind, Fault, Geometry, Override, Scenario, reference, tables};
+use fbimpact::scenario::{self, Fault, Override, Scenario, reference, tables};
 
 const SPHERE: &str = include_str!("../scenarios/sphere_on_plane.toml");
 const ROD: &str = include_str!("../scenarios/rod_on_plane.toml");
@@ -46,10 +47,11 @@ fn shipped_scenarios_are_valid() {
     let sphere = parse(SPHERE).expect("valid");
     assert_eq!(sphere.bodies.len(), 2);
     assert_eq!(sphere.bodies[0].name, "ball");
-    let BodyKind::Elastic(ball) = &sphere.bodies[0].kind else { panic!("the ball is flexible") };
-    assert!(matches!(ball.geometry, Geometry::Sphere { .. }));
-    assert_eq!(ball.discretisation.elements.as_deref(), Some(&[8, 8][..]));
-    assert_eq!(parse(ROD).expect("valid").output.points[0].name, "far_end");
+    let ball = sphere.run.bodies[0].elastic().expect("the ball is flexible");
+    assert!(ball.shape.faces.contains_key("surface"));
+    assert_eq!(ball.discretisation.elements, [8, 8]);
+    assert!(!sphere.wishes[0].elements);
+    assert_eq!(parse(ROD).expect("valid").run.points[0].name, "far_end");
 }
 
 #[test]
@@ -156,11 +158,11 @@ fn overrides_reach_tables_arrays_and_new_keys() {
         "output.points.top.marker=top",
     ];
     let scenario = parse_with(SPHERE, &set).expect("valid");
-    assert!((scenario.simulation.end_time - 2e-4).abs() < 1e-18);
-    assert!((scenario.bodies[0].velocity[2] + 0.2).abs() < 1e-15);
-    let BodyKind::Elastic(ball) = &scenario.bodies[0].kind else { panic!("flexible") };
+    assert!((scenario.run.settings.end_time - 2e-4).abs() < 1e-18);
+    assert!((scenario.run.bodies[0].motion.velocity[2] + 0.2).abs() < 1e-15);
+    let ball = scenario.run.bodies[0].elastic().expect("flexible");
     assert_eq!(ball.discretisation.refine[0].elements, 32);
-    assert_eq!(scenario.output.points[0].name, "top");
+    assert_eq!(scenario.run.points[0].name, "top");
     for set in ["title.x=1", "bodies.ball.discretisation.refine[3].elements=2", "bodies.ball.velocity.x=1"] {
         let list = parse_with(SPHERE, &[set]).expect_err("at fault");
         assert!(list[0].to_string().starts_with(&format!("--set {set}")), "{}", list[0]);
@@ -171,14 +173,17 @@ fn overrides_reach_tables_arrays_and_new_keys() {
 
 #[test]
 fn degrees_and_radians_agree_and_exclude_each_other() {
-    let text = format!("{SPHERE}\n[bodies.tilted]\nmodel=\"rigid\"\ngeometry={{shape=\"plane\"}}\n");
+    let rigid = "[bodies.tilted]\nmodel=\"rigid\"\nmass=1\ninertia=[1,1,1]\n";
+    let plane = "[bodies.wall]\nmodel=\"rigid\"\ngeometry={shape=\"plane\"}\n[contacts.second]\ncontact_body=\"ball\"\n\
+                 target_body=\"wall\"\nmodel=\"quasistatic\"\n";
+    let text = format!("{SPHERE}\n{rigid}{plane}");
     let deg = parse_with(&text, &["bodies.tilted.orientation_deg=[90,0,0]"]).expect("valid");
     let rad = parse_with(&text, &["bodies.tilted.orientation=[1.5707963267948966,0,0]"]).expect("valid");
-    for (a, b) in deg.bodies[2].orientation.iter().zip(&rad.bodies[2].orientation) {
-        // Round-off of the factor pi / 180.
-        assert!((a - b).abs() < 1e-15);
-    }
-    let BodyKind::RigidPlane { normal, .. } = deg.bodies[2].kind else { panic!("a plane") };
+    let of = |scenario: &Scenario| scenario.run.bodies[1].motion.rotation;
+    // Round-off of the factor pi / 180.
+    assert!(of(&deg).angle_to(&of(&rad)) < 1e-15);
+    let turned = parse_with(&text, &["bodies.wall.orientation_deg=[90,0,0]"]).expect("valid");
+    let Target::Plane { normal, .. } = turned.run.contacts[1].target else { panic!("a plane") };
     // A quarter turn about x takes z to -y; round-off of one rotation.
     assert!((normal[1] + 1.0).abs() < 1e-15);
     let both = ["bodies.tilted.orientation=[1,0,0]", "bodies.tilted.orientation_deg=[90,0,0]"];

@@ -3,12 +3,13 @@
 
 use std::path::Path;
 
-use fbimpact::scenario::{
-    self, BodyKind, ContactLaw, Curve, Damping, Fault, Frame, Integrator, Override, Place, RigidMass,
-    Scenario,
+use adaptive::spec::{
+    Attachment, BodyKind, ContactLaw, Coupling, DampingSpec, Extent, FrameSpec, JointSpec, Place, TimeCurve,
 };
+use fbimpact::scenario::{self, Fault, Override, Scenario};
+use ffr_dynamics::integration::Method;
 use ffr_dynamics::system::joints::JointKind;
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, Vector3};
 
 /// Two rods in a chain, a sphere at the end, a free sphere, and bodies of flat models.
 const CHAIN: &str = r#"
@@ -96,9 +97,15 @@ fn assert_fault(set: &[&str], key: &str, words: &str) {
     assert!(found, "{set:?}: {key} with {words:?} in {list:#?}");
 }
 
-fn axes(joint: &scenario::Joint) -> UnitQuaternion<f64> {
-    let [w, i, j, k] = joint.axes;
-    UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k))
+/// Rotation from the joint's axes to space, of a joint whose child has the orientation of space.
+fn axes(joint: &JointSpec) -> UnitQuaternion<f64> {
+    joint.child.rotation
+}
+
+/// The face that an attachment holds.
+fn face(at: &Attachment) -> (&Extent, Coupling) {
+    let Place::Area(area) = &at.place else { panic!("{at:?} is no part of a body") };
+    (&area.extent, area.coupling)
 }
 
 /// Round-off of a few operations on numbers of order one.
@@ -107,7 +114,7 @@ const ROUND_OFF: f64 = 1e-14;
 #[test]
 fn joints_have_their_axis_as_z_and_start_where_they_are_told() {
     let scenario = valid(&[]);
-    let shoulder = &scenario.joints[0];
+    let shoulder = &scenario.run.joints[0];
     assert_eq!(
         (shoulder.kind, shoulder.parent.body, shoulder.child.body),
         (JointKind::Revolute, None, Some(0))
@@ -117,19 +124,20 @@ fn joints_have_their_axis_as_z_and_start_where_they_are_told() {
     // The axis of space that is farthest from y, the first of two.
     assert!((axes(shoulder) * Vector3::x() - Vector3::x()).norm() < ROUND_OFF);
     assert!((shoulder.positions[0] - std::f64::consts::FRAC_PI_2).abs() < ROUND_OFF);
-    assert_eq!(scenario.joints[1].positions, [1.0, 0.0, 0.0, 0.0]);
-    assert!(scenario.joints[2].positions.is_empty() && scenario.joints[2].coordinates.is_empty());
-    assert_eq!(shoulder.child.at, Place::Marker("start".into()));
+    assert_eq!(scenario.run.joints[1].positions, [1.0, 0.0, 0.0, 0.0]);
+    let wrist = &scenario.run.joints[2];
+    assert!(wrist.positions.is_empty() && wrist.coordinates.is_empty());
+    assert_eq!(face(&shoulder.child), (&Extent::Face("start".into()), Coupling::Average));
 }
 
 #[test]
 fn universal_joints_turn_about_both_axes_and_references_fix_the_first_cross_axis() {
     let set =
         ["joints.elbow.type=universal", "joints.elbow.axis=[0,0,3]", "joints.elbow.second_axis=[1,0,0]"];
-    let q = axes(&valid(&set).joints[1]);
+    let q = axes(&valid(&set).run.joints[1]);
     assert!((q * Vector3::x() - Vector3::z()).norm() < ROUND_OFF);
     assert!((q * Vector3::y() - Vector3::x()).norm() < ROUND_OFF);
-    let q = axes(&valid(&["joints.shoulder.reference=[0,1,-2]"]).joints[0]);
+    let q = axes(&valid(&["joints.shoulder.reference=[0,1,-2]"]).run.joints[0]);
     assert!((q * Vector3::x() + Vector3::z()).norm() < ROUND_OFF);
 }
 
@@ -137,30 +145,28 @@ fn universal_joints_turn_about_both_axes_and_references_fix_the_first_cross_axis
 fn rotation_vectors_become_quaternions() {
     let scenario =
         valid(&["joints.elbow.coordinates=[0,0,3.141592653589793]", "joints.elbow.velocities=[1,2,3]"]);
-    let elbow = &scenario.joints[1];
+    let elbow = &scenario.run.joints[1];
     for (found, expected) in elbow.positions.iter().zip([0.0, 0.0, 0.0, 1.0]) {
         assert!((found - expected).abs() < ROUND_OFF);
     }
     assert_eq!(elbow.velocities, [1.0, 2.0, 3.0]);
     let set = ["joints.elbow.type=free", "joints.elbow.coordinates=[1,2,3,0,0,0]"];
-    assert_eq!(valid(&set).joints[1].positions, [1.0, 2.0, 3.0, 1.0, 0.0, 0.0, 0.0]);
+    assert_eq!(valid(&set).run.joints[1].positions, [1.0, 2.0, 3.0, 1.0, 0.0, 0.0, 0.0]);
 }
 
 #[test]
 fn tangent_frames_follow_the_joint_unless_told_otherwise() {
-    let frame = |set: &[&str]| match &valid(set).bodies[0].kind {
-        BodyKind::Elastic(upper) => upper.frame.clone(),
-        _ => panic!("flexible"),
-    };
-    assert_eq!(frame(&[]), Frame::Tangent(Place::Marker("start".into())));
-    let middle = Frame::Tangent(Place::Marker("middle".into()));
+    let frame = |set: &[&str]| valid(set).run.bodies[0].elastic().expect("flexible").frame.clone();
+    let scenario = valid(&[]);
+    assert_eq!(frame(&[]), FrameSpec::Tangent(scenario.run.joints[0].child.place.clone()));
+    let middle = FrameSpec::Tangent(scenario.run.loads[0].at.place.clone());
     assert_eq!(frame(&["bodies.upper.frame_marker=middle"]), middle);
-    let point = Frame::Tangent(Place::Point([0.0, 0.0, 0.1]));
+    let point = FrameSpec::Tangent(Place::Point([0.0, 0.0, 0.1]));
     assert_eq!(
         frame(&["bodies.upper.frame_point=[0,0,0.1]", "bodies.upper.geometric_stiffening=true"]),
         point
     );
-    assert_eq!(frame(&["bodies.upper.frame=buckens"]), Frame::Buckens);
+    assert_eq!(frame(&["bodies.upper.frame=buckens"]), FrameSpec::Buckens);
 }
 
 #[test]
@@ -175,13 +181,16 @@ fn springs_drives_and_motions_stand_at_their_coordinates() {
         "joints.shoulder.damping=4",
         "joints.shoulder.drive=5",
     ]);
-    let c = &scenario.joints[1].coordinates;
+    let c = &scenario.run.joints[1].coordinates;
     assert_eq!(c.iter().map(|c| c.stiffness).collect::<Vec<_>>(), [1.0, 2.0, 3.0]);
     assert_eq!(c.iter().map(|c| c.rest).collect::<Vec<_>>(), [0.1, 0.2, 0.3]);
-    assert_eq!(c[2].drive, Some(Curve::SpinUp { rate: 1.0, duration: 2.0 }));
-    assert!(matches!(&c[0].motion, Some(Curve::Table { times, .. }) if times.len() == 3));
-    let shoulder = &scenario.joints[0].coordinates[0];
-    assert_eq!(shoulder.drive, Some(Curve::Polynomial { coefficients: vec![5.0] }));
+    assert_eq!(c[2].drive, Some(TimeCurve::SpinUp { rate: 1.0, duration: 2.0 }));
+    let Some(TimeCurve::Table(spline)) = &c[0].motion else { panic!("a spline") };
+    // Values at and between the points, flat in the middle of a symmetric table.
+    assert!((spline.at(2.0)[0]).abs() < ROUND_OFF && (spline.at(1.0)[0] - 1.0).abs() < ROUND_OFF);
+    assert!(spline.at(1.0)[1].abs() < ROUND_OFF);
+    let shoulder = &scenario.run.joints[0].coordinates[0];
+    assert_eq!(shoulder.drive, Some(TimeCurve::Polynomial { coefficients: vec![5.0] }));
     assert!((shoulder.damping - 4.0).abs() < ROUND_OFF);
 }
 
@@ -196,18 +205,20 @@ fn rigid_bodies_hertz_friction_damping_and_tolerances_are_read() {
         "contacts.slide.friction=0.3",
         "bodies.floor.normal=[0,1,0]",
     ]);
-    let BodyKind::Rigid(lower) = &scenario.bodies[1].kind else { panic!("rigid") };
-    assert!(matches!(&lower.mass, RigidMass::Shape { material, .. } if material.name == "m"));
-    assert_eq!(scenario.contacts[0].law, ContactLaw::Hertz);
-    let ContactLaw::Surface(slide) = &scenario.contacts[1].law else { panic!("a surface") };
+    let BodyKind::Rigid(lower) = &scenario.run.bodies[1].kind else { panic!("rigid") };
+    let mass = 8e3 * 0.1 * 0.2 * 0.3;
+    assert!((lower.mass / mass - 1.0).abs() < ROUND_OFF, "{}", lower.mass);
+    assert!(matches!(scenario.run.contacts[0].law, ContactLaw::Hertz { .. }));
+    let ContactLaw::Surface(slide) = &scenario.run.contacts[1].law else { panic!("a surface") };
     let friction = slide.friction.expect("given");
     assert!((friction.coefficient - 0.3).abs() < ROUND_OFF);
-    assert!(scenario.simulation.static_start);
-    assert_eq!(scenario.simulation.free.integrator, Integrator::TrBdf2);
-    assert!((scenario.simulation.free.rtol - 1e-5).abs() < ROUND_OFF);
-    assert!((scenario.simulation.impact.rtol - 1e-8).abs() < ROUND_OFF);
-    let BodyKind::Elastic(upper) = &scenario.bodies[0].kind else { panic!("flexible") };
-    assert_eq!(upper.damping, Some(Damping::Modal(vec![0.01])));
+    let settings = &scenario.run.settings;
+    assert!(settings.static_start);
+    assert_eq!(settings.free.method, Method::TrBdf2);
+    assert!((settings.free.tolerance - 1e-5).abs() < ROUND_OFF);
+    assert!((settings.impact.tolerance - 1e-8).abs() < ROUND_OFF);
+    let upper = scenario.run.bodies[0].elastic().expect("flexible");
+    assert_eq!(upper.damping, DampingSpec::Modal(vec![0.01]));
 }
 
 #[test]
@@ -380,6 +391,8 @@ fn faults_of_bodies_loads_and_contacts_name_key_and_remedy() {
 #[test]
 fn planes_with_a_material_are_elastic_half_spaces_for_hertz() {
     let scenario = valid(&["bodies.floor.material=m", "contacts.pair.target_body=floor"]);
-    let BodyKind::RigidPlane { material, .. } = &scenario.bodies[4].kind else { panic!("a plane") };
-    assert_eq!(material.as_ref().map(|m| m.name.as_str()), Some("m"));
+    assert_eq!((scenario.bodies[4].name.as_str(), scenario.bodies[4].index), ("floor", None));
+    let ContactLaw::Hertz { contact, target, plane } = &scenario.run.contacts[0].law else { panic!("Hertz") };
+    assert_eq!((contact.solid, target), (*plane, &None));
+    assert!((plane.young - 2e11).abs() < 1.0);
 }

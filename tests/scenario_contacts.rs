@@ -2,17 +2,12 @@
 
 use std::path::Path;
 
-use adaptive::spec::TransferMethod;
 use adaptive::spec::{
-    ContactLaw as LawSpec, HandOver, IntervalSpec, PenaltySearch as SearchSpec, Target, Treatment,
+    ContactLaw, DivisionRule, HandOver, IntervalSpec, LowModes, PenaltySearch, SurfaceLaw, Target,
+    TransferMethod, Treatment, least_utilisation,
 };
-use adaptive::spec::{DivisionRule, LowModes, least_utilisation};
 use contact_qs::quasistatic::Method;
-use fbimpact::scenario::{
-    self, Constraint, ContactLaw, ContactModel, ContactSolver, Fault, Override, PenaltySearch, Scenario,
-    SurfaceContact,
-};
-use fbimpact::setup::run_spec;
+use fbimpact::scenario::{self, Fault, Override, Scenario};
 
 const PAIRS: &str = include_str!("../scenarios/sphere_rod_sphere.toml");
 const SPHERE: &str = include_str!("../scenarios/sphere_on_plane.toml");
@@ -27,12 +22,17 @@ fn valid(text: &str, set: &[&str]) -> Scenario {
     parse(text, set).unwrap_or_else(|f| panic!("{set:?}: {f:#?}"))
 }
 
-/// The first contact of a valid scenario.
-fn surface(text: &str, set: &[&str]) -> SurfaceContact {
-    match &valid(text, set).contacts[0].law {
-        ContactLaw::Surface(law) => law.clone(),
-        ContactLaw::Hertz => panic!("a contact of surfaces"),
+/// The law of contact `index`.
+fn law(scenario: &Scenario, index: usize) -> &SurfaceLaw {
+    match &scenario.run.contacts[index].law {
+        ContactLaw::Surface(law) => law,
+        ContactLaw::Hertz { .. } => panic!("a contact of surfaces"),
     }
+}
+
+/// The first contact of a valid scenario.
+fn surface(text: &str, set: &[&str]) -> SurfaceLaw {
+    law(&valid(text, set), 0).clone()
 }
 
 #[track_caller]
@@ -48,38 +48,34 @@ fn a_pair_of_names_is_enough_and_is_adaptive() {
     let scenario = valid(PAIRS, &[]);
     // An empty line ends the table after the two names.
     assert!(PAIRS.contains("[contacts.first]\ncontact_body = \"left\"\ntarget_body = \"rod\"\n\n"));
-    for contact in &scenario.contacts {
-        let ContactLaw::Surface(law) = &contact.law else { panic!("a contact of surfaces") };
-        assert_eq!(law.model, ContactModel::Adaptive);
-        assert_eq!(law.solver, ContactSolver::ActiveSet);
-        let search = PenaltySearch::UntilConverged { tolerance: 2e-3 };
-        assert_eq!(law.constraint, Constraint::Penalty { value: None, search });
+    for index in 0..scenario.run.contacts.len() {
+        let law = law(&scenario, index);
+        assert_eq!((law.treatment, law.penalty), (Treatment::Adaptive, None));
+        assert_eq!(law.method, Method::ActiveSet);
+        assert_eq!(law.search, PenaltySearch::UntilConverged { tolerance: 2e-3 });
+        assert_eq!(law.search, PenaltySearch::CONVERGED);
+        assert_eq!(law.interval, IntervalSpec::default());
         assert_eq!((law.interval.width, law.interval.elements), (None, None));
     }
-    let run = run_spec(&scenario).expect("a run");
-    let LawSpec::Surface(law) = &run.contacts[1].law else { panic!("a contact of surfaces") };
-    assert_eq!((law.treatment, law.penalty), (Treatment::Adaptive, None));
-    assert_eq!(law.search, SearchSpec::CONVERGED);
-    assert_eq!(law.interval, IntervalSpec::default());
-    assert_eq!((run.contacts[1].body, run.contacts[1].target), (2, Target::Body(1)));
+    let second = &scenario.run.contacts[1];
+    assert_eq!((second.body, second.target), (2, Target::Body(1)));
 }
 
 #[test]
 fn other_models_keep_a_fixed_factor() {
     for (name, model) in [
-        ("quasistatic", ContactModel::Quasistatic),
-        ("damped", ContactModel::Damped),
-        ("dynamic", ContactModel::Dynamic),
-        ("coarse", ContactModel::Coarse),
+        ("quasistatic", Treatment::Quasistatic),
+        ("damped", Treatment::Damped),
+        ("dynamic", Treatment::Dynamic),
+        ("coarse", Treatment::Coarse),
     ] {
         for text in [PAIRS, SPHERE] {
             let contact = if text == PAIRS { "first" } else { "impact" };
             let set =
                 [format!("contacts.{contact}.model={name}"), format!("contacts.{contact}.penalty={{}}")];
             let law = surface(text, &set.each_ref().map(String::as_str));
-            assert_eq!(law.model, model);
-            let constraint = Constraint::Penalty { value: None, search: PenaltySearch::Fixed };
-            assert_eq!(law.constraint, constraint, "{name}");
+            assert_eq!(law.treatment, model);
+            assert_eq!((law.penalty, law.search), (None, PenaltySearch::Fixed), "{name}");
         }
     }
 }
@@ -92,12 +88,9 @@ fn factors_searches_and_intervals_reach_the_run() {
         "contacts.first.interval={width=1e-3,elements=24,target_utilisation=0.8,division=\"printed\"}",
         "contacts.second.penalty={tolerance=1e-3}",
     ];
-    let run = run_spec(&valid(PAIRS, &set)).expect("a run");
-    let law = |i: usize| match &run.contacts[i].law {
-        LawSpec::Surface(law) => law.clone(),
-        LawSpec::Hertz { .. } => panic!("a contact of surfaces"),
-    };
-    assert_eq!((law(0).penalty, law(0).search), (Some(1e15), SearchSpec::UntilError));
+    let scenario = valid(PAIRS, &set);
+    let law = |i: usize| law(&scenario, i);
+    assert_eq!((law(0).penalty, law(0).search), (Some(1e15), PenaltySearch::UntilError));
     assert!(matches!(law(0).method, Method::Broyden(_)));
     let interval = IntervalSpec {
         width: Some(1e-3),
@@ -107,11 +100,12 @@ fn factors_searches_and_intervals_reach_the_run() {
         division: DivisionRule::Printed,
     };
     assert_eq!(law(0).interval, interval);
-    assert_eq!(law(1).search, SearchSpec::UntilConverged { tolerance: 1e-3 });
+    assert_eq!(law(1).search, PenaltySearch::UntilConverged { tolerance: 1e-3 });
     // An exact constraint has no factor to search for.
     let fixed = surface(PAIRS, &["contacts.first.penalty={initial=1e17,search=\"fixed\"}"]);
-    assert_eq!(fixed.constraint, Constraint::Penalty { value: Some(1e17), search: PenaltySearch::Fixed });
-    assert_eq!(surface(PAIRS, &["contacts.first.constraint=exact"]).constraint, Constraint::Exact);
+    assert_eq!((fixed.penalty, fixed.search), (Some(1e17), PenaltySearch::Fixed));
+    let exact = surface(PAIRS, &["contacts.first.constraint=exact"]);
+    assert_eq!((exact.penalty, exact.search), (Some(f64::INFINITY), PenaltySearch::Fixed));
 }
 
 #[test]
@@ -140,7 +134,7 @@ fn resolved_contacts_read_back_to_themselves() {
             let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
             let first = valid(text, &keys);
             let again = valid(&first.source.resolved, &[]);
-            assert_eq!(first.contacts, again.contacts, "{keys:?}");
+            assert_eq!(first.run.contacts, again.run.contacts, "{keys:?}");
             assert_eq!(first.source.resolved, again.source.resolved, "{keys:?}");
         }
     }
@@ -208,10 +202,8 @@ fn bodies_of_a_pair_must_be_flexible_and_of_one_kind() {
 
 #[test]
 fn static_answers_are_the_default_and_can_be_left_out() {
-    let has_answers = |set: &[&str]| {
-        let run = run_spec(&valid(BEAM, set)).expect("a run");
-        run.bodies[0].elastic().expect("flexible").has_static_answers()
-    };
+    let has_answers =
+        |set: &[&str]| valid(BEAM, set).run.bodies[0].elastic().expect("flexible").has_static_answers();
     assert!(has_answers(&[]));
     assert!(has_answers(&["bodies.beam.reduction={method=\"modal\",modes=6}"]));
     assert!(!has_answers(&["bodies.beam.reduction.static_answers=false"]));
@@ -234,9 +226,6 @@ fn modes_of_fine_models_and_their_hand_over_reach_the_run() {
     assert_eq!(surface(PAIRS, &set).hand_over, own(TransferMethod::MassOrthogonal));
     let set = ["contacts.first.modes=own", "contacts.first.transfer=printed"];
     assert_eq!(surface(PAIRS, &set).hand_over, own(TransferMethod::Printed));
-    let run = run_spec(&valid(PAIRS, &set)).expect("a run");
-    let LawSpec::Surface(law) = &run.contacts[0].law else { panic!("a contact of surfaces") };
-    assert_eq!(law.hand_over, own(TransferMethod::Printed));
     let coarse = ["contacts.first.model=coarse", "contacts.first.modes=own"];
     assert_fault(PAIRS, &coarse, "contacts.first.modes", "must be \"prolonged\"");
     assert_fault(SPHERE, &["contacts.impact.modes=own"], "contacts.impact.modes", "must be \"prolonged\"");

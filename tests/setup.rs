@@ -8,7 +8,6 @@ use adaptive::spec::{
 };
 use contact_qs::law::Solid;
 use fbimpact::scenario::{self, Override};
-use fbimpact::setup::run_spec;
 use nalgebra::{Matrix3, Vector3};
 
 const TEXT: &str = r#"
@@ -82,9 +81,7 @@ marker = "spot"
 
 fn spec(set: &[&str]) -> RunSpec {
     let set: Vec<Override> = set.iter().map(|s| s.parse().expect("valid --set")).collect();
-    let scenario =
-        scenario::parse(Path::new("t.toml"), TEXT.as_bytes(), &set).unwrap_or_else(|f| panic!("{f}"));
-    run_spec(&scenario).unwrap_or_else(|e| panic!("{e}"))
+    scenario::parse(Path::new("t.toml"), TEXT.as_bytes(), &set).unwrap_or_else(|f| panic!("{f}")).run
 }
 
 /// Round-off of a few operations on numbers of order one.

@@ -5,7 +5,21 @@ use std::path::Path;
 
 use fbimpact::scenario;
 use fbimpact::scenario::tables::{ModelFacts, SHAPES};
-use fbimpact::setup::run_spec;
+
+#[test]
+fn folded_net_is_a_located_fault() {
+    let text = "[simulation]\nend_time = 1e-6\n\
+         [materials.m]\nyoungs_modulus = 1e9\npoissons_ratio = 0.3\ndensity = 1e3\n\
+         [bodies.b]\nmodel = \"plane-strain\"\nmaterial = \"m\"\n[bodies.b.geometry]\nshape = \"nurbs\"\n\
+         degrees = 1\nknots = [[0, 0, 1, 1], [0, 0, 1, 1]]\ncontrol_points = [[0, 0], [0, 1], [1, 0], [1, 1]]\n";
+    let faults = scenario::parse(Path::new("t.toml"), text.as_bytes(), &[]).unwrap_err();
+    let [fault] = faults.list() else { panic!("{faults}") };
+    assert_eq!((fault.key.as_str(), fault.line()), ("bodies.b.geometry.shape", Some(11)));
+    assert!(
+        fault.message.starts_with("geometry is folded or inside out: Jacobian determinant -1"),
+        "{fault}"
+    );
+}
 
 /// A geometry table with sizes for the shape.
 fn geometry(shape: &str) -> String {
@@ -36,8 +50,7 @@ fn every_named_shape_is_built_with_the_markers_and_faces_of_its_table() {
                 if model.starts_with("plane") { "thickness = 0.01\n" } else { "" },
             );
             let scenario = scenario::parse(Path::new("t.toml"), text.as_bytes(), &[]).unwrap();
-            let spec = run_spec(&scenario).unwrap();
-            let built = &spec.bodies[0].elastic().expect("elastic").shape;
+            let built = &scenario.run.bodies[0].elastic().expect("elastic").shape;
             let sorted = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect::<BTreeSet<_>>();
             let found = built.markers.keys().cloned().collect();
             assert_eq!(sorted(markers), found, "{} as {model}", shape.name);

@@ -6,8 +6,9 @@
 use std::path::Path;
 
 use adaptive::recording::Recording;
+use adaptive::spec::{BodyKind, ReductionSpec};
 use adaptive::store::ModelCache;
-use fbimpact::scenario::{self, BodyKind, Reduction, Scenario};
+use fbimpact::scenario::{self, Scenario};
 use fbimpact::simulate::{modes, simulate};
 use fbimpact::sizing::{notes, sized};
 
@@ -41,13 +42,14 @@ fn run(scenario: &Scenario) -> Recording {
 /// Twice the elements, modes and elements of zones that `scenario` has.
 fn doubled(scenario: &Scenario) -> Scenario {
     let mut scenario = scenario.clone();
-    for body in &mut scenario.bodies {
+    assert!(scenario.wishes.iter().all(|wish| !wish.elements && !wish.modes), "sized");
+    for body in &mut scenario.run.bodies {
         let BodyKind::Elastic(elastic) = &mut body.kind else { continue };
         let mesh = &mut elastic.discretisation;
-        mesh.elements.as_mut().expect("sized").iter_mut().for_each(|n| *n *= 2);
+        mesh.elements.iter_mut().for_each(|n| *n *= 2);
         mesh.refine.iter_mut().for_each(|zone| zone.elements *= 2);
-        if let Reduction::CraigBampton { modes: Some(n), .. } = &mut elastic.reduction {
-            *n *= 2;
+        if let ReductionSpec::CraigBampton { modes, .. } = &mut elastic.reduction {
+            *modes *= 2;
         }
     }
     scenario
@@ -106,16 +108,15 @@ const BAR: &str = r#"
 fn chosen_sizes_are_written_into_the_scenario_with_their_reason() {
     let bare = parse(BAR);
     let chosen = sized(&bare, 1, &ModelCache::default()).unwrap().into_owned();
-    let BodyKind::Elastic(bar) = &chosen.bodies[0].kind else { panic!("flexible") };
-    let elements = bar.discretisation.elements.clone().expect("chosen");
+    assert!(bare.wishes[0].elements && bare.wishes[0].modes);
+    let bar = chosen.run.bodies[0].elastic().expect("flexible");
+    let elements = &bar.discretisation.elements;
     assert!(elements[0] > 5 * elements[1], "{elements:?}");
-    assert_eq!(
-        bar.reduction,
-        Reduction::CraigBampton { modes: Some(20), fixed_interface_modes: None, static_answers: true }
-    );
+    assert_eq!(bar.reduction, ReductionSpec::CraigBampton { modes: 20, fixed_interface_modes: None });
+    assert!(bar.static_answers);
     // The resolved text reads back to the same sizes, and tells why.
     let again = parse(&chosen.source.resolved);
-    assert_eq!(again.bodies, chosen.bodies);
+    assert_eq!((&again.run, &again.wishes), (&chosen.run, &chosen.wishes));
     let told: Vec<String> = notes(&chosen.source.resolved).into_iter().map(|n| n.text).collect();
     assert!(told[0].contains("20 lowest frequencies are right to"), "{told:?}");
     assert!(told[1].ends_with("no contact acts on the body"), "{told:?}");
@@ -131,26 +132,26 @@ fn keys_that_are_given_are_obeyed() {
     let with = |keys: &str| {
         let chosen =
             sized(&parse(&format!("{BAR}\n{keys}")), 1, &ModelCache::default()).unwrap().into_owned();
-        let BodyKind::Elastic(bar) = &chosen.bodies[0].kind else { panic!("flexible") };
+        let bar = chosen.run.bodies[0].elastic().expect("flexible");
         (bar.discretisation.clone(), bar.reduction)
     };
-    let count = |r: Reduction| match r {
-        Reduction::Modal { modes, .. } | Reduction::CraigBampton { modes, .. } => modes,
-        Reduction::All => None,
-    };
     let (mesh, reduction) = with("discretisation = { elements = [12, 1] }");
-    assert_eq!((mesh.elements, count(reduction)), (Some(vec![12, 1]), Some(20)));
+    assert_eq!((mesh.elements, reduction.modes()), (vec![12, 1], Some(20)));
     let (mesh, reduction) = with("reduction = { modes = 3 }");
-    assert_eq!(count(reduction), Some(3));
+    assert_eq!(reduction.modes(), Some(3));
     let (many, _) = with("reduction = { modes = 40 }");
-    assert!(many.elements.unwrap()[0] > mesh.elements.unwrap()[0]);
+    assert!(many.elements[0] > mesh.elements[0]);
     let (mesh, _) = with("discretisation = { degree = 2 }");
     let (cubic, _) = with("");
-    assert_eq!(mesh.degree, [2, 2]);
-    assert!(mesh.elements.unwrap()[0] > cubic.elements.unwrap()[0], "lower degrees need more elements");
-    let (mesh, _) = with("discretisation = { knots = [[0.5], []] }");
-    assert_eq!(mesh.elements, None);
-    let (mesh, reduction) = with("reduction = { method = \"all\" }");
-    assert!(mesh.elements.is_some());
-    assert_eq!(reduction, Reduction::All);
+    assert_eq!(mesh.degrees, [2, 2]);
+    assert!(mesh.elements[0] > cubic.elements[0], "lower degrees need more elements");
+    let knots = "discretisation = { knots = [[0.5], []] }";
+    let (mesh, _) = with(knots);
+    assert_eq!(mesh.knots, Some(vec![vec![0.5], vec![]]));
+    assert!(!parse(&format!("{BAR}\n{knots}")).wishes[0].elements);
+    let all = "reduction = { method = \"all\" }";
+    let (mesh, reduction) = with(all);
+    assert_eq!(mesh.elements, cubic.elements);
+    assert_eq!(reduction, ReductionSpec::All);
+    assert!(!parse(&format!("{BAR}\n{all}")).wishes[0].modes);
 }

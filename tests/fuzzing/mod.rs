@@ -12,7 +12,7 @@ use fbimpact::plot::render;
 use fbimpact::results::stored::Stored;
 use fbimpact::results::{summary, thin};
 use fbimpact::vtk::states::States;
-use fbimpact::{body_file, collect, scenario, setup, simulate};
+use fbimpact::{body_file, collect, scenario, simulate};
 
 /// A source of choices.
 pub struct Bytes<'a>(&'a [u8]);
@@ -78,9 +78,7 @@ pub fn scenario_text(bytes: &[u8]) {
     match scenario::parse(Path::new("case.toml"), bytes, &[]) {
         Ok(valid) => {
             let again = scenario::parse(Path::new("case.toml"), valid.source.resolved.as_bytes(), &[]);
-            assert_eq!(again.unwrap().bodies, valid.bodies);
-            // What cannot be set up is an error.
-            let _ = setup::run_spec(&valid);
+            assert_eq!(again.unwrap().run, valid.run);
         }
         Err(faults) => assert!(!faults.to_string().is_empty() && !faults.list().is_empty()),
     }
@@ -118,8 +116,7 @@ pub fn nurbs_data(bytes: &[u8]) {
         (0..n).map(|_| toml_number(if b.next() < 200 { 1.0 } else { b.number() })).collect();
     let _ = writeln!(text, "weights = [{}]", weights.join(", "));
     if let Ok(valid) = scenario::parse(Path::new("case.toml"), text.as_bytes(), &[])
-        && let Ok(spec) = setup::run_spec(&valid)
-        && let Ok(model) = simulate::build(&spec, 1, &ModelCache::default())
+        && let Ok(model) = simulate::build(&valid.run, 1, &ModelCache::default())
     {
         let body = &model.bodies[0];
         assert!(body.data.mass.is_finite() && body.data.mass > 0.0, "{text}");
@@ -167,7 +164,7 @@ pub fn read_everything(path: &Path, folder: &Path) {
         for body in &states.scenario.bodies {
             let _ = states.motion(&body.name).map(|motion| motion.pose(0));
         }
-        for contact in &states.scenario.contacts {
+        for contact in &states.scenario.run.contacts {
             let _ = states.contact(&contact.name);
             if let Ok(Some(series)) = states.pressures(&contact.name) {
                 let entries = (0..states.time.len()).flat_map(|i| series.range(i));

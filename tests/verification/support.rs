@@ -7,7 +7,6 @@ use adaptive::model::RunModel;
 use adaptive::record::{ImpactRecord, Sample};
 use adaptive::recording::Recording;
 use fbimpact::scenario::{self, Scenario};
-use fbimpact::setup::run_spec;
 use fbimpact::simulate::simulate;
 
 /// Everything a run reports, kept in memory.
@@ -92,8 +91,7 @@ pub fn parsed(text: &str) -> Scenario {
 
 /// All models of a scenario.
 pub fn built(scenario: &Scenario) -> RunModel {
-    let spec = run_spec(scenario).unwrap_or_else(|e| panic!("{e}"));
-    RunModel::build(&spec).unwrap_or_else(|e| panic!("{e}"))
+    RunModel::build(&scenario.run).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// Runs a shipped scenario with changes on one thread.

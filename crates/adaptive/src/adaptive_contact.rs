@@ -1,7 +1,7 @@
 //! A contact whose refinement and penalty factor the program finds itself (\[A\] section 4).
 //!
 //! Between impacts the pair is only watched. At a touch, fine models are built about the nearest points and become the
-//! contact's force element; what an impact taught about width and penalty factor is kept for the next one.
+//! contact's force element; widths and penalty factors of accepted impacts seed the next search.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use iga_core::nurbs::FaceId;
 use nalgebra::Unit;
 
 use crate::body_model::{BodyModel, ElasticModel};
-use crate::detection::{Detector, DetectorTarget, Nearest};
+use crate::detection::{Detector, DetectorTarget, Nearest, Search};
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::fine_model::{FineBody, FineInterval};
 use crate::interval::{
@@ -21,7 +21,8 @@ use crate::interval::{
 use crate::own_modes::OwnModes;
 use crate::penalty_search::{PenaltySearch, PenaltyStrategy};
 use crate::point_compliance::{PointCompliance, compliances, points_on};
-use crate::record::{Knowledge, ZoneSite};
+use crate::record::ZoneSite;
+use crate::run_state::ImpactHistory;
 use crate::simulation::ObservedPoint;
 use crate::spec::LowModes;
 use crate::spec::{self, ContactSpec, SurfaceLaw, Target};
@@ -52,10 +53,6 @@ pub struct AdaptiveContact {
     law: SurfaceLaw,
     /// Watches the pair.
     pub detector: Detector,
-    /// Its search for the nearest points.
-    pub search: Search,
-    /// What earlier impacts taught.
-    pub knowledge: Knowledge,
     cache: ModelCache,
 }
 
@@ -70,12 +67,8 @@ pub struct TrySizes {
     pub interface: u64,
 }
 
-/// Fine models of a contact in an impact phase.
+/// Fine models of a contact in an impact phase: what the run keeps of them beside the force element.
 pub struct FineContact {
-    /// The force element; taken by the system.
-    pub element: Option<Box<dyn ActiveContact>>,
-    /// Pressures from its point forces; taken by the system.
-    pub recovery: Option<PressureRecovery>,
     /// Contact element of each point.
     elements: Vec<[usize; 2]>,
     interval: FineInterval,
@@ -92,16 +85,43 @@ pub struct FineContact {
     pub search: PenaltySearch,
     /// `max_i(A_ii w_i)` [m³/N].
     weight: Option<f64>,
-    /// Fine models with modes of their own, by body; taken by the run's model.
-    pub own: Vec<(usize, (FineBody, OwnModes))>,
-    /// Bodies that have those modes because of this contact.
+    /// Bodies that have modes of the fine model because of this contact.
     pub hosted: Vec<usize>,
-    /// When it came into the system \[s\], and as which one of the run.
-    pub since: (f64, u64),
+    /// When it came into the system.
+    pub activation: Activation,
     /// Its models of the bodies.
     pub zones: Vec<ZoneOnBody>,
     /// How its forces displace observed points.
     pub points: Vec<PointCompliance>,
+}
+
+/// When a fine model came into the system, and as which one of the run.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Activation {
+    /// Time \[s\].
+    pub time: f64,
+    /// Number, from 1.
+    pub number: u64,
+}
+
+/// A refined contact with its fine models, as it is built.
+pub struct RefinedContact {
+    /// The force element, for the system.
+    pub element: Box<dyn ActiveContact>,
+    /// Pressures from its point forces.
+    pub recovery: PressureRecovery,
+    /// Fine models whose modes their bodies are to have, by body.
+    pub bases: Vec<(usize, FineBasis)>,
+    /// What the run keeps beside them.
+    pub contact: FineContact,
+}
+
+/// A fine model of a body and the modes of it that the body is to have.
+pub struct FineBasis {
+    /// The fine model.
+    pub body: FineBody,
+    /// Its modes, and how states are transferred to them.
+    pub modes: OwnModes,
 }
 
 /// The fine model of a contact on one of its bodies.
@@ -116,15 +136,21 @@ pub struct ZoneOnBody {
 }
 
 /// Asked between the stages of a build; an error ends it.
-pub type GoOn<'a> = dyn FnMut() -> Result<(), AdaptiveError> + 'a;
+pub type CancelCheck<'a> = dyn FnMut() -> Result<(), AdaptiveError> + 'a;
 
 /// Where and for what force a contact is refined.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct RefinementWish<'a> {
+#[derive(Debug, Clone, Default)]
+pub struct RefinementRequest<'a> {
     /// Widths of the interval; `None`: predicted \[m\].
     pub widths: Option<[f64; 2]>,
-    /// Peak force that a preview gave \[N\].
+    /// Peak force of a preview \[N\].
     pub peak: Option<f64>,
+    /// What earlier impacts found.
+    pub history: ImpactHistory,
+    /// Penalty search of an earlier trial of the same impact, which goes on.
+    pub search: Option<PenaltySearch>,
+    /// When the model comes into the system.
+    pub activation: Activation,
     /// Points of the bodies that are observed.
     pub points: &'a [ObservedPoint],
     /// Bodies whose modes must stay, for other contacts in the system act on them.
@@ -162,8 +188,6 @@ impl AdaptiveContact {
             target: spec.target,
             law: law.clone(),
             detector: Detector::new(spec.body, surface(spec.body)?, target),
-            search: Search::new(),
-            knowledge: Knowledge::default(),
             cache: cache.clone(),
         })
     }
@@ -180,37 +204,37 @@ impl AdaptiveContact {
     ///
     /// # Errors
     /// [`AdaptiveError::Contact`] if the motions are not finite.
-    pub fn nearest(&mut self, states: &[BodyState]) -> Result<Nearest, AdaptiveError> {
-        self.detector.nearest(states, &mut self.search).map_err(|e| self.fail(e))
+    pub fn nearest(&self, states: &[BodyState], search: &mut Search) -> Result<Nearest, AdaptiveError> {
+        self.detector.nearest(states, search).map_err(|e| self.fail(e))
     }
 
-    /// Fine models about the nearest points in the motions `states`, with intervals of the widths wished for or, at the first try of
+    /// Fine models about the points `nearest` in the motions `states`, with intervals of the widths wished for or, at the first try of
     /// an impact, of a width predicted: for the peak force if a preview gave one.
     ///
-    /// `go_on` is asked between stages.
+    /// `check_cancel` is asked between stages.
     ///
     /// # Errors
-    /// [`AdaptiveError`] with the name of body or contact if no fine model can be built, or the error of `go_on`.
+    /// [`AdaptiveError`] with the name of body or contact if no fine model can be built, or the error of `check_cancel`.
     pub fn refine(
         &self,
         bodies: &[BodyModel],
         states: &[BodyState],
-        wish: &RefinementWish<'_>,
-        go_on: &mut GoOn<'_>,
-    ) -> Result<FineContact, AdaptiveError> {
-        let nearest = self.nearest(states)?;
+        nearest: &Nearest,
+        request: RefinementRequest<'_>,
+        check_cancel: &mut CancelCheck<'_>,
+    ) -> Result<RefinedContact, AdaptiveError> {
         let elastic = elastic(&bodies[self.body]);
         let PredictedWidths { widths: predicted, least } =
-            self.predicted_widths(bodies, states, &nearest, wish.peak);
-        let widths = self.widths(wish.widths, predicted, elastic.body.size());
-        let modes = |body: usize| match wish.fixed.contains(&body) {
+            self.predicted_widths(bodies, states, nearest, request.peak);
+        let widths = self.widths(&request, predicted, elastic.body.size());
+        let modes = |body: usize| match request.fixed.contains(&body) {
             true => LowModes::Prolonged,
             false => self.law.hand_over.modes,
         };
         let own_modes = modes(self.body);
         let site = zone_site(elastic, &nearest.contact, widths);
         let mut target_site = None;
-        let on = |body: usize| points_on(wish.points, body, elastic.body.assembled.motion);
+        let on = |body: usize| points_on(request.points, body, elastic.body.assembled.motion);
         let (points, places) = on(self.body);
         let (mut target_points, mut target_places) = (Vec::new(), Vec::new());
         if let Target::Body(other) = self.target {
@@ -219,7 +243,7 @@ impl AdaptiveContact {
         let (mut own, mut other) = match (self.target, &nearest.target) {
             (Target::Body(other), Some(there)) => {
                 // Side by side: each has stages that only one thread can work on. Questions wait until both are done.
-                go_on()?;
+                check_cancel()?;
                 let (target, target_modes) = (self::elastic(&bodies[other]), modes(other));
                 let there = zone_site(target, there, widths);
                 target_site = Some(there);
@@ -227,10 +251,10 @@ impl AdaptiveContact {
                     || self.side(elastic, (&site, &places), own_modes, &mut || Ok(())),
                     || self.side(target, (&there, &target_places), target_modes, &mut || Ok(())),
                 );
-                go_on()?;
+                check_cancel()?;
                 (own?, Some((other, target?)))
             }
-            _ => (self.side(elastic, (&site, &places), own_modes, go_on)?, None),
+            _ => (self.side(elastic, (&site, &places), own_modes, check_cancel)?, None),
         };
         let mut element = self.element(&own, other.as_ref(), bodies)?;
         let on_body =
@@ -247,21 +271,19 @@ impl AdaptiveContact {
             true => self.static_weight(&mut own, &mut other, states)?,
             false => self.weight_of(element.as_mut(), states)?,
         };
-        let search = self.penalty_search(weight);
+        let search = request.search.unwrap_or_else(|| self.penalty_search(&request.history, weight));
         element.set_penalty(search.penalty()).map_err(|e| self.fail(e))?;
         let interval = own.body.intervals[0].clone();
         let sizes = sizes([Some(&own), other.as_ref().map(|(_, side)| side)]);
         let is_target_at_end = other.as_ref().is_some_and(|(_, o)| is_at_end(&o.body.intervals[0]));
         let (elements, recovery) = (own.zone.elements.clone(), PressureRecovery::new(&own.zone.points));
-        let mut own_modes = Vec::new();
+        let mut bases = Vec::new();
         for (body, side) in [(self.body, own)].into_iter().chain(other) {
-            own_modes.extend(
-                side.own.map(|(assembled, modes)| (body, (FineBody { mesh: side.body, assembled }, modes))),
-            );
+            bases.extend(side.own.map(|(assembled, modes)| {
+                (body, FineBasis { body: FineBody { mesh: side.body, assembled }, modes })
+            }));
         }
-        Ok(FineContact {
-            element: Some(element),
-            recovery: Some(recovery),
+        let contact = FineContact {
             flags: ContactFlags::new(interval.n_elements),
             elements,
             interval,
@@ -271,29 +293,29 @@ impl AdaptiveContact {
             least,
             search,
             weight,
-            hosted: own_modes.iter().map(|(body, _)| *body).collect(),
-            own: own_modes,
-            since: (0.0, 0),
+            hosted: bases.iter().map(|(body, _)| *body).collect(),
+            activation: request.activation,
             zones,
             points: observed,
-        })
+        };
+        Ok(RefinedContact { element, recovery, bases, contact })
     }
 
-    /// Widths of an interval on a body of size `size`: those wanted, given or, from earlier impacts, predicted \[m\].
-    fn widths(&self, wanted: Option<[f64; 2]>, predicted: [f64; 2], size: f64) -> [f64; 2] {
-        let factor = self.knowledge.width_factor.unwrap_or([1.0; 2]);
+    /// Widths of an interval on a body of size `size`: those asked for, given or, with what earlier impacts found, predicted \[m\].
+    fn widths(&self, request: &RefinementRequest<'_>, predicted: [f64; 2], size: f64) -> [f64; 2] {
+        let factor = request.history.width_factor.unwrap_or([1.0; 2]);
         let start =
             self.law.interval.width.map_or([predicted[0] * factor[0], predicted[1] * factor[1]], |w| [w; 2]);
-        wanted.unwrap_or(start).map(|w| w.min(WIDEST * size))
+        request.widths.unwrap_or(start).map(|w| w.min(WIDEST * size))
     }
 
-    /// Remembers what the accepted model of an impact was like; returns the stiffness ratio that others may start from.
-    pub fn learn(
-        &mut self,
+    /// What the accepted model of an impact leaves to the next ones.
+    pub fn history(
+        &self,
         fine: &FineContact,
         assessment: &IntervalAssessment,
         penalty: f64,
-    ) -> Option<f64> {
+    ) -> ImpactHistory {
         let mut width_factor = [1.0; 2];
         for ((factor, d), predicted) in
             width_factor.iter_mut().zip(&assessment.directions).zip(fine.predicted)
@@ -302,16 +324,8 @@ impl AdaptiveContact {
                 *factor = d.width / predicted;
             }
         }
-        let ratio = fine.weight.filter(|_| penalty.is_finite()).map(|w| penalty * w);
-        self.knowledge = Knowledge { width_factor: Some(width_factor), ratio, penalty: Some(penalty) };
-        ratio
-    }
-
-    /// Takes the stiffness ratio that another contact found, unless it knows its own or searches in another way.
-    pub fn hear(&mut self, ratio: f64, search: spec::PenaltySearch) {
-        if self.law.search == search {
-            self.knowledge.ratio.get_or_insert(ratio);
-        }
+        let stiffness_ratio = fine.weight.filter(|_| penalty.is_finite()).map(|w| penalty * w);
+        ImpactHistory { width_factor: Some(width_factor), stiffness_ratio, penalty: Some(penalty) }
     }
 
     /// How the penalty factor is searched for.
@@ -320,7 +334,7 @@ impl AdaptiveContact {
     }
 
     /// The search for the penalty factor of an impact.
-    fn penalty_search(&self, weight: Option<f64>) -> PenaltySearch {
+    fn penalty_search(&self, history: &ImpactHistory, weight: Option<f64>) -> PenaltySearch {
         let strategy = match self.law.search {
             spec::PenaltySearch::Fixed => PenaltyStrategy::Fixed,
             spec::PenaltySearch::UntilConverged { tolerance } => {
@@ -334,7 +348,7 @@ impl AdaptiveContact {
         {
             return PenaltySearch::new(PenaltyStrategy::Fixed, given);
         }
-        if let Some(known) = self.knowledge.ratio.and_then(from_ratio).or(self.knowledge.penalty) {
+        if let Some(known) = history.stiffness_ratio.and_then(from_ratio).or(history.penalty) {
             return PenaltySearch::from_accepted(strategy, known);
         }
         let first = self.law.penalty.or_else(|| from_ratio(self.law.stiffness_ratio));

@@ -59,11 +59,11 @@ impl Dents {
 
     /// Takes the forces of the last evaluation, at time `t`, of `system` with the models `fine` of its refined contacts.
     /// `loads_interface` tells of each contact whether it acts on a lasting interface.
-    pub fn take(
+    pub fn take<'a>(
         &mut self,
         t: f64,
         system: &System,
-        fine: &[Option<FineContact>],
+        fine: impl Fn(usize) -> Option<&'a FineContact>,
         loads_interface: impl Fn(usize) -> bool,
     ) {
         self.now.fill(Vector3::zeros());
@@ -72,7 +72,7 @@ impl Dents {
             if contact.report().n_active == 0 {
                 continue;
             }
-            let refined = fine.get(i).and_then(Option::as_ref).map_or(&[][..], |f| &f.points);
+            let refined = fine(i).map_or(&[][..], |f| &f.points);
             let lasting = self.lasting.iter().filter(|p| loads_interface(i) && force.acts_on(p.body));
             let mut loaded = None;
             for p in refined.iter().chain(lasting) {

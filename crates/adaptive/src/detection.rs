@@ -26,6 +26,7 @@ pub struct Nearest {
 }
 
 /// Surfaces of a pair that may meet.
+#[derive(Clone)]
 pub struct Detector {
     body: usize,
     model: Arc<SurfaceModel>,
@@ -62,6 +63,7 @@ impl Default for Search {
 }
 
 /// What the surface may meet.
+#[derive(Clone)]
 pub enum DetectorTarget {
     /// A fixed plane.
     Plane(Plane),

@@ -5,9 +5,7 @@ use std::sync::Arc;
 use contact_qs::points::DofLookup;
 use faer::{Mat, MatRef};
 use ffr_dynamics::DynamicsError;
-use ffr_dynamics::body::{
-    AssembledBody, Dof, MassMatrix, ModalDamping, RayleighDamping, RigidMotion, StandardInputData,
-};
+use ffr_dynamics::body::{AssembledBody, Dof, MassMatrix, ModalDamping, RayleighDamping, StandardInputData};
 use ffr_dynamics::reduction::compliance::ResidualFlexibility;
 use ffr_dynamics::reduction::craig_bampton::{FixedInterfaceModes, craig_bampton};
 use ffr_dynamics::reduction::modal::{ReducedBasis, all_modes};
@@ -34,6 +32,7 @@ mod point_markers;
 mod points;
 mod stiffening;
 
+pub use crate::spec::body::rigid_motion;
 pub use areas::Functions;
 pub use discretised::{Discretised, point_in_space};
 pub use key::modes_key;
@@ -111,15 +110,6 @@ impl InterfaceModes {
             Self::Dynamic => "dynamic",
             Self::Damped => "damped",
         }
-    }
-}
-
-/// Rigid motions of a kinematic model.
-pub fn rigid_motion(model: &Model) -> RigidMotion {
-    match model {
-        Model::Axisymmetric => RigidMotion::Axial,
-        Model::PlaneStrain { .. } | Model::PlaneStress { .. } => RigidMotion::Planar,
-        Model::Solid => RigidMotion::Spatial,
     }
 }
 

@@ -6,8 +6,12 @@ use iga_core::SplineError;
 use thiserror::Error;
 
 use crate::penalty_search::PenaltyFailure;
-use crate::record::ObserverError;
 use crate::subdivision::SubdivisionError;
+
+/// An error of an observer, such as a full disk; ends the run.
+#[derive(Debug, Error)]
+#[error("{0}")]
+pub struct ObserverError(pub String);
 
 /// Errors of model building and of a run.
 #[derive(Debug, Error)]
@@ -181,7 +185,7 @@ pub enum AdaptiveError {
     },
     /// No model of an impact was acceptable.
     #[error(
-        "contact \"{contact}\": no acceptable model of the impact at t = {time:.6e} s in {tries} tries, the last interval was {width:.3e} m wide; widen the limits interval.min_utilisation and interval.target_utilisation or give interval.width with model \"quasistatic\""
+        "contact \"{contact}\": no acceptable model of the impact at t = {time:.6e} s in {tries} tries, the last interval was {width:.3e} m wide; lower interval.target_utilisation or give interval.width with model \"quasistatic\""
     )]
     NoAcceptableModel {
         /// Name of the contact.

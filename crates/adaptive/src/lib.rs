@@ -10,6 +10,8 @@ pub mod error;
 pub mod spec;
 pub mod warning;
 pub mod record;
+pub mod run_state;
+pub mod observer;
 pub mod recording;
 pub mod marker_loads;
 pub mod elastic_body;

@@ -1,9 +1,6 @@
-//! What a run reports while it goes on: samples, phases, impacts, tries, transfers, timings.
-//!
-//! The driver calls an [`Observer`]; writing files, drawing progress and stopping on a signal are the observer's business.
+//! What a run reports while it goes on: samples, phases, impacts, trials, transfers, timings.
 
 use crate::store::CacheUse;
-use crate::warning::Warning;
 
 /// Fixed facts of a run that an observer needs before the first sample.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -338,32 +335,6 @@ pub struct Timings {
     pub cache: CacheUse,
 }
 
-/// What an observer answers to a sample.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Continue {
-    /// Go on.
-    Yes,
-    /// Stop after this step, for the user asked for it.
-    Interrupt,
-}
-
-/// An error of an observer, such as a full disk; ends the run.
-#[derive(Debug, thiserror::Error)]
-#[error("{0}")]
-pub struct ObserverError(pub String);
-
-/// What earlier impacts taught a contact that is refined during the run.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Knowledge {
-    /// Width found over width predicted, a direction, at this contact.
-    pub width_factor: Option<[f64; 2]>,
-    /// Accepted penalty factor times `max_i(A_ii w_i)`, at any contact with the same search: the number has no unit and does
-    /// not depend on sizes.
-    pub ratio: Option<f64>,
-    /// Accepted penalty factor of this contact [N/m³].
-    pub penalty: Option<f64>,
-}
-
 /// State of a body at the instant of a stress request.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct StressState {
@@ -399,115 +370,4 @@ pub struct ZoneLoad {
     pub site: ZoneSite,
     /// Forces on the interface unknowns of that model \[N\].
     pub forces: Vec<f64>,
-}
-
-/// State from which a run can be taken up again, with the same result as if it had gone on (docs/decisions).
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct RestartPoint {
-    /// Simulated time \[s\].
-    pub time: f64,
-    /// State variables.
-    pub state: Vec<f64>,
-    /// Their rates: they tell whether a model built later has the same coordinates. Empty where forces are refused.
-    pub rates: Vec<f64>,
-    /// Step size to go on with; zero: the integrator finds one \[s\].
-    pub step: f64,
-    /// The running phase up to here, which is its start in impact phases.
-    pub phase: PhaseRecord,
-    /// Phases before it.
-    pub n_phases: u32,
-    /// Impacts before it.
-    pub n_impacts: u32,
-    /// Fine models built before it.
-    pub n_refined: u64,
-    /// Time of the state stored last \[s\].
-    pub last_output: f64,
-    /// When the next state is due \[s\].
-    pub next_output: f64,
-    /// Energy that the implicit integrator removed up to the state stored last \[J\].
-    pub removed: f64,
-    /// Total energy of that state \[J\].
-    pub total_energy: Option<f64>,
-    /// Total energy at the start of the run \[J\].
-    pub ledger_start: Option<f64>,
-    /// Of the ledger up to the state stored last: largest size, energy that changes of penalty factors have taken \[J\].
-    pub ledger: [f64; 2],
-    /// Smallest gap of each contact and when it was seen; -∞ once the contact has closed [m, s].
-    pub gaps: Vec<[f64; 2]>,
-    /// Warnings given before it: number of the kind times 2³² plus index of the subject.
-    pub warned: Vec<u64>,
-    /// What earlier impacts taught the refined contacts.
-    pub knowledge: Vec<Knowledge>,
-    /// States that the stress requests hold.
-    pub stress: Vec<Option<StressState>>,
-}
-
-/// Receives a run as it goes on.
-pub trait Observer {
-    /// Called once before the first sample.
-    ///
-    /// # Errors
-    /// [`ObserverError`] ends the run.
-    fn start(&mut self, layout: &RunLayout) -> Result<(), ObserverError>;
-
-    /// Called at every stored instant.
-    ///
-    /// # Errors
-    /// [`ObserverError`] ends the run.
-    fn sample(&mut self, sample: &Sample) -> Result<(), ObserverError>;
-
-    /// Called after every accepted step, stored or not, with the time reached and the step size; cheap.
-    fn progress(&mut self, time: f64, step: f64, phase: PhaseKind) -> Continue;
-
-    /// Asked between the stages of work that takes no time steps, such as building a fine model: whether the user wants the run
-    /// to stop. Cheap.
-    fn is_interrupted(&mut self) -> bool {
-        false
-    }
-
-    /// Called at the end of every phase.
-    ///
-    /// # Errors
-    /// [`ObserverError`] ends the run.
-    fn phase(&mut self, record: &PhaseRecord) -> Result<(), ObserverError>;
-
-    /// Called at the end of every impact.
-    ///
-    /// # Errors
-    /// [`ObserverError`] ends the run.
-    fn impact(&mut self, record: &ImpactRecord) -> Result<(), ObserverError>;
-
-    /// Called at the end of every try.
-    ///
-    /// # Errors
-    /// [`ObserverError`] ends the run.
-    fn attempt(&mut self, record: &TryRecord) -> Result<(), ObserverError>;
-
-    /// Called after every change of the model.
-    ///
-    /// # Errors
-    /// [`ObserverError`] ends the run.
-    fn transfer(&mut self, record: &TransferRecord) -> Result<(), ObserverError>;
-
-    /// Called at states from which the run can be taken up again; everything reported before belongs to it, nothing reported later.
-    ///
-    /// # Errors
-    /// [`ObserverError`] ends the run.
-    fn restart_point(&mut self, _point: &RestartPoint) -> Result<(), ObserverError> {
-        Ok(())
-    }
-
-    /// Called at every warning, once for a kind and a subject.
-    ///
-    /// # Errors
-    /// [`ObserverError`] ends the run.
-    fn warning(&mut self, _warning: &Warning) -> Result<(), ObserverError> {
-        Ok(())
-    }
-
-    /// Called when a stress request has been evaluated.
-    ///
-    /// # Errors
-    /// [`ObserverError`] ends the run.
-    fn stress(&mut self, record: &StressRecord) -> Result<(), ObserverError>;
 }

@@ -1,9 +1,11 @@
 //! A run kept in memory, for programs that look at the result themselves.
 
+use crate::error::ObserverError;
+use crate::observer::{Continue, Observer};
 use crate::record::{
-    Continue, ImpactRecord, Observer, ObserverError, PhaseKind, PhaseRecord, RestartPoint, RunLayout, Sample,
-    StressRecord, TransferRecord, TryRecord,
+    ImpactRecord, PhaseKind, PhaseRecord, RunLayout, Sample, StressRecord, TransferRecord, TryRecord,
 };
+use crate::run_state::RunState;
 use crate::warning::Warning;
 
 /// An observer that keeps everything reported to it, in the order in which it came.
@@ -26,7 +28,7 @@ pub struct Recording {
     /// Stresses.
     pub stresses: Vec<StressRecord>,
     /// Restart points, each with [`Recording::counts`] at its time: what was reported before belongs to it.
-    pub restarts: Vec<(RestartPoint, [usize; 5])>,
+    pub restarts: Vec<(RunState, [usize; 5])>,
     /// Leaves out coordinates of bodies and pressures of contacts, which may be many.
     pub is_brief: bool,
     /// Asks to stop at the first step that ends at or after this time \[s\].
@@ -95,7 +97,7 @@ impl Observer for Recording {
         Ok(())
     }
 
-    fn restart_point(&mut self, point: &RestartPoint) -> Result<(), ObserverError> {
+    fn restart_point(&mut self, point: &RunState) -> Result<(), ObserverError> {
         self.restarts.push((point.clone(), self.counts()));
         Ok(())
     }

@@ -13,67 +13,42 @@ use crate::elastic_body::{ElasticBody, ReducedBody, point_in_space};
 use crate::error::AdaptiveError;
 use crate::fine_model::FineMesh;
 use crate::record::{StressRecord, StressState};
-use crate::spec::{StressInstant, StressSpec};
+use crate::spec::StressSpec;
 
-/// A stress request and the state that it waits for.
-#[derive(Debug, Clone, PartialEq)]
-pub struct StressRequest {
-    /// What is asked.
-    pub spec: StressSpec,
-    /// Best state so far.
-    pub state: Option<StressState>,
-}
-
-impl StressRequest {
-    /// Whether a state at time `time` with contact force `force` \[N\] on the body is the one to keep, so far.
-    pub fn wants(&self, time: f64, force: f64) -> bool {
-        match self.spec.at {
-            StressInstant::PeakForce => self.state.as_ref().is_none_or(|s| force > s.force),
-            StressInstant::Time(wanted) => {
-                self.state.as_ref().is_none_or(|s| (time - wanted).abs() < (s.time - wanted).abs())
-            }
+/// Stress along the line of `request` in the state `state`, with the models of the zones that were refined during the run.
+///
+/// # Errors
+/// [`AdaptiveError::Geometry`] if a point of the line is not in the body.
+pub fn evaluate(
+    request: &StressSpec,
+    (body, reduced): (&ElasticBody, &ReducedBody),
+    zones: &[ZoneModel],
+    state: &StressState,
+) -> Result<StressRecord, AdaptiveError> {
+    let field = body.control_values(&displacement(reduced, state));
+    let loaded = zones.iter().zip(&state.zones);
+    let zones: Vec<(&FineMesh, Vec<f64>)> = loaded
+        .map(|(zone, load)| (&zone.mesh, zone.mesh.control_values(&zone.residual.displacement(&load.forces))))
+        .collect();
+    let mut record = StressRecord { name: request.name.clone(), time: state.time, ..StressRecord::default() };
+    let mut workspace = RecoveryWorkspace::default();
+    let mut at = |space: &dyn Space, field: &[f64], (e, xi): (usize, [f64; 3])| {
+        workspace
+            .stress(space, &body.spec.model, &body.spec.material, field, e, &xi)
+            .map(|found| found.stress)
+            .map_err(|source| AdaptiveError::Geometry { body: body.name.clone(), source })
+    };
+    for place in line(request) {
+        let mut stress = at(&body.space, &field, body.locate(&place)?)?;
+        for (mesh, field) in &zones {
+            let local = at(mesh.space.as_space(), field, mesh.locate(body, &place)?)?;
+            stress.iter_mut().zip(local).for_each(|(sum, s)| *sum += s);
         }
+        record.points.push(point_in_space(body.assembled.motion, &place).into());
+        record.von_mises.push(von_mises(&stress));
+        record.stress.push(stress);
     }
-
-    /// Evaluates the request in the state `state`, with the models of the zones that were refined during the run.
-    ///
-    /// # Errors
-    /// [`AdaptiveError::Geometry`] if a point of the line is not in the body.
-    pub fn evaluate(
-        &self,
-        body: &ElasticBody,
-        reduced: &ReducedBody,
-        zones: &[ZoneModel],
-        state: &StressState,
-    ) -> Result<StressRecord, AdaptiveError> {
-        let field = body.control_values(&displacement(reduced, state));
-        let loaded = zones.iter().zip(&state.zones);
-        let zones: Vec<(&FineMesh, Vec<f64>)> = loaded
-            .map(|(zone, load)| {
-                (&zone.mesh, zone.mesh.control_values(&zone.residual.displacement(&load.forces)))
-            })
-            .collect();
-        let mut record =
-            StressRecord { name: self.spec.name.clone(), time: state.time, ..StressRecord::default() };
-        let mut workspace = RecoveryWorkspace::default();
-        let mut at = |space: &dyn Space, field: &[f64], (e, xi): (usize, [f64; 3])| {
-            workspace
-                .stress(space, &body.spec.model, &body.spec.material, field, e, &xi)
-                .map(|found| found.stress)
-                .map_err(|source| AdaptiveError::Geometry { body: body.name.clone(), source })
-        };
-        for place in line(&self.spec) {
-            let mut stress = at(&body.space, &field, body.locate(&place)?)?;
-            for (mesh, field) in &zones {
-                let local = at(mesh.space.as_space(), field, mesh.locate(body, &place)?)?;
-                stress.iter_mut().zip(local).for_each(|(sum, s)| *sum += s);
-            }
-            record.points.push(point_in_space(body.assembled.motion, &place).into());
-            record.von_mises.push(von_mises(&stress));
-            record.stress.push(stress);
-        }
-        Ok(record)
-    }
+    Ok(record)
 }
 
 /// Displacement of all unknowns: `Φ q_e + u_hf(f_b)` \[m\].

@@ -5,7 +5,8 @@ mod impacts;
 use adaptive::AdaptiveError;
 use adaptive::driver::resume;
 use adaptive::model::RunModel;
-use adaptive::record::{PhaseKind, RestartPoint};
+use adaptive::record::PhaseKind;
+use adaptive::run_state::RunState;
 use adaptive::spec::LowModes;
 use adaptive::spec::{
     BodyKind, ContactLaw, ContactSpec, RefinementSpec, RunSpec, StressInstant, StressSpec, Target, Treatment,
@@ -31,7 +32,7 @@ fn bounces(change: impl Fn(&mut ContactSpec)) -> RunSpec {
     spec(vec![ball], contacts, 2.6e-4)
 }
 
-fn taken_up(spec: &RunSpec, point: &RestartPoint) -> Result<Trace, AdaptiveError> {
+fn taken_up(spec: &RunSpec, point: &RunState) -> Result<Trace, AdaptiveError> {
     let mut trace = Trace::default();
     resume(&mut RunModel::build(spec)?, &spec.settings, point, &mut trace.0)?;
     Ok(trace)
@@ -68,7 +69,7 @@ fn check(spec: &RunSpec) -> Vec<(PhaseKind, bool)> {
             |t: &Trace, from: usize| t.restarts[from..].iter().map(|r| r.0.clone()).collect::<Vec<_>>();
         assert_eq!(points(&rest, 0), points(&whole, k + 1), "{place}");
     }
-    let place = |p: &RestartPoint| (p.phase.kind, p.time <= p.phase.start);
+    let place = |p: &RunState| (p.phase.kind, p.time <= p.phase.start);
     whole.restarts.iter().map(|(p, _)| place(p)).collect()
 }
 
@@ -160,11 +161,11 @@ fn points_of_other_models_are_refused() {
     let spec = bounces(|_| {});
     let trace = finished(&spec);
     let (point, _) = &trace.restarts[2];
-    let refusal = |point: &RestartPoint| match taken_up(&spec, point) {
+    let refusal = |point: &RunState| match taken_up(&spec, point) {
         Err(error @ AdaptiveError::Restart { .. }) => error.to_string(),
         _ => panic!("must be refused"),
     };
-    let shorter = RestartPoint { state: point.state[1..].to_vec(), ..point.clone() };
+    let shorter = RunState { state: point.state[1..].to_vec(), ..point.clone() };
     assert!(refusal(&shorter).contains("numbers of coordinates"));
     // A mode with the other sign: after the impact the ball vibrates.
     let mut turned = point.clone();

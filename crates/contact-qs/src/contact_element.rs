@@ -84,12 +84,8 @@ pub trait ContactElement: ForceElement<Found: ContactFindings> {
     ) -> Vector3<f64>;
 
     /// Place of the smallest gap at `motion`, on the contact body, in the inertial frame; NaN if there is none \[m\].
-    fn place(
-        &self,
-        motion: Motion<'_>,
-        state: &Self::State,
-        workspace: &mut Self::Workspace,
-    ) -> Vector3<f64>;
+    fn place(&self, motion: Motion<'_>, state: &Self::State, workspace: &mut Self::Workspace)
+    -> Vector3<f64>;
 
     /// Penalty factor in use; infinite where there are no penalty springs \[N/m³\].
     fn penalty(&self) -> f64;

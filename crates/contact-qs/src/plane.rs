@@ -178,8 +178,7 @@ impl PlaneContact {
     ) -> Result<Self, ContactError> {
         let springs = vec![0.0; submodel.n_points()];
         let (low_rows, is_rim) = (submodel.low_rows(), submodel.is_rim());
-        let mut contact =
-            Self { settings, submodel, low_rows, quasistatic, friction: None, springs, is_rim };
+        let mut contact = Self { settings, submodel, low_rows, quasistatic, friction: None, springs, is_rim };
         contact.set_springs(settings.penalty)?;
         Ok(contact)
     }

@@ -162,6 +162,13 @@ impl SurfacePair {
         Ok(())
     }
 
+    /// State before the first evaluation with friction, `before` being that of the pair without: points are projected from where
+    /// they were seen.
+    pub fn state_with_friction(&self, before: PairState) -> PairState {
+        let PairState { start, saved, .. } = before;
+        PairState { start, saved, ..self.state() }
+    }
+
     /// Tributary areas of the points \[m²\].
     pub fn areas(&self) -> &[f64] {
         &self.areas
@@ -336,7 +343,13 @@ impl ForceElement for SurfacePair {
         }
         if let Some(friction) = friction {
             if friction.is_evaluated {
-                friction.commit(&start.forces, &found.nodes, &found.rows, &found.projections, &found.is_wanted);
+                friction.commit(
+                    &start.forces,
+                    &found.nodes,
+                    &found.rows,
+                    &found.projections,
+                    &found.is_wanted,
+                );
             }
             friction.save();
         }

@@ -1,11 +1,10 @@
-//! The fbimpact program as a library: command line, scenario, setup, run, results.
+//! The fbimpact program as a library: command line, scenario, run, results.
 
 pub mod error;
 pub mod reasons;
 pub mod sound;
 pub mod provenance;
 pub mod scenario;
-pub mod setup;
 pub mod pool;
 pub mod sizing;
 pub mod simulate;

@@ -5,7 +5,9 @@ use std::time::Instant;
 use adaptive::body_model::BodyModel;
 use adaptive::driver;
 use adaptive::model::RunModel;
-use adaptive::record::{Observer, RestartPoint, Timings};
+use adaptive::observer::Observer;
+use adaptive::record::Timings;
+use adaptive::run_state::RunState;
 use adaptive::spec::ImportedSpec;
 use adaptive::spec::{BodyKind, BodySpec, RunSpec};
 use adaptive::store::ModelCache;
@@ -15,7 +17,6 @@ use iga_core::space::Space;
 use crate::error::AppError;
 use crate::pool::pool;
 use crate::scenario::Scenario;
-use crate::setup::run_spec;
 use crate::sizing::{self, sized};
 
 /// How a run ended.
@@ -108,14 +109,14 @@ pub fn simulate(
 /// As [`simulate`]; [`AppError::Model`] if the point does not belong to the models, too.
 pub fn simulate_with(
     scenario: &Scenario,
-    point: Option<&RestartPoint>,
+    point: Option<&RunState>,
     observer: &mut dyn Observer,
     threads: usize,
     cache: &ModelCache,
 ) -> Result<RunReport, AppError> {
     let scenario = &*sized(scenario, threads, cache)?;
-    let spec = run_spec(scenario)?;
-    let mut model = build(&spec, threads, cache)?;
+    let spec = &scenario.run;
+    let mut model = build(spec, threads, cache)?;
     let (started, before) = (Instant::now(), model.timings());
     let end = match point {
         Some(point) => driver::resume(&mut model, &spec.settings, point, observer),
@@ -137,8 +138,8 @@ pub fn simulate_with(
 pub fn modes(scenario: &Scenario, body: Option<usize>, threads: usize) -> Result<ModesReport, AppError> {
     let cache = ModelCache::default();
     let scenario = &*sized(scenario, threads, &cache)?;
-    let spec = run_spec(scenario)?;
-    let model = build(&spec, threads, &cache)?;
+    let spec = &scenario.run;
+    let model = build(spec, threads, &cache)?;
     let notes = sizing::notes(&scenario.source.resolved);
     let wanted = body.map(|b| scenario.bodies[b].name.as_str());
     let bodies = model.bodies.iter().zip(&spec.bodies);
@@ -161,7 +162,7 @@ pub fn system_modes(
 ) -> Result<(Vec<String>, SystemModes), AppError> {
     let cache = ModelCache::default();
     let scenario = &*sized(scenario, threads, &cache)?;
-    let mut spec = run_spec(scenario)?;
+    let mut spec = scenario.run.clone();
     spec.settings.static_start |= is_static;
     let model = build(&spec, threads, &cache)?;
     let modes = model.system.small_vibrations(0.0, &model.initial);

@@ -8,13 +8,12 @@ use std::fmt::Write as _;
 
 use adaptive::sizing::mode_count::WITHOUT_FORCES;
 use adaptive::sizing::{ChosenSizes, SizeWish, choose};
-use adaptive::spec::{RefinementSpec, RunSpec};
+use adaptive::spec::{BodyKind, BodySpec, ImportedSpec, RefinementSpec};
 use adaptive::store::ModelCache;
 
 use crate::error::AppError;
 use crate::pool::pool;
-use crate::scenario::{Body, BodyKind, ImportedBody, Place, Refinement, Scenario};
-use crate::setup::run_spec;
+use crate::scenario::Scenario;
 
 /// Begins the comment behind a key that the program has chosen.
 const MARK: &str = "  # chosen by the program: ";
@@ -37,60 +36,35 @@ pub fn sized<'a>(
     threads: usize,
     cache: &ModelCache,
 ) -> Result<Cow<'a, Scenario>, AppError> {
-    if scenario.bodies.iter().all(|body| wish(body) == SizeWish::default()) {
+    if scenario.wishes.iter().all(|wish| *wish == SizeWish::default()) {
         return Ok(Cow::Borrowed(scenario));
     }
-    let spec = run_spec(scenario)?;
-    let of_file = |name: &str| scenario.bodies.iter().find(|b| b.name == name);
-    let wishes: Vec<SizeWish> =
-        spec.bodies.iter().map(|b| of_file(&b.name).map(wish).unwrap_or_default()).collect();
-    let chosen = pool(threads)?.install(|| choose(&spec, &wishes, cache))?;
+    let chosen = pool(threads)?.install(|| choose(&scenario.run, &scenario.wishes, cache))?;
     let mut scenario = scenario.clone();
-    for body in &mut scenario.bodies {
-        apply(body, &spec, &chosen, &mut scenario.source.resolved);
+    let wishes = std::mem::take(&mut scenario.wishes);
+    scenario.wishes = vec![SizeWish::default(); wishes.len()];
+    for ((body, wish), chosen) in scenario.run.bodies.iter_mut().zip(wishes).zip(&chosen) {
+        apply(body, wish, chosen, &mut scenario.source.resolved);
     }
     Ok(Cow::Owned(scenario))
 }
 
-/// What the scenario leaves open of a body.
-fn wish(body: &Body) -> SizeWish {
-    match &body.kind {
-        BodyKind::Elastic(elastic) => {
-            let mesh = &elastic.discretisation;
-            let elements = mesh.elements.is_none() && mesh.knots.is_none();
-            SizeWish { elements, modes: elastic.reduction.wants_modes() }
-        }
-        BodyKind::Imported(imported) => match &**imported {
-            ImportedBody::Full { reduction, .. } => {
-                SizeWish { elements: false, modes: reduction.wants_modes() }
-            }
-            ImportedBody::Reduced(_) => SizeWish::default(),
-        },
-        BodyKind::Rigid(_) | BodyKind::RigidPlane { .. } => SizeWish::default(),
-    }
-}
-
-fn apply(body: &mut Body, spec: &RunSpec, chosen: &[ChosenSizes], resolved: &mut String) {
+/// Gives a body the sizes that were chosen for it, and writes them into the resolved text.
+fn apply(body: &mut BodySpec, wish: SizeWish, chosen: &ChosenSizes, resolved: &mut String) {
     let name = body.name.clone();
-    let chosen = spec.bodies.iter().position(|b| b.name == name).map(|i| &chosen[i]);
     let mut zones = String::new();
     let mut set = |table: &str, line: &str, why: &str| {
         insert(resolved, &format!("[bodies.{name}.{table}]"), &format!("{line}{MARK}{why}"));
     };
     match &mut body.kind {
         BodyKind::Elastic(elastic) => {
-            if let Some(mesh) = chosen.and_then(|c| c.mesh.as_ref()) {
-                elastic.discretisation.elements = Some(mesh.elements.clone());
+            if let Some(mesh) = &chosen.mesh {
+                elastic.discretisation.elements.clone_from(&mesh.elements);
                 set("discretisation", &format!("elements = {:?}", mesh.elements), &mesh.to_string());
             }
-            for zone in chosen.iter().flat_map(|c| &c.zones) {
+            for zone in &chosen.zones {
                 let RefinementSpec { centre, width, elements, ratio } = zone.refinement;
-                elastic.discretisation.refine.push(Refinement {
-                    at: Place::Point(centre),
-                    width,
-                    elements,
-                    ratio,
-                });
+                elastic.discretisation.refine.push(zone.refinement);
                 let point = &centre[..elastic.model.dimension()];
                 // Writing to a string cannot fail.
                 let _ = write!(
@@ -99,22 +73,18 @@ fn apply(body: &mut Body, spec: &RunSpec, chosen: &[ChosenSizes], resolved: &mut
                      elements = {elements}\nratio = {ratio:?}\n"
                 );
             }
-            if let Some(modes) = chosen.and_then(|c| c.modes.as_ref()) {
+            if let Some(modes) = &chosen.modes {
                 elastic.reduction.set_modes(modes.modes);
                 set("reduction", &format!("modes = {}", modes.modes), &modes.to_string());
             }
         }
-        BodyKind::Imported(imported) => {
-            if let ImportedBody::Full { body, reduction, .. } = &mut **imported
-                && reduction.wants_modes()
-            {
-                let body = body.value.body();
-                let n = WITHOUT_FORCES.min(body.dofs.len().saturating_sub(body.motion.count()));
-                reduction.set_modes(n);
-                set("reduction", &format!("modes = {n}"), &format!("{n} modes of a body from a file"));
-            }
+        BodyKind::Imported(ImportedSpec::Full { body, reduction, .. }) if wish.modes => {
+            let body = body.body();
+            let n = WITHOUT_FORCES.min(body.dofs.len().saturating_sub(body.motion.count()));
+            reduction.set_modes(n);
+            set("reduction", &format!("modes = {n}"), &format!("{n} modes of a body from a file"));
         }
-        BodyKind::Rigid(_) | BodyKind::RigidPlane { .. } => {}
+        BodyKind::Imported(_) | BodyKind::Rigid(_) => {}
     }
     resolved.push_str(&zones);
 }

@@ -77,6 +77,6 @@ fn step_of_4_bodies_of_20_modes(bencher: Bencher) {
 
 #[divan::bench(sample_size = 100)]
 fn error_norm_of_4_bodies_of_20_modes(bencher: Bencher) {
-    let (system, y) = double_pendulums(true);
+    let (mut system, y) = double_pendulums(true);
     bencher.bench_local(|| system.error_norm(black_box(&y), &y, &y));
 }

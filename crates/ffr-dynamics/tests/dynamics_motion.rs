@@ -328,7 +328,7 @@ fn damping_and_tolerances_that_make_no_sense_are_refused() {
 
 #[test]
 fn error_norm_passes_nan_on() {
-    let system = system(rigid_rotor(), Vector3::zeros(), 1e-8);
+    let mut system = system(rigid_rotor(), Vector3::zeros(), 1e-8);
     let y = state_vector(&system, &[BodyState::at_rest(0)]);
     let mut error = vec![0.0; y.len()];
     assert!(system.error_norm(&y, &y, &error).abs() < f64::MIN_POSITIVE);

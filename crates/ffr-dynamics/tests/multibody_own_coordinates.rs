@@ -151,7 +151,7 @@ fn a_mass_that_an_element_carries_swings_as_the_closed_form_says() {
 
 #[test]
 fn errors_of_own_coordinates_count() {
-    let system = system(vec![Box::new(HangingMass::default())]);
+    let mut system = system(vec![Box::new(HangingMass::default())]);
     let y = system.rest();
     let mut error = vec![0.0; y.len()];
     assert!(system.error_norm(&y, &y, &error) < f64::MIN_POSITIVE);

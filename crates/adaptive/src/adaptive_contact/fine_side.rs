@@ -17,7 +17,7 @@ use iga_core::nurbs::FaceId;
 use iga_core::surface::Face;
 use nalgebra::Unit;
 
-use super::{AdaptiveContact, FALLBACK_PENALTY, GoOn, WIDEST};
+use super::{AdaptiveContact, CancelCheck, FALLBACK_PENALTY, WIDEST};
 use crate::body_model::{BodyModel, ElasticModel};
 use crate::elastic_body::{ElasticBody, damping, with_critical};
 use crate::error::{AdaptiveError, ContactModelFault};
@@ -191,22 +191,22 @@ impl AdaptiveContact {
     /// The fine model of the body `elastic` at `site`, and how forces on it displace the `places` of the body.
     ///
     /// # Errors
-    /// [`AdaptiveError`] with the name of body or contact, or the error of `go_on`.
+    /// [`AdaptiveError`] with the name of body or contact, or the error of `check_cancel`.
     pub(super) fn side(
         &self,
         elastic: &ElasticModel,
         (site, places): (&ZoneSite, &[[f64; 3]]),
         modes: LowModes,
-        go_on: &mut GoOn<'_>,
+        check_cancel: &mut CancelCheck<'_>,
     ) -> Result<FineSide, AdaptiveError> {
         let body = &elastic.body;
-        go_on()?;
+        check_cancel()?;
         let (fine, wanted, settings) = self.mesh(body, site)?;
         let zone = fine.zone(0, self.law.points, thickness(&body.spec.model));
         if zone.points.is_empty() {
             return Err(self.fail(ContactError::Empty { width: site.widths[0] }));
         }
-        go_on()?;
+        check_cancel()?;
         let coarse = (body, &elastic.reduced);
         // Zones that vibrate have no static answer.
         let places = if self.is_vibrating() { &[] } else { places };
@@ -228,7 +228,7 @@ impl AdaptiveContact {
             let assembled = fine.assemble(body)?;
             let fine = FineBody { mesh: fine, assembled };
             let (basis, residual) = fine.reduce(coarse, &zone.unknowns, modes)?;
-            go_on()?;
+            check_cancel()?;
             let (answer, points) = (answer(&residual, &fine.assembled)?, points(&fine.mesh, &residual));
             let own = OwnModes::new(coarse, &fine, basis, self.law.hand_over.method)?;
             let shapes = own.reduced.shapes().to_owned();
@@ -244,9 +244,9 @@ impl AdaptiveContact {
             |stored| self.answer_from(stored, zone.unknowns.len(), n_rows),
             || {
                 let assembled = fine.assemble(body)?;
-                go_on()?;
+                check_cancel()?;
                 let (_, residual) = fine.reduce(&assembled, coarse, &zone.unknowns, LowModes::Prolonged)?;
-                go_on()?;
+                check_cancel()?;
                 answer(&residual, &assembled).map(|answer| (answer, points(&fine, &residual)))
             },
             stored_answer,

@@ -12,7 +12,7 @@ use contact_qs::search::SurfaceSite;
 use super::fine_side::thickness;
 use super::{AdaptiveContact, elastic};
 use crate::body_model::BodyModel;
-use crate::detection::Nearest;
+use crate::detection::{Nearest, Search};
 use crate::error::AdaptiveError;
 use crate::local_surface::SurfaceView;
 use crate::predict::{
@@ -116,11 +116,12 @@ impl AdaptiveContact {
         &self,
         bodies: &[BodyModel],
         states: &[BodyState],
+        search: &mut Search,
     ) -> Result<Option<PointImpact>, AdaptiveError> {
         if self.law.interval.width.is_some() {
             return Ok(None);
         }
-        let nearest = self.nearest(states)?;
+        let nearest = self.nearest(states, search)?;
         let Some(Partners { own, other, normal }) = self.partners(bodies, states, &nearest) else {
             return Ok(None);
         };

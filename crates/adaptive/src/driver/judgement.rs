@@ -1,10 +1,11 @@
 //! Judgement of a trial of an impact: whether it is the result, and what the next one is to be like.
 
+use ffr_dynamics::error::FailureKind;
+
 use super::Driver;
-use super::impact::Ending;
-use crate::adaptive_contact::FineContact;
+use super::contact_slot::ContactSlot;
+use crate::adaptive_contact::{AdaptiveContact, FineContact};
 use crate::error::AdaptiveError;
-use crate::impact_watch::ImpactWatch;
 use crate::interval::{IntervalAssessment, IntervalSettings, Verdict};
 use crate::penalty_search::{PenaltyAction, RunOutcome};
 
@@ -16,9 +17,29 @@ const MOST_CLOSED: u32 = 3;
 /// error of the motion, as between bodies at rest that a wave has not reached yet.
 pub(super) const MINOR: f64 = 1e-4;
 
-/// Widths of the contacts' intervals in the tries of an impact.
+/// How a trial of an impact ended.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Ending {
+    /// All contacts are open for good, or the simulated time is up.
+    Complete,
+    /// The observer asked to stop.
+    Interrupted,
+    /// An interval of a refined contact turned out too small.
+    EdgeTouched(usize),
+    /// The steps with contact after which the penalty search stops a trial have passed.
+    TrialPassed,
+    /// The contact solver failed.
+    SolverFailed {
+        /// What went wrong.
+        failure: FailureKind,
+        /// Text for the log.
+        reason: String,
+    },
+}
+
+/// Widths of the contacts' intervals in the trials of an impact.
 pub(super) struct Intervals {
-    /// Widths wanted next, where tries have told them \[m\].
+    /// Widths of the next trial, where earlier ones have told them \[m\].
     pub widths: Vec<Option<[f64; 2]>>,
     /// Widest interval whose edge was touched, and narrowest one that was too wide, a contact and direction \[m\].
     brackets: Vec<[(f64, f64); 2]>,
@@ -65,39 +86,40 @@ impl Intervals {
     }
 }
 
-/// What follows from an attempt.
+/// What follows from a trial.
 pub(super) enum Judgement {
     Accept { reason: String },
-    Again { reason: String, trial: Option<usize> },
+    Again { reason: String, contact_steps: Option<usize> },
 }
 
 impl Driver<'_> {
     pub(super) fn no_model(&self, i: usize, tries: u32) -> AdaptiveError {
         AdaptiveError::NoAcceptableModel {
             contact: self.model.contacts[i].name.clone(),
-            time: self.phase_start,
+            time: self.work.start,
             tries,
-            width: self.fine[i].as_ref().map_or(0.0, |f| f.widths()[0]),
+            width: self.slots[i].fine().map_or(0.0, |f| f.widths()[0]),
         }
     }
 
     pub(super) fn is_width_given(&self, i: usize) -> bool {
-        self.model.adaptive.iter().any(|(index, c)| *index == i && c.is_width_given())
+        self.model.contacts[i].refinement.as_ref().is_some_and(AdaptiveContact::is_width_given)
     }
 
     /// Answer of Algorithm 2 for every refined contact that touched in a try that ended as said.
     pub(super) fn assess(&self, ending: &Ending) -> Vec<Option<IntervalAssessment>> {
-        let mut verdicts = vec![None; self.watches.len()];
+        let mut verdicts = vec![None; self.slots.len()];
         let minor = self.minor_contacts(ending);
-        for (index, contact) in &self.model.adaptive {
-            let fine = self.fine[*index].as_ref().filter(|f| f.has_touched() && !minor[*index]);
-            let is_rising = *ending == Ending::Complete && self.watches[*index].is_rising();
-            verdicts[*index] = fine.map(|f| f.assess(&contact.interval_settings(), is_rising));
+        for (i, (slot, contact)) in self.slots.iter().zip(&self.model.contacts).enumerate() {
+            let Some(refinement) = &contact.refinement else { continue };
+            let fine = slot.fine().filter(|f| f.has_touched() && !minor[i]);
+            let is_rising = *ending == Ending::Complete && slot.monitor.is_rising();
+            verdicts[i] = fine.map(|f| f.assess(&refinement.interval_settings(), is_rising));
         }
         verdicts
     }
 
-    /// Whether the attempt is the result, and what the next one is to be like.
+    /// Whether the trial is the result, and what the next one is to be like.
     pub(super) fn judge(
         &mut self,
         ending: &Ending,
@@ -112,17 +134,17 @@ impl Driver<'_> {
         let mut reasons = Vec::new();
         for (i, verdict) in verdicts.iter().enumerate() {
             let (Some(verdict), false) = (verdict, self.is_width_given(i)) else { continue };
-            let is_trial = matches!(ending, Ending::TrialPassed | Ending::SolverFailed { .. });
+            let is_short = matches!(ending, Ending::TrialPassed | Ending::SolverFailed { .. });
             let is_edge = *ending == Ending::EdgeTouched(i);
             if verdict.is_at_face_end() {
                 return Err(self.face_end(i, number));
             }
             // A trial that ends early has not used its interval yet.
-            if is_edge || !(verdict.is_acceptable() || is_trial || matches!(ending, Ending::EdgeTouched(_))) {
+            if is_edge || !(verdict.is_acceptable() || is_short || matches!(ending, Ending::EdgeTouched(_))) {
                 let mut next = [0.0; 2];
                 next.iter_mut().zip(&verdict.directions).for_each(|(w, d)| *w = d.width);
                 let is_own_edge = verdict.directions.iter().any(|d| d.verdict == Verdict::EdgeTouched);
-                if let (true, false, Some(fine)) = (is_edge, is_own_edge, &self.fine[i]) {
+                if let (true, false, Some(fine)) = (is_edge, is_own_edge, self.slots[i].fine()) {
                     // Contact left the target's interval.
                     if fine.is_target_at_end() {
                         return Err(self.face_end(i, number));
@@ -132,26 +154,29 @@ impl Driver<'_> {
                 if verdict.directions.len() == 1 {
                     next[1] = next[0];
                 }
-                if !intervals.note(i, self.fine[i].as_ref(), verdict, next) {
+                if !intervals.note(i, self.slots[i].fine(), verdict, next) {
                     return Err(self.no_model(i, number));
                 }
                 reasons.push(format!("{}: {}", self.model.contacts[i].name, describe(verdict, is_edge)));
             }
         }
         if !reasons.is_empty() {
-            return Ok(Judgement::Again { reason: reasons.join("; "), trial: self.restart_searches() });
+            return Ok(Judgement::Again {
+                reason: reasons.join("; "),
+                contact_steps: self.restart_searches(),
+            });
         }
         self.judge_penalties(ending, number)
     }
 
     fn judge_penalties(&mut self, ending: &Ending, number: u32) -> Result<Judgement, AdaptiveError> {
         let mut reasons = Vec::new();
-        let mut trial = None;
+        let mut limit = None;
         let minor = self.minor_contacts(ending);
-        for i in 0..self.fine.len() {
-            let peak_force = self.watches[i].peak_force();
-            let Some(fine) = &mut self.fine[i] else { continue };
-            if (!fine.has_touched() || minor[i]) && !matches!(ending, Ending::SolverFailed { .. }) {
+        for (i, minor) in minor.into_iter().enumerate() {
+            let peak_force = self.slots[i].monitor.peak_force();
+            let Some(fine) = self.slots[i].fine_mut() else { continue };
+            if (!fine.has_touched() || minor) && !matches!(ending, Ending::SolverFailed { .. }) {
                 continue;
             }
             let before = fine.search.penalty();
@@ -168,7 +193,7 @@ impl Driver<'_> {
                     reasons.push(penalty_reason(&self.model.contacts[i].name, ending, before, penalty));
                 }
                 PenaltyAction::Run { penalty, contact_steps } => {
-                    trial = trial.or(contact_steps);
+                    limit = limit.or(contact_steps);
                     reasons.push(penalty_reason(&self.model.contacts[i].name, ending, before, penalty));
                 }
                 PenaltyAction::Resume { penalty } => {
@@ -176,7 +201,7 @@ impl Driver<'_> {
                 }
                 PenaltyAction::Fail(failure) => {
                     let contact = self.model.contacts[i].name.clone();
-                    let time = self.phase_start;
+                    let time = self.work.start;
                     return Err(AdaptiveError::Penalty { contact, time, tries: number, failure });
                 }
             }
@@ -184,30 +209,31 @@ impl Driver<'_> {
         if reasons.is_empty() {
             return Ok(Judgement::Accept { reason: self.acceptance(ending) });
         }
-        Ok(Judgement::Again { reason: reasons.join("; "), trial })
+        Ok(Judgement::Again { reason: reasons.join("; "), contact_steps: limit })
     }
 
     /// For every contact whether its force in a trial that ended as said was too small, beside the largest force on the bodies that
     /// it is connected with, to judge zone and penalty factor by it. In a trial cut short no force is known to be small.
     pub(super) fn minor_contacts(&self, ending: &Ending) -> Vec<bool> {
         if *ending != Ending::Complete {
-            return vec![false; self.watches.len()];
+            return vec![false; self.slots.len()];
         }
-        let peaks: Vec<f64> = self.watches.iter().map(ImpactWatch::peak_force).collect();
+        let peaks: Vec<f64> = self.slots.iter().map(|slot| slot.monitor.peak_force()).collect();
         let forces = self.model.system.forces().iter();
         let pairs: Vec<_> = forces.map(|force| force.contact.bodies()).collect();
-        let is_closed: Vec<bool> =
-            self.fine.iter().zip(&peaks).map(|(f, p)| f.is_some() || *p > 0.0).collect();
+        let is_closed =
+            self.slots.iter().zip(&peaks).map(|(slot, peak)| slot.fine().is_some() || *peak > 0.0);
+        let is_closed: Vec<bool> = is_closed.collect();
         minor(&peaks, &pairs, &is_closed, &self.groups)
     }
 
     fn acceptance(&self, ending: &Ending) -> String {
-        if self.fine.iter().all(Option::is_none) {
+        if self.slots.iter().all(|slot| slot.fine().is_none()) {
             return "refinement and penalty are given".into();
         }
         let minor = self.minor_contacts(ending);
-        let names = self.model.contacts.iter().zip(&minor).zip(&self.fine);
-        let names = names.filter(|((_, minor), fine)| **minor && fine.is_some());
+        let names = self.model.contacts.iter().zip(&minor).zip(&self.slots);
+        let names = names.filter(|((_, minor), slot)| **minor && slot.fine().is_some());
         let names: Vec<&str> = names.map(|((contact, _), _)| contact.name.as_str()).collect();
         match names.is_empty() {
             true => "utilisation and penalty factor are acceptable".into(),
@@ -219,18 +245,18 @@ impl Driver<'_> {
     }
 
     pub(super) fn restart_searches(&mut self) -> Option<usize> {
-        let mut trial = None;
-        for fine in self.fine.iter_mut().flatten() {
+        let mut limit = None;
+        for fine in self.slots.iter_mut().filter_map(ContactSlot::fine_mut) {
             if let PenaltyAction::Run { contact_steps, .. } = fine.search.restart() {
-                trial = trial.or(contact_steps);
+                limit = limit.or(contact_steps);
             }
         }
-        trial
+        limit
     }
 
     /// Error for a contact that reached the end of its surface.
     fn face_end(&self, i: usize, tries: u32) -> AdaptiveError {
-        let width = self.fine[i].as_ref().map_or(0.0, |f| f.widths()[0]);
+        let width = self.slots[i].fine().map_or(0.0, |f| f.widths()[0]);
         AdaptiveError::IntervalAtEdge {
             contact: self.model.contacts[i].name.clone(),
             time: self.integrator.time(),

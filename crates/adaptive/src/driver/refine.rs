@@ -6,13 +6,14 @@ use contact_qs::{ActiveContact, PressureRecovery};
 use ffr_dynamics::DynamicsError;
 use ffr_dynamics::error::{EvaluationFailure, FailureKind};
 use ffr_dynamics::integration::{DormandPrince, Step, StepSettings};
+use ffr_dynamics::system::Active;
 use ffr_dynamics::system::error_scale::ErrorScale;
-use ffr_dynamics::system::{Active, ActiveForce};
 use nalgebra::Vector3;
 
-use super::impact::{Pending, Start};
+use super::contact_slot::ContactPhase;
+use super::impact::Start;
 use super::{Driver, NEAR, QUIET_STEPS};
-use crate::adaptive_contact::{FineContact, RefinementWish};
+use crate::adaptive_contact::{Activation, FineContact, RefinementRequest};
 use crate::detection::Dormant;
 use crate::error::AdaptiveError;
 use crate::interval::IntervalAssessment;
@@ -34,9 +35,9 @@ const SAME_WIDTH: f64 = 1e-9;
 /// Direction of a transfer by which a fine model comes.
 const COARSE_TO_FINE: &str = "coarse to fine";
 
-/// What a change of the model should leave alone.
+/// Energy and momentum, which a change of the model should leave alone.
 #[derive(Debug, Clone)]
-pub(super) struct Ledger {
+pub(super) struct Balance {
     /// Total energy \[J\].
     pub energy: f64,
     /// Linear momentum [kg m/s].
@@ -45,15 +46,15 @@ pub(super) struct Ledger {
 
 impl Driver<'_> {
     /// Goes on in the present state with lower penalty factors after an error of the contact solver, if the search says so:
-    /// as low as the present state asks for (\[A\] section 4.1). Books the jump of energy.
+    /// as low as the present state asks for (\[A\] section 4.1). Records the jump of energy.
     pub(super) fn lower_penalty(&mut self, failure: FailureKind) -> Result<bool, AdaptiveError> {
         let (t, y) = (self.integrator.time(), self.integrator.state().to_vec());
-        let before = self.stored_ledger();
+        let before = self.stored_balance();
         let (mut lowered, mut failure) = (Vec::new(), failure);
         loop {
             lowered.clear();
-            for i in 0..self.fine.len() {
-                let Some(search) = self.fine[i].as_mut().map(|f| &mut f.search) else { continue };
+            for i in 0..self.slots.len() {
+                let Some(search) = self.slots[i].fine_mut().map(|f| &mut f.search) else { continue };
                 if !search.is_resuming() {
                     continue;
                 }
@@ -74,18 +75,18 @@ impl Driver<'_> {
             }
         }
         // The forces were evaluated just now; Algorithm 1 may refuse a second time what it took once.
-        let after = self.evaluated_ledger();
+        let after = self.evaluated_balance();
         // One jump, booked with the first contact.
         for (n, i) in lowered.into_iter().enumerate() {
-            self.book_transfer(i, "penalty", if n == 0 { &before } else { &after }, &after);
+            self.record_transfer(i, "penalty", if n == 0 { &before } else { &after }, &after);
         }
-        self.ledger.lowered += after.energy - before.energy;
+        self.run.ledger.lowered += after.energy - before.energy;
         self.lowered = Some((t, after));
         self.measure_dents(t);
         self.dents.go_on_from_present(t);
         self.integrator.restart(t, &y);
         // No curve through forces of both factors.
-        (0..self.watches.len()).try_for_each(|i| self.begin_watch(i))?;
+        (0..self.slots.len()).try_for_each(|i| self.begin_monitor(i))?;
         Ok(true)
     }
 
@@ -95,70 +96,69 @@ impl Driver<'_> {
             .map_err(|source| AdaptiveError::Contact { contact: self.model.contacts[i].name.clone(), source })
     }
 
-    /// The ledger of the present state as it was found when the state was reached or the factor lowered last: forces may not be
+    /// Energy and momentum of the present state as it was found when the state was reached or the factor lowered last: forces may not be
     /// evaluated any more.
-    fn stored_ledger(&mut self) -> Ledger {
+    fn stored_balance(&mut self) -> Balance {
         let is_now = |t: f64| t.to_bits() == self.integrator.time().to_bits();
-        if let Some((_, ledger)) = self.lowered.as_ref().filter(|(t, _)| is_now(*t)) {
-            return ledger.clone();
+        if let Some((_, balance)) = self.lowered.as_ref().filter(|(t, _)| is_now(*t)) {
+            return balance.clone();
         }
         // At the start of a try the sample is the last one of the try before.
-        if !is_now(self.sample.time)
-            && let Ok(ledger) = self.present_ledger()
+        if !is_now(self.output.sample.time)
+            && let Ok(balance) = self.present_balance()
         {
-            return ledger;
+            return balance;
         }
-        let momentum = Vector3::from(self.sample.linear_momentum);
-        let energies = &self.sample.energies;
-        Ledger { energy: energies.total() - energies.numerical, momentum }
+        let momentum = Vector3::from(self.output.sample.linear_momentum);
+        let energies = &self.output.sample.energies;
+        Balance { energy: energies.total() - energies.numerical, momentum }
     }
 
-    pub(super) fn present_ledger(&mut self) -> Result<Ledger, AdaptiveError> {
+    pub(super) fn present_balance(&mut self) -> Result<Balance, AdaptiveError> {
         self.interpolated.copy_from_slice(self.integrator.state());
         self.evaluate(self.integrator.time())?;
-        Ok(self.evaluated_ledger())
+        Ok(self.evaluated_balance())
     }
 
-    /// The ledger of the present state, which the forces were evaluated at last.
-    fn evaluated_ledger(&mut self) -> Ledger {
+    /// Energy and momentum of the present state, which the forces were evaluated at last.
+    fn evaluated_balance(&mut self) -> Balance {
         let (t, mut sample) = (self.integrator.time(), Sample::default());
         self.interpolated.copy_from_slice(self.integrator.state());
         fill_sample(&mut self.model.system, &self.model.observed, t, &self.interpolated, &mut sample);
         sample.energies.gravity -= self.gravity_datum;
-        Ledger { energy: sample.energies.total(), momentum: Vector3::from(sample.linear_momentum) }
+        Balance { energy: sample.energies.total(), momentum: Vector3::from(sample.linear_momentum) }
     }
 
     /// Back to the start of the impact, with fine models of the widths wanted.
     pub(super) fn rewind(&mut self, start: &Start, widths: &[Option<[f64; 2]>]) -> Result<(), AdaptiveError> {
-        // Fine models that stay keep the record of their coming.
-        let stays = |p: &Pending| matches!(p, Pending::Transfer(r) if r.time <= start.time);
-        self.pending.retain(stays);
-        self.watches.clone_from(&start.watches);
-        self.model.set_stress_states(&start.stress);
-        (self.numerical, self.ledger) = (start.numerical, start.ledger);
+        self.output.discard_after(start.time);
+        for (slot, monitor) in self.slots.iter_mut().zip(&start.monitors) {
+            slot.monitor.clone_from(monitor);
+        }
+        self.run.stress.clone_from(&start.stress);
+        (self.run.numerical, self.run.ledger) = (start.numerical, start.ledger);
         let leaving = self.leaving(start.time, widths);
         for i in self.latest_first() {
-            let Some(fine) = &self.fine[i] else { continue };
-            let penalty = fine.search.penalty();
+            let Some(search) = self.slots[i].fine().map(|fine| fine.search.clone()) else { continue };
+            let penalty = search.penalty();
             if !leaving.contains(&i) {
                 self.set_penalty(i, penalty)?;
                 self.model.system.forces_mut()[i].contact.forget();
                 continue;
             }
             if self.has_width(i, widths[i]) {
-                // It is woken again, now or when it touches, and goes on with its search.
-                self.searches[i] = Some(fine.search.clone());
+                // It is activated again, now or when it touches, and goes on with its search.
+                self.slots[i].search = Some(search);
             }
-            self.sleep(i)?;
-            let is_other = |p: &Pending| !matches!(p, Pending::Transfer(r) if r.contact as usize == i);
-            self.pending.retain(is_other);
+            self.deactivate(i)?;
+            self.output.discard_transfers_of(i);
         }
         let mut state = start.state.clone();
         // No contact had a fine model then: those that stay begin with zones at rest.
         state.resize(self.model.dimension(), 0.0);
         self.model.to_present_modes(start.time, &mut state)?;
         self.integrator.restart(start.time, &state);
-        self.wake_touching(widths)?;
+        self.activate_touching(widths)?;
         self.integrator.invalidate();
         Ok(())
     }
@@ -168,11 +168,11 @@ impl Driver<'_> {
     fn leaving(&self, start: f64, widths: &[Option<[f64; 2]>]) -> Vec<usize> {
         let mut leaving = Vec::new();
         for i in self.latest_first().into_iter().rev() {
-            let Some(fine) = &self.fine[i] else { continue };
+            let Some(fine) = self.slots[i].fine() else { continue };
             let (body, target) = self.model.system.forces()[i].contact.bodies();
-            let hosts = leaving.iter().filter_map(|&k: &usize| self.fine[k].as_ref());
+            let hosts = leaving.iter().filter_map(|&k: &usize| self.slots[k].fine());
             let is_guest = hosts.flat_map(|f| &f.hosted).any(|b| *b == body || Some(*b) == target);
-            if is_guest || fine.since.0 > start || !self.has_width(i, widths[i]) {
+            if is_guest || fine.activation.time > start || !self.has_width(i, widths[i]) {
                 leaving.push(i);
             }
         }
@@ -181,16 +181,16 @@ impl Driver<'_> {
 
     /// Whether the fine model of contact `i` has the widths wanted.
     fn has_width(&self, i: usize, wanted: Option<[f64; 2]>) -> bool {
-        let widths = self.fine[i].as_ref().map_or([0.0; 2], FineContact::widths);
+        let widths = self.slots[i].fine().map_or([0.0; 2], FineContact::widths);
         wanted
             .is_none_or(|w| widths.iter().zip(w).all(|(a, b)| *a == 0.0 || (a / b - 1.0).abs() < SAME_WIDTH))
     }
 
     /// Contacts with fine models, the last one to come first: modes of bodies are given back in the reverse order.
     pub(super) fn latest_first(&self) -> Vec<usize> {
-        let numbered = self.fine.iter().enumerate();
+        let numbered = self.slots.iter().enumerate();
         let mut list: Vec<(u64, usize)> =
-            numbered.filter_map(|(i, fine)| Some((fine.as_ref()?.since.1, i))).collect();
+            numbered.filter_map(|(i, slot)| Some((slot.fine()?.activation.number, i))).collect();
         list.sort_unstable_by(|a, b| b.cmp(a));
         list.into_iter().map(|(_, i)| i).collect()
     }
@@ -198,9 +198,8 @@ impl Driver<'_> {
     /// The refined contacts that touch in the present state without having a fine model.
     pub(super) fn touching(&mut self) -> Result<Vec<usize>, AdaptiveError> {
         let mut touching = Vec::new();
-        for k in 0..self.model.adaptive.len() {
-            let i = self.model.adaptive[k].0;
-            if self.fine[i].is_none() && !self.is_apart(i)? {
+        for i in 0..self.slots.len() {
+            if self.slots[i].is_watching() && !self.is_apart(i)? {
                 touching.push(i);
             }
         }
@@ -208,9 +207,9 @@ impl Driver<'_> {
     }
 
     /// Gives every refined contact that touches in the present state its fine model.
-    pub(super) fn wake_touching(&mut self, widths: &[Option<[f64; 2]>]) -> Result<(), AdaptiveError> {
+    pub(super) fn activate_touching(&mut self, widths: &[Option<[f64; 2]>]) -> Result<(), AdaptiveError> {
         for i in self.touching()? {
-            self.wake(i, widths[i])?;
+            self.activate(i, widths[i])?;
         }
         Ok(())
     }
@@ -220,55 +219,51 @@ impl Driver<'_> {
         let (t, y) = (self.integrator.time(), self.integrator.state());
         self.model.system.body_states(t, y);
         let states = self.model.system.last_evaluation().0;
-        let Some((_, contact)) = self.model.adaptive.iter_mut().find(|(index, _)| *index == i) else {
-            return Ok(true);
-        };
-        Ok(contact.nearest(states)?.gap > NEAR * contact.detector.size())
+        let Some(refinement) = &self.model.contacts[i].refinement else { return Ok(true) };
+        let nearest = refinement.nearest(states, &mut self.slots[i].nearest)?;
+        Ok(nearest.gap > NEAR * refinement.detector.size())
     }
 
     /// Puts the fine model of contact `i` about the present nearest points into the system.
-    pub(super) fn wake(&mut self, i: usize, widths: Option<[f64; 2]>) -> Result<(), AdaptiveError> {
+    pub(super) fn activate(&mut self, i: usize, widths: Option<[f64; 2]>) -> Result<(), AdaptiveError> {
         let began = Instant::now();
         self.building = Some(i);
         let fixed = self.bodies_in_contact();
         let (t, y) = (self.integrator.time(), self.integrator.state());
         self.model.system.body_states(t, y);
         let states = self.model.system.last_evaluation().0;
-        let Some((_, contact)) = self.model.adaptive.iter().find(|(index, _)| *index == i) else {
-            return Ok(());
+        let Some(refinement) = &self.model.contacts[i].refinement else { return Ok(()) };
+        let slot = &mut self.slots[i];
+        let nearest = refinement.nearest(states, &mut slot.nearest)?;
+        let request = RefinementRequest {
+            widths,
+            peak: slot.preview,
+            history: self.run.contacts[i].history,
+            search: slot.search.take(),
+            activation: Activation { time: t, number: self.run.n_refined + 1 },
+            points: &self.model.observed.points,
+            fixed: &fixed,
         };
-        let observer = &mut *self.observer;
-        let mut go_on = || if observer.is_interrupted() { Err(AdaptiveError::Interrupted) } else { Ok(()) };
-        let points = &self.model.observed.points;
-        let wish = RefinementWish { widths, peak: self.previews[i], points, fixed: &fixed };
-        let mut fine = contact.refine(&self.model.bodies, states, &wish, &mut go_on)?;
-        let before = self.present_ledger()?;
-        if let Some(mut element) = fine.element.take() {
-            // A contact that joined the impact in an earlier try goes on with its search.
-            if let Some(search) = self.searches[i].take() {
-                element.set_penalty(search.penalty()).map_err(|source| AdaptiveError::Contact {
-                    contact: self.model.contacts[i].name.clone(),
-                    source,
-                })?;
-                fine.search = search;
-            }
-            self.replace_contact(i, element, fine.recovery.take())?;
-        }
+        let observer = &mut *self.output.observer;
+        let mut check_cancel =
+            || if observer.is_interrupted() { Err(AdaptiveError::Interrupted) } else { Ok(()) };
+        let refined = refinement.refine(&self.model.bodies, states, &nearest, request, &mut check_cancel)?;
+        let before = self.present_balance()?;
+        self.replace_contact(i, refined.element, Some(refined.recovery))?;
         self.building = None;
-        self.n_refined += 1;
-        fine.since = (t, self.n_refined);
-        let own = std::mem::take(&mut fine.own);
-        self.fine[i] = Some(fine);
-        if !own.is_empty() {
+        self.run.n_refined += 1;
+        self.slots[i].phase = ContactPhase::Fine(Box::new(refined.contact));
+        if !refined.bases.is_empty() {
             let mut y = self.integrator.state().to_vec();
-            for (body, modes) in own {
-                self.model.take_own(body, modes, (t, &mut y))?;
+            for (body, basis) in refined.bases {
+                self.model.take_own(body, basis, (t, &mut y))?;
             }
+            self.forget_searches();
             self.integrator.restart(t, &y);
         }
         self.model.timings.reduction += began.elapsed().as_secs_f64();
-        let after = self.present_ledger()?;
-        self.book_transfer(i, COARSE_TO_FINE, &before, &after);
+        let after = self.present_balance()?;
+        self.record_transfer(i, COARSE_TO_FINE, &before, &after);
         Ok(())
     }
 
@@ -292,14 +287,15 @@ impl Driver<'_> {
 
     /// Bodies that take part in contacts with fine models.
     fn bodies_in_contact(&self) -> Vec<usize> {
-        let active = self.model.system.forces().iter().zip(&self.fine).filter(|(_, fine)| fine.is_some());
+        let contacts = self.model.system.forces().iter().zip(&self.slots);
+        let active = contacts.filter(|(_, slot)| slot.fine().is_some());
         let bodies = active.map(|(force, _)| force.contact.bodies());
         bodies.flat_map(|(body, target)| [Some(body), target]).flatten().collect()
     }
 
     /// Takes the fine model of contact `i` out of the system, and gives its bodies the modes that they had before.
-    pub(super) fn sleep(&mut self, i: usize) -> Result<(), AdaptiveError> {
-        let hosted = self.fine[i].take().map_or_else(Vec::new, |fine| fine.hosted);
+    pub(super) fn deactivate(&mut self, i: usize) -> Result<(), AdaptiveError> {
+        let hosted = self.slots[i].take_fine().map_or_else(Vec::new, |fine| fine.hosted);
         let (body, target) = self.model.system.forces()[i].contact.bodies();
         let elapsed = self.model.system.forces()[i].elapsed();
         self.model.contact_time += elapsed.as_secs_f64();
@@ -311,15 +307,16 @@ impl Driver<'_> {
         for body in hosted {
             self.model.leave_own(body, (t, &mut y))?;
         }
+        self.forget_searches();
         self.integrator.restart(t, &y);
         Ok(())
     }
 
-    pub(super) fn book_transfer(&mut self, i: usize, direction: &str, before: &Ledger, after: &Ledger) {
+    pub(super) fn record_transfer(&mut self, i: usize, direction: &str, before: &Balance, after: &Balance) {
         // Where a fine model lies is told when it comes.
-        let zones = self.fine[i].as_ref().map_or(&[][..], |fine| &fine.zones);
+        let zones = self.slots[i].fine().map_or(&[][..], |fine| &fine.zones);
         let site = |k: usize| zones.get(k).filter(|_| direction == COARSE_TO_FINE).map(|zone| zone.site);
-        self.pending.push(Pending::Transfer(TransferRecord {
+        let record = TransferRecord {
             time: self.integrator.time(),
             direction: direction.into(),
             contact: i as u32,
@@ -328,31 +325,34 @@ impl Driver<'_> {
             momentum_change: (after.momentum - before.momentum).norm(),
             site: site(0),
             target_site: site(1),
-        }));
+        };
+        self.output.transfer(record);
     }
 
-    /// The first refined contact that closes in the last step without being in the system, and when.
-    pub(super) fn joining(&mut self, step: Step) -> Result<Option<(usize, f64)>, AdaptiveError> {
-        let sleeping: Vec<usize> = self
-            .model
-            .adaptive
-            .iter()
-            .enumerate()
-            .filter(|(_, (i, _))| self.fine[*i].is_none())
-            .map(|(k, _)| k)
-            .collect();
-        self.first_touch(&sleeping, (step.start, step.end), 0.0)
+    /// The first watched contact that closes in the last step, and when.
+    pub(super) fn first_to_join(&mut self, step: Step) -> Result<Option<(usize, f64)>, AdaptiveError> {
+        let watching = (0..self.slots.len()).filter(|i| self.slots[*i].is_watching());
+        let watching: Vec<usize> = watching.collect();
+        self.first_touch(&watching, (step.start, step.end), 0.0)
     }
 
-    pub(super) fn learn(&mut self, verdicts: &[Option<IntervalAssessment>]) {
+    /// Keeps widths and penalty factors of an accepted impact for the next ones.
+    pub(super) fn record_history(&mut self, verdicts: &[Option<IntervalAssessment>]) {
         let mut ratios = Vec::new();
-        for (index, contact) in &mut self.model.adaptive {
-            let (Some(fine), Some(verdict)) = (&self.fine[*index], &verdicts[*index]) else { continue };
-            let ratio = contact.learn(fine, verdict, fine.search.penalty());
-            ratios.extend(ratio.map(|r| (r, contact.search_kind())));
+        for (i, verdict) in verdicts.iter().enumerate() {
+            let (Some(fine), Some(verdict)) = (self.slots[i].fine(), verdict) else { continue };
+            let Some(refinement) = &self.model.contacts[i].refinement else { continue };
+            let history = refinement.history(fine, verdict, fine.search.penalty());
+            ratios.extend(history.stiffness_ratio.map(|ratio| (ratio, refinement.search_kind())));
+            self.run.contacts[i].history = history;
         }
-        for (_, contact) in &mut self.model.adaptive {
-            ratios.iter().for_each(|(ratio, search)| contact.hear(*ratio, *search));
+        // The ratio has no unit: contacts that have none and search in the same way start from it, too.
+        for (contact, state) in self.model.contacts.iter().zip(&mut self.run.contacts) {
+            let Some(refinement) = &contact.refinement else { continue };
+            let same = ratios.iter().find(|(_, search)| *search == refinement.search_kind());
+            if let Some((ratio, _)) = same {
+                state.history.stiffness_ratio.get_or_insert(*ratio);
+            }
         }
     }
 
@@ -361,26 +361,28 @@ impl Driver<'_> {
     /// impact would. Nothing is noted while other contacts are closed, or where there is no law.
     pub(super) fn preview(&mut self, which: &[usize]) -> Result<(), AdaptiveError> {
         let (t, y) = (self.integrator.time(), self.integrator.state().to_vec());
-        let RunModel { system, adaptive, bodies, .. } = &mut *self.model;
+        let RunModel { system, contacts, bodies, .. } = &mut *self.model;
         if system.forces().iter().any(|f| !f.is_idle()) {
             return Ok(());
         }
         system.body_states(t, &y);
         let mut points = Vec::new();
-        for (i, contact) in adaptive.iter().filter(|(i, _)| which.contains(i)) {
-            let point = contact.preview(bodies, system.last_evaluation().0)?;
-            points.extend(point.map(|p| (*i, RunContact::new(Box::new(Active::new(p))))));
+        for (i, contact) in contacts.iter().enumerate().filter(|(i, _)| which.contains(i)) {
+            let Some(refinement) = &contact.refinement else { continue };
+            let states = system.last_evaluation().0;
+            let point = refinement.preview(bodies, states, &mut self.slots[i].nearest)?;
+            points.extend(point.map(|p| (i, RunContact::new(Box::new(Active::new(p))))));
         }
         for (i, point) in &mut points {
             std::mem::swap(&mut system.forces_mut()[*i], point);
         }
         let indices: Vec<usize> = points.iter().map(|(i, _)| *i).collect();
         let peaks = self.preview_peaks(&indices, t, &y);
-        for (i, sleeping) in points {
-            self.model.system.forces_mut()[i] = sleeping;
+        for (i, inactive) in points {
+            self.model.system.forces_mut()[i] = inactive;
         }
         for (i, peak) in indices.into_iter().zip(peaks?) {
-            self.previews[i] = Some(peak);
+            self.slots[i].preview = Some(peak);
         }
         Ok(())
     }
@@ -397,7 +399,7 @@ impl Driver<'_> {
         let end = t + LONGEST_PREVIEW as f64 * self.impact_step;
         for n in 0..LONGEST_PREVIEW {
             let is_over = which.is_empty() || n - latest > PREVIEW_STEPS.max(latest);
-            if is_over || self.observer.is_interrupted() || integrator.step(system, end).is_err() {
+            if is_over || self.output.observer.is_interrupted() || integrator.step(system, end).is_err() {
                 break;
             }
             for (peak, i) in peaks.iter_mut().zip(which) {

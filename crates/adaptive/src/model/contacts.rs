@@ -15,7 +15,7 @@ use nalgebra::Unit;
 
 use super::default_penalty::{self, Side};
 use super::plan::{ContactPlan, request, requests};
-use super::{BodyModel, ContactFacts, ElasticModel};
+use super::{BodyModel, ContactModel, ElasticModel};
 use crate::adaptive_contact::{AdaptiveContact, FALLBACK_PENALTY};
 use crate::contact_zone::{ContactZone, wanted_refinement};
 use crate::detection::Dormant;
@@ -35,8 +35,8 @@ use crate::store::ModelCache;
 pub struct BuiltContact {
     /// The force element.
     pub element: RunContact,
-    /// What does not change.
-    pub facts: ContactFacts,
+    /// What does not change in the run.
+    pub model: ContactModel,
 }
 
 impl BuiltContact {
@@ -46,7 +46,7 @@ impl BuiltContact {
     /// [`AdaptiveError::Contact`] if it cannot.
     pub fn check_start(&self, state: &BodyState) -> Result<(), AdaptiveError> {
         let outcome = self.element.contact.check_orientation(&state.rotation);
-        outcome.map_err(|source| AdaptiveError::Contact { contact: self.facts.name.clone(), source })
+        outcome.map_err(|source| AdaptiveError::Contact { contact: self.model.name.clone(), source })
     }
 }
 
@@ -288,7 +288,7 @@ pub fn build_contact(
         _ => return Err(without_model(ContactModelFault::LawWithoutTarget)),
     };
     let is_static = matches!(&spec.law, ContactLaw::Surface(law) if law.treatment == Treatment::Quasistatic);
-    let facts = ContactFacts {
+    let model = ContactModel {
         name: spec.name.clone(),
         body: spec.body,
         widths: [width, 0.0],
@@ -298,9 +298,10 @@ pub fn build_contact(
         radii: radii(&spec.law),
         wave_speed: slowest_wave(spec, bodies),
         loads_interface: is_static && zones.is_some(),
+        refinement: None,
     };
     let recovery = zones.map(|zones| PressureRecovery::new(&zones.own.points));
-    Ok(BuiltContact { element: RunContact::new(element).with_pressures(recovery), facts })
+    Ok(BuiltContact { element: RunContact::new(element).with_pressures(recovery), model })
 }
 
 /// Radii of the partners of a Hertz contact.
@@ -419,7 +420,12 @@ fn surface_pair(
         default_penalty::set(&mut pair, law.stiffness_ratio, &sides, bodies, poses)?;
     }
     match law.friction {
-        Some(friction) => Ok(Active::new(pair.into_element().with_friction(friction)?)),
+        Some(friction) => {
+            let (pair, before) = pair.into_parts();
+            let pair = pair.with_friction(friction)?;
+            let state = pair.state_with_friction(before);
+            Ok(Active::with_state(pair, state))
+        }
         None => Ok(pair),
     }
 }

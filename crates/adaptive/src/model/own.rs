@@ -9,9 +9,9 @@ use tracing::warn;
 use super::contacts::{surface, takes_part};
 use super::plan::ContactPlan;
 use super::{BodyModel, ElasticModel, RunModel, joints, observed_points};
+use crate::adaptive_contact::FineBasis;
 use crate::body_model::OwnState;
 use crate::error::AdaptiveError;
-use crate::fine_model::FineBody;
 use crate::own_modes::{OwnModes, check_own_modes};
 use crate::spec::LowModes;
 use crate::spec::{ContactLaw, ContactSpec, RunSpec};
@@ -84,7 +84,7 @@ impl RunModel {
     pub fn take_own(
         &mut self,
         body: usize,
-        (fine, modes): (FineBody, OwnModes),
+        FineBasis { body: fine, modes }: FineBasis,
         (t, y): (f64, &mut [f64]),
     ) -> Result<(), AdaptiveError> {
         self.map_to_own(body, &modes, y)?;
@@ -159,8 +159,8 @@ impl RunModel {
     }
 
     fn watch(&mut self, body: usize, surface: &Arc<SurfaceModel>) -> Option<Arc<SurfaceModel>> {
-        let contacts = self.adaptive.iter_mut();
-        contacts.filter_map(|(_, contact)| contact.detector.replace_surface(body, surface)).last()
+        let refinements = self.contacts.iter_mut().filter_map(|contact| contact.refinement.as_mut());
+        refinements.filter_map(|refinement| refinement.detector.replace_surface(body, surface)).last()
     }
 
     /// The system with the models that bodies have at present.

@@ -44,7 +44,10 @@ pub fn poses(spec: &RunSpec) -> Result<Vec<BodyState>, AdaptiveError> {
 ///
 /// # Errors
 /// [`AdaptiveError::Model`] if coordinates do not fit, loops do not close, or there is no equilibrium.
-pub fn state<F: DerefMut<Target: ActiveForce>>(spec: &RunSpec, system: &mut Multibody<F>) -> Result<Vec<f64>, AdaptiveError> {
+pub fn state<F: DerefMut<Target: ActiveForce>>(
+    spec: &RunSpec,
+    system: &mut Multibody<F>,
+) -> Result<Vec<f64>, AdaptiveError> {
     let mut y = joint_state(spec, system)?;
     if spec.settings.static_start {
         let moving = y.clone();

@@ -73,9 +73,9 @@ impl EnergyLedger {
         let is_lowered = self.lowered.abs() >= 0.5 * opening.energy;
         let cause = if is_lowered {
             "penalty factors were lowered because the contact solver found no forces with them, which took that energy; \
-             lower the coefficient of friction or give penalty.value"
+             lower the coefficient of friction or give penalty.initial"
         } else {
-            "lower simulation.impact.rtol or penalty.value, refine the contact zone, or check that bodies do not touch with edges"
+            "lower simulation.impact.rtol or penalty.initial, refine the contact zone, or check that bodies do not touch with edges"
         };
         Err(AdaptiveError::LedgerOpen {
             time,
@@ -85,6 +85,28 @@ impl EnergyLedger {
             tolerance,
             cause: cause.into(),
         })
+    }
+}
+
+/// Energy that the implicit integrator removed.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct NumericalDamping {
+    /// Removed so far \[J\].
+    pub removed: f64,
+    /// Total energy of the state reported last \[J\].
+    pub total: Option<f64>,
+}
+
+impl NumericalDamping {
+    /// Enters what was removed since the state reported last; `is_implicit`: the implicit integrator led from there to here.
+    pub fn record(&mut self, energies: &mut Energies, is_implicit: bool) {
+        energies.numerical = self.removed;
+        let total = energies.total();
+        if let Some(before) = self.total.filter(|_| is_implicit) {
+            self.removed += before - total;
+            energies.numerical = self.removed;
+        }
+        self.total = Some(energies.total());
     }
 }
 

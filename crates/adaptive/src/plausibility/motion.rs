@@ -114,7 +114,7 @@ pub fn deep_penetration(contact: &str, time: f64, depth: f64, limit: f64) -> Opt
         value: depth,
         unit: "m",
         limit,
-        remedy: "the contact is too soft for this impact; check velocities, the units of the material and penalty.value".into(),
+        remedy: "the contact is too soft for this impact; check velocities, the units of the material and penalty.initial".into(),
     })
 }
 

@@ -1,12 +1,14 @@
 //! How bodies lie at the start: apart, touching, or refused (docs/theory.md section P).
 
+use std::borrow::Cow;
+
 use contact_qs::Plane;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::force::BodyState;
 use nalgebra::{Unit, Vector3};
 
 use super::motion::fast_approach;
-use crate::detection::{Detector, DetectorTarget, Nearest};
+use crate::detection::{Detector, DetectorTarget, Nearest, Search};
 use crate::error::AdaptiveError;
 use crate::model::{RunModel, surface};
 use crate::simulation::normal_motion;
@@ -30,28 +32,29 @@ struct Overlap {
     size: f64,
 }
 
-/// Checks the start of a run: warnings of overlaps that the scenario allows.
+/// Checks the start of a run: warnings of overlaps that the scenario allows. `searches` are those of the contacts, in their order.
 ///
 /// # Errors
 /// [`AdaptiveError::InitialOverlap`], [`AdaptiveError::Misplaced`] if bodies overlap by more or lie on the wrong side of each other;
 /// [`AdaptiveError::Implausible`] if they approach each other faster than waves.
-pub fn check(model: &mut RunModel) -> Result<Vec<(usize, Warning)>, AdaptiveError> {
+pub fn check(
+    model: &mut RunModel,
+    searches: &mut [&mut Search],
+) -> Result<Vec<(usize, Warning)>, AdaptiveError> {
     let y = model.initial.clone();
     let states = model.system.body_states(0.0, &y).to_vec();
     let mut warnings = Vec::new();
-    for i in 0..model.contacts.len() {
-        let facts = model.contacts[i].clone();
-        let (normal, motion) = match facts.radii {
-            Some(_) => normal_motion(&mut model.system, 0.0, &y, i),
-            None => {
-                let (_, motion) = normal_motion(&mut model.system, 0.0, &y, i);
-                (detector(model, i)?.nearest_of(&facts.name, &states)?.normal, motion)
-            }
+    for (i, search) in searches.iter_mut().enumerate() {
+        let (mut normal, motion) = normal_motion(&mut model.system, 0.0, &y, i);
+        let radii = model.contacts[i].radii;
+        if radii.is_none() {
+            normal = Watch::new(model, i, search)?.nearest(&states)?.normal;
+        }
+        let overlap = match radii {
+            Some(radii) => of_spheres(model, i, radii, (&states, &y))?,
+            None => of_surfaces(model, i, search, &states)?,
         };
-        let overlap = match facts.radii {
-            Some(radii) => of_spheres(model, i, radii, &states)?,
-            None => of_surfaces(model, i, &states)?,
-        };
+        let facts = &model.contacts[i];
         if let Some(error) = fast_approach(&facts.name, 0.0, -motion.velocity.dot(&normal), facts.wave_speed)
         {
             return Err(error);
@@ -104,53 +107,60 @@ fn misplaced(model: &RunModel, i: usize, reason: String) -> AdaptiveError {
     AdaptiveError::Misplaced { contact: model.contacts[i].name.clone(), reason }
 }
 
-/// The detector of a contact between surfaces.
-fn detector(model: &RunModel, i: usize) -> Result<Watch<'_>, AdaptiveError> {
-    if let Some((_, contact)) = model.adaptive.iter().find(|(index, _)| *index == i) {
-        return Ok(Watch::Known(&contact.detector));
-    }
-    let facts = &model.contacts[i];
-    let surface = |body: usize| {
-        let elastic = model.bodies[body].elastic().ok_or_else(|| AdaptiveError::Unsupported {
-            subject: format!("contact \"{}\"", facts.name),
-            reason: format!("body \"{}\" has no elastic surface", model.bodies[body].name),
-        })?;
-        surface(elastic)
-    };
-    let target = match facts.target {
-        Target::Plane { point, normal } => {
-            DetectorTarget::Plane(Plane { point, normal: Unit::new_normalize(normal) })
+/// A pair of surfaces and the search between them.
+struct Watch<'a> {
+    contact: &'a str,
+    detector: Cow<'a, Detector>,
+    search: &'a mut Search,
+}
+
+impl<'a> Watch<'a> {
+    /// The surfaces of contact `i`.
+    fn new(model: &'a RunModel, i: usize, search: &'a mut Search) -> Result<Self, AdaptiveError> {
+        let facts = &model.contacts[i];
+        if let Some(refinement) = &facts.refinement {
+            let detector = Cow::Borrowed(&refinement.detector);
+            return Ok(Self { contact: &facts.name, detector, search });
         }
-        Target::Body(other) => DetectorTarget::Body(other, surface(other)?),
-    };
-    Ok(Watch::Built(Box::new(Detector::new(facts.body, surface(facts.body)?, target))))
-}
-
-/// A detector that is there, or one made for the purpose.
-enum Watch<'a> {
-    Known(&'a Detector),
-    Built(Box<Detector>),
-}
-
-impl Watch<'_> {
-    fn get(&self) -> &Detector {
-        match self {
-            Self::Known(detector) => detector,
-            Self::Built(detector) => detector,
-        }
+        let surface = |body: usize| {
+            let elastic = model.bodies[body].elastic().ok_or_else(|| AdaptiveError::Unsupported {
+                subject: format!("contact \"{}\"", facts.name),
+                reason: format!("body \"{}\" has no elastic surface", model.bodies[body].name),
+            })?;
+            surface(elastic)
+        };
+        let target = match facts.target {
+            Target::Plane { point, normal } => {
+                DetectorTarget::Plane(Plane { point, normal: Unit::new_normalize(normal) })
+            }
+            Target::Body(other) => DetectorTarget::Body(other, surface(other)?),
+        };
+        Ok(Self::of(&facts.name, Detector::new(facts.body, surface(facts.body)?, target), search))
     }
 
-    fn nearest_of(&self, contact: &str, states: &[BodyState]) -> Result<Nearest, AdaptiveError> {
-        let fail = |source| AdaptiveError::Contact { contact: contact.to_owned(), source };
-        self.get().nearest(states).map_err(fail)
+    /// Surfaces of a detector made for the purpose.
+    fn of(contact: &'a str, detector: Detector, search: &'a mut Search) -> Self {
+        // What it remembers belongs to other surfaces.
+        search.forget();
+        Self { contact, detector: Cow::Owned(detector), search }
+    }
+
+    fn nearest(&mut self, states: &[BodyState]) -> Result<Nearest, AdaptiveError> {
+        let nearest = self.detector.nearest(states, self.search);
+        nearest.map_err(|source| AdaptiveError::Contact { contact: self.contact.to_owned(), source })
     }
 }
 
-fn of_surfaces(model: &RunModel, i: usize, states: &[BodyState]) -> Result<Option<Overlap>, AdaptiveError> {
+fn of_surfaces(
+    model: &RunModel,
+    i: usize,
+    search: &mut Search,
+    states: &[BodyState],
+) -> Result<Option<Overlap>, AdaptiveError> {
     let facts = &model.contacts[i];
-    let watch = detector(model, i)?;
-    let first = watch.nearest_of(&facts.name, states)?;
-    let size = watch.get().size();
+    let mut watch = Watch::new(model, i, search)?;
+    let first = watch.nearest(states)?;
+    let size = watch.detector.size();
     if first.gap >= -ROUND_OFF * size {
         return Ok(None);
     }
@@ -158,8 +168,8 @@ fn of_surfaces(model: &RunModel, i: usize, states: &[BodyState]) -> Result<Optio
         (facts.target, model.bodies[facts.body].elastic())
     {
         let back = DetectorTarget::Plane(Plane { point, normal: Unit::new_normalize(-normal) });
-        let behind = Watch::Built(Box::new(Detector::new(facts.body, surface(elastic)?, back)));
-        let farthest = behind.nearest_of(&facts.name, states)?.gap;
+        let behind = Detector::new(facts.body, surface(elastic)?, back);
+        let farthest = Watch::of(&facts.name, behind, &mut Search::new()).nearest(states)?.gap;
         if farthest >= 0.0 {
             let shift = first.normal * -first.gap;
             let reason = format!(
@@ -180,7 +190,7 @@ fn of_surfaces(model: &RunModel, i: usize, states: &[BodyState]) -> Result<Optio
         }
         shift -= along * (gap / gain);
         moved[facts.body].position = states[facts.body].position + shift;
-        gap = watch.nearest_of(&facts.name, &moved)?.gap;
+        gap = watch.nearest(&moved)?.gap;
     }
     Ok(Some(Overlap { depth: -first.gap, point: first.contact.point, shift, size }))
 }
@@ -203,14 +213,14 @@ fn way_out(model: &RunModel, body: usize, normal: &Vector3<f64>) -> (Vector3<f64
 }
 
 fn of_spheres(
-    model: &RunModel,
+    model: &mut RunModel,
     i: usize,
     radii: [f64; 2],
-    states: &[BodyState],
+    (states, y): (&[BodyState], &[f64]),
 ) -> Result<Option<Overlap>, AdaptiveError> {
+    let (force, motion) = model.system.force_in_motion(0.0, y, i);
+    let (gap, normal) = (force.contact.smallest_gap(motion), force.contact.normal(motion));
     let facts = &model.contacts[i];
-    let contact = &model.system.forces()[i].contact;
-    let (gap, normal) = (contact.smallest_gap(states), contact.normal(states));
     let name = |body: usize| &model.bodies[body].name;
     match facts.target {
         Target::Body(other) if !gap.is_finite() || !normal.x.is_finite() => {

@@ -32,6 +32,17 @@ pub enum BodyKind {
     Imported(ImportedSpec),
 }
 
+impl BodyKind {
+    /// Rigid motions of the body.
+    pub fn motion(&self) -> RigidMotion {
+        match self {
+            Self::Elastic(elastic) => rigid_motion(&elastic.model),
+            Self::Rigid(rigid) => rigid.motion,
+            Self::Imported(imported) => imported.motion(),
+        }
+    }
+}
+
 impl BodySpec {
     /// The elastic body, if it is one.
     pub fn elastic(&self) -> Option<&ElasticSpec> {
@@ -39,6 +50,15 @@ impl BodySpec {
             BodyKind::Elastic(elastic) => Some(elastic),
             BodyKind::Rigid(_) | BodyKind::Imported(_) => None,
         }
+    }
+}
+
+/// Rigid motions of a kinematic model.
+pub fn rigid_motion(model: &Model) -> RigidMotion {
+    match model {
+        Model::Axisymmetric => RigidMotion::Axial,
+        Model::PlaneStrain { .. } | Model::PlaneStress { .. } => RigidMotion::Planar,
+        Model::Solid => RigidMotion::Spatial,
     }
 }
 

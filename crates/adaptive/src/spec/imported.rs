@@ -49,4 +49,11 @@ impl ImportedSpec {
             Self::Full { body, .. } => body.body().motion,
         }
     }
+
+    /// Lets the frame of a body with matrices follow `marker`; a reduced body has its frame.
+    pub fn set_frame_marker(&mut self, marker: String) {
+        if let Self::Full { frame, .. } = self {
+            *frame = Some(marker);
+        }
+    }
 }

@@ -19,6 +19,23 @@ pub enum ReductionSpec {
     All,
 }
 
+impl ReductionSpec {
+    /// Number of elastic modes, where the method has one.
+    pub fn modes(&self) -> Option<usize> {
+        match self {
+            Self::Modal { modes } | Self::CraigBampton { modes, .. } => Some(*modes),
+            Self::All => None,
+        }
+    }
+
+    /// Sets the number of elastic modes, where the method has one.
+    pub fn set_modes(&mut self, n: usize) {
+        if let Self::Modal { modes } | Self::CraigBampton { modes, .. } = self {
+            *modes = n;
+        }
+    }
+}
+
 /// Damping of elastic coordinates.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub enum DampingSpec {

@@ -5,6 +5,7 @@
 
 use iga_core::nurbs::Shape;
 
+use super::RunSettings;
 use super::body::{DiscretisationSpec, ElasticSpec, RefinementSpec};
 use super::contact::{PenaltySearch, SurfaceLaw};
 use super::reduction::ReductionSpec;
@@ -35,6 +36,23 @@ pub struct ContactFactors {
     pub zone: usize,
     /// On the penalty factor, given or first tried; a search ends at a change of the peak force smaller by the same factor.
     pub penalty: f64,
+}
+
+/// Permitted errors below round-off cannot be met.
+const LEAST_TOLERANCE: f64 = 1e-14;
+/// Power of a factor on the tolerance that steps are shortened by: a tenth halves them, as an error of third order per step.
+const STEP_POWER: f64 = std::f64::consts::LOG10_2;
+
+impl RunSettings {
+    /// Applies `factor`, at most 1, to the permitted errors of steps in all phases, and shortens the longest steps to suit.
+    pub fn tighten(&mut self, factor: f64) {
+        let shortened = factor.powf(STEP_POWER);
+        for phase in [&mut self.free, &mut self.impact] {
+            phase.max_step *= shortened;
+            phase.tolerance = (phase.tolerance * factor).max(LEAST_TOLERANCE);
+        }
+        self.step_share *= shortened;
+    }
 }
 
 impl Default for BodyFactors {

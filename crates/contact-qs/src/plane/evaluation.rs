@@ -143,12 +143,7 @@ impl PlaneContact {
     }
 
     /// Components of the point forces and the displacements under them.
-    pub(super) fn load_points(
-        &self,
-        state: &PlaneState,
-        workspace: &PlaneWorkspace,
-        found: &mut PlaneFound,
-    ) {
+    pub(super) fn load_points(&self, state: &PlaneState, workspace: &PlaneWorkspace, found: &mut PlaneFound) {
         let nc = self.submodel.motion.n_components();
         let PlaneFound { normal, gaps, forces, displacements, loads, .. } = found;
         for (load, &force) in loads.chunks_exact_mut(nc).zip(&*forces) {

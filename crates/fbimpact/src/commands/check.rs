@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::threads;
 use crate::error::AppError;
-use crate::scenario::{self, BodyKind, Override, Scenario};
+use crate::scenario::{self, Override, Scenario};
 
 /// Checks every file and reports the faults of all.
 ///
@@ -21,8 +21,8 @@ pub fn check(scenarios: &[PathBuf], overrides: &[Override]) -> Result<(), AppErr
                     "{}: valid, {} bodies, {} joints, {} contacts",
                     path.display(),
                     scenario.bodies.len(),
-                    scenario.joints.len(),
-                    scenario.contacts.len()
+                    scenario.run.joints.len() + scenario.run.loops.len(),
+                    scenario.run.contacts.len()
                 );
                 for body in under_constrained(&scenario) {
                     tracing::warn!(
@@ -43,14 +43,12 @@ pub fn check(scenarios: &[PathBuf], overrides: &[Override]) -> Result<(), AppErr
 
 /// Bodies that hang on no joint where others do.
 fn under_constrained(scenario: &Scenario) -> Vec<&str> {
-    let tree = || scenario.joints.iter().filter(|j| !j.closes_loop);
-    if tree().next().is_none() {
+    let tree = &scenario.run.joints;
+    if tree.is_empty() {
         return Vec::new();
     }
-    let bodies = scenario.bodies.iter().enumerate();
-    let free = bodies.filter(|(i, body)| {
-        !matches!(body.kind, BodyKind::RigidPlane { .. }) && tree().all(|j| j.child.body != Some(*i))
-    });
+    let bodies = scenario.run.bodies.iter().enumerate();
+    let free = bodies.filter(|(i, _)| tree.iter().all(|j| j.child.body != Some(*i)));
     free.map(|(_, body)| body.name.as_str()).collect()
 }
 

@@ -17,7 +17,6 @@ use crate::converge::verdict::{Compared, dominant, judge, mattering, percent};
 use crate::error::AppError;
 use crate::reasons;
 use crate::scenario::{self, Override};
-use crate::setup::run_spec;
 
 /// Runs the scenario and its variants, compares them and judges.
 ///
@@ -27,12 +26,12 @@ use crate::setup::run_spec;
 pub fn converge(arguments: &ConvergeArguments) -> Result<(), AppError> {
     let n_threads = threads(arguments.threads)?;
     let scenario = scenario::read(&arguments.scenario, &arguments.set.set)?;
-    let spec = run_spec(&scenario)?;
-    let subjects = adaptive::model::subjects(&spec).map_err(|e| AppError::Model(e.to_string()))?;
+    let spec = &scenario.run;
+    let subjects = adaptive::model::subjects(spec).map_err(|e| AppError::Model(e.to_string()))?;
     let plan = Plan::new(&scenario, subjects);
     let folder = arguments.output.clone().unwrap_or_else(|| default_folder(&arguments.scenario));
     prepare(&folder)?;
-    let sizes = sizes(&spec);
+    let sizes = sizes(spec);
     let stop = stop_flag(false);
     let runs = Runs { arguments, folder: &folder, n_threads, stop: &stop };
     let size = |body: &str| sizes.get(body).copied().unwrap_or(0.0);

@@ -14,7 +14,6 @@ use super::{check_distinct, print, threads};
 use crate::body_file;
 use crate::error::AppError;
 use crate::scenario::{self, Override};
-use crate::setup::{areas, run_spec};
 use crate::sizing::sized;
 
 /// Which body goes where.
@@ -40,16 +39,16 @@ pub fn export_body(export: &Export<'_>, overrides: &[Override], n_threads: usize
     let n_threads = threads(n_threads)?;
     let scenario = scenario::read(export.scenario, overrides)?;
     check_distinct(&scenario, export.output)?;
-    let areas = areas(&scenario, export.body)?;
+    let areas = scenario.areas(export.body);
     let scenario = sized(&scenario, n_threads, &ModelCache::default())?;
-    let run = run_spec(&scenario)?;
+    let run = &scenario.run;
     let mut bodies = run.bodies.clone();
     let known: Vec<String> = bodies.iter().map(|b| b.name.clone()).collect();
     let Some(index) = known.iter().position(|n| n == export.body) else {
         let (name, known) = (export.body, known.join(", "));
         return Err(AppError::Command(format!("--body {name}: no such body, the scenario has {known}")));
     };
-    let text = write(export, bodies.swap_remove(index), MarkerLoads::on_body(&run, index), &areas)?;
+    let text = write(export, bodies.swap_remove(index), MarkerLoads::on_body(run, index), &areas)?;
     print(&text)
 }
 

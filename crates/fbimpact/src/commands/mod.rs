@@ -22,7 +22,7 @@ use std::io::Write;
 use std::path::Path;
 
 use crate::error::AppError;
-use crate::scenario::{BodyKind, Scenario};
+use crate::scenario::Scenario;
 
 /// A ratio for people, a dash where there is none.
 fn ratio(x: f64) -> String {
@@ -53,9 +53,7 @@ pub fn check_distinct(scenario: &Scenario, output: &Path) -> Result<(), AppError
         return Err(AppError::io(output, "is the scenario itself, name another output"));
     }
     for body in &scenario.bodies {
-        if let BodyKind::Imported(imported) = &body.kind
-            && is_target(imported.path())
-        {
+        if body.file.as_ref().is_some_and(|file| is_target(&file.path)) {
             let reason = format!("is the file of body \"{}\", name another output", body.name);
             return Err(AppError::io(output, reason));
         }

@@ -4,10 +4,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+use adaptive::error::ObserverError;
+use adaptive::observer::{Continue, Observer};
 use adaptive::record::{
-    Continue, ImpactRecord, Observer, ObserverError, PhaseKind, PhaseRecord, RestartPoint, RunLayout, Sample,
-    StressRecord, TransferRecord, TryRecord,
+    ImpactRecord, PhaseKind, PhaseRecord, RunLayout, Sample, StressRecord, TransferRecord, TryRecord,
 };
+use adaptive::run_state::RunState;
 use adaptive::warning::Warning;
 use indicatif::ProgressBar;
 
@@ -173,7 +175,7 @@ impl Observer for RunObserver {
         self.recorder.attempt(record)
     }
 
-    fn restart_point(&mut self, point: &RestartPoint) -> Result<(), ObserverError> {
+    fn restart_point(&mut self, point: &RunState) -> Result<(), ObserverError> {
         self.recorder.restart_point(point)
     }
 

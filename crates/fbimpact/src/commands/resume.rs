@@ -44,7 +44,7 @@ pub fn resume(
     }
     let stop = stop_flag(arguments.until_eof);
     let part = output.part().to_owned();
-    let fail = |e: adaptive::record::ObserverError| AppError::io(&part, e.to_string());
+    let fail = |e: adaptive::error::ObserverError| AppError::io(&part, e.to_string());
     let mut recorder = Recorder::create(&part, &scenario, n_threads).map_err(fail)?;
     let point = restart.point.clone();
     recorder.take_up(restart).map_err(fail)?;

@@ -1,9 +1,9 @@
 //! What is varied: one parameter at a time, then together what mattered, then the one that limits body by body.
 
 use adaptive::model::Subjects;
-use adaptive::spec::{BodyFactors, ContactFactors};
+use adaptive::spec::{BodyFactors, ContactFactors, Resolution};
 
-use crate::scenario::{Resolution, Scenario};
+use crate::scenario::Scenario;
 
 /// Factor on modes, meshes and contact zones.
 pub const FACTOR: usize = 2;
@@ -167,7 +167,8 @@ impl<'a> Plan<'a> {
 
     /// Changes that vary `parameter` everywhere.
     fn set(&self, parameter: Parameter) -> Vec<String> {
-        let Resolution { bodies, contacts, tolerance } = &self.scenario.resolution;
+        let Resolution { bodies, contacts } = &self.scenario.run.resolution;
+        let tolerance = self.scenario.tolerance_factor;
         let key = format!("resolution.{}", parameter.name());
         let is_plain = match parameter {
             Parameter::Tolerance => return vec![format!("{key}={:?}", tolerance * TOLERANCE_FACTOR)],
@@ -185,11 +186,11 @@ impl<'a> Plan<'a> {
 
     /// The change that varies `parameter` of one body or contact.
     fn set_one(&self, parameter: Parameter, subject: &str) -> String {
-        let scenario = self.scenario;
-        let body = || scenario.bodies.iter().position(|b| b.name == subject);
-        let contact = || scenario.contacts.iter().position(|c| c.name == subject);
-        let of_body = body().map_or(BodyFactors::default(), |i| scenario.resolution.bodies[i]);
-        let of_contact = contact().map_or(ContactFactors::default(), |i| scenario.resolution.contacts[i]);
+        let run = &self.scenario.run;
+        let body = || run.bodies.iter().position(|b| b.name == subject);
+        let contact = || run.contacts.iter().position(|c| c.name == subject);
+        let of_body = body().map_or(BodyFactors::default(), |i| run.resolution.body(i));
+        let of_contact = contact().map_or(ContactFactors::default(), |i| run.resolution.contact(i));
         let (place, value) = match parameter {
             Parameter::Modes => ("bodies", format!("{}", of_body.modes * FACTOR)),
             Parameter::Mesh => ("bodies", format!("{}", of_body.mesh * FACTOR)),
@@ -246,16 +247,18 @@ mod tests {
         let names: Vec<String> = plan.singles().iter().map(|v| v.name.clone()).collect();
         assert_eq!(names, ["mesh", "zone", "modes", "penalty", "tolerance"], "the dearest first");
         let together = plan.together(&Parameter::ALL).expect("five parameters");
-        let fine = read(&together.set).resolution;
+        let scenario = read(&together.set);
+        let fine = &scenario.run.resolution;
         assert_eq!(fine.bodies, [BodyFactors { modes: 2, mesh: 2 }; 2]);
         assert_eq!(fine.contacts, [ContactFactors { zone: 2, penalty: 10.0 }]);
-        assert!((fine.tolerance - 0.1).abs() < 1e-15);
+        assert!((scenario.tolerance_factor - 0.1).abs() < 1e-15);
         // A second study about the finer scenario multiplies again.
         let again = Plan::new(&read(&together.set), subjects()).together(&Parameter::ALL).expect("five");
-        let finer = read(&[together.set, again.set].concat()).resolution;
+        let scenario = read(&[together.set, again.set].concat());
+        let finer = &scenario.run.resolution;
         assert_eq!(finer.bodies, [BodyFactors { modes: 4, mesh: 4 }; 2]);
         assert_eq!(finer.contacts, [ContactFactors { zone: 4, penalty: 100.0 }]);
-        assert!((finer.tolerance - 0.01).abs() < 1e-15);
+        assert!((scenario.tolerance_factor - 0.01).abs() < 1e-15);
     }
 
     #[test]
@@ -264,7 +267,7 @@ mod tests {
         let plan = Plan::new(&scenario, subjects());
         let split = plan.split(Parameter::Mesh);
         assert_eq!(split.iter().map(|v| v.name.as_str()).collect::<Vec<_>>(), ["mesh-rod", "mesh-ball"]);
-        let fine = read(&split[1].set).resolution;
+        let fine = read(&split[1].set).run.resolution;
         assert_eq!(fine.bodies, [BodyFactors { modes: 1, mesh: 1 }, BodyFactors { modes: 1, mesh: 2 }]);
         assert!(plan.split(Parameter::Zone).is_empty(), "there is only one contact");
     }

@@ -1,9 +1,10 @@
 //! Numbers, texts and records as bytes, exact to the last bit: what a restart file holds.
 
+use adaptive::plausibility::ledger::{EnergyLedger, NumericalDamping};
 use adaptive::record::{
-    ImpactRecord, Knowledge, PhaseKind, PhaseRecord, RestartPoint, StressState, TransferRecord, TryRecord,
-    ZoneLoad, ZoneSite,
+    ImpactRecord, PhaseKind, PhaseRecord, StressState, TransferRecord, TryRecord, ZoneLoad, ZoneSite,
 };
+use adaptive::run_state::{ContactState, ImpactHistory, RunState};
 use adaptive::warning::{Warning, WarningKind};
 
 /// Something that is written to bytes and read back.
@@ -192,11 +193,14 @@ impl Code for WarningKind {
 }
 
 fields!(Warning { kind, subject, time, value, limit, message, remedy });
-fields!(Knowledge { width_factor, ratio, penalty });
+fields!(ImpactHistory { width_factor, stiffness_ratio, penalty });
+fields!(ContactState { history, smallest_gap, smallest_gap_time });
+fields!(NumericalDamping { removed, total });
+fields!(EnergyLedger { start, scale, lowered });
 fields!(StressState { time, force, elastic, interface_forces, zones });
 fields!(ZoneLoad { contact, site, forces });
 fields!(ZoneSite { face, centre, widths });
-fields!(RestartPoint {
+fields!(RunState {
     time,
     state,
     rates,
@@ -207,13 +211,10 @@ fields!(RestartPoint {
     n_refined,
     last_output,
     next_output,
-    removed,
-    total_energy,
-    ledger_start,
+    numerical,
     ledger,
-    gaps,
+    contacts,
     warned,
-    knowledge,
     stress,
 });
 
@@ -221,16 +222,24 @@ fields!(RestartPoint {
 mod tests {
     use super::*;
 
-    fn point() -> RestartPoint {
-        RestartPoint {
+    fn point() -> RunState {
+        RunState {
             time: 0.1,
             state: vec![1.0 / 3.0, -0.0, f64::MIN_POSITIVE / 8.0, f64::INFINITY],
             rates: Vec::new(),
             phase: PhaseRecord { kind: PhaseKind::Impact, steps: 7, ..PhaseRecord::default() },
             n_refined: u64::MAX,
-            knowledge: vec![
-                Knowledge::default(),
-                Knowledge { width_factor: Some([0.5, 2.0]), ratio: None, penalty: Some(1e17) },
+            contacts: vec![
+                ContactState::default(),
+                ContactState {
+                    history: ImpactHistory {
+                        width_factor: Some([0.5, 2.0]),
+                        stiffness_ratio: None,
+                        penalty: Some(1e17),
+                    },
+                    smallest_gap: f64::NEG_INFINITY,
+                    smallest_gap_time: 0.1,
+                },
             ],
             stress: vec![
                 None,
@@ -240,16 +249,16 @@ mod tests {
                     ..StressState::default()
                 }),
             ],
-            ..RestartPoint::default()
+            ..RunState::default()
         }
     }
 
     #[test]
     fn restart_points_are_read_back_to_the_last_bit() {
         let (bytes, before) = (point().bytes(), point());
-        let after = RestartPoint::read(&bytes).expect("readable");
+        let after = RunState::read(&bytes).expect("readable");
         assert_eq!(after, before);
-        let bits = |p: &RestartPoint| p.state.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+        let bits = |p: &RunState| p.state.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
         assert_eq!(bits(&after), bits(&before), "the sign of zero, too");
     }
 
@@ -257,9 +266,9 @@ mod tests {
     fn bytes_that_are_too_few_or_too_many_are_refused() {
         let bytes = point().bytes();
         for n in 0..bytes.len() {
-            assert_eq!(RestartPoint::read(&bytes[..n]), None, "{n} of {} bytes", bytes.len());
+            assert_eq!(RunState::read(&bytes[..n]), None, "{n} of {} bytes", bytes.len());
         }
-        assert_eq!(RestartPoint::read(&[&bytes[..], &[0]].concat()), None);
+        assert_eq!(RunState::read(&[&bytes[..], &[0]].concat()), None);
         assert_eq!(Vec::<f64>::read(&u64::MAX.bytes()), None);
         assert_eq!(String::read(&[&1_u64.bytes()[..], &[0xff]].concat()), None, "no UTF-8");
     }

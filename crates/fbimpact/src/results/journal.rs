@@ -7,7 +7,8 @@ use std::fs::{File, OpenOptions};
 use std::io::{BufReader, BufWriter, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use adaptive::record::{ImpactRecord, PhaseRecord, RestartPoint, TransferRecord, TryRecord};
+use adaptive::record::{ImpactRecord, PhaseRecord, TransferRecord, TryRecord};
+use adaptive::run_state::RunState;
 use adaptive::warning::Warning;
 
 use super::codec::{Code, fields};
@@ -17,7 +18,7 @@ use crate::reasons;
 use crate::scenario::Scenario;
 
 /// First bytes of the file; the last one is the version of the format.
-const MAGIC: &[u8; 17] = b"fbimpact restart\x03";
+const MAGIC: &[u8; 17] = b"fbimpact restart\x04";
 /// Bytes collected before they are written; restart points are written at once.
 const BUFFER: usize = 1 << 20;
 /// Longest record that can be meant: a damaged length must not ask for more memory than there is.
@@ -76,7 +77,7 @@ pub enum Entry {
     /// A change of the model.
     Transfer(TransferRecord),
     /// A state from which the run can be taken up.
-    Restart(RestartPoint),
+    Restart(RunState),
     /// The run was taken up here.
     Resumed,
     /// A warning.
@@ -290,7 +291,7 @@ pub struct Restart {
     /// What the run was started from.
     pub header: Header,
     /// The last state to take it up from; `None` if it died before the first one.
-    pub point: Option<RestartPoint>,
+    pub point: Option<RunState>,
     /// Bytes up to that point.
     pub length: u64,
     /// How often it was taken up before.
@@ -366,8 +367,8 @@ mod tests {
         }
     }
 
-    fn point(time: f64) -> RestartPoint {
-        RestartPoint { time, state: vec![time; 3], ..RestartPoint::default() }
+    fn point(time: f64) -> RunState {
+        RunState { time, state: vec![time; 3], ..RunState::default() }
     }
 
     fn written(path: &Path) -> Vec<u8> {

@@ -3,16 +3,19 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use adaptive::error::ObserverError;
 use adaptive::record::{
-    ImpactRecord, JointLayout, NameAndUnit, ObserverError, PhaseRecord, RunLayout, Sample, StressRecord,
-    Timings, TransferRecord, TryRecord,
+    ImpactRecord, JointLayout, NameAndUnit, PhaseRecord, RunLayout, Sample, StressRecord, Timings,
+    TransferRecord, TryRecord,
 };
+use adaptive::spec::BodySpec;
 use adaptive::warning::Warning;
 use hdf5::plist::file_access::{
     CacheDecreaseMode, CacheIncreaseMode, FlashIncreaseMode, MetadataCacheConfig,
 };
 use hdf5::types::VarLenUnicode;
 use hdf5::{Dataset, File, Group, Result};
+use iga_core::elasticity::Model;
 use ndarray::ArrayView1;
 
 use super::columns::{self, Axes, Axis, Column, Declaration};
@@ -27,7 +30,7 @@ use super::tables::{
 use super::{FORMAT, FORMAT_VERSION, scales};
 use crate::provenance;
 use crate::reasons;
-use crate::scenario::{BodyKind, Compression, ElasticModel, Scenario};
+use crate::scenario::{Compression, Scenario};
 
 mod restart;
 
@@ -66,7 +69,7 @@ impl Status {
 pub struct Recorder {
     compression: Compression,
     /// Body name and model of every stress request.
-    stress_models: Vec<(String, Option<ElasticModel>)>,
+    stress_models: Vec<(String, Option<Model>)>,
     contacts: Vec<String>,
     open: Option<Open>,
     failure: Option<String>,
@@ -104,15 +107,12 @@ impl Recorder {
     /// # Errors
     /// The text of the HDF5 error.
     pub fn create(path: &Path, scenario: &Scenario, threads: usize) -> Result<Self, ObserverError> {
-        let stress_models = scenario.output.stress.iter().map(|line| {
-            let model = match &scenario.bodies[line.body].kind {
-                BodyKind::Elastic(body) => Some(body.model),
-                BodyKind::RigidPlane { .. } | BodyKind::Rigid(_) | BodyKind::Imported(_) => None,
-            };
-            (line.name.clone(), model)
+        let stress_models = scenario.run.stress.iter().map(|line| {
+            let body = scenario.run.bodies.get(line.body).and_then(BodySpec::elastic);
+            (line.name.clone(), body.map(|body| body.model))
         });
         let mut recorder = Self {
-            compression: scenario.output.compression,
+            compression: scenario.compression,
             stress_models: stress_models.collect(),
             contacts: Vec::new(),
             open: None,

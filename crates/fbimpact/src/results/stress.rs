@@ -2,14 +2,14 @@
 
 use adaptive::record::StressRecord;
 use hdf5::{Dataset, File, Result};
+use iga_core::elasticity::Model;
 use ndarray::{ArrayView1, ArrayView2};
 
 use super::scales;
 use super::series::{component_scale, describe};
-use crate::scenario::ElasticModel;
 
 /// Writes a record; one of the same name is replaced. `model` decides what the components are called.
-pub fn write_stress(file: &File, record: &StressRecord, model: Option<ElasticModel>) -> Result<()> {
+pub fn write_stress(file: &File, record: &StressRecord, model: Option<Model>) -> Result<()> {
     let parent =
         if file.link_exists("stress") { file.group("stress")? } else { file.create_group("stress")? };
     if parent.link_exists(&record.name) {
@@ -17,7 +17,7 @@ pub fn write_stress(file: &File, record: &StressRecord, model: Option<ElasticMod
     }
     let group = parent.create_group(&record.name)?;
     group.new_attr::<f64>().create("time")?.write_scalar(&record.time)?;
-    let axisymmetric = matches!(model, Some(ElasticModel::Axisymmetric));
+    let axisymmetric = matches!(model, Some(Model::Axisymmetric));
     let (points, labels): ([&str; 3], [&str; 6]) = if axisymmetric {
         (["r", "z", "-"], ["rr", "zz", "tt", "rz", "-", "-"])
     } else {

@@ -3,7 +3,8 @@
 //! One set of key tables ([`tables`]) declares every key. The reader (`check`), the JSON schema
 //! ([`mod@schema`]) and the reference page ([`mod@reference`]) follow from it; `build` adds the checks that involve several keys.
 
-pub mod model;
+pub mod types;
+pub mod body_places;
 pub mod fault;
 pub mod document;
 pub mod overrides;
@@ -28,8 +29,8 @@ use check::Checker;
 use document::{Origin, SourceText, Value};
 
 pub use fault::{Fault, Faults};
-pub use model::*;
 pub use overrides::Override;
+pub use types::{Compression, FileBody, FileOfBody, Scenario, Source};
 
 /// Reads and validates the scenario file `path` with `overrides` applied.
 ///

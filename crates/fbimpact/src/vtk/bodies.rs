@@ -4,7 +4,7 @@ use adaptive::body_model::ElasticModel;
 use adaptive::body_space::BodySpace;
 use adaptive::fine_model::FineMesh;
 use adaptive::model::RunModel;
-use adaptive::spec::RunSpec;
+use adaptive::spec::{BodyKind, ContactLaw};
 use faer::{Mat, MatRef};
 use ffr_dynamics::body::RigidMotion;
 use iga_core::SplineError;
@@ -14,8 +14,7 @@ use super::local::{LocalContacts, LocalDisplacement};
 use super::states::{BodyMotion, States};
 use super::zones::RefinedZones;
 use crate::error::AppError;
-use crate::scenario::{BodyKind, ContactLaw, RigidMass, Scenario};
-use crate::setup::{geometry, run_spec};
+use crate::scenario::{FileBody, Scenario};
 use crate::simulate::build;
 use adaptive::store::ModelCache;
 
@@ -69,25 +68,24 @@ impl Bodies {
     /// that of the run, [`AppError::Io`].
     pub fn build(states: &States, wanted: &[String], cells: Cells, threads: usize) -> Result<Self, AppError> {
         let scenario = &states.scenario;
-        let spec = run_spec(scenario)?;
+        let spec = &scenario.run;
         check_names(scenario, wanted)?;
-        let model = build(&spec, threads, &ModelCache::default())?;
+        let model = build(spec, threads, &ModelCache::default())?;
         let motions =
             model.bodies.iter().map(|b| states.motion(&b.name)).collect::<Result<Vec<_>, AppError>>()?;
         check_frequencies(&model, &motions)?;
         let mut shown = Vec::new();
         for body in &scenario.bodies {
             let is_wanted = wanted.is_empty() || wanted.contains(&body.name);
-            let number = spec.bodies.iter().position(|b| b.name == body.name);
-            let shape = match number.filter(|_| is_wanted) {
-                Some(number) => shape(scenario, &spec, &model, number, cells)?.map(|g| (number, g)),
+            let shape = match body.index.filter(|_| is_wanted) {
+                Some(number) => shape(body, &model, number, cells)?.map(|g| (number, g)),
                 None => None,
             };
             if let Some((number, geometry)) = shape {
                 let motion = motions[number].clone();
                 shown.push(Shown { name: body.name.clone(), geometry, motion, number });
             } else if is_wanted {
-                without_shape(&body.name, &body.kind, wanted)?;
+                without_shape(scenario, body, wanted)?;
             }
         }
         if shown.is_empty() {
@@ -96,7 +94,7 @@ impl Bodies {
             ));
         }
         let has_friction = |name: &str| {
-            let contact = scenario.contacts.iter().find(|c| c.name == name);
+            let contact = spec.contacts.iter().find(|c| c.name == name);
             contact.is_some_and(|c| matches!(&c.law, ContactLaw::Surface(law) if law.friction.is_some()))
         };
         let zones = RefinedZones::new(states.spans()?, cells);
@@ -214,13 +212,12 @@ fn check_frequencies(model: &RunModel, motions: &[BodyMotion]) -> Result<(), App
 
 /// Shape of body `number`, if it has one.
 fn shape(
-    scenario: &Scenario,
-    spec: &RunSpec,
+    of_file: &FileBody,
     model: &RunModel,
     number: usize,
     cells: Cells,
 ) -> Result<Option<BodyGeometry>, AppError> {
-    let name = &spec.bodies[number].name;
+    let name = &of_file.name;
     let fail = |e: SplineError| AppError::Model(format!("body \"{name}\": {e}"));
     if let Some(elastic) = model.bodies[number].elastic() {
         let full = &elastic.body;
@@ -230,23 +227,21 @@ fn shape(
         let space = BodySpace::Plain(full.space.clone());
         return Ok(Some(BodyGeometry::new(space, &full.shape.patches, motion, elasticity, cells)));
     }
-    let body = scenario.bodies.iter().find(|b| b.name == *name).map(|b| &b.kind);
-    let Some(BodyKind::Rigid(rigid)) = body else { return Ok(None) };
-    let RigidMass::Shape { model, geometry: given, .. } = &rigid.mass else { return Ok(None) };
-    let shape = geometry::shape(given, *model, 0).map_err(fail)?;
+    let Some((shape, model)) = of_file.places.shape() else { return Ok(None) };
     let space = BodySpace::plain(&shape.patches).map_err(fail)?;
     let cells = if cells == Cells::Bezier { cells } else { Cells::Linear(RIGID_CELLS) };
-    let motion: RigidMotion = adaptive::elastic_body::rigid_motion(&geometry::model(*model));
+    let motion: RigidMotion = adaptive::elastic_body::rigid_motion(model);
     Ok(Some(BodyGeometry::new(space, &shape.patches, motion, None, cells)))
 }
 
 /// A note on a body without shape, or an error if it was asked for by name.
-fn without_shape(name: &str, kind: &BodyKind, wanted: &[String]) -> Result<(), AppError> {
-    let reason = match kind {
-        BodyKind::RigidPlane { .. } => "it is a plane without end",
-        BodyKind::Rigid(_) => "it is rigid and only its mass is given",
-        BodyKind::Imported(_) => "it comes from a body file, which holds no shape",
-        BodyKind::Elastic(_) => "it has no shape",
+fn without_shape(scenario: &Scenario, body: &FileBody, wanted: &[String]) -> Result<(), AppError> {
+    let name = &body.name;
+    let reason = match body.index.map(|index| &scenario.run.bodies[index].kind) {
+        None => "it is a plane without end",
+        Some(BodyKind::Rigid(_)) => "it is rigid and only its mass is given",
+        Some(BodyKind::Imported(_)) => "it comes from a body file, which holds no shape",
+        Some(BodyKind::Elastic(_)) => "it has no shape",
     };
     if wanted.is_empty() {
         tracing::warn!("body \"{name}\" is left out: {reason}");

@@ -5,7 +5,7 @@
 
 use adaptive::model::RunModel;
 use ffr_dynamics::reduction::ResidualFlexibility;
-use ffr_dynamics::system::force::{BodyState, ForceElement, GeneralisedForce};
+use ffr_dynamics::system::force::{BodyState, GeneralisedForce, Motion};
 
 use super::states::{BodyMotion, ContactSeries};
 use super::zones::RefinedZones;
@@ -40,11 +40,10 @@ impl LocalContacts {
         has_friction: impl Fn(&str) -> bool,
         zones: RefinedZones,
     ) -> Self {
-        let is_refined = |i: usize| model.adaptive.iter().any(|(index, _)| *index == i);
         let solvable = model.contacts.iter().enumerate();
-        let solvable = solvable
-            .filter(|(i, facts)| (facts.loads_interface || is_refined(*i)) && !has_friction(&facts.name));
-        let contacts = solvable.filter_map(|(i, facts)| Some((i, stored(&facts.name)?))).collect();
+        let solvable =
+            solvable.filter(|(_, c)| (c.loads_interface || c.refinement.is_some()) && !has_friction(&c.name));
+        let contacts = solvable.filter_map(|(i, contact)| Some((i, stored(&contact.name)?))).collect();
         Self { contacts, zones, deviations: 0 }
     }
 
@@ -80,7 +79,7 @@ impl LocalContacts {
             if stored.penalty[i].is_finite() {
                 let _ = element.contact.set_penalty(stored.penalty[i]);
             }
-            let outcome = element.apply(time, &states, &mut sums);
+            let outcome = element.evaluate(Motion::new(time, &states), &mut sums);
             let found = element.contact.report().normal_force;
             if outcome.is_err() || (found - force).abs() > SAME_FORCE * force {
                 self.deviations += 1;

@@ -38,8 +38,8 @@ pub struct ContactPressure {
 pub fn contact_pressures(states: &States, bodies: &Bodies) -> Result<Vec<ContactPressure>, AppError> {
     let scenario: &Scenario = &states.scenario;
     let mut all = Vec::new();
-    for contact in &scenario.contacts {
-        let name = &scenario.bodies[contact.contact_body].name;
+    for contact in &scenario.run.contacts {
+        let name = &scenario.run.bodies[contact.body].name;
         let Some(body) = bodies.shown.iter().position(|b| b.name == *name) else { continue };
         let Some(series) = states.pressures(&contact.name)? else { continue };
         all.push(ContactPressure { name: contact.name.clone(), body, series, functions: HashMap::new() });

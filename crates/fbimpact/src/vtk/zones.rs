@@ -3,7 +3,7 @@
 use adaptive::adaptive_contact::{AdaptiveContact, ZoneModel};
 use adaptive::model::RunModel;
 use adaptive::record::ZoneSite;
-use adaptive::simulation::TimedContact;
+use adaptive::simulation::RunContact;
 
 use super::body::{BodyGeometry, Cells, Elasticity};
 use crate::error::AppError;
@@ -64,8 +64,8 @@ impl RefinedZones {
         if self.present.iter().any(|p| p.contact == contact && p.span == span) {
             return Ok(true);
         }
-        let contacts = model.adaptive.iter().find(|(i, _)| *i == contact);
-        let Some((_, adaptive)) = contacts.filter(|(_, c)| AdaptiveContact::is_rebuildable(c)) else {
+        let refinement = model.contacts[contact].refinement.as_ref();
+        let Some(adaptive) = refinement.filter(|r| AdaptiveContact::is_rebuildable(r)) else {
             return Ok(false);
         };
         let fail = |e: adaptive::AdaptiveError| AppError::Model(e.to_string());
@@ -80,7 +80,7 @@ impl RefinedZones {
             Some(ZoneOfBody { body, model: zone, geometry })
         });
         let present = Present { contact, span, zones: zones.collect() };
-        model.system.forces_mut()[contact] = TimedContact::new(built.element);
+        model.system.forces_mut()[contact] = RunContact::new(built.element);
         self.present.retain(|p| p.contact != contact);
         self.present.push(present);
         Ok(true)

@@ -77,9 +77,14 @@ impl<E: ForceElement> Active<E> {
         Self { element, state, workspace, found, elapsed: Duration::ZERO }
     }
 
-    /// The element, taken out of its work.
-    pub fn into_element(self) -> E {
-        self.element
+    /// Puts `element` to work in `state`.
+    pub fn with_state(element: E, state: E::State) -> Self {
+        Self { state, ..Self::new(element) }
+    }
+
+    /// Element and state, taken out of their work.
+    pub fn into_parts(self) -> (E, E::State) {
+        (self.element, self.state)
     }
 
     /// The element.

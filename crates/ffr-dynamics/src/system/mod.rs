@@ -24,8 +24,8 @@ mod small_motion;
 pub mod vibration;
 pub mod equilibrium;
 
-pub use error_scale::ErrorScale;
 pub use active::{Active, ActiveForce};
+pub use error_scale::ErrorScale;
 pub use force::{BodyState, Findings, ForceElement, ForceEnergies, GeneralisedForce, Motion};
 pub use joints::{CoordinateForce, JointKind, TimeFunction};
 pub use model::MultibodyModel;

@@ -295,7 +295,12 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
     }
 
     /// Force element `element`, to be asked at time `t` in the state `y`, and the motion there. Does not allocate.
-    pub fn force_in_motion<'a>(&'a mut self, t: f64, y: &'a [f64], element: usize) -> (&'a mut F, Motion<'a>) {
+    pub fn force_in_motion<'a>(
+        &'a mut self,
+        t: f64,
+        y: &'a [f64],
+        element: usize,
+    ) -> (&'a mut F, Motion<'a>) {
         let own = &y[self.coordinates_of_force(element)];
         self.workspace.place(&self.model, t, y);
         (&mut self.forces[element], Motion { time: t, bodies: &self.workspace.states, own })
@@ -436,8 +441,7 @@ impl<F: DerefMut<Target: ActiveForce>> OdeSystem for Multibody<F> {
         let t = self.workspace.time;
         let speed = norm.speed(&self.model, t, y0);
         let motion = norm.speed(&self.model, t, y1).max(speed).max(self.error_scale.velocity_floor);
-        norm.error_speed(&self.model, error, motion).hypot(own)
-            / (self.error_scale.relative * motion)
+        norm.error_speed(&self.model, error, motion).hypot(own) / (self.error_scale.relative * motion)
     }
 
     fn damped_error_norm(&mut self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {

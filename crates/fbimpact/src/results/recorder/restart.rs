@@ -1,6 +1,7 @@
 //! The recorder's side of the restart file: everything stored is noted there, and a run taken up begins with what it holds.
 
-use adaptive::record::{ObserverError, RestartPoint};
+use adaptive::error::ObserverError;
+use adaptive::run_state::RunState;
 use hdf5::Result;
 
 use super::super::journal::{Entries, Entry, Journal, Restart};
@@ -38,7 +39,7 @@ impl Recorder {
     ///
     /// # Errors
     /// [`ObserverError`] if the restart file cannot be written.
-    pub fn restart_point(&mut self, point: &RestartPoint) -> std::result::Result<(), ObserverError> {
+    pub fn restart_point(&mut self, point: &RunState) -> std::result::Result<(), ObserverError> {
         self.with(|open| {
             open.note(&Entry::Restart(point.clone()))?;
             open.journal.as_mut().map_or(Ok(()), |j| j.flush().map_err(|e| cannot_keep(&e)))

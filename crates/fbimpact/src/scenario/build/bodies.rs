@@ -1,25 +1,32 @@
 //! Bodies: which keys go with which model, materials by name, initial states that the model can take.
 
+use adaptive::sizing::SizeWish;
+use adaptive::spec::{BodyKind, BodySpec, ElasticSpec, FrameSpec, InitialMotion};
 use ffr_dynamics::body::RigidMotion;
+use iga_core::nurbs::Shape;
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
+use super::super::body_places::{BodyPlaces, GivenPlace};
 use super::super::check::Checker;
-use super::super::model::{Body, BodyKind, ElasticBody, Frame, Marker};
 use super::super::section::Section;
-use super::body_parts::{Context, damping, elastic_model, frame, material};
+use super::body_parts::{Context, GivenFrame, damping, elastic_model, frame, material};
+use super::built_bodies::{Built, BuiltBodies, Moving, MovingFacts, Plane};
 use super::discretisation::{discretisation, reduction};
 use super::joints::{GROUND, hanging_joint};
 use super::places::{BodyFacts, part};
+use super::rigid::Rigid;
 use super::{geometry, imported, rigid};
 
-/// All bodies; `None` if one of them is at fault.
-pub fn bodies(checker: &mut Checker, context: Context<'_>) -> Option<Vec<Body>> {
-    let list = context.root.named("bodies");
-    let built: Vec<Body> =
-        list.iter().filter_map(|(name, section)| body(checker, context, name, section)).collect();
-    (built.len() == list.len()).then_some(built)
+/// Markers that the user has added, by name.
+type Markers = Vec<(String, GivenPlace)>;
+
+/// All bodies, as far as their own tables say.
+pub fn bodies(checker: &mut Checker, context: Context<'_>) -> BuiltBodies {
+    let list = context.root.named("bodies").iter();
+    BuiltBodies { list: list.map(|(name, section)| body(checker, context, name, section)).collect() }
 }
 
-fn body(checker: &mut Checker, context: Context<'_>, name: &str, section: &Section) -> Option<Body> {
+fn body(checker: &mut Checker, context: Context<'_>, name: &str, section: &Section) -> Option<Built> {
     let Context { root, directory, .. } = context;
     if name == GROUND {
         let message = "\"ground\" is the name of space, choose another".into();
@@ -35,30 +42,68 @@ fn body(checker: &mut Checker, context: Context<'_>, name: &str, section: &Secti
     let orientation = orientation(checker, section);
     let is_imported = section.text("model") == Some("imported");
     let markers = if is_imported { Some(Vec::new()) } else { markers(checker, section) };
-    let kind = match section.text("model") {
-        Some("rigid") => rigid::rigid(checker, root, section, orientation, directory),
-        Some("imported") => imported::imported(checker, context, section, name),
+    let made = match section.text("model") {
+        Some("rigid") => {
+            let made = rigid::rigid(checker, (root, directory), section, orientation, markers.as_deref());
+            made.map(|rigid| match rigid {
+                Rigid::Moving(kind, places) => {
+                    Made::Moving(kind, MovingFacts { places, ..Default::default() })
+                }
+                Rigid::Plane(normal) => Made::Plane(Plane { point: Vector3::zeros(), normal }),
+            })
+        }
+        Some("imported") => {
+            imported::imported(checker, context, section, name).map(|(kind, facts)| Made::Moving(kind, facts))
+        }
         Some(model) => {
             let frame = frame(checker, context, section, name);
-            elastic(checker, context, section, model, frame).map(Box::new).map(BodyKind::Elastic)
+            let made = elastic(checker, context, section, (model, frame), markers.as_deref());
+            made.map(|(spec, facts)| Made::Moving(BodyKind::Elastic(Box::new(spec)), facts))
         }
         None => None,
     };
-    let body = Body {
-        name: name.to_owned(),
-        kind: kind?,
-        markers: markers?,
-        position: section.vector("position")?,
-        orientation: orientation?,
-        velocity: section.vector("velocity")?,
-        angular_velocity: section.vector("angular_velocity")?,
-    };
-    check_motion(checker, section, &body);
-    Some(body)
+    let made = made?;
+    markers?;
+    let (position, velocity) = (section.vector("position")?, section.vector("velocity")?);
+    let (orientation, angular_velocity) = (orientation?, section.vector("angular_velocity")?);
+    check_motion(checker, section, made.motion(), (&velocity, &angular_velocity, &orientation));
+    Some(match made {
+        Made::Plane(plane) => Built::Plane(Plane { point: position.into(), ..plane }),
+        Made::Moving(kind, facts) => {
+            let motion = InitialMotion {
+                position: position.into(),
+                rotation: rotation(orientation),
+                velocity: velocity.into(),
+                angular_velocity: angular_velocity.into(),
+            };
+            Built::Moving(Box::new(Moving { spec: BodySpec { name: name.to_owned(), kind, motion }, facts }))
+        }
+    })
+}
+
+/// What a body is, without its motion.
+enum Made {
+    Moving(BodyKind, MovingFacts),
+    Plane(Plane),
+}
+
+impl Made {
+    /// Rigid motions of the body; none of a plane.
+    fn motion(&self) -> Option<RigidMotion> {
+        match self {
+            Self::Moving(kind, _) => Some(kind.motion()),
+            Self::Plane(_) => None,
+        }
+    }
+}
+
+/// The rotation of a unit quaternion `w x y z`.
+fn rotation([w, x, y, z]: [f64; 4]) -> UnitQuaternion<f64> {
+    UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z))
 }
 
 /// Markers that the user has added.
-fn markers(checker: &mut Checker, section: &Section) -> Option<Vec<Marker>> {
+fn markers(checker: &mut Checker, section: &Section) -> Option<Markers> {
     let list = section.named("markers");
     if list.is_empty() {
         return section.item("markers").map(|_| Vec::new());
@@ -87,37 +132,34 @@ fn markers(checker: &mut Checker, section: &Section) -> Option<Vec<Marker>> {
                 None
             }
         };
-        built.extend(at.map(|at| Marker { name: name.clone(), at }));
+        built.extend(at.map(|at| (name.clone(), at)));
     }
     (built.len() == list.len()).then_some(built)
 }
 
 /// Rejects initial motions that the model of the body cannot take.
-fn check_motion(checker: &mut Checker, section: &Section, body: &Body) {
-    let checks: [(&str, &[f64]); 3] = [
-        ("velocity", &body.velocity),
-        ("angular_velocity", &body.angular_velocity),
-        ("orientation", &body.orientation),
-    ];
+fn check_motion(
+    checker: &mut Checker,
+    section: &Section,
+    motion: Option<RigidMotion>,
+    (velocity, angular_velocity, orientation): (&[f64; 3], &[f64; 3], &[f64; 4]),
+) {
+    let checks: [(&str, &[f64]); 3] =
+        [("velocity", velocity), ("angular_velocity", angular_velocity), ("orientation", orientation)];
     for (key, value) in checks {
-        if let Some(message) = leaves_model(body, key, value) {
+        if let Some(message) = leaves_model(motion, key, value) {
             checker.fault_in(section, key, message);
         }
     }
 }
 
-/// Why the vector `key` leaves the space in which the model of `body` moves, if it does.
+/// Why the vector `key` leaves the space in which a body of the motions `motion` moves, if it does; a plane has none.
 ///
 /// A quaternion leaves it when its vector part does.
-pub fn leaves_model(body: &Body, key: &str, value: &[f64]) -> Option<String> {
-    let motion = match &body.kind {
-        BodyKind::RigidPlane { .. } => {
-            let moves = matches!(key, "velocity" | "angular_velocity") && value.iter().any(|x| x.abs() > 0.0);
-            return moves.then(|| "a rigid plane is at rest, moving ones are not supported yet".to_owned());
-        }
-        BodyKind::Rigid(rigid) => rigid.motion,
-        BodyKind::Elastic(elastic) => elastic.model.motion(),
-        BodyKind::Imported(imported) => imported.motion(),
+pub fn leaves_model(motion: Option<RigidMotion>, key: &str, value: &[f64]) -> Option<String> {
+    let Some(motion) = motion else {
+        let moves = matches!(key, "velocity" | "angular_velocity") && value.iter().any(|x| x.abs() > 0.0);
+        return moves.then(|| "a rigid plane is at rest, moving ones are not supported yet".to_owned());
     };
     let turns = matches!(key, "angular_velocity" | "orientation");
     // Components that must vanish.
@@ -155,9 +197,9 @@ fn elastic(
     checker: &mut Checker,
     context: Context<'_>,
     section: &Section,
-    model: &str,
-    frame: Option<Frame>,
-) -> Option<ElasticBody> {
+    (model, frame): (&str, Option<GivenFrame>),
+    markers: Option<&[(String, GivenPlace)]>,
+) -> Option<(ElasticSpec, MovingFacts)> {
     for key in ["normal", "motion", "mass", "centre_of_mass", "inertia"] {
         if section.given(key) {
             let owner = if key == "normal" { "the shape \"plane\"" } else { "bodies with model \"rigid\"" };
@@ -170,27 +212,43 @@ fn elastic(
         let message = "required key is missing: a table with a \"shape\"".into();
         checker.fault(&section.origin, section.path_of("geometry"), None, message);
     }
-    let geometry = geometry::geometry(checker, section, model, context.directory);
+    let degree = section.table("discretisation").and_then(|d| d.counts("degree")?.into_iter().min());
+    let shape = geometry::shape(checker, section, model, degree.unwrap_or(0), context.directory);
+    let places = shape.zip(kind).zip(markers).and_then(|((shape, model), markers)| {
+        let places = BodyPlaces::flexible(shape, model, markers);
+        places.map_err(|e| checker.fault_in(section, "markers", e.to_string())).ok()
+    });
     let facts = BodyFacts::of(section);
-    let discretisation = section.table("discretisation").and_then(|d| discretisation(checker, d, &facts?));
-    let reduction = section.table("reduction").and_then(|r| reduction(checker, r));
+    let mesh = section.table("discretisation");
+    let mesh = mesh.and_then(|d| discretisation(checker, d, &facts?, places.as_ref()));
+    let basis = section.table("reduction").and_then(|r| reduction(checker, r));
     let damping = damping(checker, section);
     let geometric_stiffening = section.boolean("geometric_stiffening")?;
-    if geometric_stiffening && frame == Some(Frame::Buckens) {
+    if geometric_stiffening && frame == Some(GivenFrame::Buckens) {
         checker.fault_in(section, "geometric_stiffening", "needs frame = \"tangent\"".into());
     }
     if geometric_stiffening && model == "axisymmetric" {
         let message = "has no meaning for model \"axisymmetric\", which does not turn".into();
         checker.fault_in(section, "geometric_stiffening", message);
     }
-    Some(ElasticBody {
-        model: kind?,
-        material: material?,
-        geometry: geometry?,
-        discretisation: discretisation?,
-        reduction: reduction?,
+    let (places, (discretisation, wants_elements), basis) = (places?, mesh?, basis?);
+    let follows_joint = frame == Some(GivenFrame::AtJoint);
+    let frame = match frame? {
+        GivenFrame::Buckens | GivenFrame::AtJoint => FrameSpec::Buckens,
+        GivenFrame::Tangent(at) => {
+            let place = places.held(&at).map_err(|e| checker.fault_in(section, "frame", e.to_string()));
+            FrameSpec::Tangent(place.ok()?)
+        }
+    };
+    let (shape, model) = places.shape()?.clone();
+    let shape = Shape { markers: places.points().clone(), ..shape };
+    let spec = ElasticSpec {
+        static_answers: basis.static_answers,
         damping: damping?,
-        frame: frame?,
+        frame,
         geometric_stiffening,
-    })
+        ..ElasticSpec::new(shape, model, material?, discretisation, basis.spec)
+    };
+    let wish = SizeWish { elements: wants_elements, modes: basis.wants_modes };
+    Some((spec, MovingFacts { places, wish, file: None, follows_joint }))
 }

@@ -2,8 +2,12 @@
 
 use std::path::Path;
 
+use adaptive::spec::DampingSpec;
+use contact_qs::law::Solid;
+use iga_core::elasticity::{Material, Model};
+
+use super::super::body_places::GivenPlace;
 use super::super::check::Checker;
-use super::super::model::{Damping, ElasticModel, Frame, Joint, Material};
 use super::super::section::Section;
 use super::joints::hanging_joint;
 use super::places::{BodyFacts, one_of};
@@ -16,50 +20,62 @@ const UNIT_THICKNESS: f64 = 1.0;
 pub struct Context<'a> {
     /// The whole scenario.
     pub root: &'a Section,
-    /// Its joints, as far as they are valid.
-    pub joints: &'a [Joint],
     /// Where files are sought.
     pub directory: &'a Path,
+}
+
+/// The reference frame that a body shall have.
+#[derive(Debug, Clone, PartialEq)]
+pub enum GivenFrame {
+    /// Mean-axis frame.
+    Buckens,
+    /// The frame that follows the body at a place.
+    Tangent(GivenPlace),
+    /// The frame that follows the body where the joint holds it on which it hangs.
+    AtJoint,
 }
 
 /// The reference frame; a tangent one follows the place where the body hangs unless another is given.
 ///
 /// `name` is that of the body.
-pub fn frame(checker: &mut Checker, context: Context<'_>, section: &Section, name: &str) -> Option<Frame> {
+pub fn frame(
+    checker: &mut Checker,
+    context: Context<'_>,
+    section: &Section,
+    name: &str,
+) -> Option<GivenFrame> {
     let hangs_on = hanging_joint(context.root, name);
     let keys = ["frame_marker", "frame_point"];
     if section.text("frame")? == "buckens" {
         for key in keys.into_iter().filter(|key| section.given(key)) {
             checker.fault_in(section, key, "has a meaning for frame = \"tangent\" only".into());
         }
-        return Some(Frame::Buckens);
+        return Some(GivenFrame::Buckens);
     }
     let facts = BodyFacts::of(section)?;
     if let Some(at) = one_of(checker, section, keys, &facts)? {
-        return Some(Frame::Tangent(at));
+        return Some(GivenFrame::Tangent(at));
     }
-    if let Some(joint) = context.joints.iter().find(|j| Some(j.name.as_str()) == hangs_on) {
-        return Some(Frame::Tangent(joint.child.at.clone()));
+    if hangs_on.is_some() {
+        return Some(GivenFrame::AtJoint);
     }
-    if hangs_on.is_none() {
-        let message = "required key is missing: the tangent frame of a body without joint needs \"frame_marker\" \
-                       or \"frame_point\"";
-        checker.fault(&section.origin, section.path_of("frame_marker"), None, message.into());
-    }
+    let message = "required key is missing: the tangent frame of a body without joint needs \"frame_marker\" \
+                   or \"frame_point\"";
+    checker.fault(&section.origin, section.path_of("frame_marker"), None, message.into());
     None
 }
 
-/// Damping, `Some(None)` if there is none.
-pub fn damping(checker: &mut Checker, section: &Section) -> Option<Option<Damping>> {
+/// Damping of the elastic coordinates.
+pub fn damping(checker: &mut Checker, section: &Section) -> Option<DampingSpec> {
     if section.item("damping").is_none() {
-        return Some(None);
+        return Some(DampingSpec::None);
     }
     let table = section.table("damping")?;
     if table.item("modal").is_some() {
         for key in ["frequencies", "ratio"].into_iter().filter(|key| table.given(key)) {
             checker.fault_in(table, key, "either \"modal\" or \"frequencies\" can be given, not both".into());
         }
-        return Some(Some(Damping::Modal(table.numbers("modal")?.to_vec())));
+        return Some(DampingSpec::Modal(table.numbers("modal")?.to_vec()));
     }
     if table.item("frequencies").is_none() {
         let message = "required key is missing: either \"frequencies\" or \"modal\"".into();
@@ -67,11 +83,11 @@ pub fn damping(checker: &mut Checker, section: &Section) -> Option<Option<Dampin
         return None;
     }
     let frequencies = table.vector::<2>("frequencies")?;
-    Some(Some(Damping::Rayleigh { frequencies, ratio: table.number("ratio")? }))
+    Some(DampingSpec::Rayleigh { frequencies, ratio: table.number("ratio")? })
 }
 
 /// What the components of a shape's points mean, with the thickness of a plane model.
-pub fn elastic_model(checker: &mut Checker, section: &Section, model: &str) -> Option<ElasticModel> {
+pub fn elastic_model(checker: &mut Checker, section: &Section, model: &str) -> Option<Model> {
     let plane = matches!(model, "plane-strain" | "plane-stress");
     if section.given("thickness") && !plane {
         let message =
@@ -84,10 +100,10 @@ pub fn elastic_model(checker: &mut Checker, section: &Section, model: &str) -> O
         None => UNIT_THICKNESS,
     };
     Some(match model {
-        "axisymmetric" => ElasticModel::Axisymmetric,
-        "plane-strain" => ElasticModel::PlaneStrain { thickness },
-        "plane-stress" => ElasticModel::PlaneStress { thickness },
-        _ => ElasticModel::Solid,
+        "axisymmetric" => Model::Axisymmetric,
+        "plane-strain" => Model::PlaneStrain { thickness },
+        "plane-stress" => Model::PlaneStress { thickness },
+        _ => Model::Solid,
     })
 }
 
@@ -112,15 +128,27 @@ pub fn optional_material(
     }
     let list = root.named("materials");
     let name = section.text("material")?;
-    let Some((_, material)) = list.iter().find(|(n, _)| n == name) else {
+    if list.iter().all(|(n, _)| n != name) {
         let known: Vec<&str> = list.iter().map(|(n, _)| n.as_str()).collect();
         checker.unknown_name(section, "material", "material", &known);
         return None;
-    };
-    Some(Some(Material {
-        name: name.to_owned(),
-        youngs_modulus: material.number("youngs_modulus")?,
-        poissons_ratio: material.number("poissons_ratio")?,
-        density: material.number("density")?,
-    }))
+    }
+    let [young, poisson, density] = constants(root, section)?;
+    let material = Material::new(young, poisson, density);
+    material.map_err(|error| checker.fault_in(section, "material", error.to_string())).ok().map(Some)
+}
+
+/// The elastic constants of a body's material; none if it names none, or one at fault.
+pub fn solid(root: &Section, section: &Section) -> Option<Solid> {
+    let [young, poisson, _] = constants(root, section)?;
+    Some(Solid { young, poisson })
+}
+
+/// Young's modulus \[Pa\], Poisson's ratio and density [kg/m³] of a body's material.
+fn constants(root: &Section, section: &Section) -> Option<[f64; 3]> {
+    let name = section.text("material")?;
+    let (_, material) = root.named("materials").iter().find(|(n, _)| n == name)?;
+    let [young, poisson, density] =
+        ["youngs_modulus", "poissons_ratio", "density"].map(|k| material.number(k));
+    Some([young?, poisson?, density?])
 }

@@ -1,37 +1,61 @@
 //! Contacts: pairs of bodies that exist, and settings that go together.
 
-use adaptive::spec::HandOver;
-use adaptive::spec::TransferMethod;
-use adaptive::spec::{DivisionRule, LowModes};
-use contact_qs::law::Friction;
+use adaptive::predict::DEFAULT_STIFFNESS_RATIO;
+use adaptive::spec::{
+    ContactLaw, ContactSpec, DivisionRule, HandOver, HertzSphere, IntervalSpec, LowModes, PenaltySearch,
+    Place, PointRule, SurfaceLaw, Target, TransferMethod, Treatment, least_utilisation,
+};
+use contact_qs::law::{Friction, Solid};
+use contact_qs::quasistatic::Method;
+use contact_qs::quasistatic::broyden::BroydenSettings;
 
 use super::super::check::Checker;
-use super::super::model::{
-    Constraint, Contact, ContactLaw, ContactModel, ContactPoints, ContactSolver, Interval, PenaltySearch,
-    SurfaceContact,
-};
 use super::super::section::Section;
+use super::body_parts::solid;
+use super::built_bodies::BuiltBodies;
 use super::contact_checks::{check_bodies, check_hertz, check_settings};
 use super::contact_facts::ContactFacts;
-use super::places::body_index;
+use super::places::{BodyFacts, body_index};
 
-/// All contacts; `None` if one of them is at fault.
-pub fn contacts(checker: &mut Checker, root: &Section) -> Option<Vec<Contact>> {
+/// All contacts; `None` if one of them, or one of its bodies, is at fault.
+pub fn contacts(checker: &mut Checker, root: &Section, bodies: &BuiltBodies) -> Option<Vec<ContactSpec>> {
     let list = root.named("contacts");
-    let mut built: Vec<Contact> = Vec::with_capacity(list.len());
+    let mut pairs: Vec<(&str, [usize; 2])> = Vec::with_capacity(list.len());
+    let mut built = Vec::with_capacity(list.len());
     for (name, section) in list {
-        let Some(contact) = contact(checker, root, name, section) else { continue };
-        let pair = |c: &Contact| (c.contact_body.min(c.target_body), c.contact_body.max(c.target_body));
-        if let Some(same) = built.iter().find(|c| pair(c) == pair(&contact)) {
-            let message = format!("contact \"{}\" has the same pair of bodies already", same.name);
+        let Some((pair, law, initial_overlap)) = contact(checker, root, section) else { continue };
+        let sorted = [pair[0].min(pair[1]), pair[0].max(pair[1])];
+        if let Some((same, _)) = pairs.iter().find(|(_, other)| *other == sorted) {
+            let message = format!("contact \"{same}\" has the same pair of bodies already");
             checker.fault_in(section, "contact_body", message);
         }
-        built.push(contact);
+        pairs.push((name, sorted));
+        let spec = bodies.index(pair[0]).zip(target(bodies, pair[1])).zip(law);
+        built.extend(spec.map(|((body, target), law)| ContactSpec {
+            name: name.to_owned(),
+            body,
+            target,
+            law,
+            initial_overlap,
+        }));
     }
     (built.len() == list.len()).then_some(built)
 }
 
-fn contact(checker: &mut Checker, root: &Section, name: &str, section: &Section) -> Option<Contact> {
+/// What body `body` of the file is as a target.
+fn target(bodies: &BuiltBodies, body: usize) -> Option<Target> {
+    if let Some(plane) = bodies.plane(body) {
+        return Some(Target::Plane { point: plane.point, normal: plane.normal });
+    }
+    bodies.index(body).map(Target::Body)
+}
+
+/// Contact and target body of the file, the law, if the bodies can obey it, and the overlap that is allowed at the start.
+fn contact(
+    checker: &mut Checker,
+    root: &Section,
+    section: &Section,
+) -> Option<([usize; 2], Option<ContactLaw>, f64)> {
     let contact_body = body_index(checker, root, section, "contact_body");
     let target_body = body_index(checker, root, section, "target_body");
     if contact_body.is_some() && contact_body == target_body {
@@ -42,35 +66,55 @@ fn contact(checker: &mut Checker, root: &Section, name: &str, section: &Section)
     let facts = ContactFacts::of(root, section)?;
     let law = if facts.model == "hertz" {
         check_hertz(checker, root, section);
-        ContactLaw::Hertz
+        hertz(root, section)
     } else {
         check_bodies(checker, root, section);
         check_settings(checker, section, &facts);
-        ContactLaw::Surface(surface(section, &facts)?)
+        Some(ContactLaw::Surface(surface(section, &facts)?))
     };
     let initial_overlap = section.number("initial_overlap")?;
-    let (contact_body, target_body) = (contact_body?, target_body?);
-    Some(Contact { name: name.to_owned(), contact_body, target_body, law, initial_overlap })
+    Some(([contact_body?, target_body?], law, initial_overlap))
 }
 
-fn surface(section: &Section, facts: &ContactFacts<'_>) -> Option<SurfaceContact> {
+/// Hertz's law between the spheres, or the sphere and the plane, of a contact; `None` if a body is neither.
+fn hertz(root: &Section, section: &Section) -> Option<ContactLaw> {
+    let body = |key| section.text(key).and_then(|name| BodyFacts::find(root, name));
+    let (contact, target) = (body("contact_body")?, body("target_body")?);
+    let plane = target.is_plane().then(|| solid(root, target.section).unwrap_or(Solid::RIGID));
+    Some(ContactLaw::Hertz {
+        contact: sphere(root, &contact)?,
+        target: if plane.is_some() { None } else { Some(sphere(root, &target)?) },
+        plane: plane.unwrap_or(Solid::RIGID),
+    })
+}
+
+/// The sphere of a body, whose shape stands about the origin of its frame.
+fn sphere(root: &Section, body: &BodyFacts<'_>) -> Option<HertzSphere> {
+    let radius = body.section.table("geometry").filter(|_| body.shape == "sphere")?.number("radius")?;
+    Some(HertzSphere { centre: Place::Point([0.0; 3]), radius, solid: solid(root, body.section)? })
+}
+
+fn surface(section: &Section, facts: &ContactFacts<'_>) -> Option<SurfaceLaw> {
     let coefficient = section.number("friction")?;
-    Some(SurfaceContact {
-        model: match facts.model {
-            "quasistatic" => ContactModel::Quasistatic,
-            "damped" => ContactModel::Damped,
-            "dynamic" => ContactModel::Dynamic,
-            "coarse" => ContactModel::Coarse,
-            _ => ContactModel::Adaptive,
+    let (penalty, search) = penalty(section, facts)?;
+    Some(SurfaceLaw {
+        treatment: match facts.model {
+            "quasistatic" => Treatment::Quasistatic,
+            "damped" => Treatment::Damped,
+            "dynamic" => Treatment::Dynamic,
+            "coarse" => Treatment::Coarse,
+            _ => Treatment::Adaptive,
         },
-        constraint: constraint(section, facts)?,
+        penalty,
+        stiffness_ratio: DEFAULT_STIFFNESS_RATIO,
+        search,
         points: match section.text("points")? {
-            "gauss" => ContactPoints::Gauss,
-            _ => ContactPoints::Greville,
+            "gauss" => PointRule::Gauss,
+            _ => PointRule::Greville,
         },
-        solver: match section.text("solver")? {
-            "broyden" => ContactSolver::Broyden,
-            _ => ContactSolver::ActiveSet,
+        method: match section.text("solver")? {
+            "broyden" => Method::Broyden(BroydenSettings::default()),
+            _ => Method::ActiveSet,
         },
         friction: (coefficient > 0.0).then(|| Friction::new(coefficient)),
         interval: interval(section.table("interval")?)?,
@@ -87,11 +131,13 @@ fn surface(section: &Section, facts: &ContactFacts<'_>) -> Option<SurfaceContact
     })
 }
 
-fn interval(section: &Section) -> Option<Interval> {
-    Some(Interval {
+fn interval(section: &Section) -> Option<IntervalSpec> {
+    let target_utilisation = section.number("target_utilisation")?;
+    Some(IntervalSpec {
         width: section.number("width"),
         elements: section.integer("elements"),
-        target_utilisation: section.number("target_utilisation")?,
+        target_utilisation,
+        min_utilisation: least_utilisation(target_utilisation),
         division: match section.text("division")? {
             "printed" => DivisionRule::Printed,
             _ => DivisionRule::Graded,
@@ -99,10 +145,11 @@ fn interval(section: &Section) -> Option<Interval> {
     })
 }
 
-fn constraint(section: &Section, facts: &ContactFacts<'_>) -> Option<Constraint> {
+/// The penalty factor, infinite for the exact constraint, and how it is found.
+fn penalty(section: &Section, facts: &ContactFacts<'_>) -> Option<(Option<f64>, PenaltySearch)> {
     let penalty = section.table("penalty")?;
     if section.text("constraint")? == "exact" {
-        return Some(Constraint::Exact);
+        return Some((Some(f64::INFINITY), PenaltySearch::Fixed));
     }
     let value = if penalty.given("initial") { Some(penalty.number("initial")?) } else { None };
     let search = match facts.search {
@@ -111,5 +158,5 @@ fn constraint(section: &Section, facts: &ContactFacts<'_>) -> Option<Constraint>
         "fixed" => PenaltySearch::Fixed,
         _ => return None,
     };
-    Some(Constraint::Penalty { value, search })
+    Some((value, search))
 }

@@ -1,29 +1,27 @@
 //! Quantities over time.
 
+use adaptive::spec::TimeCurve;
+use adaptive::spec::time_curve::CubicSpline;
+
 use super::super::check::Checker;
-use super::super::model::Curve;
 use super::super::section::{Checked, Section};
 
 /// Longest polynomial; more terms lose all digits long before the end of a run.
 const MAX_COEFFICIENTS: usize = 16;
 
 /// The quantity of key `key`, `Some(None)` if it is not given.
-pub fn curve(checker: &mut Checker, section: &Section, key: &str) -> Option<Option<Curve>> {
+pub fn curve(checker: &mut Checker, section: &Section, key: &str) -> Option<Option<TimeCurve>> {
     let Some(item) = section.item(key) else { return Some(None) };
     match &item.value {
-        Checked::Number(value) => Some(Some(constant(*value))),
+        Checked::Number(value) => Some(Some(TimeCurve::constant(*value))),
         Checked::Table(table) => form(checker, table).map(Some),
         _ => None,
     }
 }
 
-fn constant(value: f64) -> Curve {
-    Curve::Polynomial { coefficients: vec![value] }
-}
-
-fn form(checker: &mut Checker, table: &Section) -> Option<Curve> {
+fn form(checker: &mut Checker, table: &Section) -> Option<TimeCurve> {
     Some(match table.text("kind")? {
-        "constant" => constant(table.number("value")?),
+        "constant" => TimeCurve::constant(table.number("value")?),
         "polynomial" => {
             let coefficients = table.numbers("coefficients")?.to_vec();
             if coefficients.len() > MAX_COEFFICIENTS {
@@ -32,20 +30,20 @@ fn form(checker: &mut Checker, table: &Section) -> Option<Curve> {
                 checker.fault_in(table, "coefficients", message);
                 return None;
             }
-            Curve::Polynomial { coefficients }
+            TimeCurve::Polynomial { coefficients }
         }
-        "harmonic" => Curve::Harmonic {
+        "harmonic" => TimeCurve::Harmonic {
             amplitude: table.number("amplitude")?,
             frequency: table.number("frequency")?,
             phase: table.number("phase")?,
             offset: table.number("offset")?,
         },
-        "spin-up" => Curve::SpinUp { rate: table.number("rate")?, duration: table.number("duration")? },
+        "spin-up" => TimeCurve::SpinUp { rate: table.number("rate")?, duration: table.number("duration")? },
         _ => points(checker, table)?,
     })
 }
 
-fn points(checker: &mut Checker, table: &Section) -> Option<Curve> {
+fn points(checker: &mut Checker, table: &Section) -> Option<TimeCurve> {
     let (times, values) = (table.numbers("times")?.to_vec(), table.numbers("values")?.to_vec());
     if times.len() < 2 {
         checker.fault_in(table, "times", "two times are needed at least".into());
@@ -61,5 +59,9 @@ fn points(checker: &mut Checker, table: &Section) -> Option<Curve> {
         checker.fault_in(table, "values", message);
         return None;
     }
-    Some(Curve::Table { times, values })
+    let Some(spline) = CubicSpline::new(times, values) else {
+        checker.fault_in(table, "values", "no spline goes through the table".into());
+        return None;
+    };
+    Some(TimeCurve::Table(spline))
 }

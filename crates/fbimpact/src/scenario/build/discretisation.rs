@@ -1,9 +1,27 @@
 //! Discretisation and reduction of flexible bodies.
 
+use adaptive::sizing::mode_count::WITHOUT_FORCES;
+use adaptive::spec::{DiscretisationSpec, ReductionSpec, RefinementSpec};
+use iga_core::nurbs::Shape;
+
+use super::super::body_places::BodyPlaces;
 use super::super::check::Checker;
-use super::super::model::{Discretisation, Reduction, Refinement};
 use super::super::section::Section;
 use super::places::{BodyFacts, dimension, marker_or_point, single};
+
+/// Elements per direction in the specification of a body for which the program still has to choose them.
+const FIRST_ELEMENTS: usize = 8;
+
+/// A reduced basis, and what the scenario leaves open of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Basis {
+    /// The basis, with some number of modes where the program chooses it.
+    pub spec: ReductionSpec,
+    /// Whether it has the static answers to joints and loads; to all modes they add nothing.
+    pub static_answers: bool,
+    /// Whether the program shall choose the number of modes.
+    pub wants_modes: bool,
+}
 
 /// One entry a direction from a single integer or a list.
 pub fn per_direction(
@@ -24,12 +42,13 @@ pub fn per_direction(
     }
 }
 
-/// The spline space of a body.
+/// The spline space of a body with the places `places`, and whether the program shall choose its elements.
 pub fn discretisation(
     checker: &mut Checker,
     section: &Section,
     body: &BodyFacts<'_>,
-) -> Option<Discretisation> {
+    places: Option<&BodyPlaces>,
+) -> Option<(DiscretisationSpec, bool)> {
     let directions = dimension(body.components);
     let degree = per_direction(checker, section, "degree", directions);
     let elements = per_direction(checker, section, "elements", directions);
@@ -44,11 +63,26 @@ pub fn discretisation(
         checker.fault_in(section, "knots", message);
     }
     let list = section.tables("refine");
-    let refine: Vec<Refinement> = list.iter().filter_map(|r| refinement(checker, r, body)).collect();
+    let refine: Vec<RefinementSpec> =
+        list.iter().filter_map(|r| refinement(checker, r, body, places)).collect();
     if refine.len() != list.len() {
         return None;
     }
-    Some(Discretisation { degree: degree?, elements, knots, refine })
+    let is_open = elements.is_none() && knots.is_none();
+    let (shape, _) = places?.shape()?;
+    let spec = DiscretisationSpec {
+        degrees: raised(&degree?, shape),
+        elements: elements.unwrap_or_else(|| vec![FIRST_ELEMENTS; directions]),
+        knots,
+        refine,
+    };
+    Some((spec, is_open))
+}
+
+/// The wanted degrees, raised to those of the exact geometry where they are lower.
+fn raised(degrees: &[usize], shape: &Shape) -> Vec<usize> {
+    let own = |d: usize| shape.patches.iter().map(|p| p.knots()[d].degree()).max().unwrap_or(1);
+    degrees.iter().enumerate().map(|(d, &p)| p.max(own(d))).collect()
 }
 
 fn knots(
@@ -80,11 +114,17 @@ fn knots(
     Some(lists.to_vec())
 }
 
-fn refinement(checker: &mut Checker, section: &Section, body: &BodyFacts<'_>) -> Option<Refinement> {
+fn refinement(
+    checker: &mut Checker,
+    section: &Section,
+    body: &BodyFacts<'_>,
+    places: Option<&BodyPlaces>,
+) -> Option<RefinementSpec> {
     let key = if section.item("point").is_some() { "point" } else { "marker" };
     let at = marker_or_point(checker, section, body).and_then(|_| single(checker, section, key, body));
-    Some(Refinement {
-        at: at?,
+    let centre = places?.point(&at?).map_err(|e| checker.fault_in(section, key, e.to_string())).ok()?;
+    Some(RefinementSpec {
+        centre,
         width: section.number("width")?,
         elements: section.integer("elements")?,
         ratio: section.number("ratio")?,
@@ -92,7 +132,7 @@ fn refinement(checker: &mut Checker, section: &Section, body: &BodyFacts<'_>) ->
 }
 
 /// The reduced basis of a body.
-pub fn reduction(checker: &mut Checker, section: &Section) -> Option<Reduction> {
+pub fn reduction(checker: &mut Checker, section: &Section) -> Option<Basis> {
     let method = section.text("method")?;
     let mut meaningless = |key: &str| {
         if section.given(key) {
@@ -105,25 +145,27 @@ pub fn reduction(checker: &mut Checker, section: &Section) -> Option<Reduction> 
     if method == "all" {
         meaningless("modes");
         meaningless("static_answers");
-        return Some(Reduction::All);
+        return Some(Basis { spec: ReductionSpec::All, static_answers: false, wants_modes: false });
     }
-    let modes = match section.item("modes") {
+    let given = match section.item("modes") {
         Some(_) => Some(section.integer("modes")?),
         None => None,
     };
+    let (modes, wants_modes) = (given.unwrap_or(WITHOUT_FORCES), given.is_none());
     let static_answers = section.boolean("static_answers")?;
     if method == "modal" {
-        return Some(Reduction::Modal { modes, static_answers });
+        return Some(Basis { spec: ReductionSpec::Modal { modes }, static_answers, wants_modes });
     }
     let fixed_interface_modes = match section.item("fixed_interface_modes") {
         Some(_) => Some(section.integer("fixed_interface_modes")?),
         None => None,
     };
-    if let (Some(modes), Some(fixed)) = (modes, fixed_interface_modes)
+    if let (Some(modes), Some(fixed)) = (given, fixed_interface_modes)
         && fixed < modes
     {
         let message = format!("must be at least \"modes\", which is {modes}");
         checker.fault_in(section, "fixed_interface_modes", message);
     }
-    Some(Reduction::CraigBampton { modes, fixed_interface_modes, static_answers })
+    let spec = ReductionSpec::CraigBampton { modes, fixed_interface_modes };
+    Some(Basis { spec, static_answers, wants_modes })
 }

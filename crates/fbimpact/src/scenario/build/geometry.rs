@@ -1,15 +1,18 @@
-//! Shapes: which go with which model, sizes that fit together, control nets inline or from a file.
+//! Exact shapes: which go with which model, sizes that fit together, control nets inline or from a file.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
+use iga_core::SplineError;
 use iga_core::knots::KnotVector;
+use iga_core::nurbs::primitives::sphere::SphereNet;
+use iga_core::nurbs::primitives::{axisymmetric, plane, solid, sphere};
+use iga_core::nurbs::{Patch, Shape};
 
 use super::super::check::Checker;
 use super::super::document::{Node, Origin, SourceText, Value, parse_json, parse_toml};
 use super::super::fault::Fault;
 use super::super::keys::names;
-use super::super::model::{Geometry, NurbsGeometry, SphereNet};
 use super::super::section::Section;
 use super::super::tables::{NURBS_FILE, SHAPES, ShapeFacts};
 use super::discretisation::per_direction;
@@ -36,16 +39,30 @@ pub fn check_model(checker: &mut Checker, body: &Section, model: &str, shape: &s
     None
 }
 
-/// The shape of a body whose points have the components of `model`.
-pub fn geometry(checker: &mut Checker, body: &Section, model: &str, directory: &Path) -> Option<Geometry> {
+/// The exact shape of a body whose points have the components of `model`; `degree` decides on the net of a ball where none is named.
+pub fn shape(
+    checker: &mut Checker,
+    body: &Section,
+    model: &str,
+    degree: usize,
+    directory: &Path,
+) -> Option<Shape> {
     let section = body.table("geometry")?;
-    let shape = section.text("shape")?;
-    let fits = check_model(checker, body, model, shape);
+    let name = section.text("shape")?;
+    let fits = check_model(checker, body, model, name);
+    let is_axisymmetric = model == "axisymmetric";
     let length = || section.number("length");
     let radius = || section.number("radius");
-    let geometry = match shape {
-        "sphere" => Geometry::Sphere { radius: radius()?, net: net(checker, section, model)? },
-        "rod" => Geometry::Rod { radius: radius()?, length: length()? },
+    let built = match name {
+        "sphere" => {
+            let (radius, net) = (radius()?, net(checker, section, model)?);
+            if is_axisymmetric {
+                axisymmetric::sphere(radius)
+            } else {
+                sphere::sphere(radius, net.unwrap_or(SphereNet::for_degree(degree)))
+            }
+        }
+        "rod" => axisymmetric::rod(radius()?, length()?),
         "rod-spherical-end" => {
             let (radius, length) = (radius()?, length()?);
             if length <= radius {
@@ -53,26 +70,30 @@ pub fn geometry(checker: &mut Checker, body: &Section, model: &str, directory: &
                 checker.fault_in(section, "length", message);
                 return None;
             }
-            Geometry::RodSphericalEnd { radius, length }
+            axisymmetric::rod_spherical_end(radius, length)
         }
-        "cylinder" => Geometry::Cylinder { radius: radius()?, length: length()? },
+        "cylinder" => solid::cylinder(radius()?, length()?),
         "hollow-cylinder" => {
-            let (inner_radius, outer_radius) =
-                (section.number("inner_radius")?, section.number("outer_radius")?);
-            if outer_radius <= inner_radius {
-                let message = format!("must be > inner_radius, which is {inner_radius:?} m");
+            let (inner, outer) = (section.number("inner_radius")?, section.number("outer_radius")?);
+            if outer <= inner {
+                let message = format!("must be > inner_radius, which is {inner:?} m");
                 checker.fault_in(section, "outer_radius", message);
                 return None;
             }
-            Geometry::HollowCylinder { inner_radius, outer_radius, length: length()? }
+            let build = if is_axisymmetric { axisymmetric::hollow_cylinder } else { solid::hollow_cylinder };
+            build(inner, outer, length()?)
         }
-        "box" => Geometry::Box { size: section.vector("size")? },
-        "rectangle" => Geometry::Rectangle { size: section.vector("size")? },
-        "disc" => Geometry::Disc { radius: radius()? },
-        "nurbs" => Geometry::Nurbs(nurbs(checker, section, model, directory)?),
+        "box" => solid::cuboid(section.vector("size")?),
+        "rectangle" => {
+            let [width, height] = section.vector("size")?;
+            plane::rectangle(width, height)
+        }
+        "disc" => plane::disc(radius()?),
+        "nurbs" => nurbs(checker, section, model, directory)?,
         _ => return None,
     };
-    fits.map(|()| geometry)
+    fits?;
+    built.map_err(|error| checker.fault_in(section, "shape", error.to_string())).ok()
 }
 
 /// The net of a ball, `Some(None)` if it is left to the program.
@@ -92,8 +113,13 @@ fn net(checker: &mut Checker, section: &Section, model: &str) -> Option<Option<S
     }))
 }
 
-fn nurbs(checker: &mut Checker, section: &Section, model: &str, directory: &Path) -> Option<NurbsGeometry> {
-    let Some(file) = section.item("file") else { return patch(checker, section, model, None) };
+fn nurbs(
+    checker: &mut Checker,
+    section: &Section,
+    model: &str,
+    directory: &Path,
+) -> Option<Result<Shape, SplineError>> {
+    let Some(file) = section.item("file") else { return patch(checker, section, model) };
     let inline: Vec<&str> =
         ["degrees", "knots", "control_points", "weights"].into_iter().filter(|k| section.given(k)).collect();
     for key in &inline {
@@ -121,7 +147,7 @@ fn nurbs(checker: &mut Checker, section: &Section, model: &str, directory: &Path
     };
     let net = checker.section(NURBS_FILE, entries, &section.path, &table.origin, None);
     (inline.is_empty()).then_some(())?;
-    patch(checker, &net, model, Some(path))
+    patch(checker, &net, model)
 }
 
 fn parse_net(source: &Arc<SourceText>) -> Result<Node, Vec<Fault>> {
@@ -136,12 +162,7 @@ fn read_limited(path: &Path) -> Result<String, String> {
     std::fs::read_to_string(path).map_err(|e| format!("cannot be read: {e}"))
 }
 
-fn patch(
-    checker: &mut Checker,
-    section: &Section,
-    model: &str,
-    file: Option<PathBuf>,
-) -> Option<NurbsGeometry> {
+fn patch(checker: &mut Checker, section: &Section, model: &str) -> Option<Result<Shape, SplineError>> {
     let directions = dimension(model);
     let mut complete = true;
     for key in ["degrees", "knots", "control_points"] {
@@ -155,17 +176,20 @@ fn patch(
         return None;
     }
     let degrees = per_direction(checker, section, "degrees", directions)?;
-    let knots = section.lists("knots")?.to_vec();
-    if knots.len() != directions {
-        let message = format!("{} knot vectors, the model has {directions} directions", knots.len());
+    let lists = section.lists("knots")?;
+    if lists.len() != directions {
+        let message = format!("{} knot vectors, the model has {directions} directions", lists.len());
         checker.fault_in(section, "knots", message);
         return None;
     }
-    let mut expected = 1;
-    for (i, (&degree, list)) in degrees.iter().zip(&knots).enumerate() {
-        if let Err(error) = KnotVector::new(degree, list.clone()) {
-            checker.fault_in(section, "knots", format!("direction {i}: {error}"));
-            return None;
+    let (mut knots, mut expected) = (Vec::with_capacity(directions), 1);
+    for (i, (&degree, list)) in degrees.iter().zip(lists).enumerate() {
+        match KnotVector::new(degree, list.clone()) {
+            Ok(vector) => knots.push(vector),
+            Err(error) => {
+                checker.fault_in(section, "knots", format!("direction {i}: {error}"));
+                return None;
+            }
         }
         expected *= list.len() - degree - 1;
     }
@@ -188,6 +212,8 @@ fn patch(
         checker.fault_in(section, "weights", message);
         return None;
     }
-    let control_points = points.iter().map(|p| padded(p)).collect();
-    Some(NurbsGeometry { degrees, knots, control_points, weights, file })
+    let points = points.iter().map(|p| padded(p)).collect();
+    let oriented = |shape: Shape| shape.check_orientation().map(|()| shape);
+    let patch = Patch::new(knots, points, weights);
+    Some(patch.and_then(|patch| Shape::from_patches(vec![patch])).and_then(oriented))
 }

@@ -2,14 +2,17 @@
 
 use std::sync::Arc;
 
+use adaptive::sizing::SizeWish;
+use adaptive::spec::{BodyKind, ImportedSpec};
 use ffr_dynamics::body::{AssembledBody, RigidMotion};
 
-use super::super::body_source::BodySource;
+use super::super::body_places::GivenPlace;
 use super::super::check::Checker;
-use super::super::model::{BodyKind, Frame, FromFile, ImportedBody, Place, Reduction};
 use super::super::section::Section;
-use super::body_parts::{Context, damping, frame};
-use super::discretisation::reduction;
+use super::super::types::FileOfBody;
+use super::body_parts::{Context, GivenFrame, damping, frame};
+use super::built_bodies::MovingFacts;
+use super::discretisation::{Basis, reduction};
 use crate::body_file::BodyFile;
 
 /// Keys that follow from the file, or need a shape.
@@ -34,7 +37,7 @@ pub fn imported(
     context: Context<'_>,
     section: &Section,
     name: &str,
-) -> Option<BodyKind> {
+) -> Option<(BodyKind, MovingFacts)> {
     for key in SHAPE_KEYS.into_iter().filter(|key| section.given(key)) {
         checker.fault_in(section, key, "has no meaning for a body with model \"imported\"".into());
     }
@@ -43,14 +46,16 @@ pub fn imported(
         checker.fault_in(section, "markers", message);
     }
     let source = section.body_file()?;
-    let imported = match &source.body {
+    let file = FileOfBody { path: source.path.clone(), sha256: source.sha256.clone() };
+    let mut facts = MovingFacts { file: Some(file), ..MovingFacts::default() };
+    let spec = match &source.body {
         BodyFile::Reduced(model) => {
             for key in REDUCTION_KEYS.into_iter().filter(|key| section.given(key)) {
                 let path = source.path.display();
                 let message = format!("has no meaning for a body that is reduced already, as in {path}");
                 checker.fault_in(section, key, message);
             }
-            ImportedBody::Reduced(from_file(source, model))
+            ImportedSpec::Reduced(Arc::clone(model))
         }
         BodyFile::Full(body) => {
             let table = section.table("reduction");
@@ -58,44 +63,40 @@ pub fn imported(
                 let message = "has no meaning for a body from a file, which has no contact zone".into();
                 checker.fault_in(table, "fixed_interface_modes", message);
             }
-            let reduction = table.and_then(|table| reduction(checker, table));
-            if let (
-                Some(
-                    Reduction::Modal { modes: Some(modes), .. }
-                    | Reduction::CraigBampton { modes: Some(modes), .. },
-                ),
-                Some(table),
-            ) = (reduction, table)
-            {
-                check_modes(checker, table, modes, body.body());
-            }
+            let basis = table.and_then(|table| {
+                let basis = reduction(checker, table)?;
+                check_modes(checker, table, &basis, body.body());
+                Some(basis)
+            });
             let damping = damping(checker, section);
             let frame = match frame(checker, context, section, name)? {
-                Frame::Buckens => None,
-                Frame::Tangent(Place::Marker(marker)) => Some(marker),
-                Frame::Tangent(_) => return None, // other places on this body are faults
+                GivenFrame::Buckens => None,
+                GivenFrame::AtJoint => {
+                    facts.follows_joint = true;
+                    None
+                }
+                GivenFrame::Tangent(GivenPlace::Marker(marker)) => Some(marker),
+                GivenFrame::Tangent(_) => return None, // other places on this body are faults
             };
-            let body = from_file(source, body);
-            ImportedBody::Full { body, reduction: reduction?, damping: damping?, frame }
+            let Basis { spec: reduction, static_answers, wants_modes } = basis?;
+            facts.wish = SizeWish { elements: false, modes: wants_modes };
+            let body = Arc::clone(body);
+            ImportedSpec::Full { body, reduction, static_answers, damping: damping?, frame }
         }
     };
-    Some(BodyKind::Imported(Box::new(imported)))
+    Some((BodyKind::Imported(spec), facts))
 }
 
 /// Reports more modes than the matrices have unknowns beside rigid motions.
-fn check_modes(checker: &mut Checker, section: &Section, modes: usize, body: &AssembledBody) {
+fn check_modes(checker: &mut Checker, section: &Section, basis: &Basis, body: &AssembledBody) {
     let n_rigid = match body.motion {
         RigidMotion::Spatial => 6,
         RigidMotion::Planar => 3,
         RigidMotion::Axial => 1,
     };
     let most = body.dofs.len().saturating_sub(n_rigid);
-    if modes > most {
+    if !basis.wants_modes && basis.spec.modes().is_some_and(|modes| modes > most) {
         let message = format!("must be at most {most}, the elastic modes of body \"{}\"", body.name);
         checker.fault_in(section, "modes", message);
     }
-}
-
-fn from_file<T>(source: &BodySource, value: &Arc<T>) -> FromFile<T> {
-    FromFile { path: source.path.clone(), sha256: source.sha256.clone(), value: Arc::clone(value) }
 }

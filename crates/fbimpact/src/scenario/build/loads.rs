@@ -1,23 +1,31 @@
 //! Loads: bodies that exist and move, components that the model has.
 
+use adaptive::spec::{Attachment, LoadSpec};
+use nalgebra::UnitQuaternion;
+
 use super::super::check::Checker;
-use super::super::model::{Attachment, Load};
 use super::super::section::Section;
+use super::built_bodies::BuiltBodies;
 use super::curves::curve;
 use super::places::{BodyFacts, body_index, held};
 
-/// Keys of the components, in the order of [`Load::components`].
+/// Keys of the components, in the order of [`LoadSpec::components`].
 const COMPONENTS: [&str; 6] = ["force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z"];
 
-/// All loads; `None` if one of them is at fault.
-pub fn loads(checker: &mut Checker, root: &Section) -> Option<Vec<Load>> {
+/// All loads; `None` if one of them, or its body, is at fault.
+pub fn loads(checker: &mut Checker, root: &Section, bodies: &BuiltBodies) -> Option<Vec<LoadSpec>> {
     let list = root.named("loads");
-    let built: Vec<Load> =
-        list.iter().filter_map(|(name, section)| load(checker, root, name, section)).collect();
+    let built: Vec<LoadSpec> =
+        list.iter().filter_map(|(name, section)| load(checker, root, (name, section), bodies)).collect();
     (built.len() == list.len()).then_some(built)
 }
 
-fn load(checker: &mut Checker, root: &Section, name: &str, section: &Section) -> Option<Load> {
+fn load(
+    checker: &mut Checker,
+    root: &Section,
+    (name, section): (&str, &Section),
+    bodies: &BuiltBodies,
+) -> Option<LoadSpec> {
     let mut components: [_; 6] = std::array::from_fn(|_| None);
     let mut is_complete = true;
     for (slot, key) in components.iter_mut().zip(COMPONENTS) {
@@ -44,7 +52,9 @@ fn load(checker: &mut Checker, root: &Section, name: &str, section: &Section) ->
         let message = format!("a body that is {} cannot move so", facts.motion());
         checker.fault_in(section, COMPONENTS[i], message);
     }
-    let at = Attachment { body: Some(body), at };
+    let place = bodies.held(checker, section, body, &at)?;
+    // Axes that turn with the place are those of the body.
+    let at = Attachment { body: Some(bodies.index(body)?), place, rotation: UnitQuaternion::identity() };
     let is_following = section.boolean("following")?;
-    is_complete.then(|| Load { name: name.to_owned(), at, components, is_following })
+    is_complete.then(|| LoadSpec { name: name.to_owned(), at, components, is_following })
 }

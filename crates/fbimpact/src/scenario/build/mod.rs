@@ -1,7 +1,8 @@
-//! From checked tables to the validated scenario: what one key alone cannot tell, such as names that refer to others.
+//! From checked tables to the specification of the run: what one key alone cannot tell, such as names that refer to others.
 
 mod places;
 mod curves;
+mod built_bodies;
 mod joints;
 mod geometry;
 mod discretisation;
@@ -15,73 +16,125 @@ mod contacts;
 mod contact_checks;
 mod output;
 mod resolution;
+mod settings;
 
 use std::path::Path;
 
+use adaptive::spec::{Area, BodyKind, Coupling, JointSpec, LoadSpec, Place, Resolution, RunSpec};
+use ffr_dynamics::body::RigidMotion;
+
 use super::check::Checker;
-use super::model::{Body, Integration, Integrator, Scenario, Simulation, Source};
 use super::section::Section;
+use super::types::{Scenario, Source};
+use built_bodies::{Built, BuiltBodies};
+use joints::BuiltJoint;
 
 pub use contact_facts::ContactFacts;
 pub use joints::hanging_joint;
 
-/// Default tolerance of the explicit method, at which its energy drift cannot be seen.
-const DORMAND_PRINCE_TOLERANCE: f64 = 1e-8;
-/// Default tolerance of the implicit method: a method of order 2 needs many steps for less.
-const IMPLICIT_TOLERANCE: f64 = 1e-5;
-
 /// Builds the scenario; `None` if there are faults.
 pub fn scenario(checker: &mut Checker, root: &Section, directory: &Path, source: Source) -> Option<Scenario> {
-    let simulation = root.table("simulation").and_then(simulation);
-    let (joints, has_all_joints) = joints::joints(checker, root);
-    let bodies = bodies::bodies(checker, body_parts::Context { root, joints: &joints, directory });
-    let loads = loads::loads(checker, root);
-    let contacts = contacts::contacts(checker, root);
-    let end_time = simulation.as_ref().map(|s| s.end_time);
-    let output = root.table("output").and_then(|section| output::output(checker, root, section, end_time));
+    let names = || root.named("bodies").iter().map(|(name, _)| name.as_str());
+    let n_before = checker.faults.len();
+    let mut bodies = bodies::bodies(checker, body_parts::Context { root, directory });
+    let n_of_bodies = checker.faults.len() - n_before;
+    let joints = joints::joints(checker, root, &bodies);
+    // Of faults in one line those of joints come first.
+    checker.faults[n_before..].rotate_left(n_of_bodies);
+    let loads = loads::loads(checker, root, &bodies);
+    let contacts = contacts::contacts(checker, root, &bodies);
+    let (simulation, output) = (root.table("simulation"), root.table("output"));
+    let end_time = simulation.and_then(|section| section.number("end_time"));
+    let requests = output.and_then(|section| output::output(checker, root, section, &bodies, end_time));
     if root.named("bodies").is_empty() && root.given("bodies") {
         checker.fault_in(root, "bodies", "at least one body is needed".into());
     }
-    let (simulation, bodies, loads, contacts) = (simulation?, bodies?, loads?, contacts?);
-    check_gravity(checker, root, &simulation, &bodies);
-    let resolution = resolution::resolution(checker, root, &bodies, &contacts)?;
-    let title = root.text("title")?.to_owned();
-    let scenario =
-        Scenario { title, simulation, bodies, joints, loads, contacts, resolution, output: output?, source };
-    (has_all_joints && checker.faults.is_empty()).then_some(scenario)
-}
-
-fn simulation(section: &Section) -> Option<Simulation> {
-    Some(Simulation {
-        end_time: section.number("end_time")?,
-        gravity: section.vector("gravity")?,
-        static_start: section.boolean("static_start")?,
-        quiet_time: section.number("quiet_time"),
-        energy_tolerance: section.number("energy_tolerance")?,
-        free: integration(section.table("free")?)?,
-        impact: integration(section.table("impact")?)?,
-    })
-}
-
-fn integration(section: &Section) -> Option<Integration> {
-    let (integrator, rtol) = match section.text("integrator")? {
-        "tr-bdf2" => (Integrator::TrBdf2, IMPLICIT_TOLERANCE),
-        "esdirk4" => (Integrator::Esdirk4, IMPLICIT_TOLERANCE),
-        _ => (Integrator::DormandPrince, DORMAND_PRINCE_TOLERANCE),
+    let (loads, contacts) = (loads?, contacts?);
+    if !bodies.is_complete() {
+        return None;
+    }
+    check_gravity(checker, simulation?, bodies.motions(names()));
+    let contact_names: Vec<&str> = contacts.iter().map(|c| c.name.as_str()).collect();
+    let (of_file, tolerance_factor) =
+        resolution::resolution(checker, root, &names().collect::<Vec<_>>(), &contact_names)?;
+    let mut settings = settings::settings(simulation?, output?)?;
+    settings.tighten(tolerance_factor);
+    let (title, requests) = (root.text("title")?.to_owned(), requests?);
+    let joints = joints.into_iter().map(specified).collect::<Option<Vec<_>>>()?;
+    take_from_joints(&mut bodies, &joints, &loads);
+    let (bodies, wishes, file_bodies) = bodies.split(names());
+    let moving = file_bodies.iter().zip(of_file.bodies).filter(|(body, _)| body.index.is_some());
+    let resolution =
+        Resolution { bodies: moving.map(|(_, factors)| factors).collect(), contacts: of_file.contacts };
+    let (loops, tree): (Vec<_>, Vec<_>) = joints.into_iter().partition(|(_, closes_loop)| *closes_loop);
+    let specs = |joints: Vec<(JointSpec, bool)>| joints.into_iter().map(|(joint, _)| joint).collect();
+    let run = RunSpec {
+        bodies,
+        joints: specs(tree),
+        loops: specs(loops),
+        loads,
+        contacts,
+        points: requests.points,
+        stress: requests.stress,
+        settings,
+        resolution,
     };
-    Some(Integration {
-        integrator,
-        max_step: section.number("max_step"),
-        rtol: if section.item("rtol").is_some() { section.number("rtol")? } else { rtol },
-    })
+    let compression = requests.compression;
+    let scenario =
+        Scenario { title, run, wishes, bodies: file_bodies, tolerance_factor, compression, source };
+    checker.faults.is_empty().then_some(scenario)
 }
 
-fn check_gravity(checker: &mut Checker, root: &Section, simulation: &Simulation, bodies: &[Body]) {
-    let Some(section) = root.table("simulation") else { return };
-    for body in bodies {
-        if let Some(message) = bodies::leaves_model(body, "gravity", &simulation.gravity) {
-            let message = format!("{message}, which is the model of body \"{}\"", body.name);
-            checker.fault_in(section, "gravity", message);
+/// A joint of the run, and whether it closes a loop.
+fn specified(joint: BuiltJoint<'_>) -> Option<(JointSpec, bool)> {
+    Some((joint.spec?, joint.link.closes_loop))
+}
+
+/// Lets frames follow the joints on which their bodies hang, and bodies be rigid where joints and loads make them so.
+fn take_from_joints(bodies: &mut BuiltBodies, joints: &[(JointSpec, bool)], loads: &[LoadSpec]) {
+    let moving = bodies.list.iter_mut().filter_map(|body| match body {
+        Some(Built::Moving(moving)) => Some(moving),
+        Some(Built::Plane(_)) | None => None,
+    });
+    for (index, moving) in moving.enumerate() {
+        let mut hangs =
+            joints.iter().filter(|(joint, closes_loop)| !closes_loop && joint.child.body == Some(index));
+        if let Some((joint, _)) = hangs.next() {
+            moving.follow(&joint.child.place);
+        }
+        let sides = joints.iter().flat_map(|(joint, _)| [&joint.parent, &joint.child]);
+        let held = sides.chain(loads.iter().map(|load| &load.at)).filter(|at| at.body == Some(index));
+        if let BodyKind::Elastic(elastic) = &mut moving.spec.kind {
+            elastic.rigid_areas = rigid_areas(held.map(|at| &at.place));
+        }
+    }
+}
+
+/// Parts that move like rigid bodies, each one once.
+fn rigid_areas<'a>(places: impl Iterator<Item = &'a Place>) -> Vec<Area> {
+    let mut areas = Vec::new();
+    for place in places {
+        match place {
+            Place::Area(area) if area.coupling == Coupling::Rigid && !areas.contains(area) => {
+                areas.push(area.clone());
+            }
+            _ => {}
+        }
+    }
+    areas
+}
+
+/// Reports gravity that leads a body out of the space in which it moves.
+fn check_gravity<'a>(
+    checker: &mut Checker,
+    simulation: &Section,
+    motions: impl Iterator<Item = (&'a str, Option<RigidMotion>)>,
+) {
+    let Some(gravity) = simulation.vector::<3>("gravity") else { return };
+    for (name, motion) in motions {
+        if let Some(message) = bodies::leaves_model(motion, "gravity", &gravity) {
+            let message = format!("{message}, which is the model of body \"{name}\"");
+            checker.fault_in(simulation, "gravity", message);
             return;
         }
     }

@@ -1,53 +1,68 @@
 //! Output requests: bodies, markers and points that exist.
 
+use adaptive::spec::{PointSpec, StressInstant, StressSpec};
+
+use super::super::body_places::GivenPlace;
 use super::super::check::Checker;
-use super::super::model::{Compression, Output, OutputPoint, StressLine, StressTime};
 use super::super::section::{Checked, Section};
+use super::super::types::Compression;
+use super::built_bodies::BuiltBodies;
 use super::places::{BodyFacts, body_index, marker_or_point, single};
 
-/// The `[output]` table.
+/// What is stored.
+#[derive(Debug)]
+pub struct Output {
+    /// Observed points.
+    pub points: Vec<PointSpec>,
+    /// Stress along lines.
+    pub stress: Vec<StressSpec>,
+    /// Compression of the result file.
+    pub compression: Compression,
+}
+
+/// The requests of the `[output]` table; `None` if one of them, or its body, is at fault.
 pub fn output(
     checker: &mut Checker,
     root: &Section,
     section: &Section,
+    bodies: &BuiltBodies,
     end_time: Option<f64>,
 ) -> Option<Output> {
-    let points: Vec<OutputPoint> = section
-        .named("points")
+    let (points, lines) = (section.named("points"), section.named("stress"));
+    let built_points: Vec<PointSpec> =
+        points.iter().filter_map(|(name, request)| point(checker, root, (name, request), bodies)).collect();
+    let stress: Vec<StressSpec> = lines
         .iter()
-        .filter_map(|(name, request)| point(checker, root, name, request))
+        .filter_map(|(name, request)| stress(checker, root, (name, request), bodies, end_time))
         .collect();
-    let stress: Vec<StressLine> = section
-        .named("stress")
-        .iter()
-        .filter_map(|(name, request)| stress(checker, root, name, request, end_time))
-        .collect();
-    Some(Output {
-        free_interval: section.number("free_interval")?,
-        impact_interval: section.number("impact_interval")?,
-        compression: match section.text("compression")? {
-            "gzip" => Compression::Gzip,
-            _ => Compression::None,
-        },
-        points,
-        stress,
-    })
+    let compression = match section.text("compression")? {
+        "gzip" => Compression::Gzip,
+        _ => Compression::None,
+    };
+    let is_complete = built_points.len() == points.len() && stress.len() == lines.len();
+    is_complete.then_some(Output { points: built_points, stress, compression })
 }
 
-fn point(checker: &mut Checker, root: &Section, name: &str, section: &Section) -> Option<OutputPoint> {
+fn point(
+    checker: &mut Checker,
+    root: &Section,
+    (name, section): (&str, &Section),
+    bodies: &BuiltBodies,
+) -> Option<PointSpec> {
     let body = body_index(checker, root, section, "body")?;
     let facts = BodyFacts::find(root, section.text("body")?)?.with_points();
     let at = marker_or_point(checker, section, &facts)?;
-    Some(OutputPoint { name: name.to_owned(), body, at })
+    let place = bodies.observed(checker, section, body, &at)?;
+    Some(PointSpec { name: name.to_owned(), body: bodies.index(body)?, place })
 }
 
 fn stress(
     checker: &mut Checker,
     root: &Section,
-    name: &str,
-    section: &Section,
+    (name, section): (&str, &Section),
+    bodies: &BuiltBodies,
     end_time: Option<f64>,
-) -> Option<StressLine> {
+) -> Option<StressSpec> {
     let body = body_index(checker, root, section, "body")?;
     let facts = BodyFacts::find(root, section.text("body")?)?;
     if facts.is_rigid {
@@ -62,15 +77,20 @@ fn stress(
     let from = single(checker, section, "from", &facts);
     let to = single(checker, section, "to", &facts);
     let at = match section.item("at")?.value {
-        Checked::Number(time) => StressTime::Time(time),
-        _ => StressTime::PeakForce,
+        Checked::Number(time) => StressInstant::Time(time),
+        _ => StressInstant::PeakForce,
     };
-    if let (StressTime::Time(time), Some(end)) = (at, end_time)
+    if let (StressInstant::Time(time), Some(end)) = (at, end_time)
         && time > end
     {
         let message = format!("must not be later than simulation.end_time, which is {end:?} s");
         checker.fault_in(section, "at", message);
     }
     let samples = section.integer("samples")?;
-    Some(StressLine { name: name.to_owned(), body, from: from?, to: to?, samples, at })
+    let places = &bodies.moving(body)?.facts.places;
+    let mut end = |key: &str, at: &GivenPlace| {
+        places.point(at).map_err(|error| checker.fault_in(section, key, error.to_string())).ok()
+    };
+    let ends = [end("from", &from?)?, end("to", &to?)?];
+    Some(StressSpec { name: name.to_owned(), body: bodies.index(body)?, ends, samples, at })
 }

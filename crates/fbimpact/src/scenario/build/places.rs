@@ -3,10 +3,10 @@
 use adaptive::spec::{Coupling, Extent};
 use ffr_dynamics::body::RigidMotion;
 
+use super::super::body_places::GivenPlace;
 use super::super::body_source::BodySource;
 use super::super::check::Checker;
 use super::super::keys::names;
-use super::super::model::Place;
 use super::super::section::{Checked, Section};
 use super::super::tables::{ModelFacts, ShapeFacts};
 
@@ -128,7 +128,7 @@ pub fn body_index(checker: &mut Checker, root: &Section, section: &Section, key:
 }
 
 /// The place that exactly one of the keys `marker` and `point` gives.
-pub fn marker_or_point(checker: &mut Checker, section: &Section, body: &BodyFacts<'_>) -> Option<Place> {
+pub fn marker_or_point(checker: &mut Checker, section: &Section, body: &BodyFacts<'_>) -> Option<GivenPlace> {
     if section.item("marker").is_none() && section.item("point").is_none() {
         let message = "required key is missing: either \"marker\" or \"point\"".into();
         checker.fault(&section.origin, section.path_of("marker"), None, message);
@@ -138,7 +138,7 @@ pub fn marker_or_point(checker: &mut Checker, section: &Section, body: &BodyFact
 }
 
 /// The place that joints and loads take hold of: a marker, a face, or a point, of flexible bodies with an extent.
-pub fn held(checker: &mut Checker, section: &Section, body: &BodyFacts<'_>) -> Option<Place> {
+pub fn held(checker: &mut Checker, section: &Section, body: &BodyFacts<'_>) -> Option<GivenPlace> {
     let given: Vec<&str> =
         ["marker", "face", "point"].into_iter().filter(|key| section.item(key).is_some()).collect();
     let [key] = given[..] else {
@@ -178,12 +178,12 @@ fn can_be_held(
     section: &Section,
     key: &str,
     body: &BodyFacts<'_>,
-    at: &Place,
+    at: &GivenPlace,
 ) -> bool {
     let has_extent = match at {
-        Place::Area { .. } => true,
-        Place::Point(_) => false,
-        Place::Marker(name) => body.has_extent(name),
+        GivenPlace::Part { .. } => true,
+        GivenPlace::Point(_) => false,
+        GivenPlace::Marker(name) => body.has_extent(name),
     };
     if has_extent || !body.needs_extent() {
         return true;
@@ -199,7 +199,7 @@ fn can_be_held(
 
 /// The point or part of the body that the keys `point` or `face` with `radius` and `coupling` give; `key` is the one of the first two
 /// that is there.
-pub fn part(checker: &mut Checker, section: &Section, key: &str, body: &BodyFacts<'_>) -> Option<Place> {
+pub fn part(checker: &mut Checker, section: &Section, key: &str, body: &BodyFacts<'_>) -> Option<GivenPlace> {
     let radius = match section.item("radius") {
         Some(_) => Some(section.number("radius")?),
         None => None,
@@ -223,12 +223,12 @@ pub fn part(checker: &mut Checker, section: &Section, key: &str, body: &BodyFact
     let coupling = if coupling == Some("rigid") { Coupling::Rigid } else { Coupling::Average };
     let extent = match radius {
         Some(radius) => {
-            let Place::Point(point) = place(checker, section, key, body)? else { return None };
+            let GivenPlace::Point(point) = place(checker, section, key, body)? else { return None };
             Extent::Around { point, radius }
         }
         None => Extent::Face(face(checker, section, body)?),
     };
-    Some(Place::Area { extent, coupling })
+    Some(GivenPlace::Part { extent, coupling })
 }
 
 /// The name of key `face`, which the body must have.
@@ -254,9 +254,14 @@ fn face(checker: &mut Checker, section: &Section, body: &BodyFacts<'_>) -> Optio
 }
 
 /// The single point that key `key` gives; a whole face has none.
-pub fn single(checker: &mut Checker, section: &Section, key: &str, body: &BodyFacts<'_>) -> Option<Place> {
+pub fn single(
+    checker: &mut Checker,
+    section: &Section,
+    key: &str,
+    body: &BodyFacts<'_>,
+) -> Option<GivenPlace> {
     let at = place(checker, section, key, body)?;
-    let Place::Marker(name) = &at else { return Some(at) };
+    let GivenPlace::Marker(name) = &at else { return Some(at) };
     let added = body.section.named("markers").iter().find(|(marker, _)| marker == name);
     if added.is_some_and(|(_, marker)| marker.item("face").is_some()) {
         checker.fault_in(section, key, "the marker is a whole face, a point is needed here".into());
@@ -271,7 +276,7 @@ pub fn one_of(
     section: &Section,
     [marker, point]: [&'static str; 2],
     body: &BodyFacts<'_>,
-) -> Option<Option<Place>> {
+) -> Option<Option<GivenPlace>> {
     match (section.item(marker), section.item(point)) {
         (Some(_), Some(_)) => {
             let message = format!("either \"{marker}\" or \"{point}\" can be given, not both");
@@ -285,7 +290,12 @@ pub fn one_of(
 }
 
 /// The marker or point of key `key` on a body.
-pub fn place(checker: &mut Checker, section: &Section, key: &str, body: &BodyFacts<'_>) -> Option<Place> {
+pub fn place(
+    checker: &mut Checker,
+    section: &Section,
+    key: &str,
+    body: &BodyFacts<'_>,
+) -> Option<GivenPlace> {
     if body.is_plane() {
         checker.fault_in(section, key, "a plane is unbounded and at rest, it has no points to name".into());
         return None;
@@ -304,7 +314,7 @@ pub fn place(checker: &mut Checker, section: &Section, key: &str, body: &BodyFac
                 checker.unknown_name(section, key, &what, &known);
                 return None;
             }
-            Some(Place::Marker(name.clone()))
+            Some(GivenPlace::Marker(name.clone()))
         }
         Checked::Numbers(_) if body.file.is_some() => {
             let known = names(body.markers().into_iter());
@@ -312,7 +322,7 @@ pub fn place(checker: &mut Checker, section: &Section, key: &str, body: &BodyFac
             checker.fault_in(section, key, message);
             None
         }
-        Checked::Numbers(x) => point(checker, section, key, x, body).map(Place::Point),
+        Checked::Numbers(x) => point(checker, section, key, x, body).map(GivenPlace::Point),
         _ => None,
     }
 }

@@ -2,11 +2,15 @@
 
 use std::path::Path;
 
+use adaptive::spec::{BodyKind, RigidSpec};
 use ffr_dynamics::body::RigidMotion;
+use iga_core::elasticity::Model;
+use iga_core::mass_properties::MassProperties;
+use iga_core::nurbs::Shape;
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
+use super::super::body_places::{BodyPlaces, GivenPlace};
 use super::super::check::Checker;
-use super::super::model::{BodyKind, ElasticModel, RigidBody, RigidMass};
 use super::super::section::{Checked, Section};
 use super::body_parts::{elastic_model, material, optional_material};
 use super::geometry;
@@ -27,14 +31,27 @@ const MASS_KEYS: [&str; 3] = ["mass", "centre_of_mass", "inertia"];
 /// Asymmetry and negative moments that numbers written with many digits leave.
 const ROUND_OFF: f64 = 1e-9;
 
-/// A rigid body.
+/// Degree of the net of a ball whose mass is integrated: every net is exact, this one has the mildest weights.
+const DEGREE_OF_MASS: usize = 4;
+/// Degree of the net of a ball that is shown: the lowest.
+const DEGREE_OF_SHAPE: usize = 0;
+
+/// What a rigid body is.
+pub enum Rigid {
+    /// A body of the run, with its places.
+    Moving(BodyKind, BodyPlaces),
+    /// A plane at rest with its unit normal.
+    Plane(Vector3<f64>),
+}
+
+/// A rigid body with the markers that the user has added.
 pub fn rigid(
     checker: &mut Checker,
-    root: &Section,
+    (root, directory): (&Section, &Path),
     section: &Section,
     orientation: Option<[f64; 4]>,
-    directory: &Path,
-) -> Option<BodyKind> {
+    markers: Option<&[(String, GivenPlace)]>,
+) -> Option<Rigid> {
     for key in ELASTIC_KEYS.into_iter().filter(|key| section.given(key)) {
         checker.fault_in(section, key, "has no meaning for a body with model \"rigid\"".into());
     }
@@ -50,12 +67,15 @@ pub fn rigid(
         "axial" => RigidMotion::Axial,
         _ => RigidMotion::Spatial,
     };
-    let mass = if section.item("geometry").is_some() {
-        from_shape(checker, root, section, &facts, directory)?
+    let (spec, shape) = if section.item("geometry").is_some() {
+        let (spec, shape) = from_shape(checker, (root, directory), section, &facts, motion)?;
+        (spec, Some(shape))
     } else {
-        given(checker, section, motion)?
+        (given(checker, section, motion)?, None)
     };
-    Some(BodyKind::Rigid(Box::new(RigidBody { motion, mass })))
+    let places = BodyPlaces::rigid(shape, markers?);
+    let places = places.map_err(|e| checker.fault_in(section, "markers", e.to_string())).ok()?;
+    Some(Rigid::Moving(BodyKind::Rigid(spec), places))
 }
 
 fn plane(
@@ -63,7 +83,7 @@ fn plane(
     root: &Section,
     section: &Section,
     orientation: Option<[f64; 4]>,
-) -> Option<BodyKind> {
+) -> Option<Rigid> {
     for key in ["thickness", "motion", "markers"].into_iter().chain(MASS_KEYS) {
         if section.given(key) {
             checker.fault_in(
@@ -73,12 +93,12 @@ fn plane(
             );
         }
     }
-    let material = optional_material(checker, root, section)?;
+    optional_material(checker, root, section)?;
     let turned = section.given("orientation");
     if section.item("normal").is_none() {
         let [w, i, j, k] = orientation?;
         let q = UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k));
-        return Some(BodyKind::RigidPlane { normal: (q * Vector3::z()).into(), material });
+        return Some(Rigid::Plane(q * Vector3::z()));
     }
     let n = Vector3::from(section.vector::<3>("normal")?);
     if turned {
@@ -91,28 +111,48 @@ fn plane(
         checker.fault_in(section, "normal", "must not be the zero vector".into());
         return None;
     }
-    Some(BodyKind::RigidPlane { normal: n.normalize().into(), material })
+    Some(Rigid::Plane(n.normalize()))
 }
 
 fn from_shape(
     checker: &mut Checker,
-    root: &Section,
+    (root, directory): (&Section, &Path),
     section: &Section,
     facts: &BodyFacts<'_>,
-    directory: &Path,
-) -> Option<RigidMass> {
+    motion: RigidMotion,
+) -> Option<(RigidSpec, (Shape, Model))> {
     for key in MASS_KEYS.into_iter().filter(|key| section.given(key)) {
         let message = "follows from \"geometry\" and \"material\", give either these or the mass".into();
         checker.fault_in(section, key, message);
     }
     let model = elastic_model(checker, section, facts.components);
-    let geometry = geometry::geometry(checker, section, facts.components, directory);
+    let shape = geometry::shape(checker, section, facts.components, DEGREE_OF_SHAPE, directory);
     let material = material(checker, root, section);
-    let (model, geometry, material): (ElasticModel, _, _) = (model?, geometry?, material?);
-    Some(RigidMass::Shape { model, geometry, material })
+    let (model, shape, material) = (model?, shape?, material?);
+    if !checker.faults.is_empty() {
+        return None; // integrals take a while, and nothing can be run
+    }
+    let properties = if facts.shape == "sphere" {
+        let ball = geometry::shape(checker, section, facts.components, DEGREE_OF_MASS, directory)?;
+        MassProperties::of(&ball, &model)
+    } else {
+        MassProperties::of(&shape, &model)
+    };
+    let properties = properties.map_err(|e| checker.fault_in(section, "geometry", e.to_string())).ok()?;
+    let spec = RigidSpec {
+        motion,
+        mass: material.density() * properties.volume,
+        centre_of_mass: Vector3::from(properties.centre()),
+        inertia: matrix(&properties.central_inertia(), material.density()),
+    };
+    Some((spec, (shape, model)))
 }
 
-fn given(checker: &mut Checker, section: &Section, motion: RigidMotion) -> Option<RigidMass> {
+fn matrix(rows: &[[f64; 3]; 3], factor: f64) -> Matrix3<f64> {
+    Matrix3::from_fn(|i, j| factor * rows[i][j])
+}
+
+fn given(checker: &mut Checker, section: &Section, motion: RigidMotion) -> Option<RigidSpec> {
     for key in ["material", "thickness"] {
         if section.given(key) {
             checker.fault_in(section, key, "has no meaning for a rigid body without \"geometry\"".into());
@@ -129,12 +169,17 @@ fn given(checker: &mut Checker, section: &Section, motion: RigidMotion) -> Optio
         None => [0.0; 3],
     };
     let inertia = inertia(checker, section, motion);
-    Some(RigidMass::Given { mass: section.number("mass")?, centre, inertia: inertia? })
+    Some(RigidSpec {
+        motion,
+        mass: section.number("mass")?,
+        centre_of_mass: Vector3::from(centre),
+        inertia: inertia?,
+    })
 }
 
-fn inertia(checker: &mut Checker, section: &Section, motion: RigidMotion) -> Option<[[f64; 3]; 3]> {
+fn inertia(checker: &mut Checker, section: &Section, motion: RigidMotion) -> Option<Matrix3<f64>> {
     let rows: [[f64; 3]; 3] = match section.item("inertia").map(|i| &i.value) {
-        None if motion == RigidMotion::Axial => return Some([[0.0; 3]; 3]),
+        None if motion == RigidMotion::Axial => return Some(Matrix3::zeros()),
         None => {
             let message = "required key is missing: 3 moments or 3 rows of 3 numbers".into();
             checker.fault(&section.origin, section.path_of("inertia"), None, message);
@@ -172,5 +217,5 @@ fn inertia(checker: &mut Checker, section: &Section, motion: RigidMotion) -> Opt
         checker.fault_in(section, "inertia", "moments of inertia must be >= 0".into());
         return None;
     }
-    Some(std::array::from_fn(|i| std::array::from_fn(|j| symmetric[(i, j)])))
+    Some(symmetric)
 }

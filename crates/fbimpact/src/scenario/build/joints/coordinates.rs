@@ -1,10 +1,10 @@
 //! Coordinates of joints: initial values, springs, dampers, drives, prescribed motions.
 
+use adaptive::spec::{CoordinateSpec, TimeCurve};
 use ffr_dynamics::system::joints::JointKind;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::super::super::check::Checker;
-use super::super::super::model::{Curve, JointCoordinate};
 use super::super::super::section::{Checked, Section};
 use super::super::curves::curve;
 
@@ -16,7 +16,7 @@ pub struct Coordinates {
     /// Velocities.
     pub velocities: Vec<f64>,
     /// One entry a velocity.
-    pub coordinates: Vec<JointCoordinate>,
+    pub coordinates: Vec<CoordinateSpec>,
 }
 
 /// Keys that only joints with coordinates have.
@@ -65,7 +65,7 @@ pub fn coordinates(
     let mut coordinates = Vec::with_capacity(n);
     for (k, (drive, motion)) in drives.into_iter().zip(motions).enumerate() {
         let (stiffness, rest, damping) = (stiffness[k], rest[k], damping[k]);
-        coordinates.push(JointCoordinate { stiffness, rest, damping, drive, motion });
+        coordinates.push(CoordinateSpec { stiffness, rest, damping, drive, motion });
     }
     Some(Coordinates { positions: with_quaternion(kind, positions?), velocities: velocities?, coordinates })
 }
@@ -171,7 +171,7 @@ fn check_prescribed(
     checker: &mut Checker,
     section: &Section,
     kind: JointKind,
-    motions: &[Option<Curve>],
+    motions: &[Option<TimeCurve>],
 ) -> Option<()> {
     if motions.iter().all(Option::is_none) {
         return Some(());
@@ -202,7 +202,7 @@ fn curves(
     kind: JointKind,
     single: &str,
     list: &str,
-) -> Option<Vec<Option<Curve>>> {
+) -> Option<Vec<Option<TimeCurve>>> {
     let n = kind.n_velocities();
     let mut curves = vec![None; n];
     if section.given(single) {

@@ -4,24 +4,36 @@ mod axes;
 mod coordinates;
 mod tree;
 
+use adaptive::spec::{Attachment, JointSpec, Place};
 use ffr_dynamics::system::joints::JointKind;
+use nalgebra::UnitQuaternion;
 
 use super::super::check::Checker;
-use super::super::model::{Attachment, Joint, Place};
 use super::super::section::Section;
+use super::built_bodies::BuiltBodies;
 use super::places::{BodyFacts, body_index, held};
+use tree::Link;
 
 /// Name of what does not move.
 pub const GROUND: &str = "ground";
 
-/// The joints that are free of faults, and whether that is all of them.
-pub fn joints(checker: &mut Checker, root: &Section) -> (Vec<Joint>, bool) {
-    let list = root.named("joints");
-    let built: Vec<Joint> =
-        list.iter().filter_map(|(name, section)| joint(checker, root, name, section)).collect();
-    tree::check(checker, root, &built);
-    let is_complete = built.len() == list.len();
-    (built, is_complete)
+/// A joint that is free of faults.
+#[derive(Debug)]
+pub struct BuiltJoint<'a> {
+    /// Its place in the tree.
+    pub link: Link<'a>,
+    /// What it is in the run; none while one of its bodies is at fault.
+    pub spec: Option<JointSpec>,
+}
+
+/// The joints that are free of faults.
+pub fn joints<'a>(checker: &mut Checker, root: &'a Section, bodies: &BuiltBodies) -> Vec<BuiltJoint<'a>> {
+    let list = root.named("joints").iter();
+    let built: Vec<BuiltJoint<'_>> =
+        list.filter_map(|(name, section)| joint(checker, root, name, section, bodies)).collect();
+    let links: Vec<Link<'_>> = built.iter().map(|joint| joint.link).collect();
+    tree::check(checker, root, &links);
+    built
 }
 
 /// Name of the joint on which body `name` hangs, whether or not the joint is valid otherwise.
@@ -33,11 +45,19 @@ pub fn hanging_joint<'a>(root: &'a Section, name: &str) -> Option<&'a str> {
     root.named("joints").iter().find(|(_, section)| hangs(section)).map(|(joint, _)| joint.as_str())
 }
 
-fn joint(checker: &mut Checker, root: &Section, name: &str, section: &Section) -> Option<Joint> {
+fn joint<'a>(
+    checker: &mut Checker,
+    root: &Section,
+    name: &'a str,
+    section: &Section,
+    bodies: &BuiltBodies,
+) -> Option<BuiltJoint<'a>> {
     let kind = section.text("type").and_then(kind);
-    let parent = section.table("parent").and_then(|side| attachment(checker, root, side, true));
-    let child = section.table("child").and_then(|side| attachment(checker, root, side, false));
-    let (kind, parent, child) = (kind?, parent, child);
+    let mut side = |key: &str, can_be_ground: bool| {
+        section.table(key).and_then(|side| attachment(checker, root, side, can_be_ground, bodies))
+    };
+    let (parent, child) = (side("parent", true), side("child", false));
+    let kind = kind?;
     let axes = axes::axes(checker, section, kind);
     let closes_loop = section.boolean("closes_loop")?;
     if closes_loop && kind == JointKind::Free {
@@ -52,17 +72,18 @@ fn joint(checker: &mut Checker, root: &Section, name: &str, section: &Section) -
     }
     axes::check_models(checker, root, section, kind, &axes)?;
     let start = start?;
-    Some(Joint {
+    let link = Link { name, parent: parent.body, child: child.body, closes_loop };
+    let spec = parent.with_axes(axes, bodies).zip(child.with_axes(axes, bodies));
+    let spec = spec.map(|(parent, child)| JointSpec {
         name: name.to_owned(),
         kind,
         parent,
         child,
-        axes: [axes.w, axes.i, axes.j, axes.k],
-        closes_loop,
         positions: start.positions,
         velocities: start.velocities,
         coordinates: start.coordinates,
-    })
+    });
+    Some(BuiltJoint { link, spec })
 }
 
 fn kind(name: &str) -> Option<JointKind> {
@@ -73,12 +94,32 @@ fn kind(name: &str) -> Option<JointKind> {
 }
 
 /// One side of a joint.
+struct Side {
+    /// Body of the file; none is ground.
+    body: Option<usize>,
+    /// Where on it; none while the body is at fault.
+    place: Option<Place>,
+}
+
+impl Side {
+    /// The attachment with `axes` given in space for the orientation of the scenario.
+    fn with_axes(self, axes: UnitQuaternion<f64>, bodies: &BuiltBodies) -> Option<Attachment> {
+        // Unit length to the last bit, whatever the axes were made from.
+        let axes = UnitQuaternion::from_quaternion(axes.into_inner());
+        let place = self.place?;
+        let Some(body) = self.body else { return Some(Attachment { body: None, place, rotation: axes }) };
+        let rotation = bodies.rotation(body)?.inverse() * axes;
+        Some(Attachment { body: Some(bodies.index(body)?), place, rotation })
+    }
+}
+
 fn attachment(
     checker: &mut Checker,
     root: &Section,
     side: &Section,
     can_be_ground: bool,
-) -> Option<Attachment> {
+    bodies: &BuiltBodies,
+) -> Option<Side> {
     if side.text("body")? == GROUND {
         if !can_be_ground {
             let message = "ground hangs on no joint, name it as \"parent\" and the body as \"child\"".into();
@@ -101,10 +142,11 @@ fn attachment(
         return None;
     }
     let at = held(checker, side, &facts)?;
-    Some(Attachment { body: Some(body), at })
+    let place = bodies.held(checker, side, body, &at);
+    Some(Side { body: Some(body), place })
 }
 
-fn ground(checker: &mut Checker, side: &Section) -> Option<Attachment> {
+fn ground(checker: &mut Checker, side: &Section) -> Option<Side> {
     let keys = ["marker", "face", "radius", "coupling"];
     if let Some(key) = keys.into_iter().find(|key| side.item(key).is_some()) {
         checker.fault_in(side, key, "ground has no markers and no parts, give a \"point\" in space".into());
@@ -121,5 +163,5 @@ fn ground(checker: &mut Checker, side: &Section) -> Option<Attachment> {
         }
         return None;
     };
-    Some(Attachment { body: None, at: Place::Point(point) })
+    Some(Side { body: None, place: Some(Place::Point(point)) })
 }

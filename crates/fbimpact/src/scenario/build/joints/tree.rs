@@ -1,15 +1,27 @@
 //! The tree that the joints form: every body hangs on one joint at most, and nothing hangs on itself.
 
 use super::super::super::check::Checker;
-use super::super::super::model::Joint;
 use super::super::super::section::Section;
 
+/// A joint, as far as the tree is concerned.
+#[derive(Debug, Clone, Copy)]
+pub struct Link<'a> {
+    /// Name of the joint.
+    pub name: &'a str,
+    /// Body of the file nearer to ground; none on ground.
+    pub parent: Option<usize>,
+    /// Body of the file that hangs on the joint.
+    pub child: Option<usize>,
+    /// Whether the joint is a constraint between bodies that hang on other joints.
+    pub closes_loop: bool,
+}
+
 /// Reports bodies that hang on two joints, and joints that form a cycle.
-pub fn check(checker: &mut Checker, root: &Section, joints: &[Joint]) {
+pub fn check(checker: &mut Checker, root: &Section, joints: &[Link<'_>]) {
     let bodies = root.named("bodies");
-    let mut carried: Vec<Option<&Joint>> = vec![None; bodies.len()];
+    let mut carried: Vec<Option<&Link<'_>>> = vec![None; bodies.len()];
     for joint in joints.iter().filter(|j| !j.closes_loop) {
-        let Some(slot) = joint.child.body.and_then(|b| carried.get_mut(b)) else { continue };
+        let Some(slot) = joint.child.and_then(|b| carried.get_mut(b)) else { continue };
         let Some(first) = slot else {
             *slot = Some(joint);
             continue;
@@ -28,19 +40,19 @@ pub fn check(checker: &mut Checker, root: &Section, joints: &[Joint]) {
 }
 
 /// The table of one side of a joint.
-fn side<'a>(root: &'a Section, joint: &Joint, side: &str) -> Option<&'a Section> {
-    let (_, section) = root.named("joints").iter().find(|(n, _)| *n == joint.name)?;
+fn side<'a>(root: &'a Section, joint: &Link<'_>, side: &str) -> Option<&'a Section> {
+    let (_, section) = root.named("joints").iter().find(|(n, _)| n == joint.name)?;
     section.table(side)
 }
 
 /// Reports the cycle whose first body in the order of the file is `start`, if there is one.
-fn report_cycle(checker: &mut Checker, root: &Section, carried: &[Option<&Joint>], start: usize) {
+fn report_cycle(checker: &mut Checker, root: &Section, carried: &[Option<&Link<'_>>], start: usize) {
     let name = |body: usize| root.named("bodies").get(body).map_or("", |(name, _)| name.as_str());
     let mut path = format!("\"{}\"", name(start));
     let mut body = start;
     for _ in 0..carried.len() {
         let Some(joint) = carried[body] else { return };
-        let Some(parent) = joint.parent.body else { return };
+        let Some(parent) = joint.parent else { return };
         path += &format!(" -> joint \"{}\" -> \"{}\"", joint.name, name(parent));
         if parent == start {
             let Some(first) = carried[start] else { return };

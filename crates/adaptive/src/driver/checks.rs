@@ -1,7 +1,8 @@
-//! What a run reports of itself besides its result: warnings, and the checks that end it.
+//! What a run checks of itself: warnings, and errors that end it.
 
 use super::Driver;
 use super::judgement::MINOR;
+use crate::detection::Search;
 use crate::error::AdaptiveError;
 use crate::plausibility::resolution::{coarse_mesh, coarse_place, few_modes, sparse_output};
 use crate::plausibility::{motion, start};
@@ -12,25 +13,11 @@ use crate::warning::{Warning, WarningKind};
 /// Gap of a contact that has closed.
 const CLOSED: f64 = f64::NEG_INFINITY;
 
-/// What has been said, and what is not known yet.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct Doubts {
-    /// Warnings given, by kind and subject, see [`crate::record::RestartPoint::warned`].
-    pub given: Vec<u64>,
-    /// Smallest gap of each contact and when it was seen; [`CLOSED`] once it has closed [m, s].
-    pub gaps: Vec<[f64; 2]>,
-}
-
-impl Doubts {
-    pub fn new(n_contacts: usize) -> Self {
-        Self { given: Vec::new(), gaps: vec![[f64::INFINITY, 0.0]; n_contacts] }
-    }
-}
-
 impl Driver<'_> {
     /// Checks how the bodies lie at the start; the warnings of that and of the models.
-    pub(super) fn doubt_start(&mut self) -> Result<Vec<(usize, Warning)>, AdaptiveError> {
-        let mut warnings = start::check(self.model)?;
+    pub(super) fn check_start(&mut self) -> Result<Vec<(usize, Warning)>, AdaptiveError> {
+        let mut searches: Vec<&mut Search> = self.slots.iter_mut().map(|slot| &mut slot.nearest).collect();
+        let mut warnings = start::check(self.model, &mut searches)?;
         for (b, body) in self.model.bodies.iter().enumerate() {
             let found = [coarse_mesh(body), coarse_place(body)];
             warnings.extend(found.into_iter().flatten().map(|warning| (b, warning)));
@@ -42,9 +29,9 @@ impl Driver<'_> {
     pub(super) fn warn(&mut self, warnings: Vec<(usize, Warning)>) -> Result<(), AdaptiveError> {
         for (subject, warning) in warnings {
             let key = ((warning.kind as u64) << 32) | subject as u64;
-            if !self.doubts.given.contains(&key) {
-                self.doubts.given.push(key);
-                self.observer.warning(&warning)?;
+            if !self.run.warned.contains(&key) {
+                self.run.warned.push(key);
+                self.output.observer.warning(&warning)?;
             }
         }
         Ok(())
@@ -52,11 +39,12 @@ impl Driver<'_> {
 
     /// Notes the gaps of the contacts that have not closed yet, in the state `interpolated` at time `t`.
     pub(super) fn note_gaps(&mut self, t: f64) -> Result<(), AdaptiveError> {
-        for i in 0..self.doubts.gaps.len() {
-            if self.doubts.gaps[i][0] > CLOSED {
+        for i in 0..self.slots.len() {
+            if self.run.contacts[i].smallest_gap > CLOSED {
                 let gap = self.gap(i, t)?;
-                if gap < self.doubts.gaps[i][0] {
-                    self.doubts.gaps[i] = [gap, t];
+                let contact = &mut self.run.contacts[i];
+                if gap < contact.smallest_gap {
+                    (contact.smallest_gap, contact.smallest_gap_time) = (gap, t);
                 }
             }
         }
@@ -66,23 +54,25 @@ impl Driver<'_> {
     /// Gap of contact `i` in the state `interpolated` at time `t`.
     fn gap(&mut self, i: usize, t: f64) -> Result<f64, AdaptiveError> {
         let y = &self.interpolated;
-        let Some((_, contact)) = self.model.adaptive.iter().find(|(index, _)| *index == i) else {
+        let Some(refinement) = &self.model.contacts[i].refinement else {
             return Ok(smallest_gap(&mut self.model.system, t, y, i));
         };
         self.model.system.body_states(t, y);
-        Ok(contact.nearest(self.model.system.last_evaluation().0)?.gap)
+        let states = self.model.system.last_evaluation().0;
+        Ok(refinement.nearest(states, &mut self.slots[i].nearest)?.gap)
     }
 
     /// Looks at a finished impact; `is_open`: whether the contact had let go; `is_minor`: whether its force was too small beside
     /// others to be judged by.
-    pub(super) fn doubt_impact(
+    pub(super) fn check_impact(
         &mut self,
         impact: &ImpactRecord,
         is_open: bool,
         is_minor: bool,
     ) -> Result<(), AdaptiveError> {
         let i = impact.contact as usize;
-        self.doubts.gaps[i] = [CLOSED, impact.start];
+        let contact = &mut self.run.contacts[i];
+        (contact.smallest_gap, contact.smallest_gap_time) = (CLOSED, impact.start);
         if !is_open {
             return Ok(());
         }
@@ -90,21 +80,21 @@ impl Driver<'_> {
         let bodies = [Some(body), target].into_iter().flatten();
         let few = |b| Some((b, few_modes(&self.model.bodies[b], impact)?));
         let mut warnings: Vec<(usize, Warning)> = bodies.filter_map(few).collect();
-        if is_minor && self.model.adaptive.iter().any(|(index, _)| *index == i) {
+        if is_minor && self.model.contacts[i].refinement.is_some() {
             warnings.push((i, minor_contact(&self.model.contacts[i].name, impact)));
         }
         self.warn(warnings)
     }
 
     /// Looks at the vibrations that an impact has left.
-    pub(super) fn doubt_output(&mut self) -> Result<(), AdaptiveError> {
+    pub(super) fn check_output(&mut self) -> Result<(), AdaptiveError> {
         let (time, y) = (self.integrator.time(), self.integrator.state());
         if time >= self.settings.end_time {
             return Ok(());
         }
         self.model.system.body_states(time, y);
         let states = self.model.system.last_evaluation().0;
-        let (interval, scale) = (self.settings.free_interval, self.ledger.scale);
+        let (interval, scale) = (self.settings.free_interval, self.run.ledger.scale);
         let bodies = self.model.bodies.iter().zip(states).enumerate();
         let sparse = |(b, (body, state))| Some((b, sparse_output(body, state, (time, interval), scale)?));
         let warnings = bodies.filter_map(sparse).collect();
@@ -112,17 +102,18 @@ impl Driver<'_> {
     }
 
     /// Looks back from the end of the run.
-    pub(super) fn doubt_end(&mut self) -> Result<(), AdaptiveError> {
+    pub(super) fn check_end(&mut self) -> Result<(), AdaptiveError> {
         self.interpolated.copy_from_slice(self.integrator.state());
         self.note_gaps(self.integrator.time())?;
-        let contacts = self.model.contacts.iter().zip(&self.doubts.gaps).enumerate();
-        let open = contacts.filter(|(_, (_, [gap, _]))| *gap > CLOSED && gap.is_finite());
-        let warnings = open.map(|(i, (facts, [gap, time]))| {
+        let contacts = self.model.contacts.iter().zip(&self.run.contacts).enumerate();
+        let open = contacts.filter(|(_, (_, c))| c.smallest_gap > CLOSED && c.smallest_gap.is_finite());
+        let warnings = open.map(|(i, (facts, state))| {
+            let (gap, time) = (state.smallest_gap, state.smallest_gap_time);
             let warning = Warning {
                 kind: WarningKind::NeverClosed,
                 subject: format!("contact \"{}\"", facts.name),
-                time: *time,
-                value: *gap,
+                time,
+                value: gap,
                 limit: 0.0,
                 message: format!(
                     "it has never closed; the smallest gap of the stored states was {gap:.6e} m at t = {time:.6e} s"
@@ -137,7 +128,7 @@ impl Driver<'_> {
 
     /// Ends the run if the ledger is open by more than allowed in the state noted last.
     pub(super) fn check_ledger(&self) -> Result<(), AdaptiveError> {
-        self.ledger.check(self.opening, self.sample.time, self.settings.energy_tolerance)
+        self.run.ledger.check(self.opening, self.output.sample.time, self.settings.energy_tolerance)
     }
 
     /// Ends the run if the present state is none that the equations describe.

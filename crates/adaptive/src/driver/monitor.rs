@@ -1,9 +1,10 @@
-//! What is observed and logged of the contacts in an impact phase.
+//! What is monitored and logged of the contacts in an impact phase.
 
 use ffr_dynamics::integration::DenseOutput;
 
 use super::Driver;
-use super::impact::{Attempt, Ending};
+use super::judgement::Ending;
+use super::trial::Trial;
 use crate::adaptive_contact::FineContact;
 use crate::error::AdaptiveError;
 use crate::impact_watch::{Change, ContactInstant};
@@ -12,36 +13,36 @@ use crate::record::TryRecord;
 use crate::simulation::{near_motion, normal_motion, smallest_gap};
 
 impl Driver<'_> {
-    /// Ends an accepted impact: reports it, and lets the fine models go.
-    pub(super) fn finish(&mut self) -> Result<(), AdaptiveError> {
+    /// Ends an accepted impact: reports it and takes the fine models out of the system.
+    pub(super) fn finish_impact(&mut self) -> Result<(), AdaptiveError> {
         self.store_noted()?;
         let is_open: Vec<bool> =
             self.model.system.forces().iter().map(|f| f.contact.report().normal_force <= 0.0).collect();
         let mut is_closed = false; // time is up, or the user stopped the run
         for i in self.latest_first() {
-            let before = self.present_ledger()?;
+            let before = self.present_balance()?;
             is_closed |= self.model.system.forces()[i].contact.report().normal_force > 0.0;
-            let hosts = self.fine[i].as_ref().is_some_and(|fine| !fine.hosted.is_empty());
+            let hosts = self.slots[i].fine().is_some_and(|fine| !fine.hosted.is_empty());
             if self.model.system.forces()[i].contact.report().normal_force > 0.0 || is_closed && hosts {
                 continue;
             }
-            self.sleep(i)?;
-            let after = self.present_ledger()?;
-            self.book_transfer(i, "fine to coarse", &before, &after);
+            self.deactivate(i)?;
+            let after = self.present_balance()?;
+            self.record_transfer(i, "fine to coarse", &before, &after);
         }
-        self.flush()?;
-        let alone: Vec<bool> = (0..self.watches.len()).map(|i| self.is_alone(i)).collect();
+        self.output.flush()?;
+        let alone: Vec<bool> = (0..self.slots.len()).map(|i| self.is_alone(i)).collect();
         let minor = self.minor_contacts(&Ending::Complete);
         for (i, (is_open, is_alone)) in is_open.into_iter().zip(alone).enumerate() {
-            if let Some(record) = self.watches[i].finish(i as u32, is_alone) {
-                self.observer.impact(&record)?;
-                self.n_impacts += 1;
-                self.doubt_impact(&record, is_open, minor[i])?;
+            if let Some(record) = self.slots[i].monitor.finish(i as u32, is_alone) {
+                self.output.observer.impact(&record)?;
+                self.run.n_impacts += 1;
+                self.check_impact(&record, is_open, minor[i])?;
             }
         }
-        self.doubt_output()?;
+        self.check_output()?;
         self.integrator.invalidate();
-        self.next_output = self.integrator.time() + self.settings.free_interval;
+        self.run.next_output = self.integrator.time() + self.settings.free_interval;
         Ok(())
     }
 
@@ -54,63 +55,63 @@ impl Driver<'_> {
             let (body, target) = forces[k].contact.bodies();
             [Some(body), target].into_iter().flatten().map(move |b| groups[b])
         };
-        let Some((start, end)) = self.watches[i].span() else { return true };
-        let others = self.watches.iter().enumerate().filter(|(k, _)| *k != i);
-        let mut meanwhile = others.filter_map(|(k, watch)| watch.span().map(|span| (k, span)));
+        let Some((start, end)) = self.slots[i].monitor.span() else { return true };
+        let others = self.slots.iter().enumerate().filter(|(k, _)| *k != i);
+        let mut meanwhile = others.filter_map(|(k, slot)| slot.monitor.span().map(|span| (k, span)));
         !meanwhile.any(|(k, (first, last))| {
             first < end && start < last && pressed(k).any(|group| pressed(i).any(|own| own == group))
         })
     }
 
-    /// Logs a try, one entry a contact that took part.
+    /// Logs a trial, one entry per contact that took part.
     pub(super) fn log(
         &mut self,
-        attempt: &Attempt,
-        number: u32,
+        trial: &Trial,
         outcome: &str,
         reason: &str,
         verdicts: &[Option<IntervalAssessment>],
     ) -> Result<(), AdaptiveError> {
         let statistics = self.statistics();
-        let processor = attempt.processor.and_then(|start| start.try_elapsed().ok());
+        let processor = trial.processor.and_then(|start| start.try_elapsed().ok());
         let cpu_time = processor.map_or(f64::NAN, |spent| spent.as_secs_f64());
-        let mut impact = self.n_impacts;
-        for i in 0..self.watches.len() {
-            // A try may end before any force acts, or before there is a model.
-            let has_begun = outcome == "failed" && self.fine[i].is_some() || self.building == Some(i);
-            let took_part = self.watches[i].is_running() || has_begun;
+        let mut impact = self.run.n_impacts;
+        for i in 0..self.slots.len() {
+            let slot = &self.slots[i];
+            // A trial may end before any force acts, or before there is a model.
+            let has_begun = outcome == "failed" && slot.fine().is_some() || self.building == Some(i);
+            let took_part = slot.monitor.is_running() || has_begun;
             if !took_part {
                 continue;
             }
             let facts = &self.model.contacts[i];
             let contact = &self.model.system.forces()[i].contact;
-            let sizes = self.fine[i].as_ref().map_or_else(|| self.model.try_sizes(i), |f| f.sizes);
-            let mut utilisation = [f64::from(attempt.most_active[i]) / contact.n_points().max(1) as f64, 0.0];
+            let sizes = slot.fine().map_or_else(|| self.model.try_sizes(i), |f| f.sizes);
+            let mut utilisation = [f64::from(trial.most_active[i]) / contact.n_points().max(1) as f64, 0.0];
             if let Some(verdict) = verdicts.get(i).and_then(Option::as_ref) {
                 utilisation = [0.0; 2];
                 utilisation.iter_mut().zip(&verdict.directions).for_each(|(u, d)| *u = d.utilisation);
             }
             let record = TryRecord {
                 impact,
-                number,
-                start: self.phase_start,
+                number: trial.number,
+                start: self.work.start,
                 stop: self.integrator.time(),
-                penalty_start: attempt.penalty_start[i],
+                penalty_start: trial.penalty_start[i],
                 penalty_end: contact.penalty(),
-                interval_widths: self.fine[i].as_ref().map_or(facts.widths, FineContact::widths),
+                interval_widths: slot.fine().map_or(facts.widths, FineContact::widths),
                 utilisation,
                 elements: sizes.elements,
                 freedoms: sizes.freedoms,
                 interface_freedoms: sizes.interface,
-                steps: statistics.steps - attempt.steps,
-                rejected: statistics.rejected - attempt.rejected,
-                peak_force: self.watches[i].peak_force(),
+                steps: statistics.steps - trial.steps,
+                rejected: statistics.rejected - trial.rejected,
+                peak_force: slot.monitor.peak_force(),
                 outcome: outcome.into(),
                 reason: reason.into(),
-                wall_time: attempt.started.elapsed().as_secs_f64(),
+                wall_time: trial.started.elapsed().as_secs_f64(),
                 cpu_time,
             };
-            self.observer.attempt(&record)?;
+            self.output.observer.attempt(&record)?;
             impact += 1;
         }
         Ok(())
@@ -119,32 +120,38 @@ impl Driver<'_> {
     /// Whether every gap is open, and those of the contacts that touched in this phase are wider than before the last step.
     /// A contact that a body flies towards, away from another one, is left to the free phase.
     pub(super) fn is_separating(&mut self) -> bool {
-        let (system, watches) = (&mut self.model.system, &self.watches);
+        let (system, slots) = (&mut self.model.system, &self.slots);
         let (start, end) = self.integrator.interval();
         let (before, now) = (self.integrator.previous_state(), self.integrator.state());
-        watches.iter().enumerate().all(|(i, watch)| {
+        slots.iter().enumerate().all(|(i, slot)| {
             let gap = smallest_gap(system, end, now, i);
-            gap > 0.0 && (!watch.is_running() || gap > smallest_gap(system, start, before, i))
+            gap > 0.0 && (!slot.monitor.is_running() || gap > smallest_gap(system, start, before, i))
         })
     }
 
-    /// Shows the end of the last step to the watches, and the state to the stress requests.
-    pub(super) fn watch(&mut self) -> Result<(), AdaptiveError> {
-        for i in 0..self.watches.len() {
+    /// Shows the end of the last step to the monitors, and the state to the stress requests.
+    pub(super) fn update_monitors(&mut self) -> Result<(), AdaptiveError> {
+        for i in 0..self.slots.len() {
             let now = self.instant(i);
             self.check_contact(i, now.time, -now.motion.velocity.dot(&now.normal))?;
             let (touch, release) = self.changes(i)?;
-            self.watches[i].step(now, touch, release);
+            self.slots[i].monitor.step(now, touch, release);
         }
-        self.model.offer_to_stress(self.integrator.time(), &self.fine);
+        self.update_stress_states();
         Ok(())
     }
 
-    /// Shows the present instant to the watch of contact `i`, which has not looked at it up to now.
-    pub(super) fn begin_watch(&mut self, i: usize) -> Result<(), AdaptiveError> {
+    /// Shows the present state to the stress requests.
+    pub(super) fn update_stress_states(&mut self) {
+        let slots = &self.slots;
+        self.model.update_stress_states(&mut self.run.stress, self.integrator.time(), |i| slots[i].fine());
+    }
+
+    /// Begins to monitor contact `i` at the present instant.
+    pub(super) fn begin_monitor(&mut self, i: usize) -> Result<(), AdaptiveError> {
         let now = self.instant(i);
         self.check_contact(i, now.time, -now.motion.velocity.dot(&now.normal))?;
-        self.watches[i].begin(now);
+        self.slots[i].monitor.begin(now);
         Ok(())
     }
 

@@ -1,0 +1,78 @@
+//! A contact of the run: what its watching and its impacts need beside its model.
+
+use crate::adaptive_contact::FineContact;
+use crate::detection::Search;
+use crate::impact_watch::ImpactWatch;
+use crate::penalty_search::PenaltySearch;
+
+/// State of a contact between steps. What outlasts an impact is in [`crate::run_state::ContactState`].
+pub(super) struct ContactSlot {
+    /// Which model the contact has at present.
+    pub phase: ContactPhase,
+    /// Follows the running impact.
+    pub monitor: ImpactWatch,
+    /// Peak force that a preview of the running impact gave \[N\].
+    pub preview: Option<f64>,
+    /// Search for the nearest points of the surfaces.
+    pub nearest: Search,
+    /// Penalty search of an earlier trial in which the contact joined the running impact.
+    pub search: Option<PenaltySearch>,
+    /// Time until which the surfaces are known to be apart, in free phases \[s\].
+    pub apart_until: f64,
+}
+
+/// Model of a contact.
+pub(super) enum ContactPhase {
+    /// One for the whole run.
+    Lasting,
+    /// None: the surfaces are watched until they touch.
+    Watching,
+    /// Fine models of the bodies, as long as an impact lasts.
+    Fine(Box<FineContact>),
+}
+
+impl ContactSlot {
+    /// A contact before the first step; `is_refined`: whether it gets fine models when its bodies touch.
+    pub fn new(is_refined: bool) -> Self {
+        Self {
+            phase: if is_refined { ContactPhase::Watching } else { ContactPhase::Lasting },
+            monitor: ImpactWatch::default(),
+            preview: None,
+            nearest: Search::new(),
+            search: None,
+            apart_until: f64::NEG_INFINITY,
+        }
+    }
+
+    /// The fine models, if the contact has some at present.
+    pub fn fine(&self) -> Option<&FineContact> {
+        match &self.phase {
+            ContactPhase::Fine(fine) => Some(fine),
+            ContactPhase::Lasting | ContactPhase::Watching => None,
+        }
+    }
+
+    /// The same, to change what they hold.
+    pub fn fine_mut(&mut self) -> Option<&mut FineContact> {
+        match &mut self.phase {
+            ContactPhase::Fine(fine) => Some(fine),
+            ContactPhase::Lasting | ContactPhase::Watching => None,
+        }
+    }
+
+    /// Goes back to watching; the fine models that the contact had.
+    pub fn take_fine(&mut self) -> Option<Box<FineContact>> {
+        match std::mem::replace(&mut self.phase, ContactPhase::Watching) {
+            ContactPhase::Fine(fine) => Some(fine),
+            other => {
+                self.phase = other;
+                None
+            }
+        }
+    }
+
+    /// Whether the contact is watched, without a model.
+    pub fn is_watching(&self) -> bool {
+        matches!(self.phase, ContactPhase::Watching)
+    }
+}

@@ -1,0 +1,159 @@
+//! Stress requests of a run: the states that they wait for, and their evaluation at its end.
+
+use super::plan::ContactPlan;
+use super::{ElasticModel, RunModel};
+use crate::adaptive_contact::{FineContact, ZoneModel};
+use crate::error::{AdaptiveError, ContactModelFault};
+use crate::observer::Observer;
+use crate::record::{StressState, ZoneLoad};
+use crate::spec::{ContactLaw, ContactSpec, LowModes, RunSpec, StressInstant, Target};
+use crate::stress::evaluate;
+
+impl RunModel {
+    /// Takes the present state at time `time` as that of the stress requests, `held`, that it serves better than the one they hold;
+    /// the system was evaluated at it last, with the models `fine` of the contacts that are refined at present.
+    pub fn update_stress_states<'a>(
+        &self,
+        held: &mut [Option<StressState>],
+        time: f64,
+        fine: impl Fn(usize) -> Option<&'a FineContact>,
+    ) {
+        for (request, held) in self.stress.iter().zip(held) {
+            let body = request.body;
+            let on_body = || self.system.forces().iter().filter(|f| f.acts_on(body));
+            let force = on_body().map(|f| f.contact.report().normal_force).sum::<f64>();
+            if !is_wanted(request.at, held.as_ref(), time, force) {
+                continue;
+            }
+            let state = held.get_or_insert_with(StressState::default);
+            (state.time, state.force) = (time, force);
+            state.elastic.clone_from(&self.system.last_evaluation().0[body].elastic);
+            let residual = self.bodies[body].elastic().and_then(|e| e.reduced.residual.as_ref());
+            let n = residual.map_or(0, |r| r.interface().len());
+            state.interface_forces.clear();
+            state.interface_forces.resize(n, 0.0);
+            let mut part = vec![0.0; n];
+            let forces = self.system.forces().iter().zip(&self.contacts);
+            let forces = forces.filter(|(f, facts)| n > 0 && facts.loads_interface && f.acts_on(body));
+            for (contact, _) in forces {
+                contact.contact.interface_force(body, &mut part);
+                state.interface_forces.iter_mut().zip(&part).for_each(|(sum, f)| *sum += f);
+            }
+            let mut n_zones = 0;
+            for (i, contact) in self.system.forces().iter().enumerate() {
+                let Some(fine) = fine(i).filter(|_| !contact.contact.is_idle()) else { continue };
+                for zone in fine.zones.iter().filter(|zone| zone.body == body) {
+                    if state.zones.len() == n_zones {
+                        state.zones.push(ZoneLoad::default());
+                    }
+                    let load = &mut state.zones[n_zones];
+                    (load.contact, load.site) = (i as u32, zone.site);
+                    load.forces.resize(zone.n_unknowns, 0.0);
+                    contact.contact.interface_force(body, &mut load.forces);
+                    n_zones += 1;
+                }
+            }
+            state.zones.truncate(n_zones);
+        }
+    }
+
+    /// Number of stress requests.
+    pub fn n_stress_requests(&self) -> usize {
+        self.stress.len()
+    }
+
+    /// Evaluates the stress requests in the states that they hold and reports them.
+    ///
+    /// # Errors
+    /// [`AdaptiveError`] of the evaluation or the observer.
+    pub fn report_stress(
+        &self,
+        held: &[Option<StressState>],
+        observer: &mut dyn Observer,
+    ) -> Result<(), AdaptiveError> {
+        // Lines in one body mostly ask for the same instant: zones are built once for those that follow each other.
+        let mut built: Option<(usize, Vec<ZoneModel>, &[ZoneLoad])> = None;
+        for (request, held) in self.stress.iter().zip(held) {
+            let body = request.body;
+            let (Some(elastic), Some(state)) = (self.bodies[body].elastic(), held) else {
+                continue;
+            };
+            let is_built =
+                built.as_ref().is_some_and(|(of, _, loads)| *of == body && same(loads, &state.zones));
+            if !is_built {
+                built = Some((body, self.zone_models(elastic, &state.zones)?, &state.zones));
+            }
+            let zones = built.as_ref().map_or(&[][..], |(_, zones, _)| zones);
+            observer.stress(&evaluate(request, (&elastic.body, &elastic.reduced), zones, state)?)?;
+        }
+        Ok(())
+    }
+
+    /// Fine models of `elastic` for `loads`.
+    fn zone_models(
+        &self,
+        elastic: &ElasticModel,
+        loads: &[ZoneLoad],
+    ) -> Result<Vec<ZoneModel>, AdaptiveError> {
+        let model = |load: &ZoneLoad| {
+            let contact = self.contacts.get(load.contact as usize).and_then(|c| c.refinement.as_ref());
+            let Some(contact) = contact else {
+                return Err(AdaptiveError::Unsupported {
+                    subject: format!("stress in body \"{}\"", elastic.body.name),
+                    reason: format!("contact {} has no fine models", load.contact),
+                });
+            };
+            let zone = contact.zone_model(elastic, &load.site)?;
+            let (n, n_forces) = (zone.residual.interface().len(), load.forces.len());
+            if n != n_forces {
+                let fault = ContactModelFault::ForcesOfAnotherZone { forces: n_forces, unknowns: n };
+                return Err(AdaptiveError::ContactModel { contact: contact.name.clone(), fault });
+            }
+            Ok(zone)
+        };
+        loads.iter().map(model).collect()
+    }
+}
+
+/// Whether a state at time `time` with contact force `force` \[N\] on the body is to be kept in place of `held`.
+fn is_wanted(at: StressInstant, held: Option<&StressState>, time: f64, force: f64) -> bool {
+    held.is_none_or(|held| match at {
+        StressInstant::PeakForce => force > held.force,
+        StressInstant::Time(wanted) => (time - wanted).abs() < (held.time - wanted).abs(),
+    })
+}
+
+/// Whether two lists of loads ask for the same models.
+fn same(a: &[ZoneLoad], b: &[ZoneLoad]) -> bool {
+    let model = |load: &ZoneLoad| (load.contact, load.site, load.forces.len());
+    a.iter().map(model).eq(b.iter().map(model))
+}
+
+/// Refuses stress in bodies whose zones, refined during the run, move by more than quasistatic displacements on prolonged modes.
+///
+/// # Errors
+/// [`AdaptiveError::Unsupported`] with the names of request and contact.
+pub fn check(spec: &RunSpec, plans: &[ContactPlan]) -> Result<(), AdaptiveError> {
+    let refined = || spec.contacts.iter().zip(plans).filter(|(_, plan)| **plan == ContactPlan::AtTouch);
+    let unsupported = |contact: &ContactSpec| match &contact.law {
+        ContactLaw::Surface(law) if law.hand_over.modes == LowModes::Own => Some("modes = \"prolonged\""),
+        ContactLaw::Surface(law) if law.treatment.is_vibrating() => {
+            Some("model \"adaptive\" or \"quasistatic\"")
+        }
+        _ => None,
+    };
+    for request in &spec.stress {
+        let takes_part = |c: &ContactSpec| c.body == request.body || c.target == Target::Body(request.body);
+        for (contact, _) in refined().filter(|(c, _)| takes_part(c)) {
+            let Some(remedy) = unsupported(contact) else { continue };
+            return Err(AdaptiveError::Unsupported {
+                subject: format!("output.stress.{}", request.name),
+                reason: format!(
+                    "contact \"{}\" refines the body during the run in a way that stress is not supported for; choose {remedy} for the contact",
+                    contact.name
+                ),
+            });
+        }
+    }
+    Ok(())
+}

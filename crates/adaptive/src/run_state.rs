@@ -1,0 +1,71 @@
+//! The state of a run: all that its future depends on, and what is counted from its start.
+//!
+//! A restart file holds it as it is.
+
+use crate::plausibility::ledger::{EnergyLedger, NumericalDamping};
+use crate::record::{PhaseRecord, StressState};
+
+/// State of a run. Where it is reported as a restart point, a run taken up from it has the same result as the one that goes on
+/// (docs/decisions/0013-restart-file.md).
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct RunState {
+    /// Simulated time \[s\].
+    pub time: f64,
+    /// State variables of the system.
+    pub state: Vec<f64>,
+    /// Their rates: they tell whether a model built later has the same coordinates. Empty where forces are refused.
+    pub rates: Vec<f64>,
+    /// Step size to go on with; zero: the integrator finds one \[s\].
+    pub step: f64,
+    /// The running phase up to here, which is its start in impact phases.
+    pub phase: PhaseRecord,
+    /// Phases before it.
+    pub n_phases: u32,
+    /// Impacts before it.
+    pub n_impacts: u32,
+    /// Fine models built before it.
+    pub n_refined: u64,
+    /// Time of the state stored last \[s\].
+    pub last_output: f64,
+    /// When the next state is due \[s\].
+    pub next_output: f64,
+    /// Energy that the implicit integrator removed, up to the state stored last.
+    pub numerical: NumericalDamping,
+    /// The energy balance up to the state stored last.
+    pub ledger: EnergyLedger,
+    /// Contacts in the order of the system's force elements.
+    pub contacts: Vec<ContactState>,
+    /// Warnings given: number of the kind times 2³² plus index of the subject.
+    pub warned: Vec<u64>,
+    /// States that the stress requests hold.
+    pub stress: Vec<Option<StressState>>,
+}
+
+/// What of a contact outlasts an impact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactState {
+    /// What earlier impacts found.
+    pub history: ImpactHistory,
+    /// Smallest gap seen, -∞ once the contact has closed \[m\].
+    pub smallest_gap: f64,
+    /// When it was seen \[s\].
+    pub smallest_gap_time: f64,
+}
+
+impl Default for ContactState {
+    fn default() -> Self {
+        Self { history: ImpactHistory::default(), smallest_gap: f64::INFINITY, smallest_gap_time: 0.0 }
+    }
+}
+
+/// Width and penalty factor of accepted impacts, from which the search of the next one starts.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct ImpactHistory {
+    /// Width found over width predicted, per direction, at this contact.
+    pub width_factor: Option<[f64; 2]>,
+    /// Accepted penalty factor times `max_i(A_ii w_i)`, at any contact with the same search: the number has no unit and does
+    /// not depend on sizes.
+    pub stiffness_ratio: Option<f64>,
+    /// Accepted penalty factor of this contact [N/m³].
+    pub penalty: Option<f64>,
+}

@@ -1,0 +1,208 @@
+//! Places on bodies that have names: points and parts of a shape, and those that the user has added.
+
+use std::collections::BTreeMap;
+
+use adaptive::spec::{Area, Coupling, Extent, Place};
+use iga_core::SplineError;
+use iga_core::elasticity::Model;
+use iga_core::nurbs::Shape;
+
+/// A place as the scenario gives it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum GivenPlace {
+    /// By the name of a point or part of the body.
+    Marker(String),
+    /// By the components of the body's model: `(x, y, z)`, `(x, y, 0)` or `(r, z, 0)` \[m\].
+    Point([f64; 3]),
+    /// As a part of the body.
+    Part {
+        /// Which part.
+        extent: Extent,
+        /// How it hangs together with what holds it.
+        coupling: Coupling,
+    },
+}
+
+/// Why a place is none.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum PlaceError {
+    /// The body has nothing of this name.
+    #[error("the body has no point \"{marker}\", it has {}", known.join(", "))]
+    Unknown {
+        /// The name asked for.
+        marker: String,
+        /// The names that there are.
+        known: Vec<String>,
+    },
+    /// The part cannot be measured.
+    #[error(transparent)]
+    Geometry(#[from] SplineError),
+}
+
+/// The places of a body.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct BodyPlaces {
+    kind: PlacesOf,
+    /// Points by name, in the components of the body's model \[m\].
+    points: BTreeMap<String, [f64; 3]>,
+    /// Markers with an extent that the user has added.
+    areas: BTreeMap<String, Area>,
+}
+
+/// What the places of a body are parts of.
+#[derive(Debug, Clone, PartialEq, Default)]
+enum PlacesOf {
+    /// A flexible body with its kinematics.
+    Flexible(Box<(Shape, Model)>),
+    /// A rigid body, of which a part moves like a point; it may have a shape.
+    Rigid(Option<Box<(Shape, Model)>>),
+    /// A body that has only the markers of its file, or none.
+    #[default]
+    File,
+}
+
+impl BodyPlaces {
+    /// Those of a flexible body, with `markers` added by the user.
+    ///
+    /// # Errors
+    /// [`PlaceError`] for a face that the shape does not have.
+    pub fn flexible(
+        shape: Shape,
+        model: Model,
+        markers: &[(String, GivenPlace)],
+    ) -> Result<Self, PlaceError> {
+        Self::new(PlacesOf::Flexible(Box::new((shape, model))), markers)
+    }
+
+    /// Those of a rigid body, with `markers` added by the user.
+    ///
+    /// # Errors
+    /// As [`BodyPlaces::flexible`].
+    pub fn rigid(
+        shape: Option<(Shape, Model)>,
+        markers: &[(String, GivenPlace)],
+    ) -> Result<Self, PlaceError> {
+        Self::new(PlacesOf::Rigid(shape.map(Box::new)), markers)
+    }
+
+    fn new(kind: PlacesOf, markers: &[(String, GivenPlace)]) -> Result<Self, PlaceError> {
+        let mut places = Self { kind, ..Self::default() };
+        places.points = places.shape().map(|(shape, _)| shape.markers.clone()).unwrap_or_default();
+        for (name, at) in markers {
+            match at {
+                GivenPlace::Point(point) => {
+                    places.points.insert(name.clone(), *point);
+                }
+                GivenPlace::Part { extent, coupling } => {
+                    if let Extent::Around { point, .. } = extent {
+                        places.points.insert(name.clone(), *point);
+                    }
+                    let area = places.area(extent, *coupling)?;
+                    places.areas.insert(name.clone(), area);
+                }
+                GivenPlace::Marker(_) => {}
+            }
+        }
+        Ok(places)
+    }
+
+    /// The exact shape of the body and its kinematics, if it has a shape.
+    pub fn shape(&self) -> Option<&(Shape, Model)> {
+        match &self.kind {
+            PlacesOf::Flexible(shape) => Some(shape),
+            PlacesOf::Rigid(shape) => shape.as_deref(),
+            PlacesOf::File => None,
+        }
+    }
+
+    /// Points by name, in the components of the body's model \[m\].
+    pub fn points(&self) -> &BTreeMap<String, [f64; 3]> {
+        &self.points
+    }
+
+    /// All parts by name: markers with an extent and those faces of the shape that have an area.
+    pub fn areas(&self) -> Vec<(String, Area)> {
+        let faces = self.shape().into_iter().flat_map(|(shape, _)| shape.faces.keys());
+        let face = |name: &String| {
+            let area = self.area(&Extent::Face(name.clone()), Coupling::Average).ok()?;
+            (!self.areas.contains_key(name)).then(|| (name.clone(), area))
+        };
+        let added = self.areas.iter().map(|(name, area)| (name.clone(), area.clone()));
+        faces.filter_map(face).chain(added).collect()
+    }
+
+    /// A single point in the components of the body's model \[m\].
+    ///
+    /// # Errors
+    /// [`PlaceError`] for an unknown marker.
+    pub fn point(&self, at: &GivenPlace) -> Result<[f64; 3], PlaceError> {
+        match at {
+            GivenPlace::Point(point) => Ok(*point),
+            GivenPlace::Marker(marker) => {
+                self.points.get(marker).copied().ok_or_else(|| self.unknown(marker))
+            }
+            GivenPlace::Part { extent, coupling } => Ok(self.area(extent, *coupling)?.centre),
+        }
+    }
+
+    /// What is observed: the mean motion of a marker with an extent that the user has added, otherwise a point.
+    ///
+    /// # Errors
+    /// As [`BodyPlaces::point`].
+    pub fn observed(&self, at: &GivenPlace) -> Result<Place, PlaceError> {
+        match at {
+            GivenPlace::Marker(marker) if self.kind == PlacesOf::File => Ok(Place::Marker(marker.clone())),
+            GivenPlace::Marker(marker) if self.areas.contains_key(marker) => {
+                Ok(self.part(&self.areas[marker]))
+            }
+            _ => self.point(at).map(Place::Point),
+        }
+    }
+
+    /// What is held: a part of the body, also under the names of the ends of bars; a point where the place has no extent.
+    ///
+    /// # Errors
+    /// [`PlaceError`] for an unknown marker or face.
+    pub fn held(&self, at: &GivenPlace) -> Result<Place, PlaceError> {
+        match at {
+            GivenPlace::Part { extent, coupling } => Ok(self.part(&self.area(extent, *coupling)?)),
+            GivenPlace::Marker(marker) if self.kind == PlacesOf::File => Ok(Place::Marker(marker.clone())),
+            GivenPlace::Marker(marker) => match self.areas.get(marker) {
+                Some(area) => Ok(self.part(area)),
+                None if self.has_face(marker) => {
+                    Ok(self.part(&self.area(&Extent::Face(marker.clone()), Coupling::Average)?))
+                }
+                None => self.point(at).map(Place::Point),
+            },
+            GivenPlace::Point(_) => self.point(at).map(Place::Point),
+        }
+    }
+
+    /// The part `area` of a flexible body, of a rigid one its centre: that is how its mean motion is.
+    fn part(&self, area: &Area) -> Place {
+        if matches!(self.kind, PlacesOf::Rigid(_)) {
+            Place::Point(area.centre)
+        } else {
+            Place::Area(area.clone())
+        }
+    }
+
+    fn has_face(&self, name: &str) -> bool {
+        self.shape().is_some_and(|(shape, _)| shape.faces.contains_key(name))
+    }
+
+    fn area(&self, extent: &Extent, coupling: Coupling) -> Result<Area, PlaceError> {
+        match (self.shape(), extent) {
+            (Some((shape, model)), _) => Ok(Area::new(extent.clone(), coupling, shape, model)?),
+            (None, Extent::Around { point, .. }) => {
+                Ok(Area { extent: extent.clone(), centre: *point, coupling })
+            }
+            (None, Extent::Face(name)) => Err(self.unknown(name)),
+        }
+    }
+
+    fn unknown(&self, marker: &str) -> PlaceError {
+        let known = self.points.keys().chain(self.areas.keys()).cloned().collect();
+        PlaceError::Unknown { marker: marker.to_owned(), known }
+    }
+}

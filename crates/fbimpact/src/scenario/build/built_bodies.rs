@@ -1,0 +1,180 @@
+//! Bodies that are free of faults, as other tables refer to them: by name, with their places.
+
+use adaptive::sizing::SizeWish;
+use adaptive::spec::{BodyKind, BodySpec, FrameSpec, Place};
+use ffr_dynamics::body::RigidMotion;
+use nalgebra::{UnitQuaternion, Vector3};
+
+use super::super::body_places::{BodyPlaces, GivenPlace, PlaceError};
+use super::super::check::Checker;
+use super::super::section::Section;
+use super::super::types::{FileBody, FileOfBody};
+
+/// A body of the run, as far as its own table says.
+#[derive(Debug)]
+pub struct Moving {
+    /// What it is and how it starts.
+    pub spec: BodySpec,
+    /// What else is known of it.
+    pub facts: MovingFacts,
+}
+
+/// What the specification of a body does not hold.
+#[derive(Debug, Default)]
+pub struct MovingFacts {
+    /// Its named places.
+    pub places: BodyPlaces,
+    /// Sizes that the program shall choose.
+    pub wish: SizeWish,
+    /// Its body file, if it is from one.
+    pub file: Option<FileOfBody>,
+    /// Whether its frame follows the place where the joint holds it on which it hangs.
+    pub follows_joint: bool,
+}
+
+/// An unbounded rigid plane at rest.
+#[derive(Debug)]
+pub struct Plane {
+    /// A point of it \[m\].
+    pub point: Vector3<f64>,
+    /// Unit normal that points out of the material.
+    pub normal: Vector3<f64>,
+}
+
+/// A body that is free of faults.
+#[derive(Debug)]
+pub enum Built {
+    /// A body of the run.
+    Moving(Box<Moving>),
+    /// A plane.
+    Plane(Plane),
+}
+
+/// All bodies of the file.
+#[derive(Debug)]
+pub struct BuiltBodies {
+    /// In the order of the file; none for one at fault.
+    pub list: Vec<Option<Built>>,
+}
+
+/// How a body finds the place that a table names.
+type Find = fn(&BodyPlaces, &GivenPlace) -> Result<Place, PlaceError>;
+
+impl BuiltBodies {
+    /// Whether all bodies are free of faults.
+    pub fn is_complete(&self) -> bool {
+        self.list.iter().all(Option::is_some)
+    }
+
+    /// Body `body` of the file, if it moves and is free of faults.
+    pub fn moving(&self, body: usize) -> Option<&Moving> {
+        match self.list.get(body)?.as_ref()? {
+            Built::Moving(moving) => Some(moving),
+            Built::Plane(_) => None,
+        }
+    }
+
+    /// Body `body` of the file, if it is a plane and free of faults.
+    pub fn plane(&self, body: usize) -> Option<&Plane> {
+        match self.list.get(body)?.as_ref()? {
+            Built::Plane(plane) => Some(plane),
+            Built::Moving(_) => None,
+        }
+    }
+
+    /// Number among the bodies of the run of body `body` of the file; none of planes and bodies at fault.
+    pub fn index(&self, body: usize) -> Option<usize> {
+        self.moving(body)?;
+        Some(self.list[..body].iter().filter(|b| !matches!(b, Some(Built::Plane(_)))).count())
+    }
+
+    /// Rotation to space of body `body` at the start, or with all joint coordinates at zero.
+    pub fn rotation(&self, body: usize) -> Option<UnitQuaternion<f64>> {
+        Some(self.moving(body)?.spec.motion.rotation)
+    }
+
+    /// Where a joint or load of table `section` takes hold of body `body`.
+    pub fn held(
+        &self,
+        checker: &mut Checker,
+        section: &Section,
+        body: usize,
+        at: &GivenPlace,
+    ) -> Option<Place> {
+        self.place(checker, section, body, at, BodyPlaces::held)
+    }
+
+    /// Where body `body` is observed by the table `section`.
+    pub fn observed(
+        &self,
+        checker: &mut Checker,
+        section: &Section,
+        body: usize,
+        at: &GivenPlace,
+    ) -> Option<Place> {
+        self.place(checker, section, body, at, BodyPlaces::observed)
+    }
+
+    fn place(
+        &self,
+        checker: &mut Checker,
+        section: &Section,
+        body: usize,
+        at: &GivenPlace,
+        find: Find,
+    ) -> Option<Place> {
+        let key = ["marker", "face", "point"].into_iter().find(|key| section.given(key)).unwrap_or("marker");
+        let places = &self.moving(body)?.facts.places;
+        find(places, at).map_err(|error| checker.fault_in(section, key, error.to_string())).ok()
+    }
+
+    /// The motions that each body can make, by name; none of planes.
+    pub fn motions<'a>(
+        &self,
+        names: impl Iterator<Item = &'a str>,
+    ) -> impl Iterator<Item = (&'a str, Option<RigidMotion>)> {
+        names.zip(&self.list).filter_map(|(name, body)| match body.as_ref()? {
+            Built::Moving(moving) => Some((name, Some(moving.spec.kind.motion()))),
+            Built::Plane(_) => Some((name, None)),
+        })
+    }
+
+    /// The bodies of the run with the sizes that it shall choose, and those of the file with their `names`.
+    pub fn split<'a>(
+        self,
+        names: impl Iterator<Item = &'a str>,
+    ) -> (Vec<BodySpec>, Vec<SizeWish>, Vec<FileBody>) {
+        let (mut specs, mut wishes, mut of_file) = (Vec::new(), Vec::new(), Vec::new());
+        for (name, body) in names.zip(self.list) {
+            let plane =
+                FileBody { name: name.to_owned(), index: None, places: BodyPlaces::default(), file: None };
+            of_file.push(match body {
+                Some(Built::Moving(moving)) => {
+                    let Moving { spec, facts } = *moving;
+                    specs.push(spec);
+                    wishes.push(facts.wish);
+                    let index = Some(specs.len() - 1);
+                    FileBody { index, places: facts.places, file: facts.file, ..plane }
+                }
+                Some(Built::Plane(_)) | None => plane,
+            });
+        }
+        (specs, wishes, of_file)
+    }
+}
+
+impl Moving {
+    /// Lets the frame follow `place` where it follows a joint, which holds the body there.
+    pub fn follow(&mut self, place: &Place) {
+        if !self.facts.follows_joint {
+            return;
+        }
+        match (&mut self.spec.kind, place) {
+            (BodyKind::Elastic(elastic), _) => elastic.frame = FrameSpec::Tangent(place.clone()),
+            (BodyKind::Imported(imported), Place::Marker(marker)) => {
+                imported.set_frame_marker(marker.clone());
+            }
+            (BodyKind::Imported(_) | BodyKind::Rigid(_), _) => {}
+        }
+    }
+}

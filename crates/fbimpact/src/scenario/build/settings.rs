@@ -1,0 +1,44 @@
+//! Settings of the run: time span, gravity, integrators, intervals of output.
+
+use adaptive::spec::{PhaseSettings, RunSettings};
+use ffr_dynamics::integration::Method;
+use ffr_dynamics::system::error_scale::ErrorScale;
+
+use super::super::section::Section;
+
+/// Default tolerance of the explicit method, at which its energy drift cannot be seen.
+const DORMAND_PRINCE_TOLERANCE: f64 = 1e-8;
+/// Default tolerance of the implicit methods: a method of order 2 needs many steps for less.
+const IMPLICIT_TOLERANCE: f64 = 1e-5;
+/// Longest step of an impact phase as a share of the period of the highest mode: half of it just resolves the mode.
+const STEP_SHARE: f64 = 0.5;
+
+/// The settings of the tables `[simulation]` and `[output]`, before factors on the resolution.
+pub fn settings(simulation: &Section, output: &Section) -> Option<RunSettings> {
+    Some(RunSettings {
+        end_time: simulation.number("end_time")?,
+        gravity: simulation.vector::<3>("gravity")?.into(),
+        static_start: simulation.boolean("static_start")?,
+        free: phase(simulation.table("free")?)?,
+        impact: phase(simulation.table("impact")?)?,
+        step_share: STEP_SHARE,
+        quiet_time: simulation.number("quiet_time"),
+        energy_tolerance: simulation.number("energy_tolerance")?,
+        free_interval: output.number("free_interval")?,
+        impact_interval: output.number("impact_interval")?,
+    })
+}
+
+fn phase(section: &Section) -> Option<PhaseSettings> {
+    let (method, tolerance) = match section.text("integrator")? {
+        "tr-bdf2" => (Method::TrBdf2, IMPLICIT_TOLERANCE),
+        "esdirk4" => (Method::Esdirk4, IMPLICIT_TOLERANCE),
+        _ => (Method::DormandPrince, DORMAND_PRINCE_TOLERANCE),
+    };
+    Some(PhaseSettings {
+        method,
+        max_step: section.number("max_step").unwrap_or(f64::INFINITY),
+        tolerance: if section.item("rtol").is_some() { section.number("rtol")? } else { tolerance },
+        velocity_floor: ErrorScale::default().velocity_floor,
+    })
+}
