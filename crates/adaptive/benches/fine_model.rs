@@ -14,14 +14,14 @@ use adaptive::spec::{DiscretisationSpec, ElasticSpec, PointRule, ReductionSpec};
 use adaptive::wanted_interval::WantedInterval;
 use contact_qs::points::{InterfaceCompliance, contact_submodel};
 use contact_qs::quasistatic::Method;
-use contact_qs::{Friction, SurfacePair, SurfacePairSettings, TargetFace, TargetSurface};
+use contact_qs::{ActiveContact, Friction, SurfacePair, SurfacePairSettings, TargetFace, TargetSurface};
 use cpu_time::ProcessTime;
 use divan::Bencher;
 use faer::Mat;
 use ffr_dynamics::body::AssembledBody;
 use ffr_dynamics::reduction::compliance::ResidualFlexibility;
 use ffr_dynamics::reduction::problem::ElasticProblem;
-use ffr_dynamics::system::force::{BodyState, ForceElement, GeneralisedForce};
+use ffr_dynamics::system::{Active, ActiveForce, BodyState, GeneralisedForce, Motion};
 use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::primitives::sphere::{SphereNet, sphere};
 use iga_core::surface::BodySurface;
@@ -118,18 +118,19 @@ fn pair(coarse: &Coarse, sides: [&Fine; 2], compliances: [&Mat<f64>; 2]) -> Surf
 }
 
 /// The bodies of a pair in a motion whose approach and slide go up and down a little, as the stages of a time step do.
-struct Motion {
-    pair: SurfacePair,
+struct Rubbing {
+    pair: Active<SurfacePair>,
     bodies: Vec<BodyState>,
     forces: Vec<GeneralisedForce>,
     stage: u32,
     slide: f64,
 }
 
-impl Motion {
+impl Rubbing {
     fn new(pair: SurfacePair, slide: f64) -> Self {
         let mut bodies = vec![BodyState::at_rest(N_MODES); 2];
         bodies[0].velocity.z = slide * 5e4;
+        let pair = Active::new(pair);
         Self { pair, bodies, forces: vec![GeneralisedForce::zeros(N_MODES); 2], stage: 0, slide }
     }
 
@@ -139,7 +140,7 @@ impl Motion {
         self.bodies[1].position.x = 2.0 * RADIUS - APPROACH - 5e-9 * f64::from(self.stage % 7);
         self.forces.iter_mut().for_each(GeneralisedForce::clear);
         self.pair.save();
-        self.pair.apply(0.0, &self.bodies, &mut self.forces).unwrap();
+        self.pair.evaluate(Motion::new(0.0, &self.bodies), &mut self.forces).unwrap();
         self.pair.report().normal_force
     }
 }
@@ -189,14 +190,14 @@ fn compliance(bencher: Bencher<'_, '_>, across: usize) {
 
 #[divan::bench(args = ACROSS, sample_count = 50)]
 fn evaluation(bencher: Bencher<'_, '_>, across: usize) {
-    let mut motion = Motion::new(built(&Coarse::new(), across), 0.0);
+    let mut motion = Rubbing::new(built(&Coarse::new(), across), 0.0);
     bencher.bench_local(|| motion.evaluate());
 }
 
 #[divan::bench(args = ACROSS, sample_count = 50)]
 fn evaluation_with_friction(bencher: Bencher<'_, '_>, across: usize) {
     let pair = built(&Coarse::new(), across).with_friction(Friction::new(0.3)).unwrap();
-    let mut motion = Motion::new(pair, 2e-6);
+    let mut motion = Rubbing::new(pair, 2e-6);
     bencher.bench_local(|| motion.evaluate());
 }
 
@@ -216,7 +217,7 @@ fn least<T>(times: usize, mut run: impl FnMut() -> T) -> (f64, T) {
 
 /// Evaluations of the table: 100, 10 times.
 fn milliseconds(pair: SurfacePair, slide: f64) -> f64 {
-    let mut motion = Motion::new(pair, slide);
+    let mut motion = Rubbing::new(pair, slide);
     motion.evaluate();
     let (seconds, _) = least(10, || (0..100).map(|_| motion.evaluate()).sum::<f64>());
     10.0 * seconds
@@ -238,7 +239,7 @@ fn print_table(times: usize) {
         let h = coarse.compliance(&other, &ElasticProblem::free(&opposite, &other.zone.unknowns).unwrap());
         let both = || pair(&coarse, [&own, &other], [&g, &h]);
         let (pairing, _) = least(times, both);
-        let mut motion = Motion::new(both(), 0.0);
+        let mut motion = Rubbing::new(both(), 0.0);
         motion.evaluate();
         let n_active = motion.pair.report().n_active;
         eprintln!(

@@ -2,10 +2,10 @@
 
 use contact_qs::quasistatic::{BroydenSettings, Method};
 use contact_qs::submodel::SparseRows;
-use contact_qs::{ContactSubmodel, Friction, Plane, PlaneContact, PlaneContactSettings};
+use contact_qs::{ActiveContact, ContactSubmodel, Friction, Plane, PlaneContact, PlaneContactSettings};
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::system::force::{BodyState, ForceElement, GeneralisedForce};
+use ffr_dynamics::system::{Active, ActiveForce, BodyState, GeneralisedForce, Motion};
 use nalgebra::{UnitQuaternion, Vector3};
 
 const N_MODES: usize = 20;
@@ -47,7 +47,8 @@ fn contact(n: usize, motion: RigidMotion, method: Method) -> PlaneContact {
 }
 
 /// Evaluates contact at depths that go up and down a little, as the stages of a time step do.
-fn evaluate(bencher: divan::Bencher<'_, '_>, mut contact: PlaneContact, turn: f64) {
+fn evaluate(bencher: divan::Bencher<'_, '_>, contact: PlaneContact, turn: f64) {
+    let mut contact = Active::new(contact);
     let mut forces = [GeneralisedForce::zeros(N_MODES)];
     let mut bodies = [BodyState {
         position: Vector3::zeros(),
@@ -63,7 +64,7 @@ fn evaluate(bencher: divan::Bencher<'_, '_>, mut contact: PlaneContact, turn: f6
         bodies[0].position.z = -2e-6 - 1e-8 * f64::from(stage % 7);
         bodies[0].rotation = UnitQuaternion::from_euler_angles(turn * f64::from(stage % 5), 0.0, 0.0);
         forces[0].clear();
-        contact.apply(0.0, &bodies, &mut forces).expect("converges");
+        contact.evaluate(Motion::new(0.0, &bodies), &mut forces).expect("converges");
         contact.report().normal_force
     });
 }
@@ -86,7 +87,7 @@ fn turning_active_set(bencher: divan::Bencher<'_, '_>, n: usize) {
 /// A body that slides while it turns, pressed in as before.
 fn sliding(bencher: divan::Bencher<'_, '_>, motion: RigidMotion, n: usize) {
     let contact = contact(n, motion, Method::ActiveSet).with_friction(Friction::new(0.3)).expect("a law");
-    let mut contact = contact;
+    let mut contact = Active::new(contact);
     let up = usize::from(motion == RigidMotion::Spatial) + 1;
     let mut forces = [GeneralisedForce::zeros(N_MODES)];
     let mut body = BodyState::at_rest(N_MODES);
@@ -98,7 +99,7 @@ fn sliding(bencher: divan::Bencher<'_, '_>, motion: RigidMotion, n: usize) {
         body.position.x += 1e-7;
         body.rotation = UnitQuaternion::from_euler_angles(0.0, 0.0, 1e-6 * f64::from(stage % 5));
         forces[0].clear();
-        contact.apply(0.0, std::slice::from_ref(&body), &mut forces).expect("converges");
+        contact.evaluate(Motion::new(0.0, std::slice::from_ref(&body)), &mut forces).expect("converges");
         contact.save();
         contact.report().energies.dissipated_power
     });

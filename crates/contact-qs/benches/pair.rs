@@ -10,9 +10,9 @@ mod pair_support;
 mod elastic;
 
 use contact_qs::quasistatic::Method;
-use contact_qs::{ContactElement, SurfacePair, SurfacePairSettings};
+use contact_qs::{ActiveContact, SurfacePair, SurfacePairSettings};
 use elastic::{ALUMINIUM, ElasticSphere, STEEL};
-use ffr_dynamics::system::force::{BodyState, ForceElement, GeneralisedForce};
+use ffr_dynamics::system::{Active, ActiveForce, BodyState, GeneralisedForce, Motion};
 
 const N_MODES: usize = 20;
 const RADIUS: f64 = 0.01;
@@ -41,14 +41,14 @@ fn bodies() -> Vec<BodyState> {
 
 /// Approaches that go up and down a little, as the stages of a time step do.
 fn evaluate(bencher: divan::Bencher<'_, '_>, approach: f64) {
-    let (mut pair, mut bodies) = (pair(), bodies());
+    let (mut pair, mut bodies) = (Active::new(pair()), bodies());
     let mut forces = vec![GeneralisedForce::zeros(N_MODES); 2];
     let mut stage = 0_u32;
     bencher.counter(pair.n_points()).bench_local(move || {
         stage += 1;
         bodies[0].position.z = 3.0 * RADIUS - approach - 1e-8 * f64::from(stage % 7);
         forces.iter_mut().for_each(GeneralisedForce::clear);
-        pair.apply(0.0, &bodies, &mut forces).unwrap();
+        pair.evaluate(Motion::new(0.0, &bodies), &mut forces).unwrap();
         pair.report().normal_force
     });
 }
@@ -65,7 +65,7 @@ fn apart(bencher: divan::Bencher<'_, '_>) {
 
 #[divan::bench]
 fn save_and_restore(bencher: divan::Bencher<'_, '_>) {
-    let mut pair = pair();
+    let mut pair = Active::new(pair());
     bencher.bench_local(move || {
         pair.save();
         pair.restore();
@@ -74,7 +74,7 @@ fn save_and_restore(bencher: divan::Bencher<'_, '_>) {
 
 #[divan::bench]
 fn smallest_gap(bencher: divan::Bencher<'_, '_>) {
-    let (pair, mut bodies) = (pair(), bodies());
+    let (mut pair, mut bodies) = (Active::new(pair()), bodies());
     bodies[0].position.z = 3.1 * RADIUS;
-    bencher.bench_local(move || pair.smallest_gap(&bodies));
+    bencher.bench_local(move || pair.smallest_gap(Motion::new(0.0, &bodies)));
 }

@@ -10,24 +10,24 @@ mod common;
 mod pair_support;
 
 use caps::{N_MODES, RADIUS};
-use contact_qs::{ContactElement, Friction, SurfacePair};
-use ffr_dynamics::system::force::{ForceElement, GeneralisedForce};
+use contact_qs::{ActiveContact, Friction, SurfacePair};
+use ffr_dynamics::system::{Active, ActiveForce, GeneralisedForce, Motion};
 
 const WIDTH: f64 = 1.5e-4;
 const APPROACH: f64 = 2e-6;
 
 fn main() {
-    let mut pair = caps::caps(WIDTH, 18, 1e18);
+    let mut pair = Active::new(caps::caps(WIDTH, 18, 1e18));
     let mut forces = vec![GeneralisedForce::zeros(N_MODES); 2];
-    pair.apply(0.0, &caps::pressed(APPROACH), &mut forces).unwrap();
+    pair.evaluate(Motion::new(0.0, &caps::pressed(APPROACH)), &mut forces).unwrap();
     let report = pair.report();
     eprintln!(
         "{} points, {} in contact, {} interface freedoms, {:.1} N, {} passes from nothing, rim {}",
         pair.n_points(),
         report.n_active,
-        pair.surface().n_interface(),
+        pair.element().surface().n_interface(),
         report.normal_force,
-        pair.n_passes(),
+        pair.found().n_passes(),
         report.is_rim_touched
     );
     divan::main();
@@ -35,7 +35,7 @@ fn main() {
 
 /// Approach, sliding and turning that go up and down a little, as the stages of a time step do.
 fn evaluate(bencher: divan::Bencher<'_, '_>, pair: SurfacePair, approach: f64, slide: f64) {
-    let mut pair = pair;
+    let mut pair = Active::new(pair);
     let mut bodies = caps::pressed(approach);
     let mut forces = vec![GeneralisedForce::zeros(N_MODES); 2];
     let (mut stage, mut passes) = (0_u32, 0);
@@ -46,8 +46,8 @@ fn evaluate(bencher: divan::Bencher<'_, '_>, pair: SurfacePair, approach: f64, s
         bodies[0].velocity.x = slide * 5e4;
         forces.iter_mut().for_each(GeneralisedForce::clear);
         pair.save();
-        pair.apply(0.0, &bodies, &mut forces).unwrap();
-        passes += pair.n_passes();
+        pair.evaluate(Motion::new(0.0, &bodies), &mut forces).unwrap();
+        passes += pair.found().n_passes();
         pair.report().normal_force
     });
     eprintln!("{:.2} passes an evaluation", passes as f64 / f64::from(stage));
@@ -77,29 +77,29 @@ fn apart(bencher: divan::Bencher<'_, '_>) {
 
 #[divan::bench]
 fn smallest_gap(bencher: divan::Bencher<'_, '_>) {
-    let pair = caps::caps(WIDTH, 18, 1e18);
+    let mut pair = Active::new(caps::caps(WIDTH, 18, 1e18));
     let bodies = caps::pressed(-1e-5);
-    bencher.bench_local(|| pair.smallest_gap(&bodies));
+    bencher.bench_local(|| pair.smallest_gap(Motion::new(0.0, &bodies)));
 }
 
 #[divan::bench]
 fn smallest_gap_in_contact(bencher: divan::Bencher<'_, '_>) {
-    let mut pair = caps::caps(WIDTH, 18, 1e18);
+    let mut pair = Active::new(caps::caps(WIDTH, 18, 1e18));
     let bodies = caps::pressed(APPROACH);
-    pair.apply(0.0, &bodies, &mut vec![GeneralisedForce::zeros(N_MODES); 2]).unwrap();
-    bencher.bench_local(|| pair.smallest_gap(&bodies));
+    pair.evaluate(Motion::new(0.0, &bodies), &mut vec![GeneralisedForce::zeros(N_MODES); 2]).unwrap();
+    bencher.bench_local(|| pair.smallest_gap(Motion::new(0.0, &bodies)));
 }
 
 #[divan::bench]
 fn compliance_from_nothing(bencher: divan::Bencher<'_, '_>) {
-    let mut pair = caps::caps(WIDTH, 18, 1e18);
+    let mut pair = Active::new(caps::caps(WIDTH, 18, 1e18));
     let bodies = caps::pressed(APPROACH);
-    bencher.bench_local(|| pair.largest_compliance_weight(&bodies).unwrap());
+    bencher.bench_local(|| pair.compliance_weight(Motion::new(0.0, &bodies)).unwrap());
 }
 
 #[divan::bench]
 fn save_and_restore(bencher: divan::Bencher<'_, '_>) {
-    let mut pair = caps::caps(WIDTH, 18, 1e18);
+    let mut pair = Active::new(caps::caps(WIDTH, 18, 1e18));
     bencher.bench_local(|| {
         pair.save();
         pair.restore();

@@ -6,11 +6,11 @@ mod counting;
 use common::surface_compliance;
 use contact_qs::quasistatic::{BroydenSettings, Method};
 use contact_qs::submodel::SparseRows;
-use contact_qs::{ContactSubmodel, Friction, Plane, PlaneContact, PlaneContactSettings};
+use contact_qs::{ActiveContact, ContactSubmodel, Friction, Plane, PlaneContact, PlaneContactSettings};
 use counting::allocations;
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::system::force::{BodyState, ForceElement, GeneralisedForce};
+use ffr_dynamics::system::{Active, ActiveForce, BodyState, GeneralisedForce, Motion};
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// Evaluations that are counted.
@@ -44,6 +44,7 @@ fn evaluations_do_not_allocate() {
         if let Some(friction) = friction {
             contact = contact.with_friction(friction).unwrap();
         }
+        let mut contact = Active::new(contact);
         let mut forces = [GeneralisedForce::zeros(4)];
         let mut bodies = [BodyState {
             position: Vector3::new(0.0, 0.0, -1e-7),
@@ -54,7 +55,7 @@ fn evaluations_do_not_allocate() {
             elastic_rates: vec![0.0; 4],
         }];
         let (mut smallest, mut has_slid) = (0.0, false);
-        contact.apply(0.0, &bodies, &mut forces).unwrap(); // libraries may set up thread-local buffers once
+        contact.evaluate(Motion::new(0.0, &bodies), &mut forces).unwrap(); // libraries may set up thread-local buffers once
         let before = allocations();
         for step in 0..N_STEPS {
             // Sinking and turning: sets, projections and factors change.
@@ -63,10 +64,10 @@ fn evaluations_do_not_allocate() {
             bodies[0].velocity.x = 0.1;
             bodies[0].rotation = UnitQuaternion::from_euler_angles(0.0, 1e-5 * f64::from(step), 0.0);
             contact.save();
-            contact.apply(0.0, &bodies, &mut forces).unwrap();
+            contact.evaluate(Motion::new(0.0, &bodies), &mut forces).unwrap();
             has_slid |= contact.report().n_sliding > 0;
             contact.restore();
-            smallest = contact.smallest_gap(&bodies[0]);
+            smallest = contact.element().smallest_gap_at(&bodies[0]);
         }
         let count = allocations() - before;
         assert!(contact.report().n_active > 1 && smallest < 0.0, "{method:?} must be in contact");

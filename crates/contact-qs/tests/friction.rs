@@ -7,10 +7,12 @@ mod common;
 use common::Random;
 use contact_qs::quasistatic::{BroydenSettings, Method, PointState};
 use contact_qs::submodel::SparseRows;
-use contact_qs::{ContactError, ContactSubmodel, Friction, Plane, PlaneContact, PlaneContactSettings};
+use contact_qs::{
+    ActiveContact, ContactError, ContactSubmodel, Friction, Plane, PlaneContact, PlaneContactSettings,
+};
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::system::force::{BodyState, ForceElement, GeneralisedForce};
+use ffr_dynamics::system::{Active, ActiveForce, BodyState, GeneralisedForce, Motion};
 use nalgebra::{UnitQuaternion, UnitVector3, Vector3};
 
 const N_POINTS: usize = 6;
@@ -62,7 +64,12 @@ fn contact(motion: RigidMotion, quasistatic: bool, seed: u64) -> PlaneContact {
 }
 
 /// A moving body pressed into the plane by about `depth`.
-fn pressed(contact: &PlaneContact, motion: RigidMotion, depth: f64, random: &mut Random) -> BodyState {
+fn pressed(
+    contact: &Active<PlaneContact>,
+    motion: RigidMotion,
+    depth: f64,
+    random: &mut Random,
+) -> BodyState {
     let mut state = BodyState::at_rest(N_MODES);
     let vector = |random: &mut Random| Vector3::new(random.next(), random.next(), random.next());
     state.position = Vector3::new(0.1, 0.2, 0.3);
@@ -81,7 +88,7 @@ fn pressed(contact: &PlaneContact, motion: RigidMotion, depth: f64, random: &mut
     }
     state.elastic = vec![1e-3, -2e-3, 1.5e-3];
     state.elastic_rates = (0..N_MODES).map(|_| random.next()).collect();
-    state.position -= normal_of(motion) * (contact.smallest_gap(&state) + depth);
+    state.position -= normal_of(motion) * (contact.element().smallest_gap_at(&state) + depth);
     state
 }
 
@@ -94,9 +101,9 @@ fn moved(state: &BodyState, dt: f64) -> BodyState {
     later
 }
 
-fn evaluate(contact: &mut PlaneContact, state: &BodyState) -> (GeneralisedForce, f64) {
+fn evaluate(contact: &mut Active<PlaneContact>, state: &BodyState) -> (GeneralisedForce, f64) {
     let mut forces = vec![GeneralisedForce::zeros(N_MODES)];
-    contact.apply(0.0, std::slice::from_ref(state), &mut forces).unwrap();
+    contact.evaluate(Motion::new(0.0, std::slice::from_ref(state)), &mut forces).unwrap();
     let energies = contact.energies();
     (forces.remove(0), energies.elastic_high + energies.penalty)
 }
@@ -110,7 +117,7 @@ fn power_of_the_forces_goes_into_stored_energy_and_slip_alone() {
     let (mut n_mixed, mut n_stuck, mut n_slid) = (0, 0, 0);
     for motion in MOTIONS {
         for (quasistatic, seed) in (0..24).map(|k| (k % 4 != 3, k)) {
-            let mut contact = contact(motion, quasistatic, 100 + seed);
+            let mut contact = Active::new(contact(motion, quasistatic, 100 + seed));
             let mut random = Random::new(seed);
             let start = pressed(&contact, motion, 8e-3, &mut random);
             // The references are set in the middle of the contact; then the body moves on for a while, a short one sticks.
@@ -119,7 +126,7 @@ fn power_of_the_forces_goes_into_stored_energy_and_slip_alone() {
             let dt = if seed % 2 == 0 { 2e-3 } else { 1e-5 };
             let state = moved(&start, dt);
             let (force, stored) = evaluate(&mut contact, &state);
-            let states = contact.point_states().to_vec();
+            let states = contact.state().point_states().to_vec();
             let energies = contact.energies();
             let lost = energies.dissipated_power;
             n_mixed += usize::from(states.contains(&PointState::Slip) && states.contains(&PointState::Stick));
@@ -129,11 +136,11 @@ fn power_of_the_forces_goes_into_stored_energy_and_slip_alone() {
             power += force.elastic.iter().zip(&state.elastic_rates).map(|(f, v)| f * v).sum::<f64>();
             let h = 1e-8;
             let (_, after) = evaluate(&mut contact, &moved(&state, h));
-            let after_states = contact.point_states().to_vec();
+            let after_states = contact.state().point_states().to_vec();
             let work_after = contact.energies().slid;
             let (_, before) = evaluate(&mut contact, &moved(&state, -h));
             let work_before = contact.energies().slid;
-            if after_states != states || contact.point_states() != states {
+            if after_states != states || contact.state().point_states() != states {
                 continue; // a corner of the law within the difference quotient
             }
             let growth = (after - before) / (2.0 * h);
@@ -157,14 +164,14 @@ fn every_point_obeys_coulombs_law() {
     for motion in MOTIONS {
         let n_t = motion.n_components() - 1;
         for (quasistatic, seed) in (0..16).map(|k| (k % 4 != 3, k)) {
-            let mut contact = contact(motion, quasistatic, 300 + seed);
+            let mut contact = Active::new(contact(motion, quasistatic, 300 + seed));
             let mut random = Random::new(seed);
             let start = pressed(&contact, motion, 8e-3, &mut random);
             evaluate(&mut contact, &start);
             evaluate(&mut contact, &moved(&start, 3e-3 * random.next()));
-            let (normal, tangential) = (contact.point_forces(), contact.tangential_forces());
+            let (normal, tangential) = (contact.point_forces(), contact.state().tangential_forces());
             let largest = normal.iter().copied().fold(0.0, f64::max);
-            for (i, state) in contact.point_states().iter().enumerate() {
+            for (i, state) in contact.state().point_states().iter().enumerate() {
                 let force = size(&tangential[n_t * i..n_t * (i + 1)]);
                 // Turns settle to 1e-12 of the largest force.
                 match state {
@@ -188,7 +195,7 @@ fn every_point_obeys_coulombs_law() {
 fn committed_references_change_no_force() {
     let mut n_sliding = 0;
     for (motion, seed) in MOTIONS.into_iter().flat_map(|m| (0..8).map(move |k| (m, k))) {
-        let mut contact = contact(motion, seed % 3 != 0, 40 + seed);
+        let mut contact = Active::new(contact(motion, seed % 3 != 0, 40 + seed));
         let start = pressed(&contact, motion, 8e-3, &mut Random::new(seed));
         evaluate(&mut contact, &start);
         let state = moved(&start, 1e-3);
@@ -208,7 +215,7 @@ fn committed_references_change_no_force() {
 #[test]
 fn rejected_steps_leave_no_trace() {
     for motion in MOTIONS {
-        let mut contact = contact(motion, true, 9);
+        let mut contact = Active::new(contact(motion, true, 9));
         let start = pressed(&contact, motion, 8e-3, &mut Random::new(5));
         evaluate(&mut contact, &start);
         evaluate(&mut contact, &moved(&start, 1e-3));
@@ -220,7 +227,7 @@ fn rejected_steps_leave_no_trace() {
         contact.save(); // must not take the rejected evaluation for an accepted one
         let (second, _) = evaluate(&mut contact, &here);
         assert_eq!((first.force, first.torque, first.elastic), (second.force, second.torque, second.elastic));
-        contact.forget_slip();
+        contact.forget();
         evaluate(&mut contact, &here);
         assert!(contact.report().n_sliding < N_POINTS);
     }
@@ -229,7 +236,7 @@ fn rejected_steps_leave_no_trace() {
 #[test]
 fn force_vanishes_where_the_contact_opens() {
     let motion = RigidMotion::Planar;
-    let mut contact = contact(motion, true, 11);
+    let mut contact = Active::new(contact(motion, true, 11));
     let start = pressed(&contact, motion, 4e-3, &mut Random::new(6));
     evaluate(&mut contact, &start);
     let mut apart = start.clone();
@@ -252,7 +259,7 @@ fn force_vanishes_where_the_contact_opens() {
 fn sliding_force_is_against_the_motion() {
     for motion in [RigidMotion::Planar, RigidMotion::Spatial] {
         for quasistatic in [true, false] {
-            let mut contact = contact(motion, quasistatic, 13);
+            let mut contact = Active::new(contact(motion, quasistatic, 13));
             let start = pressed(&contact, motion, 4e-3, &mut Random::new(8));
             evaluate(&mut contact, &start);
             let along = Vector3::z().cross(&normal_of(motion)).normalize();

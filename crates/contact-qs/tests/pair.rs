@@ -4,10 +4,10 @@ mod common;
 mod pair_support;
 
 use contact_qs::quasistatic::{BroydenSettings, Method};
-use contact_qs::{ContactElement, ContactError, Friction, SurfacePair, SurfacePairSettings, TargetSurface};
+use contact_qs::{ActiveContact, ContactError, Friction, SurfacePair, SurfacePairSettings, TargetSurface};
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::error::FailureKind;
-use ffr_dynamics::system::force::{BodyState, ForceElement};
+use ffr_dynamics::system::{Active, ActiveForce, BodyState, Motion};
 use iga_core::hierarchical::{HierarchicalSpace, IndexBox, SubdomainHierarchy};
 use iga_core::space::{PatchSpace, Space};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -19,16 +19,14 @@ fn forces_are_equal_and_opposite_and_keep_the_angular_momentum() {
         for (quasistatic, penalty) in CASES {
             let mut most = 0;
             for seed in 1..8 {
-                let mut pair = random_pair(motion, quasistatic, penalty, Method::ActiveSet, seed);
-                let bodies = random_bodies(&pair, motion, DEPTH, seed);
+                let mut pair =
+                    Active::new(random_pair(motion, quasistatic, penalty, Method::ActiveSet, seed));
+                let bodies = random_bodies(pair.element(), motion, DEPTH, seed);
                 let (forces, energy) = evaluate(&mut pair, &bodies);
                 let case = format!("{motion:?} {quasistatic:?} {penalty:e} {seed}");
-                assert!(
-                    energy > 0.0 && pair.report().n_active > 0,
-                    "{case} {:?} {}",
-                    pair.gaps(),
-                    pair.smallest_gap(&bodies)
-                );
+                let gap = pair.smallest_gap(Motion::new(0.0, &bodies));
+                let gaps = pair.state().gaps();
+                assert!(energy > 0.0 && pair.report().n_active > 0, "{case} {gaps:?} {gap}");
                 most = most.max(pair.report().n_active);
                 assert_eq!(forces[2].force, -forces[0].force);
                 assert_eq!(forces[1].force, Vector3::zeros());
@@ -62,7 +60,7 @@ fn freedoms(motion: RigidMotion) -> (&'static [usize], &'static [usize]) {
 }
 
 /// Largest difference of forces and slopes of the potential, as a share of the contact force.
-fn gradient_error(pair: &mut SurfacePair, motion: RigidMotion, bodies: &[BodyState]) -> f64 {
+fn gradient_error(pair: &mut Active<SurfacePair>, motion: RigidMotion, bodies: &[BodyState]) -> f64 {
     let (forces, energy) = evaluate(pair, bodies);
     assert!(energy > 0.0);
     let scale = forces[2].force.norm();
@@ -97,8 +95,9 @@ fn force_is_minus_the_gradient_of_the_potential() {
         for (quasistatic, penalty) in CASES {
             let mut most = 0;
             for seed in 1..8 {
-                let mut pair = random_pair(motion, quasistatic, penalty, Method::ActiveSet, seed);
-                let bodies = random_bodies(&pair, motion, DEPTH, seed);
+                let mut pair =
+                    Active::new(random_pair(motion, quasistatic, penalty, Method::ActiveSet, seed));
+                let bodies = random_bodies(pair.element(), motion, DEPTH, seed);
                 let error = gradient_error(&mut pair, motion, &bodies);
                 // Tilted normals and quasistatic displacements left out of lever arms would show at 1e-2.
                 assert!(error < 3e-7, "{motion:?} {quasistatic:?} {penalty:e} {seed}: {error:e}");
@@ -113,9 +112,9 @@ fn force_is_minus_the_gradient_of_the_potential() {
 fn algorithm_1_finds_the_same_forces() {
     for motion in [RigidMotion::Axial, RigidMotion::Planar] {
         let method = Method::Broyden(BroydenSettings::default());
-        let mut pair = random_pair(motion, [true, true], 1e10, Method::ActiveSet, 3);
-        let mut other = random_pair(motion, [true, true], 1e10, method, 3);
-        let bodies = random_bodies(&pair, motion, DEPTH, 3);
+        let mut pair = Active::new(random_pair(motion, [true, true], 1e10, Method::ActiveSet, 3));
+        let mut other = Active::new(random_pair(motion, [true, true], 1e10, method, 3));
+        let bodies = random_bodies(pair.element(), motion, DEPTH, 3);
         evaluate(&mut pair, &bodies);
         evaluate(&mut other, &bodies);
         let (a, b) = (pair.report().normal_force, other.report().normal_force);
@@ -132,8 +131,8 @@ fn save_and_restore_are_exact_to_the_bit() {
             if motion == RigidMotion::Spatial && method != Method::ActiveSet {
                 continue;
             }
-            let mut pair = random_pair(motion, [true, true], 1e10, method, 5);
-            let bodies = random_bodies(&pair, motion, DEPTH, 5);
+            let mut pair = Active::new(random_pair(motion, [true, true], 1e10, method, 5));
+            let bodies = random_bodies(pair.element(), motion, DEPTH, 5);
             evaluate(&mut pair, &bodies);
             pair.save();
             let mut moved = bodies.clone();
@@ -158,55 +157,60 @@ fn save_and_restore_are_exact_to_the_bit() {
 #[test]
 fn smallest_gap_is_the_distance_at_any_range() {
     for motion in MOTIONS {
-        let pair = random_pair(motion, [true, true], 1e10, Method::ActiveSet, 3);
-        let mut bodies = random_bodies(&pair, motion, 0.0, 3);
+        let mut pair = Active::new(random_pair(motion, [true, true], 1e10, Method::ActiveSet, 3));
+        let mut bodies = random_bodies(pair.element(), motion, 0.0, 3);
         // Where the loop of random_bodies has ended.
-        assert!(pair.smallest_gap(&bodies).abs() < 1e-12);
-        let normal = pair.normal(&bodies);
+        assert!(pair.smallest_gap(Motion::new(0.0, &bodies)).abs() < 1e-12);
+        let normal = pair.normal(Motion::new(0.0, &bodies));
         assert!((normal.norm() - 1.0).abs() < 1e-14);
         for distance in [1e-6, 1e-3, 0.1, 2.0] {
             let mut apart = bodies.clone();
             apart[2].position += normal * distance;
-            let gap = pair.smallest_gap(&apart);
+            let gap = pair.smallest_gap(Motion::new(0.0, &apart));
             // Another point may be nearer than the one followed, but not by more than the extent of the zone.
             assert!(gap > 0.2 * distance && gap <= distance * (1.0 + 1e-6), "{motion:?} {distance} {gap}");
         }
         bodies[2].position -= normal * 1e-4;
-        let gap = pair.smallest_gap(&bodies);
+        let gap = pair.smallest_gap(Motion::new(0.0, &bodies));
         assert!((-1.5e-4..-0.99e-4).contains(&gap), "{motion:?} {gap}");
         bodies[2].elastic[0] = f64::NAN;
-        assert!(pair.smallest_gap(&bodies).is_nan());
-        let mut pair = pair;
+        assert!(pair.smallest_gap(Motion::new(0.0, &bodies)).is_nan());
         let mut f = forces(3, N_MODES);
-        assert_eq!(pair.apply(0.0, &bodies, &mut f).unwrap_err().kind, FailureKind::NotFinite);
+        assert_eq!(
+            pair.evaluate(Motion::new(0.0, &bodies), &mut f).unwrap_err().kind,
+            FailureKind::NotFinite
+        );
         // A target that has lost its place is seen by a pair whose points were far from it, too.
-        let mut apart = random_bodies(&pair, motion, -0.1, 3);
-        pair.apply(0.0, &apart, &mut f).unwrap();
+        let mut apart = random_bodies(pair.element(), motion, -0.1, 3);
+        pair.evaluate(Motion::new(0.0, &apart), &mut f).unwrap();
         apart[0].elastic[0] = f64::NAN;
-        assert!(pair.smallest_gap(&apart).is_nan());
-        assert_eq!(pair.apply(0.0, &apart, &mut f).unwrap_err().kind, FailureKind::NotFinite);
+        assert!(pair.smallest_gap(Motion::new(0.0, &apart)).is_nan());
+        assert_eq!(pair.evaluate(Motion::new(0.0, &apart), &mut f).unwrap_err().kind, FailureKind::NotFinite);
     }
 }
 
 #[test]
 fn penalty_factor_may_change_and_misfits_are_refused() {
     let motion = RigidMotion::Axial;
-    let mut pair = random_pair(motion, [true, true], 1e9, Method::ActiveSet, 3);
-    let bodies = random_bodies(&pair, motion, DEPTH, 3);
+    let mut pair = Active::new(random_pair(motion, [true, true], 1e9, Method::ActiveSet, 3));
+    let bodies = random_bodies(pair.element(), motion, DEPTH, 3);
     let mut last = 0.0;
     for penalty in [1e9, 1e10, 1e11, f64::INFINITY] {
         pair.set_penalty(penalty).unwrap();
         evaluate(&mut pair, &bodies);
         assert!(pair.report().normal_force > last);
         last = pair.report().normal_force;
-        let mut fresh = random_pair(motion, [true, true], penalty, Method::ActiveSet, 3);
+        let mut fresh = Active::new(random_pair(motion, [true, true], penalty, Method::ActiveSet, 3));
         evaluate(&mut fresh, &bodies);
         // Warm and cold starts meet within the tolerance of the iteration.
         assert!((fresh.report().normal_force / last - 1.0).abs() < 1e-8);
     }
     assert!(matches!(pair.set_penalty(0.0), Err(ContactError::Penalty { .. })));
-    assert!(pair.largest_compliance_weight(&bodies).unwrap().unwrap() > 0.0);
-    assert!(matches!(pair.with_friction(Friction::new(-0.3)), Err(ContactError::Friction { .. })));
+    assert!(pair.compliance_weight(Motion::new(0.0, &bodies)).unwrap().unwrap() > 0.0);
+    assert!(matches!(
+        pair.into_parts().0.with_friction(Friction::new(-0.3)),
+        Err(ContactError::Friction { .. })
+    ));
     let modal = Method::Broyden(BroydenSettings::default());
     let pair = random_pair(motion, [true, true], 1e9, modal, 3);
     assert!(matches!(pair.with_friction(Friction::new(0.3)), Err(ContactError::FrictionSolver)));
@@ -252,13 +256,16 @@ fn hierarchical_targets_are_the_same_surface() {
             penalty: 1e9,
             method: Method::ActiveSet,
         };
-        SurfacePair::new(random_points(motion, false, 3), target, settings).unwrap()
+        Active::new(SurfacePair::new(random_points(motion, false, 3), target, settings).unwrap())
     };
-    let (on_fine, on_plain) = (pair(&fine), pair(&plain));
+    let (mut on_fine, mut on_plain) = (pair(&fine), pair(&plain));
     let mut bodies = vec![BodyState::at_rest(N_MODES); 3];
     for z in [0.14, 0.149, 0.16, 0.3] {
         bodies[2].position.z = z;
-        let (a, b) = (on_fine.smallest_gap(&bodies), on_plain.smallest_gap(&bodies));
+        let (a, b) = (
+            on_fine.smallest_gap(Motion::new(0.0, &bodies)),
+            on_plain.smallest_gap(Motion::new(0.0, &bodies)),
+        );
         // Round-off of the fits.
         assert!((a - b).abs() < 1e-15, "{z}: {a} {b}");
     }
@@ -275,12 +282,13 @@ fn points_beyond_the_end_of_the_target_are_open() {
     let target = TargetSurface::rigid(motion, &space, &shape.patches, &parts).unwrap();
     let settings =
         SurfacePairSettings { contact_body: 2, target_body: None, penalty: 1e9, method: Method::ActiveSet };
-    let mut pair = SurfacePair::new(random_points(motion, false, 3), target, settings).unwrap();
+    let mut pair = Active::new(SurfacePair::new(random_points(motion, false, 3), target, settings).unwrap());
     let mut bodies = vec![BodyState::at_rest(N_MODES); 3];
     bodies[2].position.z = 0.14;
     evaluate(&mut pair, &bodies);
-    let beyond = pair.gaps().iter().zip(pair.point_forces()).filter(|(g, f)| **g > 0.0 && **f <= 0.0).count();
-    assert!(beyond > 0 && pair.gaps().iter().all(|g| g.is_finite()));
+    let beyond =
+        pair.state().gaps().iter().zip(pair.point_forces()).filter(|(g, f)| **g > 0.0 && **f <= 0.0).count();
+    assert!(beyond > 0 && pair.state().gaps().iter().all(|g| g.is_finite()));
     assert_eq!(beyond + pair.report().n_active, pair.n_points());
 }
 
@@ -288,22 +296,23 @@ fn points_beyond_the_end_of_the_target_are_open() {
 fn forces_of_several_pairs_on_a_body_add_up() {
     let motion = RigidMotion::Spatial;
     // One target for two contact bodies: pairs know nothing of each other.
-    let mut first = random_pair(motion, [true, true], 1e10, Method::ActiveSet, 3);
-    let bodies = random_bodies(&first, motion, DEPTH, 3);
+    let mut first = Active::new(random_pair(motion, [true, true], 1e10, Method::ActiveSet, 3));
+    let bodies = random_bodies(first.element(), motion, DEPTH, 3);
     let settings = SurfacePairSettings {
         contact_body: 1,
         target_body: Some(0),
         penalty: 1e10,
         method: Method::ActiveSet,
     };
-    let mut second =
+    let second =
         SurfacePair::new(random_points(motion, true, 3), random_target(motion, true, 103), settings).unwrap();
+    let mut second = Active::new(second);
     let mut bodies = bodies;
     bodies[1] = bodies[2].clone();
     let (mut together, mut alone) = (forces(3, N_MODES), forces(3, N_MODES));
-    first.apply(0.0, &bodies, &mut alone).unwrap();
-    first.apply(0.0, &bodies, &mut together).unwrap();
-    second.apply(0.0, &bodies, &mut together).unwrap();
+    first.evaluate(Motion::new(0.0, &bodies), &mut alone).unwrap();
+    first.evaluate(Motion::new(0.0, &bodies), &mut together).unwrap();
+    second.evaluate(Motion::new(0.0, &bodies), &mut together).unwrap();
     // The second is the first under another number: warm and cold starts agree to the tolerance asked of random pairs
     // and the default one.
     let scale = alone[2].force.norm();

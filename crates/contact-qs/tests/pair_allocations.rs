@@ -5,10 +5,10 @@ mod counting;
 mod pair_support;
 
 use contact_qs::quasistatic::{BroydenSettings, Method};
-use contact_qs::{ContactElement, Friction};
+use contact_qs::{ActiveContact, Friction};
 use counting::allocations;
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::system::force::ForceElement;
+use ffr_dynamics::system::{Active, ActiveForce, Motion};
 use pair_support::{N_MODES, forces, random_bodies, random_pair};
 
 #[test]
@@ -25,22 +25,22 @@ fn evaluations_of_pairs_do_not_allocate() {
         (RigidMotion::Spatial, [false, false], Method::ActiveSet, 0.3),
     ] {
         let pair = random_pair(motion, quasistatic, 1e10, method, 3);
-        let mut pair = pair.with_friction(Friction::new(friction)).unwrap();
-        let mut bodies = random_bodies(&pair, motion, 2e-3, 3);
+        let mut pair = Active::new(pair.with_friction(Friction::new(friction)).unwrap());
+        let mut bodies = random_bodies(pair.element(), motion, 2e-3, 3);
         bodies[2].velocity.x = 0.1;
         let mut out = forces(3, N_MODES);
         // Libraries may set up thread-local buffers once.
-        pair.apply(0.0, &bodies, &mut out).unwrap();
-        let mut smallest = pair.smallest_gap(&bodies);
+        pair.evaluate(Motion::new(0.0, &bodies), &mut out).unwrap();
+        let mut smallest = pair.smallest_gap(Motion::new(0.0, &bodies));
         let before = allocations();
         for step in 0..10 {
             // Sliding and turning: projections, sets and factors change.
             bodies[2].position.z += 1e-5 * f64::from(step % 3 - 1);
             bodies[0].elastic[0] += 1e-5 * f64::from(step % 2);
             pair.save();
-            pair.apply(0.0, &bodies, &mut out).unwrap();
+            pair.evaluate(Motion::new(0.0, &bodies), &mut out).unwrap();
             pair.restore();
-            smallest = smallest.min(pair.smallest_gap(&bodies));
+            smallest = smallest.min(pair.smallest_gap(Motion::new(0.0, &bodies)));
         }
         let count = allocations() - before;
         assert!(pair.report().n_active > 0 && smallest < 0.0, "{motion:?} must be in contact");

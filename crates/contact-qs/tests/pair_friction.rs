@@ -7,9 +7,9 @@ mod pair_support;
 
 use common::Random;
 use contact_qs::quasistatic::{Method, PointState};
-use contact_qs::{ContactElement, Friction, SurfacePair};
+use contact_qs::{ActiveContact, Friction, SurfacePair};
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::system::force::{BodyState, ForceElement};
+use ffr_dynamics::system::{Active, ActiveForce, BodyState, Motion};
 use nalgebra::{UnitQuaternion, Vector3};
 use pair_support::*;
 
@@ -19,7 +19,7 @@ fn rubbing(
     (quasistatic, penalty): ([bool; 2], f64),
     friction: Friction,
     seed: u64,
-) -> (SurfacePair, Vec<BodyState>) {
+) -> (Active<SurfacePair>, Vec<BodyState>) {
     let pair = random_pair(motion, quasistatic, penalty, Method::ActiveSet, seed);
     let pair = pair.with_friction(friction).unwrap();
     let mut bodies = random_bodies(&pair, motion, DEPTH, seed);
@@ -36,7 +36,7 @@ fn rubbing(
         }
         body.elastic_rates.iter_mut().for_each(|q| *q = 0.2 * vector().x);
     }
-    (pair, bodies)
+    (Active::new(pair), bodies)
 }
 
 /// The bodies `dt` later, at constant velocities.
@@ -80,12 +80,12 @@ fn forces_keep_both_momenta_and_obey_coulombs_law() {
                 }
                 let n_t = motion.n_components() - 1;
                 for (i, &normal) in pair.point_forces().iter().enumerate().filter(|(_, f)| **f > 0.0) {
-                    let tangential = &pair.tangential_forces()[n_t * i..n_t * (i + 1)];
+                    let tangential = &pair.state().tangential_forces()[n_t * i..n_t * (i + 1)];
                     let size = tangential.iter().map(|x| x * x).sum::<f64>().sqrt();
                     // Components along tangents of the reference surface, whose lengths differ from one by the strain since
                     // the commitment and by gap over radius of curvature, 2e-3 / 0.1 here.
                     assert!(size <= 0.3 * normal * (1.0 + 3e-2), "{name}");
-                    match pair.point_states()[i] {
+                    match pair.state().point_states()[i] {
                         PointState::Slip => n_sliding += 1,
                         _ => n_stuck += 1,
                     }
@@ -126,7 +126,8 @@ fn sticking_forces_are_minus_the_gradient_of_a_potential() {
                     continue;
                 }
                 let scale = forces[2].force.norm();
-                most = most.max(pair.tangential_forces().iter().fold(0.0, |m, f| f.abs().max(m)) / scale);
+                most = most
+                    .max(pair.state().tangential_forces().iter().fold(0.0, |m, f| f.abs().max(m)) / scale);
                 // As in the test without friction; turns between the forces end at 1e-10 of them, which is 1e-10 depth / h.
                 let (h, tolerance) = (1e-6, 3e-6);
                 let (directions, axes): (&[usize], &[usize]) = match motion {
@@ -173,7 +174,7 @@ fn power_of_the_forces_goes_into_stored_energy_and_slip_alone() {
                 pair.save();
                 let bodies = later(&bodies, 3e-4);
                 let (forces, _) = evaluate(&mut pair, &bodies);
-                let states = pair.point_states().to_vec();
+                let states = pair.state().point_states().to_vec();
                 let energies = pair.energies();
                 let lost = energies.dissipated_power;
                 let power: f64 = bodies
@@ -189,7 +190,7 @@ fn power_of_the_forces_goes_into_stored_energy_and_slip_alone() {
                 let mut is_same = true;
                 let mut at = |dt: f64| {
                     let energy = evaluate(&mut pair, &later(&bodies, dt)).1;
-                    is_same &= pair.point_states() == states;
+                    is_same &= pair.state().point_states() == states;
                     [energy, pair.energies().slid]
                 };
                 let (after, before) = (at(h), at(-h));
@@ -267,6 +268,6 @@ fn a_common_motion_of_both_bodies_is_no_slip() {
         // Projections end at round-off, passes at 1e-12.
         let scale = before.0[2].force.norm();
         assert!((turn * before.0[2].force - after.0[2].force).norm() < 1e-8 * scale, "{motion:?}");
-        assert!(pair.smallest_gap(&turned) < 0.0);
+        assert!(pair.smallest_gap(Motion::new(0.0, &turned)) < 0.0);
     }
 }

@@ -10,11 +10,11 @@ mod elastic;
 use contact_qs::law::hertz::{HertzImpact, HertzPair, Solid};
 use contact_qs::quasistatic::{BroydenSettings, Method};
 use contact_qs::{
-    ContactElement, Plane, PlaneContact, PlaneContactSettings, SurfacePair, SurfacePairSettings,
+    ActiveContact, Plane, PlaneContact, PlaneContactSettings, SurfacePair, SurfacePairSettings,
 };
 use elastic::{ALUMINIUM, ElasticSphere, STEEL};
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::system::force::{BodyState, ForceElement, GeneralisedForce};
+use ffr_dynamics::system::{Active, ActiveForce, BodyState, GeneralisedForce, Motion};
 use nalgebra::Vector3;
 use pair_support::highest;
 
@@ -29,7 +29,7 @@ fn sphere(radius: f64, solid: Solid, up: f64) -> ElasticSphere {
 
 /// Forces between two bodies that are pressed together by `approach` and come to rest, and the passes of the last evaluation.
 fn press(
-    pair: &mut SurfacePair,
+    pair: &mut Active<SurfacePair>,
     [own, target]: [&ElasticSphere; 2],
     [z_own, z_target]: [f64; 2],
 ) -> (f64, Vec<GeneralisedForce>) {
@@ -40,7 +40,7 @@ fn press(
     // The low modes are stiff: a tenth of the change is left after each pass.
     for _ in 0..25 {
         forces = vec![GeneralisedForce::zeros(N_MODES); 2];
-        pair.apply(0.0, &bodies, &mut forces).unwrap();
+        pair.evaluate(Motion::new(0.0, &bodies), &mut forces).unwrap();
         own.settle(&forces[0].elastic, &mut bodies[0].elastic);
         target.settle(&forces[1].elastic, &mut bodies[1].elastic);
     }
@@ -62,8 +62,8 @@ fn pair(own: &ElasticSphere, target: &ElasticSphere, penalty: f64, method: Metho
 fn two_spheres_follow_hertz_and_may_change_roles() {
     let (small, large) = (sphere(RADIUS, ALUMINIUM, -1.0), sphere(2.0 * RADIUS, STEEL, 1.0));
     let hertz = HertzPair::new([ALUMINIUM, STEEL], [RADIUS, 2.0 * RADIUS]);
-    let mut on_large = pair(&small, &large, f64::INFINITY, Method::ActiveSet);
-    let mut on_small = pair(&large, &small, f64::INFINITY, Method::ActiveSet);
+    let mut on_large = Active::new(pair(&small, &large, f64::INFINITY, Method::ActiveSet));
+    let mut on_small = Active::new(pair(&large, &small, f64::INFINITY, Method::ActiveSet));
     for approach in [2e-6, 5e-6, 8e-6] {
         let distance = 3.0 * RADIUS - approach;
         let (force, forces) = press(&mut on_large, [&small, &large], [distance, 0.0]);
@@ -78,10 +78,10 @@ fn two_spheres_follow_hertz_and_may_change_roles() {
         assert!(exchanged.abs() < 2e-3, "{approach}: {exchanged}");
         let mut f = vec![GeneralisedForce::zeros(N_MODES); 2];
         on_large.forget();
-        on_large.apply(0.0, &rest(distance), &mut f).unwrap();
-        let cold = on_large.n_passes();
-        on_large.apply(0.0, &rest(distance + 1e-8), &mut f).unwrap();
-        let warm = on_large.n_passes();
+        on_large.evaluate(Motion::new(0.0, &rest(distance)), &mut f).unwrap();
+        let cold = on_large.found().n_passes();
+        on_large.evaluate(Motion::new(0.0, &rest(distance + 1e-8)), &mut f).unwrap();
+        let warm = on_large.found().n_passes();
         // Each solution leaves about a/r of the error.
         assert!(cold <= 6 && warm <= 4, "{cold} {warm}");
     }
@@ -92,17 +92,17 @@ fn two_equal_spheres_meet_like_one_and_a_plane() {
     let (upper, lower) = (sphere(RADIUS, ALUMINIUM, -1.0), sphere(RADIUS, ALUMINIUM, 1.0));
     let penalty = 1e17;
     let depth = 2e-6;
-    let mut both = pair(&upper, &lower, 0.5 * penalty, Method::ActiveSet);
+    let mut both = Active::new(pair(&upper, &lower, 0.5 * penalty, Method::ActiveSet));
     let (force, forces) = press(&mut both, [&upper, &lower], [2.0 * (RADIUS - depth), 0.0]);
     let plane = Plane { point: Vector3::zeros(), normal: Vector3::z_axis() };
     let settings = PlaneContactSettings { body: 0, plane, penalty, method: Method::ActiveSet };
-    let mut one = PlaneContact::new(upper.submodel(), settings).unwrap();
+    let mut one = Active::new(PlaneContact::new(upper.submodel(), settings).unwrap());
     let mut body = BodyState::at_rest(N_MODES);
     body.position.z = RADIUS - depth;
     let mut alone = vec![GeneralisedForce::zeros(N_MODES)];
     for _ in 0..25 {
         alone = vec![GeneralisedForce::zeros(N_MODES)];
-        one.apply(0.0, std::slice::from_ref(&body), &mut alone).unwrap();
+        one.evaluate(Motion::new(0.0, std::slice::from_ref(&body)), &mut alone).unwrap();
         upper.settle(&alone[0].elastic, &mut body.elastic);
     }
     // The common surface is plane but for the penetration of springs, whose slope is some 1e-3; radial displacements slide
@@ -117,7 +117,7 @@ fn two_equal_spheres_meet_like_one_and_a_plane() {
 fn interface_forces_balance_and_algorithm_1_agrees() {
     let (small, large) = (sphere(RADIUS, ALUMINIUM, -1.0), sphere(2.0 * RADIUS, STEEL, 1.0));
     let penalty = 1e17;
-    let mut by_set = pair(&small, &large, penalty, Method::ActiveSet);
+    let mut by_set = Active::new(pair(&small, &large, penalty, Method::ActiveSet));
     let at = [3.0 * RADIUS - 4e-6, 0.0];
     let (force, _) = press(&mut by_set, [&small, &large], at);
     for (body, sphere, sign) in [(0, &small, 1.0), (1, &large, -1.0)] {
@@ -135,7 +135,8 @@ fn interface_forces_balance_and_algorithm_1_agrees() {
             .sum();
         assert!((axial - sign * force).abs() < 1e-12 * force); // round-off: functions sum to one
     }
-    let mut by_algorithm_1 = pair(&small, &large, penalty, Method::Broyden(BroydenSettings::default()));
+    let mut by_algorithm_1 =
+        Active::new(pair(&small, &large, penalty, Method::Broyden(BroydenSettings::default())));
     let (other, _) = press(&mut by_algorithm_1, [&small, &large], at);
     // ε = 1e-15 m of 2e-6 m.
     assert!((other / force - 1.0).abs() < 1e-6, "{force} {other}");
@@ -144,13 +145,17 @@ fn interface_forces_balance_and_algorithm_1_agrees() {
 #[test]
 fn smallest_gap_of_spheres_is_that_of_their_poles() {
     let (small, large) = (sphere(RADIUS, ALUMINIUM, -1.0), sphere(2.0 * RADIUS, STEEL, 1.0));
-    let pair = pair(&small, &large, 1e17, Method::ActiveSet);
+    let mut pair = Active::new(pair(&small, &large, 1e17, Method::ActiveSet));
     let mut bodies = vec![BodyState::at_rest(N_MODES); 2];
     for gap in [-1e-5, -1e-9, 1e-12, 1e-6, 1e-3, 0.5, 20.0] {
         bodies[0].position.z = 3.0 * RADIUS + gap;
         // Round-off of positions of 1e-2 m or the gap itself.
-        assert!((pair.smallest_gap(&bodies) - gap).abs() < 1e-17 + 1e-14 * gap.abs().max(RADIUS), "{gap}");
-        assert_eq!(pair.normal(&bodies), Vector3::z());
+        assert!(
+            (pair.smallest_gap(Motion::new(0.0, &bodies)) - gap).abs()
+                < 1e-17 + 1e-14 * gap.abs().max(RADIUS),
+            "{gap}"
+        );
+        assert_eq!(pair.normal(Motion::new(0.0, &bodies)), Vector3::z());
     }
     assert_eq!(pair.bodies(), (0, Some(1)));
     // The zone is the pole, whose face looks up.
@@ -166,9 +171,9 @@ struct Flight {
 
 impl Flight {
     /// Rates of all coordinates and velocities, and energy and momentum.
-    fn rates(&self, pair: &mut SurfacePair, spheres: [&ElasticSphere; 2]) -> (Vec<f64>, [f64; 2]) {
+    fn rates(&self, pair: &mut Active<SurfacePair>, spheres: [&ElasticSphere; 2]) -> (Vec<f64>, [f64; 2]) {
         let mut forces = vec![GeneralisedForce::zeros(N_MODES); 2];
-        pair.apply(0.0, &self.bodies, &mut forces).unwrap();
+        pair.evaluate(Motion::new(0.0, &self.bodies), &mut forces).unwrap();
         let stored = pair.energies();
         let (mut rates, mut energy, mut momentum) = (Vec::new(), stored.elastic_high + stored.penalty, 0.0);
         for i in 0..2 {
@@ -204,7 +209,7 @@ impl Flight {
 fn impact_of_two_spheres_keeps_energy_and_momentum() {
     let (small, large) = (sphere(RADIUS, ALUMINIUM, -1.0), sphere(2.0 * RADIUS, STEEL, 1.0));
     let spheres = [&small, &large];
-    let mut pair = pair(&small, &large, 1e17, Method::ActiveSet);
+    let mut pair = Active::new(pair(&small, &large, 1e17, Method::ActiveSet));
     let volume = |r: f64| 4.0 / 3.0 * std::f64::consts::PI * r.powi(3);
     let masses = [2789.0 * volume(RADIUS), 2789.0 * volume(2.0 * RADIUS)];
     let mut flight = Flight { bodies: rest(3.0 * RADIUS), masses };
@@ -219,7 +224,7 @@ fn impact_of_two_spheres_keeps_energy_and_momentum() {
         peak = peak.max(pair.report().normal_force);
         let k2 = flight.moved(&k1, 0.5 * h).rates(&mut pair, spheres).0;
         let k3 = flight.moved(&k2, 0.5 * h).rates(&mut pair, spheres).0;
-        passes += pair.n_passes();
+        passes += pair.found().n_passes();
         n += 1;
         let k4 = flight.moved(&k3, h).rates(&mut pair, spheres).0;
         let mean: Vec<f64> =

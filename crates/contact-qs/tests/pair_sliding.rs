@@ -12,10 +12,10 @@ mod caps;
 use caps::{RADIUS, caps_with};
 use common::Random;
 use contact_qs::quasistatic::PointState;
-use contact_qs::{Friction, SurfacePair};
+use contact_qs::{ActiveContact, Friction, SurfacePair};
 use ffr_dynamics::body::{RigidMotion, StandardInputData};
 use ffr_dynamics::integration::{DormandPrince, StepSettings};
-use ffr_dynamics::system::{BodyState, ErrorScale, ForceElement, Multibody};
+use ffr_dynamics::system::{Active, ActiveForce, BodyState, ErrorScale, Multibody};
 use free_motion::{body_state, free_system, state_vector};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
@@ -24,12 +24,12 @@ const INERTIA: f64 = 0.4 * MASS * RADIUS * RADIUS;
 /// Closing speed that presses the balls 2 µm together ([`contact_qs::law::hertz`], Eq. C.22).
 const SPEED: f64 = 0.055;
 
-fn system(coefficient: f64) -> Multibody<SurfacePair> {
+fn system(coefficient: f64) -> Multibody<Box<Active<SurfacePair>>> {
     let pair = caps_with(0, 1.6e-4, 8, 1e18).with_friction(Friction::new(coefficient)).unwrap();
     let inertia = Matrix3::identity() * INERTIA;
     let ball = StandardInputData::rigid(RigidMotion::Spatial, MASS, Vector3::zeros(), inertia).unwrap();
     let bodies = vec![("upper", ball.clone()), ("lower", ball)];
-    let mut system = free_system(bodies, Vector3::zeros(), vec![pair]);
+    let mut system = free_system(bodies, Vector3::zeros(), vec![Box::new(Active::new(pair))]);
     let scale = ErrorScale { relative: 1e-9, ..system.error_scale() };
     system.set_error_scale(scale).unwrap();
     system
@@ -87,7 +87,7 @@ fn run(coefficient: f64, start: &[BodyState; 2]) -> Outcome {
         let y = integrator.state();
         let pair = &system.forces()[0];
         let report = *pair.report();
-        for (state, force) in pair.point_states().iter().zip(pair.point_forces()) {
+        for (state, force) in pair.state().point_states().iter().zip(pair.point_forces()) {
             out.was_stuck |= *force > 0.0 && *state == PointState::Stick;
             out.was_sliding |= *force > 0.0 && *state == PointState::Slip;
         }

@@ -9,16 +9,16 @@ mod caps;
 
 use caps::{N_MODES, RADIUS, caps, pressed};
 use common::Random;
-use contact_qs::{ContactElement, SurfacePair};
-use ffr_dynamics::system::force::{BodyState, ForceElement, GeneralisedForce};
+use contact_qs::{ActiveContact, SurfacePair};
+use ffr_dynamics::system::{Active, ActiveForce, BodyState, GeneralisedForce, Motion};
 use nalgebra::{UnitQuaternion, Vector3};
 
 const WIDTH: f64 = 1.5e-4;
 const DEPTH: f64 = 2e-6;
 
-fn evaluate(pair: &mut SurfacePair, bodies: &[BodyState]) -> (Vec<GeneralisedForce>, f64) {
+fn evaluate(pair: &mut Active<SurfacePair>, bodies: &[BodyState]) -> (Vec<GeneralisedForce>, f64) {
     let mut forces = vec![GeneralisedForce::zeros(N_MODES); 2];
-    pair.apply(0.0, bodies, &mut forces).unwrap();
+    pair.evaluate(Motion::new(0.0, bodies), &mut forces).unwrap();
     (forces, pair.energies().elastic_high + pair.energies().penalty)
 }
 
@@ -38,8 +38,8 @@ fn random_state(random: &mut Random) -> Vec<BodyState> {
 
 #[test]
 fn evaluations_that_leave_points_out_find_the_forces_of_those_that_look_at_all() {
-    let mut warm = caps(WIDTH, 10, 1e18);
-    let mut cold = caps(WIDTH, 10, 1e18);
+    let mut warm = Active::new(caps(WIDTH, 10, 1e18));
+    let mut cold = Active::new(caps(WIDTH, 10, 1e18));
     let mut random = Random::new(3);
     let mut bodies = pressed(-DEPTH);
     evaluate(&mut warm, &bodies);
@@ -52,7 +52,8 @@ fn evaluations_that_leave_points_out_find_the_forces_of_those_that_look_at_all()
         bodies[0].position.z = bodies[0].position.z.clamp(2.0 * RADIUS - 2.5e-6, 2.0 * RADIUS + 1e-6);
         bodies[1].elastic[step % N_MODES] += size * 1e-8 * random.next();
         cold.forget();
-        let gaps = (warm.smallest_gap(&bodies), cold.smallest_gap(&bodies));
+        let gaps =
+            (warm.smallest_gap(Motion::new(0.0, &bodies)), cold.smallest_gap(Motion::new(0.0, &bodies)));
         // Both projections end at round-off of positions of 1e-2 m.
         assert!((gaps.0 - gaps.1).abs() < 1e-16, "{step}: {gaps:?}");
         let (found, energy) = evaluate(&mut warm, &bodies);
@@ -61,7 +62,7 @@ fn evaluations_that_leave_points_out_find_the_forces_of_those_that_look_at_all()
         // Gaps known to 1e-8 of the penetration from either side; forces go with its power 3/2.
         assert!((found[0].force - expected[0].force).norm() <= 1e-7 * scale, "{step}: {}", found[0].force);
         assert!((energy - other).abs() <= 1e-7 * other, "{step}: {energy} {other}");
-        let count = |f: &SurfacePair| f.point_forces().iter().filter(|f| **f > 0.0).count();
+        let count = |f: &Active<SurfacePair>| f.point_forces().iter().filter(|f| **f > 0.0).count();
         assert_eq!(count(&warm), count(&cold), "{step}");
         most = most.max(count(&warm));
         n_open += usize::from(count(&warm) == 0);
@@ -71,7 +72,7 @@ fn evaluations_that_leave_points_out_find_the_forces_of_those_that_look_at_all()
 
 #[test]
 fn forces_on_solid_balls_keep_both_momenta_to_round_off() {
-    let mut pair = caps(WIDTH, 10, 1e18);
+    let mut pair = Active::new(caps(WIDTH, 10, 1e18));
     let mut random = Random::new(5);
     for case in 0..20 {
         let bodies = random_state(&mut random);
@@ -88,7 +89,7 @@ fn forces_on_solid_balls_keep_both_momenta_to_round_off() {
 
 #[test]
 fn force_on_solid_balls_is_minus_the_gradient_of_the_potential() {
-    let mut pair = caps(WIDTH, 8, 1e18).with_tolerance(1e-12);
+    let mut pair = Active::new(caps(WIDTH, 8, 1e18).with_tolerance(1e-12));
     let mut random = Random::new(7);
     let mut potential = |bodies: &[BodyState]| evaluate(&mut pair, bodies);
     for case in 0..4 {

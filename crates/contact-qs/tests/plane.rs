@@ -7,11 +7,11 @@ mod common;
 use common::Random;
 use contact_qs::quasistatic::{BroydenSettings, Method, ModalBasis, Quasistatic};
 use contact_qs::submodel::SparseRows;
-use contact_qs::{ContactError, ContactSubmodel, Plane, PlaneContact, PlaneContactSettings};
+use contact_qs::{ActiveContact, ContactError, ContactSubmodel, Plane, PlaneContact, PlaneContactSettings};
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::error::FailureKind;
-use ffr_dynamics::system::force::{BodyState, ForceElement, GeneralisedForce};
+use ffr_dynamics::system::{Active, ActiveForce, BodyState, GeneralisedForce, Motion};
 use nalgebra::{UnitQuaternion, UnitVector3, Vector3};
 
 const N_POINTS: usize = 6;
@@ -68,7 +68,7 @@ fn contact(motion: RigidMotion, quasistatic: bool, penalty: f64) -> PlaneContact
 }
 
 /// A body turned away from its rest and pressed into the plane by about `depth`.
-fn pressed(contact: &PlaneContact, motion: RigidMotion, depth: f64) -> BodyState {
+fn pressed(contact: &Active<PlaneContact>, motion: RigidMotion, depth: f64) -> BodyState {
     let mut state = BodyState::at_rest(N_MODES);
     state.position = Vector3::new(0.1, 0.2, 0.3);
     state.rotation = match motion {
@@ -82,21 +82,26 @@ fn pressed(contact: &PlaneContact, motion: RigidMotion, depth: f64) -> BodyState
         RigidMotion::Planar => Vector3::new(0.3, 0.9, 0.0).normalize(),
         RigidMotion::Spatial => Vector3::new(0.3, -0.2, 0.9).normalize(),
     };
-    state.position -= normal * (contact.smallest_gap(&state) + depth);
+    state.position -= normal * (contact.element().smallest_gap_at(&state) + depth);
     state
 }
 
 /// Force at `state` on body 1 of two, and the potential.
-fn evaluate(contact: &mut PlaneContact, state: &BodyState) -> (GeneralisedForce, f64) {
+fn evaluate(contact: &mut Active<PlaneContact>, state: &BodyState) -> (GeneralisedForce, f64) {
     let mut forces = vec![GeneralisedForce::zeros(N_MODES), GeneralisedForce::zeros(N_MODES)];
-    contact.apply(0.0, &[BodyState::at_rest(N_MODES), state.clone()], &mut forces).unwrap();
+    contact.evaluate(Motion::new(0.0, &[BodyState::at_rest(N_MODES), state.clone()]), &mut forces).unwrap();
     assert_eq!(forces[0].force, Vector3::zeros(), "the other body is left alone");
     let energies = contact.energies();
     (forces.remove(1), energies.elastic_high + energies.penalty)
 }
 
 /// Central difference of the potential along a change of the state.
-fn slope(contact: &mut PlaneContact, state: &BodyState, h: f64, shift: impl Fn(&mut BodyState, f64)) -> f64 {
+fn slope(
+    contact: &mut Active<PlaneContact>,
+    state: &BodyState,
+    h: f64,
+    shift: impl Fn(&mut BodyState, f64),
+) -> f64 {
     let mut at = |step: f64| {
         let mut moved = state.clone();
         shift(&mut moved, step);
@@ -109,7 +114,7 @@ fn slope(contact: &mut PlaneContact, state: &BodyState, h: f64, shift: impl Fn(&
 fn force_is_minus_the_gradient_of_the_potential() {
     for motion in [RigidMotion::Axial, RigidMotion::Planar, RigidMotion::Spatial] {
         for (quasistatic, penalty) in [(true, 1e9), (true, f64::INFINITY), (false, 1e9)] {
-            let mut contact = contact(motion, quasistatic, penalty);
+            let mut contact = Active::new(contact(motion, quasistatic, penalty));
             let state = pressed(&contact, motion, 1.5e-2);
             let (force, energy) = evaluate(&mut contact, &state);
             assert!(contact.report().n_active > 1 && energy > 0.0);
@@ -145,7 +150,7 @@ fn force_is_minus_the_gradient_of_the_potential() {
 
 #[test]
 fn resultant_is_the_sum_of_the_point_forces_and_acts_in_their_centre() {
-    let mut contact = contact(RigidMotion::Spatial, true, 1e9);
+    let mut contact = Active::new(contact(RigidMotion::Spatial, true, 1e9));
     let state = pressed(&contact, RigidMotion::Spatial, 5e-3);
     let (force, _) = evaluate(&mut contact, &state);
     let normal = Vector3::new(0.3, -0.2, 0.9).normalize();
@@ -164,12 +169,12 @@ fn resultant_is_the_sum_of_the_point_forces_and_acts_in_their_centre() {
 #[test]
 fn gap_forces_and_penetration_belong_together() {
     let motion = RigidMotion::Spatial;
-    let mut contact = contact(motion, true, 1e9);
+    let mut contact = Active::new(contact(motion, true, 1e9));
     let state = pressed(&contact, motion, 5e-3);
     let (_, potential) = evaluate(&mut contact, &state);
-    let areas = contact.submodel().areas.clone();
+    let areas = contact.element().submodel().areas.clone();
     let mut penalty_energy = 0.0;
-    for ((gap, force), area) in contact.gaps().iter().zip(contact.point_forces()).zip(&areas) {
+    for ((gap, force), area) in contact.found().gaps().iter().zip(contact.point_forces()).zip(&areas) {
         let pressed_in = (-gap).max(0.0);
         // Round-off of the solver: n eps.
         assert!((force - area * 1e9 * pressed_in).abs() < 1e-10 * contact.report().normal_force);
@@ -187,11 +192,11 @@ fn gap_forces_and_penetration_belong_together() {
 #[test]
 fn interface_forces_do_the_work_of_the_point_forces() {
     let motion = RigidMotion::Spatial;
-    let mut contact = contact(motion, true, f64::INFINITY);
+    let mut contact = Active::new(contact(motion, true, f64::INFINITY));
     let state = pressed(&contact, motion, 5e-3);
     evaluate(&mut contact, &state);
     let mut f_b = vec![0.0; N_INTERFACE];
-    contact.interface_force(&mut f_b);
+    contact.interface_force(1, &mut f_b);
     // ½ f_bᵀ G f_b is the quasistatic elastic energy; G is the first matrix that the submodel draws.
     let g = Random::new(11).semidefinite(N_INTERFACE, N_INTERFACE, 1e-5);
     let mut energy = 0.0;
@@ -207,18 +212,18 @@ fn interface_forces_do_the_work_of_the_point_forces() {
 #[test]
 fn rings_of_an_axisymmetric_body_push_along_the_axis_alone() {
     for sign in [1.0, -1.0] {
-        let mut contact = contact(RigidMotion::Axial, true, 1e9);
+        let mut contact = Active::new(contact(RigidMotion::Axial, true, 1e9));
         let mut state = pressed(&contact, RigidMotion::Axial, 5e-3);
         if sign < 0.0 {
             // Upside down: the other side of the zone meets the plane.
             state.rotation = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
-            state.position.z -= contact.smallest_gap(&state) + 5e-3;
+            state.position.z -= contact.element().smallest_gap_at(&state) + 5e-3;
         }
         let (force, _) = evaluate(&mut contact, &state);
         let total: f64 = contact.point_forces().iter().sum();
         assert!(total > 0.0);
         assert_eq!((force.force, force.torque), (Vector3::new(0.0, 0.0, total), Vector3::zeros()));
-        let low = &contact.submodel().low;
+        let low = &contact.element().submodel().low;
         for k in 0..N_MODES {
             let expected: f64 =
                 contact.point_forces().iter().enumerate().map(|(i, f)| sign * f * low[(2 * i + 1, k)]).sum();
@@ -230,7 +235,7 @@ fn rings_of_an_axisymmetric_body_push_along_the_axis_alone() {
 #[test]
 fn both_solvers_give_the_same_forces_on_a_turned_body() {
     let motion = RigidMotion::Spatial;
-    let mut exact = contact(motion, true, 1e9);
+    let mut exact = Active::new(contact(motion, true, 1e9));
     let state = pressed(&exact, motion, 5e-3);
     let (reference, _) = evaluate(&mut exact, &state);
     let settings = PlaneContactSettings {
@@ -242,7 +247,7 @@ fn both_solvers_give_the_same_forces_on_a_turned_body() {
         penalty: 1e9,
         method: Method::Broyden(BroydenSettings::default()),
     };
-    let mut broyden = PlaneContact::new(submodel(motion, true), settings).unwrap();
+    let mut broyden = Active::new(PlaneContact::new(submodel(motion, true), settings).unwrap());
     let (force, _) = evaluate(&mut broyden, &state);
     assert!(!broyden.report().solver.hit_iteration_limit);
     // ε = 1e-15 m beside displacements of 5e-3 m.
@@ -250,7 +255,7 @@ fn both_solvers_give_the_same_forces_on_a_turned_body() {
     assert!((force.torque - reference.torque).norm() < 1e-10 * reference.force.norm());
     let basis = ModalBasis::from_compliance(&submodel(motion, true).compliance).unwrap();
     let zone = Quasistatic::with_modes(BroydenSettings::default(), motion, basis).unwrap();
-    let mut modal = PlaneContact::with_zone(submodel(motion, true), settings, zone).unwrap();
+    let mut modal = Active::new(PlaneContact::with_zone(submodel(motion, true), settings, zone).unwrap());
     let (force, _) = evaluate(&mut modal, &state);
     assert!((force.force - reference.force).norm() < 1e-10 * reference.force.norm());
     assert!(matches!(broyden.set_penalty(f64::INFINITY), Err(ContactError::ExactConstraint { .. })));
@@ -259,10 +264,10 @@ fn both_solvers_give_the_same_forces_on_a_turned_body() {
 #[test]
 fn smallest_gap_is_zero_where_the_force_begins() {
     let motion = RigidMotion::Spatial;
-    let mut contact = contact(motion, true, 1e9);
+    let mut contact = Active::new(contact(motion, true, 1e9));
     for (depth, touches) in [(-1e-9, false), (1e-9, true)] {
         let state = pressed(&contact, motion, depth);
-        assert!((contact.smallest_gap(&state) + depth).abs() < 1e-15); // round-off of positions of 0.3 m
+        assert!((contact.element().smallest_gap_at(&state) + depth).abs() < 1e-15); // round-off of positions of 0.3 m
         let (force, _) = evaluate(&mut contact, &state);
         assert_eq!(force.force.norm() > 0.0, touches);
         assert_eq!(contact.report().n_active, usize::from(touches));
@@ -273,7 +278,7 @@ fn smallest_gap_is_zero_where_the_force_begins() {
 #[test]
 fn penalty_can_change_during_a_run() {
     let motion = RigidMotion::Planar;
-    let mut contact = contact(motion, true, 1e7);
+    let mut contact = Active::new(contact(motion, true, 1e7));
     let state = pressed(&contact, motion, 5e-3);
     let (soft, _) = evaluate(&mut contact, &state);
     contact.set_penalty(1e12).unwrap();
@@ -293,10 +298,10 @@ fn restored_contact_repeats_bit_for_bit() {
         let motion = RigidMotion::Spatial;
         let plane = Plane { point: Vector3::new(0.1, 0.2, 0.3), normal: Vector3::z_axis() };
         let settings = PlaneContactSettings { body: 1, plane, penalty: 1e9, method };
-        let mut contact = PlaneContact::new(submodel(motion, true), settings).unwrap();
+        let mut contact = Active::new(PlaneContact::new(submodel(motion, true), settings).unwrap());
         let mut state = BodyState::at_rest(N_MODES);
-        let mut at = |contact: &mut PlaneContact, depth: f64| {
-            state.position.z -= contact.smallest_gap(&state) + depth;
+        let mut at = |contact: &mut Active<PlaneContact>, depth: f64| {
+            state.position.z -= contact.element().smallest_gap_at(&state) + depth;
             let (force, energy) = evaluate(contact, &state);
             // Kept factors are no state: how often one was computed may differ.
             let solver = contact.report().solver;
@@ -321,24 +326,30 @@ fn restored_contact_repeats_bit_for_bit() {
 fn normals_that_a_model_cannot_meet_are_refused() {
     let tilted = UnitQuaternion::from_euler_angles(0.01, 0.0, 0.0);
     for motion in [RigidMotion::Axial, RigidMotion::Planar] {
-        let mut contact = contact(motion, true, 1e9);
-        assert!(contact.check_alignment(&UnitQuaternion::identity()).is_ok());
-        assert!(matches!(contact.check_alignment(&tilted), Err(ContactError::Normal { .. })));
+        let mut contact = Active::new(contact(motion, true, 1e9));
+        assert!(contact.element().check_alignment(&UnitQuaternion::identity()).is_ok());
+        assert!(matches!(contact.element().check_alignment(&tilted), Err(ContactError::Normal { .. })));
         let mut state = BodyState::at_rest(N_MODES);
         state.rotation = tilted;
         let mut forces = vec![GeneralisedForce::zeros(N_MODES); 2];
-        assert!(contact.apply(0.0, &[BodyState::at_rest(N_MODES), state.clone()], &mut forces).is_err());
-        assert!(contact.smallest_gap(&state).is_nan());
+        assert!(
+            contact
+                .evaluate(Motion::new(0.0, &[BodyState::at_rest(N_MODES), state.clone()]), &mut forces)
+                .is_err()
+        );
+        assert!(contact.element().smallest_gap_at(&state).is_nan());
     }
 }
 
 #[test]
 fn state_that_is_not_a_number_is_rejected_with_code_2() {
-    let mut contact = contact(RigidMotion::Spatial, true, 1e9);
+    let mut contact = Active::new(contact(RigidMotion::Spatial, true, 1e9));
     let mut state = pressed(&contact, RigidMotion::Spatial, 1e-3);
     state.elastic[1] = f64::NAN;
     let mut forces = vec![GeneralisedForce::zeros(N_MODES); 2];
-    let error = contact.apply(0.0, &[BodyState::at_rest(N_MODES), state.clone()], &mut forces).unwrap_err();
+    let error = contact
+        .evaluate(Motion::new(0.0, &[BodyState::at_rest(N_MODES), state.clone()]), &mut forces)
+        .unwrap_err();
     assert_eq!(error.kind, FailureKind::NotFinite);
-    assert!(contact.smallest_gap(&state).is_nan());
+    assert!(contact.element().smallest_gap_at(&state).is_nan());
 }

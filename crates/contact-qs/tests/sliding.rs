@@ -11,11 +11,11 @@ use std::f64::consts::{PI, TAU};
 use common::{Random, surface_compliance};
 use contact_qs::quasistatic::{Method, PointState};
 use contact_qs::submodel::SparseRows;
-use contact_qs::{ContactSubmodel, Friction, Plane, PlaneContact, PlaneContactSettings};
+use contact_qs::{ActiveContact, ContactSubmodel, Friction, Plane, PlaneContact, PlaneContactSettings};
 use faer::Mat;
 use ffr_dynamics::body::{RigidMotion, StandardInputData};
 use ffr_dynamics::integration::{DormandPrince, StepSettings};
-use ffr_dynamics::system::{BodyState, ErrorScale, ForceElement, GeneralisedForce, Multibody};
+use ffr_dynamics::system::{Active, ActiveForce, BodyState, ErrorScale, GeneralisedForce, Motion, Multibody};
 use free_motion::{body_state, free_system, state_vector};
 use nalgebra::{Matrix3, Vector3};
 
@@ -80,13 +80,14 @@ fn settings(motion: RigidMotion, penalty: f64) -> PlaneContactSettings {
 }
 
 /// A disc (or a ball with as much mass) above the plane.
-fn system(contact: PlaneContact, motion: RigidMotion) -> Multibody<PlaneContact> {
+fn system(contact: PlaneContact, motion: RigidMotion) -> Multibody<Box<Active<PlaneContact>>> {
     let inertia = match motion {
         RigidMotion::Planar => Matrix3::from_diagonal(&Vector3::new(0.5 * INERTIA, 0.5 * INERTIA, INERTIA)),
         _ => Matrix3::identity() * INERTIA,
     };
     let data = StandardInputData::rigid(motion, MASS, Vector3::zeros(), inertia).unwrap();
-    let mut system = free_system(vec![("disc", data)], Vector3::zeros(), vec![contact]);
+    let mut system =
+        free_system(vec![("disc", data)], Vector3::zeros(), vec![Box::new(Active::new(contact))]);
     let scale = ErrorScale { relative: 1e-9, ..system.error_scale() };
     system.set_error_scale(scale).unwrap();
     system
@@ -108,7 +109,7 @@ struct Outcome {
     duration: f64,
 }
 
-fn run(system: &mut Multibody<PlaneContact>, start: &BodyState, max_step: f64) -> Outcome {
+fn run(system: &mut Multibody<Box<Active<PlaneContact>>>, start: &BodyState, max_step: f64) -> Outcome {
     let y = state_vector(system, std::slice::from_ref(start));
     let before = system.invariants(0.0, &y).kinetic;
     let mut integrator = DormandPrince::new(StepSettings::with_max_step(max_step), 0.0, &y).unwrap();
@@ -129,7 +130,7 @@ fn run(system: &mut Multibody<PlaneContact>, start: &BodyState, max_step: f64) -
         integrator.step(system, 1.0).unwrap();
         let y = integrator.state();
         let report = *system.forces()[0].report();
-        let states = system.forces()[0].point_states();
+        let states = system.forces()[0].state().point_states();
         out.was_stuck |= states.contains(&PointState::Stick);
         out.was_sliding |= states.contains(&PointState::Slip);
         out.is_rim_touched |= report.is_rim_touched;
@@ -149,7 +150,7 @@ fn run(system: &mut Multibody<PlaneContact>, start: &BodyState, max_step: f64) -
     out
 }
 
-fn disc(friction: Friction, coupling: f64, penalty: f64) -> Multibody<PlaneContact> {
+fn disc(friction: Friction, coupling: f64, penalty: f64) -> Multibody<Box<Active<PlaneContact>>> {
     let motion = RigidMotion::Planar;
     let contact = PlaneContact::new(zone(motion, 61, 4e-5, coupling), settings(motion, penalty)).unwrap();
     system(contact.with_friction(friction).unwrap(), motion)
@@ -273,10 +274,11 @@ fn reversed_sliding_follows_the_bilinear_loop() {
         ..zone(motion, 2, 1.0, 0.0)
     };
     let (penalty, mu, depth, amplitude) = (1e9, 0.4, 1e-3, 3e-3);
-    let mut contact = PlaneContact::new(flat, settings(motion, penalty))
+    let contact = PlaneContact::new(flat, settings(motion, penalty))
         .unwrap()
         .with_friction(Friction { coefficient: mu, stiffness_ratio: 0.5 })
         .unwrap();
+    let mut contact = Active::new(contact);
     let mut state = BodyState::at_rest(0);
     state.position.y = -depth;
     let mut forces = [GeneralisedForce::zeros(0)];
@@ -289,7 +291,7 @@ fn reversed_sliding_follows_the_bilinear_loop() {
     for step in 0..=STEPS / 4 + STEPS {
         let phase = TAU * f64::from(step) / f64::from(STEPS);
         (state.position.x, state.velocity.x) = (amplitude * phase.sin(), amplitude * TAU * phase.cos());
-        contact.apply(0.0, std::slice::from_ref(&state), &mut forces).unwrap();
+        contact.evaluate(Motion::new(0.0, std::slice::from_ref(&state)), &mut forces).unwrap();
         contact.save();
         let power = contact.energies().dissipated_power;
         let force = contact.report().friction_force.x;

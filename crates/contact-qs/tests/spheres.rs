@@ -6,12 +6,12 @@
 mod free_motion;
 
 use contact_qs::law::{HertzImpact, Solid};
-use contact_qs::{ContactElement, ContactError, Plane, Sphere, SphereContact};
+use contact_qs::{ActiveContact, ContactError, Plane, Sphere, SphereContact};
 use ffr_dynamics::body::{RigidMotion, StandardInputData};
 use ffr_dynamics::error::FailureKind;
 use ffr_dynamics::integration::{CrossingSearch, DenseOutput, DormandPrince, StepSettings};
 use ffr_dynamics::kinematics::FlexiblePoint;
-use ffr_dynamics::system::{BodyState, ErrorScale, ForceElement, GeneralisedForce, Multibody};
+use ffr_dynamics::system::{Active, ActiveForce, BodyState, ErrorScale, GeneralisedForce, Motion, Multibody};
 use free_motion::{body_state, free_system, state_vector};
 use nalgebra::{Matrix3, UnitQuaternion, UnitVector3, Vector3};
 
@@ -43,8 +43,8 @@ struct Impact {
 }
 
 /// Runs from the touch until the gap opens and `after` beyond it.
-fn collide<C: ContactElement>(
-    system: &mut Multibody<C>,
+fn collide(
+    system: &mut Multibody<Box<Active<SphereContact>>>,
     start: &[BodyState],
     expected: f64,
     tolerance: f64,
@@ -80,7 +80,7 @@ fn collide<C: ContactElement>(
         }
         let crossing = search.first_crossing(&integrator, |t, y| {
             let states = system.body_states(t, y).to_vec();
-            -system.forces()[0].smallest_gap(&states)
+            -system.forces_mut()[0].smallest_gap(Motion::new(0.0, &states))
         });
         if let Some(found) = crossing.unwrap() {
             duration = found.time;
@@ -105,7 +105,7 @@ fn two_spheres_follow_hertz_and_keep_momentum_and_energy() {
     // Not along an axis.
     let line = Vector3::new(0.6, -0.48, 0.64);
     let states = [at(line * (radii[0] + radii[1]), line * -0.2), at(Vector3::zeros(), line * 0.1)];
-    let mut system = free_system(bodies, Vector3::zeros(), vec![contact]);
+    let mut system = free_system(bodies, Vector3::zeros(), vec![Box::new(Active::new(contact))]);
     let impact = collide(&mut system, &states, law.duration(), 1e-11);
     // Tolerance of the steps, about a hundred of them; peak sampled 50 times a step.
     assert!((impact.peak / law.peak_force() - 1.0).abs() < 1e-7, "{}", impact.peak / law.peak_force() - 1.0);
@@ -131,7 +131,8 @@ fn sphere_on_a_plane_follows_hertz_with_its_centre_off_the_frame() {
     let rotation = UnitQuaternion::from_euler_angles(0.5, -0.3, 1.0);
     let position = Vector3::new(-1.0, 0.5, 3.0 + RADIUS) - rotation * centre;
     let start = BodyState { rotation, ..at(position, Vector3::new(0.0, 0.0, -0.1)) };
-    let mut system = free_system(vec![("ball", body)], Vector3::zeros(), vec![contact]);
+    let mut system =
+        free_system(vec![("ball", body)], Vector3::zeros(), vec![Box::new(Active::new(contact))]);
     let impact = collide(&mut system, &[start], law.duration(), 1e-11);
     assert!((impact.peak / law.peak_force() - 1.0).abs() < 1e-7);
     assert!((impact.duration / law.duration() - 1.0).abs() < 1e-6);
@@ -146,7 +147,8 @@ fn force_is_minus_the_gradient_of_the_elastic_energy_on_flexible_bodies_too() {
     let shapes = vec![Vector3::new(0.3, -0.2, 0.9), Vector3::new(-0.5, 0.4, 0.1)];
     let mut first = sphere(0, RADIUS, Vector3::new(0.01, 0.0, -0.02));
     first.centre.shapes = shapes;
-    let mut contact = SphereContact::with_sphere(first, sphere(1, 2.0 * RADIUS, Vector3::zeros())).unwrap();
+    let contact = SphereContact::with_sphere(first, sphere(1, 2.0 * RADIUS, Vector3::zeros())).unwrap();
+    let mut contact = Active::new(contact);
     let mut a = BodyState::at_rest(2);
     a.elastic = vec![1e-4, -2e-4];
     a.rotation = UnitQuaternion::from_euler_angles(0.2, 0.1, -0.4);
@@ -155,8 +157,8 @@ fn force_is_minus_the_gradient_of_the_elastic_energy_on_flexible_bodies_too() {
     a.position = direction * (3.0 * RADIUS - 2e-5) - a.rotation * (Vector3::new(0.01, 0.0, -0.02));
     let mut evaluate = |a: &BodyState| {
         let mut forces = [GeneralisedForce::zeros(2), GeneralisedForce::zeros(0)];
-        contact.apply(0.0, &[a.clone(), b.clone()], &mut forces).unwrap();
-        let gap = contact.smallest_gap(&[a.clone(), b.clone()]);
+        contact.evaluate(Motion::new(0.0, &[a.clone(), b.clone()]), &mut forces).unwrap();
+        let gap = contact.smallest_gap(Motion::new(0.0, &[a.clone(), b.clone()]));
         assert!((contact.report().penetration + gap).abs() < 1e-18);
         (forces, contact.energies().elastic_high)
     };
@@ -205,9 +207,12 @@ fn spheres_that_make_no_contact_are_refused() {
     let on_body = |body: usize| sphere(body, RADIUS, Vector3::zeros());
     assert!(SphereContact::with_sphere(on_body(1), on_body(1)).is_err());
     // Centres that coincide have no direction.
-    let mut contact = SphereContact::with_sphere(on_body(0), on_body(1)).unwrap();
+    let mut contact = Active::new(SphereContact::with_sphere(on_body(0), on_body(1)).unwrap());
     let bodies = [BodyState::at_rest(0), BodyState::at_rest(0)];
     let mut forces = [GeneralisedForce::zeros(0), GeneralisedForce::zeros(0)];
-    assert_eq!(contact.apply(0.0, &bodies, &mut forces).unwrap_err().kind, FailureKind::NotFinite);
-    assert!(contact.smallest_gap(&bodies).is_nan());
+    assert_eq!(
+        contact.evaluate(Motion::new(0.0, &bodies), &mut forces).unwrap_err().kind,
+        FailureKind::NotFinite
+    );
+    assert!(contact.smallest_gap(Motion::new(0.0, &bodies)).is_nan());
 }

@@ -4,9 +4,9 @@ mod common;
 mod pair_support;
 
 use contact_qs::quasistatic::Method;
-use contact_qs::{ContactElement, VibratingContact, ZoneVibration};
+use contact_qs::{ActiveContact, VibratingContact, ZoneVibration};
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::system::force::{BodyState, ForceElement};
+use ffr_dynamics::system::{Active, ActiveForce, BodyState, Motion};
 use pair_support::{N_MODES, forces, random_bodies, random_pair};
 
 const N_LOW: usize = 1;
@@ -33,29 +33,33 @@ fn split(bodies: &[BodyState], zones: [usize; 2]) -> (Vec<BodyState>, Vec<f64>) 
 #[test]
 fn forces_are_those_of_the_same_contact_with_all_modes_in_the_bodies() {
     for motion in MOTIONS {
-        let mut plain = random_pair(motion, [false; 2], 1e10, Method::ActiveSet, 3);
+        let plain = random_pair(motion, [false; 2], 1e10, Method::ActiveSet, 3);
         let mut bodies = random_bodies(&plain, motion, 2e-3, 3);
         for (i, body) in bodies.iter_mut().enumerate() {
             body.elastic_rates.iter_mut().enumerate().for_each(|(j, v)| *v = 0.1 + (i + 3 * j) as f64);
         }
+        let mut plain = Active::new(plain);
         let pair = random_pair(motion, [false; 2], 1e10, Method::ActiveSet, 3);
         let zones = [2, 0];
-        let mut vibrating = VibratingContact::new(pair, zones.map(zone).to_vec(), 3).unwrap();
+        let vibrating = VibratingContact::new(pair, zones.map(zone).to_vec(), 3).unwrap();
+        let mut vibrating = Active::new(vibrating);
         assert_eq!(vibrating.n_coordinates(), 2 * N_ZONE);
         let (low, own) = split(&bodies, zones);
+        let seen = Motion { time: 0.0, bodies: &low, own: &own };
         let (mut expected, mut found) = (forces(3, N_MODES), forces(3, N_LOW));
-        plain.apply(0.0, &bodies, &mut expected).unwrap();
-        vibrating.set_coordinates(&own);
-        vibrating.apply(0.0, &low, &mut found).unwrap();
+        plain.evaluate(Motion::new(0.0, &bodies), &mut expected).unwrap();
+        vibrating.evaluate(seen, &mut found).unwrap();
         assert!(plain.report().normal_force > 0.0);
-        let mut rates = vec![0.0; 2 * N_ZONE];
-        vibrating.accelerations(&mut rates);
+        let rates = vibrating.accelerations().to_vec();
         // The same operations on the same numbers: all bits.
         for (a, b) in expected.iter().zip(&found) {
             assert_eq!((a.force, a.torque, &a.elastic[..N_LOW]), (b.force, b.torque, &b.elastic[..]));
         }
-        assert_eq!(plain.smallest_gap(&bodies).to_bits(), vibrating.smallest_gap(&low).to_bits());
-        assert_eq!(plain.normal(&bodies), vibrating.normal(&low));
+        assert_eq!(
+            plain.smallest_gap(Motion::new(0.0, &bodies)).to_bits(),
+            vibrating.smallest_gap(seen).to_bits()
+        );
+        assert_eq!(plain.normal(Motion::new(0.0, &bodies)), vibrating.normal(seen));
         let (mut elastic, mut kinetic, mut lost) = (0.0, 0.0, 0.0);
         for (k, body) in zones.into_iter().enumerate() {
             let zone = zone(body);

@@ -13,7 +13,7 @@ use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::integration::{CrossingSearch, DenseOutput, Integrator, Method, OdeSystem, StepSettings};
 use ffr_dynamics::kinematics::Marker;
 use ffr_dynamics::system::{
-    Attachment, BodySpec, BodyState, CoordinateForce, ForceElement, GROUND, JointKind, JointSpec, Multibody,
+    ActiveForce, Attachment, BodySpec, BodyState, CoordinateForce, GROUND, JointKind, JointSpec, Multibody,
     SystemSpec,
 };
 use free_motion::{free_system, state_vector};
@@ -63,7 +63,7 @@ fn steps_events_and_invariants_do_not_allocate() {
         let sample = block(motion, 8);
         let start: BodyState = Random(2).state(&sample.data);
         let bodies = vec![("block", sample.data)];
-        let mut system = free_system::<Box<dyn ForceElement>>(bodies, Vector3::zeros(), Vec::new());
+        let mut system = free_system::<Box<dyn ActiveForce>>(bodies, Vector3::zeros(), Vec::new());
         let y = state_vector(&system, std::slice::from_ref(&start));
         let mut rates = vec![0.0; y.len()];
         assert_eq!(allocations(|| system.rhs(0.0, &y, &mut rates).unwrap()), 0);

@@ -7,7 +7,7 @@ mod free_motion;
 use dynamics_support::block;
 use ffr_dynamics::body::{ModalDamping, RayleighDamping, RigidMotion};
 use ffr_dynamics::integration::{DormandPrince, OdeSystem, StepSettings};
-use ffr_dynamics::system::{BodyState, ErrorScale, ForceElement};
+use ffr_dynamics::system::{ActiveForce, BodyState, ErrorScale};
 use free_motion::{body_state, free_system, state_vector};
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
@@ -42,7 +42,7 @@ fn modes_decay_as_in_closed_form_and_the_ledger_closes() {
     ] {
         let mut data = sample.data.clone();
         data.modal_damping = damping;
-        let none: Vec<Box<dyn ForceElement>> = Vec::new();
+        let none: Vec<Box<dyn ActiveForce>> = Vec::new();
         let mut system = free_system(vec![("block", data)], Vector3::zeros(), none);
         let mut state = BodyState::at_rest(3);
         state.elastic.fill(AMPLITUDE);

@@ -14,7 +14,9 @@ use ffr_dynamics::body::{MassMatrix, ModalDamping, RigidMotion, StandardInputDat
 use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::integration::OdeSystem;
 use ffr_dynamics::invariants::{Invariants, centre_of_mass, centre_of_mass_velocity};
-use ffr_dynamics::system::{BodyState, ForceElement, ForceEnergies, GeneralisedForce};
+use ffr_dynamics::system::{
+    Active, BodyState, Findings, ForceElement, ForceEnergies, GeneralisedForce, Motion,
+};
 use free_motion::{free_system, state_vector};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
@@ -110,23 +112,42 @@ fn modes_of_the_free_body_belong_to_a_buckens_frame_whatever_its_origin() {
 /// A given force on the only body.
 struct Given(GeneralisedForce);
 
-impl ForceElement for Given {
-    fn apply(
-        &mut self,
-        _t: f64,
-        _bodies: &[BodyState],
-        forces: &mut [GeneralisedForce],
-    ) -> Result<(), EvaluationFailure> {
-        forces[0] = self.0.clone();
-        Ok(())
-    }
+/// Its resultant.
+struct Push(Vector3<f64>);
 
+impl Findings for Push {
     fn energies(&self) -> ForceEnergies {
         ForceEnergies::default()
     }
 
     fn resultant(&self) -> Vector3<f64> {
-        self.0.force
+        self.0
+    }
+}
+
+impl ForceElement for Given {
+    type State = ();
+    type Workspace = ();
+    type Found = Push;
+
+    fn state(&self) {}
+
+    fn workspace(&self) {}
+
+    fn found(&self) -> Push {
+        Push(self.0.force)
+    }
+
+    fn evaluate(
+        &self,
+        _: Motion<'_>,
+        (): &mut (),
+        (): &mut (),
+        _: &mut Push,
+        forces: &mut [GeneralisedForce],
+    ) -> Result<(), EvaluationFailure> {
+        forces[0] = self.0.clone();
+        Ok(())
     }
 }
 
@@ -138,7 +159,7 @@ fn accelerated(
     force: &GeneralisedForce,
 ) -> (Vector3<f64>, Vector3<f64>, Vec<f64>) {
     let bodies = vec![("block", sample.data.clone())];
-    let mut system = free_system(bodies, *gravity, vec![Given(force.clone())]);
+    let mut system = free_system(bodies, *gravity, vec![Box::new(Active::new(Given(force.clone())))]);
     let y = state_vector(&system, std::slice::from_ref(state));
     let mut rates = vec![0.0; y.len()];
     system.rhs(0.0, &y, &mut rates).unwrap();

@@ -11,7 +11,10 @@ use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::integration::{DormandPrince, StepSettings};
 use ffr_dynamics::kinematics::FlexiblePoint;
-use ffr_dynamics::system::{BodyState, ErrorScale, ForceElement, ForceEnergies, GeneralisedForce, Multibody};
+use ffr_dynamics::system::{
+    Active, ActiveForce, BodyState, ErrorScale, Findings, ForceElement, ForceEnergies, GeneralisedForce,
+    Motion, Multibody,
+};
 use free_motion::{body_state, free_system, state_vector};
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -20,24 +23,60 @@ struct Spring {
     points: [FlexiblePoint; 2],
     stiffness: f64,
     damping: f64,
-    energies: ForceEnergies,
-    resultant: Vector3<f64>,
-    calls: u32,
-    restores: u32,
-    refusals: u32,
     refuses: bool,
 }
 
+/// What has been asked of a spring so far.
+#[derive(Default)]
+struct Calls {
+    evaluations: u32,
+    restores: u32,
+    refusals: u32,
+}
+
+/// Force and energies of a spring.
+#[derive(Default)]
+struct Pull {
+    energies: ForceEnergies,
+    resultant: Vector3<f64>,
+}
+
+impl Findings for Pull {
+    fn energies(&self) -> ForceEnergies {
+        self.energies
+    }
+
+    fn resultant(&self) -> Vector3<f64> {
+        self.resultant
+    }
+}
+
 impl ForceElement for Spring {
-    fn apply(
-        &mut self,
-        _t: f64,
-        bodies: &[BodyState],
+    type State = Calls;
+    type Workspace = ();
+    type Found = Pull;
+
+    fn state(&self) -> Calls {
+        Calls::default()
+    }
+
+    fn workspace(&self) {}
+
+    fn found(&self) -> Pull {
+        Pull::default()
+    }
+
+    fn evaluate(
+        &self,
+        Motion { bodies, .. }: Motion<'_>,
+        calls: &mut Calls,
+        (): &mut (),
+        found: &mut Pull,
         forces: &mut [GeneralisedForce],
     ) -> Result<(), EvaluationFailure> {
-        self.calls += 1;
-        if self.refuses && self.refusals < 3 && self.calls > 20 {
-            self.refusals += 1;
+        calls.evaluations += 1;
+        if self.refuses && calls.refusals < 3 && calls.evaluations > 20 {
+            calls.refusals += 1;
             return Err(EvaluationFailure::iteration_limit("the spring does not converge"));
         }
         let [first, second] = &self.points;
@@ -46,32 +85,24 @@ impl ForceElement for Spring {
         // A damper along all three directions would turn the bodies: the force has to be along the distance.
         let direction = distance.normalize();
         let closing = rate.dot(&direction);
-        self.resultant = self.stiffness * distance + self.damping * closing * direction;
-        self.energies = ForceEnergies {
+        found.resultant = self.stiffness * distance + self.damping * closing * direction;
+        found.energies = ForceEnergies {
             penalty: 0.5 * self.stiffness * distance.norm_squared(),
             dissipated_power: self.damping * closing * closing,
             ..ForceEnergies::default()
         };
-        first.add_force(&bodies[0], &self.resultant, &mut forces[0]);
-        second.add_force(&bodies[1], &-self.resultant, &mut forces[1]);
+        first.add_force(&bodies[0], &found.resultant, &mut forces[0]);
+        second.add_force(&bodies[1], &-found.resultant, &mut forces[1]);
         Ok(())
     }
 
-    fn energies(&self) -> ForceEnergies {
-        self.energies
-    }
-
-    fn resultant(&self) -> Vector3<f64> {
-        self.resultant
-    }
-
-    fn restore(&mut self) {
-        self.restores += 1;
+    fn restore(&self, calls: &mut Calls, _: &mut Pull) {
+        calls.restores += 1;
     }
 }
 
 /// A flexible block, tied to a rigid rotor.
-fn pair(damping: f64, refuses: bool) -> (Multibody<Spring>, Vec<f64>) {
+fn pair(damping: f64, refuses: bool) -> (Multibody<Box<Active<Spring>>>, Vec<f64>) {
     let sample = block(RigidMotion::Spatial, 6);
     let corner = FlexiblePoint::from_rows(RigidMotion::Spatial, sample.node(3), sample.shapes.as_ref(), 9);
     let mut start = Random(9).state(&sample.data);
@@ -84,14 +115,9 @@ fn pair(damping: f64, refuses: bool) -> (Multibody<Spring>, Vec<f64>) {
         points: [corner, FlexiblePoint::rigid(Vector3::new(-0.4, 0.3, 0.1))],
         stiffness: 5e3,
         damping,
-        energies: ForceEnergies::default(),
-        resultant: Vector3::zeros(),
-        calls: 0,
-        restores: 0,
-        refusals: 0,
         refuses,
     };
-    let mut system = free_system(bodies, Vector3::zeros(), vec![spring]);
+    let mut system = free_system(bodies, Vector3::zeros(), vec![Box::new(Active::new(spring))]);
     system.set_error_scale(ErrorScale { relative: 1e-10, ..ErrorScale::default() }).unwrap();
     let y = state_vector(&system, &[start, other]);
     (system, y)
@@ -131,11 +157,10 @@ fn refusal_of_a_force_element_repeats_the_step_and_leaves_the_answer_alone() {
         let mut integrator = DormandPrince::new(StepSettings::default(), 0.0, &y).unwrap();
         integrator.run(&mut system, 2e-3, |_, _| true).unwrap();
         ends.push(body_state(&mut system, integrator.state(), 0));
-        let spring = &system.forces()[0];
-        assert_eq!(spring.refusals, if refuses { 3 } else { 0 });
+        let calls = system.forces()[0].state();
+        assert_eq!(calls.refusals, if refuses { 3 } else { 0 });
         assert!(
-            spring.restores >= spring.refusals
-                && integrator.statistics().rejected >= u64::from(spring.refusals)
+            calls.restores >= calls.refusals && integrator.statistics().rejected >= u64::from(calls.refusals)
         );
     }
     assert!((ends[0].position - ends[1].position).norm() < 1e-10);

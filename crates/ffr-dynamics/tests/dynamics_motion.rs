@@ -6,6 +6,8 @@
 mod dynamics_support;
 mod free_motion;
 
+use std::ops::DerefMut;
+
 use dynamics_support::{Random, block, rigid_rotor};
 use ffr_dynamics::body::{ModalDamping, RigidMotion, StandardInputData};
 use ffr_dynamics::error::EvaluationFailure;
@@ -13,7 +15,8 @@ use ffr_dynamics::integration::{DormandPrince, OdeSystem, StepSettings};
 use ffr_dynamics::invariants::Invariants;
 use ffr_dynamics::kinematics::FlexiblePoint;
 use ffr_dynamics::system::{
-    BodySpec, BodyState, ErrorScale, ForceElement, ForceEnergies, GeneralisedForce, Multibody, SystemSpec,
+    Active, ActiveForce, BodySpec, BodyState, ErrorScale, Findings, ForceElement, ForceEnergies,
+    GeneralisedForce, Motion, Multibody, SystemSpec,
 };
 use free_motion::{body_state, free_system, state_vector};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
@@ -22,30 +25,51 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 struct Floor {
     point: FlexiblePoint,
     stiffness: f64,
+}
+
+/// Its force and energy.
+#[derive(Default)]
+struct Push {
     resultant: Vector3<f64>,
     energy: f64,
 }
 
-impl ForceElement for Floor {
-    fn apply(
-        &mut self,
-        _t: f64,
-        bodies: &[BodyState],
-        forces: &mut [GeneralisedForce],
-    ) -> Result<(), EvaluationFailure> {
-        let depth = (-self.point.position(&bodies[0]).z).max(0.0);
-        self.resultant = Vector3::z() * (self.stiffness * depth);
-        self.energy = 0.5 * self.stiffness * depth * depth;
-        self.point.add_force(&bodies[0], &self.resultant, &mut forces[0]);
-        Ok(())
-    }
-
+impl Findings for Push {
     fn energies(&self) -> ForceEnergies {
         ForceEnergies { penalty: self.energy, ..ForceEnergies::default() }
     }
 
     fn resultant(&self) -> Vector3<f64> {
         self.resultant
+    }
+}
+
+impl ForceElement for Floor {
+    type State = ();
+    type Workspace = ();
+    type Found = Push;
+
+    fn state(&self) {}
+
+    fn workspace(&self) {}
+
+    fn found(&self) -> Push {
+        Push::default()
+    }
+
+    fn evaluate(
+        &self,
+        Motion { bodies, .. }: Motion<'_>,
+        (): &mut (),
+        (): &mut (),
+        found: &mut Push,
+        forces: &mut [GeneralisedForce],
+    ) -> Result<(), EvaluationFailure> {
+        let depth = (-self.point.position(&bodies[0]).z).max(0.0);
+        found.resultant = Vector3::z() * (self.stiffness * depth);
+        found.energy = 0.5 * self.stiffness * depth * depth;
+        self.point.add_force(&bodies[0], &found.resultant, &mut forces[0]);
+        Ok(())
     }
 }
 
@@ -56,7 +80,11 @@ fn system(data: StandardInputData, gravity: Vector3<f64>, relative: f64) -> Mult
 }
 
 /// Integrates and returns the final state vector.
-fn integrate<F: ForceElement>(system: &mut Multibody<F>, start: &BodyState, t_end: f64) -> Vec<f64> {
+fn integrate<F: DerefMut<Target: ActiveForce>>(
+    system: &mut Multibody<F>,
+    start: &BodyState,
+    t_end: f64,
+) -> Vec<f64> {
     let y = state_vector(system, std::slice::from_ref(start));
     let mut integrator = DormandPrince::new(StepSettings::default(), 0.0, &y).unwrap();
     integrator.run(system, t_end, |_, _| true).unwrap();
@@ -205,7 +233,7 @@ fn elastic_answer_is_the_same_in_every_orientation() {
     }
 }
 
-fn axial_impact(relative: f64) -> (Multibody<Floor>, BodyState) {
+fn axial_impact(relative: f64) -> (Multibody<Box<Active<Floor>>>, BodyState) {
     let sample = block(RigidMotion::Axial, 3);
     let lowest = (0..sample.body.nodes.len())
         .min_by(|a, b| sample.body.nodes[*a][1].total_cmp(&sample.body.nodes[*b][1]))
@@ -215,8 +243,9 @@ fn axial_impact(relative: f64) -> (Multibody<Floor>, BodyState) {
     let mut start = BodyState::at_rest(3);
     start.position.z = 1e-3 - point.position.z;
     start.velocity.z = -2.0;
-    let floor = Floor { point, stiffness: 2e5, resultant: Vector3::zeros(), energy: 0.0 };
-    let mut system = free_system(vec![("block", sample.data)], Vector3::zeros(), vec![floor]);
+    let floor = Floor { point, stiffness: 2e5 };
+    let mut system =
+        free_system(vec![("block", sample.data)], Vector3::zeros(), vec![Box::new(Active::new(floor))]);
     system.set_error_scale(ErrorScale { relative, ..ErrorScale::default() }).unwrap();
     (system, start)
 }

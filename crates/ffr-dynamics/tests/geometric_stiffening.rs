@@ -17,7 +17,7 @@ use ffr_dynamics::body::{
 use ffr_dynamics::integration::{Integrator, Linearisation, Method, OdeSystem, StepSettings};
 use ffr_dynamics::kinematics::{Marker, rotation_of_gradient};
 use ffr_dynamics::reduction::all_modes;
-use ffr_dynamics::system::{ErrorScale, ForceElement, Multibody};
+use ffr_dynamics::system::{ActiveForce, ErrorScale, Multibody};
 use free_motion::{body_state, free_system, state_vector};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use spinning::{prescribed, spin_up};
@@ -50,7 +50,7 @@ fn stiffened_body_keeps_energy_and_momentum() {
         let start = Random(3).state(&data);
         let ends = [plain, data].map(|data| {
             let mut system =
-                free_system::<Box<dyn ForceElement>>(vec![("block", data)], Vector3::zeros(), vec![]);
+                free_system::<Box<dyn ActiveForce>>(vec![("block", data)], Vector3::zeros(), vec![]);
             system.set_error_scale(ErrorScale { relative: 1e-11, ..ErrorScale::default() }).unwrap();
             let y = state_vector(&system, std::slice::from_ref(&start));
             let before = system.invariants(0.0, &y);

@@ -12,7 +12,7 @@ use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::integration::OdeSystem;
 use ffr_dynamics::kinematics::Marker;
 use ffr_dynamics::system::{
-    Attachment, BodySpec, BodyState, CoordinateForce, ForceElement, GROUND, JointKind, JointSpec, Multibody,
+    ActiveForce, Attachment, BodySpec, BodyState, CoordinateForce, GROUND, JointKind, JointSpec, Multibody,
     SystemSpec, TimeFunction,
 };
 use free_motion::{free_system, state_vector};
@@ -279,7 +279,7 @@ fn free_body_balances_the_forces_of_its_nodes_in_either_frame() {
     let tangent = |a: usize, j: usize| buckens(a, j) + frame.displacement(j, &sample.node(a));
     let data = [sample.data.clone(), sample.data.in_tangent_frame(&frame).unwrap()];
     let [mut system, mut shifted] =
-        data.map(|data| free_system::<Box<dyn ForceElement>>(vec![("block", data)], GRAVITY, Vec::new()));
+        data.map(|data| free_system::<Box<dyn ActiveForce>>(vec![("block", data)], GRAVITY, Vec::new()));
     let violations = [
         free_violation(&sample, &mut system, &state, buckens),
         free_violation(&sample, &mut shifted, &state, tangent),

@@ -8,8 +8,8 @@ use ffr_dynamics::integration::{Integrator, Method, OdeSystem, StepSettings};
 use ffr_dynamics::kinematics::Marker;
 use ffr_dynamics::system::force::ForceEnergies;
 use ffr_dynamics::system::{
-    Attachment, BodySpec, BodyState, ErrorScale, ForceElement, GROUND, GeneralisedForce, JointKind,
-    JointSpec, Multibody, SystemSpec,
+    Active, ActiveForce, Attachment, BodySpec, ErrorScale, Findings, ForceElement, GROUND, GeneralisedForce,
+    JointKind, JointSpec, Motion, Multibody, SystemSpec,
 };
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
@@ -22,48 +22,65 @@ fn omega() -> f64 {
 }
 
 /// A mass on a spring that hangs on the body 0 along x: its place is the element's own coordinate.
+struct HangingMass;
+
+/// What its spring does.
 #[derive(Default)]
-struct HangingMass {
-    own: [f64; 2],
+struct Pull {
     force: f64,
-    stretch: f64,
+    energies: ForceEnergies,
+    acceleration: [f64; 1],
 }
 
-impl ForceElement for HangingMass {
-    fn apply(
-        &mut self,
-        _t: f64,
-        bodies: &[BodyState],
-        forces: &mut [GeneralisedForce],
-    ) -> Result<(), EvaluationFailure> {
-        self.stretch = self.own[0] - bodies[0].position.x;
-        self.force = STIFFNESS * self.stretch;
-        forces[0].force.x += self.force;
-        Ok(())
-    }
-
+impl Findings for Pull {
     fn energies(&self) -> ForceEnergies {
-        ForceEnergies {
-            elastic_high: 0.5 * STIFFNESS * self.stretch * self.stretch,
-            kinetic: 0.5 * SMALL * self.own[1] * self.own[1],
-            ..ForceEnergies::default()
-        }
+        self.energies
     }
 
     fn resultant(&self) -> Vector3<f64> {
         Vector3::x() * self.force
     }
 
+    fn accelerations(&self) -> &[f64] {
+        &self.acceleration
+    }
+}
+
+impl ForceElement for HangingMass {
+    type State = ();
+    type Workspace = ();
+    type Found = Pull;
+
+    fn state(&self) {}
+
+    fn workspace(&self) {}
+
+    fn found(&self) -> Pull {
+        Pull::default()
+    }
+
+    fn evaluate(
+        &self,
+        motion: Motion<'_>,
+        (): &mut (),
+        (): &mut (),
+        found: &mut Pull,
+        forces: &mut [GeneralisedForce],
+    ) -> Result<(), EvaluationFailure> {
+        let stretch = motion.own[0] - motion.bodies[0].position.x;
+        found.force = STIFFNESS * stretch;
+        found.energies = ForceEnergies {
+            elastic_high: 0.5 * STIFFNESS * stretch * stretch,
+            kinetic: 0.5 * SMALL * motion.own[1] * motion.own[1],
+            ..ForceEnergies::default()
+        };
+        found.acceleration = [-found.force / SMALL];
+        forces[0].force.x += found.force;
+        Ok(())
+    }
+
     fn n_coordinates(&self) -> usize {
         1
-    }
-
-    fn set_coordinates(&mut self, own: &[f64]) {
-        self.own.copy_from_slice(own);
-    }
-
-    fn accelerations(&self, out: &mut [f64]) {
-        out[0] = -self.force / SMALL;
     }
 
     fn coordinate_speed(&self, own: &[f64]) -> f64 {
@@ -74,16 +91,10 @@ impl ForceElement for HangingMass {
 /// A force element without any, in front of the other one.
 struct Nothing;
 
-impl ForceElement for Nothing {
-    fn apply(
-        &mut self,
-        _t: f64,
-        _b: &[BodyState],
-        _f: &mut [GeneralisedForce],
-    ) -> Result<(), EvaluationFailure> {
-        Ok(())
-    }
+/// No force.
+struct NoForce;
 
+impl Findings for NoForce {
     fn energies(&self) -> ForceEnergies {
         ForceEnergies::default()
     }
@@ -93,7 +104,40 @@ impl ForceElement for Nothing {
     }
 }
 
-fn system(forces: Vec<Box<dyn ForceElement>>) -> Multibody {
+impl ForceElement for Nothing {
+    type State = ();
+    type Workspace = ();
+    type Found = NoForce;
+
+    fn state(&self) {}
+
+    fn workspace(&self) {}
+
+    fn found(&self) -> NoForce {
+        NoForce
+    }
+
+    fn evaluate(
+        &self,
+        _: Motion<'_>,
+        (): &mut (),
+        (): &mut (),
+        _: &mut NoForce,
+        _: &mut [GeneralisedForce],
+    ) -> Result<(), EvaluationFailure> {
+        Ok(())
+    }
+}
+
+fn nothing() -> Box<dyn ActiveForce> {
+    Box::new(Active::new(Nothing))
+}
+
+fn hanging_mass() -> Box<dyn ActiveForce> {
+    Box::new(Active::new(HangingMass))
+}
+
+fn system(forces: Vec<Box<dyn ActiveForce>>) -> Multibody {
     let data =
         StandardInputData::rigid(RigidMotion::Spatial, MASS, Vector3::zeros(), Matrix3::identity()).unwrap();
     let marker = |name: &str| Marker::rigid(name, Vector3::zeros(), UnitQuaternion::identity());
@@ -115,7 +159,7 @@ fn system(forces: Vec<Box<dyn ForceElement>>) -> Multibody {
 fn a_mass_that_an_element_carries_swings_as_the_closed_form_says() {
     // A step keeps the tolerance of its method; a thousand of them, and phase errors, add up to less than a hundred times that.
     for (method, relative, limit) in [(Method::DormandPrince, 1e-10, 1e-8), (Method::TrBdf2, 1e-8, 1e-4)] {
-        let mut system = system(vec![Box::new(Nothing), Box::new(HangingMass::default()), Box::new(Nothing)]);
+        let mut system = system(vec![nothing(), hanging_mass(), nothing()]);
         system.set_error_scale(ErrorScale { relative, ..ErrorScale::default() }).unwrap();
         let place = system.coordinates_of_force(1);
         assert_eq!((place.len(), place.end), (2, system.dimension()));
@@ -151,7 +195,7 @@ fn a_mass_that_an_element_carries_swings_as_the_closed_form_says() {
 
 #[test]
 fn errors_of_own_coordinates_count() {
-    let mut system = system(vec![Box::new(HangingMass::default())]);
+    let mut system = system(vec![hanging_mass()]);
     let y = system.rest();
     let mut error = vec![0.0; y.len()];
     assert!(system.error_norm(&y, &y, &error) < f64::MIN_POSITIVE);

@@ -12,7 +12,7 @@ use contact_qs::submodel::SparseRows;
 use contact_qs::{ContactSubmodel, SurfacePair, SurfacePairSettings, TargetFace, TargetSurface};
 use faer::Mat;
 use ffr_dynamics::body::{Dof, RigidMotion};
-use ffr_dynamics::system::force::{BodyState, ForceElement, GeneralisedForce};
+use ffr_dynamics::system::{Active, ActiveForce, BodyState, ForceElement, GeneralisedForce, Motion};
 use iga_core::nurbs::Shape;
 use iga_core::nurbs::local::parameter_at_distance;
 use iga_core::nurbs::patch::PointBasis;
@@ -41,10 +41,10 @@ pub const CASES: [([bool; 2], f64); 5] = [
 ];
 
 /// Forces of the pair on three bodies, and its energy.
-pub fn evaluate(pair: &mut SurfacePair, bodies: &[BodyState]) -> (Vec<GeneralisedForce>, f64) {
+pub fn evaluate(pair: &mut Active<SurfacePair>, bodies: &[BodyState]) -> (Vec<GeneralisedForce>, f64) {
     let mut forces = forces(3, N_MODES);
-    if let Err(e) = pair.apply(0.0, bodies, &mut forces) {
-        panic!("{e} {:?}", pair.gaps());
+    if let Err(e) = pair.evaluate(Motion::new(0.0, bodies), &mut forces) {
+        panic!("{e} {:?}", pair.state().gaps());
     }
     let energies = pair.energies();
     (forces, energies.elastic_high + energies.penalty)
@@ -52,7 +52,7 @@ pub fn evaluate(pair: &mut SurfacePair, bodies: &[BodyState]) -> (Vec<Generalise
 
 /// Central difference of the potential along a change of the bodies.
 pub fn slope(
-    pair: &mut SurfacePair,
+    pair: &mut Active<SurfacePair>,
     bodies: &[BodyState],
     h: f64,
     shift: impl Fn(&mut [BodyState], f64),
@@ -281,8 +281,9 @@ pub fn random_bodies(pair: &SurfacePair, motion: RigidMotion, depth: f64, seed: 
         bodies[0].position.z = 0.0;
     }
     bodies[2].position = bodies[0].position + up * (RADIUS + 0.05);
+    let (state, mut workspace) = (pair.state(), pair.workspace());
     for _ in 0..20 {
-        let gap = pair.smallest_gap(&bodies);
+        let gap = pair.smallest_gap(Motion::new(0.0, &bodies), &state, &mut workspace);
         bodies[2].position -= up * (gap + depth);
     }
     bodies

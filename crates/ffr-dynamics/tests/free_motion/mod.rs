@@ -2,12 +2,14 @@
 
 #![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
 
+use std::ops::DerefMut;
+
 use ffr_dynamics::body::StandardInputData;
-use ffr_dynamics::system::{BodySpec, BodyState, ForceElement, JointKind, Multibody, SystemSpec};
+use ffr_dynamics::system::{ActiveForce, BodySpec, BodyState, JointKind, Multibody, SystemSpec};
 use nalgebra::Vector3;
 
 /// Bodies by name that move freely, in the rigid motions of their models, under `gravity` and force elements.
-pub fn free_system<F: ForceElement>(
+pub fn free_system<F: DerefMut<Target: ActiveForce>>(
     bodies: Vec<(&str, StandardInputData)>,
     gravity: Vector3<f64>,
     forces: Vec<F>,
@@ -20,7 +22,10 @@ pub fn free_system<F: ForceElement>(
 /// State vector of free bodies in the motions given, with quadratures at zero.
 ///
 /// A plane body has no z, an axial one only z: what a motion has beyond is not used.
-pub fn state_vector<F: ForceElement>(system: &Multibody<F>, states: &[BodyState]) -> Vec<f64> {
+pub fn state_vector<F: DerefMut<Target: ActiveForce>>(
+    system: &Multibody<F>,
+    states: &[BodyState],
+) -> Vec<f64> {
     let mut y = system.rest();
     assert_eq!(states.len(), system.model().bodies.len());
     for (i, s) in states.iter().enumerate() {
@@ -38,6 +43,10 @@ pub fn state_vector<F: ForceElement>(system: &Multibody<F>, states: &[BodyState]
 }
 
 /// Motion of body `body` in the state `y`.
-pub fn body_state<F: ForceElement>(system: &mut Multibody<F>, y: &[f64], body: usize) -> BodyState {
+pub fn body_state<F: DerefMut<Target: ActiveForce>>(
+    system: &mut Multibody<F>,
+    y: &[f64],
+    body: usize,
+) -> BodyState {
     system.body_states(0.0, y)[body].clone()
 }
