@@ -277,12 +277,7 @@ impl AdaptiveContact {
         let sizes = sizes([Some(&own), other.as_ref().map(|(_, side)| side)]);
         let is_target_at_end = other.as_ref().is_some_and(|(_, o)| is_at_end(&o.body.intervals[0]));
         let (elements, recovery) = (own.zone.elements.clone(), PressureRecovery::new(&own.zone.points));
-        let mut bases = Vec::new();
-        for (body, side) in [(self.body, own)].into_iter().chain(other) {
-            bases.extend(side.own.map(|(assembled, modes)| {
-                (body, FineBasis { body: FineBody { mesh: side.body, assembled }, modes })
-            }));
-        }
+        let bases = fine_bases([(self.body, own)].into_iter().chain(other));
         let contact = FineContact {
             flags: ContactFlags::new(interval.n_elements),
             elements,
@@ -456,6 +451,15 @@ fn zone_site(elastic: &ElasticModel, site: &SurfaceSite, widths: [f64; 2]) -> Zo
 
 fn is_at_end(interval: &FineInterval) -> bool {
     interval.ends.iter().flatten().any(|&end| end == IntervalEnd::FaceEnd)
+}
+
+/// The fine models among `sides`, by body, that bring modes of their own.
+fn fine_bases(sides: impl Iterator<Item = (usize, FineSide)>) -> Vec<(usize, FineBasis)> {
+    let basis = |(index, side): (usize, FineSide)| {
+        let (assembled, modes) = side.own?;
+        Some((index, FineBasis { body: FineBody { mesh: side.body, assembled }, modes }))
+    };
+    sides.filter_map(basis).collect()
 }
 
 /// Sizes of the fine models of a contact's bodies, together.
