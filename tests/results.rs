@@ -108,8 +108,12 @@ fn complete(_: &Scenario, observer: &mut dyn Observer, _: usize) -> Result<RunRe
     let impact =
         ImpactRecord { contact: 0, end: 8e-5, peak_force: 52.0, restitution: 0.5, ..Default::default() };
     observer.impact(&impact).map_err(fail)?;
-    let attempt =
-        TryRecord { number: 1, outcome: "accepted".into(), reason: "done".into(), ..Default::default() };
+    let attempt = TryRecord {
+        number: 1,
+        outcome: adaptive::record::TrialOutcome::Accepted,
+        reason: "done".into(),
+        ..Default::default()
+    };
     observer.attempt(&attempt).map_err(fail)?;
     let stress = StressRecord {
         name: "axis".into(),

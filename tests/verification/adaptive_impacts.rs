@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use adaptive::record::PhaseKind;
+use adaptive::record::{PhaseKind, TrialOutcome};
 
 use crate::support::{Trace, assert_below, assert_close, run};
 
@@ -47,7 +47,7 @@ fn energy_and_momentum_are_kept_through_all_changes_of_the_model() {
         trace.history(|s| (s.linear_momentum[2] / start - 1.0).abs()).into_iter().fold(0.0, f64::max);
     // Forces are equal and opposite up to round-off.
     assert_below("change of momentum", change, 1e-12);
-    let directions: Vec<&str> = trace.transfers.iter().map(|t| t.direction.as_str()).collect();
+    let directions: Vec<&str> = trace.transfers.iter().map(|t| t.direction.identifier()).collect();
     assert_eq!(directions, ["coarse to fine", "fine to coarse"].repeat(2));
     let energy = trace.samples[0].energies.total();
     let jumps = trace.transfers.iter().map(|t| (t.energy_after - t.energy_before).abs() / energy);
@@ -57,7 +57,7 @@ fn energy_and_momentum_are_kept_through_all_changes_of_the_model() {
 #[test]
 fn predictors_need_two_tries_at_first_and_one_later() {
     let trace = shipped();
-    let accepted: Vec<_> = trace.tries.iter().filter(|t| t.outcome == "accepted").collect();
+    let accepted: Vec<_> = trace.tries.iter().filter(|t| t.outcome == TrialOutcome::Accepted).collect();
     assert_eq!(accepted.len(), 2, "{:#?}", trace.tries);
     for (attempt, most) in accepted.iter().zip([2, 1]) {
         assert!(attempt.number <= most, "{attempt:?}");

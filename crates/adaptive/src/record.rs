@@ -270,8 +270,8 @@ pub struct TryRecord {
     pub rejected: u64,
     /// Largest normal force \[N\].
     pub peak_force: f64,
-    /// "accepted", "rejected", "interrupted" or "failed".
-    pub outcome: String,
+    /// How it ended.
+    pub outcome: TrialOutcome,
     /// Why.
     pub reason: String,
     /// Wall time \[s\].
@@ -280,13 +280,68 @@ pub struct TryRecord {
     pub cpu_time: f64,
 }
 
+/// How a trial of an impact ended.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum TrialOutcome {
+    /// It is the result.
+    Accepted,
+    /// Another trial follows.
+    #[default]
+    Rejected,
+    /// The user stopped the run in it; what it computed is the result.
+    Interrupted,
+    /// It ended the run with an error.
+    Failed,
+}
+
+impl TrialOutcome {
+    /// All, in the order of their numbers in restart files.
+    pub const ALL: [Self; 4] = [Self::Accepted, Self::Rejected, Self::Interrupted, Self::Failed];
+
+    /// Name in logs and files.
+    pub fn identifier(self) -> &'static str {
+        match self {
+            Self::Accepted => "accepted",
+            Self::Rejected => "rejected",
+            Self::Interrupted => "interrupted",
+            Self::Failed => "failed",
+        }
+    }
+}
+
+/// A change of the model in the course of a run.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum TransferDirection {
+    /// The fine models of a contact come into the system.
+    #[default]
+    CoarseToFine,
+    /// They leave it.
+    FineToCoarse,
+    /// A penalty factor is lowered.
+    Penalty,
+}
+
+impl TransferDirection {
+    /// All, in the order of their numbers in restart files.
+    pub const ALL: [Self; 3] = [Self::CoarseToFine, Self::FineToCoarse, Self::Penalty];
+
+    /// Name in logs and files.
+    pub fn identifier(self) -> &'static str {
+        match self {
+            Self::CoarseToFine => "coarse to fine",
+            Self::FineToCoarse => "fine to coarse",
+            Self::Penalty => "penalty",
+        }
+    }
+}
+
 /// A change of the model in the course of a run, and what it did to the ledger.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct TransferRecord {
     /// When \[s\].
     pub time: f64,
-    /// "coarse to fine", "fine to coarse" or "penalty".
-    pub direction: String,
+    /// What changed.
+    pub direction: TransferDirection,
     /// Index of the contact.
     pub contact: u32,
     /// Total energy before \[J\].

@@ -4,6 +4,7 @@ mod rod_impacts;
 
 use adaptive::error::AdaptiveError;
 use adaptive::model::RunModel;
+use adaptive::record::TrialOutcome;
 use adaptive::spec::{
     BodyKind, ContactLaw, DampingSpec, IntervalSpec, PenaltySearch, RefinementSpec, RunSpec, SurfaceLaw,
     Target, Treatment,
@@ -42,7 +43,7 @@ fn interval(width: f64, elements: usize) -> IntervalSpec {
 /// Width that the adaptive model ended with and penalty factor that it started from, the last but one of the search: the
 /// force changes by less than 0.2 % beyond it, and steps of an explicit method shrink with the square root of it.
 fn found(trace: &Trace) -> (f64, f64) {
-    let last = trace.tries.iter().find(|t| t.outcome == "accepted").expect("an accepted try");
+    let last = trace.tries.iter().find(|t| t.outcome == TrialOutcome::Accepted).expect("an accepted try");
     (last.interval_widths[0], trace.tries[0].penalty_start)
 }
 

@@ -184,5 +184,5 @@ fn interrupted_run_keeps_its_last_state_and_impact() {
     let end = try_run(&ball(0.0, SPEED, 1e-4), &mut trace).unwrap_or_else(|e| panic!("{e}"));
     assert!(end.is_interrupted && (20e-6..23e-6).contains(&end.time));
     assert!((trace.last().time - end.time).abs() < 1e-15);
-    assert_eq!((trace.impacts.len(), trace.tries[0].outcome.as_str()), (1, "interrupted"));
+    assert_eq!((trace.impacts.len(), trace.tries[0].outcome.identifier()), (1, "interrupted"));
 }

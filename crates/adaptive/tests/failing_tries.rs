@@ -4,6 +4,7 @@ mod impacts;
 
 use adaptive::AdaptiveError;
 use adaptive::record::PhaseKind;
+use adaptive::record::TrialOutcome;
 use adaptive::recording::Recording;
 use adaptive::spec::{
     ContactLaw, ContactSpec, IntervalSpec, PenaltySearch, RunSpec, StressInstant, StressSpec, SurfaceLaw,
@@ -37,9 +38,9 @@ fn failed(spec: &RunSpec) -> (Trace, AdaptiveError) {
     assert!(trace.samples.windows(2).all(|w| w[0].time < w[1].time), "times rise");
     assert_eq!(trace.phases.last().map(|p| p.kind), Some(PhaseKind::Impact));
     let last = trace.tries.last().expect("a try");
-    assert_eq!(last.outcome, "failed");
+    assert_eq!(last.outcome, TrialOutcome::Failed);
     assert_eq!(last.reason, error.to_string());
-    assert!(trace.tries.iter().rev().skip(1).all(|t| t.outcome == "rejected"));
+    assert!(trace.tries.iter().rev().skip(1).all(|t| t.outcome == TrialOutcome::Rejected));
     assert!(error.to_string().contains("\"impact\""), "the pair is named: {error}");
     let number = format!("{}", trace.tries.len());
     assert!(error.to_string().contains(&number), "the number of tries is there: {error}");
@@ -123,7 +124,7 @@ fn interrupt_in_a_try_keeps_what_was_computed() {
     let end = try_run(&pair(with_law(law())), &mut trace).expect("no error");
     assert!(end.is_interrupted && end.time >= stop);
     let last = trace.tries.last().expect("a try");
-    assert_eq!(last.outcome, "interrupted");
+    assert_eq!(last.outcome, TrialOutcome::Interrupted);
     assert!((last.stop - end.time).abs() < 1e-15);
     assert!((trace.last().time - end.time).abs() < 1e-15);
     assert!(trace.last().contacts[0].normal_force > 0.0);
@@ -141,7 +142,7 @@ fn stopped_in_a_build(done: usize, law: SurfaceLaw) -> Trace {
     assert!((end.time - GAP / SPEED).abs() < 1e-12 && (trace.last().time - end.time).abs() < 1e-15);
     assert_eq!(trace.phases.len(), 2);
     assert!(trace.impacts.is_empty());
-    let outcomes: Vec<&str> = trace.tries.iter().map(|t| t.outcome.as_str()).collect();
+    let outcomes: Vec<&str> = trace.tries.iter().map(|t| t.outcome.identifier()).collect();
     assert_eq!(outcomes.last(), Some(&"interrupted"));
     assert_eq!((outcomes.len(), trace.tries[done].number as usize), (done + 1, done + 1));
     trace
@@ -153,7 +154,7 @@ fn interrupt_while_a_fine_model_is_built_ends_the_run_there() {
     // Far too narrow, so that the second try needs another model.
     let narrow = SurfaceLaw { interval: IntervalSpec { width: Some(3e-5), ..law().interval }, ..law() };
     let trace = stopped_in_a_build(1, narrow);
-    assert_eq!(trace.tries[0].outcome, "rejected");
+    assert_eq!(trace.tries[0].outcome, TrialOutcome::Rejected);
     assert!(trace.tries[0].peak_force > 0.0, "{:?}", trace.tries[0]);
 }
 
@@ -166,6 +167,6 @@ fn fine_model_that_cannot_be_built_leaves_a_failed_try() {
     let error = try_run(&pair(with_law(law)), &mut trace).expect_err("an error");
     assert!(matches!(error, AdaptiveError::Subdivision { .. }), "{error}");
     assert_eq!(trace.tries.len(), 1);
-    assert_eq!((trace.tries[0].outcome.as_str(), &trace.tries[0].reason), ("failed", &error.to_string()));
+    assert_eq!((trace.tries[0].outcome.identifier(), &trace.tries[0].reason), ("failed", &error.to_string()));
     assert!((trace.last().time - GAP / SPEED).abs() < 1e-12, "the flight is there");
 }

@@ -108,7 +108,7 @@ fn sphere_rod_sphere_is_the_same_with_modes_of_the_fine_models() {
     for method in METHODS {
         let own = finished(&with_own_modes(&default, method));
         same_impacts(&own, &reference, 1e-4);
-        let directions: Vec<&str> = own.transfers.iter().map(|t| t.direction.as_str()).collect();
+        let directions: Vec<&str> = own.transfers.iter().map(|t| t.direction.identifier()).collect();
         assert_eq!(directions, ["coarse to fine", "fine to coarse"].repeat(2));
         let momentum = reference.samples[0].linear_momentum[2];
         for (transfer, jump) in own.transfers.iter().zip(jumps(&own)) {

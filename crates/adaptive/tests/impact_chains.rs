@@ -3,6 +3,7 @@
 mod impacts;
 
 use adaptive::record::PhaseKind;
+use adaptive::record::TrialOutcome;
 use adaptive::spec::{RunSpec, Target};
 use impacts::{STEEL, Trace, contact, finished, spec, sphere};
 use nalgebra::Vector3;
@@ -32,7 +33,7 @@ fn check(trace: &Trace, momentum: f64) {
     assert!(trace.energy_drift() < DRIFT, "{:e}", trace.energy_drift());
     assert!(!trace.transfers.is_empty() && trace.largest_jump() < JUMP, "{:e}", trace.largest_jump());
     assert!(trace.momentum_change(momentum) < MOMENTUM, "{:e}", trace.momentum_change(momentum));
-    assert!(trace.tries.iter().any(|t| t.outcome == "accepted"));
+    assert!(trace.tries.iter().any(|t| t.outcome == TrialOutcome::Accepted));
 }
 
 fn mass() -> f64 {

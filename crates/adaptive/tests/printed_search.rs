@@ -3,6 +3,7 @@
 
 mod impacts;
 
+use adaptive::record::{TransferDirection, TrialOutcome};
 use adaptive::spec::{ContactLaw, ContactSpec, PenaltySearch, RunSpec, SurfaceLaw, Target};
 use contact_qs::quasistatic::{BroydenSettings, Method};
 use iga_core::nurbs::primitives::axisymmetric;
@@ -57,11 +58,11 @@ fn check_first_search(trace: &Trace) {
         let expected = INITIAL * 10f64.powi(n as i32);
         assert!((t.penalty_start / expected - 1.0).abs() < 1e-12, "{t:?}");
         assert!((t.penalty_start / t.penalty_end - 1.0).abs() < 1e-12);
-        assert_eq!(t.outcome, "rejected");
+        assert_eq!(t.outcome, TrialOutcome::Rejected);
         assert!(t.reason.contains("trial passed"), "{}", t.reason);
     }
     // The try in which the error occurs goes on from the failing step: one try that starts high and ends low.
-    assert_eq!(last.outcome, "accepted");
+    assert_eq!(last.outcome, TrialOutcome::Accepted);
     assert!((last.penalty_start / raised[raised.len() - 1].penalty_start - 10.0).abs() < 1e-9, "{last:?}");
     assert!(last.penalty_end < last.penalty_start, "{last:?}");
     let used = factors(trace, 0);
@@ -70,7 +71,7 @@ fn check_first_search(trace: &Trace) {
         let multiplier = factor / 10f64.powi(factor.log10().floor() as i32);
         assert!((multiplier - multiplier.round()).abs() < 1e-9, "{factor:e}");
     }
-    let lowered = trace.transfers.iter().filter(|t| t.direction == "penalty").count();
+    let lowered = trace.transfers.iter().filter(|t| t.direction == TransferDirection::Penalty).count();
     assert!(lowered >= 1);
 }
 

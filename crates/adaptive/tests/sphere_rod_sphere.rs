@@ -3,6 +3,7 @@
 mod rod_impacts;
 
 use adaptive::record::PhaseKind;
+use adaptive::record::TrialOutcome;
 use adaptive::spec::PenaltySearch;
 use rod_impacts::{finished, sphere_rod_sphere};
 
@@ -43,9 +44,9 @@ fn two_separate_impacts_are_found_refined_and_simulated() {
 fn predictors_need_two_tries_at_the_first_impact_and_one_later() {
     let trace = finished(&sphere_rod_sphere(PenaltySearch::CONVERGED));
     let tries: Vec<(u32, u32, &str)> =
-        trace.tries.iter().map(|t| (t.impact, t.number, t.outcome.as_str())).collect();
+        trace.tries.iter().map(|t| (t.impact, t.number, t.outcome.identifier())).collect();
     assert_eq!(tries, [(0, 1, "rejected"), (0, 2, "accepted"), (1, 1, "accepted")], "{:?}", trace.tries);
-    for accepted in trace.tries.iter().filter(|t| t.outcome == "accepted") {
+    for accepted in trace.tries.iter().filter(|t| t.outcome == TrialOutcome::Accepted) {
         assert!((0.6..=0.8).contains(&accepted.utilisation[0]), "{accepted:?}");
         assert!(accepted.steps > 0 && accepted.interface_freedoms > 0 && accepted.wall_time > 0.0);
     }
@@ -54,7 +55,7 @@ fn predictors_need_two_tries_at_the_first_impact_and_one_later() {
 #[test]
 fn hand_overs_keep_energy_and_momentum() {
     let trace = finished(&sphere_rod_sphere(PenaltySearch::CONVERGED));
-    let directions: Vec<&str> = trace.transfers.iter().map(|t| t.direction.as_str()).collect();
+    let directions: Vec<&str> = trace.transfers.iter().map(|t| t.direction.identifier()).collect();
     assert_eq!(directions, ["coarse to fine", "fine to coarse"].repeat(2));
     for transfer in &trace.transfers {
         // The modes are the same on both sides, and the contact is open.

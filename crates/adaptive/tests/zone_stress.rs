@@ -5,6 +5,7 @@ mod impacts;
 
 use adaptive::AdaptiveError;
 use adaptive::record::StressRecord;
+use adaptive::record::TrialOutcome;
 use adaptive::spec::LowModes;
 use adaptive::spec::{
     BodyKind, BodySpec, ContactLaw, DiscretisationSpec, ElasticSpec, InitialMotion, ReductionSpec, RunSpec,
@@ -117,7 +118,7 @@ fn states_of_tries_given_up_are_no_stress_states() {
         .map(|at| line("left", 0, [0.0, RADIUS, 0.0], [0.0, -1.0, 0.0], at))
         .collect();
     let trace = finished(&run);
-    assert!(trace.tries.iter().any(|t| t.outcome == "rejected"));
+    assert!(trace.tries.iter().any(|t| t.outcome == TrialOutcome::Rejected));
     for record in &trace.stresses {
         let is_stored = trace.samples.iter().any(|s| s.time.to_bits() == record.time.to_bits());
         assert!(is_stored, "{:e}", record.time);

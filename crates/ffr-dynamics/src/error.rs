@@ -28,6 +28,26 @@ pub enum DynamicsError {
         /// The library's reason.
         reason: String,
     },
+    /// A factor for which the machine has no memory.
+    #[error(
+        "the Cholesky factor of {unknowns} unknowns would take {gigabytes:.1} GB, {free:.1} GB are free; use fewer elements or a lower degree, in contact zones a smaller interval.elements"
+    )]
+    FactorTooLarge {
+        /// Number of unknowns.
+        unknowns: usize,
+        /// Memory of the factor at least [GB].
+        gigabytes: f64,
+        /// Free memory [GB].
+        free: f64,
+    },
+    /// A factor with more entries than can be counted.
+    #[error(
+        "the Cholesky factor of {unknowns} unknowns would have more than 4e9 entries; use fewer elements or a lower degree, in contact zones a smaller interval.elements"
+    )]
+    FactorUncountable {
+        /// Number of unknowns.
+        unknowns: usize,
+    },
     /// More modes were asked for than the model has freedoms.
     #[error("{wanted} modes asked for, the model has only {available}")]
     TooManyModes {

@@ -8,7 +8,7 @@ use crate::error::AdaptiveError;
 use crate::impact_watch::ImpactWatch;
 use crate::interval::IntervalAssessment;
 use crate::plausibility::ledger::{EnergyLedger, NumericalDamping};
-use crate::record::StressState;
+use crate::record::{StressState, TrialOutcome};
 
 /// Most trials of one impact: widths change by half at least each time, penalty factors by a factor of ten.
 const MAX_TRIALS: u32 = 40;
@@ -48,14 +48,16 @@ impl Driver<'_> {
             match self.judge(&ending, &verdicts, &mut intervals, number) {
                 Err(error) => return self.fail(&trial, &verdicts, error),
                 Ok(Judgement::Accept { reason }) => {
-                    let outcome = if ending == Ending::Interrupted { "interrupted" } else { "accepted" };
+                    let is_interrupted = ending == Ending::Interrupted;
+                    let outcome =
+                        if is_interrupted { TrialOutcome::Interrupted } else { TrialOutcome::Accepted };
                     self.log(&trial, outcome, &reason, &verdicts)?;
                     self.record_history(&verdicts);
                     self.finish_impact()?;
-                    return Ok(ending == Ending::Interrupted);
+                    return Ok(is_interrupted);
                 }
                 Ok(Judgement::Again { reason, contact_steps }) => {
-                    self.log(&trial, "rejected", &reason, &verdicts)?;
+                    self.log(&trial, TrialOutcome::Rejected, &reason, &verdicts)?;
                     contact_step_limit = contact_steps;
                     built = if number < MAX_TRIALS { self.rewind(&start, &intervals.widths) } else { Ok(()) };
                 }
@@ -84,7 +86,7 @@ impl Driver<'_> {
         verdicts: &[Option<IntervalAssessment>],
         error: AdaptiveError,
     ) -> Result<bool, AdaptiveError> {
-        self.log(trial, "failed", &error.to_string(), verdicts)?;
+        self.log(trial, TrialOutcome::Failed, &error.to_string(), verdicts)?;
         self.store_noted()?;
         self.output.flush()?;
         Err(error)

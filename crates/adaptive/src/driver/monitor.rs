@@ -9,7 +9,7 @@ use crate::adaptive_contact::FineContact;
 use crate::error::AdaptiveError;
 use crate::impact_watch::{Change, ContactInstant};
 use crate::interval::IntervalAssessment;
-use crate::record::TryRecord;
+use crate::record::{TransferDirection, TrialOutcome, TryRecord};
 use crate::simulation::{near_motion, normal_motion, smallest_gap};
 
 impl Driver<'_> {
@@ -28,7 +28,7 @@ impl Driver<'_> {
             }
             self.deactivate(i)?;
             let after = self.present_balance()?;
-            self.record_transfer(i, "fine to coarse", &before, &after);
+            self.record_transfer(i, TransferDirection::FineToCoarse, &before, &after);
         }
         self.output.flush()?;
         let alone: Vec<bool> = (0..self.slots.len()).map(|i| self.is_alone(i)).collect();
@@ -67,7 +67,7 @@ impl Driver<'_> {
     pub(super) fn log(
         &mut self,
         trial: &Trial,
-        outcome: &str,
+        outcome: TrialOutcome,
         reason: &str,
         verdicts: &[Option<IntervalAssessment>],
     ) -> Result<(), AdaptiveError> {
@@ -78,7 +78,8 @@ impl Driver<'_> {
         for i in 0..self.slots.len() {
             let slot = &self.slots[i];
             // A trial may end before any force acts, or before there is a model.
-            let has_begun = outcome == "failed" && slot.fine().is_some() || self.building == Some(i);
+            let has_begun =
+                outcome == TrialOutcome::Failed && slot.fine().is_some() || self.building == Some(i);
             let took_part = slot.monitor.is_running() || has_begun;
             if !took_part {
                 continue;
@@ -106,7 +107,7 @@ impl Driver<'_> {
                 steps: statistics.steps - trial.steps,
                 rejected: statistics.rejected - trial.rejected,
                 peak_force: slot.monitor.peak_force(),
-                outcome: outcome.into(),
+                outcome,
                 reason: reason.into(),
                 wall_time: trial.started.elapsed().as_secs_f64(),
                 cpu_time,

@@ -19,7 +19,7 @@ use crate::error::AdaptiveError;
 use crate::interval::IntervalAssessment;
 use crate::model::RunModel;
 use crate::penalty_search::{PenaltyAction, RunOutcome};
-use crate::record::{Sample, TransferRecord};
+use crate::record::{Sample, TransferDirection, TransferRecord};
 use crate::simulation::{RunContact, fill_sample};
 
 /// Relative error a step of a preview, which only sizes an interval.
@@ -31,9 +31,6 @@ const PREVIEW_STEPS: usize = 5000;
 const LONGEST_PREVIEW: usize = 40 * PREVIEW_STEPS;
 /// Relative difference of widths up to which the same fine model is used again.
 const SAME_WIDTH: f64 = 1e-9;
-
-/// Direction of a transfer by which a fine model comes.
-const COARSE_TO_FINE: &str = "coarse to fine";
 
 /// Energy and momentum, which a change of the model should leave alone.
 #[derive(Debug, Clone)]
@@ -78,7 +75,12 @@ impl Driver<'_> {
         let after = self.evaluated_balance();
         // One jump, booked with the first contact.
         for (n, i) in lowered.into_iter().enumerate() {
-            self.record_transfer(i, "penalty", if n == 0 { &before } else { &after }, &after);
+            self.record_transfer(
+                i,
+                TransferDirection::Penalty,
+                if n == 0 { &before } else { &after },
+                &after,
+            );
         }
         self.run.ledger.lowered += after.energy - before.energy;
         self.lowered = Some((t, after));
@@ -263,7 +265,7 @@ impl Driver<'_> {
         }
         self.model.timings.reduction += began.elapsed().as_secs_f64();
         let after = self.present_balance()?;
-        self.record_transfer(i, COARSE_TO_FINE, &before, &after);
+        self.record_transfer(i, TransferDirection::CoarseToFine, &before, &after);
         Ok(())
     }
 
@@ -312,13 +314,21 @@ impl Driver<'_> {
         Ok(())
     }
 
-    pub(super) fn record_transfer(&mut self, i: usize, direction: &str, before: &Balance, after: &Balance) {
+    pub(super) fn record_transfer(
+        &mut self,
+        i: usize,
+        direction: TransferDirection,
+        before: &Balance,
+        after: &Balance,
+    ) {
         // Where a fine model lies is told when it comes.
         let zones = self.slots[i].fine().map_or(&[][..], |fine| &fine.zones);
-        let site = |k: usize| zones.get(k).filter(|_| direction == COARSE_TO_FINE).map(|zone| zone.site);
+        let site = |k: usize| {
+            zones.get(k).filter(|_| direction == TransferDirection::CoarseToFine).map(|zone| zone.site)
+        };
         let record = TransferRecord {
             time: self.integrator.time(),
-            direction: direction.into(),
+            direction,
             contact: i as u32,
             energy_before: before.energy,
             energy_after: after.energy,

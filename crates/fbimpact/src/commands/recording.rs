@@ -169,7 +169,7 @@ impl Observer for RunObserver {
             "try {} of impact {}: {} ({})",
             record.number,
             record.impact + 1,
-            record.outcome,
+            record.outcome.identifier(),
             record.reason
         );
         self.recorder.attempt(record)
@@ -182,7 +182,7 @@ impl Observer for RunObserver {
     fn transfer(&mut self, record: &TransferRecord) -> Result<(), ObserverError> {
         tracing::debug!(
             "{} at {:.9e} s: energy {:.9e} J before, {:.9e} J after",
-            record.direction,
+            record.direction.identifier(),
             record.time,
             record.energy_before,
             record.energy_after

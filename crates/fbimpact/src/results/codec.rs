@@ -2,7 +2,8 @@
 
 use adaptive::plausibility::ledger::{EnergyLedger, NumericalDamping};
 use adaptive::record::{
-    ImpactRecord, PhaseKind, PhaseRecord, StressState, TransferRecord, TryRecord, ZoneLoad, ZoneSite,
+    ImpactRecord, PhaseKind, PhaseRecord, StressState, TransferDirection, TransferRecord, TrialOutcome,
+    TryRecord, ZoneLoad, ZoneSite,
 };
 use adaptive::run_state::{ContactState, ImpactHistory, RunState};
 use adaptive::warning::{Warning, WarningKind};
@@ -182,15 +183,21 @@ fields!(TransferRecord {
     site,
     target_site,
 });
-impl Code for WarningKind {
-    fn put(&self, out: &mut Vec<u8>) {
-        (*self as u8).put(out);
-    }
+/// Enumerations are stored as their numbers in the list of all.
+macro_rules! enumerations {
+    ($($kind:ty),*) => {$(
+        impl Code for $kind {
+            fn put(&self, out: &mut Vec<u8>) {
+                (*self as u8).put(out);
+            }
 
-    fn take(from: &mut &[u8]) -> Option<Self> {
-        Self::ALL.get(usize::from(u8::take(from)?)).copied()
-    }
+            fn take(from: &mut &[u8]) -> Option<Self> {
+                Self::ALL.get(usize::from(u8::take(from)?)).copied()
+            }
+        }
+    )*};
 }
+enumerations!(WarningKind, TrialOutcome, TransferDirection);
 
 fields!(Warning { kind, subject, time, value, limit, message, remedy });
 fields!(ImpactHistory { width_factor, stiffness_ratio, penalty });

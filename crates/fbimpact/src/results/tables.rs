@@ -160,7 +160,7 @@ impl TryRow {
             steps: r.steps,
             rejected: r.rejected,
             peak_force: r.peak_force,
-            outcome: unicode(&r.outcome)?,
+            outcome: unicode(r.outcome.identifier())?,
             reason: unicode(&r.reason)?,
             wall_time: r.wall_time,
             cpu_time: r.cpu_time,
@@ -205,7 +205,7 @@ impl TransferRow {
     pub fn new(r: &TransferRecord, contact: &str) -> Result<Self> {
         Ok(Self {
             time: r.time,
-            direction: unicode(&r.direction)?,
+            direction: unicode(r.direction.identifier())?,
             contact: unicode(contact)?,
             energy_before: r.energy_before,
             energy_after: r.energy_after,

@@ -1,5 +1,6 @@
 //! States of a result: motion of every body at the stored instants.
 
+use adaptive::record::TransferDirection;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -160,7 +161,7 @@ impl States {
             if sites[0].is_some() {
                 let contact = contact.to_owned();
                 spans.push(Span { contact, sites, from: row.time, to: f64::INFINITY });
-            } else if row.direction.as_str() == "fine to coarse"
+            } else if row.direction.as_str() == TransferDirection::FineToCoarse.identifier()
                 && let Some(span) = spans.iter_mut().rfind(|s| s.contact == contact)
             {
                 span.to = row.time;

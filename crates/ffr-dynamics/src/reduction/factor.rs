@@ -12,9 +12,10 @@ use faer::sparse::linalg::cholesky::{
     CholeskySymbolicParams, LltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
     factorize_symbolic_cholesky, supernodal::SupernodalLltRef,
 };
-use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
+use faer::sparse::{FaerError, SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, Mat, MatMut, Par, Side};
 
+use super::memory;
 use super::wide_solve::{self, Entry};
 use crate::DynamicsError;
 use crate::data_error::DataError;
@@ -35,8 +36,8 @@ impl SymbolicFactor {
     /// Analyses the lower triangle `pattern` under the elimination `order` (position p holds the p-th unknown).
     ///
     /// # Errors
-    /// [`DynamicsError::Factorisation`] if the factor is too large, [`DynamicsError::Data`] if `order` is no
-    /// permutation.
+    /// [`DynamicsError::FactorTooLarge`] or [`DynamicsError::FactorUncountable`] if no memory holds the factor,
+    /// [`DynamicsError::Data`] if `order` is no permutation.
     pub fn new(pattern: SymbolicSparseColMatRef<'_, u32>, order: Vec<u32>) -> Result<Self, DynamicsError> {
         let n = pattern.nrows();
         let mut inverse = vec![u32::MAX; n];
@@ -54,9 +55,25 @@ impl SymbolicFactor {
             ..Default::default()
         };
         let ordering = SymmetricOrdering::Custom(PermRef::new_checked(&order, &inverse, n));
-        let symbolic = factorize_symbolic_cholesky(pattern, Side::Lower, ordering, params)
-            .map_err(|e| failed("the pattern", format!("{e:?}")))?;
-        Ok(Self { symbolic, order })
+        let symbolic =
+            factorize_symbolic_cholesky(pattern, Side::Lower, ordering, params).map_err(|e| match e {
+                FaerError::IndexOverflow => DynamicsError::FactorUncountable { unknowns: n },
+                other => failed("the pattern", format!("{other:?}")),
+            })?;
+        let analysed = Self { symbolic, order };
+        // In the shorter format at least.
+        analysed.check_memory(size_of::<f32>())?;
+        Ok(analysed)
+    }
+
+    /// Refuses a factor whose entries, of `bytes` bytes each, have no place in the memory that is free.
+    fn check_memory(&self, bytes: usize) -> Result<(), DynamicsError> {
+        let bytes = self.symbolic.len_val() as f64 * bytes as f64;
+        let (unknowns, gigabytes) = (self.order.len(), 1e-9 * bytes);
+        match memory::shortage(bytes) {
+            Some(free) => Err(DynamicsError::FactorTooLarge { unknowns, gigabytes, free }),
+            None => Ok(()),
+        }
     }
 
     /// Number of unknowns.
@@ -78,12 +95,13 @@ impl SymbolicFactor {
     /// Cholesky factor of a symmetric positive definite matrix with the analysed pattern; `name` is for messages.
     ///
     /// # Errors
-    /// [`DynamicsError::NotPositiveDefinite`] with the unknown whose pivot fails.
+    /// [`DynamicsError::NotPositiveDefinite`] with the unknown whose pivot fails, [`DynamicsError::FactorTooLarge`].
     pub fn cholesky(
         self: &Arc<Self>,
         matrix: SparseColMatRef<'_, u32, f64>,
         name: &'static str,
     ) -> Result<CholeskyFactor, DynamicsError> {
+        self.check_memory(size_of::<f64>())?;
         let mut values = vec![0.0; self.symbolic.len_val()];
         let scratch = self.symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default());
         let mut memory = buffer(scratch, name)?;

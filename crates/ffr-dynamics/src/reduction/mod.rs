@@ -14,6 +14,7 @@ mod wide_solve;
 pub mod factor;
 mod rounded;
 pub mod inertia;
+mod memory;
 pub mod pencil;
 pub mod rigid;
 pub mod problem;

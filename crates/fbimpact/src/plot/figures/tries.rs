@@ -5,6 +5,7 @@ use crate::plot::data::ResultData;
 use crate::plot::figure::{Axis, Curve, Entry, Figure, Panel, Shade, Sign, entries};
 use crate::plot::ticks::Tick;
 use crate::results::tables::TryRow;
+use adaptive::record::TrialOutcome;
 
 /// Tries whose numbers fit below the axis.
 const LABELLED: usize = 24;
@@ -61,7 +62,7 @@ fn curves(files: &[ResultData], value: Quantity) -> Vec<Curve> {
                 number += 1.0;
                 curve.x.push(number);
                 curve.y.push(value(t));
-                curve.marks.push(t.outcome.as_str() == "accepted");
+                curve.marks.push(t.outcome.as_str() == TrialOutcome::Accepted.identifier());
             }
             all.push(curve);
         }
