@@ -214,7 +214,7 @@ impl SurfacePair {
     }
 
     /// Projects the displaced points on the displaced target; gaps, normals and functions there. Points that are open for
-    /// certain are left as they are ([`Watch`]).
+    /// certain are left as they are ([`super::watch::Watch`]).
     fn project(&self, t: f64, relative: &Relative, work: &mut Work<'_>) -> Result<(), EvaluationFailure> {
         let nc = self.motion.n_components();
         let PairState { start, friction, .. } = &mut *work.state;
