@@ -35,9 +35,9 @@ pub enum DynamicsError {
     FactorTooLarge {
         /// Number of unknowns.
         unknowns: usize,
-        /// Memory of the factor at least [GB].
+        /// Memory of the factor at least \[GB\].
         gigabytes: f64,
-        /// Free memory [GB].
+        /// Free memory \[GB\].
         free: f64,
     },
     /// A factor with more entries than can be counted.

@@ -9,7 +9,7 @@ fn free() -> Option<u64> {
     kilobytes(&text, "MemAvailable:").map(|kilobytes| 1024 * kilobytes)
 }
 
-/// The value of `key` in the format of `/proc/meminfo` [kB].
+/// The value of `key` in the format of `/proc/meminfo` \[kB\].
 fn kilobytes(text: &str, key: &str) -> Option<u64> {
     let line = text.lines().find(|line| line.starts_with(key))?;
     line.split_whitespace().nth(1)?.parse().ok()
