@@ -23,6 +23,8 @@ pub struct DirectionLattice {
     pub spacing: f64,
     /// Number of levels that divide this direction.
     pub n_levels: usize,
+    /// Number of levels from the finest on that leave this direction as it is, for elements across it are shorter.
+    pub n_skipped: usize,
 }
 
 impl DirectionLattice {
@@ -38,7 +40,7 @@ impl DirectionLattice {
         let breaks = knots.breaks();
         let n_levels = levels(largest_element(knots, interval), spacing);
         if n_levels == 0 {
-            return (Self { anchor: lower, spacing, n_levels }, interval);
+            return (Self { anchor: lower, spacing, n_levels, n_skipped: 0 }, interval);
         }
         let is_inside = |b: &&f64| lower - NEAR_KNOT * spacing < **b && **b < upper + NEAR_KNOT * spacing;
         let shift = breaks.iter().find(is_inside).map_or(0.0, |b| {
@@ -50,13 +52,26 @@ impl DirectionLattice {
         let (lower, upper) = (lower + shift, upper + shift);
         let on_a_knot =
             |end: f64| *breaks.iter().find(|b| (**b - end).abs() < NEAR_KNOT * spacing).unwrap_or(&end);
-        (Self { anchor: lower, spacing, n_levels }, [on_a_knot(lower), on_a_knot(upper)])
+        (Self { anchor: lower, spacing, n_levels, n_skipped: 0 }, [on_a_knot(lower), on_a_knot(upper)])
     }
 
     /// The lattice of a direction into the depth, from the surface at `surface` to `end`, with the spacing `spacing`.
     pub fn into_depth(knots: &KnotVector, surface: f64, end: f64, spacing: f64) -> Self {
         let reach = [surface.min(end), surface.max(end)];
-        Self { anchor: surface, spacing, n_levels: levels(largest_element(knots, reach), spacing) }
+        let n_levels = levels(largest_element(knots, reach), spacing);
+        Self { anchor: surface, spacing, n_levels, n_skipped: 0 }
+    }
+
+    /// The lattice beside one whose elements are `ratio` times shorter: its finest level is the one on which those have become as
+    /// long, so that below an elongated interval elements stay short along it to the depth of its length.
+    #[must_use]
+    pub fn beside_shorter(self, ratio: f64) -> Self {
+        Self { n_skipped: ratio.max(1.0).log2().round() as usize, ..self }
+    }
+
+    /// Whether level `level` (0: the finest) divides this direction.
+    pub fn divides(&self, level: usize) -> bool {
+        (self.n_skipped..self.n_skipped + self.n_levels).contains(&level)
     }
 
     /// The knots of level `level` (0: the finest) from those of the next coarser one: lattice points in the `wanted` elements.
@@ -69,10 +84,10 @@ impl DirectionLattice {
         level: usize,
         wanted: impl Fn(usize) -> bool,
     ) -> Result<KnotVector, SplineError> {
-        if level >= self.n_levels {
+        if !self.divides(level) {
             return Ok(coarse.clone());
         }
-        let spacing = self.spacing * 2f64.powi(level as i32);
+        let spacing = self.spacing * 2f64.powi((level - self.n_skipped) as i32);
         let mut new = Vec::new();
         for e in (0..coarse.n_elements()).filter(|&e| wanted(e)) {
             let (a, b) = coarse.element(e);
@@ -124,6 +139,21 @@ mod tests {
         let breaks = lattice.refine(&coarse, 4, |e| e == 3).unwrap().breaks();
         let expected = [0.0, 0.25, 0.5, 0.75, 0.84, 1.0];
         assert!(breaks.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{breaks:?}");
+    }
+
+    #[test]
+    fn a_long_direction_is_divided_where_the_others_have_grown_to_its_elements() {
+        let (along, _) = DirectionLattice::along(&uniform(4), [0.3, 0.46], 16); // 0.01 to 0.16
+        let beside = along.beside_shorter(8.0);
+        assert_eq!((along.n_levels, beside.n_levels, beside.n_skipped), (5, 5, 3));
+        let divided: Vec<usize> = (0..10).filter(|level| beside.divides(*level)).collect();
+        assert_eq!(divided, [3, 4, 5, 6, 7]);
+        let refined =
+            |lattice: &DirectionLattice, level| lattice.refine(&uniform(4), level, |_| true).unwrap();
+        assert_eq!(refined(&beside, 2), uniform(4));
+        assert_eq!(refined(&beside, 5), refined(&along, 2));
+        // Equal elements, and less than twice as long ones to the nearest level.
+        assert_eq!([0.5, 1.0, 1.4].map(|ratio| along.beside_shorter(ratio).n_skipped), [0; 3]);
     }
 
     #[test]

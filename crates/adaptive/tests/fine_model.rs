@@ -20,6 +20,7 @@ use bodies::{block, rod, sphere, wanted_at};
 use contact_qs::points::{DofLookup, SurfacePoint};
 use faer::Mat;
 use faer::linalg::solvers::Solve;
+use ffr_dynamics::reduction::compliance::modal_compliance;
 use nalgebra::Vector3;
 
 const BOTTOM: [f64; 3] = [0.0, -0.01, 0.0];
@@ -248,6 +249,40 @@ fn an_interval_on_a_solid_is_resolved_in_both_directions() {
     assert!(zone.points.iter().all(of_finest) && zone.points.len() >= 16);
     assert!(zone.points.iter().any(|p| p.on_rim) && zone.points.iter().any(|p| !p.on_rim));
     assert!(!zone.unknowns.is_empty() && zone.unknowns.len() < fine.n_unknowns() / 10);
+}
+
+/// Displacement that a smooth pressure over most of an interval makes in the mean, weighted by the pressure, per force \[m/N\].
+fn compliance_of_pressure(coarse: &ElasticBody, place: [f64; 3], widths: [f64; 2]) -> f64 {
+    let mut wanted = wanted_at(coarse, place, 0.0);
+    wanted.widths = widths;
+    let settings = FineSettings { elements: 8, ..FineSettings::default() };
+    let fine = FineBody::build(coarse, &[wanted], &settings).unwrap();
+    let zone = fine.zone(0, PointRule::Greville, 1.0);
+    let reduced = coarse.reduce(&Default::default()).unwrap();
+    let (basis, residual) = fine.reduce((coarse, &reduced), &zone.unknowns, LowModes::Prolonged).unwrap();
+    let place_of: BTreeMap<usize, usize> = zone.unknowns.iter().enumerate().map(|(i, u)| (*u, i)).collect();
+    let mut load = Mat::<f64>::zeros(zone.unknowns.len(), 1);
+    for point in &zone.points {
+        let shape = |d: usize| (1.0 - ((point.position[d] - place[d]) / (0.45 * widths[d])).powi(2)).max(0.0);
+        let force = point.area * shape(0) * shape(1);
+        for &(n, value) in &point.functions {
+            load[(place_of[&fine.lookup.number(n, 2).unwrap()], 0)] += force * value;
+        }
+    }
+    let flexibility = residual.compliance() + modal_compliance(&basis, &zone.unknowns);
+    // Functions sum to one: the sum of the load is the force.
+    (load.transpose() * flexibility * &load)[(0, 0)] / load.sum().powi(2)
+}
+
+#[test]
+fn the_mesh_around_an_elongated_interval_does_not_stiffen_it() {
+    let place = [0.0, 0.0, 0.01];
+    // Equal widths, and as the contacts of crossed cylinders and of a cylinder that lies on its side.
+    for widths in [[0.3e-3, 0.3e-3], [0.3e-3, 1.2e-3], [2.4e-3, 0.3e-3]] {
+        let [rough, finer] = [4, 8].map(|n| compliance_of_pressure(&block(n), place, widths));
+        // A tenth of the 1e-3 that the elements of the interval itself may cost.
+        assert_relative_eq!(rough, finer, max_relative = 1e-4);
+    }
 }
 
 #[test]

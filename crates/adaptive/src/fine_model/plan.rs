@@ -50,11 +50,12 @@ fn reach(coarse: &ElasticBody, point: &[f64; 3], width: f64) -> [f64; 2] {
     if is_on_axis { [-(width - point[0]), width - point[0]] } else { [-half, half] }
 }
 
-/// How deep the refinement goes: half the width of the whole interval \[m\].
+/// How deep the finest level goes: half the width of the interval, of an elongated one the smaller half, beyond which stress varies
+/// over lengths that coarser levels resolve \[m\].
 fn depth(coarse: &ElasticBody, patch: &Patch, wanted: &WantedInterval) -> f64 {
     let point = patch.point(&wanted.face.on_face(&wanted.centre));
     let half = |&w: &f64| reach(coarse, &point, w)[1];
-    wanted.widths[..wanted.face.directions().count()].iter().map(half).fold(0.0, f64::max)
+    wanted.widths[..wanted.face.directions().count()].iter().map(half).fold(f64::INFINITY, f64::min)
 }
 
 /// Parameters across the face at the surface and at the depth to which the refinement goes.
@@ -113,13 +114,16 @@ fn lattice_plan(
     let mut spans = parameters(coarse, patch, wanted);
     let xi = wanted.face.on_face(&wanted.centre);
     let first = patch.jet(&xi, 1, &mut PointBasis::default()).first;
-    let none = DirectionLattice { anchor: 0.0, spacing: 1.0, n_levels: 0 };
+    let none = DirectionLattice { anchor: 0.0, spacing: 1.0, n_levels: 0, n_skipped: 0 };
     let (mut lattices, mut size) = ([none; 3], f64::INFINITY);
     for ((d, width), speed) in wanted.face.directions().zip(wanted.widths).zip(speeds(patch, wanted)) {
         let (Some(span), knots) = (&mut spans[d], &patch.knots()[d]) else { continue };
         check_resolved(coarse, knots, (width, (span[1] - span[0]) / settings.elements as f64, speed))?;
         (lattices[d], *span) = DirectionLattice::along(knots, *span, settings.elements);
         size = size.min(lattices[d].spacing * speed);
+    }
+    for (d, speed) in wanted.face.directions().zip(speeds(patch, wanted)) {
+        lattices[d] = lattices[d].beside_shorter(lattices[d].spacing * speed / size);
     }
     let across = wanted.face.id.direction;
     let spacing = size / norm(&first[across]);
@@ -312,13 +316,13 @@ fn refined_lattice(
     settings: &FineSettings,
     ties: &PatchTies,
 ) -> Result<SubdomainHierarchy, SplineError> {
-    let n_levels = lattices.iter().map(|l| l.n_levels).max().unwrap_or(0);
+    let n_levels = lattices.iter().map(|l| l.n_skipped + l.n_levels).max().unwrap_or(0);
     for level in (0..n_levels).rev() {
         let levels = hierarchy.levels();
         let coarse = levels[levels.len() - 1].knots().to_vec();
         // Levels beyond the finest reach out further: their elements then grow with the distance from the contact.
         let reach = |d: usize| {
-            let parts = if level < lattices[d].n_levels { 2 } else { 1 };
+            let parts = if lattices[d].divides(level) { 2 } else { 1 };
             growth(&coarse[d], parts, settings).max(if level == 0 { 1 } else { COARSE_REACH })
         };
         let by = std::array::from_fn(|d| if d < coarse.len() { reach(d) } else { 0 });

@@ -1,21 +1,43 @@
-//! Memory that the machine has left, asked before a factor is computed.
+//! Memory that is left, asked before a factor is computed.
 
-/// Share of the free memory that one factor may take: eigenmodes, compliance and a second body need some, too.
-const SHARE: f64 = 0.8;
+use std::path::Path;
 
-/// Free memory of the machine in bytes; `None` where the system does not tell.
+/// Share of the free memory that one factor may take: two bodies are built side by side, and either needs its matrix, its
+/// modes and its compliance, too.
+const SHARE: f64 = 0.4;
+
+/// Folder in which Linux shows the limits that a container sets.
+const CONTROL_GROUP: &str = "/sys/fs/cgroup";
+
+/// Free memory in bytes, of the machine or what a container leaves; `None` where the system does not tell.
 fn free() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/meminfo").ok()?;
-    kilobytes(&text, "MemAvailable:").map(|kilobytes| 1024 * kilobytes)
+    let machine = entry(&text, "MemAvailable:").map(|kilobytes| 1024 * kilobytes);
+    let container = left_by(|name| std::fs::read_to_string(Path::new(CONTROL_GROUP).join(name)).ok());
+    [machine, container].into_iter().flatten().min()
 }
 
-/// The value of `key` in the format of `/proc/meminfo` \[kB\].
-fn kilobytes(text: &str, key: &str) -> Option<u64> {
-    let line = text.lines().find(|line| line.starts_with(key))?;
-    line.split_whitespace().nth(1)?.parse().ok()
+/// What a control group, of the second version or the first, leaves of its limit in bytes, files that are only kept for the
+/// next reader counted as free; `None` without a limit. `read` gives the text of a file in the group's folder.
+fn left_by(read: impl Fn(&str) -> Option<String>) -> Option<u64> {
+    let number = |name: &str| read(name)?.trim().parse::<u64>().ok();
+    let (limit, used, details) = match number("memory.max") {
+        Some(limit) => (limit, "memory.current", "memory.stat"),
+        None => {
+            (number("memory/memory.limit_in_bytes")?, "memory/memory.usage_in_bytes", "memory/memory.stat")
+        }
+    };
+    let kept = read(details).and_then(|text| entry(&text, "inactive_file")).unwrap_or(0);
+    Some(limit.saturating_sub(number(used)?.saturating_sub(kept)))
 }
 
-/// Gigabytes that are free, if `bytes` do not fit into them.
+/// The number after `key` in a text of lines "key number …".
+fn entry(text: &str, key: &str) -> Option<u64> {
+    let mut words = text.lines().map(str::split_whitespace);
+    words.find_map(|mut line| (line.next() == Some(key)).then(|| line.next()?.parse().ok())?)
+}
+
+/// Gigabytes that are free, if `bytes` do not fit into the share of them that one factor may take.
 pub fn shortage(bytes: f64) -> Option<f64> {
     free().map(|free| free as f64).filter(|free| bytes > SHARE * free).map(|free| 1e-9 * free)
 }
@@ -27,9 +49,23 @@ mod tests {
     #[test]
     fn free_memory_is_read_by_its_name() {
         let text = "MemTotal:       24000000 kB\nMemFree:         1000000 kB\nMemAvailable:   12000000 kB\n";
-        assert_eq!(kilobytes(text, "MemAvailable:"), Some(12_000_000));
-        assert_eq!(kilobytes(text, "SwapFree:"), None);
-        assert_eq!(kilobytes("MemAvailable: many", "MemAvailable:"), None);
+        assert_eq!(entry(text, "MemAvailable:"), Some(12_000_000));
+        assert_eq!(entry(text, "SwapFree:"), None);
+        assert_eq!(entry("MemAvailable: many", "MemAvailable:"), None);
+    }
+
+    #[test]
+    fn a_container_leaves_its_limit_less_what_is_used() {
+        let first = [("memory/memory.limit_in_bytes", "5000\n"), ("memory/memory.usage_in_bytes", "6000\n")];
+        let details = "anon 1000\ninactive_file 500\nactive_file 1500\n";
+        let second = |limit| [("memory.max", limit), ("memory.current", "3000\n"), ("memory.stat", details)];
+        let left = |files: &[(&str, &str)]| {
+            left_by(|name| files.iter().find(|file| file.0 == name).map(|file| file.1.to_owned()))
+        };
+        assert_eq!(left(&[]), None);
+        assert_eq!(left(&first), Some(0));
+        assert_eq!(left(&second("8000\n")), Some(5500));
+        assert_eq!(left(&second("max\n")), None);
     }
 
     #[test]
