@@ -1,14 +1,11 @@
-//! First guesses of an impact's contact width and penalty factor (theory section A.5).
+//! First guess of an impact's contact width (theory section A.5).
 //!
-//! The width is that of Hertz's contact at the peak of an impact of two masses, the penalty factor follows from the local
-//! compliance of the interface. Both only start a search: bodies that are no half spaces, or waves, make them inexact.
+//! The width is that of Hertz's contact at the peak of an impact of two masses. It only starts a search: bodies that are no
+//! half spaces, or waves, make it inexact.
 
 use std::f64::consts::PI;
 
 use nalgebra::{Matrix3, Vector3};
-
-/// Penalty factor times `max_i(A_ii w_i)`: the penetration is then some 1/40 of an element's own compression.
-pub const DEFAULT_STIFFNESS_RATIO: f64 = 40.0;
 
 /// Relative size of a curvature below which it counts as flat.
 const FLAT: f64 = 1e-9;
@@ -335,15 +332,6 @@ pub fn half_extents(prediction: &HertzPrediction, tangents: &[Vector3<f64>; 2]) 
     })
 }
 
-/// First penalty factor `c_p = β / max_i(A_ii w_i)` (theory Eq. A.14) [N/m³].
-///
-/// `compliance`: diagonal of the compliance of the contact points [m/N]; `areas`: tributary areas \[m²\]; `ratio`: β. `None`
-/// if no product is positive, as between rigid bodies.
-pub fn first_penalty(compliance: &[f64], areas: &[f64], ratio: f64) -> Option<f64> {
-    let largest = compliance.iter().zip(areas).map(|(a, w)| a * w).fold(0.0, f64::max);
-    (largest > 0.0 && largest.is_finite()).then(|| ratio / largest)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -501,12 +489,5 @@ mod tests {
         }
         assert_eq!(law.force(0.0), (0.0, 0.0));
         assert!(LineLaw::new(0.0, compliance, size, thickness).is_none());
-    }
-
-    #[test]
-    fn the_first_penalty_follows_the_softest_point() {
-        assert_relative_eq!(first_penalty(&[1.0, 4.0], &[2.0, 1.0], 40.0).unwrap(), 10.0);
-        assert!(first_penalty(&[0.0], &[1.0], 40.0).is_none());
-        assert!(first_penalty(&[], &[], 40.0).is_none());
     }
 }

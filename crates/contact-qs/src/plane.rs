@@ -413,8 +413,7 @@ impl ContactElement for PlaneContact {
         let compliance = self
             .normal_compliance(&rotation, state)
             .map_err(|e| EvaluationFailure::out_of_model(e.to_string()))?;
-        let areas = self.submodel.areas.iter().enumerate();
-        Ok(compliance.map(|a| areas.map(|(i, w)| a[(i, i)] * w).fold(0.0, f64::max)))
+        Ok(compliance.map(|a| penalty::compliance_weight(&a, &self.submodel.areas)))
     }
 
     fn forget(&self, state: &mut PlaneState, _: &mut PlaneFound) {

@@ -432,8 +432,7 @@ impl ContactElement for SurfacePair {
         found: &mut PairFound,
     ) -> Result<Option<f64>, EvaluationFailure> {
         let compliance = self.normal_compliance(motion.bodies, state, workspace, found)?;
-        let areas = self.areas.iter().enumerate();
-        Ok(compliance.map(|a| areas.map(|(i, w)| a[(i, i)] * w).fold(0.0, f64::max)))
+        Ok(compliance.map(|a| penalty::compliance_weight(&a, &self.areas)))
     }
 
     fn forget(&self, state: &mut PairState, found: &mut PairFound) {

@@ -5,7 +5,7 @@
 mod common;
 
 use contact_qs::law::hertz::{HertzImpact, HertzPair, Solid};
-use contact_qs::law::penalty::{STIFFNESS_RATIO, suggested};
+use contact_qs::law::penalty::{DEFAULT_STIFFNESS_RATIO, compliance_weight};
 use contact_qs::quasistatic::{ActiveSet, BroydenSettings, Method, Problem};
 use contact_qs::submodel::SparseRows;
 use contact_qs::{ContactSubmodel, Plane, PlaneContact, PlaneContactSettings};
@@ -103,7 +103,8 @@ fn contact(n: usize, penalty: Option<f64>, method: Method) -> PlaneContact {
         interface: SparseRows::default(),
         rim: vec![n - 1],
     };
-    let penalty = penalty.unwrap_or_else(|| suggested(STIFFNESS_RATIO, &a, &areas_for_penalty).unwrap());
+    let penalty =
+        penalty.unwrap_or_else(|| DEFAULT_STIFFNESS_RATIO / compliance_weight(&a, &areas_for_penalty));
     let plane = Plane { point: Vector3::zeros(), normal: Vector3::z_axis() };
     PlaneContact::new(submodel, PlaneContactSettings { body: 0, plane, penalty, method }).unwrap()
 }

@@ -6,7 +6,6 @@ use std::ops::{Deref, DerefMut};
 use adaptive::AdaptiveError;
 use adaptive::driver::{RunEnd, run};
 use adaptive::model::RunModel;
-use adaptive::predict::DEFAULT_STIFFNESS_RATIO;
 use adaptive::record::{PhaseKind, Sample};
 use adaptive::recording::Recording;
 use adaptive::spec::{
@@ -14,6 +13,7 @@ use adaptive::spec::{
     IntervalSpec, PenaltySearch, PhaseSettings, PointRule, ReductionSpec, Resolution, RunSettings, RunSpec,
     SurfaceLaw, Target, Treatment,
 };
+use contact_qs::law::penalty::DEFAULT_STIFFNESS_RATIO;
 use contact_qs::quasistatic::Method;
 use ffr_dynamics::integration;
 use iga_core::elasticity::{Material, Model};

@@ -1,25 +1,19 @@
-//! Penalty law of a contact point, and the penalty factor that a compliance suggests.
+//! Penalty law of a contact point, and what a compliance tells of its penalty factor.
 //!
 //! `p = c_p <-g>`, `λ = w p` (docs/theory.md Eq. C.3; \[A\] section 3, \[B\] Eqs. 18 and 22). With tributary areas `w` the
 //! factor `c_p` is a pressure per length [N/m³]; the papers print "N/m" for the same numbers.
 
 use faer::Mat;
-use ffr_dynamics::data_error::{DataError, check_square};
 
 use crate::ContactError;
 
-/// Ratio of the surface's own compliance to that of the penalty spring at which the peak force of the sphere impact
-/// (\[B\] section 5) is within 0.1 % of its limit.
-pub const STIFFNESS_RATIO: f64 = 40.0;
+/// Penalty factor times `max_i(A_ii w_i)` (Eq. A.14), the ratio of the surface's own compliance to that of the penalty springs:
+/// at this one the peak force of the sphere impact (\[B\] section 5) is within 0.1 % of its limit.
+pub const DEFAULT_STIFFNESS_RATIO: f64 = 40.0;
 
 /// Contact pressure `c_p <-g>` at normal gap `gap` (negative: penetration) \[Pa\].
 pub fn pressure(penalty: f64, gap: f64) -> f64 {
     if gap < 0.0 { -penalty * gap } else { 0.0 }
-}
-
-/// Energy density `½ c_p <-g>²` of the penalty layer [J/m²].
-pub fn energy_density(penalty: f64, gap: f64) -> f64 {
-    if gap < 0.0 { 0.5 * penalty * gap * gap } else { 0.0 }
 }
 
 /// Compliance `1/(c_p w)` of the penalty spring of a point with area `area` [m/N]; zero for an infinite factor, which is
@@ -62,22 +56,15 @@ pub(crate) fn set_springs(
     Ok(())
 }
 
-/// Penalty factor `c_p = ratio / max_i(A_ii w_i)` that makes every penalty spring at least `ratio` times stiffer than the
-/// surface under it (Eq. C.4) [N/m³].
+/// Largest product `max_i(A_ii w_i)` of compliance and area [m³/N]: `β` over it is the penalty factor that makes every penalty
+/// spring at least `β` times stiffer than the surface under it (Eq. C.4). Zero if no point yields.
 ///
 /// `compliance`: normal compliance of the points, `n_points × n_points` [m/N]; `areas`: tributary areas \[m²\].
 ///
-/// # Errors
-/// [`ContactError::Data`] if sizes differ or no point yields.
-pub fn suggested(ratio: f64, compliance: &Mat<f64>, areas: &[f64]) -> Result<f64, ContactError> {
-    check_square("the normal compliance", compliance.as_ref(), areas.len())?;
-    let softest = areas.iter().enumerate().map(|(i, &w)| compliance[(i, i)] * w).fold(0.0, f64::max);
-    let penalty = ratio / softest;
-    if !(softest > 0.0 && penalty.is_finite()) {
-        let what = "the largest compliance times area [m^3/N]".into();
-        return Err(DataError::OutOfRange { what, value: softest, range: "> 0" }.into());
-    }
-    Ok(penalty)
+/// # Panics
+/// If `compliance` has fewer rows than there are `areas`.
+pub fn compliance_weight(compliance: &Mat<f64>, areas: &[f64]) -> f64 {
+    areas.iter().enumerate().map(|(i, &w)| compliance[(i, i)] * w).fold(0.0, f64::max)
 }
 
 #[cfg(test)]
@@ -85,21 +72,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pressure_is_minus_the_slope_of_the_energy_density() {
-        let (c, g, h) = (1e17, -3e-7, 1e-10);
-        let slope = (energy_density(c, g + h) - energy_density(c, g - h)) / (2.0 * h);
-        // Central differences of a parabola are exact up to round-off eps * g / h.
-        assert!((pressure(c, g) + slope).abs() < 1e-11 * pressure(c, g));
-        assert_eq!((pressure(c, 1e-9), energy_density(c, 1e-9)), (0.0, 0.0));
-    }
-
-    #[test]
-    fn suggested_factor_follows_the_softest_point() {
-        let compliance = Mat::from_fn(2, 2, |i, j| if i == j { [1e-8, 3e-8][i] } else { 0.0 });
-        let factor = suggested(40.0, &compliance, &[2e-9, 1e-9]).unwrap();
-        assert!((factor - 40.0 / 3e-17).abs() < 1e-14 * factor);
-        assert!(suggested(40.0, &Mat::zeros(2, 2), &[1.0, 1.0]).is_err());
-        assert!(suggested(40.0, &compliance, &[1.0]).is_err());
+    fn the_softest_point_weighs_most() {
+        let compliance = Mat::from_fn(2, 2, |i, j| if i == j { [1e-8, 3e-8][i] } else { 1.0 });
+        assert!((compliance_weight(&compliance, &[2e-9, 1e-9]) - 3e-17).abs() < 1e-31);
+        assert_eq!(compliance_weight(&Mat::zeros(2, 2), &[1.0, 1.0]), 0.0);
     }
 
     #[test]

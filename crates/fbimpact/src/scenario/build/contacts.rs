@@ -1,10 +1,10 @@
 //! Contacts: pairs of bodies that exist, and settings that go together.
 
-use adaptive::predict::DEFAULT_STIFFNESS_RATIO;
 use adaptive::spec::{
     ContactLaw, ContactSpec, DivisionRule, HandOver, HertzSphere, IntervalSpec, LowModes, PenaltySearch,
     Place, PointRule, SurfaceLaw, Target, TransferMethod, Treatment, least_utilisation,
 };
+use contact_qs::law::penalty::DEFAULT_STIFFNESS_RATIO;
 use contact_qs::law::{Friction, Solid};
 use contact_qs::quasistatic::Method;
 use contact_qs::quasistatic::broyden::BroydenSettings;
