@@ -413,7 +413,7 @@ impl ContactElement for PlaneContact {
         let compliance = self
             .normal_compliance(&rotation, state)
             .map_err(|e| EvaluationFailure::out_of_model(e.to_string()))?;
-        Ok(compliance.map(|a| penalty::compliance_weight(&a, &self.submodel.areas)))
+        Ok(compliance.map(|a| penalty::compliance_weight(a, &self.submodel.areas)))
     }
 
     fn forget(&self, state: &mut PlaneState, _: &mut PlaneFound) {

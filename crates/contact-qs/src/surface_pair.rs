@@ -432,7 +432,7 @@ impl ContactElement for SurfacePair {
         found: &mut PairFound,
     ) -> Result<Option<f64>, EvaluationFailure> {
         let compliance = self.normal_compliance(motion.bodies, state, workspace, found)?;
-        Ok(compliance.map(|a| penalty::compliance_weight(&a, &self.areas)))
+        Ok(compliance.map(|a| penalty::compliance_weight(a, &self.areas)))
     }
 
     fn forget(&self, state: &mut PairState, found: &mut PairFound) {

@@ -44,8 +44,9 @@ impl Driver<'_> {
                 Err(AdaptiveError::Interrupted) => Ending::Interrupted,
                 Err(error) => return self.fail(&trial, &[], error),
             };
-            let verdicts = self.assess(&ending);
-            match self.judge(&ending, &verdicts, &mut intervals, number) {
+            let minor = self.minor_contacts(&ending);
+            let verdicts = self.assess(&ending, &minor);
+            match self.judge(&ending, (&verdicts, &minor), &mut intervals, number) {
                 Err(error) => return self.fail(&trial, &verdicts, error),
                 Ok(Judgement::Accept { reason }) => {
                     let is_interrupted = ending == Ending::Interrupted;
@@ -53,7 +54,7 @@ impl Driver<'_> {
                         if is_interrupted { TrialOutcome::Interrupted } else { TrialOutcome::Accepted };
                     self.log(&trial, outcome, &reason, &verdicts)?;
                     self.record_history(&verdicts);
-                    self.finish_impact()?;
+                    self.finish_impact(&minor)?;
                     return Ok(is_interrupted);
                 }
                 Ok(Judgement::Again { reason, contact_steps }) => {

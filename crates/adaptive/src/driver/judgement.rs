@@ -106,10 +106,9 @@ impl Driver<'_> {
         self.model.contacts[i].refinement.as_ref().is_some_and(AdaptiveContact::is_width_given)
     }
 
-    /// Answer of Algorithm 2 for every refined contact that touched in a try that ended as said.
-    pub(super) fn assess(&self, ending: &Ending) -> Vec<Option<IntervalAssessment>> {
+    /// Answer of Algorithm 2 for every refined contact that touched in a trial that ended as said, but for the `minor` ones.
+    pub(super) fn assess(&self, ending: &Ending, minor: &[bool]) -> Vec<Option<IntervalAssessment>> {
         let mut verdicts = vec![None; self.slots.len()];
-        let minor = self.minor_contacts(ending);
         for (i, (slot, contact)) in self.slots.iter().zip(&self.model.contacts).enumerate() {
             let Some(refinement) = &contact.refinement else { continue };
             let fine = slot.fine().filter(|f| f.has_touched() && !minor[i]);
@@ -123,7 +122,7 @@ impl Driver<'_> {
     pub(super) fn judge(
         &mut self,
         ending: &Ending,
-        verdicts: &[Option<IntervalAssessment>],
+        (verdicts, minor): (&[Option<IntervalAssessment>], &[bool]),
         intervals: &mut Intervals,
         number: u32,
     ) -> Result<Judgement, AdaptiveError> {
@@ -166,17 +165,21 @@ impl Driver<'_> {
                 contact_steps: self.restart_searches(),
             });
         }
-        self.judge_penalties(ending, number)
+        self.judge_penalties(ending, minor, number)
     }
 
-    fn judge_penalties(&mut self, ending: &Ending, number: u32) -> Result<Judgement, AdaptiveError> {
+    fn judge_penalties(
+        &mut self,
+        ending: &Ending,
+        minor: &[bool],
+        number: u32,
+    ) -> Result<Judgement, AdaptiveError> {
         let mut reasons = Vec::new();
         let mut limit = None;
-        let minor = self.minor_contacts(ending);
-        for (i, minor) in minor.into_iter().enumerate() {
+        for (i, minor) in minor.iter().enumerate() {
             let peak_force = self.slots[i].monitor.peak_force();
             let Some(fine) = self.slots[i].fine_mut() else { continue };
-            if (!fine.has_touched() || minor) && !matches!(ending, Ending::SolverFailed { .. }) {
+            if (!fine.has_touched() || *minor) && !matches!(ending, Ending::SolverFailed { .. }) {
                 continue;
             }
             let before = fine.search.penalty();
@@ -207,7 +210,7 @@ impl Driver<'_> {
             }
         }
         if reasons.is_empty() {
-            return Ok(Judgement::Accept { reason: self.acceptance(ending) });
+            return Ok(Judgement::Accept { reason: self.acceptance(minor) });
         }
         Ok(Judgement::Again { reason: reasons.join("; "), contact_steps: limit })
     }
@@ -227,12 +230,11 @@ impl Driver<'_> {
         minor(&peaks, &pairs, &is_closed, &self.groups)
     }
 
-    fn acceptance(&self, ending: &Ending) -> String {
+    fn acceptance(&self, minor: &[bool]) -> String {
         if self.slots.iter().all(|slot| slot.fine().is_none()) {
             return "refinement and penalty are given".into();
         }
-        let minor = self.minor_contacts(ending);
-        let names = self.model.contacts.iter().zip(&minor).zip(&self.slots);
+        let names = self.model.contacts.iter().zip(minor).zip(&self.slots);
         let names = names.filter(|((_, minor), slot)| **minor && slot.fine().is_some());
         let names: Vec<&str> = names.map(|((contact, _), _)| contact.name.as_str()).collect();
         match names.is_empty() {

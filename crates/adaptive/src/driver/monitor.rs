@@ -3,7 +3,6 @@
 use ffr_dynamics::integration::DenseOutput;
 
 use super::Driver;
-use super::judgement::Ending;
 use super::trial::Trial;
 use crate::adaptive_contact::FineContact;
 use crate::error::AdaptiveError;
@@ -13,8 +12,8 @@ use crate::record::{TransferDirection, TrialOutcome, TryRecord};
 use crate::simulation::{near_motion, normal_motion, smallest_gap};
 
 impl Driver<'_> {
-    /// Ends an accepted impact: reports it and takes the fine models out of the system.
-    pub(super) fn finish_impact(&mut self) -> Result<(), AdaptiveError> {
+    /// Ends an accepted impact: reports it, with what follows from `minor` contacts, and takes the fine models out of the system.
+    pub(super) fn finish_impact(&mut self, minor: &[bool]) -> Result<(), AdaptiveError> {
         self.store_noted()?;
         let is_open: Vec<bool> =
             self.model.system.forces().iter().map(|f| f.contact.report().normal_force <= 0.0).collect();
@@ -32,7 +31,6 @@ impl Driver<'_> {
         }
         self.output.flush()?;
         let alone: Vec<bool> = (0..self.slots.len()).map(|i| self.is_alone(i)).collect();
-        let minor = self.minor_contacts(&Ending::Complete);
         for (i, (is_open, is_alone)) in is_open.into_iter().zip(alone).enumerate() {
             if let Some(record) = self.slots[i].monitor.finish(i as u32, is_alone) {
                 self.output.observer.impact(&record)?;

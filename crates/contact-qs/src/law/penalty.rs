@@ -75,7 +75,7 @@ mod tests {
     fn the_softest_point_weighs_most() {
         let compliance = Mat::from_fn(2, 2, |i, j| if i == j { [1e-8, 3e-8][i] } else { 1.0 });
         assert!((compliance_weight(&compliance, &[2e-9, 1e-9]) - 3e-17).abs() < 1e-31);
-        assert_eq!(compliance_weight(&Mat::zeros(2, 2), &[1.0, 1.0]), 0.0);
+        assert!(compliance_weight(&Mat::zeros(2, 2), &[1.0, 1.0]).abs() < f64::MIN_POSITIVE);
     }
 
     #[test]
