@@ -8,7 +8,7 @@ mod impacts;
 use std::collections::BTreeMap;
 
 use adaptive::elastic_body::ElasticBody;
-use adaptive::fine_model::{FineBody, FineSettings, FineZone};
+use adaptive::fine_model::{FineBody, FineMesh, FineSettings, FineZone};
 use adaptive::interval::IntervalEnd;
 use adaptive::spec::LowModes;
 use adaptive::spec::{
@@ -282,6 +282,25 @@ fn the_mesh_around_an_elongated_interval_does_not_stiffen_it() {
         let [rough, finer] = [4, 8].map(|n| compliance_of_pressure(&block(n), place, widths));
         // A tenth of the 1e-3 that the elements of the interval itself may cost.
         assert_relative_eq!(rough, finer, max_relative = 1e-4);
+    }
+}
+
+#[test]
+fn levels_of_an_elongated_interval_lie_inside_each_other_beside_a_knot() {
+    for degree in [2, 3, 4] {
+        let mut spec = block(4).spec;
+        spec.discretisation.degrees = vec![degree; 3];
+        let coarse = ElasticBody::build("block", spec).unwrap();
+        // The long end lies 0.5 mm from a knot of the block: one of the elements that levels reach out by is short.
+        let mut wanted = wanted_at(&coarse, [0.002_974_36, -0.002_230_77, 0.01], 0.0);
+        wanted.widths = [3.106_74e-3, 3.487_18e-4];
+        let settings = FineSettings { elements: 8, ..FineSettings::default() };
+        let mesh =
+            FineMesh::build(&coarse, &[wanted], &settings).unwrap_or_else(|e| panic!("degree {degree}: {e}"));
+        let points = mesh.zone(0, PointRule::Greville, 1.0).points;
+        // On the interval all functions are of the finest level, and sum to one there.
+        let sum = |p: &SurfacePoint| p.functions.iter().map(|f| f.1).sum::<f64>();
+        assert!(points.len() >= 64 && points.iter().all(|p| (sum(p) - 1.0).abs() < 1e-12));
     }
 }
 

@@ -322,8 +322,13 @@ fn refined_lattice(
         let coarse = levels[levels.len() - 1].knots().to_vec();
         // Levels beyond the finest reach out further: their elements then grow with the distance from the contact.
         let reach = |d: usize| {
-            let parts = if lattices[d].divides(level) { 2 } else { 1 };
-            growth(&coarse[d], parts, settings).max(if level == 0 { 1 } else { COARSE_REACH })
+            let divides = lattices[d].divides(level);
+            let own = growth(&coarse[d], if divides { 2 } else { 1 }, settings);
+            // Finer levels that leave the direction as it is reach out by its degree. Elements of this one hold two of those, but
+            // for two at a knot of the coarse model.
+            let finer =
+                if divides && lattices[d].n_skipped > 0 { coarse[d].degree().div_ceil(2) + 1 } else { 0 };
+            own.max(finer).max(if level == 0 { 1 } else { COARSE_REACH })
         };
         let by = std::array::from_fn(|d| if d < coarse.len() { reach(d) } else { 0 });
         let mut boxes = Vec::new();
