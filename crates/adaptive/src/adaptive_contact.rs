@@ -245,7 +245,11 @@ impl AdaptiveContact {
                 // Side by side: each has stages that only one thread can work on. Questions wait until both are done.
                 check_cancel()?;
                 let (target, target_modes) = (self::elastic(&bodies[other]), modes(other));
-                let there = zone_site(target, there, widths);
+                let there = zone_site(
+                    target,
+                    there,
+                    self.target_widths(bodies, states, (&nearest.contact, widths), (other, there)),
+                );
                 target_site = Some(there);
                 let (own, target) = rayon::join(
                     || self.side(elastic, (&site, &places), own_modes, &mut || Ok(())),

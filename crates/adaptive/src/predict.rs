@@ -332,6 +332,17 @@ pub fn half_extents(prediction: &HertzPrediction, tangents: &[Vector3<f64>; 2]) 
     })
 }
 
+/// Widths along the directions `target` of an area of contact that has the `widths` along the directions `contact`: of the ellipse with
+/// these as axes \[m\]. Directions lie in the plane of contact and need not be of unit length.
+pub fn widths_along(widths: [f64; 2], contact: &[Vector3<f64>; 2], target: &[Vector3<f64>; 2]) -> [f64; 2] {
+    let unit = |v: &Vector3<f64>| v.try_normalize(0.0).unwrap_or_default();
+    let axes = contact.each_ref().map(unit);
+    target.each_ref().map(|t| {
+        let [along, across] = axes.map(|axis| unit(t).dot(&axis));
+        (widths[0] * along).hypot(widths[1] * across)
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -340,6 +351,23 @@ mod tests {
 
     const STEEL: Solid = Solid { young: 210e9, poisson: 0.3 };
     const ALUMINIUM: Solid = Solid { young: 72.8e9, poisson: 0.33 };
+
+    #[test]
+    fn widths_follow_the_directions_of_the_other_body() {
+        let (x, y) = (Vector3::x(), Vector3::y());
+        let widths = |target: [Vector3<f64>; 2]| widths_along([3.0, 1.0], &[2.0 * x, y], &target);
+        let is = |found: [f64; 2], expected: [f64; 2]| {
+            found.iter().zip(expected).for_each(|(f, e)| assert_relative_eq!(*f, e, max_relative = 1e-14));
+        };
+        is(widths([x, -y]), [3.0, 1.0]);
+        is(widths([5.0 * y, x]), [1.0, 3.0]);
+        // An ellipse of axes 3 and 1, seen from 45 degrees.
+        widths([x + y, x - y])
+            .iter()
+            .for_each(|w| assert_relative_eq!(*w, 5f64.sqrt(), max_relative = 1e-14));
+        // A circle is as wide in every direction.
+        is(widths_along([2.0; 2], &[x, y], &[x + 3.0 * y, 3.0 * x - y]), [2.0; 2]);
+    }
 
     #[test]
     fn elliptic_integrals_have_their_tabulated_values() {

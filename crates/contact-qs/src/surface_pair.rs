@@ -18,6 +18,7 @@ use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::system::force::{
     BodyState, Findings, ForceElement, ForceEnergies, GeneralisedForce, Motion,
 };
+use iga_core::nurbs::jet::{difference, norm};
 use nalgebra::Vector3;
 
 use crate::ContactError;
@@ -115,7 +116,7 @@ impl SurfacePair {
             n_modes: n_q,
             is_rim,
             springs: vec![0.0; n],
-            rim_reach: mean_spacing(&submodel.areas, motion, &submodel.points),
+            rim_reach: spacing(&submodel.areas, motion, &submodel.points),
             ground: BodyState::at_rest(0),
             tolerance: evaluation::GAP_TOLERANCE,
             areas: submodel.areas,
@@ -240,15 +241,21 @@ fn components(motion: RigidMotion, point: &[f64; 3]) -> [f64; 3] {
     out
 }
 
-/// Typical distance of neighbouring points \[m\].
-fn mean_spacing(areas: &[f64], motion: RigidMotion, points: &[[f64; 3]]) -> f64 {
+/// Distance of neighbouring points \[m\]: of points on the surface of a solid in the direction in which they are wider apart, so that
+/// one of them is within it of any end of the target that contact reaches.
+fn spacing(areas: &[f64], motion: RigidMotion, points: &[[f64; 3]]) -> f64 {
     let n = points.len() as f64;
     let all: Vec<[f64; 3]> = points.iter().map(|p| components(motion, p)).collect();
-    if motion == RigidMotion::Spatial {
-        (areas.iter().sum::<f64>() / n).sqrt()
-    } else {
-        target::diagonal(&all) / n
+    if motion != RigidMotion::Spatial {
+        return target::diagonal(&all) / n;
     }
+    let nearest = |(i, p): (usize, &[f64; 3])| {
+        let others = all.iter().enumerate().filter(|(j, _)| *j != i);
+        others.map(|(_, q)| norm(&difference(p, q))).fold(f64::INFINITY, f64::min)
+    };
+    let narrow = all.iter().enumerate().map(nearest).sum::<f64>() / n;
+    let area = areas.iter().sum::<f64>() / n;
+    area.sqrt().max(area / narrow)
 }
 
 impl SurfacePair {

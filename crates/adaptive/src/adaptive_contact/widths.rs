@@ -17,7 +17,7 @@ use crate::error::AdaptiveError;
 use crate::local_surface::SurfaceView;
 use crate::predict::{
     HertzLaw, HertzPrediction, ImpactLaw, LineLaw, LocalSurface, half_extents, hertz_impact, interval_width,
-    inverse_effective_mass,
+    inverse_effective_mass, widths_along,
 };
 use crate::preview::{HertzPoint, PointImpact};
 use crate::spec::{Place, Target};
@@ -76,6 +76,27 @@ impl AdaptiveContact {
         let least = least.map(|half| interval_width(half, target, from_axis));
         let predicted = extents.map(|half| interval_width(half, target, from_axis));
         Some(PredictedWidths { widths: std::array::from_fn(|d| predicted[d].max(least[d])), least })
+    }
+
+    /// Widths of the interval on the body `other` at `there`, whose face has directions of its own, for an interval of the `widths`
+    /// given about `here` on the contact body \[m\].
+    pub(super) fn target_widths(
+        &self,
+        bodies: &[BodyModel],
+        states: &[BodyState],
+        (here, widths): (&SurfaceSite, [f64; 2]),
+        (other, there): (usize, &SurfaceSite),
+    ) -> [f64; 2] {
+        let tangents = |body: usize, site: &SurfaceSite| {
+            let spec = &elastic(&bodies[body]).body.spec;
+            let view = SurfaceView::new(spec, &states[body].rotation, site.face, &site.xi)?;
+            (spec.model == Model::Solid).then_some(view.tangents)
+        };
+        match (tangents(self.body, here), tangents(other, there)) {
+            (Some(own), Some(target)) => widths_along(widths, &own, &target),
+            // Bodies of one direction along their surface.
+            _ => widths,
+        }
     }
 
     /// The law by which two bodies press each other; none for surfaces that are flat on each other.
