@@ -322,6 +322,77 @@ fn terminated_run_is_interrupted_and_does_not_replace_a_result() {
     assert!(std::fs::read(at.join("out.h5")).expect("readable") == *RESULT);
 }
 
+/// Crossed cylinders that touch at once, with contact zones whose factors take many seconds.
+const LARGE_ZONES: &str = r#"
+simulation.end_time = 4e-5
+[materials.steel]
+youngs_modulus = 210e9
+poissons_ratio = 0.3
+density = 7850.0
+[bodies.small]
+material = "steel"
+geometry = { shape = "cylinder", radius = 0.01, length = 0.03 }
+discretisation = { degree = 2, elements = [4, 4, 4] }
+reduction = { modes = 5 }
+position = [-0.015, 0, 0.06]
+orientation_deg = [0, 90, 0]
+velocity = [0, 0, -0.1]
+[bodies.big]
+material = "steel"
+geometry = { shape = "cylinder", radius = 0.05, length = 0.06 }
+discretisation = { degree = 2, elements = [4, 4, 4] }
+reduction = { modes = 5 }
+position = [0, 0.03, 0]
+orientation_deg = [90, 0, 0]
+[contacts.c]
+contact_body = "small"
+target_body = "big"
+interval.elements = 20
+"#;
+
+#[test]
+fn signals_are_obeyed_while_a_fine_model_is_built_and_the_run_can_be_taken_up() {
+    let folder = scratch();
+    let at = folder.path();
+    std::fs::write(at.join("s.toml"), LARGE_ZONES).expect("written");
+    for signal in ["-INT", "-TERM"] {
+        let run = ["run", "s.toml", "--no-cache", "-o", "out.h5"];
+        let mut command = Command::new(PROGRAM);
+        let run =
+            command.args(run).current_dir(at).stderr(Stdio::piped()).spawn().expect("the program starts");
+        let begin = Instant::now();
+        while !at.join("out.h5.restart").exists() {
+            assert!(begin.elapsed() < PATIENCE, "the run begins");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        std::thread::sleep(Duration::from_millis(1500));
+        let asked = Instant::now();
+        send(&run, signal);
+        let (code, err) = ended(run.wait_with_output().expect("it ends"));
+        // Within a second, thrice that on a machine that does other things; the models take ten and more.
+        assert!(asked.elapsed() < Duration::from_secs(3), "{signal}: {:?}", asked.elapsed());
+        assert!(code == 130 && err.contains("go on with: fbimpact run --resume"), "{err}");
+        assert_eq!(
+            (info(&at.join("out.h5")).0.as_str(), names(at)),
+            ("interrupted", vec!["out.h5".into(), "out.h5.restart".into(), "s.toml".into()])
+        );
+        // Taken up, it builds the same models again.
+        let resume = ["run", "--resume", "out.h5", "--no-cache"];
+        let mut command = Command::new(PROGRAM);
+        let run =
+            command.args(resume).current_dir(at).stderr(Stdio::piped()).spawn().expect("the program starts");
+        std::thread::sleep(Duration::from_millis(1500));
+        send(&run, signal);
+        let (code, err) = ended(run.wait_with_output().expect("it ends"));
+        assert!(code == 130 && err.contains("is taken up at t = 0"), "{err}");
+        assert_eq!(names(at), ["out.h5", "out.h5.part", "out.h5.restart", "s.toml"]);
+        names(at)
+            .iter()
+            .filter(|name| *name != "s.toml")
+            .for_each(|name| std::fs::remove_file(at.join(name)).expect("removed"));
+    }
+}
+
 #[test]
 fn folder_removed_under_a_run_is_an_error_and_no_crash() {
     let folder = scratch();

@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use adaptive::observer::{Continue, Observer};
 use adaptive::record::{
@@ -10,6 +9,7 @@ use adaptive::record::{
     PhaseRecord, PointSample, PressurePoint, RunLayout, Sample, StressRecord, Timings, TryRecord,
 };
 use fbimpact::commands::recording::{Simulation, record};
+use fbimpact::commands::stop::Stop;
 use fbimpact::error::AppError;
 use fbimpact::results::{OutputFile, summary};
 use fbimpact::scenario::{self, Scenario};
@@ -138,8 +138,10 @@ fn fails_early(_: &Scenario, _: &mut dyn Observer, _: usize) -> Result<RunReport
 
 fn runs(path: &Path, force: bool, stopped: bool, simulation: Simulation) -> Result<(), AppError> {
     let output = OutputFile::claim(path, force)?;
-    let stop = Arc::new(AtomicBool::new(false));
-    stop.store(stopped, Ordering::Relaxed);
+    let stop = Stop::default();
+    if stopped {
+        stop.note();
+    }
     record(&scenario_with(&[]), output, 1, &stop, ProgressBar::hidden(), simulation)
 }
 
@@ -291,7 +293,7 @@ fn compressed_and_plain_files_hold_the_same() {
     let packed = directory.path().join("packed.h5");
     runs(&plain, false, false, complete).expect("complete");
     let output = OutputFile::claim(&packed, false).expect("free");
-    let stop = Arc::new(AtomicBool::new(false));
+    let stop = Stop::default();
     let scenario = scenario_with(&["output.compression=gzip"]);
     record(&scenario, output, 1, &stop, ProgressBar::hidden(), complete).expect("complete");
     let read = |path: &Path| {

@@ -1,9 +1,8 @@
 //! `fbimpact converge`: how far a result depends on its resolution.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
 
-use super::recording::stop_flag;
+use super::stop::Stop;
 use super::{print, threads};
 use crate::cache;
 use crate::cli::{CacheArguments, ConvergeArguments};
@@ -32,7 +31,7 @@ pub fn converge(arguments: &ConvergeArguments) -> Result<(), AppError> {
     let folder = arguments.output.clone().unwrap_or_else(|| default_folder(&arguments.scenario));
     prepare(&folder)?;
     let sizes = sizes(spec);
-    let stop = stop_flag(false);
+    let stop = Stop::listen(false);
     let runs = Runs { arguments, folder: &folder, n_threads, stop: &stop };
     let size = |body: &str| sizes.get(body).copied().unwrap_or(0.0);
 
@@ -90,7 +89,7 @@ struct Runs<'a> {
     arguments: &'a ConvergeArguments,
     folder: &'a Path,
     n_threads: usize,
-    stop: &'a AtomicBool,
+    stop: &'a Stop,
 }
 
 impl Runs<'_> {
@@ -129,7 +128,7 @@ impl Runs<'_> {
             threads: (self.n_threads / at_once).max(1),
         };
         let jobs = variants.iter().map(|v| self.job(v)).collect::<Result<Vec<_>, AppError>>()?;
-        execute(&setting, &jobs, (at_once, has_base), self.stop)
+        execute(&setting, &jobs, (at_once, has_base), &|| self.stop.is_asked())
     }
 
     /// The run of `variant`. A variant that is no valid scenario fails when it is run.

@@ -15,6 +15,7 @@ pub mod recording;
 mod resume;
 pub mod run;
 pub mod shell;
+pub mod stop;
 pub mod system_modes;
 pub mod thin;
 

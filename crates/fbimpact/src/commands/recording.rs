@@ -1,7 +1,5 @@
-//! A simulation with its file, its progress line and its stop flag.
+//! A simulation with its file, its progress line and the wish to stop.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use adaptive::error::ObserverError;
@@ -13,31 +11,13 @@ use adaptive::run_state::RunState;
 use adaptive::warning::Warning;
 use indicatif::ProgressBar;
 
+use super::stop::{Held, Stop};
 use crate::error::AppError;
 use crate::progress::Progress;
 use crate::results::journal::{Header, Journal};
 use crate::results::{OutputFile, Recorder, Status};
 use crate::scenario::Scenario;
 use crate::simulate::{Ending, RunReport};
-
-/// A flag that Ctrl-C sets, and the end of standard input if that is asked for.
-pub fn stop_flag(until_eof: bool) -> Arc<AtomicBool> {
-    let stop = Arc::new(AtomicBool::new(false));
-    if until_eof {
-        let flag = stop.clone();
-        std::thread::spawn(move || {
-            // An error ends the input as well.
-            let _ = std::io::copy(&mut std::io::stdin().lock(), &mut std::io::sink());
-            flag.store(true, Ordering::Relaxed);
-        });
-    }
-    let flag = stop.clone();
-    // A second signal sets the same flag again: harmless.
-    if let Err(error) = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)) {
-        tracing::warn!("Ctrl-C will end the run without closing the file: {error}");
-    }
-    stop
-}
 
 /// A function that runs a scenario, see [`crate::simulate::simulate`].
 pub type Simulation = fn(&Scenario, &mut dyn Observer, usize) -> Result<RunReport, AppError>;
@@ -50,7 +30,7 @@ pub fn record(
     scenario: &Scenario,
     output: OutputFile,
     n_threads: usize,
-    stop: &Arc<AtomicBool>,
+    stop: &Stop,
     bar: ProgressBar,
     simulation: impl FnOnce(&Scenario, &mut dyn Observer, usize) -> Result<RunReport, AppError>,
 ) -> Result<(), AppError> {
@@ -68,15 +48,18 @@ pub fn record(
 pub fn finish(
     recorder: Recorder,
     output: OutputFile,
-    (stop, bar): (&Arc<AtomicBool>, ProgressBar),
+    (stop, bar): (&Stop, ProgressBar),
     simulation: impl FnOnce(&mut dyn Observer) -> Result<RunReport, AppError>,
 ) -> Result<(), AppError> {
     let begin = Instant::now();
     let part = output.part().to_owned();
-    let mut observer = RunObserver { recorder, progress: Progress::new(bar), stop: stop.clone() };
+    let progress = Progress::new(bar.clone());
+    stop.hold(Held { output, recorder: Some(recorder), bar, time: 0.0 });
+    let mut observer = RunObserver { progress, stop };
     let outcome = simulation(&mut observer);
     observer.progress.finish();
-    let recorder = &mut observer.recorder;
+    let Held { output, recorder, .. } = stop.take();
+    let recorder = &mut recorder.expect("it was given above");
     if let Some(reason) = recorder.failure() {
         // The rows that reached the disk stay in the part file, and the run can be taken up once there is space.
         return Err(AppError::io(part, reason));
@@ -112,30 +95,36 @@ pub fn finish(
     Ok(())
 }
 
-/// Passes a run on to the file, the progress display and the stop flag.
-struct RunObserver {
-    recorder: Recorder,
+/// Passes a run on to the file, the progress display and the wish to stop.
+struct RunObserver<'a> {
     progress: Progress,
-    stop: Arc<AtomicBool>,
+    stop: &'a Stop,
 }
 
-impl Observer for RunObserver {
+impl RunObserver<'_> {
+    fn with<T>(&self, action: impl FnOnce(&mut Recorder) -> T) -> T {
+        self.stop.with(|held| action(held.recorder.as_mut().expect("a run that goes on has a recorder")))
+    }
+}
+
+impl Observer for RunObserver<'_> {
     fn start(&mut self, layout: &RunLayout) -> Result<(), ObserverError> {
         self.progress.set_span(layout.time_span);
-        self.recorder.start(layout)
+        self.with(|recorder| recorder.start(layout))
     }
 
     fn sample(&mut self, sample: &Sample) -> Result<(), ObserverError> {
-        self.recorder.sample(sample)
+        self.with(|recorder| recorder.sample(sample))
     }
 
     fn progress(&mut self, time: f64, step: f64, phase: PhaseKind) -> Continue {
         self.progress.step(time, step, phase);
-        if self.stop.load(Ordering::Relaxed) { Continue::Interrupt } else { Continue::Yes }
+        self.stop.with(|held| held.time = time);
+        if self.stop.is_asked() { Continue::Interrupt } else { Continue::Yes }
     }
 
     fn is_interrupted(&mut self) -> bool {
-        self.stop.load(Ordering::Relaxed)
+        self.stop.is_asked()
     }
 
     fn phase(&mut self, record: &PhaseRecord) -> Result<(), ObserverError> {
@@ -149,7 +138,7 @@ impl Observer for RunObserver {
             record.evaluations,
             record.wall_time
         );
-        self.recorder.phase(record)
+        self.with(|recorder| recorder.phase(record))
     }
 
     fn impact(&mut self, record: &ImpactRecord) -> Result<(), ObserverError> {
@@ -161,7 +150,7 @@ impl Observer for RunObserver {
             record.impulse,
             super::ratio(record.restitution)
         );
-        self.recorder.impact(record)
+        self.with(|recorder| recorder.impact(record))
     }
 
     fn attempt(&mut self, record: &TryRecord) -> Result<(), ObserverError> {
@@ -172,11 +161,11 @@ impl Observer for RunObserver {
             record.outcome.identifier(),
             record.reason
         );
-        self.recorder.attempt(record)
+        self.with(|recorder| recorder.attempt(record))
     }
 
     fn restart_point(&mut self, point: &RunState) -> Result<(), ObserverError> {
-        self.recorder.restart_point(point)
+        self.with(|recorder| recorder.restart_point(point))
     }
 
     fn transfer(&mut self, record: &TransferRecord) -> Result<(), ObserverError> {
@@ -187,15 +176,15 @@ impl Observer for RunObserver {
             record.energy_before,
             record.energy_after
         );
-        self.recorder.transfer(record)
+        self.with(|recorder| recorder.transfer(record))
     }
 
     fn warning(&mut self, warning: &Warning) -> Result<(), ObserverError> {
         tracing::warn!("{}", warning.line());
-        self.recorder.warning(warning)
+        self.with(|recorder| recorder.warning(warning))
     }
 
     fn stress(&mut self, record: &StressRecord) -> Result<(), ObserverError> {
-        self.recorder.stress(record)
+        self.with(|recorder| recorder.stress(record))
     }
 }

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use indicatif::ProgressBar;
 
-use super::recording::{finish, stop_flag};
+use super::recording::finish;
+use super::stop::Stop;
 use crate::cache::{self, CacheSettings};
 use crate::cli::RunArguments;
 use crate::error::AppError;
@@ -42,7 +43,7 @@ pub fn resume(
         Some(point) => tracing::info!("{} is taken up at t = {:.9e} s", target.display(), point.time),
         None => tracing::info!("{} starts anew: no state was stored", target.display()),
     }
-    let stop = stop_flag(arguments.until_eof);
+    let stop = Stop::listen(arguments.until_eof);
     let part = output.part().to_owned();
     let fail = |e: adaptive::error::ObserverError| AppError::io(&part, e.to_string());
     let mut recorder = Recorder::create(&part, &scenario, n_threads).map_err(fail)?;

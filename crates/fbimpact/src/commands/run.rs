@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use indicatif::ProgressBar;
 
-use super::recording::{record, stop_flag};
+use super::recording::record;
+use super::stop::{Held, Stop};
 use super::{check_distinct, threads};
 use crate::cache::{self, CacheSettings};
 use crate::cli::RunArguments;
@@ -42,11 +43,14 @@ fn run_scenario(
         None => default_output(path),
     };
     check_distinct(&scenario, &target)?;
-    let stop = stop_flag(arguments.until_eof);
+    let stop = Stop::listen(arguments.until_eof);
     let output = OutputFile::claim(&target, arguments.force)?;
+    stop.hold(Held { output, recorder: None, bar: bar.clone(), time: 0.0 });
     let cache = cache::open(&CacheSettings::new(&arguments.cache));
     // The result shall hold the sizes that the run has.
-    let scenario = match sized(&scenario, n_threads, &cache) {
+    let scenario = sized(&scenario, n_threads, &cache);
+    let output = stop.take().output;
+    let scenario = match scenario {
         Ok(scenario) => scenario,
         Err(error) => {
             output.discard();

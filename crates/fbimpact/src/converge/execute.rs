@@ -4,7 +4,6 @@
 //! one failed row, and a run is exactly what `fbimpact run` makes, with its log and its restart file.
 
 use std::collections::VecDeque;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use super::job::{Running, Setting};
@@ -20,12 +19,12 @@ const PAUSE: Duration = Duration::from_millis(10);
 /// call has finished are not made again. If `is_first_needed` and the first one fails, the others are stopped.
 ///
 /// # Errors
-/// [`AppError::Stopped`] if `stop` was set, [`AppError::Io`] if files cannot be written or read.
+/// [`AppError::Stopped`] if `stop` says so, [`AppError::Io`] if files cannot be written or read.
 pub fn execute(
     setting: &Setting,
     jobs: &[Job],
     (at_once, is_first_needed): (usize, bool),
-    stop: &AtomicBool,
+    stop: &dyn Fn() -> bool,
 ) -> Result<Vec<Outcome>, AppError> {
     let mut queue = Queue {
         setting,
@@ -40,7 +39,7 @@ pub fn execute(
         queue.drain();
     }
     done?;
-    if stop.load(Ordering::Relaxed) {
+    if stop() {
         return Err(AppError::Stopped(format!(
             "interrupted, the runs so far are in {}; the same command goes on with them",
             setting.folder.display()
@@ -74,9 +73,13 @@ impl Queue<'_> {
         Ok(())
     }
 
-    fn work(&mut self, (at_once, is_first_needed): (usize, bool), stop: &AtomicBool) -> Result<(), AppError> {
+    fn work(
+        &mut self,
+        (at_once, is_first_needed): (usize, bool),
+        stop: &dyn Fn() -> bool,
+    ) -> Result<(), AppError> {
         loop {
-            if stop.load(Ordering::Relaxed) {
+            if stop() {
                 self.waiting.clear();
                 self.running.iter_mut().for_each(|(_, run)| run.stop());
             }

@@ -160,6 +160,11 @@ impl Recorder {
         self.failure.as_deref()
     }
 
+    /// Whether the datasets exist, with what a run that is taken up stored before.
+    pub fn has_begun(&self) -> bool {
+        self.open.as_ref().is_some_and(|o| !o.columns.is_empty())
+    }
+
     /// Number of samples stored.
     pub fn n_samples(&self) -> usize {
         self.open.as_ref().map_or(0, |o| o.rows)

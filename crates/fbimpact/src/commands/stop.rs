@@ -1,0 +1,161 @@
+//! The wish to stop a run, and how it is obeyed within a second.
+//!
+//! A run looks at the wish after every step and between the stages of a fine model. Where it does not come to that soon, in a
+//! factorisation of seconds, another thread closes what the run holds open and ends the process: a model that is being built holds
+//! nothing that would be lost.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use indicatif::ProgressBar;
+
+use crate::error::AppError;
+use crate::results::{OutputFile, Recorder, Status};
+
+/// Time that the run has to end by itself.
+const GRACE: Duration = Duration::from_millis(400);
+/// Signals that come sooner after the first one are the same one, sent to the process and to its group.
+const SAME_SIGNAL: Duration = Duration::from_millis(250);
+
+/// The wish to stop, and what is closed then.
+#[derive(Default)]
+pub struct Stop {
+    is_asked: AtomicBool,
+    held: Mutex<Option<Held>>,
+}
+
+/// What a run holds open.
+pub struct Held {
+    /// The file that it writes.
+    pub output: OutputFile,
+    /// What writes it; none before the models are built.
+    pub recorder: Option<Recorder>,
+    /// Line of progress, which is cleared.
+    pub bar: ProgressBar,
+    /// Time reached \[s\].
+    pub time: f64,
+}
+
+impl Stop {
+    /// A wish that Ctrl-C and SIGTERM set, and the end of standard input if `until_eof`. A second signal ends the process at
+    /// once.
+    pub fn listen(until_eof: bool) -> Arc<Self> {
+        let stop = Arc::new(Self::default());
+        if until_eof {
+            let stop = stop.clone();
+            std::thread::spawn(move || {
+                // An error ends the input as well.
+                let _ = std::io::copy(&mut std::io::stdin().lock(), &mut std::io::sink());
+                stop.ask();
+            });
+        }
+        let (by_signal, mut first) = (stop.clone(), None::<Instant>);
+        let handler = move || match first {
+            Some(at) if at.elapsed() >= SAME_SIGNAL => end_at_once(),
+            Some(_) => {}
+            None => {
+                first = Some(Instant::now());
+                by_signal.ask();
+            }
+        };
+        if let Err(error) = ctrlc::set_handler(handler) {
+            tracing::warn!("Ctrl-C will end the run without closing the file: {error}");
+        }
+        stop
+    }
+
+    /// Whether the user wants to stop.
+    pub fn is_asked(&self) -> bool {
+        self.is_asked.load(Ordering::Relaxed)
+    }
+
+    /// Notes the wish, for the run to look at; returns whether it was there before.
+    pub fn note(&self) -> bool {
+        self.is_asked.swap(true, Ordering::Relaxed)
+    }
+
+    /// Notes the wish, and sees to it that the process ends soon.
+    fn ask(self: &Arc<Self>) {
+        if self.note() {
+            return;
+        }
+        let stop = self.clone();
+        std::thread::spawn(move || {
+            std::thread::sleep(GRACE);
+            // Held until the process ends: the run cannot go on.
+            let mut held = stop.lock();
+            if let Some(held) = held.take() {
+                let error = held.close();
+                crate::report(&error);
+                std::process::exit(i32::from(error.code()));
+            }
+        });
+    }
+
+    /// Hands over what the run holds open.
+    pub fn hold(&self, held: Held) {
+        *self.lock() = Some(held);
+    }
+
+    /// Takes back what the run holds open.
+    ///
+    /// # Panics
+    /// If it holds nothing.
+    pub fn take(&self) -> Held {
+        self.lock().take().expect("a run holds its file until it ends")
+    }
+
+    /// Does `action` with what the run holds open.
+    ///
+    /// # Panics
+    /// If it holds nothing.
+    pub fn with<T>(&self, action: impl FnOnce(&mut Held) -> T) -> T {
+        action(self.lock().as_mut().expect("a run holds its file until it ends"))
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Option<Held>> {
+        // What a panic left behind is still the file.
+        self.held.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Held {
+    /// Closes the file of a run that is stopped wherever it is. Returns what the user is told.
+    fn close(self) -> AppError {
+        let Self { output, recorder, bar, time } = self;
+        bar.finish_and_clear();
+        let early = "interrupted before the first instant";
+        let mut recorder = match recorder {
+            Some(recorder) if recorder.has_begun() => recorder,
+            // What it stored before stays as it is.
+            Some(recorder) if recorder.is_taken_up() => {
+                let part = output.part().display();
+                return AppError::Stopped(format!("{early}; go on with: fbimpact run --resume {part}"));
+            }
+            begun => {
+                if begun.is_some() {
+                    output.remove_restart();
+                }
+                output.discard();
+                return AppError::Stopped(format!("{early}, nothing is stored"));
+            }
+        };
+        let part = output.part().to_owned();
+        let message = format!("interrupted at t = {time:.9e} s");
+        if let Err(error) = recorder.finish(Status::Interrupted, &message, None) {
+            return AppError::io(&part, error.to_string());
+        }
+        match output.finish(Status::Interrupted) {
+            Ok(output) => AppError::Interrupted { time, output },
+            Err(error) => error,
+        }
+    }
+}
+
+/// Ends the process without closing anything; what was flushed stays, and the run can be taken up.
+fn end_at_once() {
+    #[cfg(unix)]
+    let _ = nix::sys::signal::raise(nix::sys::signal::Signal::SIGKILL);
+    std::process::abort();
+}
