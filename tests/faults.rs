@@ -394,6 +394,93 @@ fn signals_are_obeyed_while_a_fine_model_is_built_and_the_run_can_be_taken_up() 
 }
 
 #[test]
+fn a_log_that_nobody_takes_costs_no_run() {
+    let folder = scratch();
+    let at = folder.path();
+    let run = ["run", "-v", &scenario("rod_on_plane"), "-o", "out.h5"];
+    // A full disk, and a reader that is gone.
+    let full = std::fs::OpenOptions::new().write(true).open("/dev/full").expect("Linux has it");
+    let status =
+        Command::new(PROGRAM).args(run).current_dir(at).stderr(full).status().expect("the program starts");
+    assert_eq!((status.code(), info(&at.join("out.h5")).0.as_str()), (Some(0), "complete"));
+    std::fs::remove_file(at.join("out.h5")).expect("removed");
+    let mut command = Command::new(PROGRAM);
+    let mut child =
+        command.args(run).current_dir(at).stderr(Stdio::piped()).spawn().expect("the program starts");
+    drop(child.stderr.take());
+    assert_eq!(child.wait().expect("it ends").code(), Some(0));
+    assert_eq!(info(&at.join("out.h5")).0, "complete");
+}
+
+#[test]
+fn output_goes_through_links_and_never_to_devices_or_names_that_hdf5_cannot_write() {
+    use std::os::unix::ffi::OsStrExt;
+    let folder = scratch();
+    let at = folder.path();
+    let sphere = scenario("sphere_on_plane");
+    std::fs::create_dir(at.join("disk")).expect("created");
+    std::os::unix::fs::symlink("disk/real.h5", at.join("link.h5")).expect("linked");
+    let (code, err) = fbimpact(at, &["run", "-q", &sphere, "-o", "link.h5"]);
+    assert_eq!(code, 0, "{err}");
+    assert!(std::fs::symlink_metadata(at.join("link.h5")).expect("there").is_symlink());
+    assert_eq!(
+        (info(&at.join("disk/real.h5")).0.as_str(), names(&at.join("disk"))),
+        ("complete", vec!["real.h5".to_owned()])
+    );
+
+    std::os::unix::fs::symlink("round.h5", at.join("round.h5")).expect("linked");
+    let foreign = std::ffi::OsStr::from_bytes(b"bad\xff.h5");
+    let cases = [
+        ("/dev/null".as_ref(), "is a device or pipe"),
+        ("round.h5".as_ref(), "is a link to itself"),
+        (foreign, "is no name in UTF-8"),
+    ];
+    for (name, reason) in cases {
+        let mut command = Command::new(PROGRAM);
+        let run = command.args(["run", "-q", "--force", &sphere, "-o"]).arg(name).current_dir(at);
+        let (code, err) = ended(run.output().expect("the program starts"));
+        assert!(code == 6 && err.contains(reason), "{err}");
+    }
+    assert_eq!(names(at), ["disk", "link.h5", "round.h5"]);
+}
+
+#[test]
+fn a_run_killed_before_anything_was_stored_starts_anew() {
+    let folder = scratch();
+    let at = folder.path();
+    // Of a body without sizes, which are chosen before the run begins.
+    let text = LARGE_ZONES.replace("discretisation = { degree = 2, elements = [4, 4, 4] }\n", "");
+    std::fs::write(at.join("s.toml"), text).expect("written");
+    let mut command = Command::new(PROGRAM);
+    let run = ["run", "-q", "s.toml", "--no-cache", "-o", "out.h5"];
+    let mut run = command.args(run).current_dir(at).spawn().expect("the program starts");
+    let begin = Instant::now();
+    while !at.join("out.h5.restart").exists() {
+        assert!(begin.elapsed() < PATIENCE, "the run begins");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    run.kill().expect("killed");
+    run.wait().expect("it ends");
+    // Short enough to see its end.
+    let mut command = Command::new(PROGRAM);
+    let resume = ["run", "--resume", "out.h5", "--no-cache"];
+    let run =
+        command.args(resume).current_dir(at).stderr(Stdio::piped()).spawn().expect("the program starts");
+    std::thread::sleep(Duration::from_millis(1000));
+    send(&run, "-INT");
+    let (code, err) = ended(run.wait_with_output().expect("it ends"));
+    assert!(code == 130 && err.contains("starts anew: no state was stored"), "{err}");
+}
+
+#[test]
+fn more_threads_than_the_machine_has_use_are_not_started() {
+    let folder = scratch();
+    let run = ["run", &scenario("rod_on_plane"), "--threads", "100000", "-o", "out.h5"];
+    let (code, err) = fbimpact(folder.path(), &run);
+    assert!(code == 0 && err.contains("in place of 100000"), "{err}");
+}
+
+#[test]
 fn folder_removed_under_a_run_is_an_error_and_no_crash() {
     let folder = scratch();
     let at: PathBuf = folder.path().join("gone");

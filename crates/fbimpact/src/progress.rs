@@ -42,18 +42,20 @@ pub fn log(arguments: LogArguments, bar: &ProgressBar) {
     };
 }
 
-/// Writes log lines above the progress bar, so that neither tears the other.
+/// Writes log lines above the progress bar, so that neither tears the other. Lines that cannot be written, on a full disk or
+/// to a reader that is gone, are dropped: the run is worth more than its log.
 #[derive(Clone)]
 struct AboveBar(ProgressBar);
 
 impl Write for AboveBar {
     fn write(&mut self, buffer: &[u8]) -> std::io::Result<usize> {
-        self.0.suspend(|| std::io::stderr().write_all(buffer))?;
+        let _ = self.0.suspend(|| std::io::stderr().write_all(buffer));
         Ok(buffer.len())
     }
 
     fn flush(&mut self) -> std::io::Result<()> {
-        std::io::stderr().flush()
+        let _ = std::io::stderr().flush();
+        Ok(())
     }
 }
 

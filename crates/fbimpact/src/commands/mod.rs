@@ -62,7 +62,10 @@ pub fn check_distinct(scenario: &Scenario, output: &Path) -> Result<(), AppError
     Ok(())
 }
 
-/// Sets up the thread pool and returns the number of threads; 0 asks for all cores. Comes before the scenario is read, for body
+/// Threads per core of the machine at most: more only take memory and time.
+const MOST_PER_CORE: usize = 4;
+
+/// Sets up the thread pool and returns the number of threads; 0 asks for all cores, more than a few per core are not started. Comes before the scenario is read, for body
 /// files are checked with linear algebra.
 ///
 /// # Errors
@@ -70,8 +73,13 @@ pub fn check_distinct(scenario: &Scenario, output: &Path) -> Result<(), AppError
 pub fn threads(wanted: usize) -> Result<usize, AppError> {
     // One thread in the linear algebra, all threads over elements and bodies: its barriers spin (docs/decisions).
     faer::set_global_parallelism(faer::Par::Seq);
+    let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    let most = MOST_PER_CORE * cores;
+    if wanted > most {
+        tracing::warn!("{most} threads are used in place of {wanted}, the machine has {cores} cores");
+    }
     rayon::ThreadPoolBuilder::new()
-        .num_threads(wanted)
+        .num_threads(wanted.min(most))
         .build_global()
         .map_err(|e| AppError::Model(format!("{wanted} threads cannot be started: {e}")))?;
     Ok(rayon::current_num_threads())

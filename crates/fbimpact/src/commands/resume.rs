@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use indicatif::ProgressBar;
 
 use super::recording::finish;
+use super::run::begin;
 use super::stop::Stop;
 use crate::cache::{self, CacheSettings};
 use crate::cli::RunArguments;
@@ -12,7 +13,7 @@ use crate::error::AppError;
 use crate::provenance;
 use crate::results::journal::{self, Restart};
 use crate::results::open::{attribute, open};
-use crate::results::{OutputFile, Recorder, part_path, restart_path};
+use crate::results::{OutputFile, Recorder, linked, part_path, restart_path};
 use crate::scenario::{self, Scenario};
 use crate::simulate::simulate_with;
 
@@ -27,7 +28,7 @@ pub fn resume(
     n_threads: usize,
     bar: ProgressBar,
 ) -> Result<(), AppError> {
-    let target = target(output);
+    let target = linked(&target(output))?;
     check_unfinished(&target)?;
     let output = OutputFile::claim_again(&target, arguments.force)?;
     let prepared = journal::read(output.restart()).and_then(|r| Ok((scenario_of(&r)?, r)));
@@ -39,19 +40,19 @@ pub fn resume(
         }
     };
     compare_versions(&restart);
-    match &restart.point {
-        Some(point) => tracing::info!("{} is taken up at t = {:.9e} s", target.display(), point.time),
-        None => tracing::info!("{} starts anew: no state was stored", target.display()),
-    }
     let stop = Stop::listen(arguments.until_eof);
+    let Some(point) = restart.point.clone() else {
+        tracing::info!("{} starts anew: no state was stored", target.display());
+        return begin(&scenario, output, (arguments, n_threads), &stop, bar);
+    };
+    tracing::info!("{} is taken up at t = {:.9e} s", target.display(), point.time);
     let part = output.part().to_owned();
     let fail = |e: adaptive::error::ObserverError| AppError::io(&part, e.to_string());
     let mut recorder = Recorder::create(&part, &scenario, n_threads).map_err(fail)?;
-    let point = restart.point.clone();
     recorder.take_up(restart).map_err(fail)?;
     let cache = cache::open(&CacheSettings::new(&arguments.cache));
     let outcome = finish(recorder, output, (&stop, bar), |observer| {
-        simulate_with(&scenario, point.as_ref(), observer, n_threads, &cache)
+        simulate_with(&scenario, Some(&point), observer, n_threads, &cache)
     });
     cache::log_use(&cache);
     outcome

@@ -11,7 +11,8 @@ use crate::cache::{self, CacheSettings};
 use crate::cli::RunArguments;
 use crate::error::AppError;
 use crate::results::OutputFile;
-use crate::scenario;
+use crate::results::journal::{Header, Journal};
+use crate::scenario::{self, Scenario};
 use crate::simulate::simulate_with;
 use crate::sizing::sized;
 
@@ -45,19 +46,36 @@ fn run_scenario(
     check_distinct(&scenario, &target)?;
     let stop = Stop::listen(arguments.until_eof);
     let output = OutputFile::claim(&target, arguments.force)?;
+    begin(&scenario, output, (arguments, n_threads), &stop, bar)
+}
+
+/// Chooses the sizes that `scenario` leaves open and runs it to `output` from the start.
+///
+/// # Errors
+/// As [`run`].
+pub(super) fn begin(
+    scenario: &Scenario,
+    output: OutputFile,
+    (arguments, n_threads): (&RunArguments, usize),
+    stop: &Stop,
+    bar: ProgressBar,
+) -> Result<(), AppError> {
+    // A run that is killed while sizes are chosen can be taken up, too.
+    drop(Journal::create(output.restart(), Header::new(scenario))?);
     stop.hold(Held { output, recorder: None, bar: bar.clone(), time: 0.0 });
     let cache = cache::open(&CacheSettings::new(&arguments.cache));
     // The result shall hold the sizes that the run has.
-    let scenario = sized(&scenario, n_threads, &cache);
+    let scenario = sized(scenario, n_threads, &cache);
     let output = stop.take().output;
     let scenario = match scenario {
         Ok(scenario) => scenario,
         Err(error) => {
+            output.remove_restart();
             output.discard();
             return Err(error);
         }
     };
-    let outcome = record(&scenario, output, n_threads, &stop, bar, |scenario, observer, threads| {
+    let outcome = record(&scenario, output, n_threads, stop, bar, |scenario, observer, threads| {
         simulate_with(scenario, None, observer, threads, &cache)
     });
     cache::log_use(&cache);

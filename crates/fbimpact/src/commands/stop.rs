@@ -133,10 +133,8 @@ impl Held {
                 let part = output.part().display();
                 return AppError::Stopped(format!("{early}; go on with: fbimpact run --resume {part}"));
             }
-            begun => {
-                if begun.is_some() {
-                    output.remove_restart();
-                }
+            _ => {
+                output.remove_restart();
                 output.discard();
                 return AppError::Stopped(format!("{early}, nothing is stored"));
             }

@@ -11,6 +11,9 @@ use crate::{reasons, sound};
 
 use super::{FORMAT, Status};
 
+/// Links that lead from one to the next at most, as in Linux.
+const MOST_LINKS: usize = 40;
+
 /// A claimed output path.
 #[derive(Debug)]
 pub struct OutputFile {
@@ -41,10 +44,12 @@ impl OutputFile {
     /// # Errors
     /// As [`OutputFile::claim`].
     pub fn claim_again(target: &Path, force: bool) -> Result<Self, AppError> {
-        check_target(target, force)?;
-        let part = part_path(target);
+        let target = linked(target)?;
+        check_target(&target, force)?;
+        let part = part_path(&target);
         let lock = lock(&part)?;
-        Ok(Self { target: target.to_owned(), part, restart: restart_path(target), force, lock })
+        let restart = restart_path(&target);
+        Ok(Self { target, part, restart, force, lock })
     }
 
     /// Whether there was no part file before.
@@ -123,8 +128,26 @@ fn beside(target: &Path, ending: &str) -> PathBuf {
     target.with_file_name(name)
 }
 
+/// The file that `target` is a link to, also one that does not exist yet; `target` itself if it is none.
+///
+/// # Errors
+/// [`AppError::Io`] if links lead in a circle.
+pub fn linked(target: &Path) -> Result<PathBuf, AppError> {
+    let mut path = target.to_owned();
+    for _ in 0..MOST_LINKS {
+        match std::fs::read_link(&path) {
+            Ok(next) => path = path.parent().unwrap_or(Path::new("")).join(next),
+            Err(_) => return Ok(path),
+        }
+    }
+    Err(AppError::io(target, "is a link to itself, name a file with -o"))
+}
+
 fn check_target(target: &Path, force: bool) -> Result<(), AppError> {
     let fail = |reason: String| Err(AppError::io(target, reason));
+    if target.to_str().is_none() {
+        return fail("is no name in UTF-8, which HDF5 needs; choose another name with -o".into());
+    }
     if target.file_name().is_none() || target.is_dir() {
         return fail("is a directory, name a file with -o".into());
     }
@@ -134,6 +157,9 @@ fn check_target(target: &Path, force: bool) -> Result<(), AppError> {
     };
     if !directory.is_dir() {
         return fail(format!("directory {} does not exist", directory.display()));
+    }
+    if target.exists() && !target.is_file() {
+        return fail("is a device or pipe, name a file with -o".into());
     }
     if target.exists() && !force && !is_result(target) {
         return fail("exists and is not a result file, choose another name or add --force".into());

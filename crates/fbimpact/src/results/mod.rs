@@ -21,7 +21,7 @@ pub mod stored;
 pub mod thin;
 pub mod reference;
 
-pub use file::{OutputFile, part_path, restart_path};
+pub use file::{OutputFile, linked, part_path, restart_path};
 pub use recorder::{Recorder, Status};
 
 /// Value of the root attribute `format`.

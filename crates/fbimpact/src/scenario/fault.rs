@@ -93,16 +93,20 @@ impl Faults {
     }
 }
 
+/// Faults that are shown: more of them have one cause, a key or file that all bodies share.
+const SHOWN: usize = 20;
+
 impl fmt::Display for Faults {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (i, fault) in self.0.iter().enumerate() {
+        for (i, fault) in self.0.iter().take(SHOWN).enumerate() {
             if i > 0 {
                 writeln!(f)?;
             }
             write!(f, "{fault}")?;
         }
         let n = self.0.len();
-        write!(f, "\n{n} fault{} found", if n == 1 { "" } else { "s" })
+        let first = if n > SHOWN { format!(", the first {SHOWN} are shown") } else { String::new() };
+        write!(f, "\n{n} fault{} found{first}", if n == 1 { "" } else { "s" })
     }
 }
 
