@@ -1,7 +1,6 @@
 //! The result file: written from a made-up run, read back, and what is left when a run does not end well.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use adaptive::observer::{Continue, Observer};
 use adaptive::record::{
