@@ -18,8 +18,29 @@ pub enum Continue {
     Interrupt,
 }
 
+/// What a run does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stage<'a> {
+    /// Builds the models of all bodies.
+    Bodies,
+    /// Builds fine models for a contact.
+    FineModels {
+        /// Name of the contact.
+        contact: &'a str,
+        /// Name of the contact body.
+        body: &'a str,
+        /// Name of the target; none on a plane.
+        target: Option<&'a str>,
+    },
+    /// Makes time steps.
+    Motion,
+}
+
 /// Receives a run as it goes on.
 pub trait Observer {
+    /// Called before work that takes no time steps and may take long, and with [`Stage::Motion`] after it.
+    fn stage(&mut self, _stage: Stage<'_>) {}
+
     /// Called once before the first sample.
     ///
     /// # Errors

@@ -1,6 +1,8 @@
 //! Progress and log on standard error.
 
 use std::io::{IsTerminal, Write};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use adaptive::record::PhaseKind;
@@ -14,6 +16,10 @@ use crate::cli::{LogArguments, LogFormat};
 const LINE_INTERVAL: Duration = Duration::from_secs(10);
 /// Wall time between updates of the bar.
 const BAR_INTERVAL: Duration = Duration::from_millis(100);
+/// Wall time after which the bar shows a new elapsed time, and stages are looked at.
+const TICK: Duration = Duration::from_millis(500);
+/// Share of the simulated time from which it tells how long the rest takes.
+const LEAST_SHARE: f64 = 0.05;
 /// Steps of the bar; fine enough for the widest terminal.
 const BAR_LENGTH: u64 = 10_000;
 
@@ -72,30 +78,51 @@ pub fn bar(arguments: LogArguments) -> ProgressBar {
     let shown =
         arguments.quiet == 0 && arguments.log_format == LogFormat::Text && std::io::stderr().is_terminal();
     let target = if shown { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
-    let style = ProgressStyle::with_template("{bar:30} {percent:>3} % {msg} [{elapsed}, left {eta}]")
+    let style = ProgressStyle::with_template("{bar:30} {percent:>3} % {msg} [{elapsed}]")
         .unwrap_or_else(|_| ProgressStyle::default_bar());
     ProgressBar::with_draw_target(Some(BAR_LENGTH), target).with_style(style)
 }
 
-/// Reports how far a run has come.
+/// Reports how far a run has come, and in stages without time steps that it goes on.
 pub struct Progress {
     bar: ProgressBar,
     span: (f64, f64),
+    /// Whether the time left can be told: where nothing touches, every second of motion takes about as long.
+    is_even: bool,
     begin: Instant,
     last: Instant,
+    stage: Arc<Mutex<Option<(String, Instant)>>>,
+    /// Writes lines in long stages; ends when the other end is dropped.
+    _ticker: Sender<()>,
 }
 
 impl Progress {
     /// Starts the clock.
     pub fn new(bar: ProgressBar) -> Self {
         let now = Instant::now();
-        Self { bar, span: (0.0, 1.0), begin: now, last: now }
+        let stage = Arc::new(Mutex::new(None));
+        let (ticker, end) = channel();
+        if bar.is_hidden() {
+            let stage = stage.clone();
+            std::thread::spawn(move || tick(&stage, &end));
+        } else {
+            bar.enable_steady_tick(TICK);
+        }
+        Self { bar, span: (0.0, 1.0), is_even: false, begin: now, last: now, stage, _ticker: ticker }
     }
 
-    /// Sets start and end of the simulated time \[s\].
-    pub fn set_span(&mut self, span: (f64, f64)) {
-        self.span = span;
+    /// Sets start and end of the simulated time \[s\], and whether its seconds take about as long each.
+    pub fn set_span(&mut self, span: (f64, f64), is_even: bool) {
+        (self.span, self.is_even) = (span, is_even);
         self.begin = Instant::now();
+    }
+
+    /// Takes note of work without time steps that begins, or of its end.
+    pub fn stage(&self, text: Option<String>) {
+        if let Some(text) = &text {
+            self.bar.set_message(text.clone());
+        }
+        *lock(&self.stage) = text.map(|text| (text, Instant::now()));
     }
 
     /// Takes note of a step; cheap.
@@ -110,11 +137,10 @@ impl Progress {
             PhaseKind::Free => "free",
             PhaseKind::Impact => "impact",
         };
+        let left = self.left(fraction);
         if self.bar.is_hidden() {
-            let elapsed = self.begin.elapsed().as_secs_f64();
-            let left = if fraction > 0.0 { elapsed * (1.0 / fraction - 1.0) } else { f64::NAN };
             tracing::info!(
-                "t = {time:.6e} s of {:.6e} s ({:.0} %), {phase}, step {step:.2e} s, about {left:.0} s left",
+                "t = {time:.6e} s of {:.6e} s ({:.0} %), {phase}, step {step:.2e} s{left}",
                 self.span.1,
                 100.0 * fraction
             );
@@ -126,11 +152,36 @@ impl Progress {
             reason = "the fraction lies between 0 and 1"
         )]
         self.bar.set_position((fraction * BAR_LENGTH as f64) as u64);
-        self.bar.set_message(format!("t = {time:.4e} s, {phase}, step {step:.1e} s"));
+        self.bar.set_message(format!("t = {time:.4e} s, {phase}, step {step:.1e} s{left}"));
+    }
+
+    /// The time left, where it can be told from the share that is done.
+    fn left(&self, fraction: f64) -> String {
+        if !self.is_even || fraction < LEAST_SHARE {
+            return String::new();
+        }
+        format!(", about {:.0} s left", self.begin.elapsed().as_secs_f64() * (1.0 / fraction - 1.0))
     }
 
     /// Removes the bar.
     pub fn finish(&self) {
         self.bar.finish_and_clear();
     }
+}
+
+/// Writes a line every so often in a stage that lasts, until the sender is gone.
+fn tick(stage: &Mutex<Option<(String, Instant)>>, end: &Receiver<()>) {
+    let mut last = Instant::now();
+    while end.recv_timeout(TICK) == Err(RecvTimeoutError::Timeout) {
+        let Some((text, since)) = lock(stage).clone() else { continue };
+        let quiet = last.max(since).elapsed();
+        if quiet >= LINE_INTERVAL {
+            last = Instant::now();
+            tracing::info!("{text}, for {:.0} s", since.elapsed().as_secs_f64());
+        }
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

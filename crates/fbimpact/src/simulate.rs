@@ -5,7 +5,7 @@ use std::time::Instant;
 use adaptive::body_model::BodyModel;
 use adaptive::driver;
 use adaptive::model::RunModel;
-use adaptive::observer::Observer;
+use adaptive::observer::{Observer, Stage};
 use adaptive::record::Timings;
 use adaptive::run_state::RunState;
 use adaptive::spec::ImportedSpec;
@@ -116,7 +116,9 @@ pub fn simulate_with(
 ) -> Result<RunReport, AppError> {
     let scenario = &*sized(scenario, threads, cache)?;
     let spec = &scenario.run;
+    observer.stage(Stage::Bodies);
     let mut model = build(spec, threads, cache)?;
+    observer.stage(Stage::Motion);
     let (started, before) = (Instant::now(), model.timings());
     let end = match point {
         Some(point) => driver::resume(&mut model, &spec.settings, point, observer),

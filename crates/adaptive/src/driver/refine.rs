@@ -18,6 +18,7 @@ use crate::detection::Dormant;
 use crate::error::AdaptiveError;
 use crate::interval::IntervalAssessment;
 use crate::model::RunModel;
+use crate::observer::Stage;
 use crate::penalty_search::{PenaltyAction, RunOutcome};
 use crate::record::{Sample, TransferDirection, TransferRecord};
 use crate::simulation::{RunContact, fill_sample};
@@ -247,9 +248,12 @@ impl Driver<'_> {
             fixed: &fixed,
         };
         let observer = &mut *self.output.observer;
+        observer.stage(fine_models(self.model, i));
         let mut check_cancel =
             || if observer.is_interrupted() { Err(AdaptiveError::Interrupted) } else { Ok(()) };
-        let refined = refinement.refine(&self.model.bodies, states, &nearest, request, &mut check_cancel)?;
+        let refined = refinement.refine(&self.model.bodies, states, &nearest, request, &mut check_cancel);
+        observer.stage(Stage::Motion);
+        let refined = refined?;
         let before = self.present_balance()?;
         self.replace_contact(i, refined.element, Some(refined.recovery))?;
         self.building = None;
@@ -429,4 +433,11 @@ impl Driver<'_> {
         system.set_error_scale(scale).map_err(AdaptiveError::Dynamics)?;
         Ok(peaks)
     }
+}
+
+/// The building of fine models for contact `i`.
+fn fine_models(model: &RunModel, i: usize) -> Stage<'_> {
+    let (body, target) = model.system.forces()[i].contact.bodies();
+    let name = |body: usize| model.bodies[body].name.as_str();
+    Stage::FineModels { contact: &model.contacts[i].name, body: name(body), target: target.map(name) }
 }

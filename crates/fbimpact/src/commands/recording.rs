@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use adaptive::error::ObserverError;
-use adaptive::observer::{Continue, Observer};
+use adaptive::observer::{Continue, Observer, Stage};
 use adaptive::record::{
     ImpactRecord, PhaseKind, PhaseRecord, RunLayout, Sample, StressRecord, TransferRecord, TryRecord,
 };
@@ -108,8 +108,21 @@ impl RunObserver<'_> {
 }
 
 impl Observer for RunObserver<'_> {
+    fn stage(&mut self, stage: Stage<'_>) {
+        self.progress.stage(match stage {
+            Stage::Bodies => Some("building the models of the bodies".into()),
+            Stage::FineModels { contact, body, target: None } => {
+                Some(format!("contact \"{contact}\": building the fine model of \"{body}\""))
+            }
+            Stage::FineModels { contact, body, target: Some(target) } => Some(format!(
+                "contact \"{contact}\": building the fine models of \"{body}\" and \"{target}\""
+            )),
+            Stage::Motion => None,
+        });
+    }
+
     fn start(&mut self, layout: &RunLayout) -> Result<(), ObserverError> {
-        self.progress.set_span(layout.time_span);
+        self.progress.set_span(layout.time_span, layout.contacts.is_empty());
         self.with(|recorder| recorder.start(layout))
     }
 

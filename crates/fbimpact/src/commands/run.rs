@@ -10,6 +10,7 @@ use super::{check_distinct, threads};
 use crate::cache::{self, CacheSettings};
 use crate::cli::RunArguments;
 use crate::error::AppError;
+use crate::progress::Progress;
 use crate::results::OutputFile;
 use crate::results::journal::{Header, Journal};
 use crate::scenario::{self, Scenario};
@@ -65,11 +66,15 @@ pub(super) fn begin(
     stop.hold(Held { output, recorder: None, bar: bar.clone(), time: 0.0 });
     let cache = cache::open(&CacheSettings::new(&arguments.cache));
     // The result shall hold the sizes that the run has.
+    let progress = Progress::new(bar.clone());
+    progress.stage(Some("choosing meshes and numbers of modes".into()));
     let scenario = sized(scenario, n_threads, &cache);
+    drop(progress);
     let output = stop.take().output;
     let scenario = match scenario {
         Ok(scenario) => scenario,
         Err(error) => {
+            bar.finish_and_clear();
             output.remove_restart();
             output.discard();
             return Err(error);
