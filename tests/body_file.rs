@@ -6,8 +6,8 @@ mod beam_file;
 
 use std::path::PathBuf;
 
+use adaptive::elastic_body::geometric_stiffening;
 use adaptive::elastic_body::{ElasticBody, Interface};
-use adaptive::elastic_body::{geometric_stiffening, marker_weights};
 use adaptive::spec::{DampingSpec, DiscretisationSpec, ElasticSpec, Place, ReductionSpec};
 use beam_file::{BENDING, LENGTH, LINE_MASS, write_beam};
 use fbimpact::body_file::{BodyFile, read, write_full, write_reduced};
@@ -68,7 +68,7 @@ fn reduced(body: &ElasticBody) -> ReducedModel {
     let is_axial = body.assembled.motion == RigidMotion::Axial;
     let place = if is_axial { [0.0; 3] } else { [-0.15, 0.0, 0.0] };
     let turn = UnitQuaternion::from_scaled_axis(Vector3::z() * 0.3);
-    let hub = marker_weights(body, &place, turn).unwrap();
+    let hub = body.discretised().marker_weights(&Place::Point(place), turn).unwrap();
     let marker = hub.marker("hub", shapes).unwrap();
     let frequencies = basis.basis.omega.iter().map(|w| w / std::f64::consts::TAU).collect();
     let (mut data, mut markers, mut frame) = (basis.data, vec![marker.clone()], BodyFrame::Buckens);
@@ -81,7 +81,8 @@ fn reduced(body: &ElasticBody) -> ReducedModel {
         markers = vec![marker.in_tangent_frame(&tangent).unwrap()];
         frame = BodyFrame::Tangent { marker: "hub".into() };
     }
-    let tip = body.flexible_point(&Place::Point([0.0, 0.02, 0.0]), tip_shapes.as_ref()).unwrap();
+    let tip =
+        body.discretised().flexible_point(&Place::Point([0.0, 0.02, 0.0]), tip_shapes.as_ref()).unwrap();
     ReducedModel::new(ReducedParts {
         name: "sample".into(),
         frame,
@@ -119,8 +120,10 @@ fn full_bodies_come_back_bit_by_bit() {
     let scratch = Scratch::new("full");
     for body in samples() {
         let place = if body.assembled.motion == RigidMotion::Axial { [0.0; 3] } else { [-0.15, 0.0, 0.0] };
-        let hub =
-            marker_weights(&body, &place, UnitQuaternion::from_scaled_axis(Vector3::z() * 0.3)).unwrap();
+        let hub = body
+            .discretised()
+            .marker_weights(&Place::Point(place), UnitQuaternion::from_scaled_axis(Vector3::z() * 0.3))
+            .unwrap();
         let full = FullBody::new(body.assembled.clone(), vec![("hub".into(), hub)]).unwrap();
         let path = scratch.file("body.h5");
         write_full(&path, &full).unwrap();

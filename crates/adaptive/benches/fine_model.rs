@@ -8,8 +8,9 @@
 
 use std::hint::black_box;
 
+use adaptive::contact_zone::ContactZone;
 use adaptive::elastic_body::{ElasticBody, Interface, ReducedBody};
-use adaptive::fine_model::{FineMesh, FineSettings, FineZone};
+use adaptive::fine_model::{FineMesh, FineSettings};
 use adaptive::spec::{DiscretisationSpec, ElasticSpec, PointRule, ReductionSpec};
 use adaptive::wanted_interval::WantedInterval;
 use contact_qs::points::{InterfaceCompliance, contact_submodel};
@@ -24,6 +25,7 @@ use ffr_dynamics::reduction::problem::ElasticProblem;
 use ffr_dynamics::system::{Active, ActiveForce, BodyState, GeneralisedForce, Motion};
 use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::primitives::sphere::{SphereNet, sphere};
+use iga_core::space::Space;
 use iga_core::surface::BodySurface;
 
 const RADIUS: f64 = 10e-3;
@@ -44,7 +46,7 @@ struct Coarse {
 /// The fine model with an interval on one side of it.
 struct Fine {
     mesh: FineMesh,
-    zone: FineZone,
+    zone: ContactZone,
 }
 
 impl Coarse {
@@ -73,7 +75,7 @@ impl Coarse {
 
     fn fine(&self, side: f64, across: usize) -> Fine {
         let mesh = self.mesh(side, across);
-        let zone = mesh.zone(0, PointRule::Greville, 1.0);
+        let zone = mesh.zone(0, PointRule::Greville).unwrap();
         Fine { mesh, zone }
     }
 
@@ -101,7 +103,7 @@ fn pair(coarse: &Coarse, sides: [&Fine; 2], compliances: [&Mat<f64>; 2]) -> Surf
     let face = TargetFace { face: interval.face, lower: interval.region.lower, upper: interval.region.upper };
     let surface = TargetSurface::flexible(
         target.motion,
-        target.space.as_space(),
+        &target.space,
         std::slice::from_ref(&target.patch),
         &[face],
         &target.lookup,
@@ -244,7 +246,7 @@ fn print_table(times: usize) {
         let n_active = motion.pair.report().n_active;
         eprintln!(
             "{across} {} {} {} {} {n_active} | {meshing:.3} {assembling:.3} {factorising:.3} {reducing:.3} {pairing:.3} | {:.3} {:.3}",
-            own.mesh.space.as_space().n_elements(),
+            own.mesh.space.n_elements(),
             own.mesh.n_unknowns(),
             own.zone.unknowns.len(),
             own.zone.points.len(),

@@ -9,6 +9,7 @@ use contact_qs::search::{SurfaceModel, SurfaceSite};
 use contact_qs::{ActiveContact, ContactError, Plane, PressureRecovery};
 use ffr_dynamics::system::force::BodyState;
 use iga_core::nurbs::FaceId;
+use iga_core::space::Space;
 use nalgebra::Unit;
 
 use crate::body_model::{BodyModel, ElasticModel};
@@ -27,6 +28,7 @@ use crate::simulation::ObservedPoint;
 use crate::spec::LowModes;
 use crate::spec::{self, ContactSpec, SurfaceLaw, Target};
 use crate::store::ModelCache;
+use crate::zone_contact::FALLBACK_PENALTY;
 
 mod fine_side;
 mod widths;
@@ -280,7 +282,8 @@ impl AdaptiveContact {
         let interval = own.body.intervals[0].clone();
         let sizes = sizes([Some(&own), other.as_ref().map(|(_, side)| side)]);
         let is_target_at_end = other.as_ref().is_some_and(|(_, o)| is_at_end(&o.body.intervals[0]));
-        let (elements, recovery) = (own.zone.elements.clone(), PressureRecovery::new(&own.zone.points));
+        let (elements, recovery) =
+            (own.body.contact_elements(0, &own.zone), PressureRecovery::new(&own.zone.points));
         let bases = fine_bases([(self.body, own)].into_iter().chain(other));
         let contact = FineContact {
             flags: ContactFlags::new(interval.n_elements),
@@ -369,9 +372,6 @@ impl AdaptiveContact {
         self.law.interval.width.is_some() && self.law.treatment != spec::Treatment::Adaptive
     }
 }
-
-/// Penalty factor where no compliance is known: a modulus of 200 GPa over a length of a micrometre [N/m³].
-pub(crate) const FALLBACK_PENALTY: f64 = 2e17;
 
 impl FineContact {
     /// Marks the contact elements of the last evaluation of `element`.

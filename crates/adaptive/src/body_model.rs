@@ -3,18 +3,16 @@
 use std::sync::Arc;
 
 use contact_qs::search::SurfaceModel;
+use faer::MatRef;
 use ffr_dynamics::body::StandardInputData;
-use ffr_dynamics::kinematics::Marker;
-use ffr_dynamics::kinematics::marker::FlexiblePoint;
-use nalgebra::UnitQuaternion;
 
-use crate::elastic_body::{ElasticBody, Interface, ReducedBody};
+use crate::elastic_body::{Discretised, ElasticBody, Interface, ReducedBody};
 use crate::error::AdaptiveError;
 use crate::fine_model::FineBody;
 use crate::imported::ImportedModel;
 use crate::marker_loads::answers_by_marker;
 use crate::own_modes::OwnModes;
-use crate::spec::{BodyKind, BodySpec, Place};
+use crate::spec::{BodyKind, BodySpec};
 use crate::store::ModelCache;
 
 /// A body of a run.
@@ -146,6 +144,15 @@ impl BodyModel {
 }
 
 impl ElasticModel {
+    /// The mesh that points and markers of the body move with, and the modes at its unknowns: those of a fine model while the body has
+    /// modes of its own.
+    pub fn in_use(&self) -> (Discretised<'_>, MatRef<'_, f64>) {
+        match &self.own {
+            Some(own) => (own.fine.discretised(), own.modes.reduced.shapes()),
+            None => (self.body.discretised(), self.reduced.shapes()),
+        }
+    }
+
     /// Eigenfrequencies of the elastic coordinates \[Hz\].
     pub fn frequencies(&self) -> Vec<f64> {
         self.reduced.basis.omega.iter().map(|w| w / std::f64::consts::TAU).collect()
@@ -160,28 +167,4 @@ pub struct OwnState {
     pub(crate) modes: OwnModes,
     /// The surface that belongs to the coarse modes.
     pub(crate) surface: Option<Arc<SurfaceModel>>,
-}
-
-impl OwnState {
-    /// The material point at `place` of the body, whose coarse model is `coarse`.
-    ///
-    /// # Errors
-    /// [`AdaptiveError`] if there is no such place.
-    pub fn point(&self, coarse: &ElasticBody, place: &Place) -> Result<FlexiblePoint, AdaptiveError> {
-        self.fine.discretised(coarse).flexible_point(place, self.modes.reduced.shapes())
-    }
-
-    /// A marker on the body, whose coarse model is `coarse`.
-    ///
-    /// # Errors
-    /// [`AdaptiveError`] if there is no such place.
-    pub fn marker(
-        &self,
-        coarse: &ElasticBody,
-        name: &str,
-        place: &Place,
-        rotation: UnitQuaternion<f64>,
-    ) -> Result<Marker, AdaptiveError> {
-        self.fine.discretised(coarse).marker(name, place, rotation, self.modes.reduced.shapes())
-    }
 }

@@ -33,10 +33,8 @@ mod points;
 mod stiffening;
 
 pub use crate::spec::body::rigid_motion;
-pub use areas::Functions;
 pub use discretised::{Discretised, point_in_space};
 pub use key::modes_key;
-pub use point_markers::{marker_weights, weights_on};
 pub use stiffening::geometric_stiffening;
 
 /// Part of a parameter range within which a point counts as lying at its end.
@@ -125,9 +123,16 @@ impl ElasticBody {
         let matrices = assemble(&space, &spec.model, &spec.material).map_err(fail)?;
         let dofs: Vec<Dof> = matrices.dofs.iter().map(|&(node, component)| Dof { node, component }).collect();
         let lookup = DofLookup::new(&dofs);
-        let functions =
-            Functions { name, shape: &spec.shape, space: &space, model: &spec.model, lookup: &lookup };
-        let stiffness = functions.stiffened(matrices.stiffness, &spec.rigid_areas, &spec.material)?;
+        let mesh = Discretised {
+            name,
+            shape: &spec.shape,
+            patches: &shape.patches,
+            space: &space,
+            model: &spec.model,
+            dofs: &dofs,
+            lookup: &lookup,
+        };
+        let stiffness = mesh.stiffened(matrices.stiffness, &spec.rigid_areas, &spec.material)?;
         let assembled = AssembledBody {
             name: name.to_owned(),
             motion: rigid_motion(&spec.model),
@@ -176,7 +181,7 @@ impl ElasticBody {
         cache: &ModelCache,
     ) -> Result<ReducedBody, AdaptiveError> {
         let fail = |source| AdaptiveError::Reduction { body: self.name.clone(), source };
-        let loads = self.discretised().load_columns(&interface.loads)?;
+        let loads = self.discretised().load_columns(&self.assembled, &interface.loads)?;
         let mut reduced = self.reduced(interface, &loads, cache).map_err(fail)?;
         let FrameSpec::Tangent(place) = &self.spec.frame else {
             if self.spec.geometric_stiffening {
@@ -187,7 +192,7 @@ impl ElasticBody {
             }
             return Ok(reduced);
         };
-        let support = self.marker_weights(place, UnitQuaternion::identity())?;
+        let support = self.discretised().marker_weights(place, UnitQuaternion::identity())?;
         let marker = support.marker("frame", reduced.basis.shapes.as_ref()).map_err(fail)?;
         let frame = marker.tangent_frame(self.assembled.motion);
         let shapes = frame.shifted_shapes(&self.assembled, reduced.basis.shapes.as_ref()).map_err(fail)?;

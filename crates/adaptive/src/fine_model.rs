@@ -5,7 +5,9 @@
 //! coordinates are those of the coarse model: the low-frequency modes are the coarse ones, prolonged, and everything
 //! else that the fine space can do follows quasistatically (`docs/decisions/0008-modes-of-fine-models.md`).
 
-use contact_qs::points::{DofLookup, SurfacePoint};
+use contact_qs::ContactError;
+use contact_qs::points::DofLookup;
+use contact_qs::surface_pair::TargetFace;
 use faer::{Mat, MatRef};
 use ffr_dynamics::body::{AssembledBody, Dof, MassMatrix, RigidMotion};
 use ffr_dynamics::reduction::compliance::ResidualFlexibility;
@@ -16,14 +18,13 @@ use iga_core::assembly::{assemble, unknowns};
 use iga_core::elasticity::Model;
 use iga_core::hierarchical::{HierarchicalSpace, ParameterBox, Prolongation};
 use iga_core::knots::KnotVector;
-use iga_core::nurbs::patch::PointBasis;
 use iga_core::nurbs::{Patch, Shape};
 use iga_core::space::Space;
 use iga_core::surface::{CollocationPoint, Face};
 use tracing::debug;
 
-use crate::body_space::BodySpace;
-use crate::elastic_body::{Discretised, ElasticBody, Functions, ReducedBody, rigid_motion};
+use crate::contact_zone::{ContactZone, ZoneLimits};
+use crate::elastic_body::{Discretised, ElasticBody, ReducedBody, rigid_motion};
 use crate::error::AdaptiveError;
 use crate::interval::IntervalEnd;
 use crate::lattice::DirectionLattice;
@@ -102,6 +103,10 @@ impl Default for FineSettings {
 pub struct FineMesh {
     /// Name.
     pub name: String,
+    /// Its shape before any refinement, in whose parameters the model is given.
+    pub shape: Shape,
+    /// Kinematics.
+    pub model: Model,
     /// Rigid motions of the model.
     pub motion: RigidMotion,
     /// How its elements were divided.
@@ -111,7 +116,7 @@ pub struct FineMesh {
     /// Its patch, that of the coarse model.
     pub patch: Patch,
     /// Its space.
-    pub space: BodySpace,
+    pub space: HierarchicalSpace,
     /// The unknowns, sorted by node, then component.
     pub dofs: Vec<Dof>,
     /// Numbers of the unknowns.
@@ -138,17 +143,6 @@ impl std::ops::Deref for FineBody {
     }
 }
 
-/// Contact points of an interval.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FineZone {
-    /// The points with their functions. On the rim are those in edge elements.
-    pub points: Vec<SurfacePoint>,
-    /// Contact element of each point, for the utilisation.
-    pub elements: Vec<[usize; 2]>,
-    /// Unknowns of the interface, rising.
-    pub unknowns: Vec<usize>,
-}
-
 impl FineBody {
     /// Refines `coarse` around `wanted` intervals and assembles the matrices.
     ///
@@ -162,11 +156,6 @@ impl FineBody {
         let mesh = FineMesh::build(coarse, wanted, settings)?;
         let assembled = mesh.assemble(coarse)?;
         Ok(Self { mesh, assembled })
-    }
-
-    /// What points and markers need; `coarse` is the body that was refined.
-    pub fn discretised<'a>(&'a self, coarse: &'a ElasticBody) -> Discretised<'a> {
-        self.mesh.discretised(coarse, &self.assembled)
     }
 
     /// As [`FineMesh::reduce`] with the body's own matrices.
@@ -235,49 +224,54 @@ impl FineMesh {
         let unknowns = unknowns(&coarse.spec.model, space.control_points());
         let dofs: Vec<Dof> = unknowns.into_iter().map(|(node, component)| Dof { node, component }).collect();
         let lookup = DofLookup::new(&dofs);
-        let (name, motion) = (coarse.name.clone(), rigid_motion(&coarse.spec.model));
-        let (patch, space) = (patch.clone(), BodySpace::Hierarchical(Box::new(space)));
-        Ok(Self { name, motion, plan, intervals, patch, space, dofs, lookup, prolongation, turned: None })
+        Ok(Self {
+            name: coarse.name.clone(),
+            shape: coarse.spec.shape.clone(),
+            model: coarse.spec.model,
+            motion: rigid_motion(&coarse.spec.model),
+            plan,
+            intervals,
+            patch: patch.clone(),
+            space,
+            dofs,
+            lookup,
+            prolongation,
+            turned: None,
+        })
     }
 
-    /// Stiffness and mass of the body, whose model, material and rigid parts are those of `coarse`.
+    /// Stiffness and mass of the body, whose material and rigid parts are those of `coarse`.
     ///
     /// # Errors
     /// [`AdaptiveError::Geometry`] if the mapping folds, or there are too many entries; those of
-    /// [`Functions::stiffened`] for rigid parts.
+    /// [`Discretised::stiffened`] for rigid parts.
     pub fn assemble(&self, coarse: &ElasticBody) -> Result<AssembledBody, AdaptiveError> {
         let fail = |source| AdaptiveError::Geometry { body: self.name.clone(), source };
-        let space = self.space.as_space();
-        let ElasticSpec { model, material, rigid_areas, .. } = &coarse.spec;
-        let matrices = assemble(space, model, material).map_err(fail)?;
-        let (name, shape) = (&self.name, self.shape(coarse));
-        let functions = Functions { name, shape, space, model, lookup: &self.lookup };
-        let stiffness = functions.stiffened(matrices.stiffness, rigid_areas, material)?;
+        let ElasticSpec { material, rigid_areas, .. } = &coarse.spec;
+        let matrices = assemble(&self.space, &self.model, material).map_err(fail)?;
+        let stiffness = self.discretised().stiffened(matrices.stiffness, rigid_areas, material)?;
         Ok(AssembledBody {
             name: self.name.clone(),
             motion: self.motion,
             stiffness,
             mass: MassMatrix::PerComponent(matrices.mass),
-            nodes: space.control_points().to_vec(),
-            anchors: space.anchors(),
+            nodes: self.space.control_points().to_vec(),
+            anchors: self.space.anchors(),
             dofs: self.dofs.clone(),
         })
     }
 
-    /// The shape in whose parameters the model is given; `coarse` is the body that was refined.
-    fn shape<'a>(&'a self, coarse: &'a ElasticBody) -> &'a Shape {
-        self.turned.as_ref().map_or(&coarse.spec.shape, |net| &net.body.spec.shape)
-    }
-
-    /// Element and parameters of a point of the undeformed body, in the model's components \[m\]; `coarse` is the body that
-    /// was refined.
-    ///
-    /// # Errors
-    /// [`AdaptiveError::Geometry`] if the point is not in the body.
-    pub fn locate(&self, coarse: &ElasticBody, place: &[f64; 3]) -> Result<(usize, [f64; 3]), AdaptiveError> {
-        let fail = |source| AdaptiveError::Geometry { body: self.name.clone(), source };
-        let (patch, xi) = self.shape(coarse).locate(place).map_err(fail)?;
-        Ok((self.space.find_element(patch, &xi), xi))
+    /// What points, markers and contact zones need.
+    pub fn discretised(&self) -> Discretised<'_> {
+        Discretised {
+            name: &self.name,
+            shape: &self.shape,
+            patches: std::slice::from_ref(&self.patch),
+            space: &self.space,
+            model: &self.model,
+            dofs: &self.dofs,
+            lookup: &self.lookup,
+        }
     }
 
     /// Number of unknowns.
@@ -359,7 +353,7 @@ impl FineMesh {
             },
             LowModes::Own => {
                 let modes = problem.lowest_modes(reduced.first_static()).map_err(fail)?;
-                let loads = self.discretised(body, assembled).load_columns(&coarse.1.loads)?;
+                let loads = self.discretised().load_columns(assembled, &coarse.1.loads)?;
                 let taken = TakenLoads::Given(&reduced.static_loads);
                 with_static_answers(&problem, ReducedBasis::from_modes(modes, rigid), loads.as_ref(), taken)
                     .map_err(fail)?
@@ -369,95 +363,36 @@ impl FineMesh {
         Ok((basis, residual))
     }
 
-    fn discretised<'a>(&'a self, coarse: &'a ElasticBody, assembled: &'a AssembledBody) -> Discretised<'a> {
-        Discretised {
-            name: &self.name,
-            shape: self.shape(coarse),
-            space: self.space.as_space(),
-            model: &coarse.spec.model,
-            assembled,
-            lookup: &self.lookup,
-        }
+    /// The contact zone of interval `i`; on its rim are the points in edge elements.
+    ///
+    /// # Errors
+    /// [`ContactError::Empty`] if no point lies in the interval.
+    pub fn zone(&self, i: usize, rule: PointRule) -> Result<ContactZone, ContactError> {
+        let interval = &self.intervals[i];
+        let knots = self.finest_knots();
+        let on_rim = |points: &[CollocationPoint]| {
+            points.iter().map(|p| interval.is_edge(interval.element(knots, &p.xi))).collect()
+        };
+        ContactZone::new(&self.discretised(), interval.limits(), rule, on_rim)
     }
 
-    /// Contact points of interval `i`, and the unknowns of the functions that are not zero on it.
-    pub fn zone(&self, i: usize, rule: PointRule, thickness: f64) -> FineZone {
-        let interval = &self.intervals[i];
-        let patches = std::slice::from_ref(&self.patch);
-        let gauss = self.space.gauss_points(patches, &[interval.face]);
-        let greville;
-        let all = match rule {
-            PointRule::Greville => {
-                greville = self.space.greville_points(patches, &[interval.face]);
-                &greville
-            }
-            PointRule::Gauss => &gauss,
-        };
-        let inside: Vec<&CollocationPoint> = all.iter().filter(|p| interval.contains(&p.xi)).collect();
+    /// Contact element of each point of `zone`, which is that of interval `i`, for the utilisation.
+    pub fn contact_elements(&self, i: usize, zone: &ContactZone) -> Vec<[usize; 2]> {
         let knots = self.finest_knots();
-        let elements: Vec<[usize; 2]> = inside.iter().map(|p| interval.element(knots, &p.xi)).collect();
-        let points: Vec<SurfacePoint> = inside
-            .iter()
-            .zip(&elements)
-            .map(|(p, &element)| SurfacePoint {
-                position: p.point,
-                area: p.area * thickness,
-                functions: self.functions_at(p.element, &p.xi),
-                on_rim: interval.is_edge(element),
-                function: p.function,
-            })
-            .collect();
-        let within = gauss.iter().filter(|p| interval.contains(&p.xi));
-        let mut nodes: Vec<u32> = within
-            .flat_map(|p| self.functions_at(p.element, &p.xi))
-            .chain(points.iter().flat_map(|p| p.functions.iter().copied()))
-            .map(|f| f.0)
-            .collect();
-        nodes.sort_unstable();
-        nodes.dedup();
-        let n_components = self.motion.n_components();
-        let number = |&n: &u32| (0..n_components).filter_map(move |c| self.lookup.number(n, c));
-        let mut unknowns: Vec<usize> = nodes.iter().flat_map(number).collect();
-        unknowns.sort_unstable();
-        FineZone { points, elements, unknowns }
+        zone.parameters.iter().map(|xi| self.intervals[i].element(knots, xi)).collect()
     }
 
     fn finest_knots(&self) -> &[KnotVector] {
-        match &self.space {
-            BodySpace::Hierarchical(space) => {
-                let levels = space.basis().hierarchy().levels();
-                levels[levels.len() - 1].knots()
-            }
-            BodySpace::Plain(_) => self.patch.knots(),
-        }
-    }
-
-    /// Functions that are not zero at parameters `xi` of element `e`, with their values.
-    pub fn functions_at(&self, e: usize, xi: &[f64; 3]) -> Vec<(u32, f64)> {
-        let (mut basis, mut active) = (PointBasis::default(), Vec::new());
-        self.space.evaluate(e, xi, 0, &mut basis);
-        self.space.active_functions(e, &mut active);
-        active.into_iter().zip(basis.values).filter(|(_, value)| value.abs() > 0.0).collect()
-    }
-
-    /// Displacements of the unknowns as node-major control values, with zeros where a component is constrained.
-    pub fn control_values(&self, displacement: &[f64]) -> Vec<f64> {
-        let n_components = self.motion.n_components();
-        let mut values = vec![0.0; self.space.n_functions() * n_components];
-        for (dof, u) in self.dofs.iter().zip(displacement) {
-            values[dof.node as usize * n_components + dof.component as usize] = *u;
-        }
-        values
+        let levels = self.space.basis().hierarchy().levels();
+        levels[levels.len() - 1].knots()
     }
 }
 
 impl FineInterval {
-    /// Whether parameters of the face lie in the interval.
-    pub fn contains(&self, xi: &[f64; 3]) -> bool {
-        let inside = |&d: &usize| {
-            xi[d] >= self.region.lower[d] - self.slack[d] && xi[d] <= self.region.upper[d] + self.slack[d]
-        };
-        self.directions.iter().all(inside)
+    /// Where the contact zone of the interval ends.
+    fn limits(&self) -> ZoneLimits {
+        let region = TargetFace { face: self.face, lower: self.region.lower, upper: self.region.upper };
+        ZoneLimits { region, slack: self.slack, widths: self.widths }
     }
 
     /// Contact element that holds parameters of the face.

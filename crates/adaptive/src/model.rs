@@ -4,10 +4,10 @@ use std::time::Instant;
 
 use ffr_dynamics::integration::OdeSystem;
 use ffr_dynamics::system::Multibody;
+use iga_core::space::Space;
 
 use crate::adaptive_contact::{AdaptiveContact, TrySizes};
 use crate::body_model::{BodyModel, ElasticModel};
-use crate::contact_zone::n_elements;
 use crate::elastic_body::ElasticBody;
 use crate::error::AdaptiveError;
 use crate::point_compliance::{PointCompliance, of_body};
@@ -191,7 +191,7 @@ impl RunModel {
         let (body, target) = self.system.forces()[i].contact.bodies();
         let models = [Some(body), target].into_iter().flatten();
         models.filter_map(|b| self.bodies[b].elastic()).fold(TrySizes::default(), |sum, e| TrySizes {
-            elements: sum.elements + n_elements(&e.body),
+            elements: sum.elements + e.body.space.n_elements() as u64,
             freedoms: sum.freedoms + e.body.n_unknowns() as u64,
             interface: sum.interface + e.interface.unknowns.len() as u64,
         })

@@ -70,7 +70,7 @@ impl OwnModes {
         data.modal_damping = damping(&body.spec.damping, &stiffness, basis.first_static()).map_err(fail)?;
         let mut framed = None;
         if let FrameSpec::Tangent(place) = &body.spec.frame {
-            let support = fine.discretised(body).marker_weights(place, UnitQuaternion::identity())?;
+            let support = fine.discretised().marker_weights(place, UnitQuaternion::identity())?;
             let marker = support.marker("frame", basis.shapes.as_ref()).map_err(fail)?;
             let frame = marker.tangent_frame(body.assembled.motion);
             framed = Some(frame.shifted_shapes(&fine.assembled, basis.shapes.as_ref()).map_err(fail)?);

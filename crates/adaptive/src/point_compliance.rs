@@ -91,15 +91,12 @@ pub fn of_body(
     model: &Discretised<'_>,
     residual: &ResidualFlexibility,
 ) -> Result<Vec<PointCompliance>, AdaptiveError> {
-    let motion = model.assembled.motion;
+    let motion = model.motion();
     let (points, places) = points_on(all, body, motion);
     if points.is_empty() {
         return Ok(Vec::new());
     }
-    let functions = |place: &[f64; 3]| {
-        let (e, xi) = model.locate(place)?;
-        Ok(model.functions_at(e, &xi))
-    };
-    let functions: Vec<Functions> = places.iter().map(functions).collect::<Result<_, AdaptiveError>>()?;
+    let functions: Vec<Functions> =
+        places.iter().map(|place| model.functions_at(place)).collect::<Result<_, AdaptiveError>>()?;
     Ok(compliances(&points, body, motion, &point_rows(&functions, model.lookup, motion, residual)))
 }

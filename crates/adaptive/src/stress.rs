@@ -11,7 +11,6 @@ use iga_core::space::Space;
 use crate::adaptive_contact::ZoneModel;
 use crate::elastic_body::{ElasticBody, ReducedBody, point_in_space};
 use crate::error::AdaptiveError;
-use crate::fine_model::FineMesh;
 use crate::record::{StressRecord, StressState};
 use crate::spec::StressSpec;
 
@@ -25,11 +24,12 @@ pub fn evaluate(
     zones: &[ZoneModel],
     state: &StressState,
 ) -> Result<StressRecord, AdaptiveError> {
-    let field = body.control_values(&displacement(reduced, state));
-    let loaded = zones.iter().zip(&state.zones);
-    let zones: Vec<(&FineMesh, Vec<f64>)> = loaded
-        .map(|(zone, load)| (&zone.mesh, zone.mesh.control_values(&zone.residual.displacement(&load.forces))))
-        .collect();
+    let coarse = body.discretised();
+    let mut fields = vec![(coarse, coarse.control_values(&displacement(reduced, state)))];
+    fields.extend(zones.iter().zip(&state.zones).map(|(zone, load)| {
+        let mesh = zone.mesh.discretised();
+        (mesh, mesh.control_values(&zone.residual.displacement(&load.forces)))
+    }));
     let mut record = StressRecord { name: request.name.clone(), time: state.time, ..StressRecord::default() };
     let mut workspace = RecoveryWorkspace::default();
     let mut at = |space: &dyn Space, field: &[f64], (e, xi): (usize, [f64; 3])| {
@@ -39,9 +39,9 @@ pub fn evaluate(
             .map_err(|source| AdaptiveError::Geometry { body: body.name.clone(), source })
     };
     for place in line(request) {
-        let mut stress = at(&body.space, &field, body.locate(&place)?)?;
-        for (mesh, field) in &zones {
-            let local = at(mesh.space.as_space(), field, mesh.locate(body, &place)?)?;
+        let mut stress = [0.0; 6];
+        for (mesh, field) in &fields {
+            let local = at(mesh.space, field, mesh.locate(&place)?)?;
             stress.iter_mut().zip(local).for_each(|(sum, s)| *sum += s);
         }
         record.points.push(point_in_space(body.assembled.motion, &place).into());

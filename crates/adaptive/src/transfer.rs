@@ -143,7 +143,7 @@ pub fn interpolated_at_gauss_points(
         for (i, xi) in points.iter().enumerate() {
             coarse.space.evaluate(e, xi, 0, &mut basis);
             basis.values.iter().enumerate().for_each(|(a, v)| values[(i, a)] = *v);
-            for (node, value) in fine.functions_at(fine.space.find_element(0, xi), xi) {
+            for (node, value) in fine.space.functions_at(fine.space.find_element(0, xi), xi) {
                 for c in 0..n_components {
                     let Some(row) = fine.lookup.number(node, c) else { continue };
                     for k in 0..shapes.ncols() {

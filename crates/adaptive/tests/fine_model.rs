@@ -7,12 +7,12 @@ mod impacts;
 
 use std::collections::BTreeMap;
 
+use adaptive::contact_zone::ContactZone;
 use adaptive::elastic_body::ElasticBody;
-use adaptive::fine_model::{FineBody, FineMesh, FineSettings, FineZone};
+use adaptive::fine_model::{FineBody, FineMesh, FineSettings};
 use adaptive::interval::IntervalEnd;
-use adaptive::spec::LowModes;
 use adaptive::spec::{
-    BodyKind, ContactLaw, DiscretisationSpec, ElasticSpec, IntervalSpec, PenaltySearch, PointRule,
+    BodyKind, ContactLaw, DiscretisationSpec, ElasticSpec, IntervalSpec, LowModes, PenaltySearch, PointRule,
     ReductionSpec, SurfaceLaw, Target, Treatment,
 };
 use approx::assert_relative_eq;
@@ -21,6 +21,8 @@ use contact_qs::points::{DofLookup, SurfacePoint};
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 use ffr_dynamics::reduction::compliance::modal_compliance;
+use iga_core::space::Space;
+use iga_core::surface::greville_points;
 use nalgebra::Vector3;
 
 const BOTTOM: [f64; 3] = [0.0, -0.01, 0.0];
@@ -85,7 +87,7 @@ fn a_fine_model_presses_like_the_globally_refined_one_with_fewer_freedoms() {
     for growth in [None, Some(3)] {
         let settings = FineSettings { growth, ..Default::default() };
         let fine = FineBody::build(&coarse, &[wanted_at(&coarse, BOTTOM, WIDTH)], &settings).unwrap();
-        let zone = fine.zone(0, PointRule::Greville, 1.0);
+        let zone = fine.zone(0, PointRule::Greville).unwrap();
         let (_, residual) = fine.reduce((&coarse, &reduced), &zone.unknowns, LowModes::Prolonged).unwrap();
         let approach = 2e-6; // contact radius 0.14 mm, as in an impact of 0.1 m/s
         let force = pressed(&zone.points, &fine.lookup, &zone.unknowns, residual.compliance(), approach);
@@ -94,9 +96,9 @@ fn a_fine_model_presses_like_the_globally_refined_one_with_fewer_freedoms() {
         let points: Vec<SurfacePoint> = zone
             .points
             .iter()
-            .map(|p| {
-                let (e, xi) = whole.locate(&p.position).unwrap();
-                SurfacePoint { functions: whole.functions_at(e, &xi), ..p.clone() }
+            .map(|p| SurfacePoint {
+                functions: whole.discretised().functions_at(&p.position).unwrap(),
+                ..p.clone()
             })
             .collect();
         let mut unknowns: Vec<usize> = points
@@ -148,9 +150,9 @@ fn an_impact_has_the_same_peak_force_on_the_globally_refined_model() {
     assert!(freedoms <= 0.6 * all, "{freedoms} of {all}");
 }
 
-fn built(coarse: &ElasticBody, place: [f64; 3]) -> (FineBody, FineZone) {
+fn built(coarse: &ElasticBody, place: [f64; 3]) -> (FineBody, ContactZone) {
     let fine = FineBody::build(coarse, &[wanted_at(coarse, place, WIDTH)], &FineSettings::default()).unwrap();
-    let zone = fine.zone(0, PointRule::Greville, 1.0);
+    let zone = fine.zone(0, PointRule::Greville).unwrap();
     (fine, zone)
 }
 
@@ -162,18 +164,17 @@ fn points_stand_in_the_interval_and_carry_its_area() {
     assert_eq!(interval.ends, vec![[IntervalEnd::Axis, IntervalEnd::Open]]);
     assert!((16..=20).contains(&interval.n_elements[0]));
     assert!(zone.points.iter().all(|p| p.position[0] <= WIDTH * 1.01));
-    assert_eq!(zone.elements.iter().map(|e| e[0]).max(), Some(interval.n_elements[0] - 1));
-    assert!(
-        zone.points.iter().zip(&zone.elements).all(|(p, e)| p.on_rim == (e[0] + 1 == interval.n_elements[0]))
-    );
+    let elements = fine.contact_elements(0, &zone);
+    assert_eq!(elements.iter().map(|e| e[0]).max(), Some(interval.n_elements[0] - 1));
+    assert!(zone.points.iter().zip(&elements).all(|(p, e)| p.on_rim == (e[0] + 1 == interval.n_elements[0])));
     // The Gauss rule integrates the area of the cap, 2 pi r h.
     let cap = |width: f64| std::f64::consts::TAU * 0.01 * (0.01 - (0.01f64.powi(2) - width * width).sqrt());
-    let gauss = fine.zone(0, PointRule::Gauss, 1.0);
+    let gauss = fine.zone(0, PointRule::Gauss).unwrap();
     let area: f64 = gauss.points.iter().map(|p| p.area).sum();
     assert_relative_eq!(area, cap(WIDTH), max_relative = 0.03); // the end is met to 1 % of the width
     // Greville areas of the whole face are the face's area: functions sum to one.
     let patches = std::slice::from_ref(&fine.patch);
-    let all = fine.space.greville_points(patches, &[interval.face]);
+    let all = greville_points(&fine.space, patches, &[interval.face]);
     let half = std::f64::consts::TAU * 0.01 * 0.01;
     assert_relative_eq!(all.iter().map(|p| p.area).sum::<f64>(), half, max_relative = 1e-8);
 }
@@ -186,15 +187,15 @@ fn prolonged_modes_are_the_same_displacements() {
     let shapes = fine.prolong(&coarse.assembled, reduced.basis.shapes.as_ref());
     for place in [[0.001, -0.004, 0.0], [0.0, -0.01, 0.0], [0.0, -0.0098, 0.0], [0.006, 0.003, 0.0]] {
         let at =
-            |functions: Vec<(u32, f64)>, lookup: &DofLookup, shapes: &Mat<f64>, j: usize, c: usize| -> f64 {
+            |functions: &[(u32, f64)], lookup: &DofLookup, shapes: &Mat<f64>, j: usize, c: usize| -> f64 {
                 functions.iter().filter_map(|&(n, v)| Some(v * shapes[(lookup.number(n, c)?, j)])).sum()
             };
-        let (e, xi) = coarse.locate(&place).unwrap();
-        let f = fine.space.find_element(0, &xi);
+        let on_coarse = coarse.discretised().functions_at(&place).unwrap();
+        let on_fine = fine.discretised().functions_at(&place).unwrap();
         for j in 0..10 {
             for c in 0..2 {
-                let a = at(coarse.functions_at(e, &xi), &coarse.lookup, &reduced.basis.shapes, j, c);
-                let b = at(fine.functions_at(f, &xi), &fine.lookup, &shapes, j, c);
+                let a = at(&on_coarse, &coarse.lookup, &reduced.basis.shapes, j, c);
+                let b = at(&on_fine, &fine.lookup, &shapes, j, c);
                 assert!((a - b).abs() < 1e-10 * (1.0 + a.abs()), "mode {j} at {place:?}: {a} and {b}");
             }
         }
@@ -209,7 +210,7 @@ fn both_ends_of_a_rod_are_refined_at_once() {
     assert_eq!(fine.intervals.len(), 2);
     assert!(fine.intervals[1].n_elements[0] >= 16, "{:?}", fine.plan);
     assert!(fine.intervals[0].n_elements[0] > fine.intervals[1].n_elements[0]);
-    let [a, b] = [0, 1].map(|i| fine.zone(i, PointRule::Greville, 1.0));
+    let [a, b] = [0, 1].map(|i| fine.zone(i, PointRule::Greville).unwrap());
     assert!(a.points.iter().all(|p| p.position[1].abs() < 1e-9));
     assert!(b.points.iter().all(|p| (p.position[1] - 1.0).abs() < 1e-9));
     assert!(a.unknowns.iter().all(|u| b.unknowns.binary_search(u).is_err()));
@@ -223,7 +224,7 @@ fn an_interval_near_the_axis_goes_from_the_axis_outwards() {
         let wanted = wanted_at(&body, [r, -(1e-4_f64 - r * r).sqrt(), 0.0], WIDTH);
         let fine = FineBody::build(&body, &[wanted], &FineSettings::default()).unwrap();
         assert!(fine.intervals[0].ends[0].contains(&IntervalEnd::Axis), "{r:e}");
-        let points = fine.zone(0, PointRule::Greville, 1.0).points;
+        let points = fine.zone(0, PointRule::Greville).unwrap().points;
         let reach = points.iter().map(|p| p.position[0]).fold(0.0, f64::max);
         // Ends are hit to 1 % of the width.
         assert!((reach / WIDTH - 1.0).abs() < 0.015, "{r:e}: {reach:e}");
@@ -244,7 +245,7 @@ fn an_interval_on_a_solid_is_resolved_in_both_directions() {
         let found = (interval.region.upper[d] - interval.region.lower[d]) * 0.02;
         assert_relative_eq!(found, width, max_relative = 0.13); // four elements: half of one is the worst
     }
-    let zone = fine.zone(0, PointRule::Greville, 1.0);
+    let zone = fine.zone(0, PointRule::Greville).unwrap();
     let of_finest = |p: &SurfacePoint| (p.functions.iter().map(|f| f.1).sum::<f64>() - 1.0).abs() < 1e-12;
     assert!(zone.points.iter().all(of_finest) && zone.points.len() >= 16);
     assert!(zone.points.iter().any(|p| p.on_rim) && zone.points.iter().any(|p| !p.on_rim));
@@ -257,7 +258,7 @@ fn compliance_of_pressure(coarse: &ElasticBody, place: [f64; 3], widths: [f64; 2
     wanted.widths = widths;
     let settings = FineSettings { elements: 8, ..FineSettings::default() };
     let fine = FineBody::build(coarse, &[wanted], &settings).unwrap();
-    let zone = fine.zone(0, PointRule::Greville, 1.0);
+    let zone = fine.zone(0, PointRule::Greville).unwrap();
     let reduced = coarse.reduce(&Default::default()).unwrap();
     let (basis, residual) = fine.reduce((coarse, &reduced), &zone.unknowns, LowModes::Prolonged).unwrap();
     let place_of: BTreeMap<usize, usize> = zone.unknowns.iter().enumerate().map(|(i, u)| (*u, i)).collect();
@@ -297,7 +298,7 @@ fn levels_of_an_elongated_interval_lie_inside_each_other_beside_a_knot() {
         let settings = FineSettings { elements: 8, ..FineSettings::default() };
         let mesh =
             FineMesh::build(&coarse, &[wanted], &settings).unwrap_or_else(|e| panic!("degree {degree}: {e}"));
-        let points = mesh.zone(0, PointRule::Greville, 1.0).points;
+        let points = mesh.zone(0, PointRule::Greville).unwrap().points;
         // On the interval all functions are of the finest level, and sum to one there.
         let sum = |p: &SurfacePoint| p.functions.iter().map(|f| f.1).sum::<f64>();
         assert!(points.len() >= 64 && points.iter().all(|p| (sum(p) - 1.0).abs() < 1e-12));

@@ -4,8 +4,8 @@
 
 use std::f64::consts::TAU;
 
+use adaptive::elastic_body::geometric_stiffening;
 use adaptive::elastic_body::{ElasticBody, Interface, ReducedBody};
-use adaptive::elastic_body::{geometric_stiffening, marker_weights};
 use adaptive::marker_loads::MarkerLoads;
 use adaptive::spec::{DiscretisationSpec, ElasticSpec, Place, ReductionSpec};
 use faer::Mat;
@@ -61,7 +61,8 @@ struct Held {
 
 fn held(body: ElasticBody) -> Held {
     let place = [-0.5 * LENGTH, 0.0, 0.0];
-    let support = marker_weights(&body, &place, UnitQuaternion::identity()).unwrap();
+    let support =
+        body.discretised().marker_weights(&Place::Point(place), UnitQuaternion::identity()).unwrap();
     let direction = |c: usize| std::array::from_fn(|k| if k == c { 1.0 } else { 0.0 });
     let load = MarkerLoads {
         name: "hub".into(),
@@ -75,7 +76,8 @@ fn held(body: ElasticBody) -> Held {
     let shapes = frame.shifted_shapes(&body.assembled, basis.shapes.as_ref()).unwrap();
     let data = data.in_tangent_frame(&frame).unwrap();
     let hub = hub.in_tangent_frame(&frame).unwrap();
-    let tip = body.flexible_point(&Place::Point([0.5 * LENGTH, 0.0, 0.0]), shapes.as_ref()).unwrap();
+    let tip =
+        body.discretised().flexible_point(&Place::Point([0.5 * LENGTH, 0.0, 0.0]), shapes.as_ref()).unwrap();
     Held { body, support, shapes, data, hub, tip }
 }
 
@@ -142,7 +144,10 @@ fn spinning_bars_are_stiffened_by_their_tension() {
         body(shape, Model::Solid, vec![3, 2, 2], elements, 6)
     };
     for body in [strip(24, 6), bar(vec![24, 1, 1])] {
-        let support = marker_weights(&body, &[-0.5 * LENGTH, 0.0, 0.0], UnitQuaternion::identity()).unwrap();
+        let support = body
+            .discretised()
+            .marker_weights(&Place::Point([-0.5 * LENGTH, 0.0, 0.0]), UnitQuaternion::identity())
+            .unwrap();
         let shapes = trial_shapes(&body, 2);
         let given = geometric_stiffening(&body, shapes.as_ref(), &support).unwrap();
         // The frame's origin is the middle: X_x = x - L/2, the load of a spin about the hub is that of X_x + L/2.
@@ -164,7 +169,10 @@ fn spinning_bars_are_stiffened_by_their_tension() {
 #[test]
 fn shapes_that_do_not_deform_gain_nothing_and_axisymmetric_bodies_are_refused() {
     let body = strip(8, 4);
-    let support = marker_weights(&body, &[-0.5 * LENGTH, 0.0, 0.0], UnitQuaternion::identity()).unwrap();
+    let support = body
+        .discretised()
+        .marker_weights(&Place::Point([-0.5 * LENGTH, 0.0, 0.0]), UnitQuaternion::identity())
+        .unwrap();
     let dofs = &body.assembled.dofs;
     let moved = Mat::from_fn(dofs.len(), 3, |i, j| match j {
         2 => {
@@ -185,7 +193,10 @@ fn shapes_that_do_not_deform_gain_nothing_and_axisymmetric_bodies_are_refused() 
     }
     let rod = iga_core::nurbs::primitives::axisymmetric::rod(0.1, LENGTH).unwrap();
     let axial = crate::body(rod, Model::Axisymmetric, vec![2, 2], vec![1, 2], 2);
-    let marker = marker_weights(&axial, &[0.0, 0.0, 0.0], UnitQuaternion::identity()).unwrap();
+    let marker = axial
+        .discretised()
+        .marker_weights(&Place::Point([0.0, 0.0, 0.0]), UnitQuaternion::identity())
+        .unwrap();
     let none = Mat::<f64>::zeros(axial.assembled.dofs.len(), 0);
     assert!(geometric_stiffening(&axial, none.as_ref(), &marker).is_err());
 }

@@ -24,6 +24,7 @@ use ffr_dynamics::system::JointKind;
 use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::FaceId;
 use iga_core::nurbs::primitives::{plane, solid};
+use iga_core::space::Space;
 use iga_core::surface::{Face, gauss_points};
 use impacts::finished;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
@@ -76,7 +77,7 @@ fn end_face(body: &ElasticBody, upper: bool) -> MarkerWeights {
     let mut weights = std::collections::BTreeMap::<u32, [f64; 6]>::new();
     for p in &points {
         let r = Vector3::from(p.point) - centre;
-        for (function, value) in body.functions_at(p.element, &p.xi) {
+        for (function, value) in body.space.functions_at(p.element, &p.xi) {
             for c in 0..motion.n_components() {
                 let unknown = body.lookup.number(function, c).unwrap() as u32;
                 let direction = Vector3::ith(c, value * p.area);

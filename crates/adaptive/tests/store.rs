@@ -233,7 +233,7 @@ fn compliances_are_told_apart_by_the_last_bit_of_interval_settings_and_modes() {
     let reduced = body.reduce(&Interface::default()).unwrap();
     let (wanted, settings) = (wanted_at(&body, [0.0, -0.01, 0.0], 3e-4), FineSettings::default());
     let unknowns =
-        FineMesh::build(&body, &[wanted], &settings).unwrap().zone(0, PointRule::Gauss, 1.0).unknowns;
+        FineMesh::build(&body, &[wanted], &settings).unwrap().zone(0, PointRule::Gauss).unwrap().unknowns;
     let key = |wanted, settings, unknowns: &[usize]| {
         compliance_key((&body, &reduced), &wanted, &settings, (unknowns, &[]))
     };

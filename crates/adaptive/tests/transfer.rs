@@ -24,7 +24,7 @@ fn round_trip(is_rod: bool, modes: LowModes, method: TransferMethod) -> (f64, f6
     let coarse = body.reduce(&Default::default()).unwrap();
     let wanted = [wanted_at(&body, place, 0.3e-3)];
     let fine = FineBody::build(&body, &wanted, &FineSettings::default()).unwrap();
-    let zone = fine.zone(0, PointRule::Greville, 1.0);
+    let zone = fine.zone(0, PointRule::Greville).unwrap();
     let (basis, _) = fine.reduce((&body, &coarse), &zone.unknowns, modes).unwrap();
     let transfer = StateTransfer::new(method, (&body, &coarse.basis), (&fine, &basis)).unwrap();
     let (mut error, mut jump, mut seed) = (0.0f64, 0.0f64, 7);

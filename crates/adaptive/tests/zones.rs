@@ -19,6 +19,7 @@ use bodies::wanted_at;
 use contact_qs::law::Friction;
 use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::primitives::solid;
+use iga_core::space::Space;
 use impacts::{STEEL, Solid, Trace, ball, contact, disc, finished, spec, sphere, try_run};
 use nalgebra::{UnitQuaternion, Vector3};
 

@@ -163,13 +163,6 @@ impl SurfacePair {
         Ok(())
     }
 
-    /// State before the first evaluation with friction, `before` being that of the pair without: points are projected from where
-    /// they were seen.
-    pub fn state_with_friction(&self, before: PairState) -> PairState {
-        let PairState { start, saved, .. } = before;
-        PairState { start, saved, ..self.state() }
-    }
-
     /// Tributary areas of the points \[m²\].
     pub fn areas(&self) -> &[f64] {
         &self.areas

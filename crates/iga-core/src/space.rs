@@ -9,6 +9,7 @@ mod tie;
 
 pub use patches::PatchSpace;
 
+use crate::nurbs::interface::FaceId;
 use crate::nurbs::patch::PointBasis;
 
 /// One element of a space.
@@ -97,6 +98,18 @@ pub trait Space: Sync {
 
     /// Basis at parametric point `xi` of element `e`, with derivatives up to `n_derivatives <= 2`.
     fn evaluate(&self, e: usize, xi: &[f64; 3], n_derivatives: usize, out: &mut PointBasis);
+
+    /// Functions whose net entries lie on face `face` of a patch, each with its Greville abscissae there (theory Eq. S.12). A function
+    /// that is tied (pole, seam, interface) comes once for every net entry.
+    fn greville(&self, face: FaceId) -> Vec<(u32, [f64; 3])>;
+
+    /// Functions that are not zero at parametric point `xi` of element `e`, with their values.
+    fn functions_at(&self, e: usize, xi: &[f64; 3]) -> Vec<(u32, f64)> {
+        let (mut basis, mut active) = (PointBasis::default(), Vec::new());
+        self.evaluate(e, xi, 0, &mut basis);
+        self.active_functions(e, &mut active);
+        active.into_iter().zip(basis.values).filter(|(_, value)| value.abs() > 0.0).collect()
+    }
 
     /// Basis and first derivatives at the tensor grid `grid[0] × grid[1] × grid[2]` of parametric points of element `e`;
     /// directions that the space does not have carry one point.

@@ -9,6 +9,7 @@ use iga_core::assembly::assemble;
 use iga_core::elasticity::{Material, Model};
 use iga_core::knots::KnotVector;
 use iga_core::nurbs::Patch;
+use iga_core::nurbs::interface::FaceId;
 use iga_core::nurbs::patch::PointBasis;
 use iga_core::space::{Element, GridBasis, PatchSpace, Space};
 
@@ -131,6 +132,9 @@ impl Space for General<'_> {
     }
     fn evaluate(&self, e: usize, xi: &[f64; 3], n_derivatives: usize, out: &mut PointBasis) {
         self.0.evaluate(e, xi, n_derivatives, out);
+    }
+    fn greville(&self, face: FaceId) -> Vec<(u32, [f64; 3])> {
+        self.0.greville(face)
     }
 }
 

@@ -9,8 +9,7 @@ use iga_core::nurbs::primitives::{SphereNet, axisymmetric, plane, solid, sphere}
 use iga_core::nurbs::{RefinementWindow, Shape};
 use iga_core::space::{PatchSpace, Space};
 use iga_core::surface::{
-    BodySurface, CollocationPoint, Face, gauss_points, greville_points, hierarchical_greville_points,
-    tributary_areas,
+    BodySurface, CollocationPoint, Face, gauss_points, greville_points, tributary_areas,
 };
 
 const R: f64 = 0.01;
@@ -239,8 +238,7 @@ fn greville_points_of_one_level_are_those_of_the_patch_and_areas_sum_up_on_sever
     let faces = Face::outer(patches, true);
     let space = PatchSpace::new(patches.clone()).unwrap();
     let plain = HierarchicalSpace::plain(&patches[0]).unwrap();
-    let (mut a, mut b) =
-        (greville_points(&space, patches, &faces), hierarchical_greville_points(&plain, &patches[0], &faces));
+    let (mut a, mut b) = (greville_points(&space, patches, &faces), greville_points(&plain, patches, &faces));
     assert_eq!(a.len(), b.len());
     let key = |p: &CollocationPoint| p.point[1];
     a.sort_by(|p, q| key(p).total_cmp(&key(q)));
@@ -251,7 +249,7 @@ fn greville_points_of_one_level_are_those_of_the_patch_and_areas_sum_up_on_sever
     let mut levels = SubdomainHierarchy::new(patches[0].knots());
     levels.refine([3, 2, 1], &[IndexBox { lower: [0, 0, 0], upper: [2, 2, 1] }]).unwrap();
     let local = HierarchicalSpace::new(&patches[0], levels).unwrap();
-    let points = hierarchical_greville_points(&local, &patches[0], &faces);
+    let points = greville_points(&local, patches, &faces);
     let area: f64 = points.iter().map(|p| p.area).sum();
     let exact = 4.0 * std::f64::consts::PI * 0.01 * 0.01;
     // Gauss rules of degree p + 4 on four coarse elements a quarter circle.

@@ -2,40 +2,36 @@
 
 use std::borrow::Cow;
 
-use contact_qs::points::{InterfaceCompliance, contact_submodel};
-use contact_qs::surface_pair::{SurfacePair, SurfacePairSettings, TargetFace, TargetSurface};
-use contact_qs::{
-    ActiveContact, ContactError, Plane, PlaneContact, PlaneContactSettings, VibratingContact, ZoneVibration,
-};
-use faer::Mat;
+use contact_qs::points::InterfaceCompliance;
+use contact_qs::{ActiveContact, ZoneVibration};
+use faer::{Mat, MatRef};
 use ffr_dynamics::body::{AssembledBody, ModalDamping};
 use ffr_dynamics::reduction::{ResidualFlexibility, ResidualModes};
-use ffr_dynamics::system::Active;
 use ffr_dynamics::system::force::{BodyState, Motion};
 use iga_core::elasticity::Model;
 use iga_core::nurbs::FaceId;
 use iga_core::surface::Face;
-use nalgebra::Unit;
 
-use super::{AdaptiveContact, CancelCheck, FALLBACK_PENALTY, WIDEST};
+use super::{AdaptiveContact, CancelCheck, WIDEST};
 use crate::body_model::{BodyModel, ElasticModel};
+use crate::contact_zone::ContactZone;
 use crate::elastic_body::{ElasticBody, damping, with_critical};
 use crate::error::{AdaptiveError, ContactModelFault};
-use crate::fine_model::{ELEMENTS, FineBody, FineMesh, FineSettings, FineZone, compliance_key};
+use crate::fine_model::{ELEMENTS, FineBody, FineMesh, FineSettings, compliance_key};
 use crate::own_modes::OwnModes;
 use crate::point_compliance::{Functions, point_rows};
 use crate::record::ZoneSite;
-use crate::spec::LowModes;
-use crate::spec::{Target, Treatment};
+use crate::spec::{LowModes, Target, Treatment};
 use crate::store::{ModelKey, StoredModel, matrix, matrix_values};
 use crate::wanted_interval::WantedInterval;
+use crate::zone_contact::{ContactSide, FALLBACK_PENALTY, ZoneContact};
 
 /// Fine model of one body for one contact.
 pub struct FineSide {
     /// The refined mesh.
     pub body: FineMesh,
     /// Contact points and interface.
-    pub zone: FineZone,
+    pub zone: ContactZone,
     /// Low-frequency modes at the unknowns.
     shapes: Mat<f64>,
     /// How the rest of the interface's motion answers.
@@ -51,7 +47,7 @@ pub struct ZoneModel {
     /// The mesh.
     pub mesh: FineMesh,
     /// Contact points and interface.
-    pub zone: FineZone,
+    pub zone: ContactZone,
     /// Low-frequency modes at its unknowns, in the frame in use.
     pub shapes: Mat<f64>,
     /// Flexibility of what they leave out.
@@ -64,35 +60,6 @@ pub struct RebuiltContact {
     pub element: Box<dyn ActiveContact>,
     /// The fine models, with the bodies that they are of.
     pub models: Vec<(usize, ZoneModel)>,
-}
-
-/// Contact of the points of a zone.
-enum PointContact {
-    /// With a plane.
-    Plane(Box<PlaneContact>),
-    /// With the surface of another body.
-    Pair(Box<SurfacePair>),
-}
-
-impl PointContact {
-    fn active(self) -> Box<dyn ActiveContact> {
-        match self {
-            Self::Plane(contact) => Box::new(Active::new(*contact)),
-            Self::Pair(contact) => Box::new(Active::new(*contact)),
-        }
-    }
-
-    /// The contact with zones that vibrate, in a system of `n_bodies` bodies.
-    fn vibrating(
-        self,
-        zones: Vec<ZoneVibration>,
-        n_bodies: usize,
-    ) -> Result<Box<dyn ActiveContact>, ContactError> {
-        Ok(match self {
-            Self::Plane(contact) => Box::new(Active::new(VibratingContact::new(*contact, zones, n_bodies)?)),
-            Self::Pair(contact) => Box::new(Active::new(VibratingContact::new(*contact, zones, n_bodies)?)),
-        })
-    }
 }
 
 /// How a contact zone answers forces beyond the low-frequency modes.
@@ -143,7 +110,7 @@ impl AdaptiveContact {
     pub fn zone_model(&self, elastic: &ElasticModel, site: &ZoneSite) -> Result<ZoneModel, AdaptiveError> {
         let (mesh, _, _) = self.mesh(&elastic.body, site)?;
         let assembled = mesh.assemble(&elastic.body)?;
-        let zone = mesh.zone(0, self.law.points, thickness(&elastic.body.spec.model));
+        let zone = mesh.zone(0, self.law.points).map_err(|e| self.fail(e))?;
         let coarse = (&elastic.body, &elastic.reduced);
         let (_, residual) = mesh.reduce(&assembled, coarse, &zone.unknowns, LowModes::Prolonged)?;
         let shapes = mesh.prolong(&elastic.body.assembled, elastic.reduced.shapes());
@@ -202,19 +169,14 @@ impl AdaptiveContact {
         let body = &elastic.body;
         check_cancel()?;
         let (fine, wanted, settings) = self.mesh(body, site)?;
-        let zone = fine.zone(0, self.law.points, thickness(&body.spec.model));
-        if zone.points.is_empty() {
-            return Err(self.fail(ContactError::Empty { width: site.widths[0] }));
-        }
+        let zone = fine.zone(0, self.law.points).map_err(|e| self.fail(e))?;
         check_cancel()?;
         let coarse = (body, &elastic.reduced);
         // Zones that vibrate have no static answer.
         let places = if self.is_vibrating() { &[] } else { places };
-        let functions = |place: &[f64; 3]| {
-            let (e, xi) = fine.locate(body, place)?;
-            Ok(fine.functions_at(e, &xi))
-        };
-        let functions: Vec<Functions> = places.iter().map(functions).collect::<Result<_, AdaptiveError>>()?;
+        let mesh = fine.discretised();
+        let functions: Vec<Functions> =
+            places.iter().map(|place| mesh.functions_at(place)).collect::<Result<_, AdaptiveError>>()?;
         let points = |mesh: &FineMesh, residual: &ResidualFlexibility| {
             point_rows(&functions, &mesh.lookup, mesh.motion, residual)
         };
@@ -352,41 +314,14 @@ impl AdaptiveContact {
         &self,
         own: &FineSide,
         other: Option<&(usize, FineSide)>,
-    ) -> Result<PointContact, AdaptiveError> {
-        let fail = |e| self.fail(e);
-        let motion = own.body.motion;
-        let (points, lookup) = (&own.zone.points, &own.body.lookup);
-        let submodel =
-            contact_submodel(motion, points, lookup, own.all_shapes().as_ref().as_ref(), own.compliance())
-                .map_err(fail)?;
-        // Replaced before the first evaluation.
-        let (penalty, method) = (FALLBACK_PENALTY, self.law.method);
-        match (self.target, other) {
-            (Target::Plane { point, normal }, _) => {
-                let plane = Plane { point, normal: Unit::new_normalize(normal) };
-                let settings = PlaneContactSettings { body: self.body, plane, penalty, method };
-                let contact = PlaneContact::new(submodel, settings).map_err(fail)?;
-                Ok(PointContact::Plane(Box::new(match self.law.friction {
-                    Some(friction) => contact.with_friction(friction).map_err(fail)?,
-                    None => contact,
-                })))
-            }
-            (Target::Body(target), Some((_, side))) => {
-                let surface = side.target_surface().map_err(fail)?;
-                let settings = SurfacePairSettings {
-                    contact_body: self.body,
-                    target_body: Some(target),
-                    penalty,
-                    method,
-                };
-                let pair = SurfacePair::new(submodel, surface, settings).map_err(fail)?;
-                Ok(PointContact::Pair(Box::new(match self.law.friction {
-                    Some(friction) => pair.with_friction(friction).map_err(fail)?,
-                    None => pair,
-                })))
-            }
-            (Target::Body(_), None) => Err(self.without_model(ContactModelFault::UnknownPlace)),
-        }
+    ) -> Result<ZoneContact, AdaptiveError> {
+        let (own_shapes, other_shapes) = (own.all_shapes(), other.map(|(_, side)| side.all_shapes()));
+        let own = own.contact_side(self.body, own_shapes.as_ref().as_ref());
+        let other = other.zip(other_shapes.as_ref());
+        let other = other.map(|((body, side), shapes)| side.contact_side(*body, shapes.as_ref().as_ref()));
+        // The factor is replaced before the first evaluation.
+        ZoneContact::new(&self.law, FALLBACK_PENALTY, self.target, &own, other.as_ref())
+            .map_err(|e| self.fail(e))
     }
 }
 
@@ -428,27 +363,10 @@ impl FineSide {
         Cow::Owned(shapes)
     }
 
-    fn target_surface(&self) -> Result<TargetSurface, ContactError> {
-        let interval = &self.body.intervals[0];
-        let face =
-            TargetFace { face: interval.face, lower: interval.region.lower, upper: interval.region.upper };
-        TargetSurface::flexible(
-            self.body.motion,
-            self.body.space.as_space(),
-            std::slice::from_ref(&self.body.patch),
-            &[face],
-            &self.body.lookup,
-            self.all_shapes().as_ref().as_ref(),
-            self.compliance(),
-        )
-    }
-}
-
-/// Thickness of a plane model \[m\], one of any other.
-pub(super) fn thickness(model: &Model) -> f64 {
-    match model {
-        Model::PlaneStrain { thickness } | Model::PlaneStress { thickness } => *thickness,
-        Model::Axisymmetric | Model::Solid => 1.0,
+    /// The side of body `body`, moving with `shapes`, those of [`FineSide::all_shapes`].
+    fn contact_side<'a>(&'a self, body: usize, shapes: MatRef<'a, f64>) -> ContactSide<'a> {
+        let mesh = self.body.discretised();
+        ContactSide { body, mesh, zone: &self.zone, shapes, compliance: self.compliance() }
     }
 }
 

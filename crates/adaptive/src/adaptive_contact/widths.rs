@@ -9,7 +9,6 @@ use nalgebra::{Matrix3, Vector3};
 
 use contact_qs::search::SurfaceSite;
 
-use super::fine_side::thickness;
 use super::{AdaptiveContact, elastic};
 use crate::body_model::BodyModel;
 use crate::detection::{Nearest, Search};
@@ -103,14 +102,15 @@ impl AdaptiveContact {
     fn impact_law(&self, bodies: &[BodyModel], own: &Partner, other: &Partner) -> Option<ImpactLaw> {
         let body = &elastic(&bodies[self.body]).body;
         let surfaces = [own.surface, other.surface];
-        if !matches!(body.spec.model, Model::PlaneStrain { .. } | Model::PlaneStress { .. }) {
+        let Some(own_thickness) = body.spec.model.thickness() else {
             return HertzLaw::new(&surfaces).map(ImpactLaw::Point);
-        }
+        };
         let curvature = own.surface.curvatures[0] + other.surface.curvatures[0];
-        let own_thickness = thickness(&body.spec.model);
         // A thin target yields more under the same force.
         let share = match self.target {
-            Target::Body(target) => own_thickness / thickness(&elastic(&bodies[target]).body.spec.model),
+            Target::Body(target) => {
+                own_thickness / elastic(&bodies[target]).body.spec.model.thickness().unwrap_or(1.0)
+            }
             Target::Plane { .. } => 1.0,
         };
         let compliance = own.surface.compliance + share * other.surface.compliance;

@@ -1,21 +1,17 @@
 //! Markers with an extent: the mean motion of a part of a body, and parts that move like rigid bodies (docs/theory.md Eq. M.36, M.37;
 //! docs/decisions/0016-markers-with-extent.md).
 
-use contact_qs::points::DofLookup;
 use faer::Mat;
 use faer::sparse::{SparseColMat, SymbolicSparseColMat};
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::data_error::DataError;
 use ffr_dynamics::kinematics::MarkerWeights;
-use iga_core::elasticity::{Material, Model};
+use iga_core::elasticity::Material;
 use iga_core::extent::{Extent, ExtentPoint};
-use iga_core::nurbs::Shape;
 use iga_core::nurbs::patch::PointBasis;
-use iga_core::space::Space;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
-use super::discretised::point_in_space;
-use super::rigid_motion;
+use super::discretised::{Discretised, point_in_space};
 use crate::error::AdaptiveError;
 use crate::spec::Area;
 
@@ -26,21 +22,6 @@ const RIGIDITY: f64 = 1e5;
 const FLATNESS: f64 = 1e-12;
 /// Unknowns on a rigid part beyond which the block that couples all of them is refused: 1e7 entries.
 const MOST_UNKNOWNS: usize = 4500;
-
-/// What quadrature over a part of a body needs of its discretisation.
-#[derive(Clone, Copy)]
-pub struct Functions<'a> {
-    /// Name of the body.
-    pub name: &'a str,
-    /// Shape before refinement.
-    pub shape: &'a Shape,
-    /// Functions.
-    pub space: &'a dyn Space,
-    /// Kinematics.
-    pub model: &'a Model,
-    /// Numbers of the unknowns.
-    pub lookup: &'a DofLookup,
-}
 
 /// Integrals of one function over a part.
 #[derive(Debug, Clone, Copy)]
@@ -64,8 +45,8 @@ struct Sums {
     shares: Vec<Share>,
 }
 
-impl Functions<'_> {
-    fn points(&self, extent: &Extent) -> Result<Vec<ExtentPoint>, AdaptiveError> {
+impl Discretised<'_> {
+    fn extent_points(&self, extent: &Extent) -> Result<Vec<ExtentPoint>, AdaptiveError> {
         let points = extent.points(self.shape, self.space, self.model);
         let mut points =
             points.map_err(|source| AdaptiveError::Geometry { body: self.name.to_owned(), source })?;
@@ -98,7 +79,7 @@ impl Functions<'_> {
     }
 
     fn sums(&self, points: &[ExtentPoint]) -> Result<Sums, AdaptiveError> {
-        let motion = rigid_motion(self.model);
+        let motion = self.motion();
         let at = |p: &ExtentPoint| match motion {
             RigidMotion::Axial => Vector3::new(0.0, 0.0, p.point[1]),
             _ => point_in_space(motion, &p.point),
@@ -158,7 +139,7 @@ impl Functions<'_> {
         area: &Area,
         rotation: UnitQuaternion<f64>,
     ) -> Result<MarkerWeights, AdaptiveError> {
-        let sums = self.sums(&self.points(&area.extent)?)?;
+        let sums = self.sums(&self.extent_points(&area.extent)?)?;
         let motion = sums.motion;
         let position = match motion {
             RigidMotion::Axial => Vector3::new(0.0, 0.0, area.centre[1]),
@@ -186,7 +167,7 @@ impl Functions<'_> {
     /// `u_rigid` nearest to `u` (theory Eq. M.37). Rigid motions of the body stay free of forces, masses stay as they are.
     ///
     /// # Errors
-    /// As [`Functions::mean_motion`]; [`AdaptiveError::Unsupported`] for parts with thousands of unknowns.
+    /// As [`Discretised::mean_motion`]; [`AdaptiveError::Unsupported`] for parts with thousands of unknowns.
     pub fn stiffened(
         &self,
         stiffness: SparseColMat<u32, f64>,
@@ -201,7 +182,7 @@ impl Functions<'_> {
 
     /// Unknowns of a rigid part, rising, and the lower triangle of its stiffness.
     fn rigid_block(&self, area: &Area, material: &Material) -> Result<(Vec<usize>, Mat<f64>), AdaptiveError> {
-        let points = self.points(&area.extent)?;
+        let points = self.extent_points(&area.extent)?;
         let sums = self.sums(&points)?;
         let motion = sums.motion;
         // Share, component and number of every unknown.
@@ -246,10 +227,7 @@ impl Functions<'_> {
     /// Length of the elastic body that a rigid part is compared with: its mean diameter; the thickness of plane models, whose
     /// stiffness does not depend on sizes in the plane \[m\].
     fn length(&self, sums: &Sums) -> f64 {
-        match self.model {
-            Model::PlaneStrain { thickness } | Model::PlaneStress { thickness } => *thickness,
-            Model::Axisymmetric | Model::Solid => 2.0 * (sums.second / sums.total).sqrt(),
-        }
+        self.model.thickness().unwrap_or_else(|| 2.0 * (sums.second / sums.total).sqrt())
     }
 
     /// `∫ R_A R_B dA` of the functions in `shares`, lower triangle.

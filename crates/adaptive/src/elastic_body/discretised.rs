@@ -1,28 +1,30 @@
 //! The discretisation of a body, coarse or fine: functions at a place.
 
 use contact_qs::points::DofLookup;
-use ffr_dynamics::body::{AssembledBody, RigidMotion};
+use ffr_dynamics::body::{Dof, RigidMotion};
 use iga_core::elasticity::Model;
-use iga_core::nurbs::Shape;
-use iga_core::nurbs::patch::PointBasis;
+use iga_core::nurbs::{Patch, Shape};
 use iga_core::space::Space;
 use nalgebra::Vector3;
 
+use super::rigid_motion;
 use crate::error::AdaptiveError;
 
-/// What points and markers need of a body's discretisation, coarse or fine.
+/// The discretisation of a body, coarse or fine, as points, markers and contact zones see it.
 #[derive(Clone, Copy)]
 pub struct Discretised<'a> {
     /// Name of the body.
     pub name: &'a str,
     /// Its shape before refinement, which keeps the parameters and is the cheaper one to search.
     pub shape: &'a Shape,
+    /// Its patches: those of a plain space, of a hierarchical one the coarsest.
+    pub patches: &'a [Patch],
     /// Functions.
     pub space: &'a dyn Space,
     /// Kinematics.
     pub model: &'a Model,
-    /// Unknowns.
-    pub assembled: &'a AssembledBody,
+    /// The unknowns, sorted by node, then component.
+    pub dofs: &'a [Dof],
     /// Numbers of the unknowns.
     pub lookup: &'a DofLookup,
 }
@@ -37,12 +39,18 @@ pub fn point_in_space(motion: RigidMotion, position: &[f64; 3]) -> Vector3<f64> 
 }
 
 impl Discretised<'_> {
-    /// Functions that are not zero at parameters `xi` of element `e`, with their values.
-    pub fn functions_at(&self, e: usize, xi: &[f64; 3]) -> Vec<(u32, f64)> {
-        let (mut basis, mut active) = (PointBasis::default(), Vec::new());
-        self.space.evaluate(e, xi, 0, &mut basis);
-        self.space.active_functions(e, &mut active);
-        active.into_iter().zip(basis.values).filter(|(_, value)| value.abs() > 0.0).collect()
+    /// Rigid motions of the model.
+    pub fn motion(&self) -> RigidMotion {
+        rigid_motion(self.model)
+    }
+
+    /// Functions that are not zero at a point of the undeformed body (the model's components, \[m\]), with their values.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Geometry`] if the point is not in the body.
+    pub fn functions_at(&self, place: &[f64; 3]) -> Result<Vec<(u32, f64)>, AdaptiveError> {
+        let (e, xi) = self.locate(place)?;
+        Ok(self.space.functions_at(e, &xi))
     }
 
     /// Element and parameters of a point of the undeformed body, in the model's components \[m\].
@@ -55,5 +63,15 @@ impl Discretised<'_> {
             .locate(place)
             .map_err(|source| AdaptiveError::Geometry { body: self.name.to_owned(), source })?;
         Ok((self.space.find_element(patch, &xi), xi))
+    }
+
+    /// Displacements of the unknowns as node-major control values, with zeros where a component is constrained.
+    pub fn control_values(&self, displacement: &[f64]) -> Vec<f64> {
+        let n_components = self.motion().n_components();
+        let mut values = vec![0.0; self.space.n_functions() * n_components];
+        for (dof, u) in self.dofs.iter().zip(displacement) {
+            values[dof.node as usize * n_components + dof.component as usize] = *u;
+        }
+        values
     }
 }

@@ -5,30 +5,17 @@ use ffr_dynamics::kinematics::MarkerWeights;
 use iga_core::recovery::RecoveryWorkspace;
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::ElasticBody;
 use super::discretised::{Discretised, point_in_space};
 use crate::error::AdaptiveError;
 
 /// Share of the largest weight below which an unknown does not count for a marker: round-off of basis functions that vanish there.
 const ROUND_OFF: f64 = 1e-12;
 
-/// The marker at `place` (model's components \[m\]) with the orientation `rotation` in the body's frame: it moves with the material
-/// point and turns by half the curl of the displacement.
+/// The marker of `body` at `place` (model's components \[m\]) with the orientation `rotation` in the body's frame: it moves with the
+/// material point and turns by half the curl of the displacement.
 ///
 /// # Errors
 /// [`AdaptiveError::Geometry`] if the point is not in the body, [`AdaptiveError::Reduction`] if its orientation is not finite.
-pub fn marker_weights(
-    body: &ElasticBody,
-    place: &[f64; 3],
-    rotation: UnitQuaternion<f64>,
-) -> Result<MarkerWeights, AdaptiveError> {
-    weights_on(&body.discretised(), place, rotation)
-}
-
-/// As [`marker_weights`], on a coarse or fine discretisation.
-///
-/// # Errors
-/// As there.
 pub fn weights_on(
     body: &Discretised<'_>,
     place: &[f64; 3],
@@ -38,7 +25,7 @@ pub fn weights_on(
     let functions = RecoveryWorkspace::default()
         .functions(body.space, e, &xi)
         .map_err(|source| AdaptiveError::Geometry { body: body.name.to_owned(), source })?;
-    let motion = body.assembled.motion;
+    let motion = body.motion();
     let mut entries = Vec::new();
     for f in functions {
         let gradient = Vector3::from(f.gradient);

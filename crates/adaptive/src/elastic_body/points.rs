@@ -1,13 +1,12 @@
 //! Points and markers on an elastic body.
 
 use faer::{Mat, MatRef};
+use ffr_dynamics::body::AssembledBody;
 use ffr_dynamics::kinematics::marker::FlexiblePoint;
 use ffr_dynamics::kinematics::{Marker, MarkerWeights};
-use iga_core::space::Space;
 use nalgebra::UnitQuaternion;
 
 use super::ElasticBody;
-use super::areas::Functions;
 use super::discretised::{Discretised, point_in_space};
 use super::point_markers::weights_on;
 use crate::error::AdaptiveError;
@@ -45,9 +44,9 @@ impl Discretised<'_> {
             return Ok(self.marker("point", place, UnitQuaternion::identity(), shapes)?.point());
         }
         let place = self.coordinates(place)?;
-        let (e, xi) = self.locate(&place)?;
-        let functions = self.functions_at(e, &xi);
-        let n_components = self.assembled.motion.n_components();
+        let functions = self.functions_at(&place)?;
+        let motion = self.motion();
+        let n_components = motion.n_components();
         let mut rows = Mat::zeros(n_components, shapes.ncols());
         for j in 0..shapes.ncols() {
             for c in 0..n_components {
@@ -57,7 +56,6 @@ impl Discretised<'_> {
                     .sum();
             }
         }
-        let motion = self.assembled.motion;
         Ok(FlexiblePoint::from_rows(motion, point_in_space(motion, &place), rows.as_ref(), 0))
     }
 
@@ -88,42 +86,32 @@ impl Discretised<'_> {
         rotation: UnitQuaternion<f64>,
     ) -> Result<MarkerWeights, AdaptiveError> {
         match place {
-            Place::Area(area) => self.functions().mean_motion(area, rotation),
+            Place::Area(area) => self.mean_motion(area, rotation),
             Place::Point(_) | Place::Marker(_) => weights_on(self, &self.coordinates(place)?, rotation),
         }
     }
 
-    /// What quadrature over a part of the body needs.
-    fn functions(&self) -> Functions<'_> {
-        let Self { name, shape, space, model, lookup, .. } = *self;
-        Functions { name, shape, space, model, lookup }
-    }
-
-    /// Forces on the unknowns under `loads`, a column each, see [`load_columns`].
+    /// Forces on the unknowns of `assembled`, the matrices of this discretisation, under `loads`, a column each, see [`load_columns`].
     ///
     /// # Errors
     /// As [`Discretised::marker_weights`].
-    pub fn load_columns(&self, loads: &[MarkerLoads]) -> Result<Mat<f64>, AdaptiveError> {
+    pub fn load_columns(
+        &self,
+        assembled: &AssembledBody,
+        loads: &[MarkerLoads],
+    ) -> Result<Mat<f64>, AdaptiveError> {
         let fail = |source| AdaptiveError::Reduction { body: self.name.to_owned(), source };
-        load_columns(
-            self.assembled,
-            loads,
-            |place| self.marker_weights(place, UnitQuaternion::identity()),
-            fail,
-        )
+        load_columns(assembled, loads, |place| self.marker_weights(place, UnitQuaternion::identity()), fail)
     }
-}
 
-impl ElasticBody {
     /// The material point at `place` in terms of the unknowns, without its rotation.
     ///
     /// # Errors
     /// [`AdaptiveError::Geometry`] if the point is not in the body, [`AdaptiveError::Reduction`] if it is not finite.
     pub fn point_weights(&self, place: &[f64; 3]) -> Result<MarkerWeights, AdaptiveError> {
-        let (e, xi) = self.locate(place)?;
-        let motion = self.assembled.motion;
+        let motion = self.motion();
         let mut entries = Vec::new();
-        for (node, value) in self.functions_at(e, &xi) {
+        for (node, value) in self.functions_at(place)? {
             for c in 0..motion.n_components() {
                 let mut w = [0.0; 6];
                 w[motion.direction(c)] = value;
@@ -132,65 +120,21 @@ impl ElasticBody {
         }
         entries.sort_unstable_by_key(|e| e.0);
         MarkerWeights::new(point_in_space(motion, place), UnitQuaternion::identity(), entries)
-            .map_err(|source| AdaptiveError::Reduction { body: self.name.clone(), source })
+            .map_err(|source| AdaptiveError::Reduction { body: self.name.to_owned(), source })
     }
+}
 
-    /// What points and markers need.
+impl ElasticBody {
+    /// What points, markers and contact zones need.
     pub fn discretised(&self) -> Discretised<'_> {
         Discretised {
             name: &self.name,
             shape: &self.spec.shape,
+            patches: &self.shape.patches,
             space: &self.space,
             model: &self.spec.model,
-            assembled: &self.assembled,
+            dofs: &self.assembled.dofs,
             lookup: &self.lookup,
         }
-    }
-
-    /// Functions that are not zero at parameters `xi` of element `e`, with their values.
-    pub fn functions_at(&self, e: usize, xi: &[f64; 3]) -> Vec<(u32, f64)> {
-        self.discretised().functions_at(e, xi)
-    }
-
-    /// As [`Discretised::locate`].
-    ///
-    /// # Errors
-    /// [`AdaptiveError::Geometry`] if the point is not in the body.
-    pub fn locate(&self, place: &[f64; 3]) -> Result<(usize, [f64; 3]), AdaptiveError> {
-        self.discretised().locate(place)
-    }
-
-    /// As [`Discretised::flexible_point`].
-    ///
-    /// # Errors
-    /// As there.
-    pub fn flexible_point(
-        &self,
-        place: &Place,
-        shapes: MatRef<'_, f64>,
-    ) -> Result<FlexiblePoint, AdaptiveError> {
-        self.discretised().flexible_point(place, shapes)
-    }
-
-    /// As [`Discretised::marker_weights`].
-    ///
-    /// # Errors
-    /// As there.
-    pub fn marker_weights(
-        &self,
-        place: &Place,
-        rotation: UnitQuaternion<f64>,
-    ) -> Result<MarkerWeights, AdaptiveError> {
-        self.discretised().marker_weights(place, rotation)
-    }
-
-    /// Displacements of the unknowns as node-major control values, with zeros where a component is constrained.
-    pub fn control_values(&self, displacement: &[f64]) -> Vec<f64> {
-        let n_components = self.assembled.motion.n_components();
-        let mut values = vec![0.0; self.space.n_functions() * n_components];
-        for (dof, u) in self.assembled.dofs.iter().zip(displacement) {
-            values[dof.node as usize * n_components + dof.component as usize] = *u;
-        }
-        values
     }
 }

@@ -35,7 +35,7 @@ pub fn geometric_stiffening(
     let displacements = reference_displacements(body, support).map_err(|source| failed(body, source))?;
     let fields: Vec<Vec<f64>> = displacements
         .col_iter()
-        .map(|u| body.control_values(&u.iter().copied().collect::<Vec<f64>>()))
+        .map(|u| body.discretised().control_values(&u.iter().copied().collect::<Vec<f64>>()))
         .collect();
     let matrices = geometric_stiffness(&body.space, &body.spec.model, &body.spec.material, &fields)
         .map_err(|source| AdaptiveError::Geometry { body: body.name.clone(), source })?;

@@ -4,11 +4,9 @@ use std::sync::Arc;
 
 use contact_qs::ContactError;
 use contact_qs::contact_element::ActiveContact;
-use contact_qs::plane::{Plane, PlaneContact, PlaneContactSettings};
-use contact_qs::points::{InterfaceCompliance, contact_submodel};
+use contact_qs::plane::Plane;
 use contact_qs::search::SurfaceModel;
-use contact_qs::surface_pair::{SurfacePair, SurfacePairSettings, TargetSurface};
-use contact_qs::{ContactSubmodel, PressureRecovery, Sphere, SphereContact};
+use contact_qs::{PressureRecovery, Sphere, SphereContact};
 use ffr_dynamics::system::Active;
 use ffr_dynamics::system::force::BodyState;
 use nalgebra::Unit;
@@ -16,8 +14,8 @@ use nalgebra::Unit;
 use super::default_penalty::{self, Side};
 use super::plan::{ContactPlan, request, requests};
 use super::{BodyModel, ContactModel, ElasticModel};
-use crate::adaptive_contact::{AdaptiveContact, FALLBACK_PENALTY};
-use crate::contact_zone::{ContactZone, wanted_refinement};
+use crate::adaptive_contact::AdaptiveContact;
+use crate::contact_zone::ContactZone;
 use crate::detection::Dormant;
 use crate::elastic_body::{ElasticBody, Interface, InterfaceModes};
 use crate::error::{AdaptiveError, ContactModelFault};
@@ -30,6 +28,8 @@ use crate::spec::{
     Target, Treatment,
 };
 use crate::store::ModelCache;
+use crate::zone_at_start::wanted_refinement;
+use crate::zone_contact::{FALLBACK_PENALTY, ZoneContact};
 
 /// A contact ready for the system.
 pub struct BuiltContact {
@@ -137,7 +137,7 @@ impl Zones {
 /// The zones of every contact that has some from the start.
 ///
 /// # Errors
-/// See [`ContactZone::new`].
+/// See [`crate::zone_at_start::ZoneRequest::zone`].
 pub fn zones(
     spec: &RunSpec,
     plans: &[ContactPlan],
@@ -149,7 +149,7 @@ pub fn zones(
         };
         let zone = |body: usize, site| {
             let body = full[body].as_ref().expect("zones are planned on elastic bodies alone, see plan()");
-            ContactZone::new(body, &request(contact, law, site))
+            request(contact, law, site).zone(body)
         };
         let own = zone(contact.body, sites.own)?;
         let target = match (contact.target, sites.target) {
@@ -258,21 +258,16 @@ pub fn build_contact(
             };
             (Box::new(Active::new(Dormant::new(spec.body, target))), 0.0, size)
         }
-        (ContactLaw::Surface(law), Target::Plane { point, normal }, Some(zones)) => {
-            let plane = Plane { point, normal: Unit::new_normalize(normal) };
-            let body = elastic(spec.body).ok_or_else(|| without_model(ContactModelFault::RigidBody))?;
-            let contact = plane_contact(spec.body, law, plane, &zones.own, body).map_err(fail)?;
-            let mut contact = Active::new(contact);
-            if law.penalty.is_none() {
-                let own = Side { body: spec.body, elastic: body, zone: &zones.own };
-                default_penalty::set(&mut contact, law.stiffness_ratio, &[own], bodies, poses)
-                    .map_err(fail)?;
-            }
-            (Box::new(contact), zones.own.width, size)
-        }
-        (ContactLaw::Surface(law), Target::Body(target), Some(zones)) => {
-            let pair = surface_pair([spec.body, target], law, zones, bodies, poses).map_err(fail)?;
-            (Box::new(pair), zones.own.width, size)
+        (ContactLaw::Surface(law), target, Some(zones)) => {
+            let side = |body: usize, zone| Some(Side { body, elastic: elastic(body)?, zone });
+            let own = side(spec.body, &zones.own);
+            let own = own.ok_or_else(|| without_model(ContactModelFault::RigidBody))?;
+            let other = match target {
+                Target::Plane { .. } => None,
+                Target::Body(body) => zones.target.as_ref().and_then(|zone| side(body, zone)),
+            };
+            let contact = zone_contact(law, target, own, other, (bodies, poses)).map_err(fail)?;
+            (contact, zones.own.widths[0], size)
         }
         (ContactLaw::Hertz { contact, plane: solid, .. }, Target::Plane { point, normal }, _) => {
             let plane = Plane { point, normal: Unit::new_normalize(normal) };
@@ -346,86 +341,22 @@ fn sphere(body: usize, sphere: &HertzSphere, bodies: &[BodyModel]) -> Result<Sph
     Ok(Sphere { body, centre, radius: sphere.radius, solid: sphere.solid })
 }
 
-/// Compliance of a body's interface for a contact; none unless the contact is quasistatic.
-fn compliance<'a>(elastic: &'a ElasticModel, law: &SurfaceLaw) -> Option<InterfaceCompliance<'a>> {
-    let residual = elastic.reduced.residual.as_ref().filter(|_| law.treatment == Treatment::Quasistatic);
-    residual.map(|r| InterfaceCompliance {
-        dofs: &elastic.interface.unknowns,
-        compliance: r.compliance().as_ref(),
-    })
-}
-
-/// Points of a contact body with modes and compliance.
-fn points(
-    elastic: &ElasticModel,
+/// Contact with one model for the whole run (theory C.8), the `bodies` being in the motions `poses` at the start.
+fn zone_contact(
     law: &SurfaceLaw,
-    zone: &ContactZone,
-) -> Result<ContactSubmodel, ContactError> {
-    let (full, shapes) = (&elastic.body, elastic.reduced.shapes());
-    contact_submodel(full.assembled.motion, &zone.points, &full.lookup, shapes, compliance(elastic, law))
-}
-
-fn plane_contact(
-    body: usize,
-    law: &SurfaceLaw,
-    plane: Plane,
-    zone: &ContactZone,
-    elastic: &ElasticModel,
-) -> Result<PlaneContact, ContactError> {
-    let submodel = points(elastic, law, zone)?;
-    // Replaced where none is given.
+    target: Target,
+    own: Side<'_>,
+    other: Option<Side<'_>>,
+    (bodies, poses): (&[BodyModel], &[BodyState]),
+) -> Result<Box<dyn ActiveContact>, ContactError> {
+    // The factor is replaced where none is given.
     let penalty = law.penalty.unwrap_or(FALLBACK_PENALTY);
-    let contact =
-        PlaneContact::new(submodel, PlaneContactSettings { body, plane, penalty, method: law.method })?;
-    match law.friction {
-        Some(friction) => contact.with_friction(friction),
-        None => Ok(contact),
-    }
-}
-
-/// Contact of two bodies with one model for the whole run (theory C.8).
-fn surface_pair(
-    [body, target]: [usize; 2],
-    law: &SurfaceLaw,
-    zones: &Zones,
-    bodies: &[BodyModel],
-    poses: &[BodyState],
-) -> Result<Active<SurfacePair>, ContactError> {
-    let (Some(own), Some(other), Some(zone)) =
-        (bodies[body].elastic(), bodies[target].elastic(), &zones.target)
-    else {
-        return Err(ContactError::Nothing { what: "a body has no contact zone" });
-    };
-    let submodel = points(own, law, &zones.own)?;
-    let full = &other.body;
-    let surface = TargetSurface::flexible(
-        full.assembled.motion,
-        &full.space,
-        &full.shape.patches,
-        &[zone.face],
-        &full.lookup,
-        other.reduced.shapes(),
-        compliance(other, law),
-    )?;
-    let settings = SurfacePairSettings {
-        contact_body: body,
-        target_body: Some(target),
-        penalty: law.penalty.unwrap_or(FALLBACK_PENALTY),
-        method: law.method,
-    };
-    let mut pair = Active::new(SurfacePair::new(submodel, surface, settings)?);
+    let on_target = other.as_ref().map(|side| side.of_contact(law));
+    let mut contact =
+        ZoneContact::new(law, penalty, target, &own.of_contact(law), on_target.as_ref())?.active();
     if law.penalty.is_none() {
-        let sides =
-            [Side { body, elastic: own, zone: &zones.own }, Side { body: target, elastic: other, zone }];
-        default_penalty::set(&mut pair, law.stiffness_ratio, &sides, bodies, poses)?;
+        let sides: Vec<Side<'_>> = [Some(own), other].into_iter().flatten().collect();
+        default_penalty::set(contact.as_mut(), law.stiffness_ratio, &sides, bodies, poses)?;
     }
-    match law.friction {
-        Some(friction) => {
-            let (pair, before) = pair.into_parts();
-            let pair = pair.with_friction(friction)?;
-            let state = pair.state_with_friction(before);
-            Ok(Active::with_state(pair, state))
-        }
-        None => Ok(pair),
-    }
+    Ok(contact)
 }

@@ -3,15 +3,18 @@
 
 use std::f64::consts::PI;
 
-use contact_qs::points::contact_submodel;
+use contact_qs::points::{InterfaceCompliance, contact_submodel};
 use contact_qs::{ActiveContact, ContactError};
 use ffr_dynamics::system::force::{BodyState, Motion};
 use nalgebra::Vector3;
 
 use super::{BodyModel, ElasticModel};
 use crate::contact_zone::ContactZone;
+use crate::spec::{SurfaceLaw, Treatment};
+use crate::zone_contact::ContactSide;
 
-/// The zone of a contact on one of its bodies.
+/// The zone that a contact has from the start on one of its bodies.
+#[derive(Clone, Copy)]
 pub struct Side<'a> {
     /// Index of the body.
     pub body: usize,
@@ -57,7 +60,17 @@ pub fn set(
     contact.set_penalty(stiffness_ratio / weight)
 }
 
-impl Side<'_> {
+impl<'a> Side<'a> {
+    /// What the contact is built from; with a compliance of the interface if it is quasistatic.
+    pub fn of_contact(&self, law: &SurfaceLaw) -> ContactSide<'a> {
+        let ElasticModel { body: full, reduced, interface, .. } = self.elastic;
+        let residual = reduced.residual.as_ref().filter(|_| law.treatment == Treatment::Quasistatic);
+        let compliance = residual
+            .map(|r| InterfaceCompliance { dofs: &interface.unknowns, compliance: r.compliance().as_ref() });
+        let (body, zone) = (self.body, self.zone);
+        ContactSide { body, mesh: full.discretised(), zone, shapes: reduced.shapes(), compliance }
+    }
+
     /// `max_i(A_ii w_i)` of the body's modes along `normal`, in its frame (Eq. P.8); of a half space if it has none (Eq. P.9)
     /// [m³/N].
     fn weight(&self, normal: &Vector3<f64>) -> Result<f64, ContactError> {

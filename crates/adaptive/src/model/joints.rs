@@ -21,10 +21,10 @@ impl BodyModel {
     /// [`AdaptiveError`] if there is no such place.
     pub fn point(&self, place: &Place) -> Result<FlexiblePoint, AdaptiveError> {
         match &self.form {
-            BodyForm::Elastic(e) => match &e.own {
-                Some(own) => own.point(&e.body, place),
-                None => e.body.discretised().flexible_point(place, e.reduced.shapes()),
-            },
+            BodyForm::Elastic(e) => {
+                let (mesh, shapes) = e.in_use();
+                mesh.flexible_point(place, shapes)
+            }
             BodyForm::Imported(imported) => imported.point(&self.name, place),
             BodyForm::Rigid => Ok(FlexiblePoint::rigid(self.rigid_place(place)?)),
         }
@@ -44,10 +44,10 @@ impl BodyModel {
                      give it an extent: a face, or a radius"
                 ),
             }),
-            BodyForm::Elastic(e) => match &e.own {
-                Some(own) => own.marker(&e.body, name, place, rotation),
-                None => e.body.discretised().marker(name, place, rotation, e.reduced.shapes()),
-            },
+            BodyForm::Elastic(e) => {
+                let (mesh, shapes) = e.in_use();
+                mesh.marker(name, place, rotation, shapes)
+            }
             BodyForm::Imported(imported) => imported.marker(&self.name, name, place, rotation),
             BodyForm::Rigid => Ok(Marker::rigid(name, self.rigid_place(place)?, rotation)),
         }

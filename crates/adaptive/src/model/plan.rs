@@ -4,10 +4,10 @@ use contact_qs::ContactError;
 use contact_qs::search::{SearchWorkspace, SurfaceModel, minimum_distance};
 use ffr_dynamics::system::force::BodyState;
 
-use crate::contact_zone::{ContactSite, ZoneRequest, refined_width};
 use crate::elastic_body::rigid_motion;
 use crate::error::AdaptiveError;
 use crate::spec::{ContactLaw, ContactSpec, ElasticSpec, RunSpec, SurfaceLaw, Target, Treatment};
+use crate::zone_at_start::{ContactSite, ZoneRequest, refined_width};
 
 /// When a contact gets its model.
 ///

@@ -4,7 +4,6 @@ use std::borrow::Cow;
 
 use super::plan::{ContactPlan, plans};
 use super::start;
-use crate::contact_zone::is_about;
 use crate::error::AdaptiveError;
 use crate::fine_model::ELEMENTS;
 use crate::spec::ImportedSpec;
@@ -12,6 +11,7 @@ use crate::spec::{
     BodyKind, BodySpec, ContactLaw, ContactSpec, PenaltySearch, ReductionSpec, RefinementSpec, RunSpec,
     SurfaceLaw, Target, Treatment,
 };
+use crate::zone_at_start::is_about;
 
 /// Names of the bodies and contacts that the factors of a [`crate::spec::Resolution`] act on.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

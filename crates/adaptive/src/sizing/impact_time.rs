@@ -8,7 +8,6 @@ use std::fmt;
 
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::force::BodyState;
-use iga_core::elasticity::Model;
 use iga_core::mass_properties::MassProperties;
 use nalgebra::{Matrix3, Vector3};
 
@@ -183,10 +182,7 @@ impl Scene<'_> {
 
     /// Thickness of a plane model.
     pub(super) fn thickness(&self, body: usize) -> Option<f64> {
-        match self.spec.bodies[body].elastic()?.model {
-            Model::PlaneStrain { thickness } | Model::PlaneStress { thickness } => Some(thickness),
-            Model::Axisymmetric | Model::Solid => None,
-        }
+        self.spec.bodies[body].elastic()?.model.thickness()
     }
 
     /// Where the partners meet; without an answer of Hertz's theory, about the origins of their frames.
@@ -237,7 +233,7 @@ impl Scene<'_> {
 
     fn meeting_of_surfaces(&self, contact: &ContactSpec, other: Option<usize>) -> Option<Meeting> {
         let sites = first_sites(self.spec, contact, self.poses)?;
-        let view = |body: usize, site: &crate::contact_zone::ContactSite| {
+        let view = |body: usize, site: &crate::zone_at_start::ContactSite| {
             SurfaceView::new(
                 self.spec.bodies[body].elastic()?,
                 &self.poses[body].rotation,

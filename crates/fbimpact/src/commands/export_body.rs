@@ -75,12 +75,9 @@ fn write(
     let (name, path) = (export.body, export.output.display());
     if export.is_full {
         let n = body.n_unknowns();
-        let points = body
-            .spec
-            .shape
-            .markers
-            .iter()
-            .map(|(name, place)| Ok((name.clone(), body.point_weights(place).map_err(|e| model(&e))?)));
+        let points = body.spec.shape.markers.iter().map(|(name, place)| {
+            Ok((name.clone(), body.discretised().point_weights(place).map_err(|e| model(&e))?))
+        });
         let points = points.collect::<Result<Vec<_>, AppError>>()?;
         let full = FullBody::new(body.assembled, markers)
             .and_then(|full| full.with_points(points))
@@ -95,7 +92,8 @@ fn write(
         markers.iter().map(|(name, weights)| weights.marker(name, shapes)).collect::<Result<Vec<_>, _>>();
     let markers = markers.map_err(|e| model(&e))?;
     let points = body.spec.shape.markers.iter().map(|(name, place)| {
-        let point = body.flexible_point(&Place::Point(*place), shapes).map_err(|e| model(&e))?;
+        let point =
+            body.discretised().flexible_point(&Place::Point(*place), shapes).map_err(|e| model(&e))?;
         Ok((name.clone(), point))
     });
     let points = points.collect::<Result<_, AppError>>()?;
@@ -116,7 +114,8 @@ fn write(
 /// The parts of the body that can be held, with the axes of the body.
 fn markers(body: &ElasticBody, areas: &[(String, Area)]) -> Result<Vec<(String, MarkerWeights)>, AppError> {
     let weights = |area: &Area| {
-        body.marker_weights(&Place::Area(area.clone()), UnitQuaternion::identity())
+        body.discretised()
+            .marker_weights(&Place::Area(area.clone()), UnitQuaternion::identity())
             .map_err(|e| AppError::Model(e.to_string()))
     };
     areas.iter().map(|(name, area)| Ok((name.clone(), weights(area)?))).collect()

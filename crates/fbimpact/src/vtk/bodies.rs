@@ -1,13 +1,12 @@
 //! The bodies of a result, built again from its scenario.
 
-use adaptive::body_model::ElasticModel;
-use adaptive::body_space::BodySpace;
-use adaptive::fine_model::FineMesh;
+use adaptive::elastic_body::Discretised;
 use adaptive::model::RunModel;
 use adaptive::spec::{BodyKind, ContactLaw};
 use faer::{Mat, MatRef};
 use ffr_dynamics::body::RigidMotion;
 use iga_core::SplineError;
+use iga_core::space::PatchSpace;
 
 use super::body::{BodyGeometry, Cells, Elasticity};
 use super::local::{LocalContacts, LocalDisplacement};
@@ -56,8 +55,8 @@ pub struct Drawn<'a> {
     pub rate: Vec<f64>,
     /// Which fine model it is drawn on; none: its own.
     pub mesh: Option<(usize, usize)>,
-    elastic: Option<&'a ElasticModel>,
-    fine: Option<&'a FineMesh>,
+    /// The mesh that it is drawn on; none of a rigid body.
+    discretised: Option<Discretised<'a>>,
 }
 
 impl Bodies {
@@ -116,7 +115,7 @@ impl Bodies {
         let Some(elastic) = self.model.bodies[body.number].elastic() else {
             let at_rest = vec![0.0; geometry.n_control_values()];
             let (displacement, rate) = (at_rest.clone(), at_rest);
-            return Drawn { body, geometry, displacement, rate, mesh: None, elastic: None, fine: None };
+            return Drawn { body, geometry, displacement, rate, mesh: None, discretised: None };
         };
         let fields = |shapes: MatRef<'_, f64>, local: &[f64]| {
             let mut displacement = combined(shapes, body.motion.elastic(i));
@@ -126,7 +125,7 @@ impl Bodies {
         if let Some((contact, displacement)) = &local.zone {
             let zones = self.contacts.zones.of_contact(*contact);
             if let Some(zone) = zones.iter().find(|z| z.body == body.number) {
-                let mesh = &zone.model.mesh;
+                let mesh = zone.model.mesh.discretised();
                 let (displacement, rate) = fields(zone.model.shapes.as_ref(), displacement);
                 return Drawn {
                     body,
@@ -134,20 +133,19 @@ impl Bodies {
                     displacement: mesh.control_values(&displacement),
                     rate: mesh.control_values(&rate),
                     mesh: self.contacts.zones.number(*contact).map(|n| (*contact, n)),
-                    elastic: Some(elastic),
-                    fine: Some(mesh),
+                    discretised: Some(mesh),
                 };
             }
         }
         let (displacement, rate) = fields(elastic.reduced.shapes(), &local.own);
+        let mesh = elastic.body.discretised();
         Drawn {
             body,
             geometry,
-            displacement: elastic.body.control_values(&displacement),
-            rate: elastic.body.control_values(&rate),
+            displacement: mesh.control_values(&displacement),
+            rate: mesh.control_values(&rate),
             mesh: None,
-            elastic: Some(elastic),
-            fine: None,
+            discretised: Some(mesh),
         }
     }
 
@@ -163,18 +161,8 @@ impl Drawn<'_> {
     /// # Errors
     /// [`AppError::Model`] if the point is not on the body.
     pub fn functions_at(&self, point: &[f64; 3]) -> Result<Vec<(u32, f64)>, AppError> {
-        let Some(ElasticModel { body, .. }) = self.elastic else { return Ok(Vec::new()) };
-        let fail = |e: adaptive::AdaptiveError| AppError::Model(e.to_string());
-        Ok(match self.fine {
-            None => {
-                let (element, xi) = body.locate(point).map_err(fail)?;
-                body.functions_at(element, &xi)
-            }
-            Some(mesh) => {
-                let (element, xi) = mesh.locate(body, point).map_err(fail)?;
-                mesh.functions_at(element, &xi)
-            }
-        })
+        let Some(mesh) = self.discretised else { return Ok(Vec::new()) };
+        mesh.functions_at(point).map_err(|e| AppError::Model(e.to_string()))
     }
 }
 
@@ -224,11 +212,11 @@ fn shape(
         let material = full.spec.material;
         let elasticity = Some(Elasticity { model: full.spec.model, material });
         let motion = full.assembled.motion;
-        let space = BodySpace::Plain(full.space.clone());
+        let space = Box::new(full.space.clone());
         return Ok(Some(BodyGeometry::new(space, &full.shape.patches, motion, elasticity, cells)));
     }
     let Some((shape, model)) = of_file.places.shape() else { return Ok(None) };
-    let space = BodySpace::plain(&shape.patches).map_err(fail)?;
+    let space = Box::new(PatchSpace::new(shape.patches.clone()).map_err(fail)?);
     let cells = if cells == Cells::Bezier { cells } else { Cells::Linear(RIGID_CELLS) };
     let motion: RigidMotion = adaptive::elastic_body::rigid_motion(model);
     Ok(Some(BodyGeometry::new(space, &shape.patches, motion, None, cells)))

@@ -1,6 +1,5 @@
 //! A body cut into Bézier elements, and its displacement and stress on them.
 
-use adaptive::body_space::BodySpace;
 use ffr_dynamics::body::RigidMotion;
 use iga_core::SplineError;
 use iga_core::elasticity::{Material, Model};
@@ -72,7 +71,7 @@ pub struct BodyGeometry {
     pub elements: Vec<Element>,
     /// Kind of its cells.
     pub cells: Cells,
-    space: BodySpace,
+    space: Box<dyn Space>,
     elasticity: Option<Elasticity>,
 }
 
@@ -87,14 +86,14 @@ struct Workspace {
 impl BodyGeometry {
     /// Cuts a body over `patches` into the elements of `space`.
     pub fn new(
-        space: BodySpace,
+        space: Box<dyn Space>,
         patches: &[Patch],
         motion: RigidMotion,
         elasticity: Option<Elasticity>,
         cells: Cells,
     ) -> Self {
         let control: Vec<f64> = space.control_points().iter().flatten().copied().collect();
-        let body = Undeformed { space: space.as_space(), patches, control: &control, cells };
+        let body = Undeformed { space: space.as_ref(), patches, control: &control, cells };
         let one = |workspace: &mut Workspace, e| element(&body, e, workspace);
         let elements = (0..space.n_elements()).into_par_iter().map_init(Workspace::default, one).collect();
         Self { motion, elements, cells, space, elasticity }
@@ -114,7 +113,7 @@ impl BodyGeometry {
         let one = |workspace: &mut Workspace, element: &Element| {
             let mut at_nodes = |values| {
                 let samples =
-                    sampled(self.space.as_space(), element.number, &element.points, (values, n), workspace);
+                    sampled(self.space.as_ref(), element.number, &element.points, (values, n), workspace);
                 match self.cells {
                     Cells::Bezier => control_values(&element.steps, &element.weights, &samples),
                     Cells::Linear(_) => samples,
@@ -142,7 +141,7 @@ impl BodyGeometry {
     ) -> Result<Vec<[f64; 6]>, SplineError> {
         let Elasticity { model, material } = elasticity;
         let at =
-            |xi| workspace.stress(self.space.as_space(), model, material, displacement, element.number, xi);
+            |xi| workspace.stress(self.space.as_ref(), model, material, displacement, element.number, xi);
         let inner =
             element.samples.iter().map(at).map(|s| s.map(|s| s.stress)).collect::<Result<Vec<_>, _>>()?;
         let outwards: Vec<DMatrix<f64>> = element.steps.iter().map(|&n| extrapolation(n, INSET)).collect();

@@ -75,8 +75,8 @@ impl RefinedZones {
             let elasticity = Elasticity { model: full.spec.model, material: full.spec.material };
             let patches = std::slice::from_ref(&zone.mesh.patch);
             let motion = zone.mesh.motion;
-            let geometry =
-                BodyGeometry::new(zone.mesh.space.clone(), patches, motion, Some(elasticity), self.cells);
+            let space = Box::new(zone.mesh.space.clone());
+            let geometry = BodyGeometry::new(space, patches, motion, Some(elasticity), self.cells);
             Some(ZoneOfBody { body, model: zone, geometry })
         });
         let present = Present { contact, span, zones: zones.collect() };

@@ -77,16 +77,6 @@ impl<E: ForceElement> Active<E> {
         Self { element, state, workspace, found, elapsed: Duration::ZERO }
     }
 
-    /// Puts `element` to work in `state`.
-    pub fn with_state(element: E, state: E::State) -> Self {
-        Self { state, ..Self::new(element) }
-    }
-
-    /// Element and state, taken out of their work.
-    pub fn into_parts(self) -> (E, E::State) {
-        (self.element, self.state)
-    }
-
     /// The element.
     pub fn element(&self) -> &E {
         &self.element

@@ -30,12 +30,10 @@ impl Model {
     /// # Errors
     /// [`SplineError::Dimension`] unless it is positive and finite.
     pub fn validate(&self) -> Result<(), SplineError> {
-        match *self {
-            Self::PlaneStrain { thickness } | Self::PlaneStress { thickness }
-                if !(thickness.is_finite() && thickness > 0.0) =>
-            {
+        match self.thickness() {
+            Some(value) if !(value.is_finite() && value > 0.0) => {
                 let reason = "must be positive and finite";
-                Err(SplineError::Dimension { name: "thickness", value: thickness, reason })
+                Err(SplineError::Dimension { name: "thickness", value, reason })
             }
             _ => Ok(()),
         }
@@ -44,6 +42,14 @@ impl Model {
     /// Number of parametric directions and of displacement components: 2 or 3.
     pub fn dimension(&self) -> usize {
         if *self == Self::Solid { 3 } else { 2 }
+    }
+
+    /// Thickness of a plane model \[m\].
+    pub fn thickness(&self) -> Option<f64> {
+        match *self {
+            Self::PlaneStrain { thickness } | Self::PlaneStress { thickness } => Some(thickness),
+            Self::Axisymmetric | Self::Solid => None,
+        }
     }
 
     /// Factor of an area or volume element at a point: thickness \[m\], `2 π r` \[m\] or 1.

@@ -9,8 +9,10 @@ use crate::SplineError;
 use crate::bspline::basis_derivatives;
 use crate::knots::{KnotVector, MAX_DEGREE};
 use crate::nurbs::Patch;
+use crate::nurbs::interface::FaceId;
 use crate::nurbs::patch::{PointBasis, SECOND_DERIVATIVES, make_rational};
 use crate::space::{Element, Space};
+use crate::tensor;
 
 /// Functions `R_i = w_i T_i / W` with truncated hierarchical B-splines `T_i` and the weight function `W` of the patch.
 ///
@@ -289,6 +291,28 @@ impl Space for HierarchicalSpace {
             out.second.truncate(n);
         }
         make_rational(out);
+    }
+
+    /// The abscissae of a function are those of the B-spline of its level that it was truncated from. Inside a region of one level, at
+    /// least the degree away from its border, these are the points of a plain patch with the knots of that level.
+    fn greville(&self, face: FaceId) -> Vec<(u32, [f64; 3])> {
+        let mut found = Vec::new();
+        let mut first = 0;
+        for (l, level) in self.basis.hierarchy().levels().iter().enumerate() {
+            let sizes = level.net_size();
+            let abscissae: Vec<Vec<f64>> = level.knots().iter().map(KnotVector::greville).collect();
+            let layer = if face.upper { sizes[face.direction] - 1 } else { 0 };
+            let active = self.basis.active_on_level(l);
+            for (number, &flat) in active.iter().enumerate() {
+                let index = tensor::unflat(&sizes, flat);
+                if index[face.direction] == layer {
+                    let place = |d: usize| abscissae.get(d).map_or(0.0, |own| own[index[d]]);
+                    found.push((self.function_of((first + number) as u32), std::array::from_fn(place)));
+                }
+            }
+            first += active.len();
+        }
+        found
     }
 }
 

@@ -4,8 +4,9 @@ use super::tie::{coincident, diagonal};
 use super::{Element, GridBasis, Space};
 use crate::SplineError;
 use crate::bspline::basis_derivatives;
-use crate::knots::MAX_DEGREE;
+use crate::knots::{KnotVector, MAX_DEGREE};
 use crate::nurbs::Patch;
+use crate::nurbs::interface::FaceId;
 use crate::nurbs::patch::PointBasis;
 use crate::quadrature::MAX_GAUSS;
 use crate::tensor;
@@ -248,6 +249,21 @@ impl Space for PatchSpace {
                 out.second.truncate(n);
             }
         }
+    }
+
+    fn greville(&self, face: FaceId) -> Vec<(u32, [f64; 3])> {
+        let patch = &self.patches[face.patch];
+        let sizes = patch.net_size();
+        let abscissae: Vec<Vec<f64>> = patch.knots().iter().map(KnotVector::greville).collect();
+        let layer = if face.upper { sizes[face.direction] - 1 } else { 0 };
+        let entries = (0..patch.n_functions()).map(|net| (net, tensor::unflat(&sizes, net)));
+        entries
+            .filter(|(_, index)| index[face.direction] == layer)
+            .map(|(net, index)| {
+                let place = |d: usize| abscissae.get(d).map_or(0.0, |own| own[index[d]]);
+                (self.functions[face.patch][net], std::array::from_fn(place))
+            })
+            .collect()
     }
 
     fn evaluate_grid(&self, e: usize, grid: [&[f64]; 3], out: &mut GridBasis) {

@@ -1,15 +1,14 @@
 //! Contact points of faces with their tributary areas: Greville and Gauss points (theory Eqs. S.12, S.13).
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::face::Face;
 use crate::nurbs::Patch;
 use crate::nurbs::interface::FaceId;
-use crate::nurbs::jet::{difference, dot, norm};
+use crate::nurbs::jet::{dot, norm};
 use crate::nurbs::patch::PointBasis;
 use crate::quadrature::{GaussRule, MAX_GAUSS};
 use crate::space::Space;
-use crate::tensor;
 
 /// A point of the surface at which the contact condition is watched.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,17 +27,6 @@ pub struct CollocationPoint {
     pub area: f64,
     /// The function whose Greville point it is; `None` for Gauss points.
     pub function: Option<u32>,
-}
-
-/// A Greville point that waits for its area: face, function, parameters.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Candidate {
-    /// Index into the list of faces.
-    pub face: usize,
-    /// Function of the space.
-    pub function: u32,
-    /// Parameters.
-    pub xi: [f64; 3],
 }
 
 /// Tributary areas `∫ R_i dA` of the functions that do not vanish on the face, by function number \[m²\]. They are
@@ -91,96 +79,51 @@ pub fn gauss_points(
     points
 }
 
-/// Greville points of the functions of plain patches on the faces, with their tributary areas.
+/// Greville points of the functions of `space` on the faces, with their tributary areas.
 ///
 /// A function that is tied (pole, seam, interface) gives one point. Where faces meet smoothly the areas on both sides add
 /// up; at a sharp edge each face keeps a point with its own normal.
 pub fn greville_points(space: &dyn Space, patches: &[Patch], faces: &[Face]) -> Vec<CollocationPoint> {
-    let mut candidates = Vec::new();
-    let (mut basis, mut active) = (PointBasis::default(), Vec::new());
-    for (index, face) in faces.iter().enumerate() {
-        let patch = &patches[face.id.patch];
-        for (net, xi) in face_grevilles(patch, face) {
-            let e = space.find_element(face.id.patch, &xi);
-            space.evaluate(e, &xi, 0, &mut basis);
-            space.active_functions(e, &mut active);
-            // Tied functions share their control point, so the nearest one is the function of this net entry.
-            let own = patch.control_points()[net];
-            let away = |i: u32| norm(&difference(&space.control_points()[i as usize], &own));
-            let near = active.iter().zip(&basis.values).filter(|(_, r)| **r > 0.0).map(|(&i, _)| i);
-            if let Some(function) = near.min_by(|&i, &j| away(i).total_cmp(&away(j))) {
-                candidates.push(Candidate { face: index, function, xi });
-            }
-        }
-    }
-    collocate(space, patches, faces, &candidates)
-}
-
-/// Collocation points from candidates of any space: one point a function and normal direction, with tributary areas.
-pub fn collocate(
-    space: &dyn Space,
-    patches: &[Patch],
-    faces: &[Face],
-    candidates: &[Candidate],
-) -> Vec<CollocationPoint> {
-    let areas: Vec<_> = faces.iter().map(|face| tributary_areas(space, patches, face)).collect();
     let mut points: Vec<CollocationPoint> = Vec::new();
     let mut of_function: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
-    let mut seen = std::collections::BTreeSet::new();
     let mut scratch = PointBasis::default();
-    for c in candidates {
-        if !seen.insert((c.face, c.function)) {
-            continue; // a pole or seam within the face: its area is counted already
+    for face in faces {
+        let areas = tributary_areas(space, patches, face);
+        let mut seen = BTreeSet::new();
+        for (function, xi) in space.greville(face.id) {
+            if !seen.insert(function) {
+                continue; // a pole or seam within the face: its area is counted already
+            }
+            let area = areas.get(&function).copied().unwrap_or(0.0);
+            let xi = face.on_face(&xi);
+            let at = face.at(&patches[face.id.patch], &xi, &mut scratch);
+            let known = of_function.entry(function).or_default();
+            let undirected = |n: &[f64; 3]| norm(n) < 0.5; // a pole: nothing tells the faces apart
+            let smooth = |&&i: &&usize| {
+                let other = &points[i].normal;
+                undirected(&at.normal) || undirected(other) || dot(other, &at.normal) > 1.0 - SMOOTH
+            };
+            if let Some(&i) = known.iter().find(smooth) {
+                points[i].area += area;
+                continue;
+            }
+            known.push(points.len());
+            points.push(CollocationPoint {
+                face: face.id,
+                element: space.find_element(face.id.patch, &xi),
+                xi,
+                point: at.point,
+                normal: at.normal,
+                area,
+                function: Some(function),
+            });
         }
-        let face = &faces[c.face];
-        let area = areas[c.face].get(&c.function).copied().unwrap_or(0.0);
-        let xi = face.on_face(&c.xi);
-        let at = face.at(&patches[face.id.patch], &xi, &mut scratch);
-        let known = of_function.entry(c.function).or_default();
-        let undirected = |n: &[f64; 3]| norm(n) < 0.5; // a pole: nothing tells the faces apart
-        let smooth = |&&i: &&usize| {
-            let other = &points[i].normal;
-            undirected(&at.normal) || undirected(other) || dot(other, &at.normal) > 1.0 - SMOOTH
-        };
-        if let Some(&i) = known.iter().find(smooth) {
-            points[i].area += area;
-            continue;
-        }
-        known.push(points.len());
-        points.push(CollocationPoint {
-            face: face.id,
-            element: space.find_element(face.id.patch, &xi),
-            xi,
-            point: at.point,
-            normal: at.normal,
-            area,
-            function: Some(c.function),
-        });
     }
     points
 }
 
 /// Normals whose cosine falls short of one by less than this (an angle of about 1e-4) belong to one smooth surface.
 const SMOOTH: f64 = 1e-8;
-
-/// Net index and Greville parameters of each function on the face of a plain patch.
-fn face_grevilles(patch: &Patch, face: &Face) -> Vec<(usize, [f64; 3])> {
-    let sizes = patch.net_size();
-    let grevilles: Vec<Vec<f64>> = patch.knots().iter().map(|k| k.greville()).collect();
-    let layer = if face.id.upper { sizes[face.id.direction] - 1 } else { 0 };
-    let mut all = Vec::new();
-    for net in 0..patch.n_functions() {
-        let index = tensor::unflat(&sizes, net);
-        if index[face.id.direction] == layer {
-            let mut xi = [0.0; 3];
-            for (d, values) in grevilles.iter().enumerate() {
-                xi[d] = values[index[d]];
-            }
-            all.push((net, face.on_face(&xi)));
-        }
-    }
-    all
-}
 
 /// Elements of the space that have a side on the face.
 fn elements_on<'a>(space: &'a dyn Space, face: &Face) -> impl Iterator<Item = usize> + use<'a> {

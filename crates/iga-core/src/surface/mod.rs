@@ -5,12 +5,8 @@
 
 pub mod face;
 pub mod collocation;
-pub mod hierarchical;
 pub mod closest_point;
 
 pub use closest_point::{BodySurface, FacePoint};
-pub use collocation::{
-    Candidate, CollocationPoint, collocate, gauss_points, greville_points, tributary_areas,
-};
+pub use collocation::{CollocationPoint, gauss_points, greville_points, tributary_areas};
 pub use face::{Face, SurfacePoint};
-pub use hierarchical::hierarchical_greville_points;

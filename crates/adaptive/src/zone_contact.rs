@@ -1,0 +1,118 @@
+//! The force element of a contact zone: its points on a plane, or on the surface of another body's zone.
+
+use contact_qs::points::{InterfaceCompliance, contact_submodel};
+use contact_qs::surface_pair::{SurfacePair, SurfacePairSettings, TargetSurface};
+use contact_qs::{
+    ActiveContact, ContactError, ContactSubmodel, Plane, PlaneContact, PlaneContactSettings,
+    VibratingContact, ZoneVibration,
+};
+use faer::MatRef;
+use ffr_dynamics::system::Active;
+use nalgebra::Unit;
+
+use crate::contact_zone::ContactZone;
+use crate::elastic_body::Discretised;
+use crate::spec::{SurfaceLaw, Target};
+
+/// Penalty factor where no compliance is known: a modulus of 200 GPa over a length of a micrometre [N/m³].
+pub const FALLBACK_PENALTY: f64 = 2e17;
+
+/// A body in a contact: the zone that it has there, and how it moves.
+#[derive(Clone, Copy)]
+pub struct ContactSide<'a> {
+    /// Index of the body.
+    pub body: usize,
+    /// The mesh that the zone lies on.
+    pub mesh: Discretised<'a>,
+    /// The zone.
+    pub zone: &'a ContactZone,
+    /// Modes of the dynamic elastic coordinates at the unknowns, `n_dofs × n_q`.
+    pub shapes: MatRef<'a, f64>,
+    /// Compliance of the interface; none if all modes are dynamic.
+    pub compliance: Option<InterfaceCompliance<'a>>,
+}
+
+impl ContactSide<'_> {
+    /// The points with modes and compliance.
+    fn submodel(&self) -> Result<ContactSubmodel, ContactError> {
+        let (mesh, points) = (&self.mesh, &self.zone.points);
+        contact_submodel(mesh.motion(), points, mesh.lookup, self.shapes, self.compliance)
+    }
+
+    /// The surface with modes and compliance.
+    fn surface(&self) -> Result<TargetSurface, ContactError> {
+        let Discretised { space, patches, lookup, .. } = self.mesh;
+        let region = [self.zone.region];
+        let motion = self.mesh.motion();
+        TargetSurface::flexible(motion, space, patches, &region, lookup, self.shapes, self.compliance)
+    }
+}
+
+/// Contact of the points of a zone.
+pub enum ZoneContact {
+    /// With a plane.
+    Plane(Box<PlaneContact>),
+    /// With the surface of another body.
+    Pair(Box<SurfacePair>),
+}
+
+impl ZoneContact {
+    /// Contact of `own` with `target`, on which `other` is the zone if it is a body, by `law` with the factor `penalty` [N/m³].
+    ///
+    /// # Errors
+    /// [`ContactError`] if points, surfaces and settings do not fit each other.
+    pub fn new(
+        law: &SurfaceLaw,
+        penalty: f64,
+        target: Target,
+        own: &ContactSide<'_>,
+        other: Option<&ContactSide<'_>>,
+    ) -> Result<Self, ContactError> {
+        let (body, method) = (own.body, law.method);
+        let submodel = own.submodel()?;
+        match (target, other) {
+            (Target::Plane { point, normal }, _) => {
+                let plane = Plane { point, normal: Unit::new_normalize(normal) };
+                let settings = PlaneContactSettings { body, plane, penalty, method };
+                let contact = PlaneContact::new(submodel, settings)?;
+                Ok(Self::Plane(Box::new(match law.friction {
+                    Some(friction) => contact.with_friction(friction)?,
+                    None => contact,
+                })))
+            }
+            (Target::Body(target), Some(other)) => {
+                let settings =
+                    SurfacePairSettings { contact_body: body, target_body: Some(target), penalty, method };
+                let pair = SurfacePair::new(submodel, other.surface()?, settings)?;
+                Ok(Self::Pair(Box::new(match law.friction {
+                    Some(friction) => pair.with_friction(friction)?,
+                    None => pair,
+                })))
+            }
+            (Target::Body(_), None) => Err(ContactError::Nothing { what: "a body has no contact zone" }),
+        }
+    }
+
+    /// The contact for a system.
+    pub fn active(self) -> Box<dyn ActiveContact> {
+        match self {
+            Self::Plane(contact) => Box::new(Active::new(*contact)),
+            Self::Pair(contact) => Box::new(Active::new(*contact)),
+        }
+    }
+
+    /// The contact with zones that vibrate, in a system of `n_bodies` bodies.
+    ///
+    /// # Errors
+    /// [`ContactError`] if the zones do not fit the contact.
+    pub fn vibrating(
+        self,
+        zones: Vec<ZoneVibration>,
+        n_bodies: usize,
+    ) -> Result<Box<dyn ActiveContact>, ContactError> {
+        Ok(match self {
+            Self::Plane(contact) => Box::new(Active::new(VibratingContact::new(*contact, zones, n_bodies)?)),
+            Self::Pair(contact) => Box::new(Active::new(VibratingContact::new(*contact, zones, n_bodies)?)),
+        })
+    }
+}
