@@ -33,7 +33,7 @@ mod points;
 mod stiffening;
 
 pub use crate::spec::body::rigid_motion;
-pub use discretised::{Discretised, point_in_space};
+pub use discretised::Discretised;
 pub use key::modes_key;
 pub use stiffening::geometric_stiffening;
 

@@ -6,7 +6,7 @@ use iga_core::nurbs::patch::PointBasis;
 use iga_core::surface::Face;
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::elastic_body::{point_in_space, rigid_motion};
+use crate::elastic_body::rigid_motion;
 use crate::predict::LocalSurface;
 use crate::spec::ElasticSpec;
 use crate::turned_net::regular_view;
@@ -43,7 +43,7 @@ impl SurfaceView {
         };
         let jet = patch.jet(&view.on_face(&at), 2, &mut PointBasis::default());
         let geometry = view.geometry(&jet);
-        let in_space = |v: &[f64; 3]| rotation * point_in_space(motion, v);
+        let in_space = |v: &[f64; 3]| rotation * motion.in_space(v);
         let tangents = geometry.tangents.each_ref().map(in_space);
         let material = &body.material;
         let compliance = (1.0 - material.poissons_ratio().powi(2)) / material.youngs_modulus();

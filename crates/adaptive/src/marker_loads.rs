@@ -6,6 +6,7 @@ use ffr_dynamics::body::AssembledBody;
 use ffr_dynamics::data_error::DataError;
 use ffr_dynamics::kinematics::MarkerWeights;
 use ffr_dynamics::system::JointKind;
+use iga_core::nurbs::jet::diagonal;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::spec::{Attachment, CoordinateSpec, JointSpec, LoadSpec, Place, RunSpec};
@@ -132,7 +133,7 @@ pub fn load_columns<E>(
     weights: impl Fn(&Place) -> Result<MarkerWeights, E>,
     inconsistent: impl Fn(DynamicsError) -> E,
 ) -> Result<Mat<f64>, E> {
-    let (n, lever) = (body.dofs.len(), size(body));
+    let (n, lever) = (body.dofs.len(), 0.5 * diagonal(&body.nodes));
     let mut columns = Mat::zeros(n, loads.iter().map(|l| l.directions.len()).sum());
     let mut first = 0;
     for load in loads {
@@ -153,18 +154,6 @@ pub fn load_columns<E>(
         first += load.directions.len();
     }
     Ok(columns)
-}
-
-/// Half the diagonal of the box around the nodes \[m\].
-fn size(body: &AssembledBody) -> f64 {
-    let span = |c: usize| {
-        let (low, high) = body
-            .nodes
-            .iter()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x[c]), high.max(x[c])));
-        high - low
-    };
-    0.5 * (0..3).map(|c| span(c).powi(2)).sum::<f64>().sqrt()
 }
 
 /// How many coordinates of a basis come from each of `loads`, if it has the static answers to the load columns `taken`.

@@ -72,11 +72,7 @@ pub fn compliances(
 
 /// The points of `all` on `body`: their numbers, and their places in the components of a model with the motions `motion`.
 pub fn points_on(all: &[ObservedPoint], body: usize, motion: RigidMotion) -> (Vec<usize>, Vec<[f64; 3]>) {
-    let place = |p: &ObservedPoint| {
-        let mut place = [0.0; 3];
-        (0..motion.n_components()).for_each(|c| place[c] = p.point.position[motion.direction(c)]);
-        place
-    };
+    let place = |p: &ObservedPoint| motion.components(p.point.position.as_ref());
     let on_body = all.iter().enumerate().filter(|(_, p)| p.body == body);
     on_body.map(|(i, p)| (i, place(p))).unzip()
 }

@@ -9,7 +9,7 @@ use iga_core::recovery::RecoveryWorkspace;
 use iga_core::space::Space;
 
 use crate::adaptive_contact::ZoneModel;
-use crate::elastic_body::{ElasticBody, ReducedBody, point_in_space};
+use crate::elastic_body::{ElasticBody, ReducedBody};
 use crate::error::AdaptiveError;
 use crate::record::{StressRecord, StressState};
 use crate::spec::StressSpec;
@@ -44,7 +44,7 @@ pub fn evaluate(
             let local = at(mesh.space, field, mesh.locate(&place)?)?;
             stress.iter_mut().zip(local).for_each(|(sum, s)| *sum += s);
         }
-        record.points.push(point_in_space(body.assembled.motion, &place).into());
+        record.points.push(body.assembled.motion.in_space(&place).into());
         record.von_mises.push(von_mises(&stress));
         record.stress.push(stress);
     }

@@ -55,7 +55,7 @@ impl ContactSite {
     pub fn lowest(body: &ElasticSpec, normal: &Vector3<f64>) -> Option<Self> {
         let patches = &body.shape.patches;
         let surface = BodySurface::new(patches, body.model == Model::Axisymmetric);
-        let first = surface.lowest(patches, &model_components(&body.model, normal))?;
+        let first = surface.lowest(patches, &rigid_motion(&body.model).components(normal.as_ref()))?;
         Some(Self::new(body, surface.faces()[first.face].id, first.xi))
     }
 }
@@ -177,16 +177,6 @@ impl Interval {
         }
         range
     }
-}
-
-/// Vector in the body's frame as a vector in the model's components.
-fn model_components(model: &Model, vector: &Vector3<f64>) -> [f64; 3] {
-    let motion = rigid_motion(model);
-    let mut components = [0.0; 3];
-    for (c, slot) in components.iter_mut().enumerate().take(motion.n_components()) {
-        *slot = vector[motion.direction(c)];
-    }
-    components
 }
 
 /// Width of the refinement in whose middle `point` lies.

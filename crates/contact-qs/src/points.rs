@@ -94,7 +94,7 @@ pub fn contact_submodel(
     };
     let submodel = ContactSubmodel {
         motion,
-        points: points.iter().map(|p| in_space(motion, p.position)).collect(),
+        points: points.iter().map(|p| motion.in_space(&p.position).into()).collect(),
         areas: points.iter().map(|p| p.area).collect(),
         low,
         compliance,
@@ -103,15 +103,6 @@ pub fn contact_submodel(
     };
     submodel.validate()?;
     Ok(submodel)
-}
-
-/// Point in space of a position in the model's components.
-pub(crate) fn in_space(motion: RigidMotion, position: [f64; 3]) -> [f64; 3] {
-    let mut point = [0.0; 3];
-    for (c, &x) in position[..motion.n_components()].iter().enumerate() {
-        point[motion.direction(c)] = x;
-    }
-    point
 }
 
 fn check_functions(points: &[SurfacePoint]) -> Result<(), ContactError> {

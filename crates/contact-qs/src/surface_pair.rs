@@ -18,13 +18,12 @@ use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::system::force::{
     BodyState, Findings, ForceElement, ForceEnergies, GeneralisedForce, Motion,
 };
-use iga_core::nurbs::jet::{difference, norm};
+use iga_core::nurbs::jet::{diagonal, difference, norm};
 use nalgebra::Vector3;
 
 use crate::ContactError;
 use crate::contact_element::{ContactElement, ContactFindings, ContactReport};
 use crate::law::{Friction, penalty};
-use crate::points::in_space;
 use crate::quasistatic::Method;
 use crate::submodel::{ContactSubmodel, SparseRows};
 
@@ -110,7 +109,7 @@ impl SurfacePair {
         };
         let low = &submodel.low;
         let mut pair = Self {
-            points: submodel.points.iter().map(|p| components(motion, p)).collect(),
+            points: submodel.points.iter().map(|p| motion.components(p)).collect(),
             low_rows,
             low_columns: (0..n_q).flat_map(|k| low.col_as_slice(k)).copied().collect(),
             n_modes: n_q,
@@ -227,20 +226,13 @@ fn check(
     Ok(())
 }
 
-/// A point in space in the model's components.
-fn components(motion: RigidMotion, point: &[f64; 3]) -> [f64; 3] {
-    let mut out = [0.0; 3];
-    (0..motion.n_components()).for_each(|c| out[c] = point[motion.direction(c)]);
-    out
-}
-
 /// Distance of neighbouring points \[m\]: of points on the surface of a solid in the direction in which they are wider apart, so that
 /// one of them is within it of any end of the target that contact reaches.
 fn spacing(areas: &[f64], motion: RigidMotion, points: &[[f64; 3]]) -> f64 {
     let n = points.len() as f64;
-    let all: Vec<[f64; 3]> = points.iter().map(|p| components(motion, p)).collect();
+    let all: Vec<[f64; 3]> = points.iter().map(|p| motion.components(p)).collect();
     if motion != RigidMotion::Spatial {
-        return target::diagonal(&all) / n;
+        return diagonal(&all) / n;
     }
     let nearest = |(i, p): (usize, &[f64; 3])| {
         let others = all.iter().enumerate().filter(|(j, _)| *j != i);
@@ -393,7 +385,7 @@ impl ContactElement for SurfacePair {
         let (own, _) = self.states(motion.bodies);
         let nearest = self.nearest(motion.bodies, &state.start, &mut workspace.search);
         nearest.map_or(Vector3::repeat(f64::NAN), |found| {
-            own.position + own.rotation * Vector3::from(in_space(self.motion, found.place))
+            own.position + own.rotation * self.motion.in_space(&found.place)
         })
     }
 
@@ -410,7 +402,7 @@ impl ContactElement for SurfacePair {
     }
 
     fn point(&self, i: usize) -> Option<([f64; 3], f64)> {
-        Some((in_space(self.motion, *self.points.get(i)?), self.areas[i]))
+        Some((self.motion.in_space(self.points.get(i)?).into(), self.areas[i]))
     }
 
     fn set_penalty(&mut self, penalty: f64, state: &mut PairState) -> Result<(), ContactError> {

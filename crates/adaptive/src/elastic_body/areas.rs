@@ -11,7 +11,7 @@ use iga_core::extent::{Extent, ExtentPoint};
 use iga_core::nurbs::patch::PointBasis;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
-use super::discretised::{Discretised, point_in_space};
+use super::discretised::Discretised;
 use crate::error::AdaptiveError;
 use crate::spec::Area;
 
@@ -82,7 +82,7 @@ impl Discretised<'_> {
         let motion = self.motion();
         let at = |p: &ExtentPoint| match motion {
             RigidMotion::Axial => Vector3::new(0.0, 0.0, p.point[1]),
-            _ => point_in_space(motion, &p.point),
+            _ => motion.in_space(&p.point),
         };
         let total: f64 = points.iter().map(|p| p.weight).sum();
         let centroid = points.iter().map(|p| at(p) * p.weight).sum::<Vector3<f64>>() / total;
@@ -143,7 +143,7 @@ impl Discretised<'_> {
         let motion = sums.motion;
         let position = match motion {
             RigidMotion::Axial => Vector3::new(0.0, 0.0, area.centre[1]),
-            _ => point_in_space(motion, &area.centre),
+            _ => motion.in_space(&area.centre),
         };
         let mut entries = Vec::with_capacity(sums.shares.len() * motion.n_components());
         for share in &sums.shares {

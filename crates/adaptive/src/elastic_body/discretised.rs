@@ -5,7 +5,6 @@ use ffr_dynamics::body::{Dof, RigidMotion};
 use iga_core::elasticity::Model;
 use iga_core::nurbs::{Patch, Shape};
 use iga_core::space::Space;
-use nalgebra::Vector3;
 
 use super::rigid_motion;
 use crate::error::AdaptiveError;
@@ -27,15 +26,6 @@ pub struct Discretised<'a> {
     pub dofs: &'a [Dof],
     /// Numbers of the unknowns.
     pub lookup: &'a DofLookup,
-}
-
-/// Point in space of a position in the components of a model with the rigid motions `motion`.
-pub fn point_in_space(motion: RigidMotion, position: &[f64; 3]) -> Vector3<f64> {
-    let mut point = Vector3::zeros();
-    for (c, &x) in position.iter().enumerate().take(motion.n_components()) {
-        point[motion.direction(c)] = x;
-    }
-    point
 }
 
 impl Discretised<'_> {

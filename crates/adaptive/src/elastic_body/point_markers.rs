@@ -5,7 +5,7 @@ use ffr_dynamics::kinematics::MarkerWeights;
 use iga_core::recovery::RecoveryWorkspace;
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::discretised::{Discretised, point_in_space};
+use super::discretised::Discretised;
 use crate::error::AdaptiveError;
 
 /// Share of the largest weight below which an unknown does not count for a marker: round-off of basis functions that vanish there.
@@ -44,7 +44,7 @@ pub fn weights_on(
     }
     drop_round_off(&mut entries);
     entries.sort_by_key(|(unknown, _)| *unknown);
-    MarkerWeights::new(point_in_space(motion, place), rotation, entries)
+    MarkerWeights::new(motion.in_space(place), rotation, entries)
         .map_err(|source| AdaptiveError::Reduction { body: body.name.to_owned(), source })
 }
 

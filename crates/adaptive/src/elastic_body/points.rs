@@ -7,7 +7,7 @@ use ffr_dynamics::kinematics::{Marker, MarkerWeights};
 use nalgebra::UnitQuaternion;
 
 use super::ElasticBody;
-use super::discretised::{Discretised, point_in_space};
+use super::discretised::Discretised;
 use super::point_markers::weights_on;
 use crate::error::AdaptiveError;
 use crate::marker_loads::{MarkerLoads, load_columns};
@@ -56,7 +56,7 @@ impl Discretised<'_> {
                     .sum();
             }
         }
-        Ok(FlexiblePoint::from_rows(motion, point_in_space(motion, &place), rows.as_ref(), 0))
+        Ok(FlexiblePoint::from_rows(motion, motion.in_space(&place), rows.as_ref(), 0))
     }
 
     /// The marker `name` at `place` with axes turned by `rotation` from the body's, moving with the modes `shapes`. At a point it
@@ -119,7 +119,7 @@ impl Discretised<'_> {
             }
         }
         entries.sort_unstable_by_key(|e| e.0);
-        MarkerWeights::new(point_in_space(motion, place), UnitQuaternion::identity(), entries)
+        MarkerWeights::new(motion.in_space(place), UnitQuaternion::identity(), entries)
             .map_err(|source| AdaptiveError::Reduction { body: self.name.to_owned(), source })
     }
 }

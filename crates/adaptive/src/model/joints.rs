@@ -9,7 +9,6 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use super::BodyModel;
 use crate::body_model::BodyForm;
-use crate::elastic_body::point_in_space;
 use crate::error::AdaptiveError;
 use crate::record::NameAndUnit;
 use crate::spec::{Area, Attachment, CoordinateSpec, JointSpec, Place, RunSpec, TimeCurve};
@@ -56,7 +55,7 @@ impl BodyModel {
     fn rigid_place(&self, place: &Place) -> Result<Vector3<f64>, AdaptiveError> {
         match place {
             Place::Point(point) | Place::Area(Area { centre: point, .. }) => {
-                Ok(point_in_space(self.data.motion, point))
+                Ok(self.data.motion.in_space(point))
             }
             Place::Marker(name) => Err(AdaptiveError::Unsupported {
                 subject: format!("body \"{}\"", self.name),

@@ -12,7 +12,7 @@ use iga_core::mass_properties::MassProperties;
 use nalgebra::{Matrix3, Vector3};
 
 use super::proportions::lengths;
-use crate::elastic_body::{point_in_space, rigid_motion};
+use crate::elastic_body::rigid_motion;
 use crate::local_surface::SurfaceView;
 use crate::model::first_sites;
 use crate::predict::{HertzLaw, LocalSurface, hertz_impact, inverse_effective_mass, line_impact};
@@ -260,7 +260,7 @@ impl Scene<'_> {
     fn in_space(&self, body: usize, point: &[f64; 3]) -> Vector3<f64> {
         let pose = &self.poses[body];
         let in_frame = match &self.spec.bodies[body].kind {
-            BodyKind::Elastic(elastic) => point_in_space(rigid_motion(&elastic.model), point),
+            BodyKind::Elastic(elastic) => rigid_motion(&elastic.model).in_space(point),
             BodyKind::Rigid(_) | BodyKind::Imported(_) => Vector3::from(*point),
         };
         pose.position + pose.rotation * in_frame

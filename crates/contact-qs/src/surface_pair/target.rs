@@ -9,6 +9,7 @@ use faer::{Mat, MatRef};
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::data_error::{DataError, check_square};
 use iga_core::nurbs::Patch;
+use iga_core::nurbs::jet::diagonal;
 use iga_core::nurbs::patch::PointBasis;
 use iga_core::space::Space;
 use iga_core::surface::Face;
@@ -238,15 +239,6 @@ impl TargetSurface {
     pub(super) fn low_row(&self, row: usize) -> &[f64] {
         &self.low_rows[row * self.n_modes..(row + 1) * self.n_modes]
     }
-}
-
-/// Diagonal of the bounding box.
-pub(super) fn diagonal(points: &[[f64; 3]]) -> f64 {
-    let extent = |c: usize| {
-        let values = || points.iter().map(|p| p[c]);
-        values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)
-    };
-    (0..3).map(|c| extent(c).powi(2)).sum::<f64>().sqrt()
 }
 
 /// Elements and nodes of the faces as they are gathered.

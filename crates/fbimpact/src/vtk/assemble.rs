@@ -153,5 +153,5 @@ fn vector(motion: RigidMotion, v: &[f64; 3], node: &ArcNode) -> Vector3<f64> {
     if motion == RigidMotion::Axial {
         return Vector3::new(v[0] * node.direction[0], v[0] * node.direction[1], v[1]);
     }
-    adaptive::elastic_body::point_in_space(motion, v)
+    motion.in_space(v)
 }

@@ -73,7 +73,7 @@ impl ContactPressure {
         let mut grid = Grid { contact: Some(ContactFields::default()), ..Grid::default() };
         for k in self.series.range(i) {
             let point = self.series.point[k];
-            let position = components(motion, &self.series.position[point as usize]);
+            let position = motion.components(&self.series.position[point as usize]);
             let functions = match self.functions.entry((drawn.mesh, point)) {
                 Entry::Occupied(known) => known.into_mut(),
                 Entry::Vacant(new) => new.insert(drawn.functions_at(&position)?),
@@ -93,15 +93,6 @@ impl ContactPressure {
         }
         Ok(grid)
     }
-}
-
-/// A point of the body's frame in the components of its model.
-fn components(motion: RigidMotion, point: &[f64; 3]) -> [f64; 3] {
-    let mut components = [0.0; 3];
-    for (c, x) in components.iter_mut().enumerate().take(motion.n_components()) {
-        *x = point[motion.direction(c)];
-    }
-    components
 }
 
 /// A field with the control values `values`, `n` a function, where `functions` have their values.

@@ -1,6 +1,7 @@
 //! What a discretised elastic body hands over: sparse matrices, control points, constraints.
 
 use faer::sparse::SparseColMat;
+use nalgebra::Vector3;
 
 /// The rigid motions that a body model can perform.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -55,6 +56,21 @@ impl RigidMotion {
     /// Direction in space of displacement component `c` of the model.
     pub fn direction(self, c: usize) -> usize {
         if self == Self::Axial { [0, 2][c] } else { c }
+    }
+
+    /// A point or vector of the body's frame from its components in the model, `(x, y, z)`, `(x, y, 0)` or `(r, z, 0)`: the half plane
+    /// of an axisymmetric model lies in `x` and `z`.
+    pub fn in_space(self, components: &[f64; 3]) -> Vector3<f64> {
+        let mut vector = Vector3::zeros();
+        for (c, &x) in components.iter().enumerate().take(self.n_components()) {
+            vector[self.direction(c)] = x;
+        }
+        vector
+    }
+
+    /// Components in the model of a point or vector of the body's frame; what a flat model does not have is left out.
+    pub fn components(self, vector: &[f64; 3]) -> [f64; 3] {
+        std::array::from_fn(|c| if c < self.n_components() { vector[self.direction(c)] } else { 0.0 })
     }
 }
 

@@ -11,8 +11,7 @@ mod face;
 use crate::SplineError;
 use crate::elasticity::Model;
 use crate::nurbs::Shape;
-use crate::nurbs::jet::extent;
-use crate::nurbs::jet::norm;
+use crate::nurbs::jet::{diagonal, norm};
 use crate::nurbs::patch::PointBasis;
 use crate::quadrature::GaussRule;
 use crate::space::{PatchSpace, Space};
@@ -203,7 +202,7 @@ impl Around<'_> {
 
     /// Distance that counts as none: round-off of a search \[m\].
     fn slack(&self) -> f64 {
-        let size = self.shape.patches.iter().map(|p| extent(p.control_points())).fold(0.0, f64::max);
+        let size = self.shape.patches.iter().map(|p| diagonal(p.control_points())).fold(0.0, f64::max);
         1e-9 * self.radius + 1e-12 * size
     }
 

@@ -7,9 +7,9 @@ use faer::sparse::{SparseColMat, Triplet};
 use super::domain::{Leaf, Level};
 use super::index_box::{IndexBox, covers};
 use super::space::HierarchicalSpace;
-use super::ties::diagonal;
 use super::two_scale::TwoScale;
 use crate::SplineError;
+use crate::nurbs::jet::diagonal;
 use crate::space::Space;
 
 /// Difference of control points (relative to the body) and of weights above which the geometries are not the same:

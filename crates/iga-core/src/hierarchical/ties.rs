@@ -8,6 +8,7 @@ use std::collections::HashMap;
 
 use super::basis::HierarchicalBasis;
 use crate::nurbs::Patch;
+use crate::nurbs::jet::{diagonal, difference, norm};
 use crate::tensor;
 
 /// Distance below which control points coincide, relative to the size of the net (round-off of exact nets).
@@ -61,7 +62,7 @@ impl PatchTies {
                 let here = points[i];
                 !chosen(&index) || {
                     index[d] = a;
-                    distance(&here, &points[tensor::flat(&sizes, &index)]) <= tolerance
+                    norm(&difference(&here, &points[tensor::flat(&sizes, &index)])) <= tolerance
                 }
             })
         };
@@ -132,19 +133,4 @@ fn root(first: &[u32], mut f: u32) -> u32 {
         f = first[f as usize];
     }
     f
-}
-
-fn distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt()
-}
-
-/// Diagonal of the bounding box of points \[m\].
-pub(super) fn diagonal(points: &[[f64; 3]]) -> f64 {
-    let extent = |c: usize| {
-        let range = points
-            .iter()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), p| (lo.min(p[c]), hi.max(p[c])));
-        range.1 - range.0
-    };
-    (0..3).map(|c| extent(c).powi(2)).sum::<f64>().sqrt()
 }

@@ -1,7 +1,7 @@
 //! Faces of patches and which of them coincide: interfaces between patches and closed seams.
 
 use super::Patch;
-use super::jet::{difference, extent, norm};
+use super::jet::{diagonal, difference, norm};
 use crate::tensor;
 
 /// A face of a patch (an edge in two dimensions): one parameter held at an end of its range.
@@ -70,7 +70,7 @@ impl FaceNet {
             .filter(|&i| tensor::unflat(&all, i)[face.direction] == layer)
             .map(|i| patch.control_points()[i])
             .collect();
-        Self { sizes, points, extent: extent(patch.control_points()) }
+        Self { sizes, points, extent: diagonal(patch.control_points()) }
     }
 
     /// Control points, the first direction along the face running fastest \[m\].

@@ -95,12 +95,16 @@ pub fn difference(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
-/// Diagonal of the box around points.
-pub(crate) fn extent(points: &[[f64; 3]]) -> f64 {
-    let span = |c: usize| {
-        let values = points.iter().map(|p| p[c]);
-        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
-        high - low
-    };
-    norm(&[span(0), span(1), span(2)])
+/// Diagonal of the box around points; zero without points.
+pub fn diagonal<'a>(points: impl IntoIterator<Item = &'a [f64; 3]>) -> f64 {
+    let mut points = points.into_iter();
+    let Some(&first) = points.next() else { return 0.0 };
+    let (mut lower, mut upper) = (first, first);
+    for p in points {
+        for c in 0..3 {
+            lower[c] = lower[c].min(p[c]);
+            upper[c] = upper[c].max(p[c]);
+        }
+    }
+    norm(&difference(&upper, &lower))
 }

@@ -5,7 +5,7 @@
 //! better (theory section S.6). With all directions free the nearest point is the inverse of the geometry map.
 
 use super::box_newton::{Sample, minimize};
-use super::jet::{difference, dot, extent, norm};
+use super::jet::{diagonal, difference, dot, norm};
 use super::patch::PointBasis;
 use super::{Jet, Patch, Prolongation, Shape};
 use crate::SplineError;
@@ -68,7 +68,7 @@ impl PatchSearch {
             elements: Vec::new(),
             samples: Vec::new(),
             samples_per_element: per_direction.iter().product(),
-            size: extent(patch.control_points()),
+            size: diagonal(patch.control_points()),
         };
         let hull = BezierNet::new(patch, &lower, &upper);
         let mut scratch = PointBasis::default();

@@ -1,5 +1,7 @@
 //! Rotations that leave a shape as it is, so that its parametrisation may be turned without changing the body.
 
+use super::jet::{cross, dot, norm};
+
 /// Angle between a point and the nearest regular direction up to which the parametrisation serves as it is: singular lines are
 /// 45° away from these directions.
 const NEAR: f64 = 20.0;
@@ -44,10 +46,10 @@ impl Symmetry {
     /// `None` if the parametrisation is regular around the point as it is, or turning it does not help, as on the flat ends of
     /// a cylinder.
     pub fn turn_to(&self, point: &[f64; 3], normal: &[f64; 3]) -> Option<[[f64; 3]; 3]> {
-        let is_end = self.axis.is_some_and(|a| dot(&a, normal).abs() > 0.5 * length(normal));
+        let is_end = self.axis.is_some_and(|a| dot(&a, normal).abs() > 0.5 * norm(normal));
         let along = self.axis.map_or(0.0, |a| dot(&a, point));
         let away: [f64; 3] = std::array::from_fn(|c| point[c] - self.axis.map_or(0.0, |a| along * a[c]));
-        let distance = length(&away);
+        let distance = norm(&away);
         if is_end || distance.is_nan() || distance <= 0.0 {
             return None;
         }
@@ -82,21 +84,9 @@ pub fn product(a: &[[f64; 3]; 3], b: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
 
 /// The rotation that takes unit vector `from` to `to`, not its opposite, by the shortest way.
 fn rotation(from: &[f64; 3], to: &[f64; 3]) -> [[f64; 3]; 3] {
-    let cross = [
-        from[1] * to[2] - from[2] * to[1],
-        from[2] * to[0] - from[0] * to[2],
-        from[0] * to[1] - from[1] * to[0],
-    ];
-    let sine = length(&cross);
-    rotation_about(&cross.map(|v| v / sine), sine.atan2(dot(from, to)))
-}
-
-fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    (0..3).map(|c| a[c] * b[c]).sum()
-}
-
-fn length(a: &[f64; 3]) -> f64 {
-    dot(a, a).sqrt()
+    let normal = cross(from, to);
+    let sine = norm(&normal);
+    rotation_about(&normal.map(|v| v / sine), sine.atan2(dot(from, to)))
 }
 
 #[cfg(test)]
@@ -125,7 +115,7 @@ mod tests {
         fn a_turn_brings_a_regular_direction_to_the_point(
             p in prop::array::uniform3(-1.0f64..1.0), about_z in any::<bool>()
         ) {
-            prop_assume!(length(&[p[0], p[1], 0.0]) > 1e-3);
+            prop_assume!(norm(&[p[0], p[1], 0.0]) > 1e-3);
             let symmetry = if about_z { Symmetry::about_z(&AXES[..2]) } else { Symmetry::ball(&AXES) };
             let normal = if about_z { [p[0], p[1], 0.0] } else { p };
             let Some(r) = symmetry.turn_to(&p, &normal) else { return Ok(()) };

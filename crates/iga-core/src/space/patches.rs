@@ -1,12 +1,13 @@
 //! The space of one or more plain NURBS patches, with coincident boundary functions tied.
 
-use super::tie::{coincident, diagonal};
+use super::tie::coincident;
 use super::{Element, GridBasis, Space};
 use crate::SplineError;
 use crate::bspline::basis_derivatives;
 use crate::knots::{KnotVector, MAX_DEGREE};
 use crate::nurbs::Patch;
 use crate::nurbs::interface::FaceId;
+use crate::nurbs::jet::diagonal;
 use crate::nurbs::patch::PointBasis;
 use crate::quadrature::MAX_GAUSS;
 use crate::tensor;

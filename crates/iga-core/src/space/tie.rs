@@ -2,6 +2,8 @@
 
 use std::collections::HashMap;
 
+use crate::nurbs::jet::{diagonal, difference, norm};
+
 /// Distance below which control points coincide, relative to the diagonal of the body's bounding box.
 const TIE_TOLERANCE: f64 = 1e-9;
 
@@ -40,24 +42,8 @@ fn neighbour(
         .filter_map(|s| cells.get(&[0, 1, 2].map(|d| cell[d].saturating_add(s[d]))))
         .flatten()
         .copied()
-        .filter(|&j| distance(&points[i], &points[j]) <= tolerance)
+        .filter(|&j| norm(&difference(&points[i], &points[j])) <= tolerance)
         .min()
-}
-
-/// Diagonal of the bounding box of `points` \[m\].
-pub fn diagonal(points: &[[f64; 3]]) -> f64 {
-    let (mut lower, mut upper) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    for p in points {
-        for d in 0..3 {
-            lower[d] = lower[d].min(p[d]);
-            upper[d] = upper[d].max(p[d]);
-        }
-    }
-    if points.is_empty() { 0.0 } else { distance(&lower, &upper) }
-}
-
-fn distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| (x - y) * (x - y)).sum::<f64>().sqrt()
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use crate::nurbs::Patch;
 use crate::nurbs::interface::{COINCIDENT, FaceId, FaceNet};
-use crate::nurbs::jet::{Jet, cross, dot, norm};
+use crate::nurbs::jet::{Jet, cross, diagonal, dot, norm};
 use crate::nurbs::patch::PointBasis;
 
 /// A face of a patch, seen as a piece of the body's surface.
@@ -75,7 +75,7 @@ impl Face {
                 xi[d] = lower[d] + s * (upper[d] - lower[d]);
             }
             let extent: f64 = self.directions().map(|d| upper[d] - lower[d]).product();
-            let size = crate::nurbs::jet::extent(patch.control_points());
+            let size = diagonal(patch.control_points());
             let limit = COINCIDENT * size.powi(self.directions().count() as i32);
             plane.at(patch, &xi, &mut scratch).area * extent <= limit
         })
