@@ -1,10 +1,9 @@
 #!/usr/bin/env python3
-"""Translates $...$ and $$...$$ of Markdown pages to what mdbook takes, outside of code; links that leave docs/ go to the repository."""
+"""Translates $...$ and $$...$$ of Markdown pages to what mdbook takes, outside of code; links that leave docs/ become plain text."""
 
 import re
 import sys
 
-REPOSITORY = "https://github.com/fbimpact/fbimpact/blob/main/"
 CODE = re.compile(r"(^```.*?^```\s*?$|`[^`\n]*`)", re.M | re.S)
 
 
@@ -16,7 +15,7 @@ def escape(formula):
 def translate(text):
     text = re.sub(r"\$\$(.+?)\$\$", lambda m: "\\\\[" + escape(m[1]) + "\\\\]", text, flags=re.S)
     text = re.sub(r"\$([^$\n]+?)\$", lambda m: "\\\\(" + escape(m[1]) + "\\\\)", text)
-    return re.sub(r"\]\((?:\.\./)+([^)]*)\)", lambda m: f"]({REPOSITORY}{m[1]})" if is_outside(m[1]) else m[0], text)
+    return re.sub(r"\[([^\]]*)\]\((?:\.\./)+([^)]*)\)", lambda m: m[1] if is_outside(m[2]) else m[0], text)
 
 
 def is_outside(path):

@@ -47,7 +47,6 @@ Installed-Size: $(du -sk "$root" | cut -f1)
 Depends: libc6 (>= $glibc)$(objdump -p "$root/usr/bin/fbimpact" | grep -q libgcc_s && printf ', libgcc-s1')
 Section: science
 Priority: optional
-Homepage: https://github.com/fbimpact/fbimpact
 Description: impacts in flexible multibody systems
  fbimpact reads a scenario (TOML), builds isogeometric bodies, reduces them,
  finds and refines their contacts, and writes energies, contact forces and
