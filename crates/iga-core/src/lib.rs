@@ -18,6 +18,7 @@
 pub mod error;
 pub mod knots;
 pub mod bspline;
+pub mod bernstein;
 pub mod tensor;
 pub mod nurbs;
 pub mod quadrature;

@@ -297,9 +297,9 @@ fn proximity(query: &Query<'_>, frame: &BodyState, pair: &Pair, gap: f64, normal
     let site = |b: usize| {
         let piece = &query.sides[b].model.pieces()[pair.sites[b].piece as usize];
         SurfaceSite {
-            face: piece.face,
-            element: piece.element,
-            xi: piece.parameters(pair.sites[b].s),
+            face: piece.side.face.id,
+            element: piece.side.element,
+            xi: piece.side.parameters(pair.sites[b].s),
             point: frame.position + frame.rotation * pair.points[b],
         }
     };

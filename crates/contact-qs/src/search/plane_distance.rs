@@ -45,9 +45,9 @@ pub fn plane_distance(
     let point = workspace.deformed[0].jet(&side, site.piece, site.s).point;
     let offset = plane.normal.dot(&(state.position - plane.point));
     let found = SurfaceSite {
-        face: piece.face,
-        element: piece.element,
-        xi: piece.parameters(site.s),
+        face: piece.side.face.id,
+        element: piece.side.element,
+        xi: piece.side.parameters(site.s),
         point: state.position + state.rotation * point,
     };
     Ok(PlaneProximity { gap: height + offset, site: found })

@@ -7,15 +7,12 @@
 use faer::MatRef;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::data_error::DataError;
-use iga_core::bspline::basis_derivatives;
-use iga_core::knots::MAX_DEGREE;
-use iga_core::nurbs::patch::PointBasis;
-use iga_core::nurbs::{FaceId, Patch};
+use iga_core::nurbs::Patch;
 use iga_core::space::{PatchSpace, Space};
-use iga_core::surface::Face;
+use iga_core::surface::{ElementSide, Extraction, Face};
 use nalgebra::Vector3;
 
-use super::bezier::{Homogeneous, Interpolation, coefficients};
+use super::bezier::Homogeneous;
 use super::boxes::{Bounds, Leaf, Node, tree};
 use crate::ContactError;
 use crate::points::DofLookup;
@@ -29,30 +26,14 @@ const MAX_HALVINGS: usize = 8;
 /// One Bézier piece of the surface.
 #[derive(Debug, Clone)]
 pub(super) struct Piece {
-    pub face: FaceId,
-    pub element: usize,
-    /// Corners in the parameters of the patch; the fixed direction has equal ends.
-    pub lower: [f64; 3],
-    pub upper: [f64; 3],
-    /// Directions of the patch along the piece; `n_directions` of them count.
-    pub directions: [usize; 2],
+    /// Where it lies.
+    pub side: ElementSide,
     pub degrees: [usize; 2],
     /// First point in the net.
     pub start: usize,
     pub n_points: usize,
     /// Sign that turns the product of the tangents outwards.
     pub orientation: f64,
-}
-
-impl Piece {
-    /// Parameters in the patch.
-    pub fn parameters(&self, s: [f64; 2]) -> [f64; 3] {
-        let mut xi = self.lower;
-        for (&d, s) in self.directions.iter().zip(s) {
-            xi[d] += s * (self.upper[d] - self.lower[d]);
-        }
-        xi
-    }
 }
 
 /// Outer surface of a body: model data of the search, built once.
@@ -94,15 +75,8 @@ impl SurfaceModel {
         }
         let mut builder = Builder::new(motion, patches, space, lookup, shapes);
         for face in &faces {
-            for e in 0..space.n_elements() {
-                let element = space.element(e);
-                let d = face.id.direction;
-                let side = if face.id.upper { element.upper[d] } else { element.lower[d] };
-                if element.patch == face.id.patch && side.total_cmp(&face.parameter).is_eq() {
-                    let (mut lower, mut upper) = (element.lower, element.upper);
-                    (lower[d], upper[d]) = (face.parameter, face.parameter);
-                    builder.add_element(face, e, lower, upper)?;
-                }
+            for side in ElementSide::all(space, face) {
+                builder.add_element(side)?;
             }
         }
         builder.finish()
@@ -213,13 +187,11 @@ impl SurfaceModel {
 /// Collects pieces.
 struct Builder<'a> {
     motion: RigidMotion,
-    patches: &'a [Patch],
     space: &'a dyn Space,
     lookup: &'a DofLookup,
     shapes: MatRef<'a, f64>,
-    rules: Vec<Interpolation>,
+    extraction: Extraction<'a>,
     active: Vec<u32>,
-    basis: PointBasis,
     pieces: Vec<Piece>,
     net: Vec<Homogeneous>,
     modes: Vec<f64>,
@@ -235,13 +207,11 @@ impl<'a> Builder<'a> {
     ) -> Self {
         Self {
             motion,
-            patches,
             space,
             lookup,
             shapes,
-            rules: (0..=MAX_DEGREE).map(Interpolation::new).collect(),
+            extraction: Extraction::new(space, patches),
             active: Vec::new(),
-            basis: PointBasis::default(),
             pieces: Vec::new(),
             net: Vec::new(),
             modes: Vec::new(),
@@ -249,49 +219,22 @@ impl<'a> Builder<'a> {
     }
 
     /// Adds one side of an element, halved until its pieces are flat.
-    fn add_element(
-        &mut self,
-        face: &Face,
-        element: usize,
-        lower: [f64; 3],
-        upper: [f64; 3],
-    ) -> Result<(), ContactError> {
-        self.space.active_functions(element, &mut self.active);
-        let (mut directions, mut degrees) = ([face.id.direction; 2], [0; 2]);
-        for (slot, d) in face.directions().enumerate() {
-            directions[slot] = d;
-            degrees[slot] = self.patches[face.id.patch].knots()[d].degree();
-        }
-        let sign = if face.id.upper { 1.0 } else { -1.0 };
-        // Increasing the fixed parameter leads outwards at the upper end; a right-handed map is assumed.
-        let orientation = if face.dimension == 3 && face.id.direction == 1
-            || face.dimension == 2 && face.id.direction != 0
-        {
-            -sign
-        } else {
-            sign
-        };
-        let whole = Piece {
-            face: face.id,
-            element,
-            lower,
-            upper,
-            directions,
-            degrees,
-            start: 0,
-            n_points: (degrees[0] + 1) * (degrees[1] + 1),
-            orientation,
-        };
+    fn add_element(&mut self, side: ElementSide) -> Result<(), ContactError> {
+        self.space.active_functions(side.element, &mut self.active);
+        let degrees = self.extraction.degrees(&side.face);
+        let directions: Vec<usize> = side.face.directions().collect();
+        let n_points = (degrees[0] + 1) * (degrees[1] + 1);
+        let whole = Piece { side, degrees, start: 0, n_points, orientation: side.face.orientation() };
         let mut waiting = vec![(whole, 0)];
         while let Some((mut piece, halvings)) = waiting.pop() {
             let net = self.geometry(&piece);
             match bent_direction(&net, degrees) {
                 Some(d) if halvings < MAX_HALVINGS => {
-                    let k = piece.directions[d];
-                    let middle = 0.5 * (piece.lower[k] + piece.upper[k]);
+                    let k = directions[d];
+                    let middle = 0.5 * (piece.side.lower[k] + piece.side.upper[k]);
                     let mut second = piece.clone();
-                    piece.upper[k] = middle;
-                    second.lower[k] = middle;
+                    piece.side.upper[k] = middle;
+                    second.side.lower[k] = middle;
                     waiting.push((second, halvings + 1));
                     waiting.push((piece, halvings + 1));
                 }
@@ -306,42 +249,22 @@ impl<'a> Builder<'a> {
         Ok(())
     }
 
-    /// Values of the numerators `R_A W` of all active functions at the nodes of a piece, node by node.
-    fn numerators(&mut self, piece: &Piece) -> Vec<Vec<f64>> {
-        let [a, b] = piece.degrees;
-        let mut all = Vec::with_capacity(piece.n_points);
-        for j in 0..=b {
-            for i in 0..=a {
-                let xi = piece.parameters([self.rules[a].nodes[i], self.rules[b].nodes[j]]);
-                self.space.evaluate(piece.element, &xi, 0, &mut self.basis);
-                let weight = weight_function(&self.patches[piece.face.patch], &xi);
-                all.push(self.basis.values.iter().map(|r| r * weight).collect());
-            }
-        }
-        all
-    }
-
+    /// Undeformed homogeneous points of a piece.
     fn geometry(&mut self, piece: &Piece) -> Vec<Homogeneous> {
-        let numerators = self.numerators(piece);
-        let rules = piece.degrees.map(|p| &self.rules[p]);
-        let mut net = vec![[0.0; 4]; piece.n_points];
-        let mut column = Vec::new();
-        for c in 0..self.motion.n_components() {
-            let points = self.space.control_points();
-            let value = |row: &Vec<f64>| -> f64 {
-                row.iter().zip(&self.active).map(|(r, &f)| r * points[f as usize][c]).sum()
-            };
-            coefficients(rules, &numerators.iter().map(value).collect::<Vec<_>>(), &mut column);
-            for (h, x) in net.iter_mut().zip(&column) {
-                h[self.motion.direction(c)] = *x;
+        let points = self.space.control_points();
+        let at_node = |row: Vec<f64>| {
+            let mut sum = [0.0; 4];
+            for (r, &f) in row.iter().zip(&self.active) {
+                for c in 0..self.motion.n_components() {
+                    sum[self.motion.direction(c)] += r * points[f as usize][c];
+                }
+                sum[3] += r;
             }
-        }
-        let weights: Vec<f64> = numerators.iter().map(|row| row.iter().sum()).collect();
-        coefficients(rules, &weights, &mut column);
-        for (h, w) in net.iter_mut().zip(&column) {
-            h[3] = *w;
-        }
-        net
+            sum
+        };
+        let values: Vec<Homogeneous> =
+            self.extraction.numerators(&piece.side).into_iter().map(at_node).collect();
+        self.extraction.coefficients(&piece.side.face, &values)
     }
 
     fn add_shapes(&mut self, piece: &Piece) -> Result<(), ContactError> {
@@ -349,28 +272,28 @@ impl<'a> Builder<'a> {
         if n_modes == 0 {
             return Ok(());
         }
-        let numerators = self.numerators(piece);
-        let rules = piece.degrees.map(|p| &self.rules[p]);
-        let first = self.modes.len();
-        self.modes.resize(first + 3 * piece.n_points * n_modes, 0.0);
-        let (mut values, mut column) = (Vec::new(), Vec::new());
-        for c in 0..self.motion.n_components() {
-            let numbers: Vec<Option<usize>> = self.active.iter().map(|&f| self.lookup.number(f, c)).collect();
-            if let Some(dof) = numbers.iter().flatten().find(|&&dof| dof >= self.shapes.nrows()) {
-                let (what, count) = ("rows of the mode shapes".into(), self.shapes.nrows());
-                return Err(DataError::Index { what, number: *dof, count }.into());
+        // Unknowns of the active functions: function, direction in space, number.
+        let mut unknowns = Vec::new();
+        for (k, &f) in self.active.iter().enumerate() {
+            for c in 0..self.motion.n_components() {
+                unknowns.extend(self.lookup.number(f, c).map(|dof| (k, self.motion.direction(c), dof)));
             }
-            for mode in 0..n_modes {
-                values.clear();
-                values.extend(numerators.iter().map(|row| -> f64 {
-                    let terms = row.iter().zip(&numbers).filter(|(r, _)| **r != 0.0);
-                    terms.map(|(r, dof)| dof.map_or(0.0, |dof| r * self.shapes[(dof, mode)])).sum()
-                }));
-                coefficients(rules, &values, &mut column);
-                for (k, u) in column.iter().enumerate() {
-                    self.modes[first + 3 * (mode * piece.n_points + k) + self.motion.direction(c)] = *u;
+        }
+        if let Some((.., dof)) = unknowns.iter().find(|u| u.2 >= self.shapes.nrows()) {
+            let (what, count) = ("rows of the mode shapes".into(), self.shapes.nrows());
+            return Err(DataError::Index { what, number: *dof, count }.into());
+        }
+        let numerators = self.extraction.numerators(&piece.side);
+        for mode in 0..n_modes {
+            let at_node = |row: &Vec<f64>| {
+                let mut sum = [0.0; 3];
+                for &(k, direction, dof) in unknowns.iter().filter(|u| row[u.0] != 0.0) {
+                    sum[direction] += row[k] * self.shapes[(dof, mode)];
                 }
-            }
+                sum
+            };
+            let values: Vec<[f64; 3]> = numerators.iter().map(at_node).collect();
+            self.modes.extend(self.extraction.coefficients(&piece.side.face, &values).as_flattened());
         }
         Ok(())
     }
@@ -461,28 +384,4 @@ fn bent_direction(net: &[Homogeneous], degrees: [usize; 2]) -> Option<usize> {
     }
     let d = usize::from(worst[1] > worst[0]);
     (worst[d] > limit).then_some(d)
-}
-
-/// The weight function `W = Σ w_A N_A` of a patch (theory Eq. S.4).
-fn weight_function(patch: &Patch, xi: &[f64; 3]) -> f64 {
-    let mut tables = [[0.0; MAX_DEGREE + 1]; 3];
-    let (mut first, mut counts, mut sizes) = ([0; 3], [1; 3], [1; 3]);
-    for (d, k) in patch.knots().iter().enumerate() {
-        let e = k.find_element(xi[d]);
-        basis_derivatives(k, e, xi[d], 0, &mut tables[d]);
-        first[d] = k.element_span(e) - k.degree();
-        (counts[d], sizes[d]) = (k.degree() + 1, k.n_functions());
-    }
-    for table in &mut tables[patch.dimension()..] {
-        table[0] = 1.0;
-    }
-    let mut sum = 0.0;
-    for k in 0..counts[2] {
-        for j in 0..counts[1] {
-            let row = sizes[0] * (first[1] + j + sizes[1] * (first[2] + k)) + first[0];
-            let line: f64 = (0..counts[0]).map(|i| tables[0][i] * patch.weights()[row + i]).sum();
-            sum += line * tables[1][j] * tables[2][k];
-        }
-    }
-    sum
 }

@@ -12,7 +12,7 @@ use iga_core::nurbs::Patch;
 use iga_core::nurbs::jet::diagonal;
 use iga_core::nurbs::patch::PointBasis;
 use iga_core::space::Space;
-use iga_core::surface::Face;
+use iga_core::surface::{ElementSide, Face};
 
 use super::bezier;
 use crate::ContactError;
@@ -255,29 +255,30 @@ impl Collection<'_> {
     fn face(&mut self, wanted: &TargetFace) -> Result<FaceGrid, ContactError> {
         let face = &wanted.face;
         let patch = &self.patches[face.id.patch];
-        let directions: Vec<usize> = face.directions().collect();
         let (first, last) = patch.domain();
-        let (mut lower, mut upper, mut degrees) = ([0.0; 2], [1.0; 2], [0; 2]);
-        for (a, &d) in directions.iter().enumerate() {
+        let (mut lower, mut upper, degrees) = ([0.0; 2], [1.0; 2], face.degrees(patch));
+        for (a, d) in face.directions().enumerate() {
             lower[a] = wanted.lower[d].max(first[d]);
             upper[a] = wanted.upper[d].min(last[d]);
-            degrees[a] = patch.knots()[d].degree();
         }
-        if directions.is_empty() || !(0..2).all(|a| lower[a] < upper[a]) {
+        if face.dimension < 2 || !(0..2).all(|a| lower[a] < upper[a]) {
             return Err(ContactError::EmptyFace { lower, upper });
         }
         let start = self.elements.len();
         let weight = WeightFunction::new(patch);
         let mut breaks = [vec![lower[0], upper[0]], vec![lower[1], upper[1]]];
-        for e in 0..self.space.n_elements() {
-            let Some((low, high)) = on_face(self.space, e, face, &directions) else { continue };
+        for side in ElementSide::all(self.space, face) {
+            let (mut low, mut high) = ([0.0; 2], [1.0; 2]);
+            for (a, d) in face.directions().enumerate() {
+                (low[a], high[a]) = (side.lower[d], side.upper[d]);
+            }
             if !(0..2).all(|a| low[a].max(lower[a]) < high[a].min(upper[a])) {
                 continue;
             }
             for a in 0..2 {
                 breaks[a].extend([low[a], high[a]].iter().filter(|u| **u > lower[a] && **u < upper[a]));
             }
-            let element = self.element(e, face, &directions, degrees, (low, high), &weight);
+            let element = self.element(&side, (low, high), degrees, &weight);
             self.elements.push(element);
         }
         for list in &mut breaks {
@@ -285,13 +286,7 @@ impl Collection<'_> {
             list.dedup();
         }
         let cells = self.cells(start, &breaks)?;
-        let sign = if face.id.upper { 1.0 } else { -1.0 };
-        // Direction of the normal that the tangents give, beside that of the rising fixed parameter.
-        let turn = match (directions.len(), face.id.direction) {
-            (1, 0) | (2, 0 | 2) => 1.0,
-            _ => -1.0,
-        };
-        Ok(FaceGrid { degrees, breaks, cells, orientation: sign * turn })
+        Ok(FaceGrid { degrees, breaks, cells, orientation: face.orientation() })
     }
 
     /// Element of each cell between `breaks`, found by the cell's middle among the elements from `start` on.
@@ -311,29 +306,23 @@ impl Collection<'_> {
         Ok(cells)
     }
 
-    /// Bernstein coefficients of the functions of element `e`.
+    /// Bernstein coefficients of the functions of an element on its `side`, whose ends along the face are `lower` and `upper`.
     fn element(
         &mut self,
-        e: usize,
-        face: &Face,
-        directions: &[usize],
-        degrees: [usize; 2],
+        side: &ElementSide,
         (lower, upper): ([f64; 2], [f64; 2]),
+        degrees: [usize; 2],
         weight: &WeightFunction,
     ) -> FaceElement {
         let fits = degrees.map(bezier::fit);
         let (n0, n1) = (degrees[0] + 1, degrees[1] + 1);
         let (mut basis, mut active) = (PointBasis::default(), Vec::new());
-        self.space.active_functions(e, &mut active);
+        self.space.active_functions(side.element, &mut active);
         let mut samples = vec![0.0; active.len() * n0 * n1];
         for j in 0..n1 {
             for i in 0..n0 {
-                let t = [bezier::sample(degrees[0], i), bezier::sample(degrees[1], j)];
-                let mut xi = face.on_face(&[0.0; 3]);
-                for (a, &d) in directions.iter().enumerate() {
-                    xi[d] = lower[a] + t[a] * (upper[a] - lower[a]);
-                }
-                self.space.evaluate(e, &xi, 0, &mut basis);
+                let xi = side.parameters([0, 1].map(|a| bezier::sample(degrees[a], [i, j][a])));
+                self.space.evaluate(side.element, &xi, 0, &mut basis);
                 let w = weight.at(&xi);
                 for (row, value) in samples.chunks_exact_mut(n0 * n1).zip(&basis.values) {
                     row[i + n0 * j] = value * w;
@@ -358,22 +347,6 @@ impl Collection<'_> {
         }
         FaceElement { lower, upper, nodes, coefficients, is_in_zone: true }
     }
-}
-
-/// Ends of element `e` in the parameters of `face`, none if it does not lie there.
-fn on_face(space: &dyn Space, e: usize, face: &Face, directions: &[usize]) -> Option<([f64; 2], [f64; 2])> {
-    let element = space.element(e);
-    let d = face.id.direction;
-    let end = if face.id.upper { element.upper[d] } else { element.lower[d] };
-    // Ends of ranges are copied, not computed: equal in every bit.
-    if element.patch != face.id.patch || end.to_bits() != face.parameter.to_bits() {
-        return None;
-    }
-    let (mut lower, mut upper) = ([0.0; 2], [1.0; 2]);
-    for (a, &d) in directions.iter().enumerate() {
-        (lower[a], upper[a]) = (element.lower[d], element.upper[d]);
-    }
-    Some((lower, upper))
 }
 
 /// The weight function `W = Σ w_A N_A` of a patch, which refinement keeps.

@@ -1,17 +1,19 @@
 //! A body cut into Bézier elements, and its displacement and stress on them.
 
+use faer::Mat;
 use ffr_dynamics::body::RigidMotion;
 use iga_core::SplineError;
+use iga_core::bernstein::apply;
 use iga_core::elasticity::{Material, Model};
 use iga_core::knots::KnotVector;
 use iga_core::nurbs::Patch;
 use iga_core::nurbs::patch::PointBasis;
 use iga_core::recovery::RecoveryWorkspace;
 use iga_core::space::Space;
-use nalgebra::DMatrix;
+
 use rayon::prelude::*;
 
-use super::bernstein::{apply, coefficients, extrapolation, inset_point, values};
+use super::bernstein::{coefficients, extrapolation, inset_point, values};
 
 /// Part of an element that samples of the stress keep from its ends, about as Gauss points do: on poles and singular lines
 /// gradients do not exist, and near them they are wrong.
@@ -144,7 +146,7 @@ impl BodyGeometry {
             |xi| workspace.stress(self.space.as_ref(), model, material, displacement, element.number, xi);
         let inner =
             element.samples.iter().map(at).map(|s| s.map(|s| s.stress)).collect::<Result<Vec<_>, _>>()?;
-        let outwards: Vec<DMatrix<f64>> = element.steps.iter().map(|&n| extrapolation(n, INSET)).collect();
+        let outwards: Vec<Mat<f64>> = element.steps.iter().map(|&n| extrapolation(n, INSET)).collect();
         Ok(apply(&outwards.iter().collect::<Vec<_>>(), &inner))
     }
 }
@@ -177,8 +179,8 @@ pub fn control_values<const N: usize>(
     weights: &[f64],
     samples: &[[f64; N]],
 ) -> Vec<[f64; N]> {
-    let evaluate: Vec<DMatrix<f64>> = degrees.iter().map(|&p| values(p, p)).collect();
-    let invert: Vec<DMatrix<f64>> = degrees.iter().map(|&p| coefficients(p)).collect();
+    let evaluate: Vec<Mat<f64>> = degrees.iter().map(|&p| values(p, p)).collect();
+    let invert: Vec<Mat<f64>> = degrees.iter().map(|&p| coefficients(p)).collect();
     let lifted: Vec<[f64; 1]> = weights.iter().map(|w| [*w]).collect();
     let w = apply(&evaluate.iter().collect::<Vec<_>>(), &lifted);
     let weighted: Vec<[f64; N]> = samples.iter().zip(&w).map(|(s, w)| s.map(|c| c * w[0])).collect();
@@ -219,8 +221,8 @@ fn element(body: &Undeformed<'_>, e: usize, workspace: &mut Workspace) -> Elemen
     let positions = sampled(body.space, e, &points, (body.control, 3), workspace);
     let (nodes, weights) = match body.cells {
         Cells::Bezier => {
-            let weights: Vec<[f64; 1]> = points.iter().map(|xi| [weight(patch, xi, workspace)]).collect();
-            let invert: Vec<DMatrix<f64>> = steps.iter().map(|&p| coefficients(p)).collect();
+            let weights: Vec<[f64; 1]> = points.iter().map(|xi| [patch.weight_function(xi)]).collect();
+            let invert: Vec<Mat<f64>> = steps.iter().map(|&p| coefficients(p)).collect();
             let weights = apply(&invert.iter().collect::<Vec<_>>(), &weights);
             let weights: Vec<f64> = weights.iter().map(|w| w[0]).collect();
             (control_values(&steps, &weights, &positions), weights)
@@ -228,14 +230,6 @@ fn element(body: &Undeformed<'_>, e: usize, workspace: &mut Workspace) -> Elemen
         Cells::Linear(_) => (positions, vec![1.0; samples.len()]),
     };
     Element { steps, nodes, weights, number: e, points, samples }
-}
-
-/// Weight function of a patch: its functions are `R_i = w_i N_i / W`, and the `N_i` sum up to one.
-fn weight(patch: &Patch, xi: &[f64; 3], workspace: &mut Workspace) -> f64 {
-    let e = patch.find_element(xi);
-    patch.evaluate(e, xi, 0, &mut workspace.basis);
-    let parts = patch.active_indices(e).zip(&workspace.basis.values);
-    1.0 / parts.map(|(i, value)| value / patch.weights()[i]).sum::<f64>()
 }
 
 /// `f` of all indices `0..=steps` a direction, first direction fastest.

@@ -157,6 +157,30 @@ impl Patch {
         tensor::unflat(&counts, e)
     }
 
+    /// The weight function `W = Σ w_A N_A` at parameters `xi`, which refinement keeps (theory Eq. S.4).
+    pub fn weight_function(&self, xi: &[f64; 3]) -> f64 {
+        let mut tables = [[0.0; MAX_DEGREE + 1]; 3];
+        let (mut first, mut counts, mut sizes) = ([0; 3], [1; 3], [1; 3]);
+        for (d, k) in self.knots.iter().enumerate() {
+            let e = k.find_element(xi[d]);
+            basis_derivatives(k, e, xi[d], 0, &mut tables[d]);
+            first[d] = k.element_span(e) - k.degree();
+            (counts[d], sizes[d]) = (k.degree() + 1, k.n_functions());
+        }
+        for table in &mut tables[self.dimension()..] {
+            table[0] = 1.0;
+        }
+        let mut sum = 0.0;
+        for k in 0..counts[2] {
+            for j in 0..counts[1] {
+                let row = sizes[0] * (first[1] + j + sizes[1] * (first[2] + k)) + first[0];
+                let line: f64 = (0..counts[0]).map(|i| tables[0][i] * self.weights[row + i]).sum();
+                sum += line * tables[1][j] * tables[2][k];
+            }
+        }
+        sum
+    }
+
     /// Rational basis at `xi` on element `e` with derivatives up to `n_derivatives <= 2`, stacked as
     /// [`Patch::active_functions`]. Lists of higher derivatives are left empty.
     pub fn evaluate(&self, e: usize, xi: &[f64; 3], n_derivatives: usize, out: &mut PointBasis) {

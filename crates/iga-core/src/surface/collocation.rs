@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::extraction::ElementSide;
 use super::face::Face;
 use crate::nurbs::Patch;
 use crate::nurbs::interface::FaceId;
@@ -35,7 +36,7 @@ pub fn tributary_areas(space: &dyn Space, patches: &[Patch], face: &Face) -> BTr
     let mut areas = BTreeMap::new();
     let mut active = Vec::new();
     let (mut basis, mut scratch) = (PointBasis::default(), PointBasis::default());
-    for e in elements_on(space, face) {
+    for ElementSide { element: e, .. } in ElementSide::all(space, face) {
         space.active_functions(e, &mut active);
         // The integrand is a quotient with a square root in it; a surface is cheap enough for generous rules.
         for (xi, weight) in points_on(space, face, e, |d| space.gauss_counts(e)[d] + 4) {
@@ -60,7 +61,7 @@ pub fn gauss_points(
     let mut points = Vec::new();
     let mut scratch = PointBasis::default();
     for face in faces {
-        for element in elements_on(space, face) {
+        for ElementSide { element, .. } in ElementSide::all(space, face) {
             let n = |d: usize| count.unwrap_or(space.gauss_counts(element)[d]);
             for (xi, weight) in points_on(space, face, element, n) {
                 let at = face.at(&patches[face.id.patch], &xi, &mut scratch);
@@ -124,17 +125,6 @@ pub fn greville_points(space: &dyn Space, patches: &[Patch], faces: &[Face]) -> 
 
 /// Normals whose cosine falls short of one by less than this (an angle of about 1e-4) belong to one smooth surface.
 const SMOOTH: f64 = 1e-8;
-
-/// Elements of the space that have a side on the face.
-fn elements_on<'a>(space: &'a dyn Space, face: &Face) -> impl Iterator<Item = usize> + use<'a> {
-    let face = *face;
-    (0..space.n_elements()).filter(move |&e| {
-        let element = space.element(e);
-        let d = face.id.direction;
-        let side = if face.id.upper { element.upper[d] } else { element.lower[d] };
-        element.patch == face.id.patch && side.total_cmp(&face.parameter).is_eq()
-    })
-}
 
 /// Gauss points of the side of element `e` with weights in parameters.
 fn points_on(

@@ -63,6 +63,26 @@ impl Face {
         self.id.tangents(self.dimension)
     }
 
+    /// Degrees of `patch`, which it belongs to, along the face; zero in the direction that a curve does not have.
+    pub fn degrees(&self, patch: &Patch) -> [usize; 2] {
+        let mut degrees = [0; 2];
+        for (degree, d) in degrees.iter_mut().zip(self.directions()) {
+            *degree = patch.knots()[d].degree();
+        }
+        degrees
+    }
+
+    /// Sign that turns the product of the tangents (of a curve: the tangent times the normal of its plane) outwards, for a patch with
+    /// `det J > 0`.
+    pub fn orientation(&self) -> f64 {
+        let outwards = if self.id.upper { 1.0 } else { -1.0 };
+        let is_swapped = match self.dimension {
+            2 => self.id.direction != 0,
+            _ => self.id.direction == 1,
+        };
+        if is_swapped { -outwards } else { outwards }
+    }
+
     /// Whether the surface Jacobian vanishes all over the face.
     fn is_collapsed(&self, patch: &Patch) -> bool {
         const SHARES: [f64; 3] = [0.21, 0.47, 0.83];

@@ -5,8 +5,10 @@
 
 pub mod face;
 pub mod collocation;
+pub mod extraction;
 pub mod closest_point;
 
 pub use closest_point::{BodySurface, FacePoint};
 pub use collocation::{CollocationPoint, gauss_points, greville_points, tributary_areas};
+pub use extraction::{ElementSide, Extraction};
 pub use face::{Face, SurfacePoint};
