@@ -303,29 +303,6 @@ impl FineMesh {
         fine
     }
 
-    /// Forces on the fine unknowns (n_fine x k) collected on the coarse ones, the transpose of [`FineMesh::prolong`].
-    pub fn restrict(&self, coarse: &AssembledBody, forces: MatRef<'_, f64>) -> Mat<f64> {
-        match &self.turned {
-            None => self.restrict_nested(coarse, forces),
-            Some(net) => net.collect(coarse, self.restrict_nested(&net.body.assembled, forces).as_ref()),
-        }
-    }
-
-    fn restrict_nested(&self, coarse: &AssembledBody, forces: MatRef<'_, f64>) -> Mat<f64> {
-        let mut collected = Mat::zeros(coarse.dofs.len(), forces.ncols());
-        for j in 0..forces.ncols() {
-            let mut values = vec![[0.0; 3]; self.prolongation.n_fine()];
-            for (i, dof) in self.dofs.iter().enumerate() {
-                values[dof.node as usize][dof.component as usize] = forces[(i, j)];
-            }
-            let values = self.prolongation.apply_transposed(&values);
-            for (i, dof) in coarse.dofs.iter().enumerate() {
-                collected[(i, j)] = values[dof.node as usize][dof.component as usize];
-            }
-        }
-        collected
-    }
-
     /// Reduces the body with the matrices `assembled` for quasistatic contact at the interface `unknowns`, the dynamic
     /// coordinates being those of the reduced `coarse` model (theory Eqs. A.5, A.6).
     ///

@@ -69,11 +69,6 @@ impl ModelCache {
         self.lock().used
     }
 
-    /// Whether there is a store.
-    pub fn has_store(&self) -> bool {
-        self.store.is_some()
-    }
-
     fn lock(&self) -> std::sync::MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -28,35 +28,6 @@ pub struct StateTransfer {
     pub to_coarse: Mat<f64>,
 }
 
-/// Energy of the elastic coordinates before and after a hand-over \[J\].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct EnergyJump {
-    /// In the model left.
-    pub before: f64,
-    /// In the model entered.
-    pub after: f64,
-}
-
-impl EnergyJump {
-    /// Energy gained \[J\].
-    pub fn jump(&self) -> f64 {
-        self.after - self.before
-    }
-}
-
-/// Energy `½ (q̇ᵀ q̇ + qᵀ diag(ω²) q)` of mass-orthonormal coordinates \[J\].
-pub fn elastic_energy(basis: &ReducedBasis, q: &[f64], rates: &[f64]) -> f64 {
-    let terms = q.iter().zip(rates).zip(&basis.omega);
-    0.5 * terms.map(|((q, v), omega)| v * v + (omega * q).powi(2)).sum::<f64>()
-}
-
-/// Momenta of the elastic coordinates along the body's rigid modes, `Rᵀ M Φ q̇` with mass-orthonormal `R`: zero in a
-/// mean-axis frame [kg^½ m/s].
-pub fn elastic_momenta(basis: &ReducedBasis, rates: &[f64]) -> Vec<f64> {
-    let along = dense::product(basis.rigid.mass_modes.transpose(), basis.shapes.as_ref());
-    product(&along, rates)
-}
-
 impl StateTransfer {
     /// The maps between a coarse model with its modes and a fine model with its low-frequency modes.
     ///

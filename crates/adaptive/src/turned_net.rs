@@ -90,31 +90,6 @@ impl TurnedNet {
         };
         Mat::from_fn(turned.dofs.len(), shapes.ncols(), entry)
     }
-
-    /// Forces on the turned unknowns (n x k) on the coarse ones, the transpose of [`TurnedNet::carry`].
-    pub fn collect(&self, coarse: &AssembledBody, forces: MatRef<'_, f64>) -> Mat<f64> {
-        let n_components = coarse.motion.n_components();
-        let mut right = Mat::<f64>::zeros(self.cross.len(), n_components * forces.ncols());
-        for (i, dof) in self.body.assembled.dofs.iter().enumerate() {
-            for j in 0..forces.ncols() {
-                right[(dof.node as usize, j * n_components + dof.component as usize)] = forces[(i, j)];
-            }
-        }
-        self.mass.solve_in_place(right.as_mut());
-        let mut values = Mat::<f64>::zeros(coarse.nodes.len(), right.ncols());
-        for (a, row) in self.cross.iter().enumerate() {
-            for &(b, m) in row {
-                for j in 0..right.ncols() {
-                    values[(b as usize, j)] += m * right[(a, j)];
-                }
-            }
-        }
-        let entry = |i: usize, j: usize| {
-            let dof = coarse.dofs[i];
-            values[(dof.node as usize, j * n_components + dof.component as usize)]
-        };
-        Mat::from_fn(coarse.dofs.len(), forces.ncols(), entry)
-    }
 }
 
 /// The shape with its net turned so that it is regular at `place` of `face`, with that place on it; `None` if the net is regular

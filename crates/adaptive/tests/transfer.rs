@@ -8,13 +8,28 @@ use adaptive::fine_model::{FineBody, FineSettings};
 use adaptive::spec::LowModes;
 use adaptive::spec::PointRule;
 use adaptive::spec::TransferMethod;
-use adaptive::transfer::{StateTransfer, elastic_energy, elastic_momenta};
+use adaptive::transfer::StateTransfer;
 use bodies::{rod, sphere, wanted_at};
+use ffr_dynamics::reduction::modal::ReducedBasis;
 
 /// Random numbers in (-1, 1): a linear congruential generator.
 fn random(seed: &mut u64) -> f64 {
     *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
     (*seed >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+}
+
+/// Energy `½ (q̇ᵀ q̇ + qᵀ diag(ω²) q)` of mass-orthonormal coordinates \[J\].
+fn elastic_energy(basis: &ReducedBasis, q: &[f64], rates: &[f64]) -> f64 {
+    let terms = q.iter().zip(rates).zip(&basis.omega);
+    0.5 * terms.map(|((q, v), omega)| v * v + (omega * q).powi(2)).sum::<f64>()
+}
+
+/// Momenta of the elastic coordinates along the body's rigid modes, `Rᵀ M Φ q̇` with mass-orthonormal `R`: zero in a
+/// mean-axis frame [kg^½ m/s].
+fn elastic_momenta(basis: &ReducedBasis, rates: &[f64]) -> Vec<f64> {
+    let along = basis.rigid.mass_modes.transpose() * &basis.shapes;
+    let momentum = |i: usize| rates.iter().enumerate().map(|(j, v)| along[(i, j)] * v).sum();
+    (0..along.nrows()).map(momentum).collect()
 }
 
 /// Largest error of coarse → fine → coarse, and largest relative energy jump of coarse → fine, over random states in

@@ -83,17 +83,6 @@ pub fn centre_of_mass(data: &StandardInputData, state: &BodyState) -> Vector3<f6
     state.position + state.rotation * (moment / data.mass)
 }
 
-/// Velocity of the centre of mass of the deformed body in the inertial frame [m/s].
-pub fn centre_of_mass_velocity(data: &StandardInputData, state: &BodyState) -> Vector3<f64> {
-    let mut moment = data.mass_moment;
-    let mut rate = Vector3::zeros();
-    for ((c, q), v) in data.coupling_translation.iter().zip(&state.elastic).zip(&state.elastic_rates) {
-        moment += c * *q;
-        rate += c * *v;
-    }
-    state.velocity + state.rotation * ((state.angular_velocity.cross(&moment) + rate) / data.mass)
-}
-
 /// Velocity at `place` \[m\] of the rigid motion that carries the body's momenta (Eq. A.31), both in the inertial frame [m/s]: that of
 /// the deformed centre of mass, and the turn `J⁻¹ L` with inertia and angular momentum about it. Vibration does not enter, nor does the
 /// choice of the frame of reference. A body without inertia about an axis turns with its frame.

@@ -7,16 +7,13 @@ mod dynamics_support;
 #[expect(dead_code, reason = "other test binaries use the rest")]
 mod free_motion;
 
-use dynamics_support::{Random, Sample, block, rigid_rotor};
+use dynamics_support::{Push, Random, Sample, block, rigid_rotor};
 use ffr_dynamics::DynamicsError;
-use ffr_dynamics::body::reference_frame::move_origin;
 use ffr_dynamics::body::{MassMatrix, ModalDamping, RigidMotion, StandardInputData};
 use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::integration::OdeSystem;
-use ffr_dynamics::invariants::{Invariants, centre_of_mass, centre_of_mass_velocity};
-use ffr_dynamics::system::{
-    Active, BodyState, Findings, ForceElement, ForceEnergies, GeneralisedForce, Motion,
-};
+use ffr_dynamics::invariants::{Invariants, centre_of_mass, rigid_velocity};
+use ffr_dynamics::system::{Active, BodyState, ForceElement, GeneralisedForce, Motion};
 use free_motion::{free_system, state_vector};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
@@ -71,7 +68,7 @@ fn energies_and_momenta_equal_those_of_the_full_model() {
             assert!((invariants.linear_momentum - expected_p).norm() <= ROUND_OFF * p.norm(), "{motion:?}");
             let centre = moment / mass;
             assert!((centre_of_mass(&sample.data, &state) - centre).norm() <= ROUND_OFF);
-            let v = centre_of_mass_velocity(&sample.data, &state);
+            let v = rigid_velocity(&sample.data, &state, &centre);
             assert!((v * mass - expected_p).norm() <= ROUND_OFF * p.norm());
             assert!((invariants.gravity + mass * gravity_of(motion).dot(&centre)).abs() <= 1e-11 * mass);
         }
@@ -91,39 +88,33 @@ fn kinetic_energy_of_an_axial_body_includes_radial_motion() {
 fn modes_of_the_free_body_belong_to_a_buckens_frame_whatever_its_origin() {
     for motion in MOTIONS {
         let sample = block(motion, N_MODES);
-        assert!(sample.data.is_buckens_frame(), "{motion:?}");
+        assert!(is_buckens_frame(&sample.data), "{motion:?}");
         assert!(sample.data.centre_of_mass().norm() > 0.01);
         let mut moved = sample.body.clone();
         let centre = sample.data.centre_of_mass();
-        let components: Vec<f64> = (0..motion.n_components()).map(|c| centre[motion.direction(c)]).collect();
-        let mut origin = [0.0; 3];
-        origin[..components.len()].copy_from_slice(&components);
-        move_origin(&mut moved, origin);
+        let origin = motion.components(centre.as_ref());
+        for point in moved.nodes.iter_mut().chain(&mut moved.anchors) {
+            point.iter_mut().zip(origin).for_each(|(x, x0)| *x -= x0);
+        }
         let data =
             StandardInputData::new(&moved, sample.shapes.as_ref(), &sample.data.modal_stiffness).unwrap();
         assert!(data.centre_of_mass().norm() < ROUND_OFF, "{motion:?}");
-        assert!(data.is_buckens_frame());
+        assert!(is_buckens_frame(&data));
         // Parallel axes.
         let steiner = centre * centre.transpose() * data.mass;
         assert!((data.second_moment + steiner - sample.data.second_moment).norm() < ROUND_OFF);
     }
 }
 
+/// Whether the modes belong to the Buckens frame: `C_t = 0` and `C_r = 0` at rest (Eq. D.5), to the eigensolver's tolerance.
+fn is_buckens_frame(data: &StandardInputData) -> bool {
+    let (scale, inertia) = (data.mass.sqrt(), data.second_moment.trace().sqrt());
+    data.coupling_translation.iter().all(|c| c.norm() <= 1e-6 * scale)
+        && (0..data.n_modes()).all(|j| data.coupling_rotation_at_rest(j).norm() <= 1e-6 * inertia)
+}
+
 /// A given force on the only body.
 struct Given(GeneralisedForce);
-
-/// Its resultant.
-struct Push(Vector3<f64>);
-
-impl Findings for Push {
-    fn energies(&self) -> ForceEnergies {
-        ForceEnergies::default()
-    }
-
-    fn resultant(&self) -> Vector3<f64> {
-        self.0
-    }
-}
 
 impl ForceElement for Given {
     type State = ();
@@ -135,7 +126,7 @@ impl ForceElement for Given {
     fn workspace(&self) {}
 
     fn found(&self) -> Push {
-        Push(self.0.force)
+        Push { resultant: self.0.force, energy: 0.0 }
     }
 
     fn evaluate(
@@ -288,7 +279,7 @@ fn elastic_accelerations_satisfy_lagrange_equations_by_finite_differences() {
 }
 
 #[test]
-fn named_inertia_terms_are_the_derivatives_of_the_inertia() {
+fn centrifugal_forces_are_the_derivatives_of_the_inertia() {
     let sample = block(RigidMotion::Spatial, N_MODES);
     let data = &sample.data;
     let zero = vec![0.0; N_MODES];
@@ -300,7 +291,6 @@ fn named_inertia_terms_are_the_derivatives_of_the_inertia() {
         };
         // The inertia is quadratic in q_e: the central difference is exact.
         let gradient = (moved(1.0) - moved(-1.0)) * 0.5;
-        assert!((gradient - data.inertia_gradient(j)).norm() < ROUND_OFF);
         let omega = Vector3::new(0.3, -1.2, 0.8);
         let squares = [
             omega.x * omega.x,
@@ -313,13 +303,6 @@ fn named_inertia_terms_are_the_derivatives_of_the_inertia() {
         let centrifugal: f64 = data.centrifugal(j).iter().zip(squares).map(|(o, s)| o * s).sum();
         // The force is minus the derivative of ½ ω·I ω.
         assert!((centrifugal + 0.5 * omega.dot(&(gradient * omega))).abs() < ROUND_OFF);
-        for i in 0..N_MODES {
-            let (forth, back) = (data.gyroscopic_elastic(i, j), data.gyroscopic_elastic(j, i));
-            assert!((forth + back).norm() < ROUND_OFF, "gyroscopic terms do no work");
-        }
-        // Without relative spin, the gyroscopic term of the rotation is the change of the inertia alone.
-        let symmetric = 0.5 * (data.gyroscopic_rotation(j) + data.gyroscopic_rotation(j).transpose());
-        assert!((symmetric - gradient).norm() < ROUND_OFF);
     }
 }
 

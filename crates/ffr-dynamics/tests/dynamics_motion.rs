@@ -8,15 +8,15 @@ mod free_motion;
 
 use std::ops::DerefMut;
 
-use dynamics_support::{Random, block, rigid_rotor};
+use dynamics_support::{Push, Random, block, rigid_rotor};
 use ffr_dynamics::body::{ModalDamping, RigidMotion, StandardInputData};
 use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::integration::{DormandPrince, OdeSystem, StepSettings};
 use ffr_dynamics::invariants::Invariants;
 use ffr_dynamics::kinematics::FlexiblePoint;
 use ffr_dynamics::system::{
-    Active, ActiveForce, BodySpec, BodyState, ErrorScale, Findings, ForceElement, ForceEnergies,
-    GeneralisedForce, Motion, Multibody, SystemSpec,
+    Active, ActiveForce, BodySpec, BodyState, ErrorScale, ForceElement, GeneralisedForce, Motion, Multibody,
+    SystemSpec,
 };
 use free_motion::{body_state, free_system, state_vector};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
@@ -25,23 +25,6 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 struct Floor {
     point: FlexiblePoint,
     stiffness: f64,
-}
-
-/// Its force and energy.
-#[derive(Default)]
-struct Push {
-    resultant: Vector3<f64>,
-    energy: f64,
-}
-
-impl Findings for Push {
-    fn energies(&self) -> ForceEnergies {
-        ForceEnergies { penalty: self.energy, ..ForceEnergies::default() }
-    }
-
-    fn resultant(&self) -> Vector3<f64> {
-        self.resultant
-    }
 }
 
 impl ForceElement for Floor {

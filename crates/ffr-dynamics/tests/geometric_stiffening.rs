@@ -8,14 +8,14 @@ mod dynamics_support;
 mod free_motion;
 mod spinning;
 
-use dynamics_support::{Random, block};
+use dynamics_support::{Random, block, rotation_of_gradient};
 use faer::Mat;
 use ffr_dynamics::DynamicsError;
 use ffr_dynamics::body::{
     GeometricStiffening, MassMatrix, ReferenceLoad, RigidMotion, ShapeIntegrals, StandardInputData,
 };
 use ffr_dynamics::integration::{Integrator, Linearisation, Method, OdeSystem, StepSettings};
-use ffr_dynamics::kinematics::{Marker, rotation_of_gradient};
+use ffr_dynamics::kinematics::Marker;
 use ffr_dynamics::reduction::all_modes;
 use ffr_dynamics::system::{ActiveForce, ErrorScale, Multibody};
 use free_motion::{body_state, free_system, state_vector};

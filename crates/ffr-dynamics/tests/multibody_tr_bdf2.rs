@@ -7,10 +7,10 @@ mod common;
 mod dynamics_support;
 mod free_motion;
 
-use dynamics_support::{Random, Sample, block};
+use dynamics_support::{Random, Sample, block, rotation_of_gradient};
 use ffr_dynamics::body::{AssembledBody, ModalDamping, RigidMotion, StandardInputData};
 use ffr_dynamics::integration::{Integrator, Linearisation, Method, OdeSystem, Statistics, StepSettings};
-use ffr_dynamics::kinematics::{Marker, rotation_of_gradient};
+use ffr_dynamics::kinematics::Marker;
 use ffr_dynamics::reduction::{ReducedBasis, modal_truncation};
 use ffr_dynamics::system::{
     Attachment, BodySpec, BodyState, ErrorScale, GROUND, JointKind, JointSpec, Multibody, SystemSpec,

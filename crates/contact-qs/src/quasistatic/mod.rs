@@ -16,6 +16,6 @@ pub use active_set::{ActiveSet, SolveReport};
 pub use broyden::{Broyden, BroydenSettings};
 pub use modal_basis::ModalBasis;
 pub use point_solver::Method;
-pub use problem::{KktResidual, Problem, ProblemEnergies};
+pub use problem::{Problem, ProblemEnergies};
 pub use solver::{Quasistatic, ZoneSolver};
 pub use tangential::PointState;

@@ -26,17 +26,6 @@ pub struct ProblemEnergies {
     pub penalty: f64,
 }
 
-/// How far forces are from the optimality conditions (Eq. C.6).
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct KktResidual {
-    /// Largest violation of `g + Dλ >= 0` \[m\].
-    pub gap: f64,
-    /// Largest tension `-λ_i` \[N\].
-    pub tension: f64,
-    /// Largest `|λ_i (g + Dλ)_i|` \[J\].
-    pub complementarity: f64,
-}
-
 impl Problem<'_> {
     /// Number of points.
     pub fn n_points(&self) -> usize {
@@ -57,18 +46,6 @@ impl Problem<'_> {
             energies.penalty += 0.5 * force * force * self.springs[i];
         }
         energies
-    }
-
-    /// Distance of `forces`, whose deformed gaps are `deformed`, from the optimality conditions.
-    pub fn kkt_residual(&self, forces: &[f64], deformed: &[f64]) -> KktResidual {
-        let mut residual = KktResidual::default();
-        for (i, &force) in forces.iter().enumerate() {
-            let slack = deformed[i] + self.springs[i] * force;
-            residual.gap = residual.gap.max(-slack);
-            residual.tension = residual.tension.max(-force);
-            residual.complementarity = residual.complementarity.max((force * slack).abs());
-        }
-        residual
     }
 
     /// Deepest penetration without quasistatic displacement, zero if no point penetrates, NaN if a gap is not finite \[m\].

@@ -6,7 +6,6 @@ mod general_mass;
 pub mod modal_mass;
 pub mod standard_input_data;
 pub mod damping;
-pub mod reference_frame;
 pub mod tangent_frame;
 pub(crate) mod foreshortening;
 pub mod geometric_stiffening;

@@ -261,21 +261,9 @@ impl StandardInputData {
         axial(&self.shape_shape_integral(i, j))
     }
 
-    /// Change of the inertia by elastic coordinate `j` at rest [kg m² a unit].
-    pub fn inertia_gradient(&self, j: usize) -> Matrix3<f64> {
-        let first = self.position_shape_integral(j);
-        inertia_from(&(first + first.transpose()))
-    }
-
-    /// `G_rj` at rest: the rotational inertia force of mode `j` is `G_rj ω dq_j/dt` (Eq. D.8).
-    pub fn gyroscopic_rotation(&self, j: usize) -> Matrix3<f64> {
-        let first = self.position_shape_integral(j);
-        2.0 * (Matrix3::identity() * first.trace() - first.transpose())
-    }
-
-    /// `G_e` between modes `j` (force) and `i` (rate): the force is `G_eij · ω dq_i/dt` (Eq. D.8).
-    pub fn gyroscopic_elastic(&self, i: usize, j: usize) -> Vector3<f64> {
-        2.0 * self.coupling_rotation_gradient(i, j)
+    /// Centre of mass of the undeformed body in its frame \[m\].
+    pub fn centre_of_mass(&self) -> Vector3<f64> {
+        self.mass_moment / self.mass
     }
 
     /// Row `j` of `O_e` at rest: its product with `(ωx², ωy², ωz², ωx ωy, ωy ωz, ωz ωx)` is the centrifugal force (Eq. D.8).

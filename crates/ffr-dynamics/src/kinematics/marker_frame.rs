@@ -1,7 +1,6 @@
 //! Markers: points with a frame that move and turn with a flexible body (docs/theory.md Eq. M.4 to M.6).
 
-use faer::MatRef;
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, Vector3};
 
 use super::exponential::RotationVectorRates;
 use super::marker::FlexiblePoint;
@@ -71,41 +70,6 @@ impl Marker {
             (0..3).for_each(|c| rows.extend(vectors.iter().map(|v| v[c])));
         }
         Ok(Self { name: name.to_string(), position, rotation, n_modes: n, rows })
-    }
-
-    /// A marker from mode shapes and their gradients in the model's components, one column a mode: row `a` of `shapes` is
-    /// the displacement along component `a` of the model, row `a n_c + b` of `gradients` its derivative along component `b`.
-    ///
-    /// The rotation is half the curl; on the axis of an axisymmetric model it vanishes.
-    ///
-    /// # Errors
-    /// [`DynamicsError::Data`] if sizes do not fit; see [`Marker::flexible`] too.
-    pub fn from_gradients(
-        name: &str,
-        motion: RigidMotion,
-        position: Vector3<f64>,
-        rotation: UnitQuaternion<f64>,
-        shapes: MatRef<'_, f64>,
-        gradients: MatRef<'_, f64>,
-    ) -> Result<Self, DynamicsError> {
-        let (n, n_c) = (shapes.ncols(), motion.n_components());
-        if shapes.nrows() != n_c || gradients.nrows() != n_c * n_c || gradients.ncols() != n {
-            let what = format!("shapes and gradients of marker \"{name}\"");
-            let found = (shapes.nrows() + gradients.nrows(), gradients.ncols());
-            return Err(DataError::Size { what, found, expected: (n_c + n_c * n_c, n) }.into());
-        }
-        let displacements = FlexiblePoint::from_rows(motion, position, shapes, 0).shapes;
-        let mut rotations = vec![Vector3::zeros(); n];
-        if motion != RigidMotion::Axial {
-            for (j, rotation) in rotations.iter_mut().enumerate() {
-                let mut gradient = Matrix3::zeros();
-                for a in 0..n_c {
-                    (0..n_c).for_each(|b| gradient[(a, b)] = gradients[(a * n_c + b, j)]);
-                }
-                *rotation = rotation_of_gradient(&gradient);
-            }
-        }
-        Self::flexible(name, position, rotation, &displacements, &rotations)
     }
 
     /// Number of elastic coordinates that move the marker; 0 if none does.
@@ -242,36 +206,16 @@ impl Marker {
     }
 }
 
-/// Rotation of a displacement field from its gradient `∂u_a/∂X_b`: half the curl.
-pub fn rotation_of_gradient(gradient: &Matrix3<f64>) -> Vector3<f64> {
-    0.5 * Vector3::new(
-        gradient[(2, 1)] - gradient[(1, 2)],
-        gradient[(0, 2)] - gradient[(2, 0)],
-        gradient[(1, 0)] - gradient[(0, 1)],
-    )
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use faer::Mat;
 
     #[test]
     fn marker_on_a_rigidly_turning_field_turns_with_it() {
         let (turn, place) = (Vector3::new(0.3, -0.7, 0.2), Vector3::new(1.0, 2.0, -0.5));
         let field = turn.cross(&place);
-        let gradient = turn.cross_matrix();
-        let shapes = Mat::from_fn(3, 1, |i, _| field[i]);
-        let gradients = Mat::from_fn(9, 1, |i, _| gradient[(i / 3, i % 3)]);
-        let marker = Marker::from_gradients(
-            "m",
-            RigidMotion::Spatial,
-            place,
-            UnitQuaternion::identity(),
-            shapes.as_ref(),
-            gradients.as_ref(),
-        )
-        .expect("sizes fit");
+        let marker =
+            Marker::flexible("m", place, UnitQuaternion::identity(), &[field], &[turn]).expect("sizes fit");
         for c in 0..3 {
             assert!((marker.rotation_row(c)[0] - turn[c]).abs() < 1e-15); // round-off
             assert!((marker.displacement_row(c)[0] - field[c]).abs() < 1e-15);

@@ -8,5 +8,5 @@ pub mod marker_weights;
 
 pub use exponential::RotationVectorRates;
 pub use marker::FlexiblePoint;
-pub use marker_frame::{Marker, MarkerMotion, rotation_of_gradient};
+pub use marker_frame::{Marker, MarkerMotion};
 pub use marker_weights::MarkerWeights;

@@ -19,11 +19,6 @@ pub fn rotation_from_slice(q: &[f64]) -> UnitQuaternion<f64> {
     UnitQuaternion::new_normalize(Quaternion::new(q[0], q[1], q[2], q[3]))
 }
 
-/// Writes a rotation as `w x y z`.
-pub fn write_rotation(rotation: &UnitQuaternion<f64>, q: &mut [f64]) {
-    q.copy_from_slice(&[rotation.w, rotation.i, rotation.j, rotation.k]);
-}
-
 /// Rate of the quaternion `q` of a body that turns with `angular_velocity`, expressed in the body's frame (Eq. D.1) [1/s].
 pub fn quaternion_rate(q: &[f64], angular_velocity: &Vector3<f64>, rate: &mut [f64]) {
     let q = Quaternion::new(q[0], q[1], q[2], q[3]);
@@ -61,6 +56,11 @@ mod tests {
 
     // Products of numbers of order one: a few round-offs.
     const ROUND_OFF: f64 = 1e-14;
+
+    /// Writes a rotation as `w x y z`.
+    fn write_rotation(rotation: &UnitQuaternion<f64>, q: &mut [f64]) {
+        q.copy_from_slice(&[rotation.w, rotation.i, rotation.j, rotation.k]);
+    }
 
     #[test]
     fn axial_of_a_dyad_is_the_cross_product() {

@@ -241,11 +241,6 @@ impl MultibodyModel {
         group
     }
 
-    /// Index of the body that hangs on the joint called `name`.
-    pub fn joint_index(&self, name: &str) -> Option<usize> {
-        self.bodies.iter().position(|b| b.joint.name == name)
-    }
-
     /// Joint positions, velocities and prescribed accelerations of a body at time `t` in the state `y`.
     pub(super) fn joint_coordinates(&self, body: usize, t: f64, y: &[f64]) -> JointCoordinates {
         let TreeBody { joint, layout, .. } = &self.bodies[body];

@@ -7,8 +7,35 @@ use faer::sparse::{SparseColMat, Triplet};
 use ffr_dynamics::body::{AssembledBody, Dof, MassMatrix, RigidMotion, StandardInputData};
 use nalgebra::{DMatrix, Matrix3, UnitQuaternion, Vector3};
 
-use ffr_dynamics::kinematics::{Marker, rotation_of_gradient};
-use ffr_dynamics::system::BodyState;
+use ffr_dynamics::kinematics::Marker;
+use ffr_dynamics::system::{BodyState, Findings, ForceEnergies};
+
+/// What a force of a test found: its resultant and its energy.
+#[derive(Default)]
+pub struct Push {
+    pub resultant: Vector3<f64>,
+    pub energy: f64,
+}
+
+impl Findings for Push {
+    fn energies(&self) -> ForceEnergies {
+        ForceEnergies { penalty: self.energy, ..ForceEnergies::default() }
+    }
+
+    fn resultant(&self) -> Vector3<f64> {
+        self.resultant
+    }
+}
+
+/// Rotation of a material point: half the curl of a displacement with this gradient (entry `(a, b)`: derivative of component `a` along
+/// `b`).
+pub fn rotation_of_gradient(gradient: &Matrix3<f64>) -> Vector3<f64> {
+    0.5 * Vector3::new(
+        gradient[(2, 1)] - gradient[(1, 2)],
+        gradient[(0, 2)] - gradient[(2, 0)],
+        gradient[(1, 0)] - gradient[(0, 1)],
+    )
+}
 
 /// A body before and after reduction.
 pub struct Sample {

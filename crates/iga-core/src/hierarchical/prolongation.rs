@@ -2,8 +2,6 @@
 
 use std::collections::HashMap;
 
-use faer::sparse::{SparseColMat, Triplet};
-
 use super::domain::{Leaf, Level};
 use super::index_box::{IndexBox, covers};
 use super::space::HierarchicalSpace;
@@ -96,35 +94,6 @@ impl Prolongation {
             sum
         };
         (0..self.n_fine()).map(row).collect()
-    }
-
-    /// `Pᵀ y`, such as fine nodal forces collected on the coarse functions.
-    ///
-    /// # Panics
-    /// If `y` has not one entry a fine function.
-    pub fn apply_transposed<const N: usize>(&self, y: &[[f64; N]]) -> Vec<[f64; N]> {
-        assert_eq!(y.len(), self.n_fine(), "one entry a fine function");
-        let mut sum = vec![[0.0; N]; self.n_coarse];
-        for (i, y) in y.iter().enumerate() {
-            let (columns, values) = self.row(i);
-            for (&j, v) in columns.iter().zip(values) {
-                for (s, c) in sum[j as usize].iter_mut().zip(y) {
-                    *s += v * c;
-                }
-            }
-        }
-        sum
-    }
-
-    /// The matrix, fine by coarse, one number a function.
-    ///
-    /// # Errors
-    /// [`SplineError::NotContained`] if the indices are too many for 32 bits.
-    pub fn to_matrix(&self) -> Result<SparseColMat<u32, f64>, SplineError> {
-        let rows = (0..self.n_fine()).flat_map(|i| self.row(i).0.iter().map(move |&j| (i as u32, j)));
-        let triplets: Vec<_> = rows.zip(&self.values).map(|((i, j), &v)| Triplet::new(i, j, v)).collect();
-        SparseColMat::try_new_from_triplets(self.n_fine(), self.n_coarse, &triplets)
-            .map_err(|e| SplineError::NotContained { reason: format!("matrix of {self:?} failed: {e:?}") })
     }
 
     /// Weights and control points must be prolonged to those of the finer space.

@@ -90,11 +90,6 @@ impl PatchSpace {
         self.size
     }
 
-    /// Element `index` of patch `patch`, numbered in the space.
-    pub fn element_of_patch(&self, patch: usize, index: usize) -> usize {
-        self.first_element[patch] + index
-    }
-
     /// Patch of element `e` and the element's number there.
     fn locate(&self, e: usize) -> (usize, usize) {
         let patch = self.first_element.partition_point(|&f| f <= e) - 1;

@@ -63,24 +63,14 @@ fn hierarchical_space_lies_in_the_globally_refined_one() {
 }
 
 #[test]
-fn matrix_transpose_and_product_agree() {
+fn rows_of_a_prolongation_sum_to_one() {
     let patch = ring(2, 1, 0.3, &[8, 8]);
     let coarse = HierarchicalSpace::plain(&patch).unwrap();
     let fine = HierarchicalSpace::new(&patch, hierarchy(&patch, &[(0.5, 0.6)])).unwrap();
     let p = Prolongation::between(&coarse, &fine).unwrap();
-    let matrix = p.to_matrix().unwrap();
-    assert_eq!((matrix.nrows(), matrix.ncols()), (p.n_fine(), p.n_coarse()));
-    let (x, y) = (noise(p.n_coarse()), noise(p.n_fine()));
-    let (px, pty) = (p.apply(&x), p.apply_transposed(&y));
-    let dot = |a: &[[f64; 3]], b: &[[f64; 3]]| -> f64 { a.iter().zip(b).map(|(a, b)| a[0] * b[0]).sum() };
-    // Sums of 200 terms of size 1.
-    assert!((dot(&px, &y) - dot(&x, &pty)).abs() < ROUND_OFF);
     for i in 0..p.n_fine() {
         let sum: f64 = p.row(i).1.iter().sum();
         assert!((sum - 1.0).abs() < ROUND_OFF);
-        for (&j, &v) in p.row(i).0.iter().zip(p.row(i).1) {
-            assert_eq!(matrix.get(i, j as usize).copied(), Some(v));
-        }
     }
 }
 

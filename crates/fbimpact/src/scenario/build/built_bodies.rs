@@ -58,7 +58,7 @@ pub struct BuiltBodies {
 }
 
 /// How a body finds the place that a table names.
-type Find = fn(&BodyPlaces, &GivenPlace) -> Result<Place, PlaceError>;
+pub type Find = fn(&BodyPlaces, &GivenPlace) -> Result<Place, PlaceError>;
 
 impl BuiltBodies {
     /// Whether all bodies are free of faults.
@@ -93,29 +93,9 @@ impl BuiltBodies {
         Some(self.moving(body)?.spec.motion.rotation)
     }
 
-    /// Where a joint or load of table `section` takes hold of body `body`.
-    pub fn held(
-        &self,
-        checker: &mut Checker,
-        section: &Section,
-        body: usize,
-        at: &GivenPlace,
-    ) -> Option<Place> {
-        self.place(checker, section, body, at, BodyPlaces::held)
-    }
-
-    /// Where body `body` is observed by the table `section`.
-    pub fn observed(
-        &self,
-        checker: &mut Checker,
-        section: &Section,
-        body: usize,
-        at: &GivenPlace,
-    ) -> Option<Place> {
-        self.place(checker, section, body, at, BodyPlaces::observed)
-    }
-
-    fn place(
+    /// A place on body `body` given in table `section`: by [`BodyPlaces::held`] where a joint or load takes hold, by
+    /// [`BodyPlaces::observed`] where the body is observed.
+    pub fn place(
         &self,
         checker: &mut Checker,
         section: &Section,

@@ -3,6 +3,7 @@
 use adaptive::spec::{Attachment, LoadSpec};
 use nalgebra::UnitQuaternion;
 
+use super::super::body_places::BodyPlaces;
 use super::super::check::Checker;
 use super::super::section::Section;
 use super::built_bodies::BuiltBodies;
@@ -52,7 +53,7 @@ fn load(
         let message = format!("a body that is {} cannot move so", facts.motion());
         checker.fault_in(section, COMPONENTS[i], message);
     }
-    let place = bodies.held(checker, section, body, &at)?;
+    let place = bodies.place(checker, section, body, &at, BodyPlaces::held)?;
     // Axes that turn with the place are those of the body.
     let at = Attachment { body: Some(bodies.index(body)?), place, rotation: UnitQuaternion::identity() };
     let is_following = section.boolean("following")?;

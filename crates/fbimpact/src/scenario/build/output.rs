@@ -2,7 +2,7 @@
 
 use adaptive::spec::{PointSpec, StressInstant, StressSpec};
 
-use super::super::body_places::GivenPlace;
+use super::super::body_places::{BodyPlaces, GivenPlace};
 use super::super::check::Checker;
 use super::super::section::{Checked, Section};
 use super::super::types::Compression;
@@ -52,7 +52,7 @@ fn point(
     let body = body_index(checker, root, section, "body")?;
     let facts = BodyFacts::find(root, section.text("body")?)?.with_points();
     let at = marker_or_point(checker, section, &facts)?;
-    let place = bodies.observed(checker, section, body, &at)?;
+    let place = bodies.place(checker, section, body, &at, BodyPlaces::observed)?;
     Some(PointSpec { name: name.to_owned(), body: bodies.index(body)?, place })
 }
 

@@ -8,6 +8,7 @@ use adaptive::spec::{Attachment, JointSpec, Place};
 use ffr_dynamics::system::joints::JointKind;
 use nalgebra::UnitQuaternion;
 
+use super::super::body_places::BodyPlaces;
 use super::super::check::Checker;
 use super::super::section::Section;
 use super::built_bodies::BuiltBodies;
@@ -142,7 +143,7 @@ fn attachment(
         return None;
     }
     let at = held(checker, side, &facts)?;
-    let place = bodies.held(checker, side, body, &at);
+    let place = bodies.place(checker, side, body, &at, BodyPlaces::held);
     Some(Side { body: Some(body), place })
 }
 
