@@ -5,6 +5,7 @@ use std::fmt;
 use thiserror::Error;
 
 use crate::data_error::DataError;
+use crate::joint_fault::JointFault;
 
 /// Errors of reduction, equations of motion and time integration. Texts are fragments that read after "body ...: ".
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -120,12 +121,12 @@ pub enum DynamicsError {
         second: String,
     },
     /// A joint that cannot be.
-    #[error("joint \"{joint}\": {reason}")]
+    #[error("joint \"{joint}\": {fault}")]
     Joint {
         /// Name of the joint.
         joint: String,
-        /// Why, with the numbers.
-        reason: String,
+        /// Why.
+        fault: Box<JointFault>,
     },
     /// A load on ground.
     #[error("load \"{load}\" acts on ground, name a body")]

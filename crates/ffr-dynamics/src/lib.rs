@@ -7,6 +7,7 @@
 //! SI units, radians. Equation numbers refer to `docs/theory.md`.
 
 pub mod data_error;
+pub mod joint_fault;
 pub mod error;
 pub mod body;
 pub mod reduction;

@@ -12,6 +12,7 @@ use super::tree::{Parent, order_from_ground};
 use crate::body::{ModalDamping, RigidMotion, StandardInputData};
 use crate::data_error::DataError;
 use crate::error::DynamicsError;
+use crate::joint_fault::JointFault;
 use crate::kinematics::Marker;
 
 /// Deviation of axes above which a joint leads out of the plane or off the axis of a body's model; angles typed in degrees.
@@ -340,13 +341,13 @@ fn resolve(spec: &SystemSpec, user: &str, at: &Attachment) -> Result<Site, Dynam
         });
     };
     if marker.n_modes() != 0 && marker.n_modes() != n_modes {
-        let reason = format!(
-            "marker \"{}\" has {} elastic coordinates, its body \"{}\" {n_modes}",
-            marker.name,
-            marker.n_modes(),
-            at.body
-        );
-        return Err(DynamicsError::Joint { joint: user.to_string(), reason });
+        let fault = JointFault::MarkerModes {
+            marker: marker.name.clone(),
+            found: marker.n_modes(),
+            body: at.body.clone(),
+            expected: n_modes,
+        };
+        return Err(DynamicsError::Joint { joint: user.to_string(), fault: Box::new(fault) });
     }
     Ok(Site { body, marker: marker.clone() })
 }
@@ -357,8 +358,10 @@ fn tree_joints(spec: &SystemSpec) -> Result<Vec<TreeJoint>, DynamicsError> {
     for JointSpec { name, kind, parent, child, coordinates } in &spec.joints {
         let (parent, child) = (resolve(spec, name, parent)?, resolve(spec, name, child)?);
         let Some(body) = child.body else {
-            let reason = "its child is ground; exchange parent and child".to_string();
-            return Err(DynamicsError::Joint { joint: name.clone(), reason });
+            return Err(DynamicsError::Joint {
+                joint: name.clone(),
+                fault: Box::new(JointFault::ChildIsGround),
+            });
         };
         if let Some(first) = &joints[body] {
             return Err(DynamicsError::OverConstrained {
@@ -401,7 +404,8 @@ fn check_suits_model(
     parent: Option<&BodySpec>,
 ) -> Result<(), DynamicsError> {
     let motion = body.data.motion;
-    let fail = |reason: String| Err(DynamicsError::Joint { joint: joint.name.clone(), reason });
+    let fail =
+        |fault: JointFault| Err(DynamicsError::Joint { joint: joint.name.clone(), fault: Box::new(fault) });
     let parent_motion = parent.map(|p| p.data.motion);
     if motion == RigidMotion::Spatial && parent_motion.is_none_or(|m| m == RigidMotion::Spatial) {
         return Ok(());
@@ -424,10 +428,7 @@ fn check_suits_model(
             let parts = [u.x, u.y, u.z, turn.x, turn.y, turn.z];
             if let Some(i) = (0..6).find(|i| !active.contains(i) && parts[*i].abs() > ALIGNMENT) {
                 let direction = ["x", "y", "z", "rotation x", "rotation y", "rotation z"][i];
-                return fail(format!(
-                    "a {} joint moves in direction {direction}, which the {model} model lacks",
-                    joint.kind.name()
-                ));
+                return fail(JointFault::OffModel { kind: joint.kind.name(), direction, model });
             }
         }
     }
@@ -437,10 +438,8 @@ fn check_suits_model(
     let is_aligned = (turn[(2, 2)].abs() - 1.0).abs() < ALIGNMENT;
     let is_turned = parent.data.motion != motion;
     if !is_aligned || is_turned {
-        return fail(format!(
-            "{model} bodies can only be joined to ground or to each other with parallel z axes (\"{}\", \"{}\")",
-            parent.name, body.name
-        ));
+        let (parent, child) = (parent.name.clone(), body.name.clone());
+        return fail(JointFault::NotParallel { model, parent, child });
     }
     Ok(())
 }
@@ -448,15 +447,15 @@ fn check_suits_model(
 fn loop_joint(spec: &SystemSpec, joint: &JointSpec) -> Result<LoopJoint, DynamicsError> {
     let JointSpec { name, kind, parent, child, coordinates } = joint;
     let (parent, child) = (resolve(spec, name, parent)?, resolve(spec, name, child)?);
-    let fail = |reason: &str| Err(DynamicsError::Joint { joint: name.clone(), reason: reason.to_string() });
+    let fail = |fault: JointFault| Err(DynamicsError::Joint { joint: name.clone(), fault: Box::new(fault) });
     if *kind == JointKind::Free {
-        return fail("a free joint closes no loop");
+        return fail(JointFault::FreeLoop);
     }
     if parent.body == child.body {
-        return fail("both markers are on the same body");
+        return fail(JointFault::SameBody);
     }
     if !coordinates.is_empty() {
-        return fail("a loop-closing joint has no forces along its coordinates");
+        return fail(JointFault::LoopForces);
     }
     Ok(LoopJoint { name: name.clone(), kind: *kind, parent, child })
 }

@@ -18,6 +18,7 @@ use crate::data_error::DataError;
 use crate::error::{DynamicsError, EvaluationFailure};
 use crate::integration::{KinematicBlock, Linearisation, OdeSystem};
 use crate::invariants::{Invariants, centre_of_mass};
+use crate::joint_fault::JointFault;
 use crate::kinematics::Marker;
 use crate::kinematics::rotation::renormalise;
 
@@ -141,26 +142,27 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         velocities: &[f64],
     ) -> Result<(), DynamicsError> {
         let TreeBody { joint, layout, .. } = &self.model.bodies[body];
-        let fail = |reason: String| Err(DynamicsError::Joint { joint: joint.name.clone(), reason });
+        let fail = |fault: JointFault| {
+            Err(DynamicsError::Joint { joint: joint.name.clone(), fault: Box::new(fault) })
+        };
         if positions.len() != layout.n_positions || velocities.len() != layout.n_velocities {
-            return fail(format!(
-                "{} positions and {} velocities, the {} joint has {} and {} that are not prescribed",
-                positions.len(),
-                velocities.len(),
-                joint.kind.name(),
-                layout.n_positions,
-                layout.n_velocities
-            ));
+            return fail(JointFault::StateCount {
+                positions: positions.len(),
+                velocities: velocities.len(),
+                kind: joint.kind.name(),
+                n_positions: layout.n_positions,
+                n_velocities: layout.n_velocities,
+            });
         }
         if !positions.iter().chain(velocities).all(|x| x.is_finite()) {
-            return fail("a coordinate or velocity is not finite".to_string());
+            return fail(JointFault::NotFinite);
         }
         y[layout.positions()].copy_from_slice(positions);
         y[layout.velocities()].copy_from_slice(velocities);
         if let Some(w) = joint.kind.quaternion() {
             let quaternion = &mut y[layout.offset + w..layout.offset + w + 4];
             if quaternion.iter().all(|c| *c == 0.0) {
-                return fail("the quaternion is zero".to_string());
+                return fail(JointFault::ZeroQuaternion);
             }
             renormalise(quaternion);
         }
@@ -345,12 +347,9 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
                 break;
             }
         }
-        let residual = self.loop_residual(t, y);
+        let gap = self.loop_residual(t, y);
         let joint = self.model.loops[self.workspace.loops.worst_joint()].name.clone();
-        let reason = format!(
-            "the loop stays open by {residual:.3e} m or rad, limit 1e-11; start nearer to a closed position, or the parts do not fit"
-        );
-        Err(DynamicsError::Joint { joint, reason })
+        Err(DynamicsError::Joint { joint, fault: Box::new(JointFault::OpenLoop { gap }) })
     }
 
     /// Projects positions and velocities onto the constraints; returns whether it changed `y`.

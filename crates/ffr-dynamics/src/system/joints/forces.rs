@@ -7,6 +7,7 @@ use nalgebra::Vector3;
 
 use super::kind::JointKind;
 use crate::error::DynamicsError;
+use crate::joint_fault::JointFault;
 use crate::kinematics::rotation::rotation_from_slice;
 
 /// A quantity given over time, with its first and second derivative.
@@ -109,36 +110,27 @@ pub(crate) fn check(
     kind: JointKind,
     coordinates: &[CoordinateForce],
 ) -> Result<(), DynamicsError> {
-    let fail = |reason: String| Err(DynamicsError::Joint { joint: joint.to_string(), reason });
+    let fail =
+        |fault: JointFault| Err(DynamicsError::Joint { joint: joint.to_string(), fault: Box::new(fault) });
     let n = kind.n_velocities();
     if !coordinates.is_empty() && coordinates.len() != n {
-        return fail(format!(
-            "forces along {} coordinates, a {} joint has {n}",
-            coordinates.len(),
-            kind.name()
-        ));
+        let found = coordinates.len();
+        return fail(JointFault::ForceCount { found, kind: kind.name(), expected: n });
     }
     for (k, c) in coordinates.iter().enumerate() {
         let is_sound = |x: f64| x >= 0.0 && x.is_finite();
         if !is_sound(c.stiffness) || !is_sound(c.damping) || !c.rest.is_finite() {
-            return fail(format!(
-                "coordinate {}: stiffness {} and damping {} must be >= 0, rest position {} finite",
-                k + 1,
-                c.stiffness,
-                c.damping,
-                c.rest
-            ));
+            let CoordinateForce { stiffness, damping, rest, .. } = *c;
+            return fail(JointFault::Constants { coordinate: k + 1, stiffness, damping, rest });
         }
         if kind.quaternion().is_some_and(|w| k >= w) {
             let first = &coordinates[kind.quaternion().unwrap_or(0)];
             if c.stiffness.to_bits() != first.stiffness.to_bits() || c.rest != 0.0 {
-                return fail(
-                    "springs about the three axes must be alike, with the rest position 0".to_string(),
-                );
+                return fail(JointFault::UnlikeSprings);
             }
         }
         if c.motion.is_some() && kind.quaternion().is_some() {
-            return fail(format!("the motion of a {} joint cannot be prescribed", kind.name()));
+            return fail(JointFault::Prescribed { kind: kind.name() });
         }
     }
     Ok(())

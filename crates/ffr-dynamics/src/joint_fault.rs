@@ -1,0 +1,117 @@
+//! Why a joint cannot be, with the numbers.
+
+use thiserror::Error;
+
+/// What is wrong with a joint, its coordinates or its attachment. Texts are fragments that read after "joint ...: ".
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum JointFault {
+    /// The marker belongs to modes that its body does not have.
+    #[error("marker \"{marker}\" has {found} elastic coordinates, its body \"{body}\" {expected}")]
+    MarkerModes {
+        /// Name of the marker.
+        marker: String,
+        /// Elastic coordinates of the marker.
+        found: usize,
+        /// Name of the body.
+        body: String,
+        /// Elastic coordinates of the body.
+        expected: usize,
+    },
+    /// Ground is the child.
+    #[error("its child is ground; exchange parent and child")]
+    ChildIsGround,
+    /// The joint leads out of the plane of a plane model, or off the axis of an axisymmetric one.
+    #[error("a {kind} joint moves in direction {direction}, which the {model} model lacks")]
+    OffModel {
+        /// Kind of the joint.
+        kind: &'static str,
+        /// Direction of the marker's axes.
+        direction: &'static str,
+        /// Kind of the body's model.
+        model: &'static str,
+    },
+    /// Bodies of flat models whose planes or axes do not agree.
+    #[error(
+        "{model} bodies can only be joined to ground or to each other with parallel z axes (\"{parent}\", \"{child}\")"
+    )]
+    NotParallel {
+        /// Kind of the bodies' models.
+        model: &'static str,
+        /// Name of the parent.
+        parent: String,
+        /// Name of the child.
+        child: String,
+    },
+    /// A free joint as a loop.
+    #[error("a free joint closes no loop")]
+    FreeLoop,
+    /// A loop within one body.
+    #[error("both markers are on the same body")]
+    SameBody,
+    /// A loop with forces along its coordinates.
+    #[error("a loop-closing joint has no forces along its coordinates")]
+    LoopForces,
+    /// Forces along another number of coordinates than the joint has.
+    #[error("forces along {found} coordinates, a {kind} joint has {expected}")]
+    ForceCount {
+        /// Number given.
+        found: usize,
+        /// Kind of the joint.
+        kind: &'static str,
+        /// Number of its coordinates.
+        expected: usize,
+    },
+    /// Spring or damper of a coordinate.
+    #[error(
+        "coordinate {coordinate}: stiffness {stiffness} and damping {damping} must be >= 0, rest position {rest} finite"
+    )]
+    Constants {
+        /// Number of the coordinate, from 1.
+        coordinate: usize,
+        /// Stiffness [N/m or N m/rad].
+        stiffness: f64,
+        /// Damping [N s/m or N m s/rad].
+        damping: f64,
+        /// Rest position [m or rad].
+        rest: f64,
+    },
+    /// Springs about the axes of a spherical joint that are not alike.
+    #[error("springs about the three axes must be alike, with the rest position 0")]
+    UnlikeSprings,
+    /// A prescribed motion of a joint with a quaternion.
+    #[error("the motion of a {kind} joint cannot be prescribed")]
+    Prescribed {
+        /// Kind of the joint.
+        kind: &'static str,
+    },
+    /// A state with another number of coordinates than the joint has.
+    #[error(
+        "{positions} positions and {velocities} velocities, the {kind} joint has {n_positions} and {n_velocities} that are not prescribed"
+    )]
+    StateCount {
+        /// Positions given.
+        positions: usize,
+        /// Velocities given.
+        velocities: usize,
+        /// Kind of the joint.
+        kind: &'static str,
+        /// Positions that are not prescribed.
+        n_positions: usize,
+        /// Velocities that are not prescribed.
+        n_velocities: usize,
+    },
+    /// A state that is not finite.
+    #[error("a coordinate or velocity is not finite")]
+    NotFinite,
+    /// A rotation without a direction.
+    #[error("the quaternion is zero")]
+    ZeroQuaternion,
+    /// A loop that does not close.
+    #[error(
+        "the loop stays open by {gap:.3e} m or rad, limit 1e-11; start nearer to a closed position, or the parts do not fit"
+    )]
+    OpenLoop {
+        /// Largest distance or angle [m or rad].
+        gap: f64,
+    },
+}
