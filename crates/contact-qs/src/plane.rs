@@ -7,7 +7,6 @@
 //!
 //! In axisymmetric models a point is a ring: its force acts along the axis, radial parts and moments cancel.
 
-use ffr_dynamics::data_error::DataError;
 use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::system::force::{
     BodyState, Findings, ForceElement, ForceEnergies, GeneralisedForce, Motion,
@@ -150,32 +149,6 @@ impl PlaneContact {
         } else {
             None
         };
-        Self::assemble(submodel, settings, quasistatic)
-    }
-
-    /// Contact with a quasistatic zone of its own making, such as one from Craig-Bampton modes
-    /// ([`Quasistatic::with_modes`]).
-    ///
-    /// # Errors
-    /// As [`PlaneContact::new`].
-    pub fn with_zone(
-        submodel: ContactSubmodel,
-        settings: PlaneContactSettings,
-        zone: Quasistatic,
-    ) -> Result<Self, ContactError> {
-        submodel.validate()?;
-        if zone.n_points() != submodel.n_points() {
-            let (what, found) = ("points of the quasistatic zone".into(), zone.n_points());
-            return Err(DataError::Count { what, found, expected: submodel.n_points() }.into());
-        }
-        Self::assemble(submodel, settings, Some(zone))
-    }
-
-    fn assemble(
-        submodel: ContactSubmodel,
-        settings: PlaneContactSettings,
-        quasistatic: Option<Quasistatic>,
-    ) -> Result<Self, ContactError> {
         let springs = vec![0.0; submodel.n_points()];
         let (low_rows, is_rim) = (submodel.low_rows(), submodel.is_rim());
         let mut contact = Self { settings, submodel, low_rows, quasistatic, friction: None, springs, is_rim };

@@ -5,7 +5,7 @@
 mod common;
 
 use common::Random;
-use contact_qs::quasistatic::{BroydenSettings, Method, ModalBasis, Quasistatic};
+use contact_qs::quasistatic::{BroydenSettings, Method};
 use contact_qs::submodel::SparseRows;
 use contact_qs::{ActiveContact, ContactError, ContactSubmodel, Plane, PlaneContact, PlaneContactSettings};
 use faer::Mat;
@@ -253,11 +253,6 @@ fn both_solvers_give_the_same_forces_on_a_turned_body() {
     // ε = 1e-15 m beside displacements of 5e-3 m.
     assert!((force.force - reference.force).norm() < 1e-10 * reference.force.norm());
     assert!((force.torque - reference.torque).norm() < 1e-10 * reference.force.norm());
-    let basis = ModalBasis::from_compliance(&submodel(motion, true).compliance).unwrap();
-    let zone = Quasistatic::with_modes(BroydenSettings::default(), motion, basis).unwrap();
-    let mut modal = Active::new(PlaneContact::with_zone(submodel(motion, true), settings, zone).unwrap());
-    let (force, _) = evaluate(&mut modal, &state);
-    assert!((force.force - reference.force).norm() < 1e-10 * reference.force.norm());
     assert!(matches!(broyden.set_penalty(f64::INFINITY), Err(ContactError::ExactConstraint { .. })));
 }
 

@@ -2,7 +2,7 @@
 
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::data_error::{DataError, check_square};
+use ffr_dynamics::data_error::check_square;
 use ffr_dynamics::error::EvaluationFailure;
 
 use super::active_set::SolveReport;
@@ -45,25 +45,6 @@ impl Quasistatic {
             Method::Broyden(settings) => Some((settings, basis_from_compliance(motion, &compliance)?)),
         };
         Ok(Self { n_components, compliance, algorithm_1 })
-    }
-
-    /// Zone with high-frequency modes `basis` at the points, solved by Algorithm 1 of \[A\].
-    ///
-    /// # Errors
-    /// [`ContactError::Data`] if the number of rows is no multiple of the number of components.
-    pub fn with_modes(
-        settings: BroydenSettings,
-        motion: RigidMotion,
-        basis: ModalBasis,
-    ) -> Result<Self, ContactError> {
-        let (n_components, n_rows) = (motion.n_components(), basis.shapes.nrows());
-        if n_rows % n_components != 0 {
-            let (what, expected) =
-                ("rows of the mode shapes at the points".into(), n_rows / n_components * n_components);
-            return Err(DataError::Count { what, found: n_rows, expected }.into());
-        }
-        let compliance = basis.compliance();
-        Ok(Self { n_components, compliance, algorithm_1: Some((settings, basis)) })
     }
 
     /// Number of points.
