@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use adaptive::AdaptiveError;
 use adaptive::observer::{Continue, Observer};
 use adaptive::record::{
     BodyLayout, BodySample, ContactSample, Energies, ImpactRecord, JointLayout, JointSample, PhaseKind,
@@ -13,6 +14,7 @@ use fbimpact::error::AppError;
 use fbimpact::results::{OutputFile, summary};
 use fbimpact::scenario::{self, Scenario};
 use fbimpact::simulate::{Ending, RunReport};
+use ffr_dynamics::DynamicsError;
 use hdf5::types::VarLenUnicode;
 use indicatif::ProgressBar;
 
@@ -77,7 +79,7 @@ fn start(observer: &mut dyn Observer) -> Result<(), AppError> {
         }],
         time_span: (0.0, 1e-4),
     };
-    observer.start(&layout).map_err(|e| AppError::Run(e.to_string()))
+    observer.start(&layout).map_err(|e| AppError::Run(Box::new(e.into())))
 }
 
 fn report(ending: Ending, time: f64) -> RunReport {
@@ -86,7 +88,7 @@ fn report(ending: Ending, time: f64) -> RunReport {
 
 /// Stops at row `until` at the latest, or when the observer says so.
 fn samples(observer: &mut dyn Observer, until: u32) -> Result<RunReport, AppError> {
-    let fail = |e: adaptive::error::ObserverError| AppError::Run(e.to_string());
+    let fail = |e: adaptive::error::ObserverError| AppError::Run(Box::new(e.into()));
     for i in 0..until {
         let sample = sample(i);
         observer.sample(&sample).map_err(fail)?;
@@ -98,7 +100,7 @@ fn samples(observer: &mut dyn Observer, until: u32) -> Result<RunReport, AppErro
 }
 
 fn complete(_: &Scenario, observer: &mut dyn Observer, _: usize) -> Result<RunReport, AppError> {
-    let fail = |e: adaptive::error::ObserverError| AppError::Run(e.to_string());
+    let fail = |e: adaptive::error::ObserverError| AppError::Run(Box::new(e.into()));
     start(observer)?;
     let report = samples(observer, ROWS)?;
     let phase =
@@ -128,11 +130,13 @@ fn complete(_: &Scenario, observer: &mut dyn Observer, _: usize) -> Result<RunRe
 fn fails(_: &Scenario, observer: &mut dyn Observer, _: usize) -> Result<RunReport, AppError> {
     start(observer)?;
     samples(observer, 10)?;
-    Err(AppError::Run("the step size fell below 1e-18 s".into()))
+    let reason = "the step size fell below 1e-18 s".into();
+    Err(AppError::Run(Box::new(AdaptiveError::Dynamics(DynamicsError::Integration { time: 0.0, reason }))))
 }
 
 fn fails_early(_: &Scenario, _: &mut dyn Observer, _: usize) -> Result<RunReport, AppError> {
-    Err(AppError::Model("no such thing".into()))
+    let joint = DynamicsError::JointCycle { path: "no such thing".into() };
+    Err(AppError::model(AdaptiveError::Model(joint)))
 }
 
 fn runs(path: &Path, force: bool, stopped: bool, simulation: Simulation) -> Result<(), AppError> {

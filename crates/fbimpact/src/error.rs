@@ -16,10 +16,29 @@ pub enum AppError {
     Scenario(#[from] Faults),
     /// A model cannot be built from a valid scenario.
     #[error("model cannot be built: {0}")]
-    Model(String),
+    Model(Box<AdaptiveError>),
+    /// A body built again from a result has other modes than the run had.
+    #[error(
+        "model cannot be built: body \"{body}\": the modes that this version of the program finds are not those of the run, simulate again"
+    )]
+    OtherModes {
+        /// Name of the body.
+        body: String,
+    },
     /// The run failed; what was computed is kept.
     #[error("run failed: {0}")]
-    Run(String),
+    Run(Box<AdaptiveError>),
+    /// The threads asked for cannot be started.
+    #[error("{threads} threads cannot be started: {source}")]
+    Threads {
+        /// How many; 0 stands for all cores.
+        threads: usize,
+        /// What the system answered.
+        source: rayon::ThreadPoolBuildError,
+    },
+    /// A report cannot be written as JSON.
+    #[error("the report cannot be written as JSON: {0}")]
+    Json(#[from] serde_json::Error),
     /// Reading or writing failed.
     #[error("{}: {reason}", path.display())]
     Io {
@@ -65,11 +84,16 @@ pub enum AppError {
 
 impl From<AdaptiveError> for AppError {
     fn from(error: AdaptiveError) -> Self {
-        if error.is_model_error() { Self::Model(error.to_string()) } else { Self::Run(error.to_string()) }
+        if error.is_model_error() { Self::model(error) } else { Self::Run(Box::new(error)) }
     }
 }
 
 impl AppError {
+    /// A model that cannot be built.
+    pub fn model(error: AdaptiveError) -> Self {
+        Self::Model(Box::new(error))
+    }
+
     /// An input or output error of `path`.
     pub fn io(path: impl Into<PathBuf>, reason: impl std::fmt::Display) -> Self {
         Self::Io { path: path.into(), reason: reason.to_string() }
@@ -81,8 +105,8 @@ impl AppError {
             Self::Differs { .. } | Self::Unconverged(_) => 1,
             Self::Command(_) => 2,
             Self::Scenario(_) => 3,
-            Self::Model(_) => 4,
-            Self::Run(_) => 5,
+            Self::Model(_) | Self::OtherModes { .. } => 4,
+            Self::Run(_) | Self::Threads { .. } | Self::Json(_) => 5,
             Self::Io { .. } => 6,
             Self::Interrupted { .. } | Self::Stopped(_) => 130,
             Self::Base { code, .. } => *code,

@@ -5,8 +5,8 @@ use crate::error::AppError;
 /// A pool of `threads` threads.
 ///
 /// # Errors
-/// [`AppError::Run`] if they cannot be started.
+/// [`AppError::Threads`] if they cannot be started.
 pub fn pool(threads: usize) -> Result<rayon::ThreadPool, AppError> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    pool.map_err(|e| AppError::Run(format!("no pool of {threads} threads: {e}")))
+    pool.map_err(|source| AppError::Threads { threads, source })
 }

@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use adaptive::AdaptiveError;
 use adaptive::body_model::BodyModel;
 use adaptive::driver;
 use adaptive::model::RunModel;
@@ -169,7 +170,7 @@ pub fn system_modes(
     let model = build(&spec, threads, &cache)?;
     let modes = model.system.small_vibrations(0.0, &model.initial);
     let names = model.bodies.iter().map(|b| b.name.clone()).collect();
-    Ok((names, modes.map_err(|e| AppError::Model(e.to_string()))?))
+    Ok((names, modes.map_err(|e| AppError::model(AdaptiveError::Model(e)))?))
 }
 
 fn body_modes(body: &BodyModel, spec: &BodySpec) -> BodyModes {

@@ -9,7 +9,7 @@ use crate::scenario::{self, Override, Scenario};
 /// Checks every file and reports the faults of all.
 ///
 /// # Errors
-/// [`AppError::Model`] if the threads cannot be started. The last error; those before it have been reported.
+/// [`AppError::Threads`] if the threads cannot be started. The last error; those before it have been reported.
 pub fn check(scenarios: &[PathBuf], overrides: &[Override]) -> Result<(), AppError> {
     // Body files are checked with linear algebra.
     threads(0)?;

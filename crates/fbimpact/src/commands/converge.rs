@@ -26,7 +26,7 @@ pub fn converge(arguments: &ConvergeArguments) -> Result<(), AppError> {
     let n_threads = threads(arguments.threads)?;
     let scenario = scenario::read(&arguments.scenario, &arguments.set.set)?;
     let spec = &scenario.run;
-    let subjects = adaptive::model::subjects(spec).map_err(|e| AppError::Model(e.to_string()))?;
+    let subjects = adaptive::model::subjects(spec).map_err(AppError::model)?;
     let plan = Plan::new(&scenario, subjects);
     let folder = arguments.output.clone().unwrap_or_else(|| default_folder(&arguments.scenario));
     prepare(&folder)?;

@@ -3,6 +3,8 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use adaptive::AdaptiveError;
+
 use super::{print, threads};
 use crate::cli::ExportArguments;
 use crate::error::AppError;
@@ -40,7 +42,7 @@ pub fn export(arguments: &ExportArguments) -> Result<(), AppError> {
         let all = bodies.at(time, i)?;
         for (part, drawn) in all.iter().enumerate() {
             let Shown { name, motion, .. } = drawn.body;
-            let fail = |e| AppError::Model(format!("body \"{name}\": {e}"));
+            let fail = |source| AppError::model(AdaptiveError::Geometry { body: name.clone(), source });
             let fields = (&drawn.displacement[..], &drawn.rate[..]);
             let grid = grid(drawn.geometry, &motion.pose(i), fields, view).map_err(fail)?;
             let file = file_name(name, number);

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use adaptive::AdaptiveError;
 use adaptive::elastic_body::{ElasticBody, Interface};
 use adaptive::marker_loads::MarkerLoads;
 use adaptive::spec::{Area, BodyKind, BodySpec, ElasticSpec, FrameSpec, Place};
@@ -58,7 +59,6 @@ fn write(
     loads: Vec<MarkerLoads>,
     areas: &[(String, Area)],
 ) -> Result<String, AppError> {
-    let model = |e: &dyn std::fmt::Display| AppError::Model(e.to_string());
     let elastic = match spec.kind {
         BodyKind::Elastic(elastic) => elastic,
         kind => {
@@ -70,30 +70,31 @@ fn write(
         }
     };
     let elastic = ElasticSpec { frame: FrameSpec::Buckens, geometric_stiffening: false, ..*elastic };
-    let body = ElasticBody::build(&spec.name, elastic).map_err(|e| model(&e))?;
+    let body = ElasticBody::build(&spec.name, elastic).map_err(AppError::model)?;
     let markers = markers(&body, areas)?;
     let (name, path) = (export.body, export.output.display());
+    let unfit = |source| AppError::model(AdaptiveError::Reduction { body: name.to_owned(), source });
     if export.is_full {
         let n = body.n_unknowns();
         let points = body.spec.shape.markers.iter().map(|(name, place)| {
-            Ok((name.clone(), body.discretised().point_weights(place).map_err(|e| model(&e))?))
+            Ok((name.clone(), body.discretised().point_weights(place).map_err(AppError::model)?))
         });
         let points = points.collect::<Result<Vec<_>, AppError>>()?;
         let full = FullBody::new(body.assembled, markers)
             .and_then(|full| full.with_points(points))
-            .map_err(|e| AppError::Model(format!("body \"{name}\": {e}")))?;
+            .map_err(unfit)?;
         body_file::write_full(export.output, &full)?;
         return Ok(format!("{path}: {name}, {n} freedoms, {} markers\n", full.markers().len()));
     }
     let loads = if body.spec.has_static_answers() { loads } else { Vec::new() };
-    let reduced = body.reduce(&Interface { loads, ..Interface::default() }).map_err(|e| model(&e))?;
+    let reduced = body.reduce(&Interface { loads, ..Interface::default() }).map_err(AppError::model)?;
     let shapes = reduced.basis.shapes.as_ref();
     let markers =
         markers.iter().map(|(name, weights)| weights.marker(name, shapes)).collect::<Result<Vec<_>, _>>();
-    let markers = markers.map_err(|e| model(&e))?;
+    let markers = markers.map_err(|e| AppError::model(AdaptiveError::Model(e)))?;
     let points = body.spec.shape.markers.iter().map(|(name, place)| {
         let point =
-            body.discretised().flexible_point(&Place::Point(*place), shapes).map_err(|e| model(&e))?;
+            body.discretised().flexible_point(&Place::Point(*place), shapes).map_err(AppError::model)?;
         Ok((name.clone(), point))
     });
     let points = points.collect::<Result<_, AppError>>()?;
@@ -105,7 +106,7 @@ fn write(
         markers,
         points,
     })
-    .map_err(|e| AppError::Model(format!("body \"{name}\": {e}")))?;
+    .map_err(unfit)?;
     body_file::write_reduced(export.output, &reduced)?;
     let (modes, markers) = (reduced.frequencies().len(), reduced.markers().len());
     Ok(format!("{path}: {name}, {modes} modes, {markers} markers\n"))
@@ -116,7 +117,7 @@ fn markers(body: &ElasticBody, areas: &[(String, Area)]) -> Result<Vec<(String, 
     let weights = |area: &Area| {
         body.discretised()
             .marker_weights(&Place::Area(area.clone()), UnitQuaternion::identity())
-            .map_err(|e| AppError::Model(e.to_string()))
+            .map_err(AppError::model)
     };
     areas.iter().map(|(name, area)| Ok((name.clone(), weights(area)?))).collect()
 }

@@ -69,7 +69,7 @@ const MOST_PER_CORE: usize = 4;
 /// files are checked with linear algebra.
 ///
 /// # Errors
-/// [`AppError::Model`] if the threads cannot be started.
+/// [`AppError::Threads`] if the threads cannot be started.
 pub fn threads(wanted: usize) -> Result<usize, AppError> {
     // One thread in the linear algebra, all threads over elements and bodies: its barriers spin (docs/decisions).
     faer::set_global_parallelism(faer::Par::Seq);
@@ -81,6 +81,6 @@ pub fn threads(wanted: usize) -> Result<usize, AppError> {
     rayon::ThreadPoolBuilder::new()
         .num_threads(wanted.min(most))
         .build_global()
-        .map_err(|e| AppError::Model(format!("{wanted} threads cannot be started: {e}")))?;
+        .map_err(|source| AppError::Threads { threads: wanted, source })?;
     Ok(rayon::current_num_threads())
 }

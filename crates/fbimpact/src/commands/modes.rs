@@ -25,7 +25,7 @@ pub fn modes(
     let report = simulate::modes(&scenario, index, n_threads)?;
     let text =
         if json { serde_json::to_string_pretty(&report).map(|t| t + "\n") } else { Ok(table(&report)) };
-    print(&text.map_err(|e| AppError::Run(format!("the report cannot be written as JSON: {e}")))?)
+    print(&text?)
 }
 
 fn body_index(scenario: &Scenario, name: &str) -> Result<usize, AppError> {

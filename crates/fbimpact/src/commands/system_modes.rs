@@ -76,7 +76,7 @@ pub fn system_modes(
     let report = Report::new(&names, &modes);
     let text =
         if json { serde_json::to_string_pretty(&report).map(|t| t + "\n") } else { Ok(report.table()) };
-    print(&text.map_err(|e| AppError::Run(format!("the report cannot be written as JSON: {e}")))?)
+    print(&text?)
 }
 
 impl Report {

@@ -1,11 +1,11 @@
 //! The bodies of a result, built again from its scenario.
 
+use adaptive::AdaptiveError;
 use adaptive::elastic_body::Discretised;
 use adaptive::model::RunModel;
 use adaptive::spec::{BodyKind, ContactLaw};
 use faer::{Mat, MatRef};
 use ffr_dynamics::body::RigidMotion;
-use iga_core::SplineError;
 use iga_core::space::PatchSpace;
 
 use super::body::{BodyGeometry, Cells, Elasticity};
@@ -63,8 +63,8 @@ impl Bodies {
     /// Builds the bodies called `wanted`, or all that have a shape; notes name those that have none.
     ///
     /// # Errors
-    /// [`AppError::Command`] for a name that does not exist or has no shape, [`AppError::Model`] if a body cannot be built or is not
-    /// that of the run, [`AppError::Io`].
+    /// [`AppError::Command`] for a name that does not exist or has no shape, [`AppError::Model`] if a body cannot be built,
+    /// [`AppError::OtherModes`] if it is not that of the run, [`AppError::Io`].
     pub fn build(states: &States, wanted: &[String], cells: Cells, threads: usize) -> Result<Self, AppError> {
         let scenario = &states.scenario;
         let spec = &scenario.run;
@@ -162,7 +162,7 @@ impl Drawn<'_> {
     /// [`AppError::Model`] if the point is not on the body.
     pub fn functions_at(&self, point: &[f64; 3]) -> Result<Vec<(u32, f64)>, AppError> {
         let Some(mesh) = self.discretised else { return Ok(Vec::new()) };
-        mesh.functions_at(point).map_err(|e| AppError::Model(e.to_string()))
+        mesh.functions_at(point).map_err(AppError::model)
     }
 }
 
@@ -189,10 +189,7 @@ fn check_frequencies(model: &RunModel, motions: &[BodyMotion]) -> Result<(), App
         let (built, stored) = (body.frequencies(), &motion.eigenfrequencies);
         let close = |a: f64, b: f64| (a - b).abs() <= SAME_FREQUENCY * b.abs();
         if built.len() != stored.len() || !built.iter().zip(stored).all(|(a, b)| close(*a, *b)) {
-            return Err(AppError::Model(format!(
-                "body \"{}\": the modes that this version of the program finds are not those of the run, simulate again",
-                body.name
-            )));
+            return Err(AppError::OtherModes { body: body.name.clone() });
         }
     }
     Ok(())
@@ -206,7 +203,7 @@ fn shape(
     cells: Cells,
 ) -> Result<Option<BodyGeometry>, AppError> {
     let name = &of_file.name;
-    let fail = |e: SplineError| AppError::Model(format!("body \"{name}\": {e}"));
+    let fail = |source| AppError::model(AdaptiveError::Geometry { body: name.clone(), source });
     if let Some(elastic) = model.bodies[number].elastic() {
         let full = &elastic.body;
         let material = full.spec.material;

@@ -68,8 +68,7 @@ impl RefinedZones {
         let Some(adaptive) = refinement.filter(|r| AdaptiveContact::is_rebuildable(r)) else {
             return Ok(false);
         };
-        let fail = |e: adaptive::AdaptiveError| AppError::Model(e.to_string());
-        let built = adaptive.rebuilt(&model.bodies, &self.spans[span].sites).map_err(fail)?;
+        let built = adaptive.rebuilt(&model.bodies, &self.spans[span].sites).map_err(AppError::model)?;
         let zones = built.models.into_iter().filter_map(|(body, zone)| {
             let full = &model.bodies[body].elastic()?.body;
             let elasticity = Elasticity { model: full.spec.model, material: full.spec.material };
