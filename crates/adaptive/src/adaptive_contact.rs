@@ -28,6 +28,7 @@ use crate::simulation::ObservedPoint;
 use crate::spec::LowModes;
 use crate::spec::{self, ContactSpec, SurfaceLaw, Target};
 use crate::store::ModelCache;
+use crate::unsupported::Unsupported;
 use crate::zone_contact::FALLBACK_PENALTY;
 
 mod fine_side;
@@ -172,11 +173,8 @@ impl AdaptiveContact {
         cache: &ModelCache,
     ) -> Result<Self, AdaptiveError> {
         let surface = |body: usize| {
-            surfaces[body].clone().ok_or_else(|| AdaptiveError::Unsupported {
-                subject: format!("contact \"{}\"", spec.name),
-                reason: "a rigid body has no elastic surface, choose model \"hertz\" or an elastic body"
-                    .into(),
-            })
+            let none = || AdaptiveError::unsupported_contact(&spec.name, Unsupported::RigidPartner);
+            surfaces[body].clone().ok_or_else(none)
         };
         let target = match spec.target {
             Target::Plane { point, normal } => {

@@ -24,6 +24,7 @@ use crate::error::AdaptiveError;
 use crate::marker_loads::MarkerLoads;
 use crate::spec::{DampingSpec, DiscretisationSpec, ElasticSpec, FrameSpec, ReductionSpec, RefinementSpec};
 use crate::store::{ModelCache, StoredModel, body_definition, matrix, matrix_values};
+use crate::unsupported::Unsupported;
 
 mod areas;
 mod discretised;
@@ -185,10 +186,8 @@ impl ElasticBody {
         let mut reduced = self.reduced(interface, &loads, cache).map_err(fail)?;
         let FrameSpec::Tangent(place) = &self.spec.frame else {
             if self.spec.geometric_stiffening {
-                return Err(AdaptiveError::Unsupported {
-                    subject: format!("body \"{}\"", self.name),
-                    reason: "geometric stiffening needs frame = \"tangent\", whose marker says where the body is held".into(),
-                });
+                let what = Unsupported::StiffeningWithoutTangent;
+                return Err(AdaptiveError::unsupported_body(&self.name, what));
             }
             return Ok(reduced);
         };

@@ -7,6 +7,7 @@ use thiserror::Error;
 
 use crate::penalty_search::PenaltyFailure;
 use crate::subdivision::SubdivisionError;
+use crate::unsupported::Unsupported;
 
 /// An error of an observer, such as a full disk; ends the run.
 #[derive(Debug, Error)]
@@ -66,12 +67,12 @@ pub enum AdaptiveError {
         fault: ContactModelFault,
     },
     /// Something that this version cannot simulate.
-    #[error("{subject}: {reason}")]
+    #[error("{subject}: {what}")]
     Unsupported {
-        /// Body or contact, with its name.
+        /// Body, contact or request, with its name.
         subject: String,
         /// What cannot be done, and what can.
-        reason: String,
+        what: Box<Unsupported>,
     },
     /// The bodies, joints and loads as a system.
     #[error(transparent)]
@@ -274,6 +275,16 @@ pub enum ContactModelFault {
 }
 
 impl AdaptiveError {
+    /// Something that cannot be done with body `body`.
+    pub(crate) fn unsupported_body(body: &str, what: Unsupported) -> Self {
+        Self::Unsupported { subject: format!("body \"{body}\""), what: Box::new(what) }
+    }
+
+    /// Something that cannot be done with contact `contact`.
+    pub(crate) fn unsupported_contact(contact: &str, what: Unsupported) -> Self {
+        Self::Unsupported { subject: format!("contact \"{contact}\""), what: Box::new(what) }
+    }
+
     /// Whether the error arose while models were built, before any time was simulated.
     pub fn is_model_error(&self) -> bool {
         matches!(

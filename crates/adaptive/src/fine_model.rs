@@ -30,6 +30,7 @@ use crate::interval::IntervalEnd;
 use crate::lattice::DirectionLattice;
 use crate::spec::{DivisionRule, ElasticSpec, LowModes, PointRule};
 use crate::turned_net::TurnedNet;
+use crate::unsupported::Unsupported;
 use crate::wanted_interval::WantedInterval;
 
 mod key;
@@ -203,12 +204,7 @@ impl FineMesh {
         settings: &FineSettings,
     ) -> Result<Self, AdaptiveError> {
         let [patch] = coarse.shape.patches.as_slice() else {
-            return Err(AdaptiveError::Unsupported {
-                subject: format!("body \"{}\"", coarse.name),
-                reason:
-                    "bodies of several patches cannot be refined adaptively; refine them by [discretisation]"
-                        .into(),
-            });
+            return Err(AdaptiveError::unsupported_body(&coarse.name, Unsupported::SeveralPatches));
         };
         let fail = |source| AdaptiveError::Geometry { body: coarse.name.clone(), source };
         let plan = plan(coarse, patch, wanted, settings)?;

@@ -11,6 +11,7 @@ use crate::elastic_body::{damping, free_modes_answering};
 use crate::error::AdaptiveError;
 use crate::marker_loads::{MarkerLoads, answers_by_marker, load_columns};
 use crate::spec::{ImportedSpec, Place, ReductionSpec};
+use crate::unsupported::Unsupported;
 
 /// An imported body, reduced.
 #[derive(Debug, Clone)]
@@ -141,18 +142,15 @@ impl ImportedModel {
 fn marker_name<'a>(body: &str, place: &'a Place) -> Result<&'a str, AdaptiveError> {
     match place {
         Place::Marker(name) => Ok(name),
-        Place::Point(_) | Place::Area(_) => Err(AdaptiveError::Unsupported {
-            subject: format!("body \"{body}\""),
-            reason: "places on a body from a file are named by markers of the file".into(),
-        }),
+        Place::Point(_) | Place::Area(_) => {
+            Err(AdaptiveError::unsupported_body(body, Unsupported::PlaceOnImported))
+        }
     }
 }
 
 fn no_marker<'a>(body: &str, marker: &str, known: impl Iterator<Item = &'a str>) -> AdaptiveError {
     let known: Vec<&str> = known.collect();
-    let list = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
-    AdaptiveError::Unsupported {
-        subject: format!("body \"{body}\""),
-        reason: format!("the file has no marker \"{marker}\", it has {list}"),
-    }
+    let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
+    let marker = marker.to_owned();
+    AdaptiveError::unsupported_body(body, Unsupported::UnknownMarker { holder: "file", marker, known })
 }

@@ -6,6 +6,7 @@
 pub mod lattice;
 pub mod turned_net;
 pub mod subdivision;
+pub mod unsupported;
 pub mod error;
 pub mod spec;
 pub mod warning;

@@ -15,6 +15,7 @@ use crate::fine_model::FineBody;
 use crate::spec::FrameSpec;
 use crate::spec::TransferMethod;
 use crate::transfer::StateTransfer;
+use crate::unsupported::Unsupported;
 
 /// Modes of a fine model, on it and on the coarse one.
 pub struct OwnModes {
@@ -31,19 +32,12 @@ pub struct OwnModes {
 /// # Errors
 /// [`AdaptiveError::Unsupported`] with a remedy.
 pub fn check_own_modes(body: &ElasticBody, reduced: &ReducedBody) -> Result<(), AdaptiveError> {
-    let refuse = |what: &str| {
-        Err(AdaptiveError::Unsupported {
-            subject: format!("body \"{}\"", body.name),
-            reason: format!("{what}; choose modes = \"prolonged\" for its contacts"),
-        })
-    };
+    let refuse = |what| Err(AdaptiveError::unsupported_body(&body.name, what));
     if reduced.basis.n_modes() != reduced.basis.n_low {
-        return refuse(
-            "it has modes of an interface, fine models with modes = \"own\" have free modes alone",
-        );
+        return refuse(Unsupported::OwnModesOfInterface);
     }
     if body.spec.geometric_stiffening {
-        return refuse("fine models with modes = \"own\" have no geometric stiffening");
+        return refuse(Unsupported::OwnModesStiffened);
     }
     Ok(())
 }

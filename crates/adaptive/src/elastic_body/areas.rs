@@ -14,6 +14,7 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use super::discretised::Discretised;
 use crate::error::AdaptiveError;
 use crate::spec::Area;
+use crate::unsupported::Unsupported;
 
 /// Stiffness of a rigid part in units of that of an elastic body of its size: it deforms by this share less than it would.
 /// The error of frequencies stays below 1e-5, and of sixteen digits of the stiffness matrix eleven are left.
@@ -193,14 +194,9 @@ impl Discretised<'_> {
         let mut unknowns: Vec<_> = sums.shares.iter().enumerate().flat_map(components).collect();
         unknowns.sort_unstable_by_key(|u| u.2);
         if unknowns.len() > MOST_UNKNOWNS {
-            return Err(AdaptiveError::Unsupported {
-                subject: format!("body \"{}\"", self.name),
-                reason: format!(
-                    "the rigid coupling of {} holds {} unknowns, {MOST_UNKNOWNS} are possible; choose coupling = \"average\" or fewer elements",
-                    area.extent.name(),
-                    unknowns.len()
-                ),
-            });
+            let (part, unknowns) = (area.extent.name().to_string(), unknowns.len());
+            let what = Unsupported::RigidPart { part, unknowns, most: MOST_UNKNOWNS };
+            return Err(AdaptiveError::unsupported_body(self.name, what));
         }
         let products = self.products(&points, &sums.shares);
         let factor = RIGIDITY * material.youngs_modulus() * self.length(&sums) / sums.total;

@@ -12,6 +12,7 @@ use super::point_markers::weights_on;
 use crate::error::AdaptiveError;
 use crate::marker_loads::{MarkerLoads, load_columns};
 use crate::spec::{Area, Place};
+use crate::unsupported::Unsupported;
 
 impl Discretised<'_> {
     /// Coordinates of a place in the model's components \[m\].
@@ -23,10 +24,9 @@ impl Discretised<'_> {
             Place::Point(point) | Place::Area(Area { centre: point, .. }) => Ok(*point),
             Place::Marker(name) => self.shape.markers.get(name).copied().ok_or_else(|| {
                 let known: Vec<&str> = self.shape.markers.keys().map(String::as_str).collect();
-                AdaptiveError::Unsupported {
-                    subject: format!("body \"{}\"", self.name),
-                    reason: format!("the shape has no marker \"{name}\", it has {}", known.join(", ")),
-                }
+                let (marker, known) = (name.clone(), known.join(", "));
+                let what = Unsupported::UnknownMarker { holder: "shape", marker, known };
+                AdaptiveError::unsupported_body(self.name, what)
             }),
         }
     }

@@ -12,6 +12,7 @@ use iga_core::assembly::geometric_stiffness;
 
 use super::ElasticBody;
 use crate::error::AdaptiveError;
+use crate::unsupported::Unsupported;
 
 /// Geometric stiffening for the modes `shapes` (n × n_q) of the frame in use, of the body held at `support`, the marker that
 /// a tangent frame follows: one factorisation, 6 (plane) or 12 (solid) static problems.
@@ -26,11 +27,8 @@ pub fn geometric_stiffening(
 ) -> Result<GeometricStiffening, AdaptiveError> {
     let assembled = &body.assembled;
     if assembled.motion == RigidMotion::Axial {
-        return Err(AdaptiveError::Unsupported {
-            subject: format!("body \"{}\"", body.name),
-            reason: "an axisymmetric body does not turn and has no geometric stiffening, use a solid model"
-                .into(),
-        });
+        let what = Unsupported::StiffeningOfAxisymmetric;
+        return Err(AdaptiveError::unsupported_body(&body.name, what));
     }
     let displacements = reference_displacements(body, support).map_err(|source| failed(body, source))?;
     let fields: Vec<Vec<f64>> = displacements

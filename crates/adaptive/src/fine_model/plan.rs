@@ -16,6 +16,7 @@ use crate::error::AdaptiveError;
 use crate::interval::IntervalEnd;
 use crate::lattice::DirectionLattice;
 use crate::subdivision::{DirectionPlan, SubdivisionError, SurfaceGrowth, divide, follow};
+use crate::unsupported::Unsupported;
 
 /// Slack of comparisons between parameters, as a share of an element of the finest level: far above what round-off does to
 /// elements that are not refused, far below a distance between points.
@@ -209,13 +210,8 @@ pub(super) fn check_regular(
     for (w, region) in wanted.iter().zip(&plan.regions) {
         let [lower, upper] = [region.lower, region.upper].map(|corner| w.face.on_face(&corner));
         if let Some(set) = coarse.shape.singular_in(w.face.id.patch, &lower, &upper) {
-            return Err(AdaptiveError::Unsupported {
-                subject: format!("body \"{}\"", coarse.name),
-                reason: format!(
-                    "a contact interval touches the singular {} of the parametrisation; turn the body's frame or choose another net",
-                    set.name
-                ),
-            });
+            let what = Unsupported::SingularInterval { set: set.name.clone() };
+            return Err(AdaptiveError::unsupported_body(&coarse.name, what));
         }
     }
     Ok(())

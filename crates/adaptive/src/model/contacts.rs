@@ -28,6 +28,7 @@ use crate::spec::{
     Target, Treatment,
 };
 use crate::store::ModelCache;
+use crate::unsupported::Unsupported;
 use crate::zone_at_start::wanted_refinement;
 use crate::zone_contact::{FALLBACK_PENALTY, ZoneContact};
 
@@ -90,10 +91,7 @@ pub fn surface(elastic: &ElasticModel) -> Result<Arc<SurfaceModel>, AdaptiveErro
     let motion = full.assembled.motion;
     let model = SurfaceModel::new(motion, &full.shape.patches, &full.space, &full.lookup, reduced.shapes());
     let model = model.and_then(|m| m.with_frequencies(&reduced.basis.omega));
-    model.map(Arc::new).map_err(|source| AdaptiveError::Unsupported {
-        subject: format!("body \"{}\"", full.name),
-        reason: source.to_string(),
-    })
+    model.map(Arc::new).map_err(|e| AdaptiveError::unsupported_body(&full.name, Unsupported::Surface(e)))
 }
 
 /// Whether `contact` acts on body `index`.
@@ -195,8 +193,7 @@ fn interface_of(spec: &RunSpec, index: usize, zones: &[Option<Zones>]) -> Result
     let body = &spec.bodies[index];
     let mut modes: Option<InterfaceModes> = None;
     let mut unknowns = Vec::new();
-    let unsupported =
-        |reason: String| AdaptiveError::Unsupported { subject: format!("body \"{}\"", body.name), reason };
+    let unsupported = |what| Err(AdaptiveError::unsupported_body(&body.name, what));
     for (contact, zones) in spec.contacts.iter().zip(zones) {
         let (Some(zones), ContactLaw::Surface(law)) = (zones, &contact.law) else { continue };
         let Some(zone) = zones.on(contact, index) else { continue };
@@ -207,11 +204,7 @@ fn interface_of(spec: &RunSpec, index: usize, zones: &[Option<Zones>]) -> Result
             Treatment::Adaptive | Treatment::Coarse => continue,
         };
         if let Some(other) = modes.filter(|m| *m != wanted) {
-            return Err(unsupported(format!(
-                "{} and {} contacts on one body cannot be mixed, choose one model",
-                other.name(),
-                wanted.name()
-            )));
+            return unsupported(Unsupported::MixedContacts { models: [other.name(), wanted.name()] });
         }
         modes = Some(wanted);
         unknowns.extend(&zone.unknowns);
@@ -220,18 +213,14 @@ fn interface_of(spec: &RunSpec, index: usize, zones: &[Option<Zones>]) -> Result
     let needs_bounds = modes != InterfaceModes::Dynamic;
     let reduction = body.elastic().map(|e| e.reduction);
     if needs_bounds && !matches!(reduction, Some(ReductionSpec::CraigBampton { .. })) {
-        let reason = format!("{} contact needs reduction.method = \"craig-bampton\"", modes.name());
-        return Err(unsupported(reason));
+        return unsupported(Unsupported::NoInterfaceModes { model: modes.name() });
     }
     let has_others = !unknowns.is_empty() && modes != InterfaceModes::Quasistatic;
     let is_refined = |c: &ContactSpec, zones: &Option<Zones>| {
         zones.is_none() && matches!(c.law, ContactLaw::Surface(_)) && takes_part(c, index)
     };
     if has_others && spec.contacts.iter().zip(zones).any(|(c, z)| is_refined(c, z)) {
-        return Err(unsupported(format!(
-            "{} contact and one that the program refines cannot be mixed on one body, whose low-frequency modes alone may be dynamic; choose one model",
-            modes.name()
-        )));
+        return unsupported(Unsupported::MixedWithRefined { model: modes.name() });
     }
     Ok(Interface { unknowns, modes, loads: Vec::new() })
 }

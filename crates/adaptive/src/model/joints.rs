@@ -12,6 +12,7 @@ use crate::body_model::BodyForm;
 use crate::error::AdaptiveError;
 use crate::record::NameAndUnit;
 use crate::spec::{Area, Attachment, CoordinateSpec, JointSpec, Place, RunSpec, TimeCurve};
+use crate::unsupported::Unsupported;
 
 impl BodyModel {
     /// The material point at `place`.
@@ -36,13 +37,10 @@ impl BodyModel {
         rotation: UnitQuaternion<f64>,
     ) -> Result<Marker, AdaptiveError> {
         match &self.form {
-            BodyForm::Elastic(_) if !matches!(place, Place::Area(_)) => Err(AdaptiveError::Unsupported {
-                subject: format!("body \"{}\"", self.name),
-                reason: format!(
-                    "{name} is a point of a flexible body, which yields without bound under a force as elements shrink; \
-                     give it an extent: a face, or a radius"
-                ),
-            }),
+            BodyForm::Elastic(_) if !matches!(place, Place::Area(_)) => {
+                let what = Unsupported::PointOfFlexibleBody { user: name.to_owned() };
+                Err(AdaptiveError::unsupported_body(&self.name, what))
+            }
             BodyForm::Elastic(e) => {
                 let (mesh, shapes) = e.in_use();
                 mesh.marker(name, place, rotation, shapes)
@@ -57,10 +55,10 @@ impl BodyModel {
             Place::Point(point) | Place::Area(Area { centre: point, .. }) => {
                 Ok(self.data.motion.in_space(point))
             }
-            Place::Marker(name) => Err(AdaptiveError::Unsupported {
-                subject: format!("body \"{}\"", self.name),
-                reason: format!("a rigid body has no marker \"{name}\", give a point"),
-            }),
+            Place::Marker(name) => {
+                let what = Unsupported::RigidMarker { marker: name.clone() };
+                Err(AdaptiveError::unsupported_body(&self.name, what))
+            }
         }
     }
 }
@@ -132,10 +130,8 @@ impl Builder<'_> {
     fn attach(&mut self, name: &str, at: &Attachment) -> Result<multibody::Attachment, AdaptiveError> {
         let Some(body) = at.body else {
             let Place::Point(point) = &at.place else {
-                return Err(AdaptiveError::Unsupported {
-                    subject: name.to_owned(),
-                    reason: "places on ground are given by points".into(),
-                });
+                let what = Box::new(Unsupported::PlaceOnGround);
+                return Err(AdaptiveError::Unsupported { subject: name.to_owned(), what });
             };
             self.ground.push(Marker::rigid(name, Vector3::from(*point), at.rotation));
             return Ok(multibody::Attachment::new(GROUND, name));

@@ -15,6 +15,7 @@ use crate::error::AdaptiveError;
 use crate::own_modes::{OwnModes, check_own_modes};
 use crate::spec::LowModes;
 use crate::spec::{ContactLaw, ContactSpec, RunSpec};
+use crate::unsupported::Unsupported;
 
 /// Whether fine models of `contact` have modes of their own.
 fn has_own_modes(contact: &ContactSpec) -> bool {
@@ -34,21 +35,15 @@ pub fn needs_own_modes(
     let all = || spec.contacts.iter().zip(plans);
     for (contact, plan) in all().filter(|(contact, _)| has_own_modes(contact)) {
         is_needed = true;
-        let refuse = |reason: String| AdaptiveError::Unsupported {
-            subject: format!("contact \"{}\"", contact.name),
-            reason,
-        };
+        let refuse = |what| Err(AdaptiveError::unsupported_contact(&contact.name, what));
         if *plan != ContactPlan::AtTouch {
-            let reason = "modes = \"own\" is for contacts that the program refines in the run, leave it out";
-            return Err(refuse(reason.into()));
+            return refuse(Unsupported::OwnModesFromStart);
         }
         for (i, body) in bodies.iter().enumerate().filter(|(i, _)| takes_part(contact, *i)) {
             let other = all().find(|(c, plan)| takes_part(c, i) && **plan != ContactPlan::AtTouch);
             if let Some((other, _)) = other {
-                return Err(refuse(format!(
-                    "body \"{}\" takes part in contact \"{}\" too, which keeps one model for the whole run; choose modes = \"prolonged\"",
-                    body.name, other.name
-                )));
+                let (body, other) = (body.name.clone(), other.name.clone());
+                return refuse(Unsupported::OwnModesShared { body, other });
             }
             if let Some(elastic) = body.elastic() {
                 check_own_modes(&elastic.body, &elastic.reduced)?;

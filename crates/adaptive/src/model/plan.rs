@@ -7,6 +7,7 @@ use ffr_dynamics::system::force::BodyState;
 use crate::elastic_body::rigid_motion;
 use crate::error::AdaptiveError;
 use crate::spec::{ContactLaw, ContactSpec, ElasticSpec, RunSpec, SurfaceLaw, Target, Treatment};
+use crate::unsupported::Unsupported;
 use crate::zone_at_start::{ContactSite, ZoneRequest, refined_width};
 
 /// When a contact gets its model.
@@ -86,12 +87,10 @@ fn elastic<'a>(
     contact: &ContactSpec,
     index: usize,
 ) -> Result<&'a ElasticSpec, AdaptiveError> {
-    spec.bodies[index].elastic().ok_or_else(|| AdaptiveError::Unsupported {
-        subject: format!("contact \"{}\"", contact.name),
-        reason: format!(
-            "body \"{}\" is rigid and has no elastic surface, choose model \"hertz\" or an elastic body",
-            spec.bodies[index].name
-        ),
+    let body = &spec.bodies[index];
+    body.elastic().ok_or_else(|| {
+        let what = Unsupported::RigidSurface { body: body.name.clone() };
+        AdaptiveError::unsupported_contact(&contact.name, what)
     })
 }
 

@@ -8,6 +8,7 @@ use crate::observer::Observer;
 use crate::record::{StressState, ZoneLoad};
 use crate::spec::{ContactLaw, ContactSpec, LowModes, RunSpec, StressInstant, Target};
 use crate::stress::evaluate;
+use crate::unsupported::Unsupported;
 
 impl RunModel {
     /// Takes the present state at time `time` as that of the stress requests, `held`, that it serves better than the one they hold;
@@ -100,7 +101,7 @@ impl RunModel {
             let Some(contact) = contact else {
                 return Err(AdaptiveError::Unsupported {
                     subject: format!("stress in body \"{}\"", elastic.body.name),
-                    reason: format!("contact {} has no fine models", load.contact),
+                    what: Box::new(Unsupported::NoFineModels { contact: load.contact }),
                 });
             };
             let zone = contact.zone_model(elastic, &load.site)?;
@@ -146,12 +147,10 @@ pub fn check(spec: &RunSpec, plans: &[ContactPlan]) -> Result<(), AdaptiveError>
         let takes_part = |c: &ContactSpec| c.body == request.body || c.target == Target::Body(request.body);
         for (contact, _) in refined().filter(|(c, _)| takes_part(c)) {
             let Some(remedy) = unsupported(contact) else { continue };
+            let what = Unsupported::StressInZone { contact: contact.name.clone(), remedy };
             return Err(AdaptiveError::Unsupported {
                 subject: format!("output.stress.{}", request.name),
-                reason: format!(
-                    "contact \"{}\" refines the body during the run in a way that stress is not supported for; choose {remedy} for the contact",
-                    contact.name
-                ),
+                what: Box::new(what),
             });
         }
     }

@@ -13,6 +13,7 @@ use crate::error::AdaptiveError;
 use crate::model::{RunModel, surface};
 use crate::simulation::normal_motion;
 use crate::spec::Target;
+use crate::unsupported::Unsupported;
 use crate::warning::{Warning, WarningKind};
 
 /// Overlap as a share of the bodies' size that is round-off of their places: positions of some sizes are known to 1e-16 of
@@ -123,9 +124,9 @@ impl<'a> Watch<'a> {
             return Ok(Self { contact: &facts.name, detector, search });
         }
         let surface = |body: usize| {
-            let elastic = model.bodies[body].elastic().ok_or_else(|| AdaptiveError::Unsupported {
-                subject: format!("contact \"{}\"", facts.name),
-                reason: format!("body \"{}\" has no elastic surface", model.bodies[body].name),
+            let elastic = model.bodies[body].elastic().ok_or_else(|| {
+                let what = Unsupported::RigidSurface { body: model.bodies[body].name.clone() };
+                AdaptiveError::unsupported_contact(&facts.name, what)
             })?;
             surface(elastic)
         };

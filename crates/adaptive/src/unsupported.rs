@@ -1,0 +1,140 @@
+//! What this version cannot simulate, with what can be done instead.
+
+use contact_qs::ContactError;
+use thiserror::Error;
+
+/// Why a body, a contact or a request is refused. Texts are fragments that read after its name.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum Unsupported {
+    /// Stress with a contact that has no fine models.
+    #[error("contact {contact} has no fine models")]
+    NoFineModels {
+        /// Index of the contact.
+        contact: u32,
+    },
+    /// Stress in a zone that vibrates, or has modes of its own.
+    #[error(
+        "contact \"{contact}\" refines the body during the run in a way that stress is not supported for; choose {remedy} for the contact"
+    )]
+    StressInZone {
+        /// Name of the contact.
+        contact: String,
+        /// Key and value to choose.
+        remedy: &'static str,
+    },
+    /// A joint or load at a point of a flexible body.
+    #[error(
+        "{user} is a point of a flexible body, which yields without bound under a force as elements shrink; give it an extent: a face, or a radius"
+    )]
+    PointOfFlexibleBody {
+        /// Name of the marker.
+        user: String,
+    },
+    /// A named place on a rigid body.
+    #[error("a rigid body has no marker \"{marker}\", give a point")]
+    RigidMarker {
+        /// Name looked for.
+        marker: String,
+    },
+    /// A named place on ground.
+    #[error("places on ground are given by points")]
+    PlaceOnGround,
+    /// A point on a body from a file.
+    #[error("places on a body from a file are named by markers of the file")]
+    PlaceOnImported,
+    /// A marker that a shape or file does not have.
+    #[error("the {holder} has no marker \"{marker}\", it has {known}")]
+    UnknownMarker {
+        /// Shape or file.
+        holder: &'static str,
+        /// Name looked for.
+        marker: String,
+        /// Names that there are.
+        known: String,
+    },
+    /// A surface that contact cannot be watched on.
+    #[error(transparent)]
+    Surface(ContactError),
+    /// Contact of points on a rigid body.
+    #[error("body \"{body}\" is rigid and has no elastic surface, choose model \"hertz\" or an elastic body")]
+    RigidSurface {
+        /// Name of the body.
+        body: String,
+    },
+    /// A refined contact with a rigid body.
+    #[error("a rigid body has no elastic surface, choose model \"hertz\" or an elastic body")]
+    RigidPartner,
+    /// Contacts on one body that want different things of its modes.
+    #[error("{} and {} contacts on one body cannot be mixed, choose one model", models[0], models[1])]
+    MixedContacts {
+        /// Models of the contacts.
+        models: [&'static str; 2],
+    },
+    /// A contact on one body beside one that is refined during the run.
+    #[error(
+        "{model} contact and one that the program refines cannot be mixed on one body, whose low-frequency modes alone may be dynamic; choose one model"
+    )]
+    MixedWithRefined {
+        /// Model of the contact.
+        model: &'static str,
+    },
+    /// A contact on a body without interface modes.
+    #[error("{model} contact needs reduction.method = \"craig-bampton\"")]
+    NoInterfaceModes {
+        /// Model of the contact.
+        model: &'static str,
+    },
+    /// Modes of its own for a contact with one model for the whole run.
+    #[error("modes = \"own\" is for contacts that the program refines in the run, leave it out")]
+    OwnModesFromStart,
+    /// Modes of its own for a body that other contacts need as it is.
+    #[error(
+        "body \"{body}\" takes part in contact \"{other}\" too, which keeps one model for the whole run; choose modes = \"prolonged\""
+    )]
+    OwnModesShared {
+        /// Name of the body.
+        body: String,
+        /// Name of the other contact.
+        other: String,
+    },
+    /// Modes of its own for a body with modes of an interface.
+    #[error(
+        "it has modes of an interface, fine models with modes = \"own\" have free modes alone; choose modes = \"prolonged\" for its contacts"
+    )]
+    OwnModesOfInterface,
+    /// Modes of its own with geometric stiffening.
+    #[error(
+        "fine models with modes = \"own\" have no geometric stiffening; choose modes = \"prolonged\" for its contacts"
+    )]
+    OwnModesStiffened,
+    /// Geometric stiffening in another frame.
+    #[error("geometric stiffening needs frame = \"tangent\", whose marker says where the body is held")]
+    StiffeningWithoutTangent,
+    /// Geometric stiffening of an axisymmetric body.
+    #[error("an axisymmetric body does not turn and has no geometric stiffening, use a solid model")]
+    StiffeningOfAxisymmetric,
+    /// A rigid part with too many unknowns.
+    #[error(
+        "the rigid coupling of {part} holds {unknowns} unknowns, {most} are possible; choose coupling = \"average\" or fewer elements"
+    )]
+    RigidPart {
+        /// The part.
+        part: String,
+        /// Its unknowns.
+        unknowns: usize,
+        /// Most that are possible.
+        most: usize,
+    },
+    /// Refinement of a body of several patches.
+    #[error("bodies of several patches cannot be refined adaptively; refine them by [discretisation]")]
+    SeveralPatches,
+    /// An interval on a singular line of the parametrisation.
+    #[error(
+        "a contact interval touches the singular {set} of the parametrisation; turn the body's frame or choose another net"
+    )]
+    SingularInterval {
+        /// Name of the line or point.
+        set: String,
+    },
+}
