@@ -1,5 +1,6 @@
 //! The commands. Each returns its result or an [`AppError`]; only [`crate::main_with`] maps that to an exit code.
 
+mod begin;
 pub mod cache;
 pub mod check;
 pub mod collect;
@@ -65,8 +66,8 @@ pub fn check_distinct(scenario: &Scenario, output: &Path) -> Result<(), AppError
 /// Threads per core of the machine at most: more only take memory and time.
 const MOST_PER_CORE: usize = 4;
 
-/// Sets up the thread pool and returns the number of threads; 0 asks for all cores, more than a few per core are not started. Comes before the scenario is read, for body
-/// files are checked with linear algebra.
+/// Sets up the thread pool and returns the number of threads; 0 asks for all cores, more than a few per core are not started.
+/// Comes before the scenario is read, for body files are checked with linear algebra.
 ///
 /// # Errors
 /// [`AppError::Threads`] if the threads cannot be started.

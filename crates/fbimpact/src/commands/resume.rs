@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use indicatif::ProgressBar;
 
+use super::begin::begin;
 use super::recording::finish;
-use super::run::begin;
 use super::stop::Stop;
 use crate::cache::{self, CacheSettings};
 use crate::cli::RunArguments;

@@ -1,0 +1,52 @@
+//! A run from its start.
+
+use indicatif::ProgressBar;
+
+use super::recording::record;
+use super::stop::{Held, Stop};
+use crate::cache::{self, CacheSettings};
+use crate::cli::RunArguments;
+use crate::error::AppError;
+use crate::progress::Progress;
+use crate::results::OutputFile;
+use crate::results::journal::{Header, Journal};
+use crate::scenario::Scenario;
+use crate::simulate::simulate_with;
+use crate::sizing::sized;
+
+/// Chooses the sizes that `scenario` leaves open and runs it to `output` from the start.
+///
+/// # Errors
+/// Every [`AppError`]; after a failed or interrupted run the results so far are kept.
+pub(super) fn begin(
+    scenario: &Scenario,
+    output: OutputFile,
+    (arguments, n_threads): (&RunArguments, usize),
+    stop: &Stop,
+    bar: ProgressBar,
+) -> Result<(), AppError> {
+    // A run that is killed while sizes are chosen can be taken up, too.
+    drop(Journal::create(output.restart(), Header::new(scenario))?);
+    stop.hold(Held { output, recorder: None, bar: bar.clone(), time: 0.0 });
+    let cache = cache::open(&CacheSettings::new(&arguments.cache));
+    // The result shall hold the sizes that the run has.
+    let progress = Progress::new(bar.clone());
+    progress.stage(Some("choosing meshes and numbers of modes".into()));
+    let scenario = sized(scenario, n_threads, &cache);
+    drop(progress);
+    let output = stop.take().output;
+    let scenario = match scenario {
+        Ok(scenario) => scenario,
+        Err(error) => {
+            bar.finish_and_clear();
+            output.remove_restart();
+            output.discard();
+            return Err(error);
+        }
+    };
+    let outcome = record(&scenario, output, n_threads, stop, bar, |scenario, observer, threads| {
+        simulate_with(scenario, None, observer, threads, &cache)
+    });
+    cache::log_use(&cache);
+    outcome
+}
