@@ -142,12 +142,20 @@ fn faults_of_full_files_name_key_and_remedy() {
             (&["bodies.beam.file=none.h5"], "bodies.beam.file", "none.h5: cannot be read: No such file"),
             (&["bodies.beam.file=."], "bodies.beam.file", "is no file"),
             (&["bodies.beam.file=text.h5"], "bodies.beam.file", "text.h5: cannot be opened as an HDF5 file"),
-            (&["bodies.beam.material=m"], "bodies.beam.material", "no meaning"),
-            (&["bodies.beam.thickness=0.1"], "bodies.beam.thickness", "no meaning"),
-            (&["bodies.beam.geometry={shape=\"disc\",radius=1.0}"], "bodies.beam.geometry", "no meaning"),
-            (&["bodies.beam.discretisation.degree=3"], "bodies.beam.discretisation", "no meaning"),
-            (&["bodies.beam.geometric_stiffening=true"], "bodies.beam.geometric_stiffening", "no meaning"),
-            (&["bodies.beam.markers.m.point=[0,0]"], "bodies.beam.markers", "those of its file"),
+            (&["bodies.beam.material=m"], "bodies.beam.material", "not \"imported\" only"),
+            (&["bodies.beam.thickness=0.1"], "bodies.beam.thickness", "planar rigid shapes only"),
+            (
+                &["bodies.beam.geometry={shape=\"disc\",radius=1.0}"],
+                "bodies.beam.geometry",
+                "not \"imported\" only",
+            ),
+            (&["bodies.beam.discretisation.degree=3"], "bodies.beam.discretisation", "with a shape only"),
+            (
+                &["bodies.beam.geometric_stiffening=true"],
+                "bodies.beam.geometric_stiffening",
+                "with a shape only",
+            ),
+            (&["bodies.beam.markers.m.point=[0,0]"], "bodies.beam.markers", "those of the file"),
             (&["bodies.beam.reduction.modes=61"], "bodies.beam.reduction.modes", "at most 60"),
             (
                 &["output.points.tip.marker=tipp"],
@@ -201,7 +209,11 @@ fn reduced_files_take_no_reduction() {
             (&["bodies.rod.damping={modal=0.1}"], "bodies.rod.damping", "reduced already"),
             (&["bodies.rod.frame=buckens"], "bodies.rod.frame", "reduced already"),
             (&["bodies.rod.frame_marker=start"], "bodies.rod.frame_marker", "reduced already"),
-            (&["bodies.rod.geometric_stiffening=false"], "bodies.rod.geometric_stiffening", "no meaning"),
+            (
+                &["bodies.rod.geometric_stiffening=false"],
+                "bodies.rod.geometric_stiffening",
+                "with a shape only",
+            ),
         ],
     );
 }

@@ -239,12 +239,12 @@ fn faults_of_joints_name_key_and_remedy() {
         ("joints.shoulder.child.marker=centre", "joints.shoulder.child.marker", "carries no force"),
         ("joints.shoulder.child={body=\"upper\",point=[0,0,0]}", "joints.shoulder.child.point", "\"radius\""),
         ("joints.shoulder.child={body=\"upper\",face=\"x-\"}", "joints.shoulder.child.face", "known are"),
-        ("joints.shoulder.child.radius=0.001", "joints.shoulder.child.radius", "table of the marker"),
+        ("joints.shoulder.child.radius=0.001", "joints.shoulder.child.radius", "a marker has its own"),
         ("joints.shoulder.parent.face=z-", "joints.shoulder.parent.face", "no markers"),
         ("joints.shoulder.parent.body=ball", "joints.shoulder.parent.body", "cycle"),
         ("joints.elbow.child.body=ball", "joints.wrist.child.body", "over-constrained"),
-        ("joints.wrist.angle=1", "joints.wrist.angle", "no coordinates"),
-        ("joints.wrist.axis=[1,0,0]", "joints.wrist.axis", "no meaning"),
+        ("joints.wrist.angle=1", "joints.wrist.angle", "neither fixed"),
+        ("joints.wrist.axis=[1,0,0]", "joints.wrist.axis", "a fixed joint has none"),
         ("joints.shoulder.displacement=1", "joints.shoulder.displacement", "coordinates"),
         ("joints.shoulder.coordinates=[1]", "joints.shoulder.angle", "not both"),
         ("joints.shoulder.velocities=[1,2]", "joints.shoulder.velocities", "2 entries"),
@@ -286,7 +286,7 @@ fn faults_of_joints_name_key_and_remedy() {
     let set = ["joints.wrist.closes_loop=true", "joints.wrist.type=free"];
     assert_fault(&set, "joints.wrist.closes_loop", "holds nothing");
     let set = ["joints.shoulder.closes_loop=true"];
-    assert_fault(&set, "joints.shoulder.angle", "loop-closing");
+    assert_fault(&set, "joints.shoulder.angle", "nor close a loop");
 }
 
 #[test]
@@ -330,10 +330,10 @@ fn flat_models_take_joints_of_their_plane_or_axis_only() {
 #[test]
 fn faults_of_bodies_loads_and_contacts_name_key_and_remedy() {
     for (set, key, words) in [
-        ("bodies.upper.position=[0,0,0]", "bodies.upper.position", "follows from joint \"shoulder\""),
-        ("bodies.ball.velocity=[0,0,0]", "bodies.ball.velocity", "follows from joint \"wrist\""),
-        ("bodies.lower.mass=1", "bodies.lower.mass", "follows from \"geometry\""),
-        ("bodies.lower.frame=tangent", "bodies.lower.frame", "no meaning"),
+        ("bodies.upper.position=[0,0,0]", "bodies.upper.position", "hangs on joint \"shoulder\""),
+        ("bodies.ball.velocity=[0,0,0]", "bodies.ball.velocity", "hangs on joint \"wrist\""),
+        ("bodies.lower.mass=1", "bodies.lower.mass", "without \"geometry\" only"),
+        ("bodies.lower.frame=tangent", "bodies.lower.frame", "flexible bodies only"),
         ("bodies.upper.mass=1", "bodies.upper.mass", "\"rigid\" only"),
         ("bodies.upper.normal=[0,0,1]", "bodies.upper.normal", "\"plane\" only"),
         ("bodies.upper.frame_marker=nowhere", "bodies.upper.frame_marker", "unknown marker"),
@@ -344,12 +344,12 @@ fn faults_of_bodies_loads_and_contacts_name_key_and_remedy() {
         ("bodies.upper.markers.middle.point=[0,0]", "bodies.upper.markers.middle.point", "3 coordinates"),
         ("bodies.upper.damping.modal=-1", "bodies.upper.damping.modal", ">= 0"),
         ("bodies.upper.damping.ratio=0.1", "bodies.upper.damping.frequencies", "missing"),
-        ("bodies.floor.motion=planar", "bodies.floor.motion", "no meaning for a plane"),
-        ("bodies.floor.mass=1", "bodies.floor.mass", "no meaning for a plane"),
+        ("bodies.floor.motion=planar", "bodies.floor.motion", "unbounded and at rest"),
+        ("bodies.floor.mass=1", "bodies.floor.mass", "without \"geometry\" only"),
         ("bodies.lower.motion=planar", "bodies.lower.geometry.shape", "motion \"planar\""),
         ("bodies.piston.inertia=[[1,1,0],[0,1,0],[0,0,1]]", "bodies.piston.inertia", "symmetric"),
         ("bodies.piston.inertia=[-1,1,1]", "bodies.piston.inertia", ">= 0"),
-        ("bodies.piston.material=m", "bodies.piston.material", "without \"geometry\""),
+        ("bodies.piston.material=m", "bodies.piston.material", "with \"geometry\" only"),
         ("bodies.piston.motion=spatial", "bodies.piston.inertia", "missing"),
         ("bodies.piston.angular_velocity=[0,0,1]", "bodies.piston.angular_velocity", "zero"),
         ("bodies.new={model=\"rigid\"}", "bodies.new.geometry", "missing"),
@@ -395,4 +395,27 @@ fn planes_with_a_material_are_elastic_half_spaces_for_hertz() {
     let ContactLaw::Hertz { contact, target, plane } = &scenario.run.contacts[0].law else { panic!("Hertz") };
     assert_eq!((contact.solid, target), (*plane, &None));
     assert!((plane.young - 2e11).abs() < 1.0);
+}
+
+#[test]
+fn joints_take_the_keys_of_their_coordinates() {
+    use JointKind::{Axial, Cylindrical, Fixed, Free, Planar, Prismatic, Revolute, Spherical, Universal};
+    for kind in [Fixed, Revolute, Prismatic, Cylindrical, Universal, Spherical, Planar, Free, Axial] {
+        let n = kind.n_velocities();
+        let of_angles = |is_angle: bool| (0..n).filter(|&k| kind.is_angle(k) == is_angle).count();
+        let single = [
+            ("angle", of_angles(true)),
+            ("angular_velocity", of_angles(true)),
+            ("displacement", of_angles(false)),
+            ("velocity", of_angles(false)),
+            ("drive", n),
+            ("motion", n),
+        ];
+        for (key, count) in single {
+            let joint = format!("joints.other={{type=\"{}\",{key}=0.0}}", kind.name());
+            let list = parse(&[&joint]).expect_err("parent and child are missing");
+            let is_fault = list.iter().any(|f| f.key == format!("joints.other.{key}"));
+            assert_eq!(is_fault, count != 1, "{key} of a {} joint: {list:#?}", kind.name());
+        }
+    }
 }

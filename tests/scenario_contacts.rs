@@ -174,7 +174,7 @@ fn settings_without_meaning_are_faults() {
         assert_fault(PAIRS, &set, &format!("contacts.first.{key}"), words);
     }
     let on_plane = ["contacts.impact.interval.division=graded"];
-    assert_fault(SPHERE, &on_plane, "contacts.impact.interval.division", "no meaning");
+    assert_fault(SPHERE, &on_plane, "contacts.impact.interval.division", "refines the contact zone only");
     let adaptive = ["contacts.impact.model=adaptive", "contacts.impact.interval.division=graded"];
     valid(SPHERE, &adaptive);
     valid(SPHERE, &["contacts.impact.model=adaptive", "contacts.impact.friction=0.1"]);
@@ -209,7 +209,12 @@ fn static_answers_are_the_default_and_can_be_left_out() {
     assert!(!has_answers(&["bodies.beam.reduction.static_answers=false"]));
     assert!(!has_answers(&["bodies.beam.reduction={method=\"all\"}"]));
     let key = "bodies.beam.reduction.static_answers";
-    assert_fault(BEAM, &["bodies.beam.reduction={method=\"all\",static_answers=false}"], key, "no meaning");
+    assert_fault(
+        BEAM,
+        &["bodies.beam.reduction={method=\"all\",static_answers=false}"],
+        key,
+        "other than \"all\" only",
+    );
 }
 
 #[test]

@@ -21,15 +21,8 @@ pub fn read_all(checker: &mut Checker, root: &mut Section, directory: &Path) {
     let Some(Checked::Named(bodies)) = bodies.map(|item| &mut item.value) else { return };
     let mut known: Vec<Arc<BodySource>> = Vec::new();
     for (_, body) in bodies {
-        match body.text("model") {
-            Some("imported") => read_one(checker, body, directory, &mut known),
-            Some(_) => {
-                for key in ["file", "file_sha256"].into_iter().filter(|key| body.given(key)) {
-                    let message = "has a meaning for bodies with model \"imported\" only".into();
-                    checker.fault_in(body, key, message);
-                }
-            }
-            None => {}
+        if body.text("model") == Some("imported") {
+            read_one(checker, body, directory, &mut known);
         }
     }
 }
@@ -65,7 +58,10 @@ fn read_one(checker: &mut Checker, body: &mut Section, directory: &Path, known: 
     } else {
         let (value, origin) = (Checked::Text(source.sha256.clone()), body.origin.clone());
         let shown = format!("{:?}", source.sha256);
-        body.items.insert(position + 1, Item { name: "file_sha256", value, origin, shown, given: false });
+        body.items.insert(
+            position + 1,
+            Item { name: "file_sha256", when: &[], value, origin, shown, given: false },
+        );
     }
     body.items[position].value = Checked::BodyFile { text, source };
 }

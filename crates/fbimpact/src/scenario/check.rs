@@ -108,7 +108,13 @@ impl Checker {
             let in_degrees = entry.key != key.name;
             let value = self.value(key, &entry.node, &full, in_degrees);
             let origin = entry.node.origin.clone();
-            return Some(Item { name: key.name, value, origin, shown: entry.node.shown(), given: true });
+            return Some(Item {
+                value,
+                origin,
+                shown: entry.node.shown(),
+                given: true,
+                ..invalid(key, table)
+            });
         }
         match key.need {
             Need::Optional(_) => None,
@@ -121,7 +127,7 @@ impl Checker {
                 let node =
                     parse_value(text, table).expect("defaults of the key tables are TOML, a test reads them");
                 let value = self.value(key, &node, &join(path, key.name), false);
-                Some(Item { name: key.name, value, origin: table.clone(), shown: node.shown(), given: false })
+                Some(Item { value, shown: node.shown(), ..invalid(key, table) })
             }
         }
     }
@@ -260,7 +266,7 @@ impl Checker {
         let mut section = self.section(variant.keys, entries, path, origin, Some(tag));
         let (value, origin, shown) =
             (Checked::Text(name.clone()), entry.node.origin.clone(), entry.node.shown());
-        section.items.insert(0, Item { name: tag, value, origin, shown, given: true });
+        section.items.insert(0, Item { name: tag, when: &[], value, origin, shown, given: true });
         Checked::Table(section)
     }
 
@@ -358,6 +364,7 @@ fn allowed(key: &Key, in_degrees: bool) -> String {
 fn invalid(key: &Key, origin: &Origin) -> Item {
     Item {
         name: key.name,
+        when: key.when,
         value: Checked::Invalid,
         origin: origin.clone(),
         shown: String::new(),

@@ -16,6 +16,8 @@ pub struct Key {
     pub doc: &'static str,
     /// Whether `<name>_deg` in degrees may be given instead.
     pub degrees: bool,
+    /// What must hold, all of it, for the key to have a meaning. Beside it the key is a fault, and its default is not written.
+    pub when: &'static [Condition],
 }
 
 impl Key {
@@ -27,7 +29,7 @@ impl Key {
         need: Need,
         doc: &'static str,
     ) -> Self {
-        Self { name, kind, unit, need, doc, degrees: false }
+        Self { name, kind, unit, need, doc, degrees: false, when: &[] }
     }
 
     /// A key that may also be given in degrees as `<name>_deg`.
@@ -38,8 +40,85 @@ impl Key {
         need: Need,
         doc: &'static str,
     ) -> Self {
-        Self { name, kind, unit, need, doc, degrees: true }
+        Self { name, kind, unit, need, doc, degrees: true, when: &[] }
     }
+}
+
+impl Key {
+    /// The key with conditions under which it has a meaning.
+    pub const fn when(self, when: &'static [Condition]) -> Self {
+        Self { when, ..self }
+    }
+
+    /// Its conditions as sentences, each with a space before it.
+    pub fn conditions(&self) -> String {
+        let sentence = |c: &Condition| format!(" Only {}{}.", c.words, c.behind_comma());
+        self.when.iter().map(sentence).collect()
+    }
+}
+
+/// A condition under which a key has a meaning.
+#[derive(Debug, Clone, Copy)]
+pub struct Condition {
+    /// When it holds, in words that follow "has a meaning" and precede "only", such as `for bodies with model "rigid"`.
+    pub words: &'static str,
+    /// What to give instead, or why; empty where the words say enough.
+    pub remark: &'static str,
+    /// The condition.
+    pub test: Test,
+}
+
+impl Condition {
+    /// A condition in words and as a test.
+    pub const fn new(words: &'static str, test: Test) -> Self {
+        Self { words, remark: "", test }
+    }
+
+    /// The condition with a remark that follows its words.
+    pub const fn remark(self, remark: &'static str) -> Self {
+        Self { remark, ..self }
+    }
+
+    /// The remark behind a comma, empty without one.
+    pub fn behind_comma(&self) -> String {
+        if self.remark.is_empty() { String::new() } else { format!(", {}", self.remark) }
+    }
+}
+
+/// What a condition asks. Where an answer depends on a value at fault, the condition counts as holding: one fault is enough.
+#[derive(Debug, Clone, Copy)]
+pub enum Test {
+    /// The key of the table, its default counted, has one of the values. `a.b` is key `b` of the subtable `a`.
+    OneOf(&'static str, &'static [&'static str]),
+    /// The key has none of the values, or is not there.
+    NoneOf(&'static str, &'static [&'static str]),
+    /// The key, `true` or `false`, is `false`.
+    IsFalse(&'static str),
+    /// The key is given.
+    With(&'static str),
+    /// The key is not given.
+    Without(&'static str),
+    /// One of the tests holds.
+    Any(&'static [Test]),
+    /// All tests hold.
+    All(&'static [Test]),
+    /// The test holds for the table around this one, a name between them not counted.
+    Around(&'static Test),
+    /// What follows from several tables, or from a file.
+    Fact(Fact),
+}
+
+/// Facts on which the meaning of keys depends and that no single table shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fact {
+    /// The body of the table hangs on no joint.
+    HangsOnNoJoint,
+    /// The body of the table does not come from a file with a reduced body.
+    IsNotReduced,
+    /// The contact around the table refines its contact zone by itself.
+    IsRefined,
+    /// The contact around the table raises its penalty factor until the peak force has converged.
+    SearchConverges,
 }
 
 /// Whether a key must be given.

@@ -1,7 +1,8 @@
 //! The scenario file: from TOML text to a validated [`Scenario`], with every fault located.
 //!
 //! One set of key tables ([`tables`]) declares every key. The reader (`check`), the JSON schema
-//! ([`mod@schema`]) and the reference page ([`mod@reference`]) follow from it; `build` adds the checks that involve several keys.
+//! ([`mod@schema`]), the reference page ([`mod@reference`]) and the check of conditions under which keys have a meaning
+//! (`conditions`) follow from it; `build` adds the checks of values that involve several keys.
 
 pub mod types;
 pub mod body_places;
@@ -15,6 +16,7 @@ mod check;
 mod body_files;
 mod body_source;
 mod build;
+mod conditions;
 mod resolved;
 pub mod schema;
 pub mod reference;
@@ -67,6 +69,7 @@ pub fn parse(path: &Path, bytes: &[u8], overrides: &[Override]) -> Result<Scenar
     let mut root = checker.section(tables::SCENARIO, entries, "", &document.origin, None);
     let directory = path.parent().unwrap_or(Path::new("."));
     body_files::read_all(&mut checker, &mut root, directory);
+    conditions::check(&mut checker, conditions::Scope::of(&root));
     let resolved = if checker.faults.is_empty() { resolved::write(&root) } else { String::new() };
     let source = Source { path: path.to_owned(), sha256: hex(&Sha256::digest(bytes)), resolved };
     match build::scenario(&mut checker, &root, directory, source) {

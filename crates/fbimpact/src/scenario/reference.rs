@@ -115,7 +115,12 @@ fn rows(keys: &[Key], out: &mut String) {
             kind => kind.allowed(""),
         };
         let unit = if key.unit.is_empty() { "–" } else { key.unit };
-        let _ = writeln!(out, "| `{}`{degrees} | {value} | {unit} | {default} | {} |", key.name, key.doc);
+        let conditions = key.conditions().replace('"', "`");
+        let _ = writeln!(
+            out,
+            "| `{}`{degrees} | {value} | {unit} | {default} | {}{conditions} |",
+            key.name, key.doc
+        );
     }
 }
 

@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use super::keys::{Bound, Choice, Key, Kind, Need, Range, Variant};
+use super::keys::{Bound, Choice, Key, Kind, Need, Range, Test, Variant};
 use super::tables::SCENARIO;
 
 /// The schema.
@@ -44,7 +44,60 @@ fn object(keys: &[Key], tag: Option<(&str, &Variant)>) -> Value {
             required.push(key.name);
         }
     }
-    json!({ "type": "object", "properties": properties, "required": required, "additionalProperties": false })
+    let mut object = json!({
+        "type": "object", "properties": properties, "required": required, "additionalProperties": false,
+    });
+    let conditions = conditions(keys);
+    if let (false, Value::Object(object)) = (conditions.is_empty(), &mut object) {
+        object.insert("allOf".into(), conditions.into());
+    }
+    object
+}
+
+/// Forbids keys where their conditions do not hold, as far as the table itself shows it; keys with the same condition together.
+fn conditions(keys: &[Key]) -> Vec<Value> {
+    let mut groups: Vec<(Value, Map<String, Value>)> = Vec::new();
+    for key in keys {
+        for condition in key.when.iter().filter_map(|condition| test(&condition.test, keys)) {
+            let group = match groups.iter().position(|(known, _)| *known == condition) {
+                Some(group) => group,
+                None => {
+                    groups.push((condition, Map::new()));
+                    groups.len() - 1
+                }
+            };
+            let names = [Some(key.name.to_owned()), key.degrees.then(|| format!("{}_deg", key.name))];
+            groups[group].1.extend(names.into_iter().flatten().map(|name| (name, false.into())));
+        }
+    }
+    let rule = |(condition, keys)| json!({ "if": condition, "else": { "properties": Value::Object(keys) } });
+    groups.into_iter().map(rule).collect()
+}
+
+/// The schema of tables for which a test holds; none for what other tables decide.
+fn test(condition: &Test, keys: &[Key]) -> Option<Value> {
+    let all = |tests: &[Test]| tests.iter().map(|t| test(t, keys)).collect::<Option<Vec<_>>>();
+    Some(match condition {
+        Test::OneOf(key, values) => one_of(key, values, keys),
+        Test::NoneOf(key, values) => json!({ "not": one_of(key, values, keys) }),
+        Test::IsFalse(key) => json!({ "properties": { *key: { "const": false } } }),
+        Test::With(key) => json!({ "required": [key] }),
+        Test::Without(key) => json!({ "not": { "required": [key] } }),
+        Test::Any(tests) => json!({ "anyOf": all(tests)? }),
+        Test::All(tests) => json!({ "allOf": all(tests)? }),
+        Test::Around(_) | Test::Fact(_) => return None,
+    })
+}
+
+/// The schema of tables whose key has one of the values, by its default where it is left out.
+fn one_of(key: &str, values: &[&str], keys: &[Key]) -> Value {
+    if let Some((table, name)) = key.split_once('.') {
+        return json!({ "properties": { table: one_of(name, values, &[]) }, "required": [table] });
+    }
+    let default = keys.iter().find(|k| k.name == key).map(|k| k.need);
+    let is_default = matches!(default, Some(Need::Default(text)) if values.contains(&text.trim_matches('"')));
+    let required: &[&str] = if is_default { &[] } else { &[key] };
+    json!({ "properties": { key: { "enum": values } }, "required": required })
 }
 
 fn property(key: &Key, note: &str) -> Value {
@@ -54,7 +107,7 @@ fn property(key: &Key, note: &str) -> Value {
         unit if note.is_empty() => format!(" [{unit}]"),
         unit => format!(" [{}]", unit.replace("rad", "deg")),
     };
-    let mut description = format!("{}{unit}{note}", key.doc);
+    let mut description = format!("{}{unit}{note}{}", key.doc, key.conditions());
     if let Need::Optional(text) = key.need {
         description.push_str(&format!(" Without it: {text}."));
     }

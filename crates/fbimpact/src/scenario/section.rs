@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::body_source::BodySource;
 use super::document::Origin;
+use super::keys::Condition;
 
 /// A checked table.
 #[derive(Debug, Clone)]
@@ -21,6 +22,8 @@ pub struct Section {
 pub struct Item {
     /// Key.
     pub name: &'static str,
+    /// What must hold for the key to have a meaning.
+    pub when: &'static [Condition],
     /// Value.
     pub value: Checked,
     /// Where it stands; for defaults, where their table stands.
@@ -63,6 +66,18 @@ pub enum Checked {
     },
     /// Not usable; the fault has been reported.
     Invalid,
+}
+
+impl Checked {
+    /// The tables in it, with their names; the name of a single table and of those of an array is empty.
+    pub fn subtables(&self) -> Vec<(&str, &Section)> {
+        match self {
+            Self::Table(section) => vec![("", section)],
+            Self::Tables(list) => list.iter().map(|section| ("", section)).collect(),
+            Self::Named(list) => list.iter().map(|(name, section)| (name.as_str(), section)).collect(),
+            _ => Vec::new(),
+        }
+    }
 }
 
 impl Section {

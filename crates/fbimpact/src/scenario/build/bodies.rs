@@ -12,7 +12,7 @@ use super::super::section::Section;
 use super::body_parts::{Context, GivenFrame, damping, elastic_model, frame, material};
 use super::built_bodies::{Built, BuiltBodies, Moving, MovingFacts, Plane};
 use super::discretisation::{discretisation, reduction};
-use super::joints::{GROUND, hanging_joint};
+use super::joints::GROUND;
 use super::places::{BodyFacts, part};
 use super::rigid::Rigid;
 use super::{geometry, imported, rigid};
@@ -32,12 +32,6 @@ fn body(checker: &mut Checker, context: Context<'_>, name: &str, section: &Secti
         let message = "\"ground\" is the name of space, choose another".into();
         checker.fault(&section.origin, section.path.clone(), None, message);
         return None;
-    }
-    let hangs_on = hanging_joint(root, name);
-    if let Some(joint) = hangs_on {
-        for key in ["position", "velocity", "angular_velocity"].into_iter().filter(|key| section.given(key)) {
-            checker.fault_in(section, key, format!("follows from joint \"{joint}\" on which the body hangs"));
-        }
     }
     let orientation = orientation(checker, section);
     let is_imported = section.text("model") == Some("imported");
@@ -200,13 +194,7 @@ fn elastic(
     (model, frame): (&str, Option<GivenFrame>),
     markers: Option<&[(String, GivenPlace)]>,
 ) -> Option<(ElasticSpec, MovingFacts)> {
-    for key in ["normal", "motion", "mass", "centre_of_mass", "inertia"] {
-        if section.given(key) {
-            let owner = if key == "normal" { "the shape \"plane\"" } else { "bodies with model \"rigid\"" };
-            checker.fault_in(section, key, format!("has a meaning for {owner} only"));
-        }
-    }
-    let kind = elastic_model(checker, section, model);
+    let kind = elastic_model(section, model);
     let material = material(checker, context.root, section);
     if section.item("geometry").is_none() {
         let message = "required key is missing: a table with a \"shape\"".into();

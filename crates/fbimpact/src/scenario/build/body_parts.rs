@@ -45,15 +45,11 @@ pub fn frame(
     name: &str,
 ) -> Option<GivenFrame> {
     let hangs_on = hanging_joint(context.root, name);
-    let keys = ["frame_marker", "frame_point"];
     if section.text("frame")? == "buckens" {
-        for key in keys.into_iter().filter(|key| section.given(key)) {
-            checker.fault_in(section, key, "has a meaning for frame = \"tangent\" only".into());
-        }
         return Some(GivenFrame::Buckens);
     }
     let facts = BodyFacts::of(section)?;
-    if let Some(at) = one_of(checker, section, keys, &facts)? {
+    if let Some(at) = one_of(checker, section, ["frame_marker", "frame_point"], &facts)? {
         return Some(GivenFrame::Tangent(at));
     }
     if hangs_on.is_some() {
@@ -72,9 +68,6 @@ pub fn damping(checker: &mut Checker, section: &Section) -> Option<DampingSpec> 
     }
     let table = section.table("damping")?;
     if table.item("modal").is_some() {
-        for key in ["frequencies", "ratio"].into_iter().filter(|key| table.given(key)) {
-            checker.fault_in(table, key, "either \"modal\" or \"frequencies\" can be given, not both".into());
-        }
         return Some(DampingSpec::Modal(table.numbers("modal")?.to_vec()));
     }
     if table.item("frequencies").is_none() {
@@ -87,14 +80,7 @@ pub fn damping(checker: &mut Checker, section: &Section) -> Option<DampingSpec> 
 }
 
 /// What the components of a shape's points mean, with the thickness of a plane model.
-pub fn elastic_model(checker: &mut Checker, section: &Section, model: &str) -> Option<Model> {
-    let plane = matches!(model, "plane-strain" | "plane-stress");
-    if section.given("thickness") && !plane {
-        let message =
-            format!("has a meaning for \"plane-strain\" and \"plane-stress\" only, the model is \"{model}\"");
-        checker.fault_in(section, "thickness", message);
-        return None;
-    }
+pub fn elastic_model(section: &Section, model: &str) -> Option<Model> {
     let thickness = match section.item("thickness") {
         Some(_) => section.number("thickness")?,
         None => UNIT_THICKNESS,

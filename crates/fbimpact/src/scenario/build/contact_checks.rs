@@ -5,15 +5,8 @@ use super::super::section::Section;
 use super::contact_facts::ContactFacts;
 use super::places::BodyFacts;
 
-/// Keys that only contact points on surfaces have.
-const SURFACE_KEYS: [&str; 8] =
-    ["constraint", "points", "solver", "friction", "modes", "transfer", "penalty", "interval"];
-
-/// Reports bodies that are no spheres, and settings of surfaces.
+/// Reports bodies that are no spheres.
 pub fn check_hertz(checker: &mut Checker, root: &Section, section: &Section) {
-    for key in SURFACE_KEYS.into_iter().filter(|key| section.given(key)) {
-        checker.fault_in(section, key, "has no meaning with model \"hertz\"".into());
-    }
     for (key, can_be_plane) in [("contact_body", false), ("target_body", true)] {
         let Some(body) = section.text(key).and_then(|name| BodyFacts::find(root, name)) else { continue };
         let is_sphere = body.shape == "sphere" && body.components == "solid";
@@ -92,7 +85,7 @@ fn check_normal(checker: &mut Checker, contact: &BodyFacts<'_>, target: &BodyFac
     }
 }
 
-/// Reports settings that exclude each other or have no meaning with the model.
+/// Reports settings that exclude each other.
 pub fn check_settings(checker: &mut Checker, section: &Section, facts: &ContactFacts<'_>) {
     check_solver(checker, section, facts);
     if let Some(penalty) = section.table("penalty") {
@@ -147,10 +140,6 @@ fn check_hand_over(checker: &mut Checker, section: &Section, facts: &ContactFact
 }
 
 fn check_penalty(checker: &mut Checker, section: &Section, penalty: &Section, facts: &ContactFacts<'_>) {
-    if facts.search != "until-converged" && penalty.given("tolerance") {
-        let message = "has a meaning with search = \"until-converged\" only".into();
-        checker.fault_in(penalty, "tolerance", message);
-    }
     if !facts.search.starts_with("until") {
         return;
     }
@@ -173,15 +162,11 @@ fn check_penalty(checker: &mut Checker, section: &Section, penalty: &Section, fa
 }
 
 fn check_interval(checker: &mut Checker, interval: &Section, facts: &ContactFacts<'_>) {
-    if interval.given("elements") && facts.model == "coarse" {
-        let message = "has no meaning with model \"coarse\", which refines nothing".into();
-        checker.fault_in(interval, "elements", message);
-    } else if interval.given("elements") && !interval.given("width") && !facts.is_refined() {
+    if interval.given("elements")
+        && !interval.given("width")
+        && !facts.is_refined()
+        && facts.model != "coarse"
+    {
         checker.fault_in(interval, "elements", "needs \"width\" beside it".into());
-    }
-    let keys = [("target_utilisation", facts.model == "adaptive"), ("division", facts.is_refined())];
-    for (key, _) in keys.into_iter().filter(|(key, has_meaning)| !has_meaning && interval.given(key)) {
-        let message = format!("has no meaning with model \"{}\" here, \"adaptive\" uses it", facts.model);
-        checker.fault_in(interval, key, message);
     }
 }

@@ -58,10 +58,6 @@ pub fn discretisation(
     let given_knots = section.item("knots").is_some();
     let knots =
         if given_knots { Some(knots(checker, section, directions, degree.as_deref())?) } else { None };
-    if given_knots && section.given("elements") {
-        let message = "either \"knots\" or \"elements\" can be given, not both".into();
-        checker.fault_in(section, "knots", message);
-    }
     let list = section.tables("refine");
     let refine: Vec<RefinementSpec> =
         list.iter().filter_map(|r| refinement(checker, r, body, places)).collect();
@@ -134,17 +130,7 @@ fn refinement(
 /// The reduced basis of a body.
 pub fn reduction(checker: &mut Checker, section: &Section) -> Option<Basis> {
     let method = section.text("method")?;
-    let mut meaningless = |key: &str| {
-        if section.given(key) {
-            checker.fault_in(section, key, format!("has no meaning for method \"{method}\""));
-        }
-    };
-    if method != "craig-bampton" {
-        meaningless("fixed_interface_modes");
-    }
     if method == "all" {
-        meaningless("modes");
-        meaningless("static_answers");
         return Some(Basis { spec: ReductionSpec::All, static_answers: false, wants_modes: false });
     }
     let given = match section.item("modes") {

@@ -55,7 +55,7 @@ pub fn shape(
     let radius = || section.number("radius");
     let built = match name {
         "sphere" => {
-            let (radius, net) = (radius()?, net(checker, section, model)?);
+            let (radius, net) = (radius()?, net(section)?);
             if is_axisymmetric {
                 axisymmetric::sphere(radius)
             } else {
@@ -97,14 +97,9 @@ pub fn shape(
 }
 
 /// The net of a ball, `Some(None)` if it is left to the program.
-fn net(checker: &mut Checker, section: &Section, model: &str) -> Option<Option<SphereNet>> {
+fn net(section: &Section) -> Option<Option<SphereNet>> {
     if section.item("net").is_none() {
         return Some(None);
-    }
-    if model != "solid" {
-        let message = format!("has a meaning for model \"solid\" only, the model is \"{model}\"");
-        checker.fault_in(section, "net", message);
-        return None;
     }
     Some(Some(match section.text("net")? {
         "spindle" => SphereNet::Spindle,
@@ -120,11 +115,6 @@ fn nurbs(
     directory: &Path,
 ) -> Option<Result<Shape, SplineError>> {
     let Some(file) = section.item("file") else { return patch(checker, section, model) };
-    let inline: Vec<&str> =
-        ["degrees", "knots", "control_points", "weights"].into_iter().filter(|k| section.given(k)).collect();
-    for key in &inline {
-        checker.fault_in(section, key, "either \"file\" or an inline net can be given, not both".into());
-    }
     let path = directory.join(section.text("file")?);
     let source = match read_limited(&path) {
         Ok(text) => Arc::new(SourceText { name: path.display().to_string(), text }),
@@ -146,7 +136,6 @@ fn nurbs(
         return None;
     };
     let net = checker.section(NURBS_FILE, entries, &section.path, &table.origin, None);
-    (inline.is_empty()).then_some(())?;
     patch(checker, &net, model)
 }
 

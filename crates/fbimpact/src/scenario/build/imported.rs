@@ -1,4 +1,4 @@
-//! Bodies from files: keys that a full body takes, and those that have no meaning.
+//! Bodies from files.
 
 use std::sync::Arc;
 
@@ -15,22 +15,6 @@ use super::built_bodies::MovingFacts;
 use super::discretisation::{Basis, reduction};
 use crate::body_file::BodyFile;
 
-/// Keys that follow from the file, or need a shape.
-const SHAPE_KEYS: [&str; 10] = [
-    "material",
-    "motion",
-    "mass",
-    "centre_of_mass",
-    "inertia",
-    "thickness",
-    "geometry",
-    "discretisation",
-    "geometric_stiffening",
-    "normal",
-];
-/// Keys that say how matrices are reduced.
-const REDUCTION_KEYS: [&str; 5] = ["reduction", "damping", "frame", "frame_marker", "frame_point"];
-
 /// A body from a file, called `name`.
 pub fn imported(
     checker: &mut Checker,
@@ -38,32 +22,13 @@ pub fn imported(
     section: &Section,
     name: &str,
 ) -> Option<(BodyKind, MovingFacts)> {
-    for key in SHAPE_KEYS.into_iter().filter(|key| section.given(key)) {
-        checker.fault_in(section, key, "has no meaning for a body with model \"imported\"".into());
-    }
-    if section.given("markers") {
-        let message = "the markers of a body with model \"imported\" are those of its file".into();
-        checker.fault_in(section, "markers", message);
-    }
     let source = section.body_file()?;
     let file = FileOfBody { path: source.path.clone(), sha256: source.sha256.clone() };
     let mut facts = MovingFacts { file: Some(file), ..MovingFacts::default() };
     let spec = match &source.body {
-        BodyFile::Reduced(model) => {
-            for key in REDUCTION_KEYS.into_iter().filter(|key| section.given(key)) {
-                let path = source.path.display();
-                let message = format!("has no meaning for a body that is reduced already, as in {path}");
-                checker.fault_in(section, key, message);
-            }
-            ImportedSpec::Reduced(Arc::clone(model))
-        }
+        BodyFile::Reduced(model) => ImportedSpec::Reduced(Arc::clone(model)),
         BodyFile::Full(body) => {
-            let table = section.table("reduction");
-            if let Some(table) = table.filter(|table| table.given("fixed_interface_modes")) {
-                let message = "has no meaning for a body from a file, which has no contact zone".into();
-                checker.fault_in(table, "fixed_interface_modes", message);
-            }
-            let basis = table.and_then(|table| {
+            let basis = section.table("reduction").and_then(|table| {
                 let basis = reduction(checker, table)?;
                 check_modes(checker, table, &basis, body.body());
                 Some(basis)

@@ -160,14 +160,6 @@ pub fn held(checker: &mut Checker, section: &Section, body: &BodyFacts<'_>) -> O
     if key != "marker" {
         return part(checker, section, key, body).filter(|at| can_be_held(checker, section, key, body, at));
     }
-    if let Some(key) = ["radius", "coupling"].into_iter().find(|key| section.item(key).is_some()) {
-        checker.fault_in(
-            section,
-            key,
-            "belongs to the table of the marker, or beside \"face\" or \"point\"".into(),
-        );
-        return None;
-    }
     let at = place(checker, section, key, body)?;
     can_be_held(checker, section, key, body, &at).then_some(at)
 }
@@ -208,16 +200,7 @@ pub fn part(checker: &mut Checker, section: &Section, key: &str, body: &BodyFact
         Some(_) => Some(section.text("coupling")?),
         None => None,
     };
-    if key == "face" && radius.is_some() {
-        checker.fault_in(section, "radius", "goes with \"point\", a face is taken as a whole".into());
-        return None;
-    }
     if key == "point" && radius.is_none() {
-        if coupling.is_some() {
-            let message = "needs a part of the body: a \"face\", or a \"radius\" beside \"point\"";
-            checker.fault_in(section, "coupling", message.into());
-            return None;
-        }
         return place(checker, section, key, body);
     }
     let coupling = if coupling == Some("rigid") { Coupling::Rigid } else { Coupling::Average };

@@ -16,18 +16,6 @@ use super::body_parts::{elastic_model, material, optional_material};
 use super::geometry;
 use super::places::BodyFacts;
 
-/// Keys that only flexible bodies have.
-const ELASTIC_KEYS: [&str; 7] = [
-    "discretisation",
-    "reduction",
-    "damping",
-    "frame",
-    "frame_marker",
-    "frame_point",
-    "geometric_stiffening",
-];
-/// Keys that say what follows from a shape.
-const MASS_KEYS: [&str; 3] = ["mass", "centre_of_mass", "inertia"];
 /// Asymmetry and negative moments that numbers written with many digits leave.
 const ROUND_OFF: f64 = 1e-9;
 
@@ -52,15 +40,9 @@ pub fn rigid(
     orientation: Option<[f64; 4]>,
     markers: Option<&[(String, GivenPlace)]>,
 ) -> Option<Rigid> {
-    for key in ELASTIC_KEYS.into_iter().filter(|key| section.given(key)) {
-        checker.fault_in(section, key, "has no meaning for a body with model \"rigid\"".into());
-    }
     let facts = BodyFacts::of(section)?;
     if facts.is_plane() {
         return plane(checker, root, section, orientation);
-    }
-    if section.given("normal") {
-        checker.fault_in(section, "normal", "has a meaning for the shape \"plane\" only".into());
     }
     let motion = match section.text("motion")? {
         "planar" => RigidMotion::Planar,
@@ -84,28 +66,13 @@ fn plane(
     section: &Section,
     orientation: Option<[f64; 4]>,
 ) -> Option<Rigid> {
-    for key in ["thickness", "motion", "markers"].into_iter().chain(MASS_KEYS) {
-        if section.given(key) {
-            checker.fault_in(
-                section,
-                key,
-                "has no meaning for a plane, which is unbounded and at rest".into(),
-            );
-        }
-    }
     optional_material(checker, root, section)?;
-    let turned = section.given("orientation");
     if section.item("normal").is_none() {
         let [w, i, j, k] = orientation?;
         let q = UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k));
         return Some(Rigid::Plane(q * Vector3::z()));
     }
     let n = Vector3::from(section.vector::<3>("normal")?);
-    if turned {
-        let message = "either \"normal\" or \"orientation\" can be given, not both".into();
-        checker.fault_in(section, "normal", message);
-        return None;
-    }
     // The square of anything shorter than this would underflow.
     if n.norm() < 1e-150 {
         checker.fault_in(section, "normal", "must not be the zero vector".into());
@@ -121,11 +88,7 @@ fn from_shape(
     facts: &BodyFacts<'_>,
     motion: RigidMotion,
 ) -> Option<(RigidSpec, (Shape, Model))> {
-    for key in MASS_KEYS.into_iter().filter(|key| section.given(key)) {
-        let message = "follows from \"geometry\" and \"material\", give either these or the mass".into();
-        checker.fault_in(section, key, message);
-    }
-    let model = elastic_model(checker, section, facts.components);
+    let model = elastic_model(section, facts.components);
     let shape = geometry::shape(checker, section, facts.components, DEGREE_OF_SHAPE, directory);
     let material = material(checker, root, section);
     let (model, shape, material) = (model?, shape?, material?);
@@ -153,11 +116,6 @@ fn matrix(rows: &[[f64; 3]; 3], factor: f64) -> Matrix3<f64> {
 }
 
 fn given(checker: &mut Checker, section: &Section, motion: RigidMotion) -> Option<RigidSpec> {
-    for key in ["material", "thickness"] {
-        if section.given(key) {
-            checker.fault_in(section, key, "has no meaning for a rigid body without \"geometry\"".into());
-        }
-    }
     if section.item("mass").is_none() {
         let message =
             "required key is missing: \"geometry\" and \"material\", or \"mass\" and \"inertia\"".into();

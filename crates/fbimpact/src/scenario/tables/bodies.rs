@@ -1,6 +1,6 @@
 //! Keys of `[materials.NAME]` and `[bodies.NAME]`.
 
-use super::super::keys::{Bound, Choice, Key, Kind, Need, Range};
+use super::super::keys::{Bound, Choice, Condition, Fact, Key, Kind, Need, Range, Test};
 use super::discretisation::{DISCRETISATION, REDUCTION};
 use super::ranges::{COORDINATE, LENGTH, RATE};
 use super::shapes::GEOMETRIES;
@@ -39,6 +39,42 @@ const MOTIONS: &[Choice] = &[
     Choice::new("axial", "along z; points are [r, z]"),
 ];
 
+/// The body is from a file.
+const IMPORTED: Condition =
+    Condition::new("for bodies with model \"imported\"", Test::OneOf("model", &["imported"]));
+/// The body is not from a file.
+const NOT_IMPORTED: Condition =
+    Condition::new("for bodies that are not \"imported\"", Test::NoneOf("model", &["imported"]));
+/// The body is rigid.
+const RIGID: Condition = Condition::new("for bodies with model \"rigid\"", Test::OneOf("model", &["rigid"]));
+/// The body is flexible.
+const FLEXIBLE: Condition = Condition::new("for flexible bodies", Test::NoneOf("model", &["rigid"]));
+/// The body has matrices that are reduced.
+const TO_REDUCE: &[Condition] =
+    &[FLEXIBLE, Condition::new("for bodies that are not reduced already", Test::Fact(Fact::IsNotReduced))];
+/// The body has elements.
+const MESHED: Condition =
+    Condition::new("for flexible bodies with a shape", Test::NoneOf("model", &["rigid", "imported"]));
+/// The frame follows a place, which is to be given.
+const FOLLOWING: &[Condition] = &[
+    TO_REDUCE[0],
+    TO_REDUCE[1],
+    Condition::new("with frame \"tangent\"", Test::OneOf("frame", &["tangent"])),
+];
+/// The body is bounded and moves.
+const NO_PLANE: Condition =
+    Condition::new("for shapes other than \"plane\"", Test::NoneOf("geometry.shape", &["plane"]))
+        .remark("which is unbounded and at rest");
+/// Mass properties that no shape gives.
+const OWN_MASS: &[Condition] = &[
+    RIGID,
+    Condition::new("without \"geometry\"", Test::Without("geometry"))
+        .remark("with which it follows from shape and material"),
+];
+/// The initial motion is the body's own.
+const FREE: &[Condition] =
+    &[Condition::new("for bodies that hang on no joint", Test::Fact(Fact::HangsOnNoJoint))];
+
 /// `[bodies.NAME]`.
 pub const BODY: &[Key] = &[
     Key::new("model", Kind::Choice(MODELS), "", Need::Default("\"solid\""), "Kinematics of the body."),
@@ -48,130 +84,141 @@ pub const BODY: &[Key] = &[
         "",
         Need::Optional("only `rigid` and `imported` bodies may have none"),
         "Name of the material. A rigid body takes its density, Hertz contacts its elastic constants.",
-    ),
+    ).when(&[NOT_IMPORTED, Condition::new(
+            "for bodies with \"geometry\"",
+            Test::Any(&[Test::NoneOf("model", &["rigid"]), Test::With("geometry")]),
+        )]),
     Key::new(
         "file",
         Kind::Name,
         "",
-        Need::Optional("only `imported` bodies have one"),
-        "Body file of an `imported` body, relative to the scenario. Its markers are those of the body, which has no other \
-         places; contacts and stresses need a shape and do not go with it.",
-    ),
+        Need::Optional("must be given"),
+        "Body file, relative to the scenario. Its markers are those of the body, which has no other places; contacts and stresses \
+         need a shape and do not go with it.",
+    ).when(&[IMPORTED]),
     Key::new(
         "file_sha256",
         Kind::Name,
         "",
         Need::Optional("any"),
         "SHA-256 that `file` must have, in hexadecimal digits; the resolved scenario of a result holds it.",
-    ),
+    ).when(&[IMPORTED]),
     Key::new(
         "motion",
         Kind::Choice(MOTIONS),
         "",
         Need::Default("\"spatial\""),
-        "Motions that a `rigid` body can make.",
-    ),
+        "Motions that the body can make.",
+    ).when(&[RIGID, NO_PLANE]),
     Key::new(
         "mass",
         Kind::Number(Range::positive(1e15)),
         "kg",
         Need::Optional("follows from `geometry` and `material`"),
-        "Mass of a `rigid` body without `geometry`.",
-    ),
+        "Mass.",
+    ).when(OWN_MASS),
     Key::new(
         "centre_of_mass",
         Kind::Vector(3, COORDINATE),
         "m",
         Need::Optional("the origin, or follows from `geometry`"),
-        "Centre of mass of a `rigid` body without `geometry`, in its frame.",
-    ),
+        "Centre of mass in the frame of the body.",
+    ).when(OWN_MASS),
     Key::new(
         "inertia",
         Kind::Symmetric(Range::within(1e24)),
         "kg m²",
         Need::Optional("follows from `geometry` and `material`; `axial` bodies need none"),
-        "Inertia of a `rigid` body without `geometry` about its centre of mass, in the axes of its frame.",
-    ),
+        "Inertia about the centre of mass, in the axes of the body's frame.",
+    ).when(OWN_MASS),
     Key::new(
         "thickness",
         Kind::Number(LENGTH),
         "m",
-        Need::Optional("1 m; only for `plane-strain`, `plane-stress` and planar rigid shapes"),
+        Need::Optional("1 m"),
         "Thickness of a plane model.",
-    ),
+    ).when(&[NO_PLANE, Condition::new(
+            "for \"plane-strain\", \"plane-stress\" and planar rigid shapes",
+            Test::Any(&[
+                Test::OneOf("model", &["plane-strain", "plane-stress"]),
+                Test::All(&[
+                    Test::OneOf("model", &["rigid"]),
+                    Test::OneOf("motion", &["planar"]),
+                    Test::With("geometry"),
+                ]),
+            ]),
+        )]),
     Key::new(
         "geometry",
         Kind::Variants { tag: "shape", variants: GEOMETRIES },
         "",
         Need::Optional("only `imported` bodies and `rigid` ones with `mass` have none"),
         "Shape in the body's own frame.",
-    ),
+    ).when(&[NOT_IMPORTED]),
     Key::new(
         "markers",
         Kind::Named(MARKER),
         "",
         Need::Default("{}"),
-        "Named points and parts of the body beside those of its shape, usable wherever a marker can be named; not for \
-         `imported` bodies.",
-    ),
+        "Named points and parts of the body beside those of its shape, usable wherever a marker can be named.",
+    ).when(&[NOT_IMPORTED.remark("whose markers are those of the file"), NO_PLANE]),
     Key::new(
         "discretisation",
         Kind::Table(DISCRETISATION),
         "",
         Need::Default("{}"),
-        "Spline space; not for `rigid` and `imported` bodies.",
-    ),
+        "Spline space.",
+    ).when(&[MESHED]),
     Key::new(
         "reduction",
         Kind::Table(REDUCTION),
         "",
         Need::Default("{}"),
-        "Reduced basis; not for `rigid` bodies and reduced body files.",
-    ),
+        "Reduced basis.",
+    ).when(TO_REDUCE),
     Key::new(
         "damping",
         Kind::Table(DAMPING),
         "",
         Need::Optional("no damping"),
-        "Damping of the elastic coordinates, of Rayleigh or a mode at a time; not for `rigid` bodies and reduced body \
-         files.",
-    ),
+        "Damping of the elastic coordinates, of Rayleigh or a mode at a time.",
+    ).when(TO_REDUCE),
     Key::new(
         "frame",
         Kind::Choice(FRAMES),
         "",
         Need::Default("\"buckens\""),
-        "Reference frame; not for `rigid` bodies and reduced body files, which have theirs.",
-    ),
+        "Reference frame.",
+    ).when(TO_REDUCE),
     Key::new(
         "frame_marker",
         Kind::Name,
         "",
         Need::Optional("the attachment of the joint on which the body hangs"),
-        "Marker that a `tangent` frame follows, averaged over its extent if it has one.",
-    ),
+        "Marker that the frame follows, averaged over its extent if it has one.",
+    ).when(FOLLOWING),
     Key::new(
         "frame_point",
         Kind::Point(COORDINATE),
         "m",
         Need::Optional("the attachment of the joint on which the body hangs"),
-        "Point that a `tangent` frame follows.",
-    ),
+        "Point that the frame follows.",
+    ).when(FOLLOWING),
     Key::new(
         "geometric_stiffening",
         Kind::Boolean,
         "",
         Need::Default("false"),
-        "Whether inertia forces stiffen the body, as rotors need it; with a `tangent` frame, not for `axisymmetric` and \
-         `imported`; a reduced body file brings its own.",
-    ),
+        "Whether inertia forces stiffen the body, as rotors need it; with a `tangent` frame, not for `axisymmetric`. A reduced body \
+         file brings its own.",
+    ).when(&[MESHED]),
     Key::new(
         "position",
         Kind::Vector(3, COORDINATE),
         "m",
         Need::Default("[0.0, 0.0, 0.0]"),
-        "Initial position of the body's origin; not for bodies that hang on a joint.",
-    ),
+        "Initial position of the body's origin.",
+    ).when(FREE),
     Key::angle(
         "orientation",
         Kind::Rotation,
@@ -179,28 +226,32 @@ pub const BODY: &[Key] = &[
         Need::Default("[1.0, 0.0, 0.0, 0.0]"),
         "Initial orientation: a rotation vector, or a quaternion [w, x, y, z] of unit length. \
          Of a body that hangs on a joint, the one with all joint coordinates at zero.",
-    ),
+    ).when(&[Condition::new("without \"normal\"", Test::Without("normal"))
+            .remark("which says how a plane stands")]),
     Key::new(
         "velocity",
         Kind::Vector(3, RATE),
         "m/s",
         Need::Default("[0.0, 0.0, 0.0]"),
-        "Initial velocity of the body's origin; not for bodies that hang on a joint.",
-    ),
+        "Initial velocity of the body's origin.",
+    ).when(FREE),
     Key::angle(
         "angular_velocity",
         Kind::Vector(3, RATE),
         "rad/s",
         Need::Default("[0.0, 0.0, 0.0]"),
-        "Initial angular velocity, in space; not for bodies that hang on a joint.",
-    ),
+        "Initial angular velocity, in space.",
+    ).when(FREE),
     Key::new(
         "normal",
         Kind::Vector(3, COORDINATE),
         "–",
-        Need::Optional("[0, 0, 1], turned by `orientation`; only for shape `plane`"),
+        Need::Optional("[0, 0, 1], turned by `orientation`"),
         "Normal of a plane, out of the material; of any length but zero.",
-    ),
+    ).when(&[Condition::new(
+            "for the shape \"plane\"",
+            Test::OneOf("geometry.shape", &["plane"]),
+        )]),
 ];
 
 /// `[bodies.NAME.markers.NAME]`.
@@ -217,6 +268,13 @@ const MARKER: &[Key] = &[
     COUPLING,
 ];
 
+/// A point stands beside the key.
+pub(super) const BESIDE_POINT: Condition = Condition::new("beside \"point\"", Test::With("point"))
+    .remark("a face is taken as a whole, and a marker has its own");
+/// A part of the body is given beside the key.
+pub(super) const BESIDE_PART: Condition =
+    Condition::new("beside \"face\" or \"radius\"", Test::Any(&[Test::With("face"), Test::With("radius")]))
+        .remark("a marker has its own");
 /// Radius of a disc or ball about a point.
 pub(super) const RADIUS: Key = Key::new(
     "radius",
@@ -224,7 +282,8 @@ pub(super) const RADIUS: Key = Key::new(
     "m",
     Need::Optional("no extent"),
     "Radius of the part of the body about `point`: a disc on the surface, a ball inside.",
-);
+)
+.when(&[BESIDE_POINT]);
 /// A face by name.
 pub(super) const FACE: Key = Key::new(
     "face",
@@ -238,9 +297,10 @@ pub(super) const COUPLING: Key = Key::new(
     "coupling",
     Kind::Choice(COUPLINGS),
     "",
-    Need::Optional("`average`; needs `face` or `radius` beside it"),
+    Need::Optional("`average`"),
     "How the part of the body hangs together with what holds it.",
-);
+)
+.when(&[BESIDE_PART]);
 
 const COUPLINGS: &[Choice] = &[
     Choice::new("average", "distributing (RBE3): motion averaged over the part, force spread over it"),
@@ -250,6 +310,9 @@ const COUPLINGS: &[Choice] = &[
 /// Damping ratios.
 const RATIO: Range = Range { min: Bound::Closed(0.0), max: Bound::Closed(1e3) };
 
+/// Damping ratios are not given a mode at a time.
+const RAYLEIGH: &[Condition] = &[Condition::new("without \"modal\"", Test::Without("modal"))];
+
 const DAMPING: &[Key] = &[
     Key::new(
         "frequencies",
@@ -257,14 +320,16 @@ const DAMPING: &[Key] = &[
         "Hz",
         Need::Optional("`modal` must be given"),
         "Two frequencies between which modes are damped least, the band of the modes that matter.",
-    ),
+    )
+    .when(RAYLEIGH),
     Key::new(
         "ratio",
         Kind::Number(RATIO),
         "–",
         Need::Default("1e-3"),
         "Damping ratio at both frequencies, 1 being critical; it grows with the frequency above them.",
-    ),
+    )
+    .when(RAYLEIGH),
     Key::new(
         "modal",
         Kind::Numbers(RATIO),

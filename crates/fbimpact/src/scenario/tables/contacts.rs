@@ -1,6 +1,6 @@
 //! Keys of `[contacts.NAME]`.
 
-use super::super::keys::{Bound, Choice, Key, Kind, Need, Range};
+use super::super::keys::{Bound, Choice, Condition, Fact, Key, Kind, Need, Range, Test};
 
 const MODELS: &[Choice] = &[
     Choice::new("adaptive", "as `quasistatic`, on a contact zone that the program refines at every impact"),
@@ -56,6 +56,14 @@ const TRANSFERS: &[Choice] = &[
     ),
 ];
 
+/// The contact has contact points on a surface.
+const SURFACE: &[Condition] =
+    &[Condition::new("with contact points", Test::NoneOf("model", &["hertz"])).remark("\"hertz\" has none")];
+/// The program refines the contact zone by itself.
+const REFINED: Condition =
+    Condition::new("where the program refines the contact zone", Test::Fact(Fact::IsRefined))
+        .remark("as with model \"adaptive\" and between two flexible bodies");
+
 /// `[contacts.NAME]`.
 pub const CONTACT: &[Key] = &[
     Key::new(
@@ -79,28 +87,28 @@ pub const CONTACT: &[Key] = &[
         "",
         Need::Default("\"penalty\""),
         "How penetration is resisted.",
-    ),
+    ).when(SURFACE),
     Key::new(
         "points",
         Kind::Choice(POINTS),
         "",
         Need::Default("\"greville\""),
         "Where the contact points are.",
-    ),
+    ).when(SURFACE),
     Key::new(
         "solver",
         Kind::Choice(SOLVERS),
         "",
         Need::Default("\"active-set\""),
         "Solver of the quasistatic state.",
-    ),
+    ).when(SURFACE),
     Key::new(
         "friction",
         Kind::Number(Range { min: Bound::Closed(0.0), max: Bound::Closed(100.0) }),
         "–",
         Need::Default("0.0"),
         "Coefficient of friction, of stick and slip alike; needs the active-set solver.",
-    ),
+    ).when(SURFACE),
     Key::new(
         "modes",
         Kind::Choice(MODES),
@@ -108,14 +116,14 @@ pub const CONTACT: &[Key] = &[
         Need::Default("\"prolonged\""),
         "Low-frequency modes of the fine models, where the program refines. A body in two contacts at once keeps those that it \
          had at the first touch.",
-    ),
+    ).when(SURFACE),
     Key::new(
         "transfer",
         Kind::Choice(TRANSFERS),
         "",
         Need::Default("\"projection\""),
         "How the state is handed over between coarse and fine models, with modes = \"own\".",
-    ),
+    ).when(SURFACE),
     Key::new(
         "initial_overlap",
         Kind::Number(Range { min: Bound::Closed(0.0), max: Bound::Closed(1e6) }),
@@ -123,14 +131,14 @@ pub const CONTACT: &[Key] = &[
         Need::Default("0.0"),
         "Overlap of the bodies at the start that is allowed; the run begins with its energy. More is an error, round-off is not.",
     ),
-    Key::new("penalty", Kind::Table(PENALTY), "", Need::Default("{}"), "Penalty factor."),
+    Key::new("penalty", Kind::Table(PENALTY), "", Need::Default("{}"), "Penalty factor.").when(SURFACE),
     Key::new(
         "interval",
         Kind::Table(INTERVAL),
         "",
         Need::Default("{}"),
         "Part of the surface that carries contact points, about the place of first contact.",
-    ),
+    ).when(SURFACE),
 ];
 
 /// Soft foam to far above the stiffest contact that double precision resolves [N/m³].
@@ -149,8 +157,9 @@ const PENALTY: &[Key] = &[
         Kind::Number(Range { min: Bound::Open(0.0), max: Bound::Open(1.0) }),
         "–",
         Need::Default("2e-3"),
-        "Relative change of the peak force below which \"until-converged\" ends.",
-    ),
+        "Relative change of the peak force below which the search ends.",
+    )
+    .when(&[Condition::new("with search \"until-converged\"", Test::Fact(Fact::SearchConverges))]),
     Key::new(
         "search",
         Kind::Choice(SEARCHES),
@@ -181,19 +190,25 @@ const INTERVAL: &[Key] = &[
         "–",
         Need::Optional("16 where the program refines, else the elements that the discretisation has there"),
         "Elements across `width`, for which the body is refined; on a plane it needs `width`, except with `adaptive`.",
-    ),
+    ).when(&[Condition::new(
+        "with a zone that is refined",
+        Test::Around(&Test::NoneOf("model", &["coarse"])),
+    ).remark("\"coarse\" refines nothing")]),
     Key::new(
         "target_utilisation",
         Kind::Number(SHARE),
         "–",
         Need::Default("0.7"),
-        "Share of the elements that shall touch, with `adaptive`; a new width aims at it. An interval is too wide below five sevenths of it.",
-    ),
+        "Share of the elements that shall touch; a new width aims at it. An interval is too wide below five sevenths of it.",
+    ).when(&[Condition::new(
+        "with model \"adaptive\"",
+        Test::Around(&Test::OneOf("model", &["adaptive"])),
+    )]),
     Key::new(
         "division",
         Kind::Choice(DIVISIONS),
         "",
         Need::Default("\"graded\""),
-        "How the elements about the interval are divided, where the program refines.",
-    ),
+        "How the elements about the interval are divided.",
+    ).when(&[REFINED]),
 ];

@@ -1,6 +1,6 @@
 //! Keys of `discretisation` and `reduction`: the spline space of a body and its reduced basis.
 
-use super::super::keys::{Bound, Choice, Key, Kind, Need, Range};
+use super::super::keys::{Bound, Choice, Condition, Key, Kind, Need, Range, Test};
 use super::ranges::{COORDINATE, LENGTH, MAX_DEGREE};
 
 /// Elements a direction; more do not fit into memory in two dimensions.
@@ -23,7 +23,7 @@ pub(super) const DISCRETISATION: &[Key] = &[
             "chosen by the program, so that the kept frequencies are right to 0.1 %; `fbimpact modes` shows them",
         ),
         "Uniform elements a direction, before refinement.",
-    ),
+    ).when(&[Condition::new("without \"knots\"", Test::Without("knots"))]),
     Key::new(
         "knots",
         Kind::Lists(Range { min: Bound::Open(0.0), max: Bound::Open(1.0) }),
@@ -84,6 +84,11 @@ const METHODS: &[Choice] = &[
     Choice::new("all", "every mode of the full model, for verification"),
 ];
 
+/// The basis leaves modes out.
+const LEAVES_OUT: &[Condition] =
+    &[Condition::new("for methods other than \"all\"", Test::NoneOf("method", &["all"]))
+        .remark("which leaves nothing out")];
+
 /// `[bodies.NAME.reduction]`.
 pub(super) const REDUCTION: &[Key] = &[
     Key::new("method", Kind::Choice(METHODS), "", Need::Default("\"craig-bampton\""), "Reduction method."),
@@ -95,21 +100,24 @@ pub(super) const REDUCTION: &[Key] = &[
             "chosen by the program from the time scale of the impacts on the body; at least 10 in axisymmetric models \
              and 20 in others, 20 without contacts",
         ),
-        "Number of free modes; static answers to joints and loads add to them. Without meaning for `all`.",
-    ),
+        "Number of free modes; static answers to joints and loads add to them.",
+    ).when(LEAVES_OUT),
     Key::new(
         "fixed_interface_modes",
         Kind::Integer(1, 100_000),
         "–",
         Need::Optional("`modes`, the rigid ones and a margin"),
-        "Number of fixed-interface modes of `craig-bampton`.",
-    ),
+        "Number of fixed-interface modes.",
+    ).when(&[Condition::new("with method \"craig-bampton\"", Test::OneOf("method", &["craig-bampton"])), Condition::new(
+            "for bodies with a shape",
+            Test::Around(&Test::NoneOf("model", &["imported"])),
+        ).remark("others have no contact zone")]),
     Key::new(
         "static_answers",
         Kind::Boolean,
         "",
         Need::Default("true"),
         "Whether the static answers to the forces and moments of the body's joints and loads are added to the modes; `false` is for \
-         comparison with free modes alone. Without meaning for `all`, which leaves nothing out.",
-    ),
+         comparison with free modes alone.",
+    ).when(LEAVES_OUT),
 ];

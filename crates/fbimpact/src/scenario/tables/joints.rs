@@ -1,7 +1,7 @@
 //! Keys of `[joints.NAME]` and `[loads.NAME]`.
 
-use super::super::keys::{Bound, Choice, Key, Kind, Need, Range};
-use super::bodies::{COUPLING, FACE, RADIUS};
+use super::super::keys::{Bound, Choice, Condition, Key, Kind, Need, Range, Test};
+use super::bodies::{BESIDE_PART, BESIDE_POINT, COUPLING, FACE, RADIUS};
 use super::ranges::{COORDINATE, RATE};
 use super::time_curves::curve;
 
@@ -38,7 +38,39 @@ const POINT: Key = Key::new(
     "Point in the components of the body's model: [x, y, z], [x, y] or [r, z]; on ground [x, y, z].",
 );
 
-const ATTACHMENT: &[Key] = &[BODY, MARKER, HELD_FACE, POINT, HELD_RADIUS, COUPLING];
+/// The side of the joint is on a body.
+const ON_BODY: Condition = Condition::new("on bodies", Test::NoneOf("body", &["ground"]))
+    .remark("ground has no markers and no parts, give a \"point\" in space");
+
+const ATTACHMENT: &[Key] = &[
+    BODY,
+    MARKER.when(&[ON_BODY]),
+    HELD_FACE.when(&[ON_BODY]),
+    POINT,
+    HELD_RADIUS.when(&[ON_BODY, BESIDE_POINT]),
+    COUPLING.when(&[ON_BODY, BESIDE_PART]),
+];
+
+/// The joint has coordinates.
+const WITH_COORDINATES: Condition = Condition::new(
+    "for joints that are neither fixed nor close a loop",
+    Test::All(&[Test::NoneOf("type", &["fixed"]), Test::IsFalse("closes_loop")]),
+);
+/// One angle is among the coordinates.
+const ONE_ANGLE: Condition = Condition::new(
+    "for joints with a single angle",
+    Test::OneOf("type", &["revolute", "cylindrical", "planar"]),
+);
+/// One displacement is among the coordinates.
+const ONE_DISPLACEMENT: Condition = Condition::new(
+    "for joints with a single displacement",
+    Test::OneOf("type", &["prismatic", "cylindrical", "axial"]),
+);
+/// There is one coordinate.
+const ONE_COORDINATE: Condition = Condition::new(
+    "for joints with a single coordinate",
+    Test::OneOf("type", &["revolute", "prismatic", "axial"]),
+);
 
 /// Stiffness or damping, of any unit.
 const CONSTANT: Range = Range { min: Bound::Closed(0.0), max: Bound::Closed(1e18) };
@@ -72,23 +104,26 @@ pub(super) const JOINT: &[Key] = &[
         "axis",
         Kind::Vector(3, COORDINATE),
         "–",
-        Need::Optional("z for `axial`, no meaning for `fixed`, the axes of space for `spherical` and `free`"),
+        Need::Optional("z for `axial`, the axes of space for `spherical` and `free`"),
         "Axis in space with all joint coordinates at zero; of any length but zero.",
-    ),
+    ).when(&[Condition::new("for joints with coordinates", Test::NoneOf("type", &["fixed"])).remark("a fixed joint has none")]),
     Key::new(
         "second_axis",
         Kind::Vector(3, COORDINATE),
         "–",
-        Need::Optional("only for `universal`, which needs it"),
-        "Second axis of a universal joint, perpendicular to the first.",
-    ),
+        Need::Optional("must be given"),
+        "Second axis, perpendicular to the first.",
+    ).when(&[Condition::new("for type \"universal\"", Test::OneOf("type", &["universal"]))]),
     Key::new(
         "reference",
         Kind::Vector(3, COORDINATE),
         "–",
         Need::Optional("the axis of space that is farthest from `axis`"),
         "Vector whose part across `axis` is the first of the joint's cross axes, as `planar` joints count displacements.",
-    ),
+    ).when(&[Condition::new(
+            "for joints with one axis",
+            Test::NoneOf("type", &["fixed", "universal"]),
+        )]),
     Key::new(
         "closes_loop",
         Kind::Boolean,
@@ -101,80 +136,82 @@ pub(super) const JOINT: &[Key] = &[
         Kind::Number(JOINT_COORDINATE),
         "rad",
         Need::Optional("0"),
-        "Initial angle of a `revolute` or `cylindrical` joint.",
-    ),
+        "Initial angle.",
+    ).when(&[WITH_COORDINATES, ONE_ANGLE.remark("others take \"coordinates\"")]),
     Key::new(
         "displacement",
         Kind::Number(JOINT_COORDINATE),
         "m",
         Need::Optional("0"),
-        "Initial displacement of a `prismatic`, `cylindrical` or `axial` joint.",
-    ),
+        "Initial displacement.",
+    ).when(&[WITH_COORDINATES, ONE_DISPLACEMENT.remark("others take \"coordinates\"")]),
     Key::new(
         "coordinates",
         Kind::Numbers(JOINT_COORDINATE),
         "m, rad",
         Need::Optional("0"),
         "All initial coordinates of the joint; a rotation of `spherical` and `free` joints is a rotation vector.",
-    ),
+    ).when(&[WITH_COORDINATES]),
     Key::angle(
         "angular_velocity",
         Kind::Number(RATE),
         "rad/s",
         Need::Optional("0"),
-        "Initial angular velocity of a `revolute` or `cylindrical` joint.",
-    ),
+        "Initial angular velocity.",
+    ).when(&[WITH_COORDINATES, ONE_ANGLE.remark("others take \"velocities\"")]),
     Key::new(
         "velocity",
         Kind::Number(RATE),
         "m/s",
         Need::Optional("0"),
-        "Initial velocity of a `prismatic`, `cylindrical` or `axial` joint.",
-    ),
+        "Initial velocity.",
+    ).when(&[WITH_COORDINATES, ONE_DISPLACEMENT.remark("others take \"velocities\"")]),
     Key::new(
         "velocities",
         Kind::Numbers(RATE),
         "m/s, rad/s",
         Need::Optional("0"),
         "All initial velocities of the joint; of `spherical` and `free` joints the angular velocity in the child's axes.",
-    ),
+    ).when(&[WITH_COORDINATES]),
     Key::new(
         "stiffness",
         Kind::Numbers(CONSTANT),
         "N/m, N m/rad",
         Need::Optional("no springs"),
         "Stiffness of the joint's springs, one a coordinate; one number for all if they are of one kind.",
-    ),
+    ).when(&[WITH_COORDINATES]),
     Key::new(
         "rest",
         Kind::Numbers(JOINT_COORDINATE),
         "m, rad",
         Need::Optional("0"),
         "Coordinates at which the springs are relaxed.",
-    ),
+    ).when(&[WITH_COORDINATES]),
     Key::new(
         "damping",
         Kind::Numbers(CONSTANT),
         "N s/m, N m s/rad",
         Need::Optional("no dampers"),
         "Constants of the joint's dampers.",
-    ),
-    curve("drive", "N, N m", "Force along the only coordinate."),
-    curve("motion", "m, rad", "Motion prescribed to the only coordinate."),
+    ).when(&[WITH_COORDINATES]),
+    curve("drive", "N, N m", "Force along the coordinate.")
+        .when(&[WITH_COORDINATES, ONE_COORDINATE.remark("others take \"drives\"")]),
+    curve("motion", "m, rad", "Motion prescribed to the coordinate.")
+        .when(&[WITH_COORDINATES, ONE_COORDINATE.remark("others take \"motions\"")]),
     Key::new(
         "drives",
         Kind::Tables(ENTRY),
         "",
         Need::Default("[]"),
         "Forces along coordinates of a joint with several.",
-    ),
+    ).when(&[WITH_COORDINATES]),
     Key::new(
         "motions",
         Kind::Tables(ENTRY),
         "",
         Need::Default("[]"),
         "Motions prescribed to coordinates of a joint with several; not of a rotation with three angles.",
-    ),
+    ).when(&[WITH_COORDINATES]),
 ];
 
 const ENTRY: &[Key] = &[

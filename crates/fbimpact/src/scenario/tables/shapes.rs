@@ -1,6 +1,6 @@
 //! Shapes: their keys, the models that they go with, their markers.
 
-use super::super::keys::{Choice, Key, Kind, Need, Variant};
+use super::super::keys::{Choice, Condition, Key, Kind, Need, Test, Variant};
 use super::ranges::{COORDINATE, LENGTH, MAX_DEGREE};
 
 const RADIUS: Key = Key::new("radius", Kind::Number(LENGTH), "m", Need::Required, "Radius.");
@@ -19,9 +19,17 @@ const NET: Key = Key::new(
     "net",
     Kind::Choice(NETS),
     "",
-    Need::Optional("`cube` from degree 4 on, `spindle` below; a half-disc has one net only"),
-    "Control net of a solid ball.",
-);
+    Need::Optional("`cube` from degree 4 on, `spindle` below"),
+    "Control net of the ball.",
+)
+.when(&[Condition::new(
+    "for solid and spatial rigid bodies",
+    Test::Around(&Test::Any(&[
+        Test::OneOf("model", &["solid"]),
+        Test::All(&[Test::OneOf("model", &["rigid"]), Test::OneOf("motion", &["spatial"])]),
+    ])),
+)
+.remark("a half-disc has one net")]);
 
 const DEGREES: Key = Key::new(
     "degrees",
@@ -57,7 +65,15 @@ const NURBS_FILE: Key = Key::new(
 /// The keys of a NURBS patch in a file.
 pub const NURBS_NET: &[Key] = &[DEGREES, KNOTS, CONTROL_POINTS, WEIGHTS];
 /// The same inline.
-const NURBS: &[Key] = &[NURBS_FILE, DEGREES, KNOTS, CONTROL_POINTS, WEIGHTS];
+const NURBS: &[Key] = &[
+    NURBS_FILE,
+    DEGREES.when(INLINE),
+    KNOTS.when(INLINE),
+    CONTROL_POINTS.when(INLINE),
+    WEIGHTS.when(INLINE),
+];
+/// The net is not in a file.
+const INLINE: &[Condition] = &[Condition::new("without \"file\"", Test::Without("file"))];
 
 /// Shapes by name.
 pub(super) const GEOMETRIES: &[Variant] = &[

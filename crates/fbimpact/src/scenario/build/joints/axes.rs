@@ -14,21 +14,9 @@ const SHORTEST: f64 = 1e-150;
 
 /// Rotation from the joint's axes to space.
 pub fn axes(checker: &mut Checker, section: &Section, kind: JointKind) -> Option<UnitQuaternion<f64>> {
-    if kind != JointKind::Universal && section.item("second_axis").is_some() {
-        meaningless(checker, section, "second_axis", kind);
-        return None;
-    }
     match kind {
-        JointKind::Fixed => {
-            for key in ["axis", "reference"] {
-                if section.item(key).is_some() {
-                    meaningless(checker, section, key, kind);
-                    return None;
-                }
-            }
-            Some(UnitQuaternion::identity())
-        }
-        JointKind::Universal => universal(checker, section, kind),
+        JointKind::Fixed => Some(UnitQuaternion::identity()),
+        JointKind::Universal => universal(checker, section),
         JointKind::Spherical | JointKind::Free | JointKind::Axial if section.item("axis").is_none() => {
             if section.item("reference").is_some() {
                 checker.fault_in(section, "reference", "needs \"axis\" beside it".into());
@@ -38,10 +26,6 @@ pub fn axes(checker: &mut Checker, section: &Section, kind: JointKind) -> Option
         }
         _ => about_axis(checker, section),
     }
-}
-
-fn meaningless(checker: &mut Checker, section: &Section, key: &str, kind: JointKind) {
-    checker.fault_in(section, key, format!("has no meaning for a {} joint", kind.name()));
 }
 
 /// The unit vector of key `key`, which must be given.
@@ -65,11 +49,7 @@ fn rotation(x: Vector3<f64>, y: Vector3<f64>) -> UnitQuaternion<f64> {
     UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(columns))
 }
 
-fn universal(checker: &mut Checker, section: &Section, kind: JointKind) -> Option<UnitQuaternion<f64>> {
-    if section.item("reference").is_some() {
-        meaningless(checker, section, "reference", kind);
-        return None;
-    }
+fn universal(checker: &mut Checker, section: &Section) -> Option<UnitQuaternion<f64>> {
     let (first, second) = (direction(checker, section, "axis"), direction(checker, section, "second_axis"));
     let (first, second) = (first?, second?);
     let cosine = first.dot(&second);

@@ -19,23 +19,6 @@ pub struct Coordinates {
     pub coordinates: Vec<CoordinateSpec>,
 }
 
-/// Keys that only joints with coordinates have.
-const KEYS: [&str; 13] = [
-    "angle",
-    "displacement",
-    "coordinates",
-    "angular_velocity",
-    "velocity",
-    "velocities",
-    "stiffness",
-    "rest",
-    "damping",
-    "drive",
-    "motion",
-    "drives",
-    "motions",
-];
-
 /// Reads all coordinates of a joint.
 pub fn coordinates(
     checker: &mut Checker,
@@ -45,12 +28,7 @@ pub fn coordinates(
 ) -> Option<Coordinates> {
     let n = kind.n_velocities();
     if closes_loop || n == 0 {
-        let before = checker.faults.len();
-        for key in KEYS.into_iter().filter(|key| section.given(key)) {
-            let subject = if closes_loop { "loop-closing" } else { "fixed" };
-            checker.fault_in(section, key, format!("has no meaning, a {subject} joint has no coordinates"));
-        }
-        return (checker.faults.len() == before).then(Coordinates::default);
+        return Some(Coordinates::default());
     }
     let positions = values(checker, section, kind, ["angle", "displacement", "coordinates"]);
     let velocities = values(checker, section, kind, ["angular_velocity", "velocity", "velocities"]);
@@ -84,13 +62,8 @@ fn values(
         if section.item(key).is_none() {
             continue;
         }
-        let mut of_kind = (0..n).filter(|&k| kind.is_angle(k) == is_angle);
-        let (Some(k), None) = (of_kind.next(), of_kind.next()) else {
-            let message = format!("a {} joint has no single one, choose \"{list}\"", kind.name());
-            checker.fault_in(section, key, message);
-            is_sound = false;
-            continue;
-        };
+        // Keys of joints without a single one are faults already.
+        let k = (0..n).find(|&k| kind.is_angle(k) == is_angle)?;
         if section.item(list).is_some() {
             checker.fault_in(section, key, format!("either \"{key}\" or \"{list}\" can be given, not both"));
             is_sound = false;
@@ -206,11 +179,6 @@ fn curves(
     let n = kind.n_velocities();
     let mut curves = vec![None; n];
     if section.given(single) {
-        if n > 1 {
-            let message = format!("a {} joint has {n} coordinates, choose \"{list}\"", kind.name());
-            checker.fault_in(section, single, message);
-            return None;
-        }
         curves[0] = curve(checker, section, single)?;
     }
     let entries = section.tables(list);

@@ -148,11 +148,6 @@ fn attachment(
 }
 
 fn ground(checker: &mut Checker, side: &Section) -> Option<Side> {
-    let keys = ["marker", "face", "radius", "coupling"];
-    if let Some(key) = keys.into_iter().find(|key| side.item(key).is_some()) {
-        checker.fault_in(side, key, "ground has no markers and no parts, give a \"point\" in space".into());
-        return None;
-    }
     if side.item("point").is_none() {
         let message = "required key is missing: a point in space".into();
         checker.fault(&side.origin, side.path_of("point"), None, message);
