@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use adaptive::spec::Target;
-use fbimpact::scenario::keys::{Key, Kind, Need};
+use fbimpact::scenario::keys::{Key, Kind};
 use fbimpact::scenario::{self, Fault, Override, Scenario, reference, tables};
 
 const SPHERE: &str = include_str!("../scenarios/sphere_on_plane.toml");
@@ -69,7 +69,7 @@ fn resolved_scenario_reads_back_to_itself() {
 fn defaults_of_the_key_tables_are_valid() {
     fn walk(keys: &[Key]) {
         for key in keys {
-            if let Need::Default(text) = key.need {
+            if let Some(text) = key.need.default() {
                 assert!(format!("x = {text}").parse::<toml::Table>().is_ok(), "default of {}", key.name);
             }
             match &key.kind {

@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
+use adaptive::interval::least_utilisation;
 use adaptive::spec::{
     ContactLaw, DivisionRule, HandOver, IntervalSpec, LowModes, PenaltySearch, SurfaceLaw, Target,
-    TransferMethod, Treatment, least_utilisation,
+    TransferMethod, Treatment,
 };
 use contact_qs::quasistatic::Method;
 use fbimpact::scenario::{self, Fault, Override, Scenario};
@@ -54,7 +55,7 @@ fn a_pair_of_names_is_enough_and_is_adaptive() {
         assert_eq!(law.method, Method::ActiveSet);
         assert_eq!(law.search, PenaltySearch::UntilConverged { tolerance: 2e-3 });
         assert_eq!(law.search, PenaltySearch::CONVERGED);
-        assert_eq!(law.interval, IntervalSpec::default());
+        assert_eq!((law.interval, law.hand_over), (IntervalSpec::default(), HandOver::default()));
         assert_eq!((law.interval.width, law.interval.elements), (None, None));
     }
     let second = &scenario.run.contacts[1];

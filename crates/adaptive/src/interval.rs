@@ -15,6 +15,15 @@ pub enum IntervalEnd {
     FaceEnd,
 }
 
+/// Share of an interval's elements that shall touch (\[A\] section 4.2).
+pub const TARGET_UTILISATION: f64 = 0.7;
+
+/// Share of an interval below which it is too wide, if it shall be used to the share `target`: 0.5 for [`TARGET_UTILISATION`] (\[A\]
+/// section 4.3).
+pub fn least_utilisation(target: f64) -> f64 {
+    0.5 * target / TARGET_UTILISATION
+}
+
 /// Settings of the search for the width.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct IntervalSettings {
@@ -29,7 +38,8 @@ pub struct IntervalSettings {
 impl Default for IntervalSettings {
     /// The values of \[A\] section 4.2: 70 %, 50 %, 50 %.
     fn default() -> Self {
-        Self { target: 0.7, minimum: 0.5, max_change: 0.5 }
+        let target = TARGET_UTILISATION;
+        Self { target, minimum: least_utilisation(target), max_change: 0.5 }
     }
 }
 

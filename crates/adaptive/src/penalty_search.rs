@@ -71,11 +71,14 @@ pub enum PenaltyStrategy {
     },
 }
 
+/// Relative change of the peak force that counts as none: a fifth of a percent, less than discretisation errors.
+pub const PEAK_TOLERANCE: f64 = 2e-3;
+
 impl PenaltyStrategy {
     /// As printed in \[A\] section 4.1: trials of 30 contact steps.
     pub const PRINTED: Self = Self::ErrorDriven { trial_steps: 30 };
-    /// The default: a further factor of ten changes the peak force by less than 0.2 %.
-    pub const CONVERGED: Self = Self::UntilConverged { factor: 10.0, tolerance: 2e-3 };
+    /// The default: a further factor of ten changes the peak force by less than [`PEAK_TOLERANCE`].
+    pub const CONVERGED: Self = Self::UntilConverged { factor: 10.0, tolerance: PEAK_TOLERANCE };
 }
 
 /// Range in which a penalty factor is looked for [N/m³].

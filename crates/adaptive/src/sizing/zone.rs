@@ -6,14 +6,14 @@ use ffr_dynamics::system::force::BodyState;
 use iga_core::elasticity::Model;
 
 use super::impact_time::{Impact, Scene};
+use crate::fine_model::ELEMENTS;
 use crate::model::first_sites;
 use crate::predict::{HertzLaw, hertz_impact, interval_width, line_impact};
 use crate::spec::{
     ContactLaw, ContactSpec, IntervalSpec, RefinementSpec, RunSpec, SurfaceLaw, Target, Treatment,
 };
 
-/// Elements across a zone and their growth outside, as contacts have them that the program refines during the run.
-const ELEMENTS: usize = 16;
+/// Growth of elements outside a zone.
 const RATIO: f64 = 1.5;
 /// Part of a body's size below which coordinates of a place count as zero.
 const ROUND_OFF: f64 = 1e-14;

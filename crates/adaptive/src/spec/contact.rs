@@ -5,6 +5,8 @@ use contact_qs::quasistatic::Method;
 use nalgebra::Vector3;
 
 use super::body::Place;
+use crate::interval::{TARGET_UTILISATION, least_utilisation};
+use crate::penalty_search::PEAK_TOLERANCE;
 
 /// A contact between a body and a target.
 #[derive(Debug, Clone, PartialEq)]
@@ -139,8 +141,8 @@ pub enum PenaltySearch {
 }
 
 impl PenaltySearch {
-    /// Until the peak force changes by less than a fifth of a percent, less than discretisation errors.
-    pub const CONVERGED: Self = Self::UntilConverged { tolerance: 2e-3 };
+    /// Until the peak force changes by less than [`PEAK_TOLERANCE`].
+    pub const CONVERGED: Self = Self::UntilConverged { tolerance: PEAK_TOLERANCE };
 }
 
 /// Where contact points stand.
@@ -158,7 +160,8 @@ pub struct IntervalSpec {
     /// Width about the point of first contact, measured as [`super::RefinementSpec::width`] \[m\]; `None`: the refined
     /// zone there, or predicted.
     pub width: Option<f64>,
-    /// Elements across the interval; `None`: those that the discretisation has there, or 16 if the program refines.
+    /// Elements across the interval; `None`: those that the discretisation has there, or [`crate::fine_model::ELEMENTS`] if the
+    /// program refines.
     pub elements: Option<usize>,
     /// Share of the elements that shall touch.
     pub target_utilisation: f64,
@@ -168,18 +171,13 @@ pub struct IntervalSpec {
     pub division: DivisionRule,
 }
 
-/// Share of an interval below which it is too wide, if it shall be used to the share `target`: 0.5 for the 0.7 of \[A\] section 4.3.
-pub fn least_utilisation(target: f64) -> f64 {
-    0.5 * target / 0.7
-}
-
 impl Default for IntervalSpec {
     fn default() -> Self {
         Self {
             width: None,
             elements: None,
-            target_utilisation: 0.7,
-            min_utilisation: least_utilisation(0.7),
+            target_utilisation: TARGET_UTILISATION,
+            min_utilisation: least_utilisation(TARGET_UTILISATION),
             division: DivisionRule::Graded,
         }
     }

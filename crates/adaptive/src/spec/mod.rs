@@ -17,7 +17,7 @@ pub use body::{
 };
 pub use contact::{
     ContactLaw, ContactSpec, DivisionRule, HandOver, HertzSphere, IntervalSpec, LowModes, PenaltySearch,
-    PointRule, SurfaceLaw, Target, TransferMethod, Treatment, least_utilisation,
+    PointRule, SurfaceLaw, Target, TransferMethod, Treatment,
 };
 pub use iga_core::extent::Extent;
 pub use imported::ImportedSpec;

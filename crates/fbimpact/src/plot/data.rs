@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use adaptive::spec::least_utilisation;
+use adaptive::interval::least_utilisation;
 use hdf5::{File, Group, Result};
 
 use crate::error::AppError;

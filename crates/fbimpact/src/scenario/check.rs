@@ -116,20 +116,15 @@ impl Checker {
                 ..invalid(key, table)
             });
         }
-        match key.need {
-            Need::Optional(_) => None,
-            Need::Required => {
-                let what = format!("required key is missing: {} ({})", key.kind.allowed(key.unit), key.doc);
-                self.fault(table, join(path, key.name), None, what);
-                Some(invalid(key, table))
-            }
-            Need::Default(text) => {
-                let node =
-                    parse_value(text, table).expect("defaults of the key tables are TOML, a test reads them");
-                let value = self.value(key, &node, &join(path, key.name), false);
-                Some(Item { value, shown: node.shown(), ..invalid(key, table) })
-            }
+        if matches!(key.need, Need::Required) {
+            let what = format!("required key is missing: {} ({})", key.kind.allowed(key.unit), key.doc);
+            self.fault(table, join(path, key.name), None, what);
+            return Some(invalid(key, table));
         }
+        let node = parse_value(&key.need.default()?, table)
+            .expect("defaults of the key tables are TOML, a test reads them");
+        let value = self.value(key, &node, &join(path, key.name), false);
+        Some(Item { value, shown: node.shown(), ..invalid(key, table) })
     }
 
     fn value(&mut self, key: &'static Key, node: &Node, path: &str, in_degrees: bool) -> Checked {

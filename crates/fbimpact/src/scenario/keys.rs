@@ -128,8 +128,32 @@ pub enum Need {
     Required,
     /// May be left out; the text says what happens then.
     Optional(&'static str),
+    /// May be left out; the text, which cites the library's constants, says what happens then.
+    Derived(fn() -> String),
     /// Has a default, written as TOML.
     Default(&'static str),
+    /// Has a number as default, a constant of the library.
+    Constant(f64),
+}
+
+impl Need {
+    /// What happens if the key is left out, where that is not a default.
+    pub fn otherwise(&self) -> Option<String> {
+        match self {
+            Self::Optional(text) => Some((*text).to_owned()),
+            Self::Derived(text) => Some(text()),
+            Self::Required | Self::Default(_) | Self::Constant(_) => None,
+        }
+    }
+
+    /// The default as TOML.
+    pub fn default(&self) -> Option<String> {
+        match self {
+            Self::Default(text) => Some((*text).to_owned()),
+            Self::Constant(number) => Some(format!("{number:?}")),
+            Self::Required | Self::Optional(_) | Self::Derived(_) => None,
+        }
+    }
 }
 
 /// Interval of allowed numbers. NaN and infinities are never allowed.

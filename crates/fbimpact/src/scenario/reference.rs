@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::keys::{Choice, Key, Kind, Need};
+use super::keys::{Choice, Key, Kind};
 use super::tables::{CURVES, SCENARIO, ShapeFacts};
 
 /// Text before the tables.
@@ -98,11 +98,11 @@ fn rows(keys: &[Key], out: &mut String) {
     out.push_str("| key | value | unit | default | meaning |\n|---|---|---|---|---|\n");
     for key in keys {
         let degrees = if key.degrees { format!(", `{}_deg`", key.name) } else { String::new() };
-        let default = match key.need {
-            Need::Required => "**required**".to_owned(),
-            Need::Optional(text) => text.to_owned(),
-            Need::Default("{}" | "[]") => "empty".to_owned(),
-            Need::Default(text) => format!("`{text}`"),
+        let default = match (key.need.default().as_deref(), key.need.otherwise()) {
+            (Some("{}" | "[]"), _) => "empty".to_owned(),
+            (Some(text), _) => format!("`{text}`"),
+            (None, Some(text)) => text,
+            (None, None) => "**required**".to_owned(),
         };
         let value = match &key.kind {
             Kind::Choice(choices) => list(choices),

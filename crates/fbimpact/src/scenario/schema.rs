@@ -94,8 +94,8 @@ fn one_of(key: &str, values: &[&str], keys: &[Key]) -> Value {
     if let Some((table, name)) = key.split_once('.') {
         return json!({ "properties": { table: one_of(name, values, &[]) }, "required": [table] });
     }
-    let default = keys.iter().find(|k| k.name == key).map(|k| k.need);
-    let is_default = matches!(default, Some(Need::Default(text)) if values.contains(&text.trim_matches('"')));
+    let default = keys.iter().find(|k| k.name == key).and_then(|k| k.need.default());
+    let is_default = default.is_some_and(|text| values.contains(&text.trim_matches('"')));
     let required: &[&str] = if is_default { &[] } else { &[key] };
     json!({ "properties": { key: { "enum": values } }, "required": required })
 }
@@ -108,12 +108,12 @@ fn property(key: &Key, note: &str) -> Value {
         unit => format!(" [{}]", unit.replace("rad", "deg")),
     };
     let mut description = format!("{}{unit}{note}{}", key.doc, key.conditions());
-    if let Need::Optional(text) = key.need {
+    if let Some(text) = key.need.otherwise() {
         description.push_str(&format!(" Without it: {text}."));
     }
     let Value::Object(map) = &mut value else { unreachable!("a schema is an object") };
     map.insert("description".into(), description.into());
-    if let Need::Default(text) = key.need
+    if let Some(text) = key.need.default()
         && note.is_empty()
         && let Ok(default) = format!("x = {text}").parse::<toml::Table>()
         && let Some(default) = default.get("x")

@@ -12,9 +12,6 @@ use super::super::section::Section;
 use super::joints::hanging_joint;
 use super::places::{BodyFacts, one_of};
 
-/// Thickness of a plane model when none is given \[m\].
-const UNIT_THICKNESS: f64 = 1.0;
-
 /// What bodies refer to.
 #[derive(Debug, Clone, Copy)]
 pub struct Context<'a> {
@@ -81,10 +78,7 @@ pub fn damping(checker: &mut Checker, section: &Section) -> Option<DampingSpec> 
 
 /// What the components of a shape's points mean, with the thickness of a plane model.
 pub fn elastic_model(section: &Section, model: &str) -> Option<Model> {
-    let thickness = match section.item("thickness") {
-        Some(_) => section.number("thickness")?,
-        None => UNIT_THICKNESS,
-    };
+    let thickness = section.number("thickness")?;
     Some(match model {
         "axisymmetric" => Model::Axisymmetric,
         "plane-strain" => Model::PlaneStrain { thickness },

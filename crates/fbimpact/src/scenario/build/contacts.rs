@@ -1,8 +1,9 @@
 //! Contacts: pairs of bodies that exist, and settings that go together.
 
+use adaptive::interval::least_utilisation;
 use adaptive::spec::{
     ContactLaw, ContactSpec, DivisionRule, HandOver, HertzSphere, IntervalSpec, LowModes, PenaltySearch,
-    Place, PointRule, SurfaceLaw, Target, TransferMethod, Treatment, least_utilisation,
+    Place, PointRule, SurfaceLaw, Target, TransferMethod, Treatment,
 };
 use contact_qs::law::penalty::DEFAULT_STIFFNESS_RATIO;
 use contact_qs::law::{Friction, Solid};

@@ -6,10 +6,6 @@ use ffr_dynamics::system::error_scale::ErrorScale;
 
 use super::super::section::Section;
 
-/// Default tolerance of the explicit method, at which its energy drift cannot be seen.
-const DORMAND_PRINCE_TOLERANCE: f64 = 1e-8;
-/// Default tolerance of the implicit methods: a method of order 2 needs many steps for less.
-const IMPLICIT_TOLERANCE: f64 = 1e-5;
 /// Longest step of an impact phase as a share of the period of the highest mode: half of it just resolves the mode.
 const STEP_SHARE: f64 = 0.5;
 
@@ -30,15 +26,18 @@ pub fn settings(simulation: &Section, output: &Section) -> Option<RunSettings> {
 }
 
 fn phase(section: &Section) -> Option<PhaseSettings> {
-    let (method, tolerance) = match section.text("integrator")? {
-        "tr-bdf2" => (Method::TrBdf2, IMPLICIT_TOLERANCE),
-        "esdirk4" => (Method::Esdirk4, IMPLICIT_TOLERANCE),
-        _ => (Method::DormandPrince, DORMAND_PRINCE_TOLERANCE),
+    let method = match section.text("integrator")? {
+        "tr-bdf2" => Method::TrBdf2,
+        "esdirk4" => Method::Esdirk4,
+        _ => Method::DormandPrince,
     };
     Some(PhaseSettings {
         method,
         max_step: section.number("max_step").unwrap_or(f64::INFINITY),
-        tolerance: if section.item("rtol").is_some() { section.number("rtol")? } else { tolerance },
+        tolerance: match section.item("rtol") {
+            Some(_) => section.number("rtol")?,
+            None => method.default_tolerance(),
+        },
         velocity_floor: ErrorScale::default().velocity_floor,
     })
 }

@@ -135,7 +135,7 @@ pub const BODY: &[Key] = &[
         "thickness",
         Kind::Number(LENGTH),
         "m",
-        Need::Optional("1 m"),
+        Need::Default("1.0"),
         "Thickness of a plane model.",
     ).when(&[NO_PLANE, Condition::new(
             "for \"plane-strain\", \"plane-stress\" and planar rigid shapes",

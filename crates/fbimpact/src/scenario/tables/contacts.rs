@@ -1,5 +1,9 @@
 //! Keys of `[contacts.NAME]`.
 
+use adaptive::fine_model::ELEMENTS;
+use adaptive::interval::TARGET_UTILISATION;
+use adaptive::penalty_search::PEAK_TOLERANCE;
+
 use super::super::keys::{Bound, Choice, Condition, Fact, Key, Kind, Need, Range, Test};
 
 const MODELS: &[Choice] = &[
@@ -156,7 +160,7 @@ const PENALTY: &[Key] = &[
         "tolerance",
         Kind::Number(Range { min: Bound::Open(0.0), max: Bound::Open(1.0) }),
         "–",
-        Need::Default("2e-3"),
+        Need::Constant(PEAK_TOLERANCE),
         "Relative change of the peak force below which the search ends.",
     )
     .when(&[Condition::new("with search \"until-converged\"", Test::Fact(Fact::SearchConverges))]),
@@ -188,7 +192,7 @@ const INTERVAL: &[Key] = &[
         "elements",
         Kind::Integer(1, 10_000),
         "–",
-        Need::Optional("16 where the program refines, else the elements that the discretisation has there"),
+        Need::Derived(|| format!("{ELEMENTS} where the program refines, else the elements that the discretisation has there")),
         "Elements across `width`, for which the body is refined; on a plane it needs `width`, except with `adaptive`.",
     ).when(&[Condition::new(
         "with a zone that is refined",
@@ -198,7 +202,7 @@ const INTERVAL: &[Key] = &[
         "target_utilisation",
         Kind::Number(SHARE),
         "–",
-        Need::Default("0.7"),
+        Need::Constant(TARGET_UTILISATION),
         "Share of the elements that shall touch; a new width aims at it. An interval is too wide below five sevenths of it.",
     ).when(&[Condition::new(
         "with model \"adaptive\"",

@@ -1,5 +1,8 @@
 //! Keys of `discretisation` and `reduction`: the spline space of a body and its reduced basis.
 
+use adaptive::sizing::{mesh, mode_count};
+use ffr_dynamics::body::RigidMotion;
+
 use super::super::keys::{Bound, Choice, Condition, Key, Kind, Need, Range, Test};
 use super::ranges::{COORDINATE, LENGTH, MAX_DEGREE};
 
@@ -19,9 +22,10 @@ pub(super) const DISCRETISATION: &[Key] = &[
         "elements",
         Kind::Counts(1, MAX_ELEMENTS),
         "–",
-        Need::Optional(
-            "chosen by the program, so that the kept frequencies are right to 0.1 %; `fbimpact modes` shows them",
-        ),
+        Need::Derived(|| {
+            let tolerance = 100.0 * mesh::TOLERANCE;
+            format!("chosen by the program, so that the kept frequencies are right to {tolerance} %; `fbimpact modes` shows them")
+        }),
         "Uniform elements a direction, before refinement.",
     ).when(&[Condition::new("without \"knots\"", Test::Without("knots"))]),
     Key::new(
@@ -96,10 +100,14 @@ pub(super) const REDUCTION: &[Key] = &[
         "modes",
         Kind::Integer(1, 100_000),
         "–",
-        Need::Optional(
-            "chosen by the program from the time scale of the impacts on the body; at least 10 in axisymmetric models \
-             and 20 in others, 20 without contacts",
-        ),
+        Need::Derived(|| {
+            let [axial, others] = [RigidMotion::Axial, RigidMotion::Spatial].map(mode_count::least);
+            format!(
+                "chosen by the program from the time scale of the impacts on the body; at least {axial} in axisymmetric models \
+                 and {others} in others, {} without contacts",
+                mode_count::WITHOUT_FORCES
+            )
+        }),
         "Number of free modes; static answers to joints and loads add to them.",
     ).when(LEAVES_OUT),
     Key::new(

@@ -1,5 +1,7 @@
 //! Keys of `[simulation]` and `[output]`.
 
+use ffr_dynamics::integration::Method;
+
 use super::super::keys::{Bound, Choice, Key, Kind, Need, Range};
 
 /// Longest time that can be asked for: far above any impact, far below where `t + dt == t` for a step of 1 ns.
@@ -66,7 +68,10 @@ const RTOL: Key = Key::new(
     "rtol",
     Kind::Number(TOLERANCE),
     "–",
-    Need::Optional("1e-8 for `dormand-prince`, 1e-5 for the implicit methods"),
+    Need::Derived(|| {
+        let [explicit, implicit] = [Method::DormandPrince, Method::TrBdf2].map(Method::default_tolerance);
+        format!("{explicit:e} for `dormand-prince`, {implicit:e} for the implicit methods")
+    }),
     "Error allowed in a step, as a share of the motion's velocity.",
 );
 
