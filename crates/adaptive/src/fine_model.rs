@@ -5,6 +5,8 @@
 //! coordinates are those of the coarse model: the low-frequency modes are the coarse ones, prolonged, and everything
 //! else that the fine space can do follows quasistatically (`docs/decisions/0008-modes-of-fine-models.md`).
 
+use std::sync::Arc;
+
 use contact_qs::ContactError;
 use contact_qs::points::DofLookup;
 use contact_qs::surface_pair::TargetFace;
@@ -105,7 +107,7 @@ pub struct FineMesh {
     /// Name.
     pub name: String,
     /// Its shape before any refinement, in whose parameters the model is given.
-    pub shape: Shape,
+    pub shape: Arc<Shape>,
     /// Kinematics.
     pub model: Model,
     /// Rigid motions of the model.

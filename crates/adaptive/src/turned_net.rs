@@ -48,7 +48,7 @@ impl TurnedNet {
             return Ok(None);
         };
         let mut spec = coarse.spec.clone();
-        spec.shape = coarse.spec.shape.turned(&rotation).map_err(fail)?;
+        spec.shape = coarse.spec.shape.turned(&rotation).map_err(fail)?.into();
         let body = ElasticBody::build(&coarse.name, spec)?;
         let (face, site) = nearest(&body.shape, &point);
         let wanted = WantedInterval { face, centre: site.xi, widths: wanted.widths };

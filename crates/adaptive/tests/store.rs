@@ -75,7 +75,7 @@ fn two_balls() -> RunSpec {
     let mut run = two_spheres();
     for body in &mut run.bodies {
         let BodyKind::Elastic(elastic) = &mut body.kind else { panic!("elastic") };
-        elastic.shape = primitives::sphere::sphere(0.01, SphereNet::for_degree(2)).unwrap();
+        elastic.shape = primitives::sphere::sphere(0.01, SphereNet::for_degree(2)).unwrap().into();
         elastic.model = Model::Solid;
         let knots = elastic.shape.patches[0].knots();
         elastic.discretisation.degrees = knots.iter().map(|k| k.degree().max(2)).collect();
@@ -153,9 +153,12 @@ fn stored_models_that_do_not_fit_are_built_anew() {
 fn everything_that_changes_the_matrices_changes_the_definition() {
     let base = block(2).spec;
     let changes: [fn(&mut ElasticSpec); 11] = [
-        |s| s.shape = solid::cuboid([0.02, 0.02, 0.020_000_000_000_000_003]).unwrap(),
-        |s| s.shape.symmetry = Some(iga_core::nurbs::Symmetry::ball(&[[1.0, 0.0, 0.0]])),
-        |s| s.shape.symmetry = Some(iga_core::nurbs::Symmetry::about_z(&[[1.0, 0.0, 0.0]])),
+        |s| s.shape = solid::cuboid([0.02, 0.02, 0.020_000_000_000_000_003]).unwrap().into(),
+        |s| Arc::make_mut(&mut s.shape).symmetry = Some(iga_core::nurbs::Symmetry::ball(&[[1.0, 0.0, 0.0]])),
+        |s| {
+            Arc::make_mut(&mut s.shape).symmetry =
+                Some(iga_core::nurbs::Symmetry::about_z(&[[1.0, 0.0, 0.0]]))
+        },
         |s| s.model = Model::PlaneStrain { thickness: 1.0 },
         |s| s.model = Model::PlaneStress { thickness: 1.0 },
         |s| s.model = Model::PlaneStress { thickness: 1.0f64.next_up() },
@@ -188,7 +191,7 @@ fn what_comes_after_the_matrices_changes_no_definition() {
     other.frame = FrameSpec::Tangent(Place::Point([0.0; 3]));
     other.reduction = ReductionSpec::All;
     other.geometric_stiffening = true;
-    other.shape.markers.insert("tip".into(), [0.0; 3]);
+    Arc::make_mut(&mut other.shape).markers.insert("tip".into(), [0.0; 3]);
     assert_eq!(body_definition(&base), body_definition(&other));
 }
 

@@ -1,5 +1,7 @@
 //! Bodies: elastic ones from exact geometry, rigid ones, reduced ones from a file.
 
+use std::sync::Arc;
+
 use super::imported::ImportedSpec;
 use super::reduction::{DampingSpec, ReductionSpec};
 use ffr_dynamics::body::RigidMotion;
@@ -140,8 +142,8 @@ pub struct RigidSpec {
 /// An elastic body.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ElasticSpec {
-    /// Exact geometry.
-    pub shape: Shape,
+    /// Exact geometry, with the named points of the body; clones share it.
+    pub shape: Arc<Shape>,
     /// Kinematics.
     pub model: Model,
     /// Material.
@@ -170,14 +172,14 @@ impl ElasticSpec {
 
     /// An undamped body in a mean-axis frame, with static answers, without rigid parts and without geometric stiffening.
     pub fn new(
-        shape: Shape,
+        shape: impl Into<Arc<Shape>>,
         model: Model,
         material: Material,
         discretisation: DiscretisationSpec,
         reduction: ReductionSpec,
     ) -> Self {
         Self {
-            shape,
+            shape: shape.into(),
             model,
             material,
             discretisation,

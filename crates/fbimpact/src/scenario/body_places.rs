@@ -1,6 +1,7 @@
 //! Places on bodies that have names: points and parts of a shape, and those that the user has added.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use adaptive::spec::{Area, Coupling, Extent, Place};
 use iga_core::SplineError;
@@ -43,7 +44,7 @@ pub enum PlaceError {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct BodyPlaces {
     kind: PlacesOf,
-    /// Points by name, in the components of the body's model \[m\].
+    /// Points by name of a body without shape, whose shape has them otherwise, in the components of the body's model \[m\].
     points: BTreeMap<String, [f64; 3]>,
     /// Markers with an extent that the user has added.
     areas: BTreeMap<String, Area>,
@@ -53,9 +54,9 @@ pub struct BodyPlaces {
 #[derive(Debug, Clone, PartialEq, Default)]
 enum PlacesOf {
     /// A flexible body with its kinematics.
-    Flexible(Box<(Shape, Model)>),
+    Flexible((Arc<Shape>, Model)),
     /// A rigid body, of which a part moves like a point; it may have a shape.
-    Rigid(Option<Box<(Shape, Model)>>),
+    Rigid(Option<(Arc<Shape>, Model)>),
     /// A body that has only the markers of its file, or none.
     #[default]
     File,
@@ -71,7 +72,7 @@ impl BodyPlaces {
         model: Model,
         markers: &[(String, GivenPlace)],
     ) -> Result<Self, PlaceError> {
-        Self::new(PlacesOf::Flexible(Box::new((shape, model))), markers)
+        Self::new(PlacesOf::Flexible((Arc::new(shape), model)), markers)
     }
 
     /// Those of a rigid body, with `markers` added by the user.
@@ -82,20 +83,20 @@ impl BodyPlaces {
         shape: Option<(Shape, Model)>,
         markers: &[(String, GivenPlace)],
     ) -> Result<Self, PlaceError> {
-        Self::new(PlacesOf::Rigid(shape.map(Box::new)), markers)
+        Self::new(PlacesOf::Rigid(shape.map(|(shape, model)| (Arc::new(shape), model))), markers)
     }
 
     fn new(kind: PlacesOf, markers: &[(String, GivenPlace)]) -> Result<Self, PlaceError> {
         let mut places = Self { kind, ..Self::default() };
-        places.points = places.shape().map(|(shape, _)| shape.markers.clone()).unwrap_or_default();
+        let mut points = places.shape().map(|(shape, _)| shape.markers.clone()).unwrap_or_default();
         for (name, at) in markers {
             match at {
                 GivenPlace::Point(point) => {
-                    places.points.insert(name.clone(), *point);
+                    points.insert(name.clone(), *point);
                 }
                 GivenPlace::Part { extent, coupling } => {
                     if let Extent::Around { point, .. } = extent {
-                        places.points.insert(name.clone(), *point);
+                        points.insert(name.clone(), *point);
                     }
                     let area = places.area(extent, *coupling)?;
                     places.areas.insert(name.clone(), area);
@@ -103,21 +104,27 @@ impl BodyPlaces {
                 GivenPlace::Marker(_) => {}
             }
         }
+        match &mut places.kind {
+            PlacesOf::Flexible((shape, _)) | PlacesOf::Rigid(Some((shape, _))) => {
+                Arc::make_mut(shape).markers = points;
+            }
+            PlacesOf::Rigid(None) | PlacesOf::File => places.points = points,
+        }
         Ok(places)
     }
 
-    /// The exact shape of the body and its kinematics, if it has a shape.
-    pub fn shape(&self) -> Option<&(Shape, Model)> {
+    /// The exact shape of the body with all named points, and its kinematics, if it has a shape.
+    pub fn shape(&self) -> Option<&(Arc<Shape>, Model)> {
         match &self.kind {
             PlacesOf::Flexible(shape) => Some(shape),
-            PlacesOf::Rigid(shape) => shape.as_deref(),
+            PlacesOf::Rigid(shape) => shape.as_ref(),
             PlacesOf::File => None,
         }
     }
 
     /// Points by name, in the components of the body's model \[m\].
     pub fn points(&self) -> &BTreeMap<String, [f64; 3]> {
-        &self.points
+        self.shape().map_or(&self.points, |(shape, _)| &shape.markers)
     }
 
     /// All parts by name: markers with an extent and those faces of the shape that have an area.
@@ -139,7 +146,7 @@ impl BodyPlaces {
         match at {
             GivenPlace::Point(point) => Ok(*point),
             GivenPlace::Marker(marker) => {
-                self.points.get(marker).copied().ok_or_else(|| self.unknown(marker))
+                self.points().get(marker).copied().ok_or_else(|| self.unknown(marker))
             }
             GivenPlace::Part { extent, coupling } => Ok(self.area(extent, *coupling)?.centre),
         }
@@ -202,7 +209,7 @@ impl BodyPlaces {
     }
 
     fn unknown(&self, marker: &str) -> PlaceError {
-        let known = self.points.keys().chain(self.areas.keys()).cloned().collect();
+        let known = self.points().keys().chain(self.areas.keys()).cloned().collect();
         PlaceError::Unknown { marker: marker.to_owned(), known }
     }
 }

@@ -3,7 +3,6 @@
 use adaptive::sizing::SizeWish;
 use adaptive::spec::{BodyKind, BodySpec, ElasticSpec, FrameSpec, InitialMotion};
 use ffr_dynamics::body::RigidMotion;
-use iga_core::nurbs::Shape;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use super::super::body_places::{BodyPlaces, GivenPlace};
@@ -229,7 +228,6 @@ fn elastic(
         }
     };
     let (shape, model) = places.shape()?.clone();
-    let shape = Shape { markers: places.points().clone(), ..shape };
     let spec = ElasticSpec {
         static_answers: basis.static_answers,
         damping: damping?,
