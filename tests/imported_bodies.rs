@@ -162,6 +162,7 @@ fn faults_of_full_files_name_key_and_remedy() {
                 "output.points.tip.marker",
                 "known are \"hinge\" or \"tip\"",
             ),
+            (&["joints.hinge.parent={body=\"ground\"}"], "joints.hinge.parent.point", "missing"),
             (&["joints.hinge.child.marker=x"], "joints.hinge.child.marker", "beam.h5, known are"),
             (&["output.points.p={body=\"beam\",point=[0,0]}"], "output.points.p.point", "name a marker"),
             (&["loads.l={body=\"beam\",point=[0,0],force_x=1.0}"], "loads.l.point", "name a marker"),

@@ -419,3 +419,30 @@ fn joints_take_the_keys_of_their_coordinates() {
         }
     }
 }
+
+#[test]
+fn joints_on_ground_stand_where_the_child_lies_about_the_origin() {
+    let parent = |set: &[&str], name: &str| {
+        let scenario = valid(set);
+        let joint = scenario.run.joints.iter().find(|joint| joint.name == name).expect("there");
+        let Place::Point(point) = joint.parent.place else { panic!("a point of space") };
+        Vector3::from(point)
+    };
+    let open = "joints.shoulder.parent={body=\"ground\"}";
+    assert!(parent(&[open], "shoulder").norm() < ROUND_OFF, "the rod starts at its origin");
+    let end = [open, "joints.shoulder.child.marker=end", "bodies.upper.orientation_deg=[90,0,0]"];
+    let [held, elbow] = ["joints.elbow.parent.marker=start", "bodies.upper.frame=buckens"];
+    let found = parent(&[&end[..], &[held, elbow]].concat(), "shoulder");
+    assert!(
+        (found + Vector3::new(0.0, 1.0, 0.0)).norm() < ROUND_OFF,
+        "{found}: z of the rod, 1 m long, is -y of space"
+    );
+    let hub = "joints.hub={type=\"revolute\",axis=[0,0,1],parent={body=\"ground\"},\
+               child={body=\"wheel\",point=[0.05,0],radius=0.01}}";
+    let found = parent(&[hub, "bodies.wheel.orientation_deg=[0,0,90]"], "hub");
+    assert!((found - Vector3::new(0.0, 0.05, 0.0)).norm() < ROUND_OFF, "{found}");
+    // What closes a loop is held by other joints already.
+    let second = "joints.second={type=\"spherical\",closes_loop=true,parent={body=\"ground\"},\
+                  child={body=\"lower\",marker=\"bottom\"}}";
+    assert_fault(&[second], "joints.second.parent.point", "missing");
+}

@@ -34,7 +34,10 @@ const POINT: Key = Key::new(
     "point",
     Kind::Point(COORDINATE),
     "m",
-    Need::Optional("`marker` or `face` must be given"),
+    Need::Optional(
+        "`marker` or `face` must be given; on ground, unless the joint closes a loop, where the child's place is with the \
+         child's origin at that of space",
+    ),
     "Point in the components of the body's model: [x, y, z], [x, y] or [r, z]; on ground [x, y, z].",
 );
 
@@ -224,7 +227,11 @@ pub(super) const LOAD: &[Key] = &[
     Key::new("body", Kind::Name, "", Need::Required, "Name of the body."),
     MARKER,
     HELD_FACE,
-    Key { doc: "Point in the components of the body's model: [x, y, z], [x, y] or [r, z].", ..POINT },
+    Key {
+        need: Need::Optional("`marker` or `face` must be given"),
+        doc: "Point in the components of the body's model: [x, y, z], [x, y] or [r, z].",
+        ..POINT
+    },
     HELD_RADIUS,
     COUPLING,
     curve("force_x", "N", "Force along x."),

@@ -4,9 +4,10 @@ mod axes;
 mod coordinates;
 mod tree;
 
-use adaptive::spec::{Attachment, JointSpec, Place};
+use adaptive::spec::{Area, Attachment, JointSpec, Place};
+use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::joints::JointKind;
-use nalgebra::UnitQuaternion;
+use nalgebra::{UnitQuaternion, Vector3};
 
 use super::super::body_places::BodyPlaces;
 use super::super::check::Checker;
@@ -57,7 +58,7 @@ fn joint<'a>(
     let mut side = |key: &str, can_be_ground: bool| {
         section.table(key).and_then(|side| attachment(checker, root, side, can_be_ground, bodies))
     };
-    let (parent, child) = (side("parent", true), side("child", false));
+    let (mut parent, child) = (side("parent", true), side("child", false));
     let kind = kind?;
     let axes = axes::axes(checker, section, kind);
     let closes_loop = section.boolean("closes_loop")?;
@@ -65,6 +66,18 @@ fn joint<'a>(
         checker.fault_in(section, "closes_loop", "a free joint holds nothing".into());
     }
     let start = coordinates::coordinates(checker, section, kind, closes_loop);
+    if let (Some(parent), Some(child)) = (&mut parent, &child)
+        && parent.body.is_none()
+        && parent.place.is_none()
+    {
+        let point = child.at_origin(bodies).filter(|_| !closes_loop);
+        if point.is_none() && bodies.is_complete() {
+            let message = "required key is missing: a point in space";
+            let side = section.table("parent")?;
+            checker.fault(&side.origin, side.path_of("point"), None, message.into());
+        }
+        parent.place = point;
+    }
     let (parent, child, axes) = (parent?, child?, axes?);
     if parent.body == child.body {
         let side = section.table("child")?;
@@ -98,11 +111,25 @@ fn kind(name: &str) -> Option<JointKind> {
 struct Side {
     /// Body of the file; none is ground.
     body: Option<usize>,
-    /// Where on it; none while the body is at fault.
+    /// Where on it; none while the body is at fault, and on ground where no point is given.
     place: Option<Place>,
 }
 
 impl Side {
+    /// The point of space at which the place is while the body's origin is that of space and its orientation that of the scenario; none
+    /// of a place that only a body file knows.
+    fn at_origin(&self, bodies: &BuiltBodies) -> Option<Place> {
+        let body = self.body?;
+        let motion = bodies.moving(body)?.spec.kind.motion();
+        let point = match self.place.as_ref()? {
+            // The mean of a ring lies on the axis.
+            Place::Area(area) if motion == RigidMotion::Axial => Vector3::new(0.0, 0.0, area.centre[1]),
+            Place::Point(point) | Place::Area(Area { centre: point, .. }) => motion.in_space(point),
+            Place::Marker(_) => return None,
+        };
+        Some(Place::Point((bodies.rotation(body)? * point).into()))
+    }
+
     /// The attachment with `axes` given in space for the orientation of the scenario.
     fn with_axes(self, axes: UnitQuaternion<f64>, bodies: &BuiltBodies) -> Option<Attachment> {
         // Unit length to the last bit, whatever the axes were made from.
@@ -149,9 +176,7 @@ fn attachment(
 
 fn ground(checker: &mut Checker, side: &Section) -> Option<Side> {
     if side.item("point").is_none() {
-        let message = "required key is missing: a point in space".into();
-        checker.fault(&side.origin, side.path_of("point"), None, message);
-        return None;
+        return Some(Side { body: None, place: None });
     }
     let Some(point) = side.vector("point") else {
         if side.numbers("point").is_some() {
