@@ -455,6 +455,9 @@ impl<'a> Driver<'a> {
         let sample = &mut self.output.sample;
         self.dents.add_to(&mut sample.points, &observed.points, system);
         sample.phase = self.run.n_phases;
+        if !self.settings.pressure {
+            sample.pressures.clear();
+        }
         sample.energies.gravity -= self.gravity_datum;
         let is_implicit = self.integrator.method().is_implicit();
         self.run.numerical.record(&mut sample.energies, is_implicit);

@@ -77,8 +77,12 @@ fn finished(spec: &RunSpec) -> Trace {
 
 #[test]
 fn ball_from_above_hits_like_a_ball_that_starts_in_contact() {
-    let touching = finished(&ball(0.0, SPEED, 2e-4));
+    let mut touching = ball(0.0, SPEED, 2e-4);
+    touching.settings.pressure = false;
+    let touching = finished(&touching);
     let falling = finished(&ball(10e-6, SPEED, 3e-4));
+    assert!(touching.samples.iter().all(|s| s.pressures.is_empty()), "as asked for");
+    assert!(falling.samples.iter().any(|s| !s.pressures[0].is_empty()));
     assert_eq!(touching.kinds(), [PhaseKind::Impact, PhaseKind::Free]);
     assert_eq!(falling.kinds(), [PhaseKind::Free, PhaseKind::Impact, PhaseKind::Free]);
     let (a, b) = (touching.impacts[0], falling.impacts[0]);

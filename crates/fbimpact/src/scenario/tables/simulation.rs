@@ -130,6 +130,13 @@ pub const OUTPUT: &[Key] = &[
         "Least time between stored states during impacts; with 0 every step is stored.",
     ),
     Key::new(
+        "pressure",
+        Kind::Boolean,
+        "",
+        Need::Default("true"),
+        "Whether the pressures at contact points are stored; a result with many points in contact is smaller without.",
+    ),
+    Key::new(
         "compression",
         Kind::Choice(COMPRESSIONS),
         "",
