@@ -1,5 +1,7 @@
 //! What a run reports while it goes on: samples, phases, impacts, trials, transfers, timings.
 
+use serde::{Deserialize, Serialize};
+
 use crate::store::CacheUse;
 
 /// Fixed facts of a run that an observer needs before the first sample.
@@ -128,7 +130,7 @@ pub struct ContactSample {
 }
 
 /// Normal pressure at a contact point that carries force.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct PressurePoint {
     /// The undeformed point in the frame of the contact body \[m\].
     pub position: [f64; 3],
@@ -186,7 +188,7 @@ pub struct Sample {
 }
 
 /// Kind of a phase (\[A\] Fig. 2).
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum PhaseKind {
     /// No contact force acts.
     #[default]
@@ -196,7 +198,7 @@ pub enum PhaseKind {
 }
 
 /// A finished phase.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct PhaseRecord {
     /// Kind.
     pub kind: PhaseKind,
@@ -215,7 +217,7 @@ pub struct PhaseRecord {
 }
 
 /// A finished impact.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct ImpactRecord {
     /// Index of the contact.
     pub contact: u32,
@@ -240,7 +242,7 @@ pub struct ImpactRecord {
 }
 
 /// One try of an impact phase.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct TryRecord {
     /// Index of the impact, from 0: its place among the records of impacts.
     pub impact: u32,
@@ -281,7 +283,7 @@ pub struct TryRecord {
 }
 
 /// How a trial of an impact ended.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum TrialOutcome {
     /// It is the result.
     Accepted,
@@ -295,9 +297,6 @@ pub enum TrialOutcome {
 }
 
 impl TrialOutcome {
-    /// All, in the order of their numbers in restart files.
-    pub const ALL: [Self; 4] = [Self::Accepted, Self::Rejected, Self::Interrupted, Self::Failed];
-
     /// Name in logs and files.
     pub fn identifier(self) -> &'static str {
         match self {
@@ -310,7 +309,7 @@ impl TrialOutcome {
 }
 
 /// A change of the model in the course of a run.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum TransferDirection {
     /// The fine models of a contact come into the system.
     #[default]
@@ -322,9 +321,6 @@ pub enum TransferDirection {
 }
 
 impl TransferDirection {
-    /// All, in the order of their numbers in restart files.
-    pub const ALL: [Self; 3] = [Self::CoarseToFine, Self::FineToCoarse, Self::Penalty];
-
     /// Name in logs and files.
     pub fn identifier(self) -> &'static str {
         match self {
@@ -336,7 +332,7 @@ impl TransferDirection {
 }
 
 /// A change of the model in the course of a run, and what it did to the ledger.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct TransferRecord {
     /// When \[s\].
     pub time: f64,
@@ -391,7 +387,7 @@ pub struct Timings {
 }
 
 /// State of a body at the instant of a stress request.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct StressState {
     /// Time \[s\].
     pub time: f64,
@@ -406,7 +402,7 @@ pub struct StressState {
 }
 
 /// Where the fine model of a contact lies on one of its bodies: all it takes to build it again.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct ZoneSite {
     /// Number of the body's face, counted through its patches.
     pub face: u32,
@@ -417,7 +413,7 @@ pub struct ZoneSite {
 }
 
 /// Forces of a contact that was refined in the run on a body.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct ZoneLoad {
     /// Index of the contact.
     pub contact: u32,

@@ -2,12 +2,14 @@
 //!
 //! A restart file holds it as it is.
 
+use serde::{Deserialize, Serialize};
+
 use crate::plausibility::ledger::{EnergyLedger, NumericalDamping};
 use crate::record::{PhaseRecord, StressState};
 
 /// State of a run. Where it is reported as a restart point, a run taken up from it has the same result as the one that goes on
 /// (docs/decisions/0013-restart-file.md).
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct RunState {
     /// Simulated time \[s\].
     pub time: f64,
@@ -42,7 +44,7 @@ pub struct RunState {
 }
 
 /// What of a contact outlasts an impact.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ContactState {
     /// What earlier impacts found.
     pub history: ImpactHistory,
@@ -59,7 +61,7 @@ impl Default for ContactState {
 }
 
 /// Width and penalty factor of accepted impacts, from which the search of the next one starts.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct ImpactHistory {
     /// Width found over width predicted, per direction, at this contact.
     pub width_factor: Option<[f64; 2]>,

@@ -7,13 +7,14 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use faer::Mat;
+use serde::{Deserialize, Serialize};
 
 mod key;
 
 pub use key::{Bytes, ModelKey, body_definition};
 
 /// What of a model is kept.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct StoredModel {
     /// Sizes and counts.
     pub counts: Vec<u64>,

@@ -3,8 +3,10 @@
 //! A warning is given once for a kind and a subject, at the first instant at which it holds, so that it is the same however often
 //! the run is taken up again.
 
+use serde::{Deserialize, Serialize};
+
 /// Kinds of warnings. Their numbers are stored in restart files.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum WarningKind {
     /// The modes kept end below the frequencies that an impact excites.
     #[default]
@@ -50,7 +52,7 @@ impl WarningKind {
 }
 
 /// A warning.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Warning {
     /// What it is about.
     pub kind: WarningKind,

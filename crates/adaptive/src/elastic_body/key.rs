@@ -19,25 +19,18 @@ pub fn modes_key(
     let mut key = Bytes(definition.to_vec());
     let is_static = *modes == InterfaceModes::Quasistatic;
     match reduction {
-        ReductionSpec::Modal { modes } => {
-            key.count(0);
-            key.count(modes);
-        }
+        ReductionSpec::Modal { modes } => key.add(&(0, modes)),
         // Nothing is held, so these are the free modes.
         ReductionSpec::CraigBampton { modes, .. } if unknowns.is_empty() && !is_static => {
-            key.count(0);
-            key.count(modes);
+            key.add(&(0, modes))
         }
         ReductionSpec::CraigBampton { modes, fixed_interface_modes } => {
-            key.count(1);
-            key.count(modes);
-            key.counts(fixed_interface_modes.as_slice());
+            key.add(&(1, modes, fixed_interface_modes));
         }
-        ReductionSpec::All => key.count(2),
+        ReductionSpec::All => key.add(&2),
     }
     // Damping comes afterwards.
-    key.count(usize::from(is_static));
-    key.counts(unknowns);
+    key.add(&(is_static, unknowns));
     key.sparse(loads);
     ModelKey { kind: "modes", definition: key.0 }
 }

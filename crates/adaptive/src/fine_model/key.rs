@@ -6,7 +6,7 @@ use iga_core::surface::Face;
 use super::FineSettings;
 use crate::elastic_body::{ElasticBody, ReducedBody};
 use crate::spec::DivisionRule;
-use crate::store::{Bytes, ModelKey, body_definition};
+use crate::store::{Bytes, ModelKey, body_definition, matrix_values};
 use crate::wanted_interval::WantedInterval;
 
 /// Key of the compliance that the fine model of a body with modes prolonged from `coarse` has at the interface `unknowns`, and to
@@ -19,27 +19,18 @@ pub fn compliance_key(
 ) -> ModelKey {
     let mut key = Bytes(body_definition(&body.spec));
     let basis = &reduced.basis;
-    key.count(basis.n_low);
-    key.numbers(&basis.omega);
-    key.count(basis.shapes.nrows());
-    for j in 0..basis.shapes.ncols() {
-        basis.shapes.col(j).iter().for_each(|v| key.number(*v));
-    }
+    key.add(&(basis.n_low, &basis.omega, basis.shapes.nrows(), matrix_values(&basis.shapes)));
     let WantedInterval { face, centre, widths } = wanted;
     let Face { id: FaceId { patch, direction, upper }, parameter, dimension, axisymmetric } = face;
-    key.counts(&[*patch, *direction, usize::from(*upper), *dimension, usize::from(*axisymmetric)]);
-    key.number(*parameter);
-    key.numbers(centre);
-    key.numbers(widths);
+    key.add(&(patch, direction, upper, dimension, axisymmetric, parameter));
+    key.add(&(centre, widths));
     let FineSettings { division, elements, growth } = settings;
     let division = match division {
         DivisionRule::Graded => 0,
         DivisionRule::Printed => 1,
     };
-    key.counts(&[division, *elements]);
-    key.counts(growth.as_slice());
+    key.add(&(division, elements, growth));
     // They say as well by which points the contact is watched.
-    key.counts(unknowns);
-    key.points(points);
+    key.add(&(unknowns, points));
     ModelKey { kind: "compliance", definition: key.0 }
 }

@@ -1,5 +1,7 @@
 //! The energy ledger as a judge of the run (docs/theory.md Eqs. P.1, P.2).
 
+use serde::{Deserialize, Serialize};
+
 use crate::error::AdaptiveError;
 use crate::record::Energies;
 
@@ -32,7 +34,7 @@ impl Opening {
 /// Open is what the total energy has changed by since the start, and what the implicit integrator has added beyond a tenth of the largest size. The rest
 /// of what it does is booked, shown in the results and not counted: it damps what it does not resolve, and its error is far larger. Jumps at changes of models and of penalty
 /// factors are part of the total and do count.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct EnergyLedger {
     /// Total energy at the start \[J\].
     pub start: Option<f64>,
@@ -89,7 +91,7 @@ impl EnergyLedger {
 }
 
 /// Energy that the implicit integrator removed.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct NumericalDamping {
     /// Removed so far \[J\].
     pub removed: f64,

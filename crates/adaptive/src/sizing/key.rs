@@ -8,16 +8,13 @@ use crate::store::{Bytes, ModelKey, body_definition};
 pub fn sizes_key(trial: &ElasticSpec, wish: SizeWish, limit: f64) -> ModelKey {
     let SizeWish { elements, modes } = wish;
     let mut key = Bytes(body_definition(trial));
-    key.count(usize::from(elements));
-    key.count(usize::from(modes));
-    key.number(limit);
+    key.add(&(elements, modes, limit));
     match trial.reduction {
-        ReductionSpec::Modal { modes: n } => key.counts(&[0, if modes { 0 } else { n }]),
+        ReductionSpec::Modal { modes: n } => key.add(&(0, if modes { 0 } else { n })),
         ReductionSpec::CraigBampton { modes: n, fixed_interface_modes } => {
-            key.counts(&[1, if modes { 0 } else { n }]);
-            key.counts(fixed_interface_modes.as_slice());
+            key.add(&(1, if modes { 0 } else { n }, fixed_interface_modes));
         }
-        ReductionSpec::All => key.counts(&[2]),
+        ReductionSpec::All => key.add(&2),
     }
     ModelKey { kind: "sizes", definition: key.0 }
 }

@@ -2,11 +2,12 @@
 //!
 //! Every struct is taken apart field by field without `..`, so that a new field does not compile before somebody decides
 //! whether it belongs to a key. Numbers go in by their bits: neither formatting nor rounding can make two models one. Lists and
-//! texts carry their lengths, choices a number, so that no two definitions have the same bytes.
+//! texts carry their lengths, choices have a number, so that no two definitions have the same bytes.
 
-use faer::Mat;
+use faer::{ColRef, Mat};
 use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::Shape;
+use serde::Serialize;
 
 use crate::spec::{Area, DiscretisationSpec, ElasticSpec, Extent, RefinementSpec};
 
@@ -40,125 +41,77 @@ pub fn body_definition(spec: &ElasticSpec) -> Vec<u8> {
     key.model(model);
     key.material(material);
     key.discretisation(discretisation);
-    key.count(rigid_areas.len());
+    key.add(&rigid_areas.len());
     rigid_areas.iter().for_each(|area| key.area(area));
     key.0
 }
 
-/// Bytes of a definition.
+/// Bytes of a definition: values in the order in which they come, in the encoding of postcard.
 #[derive(Debug, Default)]
 pub struct Bytes(pub Vec<u8>);
 
 impl Bytes {
-    /// A count or choice.
-    pub fn count(&mut self, n: usize) {
-        self.0.extend((n as u64).to_le_bytes());
+    /// A value; lists and texts carry their lengths, numbers every bit.
+    ///
+    /// # Panics
+    /// Never for counts, numbers, texts and lists of them.
+    pub fn add<T: Serialize + ?Sized>(&mut self, value: &T) {
+        let bytes = std::mem::take(&mut self.0);
+        self.0 =
+            postcard::to_extend(value, bytes).expect("lists know their lengths, and memory does not end");
     }
 
-    /// A number by its bits.
-    pub fn number(&mut self, x: f64) {
-        self.0.extend(x.to_bits().to_le_bytes());
-    }
-
-    /// A list of counts with its length.
-    pub fn counts(&mut self, list: &[usize]) {
-        self.count(list.len());
-        list.iter().for_each(|n| self.count(*n));
-    }
-
-    /// A list of numbers with its length.
-    pub fn numbers(&mut self, list: &[f64]) {
-        self.count(list.len());
-        list.iter().for_each(|x| self.number(*x));
-    }
-
-    /// A list of points with its length.
-    pub fn points(&mut self, list: &[[f64; 3]]) {
-        self.count(list.len());
-        list.iter().flatten().for_each(|x| self.number(*x));
-    }
-
-    /// The entries of a matrix that are not zero.
+    /// The entries of a matrix that are not zero, column by column.
     pub fn sparse(&mut self, matrix: &Mat<f64>) {
-        self.counts(&[matrix.nrows(), matrix.ncols()]);
-        for column in matrix.col_iter() {
-            let entries: Vec<(usize, f64)> =
-                column.iter().copied().enumerate().filter(|(_, v)| v.abs() > 0.0).collect();
-            self.count(entries.len());
-            for (row, value) in entries {
-                self.count(row);
-                self.number(value);
-            }
-        }
+        self.add(&matrix.nrows());
+        let entries = |column: ColRef<'_, f64>| -> Vec<(usize, f64)> {
+            column.iter().copied().enumerate().filter(|(_, v)| v.abs() > 0.0).collect()
+        };
+        self.add(&matrix.col_iter().map(entries).collect::<Vec<_>>());
     }
 
     fn shape(&mut self, shape: &Shape) {
         // Markers and faces are names of places, spelled out where a model depends on them; singular sets follow from the patches and only say what is refused.
         let Shape { patches, markers: _, faces: _, singular: _, symmetry } = shape;
-        self.count(patches.len());
+        self.add(&patches.len());
         for patch in patches {
-            self.count(patch.knots().len());
+            self.add(&patch.knots().len());
             for knots in patch.knots() {
-                self.count(knots.degree());
-                self.numbers(knots.knots());
+                self.add(&(knots.degree(), knots.knots()));
             }
-            self.points(patch.control_points());
-            self.numbers(patch.weights());
+            self.add(&(patch.control_points(), patch.weights()));
         }
-        self.count(usize::from(symmetry.is_some()));
-        if let Some(symmetry) = symmetry {
-            self.points(symmetry.axis().map(std::slice::from_ref).unwrap_or_default());
-            self.points(symmetry.regular());
-        }
+        self.add(&symmetry.as_ref().map(|symmetry| (symmetry.axis(), symmetry.regular())));
     }
 
     fn area(&mut self, area: &Area) {
         let Area { extent, centre, coupling: _ } = area;
         match extent {
-            Extent::Face(name) => {
-                self.count(0);
-                self.count(name.len());
-                self.0.extend(name.as_bytes());
-            }
-            Extent::Around { point, radius } => {
-                self.count(1);
-                self.numbers(point);
-                self.number(*radius);
-            }
+            Extent::Face(name) => self.add(&(0, name)),
+            Extent::Around { point, radius } => self.add(&(1, point, radius)),
         }
-        self.numbers(centre);
+        self.add(centre);
     }
 
     fn model(&mut self, model: &Model) {
         match model {
-            Model::PlaneStrain { thickness } => {
-                self.count(0);
-                self.number(*thickness);
-            }
-            Model::PlaneStress { thickness } => {
-                self.count(1);
-                self.number(*thickness);
-            }
-            Model::Axisymmetric => self.count(2),
-            Model::Solid => self.count(3),
+            Model::PlaneStrain { thickness } => self.add(&(0, thickness)),
+            Model::PlaneStress { thickness } => self.add(&(1, thickness)),
+            Model::Axisymmetric => self.add(&2),
+            Model::Solid => self.add(&3),
         }
     }
 
     fn material(&mut self, material: &Material) {
-        self.numbers(&[material.youngs_modulus(), material.poissons_ratio(), material.density()]);
+        self.add(&[material.youngs_modulus(), material.poissons_ratio(), material.density()]);
     }
 
     fn discretisation(&mut self, spec: &DiscretisationSpec) {
         let DiscretisationSpec { degrees, elements, knots, refine } = spec;
-        self.counts(degrees);
-        self.counts(elements);
-        self.count(knots.as_ref().map_or(0, |k| k.len() + 1));
-        knots.iter().flatten().for_each(|k| self.numbers(k));
-        self.count(refine.len());
+        self.add(&(degrees, elements, knots));
+        self.add(&refine.len());
         for RefinementSpec { centre, width, elements, ratio } in refine {
-            self.numbers(centre);
-            self.numbers(&[*width, *ratio]);
-            self.count(*elements);
+            self.add(&(centre, width, ratio, elements));
         }
     }
 }

@@ -1,7 +1,7 @@
 //! A model as bytes.
 //!
-//! Everything is little-endian: [`MAGIC`] (8 bytes, the last is the version), the model's name (32), the numbers of counts
-//! and values (8 each), counts and values (8 each), and the SHA-256 of all that (32).
+//! [`MAGIC`] (8 bytes, the last is the version), the model's name (32), the model in the encoding of postcard, and the SHA-256 of all that
+//! (32).
 
 use adaptive::store::StoredModel;
 use sha2::{Digest, Sha256};
@@ -10,9 +10,7 @@ use thiserror::Error;
 use super::Name;
 
 /// First bytes of a file; the last one is the version of the format.
-pub const MAGIC: [u8; 8] = *b"FBIMODE\x01";
-/// Length of magic number, name and sizes \[bytes\].
-const HEAD: usize = 8 + 32 + 16;
+pub const MAGIC: [u8; 8] = *b"FBIMODE\x02";
 /// Length of the checksum \[bytes\].
 const CHECKSUM: usize = 32;
 
@@ -32,14 +30,9 @@ pub enum Fault {
 
 /// The bytes of a model.
 pub fn encode(name: &Name, model: &StoredModel) -> Vec<u8> {
-    let (n_counts, n_values) = (model.counts.len(), model.values.len());
-    let mut bytes = Vec::with_capacity(HEAD + 8 * (n_counts + n_values) + CHECKSUM);
-    bytes.extend(MAGIC);
-    bytes.extend(name);
-    bytes.extend((n_counts as u64).to_le_bytes());
-    bytes.extend((n_values as u64).to_le_bytes());
-    model.counts.iter().for_each(|n| bytes.extend(n.to_le_bytes()));
-    model.values.iter().for_each(|x| bytes.extend(x.to_bits().to_le_bytes()));
+    let bytes = [&MAGIC[..], name].concat();
+    let mut bytes =
+        postcard::to_extend(model, bytes).expect("lists know their lengths, and memory does not end");
     let checksum = Sha256::digest(&bytes);
     bytes.extend(checksum);
     bytes
@@ -57,23 +50,11 @@ pub fn decode(bytes: &[u8], name: &Name) -> Result<StoredModel, Fault> {
     if Sha256::digest(content).as_slice() != checksum {
         return Err(Fault::Damaged);
     }
-    let (head, data) = content.split_at_checked(HEAD).ok_or(Fault::Damaged)?;
-    if head[8..40] != name[..] {
-        return Err(Fault::Other);
+    let data = content[MAGIC.len()..].strip_prefix(name).ok_or(Fault::Other)?;
+    match postcard::take_from_bytes(data) {
+        Ok((model, [])) => Ok(model),
+        _ => Err(Fault::Damaged),
     }
-    let words = |bytes: &[u8]| -> Vec<u64> {
-        let (words, _) = bytes.as_chunks::<8>();
-        words.iter().map(|word| u64::from_le_bytes(*word)).collect()
-    };
-    let sizes = words(&head[40..]);
-    let total = sizes[0].checked_add(sizes[1]).and_then(|n| n.checked_mul(8));
-    if total != Some(data.len() as u64) {
-        return Err(Fault::Damaged);
-    }
-    let mut counts = words(data);
-    // Fits: the data are that long.
-    let values = counts.split_off(sizes[0] as usize);
-    Ok(StoredModel { counts, values: values.into_iter().map(f64::from_bits).collect() })
 }
 
 #[cfg(test)]

@@ -3,7 +3,6 @@
 use adaptive::record::Sample;
 use hdf5::{Dataset, Group, H5Type, Result};
 
-use super::codec::Code;
 use super::pressure;
 use super::scales;
 use super::series::{Series, describe};
@@ -251,7 +250,7 @@ pub struct Column<T> {
     extract: fn(&Sample, usize, &mut Vec<T>),
 }
 
-impl<T: H5Type + Copy + Code> Column<T> {
+impl<T: H5Type + Copy> Column<T> {
     /// Creates the dataset without a scale.
     pub fn bare(
         group: &Group,
@@ -290,15 +289,18 @@ impl<T: H5Type + Copy + Code> Column<T> {
         Ok(column)
     }
 
-    /// Buffers the row of a sample, and appends its bytes to `row`.
-    pub fn push(&mut self, sample: &Sample, row: &mut Vec<u8>) {
+    /// Buffers the row of a sample, and appends it to `row`.
+    pub fn push(&mut self, sample: &Sample, row: &mut Vec<T>) {
         let start = self.series.buffer.len();
         (self.extract)(sample, self.index, &mut self.series.buffer);
-        self.series.buffer[start..].iter().for_each(|x| x.put(row));
+        row.extend(&self.series.buffer[start..]);
     }
 
-    /// Buffers the row whose bytes are in front of `row`; false if there are too few.
-    pub fn push_bytes(&mut self, row: &mut &[u8]) -> bool {
-        (0..self.series.width()).all(|_| T::take(row).map(|x| self.series.buffer.push(x)).is_some())
+    /// Buffers the row in front of `row` and takes it from there; false if there are too few values.
+    pub fn push_row(&mut self, row: &mut &[T]) -> bool {
+        let Some((own, rest)) = row.split_at_checked(self.series.width()) else { return false };
+        self.series.buffer.extend(own);
+        *row = rest;
+        true
     }
 }

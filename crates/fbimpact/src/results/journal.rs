@@ -1,31 +1,32 @@
 //! The restart file of a run, `<output>.restart`: everything reported so far, and states from which the run can be taken up.
 //!
-//! Records are appended and never changed, each with a checksum: whenever the process dies, and whatever that does to the HDF5
-//! file, the records up to the last restart point are whole. A run that is taken up writes its HDF5 file anew from them.
+//! Records are appended and never changed, each in the encoding of postcard with its length before and a checksum behind it:
+//! whenever the process dies, and whatever that does to the HDF5 file, the records up to the last restart point are whole. A run that is
+//! taken up writes its HDF5 file anew from them.
 
 use std::fs::{File, OpenOptions};
 use std::io::{BufReader, BufWriter, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use adaptive::record::{ImpactRecord, PhaseRecord, TransferRecord, TryRecord};
+use adaptive::record::{ImpactRecord, PhaseRecord, PressurePoint, TransferRecord, TryRecord};
 use adaptive::run_state::RunState;
 use adaptive::warning::Warning;
+use serde::{Deserialize, Serialize};
 
-use super::codec::{Code, fields};
 use crate::error::AppError;
 use crate::provenance;
 use crate::reasons;
 use crate::scenario::Scenario;
 
 /// First bytes of the file; the last one is the version of the format.
-const MAGIC: &[u8; 17] = b"fbimpact restart\x04";
+const MAGIC: &[u8; 17] = b"fbimpact restart\x05";
 /// Bytes collected before they are written; restart points are written at once.
 const BUFFER: usize = 1 << 20;
 /// Longest record that can be meant: a damaged length must not ask for more memory than there is.
 const LONGEST: u64 = 1 << 32;
 
 /// What a run was started from.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Header {
     /// Version of the program.
     pub version: String,
@@ -40,8 +41,6 @@ pub struct Header {
     /// The scenario with overrides applied and defaults filled in.
     pub resolved: String,
 }
-
-fields!(Header { version, commit, scenario, absolute, sha256, resolved });
 
 impl Header {
     /// That of a run of `scenario` with this program.
@@ -60,14 +59,14 @@ impl Header {
 }
 
 /// A record of the file.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Entry {
     /// What the run was started from; comes first.
     Header(Header),
     /// Numbers in a row of every series, floating-point ones, then counts.
     Layout(Vec<u64>),
-    /// A row of all series: floating-point numbers, then counts, then the points of each contact that carry force.
-    Row(Vec<u8>),
+    /// A row of all series.
+    Row(Row),
     /// A finished phase.
     Phase(PhaseRecord),
     /// A finished impact.
@@ -84,60 +83,29 @@ pub enum Entry {
     Warning(Warning),
 }
 
-impl Entry {
-    fn tag(&self) -> u8 {
-        match self {
-            Self::Header(_) => 0,
-            Self::Layout(_) => 1,
-            Self::Row(_) => 2,
-            Self::Phase(_) => 3,
-            Self::Impact(_) => 4,
-            Self::Try(_) => 5,
-            Self::Transfer(_) => 6,
-            Self::Restart(_) => 7,
-            Self::Resumed => 8,
-            Self::Warning(_) => 9,
-        }
-    }
-
-    fn payload(&self) -> Vec<u8> {
-        match self {
-            Self::Header(x) => x.bytes(),
-            Self::Layout(x) => x.bytes(),
-            Self::Row(x) => x.clone(),
-            Self::Phase(x) => x.bytes(),
-            Self::Impact(x) => x.bytes(),
-            Self::Try(x) => x.bytes(),
-            Self::Transfer(x) => x.bytes(),
-            Self::Restart(x) => x.bytes(),
-            Self::Resumed => Vec::new(),
-            Self::Warning(x) => x.bytes(),
-        }
-    }
-
-    fn read(tag: u8, bytes: Vec<u8>) -> Option<Self> {
-        Some(match tag {
-            0 => Self::Header(Code::read(&bytes)?),
-            1 => Self::Layout(Code::read(&bytes)?),
-            2 => Self::Row(bytes),
-            3 => Self::Phase(Code::read(&bytes)?),
-            4 => Self::Impact(Code::read(&bytes)?),
-            5 => Self::Try(Code::read(&bytes)?),
-            6 => Self::Transfer(Code::read(&bytes)?),
-            7 => Self::Restart(Code::read(&bytes)?),
-            8 if bytes.is_empty() => Self::Resumed,
-            9 => Self::Warning(Code::read(&bytes)?),
-            _ => return None,
-        })
-    }
+/// A row of all series.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Row {
+    /// Floating-point numbers, series after series.
+    pub numbers: Vec<f64>,
+    /// Counts, series after series.
+    pub counts: Vec<u32>,
+    /// Points that carry force, one entry a contact.
+    pub pressures: Vec<Vec<PressurePoint>>,
 }
 
 /// A restart file that is written.
 pub struct Journal {
     writer: BufWriter<File>,
+    /// Bytes of a record.
+    payload: Vec<u8>,
 }
 
 impl Journal {
+    fn to(file: File) -> Self {
+        Self { writer: BufWriter::with_capacity(BUFFER, file), payload: Vec::new() }
+    }
+
     /// Creates the file `path`, or replaces it.
     ///
     /// # Errors
@@ -146,7 +114,7 @@ impl Journal {
         let fail =
             |e: std::io::Error| AppError::io(path, format!("cannot be written: {}", reasons::of_io(&e)));
         let file = File::create(path).map_err(fail)?;
-        let mut journal = Self { writer: BufWriter::with_capacity(BUFFER, file) };
+        let mut journal = Self::to(file);
         journal.writer.write_all(MAGIC).map_err(fail)?;
         journal.append(&Entry::Header(header)).and_then(|()| journal.flush()).map_err(fail)?;
         Ok(journal)
@@ -161,7 +129,7 @@ impl Journal {
             let mut file = OpenOptions::new().write(true).open(path)?;
             file.set_len(length)?;
             file.seek(SeekFrom::End(0))?;
-            Ok(Self { writer: BufWriter::with_capacity(BUFFER, file) })
+            Ok(Self::to(file))
         };
         open().map_err(|e: std::io::Error| {
             AppError::io(path, format!("cannot be written: {}", reasons::of_io(&e)))
@@ -173,22 +141,12 @@ impl Journal {
     /// # Errors
     /// Those of the file system.
     pub fn append(&mut self, entry: &Entry) -> std::io::Result<()> {
-        self.write(entry.tag(), &entry.payload())
-    }
-
-    /// Appends a row, see [`Entry::Row`].
-    ///
-    /// # Errors
-    /// Those of the file system.
-    pub fn append_row(&mut self, row: &[u8]) -> std::io::Result<()> {
-        self.write(2, row)
-    }
-
-    fn write(&mut self, tag: u8, payload: &[u8]) -> std::io::Result<()> {
-        self.writer.write_all(&[tag])?;
-        self.writer.write_all(&(payload.len() as u64).to_le_bytes())?;
-        self.writer.write_all(payload)?;
-        self.writer.write_all(&checksum(tag, payload).to_le_bytes())
+        let mut payload = std::mem::take(&mut self.payload);
+        payload.clear();
+        self.payload = postcard::to_extend(entry, payload).map_err(std::io::Error::other)?;
+        self.writer.write_all(&(self.payload.len() as u64).to_le_bytes())?;
+        self.writer.write_all(&self.payload)?;
+        self.writer.write_all(&checksum(&self.payload).to_le_bytes())
     }
 
     /// Writes what is buffered.
@@ -201,7 +159,7 @@ impl Journal {
 }
 
 /// FNV-1a, on words of eight bytes for speed: it guards against records cut short and disks that lie, not against people.
-fn checksum(tag: u8, payload: &[u8]) -> u64 {
+fn checksum(payload: &[u8]) -> u64 {
     const PRIME: u64 = 0x0000_0100_0000_01b3;
     const OFFSET: u64 = 0xcbf2_9ce4_8422_2325;
     let mix = |hash: u64, word: u64| {
@@ -209,7 +167,7 @@ fn checksum(tag: u8, payload: &[u8]) -> u64 {
         mixed ^ (mixed >> 32) // high bits of a word reach the low ones of the sum
     };
     let (words, rest) = payload.as_chunks::<8>();
-    let hash = words.iter().fold(mix(OFFSET, u64::from(tag)), |h, w| mix(h, u64::from_le_bytes(*w)));
+    let hash = words.iter().fold(OFFSET, |h, w| mix(h, u64::from_le_bytes(*w)));
     rest.iter().fold(mix(hash, payload.len() as u64), |h, b| mix(h, u64::from(*b)))
 }
 
@@ -261,8 +219,7 @@ impl Entries {
     }
 
     fn read(&mut self) -> std::io::Result<Option<Entry>> {
-        let (mut tag, mut word) = ([0], [0; 8]);
-        self.reader.read_exact(&mut tag)?;
+        let mut word = [0; 8];
         self.reader.read_exact(&mut word)?;
         let length = u64::from_le_bytes(word);
         if length > LONGEST {
@@ -275,11 +232,12 @@ impl Entries {
             return Ok(None);
         }
         self.reader.read_exact(&mut word)?;
-        if checksum(tag[0], &payload) != u64::from_le_bytes(word) {
+        if checksum(&payload) != u64::from_le_bytes(word) {
             return Ok(None);
         }
-        self.position += 1 + 8 + length + 8;
-        Ok(Entry::read(tag[0], payload))
+        self.position += 8 + length + 8;
+        let entry = postcard::take_from_bytes(&payload).ok();
+        Ok(entry.and_then(|(entry, rest)| rest.is_empty().then_some(entry)))
     }
 }
 
@@ -374,7 +332,7 @@ mod tests {
     fn written(path: &Path) -> Vec<u8> {
         let mut journal = Journal::create(path, header()).expect("writable");
         let phase = Entry::Phase(PhaseRecord { end: 0.5, ..PhaseRecord::default() });
-        let row = Entry::Row(vec![1, 2, 3]);
+        let row = Entry::Row(Row { counts: vec![1, 2, 3], ..Row::default() });
         let entries =
             [Entry::Restart(point(0.1)), row.clone(), phase, Entry::Restart(point(0.5)), row.clone(), row];
         entries.iter().for_each(|e| journal.append(e).expect("writable"));
@@ -420,6 +378,30 @@ mod tests {
                 assert!(found.point.is_none_or(|p| p == point(0.1) || p == point(0.5)), "byte {i}");
             }
         }
+    }
+
+    #[test]
+    fn states_come_back_to_the_last_bit() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let path = directory.path().join("a.restart");
+        let state = vec![1.0 / 3.0, -0.0, f64::MIN_POSITIVE / 8.0, f64::INFINITY, f64::from_bits(u64::MAX)];
+        let point = RunState { state: state.clone(), n_refined: u64::MAX, ..RunState::default() };
+        let mut journal = Journal::create(&path, header()).expect("writable");
+        journal.append(&Entry::Restart(point)).and_then(|()| journal.flush()).expect("writable");
+        let found = read(&path).expect("readable").point.expect("there");
+        let bits = |list: &[f64]| list.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+        assert_eq!((bits(&found.state), found.n_refined), (bits(&state), u64::MAX));
+    }
+
+    #[test]
+    fn files_of_another_version_are_refused() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let path = directory.path().join("a.restart");
+        let mut bytes = written(&path);
+        bytes[MAGIC.len() - 1] -= 1;
+        std::fs::write(&path, &bytes).expect("writable");
+        let error = read(&path).expect_err("of another version");
+        assert!(error.to_string().contains("another version of the program"), "{error}");
     }
 
     #[test]

@@ -2,7 +2,6 @@
 //!
 //! Layout: `docs/results.md`. [`Recorder`] writes while a run goes on, [`summary`] reads a finished file.
 
-mod codec;
 mod scales;
 mod series;
 pub mod pressure;

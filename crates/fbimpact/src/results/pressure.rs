@@ -5,12 +5,9 @@ use std::collections::HashMap;
 use adaptive::record::PressurePoint;
 use hdf5::{Dataset, Group, Result};
 
-use super::codec::{Code, fields};
 use super::scales;
 use super::series::{Series, describe};
 use crate::scenario::Compression;
-
-fields!(PressurePoint { position, area, pressure });
 
 /// Declaration of a dataset: name, unit, one sentence.
 type Declaration = (&'static str, &'static str, &'static str);
@@ -81,19 +78,9 @@ impl Pressures {
         Ok(pressures)
     }
 
-    /// Buffers the points of an instant, and appends their bytes to `row`.
-    pub fn push(&mut self, points: &[PressurePoint], row: &mut Vec<u8>) {
-        (points.len() as u64).put(row);
-        for point in points {
-            point.put(row);
-            self.add(point);
-        }
-    }
-
-    /// Buffers the points whose bytes are in front of `row`; false if there are too few.
-    pub fn push_bytes(&mut self, row: &mut &[u8]) -> bool {
-        let points = Vec::<PressurePoint>::take(row);
-        points.map(|points| points.iter().for_each(|p| self.add(p))).is_some()
+    /// Buffers the points of an instant.
+    pub fn push(&mut self, points: &[PressurePoint]) {
+        points.iter().for_each(|point| self.add(point));
     }
 
     fn add(&mut self, p: &PressurePoint) {

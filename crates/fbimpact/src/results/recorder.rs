@@ -19,7 +19,7 @@ use iga_core::elasticity::Model;
 use ndarray::ArrayView1;
 
 use super::columns::{self, Axes, Axis, Column, Declaration};
-use super::journal::{Entry, Journal, Restart};
+use super::journal::{Entry, Journal, Restart, Row};
 use super::pressure::Pressures;
 use super::series::{ROWS, Table, component_scale, describe, text_attribute, unicode, write_text};
 use super::space::{ROOM_OF_DATASET, Space};
@@ -33,8 +33,6 @@ use crate::reasons;
 use crate::scenario::{Compression, Scenario};
 
 mod restart;
-
-use restart::cannot_keep;
 
 /// Wall time between flushes, so that a killed process loses little.
 const FLUSH_INTERVAL: Duration = Duration::from_secs(5);
@@ -97,8 +95,8 @@ struct Open {
     transfers: Table,
     warnings: Table,
     journal: Option<Journal>,
-    /// Bytes of a row.
-    row: Vec<u8>,
+    /// The row stored last.
+    row: Row,
 }
 
 impl Recorder {
@@ -382,7 +380,7 @@ impl Open {
             transfers,
             warnings,
             journal: None,
-            row: Vec::new(),
+            row: Row::default(),
         })
     }
 
@@ -471,14 +469,21 @@ impl Open {
     }
 
     fn sample(&mut self, sample: &Sample, flush: bool) -> Result<()> {
-        self.row.clear();
-        self.columns.iter_mut().for_each(|c| c.push(sample, &mut self.row));
-        self.counts.iter_mut().for_each(|c| c.push(sample, &mut self.row));
-        for (i, pressures) in self.pressures.iter_mut().enumerate() {
-            pressures.push(sample.pressures.get(i).map_or(&[], Vec::as_slice), &mut self.row);
+        let Row { mut numbers, mut counts, mut pressures } = std::mem::take(&mut self.row);
+        numbers.clear();
+        counts.clear();
+        self.columns.iter_mut().for_each(|c| c.push(sample, &mut numbers));
+        self.counts.iter_mut().for_each(|c| c.push(sample, &mut counts));
+        pressures.resize(self.pressures.len(), Vec::new());
+        for (i, (points, series)) in pressures.iter_mut().zip(&mut self.pressures).enumerate() {
+            points.clear();
+            points.extend(sample.pressures.get(i).into_iter().flatten());
+            series.push(points);
         }
-        if let Some(journal) = &mut self.journal {
-            journal.append_row(&self.row).map_err(|e| cannot_keep(&e))?;
+        let entry = Entry::Row(Row { numbers, counts, pressures });
+        self.note(&entry)?;
+        if let Entry::Row(row) = entry {
+            self.row = row; // its memory is used again
         }
         self.count_row(flush)?;
         if flush { self.flush() } else { Ok(()) }

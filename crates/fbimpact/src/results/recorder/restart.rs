@@ -68,13 +68,14 @@ impl Open {
             match entries.next_entry().map_err(text)?.ok_or_else(misfit)? {
                 Entry::Layout(widths) if widths != self.widths() => return Err(misfit()),
                 Entry::Row(row) => {
-                    let mut row = row.as_slice();
-                    let is_whole = self.columns.iter_mut().all(|c| c.push_bytes(&mut row))
-                        && self.counts.iter_mut().all(|c| c.push_bytes(&mut row))
-                        && self.pressures.iter_mut().all(|p| p.push_bytes(&mut row));
-                    if !is_whole || !row.is_empty() {
+                    let (mut numbers, mut counts) = (row.numbers.as_slice(), row.counts.as_slice());
+                    let is_whole = self.columns.iter_mut().all(|c| c.push_row(&mut numbers))
+                        && self.counts.iter_mut().all(|c| c.push_row(&mut counts))
+                        && self.pressures.len() == row.pressures.len();
+                    if !is_whole || !numbers.is_empty() || !counts.is_empty() {
                         return Err(misfit());
                     }
+                    self.pressures.iter_mut().zip(&row.pressures).for_each(|(p, points)| p.push(points));
                     self.count_row(false)?;
                     if self.buffered == 0 {
                         // Room is kept for what is written between two flushes.
