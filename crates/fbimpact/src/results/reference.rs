@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use adaptive::warning::WarningKind;
+
 use super::columns::{self, Axis, Declaration};
 use super::pressure::{AREA, POINT, POSITION, PRESSURE};
 use super::tables::{IMPACT_UNITS, PHASE_UNITS, TRANSFER_UNITS, TRY_UNITS};
@@ -200,6 +202,10 @@ pub fn markdown() -> String {
         for ((column, unit), (_, meaning)) in units_of(units).zip(meanings) {
             let _ = writeln!(out, "| `{column}` | {unit} | {meaning} |");
         }
+    }
+    out += "\n### Kinds of `/warnings`\n\nThe identifier with which a warning begins, and when one is given.\n\n| identifier | holds |\n|---|---|\n";
+    for kind in WarningKind::ALL {
+        let _ = writeln!(out, "| `{}` | {} |", kind.identifier(), kind.meaning());
     }
     out
 }
