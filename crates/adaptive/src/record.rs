@@ -197,6 +197,16 @@ pub enum PhaseKind {
     Impact,
 }
 
+impl PhaseKind {
+    /// Name in logs and files.
+    pub fn identifier(self) -> &'static str {
+        match self {
+            Self::Free => "free",
+            Self::Impact => "impact",
+        }
+    }
+}
+
 /// A finished phase.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct PhaseRecord {

@@ -133,10 +133,7 @@ impl Progress {
         }
         self.last = Instant::now();
         let fraction = ((time - self.span.0) / (self.span.1 - self.span.0)).clamp(0.0, 1.0);
-        let phase = match phase {
-            PhaseKind::Free => "free",
-            PhaseKind::Impact => "impact",
-        };
+        let phase = phase.identifier();
         let left = self.left(fraction);
         if self.bar.is_hidden() {
             tracing::info!(

@@ -24,9 +24,7 @@ use super::pressure::Pressures;
 use super::series::{ROWS, Table, component_scale, describe, text_attribute, unicode, write_text};
 use super::space::{ROOM_OF_DATASET, Space};
 use super::stress::write_stress;
-use super::tables::{
-    IMPACT_UNITS, ImpactRow, PHASE_UNITS, PhaseRow, TRANSFER_UNITS, TRY_UNITS, TransferRow, TryRow,
-};
+use super::tables::{self, ImpactRow, PhaseRow, TransferRow, TryRow};
 use super::{FORMAT, FORMAT_VERSION, scales};
 use crate::provenance;
 use crate::reasons;
@@ -357,11 +355,10 @@ impl Open {
             "description",
             "Scenario with overrides applied and defaults filled in, as TOML.",
         )?;
-        let phases = Table::create::<PhaseRow>(&file, "phases", PHASE_UNITS, "Phases of the run.")?;
-        let impacts = Table::create::<ImpactRow>(&file, "impacts", IMPACT_UNITS, "Impacts of the run.")?;
-        let tries = Table::create::<TryRow>(&file, "tries", TRY_UNITS, "Tries of every impact phase.")?;
-        let what = "Changes of models in the course of the run, and the total energy before and after.";
-        let transfers = Table::create::<TransferRow>(&file, "transfers", TRANSFER_UNITS, what)?;
+        let phases = tables::create::<PhaseRow>(&file)?;
+        let impacts = tables::create::<ImpactRow>(&file)?;
+        let tries = tables::create::<TryRow>(&file)?;
+        let transfers = tables::create::<TransferRow>(&file)?;
         let warnings = Table::create::<VarLenUnicode>(&file, "warnings", "", WARNINGS)?;
         file.flush()?;
         space.renew();

@@ -6,7 +6,7 @@ use adaptive::warning::WarningKind;
 
 use super::columns::{self, Axis, Declaration};
 use super::pressure::{AREA, POINT, POSITION, PRESSURE};
-use super::tables::{IMPACT_UNITS, PHASE_UNITS, TRANSFER_UNITS, TRY_UNITS};
+use super::tables::{ImpactRow, PhaseRow, TableColumn, TableRow, TransferRow, TryRow};
 
 /// A name with its unit and meaning.
 type Row = (&'static str, &'static str, &'static str);
@@ -69,83 +69,6 @@ const FIXED: [(&str, &str, &str, &str); 13] = [
     ),
 ];
 
-/// Columns of `/phases`.
-const PHASES: [(&str, &str); 7] = [
-    ("kind", "`free` or `impact`"),
-    ("start", "time at which it starts"),
-    ("end", "time at which it ends"),
-    ("steps", "accepted steps"),
-    ("rejected", "rejected steps"),
-    ("evaluations", "evaluations of the right-hand side"),
-    ("wall_time", "wall time"),
-];
-
-/// Columns of `/impacts`.
-const IMPACTS: [(&str, &str); 9] = [
-    ("contact", "name of the contact"),
-    ("start", "first contact"),
-    ("end", "last contact"),
-    ("peak_force", "largest normal force"),
-    ("peak_time", "its time"),
-    ("impulse", "normal force over time"),
-    (
-        "approach_velocity",
-        "of the bodies' rigid motions at the place of contact when it closes, along the normal at the peak (theory A.31)",
-    ),
-    (
-        "separation_velocity",
-        "the same when it opens for the last time, positive apart; NaN if the run ends in contact",
-    ),
-    (
-        "restitution",
-        "ratio of the two (theory A.32); NaN where it has no meaning: no approach, run ended in contact, the motions still \
-         approach each other when the contact opens, another contact pressed the same bodies meanwhile",
-    ),
-];
-
-/// Columns of `/tries`.
-const TRIES: [(&str, &str); 18] = [
-    (
-        "impact",
-        "index of the impact, its row in `/impacts`; arrays count from 0, numbers that people see from 1",
-    ),
-    ("try", "number of the try, from 1"),
-    ("start", "time at which it starts"),
-    ("stop", "time reached"),
-    ("penalty_start", "penalty factor at the start"),
-    ("penalty_end", "penalty factor at the end"),
-    ("interval_widths", "width of the contact interval in two directions"),
-    ("utilisation", "largest part of it in contact, in two directions"),
-    ("elements", "elements of the fine model"),
-    ("freedoms", "its freedoms"),
-    ("interface_freedoms", "those in the contact zone"),
-    ("steps", "accepted steps"),
-    ("rejected", "rejected steps"),
-    ("peak_force", "largest normal force"),
-    ("outcome", "`accepted`, `rejected` or `failed`"),
-    ("reason", "why"),
-    ("wall_time", "wall time"),
-    ("cpu_time", "processor time of the whole process"),
-];
-
-/// Columns of `/transfers`.
-const TRANSFERS: [(&str, &str); 11] = [
-    ("time", "when"),
-    ("direction", "`coarse to fine`, `fine to coarse` or `penalty`"),
-    ("contact", "name of the contact"),
-    ("energy_before", "total energy before"),
-    ("energy_after", "total energy after"),
-    ("momentum_change", "length of the change of linear momentum"),
-    (
-        "face",
-        "face of the contact body that the interval of the fine model lies on, counted through its patches; -1 if none came",
-    ),
-    ("centre", "parameters of the interval's centre in the face's patch"),
-    ("target_face", "the same of the target body"),
-    ("target_centre", "the same of the target body"),
-    ("interval_widths", "widths of the interval along the surface"),
-];
-
 /// Datasets of `/timings`.
 const TIMINGS: [Row; 6] = [
     ("assembly", "s", "Geometry and assembly of the matrices."),
@@ -187,22 +110,10 @@ pub fn markdown() -> String {
         let _ =
             writeln!(out, "| `/timings/{name}` | 1 | {unit} | {text} Complete and interrupted runs only. |");
     }
-    for (name, text, units, meanings) in [
-        ("phases", "Phases of the run.", PHASE_UNITS, &PHASES[..]),
-        ("impacts", "Impacts in the order of their ends.", IMPACT_UNITS, &IMPACTS),
-        ("tries", "Tries of every impact phase, one row a try and contact.", TRY_UNITS, &TRIES),
-        (
-            "transfers",
-            "Changes of models in the course of the run, and what they did to the ledger.",
-            TRANSFER_UNITS,
-            &TRANSFERS,
-        ),
-    ] {
-        let _ = writeln!(out, "\n### Table `/{name}`\n\n{text}\n\n| column | unit | holds |\n|---|---|---|");
-        for ((column, unit), (_, meaning)) in units_of(units).zip(meanings) {
-            let _ = writeln!(out, "| `{column}` | {unit} | {meaning} |");
-        }
-    }
+    table::<PhaseRow>(&mut out);
+    table::<ImpactRow>(&mut out);
+    table::<TryRow>(&mut out);
+    table::<TransferRow>(&mut out);
     out += "\n### Kinds of `/warnings`\n\nThe identifier with which a warning begins, and when one is given.\n\n| identifier | holds |\n|---|---|\n";
     for kind in WarningKind::ALL {
         let _ = writeln!(out, "| `{}` | {} |", kind.identifier(), kind.meaning());
@@ -210,9 +121,16 @@ pub fn markdown() -> String {
     out
 }
 
-/// Names and units in the text `name: unit, name: unit`.
-fn units_of(text: &str) -> impl Iterator<Item = (&str, &str)> {
-    text.split(", ").filter_map(|entry| entry.split_once(": "))
+fn table<T: TableRow>(out: &mut String) {
+    let _ = writeln!(
+        out,
+        "\n### Table `/{}`\n\n{}\n\n| column | unit | holds |\n|---|---|---|",
+        T::NAME,
+        T::DESCRIPTION
+    );
+    for TableColumn { name, unit, meaning } in T::COLUMNS {
+        let _ = writeln!(out, "| `{name}` | {unit} | {meaning} |");
+    }
 }
 
 fn series<T>(group: &str, declarations: &[Declaration<T>], out: &mut String) {
@@ -227,25 +145,5 @@ fn series<T>(group: &str, declarations: &[Declaration<T>], out: &mut String) {
         };
         let unit = if d.axis == Axis::Coordinate { "of each, attribute `unit`" } else { d.unit };
         let _ = writeln!(out, "| `{group}/{}` | {shape} | {unit} | {}{note} |", d.name, d.description);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_column_of_a_table_has_its_meaning() {
-        let tables = [
-            (PHASE_UNITS, &PHASES[..]),
-            (IMPACT_UNITS, &IMPACTS),
-            (TRY_UNITS, &TRIES),
-            (TRANSFER_UNITS, &TRANSFERS),
-        ];
-        for (units, meanings) in tables {
-            let units: Vec<&str> = units_of(units).map(|(name, _)| name).collect();
-            let meanings: Vec<&str> = meanings.iter().map(|(name, _)| *name).collect();
-            assert_eq!(units, meanings);
-        }
     }
 }

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::open::{attribute, open, scenario_text};
 use super::reactions::{self, PeakReaction};
-use super::tables::{ImpactRow, PhaseRow, TransferRow, TryRow};
+use super::tables::{ImpactRow, PhaseRow, TableRow, TransferRow, TryRow};
 use super::warnings;
 use crate::error::AppError;
 use crate::sizing::{self, Note};
@@ -145,32 +145,18 @@ impl Summary {
 
     /// As JSON, for programs.
     pub fn json(&self) -> Value {
-        let phases = self.phases.iter().map(|p| {
-            json!({ "kind": p.kind.as_str(), "start": p.start, "end": p.end, "steps": p.steps,
-                "rejected": p.rejected, "evaluations": p.evaluations, "wall_time": p.wall_time })
-        });
-        // Numbers of impacts count from 1; what is no number becomes null.
-        let impacts = self.impacts.iter().enumerate().map(|(n, i)| {
-            json!({ "impact": n + 1, "contact": i.contact.as_str(), "start": i.start, "end": i.end, "duration": i.end - i.start,
-                "peak_force": i.peak_force, "peak_time": i.peak_time, "impulse": i.impulse,
-                "approach_velocity": i.approach_velocity, "separation_velocity": i.separation_velocity,
-                "restitution": i.restitution })
-        });
-        let tries = self.tries.iter().map(|t| {
-            json!({ "impact": t.impact + 1, "try": t.number, "start": t.start, "stop": t.stop,
-                "penalty_start": t.penalty_start, "penalty_end": t.penalty_end,
-                "interval_widths": t.interval_widths, "utilisation": t.utilisation, "elements": t.elements,
-                "freedoms": t.freedoms, "interface_freedoms": t.interface_freedoms, "steps": t.steps,
-                "rejected": t.rejected, "peak_force": t.peak_force, "outcome": t.outcome.as_str(),
-                "reason": t.reason.as_str(), "wall_time": t.wall_time, "cpu_time": t.cpu_time })
-        });
-        let transfers = self.transfers.iter().map(|t| {
-            json!({ "time": t.time, "direction": t.direction.as_str(), "contact": t.contact.as_str(),
-                "energy_before": t.energy_before, "energy_after": t.energy_after,
-                "momentum_change": t.momentum_change, "face": t.face, "centre": t.centre,
-                "target_face": t.target_face, "target_centre": t.target_centre,
-                "interval_widths": t.interval_widths })
-        });
+        let phases: Vec<_> = self.phases.iter().map(TableRow::json).collect();
+        let mut impacts: Vec<_> = self.impacts.iter().map(TableRow::json).collect();
+        let mut tries: Vec<_> = self.tries.iter().map(TableRow::json).collect();
+        let transfers: Vec<_> = self.transfers.iter().map(TableRow::json).collect();
+        // Numbers of impacts count from 1.
+        for (n, (json, row)) in impacts.iter_mut().zip(&self.impacts).enumerate() {
+            json.insert("impact".into(), (n + 1).into());
+            json.insert("duration".into(), (row.end - row.start).into());
+        }
+        for (json, row) in tries.iter_mut().zip(&self.tries) {
+            json.insert("impact".into(), (u64::from(row.impact) + 1).into());
+        }
         let attributes: serde_json::Map<String, Value> =
             self.attributes.iter().map(|(n, v)| (n.clone(), v.clone().into())).collect();
         let chosen: Vec<Value> =
@@ -186,9 +172,9 @@ impl Summary {
             "energy_drift": self.energy_drift, "numerical_damping": self.numerical_damping,
             "largest_transfer_jump": self.largest_jump, "bodies": bodies, "joints": joints,
             "chosen": chosen,
-            "phases": phases.collect::<Vec<_>>(), "impacts": impacts.collect::<Vec<_>>(),
+            "phases": phases, "impacts": impacts,
             "warnings": self.warnings.iter().map(|line| warnings::json(line)).collect::<Vec<_>>(),
-            "tries": tries.collect::<Vec<_>>(), "transfers": transfers.collect::<Vec<_>>(), "timings": timings,
+            "tries": tries, "transfers": transfers, "timings": timings,
         });
         if let Value::Object(map) = &mut all {
             map.extend(attributes);

@@ -1,223 +1,190 @@
-//! Rows of the tables in a result file.
+//! Tables of a result file: a row of each is declared once, with name, unit, origin and meaning of every column. The dataset, its description, the
+//! reference page and the JSON of `info` follow.
 
-use adaptive::record::{ImpactRecord, PhaseKind, PhaseRecord, TransferRecord, TryRecord, ZoneSite};
+use adaptive::record::{ImpactRecord, PhaseRecord, TransferRecord, TryRecord, ZoneSite};
 use hdf5::types::VarLenUnicode;
-use hdf5::{H5Type, Result};
+use hdf5::{Group, H5Type, Result};
+use serde_json::{Map, Value};
 
-use super::series::unicode;
+use super::series::{Table, unicode};
 
-/// A row of `/phases`.
-#[derive(Debug, Clone, PartialEq, H5Type)]
-#[repr(C)]
-pub struct PhaseRow {
-    /// "free" or "impact".
-    pub kind: VarLenUnicode,
-    /// \[s\]
-    pub start: f64,
-    /// \[s\]
-    pub end: f64,
-    /// Accepted steps.
-    pub steps: u64,
-    /// Rejected steps.
-    pub rejected: u64,
-    /// Evaluations of the right-hand side.
-    pub evaluations: u64,
-    /// \[s\]
-    pub wall_time: f64,
+/// A column of a table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TableColumn {
+    /// Name in the file.
+    pub name: &'static str,
+    /// Unit, "–" for what has none.
+    pub unit: &'static str,
+    /// What it holds.
+    pub meaning: &'static str,
 }
 
-/// Units of the columns of `/phases`.
-pub const PHASE_UNITS: &str =
-    "kind: –, start: s, end: s, steps: –, rejected: –, evaluations: –, wall_time: s";
+/// A row of a table.
+pub trait TableRow: H5Type {
+    /// Name of the table.
+    const NAME: &'static str;
+    /// What the table holds, a sentence.
+    const DESCRIPTION: &'static str;
+    /// The columns in their order.
+    const COLUMNS: &'static [TableColumn];
 
-impl PhaseRow {
-    /// The row of a record.
-    pub fn new(r: &PhaseRecord) -> Result<Self> {
-        let kind = match r.kind {
-            PhaseKind::Free => "free",
-            PhaseKind::Impact => "impact",
-        };
-        Ok(Self {
-            kind: unicode(kind)?,
-            start: r.start,
-            end: r.end,
-            steps: r.steps,
-            rejected: r.rejected,
-            evaluations: r.evaluations,
-            wall_time: r.wall_time,
-        })
+    /// The row as JSON, its columns by their names; what is no number is null.
+    fn json(&self) -> Map<String, Value>;
+}
+
+/// Creates the table of rows `T` in `group`; its attribute `unit` has names and units of the columns, `name: unit, name: unit`.
+///
+/// # Errors
+/// Those of HDF5.
+pub fn create<T: TableRow>(group: &Group) -> Result<Table> {
+    let units: Vec<String> = T::COLUMNS.iter().map(|c| format!("{}: {}", c.name, c.unit)).collect();
+    Table::create::<T>(group, T::NAME, &units.join(", "), T::DESCRIPTION)
+}
+
+/// A value of a column as JSON.
+trait ColumnValue {
+    fn json(&self) -> Value;
+}
+
+macro_rules! column_values {
+    ($($kind:ty),*) => { $(
+        impl ColumnValue for $kind {
+            fn json(&self) -> Value {
+                (*self).into()
+            }
+        }
+    )* };
+}
+column_values!(f64, u32, u64, i32);
+
+impl<const N: usize> ColumnValue for [f64; N] {
+    fn json(&self) -> Value {
+        self.iter().copied().collect()
     }
 }
 
-/// A row of `/impacts`.
-#[derive(Debug, Clone, PartialEq, H5Type)]
-#[repr(C)]
-pub struct ImpactRow {
-    /// Name of the contact.
-    pub contact: VarLenUnicode,
-    /// First contact \[s\].
-    pub start: f64,
-    /// Last contact \[s\].
-    pub end: f64,
-    /// Largest normal force \[N\].
-    pub peak_force: f64,
-    /// Its time \[s\].
-    pub peak_time: f64,
-    /// [N s]
-    pub impulse: f64,
-    /// [m/s]
-    pub approach_velocity: f64,
-    /// [m/s]
-    pub separation_velocity: f64,
-    /// Ratio of the two; NaN where it has no meaning.
-    pub restitution: f64,
-}
-
-/// Units of the columns of `/impacts`.
-pub const IMPACT_UNITS: &str = "contact: –, start: s, end: s, peak_force: N, peak_time: s, impulse: N s, \
-    approach_velocity: m/s, separation_velocity: m/s, restitution: –";
-
-impl ImpactRow {
-    /// The row of a record of the contact called `contact`.
-    pub fn new(r: &ImpactRecord, contact: &str) -> Result<Self> {
-        Ok(Self {
-            contact: unicode(contact)?,
-            start: r.start,
-            end: r.end,
-            peak_force: r.peak_force,
-            peak_time: r.peak_time,
-            impulse: r.impulse,
-            approach_velocity: r.approach_velocity,
-            separation_velocity: r.separation_velocity,
-            restitution: r.restitution,
-        })
+impl ColumnValue for VarLenUnicode {
+    fn json(&self) -> Value {
+        self.as_str().into()
     }
 }
 
-/// A row of `/tries`.
-#[derive(Debug, Clone, PartialEq, H5Type)]
-#[repr(C)]
-pub struct TryRow {
-    /// Index of the impact, from 0.
-    pub impact: u32,
-    /// Number of the try, from 1.
-    #[hdf5(rename = "try")]
-    pub number: u32,
-    /// \[s\]
-    pub start: f64,
-    /// Time reached \[s\].
-    pub stop: f64,
-    /// [N/m³]
-    pub penalty_start: f64,
-    /// [N/m³]
-    pub penalty_end: f64,
-    /// \[m\]
-    pub interval_widths: [f64; 2],
-    /// Contact elements over interval elements.
-    pub utilisation: [f64; 2],
-    /// Elements of the fine model.
-    pub elements: u64,
-    /// Its freedoms.
-    pub freedoms: u64,
-    /// Its interface freedoms.
-    pub interface_freedoms: u64,
-    /// Accepted steps.
-    pub steps: u64,
-    /// Rejected steps.
-    pub rejected: u64,
-    /// \[N\]
-    pub peak_force: f64,
-    /// "accepted", "rejected" or "failed".
-    pub outcome: VarLenUnicode,
-    /// Why.
-    pub reason: VarLenUnicode,
-    /// \[s\]
-    pub wall_time: f64,
-    /// \[s\]
-    pub cpu_time: f64,
+/// The name of a column: that of its field unless another is given.
+macro_rules! column_name {
+    ($field:ident) => {
+        stringify!($field)
+    };
+    ($field:ident $name:literal) => {
+        $name
+    };
 }
 
-/// Units of the columns of `/tries`.
-pub const TRY_UNITS: &str = "impact: –, try: –, start: s, stop: s, penalty_start: N/m³, penalty_end: N/m³, \
-    interval_widths: m, utilisation: –, elements: –, freedoms: –, interface_freedoms: –, steps: –, rejected: –, \
-    peak_force: N, outcome: –, reason: –, wall_time: s, cpu_time: s";
+/// Declares the row of a table: `field [as name]: type [unit] = value, meaning;` for each column, the value from a record and, where it is
+/// asked for, the name of its contact.
+macro_rules! table {
+    ($row:ident $name:literal $description:literal ($record:ident: $from:ty $(, $contact:ident)?) {
+        $($field:ident $(as $rename:literal)?: $kind:ty [$unit:literal] = $value:expr, $meaning:literal;)*
+    }) => {
+        #[doc = concat!("A row of `/", $name, "`.")]
+        #[derive(Debug, Clone, PartialEq, H5Type)]
+        #[repr(C)]
+        pub struct $row {
+            $(
+                #[doc = concat!($meaning, " \\[", $unit, "\\]")]
+                $(#[hdf5(rename = $rename)])?
+                pub $field: $kind,
+            )*
+        }
 
-impl TryRow {
-    /// The row of a record.
-    pub fn new(r: &TryRecord) -> Result<Self> {
-        Ok(Self {
-            impact: r.impact,
-            number: r.number,
-            start: r.start,
-            stop: r.stop,
-            penalty_start: r.penalty_start,
-            penalty_end: r.penalty_end,
-            interval_widths: r.interval_widths,
-            utilisation: r.utilisation,
-            elements: r.elements,
-            freedoms: r.freedoms,
-            interface_freedoms: r.interface_freedoms,
-            steps: r.steps,
-            rejected: r.rejected,
-            peak_force: r.peak_force,
-            outcome: unicode(r.outcome.identifier())?,
-            reason: unicode(&r.reason)?,
-            wall_time: r.wall_time,
-            cpu_time: r.cpu_time,
-        })
-    }
+        impl $row {
+            /// The row of a record; a contact goes by its name.
+            ///
+            /// # Errors
+            /// That of a text that HDF5 cannot hold.
+            pub fn new($record: &$from $(, $contact: &str)?) -> Result<Self> {
+                Ok(Self { $($field: $value,)* })
+            }
+        }
+
+        impl TableRow for $row {
+            const NAME: &'static str = $name;
+            const DESCRIPTION: &'static str = $description;
+            const COLUMNS: &'static [TableColumn] = &[
+                $(TableColumn { name: column_name!($field $($rename)?), unit: $unit, meaning: $meaning },)*
+            ];
+
+            fn json(&self) -> Map<String, Value> {
+                let columns = [$((column_name!($field $($rename)?), self.$field.json()),)*];
+                columns.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
+            }
+        }
+    };
 }
 
-/// A row of `/transfers`.
-#[derive(Debug, Clone, PartialEq, H5Type)]
-#[repr(C)]
-pub struct TransferRow {
-    /// \[s\]
-    pub time: f64,
-    /// "coarse to fine", "fine to coarse" or "penalty".
-    pub direction: VarLenUnicode,
-    /// Name of the contact.
-    pub contact: VarLenUnicode,
-    /// \[J\]
-    pub energy_before: f64,
-    /// \[J\]
-    pub energy_after: f64,
-    /// [kg m/s]
-    pub momentum_change: f64,
-    /// Face of the contact body that the fine model's interval lies on; -1 if no fine model came.
-    pub face: i32,
-    /// Parameters of the interval's centre there; zero without.
-    pub centre: [f64; 3],
-    /// The same of the target body.
-    pub target_face: i32,
-    /// The same of the target body.
-    pub target_centre: [f64; 3],
-    /// \[m\]
-    pub interval_widths: [f64; 2],
-}
+table!(PhaseRow "phases" "Phases of the run." (r: PhaseRecord) {
+    kind: VarLenUnicode ["–"] = unicode(r.kind.identifier())?, "`free` or `impact`";
+    start: f64 ["s"] = r.start, "time at which it starts";
+    end: f64 ["s"] = r.end, "time at which it ends";
+    steps: u64 ["–"] = r.steps, "accepted steps";
+    rejected: u64 ["–"] = r.rejected, "rejected steps";
+    evaluations: u64 ["–"] = r.evaluations, "evaluations of the right-hand side";
+    wall_time: f64 ["s"] = r.wall_time, "wall time";
+});
 
-/// Units of the columns of `/transfers`.
-pub const TRANSFER_UNITS: &str = "time: s, direction: –, contact: –, energy_before: J, energy_after: J, \
-    momentum_change: kg m/s, face: –, centre: –, target_face: –, target_centre: –, interval_widths: m";
+table!(ImpactRow "impacts" "Impacts in the order of their ends." (r: ImpactRecord, contact) {
+    contact: VarLenUnicode ["–"] = unicode(contact)?, "name of the contact";
+    start: f64 ["s"] = r.start, "first contact";
+    end: f64 ["s"] = r.end, "last contact";
+    peak_force: f64 ["N"] = r.peak_force, "largest normal force";
+    peak_time: f64 ["s"] = r.peak_time, "its time";
+    impulse: f64 ["N s"] = r.impulse, "normal force over time";
+    approach_velocity: f64 ["m/s"] = r.approach_velocity,
+        "of the bodies' rigid motions at the place of contact when it closes, along the normal at the peak (theory A.31)";
+    separation_velocity: f64 ["m/s"] = r.separation_velocity,
+        "the same when it opens for the last time, positive apart; NaN if the run ends in contact";
+    restitution: f64 ["–"] = r.restitution,
+        "ratio of the two (theory A.32); NaN where it has no meaning: no approach, run ended in contact, the motions still \
+         approach each other when the contact opens, another contact pressed the same bodies meanwhile";
+});
+
+table!(TryRow "tries" "Tries of every impact phase, one row a try and contact." (r: TryRecord) {
+    impact: u32 ["–"] = r.impact,
+        "index of the impact, its row in `/impacts`; arrays count from 0, numbers that people see from 1";
+    number as "try": u32 ["–"] = r.number, "number of the try, from 1";
+    start: f64 ["s"] = r.start, "time at which it starts";
+    stop: f64 ["s"] = r.stop, "time reached";
+    penalty_start: f64 ["N/m³"] = r.penalty_start, "penalty factor at the start";
+    penalty_end: f64 ["N/m³"] = r.penalty_end, "penalty factor at the end";
+    interval_widths: [f64; 2] ["m"] = r.interval_widths, "width of the contact interval in two directions";
+    utilisation: [f64; 2] ["–"] = r.utilisation, "largest part of it in contact, in two directions";
+    elements: u64 ["–"] = r.elements, "elements of the fine model";
+    freedoms: u64 ["–"] = r.freedoms, "its freedoms";
+    interface_freedoms: u64 ["–"] = r.interface_freedoms, "those in the contact zone";
+    steps: u64 ["–"] = r.steps, "accepted steps";
+    rejected: u64 ["–"] = r.rejected, "rejected steps";
+    peak_force: f64 ["N"] = r.peak_force, "largest normal force";
+    outcome: VarLenUnicode ["–"] = unicode(r.outcome.identifier())?, "`accepted`, `rejected`, `interrupted` or `failed`";
+    reason: VarLenUnicode ["–"] = unicode(&r.reason)?, "why";
+    wall_time: f64 ["s"] = r.wall_time, "wall time";
+    cpu_time: f64 ["s"] = r.cpu_time, "processor time of the whole process";
+});
+
+table!(TransferRow "transfers" "Changes of models in the course of the run, and what they did to the ledger." (r: TransferRecord, contact) {
+    time: f64 ["s"] = r.time, "when";
+    direction: VarLenUnicode ["–"] = unicode(r.direction.identifier())?, "`coarse to fine`, `fine to coarse` or `penalty`";
+    contact: VarLenUnicode ["–"] = unicode(contact)?, "name of the contact";
+    energy_before: f64 ["J"] = r.energy_before, "total energy before";
+    energy_after: f64 ["J"] = r.energy_after, "total energy after";
+    momentum_change: f64 ["kg m/s"] = r.momentum_change, "length of the change of linear momentum";
+    face: i32 ["–"] = r.site.map_or(-1, |s| s.face as i32),
+        "face of the contact body that the interval of the fine model lies on, counted through its patches; -1 if none came";
+    centre: [f64; 3] ["–"] = r.site.map_or([0.0; 3], |s| s.centre), "parameters of the interval's centre in the face's patch";
+    target_face: i32 ["–"] = r.target_site.map_or(-1, |s| s.face as i32), "the same of the target body";
+    target_centre: [f64; 3] ["–"] = r.target_site.map_or([0.0; 3], |s| s.centre), "the same of the target body";
+    interval_widths: [f64; 2] ["m"] = r.site.map_or([0.0; 2], |s| s.widths), "widths of the interval along the surface";
+});
 
 impl TransferRow {
-    /// The row of a record of the contact called `contact`.
-    pub fn new(r: &TransferRecord, contact: &str) -> Result<Self> {
-        Ok(Self {
-            time: r.time,
-            direction: unicode(r.direction.identifier())?,
-            contact: unicode(contact)?,
-            energy_before: r.energy_before,
-            energy_after: r.energy_after,
-            momentum_change: r.momentum_change,
-            face: r.site.map_or(-1, |s| s.face as i32),
-            centre: r.site.map_or([0.0; 3], |s| s.centre),
-            target_face: r.target_site.map_or(-1, |s| s.face as i32),
-            target_centre: r.target_site.map_or([0.0; 3], |s| s.centre),
-            interval_widths: r.site.map_or([0.0; 2], |s| s.widths),
-        })
-    }
-
     /// Where the fine models of the contact body and of the target lie, as far as any came. Columns that a result of an earlier
     /// version does not have are zero: no model has an interval without width.
     pub fn sites(&self) -> [Option<ZoneSite>; 2] {

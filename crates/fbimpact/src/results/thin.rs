@@ -6,9 +6,9 @@ use hdf5::types::VarLenUnicode;
 use hdf5::{File, Group, Result};
 use ndarray::ArrayD;
 
-use super::series::{Table, text_attribute, unicode, write_text};
+use super::series::{text_attribute, unicode, write_text};
 use super::stored::{Entry, Kind, Stored};
-use super::tables::{IMPACT_UNITS, ImpactRow};
+use super::tables::{self, ImpactRow};
 use crate::error::AppError;
 use crate::reasons;
 
@@ -74,8 +74,7 @@ fn header(source: &Stored, file: &File, rows: &[usize]) -> Result<()> {
     let time = time.create("time")?;
     time.write_raw(&times)?;
     text_attribute(&time, "unit", "s")?;
-    let mut table =
-        Table::create::<ImpactRow>(file, "impacts", IMPACT_UNITS, "Impacts in the order of their ends.")?;
+    let mut table = tables::create::<ImpactRow>(file)?;
     source.impacts.iter().try_for_each(|row| table.push(row.clone()))
 }
 
