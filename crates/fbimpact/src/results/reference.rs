@@ -114,7 +114,7 @@ pub fn markdown() -> String {
     table::<ImpactRow>(&mut out);
     table::<TryRow>(&mut out);
     table::<TransferRow>(&mut out);
-    out += "\n### Kinds of `/warnings`\n\nThe identifier with which a warning begins, and when one is given.\n\n| identifier | holds |\n|---|---|\n";
+    out += "\n### Kinds of `/warnings`\n\nThe identifier with which a warning begins, and what was found.\n\n| identifier | meaning |\n|---|---|\n";
     for kind in WarningKind::ALL {
         let _ = writeln!(out, "| `{}` | {} |", kind.identifier(), kind.meaning());
     }
