@@ -470,6 +470,25 @@ fn a_run_killed_before_anything_was_stored_starts_anew() {
     send(&run, "-INT");
     let (code, err) = ended(run.wait_with_output().expect("it ends"));
     assert!(code == 130 && err.contains("starts anew: no state was stored"), "{err}");
+    // A run that is stopped before it begins leaves what an earlier one can be taken up from as it is.
+    std::fs::write(at.join("next.h5.restart"), b"of an earlier run").expect("written");
+    let mut command = Command::new(PROGRAM);
+    let run = ["run", "s.toml", "--no-cache", "-o", "next.h5"];
+    let run = command.args(run).current_dir(at).stderr(Stdio::piped()).spawn().expect("the program starts");
+    let begin = Instant::now();
+    while !at.join("next.h5.part").exists() {
+        assert!(begin.elapsed() < PATIENCE, "the run begins");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    send(&run, "-TERM");
+    let (code, err) = ended(run.wait_with_output().expect("it ends"));
+    assert!(
+        code == 130 && err.contains("nothing is stored"),
+        "sizes take longer to choose than a signal: {err}"
+    );
+    let left: Vec<_> = names(at).into_iter().filter(|name| name.starts_with("next")).collect();
+    assert_eq!(left, ["next.h5.restart"]);
+    assert_eq!(std::fs::read(at.join("next.h5.restart")).expect("there"), b"of an earlier run");
 }
 
 #[test]

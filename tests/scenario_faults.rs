@@ -331,6 +331,21 @@ fn deep_nesting_is_a_fault_and_no_crash() {
     }
 }
 
+#[test]
+fn of_many_faults_the_first_are_shown_and_all_are_counted() {
+    let shown = |n: usize| {
+        let text: String = (0..n).map(|i| format!("wrong{i} = 1\n")).collect();
+        let faults = scenario::parse(Path::new("case.toml"), text.as_bytes(), &[]).expect_err("no scenario");
+        let (all, text) = (faults.list().len(), faults.to_string());
+        (all, text.matches("unknown key").count(), text.lines().last().map(str::to_owned).unwrap_or_default())
+    };
+    let (all, few, end) = shown(3);
+    assert!(few == 3 && end == format!("{all} faults found"), "{few}, {end}");
+    let (all, many, end) = shown(500);
+    assert!(all >= 500 && many <= 20, "{all} {many}");
+    assert_eq!(end, format!("{all} faults found, the first 20 are shown"));
+}
+
 /// What the program promises about any input.
 fn check_promise(text: &[u8], set: &[String]) {
     if let Err(list) = parse(text, set) {

@@ -221,8 +221,8 @@ fn crossed_cylinders_press_each_other_as_hertz_says() {
                 "{degrees}°, {order:?}: {found:.3} N, Hertz {expected:.3} N, {:+.4}",
                 found / expected - 1.0
             );
-            // Cylinders that end make the force up to 0.45 a/R larger, 2 % here (`random_impacts`); eight elements across leave as much,
-            // fewer of them lie across an ellipse that is oblique to the elements.
+            // Twice as many elements across move the force by 2 % where they lie oblique to the ellipse, by 0.6 % elsewhere
+            // (docs/decisions/0019); cylinders that end make it up to 0.45 a/R larger, another 2 % (`random_impacts`).
             assert!(
                 (found / expected - 1.0).abs() < 0.03,
                 "{degrees}°, {order:?}: {found} N, Hertz {expected} N"

@@ -473,3 +473,19 @@ impl ContactFindings for PairFound {
         &self.report
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn elongated_points_are_as_far_apart_as_in_their_long_direction() {
+        let (long, short) = (0.1, 0.02);
+        let points: Vec<[f64; 3]> =
+            (0..48).map(|i| [long * f64::from(i % 8), short * f64::from(i / 8), 0.0]).collect();
+        let areas = vec![long * short; points.len()];
+        assert!((spacing(&areas, RigidMotion::Spatial, &points) / long - 1.0).abs() < 1e-12);
+        // A single point has no neighbour.
+        assert!((spacing(&[4e-4], RigidMotion::Spatial, &points[..1]) / 0.02 - 1.0).abs() < 1e-12);
+    }
+}

@@ -25,9 +25,18 @@ pub(super) fn begin(
     stop: &Stop,
     bar: ProgressBar,
 ) -> Result<(), AppError> {
-    // A run that is killed while sizes are chosen can be taken up, too.
-    drop(Journal::create(output.restart(), Header::new(scenario))?);
-    stop.hold(Held { output, recorder: None, bar: bar.clone(), time: 0.0 });
+    // A run that is killed while sizes are chosen can be taken up, too. The restart file of an earlier run stays until this one begins.
+    let is_restart_own = !output.restart().exists();
+    if is_restart_own {
+        match Journal::create(output.restart(), Header::new(scenario)) {
+            Ok(journal) => drop(journal),
+            Err(error) => {
+                output.discard();
+                return Err(error);
+            }
+        }
+    }
+    stop.hold(Held { output, recorder: None, is_restart_own, bar: bar.clone(), time: 0.0 });
     let cache = cache::open(&CacheSettings::new(&arguments.cache));
     // The result shall hold the sizes that the run has.
     let progress = Progress::new(bar.clone());
@@ -39,7 +48,9 @@ pub(super) fn begin(
         Ok(scenario) => scenario,
         Err(error) => {
             bar.finish_and_clear();
-            output.remove_restart();
+            if is_restart_own {
+                output.remove_restart();
+            }
             output.discard();
             return Err(error);
         }

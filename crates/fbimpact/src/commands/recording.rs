@@ -54,7 +54,7 @@ pub fn finish(
     let begin = Instant::now();
     let part = output.part().to_owned();
     let progress = Progress::new(bar.clone());
-    stop.hold(Held { output, recorder: Some(recorder), bar, time: 0.0 });
+    stop.hold(Held { output, recorder: Some(recorder), is_restart_own: true, bar, time: 0.0 });
     let mut observer = RunObserver { progress, stop };
     let outcome = simulation(&mut observer);
     observer.progress.finish();

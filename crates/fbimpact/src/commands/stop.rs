@@ -15,6 +15,8 @@ use crate::results::{OutputFile, Recorder, Status};
 
 /// Time that the run has to end by itself.
 const GRACE: Duration = Duration::from_millis(400);
+/// Time between looks at what the run holds open, where it holds nothing at the moment.
+const LOOK: Duration = Duration::from_millis(50);
 /// Signals that come sooner after the first one are the same one, sent to the process and to its group.
 const SAME_SIGNAL: Duration = Duration::from_millis(250);
 
@@ -29,8 +31,10 @@ pub struct Stop {
 pub struct Held {
     /// The file that it writes.
     pub output: OutputFile,
-    /// What writes it; none before the models are built.
+    /// What writes it; none while sizes are chosen.
     pub recorder: Option<Recorder>,
+    /// Whether the restart file was made by this run, not by an earlier one that can still be taken up.
+    pub is_restart_own: bool,
     /// Line of progress, which is cleared.
     pub bar: ProgressBar,
     /// Time reached \[s\].
@@ -83,12 +87,17 @@ impl Stop {
         let stop = self.clone();
         std::thread::spawn(move || {
             std::thread::sleep(GRACE);
-            // Held until the process ends: the run cannot go on.
-            let mut held = stop.lock();
-            if let Some(held) = held.take() {
-                let error = held.close();
-                crate::report(&error);
-                std::process::exit(i32::from(error.code()));
+            // Again and again: the run may be about to open its file, or to end by itself.
+            loop {
+                // Locked until the process ends: the run cannot go on.
+                let mut held = stop.lock();
+                if let Some(held) = held.take() {
+                    let error = held.close();
+                    crate::report(&error);
+                    std::process::exit(i32::from(error.code()));
+                }
+                drop(held);
+                std::thread::sleep(LOOK);
             }
         });
     }
@@ -123,7 +132,7 @@ impl Stop {
 impl Held {
     /// Closes the file of a run that is stopped wherever it is. Returns what the user is told.
     fn close(self) -> AppError {
-        let Self { output, recorder, bar, time } = self;
+        let Self { output, recorder, is_restart_own, bar, time } = self;
         bar.finish_and_clear();
         let early = "interrupted before the first instant";
         let mut recorder = match recorder {
@@ -134,7 +143,9 @@ impl Held {
                 return AppError::Stopped(format!("{early}; go on with: fbimpact run --resume {part}"));
             }
             _ => {
-                output.remove_restart();
+                if is_restart_own {
+                    output.remove_restart();
+                }
                 output.discard();
                 return AppError::Stopped(format!("{early}, nothing is stored"));
             }
