@@ -320,3 +320,24 @@ fn forces_of_several_pairs_on_a_body_add_up() {
     assert!((together[0].force - 2.0 * alone[0].force).norm() < 1e-6 * scale);
     assert!((together[0].torque - 2.0 * alone[0].torque).norm() < 1e-6 * scale);
 }
+
+#[test]
+fn places_of_a_step_given_up_say_nothing_of_the_rim() {
+    for motion in MOTIONS {
+        let mut pair = Active::new(random_pair(motion, [false, false], 1e9, Method::ActiveSet, 1));
+        let mut open = random_bodies(pair.element(), motion, DEPTH, 1);
+        let (_, up) = upwards(motion);
+        let up = open[0].rotation * up;
+        open[2].position += up * 1.1 * DEPTH;
+        evaluate(&mut pair, &open);
+        assert!(pair.report().n_active == 0 && !pair.report().is_rim_touched, "{motion:?}");
+        pair.save();
+        // As far as the wildest stage of an explicit method: through the target and out at its side.
+        let mut wild = open.clone();
+        wild[2].position -= up * RADIUS;
+        evaluate(&mut pair, &wild);
+        pair.restore();
+        evaluate(&mut pair, &open);
+        assert!(!pair.report().is_rim_touched, "{motion:?}");
+    }
+}

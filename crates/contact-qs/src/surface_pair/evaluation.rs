@@ -385,8 +385,10 @@ impl SurfacePair {
             let gap = state.start.watch.gaps[i];
             report.penetration = report.penetration.max(-gap);
             let found = &w.projections[i];
-            // Beyond the end and below the surface: the target is too small.
-            report.is_rim_touched |= found.is_beyond && found.gap < 0.0 && gap < self.rim_reach;
+            // Beyond the end and below the surface: the target is too small. Of points that were not projected, being open for
+            // certain, an earlier projection says nothing: it may be that of a step given up.
+            report.is_rim_touched |=
+                w.is_wanted[i] && found.is_beyond && found.gap < 0.0 && gap < self.rim_reach;
             if force > 0.0 {
                 report.normal_force += force;
                 report.n_active += 1;
