@@ -15,7 +15,7 @@ use nalgebra::Unit;
 use crate::body_model::{BodyModel, ElasticModel};
 use crate::detection::{Detector, DetectorTarget, Nearest, Search};
 use crate::error::{AdaptiveError, ContactModelFault};
-use crate::fine_model::{FineBody, FineInterval};
+use crate::fine_model::{ELEMENTS, FineBody, FineInterval};
 use crate::interval::{
     ContactFlags, DirectionUse, IntervalAssessment, IntervalEnd, IntervalSettings, Verdict, assess,
 };
@@ -32,6 +32,7 @@ use crate::unsupported::Unsupported;
 use crate::zone_contact::FALLBACK_PENALTY;
 
 mod fine_side;
+mod kept_zone;
 mod widths;
 
 use fine_side::FineSide;
@@ -232,25 +233,30 @@ impl AdaptiveContact {
             false => self.law.hand_over.modes,
         };
         let own_modes = modes(self.body);
-        let site = zone_site(elastic, &nearest.contact, widths);
-        let mut target_site = None;
+        let mut site = zone_site(elastic, &nearest.contact, widths);
+        let mut target_site = match (self.target, &nearest.target) {
+            (Target::Body(other), Some(there)) => {
+                let widths = self.target_widths(bodies, states, (&nearest.contact, widths), (other, there));
+                Some(zone_site(self::elastic(&bodies[other]), there, widths))
+            }
+            _ => None,
+        };
+        if request.widths.is_none()
+            && let Some(kept) = self.kept_zones(bodies, &request.history, [Some(site), target_site])
+        {
+            (site, target_site) = kept;
+        }
         let on = |body: usize| points_on(request.points, body, elastic.body.assembled.motion);
         let (points, places) = on(self.body);
         let (mut target_points, mut target_places) = (Vec::new(), Vec::new());
         if let Target::Body(other) = self.target {
             (target_points, target_places) = on(other);
         }
-        let (mut own, mut other) = match (self.target, &nearest.target) {
+        let (mut own, mut other) = match (self.target, target_site) {
             (Target::Body(other), Some(there)) => {
                 // Side by side: each has stages that only one thread can work on. Questions wait until both are done.
                 check_cancel()?;
                 let (target, target_modes) = (self::elastic(&bodies[other]), modes(other));
-                let there = zone_site(
-                    target,
-                    there,
-                    self.target_widths(bodies, states, (&nearest.contact, widths), (other, there)),
-                );
-                target_site = Some(there);
                 let (own, target) = rayon::join(
                     || self.side(elastic, (&site, &places), own_modes, &mut || Ok(())),
                     || self.side(target, (&there, &target_places), target_modes, &mut || Ok(())),
@@ -309,6 +315,31 @@ impl AdaptiveContact {
         request.widths.unwrap_or(start).map(|w| w.min(WIDEST * size))
     }
 
+    /// The zones of the last impact, of contact body and target, if they hold one for which `wanted` would be laid.
+    fn kept_zones(
+        &self,
+        bodies: &[BodyModel],
+        history: &ImpactHistory,
+        wanted: [Option<ZoneSite>; 2],
+    ) -> Option<(ZoneSite, Option<ZoneSite>)> {
+        let given = &self.law.interval;
+        let elements = given.elements.unwrap_or(ELEMENTS);
+        let of_target = match self.target {
+            Target::Body(other) => other,
+            Target::Plane { .. } => self.body,
+        };
+        let holds = |body: usize, kept: &ZoneSite, wanted: &ZoneSite| {
+            let body = &elastic(&bodies[body]).body;
+            kept_zone::holds(body, (kept, wanted), elements, given.target_utilisation)
+        };
+        let own = history.zones[0].filter(|kept| wanted[0].is_some_and(|w| holds(self.body, kept, &w)))?;
+        match (history.zones[1], wanted[1]) {
+            (Some(kept), Some(w)) => holds(of_target, &kept, &w).then_some((own, Some(kept))),
+            (None, None) => Some((own, None)),
+            _ => None,
+        }
+    }
+
     /// What the accepted model of an impact leaves to the next ones.
     pub fn history(
         &self,
@@ -325,7 +356,8 @@ impl AdaptiveContact {
             }
         }
         let stiffness_ratio = fine.weight.filter(|_| penalty.is_finite()).map(|w| penalty * w);
-        ImpactHistory { width_factor: Some(width_factor), stiffness_ratio, penalty: Some(penalty) }
+        let zones = [0, 1].map(|i| fine.zones.get(i).map(|zone| zone.site));
+        ImpactHistory { width_factor: Some(width_factor), stiffness_ratio, penalty: Some(penalty), zones }
     }
 
     /// How the penalty factor is searched for.

@@ -5,7 +5,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::plausibility::ledger::{EnergyLedger, NumericalDamping};
-use crate::record::{PhaseRecord, StressState};
+use crate::record::{PhaseRecord, StressState, ZoneSite};
 
 /// State of a run. Where it is reported as a restart point, a run taken up from it has the same result as the one that goes on
 /// (docs/decisions/0013-restart-file.md).
@@ -60,7 +60,7 @@ impl Default for ContactState {
     }
 }
 
-/// Width and penalty factor of accepted impacts, from which the search of the next one starts.
+/// Zone, width and penalty factor of accepted impacts, from which the search of the next one starts.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct ImpactHistory {
     /// Width found over width predicted, per direction, at this contact.
@@ -70,4 +70,6 @@ pub struct ImpactHistory {
     pub stiffness_ratio: Option<f64>,
     /// Accepted penalty factor of this contact [N/m³].
     pub penalty: Option<f64>,
+    /// Accepted contact zones of this contact, on contact body and target.
+    pub zones: [Option<ZoneSite>; 2],
 }

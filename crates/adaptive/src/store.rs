@@ -56,7 +56,29 @@ pub struct ModelCache {
 struct State {
     /// Models of this run. There are few, so they are searched one by one.
     built: Vec<(ModelKey, Arc<StoredModel>)>,
+    /// Models used last in this run, the latest one last.
+    recent: Vec<(ModelKey, Arc<StoredModel>)>,
     used: CacheUse,
+}
+
+/// Numbers that the models used last may have together: 256 MB, those of some thirty contact zones of 1000 unknowns.
+const RECENT_NUMBERS: usize = 32 << 20;
+
+impl State {
+    fn take_recent(&mut self, key: &ModelKey) -> Option<Arc<StoredModel>> {
+        let place = self.recent.iter().position(|(k, _)| k == key)?;
+        Some(self.recent.remove(place).1)
+    }
+
+    fn keep_recent(&mut self, key: ModelKey, model: Arc<StoredModel>) {
+        self.recent.push((key, model));
+        let size = |recent: &[(ModelKey, Arc<StoredModel>)]| {
+            recent.iter().map(|(key, model)| model.values.len() + key.definition.len() / 8).sum::<usize>()
+        };
+        while size(&self.recent) > RECENT_NUMBERS {
+            self.recent.remove(0);
+        }
+    }
 }
 
 impl ModelCache {
@@ -93,6 +115,28 @@ impl ModelCache {
         let model = self.stored(|| key.clone(), decode, build, &encode)?;
         let encoded = Arc::new(encode(&model));
         self.lock().built.push((key, encoded));
+        Ok(model)
+    }
+
+    /// The model of `key` from those that the run used last, otherwise as [`ModelCache::stored`].
+    ///
+    /// # Errors
+    /// That of `build`.
+    pub fn recent<T, E>(
+        &self,
+        key: ModelKey,
+        decode: impl Fn(&StoredModel) -> Option<T>,
+        build: impl FnOnce() -> Result<T, E>,
+        encode: impl Fn(&T) -> StoredModel,
+    ) -> Result<T, E> {
+        let earlier = self.lock().take_recent(&key);
+        if let Some((model, found)) = earlier.and_then(|model| decode(&model).map(|found| (model, found))) {
+            self.lock().keep_recent(key, model);
+            return Ok(found);
+        }
+        let model = self.stored(|| key.clone(), decode, build, &encode)?;
+        let encoded = Arc::new(encode(&model));
+        self.lock().keep_recent(key, encoded);
         Ok(model)
     }
 
@@ -139,4 +183,23 @@ pub fn matrix_values(matrix: &Mat<f64>) -> Vec<f64> {
 pub fn matrix(values: &[f64], n_rows: usize, n_columns: usize) -> Option<Mat<f64>> {
     (n_rows.checked_mul(n_columns)? == values.len())
         .then(|| Mat::from_fn(n_rows, n_columns, |i, j| values[j * n_rows + i]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn models_used_long_ago_make_room() {
+        let mut state = State::default();
+        let key = |n: u8| ModelKey { kind: "test", definition: vec![n] };
+        let large = || Arc::new(StoredModel { counts: Vec::new(), values: vec![0.0; RECENT_NUMBERS / 3] });
+        (1..=3).for_each(|n| state.keep_recent(key(n), large()));
+        // Used again, the first is the latest.
+        let first = state.take_recent(&key(1)).expect("kept");
+        state.keep_recent(key(1), first);
+        state.keep_recent(key(4), large());
+        let held = |state: &mut State, n| state.take_recent(&key(n)).is_some();
+        assert!(!held(&mut state, 2) && held(&mut state, 3) && held(&mut state, 1) && held(&mut state, 4));
+    }
 }

@@ -273,3 +273,16 @@ fn an_error_of_a_build_is_passed_on_and_nothing_is_kept() {
     assert_eq!(cache.stored(key, |_| Some(0), || Ok::<_, Infallible>(1), |_| StoredModel::default()), Ok(0));
     assert_eq!((cache.used().hits, cache.used().misses), (1, 1));
 }
+
+#[test]
+fn models_used_last_are_not_built_again_where_there_is_no_store() {
+    let cache = ModelCache::default();
+    let key = |n: u8| ModelKey { kind: "test", definition: vec![n] };
+    let encode = |n: &u64| StoredModel { counts: vec![*n], values: Vec::new() };
+    let decode = |stored: &StoredModel| stored.counts.first().copied();
+    assert_eq!(cache.recent(key(1), decode, || Ok::<_, Infallible>(7), encode), Ok(7));
+    assert_eq!(cache.recent(key(1), decode, || Err("built again"), encode), Ok(7));
+    assert_eq!(cache.recent(key(2), decode, || Err("another model"), encode), Err("another model"));
+    // A clone is the same cache.
+    assert_eq!(cache.clone().recent(key(1), decode, || Err("built again"), encode), Ok(7));
+}

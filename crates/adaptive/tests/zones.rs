@@ -231,6 +231,22 @@ fn crossed_cylinders_press_each_other_as_hertz_says() {
     }
 }
 
+#[test]
+fn an_impact_where_the_last_one_was_has_its_contact_zone() {
+    // A ball that bounces: the second impact has the speed of the first but for the modes that ring.
+    let (speed, gravity) = (0.1, 9.81);
+    let ball = sphere("ball", 0.01, STEEL, (0.01 + 1e-6, -speed));
+    let mut run = spec(vec![ball], vec![contact("floor", 0, FLOOR)], 2.1 * speed / gravity);
+    run.settings.gravity = Vector3::z() * -gravity;
+    let trace = finished(&run);
+    assert_eq!(trace.impacts.len(), 2, "{:?}", trace.impacts);
+    let sites: Vec<_> = trace.transfers.iter().filter_map(|transfer| transfer.site).collect();
+    assert!(sites.len() >= 2 && sites.last() == sites.get(sites.len() - 2), "{sites:?}");
+    // The speed differs by what rings, less than 1e-3 of it (restitution); forces grow with its power 1.2.
+    let ratio = trace.impacts[1].peak_force / trace.impacts[0].peak_force;
+    assert!((ratio - 1.0).abs() < 3e-3, "{ratio}");
+}
+
 /// The ball of 8 x 4 x 4 elements of the main example.
 fn solid_ball(radius: f64) -> ElasticBody {
     let motion = InitialMotion {

@@ -198,11 +198,10 @@ impl AdaptiveContact {
             return Ok(FineSide { body: mesh, zone, shapes, answer, points, own: Some((assembled, own)) });
         }
         let n_rows = places.len() * fine.motion.n_components();
-        let (answer, points) = self.cache.stored(
-            || {
-                let key = compliance_key(coarse, &wanted, &settings, (&zone.unknowns, places));
-                ModelKey { kind: if self.is_vibrating() { "zone-modes" } else { key.kind }, ..key }
-            },
+        let key = compliance_key(coarse, &wanted, &settings, (&zone.unknowns, places));
+        let key = ModelKey { kind: if self.is_vibrating() { "zone-modes" } else { key.kind }, ..key };
+        let (answer, points) = self.cache.recent(
+            key,
             |stored| self.answer_from(stored, zone.unknowns.len(), n_rows),
             || {
                 let assembled = fine.assemble(body)?;
