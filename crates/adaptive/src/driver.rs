@@ -149,7 +149,8 @@ impl<'a> Driver<'a> {
         let highest = model.system.highest_frequency();
         let resolving = if highest > 0.0 { settings.step_share / highest } else { settings.free.max_step };
         let impact_step = settings.impact.max_step.min(resolving);
-        let steps = StepSettings::with_max_step(settings.free.max_step);
+        let steps =
+            StepSettings { is_vibration_exact: true, ..StepSettings::with_max_step(settings.free.max_step) };
         let integrator = Integrator::new(settings.free.method, steps, 0.0, &y, &model.system)
             .map_err(AdaptiveError::Dynamics)?;
         let event_step = impact_step.min(settings.free.max_step);
@@ -402,9 +403,14 @@ impl<'a> Driver<'a> {
             self.evaluate(self.run.next_output)?;
             self.report(self.run.next_output)?;
             self.note_gaps(self.run.next_output)?;
-            self.run.next_output += self.settings.free_interval;
+            self.run.next_output += self.interval(self.settings.free_interval, self.run.next_output);
         }
         Ok(())
+    }
+
+    /// Least time from a state stored at time `t` to the next one, `wanted` being that of short phases \[s\].
+    fn interval(&self, wanted: f64, t: f64) -> f64 {
+        wanted.max(self.settings.phase_share * (t - self.work.start))
     }
 
     /// Stores the present state.
@@ -420,7 +426,7 @@ impl<'a> Driver<'a> {
         self.interpolated.copy_from_slice(self.integrator.state());
         let t = self.integrator.time();
         self.fill(t);
-        if t >= self.run.last_output + self.settings.impact_interval {
+        if t >= self.run.last_output + self.interval(self.settings.impact_interval, t) {
             self.send()?;
         }
         self.check_ledger()

@@ -190,3 +190,30 @@ fn interrupted_run_keeps_its_last_state_and_impact() {
     assert!((trace.last().time - end.time).abs() < 1e-15);
     assert_eq!((trace.impacts.len(), trace.tries[0].outcome.identifier()), (1, "interrupted"));
 }
+
+#[test]
+fn states_of_a_long_phase_are_stored_at_growing_intervals() {
+    let stored = |share: f64| {
+        let mut spec = ball(0.1e-3, 0.1, 4e-2);
+        spec.settings.free_interval = 1e-5;
+        spec.settings.phase_share = share;
+        finished(&spec)
+    };
+    let (all, few) = (stored(0.0), stored(0.02));
+    assert_eq!(all.kinds(), few.kinds());
+    assert!(few.samples.len() * 4 < all.samples.len(), "{} {}", few.samples.len(), all.samples.len());
+    let phases: Vec<(f64, f64)> = few.phases.iter().map(|p| (p.start, p.end)).collect();
+    for pair in few.samples.windows(2) {
+        let (before, now) = (pair[0].time, pair[1].time);
+        let Some((start, end)) = phases.iter().find(|(start, end)| *start < before && now < *end) else {
+            continue;
+        };
+        // Between two states of one phase: at least 2 % of its time so far, to round-off; its end is stored in any case.
+        assert!(
+            now - before >= 0.02 * (before - start) * (1.0 - 1e-9),
+            "{before:e} {now:e}, {start:e} to {end:e}"
+        );
+    }
+    // Nothing else changes.
+    assert_eq!(all.impacts, few.impacts);
+}

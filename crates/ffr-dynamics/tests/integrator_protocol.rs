@@ -82,8 +82,13 @@ fn refusing(limit: f64, refusals: u32) -> Refusing {
     }
 }
 
-const LONG_FIRST_STEP: StepSettings =
-    StepSettings { initial_step: Some(1.0), max_step: 1.0, is_fixed: false, stops_at_errors: false };
+const LONG_FIRST_STEP: StepSettings = StepSettings {
+    initial_step: Some(1.0),
+    max_step: 1.0,
+    is_fixed: false,
+    stops_at_errors: false,
+    is_vibration_exact: false,
+};
 
 #[test]
 fn refusal_shrinks_the_step_and_the_inner_state_ends_with_the_step() {

@@ -103,6 +103,7 @@ impl Driver<'_> {
         let (phase, max_step) = self.phase_settings(kind);
         let steps = StepSettings {
             initial_step: (step > 0.0).then_some(step),
+            is_vibration_exact: kind == PhaseKind::Free,
             ..StepSettings::with_max_step(max_step)
         };
         self.work.replaced = self.statistics();

@@ -62,6 +62,8 @@ pub struct RunSettings {
     pub free_interval: f64,
     /// Least time between stored states in impact phases; zero: every step is stored \[s\].
     pub impact_interval: f64,
+    /// Least time between stored states as a share of the time since the start of their phase: long phases do not fill the disk.
+    pub phase_share: f64,
     /// Whether stored states have the pressures at contact points.
     pub pressure: bool,
 }

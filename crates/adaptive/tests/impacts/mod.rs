@@ -201,6 +201,7 @@ pub fn spec(bodies: Vec<BodySpec>, contacts: Vec<ContactSpec>, end_time: f64) ->
             energy_tolerance: 1e-3,
             free_interval: 0.01 * end_time,
             impact_interval: 0.0,
+            phase_share: 0.0,
             pressure: true,
         },
         resolution: Resolution::default(),
@@ -226,6 +227,7 @@ pub fn explicit(end_time: f64) -> RunSettings {
         energy_tolerance: 1e-3,
         free_interval: 1e-5,
         impact_interval: 0.0,
+        phase_share: 0.0,
         pressure: true,
     }
 }

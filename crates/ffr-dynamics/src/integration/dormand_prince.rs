@@ -1,9 +1,10 @@
-//! Dormand-Prince 5(4) with dense output (docs/theory.md Eq. T.1 to T.5).
+//! Dormand-Prince 5(4) with dense output (docs/theory.md Eq. T.1 to T.5), free vibrations being exact (T.22 to T.25).
 //!
 //! Explicit, seven stages, the last of which is the first of the next step. It knows nothing of mechanics: size and
 //! acceptance of an error are the system's business ([`OdeSystem::error_norm`]).
 
 use super::dense_output::DenseOutput;
+use super::oscillator::{Oscillators, Vibration};
 use super::step_control::{Statistics, StepSettings};
 use super::stepping::{Failure, Step, Stepping, Try, is_finite};
 use super::system::OdeSystem;
@@ -50,6 +51,7 @@ pub struct DormandPrince {
     trial: Vec<f64>,
     scratch: Vec<f64>,
     dense: [Vec<f64>; 5],
+    vibration: Vibration<7>,
 }
 
 impl DormandPrince {
@@ -65,7 +67,15 @@ impl DormandPrince {
             trial: zeros(),
             scratch: zeros(),
             dense: std::array::from_fn(|_| zeros()),
+            vibration: Vibration::new(C),
         })
+    }
+
+    /// Makes room for the free vibrations of a system, so that its first step allocates nothing.
+    pub(super) fn make_room(&mut self, of: Oscillators<'_>) {
+        if self.stepping.settings.is_vibration_exact {
+            self.vibration.take_over(of);
+        }
     }
 
     /// Time reached \[s\].
@@ -146,6 +156,12 @@ impl DormandPrince {
             let wanted = self.stepping.settings.initial_step;
             self.stepping.h = wanted.unwrap_or_else(|| self.first_step(system, t_end));
         }
+        let is_exact = self.stepping.settings.is_vibration_exact;
+        let oscillators = if is_exact { system.oscillators() } else { Oscillators::default() };
+        self.vibration.begin(oscillators, &self.stepping.y, &self.k[0]);
+        if !self.stepping.settings.is_fixed {
+            self.stepping.h = self.stepping.h.min(self.vibration.longest_step());
+        }
         loop {
             let tried = self.stepping.next_try(t_end);
             match self.attempt(system, tried.h) {
@@ -210,19 +226,23 @@ impl DormandPrince {
 
     /// Stages 2 to 7 and the error norm; the new state is left in `trial`.
     fn attempt<S: OdeSystem + ?Sized>(&mut self, system: &mut S, h: f64) -> Result<f64, Failure> {
+        self.vibration.prepare(h);
         for stage in 1..7 {
             let (known, rest) = self.k.split_at_mut(stage);
             combine(&mut self.trial, h, &A[stage][..stage], known);
             for (x, y) in self.trial.iter_mut().zip(&self.stepping.y) {
                 *x += y;
             }
+            self.vibration.place(stage, &A[stage][..stage], &mut self.trial);
             if !is_finite(&self.trial) {
                 return Err(Failure::NotFinite);
             }
             self.stepping.statistics.evaluations += 1;
             system.rhs(self.stepping.t + C[stage] * h, &self.trial, &mut rest[0])?;
+            self.vibration.take(stage, &self.trial, &rest[0]);
         }
         combine(&mut self.scratch, h, &E, &self.k);
+        self.vibration.place_error(&E, &A[6], &mut self.scratch);
         if !is_finite(&self.k[6]) {
             return Err(Failure::NotFinite); // earlier stages that are not finite show in the state tried
         }
@@ -236,6 +256,7 @@ impl DormandPrince {
     fn accept<S: OdeSystem + ?Sized>(&mut self, system: &mut S, tried: Try, error: f64) -> Step {
         system.book(&mut self.trial, &mut self.k[6]);
         self.store_dense_output(tried.h);
+        self.vibration.end(&A[6], &D, &mut self.trial);
         self.k.swap(0, 6);
         let growth = self.stepping.controller.accepted(error);
         self.stepping.accept(system, tried, error, growth, &mut self.trial)
@@ -288,5 +309,6 @@ impl DenseOutput for DormandPrince {
         for (i, o) in out.iter_mut().enumerate() {
             *o = d0[i] + theta * (d1[i] + rest * (d2[i] + theta * (d3[i] + rest * d4[i])));
         }
+        self.vibration.interpolate(theta, out);
     }
 }

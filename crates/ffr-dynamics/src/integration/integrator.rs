@@ -64,7 +64,11 @@ impl Integrator {
         system: &S,
     ) -> Result<Self, DynamicsError> {
         Ok(match method {
-            Method::DormandPrince => Self::DormandPrince(Box::new(DormandPrince::new(settings, t, y)?)),
+            Method::DormandPrince => {
+                let mut explicit = DormandPrince::new(settings, t, y)?;
+                explicit.make_room(system.oscillators());
+                Self::DormandPrince(Box::new(explicit))
+            }
             Method::TrBdf2 => Self::Esdirk(Box::new(Esdirk::tr_bdf2(settings, t, y, system)?)),
             Method::Esdirk4 => Self::Esdirk(Box::new(Esdirk::of_order_four(settings, t, y, system)?)),
         })

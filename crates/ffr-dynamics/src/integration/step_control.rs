@@ -28,11 +28,19 @@ pub struct StepSettings {
     /// Ends a step in which the right-hand side refused a state with a critical error of a contact solver, in
     /// place of trying a shorter one.
     pub stops_at_errors: bool,
+    /// Whether the explicit method takes free vibrations from their closed form (Eq. T.22) in place of following them.
+    pub is_vibration_exact: bool,
 }
 
 impl Default for StepSettings {
     fn default() -> Self {
-        Self { initial_step: None, max_step: f64::INFINITY, is_fixed: false, stops_at_errors: false }
+        Self {
+            initial_step: None,
+            max_step: f64::INFINITY,
+            is_fixed: false,
+            stops_at_errors: false,
+            is_vibration_exact: false,
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! What an integrator asks of a system of differential equations.
 
 use super::linearisation::{KinematicBlock, Linearisation};
+use super::oscillator::Oscillators;
 use crate::error::EvaluationFailure;
 
 /// A first-order system `dy/dt = f(t, y)` with its own error norm and an inner state that can be saved and restored.
@@ -41,6 +42,13 @@ pub trait OdeSystem {
     /// [`OdeSystem::error_norm`] for implicit methods, which damp what they don't resolve and may count it for less.
     fn damped_error_norm(&mut self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
         self.error_norm(y0, y1, error)
+    }
+
+    /// Components whose free vibration is known; asked at the start of each step. Explicit methods need not resolve it then.
+    ///
+    /// What the right-hand side has besides is a perturbation, whose size and pace decide the step.
+    fn oscillators(&self) -> Oscillators<'_> {
+        Oscillators::default()
     }
 
     /// What the state's components are to each other; empty if unknown. Components in no block are quadratures.

@@ -11,12 +11,13 @@ use super::error_scale::ErrorScale;
 use super::force::{BodyState, GeneralisedForce, Motion};
 use super::joints::forces::joint_energy;
 use super::model::{JointCoordinates, MultibodyModel, TreeBody};
+use super::own_vibration::oscillators;
 use super::specification::SystemSpec;
 use super::tree_error::TreeNorm;
 use super::workspace::{Powers, Workspace};
 use crate::data_error::DataError;
 use crate::error::{DynamicsError, EvaluationFailure};
-use crate::integration::{KinematicBlock, Linearisation, OdeSystem};
+use crate::integration::{KinematicBlock, Linearisation, OdeSystem, Oscillator, Oscillators};
 use crate::invariants::{Invariants, centre_of_mass};
 use crate::joint_fault::JointFault;
 use crate::kinematics::Marker;
@@ -45,6 +46,7 @@ pub struct Multibody<F = Box<dyn ActiveForce>> {
     error_scale: ErrorScale,
     pub(super) workspace: Workspace,
     norm: TreeNorm,
+    oscillators: Vec<Oscillator>,
 }
 
 impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
@@ -56,7 +58,8 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         let model = MultibodyModel::new(spec)?;
         let workspace = Workspace::new(&model);
         let norm = TreeNorm::new(&model, &workspace.states, &workspace.edges)?;
-        Ok(Self { model, forces, error_scale: ErrorScale::default(), workspace, norm })
+        let oscillators = oscillators(&model);
+        Ok(Self { model, forces, error_scale: ErrorScale::default(), workspace, norm, oscillators })
     }
 
     /// Replaces the bodies by other models of them with as many coordinates; force elements and tolerances stay. States keep
@@ -77,6 +80,7 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         );
         let workspace = Workspace::new(&model);
         self.norm = TreeNorm::new(&model, &workspace.states, &workspace.edges)?;
+        self.oscillators = oscillators(&model);
         (self.model, self.workspace) = (model, workspace);
         Ok(())
     }
@@ -454,6 +458,10 @@ impl<F: DerefMut<Target: ActiveForce>> OdeSystem for Multibody<F> {
 
     fn has_memory(&self) -> bool {
         !self.forces.is_empty()
+    }
+
+    fn oscillators(&self) -> Oscillators<'_> {
+        Oscillators { list: &self.oscillators, dissipated: Some(self.model.n_states()) }
     }
 
     fn kinematics(&self) -> Vec<KinematicBlock> {

@@ -1,7 +1,7 @@
 //! Small differential equations for tests of the integrators, and measures of their solutions.
 
 use ffr_dynamics::error::EvaluationFailure;
-use ffr_dynamics::integration::{KinematicBlock, OdeSystem};
+use ffr_dynamics::integration::{KinematicBlock, OdeSystem, Oscillator, Oscillators};
 
 pub fn norm(x: &[f64]) -> f64 {
     x.iter().map(|v| v * v).sum::<f64>().sqrt()
@@ -25,12 +25,14 @@ pub struct Given<F> {
     dimension: usize,
     pub tolerance: f64,
     pub blocks: Vec<KinematicBlock>,
+    pub oscillators: Vec<Oscillator>,
+    pub dissipated: Option<usize>,
     rate: F,
 }
 
 impl<F: FnMut(f64, &[f64], &mut [f64])> Given<F> {
     pub fn new(dimension: usize, tolerance: f64, rate: F) -> Self {
-        Self { dimension, tolerance, blocks: Vec::new(), rate }
+        Self { dimension, tolerance, blocks: Vec::new(), oscillators: Vec::new(), dissipated: None, rate }
     }
 }
 
@@ -46,6 +48,10 @@ impl<F: FnMut(f64, &[f64], &mut [f64])> OdeSystem for Given<F> {
 
     fn error_norm(&mut self, _y0: &[f64], _y1: &[f64], error: &[f64]) -> f64 {
         norm(error) / self.tolerance
+    }
+
+    fn oscillators(&self) -> Oscillators<'_> {
+        Oscillators { list: &self.oscillators, dissipated: self.dissipated }
     }
 
     fn kinematics(&self) -> Vec<KinematicBlock> {

@@ -8,7 +8,10 @@ use super::super::keys::{Bound, Choice, Key, Kind, Need, Range};
 const TIME: Range = Range::positive(1e6);
 
 const INTEGRATORS: &[Choice] = &[
-    Choice::new("dormand-prince", "explicit Runge-Kutta method of order 5(4) with error control"),
+    Choice::new(
+        "dormand-prince",
+        "explicit Runge-Kutta method of order 5(4) with error control; the free vibration of bodies without flexible joints is exact",
+    ),
     Choice::new(
         "tr-bdf2",
         "implicit, L-stable, of order 2 with error control; damps what it does not resolve",
@@ -128,6 +131,14 @@ pub const OUTPUT: &[Key] = &[
         "s",
         Need::Default("0.0"),
         "Least time between stored states during impacts; with 0 every step is stored.",
+    ),
+    Key::new(
+        "phase_states",
+        Kind::Number(Range { min: Bound::Closed(10.0), max: Bound::Closed(1e12) }),
+        "–",
+        Need::Default("1000.0"),
+        "States of one phase are stored at intervals of at least the time since its start over this number: a phase that goes on and on has so \
+         many more for each factor of 2.7 in time.",
     ),
     Key::new(
         "pressure",
