@@ -82,6 +82,20 @@ fn impacts_refined_by_the_program_go_on_to_the_last_bit() {
 }
 
 #[test]
+fn impacts_in_the_zone_of_an_earlier_one_go_on_to_the_last_bit() {
+    let mut spec = bounces(|_| {});
+    spec.settings.end_time = 3.5e-4;
+    let trace = finished(&spec);
+    let on_floor: Vec<_> = trace.transfers.iter().filter(|t| t.contact == 0).filter_map(|t| t.site).collect();
+    let starts = trace.transfers.iter().filter(|t| t.contact == 0 && t.site.is_some()).map(|t| t.time);
+    let starts: Vec<f64> = starts.collect();
+    assert!(starts.windows(2).last().is_some_and(|w| w[1] - w[0] > 1e-4), "two impacts: {starts:?}");
+    assert!(on_floor.windows(2).last().is_some_and(|w| w[0] == w[1]), "{on_floor:?}");
+    // A run taken up between them builds the zone of the first again.
+    assert!(check(&spec).len() > 4);
+}
+
+#[test]
 fn impacts_with_modes_of_their_own_go_on_to_the_last_bit() {
     let own = |contact: &mut ContactSpec| {
         if let ContactLaw::Surface(law) = &mut contact.law {
