@@ -30,8 +30,9 @@ impl Driver<'_> {
         self.work.before = self.statistics();
         self.work.clock = Instant::now();
         self.work.start = self.integrator.time();
-        // Another method finds a step size of its own.
-        let is_same = self.integrator.method() == self.phase_settings(kind).0.method;
+        // Another method finds a step size of its own; so does an impact, whose vibrations are followed.
+        let is_same =
+            self.integrator.method() == self.phase_settings(kind).0.method && kind == PhaseKind::Free;
         self.mark(kind, if is_same { self.integrator.proposed_step() } else { 0.0 })
     }
 
