@@ -9,6 +9,7 @@ use faer::linalg::solvers::Solve;
 use faer::sparse::linalg::solvers::Llt;
 use faer::sparse::{SparseColMat, Triplet};
 use faer::{Mat, MatRef, Side};
+use ffr_dynamics::DynamicsError;
 use ffr_dynamics::body::AssembledBody;
 use iga_core::SplineError;
 use iga_core::nurbs::jet::norm;
@@ -39,7 +40,7 @@ impl TurnedNet {
     /// already, or the body has no symmetry.
     ///
     /// # Errors
-    /// [`AdaptiveError::Geometry`] if the turned net cannot be built.
+    /// [`AdaptiveError::Geometry`] if the turned net cannot be built, [`AdaptiveError::Reduction`] if its mass is singular.
     pub fn new(coarse: &ElasticBody, wanted: &WantedInterval) -> Result<Option<Self>, AdaptiveError> {
         let fail = |source| AdaptiveError::Geometry { body: coarse.name.clone(), source };
         let place = wanted.face.on_face(&wanted.centre);
@@ -58,8 +59,11 @@ impl TurnedNet {
             entries.map(move |&(b, m)| Triplet::new(a as u32, b, m)).collect::<Vec<_>>()
         };
         let triplets: Vec<_> = own.iter().enumerate().flat_map(lower).collect();
-        let singular =
-            || fail(SplineError::Levels { reason: "the mass matrix of a turned net is singular".into() });
+        let singular = || {
+            let (matrix, reason) = ("the mass matrix of a turned net", "it is singular".to_owned());
+            let source = DynamicsError::Factorisation { matrix, reason };
+            AdaptiveError::Reduction { body: coarse.name.clone(), source }
+        };
         let mass = SparseColMat::<u32, f64>::try_new_from_triplets(own.len(), own.len(), &triplets);
         let mass = mass.map_err(|_| singular())?.sp_cholesky(Side::Lower).map_err(|_| singular())?;
         Ok(Some(Self { body, wanted, cross, mass }))

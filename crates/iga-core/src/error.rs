@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use crate::spline_fault::{ContainmentFault, KnotFault, LevelFault};
+
 /// Errors of spline and geometry construction. Texts are fragments that read after "body ...: ".
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
@@ -17,11 +19,8 @@ pub enum SplineError {
         max: usize,
     },
     /// The knots do not form a clamped knot vector.
-    #[error("knot vector is not valid: {reason}")]
-    Knots {
-        /// What is wrong, with the numbers.
-        reason: String,
-    },
+    #[error("knot vector is not valid: {0}")]
+    Knots(#[from] KnotFault),
     /// The control net does not fit the knot vectors.
     #[error("control net has {found} {what}, the knot vectors ask for {expected}")]
     NetSize {
@@ -90,11 +89,24 @@ pub enum SplineError {
         /// The names that there are.
         known: Vec<String>,
     },
-    /// An extent is empty or leaves the body.
-    #[error("{reason}")]
-    Extent {
-        /// What is wrong, with a remedy.
-        reason: String,
+    /// A face without area, or a disc or ball of none.
+    #[error("{extent} has no area")]
+    EmptyExtent {
+        /// Which extent, for messages.
+        extent: String,
+    },
+    /// A disc or ball that leaves the body.
+    #[error(
+        "the {kind} of radius {radius} m about ({}, {}, {}) m reaches beyond the body; choose a smaller radius, another point, or a whole face",
+        point[0], point[1], point[2]
+    )]
+    ExtentBeyondBody {
+        /// "disc" or "ball".
+        kind: &'static str,
+        /// Its radius \[m\].
+        radius: f64,
+        /// Its centre \[m\].
+        point: [f64; 3],
     },
     /// A point of an axisymmetric body lies on the wrong side of the axis.
     #[error(
@@ -123,11 +135,8 @@ pub enum SplineError {
         reason: &'static str,
     },
     /// Levels of a hierarchical space do not follow from each other.
-    #[error("refinement levels do not fit: {reason}")]
-    Levels {
-        /// What is wrong, with the numbers.
-        reason: String,
-    },
+    #[error("refinement levels do not fit: {0}")]
+    Levels(#[from] LevelFault),
     /// A box of elements cannot be refined.
     #[error("elements {lower:?} up to {upper:?} of refinement level {level} cannot be refined: {reason}")]
     RefinedBox {
@@ -151,9 +160,6 @@ pub enum SplineError {
         parameters: [f64; 3],
     },
     /// A space does not contain another one.
-    #[error("the finer space does not contain the coarser one: {reason}")]
-    NotContained {
-        /// What is missing, with the numbers.
-        reason: String,
-    },
+    #[error("the finer space does not contain the coarser one: {0}")]
+    NotContained(#[from] ContainmentFault),
 }

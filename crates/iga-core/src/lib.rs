@@ -15,6 +15,7 @@
 //!
 //! Equation numbers refer to `docs/theory.md`.
 
+pub mod spline_fault;
 pub mod error;
 pub mod knots;
 pub mod bspline;

@@ -60,7 +60,7 @@ pub fn geometric_stiffness(
                 for (field, product) in fields.iter().zip(&mut slot.products) {
                     worker.product(model, material, &slot.nodes, field, product);
                 }
-                Ok(())
+                Ok::<(), SplineError>(())
             })
         };
         slots.par_chunks_mut(BATCH).zip(&mut workers).enumerate().try_for_each(fill)?;

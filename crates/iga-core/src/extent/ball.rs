@@ -15,7 +15,7 @@ const ON_AXIS: f64 = 1e-9;
 /// Points of the ball.
 ///
 /// # Errors
-/// [`SplineError::PointNotFound`] if the centre lies outside the body, [`SplineError::Extent`] if the ball leaves it.
+/// [`SplineError::PointNotFound`] if the centre lies outside the body, [`SplineError::ExtentBeyondBody`] if the ball leaves it.
 pub fn points(body: &Around<'_>) -> Result<Vec<ExtentPoint>, SplineError> {
     body.shape.locate(&body.point)?;
     let searches: Vec<PatchSearch> =

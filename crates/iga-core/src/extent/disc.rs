@@ -23,7 +23,7 @@ const ON_AXIS: f64 = 1e-9;
 /// Points of the disc about the surface point `centre`.
 ///
 /// # Errors
-/// [`SplineError::Extent`] if the disc reaches beyond an edge of the surface or around the body.
+/// [`SplineError::ExtentBeyondBody`] if the disc reaches beyond an edge of the surface or around the body.
 pub fn points(
     body: &Around<'_>,
     surface: &BodySurface,

@@ -62,7 +62,7 @@ impl Extent {
     /// a share of the load so small is left to each point that its neighbourhood yields less than the whole extent does.
     ///
     /// # Errors
-    /// [`SplineError::UnknownFace`]; [`SplineError::Extent`] for a face without area and for a disc or ball that leaves the body;
+    /// [`SplineError::UnknownFace`]; [`SplineError::EmptyExtent`] for a face without area; [`SplineError::ExtentBeyondBody`] for a disc or ball that leaves the body;
     /// [`SplineError::PointNotFound`] for a centre outside the body.
     pub fn points(
         &self,
@@ -82,7 +82,7 @@ impl Extent {
         if total > 0.0 && total.is_finite() {
             return Ok(points);
         }
-        Err(SplineError::Extent { reason: format!("{} has no area", self.name()) })
+        Err(SplineError::EmptyExtent { extent: self.name() })
     }
 
     /// Where the extent is: the centroid of a face, the centre of a disc or ball, in the model's components (an
@@ -99,7 +99,7 @@ impl Extent {
                 let points = face::points(shape, &space, model, name, |_| [FINEST; 3], 2)?;
                 let total: f64 = points.iter().map(|p| p.weight).sum();
                 if total.is_nan() || total <= 0.0 {
-                    return Err(SplineError::Extent { reason: format!("{} has no area", self.name()) });
+                    return Err(SplineError::EmptyExtent { extent: self.name() });
                 }
                 [0, 1, 2].map(|c| points.iter().map(|p| p.weight * p.point[c]).sum::<f64>() / total)
             }
@@ -213,15 +213,8 @@ impl Around<'_> {
         if wanted < most as f64 { (wanted as usize).max(LEAST_PARTS) } else { most }
     }
 
-    fn leaves(&self, what: &str) -> SplineError {
-        let [x, y, z] = self.point;
-        SplineError::Extent {
-            reason: format!(
-                "the {what} of radius {} m about ({x}, {y}, {z}) m reaches beyond the body; choose a smaller radius, another \
-                 point, or a whole face",
-                self.radius
-            ),
-        }
+    fn leaves(&self, kind: &'static str) -> SplineError {
+        SplineError::ExtentBeyondBody { kind, radius: self.radius, point: self.point }
     }
 }
 

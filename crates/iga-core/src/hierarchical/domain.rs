@@ -4,6 +4,7 @@ use super::index_box::{IndexBox, covers, difference, disjoint};
 use super::two_scale::TwoScale;
 use crate::SplineError;
 use crate::knots::KnotVector;
+use crate::spline_fault::LevelFault;
 
 /// One level: its knots, its region and how it continues into the next level.
 #[derive(Debug, Clone)]
@@ -142,8 +143,7 @@ impl SubdomainHierarchy {
         let parts = &parts[..self.dimension()];
         let coarse = &self.last().knots;
         if parts.contains(&0) || parts.iter().all(|&n| n == 1) {
-            let reason = format!("a level that splits elements into {parts:?} parts refines nothing");
-            return Err(SplineError::Levels { reason });
+            return Err(LevelFault::NoSplit { parts: parts.to_vec() }.into());
         }
         let knots: Result<Vec<_>, _> = coarse.iter().zip(parts).map(|(k, &n)| split(k, n)).collect();
         self.refine_knots(knots?, boxes)
@@ -156,8 +156,8 @@ impl SubdomainHierarchy {
     pub fn refine_knots(&mut self, knots: Vec<KnotVector>, boxes: &[IndexBox]) -> Result<(), SplineError> {
         let last = self.last();
         if knots.len() != last.knots.len() {
-            let reason = format!("{} directions after {}", knots.len(), last.knots.len());
-            return Err(SplineError::Levels { reason });
+            let (found, expected) = (knots.len(), last.knots.len());
+            return Err(LevelFault::Directions { found, expected }.into());
         }
         let refined = disjoint(boxes);
         self.check_boxes(boxes, &refined)?;

@@ -8,6 +8,7 @@ use super::index_box::IndexBox;
 use super::ties::PatchTies;
 use crate::SplineError;
 use crate::knots::KnotVector;
+use crate::spline_fault::LevelFault;
 
 /// Distance from a knot, relative to the element, within which an end of a region counts as lying on it.
 const ON_KNOT: f64 = 1e-9;
@@ -85,8 +86,7 @@ fn elements_in_direction(
     let period = end - start;
     let reach = if seam { period } else { 0.0 };
     if !(lower <= upper && lower <= end && start <= upper && upper - lower <= f64::MAX) {
-        let reason = format!("region from {lower} to {upper} is not inside the parameters {start} to {end}");
-        return Err(SplineError::Levels { reason });
+        return Err(LevelFault::Region { region: [lower, upper], domain: [start, end] }.into());
     }
     let n = k.n_elements() as i64;
     if seam && upper - lower >= period {

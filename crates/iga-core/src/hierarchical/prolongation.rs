@@ -9,6 +9,7 @@ use super::two_scale::TwoScale;
 use crate::SplineError;
 use crate::nurbs::jet::diagonal;
 use crate::space::Space;
+use crate::spline_fault::{ContainmentFault, LevelFault};
 
 /// Difference of control points (relative to the body) and of weights above which the geometries are not the same:
 /// round-off of nets with twelve good digits.
@@ -108,10 +109,9 @@ impl Prolongation {
             let sum: f64 = self.row(i).1.iter().sum();
             let apart = (0..3).map(|c| (x[c] - y[c]).powi(2)).sum::<f64>().sqrt();
             if !((sum - 1.0).abs() <= SAME_GEOMETRY && apart <= SAME_GEOMETRY * size) {
-                let reason = format!(
-                    "the geometries differ, control point {i} lies {apart:.3e} m off and its weight is {sum} times the other one"
+                return Err(
+                    ContainmentFault::Geometry { control_point: i, distance: apart, weight: sum }.into()
                 );
-                return Err(SplineError::NotContained { reason });
             }
         }
         Ok(())
@@ -122,7 +122,7 @@ impl Prolongation {
 struct Relations<'a> {
     coarse: &'a HierarchicalSpace,
     fine: &'a HierarchicalSpace,
-    known: HashMap<(usize, usize), Result<Vec<TwoScale>, SplineError>>,
+    known: HashMap<(usize, usize), Result<Vec<TwoScale>, LevelFault>>,
 }
 
 impl Relations<'_> {
@@ -132,7 +132,7 @@ impl Relations<'_> {
         let make = || from.iter().zip(to).map(|(a, b)| TwoScale::between(a, b)).collect();
         match self.known.entry((coarse, fine)).or_insert_with(make) {
             Ok(list) => Ok(list),
-            Err(e) => Err(SplineError::NotContained { reason: e.to_string() }),
+            Err(fault) => Err(ContainmentFault::Levels(fault.clone()).into()),
         }
     }
 
@@ -140,22 +140,18 @@ impl Relations<'_> {
     fn check_regions(&mut self) -> Result<(), SplineError> {
         let (coarse, fine) = (self.coarse, self.fine);
         if coarse.dimension() != fine.dimension() {
-            let reason = format!("{} directions in {}", coarse.dimension(), fine.dimension());
-            return Err(SplineError::NotContained { reason });
+            let fault = ContainmentFault::Directions { coarse: coarse.dimension(), fine: fine.dimension() };
+            return Err(fault.into());
         }
         let fine_levels = fine.basis().hierarchy().levels();
         for (k, level) in coarse.basis().hierarchy().levels().iter().enumerate() {
             let Some(m) = (0..fine_levels.len()).find(|&m| self.get(k, m).is_ok()) else {
-                let reason = format!("no level has the knots of level {k} of the coarser space");
-                return Err(SplineError::NotContained { reason });
+                return Err(ContainmentFault::MissingLevel { level: k }.into());
             };
             for b in level.region() {
                 if !covers(fine_levels[m].region(), &same_box(level, b, &fine_levels[m])) {
-                    let reason = format!(
-                        "level {m} does not reach over elements {:?} up to {:?} of level {k} of the coarser space",
-                        b.lower, b.upper
-                    );
-                    return Err(SplineError::NotContained { reason });
+                    let (lower, upper) = (b.lower, b.upper);
+                    return Err(ContainmentFault::Region { fine_level: m, level: k, lower, upper }.into());
                 }
             }
         }
@@ -197,9 +193,8 @@ fn same_box(from: &Level, b: &IndexBox, to: &Level) -> IndexBox {
 fn leaf_of_function(level: &Level, number: usize, index: &[usize; 3]) -> Result<Leaf, SplineError> {
     let is_leaf = |e: &[usize; 3]| !level.refined().iter().any(|b| b.holds(e));
     let found = level.support(index).elements().find(is_leaf);
-    let index = found.ok_or_else(|| SplineError::NotContained {
-        reason: format!("function {index:?} of level {number} has no element of its level"),
-    })?;
+    let missing = ContainmentFault::NoElement { index: *index, level: number };
+    let index = found.ok_or(missing)?;
     Ok(Leaf { level: number, index })
 }
 

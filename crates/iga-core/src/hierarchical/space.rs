@@ -12,6 +12,7 @@ use crate::nurbs::Patch;
 use crate::nurbs::interface::FaceId;
 use crate::nurbs::patch::{PointBasis, SECOND_DERIVATIVES, make_rational};
 use crate::space::{Element, Space};
+use crate::spline_fault::LevelFault;
 use crate::tensor;
 
 /// Functions `R_i = w_i T_i / W` with truncated hierarchical B-splines `T_i` and the weight function `W` of the patch.
@@ -39,8 +40,7 @@ impl HierarchicalSpace {
     /// one side only.
     pub fn new(patch: &Patch, hierarchy: SubdomainHierarchy) -> Result<Self, SplineError> {
         if hierarchy.levels()[0].knots() != patch.knots() {
-            let reason = "the coarsest level has not the knots of the patch".into();
-            return Err(SplineError::Levels { reason });
+            return Err(LevelFault::OtherPatch.into());
         }
         let basis = HierarchicalBasis::new(hierarchy);
         let ties = PatchTies::detect(patch);

@@ -1,7 +1,7 @@
 //! Two-scale relation: coarse B-splines as combinations of finer ones (theory Eq. H.1).
 
-use crate::SplineError;
 use crate::knots::{KnotVector, MAX_DEGREE};
+use crate::spline_fault::LevelFault;
 
 const W: usize = MAX_DEGREE + 1;
 
@@ -27,12 +27,11 @@ impl TwoScale {
     /// Inserts the knots that `fine` has beyond `coarse`, one after the other from the right (Boehm 1980, H.2).
     ///
     /// # Errors
-    /// [`SplineError::Levels`] if the degrees differ or a knot of `coarse` is missing in `fine`.
-    pub fn between(coarse: &KnotVector, fine: &KnotVector) -> Result<Self, SplineError> {
+    /// [`LevelFault::Degree`] if the degrees differ, [`LevelFault::MissingKnot`] if a knot of `coarse` is missing in `fine`.
+    pub fn between(coarse: &KnotVector, fine: &KnotVector) -> Result<Self, LevelFault> {
         let p = coarse.degree();
-        let fail = |reason: String| Err(SplineError::Levels { reason });
         if fine.degree() != p {
-            return fail(format!("degree {p} cannot be refined to degree {}", fine.degree()));
+            return Err(LevelFault::Degree { coarse: p, fine: fine.degree() });
         }
         let unit = |i| Row { first: i, values: std::array::from_fn(|k| f64::from(u8::from(k == 0))) };
         // Functions up to the place of insertion, and, in reversed order, those behind it, which are done.
@@ -46,7 +45,7 @@ impl TwoScale {
                 continue;
             }
             if left <= p || t[left - 1] > s[f] {
-                return fail(format!("knot {} is not among the finer knots", t[left.max(1) - 1]));
+                return Err(LevelFault::MissingKnot { knot: t[left.max(1) - 1] });
             }
             let k = left - 1;
             while head.len() > k + 1 {
@@ -55,7 +54,7 @@ impl TwoScale {
             insert_knot(&mut head, &t[..=k], &s[f..], p);
         }
         if left > 0 {
-            return fail(format!("knot {} is not among the finer knots", t[left - 1]));
+            return Err(LevelFault::MissingKnot { knot: t[left - 1] });
         }
         let rows = head.iter().chain(tail.iter().rev());
         let first = rows.clone().map(|r| r.first as u32).collect();

@@ -5,6 +5,7 @@
 //! it each is `ratio` times its neighbour, and every fixed point is met exactly.
 
 use crate::SplineError;
+use crate::spline_fault::KnotFault;
 
 /// Most elements that one direction may get: a guard against slips of a decimal point.
 pub const MAX_ELEMENTS: usize = 20_000;
@@ -71,7 +72,7 @@ impl Grading {
     /// finite, or more than [`MAX_ELEMENTS`]; [`SplineError::Knots`] if `existing` has fewer than two breaks.
     pub fn breaks(&self, existing: &[f64]) -> Result<Vec<f64>, SplineError> {
         if existing.len() < 2 {
-            return Err(SplineError::Knots { reason: format!("{} breaks, two are needed", existing.len()) });
+            return Err(KnotFault::FewBreaks { count: existing.len() }.into());
         }
         let range = existing[existing.len() - 1] - existing[0];
         self.check(range)?;

@@ -3,6 +3,7 @@
 use crate::SplineError;
 use crate::bspline::basis_derivatives;
 use crate::knots::{KnotVector, MAX_DEGREE};
+use crate::spline_fault::KnotFault;
 use crate::tensor;
 
 /// A NURBS patch with 1, 2 or 3 parametric directions in space.
@@ -39,9 +40,7 @@ impl Patch {
         weights: Vec<f64>,
     ) -> Result<Self, SplineError> {
         if !(1..=3).contains(&knots.len()) {
-            return Err(SplineError::Knots {
-                reason: format!("{} directions, 1 to 3 are possible", knots.len()),
-            });
+            return Err(KnotFault::Directions { count: knots.len() }.into());
         }
         let expected = knots.iter().map(KnotVector::n_functions).product();
         for (what, found) in [("control points", control_points.len()), ("weights", weights.len())] {

@@ -11,6 +11,7 @@
 use super::Patch;
 use crate::SplineError;
 use crate::knots::{KnotVector, MAX_DEGREE};
+use crate::spline_fault::KnotFault;
 
 /// The matrix that takes spline coefficients on a coarse knot vector to those on a finer one: `p + 1` entries a row, none
 /// negative, each row summing to one.
@@ -126,21 +127,19 @@ fn discrete_bsplines(coarse: &KnotVector, span: usize, arguments: &[f64]) -> [f6
 }
 
 fn check_nested(coarse: &KnotVector, fine: &KnotVector) -> Result<(), SplineError> {
-    let fail = |reason: String| Err(SplineError::Knots { reason });
+    let fail = |fault: KnotFault| Err(SplineError::Knots(fault));
     let (p, q) = (coarse.degree(), fine.degree());
     if q < p {
-        return fail(format!("degree {p} cannot be lowered to {q}"));
+        return fail(KnotFault::DegreeLowered { coarse: p, fine: q });
     }
     let ends = |k: &KnotVector| [k.domain().0.to_bits(), k.domain().1.to_bits()];
     if ends(coarse) != ends(fine) {
-        return fail(format!("range {:?} is refined by {:?}", coarse.domain(), fine.domain()));
+        return fail(KnotFault::OtherRange { coarse: coarse.domain(), fine: fine.domain() });
     }
-    for u in coarse.breaks() {
-        let (has, needs) = (fine.multiplicity(u), coarse.multiplicity(u) + q - p);
-        if has < needs {
-            return fail(format!(
-                "knot {u} stands {has} times in the finer vector, {needs} times are needed"
-            ));
+    for knot in coarse.breaks() {
+        let (times, least) = (fine.multiplicity(knot), coarse.multiplicity(knot) + q - p);
+        if times < least {
+            return fail(KnotFault::NotNested { knot, times, least });
         }
     }
     Ok(())
@@ -194,8 +193,7 @@ impl Patch {
     }
 
     fn direction(&self, direction: usize) -> Result<&KnotVector, SplineError> {
-        self.knots().get(direction).ok_or_else(|| SplineError::Knots {
-            reason: format!("direction {direction} does not exist, the patch has {}", self.dimension()),
-        })
+        let missing = || KnotFault::NoDirection { direction, dimension: self.dimension() };
+        Ok(self.knots().get(direction).ok_or_else(missing)?)
     }
 }
