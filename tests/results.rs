@@ -15,6 +15,7 @@ use fbimpact::results::{OutputFile, summary};
 use fbimpact::scenario::{self, Scenario};
 use fbimpact::simulate::{Ending, RunReport};
 use ffr_dynamics::DynamicsError;
+use ffr_dynamics::error::{IntegrationFault, Rejection};
 use hdf5::types::VarLenUnicode;
 use indicatif::ProgressBar;
 
@@ -130,8 +131,9 @@ fn complete(_: &Scenario, observer: &mut dyn Observer, _: usize) -> Result<RunRe
 fn fails(_: &Scenario, observer: &mut dyn Observer, _: usize) -> Result<RunReport, AppError> {
     start(observer)?;
     samples(observer, 10)?;
-    let reason = "the step size fell below 1e-18 s".into();
-    Err(AppError::Run(Box::new(AdaptiveError::Dynamics(DynamicsError::Integration { time: 0.0, reason }))))
+    let remedy = "soften the contact";
+    let fault = IntegrationFault::StepTooShort { step: 1e-18, rejection: Rejection::NotFinite, remedy };
+    Err(AppError::Run(Box::new(AdaptiveError::Dynamics(DynamicsError::Integration { time: 0.0, fault }))))
 }
 
 fn fails_early(_: &Scenario, _: &mut dyn Observer, _: usize) -> Result<RunReport, AppError> {
@@ -316,7 +318,7 @@ fn failed_run_keeps_what_it_stored() {
     assert_eq!(error.code(), 5);
     let s = summary::read(&path).expect("readable");
     assert_eq!((s.attribute("status"), s.n_samples), ("failed", 10));
-    assert!(s.attribute("message").contains("step size"));
+    assert!(s.attribute("message").contains("step fell to 1.000e-18 s"));
 }
 
 #[test]

@@ -3,7 +3,6 @@
 use std::time::Instant;
 
 use contact_qs::search::{TouchSettings, first_touch, safe_time};
-use ffr_dynamics::DynamicsError;
 use ffr_dynamics::integration::{CrossingSearch, DenseOutput, Integrator, Statistics, Step, StepSettings};
 
 use crate::dent::Dents;
@@ -440,7 +439,7 @@ impl<'a> Driver<'a> {
     /// Evaluates forces and accelerations in the state `interpolated` at time `t`.
     fn evaluate(&mut self, t: f64) -> Result<(), AdaptiveError> {
         let outcome = self.model.system.evaluate_accelerations(t, &self.interpolated);
-        outcome.map_err(|r| AdaptiveError::Dynamics(DynamicsError::Integration { time: t, reason: r.reason }))
+        outcome.map_err(|refusal| AdaptiveError::refused(t, refusal))
     }
 
     /// Reports the state `interpolated` at time `t`, which the forces were evaluated at last.

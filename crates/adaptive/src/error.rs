@@ -2,6 +2,7 @@
 
 use contact_qs::ContactError;
 use ffr_dynamics::DynamicsError;
+use ffr_dynamics::error::{EvaluationFailure, IntegrationFault};
 use iga_core::SplineError;
 use thiserror::Error;
 
@@ -19,12 +20,12 @@ pub struct ObserverError(pub String);
 #[non_exhaustive]
 pub enum AdaptiveError {
     /// A restart point that does not belong to the models.
-    #[error("the run cannot be taken up again at {time:.9e} s: {reason}; start it anew")]
+    #[error("the run cannot be taken up again at {time:.9e} s: {fault}; start it anew")]
     Restart {
         /// Time of the restart point \[s\].
         time: f64,
         /// What differs.
-        reason: String,
+        fault: RestartFault,
     },
     /// A body's geometry, mesh or matrices.
     #[error("body \"{body}\": {source}")]
@@ -98,13 +99,32 @@ pub enum AdaptiveError {
         /// Overlap that is allowed \[m\].
         allowed: f64,
     },
-    /// Bodies that lie on the wrong side of each other at the start.
-    #[error("contact \"{contact}\": {reason}")]
-    Misplaced {
+    /// A body that lies on the wrong side of a plane at the start.
+    #[error(
+        "contact \"{contact}\": body \"{body}\" lies behind the plane, its nearest point {distance:.3e} m from it; move the body by {shift} m or turn the normal of the plane, which points to the side of the body"
+    )]
+    BehindPlane {
         /// Name of the contact.
         contact: String,
-        /// What is wrong, and what to change.
-        reason: String,
+        /// Name of the body.
+        body: String,
+        /// Distance of its nearest point \[m\].
+        distance: f64,
+        /// By what to move the body, as text \[m\].
+        shift: String,
+    },
+    /// Two spheres with one centre at the start.
+    #[error(
+        "contact \"{contact}\": the centres of the spheres \"{}\" and \"{}\" coincide at the start, so that their force has no direction; move one of them by {distance:.6e} m",
+        bodies[0], bodies[1]
+    )]
+    CentresCoincide {
+        /// Name of the contact.
+        contact: String,
+        /// Names of the bodies.
+        bodies: [String; 2],
+        /// Distance at which the spheres touch \[m\].
+        distance: f64,
     },
     /// The energy ledger does not close.
     #[error(
@@ -218,6 +238,18 @@ pub enum AdaptiveError {
     Observer(#[from] ObserverError),
 }
 
+/// Why a restart point does not belong to the models.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum RestartFault {
+    /// Models of other sizes.
+    #[error("the models have other numbers of coordinates, contacts or requests")]
+    OtherNumbers,
+    /// Models of the same sizes whose coordinates mean something else.
+    #[error("the models have other coordinates, as built on another machine or by another version")]
+    OtherCoordinates,
+}
+
 /// Why a contact has no model.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
@@ -275,6 +307,11 @@ pub enum ContactModelFault {
 }
 
 impl AdaptiveError {
+    /// Forces that cannot be evaluated at time `time`, where no other step is tried.
+    pub(crate) fn refused(time: f64, refusal: EvaluationFailure) -> Self {
+        Self::Dynamics(DynamicsError::Integration { time, fault: IntegrationFault::Refused(refusal) })
+    }
+
     /// Something that cannot be done with body `body`.
     pub(crate) fn unsupported_body(body: &str, what: Unsupported) -> Self {
         Self::Unsupported { subject: format!("body \"{body}\""), what: Box::new(what) }
@@ -297,7 +334,8 @@ impl AdaptiveError {
                 | Self::Unsupported { .. }
                 | Self::Restart { .. }
                 | Self::InitialOverlap { .. }
-                | Self::Misplaced { .. }
+                | Self::BehindPlane { .. }
+                | Self::CentresCoincide { .. }
                 | Self::Model(_)
         )
     }

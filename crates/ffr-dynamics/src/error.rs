@@ -135,18 +135,108 @@ pub enum DynamicsError {
         load: String,
     },
     /// A static start that does not exist or is not found.
-    #[error("no static start: {reason}")]
-    StaticStart {
-        /// Why.
-        reason: String,
-    },
+    #[error("no static start: {0}")]
+    StaticStart(StaticStartFault),
     /// The time integration cannot go on.
-    #[error("integration stopped at t = {time:.9e} s: {reason}")]
+    #[error("integration stopped at t = {time:.9e} s: {fault}")]
     Integration {
         /// Time reached \[s\].
         time: f64,
         /// Why, with the numbers and what to change.
-        reason: String,
+        fault: IntegrationFault,
+    },
+}
+
+/// Why there is no static start.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum StaticStartFault {
+    /// Joints that the deformation would open.
+    #[error("loop-closing joints would open")]
+    LoopClosing,
+    /// Forces that cannot be evaluated.
+    #[error(transparent)]
+    Refused(#[from] EvaluationFailure),
+    /// Bodies so soft that the corrections do not converge.
+    #[error("elastic coordinates do not converge in {corrections} corrections")]
+    NotConverged {
+        /// Number of corrections.
+        corrections: usize,
+    },
+}
+
+/// Why the time integration cannot go on.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum IntegrationFault {
+    /// An end time that is no finite number.
+    #[error("the end time is {end} s, must be finite")]
+    EndTime {
+        /// The end time \[s\].
+        end: f64,
+    },
+    /// A state to start from that is not finite.
+    #[error("component {component} of the starting state is not finite")]
+    State {
+        /// Number of the component, from 0.
+        component: usize,
+    },
+    /// Rates at the start that are not finite.
+    #[error("rate {component} of the starting state is not finite")]
+    Rate {
+        /// Number of the component, from 0.
+        component: usize,
+    },
+    /// Forces that cannot be evaluated at the start.
+    #[error("no forces at the starting state: {0}")]
+    NoForces(EvaluationFailure),
+    /// Forces that cannot be evaluated where no smaller step helps.
+    #[error(transparent)]
+    Refused(EvaluationFailure),
+    /// A step that failed in a way that the settings do not answer with a smaller one.
+    #[error("{0}")]
+    Critical(Rejection),
+    /// Steps that were rejected until they were too short.
+    #[error("step fell to {step:.3e} s, last rejection: {rejection}; {remedy}")]
+    StepTooShort {
+        /// The next step that would have been tried \[s\].
+        step: f64,
+        /// Why the last one was rejected.
+        rejection: Rejection,
+        /// What to change.
+        remedy: &'static str,
+    },
+    /// A function whose zero is looked for is no number.
+    #[error("the watched function is not a number, check the state and its inputs")]
+    WatchedFunction,
+}
+
+/// Why a step was rejected.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum Rejection {
+    /// Forces that cannot be evaluated on the way.
+    #[error(transparent)]
+    Refused(EvaluationFailure),
+    /// Newton's method did not converge.
+    #[error("Newton's method gave up after {iterations} iterations with convergence rate {rate:.3}")]
+    Diverged {
+        /// Number of iterations.
+        iterations: u32,
+        /// Rate of convergence seen last.
+        rate: f64,
+    },
+    /// An iteration matrix that cannot be factorised.
+    #[error("the iteration matrix is singular or not finite")]
+    Singular,
+    /// A solution that is not finite.
+    #[error("the solution is not finite")]
+    NotFinite,
+    /// An error beyond the tolerance.
+    #[error("error norm {norm:.3e}, limit 1")]
+    Error {
+        /// Norm of the error, 1 at the tolerance.
+        norm: f64,
     },
 }
 

@@ -7,7 +7,7 @@
 mod small_equations;
 
 use ffr_dynamics::DynamicsError;
-use ffr_dynamics::error::{EvaluationFailure, FailureKind};
+use ffr_dynamics::error::{EvaluationFailure, FailureKind, IntegrationFault, Rejection};
 use ffr_dynamics::integration::{DenseOutput, Integrator, Method, OdeSystem, StepSettings};
 use small_equations::{Given, PERIHELION, distance, kepler_rate};
 
@@ -143,9 +143,13 @@ fn endless_refusal_ends_with_time_and_reason() {
         let settings = StepSettings::with_max_step(0.1);
         let mut integrator = Integrator::new(method, settings, 0.5, &[0.0], &system).unwrap();
         let error = integrator.step(&mut system, 1.0).unwrap_err();
-        let DynamicsError::Integration { time, reason } = &error else { panic!("{error}") };
+        let DynamicsError::Integration { time, fault } = &error else { panic!("{error}") };
         assert_eq!(*time, 0.5);
-        assert!(reason.contains("45 iterations") && reason.contains("step fell to"), "{reason}");
+        let IntegrationFault::StepTooShort { rejection: Rejection::Refused(refusal), .. } = fault else {
+            panic!("{error}")
+        };
+        assert!(refusal.reason.contains("45 iterations"), "{refusal}");
+        assert!(error.to_string().contains("45 iterations") && error.to_string().contains("step fell to"));
         assert_eq!((integrator.time(), integrator.state()), (0.5, &[0.0][..]));
     }
 }
@@ -158,8 +162,9 @@ fn critical_errors_are_named_as_such_with_fixed_steps_too() {
             let mut integrator = integrator(method, StepSettings::fixed(0.1), &[0.0], &system);
             integrator.stop_at_errors(stops);
             let error = integrator.step(&mut system, 1.0).unwrap_err();
-            let DynamicsError::Integration { reason, .. } = &error else { panic!("{error}") };
-            assert!(reason.starts_with(words), "{method:?}: {reason}");
+            let DynamicsError::Integration { fault, .. } = &error else { panic!("{error}") };
+            assert_eq!(matches!(fault, IntegrationFault::Critical(_)), stops, "{method:?}: {fault}");
+            assert!(fault.to_string().starts_with(words), "{method:?}: {fault}");
         }
     }
 }

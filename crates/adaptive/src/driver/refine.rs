@@ -3,8 +3,7 @@
 use std::time::Instant;
 
 use contact_qs::{ActiveContact, PressureRecovery};
-use ffr_dynamics::DynamicsError;
-use ffr_dynamics::error::{EvaluationFailure, FailureKind};
+use ffr_dynamics::error::FailureKind;
 use ffr_dynamics::integration::{DormandPrince, Step, StepSettings};
 use ffr_dynamics::system::Active;
 use ffr_dynamics::system::error_scale::ErrorScale;
@@ -67,9 +66,7 @@ impl Driver<'_> {
             match self.model.system.evaluate_forces(t, &y) {
                 Ok(()) => break,
                 Err(refusal) if refusal.kind.may_depend_on_penalty() => failure = refusal.kind,
-                Err(EvaluationFailure { reason, .. }) => {
-                    return Err(AdaptiveError::Dynamics(DynamicsError::Integration { time: t, reason }));
-                }
+                Err(refusal) => return Err(AdaptiveError::refused(t, refusal)),
             }
         }
         // The forces were evaluated just now; Algorithm 1 may refuse a second time what it took once.

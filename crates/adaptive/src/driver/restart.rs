@@ -11,7 +11,7 @@ use ffr_dynamics::integration::{Integrator, OdeSystem, StepSettings};
 use ffr_dynamics::system::error_scale::ErrorScale;
 
 use super::{Driver, crossing_search};
-use crate::error::AdaptiveError;
+use crate::error::{AdaptiveError, RestartFault};
 use crate::record::{PhaseKind, PhaseRecord};
 use crate::run_state::RunState;
 use crate::simulation::fill_sample;
@@ -64,12 +64,12 @@ impl Driver<'_> {
     /// Goes on from `state`, which another run has reported as a restart point.
     pub(super) fn restore(&mut self, state: &RunState) -> Result<(), AdaptiveError> {
         let (time, y) = (state.time, &state.state);
-        let refuse = |reason: &str| AdaptiveError::Restart { time, reason: reason.into() };
+        let refuse = |fault| AdaptiveError::Restart { time, fault };
         let fits = y.len() == self.interpolated.len()
             && state.contacts.len() == self.slots.len()
             && state.stress.len() == self.run.stress.len();
         if !fits {
-            return Err(refuse("the models have other numbers of coordinates, contacts or requests"));
+            return Err(refuse(RestartFault::OtherNumbers));
         }
         self.run.clone_from(state);
         self.work.start = state.phase.start;
@@ -84,9 +84,7 @@ impl Driver<'_> {
         }
         let rates = self.renew(state.phase.kind, (time, y), state.step)?;
         if !are_same(&rates, &state.rates) {
-            return Err(refuse(
-                "the models have other coordinates, as built on another machine or by another version",
-            ));
+            return Err(refuse(RestartFault::OtherCoordinates));
         }
         self.work.carried = state.phase;
         self.work.before = self.statistics();

@@ -36,8 +36,8 @@ struct Overlap {
 /// Checks the start of a run: warnings of overlaps that the scenario allows. `searches` are those of the contacts, in their order.
 ///
 /// # Errors
-/// [`AdaptiveError::InitialOverlap`], [`AdaptiveError::Misplaced`] if bodies overlap by more or lie on the wrong side of each other;
-/// [`AdaptiveError::Implausible`] if they approach each other faster than waves.
+/// [`AdaptiveError::InitialOverlap`] if bodies overlap by more, [`AdaptiveError::BehindPlane`] or [`AdaptiveError::CentresCoincide`] if
+/// they lie on the wrong side of each other; [`AdaptiveError::Implausible`] if they approach each other faster than waves.
 pub fn check(
     model: &mut RunModel,
     searches: &mut [&mut Search],
@@ -104,8 +104,11 @@ fn list(v: &Vector3<f64>) -> String {
     format!("[{}, {}, {}]", shown(v.x), shown(v.y), shown(v.z))
 }
 
-fn misplaced(model: &RunModel, i: usize, reason: String) -> AdaptiveError {
-    AdaptiveError::Misplaced { contact: model.contacts[i].name.clone(), reason }
+/// The body of contact `i`, whose nearest point is `distance` behind the plane and comes out by `shift`.
+fn behind_plane(model: &RunModel, i: usize, distance: f64, shift: &Vector3<f64>) -> AdaptiveError {
+    let facts = &model.contacts[i];
+    let (contact, body) = (facts.name.clone(), model.bodies[facts.body].name.clone());
+    AdaptiveError::BehindPlane { contact, body, distance, shift: list(shift) }
 }
 
 /// A pair of surfaces and the search between them.
@@ -172,13 +175,7 @@ fn of_surfaces(
         let behind = Detector::new(facts.body, surface(elastic)?, back);
         let farthest = Watch::of(&facts.name, behind, &mut Search::new()).nearest(states)?.gap;
         if farthest >= 0.0 {
-            let shift = first.normal * -first.gap;
-            let reason = format!(
-                "body \"{}\" lies behind the plane, its nearest point {farthest:.3e} m from it; move the body by {} m or turn the normal of the plane, which points to the side of the body",
-                model.bodies[facts.body].name,
-                list(&shift)
-            );
-            return Err(misplaced(model, i, reason));
+            return Err(behind_plane(model, i, farthest, &(first.normal * -first.gap)));
         }
     }
     // The deepest point leaves the other body first; others may follow.
@@ -222,25 +219,14 @@ fn of_spheres(
     let (force, motion) = model.system.force_in_motion(0.0, y, i);
     let (gap, normal) = (force.contact.smallest_gap(motion), force.contact.normal(motion));
     let facts = &model.contacts[i];
-    let name = |body: usize| &model.bodies[body].name;
     match facts.target {
         Target::Body(other) if !gap.is_finite() || !normal.x.is_finite() => {
-            let reason = format!(
-                "the centres of the spheres \"{}\" and \"{}\" coincide at the start, so that their force has no direction; move one of them by {:.6e} m",
-                name(facts.body),
-                name(other),
-                radii[0] + radii[1]
-            );
-            return Err(misplaced(model, i, reason));
+            let bodies = [facts.body, other].map(|body| model.bodies[body].name.clone());
+            let (contact, distance) = (facts.name.clone(), radii[0] + radii[1]);
+            return Err(AdaptiveError::CentresCoincide { contact, bodies, distance });
         }
         Target::Plane { .. } if gap <= -2.0 * radii[0] => {
-            let reason = format!(
-                "sphere \"{}\" lies behind the plane, its nearest point {:.3e} m from it; move the body by {} m or turn the normal of the plane, which points to the side of the body",
-                name(facts.body),
-                -gap - 2.0 * radii[0],
-                list(&(normal * -gap))
-            );
-            return Err(misplaced(model, i, reason));
+            return Err(behind_plane(model, i, -gap - 2.0 * radii[0], &(normal * -gap)));
         }
         _ => {}
     }

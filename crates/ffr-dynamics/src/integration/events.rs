@@ -1,7 +1,7 @@
 //! Zeros of functions along the dense output (docs/theory.md Eq. T.6).
 
 use super::dense_output::DenseOutput;
-use crate::error::DynamicsError;
+use crate::error::{DynamicsError, IntegrationFault};
 
 /// Golden section.
 const GOLDEN: f64 = 0.381_966_011_250_105_1;
@@ -93,8 +93,7 @@ impl<D: DenseOutput, F: FnMut(f64, &[f64]) -> f64> Evaluation<'_, D, F> {
         self.solution.interpolate(t, self.y);
         let value = (self.function)(t, self.y);
         if value.is_nan() {
-            let reason = "the watched function is not a number, check the state and its inputs".to_string();
-            return Err(DynamicsError::Integration { time: t, reason });
+            return Err(DynamicsError::Integration { time: t, fault: IntegrationFault::WatchedFunction });
         }
         Ok(value)
     }

@@ -2,7 +2,7 @@
 
 use super::step_control::{Controller, Statistics, StepSettings, smallest_step};
 use super::system::OdeSystem;
-use crate::error::{DynamicsError, EvaluationFailure};
+use crate::error::{DynamicsError, EvaluationFailure, IntegrationFault, Rejection};
 
 /// An accepted step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -122,7 +122,7 @@ impl Stepping {
             return Ok(Some(Step { start: self.t, end: self.t, error: 0.0, rejected: 0 }));
         }
         if !t_end.is_finite() {
-            return Err(self.failure(format!("the end time is {t_end} s, must be finite")));
+            return Err(self.failure(IntegrationFault::EndTime { end: t_end }));
         }
         system.save();
         self.rejected = 0;
@@ -137,17 +137,16 @@ impl Stepping {
         system: &mut S,
         rate: &mut [f64],
     ) -> Result<(), DynamicsError> {
-        if let Some(i) = self.y.iter().position(|v| !v.is_finite()) {
-            return Err(self.failure(format!("component {i} of the starting state is not finite")));
+        if let Some(component) = self.y.iter().position(|v| !v.is_finite()) {
+            return Err(self.failure(IntegrationFault::State { component }));
         }
         self.statistics.evaluations += 1;
         if let Err(refusal) = system.rhs(self.t, &self.y, rate) {
-            let reason = format!("no forces at the starting state: {}", refusal.reason);
-            self.note(refusal);
-            return Err(self.failure(reason));
+            self.note(refusal.clone());
+            return Err(self.failure(IntegrationFault::NoForces(refusal)));
         }
-        if let Some(i) = rate.iter().position(|v| !v.is_finite()) {
-            return Err(self.failure(format!("rate {i} of the starting state is not finite")));
+        if let Some(component) = rate.iter().position(|v| !v.is_finite()) {
+            return Err(self.failure(IntegrationFault::Rate { component }));
         }
         self.is_rate_valid = true;
         Ok(())
@@ -191,13 +190,13 @@ impl Stepping {
         let shrunk = h * self.controller.rejected(outcome.as_ref().ok().copied());
         let is_critical = matches!(&outcome, Err(Failure::Refused(r)) if self.settings.stops_at(r));
         let is_shortest = self.settings.is_fixed || shrunk < smallest_step(self.t, t_end);
-        let reason = (is_critical || is_shortest).then(|| reason(&outcome));
+        let rejection = (is_critical || is_shortest).then(|| rejection(&outcome));
         if let Err(Failure::Refused(refusal)) = outcome {
             self.note(refusal);
         }
-        match reason {
-            Some(reason) if is_critical => Err(self.failure(reason)),
-            Some(reason) => Err(self.underflow(shrunk, &reason)),
+        match rejection {
+            Some(rejection) if is_critical => Err(self.failure(IntegrationFault::Critical(rejection))),
+            Some(rejection) => Err(self.underflow(shrunk, rejection)),
             None => {
                 self.h = shrunk;
                 Ok(())
@@ -210,26 +209,24 @@ impl Stepping {
         self.last_refusal = Some(refusal);
     }
 
-    fn underflow(&self, h: f64, reason: &str) -> DynamicsError {
+    fn underflow(&self, step: f64, rejection: Rejection) -> DynamicsError {
         let remedy = if self.settings.is_fixed { "take a smaller fixed step" } else { self.remedy };
-        self.failure(format!("step fell to {h:.3e} s, last rejection: {reason}; {remedy}"))
+        self.failure(IntegrationFault::StepTooShort { step, rejection, remedy })
     }
 
-    fn failure(&self, reason: String) -> DynamicsError {
-        DynamicsError::Integration { time: self.t, reason }
+    fn failure(&self, fault: IntegrationFault) -> DynamicsError {
+        DynamicsError::Integration { time: self.t, fault }
     }
 }
 
 /// Why a try was rejected.
-fn reason(outcome: &Result<f64, Failure>) -> String {
+fn rejection(outcome: &Result<f64, Failure>) -> Rejection {
     match outcome {
-        Err(Failure::Refused(refusal)) => refusal.reason.clone(),
-        Err(Failure::Diverged { iterations, rate }) => {
-            format!("Newton's method gave up after {iterations} iterations with convergence rate {rate:.3}")
-        }
-        Err(Failure::Singular) => "the iteration matrix is singular or not finite".to_string(),
-        Ok(error) if error.is_finite() => format!("error norm {error:.3e}, limit 1"),
-        Ok(_) | Err(Failure::NotFinite) => "the solution is not finite".to_string(),
+        Err(Failure::Refused(refusal)) => Rejection::Refused(refusal.clone()),
+        &Err(Failure::Diverged { iterations, rate }) => Rejection::Diverged { iterations, rate },
+        Err(Failure::Singular) => Rejection::Singular,
+        &Ok(norm) if norm.is_finite() => Rejection::Error { norm },
+        Ok(_) | Err(Failure::NotFinite) => Rejection::NotFinite,
     }
 }
 

@@ -7,7 +7,7 @@ use faer::prelude::Solve;
 
 use super::active::ActiveForce;
 use super::multibody::Multibody;
-use crate::error::DynamicsError;
+use crate::error::{DynamicsError, StaticStartFault};
 use crate::integration::OdeSystem;
 
 /// Share of the elastic energy that the last correction may have.
@@ -25,9 +25,9 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
     /// [`DynamicsError::StaticStart`] if the corrections do not converge (too soft bodies), a force element refuses, or there are
     /// loop-closing joints, which the deformation would open.
     pub fn static_start(&mut self, t: f64, y: &mut [f64]) -> Result<(), DynamicsError> {
-        let fail = |reason: String| Err(DynamicsError::StaticStart { reason });
+        let fail = |fault| Err(DynamicsError::StaticStart(fault));
         if !self.model.loops.is_empty() {
-            return fail("loop-closing joints would open".to_string());
+            return fail(StaticStartFault::LoopClosing);
         }
         let layouts: Vec<_> = self.model.bodies.iter().map(|b| b.layout).collect();
         for layout in &layouts {
@@ -46,7 +46,7 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         let mut rates = vec![0.0; self.dimension()];
         for _ in 0..MAX_CORRECTIONS {
             if let Err(refusal) = self.rhs(t, y, &mut rates) {
-                return fail(refusal.reason);
+                return fail(refusal.into());
             }
             let correction = self.elastic_correction(&unknowns);
             let (mut moved, mut stored) = (0.0, 0.0);
@@ -62,7 +62,7 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
                 return Ok(());
             }
         }
-        fail(format!("elastic coordinates do not converge in {MAX_CORRECTIONS} corrections"))
+        fail(StaticStartFault::NotConverged { corrections: MAX_CORRECTIONS })
     }
 
     /// Change of the elastic coordinates that takes their accelerations away if all forces but the elastic ones stay.
