@@ -4,6 +4,7 @@ use ffr_dynamics::system::force::BodyState;
 
 use super::surface_model::SurfaceModel;
 use crate::ContactError;
+use crate::error::MotionFault;
 
 /// Bound of the speed of any surface point relative to the origin of its body's frame (theory Eq. C.33) [m/s].
 ///
@@ -141,8 +142,7 @@ fn checked(time: f64, (gap, speed): (f64, f64)) -> Result<(f64, f64), ContactErr
     if gap.is_finite() && speed.is_finite() {
         return Ok((gap, speed));
     }
-    let reason = format!("gap {gap} m, closing speed {speed} m/s at t = {time:.6e} s");
-    Err(ContactError::Motion { what: "first touch", reason })
+    Err(MotionFault::Approach { gap, speed, time }.into())
 }
 
 fn check_settings(settings: &TouchSettings) -> Result<(), ContactError> {
@@ -150,8 +150,5 @@ fn check_settings(settings: &TouchSettings) -> Result<(), ContactError> {
     if gap >= 0.0 && time > 0.0 && shortest > 0.0 && acceleration >= 0.0 {
         return Ok(());
     }
-    let reason = format!(
-        "gap {gap} m and acceleration {acceleration} m/s^2 must be >= 0, time {time} s and shortest step {shortest} s > 0"
-    );
-    Err(ContactError::Motion { what: "settings of the first touch", reason })
+    Err(MotionFault::TouchSettings { gap, acceleration, time, shortest }.into())
 }

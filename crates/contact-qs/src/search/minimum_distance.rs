@@ -19,6 +19,7 @@ use super::query::{Pair, Query, SearchReport, SearchWorkspace, separation};
 use super::signed_distance::{ALONG_NORMAL, nearest};
 use super::surface_model::SurfaceModel;
 use crate::ContactError;
+use crate::error::MotionFault;
 
 /// A point of a body's surface that a search found.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -73,8 +74,7 @@ pub fn minimum_distance(
     };
     let query = Query::new([side(0), side(1)], &placement);
     workspace.begin(models);
-    let found = signed_pair(&query, workspace)
-        .ok_or_else(|| ContactError::Motion { what: "positions", reason: "they overflow".into() })?;
+    let found = signed_pair(&query, workspace).ok_or(MotionFault::Overflow)?;
     workspace.last = Some(found.0.sites);
     Ok(proximity(&query, states[0], &found.0, found.1, found.2))
 }
@@ -88,22 +88,22 @@ fn placement(states: &[&BodyState; 2]) -> Placement {
 
 /// Checks that a search can run.
 pub(super) fn check_state(model: &SurfaceModel, state: &BodyState) -> Result<(), ContactError> {
-    let fail = |what, reason: String| Err(ContactError::Motion { what, reason });
-    let (n, found) = (model.n_modes(), state.elastic.len());
-    if n != found {
-        return fail("elastic coordinates", format!("{found} for a surface of {n} modes"));
+    let not_finite = |what| Err(MotionFault::NotFinite { what }.into());
+    let (modes, found) = (model.n_modes(), state.elastic.len());
+    if modes != found {
+        return Err(MotionFault::ElasticCoordinates { found, modes }.into());
     }
     if state.position.iter().any(|x| !x.is_finite()) {
-        return fail("position", "not finite".into());
+        return not_finite("position");
     }
     if state.rotation.coords.iter().any(|x| !x.is_finite()) {
-        return fail("rotation", "not finite".into());
+        return not_finite("rotation");
     }
     if state.elastic.iter().any(|x| !x.is_finite()) {
-        return fail("elastic coordinates", "not finite".into());
+        return not_finite("elastic coordinates");
     }
     if model.motion() == RigidMotion::Axial && state.rotation.angle() > 1e-12 {
-        return fail("rotation", "an axial body does not turn".into());
+        return Err(MotionFault::AxialRotation.into());
     }
     Ok(())
 }

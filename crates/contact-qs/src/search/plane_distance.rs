@@ -10,6 +10,7 @@ use super::deformed::{Side, Site, smallest};
 use super::minimum_distance::{SurfaceSite, check_state};
 use super::query::SearchWorkspace;
 use super::surface_model::SurfaceModel;
+use crate::error::MotionFault;
 use crate::{ContactError, Plane};
 
 /// How near a body is to a plane.
@@ -39,7 +40,7 @@ pub fn plane_distance(
     let side = Side { model, elastic: &state.elastic, placement: None, inflation };
     workspace.deformed[0].begin(model);
     let Some((site, height)) = lowest(&side, &n, workspace) else {
-        return Err(ContactError::Motion { what: "positions", reason: "they overflow".into() });
+        return Err(MotionFault::Overflow.into());
     };
     let piece = &model.pieces()[site.piece as usize];
     let point = workspace.deformed[0].jet(&side, site.piece, site.s).point;
