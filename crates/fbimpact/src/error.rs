@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use adaptive::AdaptiveError;
 
+use crate::percent::percent;
 use crate::scenario::Faults;
 
 /// Everything that ends a command without a result.
@@ -64,8 +65,11 @@ pub enum AppError {
         all: usize,
     },
     /// A result changes with its resolution by more than is allowed, or by how much is not known.
-    #[error("not converged within {0}")]
-    Unconverged(String),
+    #[error("not converged within {}", percent(*tolerance))]
+    Unconverged {
+        /// Change that is allowed, as a share.
+        tolerance: f64,
+    },
     /// The run that others were to be compared with did not complete.
     #[error("the scenario as it is: {message}")]
     Base {
@@ -74,10 +78,34 @@ pub enum AppError {
         /// Why.
         message: String,
     },
+    /// The user stopped a run before there was anything to store.
+    #[error("interrupted before the first instant, nothing is stored")]
+    InterruptedEarly,
+    /// The user stopped a run that was taken up before it had gone on; what was stored before stays.
+    #[error("interrupted before the first instant; go on with: fbimpact run --resume {}", output.display())]
+    InterruptedResumption {
+        /// Where the results are.
+        output: PathBuf,
+    },
     /// The user stopped several runs.
-    #[error("{0}")]
-    Stopped(String),
-    /// A command line that names something that does not exist.
+    #[error("interrupted, the runs so far are in {}; the same command goes on with them", folder.display())]
+    InterruptedRuns {
+        /// Where the runs are.
+        folder: PathBuf,
+    },
+    /// A command line that names a body which there is not.
+    #[error("{option} {name}: no such body, the {holder} has {}", known.join(", "))]
+    UnknownBody {
+        /// Option of the command line.
+        option: &'static str,
+        /// Name given.
+        name: String,
+        /// What has the bodies: "scenario" or "result".
+        holder: &'static str,
+        /// Names of the bodies there are.
+        known: Vec<String>,
+    },
+    /// A command line that asks for something else that cannot be; the text begins with the option and its value.
     #[error("{0}")]
     Command(String),
 }
@@ -102,13 +130,16 @@ impl AppError {
     /// The documented exit code.
     pub fn code(&self) -> u8 {
         match self {
-            Self::Differs { .. } | Self::Unconverged(_) => 1,
-            Self::Command(_) => 2,
+            Self::Differs { .. } | Self::Unconverged { .. } => 1,
+            Self::UnknownBody { .. } | Self::Command(_) => 2,
             Self::Scenario(_) => 3,
             Self::Model(_) | Self::OtherModes { .. } => 4,
             Self::Run(_) | Self::Threads { .. } | Self::Json(_) => 5,
             Self::Io { .. } => 6,
-            Self::Interrupted { .. } | Self::Stopped(_) => 130,
+            Self::Interrupted { .. }
+            | Self::InterruptedEarly
+            | Self::InterruptedResumption { .. }
+            | Self::InterruptedRuns { .. } => 130,
             Self::Base { code, .. } => *code,
         }
     }

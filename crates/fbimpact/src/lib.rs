@@ -1,5 +1,6 @@
 //! The fbimpact program as a library: command line, scenario, run, results.
 
+mod percent;
 pub mod error;
 pub mod reasons;
 pub mod sound;
@@ -90,7 +91,7 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
 /// Writes an error to standard error.
 fn report(error: &AppError) {
     let is_plain =
-        matches!(error, AppError::Scenario(_) | AppError::Differs { .. } | AppError::Unconverged(_));
+        matches!(error, AppError::Scenario(_) | AppError::Differs { .. } | AppError::Unconverged { .. });
     let prefix = if is_plain { "" } else { "error: " };
     // Nothing can be done when standard error is closed.
     let _ = writeln!(std::io::stderr(), "{prefix}{error}");

@@ -12,7 +12,7 @@ use crate::converge::outcome::Outcome;
 use crate::converge::plan::{BASE, Parameter, Plan, Variant};
 use crate::converge::report::{self, Study};
 use crate::converge::sizes::sizes;
-use crate::converge::verdict::{Compared, dominant, judge, mattering, percent};
+use crate::converge::verdict::{Compared, dominant, judge, mattering};
 use crate::error::AppError;
 use crate::reasons;
 use crate::scenario::{self, Override};
@@ -21,7 +21,7 @@ use crate::scenario::{self, Override};
 ///
 /// # Errors
 /// [`AppError::Unconverged`] if a change is beyond the tolerance or unknown, [`AppError::Base`] if the run of the scenario as it
-/// is fails, [`AppError::Stopped`] when interrupted; those of reading the scenario.
+/// is fails, [`AppError::InterruptedRuns`] when interrupted; those of reading the scenario.
 pub fn converge(arguments: &ConvergeArguments) -> Result<(), AppError> {
     let n_threads = threads(arguments.threads)?;
     let scenario = scenario::read(&arguments.scenario, &arguments.set.set)?;
@@ -74,7 +74,7 @@ pub fn converge(arguments: &ConvergeArguments) -> Result<(), AppError> {
     reasons::write_whole(&path, json.as_bytes()).map_err(|e| AppError::io(&path, reasons::of_io(&e)))?;
     let text = if arguments.json { json } else { study.table() };
     print(&text)?;
-    if verdict.is_converged { Ok(()) } else { Err(AppError::Unconverged(percent(tolerance))) }
+    if verdict.is_converged { Ok(()) } else { Err(AppError::Unconverged { tolerance }) }
 }
 
 /// The scenario's name with `.converge`, in the working directory.

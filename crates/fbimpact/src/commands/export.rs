@@ -21,7 +21,7 @@ use crate::vtk::xml::{SeriesEntry, pvd, write_vtu};
 /// Writes a file a body and instant, and the series that opens them all; prints the name of the series.
 ///
 /// # Errors
-/// [`AppError::Command`] for bodies and times that do not exist, [`AppError::Io`] for files, [`AppError::Scenario`] and
+/// [`AppError::UnknownBody`], [`AppError::Command`] for times that do not exist, [`AppError::Io`] for files, [`AppError::Scenario`] and
 /// [`AppError::Model`] if the bodies cannot be built again.
 pub fn export(arguments: &ExportArguments) -> Result<(), AppError> {
     let n_threads = threads(arguments.threads)?;

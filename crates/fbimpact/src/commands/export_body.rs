@@ -11,7 +11,7 @@ use ffr_dynamics::interchange::{BodyFrame, FullBody, ReducedModel, ReducedParts}
 use ffr_dynamics::kinematics::MarkerWeights;
 use nalgebra::UnitQuaternion;
 
-use super::{check_distinct, print, threads};
+use super::{body_index, check_distinct, print, threads};
 use crate::body_file;
 use crate::error::AppError;
 use crate::scenario::{self, Override};
@@ -34,7 +34,7 @@ pub struct Export<'a> {
 /// its joints and loads in a Buckens frame, or unreduced, and with the named points of its shape for output.
 ///
 /// # Errors
-/// [`AppError::Command`] for an unknown or rigid body, [`AppError::Model`] if it cannot be built, [`AppError::Io`] for the file, also if
+/// [`AppError::UnknownBody`], [`AppError::Command`] for a rigid body, [`AppError::Model`] if it cannot be built, [`AppError::Io`] for the file, also if
 /// it is one that the scenario reads.
 pub fn export_body(export: &Export<'_>, overrides: &[Override], n_threads: usize) -> Result<(), AppError> {
     let n_threads = threads(n_threads)?;
@@ -44,11 +44,7 @@ pub fn export_body(export: &Export<'_>, overrides: &[Override], n_threads: usize
     let scenario = sized(&scenario, n_threads, &ModelCache::default())?;
     let run = &scenario.run;
     let mut bodies = run.bodies.clone();
-    let known: Vec<String> = bodies.iter().map(|b| b.name.clone()).collect();
-    let Some(index) = known.iter().position(|n| n == export.body) else {
-        let (name, known) = (export.body, known.join(", "));
-        return Err(AppError::Command(format!("--body {name}: no such body, the scenario has {known}")));
-    };
+    let index = body_index(export.body, bodies.iter().map(|b| &b.name))?;
     let text = write(export, bodies.swap_remove(index), MarkerLoads::on_body(run, index), &areas)?;
     print(&text)
 }

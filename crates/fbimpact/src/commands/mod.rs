@@ -63,6 +63,18 @@ pub fn check_distinct(scenario: &Scenario, output: &Path) -> Result<(), AppError
     Ok(())
 }
 
+/// Number of the body that `--body` names, among those of a scenario.
+fn body_index<'a>(name: &str, bodies: impl Iterator<Item = &'a String>) -> Result<usize, AppError> {
+    let known: Vec<String> = bodies.cloned().collect();
+    let index = known.iter().position(|known| known == name);
+    index.ok_or_else(|| AppError::UnknownBody {
+        option: "--body",
+        name: name.to_owned(),
+        holder: "scenario",
+        known,
+    })
+}
+
 /// Threads per core of the machine at most: more only take memory and time.
 const MOST_PER_CORE: usize = 4;
 

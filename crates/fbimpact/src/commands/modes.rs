@@ -3,15 +3,15 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use super::{print, threads};
+use super::{body_index, print, threads};
 use crate::error::AppError;
-use crate::scenario::{self, Override, Scenario};
+use crate::scenario::{self, Override};
 use crate::simulate::{self, Coordinates, ModesReport, StaticAnswers};
 
 /// Builds the reduced models and prints their spectra.
 ///
 /// # Errors
-/// [`AppError::Command`] for an unknown body, and whatever reading and building answer.
+/// [`AppError::UnknownBody`], and whatever reading and building answer.
 pub fn modes(
     path: &Path,
     overrides: &[Override],
@@ -21,18 +21,11 @@ pub fn modes(
 ) -> Result<(), AppError> {
     let n_threads = threads(n_threads)?;
     let scenario = scenario::read(path, overrides)?;
-    let index = body.map(|name| body_index(&scenario, name)).transpose()?;
+    let index = body.map(|name| body_index(name, scenario.bodies.iter().map(|b| &b.name))).transpose()?;
     let report = simulate::modes(&scenario, index, n_threads)?;
     let text =
         if json { serde_json::to_string_pretty(&report).map(|t| t + "\n") } else { Ok(table(&report)) };
     print(&text?)
-}
-
-fn body_index(scenario: &Scenario, name: &str) -> Result<usize, AppError> {
-    let known: Vec<&str> = scenario.bodies.iter().map(|b| b.name.as_str()).collect();
-    known.iter().position(|n| *n == name).ok_or_else(|| {
-        AppError::Command(format!("--body {name}: no such body, the scenario has {}", known.join(", ")))
-    })
 }
 
 /// The report for people. Writing to a string cannot fail.

@@ -134,20 +134,18 @@ impl Held {
     fn close(self) -> AppError {
         let Self { output, recorder, is_restart_own, bar, time } = self;
         bar.finish_and_clear();
-        let early = "interrupted before the first instant";
         let mut recorder = match recorder {
             Some(recorder) if recorder.has_begun() => recorder,
             // What it stored before stays as it is.
             Some(recorder) if recorder.is_taken_up() => {
-                let part = output.part().display();
-                return AppError::Stopped(format!("{early}; go on with: fbimpact run --resume {part}"));
+                return AppError::InterruptedResumption { output: output.part().to_owned() };
             }
             _ => {
                 if is_restart_own {
                     output.remove_restart();
                 }
                 output.discard();
-                return AppError::Stopped(format!("{early}, nothing is stored"));
+                return AppError::InterruptedEarly;
             }
         };
         let part = output.part().to_owned();

@@ -19,7 +19,7 @@ const PAUSE: Duration = Duration::from_millis(10);
 /// call has finished are not made again. If `is_first_needed` and the first one fails, the others are stopped.
 ///
 /// # Errors
-/// [`AppError::Stopped`] if `stop` says so, [`AppError::Io`] if files cannot be written or read.
+/// [`AppError::InterruptedRuns`] if `stop` says so, [`AppError::Io`] if files cannot be written or read.
 pub fn execute(
     setting: &Setting,
     jobs: &[Job],
@@ -40,10 +40,7 @@ pub fn execute(
     }
     done?;
     if stop() {
-        return Err(AppError::Stopped(format!(
-            "interrupted, the runs so far are in {}; the same command goes on with them",
-            setting.folder.display()
-        )));
+        return Err(AppError::InterruptedRuns { folder: setting.folder.clone() });
     }
     Ok(queue.outcomes)
 }

@@ -3,6 +3,7 @@
 use super::difference::{Difference, Largest, Quantity};
 use super::outcome::Outcome;
 use super::plan::{Parameter, Plan, Variant};
+use crate::percent::percent;
 
 /// Share of the tolerance below which a parameter does not matter: five such changes together are half of it.
 const MATTERS: f64 = 0.1;
@@ -81,17 +82,6 @@ pub fn judge(
     }
     let is_converged = limiting.is_none() && joint.is_none() && unknown.is_empty();
     Verdict { is_converged, limit: largest, sentence }
-}
-
-/// A share in percent, with as many digits as say something.
-pub fn percent(share: f64) -> String {
-    let percent = 100.0 * share;
-    match percent.abs() {
-        p if p >= 10.0 => format!("{percent:.0} %"),
-        p if p >= 1.0 => format!("{percent:.1} %"),
-        p if p >= 0.01 || p <= 0.0 => format!("{percent:.2} %"),
-        _ => format!("{percent:.0e} %"),
-    }
 }
 
 /// The first line of a message, without a full stop.

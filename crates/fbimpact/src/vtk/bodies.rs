@@ -63,7 +63,7 @@ impl Bodies {
     /// Builds the bodies called `wanted`, or all that have a shape; notes name those that have none.
     ///
     /// # Errors
-    /// [`AppError::Command`] for a name that does not exist or has no shape, [`AppError::Model`] if a body cannot be built,
+    /// [`AppError::UnknownBody`], [`AppError::Command`] for a body without shape, [`AppError::Model`] if a body cannot be built,
     /// [`AppError::OtherModes`] if it is not that of the run, [`AppError::Io`].
     pub fn build(states: &States, wanted: &[String], cells: Cells, threads: usize) -> Result<Self, AppError> {
         let scenario = &states.scenario;
@@ -173,13 +173,13 @@ fn combined(shapes: MatRef<'_, f64>, q: &[f64]) -> Vec<f64> {
 }
 
 fn check_names(scenario: &Scenario, wanted: &[String]) -> Result<(), AppError> {
-    let known: Vec<&str> = scenario.bodies.iter().map(|b| b.name.as_str()).collect();
-    match wanted.iter().find(|name| !known.contains(&name.as_str())) {
+    let known: Vec<&String> = scenario.bodies.iter().map(|b| &b.name).collect();
+    match wanted.iter().find(|name| !known.contains(name)) {
         None => Ok(()),
-        Some(name) => Err(AppError::Command(format!(
-            "--bodies {name}: no such body, the result has {}",
-            known.join(", ")
-        ))),
+        Some(name) => {
+            let (name, known) = (name.clone(), known.into_iter().cloned().collect());
+            Err(AppError::UnknownBody { option: "--bodies", name, holder: "result", known })
+        }
     }
 }
 
