@@ -5,7 +5,11 @@ use std::path::Path;
 
 use super::{print, ratio};
 use crate::error::AppError;
+use crate::results::columns;
+use crate::results::reactions::PeakReaction;
 use crate::results::summary::{self, Summary};
+use crate::results::tables::{ImpactRow, PhaseRow, TryRow};
+use crate::results::text::{Shown, heading, table, with_unit};
 
 /// Prints the summary of a result file.
 ///
@@ -13,12 +17,12 @@ use crate::results::summary::{self, Summary};
 /// [`AppError::Io`] if the file cannot be read.
 pub fn info(file: &Path, json: bool) -> Result<(), AppError> {
     let summary = summary::read(file)?;
-    let text = if json { format!("{:#}\n", summary.json()) } else { table(&summary) };
+    let text = if json { format!("{:#}\n", summary.json()) } else { for_people(&summary) };
     print(&text)
 }
 
 /// The summary for people. Writing to a string cannot fail.
-fn table(s: &Summary) -> String {
+fn for_people(s: &Summary) -> String {
     let mut out = String::new();
     for (name, value) in s.attributes.iter().filter(|(_, value)| !value.is_empty()) {
         let _ = writeln!(out, "{name:<16} {value}");
@@ -50,37 +54,10 @@ fn table(s: &Summary) -> String {
         let _ = writeln!(out, "{:<16} {line}", "warning");
     }
     bodies(s, &mut out);
-    phases(s, &mut out);
-    if !s.impacts.is_empty() {
-        let _ = writeln!(
-            out,
-            "\n{:<7} {:<12} {:>14} {:>13} {:>12} {:>14} {:>13} {:>12}",
-            "impact",
-            "contact",
-            "start [s]",
-            "duration [s]",
-            "peak [N]",
-            "peak at [s]",
-            "impulse [N s]",
-            "restitution"
-        );
-    }
-    for (n, i) in s.impacts.iter().enumerate() {
-        let _ = writeln!(
-            out,
-            "{:<7} {:<12} {:>14.6e} {:>13.5e} {:>12.5} {:>14.6e} {:>13.6e} {:>12}",
-            n + 1,
-            i.contact.as_str(),
-            i.start,
-            i.end - i.start,
-            i.peak_force,
-            i.peak_time,
-            i.impulse,
-            ratio(i.restitution)
-        );
-    }
-    reactions(s, &mut out);
-    tries(s, &mut out);
+    table(&s.phases, &phases(), &mut out);
+    table(&s.impacts, &impacts(), &mut out);
+    table(&s.reactions, &reactions(), &mut out);
+    table(&s.tries, &tries(), &mut out);
     if !s.timings.is_empty() {
         out.push('\n');
     }
@@ -88,46 +65,6 @@ fn table(s: &Summary) -> String {
         let _ = writeln!(out, "{name:<16} {seconds:>10.4} s");
     }
     out
-}
-
-fn phases(s: &Summary, out: &mut String) {
-    if !s.phases.is_empty() {
-        let _ = writeln!(
-            out,
-            "\n{:<8} {:>14} {:>14} {:>9} {:>9} {:>12} {:>10}",
-            "phase", "start [s]", "end [s]", "steps", "rejected", "evaluations", "wall [s]"
-        );
-    }
-    for p in &s.phases {
-        let _ = writeln!(
-            out,
-            "{:<8} {:>14.6e} {:>14.6e} {:>9} {:>9} {:>12} {:>10.3}",
-            p.kind.as_str(),
-            p.start,
-            p.end,
-            p.steps,
-            p.rejected,
-            p.evaluations,
-            p.wall_time
-        );
-    }
-}
-
-fn reactions(s: &Summary, out: &mut String) {
-    if !s.reactions.is_empty() {
-        let _ = writeln!(
-            out,
-            "\n{:<16} {:>14} {:>14} {:>16} {:>14}",
-            "joint", "peak [N]", "at [s]", "peak [N m]", "at [s]"
-        );
-    }
-    for r in &s.reactions {
-        let _ = writeln!(
-            out,
-            "{:<16} {:>14.6} {:>14.6e} {:>16.6e} {:>14.6e}",
-            r.joint, r.force, r.force_time, r.moment, r.moment_time
-        );
-    }
 }
 
 /// Bodies, and what the program chose for them.
@@ -140,44 +77,66 @@ fn bodies(s: &Summary, out: &mut String) {
     }
 }
 
-fn tries(s: &Summary, out: &mut String) {
-    if !s.tries.is_empty() {
-        let _ = writeln!(
-            out,
-            "\n{:<7} {:>4} {:>12} {:>19} {:>9} {:>10} {:>9} {:>7} {:>11} {:>9} {:<9} reason",
-            "impact",
-            "try",
-            "stop [s]",
-            "width [m]",
-            "used [%]",
-            "penalty",
-            "freedoms",
-            "steps",
-            "peak [N]",
-            "wall [s]",
-            "outcome"
-        );
-    }
-    for t in &s.tries {
-        let directions = if t.interval_widths[1] > 0.0 { 2 } else { 1 };
-        let list = |of: &[f64; 2], show: fn(f64) -> String| {
-            of.iter().take(directions).map(|x| show(*x)).collect::<Vec<_>>().join(" x ")
-        };
-        let _ = writeln!(
-            out,
-            "{:<7} {:>4} {:>12.5e} {:>19} {:>9} {:>10.3e} {:>9} {:>7} {:>11.5} {:>9.3} {:<9} {}",
-            t.impact + 1,
-            t.number,
-            t.stop,
-            list(&t.interval_widths, |w| format!("{w:.2e}")),
-            list(&t.utilisation, |u| format!("{:.0}", 100.0 * u)),
-            t.penalty_end,
-            t.freedoms,
-            t.steps,
-            t.peak_force,
-            t.wall_time,
-            t.outcome.as_str(),
-            t.reason.as_str()
-        );
-    }
+fn phases() -> [Shown<PhaseRow>; 7] {
+    let heading = heading::<PhaseRow>;
+    [
+        Shown::text("phase", 8, |_, p| p.kind.as_str().to_owned()),
+        Shown::number(heading("start", "start"), 14, |_, p| format!("{:.6e}", p.start)),
+        Shown::number(heading("end", "end"), 14, |_, p| format!("{:.6e}", p.end)),
+        Shown::number("steps", 9, |_, p| p.steps.to_string()),
+        Shown::number("rejected", 9, |_, p| p.rejected.to_string()),
+        Shown::number("evaluations", 12, |_, p| p.evaluations.to_string()),
+        Shown::number(heading("wall_time", "wall"), 10, |_, p| format!("{:.3}", p.wall_time)),
+    ]
+}
+
+fn impacts() -> [Shown<ImpactRow>; 8] {
+    let heading = heading::<ImpactRow>;
+    [
+        Shown::text("impact", 7, |n, _| (n + 1).to_string()),
+        Shown::text("contact", 12, |_, i| i.contact.as_str().to_owned()),
+        Shown::number(heading("start", "start"), 14, |_, i| format!("{:.6e}", i.start)),
+        Shown::number(heading("end", "duration"), 13, |_, i| format!("{:.5e}", i.end - i.start)),
+        Shown::number(heading("peak_force", "peak"), 12, |_, i| format!("{:.5}", i.peak_force)),
+        Shown::number(heading("peak_time", "peak at"), 14, |_, i| format!("{:.6e}", i.peak_time)),
+        Shown::number(heading("impulse", "impulse"), 13, |_, i| format!("{:.6e}", i.impulse)),
+        Shown::number("restitution", 12, |_, i| ratio(i.restitution)),
+    ]
+}
+
+fn reactions() -> [Shown<PeakReaction>; 5] {
+    let [force, moment] = &columns::REACTION;
+    [
+        Shown::text("joint", 16, |_, r| r.joint.clone()),
+        Shown::number(with_unit("peak", force.unit), 14, |_, r| format!("{:.6}", r.force)),
+        Shown::number(with_unit("at", columns::TIME.unit), 14, |_, r| format!("{:.6e}", r.force_time)),
+        Shown::number(with_unit("peak", moment.unit), 16, |_, r| format!("{:.6e}", r.moment)),
+        Shown::number(with_unit("at", columns::TIME.unit), 14, |_, r| format!("{:.6e}", r.moment_time)),
+    ]
+}
+
+fn tries() -> [Shown<TryRow>; 12] {
+    let heading = heading::<TryRow>;
+    [
+        Shown::text("impact", 7, |_, t| (t.impact + 1).to_string()),
+        Shown::number("try", 4, |_, t| t.number.to_string()),
+        Shown::number(heading("stop", "stop"), 12, |_, t| format!("{:.5e}", t.stop)),
+        Shown::number(heading("interval_widths", "width"), 19, |_, t| {
+            by_direction(t, &t.interval_widths, |w| format!("{w:.2e}"))
+        }),
+        Shown::number("used [%]", 9, |_, t| by_direction(t, &t.utilisation, |u| format!("{:.0}", 100.0 * u))),
+        Shown::number("penalty", 10, |_, t| format!("{:.3e}", t.penalty_end)),
+        Shown::number("freedoms", 9, |_, t| t.freedoms.to_string()),
+        Shown::number("steps", 7, |_, t| t.steps.to_string()),
+        Shown::number(heading("peak_force", "peak"), 11, |_, t| format!("{:.5}", t.peak_force)),
+        Shown::number(heading("wall_time", "wall"), 9, |_, t| format!("{:.3}", t.wall_time)),
+        Shown::text("outcome", 9, |_, t| t.outcome.as_str().to_owned()),
+        Shown::text("reason", 0, |_, t| t.reason.as_str().to_owned()),
+    ]
+}
+
+/// A value per direction in which the interval of the try has a width.
+fn by_direction(row: &TryRow, values: &[f64; 2], show: fn(f64) -> String) -> String {
+    let directions = if row.interval_widths[1] > 0.0 { 2 } else { 1 };
+    values.iter().take(directions).map(|x| show(*x)).collect::<Vec<_>>().join(" x ")
 }

@@ -1,6 +1,6 @@
 //! Which time series a result file has: path, unit, description, and where each comes from in a sample.
 
-use adaptive::record::Sample;
+use adaptive::record::{Sample, Timings};
 use hdf5::{Dataset, Group, H5Type, Result};
 
 use super::pressure;
@@ -230,6 +230,34 @@ pub const POINT: [Declaration<f64>; 2] = [
         "Velocity of the point; that of a dent is a difference over the last steps (theory A.34).",
         |s, i, out| out.extend(s.points[i].velocity),
     ),
+];
+
+/// A stage of a run whose wall time is stored.
+pub struct Stage {
+    /// Name in `/timings`.
+    pub name: &'static str,
+    /// One sentence.
+    pub description: &'static str,
+    /// Wall time of the stage \[s\].
+    pub seconds: fn(&Timings) -> f64,
+}
+
+/// `/timings`.
+pub const TIMINGS: [Stage; 6] = [
+    Stage {
+        name: "assembly",
+        description: "Geometry and assembly of the matrices.",
+        seconds: |t| t.assembly,
+    },
+    Stage { name: "reduction", description: "Eigenmodes and compliance.", seconds: |t| t.reduction },
+    Stage { name: "search", description: "Contact search.", seconds: |t| t.search },
+    Stage { name: "contact", description: "Contact solver.", seconds: |t| t.contact },
+    Stage {
+        name: "integration",
+        description: "Time integration without contact.",
+        seconds: |t| t.integration,
+    },
+    Stage { name: "output", description: "Writing results.", seconds: |t| t.output },
 ];
 
 /// Scales that the second dimensions refer to.

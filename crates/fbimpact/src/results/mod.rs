@@ -6,7 +6,7 @@ mod scales;
 mod series;
 pub mod pressure;
 pub mod tables;
-mod columns;
+pub mod columns;
 mod stress;
 mod file;
 mod space;
@@ -17,6 +17,7 @@ pub mod reactions;
 pub mod warnings;
 pub mod summary;
 pub mod stored;
+pub mod text;
 pub mod thin;
 pub mod reference;
 

@@ -18,7 +18,7 @@ use hdf5::{Dataset, File, Group, Result};
 use iga_core::elasticity::Model;
 use ndarray::ArrayView1;
 
-use super::columns::{self, Axes, Axis, Column, Declaration};
+use super::columns::{self, Axes, Axis, Column, Declaration, Stage, TIMINGS};
 use super::journal::{Entry, Journal, Restart, Row};
 use super::pressure::Pressures;
 use super::series::{ROWS, Table, component_scale, describe, text_attribute, unicode, write_text};
@@ -66,7 +66,6 @@ pub struct Recorder {
     compression: Compression,
     /// Body name and model of every stress request.
     stress_models: Vec<(String, Option<Model>)>,
-    contacts: Vec<String>,
     open: Option<Open>,
     failure: Option<String>,
     seconds: f64,
@@ -82,6 +81,8 @@ struct Open {
     columns: Vec<Column<f64>>,
     counts: Vec<Column<u32>>,
     pressures: Vec<Pressures>,
+    /// Names of the contacts.
+    contact_names: Vec<String>,
     space: Space,
     /// Bytes that the series may take between two flushes.
     room: u64,
@@ -110,7 +111,6 @@ impl Recorder {
         let mut recorder = Self {
             compression: scenario.compression,
             stress_models: stress_models.collect(),
-            contacts: Vec::new(),
             open: None,
             failure: None,
             seconds: 0.0,
@@ -172,12 +172,11 @@ impl Recorder {
     /// [`ObserverError`] if the file cannot be written.
     pub fn start(&mut self, layout: &RunLayout) -> Result<(), ObserverError> {
         let compression = self.compression;
-        self.contacts.clone_from(&layout.contacts);
         let restart = self.restart.take();
         self.with(|open| {
             open.layout(layout, compression)?;
             match restart.filter(|r| r.point.is_some()) {
-                Some(restart) => open.replay(&restart, &layout.contacts),
+                Some(restart) => open.replay(&restart),
                 None => open.note(&Entry::Layout(open.widths())),
             }
         })
@@ -201,8 +200,7 @@ impl Recorder {
     /// [`ObserverError`] if the file cannot be written.
     pub fn phase(&mut self, record: &PhaseRecord) -> Result<(), ObserverError> {
         self.with(|open| {
-            open.note(&Entry::Phase(*record))?;
-            open.phases.push(PhaseRow::new(record)?)?;
+            open.record(&Entry::Phase(*record))?;
             open.write_series()?;
             open.flush()
         })
@@ -213,11 +211,7 @@ impl Recorder {
     /// # Errors
     /// [`ObserverError`] if the file cannot be written.
     pub fn impact(&mut self, record: &ImpactRecord) -> Result<(), ObserverError> {
-        let name = self.contact_name(record.contact);
-        self.with(|open| {
-            open.note(&Entry::Impact(*record))?;
-            open.impacts.push(ImpactRow::new(record, &name)?)
-        })
+        self.with(|open| open.record(&Entry::Impact(*record)))
     }
 
     /// Stores a try.
@@ -225,10 +219,7 @@ impl Recorder {
     /// # Errors
     /// [`ObserverError`] if the file cannot be written.
     pub fn attempt(&mut self, record: &TryRecord) -> Result<(), ObserverError> {
-        self.with(|open| {
-            open.note(&Entry::Try(record.clone()))?;
-            open.tries.push(TryRow::new(record)?)
-        })
+        self.with(|open| open.record(&Entry::Try(record.clone())))
     }
 
     /// Stores a change of the model.
@@ -236,11 +227,7 @@ impl Recorder {
     /// # Errors
     /// [`ObserverError`] if the file cannot be written.
     pub fn transfer(&mut self, record: &TransferRecord) -> Result<(), ObserverError> {
-        let name = self.contact_name(record.contact);
-        self.with(|open| {
-            open.note(&Entry::Transfer(record.clone()))?;
-            open.transfers.push(TransferRow::new(record, &name)?)
-        })
+        self.with(|open| open.record(&Entry::Transfer(record.clone())))
     }
 
     /// Stores a warning.
@@ -248,15 +235,7 @@ impl Recorder {
     /// # Errors
     /// [`ObserverError`] if the file cannot be written.
     pub fn warning(&mut self, warning: &Warning) -> Result<(), ObserverError> {
-        self.with(|open| {
-            open.note(&Entry::Warning(warning.clone()))?;
-            open.warnings.push(unicode(&warning.line())?)
-        })
-    }
-
-    /// Name of a contact by its index.
-    fn contact_name(&self, index: u32) -> String {
-        contact_name(&self.contacts, index)
+        self.with(|open| open.record(&Entry::Warning(warning.clone())))
     }
 
     /// Stores stresses along a line; a later record of the same name takes the place of an earlier one.
@@ -364,6 +343,7 @@ impl Open {
         space.renew();
         Ok(Self {
             file,
+            contact_names: Vec::new(),
             space,
             room: 0,
             columns: Vec::new(),
@@ -383,6 +363,7 @@ impl Open {
 
     fn layout(&mut self, layout: &RunLayout, compression: Compression) -> Result<()> {
         let file = self.file.clone();
+        self.contact_names.clone_from(&layout.contacts);
         let groups = layout.bodies.len() + layout.contacts.len() + layout.points.len() + layout.joints.len();
         self.space.reserve(file.size(), (16 + 14 * groups as u64) * ROOM_OF_DATASET)?;
         let time = Column::bare(&file, &columns::TIME, None, 0, compression)?;
@@ -486,6 +467,36 @@ impl Open {
         if flush { self.flush() } else { Ok(()) }
     }
 
+    /// Notes a record in the restart file, and puts it where it belongs.
+    fn record(&mut self, entry: &Entry) -> Result<()> {
+        self.note(entry)?;
+        self.enter(entry)
+    }
+
+    /// Puts a record into its table; what belongs to none is left.
+    fn enter(&mut self, entry: &Entry) -> Result<()> {
+        match entry {
+            Entry::Phase(record) => self.phases.push(PhaseRow::new(record)?),
+            Entry::Impact(record) => {
+                self.impacts.push(ImpactRow::new(record, &self.contact_name(record.contact))?)
+            }
+            Entry::Try(record) => self.tries.push(TryRow::new(record)?),
+            Entry::Transfer(record) => {
+                self.transfers.push(TransferRow::new(record, &self.contact_name(record.contact))?)
+            }
+            Entry::Warning(warning) => self.warnings.push(unicode(&warning.line())?),
+            Entry::Header(_) | Entry::Layout(_) | Entry::Row(_) | Entry::Restart(_) | Entry::Resumed => {
+                Ok(())
+            }
+        }
+    }
+
+    /// Name of a contact by its index.
+    fn contact_name(&self, index: u32) -> String {
+        let name = usize::try_from(index).ok().and_then(|i| self.contact_names.get(i)).cloned();
+        name.unwrap_or_else(|| index.to_string())
+    }
+
     fn count_row(&mut self, flush: bool) -> Result<()> {
         self.buffered += 1;
         self.rows += 1;
@@ -514,12 +525,6 @@ impl Open {
     }
 }
 
-/// Name of a contact by its index.
-fn contact_name(contacts: &[String], index: u32) -> String {
-    let name = usize::try_from(index).ok().and_then(|i| contacts.get(i)).cloned();
-    name.unwrap_or_else(|| index.to_string())
-}
-
 /// The unit of all coordinates, or their units in order.
 fn joined_units(names: &[NameAndUnit]) -> String {
     let units: Vec<&str> = names.iter().map(|(_, unit)| unit.as_str()).collect();
@@ -542,17 +547,9 @@ fn eigenfrequencies(group: &Group, values: &[f64]) -> Result<Option<Dataset>> {
 
 fn write_timings(file: &File, timings: &Timings) -> Result<()> {
     let group = file.create_group("timings")?;
-    let entries = [
-        ("assembly", timings.assembly, "Geometry and assembly of the matrices."),
-        ("reduction", timings.reduction, "Eigenmodes and compliance."),
-        ("search", timings.search, "Contact search."),
-        ("contact", timings.contact, "Contact solver."),
-        ("integration", timings.integration, "Time integration without contact."),
-        ("output", timings.output, "Writing results."),
-    ];
-    for (name, value, description) in entries {
+    for Stage { name, description, seconds } in TIMINGS {
         let dataset = group.new_dataset::<f64>().create(name)?;
-        dataset.write_scalar(&value)?;
+        dataset.write_scalar(&seconds(timings))?;
         describe(&dataset, "s", description)?;
     }
     let used = timings.cache;

@@ -4,12 +4,9 @@ use std::fmt::Write as _;
 
 use adaptive::warning::WarningKind;
 
-use super::columns::{self, Axis, Declaration};
+use super::columns::{self, Axis, Declaration, Stage, TIMINGS};
 use super::pressure::{AREA, POINT, POSITION, PRESSURE};
 use super::tables::{ImpactRow, PhaseRow, TableColumn, TableRow, TransferRow, TryRow};
-
-/// A name with its unit and meaning.
-type Row = (&'static str, &'static str, &'static str);
 
 /// Attributes of the root.
 const ATTRIBUTES: [(&str, &str); 12] = [
@@ -69,16 +66,6 @@ const FIXED: [(&str, &str, &str, &str); 13] = [
     ),
 ];
 
-/// Datasets of `/timings`.
-const TIMINGS: [Row; 6] = [
-    ("assembly", "s", "Geometry and assembly of the matrices."),
-    ("reduction", "s", "Eigenmodes and compliance."),
-    ("search", "s", "Contact search."),
-    ("contact", "s", "Contact solver."),
-    ("integration", "s", "Time integration without contact."),
-    ("output", "s", "Writing results."),
-];
-
 /// The tables as Markdown.
 pub fn markdown() -> String {
     let mut out = String::from("### Attributes of the root\n\n| attribute | holds |\n|---|---|\n");
@@ -106,9 +93,11 @@ pub fn markdown() -> String {
     {
         let _ = writeln!(out, "| `/pressure/NAME/{name}` | {shape} | {unit} | {text} |");
     }
-    for (name, unit, text) in TIMINGS {
-        let _ =
-            writeln!(out, "| `/timings/{name}` | 1 | {unit} | {text} Complete and interrupted runs only. |");
+    for Stage { name, description, .. } in TIMINGS {
+        let _ = writeln!(
+            out,
+            "| `/timings/{name}` | 1 | s | {description} Complete and interrupted runs only. |"
+        );
     }
     table::<PhaseRow>(&mut out);
     table::<ImpactRow>(&mut out);

@@ -5,9 +5,7 @@ use adaptive::run_state::RunState;
 use hdf5::Result;
 
 use super::super::journal::{Entries, Entry, Journal, Restart};
-use super::super::series::unicode;
-use super::super::tables::{ImpactRow, PhaseRow, TransferRow, TryRow};
-use super::{Open, Recorder, contact_name};
+use super::{Open, Recorder};
 use crate::error::AppError;
 use crate::reasons;
 
@@ -60,7 +58,7 @@ impl Open {
     }
 
     /// Writes what the restart file holds up to the restart point.
-    pub(super) fn replay(&mut self, restart: &Restart, contacts: &[String]) -> Result<()> {
+    pub(super) fn replay(&mut self, restart: &Restart) -> Result<()> {
         let text = |e: AppError| hdf5::Error::from(e.to_string());
         let misfit = || hdf5::Error::from("the restart file belongs to another run".to_owned());
         let mut entries = Entries::open(&restart.path).map_err(text)?;
@@ -83,16 +81,7 @@ impl Open {
                         self.reserve()?;
                     }
                 }
-                Entry::Phase(r) => self.phases.push(PhaseRow::new(&r)?)?,
-                Entry::Impact(r) => {
-                    self.impacts.push(ImpactRow::new(&r, &contact_name(contacts, r.contact))?)?
-                }
-                Entry::Try(r) => self.tries.push(TryRow::new(&r)?)?,
-                Entry::Transfer(r) => {
-                    self.transfers.push(TransferRow::new(&r, &contact_name(contacts, r.contact))?)?;
-                }
-                Entry::Warning(r) => self.warnings.push(unicode(&r.line())?)?,
-                Entry::Header(_) | Entry::Layout(_) | Entry::Restart(_) | Entry::Resumed => {}
+                entry => self.enter(&entry)?,
             }
         }
         self.write_series()?;
