@@ -77,3 +77,21 @@ fn heap_of_texts_without_end_is_refused() {
         assert!(err.starts_with("error: bad.h5: ") && err.contains(&cause), "{arguments:?}: {err}");
     }
 }
+
+#[test]
+fn shape_larger_than_the_file_is_refused_before_memory_is_taken_for_it() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    std::fs::write(at.join("bad.h5"), result(at).0).expect("written");
+    let file = hdf5::File::open_rw(at.join("bad.h5")).expect("writable");
+    // Eight terabytes of which nothing is stored: reading them takes as much memory.
+    file.unlink("energies/total").expect("removed");
+    file.new_dataset::<f64>().chunk(256).shape(1_usize << 40).create("energies/total").expect("created");
+    file.close().expect("closed");
+    for arguments in [&["info", "bad.h5"][..], &["plot", "bad.h5", "-o", "figures"]] {
+        let (code, err) = fbimpact(at, arguments);
+        assert_eq!(code, Some(6), "{err}");
+        let cause = "/energies/total claims shape [1099511627776], which is more than the file holds";
+        assert!(err.starts_with("error: bad.h5: ") && err.contains(cause), "{err}");
+    }
+}

@@ -11,7 +11,7 @@ use adaptive::record::{
 use fbimpact::commands::recording::{Simulation, record};
 use fbimpact::commands::stop::Stop;
 use fbimpact::error::AppError;
-use fbimpact::results::{OutputFile, summary};
+use fbimpact::results::{OutputFile, Recorder, summary};
 use fbimpact::scenario::{self, Scenario};
 use fbimpact::simulate::{Ending, RunReport};
 use ffr_dynamics::DynamicsError;
@@ -186,6 +186,37 @@ fn everything_written_is_read_back() {
     assert_eq!(mises.read_raw::<f64>().expect("numbers"), [5.0, 6.0]);
     let at: f64 = mises.attr("time").expect("there").read_scalar().expect("a number");
     assert!((at - 4e-5).abs() < 1e-18);
+    assert_eq!(file.size(), std::fs::metadata(&path).expect("there").len(), "no room is left behind the end");
+    let bytes = std::fs::read(&path).expect("readable");
+    assert_eq!(bytes[8], 2, "superblock of HDF5 1.8, whose headers have checksums");
+}
+
+/// A process that is killed leaves what is on the disk at that moment, as the copies here do.
+#[test]
+fn between_flushes_a_run_of_many_bodies_is_on_the_disk_as_it_was_at_the_last_flush() {
+    // Metadata of so many bodies do not fit into the memory that HDF5 takes for them unless it is told otherwise.
+    const BODIES: usize = 200;
+    const MODES: usize = 20;
+    let (directory, path) = directory();
+    let mut recorder = Recorder::create(&path, &scenario_with(&[]), 1).expect("writable");
+    let body = |i: usize| BodyLayout { name: format!("body {i}"), eigenfrequencies: vec![1.0; MODES] };
+    let layout = RunLayout { bodies: (0..BODIES).map(body).collect(), ..RunLayout::default() };
+    recorder.start(&layout).expect("writable");
+    let body = BodySample {
+        elastic_coordinates: vec![1.0; MODES],
+        elastic_velocities: vec![1.0; MODES],
+        ..BodySample::default()
+    };
+    let mut sample = Sample { bodies: vec![body; BODIES], ..Sample::default() };
+    let copy = directory.path().join("copy.h5");
+    for i in 1..=1024 {
+        sample.time = f64::from(i);
+        recorder.sample(&sample).expect("writable");
+        if i % 256 == 0 {
+            std::fs::copy(&path, &copy).expect("readable");
+            assert_eq!(status(&copy), "running", "row {i}");
+        }
+    }
 }
 
 #[test]

@@ -40,15 +40,10 @@ pub fn of_io(error: &io::Error) -> String {
 /// Flushes and closes `file`, so that a full disk is an error and not a broken file.
 ///
 /// # Errors
-/// Those of the library; the handle is then forgotten, for closing a file that cannot be written can crash inside it.
+/// Those of the library.
 pub fn close(file: hdf5::File) -> hdf5::Result<()> {
-    match file.flush() {
-        Ok(()) => file.close(),
-        Err(error) => {
-            std::mem::forget(file);
-            Err(error)
-        }
-    }
+    file.flush()?;
+    file.close()
 }
 
 /// Writes `bytes` to `path` in whole or not at all: aside first, under a name of this process.

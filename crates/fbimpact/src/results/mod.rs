@@ -1,6 +1,18 @@
 //! The result file: HDF5 in, HDF5 out. The only part of the program that knows the file format.
 //!
 //! Layout: `docs/results.md`. [`Recorder`] writes while a run goes on, [`summary`] reads a finished file.
+//!
+//! What stands between a run and the weak points of HDF5, and the test that fails without it:
+//!
+//! | guard | without it | test |
+//! |---|---|---|
+//! | `space`: room on the disk before a flush | a full disk leaves a file that cannot be read | `faults`: `run_on_a_full_disk_...` |
+//! | `recorder`: metadata stay in memory between flushes | a killed run of many bodies leaves one that cannot be read | `results`: `between_flushes_...` |
+//! | `space::trim` | a small result is twice as long | `results`: `everything_written_...` |
+//! | `series::unicode` without NUL | a title ends the run | `series` |
+//! | `sound`: shapes compared with what is stored | reading takes memory until the process is stopped | `damaged`: `shape_larger_...` |
+//! | `sound`: lengths of texts | the same | `damaged`: `text_longer_...` |
+//! | `sound::heaps` | reading never ends | `damaged`: `heap_of_texts_...` |
 
 mod scales;
 mod series;

@@ -127,8 +127,7 @@ impl Recorder {
         Ok(recorder)
     }
 
-    /// Runs one operation on the file. After a failure the handles are forgotten: closing a file on a full disk can
-    /// crash inside the C library, and what was flushed stays readable.
+    /// Runs one operation on the file, which is closed after a failure; what was flushed stays readable.
     fn with(&mut self, action: impl FnOnce(&mut Open) -> Result<()>) -> Result<(), ObserverError> {
         let begin = Instant::now();
         let Some(mut open) = self.open.take() else {
@@ -143,7 +142,6 @@ impl Recorder {
                 Ok(())
             }
             Err(error) => {
-                std::mem::forget(open);
                 let reason = format!("results cannot be written: {}", reasons::of_hdf5(&error));
                 self.failure = Some(reason.clone());
                 Err(ObserverError(reason))

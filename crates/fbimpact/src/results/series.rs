@@ -150,3 +150,13 @@ impl Table {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_with_nul_is_stored_without_it() {
+        assert_eq!(unicode("a\0b µ").expect("a text").as_str(), "ab µ");
+    }
+}
