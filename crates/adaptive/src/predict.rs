@@ -328,8 +328,13 @@ pub fn half_extents(prediction: &HertzPrediction, tangents: &[Vector3<f64>; 2]) 
     let [a, b] = prediction.semi_axes;
     tangents.map(|t| {
         let cosine = t.try_normalize(0.0).map_or(0.0, |t| t.dot(&prediction.major)).abs().min(1.0);
-        (a * cosine).hypot(b * (1.0 - cosine * cosine).sqrt())
+        extent_of_ellipse([a, b], [cosine, (1.0 - cosine * cosine).sqrt()])
     })
+}
+
+/// Extent of an ellipse with the axes `axes` in a direction that has the `components` along them (theory Eq. A.11).
+fn extent_of_ellipse(axes: [f64; 2], components: [f64; 2]) -> f64 {
+    (axes[0] * components[0]).hypot(axes[1] * components[1])
 }
 
 /// Widths along the directions `target` of an area of contact that has the `widths` along the directions `contact`: of the ellipse with
@@ -337,10 +342,7 @@ pub fn half_extents(prediction: &HertzPrediction, tangents: &[Vector3<f64>; 2]) 
 pub fn widths_along(widths: [f64; 2], contact: &[Vector3<f64>; 2], target: &[Vector3<f64>; 2]) -> [f64; 2] {
     let unit = |v: &Vector3<f64>| v.try_normalize(0.0).unwrap_or_default();
     let axes = contact.each_ref().map(unit);
-    target.each_ref().map(|t| {
-        let [along, across] = axes.map(|axis| unit(t).dot(&axis));
-        (widths[0] * along).hypot(widths[1] * across)
-    })
+    target.each_ref().map(|t| extent_of_ellipse(widths, axes.map(|axis| unit(t).dot(&axis))))
 }
 
 #[cfg(test)]

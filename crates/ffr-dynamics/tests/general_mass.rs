@@ -9,7 +9,6 @@ mod spinning;
 use dynamics_support::block;
 use faer::Mat;
 use faer::sparse::{SparseColMat, Triplet};
-use ffr_dynamics::DynamicsError;
 use ffr_dynamics::body::{
     AssembledBody, Dof, GeometricStiffening, MassMatrix, ReferenceLoad, RigidMotion, ShapeIntegrals,
     StandardInputData,
@@ -177,9 +176,12 @@ fn stiffening(body: &AssembledBody, shapes: &Mat<f64>, hub: &MarkerWeights) -> G
     let tip = moved[(n - 3, 2)];
     let exact = LINE_MASS * LENGTH.powi(3) / (3.0 * AXIAL);
     assert!((tip - exact).abs() < 1e-3 * exact, "{tip:e} {exact:e}"); // h²/L² of linear elements
-    let mut columns = moved.col_iter();
-    GeometricStiffening::from_unknowns(body, shapes.as_ref(), |_| {
-        let u = columns.next().unwrap();
+    let none = || Mat::zeros(shapes.ncols(), shapes.ncols());
+    let mut all = GeometricStiffening {
+        translation: std::array::from_fn(|_| none()),
+        position: std::array::from_fn(|_| std::array::from_fn(|_| none())),
+    };
+    for (load, u) in ReferenceLoad::all(body.motion).zip(moved.col_iter()) {
         let mut entries = Vec::new();
         for e in 0..N_ELEMENTS {
             let tension = AXIAL * (u[3 * e + 3] - u[3 * e]) / h;
@@ -188,9 +190,19 @@ fn stiffening(body: &AssembledBody, shapes: &Mat<f64>, hub: &MarkerWeights) -> G
                 entries.push((3 * (e + i) + 1, 3 * (e + j) + 1, sign * tension / h));
             }
         }
-        Ok::<_, DynamicsError>(Some(lower(n, &entries)))
-    })
-    .unwrap()
+        let modal = shapes.transpose() * (symmetric(&lower(n, &entries)) * shapes);
+        match load {
+            ReferenceLoad::Translation { direction } => all.translation[direction] = modal,
+            ReferenceLoad::Position { coordinate, direction } => all.position[coordinate][direction] = modal,
+        }
+    }
+    all
+}
+
+/// A symmetric matrix from its lower triangle.
+fn symmetric(lower: &SparseColMat<u32, f64>) -> Mat<f64> {
+    let lower = lower.to_dense();
+    Mat::from_fn(lower.nrows(), lower.ncols(), |i, j| lower[(i.max(j), i.min(j))])
 }
 
 fn tip_motion(is_stiffened: bool) -> Vec<[f64; 3]> {

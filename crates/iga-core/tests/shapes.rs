@@ -179,7 +179,8 @@ fn refinement_keeps_volumes_and_orientation() {
         let mut fine = shape.clone();
         for patch in &mut fine.patches {
             for d in 0..patch.dimension() {
-                *patch = patch.elevate(d, 2).unwrap().insert_knots(d, &[0.1, 0.2, 0.6]).unwrap();
+                let finer = patch.knots()[d].elevated(2).unwrap().with_knots(&[0.1, 0.2, 0.6]).unwrap();
+                *patch = patch.refine_to(d, &finer).unwrap();
             }
         }
         fine.check_orientation().unwrap();

@@ -289,10 +289,7 @@ pub(super) fn refined(
     for &parts in levels.iter().filter(|p| p.iter().any(|&n| n > 1)) {
         let growth =
             std::array::from_fn(|d| patch.knots().get(d).map_or(0, |k| growth(k, parts[d], settings)));
-        let mut boxes = Vec::new();
-        for region in &plan.regions {
-            boxes.extend(hierarchy.elements_around(region, growth, &ties)?);
-        }
+        let boxes = hierarchy.elements_around(&plan.regions, growth, &ties)?;
         let levels = hierarchy.levels();
         let coarse = levels[levels.len() - 1].knots();
         let split = |(d, k): (usize, &KnotVector)| {
@@ -327,10 +324,7 @@ fn refined_lattice(
             own.max(finer).max(if level == 0 { 1 } else { COARSE_REACH })
         };
         let by = std::array::from_fn(|d| if d < coarse.len() { reach(d) } else { 0 });
-        let mut boxes = Vec::new();
-        for region in regions {
-            boxes.extend(hierarchy.elements_around(region, by, ties)?);
-        }
+        let boxes = hierarchy.elements_around(regions, by, ties)?;
         let split = |(d, k): (usize, &KnotVector)| {
             lattices[d].refine(k, level, |e| boxes.iter().any(|b| (b.lower[d]..b.upper[d]).contains(&e)))
         };

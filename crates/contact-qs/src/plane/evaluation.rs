@@ -10,6 +10,7 @@ use super::{NORMAL_TOLERANCE, PlaneContact, PlaneFound, PlaneState, PlaneWorkspa
 use crate::ContactError;
 use crate::contact_element::ContactReport;
 use crate::law::penalty;
+use crate::quasistatic::problem::dot;
 use crate::quasistatic::sliding_work::SlidingWork;
 use crate::quasistatic::{Problem, SolveReport};
 
@@ -278,8 +279,4 @@ impl PlaneContact {
             }
         }
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

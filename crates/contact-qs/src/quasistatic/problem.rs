@@ -66,6 +66,11 @@ pub(crate) fn depth(gaps: &[f64]) -> f64 {
     deepest
 }
 
+/// Scalar product over the shorter list.
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
 /// `out += matrix * x`; columns with `x_j = 0` left out.
 pub(crate) fn add_product(matrix: &Mat<f64>, x: &[f64], out: &mut [f64]) {
     add_columns(matrix, x.iter().copied().enumerate().filter(|(_, factor)| *factor != 0.0), out);

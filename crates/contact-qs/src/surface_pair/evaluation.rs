@@ -9,13 +9,12 @@ use super::SurfacePair;
 use super::friction::move_back;
 use super::motion::{Relative, resultant};
 use super::projection::Displaced;
-use super::solver::dot;
 use super::state::{Buffers, PairFound, PairState, Work};
 use super::warm_start::WarmStart;
 use crate::contact_element::ContactReport;
 use crate::law::penalty;
 use crate::quasistatic::SolveReport;
-use crate::quasistatic::problem::add_product;
+use crate::quasistatic::problem::{add_product, dot};
 use crate::quasistatic::stick_slip::NormalSolver;
 
 /// Passes of projection and solution. Each one leaves about the ratio of contact radius and body's radius of the error, a

@@ -8,7 +8,7 @@ use super::target::TargetSurface;
 use crate::ContactError;
 use crate::quasistatic::active_set::SolveReport;
 use crate::quasistatic::point_solver::PointSolver;
-use crate::quasistatic::problem::{add_columns, add_product};
+use crate::quasistatic::problem::{add_columns, add_product, dot};
 use crate::quasistatic::stick_slip::{NormalSolver, StickSlip};
 use crate::quasistatic::{Method, ModalBasis};
 
@@ -257,9 +257,4 @@ impl NormalSolver for PairZone {
     ) -> Result<SolveReport, EvaluationFailure> {
         self.solver.solve(&self.normal_compliance, springs, gaps, forces)
     }
-}
-
-/// Scalar product over the shorter list.
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

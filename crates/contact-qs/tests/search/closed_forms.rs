@@ -87,7 +87,8 @@ fn hierarchical_ball_that_swells_keeps_its_closed_form() {
     let mut hierarchy = SubdomainHierarchy::new(patch.knots());
     let ties = PatchTies::detect(&patch);
     let region = ParameterBox { lower: [0.45, 0.9, 0.0], upper: [0.55, 1.0, 0.0] };
-    hierarchy.refine_around([3, 2, 1], &[region], &ties).unwrap();
+    let boxes = hierarchy.elements_around(&[region], [2, 2, 0], &ties).unwrap();
+    hierarchy.refine([3, 2, 1], &boxes).unwrap();
     let space = HierarchicalSpace::new(&patch, hierarchy).unwrap();
     assert!(space.n_elements() > patch.n_elements());
     // The one mode moves every control point outwards in proportion: the radius grows by the coordinate.

@@ -104,24 +104,6 @@ impl GeometricStiffening {
         })
     }
 
-    /// As [`GeometricStiffening::from_nodal`] from matrices unknown by unknown (lower triangle), as beams and shells have them.
-    ///
-    /// # Errors
-    /// [`DynamicsError::Data`] if sizes do not fit; those of `stiffness`.
-    pub fn from_unknowns<E: From<DynamicsError>>(
-        body: &AssembledBody,
-        shapes: MatRef<'_, f64>,
-        mut stiffness: impl FnMut(ReferenceLoad) -> Result<Option<SparseColMat<u32, f64>>, E>,
-    ) -> Result<Self, E> {
-        check(body, shapes)?;
-        let fields = shapes.transpose().to_owned();
-        Self::from_modal(body.motion, shapes.ncols(), |load| {
-            let Some(matrix) = stiffness(load)? else { return Ok(None) };
-            check_size(&matrix, body.dofs.len(), "unknowns")?;
-            Ok(Some(gram(fields.as_ref(), symmetric_product(&matrix, &fields).as_ref())))
-        })
-    }
-
     /// Sorts the modal matrices of all loads; `None` stands for zero.
     fn from_modal<E: From<DynamicsError>>(
         motion: RigidMotion,

@@ -256,11 +256,6 @@ impl StandardInputData {
         axial(&self.position_shape_integral(j))
     }
 
-    /// Change of row `j` of `C_r` by elastic coordinate `i`, `∫ ρ φ_i × φ_j` (C5); exact, for `C_r` is linear in `q_e`.
-    pub fn coupling_rotation_gradient(&self, i: usize, j: usize) -> Vector3<f64> {
-        axial(&self.shape_shape_integral(i, j))
-    }
-
     /// Centre of mass of the undeformed body in its frame \[m\].
     pub fn centre_of_mass(&self) -> Vector3<f64> {
         self.mass_moment / self.mass

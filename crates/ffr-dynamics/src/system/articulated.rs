@@ -7,10 +7,11 @@
 
 use nalgebra::Vector3;
 
+use super::equations::dot;
 use super::equations::{BodyWorkspace, RigidPart};
 use super::force::{BodyState, GeneralisedForce};
 use super::model::{MultibodyModel, TreeBody};
-use super::tree_kinematics::{Edge, Six, dot, join};
+use super::tree_kinematics::{Edge, Six, join};
 use crate::body::ModalMass;
 use crate::error::EvaluationFailure;
 

@@ -5,6 +5,7 @@
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
+use super::equations::dot;
 use super::force::BodyState;
 use super::joints::JointPoint;
 use super::model::{JointCoordinates, MultibodyModel, TreeBody};
@@ -224,10 +225,6 @@ pub(super) fn frame_velocities(model: &MultibodyModel, edges: &[Edge], rates: &[
         };
         frames[i] = edges[i].at_frame(&marker, &rates[layout.rates_elastic()], &rates[layout.rates_joint()]);
     }
-}
-
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// A six-vector from its halves.

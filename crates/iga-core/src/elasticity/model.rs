@@ -70,45 +70,11 @@ impl Model {
             _ => (lambda, mu),
         }
     }
-
-    /// Constitutive matrix `D` with `σ = D ε` for the model's own strains, as stored in `kinematics::StressState` \[Pa\].
-    ///
-    /// Rows and columns of strains that the model does not have are zero; shear strains are engineering strains.
-    pub fn constitutive_matrix(&self, material: &Material) -> [[f64; 6]; 6] {
-        let (lambda, mu) = self.lame(material);
-        let (normal, shear): (&[usize], &[usize]) = match self {
-            Self::PlaneStrain { .. } | Self::PlaneStress { .. } => (&[0, 1], &[3]),
-            Self::Axisymmetric => (&[0, 1, 2], &[3]),
-            Self::Solid => (&[0, 1, 2], &[3, 4, 5]),
-        };
-        let mut matrix = [[0.0; 6]; 6];
-        for &i in normal {
-            for &j in normal {
-                matrix[i][j] = lambda;
-            }
-            matrix[i][i] = lambda + 2.0 * mu;
-        }
-        for &s in shear {
-            matrix[s][s] = mu;
-        }
-        matrix
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn plane_stress_matrix_is_the_textbook_one() {
-        let material = Material::new(210e9, 0.3, 7850.0).unwrap();
-        let d = Model::PlaneStress { thickness: 1.0 }.constitutive_matrix(&material);
-        let c = 210e9 / (1.0 - 0.09);
-        // Round-off of a few operations.
-        for (i, j, value) in [(0, 0, c), (0, 1, 0.3 * c), (1, 1, c), (3, 3, 0.35 * c), (2, 2, 0.0)] {
-            assert!((d[i][j] - value).abs() < 1e-14 * c, "{i} {j}");
-        }
-    }
 
     #[test]
     fn impossible_thickness_is_refused() {

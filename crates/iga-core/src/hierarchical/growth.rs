@@ -23,14 +23,27 @@ pub struct ParameterBox {
 }
 
 impl SubdomainHierarchy {
-    /// Boxes of elements of the last level that contain `region`, grown by `by` elements in every direction.
+    /// Boxes of elements of the last level that contain `regions`, grown by `by` elements in every direction.
     ///
     /// What reaches a seam goes on at its other side, by one element at least; what touches an edge that collapses onto a
     /// line is carried all around it. So seams and collapsed edges see the same refinement from all sides.
     ///
     /// # Errors
-    /// [`SplineError::Levels`] if the region is not a box of finite numbers or lies outside the patch.
+    /// [`SplineError::Levels`] if a region is not a box of finite numbers or lies outside the patch.
     pub fn elements_around(
+        &self,
+        regions: &[ParameterBox],
+        by: [usize; 3],
+        ties: &PatchTies,
+    ) -> Result<Vec<IndexBox>, SplineError> {
+        let mut all = Vec::new();
+        for region in regions {
+            all.extend(self.around(region, by, ties)?);
+        }
+        Ok(all)
+    }
+
+    fn around(
         &self,
         region: &ParameterBox,
         by: [usize; 3],
@@ -53,25 +66,6 @@ impl SubdomainHierarchy {
             carry_around(b, &sizes, ties);
         }
         Ok(boxes)
-    }
-
-    /// Adds a level with elements split into `parts` around each of `regions`, grown by the degree so that the functions
-    /// there really are refined. Called level after level with the same regions the levels are nested.
-    ///
-    /// # Errors
-    /// As [`SubdomainHierarchy::elements_around`] and [`SubdomainHierarchy::refine`].
-    pub fn refine_around(
-        &mut self,
-        parts: [usize; 3],
-        regions: &[ParameterBox],
-        ties: &PatchTies,
-    ) -> Result<(), SplineError> {
-        let degrees = std::array::from_fn(|d| self.levels()[0].knots().get(d).map_or(0, KnotVector::degree));
-        let mut boxes = Vec::new();
-        for region in regions {
-            boxes.extend(self.elements_around(region, degrees, ties)?);
-        }
-        self.refine(parts, &boxes)
     }
 }
 

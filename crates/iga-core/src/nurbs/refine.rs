@@ -146,15 +146,6 @@ fn check_nested(coarse: &KnotVector, fine: &KnotVector) -> Result<(), SplineErro
 }
 
 impl Patch {
-    /// The same geometry with the degree of `direction` raised by `by`, smoothness unchanged.
-    ///
-    /// # Errors
-    /// [`SplineError::Degree`] beyond the supported range; [`SplineError::Knots`] for a direction that does not exist.
-    pub fn elevate(&self, direction: usize, by: usize) -> Result<Self, SplineError> {
-        let fine = self.direction(direction)?.elevated(by)?;
-        self.refine_to(direction, &fine)
-    }
-
     /// The same geometry with further knots in `direction`, repeated as often as they are listed.
     ///
     /// # Errors

@@ -1,11 +1,25 @@
 //! Patches and small helpers of these tests.
 
-use iga_core::hierarchical::TwoScale;
+use iga_core::hierarchical::{ParameterBox, PatchTies, SubdomainHierarchy, TwoScale};
 use iga_core::knots::KnotVector;
 use iga_core::nurbs::Patch;
 use iga_core::nurbs::patch::PointBasis;
 use iga_core::space::{Element, Space};
 use iga_core::tensor;
+
+/// Adds a level with elements split into `parts` around each of `regions`, grown by the degree so that the functions there really
+/// are refined. Called level after level with the same regions the levels are nested.
+pub fn refine_around(
+    hierarchy: &mut SubdomainHierarchy,
+    parts: [usize; 3],
+    regions: &[ParameterBox],
+    ties: &PatchTies,
+) {
+    let knots = hierarchy.levels()[0].knots();
+    let degrees = std::array::from_fn(|d| knots.get(d).map_or(0, KnotVector::degree));
+    let boxes = hierarchy.elements_around(regions, degrees, ties).unwrap();
+    hierarchy.refine(parts, &boxes).unwrap();
+}
 
 /// Uniform B-splines on the unit cube with the identity as geometry.
 pub fn unit_patch(degrees: &[usize], elements: &[usize]) -> Patch {

@@ -4,7 +4,7 @@ use iga_core::hierarchical::{HierarchicalSpace, IndexBox, ParameterBox, Prolonga
 use iga_core::nurbs::Patch;
 use iga_core::space::Space;
 
-use crate::nets::{PLACES, field, inside, noise, refined, ring, split, unit_patch};
+use crate::nets::{PLACES, field, inside, noise, refine_around, refined, ring, split, unit_patch};
 
 /// Fields of size 1, sums of up to 100 products.
 const ROUND_OFF: f64 = 1e-13;
@@ -13,7 +13,7 @@ fn hierarchy(patch: &Patch, regions: &[(f64, f64)]) -> SubdomainHierarchy {
     let mut hierarchy = SubdomainHierarchy::new(patch.knots());
     for (k, &(lower, upper)) in regions.iter().enumerate() {
         let region = ParameterBox { lower: [lower; 3], upper: [upper; 3] };
-        hierarchy.refine_around([2 + k, 2, 3 - k], &[region], &Default::default()).unwrap();
+        refine_around(&mut hierarchy, [2 + k, 2, 3 - k], &[region], &Default::default());
     }
     hierarchy
 }

@@ -5,7 +5,7 @@ use iga_core::nurbs::Patch;
 use iga_core::nurbs::patch::{PointBasis, SECOND_DERIVATIVES};
 use iga_core::space::Space;
 
-use crate::nets::{PLACES, field, inside, ring};
+use crate::nets::{PLACES, field, inside, refine_around, ring};
 
 /// Quarter annulus or block refined twice around a region at the outer face.
 fn refined_ring(dimension: usize) -> (Patch, HierarchicalSpace) {
@@ -14,8 +14,8 @@ fn refined_ring(dimension: usize) -> (Patch, HierarchicalSpace) {
     let region = ParameterBox { lower: [0.42, 0.9, 0.55], upper: [0.5, 1.0, 0.6] };
     let ties = PatchTies::detect(&patch);
     assert!(ties.is_empty());
-    hierarchy.refine_around([3, 2, 2], &[region], &ties).unwrap();
-    hierarchy.refine_around([2, 3, 2], &[region], &ties).unwrap();
+    refine_around(&mut hierarchy, [3, 2, 2], &[region], &ties);
+    refine_around(&mut hierarchy, [2, 3, 2], &[region], &ties);
     let space = HierarchicalSpace::new(&patch, hierarchy).unwrap();
     (patch, space)
 }
@@ -145,7 +145,7 @@ fn five_levels_of_eleven_parts_stay_small() {
     let region = ParameterBox { lower: [0.371_234, 1.0, 0.0], upper: [0.371_236, 1.0, 0.0] };
     let mut hierarchy = SubdomainHierarchy::new(patch.knots());
     for _ in 0..4 {
-        hierarchy.refine_around([11, 11, 1], &[region], &PatchTies::default()).unwrap();
+        refine_around(&mut hierarchy, [11, 11, 1], &[region], &PatchTies::default());
     }
     // 16 * 11^4 elements a direction on the finest level, of which a few dozen exist.
     assert_eq!(hierarchy.levels()[4].element_counts(), [234_256, 234_256, 1]);

@@ -7,13 +7,13 @@ use iga_core::hierarchical::{
 use iga_core::nurbs::Patch;
 use iga_core::space::Space;
 
-use crate::nets::{field, noise, ring};
+use crate::nets::{field, noise, refine_around, ring};
 
 fn refine(patch: &Patch, region: ParameterBox) -> HierarchicalSpace {
     let ties = PatchTies::detect(patch);
     let mut hierarchy = SubdomainHierarchy::new(patch.knots());
-    hierarchy.refine_around([2, 2, 2], &[region], &ties).unwrap();
-    hierarchy.refine_around([3, 2, 1], &[region], &ties).unwrap();
+    refine_around(&mut hierarchy, [2, 2, 2], &[region], &ties);
+    refine_around(&mut hierarchy, [3, 2, 1], &[region], &ties);
     HierarchicalSpace::new(patch, hierarchy).unwrap()
 }
 
