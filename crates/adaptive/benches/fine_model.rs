@@ -100,7 +100,7 @@ fn pair(coarse: &Coarse, sides: [&Fine; 2], compliances: [&Mat<f64>; 2]) -> Surf
         Some(compliance(0)),
     );
     let interval = &target.intervals[0];
-    let face = TargetFace { face: interval.face, lower: interval.region.lower, upper: interval.region.upper };
+    let face = TargetFace { face: interval.face, bounds: interval.region };
     let surface = TargetSurface::flexible(
         target.motion,
         &target.space,

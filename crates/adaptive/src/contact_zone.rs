@@ -40,8 +40,7 @@ pub struct ZoneLimits {
 impl ZoneLimits {
     /// Whether parameters of the face lie in the zone.
     pub fn contains(&self, xi: &[f64; 3]) -> bool {
-        let TargetFace { face, lower, upper } = &self.region;
-        face.directions().all(|d| xi[d] >= lower[d] - self.slack[d] && xi[d] <= upper[d] + self.slack[d])
+        self.region.bounds.contains(xi, &self.slack, self.region.face.directions())
     }
 }
 

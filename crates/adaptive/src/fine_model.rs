@@ -16,9 +16,10 @@ use ffr_dynamics::reduction::compliance::ResidualFlexibility;
 use ffr_dynamics::reduction::modal::ReducedBasis;
 use ffr_dynamics::reduction::problem::ElasticProblem;
 use ffr_dynamics::reduction::static_answers::{TakenLoads, with_static_answers};
+use iga_core::ParameterBox;
 use iga_core::assembly::{assemble, unknowns};
 use iga_core::elasticity::Model;
-use iga_core::hierarchical::{HierarchicalSpace, ParameterBox, Prolongation};
+use iga_core::hierarchical::{HierarchicalSpace, Prolongation};
 use iga_core::knots::KnotVector;
 use iga_core::nurbs::{Patch, Shape};
 use iga_core::space::Space;
@@ -366,7 +367,7 @@ impl FineMesh {
 impl FineInterval {
     /// Where the contact zone of the interval ends.
     fn limits(&self) -> ZoneLimits {
-        let region = TargetFace { face: self.face, lower: self.region.lower, upper: self.region.upper };
+        let region = TargetFace { face: self.face, bounds: self.region };
         ZoneLimits { region, slack: self.slack, widths: self.widths }
     }
 

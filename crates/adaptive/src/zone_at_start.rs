@@ -2,6 +2,7 @@
 
 use contact_qs::ContactError;
 use contact_qs::surface_pair::TargetFace;
+use iga_core::ParameterBox;
 use iga_core::elasticity::Model;
 use iga_core::nurbs::interface::FaceId;
 use iga_core::nurbs::local::parameter_at_distance;
@@ -62,8 +63,7 @@ impl ContactSite {
 
 /// A box of parameters on a face.
 struct Interval {
-    lower: [f64; 3],
-    upper: [f64; 3],
+    bounds: ParameterBox,
     slack: [f64; 3],
     /// Whether the end of the interval is an end of the patch, lower and upper, a direction.
     is_natural_end: [[bool; 2]; 3],
@@ -106,7 +106,7 @@ impl ZoneRequest<'_> {
             let half_width = RefinementSpec::half_width(&body.spec.model, &point, width);
             Interval::about(body, &face, &xi, half_width)
         };
-        let singular = |i: &Interval| body.shape.singular_in(face.id.patch, &i.lower, &i.upper);
+        let singular = |i: &Interval| body.shape.singular_in(face.id.patch, &i.bounds.lower, &i.bounds.upper);
         let is_coarse = self.law.treatment == Treatment::Coarse;
         let known = self.law.interval.width;
         let known = if is_coarse { known } else { known.or_else(|| refined_width(&body.spec, &point)) };
@@ -122,7 +122,7 @@ impl ZoneRequest<'_> {
         if let Some(set) = singular(&interval) {
             return Err(fail(ContactError::Singular { name: set.name.clone() }));
         }
-        let region = TargetFace { face, lower: interval.lower, upper: interval.upper };
+        let region = TargetFace { face, bounds: interval.bounds };
         let limits = ZoneLimits { region, slack: interval.slack, widths: [width, 0.0] };
         let on_rim = |points: &[CollocationPoint]| {
             let inner = interval.without_rim(body, &face, points);
@@ -139,20 +139,18 @@ impl Interval {
     fn about(body: &ElasticBody, face: &Face, centre: &[f64; 3], half_width: f64) -> Self {
         let patch = &body.shape.patches[face.id.patch];
         let mut interval = Self {
-            lower: face.on_face(centre),
-            upper: face.on_face(centre),
+            bounds: ParameterBox { lower: face.on_face(centre), upper: face.on_face(centre) },
             slack: [0.0; 3],
             is_natural_end: [[true; 2]; 3],
         };
         for d in face.directions() {
             let (first, last) = patch.knots()[d].domain();
             interval.slack[d] = PARAMETER_SLACK * (last - first);
-            interval.lower[d] = parameter_at_distance(patch, &interval.lower, d, -half_width);
-            interval.upper[d] = parameter_at_distance(patch, &interval.upper, d, half_width);
-            interval.is_natural_end[d] = [
-                interval.lower[d] <= first + interval.slack[d],
-                interval.upper[d] >= last - interval.slack[d],
-            ];
+            let ParameterBox { lower, upper } = &mut interval.bounds;
+            lower[d] = parameter_at_distance(patch, lower, d, -half_width);
+            upper[d] = parameter_at_distance(patch, upper, d, half_width);
+            interval.is_natural_end[d] =
+                [lower[d] <= first + interval.slack[d], upper[d] >= last - interval.slack[d]];
         }
         interval
     }
@@ -167,11 +165,11 @@ impl Interval {
             let element = |u: f64| knots[d].element(knots[d].find_element(u));
             let parameters = || points.iter().map(|p| p.xi[d]);
             if !self.is_natural_end[d][0] {
-                let end = element(self.lower[d] + 2.0 * self.slack[d]).1;
+                let end = element(self.bounds.lower[d] + 2.0 * self.slack[d]).1;
                 range[d][0] = end.max(parameters().fold(f64::INFINITY, f64::min)) + self.slack[d];
             }
             if !self.is_natural_end[d][1] {
-                let start = element(self.upper[d] - 2.0 * self.slack[d]).0;
+                let start = element(self.bounds.upper[d] - 2.0 * self.slack[d]).0;
                 range[d][1] = start.min(parameters().fold(f64::NEG_INFINITY, f64::max)) - self.slack[d];
             }
         }

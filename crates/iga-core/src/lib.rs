@@ -21,6 +21,7 @@ pub mod knots;
 pub mod bspline;
 pub mod bernstein;
 pub mod tensor;
+pub mod parameter_box;
 pub mod nurbs;
 pub mod quadrature;
 pub mod space;
@@ -34,3 +35,4 @@ pub mod assembly;
 pub mod recovery;
 
 pub use error::SplineError;
+pub use parameter_box::ParameterBox;

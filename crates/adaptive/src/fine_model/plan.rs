@@ -1,8 +1,9 @@
 //! Where the levels of a fine model lie: graded lattices, or Algorithm 3 of \[A\] (theory section A.2).
 
+use iga_core::ParameterBox;
 use iga_core::SplineError;
 use iga_core::elasticity::Model;
-use iga_core::hierarchical::{HierarchicalSpace, ParameterBox, PatchTies, SubdomainHierarchy};
+use iga_core::hierarchical::{HierarchicalSpace, PatchTies, SubdomainHierarchy};
 use iga_core::knots::KnotVector;
 use iga_core::nurbs::Patch;
 use iga_core::nurbs::jet::norm;

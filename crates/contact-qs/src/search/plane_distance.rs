@@ -95,16 +95,8 @@ fn lowest(side: &Side<'_>, n: &Vector3<f64>, ws: &mut SearchWorkspace) -> Option
                 }
                 let objective = |s: &[f64; 2]| {
                     let jet = deformed.jet(side, piece, *s);
-                    let noise = 4.0 * f64::EPSILON * jet.point.norm();
-                    let mut sample: Sample<2> =
-                        Sample { value: n.dot(&jet.point), noise, ..Sample::default() };
-                    for i in 0..2 {
-                        sample.gradient[i] = n.dot(&jet.first[i]);
-                        for j in 0..2 {
-                            sample.hessian[i][j] = n.dot(&jet.second[i + j]);
-                        }
-                    }
-                    sample
+                    let (first, second) = (jet.first.map(Into::into), jet.second.map(Into::into));
+                    Sample::height(&jet.point.into(), &first, |i, j| second[i + j], n.as_ref())
                 };
                 let (s, height) =
                     minimize(objective, &side.parameters(piece, start), &[0.0; 2], &side.upper(piece));

@@ -146,20 +146,8 @@ impl Candidate {
 fn closest_on_piece(side: &Side<'_>, deformed: &Deformed, start: Site, x: &Vector3<f64>) -> Candidate {
     let objective = |s: &[f64; 2]| {
         let jet = deformed.jet(side, start.piece, *s);
-        let r = jet.point - x;
-        let rounding = 4.0 * f64::EPSILON * (jet.point.norm() + x.norm());
-        let mut sample: Sample<2> = Sample {
-            value: 0.5 * r.norm_squared(),
-            noise: rounding * (r.norm() + rounding),
-            ..Sample::default()
-        };
-        for a in 0..2 {
-            sample.gradient[a] = r.dot(&jet.first[a]);
-            for b in 0..2 {
-                sample.hessian[a][b] = jet.first[a].dot(&jet.first[b]) + r.dot(&jet.second[a + b]);
-            }
-        }
-        sample
+        let (first, second) = (jet.first.map(Into::into), jet.second.map(Into::into));
+        Sample::half_square(&jet.point.into(), &first, |a, b| second[a + b], &(*x).into())
     };
     let (s, _) = minimize(objective, &start.s, &[0.0; 2], &side.upper(start.piece));
     let site = Site { piece: start.piece, s };

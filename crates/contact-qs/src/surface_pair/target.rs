@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use faer::{Mat, MatRef};
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::data_error::{DataError, check_square};
+use iga_core::ParameterBox;
 use iga_core::nurbs::Patch;
 use iga_core::nurbs::jet::diagonal;
 use iga_core::nurbs::patch::PointBasis;
@@ -23,17 +24,15 @@ use crate::points::{DofLookup, InterfaceCompliance};
 pub struct TargetFace {
     /// The face.
     pub face: Face,
-    /// Lower ends of its parameters; the fixed one is ignored.
-    pub lower: [f64; 3],
-    /// Upper ends.
-    pub upper: [f64; 3],
+    /// Its parameters; the fixed one is ignored.
+    pub bounds: ParameterBox,
 }
 
 impl TargetFace {
     /// The whole of `face`.
     pub fn whole(face: Face, patches: &[Patch]) -> Self {
         let (lower, upper) = patches[face.id.patch].domain();
-        Self { face, lower, upper }
+        Self { face, bounds: ParameterBox { lower, upper } }
     }
 }
 
@@ -258,8 +257,8 @@ impl Collection<'_> {
         let (first, last) = patch.domain();
         let (mut lower, mut upper, degrees) = ([0.0; 2], [1.0; 2], face.degrees(patch));
         for (a, d) in face.directions().enumerate() {
-            lower[a] = wanted.lower[d].max(first[d]);
-            upper[a] = wanted.upper[d].min(last[d]);
+            lower[a] = wanted.bounds.lower[d].max(first[d]);
+            upper[a] = wanted.bounds.upper[d].min(last[d]);
         }
         if face.dimension < 2 || !(0..2).all(|a| lower[a] < upper[a]) {
             return Err(ContactError::EmptyFace { lower, upper });

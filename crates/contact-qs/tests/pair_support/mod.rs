@@ -101,9 +101,9 @@ pub fn highest(shape: &Shape, motion: RigidMotion, up: &[f64; 3]) -> (Face, Face
 pub fn part(shape: &Shape, face: Face, xi: &[f64; 3], half: f64) -> TargetFace {
     let mut part = TargetFace::whole(face, &shape.patches);
     for (d, u) in xi.iter().enumerate() {
-        let width = part.upper[d] - part.lower[d];
-        part.lower[d] = part.lower[d].max(u - half * width);
-        part.upper[d] = part.upper[d].min(u + half * width);
+        let width = part.bounds.upper[d] - part.bounds.lower[d];
+        part.bounds.lower[d] = part.bounds.lower[d].max(u - half * width);
+        part.bounds.upper[d] = part.bounds.upper[d].min(u + half * width);
     }
     part
 }
@@ -114,8 +114,8 @@ pub fn zone(shape: &Shape, face: Face, xi: &[f64; 3], width: f64) -> TargetFace 
     let mut part = TargetFace::whole(face, &shape.patches);
     let at = face.on_face(xi);
     for d in face.directions() {
-        part.lower[d] = parameter_at_distance(patch, &at, d, -width);
-        part.upper[d] = parameter_at_distance(patch, &at, d, width);
+        part.bounds.lower[d] = parameter_at_distance(patch, &at, d, -width);
+        part.bounds.upper[d] = parameter_at_distance(patch, &at, d, width);
     }
     part
 }
@@ -123,9 +123,7 @@ pub fn zone(shape: &Shape, face: Face, xi: &[f64; 3], width: f64) -> TargetFace 
 /// Greville points of the zone `part`.
 pub fn collocate(space: &PatchSpace, shape: &Shape, part: &TargetFace) -> Vec<SurfacePoint> {
     let (mut basis, mut active) = (PointBasis::default(), Vec::new());
-    let is_inside = |xi: &[f64; 3]| {
-        part.face.directions().all(|d| xi[d] >= part.lower[d] - 1e-9 && xi[d] <= part.upper[d] + 1e-9)
-    };
+    let is_inside = |xi: &[f64; 3]| part.bounds.contains(xi, &[1e-9; 3], part.face.directions());
     let mut points = Vec::new();
     for p in greville_points(space, &shape.patches, &[part.face]).iter().filter(|p| is_inside(&p.xi)) {
         space.evaluate(p.element, &p.xi, 0, &mut basis);

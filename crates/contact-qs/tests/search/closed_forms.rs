@@ -5,7 +5,8 @@ use contact_qs::{DofLookup, Plane, SearchWorkspace, SurfaceModel, minimum_distan
 use ffr_dynamics::body::Dof;
 use ffr_dynamics::body::RigidMotion::{Axial, Planar, Spatial};
 use ffr_dynamics::system::force::BodyState;
-use iga_core::hierarchical::{HierarchicalSpace, ParameterBox, PatchTies, SubdomainHierarchy};
+use iga_core::ParameterBox;
+use iga_core::hierarchical::{HierarchicalSpace, PatchTies, SubdomainHierarchy};
 use iga_core::nurbs::primitives::{SphereNet, axisymmetric, plane, solid, sphere};
 use iga_core::space::Space;
 use nalgebra::{UnitQuaternion, Vector3};

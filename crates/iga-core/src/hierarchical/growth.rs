@@ -8,19 +8,11 @@ use super::index_box::IndexBox;
 use super::ties::PatchTies;
 use crate::SplineError;
 use crate::knots::KnotVector;
+use crate::parameter_box::ParameterBox;
 use crate::spline_fault::LevelFault;
 
 /// Distance from a knot, relative to the element, within which an end of a region counts as lying on it.
 const ON_KNOT: f64 = 1e-9;
-
-/// A box in the parameters of a patch. In a direction with a seam it may reach beyond the ends of the patch.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ParameterBox {
-    /// Lower corner.
-    pub lower: [f64; 3],
-    /// Upper corner.
-    pub upper: [f64; 3],
-}
 
 impl SubdomainHierarchy {
     /// Boxes of elements of the last level that contain `regions`, grown by `by` elements in every direction.

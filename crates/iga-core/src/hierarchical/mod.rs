@@ -21,7 +21,6 @@ pub mod prolongation;
 
 pub use basis::HierarchicalBasis;
 pub use domain::SubdomainHierarchy;
-pub use growth::ParameterBox;
 pub use index_box::IndexBox;
 pub use prolongation::Prolongation;
 pub use space::HierarchicalSpace;

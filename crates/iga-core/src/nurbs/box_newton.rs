@@ -5,6 +5,8 @@
 
 use std::array::from_fn;
 
+use super::jet::{difference, dot, norm};
+
 /// Objective at a point, with derivatives.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample<const N: usize = 3> {
@@ -21,6 +23,41 @@ pub struct Sample<const N: usize = 3> {
 impl<const N: usize> Default for Sample<N> {
     fn default() -> Self {
         Self { value: 0.0, noise: 0.0, gradient: [0.0; N], hessian: [[0.0; N]; N] }
+    }
+}
+
+impl<const N: usize> Sample<N> {
+    /// Half the squared distance of a moving point from `target` (theory Eq. S.14): of its place `point` with `first` derivatives for
+    /// the parameters, and second ones.
+    pub fn half_square(
+        point: &[f64; 3],
+        first: &[[f64; 3]; N],
+        second: impl Fn(usize, usize) -> [f64; 3],
+        target: &[f64; 3],
+    ) -> Self {
+        let r = difference(point, target);
+        let rounding = 4.0 * f64::EPSILON * (norm(point) + norm(target));
+        Self {
+            value: 0.5 * dot(&r, &r),
+            noise: rounding * (norm(&r) + rounding),
+            gradient: from_fn(|a| dot(&r, &first[a])),
+            hessian: from_fn(|a| from_fn(|b| dot(&first[a], &first[b]) + dot(&r, &second(a, b)))),
+        }
+    }
+
+    /// Height `n · x` of a moving point along `direction`, as [`Sample::half_square`].
+    pub fn height(
+        point: &[f64; 3],
+        first: &[[f64; 3]; N],
+        second: impl Fn(usize, usize) -> [f64; 3],
+        direction: &[f64; 3],
+    ) -> Self {
+        Self {
+            value: dot(point, direction),
+            noise: 4.0 * f64::EPSILON * norm(point) * norm(direction),
+            gradient: from_fn(|a| dot(direction, &first[a])),
+            hessian: from_fn(|a| from_fn(|b| dot(direction, &second(a, b)))),
+        }
     }
 }
 

@@ -275,34 +275,12 @@ fn restrict(net: &[[f64; 4]], sizes: &mut [usize; 3], d: usize, knots: &KnotVect
 
 /// Half the squared distance with derivatives.
 fn half_square(jet: &Jet, target: &[f64; 3]) -> Sample {
-    let r = difference(&jet.point, target);
-    let distance = norm(&r);
-    let rounding = 4.0 * f64::EPSILON * (norm(&jet.point) + norm(target));
-    let mut sample =
-        Sample { value: 0.5 * square(&r), noise: rounding * (distance + rounding), ..Sample::default() };
-    for a in 0..3 {
-        sample.gradient[a] = dot(&r, &jet.first[a]);
-        for b in 0..3 {
-            sample.hessian[a][b] = dot(&jet.first[a], &jet.first[b]) + dot(&r, &jet.second(a, b));
-        }
-    }
-    sample
+    Sample::half_square(&jet.point, &jet.first, |a, b| jet.second(a, b), target)
 }
 
 /// Height along `direction` with derivatives.
 fn height(jet: &Jet, direction: &[f64; 3]) -> Sample {
-    let mut sample = Sample {
-        value: dot(&jet.point, direction),
-        noise: 4.0 * f64::EPSILON * norm(&jet.point) * norm(direction),
-        ..Sample::default()
-    };
-    for a in 0..3 {
-        sample.gradient[a] = dot(direction, &jet.first[a]);
-        for b in 0..3 {
-            sample.hessian[a][b] = dot(direction, &jet.second(a, b));
-        }
-    }
-    sample
+    Sample::height(&jet.point, &jet.first, |a, b| jet.second(a, b), direction)
 }
 
 fn square(v: &[f64; 3]) -> f64 {

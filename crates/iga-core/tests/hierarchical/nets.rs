@@ -1,6 +1,7 @@
 //! Patches and small helpers of these tests.
 
-use iga_core::hierarchical::{ParameterBox, PatchTies, SubdomainHierarchy, TwoScale};
+use iga_core::ParameterBox;
+use iga_core::hierarchical::{PatchTies, SubdomainHierarchy, TwoScale};
 use iga_core::knots::KnotVector;
 use iga_core::nurbs::Patch;
 use iga_core::nurbs::patch::PointBasis;

@@ -1,6 +1,7 @@
 //! Prolongation between hierarchical spaces, plain and globally refined patches.
 
-use iga_core::hierarchical::{HierarchicalSpace, IndexBox, ParameterBox, Prolongation, SubdomainHierarchy};
+use iga_core::ParameterBox;
+use iga_core::hierarchical::{HierarchicalSpace, IndexBox, Prolongation, SubdomainHierarchy};
 use iga_core::nurbs::Patch;
 use iga_core::space::Space;
 

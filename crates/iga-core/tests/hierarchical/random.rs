@@ -1,6 +1,7 @@
 //! Random hierarchies.
 
-use iga_core::hierarchical::{HierarchicalSpace, ParameterBox, PatchTies, Prolongation, SubdomainHierarchy};
+use iga_core::ParameterBox;
+use iga_core::hierarchical::{HierarchicalSpace, PatchTies, Prolongation, SubdomainHierarchy};
 use iga_core::nurbs::Patch;
 use iga_core::space::Space;
 use proptest::prelude::*;

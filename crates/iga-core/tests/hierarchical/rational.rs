@@ -1,6 +1,7 @@
 //! Exact geometry and derivatives on rational patches.
 
-use iga_core::hierarchical::{HierarchicalSpace, ParameterBox, PatchTies, SubdomainHierarchy};
+use iga_core::ParameterBox;
+use iga_core::hierarchical::{HierarchicalSpace, PatchTies, SubdomainHierarchy};
 use iga_core::nurbs::Patch;
 use iga_core::nurbs::patch::{PointBasis, SECOND_DERIVATIVES};
 use iga_core::space::Space;

@@ -1,9 +1,8 @@
 //! Seams, poles and axes under local refinement.
 
+use iga_core::ParameterBox;
 use iga_core::SplineError;
-use iga_core::hierarchical::{
-    HierarchicalSpace, IndexBox, ParameterBox, PatchTies, Prolongation, SubdomainHierarchy,
-};
+use iga_core::hierarchical::{HierarchicalSpace, IndexBox, PatchTies, Prolongation, SubdomainHierarchy};
 use iga_core::nurbs::Patch;
 use iga_core::space::Space;
 
