@@ -258,8 +258,3 @@ fn small_copy_agrees_with_its_source_and_finds_changes() {
     assert_eq!(output(&["thin", text(&a), "-o", text(&other)]).0, 6);
     assert_eq!(std::fs::read_to_string(&other).expect("readable"), "mine");
 }
-
-#[test]
-fn documented_defaults_are_the_real_ones() {
-    assert!(include_str!("../docs/compare.md").contains(fbimpact::compare::DEFAULTS));
-}

@@ -1,6 +1,7 @@
 //! The result file: written from a made-up run, read back, and what is left when a run does not end well.
 
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use adaptive::AdaptiveError;
 use adaptive::observer::{Continue, Observer};
@@ -421,5 +422,49 @@ fn output_that_cannot_be_written_is_refused_at_once() {
     for path in [missing.as_path(), directory.path()] {
         let error = OutputFile::claim(path, true).expect_err("refused");
         assert_eq!(error.code(), 6, "{error}");
+    }
+}
+
+#[test]
+fn every_dataset_of_a_result_is_in_the_reference() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("all.h5");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let scenario = root.join("scenarios/rigid_double_pendulums.toml");
+    let disc = root.join("scenarios/sphere_on_plane.toml");
+    let stress = "output.stress.line={body=\"ball\",from=\"bottom\",to=\"top\"}";
+    let page = fbimpact::results::reference::markdown();
+    for (scenario, set) in [(scenario, "simulation.end_time=0.01"), (disc, stress)] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_fbimpact"));
+        command.args(["run", "-q", "--set", set, "--force", "-o"]).arg(&path).arg(&scenario);
+        assert!(command.status().expect("the program starts").success());
+        let mut names = Vec::new();
+        let file = hdf5::File::open(&path).expect("readable");
+        list(&file, "", &mut names);
+        assert!(names.len() > 30);
+        for name in names {
+            let mut parts: Vec<&str> = name.split('/').collect();
+            if matches!(parts[1], "bodies" | "joints" | "contacts" | "pressure" | "points" | "stress") {
+                parts[2] = "NAME";
+            }
+            let last = parts[parts.len() - 1];
+            let (path, group) = (parts.join("/"), parts[..parts.len() - 1].join("/"));
+            let is_there = page.contains(&format!("`{path}`"))
+                || page.lines().any(|l| l.contains(&format!("`{group}/{{")) && l.contains(last));
+            assert!(is_there, "{path}");
+        }
+        for name in file.attr_names().expect("readable") {
+            assert!(page.contains(&format!("| `{name}` |")), "attribute {name}");
+        }
+    }
+}
+
+fn list(group: &hdf5::Group, at: &str, names: &mut Vec<String>) {
+    for name in group.member_names().expect("readable") {
+        let path = format!("{at}/{name}");
+        match group.group(&name) {
+            Ok(child) => list(&child, &path, names),
+            Err(_) => names.push(path),
+        }
     }
 }

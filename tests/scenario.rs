@@ -4,7 +4,7 @@ use std::path::Path;
 
 use adaptive::spec::Target;
 use fbimpact::scenario::keys::{Key, Kind};
-use fbimpact::scenario::{self, Fault, Override, Scenario, reference, tables};
+use fbimpact::scenario::{self, Fault, Override, Scenario, tables};
 
 const SPHERE: &str = include_str!("../scenarios/sphere_on_plane.toml");
 const ROD: &str = include_str!("../scenarios/rod_on_plane.toml");
@@ -82,18 +82,6 @@ fn defaults_of_the_key_tables_are_valid() {
         }
     }
     walk(tables::SCENARIO);
-}
-
-#[test]
-fn reference_page_is_up_to_date() {
-    let page = include_str!("../docs/scenario.md");
-    assert!(page == reference::markdown(), "write `fbimpact reference` to docs/scenario.md");
-}
-
-#[test]
-fn schema_file_is_up_to_date() {
-    let file = include_str!("../docs/scenario.schema.json");
-    assert!(file == scenario::schema::text(), "write `fbimpact schema` to docs/scenario.schema.json");
 }
 
 #[test]

@@ -1,0 +1,153 @@
+#!/usr/bin/env python3
+"""Checks what the pages say: links lead somewhere, the book has every page, figures are shown, pages that the program writes are
+those of the program, claims that tests cite are in the table, the commands of the tutorial work and say what stands there.
+
+Usage: scripts/check_documents.py [PROGRAM]
+"""
+
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+DOCS = ROOT / "docs"
+BEGIN, END = "<!-- begin: fbimpact reference results -->\n", "<!-- end -->"
+LARGEST_GALLERY = 1_000_000  # bytes
+
+faults = []
+
+
+def check(is_right, message):
+    if not is_right:
+        faults.append(message)
+
+
+def name(path):
+    return str(path.relative_to(ROOT))
+
+
+def links(page):
+    """Relative targets of the links outside of code blocks."""
+    prose, is_fenced = [], False
+    for line in page.splitlines():
+        if line.lstrip().startswith("```"):
+            is_fenced = not is_fenced
+        elif not is_fenced:
+            prose.append(line)
+    targets = [t.strip() for t in re.findall(r"\]\(([^)]*)\)", "\n".join(prose))]
+    skipped = ("://", "$", "\\", " ")
+    return [t for t in targets if not t.startswith("mailto:") and not any(s in t for s in skipped)]
+
+
+def anchors(page):
+    """Headings as GitHub and mdbook name them."""
+    headings = [line.lstrip("#").strip() for line in page.splitlines() if line.startswith("#")]
+    kept = ["".join(c for c in h if c.isalnum() or c in " -_") for h in headings]
+    return {"".join(c.lower() if c.isascii() else c for c in h).replace(" ", "-") for h in kept}
+
+
+def check_links():
+    pages = [ROOT / f for f in ("README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md")]
+    n = 0
+    for file in pages + sorted(DOCS.rglob("*.md")):
+        for link in links(file.read_text()):
+            path, _, anchor = link.partition("#")
+            target = file.parent / path if path else file
+            check(target.exists(), f"{name(file)}: {link} leads nowhere")
+            if anchor and target.suffix == ".md" and target.exists():
+                check(anchor in anchors(target.read_text()), f"{name(file)}: {link} names no heading")
+            n += 1
+    check(n > 50, f"only {n} links are found")
+
+
+def check_book():
+    listed = sorted(os.path.normpath(DOCS / link) for link in links((DOCS / "SUMMARY.md").read_text()))
+    there = sorted(str(p) for p in DOCS.rglob("*.md") if p.name != "SUMMARY.md")
+    for page in set(listed) ^ set(there):
+        check(False, f"docs/SUMMARY.md: {page} is not listed, or not there")
+    check(len(listed) == len(set(listed)), "docs/SUMMARY.md lists a page twice")
+
+
+def check_gallery():
+    shown = links((DOCS / "gallery.md").read_text())
+    files = sorted((DOCS / "gallery").iterdir())
+    for file in files:
+        check(f"gallery/{file.name}" in shown, f"docs/gallery.md does not show {file.name}")
+    size = sum(f.stat().st_size for f in files)
+    check(size < LARGEST_GALLERY, f"docs/gallery takes {size} bytes, at most {LARGEST_GALLERY} are kept")
+
+
+def check_claims():
+    """Tests cite claims of docs/verification.md by number: every number is in the table, and every claim has a test."""
+    table = re.search(r"## Claims\n(.*?)\n## ", (DOCS / "verification.md").read_text(), re.S)
+    known = set(re.findall(r"^\| (\d+) \|", table[1], re.M)) if table else set()
+    cited = set()
+    for file in [*ROOT.glob("tests/**/*.rs"), *ROOT.glob("crates/*/tests/**/*.rs")]:
+        for number in re.findall(r"claim (\d+) of docs/verification\.md", file.read_text(), re.I):
+            check(number in known, f"{name(file)}: there is no claim {number} in docs/verification.md")
+            cited.add(number)
+    check(known == cited, f"docs/verification.md: no test cites the claims {sorted(known - cited)}")
+
+
+def check_written(program):
+    def printed(*arguments):
+        return subprocess.run([program, *arguments], check=True, capture_output=True, text=True).stdout
+
+    for file, arguments in [("scenario.md", ["reference"]), ("scenario.schema.json", ["schema"])]:
+        command = " ".join(["fbimpact", *arguments])
+        check((DOCS / file).read_text() == printed(*arguments), f"docs/{file} is old: write `{command}` to it")
+    _, _, rest = (DOCS / "results.md").read_text().partition(BEGIN)
+    remedy = "put the output of `fbimpact reference results` between its marks"
+    check(rest.partition(END)[0] == printed("reference", "results"), f"docs/results.md is old: {remedy}")
+    tolerances = (ROOT / "crates/fbimpact/src/compare/defaults.toml").read_text()
+    check(tolerances in (DOCS / "compare.md").read_text(), "docs/compare.md has not the tolerances of the program")
+
+
+def without_numbers(line):
+    """Words with digits replaced, so that times and rounding do not count."""
+    has_digit = lambda w: any(c.isascii() and c.isdigit() for c in w)
+    return " ".join("#" if has_digit(w) and "/" not in w else w for w in line.split())
+
+
+def check_tutorial(program):
+    page = (DOCS / "tutorial.md").read_text()
+    n, said = 0, ""
+    with tempfile.TemporaryDirectory() as folder:
+        for link in ("scenarios", "scripts"):
+            os.symlink(ROOT / link, pathlib.Path(folder, link))
+        path = f"{program.parent}{os.pathsep}{os.environ.get('PATH', '')}"
+        environment = {**os.environ, "PATH": path, "RUNNER": "xargs", "JOBS": "2"}
+        for language, block in re.findall(r"^```(\w*)\n(.*?)^```", page, re.M | re.S):
+            if language == "sh":
+                command = ["sh", "-euc", f"exec 2>&1\n{block}"]
+                run = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
+                said = run.stdout
+                check(run.returncode == 0, f"docs/tutorial.md: this ends with {run.returncode}:\n{block}{said}")
+                n += 1
+            elif language == "text":
+                lines = {without_numbers(line) for line in said.splitlines()}
+                for line in block.splitlines():
+                    is_there = line == "..." or without_numbers(line) in lines
+                    check(is_there, f"docs/tutorial.md: this is not said: {line}\nbut: {said}")
+    check(n >= 12, f"the tutorial has only {n} commands")
+
+
+def main():
+    program = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ROOT / "target/release/fbimpact").resolve()
+    check_links()
+    check_book()
+    check_gallery()
+    check_claims()
+    check_written(program)
+    check_tutorial(program)
+    for fault in faults:
+        print(fault, file=sys.stderr)
+    if faults:
+        sys.exit(1)
+    print("documents: links, book, gallery, claims, written pages and tutorial are right")
+
+
+main()
