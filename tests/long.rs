@@ -1,4 +1,4 @@
-//! Verification runs of minutes: `cargo test --release --features long-tests --test long`.
+//! Verification of the second tier: runs of minutes.
 #![expect(clippy::print_stdout, reason = "the figures of docs/verification.md, shown with --nocapture")]
 
 #[path = "verification/support.rs"]
@@ -23,6 +23,7 @@ const COARSE: [&str; 5] = [
 ];
 
 #[test]
+#[ignore = "second tier: minutes"]
 fn all_modes_of_the_full_model_dynamic_give_the_same_force() {
     let quasistatic = run("sphere_on_plane", &COARSE);
     let all = ["contacts.impact.model=dynamic", "bodies.ball.reduction={method=\"all\"}"];
@@ -33,12 +34,13 @@ fn all_modes_of_the_full_model_dynamic_give_the_same_force() {
         full.layout.bodies[0].eigenfrequencies.len(),
         full.phases.iter().map(|p| p.steps).sum::<u64>()
     );
-    // Claim of the project.
+    // Claim 11 of docs/verification.md.
     assert_below("force along the curve", full.force_difference(&quasistatic), 3e-3);
     assert_below("energy drift", full.energy_drift(), 1e-6);
 }
 
 #[test]
+#[ignore = "second tier: minutes"]
 fn peak_force_converges_with_the_mesh() {
     let peak = |points: &str, elements: usize| {
         let mesh = format!("bodies.ball.discretisation.refine[0].elements={elements}");
@@ -58,6 +60,7 @@ fn peak_force_converges_with_the_mesh() {
 }
 
 #[test]
+#[ignore = "second tier: minutes"]
 fn rod_with_a_finer_mesh_follows_the_finite_element_trace_closer() {
     let trace = run(
         "rod_on_plane",
@@ -68,19 +71,20 @@ fn rod_with_a_finer_mesh_follows_the_finite_element_trace_closer() {
     let force = deviation(&times, &trace.force(), &reference, &table.column("force"));
     let far = trace.history(|s| s.points[0].velocity[2]);
     let far = deviation(&times, &far, &reference, &table.column("far_velocity"));
-    // A third of the claim of 1 % for the shipped mesh, whose contact elements are twice as large.
+    // A third of claim 10 of docs/verification.md for the shipped mesh, whose contact elements are twice as large.
     assert_below("force along the curve", force, 1e-3);
     assert_below("far end's velocity", far, 3e-3);
     assert_close("peak", trace.impact().peak_force, 1340.97, 5e-4);
 }
 
 #[test]
+#[ignore = "second tier: minutes"]
 fn fine_cylinder_has_the_first_ten_frequencies_of_a_ritz_solution() {
     let model = built(&parsed(&steel_cylinder(16, 30)));
     assert_eq!(model.bodies[0].elastic().expect("elastic").body.n_unknowns(), 20577);
     let omega = &model.bodies[0].elastic().expect("elastic").reduced.basis.omega;
     let errors = omega.iter().zip(cylinder_frequencies()).map(|(w, f)| (w / TAU / f - 1.0).abs());
-    // Claim of the project.
+    // Claim 9 of docs/verification.md.
     assert_below("largest error of 10 frequencies", errors.fold(0.0, f64::max), 1e-6);
 }
 
@@ -92,6 +96,7 @@ fn kinetic_at(trace: &Trace, i: usize) -> f64 {
 }
 
 #[test]
+#[ignore = "second tier: minutes"]
 fn flexible_double_pendulums_meet_three_times_in_a_second() {
     let trace = run("double_pendulum", &[]);
     let found: Vec<_> = trace.impacts.iter().map(|i| (i.start, i.end - i.start, i.peak_force)).collect();
@@ -120,6 +125,7 @@ fn flexible_double_pendulums_meet_three_times_in_a_second() {
 }
 
 #[test]
+#[ignore = "second tier: minutes"]
 fn models_without_adaptivity_agree_in_the_first_impact_and_the_coarse_one_does_not() {
     let end = ["simulation.end_time=0.1675"];
     let peak = |scenario: &str| run(scenario, &end).impacts[0].peak_force;

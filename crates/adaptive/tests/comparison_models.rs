@@ -265,7 +265,7 @@ fn second_peak_loses_more_than_twice_what_the_first_impulse_loses() {
 /// the first impact lost, see above. The rest of the difference to the adaptive model, 0.5 % of the second peak, is that of an
 /// interval sized for the first impact, which the quasistatic model shows too.
 #[test]
-#[ignore = "takes three minutes and 2 GiB: 6e5 steps, all of them recorded"]
+#[ignore = "second tier: three minutes and 2 GiB, 6e5 steps, all of them recorded"]
 fn damped_sphere_rod_sphere_agrees_with_the_adaptive_one() {
     let (spec, adaptive) = given_sphere_rod_sphere(Treatment::Damped);
     let damped = peaks(&finished(&spec));
@@ -280,7 +280,7 @@ fn damped_sphere_rod_sphere_agrees_with_the_adaptive_one() {
 /// [B] (26) to (28): Rayleigh damping with the ratio kappa at both ends of the band of the normal modes. Its lag is that of the
 /// stiffness part, kappa/(pi (f1 + f2)) = 6 ns for the rod, not the 0.2 us of critical damping.
 #[test]
-#[ignore = "takes three minutes: 4e5 steps, all of them recorded"]
+#[ignore = "second tier: three minutes, 4e5 steps, all of them recorded"]
 fn dynamic_sphere_rod_sphere_with_rayleigh_damping_agrees_with_the_adaptive_one() {
     let adaptive = finished(&sphere_rod_sphere(PenaltySearch::CONVERGED));
     let (width, penalty) = found(&adaptive);

@@ -323,7 +323,7 @@ fn impossible_intervals_are_refused_by_name() {
 }
 
 #[test]
-#[ignore = "prints times; run on a quiet machine"]
+#[ignore = "second tier: prints times of a quiet machine"]
 #[expect(clippy::print_stdout, reason = "a measurement")]
 fn times() {
     for (name, body, place) in [

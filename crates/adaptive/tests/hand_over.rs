@@ -49,7 +49,7 @@ fn same_impacts(own: &Trace, default: &Trace, limit: f64) {
     assert_eq!(counts(own), counts(default));
 }
 
-/// Relative jump of the energy of a hand-over that is permitted (claim of the project); 1e-9 come out.
+/// Relative jump of the energy of a hand-over that is permitted (claim 2 of docs/verification.md); 1e-9 come out.
 const JUMP: f64 = 1e-5;
 /// Momentum that a hand-over may create, relative to that at the start: the mass of a NURBS body from the fine model's finer
 /// quadrature differs by 2e-9.

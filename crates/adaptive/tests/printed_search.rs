@@ -89,7 +89,7 @@ fn unaccounted(trace: &Trace) -> f64 {
 fn printed_search_raises_in_trials_and_lowers_in_the_running_impact() {
     let trace = finished(&sphere_rod_sphere(8e-6));
     check_first_search(&trace);
-    // Claim of the project.
+    // Claim 1 of docs/verification.md.
     assert!(unaccounted(&trace) < 1e-5, "{:e}", unaccounted(&trace));
 }
 

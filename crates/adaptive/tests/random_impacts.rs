@@ -202,16 +202,16 @@ impl Outcome {
     }
 }
 
-/// Permitted change of the momentum: forces are equal and opposite to round-off (claim of the project).
+/// Permitted change of the momentum: forces are equal and opposite to round-off (claim 3 of docs/verification.md).
 const MOMENTUM: f64 = 1e-12;
-/// Permitted drift of the energy (claim of the project).
+/// Permitted drift of the energy (claim 1 of docs/verification.md).
 const DRIFT: f64 = 1e-5;
-/// Permitted jump of the energy at a hand-over (claim of the project).
+/// Permitted jump of the energy at a hand-over (claim 2 of docs/verification.md).
 const JUMP: f64 = 1e-5;
 /// Contact radius over the smaller sphere's, or over the relative radius, up to which the half spaces of Hertz's theory stand for
 /// spheres.
 const HERTZ_APPLIES: f64 = 0.05;
-/// Permitted deviation of peak force and restitution there (claim of the project); more only where the finite size of the
+/// Permitted deviation of peak force and restitution there (claim 5 of docs/verification.md); more only where the finite size of the
 /// spheres accounts for it.
 const HERTZ: f64 = 2e-2;
 
@@ -242,7 +242,7 @@ fn spheres_drawn_at_random_hit_each_other_as_hertz_says() {
 }
 
 #[test]
-#[ignore = "two minutes: cargo test --release -p adaptive --test random_impacts -- --ignored --nocapture"]
+#[ignore = "second tier: two minutes"]
 fn two_hundred_pairs_of_spheres_hit_each_other_as_hertz_says() {
     check_all(0..200);
 }

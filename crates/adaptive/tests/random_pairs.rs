@@ -368,15 +368,15 @@ impl Outcome {
     }
 }
 
-/// Permitted change of the momentum: forces are equal and opposite to round-off (claim of the project).
+/// Permitted change of the momentum: forces are equal and opposite to round-off (claim 3 of docs/verification.md).
 const MOMENTUM: f64 = 1e-12;
-/// Permitted drift of the energy (claim of the project).
+/// Permitted drift of the energy (claim 1 of docs/verification.md).
 const LEDGER: f64 = 1e-5;
 /// The same with friction (docs/decisions/0005-friction.md).
 const LEDGER_OF_FRICTION: f64 = 1e-4;
 /// Contact radius over the smaller sphere's up to which the half spaces of Hertz's theory stand for spheres.
 const HERTZ_APPLIES: f64 = 0.05;
-/// Permitted deviation of the peak force there (claim of the project); more only where the finite size accounts for it, which by
+/// Permitted deviation of the peak force there (claim 5 of docs/verification.md); more only where the finite size accounts for it, which by
 /// itself makes some 0.45 a/R, 2.2 % at the end of the range (`random_impacts`: no error of the mesh).
 const HERTZ: f64 = 2e-2;
 
@@ -412,13 +412,13 @@ fn pairs_drawn_at_random_are_simulated_without_any_setting() {
 }
 
 #[test]
-#[ignore = "an hour: PAIRS=0..1000 cargo test --release -p adaptive --test random_pairs thousand -- --ignored --nocapture"]
+#[ignore = "second tier: an hour, PAIRS=0..100 takes the first hundred"]
 fn thousand_pairs_are_simulated_without_any_setting() {
     check(chosen(0..1000), ROUND);
 }
 
 #[test]
-#[ignore = "hours: PAIRS=0..200 cargo test --release -p adaptive --test random_pairs solid -- --ignored --nocapture"]
+#[ignore = "second tier: hours, PAIRS=0..20 takes the first twenty"]
 fn two_hundred_solid_pairs_are_simulated_without_any_setting() {
     check(chosen(0..200), SOLID);
 }

@@ -264,11 +264,11 @@ impl Outcome {
     }
 }
 
-/// Permitted relative change of both momenta (claim of the project).
+/// Permitted relative change of both momenta (claim 4 of docs/verification.md).
 const MOMENTUM: f64 = 1e-10;
 /// Round-off of the work of friction, a sum over some thousand stages.
 const ROUND_OFF: f64 = 1e-12;
-/// Permitted error of the ledger relative to the energy at the impact (claim of the project for an impact).
+/// Permitted error of the ledger relative to the energy at the impact (claim 1 of docs/verification.md).
 const LEDGER: f64 = 1e-5;
 /// The same with friction, whose work is of second order of the step where points begin to slide (docs/decisions/0005-friction.md).
 const LEDGER_OF_FRICTION: f64 = 1e-4;
@@ -295,13 +295,13 @@ fn solid_spheres_drawn_at_random_keep_momenta_and_energy() {
 }
 
 #[test]
-#[ignore = "minutes: cargo test --release -p adaptive --test random_solid_impacts -- --ignored --nocapture"]
+#[ignore = "second tier: minutes"]
 fn thirty_oblique_impacts_of_solid_spheres_keep_momenta_and_energy() {
     check_all(0..30, 8);
 }
 
 #[test]
-#[ignore = "a minute: cargo test --release -p adaptive --test random_solid_impacts -- --ignored --nocapture"]
+#[ignore = "second tier: a minute"]
 fn what_friction_gives_back_falls_with_the_step() {
     let run = |number: u64, max_step: f64| {
         let case = Case::draw(number);

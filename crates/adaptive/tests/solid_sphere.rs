@@ -73,7 +73,7 @@ fn solid_sphere_on_a_plane_gives_the_axisymmetric_impact() {
 }
 
 #[test]
-#[ignore = "a minute: cargo test --release -p adaptive --test solid_sphere -- --ignored --nocapture"]
+#[ignore = "second tier: a minute"]
 fn solid_sphere_gives_it_with_any_point_below() {
     let expected = axisymmetric();
     for (name, angles) in [
