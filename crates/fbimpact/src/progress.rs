@@ -104,7 +104,7 @@ impl Progress {
         let (ticker, end) = channel();
         if bar.is_hidden() {
             let stage = stage.clone();
-            std::thread::spawn(move || tick(&stage, &end));
+            std::thread::spawn(move || tick(&stage, &end, [TICK, LINE_INTERVAL]));
         } else {
             bar.enable_steady_tick(TICK);
         }
@@ -166,13 +166,13 @@ impl Progress {
     }
 }
 
-/// Writes a line every so often in a stage that lasts, until the sender is gone.
-fn tick(stage: &Mutex<Option<(String, Instant)>>, end: &Receiver<()>) {
+/// Looks after every `tick` whether a stage has lasted for another `interval`, and writes a line then, until the sender is gone.
+fn tick(stage: &Mutex<Option<(String, Instant)>>, end: &Receiver<()>, [tick, interval]: [Duration; 2]) {
     let mut last = Instant::now();
-    while end.recv_timeout(TICK) == Err(RecvTimeoutError::Timeout) {
+    while end.recv_timeout(tick) == Err(RecvTimeoutError::Timeout) {
         let Some((text, since)) = lock(stage).clone() else { continue };
         let quiet = last.max(since).elapsed();
-        if quiet >= LINE_INTERVAL {
+        if quiet >= interval {
             last = Instant::now();
             tracing::info!("{text}, for {:.0} s", since.elapsed().as_secs_f64());
         }
@@ -181,4 +181,91 @@ fn tick(stage: &Mutex<Option<(String, Instant)>>, end: &Receiver<()>) {
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TICKS: [Duration; 2] = [Duration::from_millis(1), Duration::from_millis(20)];
+
+    /// After ten seconds in which seconds of motion take about as long each, or not.
+    fn after_ten_seconds(is_even: bool) -> Progress {
+        let mut progress = Progress::new(ProgressBar::hidden());
+        progress.set_span((0.0, 1.0), is_even);
+        progress.begin = Instant::now().checked_sub(Duration::from_secs(10)).expect("a clock that runs");
+        progress
+    }
+
+    #[test]
+    fn time_left_is_told_in_proportion_once_enough_is_done() {
+        let progress = after_ten_seconds(true);
+        assert_eq!(progress.left(0.25), ", about 30 s left");
+        assert_eq!(progress.left(0.5), ", about 10 s left");
+        assert_eq!(progress.left(1.0), ", about 0 s left");
+        assert_eq!(progress.left(0.99 * LEAST_SHARE), "");
+        assert_eq!(progress.left(0.0), "");
+    }
+
+    #[test]
+    fn time_left_is_not_told_where_something_may_touch() {
+        assert_eq!(after_ten_seconds(false).left(0.5), "");
+    }
+
+    /// Keeps the lines of a log.
+    #[derive(Clone, Default)]
+    struct Lines(Arc<Mutex<Vec<u8>>>);
+
+    impl Write for Lines {
+        fn write(&mut self, buffer: &[u8]) -> std::io::Result<usize> {
+            lock(&self.0).extend(buffer);
+            Ok(buffer.len())
+        }
+
+        fn flush(&mut self) -> std::io::Result<()> {
+            Ok(())
+        }
+    }
+
+    /// What is written within `time` in the stage `stage`, if there is one.
+    fn lines(stage: Option<&str>, time: Duration) -> Vec<String> {
+        let lines = Lines::default();
+        let writer = lines.clone();
+        let log = tracing_subscriber::fmt()
+            .with_writer(move || writer.clone())
+            .with_ansi(false)
+            .with_target(false)
+            .without_time()
+            .with_level(false);
+        let stage = Mutex::new(stage.map(|text| (text.to_owned(), Instant::now())));
+        let (sender, end) = channel();
+        let clock = std::thread::spawn(move || {
+            std::thread::sleep(time);
+            drop(sender);
+        });
+        tracing::subscriber::with_default(log.finish(), || tick(&stage, &end, TICKS));
+        clock.join().expect("it ends");
+        let text = String::from_utf8(lock(&lines.0).clone()).expect("UTF-8");
+        text.lines().map(str::to_owned).collect()
+    }
+
+    #[test]
+    fn a_stage_that_lasts_is_told_every_interval_until_the_end() {
+        let begin = Instant::now();
+        let told = lines(Some("building"), Duration::from_millis(300));
+        // As many as fit in at most; a machine that is busy makes fewer.
+        let most = begin.elapsed().as_millis() / TICKS[1].as_millis();
+        assert!(!told.is_empty() && told.len() as u128 <= most, "{told:?}");
+        assert!(told.iter().all(|line| line == "building, for 0 s"), "{told:?}");
+    }
+
+    #[test]
+    fn nothing_is_told_without_a_stage_or_before_it_has_lasted() {
+        assert!(lines(None, Duration::from_millis(60)).is_empty());
+        let (sender, end) = channel();
+        drop(sender);
+        let since = Instant::now();
+        tick(&Mutex::new(Some(("building".to_owned(), since))), &end, TICKS);
+        assert!(since.elapsed() < Duration::from_secs(5), "it ends at once");
+    }
 }
