@@ -159,12 +159,8 @@ impl ForceElement for Dormant {
     type Workspace = ();
     type Found = ContactReport;
 
-    fn state(&self) {}
-
-    fn workspace(&self) {}
-
-    fn found(&self) -> ContactReport {
-        ContactReport::default()
+    fn start(&self) -> ((), (), ContactReport) {
+        Default::default()
     }
 
     fn evaluate(

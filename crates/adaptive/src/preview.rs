@@ -62,12 +62,8 @@ impl ForceElement for PointImpact {
     type Workspace = ();
     type Found = ContactReport;
 
-    fn state(&self) {}
-
-    fn workspace(&self) {}
-
-    fn found(&self) -> ContactReport {
-        ContactReport::default()
+    fn start(&self) -> ((), (), ContactReport) {
+        Default::default()
     }
 
     fn evaluate(

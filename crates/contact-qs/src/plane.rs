@@ -243,37 +243,31 @@ impl ForceElement for PlaneContact {
     type Workspace = PlaneWorkspace;
     type Found = PlaneFound;
 
-    fn state(&self) -> PlaneState {
+    fn start(&self) -> (PlaneState, PlaneWorkspace, PlaneFound) {
+        let (n, n_rows) = (self.submodel.n_points(), self.submodel.low.nrows());
         let normal = self.settings.plane.normal.into_inner();
-        let (motion, n_points) = (self.submodel.motion, self.submodel.n_points());
         let friction = self.friction.map(|law| {
-            let mut state = PlaneFriction::new(law, motion, n_points, &normal, self.quasistatic.is_some());
+            let (motion, is_quasistatic) = (self.submodel.motion, self.quasistatic.is_some());
+            let mut state = PlaneFriction::new(law, motion, n, &normal, is_quasistatic);
             state.stick_slip.set_springs(&self.springs, 1.0 / law.stiffness_ratio);
             Box::new(state)
         });
-        PlaneState { zone: self.quasistatic.as_ref().map(Quasistatic::solver), friction }
-    }
-
-    fn workspace(&self) -> PlaneWorkspace {
-        let (n, n_rows) = (self.submodel.n_points(), self.submodel.low.nrows());
-        PlaneWorkspace {
+        let state = PlaneState { zone: self.quasistatic.as_ref().map(Quasistatic::solver), friction };
+        let workspace = PlaneWorkspace {
             free_gaps: vec![0.0; n],
             load_rates: vec![0.0; n_rows],
             gap_rates: vec![0.0; n],
             slip_rates: vec![0.0; n_rows - n],
-        }
-    }
-
-    fn found(&self) -> PlaneFound {
-        let (n, n_rows) = (self.submodel.n_points(), self.submodel.low.nrows());
-        PlaneFound {
+        };
+        let found = PlaneFound {
             normal: [0.0; 3],
             gaps: vec![0.0; n],
             forces: vec![0.0; n],
             displacements: vec![0.0; n_rows],
             loads: vec![0.0; n_rows],
             report: ContactReport::default(),
-        }
+        };
+        (state, workspace, found)
     }
 
     fn evaluate(

@@ -280,7 +280,7 @@ impl ForceElement for SurfacePair {
     type Workspace = PairWorkspace;
     type Found = PairFound;
 
-    fn state(&self) -> PairState {
+    fn start(&self) -> (PairState, PairWorkspace, PairFound) {
         let (n, nc) = (self.points.len(), self.motion.n_components());
         let is_quasistatic = self.compliances.is_some();
         let friction = self.friction.map(|law| {
@@ -291,15 +291,9 @@ impl ForceElement for SurfacePair {
         });
         let n_t = friction.as_ref().map_or(0, |f| f.n_t);
         let zone = self.compliances.as_ref().map(|c| c.solver(&self.surface, n_t));
-        PairState::new(n, nc, self.surface.nodes.len(), zone, friction)
-    }
-
-    fn workspace(&self) -> PairWorkspace {
-        PairWorkspace::new(&self.surface, self.points.len(), self.n_tangents(), self.n_modes)
-    }
-
-    fn found(&self) -> PairFound {
-        PairFound::new(&self.surface, self.points.len(), self.n_tangents())
+        let state = PairState::new(n, nc, self.surface.nodes.len(), zone, friction);
+        let workspace = PairWorkspace::new(&self.surface, n, self.n_tangents(), self.n_modes);
+        (state, workspace, PairFound::new(&self.surface, n, self.n_tangents()))
     }
 
     fn evaluate(

@@ -156,24 +156,19 @@ impl<C: ContactElement> ForceElement for VibratingContact<C> {
     type Workspace = VibratingWorkspace<C::Workspace>;
     type Found = VibratingFound<C::Found>;
 
-    fn state(&self) -> C::State {
-        self.contact.state()
-    }
-
-    fn workspace(&self) -> Self::Workspace {
-        VibratingWorkspace {
-            contact: self.contact.workspace(),
+    fn start(&self) -> (Self::State, Self::Workspace, Self::Found) {
+        let (state, contact, found) = self.contact.start();
+        let workspace = VibratingWorkspace {
+            contact,
             states: self.n_seen.iter().map(|n| BodyState::at_rest(*n)).collect(),
             forces: self.n_seen.iter().map(|n| GeneralisedForce::zeros(*n)).collect(),
-        }
-    }
-
-    fn found(&self) -> Self::Found {
-        VibratingFound {
-            contact: self.contact.found(),
+        };
+        let found = VibratingFound {
+            contact: found,
             report: ContactReport::default(),
             accelerations: vec![0.0; self.n_coordinates()],
-        }
+        };
+        (state, workspace, found)
     }
 
     fn evaluate(

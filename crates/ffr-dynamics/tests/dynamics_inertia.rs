@@ -121,12 +121,8 @@ impl ForceElement for Given {
     type Workspace = ();
     type Found = Push;
 
-    fn state(&self) {}
-
-    fn workspace(&self) {}
-
-    fn found(&self) -> Push {
-        Push { resultant: self.0.force, energy: 0.0 }
+    fn start(&self) -> ((), (), Push) {
+        ((), (), Push { resultant: self.0.force, energy: 0.0 })
     }
 
     fn evaluate(

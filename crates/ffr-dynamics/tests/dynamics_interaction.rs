@@ -56,14 +56,8 @@ impl ForceElement for Spring {
     type Workspace = ();
     type Found = Pull;
 
-    fn state(&self) -> Calls {
-        Calls::default()
-    }
-
-    fn workspace(&self) {}
-
-    fn found(&self) -> Pull {
-        Pull::default()
+    fn start(&self) -> (Calls, (), Pull) {
+        Default::default()
     }
 
     fn evaluate(

@@ -32,12 +32,8 @@ impl ForceElement for Floor {
     type Workspace = ();
     type Found = Push;
 
-    fn state(&self) {}
-
-    fn workspace(&self) {}
-
-    fn found(&self) -> Push {
-        Push::default()
+    fn start(&self) -> ((), (), Push) {
+        Default::default()
     }
 
     fn evaluate(

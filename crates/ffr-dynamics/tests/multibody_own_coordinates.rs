@@ -51,12 +51,8 @@ impl ForceElement for HangingMass {
     type Workspace = ();
     type Found = Pull;
 
-    fn state(&self) {}
-
-    fn workspace(&self) {}
-
-    fn found(&self) -> Pull {
-        Pull::default()
+    fn start(&self) -> ((), (), Pull) {
+        Default::default()
     }
 
     fn evaluate(
@@ -109,12 +105,8 @@ impl ForceElement for Nothing {
     type Workspace = ();
     type Found = NoForce;
 
-    fn state(&self) {}
-
-    fn workspace(&self) {}
-
-    fn found(&self) -> NoForce {
-        NoForce
+    fn start(&self) -> ((), (), NoForce) {
+        ((), (), NoForce)
     }
 
     fn evaluate(

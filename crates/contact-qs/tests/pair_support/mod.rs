@@ -279,7 +279,7 @@ pub fn random_bodies(pair: &SurfacePair, motion: RigidMotion, depth: f64, seed: 
         bodies[0].position.z = 0.0;
     }
     bodies[2].position = bodies[0].position + up * (RADIUS + 0.05);
-    let (state, mut workspace) = (pair.state(), pair.workspace());
+    let (state, mut workspace, _) = pair.start();
     for _ in 0..20 {
         let gap = pair.smallest_gap(Motion::new(0.0, &bodies), &state, &mut workspace);
         bodies[2].position -= up * (gap + depth);

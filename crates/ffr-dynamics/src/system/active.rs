@@ -73,7 +73,7 @@ pub struct ActiveParts<'a, E: ForceElement> {
 impl<E: ForceElement> Active<E> {
     /// Puts `element` to work, before its first evaluation.
     pub fn new(element: E) -> Self {
-        let (state, workspace, found) = (element.state(), element.workspace(), element.found());
+        let (state, workspace, found) = element.start();
         Self { element, state, workspace, found, elapsed: Duration::ZERO }
     }
 

@@ -138,14 +138,8 @@ pub trait ForceElement: Send {
     /// What an evaluation finds.
     type Found: Findings;
 
-    /// State before the first evaluation.
-    fn state(&self) -> Self::State;
-
-    /// Buffers for evaluations.
-    fn workspace(&self) -> Self::Workspace;
-
-    /// A place for what evaluations find, with nothing found yet.
-    fn found(&self) -> Self::Found;
+    /// State before the first evaluation, buffers, and a place for what evaluations find, with nothing found yet.
+    fn start(&self) -> (Self::State, Self::Workspace, Self::Found);
 
     /// Adds the forces at `motion` to `forces` (one entry a body, in the order of the bodies) and notes in `found` what it
     /// finds. Must not allocate.
