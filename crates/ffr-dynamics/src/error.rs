@@ -41,14 +41,6 @@ pub enum DynamicsError {
         /// Free memory \[GB\].
         free: f64,
     },
-    /// A factor with more entries than can be counted.
-    #[error(
-        "the Cholesky factor of {unknowns} unknowns would have more than 4e9 entries; use fewer elements or a lower degree, in contact zones a smaller interval.elements"
-    )]
-    FactorUncountable {
-        /// Number of unknowns.
-        unknowns: usize,
-    },
     /// More modes were asked for than the model has freedoms.
     #[error("{wanted} modes asked for, the model has only {available}")]
     TooManyModes {

@@ -45,14 +45,14 @@ fn nested_dissection_fills_less_than_the_natural_order_even_without_places() {
     let mut body = block(1, [40, 40, 0], [1.0, 1.0, 1.0]);
     let natural: Vec<u32> = (0..body.dofs.len() as u32).collect();
     let entries = |order| {
-        ffr_dynamics::reduction::SymbolicFactor::new(body.stiffness.symbolic(), order).unwrap().n_entries()
+        ffr_dynamics::reduction::SymbolicFactor::new(body.stiffness.symbolic(), order, 0).unwrap().n_entries()
     };
     let unordered = entries(natural);
     let placed = entries(elimination_order(body.stiffness.symbolic(), &body.dofs, &body.anchors, &[]));
     body.anchors.fill([0.0; 3]);
     let levels = {
         let order = elimination_order(body.stiffness.symbolic(), &body.dofs, &body.anchors, &[]);
-        ffr_dynamics::reduction::SymbolicFactor::new(body.stiffness.symbolic(), order).unwrap().n_entries()
+        ffr_dynamics::reduction::SymbolicFactor::new(body.stiffness.symbolic(), order, 0).unwrap().n_entries()
     };
     assert!(3 * placed < 2 * unordered, "{placed} of {unordered}");
     assert!(levels < unordered, "{levels} of {unordered}");

@@ -11,7 +11,7 @@ use faer::{Mat, MatMut, MatRef};
 use super::dense;
 use super::factor::{CholeskyFactor, SolveWorkspace};
 use super::modal::ReducedBasis;
-use super::problem::{ElasticProblem, SOLVE_COLUMNS};
+use super::problem::ElasticProblem;
 use super::rigid::RigidModes;
 use crate::DynamicsError;
 use crate::data_error::DataError;
@@ -70,7 +70,7 @@ impl ResidualFlexibility {
             rigid: Arc::clone(rigid),
             interface: interface.to_vec(),
             low: low.truncated(low.n_low),
-            workspace: Mutex::new(factor.workspace(SOLVE_COLUMNS)),
+            workspace: Mutex::new(factor.workspace()),
             factor,
             compliance: Mat::zeros(0, 0),
         };

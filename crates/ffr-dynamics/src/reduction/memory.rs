@@ -5,6 +5,8 @@ use std::path::Path;
 /// Share of the free memory that one factor may take: two bodies are built side by side, and either needs its matrix, its
 /// modes and its compliance, too.
 const SHARE: f64 = 0.4;
+/// Share of the memory left beside a factor that a second one of the same body may take, for an inertia count.
+const SHARE_BESIDE: f64 = 0.8;
 
 /// Folder in which Linux shows the limits that a container sets.
 const CONTROL_GROUP: &str = "/sys/fs/cgroup";
@@ -39,7 +41,16 @@ fn entry(text: &str, key: &str) -> Option<u64> {
 
 /// Gigabytes that are free, if `bytes` do not fit into the share of them that one factor may take.
 pub fn shortage(bytes: f64) -> Option<f64> {
-    free().map(|free| free as f64).filter(|free| bytes > SHARE * free).map(|free| 1e-9 * free)
+    shortage_of(SHARE, bytes)
+}
+
+/// As [`shortage`] for a factor beside the first one of its body, when all else that the body needs is there.
+pub fn shortage_beside(bytes: f64) -> Option<f64> {
+    shortage_of(SHARE_BESIDE, bytes)
+}
+
+fn shortage_of(share: f64, bytes: f64) -> Option<f64> {
+    free().map(|free| free as f64).filter(|free| bytes > share * free).map(|free| 1e-9 * free)
 }
 
 #[cfg(test)]

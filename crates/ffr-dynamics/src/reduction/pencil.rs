@@ -10,6 +10,7 @@ use faer::sparse::{SparseColMat, SymbolicSparseColMat};
 
 use super::factor::{CholeskyFactor, SymbolicFactor};
 use super::inertia::{Inertia, SINGLE_FROM};
+use super::numeric::Kind;
 use super::ordering::elimination_order;
 use super::rounded::RoundedFactor;
 use crate::DynamicsError;
@@ -41,7 +42,7 @@ impl<'a> Pencil<'a> {
         let (stiffness, mass_places) = unite(body)?;
         let pattern = stiffness.symbolic();
         let order = elimination_order(pattern, &body.dofs, &body.anchors, last);
-        let symbolic = Arc::new(SymbolicFactor::new(pattern, order)?);
+        let symbolic = Arc::new(SymbolicFactor::new(pattern, order, last.len())?);
         Ok(Self { body, stiffness, mass_places, symbolic })
     }
 
@@ -69,13 +70,14 @@ impl<'a> Pencil<'a> {
         if self.symbolic.n_entries() < SINGLE_FROM {
             return Ok(None);
         }
-        RoundedFactor::new(&self.symbolic, self.combination(0.0, fixed).as_ref(), STIFFNESS)
+        self.symbolic.check_memory(size_of::<f32>())?;
+        Ok(RoundedFactor::new(&self.symbolic, self.combination(0.0, fixed).as_ref(), Kind::Definite))
     }
 
     /// Inertia of `K - mu M` on the unknowns that are not `fixed`: how many eigenvalues are below `mu` [(rad/s)²].
     ///
     /// # Errors
-    /// [`DynamicsError::Factorisation`] if memory runs out.
+    /// [`DynamicsError::FactorTooLarge`] if memory does not suffice.
     pub fn inertia(&self, mu: f64, fixed: &[bool]) -> Result<Inertia, DynamicsError> {
         self.symbolic.inertia_double(self.combination(-mu, fixed).as_ref())
     }
@@ -83,7 +85,7 @@ impl<'a> Pencil<'a> {
     /// As [`Self::inertia`] in single precision; `None` if the matrix is small, or the factor too inaccurate to count.
     ///
     /// # Errors
-    /// [`DynamicsError::Factorisation`] if memory runs out.
+    /// [`DynamicsError::FactorTooLarge`] if memory does not suffice.
     pub fn inertia_single(&self, mu: f64, fixed: &[bool]) -> Result<Option<Inertia>, DynamicsError> {
         if self.symbolic.n_entries() < SINGLE_FROM {
             return Ok(None);

@@ -122,7 +122,7 @@ impl<'a> ElasticProblem<'a> {
         rigid: Option<Arc<RigidModes>>,
     ) -> Result<Self, DynamicsError> {
         let factor = Arc::new(pencil.cholesky(0.0, &held)?);
-        let workspace = Mutex::new(factor.workspace(SOLVE_COLUMNS));
+        let workspace = Mutex::new(factor.workspace());
         Ok(Self { pencil, clamped, held, factor: Factor::Double(factor, workspace), rigid })
     }
 
@@ -333,7 +333,7 @@ impl<'a> ElasticProblem<'a> {
     /// Inertia of `K - mu M`; rigid modes count as eigenvalues below any positive `mu`.
     ///
     /// # Errors
-    /// [`DynamicsError::Factorisation`] if memory runs out.
+    /// [`DynamicsError::FactorTooLarge`] if memory does not suffice.
     pub fn inertia(&self, mu: f64) -> Result<Inertia, DynamicsError> {
         self.pencil.inertia(mu, &self.clamped)
     }
@@ -341,7 +341,7 @@ impl<'a> ElasticProblem<'a> {
     /// As [`Self::inertia`] in single precision; `None` if the matrix is small, or the factor too inaccurate to count.
     ///
     /// # Errors
-    /// [`DynamicsError::Factorisation`] if memory runs out.
+    /// [`DynamicsError::FactorTooLarge`] if memory does not suffice.
     pub fn inertia_single(&self, mu: f64) -> Result<Option<Inertia>, DynamicsError> {
         self.pencil.inertia_single(mu, &self.clamped)
     }

@@ -5,59 +5,49 @@
 
 use std::sync::Arc;
 
-use faer::dyn_stack::MemStack;
+use faer::MatMut;
 use faer::reborrow::Reborrow;
 use faer::sparse::SparseColMatRef;
-use faer::sparse::linalg::cholesky::SymbolicCholeskyRaw;
-use faer::sparse::linalg::cholesky::supernodal::SupernodalLltRef;
-use faer::{MatMut, Par, Side};
 
-use super::factor::{SymbolicFactor, buffer};
-use super::inertia::scaled_to_single;
-use super::wide_solve::{self, Entry};
-use crate::DynamicsError;
+use super::entry::Entry;
+use super::factor::SymbolicFactor;
+use super::numeric::{self, Kind};
+use super::tree_solve::TreeSolve;
 
 type Row = <f32 as Entry>::Row;
 const WIDTH: usize = <f32 as Entry>::WIDTH;
 
-/// A factor with `S A S ~ L L^T` in single precision, `S` the scaling to a unit diagonal.
+/// A factor with `C A C ~ L S L^T` in single precision, `S` the signs of the pivots, `C` the scaling to a unit diagonal.
 #[derive(Debug)]
 pub(super) struct RoundedFactor {
     symbolic: Arc<SymbolicFactor>,
     values: Vec<f32>,
     scale: Vec<f64>,
     rows: Vec<Row>,
-    local: Vec<Row>,
 }
 
 impl RoundedFactor {
-    /// Factorises a symmetric matrix with the analysed pattern; `None` if a pivot is not positive in single precision.
+    /// Factorises a symmetric matrix with the analysed pattern; `None` if a pivot is not positive, or zero, in single precision.
     pub fn new(
         symbolic: &Arc<SymbolicFactor>,
         matrix: SparseColMatRef<'_, u32, f64>,
-        name: &'static str,
-    ) -> Result<Option<Self>, DynamicsError> {
-        let SymbolicCholeskyRaw::Supernodal(supernodal) = symbolic.symbolic.raw() else { return Ok(None) };
+        kind: Kind,
+    ) -> Option<Self> {
         let (scaled, scale) = scaled_to_single(matrix);
         let scaled = SparseColMatRef::new(matrix.symbolic(), &scaled);
-        let mut values = vec![0.0_f32; symbolic.n_entries()];
-        let scratch = symbolic.symbolic.factorize_numeric_llt_scratch::<f32>(Par::Seq, Default::default());
-        let mut memory = buffer(scratch, name)?;
-        let done = symbolic.symbolic.factorize_numeric_llt(
-            &mut values,
-            scaled,
-            Side::Lower,
-            Default::default(),
-            Par::Seq,
-            MemStack::new(&mut memory),
-            Default::default(),
-        );
-        if done.is_err() {
-            return Ok(None);
-        }
-        let rows = vec![f32::ZERO; scale.len()];
-        let local = vec![f32::ZERO; wide_solve::largest_supernode(supernodal)];
-        Ok(Some(Self { symbolic: Arc::clone(symbolic), values, scale, rows, local }))
+        let values = numeric::factorise(&symbolic.layout, scaled, kind).ok()?;
+        let rows = vec![f32::ZERO_ROW; scale.len()];
+        Some(Self { symbolic: Arc::clone(symbolic), values, scale, rows })
+    }
+
+    /// Entries of the factor.
+    pub fn values(&self) -> &[f32] {
+        &self.values
+    }
+
+    /// `C`, by unknowns.
+    pub fn scale(&self) -> &[f64] {
+        &self.scale
     }
 
     /// Solves `A x = b` in place to the accuracy of the factor.
@@ -69,29 +59,44 @@ impl RoundedFactor {
     }
 
     fn solve_wide(&mut self, mut x: MatMut<'_, f64>) {
-        let SymbolicCholeskyRaw::Supernodal(supernodal) = self.symbolic.symbolic.raw() else {
-            unreachable!("the factor was made supernodal")
-        };
         // Columns of unit size: they stay in the range of single precision.
         let mut size = [0.0_f64; WIDTH];
         for (j, size) in size.iter_mut().enumerate().take(x.ncols()) {
             *size = x.rb().col(j).iter().zip(&self.scale).map(|(v, s)| (v * s).abs()).fold(0.0, f64::max);
             *size = if *size > 0.0 { *size } else { 1.0 };
         }
-        for (row, &i) in self.rows.iter_mut().zip(&self.symbolic.order) {
-            let (i, mut filled) = (i as usize, f32::ZERO);
+        for (row, &i) in self.rows.iter_mut().zip(self.symbolic.order()) {
+            let (i, mut filled) = (i as usize, f32::ZERO_ROW);
             for (j, value) in filled.iter_mut().enumerate().take(x.ncols()) {
                 *value = (x[(i, j)] * self.scale[i] / size[j]) as f32;
             }
             *row = filled;
         }
-        let factor = SupernodalLltRef::new(supernodal, &self.values);
-        wide_solve::solve(factor, &mut self.rows, &mut self.local);
-        for (row, &i) in self.rows.iter().zip(&self.symbolic.order) {
+        let factor = TreeSolve { layout: &self.symbolic.layout, values: &self.values };
+        factor.solve(&mut self.rows);
+        for (row, &i) in self.rows.iter().zip(self.symbolic.order()) {
             let i = i as usize;
             for (j, &value) in row.iter().enumerate().take(x.ncols()) {
                 x[(i, j)] = f64::from(value) * self.scale[i] * size[j];
             }
         }
     }
+}
+
+/// Values of the matrix scaled to a unit diagonal, in single precision, and the scale of each unknown.
+fn scaled_to_single(matrix: SparseColMatRef<'_, u32, f64>) -> (Vec<f32>, Vec<f64>) {
+    let scale: Vec<f64> =
+        diagonal_of(matrix).iter().map(|d| 1.0 / d.abs().sqrt().max(f64::MIN_POSITIVE)).collect();
+    let mut scaled = Vec::with_capacity(matrix.val().len());
+    for j in 0..matrix.ncols() {
+        let column = matrix.row_idx_of_col(j).zip(matrix.val_of_col(j));
+        scaled.extend(column.map(|(i, &a)| (a * scale[i] * scale[j]) as f32));
+    }
+    (scaled, scale)
+}
+
+/// Diagonal of a symmetric matrix.
+pub(super) fn diagonal_of(matrix: SparseColMatRef<'_, u32, f64>) -> Vec<f64> {
+    let entry = |j: usize| matrix.row_idx_of_col(j).zip(matrix.val_of_col(j)).find(|&(i, _)| i == j);
+    (0..matrix.ncols()).map(|j| entry(j).map_or(0.0, |(_, &a)| a)).collect()
 }

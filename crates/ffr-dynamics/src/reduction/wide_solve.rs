@@ -1,193 +1,159 @@
-//! Triangular solves with a supernodal Cholesky factor for several right-hand sides at once.
+//! Triangular solves with one panel of a factor for several right-hand sides at once.
 //!
 //! Such solves are bound by reading the factor from memory. Right-hand sides are kept by rows, 64 bytes an unknown (eight
 //! numbers in double precision, sixteen in single), so that each entry of the factor is read once and serves one vector
 //! register.
 
-use faer::sparse::linalg::cholesky::supernodal::{SupernodalLltRef, SymbolicSupernodalCholesky};
-use faer::traits::ComplexField;
 use pulp::{Simd, WithSimd};
 
-/// Numbers of which a factor may consist.
-pub(super) trait Entry:
-    ComplexField + Copy + PartialEq + std::ops::MulAssign + std::ops::AddAssign
-{
-    /// One unknown of all right-hand sides.
-    type Row: Copy + AsMut<[Self]> + AsRef<[Self]>;
-    /// A vector register.
-    type Register<S: Simd>: Copy;
-    /// Right-hand sides solved for at once.
-    const WIDTH: usize;
-    /// Right-hand sides that vanish.
-    const ZERO: Self::Row;
+use super::entry::Entry;
 
-    fn inverse(self) -> Self;
-    /// A row as vector registers; their number of lanes divides its length.
-    fn lanes<S: Simd>(row: &Self::Row) -> &[Self::Register<S>];
-    fn lanes_mut<S: Simd>(row: &mut Self::Row) -> &mut [Self::Register<S>];
-    fn splat<S: Simd>(simd: S, value: Self) -> Self::Register<S>;
-    /// `sum - a b`.
-    fn sub_mul<S: Simd>(
-        simd: S,
-        a: Self::Register<S>,
-        b: Self::Register<S>,
-        sum: Self::Register<S>,
-    ) -> Self::Register<S>;
-}
-
-macro_rules! entry {
-    ($number:ty, $width:literal, $register:ident, $lanes:ident, $lanes_mut:ident, $splat:ident, $mul_add:ident, $neg:ident) => {
-        impl Entry for $number {
-            type Row = [$number; $width];
-            type Register<S: Simd> = S::$register;
-            const WIDTH: usize = $width;
-            const ZERO: Self::Row = [0.0; $width];
-
-            #[inline(always)]
-            fn inverse(self) -> Self {
-                1.0 / self
-            }
-
-            #[inline(always)]
-            fn lanes<S: Simd>(row: &Self::Row) -> &[S::$register] {
-                S::$lanes(row).0
-            }
-
-            #[inline(always)]
-            fn lanes_mut<S: Simd>(row: &mut Self::Row) -> &mut [S::$register] {
-                S::$lanes_mut(row).0
-            }
-
-            #[inline(always)]
-            fn splat<S: Simd>(simd: S, value: Self) -> S::$register {
-                simd.$splat(value)
-            }
-
-            #[inline(always)]
-            fn sub_mul<S: Simd>(
-                simd: S,
-                a: S::$register,
-                b: S::$register,
-                sum: S::$register,
-            ) -> S::$register {
-                simd.$mul_add(simd.$neg(a), b, sum)
-            }
-        }
-    };
-}
-
-entry!(f64, 8, f64s, as_simd_f64s, as_mut_simd_f64s, splat_f64s, mul_add_f64s, neg_f64s);
-entry!(f32, 16, f32s, as_simd_f32s, as_mut_simd_f32s, splat_f32s, mul_add_f32s, neg_f32s);
-
-/// Columns eliminated together; their part of the factor is read once for every [`CHUNK`] of rows.
-const BLOCK: usize = 32;
+/// Columns eliminated together.
+pub(super) const BLOCK: usize = 32;
 /// Rows that stay in the first-level cache while a block of columns passes: 8 KiB.
 const CHUNK: usize = 128;
 /// Columns that share one load and store of a row.
-const PANEL: usize = 4;
+const GROUP: usize = 4;
 
-/// Rows of the largest supernode: the length of the local buffer that [`solve`] needs.
-pub(super) fn largest_supernode(symbolic: &SymbolicSupernodalCholesky<u32>) -> usize {
-    let rows = |s: usize| {
-        let width = symbolic.supernode_end()[s] - symbolic.supernode_begin()[s];
-        width as usize + symbolic.supernode(s).pattern().len()
-    };
-    (0..symbolic.n_supernodes()).map(rows).max().unwrap_or(0)
+/// A panel: entries by columns, `n_rows` a column, the first `width` rows being its own.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PanelEntries<'a, T> {
+    pub width: usize,
+    pub n_rows: usize,
+    pub values: &'a [T],
 }
 
-/// Solves `L Lᵀ x = b` in place in the elimination order, with the widest vector registers that the processor has.
-pub(super) fn solve<T: Entry>(factor: SupernodalLltRef<'_, u32, T>, x: &mut [T::Row], local: &mut [T::Row]) {
-    pulp::Arch::new().dispatch(Solve { factor, x, local });
-}
-
-struct Solve<'a, T: Entry> {
-    factor: SupernodalLltRef<'a, u32, T>,
-    x: &'a mut [T::Row],
-    local: &'a mut [T::Row],
-}
-
-impl<T: Entry> WithSimd for Solve<'_, T> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        forward(simd, self.factor, self.x, self.local);
-        backward(simd, self.factor, self.x, self.local);
-    }
-}
-
-/// A supernode: entries by columns, `n_rows` a column, the first `width` rows being its own.
-struct Supernode<'a, T> {
-    start: usize,
-    width: usize,
-    n_rows: usize,
-    pattern: &'a [u32],
-    values: &'a [T],
-}
-
-impl<'a, T: Entry> Supernode<'a, T> {
-    #[inline(always)]
-    fn new(factor: SupernodalLltRef<'a, u32, T>, s: usize) -> Self {
-        let block = factor.supernode(s);
-        let (n_rows, width) = (block.val().nrows(), block.val().ncols());
-        let symbolic = factor.symbolic();
-        let first = symbolic.col_ptr_for_val()[s] as usize;
-        Self {
-            start: block.start(),
-            width,
-            n_rows,
-            pattern: block.pattern(),
-            values: &factor.values()[first..first + n_rows * width],
-        }
-    }
-
+impl<'a, T: Entry> PanelEntries<'a, T> {
     #[inline(always)]
     fn column(&self, j: usize) -> &'a [T] {
         &self.values[j * self.n_rows..(j + 1) * self.n_rows]
     }
 
     #[inline(always)]
-    fn panel(&self, j: usize) -> [&'a [T]; PANEL] {
+    fn group(&self, j: usize) -> [&'a [T]; GROUP] {
         std::array::from_fn(|c| self.column(j + c))
+    }
+
+    /// Solves with the triangle: `own` become unknowns of `L y = b`.
+    pub fn forward(self, own: &mut [T::Row]) {
+        pulp::Arch::new().dispatch(Forward { panel: self, own });
+    }
+
+    /// Subtracts what the unknowns `own` contribute to the `rows` of the panel from `at` on.
+    pub fn eliminate(self, own: &[T::Row], at: usize, rows: &mut [T::Row]) {
+        pulp::Arch::new().dispatch(Eliminate { panel: self, own, at, rows });
+    }
+
+    /// Subtracts what the `rows` of the panel from `at` on contribute to its unknowns from `first` on, `own`.
+    pub fn gather(self, first: usize, own: &mut [T::Row], at: usize, rows: &[T::Row]) {
+        pulp::Arch::new().dispatch(Gather { panel: self, first, own, at, rows });
+    }
+
+    /// Gives `own` the signs of the pivots, which stand between the triangles.
+    pub fn turn(self, own: &mut [T::Row]) {
+        let is_negative = |j: usize| self.column(j)[j].is_negative();
+        own.iter_mut()
+            .enumerate()
+            .filter(|(j, _)| is_negative(*j))
+            .for_each(|(_, row)| scale::<T>(row, T::MINUS_ONE));
+    }
+
+    /// Solves with the transposed triangle.
+    pub fn backward(self, own: &mut [T::Row]) {
+        pulp::Arch::new().dispatch(Backward { panel: self, own });
     }
 }
 
-#[inline(always)]
-fn forward<T: Entry, S: Simd>(
-    simd: S,
-    factor: SupernodalLltRef<'_, u32, T>,
-    x: &mut [T::Row],
-    local: &mut [T::Row],
-) {
-    for s in 0..factor.symbolic().n_supernodes() {
-        let node = Supernode::new(factor, s);
-        let w = &mut local[..node.n_rows];
-        w[..node.width].copy_from_slice(&x[node.start..node.start + node.width]);
-        w[node.width..].fill(T::ZERO);
-        let mut first = 0;
-        while first < node.width {
-            let end = (first + BLOCK).min(node.width);
+struct Forward<'a, T: Entry> {
+    panel: PanelEntries<'a, T>,
+    own: &'a mut [T::Row],
+}
+
+impl<T: Entry> WithSimd for Forward<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { panel, own } = self;
+        for first in (0..panel.width).step_by(BLOCK) {
+            let end = (first + BLOCK).min(panel.width);
             for j in first..end {
-                let column = node.column(j);
-                scale::<T>(&mut w[j], column[j].inverse());
-                let value = w[j];
-                for (row, l) in w[j + 1..end].iter_mut().zip(&column[j + 1..end]) {
+                let column = panel.column(j);
+                scale::<T>(&mut own[j], column[j].inverse());
+                let value = own[j];
+                for (row, l) in own[j + 1..end].iter_mut().zip(&column[j + 1..end]) {
                     subtract::<T, S>(simd, row, *l, &value);
                 }
             }
-            let (done, below) = w.split_at_mut(end);
-            let own = &done[first..];
-            for (k, rows) in below.chunks_mut(CHUNK).enumerate() {
-                let at = end + k * CHUNK;
-                eliminate(simd, &node, first, own, at, rows);
-            }
-            first = end;
+            let (done, rest) = own.split_at_mut(end);
+            eliminate(simd, &panel, first, &done[first..], end, rest);
         }
-        x[node.start..node.start + node.width].copy_from_slice(&w[..node.width]);
-        for (&i, row) in node.pattern.iter().zip(&w[node.width..]) {
-            for (target, part) in x[i as usize].as_mut().iter_mut().zip(row.as_ref()) {
-                *target += *part;
+    }
+}
+
+struct Eliminate<'a, T: Entry> {
+    panel: PanelEntries<'a, T>,
+    own: &'a [T::Row],
+    at: usize,
+    rows: &'a mut [T::Row],
+}
+
+impl<T: Entry> WithSimd for Eliminate<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        for (k, rows) in self.rows.chunks_mut(CHUNK).enumerate() {
+            eliminate(simd, &self.panel, 0, self.own, self.at + k * CHUNK, rows);
+        }
+    }
+}
+
+struct Gather<'a, T: Entry> {
+    panel: PanelEntries<'a, T>,
+    first: usize,
+    own: &'a mut [T::Row],
+    at: usize,
+    rows: &'a [T::Row],
+}
+
+impl<T: Entry> WithSimd for Gather<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        for (k, rows) in self.rows.chunks(CHUNK).enumerate() {
+            gather(simd, &self.panel, self.first, self.own, self.at + k * CHUNK, rows);
+        }
+    }
+}
+
+struct Backward<'a, T: Entry> {
+    panel: PanelEntries<'a, T>,
+    own: &'a mut [T::Row],
+}
+
+impl<T: Entry> WithSimd for Backward<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { panel, own } = self;
+        let mut end = panel.width;
+        while end > 0 {
+            let first = (end - 1) / BLOCK * BLOCK;
+            let (open, done) = own.split_at_mut(end);
+            gather(simd, &panel, first, &mut open[first..], end, done);
+            for j in (first..end).rev() {
+                let column = panel.column(j);
+                let mut value = own[j];
+                for (row, l) in own[j + 1..end].iter().zip(&column[j + 1..end]) {
+                    subtract::<T, S>(simd, &mut value, *l, row);
+                }
+                scale::<T>(&mut value, column[j].inverse());
+                own[j] = value;
             }
+            end = first;
         }
     }
 }
@@ -196,17 +162,17 @@ fn forward<T: Entry, S: Simd>(
 #[inline(always)]
 fn eliminate<T: Entry, S: Simd>(
     simd: S,
-    node: &Supernode<'_, T>,
+    panel: &PanelEntries<'_, T>,
     first: usize,
     own: &[T::Row],
     at: usize,
     rows: &mut [T::Row],
 ) {
     let n = rows.len();
-    let full = own.len() / PANEL * PANEL;
-    for c in (0..full).step_by(PANEL) {
-        let l = node.panel(first + c).map(|column| &column[at..at + n]);
-        let x: [T::Row; PANEL] = std::array::from_fn(|k| own[c + k]);
+    let full = own.len() / GROUP * GROUP;
+    for c in (0..full).step_by(GROUP) {
+        let l = panel.group(first + c).map(|column| &column[at..at + n]);
+        let x: [T::Row; GROUP] = std::array::from_fn(|k| own[c + k]);
         let [l0, l1, l2, l3] = l;
         for ((((row, l0), l1), l2), l3) in rows.iter_mut().zip(l0).zip(l1).zip(l2).zip(l3) {
             let factors = [l0, l1, l2, l3].map(|l| T::splat(simd, *l));
@@ -220,48 +186,10 @@ fn eliminate<T: Entry, S: Simd>(
         }
     }
     for (c, x) in own.iter().enumerate().skip(full) {
-        let column = &node.column(first + c)[at..at + n];
+        let column = &panel.column(first + c)[at..at + n];
         for (row, l) in rows.iter_mut().zip(column) {
             subtract::<T, S>(simd, row, *l, x);
         }
-    }
-}
-
-#[inline(always)]
-fn backward<T: Entry, S: Simd>(
-    simd: S,
-    factor: SupernodalLltRef<'_, u32, T>,
-    x: &mut [T::Row],
-    local: &mut [T::Row],
-) {
-    for s in (0..factor.symbolic().n_supernodes()).rev() {
-        let node = Supernode::new(factor, s);
-        let w = &mut local[..node.n_rows];
-        w[..node.width].copy_from_slice(&x[node.start..node.start + node.width]);
-        for (row, &i) in w[node.width..].iter_mut().zip(node.pattern) {
-            *row = x[i as usize];
-        }
-        let mut end = node.width;
-        while end > 0 {
-            let first = (end - 1) / BLOCK * BLOCK;
-            let (done, below) = w.split_at_mut(end);
-            let own = &mut done[first..];
-            for (k, rows) in below.chunks(CHUNK).enumerate() {
-                let at = end + k * CHUNK;
-                gather(simd, &node, first, own, at, rows);
-            }
-            for j in (first..end).rev() {
-                let column = node.column(j);
-                let mut value = w[j];
-                for (row, l) in w[j + 1..end].iter().zip(&column[j + 1..end]) {
-                    subtract::<T, S>(simd, &mut value, *l, row);
-                }
-                scale::<T>(&mut value, column[j].inverse());
-                w[j] = value;
-            }
-            end = first;
-        }
-        x[node.start..node.start + node.width].copy_from_slice(&w[..node.width]);
     }
 }
 
@@ -269,32 +197,32 @@ fn backward<T: Entry, S: Simd>(
 #[inline(always)]
 fn gather<T: Entry, S: Simd>(
     simd: S,
-    node: &Supernode<'_, T>,
+    panel: &PanelEntries<'_, T>,
     first: usize,
     own: &mut [T::Row],
     at: usize,
     rows: &[T::Row],
 ) {
     let n = rows.len();
-    let full = own.len() / PANEL * PANEL;
-    for c in (0..full).step_by(PANEL) {
-        let l = node.panel(first + c).map(|column| &column[at..at + n]);
+    let full = own.len() / GROUP * GROUP;
+    for c in (0..full).step_by(GROUP) {
+        let l = panel.group(first + c).map(|column| &column[at..at + n]);
         let [l0, l1, l2, l3] = l;
-        for g in 0..T::lanes::<S>(&T::ZERO).len() {
-            let mut sums: [T::Register<S>; PANEL] = std::array::from_fn(|k| T::lanes::<S>(&own[c + k])[g]);
+        for g in 0..T::lanes::<S>(&T::ZERO_ROW).len() {
+            let mut sums: [T::Register<S>; GROUP] = std::array::from_fn(|k| T::lanes::<S>(&own[c + k])[g]);
             for ((((row, l0), l1), l2), l3) in rows.iter().zip(l0).zip(l1).zip(l2).zip(l3) {
                 let x = T::lanes::<S>(row)[g];
                 for (sum, l) in sums.iter_mut().zip([l0, l1, l2, l3]) {
                     *sum = T::sub_mul(simd, T::splat(simd, *l), x, *sum);
                 }
             }
-            for (target, sum) in own[c..c + PANEL].iter_mut().zip(sums) {
+            for (target, sum) in own[c..c + GROUP].iter_mut().zip(sums) {
                 T::lanes_mut::<S>(target)[g] = sum;
             }
         }
     }
     for (c, target) in own.iter_mut().enumerate().skip(full) {
-        let column = &node.column(first + c)[at..at + n];
+        let column = &panel.column(first + c)[at..at + n];
         let mut sum = *target;
         for (row, l) in rows.iter().zip(column) {
             subtract::<T, S>(simd, &mut sum, *l, row);
