@@ -66,7 +66,7 @@ fn check(matrix: &Sparse, order: Vec<u32>, n_last: usize) {
     let x = Mat::from_fn(n, 11, |i, j| ((3 * i + 5 * j) % 7) as f64 - 3.0);
     let mut b = Mat::zeros(n, 11);
     ffr_dynamics::reduction::product::symmetric_product(matrix.as_ref(), x.as_ref(), b.as_mut());
-    sparse.solve_in_place(b.as_mut(), &mut sparse.workspace());
+    sparse.solve_in_place(b.as_mut());
     assert!((&b - &x).norm_max() < 1e-7);
 }
 
@@ -124,7 +124,7 @@ fn factors_and_solves_are_the_same_bits_on_any_number_of_threads() {
         let pencil = Pencil::new(&body, &[]).unwrap();
         let factor = pencil.cholesky(1e11, &free).unwrap();
         let mut x = load();
-        factor.solve_in_place(x.as_mut(), &mut factor.workspace());
+        factor.solve_in_place(x.as_mut());
         let inertia = pencil.inertia(2e11, &free).unwrap();
         (bits(&factor.trailing_block(1500)), bits(&x), inertia.negative, inertia.growth.to_bits())
     });

@@ -4,12 +4,12 @@
 //! over Craig-Bampton modes; route 2 ([`ResidualFlexibility`]) takes the inverse of the trailing Cholesky block and removes the
 //! rigid and low-frequency parts, without any high-frequency mode.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 use faer::{Mat, MatMut, MatRef};
 
 use super::dense;
-use super::factor::{CholeskyFactor, SolveWorkspace};
+use super::factor::CholeskyFactor;
 use super::modal::ReducedBasis;
 use super::problem::ElasticProblem;
 use super::rigid::RigidModes;
@@ -40,7 +40,6 @@ pub struct ResidualFlexibility {
     rigid: Arc<RigidModes>,
     interface: Vec<usize>,
     low: ReducedBasis,
-    workspace: Mutex<SolveWorkspace>,
     compliance: Mat<f64>,
 }
 
@@ -70,7 +69,6 @@ impl ResidualFlexibility {
             rigid: Arc::clone(rigid),
             interface: interface.to_vec(),
             low: low.truncated(low.n_low),
-            workspace: Mutex::new(factor.workspace()),
             factor,
             compliance: Mat::zeros(0, 0),
         };
@@ -137,8 +135,7 @@ impl ResidualFlexibility {
         for (i, _) in self.held.iter().enumerate().filter(|&(_, &held)| held) {
             x.as_mut().row_mut(i).iter_mut().for_each(|v| *v = 0.0);
         }
-        let mut workspace = self.workspace.lock().unwrap_or_else(PoisonError::into_inner);
-        self.factor.solve_in_place(x, &mut workspace);
+        self.factor.solve_in_place(x);
     }
 
     /// `G` from the trailing block of the factor (Eq. R.17).

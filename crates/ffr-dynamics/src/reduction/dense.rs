@@ -1,4 +1,5 @@
-//! Dense kernels, sequential and so the same bits on every run.
+//! Dense kernels: large products and solves on the threads of the current rayon pool, in tiles that the sizes alone decide, each tile
+//! sequential: the same bits on every run and for any number of threads.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt;
@@ -14,13 +15,70 @@ use crate::DynamicsError;
 /// Product `a b`.
 pub fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
     let mut c = Mat::zeros(a.nrows(), b.ncols());
-    matmul(c.as_mut(), Accum::Replace, a, b, 1.0, Par::Seq);
+    multiply(c.as_mut(), Accum::Replace, 1.0, a, b);
     c
 }
 
 /// Adds `factor a b` to `c`.
 pub fn add_product(c: MatMut<'_, f64>, factor: f64, a: MatRef<'_, f64>, b: MatRef<'_, f64>) {
-    matmul(c, Accum::Add, a, b, factor, Par::Seq);
+    multiply(c, Accum::Add, factor, a, b);
+}
+
+/// Multiplications that one thread does at a time, some tenths of a millisecond, if the sizes allow.
+const TILE_WORK: usize = 1 << 22;
+/// Rows or columns of the smallest tile.
+const TILE: usize = 32;
+
+/// Rows or columns of a tile if each of them takes `work` multiplications.
+fn tile(work: usize) -> usize {
+    (TILE_WORK / work.max(1)).next_multiple_of(TILE).max(TILE)
+}
+
+fn multiply(c: MatMut<'_, f64>, accum: Accum, factor: f64, a: MatRef<'_, f64>, b: MatRef<'_, f64>) {
+    let (m, n, k) = (c.nrows(), c.ncols(), a.ncols());
+    if m.saturating_mul(n).saturating_mul(k) <= TILE_WORK || (m < 2 * TILE && n < 2 * TILE) {
+        matmul(c, accum, a, b, factor, Par::Seq);
+    } else if m >= n {
+        let half = halved(m, tile(n * k));
+        let (upper, lower) = c.split_at_row_mut(half);
+        let (a_upper, a_lower) = a.split_at_row(half);
+        if half == m {
+            matmul(upper, accum, a_upper, b, factor, Par::Seq);
+            return;
+        }
+        rayon::join(
+            || multiply(upper, accum, factor, a_upper, b),
+            || multiply(lower, accum, factor, a_lower, b),
+        );
+    } else {
+        let half = halved(n, tile(m * k));
+        let (left, right) = c.split_at_col_mut(half);
+        let (b_left, b_right) = b.split_at_col(half);
+        if half == n {
+            matmul(left, accum, a, b_left, factor, Par::Seq);
+            return;
+        }
+        rayon::join(
+            || multiply(left, accum, factor, a, b_left),
+            || multiply(right, accum, factor, a, b_right),
+        );
+    }
+}
+
+/// About half of `n` in whole tiles; all of it if it is no more than one.
+fn halved(n: usize, tile: usize) -> usize {
+    if n <= tile { n } else { (n.div_ceil(tile) / 2 * tile).max(tile) }
+}
+
+/// Calls `solve` with tiles of the columns of `x`, right-hand sides of a triangle of as many rows.
+fn by_columns(x: MatMut<'_, f64>, solve: &(impl Fn(MatMut<'_, f64>) + Sync)) {
+    let half = halved(x.ncols(), tile(x.nrows().saturating_mul(x.nrows()) / 2));
+    if half == x.ncols() {
+        solve(x);
+        return;
+    }
+    let (left, right) = x.split_at_col_mut(half);
+    rayon::join(|| by_columns(left, solve), || by_columns(right, solve));
 }
 
 /// Makes a matrix that is symmetric up to round-off exactly symmetric.
@@ -59,12 +117,12 @@ pub fn cholesky(mut a: Mat<f64>, matrix: &'static str) -> Result<Mat<f64>, Dynam
 
 /// Solves `L x = b` in place.
 pub fn solve_lower(l: MatRef<'_, f64>, x: MatMut<'_, f64>) {
-    solve_lower_triangular_in_place(l, x, Par::Seq);
+    by_columns(x, &|x| solve_lower_triangular_in_place(l, x, Par::Seq));
 }
 
 /// Solves `L^T x = b` in place.
 pub fn solve_lower_transposed(l: MatRef<'_, f64>, x: MatMut<'_, f64>) {
-    solve_upper_triangular_in_place(l.transpose(), x, Par::Seq);
+    by_columns(x, &|x| solve_upper_triangular_in_place(l.transpose(), x, Par::Seq));
 }
 
 /// Eigenvalues in ascending order and orthonormal eigenvectors of a symmetric matrix.

@@ -103,4 +103,4 @@ macro_rules! entry {
 }
 
 entry!(f64, 8, f64s, as_simd_f64s, as_mut_simd_f64s, splat_f64s, mul_add_f64s, neg_f64s);
-entry!(f32, 16, f32s, as_simd_f32s, as_mut_simd_f32s, splat_f32s, mul_add_f32s, neg_f32s);
+entry!(f32, 8, f32s, as_simd_f32s, as_mut_simd_f32s, splat_f32s, mul_add_f32s, neg_f32s);

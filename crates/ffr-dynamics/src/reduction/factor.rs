@@ -17,7 +17,6 @@ use super::tree_solve::TreeSolve;
 use crate::DynamicsError;
 use crate::data_error::DataError;
 
-type Row = <f64 as Entry>::Row;
 const WIDTH: usize = <f64 as Entry>::WIDTH;
 
 /// Elimination order and pattern of the factor, shared by all matrices of one pattern.
@@ -134,48 +133,32 @@ pub struct CholeskyFactor {
     values: Vec<f64>,
 }
 
-/// Memory for solves with a [`CholeskyFactor`].
-pub struct SolveWorkspace {
-    /// Eight right-hand sides by rows.
-    rows: Vec<Row>,
-}
-
-impl std::fmt::Debug for SolveWorkspace {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("SolveWorkspace").field("rows", &self.rows.len()).finish_non_exhaustive()
-    }
-}
-
 impl CholeskyFactor {
     /// The analysis behind the factor.
     pub fn symbolic(&self) -> &Arc<SymbolicFactor> {
         &self.symbolic
     }
 
-    /// Workspace for solves.
-    pub fn workspace(&self) -> SolveWorkspace {
-        SolveWorkspace { rows: vec![<f64 as Entry>::ZERO_ROW; self.symbolic.n_unknowns()] }
-    }
-
     /// Solves `A x = b` in place for all columns, eight at a time, on the threads of the current rayon pool.
     ///
     /// # Panics
     /// If `x` has not one row per unknown.
-    pub fn solve_in_place(&self, mut x: MatMut<'_, f64>, workspace: &mut SolveWorkspace) {
+    pub fn solve_in_place(&self, mut x: MatMut<'_, f64>) {
         assert_eq!(x.nrows(), self.symbolic.n_unknowns(), "right-hand side and factor differ in size");
         let solve = TreeSolve { layout: &self.symbolic.layout, values: &self.values };
         let order = self.symbolic.order();
+        let mut rows = vec![<f64 as Entry>::ZERO_ROW; order.len()];
         for first in (0..x.ncols()).step_by(WIDTH) {
             let width = WIDTH.min(x.ncols() - first);
             let mut x = x.as_mut().subcols_mut(first, width);
-            for (row, &i) in workspace.rows.iter_mut().zip(order) {
+            for (row, &i) in rows.iter_mut().zip(order) {
                 *row = <f64 as Entry>::ZERO_ROW;
                 for (j, value) in row.iter_mut().enumerate().take(width) {
                     *value = x[(i as usize, j)];
                 }
             }
-            solve.solve(&mut workspace.rows);
-            for (row, &i) in workspace.rows.iter().zip(order) {
+            solve.solve(&mut rows);
+            for (row, &i) in rows.iter().zip(order) {
                 for (j, value) in row.iter().enumerate().take(width) {
                     x[(i as usize, j)] = *value;
                 }

@@ -60,10 +60,10 @@ impl SymbolicFactor {
         matrix: SparseColMatRef<'_, u32, f64>,
     ) -> Result<Option<Inertia>, DynamicsError> {
         self.check_memory_beside(size_of::<f32>())?;
-        let Some(mut factor) = RoundedFactor::new(self, matrix, Kind::Indefinite) else { return Ok(None) };
+        let Some(factor) = RoundedFactor::new(self, matrix, Kind::Indefinite) else { return Ok(None) };
         // The diagonal of the scaled matrix is one up to its sign.
         let inertia = self.count_pivots(factor.values(), &vec![1.0; self.n_unknowns()]);
-        let contraction = contraction(matrix, &mut factor);
+        let contraction = contraction(matrix, &factor);
         tracing::debug!(contraction, growth = inertia.growth, "inertia count in single precision");
         let stands = contraction <= CONTRACTION_LIMIT && inertia.growth.is_finite();
         Ok(stands.then_some(Inertia { contraction: Some(contraction), ..inertia }))
@@ -87,14 +87,14 @@ impl SymbolicFactor {
 }
 
 /// Largest factor by which `x - P^-1 A x` changes vectors, `P` the rounded factorisation; infinite if it fails.
-fn contraction(matrix: SparseColMatRef<'_, u32, f64>, factor: &mut RoundedFactor) -> f64 {
-    let scale = factor.scale().to_vec();
+fn contraction(matrix: SparseColMatRef<'_, u32, f64>, factor: &RoundedFactor) -> f64 {
+    let scale = factor.scale();
     let mut random = Random::new(0x5eed);
     let mut x = Mat::from_fn(scale.len(), PROBES, |i, _| random.next() / scale[i]);
     factor.solve_in_place(x.as_mut());
     // In the scaled unknowns, in which all are of the same weight.
     let length = |x: &Mat<f64>, j: usize| {
-        x.col(j).iter().zip(&scale).map(|(x, s)| (x / s) * (x / s)).sum::<f64>().sqrt()
+        x.col(j).iter().zip(scale).map(|(x, s)| (x / s) * (x / s)).sum::<f64>().sqrt()
     };
     let mut worst = 0.0_f64;
     for _ in 0..PROBE_STEPS {

@@ -39,7 +39,7 @@ pub mod static_answers;
 pub use compliance::{ResidualFlexibility, modal_compliance};
 pub use craig_bampton::{CraigBampton, FixedInterfaceModes, craig_bampton};
 pub use eigen_modes::{EigenModes, neighbouring_counts};
-pub use factor::{CholeskyFactor, SolveWorkspace, SymbolicFactor};
+pub use factor::{CholeskyFactor, SymbolicFactor};
 pub use inertia::Inertia;
 pub use modal::{ReducedBasis, all_modes, modal_truncation};
 pub use pencil::Pencil;

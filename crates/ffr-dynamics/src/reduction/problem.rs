@@ -7,12 +7,12 @@
 //!
 //! is the exact inverse of `K` on the motions that are mass-orthogonal to the rigid modes `R`.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 use faer::{Mat, MatMut, MatRef};
 
 use super::dense;
-use super::factor::{CholeskyFactor, SolveWorkspace};
+use super::factor::CholeskyFactor;
 use super::inertia::Inertia;
 use super::pencil::{Pencil, check_unknowns};
 use super::random::Random;
@@ -42,10 +42,10 @@ const MAX_REFINEMENTS: usize = 10;
 /// The factorised stiffness.
 #[derive(Debug)]
 enum Factor {
-    Double(Arc<CholeskyFactor>, Mutex<SolveWorkspace>),
+    Double(Arc<CholeskyFactor>),
     /// Refined with `K`; every refinement shrinks the error by `contraction`.
     Single {
-        rounded: Mutex<RoundedFactor>,
+        rounded: RoundedFactor,
         contraction: f64,
     },
 }
@@ -122,8 +122,7 @@ impl<'a> ElasticProblem<'a> {
         rigid: Option<Arc<RigidModes>>,
     ) -> Result<Self, DynamicsError> {
         let factor = Arc::new(pencil.cholesky(0.0, &held)?);
-        let workspace = Mutex::new(factor.workspace());
-        Ok(Self { pencil, clamped, held, factor: Factor::Double(factor, workspace), rigid })
+        Ok(Self { pencil, clamped, held, factor: Factor::Double(factor), rigid })
     }
 
     /// The free body with a factor in single precision; `None` if the model is small or the factor not accurate enough.
@@ -134,7 +133,7 @@ impl<'a> ElasticProblem<'a> {
         rigid: &Arc<RigidModes>,
     ) -> Result<Option<Self>, DynamicsError> {
         let Some(rounded) = pencil.rounded(held)? else { return Ok(None) };
-        let factor = Factor::Single { rounded: Mutex::new(rounded), contraction: 0.0 };
+        let factor = Factor::Single { rounded, contraction: 0.0 };
         let (clamped, held) = (clamped.to_vec(), held.to_vec());
         let mut problem = Self { pencil, clamped, held, factor, rigid: Some(Arc::clone(rigid)) };
         let measured = problem.measure_contraction();
@@ -167,7 +166,7 @@ impl<'a> ElasticProblem<'a> {
     /// [`DynamicsError::NotPositiveDefinite`] or [`DynamicsError::Factorisation`].
     pub fn factor(&self) -> Result<Arc<CholeskyFactor>, DynamicsError> {
         match &self.factor {
-            Factor::Double(factor, _) => Ok(Arc::clone(factor)),
+            Factor::Double(factor) => Ok(Arc::clone(factor)),
             Factor::Single { .. } => self.pencil.cholesky(0.0, &self.held).map(Arc::new),
         }
     }
@@ -241,10 +240,7 @@ impl<'a> ElasticProblem<'a> {
     pub fn solve_held(&self, mut x: MatMut<'_, f64>) {
         self.clear(x.as_mut(), &self.held);
         match &self.factor {
-            Factor::Double(factor, workspace) => {
-                let mut workspace = workspace.lock().unwrap_or_else(PoisonError::into_inner);
-                factor.solve_in_place(x, &mut workspace);
-            }
+            Factor::Double(factor) => factor.solve_in_place(x),
             Factor::Single { rounded, contraction } => {
                 self.refine(rounded, x, |_| (), |change, _| change * contraction <= FULL_ACCURACY);
             }
@@ -257,12 +253,11 @@ impl<'a> ElasticProblem<'a> {
     /// relative change of a column in the energy norm.
     fn refine(
         &self,
-        rounded: &Mutex<RoundedFactor>,
+        rounded: &RoundedFactor,
         mut x: MatMut<'_, f64>,
         project: impl Fn(MatMut<'_, f64>),
         mut is_enough: impl FnMut(f64, usize) -> bool,
     ) {
-        let mut rounded = rounded.lock().unwrap_or_else(PoisonError::into_inner);
         let load = x.to_owned();
         let mut residual = load.clone();
         x.fill(0.0);

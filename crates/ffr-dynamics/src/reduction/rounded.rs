@@ -14,7 +14,6 @@ use super::factor::SymbolicFactor;
 use super::numeric::{self, Kind};
 use super::tree_solve::TreeSolve;
 
-type Row = <f32 as Entry>::Row;
 const WIDTH: usize = <f32 as Entry>::WIDTH;
 
 /// A factor with `C A C ~ L S L^T` in single precision, `S` the signs of the pivots, `C` the scaling to a unit diagonal.
@@ -23,7 +22,6 @@ pub(super) struct RoundedFactor {
     symbolic: Arc<SymbolicFactor>,
     values: Vec<f32>,
     scale: Vec<f64>,
-    rows: Vec<Row>,
 }
 
 impl RoundedFactor {
@@ -36,8 +34,7 @@ impl RoundedFactor {
         let (scaled, scale) = scaled_to_single(matrix);
         let scaled = SparseColMatRef::new(matrix.symbolic(), &scaled);
         let values = numeric::factorise(&symbolic.layout, scaled, kind).ok()?;
-        let rows = vec![f32::ZERO_ROW; scale.len()];
-        Some(Self { symbolic: Arc::clone(symbolic), values, scale, rows })
+        Some(Self { symbolic: Arc::clone(symbolic), values, scale })
     }
 
     /// Entries of the factor.
@@ -51,21 +48,22 @@ impl RoundedFactor {
     }
 
     /// Solves `A x = b` in place to the accuracy of the factor.
-    pub fn solve_in_place(&mut self, mut x: MatMut<'_, f64>) {
+    pub fn solve_in_place(&self, mut x: MatMut<'_, f64>) {
+        let mut rows = vec![f32::ZERO_ROW; self.scale.len()];
         for first in (0..x.ncols()).step_by(WIDTH) {
             let width = WIDTH.min(x.ncols() - first);
-            self.solve_wide(x.as_mut().subcols_mut(first, width));
+            self.solve_wide(x.as_mut().subcols_mut(first, width), &mut rows);
         }
     }
 
-    fn solve_wide(&mut self, mut x: MatMut<'_, f64>) {
+    fn solve_wide(&self, mut x: MatMut<'_, f64>, rows: &mut [<f32 as Entry>::Row]) {
         // Columns of unit size: they stay in the range of single precision.
         let mut size = [0.0_f64; WIDTH];
         for (j, size) in size.iter_mut().enumerate().take(x.ncols()) {
             *size = x.rb().col(j).iter().zip(&self.scale).map(|(v, s)| (v * s).abs()).fold(0.0, f64::max);
             *size = if *size > 0.0 { *size } else { 1.0 };
         }
-        for (row, &i) in self.rows.iter_mut().zip(self.symbolic.order()) {
+        for (row, &i) in rows.iter_mut().zip(self.symbolic.order()) {
             let (i, mut filled) = (i as usize, f32::ZERO_ROW);
             for (j, value) in filled.iter_mut().enumerate().take(x.ncols()) {
                 *value = (x[(i, j)] * self.scale[i] / size[j]) as f32;
@@ -73,8 +71,8 @@ impl RoundedFactor {
             *row = filled;
         }
         let factor = TreeSolve { layout: &self.symbolic.layout, values: &self.values };
-        factor.solve(&mut self.rows);
-        for (row, &i) in self.rows.iter().zip(self.symbolic.order()) {
+        factor.solve(rows);
+        for (row, &i) in rows.iter().zip(self.symbolic.order()) {
             let i = i as usize;
             for (j, &value) in row.iter().enumerate().take(x.ncols()) {
                 x[(i, j)] = f64::from(value) * self.scale[i] * size[j];

@@ -1,8 +1,7 @@
 //! Triangular solves with one panel of a factor for several right-hand sides at once.
 //!
-//! Such solves are bound by reading the factor from memory. Right-hand sides are kept by rows, 64 bytes an unknown (eight
-//! numbers in double precision, sixteen in single), so that each entry of the factor is read once and serves one vector
-//! register.
+//! Such solves are bound by reading the factor from memory. Eight right-hand sides are kept by rows, so that each entry of the factor is
+//! read once and serves one vector register or two.
 
 use pulp::{Simd, WithSimd};
 
@@ -10,7 +9,7 @@ use super::entry::Entry;
 
 /// Columns eliminated together.
 pub(super) const BLOCK: usize = 32;
-/// Rows that stay in the first-level cache while a block of columns passes: 8 KiB.
+/// Rows that stay in the first-level cache while a block of columns passes: 8 KiB in double precision.
 const CHUNK: usize = 128;
 /// Columns that share one load and store of a row.
 const GROUP: usize = 4;
