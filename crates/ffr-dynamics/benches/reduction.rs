@@ -7,8 +7,13 @@ use divan::Bencher;
 use ffr_dynamics::body::AssembledBody;
 use ffr_dynamics::reduction::{ElasticProblem, Pencil, ReducedBasis, ResidualFlexibility};
 
-/// Degree and elements per direction: 5,184 unknowns; 20,577 unknowns with 19³ control points.
-const SIZES: [(usize, usize); 3] = [(2, 10), (2, 17), (3, 16)];
+/// Degree and elements per direction: 5,184 unknowns; 20,577 unknowns with 19³ control points. `REDUCTION_FINE=1` adds 52,728 unknowns.
+const SIZES: [(usize, usize); 4] = [(2, 10), (2, 17), (3, 16), (2, 24)];
+
+fn sizes() -> impl Iterator<Item = (usize, usize)> {
+    let n = if std::env::var_os("REDUCTION_FINE").is_some() { 4 } else { 3 };
+    SIZES.into_iter().take(n)
+}
 
 fn main() {
     divan::main();
@@ -21,34 +26,51 @@ fn body(size: (usize, usize)) -> (AssembledBody, Vec<usize>) {
     (body, interface)
 }
 
-#[divan::bench(args = SIZES, sample_count = 1, sample_size = 1)]
+#[divan::bench(args = sizes(), sample_count = 1, sample_size = 1)]
 fn ordering_and_analysis(bencher: Bencher, size: (usize, usize)) {
     let (body, interface) = body(size);
     bencher.bench_local(|| Pencil::new(&body, &interface).expect("a sound body"));
 }
 
-#[divan::bench(args = SIZES, sample_count = 1, sample_size = 1)]
+#[divan::bench(args = sizes(), sample_count = 1, sample_size = 1)]
 fn factorisation(bencher: Bencher, size: (usize, usize)) {
     let (body, interface) = body(size);
     let problem = ElasticProblem::free(&body, &interface).expect("a sound body");
     bencher.bench_local(|| problem.pencil().cholesky(0.0, problem.held()).expect("supported"));
 }
 
-#[divan::bench(args = SIZES, sample_count = 1, sample_size = 1)]
+#[divan::bench(args = sizes(), sample_count = 1, sample_size = 1)]
+fn eight_solves(bencher: Bencher, size: (usize, usize)) {
+    let (body, interface) = body(size);
+    let problem = ElasticProblem::free(&body, &interface).expect("a sound body");
+    let factor = problem.factor().expect("supported");
+    let load = faer::Mat::from_fn(body.n_unknowns(), 8, |i, j| ((i * (j + 3)) as f64).sin());
+    bencher.with_inputs(|| load.clone()).bench_local_refs(|x| factor.solve_in_place(x.as_mut()));
+}
+
+/// In single precision first, as the eigensolver does.
+#[divan::bench(args = sizes(), sample_count = 1, sample_size = 1)]
+fn single_precision_count(bencher: Bencher, size: (usize, usize)) {
+    let (body, _) = body(size);
+    let problem = ElasticProblem::free(&body, &[]).expect("a sound body");
+    bencher.bench_local(|| problem.inertia_single(1e11).expect("enough memory"));
+}
+
+#[divan::bench(args = sizes(), sample_count = 1, sample_size = 1)]
 fn inertia_count(bencher: Bencher, size: (usize, usize)) {
     let (body, interface) = body(size);
     let problem = ElasticProblem::free(&body, &interface).expect("a sound body");
     bencher.bench_local(|| problem.inertia(1e11).expect("enough memory"));
 }
 
-#[divan::bench(args = SIZES, sample_count = 1, sample_size = 1)]
+#[divan::bench(args = sizes(), sample_count = 1, sample_size = 1)]
 fn thirty_checked_modes(bencher: Bencher, size: (usize, usize)) {
     let (body, interface) = body(size);
     let problem = ElasticProblem::free(&body, &interface).expect("a sound body");
     bencher.bench_local(|| problem.lowest_modes(30).expect("modes"));
 }
 
-#[divan::bench(args = SIZES, sample_count = 1, sample_size = 1)]
+#[divan::bench(args = sizes(), sample_count = 1, sample_size = 1)]
 fn compliance(bencher: Bencher, size: (usize, usize)) {
     let (body, interface) = body(size);
     let problem = ElasticProblem::free(&body, &interface).expect("a sound body");

@@ -11,6 +11,7 @@ use super::entry::Entry;
 use super::layout::Layout;
 use super::memory;
 use super::numeric::{self, Kind};
+use super::places::Places;
 use super::quotient::Quotient;
 use super::supernodes::Supernodes;
 use super::tree_solve::TreeSolve;
@@ -23,6 +24,7 @@ const WIDTH: usize = <f64 as Entry>::WIDTH;
 #[derive(Debug)]
 pub struct SymbolicFactor {
     pub(super) layout: Layout,
+    pub(super) places: Places,
 }
 
 impl SymbolicFactor {
@@ -54,7 +56,9 @@ impl SymbolicFactor {
         }
         assert!(n_last <= n, "more unknowns are last than there are");
         let quotient = Quotient::new(pattern, &order, n_last);
-        let analysed = Self { layout: Layout::new(Supernodes::new(&quotient, &order)) };
+        let layout = Layout::new(Supernodes::new(&quotient, &order));
+        let places = Places::new(pattern, &layout.supernodes.order);
+        let analysed = Self { layout, places };
         // In the shorter format at least.
         analysed.check_memory(size_of::<f32>())?;
         Ok(analysed)
@@ -106,17 +110,31 @@ impl SymbolicFactor {
         self.layout.roots().iter().map(|&s| self.layout.work[s as usize]).sum()
     }
 
+    /// Entries of the factor of a matrix with the analysed pattern; the error is the position of the pivot that fails.
+    pub(super) fn factorise(
+        &self,
+        matrix: SparseColMatRef<'_, u32, f64>,
+        kind: Kind,
+    ) -> Result<Vec<f64>, usize> {
+        let values = matrix.val();
+        assert_eq!(values.len(), self.places.len(), "the matrix has another pattern than was analysed");
+        numeric::factorise(&self.layout, &self.places, |number, _, _| values[number], kind)
+    }
+
     /// Cholesky factor of a symmetric positive definite matrix with the analysed pattern; `name` is for messages.
     ///
     /// # Errors
     /// [`DynamicsError::NotPositiveDefinite`] with the unknown whose pivot fails, [`DynamicsError::FactorTooLarge`].
+    ///
+    /// # Panics
+    /// If the matrix has not as many entries as the pattern.
     pub fn cholesky(
         self: &Arc<Self>,
         matrix: SparseColMatRef<'_, u32, f64>,
         name: &'static str,
     ) -> Result<CholeskyFactor, DynamicsError> {
         self.check_memory(size_of::<f64>())?;
-        match numeric::factorise(&self.layout, matrix, Kind::Definite) {
+        match self.factorise(matrix, Kind::Definite) {
             Ok(values) => Ok(CholeskyFactor { symbolic: Arc::clone(self), values }),
             Err(position) => {
                 let pivot = self.order()[position] as usize;

@@ -9,7 +9,7 @@ use faer::Mat;
 use faer::sparse::SparseColMatRef;
 
 use super::factor::SymbolicFactor;
-use super::numeric::{self, Kind};
+use super::numeric::Kind;
 use super::product::symmetric_product;
 use super::random::Random;
 use super::rounded::{RoundedFactor, diagonal_of};
@@ -40,9 +40,12 @@ impl SymbolicFactor {
     ///
     /// # Errors
     /// [`DynamicsError::FactorTooLarge`] if memory does not suffice.
+    ///
+    /// # Panics
+    /// If the matrix has not as many entries as the pattern.
     pub fn inertia_double(&self, matrix: SparseColMatRef<'_, u32, f64>) -> Result<Inertia, DynamicsError> {
         self.check_memory_beside(size_of::<f64>())?;
-        let factor = numeric::factorise(&self.layout, matrix, Kind::Indefinite);
+        let factor = self.factorise(matrix, Kind::Indefinite);
         Ok(factor.map_or(SINGULAR, |values| self.count_pivots(&values, &diagonal_of(matrix))))
     }
 
@@ -55,6 +58,9 @@ impl SymbolicFactor {
     ///
     /// # Errors
     /// [`DynamicsError::FactorTooLarge`] if memory does not suffice.
+    ///
+    /// # Panics
+    /// If the matrix has not as many entries as the pattern.
     pub fn inertia_single(
         self: &Arc<Self>,
         matrix: SparseColMatRef<'_, u32, f64>,

@@ -14,7 +14,7 @@ mod quotient;
 mod supernodes;
 mod layout;
 mod entry;
-mod permuted;
+mod places;
 mod numeric;
 mod wide_solve;
 mod tree_solve;

@@ -3,7 +3,7 @@
 //! Left-looking by supernodes: each takes the products of all supernodes below it that reach into its columns, then is factorised itself.
 //! Subtrees of the elimination tree are independent and run side by side; in large supernodes at the top of the tree, tiles of rows do.
 //! Tiles and the order of products depend on the matrix alone, and each tile is one thread's: the factor has the same bits for any number
-//! of threads. No other memory is taken than the factor's, a copy of the matrix and a tile for every thread.
+//! of threads. No other memory is taken than the factor's and a tile for every thread.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -12,12 +12,11 @@ use faer::linalg::cholesky::{ldlt, llt};
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::reborrow::{Reborrow, ReborrowMut};
-use faer::sparse::SparseColMatRef;
 use faer::{Accum, MatMut, MatRef, Par};
 
 use super::entry::Entry;
 use super::layout::{Layout, Panel};
-use super::permuted::Permuted;
+use super::places::Places;
 
 /// Rows of a tile: what one thread does at a time.
 const ROWS: usize = 512;
@@ -35,7 +34,8 @@ pub(super) enum Kind {
     Indefinite,
 }
 
-/// Entries of the factor of a symmetric matrix with the lower triangle `matrix`, as `layout` places them.
+/// Entries of the factor of a symmetric matrix, as `layout` places them. `value(number, row, column)` is the entry that has this number in the
+/// pattern of `places`; row and column are those of the factor.
 ///
 /// Above the diagonal of a panel stand numbers without meaning.
 ///
@@ -43,13 +43,19 @@ pub(super) enum Kind {
 /// The place in the elimination order of the first pivot that is not positive and finite (zero, for [`Kind::Indefinite`]).
 pub(super) fn factorise<T: Entry>(
     layout: &Layout,
-    matrix: SparseColMatRef<'_, u32, T>,
+    places: &Places,
+    value: impl Fn(usize, usize, usize) -> T + Sync,
     kind: Kind,
 ) -> Result<Vec<T>, usize> {
     let mut values = vec![T::ZERO; layout.n_values()];
-    let matrix = Permuted::new(matrix, &layout.supernodes.order);
-    let (scratch, places) = (Pool::default(), Pool::default());
-    let run = Factorisation { layout, matrix, kind, scratch, places };
+    let run = Factorisation {
+        layout,
+        matrix: places,
+        value: &value,
+        kind,
+        scratch: Pool::default(),
+        places: Pool::default(),
+    };
     run.forest(&layout.roots(), &mut values)?;
     Ok(values)
 }
@@ -81,9 +87,10 @@ struct Scratch<T> {
     places: Vec<u32>,
 }
 
-struct Factorisation<'a, T> {
+struct Factorisation<'a, T, V> {
     layout: &'a Layout,
-    matrix: Permuted<T>,
+    matrix: &'a Places,
+    value: &'a V,
     kind: Kind,
     scratch: Pool<Scratch<T>>,
     /// Place of every row of the matrix in a supernode.
@@ -131,7 +138,7 @@ impl Target<'_> {
     }
 }
 
-impl<T: Entry> Factorisation<'_, T> {
+impl<T: Entry, V: Fn(usize, usize, usize) -> T + Sync> Factorisation<'_, T, V> {
     /// Factorises the subtrees of `roots`, which follow on each other, on all threads.
     fn forest(&self, roots: &[u32], values: &mut [T]) -> Result<(), usize> {
         match roots {
@@ -217,8 +224,10 @@ impl<T: Entry> Factorisation<'_, T> {
             let (n_rows, width) = (panel.n_rows, panel.width());
             let mut block = MatMut::from_column_major_slice_mut(&mut rest[..panel.n_values()], n_rows, width);
             for j in 0..width {
-                for &(row, value) in self.matrix.column(panel.first + j) {
-                    block[(target.place(row), j)] = value;
+                let column = panel.first + j;
+                for entry in self.matrix.column(column) {
+                    block[(target.place(entry.row), j)] =
+                        (self.value)(entry.number as usize, entry.row as usize, column);
                 }
             }
             by_tiles(block.rb_mut(), 0, is_parallel, &|first, tile| {

@@ -6,7 +6,7 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use faer::sparse::{SparseColMat, SymbolicSparseColMat};
+use faer::sparse::{SparseColMat, SparseColMatRef, SymbolicSparseColMat};
 
 use super::factor::{CholeskyFactor, SymbolicFactor};
 use super::inertia::{Inertia, SINGLE_FROM};
@@ -62,7 +62,7 @@ impl<'a> Pencil<'a> {
     /// [`DynamicsError::NotPositiveDefinite`] if the rest can still move without energy.
     pub fn cholesky(&self, shift: f64, fixed: &[bool]) -> Result<CholeskyFactor, DynamicsError> {
         let name = if shift > 0.0 { "K + s M" } else { STIFFNESS };
-        self.symbolic.cholesky(self.combination(shift, fixed).as_ref(), name)
+        self.with_combination(shift, fixed, |matrix| self.symbolic.cholesky(matrix, name))
     }
 
     /// As [`Self::cholesky`] of `K` in single precision; `None` if the matrix is small, or a pivot not positive.
@@ -71,7 +71,10 @@ impl<'a> Pencil<'a> {
             return Ok(None);
         }
         self.symbolic.check_memory(size_of::<f32>())?;
-        Ok(RoundedFactor::new(&self.symbolic, self.combination(0.0, fixed).as_ref(), Kind::Definite))
+        let factorise = |matrix: SparseColMatRef<'_, u32, f64>| {
+            RoundedFactor::new(&self.symbolic, matrix, Kind::Definite)
+        };
+        Ok(self.with_combination(0.0, fixed, factorise))
     }
 
     /// Inertia of `K - mu M` on the unknowns that are not `fixed`: how many eigenvalues are below `mu` [(rad/s)²].
@@ -79,7 +82,7 @@ impl<'a> Pencil<'a> {
     /// # Errors
     /// [`DynamicsError::FactorTooLarge`] if memory does not suffice.
     pub fn inertia(&self, mu: f64, fixed: &[bool]) -> Result<Inertia, DynamicsError> {
-        self.symbolic.inertia_double(self.combination(-mu, fixed).as_ref())
+        self.with_combination(-mu, fixed, |matrix| self.symbolic.inertia_double(matrix))
     }
 
     /// As [`Self::inertia`] in single precision; `None` if the matrix is small, or the factor too inaccurate to count.
@@ -90,14 +93,30 @@ impl<'a> Pencil<'a> {
         if self.symbolic.n_entries() < SINGLE_FROM {
             return Ok(None);
         }
-        self.symbolic.inertia_single(self.combination(-mu, fixed).as_ref())
+        self.with_combination(-mu, fixed, |matrix| self.symbolic.inertia_single(matrix))
     }
 
     /// Lower triangle of `K + shift M` on the common pattern, rows and columns of `fixed` unknowns reduced to their diagonal.
     pub fn combination(&self, shift: f64, fixed: &[bool]) -> SparseColMat<u32, f64> {
+        let mut combined = self.stiffness.as_ref().clone();
+        combined.val_mut().copy_from_slice(&self.combined_values(shift, fixed));
+        combined
+    }
+
+    /// Calls `work` with [`Self::combination`], of which only the values are made.
+    fn with_combination<R>(
+        &self,
+        shift: f64,
+        fixed: &[bool],
+        work: impl FnOnce(SparseColMatRef<'_, u32, f64>) -> R,
+    ) -> R {
+        let values = self.combined_values(shift, fixed);
+        work(SparseColMatRef::new(self.stiffness.symbolic(), &values))
+    }
+
+    fn combined_values(&self, shift: f64, fixed: &[bool]) -> Vec<f64> {
         let k = self.stiffness.as_ref();
-        let mut combined = k.clone();
-        let values = combined.val_mut();
+        let mut values = k.val().to_vec();
         let mass = mass_lower(self.body).val();
         if shift.abs() > 0.0 {
             for &(place, index) in &self.mass_places {
@@ -114,7 +133,7 @@ impl<'a> Pencil<'a> {
                 }
             }
         }
-        combined
+        values
     }
 }
 

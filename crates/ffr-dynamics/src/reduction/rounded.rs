@@ -26,14 +26,22 @@ pub(super) struct RoundedFactor {
 
 impl RoundedFactor {
     /// Factorises a symmetric matrix with the analysed pattern; `None` if a pivot is not positive, or zero, in single precision.
+    ///
+    /// # Panics
+    /// If the matrix has not as many entries as the pattern.
     pub fn new(
         symbolic: &Arc<SymbolicFactor>,
         matrix: SparseColMatRef<'_, u32, f64>,
         kind: Kind,
     ) -> Option<Self> {
-        let (scaled, scale) = scaled_to_single(matrix);
-        let scaled = SparseColMatRef::new(matrix.symbolic(), &scaled);
-        let values = numeric::factorise(&symbolic.layout, scaled, kind).ok()?;
+        let scale: Vec<f64> =
+            diagonal_of(matrix).iter().map(|d| 1.0 / d.abs().sqrt().max(f64::MIN_POSITIVE)).collect();
+        let by_position: Vec<f64> = symbolic.order().iter().map(|&i| scale[i as usize]).collect();
+        let values = matrix.val();
+        assert_eq!(values.len(), symbolic.places.len(), "the matrix has another pattern than was analysed");
+        let scaled =
+            |number: usize, i: usize, j: usize| (values[number] * by_position[i] * by_position[j]) as f32;
+        let values = numeric::factorise(&symbolic.layout, &symbolic.places, scaled, kind).ok()?;
         Some(Self { symbolic: Arc::clone(symbolic), values, scale })
     }
 
@@ -79,18 +87,6 @@ impl RoundedFactor {
             }
         }
     }
-}
-
-/// Values of the matrix scaled to a unit diagonal, in single precision, and the scale of each unknown.
-fn scaled_to_single(matrix: SparseColMatRef<'_, u32, f64>) -> (Vec<f32>, Vec<f64>) {
-    let scale: Vec<f64> =
-        diagonal_of(matrix).iter().map(|d| 1.0 / d.abs().sqrt().max(f64::MIN_POSITIVE)).collect();
-    let mut scaled = Vec::with_capacity(matrix.val().len());
-    for j in 0..matrix.ncols() {
-        let column = matrix.row_idx_of_col(j).zip(matrix.val_of_col(j));
-        scaled.extend(column.map(|(i, &a)| (a * scale[i] * scale[j]) as f32));
-    }
-    (scaled, scale)
 }
 
 /// Diagonal of a symmetric matrix.

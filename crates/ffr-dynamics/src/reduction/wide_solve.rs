@@ -9,8 +9,8 @@ use super::entry::Entry;
 
 /// Columns eliminated together.
 pub(super) const BLOCK: usize = 32;
-/// Rows that stay in the first-level cache while a block of columns passes: 8 KiB in double precision.
-const CHUNK: usize = 128;
+/// Rows that stay in the first-level cache while a block of columns passes: 16 KiB in double precision.
+const CHUNK: usize = 256;
 /// Columns that share one load and store of a row.
 const GROUP: usize = 4;
 
