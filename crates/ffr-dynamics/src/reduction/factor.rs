@@ -57,30 +57,20 @@ impl SymbolicFactor {
         assert!(n_last <= n, "more unknowns are last than there are");
         let quotient = Quotient::new(pattern, &order, n_last);
         let layout = Layout::new(Supernodes::new(&quotient, &order));
-        let places = Places::new(pattern, &layout.supernodes.order);
-        let analysed = Self { layout, places };
         // In the shorter format at least.
-        analysed.check_memory(size_of::<f32>())?;
-        Ok(analysed)
+        refuse_if(&layout, size_of::<f32>(), memory::shortage)?;
+        let places = Places::new(pattern, &layout.supernodes.order);
+        Ok(Self { layout, places })
     }
 
     /// Refuses a factor whose entries, of `bytes` bytes each, have no place in the memory that is free.
     pub(super) fn check_memory(&self, bytes: usize) -> Result<(), DynamicsError> {
-        self.refuse_if(bytes, memory::shortage)
+        refuse_if(&self.layout, bytes, memory::shortage)
     }
 
     /// As [`Self::check_memory`] for a factor beside that of the body's stiffness.
     pub(super) fn check_memory_beside(&self, bytes: usize) -> Result<(), DynamicsError> {
-        self.refuse_if(bytes, memory::shortage_beside)
-    }
-
-    fn refuse_if(&self, bytes: usize, shortage: impl Fn(f64) -> Option<f64>) -> Result<(), DynamicsError> {
-        let bytes = self.n_entries() as f64 * bytes as f64;
-        let (unknowns, gigabytes) = (self.n_unknowns(), 1e-9 * bytes);
-        match shortage(bytes) {
-            Some(free) => Err(DynamicsError::FactorTooLarge { unknowns, gigabytes, free }),
-            None => Ok(()),
-        }
+        refuse_if(&self.layout, bytes, memory::shortage_beside)
     }
 
     /// Elimination order: position p holds the p-th unknown.
@@ -141,6 +131,20 @@ impl SymbolicFactor {
                 Err(DynamicsError::NotPositiveDefinite { matrix: name, pivot, size: self.n_unknowns() })
             }
         }
+    }
+}
+
+/// Refuses a factor whose entries, of `bytes` bytes each, `shortage` finds no memory for.
+fn refuse_if(
+    layout: &Layout,
+    bytes: usize,
+    shortage: impl Fn(f64) -> Option<f64>,
+) -> Result<(), DynamicsError> {
+    let bytes = layout.n_values() as f64 * bytes as f64;
+    let (unknowns, gigabytes) = (layout.supernodes.order.len(), 1e-9 * bytes);
+    match shortage(bytes) {
+        Some(free) => Err(DynamicsError::FactorTooLarge { unknowns, gigabytes, free }),
+        None => Ok(()),
     }
 }
 
