@@ -54,6 +54,17 @@ const JUMP: f64 = 1e-5;
 /// Momentum that a hand-over may create, relative to that at the start: the mass of a NURBS body from the fine model's finer
 /// quadrature differs by 2e-9.
 const MOMENTUM: f64 = 1e-8;
+/// The same of the transfer as printed, which takes the modes of both models for orthogonal to each other: what it leaves is
+/// quadratic in their difference, 4e-4 as in the frequencies, whatever the body does at the instant.
+const MOMENTUM_PRINTED: f64 = 4e-4 * 4e-4;
+
+/// Momentum that a hand-over by `method` may create.
+fn momentum_limit(method: TransferMethod) -> f64 {
+    match method {
+        TransferMethod::MassOrthogonal => MOMENTUM,
+        TransferMethod::Printed => MOMENTUM_PRINTED,
+    }
+}
 
 #[test]
 fn sphere_hits_a_plane_as_it_does_with_prolonged_modes() {
@@ -110,9 +121,9 @@ fn sphere_rod_sphere_is_the_same_with_modes_of_the_fine_models() {
         same_impacts(&own, &reference, 1e-4);
         let directions: Vec<&str> = own.transfers.iter().map(|t| t.direction.identifier()).collect();
         assert_eq!(directions, ["coarse to fine", "fine to coarse"].repeat(2));
-        let momentum = reference.samples[0].linear_momentum[2];
+        let limit = momentum_limit(method) * reference.samples[0].linear_momentum[2];
         for (transfer, jump) in own.transfers.iter().zip(jumps(&own)) {
-            assert!(jump.abs() < JUMP && transfer.momentum_change < MOMENTUM * momentum, "{transfer:?}");
+            assert!(jump.abs() < JUMP && transfer.momentum_change < limit, "{transfer:?}");
         }
         // Jumps of hand-overs are no drift of the integration, which stays below 1e-6 with them.
         assert!(own.energy_drift() < 1e-6, "{:e}", own.energy_drift());
