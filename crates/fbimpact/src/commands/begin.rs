@@ -43,7 +43,12 @@ pub(super) fn begin(
     progress.stage(Some("choosing meshes and numbers of modes".into()));
     let scenario = sized(scenario, n_threads, &cache);
     drop(progress);
-    let output = stop.take().output;
+    let held = stop.take();
+    // A run that was told to stop meanwhile begins nothing.
+    if stop.is_asked() {
+        return Err(held.close());
+    }
+    let output = held.output;
     let scenario = match scenario {
         Ok(scenario) => scenario,
         Err(error) => {

@@ -131,7 +131,7 @@ impl Stop {
 
 impl Held {
     /// Closes the file of a run that is stopped wherever it is. Returns what the user is told.
-    fn close(self) -> AppError {
+    pub fn close(self) -> AppError {
         let Self { output, recorder, is_restart_own, bar, time } = self;
         bar.finish_and_clear();
         let mut recorder = match recorder {
