@@ -2,8 +2,9 @@
 
 mod percent;
 pub mod error;
-pub mod reasons;
-pub mod sound;
+pub mod error_text;
+pub mod whole_file;
+pub mod hdf5_integrity;
 pub mod provenance;
 pub mod scenario;
 pub mod pool;

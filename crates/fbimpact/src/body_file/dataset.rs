@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use ndarray::ArrayD;
 
 use super::fault::BodyFault;
-use crate::sound;
+use crate::hdf5_integrity;
 
 /// Lengths of a dataset: fixed, or whatever the file has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -67,7 +67,7 @@ impl Node {
             matches!(t, TypeDescriptor::Float(_) | TypeDescriptor::Integer(_) | TypeDescriptor::Unsigned(_))
         };
         check_type(&dataset, &path, "floating-point numbers", is_number)?;
-        let values = sound::rows::<f64>(&dataset)?;
+        let values = hdf5_integrity::rows::<f64>(&dataset)?;
         if let Some(at) = values.iter().position(|v| !v.is_finite()) {
             let (index, value) = (unflat(at, &found), values[at]);
             return Err(BodyFault::NotFinite { path, index, value });
@@ -97,7 +97,7 @@ impl Node {
             |t: &TypeDescriptor| matches!(t, TypeDescriptor::Integer(_) | TypeDescriptor::Unsigned(_));
         check_type(&dataset, &path, "integers", is_whole)?;
         let last = last.min(u32::MAX as usize) as i64;
-        let values = sound::rows::<i64>(&dataset)?;
+        let values = hdf5_integrity::rows::<i64>(&dataset)?;
         if let Some(position) = values.iter().position(|v| *v < 0 || *v > last) {
             return Err(BodyFault::Index { path, position, value: values[position], last });
         }

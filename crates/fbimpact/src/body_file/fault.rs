@@ -6,7 +6,7 @@ use ffr_dynamics::DynamicsError;
 use thiserror::Error;
 
 use crate::error::AppError;
-use crate::reasons;
+use crate::error_text;
 
 /// A body file that cannot be read or written.
 #[derive(Debug, Error)]
@@ -108,7 +108,7 @@ pub enum BodyFault {
         source: DynamicsError,
     },
     /// The library failed.
-    #[error("HDF5: {}", reasons::of_hdf5(.0))]
+    #[error("HDF5: {}", error_text::of_hdf5(.0))]
     Hdf5(#[from] hdf5::Error),
 }
 

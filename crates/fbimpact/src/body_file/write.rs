@@ -9,7 +9,7 @@ use super::dataset::Node;
 use super::fault::{BodyFault, BodyFileError};
 use super::read::MODELS;
 use super::{FORMAT, FORMAT_VERSION, full, reduced};
-use crate::{provenance, reasons};
+use crate::{error_text, provenance, whole_file};
 
 /// Writes an unreduced body; an existing file is replaced.
 ///
@@ -51,11 +51,12 @@ fn write(
         }
         contents(&root)?;
         drop(root);
-        Ok(reasons::close(file)?)
+        Ok(whole_file::close(file)?)
     };
     let stored = store().and_then(|()| {
-        std::fs::rename(&part, path)
-            .map_err(|e| BodyFault::NotHdf5 { reason: format!("cannot be written: {}", reasons::of_io(&e)) })
+        std::fs::rename(&part, path).map_err(|e| BodyFault::NotHdf5 {
+            reason: format!("cannot be written: {}", error_text::of_io(&e)),
+        })
     });
     stored.map_err(|fault| {
         // What was written so far is of no use; the file may not even exist.

@@ -8,7 +8,7 @@ use ndarray::ArrayView1;
 
 use super::format::TABLE_FORMAT;
 use super::table::{Column, Table, Values};
-use crate::reasons;
+use crate::whole_file;
 
 /// The table as CSV (RFC 4180): a line of names, then one a row; what is not there is empty.
 pub fn csv(table: &Table) -> String {
@@ -71,7 +71,7 @@ pub fn hdf5(table: &Table, path: &Path) -> hdf5::Result<()> {
         dataset.new_attr::<VarLenUnicode>().create("unit")?.write_scalar(&unit)?;
     }
     drop(group);
-    reasons::close(file)
+    whole_file::close(file)
 }
 
 fn unicode(text: &str) -> hdf5::Result<VarLenUnicode> {

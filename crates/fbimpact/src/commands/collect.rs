@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::collect::{csv, find, gather, hdf5};
 use crate::error::AppError;
-use crate::reasons;
+use crate::{error_text, whole_file};
 
 /// Gathers runs into a table; runs without a readable result are rows with their status.
 ///
@@ -25,10 +25,12 @@ pub fn collect(places: &[PathBuf], output: &Path, is_long: bool) -> Result<(), A
     let table = gather(&runs, is_long);
     // Written aside first: a table is never half there.
     let written = if is_csv {
-        reasons::write_whole(output, csv(&table).as_bytes()).map_err(|e| reasons::of_io(&e))
+        whole_file::write(output, csv(&table).as_bytes()).map_err(|e| error_text::of_io(&e))
     } else {
-        reasons::whole(output, |part| hdf5(&table, part).map_err(|e| io::Error::other(reasons::of_hdf5(&e))))
-            .map_err(|e| reasons::of_io(&e))
+        whole_file::replace(output, |part| {
+            hdf5(&table, part).map_err(|e| io::Error::other(error_text::of_hdf5(&e)))
+        })
+        .map_err(|e| error_text::of_io(&e))
     };
     written.map_err(|reason| AppError::io(output, format!("cannot be written: {reason}")))?;
     let complete = runs.iter().filter(|r| r.status == "complete").count();

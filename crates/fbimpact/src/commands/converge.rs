@@ -14,8 +14,8 @@ use crate::converge::report::{self, Study};
 use crate::converge::sizes::sizes;
 use crate::converge::verdict::{Compared, dominant, judge, mattering};
 use crate::error::AppError;
-use crate::reasons;
 use crate::scenario::{self, Override};
+use crate::{error_text, whole_file};
 
 /// Runs the scenario and its variants, compares them and judges.
 ///
@@ -71,7 +71,7 @@ pub fn converge(arguments: &ConvergeArguments) -> Result<(), AppError> {
     };
     let json = format!("{:#}\n", study.json());
     let path = folder.join(report::FILE);
-    reasons::write_whole(&path, json.as_bytes()).map_err(|e| AppError::io(&path, reasons::of_io(&e)))?;
+    whole_file::write(&path, json.as_bytes()).map_err(|e| AppError::io(&path, error_text::of_io(&e)))?;
     let text = if arguments.json { json } else { study.table() };
     print(&text)?;
     if verdict.is_converged { Ok(()) } else { Err(AppError::Unconverged { tolerance }) }

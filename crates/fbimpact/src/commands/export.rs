@@ -8,7 +8,6 @@ use adaptive::AdaptiveError;
 use super::{print, threads};
 use crate::cli::ExportArguments;
 use crate::error::AppError;
-use crate::reasons;
 use crate::vtk::assemble::{View, grid};
 use crate::vtk::bodies::{Bodies, Shown};
 use crate::vtk::body::Cells;
@@ -17,6 +16,7 @@ use crate::vtk::pressure::contact_pressures;
 use crate::vtk::states::States;
 use crate::vtk::times::chosen;
 use crate::vtk::xml::{SeriesEntry, pvd, write_vtu};
+use crate::{error_text, whole_file};
 
 /// Writes a file a body and instant, and the series that opens them all; prints the name of the series.
 ///
@@ -34,7 +34,7 @@ pub fn export(arguments: &ExportArguments) -> Result<(), AppError> {
         arguments.file.file_stem().unwrap_or(arguments.file.as_os_str()).to_string_lossy().into_owned();
     let folder = arguments.vtk.join(&stem);
     std::fs::create_dir_all(&folder)
-        .map_err(|e| AppError::io(&folder, format!("cannot be created: {}", reasons::of_io(&e))))?;
+        .map_err(|e| AppError::io(&folder, format!("cannot be created: {}", error_text::of_io(&e))))?;
     let view = View { scale: arguments.scale, revolve: arguments.revolve };
     let mut series = Vec::new();
     for (number, &i) in instants.iter().enumerate() {
@@ -70,11 +70,11 @@ pub fn export(arguments: &ExportArguments) -> Result<(), AppError> {
 }
 
 fn write_grid(path: &Path, grid: &Grid, time: f64) -> Result<(), AppError> {
-    reasons::whole(path, |part| write_vtu(part, grid, time)).map_err(|e| unwritten(path, &e))
+    whole_file::replace(path, |part| write_vtu(part, grid, time)).map_err(|e| unwritten(path, &e))
 }
 
 fn unwritten(path: &Path, error: &io::Error) -> AppError {
-    AppError::io(path, format!("cannot be written: {}", reasons::of_io(error)))
+    AppError::io(path, format!("cannot be written: {}", error_text::of_io(error)))
 }
 
 fn file_name(name: &str, number: usize) -> String {
@@ -84,6 +84,6 @@ fn file_name(name: &str, number: usize) -> String {
 
 fn write_series(folder: &Path, stem: &str, series: &[SeriesEntry]) -> Result<(), AppError> {
     let path: PathBuf = folder.join(format!("{stem}.pvd"));
-    reasons::write_whole(&path, pvd(series).as_bytes()).map_err(|e| unwritten(&path, &e))?;
+    whole_file::write(&path, pvd(series).as_bytes()).map_err(|e| unwritten(&path, &e))?;
     print(&format!("{}\n", path.display()))
 }

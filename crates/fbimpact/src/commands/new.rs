@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use crate::error::AppError;
-use crate::reasons;
 use crate::scenario::schema;
+use crate::{error_text, whole_file};
 
 /// The scenario, with `NAME` for its name.
 const STARTER: &str = include_str!("../starter.toml");
@@ -43,8 +43,8 @@ fn write(path: &Path, text: &str, force: bool) -> Result<bool, AppError> {
     if !force && path.exists() {
         return Ok(false);
     }
-    let written = reasons::write_whole(path, text.as_bytes());
+    let written = whole_file::write(path, text.as_bytes());
     written
         .map(|()| true)
-        .map_err(|e| AppError::io(path, format!("cannot be written: {}", reasons::of_io(&e))))
+        .map_err(|e| AppError::io(path, format!("cannot be written: {}", error_text::of_io(&e))))
 }

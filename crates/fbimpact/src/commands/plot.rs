@@ -10,7 +10,7 @@ use crate::plot::figure::Figure;
 use crate::plot::figures::Kind;
 use crate::plot::theme::STYLES;
 use crate::plot::{PlotError, raster, render};
-use crate::reasons;
+use crate::{error_text, whole_file};
 
 /// Characters of a file's name in a legend.
 const LABEL: usize = 48;
@@ -32,7 +32,7 @@ pub fn plot(arguments: &PlotArguments) -> Result<(), AppError> {
     let files: Vec<ResultData> = files.collect::<Result<_, AppError>>()?;
     let folder = &arguments.output;
     std::fs::create_dir_all(folder)
-        .map_err(|e| AppError::io(folder, format!("cannot be created: {}", reasons::of_io(&e))))?;
+        .map_err(|e| AppError::io(folder, format!("cannot be created: {}", error_text::of_io(&e))))?;
     let prefix = match arguments.files.as_slice() {
         [one] => stem(one),
         _ => "comparison".to_owned(),
@@ -76,8 +76,8 @@ fn write(
         files.push((path("png"), raster::png(&svg).map_err(|e| fail(&path("png"), e))?));
     }
     for (path, bytes) in &files {
-        reasons::write_whole(path, bytes)
-            .map_err(|e| AppError::io(path, format!("cannot be written: {}", reasons::of_io(&e))))?;
+        whole_file::write(path, bytes)
+            .map_err(|e| AppError::io(path, format!("cannot be written: {}", error_text::of_io(&e))))?;
     }
     Ok(files.into_iter().map(|(path, _)| path).collect())
 }

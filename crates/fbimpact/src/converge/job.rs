@@ -7,10 +7,10 @@ use std::time::Instant;
 
 use super::outcome::Outcome;
 use crate::error::AppError;
-use crate::reasons;
 use crate::results::journal::{Entries, Entry};
 use crate::results::restart_path;
 use crate::results::stored::Stored;
+use crate::{error_text, whole_file};
 
 /// A run to be made.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -105,7 +105,7 @@ impl Setting {
         self.write(&job.name, ".program", &format!("{}\n", self.fingerprint))?;
         self.write(&job.name, ".set", &job.set.iter().map(|s| format!("{s}\n")).collect::<String>())?;
         let path = self.file(&job.name, ".log");
-        let log = File::create(&path).map_err(|e| AppError::io(&path, reasons::of_io(&e)))?;
+        let log = File::create(&path).map_err(|e| AppError::io(&path, error_text::of_io(&e)))?;
         let mut command = Command::new(&self.program);
         command.arg("run");
         if is_taken_up {
@@ -141,7 +141,7 @@ impl Setting {
 
     fn write(&self, name: &str, ending: &str, text: &str) -> Result<(), AppError> {
         let path = self.file(name, ending);
-        reasons::write_whole(&path, text.as_bytes()).map_err(|e| AppError::io(&path, reasons::of_io(&e)))
+        whole_file::write(&path, text.as_bytes()).map_err(|e| AppError::io(&path, error_text::of_io(&e)))
     }
 }
 
@@ -170,7 +170,7 @@ impl Running {
 /// # Errors
 /// [`AppError::Io`] if it cannot be made or holds something else.
 pub fn prepare(folder: &Path) -> Result<(), AppError> {
-    let fail = |e: std::io::Error| AppError::io(folder, reasons::of_io(&e));
+    let fail = |e: std::io::Error| AppError::io(folder, error_text::of_io(&e));
     fs::create_dir_all(folder).map_err(fail)?;
     let mark = folder.join(super::report::FILE);
     if mark.is_file() {
@@ -180,5 +180,5 @@ pub fn prepare(folder: &Path) -> Result<(), AppError> {
         let reason = format!("holds files and no {}, name a new folder with -o", super::report::FILE);
         return Err(AppError::io(folder, reason));
     }
-    reasons::write_whole(&mark, b"{}\n").map_err(fail)
+    whole_file::write(&mark, b"{}\n").map_err(fail)
 }

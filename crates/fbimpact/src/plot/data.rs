@@ -8,7 +8,7 @@ use hdf5::{File, Group, Result};
 use crate::error::AppError;
 use crate::results::open::{attribute, open, scenario_text};
 use crate::results::tables::{ImpactRow, PhaseRow, TryRow};
-use crate::{reasons, sound};
+use crate::{error_text, hdf5_integrity};
 
 /// A motion in space: x, y, z over time.
 pub type Components = [Vec<f64>; 3];
@@ -48,7 +48,7 @@ impl ResultData {
     pub fn read(path: &Path, label: String) -> std::result::Result<Self, AppError> {
         let file = open(path)?;
         let mut data = contents(&file).map_err(|e| {
-            AppError::io(path, format!("has a part that cannot be read: {}", reasons::of_hdf5(&e)))
+            AppError::io(path, format!("has a part that cannot be read: {}", error_text::of_hdf5(&e)))
         })?;
         if data.time.is_empty() {
             return Err(AppError::io(path, "has no stored states, there is nothing to draw"));
@@ -66,18 +66,19 @@ impl ResultData {
 fn contents(file: &File) -> Result<ResultData> {
     let mut data = ResultData {
         title: attribute(file, "title").unwrap_or_default(),
-        time: sound::rows(&file.dataset("time")?)?,
-        phases: sound::rows(&file.dataset("phases")?)?,
-        impacts: sound::rows(&file.dataset("impacts")?)?,
-        tries: sound::rows(&file.dataset("tries")?)?,
+        time: hdf5_integrity::rows(&file.dataset("time")?)?,
+        phases: hdf5_integrity::rows(&file.dataset("phases")?)?,
+        impacts: hdf5_integrity::rows(&file.dataset("impacts")?)?,
+        tries: hdf5_integrity::rows(&file.dataset("tries")?)?,
         utilisation: utilisation(&scenario_text(file)?),
         ..ResultData::default()
     };
     for (name, group) in members(file, "energies")? {
-        data.energies.push((name.clone(), sound::rows(&group.dataset(&name)?)?));
+        data.energies.push((name.clone(), hdf5_integrity::rows(&group.dataset(&name)?)?));
     }
     for (name, group) in members(file, "contacts")? {
-        data.forces.push((name.clone(), sound::rows(&group.dataset(&format!("{name}/normal_force"))?)?));
+        data.forces
+            .push((name.clone(), hdf5_integrity::rows(&group.dataset(&format!("{name}/normal_force"))?)?));
     }
     for (name, group) in members(file, "points")? {
         let position = components(&group, &format!("{name}/position"))?;
@@ -108,7 +109,7 @@ fn members(file: &File, name: &str) -> Result<Vec<(String, Group)>> {
 }
 
 fn components(group: &Group, name: &str) -> Result<Components> {
-    let rows: Vec<f64> = sound::rows(&group.dataset(name)?)?;
+    let rows: Vec<f64> = hdf5_integrity::rows(&group.dataset(name)?)?;
     Ok(std::array::from_fn(|c| rows.iter().skip(c).step_by(3).copied().collect()))
 }
 

@@ -7,7 +7,7 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::path::{Path, PathBuf};
 
 use crate::error::AppError;
-use crate::{reasons, sound};
+use crate::{error_text, hdf5_integrity};
 
 use super::{FORMAT, Status};
 
@@ -170,14 +170,15 @@ fn check_target(target: &Path, force: bool) -> Result<(), AppError> {
 /// Whether `path` is an HDF5 file that this program wrote.
 fn is_result(path: &Path) -> bool {
     let open = || {
-        let file = sound::open(path).ok()?;
+        let file = hdf5_integrity::open(path).ok()?;
         file.attr("format").and_then(|a| a.read_scalar::<hdf5::types::VarLenUnicode>()).ok()
     };
     open().is_some_and(|format| format.as_str() == FORMAT)
 }
 
 fn lock(part: &Path) -> Result<File, AppError> {
-    let fail = |e: std::io::Error| AppError::io(part, format!("cannot be written: {}", reasons::of_io(&e)));
+    let fail =
+        |e: std::io::Error| AppError::io(part, format!("cannot be written: {}", error_text::of_io(&e)));
     // Another run may rename its part file between our opening and locking it: then we hold the wrong file, try again.
     for _ in 0..10 {
         let file = OpenOptions::new()

@@ -14,8 +14,8 @@ use adaptive::warning::Warning;
 use serde::{Deserialize, Serialize};
 
 use crate::error::AppError;
+use crate::error_text;
 use crate::provenance;
-use crate::reasons;
 use crate::scenario::Scenario;
 
 /// First bytes of the file; the last one is the version of the format.
@@ -112,7 +112,7 @@ impl Journal {
     /// [`AppError::Io`] if it cannot be written.
     pub fn create(path: &Path, header: Header) -> Result<Self, AppError> {
         let fail =
-            |e: std::io::Error| AppError::io(path, format!("cannot be written: {}", reasons::of_io(&e)));
+            |e: std::io::Error| AppError::io(path, format!("cannot be written: {}", error_text::of_io(&e)));
         let file = File::create(path).map_err(fail)?;
         let mut journal = Self::to(file);
         journal.writer.write_all(MAGIC).map_err(fail)?;
@@ -132,7 +132,7 @@ impl Journal {
             Ok(Self::to(file))
         };
         open().map_err(|e: std::io::Error| {
-            AppError::io(path, format!("cannot be written: {}", reasons::of_io(&e)))
+            AppError::io(path, format!("cannot be written: {}", error_text::of_io(&e)))
         })
     }
 
@@ -275,7 +275,8 @@ impl Restart {
                 journal.flush()
             }
         };
-        note().map_err(|e| AppError::io(&self.path, format!("cannot be written: {}", reasons::of_io(&e))))?;
+        note()
+            .map_err(|e| AppError::io(&self.path, format!("cannot be written: {}", error_text::of_io(&e))))?;
         Ok(journal)
     }
 }

@@ -12,7 +12,7 @@
 //! | `series::unicode` without NUL | a title ends the run | `series` |
 //! | `sound`: shapes compared with what is stored | reading takes memory until the process is stopped | `damaged`: `shape_larger_...` |
 //! | `sound`: lengths of texts | the same | `damaged`: `text_longer_...` |
-//! | `sound::heaps` | reading never ends | `damaged`: `heap_of_texts_...` |
+//! | `hdf5_integrity::heaps` | reading never ends | `damaged`: `heap_of_texts_...` |
 
 mod scales;
 mod series;

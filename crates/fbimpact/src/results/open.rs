@@ -7,7 +7,7 @@ use hdf5::types::VarLenUnicode;
 
 use super::FORMAT;
 use crate::error::AppError;
-use crate::{reasons, sound};
+use crate::{error_text, hdf5_integrity};
 
 /// Opens `path` without a lock, so that a run may still be writing it.
 ///
@@ -15,9 +15,9 @@ use crate::{reasons, sound};
 /// [`AppError::Io`] if it cannot be read or is not a result file.
 pub fn open(path: &Path) -> Result<File, AppError> {
     if let Err(e) = std::fs::File::open(path) {
-        return Err(AppError::io(path, format!("cannot be read: {}", reasons::of_io(&e))));
+        return Err(AppError::io(path, format!("cannot be read: {}", error_text::of_io(&e))));
     }
-    let file = sound::open(path)
+    let file = hdf5_integrity::open(path)
         .map_err(|reason| AppError::io(path, format!("is not a readable HDF5 file: {reason}")))?;
     if attribute(&file, "format").as_deref() != Some(FORMAT) {
         return Err(AppError::io(path, "is not a result file of fbimpact"));
@@ -36,5 +36,5 @@ pub fn attribute(file: &File, name: &str) -> Option<String> {
 /// # Errors
 /// Those of HDF5.
 pub fn scenario_text(file: &File) -> hdf5::Result<String> {
-    sound::text(&file.dataset("scenario")?)
+    hdf5_integrity::text(&file.dataset("scenario")?)
 }

@@ -3,7 +3,7 @@
 use hdf5::{File, Result};
 use serde_json::{Value, json};
 
-use crate::sound;
+use crate::hdf5_integrity;
 
 /// Largest force and moment that a joint transmitted at a stored instant.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -31,8 +31,8 @@ pub fn peaks(file: &File, time: &[f64]) -> Result<Vec<PeakReaction>> {
         if !(member.link_exists("reaction_force") && member.link_exists("reaction_moment")) {
             continue;
         }
-        let (force_time, force) = largest(&sound::rows::<f64>(&group.dataset(&force)?)?, time);
-        let (moment_time, moment) = largest(&sound::rows::<f64>(&group.dataset(&moment)?)?, time);
+        let (force_time, force) = largest(&hdf5_integrity::rows::<f64>(&group.dataset(&force)?)?, time);
+        let (moment_time, moment) = largest(&hdf5_integrity::rows::<f64>(&group.dataset(&moment)?)?, time);
         all.push(PeakReaction { joint, force, force_time, moment, moment_time });
     }
     Ok(all)

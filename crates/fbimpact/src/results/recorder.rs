@@ -26,8 +26,8 @@ use super::space::{ROOM_OF_DATASET, Space};
 use super::stress::write_stress;
 use super::tables::{self, ImpactRow, PhaseRow, TransferRow, TryRow};
 use super::{FORMAT, FORMAT_VERSION, scales};
+use crate::error_text;
 use crate::provenance;
-use crate::reasons;
 use crate::scenario::{Compression, Scenario};
 
 mod restart;
@@ -121,7 +121,7 @@ impl Recorder {
         match Open::create(path, scenario, threads) {
             Ok(open) => recorder.open = Some(open),
             Err(error) => {
-                return Err(ObserverError(format!("cannot be written: {}", reasons::of_hdf5(&error))));
+                return Err(ObserverError(format!("cannot be written: {}", error_text::of_hdf5(&error))));
             }
         }
         Ok(recorder)
@@ -142,7 +142,7 @@ impl Recorder {
                 Ok(())
             }
             Err(error) => {
-                let reason = format!("results cannot be written: {}", reasons::of_hdf5(&error));
+                let reason = format!("results cannot be written: {}", error_text::of_hdf5(&error));
                 self.failure = Some(reason.clone());
                 Err(ObserverError(reason))
             }
@@ -290,7 +290,7 @@ impl Recorder {
         drop((columns, counts, pressures, phases, impacts, tries, transfers, warnings, file));
         space
             .trim(end)
-            .map_err(|e| ObserverError(format!("results cannot be written: {}", reasons::of_hdf5(&e))))
+            .map_err(|e| ObserverError(format!("results cannot be written: {}", error_text::of_hdf5(&e))))
     }
 }
 

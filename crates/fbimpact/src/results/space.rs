@@ -8,7 +8,7 @@ use std::fs::{File, OpenOptions};
 use std::io::{Seek, SeekFrom, Write};
 use std::path::Path;
 
-use crate::reasons;
+use crate::error_text;
 
 /// Zeros written at a time.
 const BLOCK: usize = 1 << 16;
@@ -61,5 +61,5 @@ impl Space {
 }
 
 fn error(error: std::io::Error) -> hdf5::Error {
-    hdf5::Error::from(reasons::of_io(&error))
+    hdf5::Error::from(error_text::of_io(&error))
 }

@@ -9,7 +9,7 @@ use hdf5::{Dataset, File, Group};
 use super::open;
 use super::tables::ImpactRow;
 use crate::error::AppError;
-use crate::{reasons, sound};
+use crate::{error_text, hdf5_integrity};
 
 /// Groups whose datasets have one row a stored instant.
 const SERIES_GROUPS: [&str; 6] = ["energies", "momentum", "bodies", "contacts", "points", "joints"];
@@ -69,10 +69,10 @@ impl Stored {
     pub fn open(path: &Path) -> Result<Self, AppError> {
         let file = open::open(path)?;
         let damaged = |e: hdf5::Error| {
-            AppError::io(path, format!("has a part that cannot be read: {}", reasons::of_hdf5(&e)))
+            AppError::io(path, format!("has a part that cannot be read: {}", error_text::of_hdf5(&e)))
         };
         let time = match file.link_exists("time") {
-            true => file.dataset("time").and_then(|d| sound::rows::<f64>(&d)).map_err(damaged)?,
+            true => file.dataset("time").and_then(|d| hdf5_integrity::rows::<f64>(&d)).map_err(damaged)?,
             false => Vec::new(),
         };
         if let Some(i) = (0..time.len()).find(|i| !time[*i].is_finite() || (*i > 0 && time[*i] < time[i - 1]))
@@ -84,7 +84,7 @@ impl Stored {
         let mut entries = BTreeMap::new();
         walk(&file, "", time.len(), &mut entries).map_err(damaged)?;
         let impacts = match entries.contains_key("impacts") {
-            true => file.dataset("impacts").and_then(|d| sound::rows(&d)).map_err(damaged)?,
+            true => file.dataset("impacts").and_then(|d| hdf5_integrity::rows(&d)).map_err(damaged)?,
             false => Vec::new(),
         };
         let scenario = match file.link_exists("scenario") {
@@ -114,9 +114,9 @@ impl Stored {
     /// # Errors
     /// [`AppError::Io`] if they cannot be read.
     pub fn values(&self, name: &str) -> Result<Vec<f64>, AppError> {
-        let read = self.file.dataset(name).and_then(|d| sound::rows::<f64>(&d));
+        let read = self.file.dataset(name).and_then(|d| hdf5_integrity::rows::<f64>(&d));
         read.map_err(|e| {
-            AppError::io(&self.path, format!("/{name} cannot be read: {}", reasons::of_hdf5(&e)))
+            AppError::io(&self.path, format!("/{name} cannot be read: {}", error_text::of_hdf5(&e)))
         })
     }
 }

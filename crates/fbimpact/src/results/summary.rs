@@ -11,7 +11,7 @@ use super::tables::{ImpactRow, PhaseRow, TableRow, TransferRow, TryRow};
 use super::warnings;
 use crate::error::AppError;
 use crate::sizing::{self, Note};
-use crate::{reasons, sound};
+use crate::{error_text, hdf5_integrity};
 
 /// The gist of a result file.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,8 +56,9 @@ pub struct Summary {
 /// [`AppError::Io`] if the file cannot be read or is not a result file.
 pub fn read(path: &Path) -> Result<Summary, AppError> {
     let file = open(path)?;
-    summary(&file)
-        .map_err(|e| AppError::io(path, format!("has a part that cannot be read: {}", reasons::of_hdf5(&e))))
+    summary(&file).map_err(|e| {
+        AppError::io(path, format!("has a part that cannot be read: {}", error_text::of_hdf5(&e)))
+    })
 }
 
 fn summary(file: &File) -> Result<Summary> {
@@ -65,7 +66,7 @@ fn summary(file: &File) -> Result<Summary> {
     let attributes =
         names.iter().filter_map(|n| attribute(file, n).map(|value| ((*n).to_owned(), value))).collect();
     let time = match file.dataset("time") {
-        Ok(dataset) => sound::rows::<f64>(&dataset)?,
+        Ok(dataset) => hdf5_integrity::rows::<f64>(&dataset)?,
         Err(_) => Vec::new(),
     };
     let mut bodies = Vec::new();
@@ -108,19 +109,19 @@ fn summary(file: &File) -> Result<Summary> {
 
 /// Rows of a table; none if there is no such table, as in small copies and in files of earlier versions.
 fn rows<T: H5Type>(file: &File, name: &str) -> Result<Vec<T>> {
-    if file.link_exists(name) { sound::rows(&file.dataset(name)?) } else { Ok(Vec::new()) }
+    if file.link_exists(name) { hdf5_integrity::rows(&file.dataset(name)?) } else { Ok(Vec::new()) }
 }
 
 /// Energy that the implicit integrator removed \[J\]; none in files of earlier versions.
 fn removed(file: &File) -> Option<f64> {
-    sound::rows::<f64>(&file.dataset("energies/numerical").ok()?).ok()?.last().copied()
+    hdf5_integrity::rows::<f64>(&file.dataset("energies/numerical").ok()?).ok()?.last().copied()
 }
 
 /// Largest deviation of the total energy from its start, and the largest size of the ledger's entries unless it is zero (Eqs. P.1,
 /// P.2) \[J\].
 fn energies(file: &File) -> Result<Option<(f64, f64)>> {
     let Ok(group) = file.group("energies") else { return Ok(None) };
-    let total = sound::rows::<f64>(&group.dataset("total")?)?;
+    let total = hdf5_integrity::rows::<f64>(&group.dataset("total")?)?;
     let Some(first) = total.first() else { return Ok(None) };
     // A damaged file may have series of different lengths.
     let mut sizes = vec![0.0; total.len()];
@@ -128,7 +129,7 @@ fn energies(file: &File) -> Result<Option<(f64, f64)>> {
         ["kinetic", "elastic_low", "elastic_high", "penalty", "springs", "gravity", "dissipated", "supplied"]
     {
         if group.link_exists(name) {
-            let part = sound::rows::<f64>(&group.dataset(name)?)?;
+            let part = hdf5_integrity::rows::<f64>(&group.dataset(name)?)?;
             sizes.iter_mut().zip(&part).for_each(|(sum, x)| *sum += x.abs());
         }
     }

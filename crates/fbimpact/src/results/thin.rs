@@ -10,7 +10,7 @@ use super::series::{text_attribute, unicode, write_text};
 use super::stored::{Entry, Kind, Stored};
 use super::tables::{self, ImpactRow};
 use crate::error::AppError;
-use crate::reasons;
+use crate::{error_text, whole_file};
 
 /// Root attributes that are copied.
 const ATTRIBUTES: [&str; 6] = ["format", "program_version", "created", "title", "status", "message"];
@@ -36,7 +36,8 @@ fn rows(stored: usize, n: usize) -> Vec<usize> {
 /// # Errors
 /// [`AppError::Io`] if one of the files cannot be read or written.
 pub fn write(source: &Stored, target: &Path, n: usize) -> std::result::Result<(), AppError> {
-    let fail = |e: hdf5::Error| AppError::io(target, format!("cannot be written: {}", reasons::of_hdf5(&e)));
+    let fail =
+        |e: hdf5::Error| AppError::io(target, format!("cannot be written: {}", error_text::of_hdf5(&e)));
     // Version 1.8 files, as those of a run; the lock of the output would refuse HDF5's own.
     let mut builder = File::with_options();
     let file = builder.with_fapl(|p| p.libver_v110().file_locking(false)).create(target).map_err(fail)?;
@@ -55,7 +56,7 @@ pub fn write(source: &Stored, target: &Path, n: usize) -> std::result::Result<()
         };
         dataset(&file, name, shape, &values, &entry.unit).map_err(fail)?;
     }
-    reasons::close(file).map_err(fail)
+    whole_file::close(file).map_err(fail)
 }
 
 fn header(source: &Stored, file: &File, rows: &[usize]) -> Result<()> {

@@ -4,7 +4,7 @@ use hdf5::types::VarLenUnicode;
 use hdf5::{File, Result};
 use serde_json::{Value, json};
 
-use crate::sound;
+use crate::hdf5_integrity;
 
 /// Lines of `/warnings`; none in files of earlier versions.
 ///
@@ -14,7 +14,7 @@ pub fn read(file: &File) -> Result<Vec<String>> {
     if !file.link_exists("warnings") {
         return Ok(Vec::new());
     }
-    let lines: Vec<VarLenUnicode> = sound::rows(&file.dataset("warnings")?)?;
+    let lines: Vec<VarLenUnicode> = hdf5_integrity::rows(&file.dataset("warnings")?)?;
     Ok(lines.iter().map(|line| line.as_str().to_owned()).collect())
 }
 

@@ -14,7 +14,7 @@ use crate::results::open::{open, scenario_text};
 use crate::results::pressure;
 use crate::results::tables::TransferRow;
 use crate::scenario::{self, Scenario};
-use crate::{reasons, sound};
+use crate::{error_text, hdf5_integrity};
 
 /// Motion of a body over time.
 #[derive(Debug, Clone, Default)]
@@ -89,7 +89,7 @@ impl States {
     pub fn read(path: &Path) -> std::result::Result<Self, AppError> {
         let file = open(path)?;
         let fail = |e: hdf5::Error| {
-            AppError::io(path, format!("has a part that cannot be read: {}", reasons::of_hdf5(&e)))
+            AppError::io(path, format!("has a part that cannot be read: {}", error_text::of_hdf5(&e)))
         };
         let text = scenario_text(&file).map_err(fail)?;
         let source: Option<hdf5::types::VarLenUnicode> =
@@ -97,7 +97,7 @@ impl States {
         // Body files are sought beside the scenario.
         let source = source.map_or_else(|| path.to_owned(), |s| PathBuf::from(s.as_str()));
         let scenario = scenario::parse(&source, text.as_bytes(), &[])?;
-        let time: Vec<f64> = file.dataset("time").and_then(|d| sound::rows(&d)).map_err(fail)?;
+        let time: Vec<f64> = file.dataset("time").and_then(|d| hdf5_integrity::rows(&d)).map_err(fail)?;
         if time.is_empty() {
             return Err(AppError::io(path, "has no stored states, there is nothing to export"));
         }
@@ -113,7 +113,7 @@ impl States {
         let motion = read(&open(&self.file)?).map_err(|e| {
             AppError::io(
                 &self.file,
-                format!("has no readable motion of body \"{name}\": {}", reasons::of_hdf5(&e)),
+                format!("has no readable motion of body \"{name}\": {}", error_text::of_hdf5(&e)),
             )
         })?;
         let n = self.time.len();
@@ -137,7 +137,7 @@ impl States {
     /// Force and penalty factor of contact `name`; none if they are not stored.
     pub fn contact(&self, name: &str) -> Option<ContactSeries> {
         let group = open(&self.file).ok()?.group(&format!("contacts/{name}")).ok()?;
-        let read = |dataset: &str| group.dataset(dataset).and_then(|d| sound::rows::<f64>(&d)).ok();
+        let read = |dataset: &str| group.dataset(dataset).and_then(|d| hdf5_integrity::rows::<f64>(&d)).ok();
         Some(ContactSeries { normal_force: read("normal_force")?, penalty: read("penalty")? })
             .filter(|c| c.normal_force.len() >= self.time.len() && c.penalty.len() >= self.time.len())
     }
@@ -149,12 +149,13 @@ impl States {
     pub fn spans(&self) -> std::result::Result<Vec<Span>, AppError> {
         let file = open(&self.file)?;
         let fail = |e: hdf5::Error| {
-            AppError::io(&self.file, format!("has no readable /transfers: {}", reasons::of_hdf5(&e)))
+            AppError::io(&self.file, format!("has no readable /transfers: {}", error_text::of_hdf5(&e)))
         };
         if !file.link_exists("transfers") {
             return Ok(Vec::new());
         }
-        let rows: Vec<TransferRow> = file.dataset("transfers").and_then(|d| sound::rows(&d)).map_err(fail)?;
+        let rows: Vec<TransferRow> =
+            file.dataset("transfers").and_then(|d| hdf5_integrity::rows(&d)).map_err(fail)?;
         let mut spans: Vec<Span> = Vec::new();
         for row in &rows {
             let (contact, sites) = (row.contact.as_str(), row.sites());
@@ -182,7 +183,7 @@ impl States {
         let fail = |reason: String| {
             AppError::io(&self.file, format!("has no readable pressures of contact \"{name}\": {reason}"))
         };
-        let series = pressure_series(&file, name).map_err(|e| fail(reasons::of_hdf5(&e)))?;
+        let series = pressure_series(&file, name).map_err(|e| fail(error_text::of_hdf5(&e)))?;
         if !series.is_whole(self.time.len()) {
             return Err(fail("their lengths do not fit together".into()));
         }
@@ -192,25 +193,26 @@ impl States {
 
 fn pressure_series(file: &File, name: &str) -> Result<PressureSeries> {
     let group = file.group(&format!("pressure/{name}"))?;
-    let counts: Vec<u32> = sound::rows(&file.dataset(&format!("contacts/{name}/{}", pressure::COUNT))?)?;
+    let counts: Vec<u32> =
+        hdf5_integrity::rows(&file.dataset(&format!("contacts/{name}/{}", pressure::COUNT))?)?;
     let mut first = vec![0];
     let mut end = 0_usize;
     for n in counts {
         end = end.saturating_add(n as usize);
         first.push(end);
     }
-    let position: Vec<f64> = sound::rows(&group.dataset(pressure::POSITION.0)?)?;
+    let position: Vec<f64> = hdf5_integrity::rows(&group.dataset(pressure::POSITION.0)?)?;
     Ok(PressureSeries {
         first,
         position: position.as_chunks::<3>().0.to_vec(),
-        area: sound::rows(&group.dataset(pressure::AREA.0)?)?,
-        point: sound::rows(&group.dataset(pressure::POINT.0)?)?,
-        pressure: sound::rows(&group.dataset(pressure::PRESSURE.0)?)?,
+        area: hdf5_integrity::rows(&group.dataset(pressure::AREA.0)?)?,
+        point: hdf5_integrity::rows(&group.dataset(pressure::POINT.0)?)?,
+        pressure: hdf5_integrity::rows(&group.dataset(pressure::PRESSURE.0)?)?,
     })
 }
 
 fn motion(group: &Group) -> Result<BodyMotion> {
-    let read = |name: &str| sound::rows::<f64>(&group.dataset(name)?);
+    let read = |name: &str| hdf5_integrity::rows::<f64>(&group.dataset(name)?);
     // Rigid bodies have no coordinates.
     let elastic = |name: &str| if group.dataset(name).is_ok() { read(name) } else { Ok(Vec::new()) };
     Ok(BodyMotion {

@@ -7,7 +7,7 @@ use hdf5::Result;
 use super::super::journal::{Entries, Entry, Journal, Restart};
 use super::{Open, Recorder};
 use crate::error::AppError;
-use crate::reasons;
+use crate::error_text;
 
 impl Recorder {
     /// Keeps everything in `journal`, too, from which the run can be taken up.
@@ -91,5 +91,5 @@ impl Open {
 
 /// The error of a restart file that cannot be written.
 pub(super) fn cannot_keep(error: &std::io::Error) -> hdf5::Error {
-    hdf5::Error::from(format!("the restart file: {}", reasons::of_io(error)))
+    hdf5::Error::from(format!("the restart file: {}", error_text::of_io(error)))
 }

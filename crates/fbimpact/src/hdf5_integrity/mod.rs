@@ -12,16 +12,16 @@ use std::path::Path;
 
 use hdf5::File;
 
-use crate::reasons;
+use crate::error_text;
 
 /// Opens `path` for reading without a lock, so that a run may still be writing it.
 ///
 /// # Errors
 /// Why it cannot be read, in words for users.
 pub fn open(path: &Path) -> Result<File, String> {
-    if let Ok(Some(at)) = heaps::endless(path) {
+    if let Ok(Some(at)) = heaps::unreadable(path) {
         return Err(format!("the texts at byte {at} are damaged, copy the file again or make it anew"));
     }
     let file = File::with_options().with_fapl(|p| p.file_locking(false)).open(path);
-    file.map_err(|e| reasons::of_hdf5(&e))
+    file.map_err(|e| error_text::of_hdf5(&e))
 }

@@ -1,7 +1,6 @@
 //! Why a file could not be read or written, in words that say what to do.
 
-use std::io::{self, ErrorKind, Write};
-use std::path::{Path, PathBuf};
+use std::io::{self, ErrorKind};
 
 /// The cause of an HDF5 error without the library's addresses and call names, and a remedy where there is one.
 pub fn of_hdf5(error: &hdf5::Error) -> String {
@@ -37,44 +36,6 @@ pub fn of_io(error: &io::Error) -> String {
     format!("{error}{remedy}")
 }
 
-/// Flushes and closes `file`, so that a full disk is an error and not a broken file.
-///
-/// # Errors
-/// Those of the library.
-pub fn close(file: hdf5::File) -> hdf5::Result<()> {
-    file.flush()?;
-    file.close()
-}
-
-/// Writes `bytes` to `path` in whole or not at all: aside first, under a name of this process.
-///
-/// # Errors
-/// Those of the file system; an earlier file then stays as it was.
-pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    whole(path, |part| std::fs::File::create(part)?.write_all(bytes))
-}
-
-/// Has `write` write a file aside, and gives it its name if that succeeds.
-///
-/// # Errors
-/// Those of `write` and of the file system; an earlier file then stays as it was.
-pub fn whole<E: From<io::Error>>(path: &Path, write: impl FnOnce(&Path) -> Result<(), E>) -> Result<(), E> {
-    let part = aside(path);
-    let written = write(&part).and_then(|()| std::fs::rename(&part, path).map_err(E::from));
-    if written.is_err() {
-        // What cannot be written may not be there to be removed.
-        let _ = std::fs::remove_file(&part);
-    }
-    written
-}
-
-/// A name next to `path` that no other process uses.
-fn aside(path: &Path) -> PathBuf {
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(format!(".{}.tmp", std::process::id()));
-    path.with_file_name(name)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -92,19 +53,5 @@ mod tests {
         assert!(cut.contains("copy it again"), "{cut}");
         assert_eq!(of_hdf5(&hdf5::Error::from("H5Gopen2(): no such group")), "no such group");
         assert_eq!(of_hdf5(&hdf5::Error::from("shapes differ")), "shapes differ");
-    }
-
-    #[test]
-    fn failed_write_leaves_the_earlier_file_alone() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let path = folder.path().join("table.csv");
-        write_whole(&path, b"old").expect("written");
-        let failed: io::Result<()> = whole(&path, |part| {
-            std::fs::write(part, "ne")?;
-            Err(io::Error::from(ErrorKind::StorageFull))
-        });
-        assert!(failed.is_err());
-        assert_eq!(std::fs::read(&path).expect("readable"), b"old");
-        assert_eq!(std::fs::read_dir(folder.path()).expect("readable").count(), 1);
     }
 }

@@ -20,7 +20,7 @@ const LEAST: usize = 4096;
 ///
 /// # Errors
 /// Those of reading the file.
-pub fn endless(path: &Path) -> io::Result<Option<u64>> {
+pub fn unreadable(path: &Path) -> io::Result<Option<u64>> {
     let mut file = File::open(path)?;
     for at in find(&mut file, SIGNATURE)? {
         // What was a heap once may be left in unused space: harmless as long as nothing refers to it.
@@ -124,7 +124,7 @@ mod tests {
 
     #[test]
     fn heap_without_end_is_found_where_something_refers_to_it() {
-        let found = |free, is_used| endless(file_with(free, is_used).path()).expect("readable");
+        let found = |free, is_used| unreadable(file_with(free, is_used).path()).expect("readable");
         assert_eq!(found(0, true), Some(BLOCK as u64 - 5));
         assert_eq!(found(0, false), None);
         assert_eq!(found(4096 - 40, true), None);

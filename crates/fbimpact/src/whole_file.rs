@@ -1,0 +1,63 @@
+//! Files that are written in whole or not at all.
+
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+/// Flushes and closes `file`, so that a full disk is an error and not a broken file.
+///
+/// # Errors
+/// Those of the library.
+pub fn close(file: hdf5::File) -> hdf5::Result<()> {
+    file.flush()?;
+    file.close()
+}
+
+/// Writes `bytes` to `path` in whole or not at all: aside first, under a name of this process.
+///
+/// # Errors
+/// Those of the file system; an earlier file then stays as it was.
+pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    replace(path, |part| std::fs::File::create(part)?.write_all(bytes))
+}
+
+/// Has `write` write a file aside, and gives it its name if that succeeds.
+///
+/// # Errors
+/// Those of `write` and of the file system; an earlier file then stays as it was.
+pub fn replace<E: From<io::Error>>(path: &Path, write: impl FnOnce(&Path) -> Result<(), E>) -> Result<(), E> {
+    let part = aside(path);
+    let written = write(&part).and_then(|()| std::fs::rename(&part, path).map_err(E::from));
+    if written.is_err() {
+        // What cannot be written may not be there to be removed.
+        let _ = std::fs::remove_file(&part);
+    }
+    written
+}
+
+/// A name next to `path` that no other process uses.
+fn aside(path: &Path) -> PathBuf {
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(format!(".{}.tmp", std::process::id()));
+    path.with_file_name(name)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::ErrorKind;
+
+    use super::*;
+
+    #[test]
+    fn failed_write_leaves_the_earlier_file_alone() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("table.csv");
+        super::write(&path, b"old").expect("written");
+        let failed: io::Result<()> = replace(&path, |part| {
+            std::fs::write(part, "ne")?;
+            Err(io::Error::from(ErrorKind::StorageFull))
+        });
+        assert!(failed.is_err());
+        assert_eq!(std::fs::read(&path).expect("readable"), b"old");
+        assert_eq!(std::fs::read_dir(folder.path()).expect("readable").count(), 1);
+    }
+}
