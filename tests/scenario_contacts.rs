@@ -4,8 +4,8 @@ use std::path::Path;
 
 use adaptive::interval::least_utilisation;
 use adaptive::spec::{
-    ContactLaw, DivisionRule, HandOver, IntervalSpec, LowModes, PenaltySearch, SurfaceLaw, Target,
-    TransferMethod, Treatment,
+    ContactLaw, DivisionRule, IntervalSpec, LowModes, PenaltySearch, SurfaceLaw, Target, TransferMethod,
+    TransferSpec, Treatment,
 };
 use contact_qs::quasistatic::Method;
 use fbimpact::scenario::{self, Fault, Override, Scenario};
@@ -55,7 +55,7 @@ fn a_pair_of_names_is_enough_and_is_adaptive() {
         assert_eq!(law.method, Method::ActiveSet);
         assert_eq!(law.search, PenaltySearch::UntilConverged { tolerance: 2e-3 });
         assert_eq!(law.search, PenaltySearch::CONVERGED);
-        assert_eq!((law.interval, law.hand_over), (IntervalSpec::default(), HandOver::default()));
+        assert_eq!((law.interval, law.transfer), (IntervalSpec::default(), TransferSpec::default()));
         assert_eq!((law.interval.width, law.interval.elements), (None, None));
     }
     let second = &scenario.run.contacts[1];
@@ -225,13 +225,13 @@ fn key_of_an_earlier_version_is_a_fault_with_its_remedy() {
 }
 
 #[test]
-fn modes_of_fine_models_and_their_hand_over_reach_the_run() {
-    assert_eq!(surface(PAIRS, &[]).hand_over, HandOver::default());
-    let own = |method| HandOver { modes: LowModes::Own, method };
+fn modes_of_fine_models_and_their_transfer_reach_the_run() {
+    assert_eq!(surface(PAIRS, &[]).transfer, TransferSpec::default());
+    let own = |method| TransferSpec { modes: LowModes::Fine, method };
     let set = ["contacts.first.modes=own"];
-    assert_eq!(surface(PAIRS, &set).hand_over, own(TransferMethod::MassOrthogonal));
+    assert_eq!(surface(PAIRS, &set).transfer, own(TransferMethod::MassOrthogonal));
     let set = ["contacts.first.modes=own", "contacts.first.transfer=printed"];
-    assert_eq!(surface(PAIRS, &set).hand_over, own(TransferMethod::Printed));
+    assert_eq!(surface(PAIRS, &set).transfer, own(TransferMethod::Printed));
     let coarse = ["contacts.first.model=coarse", "contacts.first.modes=own"];
     assert_fault(PAIRS, &coarse, "contacts.first.modes", "must be \"prolonged\"");
     assert_fault(SPHERE, &["contacts.impact.modes=own"], "contacts.impact.modes", "must be \"prolonged\"");

@@ -51,7 +51,7 @@ fn energy_and_momentum_are_kept_through_all_changes_of_the_model() {
     assert_eq!(directions, ["coarse to fine", "fine to coarse"].repeat(2));
     let energy = trace.samples[0].energies.total();
     let jumps = trace.transfers.iter().map(|t| (t.energy_after - t.energy_before).abs() / energy);
-    assert_below("jump of a hand-over", jumps.fold(0.0, f64::max), 1e-5);
+    assert_below("jump of a transfer", jumps.fold(0.0, f64::max), 1e-5);
 }
 
 #[test]
@@ -70,7 +70,7 @@ fn predictors_need_two_tries_at_first_and_one_later() {
 
 #[test]
 fn fine_models_with_modes_of_their_own_give_the_same_peaks() {
-    // Limits of the project: 0.5 % of the peak, 1e-5 of the energy a hand-over.
+    // Limits of the project: 0.5 % of the peak, 1e-5 of the energy a transfer.
     const PEAK: f64 = 5e-3;
     const JUMP: f64 = 1e-5;
     for transfer in ["projection", "printed"] {

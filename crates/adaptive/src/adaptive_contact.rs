@@ -16,10 +16,10 @@ use crate::body_model::{BodyModel, ElasticModel};
 use crate::detection::{Detector, DetectorTarget, Nearest, Search};
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::fine_model::{ELEMENTS, FineBody, FineInterval};
+use crate::fine_modes::FineModes;
 use crate::interval::{
     ContactFlags, DirectionUse, IntervalAssessment, IntervalEnd, IntervalSettings, Verdict, assess,
 };
-use crate::own_modes::OwnModes;
 use crate::penalty_search::{PenaltySearch, PenaltyStrategy};
 use crate::point_compliance::{PointCompliance, compliances, points_on};
 use crate::record::ZoneSite;
@@ -125,7 +125,7 @@ pub struct FineBasis {
     /// The fine model.
     pub body: FineBody,
     /// Its modes, and how states are transferred to them.
-    pub modes: OwnModes,
+    pub modes: FineModes,
 }
 
 /// The fine model of a contact on one of its bodies.
@@ -230,9 +230,9 @@ impl AdaptiveContact {
         let widths = self.widths(&request, predicted, elastic.body.size());
         let modes = |body: usize| match request.fixed.contains(&body) {
             true => LowModes::Prolonged,
-            false => self.law.hand_over.modes,
+            false => self.law.transfer.modes,
         };
-        let own_modes = modes(self.body);
+        let fine_modes = modes(self.body);
         let mut site = zone_site(elastic, &nearest.contact, widths);
         let mut target_site = match (self.target, &nearest.target) {
             (Target::Body(other), Some(there)) => {
@@ -258,13 +258,13 @@ impl AdaptiveContact {
                 check_cancel()?;
                 let (target, target_modes) = (self::elastic(&bodies[other]), modes(other));
                 let (own, target) = rayon::join(
-                    || self.side(elastic, (&site, &places), own_modes, &mut || Ok(())),
+                    || self.side(elastic, (&site, &places), fine_modes, &mut || Ok(())),
                     || self.side(target, (&there, &target_places), target_modes, &mut || Ok(())),
                 );
                 check_cancel()?;
                 (own?, Some((other, target?)))
             }
-            _ => (self.side(elastic, (&site, &places), own_modes, check_cancel)?, None),
+            _ => (self.side(elastic, (&site, &places), fine_modes, check_cancel)?, None),
         };
         let mut element = self.element(&own, other.as_ref(), bodies)?;
         let on_body =
@@ -490,7 +490,7 @@ fn is_at_end(interval: &FineInterval) -> bool {
 /// The fine models among `sides`, by body, that bring modes of their own.
 fn fine_bases(sides: impl Iterator<Item = (usize, FineSide)>) -> Vec<(usize, FineBasis)> {
     let basis = |(index, side): (usize, FineSide)| {
-        let (assembled, modes) = side.own?;
+        let (assembled, modes) = side.fine_modes?;
         Some((index, FineBasis { body: FineBody { mesh: side.body, assembled }, modes }))
     };
     sides.filter_map(basis).collect()

@@ -9,9 +9,9 @@ use ffr_dynamics::body::StandardInputData;
 use crate::elastic_body::{Discretised, ElasticBody, Interface, ReducedBody};
 use crate::error::AdaptiveError;
 use crate::fine_model::FineBody;
+use crate::fine_modes::FineModes;
 use crate::imported::ImportedModel;
 use crate::marker_loads::answers_by_marker;
-use crate::own_modes::OwnModes;
 use crate::spec::{BodyKind, BodySpec};
 use crate::store::ModelCache;
 
@@ -44,7 +44,7 @@ pub struct ElasticModel {
     /// The interface that it was reduced for.
     pub interface: Interface,
     /// The fine model whose modes stand for the body's in an impact, if it has modes of its own.
-    pub own: Option<Box<OwnState>>,
+    pub fine: Option<Box<FineState>>,
 }
 
 impl BodyModel {
@@ -59,7 +59,7 @@ impl BodyModel {
             (BodyKind::Elastic(_), Some(body)) => {
                 let reduced = body.reduce_with(&interface, cache)?;
                 let data = reduced.data.clone();
-                let form = BodyForm::Elastic(Box::new(ElasticModel { body, reduced, interface, own: None }));
+                let form = BodyForm::Elastic(Box::new(ElasticModel { body, reduced, interface, fine: None }));
                 return Ok(Self { name, data, form });
             }
             (BodyKind::Imported(imported), _) => {
@@ -147,8 +147,8 @@ impl ElasticModel {
     /// The mesh that points and markers of the body move with, and the modes at its unknowns: those of a fine model while the body has
     /// modes of its own.
     pub fn in_use(&self) -> (Discretised<'_>, MatRef<'_, f64>) {
-        match &self.own {
-            Some(own) => (own.fine.discretised(), own.modes.reduced.shapes()),
+        match &self.fine {
+            Some(state) => (state.fine.discretised(), state.modes.reduced.shapes()),
             None => (self.body.discretised(), self.reduced.shapes()),
         }
     }
@@ -160,11 +160,11 @@ impl ElasticModel {
 }
 
 /// A fine model in use. While it is, its view is the body's reduced model; the coarse one is kept here.
-pub struct OwnState {
+pub struct FineState {
     /// The refined body.
     pub(crate) fine: FineBody,
     /// Its modes.
-    pub(crate) modes: OwnModes,
+    pub(crate) modes: FineModes,
     /// The surface that belongs to the coarse modes.
     pub(crate) surface: Option<Arc<SurfaceModel>>,
 }

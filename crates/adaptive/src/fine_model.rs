@@ -327,7 +327,7 @@ impl FineMesh {
                 multiplet: None,
                 static_loads: reduced.static_loads.clone(),
             },
-            LowModes::Own => {
+            LowModes::Fine => {
                 let modes = problem.lowest_modes(reduced.first_static()).map_err(fail)?;
                 let loads = self.discretised().load_columns(assembled, &coarse.1.loads)?;
                 let taken = TakenLoads::Given(&reduced.static_loads);

@@ -39,7 +39,7 @@ pub mod interval;
 pub mod penalty_search;
 pub mod predict;
 pub mod fine_model;
-pub mod own_modes;
+pub mod fine_modes;
 pub mod transfer;
 pub mod sizing;
 

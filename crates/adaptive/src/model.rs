@@ -19,7 +19,7 @@ use crate::store::{ModelCache, body_definition};
 mod contacts;
 mod default_penalty;
 mod joints;
-mod own;
+mod fine_modes;
 mod plan;
 mod resolution;
 mod start;
@@ -27,7 +27,7 @@ mod stress;
 
 pub(crate) use contacts::surface;
 use contacts::{BuiltContact, adaptive_contacts, build_contact, interfaces, refinements, zones};
-use own::needs_own_modes;
+use fine_modes::needs_fine_modes;
 use plan::ContactPlan;
 pub(crate) use plan::first_sites;
 pub use resolution::{Subjects, subjects};
@@ -138,7 +138,7 @@ impl RunModel {
             timings: Timings { assembly, search, reduction, ..Timings::default() },
             point_names: spec.points.iter().map(|p| p.name.clone()).collect(),
             stress: spec.stress.clone(),
-            source: needs_own_modes(spec, &plans, &bodies)?.then(|| Box::new(spec.clone())),
+            source: needs_fine_modes(spec, &plans, &bodies)?.then(|| Box::new(spec.clone())),
             cache: cache.clone(),
             system,
             initial,

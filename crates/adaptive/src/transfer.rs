@@ -1,4 +1,4 @@
-//! Hand-over of the elastic state between the coarse and the fine model of a body (\[A\] section 4.4; theory section A.6).
+//! Transfer of the elastic state between the coarse and the fine model of a body (\[A\] section 4.4; theory section A.6).
 //!
 //! Both ways are linear maps of the elastic coordinates, the same for coordinates and rates. By default they are
 //! mass-orthogonal projections; \[A\]'s own ways, least squares on control values and element-wise interpolation at Gauss

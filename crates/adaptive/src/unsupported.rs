@@ -87,12 +87,12 @@ pub enum Unsupported {
     },
     /// Modes of its own for a contact with one model for the whole run.
     #[error("modes = \"own\" is for contacts that the program refines in the run, leave it out")]
-    OwnModesFromStart,
+    FineModesFromStart,
     /// Modes of its own for a body that other contacts need as it is.
     #[error(
         "body \"{body}\" takes part in contact \"{other}\" too, which keeps one model for the whole run; choose modes = \"prolonged\""
     )]
-    OwnModesShared {
+    FineModesShared {
         /// Name of the body.
         body: String,
         /// Name of the other contact.
@@ -102,12 +102,12 @@ pub enum Unsupported {
     #[error(
         "it has modes of an interface, fine models with modes = \"own\" have free modes alone; choose modes = \"prolonged\" for its contacts"
     )]
-    OwnModesOfInterface,
+    FineModesOfInterface,
     /// Modes of its own with geometric stiffening.
     #[error(
         "fine models with modes = \"own\" have no geometric stiffening; choose modes = \"prolonged\" for its contacts"
     )]
-    OwnModesStiffened,
+    FineModesStiffened,
     /// Geometric stiffening in another frame.
     #[error("geometric stiffening needs frame = \"tangent\", whose marker says where the body is held")]
     StiffeningWithoutTangent,

@@ -80,7 +80,7 @@ fn agrees_with_the_adaptive_one(treatment: Treatment, elements: usize, limit: f6
         "{treatment:?}: {impact:?}, {reference:?}"
     );
     assert!((impact.end / reference.end - 1.0).abs() < 0.01, "{treatment:?}: {impact:?}, {reference:?}");
-    // One model for the whole run: no hand-over, no second try.
+    // One model for the whole run: no transfer, no second try.
     assert!(trace.transfers.is_empty() && trace.tries.len() == 1, "{:?}", trace.tries);
     let start = &trace.samples[0];
     for sample in &trace.samples {

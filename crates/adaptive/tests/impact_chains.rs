@@ -10,9 +10,9 @@ use nalgebra::Vector3;
 
 const RADIUS: f64 = 10e-3; // m
 const SPEED: f64 = 0.1; // m/s
-/// Permitted drift of the energy, all hand-overs and changes of the penalty factor counted (claim 1 of docs/verification.md).
+/// Permitted drift of the energy, all transfers and changes of the penalty factor counted (claim 1 of docs/verification.md).
 const DRIFT: f64 = 1e-5;
-/// Permitted jump of a single hand-over (claim 2 of docs/verification.md).
+/// Permitted jump of a single transfer (claim 2 of docs/verification.md).
 const JUMP: f64 = 1e-5;
 /// Permitted change of the momentum: forces are equal and opposite to round-off (claim 3 of docs/verification.md).
 const MOMENTUM: f64 = 1e-12;

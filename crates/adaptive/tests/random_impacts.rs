@@ -206,7 +206,7 @@ impl Outcome {
 const MOMENTUM: f64 = 1e-12;
 /// Permitted drift of the energy (claim 1 of docs/verification.md).
 const DRIFT: f64 = 1e-5;
-/// Permitted jump of the energy at a hand-over (claim 2 of docs/verification.md).
+/// Permitted jump of the energy at a transfer (claim 2 of docs/verification.md).
 const JUMP: f64 = 1e-5;
 /// Contact radius over the smaller sphere's, or over the relative radius, up to which the half spaces of Hertz's theory stand for
 /// spheres.

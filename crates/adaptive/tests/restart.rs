@@ -99,7 +99,7 @@ fn impacts_in_the_zone_of_an_earlier_one_go_on_to_the_last_bit() {
 fn impacts_with_modes_of_their_own_go_on_to_the_last_bit() {
     let own = |contact: &mut ContactSpec| {
         if let ContactLaw::Surface(law) = &mut contact.law {
-            law.hand_over.modes = LowModes::Own;
+            law.transfer.modes = LowModes::Fine;
         }
     };
     assert!(check(&bounces(own)).len() >= 4);

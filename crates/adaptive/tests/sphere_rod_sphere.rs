@@ -53,7 +53,7 @@ fn predictors_need_two_tries_at_the_first_impact_and_one_later() {
 }
 
 #[test]
-fn hand_overs_keep_energy_and_momentum() {
+fn transfers_keep_energy_and_momentum() {
     let trace = finished(&sphere_rod_sphere(PenaltySearch::CONVERGED));
     let directions: Vec<&str> = trace.transfers.iter().map(|t| t.direction.identifier()).collect();
     assert_eq!(directions, ["coarse to fine", "fine to coarse"].repeat(2));

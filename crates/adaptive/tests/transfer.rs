@@ -1,4 +1,4 @@
-//! Hand-over of states between coarse and fine models.
+//! Transfer of states between coarse and fine models.
 
 #![expect(clippy::unwrap_used, reason = "tests")]
 
@@ -62,7 +62,7 @@ fn round_trip(is_rod: bool, modes: LowModes, method: TransferMethod) -> (f64, f6
 }
 
 #[test]
-fn prolonged_modes_hand_over_without_loss() {
+fn prolonged_modes_transfer_without_loss() {
     for is_rod in [false, true] {
         for method in [TransferMethod::MassOrthogonal, TransferMethod::Printed] {
             let (error, jump) = round_trip(is_rod, LowModes::Prolonged, method);
@@ -82,7 +82,7 @@ fn own_modes_of_the_fine_model_lose_what_they_cannot_represent() {
         (true, TransferMethod::MassOrthogonal, (1e-6, 2e-6)),
         (true, TransferMethod::Printed, (2e-3, 2e-4)),
     ] {
-        let (error, jump) = round_trip(is_rod, LowModes::Own, method);
+        let (error, jump) = round_trip(is_rod, LowModes::Fine, method);
         assert!(error < limits.0 && jump < limits.1, "{is_rod} {method:?}: {error:.1e}, {jump:.1e}");
         // They do lose it: coordinates return to round-off with prolonged modes alone.
         assert!(error > 1e-9, "{is_rod} {method:?}: {error:.1e}");

@@ -94,9 +94,9 @@ fn velocities_are_rates(trace: &Recording, point: usize, tolerance: f64) {
 
 #[test]
 fn poles_of_spheres_refined_during_the_run_meet() {
-    for modes in [LowModes::Prolonged, LowModes::Own] {
+    for modes in [LowModes::Prolonged, LowModes::Fine] {
         let mut law = law();
-        law.hand_over.modes = modes;
+        law.transfer.modes = modes;
         let trace = finished(&pair(law));
         let approach =
             loaded(&trace).map(|s| (s.bodies[0].position[2] + 2.0 * RADIUS - s.bodies[1].position[2]).abs());

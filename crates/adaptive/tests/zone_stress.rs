@@ -167,7 +167,7 @@ fn solid_ball_refined_about_a_pole_of_its_net_has_the_stress_of_hertz() {
 fn stress_where_the_fine_model_moves_otherwise_is_refused() {
     let own = {
         let mut law = law();
-        law.hand_over.modes = LowModes::Own;
+        law.transfer.modes = LowModes::Fine;
         law
     };
     let mut damped = SurfaceLaw { treatment: Treatment::Damped, penalty: Some(1e17), ..law() };

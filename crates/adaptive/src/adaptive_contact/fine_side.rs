@@ -18,7 +18,7 @@ use crate::contact_zone::ContactZone;
 use crate::elastic_body::{ElasticBody, damping, with_critical};
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::fine_model::{ELEMENTS, FineBody, FineMesh, FineSettings, compliance_key};
-use crate::own_modes::OwnModes;
+use crate::fine_modes::FineModes;
 use crate::point_compliance::{Functions, point_rows};
 use crate::record::ZoneSite;
 use crate::spec::{LowModes, Target, Treatment};
@@ -39,7 +39,7 @@ pub struct FineSide {
     /// Displacements of observed points by forces at the interface, as of [`point_rows`]; no columns if the zone vibrates.
     pub points: Mat<f64>,
     /// Modes of its own, if the body changes to them.
-    pub own: Option<(AssembledBody, OwnModes)>,
+    pub fine_modes: Option<(AssembledBody, FineModes)>,
 }
 
 /// A fine model of a body, built again to look at it.
@@ -100,7 +100,7 @@ impl AdaptiveContact {
 
     /// Whether fine models can be built again from their sites: their zones are quasistatic, on prolonged modes.
     pub fn is_rebuildable(&self) -> bool {
-        !self.is_vibrating() && self.law.hand_over.modes == LowModes::Prolonged
+        !self.is_vibrating() && self.law.transfer.modes == LowModes::Prolonged
     }
 
     /// The fine model of the body `elastic` at `site`, built again.
@@ -136,7 +136,7 @@ impl AdaptiveContact {
             let ZoneModel { mesh, zone, shapes, residual } =
                 self.zone_model(super::elastic(&bodies[body]), &site)?;
             let answer = ZoneAnswer::Static(residual.compliance().clone());
-            let side = FineSide { body: mesh, zone, shapes, answer, points: Mat::new(), own: None };
+            let side = FineSide { body: mesh, zone, shapes, answer, points: Mat::new(), fine_modes: None };
             sides.push((body, side, residual));
         }
         let mut rest = sides.into_iter();
@@ -186,16 +186,23 @@ impl AdaptiveContact {
                 .map(ZoneAnswer::Vibrating)
                 .map_err(|source| AdaptiveError::Reduction { body: body.name.clone(), source }),
         };
-        if modes == LowModes::Own {
+        if modes == LowModes::Fine {
             let assembled = fine.assemble(body)?;
             let fine = FineBody { mesh: fine, assembled };
             let (basis, residual) = fine.reduce(coarse, &zone.unknowns, modes)?;
             check_cancel()?;
             let (answer, points) = (answer(&residual, &fine.assembled)?, points(&fine.mesh, &residual));
-            let own = OwnModes::new(coarse, &fine, basis, self.law.hand_over.method)?;
-            let shapes = own.reduced.shapes().to_owned();
+            let modes = FineModes::new(coarse, &fine, basis, self.law.transfer.method)?;
+            let shapes = modes.reduced.shapes().to_owned();
             let FineBody { mesh, assembled } = fine;
-            return Ok(FineSide { body: mesh, zone, shapes, answer, points, own: Some((assembled, own)) });
+            return Ok(FineSide {
+                body: mesh,
+                zone,
+                shapes,
+                answer,
+                points,
+                fine_modes: Some((assembled, modes)),
+            });
         }
         let n_rows = places.len() * fine.motion.n_components();
         let key = compliance_key(coarse, &wanted, &settings, (&zone.unknowns, places));
@@ -213,7 +220,7 @@ impl AdaptiveContact {
             stored_answer,
         )?;
         let shapes = fine.prolong(&body.assembled, elastic.reduced.shapes());
-        Ok(FineSide { body: fine, zone, shapes, answer, points, own: None })
+        Ok(FineSide { body: fine, zone, shapes, answer, points, fine_modes: None })
     }
 
     /// Whether the zones' high-frequency modes are dynamic.

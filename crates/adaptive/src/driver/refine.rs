@@ -259,7 +259,7 @@ impl Driver<'_> {
         if !refined.bases.is_empty() {
             let mut y = self.integrator.state().to_vec();
             for (body, basis) in refined.bases {
-                self.model.take_own(body, basis, (t, &mut y))?;
+                self.model.enter_fine_modes(body, basis, (t, &mut y))?;
             }
             self.forget_searches();
             self.integrator.restart(t, &y);
@@ -308,7 +308,7 @@ impl Driver<'_> {
         }
         let (t, mut y) = (self.integrator.time(), self.integrator.state().to_vec());
         for body in hosted {
-            self.model.leave_own(body, (t, &mut y))?;
+            self.model.leave_fine_modes(body, (t, &mut y))?;
         }
         self.forget_searches();
         self.integrator.restart(t, &y);

@@ -137,7 +137,7 @@ fn same(a: &[ZoneLoad], b: &[ZoneLoad]) -> bool {
 pub fn check(spec: &RunSpec, plans: &[ContactPlan]) -> Result<(), AdaptiveError> {
     let refined = || spec.contacts.iter().zip(plans).filter(|(_, plan)| **plan == ContactPlan::AtTouch);
     let unsupported = |contact: &ContactSpec| match &contact.law {
-        ContactLaw::Surface(law) if law.hand_over.modes == LowModes::Own => Some("modes = \"prolonged\""),
+        ContactLaw::Surface(law) if law.transfer.modes == LowModes::Fine => Some("modes = \"prolonged\""),
         ContactLaw::Surface(law) if law.treatment.is_vibrating() => {
             Some("model \"adaptive\" or \"quasistatic\"")
         }

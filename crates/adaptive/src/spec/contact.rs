@@ -84,13 +84,13 @@ pub struct SurfaceLaw {
     /// Contact interval.
     pub interval: IntervalSpec,
     /// Modes of fine models, and how states come to them.
-    pub hand_over: HandOver,
+    pub transfer: TransferSpec,
 }
 
-/// Low-frequency modes of the fine models that the program builds, and how the state is handed over to them and back
+/// Low-frequency modes of the fine models that the program builds, and how the state is transferred to them and back
 /// (\[A\] 4.4; theory A.6).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct HandOver {
+pub struct TransferSpec {
     /// The modes.
     pub modes: LowModes,
     /// The maps; prolonged modes need none.
@@ -197,14 +197,14 @@ pub enum DivisionRule {
 /// Low-frequency modes of a fine model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum LowModes {
-    /// Those of the coarse model, prolonged: the state is handed over without loss.
+    /// Those of the coarse model, prolonged: the state is transferred without loss.
     #[default]
     Prolonged,
     /// The fine model's own, as in \[A\].
-    Own,
+    Fine,
 }
 
-/// How states are handed over.
+/// How states are transferred.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum TransferMethod {
     /// Mass-orthogonal projection: the best approximation in kinetic energy, keeps the momenta (Eqs. A.15, A.16).

@@ -16,8 +16,8 @@ pub use body::{
     RefinementSpec, RigidSpec,
 };
 pub use contact::{
-    ContactLaw, ContactSpec, DivisionRule, HandOver, HertzSphere, IntervalSpec, LowModes, PenaltySearch,
-    PointRule, SurfaceLaw, Target, TransferMethod, Treatment,
+    ContactLaw, ContactSpec, DivisionRule, HertzSphere, IntervalSpec, LowModes, PenaltySearch, PointRule,
+    SurfaceLaw, Target, TransferMethod, TransferSpec, Treatment,
 };
 pub use iga_core::extent::Extent;
 pub use imported::ImportedSpec;

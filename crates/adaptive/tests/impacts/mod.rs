@@ -9,9 +9,9 @@ use adaptive::model::RunModel;
 use adaptive::record::{PhaseKind, Sample};
 use adaptive::recording::Recording;
 use adaptive::spec::{
-    BodyKind, BodySpec, ContactLaw, ContactSpec, DiscretisationSpec, ElasticSpec, HandOver, InitialMotion,
+    BodyKind, BodySpec, ContactLaw, ContactSpec, DiscretisationSpec, ElasticSpec, InitialMotion,
     IntervalSpec, PenaltySearch, PhaseSettings, PointRule, ReductionSpec, Resolution, RunSettings, RunSpec,
-    SurfaceLaw, Target, Treatment,
+    SurfaceLaw, Target, TransferSpec, Treatment,
 };
 use contact_qs::law::penalty::DEFAULT_STIFFNESS_RATIO;
 use contact_qs::quasistatic::Method;
@@ -48,7 +48,7 @@ impl Trace {
         changes.fold(0.0, f64::max) / scale
     }
 
-    /// Largest jump of energy of a hand-over, relative to the energy at the start.
+    /// Largest jump of energy of a transfer, relative to the energy at the start.
     pub fn largest_jump(&self) -> f64 {
         let start = self.samples[0].energies.total();
         let jumps = self.transfers.iter().map(|t| (t.energy_after - t.energy_before).abs() / start);
@@ -174,7 +174,7 @@ pub fn law() -> SurfaceLaw {
         method: Method::ActiveSet,
         friction: None,
         interval: IntervalSpec::default(),
-        hand_over: HandOver::default(),
+        transfer: TransferSpec::default(),
     }
 }
 

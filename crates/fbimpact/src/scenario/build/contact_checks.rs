@@ -94,7 +94,7 @@ pub fn check_settings(checker: &mut Checker, section: &Section, facts: &ContactF
     if let Some(interval) = section.table("interval") {
         check_interval(checker, interval, facts);
     }
-    check_hand_over(checker, section, facts);
+    check_transfer(checker, section, facts);
 }
 
 fn check_solver(checker: &mut Checker, section: &Section, facts: &ContactFacts<'_>) {
@@ -124,7 +124,7 @@ fn check_solver(checker: &mut Checker, section: &Section, facts: &ContactFacts<'
     }
 }
 
-fn check_hand_over(checker: &mut Checker, section: &Section, facts: &ContactFacts<'_>) {
+fn check_transfer(checker: &mut Checker, section: &Section, facts: &ContactFacts<'_>) {
     let has_own = section.text("modes") == Some("own");
     if has_own && !facts.is_refined() {
         let message = format!(

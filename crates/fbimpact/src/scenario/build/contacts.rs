@@ -2,8 +2,8 @@
 
 use adaptive::interval::least_utilisation;
 use adaptive::spec::{
-    ContactLaw, ContactSpec, DivisionRule, HandOver, HertzSphere, IntervalSpec, LowModes, PenaltySearch,
-    Place, PointRule, SurfaceLaw, Target, TransferMethod, Treatment,
+    ContactLaw, ContactSpec, DivisionRule, HertzSphere, IntervalSpec, LowModes, PenaltySearch, Place,
+    PointRule, SurfaceLaw, Target, TransferMethod, TransferSpec, Treatment,
 };
 use contact_qs::law::penalty::DEFAULT_STIFFNESS_RATIO;
 use contact_qs::law::{Friction, Solid};
@@ -119,9 +119,9 @@ fn surface(section: &Section, facts: &ContactFacts<'_>) -> Option<SurfaceLaw> {
         },
         friction: (coefficient > 0.0).then(|| Friction::new(coefficient)),
         interval: interval(section.table("interval")?)?,
-        hand_over: HandOver {
+        transfer: TransferSpec {
             modes: match section.text("modes")? {
-                "own" => LowModes::Own,
+                "own" => LowModes::Fine,
                 _ => LowModes::Prolonged,
             },
             method: match section.text("transfer")? {

@@ -10,43 +10,43 @@ use super::contacts::{surface, takes_part};
 use super::plan::ContactPlan;
 use super::{BodyModel, ElasticModel, RunModel, joints, observed_points};
 use crate::adaptive_contact::FineBasis;
-use crate::body_model::OwnState;
+use crate::body_model::FineState;
 use crate::error::AdaptiveError;
-use crate::own_modes::{OwnModes, check_own_modes};
+use crate::fine_modes::{FineModes, check_fine_modes};
 use crate::spec::LowModes;
 use crate::spec::{ContactLaw, ContactSpec, RunSpec};
 use crate::unsupported::Unsupported;
 
 /// Whether fine models of `contact` have modes of their own.
-fn has_own_modes(contact: &ContactSpec) -> bool {
-    matches!(&contact.law, ContactLaw::Surface(law) if law.hand_over.modes == LowModes::Own)
+fn has_fine_modes(contact: &ContactSpec) -> bool {
+    matches!(&contact.law, ContactLaw::Surface(law) if law.transfer.modes == LowModes::Fine)
 }
 
 /// Whether bodies will change their modes.
 ///
 /// # Errors
 /// [`AdaptiveError::Unsupported`] if one of them cannot.
-pub fn needs_own_modes(
+pub fn needs_fine_modes(
     spec: &RunSpec,
     plans: &[ContactPlan],
     bodies: &[BodyModel],
 ) -> Result<bool, AdaptiveError> {
     let mut is_needed = false;
     let all = || spec.contacts.iter().zip(plans);
-    for (contact, plan) in all().filter(|(contact, _)| has_own_modes(contact)) {
+    for (contact, plan) in all().filter(|(contact, _)| has_fine_modes(contact)) {
         is_needed = true;
         let refuse = |what| Err(AdaptiveError::unsupported_contact(&contact.name, what));
         if *plan != ContactPlan::AtTouch {
-            return refuse(Unsupported::OwnModesFromStart);
+            return refuse(Unsupported::FineModesFromStart);
         }
         for (i, body) in bodies.iter().enumerate().filter(|(i, _)| takes_part(contact, *i)) {
             let other = all().find(|(c, plan)| takes_part(c, i) && **plan != ContactPlan::AtTouch);
             if let Some((other, _)) = other {
                 let (body, other) = (body.name.clone(), other.name.clone());
-                return refuse(Unsupported::OwnModesShared { body, other });
+                return refuse(Unsupported::FineModesShared { body, other });
             }
             if let Some(elastic) = body.elastic() {
-                check_own_modes(&elastic.body, &elastic.reduced)?;
+                check_fine_modes(&elastic.body, &elastic.reduced)?;
                 warn_of_cut_group(elastic);
             }
         }
@@ -68,29 +68,29 @@ fn warn_of_cut_group(elastic: &ElasticModel) {
 
 impl RunModel {
     /// Whether `body` has modes of its own at present.
-    pub fn has_own_modes(&self, body: usize) -> bool {
-        self.bodies[body].elastic().is_some_and(|elastic| elastic.own.is_some())
+    pub fn has_fine_modes(&self, body: usize) -> bool {
+        self.bodies[body].elastic().is_some_and(|elastic| elastic.fine.is_some())
     }
 
     /// Gives `body` a fine model with its modes and maps its part of the state `y` at time `t`.
     ///
     /// # Errors
     /// [`AdaptiveError`] if the system cannot be built with it.
-    pub fn take_own(
+    pub fn enter_fine_modes(
         &mut self,
         body: usize,
         FineBasis { body: fine, modes }: FineBasis,
         (t, y): (f64, &mut [f64]),
     ) -> Result<(), AdaptiveError> {
-        self.map_to_own(body, &modes, y)?;
+        self.map_to_fine_modes(body, &modes, y)?;
         let model = &mut self.bodies[body];
         let Some(elastic) = model.elastic_mut() else { return Ok(()) };
-        let mut own = OwnState { fine, modes, surface: None };
-        std::mem::swap(&mut elastic.reduced, &mut own.modes.view);
+        let mut state = FineState { fine, modes, surface: None };
+        std::mem::swap(&mut elastic.reduced, &mut state.modes.view);
         let seen = surface(elastic)?;
-        model.data = own.modes.reduced.data.clone();
-        own.surface = self.watch(body, &seen);
-        self.set_own(body, Some(Box::new(own)));
+        model.data = state.modes.reduced.data.clone();
+        state.surface = self.watch(body, &seen);
+        self.set_fine_state(body, Some(Box::new(state)));
         self.rebuild(t, y)
     }
 
@@ -98,16 +98,16 @@ impl RunModel {
     ///
     /// # Errors
     /// [`AdaptiveError`] if the system cannot be built with it.
-    pub fn leave_own(&mut self, body: usize, (t, y): (f64, &mut [f64])) -> Result<(), AdaptiveError> {
-        let Some(mut own) = self.take_own_state(body) else { return Ok(()) };
-        let map = |x: &[f64]| own.modes.transfer.coarse(x);
+    pub fn leave_fine_modes(&mut self, body: usize, (t, y): (f64, &mut [f64])) -> Result<(), AdaptiveError> {
+        let Some(mut state) = self.take_fine_state(body) else { return Ok(()) };
+        let map = |x: &[f64]| state.modes.transfer.coarse(x);
         self.map_elastic(body, map, y)?;
         if let Some(elastic) = self.bodies[body].elastic_mut() {
-            std::mem::swap(&mut elastic.reduced, &mut own.modes.view);
+            std::mem::swap(&mut elastic.reduced, &mut state.modes.view);
             let data = elastic.reduced.data.clone();
             self.bodies[body].data = data;
         }
-        if let Some(coarse) = own.surface {
+        if let Some(coarse) = state.surface {
             self.watch(body, &coarse);
         }
         self.rebuild(t, y)
@@ -119,26 +119,31 @@ impl RunModel {
     /// [`AdaptiveError::Dynamics`] if the state is not finite.
     pub fn to_present_modes(&mut self, t: f64, y: &mut [f64]) -> Result<(), AdaptiveError> {
         for body in 0..self.bodies.len() {
-            if let Some(own) = self.take_own_state(body) {
-                let outcome = self.map_to_own(body, &own.modes, y);
-                self.set_own(body, Some(own));
+            if let Some(state) = self.take_fine_state(body) {
+                let outcome = self.map_to_fine_modes(body, &state.modes, y);
+                self.set_fine_state(body, Some(state));
                 outcome?;
             }
         }
         self.close_loops(t, y)
     }
 
-    fn take_own_state(&mut self, body: usize) -> Option<Box<OwnState>> {
-        self.bodies[body].elastic_mut()?.own.take()
+    fn take_fine_state(&mut self, body: usize) -> Option<Box<FineState>> {
+        self.bodies[body].elastic_mut()?.fine.take()
     }
 
-    fn set_own(&mut self, body: usize, own: Option<Box<OwnState>>) {
+    fn set_fine_state(&mut self, body: usize, state: Option<Box<FineState>>) {
         if let Some(elastic) = self.bodies[body].elastic_mut() {
-            elastic.own = own;
+            elastic.fine = state;
         }
     }
 
-    fn map_to_own(&mut self, body: usize, modes: &OwnModes, y: &mut [f64]) -> Result<(), AdaptiveError> {
+    fn map_to_fine_modes(
+        &mut self,
+        body: usize,
+        modes: &FineModes,
+        y: &mut [f64],
+    ) -> Result<(), AdaptiveError> {
         self.map_elastic(body, |x| modes.transfer.fine(x), y)
     }
 

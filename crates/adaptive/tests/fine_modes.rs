@@ -1,4 +1,4 @@
-//! Fine models with low-frequency modes of their own, and both ways to hand the state over ([A] 4.4).
+//! Fine models with low-frequency modes of their own, and both ways to transfer the state ([A] 4.4).
 
 mod impacts;
 
@@ -6,8 +6,8 @@ use adaptive::model::RunModel;
 use adaptive::spec::LowModes;
 use adaptive::spec::TransferMethod;
 use adaptive::spec::{
-    Area, Attachment, ContactLaw, ContactSpec, CoordinateSpec, Coupling, Extent, HandOver, JointSpec, Place,
-    PointSpec, RunSpec, Target, Treatment,
+    Area, Attachment, ContactLaw, ContactSpec, CoordinateSpec, Coupling, Extent, JointSpec, Place, PointSpec,
+    RunSpec, Target, TransferSpec, Treatment,
 };
 use ffr_dynamics::system::JointKind;
 use iga_core::nurbs::primitives::axisymmetric;
@@ -23,14 +23,14 @@ const METHODS: [TransferMethod; 2] = [TransferMethod::MassOrthogonal, TransferMe
 fn with_own_modes(spec: &RunSpec, method: TransferMethod) -> RunSpec {
     let mut spec = spec.clone();
     let set = |contact: &mut ContactSpec| match &mut contact.law {
-        ContactLaw::Surface(law) => law.hand_over = HandOver { modes: LowModes::Own, method },
+        ContactLaw::Surface(law) => law.transfer = TransferSpec { modes: LowModes::Fine, method },
         ContactLaw::Hertz { .. } => panic!("contacts of surfaces"),
     };
     spec.contacts.iter_mut().for_each(set);
     spec
 }
 
-/// Jumps of the energy at hand-overs, relative to the energy at the start.
+/// Jumps of the energy at transfers, relative to the energy at the start.
 fn jumps(trace: &Trace) -> Vec<f64> {
     let start = trace.samples[0].energies.total();
     trace.transfers.iter().map(|t| (t.energy_after - t.energy_before) / start).collect()
@@ -49,16 +49,16 @@ fn same_impacts(own: &Trace, default: &Trace, limit: f64) {
     assert_eq!(counts(own), counts(default));
 }
 
-/// Relative jump of the energy of a hand-over that is permitted (claim 2 of docs/verification.md); 1e-9 come out.
+/// Relative jump of the energy of a transfer that is permitted (claim 2 of docs/verification.md); 1e-9 come out.
 const JUMP: f64 = 1e-5;
-/// Momentum that a hand-over may create, relative to that at the start: the mass of a NURBS body from the fine model's finer
+/// Momentum that a transfer may create, relative to that at the start: the mass of a NURBS body from the fine model's finer
 /// quadrature differs by 2e-9.
 const MOMENTUM: f64 = 1e-8;
 /// The same of the transfer as printed, which takes the modes of both models for orthogonal to each other: what it leaves is
 /// quadratic in their difference, 4e-4 as in the frequencies, whatever the body does at the instant.
 const MOMENTUM_PRINTED: f64 = 4e-4 * 4e-4;
 
-/// Momentum that a hand-over by `method` may create.
+/// Momentum that a transfer by `method` may create.
 fn momentum_limit(method: TransferMethod) -> f64 {
     match method {
         TransferMethod::MassOrthogonal => MOMENTUM,
@@ -125,9 +125,9 @@ fn sphere_rod_sphere_is_the_same_with_modes_of_the_fine_models() {
         for (transfer, jump) in own.transfers.iter().zip(jumps(&own)) {
             assert!(jump.abs() < JUMP && transfer.momentum_change < limit, "{transfer:?}");
         }
-        // Jumps of hand-overs are no drift of the integration, which stays below 1e-6 with them.
+        // Jumps of transfers are no drift of the integration, which stays below 1e-6 with them.
         assert!(own.energy_drift() < 1e-6, "{:e}", own.energy_drift());
-        // The hand-over is a real one: coordinates differ in impacts, motions do not.
+        // The transfer is a real one: coordinates differ in impacts, motions do not.
         let same = |f: &dyn Fn(&adaptive::record::Sample) -> f64| {
             let (a, b) = (f(own.last()), f(reference.last()));
             (a / b - 1.0).abs()
@@ -139,7 +139,7 @@ fn sphere_rod_sphere_is_the_same_with_modes_of_the_fine_models() {
 }
 
 #[test]
-fn observed_points_and_joints_go_on_smoothly_through_a_hand_over() {
+fn observed_points_and_joints_go_on_smoothly_through_a_transfer() {
     let trace = finished(&with_own_modes(&sphere_rod_sphere(), TransferMethod::MassOrthogonal));
     let arrival = trace.impacts[1].start;
     let i = trace.samples.partition_point(|s| s.time <= arrival);

@@ -18,7 +18,7 @@ use crate::transfer::StateTransfer;
 use crate::unsupported::Unsupported;
 
 /// Modes of a fine model, on it and on the coarse one.
-pub struct OwnModes {
+pub struct FineModes {
     /// The modes on the fine mesh, and the data that follow from them.
     pub reduced: ReducedBody,
     /// The modes on the coarse mesh, as well as it can show them: coarse modes times the map to coarse coordinates.
@@ -31,22 +31,22 @@ pub struct OwnModes {
 ///
 /// # Errors
 /// [`AdaptiveError::Unsupported`] with a remedy.
-pub fn check_own_modes(body: &ElasticBody, reduced: &ReducedBody) -> Result<(), AdaptiveError> {
+pub fn check_fine_modes(body: &ElasticBody, reduced: &ReducedBody) -> Result<(), AdaptiveError> {
     let refuse = |what| Err(AdaptiveError::unsupported_body(&body.name, what));
     if reduced.basis.n_modes() != reduced.basis.n_low {
-        return refuse(Unsupported::OwnModesOfInterface);
+        return refuse(Unsupported::FineModesOfInterface);
     }
     if body.spec.geometric_stiffening {
-        return refuse(Unsupported::OwnModesStiffened);
+        return refuse(Unsupported::FineModesStiffened);
     }
     Ok(())
 }
 
-impl OwnModes {
+impl FineModes {
     /// The model of `coarse` refined as `fine`, whose modes `basis` get the signs of the coarse ones.
     ///
     /// # Errors
-    /// [`AdaptiveError::Reduction`] with the body's name; [`AdaptiveError::Unsupported`], see [`check_own_modes`].
+    /// [`AdaptiveError::Reduction`] with the body's name; [`AdaptiveError::Unsupported`], see [`check_fine_modes`].
     pub fn new(
         coarse: (&ElasticBody, &ReducedBody),
         fine: &FineBody,
@@ -54,7 +54,7 @@ impl OwnModes {
         method: TransferMethod,
     ) -> Result<Self, AdaptiveError> {
         let (body, reduced) = coarse;
-        check_own_modes(body, reduced)?;
+        check_fine_modes(body, reduced)?;
         let fail = |source| AdaptiveError::Reduction { body: body.name.clone(), source };
         align(fine, &fine.prolong(&body.assembled, reduced.basis.shapes.as_ref()), &mut basis);
         let transfer = StateTransfer::new(method, (body, &reduced.basis), (fine, &basis))?;
