@@ -167,7 +167,7 @@ fn sag(body: &ElasticBody, support: &MarkerWeights, tip: [f64; 3]) -> f64 {
     let load = assembled.mass_product(field.as_ref());
     let reactions = support.forces(assembled.motion, down.len()).unwrap();
     let problem = ElasticProblem::free(assembled, &[]).unwrap();
-    let u = problem.supported(load.as_ref(), reactions.as_ref()).unwrap();
+    let u = problem.held_at_point(load.as_ref(), reactions.as_ref()).unwrap();
     let held = motion(support, &u.col(0).iter().copied().collect::<Vec<_>>());
     assert!(held.iter().all(|m| m.abs() < 1e-12), "the support moves: {held:?}");
     -body.discretised().flexible_point(&Place::Point(tip), u.as_ref()).unwrap().shapes[0].z
@@ -226,7 +226,7 @@ fn compliance(size: [f64; 3], elements: [usize; 3], place: &Extent, coupling: Co
     let load = pin.forces(RigidMotion::Spatial, n).unwrap();
     let reactions = foot.forces(RigidMotion::Spatial, n).unwrap();
     let problem = ElasticProblem::free(&body.assembled, &[]).unwrap();
-    let u = problem.supported(load.as_ref(), reactions.as_ref()).unwrap();
+    let u = problem.held_at_point(load.as_ref(), reactions.as_ref()).unwrap();
     std::array::from_fn(|c| motion(&pin, &u.col(c).iter().copied().collect::<Vec<_>>())[c])
 }
 

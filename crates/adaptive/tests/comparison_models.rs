@@ -132,7 +132,7 @@ fn quasistatic_pair_without_a_refinement_of_its_own_is_refined_where_it_touches(
 }
 
 /// Impact of the two spheres with bodies that are refined for the whole run, whose modes are those of Craig and Bampton, and
-/// with fine models of the impact alone, whose zones have coordinates of their own.
+/// with fine models of the impact alone, whose zones have internal coordinates.
 fn both_models(treatment: Treatment) -> [Trace; 2] {
     let (width, elements) = (1.25 * found(&adaptive_impact()).0, 8);
     let mut by_bodies = with(two_spheres(END), treatment, PENALTY, IntervalSpec::default());

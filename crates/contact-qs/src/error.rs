@@ -182,7 +182,7 @@ pub enum MotionFault {
         acceleration: f64,
         /// Accuracy of the time \[s\].
         time: f64,
-        /// Shortest step between looks \[s\].
+        /// Shortest step between samples \[s\].
         shortest: f64,
     },
 }

@@ -30,18 +30,18 @@ use crate::submodel::{ContactSubmodel, SparseRows};
 mod bezier;
 mod evaluation;
 mod friction;
-mod motion;
+mod relative_pose;
 mod projection;
-mod rows;
+mod contact_jacobian;
 mod search;
 mod solver;
 mod state;
 mod target;
 mod warm_start;
-mod watch;
+mod proximity_cache;
 
 use friction::PairFriction;
-use solver::{Both, Compliances};
+use solver::{Compliances, PairBodies};
 use state::Work;
 
 pub use projection::SurfacePlace;
@@ -198,11 +198,11 @@ impl SurfacePair {
     }
 
     /// What both bodies yield by; none when all modes are dynamic.
-    fn both(&self) -> Option<Both<'_>> {
-        self.compliances.as_ref().map(|compliances| Both { compliances, surface: &self.surface })
+    fn both(&self) -> Option<PairBodies<'_>> {
+        self.compliances.as_ref().map(|compliances| PairBodies { compliances, surface: &self.surface })
     }
 
-    fn own_row(&self, row: usize) -> &[f64] {
+    fn body_row(&self, row: usize) -> &[f64] {
         &self.low_rows[row * self.n_modes..(row + 1) * self.n_modes]
     }
 }
@@ -244,21 +244,25 @@ fn spacing(areas: &[f64], motion: RigidMotion, points: &[[f64; 3]]) -> f64 {
 }
 
 impl SurfacePair {
-    /// Forces at the motions `own` and `target`, summed up, with the power lost to sliding; `moment` is a buffer.
+    /// Forces at the motions `own` and `target`, summed up, with the power lost to sliding; `earlier_motion` is a buffer.
     fn find(
         &self,
         t: f64,
         [own, target]: [&BodyState; 2],
-        moment: &mut [BodyState; 2],
+        earlier_motion: &mut [BodyState; 2],
         work: &mut Work<'_>,
     ) -> Result<(), EvaluationFailure> {
         // Rates come from a look back, best taken first; the last evaluation tells whether there is something to see.
         let was_touching = work.state.friction.is_some() && work.state.start.forces.iter().any(|f| *f > 0.0);
-        let mut time = if was_touching { self.look_back(t, [own, target], moment, work)? } else { None };
+        let mut time = if was_touching {
+            self.note_moment_before(t, [own, target], earlier_motion, work)?
+        } else {
+            None
+        };
         let mut solver = self.find_forces(t, own, target, work)?;
         self.sum_up(solver, target, work);
         if work.found.report.n_sliding > 0 && !was_touching {
-            time = self.look_back(t, [own, target], moment, work)?;
+            time = self.note_moment_before(t, [own, target], earlier_motion, work)?;
             solver = self.find_forces(t, own, target, work)?;
             self.sum_up(solver, target, work);
         }
@@ -306,9 +310,9 @@ impl ForceElement for SurfacePair {
     ) -> Result<(), EvaluationFailure> {
         let (own, target) = self.states(motion.bodies);
         debug_assert_eq!(own.elastic.len(), self.n_modes);
-        let PairWorkspace { buffers, moment, .. } = workspace;
+        let PairWorkspace { buffers, earlier_motion, .. } = workspace;
         let mut work = Work { state: &mut *state, buffers, found: &mut *found };
-        let outcome = self.find(motion.time, [own, target], moment, &mut work);
+        let outcome = self.find(motion.time, [own, target], earlier_motion, &mut work);
         if outcome.is_err() {
             // Nothing of a failed evaluation may lead the next one.
             state.forget_evaluation();
@@ -329,10 +333,10 @@ impl ForceElement for SurfacePair {
         }
         if let Some(friction) = friction {
             if friction.is_evaluated {
-                friction.commit(
+                friction.update_references(
                     &start.forces,
                     &found.nodes,
-                    &found.rows,
+                    &found.jacobian,
                     &found.projections,
                     &found.is_wanted,
                 );
@@ -371,7 +375,7 @@ impl ContactElement for SurfacePair {
         let (_, target) = self.states(motion.bodies);
         let nearest = self.nearest(motion.bodies, &state.start, &mut workspace.search);
         nearest.map_or(Vector3::repeat(f64::NAN), |found| {
-            motion::direction(self.motion, &target.rotation, &found.normal)
+            relative_pose::direction(self.motion, &target.rotation, &found.normal)
         })
     }
 

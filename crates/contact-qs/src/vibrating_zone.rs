@@ -84,7 +84,7 @@ impl<C: ContactElement> VibratingContact<C> {
 
     /// The motion that the contact sees, in `states`: that of the bodies and, behind their coordinates, the zones'.
     fn seen<'a>(&self, motion: Motion<'_>, states: &'a mut [BodyState]) -> Motion<'a> {
-        let (q, rates) = motion.own.split_at(motion.own.len() / 2);
+        let (q, rates) = motion.internal.split_at(motion.internal.len() / 2);
         let mut first = 0;
         for zone in &self.zones {
             let (body, state) = (&motion.bodies[zone.body], &mut states[zone.body]);
@@ -100,9 +100,9 @@ impl<C: ContactElement> VibratingContact<C> {
         Motion::new(motion.time, states)
     }
 
-    /// Energies of the contact, and of the zones at the coordinates `own`.
-    fn energies_of_zones(&self, own: &[f64], contact: ForceEnergies) -> ForceEnergies {
-        let (q, rates) = own.split_at(own.len() / 2);
+    /// Energies of the contact, and of the zones at the coordinates `internal`.
+    fn energies_of_zones(&self, internal: &[f64], contact: ForceEnergies) -> ForceEnergies {
+        let (q, rates) = internal.split_at(internal.len() / 2);
         let modes = self.zones.iter().flat_map(|z| z.omega.iter().zip(&z.damping));
         modes.zip(q.iter().zip(rates)).fold(contact, |sum, ((omega, damping), (q, rate))| ForceEnergies {
             elastic_high: sum.elastic_high + 0.5 * (omega * q).powi(2),
@@ -112,9 +112,9 @@ impl<C: ContactElement> VibratingContact<C> {
         })
     }
 
-    /// Second derivatives of the coordinates `own` under `forces` on the modes (Eq. C.46).
-    fn accelerate(&self, own: &[f64], forces: &[GeneralisedForce], out: &mut [f64]) {
-        let (q, rates) = own.split_at(own.len() / 2);
+    /// Second derivatives of the coordinates `internal` under `forces` on the modes (Eq. C.46).
+    fn accelerate(&self, internal: &[f64], forces: &[GeneralisedForce], out: &mut [f64]) {
+        let (q, rates) = internal.split_at(internal.len() / 2);
         let mut first = 0;
         for zone in &self.zones {
             let load = &forces[zone.body].elastic[zone.n_low..];
@@ -190,8 +190,8 @@ impl<C: ContactElement> ForceElement for VibratingContact<C> {
         }
         let report = *found.contact.report();
         found.report =
-            ContactReport { energies: self.energies_of_zones(motion.own, report.energies), ..report };
-        self.accelerate(motion.own, parts, &mut found.accelerations);
+            ContactReport { energies: self.energies_of_zones(motion.internal, report.energies), ..report };
+        self.accelerate(motion.internal, parts, &mut found.accelerations);
         Ok(())
     }
 
@@ -207,8 +207,8 @@ impl<C: ContactElement> ForceElement for VibratingContact<C> {
         self.zones.iter().map(ZoneVibration::len).sum()
     }
 
-    fn coordinate_speed(&self, own: &[f64]) -> f64 {
-        let (q, rates) = own.split_at(own.len() / 2);
+    fn coordinate_speed(&self, internal: &[f64]) -> f64 {
+        let (q, rates) = internal.split_at(internal.len() / 2);
         let modes = self.zones.iter().flat_map(|z| z.omega.iter().map(|w| (*w, z.mass)));
         let squares = modes.zip(q.iter().zip(rates));
         squares.map(|((w, m), (q, rate))| ((w * q).powi(2) + rate * rate) / m).sum::<f64>().sqrt()

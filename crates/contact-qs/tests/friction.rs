@@ -173,7 +173,7 @@ fn every_point_obeys_coulombs_law() {
             let largest = normal.iter().copied().fold(0.0, f64::max);
             for (i, state) in contact.state().point_states().iter().enumerate() {
                 let force = size(&tangential[n_t * i..n_t * (i + 1)]);
-                // Turns settle to 1e-12 of the largest force.
+                // Alternations converge to 1e-12 of the largest force.
                 match state {
                     PointState::Open => assert!(force == 0.0 && normal[i] == 0.0),
                     PointState::Stick => assert!(force <= MU * normal[i] + 1e-11 * largest),
@@ -192,7 +192,7 @@ fn every_point_obeys_coulombs_law() {
 }
 
 #[test]
-fn committed_references_change_no_force() {
+fn updated_references_change_no_force() {
     let mut n_sliding = 0;
     for (motion, seed) in MOTIONS.into_iter().flat_map(|m| (0..8).map(move |k| (m, k))) {
         let mut contact = Active::new(contact(motion, seed % 3 != 0, 40 + seed));
@@ -203,7 +203,7 @@ fn committed_references_change_no_force() {
         n_sliding += contact.report().n_sliding;
         contact.save();
         let (after, stored_after) = evaluate(&mut contact, &state);
-        // The solver's tolerance: 1e-12 in the turns, condition of the zone about 1e2.
+        // The solver's tolerance: 1e-12 in the alternations, condition of the zone about 1e2.
         let scale = contact.report().normal_force;
         assert!((before.force - after.force).norm() <= 1e-10 * scale, "{motion:?} {seed}");
         assert!((before.torque - after.torque).norm() <= 1e-10 * scale);

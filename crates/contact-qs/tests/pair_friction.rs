@@ -83,7 +83,7 @@ fn forces_keep_both_momenta_and_obey_coulombs_law() {
                     let tangential = &pair.state().tangential_forces()[n_t * i..n_t * (i + 1)];
                     let size = tangential.iter().map(|x| x * x).sum::<f64>().sqrt();
                     // Components along tangents of the reference surface, whose lengths differ from one by the strain since
-                    // the commitment and by gap over radius of curvature, 2e-3 / 0.1 here.
+                    // the update of the references and by gap over radius of curvature, 2e-3 / 0.1 here.
                     assert!(size <= 0.3 * normal * (1.0 + 3e-2), "{name}");
                     match pair.state().point_states()[i] {
                         PointState::Slip => n_sliding += 1,
@@ -110,7 +110,7 @@ fn sticking_forces_are_minus_the_gradient_of_a_potential() {
             for seed in 1..5 {
                 // Bounds out of reach: every point sticks.
                 let friction = Friction { coefficient: 1e6, stiffness_ratio: 0.7 };
-                // Without zone the solver needs no turns, with one it cannot bear such a coefficient unless nothing couples.
+                // Without zone the solver needs no alternations, with one it cannot bear such a coefficient unless nothing couples.
                 let friction = if case.0 == [false, false] {
                     friction
                 } else {
@@ -128,7 +128,7 @@ fn sticking_forces_are_minus_the_gradient_of_a_potential() {
                 let scale = forces[2].force.norm();
                 most = most
                     .max(pair.state().tangential_forces().iter().fold(0.0, |m, f| f.abs().max(m)) / scale);
-                // As in the test without friction; turns between the forces end at 1e-10 of them, which is 1e-10 depth / h.
+                // As in the test without friction; alternations between the forces end at 1e-10 of them, which is 1e-10 depth / h.
                 let (h, tolerance) = (1e-6, 3e-6);
                 let (directions, axes): (&[usize], &[usize]) = match motion {
                     RigidMotion::Axial => (&[2], &[]),
@@ -212,7 +212,7 @@ fn power_of_the_forces_goes_into_stored_energy_and_slip_alone() {
 }
 
 #[test]
-fn commitment_changes_no_force_and_restoring_brings_every_bit_back() {
+fn updated_references_change_no_force_and_restoring_brings_every_bit_back() {
     for motion in MOTIONS {
         for case in CASES {
             let friction = Friction { coefficient: 0.3, stiffness_ratio: 1.0 };

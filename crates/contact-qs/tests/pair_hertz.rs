@@ -41,8 +41,8 @@ fn press(
     for _ in 0..25 {
         forces = vec![GeneralisedForce::zeros(N_MODES); 2];
         pair.evaluate(Motion::new(0.0, &bodies), &mut forces).unwrap();
-        own.settle(&forces[0].elastic, &mut bodies[0].elastic);
-        target.settle(&forces[1].elastic, &mut bodies[1].elastic);
+        own.deflect(&forces[0].elastic, &mut bodies[0].elastic);
+        target.deflect(&forces[1].elastic, &mut bodies[1].elastic);
     }
     (forces[0].force.z, forces)
 }
@@ -103,7 +103,7 @@ fn two_equal_spheres_meet_like_one_and_a_plane() {
     for _ in 0..25 {
         alone = vec![GeneralisedForce::zeros(N_MODES)];
         one.evaluate(Motion::new(0.0, std::slice::from_ref(&body)), &mut alone).unwrap();
-        upper.settle(&alone[0].elastic, &mut body.elastic);
+        upper.deflect(&alone[0].elastic, &mut body.elastic);
     }
     // The common surface is plane but for the penetration of springs, whose slope is some 1e-3; radial displacements slide
     // points along it.

@@ -20,14 +20,14 @@ fn zone(body: usize) -> ZoneVibration {
 
 /// The motions without the modes of the zones, and those: coordinates of both zones, then their rates.
 fn split(bodies: &[BodyState], zones: [usize; 2]) -> (Vec<BodyState>, Vec<f64>) {
-    let mut own: Vec<f64> = zones.iter().flat_map(|b| bodies[*b].elastic[N_LOW..].to_vec()).collect();
-    own.extend(zones.iter().flat_map(|b| bodies[*b].elastic_rates[N_LOW..].to_vec()));
+    let mut internal: Vec<f64> = zones.iter().flat_map(|b| bodies[*b].elastic[N_LOW..].to_vec()).collect();
+    internal.extend(zones.iter().flat_map(|b| bodies[*b].elastic_rates[N_LOW..].to_vec()));
     let low = bodies.iter().map(|b| BodyState {
         elastic: b.elastic[..N_LOW].to_vec(),
         elastic_rates: b.elastic_rates[..N_LOW].to_vec(),
         ..b.clone()
     });
-    (low.collect(), own)
+    (low.collect(), internal)
 }
 
 #[test]
@@ -44,8 +44,8 @@ fn forces_are_those_of_the_same_contact_with_all_modes_in_the_bodies() {
         let vibrating = VibratingContact::new(pair, zones.map(zone).to_vec(), 3).unwrap();
         let mut vibrating = Active::new(vibrating);
         assert_eq!(vibrating.n_coordinates(), 2 * N_ZONE);
-        let (low, own) = split(&bodies, zones);
-        let seen = Motion { time: 0.0, bodies: &low, own: &own };
+        let (low, internal) = split(&bodies, zones);
+        let seen = Motion { time: 0.0, bodies: &low, internal: &internal };
         let (mut expected, mut found) = (forces(3, N_MODES), forces(3, N_LOW));
         plain.evaluate(Motion::new(0.0, &bodies), &mut expected).unwrap();
         vibrating.evaluate(seen, &mut found).unwrap();
@@ -64,7 +64,7 @@ fn forces_are_those_of_the_same_contact_with_all_modes_in_the_bodies() {
         for (k, body) in zones.into_iter().enumerate() {
             let zone = zone(body);
             for j in 0..N_ZONE {
-                let (q, v) = (own[N_ZONE * k + j], own[2 * N_ZONE + N_ZONE * k + j]);
+                let (q, v) = (internal[N_ZONE * k + j], internal[2 * N_ZONE + N_ZONE * k + j]);
                 let load = expected[body].elastic[N_LOW + j];
                 let exact = load - zone.damping[j] * v - zone.omega[j].powi(2) * q;
                 let found = rates[N_ZONE * k + j];
@@ -80,7 +80,7 @@ fn forces_are_those_of_the_same_contact_with_all_modes_in_the_bodies() {
         assert!((energies.kinetic / kinetic - 1.0).abs() < 1e-14);
         assert!((energies.dissipated_power / lost - 1.0).abs() < 1e-14);
         // Twice the energy over the mass, its root.
-        let speed = vibrating.coordinate_speed(&own);
+        let speed = vibrating.coordinate_speed(&internal);
         assert!((speed * speed / (2.0 * (elastic + kinetic) / 2.0) - 1.0).abs() < 1e-14, "{speed}");
     }
 }

@@ -169,7 +169,8 @@ fn stiffening(body: &AssembledBody, shapes: &Mat<f64>, hub: &MarkerWeights) -> G
         ReferenceLoad::all(body.motion).map(|load| body.reference_load(load).unwrap()).collect();
     let loads = Mat::from_fn(n, loads.len(), |i, j| loads[j][i]);
     let support = hub.forces(body.motion, n).unwrap();
-    let moved = ElasticProblem::free(body, &[]).unwrap().supported(loads.as_ref(), support.as_ref()).unwrap();
+    let moved =
+        ElasticProblem::free(body, &[]).unwrap().held_at_point(loads.as_ref(), support.as_ref()).unwrap();
     let held = support.transpose() * &moved;
     assert!(held.norm_max() < 1e-9 * moved.norm_max(), "the hub does not move");
     // Axial load of a unit spin: extension of the tip in closed form.

@@ -59,7 +59,7 @@ fn held_bodies_are_in_equilibrium_and_do_not_move_at_the_support() {
         let support = marker(motion, &[0, 1, 2, 3]).forces(motion, n).unwrap();
         let loads = Mat::from_fn(n, 2, |i, j| ((3 * i + 5 * j) % 7) as f64 - 2.0);
         let problem = ElasticProblem::free(&sample.body, &[]).unwrap();
-        let u = problem.supported(loads.as_ref(), support.as_ref()).unwrap();
+        let u = problem.held_at_point(loads.as_ref(), support.as_ref()).unwrap();
         let scale = u.norm_max();
         assert!((support.transpose() * &u).norm_max() < 1e-10 * scale * support.norm_max());
         // K u - F is a combination of the reactions: what is orthogonal to them is orthogonal to it.
@@ -71,7 +71,9 @@ fn held_bodies_are_in_equilibrium_and_do_not_move_at_the_support() {
         // Betti: loads do the same work on each other's displacements.
         let work = loads.transpose() * &u;
         assert!((work[(0, 1)] - work[(1, 0)]).abs() < 1e-9 * work.norm_max());
-        assert!(problem.supported(loads.as_ref(), loads.as_ref()).is_err() || motion == RigidMotion::Axial);
+        assert!(
+            problem.held_at_point(loads.as_ref(), loads.as_ref()).is_err() || motion == RigidMotion::Axial
+        );
     }
 }
 

@@ -54,7 +54,7 @@ fn reference_displacements(body: &ElasticBody, support: &MarkerWeights) -> Resul
         }
     }
     let reactions = support.forces(assembled.motion, assembled.dofs.len())?;
-    ElasticProblem::free(assembled, &[])?.supported(loads.as_ref(), reactions.as_ref())
+    ElasticProblem::free(assembled, &[])?.held_at_point(loads.as_ref(), reactions.as_ref())
 }
 
 fn failed(body: &ElasticBody, source: DynamicsError) -> AdaptiveError {

@@ -35,7 +35,7 @@ use ffr_dynamics::error::{EvaluationFailure, FailureKind};
 use super::active_set::SolveReport;
 use super::conditioned_lu::ConditionedLu;
 use super::problem::{add_product, depth};
-use super::updated_inverse::UpdatedInverse;
+use super::sherman_morrison::ShermanMorrisonInverse;
 
 /// Updates of an inverse after which it is made anew: each adds round-off of some `n eps` of it.
 const MAX_UPDATES: usize = 50;
@@ -63,7 +63,7 @@ impl Default for BroydenSettings {
 #[derive(Debug, Clone)]
 struct Carried {
     coordinates: Vec<f64>,
-    jacobian: UpdatedInverse,
+    jacobian: ShermanMorrisonInverse,
     uses: usize,
 }
 
@@ -127,7 +127,7 @@ impl Broyden {
     pub fn new(settings: BroydenSettings, n_points: usize, n_coordinates: usize) -> Self {
         let carried = Carried {
             coordinates: vec![0.0; n_coordinates],
-            jacobian: UpdatedInverse::new(n_coordinates),
+            jacobian: ShermanMorrisonInverse::new(n_coordinates),
             uses: settings.max_jacobian_uses,
         };
         Self {

@@ -3,7 +3,7 @@
 pub mod problem;
 pub mod active_set;
 pub mod conditioned_lu;
-mod updated_inverse;
+mod sherman_morrison;
 pub mod modal_basis;
 pub mod broyden;
 pub(crate) mod point_solver;

@@ -1,8 +1,8 @@
-//! Normal and tangential forces together: the two convex problems in turns.
+//! Normal and tangential forces together: the two convex problems by alternation.
 //!
-//! Coulomb's law with the slip since the last commitment is no minimum of anything, for the bounds `μ λ` depend on the normal
+//! Coulomb's law with the slip since the references were last updated is no minimum of anything, for the bounds `μ λ` depend on the normal
 //! forces. Given these, the tangential forces are one ([`super::tangential`]), and the other way round (docs/theory.md Eqs.
-//! F.4, F.5). The two are solved in turns, with Aitken's relaxation, until the friction forces stand still. The turns contract
+//! F.4, F.5). The two are solved alternately, with Aitken's relaxation, until the friction forces stand still. The alternations contract
 //! like `μ` times the coupling `A_TN/A_NN`: some 0.1 for steel at `μ = 0.3`, none at all where `ν = 1/2`. Rates of the forces,
 //! which the slip rates need, follow the same way on the sets found (Eqs. F.9 to F.12).
 
@@ -15,12 +15,12 @@ use super::sliding_work::SlidingWork;
 use super::solver::ZoneSolver;
 use super::tangential::{PointState, Tangential, TangentialProblem};
 
-/// Change of the friction forces in one turn at which they stand still, as a share of the largest.
+/// Change of the friction forces in one alternation at which they stand still, as a share of the largest.
 const TOLERANCE: f64 = 1e-12;
-/// Turns: a contraction of 0.75 reaches the tolerance within them even without relaxation.
-const MAX_TURNS: usize = 100;
+/// Alternations: a contraction of 0.75 reaches the tolerance within them even without relaxation.
+const MAX_ALTERNATIONS: usize = 100;
 
-/// Tangential forces are solved to this part of what a turn may leave.
+/// Tangential forces are solved to this part of what an alternation may leave.
 const INNER: f64 = 0.3;
 
 /// Solver of the normal problem (Eq. F.4).
@@ -120,7 +120,7 @@ impl StickSlip {
         self.solver.states()
     }
 
-    /// Slip increments since the last commitment in the last solution \[m\].
+    /// Slip increments since the references were last updated in the last solution \[m\].
     pub fn increments(&self) -> &[f64] {
         self.solver.increments()
     }
@@ -228,7 +228,7 @@ impl StickSlip {
 
     /// Adds the displacements of the points along the normals under the last tangential forces to `gaps`, and replaces `slips`
     /// by those along the tangents under these and the normal forces `normal`.
-    pub fn settle(&self, normal: &[f64], gaps: &mut [f64], slips: &mut [f64]) {
+    pub fn deflect(&self, normal: &[f64], gaps: &mut [f64], slips: &mut [f64]) {
         slips.fill(0.0);
         if self.coupling.nrows() > 0 {
             add_product(&self.coupling_transposed, &self.forces, gaps);
@@ -242,11 +242,11 @@ impl StickSlip {
         self.forces.fill(0.0);
     }
 
-    /// Solves for normal point forces `normal_forces` and the tangential ones at gaps `gaps` and slips `slips` since the last
-    /// commitment, both without quasistatic displacement \[m\]; slip increments of open points as well.
+    /// Solves for normal point forces `normal_forces` and the tangential ones at gaps `gaps` and slips `slips` since the references
+    /// were last updated, both without quasistatic displacement \[m\]; slip increments of open points as well.
     ///
     /// # Errors
-    /// Those of [`ZoneSolver::solve`] and [`Tangential::solve`]; the iteration limit if the turns don't settle.
+    /// Those of [`ZoneSolver::solve`] and [`Tangential::solve`]; the iteration limit if the alternations don't converge.
     pub fn solve(
         &mut self,
         zone: &mut impl NormalSolver,
@@ -268,7 +268,7 @@ impl StickSlip {
         Ok(report)
     }
 
-    /// The same with turns until the friction forces change by `tolerance` of the largest, without open points' increments.
+    /// The same with alternations until the friction forces change by `tolerance` of the largest, without open points' increments.
     ///
     /// # Errors
     /// As [`StickSlip::solve`].
@@ -290,7 +290,7 @@ impl StickSlip {
         }
         let mut sum = SolveReport::default();
         self.relaxation.restart();
-        for _ in 0..MAX_TURNS {
+        for _ in 0..MAX_ALTERNATIONS {
             self.shifted.copy_from_slice(gaps);
             add_product(&self.coupling_transposed, &self.forces, &mut self.shifted);
             let report = zone.solve_normal(springs, &self.shifted, normal_forces)?;
@@ -336,7 +336,7 @@ impl StickSlip {
     /// normal and tangents without those of the forces [m/s]; `springs`: compliances of the normal springs [m/N].
     ///
     /// # Errors
-    /// Code -1 if the turns don't settle.
+    /// Code -1 if the alternations don't converge.
     pub fn sliding_work(
         &mut self,
         zone: Option<&mut ZoneSolver>,
@@ -383,7 +383,7 @@ impl StickSlip {
         &self.bounds
     }
 
-    /// Rates of the forces, in turns like the forces themselves.
+    /// Rates of the forces, alternately like the forces themselves.
     fn rates_of_forces(
         &mut self,
         zone: &mut ZoneSolver,
@@ -396,7 +396,7 @@ impl StickSlip {
         solver.prepare_rates(&problem)?;
         self.rates.fill(0.0);
         self.relaxation.restart();
-        for _ in 0..MAX_TURNS {
+        for _ in 0..MAX_ALTERNATIONS {
             self.shifted.copy_from_slice(gap_rates);
             add_product(&self.coupling_transposed, &self.rates, &mut self.shifted);
             self.shifted.iter_mut().for_each(|x| *x = -*x);
@@ -424,7 +424,7 @@ impl StickSlip {
 
 fn unsettled(coefficient: f64) -> EvaluationFailure {
     let reason = format!(
-        "normal and friction forces did not settle in {MAX_TURNS} turns, the friction coefficient {coefficient} is too large for this surface"
+        "normal and friction forces did not converge in {MAX_ALTERNATIONS} alternations, the friction coefficient {coefficient} is too large for this surface"
     );
     EvaluationFailure::iteration_limit(reason)
 }
@@ -435,14 +435,14 @@ struct Relaxation {
     residual: Vec<f64>,
     factor: f64,
     is_first: bool,
-    /// Smallest change so far, and turns since then.
+    /// Smallest change so far, and alternations since then.
     least: f64,
     n_idle: usize,
     /// Longest step, once Aitken's no longer gain.
     damped: Option<f64>,
 }
 
-/// Turns without a smaller change after which steps are shortened.
+/// Alternations without a smaller change after which steps are shortened.
 const IDLE: usize = 10;
 
 impl Relaxation {
@@ -573,7 +573,7 @@ mod tests {
                 let tau = zone.forces().chunks_exact(2);
                 for ((t, force), w) in tau.zip(&forces).zip(zone.increments().chunks_exact(2)) {
                     let (size, slide) = (t[0].hypot(t[1]), w[0].hypot(w[1]));
-                    // Round-off of forces of order one, tolerance of the turns.
+                    // Round-off of forces of order one, tolerance of the alternations.
                     assert!(size <= coefficient * force + 1e-10);
                     assert!(*force <= 0.0 || slide * (coefficient * force - size) <= 1e-9);
                     assert!(*force <= 0.0 || (t[0] * w[0] + t[1] * w[1] + size * slide).abs() <= 1e-9);

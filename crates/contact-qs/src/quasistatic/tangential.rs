@@ -58,7 +58,7 @@ pub(crate) struct TangentialProblem<'a> {
     pub compliance: &'a Mat<f64>,
     /// Compliance of each point's tangential spring [m/N].
     pub springs: &'a [f64],
-    /// Slip `c` without tangential forces since the last commitment \[m\].
+    /// Slip `c` without tangential forces since the references were last updated \[m\].
     pub slips: &'a [f64],
     /// Bounds `μ λ_i` \[N\].
     pub bounds: &'a [f64],

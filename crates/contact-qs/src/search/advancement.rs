@@ -49,7 +49,7 @@ pub struct TouchSettings {
     pub gap: f64,
     /// Width to which the touching time is enclosed, > 0 \[s\].
     pub time: f64,
-    /// The shortest step between two looks, > 0: overlaps that last longer are never missed \[s\].
+    /// The shortest step between two samples, > 0: overlaps that last longer are never missed \[s\].
     pub shortest: f64,
     /// Bound of the growth of the closing speed, >= 0 [m/s²].
     pub acceleration: f64,
@@ -64,29 +64,29 @@ pub struct Touch {
     pub gap: f64,
     /// Time at which they were seen to overlap or to touch, at most the tolerance later \[s\].
     pub seen: f64,
-    /// Number of looks.
-    pub n_looks: usize,
+    /// Number of samples.
+    pub n_samples: usize,
 }
 
 /// The first touch in the time from `start` to `end`, none if there is none.
 ///
-/// `look` gives the gap and the bound of the closing speed at a time, from the dense output of a step say. Between looks
+/// `sample` gives the gap and the bound of the closing speed at a time, from the dense output of a step say. Between samples
 /// time passes by [`safe_time`], or by the shortest step; once an overlap is seen the root of the gap is
 /// enclosed by bisection and false position (theory Eq. C.35).
 ///
 /// # Errors
-/// [`ContactError::Motion`] for a gap or speed that is not a number, or settings that are out of range; errors of `look`.
+/// [`ContactError::Motion`] for a gap or speed that is not a number, or settings that are out of range; errors of `sample`.
 pub fn first_touch(
     [start, end]: [f64; 2],
     settings: &TouchSettings,
-    mut look: impl FnMut(f64) -> Result<(f64, f64), ContactError>,
+    mut sample: impl FnMut(f64) -> Result<(f64, f64), ContactError>,
 ) -> Result<Option<Touch>, ContactError> {
     check_settings(settings)?;
-    let (mut time, mut n_looks) = (start, 1);
-    let (mut gap, mut speed) = checked(start, look(start)?)?;
+    let (mut time, mut n_samples) = (start, 1);
+    let (mut gap, mut speed) = checked(start, sample(start)?)?;
     loop {
         if gap <= settings.gap {
-            return Ok(Some(Touch { time, gap, seen: time, n_looks }));
+            return Ok(Some(Touch { time, gap, seen: time, n_samples }));
         }
         if time >= end {
             return Ok(None);
@@ -94,10 +94,10 @@ pub fn first_touch(
         let step = safe_time(gap, speed, settings.acceleration).max(settings.shortest);
         // The shortest step may vanish beside the time itself.
         let next = (time + step).max(time.next_up()).min(end);
-        let there = checked(next, look(next)?)?;
-        n_looks += 1;
+        let there = checked(next, sample(next)?)?;
+        n_samples += 1;
         if there.0 < 0.0 {
-            let found = enclose([(time, gap), (next, there.0)], settings, n_looks, look)?;
+            let found = enclose([(time, gap), (next, there.0)], settings, n_samples, sample)?;
             return Ok(Some(found));
         }
         (time, gap, speed) = (next, there.0, there.1);
@@ -108,8 +108,8 @@ pub fn first_touch(
 fn enclose(
     [mut apart, mut overlap]: [(f64, f64); 2],
     settings: &TouchSettings,
-    mut n_looks: usize,
-    mut look: impl FnMut(f64) -> Result<(f64, f64), ContactError>,
+    mut n_samples: usize,
+    mut sample: impl FnMut(f64) -> Result<(f64, f64), ContactError>,
 ) -> Result<Touch, ContactError> {
     /// Looks after which only bisection is used: false position takes about ten.
     const PATIENCE: usize = 30;
@@ -125,8 +125,8 @@ fn enclose(
         if time <= apart.0 || time >= overlap.0 {
             break; // neighbouring numbers
         }
-        let (gap, _) = checked(time, look(time)?)?;
-        (n_looks, bisect) = (n_looks + 1, bisect + 1);
+        let (gap, _) = checked(time, sample(time)?)?;
+        (n_samples, bisect) = (n_samples + 1, bisect + 1);
         if gap < 0.0 {
             overlap = (time, gap);
             weights = [0.5 * weights[0], 1.0];
@@ -135,7 +135,7 @@ fn enclose(
             weights = [1.0, 0.5 * weights[1]];
         }
     }
-    Ok(Touch { time: apart.0, gap: apart.1, seen: overlap.0, n_looks })
+    Ok(Touch { time: apart.0, gap: apart.1, seen: overlap.0, n_samples })
 }
 
 fn checked(time: f64, (gap, speed): (f64, f64)) -> Result<(f64, f64), ContactError> {

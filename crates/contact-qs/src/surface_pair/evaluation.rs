@@ -7,8 +7,8 @@ use nalgebra::Vector3;
 
 use super::SurfacePair;
 use super::friction::move_back;
-use super::motion::{Relative, resultant};
 use super::projection::Displaced;
+use super::relative_pose::{RelativePose, resultant};
 use super::state::{Buffers, PairFound, PairState, Work};
 use super::warm_start::WarmStart;
 use crate::contact_element::ContactReport;
@@ -50,50 +50,50 @@ impl SurfacePair {
     /// Places of points and nodes under the low modes alone.
     pub(super) fn place_low(
         &self,
-        own: &BodyState,
+        body: &BodyState,
         target: &BodyState,
         points: &mut [[f64; 3]],
         nodes: &mut [[f64; 3]],
     ) {
         let nc = self.motion.n_components();
         points.copy_from_slice(&self.points);
-        deform(nc, &self.low_columns, &own.elastic, points);
+        deform(nc, &self.low_columns, &body.elastic, points);
         nodes.copy_from_slice(&self.surface.nodes);
         deform(nc, &self.surface.low_columns, &target.elastic, nodes);
     }
 
-    /// Finds point forces, projections and displacements at the motions `own` and `target`.
+    /// Finds point forces, projections and displacements at the motions `body` and `target`.
     pub(super) fn find_forces(
         &self,
         t: f64,
-        own: &BodyState,
+        body: &BodyState,
         target: &BodyState,
         work: &mut Work<'_>,
     ) -> Result<SolveReport, EvaluationFailure> {
-        let relative = Relative::new(self.motion, own, target)?;
+        let relative = RelativePose::new(self.motion, body, target)?;
         let Buffers { low_points, low_nodes, .. } = &mut *work.buffers;
-        self.place_low(own, target, low_points, low_nodes);
+        self.place_low(body, target, low_points, low_nodes);
         self.iterate(t, &relative, work)
     }
 
-    /// Finds the slip increments a moment before the motions `own` and `target`, for the power lost to sliding; returns how long
+    /// Finds the slip increments a moment before the motions `body` and `target`, for the power lost to sliding; returns how long
     /// before, none if nothing moves.
-    pub(super) fn look_back(
+    pub(super) fn note_moment_before(
         &self,
         t: f64,
-        [own, target]: [&BodyState; 2],
-        moment: &mut [BodyState; 2],
+        [body, target]: [&BodyState; 2],
+        earlier_motion: &mut [BodyState; 2],
         work: &mut Work<'_>,
     ) -> Result<Option<f64>, EvaluationFailure> {
-        let speed = self.speed(own, target, &work.state.start);
+        let speed = self.speed(body, target, &work.state.start);
         let Some(friction) = &work.state.friction else { return Ok(None) };
-        let time = friction.look_back_time(t, MOMENT * friction.depth / speed);
+        let time = friction.time_before(t, MOMENT * friction.depth / speed);
         if !(time.is_finite() && time > 0.0) {
             return Ok(None);
         }
-        move_back(own, time, &mut moment[0]);
-        move_back(target, time, &mut moment[1]);
-        let found = self.find_forces(t, &moment[0], &moment[1], work);
+        move_back(body, time, &mut earlier_motion[0]);
+        move_back(target, time, &mut earlier_motion[1]);
+        let found = self.find_forces(t, &earlier_motion[0], &earlier_motion[1], work);
         let PairState { start, friction, .. } = &mut *work.state;
         if let Some(friction) = friction {
             friction.note_earlier(&start.forces);
@@ -103,18 +103,18 @@ impl SurfacePair {
 
     /// Largest speed of the points in contact relative to the target, that of the modes taken at one of them; a function of the
     /// motion and the remembered state alone.
-    fn speed(&self, own: &BodyState, target: &BodyState, start: &WarmStart) -> f64 {
+    fn speed(&self, body: &BodyState, target: &BodyState, start: &WarmStart) -> f64 {
         let nc = self.motion.n_components();
         let is_axial = self.motion == RigidMotion::Axial;
         let (mut largest, mut of_modes) = (0.0_f64, None);
         for i in (0..self.points.len()).filter(|i| start.forces[*i] > 0.0) {
-            let mut difference = own.velocity - target.velocity;
+            let mut difference = body.velocity - target.velocity;
             if !is_axial {
-                let arm = own.rotation * Vector3::from(self.points[i]);
-                let spin = own.rotation * own.angular_velocity;
+                let arm = body.rotation * Vector3::from(self.points[i]);
+                let spin = body.rotation * body.angular_velocity;
                 difference += spin.cross(&arm);
                 let spin = target.rotation * target.angular_velocity;
-                difference -= spin.cross(&(own.position + arm - target.position));
+                difference -= spin.cross(&(body.position + arm - target.position));
             }
             largest = largest.max(difference.norm());
             of_modes.get_or_insert_with(|| {
@@ -122,8 +122,8 @@ impl SurfacePair {
                 let element = self.surface.faces[place.face as usize].element(&place.xi);
                 let node = self.surface.elements[element].nodes.first().map_or(0, |node| *node as usize);
                 (0..nc).fold(0.0_f64, |sum, c| {
-                    let own = dot(self.own_row(nc * i + c), &own.elastic_rates);
-                    sum.hypot(own).hypot(dot(self.surface.low_row(nc * node + c), &target.elastic_rates))
+                    let body = dot(self.body_row(nc * i + c), &body.elastic_rates);
+                    sum.hypot(body).hypot(dot(self.surface.low_row(nc * node + c), &target.elastic_rates))
                 })
             });
         }
@@ -136,15 +136,15 @@ impl SurfacePair {
         bodies: &[BodyState],
         work: &mut Work<'_>,
     ) -> Result<(), EvaluationFailure> {
-        let (own, target) = self.states(bodies);
-        let relative = Relative::new(self.motion, own, target)?;
+        let (body, target) = self.states(bodies);
+        let relative = RelativePose::new(self.motion, body, target)?;
         let Buffers { low_points, low_nodes, .. } = &mut *work.buffers;
-        self.place_low(own, target, low_points, low_nodes);
+        self.place_low(body, target, low_points, low_nodes);
         self.project(0.0, &relative, work)?;
         let PairState { zone, friction, .. } = &mut *work.state;
         if let (Some(both), Some(zone)) = (self.both(), zone) {
             let stick_slip = friction.as_mut().map(|f| &mut f.stick_slip);
-            zone.build(both, &work.found.rows, stick_slip, |_| true);
+            zone.build(both, &work.found.jacobian, stick_slip, |_| true);
         }
         Ok(())
     }
@@ -152,12 +152,12 @@ impl SurfacePair {
     fn iterate(
         &self,
         t: f64,
-        relative: &Relative,
+        relative: &RelativePose,
         work: &mut Work<'_>,
     ) -> Result<SolveReport, EvaluationFailure> {
         let mut report = SolveReport::default();
         work.found.n_passes = 0;
-        let reach = self.surface.size + relative.reach();
+        let reach = self.surface.size + relative.largest_offset();
         let (mut depth, mut error) = (0.0_f64, f64::INFINITY);
         for pass in 0..MAX_PASSES {
             self.project(t, relative, work)?;
@@ -171,7 +171,7 @@ impl SurfacePair {
             let PairState { start, friction, .. } = &mut *work.state;
             let is_open = pass == 0
                 && start.forces.iter().all(|f| *f <= 0.0)
-                && start.watch.gaps.iter().all(|g| *g >= 0.0);
+                && start.proximity.gaps.iter().all(|g| *g >= 0.0);
             // Round-off of positions bounds what can be asked of gaps.
             if is_open && let Some(friction) = friction {
                 friction.stick_slip.clear_forces();
@@ -199,43 +199,44 @@ impl SurfacePair {
 
     /// Point forces of the penalty springs at the projection just made, where all modes are dynamic.
     fn press_springs(&self, work: &mut Work<'_>) -> Result<(), EvaluationFailure> {
-        let PairState { start: WarmStart { watch, forces, .. }, friction, .. } = &mut *work.state;
-        for ((force, &gap), &area) in forces.iter_mut().zip(&watch.gaps).zip(&self.areas) {
+        let PairState { start: WarmStart { proximity, forces, .. }, friction, .. } = &mut *work.state;
+        for ((force, &gap), &area) in forces.iter_mut().zip(&proximity.gaps).zip(&self.areas) {
             *force = area * penalty::pressure(self.settings.penalty, gap);
         }
         if let Some(friction) = friction {
-            friction.point_along_slips(&work.found.rows);
+            friction.point_along_slips(&work.found.jacobian);
             friction.stick_slip.solve_points(&friction.slips, forces)?;
-            friction.depth = watch.gaps.iter().fold(0.0, |d, g| d.max(-g));
+            friction.depth = proximity.gaps.iter().fold(0.0, |d, g| d.max(-g));
         }
         self.load(work.state, work.found);
         Ok(())
     }
 
     /// Projects the displaced points on the displaced target; gaps, normals and functions there. Points that are open for
-    /// certain are left as they are ([`super::watch::Watch`]).
-    fn project(&self, t: f64, relative: &Relative, work: &mut Work<'_>) -> Result<(), EvaluationFailure> {
+    /// certain are left as they are ([`super::proximity_cache::ProximityCache`]).
+    fn project(&self, t: f64, relative: &RelativePose, work: &mut Work<'_>) -> Result<(), EvaluationFailure> {
         let nc = self.motion.n_components();
         let PairState { start, friction, .. } = &mut *work.state;
         let Buffers { functions, samples, low_points, low_nodes, .. } = &mut *work.buffers;
-        let PairFound { points, nodes, seen, is_wanted, projections, rows, .. } = &mut *work.found;
-        displace(nc, low_points, &start.own, points);
+        let PairFound { points, nodes, points_in_target, is_wanted, projections, jacobian, .. } =
+            &mut *work.found;
+        displace(nc, low_points, &start.body, points);
         displace(nc, low_nodes, &start.nodes, nodes);
-        seen.iter_mut().zip(&*points).for_each(|(x, p)| *x = relative.point(p));
-        let WarmStart { watch, forces, is_known, places, .. } = start;
+        points_in_target.iter_mut().zip(&*points).for_each(|(x, p)| *x = relative.transform_point(p));
+        let WarmStart { proximity, forces, is_known, places, .. } = start;
         // With friction, points that may soon be loaded shall know where they were.
         let margin = friction.as_ref().map_or(0.0, |f| MARGIN * f.depth);
-        let shift = watch.choose(seen, nodes, forces, is_known.then_some(margin), is_wanted);
+        let shift = proximity.choose(points_in_target, nodes, forces, is_known.then_some(margin), is_wanted);
         let displaced = Displaced { surface: &self.surface, nodes };
         if !*is_known {
             samples.update(displaced);
         }
         if let Some(friction) = friction {
             friction.begin(nodes);
-            (0..self.points.len()).filter(|i| !is_wanted[*i]).for_each(|i| friction.leave(i));
+            (0..self.points.len()).filter(|i| !is_wanted[*i]).for_each(|i| friction.clear_slip(i));
         }
         for i in (0..self.points.len()).filter(|i| is_wanted[*i]) {
-            let point = seen[i];
+            let point = points_in_target[i];
             let from = if *is_known { places[i] } else { samples.nearest(&point) };
             let mut found = displaced.closest_from(&from, &point, functions);
             if found.is_beyond && self.surface.faces.len() > 1 {
@@ -249,12 +250,12 @@ impl SurfacePair {
                 return Err(EvaluationFailure::not_finite(reason));
             }
             places[i] = found.place;
-            // Whether a point beyond the end stays there is seen at every look.
-            watch.note(i, &point, gap, if found.is_beyond { f64::INFINITY } else { shift });
+            // Whether a point beyond the end stays there is seen at every projection.
+            proximity.note(i, &point, gap, if found.is_beyond { f64::INFINITY } else { shift });
             projections[i] = found;
-            rows.set(i, &found, relative.back(&found.normal), functions.values());
+            jacobian.set(i, &found, relative.inverse_transform_vector(&found.normal), functions.values());
             if let Some(friction) = friction {
-                friction.look(i, displaced, (&found, gap), functions, relative, rows);
+                friction.set_slip(i, displaced, (&found, gap), functions, relative, jacobian);
             }
         }
         *is_known = true;
@@ -267,15 +268,15 @@ impl SurfacePair {
         let (w, forces, gaps) = (&*work.buffers, &work.state.start.forces, work.state.gaps());
         let is_near = |i: usize| forces[i] > 0.0 || gaps[i] < 0.0;
         let near = (0..gaps.len()).filter(|i| is_near(*i));
-        let error = near.fold(0.0_f64, |e, i| e.max((gaps[i] - w.free_gaps[i] - w.settled[i]).abs()));
-        let moved = work.found.rows.moved(&w.loaded, &self.surface, is_near);
+        let error = near.fold(0.0_f64, |e, i| e.max((gaps[i] - w.free_gaps[i] - w.deflections[i]).abs()));
+        let moved = work.found.jacobian.moved(&w.loaded, &self.surface, is_near);
         let mut error = error.max(LOAD_SHIFT * depth * moved);
         if let Some(f) = &work.state.friction {
             for k in (0..f.slips.len()).filter(|k| forces[k / f.n_t] > 0.0) {
-                error = error.max((f.slips[k] - f.free_slips[k] - f.settled[k]).abs());
+                error = error.max((f.slips[k] - f.free_slips[k] - f.deflections[k]).abs());
             }
-            // What the turns between normal and friction forces have left.
-            error = error.max(depth * f.turn_tolerance);
+            // What the alternations between normal and friction forces have left.
+            error = error.max(depth * f.alternation_tolerance);
         }
         error
     }
@@ -287,50 +288,51 @@ impl SurfacePair {
         else {
             return Ok(SolveReport::default());
         };
-        let (w, rows) = (&mut *work.buffers, &work.found.rows);
-        let WarmStart { watch, forces, .. } = start;
-        let gaps = &watch.gaps;
+        let (w, jacobian) = (&mut *work.buffers, &work.found.jacobian);
+        let WarmStart { proximity, forces, .. } = start;
+        let gaps = &proximity.gaps;
         let is_near = |i: usize| forces[i] > 0.0 || gaps[i] < 0.0;
-        let moved = zone.moved(rows, &self.surface, is_near);
+        let moved = zone.moved(jacobian, &self.surface, is_near);
         // Should passes make no headway, the old projection is not to blame.
         let is_new = moved > REUSE || (pass > 10 && moved > 0.0);
         if is_new {
-            let depth = gaps.iter().zip(&w.settled).fold(0.0_f64, |d, (g, s)| d.max(s - g));
+            let depth = gaps.iter().zip(&w.deflections).fold(0.0_f64, |d, (g, s)| d.max(s - g));
             let stick_slip = friction.as_mut().map(|f| &mut f.stick_slip);
             let is_member = |i: usize| is_near(i) || gaps[i] < MARGIN * depth;
-            zone.build(both, rows, stick_slip, is_member);
+            zone.build(both, jacobian, stick_slip, is_member);
         }
-        w.loaded.copy_from(rows);
+        w.loaded.copy_from(jacobian);
         // The solution before has left the products of these forces with this compliance.
         if is_new || pass == 0 {
-            zone.settle(forces, &mut w.settled);
+            zone.deflect(forces, &mut w.deflections);
             if let Some(f) = friction {
-                f.stick_slip.settle(forces, &mut w.settled, &mut f.settled);
+                f.stick_slip.deflect(forces, &mut w.deflections, &mut f.deflections);
             }
         }
         if let Some(f) = friction {
-            let depth = gaps.iter().zip(&w.settled).fold(0.0_f64, |d, (g, s)| d.max(s - g));
-            f.turn_tolerance = f.tolerance_of_turns(self.tolerance, gaps, &self.springs, forces, depth);
-            for ((free, slip), settled) in f.free_slips.iter_mut().zip(&f.slips).zip(&f.settled) {
-                *free = slip - settled;
+            let depth = gaps.iter().zip(&w.deflections).fold(0.0_f64, |d, (g, s)| d.max(s - g));
+            f.alternation_tolerance =
+                f.alternation_tolerance_for(self.tolerance, gaps, &self.springs, forces, depth);
+            for ((free, slip), deflection) in f.free_slips.iter_mut().zip(&f.slips).zip(&f.deflections) {
+                *free = slip - deflection;
             }
         }
-        for ((free, gap), settled) in w.free_gaps.iter_mut().zip(gaps).zip(&w.settled) {
-            *free = gap - settled;
+        for ((free, gap), deflection) in w.free_gaps.iter_mut().zip(gaps).zip(&w.deflections) {
+            *free = gap - deflection;
         }
         let report = match friction {
             None => zone.solve_normal(&self.springs, &w.free_gaps, forces)?,
             Some(f) => {
-                let (tolerance, slips) = (f.turn_tolerance, &f.free_slips);
+                let (tolerance, slips) = (f.alternation_tolerance, &f.free_slips);
                 f.stick_slip.solve_within(tolerance, zone, &self.springs, &w.free_gaps, slips, forces)?
             }
         };
-        zone.settle(forces, &mut w.settled);
+        zone.deflect(forces, &mut w.deflections);
         if let Some(f) = friction {
-            f.stick_slip.settle(forces, &mut w.settled, &mut f.settled);
+            f.stick_slip.deflect(forces, &mut w.deflections, &mut f.deflections);
         }
         self.load(work.state, work.found);
-        both.compliances.own_displacements(&work.found.loads, &mut work.state.start.own);
+        both.compliances.body_displacements(&work.found.loads, &mut work.state.start.body);
         self.displace_target(work.state, work.found);
         Ok(report)
     }
@@ -338,15 +340,15 @@ impl SurfacePair {
     /// Components of the point forces on both bodies at the last projection.
     fn load(&self, state: &PairState, found: &mut PairFound) {
         let nc = self.motion.n_components();
-        let PairFound { rows, loads, node_loads, interface_loads, .. } = found;
+        let PairFound { jacobian, loads, node_loads, interface_loads, .. } = found;
         loads.fill(0.0);
         node_loads.fill(0.0);
         for (i, &normal) in state.start.forces.iter().enumerate().filter(|(_, f)| **f > 0.0) {
             let tangential = state.friction.as_ref().map_or(&[][..], |f| f.force(i));
             for (d, &force) in std::iter::once(&normal).chain(tangential).enumerate() {
                 let load = loads[nc * i..][..nc].iter_mut();
-                load.zip(rows.own_direction(i, d)).for_each(|(l, x)| *l += force * x);
-                for (node, share) in rows.shares(&self.surface, i, d) {
+                load.zip(jacobian.direction_in_body(i, d)).for_each(|(l, x)| *l += force * x);
+                for (node, share) in jacobian.shares(&self.surface, i, d) {
                     let load = node_loads[nc * node as usize..][..nc].iter_mut();
                     load.zip(share).for_each(|(l, x)| *l -= force * x);
                 }
@@ -381,7 +383,7 @@ impl SurfacePair {
         let mut report = ContactReport { solver, ..ContactReport::default() };
         let (mut sum, mut friction) = ([0.0; 3], [0.0; 3]);
         for (i, &force) in state.start.forces.iter().enumerate() {
-            let gap = state.start.watch.gaps[i];
+            let gap = state.start.proximity.gaps[i];
             report.penetration = report.penetration.max(-gap);
             let found = &w.projections[i];
             // Beyond the end and below the surface: the target is too small. Of points that were not projected, being open for
@@ -397,14 +399,14 @@ impl SurfacePair {
                 (0..3).for_each(|c| sum[c] += force * found.normal[c]);
                 let tangential = state.friction.as_ref().map_or(&[][..], |f| f.force(i));
                 for (a, force) in tangential.iter().enumerate() {
-                    let direction = w.rows.direction(i, a + 1);
+                    let direction = w.jacobian.direction_in_target(i, a + 1);
                     friction.iter_mut().zip(direction).for_each(|(s, x)| *s += force * x);
                 }
                 report.energies.penalty += 0.5 * force * force * self.springs[i];
             }
         }
         report.energies.elastic_high =
-            0.5 * (dot(&w.loads, &state.start.own) + dot(&w.interface_loads, &w.interface_displacements));
+            0.5 * (dot(&w.loads, &state.start.body) + dot(&w.interface_loads, &w.interface_displacements));
         if report.n_active == 0 {
             report.energies.elastic_high = 0.0;
         }
@@ -429,17 +431,17 @@ impl SurfacePair {
         forces: &mut [GeneralisedForce],
     ) {
         let nc = self.motion.n_components();
-        let own = &mut forces[self.settings.contact_body];
-        own.force += w.report.force;
+        let body = &mut forces[self.settings.contact_body];
+        body.force += w.report.force;
         for (row, &load) in w.loads.iter().enumerate().filter(|(_, l)| **l != 0.0) {
-            own.elastic.iter_mut().zip(self.own_row(row)).for_each(|(f, s)| *f += s * load);
+            body.elastic.iter_mut().zip(self.body_row(row)).for_each(|(f, s)| *f += s * load);
         }
         let is_turning = self.motion != RigidMotion::Axial;
         let active = || (0..self.points.len()).filter(|i| is_turning && state.start.forces[*i] > 0.0);
         for i in active() {
             let mut force = Vector3::zeros();
             force.iter_mut().zip(&w.loads[nc * i..][..nc]).for_each(|(f, l)| *f = *l);
-            own.torque += Vector3::from(w.points[i]).cross(&force);
+            body.torque += Vector3::from(w.points[i]).cross(&force);
         }
         let Some(body) = self.settings.target_body else { return };
         debug_assert_eq!(bodies[body].elastic.len(), self.surface.n_modes);
@@ -450,14 +452,14 @@ impl SurfacePair {
             target.elastic.iter_mut().zip(self.surface.low_row(row)).for_each(|(f, s)| *f += s * load);
         }
         for i in active() {
-            let mut force = Vector3::from(w.rows.normals[i]) * state.start.forces[i];
+            let mut force = Vector3::from(w.jacobian.normals_in_target[i]) * state.start.forces[i];
             if let Some(friction) = &state.friction {
                 for (a, tangential) in friction.force(i).iter().enumerate() {
-                    force += Vector3::from(w.rows.direction(i, a + 1)) * *tangential;
+                    force += Vector3::from(w.jacobian.direction_in_target(i, a + 1)) * *tangential;
                 }
             }
             // At the same point of space as the force on the contact body.
-            target.torque -= Vector3::from(w.seen[i]).cross(&force);
+            target.torque -= Vector3::from(w.points_in_target[i]).cross(&force);
         }
     }
 }

@@ -9,9 +9,9 @@ use ffr_dynamics::system::force::BodyState;
 use iga_core::nurbs::jet::{difference, dot, norm};
 use nalgebra::UnitQuaternion;
 
-use super::motion::Relative;
+use super::contact_jacobian::ContactJacobian;
 use super::projection::{Displaced, Functions, Projection};
-use super::rows::Rows;
+use super::relative_pose::RelativePose;
 use crate::law::Friction;
 use crate::quasistatic::PointState;
 use crate::quasistatic::sliding_work::SlidingWork;
@@ -19,20 +19,20 @@ use crate::quasistatic::stick_slip::StickSlip;
 
 /// A pass leaves some such part of the error.
 const PASS_GAIN: f64 = 0.03;
-/// The least that is asked of turns, in units of the tolerance of the gaps.
-const FIRST_TURNS: f64 = 1e4;
+/// The least that is asked of alternations, in units of the tolerance of the gaps.
+const FIRST_ALTERNATION_TOLERANCE: f64 = 1e4;
 
 /// Stick reference of a point.
 #[derive(Debug, Clone, Copy, Default)]
-struct Base {
-    /// Place of the projection at the last commitment.
+struct StickReference {
+    /// Place of the projection at the references were last updated.
     point: [f64; 3],
     /// Tangents there, orthonormal but for gap over radius of curvature.
     tangents: [[f64; 3]; 2],
     /// Slip that the springs held then \[m\].
     stretch: [f64; 2],
     is_set: bool,
-    /// Set since the last commitment, by the first look at the point.
+    /// Set since the references were last updated, by the first projection of the point.
     is_new: bool,
 }
 
@@ -45,25 +45,25 @@ pub(super) struct PairFriction {
     pub slips: Vec<f64>,
     /// The same without quasistatic displacement, and the displacements that the solver counted with.
     pub free_slips: Vec<f64>,
-    pub settled: Vec<f64>,
+    pub deflections: Vec<f64>,
     /// Deepest penetration without quasistatic displacement in the last solution \[m\].
     pub depth: f64,
     saved_depth: f64,
-    /// Change of the friction forces at which the last turns between normal and friction forces have ended, as a share of the
+    /// Change of the friction forces at which the last alternations between normal and friction forces have ended, as a share of the
     /// largest.
-    pub turn_tolerance: f64,
-    bases: Vec<Base>,
-    /// Tangents at the places of the last look by which the present ones there would be orthonormal: those of the next references.
-    carried: Vec<[[f64; 3]; 2]>,
-    /// Nodes of the target at the last commitment.
+    pub alternation_tolerance: f64,
+    references: Vec<StickReference>,
+    /// Tangents at the places of the last projection by which the present ones there would be orthonormal: those of the next references.
+    next_tangents: Vec<[[f64; 3]; 2]>,
+    /// Nodes of the target at the references were last updated.
     nodes: Vec<[f64; 3]>,
     has_nodes: bool,
-    /// Whether there is an evaluation to be committed.
+    /// Whether there is an evaluation to take references from.
     pub is_evaluated: bool,
-    /// Time of the last evaluation, and of the last one committed, -∞ if there is none \[s\].
+    /// Time of the last evaluation, and of the last one that references were taken from, -∞ if there is none \[s\].
     pub time: f64,
-    committed: f64,
-    /// Slip increments a moment before the last evaluation, and bounds of the points then.
+    reference_time: f64,
+    /// Slip increments shortly before the last evaluation, and bounds of the points then.
     earlier: Vec<f64>,
     earlier_bounds: Vec<f64>,
     /// Slip increments of the last evaluation and their rates.
@@ -86,17 +86,17 @@ impl PairFriction {
             stick_slip: StickSlip::new(law.coefficient, n_points, n_t, n_components, has_compliance),
             slips: vec![0.0; n],
             free_slips: vec![0.0; n],
-            settled: vec![0.0; n],
+            deflections: vec![0.0; n],
             depth: 0.0,
             saved_depth: 0.0,
-            turn_tolerance: 0.0,
-            bases: vec![Base::default(); n_points],
-            carried: vec![[[0.0; 3]; 2]; n_points],
+            alternation_tolerance: 0.0,
+            references: vec![StickReference::default(); n_points],
+            next_tangents: vec![[[0.0; 3]; 2]; n_points],
             nodes: vec![[0.0; 3]; n_nodes],
             has_nodes: false,
             is_evaluated: false,
             time: f64::NEG_INFINITY,
-            committed: f64::NEG_INFINITY,
+            reference_time: f64::NEG_INFINITY,
             earlier: vec![0.0; n],
             earlier_bounds: vec![0.0; n_points],
             now: vec![0.0; n],
@@ -104,7 +104,7 @@ impl PairFriction {
         }
     }
 
-    /// To be called before the looks of a projection, with the nodes of the target at present.
+    /// To be called before the slips of a projection are set, with the nodes of the target at present.
     pub fn begin(&mut self, nodes: &[[f64; 3]]) {
         if !self.has_nodes {
             self.nodes.copy_from_slice(nodes);
@@ -114,18 +114,18 @@ impl PairFriction {
 
     /// Tangents and slip of point `i`, projected to `found` at gap `gap` (Eqs. F.24 to F.27). `functions` are those of the place
     /// found.
-    pub fn look(
+    pub fn set_slip(
         &mut self,
         i: usize,
         displaced: Displaced<'_>,
         (found, gap): (&Projection, f64),
         functions: &Functions,
-        relative: &Relative,
-        rows: &mut Rows,
+        relative: &RelativePose,
+        jacobian: &mut ContactJacobian,
     ) {
         let n_t = self.n_t;
         if found.is_beyond {
-            self.leave(i);
+            self.clear_slip(i);
             return;
         }
         let jet = displaced.jet_of(found.element, functions);
@@ -142,53 +142,62 @@ impl PairFriction {
         }
         let moved = shifted;
         let shifted = self::duals(&moved, n_t);
-        let base = &mut self.bases[i];
-        if !base.is_set {
+        let reference = &mut self.references[i];
+        if !reference.is_set {
             let tangents = orthonormal(&jet.tangents, n_t);
-            *base = Base { point: before.point, tangents, stretch: [0.0; 2], is_set: true, is_new: true };
+            *reference = StickReference {
+                point: before.point,
+                tangents,
+                stretch: [0.0; 2],
+                is_set: true,
+                is_new: true,
+            };
         }
-        let path = difference(&before.point, &base.point);
+        let path = difference(&before.point, &reference.point);
         for a in 0..n_t {
             let k = n_t * i + a;
-            let unit = &base.tangents[a];
-            self.slips[k] = base.stretch[a] + dot(unit, &path);
+            let unit = &reference.tangents[a];
+            self.slips[k] = reference.stretch[a] + dot(unit, &path);
             let mut tangent = [0.0; 3];
             for (slope, dual) in before.tangents.iter().zip(&shifted).take(n_t) {
                 let factor = dot(unit, slope);
                 tangent.iter_mut().zip(dual).for_each(|(t, d)| *t += factor * d);
             }
-            rows.tangents[k] = tangent;
-            rows.own_tangents[k] = relative.back(&tangent);
-            let leans = &mut rows.leans[k * rows.width..(k + 1) * rows.width];
-            leans.fill(0.0);
+            jacobian.tangents_in_target[k] = tangent;
+            jacobian.tangents_in_body[k] = relative.inverse_transform_vector(&tangent);
+            let normal_coupling = &mut jacobian.normal_coupling[k * jacobian.width..(k + 1) * jacobian.width];
+            normal_coupling.fill(0.0);
             for (b, dual) in duals.iter().enumerate().take(n_t) {
                 let factor = -gap * dot(&tangent, dual);
-                leans.iter_mut().zip(functions.slopes(b)).for_each(|(l, slope)| *l += factor * slope);
+                normal_coupling
+                    .iter_mut()
+                    .zip(functions.slopes(b))
+                    .for_each(|(l, slope)| *l += factor * slope);
             }
         }
         let mut tangents = [[0.0; 3]; 2];
-        tangents[..n_t].copy_from_slice(&rows.tangents[n_t * i..n_t * (i + 1)]);
+        tangents[..n_t].copy_from_slice(&jacobian.tangents_in_target[n_t * i..n_t * (i + 1)]);
         let length = force_length(&tangents[..n_t], self.force(i));
         self.stick_slip.set_length(i, length);
-        for (carried, unit) in self.carried[i].iter_mut().zip(orthonormal(&tangents, n_t)).take(n_t) {
+        for (next, unit) in self.next_tangents[i].iter_mut().zip(orthonormal(&tangents, n_t)).take(n_t) {
             let components = [0, 1].map(|b| if b < n_t { dot(&unit, &moved[b]) } else { 0.0 });
-            *carried = combination(&duals, &components[..n_t]);
+            *next = combination(&duals, &components[..n_t]);
         }
     }
 
     /// Takes the directions of the slips for those of the forces, which they are where every point is for itself.
-    pub fn point_along_slips(&mut self, rows: &Rows) {
+    pub fn point_along_slips(&mut self, jacobian: &ContactJacobian) {
         let n_t = self.n_t;
-        for i in 0..self.bases.len() {
+        for i in 0..self.references.len() {
             let points = n_t * i..n_t * (i + 1);
-            let length = force_length(&rows.tangents[points.clone()], &self.slips[points]);
-            // Points never looked at have no tangents.
+            let length = force_length(&jacobian.tangents_in_target[points.clone()], &self.slips[points]);
+            // Points never projected have no tangents.
             self.stick_slip.set_length(i, if length > 0.0 { length } else { 1.0 });
         }
     }
 
-    /// Notes that point `i` is far.
-    pub fn leave(&mut self, i: usize) {
+    /// Sets the slip of point `i` to zero, which is far away.
+    pub fn clear_slip(&mut self, i: usize) {
         self.slips[self.n_t * i..self.n_t * (i + 1)].fill(0.0);
     }
 
@@ -197,9 +206,9 @@ impl PairFriction {
         &self.stick_slip.forces()[self.n_t * i..self.n_t * (i + 1)]
     }
 
-    /// Where turns between normal and friction forces shall end in the next solution: a solution needs no more than the pass leaves.
+    /// Where alternations between normal and friction forces shall end in the next solution: a solution needs no more than the pass leaves.
     /// `tolerance`: that of the gaps, as a share of `depth`.
-    pub fn tolerance_of_turns(
+    pub fn alternation_tolerance_for(
         &self,
         tolerance: f64,
         gaps: &[f64],
@@ -218,8 +227,8 @@ impl PairFriction {
                 residual = residual.max((self.slips[k] - expected).abs());
             }
         }
-        // Turns reach 1e-12; directions of points at the end of their slide come slowly, asked for more than the gaps they might not.
-        (PASS_GAIN * residual / depth).min(FIRST_TURNS * tolerance).max(tolerance).max(1e-12)
+        // Alternations reach 1e-12; directions of points at the end of their slide come slowly, asked for more than the gaps they might not.
+        (PASS_GAIN * residual / depth).min(FIRST_ALTERNATION_TOLERANCE * tolerance).max(tolerance).max(1e-12)
     }
 
     /// Number of sliding points among those with normal forces `forces`.
@@ -231,7 +240,7 @@ impl PairFriction {
         forces[i] > 0.0 && self.stick_slip.states()[i] == PointState::Slip
     }
 
-    /// Slip increment `k` since the last commitment; of points without normal forces the whole slip.
+    /// Slip increment `k` since the references were last updated; of points without normal forces the whole slip.
     fn increment(&self, k: usize, forces: &[f64]) -> f64 {
         if forces[k / self.n_t] > 0.0 { self.stick_slip.increments()[k] } else { self.slips[k] }
     }
@@ -241,7 +250,7 @@ impl PairFriction {
         if forces[i] > 0.0 { self.stick_slip.bounds()[i] } else { 0.0 }
     }
 
-    /// Notes slip increments and bounds of an evaluation a moment before the one to come.
+    /// Notes slip increments and bounds of an evaluation shortly before the one to come.
     pub fn note_earlier(&mut self, forces: &[f64]) {
         for k in 0..self.earlier.len() {
             self.earlier[k] = self.increment(k, forces);
@@ -271,40 +280,40 @@ impl PairFriction {
 
     /// Makes the last evaluation the reference of the next ones: sticking points keep their springs' stretch, sliding ones that
     /// of their force (Eq. F.8).
-    pub fn commit(
+    pub fn update_references(
         &mut self,
         forces: &[f64],
         nodes: &[[f64; 3]],
-        rows: &Rows,
+        jacobian: &ContactJacobian,
         projections: &[Projection],
-        is_seen: &[bool],
+        is_projected: &[bool],
     ) {
         let n_t = self.n_t;
-        for (i, base) in self.bases.iter_mut().enumerate() {
-            base.is_set = is_seen[i] && !projections[i].is_beyond;
-            base.is_new = false;
+        for (i, reference) in self.references.iter_mut().enumerate() {
+            reference.is_set = is_projected[i] && !projections[i].is_beyond;
+            reference.is_new = false;
             let state = self.stick_slip.states()[i];
             for a in 0..n_t {
                 let k = n_t * i + a;
-                base.stretch[a] = match state {
+                reference.stretch[a] = match state {
                     _ if forces[i] <= 0.0 => 0.0,
                     PointState::Stick => self.slips[k],
                     _ => self.slips[k] - self.stick_slip.increments()[k],
                 };
             }
-            if base.is_set {
-                base.point = projections[i].point;
+            if reference.is_set {
+                reference.point = projections[i].point;
                 let mut tangents = [[0.0; 3]; 2];
-                tangents[..n_t].copy_from_slice(&rows.tangents[n_t * i..n_t * (i + 1)]);
+                tangents[..n_t].copy_from_slice(&jacobian.tangents_in_target[n_t * i..n_t * (i + 1)]);
                 let units = orthonormal(&tangents, n_t);
-                base.tangents = self.carried[i];
+                reference.tangents = self.next_tangents[i];
                 let spring = self.stick_slip.spring(i);
                 if forces[i] > 0.0 && spring > 0.0 {
                     // The force stays what it is, whose components along the new tangents are others: the surface has been
-                    // strained since the last commitment.
+                    // strained since the references were last updated.
                     let components = &self.stick_slip.forces()[n_t * i..n_t * (i + 1)];
                     let force = combination(&tangents, components);
-                    for (stretch, unit) in base.stretch.iter_mut().zip(&units).take(n_t) {
+                    for (stretch, unit) in reference.stretch.iter_mut().zip(&units).take(n_t) {
                         *stretch = -spring * dot(&force, unit);
                     }
                 }
@@ -313,13 +322,13 @@ impl PairFriction {
         self.nodes.copy_from_slice(nodes);
         self.has_nodes = true;
         self.is_evaluated = false;
-        self.committed = self.time;
+        self.reference_time = self.time;
     }
 
-    /// How long before `t` the power of sliding is to be taken from, `wanted` if it can be: slips count from the last commitment, before
+    /// How long before `t` the power of sliding is to be taken from, `wanted` if it can be: slips count from the references, before
     /// which there are none.
-    pub fn look_back_time(&self, t: f64, wanted: f64) -> f64 {
-        let since = t - self.committed;
+    pub fn time_before(&self, t: f64, wanted: f64) -> f64 {
+        let since = t - self.reference_time;
         if since > 0.0 { wanted.min(since) } else { wanted }
     }
 
@@ -331,8 +340,8 @@ impl PairFriction {
     pub fn restore(&mut self) {
         self.depth = self.saved_depth;
         self.is_evaluated = false;
-        for base in &mut self.bases {
-            base.is_set &= !base.is_new;
+        for reference in &mut self.references {
+            reference.is_set &= !reference.is_new;
         }
         self.stick_slip.restore();
     }
@@ -340,8 +349,8 @@ impl PairFriction {
     /// Forgets everything about the past.
     pub fn forget(&mut self) {
         (self.has_nodes, self.is_evaluated) = (false, false);
-        self.committed = f64::NEG_INFINITY;
-        self.bases.fill(Base::default());
+        self.reference_time = f64::NEG_INFINITY;
+        self.references.fill(StickReference::default());
         self.stick_slip.clear_forces();
     }
 }

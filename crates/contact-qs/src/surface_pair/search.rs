@@ -3,8 +3,8 @@
 use ffr_dynamics::system::force::BodyState;
 
 use super::SurfacePair;
-use super::motion::Relative;
 use super::projection::{Displaced, Functions, Samples};
+use super::relative_pose::RelativePose;
 use super::target::TargetSurface;
 use super::warm_start::WarmStart;
 
@@ -50,21 +50,21 @@ impl SurfacePair {
         buffers: &mut SearchBuffers,
     ) -> Option<NearestPoint> {
         let (own, target) = self.states(bodies);
-        let relative = Relative::new(self.motion, own, target).ok()?;
+        let relative = RelativePose::new(self.motion, own, target).ok()?;
         let SearchBuffers { functions, samples, points, nodes } = buffers;
         self.place_low(own, target, points, nodes);
         let displaced = Displaced { surface: &self.surface, nodes };
-        let watch = &start.watch;
-        let shift = if start.is_known { watch.shift(nodes) } else { f64::INFINITY };
-        let is_close = |i: usize, point: &[f64; 3]| shift + watch.moved(i, point) < self.rim_reach;
+        let proximity = &start.proximity;
+        let shift = if start.is_known { proximity.shift(nodes) } else { f64::INFINITY };
+        let is_close = |i: usize, point: &[f64; 3]| shift + proximity.moved(i, point) < self.rim_reach;
         let unknown = NearestPoint { gap: f64::INFINITY, normal: [f64::NAN; 3], place: [f64::NAN; 3] };
         let (mut smallest, mut is_sampled) = (unknown, false);
         // Points in contact first: they tell which others may be left out.
-        let touching = (0..points.len()).filter(|i| watch.gaps[*i] <= 0.0);
-        for i in touching.chain((0..points.len()).filter(|i| watch.gaps[*i] > 0.0)) {
-            let point = relative.point(&points[i]);
+        let touching = (0..points.len()).filter(|i| proximity.gaps[*i] <= 0.0);
+        for i in touching.chain((0..points.len()).filter(|i| proximity.gaps[*i] > 0.0)) {
+            let point = relative.transform_point(&points[i]);
             let is_known = is_close(i, &point);
-            if is_known && watch.least_gap(i, &point, shift) > smallest.gap {
+            if is_known && proximity.least_gap(i, &point, shift) > smallest.gap {
                 continue;
             }
             let from = if is_known {

@@ -3,7 +3,7 @@
 use faer::Mat;
 use ffr_dynamics::error::EvaluationFailure;
 
-use super::rows::Rows;
+use super::contact_jacobian::ContactJacobian;
 use super::target::TargetSurface;
 use crate::ContactError;
 use crate::quasistatic::active_set::SolveReport;
@@ -15,7 +15,7 @@ use crate::quasistatic::{Method, ModalBasis};
 /// Quasistatic compliance of a pair: that of the contact body's points; the target's is that of its surface.
 pub(super) struct Compliances {
     /// Zero-sized if the contact body has none.
-    own: Mat<f64>,
+    body: Mat<f64>,
     n_components: usize,
     n_points: usize,
     method: Method,
@@ -25,7 +25,7 @@ pub(super) struct Compliances {
 
 /// What both bodies of a pair yield by.
 #[derive(Clone, Copy)]
-pub(super) struct Both<'a> {
+pub(super) struct PairBodies<'a> {
     pub compliances: &'a Compliances,
     pub surface: &'a TargetSurface,
 }
@@ -35,12 +35,12 @@ pub(super) struct PairZone {
     /// Normal compliance `A` of the points on `rows`.
     normal_compliance: Mat<f64>,
     /// Displacements of the target's interface and of the contact body's points under one point's load.
-    half: Vec<f64>,
-    own_half: Vec<f64>,
+    target_half: Vec<f64>,
+    body_half: Vec<f64>,
     /// Rows that `A` was built on, and the points it was built for: the others have zero rows and columns.
-    rows: Rows,
+    jacobian: ContactJacobian,
     members: Vec<bool>,
-    saved_rows: Rows,
+    saved_jacobian: ContactJacobian,
     saved_members: Vec<bool>,
     solver: PointSolver,
 }
@@ -49,7 +49,7 @@ impl Compliances {
     pub fn new(
         method: Method,
         n_components: usize,
-        own: Mat<f64>,
+        body: Mat<f64>,
         n_points: usize,
         surface: &TargetSurface,
     ) -> Result<Self, ContactError> {
@@ -58,10 +58,10 @@ impl Compliances {
             Method::Broyden(_) => {
                 let basis =
                     |m: &Mat<f64>| (m.nrows() > 0).then(|| ModalBasis::from_compliance(m)).transpose();
-                [basis(&own)?, basis(&surface.compliance)?]
+                [basis(&body)?, basis(&surface.compliance)?]
             }
         };
-        Ok(Self { own, n_components, n_points, method, bases })
+        Ok(Self { body, n_components, n_points, method, bases })
     }
 
     pub fn needs_springs(&self) -> bool {
@@ -79,13 +79,13 @@ impl Compliances {
                 PointSolver::broyden(settings, n_points, stiffness)
             }
         };
-        let rows = Rows::new(n_points, surface.n_functions, n_t);
+        let jacobian = ContactJacobian::new(n_points, surface.n_functions, n_t);
         PairZone {
             normal_compliance: Mat::zeros(n_points, n_points),
-            half: vec![0.0; surface.n_interface()],
-            own_half: vec![0.0; self.own.nrows()],
-            saved_rows: rows.clone(),
-            rows,
+            target_half: vec![0.0; surface.n_interface()],
+            body_half: vec![0.0; self.body.nrows()],
+            saved_jacobian: jacobian.clone(),
+            jacobian,
             members: vec![false; n_points],
             saved_members: vec![false; n_points],
             solver,
@@ -93,10 +93,10 @@ impl Compliances {
     }
 
     /// Displacements of the contact body's points under their loads, components of each point in turn.
-    pub fn own_displacements(&self, loads: &[f64], out: &mut [f64]) {
-        if self.own.nrows() > 0 {
+    pub fn body_displacements(&self, loads: &[f64], out: &mut [f64]) {
+        if self.body.nrows() > 0 {
             out.fill(0.0);
-            add_product(&self.own, loads, out);
+            add_product(&self.body, loads, out);
         }
     }
 }
@@ -107,34 +107,39 @@ impl PairZone {
     }
 
     /// How far the points chosen by `is_chosen` have moved since the projection in use; infinite if it has not all of them.
-    pub fn moved(&self, rows: &Rows, surface: &TargetSurface, is_chosen: impl Fn(usize) -> bool) -> f64 {
+    pub fn moved(
+        &self,
+        jacobian: &ContactJacobian,
+        surface: &TargetSurface,
+        is_chosen: impl Fn(usize) -> bool,
+    ) -> f64 {
         if (0..self.members.len()).any(|i| is_chosen(i) && !self.members[i]) {
             return f64::INFINITY;
         }
-        rows.moved(&self.rows, surface, is_chosen)
+        jacobian.moved(&self.jacobian, surface, is_chosen)
     }
 
     /// Projects the compliances on `rows` for the points chosen by `is_member` (Eq. C.39), on tangents for `friction`. The others
     /// are taken to move by no force and to bear none.
     pub fn build(
         &mut self,
-        bodies: Both<'_>,
-        rows: &Rows,
+        bodies: PairBodies<'_>,
+        jacobian: &ContactJacobian,
         friction: Option<&mut StickSlip>,
         is_member: impl Fn(usize) -> bool,
     ) {
-        self.rows.copy_from(rows);
+        self.jacobian.copy_from(jacobian);
         let is_modal = self.solver.needs_springs();
         self.members.iter_mut().enumerate().for_each(|(i, m)| *m = is_modal || is_member(i));
         self.project(bodies, friction);
     }
 
-    fn project(&mut self, bodies: Both<'_>, mut friction: Option<&mut StickSlip>) {
+    fn project(&mut self, bodies: PairBodies<'_>, mut friction: Option<&mut StickSlip>) {
         self.normal_compliance.fill(0.0);
         if let Some(friction) = &mut friction {
             friction.clear_blocks();
         }
-        let n_directions = 1 + if friction.is_some() { self.rows.n_t } else { 0 };
+        let n_directions = 1 + if friction.is_some() { self.jacobian.n_t } else { 0 };
         for j in 0..self.members.len() {
             if !self.members[j] {
                 continue;
@@ -166,16 +171,17 @@ impl PairZone {
     }
 
     /// Normal displacements of the points relative to the target in the modes of Algorithm 1, one column a mode.
-    fn project_modes(&mut self, Both { compliances, surface }: Both<'_>) {
+    fn project_modes(&mut self, PairBodies { compliances, surface }: PairBodies<'_>) {
         let Some(normal_shapes) = self.solver.normal_shapes() else { return };
-        let (rows, nc) = (&self.rows, compliances.n_components);
+        let (jacobian, nc) = (&self.jacobian, compliances.n_components);
         let mut column = 0;
-        let n = rows.normals.len();
+        let n = jacobian.normals_in_target.len();
         if let Some(basis) = &compliances.bases[0] {
             for k in 0..basis.n_coordinates() {
                 let source = basis.shapes.col_as_slice(k);
                 for i in 0..n {
-                    normal_shapes[(i, column)] = dot(&source[nc * i..nc * (i + 1)], &rows.own_normals[i]);
+                    normal_shapes[(i, column)] =
+                        dot(&source[nc * i..nc * (i + 1)], &jacobian.normals_in_body[i]);
                 }
                 column += 1;
             }
@@ -184,7 +190,7 @@ impl PairZone {
             for k in 0..basis.n_coordinates() {
                 let source = basis.shapes.col_as_slice(k);
                 for i in 0..n {
-                    let sum: f64 = rows.entries(surface, i, 0).map(|(b, value)| value * source[b]).sum();
+                    let sum: f64 = jacobian.entries(surface, i, 0).map(|(b, value)| value * source[b]).sum();
                     normal_shapes[(i, column)] = -sum;
                 }
                 column += 1;
@@ -193,34 +199,38 @@ impl PairZone {
     }
 
     /// Displacements of both bodies under a unit load of point `j` in direction `d` (0: normal).
-    fn load(&mut self, Both { compliances, surface }: Both<'_>, j: usize, d: usize) {
+    fn load(&mut self, PairBodies { compliances, surface }: PairBodies<'_>, j: usize, d: usize) {
         let nc = compliances.n_components;
-        self.own_half.fill(0.0);
-        if compliances.own.nrows() > 0 {
-            let direction = self.rows.own_direction(j, d);
-            add_columns(&compliances.own, (0..nc).map(|c| (nc * j + c, direction[c])), &mut self.own_half);
+        self.body_half.fill(0.0);
+        if compliances.body.nrows() > 0 {
+            let direction = self.jacobian.direction_in_body(j, d);
+            add_columns(&compliances.body, (0..nc).map(|c| (nc * j + c, direction[c])), &mut self.body_half);
         }
-        self.half.fill(0.0);
-        if !self.half.is_empty() {
-            add_columns(&surface.compliance, self.rows.entries(surface, j, d), &mut self.half);
+        self.target_half.fill(0.0);
+        if !self.target_half.is_empty() {
+            add_columns(&surface.compliance, self.jacobian.entries(surface, j, d), &mut self.target_half);
         }
     }
 
     /// Displacement of point `i` relative to the target in direction `e` under that load.
-    fn answer(&self, Both { compliances, surface }: Both<'_>, i: usize, e: usize) -> f64 {
+    fn answer(&self, PairBodies { compliances, surface }: PairBodies<'_>, i: usize, e: usize) -> f64 {
         let nc = compliances.n_components;
         let mut sum = 0.0;
-        if !self.own_half.is_empty() {
-            sum += dot(&self.own_half[nc * i..nc * (i + 1)], &self.rows.own_direction(i, e));
+        if !self.body_half.is_empty() {
+            sum += dot(&self.body_half[nc * i..nc * (i + 1)], &self.jacobian.direction_in_body(i, e));
         }
-        if !self.half.is_empty() {
-            sum += self.rows.entries(surface, i, e).map(|(b, value)| value * self.half[b]).sum::<f64>();
+        if !self.target_half.is_empty() {
+            sum += self
+                .jacobian
+                .entries(surface, i, e)
+                .map(|(b, value)| value * self.target_half[b])
+                .sum::<f64>();
         }
         sum
     }
 
     /// Replaces `out` by `A forces`.
-    pub fn settle(&self, forces: &[f64], out: &mut [f64]) {
+    pub fn deflect(&self, forces: &[f64], out: &mut [f64]) {
         out.fill(0.0);
         add_product(&self.normal_compliance, forces, out);
     }
@@ -231,16 +241,16 @@ impl PairZone {
     }
 
     pub fn save(&mut self) {
-        self.saved_rows.copy_from(&self.rows);
+        self.saved_jacobian.copy_from(&self.jacobian);
         self.saved_members.copy_from_slice(&self.members);
         self.solver.save();
     }
 
     /// Returns to what was saved; the projection is a function of its rows and is made again only if these differ.
-    pub fn restore(&mut self, bodies: Both<'_>, friction: Option<&mut StickSlip>) {
-        let is_same = self.members == self.saved_members && self.rows.is_same(&self.saved_rows);
+    pub fn restore(&mut self, bodies: PairBodies<'_>, friction: Option<&mut StickSlip>) {
+        let is_same = self.members == self.saved_members && self.jacobian.is_same(&self.saved_jacobian);
         if !is_same {
-            self.rows.copy_from(&self.saved_rows);
+            self.jacobian.copy_from(&self.saved_jacobian);
             self.members.copy_from_slice(&self.saved_members);
             self.project(bodies, friction);
         }

@@ -2,14 +2,14 @@
 
 use ffr_dynamics::system::force::BodyState;
 
+use super::contact_jacobian::ContactJacobian;
 use super::friction::PairFriction;
 use super::projection::{Functions, Projection, Samples, SurfacePlace};
-use super::rows::Rows;
+use super::proximity_cache::ProximityCache;
 use super::search::SearchBuffers;
 use super::solver::PairZone;
 use super::target::TargetSurface;
 use super::warm_start::WarmStart;
-use super::watch::Watch;
 use crate::contact_element::ContactReport;
 use crate::quasistatic::PointState;
 
@@ -32,11 +32,11 @@ impl PairState {
     ) -> Self {
         let start = WarmStart {
             forces: vec![0.0; n],
-            own: vec![0.0; n * nc],
+            body: vec![0.0; n * nc],
             nodes: vec![0.0; n_nodes * nc],
             places: vec![SurfacePlace::default(); n],
             is_known: false,
-            watch: Watch::new(n, n_nodes),
+            proximity: ProximityCache::new(n, n_nodes),
         };
         Self { saved: start.clone(), start, zone, friction }
     }
@@ -49,14 +49,14 @@ impl PairState {
         }
         self.start.is_known = false;
         self.start.forces.fill(0.0);
-        self.start.own.fill(0.0);
+        self.start.body.fill(0.0);
         self.start.nodes.fill(0.0);
     }
 
     /// Gaps of the last evaluation, quasistatic displacements included; of points beyond an end of the target the distance
     /// from it; of points that are open for certain as found at an earlier evaluation \[m\].
     pub fn gaps(&self) -> &[f64] {
-        &self.start.watch.gaps
+        &self.start.proximity.gaps
     }
 
     /// Places of the points' projections on the target in the last evaluation.
@@ -79,8 +79,8 @@ impl PairState {
 /// Buffers of a surface pair.
 pub struct PairWorkspace {
     pub(super) buffers: Buffers,
-    /// Motions of both bodies a moment ago, for the power lost to sliding.
-    pub(super) moment: [BodyState; 2],
+    /// Motions of both bodies shortly before, for the power lost to sliding.
+    pub(super) earlier_motion: [BodyState; 2],
     pub(super) search: SearchBuffers,
 }
 
@@ -92,10 +92,10 @@ pub(super) struct Buffers {
     pub low_points: Vec<[f64; 3]>,
     pub low_nodes: Vec<[f64; 3]>,
     /// Rows of the last loads.
-    pub loaded: Rows,
+    pub loaded: ContactJacobian,
     pub free_gaps: Vec<f64>,
     /// `A λ` of the last solution.
-    pub settled: Vec<f64>,
+    pub deflections: Vec<f64>,
 }
 
 impl PairWorkspace {
@@ -105,12 +105,12 @@ impl PairWorkspace {
             samples: Samples::new(surface),
             low_points: vec![[0.0; 3]; n],
             low_nodes: vec![[0.0; 3]; surface.nodes.len()],
-            loaded: Rows::new(n, surface.n_functions, n_t),
+            loaded: ContactJacobian::new(n, surface.n_functions, n_t),
             free_gaps: vec![0.0; n],
-            settled: vec![0.0; n],
+            deflections: vec![0.0; n],
         };
-        let moment = [n_modes, surface.n_modes].map(BodyState::at_rest);
-        Self { buffers, moment, search: SearchBuffers::new(surface, n) }
+        let earlier_motion = [n_modes, surface.n_modes].map(BodyState::at_rest);
+        Self { buffers, earlier_motion, search: SearchBuffers::new(surface, n) }
     }
 }
 
@@ -121,11 +121,11 @@ pub struct PairFound {
     /// Nodes of the target with quasistatic displacement.
     pub(super) nodes: Vec<[f64; 3]>,
     /// Displaced points in the target's frame.
-    pub(super) seen: Vec<[f64; 3]>,
+    pub(super) points_in_target: Vec<[f64; 3]>,
     /// Points that were projected.
     pub(super) is_wanted: Vec<bool>,
     pub(super) projections: Vec<Projection>,
-    pub(super) rows: Rows,
+    pub(super) jacobian: ContactJacobian,
     /// Forces on the contact body's points, components in turn.
     pub(super) loads: Vec<f64>,
     /// Forces on the target's nodes.
@@ -146,10 +146,10 @@ impl PairFound {
         Self {
             points: vec![[0.0; 3]; n],
             nodes: vec![[0.0; 3]; n_nodes],
-            seen: vec![[0.0; 3]; n],
+            points_in_target: vec![[0.0; 3]; n],
             is_wanted: vec![true; n],
             projections: vec![Projection::default(); n],
-            rows: Rows::new(n, surface.n_functions, n_t),
+            jacobian: ContactJacobian::new(n, surface.n_functions, n_t),
             loads: vec![0.0; n * nc],
             node_loads: vec![0.0; n_nodes * nc],
             interface_loads: vec![0.0; surface.n_interface()],

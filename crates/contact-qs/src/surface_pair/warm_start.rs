@@ -1,29 +1,29 @@
 //! Where the evaluations of a surface pair start.
 
 use super::projection::SurfacePlace;
-use super::watch::Watch;
+use super::proximity_cache::ProximityCache;
 
 /// What changes from one evaluation to the next and serves as a warm start.
 #[derive(Debug, Clone)]
 pub(super) struct WarmStart {
     pub forces: Vec<f64>,
     /// Quasistatic displacements of the contact body's points, components in turn.
-    pub own: Vec<f64>,
+    pub body: Vec<f64>,
     /// Quasistatic displacements of the target's nodes.
     pub nodes: Vec<f64>,
     pub places: Vec<SurfacePlace>,
     /// Whether places are known.
     pub is_known: bool,
-    pub watch: Watch,
+    pub proximity: ProximityCache,
 }
 
 impl WarmStart {
     pub fn copy_from(&mut self, other: &Self) {
         self.forces.copy_from_slice(&other.forces);
-        self.own.copy_from_slice(&other.own);
+        self.body.copy_from_slice(&other.body);
         self.nodes.copy_from_slice(&other.nodes);
         self.places.copy_from_slice(&other.places);
         self.is_known = other.is_known;
-        self.watch.copy_from(&other.watch);
+        self.proximity.copy_from(&other.proximity);
     }
 }

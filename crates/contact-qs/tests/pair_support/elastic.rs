@@ -115,7 +115,7 @@ impl ElasticSphere {
     }
 
     /// Elastic coordinates at rest under the modal forces `modal`.
-    pub fn settle(&self, modal: &[f64], elastic: &mut [f64]) {
+    pub fn deflect(&self, modal: &[f64], elastic: &mut [f64]) {
         for ((q, f), omega) in elastic.iter_mut().zip(modal).zip(&self.basis.omega) {
             *q = f / (omega * omega);
         }

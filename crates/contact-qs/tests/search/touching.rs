@@ -12,7 +12,7 @@ use super::bodies::{Flexible, at, rigid};
 const SETTINGS: TouchSettings = TouchSettings { gap: 1e-12, time: 1e-12, shortest: 1e-9, acceleration: 0.0 };
 
 /// Looks at two bodies in the motions `states`.
-fn look<'a>(
+fn sample<'a>(
     models: [&'a SurfaceModel; 2],
     states: impl Fn(f64) -> [BodyState; 2] + 'a,
 ) -> impl FnMut(f64) -> Result<(f64, f64), ContactError> + 'a {
@@ -54,10 +54,10 @@ fn bullet_does_not_tunnel_through_a_thin_plate() {
         let gap = minimum_distance([&bullet, &plate], [&states[0], &states[1]], &mut SearchWorkspace::new());
         assert!(gap.unwrap().gap > 0.03);
     }
-    let found = first_touch(interval, &SETTINGS, look([&bullet, &plate], states)).unwrap().unwrap();
+    let found = first_touch(interval, &SETTINGS, sample([&bullet, &plate], states)).unwrap().unwrap();
     let exact = (height - 1e-3) / speed;
     assert!((found.time - exact).abs() < 2e-12 && found.seen - found.time <= 1e-12, "{found:?} {exact}");
-    assert!(found.n_looks < 60, "{found:?}");
+    assert!(found.n_samples < 60, "{found:?}");
 }
 
 #[test]
@@ -74,8 +74,8 @@ fn spinning_bar_hits_a_ball_that_it_would_have_passed() {
         };
         [turning, at([-0.1, 0.45, 0.01])]
     };
-    let mut at_time = look([&bar, &ball], states);
-    let found = first_touch([0.0, 5e-3], &SETTINGS, look([&bar, &ball], states)).unwrap().unwrap();
+    let mut at_time = sample([&bar, &ball], states);
+    let found = first_touch([0.0, 5e-3], &SETTINGS, sample([&bar, &ball], states)).unwrap().unwrap();
     assert!(at_time(found.time).unwrap().0 >= 0.0 && found.time > 1e-4);
     assert!(at_time(found.seen + 1e-9).unwrap().0 < 0.0, "{found:?}");
     // Nothing was touched before: looked at a thousand times.
@@ -107,14 +107,14 @@ fn bodies_that_pass_or_part_have_no_touch() {
         let moving = BodyState { velocity: Vector3::new(10.0, 0.0, 0.0), ..at([10.0 * t - 1.0, 0.201, 0.0]) };
         [moving, at([0.0; 3])]
     };
-    let found = first_touch([0.0, 0.2], &SETTINGS, look([&ball, &ball], passing)).unwrap();
+    let found = first_touch([0.0, 0.2], &SETTINGS, sample([&ball, &ball], passing)).unwrap();
     assert_eq!(found, None);
     let parting = |t: f64| {
         let moving =
             BodyState { velocity: Vector3::new(10.0, 0.0, 0.0), ..at([10.0 * t + 0.2001, 0.0, 0.0]) };
         [moving, at([0.0; 3])]
     };
-    assert_eq!(first_touch([0.0, 0.2], &SETTINGS, look([&ball, &ball], parting)).unwrap(), None);
+    assert_eq!(first_touch([0.0, 0.2], &SETTINGS, sample([&ball, &ball], parting)).unwrap(), None);
 }
 
 #[test]

@@ -6,7 +6,7 @@
 use super::dense_output::DenseOutput;
 use super::oscillator::{Oscillators, Vibration};
 use super::step_control::{Statistics, StepSettings};
-use super::stepping::{Failure, Step, Stepping, Try, is_finite};
+use super::stepping::{Failure, Step, StepAttempt, Stepping, is_finite};
 use super::system::OdeSystem;
 use crate::error::{DynamicsError, EvaluationFailure};
 
@@ -163,12 +163,12 @@ impl DormandPrince {
             self.stepping.h = self.stepping.h.min(self.vibration.longest_step());
         }
         loop {
-            let tried = self.stepping.next_try(t_end);
-            match self.attempt(system, tried.h) {
-                Ok(error) if error <= 1.0 => return Ok(self.accept(system, tried, error)),
+            let attempt = self.stepping.next_attempt(t_end);
+            match self.attempt(system, attempt.h) {
+                Ok(error) if error <= 1.0 => return Ok(self.accept(system, attempt, error)),
                 outcome => {
                     system.restore();
-                    self.stepping.reject(tried.h, t_end, outcome)?;
+                    self.stepping.reject(attempt.h, t_end, outcome)?;
                 }
             }
         }
@@ -253,13 +253,13 @@ impl DormandPrince {
     }
 
     /// Moves on to the state in `trial`.
-    fn accept<S: OdeSystem + ?Sized>(&mut self, system: &mut S, tried: Try, error: f64) -> Step {
+    fn accept<S: OdeSystem + ?Sized>(&mut self, system: &mut S, attempt: StepAttempt, error: f64) -> Step {
         system.book(&mut self.trial, &mut self.k[6]);
-        self.store_dense_output(tried.h);
+        self.store_dense_output(attempt.h);
         self.vibration.end(&A[6], &D, &mut self.trial);
         self.k.swap(0, 6);
         let growth = self.stepping.controller.accepted(error);
-        self.stepping.accept(system, tried, error, growth, &mut self.trial)
+        self.stepping.accept(system, attempt, error, growth, &mut self.trial)
     }
 
     /// Coefficients of the fourth-order interpolant (Eq. T.2).

@@ -10,7 +10,7 @@ use super::jacobian::{Differences, Structure};
 use super::linearisation::Linearisation;
 use super::newton::IterationMatrix;
 use super::step_control::{Statistics, StepSettings};
-use super::stepping::{Failure, Step, Stepping, Try, is_finite};
+use super::stepping::{Failure, Step, StepAttempt, Stepping, is_finite};
 use super::system::OdeSystem;
 use super::tableau::{ESDIRK4, MAX_STAGES, TR_BDF2, Tableau};
 use crate::error::{DynamicsError, EvaluationFailure};
@@ -58,7 +58,7 @@ pub struct Esdirk {
 #[derive(Debug, Clone, Copy)]
 struct Newton {
     /// Factor from the last correction to the error left.
-    outlook: f64,
+    error_factor: f64,
     /// Slowest convergence rate in the present step.
     rate: f64,
 }
@@ -116,7 +116,7 @@ impl Esdirk {
             derivative: Linearisation::new(structure.unknowns.len()),
             differences: Differences::new(y.len()),
             matrix: IterationMatrix::new(&structure),
-            newton: Newton { outlook: 1.0, rate: 0.0 },
+            newton: Newton { error_factor: 1.0, rate: 0.0 },
             structure,
             k: (0..method.n_stages()).map(|_| zeros()).collect(),
             shift: zeros(),
@@ -216,9 +216,9 @@ impl Esdirk {
             self.stepping.h = wanted.unwrap_or_else(|| self.first_step(system, t_end));
         }
         loop {
-            let tried = self.stepping.next_try(t_end);
-            let outcome = match self.attempt(system, tried.h) {
-                Ok(error) if error <= 1.0 => return Ok(self.accept(system, tried, error)),
+            let attempt = self.stepping.next_attempt(t_end);
+            let outcome = match self.attempt(system, attempt.h) {
+                Ok(error) if error <= 1.0 => return Ok(self.accept(system, attempt, error)),
                 outcome => outcome,
             };
             system.restore();
@@ -228,7 +228,7 @@ impl Esdirk {
                 self.is_derivative_valid = false; // the same step again with a derivative of its own
                 continue;
             }
-            self.stepping.reject(tried.h, t_end, outcome)?;
+            self.stepping.reject(attempt.h, t_end, outcome)?;
         }
     }
 
@@ -345,7 +345,7 @@ impl Esdirk {
     ) -> Result<(), Failure> {
         let mut previous = 0.0;
         // Without an iteration of this stage the last one's convergence is the best guess (Hairer & Wanner II, IV.8).
-        let mut outlook = self.newton.outlook.max(f64::EPSILON).powf(0.8);
+        let mut error_factor = self.newton.error_factor.max(f64::EPSILON).powf(0.8);
         for iteration in 1..=MAX_ITERATIONS {
             self.place(stage, weight);
             if !is_finite(&self.trial) {
@@ -375,10 +375,10 @@ impl Esdirk {
                 if is_hopeless && size > NEWTON_TOLERANCE {
                     return Err(Failure::Diverged { iterations: iteration, rate });
                 }
-                outlook = if rate < 1.0 { rate / (1.0 - rate) } else { 1.0 };
+                error_factor = if rate < 1.0 { rate / (1.0 - rate) } else { 1.0 };
             }
-            if outlook * size <= NEWTON_TOLERANCE {
-                self.newton.outlook = outlook;
+            if error_factor * size <= NEWTON_TOLERANCE {
+                self.newton.error_factor = error_factor;
                 self.place(stage, weight);
                 return if is_finite(&self.trial) { Ok(()) } else { Err(Failure::NotFinite) };
             }
@@ -407,16 +407,16 @@ impl Esdirk {
     }
 
     /// Moves on to the state in `trial`.
-    fn accept<S: OdeSystem + ?Sized>(&mut self, system: &mut S, tried: Try, error: f64) -> Step {
+    fn accept<S: OdeSystem + ?Sized>(&mut self, system: &mut S, attempt: StepAttempt, error: f64) -> Step {
         let last = self.method.n_stages() - 1;
         system.book(&mut self.trial, &mut self.k[last]);
-        self.store_dense_output(tried.h);
+        self.store_dense_output(attempt.h);
         self.k.swap(0, last);
         self.is_derivative_fresh = false;
         self.is_derivative_valid = self.newton.rate <= SLOW_RATE;
         let growth = self.stepping.controller.accepted(error);
         let kept = if (1.0..KEPT_GROWTH).contains(&growth) { 1.0 } else { growth };
-        self.stepping.accept(system, tried, error, kept, &mut self.trial)
+        self.stepping.accept(system, attempt, error, kept, &mut self.trial)
     }
 
     /// Cubic through start, middle and end with the rate at the end (Eq. T.17).

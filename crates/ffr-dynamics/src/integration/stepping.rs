@@ -17,9 +17,9 @@ pub struct Step {
     pub rejected: u32,
 }
 
-/// A step to be tried.
+/// An attempt at a step.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Try {
+pub(super) struct StepAttempt {
     /// Its size \[s\].
     pub h: f64,
     /// Time at its end \[s\].
@@ -153,16 +153,16 @@ impl Stepping {
     }
 
     /// The step to be tried next on the way to `t_end`.
-    pub fn next_try(&self, t_end: f64) -> Try {
+    pub fn next_attempt(&self, t_end: f64) -> StepAttempt {
         let (h, is_last) = self.settings.next_step(self.t, self.h, t_end);
-        Try { h, end: if is_last { t_end } else { self.t + h } }
+        StepAttempt { h, end: if is_last { t_end } else { self.t + h } }
     }
 
     /// Moves on to the state in `trial`, which keeps the old one, and proposes a step `growth` times as long.
     pub fn accept<S: OdeSystem + ?Sized>(
         &mut self,
         system: &mut S,
-        Try { h, end }: Try,
+        StepAttempt { h, end }: StepAttempt,
         error: f64,
         growth: f64,
         trial: &mut Vec<f64>,

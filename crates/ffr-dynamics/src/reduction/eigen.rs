@@ -31,7 +31,7 @@ impl ElasticProblem<'_> {
             return Ok(all);
         }
         let found = Search::new(self, n_modes).run();
-        if found.is_err() && self.is_rounded() {
+        if found.is_err() && self.is_single_precision() {
             tracing::debug!("no modes in single precision, trying double");
             return Search::new(&self.in_double_precision()?, n_modes).run();
         }

@@ -12,7 +12,7 @@ use super::factor::SymbolicFactor;
 use super::numeric::Kind;
 use super::product::symmetric_product;
 use super::random::Random;
-use super::rounded::{RoundedFactor, diagonal_of};
+use super::single_precision::{SinglePrecisionFactor, diagonal_of};
 use crate::DynamicsError;
 
 /// Factors with at least this many entries are tried in single precision first; smaller ones take a fraction of a second.
@@ -66,7 +66,9 @@ impl SymbolicFactor {
         matrix: SparseColMatRef<'_, u32, f64>,
     ) -> Result<Option<Inertia>, DynamicsError> {
         self.check_memory_beside(size_of::<f32>())?;
-        let Some(factor) = RoundedFactor::new(self, matrix, Kind::Indefinite) else { return Ok(None) };
+        let Some(factor) = SinglePrecisionFactor::new(self, matrix, Kind::Indefinite) else {
+            return Ok(None);
+        };
         // The diagonal of the scaled matrix is one up to its sign.
         let inertia = self.count_pivots(factor.values(), &vec![1.0; self.n_unknowns()]);
         let contraction = contraction(matrix, &factor);
@@ -93,7 +95,7 @@ impl SymbolicFactor {
 }
 
 /// Largest factor by which `x - P^-1 A x` changes vectors, `P` the rounded factorisation; infinite if it fails.
-fn contraction(matrix: SparseColMatRef<'_, u32, f64>, factor: &RoundedFactor) -> f64 {
+fn contraction(matrix: SparseColMatRef<'_, u32, f64>, factor: &SinglePrecisionFactor) -> f64 {
     let scale = factor.scale();
     let mut random = Random::new(0x5eed);
     let mut x = Mat::from_fn(scale.len(), PROBES, |i, _| random.next() / scale[i]);

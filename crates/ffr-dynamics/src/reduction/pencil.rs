@@ -12,7 +12,7 @@ use super::factor::{CholeskyFactor, SymbolicFactor};
 use super::inertia::{Inertia, SINGLE_FROM};
 use super::numeric::Kind;
 use super::ordering::elimination_order;
-use super::rounded::RoundedFactor;
+use super::single_precision::SinglePrecisionFactor;
 use crate::DynamicsError;
 use crate::body::{AssembledBody, MassMatrix};
 use crate::data_error::{DataError, EntryFault};
@@ -66,13 +66,16 @@ impl<'a> Pencil<'a> {
     }
 
     /// As [`Self::cholesky`] of `K` in single precision; `None` if the matrix is small, or a pivot not positive.
-    pub(super) fn rounded(&self, fixed: &[bool]) -> Result<Option<RoundedFactor>, DynamicsError> {
+    pub(super) fn single_precision(
+        &self,
+        fixed: &[bool],
+    ) -> Result<Option<SinglePrecisionFactor>, DynamicsError> {
         if self.symbolic.n_entries() < SINGLE_FROM {
             return Ok(None);
         }
         self.symbolic.check_memory(size_of::<f32>())?;
         let factorise = |matrix: SparseColMatRef<'_, u32, f64>| {
-            RoundedFactor::new(&self.symbolic, matrix, Kind::Definite)
+            SinglePrecisionFactor::new(&self.symbolic, matrix, Kind::Definite)
         };
         Ok(self.with_combination(0.0, fixed, factorise))
     }

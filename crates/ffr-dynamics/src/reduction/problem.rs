@@ -17,7 +17,7 @@ use super::inertia::Inertia;
 use super::pencil::{Pencil, check_unknowns};
 use super::random::Random;
 use super::rigid::RigidModes;
-use super::rounded::RoundedFactor;
+use super::single_precision::SinglePrecisionFactor;
 use crate::DynamicsError;
 use crate::data_error::DataError;
 
@@ -45,7 +45,7 @@ enum Factor {
     Double(Arc<CholeskyFactor>),
     /// Refined with `K`; every refinement shrinks the error by `contraction`.
     Single {
-        rounded: RoundedFactor,
+        single_precision: SinglePrecisionFactor,
         contraction: f64,
     },
 }
@@ -86,7 +86,7 @@ impl<'a> ElasticProblem<'a> {
         let clamped = vec![false; n];
         // The compliance of an interface is read from the factor in double precision.
         if interface.is_empty()
-            && let Some(problem) = Self::rounded(pencil.clone(), &clamped, &held, &rigid)?
+            && let Some(problem) = Self::single_precision(pencil.clone(), &clamped, &held, &rigid)?
         {
             return Ok(problem);
         }
@@ -126,14 +126,14 @@ impl<'a> ElasticProblem<'a> {
     }
 
     /// The free body with a factor in single precision; `None` if the model is small or the factor not accurate enough.
-    fn rounded(
+    fn single_precision(
         pencil: Pencil<'a>,
         clamped: &[bool],
         held: &[bool],
         rigid: &Arc<RigidModes>,
     ) -> Result<Option<Self>, DynamicsError> {
-        let Some(rounded) = pencil.rounded(held)? else { return Ok(None) };
-        let factor = Factor::Single { rounded, contraction: 0.0 };
+        let Some(single_precision) = pencil.single_precision(held)? else { return Ok(None) };
+        let factor = Factor::Single { single_precision, contraction: 0.0 };
         let (clamped, held) = (clamped.to_vec(), held.to_vec());
         let mut problem = Self { pencil, clamped, held, factor, rigid: Some(Arc::clone(rigid)) };
         let measured = problem.measure_contraction();
@@ -150,7 +150,7 @@ impl<'a> ElasticProblem<'a> {
     }
 
     /// Whether the factor is in single precision.
-    pub(super) fn is_rounded(&self) -> bool {
+    pub(super) fn is_single_precision(&self) -> bool {
         matches!(self.factor, Factor::Single { .. })
     }
 
@@ -224,9 +224,9 @@ impl<'a> ElasticProblem<'a> {
         }
         match &self.factor {
             Factor::Double(..) => self.solve_held(x.as_mut()),
-            Factor::Single { rounded, contraction } => {
+            Factor::Single { single_precision, contraction } => {
                 self.refine(
-                    rounded,
+                    single_precision,
                     x.as_mut(),
                     |d| self.remove_rigid(d),
                     |change, _| change * contraction <= accuracy,
@@ -241,8 +241,8 @@ impl<'a> ElasticProblem<'a> {
         self.clear(x.as_mut(), &self.held);
         match &self.factor {
             Factor::Double(factor) => factor.solve_in_place(x),
-            Factor::Single { rounded, contraction } => {
-                self.refine(rounded, x, |_| (), |change, _| change * contraction <= FULL_ACCURACY);
+            Factor::Single { single_precision, contraction } => {
+                self.refine(single_precision, x, |_| (), |change, _| change * contraction <= FULL_ACCURACY);
             }
         }
     }
@@ -253,7 +253,7 @@ impl<'a> ElasticProblem<'a> {
     /// relative change of a column in the energy norm.
     fn refine(
         &self,
-        rounded: &RoundedFactor,
+        single_precision: &SinglePrecisionFactor,
         mut x: MatMut<'_, f64>,
         project: impl Fn(MatMut<'_, f64>),
         mut is_enough: impl FnMut(f64, usize) -> bool,
@@ -264,7 +264,7 @@ impl<'a> ElasticProblem<'a> {
         for refinement in 0..=MAX_REFINEMENTS {
             let mut correction = residual.clone();
             self.clear(correction.as_mut(), &self.held);
-            rounded.solve_in_place(correction.as_mut());
+            single_precision.solve_in_place(correction.as_mut());
             project(correction.as_mut());
             x += &correction;
             let change = largest_ratio(correction.as_ref(), residual.as_ref(), x.as_ref(), load.as_ref());
@@ -278,7 +278,7 @@ impl<'a> ElasticProblem<'a> {
 
     /// By how much a refinement shrinks the error of a smooth answer; not a number, or large, if it does not.
     fn measure_contraction(&self) -> f64 {
-        let Factor::Single { rounded, .. } = &self.factor else { return 0.0 };
+        let Factor::Single { single_precision, .. } = &self.factor else { return 0.0 };
         let mut random = Random::new(0x5eed);
         let start = Mat::from_fn(self.n_unknowns(), PROBES, |_, _| random.next());
         let mut x = self.mass_product(start.as_ref());
@@ -288,7 +288,7 @@ impl<'a> ElasticProblem<'a> {
         }
         let mut changes = [f64::NAN; PROBE_STEPS];
         self.refine(
-            rounded,
+            single_precision,
             x.as_mut(),
             |d| self.remove_rigid(d),
             |change, step| {

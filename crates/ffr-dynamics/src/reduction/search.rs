@@ -106,7 +106,7 @@ impl<'p, 'a> Search<'p, 'a> {
         let mut last = (0, 0, 0.0);
         for recoveries in 0..MAX_RECOVERIES {
             let (ritz, gap) = self.iterate(&mut run, at_least)?;
-            let (x, mass_x) = if self.problem.is_rounded() {
+            let (x, mass_x) = if self.problem.is_single_precision() {
                 run.vectors_of_stiffness(gap.n_below + 1)?
             } else {
                 run.vectors(&ritz, gap.n_below + 1)
@@ -198,7 +198,8 @@ impl<'p, 'a> Search<'p, 'a> {
         let mut y = mass_x.to_owned();
         self.problem.flexibility_within(CLEAN_ACCURACY, y.as_mut());
         let mass_y = self.problem.mass_product(y.as_ref());
-        let stiffness_y = self.problem.is_rounded().then(|| self.problem.stiffness_product(y.as_ref()));
+        let stiffness_y =
+            self.problem.is_single_precision().then(|| self.problem.stiffness_product(y.as_ref()));
         let stiffness_y = stiffness_y.as_ref().map_or(mass_x, |k| k.as_ref());
         let (lambda, rotation) = rayleigh_ritz(y.as_ref(), stiffness_y, mass_y.as_ref())?;
         // The Rayleigh quotients of x and y agree to the square of the residual, so lambda serves both.

@@ -5,7 +5,7 @@
 
 use super::entry::Entry;
 use super::layout::Layout;
-use super::wide_solve::{BLOCK, PanelEntries};
+use super::panel_solve::{BLOCK, PanelEntries};
 
 /// Subtrees with fewer entries are one thread's: a fraction of a millisecond.
 const SEQUENTIAL: usize = 1 << 18;

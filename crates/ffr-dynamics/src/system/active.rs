@@ -30,7 +30,7 @@ pub trait ActiveForce: Send {
     /// Whether the force found and all its derivatives are zero.
     fn is_idle(&self) -> bool;
 
-    /// Second derivatives found of the element's own coordinates.
+    /// Second derivatives found of the element's internal coordinates.
     fn accelerations(&self) -> &[f64];
 
     /// Accepts what was found at the end of a step, and saves the state.
@@ -43,7 +43,7 @@ pub trait ActiveForce: Send {
     fn n_coordinates(&self) -> usize;
 
     /// As [`ForceElement::coordinate_speed`].
-    fn coordinate_speed(&self, own: &[f64]) -> f64;
+    fn coordinate_speed(&self, internal: &[f64]) -> f64;
 
     /// Time spent in evaluations so far.
     fn elapsed(&self) -> Duration;
@@ -140,8 +140,8 @@ impl<E: ForceElement> ActiveForce for Active<E> {
         self.element.n_coordinates()
     }
 
-    fn coordinate_speed(&self, own: &[f64]) -> f64 {
-        self.element.coordinate_speed(own)
+    fn coordinate_speed(&self, internal: &[f64]) -> f64 {
+        self.element.coordinate_speed(internal)
     }
 
     fn elapsed(&self) -> Duration {

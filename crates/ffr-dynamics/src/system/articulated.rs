@@ -11,7 +11,7 @@ use super::equations::dot;
 use super::equations::{BodyWorkspace, RigidPart};
 use super::force::{BodyState, GeneralisedForce};
 use super::model::{MultibodyModel, TreeBody};
-use super::tree_kinematics::{Edge, Six, join};
+use super::tree_kinematics::{JointKinematics, SpatialVector, join};
 use crate::body::ModalMass;
 use crate::error::EvaluationFailure;
 
@@ -29,7 +29,7 @@ pub(super) struct BodyFactors {
     /// Length of the rows of `motion`, `product` and `matrix`: a multiple of [`LANES`], filled up with zeros.
     stride: usize,
     /// Rigid inertia with that of the bodies hanging on it.
-    rigid: [Six; 6],
+    rigid: [SpatialVector; 6],
     /// Rigid by elastic inertia (6 x n_q).
     coupling: Vec<f64>,
     /// Elastic inertia, upper triangle (n_q x n_q).
@@ -37,7 +37,7 @@ pub(super) struct BodyFactors {
     /// Whether the elastic inertia has a diagonal only: mass-orthonormal modes, no body on a flexible marker.
     is_diagonal: bool,
     /// Rigid forces.
-    force: Six,
+    force: SpatialVector,
     /// Elastic forces.
     elastic_force: Vec<f64>,
     /// Frame's acceleration by unknowns and parent's marker, six rows.
@@ -51,9 +51,9 @@ pub(super) struct BodyFactors {
     /// Unknowns found, then the acceleration of the parent's marker.
     pub solution: Vec<f64>,
     /// Acceleration of the frame, less gravity, in the body's axes.
-    pub frame: Six,
+    pub frame: SpatialVector,
     /// Force and moment of the joint on the body, at the parent's marker and in the parent's axes [N, N m].
-    pub joint_force: Six,
+    pub joint_force: SpatialVector,
 }
 
 impl BodyFactors {
@@ -140,7 +140,7 @@ impl BodyFactors {
     pub fn eliminate(
         &mut self,
         body: &TreeBody,
-        edge: &Edge,
+        edge: &JointKinematics,
         joint_forces: &[f64],
     ) -> Result<(), EvaluationFailure> {
         self.fill_motion(edge);
@@ -168,7 +168,7 @@ impl BodyFactors {
     }
 
     /// Whether the modes know of each other only through the frame: the work is then linear in their number.
-    fn has_separate_modes(&self, edge: &Edge) -> bool {
+    fn has_separate_modes(&self, edge: &JointKinematics) -> bool {
         self.is_diagonal && edge.elastic_rows.is_empty()
     }
 
@@ -231,7 +231,7 @@ impl BodyFactors {
     }
 
     /// Rows of `motion`: elastic, joint, parent's marker.
-    fn fill_motion(&mut self, edge: &Edge) {
+    fn fill_motion(&mut self, edge: &JointKinematics) {
         let n = self.n_modes;
         let lever = edge.turn * -edge.lever.cross_matrix();
         for (r, row) in self.motion.chunks_exact_mut(self.stride).enumerate() {
@@ -250,18 +250,18 @@ impl BodyFactors {
     }
 
     /// Rows of `product`: half the rigid inertia times `motion`, plus the coupling.
-    fn fill_products(&mut self, edge: &Edge) {
+    fn fill_products(&mut self, edge: &JointKinematics) {
         let n = self.n_modes;
         let start = if edge.elastic_rows.is_empty() { n - n % LANES } else { 0 };
         for (r, row) in self.product.chunks_exact_mut(self.stride).enumerate() {
             row[..n].copy_from_slice(&self.coupling[r * n..(r + 1) * n]);
             row[n..].fill(0.0);
-            add_six(&self.rigid[r].map(|m| 0.5 * m), &self.motion, self.stride, start, &mut row[start..]);
+            add_spatial(&self.rigid[r].map(|m| 0.5 * m), &self.motion, self.stride, start, &mut row[start..]);
         }
     }
 
     /// `motionᵀ product + productᵀ motion` with the elastic inertia, upper triangle, and the forces.
-    fn fill_matrix(&mut self, edge: &Edge, joint_forces: &[f64]) {
+    fn fill_matrix(&mut self, edge: &JointKinematics, joint_forces: &[f64]) {
         let (n, n_unknowns, size) = (self.n_modes, self.n_unknowns, self.n_unknowns + 6);
         let width = self.stride;
         let is_still = edge.elastic_rows.is_empty();
@@ -284,11 +284,11 @@ impl BodyFactors {
             } else if i < n_unknowns {
                 force = joint_forces[i - n];
             }
-            let column = |rows: &[f64]| -> Six { std::array::from_fn(|r| rows[r * width + i]) };
+            let column = |rows: &[f64]| -> SpatialVector { std::array::from_fn(|r| rows[r * width + i]) };
             let (motion, product) = (column(&self.motion), column(&self.product));
-            add_six(&product, &self.motion, width, first, &mut row[first..]);
+            add_spatial(&product, &self.motion, width, first, &mut row[first..]);
             if i >= n || !is_still {
-                add_six(&motion, &self.product, width, start, &mut row[start..]);
+                add_spatial(&motion, &self.product, width, start, &mut row[start..]);
                 force += dot(&motion, &rigid_force);
             }
             if i < n {
@@ -307,13 +307,13 @@ impl BodyFactors {
     }
 
     /// Force left at the parent's marker.
-    fn left_force(&self) -> Six {
+    fn left_force(&self) -> SpatialVector {
         let column = self.n_unknowns + 6;
         std::array::from_fn(|i| self.matrix[(self.n_unknowns + i) * self.stride + column])
     }
 
     /// Adds what is left of `child` to this body (Eq. M.16).
-    pub fn add_child(&mut self, child: &Self, edge: &Edge) {
+    pub fn add_child(&mut self, child: &Self, edge: &JointKinematics) {
         let n = self.n_modes;
         let mut force = child.left_force();
         let arm = edge.parent_point.arm.cross_matrix();
@@ -328,7 +328,8 @@ impl BodyFactors {
             force[i] -= (0..6).map(|k| child.left(i, k) * edge.parent_bias[k]).sum::<f64>();
         }
         for i in 0..3 {
-            let moment: Six = std::array::from_fn(|j| (0..3).map(|k| arm[(k, i)] * by_frame[k][j]).sum());
+            let moment: SpatialVector =
+                std::array::from_fn(|j| (0..3).map(|k| arm[(k, i)] * by_frame[k][j]).sum());
             axpy(1.0, &by_frame[i], &mut self.rigid[i]);
             axpy(1.0, &by_frame[3 + i], &mut self.rigid[3 + i]);
             axpy(-1.0, &moment, &mut self.rigid[3 + i]);
@@ -340,18 +341,18 @@ impl BodyFactors {
         self.is_diagonal = false;
         let rows = &edge.parent_rows;
         for (s, coupling) in self.coupling.chunks_exact_mut(n).enumerate() {
-            let column: Six = std::array::from_fn(|r| by_frame[r][s]);
-            add_six(&column, rows, n, 0, coupling);
+            let column: SpatialVector = std::array::from_fn(|r| by_frame[r][s]);
+            add_spatial(&column, rows, n, 0, coupling);
         }
-        let left: [Six; 6] = std::array::from_fn(|i| std::array::from_fn(|j| child.left(i, j)));
+        let left: [SpatialVector; 6] = std::array::from_fn(|i| std::array::from_fn(|j| child.left(i, j)));
         for (i, elastic) in self.elastic.chunks_exact_mut(n).enumerate() {
-            let column: Six = std::array::from_fn(|r| rows[r * n + i]);
-            add_six(&left.map(|row| dot(&row, &column)), rows, n, i, &mut elastic[i..]);
+            let column: SpatialVector = std::array::from_fn(|r| rows[r * n + i]);
+            add_spatial(&left.map(|row| dot(&row, &column)), rows, n, i, &mut elastic[i..]);
         }
     }
 
     /// Unknowns from the acceleration of the parent's marker (Eq. M.17).
-    pub fn substitute(&mut self, marker: &Six, edge: &Edge) {
+    pub fn substitute(&mut self, marker: &SpatialVector, edge: &JointKinematics) {
         let (n, size) = (self.n_unknowns, self.n_unknowns + 6);
         let width = self.stride;
         self.solution[n..].copy_from_slice(marker);
@@ -381,7 +382,12 @@ impl BodyFactors {
 }
 
 /// Adds a force at the parent's marker to the forces on the parent's frame and modes.
-pub(super) fn add_at_marker(force: &Six, edge: &Edge, frame: &mut Six, elastic: &mut [f64]) {
+pub(super) fn add_at_marker(
+    force: &SpatialVector,
+    edge: &JointKinematics,
+    frame: &mut SpatialVector,
+    elastic: &mut [f64],
+) {
     let f = Vector3::new(force[0], force[1], force[2]);
     let moment = edge.parent_point.arm.cross(&f);
     for i in 0..3 {
@@ -401,8 +407,8 @@ pub(super) fn add_at_marker(force: &Six, edge: &Edge, frame: &mut Six, elastic: 
 /// `joint_forces` has a slot of six a body, for its free velocities.
 pub(super) fn solve_tree(
     model: &MultibodyModel,
-    edges: &[Edge],
-    joint_forces: &[Six],
+    edges: &[JointKinematics],
+    joint_forces: &[SpatialVector],
     factors: &mut [BodyFactors],
 ) -> Result<(), EvaluationFailure> {
     for &i in model.order.iter().rev() {
@@ -433,15 +439,15 @@ pub(super) fn solve_tree(
 #[derive(Debug, Clone)]
 pub(super) struct Response {
     /// Forces on the frames, in body axes; used up by the solution.
-    pub force: Vec<Six>,
+    pub force: Vec<SpatialVector>,
     /// Modal forces of all bodies, in the order of rates (joint slots are not used); used up by the solution.
     pub elastic_force: Vec<f64>,
     /// Accelerations of all coordinates, in the order of rates.
     pub rates: Vec<f64>,
     /// Accelerations of the frames, in body axes.
-    pub frames: Vec<Six>,
+    pub frames: Vec<SpatialVector>,
     /// Forces of the joints at the parents' markers, in the parents' axes.
-    pub joint_forces: Vec<Six>,
+    pub joint_forces: Vec<SpatialVector>,
     scratch: Vec<f64>,
 }
 
@@ -466,7 +472,7 @@ impl Response {
     }
 
     /// Accelerations by the forces alone, without velocities and gravity.
-    pub fn solve(&mut self, model: &MultibodyModel, edges: &[Edge], factors: &[BodyFactors]) {
+    pub fn solve(&mut self, model: &MultibodyModel, edges: &[JointKinematics], factors: &[BodyFactors]) {
         for &i in model.order.iter().rev() {
             let BodyFactors { n_modes, n_unknowns, stride, motion, matrix, pivots, .. } = &factors[i];
             let (n, size) = (*n_unknowns, n_unknowns + 6);
@@ -483,7 +489,7 @@ impl Response {
                 axpy(-scaled, &row[k + 1..size], &mut x[k + 1..]);
             }
             self.rates[layout.rates_offset..layout.rates_offset + n].copy_from_slice(&x[..n]);
-            let left: Six = std::array::from_fn(|c| x[n + c]);
+            let left: SpatialVector = std::array::from_fn(|c| x[n + c]);
             self.joint_forces[i] = left.map(|f| -f);
             if let Some(p) = model.bodies[i].joint.parent.body {
                 let elastic = model.bodies[p].layout.rates_elastic();
@@ -524,7 +530,7 @@ fn axpy(a: f64, x: &[f64], y: &mut [f64]) {
 }
 
 /// Adds a combination of six rows of length `stride`, from column `first` on.
-fn add_six(weights: &Six, rows: &[f64], stride: usize, first: usize, to: &mut [f64]) {
+fn add_spatial(weights: &SpatialVector, rows: &[f64], stride: usize, first: usize, to: &mut [f64]) {
     let n = to.len();
     let row = |r: usize| &rows[r * stride + first..r * stride + first + n];
     let (a, b, c, d, e, f) = (row(0), row(1), row(2), row(3), row(4), row(5));

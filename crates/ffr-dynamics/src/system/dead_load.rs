@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use super::force::BodyState;
-use super::tree_kinematics::{Six, join, split};
+use super::tree_kinematics::{SpatialVector, join, split};
 use crate::body::StandardInputData;
 use crate::kinematics::rotation::axial;
 
@@ -24,7 +24,7 @@ pub(super) struct DeadLoad {
 
 impl DeadLoad {
     /// Of a body in `state` whose frame has the acceleration `frame` less gravity, in its axes; modes do not accelerate.
-    pub fn new(data: &StandardInputData, state: &BodyState, frame: &Six) -> Self {
+    pub fn new(data: &StandardInputData, state: &BodyState, frame: &SpatialVector) -> Self {
         let (translation, spin) = split(frame);
         let (n_q, n_c, q) = (data.n_modes(), data.motion.n_components(), &state.elastic);
         let moved = data.coupling_translation.iter().zip(q).map(|(c, q)| c * *q).sum::<Vector3<f64>>();
@@ -64,7 +64,7 @@ impl DeadLoad {
     }
 
     /// Force on the frame and moment about it, in the axes of the body in `state`; modal forces are added to `elastic`.
-    pub fn apply(&self, state: &BodyState, elastic: &mut [f64]) -> Six {
+    pub fn apply(&self, state: &BodyState, elastic: &mut [f64]) -> SpatialVector {
         let turn: Matrix3<f64> = (state.rotation.inverse() * self.rotation).to_rotation_matrix().into_inner();
         let (n_q, q) = (self.modes.len(), &state.elastic);
         let mut position = self.position;

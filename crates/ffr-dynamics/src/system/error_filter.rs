@@ -8,18 +8,18 @@ use super::articulated::{BodyFactors, Response, solve_tree};
 use super::equations::BodyWorkspace;
 use super::force::{BodyState, GeneralisedForce};
 use super::model::MultibodyModel;
-use super::tree_kinematics::{Edge, Six, update};
+use super::tree_kinematics::{JointKinematics, SpatialVector, update};
 
 /// The filter with the factors of one state.
 #[derive(Debug, Clone)]
 pub(super) struct ErrorFilter {
     states: Vec<BodyState>,
-    edges: Vec<Edge>,
+    edges: Vec<JointKinematics>,
     bodies: Vec<BodyWorkspace>,
     factors: Vec<BodyFactors>,
     response: Response,
     no_forces: Vec<GeneralisedForce>,
-    no_joint_forces: Vec<Six>,
+    no_joint_forces: Vec<SpatialVector>,
     /// Frequency above which a body's motion counts as ringing [rad/s].
     rates: Vec<f64>,
     /// State of the factors; empty or not a number if there are none.
@@ -28,7 +28,7 @@ pub(super) struct ErrorFilter {
 }
 
 impl ErrorFilter {
-    pub fn new(model: &MultibodyModel, states: &[BodyState], edges: &[Edge]) -> Self {
+    pub fn new(model: &MultibodyModel, states: &[BodyState], edges: &[JointKinematics]) -> Self {
         Self {
             states: states.to_vec(),
             edges: edges.to_vec(),

@@ -70,7 +70,7 @@ pub struct ForceEnergies {
     pub elastic_high: f64,
     /// Energy in penalty springs \[J\].
     pub penalty: f64,
-    /// Kinetic energy of the element's own coordinates \[J\].
+    /// Kinetic energy of the element's internal coordinates \[J\].
     pub kinetic: f64,
     /// Power dissipated, not negative \[W\].
     pub dissipated_power: f64,
@@ -99,14 +99,14 @@ pub struct Motion<'a> {
     pub time: f64,
     /// Motions of all bodies of the system.
     pub bodies: &'a [BodyState],
-    /// Coordinates that the element has of its own, then their rates.
-    pub own: &'a [f64],
+    /// Internal coordinates of the element, then their rates.
+    pub internal: &'a [f64],
 }
 
 impl<'a> Motion<'a> {
-    /// Bodies at time `time`, for an element without coordinates of its own.
+    /// Bodies at time `time`, for an element without internal coordinates.
     pub fn new(time: f64, bodies: &'a [BodyState]) -> Self {
-        Self { time, bodies, own: &[] }
+        Self { time, bodies, internal: &[] }
     }
 }
 
@@ -123,7 +123,7 @@ pub trait Findings: Send {
         false
     }
 
-    /// Second derivatives of the element's own coordinates, one each.
+    /// Second derivatives of the element's internal coordinates, one each.
     fn accelerations(&self) -> &[f64] {
         &[]
     }
@@ -162,13 +162,13 @@ pub trait ForceElement: Send {
     /// Returns to the saved state after a rejected step.
     fn restore(&self, _state: &mut Self::State, _found: &mut Self::Found) {}
 
-    /// Number `n` of coordinates that the element has of its own. The system's state holds them and their rates, `2 n` numbers.
+    /// Number `n` of internal coordinates of the element. The system's state holds them and their rates, `2 n` numbers.
     fn n_coordinates(&self) -> usize {
         0
     }
 
-    /// Velocity that carries the energy of `own`, coordinates and rates, in the body that the element acts on [m/s].
-    fn coordinate_speed(&self, _own: &[f64]) -> f64 {
+    /// Velocity that carries the energy of `internal`, coordinates and rates, in the body that the element acts on [m/s].
+    fn coordinate_speed(&self, _internal: &[f64]) -> f64 {
         0.0
     }
 }

@@ -38,9 +38,9 @@ pub(super) fn squared_frequencies(data: &StandardInputData) -> Result<Vec<f64>, 
         data.modal_mass.entry(i, j) - coupling[i].iter().zip(&rigid[j]).map(|(a, b)| a * b).sum::<f64>()
     });
     dense::symmetrise(&mut mass);
-    let is_own = data.modal_mass == ModalMass::Identity
+    let is_uncoupled = data.modal_mass == ModalMass::Identity
         && (0..n).all(|j| (1.0 - mass[(j, j)]).abs() < COUPLING_ROUND_OFF);
-    if is_own {
+    if is_uncoupled {
         return Ok(data.modal_stiffness.clone());
     }
     let factor = dense::cholesky(mass, "elastic inertia of a free body")?;

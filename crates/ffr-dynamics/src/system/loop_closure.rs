@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::articulated::{BodyFactors, Response};
 use super::force::BodyState;
 use super::model::{LoopJoint, MultibodyModel, Site};
-use super::tree_kinematics::{Edge, Six, join, split};
+use super::tree_kinematics::{JointKinematics, SpatialVector, join, split};
 use crate::error::EvaluationFailure;
 use crate::kinematics::MarkerMotion;
 
@@ -50,7 +50,12 @@ impl Side {
     }
 
     /// Velocity and angular velocity of the marker, in inertial axes, from those of its frame and its elastic rates.
-    fn velocities(&self, site: &Site, frame: &Six, elastic: &[f64]) -> (Vector3<f64>, Vector3<f64>) {
+    fn velocities(
+        &self,
+        site: &Site,
+        frame: &SpatialVector,
+        elastic: &[f64],
+    ) -> (Vector3<f64>, Vector3<f64>) {
         let (v, omega) = split(frame);
         let combine = |row: &[f64]| row.iter().zip(elastic).map(|(r, q)| r * q).sum::<f64>();
         let moved = Vector3::from_fn(|c, _| combine(site.marker.displacement_row(c)));
@@ -181,7 +186,13 @@ impl LoopSolver {
     }
 
     /// Rate of constraint `k` for velocities of frames and elastic coordinates (Eq. M.19).
-    pub(super) fn rate(&self, model: &MultibodyModel, k: usize, frames: &[Six], rates: &[f64]) -> f64 {
+    pub(super) fn rate(
+        &self,
+        model: &MultibodyModel,
+        k: usize,
+        frames: &[SpatialVector],
+        rates: &[f64],
+    ) -> f64 {
         let row = &self.rows[k];
         let joint = &model.loops[row.joint];
         let velocities = |site: &Site, side: &Side| match site.body {
@@ -215,7 +226,7 @@ impl LoopSolver {
     }
 
     /// Wrenches of the joints on their children at the children's markers, in inertial axes (Eq. M.37).
-    pub fn fill_wrenches(&self, wrenches: &mut [Six]) {
+    pub fn fill_wrenches(&self, wrenches: &mut [SpatialVector]) {
         wrenches.fill([0.0; 6]);
         let none = Vector3::zeros();
         for (row, multiplier) in self.rows.iter().zip(&self.multipliers) {
@@ -239,7 +250,7 @@ impl LoopSolver {
     }
 
     /// Mobility between constraints with the factors of the tree, and its factorisation (Eq. M.20).
-    pub fn factorise(&mut self, model: &MultibodyModel, edges: &[Edge], factors: &[BodyFactors]) {
+    pub fn factorise(&mut self, model: &MultibodyModel, edges: &[JointKinematics], factors: &[BodyFactors]) {
         let n = self.rows.len();
         for k in 0..n {
             self.response.clear();
@@ -304,7 +315,7 @@ impl LoopSolver {
     }
 
     /// Response of the tree to the multipliers.
-    fn respond(&mut self, model: &MultibodyModel, edges: &[Edge], factors: &[BodyFactors]) {
+    fn respond(&mut self, model: &MultibodyModel, edges: &[JointKinematics], factors: &[BodyFactors]) {
         let multipliers = std::mem::take(&mut self.multipliers);
         self.load_response(model, &multipliers);
         self.multipliers = multipliers;
@@ -317,9 +328,9 @@ impl LoopSolver {
     pub fn correct_accelerations(
         &mut self,
         model: &MultibodyModel,
-        edges: &[Edge],
+        edges: &[JointKinematics],
         factors: &[BodyFactors],
-        frames: &[Six],
+        frames: &[SpatialVector],
         rates: &[f64],
     ) -> Result<(), EvaluationFailure> {
         self.factorise(model, edges, factors);
@@ -345,7 +356,12 @@ impl LoopSolver {
     }
 
     /// Change of all coordinates that takes the residuals away to first order (Eq. M.22), in `response.rates`.
-    pub fn correct_positions(&mut self, model: &MultibodyModel, edges: &[Edge], factors: &[BodyFactors]) {
+    pub fn correct_positions(
+        &mut self,
+        model: &MultibodyModel,
+        edges: &[JointKinematics],
+        factors: &[BodyFactors],
+    ) {
         for (multiplier, row) in self.multipliers.iter_mut().zip(&self.rows) {
             *multiplier = -row.residual;
         }
@@ -357,7 +373,7 @@ impl LoopSolver {
     pub fn correct_velocities(
         &mut self,
         model: &MultibodyModel,
-        edges: &[Edge],
+        edges: &[JointKinematics],
         factors: &[BodyFactors],
     ) -> f64 {
         let mut largest: f64 = 0.0;

@@ -5,7 +5,7 @@ pub mod active;
 mod equations;
 mod body_derivative;
 mod free_modes;
-mod own_vibration;
+mod free_vibration;
 pub mod error_scale;
 pub mod joints;
 pub mod specification;

@@ -9,9 +9,9 @@ use nalgebra::Vector3;
 use super::active::ActiveForce;
 use super::error_scale::ErrorScale;
 use super::force::{BodyState, GeneralisedForce, Motion};
+use super::free_vibration::oscillators;
 use super::joints::forces::joint_energy;
 use super::model::{JointCoordinates, MultibodyModel, TreeBody};
-use super::own_vibration::oscillators;
 use super::specification::SystemSpec;
 use super::tree_error::TreeNorm;
 use super::workspace::{Powers, Workspace};
@@ -36,8 +36,8 @@ const MAX_PROJECTIONS: usize = 8;
 /// A multibody system under force elements, as a system of ordinary differential equations.
 ///
 /// The state vector holds body by body joint positions, `q_e`, joint velocities, `dq_e/dt` ([`super::model::TreeLayout`]);
-/// then the quadratures: dissipated work, supplied work, and the impulse (3) of each force element; then the coordinates that
-/// force elements have of their own, each element's followed by their rates.
+/// then the quadratures: dissipated work, supplied work, and the impulse (3) of each force element; then the
+/// internal coordinates of the force elements, each element's followed by their rates.
 ///
 /// `F` holds a force element at work: a box of one, or something around it.
 pub struct Multibody<F = Box<dyn ActiveForce>> {
@@ -216,11 +216,11 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
     /// [`EvaluationFailure`] of a force element.
     pub fn evaluate_forces(&mut self, t: f64, y: &[f64]) -> Result<(), EvaluationFailure> {
         self.workspace.place(&self.model, t, y);
-        let mut start = self.n_without_own();
+        let mut start = self.n_without_internal();
         let Workspace { states, sums, .. } = &mut self.workspace;
         for force in &mut self.forces {
             let end = start + 2 * force.n_coordinates();
-            force.evaluate(Motion { time: t, bodies: states, own: &y[start..end] }, sums)?;
+            force.evaluate(Motion { time: t, bodies: states, internal: &y[start..end] }, sums)?;
             start = end;
         }
         self.workspace.add_loads(&self.model);
@@ -280,14 +280,14 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         Vector3::from_column_slice(&y[start..start + 3])
     }
 
-    /// Length of the state without the coordinates that force elements have of their own.
-    fn n_without_own(&self) -> usize {
+    /// Length of the state without the coordinates that are internal to force elements.
+    fn n_without_internal(&self) -> usize {
         self.model.n_states() + 2 + 3 * self.forces.len()
     }
 
-    /// Places in the state of the coordinates, and their rates, that the force elements have of their own.
-    fn own_coordinates(&self) -> impl Iterator<Item = std::ops::Range<usize>> {
-        let mut end = self.n_without_own();
+    /// Places in the state of the coordinates, and their rates, that are internal to force elements.
+    fn internal_coordinates(&self) -> impl Iterator<Item = std::ops::Range<usize>> {
+        let mut end = self.n_without_internal();
         self.forces.iter().map(move |force| {
             let start = end;
             end += 2 * force.n_coordinates();
@@ -295,9 +295,9 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         })
     }
 
-    /// The place in the state of the coordinates, and their rates, that force element `element` has of its own.
+    /// The place in the state of the coordinates, and their rates, that are internal to force element `element`.
     pub fn coordinates_of_force(&self, element: usize) -> std::ops::Range<usize> {
-        self.own_coordinates().nth(element).unwrap_or_default()
+        self.internal_coordinates().nth(element).unwrap_or_default()
     }
 
     /// Force element `element`, to be asked at time `t` in the state `y`, and the motion there. Does not allocate.
@@ -307,14 +307,14 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         y: &'a [f64],
         element: usize,
     ) -> (&'a mut F, Motion<'a>) {
-        let own = &y[self.coordinates_of_force(element)];
+        let internal = &y[self.coordinates_of_force(element)];
         self.workspace.place(&self.model, t, y);
-        (&mut self.forces[element], Motion { time: t, bodies: &self.workspace.states, own })
+        (&mut self.forces[element], Motion { time: t, bodies: &self.workspace.states, internal })
     }
 
-    /// Velocity that carries the energy of the force elements' own part of `y` [m/s].
-    fn own_speed(&self, y: &[f64]) -> f64 {
-        let parts = self.forces.iter().zip(self.own_coordinates());
+    /// Velocity that carries the energy of the internal coordinates of the force elements in `y` [m/s].
+    fn internal_speed(&self, y: &[f64]) -> f64 {
+        let parts = self.forces.iter().zip(self.internal_coordinates());
         parts.map(|(force, place)| force.coordinate_speed(&y[place]).powi(2)).sum::<f64>().sqrt()
     }
 
@@ -411,7 +411,7 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
 
 impl<F: DerefMut<Target: ActiveForce>> OdeSystem for Multibody<F> {
     fn dimension(&self) -> usize {
-        self.n_without_own() + self.forces.iter().map(|f| 2 * f.n_coordinates()).sum::<usize>()
+        self.n_without_internal() + self.forces.iter().map(|f| 2 * f.n_coordinates()).sum::<usize>()
     }
 
     fn rhs(&mut self, t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), EvaluationFailure> {
@@ -430,7 +430,7 @@ impl<F: DerefMut<Target: ActiveForce>> OdeSystem for Multibody<F> {
         }
         dydt[n] = powers.dissipated;
         dydt[n + 1] = powers.supplied;
-        for (force, place) in self.forces.iter().zip(self.own_coordinates()) {
+        for (force, place) in self.forces.iter().zip(self.internal_coordinates()) {
             let middle = place.start + place.len() / 2;
             dydt[place.start..middle].copy_from_slice(&y[middle..place.end]);
             dydt[middle..place.end].copy_from_slice(force.accelerations());
@@ -439,20 +439,20 @@ impl<F: DerefMut<Target: ActiveForce>> OdeSystem for Multibody<F> {
     }
 
     fn error_norm(&mut self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
-        let (own, norm) = (self.own_speed(error), &mut self.norm);
+        let (internal, norm) = (self.internal_speed(error), &mut self.norm);
         // Prescribed motion enters with the time of the last evaluation, which is the end of the step.
         let t = self.workspace.time;
         let speed = norm.speed(&self.model, t, y0);
         let motion = norm.speed(&self.model, t, y1).max(speed).max(self.error_scale.velocity_floor);
-        norm.error_speed(&self.model, error, motion).hypot(own) / (self.error_scale.relative * motion)
+        norm.error_speed(&self.model, error, motion).hypot(internal) / (self.error_scale.relative * motion)
     }
 
     fn damped_error_norm(&mut self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
-        let (own, norm) = (self.own_speed(error), &mut self.norm);
+        let (internal, norm) = (self.internal_speed(error), &mut self.norm);
         let t = self.workspace.time;
         let start = norm.speed(&self.model, t, y0).max(self.error_scale.velocity_floor);
         let motion = norm.speed(&self.model, t, y1).max(start);
-        norm.damped_error_speed(&self.model, (t, y0, start), error, motion).hypot(own)
+        norm.damped_error_speed(&self.model, (t, y0, start), error, motion).hypot(internal)
             / (self.error_scale.relative * motion)
     }
 
@@ -465,11 +465,11 @@ impl<F: DerefMut<Target: ActiveForce>> OdeSystem for Multibody<F> {
     }
 
     fn kinematics(&self) -> Vec<KinematicBlock> {
-        let own = self.own_coordinates().filter(|place| !place.is_empty()).map(|place| {
+        let internal = self.internal_coordinates().filter(|place| !place.is_empty()).map(|place| {
             let len = place.len() / 2;
             KinematicBlock::Vector { position: place.start, velocity: place.start + len, len }
         });
-        self.model.bodies.iter().flat_map(TreeBody::kinematics).chain(own).collect()
+        self.model.bodies.iter().flat_map(TreeBody::kinematics).chain(internal).collect()
     }
 
     fn linearise(

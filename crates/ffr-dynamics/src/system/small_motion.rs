@@ -10,7 +10,7 @@ use super::equations::dot;
 use super::joints::TimeFunction;
 use super::joints::forces::joint_forces;
 use super::model::{MultibodyModel, TreeBody};
-use super::tree_kinematics::{Edge, Six, frame_velocities, join, split};
+use super::tree_kinematics::{JointKinematics, SpatialVector, frame_velocities, join, split};
 use super::workspace::Workspace;
 use crate::error::DynamicsError;
 use crate::reduction::dense;
@@ -43,7 +43,7 @@ pub(super) struct SmallMotion {
 
 /// Inertia of one body where it is, in its axes.
 struct BodyInertia {
-    rigid: [Six; 6],
+    rigid: [SpatialVector; 6],
     coupling: Vec<[f64; 6]>,
 }
 
@@ -54,7 +54,7 @@ struct Movable {
     t: f64,
     multipliers: Vec<f64>,
     dead: Vec<DeadLoad>,
-    wrenches: Vec<Six>,
+    wrenches: Vec<SpatialVector>,
     modal: Vec<f64>,
 }
 
@@ -169,9 +169,9 @@ impl SmallMotion {
     fn momenta(
         &self,
         model: &MultibodyModel,
-        frames: &[Six],
+        frames: &[SpatialVector],
         rates: &[f64],
-        rigid: &mut [Six],
+        rigid: &mut [SpatialVector],
         modal: &mut [f64],
     ) {
         for (i, (body, inertia)) in model.bodies.iter().zip(&self.inertia).enumerate() {
@@ -188,7 +188,7 @@ impl SmallMotion {
     }
 
     /// Twice the kinetic energy of each body for `rates`.
-    pub fn energies(&self, model: &MultibodyModel, edges: &[Edge], rates: &[f64]) -> Vec<f64> {
+    pub fn energies(&self, model: &MultibodyModel, edges: &[JointKinematics], rates: &[f64]) -> Vec<f64> {
         let mut frames = vec![[0.0; 6]; self.inertia.len()];
         frame_velocities(model, edges, rates, &mut frames);
         let (mut rigid, mut modal) = (vec![[0.0; 6]; frames.len()], vec![0.0; rates.len()]);
@@ -317,10 +317,10 @@ impl Movable {
     }
 
     /// Largest turn, or displacement over `length`, of frames and markers by a unit of coordinate `j`.
-    fn largest_motion(&self, frames: &[Six], j: usize, length: f64) -> f64 {
+    fn largest_motion(&self, frames: &[SpatialVector], j: usize, length: f64) -> f64 {
         let size = |v: &Vector3<f64>, w: &Vector3<f64>| w.norm().max(v.norm() / length);
-        let frames = frames.iter().map(|six| {
-            let (v, w) = split(six);
+        let frames = frames.iter().map(|vector| {
+            let (v, w) = split(vector);
             size(&v, &w)
         });
         let mut largest = frames.fold(0.0, f64::max);

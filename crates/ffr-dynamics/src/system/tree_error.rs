@@ -9,7 +9,7 @@ use super::error_filter::ErrorFilter;
 use super::force::BodyState;
 use super::free_modes::squared_frequencies;
 use super::model::{MultibodyModel, TreeBody};
-use super::tree_kinematics::{Edge, Six, frame_velocities, split, update};
+use super::tree_kinematics::{JointKinematics, SpatialVector, frame_velocities, split, update};
 use crate::body::StandardInputData;
 use crate::error::DynamicsError;
 use crate::kinematics::rotation::rotation_from_slice;
@@ -46,7 +46,7 @@ impl BodyScale {
     }
 
     /// Twice the kinetic energy of a motion of the undeformed body over its mass [m²/s²].
-    fn squared_speed(&self, data: &StandardInputData, frame: &Six, elastic_rates: &[f64]) -> f64 {
+    fn squared_speed(&self, data: &StandardInputData, frame: &SpatialVector, elastic_rates: &[f64]) -> f64 {
         let (v, omega) = split(frame);
         let (mut moved, mut spin) = (omega.cross(&data.mass_moment), self.inertia * omega);
         let terms = data.coupling_translation.iter().zip(&self.coupling_rotation).zip(elastic_rates);
@@ -71,10 +71,10 @@ pub(super) struct TreeNorm {
     /// Length that stands in for the radius of bodies without extent \[m\].
     length: f64,
     states: Vec<BodyState>,
-    edges: Vec<Edge>,
+    edges: Vec<JointKinematics>,
     rates: Vec<f64>,
     /// Errors of velocities, then of positions.
-    frames: [Vec<Six>; 2],
+    frames: [Vec<SpatialVector>; 2],
     elastic: Vec<f64>,
     filter: ErrorFilter,
 }
@@ -82,7 +82,11 @@ pub(super) struct TreeNorm {
 impl TreeNorm {
     /// # Errors
     /// [`DynamicsError::NotPositiveDefinite`] if the inertia of an undeformed body is not.
-    pub fn new(model: &MultibodyModel, states: &[BodyState], edges: &[Edge]) -> Result<Self, DynamicsError> {
+    pub fn new(
+        model: &MultibodyModel,
+        states: &[BodyState],
+        edges: &[JointKinematics],
+    ) -> Result<Self, DynamicsError> {
         let scales = model.bodies.iter().map(|b| BodyScale::new(&b.data)).collect::<Result<Vec<_>, _>>()?;
         let arms = model.bodies.iter().flat_map(|b| [b.joint.parent.marker.position, b.joint.child.position]);
         let arm = arms.map(|p| p.norm()).fold(0.0, f64::max);

@@ -1,6 +1,6 @@
 //! Motion of all bodies from joint and elastic coordinates (docs/theory.md Eq. M.11 to M.13).
 //!
-//! Six-vectors hold a translation of the frame's origin, then a rotation, in the body's axes. What concerns the parent's
+//! Spatial vectors hold a translation of the frame's origin, then a rotation, in the body's axes. What concerns the parent's
 //! marker is expressed in the parent's axes as well (inertial axes for ground), so that no marker axes are needed.
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
@@ -11,12 +11,12 @@ use super::joints::JointPoint;
 use super::model::{JointCoordinates, MultibodyModel, TreeBody};
 use crate::kinematics::{Marker, MarkerMotion};
 
-/// A translation, then a rotation.
-pub(super) type Six = [f64; 6];
+/// Spatial vector of a frame: a translation of its origin, then a rotation (velocity, acceleration); a force, then a moment.
+pub(super) type SpatialVector = [f64; 6];
 
-/// How a body hangs on its parent at one instant.
+/// Kinematics of the joint between a body and its parent at one instant: the edge of the tree from the one to the other.
 #[derive(Debug, Clone)]
-pub(super) struct Edge {
+pub(super) struct JointKinematics {
     /// Joint coordinates.
     pub coordinates: JointCoordinates,
     /// Parent's marker in the parent's frame.
@@ -31,15 +31,15 @@ pub(super) struct Edge {
     /// parent's axes.
     pub joint: JointPoint,
     /// What each free velocity of the joint does to the body's frame, in the body's axes.
-    pub columns: [Six; 6],
+    pub columns: [SpatialVector; 6],
     /// Elastic rows of the body's frame when the child's marker is held (6 x n_q, row by row); empty if it is still.
     pub elastic_rows: Vec<f64>,
     /// Elastic rows of the parent's marker (6 x n_q of the parent); empty if it does not feel the deformation.
     pub parent_rows: Vec<f64>,
     /// Acceleration of the body's frame without any acceleration of the parent's marker, joint or modes.
-    pub bias: Six,
+    pub bias: SpatialVector,
     /// Acceleration of the parent's marker without any acceleration of the parent's frame or modes.
-    pub parent_bias: Six,
+    pub parent_bias: SpatialVector,
 }
 
 /// Motion of ground.
@@ -47,7 +47,7 @@ fn ground_state() -> BodyState {
     BodyState::at_rest(0)
 }
 
-impl Edge {
+impl JointKinematics {
     /// Buffers for the joint of `body`; `n_parent` counts the elastic coordinates of its parent.
     pub fn new(body: &TreeBody, n_parent: usize) -> Self {
         let has_parent_rows = body.joint.parent.marker.n_modes() > 0;
@@ -75,7 +75,7 @@ pub(super) fn update(
     t: f64,
     y: &[f64],
     states: &mut [BodyState],
-    edges: &mut [Edge],
+    edges: &mut [JointKinematics],
 ) {
     for &i in &model.order {
         let body = &model.bodies[i];
@@ -97,7 +97,7 @@ pub(super) fn update(
 }
 
 /// Motion of one body from that of its parent.
-fn move_body(body: &TreeBody, parent: &BodyState, state: &mut BodyState, edge: &mut Edge) {
+fn move_body(body: &TreeBody, parent: &BodyState, state: &mut BodyState, edge: &mut JointKinematics) {
     let joint = &body.joint;
     let p = joint.parent.marker.motion(&parent.elastic, &parent.elastic_rates);
     let c = joint.child.motion(&state.elastic, &state.elastic_rates);
@@ -184,9 +184,9 @@ fn hold_marker(arm: &Vector3<f64>, rows: &mut [f64]) {
     }
 }
 
-impl Edge {
+impl JointKinematics {
     /// Velocity (or acceleration without bias) of the parent's marker from that of the parent's frame and its elastic rates.
-    pub fn at_parent_marker(&self, frame: &Six, elastic_rates: &[f64]) -> Six {
+    pub fn at_parent_marker(&self, frame: &SpatialVector, elastic_rates: &[f64]) -> SpatialVector {
         let (v, omega) = split(frame);
         let mut at = join(&(v + omega.cross(&self.parent_point.arm)), &omega);
         let n = elastic_rates.len();
@@ -199,7 +199,12 @@ impl Edge {
     }
 
     /// Velocity (or acceleration without bias) of the body's frame.
-    pub fn at_frame(&self, marker: &Six, elastic_rates: &[f64], joint_velocities: &[f64]) -> Six {
+    pub fn at_frame(
+        &self,
+        marker: &SpatialVector,
+        elastic_rates: &[f64],
+        joint_velocities: &[f64],
+    ) -> SpatialVector {
         let (v, omega) = split(marker);
         let mut at = join(&(self.turn * (v + omega.cross(&self.lever))), &(self.turn * omega));
         for (column, u) in self.columns.iter().zip(joint_velocities) {
@@ -216,7 +221,12 @@ impl Edge {
 }
 
 /// Velocities of all frames, in body axes, from rates of all coordinates; prescribed motion is held (Eq. M.12).
-pub(super) fn frame_velocities(model: &MultibodyModel, edges: &[Edge], rates: &[f64], frames: &mut [Six]) {
+pub(super) fn frame_velocities(
+    model: &MultibodyModel,
+    edges: &[JointKinematics],
+    rates: &[f64],
+    frames: &mut [SpatialVector],
+) {
     for &i in &model.order {
         let TreeBody { joint, layout, .. } = &model.bodies[i];
         let marker = match joint.parent.body {
@@ -227,12 +237,12 @@ pub(super) fn frame_velocities(model: &MultibodyModel, edges: &[Edge], rates: &[
     }
 }
 
-/// A six-vector from its halves.
-pub(super) fn join(translation: &Vector3<f64>, rotation: &Vector3<f64>) -> Six {
+/// A spatial vector from its halves.
+pub(super) fn join(translation: &Vector3<f64>, rotation: &Vector3<f64>) -> SpatialVector {
     [translation.x, translation.y, translation.z, rotation.x, rotation.y, rotation.z]
 }
 
-/// Halves of a six-vector.
-pub(super) fn split(six: &Six) -> (Vector3<f64>, Vector3<f64>) {
-    (Vector3::new(six[0], six[1], six[2]), Vector3::new(six[3], six[4], six[5]))
+/// Halves of a spatial vector.
+pub(super) fn split(vector: &SpatialVector) -> (Vector3<f64>, Vector3<f64>) {
+    (Vector3::new(vector[0], vector[1], vector[2]), Vector3::new(vector[3], vector[4], vector[5]))
 }

@@ -8,7 +8,7 @@ use super::force::{BodyState, GeneralisedForce};
 use super::joints::forces::joint_forces;
 use super::loop_closure::LoopSolver;
 use super::model::{Load, MultibodyModel, TreeBody};
-use super::tree_kinematics::{Edge, Six, split, update};
+use super::tree_kinematics::{JointKinematics, SpatialVector, split, update};
 use crate::error::EvaluationFailure;
 
 /// Power that goes in and out of a system at one instant \[W\].
@@ -25,20 +25,20 @@ pub(super) struct Powers {
 pub(super) struct Workspace {
     pub states: Vec<BodyState>,
     pub sums: Vec<GeneralisedForce>,
-    pub edges: Vec<Edge>,
+    pub edges: Vec<JointKinematics>,
     pub(super) bodies: Vec<BodyWorkspace>,
     pub factors: Vec<BodyFactors>,
     pub loops: LoopSolver,
     /// Joint forces along free velocities; springs and dampers of all velocities.
-    joint_forces: Vec<Six>,
-    passive: Vec<Six>,
+    joint_forces: Vec<SpatialVector>,
+    passive: Vec<SpatialVector>,
     /// Accelerations of all coordinates and of the frames (without gravity's offset).
     pub rates: Vec<f64>,
-    frames: Vec<Six>,
+    frames: Vec<SpatialVector>,
     /// Wrenches of the joints at the last accelerations, as [`BodyFactors::joint_force`].
-    pub wrenches: Vec<Six>,
+    pub wrenches: Vec<SpatialVector>,
     /// Wrenches of loop-closing joints on their children at the children's markers, in inertial axes.
-    pub loop_wrenches: Vec<Six>,
+    pub loop_wrenches: Vec<SpatialVector>,
     load_power: f64,
     /// Time of the last evaluation.
     pub time: f64,
@@ -48,8 +48,9 @@ impl Workspace {
     pub fn new(model: &MultibodyModel) -> Self {
         let n = model.bodies.len();
         let states: Vec<_> = model.bodies.iter().map(|b| BodyState::at_rest(b.layout.n_modes)).collect();
-        let edge =
-            |b: &TreeBody| Edge::new(b, b.joint.parent.body.map_or(0, |p| model.bodies[p].layout.n_modes));
+        let edge = |b: &TreeBody| {
+            JointKinematics::new(b, b.joint.parent.body.map_or(0, |p| model.bodies[p].layout.n_modes))
+        };
         Self {
             sums: model.bodies.iter().map(|b| GeneralisedForce::zeros(b.layout.n_modes)).collect(),
             edges: model.bodies.iter().map(edge).collect(),
@@ -198,6 +199,6 @@ fn load_at(load: &Load, t: f64, state: &BodyState) -> (Vector3<f64>, Vector3<f64
 }
 
 /// Copies the wrenches of joints, which projections and linearisations overwrite where they are found.
-fn keep<'a>(wrenches: &mut [Six], found: impl Iterator<Item = &'a Six>) {
+fn keep<'a>(wrenches: &mut [SpatialVector], found: impl Iterator<Item = &'a SpatialVector>) {
     wrenches.iter_mut().zip(found).for_each(|(kept, found)| *kept = *found);
 }

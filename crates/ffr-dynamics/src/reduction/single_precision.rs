@@ -18,13 +18,13 @@ const WIDTH: usize = <f32 as Entry>::WIDTH;
 
 /// A factor with `C A C ~ L S L^T` in single precision, `S` the signs of the pivots, `C` the scaling to a unit diagonal.
 #[derive(Debug)]
-pub(super) struct RoundedFactor {
+pub(super) struct SinglePrecisionFactor {
     symbolic: Arc<SymbolicFactor>,
     values: Vec<f32>,
     scale: Vec<f64>,
 }
 
-impl RoundedFactor {
+impl SinglePrecisionFactor {
     /// Factorises a symmetric matrix with the analysed pattern; `None` if a pivot is not positive, or zero, in single precision.
     ///
     /// # Panics

@@ -2,7 +2,7 @@
 
 use iga_core::nurbs::jet::{difference, norm};
 
-/// More points than these beside those near are worth a new look at all of them.
+/// More points than these beside those near make it worthwhile to project all of them.
 const FEW: usize = 16;
 
 /// Distances as they were last found, with what is needed to bound how they have changed since.
@@ -11,18 +11,18 @@ const FEW: usize = 16;
 /// anywhere: its points are mean values of its nodes. So a point that was `g` away is open as long as
 /// `g > |x - x₀| + max_A |y_A - y_A⁰|`.
 #[derive(Debug, Clone)]
-pub(super) struct Watch {
+pub(super) struct ProximityCache {
     /// Gaps as last found \[m\].
     pub gaps: Vec<f64>,
     /// Where the points were then, in the target's frame.
     places: Vec<[f64; 3]>,
     /// How far the nodes were from `nodes` then; infinite where the bound does not hold.
     shifts: Vec<f64>,
-    /// Nodes at the last look at all points.
+    /// Nodes at the last projection of all points.
     nodes: Vec<[f64; 3]>,
 }
 
-impl Watch {
+impl ProximityCache {
     pub fn new(n_points: usize, n_nodes: usize) -> Self {
         Self {
             gaps: vec![0.0; n_points],
@@ -56,7 +56,7 @@ impl Watch {
                 let is_near = forces[i] > 0.0 || self.gaps[i] <= margin;
                 let least =
                     self.gaps[i] - norm(&difference(&points[i], &self.places[i])) - self.shifts[i] - shift;
-                // Asked this way round, a NaN is looked at.
+                // Asked this way round, a NaN is projected.
                 let is_open = least > margin;
                 *wanted = is_near || !is_open;
                 n_near += usize::from(is_near);
@@ -71,7 +71,7 @@ impl Watch {
         0.0
     }
 
-    /// How far the nodes are from those of the last look at all points; infinite if a place is not a number \[m\].
+    /// How far the nodes are from those of the last projection of all points; infinite if a place is not a number \[m\].
     pub fn shift(&self, nodes: &[[f64; 3]]) -> f64 {
         let mut largest = 0.0_f64;
         for (a, b) in nodes.iter().zip(&self.nodes) {
@@ -89,13 +89,13 @@ impl Watch {
         norm(&difference(place, &self.places[i]))
     }
 
-    /// Lower bound of the gap of point `i` at `place`, the nodes being `shift` away from those of the last look at all points (Eq.
+    /// Lower bound of the gap of point `i` at `place`, the nodes being `shift` away from those of the last projection of all points (Eq.
     /// C.45) \[m\].
     pub fn least_gap(&self, i: usize, place: &[f64; 3], shift: f64) -> f64 {
         self.gaps[i] - self.moved(i, place) - self.shifts[i] - shift
     }
 
-    /// Notes the gap of point `i` at `place`, the nodes being `shift` away from those of the last look at all points.
+    /// Notes the gap of point `i` at `place`, the nodes being `shift` away from those of the last projection of all points.
     pub fn note(&mut self, i: usize, place: &[f64; 3], gap: f64, shift: f64) {
         self.gaps[i] = gap;
         self.places[i] = *place;

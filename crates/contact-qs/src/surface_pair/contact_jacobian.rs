@@ -5,11 +5,11 @@ use super::target::TargetSurface;
 
 /// Normals, tangents and functions of all points. Directions are numbered 0: normal, 1 to `n_t`: tangents.
 #[derive(Debug, Clone)]
-pub(super) struct Rows {
+pub(super) struct ContactJacobian {
     /// Normal in the target's frame, for each point.
-    pub normals: Vec<[f64; 3]>,
+    pub normals_in_target: Vec<[f64; 3]>,
     /// The same normal in the contact body's frame.
-    pub own_normals: Vec<[f64; 3]>,
+    pub normals_in_body: Vec<[f64; 3]>,
     /// Places of the points' projections.
     pub places: Vec<SurfacePlace>,
     /// Element of the target for each point.
@@ -20,37 +20,37 @@ pub(super) struct Rows {
     /// Number of tangents of a point, zero without friction.
     pub n_t: usize,
     /// Tangents in the target's frame and in the contact body's.
-    pub tangents: Vec<[f64; 3]>,
-    pub own_tangents: Vec<[f64; 3]>,
+    pub tangents_in_target: Vec<[f64; 3]>,
+    pub tangents_in_body: Vec<[f64; 3]>,
     /// Normal parts of the target's nodal forces under unit tangential ones, `width` for each tangent (Eq. F.27).
-    pub leans: Vec<f64>,
+    pub normal_coupling: Vec<f64>,
 }
 
-impl Rows {
+impl ContactJacobian {
     pub fn new(n_points: usize, width: usize, n_t: usize) -> Self {
         Self {
-            normals: vec![[0.0; 3]; n_points],
-            own_normals: vec![[0.0; 3]; n_points],
+            normals_in_target: vec![[0.0; 3]; n_points],
+            normals_in_body: vec![[0.0; 3]; n_points],
             places: vec![SurfacePlace::default(); n_points],
             elements: vec![0; n_points],
             values: vec![0.0; n_points * width],
             width,
             n_t,
-            tangents: vec![[0.0; 3]; n_points * n_t],
-            own_tangents: vec![[0.0; 3]; n_points * n_t],
-            leans: vec![0.0; n_points * n_t * width],
+            tangents_in_target: vec![[0.0; 3]; n_points * n_t],
+            tangents_in_body: vec![[0.0; 3]; n_points * n_t],
+            normal_coupling: vec![0.0; n_points * n_t * width],
         }
     }
 
     pub fn copy_from(&mut self, other: &Self) {
-        self.normals.copy_from_slice(&other.normals);
-        self.own_normals.copy_from_slice(&other.own_normals);
+        self.normals_in_target.copy_from_slice(&other.normals_in_target);
+        self.normals_in_body.copy_from_slice(&other.normals_in_body);
         self.places.copy_from_slice(&other.places);
         self.elements.copy_from_slice(&other.elements);
         self.values.copy_from_slice(&other.values);
-        self.tangents.copy_from_slice(&other.tangents);
-        self.own_tangents.copy_from_slice(&other.own_tangents);
-        self.leans.copy_from_slice(&other.leans);
+        self.tangents_in_target.copy_from_slice(&other.tangents_in_target);
+        self.tangents_in_body.copy_from_slice(&other.tangents_in_body);
+        self.normal_coupling.copy_from_slice(&other.normal_coupling);
     }
 
     /// Whether everything is equal in every bit.
@@ -58,11 +58,11 @@ impl Rows {
         let vectors = |a: &[[f64; 3]], b: &[[f64; 3]]| same_bits(a.as_flattened(), b.as_flattened());
         self.elements == other.elements
             && same_bits(&self.values, &other.values)
-            && vectors(&self.normals, &other.normals)
-            && vectors(&self.own_normals, &other.own_normals)
-            && vectors(&self.tangents, &other.tangents)
-            && vectors(&self.own_tangents, &other.own_tangents)
-            && same_bits(&self.leans, &other.leans)
+            && vectors(&self.normals_in_target, &other.normals_in_target)
+            && vectors(&self.normals_in_body, &other.normals_in_body)
+            && vectors(&self.tangents_in_target, &other.tangents_in_target)
+            && vectors(&self.tangents_in_body, &other.tangents_in_body)
+            && same_bits(&self.normal_coupling, &other.normal_coupling)
     }
 
     /// Sets normal and functions of point `i`, projected to `found`.
@@ -70,11 +70,11 @@ impl Rows {
         &mut self,
         i: usize,
         found: &Projection,
-        own_normal: [f64; 3],
+        normal_in_body: [f64; 3],
         values: impl Iterator<Item = f64>,
     ) {
-        self.normals[i] = found.normal;
-        self.own_normals[i] = own_normal;
+        self.normals_in_target[i] = found.normal;
+        self.normals_in_body[i] = normal_in_body;
         self.elements[i] = found.element;
         self.places[i] = found.place;
         let slots = &mut self.values[i * self.width..(i + 1) * self.width];
@@ -86,7 +86,7 @@ impl Rows {
     /// (elements).
     pub fn moved(&self, before: &Self, surface: &TargetSurface, is_chosen: impl Fn(usize) -> bool) -> f64 {
         let mut moved = 0.0_f64;
-        for i in (0..self.normals.len()).filter(|i| is_chosen(*i)) {
+        for i in (0..self.normals_in_target.len()).filter(|i| is_chosen(*i)) {
             let (here, there) = (&self.places[i], &before.places[i]);
             if here.face != there.face {
                 return f64::INFINITY;
@@ -96,7 +96,7 @@ impl Rows {
                 moved = moved.max((here.xi[a] - there.xi[a]).abs() / (element.upper[a] - element.lower[a]));
             }
             for d in 0..=self.n_t {
-                let turned = self.direction(i, d).into_iter().zip(before.direction(i, d));
+                let turned = self.direction_in_target(i, d).into_iter().zip(before.direction_in_target(i, d));
                 moved = turned.fold(moved, |m, (x, y)| m.max((x - y).abs()));
             }
         }
@@ -104,13 +104,13 @@ impl Rows {
     }
 
     /// Direction `d` of point `i` in the target's frame.
-    pub fn direction(&self, i: usize, d: usize) -> [f64; 3] {
-        if d == 0 { self.normals[i] } else { self.tangents[self.n_t * i + d - 1] }
+    pub fn direction_in_target(&self, i: usize, d: usize) -> [f64; 3] {
+        if d == 0 { self.normals_in_target[i] } else { self.tangents_in_target[self.n_t * i + d - 1] }
     }
 
     /// Direction `d` of point `i` in the contact body's frame.
-    pub fn own_direction(&self, i: usize, d: usize) -> [f64; 3] {
-        if d == 0 { self.own_normals[i] } else { self.own_tangents[self.n_t * i + d - 1] }
+    pub fn direction_in_body(&self, i: usize, d: usize) -> [f64; 3] {
+        if d == 0 { self.normals_in_body[i] } else { self.tangents_in_body[self.n_t * i + d - 1] }
     }
 
     /// Nodes of the target near point `i` with their shares of a unit force in direction `d`.
@@ -121,13 +121,16 @@ impl Rows {
         d: usize,
     ) -> impl Iterator<Item = (u32, [f64; 3])> + 'a {
         let nodes = &surface.elements[self.elements[i] as usize].nodes;
-        let (direction, normal) = (self.direction(i, d), self.normals[i]);
-        let leans: &[f64] =
-            if d == 0 { &[] } else { &self.leans[(self.n_t * i + d - 1) * self.width..][..self.width] };
+        let (direction, normal) = (self.direction_in_target(i, d), self.normals_in_target[i]);
+        let normal_coupling: &[f64] = if d == 0 {
+            &[]
+        } else {
+            &self.normal_coupling[(self.n_t * i + d - 1) * self.width..][..self.width]
+        };
         nodes.iter().zip(&self.values[i * self.width..]).enumerate().map(move |(k, (&node, &value))| {
             let mut share = direction.map(|x| value * x);
-            if let Some(lean) = leans.get(k) {
-                share.iter_mut().zip(&normal).for_each(|(s, n)| *s += lean * n);
+            if let Some(coupling) = normal_coupling.get(k) {
+                share.iter_mut().zip(&normal).for_each(|(s, n)| *s += coupling * n);
             }
             (node, share)
         })

@@ -17,7 +17,7 @@ impl ElasticProblem<'_> {
     ///
     /// # Errors
     /// [`DynamicsError::Data`] if sizes do not fit, a number is not finite, the body is clamped, or the support leaves a rigid motion free.
-    pub fn supported(
+    pub fn held_at_point(
         &self,
         loads: MatRef<'_, f64>,
         support: MatRef<'_, f64>,

@@ -10,7 +10,7 @@ const LEAST_DIVISOR: f64 = 1e-6;
 
 /// Square matrix with its inverse, both column by column.
 #[derive(Debug, Clone)]
-pub(super) struct UpdatedInverse {
+pub(super) struct ShermanMorrisonInverse {
     matrix: Vec<f64>,
     inverse: Vec<f64>,
     /// Updates since the inverse was made; none if it must be made anew.
@@ -22,7 +22,7 @@ pub(super) struct UpdatedInverse {
     right: Vec<f64>,
 }
 
-impl UpdatedInverse {
+impl ShermanMorrisonInverse {
     /// Room for an `n × n` matrix.
     pub fn new(n: usize) -> Self {
         Self {
@@ -141,8 +141,8 @@ mod tests {
     use super::*;
 
     /// Some matrix with a dominant diagonal.
-    fn matrix(n: usize) -> UpdatedInverse {
-        let mut matrix = UpdatedInverse::new(n);
+    fn matrix(n: usize) -> ShermanMorrisonInverse {
+        let mut matrix = ShermanMorrisonInverse::new(n);
         for (k, entry) in matrix.set().iter_mut().enumerate() {
             *entry = if k % (n + 1) == 0 { 4.0 } else { ((7 * k) as f64).sin() };
         }
@@ -178,7 +178,7 @@ mod tests {
     #[test]
     fn update_to_a_singular_matrix_is_noticed() {
         let mut lu = ConditionedLu::new(2);
-        let mut one = UpdatedInverse::new(2);
+        let mut one = ShermanMorrisonInverse::new(2);
         one.set().copy_from_slice(&[1.0, 0.0, 0.0, 1.0]);
         assert!((one.condition(10, &mut lu) - 1.0).abs() < 1e-15); // round-off
         one.update(-1.0, &[1.0, 0.0], &[1.0, 0.0]);

@@ -11,14 +11,14 @@ const AXIS_TOLERANCE: f64 = 1e-9;
 
 /// Where a body stands in the frame of another: `x' = Q x + d`.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Relative {
+pub(super) struct RelativePose {
     n_components: usize,
     /// Rows of `Q`.
-    turn: [[f64; 3]; 3],
+    rotation: [[f64; 3]; 3],
     offset: [f64; 3],
 }
 
-impl Relative {
+impl RelativePose {
     /// The body at `from` in the frame of the body at `to`.
     pub fn new(motion: RigidMotion, from: &BodyState, to: &BodyState) -> Result<Self, EvaluationFailure> {
         let distance = from.position - to.position;
@@ -34,39 +34,39 @@ impl Relative {
             return Err(EvaluationFailure::out_of_model(reason));
         }
         let n_components = motion.n_components();
-        let rotation = (to.rotation.inverse() * from.rotation).to_rotation_matrix();
+        let relative = (to.rotation.inverse() * from.rotation).to_rotation_matrix();
         let local = to.rotation.inverse_transform_vector(&distance);
-        let (mut turn, mut offset) = ([[0.0; 3]; 3], [0.0; 3]);
+        let (mut rotation, mut offset) = ([[0.0; 3]; 3], [0.0; 3]);
         if motion == RigidMotion::Axial {
             // Rings: a turn of half a revolution flips the axis and keeps the radius.
-            turn[0][0] = 1.0;
-            turn[1][1] = rotation[(2, 2)].signum();
+            rotation[0][0] = 1.0;
+            rotation[1][1] = relative[(2, 2)].signum();
             offset[1] = axis_sign(&to.rotation) * distance.z;
         } else {
             for a in 0..n_components {
-                (0..n_components).for_each(|b| turn[a][b] = rotation[(a, b)]);
+                (0..n_components).for_each(|b| rotation[a][b] = relative[(a, b)]);
                 offset[a] = local[a];
             }
         }
-        Ok(Self { n_components, turn, offset })
+        Ok(Self { n_components, rotation, offset })
     }
 
     /// A point in the other frame.
-    pub fn point(&self, x: &[f64; 3]) -> [f64; 3] {
+    pub fn transform_point(&self, x: &[f64; 3]) -> [f64; 3] {
         let mut out = self.offset;
-        for (row, slot) in self.turn.iter().zip(&mut out) {
+        for (row, slot) in self.rotation.iter().zip(&mut out) {
             *slot += row[0] * x[0] + row[1] * x[1] + row[2] * x[2];
         }
         out
     }
 
     /// A vector of the other frame in the body's own.
-    pub fn back(&self, v: &[f64; 3]) -> [f64; 3] {
-        [0, 1, 2].map(|b| (0..self.n_components).map(|a| self.turn[a][b] * v[a]).sum())
+    pub fn inverse_transform_vector(&self, v: &[f64; 3]) -> [f64; 3] {
+        [0, 1, 2].map(|b| (0..self.n_components).map(|a| self.rotation[a][b] * v[a]).sum())
     }
 
     /// Largest distance of the two frames' origins along a component.
-    pub fn reach(&self) -> f64 {
+    pub fn largest_offset(&self) -> f64 {
         self.offset.iter().fold(0.0, |m, x| x.abs().max(m))
     }
 }

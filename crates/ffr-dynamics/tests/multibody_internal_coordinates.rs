@@ -1,4 +1,4 @@
-//! Force elements with coordinates of their own, which the system integrates along with those of the bodies.
+//! Force elements with internal coordinates, which the system integrates along with those of the bodies.
 
 #![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
 
@@ -63,11 +63,11 @@ impl ForceElement for HangingMass {
         found: &mut Pull,
         forces: &mut [GeneralisedForce],
     ) -> Result<(), EvaluationFailure> {
-        let stretch = motion.own[0] - motion.bodies[0].position.x;
+        let stretch = motion.internal[0] - motion.bodies[0].position.x;
         found.force = STIFFNESS * stretch;
         found.energies = ForceEnergies {
             elastic_high: 0.5 * STIFFNESS * stretch * stretch,
-            kinetic: 0.5 * SMALL * motion.own[1] * motion.own[1],
+            kinetic: 0.5 * SMALL * motion.internal[1] * motion.internal[1],
             ..ForceEnergies::default()
         };
         found.acceleration = [-found.force / SMALL];
@@ -79,8 +79,8 @@ impl ForceElement for HangingMass {
         1
     }
 
-    fn coordinate_speed(&self, own: &[f64]) -> f64 {
-        (SMALL / MASS).sqrt() * own[1].hypot(omega() * own[0])
+    fn coordinate_speed(&self, internal: &[f64]) -> f64 {
+        (SMALL / MASS).sqrt() * internal[1].hypot(omega() * internal[0])
     }
 }
 

@@ -15,7 +15,7 @@ const COUPLING: f64 = 1e-6;
 /// Elastic coordinates of `model` that vibrate for themselves.
 pub(super) fn oscillators(model: &MultibodyModel) -> Vec<Oscillator> {
     let is_alone = |i: usize| joined_markers(model, i).all(Marker::is_still);
-    let bodies = model.bodies.iter().enumerate().filter(|(i, body)| is_own(&body.data) && is_alone(*i));
+    let bodies = model.bodies.iter().enumerate().filter(|(i, body)| is_uncoupled(&body.data) && is_alone(*i));
     bodies.flat_map(|(_, body)| of_body(body)).collect()
 }
 
@@ -28,7 +28,7 @@ fn joined_markers(model: &MultibodyModel, i: usize) -> impl Iterator<Item = &Mar
 }
 
 /// Whether the modes are orthonormal and know nothing of the frame's motion (D.6).
-fn is_own(data: &StandardInputData) -> bool {
+fn is_uncoupled(data: &StandardInputData) -> bool {
     let (root_mass, root_inertia) = (data.mass.sqrt(), data.inertia().trace().sqrt());
     data.modal_mass == ModalMass::Identity
         && (0..data.n_modes()).all(|j| {
