@@ -121,11 +121,11 @@ def seconds(info):
 
 
 def search_end(info, contact):
-    """Penalty factor and number of tries of the first impact of a contact."""
+    """Penalty factor and number of trials of the first impact of a contact."""
     if info is None:
         return "not run"
-    tries = [t for t in info["tries"] if t["outcome"] == "accepted"]
-    return ", ".join(number(t['penalty_end'], 2) for t in tries) + f" after {len(info['tries'])} tries"
+    trials = [t for t in info["tries"] if t["outcome"] == "accepted"]
+    return ", ".join(number(t['penalty_end'], 2) for t in trials) + f" after {len(info['tries'])} trials"
 
 
 def tries_table(info):
@@ -143,7 +143,7 @@ def tries_table(info):
                 f"{t['outcome']}: {t['reason']}",
             ]
         )
-    head = ["impact", "try", "penalty at start", "at end", "peak [N]", "freedoms", "time", "outcome"]
+    head = ["impact", "trial", "penalty at start", "at end", "peak [N]", "freedoms", "time", "outcome"]
     return table(head, rows)
 
 
@@ -158,7 +158,7 @@ def page(r, study):
         "",
         "Written by `scripts/reproduce_paper.sh`; computed values are those of the runs named, printed ones those of the papers",
         "([A]: the adaptive method of 2024, [B]: the isogeometric one of 2022). Processor times are of the machine that ran the script, models",
-        "not kept from earlier runs; of a try, time by the clock. Runs of many minutes are not made without `--long`.",
+        "not kept from earlier runs; of a trial, time by the clock. Runs of many minutes are not made without `--long`.",
         "",
         "## Sphere on a plane ([B] section 5)",
         "",
@@ -210,7 +210,7 @@ def page(r, study):
                     ("adaptive", "chain_adaptive", "4.5 min; 5e16, 1e17"),
                     ("adaptive, search as printed", "chain_printed", ""),
                     ("quasistatic, printed penalty factors", "chain_quasistatic", "3.1 min"),
-                    ("damped, penalty factors of the first try", "chain_damped", "12.2 min"),
+                    ("damped, penalty factors of the first trial", "chain_damped", "12.2 min"),
                 ]
             ],
         ),
@@ -249,11 +249,11 @@ def page(r, study):
                     ("damped, 170 ms", "pendulum_damped", "7.0 h"),
                     ("coarse 1e15, 170 ms", "pendulum_coarse_1e15", "7.4 min"),
                     ("coarse 1e18, 170 ms", "pendulum_coarse_1e18", ""),
-                    ("adaptive, 8 elements across, search as printed, 170 ms", "pendulum_printed", "8 tries; 1e18"),
+                    ("adaptive, 8 elements across, search as printed, 170 ms", "pendulum_printed", "8 trials; 1e18"),
                 ]
             ],
         ),
-        "Tries of the adaptive model ([A] Table 1: eight tries for the first impact, one for each later one):",
+        "Trials of the adaptive model ([A] Table 1: eight trials for the first impact, one for each later one):",
         "",
         tries_table(r["pendulum_adaptive"]),
         *printed_pendulum(r["pendulum_printed"], r["pendulum_adaptive"]),

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Runs every example of the two papers and writes docs/reproduction.md with figures in docs/reproduction/: computed values beside the
-# printed ones, forces, energies, velocities, tries and times.
+# printed ones, forces, energies, velocities, trials and times.
 #
 #   scripts/reproduce_paper.sh [--long] [FOLDER]      (FOLDER: results, default target/reproduction; complete ones are kept)
 #

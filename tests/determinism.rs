@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use fbimpact::results::tables::{ImpactRow, PhaseRow, TransferRow, TryRow};
+use fbimpact::results::tables::{ImpactRow, PhaseRow, TransferRow, TrialRow};
 use hdf5::types::{TypeDescriptor, VarLenUnicode};
 use tempfile::TempDir;
 
@@ -70,7 +70,7 @@ fn values(name: &str, dataset: &hdf5::Dataset) -> String {
             exactly(&rows)
         }
         "/tries" => {
-            let mut rows: Vec<TryRow> = dataset.read_raw().expect("rows");
+            let mut rows: Vec<TrialRow> = dataset.read_raw().expect("rows");
             rows.iter_mut().for_each(|row| (row.wall_time, row.cpu_time) = (0.0, 0.0));
             exactly(&rows)
         }

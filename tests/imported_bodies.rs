@@ -107,7 +107,7 @@ fn full_files_are_reduced_as_the_scenario_says() {
     assert_eq!(*reduction, ReductionSpec::CraigBampton { modes: 6, fixed_interface_modes: None });
     assert!(static_answers);
     assert_eq!(*damping, DampingSpec::Modal(vec![0.01]));
-    // A tangent frame follows the joint on which the body hangs.
+    // A tangent frame follows the joint whose child the body is.
     assert_eq!(frame.as_deref(), Some("hinge"));
     assert_eq!(spec.points[0].place, Place::Marker("tip".into()));
 
@@ -225,9 +225,9 @@ fn modes_of_imported_bodies_are_those_of_the_body_that_was_written() {
     let full = REDUCED.replace("reduced.h5", "full.h5");
     let full = valid(&full, &["bodies.rod.reduction={method=\"modal\",modes=19}"]);
     // The reduced file has the static answers to the hinge of the scenario that it comes from; here the rod flies.
-    for (scenario, freedoms, n) in [(valid(REDUCED, &[]), 0, 19 + 5), (full, original.bodies[0].n_dofs, 19)] {
+    for (scenario, dofs, n) in [(valid(REDUCED, &[]), 0, 19 + 5), (full, original.bodies[0].n_dofs, 19)] {
         let found = &modes(&scenario, None, 1).unwrap().bodies[0];
-        assert_eq!((found.n_dofs, found.n_elements), (freedoms, 0));
+        assert_eq!((found.n_dofs, found.n_elements), (dofs, 0));
         assert!((found.mass / original.bodies[0].mass - 1.0).abs() < 1e-12);
         assert_eq!(found.frequencies.len(), n);
         for (a, b) in found.frequencies.iter().zip(&original.bodies[0].frequencies) {

@@ -13,7 +13,7 @@ use support::{
     steel_cylinder,
 };
 
-/// Six elements of 50 um at the contact and few elsewhere: 352 freedoms, highest frequency about 0.5 GHz.
+/// Six elements of 50 um at the contact and few elsewhere: 352 degrees of freedom, highest frequency about 0.5 GHz.
 const COARSE: [&str; 5] = [
     "bodies.ball.discretisation.degree=2",
     "bodies.ball.discretisation.elements=1",
@@ -114,7 +114,7 @@ fn flexible_double_pendulums_meet_three_times_in_a_second() {
             trace.samples.iter().filter(|s| inside(s.time)).map(|s| s.energies.total()).collect();
         let drift = totals.iter().map(|e| (e - totals[0]).abs()).fold(0.0, f64::max) / kinetic_at(&trace, i);
         assert_below("energy drift over an impact", drift, 1e-5);
-        assert!(trace.tries.iter().filter(|t| t.impact == i as u32).count() <= 2, "tries of impact {i}");
+        assert!(trace.trials.iter().filter(|t| t.impact == i as u32).count() <= 2, "trials of impact {i}");
     }
     // Losses are in the ledger by name. The system starts at rest: its largest kinetic energy is the scale, as in `info`.
     let start = trace.samples[0].energies.total();

@@ -62,11 +62,11 @@ fn one_result_gives_every_figure_that_it_has_data_for() {
     }
     // The two contacts: one solid, one dashed.
     assert!(forces.contains("#0072B2") && forces.contains("stroke-dasharray=\"70 30\""));
-    let tries = read(&folder, "pair_tries.svg");
+    let trials = read(&folder, "pair_tries.svg");
     for words in
         ["interval used [%]", "penalty factor [N/m³]", "interval width [µm]", "1.1", "accepted", "repeated"]
     {
-        assert!(tries.contains(words), "{words} is in the figure");
+        assert!(trials.contains(words), "{words} is in the figure");
     }
     assert!(read(&folder, "pair_point_right_end.svg").contains("position − 1 m ["));
 }

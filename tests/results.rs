@@ -7,7 +7,7 @@ use adaptive::AdaptiveError;
 use adaptive::observer::{Continue, Observer};
 use adaptive::record::{
     BodyLayout, BodySample, ContactSample, Energies, ImpactRecord, JointLayout, JointSample, PhaseKind,
-    PhaseRecord, PointSample, PressurePoint, RunLayout, Sample, StressRecord, Timings, TryRecord,
+    PhaseRecord, PointSample, PressurePoint, RunLayout, Sample, StressRecord, Timings, TrialRecord,
 };
 use fbimpact::commands::recording::{Simulation, record};
 use fbimpact::commands::stop::Stop;
@@ -111,13 +111,13 @@ fn complete(_: &Scenario, observer: &mut dyn Observer, _: usize) -> Result<RunRe
     let impact =
         ImpactRecord { contact: 0, end: 8e-5, peak_force: 52.0, restitution: 0.5, ..Default::default() };
     observer.impact(&impact).map_err(fail)?;
-    let attempt = TryRecord {
+    let trial = TrialRecord {
         number: 1,
         outcome: adaptive::record::TrialOutcome::Accepted,
         reason: "done".into(),
         ..Default::default()
     };
-    observer.attempt(&attempt).map_err(fail)?;
+    observer.trial(&trial).map_err(fail)?;
     let stress = StressRecord {
         name: "axis".into(),
         time: 4e-5,
@@ -230,7 +230,7 @@ fn summary_holds_what_was_recorded() {
     assert_eq!(s.impacts.len(), 1);
     assert_eq!(s.impacts[0].contact.as_str(), "impact");
     assert_eq!(s.phases[0].steps, 600);
-    assert_eq!(s.tries[0].reason.as_str(), "done");
+    assert_eq!(s.trials[0].reason.as_str(), "done");
     assert_eq!(s.bodies, [("ball".to_owned(), 6), ("floor".to_owned(), 0)]);
     // The total rises by 599e-6 J over a largest energy of 2 J + 599e-6 J.
     let drift = s.energy_drift.expect("there are energies");

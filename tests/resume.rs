@@ -78,7 +78,7 @@ fn assert_equal(new: &Path, reference: &Path) {
     let [a, b] = [new, reference].map(|p| without_clocks(summary::read(p).expect("readable")));
     assert_eq!(a.impacts, b.impacts);
     assert_eq!(a.phases, b.phases);
-    assert_eq!(a.tries, b.tries);
+    assert_eq!(a.trials, b.trials);
     assert_eq!(a.transfers, b.transfers);
     assert_eq!(a.attribute("status"), "complete");
     let (code, table) = fbimpact(&["compare", text(new), text(reference), "--rtol", "1e-14"]);
@@ -87,7 +87,7 @@ fn assert_equal(new: &Path, reference: &Path) {
 
 fn without_clocks(mut s: Summary) -> Summary {
     s.phases.iter_mut().for_each(|p| p.wall_time = 0.0);
-    s.tries.iter_mut().for_each(|t| (t.wall_time, t.cpu_time) = (0.0, 0.0));
+    s.trials.iter_mut().for_each(|t| (t.wall_time, t.cpu_time) = (0.0, 0.0));
     s
 }
 

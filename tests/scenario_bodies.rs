@@ -231,7 +231,7 @@ fn faults_of_joints_name_key_and_remedy() {
         ("joints.shoulder.child.body=uper", "joints.shoulder.child.body", "did you mean \"upper\""),
         ("joints.shoulder.parent.body=grund", "joints.shoulder.parent.body", "did you mean \"ground\""),
         ("joints.shoulder.child.marker=strat", "joints.shoulder.child.marker", "did you mean \"start\""),
-        ("joints.shoulder.child.body=ground", "joints.shoulder.child.body", "hangs on no joint"),
+        ("joints.shoulder.child.body=ground", "joints.shoulder.child.body", "child of no joint"),
         ("joints.shoulder.child.body=floor", "joints.shoulder.child.body", "name \"ground\" instead"),
         ("joints.shoulder.child.point=[0,0,0]", "joints.shoulder.child.point", "only one of"),
         ("joints.shoulder.parent.marker=top", "joints.shoulder.parent.marker", "no markers"),
@@ -330,8 +330,8 @@ fn flat_models_take_joints_of_their_plane_or_axis_only() {
 #[test]
 fn faults_of_bodies_loads_and_contacts_name_key_and_remedy() {
     for (set, key, words) in [
-        ("bodies.upper.position=[0,0,0]", "bodies.upper.position", "hangs on joint \"shoulder\""),
-        ("bodies.ball.velocity=[0,0,0]", "bodies.ball.velocity", "hangs on joint \"wrist\""),
+        ("bodies.upper.position=[0,0,0]", "bodies.upper.position", "child of joint \"shoulder\""),
+        ("bodies.ball.velocity=[0,0,0]", "bodies.ball.velocity", "child of joint \"wrist\""),
         ("bodies.lower.mass=1", "bodies.lower.mass", "without \"geometry\" only"),
         ("bodies.lower.frame=tangent", "bodies.lower.frame", "flexible bodies only"),
         ("bodies.upper.mass=1", "bodies.upper.mass", "\"rigid\" only"),

@@ -55,16 +55,16 @@ fn energy_and_momentum_are_kept_through_all_changes_of_the_model() {
 }
 
 #[test]
-fn predictors_need_two_tries_at_first_and_one_later() {
+fn predictors_need_two_trials_at_first_and_one_later() {
     let trace = shipped();
-    let accepted: Vec<_> = trace.tries.iter().filter(|t| t.outcome == TrialOutcome::Accepted).collect();
-    assert_eq!(accepted.len(), 2, "{:#?}", trace.tries);
-    for (attempt, most) in accepted.iter().zip([2, 1]) {
-        assert!(attempt.number <= most, "{attempt:?}");
-        let used = attempt.utilisation[0];
+    let accepted: Vec<_> = trace.trials.iter().filter(|t| t.outcome == TrialOutcome::Accepted).collect();
+    assert_eq!(accepted.len(), 2, "{:#?}", trace.trials);
+    for (trial, most) in accepted.iter().zip([2, 1]) {
+        assert!(trial.number <= most, "{trial:?}");
+        let used = trial.utilisation[0];
         assert!((0.6..=0.8).contains(&used), "{used}");
-        // Seconds of work, measured while a try runs.
-        assert!(attempt.wall_time > 0.0 && attempt.cpu_time > 0.0, "{attempt:?}");
+        // Seconds of work, measured while a trial runs.
+        assert!(trial.wall_time > 0.0 && trial.cpu_time > 0.0, "{trial:?}");
     }
 }
 

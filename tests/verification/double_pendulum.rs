@@ -29,8 +29,8 @@ fn first_impact_of_the_double_pendulums_is_that_of_hertz_and_a_little_harder() {
     let harder = impact.peak_force / hertz.peak_force - 1.0;
     assert!((3e-3..1.2e-2).contains(&harder), "elastic spheres are harder by {harder}");
     assert_below("energy drift over the impact", impact_drift(&elastic), 1e-5);
-    let accepted = elastic.tries.iter().filter(|t| t.outcome == TrialOutcome::Accepted).count();
-    assert!(accepted == 1 && elastic.tries.len() <= 2, "{} tries", elastic.tries.len());
+    let accepted = elastic.trials.iter().filter(|t| t.outcome == TrialOutcome::Accepted).count();
+    assert!(accepted == 1 && elastic.trials.len() <= 2, "{} trials", elastic.trials.len());
     // Frictionless contact forces in the plane of symmetry keep the motion in it, up to the error that the control of the step
     // allows: 1e-8 of the velocity in each of some 300 steps of the impact, times the momentum.
     let last = elastic.samples.last().expect("samples");

@@ -79,7 +79,7 @@ fn all_craig_bampton_modes_dynamic_give_the_same_force() {
     // points on and off (0.4 % at 1e17, 1.7 % at 1e18); the mean over 0.5 us is the same all the same.
     let set = [&PAPER_MESH[..], &["contacts.impact.penalty.initial=1e16"]].concat();
     let quasistatic = run("sphere_on_plane", &set);
-    // 10 control points have 19 freedoms, for one lies on the axis, and the rigid motion goes off. The papers' 6 fixed-interface
+    // 10 control points have 19 degrees of freedom, for one lies on the axis, and the rigid motion goes off. The papers' 6 fixed-interface
     // modes; without a number as many as make the 6 lowest frequencies right.
     let papers = "bodies.ball.reduction={method=\"craig-bampton\",modes=6,fixed_interface_modes=6}";
     for (reduction, modes) in [(Some(papers), 6 + 19 - 1), (None, 38)] {

@@ -8,7 +8,7 @@ use crate::support::{Table, assert_below, assert_close, built, parsed, shipped};
 
 // Claim 6 of docs/verification.md; the mesh of the scenario is good for 6e-5.
 const AXISYMMETRIC: f64 = 5e-4;
-// Claim 7 of docs/verification.md; about 2500 freedoms in each net.
+// Claim 7 of docs/verification.md; about 2500 degrees of freedom in each net.
 const SOLID: f64 = 1e-3;
 // Claim 8 of docs/verification.md; rigid motions of the discretised ball are exact, so that only round-off is left.
 const RIGID: f64 = 1e-3;

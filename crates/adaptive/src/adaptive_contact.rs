@@ -60,14 +60,14 @@ pub struct AdaptiveContact {
     cache: ModelCache,
 }
 
-/// Sizes for the log of tries.
+/// Sizes for the log of trials.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct TrySizes {
+pub struct TrialSizes {
     /// Elements of the bodies in contact.
     pub elements: u64,
-    /// Their freedoms.
-    pub freedoms: u64,
-    /// Their interface freedoms.
+    /// Their degrees of freedom.
+    pub dofs: u64,
+    /// Their interface degrees of freedom.
     pub interface: u64,
 }
 
@@ -80,7 +80,7 @@ pub struct FineContact {
     is_target_at_end: bool,
     flags: ContactFlags,
     /// Sizes for the log.
-    pub sizes: TrySizes,
+    pub sizes: TrialSizes,
     /// Widths predicted for this impact \[m\].
     predicted: [f64; 2],
     /// Widths below which round-off hides what touches \[m\].
@@ -209,7 +209,7 @@ impl AdaptiveContact {
         self.detector.nearest(states, search).map_err(|e| self.fail(e))
     }
 
-    /// Fine models about the points `nearest` in the motions `states`, with intervals of the widths wished for or, at the first try of
+    /// Fine models about the points `nearest` in the motions `states`, with intervals of the widths wished for or, at the first trial of
     /// an impact, of a width predicted: for the peak force if a preview gave one.
     ///
     /// `check_cancel` is asked between stages.
@@ -497,10 +497,10 @@ fn fine_bases(sides: impl Iterator<Item = (usize, FineSide)>) -> Vec<(usize, Fin
 }
 
 /// Sizes of the fine models of a contact's bodies, together.
-fn sizes(sides: [Option<&FineSide>; 2]) -> TrySizes {
-    sides.into_iter().flatten().fold(TrySizes::default(), |sum, side| TrySizes {
+fn sizes(sides: [Option<&FineSide>; 2]) -> TrialSizes {
+    sides.into_iter().flatten().fold(TrialSizes::default(), |sum, side| TrialSizes {
         elements: sum.elements + side.body.space.n_elements() as u64,
-        freedoms: sum.freedoms + side.body.n_unknowns() as u64,
+        dofs: sum.dofs + side.body.n_unknowns() as u64,
         interface: sum.interface + side.zone.unknowns.len() as u64,
     })
 }

@@ -142,19 +142,19 @@ impl Detector {
 
 /// Stands in a system for a contact whose model is not there: no force, no gap to look at.
 #[derive(Debug, Clone)]
-pub struct Dormant {
+pub struct InactiveContact {
     body: usize,
     target: Option<usize>,
 }
 
-impl Dormant {
+impl InactiveContact {
     /// For a contact of body `body` with body `target`, or with a plane.
     pub fn new(body: usize, target: Option<usize>) -> Self {
         Self { body, target }
     }
 }
 
-impl ForceElement for Dormant {
+impl ForceElement for InactiveContact {
     type State = ();
     type Workspace = ();
     type Found = ContactReport;
@@ -175,9 +175,9 @@ impl ForceElement for Dormant {
     }
 }
 
-impl ContactElement for Dormant {
+impl ContactElement for InactiveContact {
     fn kind(&self) -> &'static str {
-        "dormant"
+        "inactive"
     }
 
     fn bodies(&self) -> (usize, Option<usize>) {

@@ -5,8 +5,8 @@ use std::time::Instant;
 use contact_qs::search::{TouchSettings, first_touch, safe_time};
 use ffr_dynamics::integration::{CrossingSearch, DenseOutput, Integrator, Statistics, Step, StepSettings};
 
-use crate::dent::Dents;
 use crate::error::AdaptiveError;
+use crate::local_deformation::LocalDeformation;
 use crate::model::RunModel;
 use crate::observer::{Continue, Observer};
 use crate::plausibility::ledger::{EnergyLedger, Opening};
@@ -72,7 +72,7 @@ pub struct Driver<'a> {
     /// For each body the number of the group of bodies that joints connect.
     groups: Vec<usize>,
     /// What contact zones add to the observed points.
-    dents: Dents,
+    local_deformation: LocalDeformation,
     /// When a penalty factor was lowered last in the present trial, and energy and momentum with the new one.
     lowered: Option<(f64, Balance)>,
     /// Potential of gravity at the start, from which it is counted \[J\].
@@ -174,7 +174,7 @@ impl<'a> Driver<'a> {
             opening: Opening::default(),
             limits,
             groups: model.system.model().groups(),
-            dents: Dents::new(model.lasting_dents()?),
+            local_deformation: LocalDeformation::new(model.lasting_local_deformation()?),
             lowered: None,
             work: PhaseWork {
                 start: 0.0,
@@ -311,7 +311,7 @@ impl<'a> Driver<'a> {
                 self.store()?;
                 return Ok(true);
             }
-            self.mark_every_so_often()?;
+            self.mark_restart_point_if_due()?;
         }
         if self.run.last_output < end {
             self.store()?;
@@ -445,7 +445,7 @@ impl<'a> Driver<'a> {
     /// Reports the state `interpolated` at time `t`, which the forces were evaluated at last.
     fn report(&mut self, t: f64) -> Result<(), AdaptiveError> {
         // Outside of impacts no contact force acts; what acts at the start of the run has no past.
-        self.dents.begin(t, self.model.observed.points.len());
+        self.local_deformation.begin(t, self.model.observed.points.len());
         self.fill(t);
         self.send()?;
         self.check_ledger()
@@ -458,7 +458,7 @@ impl<'a> Driver<'a> {
         self.measure_dents(t);
         let RunModel { system, observed, .. } = &*self.model;
         let sample = &mut self.output.sample;
-        self.dents.add_to(&mut sample.points, &observed.points, system);
+        self.local_deformation.add_to(&mut sample.points, &observed.points, system);
         sample.phase = self.run.n_phases;
         if !self.settings.pressure {
             sample.pressures.clear();
@@ -475,7 +475,7 @@ impl<'a> Driver<'a> {
         let RunModel { system, observed, contacts, .. } = &*self.model;
         if !observed.points.is_empty() {
             let slots = &self.slots;
-            self.dents.take(t, system, |i| slots[i].fine(), |i| contacts[i].loads_interface);
+            self.local_deformation.update(t, system, |i| slots[i].fine(), |i| contacts[i].loads_interface);
         }
     }
 

@@ -192,41 +192,41 @@ pub enum AdaptiveError {
     },
     /// The contact reached the end of its surface, where no interval can grow.
     #[error(
-        "contact \"{contact}\": contact reached the end of its surface at t = {time:.6e} s in try {tries} with an interval of {width:.3e} m; no contact model resolves pressure at an edge yet: move the bodies so that a smooth part of a surface touches, or give the body a shape with a rounded end"
+        "contact \"{contact}\": contact reached the end of its surface at t = {time:.6e} s in trial {trials} with an interval of {width:.3e} m; no contact model resolves pressure at an edge yet: move the bodies so that a smooth part of a surface touches, or give the body a shape with a rounded end"
     )]
     IntervalAtEdge {
         /// Name of the contact.
         contact: String,
         /// When \[s\].
         time: f64,
-        /// Number of the try.
-        tries: u32,
+        /// Number of the trial.
+        trials: u32,
         /// Width of the interval \[m\].
         width: f64,
     },
     /// No model of an impact was acceptable.
     #[error(
-        "contact \"{contact}\": no acceptable model of the impact at t = {time:.6e} s in {tries} tries, the last interval was {width:.3e} m wide; lower interval.target_utilisation or give interval.width with model \"quasistatic\""
+        "contact \"{contact}\": no acceptable model of the impact at t = {time:.6e} s in {trials} trials, the last interval was {width:.3e} m wide; lower interval.target_utilisation or give interval.width with model \"quasistatic\""
     )]
     NoAcceptableModel {
         /// Name of the contact.
         contact: String,
         /// Start of the impact \[s\].
         time: f64,
-        /// Number of tries.
-        tries: u32,
+        /// Number of trials.
+        trials: u32,
         /// Width of the last interval \[m\].
         width: f64,
     },
     /// No penalty factor was found.
-    #[error("contact \"{contact}\", impact at t = {time:.6e} s, try {tries}: {failure}")]
+    #[error("contact \"{contact}\", impact at t = {time:.6e} s, trial {trials}: {failure}")]
     Penalty {
         /// Name of the contact.
         contact: String,
         /// Start of the impact \[s\].
         time: f64,
-        /// Number of the try.
-        tries: u32,
+        /// Number of the trial.
+        trials: u32,
         /// Why.
         failure: PenaltyFailure,
     },

@@ -31,8 +31,8 @@ use crate::elastic_body::{Discretised, ElasticBody, ReducedBody, rigid_motion};
 use crate::error::AdaptiveError;
 use crate::interval::IntervalEnd;
 use crate::lattice::DirectionLattice;
+use crate::rotated_net::RotatedNet;
 use crate::spec::{DivisionRule, ElasticSpec, LowModes, PointRule};
-use crate::turned_net::TurnedNet;
 use crate::unsupported::Unsupported;
 use crate::wanted_interval::WantedInterval;
 
@@ -128,7 +128,7 @@ pub struct FineMesh {
     /// Functions of the coarse model, or of its turned copy, in those of the fine one.
     pub prolongation: Prolongation,
     /// The turned copy of the coarse model, where the coarse net is singular or not smooth at the contact.
-    pub turned: Option<TurnedNet>,
+    pub rotated: Option<RotatedNet>,
 }
 
 /// A refined body before reduction; dereferences to its mesh.
@@ -188,15 +188,15 @@ impl FineMesh {
         wanted: &[WantedInterval],
         settings: &FineSettings,
     ) -> Result<Self, AdaptiveError> {
-        let turned = match wanted {
-            [one] if coarse.spec.model == Model::Solid => TurnedNet::new(coarse, one)?,
+        let rotated = match wanted {
+            [one] if coarse.spec.model == Model::Solid => RotatedNet::new(coarse, one)?,
             _ => None,
         };
-        match turned {
+        match rotated {
             None => Self::refine(coarse, wanted, settings),
             Some(net) => {
                 let fine = Self::refine(&net.body, &[net.wanted], settings)?;
-                Ok(Self { turned: Some(net), ..fine })
+                Ok(Self { rotated: Some(net), ..fine })
             }
         }
     }
@@ -235,7 +235,7 @@ impl FineMesh {
             dofs,
             lookup,
             prolongation,
-            turned: None,
+            rotated: None,
         })
     }
 
@@ -281,9 +281,9 @@ impl FineMesh {
     /// Displacements of the coarse unknowns (n_coarse x k) on the fine ones: the same displacement fields (theory Eq. A.5).
     /// On a turned net the nearest ones in the mass norm.
     pub fn prolong(&self, coarse: &AssembledBody, shapes: MatRef<'_, f64>) -> Mat<f64> {
-        match &self.turned {
+        match &self.rotated {
             None => self.prolong_nested(coarse, shapes),
-            Some(net) => self.prolong_nested(&net.body.assembled, net.carry(coarse, shapes).as_ref()),
+            Some(net) => self.prolong_nested(&net.body.assembled, net.prolong(coarse, shapes).as_ref()),
         }
     }
 

@@ -31,7 +31,7 @@ pub struct IntervalSettings {
     pub target: f64,
     /// Utilisation below which the model is not acceptable.
     pub minimum: f64,
-    /// Largest change of the width in one try, as a share of it.
+    /// Largest change of the width in one trial, as a share of it.
     pub max_change: f64,
 }
 
@@ -273,9 +273,9 @@ mod tests {
     }
 
     #[test]
-    fn repeated_tries_settle_on_the_target() {
+    fn repeated_trials_settle_on_the_target() {
         // Contact of fixed radius 1 on an interval from the axis: the width must end near 1/0.7.
-        let (mut width, mut tries) = (10.0, 0);
+        let (mut width, mut trials) = (10.0, 0);
         let settings = IntervalSettings::default();
         loop {
             let contact: Vec<bool> = (0..16).map(|i| (i as f64 + 0.5) * width / 16.0 < 1.0).collect();
@@ -284,8 +284,8 @@ mod tests {
                 assert!((0.5..0.9).contains(&found.directions[0].utilisation));
                 break;
             }
-            (width, tries) = (found.directions[0].width, tries + 1);
-            assert!(tries < 6, "halving from 10 to below 2 takes three tries");
+            (width, trials) = (found.directions[0].width, trials + 1);
+            assert!(trials < 6, "halving from 10 to below 2 takes three trials");
         }
     }
 }

@@ -4,7 +4,7 @@
 //! knows no file format and no terminal.
 
 pub mod lattice;
-pub mod turned_net;
+pub mod rotated_net;
 pub mod subdivision;
 pub mod unsupported;
 pub mod error;
@@ -22,13 +22,13 @@ pub mod point_compliance;
 pub mod contact_zone;
 pub mod zone_at_start;
 pub mod zone_contact;
-pub mod dent;
+pub mod local_deformation;
 pub mod stress;
 pub mod simulation;
 pub mod imported;
 pub mod store;
 pub mod model;
-pub mod impact_watch;
+pub mod impact_monitor;
 pub mod plausibility;
 pub mod driver;
 pub mod detection;

@@ -8,8 +8,8 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::elastic_body::rigid_motion;
 use crate::predict::LocalSurface;
+use crate::rotated_net::regular_view;
 use crate::spec::ElasticSpec;
-use crate::turned_net::regular_view;
 
 /// Surface of the undeformed body about a place of it.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -6,7 +6,7 @@ use ffr_dynamics::integration::OdeSystem;
 use ffr_dynamics::system::Multibody;
 use iga_core::space::Space;
 
-use crate::adaptive_contact::{AdaptiveContact, TrySizes};
+use crate::adaptive_contact::{AdaptiveContact, TrialSizes};
 use crate::body_model::{BodyModel, ElasticModel};
 use crate::elastic_body::ElasticBody;
 use crate::error::AdaptiveError;
@@ -150,7 +150,7 @@ impl RunModel {
     ///
     /// # Errors
     /// [`AdaptiveError::Geometry`] if a point is not in its body.
-    pub fn lasting_dents(&self) -> Result<Vec<PointCompliance>, AdaptiveError> {
+    pub fn lasting_local_deformation(&self) -> Result<Vec<PointCompliance>, AdaptiveError> {
         let mut all = Vec::new();
         for (i, body) in self.bodies.iter().enumerate() {
             let Some(elastic) = body.elastic() else { continue };
@@ -187,12 +187,12 @@ impl RunModel {
     }
 
     /// Sizes of the models of contact `i`, those of both bodies together.
-    pub fn try_sizes(&self, i: usize) -> TrySizes {
+    pub fn trial_sizes(&self, i: usize) -> TrialSizes {
         let (body, target) = self.system.forces()[i].contact.bodies();
         let models = [Some(body), target].into_iter().flatten();
-        models.filter_map(|b| self.bodies[b].elastic()).fold(TrySizes::default(), |sum, e| TrySizes {
+        models.filter_map(|b| self.bodies[b].elastic()).fold(TrialSizes::default(), |sum, e| TrialSizes {
             elements: sum.elements + e.body.space.n_elements() as u64,
-            freedoms: sum.freedoms + e.body.n_unknowns() as u64,
+            dofs: sum.dofs + e.body.n_unknowns() as u64,
             interface: sum.interface + e.interface.unknowns.len() as u64,
         })
     }

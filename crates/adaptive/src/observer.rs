@@ -4,7 +4,7 @@
 
 use crate::error::ObserverError;
 use crate::record::{
-    ImpactRecord, PhaseKind, PhaseRecord, RunLayout, Sample, StressRecord, TransferRecord, TryRecord,
+    ImpactRecord, PhaseKind, PhaseRecord, RunLayout, Sample, StressRecord, TransferRecord, TrialRecord,
 };
 use crate::run_state::RunState;
 use crate::warning::Warning;
@@ -74,11 +74,11 @@ pub trait Observer {
     /// [`ObserverError`] ends the run.
     fn impact(&mut self, record: &ImpactRecord) -> Result<(), ObserverError>;
 
-    /// Called at the end of every try.
+    /// Called at the end of every trial.
     ///
     /// # Errors
     /// [`ObserverError`] ends the run.
-    fn attempt(&mut self, record: &TryRecord) -> Result<(), ObserverError>;
+    fn trial(&mut self, record: &TrialRecord) -> Result<(), ObserverError>;
 
     /// Called after every change of the model.
     ///

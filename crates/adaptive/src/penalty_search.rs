@@ -64,7 +64,7 @@ pub enum PenaltyStrategy {
     },
     /// Raised by `factor` until the peak force changes by less than `tolerance`, relative.
     UntilConverged {
-        /// Factor between two tries, > 1.
+        /// Factor between two trials, > 1.
         factor: f64,
         /// Permitted change of the peak force, relative.
         tolerance: f64,
@@ -222,7 +222,7 @@ impl PenaltySearch {
     }
 
     /// Whether an error of the solver lowers the factor in the running impact, which goes on from the failing step, instead
-    /// of ending the try: always as printed, and where nothing higher is looked for.
+    /// of ending the trial: always as printed, and where nothing higher is looked for.
     pub fn is_resuming(&self) -> bool {
         let is_printed = matches!(self.strategy, PenaltyStrategy::ErrorDriven { .. });
         let is_known = matches!(self.state, State::Lowering | State::Known);

@@ -251,12 +251,12 @@ pub struct ImpactRecord {
     pub restitution: f64,
 }
 
-/// One try of an impact phase.
+/// One trial of an impact phase.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct TryRecord {
+pub struct TrialRecord {
     /// Index of the impact, from 0: its place among the records of impacts.
     pub impact: u32,
-    /// Number of the try, from 1.
+    /// Number of the trial, from 1.
     pub number: u32,
     /// Start \[s\].
     pub start: f64,
@@ -273,9 +273,9 @@ pub struct TryRecord {
     /// Elements of the fine model.
     pub elements: u64,
     /// Freedoms of the fine model.
-    pub freedoms: u64,
-    /// Interface freedoms.
-    pub interface_freedoms: u64,
+    pub dofs: u64,
+    /// Interface degrees of freedom.
+    pub interface_dofs: u64,
     /// Accepted steps.
     pub steps: u64,
     /// Rejected steps.

@@ -3,7 +3,7 @@
 use crate::error::ObserverError;
 use crate::observer::{Continue, Observer};
 use crate::record::{
-    ImpactRecord, PhaseKind, PhaseRecord, RunLayout, Sample, StressRecord, TransferRecord, TryRecord,
+    ImpactRecord, PhaseKind, PhaseRecord, RunLayout, Sample, StressRecord, TransferRecord, TrialRecord,
 };
 use crate::run_state::RunState;
 use crate::warning::Warning;
@@ -19,8 +19,8 @@ pub struct Recording {
     pub phases: Vec<PhaseRecord>,
     /// Finished impacts.
     pub impacts: Vec<ImpactRecord>,
-    /// Tries of impacts.
-    pub tries: Vec<TryRecord>,
+    /// Trials of impacts.
+    pub trials: Vec<TrialRecord>,
     /// Changes of models.
     pub transfers: Vec<TransferRecord>,
     /// Warnings.
@@ -33,15 +33,15 @@ pub struct Recording {
     pub is_brief: bool,
     /// Asks to stop at the first step that ends at or after this time \[s\].
     pub stop_at: Option<f64>,
-    /// Asks to stop while a model is built after so many tries.
-    pub stop_after_tries: Option<usize>,
+    /// Asks to stop while a model is built after so many trials.
+    pub stop_after_trials: Option<usize>,
 }
 
 impl Recording {
-    /// Numbers of samples, phases, impacts, tries and transfers.
+    /// Numbers of samples, phases, impacts, trials and transfers.
     pub fn counts(&self) -> [usize; 5] {
         let [samples, phases, impacts] = [self.samples.len(), self.phases.len(), self.impacts.len()];
-        [samples, phases, impacts, self.tries.len(), self.transfers.len()]
+        [samples, phases, impacts, self.trials.len(), self.transfers.len()]
     }
 
     /// Largest change of the total energy, relative to that at the start; NaN without samples.
@@ -74,7 +74,7 @@ impl Observer for Recording {
     }
 
     fn is_interrupted(&mut self) -> bool {
-        self.stop_after_tries.is_some_and(|n| self.tries.len() >= n)
+        self.stop_after_trials.is_some_and(|n| self.trials.len() >= n)
     }
 
     fn phase(&mut self, record: &PhaseRecord) -> Result<(), ObserverError> {
@@ -87,8 +87,8 @@ impl Observer for Recording {
         Ok(())
     }
 
-    fn attempt(&mut self, record: &TryRecord) -> Result<(), ObserverError> {
-        self.tries.push(record.clone());
+    fn trial(&mut self, record: &TrialRecord) -> Result<(), ObserverError> {
+        self.trials.push(record.clone());
         Ok(())
     }
 

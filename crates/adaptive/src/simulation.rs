@@ -10,7 +10,7 @@ use ffr_dynamics::system::force::BodyState;
 use ffr_dynamics::system::{Multibody, Reaction};
 use nalgebra::Vector3;
 
-use crate::impact_watch::NearMotion;
+use crate::impact_monitor::NearMotion;
 use crate::record::{BodySample, ContactSample, Energies, JointSample, PointSample, PressurePoint, Sample};
 
 /// A contact of a run, with what tells the pressures at its points.

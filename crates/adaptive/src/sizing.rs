@@ -26,7 +26,7 @@ use zone::ChosenZone;
 
 /// What the program shall choose for a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct SizeWish {
+pub struct SizeRequest {
     /// Elements a direction; those of the specification do not count then.
     pub elements: bool,
     /// Number of modes; that of the specification does not count then.
@@ -50,17 +50,17 @@ pub struct ChosenSizes {
 /// [`AdaptiveError`] naming a body whose matrices or modes cannot be computed, or joints that do not fit.
 pub fn choose(
     spec: &RunSpec,
-    wishes: &[SizeWish],
+    wishes: &[SizeRequest],
     cache: &ModelCache,
 ) -> Result<Vec<ChosenSizes>, AdaptiveError> {
     let mut chosen = vec![ChosenSizes::default(); spec.bodies.len()];
-    if wishes.iter().all(|wish| *wish == SizeWish::default()) {
+    if wishes.iter().all(|wish| *wish == SizeRequest::default()) {
         return Ok(chosen);
     }
     let poses = start_poses(spec)?;
     let times = impact_time::shortest(spec, &poses);
     for (i, (body, wish)) in spec.bodies.iter().zip(wishes).enumerate() {
-        if let (BodyKind::Elastic(elastic), true) = (&body.kind, *wish != SizeWish::default()) {
+        if let (BodyKind::Elastic(elastic), true) = (&body.kind, *wish != SizeRequest::default()) {
             chosen[i] = sizes(&body.name, elastic, *wish, times[i].as_ref(), cache)?;
             chosen[i].warn(&body.name);
             if wish.elements {
@@ -74,17 +74,17 @@ pub fn choose(
 fn sizes(
     name: &str,
     elastic: &ElasticSpec,
-    wish: SizeWish,
+    wish: SizeRequest,
     time: Option<&ForceTime>,
     cache: &ModelCache,
 ) -> Result<ChosenSizes, AdaptiveError> {
-    let trial = Trial::new(name, elastic, wish);
+    let candidate = Candidate::new(name, elastic, wish);
     let limit = time.map_or(0.0, |t| t.frequency);
-    let key: ModelKey = key::sizes_key(&trial.spec, wish, limit);
+    let key: ModelKey = key::sizes_key(&candidate.spec, wish, limit);
     let numbers = cache.shared(
         key,
         Numbers::from_stored,
-        || Numbers::compute(&trial, wish, limit, elastic.reduction),
+        || Numbers::compute(&candidate, wish, limit, elastic.reduction),
         Numbers::stored,
     )?;
     Ok(numbers.with_reason(wish, time))
@@ -101,8 +101,8 @@ struct Numbers {
 
 impl Numbers {
     fn compute(
-        trial: &Trial<'_>,
-        wish: SizeWish,
+        candidate: &Candidate<'_>,
+        wish: SizeRequest,
         limit: f64,
         reduction: ReductionSpec,
     ) -> Result<Self, AdaptiveError> {
@@ -114,8 +114,9 @@ impl Numbers {
             ReductionSpec::CraigBampton { fixed_interface_modes: Some(n), .. } => n,
             _ => mode_count::MOST,
         };
-        let (modes, highest) = if wish.modes { mode_count::count(trial, limit, most)? } else { (given, 0.0) };
-        let (elements, error) = if wish.elements { mesh::mesh(trial, modes)? } else { (Vec::new(), 0.0) };
+        let (modes, highest) =
+            if wish.modes { mode_count::count(candidate, limit, most)? } else { (given, 0.0) };
+        let (elements, error) = if wish.elements { mesh::mesh(candidate, modes)? } else { (Vec::new(), 0.0) };
         Ok(Self { elements, error, modes, highest })
     }
 
@@ -132,7 +133,7 @@ impl Numbers {
         Some(Self { elements: elements.to_vec(), error, modes: *modes, highest })
     }
 
-    fn with_reason(self, wish: SizeWish, time: Option<&ForceTime>) -> ChosenSizes {
+    fn with_reason(self, wish: SizeRequest, time: Option<&ForceTime>) -> ChosenSizes {
         let Self { elements, error, modes, highest } = self;
         ChosenSizes {
             mesh: wish.elements.then_some(ChosenMesh { elements, error, modes }),
@@ -154,16 +155,16 @@ impl ChosenSizes {
 }
 
 /// A body on which sizes are tried: without local refinement, which contacts add to whatever mesh is chosen.
-pub struct Trial<'a> {
+pub struct Candidate<'a> {
     name: &'a str,
     spec: ElasticSpec,
     /// Whether the elements are to be chosen.
     chooses_elements: bool,
 }
 
-impl<'a> Trial<'a> {
+impl<'a> Candidate<'a> {
     /// The body `name` that is made from `elastic`.
-    pub fn new(name: &'a str, elastic: &ElasticSpec, wish: SizeWish) -> Self {
+    pub fn new(name: &'a str, elastic: &ElasticSpec, wish: SizeRequest) -> Self {
         let mut spec = elastic.clone();
         let mesh = &elastic.discretisation;
         spec.discretisation = DiscretisationSpec { refine: Vec::new(), ..mesh.clone() };
@@ -189,14 +190,18 @@ impl<'a> Trial<'a> {
     }
 
     /// For each direction, the first one that the body cannot be told from: a mirror turns the one into the other.
-    fn twins(&self) -> Vec<usize> {
+    fn equivalent_directions(&self) -> Vec<usize> {
         let degrees = self.degrees();
         let is_isotropic = self.spec.model != Model::Axisymmetric && self.spec.rigid_areas.is_empty();
         if !is_isotropic {
             return (0..degrees.len()).collect();
         }
-        let twins = proportions::twins(&self.spec.shape);
-        twins.iter().enumerate().map(|(d, &of)| if degrees[of] == degrees[d] { of } else { d }).collect()
+        let equivalent_directions = proportions::equivalent_directions(&self.spec.shape);
+        equivalent_directions
+            .iter()
+            .enumerate()
+            .map(|(d, &of)| if degrees[of] == degrees[d] { of } else { d })
+            .collect()
     }
 
     /// The `n` lowest eigenfrequencies \[Hz\], or all if there are fewer, with `elements` a direction; and whether `n` cuts

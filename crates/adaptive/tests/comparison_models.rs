@@ -43,8 +43,8 @@ fn interval(width: f64, elements: usize) -> IntervalSpec {
 /// Width that the adaptive model ended with and penalty factor that it started from, the last but one of the search: the
 /// force changes by less than 0.2 % beyond it, and steps of an explicit method shrink with the square root of it.
 fn found(trace: &Trace) -> (f64, f64) {
-    let last = trace.tries.iter().find(|t| t.outcome == TrialOutcome::Accepted).expect("an accepted try");
-    (last.interval_widths[0], trace.tries[0].penalty_start)
+    let last = trace.trials.iter().find(|t| t.outcome == TrialOutcome::Accepted).expect("an accepted trial");
+    (last.interval_widths[0], trace.trials[0].penalty_start)
 }
 
 /// Past the impact of the two spheres, which takes 53 us by Hertz's theory.
@@ -80,8 +80,8 @@ fn agrees_with_the_adaptive_one(treatment: Treatment, elements: usize, limit: f6
         "{treatment:?}: {impact:?}, {reference:?}"
     );
     assert!((impact.end / reference.end - 1.0).abs() < 0.01, "{treatment:?}: {impact:?}, {reference:?}");
-    // One model for the whole run: no transfer, no second try.
-    assert!(trace.transfers.is_empty() && trace.tries.len() == 1, "{:?}", trace.tries);
+    // One model for the whole run: no transfer, no second trial.
+    assert!(trace.transfers.is_empty() && trace.trials.len() == 1, "{:?}", trace.trials);
     let start = &trace.samples[0];
     for sample in &trace.samples {
         // Error control of 1e-8 a step; what damping takes is booked as dissipated.
@@ -126,7 +126,13 @@ fn quasistatic_pair_without_a_refinement_of_its_own_is_refined_where_it_touches(
     let given = IntervalSpec { width: Some(0.6e-3), elements: Some(8), ..IntervalSpec::default() };
     let spec = with(two_spheres(END), Treatment::Quasistatic, PENALTY, given);
     let trace = finished(&spec);
-    assert_eq!((trace.transfers.len(), trace.tries.len()), (2, 1), "{:?} {:?}", trace.transfers, trace.tries);
+    assert_eq!(
+        (trace.transfers.len(), trace.trials.len()),
+        (2, 1),
+        "{:?} {:?}",
+        trace.transfers,
+        trace.trials
+    );
     let peak = trace.impacts[0].peak_force / adaptive_impact().impacts[0].peak_force - 1.0;
     assert!(peak.abs() < 0.01, "{peak:e}");
 }
@@ -152,7 +158,7 @@ fn zones_that_vibrate_in_an_impact_act_as_those_of_bodies_refined_for_the_whole_
     let taken = [1.0 - a.peak_force / c.peak_force, 1.0 - b.peak_force / d.peak_force];
     assert!((taken[1] - taken[0]).abs() < 2e-3, "{taken:?}");
     assert!((b.restitution - a.restitution).abs() < 2e-3, "{a:?} {b:?}");
-    assert_eq!((interval.transfers.len(), interval.tries.len()), (2, 1));
+    assert_eq!((interval.transfers.len(), interval.trials.len()), (2, 1));
     let start = &interval.samples[0];
     for sample in &interval.samples {
         // As with bodies refined for the whole run: the energy of the zones is in the ledger.

@@ -107,7 +107,7 @@ fn run_that_ends_in_contact_records_the_impact_so_far() {
     assert!((impact.end - end).abs() < 1e-15 && trace.last().contacts[0].normal_force > 0.0);
     // Half an impact: the bodies have not parted.
     assert!(impact.separation_velocity.is_nan() && impact.restitution.is_nan(), "{impact:?}");
-    assert!((trace.tries[0].stop - end).abs() < 1e-15);
+    assert!((trace.trials[0].stop - end).abs() < 1e-15);
 }
 
 #[test]
@@ -162,7 +162,7 @@ fn impact_ends_after_the_quiet_time() {
 fn ball_that_leaves_the_plane_has_no_impact() {
     let trace = finished(&ball(0.0, -SPEED, 2e-4));
     assert_eq!(trace.kinds(), [PhaseKind::Impact, PhaseKind::Free]);
-    assert!(trace.impacts.is_empty() && trace.tries.is_empty());
+    assert!(trace.impacts.is_empty() && trace.trials.is_empty());
     assert!((trace.last().bodies[0].position[2] - RADIUS - SPEED * 2e-4).abs() < 1e-15);
 }
 
@@ -188,7 +188,7 @@ fn interrupted_run_keeps_its_last_state_and_impact() {
     let end = try_run(&ball(0.0, SPEED, 1e-4), &mut trace).unwrap_or_else(|e| panic!("{e}"));
     assert!(end.is_interrupted && (20e-6..23e-6).contains(&end.time));
     assert!((trace.last().time - end.time).abs() < 1e-15);
-    assert_eq!((trace.impacts.len(), trace.tries[0].outcome.identifier()), (1, "interrupted"));
+    assert_eq!((trace.impacts.len(), trace.trials[0].outcome.identifier()), (1, "interrupted"));
 }
 
 #[test]

@@ -80,7 +80,7 @@ fn global(coarse: &ElasticBody, fine: &FineBody) -> ElasticBody {
 }
 
 #[test]
-fn a_fine_model_presses_like_the_globally_refined_one_with_fewer_freedoms() {
+fn a_fine_model_presses_like_the_globally_refined_one_with_fewer_dofs() {
     use ffr_dynamics::reduction::{compliance::ResidualFlexibility, problem::ElasticProblem};
     let coarse = sphere([8, 8]);
     let reduced = coarse.reduce(&Default::default()).unwrap();
@@ -141,13 +141,13 @@ fn an_impact_has_the_same_peak_force_on_the_globally_refined_model() {
         let mut contact = impacts::contact("floor", 0, plane);
         contact.law = ContactLaw::Surface(law);
         let trace = impacts::finished(&impacts::spec(vec![ball], vec![contact], 1e-4));
-        let last = trace.tries.last().unwrap();
-        (trace.impacts[0].peak_force, last.freedoms as f64)
+        let last = trace.trials.last().unwrap();
+        (trace.impacts[0].peak_force, last.dofs as f64)
     };
-    let (force, freedoms) = peak(&coarse.spec, Treatment::Adaptive);
+    let (force, dofs) = peak(&coarse.spec, Treatment::Adaptive);
     let (expected, all) = peak(&whole.spec, Treatment::Quasistatic);
     assert_relative_eq!(force, expected, max_relative = 1e-3);
-    assert!(freedoms <= 0.6 * all, "{freedoms} of {all}");
+    assert!(dofs <= 0.6 * all, "{dofs} of {all}");
 }
 
 fn built(coarse: &ElasticBody, place: [f64; 3]) -> (FineBody, ContactZone) {

@@ -45,7 +45,7 @@ fn same_impacts(own: &Trace, default: &Trace, limit: f64) {
         let duration = b.end - b.start;
         assert!((a.start - b.start).abs().max((a.end - b.end).abs()) < limit * duration, "{a:?} {b:?}");
     }
-    let counts = |t: &Trace| t.tries.len();
+    let counts = |t: &Trace| t.trials.len();
     assert_eq!(counts(own), counts(default));
 }
 

@@ -33,7 +33,7 @@ fn check(trace: &Trace, momentum: f64) {
     assert!(trace.energy_drift() < DRIFT, "{:e}", trace.energy_drift());
     assert!(!trace.transfers.is_empty() && trace.largest_jump() < JUMP, "{:e}", trace.largest_jump());
     assert!(trace.momentum_change(momentum) < MOMENTUM, "{:e}", trace.momentum_change(momentum));
-    assert!(trace.tries.iter().any(|t| t.outcome == TrialOutcome::Accepted));
+    assert!(trace.trials.iter().any(|t| t.outcome == TrialOutcome::Accepted));
 }
 
 fn mass() -> f64 {
@@ -95,7 +95,7 @@ fn contacts_that_a_wave_has_not_reached_are_not_judged() {
     }
     assert!((1..n - 1).any(|i| 0.0 < found(i) && found(i) < 1e-8 * main), "no contact carries errors alone");
     // As many as the contacts that carry force need: two widths, three factors.
-    assert!(trace.tries.iter().all(|t| t.number <= 6), "{:?}", trace.tries);
+    assert!(trace.trials.iter().all(|t| t.number <= 6), "{:?}", trace.trials);
 }
 
 #[test]
@@ -123,9 +123,9 @@ fn ball_between_two_planes_meets_them_again_and_again() {
     // An impact of 55 us and a flight of 200 us in turn.
     let contacts: Vec<u32> = trace.impacts.iter().map(|i| i.contact).collect();
     assert_eq!(contacts, [0, 1, 0, 1, 0, 1, 0]);
-    // The first impact takes two tries, those that follow know width and penalty factor.
-    let tries: Vec<u32> = trace.tries.iter().map(|t| t.number).collect();
-    assert_eq!(tries, [1, 2, 1, 1, 1, 1, 1, 1]);
+    // The first impact takes two trials, those that follow know width and penalty factor.
+    let trials: Vec<u32> = trace.trials.iter().map(|t| t.number).collect();
+    assert_eq!(trials, [1, 2, 1, 1, 1, 1, 1, 1]);
     let peaks = trace.impacts.iter().map(|i| i.peak_force / trace.impacts[0].peak_force);
     // Vibration left from earlier impacts.
     assert!(peaks.clone().all(|p| (p - 1.0).abs() < 1e-2), "{:?}", peaks.collect::<Vec<_>>());

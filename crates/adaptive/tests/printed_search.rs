@@ -44,14 +44,14 @@ fn factors(trace: &Trace, i: usize) -> Vec<f64> {
 
 /// The first impact raises by tens in trials of 30 steps with contact, then lowers in the running impact.
 fn check_first_search(trace: &Trace) {
-    for t in &trace.tries {
+    for t in &trace.trials {
         println!(
             "{} {:?} {:.4e} -> {:.4e} {} steps {:.2} s: {}",
             t.impact, t.outcome, t.penalty_start, t.penalty_end, t.steps, t.wall_time, t.reason
         );
     }
     println!("factors {:?}", factors(trace, 0));
-    let first: Vec<_> = trace.tries.iter().filter(|t| t.impact == 0).collect();
+    let first: Vec<_> = trace.trials.iter().filter(|t| t.impact == 0).collect();
     let (last, raised) = first.split_last().expect("tries");
     assert!(raised.len() >= 2, "the factor is raised");
     for (n, t) in raised.iter().enumerate() {
@@ -61,7 +61,7 @@ fn check_first_search(trace: &Trace) {
         assert_eq!(t.outcome, TrialOutcome::Rejected);
         assert!(t.reason.contains("trial passed"), "{}", t.reason);
     }
-    // The try in which the error occurs goes on from the failing step: one try that starts high and ends low.
+    // The trial in which the error occurs goes on from the failing step: one trial that starts high and ends low.
     assert_eq!(last.outcome, TrialOutcome::Accepted);
     assert!((last.penalty_start / raised[raised.len() - 1].penalty_start - 10.0).abs() < 1e-9, "{last:?}");
     assert!(last.penalty_end < last.penalty_start, "{last:?}");
@@ -105,11 +105,11 @@ fn printed_search_ends_within_a_factor_of_ten_of_the_printed_factors() {
     assert_eq!(trace.impacts.len(), 2);
     // [A] section 5: 5e16 and 1e17 N/m (per area: N/m^3).
     for (impact, printed) in [5e16, 1e17].into_iter().enumerate() {
-        let end = trace.tries.iter().rfind(|t| t.impact as usize == impact).expect("a try").penalty_end;
+        let end = trace.trials.iter().rfind(|t| t.impact as usize == impact).expect("a trial").penalty_end;
         assert!(end / printed < 10.0 && printed / end < 10.0, "impact {impact}: {end:e} beside {printed:e}");
     }
     // The second impact knows the ratio of stiffnesses and is simulated once.
-    assert_eq!(trace.tries.iter().filter(|t| t.impact == 1).count(), 1);
+    assert_eq!(trace.trials.iter().filter(|t| t.impact == 1).count(), 1);
     // Formulation section 8: 73.39 N, 10.47 N, found with the default search as well.
     assert!((trace.impacts[0].peak_force / 73.39 - 1.0).abs() < 5e-3);
     assert!((trace.impacts[1].peak_force / 10.47 - 1.0).abs() < 5e-3);

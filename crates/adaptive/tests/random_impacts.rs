@@ -159,7 +159,7 @@ impl Outcome {
     fn line(&self) -> String {
         let c = &self.case;
         format!(
-            "{:3} a/r {:.4} peak {:+.4} (finite size {:+.4}) restitution {:.5} momentum {:.0e} energy {:.0e} tries {} \
+            "{:3} a/r {:.4} peak {:+.4} (finite size {:+.4}) restitution {:.5} momentum {:.0e} energy {:.0e} trials {} \
              steps {} {:.2} s; radii {:.2} {:.2} mm, E {:.1} {:.1} GPa, nu {:.2} {:.2}, {:.4} m/s, gap {:.0e} m",
             c.number,
             self.hertz.ratio,
@@ -168,7 +168,7 @@ impl Outcome {
             self.restitution(),
             self.momentum_change(),
             self.trace.energy_drift(),
-            self.trace.tries.len(),
+            self.trace.trials.len(),
             self.trace.phases.iter().map(|p| p.steps).sum::<u64>(),
             self.seconds,
             1e3 * c.radii[0],
@@ -189,8 +189,8 @@ impl Outcome {
         assert!(self.trace.energy_drift() < DRIFT, "{line}");
         assert!(!self.trace.transfers.is_empty() && self.trace.largest_jump() < JUMP, "{line}");
         // The first fits the width, the second shows that the penalty factor is high enough.
-        assert_eq!(self.trace.tries.len(), 2, "{line}");
-        assert!(self.trace.tries.iter().all(|t| (0.5..0.95).contains(&t.utilisation[0])), "{line}");
+        assert_eq!(self.trace.trials.len(), 2, "{line}");
+        assert!(self.trace.trials.iter().all(|t| (0.5..0.95).contains(&t.utilisation[0])), "{line}");
         if self.hertz.ratio < HERTZ_APPLIES {
             assert!((self.restitution() - 1.0).abs() < HERTZ, "{line}");
             let stiffer = self.case.finite_size().max(HERTZ);

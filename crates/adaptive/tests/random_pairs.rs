@@ -329,14 +329,14 @@ impl Outcome {
         match &self.result {
             Err(error) => format!("{head} FAILED in {time:.1} s: {error}; {p:?}"),
             Ok(trace) => format!(
-                "{head} peak/Hertz {:.4} of {:.4?} a/R {:.1e} ledger {:.1e} momentum {:.0e} tries {} steps {} {time:.1} s; radii {:.1} {:.1} mm, \
+                "{head} peak/Hertz {:.4} of {:.4?} a/R {:.1e} ledger {:.1e} momentum {:.0e} trials {} steps {} {time:.1} s; radii {:.1} {:.1} mm, \
                  E {:.1} {:.1} GPa, {:.1e} m/s, gap {:.0e} m, until {} durations; {}",
                 self.peak_deviation(trace).unwrap_or(f64::NAN),
                 self.bounds_of_peak(),
                 p.relative_ratio(),
                 trace.energy_drift(),
                 self.momentum_change(trace),
-                trace.tries.len(),
+                trace.trials.len(),
                 trace.phases.iter().map(|p| p.steps).sum::<u64>(),
                 1e3 * p.radii[0],
                 1e3 * p.radii[1],

@@ -221,7 +221,7 @@ impl Outcome {
         let [p, q] = self.places();
         format!(
             "{:3} mu {:.1} impacts {} peak/Hertz {:+.4} restitution {:.5} (centres {:.5}) momenta {linear:.0e} {angular:.0e} ledger {:.2e} \
-             friction gains {:.0e} loses {:.3} tries {} ({}) evaluations {evaluations} {:.1} s; radii {:.1} {:.1} mm, E {:.0} {:.0} GPa, \
+             friction gains {:.0e} loses {:.3} trials {} ({}) evaluations {evaluations} {:.1} s; radii {:.1} {:.1} mm, E {:.0} {:.0} GPa, \
              {:.3} m/s, at ({:.2} {:.2} {:.2}) ({:.2} {:.2} {:.2})",
             c.number,
             c.friction.unwrap_or(0.0),
@@ -232,8 +232,8 @@ impl Outcome {
             self.energy_drift(),
             self.friction_gain(),
             self.friction_loss(),
-            self.trace.tries.len(),
-            self.trace.tries.iter().map(|t| t.reason.as_str()).collect::<Vec<_>>().join("; "),
+            self.trace.trials.len(),
+            self.trace.trials.iter().map(|t| t.reason.as_str()).collect::<Vec<_>>().join("; "),
             self.seconds,
             1e3 * c.balls[0].radius,
             1e3 * c.balls[1].radius,

@@ -44,8 +44,8 @@ fn without_clocks(mut trace: Trace) -> Trace {
     let contacts = trace.samples.iter_mut().flat_map(|s| &mut s.contacts);
     contacts.for_each(|c| number(&mut c.penalty));
     trace.phases.iter_mut().for_each(|p| p.wall_time = 0.0);
-    trace.tries.iter_mut().for_each(|t| (t.wall_time, t.cpu_time) = (0.0, 0.0));
-    trace.tries.iter_mut().for_each(|t| number(&mut t.penalty_start));
+    trace.trials.iter_mut().for_each(|t| (t.wall_time, t.cpu_time) = (0.0, 0.0));
+    trace.trials.iter_mut().for_each(|t| number(&mut t.penalty_start));
     trace.restarts.iter_mut().for_each(|(p, _)| p.phase.wall_time = 0.0);
     trace.impacts.iter_mut().for_each(|i| number(&mut i.restitution));
     trace.impacts.iter_mut().for_each(|i| number(&mut i.separation_velocity));
@@ -55,13 +55,13 @@ fn without_clocks(mut trace: Trace) -> Trace {
 /// Takes the run up at every restart point; returns the kinds of their phases, and whether they lie at the start.
 fn check(spec: &RunSpec) -> Vec<(PhaseKind, bool)> {
     let whole = without_clocks(finished(spec));
-    for (k, (point, [samples, phases, impacts, tries, transfers])) in whole.restarts.iter().enumerate() {
+    for (k, (point, [samples, phases, impacts, trials, transfers])) in whole.restarts.iter().enumerate() {
         let rest = without_clocks(taken_up(spec, point).unwrap_or_else(|e| panic!("{e}")));
         let place = format!("{:e} s, {:?}", point.time, point.phase.kind);
         assert_eq!(rest.samples, whole.samples[*samples..], "{place}");
         assert_eq!(rest.phases, whole.phases[*phases..], "{place}");
         assert_eq!(rest.impacts, whole.impacts[*impacts..], "{place}");
-        assert_eq!(rest.tries, whole.tries[*tries..], "{place}");
+        assert_eq!(rest.trials, whole.trials[*trials..], "{place}");
         assert_eq!(rest.transfers, whole.transfers[*transfers..], "{place}");
         assert_eq!(rest.warnings, whole.warnings[point.warned.len()..], "{place}");
         assert_eq!(rest.stresses, whole.stresses, "{place}");
@@ -77,7 +77,7 @@ fn check(spec: &RunSpec) -> Vec<(PhaseKind, bool)> {
 fn impacts_refined_by_the_program_go_on_to_the_last_bit() {
     use PhaseKind::{Free, Impact};
     let found = check(&bounces(|_| {}));
-    // What the first impact taught decides the tries of the second one.
+    // What the first impact taught decides the trials of the second one.
     assert_eq!(found[..4], [(Free, true), (Impact, true), (Free, true), (Impact, true)]);
 }
 

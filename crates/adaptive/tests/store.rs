@@ -53,10 +53,10 @@ fn traced(spec: &RunSpec, store: Option<&Arc<Shelf>>) -> (String, CacheUse) {
     let mut trace = Recording::default();
     run(&mut model, &spec.settings, &mut trace).unwrap_or_else(|e| panic!("{e}"));
     trace.phases.iter_mut().for_each(|p| p.wall_time = 0.0);
-    trace.tries.iter_mut().for_each(|t| (t.wall_time, t.cpu_time) = (0.0, 0.0));
+    trace.trials.iter_mut().for_each(|t| (t.wall_time, t.cpu_time) = (0.0, 0.0));
     // Debug prints the shortest text that gives the number back, so equal texts are equal numbers.
-    let Recording { samples, phases, impacts, tries, transfers, .. } = &trace;
-    let text = format!("{samples:?} {phases:?} {impacts:?} {tries:?} {transfers:?}");
+    let Recording { samples, phases, impacts, trials, transfers, .. } = &trace;
+    let text = format!("{samples:?} {phases:?} {impacts:?} {trials:?} {transfers:?}");
     assert_eq!(cache.used(), model.timings().cache);
     (text, cache.used())
 }

@@ -80,7 +80,7 @@ fn deviation(
 fn spheres_refined_during_the_run_have_the_stress_of_hertz() {
     let trace = finished(&pair(law()));
     let impact = trace.impacts[0];
-    assert!(trace.tries.len() > 1, "tries that were given up leave no stress");
+    assert!(trace.trials.len() > 1, "trials that were given up leave no stress");
     let zone = hertz(impact.peak_force, 0.5 * RADIUS, &[STEEL, ALUMINIUM]);
     for (record, solid) in trace.stresses.iter().zip([STEEL, ALUMINIUM]) {
         assert!((record.time - impact.peak_time).abs() < 1e-6, "{:e} {:e}", record.time, impact.peak_time);
@@ -110,15 +110,15 @@ fn stress_at_an_instant_is_complete_in_an_impact_and_that_of_the_modes_outside()
 }
 
 #[test]
-fn states_of_tries_given_up_are_no_stress_states() {
+fn states_of_trials_given_up_are_no_stress_states() {
     let mut run = pair(law());
-    // The nearest step of either try would do: only those of the accepted one are stored.
+    // The nearest step of either trial would do: only those of the accepted one are stored.
     run.stress = (1..=12)
         .map(|i| StressInstant::Time(f64::from(i) * 8.1e-6))
         .map(|at| line("left", 0, [0.0, RADIUS, 0.0], [0.0, -1.0, 0.0], at))
         .collect();
     let trace = finished(&run);
-    assert!(trace.tries.iter().any(|t| t.outcome == TrialOutcome::Rejected));
+    assert!(trace.trials.iter().any(|t| t.outcome == TrialOutcome::Rejected));
     for record in &trace.stresses {
         let is_stored = trace.samples.iter().any(|s| s.time.to_bits() == record.time.to_bits());
         assert!(is_stored, "{:e}", record.time);

@@ -67,13 +67,13 @@ fn contacts_far_smaller_than_the_elements_are_resolved() {
         let trace = finished(&run);
         let found = trace.impacts[0].peak_force;
         let momentum = trace.momentum_change(1.0) / (4.2 * radii[0].powi(3) * solid.density * speed);
-        let last = trace.tries.last().unwrap();
+        let last = trace.trials.last().unwrap();
         println!(
-            "{radii:?} {speed:e}: peak {:+.4}, ledger {:.1e}, momentum {momentum:.1e}, {} tries, {} freedoms",
+            "{radii:?} {speed:e}: peak {:+.4}, ledger {:.1e}, momentum {momentum:.1e}, {} trials, {} degrees of freedom",
             found / peak - 1.0,
             trace.energy_drift(),
-            trace.tries.len(),
-            last.freedoms
+            trace.trials.len(),
+            last.dofs
         );
         // Claims of the project where contact radii are below 5 % of the smaller sphere's.
         assert!(radius < 0.05 * radii[0].min(radii[1]) && (found / peak - 1.0).abs() < 2e-2);
@@ -91,14 +91,14 @@ fn contacts_far_smaller_than_the_elements_are_resolved() {
 fn the_first_interval_does_not_shrink_with_the_time_left() {
     let bodies = || vec![sphere("ball", 0.01, STEEL, (0.01, -0.1))];
     let run = |end| finished(&spec(bodies(), vec![contact("floor", 0, FLOOR)], end));
-    let width = |trace: &Trace| trace.tries[0].interval_widths[0];
+    let width = |trace: &Trace| trace.trials[0].interval_widths[0];
     let whole = run(1e-4);
     for end in [1e-9, 1e-6, 1e-5] {
         let short = run(end);
         // The same preview.
         assert!((width(&short) / width(&whole) - 1.0).abs() < 1e-12, "{end:e}");
         // Only the penalty factor is looked for.
-        assert!(short.tries.iter().all(|t| !t.reason.contains("in contact")), "{:?}", short.tries);
+        assert!(short.trials.iter().all(|t| !t.reason.contains("in contact")), "{:?}", short.trials);
         assert!((short.last().time - end).abs() < 1e-20);
     }
 }

@@ -1,4 +1,4 @@
-//! Evaluations of a pair of solid balls: some 300 points a side, a thousand interface freedoms, a hundred points in contact.
+//! Evaluations of a pair of solid balls: some 300 points a side, a thousand interface degrees of freedom, a hundred points in contact.
 
 #![expect(clippy::unwrap_used, reason = "a benchmark that cannot be set up shall stop")]
 
@@ -22,7 +22,7 @@ fn main() {
     pair.evaluate(Motion::new(0.0, &caps::pressed(APPROACH)), &mut forces).unwrap();
     let report = pair.report();
     eprintln!(
-        "{} points, {} in contact, {} interface freedoms, {:.1} N, {} passes from nothing, rim {}",
+        "{} points, {} in contact, {} interface degrees of freedom, {:.1} N, {} passes from nothing, rim {}",
         pair.n_points(),
         report.n_active,
         pair.element().surface().n_interface(),

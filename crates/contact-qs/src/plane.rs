@@ -399,7 +399,7 @@ impl ContactElement for PlaneContact {
             return;
         }
         let rows = &self.submodel.interface;
-        assert_eq!(out.len(), rows.n_columns(), "number of interface freedoms");
+        assert_eq!(out.len(), rows.n_columns(), "number of interface degrees of freedom");
         if rows.n_rows() == 0 {
             return;
         }

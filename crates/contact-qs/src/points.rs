@@ -52,7 +52,7 @@ impl DofLookup {
     }
 }
 
-/// Compliance of the interface freedoms.
+/// Compliance of the interface degrees of freedom.
 #[derive(Debug, Clone, Copy)]
 pub struct InterfaceCompliance<'a> {
     /// Unknowns of the interface in the order of `compliance`.
@@ -142,7 +142,7 @@ fn dof_rows(
     Ok(rows)
 }
 
-/// The same rows in terms of the interface freedoms.
+/// The same rows in terms of the interface degrees of freedom.
 fn interface_rows(rows: &SparseRows, interface: InterfaceCompliance<'_>) -> Result<SparseRows, ContactError> {
     let n_b = interface.dofs.len();
     check_square("the compliance of the interface", interface.compliance, n_b)?;

@@ -6,7 +6,7 @@ use ffr_dynamics::data_error::{DataError, check_square};
 
 use crate::ContactError;
 
-/// Rows with few entries: the shape functions of the points in terms of the interface freedoms, `N_b`.
+/// Rows with few entries: the shape functions of the points in terms of the interface degrees of freedom, `N_b`.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SparseRows {
     starts: Vec<usize>,
@@ -64,7 +64,7 @@ pub struct ContactSubmodel {
     pub low: Mat<f64>,
     /// Quasistatic compliance `N_b G N_bᵀ` of the points [m/N]; zero-sized when all modes are dynamic.
     pub compliance: Mat<f64>,
-    /// Shape functions `N_b` of the points in terms of the interface freedoms, in the order of `G`; without rows when
+    /// Shape functions `N_b` of the points in terms of the interface degrees of freedom, in the order of `G`; without rows when
     /// all modes are dynamic.
     pub interface: SparseRows,
     /// Indices of the points that stand on the rim of the contact zone: contact there means that the zone is too small.

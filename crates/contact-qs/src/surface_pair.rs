@@ -441,12 +441,12 @@ impl ContactElement for SurfacePair {
     fn interface_force(&self, body: usize, found: &PairFound, out: &mut [f64]) {
         out.fill(0.0);
         if body == self.settings.contact_body && self.interface.n_rows() > 0 {
-            assert_eq!(out.len(), self.interface.n_columns(), "number of interface freedoms");
+            assert_eq!(out.len(), self.interface.n_columns(), "number of interface degrees of freedom");
             for (row, &load) in found.loads.iter().enumerate().filter(|(_, load)| **load != 0.0) {
                 self.interface.row(row).iter().for_each(|&(b, value)| out[b] += value * load);
             }
         } else if Some(body) == self.settings.target_body {
-            assert_eq!(out.len(), found.interface_loads.len(), "number of interface freedoms");
+            assert_eq!(out.len(), found.interface_loads.len(), "number of interface degrees of freedom");
             out.copy_from_slice(&found.interface_loads);
         }
     }

@@ -170,7 +170,7 @@ fn new_jacobians_come_in_passes_16_and_31_when_one_is_carried_over() {
     let gaps = parabola(N, 1e-6);
     case.broyden(&mut solver, &gaps).unwrap();
     let (_, report) = case.broyden(&mut solver, &gaps).unwrap();
-    // Try 1 starts with k_jac = 0: passes 16 and 31; try 2 with k_jac = 15: passes 1, 16 and 31.
+    // Trial 1 starts with k_jac = 0: passes 16 and 31; trial 2 with k_jac = 15: passes 1, 16 and 31.
     assert_eq!((report.iterations, report.factorisations), (90, 5));
 }
 

@@ -51,7 +51,7 @@ fn forces_are_equal_and_opposite_and_keep_the_angular_momentum() {
 }
 
 /// Directions and axes of the motions of a model.
-fn freedoms(motion: RigidMotion) -> (&'static [usize], &'static [usize]) {
+fn dofs(motion: RigidMotion) -> (&'static [usize], &'static [usize]) {
     match motion {
         RigidMotion::Axial => (&[2], &[]),
         RigidMotion::Planar => (&[0, 1], &[2]),
@@ -66,7 +66,7 @@ fn gradient_error(pair: &mut Active<SurfacePair>, motion: RigidMotion, bodies: &
     let scale = forces[2].force.norm();
     // Central differences: error about (h/depth)² = 3e-9; energies known to some 1e-12 of F depth leave 2e-8 of F.
     let h = 1e-7;
-    let (directions, axes) = freedoms(motion);
+    let (directions, axes) = dofs(motion);
     let mut worst = 0.0_f64;
     for body in [0, 2] {
         for &d in directions {

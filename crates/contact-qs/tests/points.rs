@@ -7,7 +7,7 @@ use contact_qs::{DofLookup, InterfaceCompliance, SurfacePoint, contact_submodel}
 use faer::Mat;
 use ffr_dynamics::body::{Dof, RigidMotion};
 
-/// Four control points of an axisymmetric model; the first stands on the axis and has no radial freedom.
+/// Four control points of an axisymmetric model; the first stands on the axis and has no radial degree of freedom.
 fn dofs() -> Vec<Dof> {
     let all = (0..4_u32).flat_map(|node| [0, 1].map(|component| Dof { node, component }));
     all.filter(|d| d.node != 0 || d.component != 0).collect()

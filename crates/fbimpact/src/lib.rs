@@ -7,7 +7,7 @@ pub mod whole_file;
 pub mod hdf5_integrity;
 pub mod provenance;
 pub mod scenario;
-pub mod pool;
+pub mod thread_pool;
 pub mod sizing;
 pub mod simulate;
 pub mod results;

@@ -16,9 +16,9 @@ use ffr_dynamics::system::SystemModes;
 use iga_core::space::Space;
 
 use crate::error::AppError;
-use crate::pool::pool;
 use crate::scenario::Scenario;
 use crate::sizing::{self, sized};
+use crate::thread_pool::thread_pool;
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -58,7 +58,7 @@ pub struct BodyModes {
     /// Freedoms of the full model; zero for rigid bodies and those that come reduced.
     #[serde(rename = "freedoms")]
     pub n_dofs: usize,
-    /// Interface freedoms of the contact zones.
+    /// Interface degrees of freedom of the contact zones.
     #[serde(rename = "interface_freedoms")]
     pub n_interface: usize,
     /// Mass \[kg\]; infinite for fixed planes.
@@ -210,5 +210,5 @@ fn coordinates(body: &BodyModel) -> Coordinates {
 /// # Errors
 /// [`AppError::Model`] if a model cannot be built.
 pub fn build(spec: &RunSpec, threads: usize, cache: &ModelCache) -> Result<RunModel, AppError> {
-    Ok(pool(threads)?.install(|| RunModel::build_with(spec, cache))?)
+    Ok(thread_pool(threads)?.install(|| RunModel::build_with(spec, cache))?)
 }

@@ -7,13 +7,13 @@ use std::borrow::Cow;
 use std::fmt::Write as _;
 
 use adaptive::sizing::mode_count::WITHOUT_FORCES;
-use adaptive::sizing::{ChosenSizes, SizeWish, choose};
+use adaptive::sizing::{ChosenSizes, SizeRequest, choose};
 use adaptive::spec::{BodyKind, BodySpec, ImportedSpec, RefinementSpec};
 use adaptive::store::ModelCache;
 
 use crate::error::AppError;
-use crate::pool::pool;
 use crate::scenario::Scenario;
+use crate::thread_pool::thread_pool;
 
 /// Begins the comment behind a key that the program has chosen.
 const MARK: &str = "  # chosen by the program: ";
@@ -36,13 +36,13 @@ pub fn sized<'a>(
     threads: usize,
     cache: &ModelCache,
 ) -> Result<Cow<'a, Scenario>, AppError> {
-    if scenario.wishes.iter().all(|wish| *wish == SizeWish::default()) {
+    if scenario.wishes.iter().all(|wish| *wish == SizeRequest::default()) {
         return Ok(Cow::Borrowed(scenario));
     }
-    let chosen = pool(threads)?.install(|| choose(&scenario.run, &scenario.wishes, cache))?;
+    let chosen = thread_pool(threads)?.install(|| choose(&scenario.run, &scenario.wishes, cache))?;
     let mut scenario = scenario.clone();
     let wishes = std::mem::take(&mut scenario.wishes);
-    scenario.wishes = vec![SizeWish::default(); wishes.len()];
+    scenario.wishes = vec![SizeRequest::default(); wishes.len()];
     for ((body, wish), chosen) in scenario.run.bodies.iter_mut().zip(wishes).zip(&chosen) {
         apply(body, wish, chosen, &mut scenario.source.resolved);
     }
@@ -50,7 +50,7 @@ pub fn sized<'a>(
 }
 
 /// Gives a body the sizes that were chosen for it, and writes them into the resolved text.
-fn apply(body: &mut BodySpec, wish: SizeWish, chosen: &ChosenSizes, resolved: &mut String) {
+fn apply(body: &mut BodySpec, wish: SizeRequest, chosen: &ChosenSizes, resolved: &mut String) {
     let name = body.name.clone();
     let mut zones = String::new();
     let mut set = |table: &str, line: &str, why: &str| {

@@ -41,7 +41,7 @@ pub enum DynamicsError {
         /// Free memory \[GB\].
         free: f64,
     },
-    /// More modes were asked for than the model has freedoms.
+    /// More modes were asked for than the model has degrees of freedom.
     #[error("{wanted} modes asked for, the model has only {available}")]
     TooManyModes {
         /// Number asked for.

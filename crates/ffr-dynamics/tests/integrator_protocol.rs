@@ -102,7 +102,7 @@ fn refusal_shrinks_the_step_and_the_inner_state_ends_with_the_step() {
         let statistics = integrator.statistics();
         assert_eq!((statistics.rejected, statistics.refused), (3, 3));
         assert_eq!(integrator.last_refusal().map(|r| r.kind), Some(FailureKind::IterationLimit));
-        // Back to the start after each try, and after differences of the right-hand side.
+        // Back to the start after each attempt, and after differences of the right-hand side.
         assert_eq!((system.saves, system.restores), (1, 3 + statistics.jacobians), "{method:?}");
         assert_eq!(system.inner, evaluations, "{method:?}");
         assert_eq!(system.last, (step.end, integrator.state()[0]), "the inner state belongs to the end");

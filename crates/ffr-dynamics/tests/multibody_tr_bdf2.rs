@@ -58,7 +58,7 @@ fn in_frame(mut body: BodySpec, is_tangent: bool) -> BodySpec {
     body
 }
 
-/// Bodies hanging on each other by joints of the kinds given, from ground on.
+/// A chain of bodies with joints of the kinds given, from ground on.
 fn chain(bodies: Vec<BodySpec>, kinds: &[JointKind], gravity: Vector3<f64>) -> SystemSpec {
     let joints = kinds.iter().enumerate().map(|(i, kind)| {
         let parent = if i == 0 {

@@ -31,7 +31,7 @@ fn case() -> (Patch, SubdomainHierarchy) {
     let sizes: Vec<usize> = knots.iter().map(KnotVector::n_functions).collect();
     let abscissae = knots[0].greville();
     let n = tensor::count(&sizes);
-    let points = (0..n).map(|a| tensor::unflat(&sizes, a).map(|i| abscissae[i])).collect();
+    let points = (0..n).map(|a| tensor::multi_index(&sizes, a).map(|i| abscissae[i])).collect();
     let patch = Patch::new(knots, points, vec![1.0; n]).expect("valid net");
     let mut hierarchy = SubdomainHierarchy::new(patch.knots());
     let first = IndexBox { lower: [3, 3, 7], upper: [9, 9, 12] };

@@ -6,12 +6,12 @@ pub fn count(sizes: &[usize]) -> usize {
 }
 
 /// Flat index of a multi-index.
-pub fn flat(sizes: &[usize], index: &[usize]) -> usize {
+pub fn flat_index(sizes: &[usize], index: &[usize]) -> usize {
     sizes.iter().zip(index).rev().fold(0, |acc, (&n, &i)| acc * n + i)
 }
 
 /// Multi-index of a flat index; entries beyond `sizes` are zero.
-pub fn unflat(sizes: &[usize], mut flat: usize) -> [usize; 3] {
+pub fn multi_index(sizes: &[usize], mut flat: usize) -> [usize; 3] {
     let mut index = [0; 3];
     for (slot, &n) in index.iter_mut().zip(sizes) {
         *slot = flat % n;
@@ -25,11 +25,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn flat_and_unflat_are_inverse() {
+    fn flat_index_and_multi_index_are_inverse() {
         let sizes = [3, 4, 2];
         for f in 0..count(&sizes) {
-            assert_eq!(flat(&sizes, &unflat(&sizes, f)), f);
+            assert_eq!(flat_index(&sizes, &multi_index(&sizes, f)), f);
         }
-        assert_eq!(flat(&sizes, &[1, 2, 1]), 1 + 3 * (2 + 4));
+        assert_eq!(flat_index(&sizes, &[1, 2, 1]), 1 + 3 * (2 + 4));
     }
 }

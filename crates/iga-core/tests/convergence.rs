@@ -51,7 +51,7 @@ fn integrate(
             let (values, first) = (basis.values_at(q), basis.first_at(q));
             let map = PointMap::new(d, &nodes, values, first);
             let inverse = map.inverse();
-            let index = iga_core::tensor::unflat(&[rule.len(); 3][..d], q);
+            let index = iga_core::tensor::multi_index(&[rule.len(); 3][..d], q);
             let mut weight = map.determinant * model.measure(&map.position);
             for (k, &i) in index.iter().enumerate().take(d) {
                 weight *= 0.5 * (element.upper[k] - element.lower[k]) * rule.weights[i];
@@ -110,7 +110,7 @@ impl Restricted {
 
 fn is_on_boundary(patch: &Patch, node: u32) -> bool {
     let sizes = patch.net_size();
-    let index = iga_core::tensor::unflat(&sizes, node as usize);
+    let index = iga_core::tensor::multi_index(&sizes, node as usize);
     sizes.iter().zip(index).any(|(&n, i)| i == 0 || i + 1 == n)
 }
 

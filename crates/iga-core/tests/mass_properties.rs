@@ -107,7 +107,7 @@ fn boxes_rectangles_and_discs_agree_with_closed_forms() {
 fn turning_a_shape_turns_its_inertia() {
     let shape = solid::cylinder(0.2, 0.5).unwrap();
     let coarse = MassProperties::of(&shape, &Model::Solid).unwrap();
-    let turned = shape.turned(&[[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]).unwrap();
+    let turned = shape.rotated(&[[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]).unwrap();
     let found = MassProperties::of(&turned, &Model::Solid).unwrap();
     // The turn takes z to x, x to y and y to z.
     let (before, after) = (coarse.central_inertia(), found.central_inertia());

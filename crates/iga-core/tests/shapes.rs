@@ -286,7 +286,7 @@ fn the_default_ball_follows_the_degree() {
 fn a_turned_ball_is_the_same_ball() {
     let ball = sphere::sphere(0.01, SphereNet::Cube).unwrap();
     let (c, s) = (0.6, 0.8);
-    let turned = ball.turned(&[[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]).unwrap();
+    let turned = ball.rotated(&[[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]).unwrap();
     turned.check_orientation().unwrap();
     assert!((measure(&turned, false, 24) / measure(&ball, false, 24) - 1.0).abs() < 1e-13);
     assert!((turned.markers["right"][1] - 0.01 * s).abs() < 1e-17);

@@ -2,7 +2,7 @@
 
 use crate::adaptive_contact::FineContact;
 use crate::detection::Search;
-use crate::impact_watch::ImpactWatch;
+use crate::impact_monitor::ImpactMonitor;
 use crate::penalty_search::PenaltySearch;
 
 /// State of a contact between steps. What outlasts an impact is in [`crate::run_state::ContactState`].
@@ -10,7 +10,7 @@ pub(super) struct ContactSlot {
     /// Which model the contact has at present.
     pub phase: ContactPhase,
     /// Follows the running impact.
-    pub monitor: ImpactWatch,
+    pub monitor: ImpactMonitor,
     /// Peak force that a preview of the running impact gave \[N\].
     pub preview: Option<f64>,
     /// Search for the nearest points of the surfaces.
@@ -36,7 +36,7 @@ impl ContactSlot {
     pub fn new(is_refined: bool) -> Self {
         Self {
             phase: if is_refined { ContactPhase::Watching } else { ContactPhase::Lasting },
-            monitor: ImpactWatch::default(),
+            monitor: ImpactMonitor::default(),
             preview: None,
             nearest: Search::new(),
             search: None,

@@ -5,7 +5,7 @@ use super::Driver;
 use super::judgement::{Ending, Intervals, Judgement};
 use super::trial::Trial;
 use crate::error::AdaptiveError;
-use crate::impact_watch::ImpactWatch;
+use crate::impact_monitor::ImpactMonitor;
 use crate::interval::IntervalAssessment;
 use crate::plausibility::ledger::{EnergyLedger, NumericalDamping};
 use crate::record::{StressState, TrialOutcome};
@@ -17,7 +17,7 @@ const MAX_TRIALS: u32 = 40;
 pub(super) struct Start {
     pub time: f64,
     pub state: Vec<f64>,
-    pub monitors: Vec<ImpactWatch>,
+    pub monitors: Vec<ImpactMonitor>,
     pub stress: Vec<Option<StressState>>,
     pub numerical: NumericalDamping,
     pub ledger: EnergyLedger,

@@ -93,11 +93,11 @@ pub(super) enum Judgement {
 }
 
 impl Driver<'_> {
-    pub(super) fn no_model(&self, i: usize, tries: u32) -> AdaptiveError {
+    pub(super) fn no_model(&self, i: usize, trials: u32) -> AdaptiveError {
         AdaptiveError::NoAcceptableModel {
             contact: self.model.contacts[i].name.clone(),
             time: self.work.start,
-            tries,
+            trials,
             width: self.slots[i].fine().map_or(0.0, |f| f.widths()[0]),
         }
     }
@@ -205,7 +205,7 @@ impl Driver<'_> {
                 PenaltyAction::Fail(failure) => {
                     let contact = self.model.contacts[i].name.clone();
                     let time = self.work.start;
-                    return Err(AdaptiveError::Penalty { contact, time, tries: number, failure });
+                    return Err(AdaptiveError::Penalty { contact, time, trials: number, failure });
                 }
             }
         }
@@ -257,12 +257,12 @@ impl Driver<'_> {
     }
 
     /// Error for a contact that reached the end of its surface.
-    fn face_end(&self, i: usize, tries: u32) -> AdaptiveError {
+    fn face_end(&self, i: usize, trials: u32) -> AdaptiveError {
         let width = self.slots[i].fine().map_or(0.0, |f| f.widths()[0]);
         AdaptiveError::IntervalAtEdge {
             contact: self.model.contacts[i].name.clone(),
             time: self.integrator.time(),
-            tries,
+            trials,
             width,
         }
     }

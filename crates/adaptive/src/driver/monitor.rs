@@ -6,9 +6,9 @@ use super::Driver;
 use super::trial::Trial;
 use crate::adaptive_contact::FineContact;
 use crate::error::AdaptiveError;
-use crate::impact_watch::{Change, ContactInstant};
+use crate::impact_monitor::{Change, ContactInstant};
 use crate::interval::IntervalAssessment;
-use crate::record::{TransferDirection, TrialOutcome, TryRecord};
+use crate::record::{TransferDirection, TrialOutcome, TrialRecord};
 use crate::simulation::{near_motion, normal_motion, smallest_gap};
 
 impl Driver<'_> {
@@ -45,7 +45,7 @@ impl Driver<'_> {
     }
 
     /// Whether the impact of contact `i` changed the velocities of its bodies alone: no other contact pressed them meanwhile, nor
-    /// bodies that hang together with them by joints.
+    /// bodies that joints connect with them.
     fn is_alone(&self, i: usize) -> bool {
         let forces = self.model.system.forces();
         let groups = &self.groups;
@@ -84,13 +84,13 @@ impl Driver<'_> {
             }
             let facts = &self.model.contacts[i];
             let contact = &self.model.system.forces()[i].contact;
-            let sizes = slot.fine().map_or_else(|| self.model.try_sizes(i), |f| f.sizes);
+            let sizes = slot.fine().map_or_else(|| self.model.trial_sizes(i), |f| f.sizes);
             let mut utilisation = [f64::from(trial.most_active[i]) / contact.n_points().max(1) as f64, 0.0];
             if let Some(verdict) = verdicts.get(i).and_then(Option::as_ref) {
                 utilisation = [0.0; 2];
                 utilisation.iter_mut().zip(&verdict.directions).for_each(|(u, d)| *u = d.utilisation);
             }
-            let record = TryRecord {
+            let record = TrialRecord {
                 impact,
                 number: trial.number,
                 start: self.work.start,
@@ -100,8 +100,8 @@ impl Driver<'_> {
                 interval_widths: slot.fine().map_or(facts.widths, FineContact::widths),
                 utilisation,
                 elements: sizes.elements,
-                freedoms: sizes.freedoms,
-                interface_freedoms: sizes.interface,
+                dofs: sizes.dofs,
+                interface_dofs: sizes.interface,
                 steps: statistics.steps - trial.steps,
                 rejected: statistics.rejected - trial.rejected,
                 peak_force: slot.monitor.peak_force(),
@@ -110,7 +110,7 @@ impl Driver<'_> {
                 wall_time: trial.started.elapsed().as_secs_f64(),
                 cpu_time,
             };
-            self.output.observer.attempt(&record)?;
+            self.output.observer.trial(&record)?;
             impact += 1;
         }
         Ok(())

@@ -13,7 +13,7 @@ use super::contact_slot::ContactPhase;
 use super::impact::Start;
 use super::{Driver, NEAR, QUIET_STEPS};
 use crate::adaptive_contact::{Activation, FineContact, RefinementRequest};
-use crate::detection::Dormant;
+use crate::detection::InactiveContact;
 use crate::error::AdaptiveError;
 use crate::interval::IntervalAssessment;
 use crate::model::RunModel;
@@ -83,7 +83,7 @@ impl Driver<'_> {
         self.run.ledger.lowered += after.energy - before.energy;
         self.lowered = Some((t, after));
         self.measure_dents(t);
-        self.dents.go_on_from_present(t);
+        self.local_deformation.restart_differences(t);
         self.integrator.restart(t, &y);
         // No curve through forces of both factors.
         (0..self.slots.len()).try_for_each(|i| self.begin_monitor(i))?;
@@ -103,7 +103,7 @@ impl Driver<'_> {
         if let Some((_, balance)) = self.lowered.as_ref().filter(|(t, _)| is_now(*t)) {
             return balance.clone();
         }
-        // At the start of a try the sample is the last one of the try before.
+        // At the start of a trial the sample is the last one of the trial before.
         if !is_now(self.output.sample.time)
             && let Ok(balance) = self.present_balance()
         {
@@ -163,7 +163,7 @@ impl Driver<'_> {
         Ok(())
     }
 
-    /// Contacts whose fine models do not serve the next try: those with other widths, those that joined the impact later, and
+    /// Contacts whose fine models do not serve the next trial: those with other widths, those that joined the impact later, and
     /// those on a body that loses the modes it had because of one of them.
     fn leaving(&self, start: f64, widths: &[Option<[f64; 2]>]) -> Vec<usize> {
         let mut leaving = Vec::new();
@@ -302,7 +302,7 @@ impl Driver<'_> {
         let (body, target) = self.model.system.forces()[i].contact.bodies();
         let elapsed = self.model.system.forces()[i].elapsed();
         self.model.contact_time += elapsed.as_secs_f64();
-        self.replace_contact(i, Box::new(Active::new(Dormant::new(body, target))), None)?;
+        self.replace_contact(i, Box::new(Active::new(InactiveContact::new(body, target))), None)?;
         if hosted.is_empty() {
             return Ok(());
         }

@@ -37,7 +37,7 @@ impl Driver<'_> {
     }
 
     /// Marks a restart point after every so many steps of a free phase.
-    pub(super) fn mark_every_so_often(&mut self) -> Result<(), AdaptiveError> {
+    pub(super) fn mark_restart_point_if_due(&mut self) -> Result<(), AdaptiveError> {
         self.work.unmarked += 1;
         if self.work.unmarked < STEPS || self.integrator.time() >= self.settings.end_time {
             return Ok(());

@@ -44,7 +44,7 @@ impl Driver<'_> {
             // The energy of an overlap that is allowed is there from the start.
             self.run.ledger.start = None;
         }
-        self.dents.begin(self.integrator.time(), self.model.observed.points.len());
+        self.local_deformation.begin(self.integrator.time(), self.model.observed.points.len());
         let statistics = self.statistics();
         let penalties = self.model.system.forces().iter().map(|f| f.contact.penalty());
         Trial {

@@ -16,7 +16,7 @@ use super::plan::{ContactPlan, request, requests};
 use super::{BodyModel, ContactModel, ElasticModel};
 use crate::adaptive_contact::AdaptiveContact;
 use crate::contact_zone::ContactZone;
-use crate::detection::Dormant;
+use crate::detection::InactiveContact;
 use crate::elastic_body::{ElasticBody, Interface, InterfaceModes};
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::marker_loads::MarkerLoads;
@@ -245,7 +245,7 @@ pub fn build_contact(
                 Target::Plane { .. } => None,
                 Target::Body(other) => Some(other),
             };
-            (Box::new(Active::new(Dormant::new(spec.body, target))), 0.0, size)
+            (Box::new(Active::new(InactiveContact::new(spec.body, target))), 0.0, size)
         }
         (ContactLaw::Surface(law), target, Some(zones)) => {
             let side = |body: usize, zone| Some(Side { body, elastic: elastic(body)?, zone });

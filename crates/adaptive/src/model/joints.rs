@@ -65,7 +65,7 @@ impl BodyModel {
 
 /// The system of `spec` with the given bodies.
 ///
-/// A free body hangs on ground by a joint that has its name and starts at zero: its ground marker stands where the body does.
+/// A free body is joined to ground by a joint that has its name and starts at zero: its ground marker stands where the body does.
 ///
 /// # Errors
 /// [`AdaptiveError`] if a place does not exist.

@@ -88,7 +88,7 @@ fn joint_state<F: DerefMut<Target: ActiveForce>>(
     Ok(y)
 }
 
-/// Coordinates of the joint by which a free body hangs on ground, see [`joints::system_spec`].
+/// Coordinates of the joint by which a free body is joined to ground, see [`joints::system_spec`].
 fn free_coordinates(kind: JointKind, motion: &InitialMotion) -> (Vec<f64>, Vec<f64>) {
     let into = |v: &Vector3<f64>| motion.rotation.inverse_transform_vector(v);
     let (v, w) = (into(&motion.velocity), into(&motion.angular_velocity));

@@ -48,7 +48,7 @@ impl EnergyLedger {
     /// A ledger of bodies of the mass `mass` \[kg\] whose motion is resolved down to `velocity_floor` [m/s], with the potential of
     /// gravity `potential` about the inertial origin at the start \[J\].
     pub fn new(mass: f64, velocity_floor: f64, potential: f64) -> Self {
-        // A body that hangs on a fixed joint has a finite mass as well; infinite ones do not move.
+        // A body that is the child of a fixed joint has a finite mass as well; infinite ones do not move.
         let mass = if mass.is_finite() { mass } else { 0.0 };
         let scale = 0.5 * mass * velocity_floor * velocity_floor + POTENTIAL * potential.abs();
         Self { scale, ..Self::default() }

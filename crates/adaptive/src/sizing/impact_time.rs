@@ -86,7 +86,7 @@ impl fmt::Display for ForceTime {
     }
 }
 
-/// The fastest forces on each body, `poses` being the motions at the start; bodies that hang together by joints share them.
+/// The fastest forces on each body, `poses` being the motions at the start; bodies that joints connect share them.
 pub fn shortest(spec: &RunSpec, poses: &[BodyState]) -> Vec<Option<ForceTime>> {
     let scene = Scene { spec, poses };
     let mut times: Vec<Option<ForceTime>> = vec![None; spec.bodies.len()];
@@ -106,7 +106,7 @@ pub fn shortest(spec: &RunSpec, poses: &[BodyState]) -> Vec<Option<ForceTime>> {
     times
 }
 
-/// For each body, the lowest number of a body that it hangs together with by joints.
+/// For each body, the lowest number of a body that it is joined to.
 fn assemblies(spec: &RunSpec) -> Vec<usize> {
     let mut assembly: Vec<usize> = (0..spec.bodies.len()).collect();
     for joint in spec.joints.iter().chain(&spec.loops) {

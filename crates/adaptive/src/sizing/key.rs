@@ -1,15 +1,15 @@
 //! What stored sizes of a body are made from.
 
-use super::SizeWish;
+use super::SizeRequest;
 use crate::spec::{ElasticSpec, ReductionSpec};
 use crate::store::{Bytes, ModelKey, body_definition};
 
-/// Key of the sizes that the program chooses for the body `trial`, on which sizes that are to be chosen are one, up to the frequency `limit` \[Hz\].
-pub fn sizes_key(trial: &ElasticSpec, wish: SizeWish, limit: f64) -> ModelKey {
-    let SizeWish { elements, modes } = wish;
-    let mut key = Bytes(body_definition(trial));
+/// Key of the sizes that the program chooses for the body `candidate`, on which sizes that are to be chosen are one, up to the frequency `limit` \[Hz\].
+pub fn sizes_key(candidate: &ElasticSpec, wish: SizeRequest, limit: f64) -> ModelKey {
+    let SizeRequest { elements, modes } = wish;
+    let mut key = Bytes(body_definition(candidate));
     key.add(&(elements, modes, limit));
-    match trial.reduction {
+    match candidate.reduction {
         ReductionSpec::Modal { modes: n } => key.add(&(0, if modes { 0 } else { n })),
         ReductionSpec::CraigBampton { modes: n, fixed_interface_modes } => {
             key.add(&(1, if modes { 0 } else { n }, fixed_interface_modes));

@@ -5,7 +5,7 @@
 
 use std::fmt;
 
-use super::Trial;
+use super::Candidate;
 use super::proportions::{first_elements, lengths};
 use crate::error::AdaptiveError;
 
@@ -40,28 +40,28 @@ impl fmt::Display for ChosenMesh {
         let list = elements.iter().map(usize::to_string).collect::<Vec<_>>().join(" x ");
         write!(out, "{list} elements chosen: the {modes} lowest frequencies are right to {error:.1e}")?;
         if *error > TOLERANCE {
-            write!(out, ", not to {TOLERANCE:.0e}, within {MOST_UNKNOWNS} freedoms")?;
+            write!(out, ", not to {TOLERANCE:.0e}, within {MOST_UNKNOWNS} degrees of freedom")?;
         }
         Ok(())
     }
 }
 
-/// Elements a direction that resolve `n_modes` modes of `trial`, and the estimated error of their frequencies.
+/// Elements a direction that resolve `n_modes` modes of `candidate`, and the estimated error of their frequencies.
 ///
 /// # Errors
 /// [`AdaptiveError`] naming the body.
-pub fn mesh(trial: &Trial<'_>, n_modes: usize) -> Result<(Vec<usize>, f64), AdaptiveError> {
-    let shape = &trial.spec.shape;
+pub fn mesh(candidate: &Candidate<'_>, n_modes: usize) -> Result<(Vec<usize>, f64), AdaptiveError> {
+    let shape = &candidate.spec.shape;
     let mut elements = first_elements(shape, &lengths(shape), n_modes);
-    let mut check = Check::new(trial, n_modes);
+    let mut check = Check::new(candidate, n_modes);
     for round in 1.. {
         let mut errors = check.errors(&elements, Known::Settled)?;
         if errors.iter().sum::<f64>() <= TOLERANCE {
             errors = check.errors(&elements, Known::OnThisMesh)?;
         }
         let error = errors.iter().sum::<f64>();
-        let next = refined(&elements, &errors, &check.groups, trial.degrees());
-        let finer = check.groups.iter().map(|group| trial.unknowns(&doubled(&next, group)));
+        let next = refined(&elements, &errors, &check.groups, candidate.degrees());
+        let finer = check.groups.iter().map(|group| candidate.unknowns(&doubled(&next, group)));
         let tried = finer.max().unwrap_or(0);
         let is_last = round == ROUNDS || tried > MOST_UNKNOWNS;
         tracing::debug!(?elements, ?errors, "mesh checked");
@@ -91,12 +91,12 @@ enum Known {
 
 /// What the check of a trial's meshes has found so far.
 struct Check<'a> {
-    trial: &'a Trial<'a>,
+    candidate: &'a Candidate<'a>,
     n_modes: usize,
     /// Directions that are refined together.
     groups: Vec<Vec<usize>>,
     /// For each group, the first one that the shape cannot be told from.
-    twins: Vec<usize>,
+    equivalent_directions: Vec<usize>,
     /// Frequencies \[Hz\] of the meshes solved: where one direction alone is doubled, they serve the next round.
     solved: Vec<(Vec<usize>, Vec<f64>)>,
     /// Mesh and error of the last check of each group.
@@ -104,19 +104,20 @@ struct Check<'a> {
 }
 
 impl<'a> Check<'a> {
-    fn new(trial: &'a Trial<'a>, n_modes: usize) -> Self {
-        let groups = trial.groups();
+    fn new(candidate: &'a Candidate<'a>, n_modes: usize) -> Self {
+        let groups = candidate.groups();
         // Directions that stand alone are their groups.
-        let twins = if groups.len() == 1 { vec![0] } else { trial.twins() };
+        let equivalent_directions =
+            if groups.len() == 1 { vec![0] } else { candidate.equivalent_directions() };
         let last = vec![None; groups.len()];
-        Self { trial, n_modes, groups, twins, solved: Vec::new(), last }
+        Self { candidate, n_modes, groups, equivalent_directions, solved: Vec::new(), last }
     }
 
     /// Largest relative error of the lowest frequencies that each group makes.
     fn errors(&mut self, elements: &[usize], known: Known) -> Result<Vec<f64>, AdaptiveError> {
         let mut errors: Vec<f64> = Vec::with_capacity(self.groups.len());
         for g in 0..self.groups.len() {
-            let twin = self.twins[g];
+            let twin = self.equivalent_directions[g];
             let error = match self.last[g].as_ref().filter(|last| self.is_known(known, last, elements, g)) {
                 Some((_, error)) => *error,
                 None if twin < g && elements[twin] == elements[g] => errors[twin],
@@ -146,7 +147,7 @@ impl<'a> Check<'a> {
         if let Some((_, known)) = self.solved.iter().find(|(of, _)| of == elements) {
             return Ok(known.clone());
         }
-        let found = self.trial.spectrum(elements, self.n_modes)?.frequencies;
+        let found = self.candidate.spectrum(elements, self.n_modes)?.frequencies;
         self.solved.push((elements.to_vec(), found.clone()));
         Ok(found)
     }
@@ -188,6 +189,6 @@ mod tests {
     fn the_sentence_tells_when_the_error_is_too_large() {
         let mesh = |error| ChosenMesh { elements: vec![2, 40], error, modes: 20 }.to_string();
         assert_eq!(mesh(2.5e-4), "2 x 40 elements chosen: the 20 lowest frequencies are right to 2.5e-4");
-        assert!(mesh(2e-3).ends_with(", not to 1e-3, within 40000 freedoms"));
+        assert!(mesh(2e-3).ends_with(", not to 1e-3, within 40000 degrees of freedom"));
     }
 }

@@ -5,7 +5,7 @@ use std::fmt;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::reduction::neighbouring_counts;
 
-use super::Trial;
+use super::Candidate;
 use super::impact_time::ForceTime;
 use super::proportions::{first_elements, lengths};
 use crate::elastic_body::rigid_motion;
@@ -49,24 +49,24 @@ impl fmt::Display for ChosenModes {
     }
 }
 
-/// Number of modes of `trial` up to the frequency `limit` \[Hz\], between the least and `most`, and the frequency of the last.
+/// Number of modes of `candidate` up to the frequency `limit` \[Hz\], between the least and `most`, and the frequency of the last.
 ///
 /// # Errors
 /// [`AdaptiveError`] naming the body.
-pub fn count(trial: &Trial<'_>, limit: f64, most: usize) -> Result<(usize, f64), AdaptiveError> {
-    let motion = rigid_motion(&trial.spec.model);
+pub fn count(candidate: &Candidate<'_>, limit: f64, most: usize) -> Result<(usize, f64), AdaptiveError> {
+    let motion = rigid_motion(&candidate.spec.model);
     let least = if limit > 0.0 { least(motion) } else { WITHOUT_FORCES };
     let most = most.min(MOST);
     // A few modes more show whether the count cuts through a group.
     let mut wanted = least + GROUP;
     loop {
-        let elements = if trial.chooses_elements {
-            let shape = &trial.spec.shape;
+        let elements = if candidate.chooses_elements {
+            let shape = &candidate.spec.shape;
             first_elements(shape, &lengths(shape), wanted)
         } else {
-            trial.spec.discretisation.elements.clone()
+            candidate.spec.discretisation.elements.clone()
         };
-        let spectrum = trial.spectrum(&elements, wanted)?;
+        let spectrum = candidate.spectrum(&elements, wanted)?;
         let known = spectrum.frequencies;
         let below = known.partition_point(|f| *f <= limit);
         let is_enough = below + GROUP <= known.len() || spectrum.is_complete || wanted >= most + GROUP;

@@ -84,7 +84,7 @@ pub fn first_elements(shape: &Shape, lengths: &[f64], n_modes: usize) -> Vec<usi
 
 /// For each direction, the first one that looks like it: a single patch whose control net, after exchange of the two, is
 /// congruent to itself (all distances between control points and all weights are the same).
-pub fn twins(shape: &Shape) -> Vec<usize> {
+pub fn equivalent_directions(shape: &Shape) -> Vec<usize> {
     let n = shape.patches.first().map_or(0, Patch::dimension);
     let [patch] = shape.patches.as_slice() else { return (0..n).collect() };
     (0..n).map(|d| (0..d).find(|&e| is_exchangeable(patch, e, d)).unwrap_or(d)).collect()
@@ -134,7 +134,7 @@ mod tests {
 
     #[test]
     fn directions_that_a_mirror_exchanges_are_twins() {
-        let of = |shape: Result<Shape, iga_core::SplineError>| twins(&shape.unwrap());
+        let of = |shape: Result<Shape, iga_core::SplineError>| equivalent_directions(&shape.unwrap());
         assert_eq!(of(solid::cuboid([1.0, 1.0, 2.0])), [0, 0, 2]);
         assert_eq!(of(solid::cuboid([1.0, 1.01, 1.0])), [0, 1, 0]);
         assert_eq!(of(solid::cylinder(0.01, 0.02)), [0, 0, 2]);

@@ -18,7 +18,7 @@ pub struct BodySpec {
     pub name: String,
     /// What it is.
     pub kind: BodyKind,
-    /// Motion at the start. Of a body that hangs on a joint only the rotation counts, as the one with all joint coordinates
+    /// Motion at the start. Of a body that is the child of a joint only the rotation counts, as the one with all joint coordinates
     /// at zero.
     pub motion: InitialMotion,
 }
@@ -82,7 +82,7 @@ pub struct Area {
     pub extent: Extent,
     /// Where the marker is, in the model's components \[m\].
     pub centre: [f64; 3],
-    /// How the marker and the part hang together.
+    /// How the marker and the part are connected.
     pub coupling: Coupling,
 }
 
@@ -102,7 +102,7 @@ impl Area {
     }
 }
 
-/// How a marker and the part of the body that carries it hang together.
+/// How a marker and the part of the body that carries it are connected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Coupling {
     /// Distributing (RBE3): the marker follows the mean motion of the part, forces are spread over it; the part deforms

@@ -28,7 +28,7 @@ pub struct JointSpec {
     pub kind: JointKind,
     /// Nearer to ground.
     pub parent: Attachment,
-    /// On the body that hangs on the joint.
+    /// On the child of the joint.
     pub child: Attachment,
     /// Positions at the start, as many as the joint has (a quaternion has four); not for loop-closing joints, nor used for
     /// prescribed coordinates.

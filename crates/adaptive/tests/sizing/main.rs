@@ -5,7 +5,7 @@
 
 #![expect(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
 
-use adaptive::sizing::{SizeWish, Trial, mesh, mode_count};
+use adaptive::sizing::{Candidate, SizeRequest, mesh, mode_count};
 use adaptive::spec::{DiscretisationSpec, ElasticSpec, ReductionSpec};
 use iga_core::SplineError;
 use iga_core::elasticity::{Material, Model};
@@ -38,8 +38,8 @@ fn refined(name: &str, elastic: &ElasticSpec, elements: &[usize]) -> Vec<f64> {
     let mut finer = elastic.clone();
     finer.discretisation.degrees.iter_mut().for_each(|p| *p += 1);
     let twice: Vec<usize> = elements.iter().map(|n| 2 * n).collect();
-    let trial = Trial::new(name, &finer, SizeWish { elements: true, modes: false });
-    trial.spectrum(&twice, N_CHECKED).unwrap().frequencies
+    let candidate = Candidate::new(name, &finer, SizeRequest { elements: true, modes: false });
+    candidate.spectrum(&twice, N_CHECKED).unwrap().frequencies
 }
 
 /// Error of the first ten frequencies with what the program chooses for a body on which no contact acts; without a
@@ -47,15 +47,15 @@ fn refined(name: &str, elastic: &ElasticSpec, elements: &[usize]) -> Vec<f64> {
 fn error(name: &str, shape: Result<Shape, SplineError>, model: Model, reference: Option<Vec<f64>>) -> f64 {
     let elastic = body(shape, model);
     let n_modes = mode_count::least(adaptive::elastic_body::rigid_motion(&model));
-    let trial = Trial::new(name, &elastic, SizeWish { elements: true, modes: false });
+    let candidate = Candidate::new(name, &elastic, SizeRequest { elements: true, modes: false });
     let began = std::time::Instant::now();
-    let (elements, estimate) = mesh::mesh(&trial, n_modes).unwrap();
+    let (elements, estimate) = mesh::mesh(&candidate, n_modes).unwrap();
     let seconds = began.elapsed().as_secs_f64();
-    let chosen = trial.spectrum(&elements, n_modes).unwrap().frequencies;
+    let chosen = candidate.spectrum(&elements, n_modes).unwrap().frequencies;
     let reference = reference.unwrap_or_else(|| refined(name, &elastic, &elements));
     assert_eq!(reference.len(), N_CHECKED, "{name}");
     let error = change(&chosen, &reference);
-    let unknowns = trial.unknowns(&elements);
+    let unknowns = candidate.unknowns(&elements);
     println!("| {name} | {elements:?} | {unknowns} | {seconds:.1} s | {estimate:.1e} | {error:.1e} |");
     error
 }
@@ -103,10 +103,10 @@ fn plane_shapes() {
 fn slender_bars_vibrate_as_bernoulli_says() {
     let (size, length) = (0.01, 2.0);
     let bar = body(solid::cuboid([size, size, length]), Model::Solid);
-    let trial = Trial::new("bar", &bar, SizeWish { elements: true, modes: false });
-    let (elements, _) = mesh::mesh(&trial, 20).unwrap();
+    let candidate = Candidate::new("bar", &bar, SizeRequest { elements: true, modes: false });
+    let (elements, _) = mesh::mesh(&candidate, 20).unwrap();
     assert!(elements[0] <= 4 && elements[1] <= 4 && elements[2] <= 100, "few across: {elements:?}");
-    let found = trial.spectrum(&elements, 4).unwrap().frequencies;
+    let found = candidate.spectrum(&elements, 4).unwrap().frequencies;
     // Shear and rotary inertia lower the second pair by some (7.85 h / L)^2 / 12 (1 + E / (0.85 G)) / 2 = 3e-4, the first by a
     // third of it; the mesh may raise them by 1e-3 at most.
     let wave_speed = (210e9_f64 / 7850.0).sqrt();

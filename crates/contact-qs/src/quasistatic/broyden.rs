@@ -5,7 +5,7 @@
 //!
 //! * **First call.** There is no Jacobian yet: `k_jac` starts at `k_jac^max`, so that line 5 computes one.
 //! * **`error`** is never set to zero in the listing. It is zero at the start and becomes zero again in the reset of
-//!   lines 23-26; otherwise the second try could only return the error of the first.
+//!   lines 23-26; otherwise the second trial could only return the error of the first.
 //! * **Lines 10-14.** `rcond` of a matrix with a NaN is NaN and compares false, so that error 2 is reached through line
 //!   12; here a Jacobian with any entry that is not finite has `rcond` NaN. As in the listing, lines 15-17 run in spite
 //!   of an error, and a step below `ε` ends the call successfully even then (a solution is a solution).
@@ -45,7 +45,7 @@ const MAX_UPDATES: usize = 50;
 pub struct BroydenSettings {
     /// Uses of a Jacobian after which a new one is computed, `k_jac^max`.
     pub max_jacobian_uses: usize,
-    /// Newton steps a try, `k_max`.
+    /// Newton steps a trial, `k_max`.
     pub max_steps: usize,
     /// Largest change of a coordinate at convergence, `ε`, in the unit of the coordinates.
     pub tolerance: f64,

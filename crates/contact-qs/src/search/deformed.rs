@@ -36,7 +36,7 @@ pub(super) struct Side<'a> {
 
 impl Side<'_> {
     /// Vector of the body's frame in the frame of the search.
-    pub fn turned(&self, v: Vector3<f64>) -> Vector3<f64> {
+    pub fn rotated(&self, v: Vector3<f64>) -> Vector3<f64> {
         self.placement.map_or(v, |p| p.rotation * v)
     }
 
@@ -126,7 +126,7 @@ impl Deformed {
 
     fn normal_of(&self, side: &Side<'_>, piece: u32, here: &PieceJet) -> Option<Vector3<f64>> {
         let of = &side.model.pieces()[piece as usize];
-        let second = side.model.across().map_or(here.first[1], |v| side.turned(v));
+        let second = side.model.across().map_or(here.first[1], |v| side.rotated(v));
         let product = here.first[0].cross(&second);
         let length = product.norm();
         // Parallel tangents leave the round-off of their product; a pole one tangent of round-off beside the piece's size.

@@ -136,7 +136,7 @@ impl ContactJacobian {
         })
     }
 
-    /// Interface freedom and value of every entry of the row of point `i` in direction `d`.
+    /// Interface degree of freedom and value of every entry of the row of point `i` in direction `d`.
     pub fn entries<'a>(
         &'a self,
         surface: &'a TargetSurface,
@@ -145,8 +145,8 @@ impl ContactJacobian {
     ) -> impl Iterator<Item = (usize, f64)> + 'a {
         let nc = surface.motion.n_components();
         self.shares(surface, i, d).flat_map(move |(node, share)| {
-            let freedoms = &surface.freedoms[nc * node as usize..][..nc];
-            freedoms.iter().zip(share).filter_map(|(b, value)| b.map(|b| (b as usize, value)))
+            let dofs = &surface.dofs[nc * node as usize..][..nc];
+            dofs.iter().zip(share).filter_map(|(b, value)| b.map(|b| (b as usize, value)))
         })
     }
 }

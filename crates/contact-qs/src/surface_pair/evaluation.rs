@@ -356,8 +356,8 @@ impl SurfacePair {
         }
         interface_loads.fill(0.0);
         if !interface_loads.is_empty() {
-            for (load, freedom) in node_loads.iter().zip(&self.surface.freedoms) {
-                if let Some(b) = freedom {
+            for (load, dof) in node_loads.iter().zip(&self.surface.dofs) {
+                if let Some(b) = dof {
                     interface_loads[*b as usize] = *load;
                 }
             }
@@ -372,8 +372,8 @@ impl SurfacePair {
         let PairFound { interface_loads, interface_displacements, .. } = found;
         interface_displacements.fill(0.0);
         add_product(&self.surface.compliance, interface_loads, interface_displacements);
-        for (u, freedom) in state.start.nodes.iter_mut().zip(&self.surface.freedoms) {
-            *u = freedom.map_or(0.0, |b| interface_displacements[b as usize]);
+        for (u, dof) in state.start.nodes.iter_mut().zip(&self.surface.dofs) {
+            *u = dof.map_or(0.0, |b| interface_displacements[b as usize]);
         }
     }
 

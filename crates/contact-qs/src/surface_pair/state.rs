@@ -130,7 +130,7 @@ pub struct PairFound {
     pub(super) loads: Vec<f64>,
     /// Forces on the target's nodes.
     pub(super) node_loads: Vec<f64>,
-    /// Forces on the target's interface freedoms and their displacements.
+    /// Forces on the target's interface degrees of freedom and their displacements.
     pub(super) interface_loads: Vec<f64>,
     pub(super) interface_displacements: Vec<f64>,
     /// Whether the state knows the places of the projections.

@@ -92,8 +92,8 @@ pub struct TargetSurface {
     /// The same, mode after mode.
     pub(super) low_columns: Vec<f64>,
     pub(super) n_modes: usize,
-    /// Interface freedom of every row.
-    pub(super) freedoms: Vec<Option<u32>>,
+    /// Interface degree of freedom of every row.
+    pub(super) dofs: Vec<Option<u32>>,
     /// Compliance of the interface, zero-sized for a rigid body or when all modes are dynamic.
     pub(super) compliance: Mat<f64>,
     /// Diagonal of the box around the control points.
@@ -152,7 +152,7 @@ impl TargetSurface {
             low_rows: vec![0.0; nodes.len() * expected * shapes.ncols()],
             low_columns: Vec::new(),
             n_modes: shapes.ncols(),
-            freedoms: vec![None; nodes.len() * expected],
+            dofs: vec![None; nodes.len() * expected],
             compliance: Mat::zeros(0, 0),
             nodes,
             faces: grids,
@@ -201,11 +201,11 @@ impl TargetSurface {
                 }
                 let row = nc * node as usize + c;
                 (0..n_q).for_each(|k| self.low_rows[row * n_q + k] = shapes[(dof, k)]);
-                self.freedoms[row] = place[dof];
+                self.dofs[row] = place[dof];
                 is_outside[node as usize] |= place[dof].is_none();
             }
         }
-        let n_rows = self.freedoms.len();
+        let n_rows = self.dofs.len();
         self.low_columns =
             (0..n_q * n_rows).map(|k| self.low_rows[(k % n_rows) * n_q + k / n_rows]).collect();
         if !self.low_rows.iter().all(|x| x.is_finite()) {
@@ -229,7 +229,7 @@ impl TargetSurface {
         self.n_modes
     }
 
-    /// Number of interface freedoms.
+    /// Number of interface degrees of freedom.
     pub fn n_interface(&self) -> usize {
         self.compliance.nrows()
     }

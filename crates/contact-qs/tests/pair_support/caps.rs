@@ -47,7 +47,7 @@ impl Cap {
         // Off the symmetries of the net.
         let (sin, cos) = (0.6 * up).sin_cos();
         let turn = [[1.0, 0.0, 0.0], [0.0, cos, -sin], [0.0, sin, cos]];
-        let coarse = sphere(RADIUS, SphereNet::Spindle).unwrap().turned(&turn).unwrap();
+        let coarse = sphere(RADIUS, SphereNet::Spindle).unwrap().rotated(&turn).unwrap();
         let (_, pole) = highest(&coarse, motion, &[0.0, 0.0, up]);
         let window = RefinementWindow {
             centre: pole.point,

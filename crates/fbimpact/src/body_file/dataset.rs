@@ -69,7 +69,7 @@ impl Node {
         check_type(&dataset, &path, "floating-point numbers", is_number)?;
         let values = hdf5_integrity::rows::<f64>(&dataset)?;
         if let Some(at) = values.iter().position(|v| !v.is_finite()) {
-            let (index, value) = (unflat(at, &found), values[at]);
+            let (index, value) = (multi_index(at, &found), values[at]);
             return Err(BodyFault::NotFinite { path, index, value });
         }
         Ok(Some((values, found)))
@@ -221,7 +221,7 @@ fn text(shape: &[Extent]) -> String {
 }
 
 /// Position in every direction of entry `at`, the last direction running fastest.
-fn unflat(mut at: usize, shape: &[usize]) -> Vec<usize> {
+fn multi_index(mut at: usize, shape: &[usize]) -> Vec<usize> {
     let mut index: Vec<usize> = shape
         .iter()
         .rev()

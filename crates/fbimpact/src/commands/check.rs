@@ -26,7 +26,7 @@ pub fn check(scenarios: &[PathBuf], overrides: &[Override]) -> Result<(), AppErr
                 );
                 for body in under_constrained(&scenario) {
                     tracing::warn!(
-                        "{}: body \"{body}\" is under-constrained: it hangs on no joint and moves freely among bodies that do; name it as the child of a joint unless that is meant",
+                        "{}: body \"{body}\" is under-constrained: it is the child of no joint and moves freely among bodies that do; name it as the child of a joint unless that is meant",
                         path.display()
                     );
                 }
@@ -41,7 +41,7 @@ pub fn check(scenarios: &[PathBuf], overrides: &[Override]) -> Result<(), AppErr
     last.map_or(Ok(()), Err)
 }
 
-/// Bodies that hang on no joint where others do.
+/// Bodies that are the child of no joint where others are.
 fn under_constrained(scenario: &Scenario) -> Vec<&str> {
     let tree = &scenario.run.joints;
     if tree.is_empty() {

@@ -80,7 +80,7 @@ fn write(
             .and_then(|full| full.with_points(points))
             .map_err(unfit)?;
         body_file::write_full(export.output, &full)?;
-        return Ok(format!("{path}: {name}, {n} freedoms, {} markers\n", full.markers().len()));
+        return Ok(format!("{path}: {name}, {n} degrees of freedom, {} markers\n", full.markers().len()));
     }
     let loads = if body.spec.has_static_answers() { loads } else { Vec::new() };
     let reduced = body.reduce(&Interface { loads, ..Interface::default() }).map_err(AppError::model)?;

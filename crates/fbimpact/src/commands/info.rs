@@ -8,7 +8,7 @@ use crate::error::AppError;
 use crate::results::columns;
 use crate::results::reactions::PeakReaction;
 use crate::results::summary::{self, Summary};
-use crate::results::tables::{ImpactRow, PhaseRow, TryRow};
+use crate::results::tables::{ImpactRow, PhaseRow, TrialRow};
 use crate::results::text::{Shown, heading, table, with_unit};
 
 /// Prints the summary of a result file.
@@ -57,7 +57,7 @@ fn for_people(s: &Summary) -> String {
     table(&s.phases, &phases(), &mut out);
     table(&s.impacts, &impacts(), &mut out);
     table(&s.reactions, &reactions(), &mut out);
-    table(&s.tries, &tries(), &mut out);
+    table(&s.trials, &trials(), &mut out);
     if !s.timings.is_empty() {
         out.push('\n');
     }
@@ -115,18 +115,18 @@ fn reactions() -> [Shown<PeakReaction>; 5] {
     ]
 }
 
-fn tries() -> [Shown<TryRow>; 12] {
-    let heading = heading::<TryRow>;
+fn trials() -> [Shown<TrialRow>; 12] {
+    let heading = heading::<TrialRow>;
     [
         Shown::text("impact", 7, |_, t| (t.impact + 1).to_string()),
-        Shown::number("try", 4, |_, t| t.number.to_string()),
+        Shown::number("trial", 6, |_, t| t.number.to_string()),
         Shown::number(heading("stop", "stop"), 12, |_, t| format!("{:.5e}", t.stop)),
         Shown::number(heading("interval_widths", "width"), 19, |_, t| {
             by_direction(t, &t.interval_widths, |w| format!("{w:.2e}"))
         }),
         Shown::number("used [%]", 9, |_, t| by_direction(t, &t.utilisation, |u| format!("{:.0}", 100.0 * u))),
         Shown::number("penalty", 10, |_, t| format!("{:.3e}", t.penalty_end)),
-        Shown::number("freedoms", 9, |_, t| t.freedoms.to_string()),
+        Shown::number("dofs", 9, |_, t| t.dofs.to_string()),
         Shown::number("steps", 7, |_, t| t.steps.to_string()),
         Shown::number(heading("peak_force", "peak"), 11, |_, t| format!("{:.5}", t.peak_force)),
         Shown::number(heading("wall_time", "wall"), 9, |_, t| format!("{:.3}", t.wall_time)),
@@ -135,8 +135,8 @@ fn tries() -> [Shown<TryRow>; 12] {
     ]
 }
 
-/// A value per direction in which the interval of the try has a width.
-fn by_direction(row: &TryRow, values: &[f64; 2], show: fn(f64) -> String) -> String {
+/// A value per direction in which the interval of the trial has a width.
+fn by_direction(row: &TrialRow, values: &[f64; 2], show: fn(f64) -> String) -> String {
     let directions = if row.interval_widths[1] > 0.0 { 2 } else { 1 };
     values.iter().take(directions).map(|x| show(*x)).collect::<Vec<_>>().join(" x ")
 }

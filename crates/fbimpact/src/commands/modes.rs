@@ -34,7 +34,7 @@ fn table(report: &ModesReport) -> String {
     for body in &report.bodies {
         let _ = writeln!(
             out,
-            "{}: {} elements, {} freedoms, {} at the interface, mass {:.6e} kg",
+            "{}: {} elements, {} degrees of freedom, {} at the interface, mass {:.6e} kg",
             body.name, body.n_elements, body.n_dofs, body.n_interface, body.mass
         );
         for note in &body.chosen {

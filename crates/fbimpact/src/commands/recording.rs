@@ -5,7 +5,7 @@ use std::time::Instant;
 use adaptive::error::ObserverError;
 use adaptive::observer::{Continue, Observer, Stage};
 use adaptive::record::{
-    ImpactRecord, PhaseKind, PhaseRecord, RunLayout, Sample, StressRecord, TransferRecord, TryRecord,
+    ImpactRecord, PhaseKind, PhaseRecord, RunLayout, Sample, StressRecord, TransferRecord, TrialRecord,
 };
 use adaptive::run_state::RunState;
 use adaptive::warning::Warning;
@@ -166,15 +166,15 @@ impl Observer for RunObserver<'_> {
         self.with(|recorder| recorder.impact(record))
     }
 
-    fn attempt(&mut self, record: &TryRecord) -> Result<(), ObserverError> {
+    fn trial(&mut self, record: &TrialRecord) -> Result<(), ObserverError> {
         tracing::debug!(
-            "try {} of impact {}: {} ({})",
+            "trial {} of impact {}: {} ({})",
             record.number,
             record.impact + 1,
             record.outcome.identifier(),
             record.reason
         );
-        self.with(|recorder| recorder.attempt(record))
+        self.with(|recorder| recorder.trial(record))
     }
 
     fn restart_point(&mut self, point: &RunState) -> Result<(), ObserverError> {

@@ -1,6 +1,6 @@
 //! Motions of bodies at the end of a run.
 //!
-//! The frame of a body that hangs on a vibrating one rings with it, and its velocity at one instant tells the phase of that ringing:
+//! The frame of a body that is joined to a vibrating one rings with it, and its velocity at one instant tells the phase of that ringing:
 //! of the rods of two double pendulums, 33 rad/s where they swing at 4 rad/s. What is compared is the mean over a stretch of time, the
 //! way over the time it takes.
 

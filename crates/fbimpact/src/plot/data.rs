@@ -7,7 +7,7 @@ use hdf5::{File, Group, Result};
 
 use crate::error::AppError;
 use crate::results::open::{attribute, open, scenario_text};
-use crate::results::tables::{ImpactRow, PhaseRow, TryRow};
+use crate::results::tables::{ImpactRow, PhaseRow, TrialRow};
 use crate::{error_text, hdf5_integrity};
 
 /// A motion in space: x, y, z over time.
@@ -34,8 +34,8 @@ pub struct ResultData {
     pub phases: Vec<PhaseRow>,
     /// Impacts.
     pub impacts: Vec<ImpactRow>,
-    /// Tries.
-    pub tries: Vec<TryRow>,
+    /// Trials.
+    pub trials: Vec<TrialRow>,
     /// Least and wanted utilisation of the contact interval, if all contacts agree on them.
     pub utilisation: Option<[f64; 2]>,
 }
@@ -69,7 +69,7 @@ fn contents(file: &File) -> Result<ResultData> {
         time: hdf5_integrity::rows(&file.dataset("time")?)?,
         phases: hdf5_integrity::rows(&file.dataset("phases")?)?,
         impacts: hdf5_integrity::rows(&file.dataset("impacts")?)?,
-        tries: hdf5_integrity::rows(&file.dataset("tries")?)?,
+        trials: hdf5_integrity::rows(&file.dataset("tries")?)?,
         utilisation: utilisation(&scenario_text(file)?),
         ..ResultData::default()
     };

@@ -219,7 +219,7 @@ pub const POINT: [Declaration<f64>; 2] = [
     vector(
         "position",
         "m",
-        "Position of the point on the deformed body, with the dents of quasistatic contact zones.",
+        "Position of the point on the deformed body, with the local deformation of quasistatic contact zones.",
         |s, i, out| {
             out.extend(s.points[i].position);
         },
@@ -227,7 +227,7 @@ pub const POINT: [Declaration<f64>; 2] = [
     vector(
         "velocity",
         "m/s",
-        "Velocity of the point; that of a dent is a difference over the last steps (theory A.34).",
+        "Velocity of the point; that of the local deformation is a difference over the last steps (theory A.34).",
         |s, i, out| out.extend(s.points[i].velocity),
     ),
 ];

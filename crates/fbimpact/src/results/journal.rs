@@ -8,7 +8,7 @@ use std::fs::{File, OpenOptions};
 use std::io::{BufReader, BufWriter, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use adaptive::record::{ImpactRecord, PhaseRecord, PressurePoint, TransferRecord, TryRecord};
+use adaptive::record::{ImpactRecord, PhaseRecord, PressurePoint, TransferRecord, TrialRecord};
 use adaptive::run_state::RunState;
 use adaptive::warning::Warning;
 use serde::{Deserialize, Serialize};
@@ -72,7 +72,7 @@ pub enum Entry {
     /// A finished impact.
     Impact(ImpactRecord),
     /// A finished try.
-    Try(TryRecord),
+    Trial(TrialRecord),
     /// A change of the model.
     Transfer(TransferRecord),
     /// A state from which the run can be taken up.

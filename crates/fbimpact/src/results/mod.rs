@@ -6,9 +6,9 @@
 //!
 //! | guard | without it | test |
 //! |---|---|---|
-//! | `space`: room on the disk before a flush | a full disk leaves a file that cannot be read | `faults`: `run_on_a_full_disk_...` |
+//! | `disk_space`: room on the disk before a flush | a full disk leaves a file that cannot be read | `faults`: `run_on_a_full_disk_...` |
 //! | `recorder`: metadata stay in memory between flushes | a killed run of many bodies leaves one that cannot be read | `results`: `between_flushes_...` |
-//! | `space::trim` | a small result is twice as long | `results`: `everything_written_...` |
+//! | `disk_space::trim` | a small result is twice as long | `results`: `everything_written_...` |
 //! | `series::unicode` without NUL | a title ends the run | `series` |
 //! | `sound`: shapes compared with what is stored | reading takes memory until the process is stopped | `damaged`: `shape_larger_...` |
 //! | `sound`: lengths of texts | the same | `damaged`: `text_longer_...` |
@@ -21,7 +21,7 @@ pub mod tables;
 pub mod columns;
 mod stress;
 mod file;
-mod space;
+mod disk_space;
 pub mod journal;
 mod recorder;
 pub mod open;

@@ -96,11 +96,11 @@ impl Pressures {
     }
 
     /// Bytes on the disk that writing the buffers may take.
-    pub fn room(&self) -> u64 {
-        self.position.room_of_buffer()
-            + self.area.room_of_buffer()
-            + self.point.room_of_buffer()
-            + self.pressure.room_of_buffer()
+    pub fn bytes_needed(&self) -> u64 {
+        self.position.bytes_of_buffer()
+            + self.area.bytes_of_buffer()
+            + self.point.bytes_of_buffer()
+            + self.pressure.bytes_of_buffer()
     }
 
     /// Appends what is buffered to the datasets.

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use adaptive::error::ObserverError;
 use adaptive::record::{
     ImpactRecord, JointLayout, NameAndUnit, PhaseRecord, RunLayout, Sample, StressRecord, Timings,
-    TransferRecord, TryRecord,
+    TransferRecord, TrialRecord,
 };
 use adaptive::spec::BodySpec;
 use adaptive::warning::Warning;
@@ -19,12 +19,12 @@ use iga_core::elasticity::Model;
 use ndarray::ArrayView1;
 
 use super::columns::{self, Axes, Axis, Column, Declaration, Stage, TIMINGS};
+use super::disk_space::{BYTES_OF_DATASET, DiskSpace};
 use super::journal::{Entry, Journal, Restart, Row};
 use super::pressure::Pressures;
 use super::series::{ROWS, Table, component_scale, describe, text_attribute, unicode, write_text};
-use super::space::{ROOM_OF_DATASET, Space};
 use super::stress::write_stress;
-use super::tables::{self, ImpactRow, PhaseRow, TransferRow, TryRow};
+use super::tables::{self, ImpactRow, PhaseRow, TransferRow, TrialRow};
 use super::{FORMAT, FORMAT_VERSION, scales};
 use crate::error_text;
 use crate::provenance;
@@ -83,14 +83,14 @@ struct Open {
     pressures: Vec<Pressures>,
     /// Names of the contacts.
     contact_names: Vec<String>,
-    space: Space,
+    disk_space: DiskSpace,
     /// Bytes that the series may take between two flushes.
     room: u64,
     buffered: usize,
     rows: usize,
     phases: Table,
     impacts: Table,
-    tries: Table,
+    trials: Table,
     transfers: Table,
     warnings: Table,
     journal: Option<Journal>,
@@ -212,12 +212,12 @@ impl Recorder {
         self.with(|open| open.record(&Entry::Impact(*record)))
     }
 
-    /// Stores a try.
+    /// Stores a trial.
     ///
     /// # Errors
     /// [`ObserverError`] if the file cannot be written.
-    pub fn attempt(&mut self, record: &TryRecord) -> Result<(), ObserverError> {
-        self.with(|open| open.record(&Entry::Try(record.clone())))
+    pub fn trial(&mut self, record: &TrialRecord) -> Result<(), ObserverError> {
+        self.with(|open| open.record(&Entry::Trial(record.clone())))
     }
 
     /// Stores a change of the model.
@@ -275,10 +275,10 @@ impl Recorder {
             columns,
             counts,
             pressures,
-            space,
+            disk_space,
             phases,
             impacts,
-            tries,
+            trials,
             transfers,
             warnings,
             ..
@@ -287,8 +287,8 @@ impl Recorder {
             return Ok(());
         };
         let end = file.size();
-        drop((columns, counts, pressures, phases, impacts, tries, transfers, warnings, file));
-        space
+        drop((columns, counts, pressures, phases, impacts, trials, transfers, warnings, file));
+        disk_space
             .trim(end)
             .map_err(|e| ObserverError(format!("results cannot be written: {}", error_text::of_hdf5(&e))))
     }
@@ -312,8 +312,8 @@ impl Open {
         let file = File::with_options()
             .with_fapl(|p| p.libver_v18().file_locking(false).mdc_config(&metadata_only_on_flush()))
             .create(path)?;
-        let mut space = Space::new(path)?;
-        space.reserve(file.size(), 0)?;
+        let mut disk_space = DiskSpace::new(path)?;
+        disk_space.reserve(file.size(), 0)?;
         text_attribute(&file, "format", FORMAT)?;
         file.new_attr::<u32>().create("format_version")?.write_scalar(&FORMAT_VERSION)?;
         for (name, value) in provenance::attributes() {
@@ -334,15 +334,15 @@ impl Open {
         )?;
         let phases = tables::create::<PhaseRow>(&file)?;
         let impacts = tables::create::<ImpactRow>(&file)?;
-        let tries = tables::create::<TryRow>(&file)?;
+        let trials = tables::create::<TrialRow>(&file)?;
         let transfers = tables::create::<TransferRow>(&file)?;
         let warnings = Table::create::<VarLenUnicode>(&file, "warnings", "", WARNINGS)?;
         file.flush()?;
-        space.renew();
+        disk_space.renew();
         Ok(Self {
             file,
             contact_names: Vec::new(),
-            space,
+            disk_space,
             room: 0,
             columns: Vec::new(),
             counts: Vec::new(),
@@ -351,7 +351,7 @@ impl Open {
             rows: 0,
             phases,
             impacts,
-            tries,
+            trials,
             transfers,
             warnings,
             journal: None,
@@ -363,7 +363,7 @@ impl Open {
         let file = self.file.clone();
         self.contact_names.clone_from(&layout.contacts);
         let groups = layout.bodies.len() + layout.contacts.len() + layout.points.len() + layout.joints.len();
-        self.space.reserve(file.size(), (16 + 14 * groups as u64) * ROOM_OF_DATASET)?;
+        self.disk_space.reserve(file.size(), (16 + 14 * groups as u64) * BYTES_OF_DATASET)?;
         let time = Column::bare(&file, &columns::TIME, None, 0, compression)?;
         let time_scale = time.series.dataset().clone();
         scales::make_scale(&time_scale, "time")?;
@@ -403,8 +403,8 @@ impl Open {
         for (i, joint) in layout.joints.iter().enumerate() {
             self.joint(&joints.create_group(&joint.name)?, joint, i, &axes, compression)?;
         }
-        self.room = self.columns.iter().map(|c| c.series.room()).sum::<u64>()
-            + self.counts.iter().map(|c| c.series.room()).sum::<u64>();
+        self.room = self.columns.iter().map(|c| c.series.bytes_needed()).sum::<u64>()
+            + self.counts.iter().map(|c| c.series.bytes_needed()).sum::<u64>();
         self.flush()
     }
 
@@ -478,7 +478,7 @@ impl Open {
             Entry::Impact(record) => {
                 self.impacts.push(ImpactRow::new(record, &self.contact_name(record.contact))?)
             }
-            Entry::Try(record) => self.tries.push(TryRow::new(record)?),
+            Entry::Trial(record) => self.trials.push(TrialRow::new(record)?),
             Entry::Transfer(record) => {
                 self.transfers.push(TransferRow::new(record, &self.contact_name(record.contact))?)
             }
@@ -503,14 +503,14 @@ impl Open {
 
     fn flush(&mut self) -> Result<()> {
         self.file.flush()?;
-        self.space.renew();
+        self.disk_space.renew();
         Ok(())
     }
 
     /// Makes sure that all that is written up to the next flush has its place on the disk.
     fn reserve(&mut self) -> Result<()> {
-        let pressures: u64 = self.pressures.iter().map(Pressures::room).sum();
-        self.space.reserve(self.file.size(), self.room + pressures)
+        let pressures: u64 = self.pressures.iter().map(Pressures::bytes_needed).sum();
+        self.disk_space.reserve(self.file.size(), self.room + pressures)
     }
 
     fn write_series(&mut self) -> Result<()> {

@@ -6,7 +6,7 @@ use adaptive::warning::WarningKind;
 
 use super::columns::{self, Axis, Declaration, Stage, TIMINGS};
 use super::pressure::{AREA, POINT, POSITION, PRESSURE};
-use super::tables::{ImpactRow, PhaseRow, TableColumn, TableRow, TransferRow, TryRow};
+use super::tables::{ImpactRow, PhaseRow, TableColumn, TableRow, TransferRow, TrialRow};
 
 /// Attributes of the root.
 const ATTRIBUTES: [(&str, &str); 12] = [
@@ -101,7 +101,7 @@ pub fn markdown() -> String {
     }
     table::<PhaseRow>(&mut out);
     table::<ImpactRow>(&mut out);
-    table::<TryRow>(&mut out);
+    table::<TrialRow>(&mut out);
     table::<TransferRow>(&mut out);
     out += "\n### Kinds of `/warnings`\n\nThe identifier with which a warning begins, and what was found.\n\n| identifier | meaning |\n|---|---|\n";
     for kind in WarningKind::ALL {

@@ -4,8 +4,8 @@ use hdf5::types::VarLenUnicode;
 use hdf5::{Dataset, Error, Group, H5Type, Location, Result};
 use ndarray::{ArrayView1, ArrayView2, s};
 
+use super::disk_space::BYTES_OF_DATASET;
 use super::scales;
-use super::space::ROOM_OF_DATASET;
 use crate::scenario::Compression;
 
 /// Rows of a chunk and of a write buffer.
@@ -84,16 +84,16 @@ impl<T: H5Type + Copy> Series<T> {
     }
 
     /// Bytes on the disk that writing a full buffer may take: a new row of chunks after one that is begun, and the tree.
-    pub fn room(&self) -> u64 {
+    pub fn bytes_needed(&self) -> u64 {
         let chunks = self.width.unwrap_or(1).div_ceil(COLUMNS);
         let chunk = ROWS * self.width.unwrap_or(1).min(COLUMNS) * size_of::<T>();
-        (chunks * 2 * chunk) as u64 + chunks as u64 * ROOM_OF_DATASET
+        (chunks * 2 * chunk) as u64 + chunks as u64 * BYTES_OF_DATASET
     }
 
     /// Bytes on the disk that writing the buffer may take, however full it is.
-    pub fn room_of_buffer(&self) -> u64 {
+    pub fn bytes_of_buffer(&self) -> u64 {
         let blocks = self.buffer.len().div_ceil(ROWS * self.width());
-        blocks as u64 * self.room()
+        blocks as u64 * self.bytes_needed()
     }
 
     /// Numbers in a row.

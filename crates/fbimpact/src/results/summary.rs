@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::open::{attribute, open, scenario_text};
 use super::reactions::{self, PeakReaction};
-use super::tables::{ImpactRow, PhaseRow, TableRow, TransferRow, TryRow};
+use super::tables::{ImpactRow, PhaseRow, TableRow, TransferRow, TrialRow};
 use super::warnings;
 use crate::error::AppError;
 use crate::sizing::{self, Note};
@@ -32,8 +32,8 @@ pub struct Summary {
     pub phases: Vec<PhaseRow>,
     /// Impacts.
     pub impacts: Vec<ImpactRow>,
-    /// Tries.
-    pub tries: Vec<TryRow>,
+    /// Trials.
+    pub trials: Vec<TrialRow>,
     /// Changes of the model.
     pub transfers: Vec<TransferRow>,
     /// Largest reactions of the joints.
@@ -96,7 +96,7 @@ fn summary(file: &File) -> Result<Summary> {
         chosen: scenario_text(file).map(|text| sizing::notes(&text)).unwrap_or_default(),
         phases: rows(file, "phases")?,
         impacts: rows(file, "impacts")?,
-        tries: rows(file, "tries")?,
+        trials: rows(file, "tries")?,
         reactions: reactions::peaks(file, &time)?,
         energy_drift: energies.map(|(drift, scale)| drift / scale),
         numerical_damping: energies.and_then(|(_, scale)| removed(file).map(|removed| removed / scale)),
@@ -148,14 +148,14 @@ impl Summary {
     pub fn json(&self) -> Value {
         let phases: Vec<_> = self.phases.iter().map(TableRow::json).collect();
         let mut impacts: Vec<_> = self.impacts.iter().map(TableRow::json).collect();
-        let mut tries: Vec<_> = self.tries.iter().map(TableRow::json).collect();
+        let mut trials: Vec<_> = self.trials.iter().map(TableRow::json).collect();
         let transfers: Vec<_> = self.transfers.iter().map(TableRow::json).collect();
         // Numbers of impacts count from 1.
         for (n, (json, row)) in impacts.iter_mut().zip(&self.impacts).enumerate() {
             json.insert("impact".into(), (n + 1).into());
             json.insert("duration".into(), (row.end - row.start).into());
         }
-        for (json, row) in tries.iter_mut().zip(&self.tries) {
+        for (json, row) in trials.iter_mut().zip(&self.trials) {
             json.insert("impact".into(), (u64::from(row.impact) + 1).into());
         }
         let attributes: serde_json::Map<String, Value> =
@@ -175,7 +175,7 @@ impl Summary {
             "chosen": chosen,
             "phases": phases, "impacts": impacts,
             "warnings": self.warnings.iter().map(|line| warnings::json(line)).collect::<Vec<_>>(),
-            "tries": tries, "transfers": transfers, "timings": timings,
+            "tries": trials, "transfers": transfers, "timings": timings,
         });
         if let Value::Object(map) = &mut all {
             map.extend(attributes);

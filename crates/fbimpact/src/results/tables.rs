@@ -1,7 +1,7 @@
 //! Tables of a result file: a row of each is declared once, with name, unit, origin and meaning of every column. The dataset, its description, the
 //! reference page and the JSON of `info` follow.
 
-use adaptive::record::{ImpactRecord, PhaseRecord, TransferRecord, TryRecord, ZoneSite};
+use adaptive::record::{ImpactRecord, PhaseRecord, TransferRecord, TrialRecord, ZoneSite};
 use hdf5::types::VarLenUnicode;
 use hdf5::{Group, H5Type, Result};
 use serde_json::{Map, Value};
@@ -147,10 +147,10 @@ table!(ImpactRow "impacts" "Impacts in the order of their ends." (r: ImpactRecor
          approach each other when the contact opens, another contact pressed the same bodies meanwhile";
 });
 
-table!(TryRow "tries" "Tries of every impact phase, one row a try and contact." (r: TryRecord) {
+table!(TrialRow "tries" "Trials of every impact phase, one row per trial and contact." (r: TrialRecord) {
     impact: u32 ["–"] = r.impact,
         "index of the impact, its row in `/impacts`; arrays count from 0, numbers that people see from 1";
-    number as "try": u32 ["–"] = r.number, "number of the try, from 1";
+    number as "try": u32 ["–"] = r.number, "number of the trial, from 1";
     start: f64 ["s"] = r.start, "time at which it starts";
     stop: f64 ["s"] = r.stop, "time reached";
     penalty_start: f64 ["N/m³"] = r.penalty_start, "penalty factor at the start";
@@ -158,8 +158,8 @@ table!(TryRow "tries" "Tries of every impact phase, one row a try and contact." 
     interval_widths: [f64; 2] ["m"] = r.interval_widths, "width of the contact interval in two directions";
     utilisation: [f64; 2] ["–"] = r.utilisation, "largest part of it in contact, in two directions";
     elements: u64 ["–"] = r.elements, "elements of the fine model";
-    freedoms: u64 ["–"] = r.freedoms, "its freedoms";
-    interface_freedoms: u64 ["–"] = r.interface_freedoms, "those in the contact zone";
+    dofs as "freedoms": u64 ["–"] = r.dofs, "its degrees of freedom";
+    interface_dofs as "interface_freedoms": u64 ["–"] = r.interface_dofs, "those in the contact zone";
     steps: u64 ["–"] = r.steps, "accepted steps";
     rejected: u64 ["–"] = r.rejected, "rejected steps";
     peak_force: f64 ["N"] = r.peak_force, "largest normal force";

@@ -19,7 +19,7 @@ pub enum GivenPlace {
     Part {
         /// Which part.
         extent: Extent,
-        /// How it hangs together with what holds it.
+        /// How it is joined to what holds it.
         coupling: Coupling,
     },
 }

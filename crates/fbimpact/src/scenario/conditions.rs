@@ -1,6 +1,6 @@
 //! Whether a key has a meaning where it stands: the conditions of its declaration, asked of the checked tables.
 
-use super::build::{ContactFacts, hanging_joint};
+use super::build::{ContactFacts, inboard_joint};
 use super::check::Checker;
 use super::keys::{Condition, Fact, Test};
 use super::section::{Checked, Item, Section};
@@ -73,7 +73,7 @@ impl<'a> Scope<'a> {
     fn is_fact(self, fact: Fact) -> bool {
         let contact = || self.around.and_then(|contact| ContactFacts::of(self.root, contact));
         match fact {
-            Fact::HangsOnNoJoint => self.joint().is_none(),
+            Fact::IsChildOfNoJoint => self.joint().is_none(),
             Fact::IsNotReduced => {
                 !self.section.body_file().is_some_and(|file| matches!(file.body, BodyFile::Reduced(_)))
             }
@@ -90,8 +90,8 @@ impl<'a> Scope<'a> {
                 _ => None,
             },
             Test::Around(test) => self.outer()?.found(test),
-            Test::Fact(Fact::HangsOnNoJoint) => {
-                Some(format!("this one hangs on joint \"{}\"", self.joint()?))
+            Test::Fact(Fact::IsChildOfNoJoint) => {
+                Some(format!("this one is the child of joint \"{}\"", self.joint()?))
             }
             _ => None,
         }
@@ -110,8 +110,8 @@ impl<'a> Scope<'a> {
         }
     }
 
-    /// Name of the joint on which the body of the table hangs.
+    /// Name of the joint whose child the body of the table is.
     fn joint(self) -> Option<&'a str> {
-        hanging_joint(self.root, self.section.path.strip_prefix("bodies.")?)
+        inboard_joint(self.root, self.section.path.strip_prefix("bodies.")?)
     }
 }

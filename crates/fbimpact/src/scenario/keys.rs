@@ -111,8 +111,8 @@ pub enum Test {
 /// Facts on which the meaning of keys depends and that no single table shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fact {
-    /// The body of the table hangs on no joint.
-    HangsOnNoJoint,
+    /// The body of the table is the child of no joint.
+    IsChildOfNoJoint,
     /// The body of the table does not come from a file with a reduced body.
     IsNotReduced,
     /// The contact around the table refines its contact zone by itself.

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use adaptive::sizing::SizeWish;
+use adaptive::sizing::SizeRequest;
 use adaptive::spec::{Area, RunSpec};
 
 use super::body_places::BodyPlaces;
@@ -15,7 +15,7 @@ pub struct Scenario {
     /// What is simulated. Of sizes that the program has yet to choose it has some that do.
     pub run: RunSpec,
     /// Sizes that the program has yet to choose, one entry per body of the run (see [`crate::sizing`]).
-    pub wishes: Vec<SizeWish>,
+    pub wishes: Vec<SizeRequest>,
     /// Bodies in the order of the file, planes at rest among them.
     pub bodies: Vec<FileBody>,
     /// Factor on the permitted errors of steps, which is in force in the settings of the run already.

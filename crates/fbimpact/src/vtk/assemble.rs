@@ -8,8 +8,8 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 use super::body::{BodyGeometry, Cells, Element, ElementFields, control_values};
 use super::grid::Grid;
 use super::order;
-use super::spin::{ArcNode, arcs, polygon};
-use super::tensor::{in_body, turned};
+use super::revolution::{ArcNode, arcs, polygon};
+use super::tensor::{in_body, rotated};
 
 /// Motion of a body's reference frame.
 #[derive(Debug, Clone, PartialEq)]
@@ -116,7 +116,7 @@ impl Cell<'_> {
             let about_axis = Rotation3::from_axis_angle(&Vector3::z_axis(), node.angle).into_inner();
             let rotation = self.pose.rotation * about_axis;
             for stress in &self.fields.stress {
-                let t = turned(&in_body(self.body.motion, stress), &rotation);
+                let t = rotated(&in_body(self.body.motion, stress), &rotation);
                 samples.push([t[0], t[1], t[2], t[3], t[4], t[5], von_mises(stress)]);
             }
         }

@@ -7,7 +7,7 @@
 pub mod order;
 pub mod bernstein;
 pub mod tensor;
-pub mod spin;
+pub mod revolution;
 pub mod body;
 pub mod grid;
 pub mod assemble;

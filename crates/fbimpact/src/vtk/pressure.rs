@@ -9,7 +9,7 @@ use super::assemble::{View, placed};
 use super::bodies::{Bodies, Drawn};
 use super::grid::{ContactFields, Grid};
 use super::order;
-use super::spin::{ArcNode, rings};
+use super::revolution::{ArcNode, rings};
 use super::states::{PressureSeries, States};
 use crate::error::AppError;
 use crate::scenario::Scenario;

@@ -14,7 +14,7 @@ pub fn in_body(motion: RigidMotion, stress: &[f64; 6]) -> Matrix3<f64> {
 }
 
 /// The tensor turned by `rotation`, as `XX, YY, ZZ, XY, YZ, XZ`.
-pub fn turned(tensor: &Matrix3<f64>, rotation: &Matrix3<f64>) -> [f64; 6] {
+pub fn rotated(tensor: &Matrix3<f64>, rotation: &Matrix3<f64>) -> [f64; 6] {
     let t = rotation * tensor * rotation.transpose();
     [t[(0, 0)], t[(1, 1)], t[(2, 2)], t[(0, 1)], t[(1, 2)], t[(0, 2)]]
 }
@@ -32,14 +32,14 @@ mod tests {
         let rotation = Rotation3::from_euler_angles(0.3, -1.1, 2.0).into_inner();
         for motion in [RigidMotion::Axial, RigidMotion::Spatial] {
             let stress = if motion == RigidMotion::Axial { [3.0, -1.0, 2.0, 0.5, 0.0, 0.0] } else { stress };
-            let t = turned(&in_body(motion, &stress), &rotation);
+            let t = rotated(&in_body(motion, &stress), &rotation);
             assert!((von_mises(&t) - von_mises(&stress)).abs() < 1e-13);
         }
     }
 
     #[test]
     fn hoop_stress_points_out_of_the_section() {
-        let t = turned(&in_body(RigidMotion::Axial, &[0.0, 0.0, 5.0, 0.0, 0.0, 0.0]), &Matrix3::identity());
+        let t = rotated(&in_body(RigidMotion::Axial, &[0.0, 0.0, 5.0, 0.0, 0.0, 0.0]), &Matrix3::identity());
         assert_eq!(t.map(|c| c as i32), [0, 5, 0, 0, 0, 0]);
     }
 }

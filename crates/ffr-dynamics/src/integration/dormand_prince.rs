@@ -139,7 +139,7 @@ impl DormandPrince {
 
     /// Takes one step that ends at `t_end` at the latest, and exactly there if it comes near.
     ///
-    /// [`OdeSystem::save`] is called before the first try, [`OdeSystem::restore`] after each rejected one.
+    /// [`OdeSystem::save`] is called before the first attempt, [`OdeSystem::restore`] after each rejected one.
     /// After the step the system's inner state belongs to its end. At `t_end` already, nothing happens.
     ///
     /// # Errors

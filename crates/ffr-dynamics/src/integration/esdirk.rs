@@ -197,7 +197,7 @@ impl Esdirk {
 
     /// Takes one step that ends at `t_end` at the latest, and exactly there if it comes near.
     ///
-    /// [`OdeSystem::save`] is called before the first try, [`OdeSystem::restore`] after each failed one and after differences
+    /// [`OdeSystem::save`] is called before the first attempt, [`OdeSystem::restore`] after each failed one and after differences
     /// of the right-hand side. After the step the inner state of a system with memory belongs to the step's end.
     /// At `t_end` already, nothing happens.
     ///

@@ -47,7 +47,7 @@ impl Oscillator {
     }
 
     /// State after the turn `turn` of the free vibration from `state`.
-    fn turned(&self, turn: Turn, [x, v]: [f64; 2]) -> [f64; 2] {
+    fn rotated(&self, turn: Turn, [x, v]: [f64; 2]) -> [f64; 2] {
         let Turn { factor, cos, sin } = turn;
         let decay = 0.5 * self.damping;
         [
@@ -176,7 +176,7 @@ impl<const STAGES: usize> Vibration<STAGES> {
         for (o, course) in self.oscillators.iter().zip(&mut self.courses) {
             let [x, v] = [state[o.position], state[o.velocity]];
             let change = rate[o.velocity] + o.squared_frequency * x + o.damping * v - course.force;
-            course.rates[stage] = o.turned(course.turns[stage].back(), [0.0, change]);
+            course.rates[stage] = o.rotated(course.turns[stage].back(), [0.0, change]);
             self.powers[stage] += (change - o.damping * v) * v;
         }
     }
@@ -188,7 +188,7 @@ impl<const STAGES: usize> Vibration<STAGES> {
             let angle = self.step * o.squared_frequency.sqrt();
             let unseen = (angle / UNRESOLVED).powi(5).min(1.0);
             let sum = [estimate[0] + unseen * gained[0], estimate[1] + unseen * gained[1]];
-            [error[o.position], error[o.velocity]] = o.turned(course.turns[STAGES - 1], sum);
+            [error[o.position], error[o.velocity]] = o.rotated(course.turns[STAGES - 1], sum);
         }
     }
 
@@ -258,7 +258,7 @@ impl<const STAGES: usize> Course<STAGES> {
     /// State after `turn` from the start, with `gained` in coordinates that vibrate along.
     fn at(&self, o: &Oscillator, turn: Turn, gained: [f64; 2]) -> [f64; 2] {
         let rest = self.force / o.squared_frequency;
-        let [x, v] = o.turned(turn, [self.start[0] - rest + gained[0], self.start[1] + gained[1]]);
+        let [x, v] = o.rotated(turn, [self.start[0] - rest + gained[0], self.start[1] + gained[1]]);
         [x + rest, v]
     }
 

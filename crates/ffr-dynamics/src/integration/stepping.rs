@@ -1,4 +1,4 @@
-//! What a one-step method has besides its stages: time, state and step, the loop's two ends (a try accepted, a try rejected).
+//! What a one-step method has besides its stages: time, state and step, the loop's two ends (an attempt accepted, an attempt rejected).
 
 use super::step_control::{Controller, Statistics, StepSettings, smallest_step};
 use super::system::OdeSystem;
@@ -13,7 +13,7 @@ pub struct Step {
     pub end: f64,
     /// Error norm; 0 with fixed steps.
     pub error: f64,
-    /// Tries rejected before this one.
+    /// Trials rejected before this one.
     pub rejected: u32,
 }
 
@@ -26,7 +26,7 @@ pub(super) struct StepAttempt {
     pub end: f64,
 }
 
-/// Why a try could not be finished.
+/// Why an attempt could not be finished.
 pub(super) enum Failure {
     Refused(EvaluationFailure),
     Diverged { iterations: u32, rate: f64 },
@@ -57,7 +57,7 @@ pub(super) struct Stepping {
     /// Start and end of the last step \[s\].
     pub interval: (f64, f64),
     pub last_refusal: Option<EvaluationFailure>,
-    /// Tries rejected in the present step.
+    /// Trials rejected in the present step.
     rejected: u32,
     /// What helps the method when its steps become too short.
     remedy: &'static str,
@@ -183,7 +183,7 @@ impl Stepping {
         Step { start, end, error, rejected: self.rejected }
     }
 
-    /// Books a try of size `h` that failed or has too large an error, and proposes a shorter one, or says why there is none.
+    /// Books an attempt of size `h` that failed or has too large an error, and proposes a shorter one, or says why there is none.
     pub fn reject(&mut self, h: f64, t_end: f64, outcome: Result<f64, Failure>) -> Result<(), DynamicsError> {
         self.rejected += 1;
         self.statistics.rejected += 1;
@@ -219,7 +219,7 @@ impl Stepping {
     }
 }
 
-/// Why a try was rejected.
+/// Why an attempt was rejected.
 fn rejection(outcome: &Result<f64, Failure>) -> Rejection {
     match outcome {
         Err(Failure::Refused(refusal)) => Rejection::Refused(refusal.clone()),

@@ -20,7 +20,7 @@ use crate::body::AssembledBody;
 
 /// Largest relative error of a retained frequency against the full model; then more fixed-interface modes are taken.
 pub const FREQUENCY_TOLERANCE: f64 = 1e-3;
-/// Fixed-interface modes beyond the retained and rigid ones in the first try (half-disc: 6 + 1 + 13 reach 7e-5).
+/// Fixed-interface modes beyond the retained and rigid ones in the first attempt (half-disc: 6 + 1 + 13 reach 7e-5).
 const FIRST_MARGIN: usize = 13;
 /// Doublings of the margin.
 const MAX_TRIES: usize = 5;

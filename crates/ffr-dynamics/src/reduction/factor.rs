@@ -8,10 +8,10 @@ use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Mat, MatMut};
 
 use super::entry::Entry;
+use super::entry_positions::EntryPositions;
 use super::layout::Layout;
 use super::memory;
 use super::numeric::{self, Kind};
-use super::places::Places;
 use super::quotient::Quotient;
 use super::supernodes::Supernodes;
 use super::tree_solve::TreeSolve;
@@ -24,7 +24,7 @@ const WIDTH: usize = <f64 as Entry>::WIDTH;
 #[derive(Debug)]
 pub struct SymbolicFactor {
     pub(super) layout: Layout,
-    pub(super) places: Places,
+    pub(super) positions: EntryPositions,
 }
 
 impl SymbolicFactor {
@@ -59,8 +59,8 @@ impl SymbolicFactor {
         let layout = Layout::new(Supernodes::new(&quotient, &order));
         // In the shorter format at least.
         refuse_if(&layout, size_of::<f32>(), memory::shortage)?;
-        let places = Places::new(pattern, &layout.supernodes.order);
-        Ok(Self { layout, places })
+        let positions = EntryPositions::new(pattern, &layout.supernodes.order);
+        Ok(Self { layout, positions })
     }
 
     /// Refuses a factor whose entries, of `bytes` bytes each, have no place in the memory that is free.
@@ -107,8 +107,8 @@ impl SymbolicFactor {
         kind: Kind,
     ) -> Result<Vec<f64>, usize> {
         let values = matrix.val();
-        assert_eq!(values.len(), self.places.len(), "the matrix has another pattern than was analysed");
-        numeric::factorise(&self.layout, &self.places, |number, _, _| values[number], kind)
+        assert_eq!(values.len(), self.positions.len(), "the matrix has another pattern than was analysed");
+        numeric::factorise(&self.layout, &self.positions, |number, _, _| values[number], kind)
     }
 
     /// Cholesky factor of a symmetric positive definite matrix with the analysed pattern; `name` is for messages.

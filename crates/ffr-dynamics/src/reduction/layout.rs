@@ -190,7 +190,7 @@ fn families(supernodes: &Supernodes) -> (Vec<usize>, Vec<u32>, Vec<u32>) {
 
 /// Places of all rows below supernodes among the columns and rows of the parents.
 fn in_parent(supernodes: &Supernodes) -> Vec<u32> {
-    let mut places = Vec::new();
+    let mut positions = Vec::new();
     for s in 0..supernodes.len() {
         let parent = supernodes.parent[s];
         if parent == NONE {
@@ -200,7 +200,7 @@ fn in_parent(supernodes: &Supernodes) -> Vec<u32> {
         let mut below = supernodes.pattern(parent as usize).iter();
         let mut at = columns.len() as u32;
         for &row in supernodes.pattern(s) {
-            places.push(if (row as usize) < columns.end {
+            positions.push(if (row as usize) < columns.end {
                 row - columns.start as u32
             } else {
                 at += below.by_ref().take_while(|&&r| r != row).count() as u32 + 1;
@@ -208,5 +208,5 @@ fn in_parent(supernodes: &Supernodes) -> Vec<u32> {
             });
         }
     }
-    places
+    positions
 }

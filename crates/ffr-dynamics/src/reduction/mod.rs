@@ -14,7 +14,7 @@ mod quotient;
 mod supernodes;
 mod layout;
 mod entry;
-mod places;
+mod entry_positions;
 mod numeric;
 mod panel_solve;
 mod tree_solve;

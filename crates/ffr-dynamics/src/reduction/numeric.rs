@@ -15,8 +15,8 @@ use faer::reborrow::{Reborrow, ReborrowMut};
 use faer::{Accum, MatMut, MatRef, Par};
 
 use super::entry::Entry;
+use super::entry_positions::EntryPositions;
 use super::layout::{Layout, Panel};
-use super::places::Places;
 
 /// Rows of a tile: what one thread does at a time.
 const ROWS: usize = 512;
@@ -35,7 +35,7 @@ pub(super) enum Kind {
 }
 
 /// Entries of the factor of a symmetric matrix, as `layout` places them. `value(number, row, column)` is the entry that has this number in the
-/// pattern of `places`; row and column are those of the factor.
+/// pattern of `positions`; row and column are those of the factor.
 ///
 /// Above the diagonal of a panel stand numbers without meaning.
 ///
@@ -43,18 +43,18 @@ pub(super) enum Kind {
 /// The place in the elimination order of the first pivot that is not positive and finite (zero, for [`Kind::Indefinite`]).
 pub(super) fn factorise<T: Entry>(
     layout: &Layout,
-    places: &Places,
+    positions: &EntryPositions,
     value: impl Fn(usize, usize, usize) -> T + Sync,
     kind: Kind,
 ) -> Result<Vec<T>, usize> {
     let mut values = vec![T::ZERO; layout.n_values()];
     let run = Factorisation {
         layout,
-        matrix: places,
+        matrix: positions,
         value: &value,
         kind,
         scratch: Pool::default(),
-        places: Pool::default(),
+        positions: Pool::default(),
     };
     run.forest(&layout.roots(), &mut values)?;
     Ok(values)
@@ -84,17 +84,17 @@ impl<X: Default> Pool<X> {
 struct Scratch<T> {
     product: Vec<T>,
     scaled: Vec<T>,
-    places: Vec<u32>,
+    positions: Vec<u32>,
 }
 
 struct Factorisation<'a, T, V> {
     layout: &'a Layout,
-    matrix: &'a Places,
+    matrix: &'a EntryPositions,
     value: &'a V,
     kind: Kind,
     scratch: Pool<Scratch<T>>,
     /// Place of every row of the matrix in a supernode.
-    places: Pool<Vec<u32>>,
+    positions: Pool<Vec<u32>>,
 }
 
 /// Entries of finished supernodes, the first of which stands at `base` in the factor.
@@ -117,7 +117,7 @@ struct Target<'a> {
     panel: &'a Panel,
     columns: std::ops::Range<usize>,
     pattern: &'a [u32],
-    places: &'a [u32],
+    positions: &'a [u32],
 }
 
 impl Target<'_> {
@@ -133,7 +133,7 @@ impl Target<'_> {
         if row < self.columns.end {
             row - self.panel.first
         } else {
-            self.places[row] as usize + self.columns.end - self.panel.first
+            self.positions[row] as usize + self.columns.end - self.panel.first
         }
     }
 }
@@ -194,14 +194,14 @@ impl<T: Entry, V: Fn(usize, usize, usize) -> T + Sync> Factorisation<'_, T, V> {
     ) -> Result<(), usize> {
         let layout = self.layout;
         let base = layout.values_of(layout.first_descendant[range.end - 1] as usize);
-        self.places.with(|places| {
-            places.resize(layout.supernodes.order.len(), 0);
+        self.positions.with(|positions| {
+            positions.resize(layout.supernodes.order.len(), 0);
             for s in range {
                 for (place, &row) in layout.supernodes.pattern(s).iter().enumerate() {
-                    places[row as usize] = place as u32;
+                    positions[row as usize] = place as u32;
                 }
                 let (done, own) = values.split_at_mut(layout.values_of(s) - base);
-                self.supernode(s, Done { values: done, base }, own, places, is_parallel)?;
+                self.supernode(s, Done { values: done, base }, own, positions, is_parallel)?;
             }
             Ok(())
         })
@@ -212,7 +212,7 @@ impl<T: Entry, V: Fn(usize, usize, usize) -> T + Sync> Factorisation<'_, T, V> {
         s: usize,
         below: Done<'_, T>,
         values: &mut [T],
-        places: &[u32],
+        positions: &[u32],
         is_parallel: bool,
     ) -> Result<(), usize> {
         let (columns, pattern) = (self.layout.supernodes.columns(s), self.layout.supernodes.pattern(s));
@@ -220,7 +220,7 @@ impl<T: Entry, V: Fn(usize, usize, usize) -> T + Sync> Factorisation<'_, T, V> {
         for panel in self.layout.panels(s) {
             let (earlier, rest) = values.split_at_mut(panel.values - base);
             let earlier = Done { values: earlier, base };
-            let target = Target { s, panel, columns: columns.clone(), pattern, places };
+            let target = Target { s, panel, columns: columns.clone(), pattern, positions };
             let (n_rows, width) = (panel.n_rows, panel.width());
             let mut block = MatMut::from_column_major_slice_mut(&mut rest[..panel.n_values()], n_rows, width);
             for j in 0..width {
@@ -253,7 +253,7 @@ impl<T: Entry, V: Fn(usize, usize, usize) -> T + Sync> Factorisation<'_, T, V> {
     ) {
         let (panel, supernodes) = (target.panel, &self.layout.supernodes);
         let rows = target.row(first)..target.row(first + tile.nrows() - 1) + 1;
-        let Scratch { product, scaled, places } = scratch;
+        let Scratch { product, scaled, positions } = scratch;
         for update in self.layout.updates(target.s) {
             let source = update.source as usize;
             let pattern = supernodes.pattern(source);
@@ -291,8 +291,8 @@ impl<T: Entry, V: Fn(usize, usize, usize) -> T + Sync> Factorisation<'_, T, V> {
                 self.multiply(sum.rb_mut(), p - a, accum, [left, right, block], scaled);
                 accum = Accum::Add;
             }
-            places.clear();
-            places.extend(pattern[p..q].iter().map(|&row| (target.place(row) - first) as u32));
+            positions.clear();
+            positions.extend(pattern[p..q].iter().map(|&row| (target.place(row) - first) as u32));
             for (j, column) in product[..m * n].chunks_exact(m).enumerate() {
                 let to = tile.rb_mut().col_mut(pattern[a + j] as usize - panel.first);
                 let Some(to) = to.try_as_col_major_mut() else {
@@ -301,7 +301,7 @@ impl<T: Entry, V: Fn(usize, usize, usize) -> T + Sync> Factorisation<'_, T, V> {
                 let to = to.as_slice_mut();
                 // Above the diagonal there is nothing.
                 let skipped = (a + j).saturating_sub(p).min(m);
-                for (&place, &value) in places[skipped..].iter().zip(&column[skipped..]) {
+                for (&place, &value) in positions[skipped..].iter().zip(&column[skipped..]) {
                     to[place as usize] += value;
                 }
             }

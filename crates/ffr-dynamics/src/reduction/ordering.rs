@@ -189,8 +189,8 @@ impl Cutter<'_> {
     fn best_cut(&mut self, nodes: &[u32]) -> Option<Cut> {
         let mut best: Option<Cut> = None;
         for axis in 0..3 {
-            let places = nodes.iter().map(|&a| (self.anchors[a as usize][axis], a)).collect();
-            let cut = self.cut(places);
+            let positions = nodes.iter().map(|&a| (self.anchors[a as usize][axis], a)).collect();
+            let cut = self.cut(positions);
             if let Some(cut) = cut
                 && best.as_ref().is_none_or(|b| cut.score < b.score)
             {
@@ -198,24 +198,24 @@ impl Cutter<'_> {
             }
         }
         if best.is_none() {
-            let places = self.levels(nodes);
-            best = self.cut(places);
+            let positions = self.levels(nodes);
+            best = self.cut(positions);
         }
         // A separator of most nodes splits nothing off: the graph is as good as full.
         best.filter(|cut| 3 * cut.separator < nodes.len())
     }
 
     /// The best cut between two different places.
-    fn cut(&mut self, mut places: Vec<(f64, u32)>) -> Option<Cut> {
-        places.sort_unstable_by(|p, q| p.0.total_cmp(&q.0).then(p.1.cmp(&q.1)));
-        let n = places.len();
-        let extent = places[n - 1].0 - places[0].0;
-        let sorted: Vec<u32> = places.iter().map(|&(_, a)| a).collect();
+    fn cut(&mut self, mut positions: Vec<(f64, u32)>) -> Option<Cut> {
+        positions.sort_unstable_by(|p, q| p.0.total_cmp(&q.0).then(p.1.cmp(&q.1)));
+        let n = positions.len();
+        let extent = positions[n - 1].0 - positions[0].0;
+        let sorted: Vec<u32> = positions.iter().map(|&(_, a)| a).collect();
         let (left, right) = self.separators(&sorted);
         let (mut best, mut score) = (None, f64::INFINITY);
         let smallest = (SMALLEST_SIDE * n as f64).ceil() as usize;
         for at in smallest.max(1)..=n.saturating_sub(smallest).min(n - 1) {
-            if places[at].0 - places[at - 1].0 <= 1e-9 * extent {
+            if positions[at].0 - positions[at - 1].0 <= 1e-9 * extent {
                 continue;
             }
             for (separator, from_left) in [(left[at], true), (right[at], false)] {

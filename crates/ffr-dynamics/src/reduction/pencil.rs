@@ -245,8 +245,8 @@ fn unite(body: &AssembledBody) -> Result<United<'_>, DynamicsError> {
     for (i, dof) in body.dofs.iter().enumerate() {
         number[dof.node as usize][dof.component as usize] = i as u32;
     }
-    if let Some(places) = places_in(&body.stiffness, body, &number) {
-        return Ok((Cow::Borrowed(&body.stiffness), places));
+    if let Some(positions) = places_in(&body.stiffness, body, &number) {
+        return Ok((Cow::Borrowed(&body.stiffness), positions));
     }
     let k = &body.stiffness;
     let (mut starts, mut rows, mut values) = (vec![0u32], Vec::new(), Vec::new());
@@ -266,8 +266,8 @@ fn unite(body: &AssembledBody) -> Result<United<'_>, DynamicsError> {
     }
     let symbolic = SymbolicSparseColMat::new_checked(k.nrows(), k.ncols(), starts, None, rows);
     let united = SparseColMat::new(symbolic, values);
-    let places = places_in(&united, body, &number).ok_or(DataError::ForeignMass)?;
-    Ok((Cow::Owned(united), places))
+    let positions = places_in(&united, body, &number).ok_or(DataError::ForeignMass)?;
+    Ok((Cow::Owned(united), positions))
 }
 
 /// Places of the mass entries in a sorted pattern; `None` if one is missing.
@@ -276,7 +276,7 @@ fn places_in(
     body: &AssembledBody,
     number: &[[u32; 6]],
 ) -> Option<Vec<(u32, u32)>> {
-    let mut places = Vec::with_capacity(k.row_idx().len() / body.motion.n_components());
+    let mut positions = Vec::with_capacity(k.row_idx().len() / body.motion.n_components());
     for j in 0..k.ncols() {
         let range = k.symbolic().col_range(j);
         let mut p = range.start;
@@ -287,8 +287,8 @@ fn places_in(
             if p == range.end || k.row_idx()[p] != row {
                 return None;
             }
-            places.push((p as u32, index));
+            positions.push((p as u32, index));
         }
     }
-    Some(places)
+    Some(positions)
 }

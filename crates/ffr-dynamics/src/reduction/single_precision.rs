@@ -38,10 +38,14 @@ impl SinglePrecisionFactor {
             diagonal_of(matrix).iter().map(|d| 1.0 / d.abs().sqrt().max(f64::MIN_POSITIVE)).collect();
         let by_position: Vec<f64> = symbolic.order().iter().map(|&i| scale[i as usize]).collect();
         let values = matrix.val();
-        assert_eq!(values.len(), symbolic.places.len(), "the matrix has another pattern than was analysed");
+        assert_eq!(
+            values.len(),
+            symbolic.positions.len(),
+            "the matrix has another pattern than was analysed"
+        );
         let scaled =
             |number: usize, i: usize, j: usize| (values[number] * by_position[i] * by_position[j]) as f32;
-        let values = numeric::factorise(&symbolic.layout, &symbolic.places, scaled, kind).ok()?;
+        let values = numeric::factorise(&symbolic.layout, &symbolic.positions, scaled, kind).ok()?;
         Some(Self { symbolic: Arc::clone(symbolic), values, scale })
     }
 

@@ -114,8 +114,8 @@ impl<T: Entry> TreeSolve<'_, T> {
     }
 
     fn add_to_parent(&self, child: usize, part: &[T::Row], rows: &mut [T::Row]) {
-        let places = &self.layout.in_parent[self.layout.supernodes.pattern_range(child)];
-        for (&place, row) in places.iter().zip(part) {
+        let positions = &self.layout.in_parent[self.layout.supernodes.pattern_range(child)];
+        for (&place, row) in positions.iter().zip(part) {
             for (target, part) in rows[place as usize].as_mut().iter_mut().zip(row.as_ref()) {
                 *target += *part;
             }

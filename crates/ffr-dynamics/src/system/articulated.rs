@@ -28,7 +28,7 @@ pub(super) struct BodyFactors {
     n_unknowns: usize,
     /// Length of the rows of `motion`, `product` and `matrix`: a multiple of [`LANES`], filled up with zeros.
     stride: usize,
-    /// Rigid inertia with that of the bodies hanging on it.
+    /// Rigid inertia with that of the bodies outboard of it.
     rigid: [SpatialVector; 6],
     /// Rigid by elastic inertia (6 x n_q).
     coupling: Vec<f64>,

@@ -27,7 +27,7 @@ pub struct Site {
     pub marker: Marker,
 }
 
-/// The joint on which a body hangs.
+/// The joint whose child a body is.
 #[derive(Debug, Clone)]
 pub struct TreeJoint {
     /// Name.
@@ -130,7 +130,7 @@ pub struct TreeBody {
     pub data: StandardInputData,
     /// Its markers.
     pub markers: Vec<Marker>,
-    /// The joint on which it hangs.
+    /// The joint whose child it is.
     pub joint: TreeJoint,
     /// Its place in the state vector.
     pub layout: TreeLayout,
@@ -230,7 +230,7 @@ impl MultibodyModel {
         self.bodies.iter().position(|b| b.name == name)
     }
 
-    /// For each body the number of the group that it hangs together with by joints, those with ground left aside.
+    /// For each body the number of the group that it is joined to, those with ground left aside.
     pub fn groups(&self) -> Vec<usize> {
         let mut group: Vec<usize> = (0..self.bodies.len()).collect();
         let in_tree = self.bodies.iter().enumerate().filter_map(|(i, b)| Some((i, b.joint.parent.body?)));

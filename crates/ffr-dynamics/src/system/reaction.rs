@@ -19,7 +19,7 @@ pub struct Reaction {
 }
 
 impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
-    /// Reaction of the joint on which body `body` hangs (Eq. M.35, M.36). Zero for bodies that move freely.
+    /// Reaction of the joint whose child body `body` is (Eq. M.35, M.36). Zero for bodies that move freely.
     ///
     /// Belongs to the last accelerations ([`Multibody::evaluate_accelerations`] or a right-hand side); the bodies must stand where
     /// they did then, as after [`Multibody::invariants`] of that state. Does not allocate.

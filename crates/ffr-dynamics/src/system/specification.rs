@@ -45,7 +45,7 @@ pub struct JointSpec {
     pub kind: JointKind,
     /// Marker on the body nearer to ground.
     pub parent: Attachment,
-    /// Marker on the body that hangs on the joint.
+    /// Marker on the child of the joint.
     pub child: Attachment,
     /// Springs, dampers, drives, prescribed motion: one entry a velocity of the joint, or none at all.
     pub coordinates: Vec<CoordinateForce>,

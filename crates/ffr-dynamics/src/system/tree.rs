@@ -2,7 +2,7 @@
 
 use crate::error::DynamicsError;
 
-/// Where a body hangs: index of the body that carries its joint, or `None` on ground.
+/// What carries a body: index of the body that carries its joint, or `None` on ground.
 pub type Parent = Option<usize>;
 
 /// Bodies in an order in which every parent comes before its children.

@@ -65,7 +65,7 @@ impl HierarchicalBasis {
         let level = self.levels.partition_point(|l| l.first <= f) - 1;
         // Levels without functions share their first number with the next one, which is the later one.
         let l = &self.levels[level];
-        (level, crate::tensor::unflat(&l.sizes, l.flat[(f - l.first) as usize]))
+        (level, crate::tensor::multi_index(&l.sizes, l.flat[(f - l.first) as usize]))
     }
 
     /// Calls `found(position, function)` for every active function of `level` in a box of net indices; positions count

@@ -55,10 +55,10 @@ fn net_of_active(patch: &Patch, basis: &HierarchicalBasis) -> Result<(Vec<[f64; 
             patch.knots().iter().zip(level.knots()).map(|(c, f)| TwoScale::between(c, f)).collect();
         let (relations, own) = (relations?, level.net_size());
         for &flat in basis.active_on_level(l) {
-            let index = crate::tensor::unflat(&own, flat);
+            let index = crate::tensor::multi_index(&own, flat);
             let mut sum = [0.0; 4];
             for_each_coarse(&relations, &index, |coarse, share| {
-                let a = crate::tensor::flat(&sizes, &coarse[..sizes.len()]);
+                let a = crate::tensor::flat_index(&sizes, &coarse[..sizes.len()]);
                 let (w, x) = (share * patch.weights()[a], patch.control_points()[a]);
                 for (s, v) in sum.iter_mut().zip([w * x[0], w * x[1], w * x[2], w]) {
                     *s += v;

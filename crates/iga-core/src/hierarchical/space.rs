@@ -304,7 +304,7 @@ impl Space for HierarchicalSpace {
             let layer = if face.upper { sizes[face.direction] - 1 } else { 0 };
             let active = self.basis.active_on_level(l);
             for (number, &flat) in active.iter().enumerate() {
-                let index = tensor::unflat(&sizes, flat);
+                let index = tensor::multi_index(&sizes, flat);
                 if index[face.direction] == layer {
                     let place = |d: usize| abscissae.get(d).map_or(0.0, |own| own[index[d]]);
                     found.push((self.function_of((first + number) as u32), std::array::from_fn(place)));

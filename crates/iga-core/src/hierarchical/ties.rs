@@ -58,11 +58,11 @@ impl PatchTies {
         // Whether direction `d` moves no control point of the entries chosen between its entries `a` and `b`.
         let still = |d: usize, a: usize, chosen: &dyn Fn(&[usize; 3]) -> bool| {
             (0..points.len()).all(|i| {
-                let mut index = tensor::unflat(&sizes, i);
+                let mut index = tensor::multi_index(&sizes, i);
                 let here = points[i];
                 !chosen(&index) || {
                     index[d] = a;
-                    norm(&difference(&here, &points[tensor::flat(&sizes, &index)])) <= tolerance
+                    norm(&difference(&here, &points[tensor::flat_index(&sizes, &index)])) <= tolerance
                 }
             })
         };

@@ -67,7 +67,7 @@ impl FaceNet {
         }
         let layer = if face.upper { all[face.direction] - 1 } else { 0 };
         let points = (0..patch.n_functions())
-            .filter(|&i| tensor::unflat(&all, i)[face.direction] == layer)
+            .filter(|&i| tensor::multi_index(&all, i)[face.direction] == layer)
             .map(|i| patch.control_points()[i])
             .collect();
         Self { sizes, points, extent: diagonal(patch.control_points()) }

@@ -73,7 +73,7 @@ impl PatchSearch {
         let hull = BezierNet::new(patch, &lower, &upper);
         let mut scratch = PointBasis::default();
         for e in 0..patch.n_elements() {
-            let index = tensor::unflat(&counts, e);
+            let index = tensor::multi_index(&counts, e);
             let on_face =
                 |d: usize| lower[d] < upper[d] || patch.knots()[d].find_element(lower[d]) == index[d];
             if !(0..n).all(on_face) {
@@ -82,7 +82,7 @@ impl PatchSearch {
             search.elements.push(hull.bound(&index));
             let (a, b) = patch.element(e);
             for s in 0..search.samples_per_element {
-                let which = tensor::unflat(&per_direction, s);
+                let which = tensor::multi_index(&per_direction, s);
                 let mut xi = lower;
                 for d in (0..n).filter(|&d| lower[d] < upper[d]) {
                     xi[d] = a[d] + (b[d] - a[d]) * (which[d] as f64 + 0.5) / per_direction[d] as f64;

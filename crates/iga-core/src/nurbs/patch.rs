@@ -153,7 +153,7 @@ impl Patch {
         for (count, k) in counts.iter_mut().zip(&self.knots) {
             *count = k.n_elements();
         }
-        tensor::unflat(&counts, e)
+        tensor::multi_index(&counts, e)
     }
 
     /// The weight function `W = Σ w_A N_A` at parameters `xi`, which refinement keeps (theory Eq. S.4).

@@ -72,7 +72,7 @@ impl Shape {
     ///
     /// # Errors
     /// As [`Patch::new`], for a matrix that is not finite.
-    pub fn turned(&self, rotation: &[[f64; 3]; 3]) -> Result<Self, SplineError> {
+    pub fn rotated(&self, rotation: &[[f64; 3]; 3]) -> Result<Self, SplineError> {
         let turn = |p: &[f64; 3]| rotation.map(|row| row[0] * p[0] + row[1] * p[1] + row[2] * p[2]);
         let patches = self.patches.iter().map(|patch| {
             let points = patch.control_points().iter().map(turn).collect();
@@ -83,7 +83,7 @@ impl Shape {
             markers: self.markers.iter().map(|(name, p)| (name.clone(), turn(p))).collect(),
             faces: self.faces.clone(),
             singular: self.singular.clone(),
-            symmetry: self.symmetry.as_ref().map(|s| s.turned(rotation)),
+            symmetry: self.symmetry.as_ref().map(|s| s.rotated(rotation)),
         })
     }
 

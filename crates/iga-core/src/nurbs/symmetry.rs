@@ -45,7 +45,7 @@ impl Symmetry {
     ///
     /// `None` if the parametrisation is regular around the point as it is, or turning it does not help, as on the flat ends of
     /// a cylinder.
-    pub fn turn_to(&self, point: &[f64; 3], normal: &[f64; 3]) -> Option<[[f64; 3]; 3]> {
+    pub fn rotation_to(&self, point: &[f64; 3], normal: &[f64; 3]) -> Option<[[f64; 3]; 3]> {
         let is_end = self.axis.is_some_and(|a| dot(&a, normal).abs() > 0.5 * norm(normal));
         let along = self.axis.map_or(0.0, |a| dot(&a, point));
         let away: [f64; 3] = std::array::from_fn(|c| point[c] - self.axis.map_or(0.0, |a| along * a[c]));
@@ -61,7 +61,7 @@ impl Symmetry {
 
     /// The same symmetry after a rotation (rows) of the shape about the origin.
     #[must_use]
-    pub fn turned(&self, rotation: &[[f64; 3]; 3]) -> Self {
+    pub fn rotated(&self, rotation: &[[f64; 3]; 3]) -> Self {
         let turn = |p: &[f64; 3]| rotation.map(|row| dot(&row, p));
         Self { axis: self.axis.as_ref().map(turn), regular: self.regular.iter().map(turn).collect() }
     }
@@ -103,11 +103,11 @@ mod tests {
     #[test]
     fn near_a_regular_direction_nothing_is_turned() {
         let ball = Symmetry::ball(&AXES);
-        assert_eq!(ball.turn_to(&[9.9, 0.5, 0.4], &[1.0, 0.0, 0.0]), None);
-        assert!(ball.turn_to(&[0.0, 1.0, 0.0], &[0.0, 1.0, 0.0]).is_some(), "the pole");
+        assert_eq!(ball.rotation_to(&[9.9, 0.5, 0.4], &[1.0, 0.0, 0.0]), None);
+        assert!(ball.rotation_to(&[0.0, 1.0, 0.0], &[0.0, 1.0, 0.0]).is_some(), "the pole");
         let cylinder = Symmetry::about_z(&[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
-        assert_eq!(cylinder.turn_to(&[0.7, 0.7, 0.0], &[0.0, 0.0, -1.0]), None, "a flat end");
-        assert_eq!(cylinder.turn_to(&[0.0, 0.0, 1.0], &[1.0, 0.0, 0.0]), None, "on the axis");
+        assert_eq!(cylinder.rotation_to(&[0.7, 0.7, 0.0], &[0.0, 0.0, -1.0]), None, "a flat end");
+        assert_eq!(cylinder.rotation_to(&[0.0, 0.0, 1.0], &[1.0, 0.0, 0.0]), None, "on the axis");
     }
 
     proptest! {
@@ -118,7 +118,7 @@ mod tests {
             prop_assume!(norm(&[p[0], p[1], 0.0]) > 1e-3);
             let symmetry = if about_z { Symmetry::about_z(&AXES[..2]) } else { Symmetry::ball(&AXES) };
             let normal = if about_z { [p[0], p[1], 0.0] } else { p };
-            let Some(r) = symmetry.turn_to(&p, &normal) else { return Ok(()) };
+            let Some(r) = symmetry.rotation_to(&p, &normal) else { return Ok(()) };
             // A rotation: its inverse is its transpose.
             for a in 0..3 {
                 for b in 0..3 {
@@ -126,8 +126,8 @@ mod tests {
                     prop_assert!((dot(&r[a], &r[b]) - unit).abs() < 1e-14);
                 }
             }
-            let turned = symmetry.turned(&r);
-            prop_assert_eq!(turned.turn_to(&p, &normal), None);
+            let turned = symmetry.rotated(&r);
+            prop_assert_eq!(turned.rotation_to(&p, &normal), None);
             if about_z {
                 let top = apply(&r, &[0.0, 0.0, 1.0]);
                 prop_assert!((top[2] - 1.0).abs() < 1e-14, "the axis stays");

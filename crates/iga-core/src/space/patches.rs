@@ -55,7 +55,7 @@ impl PatchSpace {
             if i == j {
                 number[i] = control_points.len() as u32;
                 control_points.push(points[i]);
-                let net = tensor::unflat(&sizes, i).map(|k| k as f64);
+                let net = tensor::multi_index(&sizes, i).map(|k| k as f64);
                 anchors.push(if patches.len() == 1 { net } else { points[i] });
             } else {
                 number[i] = number[j];
@@ -130,7 +130,7 @@ fn element_index(patch: &Patch, mut e: usize) -> [usize; 3] {
 fn boundary_entries(patch: &Patch) -> Vec<bool> {
     let sizes = patch.net_size();
     let is_end = |i: usize| {
-        let index = tensor::unflat(&sizes, i);
+        let index = tensor::multi_index(&sizes, i);
         sizes.iter().zip(index).any(|(&n, k)| k == 0 || k + 1 == n)
     };
     (0..patch.n_functions()).map(is_end).collect()
@@ -252,7 +252,7 @@ impl Space for PatchSpace {
         let sizes = patch.net_size();
         let abscissae: Vec<Vec<f64>> = patch.knots().iter().map(KnotVector::greville).collect();
         let layer = if face.upper { sizes[face.direction] - 1 } else { 0 };
-        let entries = (0..patch.n_functions()).map(|net| (net, tensor::unflat(&sizes, net)));
+        let entries = (0..patch.n_functions()).map(|net| (net, tensor::multi_index(&sizes, net)));
         entries
             .filter(|(_, index)| index[face.direction] == layer)
             .map(|(net, index)| {

@@ -33,7 +33,7 @@ pub fn identity_patch(knots: Vec<KnotVector>) -> Patch {
     let sizes: Vec<usize> = knots.iter().map(KnotVector::n_functions).collect();
     let greville: Vec<Vec<f64>> = knots.iter().map(KnotVector::greville).collect();
     let point = |a: usize| {
-        let index = tensor::unflat(&sizes, a);
+        let index = tensor::multi_index(&sizes, a);
         std::array::from_fn(|d| greville.get(d).map_or(0.0, |g| g[index[d]]))
     };
     let n = sizes.iter().product();
@@ -95,10 +95,10 @@ pub fn refined(patch: &Patch, knots: Vec<KnotVector>) -> Patch {
     let (coarse, fine) = (patch.net_size(), knots.iter().map(KnotVector::n_functions).collect::<Vec<_>>());
     let (mut points, mut weights) = (Vec::new(), Vec::new());
     for a in 0..tensor::count(&fine) {
-        let j = tensor::unflat(&fine, a);
+        let j = tensor::multi_index(&fine, a);
         let mut h = [0.0; 4];
         for (b, (x, w)) in patch.control_points().iter().zip(patch.weights()).enumerate() {
-            let i = tensor::unflat(&coarse, b);
+            let i = tensor::multi_index(&coarse, b);
             let c: f64 = relations.iter().enumerate().map(|(d, r)| r.coefficient(i[d], j[d])).product();
             (0..3).for_each(|k| h[k] += c * w * x[k]);
             h[3] += c * w;

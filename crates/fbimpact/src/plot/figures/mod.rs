@@ -4,7 +4,7 @@ mod energies;
 mod forces;
 mod joints;
 mod points;
-mod tries;
+mod trials;
 
 use super::data::ResultData;
 use super::figure::{Axis, Curve, Entry, Figure, Shade, Sign};
@@ -22,8 +22,8 @@ pub enum Kind {
     Forces,
     /// Contact force of every impact.
     Impacts,
-    /// Utilisation of the contact interval, penalty factor and width of the interval over tries.
-    Tries,
+    /// Utilisation of the contact interval, penalty factor and width of the interval over trials.
+    Trials,
     /// Position and velocity of the chosen points.
     Points,
     /// Force and moment that each joint transmits.
@@ -33,7 +33,7 @@ pub enum Kind {
 impl Kind {
     /// All of them.
     pub const ALL: [Self; 6] =
-        [Self::Energies, Self::Forces, Self::Impacts, Self::Tries, Self::Points, Self::Joints];
+        [Self::Energies, Self::Forces, Self::Impacts, Self::Trials, Self::Points, Self::Joints];
 
     /// Figures of this kind, or why there are none.
     pub fn figures(self, files: &[ResultData]) -> Result<Vec<Figure>, String> {
@@ -41,7 +41,7 @@ impl Kind {
             Self::Energies => energies::figures(files),
             Self::Forces => forces::overview(files),
             Self::Impacts => forces::impacts(files),
-            Self::Tries => tries::figures(files),
+            Self::Trials => trials::figures(files),
             Self::Points => points::figures(files),
             Self::Joints => joints::figures(files),
         }

@@ -1,6 +1,6 @@
 //! Bodies: which keys go with which model, materials by name, initial states that the model can take.
 
-use adaptive::sizing::SizeWish;
+use adaptive::sizing::SizeRequest;
 use adaptive::spec::{BodyKind, BodySpec, ElasticSpec, FrameSpec, InitialMotion};
 use ffr_dynamics::body::RigidMotion;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
@@ -235,6 +235,6 @@ fn elastic(
         geometric_stiffening,
         ..ElasticSpec::new(shape, model, material?, discretisation, basis.spec)
     };
-    let wish = SizeWish { elements: wants_elements, modes: basis.wants_modes };
+    let wish = SizeRequest { elements: wants_elements, modes: basis.wants_modes };
     Some((spec, MovingFacts { places, wish, file: None, follows_joint }))
 }

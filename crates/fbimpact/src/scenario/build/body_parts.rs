@@ -9,7 +9,7 @@ use iga_core::elasticity::{Material, Model};
 use super::super::body_places::GivenPlace;
 use super::super::check::Checker;
 use super::super::section::Section;
-use super::joints::hanging_joint;
+use super::joints::inboard_joint;
 use super::places::{BodyFacts, one_of};
 
 /// What bodies refer to.
@@ -28,11 +28,11 @@ pub enum GivenFrame {
     Buckens,
     /// The frame that follows the body at a place.
     Tangent(GivenPlace),
-    /// The frame that follows the body where the joint holds it on which it hangs.
+    /// The frame that follows the body where the joint holds it whose child it is.
     AtJoint,
 }
 
-/// The reference frame; a tangent one follows the place where the body hangs unless another is given.
+/// The reference frame; a tangent one follows the place where its joint holds the body unless another is given.
 ///
 /// `name` is that of the body.
 pub fn frame(
@@ -41,7 +41,7 @@ pub fn frame(
     section: &Section,
     name: &str,
 ) -> Option<GivenFrame> {
-    let hangs_on = hanging_joint(context.root, name);
+    let inboard_joint = inboard_joint(context.root, name);
     if section.text("frame")? == "buckens" {
         return Some(GivenFrame::Buckens);
     }
@@ -49,7 +49,7 @@ pub fn frame(
     if let Some(at) = one_of(checker, section, ["frame_marker", "frame_point"], &facts)? {
         return Some(GivenFrame::Tangent(at));
     }
-    if hangs_on.is_some() {
+    if inboard_joint.is_some() {
         return Some(GivenFrame::AtJoint);
     }
     let message = "required key is missing: the tangent frame of a body without joint needs \"frame_marker\" \

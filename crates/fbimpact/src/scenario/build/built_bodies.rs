@@ -1,6 +1,6 @@
 //! Bodies that are free of faults, as other tables refer to them: by name, with their places.
 
-use adaptive::sizing::SizeWish;
+use adaptive::sizing::SizeRequest;
 use adaptive::spec::{BodyKind, BodySpec, FrameSpec, Place};
 use ffr_dynamics::body::RigidMotion;
 use nalgebra::{UnitQuaternion, Vector3};
@@ -25,10 +25,10 @@ pub struct MovingFacts {
     /// Its named places.
     pub places: BodyPlaces,
     /// Sizes that the program shall choose.
-    pub wish: SizeWish,
+    pub wish: SizeRequest,
     /// Its body file, if it is from one.
     pub file: Option<FileOfBody>,
-    /// Whether its frame follows the place where the joint holds it on which it hangs.
+    /// Whether its frame follows the place where the joint holds it whose child it is.
     pub follows_joint: bool,
 }
 
@@ -123,7 +123,7 @@ impl BuiltBodies {
     pub fn split<'a>(
         self,
         names: impl Iterator<Item = &'a str>,
-    ) -> (Vec<BodySpec>, Vec<SizeWish>, Vec<FileBody>) {
+    ) -> (Vec<BodySpec>, Vec<SizeRequest>, Vec<FileBody>) {
         let (mut specs, mut wishes, mut of_file) = (Vec::new(), Vec::new(), Vec::new());
         for (name, body) in names.zip(self.list) {
             let plane =

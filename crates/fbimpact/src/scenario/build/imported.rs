@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use adaptive::sizing::SizeWish;
+use adaptive::sizing::SizeRequest;
 use adaptive::spec::{BodyKind, ImportedSpec};
 use ffr_dynamics::body::{AssembledBody, RigidMotion};
 
@@ -44,7 +44,7 @@ pub fn imported(
                 GivenFrame::Tangent(_) => return None, // other places on this body are faults
             };
             let Basis { spec: reduction, static_answers, wants_modes } = basis?;
-            facts.wish = SizeWish { elements: false, modes: wants_modes };
+            facts.wish = SizeRequest { elements: false, modes: wants_modes };
             let body = Arc::clone(body);
             ImportedSpec::Full { body, reduction, static_answers, damping: damping?, frame }
         }

@@ -30,7 +30,7 @@ use built_bodies::{Built, BuiltBodies};
 use joints::BuiltJoint;
 
 pub use contact_facts::ContactFacts;
-pub use joints::hanging_joint;
+pub use joints::inboard_joint;
 
 /// Builds the scenario; `None` if there are faults.
 pub fn scenario(checker: &mut Checker, root: &Section, directory: &Path, source: Source) -> Option<Scenario> {
@@ -90,16 +90,16 @@ fn specified(joint: BuiltJoint<'_>) -> Option<(JointSpec, bool)> {
     Some((joint.spec?, joint.link.closes_loop))
 }
 
-/// Lets frames follow the joints on which their bodies hang, and bodies be rigid where joints and loads make them so.
+/// Lets frames follow the joints whose children their bodies are, and bodies be rigid where joints and loads make them so.
 fn take_from_joints(bodies: &mut BuiltBodies, joints: &[(JointSpec, bool)], loads: &[LoadSpec]) {
     let moving = bodies.list.iter_mut().filter_map(|body| match body {
         Some(Built::Moving(moving)) => Some(moving),
         Some(Built::Plane(_)) | None => None,
     });
     for (index, moving) in moving.enumerate() {
-        let mut hangs =
+        let mut children =
             joints.iter().filter(|(joint, closes_loop)| !closes_loop && joint.child.body == Some(index));
-        if let Some((joint, _)) = hangs.next() {
+        if let Some((joint, _)) = children.next() {
             moving.follow(&joint.child.place);
         }
         let sides = joints.iter().flat_map(|(joint, _)| [&joint.parent, &joint.child]);

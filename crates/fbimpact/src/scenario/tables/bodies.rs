@@ -73,7 +73,7 @@ const OWN_MASS: &[Condition] = &[
 ];
 /// The initial motion is the body's own.
 const FREE: &[Condition] =
-    &[Condition::new("for bodies that hang on no joint", Test::Fact(Fact::HangsOnNoJoint))];
+    &[Condition::new("for bodies that are the child of no joint", Test::Fact(Fact::IsChildOfNoJoint))];
 
 /// `[bodies.NAME]`.
 pub const BODY: &[Key] = &[
@@ -194,14 +194,14 @@ pub const BODY: &[Key] = &[
         "frame_marker",
         Kind::Name,
         "",
-        Need::Optional("the attachment of the joint on which the body hangs"),
+        Need::Optional("the attachment of the joint whose child the body is"),
         "Marker that the frame follows, averaged over its extent if it has one.",
     ).when(FOLLOWING),
     Key::new(
         "frame_point",
         Kind::Point(COORDINATE),
         "m",
-        Need::Optional("the attachment of the joint on which the body hangs"),
+        Need::Optional("the attachment of the joint whose child the body is"),
         "Point that the frame follows.",
     ).when(FOLLOWING),
     Key::new(
@@ -225,7 +225,7 @@ pub const BODY: &[Key] = &[
         "rad",
         Need::Default("[1.0, 0.0, 0.0, 0.0]"),
         "Initial orientation: a rotation vector, or a quaternion [w, x, y, z] of unit length. \
-         Of a body that hangs on a joint, the one with all joint coordinates at zero.",
+         Of a body that is the child of a joint, the one with all joint coordinates at zero.",
     ).when(&[Condition::new("without \"normal\"", Test::Without("normal"))
             .remark("which says how a plane stands")]),
     Key::new(
@@ -298,7 +298,7 @@ pub(super) const COUPLING: Key = Key::new(
     Kind::Choice(COUPLINGS),
     "",
     Need::Optional("`average`"),
-    "How the part of the body hangs together with what holds it.",
+    "How the part of the body is joined to what holds it.",
 )
 .when(&[BESIDE_PART]);
 

@@ -185,7 +185,7 @@ const INTERVAL: &[Key] = &[
             "predicted by Hertz's theory where the program refines, else the zone of the nearest `refine` entry of the \
              contact body",
         ),
-        "Width along the surface; with `adaptive` that of the first try. In an axisymmetric model it is counted from the \
+        "Width along the surface; with `adaptive` that of the first trial. In an axisymmetric model it is counted from the \
          axis outwards.",
     ),
     Key::new(

@@ -101,7 +101,7 @@ pub(super) const JOINT: &[Key] = &[
         Kind::Table(ATTACHMENT),
         "",
         Need::Required,
-        "Place on the body that hangs on the joint. With all joint coordinates at zero both places coincide.",
+        "Place on the child of the joint. With all joint coordinates at zero both places coincide.",
     ),
     Key::new(
         "axis",
@@ -132,7 +132,7 @@ pub(super) const JOINT: &[Key] = &[
         Kind::Boolean,
         "",
         Need::Default("false"),
-        "Whether the joint is a constraint on bodies that hang on other joints; it has no coordinates then.",
+        "Whether the joint is a constraint on bodies that are children of other joints; it has no coordinates then.",
     ),
     Key::angle(
         "angle",

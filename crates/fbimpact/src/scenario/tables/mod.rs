@@ -44,7 +44,7 @@ pub const SCENARIO: &[Key] = &[
         Kind::Named(joints::JOINT),
         "",
         Need::Default("{}"),
-        "Joints between bodies, or between a body and ground, by name. A body that hangs on none moves freely.",
+        "Joints between bodies, or between a body and ground, by name. A body that is the child of none moves freely.",
     ),
     Key::new(
         "loads",

@@ -38,13 +38,13 @@ pub fn joints<'a>(checker: &mut Checker, root: &'a Section, bodies: &BuiltBodies
     built
 }
 
-/// Name of the joint on which body `name` hangs, whether or not the joint is valid otherwise.
-pub fn hanging_joint<'a>(root: &'a Section, name: &str) -> Option<&'a str> {
-    let hangs = |section: &Section| {
+/// Name of the joint whose child body `name` is, whether or not the joint is valid otherwise.
+pub fn inboard_joint<'a>(root: &'a Section, name: &str) -> Option<&'a str> {
+    let is_child = |section: &Section| {
         section.boolean("closes_loop") == Some(false)
             && section.table("child").and_then(|c| c.text("body")) == Some(name)
     };
-    root.named("joints").iter().find(|(_, section)| hangs(section)).map(|(joint, _)| joint.as_str())
+    root.named("joints").iter().find(|(_, section)| is_child(section)).map(|(joint, _)| joint.as_str())
 }
 
 fn joint<'a>(
@@ -150,7 +150,8 @@ fn attachment(
 ) -> Option<Side> {
     if side.text("body")? == GROUND {
         if !can_be_ground {
-            let message = "ground hangs on no joint, name it as \"parent\" and the body as \"child\"".into();
+            let message =
+                "ground is the child of no joint, name it as \"parent\" and the body as \"child\"".into();
             checker.fault_in(side, "body", message);
             return None;
         }

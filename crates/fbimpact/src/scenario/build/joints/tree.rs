@@ -1,4 +1,4 @@
-//! The tree that the joints form: every body hangs on one joint at most, and nothing hangs on itself.
+//! The tree that the joints form: every body is the child of one joint at most, and nothing is a descendant of itself.
 
 use super::super::super::check::Checker;
 use super::super::super::section::Section;
@@ -10,13 +10,13 @@ pub struct Link<'a> {
     pub name: &'a str,
     /// Body of the file nearer to ground; none on ground.
     pub parent: Option<usize>,
-    /// Body of the file that hangs on the joint.
+    /// Body of the file that is the child of the joint.
     pub child: Option<usize>,
-    /// Whether the joint is a constraint between bodies that hang on other joints.
+    /// Whether the joint is a constraint between bodies that are children of other joints.
     pub closes_loop: bool,
 }
 
-/// Reports bodies that hang on two joints, and joints that form a cycle.
+/// Reports bodies that are children of two joints, and joints that form a cycle.
 pub fn check(checker: &mut Checker, root: &Section, joints: &[Link<'_>]) {
     let bodies = root.named("bodies");
     let mut carried: Vec<Option<&Link<'_>>> = vec![None; bodies.len()];
@@ -28,7 +28,7 @@ pub fn check(checker: &mut Checker, root: &Section, joints: &[Link<'_>]) {
         };
         if let Some(side) = side(root, joint, "child") {
             let message = format!(
-                "is over-constrained: it hangs on joint \"{}\" already; set closes_loop = true on one of the two",
+                "is over-constrained: it is the child of joint \"{}\" already; set closes_loop = true on one of the two",
                 first.name
             );
             checker.fault_in(side, "body", message);

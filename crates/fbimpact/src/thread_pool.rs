@@ -6,7 +6,7 @@ use crate::error::AppError;
 ///
 /// # Errors
 /// [`AppError::Threads`] if they cannot be started.
-pub fn pool(threads: usize) -> Result<rayon::ThreadPool, AppError> {
+pub fn thread_pool(threads: usize) -> Result<rayon::ThreadPool, AppError> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     pool.map_err(|source| AppError::Threads { threads, source })
 }

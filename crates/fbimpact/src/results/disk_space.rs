@@ -15,16 +15,16 @@ const BLOCK: usize = 1 << 16;
 /// What the file itself, its tables and texts may take between two flushes.
 const ROOM: u64 = 1 << 17;
 /// What a dataset may take besides its chunks: two nodes of the tree that finds them (2.6 kB each) and its header.
-pub const ROOM_OF_DATASET: u64 = 1 << 13;
+pub const BYTES_OF_DATASET: u64 = 1 << 13;
 
 /// Zeros behind the end of a file.
-pub struct Space {
+pub struct DiskSpace {
     file: File,
     /// End of what is certain to be on the disk; nothing after a flush, which may cut the file.
     until: u64,
 }
 
-impl Space {
+impl DiskSpace {
     /// Opens `path`, which exists.
     pub fn new(path: &Path) -> hdf5::Result<Self> {
         let file = OpenOptions::new().write(true).open(path).map_err(error)?;

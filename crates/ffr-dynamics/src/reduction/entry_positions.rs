@@ -4,19 +4,19 @@ use faer::sparse::SymbolicSparseColMatRef;
 
 /// Entries of a lower triangle by columns in the order of elimination; rows of a column in no order.
 #[derive(Debug)]
-pub(super) struct Places {
+pub(super) struct EntryPositions {
     start: Vec<u32>,
-    entries: Vec<Place>,
+    entries: Vec<EntryPosition>,
 }
 
 /// An entry: its row in the order of elimination, and its number among the values of the matrix.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Place {
+pub(super) struct EntryPosition {
     pub row: u32,
     pub number: u32,
 }
 
-impl Places {
+impl EntryPositions {
     /// Entries of the lower triangle `pattern` when `order` holds the p-th unknown at position p.
     pub fn new(pattern: SymbolicSparseColMatRef<'_, u32>, order: &[u32]) -> Self {
         let n = order.len();
@@ -30,12 +30,12 @@ impl Places {
         }
         (0..n).for_each(|p| start[p + 1] += start[p]);
         let mut next = start.clone();
-        let mut entries = vec![Place::default(); start[n] as usize];
+        let mut entries = vec![EntryPosition::default(); start[n] as usize];
         for (j, &column) in position.iter().enumerate() {
             for (number, i) in pattern.col_range(j).zip(pattern.row_idx_of_col(j)) {
                 let (a, b) = (column.min(position[i]), column.max(position[i]));
                 let slot = &mut next[a as usize];
-                entries[*slot as usize] = Place { row: b, number: number as u32 };
+                entries[*slot as usize] = EntryPosition { row: b, number: number as u32 };
                 *slot += 1;
             }
         }
@@ -48,7 +48,7 @@ impl Places {
     }
 
     /// Entries of column `p` from the diagonal on.
-    pub fn column(&self, p: usize) -> &[Place] {
+    pub fn column(&self, p: usize) -> &[EntryPosition] {
         &self.entries[self.start[p] as usize..self.start[p + 1] as usize]
     }
 }

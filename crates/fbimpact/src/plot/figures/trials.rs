@@ -1,26 +1,26 @@
-//! How the program found interval width and penalty factor: one point a try.
+//! How the program found interval width and penalty factor: one point a trial.
 
 use super::{labels, title};
 use crate::plot::data::ResultData;
 use crate::plot::figure::{Axis, Curve, Entry, Figure, Panel, Shade, Sign, entries};
 use crate::plot::ticks::Tick;
-use crate::results::tables::TryRow;
+use crate::results::tables::TrialRow;
 use adaptive::record::TrialOutcome;
 
-/// Tries whose numbers fit below the axis.
+/// Trials whose numbers fit below the axis.
 const LABELLED: usize = 24;
 
-/// A quantity of a try.
-type Quantity = fn(&TryRow) -> f64;
+/// A quantity of a trial.
+type Quantity = fn(&TrialRow) -> f64;
 
-/// Utilisation, penalty factor and width over tries.
+/// Utilisation, penalty factor and width over trials.
 pub fn figures(files: &[ResultData]) -> Result<Vec<Figure>, String> {
-    let most = files.iter().map(|f| f.tries.len()).max().unwrap_or(0);
+    let most = files.iter().map(|f| f.trials.len()).max().unwrap_or(0);
     if most == 0 {
-        return Err("there are no impacts, so there were no tries".into());
+        return Err("there are no impacts, so there were no trials".into());
     }
     let ticks = ticks(files, most);
-    let quantity = if files.len() == 1 { "impact.try" } else { "number of the try in the run" };
+    let quantity = if files.len() == 1 { "impact.trial" } else { "number of the trial in the run" };
     let x = Axis { range: Some((0.5, most as f64 + 0.5)), ticks: Some(ticks), ..Axis::new(quantity, "") };
     let log = |quantity: &str, unit: &str| Axis { is_log: true, ..Axis::new(quantity, unit) };
     let panels: [(Axis, Quantity); 4] = [
@@ -48,7 +48,7 @@ pub fn figures(files: &[ResultData]) -> Result<Vec<Figure>, String> {
         first.limits = vec![100.0 * least, 100.0 * wanted];
         legend.push(Entry { sign: Sign::Limit, label: "least and wanted use of the interval".into() });
     }
-    Ok(vec![Figure { name: "tries".into(), title: title(files, "tries"), columns: 1, panels, legend }])
+    Ok(vec![Figure { name: "tries".into(), title: title(files, "trials"), columns: 1, panels, legend }])
 }
 
 /// One curve a file and impact.
@@ -56,7 +56,7 @@ fn curves(files: &[ResultData], value: Quantity) -> Vec<Curve> {
     let mut all = Vec::new();
     for (style, file) in files.iter().enumerate() {
         let mut number = 0.0;
-        for impact in file.tries.chunk_by(|a, b| a.impact == b.impact) {
+        for impact in file.trials.chunk_by(|a, b| a.impact == b.impact) {
             let mut curve = Curve { style, ..Curve::default() };
             for t in impact {
                 number += 1.0;
@@ -75,7 +75,7 @@ fn impacts(files: &[ResultData]) -> Vec<(f64, f64, Shade)> {
     let [file] = files else { return Vec::new() };
     let mut bands = Vec::new();
     let mut start = 0.5;
-    for (i, impact) in file.tries.chunk_by(|a, b| a.impact == b.impact).enumerate() {
+    for (i, impact) in file.trials.chunk_by(|a, b| a.impact == b.impact).enumerate() {
         let end = start + impact.len() as f64;
         if i % 2 == 1 {
             bands.push((start, end, Shade::Free));
@@ -85,11 +85,11 @@ fn impacts(files: &[ResultData]) -> Vec<(f64, f64, Shade)> {
     bands
 }
 
-/// Numbers of impacts and tries, or plain numbers if there are many or several files.
+/// Numbers of impacts and trials, or plain numbers if there are many or several files.
 fn ticks(files: &[ResultData], most: usize) -> Vec<Tick> {
     let every = most.div_ceil(LABELLED).max(1);
     let label = |i: usize| match files {
-        [file] => file.tries.get(i).map_or_else(String::new, |t| format!("{}.{}", t.impact + 1, t.number)),
+        [file] => file.trials.get(i).map_or_else(String::new, |t| format!("{}.{}", t.impact + 1, t.number)),
         _ => (i + 1).to_string(),
     };
     (0..most).step_by(every).map(|i| ((i + 1) as f64, label(i))).collect()

@@ -34,16 +34,16 @@ fn pair(contact: ContactSpec) -> RunSpec {
 fn failed(spec: &RunSpec) -> (Trace, AdaptiveError) {
     let mut trace = Trace::default();
     let error = try_run(spec, &mut trace).expect_err("an error");
-    // The flight up to the impact is there, the states of the failing try follow in order of time.
+    // The flight up to the impact is there, the states of the failing trial follow in order of time.
     assert!(trace.samples.windows(2).all(|w| w[0].time < w[1].time), "times rise");
     assert_eq!(trace.phases.last().map(|p| p.kind), Some(PhaseKind::Impact));
-    let last = trace.tries.last().expect("a try");
+    let last = trace.trials.last().expect("a trial");
     assert_eq!(last.outcome, TrialOutcome::Failed);
     assert_eq!(last.reason, error.to_string());
-    assert!(trace.tries.iter().rev().skip(1).all(|t| t.outcome == TrialOutcome::Rejected));
+    assert!(trace.trials.iter().rev().skip(1).all(|t| t.outcome == TrialOutcome::Rejected));
     assert!(error.to_string().contains("\"impact\""), "the pair is named: {error}");
-    let number = format!("{}", trace.tries.len());
-    assert!(error.to_string().contains(&number), "the number of tries is there: {error}");
+    let number = format!("{}", trace.trials.len());
+    assert!(error.to_string().contains(&number), "the number of trials is there: {error}");
     (trace, error)
 }
 
@@ -76,9 +76,9 @@ fn run_that_fails_keeps_its_stress_lines() {
 #[test]
 fn contact_over_the_end_of_the_surface_is_an_error_that_says_where() {
     let (trace, error) = failed(&sphere_on_thin_rod(1));
-    let AdaptiveError::IntervalAtEdge { time, tries, .. } = error else { panic!("{error}") };
-    assert!(time > 0.0 && tries as usize == trace.tries.len());
-    assert!(trace.samples.last().is_some_and(|s| s.contacts[0].normal_force > 0.0), "the try is stored");
+    let AdaptiveError::IntervalAtEdge { time, trials, .. } = error else { panic!("{error}") };
+    assert!(time > 0.0 && trials as usize == trace.trials.len());
+    assert!(trace.samples.last().is_some_and(|s| s.contacts[0].normal_force > 0.0), "the trial is stored");
 }
 
 #[test]
@@ -88,14 +88,14 @@ fn contact_over_the_end_of_the_target_is_an_error_as_well() {
 }
 
 #[test]
-fn interval_that_no_width_can_please_ends_after_a_few_tries() {
+fn interval_that_no_width_can_please_ends_after_a_few_trials() {
     // 15 of 16 elements are less than 96 %, and 16 of 16 touch the edge.
     let mut law = law();
     law.interval.min_utilisation = 0.96;
     law.interval.target_utilisation = 0.97;
     let (trace, error) = failed(&pair(with_law(law)));
-    let AdaptiveError::NoAcceptableModel { tries, .. } = error else { panic!("{error}") };
-    assert!(tries < 12 && tries as usize == trace.tries.len(), "{tries}");
+    let AdaptiveError::NoAcceptableModel { trials, .. } = error else { panic!("{error}") };
+    assert!(trials < 12 && trials as usize == trace.trials.len(), "{trials}");
 }
 
 #[test]
@@ -105,7 +105,7 @@ fn search_for_an_error_that_never_comes_names_the_highest_factor() {
     assert!(matches!(error, AdaptiveError::Penalty { .. }), "{error}");
     assert!(error.to_string().contains("search until convergence"), "{error}");
     // 1e25, 1e26, 1e27, 1e28
-    assert_eq!(trace.tries.len(), 4);
+    assert_eq!(trace.trials.len(), 4);
 }
 
 #[test]
@@ -118,12 +118,12 @@ fn given_factor_that_the_solver_cannot_use_is_an_error_with_a_remedy() {
 }
 
 #[test]
-fn interrupt_in_a_try_keeps_what_was_computed() {
+fn interrupt_in_a_trial_keeps_what_was_computed() {
     let stop = GAP / SPEED + 3e-5;
     let mut trace = Trace(Recording { stop_at: Some(stop), ..Recording::default() });
     let end = try_run(&pair(with_law(law())), &mut trace).expect("no error");
     assert!(end.is_interrupted && end.time >= stop);
-    let last = trace.tries.last().expect("a try");
+    let last = trace.trials.last().expect("a trial");
     assert_eq!(last.outcome, TrialOutcome::Interrupted);
     assert!((last.stop - end.time).abs() < 1e-15);
     assert!((trace.last().time - end.time).abs() < 1e-15);
@@ -133,40 +133,43 @@ fn interrupt_in_a_try_keeps_what_was_computed() {
     assert!((trace.impacts[0].end - end.time).abs() < 1e-15);
 }
 
-/// Stopped while the fine model of try `done + 1` is built.
+/// Stopped while the fine model of trial `done + 1` is built.
 fn stopped_in_a_build(done: usize, law: SurfaceLaw) -> Trace {
-    let mut trace = Trace(Recording { stop_after_tries: Some(done), ..Recording::default() });
+    let mut trace = Trace(Recording { stop_after_trials: Some(done), ..Recording::default() });
     let end = try_run(&pair(with_law(law)), &mut trace).expect("no error");
     assert!(end.is_interrupted);
-    // The end of the flight: tries start anew from there.
+    // The end of the flight: trials start anew from there.
     assert!((end.time - GAP / SPEED).abs() < 1e-12 && (trace.last().time - end.time).abs() < 1e-15);
     assert_eq!(trace.phases.len(), 2);
     assert!(trace.impacts.is_empty());
-    let outcomes: Vec<&str> = trace.tries.iter().map(|t| t.outcome.identifier()).collect();
+    let outcomes: Vec<&str> = trace.trials.iter().map(|t| t.outcome.identifier()).collect();
     assert_eq!(outcomes.last(), Some(&"interrupted"));
-    assert_eq!((outcomes.len(), trace.tries[done].number as usize), (done + 1, done + 1));
+    assert_eq!((outcomes.len(), trace.trials[done].number as usize), (done + 1, done + 1));
     trace
 }
 
 #[test]
 fn interrupt_while_a_fine_model_is_built_ends_the_run_there() {
     stopped_in_a_build(0, law());
-    // Far too narrow, so that the second try needs another model.
+    // Far too narrow, so that the second trial needs another model.
     let narrow = SurfaceLaw { interval: IntervalSpec { width: Some(3e-5), ..law().interval }, ..law() };
     let trace = stopped_in_a_build(1, narrow);
-    assert_eq!(trace.tries[0].outcome, TrialOutcome::Rejected);
-    assert!(trace.tries[0].peak_force > 0.0, "{:?}", trace.tries[0]);
+    assert_eq!(trace.trials[0].outcome, TrialOutcome::Rejected);
+    assert!(trace.trials[0].peak_force > 0.0, "{:?}", trace.trials[0]);
 }
 
 #[test]
-fn fine_model_that_cannot_be_built_leaves_a_failed_try() {
+fn fine_model_that_cannot_be_built_leaves_a_failed_trial() {
     let mut law = law();
     // A compliance of 100,000 unknowns.
     law.interval.elements = Some(100_000);
     let mut trace = Trace::default();
     let error = try_run(&pair(with_law(law)), &mut trace).expect_err("an error");
     assert!(matches!(error, AdaptiveError::Subdivision { .. }), "{error}");
-    assert_eq!(trace.tries.len(), 1);
-    assert_eq!((trace.tries[0].outcome.identifier(), &trace.tries[0].reason), ("failed", &error.to_string()));
+    assert_eq!(trace.trials.len(), 1);
+    assert_eq!(
+        (trace.trials[0].outcome.identifier(), &trace.trials[0].reason),
+        ("failed", &error.to_string())
+    );
     assert!((trace.last().time - GAP / SPEED).abs() < 1e-12, "the flight is there");
 }

@@ -13,9 +13,9 @@ use crate::simulation::{ObservedPoint, System};
 /// Steps shorter than this part of the one before tell no velocity: round-off of the solver over a short time.
 const SHORTEST_STEP: f64 = 0.05;
 
-/// Dents of the observed points, with what tells their velocities.
+/// Local deformation at the observed points, with what tells its velocity.
 #[derive(Debug, Clone, Default)]
-pub struct Dents {
+pub struct LocalDeformation {
     /// Compliances at interfaces that bodies have for the whole run.
     lasting: Vec<PointCompliance>,
     /// Present displacements in the frames of the bodies \[m\].
@@ -34,13 +34,13 @@ struct Instant {
     displacements: Vec<Vector3<f64>>,
 }
 
-impl Dents {
-    /// Dents of points with the compliances `lasting` at interfaces that bodies have for the whole run.
+impl LocalDeformation {
+    /// Local deformation at points with the compliances `lasting` at interfaces that bodies have for the whole run.
     pub fn new(lasting: Vec<PointCompliance>) -> Self {
         Self { lasting, ..Self::default() }
     }
 
-    /// Begins at time `t` without dents, as impact phases do: their contacts are open or just touch.
+    /// Begins at time `t` without local deformation, as impact phases do: their contacts are open or just touch.
     pub fn begin(&mut self, t: f64, n_points: usize) {
         self.now.clear();
         self.now.resize(n_points, Vector3::zeros());
@@ -50,8 +50,8 @@ impl Dents {
         self.n_earlier = 1;
     }
 
-    /// Goes on from the present dents, as after a change of the model at time `t`.
-    pub fn go_on_from_present(&mut self, t: f64) {
+    /// Begins differences in time anew at the present values, as after a change of the model at time `t`.
+    pub fn restart_differences(&mut self, t: f64) {
         self.earlier[0].time = t;
         self.earlier[0].displacements.clone_from(&self.now);
         self.n_earlier = 1;
@@ -59,7 +59,7 @@ impl Dents {
 
     /// Takes the forces of the last evaluation, at time `t`, of `system` with the models `fine` of its refined contacts.
     /// `loads_interface` tells of each contact whether it acts on a lasting interface.
-    pub fn take<'a>(
+    pub fn update<'a>(
         &mut self,
         t: f64,
         system: &System,
@@ -81,8 +81,9 @@ impl Dents {
                     contact.interface_force(p.body, &mut self.forces);
                     loaded = Some((p.body, p.rows.len()));
                 }
-                let dent = p.rows.iter().zip(&self.forces).fold(Vector3::zeros(), |u, (row, f)| u + row * *f);
-                self.now[p.point] += dent;
+                let local_deformation =
+                    p.rows.iter().zip(&self.forces).fold(Vector3::zeros(), |u, (row, f)| u + row * *f);
+                self.now[p.point] += local_deformation;
             }
         }
         self.differentiate(t);
@@ -112,7 +113,7 @@ impl Dents {
         self.n_earlier = (self.n_earlier + 1).min(2);
     }
 
-    /// Adds the dents of `points` to what is recorded of them; the bodies are as `system` was evaluated last.
+    /// Adds the local deformation at `points` to what is recorded of them; the bodies are as `system` was evaluated last.
     pub fn add_to(&self, samples: &mut [PointSample], points: &[ObservedPoint], system: &System) {
         let states = system.last_evaluation().0;
         for ((sample, point), (u, rate)) in
@@ -132,14 +133,14 @@ mod tests {
     use super::*;
 
     fn after(times: &[f64], u: impl Fn(f64) -> f64) -> f64 {
-        let mut dents = Dents::default();
-        dents.begin(times[0], 1);
-        dents.earlier[0].displacements[0].x = u(times[0]);
+        let mut local_deformation = LocalDeformation::default();
+        local_deformation.begin(times[0], 1);
+        local_deformation.earlier[0].displacements[0].x = u(times[0]);
         for &t in &times[1..] {
-            dents.now[0].x = u(t);
-            dents.differentiate(t);
+            local_deformation.now[0].x = u(t);
+            local_deformation.differentiate(t);
         }
-        dents.velocities[0].x
+        local_deformation.velocities[0].x
     }
 
     #[test]

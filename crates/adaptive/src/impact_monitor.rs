@@ -39,7 +39,7 @@ pub struct Change {
 
 /// State of a watched contact.
 #[derive(Debug, Clone, Default)]
-pub struct ImpactWatch {
+pub struct ImpactMonitor {
     record: Option<Running>,
     last: Option<ContactInstant>,
     before_last: Option<ContactInstant>,
@@ -78,7 +78,7 @@ impl Running {
     }
 }
 
-impl ImpactWatch {
+impl ImpactMonitor {
     /// Whether an impact is being followed.
     pub fn is_running(&self) -> bool {
         self.record.is_some()
@@ -220,7 +220,7 @@ mod tests {
         let normal = |angle: f64| Vector3::new(angle.sin(), 0.0, angle.cos());
         let mut velocity = Vector3::new(2.0, 0.0, -1.0);
         let approach = -velocity.dot(&normal(0.0));
-        let mut watch = ImpactWatch::default();
+        let mut watch = ImpactMonitor::default();
         for (t, force, angle) in
             [(0.0, 0.0, -0.01), (1.0, 5.0, -0.005), (2.0, 7.0, 0.0), (3.0, 5.0, 0.005), (4.0, 0.0, 0.01)]
         {
@@ -245,7 +245,7 @@ mod tests {
 
     #[test]
     fn half_sine_impact_is_recorded_with_peak_between_steps() {
-        let mut watch = ImpactWatch::default();
+        let mut watch = ImpactMonitor::default();
         let (n, peak, duration) = (23, 50.0, 1.0); // 23 steps never hit the middle
         watch.step(instant(-0.1, 0.0, 7.0, -2.0), None, None);
         for i in 1..=n {
@@ -268,7 +268,7 @@ mod tests {
 
     #[test]
     fn peak_is_not_sought_between_steps_of_very_different_size() {
-        let mut watch = ImpactWatch::default();
+        let mut watch = ImpactMonitor::default();
         // After a failing step the next one is 1e-9 as long, its small change of force is noise.
         for (t, f) in [(0.0, 0.0), (1.0, 5.0), (1.0 + 1e-9, 4.99), (2.0, 4.0)] {
             watch.step(instant(t, f, 0.0, 0.0), None, None);
@@ -278,7 +278,7 @@ mod tests {
 
     #[test]
     fn watch_that_begins_again_forgets_what_it_saw() {
-        let mut watch = ImpactWatch::default();
+        let mut watch = ImpactMonitor::default();
         watch.step(instant(0.0, 0.0, 0.0, 3.0), None, None);
         watch.begin(instant(5.0, 1e-9, 2.0, -0.1));
         watch.step(instant(6.0, 4.0, 3.0, 0.0), None, None);
@@ -288,7 +288,7 @@ mod tests {
 
     #[test]
     fn contact_that_opens_and_closes_again_is_one_impact() {
-        let mut watch = ImpactWatch::default();
+        let mut watch = ImpactMonitor::default();
         for (t, f) in [(0.0, 0.0), (1.0, 4.0), (2.0, 0.0), (3.0, 5.0), (4.0, 0.0)] {
             watch.step(instant(t, f, 0.0, 0.0), None, change(t - 0.5, 0.0));
         }
@@ -297,8 +297,8 @@ mod tests {
     }
 
     /// A touch from 0.25 to 2.75 s; speeds at the ends of steps differ from those at the touch, as under gravity.
-    fn bounce(approach: f64, separation: f64) -> ImpactWatch {
-        let mut watch = ImpactWatch::default();
+    fn bounce(approach: f64, separation: f64) -> ImpactMonitor {
+        let mut watch = ImpactMonitor::default();
         watch.step(instant(0.0, 0.0, 0.0, -approach + 0.1), None, None);
         watch.step(instant(1.0, 5.0, 1.0, 0.0), change(0.25, -approach), None);
         watch.step(instant(2.0, 5.0, 2.0, 0.0), None, None);
@@ -315,7 +315,7 @@ mod tests {
 
     #[test]
     fn restitution_is_no_number_where_it_has_no_meaning() {
-        let of = |mut watch: ImpactWatch, is_alone| watch.finish(0, is_alone).unwrap();
+        let of = |mut watch: ImpactMonitor, is_alone| watch.finish(0, is_alone).unwrap();
         // Pushed from behind at rest, and with nothing but round-off.
         assert!(of(bounce(0.0, 1.5), true).restitution.is_nan());
         assert!(of(bounce(1e-14, 1.5), true).restitution.is_nan());

@@ -25,7 +25,7 @@ use crate::error::AdaptiveError;
 use crate::wanted_interval::WantedInterval;
 
 /// A copy of a coarse model on a turned net.
-pub struct TurnedNet {
+pub struct RotatedNet {
     /// The body on the turned net.
     pub body: ElasticBody,
     /// The interval on it.
@@ -35,7 +35,7 @@ pub struct TurnedNet {
     mass: Llt<u32, f64>,
 }
 
-impl TurnedNet {
+impl RotatedNet {
     /// The model `coarse` with its net turned so that the interval `wanted` lies where the net is regular; `None` if it does
     /// already, or the body has no symmetry.
     ///
@@ -44,12 +44,13 @@ impl TurnedNet {
     pub fn new(coarse: &ElasticBody, wanted: &WantedInterval) -> Result<Option<Self>, AdaptiveError> {
         let fail = |source| AdaptiveError::Geometry { body: coarse.name.clone(), source };
         let place = wanted.face.on_face(&wanted.centre);
-        let Some((rotation, point)) = regular_turn(&coarse.spec.shape, &wanted.face, &place).map_err(fail)?
+        let Some((rotation, point)) =
+            regular_rotation(&coarse.spec.shape, &wanted.face, &place).map_err(fail)?
         else {
             return Ok(None);
         };
         let mut spec = coarse.spec.clone();
-        spec.shape = coarse.spec.shape.turned(&rotation).map_err(fail)?.into();
+        spec.shape = coarse.spec.shape.rotated(&rotation).map_err(fail)?.into();
         let body = ElasticBody::build(&coarse.name, spec)?;
         let (face, site) = nearest(&body.shape, &point);
         let wanted = WantedInterval { face, centre: site.xi, widths: wanted.widths };
@@ -70,7 +71,7 @@ impl TurnedNet {
     }
 
     /// Displacements of the coarse unknowns (n x k) on the turned unknowns: the nearest ones in the mass norm.
-    pub fn carry(&self, coarse: &AssembledBody, shapes: MatRef<'_, f64>) -> Mat<f64> {
+    pub fn prolong(&self, coarse: &AssembledBody, shapes: MatRef<'_, f64>) -> Mat<f64> {
         let n_components = coarse.motion.n_components();
         let mut values = Mat::<f64>::zeros(coarse.nodes.len(), n_components * shapes.ncols());
         for (i, dof) in coarse.dofs.iter().enumerate() {
@@ -106,8 +107,8 @@ pub fn regular_view(
     face: &Face,
     place: &[f64; 3],
 ) -> Result<Option<(Shape, Face, [f64; 3])>, SplineError> {
-    let Some((rotation, point)) = regular_turn(shape, face, place)? else { return Ok(None) };
-    let turned = shape.turned(&rotation)?;
+    let Some((rotation, point)) = regular_rotation(shape, face, place)? else { return Ok(None) };
+    let turned = shape.rotated(&rotation)?;
     let (face, site) = nearest(&turned, &point);
     Ok(Some((turned, face, site.xi)))
 }
@@ -116,16 +117,16 @@ pub fn regular_view(
 type Turn = ([[f64; 3]; 3], [f64; 3]);
 
 /// The rotation of [`regular_view`], and the point in space.
-fn regular_turn(shape: &Shape, face: &Face, place: &[f64; 3]) -> Result<Option<Turn>, SplineError> {
+fn regular_rotation(shape: &Shape, face: &Face, place: &[f64; 3]) -> Result<Option<Turn>, SplineError> {
     let Some(symmetry) = &shape.symmetry else { return Ok(None) };
     let surface = face.at(&shape.patches[face.id.patch], place, &mut PointBasis::default());
     // A ball's normal is its radius, also where that of the net is lost.
     let normal = if symmetry.is_ball() { surface.point } else { surface.normal };
-    let Some(first) = symmetry.turn_to(&surface.point, &normal) else { return Ok(None) };
+    let Some(first) = symmetry.rotation_to(&surface.point, &normal) else { return Ok(None) };
     if !symmetry.is_ball() {
         return Ok(Some((first, surface.point)));
     }
-    let (_, there) = nearest(&shape.turned(&first)?, &surface.point);
+    let (_, there) = nearest(&shape.rotated(&first)?, &surface.point);
     // The directions along the face stay those that widths were asked for, as far as the net allows.
     let angle = angle_between(&there.tangents[0], &surface.tangents[0], &normal);
     Ok(Some((product(&rotation_about(&unit(&normal), angle), &first), surface.point)))
@@ -164,7 +165,7 @@ fn mass_products(turned: &ElasticBody, coarse: &ElasticBody) -> (Rows, Rows) {
     let search = PatchSearch::new(own, [None; 3]);
     let density = turned.spec.material.density();
     let mut rows: Rows = vec![Vec::new(); turned.space.n_functions()];
-    let mut own_rows = rows.clone();
+    let mut mass_rows = rows.clone();
     let (mut a, mut b) = (PointBasis::default(), PointBasis::default());
     let (mut on_turned, mut on_coarse) = (Vec::new(), Vec::new());
     for e in 0..turned.space.n_elements() {
@@ -181,12 +182,12 @@ fn mass_products(turned: &ElasticBody, coarse: &ElasticBody) -> (Rows, Rows) {
             for (f, value) in on_turned.iter().zip(&a.values) {
                 let row = &mut rows[*f as usize];
                 row.extend(on_coarse.iter().zip(&b.values).map(|(g, v)| (*g, mass * value * v)));
-                let row = &mut own_rows[*f as usize];
+                let row = &mut mass_rows[*f as usize];
                 row.extend(on_turned.iter().zip(&a.values).map(|(g, v)| (*g, mass * value * v)));
             }
         }
     }
-    for row in rows.iter_mut().chain(&mut own_rows) {
+    for row in rows.iter_mut().chain(&mut mass_rows) {
         row.sort_unstable_by_key(|e: &(u32, f64)| e.0);
         row.dedup_by(|next, kept| {
             let same = next.0 == kept.0;
@@ -196,7 +197,7 @@ fn mass_products(turned: &ElasticBody, coarse: &ElasticBody) -> (Rows, Rows) {
             same
         });
     }
-    (rows, own_rows)
+    (rows, mass_rows)
 }
 
 /// Gauss points of an element with their weights in the parameters.
