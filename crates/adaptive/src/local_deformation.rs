@@ -121,7 +121,7 @@ impl LocalDeformation {
         {
             let state = &states[point.body];
             let moved = state.rotation * u;
-            let rate = state.rotation * (state.angular_velocity.cross(u) + rate);
+            let rate = state.rotation * (state.angular_velocity_in_body.cross(u) + rate);
             sample.position = (Vector3::from(sample.position) + moved).into();
             sample.velocity = (Vector3::from(sample.velocity) + rate).into();
         }

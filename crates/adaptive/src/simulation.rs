@@ -177,7 +177,7 @@ fn fill_body(state: &BodyState, centre_of_mass: Vector3<f64>, slot: &mut BodySam
     slot.position = state.position.into();
     slot.rotation = [q.w, q.i, q.j, q.k];
     slot.velocity = state.velocity.into();
-    slot.angular_velocity = (state.rotation * state.angular_velocity).into();
+    slot.angular_velocity = (state.rotation * state.angular_velocity_in_body).into();
     slot.centre_of_mass = centre_of_mass.into();
     slot.elastic_coordinates.clone_from(&state.elastic);
     slot.elastic_velocities.clone_from(&state.elastic_rates);

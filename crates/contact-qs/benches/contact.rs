@@ -54,7 +54,7 @@ fn evaluate(bencher: divan::Bencher<'_, '_>, contact: PlaneContact, turn: f64) {
         position: Vector3::zeros(),
         rotation: UnitQuaternion::identity(),
         velocity: Vector3::zeros(),
-        angular_velocity: Vector3::zeros(),
+        angular_velocity_in_body: Vector3::zeros(),
         elastic: vec![0.0; N_MODES],
         elastic_rates: vec![0.0; N_MODES],
     }];

@@ -89,7 +89,7 @@ impl<C: ContactElement> VibratingContact<C> {
         for zone in &self.zones {
             let (body, state) = (&motion.bodies[zone.body], &mut states[zone.body]);
             (state.position, state.rotation) = (body.position, body.rotation);
-            (state.velocity, state.angular_velocity) = (body.velocity, body.angular_velocity);
+            (state.velocity, state.angular_velocity_in_body) = (body.velocity, body.angular_velocity_in_body);
             let last = first + zone.len();
             state.elastic[..zone.n_low].copy_from_slice(&body.elastic);
             state.elastic[zone.n_low..].copy_from_slice(&q[first..last]);
@@ -185,7 +185,7 @@ impl<C: ContactElement> ForceElement for VibratingContact<C> {
         for zone in &self.zones {
             let (part, sum) = (&parts[zone.body], &mut forces[zone.body]);
             sum.force += part.force;
-            sum.torque += part.torque;
+            sum.torque_in_body += part.torque_in_body;
             sum.elastic.iter_mut().zip(&part.elastic).for_each(|(sum, f)| *sum += f);
         }
         let report = *found.contact.report();

@@ -50,7 +50,7 @@ fn evaluations_do_not_allocate() {
             position: Vector3::new(0.0, 0.0, -1e-7),
             rotation: UnitQuaternion::identity(),
             velocity: Vector3::zeros(),
-            angular_velocity: Vector3::zeros(),
+            angular_velocity_in_body: Vector3::zeros(),
             elastic: vec![0.0; 4],
             elastic_rates: vec![0.0; 4],
         }];

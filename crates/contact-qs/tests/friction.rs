@@ -79,11 +79,11 @@ fn pressed(
         RigidMotion::Planar => {
             state.rotation = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 0.7);
             state.velocity = Vector3::new(velocity.x, velocity.y, 0.0);
-            state.angular_velocity.z = 10.0 * spin.z;
+            state.angular_velocity_in_body.z = 10.0 * spin.z;
         }
         RigidMotion::Spatial => {
             state.rotation = UnitQuaternion::from_euler_angles(0.4, -0.3, 0.9);
-            (state.velocity, state.angular_velocity) = (velocity, 10.0 * spin);
+            (state.velocity, state.angular_velocity_in_body) = (velocity, 10.0 * spin);
         }
     }
     state.elastic = vec![1e-3, -2e-3, 1.5e-3];
@@ -96,7 +96,7 @@ fn pressed(
 fn moved(state: &BodyState, dt: f64) -> BodyState {
     let mut later = state.clone();
     later.position += state.velocity * dt;
-    later.rotation *= UnitQuaternion::from_scaled_axis(state.angular_velocity * dt);
+    later.rotation *= UnitQuaternion::from_scaled_axis(state.angular_velocity_in_body * dt);
     later.elastic.iter_mut().zip(&state.elastic_rates).for_each(|(q, rate)| *q += rate * dt);
     later
 }
@@ -132,7 +132,8 @@ fn power_of_the_forces_goes_into_stored_energy_and_slip_alone() {
             n_mixed += usize::from(states.contains(&PointState::Slip) && states.contains(&PointState::Stick));
             n_stuck +=
                 usize::from(!states.contains(&PointState::Slip) && states.contains(&PointState::Stick));
-            let mut power = force.force.dot(&state.velocity) + force.torque.dot(&state.angular_velocity);
+            let mut power =
+                force.force.dot(&state.velocity) + force.torque_in_body.dot(&state.angular_velocity_in_body);
             power += force.elastic.iter().zip(&state.elastic_rates).map(|(f, v)| f * v).sum::<f64>();
             let h = 1e-8;
             let (_, after) = evaluate(&mut contact, &moved(&state, h));
@@ -206,7 +207,7 @@ fn updated_references_change_no_force() {
         // The solver's tolerance: 1e-12 in the alternations, condition of the zone about 1e2.
         let scale = contact.report().normal_force;
         assert!((before.force - after.force).norm() <= 1e-10 * scale, "{motion:?} {seed}");
-        assert!((before.torque - after.torque).norm() <= 1e-10 * scale);
+        assert!((before.torque_in_body - after.torque_in_body).norm() <= 1e-10 * scale);
         assert!((stored - stored_after).abs() <= 1e-10 * stored);
     }
     assert!(n_sliding > 10, "{n_sliding}");
@@ -226,7 +227,10 @@ fn rejected_steps_leave_no_trace() {
         contact.restore();
         contact.save(); // must not take the rejected evaluation for an accepted one
         let (second, _) = evaluate(&mut contact, &here);
-        assert_eq!((first.force, first.torque, first.elastic), (second.force, second.torque, second.elastic));
+        assert_eq!(
+            (first.force, first.torque_in_body, first.elastic),
+            (second.force, second.torque_in_body, second.elastic)
+        );
         contact.forget();
         evaluate(&mut contact, &here);
         assert!(contact.report().n_sliding < N_POINTS);
@@ -266,7 +270,7 @@ fn sliding_force_is_against_the_motion() {
             let mut there = start.clone();
             there.position += along; // a metre: everything slides
             there.velocity = along;
-            there.angular_velocity.fill(0.0);
+            there.angular_velocity_in_body.fill(0.0);
             there.elastic_rates.fill(0.0);
             evaluate(&mut contact, &there);
             let report = *contact.report();

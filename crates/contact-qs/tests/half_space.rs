@@ -126,7 +126,7 @@ fn fly(contact: &mut Active<PlaneContact>, mass: f64, speed: f64) -> Impact {
             position: Vector3::new(0.0, 0.0, z),
             rotation: UnitQuaternion::identity(),
             velocity: Vector3::zeros(),
-            angular_velocity: Vector3::zeros(),
+            angular_velocity_in_body: Vector3::zeros(),
             elastic: Vec::new(),
             elastic_rates: Vec::new(),
         };

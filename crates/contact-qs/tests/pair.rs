@@ -33,7 +33,7 @@ fn forces_are_equal_and_opposite_and_keep_the_angular_momentum() {
                 let moment: Vector3<f64> = bodies
                     .iter()
                     .zip(&forces)
-                    .map(|(b, f)| b.position.cross(&f.force) + b.rotation * f.torque)
+                    .map(|(b, f)| b.position.cross(&f.force) + b.rotation * f.torque_in_body)
                     .sum();
                 if motion != RigidMotion::Axial {
                     // Round-off of arms of half a metre and of projections, which end at some eps of them.
@@ -79,7 +79,7 @@ fn gradient_error(pair: &mut Active<SurfacePair>, motion: RigidMotion, bodies: &
                 axis[d] = step;
                 b[body].rotation *= UnitQuaternion::from_scaled_axis(axis);
             });
-            worst = worst.max((forces[body].torque[d] + gradient).abs());
+            worst = worst.max((forces[body].torque_in_body[d] + gradient).abs());
         }
         for k in 0..N_MODES {
             let gradient = slope(pair, bodies, h, |b, step| b[body].elastic[k] += step);
@@ -147,7 +147,7 @@ fn save_and_restore_are_exact_to_the_bit() {
             assert_eq!(first.1.to_bits(), second.1.to_bits());
             for (a, b) in first.0.iter().zip(&second.0) {
                 assert_eq!(a.force, b.force);
-                assert_eq!(a.torque, b.torque);
+                assert_eq!(a.torque_in_body, b.torque_in_body);
                 assert_eq!(a.elastic, b.elastic);
             }
         }
@@ -318,7 +318,7 @@ fn forces_of_several_pairs_on_a_body_add_up() {
     let scale = alone[2].force.norm();
     assert!((together[1].force - alone[2].force).norm() < 1e-6 * scale);
     assert!((together[0].force - 2.0 * alone[0].force).norm() < 1e-6 * scale);
-    assert!((together[0].torque - 2.0 * alone[0].torque).norm() < 1e-6 * scale);
+    assert!((together[0].torque_in_body - 2.0 * alone[0].torque_in_body).norm() < 1e-6 * scale);
 }
 
 #[test]

@@ -30,9 +30,9 @@ fn rubbing(
         match motion {
             RigidMotion::Axial => body.velocity.z = 0.3 * v.z,
             RigidMotion::Planar => {
-                (body.velocity, body.angular_velocity.z) = (Vector3::new(v.x, v.y, 0.0), w.z);
+                (body.velocity, body.angular_velocity_in_body.z) = (Vector3::new(v.x, v.y, 0.0), w.z);
             }
-            RigidMotion::Spatial => (body.velocity, body.angular_velocity) = (v, w),
+            RigidMotion::Spatial => (body.velocity, body.angular_velocity_in_body) = (v, w),
         }
         body.elastic_rates.iter_mut().for_each(|q| *q = 0.2 * vector().x);
     }
@@ -44,7 +44,7 @@ fn later(bodies: &[BodyState], dt: f64) -> Vec<BodyState> {
     let mut out = bodies.to_vec();
     for body in &mut out {
         body.position += body.velocity * dt;
-        body.rotation *= UnitQuaternion::from_scaled_axis(body.angular_velocity * dt);
+        body.rotation *= UnitQuaternion::from_scaled_axis(body.angular_velocity_in_body * dt);
         for (q, rate) in body.elastic.iter_mut().zip(&body.elastic_rates) {
             *q += rate * dt;
         }
@@ -72,7 +72,7 @@ fn forces_keep_both_momenta_and_obey_coulombs_law() {
                     let moment: Vector3<f64> = bodies
                         .iter()
                         .zip(&forces)
-                        .map(|(b, f)| b.position.cross(&f.force) + b.rotation * f.torque)
+                        .map(|(b, f)| b.position.cross(&f.force) + b.rotation * f.torque_in_body)
                         .sum();
                     // Round-off of arms of half a metre.
                     let scale = 0.5 * pair.report().normal_force;
@@ -147,7 +147,7 @@ fn sticking_forces_are_minus_the_gradient_of_a_potential() {
                             axis[d] = step;
                             b[body].rotation *= UnitQuaternion::from_scaled_axis(axis);
                         });
-                        worst = worst.max((forces[body].torque[d] + gradient).abs());
+                        worst = worst.max((forces[body].torque_in_body[d] + gradient).abs());
                     }
                     for k in 0..N_MODES {
                         let gradient = slope(&mut pair, &bodies, h, |b, step| b[body].elastic[k] += step);
@@ -182,7 +182,7 @@ fn power_of_the_forces_goes_into_stored_energy_and_slip_alone() {
                     .zip(&forces)
                     .map(|(b, f)| {
                         let modal: f64 = b.elastic_rates.iter().zip(&f.elastic).map(|(q, h)| q * h).sum();
-                        b.velocity.dot(&f.force) + b.angular_velocity.dot(&f.torque) + modal
+                        b.velocity.dot(&f.force) + b.angular_velocity_in_body.dot(&f.torque_in_body) + modal
                     })
                     .sum();
                 let scale = 0.5 * pair.report().normal_force;
@@ -239,7 +239,7 @@ fn updated_references_change_no_force_and_restoring_brings_every_bit_back() {
             pair.restore();
             let third = evaluate(&mut pair, &later(&next, 1e-4));
             for (a, b) in second.0.iter().zip(&third.0) {
-                assert_eq!((a.force, a.torque, &a.elastic), (b.force, b.torque, &b.elastic));
+                assert_eq!((a.force, a.torque_in_body, &a.elastic), (b.force, b.torque_in_body, &b.elastic));
             }
             assert!((first.0[2].force - second.0[2].force).norm() < 1e-7 * scale);
         }

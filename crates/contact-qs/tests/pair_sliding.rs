@@ -57,7 +57,7 @@ fn momenta(states: &[BodyState; 2]) -> [Vector3<f64>; 2] {
     let sum = |f: &dyn Fn(&BodyState) -> Vector3<f64>| f(&states[0]) + f(&states[1]);
     [
         sum(&|s| MASS * s.velocity),
-        sum(&|s| MASS * s.position.cross(&s.velocity) + INERTIA * (s.rotation * s.angular_velocity)),
+        sum(&|s| MASS * s.position.cross(&s.velocity) + INERTIA * (s.rotation * s.angular_velocity_in_body)),
     ]
 }
 
@@ -123,7 +123,7 @@ fn meeting(velocity: Vector3<f64>, spin: [Vector3<f64>; 2], turn: Vector3<f64>) 
         state.position = turn * state.position;
         state.velocity = turn * state.velocity + Vector3::new(0.01, -0.02, 0.03);
         state.rotation = turn;
-        state.angular_velocity = spin;
+        state.angular_velocity_in_body = spin;
     }
     states
 }

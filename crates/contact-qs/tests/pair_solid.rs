@@ -79,8 +79,11 @@ fn forces_on_solid_balls_keep_both_momenta_to_round_off() {
         let (forces, _) = evaluate(&mut pair, &bodies);
         assert!(pair.report().n_active > 10, "{case}");
         assert_eq!(forces[0].force, -forces[1].force);
-        let moment: Vector3<f64> =
-            bodies.iter().zip(&forces).map(|(b, f)| b.position.cross(&f.force) + b.rotation * f.torque).sum();
+        let moment: Vector3<f64> = bodies
+            .iter()
+            .zip(&forces)
+            .map(|(b, f)| b.position.cross(&f.force) + b.rotation * f.torque_in_body)
+            .sum();
         // Round-off of arms of half a metre; projections end at some eps of positions, tangents of short elements amplify.
         let scale = 0.5 * pair.report().normal_force;
         assert!(moment.norm() < 1e-13 * scale, "{case}: {:e}", moment.norm() / scale);
@@ -116,7 +119,7 @@ fn force_on_solid_balls_is_minus_the_gradient_of_the_potential() {
                         axis[d] = step / RADIUS;
                         b[body].rotation *= UnitQuaternion::from_scaled_axis(axis);
                     });
-                    worst = worst.max((forces[body].torque[d] / RADIUS + turned).abs());
+                    worst = worst.max((forces[body].torque_in_body[d] / RADIUS + turned).abs());
                 }
                 for k in [0, 7] {
                     let gradient = slope(&|b, step| b[body].elastic[k] += 0.1 * step);

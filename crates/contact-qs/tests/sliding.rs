@@ -160,7 +160,7 @@ fn dropped(motion: RigidMotion, velocity: Vector3<f64>, spin: Vector3<f64>) -> B
     let mut state = BodyState::at_rest(0);
     let up = if motion == RigidMotion::Planar { Vector3::y() } else { Vector3::z() };
     state.position = up * (RADIUS + 1e-9);
-    (state.velocity, state.angular_velocity) = (velocity, spin);
+    (state.velocity, state.angular_velocity_in_body) = (velocity, spin);
     state
 }
 
@@ -170,7 +170,7 @@ fn spinning_disc_leaves_with_the_velocities_of_gross_sliding() {
     let mut system = disc(Friction::new(mu), 0.1, 1e17);
     let start = dropped(RigidMotion::Planar, Vector3::new(0.0, -SPEED, 0.0), Vector3::new(0.0, 0.0, SPIN));
     let out = run(&mut system, &start, 1e-6);
-    let (v, spin) = (out.state.velocity, out.state.angular_velocity.z);
+    let (v, spin) = (out.state.velocity, out.state.angular_velocity_in_body.z);
     assert!(out.was_sliding && !out.is_rim_touched, "touched for {} s", out.duration);
     // [B] Eq. 44: the impulse ratio is exact, restitution within what coupling takes or gives.
     assert!((v.x / (-mu * (v.y + SPEED)) - 1.0).abs() < 1e-6, "{v}");
@@ -197,7 +197,7 @@ fn println_figures(name: &str, out: &Outcome) {
         out.state.velocity.x,
         out.state.velocity.y,
         out.state.velocity.z,
-        out.state.angular_velocity.z / PI,
+        out.state.angular_velocity_in_body.z / PI,
         out.energy_before - out.energy_after,
         out.dissipated,
         out.drift,

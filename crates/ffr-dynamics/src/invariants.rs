@@ -37,7 +37,7 @@ impl Invariants {
     pub fn of_body(data: &StandardInputData, state: &BodyState, gravity: &Vector3<f64>) -> Self {
         let DeformedMoments { mass_moment, mass_moment_rate, inertia, relative_spin } =
             data.deformed_moments(&state.elastic, &state.elastic_rates);
-        let omega = &state.angular_velocity;
+        let omega = &state.angular_velocity_in_body;
         let v = state.rotation.inverse_transform_vector(&state.velocity);
         let p = v * data.mass + omega.cross(&mass_moment) + mass_moment_rate;
         let spin = inertia * omega + relative_spin;
@@ -89,7 +89,7 @@ pub fn centre_of_mass(data: &StandardInputData, state: &BodyState) -> Vector3<f6
 pub fn rigid_velocity(data: &StandardInputData, state: &BodyState, place: &Vector3<f64>) -> Vector3<f64> {
     let DeformedMoments { mass_moment, mass_moment_rate, inertia, relative_spin } =
         data.deformed_moments(&state.elastic, &state.elastic_rates);
-    let (omega, centre) = (&state.angular_velocity, mass_moment / data.mass);
+    let (omega, centre) = (&state.angular_velocity_in_body, mass_moment / data.mass);
     let velocity = state.velocity + state.rotation * (omega.cross(&centre) + mass_moment_rate / data.mass);
     let arm = state.rotation.inverse_transform_vector(&(place - state.position)) - centre;
     // About the centre of mass, relative to the frame's turn: what the vibration carries of the angular momentum.
@@ -121,13 +121,13 @@ mod tests {
             position: Vector3::new(0.3, -0.2, 1.0),
             rotation: UnitQuaternion::from_scaled_axis(Vector3::new(0.4, -0.9, 0.2)),
             velocity: Vector3::new(1.0, 2.0, -0.5),
-            angular_velocity: Vector3::new(-3.0, 0.7, 1.9),
+            angular_velocity_in_body: Vector3::new(-3.0, 0.7, 1.9),
             elastic: Vec::new(),
             elastic_rates: Vec::new(),
         };
         let arm = Vector3::new(0.5, 0.6, -0.7);
         let place = state.position + state.rotation * arm;
-        let expected = state.velocity + state.rotation * state.angular_velocity.cross(&arm);
+        let expected = state.velocity + state.rotation * state.angular_velocity_in_body.cross(&arm);
         let found = rigid_velocity(&data, &state, &place);
         assert!((found - expected).norm() < 1e-14, "{found} {expected}"); // round-off
     }

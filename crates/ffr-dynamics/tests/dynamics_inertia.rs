@@ -169,9 +169,9 @@ fn random_force(random: &mut Random, motion: RigidMotion) -> GeneralisedForce {
         RigidMotion::Axial => force.force.z = random.next(),
         RigidMotion::Planar => {
             force.force = Vector3::new(random.next(), random.next(), 0.0);
-            force.torque.z = random.next();
+            force.torque_in_body.z = random.next();
         }
-        RigidMotion::Spatial => (force.force, force.torque) = (random.vector(), random.vector()),
+        RigidMotion::Spatial => (force.force, force.torque_in_body) = (random.vector(), random.vector()),
     }
     force
 }
@@ -186,7 +186,7 @@ fn accelerations_balance_the_inertia_forces_of_all_nodes() {
             let state = random.state(&sample.data);
             let force = random_force(&mut random, motion);
             let (v_dot, omega_dot, q_ddot) = accelerated(&sample, &state, &gravity, &force);
-            let omega = state.angular_velocity;
+            let omega = state.angular_velocity_in_body;
             let local = |v: &Vector3<f64>| state.rotation.inverse_transform_vector(v);
             let n = sample.body.nodes.len();
             let arms: Vec<_> =
@@ -211,7 +211,7 @@ fn accelerations_balance_the_inertia_forces_of_all_nodes() {
             let along = |v: Vector3<f64>| if motion == RigidMotion::Axial { Vector3::z() * v.z } else { v };
             assert!(along(resultant - local(&force.force)).norm() < tolerance, "{motion:?}");
             if motion != RigidMotion::Axial {
-                assert!((moment - force.torque).norm() < tolerance, "{motion:?}");
+                assert!((moment - force.torque_in_body).norm() < tolerance, "{motion:?}");
             }
             for j in 0..N_MODES {
                 let mut unit = vec![0.0; N_MODES];
@@ -249,9 +249,9 @@ fn elastic_accelerations_satisfy_lagrange_equations_by_finite_differences() {
     let after = |dt: f64| {
         let mut moved = state.clone();
         moved.velocity += v_dot * dt;
-        let mean_omega = state.angular_velocity + omega_dot * (0.5 * dt);
+        let mean_omega = state.angular_velocity_in_body + omega_dot * (0.5 * dt);
         moved.rotation = state.rotation * UnitQuaternion::from_scaled_axis(mean_omega * dt);
-        moved.angular_velocity += omega_dot * dt;
+        moved.angular_velocity_in_body += omega_dot * dt;
         for (j, a) in q_ddot.iter().enumerate() {
             moved.elastic[j] += state.elastic_rates[j] * dt + 0.5 * a * dt * dt;
             moved.elastic_rates[j] += a * dt;

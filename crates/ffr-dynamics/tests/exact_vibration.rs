@@ -208,7 +208,7 @@ fn free_ringing_body_keeps_energy_and_momenta_in_steps_above_its_periods() {
         elastic_rates: stiffness.iter().map(|_| 1e-2 * random.next()).collect(),
         ..BodyState::at_rest(8)
     };
-    let turning = BodyState { angular_velocity: Vector3::new(0.3, 2.0, -0.4), ..ringing.clone() };
+    let turning = BodyState { angular_velocity_in_body: Vector3::new(0.3, 2.0, -0.4), ..ringing.clone() };
     let (end, max_step) = (0.5, 1e-2);
     // The method without closed forms is stable up to a step of 1/ω.
     let resolved = highest * end;

@@ -115,7 +115,7 @@ fn wanted(tree: &mut Tree) -> Vec<GeneralisedForce> {
                 .sum();
             let local = state.rotation.inverse_transform_vector(&force);
             sum.force += force;
-            sum.torque += (sample.node(a) + sample.displacement(a, &state.elastic)).cross(&local);
+            sum.torque_in_body += (sample.node(a) + sample.displacement(a, &state.elastic)).cross(&local);
             for (j, h) in sum.elastic.iter_mut().enumerate() {
                 let mut unit = vec![0.0; sample.data.n_modes()];
                 unit[j] = 1.0;
@@ -168,7 +168,7 @@ fn imbalance(tree: &mut Tree, loads: &[(usize, Marker, [Vector3<f64>; 2])]) -> f
         marker.add_wrench(&states[*body], force, moment, &mut given[*body]);
     }
     let list = |f: &GeneralisedForce| -> Vec<f64> {
-        f.force.iter().chain(f.torque.iter()).chain(&f.elastic).copied().collect()
+        f.force.iter().chain(f.torque_in_body.iter()).chain(&f.elastic).copied().collect()
     };
     let (mut worst, mut size): (f64, f64) = (0.0, 0.0);
     for (wanted, given) in wanted.iter().zip(&given) {

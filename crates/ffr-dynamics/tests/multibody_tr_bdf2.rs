@@ -159,7 +159,7 @@ fn free_body_in_a_tangent_frame_agrees_with_the_explicit_method() {
         let tip = body.markers[1].clone();
         let mut system: Multibody = free_system(vec![("block", body.data)], GRAVITY, vec![]);
         let mut start = BodyState::at_rest(8);
-        start.angular_velocity = Vector3::new(100.0, 50.0, -80.0);
+        start.angular_velocity_in_body = Vector3::new(100.0, 50.0, -80.0);
         start.elastic[0] = 1e-4;
         let y = state_vector(&system, &[start]);
         system.set_error_scale(scale(1e-10)).unwrap();

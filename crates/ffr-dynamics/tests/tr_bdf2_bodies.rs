@@ -118,7 +118,7 @@ fn tumbling_flexible_body_agrees_with_the_explicit_method() {
     for motion in [RigidMotion::Axial, RigidMotion::Planar, RigidMotion::Spatial] {
         let sample = block(motion, 8);
         let mut start = Random(3).state(&sample.data);
-        start.angular_velocity *= 20.0;
+        start.angular_velocity_in_body *= 20.0;
         let gravity = Vector3::new(0.0, 0.0, if motion == RigidMotion::Planar { 0.0 } else { -9.81 });
         let mut system = system(sample.data, gravity, 1e-10);
         let t_end = 1e-2;

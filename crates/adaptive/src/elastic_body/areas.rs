@@ -1,4 +1,4 @@
-//! Markers with an extent: the mean motion of a part of a body, and parts that move like rigid bodies (docs/theory.md Eq. M.36, M.37;
+//! Markers with an extent: the mean motion of a part of a body, and parts that move like rigid bodies (docs/theory.md Eq. M.44, M.45;
 //! docs/decisions/0016-markers-with-extent.md).
 
 use faer::Mat;
@@ -131,7 +131,7 @@ impl Discretised<'_> {
     }
 
     /// The marker that follows the mean motion of `area`: displacement and rotation of its centre by the rigid motion nearest to
-    /// the displacements of the part, every point with its area (theory Eq. M.36).
+    /// the displacements of the part, every point with its area (theory Eq. M.44).
     ///
     /// # Errors
     /// [`AdaptiveError::Geometry`] if there is no such part, [`AdaptiveError::Reduction`] if it defines no rotation.
@@ -165,7 +165,7 @@ impl Discretised<'_> {
     }
 
     /// The lower triangle `stiffness` with that of the rigid parts `areas` added: `α ∫ |u - u_rigid|² dA` with the rigid motion
-    /// `u_rigid` nearest to `u` (theory Eq. M.37). Rigid motions of the body stay free of forces, masses stay as they are.
+    /// `u_rigid` nearest to `u` (theory Eq. M.45). Rigid motions of the body stay free of forces, masses stay as they are.
     ///
     /// # Errors
     /// As [`Discretised::mean_motion`]; [`AdaptiveError::Unsupported`] for parts with thousands of unknowns.

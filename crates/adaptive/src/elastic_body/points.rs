@@ -60,7 +60,7 @@ impl Discretised<'_> {
     }
 
     /// The marker `name` at `place` with axes turned by `rotation` from the body's, moving with the modes `shapes`. At a point it
-    /// turns with half the curl of the displacement, on a part of the body it has its mean motion (theory Eq. M.36).
+    /// turns with half the curl of the displacement, on a part of the body it has its mean motion (theory Eq. M.44).
     ///
     /// # Errors
     /// As [`Discretised::flexible_point`]; [`AdaptiveError::Reduction`] if a mode is not finite there.

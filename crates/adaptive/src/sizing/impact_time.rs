@@ -284,7 +284,7 @@ impl Scene<'_> {
             let axes = pose.rotation.to_rotation_matrix().into_inner();
             inverse_effective_mass(mass, &(axes * inertia * axes.transpose()), &from_centre, normal)
         };
-        let velocity = pose.velocity + (pose.rotation * pose.angular_velocity).cross(&arm);
+        let velocity = pose.velocity + (pose.rotation * pose.angular_velocity_in_body).cross(&arm);
         Partner { inverse_mass, mobility, velocity }
     }
 
@@ -295,7 +295,8 @@ impl Scene<'_> {
         let falling = (2.0 * self.spec.settings.gravity.norm() * gap).sqrt();
         let closing = (velocity(0) - velocity(1)).norm();
         let bodies = self.poses.iter().enumerate();
-        let fastest = bodies.map(|(i, p)| p.velocity.norm() + p.angular_velocity.norm() * self.size(i));
+        let fastest =
+            bodies.map(|(i, p)| p.velocity.norm() + p.angular_velocity_in_body.norm() * self.size(i));
         let candidates = [closing.hypot(falling), fastest.fold(0.0, f64::max), UNKNOWN_SPEED];
         candidates.into_iter().find(|v| v.is_finite() && *v > 0.0).unwrap_or(UNKNOWN_SPEED)
     }

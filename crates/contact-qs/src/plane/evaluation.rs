@@ -231,7 +231,8 @@ impl PlaneContact {
     ) {
         let motion = self.submodel.motion;
         let (nc, n_t) = (motion.n_components(), friction.n_t);
-        let turning = if motion == RigidMotion::Axial { Vector3::zeros() } else { body.angular_velocity };
+        let turning =
+            if motion == RigidMotion::Axial { Vector3::zeros() } else { body.angular_velocity_in_body };
         let frame = body.rotation.inverse_transform_vector(&body.velocity);
         // Forces that keep their sizes turn in the body's frame, which moves the points.
         for (load, rates) in found.loads.chunks_exact(nc).zip(workspace.load_rates.chunks_exact_mut(nc)) {
@@ -275,7 +276,7 @@ impl PlaneContact {
                     arm[motion.direction(c)] += found.displacements[nc * i + c];
                     force[motion.direction(c)] = load[c];
                 }
-                target.torque += arm.cross(&force);
+                target.torque_in_body += arm.cross(&force);
             }
         }
     }

@@ -17,7 +17,7 @@ pub fn surface_speed_bound(model: &SurfaceModel, state: &BodyState) -> f64 {
     };
     let elastic: f64 = rates.enumerate().take(model.n_modes()).map(amplitude).sum();
     let radius = model.radius() + model.displacement_bound(&state.elastic);
-    state.angular_velocity.norm() * radius + elastic
+    state.angular_velocity_in_body.norm() * radius + elastic
 }
 
 /// Bound of the speed at which any two surface points of the bodies approach each other (theory Eq. C.33) [m/s]. NaN for a

@@ -111,9 +111,9 @@ impl SurfacePair {
             let mut difference = body.velocity - target.velocity;
             if !is_axial {
                 let arm = body.rotation * Vector3::from(self.points[i]);
-                let spin = body.rotation * body.angular_velocity;
+                let spin = body.rotation * body.angular_velocity_in_body;
                 difference += spin.cross(&arm);
-                let spin = target.rotation * target.angular_velocity;
+                let spin = target.rotation * target.angular_velocity_in_body;
                 difference -= spin.cross(&(body.position + arm - target.position));
             }
             largest = largest.max(difference.norm());
@@ -441,7 +441,7 @@ impl SurfacePair {
         for i in active() {
             let mut force = Vector3::zeros();
             force.iter_mut().zip(&w.loads[nc * i..][..nc]).for_each(|(f, l)| *f = *l);
-            body.torque += Vector3::from(w.points[i]).cross(&force);
+            body.torque_in_body += Vector3::from(w.points[i]).cross(&force);
         }
         let Some(body) = self.settings.target_body else { return };
         debug_assert_eq!(bodies[body].elastic.len(), self.surface.n_modes);
@@ -459,7 +459,7 @@ impl SurfacePair {
                 }
             }
             // At the same point of space as the force on the contact body.
-            target.torque -= Vector3::from(w.points_in_target[i]).cross(&force);
+            target.torque_in_body -= Vector3::from(w.points_in_target[i]).cross(&force);
         }
     }
 }

@@ -358,9 +358,9 @@ impl PairFriction {
 /// The motion `state` a time `time` ago, in `out`.
 pub(super) fn move_back(state: &BodyState, time: f64, out: &mut BodyState) {
     out.position = state.position - state.velocity * time;
-    out.rotation = state.rotation * UnitQuaternion::from_scaled_axis(-state.angular_velocity * time);
+    out.rotation = state.rotation * UnitQuaternion::from_scaled_axis(-state.angular_velocity_in_body * time);
     out.velocity = state.velocity;
-    out.angular_velocity = state.angular_velocity;
+    out.angular_velocity_in_body = state.angular_velocity_in_body;
     for (q, (now, rate)) in out.elastic.iter_mut().zip(state.elastic.iter().zip(&state.elastic_rates)) {
         *q = now - rate * time;
     }

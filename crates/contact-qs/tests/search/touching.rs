@@ -41,7 +41,7 @@ fn bullet_does_not_tunnel_through_a_thin_plate() {
         let place = side + Vector3::z() * (top + height - speed * t);
         let flying = BodyState {
             velocity: Vector3::new(0.0, 0.0, -speed),
-            angular_velocity: Vector3::new(3e3, 0.0, 0.0),
+            angular_velocity_in_body: Vector3::new(3e3, 0.0, 0.0),
             rotation: UnitQuaternion::from_scaled_axis(Vector3::x() * 3e3 * t),
             ..at(place.into())
         };
@@ -69,7 +69,7 @@ fn spinning_bar_hits_a_ball_that_it_would_have_passed() {
     let states = move |t: f64| {
         let turning = BodyState {
             rotation: UnitQuaternion::from_scaled_axis(Vector3::z() * (spin * t + 0.3)),
-            angular_velocity: Vector3::new(0.0, 0.0, spin),
+            angular_velocity_in_body: Vector3::new(0.0, 0.0, spin),
             ..at([0.0; 3])
         };
         [turning, at([-0.1, 0.45, 0.01])]
@@ -140,7 +140,7 @@ fn safe_time_is_the_time_of_the_fastest_approach() {
 fn no_surface_point_is_faster_than_its_bound() {
     let body = Flexible::new(Spatial, &sphere::sphere(0.5, SphereNet::Cube).unwrap(), 2, 3);
     let state = BodyState {
-        angular_velocity: Vector3::new(3.0, -2.0, 1.0),
+        angular_velocity_in_body: Vector3::new(3.0, -2.0, 1.0),
         elastic: vec![0.02, -0.01, 0.03],
         elastic_rates: vec![1.0, 2.0, -1.5],
         ..BodyState::at_rest(3)
@@ -153,7 +153,7 @@ fn no_surface_point_is_faster_than_its_bound() {
         let share = |m: usize| ((k * m) % 499) as f64 / 499.0;
         let xi = [share(1), share(17), f64::from(k as u32 % 2)];
         let at = |patches: &[iga_core::nurbs::Patch]| Vector3::from(patches[0].point(&xi));
-        let velocity = state.angular_velocity.cross(&at(&here)) + at(&rates) - at(&rest);
+        let velocity = state.angular_velocity_in_body.cross(&at(&here)) + at(&rates) - at(&rest);
         fastest = fastest.max(velocity.norm());
     }
     assert!(fastest <= bound && fastest > 0.3 * bound, "{fastest} {bound}");

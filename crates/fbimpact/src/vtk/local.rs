@@ -135,7 +135,7 @@ fn state(motion: &BodyMotion, i: usize) -> BodyState {
         position: pose.position,
         rotation,
         velocity: pose.velocity,
-        angular_velocity: rotation.inverse() * pose.angular_velocity,
+        angular_velocity_in_body: rotation.inverse() * pose.angular_velocity,
         elastic: motion.elastic(i).to_vec(),
         elastic_rates: motion.rates(i).to_vec(),
     }

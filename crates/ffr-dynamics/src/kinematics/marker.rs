@@ -54,7 +54,7 @@ impl FlexiblePoint {
     /// Velocity in the inertial frame (Eq. D.2) [m/s].
     pub fn velocity(&self, state: &BodyState) -> Vector3<f64> {
         let arm = self.local_position(&state.elastic);
-        let local = state.angular_velocity.cross(&arm) + self.combination(&state.elastic_rates);
+        let local = state.angular_velocity_in_body.cross(&arm) + self.combination(&state.elastic_rates);
         state.velocity + state.rotation * local
     }
 
@@ -62,7 +62,7 @@ impl FlexiblePoint {
     pub fn add_force(&self, state: &BodyState, force: &Vector3<f64>, sum: &mut GeneralisedForce) {
         let local = state.rotation.inverse_transform_vector(force);
         sum.force += force;
-        sum.torque += self.local_position(&state.elastic).cross(&local);
+        sum.torque_in_body += self.local_position(&state.elastic).cross(&local);
         for (f, shape) in sum.elastic.iter_mut().zip(&self.shapes) {
             *f += shape.dot(&local);
         }
@@ -83,7 +83,7 @@ mod tests {
             position: Vector3::new(0.3, -0.2, 1.0),
             rotation: UnitQuaternion::from_scaled_axis(Vector3::new(0.4, -0.9, 0.2)),
             velocity: Vector3::new(1.0, 2.0, -0.5),
-            angular_velocity: Vector3::new(-3.0, 0.7, 1.9),
+            angular_velocity_in_body: Vector3::new(-3.0, 0.7, 1.9),
             elastic: vec![0.01, -0.03],
             elastic_rates: vec![0.4, 0.9],
         }
@@ -99,7 +99,8 @@ mod tests {
         let mut sum = GeneralisedForce::zeros(2);
         point.add_force(&state, &force, &mut sum);
         let modal: f64 = sum.elastic.iter().zip(&state.elastic_rates).map(|(f, v)| f * v).sum();
-        let power = sum.force.dot(&state.velocity) + sum.torque.dot(&state.angular_velocity) + modal;
+        let power =
+            sum.force.dot(&state.velocity) + sum.torque_in_body.dot(&state.angular_velocity_in_body) + modal;
         assert!((power - force.dot(&point.velocity(&state))).abs() < 1e-13 * 30.0); // round-off of terms of order 30
     }
 

@@ -163,14 +163,14 @@ impl Marker {
     /// Velocity of the marker in the inertial frame [m/s].
     pub fn velocity(&self, state: &BodyState) -> Vector3<f64> {
         let arm = self.position + self.combine(0, &state.elastic);
-        let local = state.angular_velocity.cross(&arm) + self.combine(0, &state.elastic_rates);
+        let local = state.angular_velocity_in_body.cross(&arm) + self.combine(0, &state.elastic_rates);
         state.velocity + state.rotation * local
     }
 
     /// Angular velocity of the marker's frame in the inertial frame [rad/s].
     pub fn angular_velocity(&self, state: &BodyState) -> Vector3<f64> {
         let turn = self.motion(&state.elastic, &state.elastic_rates).turn;
-        state.rotation * (state.angular_velocity + turn.spin)
+        state.rotation * (state.angular_velocity_in_body + turn.spin)
     }
 
     /// Adds a force \[N\] and a moment \[N m\] at the marker, both in the inertial frame, to the forces on its body (Eq. M.7).
@@ -185,7 +185,7 @@ impl Marker {
         let local = state.rotation.inverse_transform_vector(force);
         let local_moment = state.rotation.inverse_transform_vector(moment);
         sum.force += force;
-        sum.torque += motion.arm.cross(&local) + local_moment;
+        sum.torque_in_body += motion.arm.cross(&local) + local_moment;
         self.add_elastic(&local, &motion.turn.jacobian.tr_mul(&local_moment), &mut sum.elastic);
     }
 

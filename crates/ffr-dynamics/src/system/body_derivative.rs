@@ -30,7 +30,7 @@ impl BodyWorkspace {
         if !data.has_rotation() {
             return rigid;
         }
-        let omega = &state.angular_velocity;
+        let omega = &state.angular_velocity_in_body;
         let c = &data.coupling_translation[j];
         let force = if by_rate { 2.0 * omega.cross(c) } else { omega.cross(&omega.cross(c)) };
         let weights = if by_rate {

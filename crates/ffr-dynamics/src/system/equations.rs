@@ -111,7 +111,7 @@ impl BodyWorkspace {
             g.add_moments(&state.elastic, &mut self.moments);
         }
         self.couple(data);
-        let omega = &state.angular_velocity;
+        let omega = &state.angular_velocity_in_body;
         let (q, rates) = (&state.elastic, &state.elastic_rates);
         let (mut mass_moment, mut mass_moment_rate) = (data.mass_moment, Vector3::zeros());
         for ((c, q), rate) in data.coupling_translation.iter().zip(q).zip(rates) {
@@ -145,7 +145,7 @@ impl BodyWorkspace {
         let local = state.rotation.inverse_transform_vector(&force.force);
         let mut f = local - omega.cross(&(omega.cross(&mass_moment) + 2.0 * mass_moment_rate));
         let gyroscopic = 2.0 * (omega * spin.trace() - spin.tr_mul(omega));
-        let mut torque = force.torque - omega.cross(&(inertia * omega)) - gyroscopic;
+        let mut torque = force.torque_in_body - omega.cross(&(inertia * omega)) - gyroscopic;
         if let Some(effect) = &stiffened {
             f -= effect.force;
             torque -= effect.torque;

@@ -17,7 +17,7 @@ pub struct BodyState {
     /// Velocity of the frame's origin, expressed in the inertial frame [m/s].
     pub velocity: Vector3<f64>,
     /// Angular velocity, expressed in the body's frame [rad/s].
-    pub angular_velocity: Vector3<f64>,
+    pub angular_velocity_in_body: Vector3<f64>,
     /// Elastic coordinates `q_e` (mass-orthonormal modes: m sqrt(kg)).
     pub elastic: Vec<f64>,
     /// Rates `dq_e/dt`.
@@ -31,7 +31,7 @@ impl BodyState {
             position: Vector3::zeros(),
             rotation: UnitQuaternion::identity(),
             velocity: Vector3::zeros(),
-            angular_velocity: Vector3::zeros(),
+            angular_velocity_in_body: Vector3::zeros(),
             elastic: vec![0.0; n_modes],
             elastic_rates: vec![0.0; n_modes],
         }
@@ -44,7 +44,7 @@ pub struct GeneralisedForce {
     /// Resultant, expressed in the inertial frame \[N\].
     pub force: Vector3<f64>,
     /// Moment about the frame's origin, expressed in the body's frame \[N m\].
-    pub torque: Vector3<f64>,
+    pub torque_in_body: Vector3<f64>,
     /// Modal forces `Φᵀ f`.
     pub elastic: Vec<f64>,
 }
@@ -52,13 +52,13 @@ pub struct GeneralisedForce {
 impl GeneralisedForce {
     /// No force on a body with `n` elastic coordinates.
     pub fn zeros(n: usize) -> Self {
-        Self { force: Vector3::zeros(), torque: Vector3::zeros(), elastic: vec![0.0; n] }
+        Self { force: Vector3::zeros(), torque_in_body: Vector3::zeros(), elastic: vec![0.0; n] }
     }
 
     /// Sets everything to zero.
     pub fn clear(&mut self) {
         self.force.fill(0.0);
-        self.torque.fill(0.0);
+        self.torque_in_body.fill(0.0);
         self.elastic.fill(0.0);
     }
 }

@@ -35,7 +35,7 @@ impl Side {
         let state = site.body.map_or(&ground, |b| &states[b]);
         let motion = site.marker.motion(&state.elastic, &state.elastic_rates);
         let body_axes: Matrix3<f64> = state.rotation.to_rotation_matrix().into_inner();
-        let omega = &state.angular_velocity;
+        let omega = &state.angular_velocity_in_body;
         let MarkerMotion { arm, arm_rate, rotation, turn } = &motion;
         let bias = omega.cross(&(omega.cross(arm) + 2.0 * arm_rate));
         Self {

@@ -266,7 +266,8 @@ impl Movable {
             for (to, (load, by_loop)) in elastic.iter_mut().zip(sums[i].elastic.iter().zip(by_loops)) {
                 *to = load + by_loop;
             }
-            let load = join(&states[i].rotation.inverse_transform_vector(&sums[i].force), &sums[i].torque);
+            let load =
+                join(&states[i].rotation.inverse_transform_vector(&sums[i].force), &sums[i].torque_in_body);
             let held = dead[i].apply(&states[i], elastic);
             wrenches[i] = std::array::from_fn(|r| load[r] + held[r] + loops.response.force[i][r]);
         }

@@ -119,7 +119,7 @@ impl TreeNorm {
         let mut fastest: f64 = 0.0;
         for ((body, scale), state) in model.bodies.iter().zip(&self.scales).zip(&self.states) {
             let v = state.rotation.inverse_transform_vector(&state.velocity);
-            let omega = &state.angular_velocity;
+            let omega = &state.angular_velocity_in_body;
             let frame = [v.x, v.y, v.z, omega.x, omega.y, omega.z];
             let kinetic = scale.squared_speed(&body.data, &frame, &state.elastic_rates);
             let size = kinetic + squared_deformation(&body.data, &state.elastic);

@@ -111,7 +111,7 @@ fn move_body(body: &TreeBody, parent: &BodyState, state: &mut BodyState, edge: &
     let lever = d - turn.tr_mul(&c.arm);
     state.position = parent.position + parent.rotation * (p.arm + lever);
     // Velocity: of the parent's marker, of the child's marker, of the frame.
-    let omega_parent = &parent.angular_velocity;
+    let omega_parent = &parent.angular_velocity_in_body;
     let omega_p = omega_parent + p.turn.spin;
     let v_p =
         parent.rotation.inverse_transform_vector(&parent.velocity) + omega_parent.cross(&p.arm) + p.arm_rate;
@@ -119,7 +119,7 @@ fn move_body(body: &TreeBody, parent: &BodyState, state: &mut BodyState, edge: &
     let omega_c = omega_p + joint_point.angular_velocity;
     let omega = turn * omega_c - c.turn.spin;
     let v = turn * v_c - omega.cross(&c.arm) - c.arm_rate;
-    state.angular_velocity = omega;
+    state.angular_velocity_in_body = omega;
     state.velocity = state.rotation * v;
     // Accelerations that velocities alone cause.
     edge.parent_bias = join(

@@ -218,7 +218,8 @@ impl Sample {
         (0..self.body.nodes.len())
             .map(|a| {
                 let arm = self.node(a) + self.displacement(a, &state.elastic);
-                let local = state.angular_velocity.cross(&arm) + self.displacement(a, &state.elastic_rates);
+                let local =
+                    state.angular_velocity_in_body.cross(&arm) + self.displacement(a, &state.elastic_rates);
                 (state.position + state.rotation * arm, state.velocity + state.rotation * local)
             })
             .collect()
@@ -251,12 +252,12 @@ impl Random {
             RigidMotion::Planar => {
                 state.velocity = Vector3::new(self.next(), self.next(), 0.0);
                 state.rotation = UnitQuaternion::from_scaled_axis(Vector3::z() * 3.0 * self.next());
-                state.angular_velocity.z = 20.0 * self.next();
+                state.angular_velocity_in_body.z = 20.0 * self.next();
             }
             RigidMotion::Spatial => {
                 state.velocity = self.vector();
                 state.rotation = UnitQuaternion::from_scaled_axis(3.0 * self.vector());
-                state.angular_velocity = 20.0 * self.vector();
+                state.angular_velocity_in_body = 20.0 * self.vector();
             }
         }
         state

@@ -29,7 +29,7 @@ pub fn state_vector<F: DerefMut<Target: ActiveForce>>(
     let mut y = system.rest();
     assert_eq!(states.len(), system.model().bodies.len());
     for (i, s) in states.iter().enumerate() {
-        let (p, v, w, q) = (s.position, s.velocity, s.angular_velocity, s.rotation);
+        let (p, v, w, q) = (s.position, s.velocity, s.angular_velocity_in_body, s.rotation);
         let (positions, velocities) = match system.model().bodies[i].joint.kind {
             JointKind::Free => (vec![p.x, p.y, p.z, q.w, q.i, q.j, q.k], vec![v.x, v.y, v.z, w.x, w.y, w.z]),
             JointKind::Planar => (vec![p.x, p.y, q.scaled_axis().z], vec![v.x, v.y, w.z]),
