@@ -43,7 +43,7 @@ friction = 0.3
 interval = { elements = 6 }
 "#;
 
-/// Every dataset of a result with its contents, one a line, floating-point numbers by their bits; times of the machine left out.
+/// Every dataset of a result with its contents, one per line, floating-point numbers by their bits; times of the machine left out.
 fn contents(path: &Path) -> Vec<String> {
     let file = hdf5::File::open(path).expect("readable");
     let mut lines = Vec::new();

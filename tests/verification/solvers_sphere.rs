@@ -66,7 +66,7 @@ fn number_of_dynamic_modes_does_not_matter() {
     }
 }
 
-/// Six elements of 50 um and degree 4: ten interface control points, five Gauss points an element.
+/// Six elements of 50 um and degree 4: ten interface control points, five Gauss points per element.
 const PAPER_MESH: [&str; 3] = [
     "bodies.ball.discretisation.degree=4",
     "bodies.ball.discretisation.refine=[{marker=\"bottom\",width=0.3e-3,elements=6}]",

@@ -190,7 +190,7 @@ pub fn assert_below(what: &str, value: f64, limit: f64) {
     assert!(value <= limit, "{what}: {value:e} exceeds {limit:e}");
 }
 
-/// Scenario with a free steel cylinder, radius 10 mm, length 20 mm, of `elements` cubic elements a direction.
+/// Scenario with a free steel cylinder, radius 10 mm, length 20 mm, of `elements` cubic elements per direction.
 pub fn steel_cylinder(elements: usize, modes: usize) -> String {
     format!(
         r#"

@@ -53,9 +53,9 @@ pub struct FineInterval {
     pub directions: Vec<usize>,
     /// Lower and upper parameters.
     pub region: ParameterBox,
-    /// What lies at the ends, one entry a direction along the face.
+    /// What lies at the ends, one entry per direction along the face.
     pub ends: Vec<[IntervalEnd; 2]>,
-    /// Contact elements a direction along the face; 1 in directions that the face does not have.
+    /// Contact elements per direction along the face; 1 in directions that the face does not have.
     pub n_elements: [usize; 2],
     /// Widths that were asked for \[m\].
     pub widths: [f64; 2],
@@ -69,7 +69,7 @@ pub struct FineInterval {
 pub struct RefinementPlan {
     /// The levels.
     pub division: Division,
-    /// Regions around which every level is refined, one an interval.
+    /// Regions around which every level is refined, one per interval.
     pub regions: Vec<ParameterBox>,
 }
 

@@ -51,7 +51,7 @@ pub struct ContactFlags {
 }
 
 impl ContactFlags {
-    /// No contact in an interval of `counts` elements a direction; 1 in a direction that the face does not have.
+    /// No contact in an interval of `counts` elements per direction; 1 in a direction that the face does not have.
     pub fn new(counts: [usize; 2]) -> Self {
         Self { counts, flags: vec![false; counts[0] * counts[1]] }
     }
@@ -133,7 +133,7 @@ pub struct DirectionAssessment {
 /// Answer of Algorithm 2 for an interval.
 #[derive(Debug, Clone, PartialEq)]
 pub struct IntervalAssessment {
-    /// One entry a direction.
+    /// One entry per direction.
     pub directions: Vec<DirectionAssessment>,
 }
 

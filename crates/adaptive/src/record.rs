@@ -175,11 +175,11 @@ pub struct Sample {
     pub linear_momentum: [f64; 3],
     /// Angular momentum about the inertial origin [kg m²/s].
     pub angular_momentum: [f64; 3],
-    /// One entry a body.
+    /// One entry per body.
     pub bodies: Vec<BodySample>,
-    /// One entry a contact.
+    /// One entry per contact.
     pub contacts: Vec<ContactSample>,
-    /// Points that carry force, one entry a contact; none for laws without points.
+    /// Points that carry force, one entry per contact; none for laws without points.
     pub pressures: Vec<Vec<PressurePoint>>,
     /// One entry an observed point.
     pub points: Vec<PointSample>,
@@ -371,7 +371,7 @@ pub struct StressRecord {
     pub time: f64,
     /// Undeformed points in the body's frame \[m\].
     pub points: Vec<[f64; 3]>,
-    /// Stress components a point: xx yy zz xy yz zx, or rr zz θθ rz 0 0 for axisymmetric models \[Pa\].
+    /// Stress components per point: xx yy zz xy yz zx, or rr zz θθ rz 0 0 for axisymmetric models \[Pa\].
     pub stress: Vec<[f64; 6]>,
     /// Von Mises stress a point \[Pa\].
     pub von_mises: Vec<f64>,

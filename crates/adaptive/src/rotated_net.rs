@@ -30,7 +30,7 @@ pub struct RotatedNet {
     pub body: ElasticBody,
     /// The interval on it.
     pub wanted: WantedInterval,
-    /// `∫ ρ R_A(turned) R_B(coarse) dV` \[kg\], a row a turned function.
+    /// `∫ ρ R_A(rotated) R_B(coarse) dV` \[kg\], a row per rotated function.
     cross: Vec<Vec<(u32, f64)>>,
     mass: Llt<u32, f64>,
 }

@@ -174,7 +174,7 @@ impl<'a> Candidate<'a> {
         Self { name, spec, chooses_elements: wish.elements }
     }
 
-    /// Degrees of the splines, one a direction.
+    /// Degrees of the splines, one per direction.
     pub fn degrees(&self) -> &[usize] {
         &self.spec.discretisation.degrees
     }

@@ -59,7 +59,7 @@ pub enum SubdivisionError {
     },
     /// Algorithm 3 within its limits finds no division.
     #[error(
-        "elements of {element:.3e} m cannot be divided as printed for a contact interval of {width:.3e} m: {levels} levels of at most {knots} knots an element are not enough; leave out interval.division, for graded levels resolve any interval",
+        "elements of {element:.3e} m cannot be divided as printed for a contact interval of {width:.3e} m: {levels} levels of at most {knots} knots per element are not enough; leave out interval.division, for graded levels resolve any interval",
         levels = MAX_LEVELS,
         knots = MAX_KNOTS
     )]

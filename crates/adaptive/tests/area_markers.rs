@@ -133,7 +133,7 @@ fn the_mean_rotation_is_that_of_the_least_squares() {
     }
 }
 
-/// Unknowns of the displacement u_x = z³ on a block of two cubic elements a direction.
+/// Unknowns of the displacement u_x = z³ on a block of two cubic elements per direction.
 fn cubic(body: &ElasticBody) -> Vec<f64> {
     let knots = body.shape.patches[0].knots()[2].clone();
     let n = knots.n_functions();

@@ -112,7 +112,7 @@ fn runs_agree(spec: &RunSpec) {
     assert_eq!(unused, CacheUse::default());
     assert!(first.hits == 0 && first.misses >= 3, "{first:?}");
     assert_eq!((second.hits, second.misses), (first.misses, 0));
-    // Equal bodies are looked up once a run.
+    // Equal bodies are looked up once per run.
     let asked = store.asked.lock().unwrap();
     assert_eq!(asked.iter().filter(|kind| **kind == "modes").count(), 2);
 }

@@ -1,4 +1,4 @@
-//! Evaluations of a pair of solid balls: some 300 points a side, a thousand interface degrees of freedom, a hundred points in contact.
+//! Evaluations of a pair of solid balls: some 300 points per side, a thousand interface degrees of freedom, a hundred points in contact.
 
 #![expect(clippy::unwrap_used, reason = "a benchmark that cannot be set up shall stop")]
 

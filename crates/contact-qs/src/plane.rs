@@ -92,7 +92,7 @@ pub struct PlaneFound {
 }
 
 impl PlaneState {
-    /// Tangential point forces of the last evaluation, one (plane models, axisymmetric ones) or two a point; empty without
+    /// Tangential point forces of the last evaluation, one (plane models, axisymmetric ones) or two per point; empty without
     /// friction \[N\].
     pub fn tangential_forces(&self) -> &[f64] {
         self.friction.as_ref().map_or(&[], |f| f.stick_slip.forces())

@@ -44,9 +44,9 @@ impl PressureRecovery {
     /// Pressures of all points under the normal forces `forces` \[Pa\].
     ///
     /// # Panics
-    /// If there is not one force a point.
+    /// If there is not one force per point.
     pub fn pressures(&mut self, forces: &[f64]) -> &[f64] {
-        assert_eq!(forces.len(), self.areas.len(), "one force a contact point");
+        assert_eq!(forces.len(), self.areas.len(), "one force per contact point");
         self.pressures.fill(0.0);
         for (j, force) in forces.iter().enumerate().filter(|(_, force)| **force > 0.0) {
             for &(a, share) in self.shares.row(j) {

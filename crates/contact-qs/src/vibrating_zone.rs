@@ -26,7 +26,7 @@ pub struct ZoneVibration {
     pub mass: f64,
     /// Angular eigenfrequencies [rad/s].
     pub omega: Vec<f64>,
-    /// Damping coefficients `2 ζ_j ω_j`, one a mode [1/s].
+    /// Damping coefficients `2 ζ_j ω_j`, one per mode [1/s].
     pub damping: Vec<f64>,
 }
 

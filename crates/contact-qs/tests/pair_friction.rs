@@ -93,7 +93,7 @@ fn forces_keep_both_momenta_and_obey_coulombs_law() {
                 if pair.report().n_sliding == pair.report().n_active && motion != RigidMotion::Axial {
                     let ratio = pair.report().friction_force.norm() / pair.report().normal_force;
                     // Turns between normal and tangential forces end at 1e-10; directions of the force enter the length of the
-                    // tangents a pass late, which is 1e-8 at convergence.
+                    // tangents per pass late, which is 1e-8 at convergence.
                     assert!(ratio <= 0.3 * (1.0 + 1e-7), "{name} {ratio}");
                 }
             }

@@ -107,7 +107,7 @@ fn two_spheres_follow_hertz_and_keep_momentum_and_energy() {
     let states = [at(line * (radii[0] + radii[1]), line * -0.2), at(Vector3::zeros(), line * 0.1)];
     let mut system = free_system(bodies, Vector3::zeros(), vec![Box::new(Active::new(contact))]);
     let impact = collide(&mut system, &states, law.duration(), 1e-11);
-    // Tolerance of the steps, about a hundred of them; peak sampled 50 times a step.
+    // Tolerance of the steps, about a hundred of them; peak sampled 50 times per step.
     assert!((impact.peak / law.peak_force() - 1.0).abs() < 1e-7, "{}", impact.peak / law.peak_force() - 1.0);
     assert!((impact.duration / law.duration() - 1.0).abs() < 1e-6, "{}", impact.duration / law.duration());
     assert!(impact.largest_drift < 1e-9, "{:e}", impact.largest_drift);

@@ -159,7 +159,7 @@ pub enum Command {
         /// Table
         #[arg(short, long, value_name = "TABLE.csv|TABLE.h5")]
         output: PathBuf,
-        /// One row an impact instead of one row a run
+        /// One row per impact instead of one row per run
         #[arg(long)]
         long: bool,
     },

@@ -43,7 +43,7 @@ pub struct RunReport {
 /// Spectra and sizes of the reduced models of a scenario.
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize)]
 pub struct ModesReport {
-    /// One entry a body, in the order of the scenario.
+    /// One entry per body, in the order of the scenario.
     pub bodies: Vec<BodyModes>,
 }
 

@@ -97,7 +97,7 @@ pub struct ReducedParts {
     pub frame: BodyFrame,
     /// Standard input data.
     pub data: DataParts,
-    /// Eigenfrequencies of the free body, one a mode \[Hz\].
+    /// Eigenfrequencies of the free body, one per mode \[Hz\].
     pub frequencies: Vec<f64>,
     /// Markers.
     pub markers: Vec<Marker>,

@@ -93,7 +93,7 @@ fn error_is_proportional_to_the_tolerance() {
 fn work_of_a_standard_problem_stays_as_recorded() {
     let run = kepler_run(StepSettings::default(), 1e-8, std::f64::consts::TAU);
     let statistics = run.statistics();
-    // Six evaluations a step (the seventh is the next step's first), two for the start.
+    // Six evaluations per step (the seventh is the next step's first), two for the start.
     assert_eq!(statistics.evaluations, 6 * (statistics.steps + statistics.rejected) + 2);
     assert_eq!((statistics.steps, statistics.rejected), WORK);
 }

@@ -257,7 +257,7 @@ fn flexible_pendulum_agrees_with_the_explicit_method() {
             // Demanded are 1e-4 of the length and a loss of 1e-3; found are 1.3e-6 and 4e-7.
             assert!(error < 1e-5 * Bar::LENGTH, "{is_tangent} {relative}: {error:e}");
             assert!((0.0..1e-6).contains(&loss), "{is_tangent} {relative}: {loss:e}");
-            // A nearly linear motion: one derivative, one iteration a stage; round-off may move a few steps.
+            // A nearly linear motion: one derivative, one iteration per stage; round-off may move a few steps.
             assert!(s.jacobians <= 2 && s.iterations <= 2 * (s.steps + s.rejected) + 20, "{s:?}");
             assert!(s.steps.abs_diff(steps) < steps / 10, "{is_tangent} {relative}: {s:?}");
         }

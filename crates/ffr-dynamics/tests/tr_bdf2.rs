@@ -237,7 +237,7 @@ fn turning_quaternion_with_quadrature_follows_the_closed_form() {
     assert!(distance(&y[0..4], &expected) < 3e-5, "{y:?}");
     assert!((y[7] - angle).abs() < 3e-5);
     let statistics = run.statistics();
-    // The matrix knows how the quaternion turns: at most two iterations a stage, and one Jacobian for all.
+    // The matrix knows how the quaternion turns: at most two iterations per stage, and one Jacobian for all.
     assert!(statistics.iterations <= 4 * statistics.steps && statistics.jacobians == 1, "{statistics:?}");
 }
 

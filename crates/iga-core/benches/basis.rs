@@ -47,7 +47,7 @@ fn cylinder_degree_3_derivatives(bencher: Bencher, n_derivatives: usize) {
     bencher.bench_local(|| patch.evaluate(e, black_box(&xi), n_derivatives, black_box(&mut basis)));
 }
 
-/// From the seed to 16³ elements of degree 3; doubling the elements a direction makes eight times the work.
+/// From the seed to 16³ elements of degree 3; doubling the elements per direction makes eight times the work.
 #[divan::bench(args = [8, 16, 32], sample_count = 10)]
 fn refine_cylinder(bencher: Bencher, elements: usize) {
     bencher.bench_local(|| cylinder(black_box(elements)));

@@ -142,9 +142,9 @@ pub enum SplineError {
     RefinedBox {
         /// Level of the elements; 0 is the coarsest.
         level: usize,
-        /// First element a direction.
+        /// First element per direction.
         lower: [usize; 3],
-        /// One past the last element a direction.
+        /// One past the last element per direction.
         upper: [usize; 3],
         /// The rule that the box breaks.
         reason: &'static str,

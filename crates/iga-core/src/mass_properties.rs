@@ -1,7 +1,7 @@
 //! Volume, first and second moments of a body by quadrature over its exact geometry (theory Eq. S.15).
 //!
 //! The integrands are polynomials for shapes without weights, which the rule integrates exactly. Weights make them rational;
-//! sixteen points a direction leave an error far below round-off for arcs of up to 90°, and what may be more, a
+//! sixteen points per direction leave an error far below round-off for arcs of up to 90°, and what may be more, a
 //! direction of one element alone, is taken in two parts.
 
 use crate::SplineError;

@@ -56,7 +56,7 @@ impl GridBasis {
         &self.values[q * self.n_active..(q + 1) * self.n_active]
     }
 
-    /// First derivatives at point `q`, one list a direction.
+    /// First derivatives at point `q`, one list per direction.
     pub fn first_at(&self, q: usize) -> [&[f64]; 3] {
         self.first.each_ref().map(|f| &f[q * self.n_active..(q + 1) * self.n_active])
     }

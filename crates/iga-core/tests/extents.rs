@@ -32,7 +32,7 @@ fn around(point: [f64; 3], radius: f64) -> Extent {
     Extent::Around { point, radius }
 }
 
-/// Area (volume) and centroid on a mesh of `elements` elements a direction.
+/// Area (volume) and centroid on a mesh of `elements` elements per direction.
 fn measured(extent: &Extent, shape: &Shape, model: &Model, elements: usize) -> (f64, [f64; 3]) {
     let n = model.dimension();
     let degrees: Vec<usize> =

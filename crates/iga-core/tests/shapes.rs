@@ -86,7 +86,7 @@ fn shapes() -> Vec<(&'static str, Shape, bool, f64)> {
 #[test]
 fn sizes_match_closed_forms() {
     for (name, shape, axisymmetric, exact) in shapes() {
-        // Rational integrands: 24 points a direction integrate them to round-off.
+        // Rational integrands: 24 points per direction integrate them to round-off.
         let size = measure(&shape, axisymmetric, 24);
         assert!((size / exact - 1.0).abs() < 1e-12, "{name}: {size} instead of {exact}");
     }

@@ -84,7 +84,7 @@ fn outer_faces_are_found_and_their_areas_match_closed_forms() {
         // Eight Gauss points on a sixteenth of a turn or so: far below 1e-10 relative; poles converge like smooth faces.
         assert!((total(&gauss) / case.area - 1.0).abs() < 1e-10, "{}: {}", case.name, total(&gauss));
         let greville = greville_points(&space, &fine.patches, &faces);
-        // Eight or nine points a direction here, too.
+        // Eight or nine points per direction here, too.
         assert!((total(&greville) / case.area - 1.0).abs() < 1e-10, "{}: {}", case.name, total(&greville));
         assert!(greville.iter().all(|p| p.area > 0.0), "{}", case.name);
     }

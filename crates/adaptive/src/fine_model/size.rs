@@ -17,7 +17,7 @@ const FILL: [f64; 2] = [60.0, 30.0];
 
 /// Refuses the `plan` of a fine model that no memory holds.
 ///
-/// Every function is counted as one an element, which holds but for the degree. Takes time in proportion to the
+/// Every function is counted as one per element, which holds but for the degree. Takes time in proportion to the
 /// number of levels.
 ///
 /// # Errors

@@ -308,7 +308,7 @@ mod tests {
     #[test]
     fn frequencies_on_a_line_err_as_splines_do() {
         // The first terms for long waves are (2π/n)² / 24, (2π/n)⁴ / 1440, (2π/n)⁶ / 60480 (Cottrell, Reali, Bazilevs & Hughes
-        // 2006); with 40 elements a wave the next ones are (2π/40)² = 2.5 % of them, and 6 % of the sum are left out.
+        // 2006); with 40 elements per wave the next ones are (2π/40)² = 2.5 % of them, and 6 % of the sum are left out.
         let wave = Wave { length: 40.0, shear: 0.0 };
         for (degree, constant) in [(1, 24.0), (2, 1440.0), (3, 60480.0)] {
             let expected = (TAU / 40.0).powi(2 * degree as i32) / constant;

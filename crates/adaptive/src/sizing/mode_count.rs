@@ -1,4 +1,4 @@
-//! How many modes a body keeps: those that the forces of its impacts set in motion.
+//! How many modes per body keeps: those that the forces of its impacts set in motion.
 
 use std::fmt;
 

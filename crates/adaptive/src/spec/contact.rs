@@ -190,7 +190,7 @@ pub enum DivisionRule {
     /// (`docs/decisions/0019-levels-of-a-zone.md`). Several intervals of one body share a division by Algorithm 3.
     #[default]
     Graded,
-    /// Algorithm 3 of \[A\] with its limits of five levels and ten knots an element and level.
+    /// Algorithm 3 of \[A\] with its limits of five levels and ten knots per element and level.
     Printed,
 }
 

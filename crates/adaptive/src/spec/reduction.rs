@@ -49,6 +49,6 @@ pub enum DampingSpec {
         /// Damping ratio at both, 1 being critical.
         ratio: f64,
     },
-    /// Damping ratios, one a mode; the last holds for all that follow.
+    /// Damping ratios, one per mode; the last holds for all that follow.
     Modal(Vec<f64>),
 }

@@ -14,9 +14,9 @@ use crate::spec::ImportedSpec;
 /// Factors for the bodies and contacts of a run, in their order; what lies beyond the lists is left as it is.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Resolution {
-    /// One entry a body.
+    /// One entry per body.
     pub bodies: Vec<BodyFactors>,
-    /// One entry a contact.
+    /// One entry per contact.
     pub contacts: Vec<ContactFactors>,
 }
 

@@ -227,7 +227,7 @@ impl ActiveSet {
         Ok(())
     }
 
-    /// Replaces `rhs`, one value a point, by the solution of `(A_aa + D_aa) x_a = rhs_a` on the set of the last solution, zero
+    /// Replaces `rhs`, one value per point, by the solution of `(A_aa + D_aa) x_a = rhs_a` on the set of the last solution, zero
     /// outside it.
     pub(crate) fn solve_on_set(&mut self, rhs: &mut [f64]) {
         let m = self.factored.len();

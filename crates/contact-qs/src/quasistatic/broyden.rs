@@ -45,7 +45,7 @@ const MAX_UPDATES: usize = 50;
 pub struct BroydenSettings {
     /// Uses of a Jacobian after which a new one is computed, `k_jac^max`.
     pub max_jacobian_uses: usize,
-    /// Newton steps a trial, `k_max`.
+    /// Newton steps per trial, `k_max`.
     pub max_steps: usize,
     /// Largest change of a coordinate at convergence, `ε`, in the unit of the coordinates.
     pub tolerance: f64,

@@ -20,7 +20,7 @@ pub struct ModalBasis {
 }
 
 impl ModalBasis {
-    /// Basis of high-frequency Craig-Bampton modes: `shapes`: rows of the points, one column a mode;
+    /// Basis of high-frequency Craig-Bampton modes: `shapes`: rows of the points, one column per mode;
     /// `omega_squared`: squares of the circular frequencies [1/s²].
     ///
     /// # Errors

@@ -72,7 +72,7 @@ impl Quasistatic {
         ZoneSolver { normal: [f64::NAN; 3], normal_compliance: Mat::zeros(n_points, n_points), solver }
     }
 
-    /// Replaces `out` by the quasistatic displacements of the points, `n_components` rows a point \[m\], under `loads`, the
+    /// Replaces `out` by the quasistatic displacements of the points, `n_components` rows per point \[m\], under `loads`, the
     /// components of the point forces in the same order \[N\].
     pub fn displacements(&self, loads: &[f64], out: &mut [f64]) {
         out.fill(0.0);
@@ -86,7 +86,7 @@ impl ZoneSolver {
         &self.normal_compliance
     }
 
-    /// Replaces `rhs`, one value a point, by the solution of `(A_aa + D_aa) x_a = rhs_a` on the last active set, zero outside
+    /// Replaces `rhs`, one value per point, by the solution of `(A_aa + D_aa) x_a = rhs_a` on the last active set, zero outside
     /// it; false if the solver is not the active-set solver.
     pub(crate) fn solve_on_set(&mut self, rhs: &mut [f64]) -> bool {
         let PointSolver::ActiveSet(solver) = &mut self.solver else { return false };

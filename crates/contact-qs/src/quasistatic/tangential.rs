@@ -1,7 +1,7 @@
 //! Return mapping of all points at once: tangential forces under given normal ones.
 //!
 //! `min ½ τᵀ(A_TT + D_T)τ + τᵀc` over `|τ_i| <= b_i` (docs/theory.md Eq. F.5): strictly convex, one or two tangential
-//! components a point. Its optimality conditions are Coulomb's law for the slip increments `w = (A_TT + D_T)τ + c`: zero where
+//! components per point. Its optimality conditions are Coulomb's law for the slip increments `w = (A_TT + D_T)τ + c`: zero where
 //! a point sticks, against the force where it slides (Eq. F.6).
 //!
 //! Newton's method on the sets: a sticking point has all its components free, a sliding one only the turn of its force along

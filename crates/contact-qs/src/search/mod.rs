@@ -1,6 +1,6 @@
 //! Detection of contact: how near are two moving, deformed bodies, where, and when do they touch first?
 //!
-//! [`SurfaceModel`] is built once a body; [`minimum_distance()`] finds the signed gap of two of them (\[A\] (7)),
+//! [`SurfaceModel`] is built once per body; [`minimum_distance()`] finds the signed gap of two of them (\[A\] (7)),
 //! [`plane_distance()`] that of a body and a plane; [`safe_time`] and [`first_touch`] make sure that no step jumps over a
 //! contact (docs/theory.md section C.7). It knows no contact law and no integrator.
 //!

@@ -42,7 +42,7 @@ impl SearchWorkspace {
 
     /// Empties the buffers and makes them large enough for any search, so that later ones do not allocate.
     pub(super) fn begin(&mut self, models: [&SurfaceModel; 2]) {
-        /// Depth-first descents hold one entry a level: two trees of less than 2^64 pieces, halved at each level.
+        /// Depth-first descents hold one entry per level: two trees of less than 2^64 pieces, halved at each level.
         const DEPTH: usize = 130;
         for (deformed, model) in self.deformed.iter_mut().zip(models) {
             deformed.begin(model);

@@ -6,7 +6,7 @@
 use iga_core::knots::MAX_DEGREE;
 use nalgebra::DMatrix;
 
-/// Longest list of Bernstein polynomials a direction.
+/// Longest list of Bernstein polynomials per direction.
 pub(super) const MAX_ORDER: usize = MAX_DEGREE + 1;
 
 /// Values, first and second derivatives of the Bernstein polynomials of one degree.

@@ -68,7 +68,7 @@ impl Compliances {
         matches!(self.method, Method::Broyden(_))
     }
 
-    /// A solver without a projection yet, with `n_t` tangents a point.
+    /// A solver without a projection yet, with `n_t` tangents per point.
     pub fn solver(&self, surface: &TargetSurface, n_t: usize) -> PairZone {
         let n_points = self.n_points;
         let solver = match self.method {
@@ -170,7 +170,7 @@ impl PairZone {
         self.project_modes(bodies);
     }
 
-    /// Normal displacements of the points relative to the target in the modes of Algorithm 1, one column a mode.
+    /// Normal displacements of the points relative to the target in the modes of Algorithm 1, one column per mode.
     fn project_modes(&mut self, PairBodies { compliances, surface }: PairBodies<'_>) {
         let Some(normal_shapes) = self.solver.normal_shapes() else { return };
         let (jacobian, nc) = (&self.jacobian, compliances.n_components);

@@ -43,7 +43,7 @@ pub(super) struct FaceElement {
     pub upper: [f64; 2],
     /// Nodes whose functions are not zero here.
     pub nodes: Vec<u32>,
-    /// Bernstein coefficients, one row a node, first direction fastest.
+    /// Bernstein coefficients, one row per node, first direction fastest.
     pub coefficients: Vec<f64>,
     /// Whether all these functions belong to the interface.
     pub is_in_zone: bool,

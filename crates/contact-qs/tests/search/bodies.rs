@@ -153,7 +153,7 @@ impl<'a> Sampled<'a> {
     }
 }
 
-/// Distance by sampling with `n` points a direction, then by ever finer grids around the best pair of every two faces.
+/// Distance by sampling with `n` points per direction, then by ever finer grids around the best pair of every two faces.
 pub fn brute_force(a: &Sampled<'_>, b: &Sampled<'_>, n: usize) -> f64 {
     let n_faces = b.faces.len();
     let (first, second) = (a.samples(n), b.samples(n));

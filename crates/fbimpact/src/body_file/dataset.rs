@@ -83,7 +83,7 @@ impl Node {
         Ok(self.reals(name, &[])?.0[0])
     }
 
-    /// Vectors with three components, one a row.
+    /// Vectors with three components, one per row.
     pub fn vectors(&self, name: &str, n: usize) -> Result<Vec<Vector3<f64>>, BodyFault> {
         let (values, _) = self.reals(name, &[Extent::Exactly(n), Extent::Exactly(3)])?;
         Ok(values.chunks_exact(3).map(Vector3::from_column_slice).collect())

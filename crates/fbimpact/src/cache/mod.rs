@@ -1,4 +1,4 @@
-//! Reduced models kept between runs: files in a folder, one a model (`docs/cache.md`).
+//! Reduced models kept between runs: files in a folder, one per model (`docs/cache.md`).
 
 mod container;
 mod folder;

@@ -1,4 +1,4 @@
-//! Results of many runs in one table: a row a run, whatever became of it.
+//! Results of many runs in one table: a row per run, whatever became of it.
 
 mod format;
 mod runs;

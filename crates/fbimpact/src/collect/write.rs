@@ -10,7 +10,7 @@ use super::format::TABLE_FORMAT;
 use super::table::{Column, Table, Values};
 use crate::whole_file;
 
-/// The table as CSV (RFC 4180): a line of names, then one a row; what is not there is empty.
+/// The table as CSV (RFC 4180): a line of names, then one per row; what is not there is empty.
 pub fn csv(table: &Table) -> String {
     let mut out = line(table.columns.iter().map(|c| c.name.clone()));
     for row in 0..table.n_rows {

@@ -18,7 +18,7 @@ use crate::vtk::times::chosen;
 use crate::vtk::xml::{SeriesEntry, pvd, write_vtu};
 use crate::{error_text, whole_file};
 
-/// Writes a file a body and instant, and the series that opens them all; prints the name of the series.
+/// Writes a file per body and instant, and the series that opens them all; prints the name of the series.
 ///
 /// # Errors
 /// [`AppError::UnknownBody`], [`AppError::Command`] for times that do not exist, [`AppError::Io`] for files, [`AppError::Scenario`] and
@@ -61,7 +61,7 @@ pub fn export(arguments: &ExportArguments) -> Result<(), AppError> {
     }
     if bodies.deviations() > 0 {
         tracing::warn!(
-            "at {} of {} instants a contact zone could not be solved again as in the run; the local displacement is left out there",
+            "at {} of {} instants per contact zone could not be solved again as in the run; the local displacement is left out there",
             bodies.deviations(),
             instants.len()
         );

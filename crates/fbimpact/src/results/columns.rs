@@ -11,7 +11,7 @@ use crate::scenario::Compression;
 /// Second dimension of a series.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Axis {
-    /// One value a row.
+    /// One value per row.
     Scalar,
     /// x, y, z.
     Space,

@@ -90,7 +90,7 @@ pub struct Row {
     pub numbers: Vec<f64>,
     /// Counts, series after series.
     pub counts: Vec<u32>,
-    /// Points that carry force, one entry a contact.
+    /// Points that carry force, one entry per contact.
     pub pressures: Vec<Vec<PressurePoint>>,
 }
 

@@ -1,4 +1,4 @@
-//! Contact pressure: the points that carry force at each stored instant, one list a contact, and where they lie.
+//! Contact pressure: the points that carry force at each stored instant, one list per contact, and where they lie.
 
 use std::collections::HashMap;
 
@@ -34,7 +34,7 @@ pub const PRESSURE: Declaration = (
     "Mean contact pressure about the point (theory C.48): times area and summed over an instant, the normal force.",
 );
 
-/// Name in its group of the number of loaded points an instant.
+/// Name in its group of the number of loaded points per instant.
 pub const COUNT: &str = "pressure_points";
 
 /// Bits that tell points apart.

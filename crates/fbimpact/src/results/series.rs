@@ -53,7 +53,7 @@ pub fn component_scale(group: &Group, name: &str, labels: &[&str], description: 
 /// A dataset with one row a stored instant, written in blocks of [`ROWS`] rows.
 pub struct Series<T> {
     dataset: Dataset,
-    /// `None` for one value a row.
+    /// `None` for one value per row.
     width: Option<usize>,
     /// Rows not yet written.
     pub buffer: Vec<T>,
@@ -126,7 +126,7 @@ impl<T: H5Type + Copy> Series<T> {
     }
 }
 
-/// A growing table with one compound entry a row.
+/// A growing table with one compound entry per row.
 pub struct Table {
     dataset: Dataset,
     rows: usize,

@@ -267,7 +267,7 @@ pub enum Kind {
     },
     /// An integer, bounds included.
     Integer(u64, u64),
-    /// An integer for all directions or a list with one a direction.
+    /// An integer for all directions or a list with one per direction.
     Counts(u64, u64),
     /// One of a few names.
     Choice(&'static [Choice]),
@@ -340,7 +340,7 @@ impl Kind {
             Self::Point(range) => format!("a list of 2 or 3 coordinates {}{unit}", range.words()),
             Self::List(range) => format!("a list of numbers {}{unit}", range.words()),
             Self::Lists(range) => {
-                format!("a list with one list of numbers a direction, each {}", range.words())
+                format!("a list with one list of numbers per direction, each {}", range.words())
             }
             Self::Points(range) => {
                 format!("a list of points with 2 or 3 coordinates {}{unit}", range.words())

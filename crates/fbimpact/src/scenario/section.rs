@@ -49,7 +49,7 @@ pub enum Checked {
     Numbers(Vec<f64>),
     /// Lists of numbers.
     Lists(Vec<Vec<f64>>),
-    /// One integer, or one a direction.
+    /// One integer, or one per direction.
     Counts(Vec<u64>),
     /// Table.
     Table(Section),
@@ -149,7 +149,7 @@ impl Section {
         }
     }
 
-    /// One integer, or one a direction.
+    /// One integer, or one per direction.
     pub fn counts(&self, name: &str) -> Option<Vec<usize>> {
         match &self.item(name)?.value {
             Checked::Counts(v) => v.iter().map(|&i| usize::try_from(i).ok()).collect(),

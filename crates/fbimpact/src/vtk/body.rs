@@ -31,7 +31,7 @@ pub enum Cells {
 /// One element.
 #[derive(Debug, Clone)]
 pub struct Element {
-    /// Steps from node to node a direction; the degrees of a Bézier cell.
+    /// Steps from node to node per direction; the degrees of a Bézier cell.
     pub steps: Vec<usize>,
     /// Nodes of the undeformed element in the model's components \[m\], first direction fastest.
     pub nodes: Vec<[f64; 3]>,
@@ -39,7 +39,7 @@ pub struct Element {
     pub weights: Vec<f64>,
     /// Number in the space.
     number: usize,
-    /// Parameters of equally spaced points, one a node.
+    /// Parameters of equally spaced points, one per node.
     points: Vec<[f64; 3]>,
     /// Parameters of the points at which the stress is sampled.
     samples: Vec<[f64; 3]>,
@@ -52,7 +52,7 @@ pub struct ElementFields {
     pub displacement: Vec<[f64; 3]>,
     /// Its rate [m/s].
     pub rate: Vec<[f64; 3]>,
-    /// Stress at points equally spaced in the parameters, one a node, components of the model \[Pa\]; empty for rigid bodies.
+    /// Stress at points equally spaced in the parameters, one per node, components of the model \[Pa\]; empty for rigid bodies.
     pub stress: Vec<[f64; 6]>,
 }
 

@@ -48,7 +48,7 @@ pub fn higher_order(degrees: &[usize]) -> Vec<usize> {
     nodes
 }
 
-/// Linear cells that fill a net with `cells` cells a direction, each as the numbers of its corners.
+/// Linear cells that fill a net with `cells` cells per direction, each as the numbers of its corners.
 pub fn linear(cells: &[usize]) -> Vec<Vec<usize>> {
     let is_flat = cells.len() == 2;
     let [p, q, r] = [cells[0], cells[1], if is_flat { 1 } else { cells[2] }];

@@ -24,7 +24,7 @@ pub struct DataParts {
     pub mass_moment: Vector3<f64>,
     /// Second moment `∫ ρ X Xᵀ` [kg m²].
     pub second_moment: Matrix3<f64>,
-    /// `∫ ρ φ_j`, one a mode.
+    /// `∫ ρ φ_j`, one per mode.
     pub coupling_translation: Vec<Vector3<f64>>,
     /// Modal mass (n_q × n_q); `None` for mass-orthonormal modes.
     pub modal_mass: Option<Mat<f64>>,

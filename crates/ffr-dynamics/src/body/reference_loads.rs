@@ -85,7 +85,7 @@ impl GeometricStiffening {
     ) -> Result<Self, E> {
         check(body, shapes)?;
         let (n, n_q, n_c) = (body.nodes.len(), shapes.ncols(), body.motion.n_components());
-        // A column a node; rows: the shapes by component and mode.
+        // A column per node; rows: the shapes by component and mode.
         let mut fields = Mat::<f64>::zeros(n_c * n_q, n);
         for j in 0..n_q {
             for (row, dof) in body.dofs.iter().enumerate().filter(|(_, d)| (d.component as usize) < n_c) {

@@ -21,7 +21,7 @@ pub struct ShapeIntegrals {
     pub mass_moment: Vector3<f64>,
     /// `∫ ρ X Xᵀ` [kg m²].
     pub second_moment: Matrix3<f64>,
-    /// `∫ ρ φ_j`, one vector a mode.
+    /// `∫ ρ φ_j`, one vector per mode.
     pub shapes: Vec<Vector3<f64>>,
     /// `∫ ρ X_a φ_jb` at `(a n_c + b) n_q + j`; empty for axial models, which do not turn.
     pub position_shape: Vec<f64>,
@@ -41,7 +41,7 @@ impl ShapeIntegrals {
             return body.general_integrals(shapes).with_positive_mass();
         };
         let (n, n_q, n_c) = (body.nodes.len(), shapes.ncols(), body.motion.n_components());
-        // A column a node; rows: one, the positions by component, the shapes by component and mode.
+        // A column per node; rows: one, the positions by component, the shapes by component and mode.
         let mut fields = Mat::<f64>::zeros(1 + n_c + n_c * n_q, n);
         for (node, x) in body.nodes.iter().enumerate() {
             fields[(0, node)] = 1.0;
@@ -160,7 +160,7 @@ pub(super) fn check<'a>(
     }
 }
 
-/// `fields M` with `M` given by its lower triangle; a column a node.
+/// `fields M` with `M` given by its lower triangle; a column per node.
 pub(super) fn symmetric_product(lower: &SparseColMat<u32, f64>, fields: &Mat<f64>) -> Mat<f64> {
     let mut product = Mat::<f64>::zeros(fields.nrows(), fields.ncols());
     let (symbolic, values) = (lower.symbolic(), lower.val());

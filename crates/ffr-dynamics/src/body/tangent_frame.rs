@@ -23,7 +23,7 @@ pub struct TangentFrame {
 
 impl TangentFrame {
     /// Frame that follows the point `origin` \[m\], where the modes have the displacements `translations` and the rotations
-    /// `rotations` (half the curl), one a mode. Shifts keep to the rigid motions of the model.
+    /// `rotations` (half the curl), one per mode. Shifts keep to the rigid motions of the model.
     ///
     /// # Errors
     /// [`DynamicsError::Data`] if their numbers differ.

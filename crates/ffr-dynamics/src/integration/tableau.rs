@@ -9,7 +9,7 @@ pub(super) const MAX_STAGES: usize = 6;
 pub(super) struct Tableau {
     /// Times of the stages, as shares of the step.
     pub nodes: &'static [f64],
-    /// Weights of earlier rates, a row a stage from the second on.
+    /// Weights of earlier rates, a row per stage from the second on.
     pub weights: &'static [&'static [f64]],
     /// Weight of the implicit rate.
     pub diagonal: f64,

@@ -206,7 +206,7 @@ fn reflect(v: MatRef<'_, f64>, x: MatMut<'_, f64>) {
     add_product(x, -2.0, v, dots.as_ref());
 }
 
-/// Rows that support the columns of `rigid` best: greedy pivoting, one row a column; `allowed` filters rows.
+/// Rows that support the columns of `rigid` best: greedy pivoting, one row per column; `allowed` filters rows.
 ///
 /// Returns fewer rows than columns if the allowed rows do not hold all motions.
 pub fn pivot_rows(rigid: MatRef<'_, f64>, allowed: impl Fn(usize) -> bool) -> Vec<usize> {

@@ -404,7 +404,7 @@ pub(super) fn add_at_marker(
 
 /// Accelerations of all bodies; inertia and forces have been loaded (Eq. M.14 to M.17).
 ///
-/// `joint_forces` has a slot of six a body, for its free velocities.
+/// `joint_forces` has a slot of six per body, for its free velocities.
 pub(super) fn solve_tree(
     model: &MultibodyModel,
     edges: &[JointKinematics],

@@ -141,7 +141,7 @@ pub trait ForceElement: Send {
     /// State before the first evaluation, buffers, and a place for what evaluations find, with nothing found yet.
     fn start(&self) -> (Self::State, Self::Workspace, Self::Found);
 
-    /// Adds the forces at `motion` to `forces` (one entry a body, in the order of the bodies) and notes in `found` what it
+    /// Adds the forces at `motion` to `forces` (one entry per body, in the order of the bodies) and notes in `found` what it
     /// finds. Must not allocate.
     ///
     /// # Errors

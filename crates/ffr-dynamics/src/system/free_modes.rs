@@ -13,7 +13,7 @@ use crate::reduction::dense;
 /// Coupling of elastic and rigid motion, as a share of the elastic inertia, below which it is round-off.
 const COUPLING_ROUND_OFF: f64 = 1e-9;
 
-/// Squared angular eigenfrequencies of the free undeformed body, one a mode [rad²/s²].
+/// Squared angular eigenfrequencies of the free undeformed body, one per mode [rad²/s²].
 ///
 /// # Errors
 /// [`DynamicsError::NotPositiveDefinite`] if the inertia of the undeformed body is not.

@@ -10,7 +10,7 @@ use crate::quadrature::GaussRule;
 use crate::space::Space;
 use crate::surface::Face;
 
-/// Gauss points of the elements of `space` on the face called `name`: `count` of an element a direction, in `parts` parts.
+/// Gauss points of the elements of `space` on the face called `name`: `count` of an element per direction, in `parts` parts.
 ///
 /// # Errors
 /// [`SplineError::UnknownFace`] with the names that there are.

@@ -53,7 +53,7 @@ impl Level {
         Self { knots, supports, two_scale, parents: Default::default(), region, refined, leaf_boxes }
     }
 
-    /// Knot vectors, one a direction.
+    /// Knot vectors, one per direction.
     pub fn knots(&self) -> &[KnotVector] {
         &self.knots
     }
@@ -124,7 +124,7 @@ impl Level {
 }
 
 impl SubdomainHierarchy {
-    /// One level with the given knots, one vector a direction.
+    /// One level with the given knots, one vector per direction.
     pub fn new(knots: &[KnotVector]) -> Self {
         let mut level = Level::new(knots.to_vec(), Vec::new());
         level.region = vec![IndexBox::whole(level.element_counts())];

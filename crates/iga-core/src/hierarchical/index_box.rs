@@ -4,9 +4,9 @@
 /// run from 0 to 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct IndexBox {
-    /// First element a direction.
+    /// First element per direction.
     pub lower: [usize; 3],
-    /// One past the last element a direction.
+    /// One past the last element per direction.
     pub upper: [usize; 3],
 }
 

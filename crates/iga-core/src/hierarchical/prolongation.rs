@@ -78,7 +78,7 @@ impl Prolongation {
         (&self.columns[range.clone()], &self.values[range])
     }
 
-    /// `P x` for vectors of `N` components a function, such as displacements.
+    /// `P x` for vectors of `N` components per function, such as displacements.
     ///
     /// # Panics
     /// If `x` has not one entry a coarse function.

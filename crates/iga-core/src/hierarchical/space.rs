@@ -112,7 +112,7 @@ impl HierarchicalSpace {
         self.extraction.row(e, row)
     }
 
-    /// Values and derivatives of the B-splines of an element's level, as rows of a table a direction.
+    /// Values and derivatives of the B-splines of an element's level, as rows of a table per direction.
     fn tables(&self, leaf: &Leaf, xi: &[f64; 3], n_derivatives: usize) -> Tables {
         let mut tables = Tables { values: [[0.0; ROW]; 3], orders: [1; 3], dimension: self.dimension() };
         for table in &mut tables.values {

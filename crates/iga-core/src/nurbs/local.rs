@@ -23,7 +23,7 @@ pub struct RefinementWindow {
 }
 
 impl RefinementWindow {
-    /// The window in parameters, one a direction.
+    /// The window in parameters, one per direction.
     ///
     /// # Errors
     /// [`SplineError::PointNotFound`] if the centre is not in the patch; [`SplineError::Dimension`] for an impossible width.
@@ -123,12 +123,12 @@ fn arc_length(speed: &mut impl FnMut(f64) -> f64, a: f64, b: f64) -> f64 {
     sum * half.abs()
 }
 
-/// A patch of the wanted degrees with `elements` elements a direction, finer in the windows; same geometry. New knots are
+/// A patch of the wanted degrees with `elements` elements per direction, finer in the windows; same geometry. New knots are
 /// simple, so the basis is `C^(p-1)` at them.
 ///
 /// # Errors
 /// [`SplineError::Degree`] for a degree below the patch's own; [`SplineError::NetSize`] if `degrees` or `elements` do not
-/// have an entry a direction; [`SplineError::Dimension`] and [`SplineError::PointNotFound`] from the windows.
+/// have an entry per direction; [`SplineError::Dimension`] and [`SplineError::PointNotFound`] from the windows.
 pub fn refine_near(
     patch: &Patch,
     degrees: &[usize],

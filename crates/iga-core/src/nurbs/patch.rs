@@ -62,7 +62,7 @@ impl Patch {
         self.knots.len()
     }
 
-    /// Knot vectors, one a direction.
+    /// Knot vectors, one per direction.
     pub fn knots(&self) -> &[KnotVector] {
         &self.knots
     }

@@ -13,7 +13,7 @@ use crate::SplineError;
 use crate::knots::{KnotVector, MAX_DEGREE};
 use crate::spline_fault::KnotFault;
 
-/// The matrix that takes spline coefficients on a coarse knot vector to those on a finer one: `p + 1` entries a row, none
+/// The matrix that takes spline coefficients on a coarse knot vector to those on a finer one: `p + 1` entries per row, none
 /// negative, each row summing to one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prolongation {
@@ -71,7 +71,7 @@ impl Prolongation {
         (self.first[i], &self.values[i * self.width..(i + 1) * self.width])
     }
 
-    /// Applies the matrix along `direction` of a net with `sizes` entries a direction; `sizes[direction]` is updated.
+    /// Applies the matrix along `direction` of a net with `sizes` entries per direction; `sizes[direction]` is updated.
     ///
     /// # Panics
     /// If `net` does not have the product of `sizes` entries or `sizes[direction]` is not [`Prolongation::n_coarse`].

@@ -14,7 +14,7 @@ use crate::surface::Face;
 pub struct SingularSet {
     /// Index of the patch.
     pub patch: usize,
-    /// Fixed value a direction, `None` where it runs freely.
+    /// Fixed value per direction, `None` where it runs freely.
     pub parameters: [Option<f64>; 3],
     /// Name for messages, such as "pole z = +r".
     pub name: String,

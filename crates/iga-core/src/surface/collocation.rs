@@ -50,7 +50,7 @@ pub fn tributary_areas(space: &dyn Space, patches: &[Patch], face: &Face) -> BTr
     areas
 }
 
-/// Gauss points of all face elements; `count` points a direction, or as many as the element's matrices take. Areas are Gauss
+/// Gauss points of all face elements; `count` points per direction, or as many as the element's matrices take. Areas are Gauss
 /// weight times area element.
 pub fn gauss_points(
     space: &dyn Space,

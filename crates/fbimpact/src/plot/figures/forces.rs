@@ -9,7 +9,7 @@ const AROUND: f64 = 0.08;
 /// Figures of single impacts at most.
 const MOST: usize = 40;
 
-/// Normal forces over the whole run. One file: a curve a contact. Several: a panel a contact.
+/// Normal forces over the whole run. One file: a curve per contact. Several: a panel per contact.
 pub fn overview(files: &[ResultData]) -> Result<Vec<Figure>, String> {
     let contacts = contacts(files);
     if contacts.is_empty() {

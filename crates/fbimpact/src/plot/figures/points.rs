@@ -9,7 +9,7 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 /// Part of the largest component below which one is nothing.
 const NOTHING: f64 = 1e-9;
 
-/// One figure a point: position above velocity. One file: a curve a component. Several: a panel a component.
+/// One figure per point: position above velocity. One file: a curve per component. Several: a panel per component.
 pub fn figures(files: &[ResultData]) -> Result<Vec<Figure>, String> {
     let points = names(files.iter().flat_map(|f| f.points.iter().map(|p| p.0.as_str())));
     if points.is_empty() {

@@ -1,4 +1,4 @@
-//! How the program found interval width and penalty factor: one point a trial.
+//! How the program found interval width and penalty factor: one point per trial.
 
 use super::{labels, title};
 use crate::plot::data::ResultData;

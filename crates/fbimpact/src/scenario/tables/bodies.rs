@@ -335,6 +335,6 @@ const DAMPING: &[Key] = &[
         Kind::Numbers(RATIO),
         "–",
         Need::Optional("`frequencies` must be given"),
-        "Damping ratios, one a mode; the last, or a single number, holds for all that follow.",
+        "Damping ratios, one per mode; the last, or a single number, holds for all that follow.",
     ),
 ];

@@ -43,7 +43,7 @@ const DIVISIONS: &[Choice] = &[
     Choice::new("graded", "levels that halve the elements, as many as the interval needs"),
     Choice::new(
         "printed",
-        "Algorithm 3 of the same, with its five levels and ten knots an element and level, which do not resolve every interval",
+        "Algorithm 3 of the same, with its five levels and ten knots per element and level, which do not resolve every interval",
     ),
 ];
 

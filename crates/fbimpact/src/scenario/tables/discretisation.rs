@@ -26,14 +26,14 @@ pub(super) const DISCRETISATION: &[Key] = &[
             let tolerance = 100.0 * mesh::TOLERANCE;
             format!("chosen by the program, so that the kept frequencies are right to {tolerance} %; `fbimpact modes` shows them")
         }),
-        "Uniform elements a direction, before refinement.",
+        "Uniform elements per direction, before refinement.",
     ).when(&[Condition::new("without \"knots\"", Test::Without("knots"))]),
     Key::new(
         "knots",
         Kind::Lists(Range { min: Bound::Open(0.0), max: Bound::Open(1.0) }),
         "–",
         Need::Optional("uniform knots from `elements`"),
-        "Interior knots a direction, which take the place of `elements`.",
+        "Interior knots per direction, which take the place of `elements`.",
     ),
     Key::new(
         "refine",

@@ -43,7 +43,7 @@ const KNOTS: Key = Key::new(
     Kind::Lists(COORDINATE),
     "–",
     Need::Optional("`file` must be given"),
-    "Clamped knot vector a direction.",
+    "Clamped knot vector per direction.",
 );
 const CONTROL_POINTS: Key = Key::new(
     "control_points",

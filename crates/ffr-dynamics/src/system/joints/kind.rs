@@ -34,9 +34,9 @@ pub enum JointKind {
 /// One velocity of a joint: a translation, a rotation, or both.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct JointColumn {
-    /// Velocity of the child marker [m/s a unit].
+    /// Velocity of the child marker [m/s per unit].
     pub translation: Vector3<f64>,
-    /// Angular velocity of the child marker's frame [rad/s a unit].
+    /// Angular velocity of the child marker's frame [rad/s per unit].
     pub rotation: Vector3<f64>,
 }
 
