@@ -11,6 +11,7 @@ use faer::sparse::{SparseColMat, Triplet};
 use faer::{Mat, MatRef, Side};
 use ffr_dynamics::DynamicsError;
 use ffr_dynamics::body::AssembledBody;
+use ffr_dynamics::error::MatrixFault;
 use iga_core::SplineError;
 use iga_core::nurbs::jet::norm;
 use iga_core::nurbs::patch::PointBasis;
@@ -61,8 +62,8 @@ impl RotatedNet {
         };
         let triplets: Vec<_> = own.iter().enumerate().flat_map(lower).collect();
         let singular = || {
-            let (matrix, reason) = ("the mass matrix of a turned net", "it is singular".to_owned());
-            let source = DynamicsError::Factorisation { matrix, reason };
+            let (matrix, fault) = ("the mass matrix of a rotated net", MatrixFault::Singular);
+            let source = DynamicsError::Factorisation { matrix, fault };
             AdaptiveError::Reduction { body: coarse.name.clone(), source }
         };
         let mass = SparseColMat::<u32, f64>::try_new_from_triplets(own.len(), own.len(), &triplets);

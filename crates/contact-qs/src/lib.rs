@@ -5,6 +5,7 @@
 //! `docs/theory.md`; \[A\] and \[B\] are the two papers named there.
 
 pub mod error;
+pub mod solver_fault;
 pub mod submodel;
 pub mod points;
 pub mod pressure;

@@ -7,6 +7,7 @@
 //!
 //! In axisymmetric models a point is a ring: its force acts along the axis, radial parts and moments cancel.
 
+use crate::solver_fault::SolverFault;
 use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::system::force::{
     BodyState, Findings, ForceElement, ForceEnergies, GeneralisedForce, Motion,
@@ -377,9 +378,7 @@ impl ContactElement for PlaneContact {
         _: &mut PlaneFound,
     ) -> Result<Option<f64>, EvaluationFailure> {
         let rotation = motion.bodies[self.settings.body].rotation;
-        let compliance = self
-            .normal_compliance(&rotation, state)
-            .map_err(|e| EvaluationFailure::out_of_model(e.to_string()))?;
+        let compliance = self.normal_compliance(&rotation, state).map_err(SolverFault::Alignment)?;
         Ok(compliance.map(|a| penalty::compliance_weight(a, &self.submodel.areas)))
     }
 

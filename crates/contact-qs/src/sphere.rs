@@ -3,6 +3,7 @@
 //! The force acts along the line through the centre, so that it may be applied at the centre: no moment about it. The sphere
 //! follows the body's point that carries its centre; its own deformation is the approach `δ` of Hertz's law.
 
+use crate::solver_fault::SolverFault;
 use std::f64::consts::PI;
 
 use ffr_dynamics::data_error::DataError;
@@ -72,7 +73,7 @@ pub(crate) fn hertz_pair(solids: [Solid; 2], radii: [f64; 2]) -> Result<HertzPai
 /// Report of a Hertz contact at gap `gap` along `normal`, which points towards the contact body (Eqs. F.19, F.20).
 ///
 /// # Errors
-/// Code 2 if the gap is not finite.
+/// [`SolverFault::HertzGap`] if the gap is not finite.
 pub(crate) fn hertz_report(
     pair: HertzPair,
     gap: f64,
@@ -80,8 +81,7 @@ pub(crate) fn hertz_report(
     t: f64,
 ) -> Result<ContactReport, EvaluationFailure> {
     if !gap.is_finite() {
-        let reason = format!("the gap of a Hertz contact is {gap} m at t = {t:.9e} s");
-        return Err(EvaluationFailure::not_finite(reason));
+        return Err(SolverFault::HertzGap { gap, time: t }.into());
     }
     let approach = (-gap).max(0.0);
     let normal_force = pair.force(approach);

@@ -214,7 +214,7 @@ fn dependent_points_without_springs_are_rejected_with_code_1() {
     let mut forces = vec![0.0; n];
     let mut solver = ActiveSet::new(n);
     let exact = Problem { compliance: &compliance, springs: &vec![0.0; n], gaps: &gaps };
-    assert_eq!(solver.solve(&exact, &mut forces).unwrap_err().kind, FailureKind::Singular);
+    assert_eq!(solver.solve(&exact, &mut forces).unwrap_err().kind(), FailureKind::Singular);
     // With springs the same points are no problem, and the solver is as good as new.
     let springs = vec![1e-10; n];
     solver.invalidate();
@@ -228,6 +228,9 @@ fn values_that_are_not_finite_are_rejected_with_code_2() {
     let mut forces = [0.0; 2];
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         let problem = Problem { compliance: &compliance, springs: &[0.0; 2], gaps: &[-1e-6, bad] };
-        assert_eq!(ActiveSet::new(2).solve(&problem, &mut forces).unwrap_err().kind, FailureKind::NotFinite);
+        assert_eq!(
+            ActiveSet::new(2).solve(&problem, &mut forces).unwrap_err().kind(),
+            FailureKind::NotFinite
+        );
     }
 }

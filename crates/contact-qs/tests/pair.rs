@@ -177,7 +177,7 @@ fn smallest_gap_is_the_distance_at_any_range() {
         assert!(pair.smallest_gap(Motion::new(0.0, &bodies)).is_nan());
         let mut f = forces(3, N_MODES);
         assert_eq!(
-            pair.evaluate(Motion::new(0.0, &bodies), &mut f).unwrap_err().kind,
+            pair.evaluate(Motion::new(0.0, &bodies), &mut f).unwrap_err().kind(),
             FailureKind::NotFinite
         );
         // A target that has lost its place is seen by a pair whose points were far from it, too.
@@ -185,7 +185,10 @@ fn smallest_gap_is_the_distance_at_any_range() {
         pair.evaluate(Motion::new(0.0, &apart), &mut f).unwrap();
         apart[0].elastic[0] = f64::NAN;
         assert!(pair.smallest_gap(Motion::new(0.0, &apart)).is_nan());
-        assert_eq!(pair.evaluate(Motion::new(0.0, &apart), &mut f).unwrap_err().kind, FailureKind::NotFinite);
+        assert_eq!(
+            pair.evaluate(Motion::new(0.0, &apart), &mut f).unwrap_err().kind(),
+            FailureKind::NotFinite
+        );
     }
 }
 

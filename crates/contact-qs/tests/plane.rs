@@ -347,6 +347,6 @@ fn state_that_is_not_a_number_is_rejected_with_code_2() {
     let error = contact
         .evaluate(Motion::new(0.0, &[BodyState::at_rest(N_MODES), state.clone()]), &mut forces)
         .unwrap_err();
-    assert_eq!(error.kind, FailureKind::NotFinite);
+    assert_eq!(error.kind(), FailureKind::NotFinite);
     assert!(contact.element().smallest_gap_at(&state).is_nan());
 }

@@ -211,7 +211,7 @@ fn spheres_that_make_no_contact_are_refused() {
     let bodies = [BodyState::at_rest(0), BodyState::at_rest(0)];
     let mut forces = [GeneralisedForce::zeros(0), GeneralisedForce::zeros(0)];
     assert_eq!(
-        contact.evaluate(Motion::new(0.0, &bodies), &mut forces).unwrap_err().kind,
+        contact.evaluate(Motion::new(0.0, &bodies), &mut forces).unwrap_err().kind(),
         FailureKind::NotFinite
     );
     assert!(contact.smallest_gap(Motion::new(0.0, &bodies)).is_nan());

@@ -1,7 +1,9 @@
 //! What can go wrong in reduction and dynamics.
 
 use std::fmt;
+use std::sync::Arc;
 
+use faer::sparse::CreationError;
 use thiserror::Error;
 
 use crate::data_error::DataError;
@@ -21,13 +23,21 @@ pub enum DynamicsError {
         /// Number of unknowns.
         size: usize,
     },
-    /// The solver library refused the problem.
-    #[error("factorisation of {matrix} failed: {reason}")]
+    /// A matrix that has no factorisation or no eigenvalues.
+    #[error("factorisation of {matrix} failed: {fault}")]
     Factorisation {
         /// Which matrix.
         matrix: &'static str,
-        /// The library's reason.
-        reason: String,
+        /// Why.
+        fault: MatrixFault,
+    },
+    /// A sparse matrix for which the library has no room.
+    #[error("matrix \"{matrix}\" cannot be assembled: {source}")]
+    Assembly {
+        /// Name of the matrix.
+        matrix: String,
+        /// What the library answered.
+        source: CreationError,
     },
     /// A factor for which the machine has no memory.
     #[error(
@@ -50,7 +60,7 @@ pub enum DynamicsError {
         available: usize,
     },
     /// The eigensolver did not reach its tolerance, or lost modes that the inertia count shows.
-    #[error("eigensolver found {found} of {expected} modes below {frequency:.6e} Hz: {reason}")]
+    #[error("eigensolver found {found} of {expected} modes below {frequency:.6e} Hz: {fault}")]
     Eigenmodes {
         /// Modes found.
         found: usize,
@@ -58,8 +68,8 @@ pub enum DynamicsError {
         expected: usize,
         /// The frequency up to which modes were counted \[Hz\].
         frequency: f64,
-        /// What to do or what was seen.
-        reason: String,
+        /// What was seen and what to do.
+        fault: EigenFault,
     },
     /// Input data do not fit together.
     #[error("model data do not fit: {0}")]
@@ -136,6 +146,70 @@ pub enum DynamicsError {
         time: f64,
         /// Why, with the numbers and what to change.
         fault: IntegrationFault,
+    },
+}
+
+/// Why a matrix has no factorisation or no eigenvalues.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum MatrixFault {
+    /// Entries that are not finite.
+    #[error("it holds entries that are not finite")]
+    NotFinite,
+    /// A singular matrix.
+    #[error("it is singular")]
+    Singular,
+    /// A spectrum that the iteration does not resolve.
+    #[error("the eigenvalue iteration does not converge")]
+    NoConvergence,
+    /// Shifts that all meet an eigenvalue of a leading block.
+    #[error("a pivot vanishes for every shift in the gap")]
+    NoRegularShift,
+    /// A product that is not finite.
+    #[error("a Lanczos vector is not finite")]
+    LanczosVector,
+}
+
+/// Why modes were not found.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[non_exhaustive]
+pub enum EigenFault {
+    /// Fewer modes than the inertia count shows.
+    #[error("the count does not agree, try another number of modes")]
+    Count,
+    /// Residuals that do not fall.
+    #[error("residual {residual:.1e} after {blocks} blocks, limit {limit:.0e}, is the mesh degenerate?")]
+    NotConverged {
+        /// Largest relative residual.
+        residual: f64,
+        /// Blocks of the Krylov space.
+        blocks: usize,
+        /// Residual allowed.
+        limit: f64,
+    },
+    /// Frequencies so close behind the last mode that they cannot be counted apart.
+    #[error("no gap behind the modes within {candidates} more, ask for more or fewer")]
+    NoGap {
+        /// Frequencies looked at.
+        candidates: usize,
+    },
+    /// Modes that are none of the body.
+    #[error("residual {residual:.1e}, limit {limit:.0e}, is the mesh degenerate?")]
+    Residual {
+        /// Largest relative residual.
+        residual: f64,
+        /// Residual allowed.
+        limit: f64,
+    },
+    /// A Craig-Bampton basis that does not have the frequencies of the body.
+    #[error("{modes} fixed-interface modes leave a frequency error of {error:.1e}, limit {limit:.0e}")]
+    FixedInterface {
+        /// Number of fixed-interface modes.
+        modes: usize,
+        /// Relative error of the frequencies.
+        error: f64,
+        /// Error allowed.
+        limit: f64,
     },
 }
 
@@ -268,34 +342,75 @@ impl fmt::Display for FailureKind {
     }
 }
 
-/// A right-hand side that cannot be evaluated at the state tried; the integrator answers with a smaller step.
-#[derive(Debug, Clone, PartialEq, Error)]
-#[error("{reason}")]
-pub struct EvaluationFailure {
-    /// What went wrong: decides what the run tries next.
-    pub kind: FailureKind,
-    /// Text for the log, with the numbers.
-    pub reason: String,
+/// Why a right-hand side cannot be evaluated, with its numbers; an enumeration of each crate.
+pub trait EvaluationFault: std::error::Error + Send + Sync + 'static {
+    /// What kind of failure it is: decides what the run tries next.
+    fn kind(&self) -> FailureKind;
 }
 
+/// A right-hand side that cannot be evaluated at the present state; the integrator answers with a smaller step.
+#[derive(Debug, Clone)]
+pub struct EvaluationFailure(Arc<dyn EvaluationFault>);
+
 impl EvaluationFailure {
-    /// A singular matrix.
-    pub fn singular(reason: impl Into<String>) -> Self {
-        Self { kind: FailureKind::Singular, reason: reason.into() }
+    /// What kind of failure it is: decides what the run tries next.
+    pub fn kind(&self) -> FailureKind {
+        self.0.kind()
     }
+}
 
-    /// A value that is not finite.
-    pub fn not_finite(reason: impl Into<String>) -> Self {
-        Self { kind: FailureKind::NotFinite, reason: reason.into() }
+impl<F: EvaluationFault> From<F> for EvaluationFailure {
+    fn from(fault: F) -> Self {
+        Self(Arc::new(fault))
     }
+}
 
-    /// An iteration that has not converged.
-    pub fn iteration_limit(reason: impl Into<String>) -> Self {
-        Self { kind: FailureKind::IterationLimit, reason: reason.into() }
+impl PartialEq for EvaluationFailure {
+    /// Equal faults with equal numbers have equal texts.
+    fn eq(&self, other: &Self) -> bool {
+        self.kind() == other.kind() && self.to_string() == other.to_string()
     }
+}
 
-    /// A pose that the model does not allow.
-    pub fn out_of_model(reason: impl Into<String>) -> Self {
-        Self { kind: FailureKind::OutOfModel, reason: reason.into() }
+impl fmt::Display for EvaluationFailure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+impl std::error::Error for EvaluationFailure {}
+
+/// Why the equations of motion have no solution at a state.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum MotionFault {
+    /// Coordinates without inertia.
+    #[error("inertia of the {coordinates} of body \"{body}\" is not positive definite")]
+    Inertia {
+        /// Which coordinates, in the plural.
+        coordinates: &'static str,
+        /// Name of the body.
+        body: String,
+    },
+    /// A frame without inertia.
+    #[error("inertia of the deformed body is not positive definite in direction {direction}")]
+    FrameInertia {
+        /// Number of the direction, translations first.
+        direction: usize,
+    },
+    /// A constraint without a finite force.
+    #[error("loop joint \"{joint}\" has no finite force")]
+    LoopForce {
+        /// Name of the joint.
+        joint: String,
+    },
+}
+
+impl EvaluationFault for MotionFault {
+    fn kind(&self) -> FailureKind {
+        match self {
+            Self::Inertia { .. } | Self::FrameInertia { .. } => FailureKind::Singular,
+            Self::LoopForce { .. } => FailureKind::NotFinite,
+        }
     }
 }

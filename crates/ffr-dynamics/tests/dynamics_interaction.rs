@@ -8,7 +8,7 @@ mod free_motion;
 
 use dynamics_support::{Random, block, rigid_rotor};
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::error::EvaluationFailure;
+use ffr_dynamics::error::{EvaluationFailure, EvaluationFault, FailureKind};
 use ffr_dynamics::integration::{DormandPrince, StepSettings};
 use ffr_dynamics::kinematics::FlexiblePoint;
 use ffr_dynamics::system::{
@@ -17,6 +17,17 @@ use ffr_dynamics::system::{
 };
 use free_motion::{body_state, free_system, state_vector};
 use nalgebra::{UnitQuaternion, Vector3};
+
+/// What a spring refuses with.
+#[derive(Debug, thiserror::Error)]
+#[error("the spring does not converge")]
+struct NotConverged;
+
+impl EvaluationFault for NotConverged {
+    fn kind(&self) -> FailureKind {
+        FailureKind::IterationLimit
+    }
+}
 
 /// Spring and damper between a point of body 0 and a point of body 1. If asked to, it refuses 3 calls after the twentieth.
 struct Spring {
@@ -71,7 +82,7 @@ impl ForceElement for Spring {
         calls.evaluations += 1;
         if self.refuses && calls.refusals < 3 && calls.evaluations > 20 {
             calls.refusals += 1;
-            return Err(EvaluationFailure::iteration_limit("the spring does not converge"));
+            return Err(NotConverged.into());
         }
         let [first, second] = &self.points;
         let distance = second.position(&bodies[1]) - first.position(&bodies[0]);

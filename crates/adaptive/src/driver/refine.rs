@@ -65,7 +65,7 @@ impl Driver<'_> {
             }
             match self.model.system.evaluate_forces(t, &y) {
                 Ok(()) => break,
-                Err(refusal) if refusal.kind.may_depend_on_penalty() => failure = refusal.kind,
+                Err(refusal) if refusal.kind().may_depend_on_penalty() => failure = refusal.kind(),
                 Err(refusal) => return Err(AdaptiveError::refused(t, refusal)),
             }
         }

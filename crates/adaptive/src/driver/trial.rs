@@ -80,13 +80,13 @@ impl Driver<'_> {
                 Ok(step) => step,
                 Err(source) => {
                     let refusal =
-                        self.integrator.last_refusal().filter(|r| r.kind.may_depend_on_penalty()).cloned();
+                        self.integrator.last_refusal().filter(|r| r.kind().may_depend_on_penalty()).cloned();
                     let Some(refusal) = refusal else { return Err(AdaptiveError::Dynamics(source)) };
-                    if self.lower_penalty(refusal.kind)? {
+                    if self.lower_penalty(refusal.kind())? {
                         trial.contact_step_limit = None; // the second phase of Fig. 3 simulates the whole impact
                         continue;
                     }
-                    return Ok(Ending::SolverFailed { failure: refusal.kind, reason: refusal.reason });
+                    return Ok(Ending::SolverFailed { failure: refusal.kind(), reason: refusal.to_string() });
                 }
             };
             if let Some((i, time)) = self.first_to_join(step)? {

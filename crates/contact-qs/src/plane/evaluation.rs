@@ -1,5 +1,6 @@
 //! One evaluation of a plane contact: gaps and slips, point forces, their sums, the power they lose.
 
+use crate::solver_fault::SolverFault;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::system::force::{BodyState, GeneralisedForce};
@@ -76,16 +77,12 @@ impl PlaneContact {
         workspace: &mut PlaneWorkspace,
         found: &mut PlaneFound,
     ) -> Result<(), EvaluationFailure> {
-        found.normal = self
-            .normal_components(&body.rotation)
-            .map_err(|error| EvaluationFailure::out_of_model(error.to_string()))?;
+        found.normal = self.normal_components(&body.rotation).map_err(SolverFault::Alignment)?;
         let offset = self.offset(body);
         for i in 0..self.submodel.n_points() {
             let gap = self.gap(i, offset, &found.normal, &body.elastic);
             if !gap.is_finite() {
-                return Err(EvaluationFailure::not_finite(format!(
-                    "the gap of contact point {i} is {gap} at t = {t:.9e} s"
-                )));
+                return Err(SolverFault::Gap { point: i, gap, time: t }.into());
             }
             workspace.free_gaps[i] = gap;
         }

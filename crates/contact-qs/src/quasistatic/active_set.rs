@@ -10,6 +10,7 @@
 //! Tolerance (Eq. C.10): a point enters only if it penetrates by more than the round-off of its gap,
 //! `32 n_a eps max(-g⁰)`; it leaves at any tension. So no point can go in and out on round-off alone.
 
+use crate::solver_fault::SolverFault;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt;
 use faer::{MatMut, MatRef, Par};
@@ -91,8 +92,8 @@ impl ActiveSet {
     /// Solves `problem` for `forces` \[N\], starting from the last set.
     ///
     /// # Errors
-    /// Code 2: a gap is not finite. Code 1: points of the set are dependent and have no penalty springs (more points than
-    /// surface functions with the exact constraint). Code -1: limit of iterations.
+    /// A gap that is not finite; points of the set that are dependent and have no penalty springs (more points than
+    /// surface functions with the exact constraint); the limit of iterations.
     ///
     /// # Panics
     /// If sizes differ from the number of points given to [`ActiveSet::new`].
@@ -110,7 +111,7 @@ impl ActiveSet {
         );
         let depth = problem.depth();
         if depth.is_nan() {
-            return Err(EvaluationFailure::not_finite("a contact gap is not finite"));
+            return Err(SolverFault::NotFinite { value: "contact gap" }.into());
         }
         forces.fill(0.0);
         let mut report = SolveReport::default();
@@ -160,9 +161,7 @@ impl ActiveSet {
                 self.active[highest] = !self.active[highest];
             }
         }
-        Err(EvaluationFailure::iteration_limit(format!(
-            "active set of {n} contact points not found in {limit} iterations"
-        )))
+        Err(SolverFault::ActiveSet { points: n, iterations: limit }.into())
     }
 
     /// Solves Eq. C.8 for the points of the set; the factor is kept as long as the set stays the same.
@@ -190,7 +189,7 @@ impl ActiveSet {
             Ok(())
         } else {
             self.factored.clear();
-            Err(EvaluationFailure::not_finite("a contact force is not finite"))
+            Err(SolverFault::NotFinite { value: "contact force" }.into())
         }
     }
 
@@ -219,9 +218,7 @@ impl ActiveSet {
             !is_independent
         };
         if done.is_err() || self.members.iter().enumerate().any(dependent) {
-            return Err(EvaluationFailure::singular(format!(
-                "the compliance of the {m} contact points in contact is singular, use a finite penalty factor or one point per surface function"
-            )));
+            return Err(SolverFault::SingularCompliance { points: m }.into());
         }
         self.factored.extend_from_slice(&self.members);
         Ok(())

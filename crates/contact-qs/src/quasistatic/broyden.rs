@@ -29,6 +29,7 @@
 //! `q`, `h_j = eps^(1/4) P / max_i |Φ_ij|` (Eq. C.13). With `eps^(1/2)` the round-off of the quotient, 1e-8 of the largest
 //! entry, would hide any singularity from the test `rcond < 1e-10`.
 
+use crate::solver_fault::SolverFault;
 use faer::Mat;
 use ffr_dynamics::error::{EvaluationFailure, FailureKind};
 
@@ -180,7 +181,7 @@ impl Broyden {
         );
         let start = depth(problem.gaps);
         if start.is_nan() {
-            return Err(EvaluationFailure::not_finite("a contact gap is not finite"));
+            return Err(SolverFault::NotFinite { value: "contact gap" }.into());
         }
         if start <= 0.0 {
             self.carried.coordinates.fill(0.0);
@@ -234,13 +235,13 @@ impl Broyden {
                 self.evaluate(problem, forces);
                 report.fallbacks += 1;
             } else if failure.is_critical() {
-                return Err(critical(failure, rcond)); // line 28
+                return Err(critical(failure, rcond).into()); // line 28
             } else {
                 let size = self.carried.coordinates.iter().fold(0.0_f64, |m, q| m.max(q.abs()));
                 // Asked this way round, a NaN is no solution.
                 let is_solution = change <= f64::EPSILON.sqrt() * size;
                 if !is_solution {
-                    return Err(unsolved(change / size));
+                    return Err(SolverFault::Broyden { change: change / size }.into());
                 }
                 report.hit_iteration_limit = true; // line 30
                 break;
@@ -312,22 +313,10 @@ impl Broyden {
     }
 }
 
-/// Line 30 without a solution.
-fn unsolved(change: f64) -> EvaluationFailure {
-    let reason = format!(
-        "Algorithm 1 has not converged, its last step changed the coordinates by {change:.1e} of them, lower the penalty factor or use the active-set solver"
-    );
-    EvaluationFailure::iteration_limit(reason)
-}
-
 /// The critical errors of Algorithm 1.
-fn critical(failure: FailureKind, rcond: f64) -> EvaluationFailure {
+fn critical(failure: FailureKind, rcond: f64) -> SolverFault {
     match failure {
-        FailureKind::Singular => EvaluationFailure::singular(format!(
-            "the Jacobian of the quasistatic contact is singular (reciprocal condition number {rcond:.2e}), lower the penalty factor"
-        )),
-        _ => EvaluationFailure::not_finite(
-            "the Jacobian of the quasistatic contact is not finite, lower the penalty factor",
-        ),
+        FailureKind::Singular => SolverFault::BroydenSingular { rcond },
+        _ => SolverFault::BroydenNotFinite,
     }
 }

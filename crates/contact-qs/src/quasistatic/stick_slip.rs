@@ -6,6 +6,7 @@
 //! like `μ` times the coupling `A_TN/A_NN`: some 0.1 for steel at `μ = 0.3`, none at all where `ν = 1/2`. Rates of the forces,
 //! which the slip rates need, follow the same way on the sets found (Eqs. F.9 to F.12).
 
+use crate::solver_fault::SolverFault;
 use faer::Mat;
 use ffr_dynamics::error::EvaluationFailure;
 
@@ -326,7 +327,7 @@ impl StickSlip {
     /// Tangential forces where all modes are dynamic: every point for itself.
     ///
     /// # Errors
-    /// Code 2 if a slip is not finite.
+    /// If a slip is not finite.
     pub fn solve_points(&mut self, slips: &[f64], normal_forces: &[f64]) -> Result<(), EvaluationFailure> {
         self.set_bounds(normal_forces);
         self.solver.return_to_bounds(&self.springs, slips, &self.bounds, &mut self.forces)
@@ -336,7 +337,7 @@ impl StickSlip {
     /// normal and tangents without those of the forces [m/s]; `springs`: compliances of the normal springs [m/N].
     ///
     /// # Errors
-    /// Code -1 if the alternations don't converge.
+    /// If the alternations don't converge.
     pub fn sliding_work(
         &mut self,
         zone: Option<&mut ZoneSolver>,
@@ -423,10 +424,7 @@ impl StickSlip {
 }
 
 fn unsettled(coefficient: f64) -> EvaluationFailure {
-    let reason = format!(
-        "normal and friction forces did not converge in {MAX_ALTERNATIONS} alternations, the friction coefficient {coefficient} is too large for this surface"
-    );
-    EvaluationFailure::iteration_limit(reason)
+    SolverFault::Alternation { alternations: MAX_ALTERNATIONS, coefficient }.into()
 }
 
 /// Fixed-point iteration with Aitken's relaxation (Irons & Tuck 1969) as long as that gains; then steps of half the length, and

@@ -13,6 +13,7 @@
 //! until the free directions have turned or steps with it no longer gain (Newton's method with a kept matrix). Steps end with
 //! one of the very matrix or at the tolerance asked for.
 
+use crate::solver_fault::SolverFault;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt;
 use faer::{Mat, MatMut, MatRef, Par};
@@ -170,7 +171,7 @@ impl Tangential {
     /// steps. Slip increments of open points are left as they are.
     ///
     /// # Errors
-    /// Code 2: a slip is not finite. Code 1: dependent points without springs. Code -1: limit of iterations.
+    /// A slip that is not finite, dependent points without springs, the limit of iterations.
     pub fn solve(
         &mut self,
         problem: &TangentialProblem<'_>,
@@ -180,7 +181,7 @@ impl Tangential {
         let largest =
             problem.slips.iter().fold(0.0_f64, |m, c| if c.is_finite() { m.max(c.abs()) } else { f64::NAN });
         if largest.is_nan() {
-            return Err(EvaluationFailure::not_finite("a tangential displacement is not finite"));
+            return Err(SolverFault::NotFinite { value: "tangential displacement" }.into());
         }
         self.guess(problem, forces);
         self.gather(problem);
@@ -217,9 +218,7 @@ impl Tangential {
                 self.update_increments(problem, forces);
             }
         }
-        let reason =
-            format!("sliding set of {} contact points not found in {limit} iterations", self.states.len());
-        Err(EvaluationFailure::iteration_limit(reason))
+        Err(SolverFault::SlidingSet { points: self.states.len(), iterations: limit }.into())
     }
 
     /// States and forces to start from: points just loaded slide along their slip, the others go on as they were.
@@ -292,7 +291,7 @@ impl Tangential {
         self.increments = increments;
         if !self.solution[..self.free.len()].iter().all(|x| x.is_finite()) {
             self.factored.clear();
-            return Err(EvaluationFailure::not_finite("a friction force is not finite"));
+            return Err(SolverFault::NotFinite { value: "friction force" }.into());
         }
         let size = self.solution[..self.free.len()].iter().fold(0.0_f64, |m, x| m.max(x.abs()));
         self.add_free(forces);
@@ -410,10 +409,7 @@ impl Tangential {
         let limit = PIVOT_ROUND_OFF * m as f64 * largest;
         let is_regular = |k: usize| self.factor[k * m + k] * self.factor[k * m + k] > limit;
         if done.is_err() || !(0..m).all(is_regular) {
-            let reason = format!(
-                "the tangential compliance of {m} free directions is singular, use a finite penalty factor or one point per surface function"
-            );
-            return Err(EvaluationFailure::singular(reason));
+            return Err(SolverFault::SingularTangential { directions: m }.into());
         }
         self.factored.extend_from_slice(&self.free);
         Ok(())
@@ -506,7 +502,7 @@ impl Tangential {
     /// Prepares [`Tangential::rates`] at the solution of `problem`.
     ///
     /// # Errors
-    /// Code 1 as [`Tangential::solve`].
+    /// As [`Tangential::solve`].
     pub fn prepare_rates(&mut self, problem: &TangentialProblem<'_>) -> Result<(), EvaluationFailure> {
         self.gather(problem);
         self.stretch_sliding(problem);

@@ -1,5 +1,6 @@
 //! One evaluation of a surface pair: projection, point forces, their sums.
 
+use crate::solver_fault::SolverFault;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::system::force::{BodyState, GeneralisedForce};
@@ -191,10 +192,7 @@ impl SurfacePair {
                 friction.depth = depth;
             }
         }
-        let reason = format!(
-            "projection and deformation of a contact have not met after {MAX_PASSES} passes at t = {t:.9e} s: gaps change by {error:.3e} m at a penetration of {depth:.3e} m, refine the contact zone"
-        );
-        Err(EvaluationFailure::iteration_limit(reason))
+        Err(SolverFault::Passes { passes: MAX_PASSES, time: t, change: error, depth }.into())
     }
 
     /// Point forces of the penalty springs at the projection just made, where all modes are dynamic.
@@ -246,8 +244,7 @@ impl SurfacePair {
             }
             let gap = found.distance(&point);
             if !gap.is_finite() || !found.normal[0].is_finite() {
-                let reason = format!("the gap of contact point {i} is {gap} at t = {t:.9e} s");
-                return Err(EvaluationFailure::not_finite(reason));
+                return Err(SolverFault::Gap { point: i, gap, time: t }.into());
             }
             places[i] = found.place;
             // Whether a point beyond the end stays there is seen at every projection.

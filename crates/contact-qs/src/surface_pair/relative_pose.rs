@@ -1,5 +1,6 @@
 //! Motion of one body seen from another, in the components of their common model.
 
+use crate::solver_fault::SolverFault;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::system::force::BodyState;
@@ -29,9 +30,7 @@ impl RelativePose {
         }
         let apart = distance.x.hypot(distance.y);
         if motion == RigidMotion::Axial && (apart.is_nan() || apart > AXIS_TOLERANCE) {
-            let reason =
-                format!("axisymmetric bodies in contact have axes {apart:e} m apart, they must share one");
-            return Err(EvaluationFailure::out_of_model(reason));
+            return Err(SolverFault::AxesApart { distance: apart }.into());
         }
         let n_components = motion.n_components();
         let relative = (to.rotation.inverse() * from.rotation).to_rotation_matrix();
@@ -84,9 +83,8 @@ fn check_axis(motion: RigidMotion, rotation: &UnitQuaternion<f64>) -> Result<(),
     if across < AXIS_TOLERANCE {
         return Ok(());
     }
-    let what = if motion == RigidMotion::Axial { "an axisymmetric" } else { "a plane" };
-    let reason = format!("{what} body in contact is tilted by {across:e} out of its model");
-    Err(EvaluationFailure::out_of_model(reason))
+    let body = if motion == RigidMotion::Axial { "an axisymmetric" } else { "a plane" };
+    Err(SolverFault::Tilted { body, tilt: across }.into())
 }
 
 /// Components of a vector of the model as a vector in space; a ring's radial part has no direction and is dropped.

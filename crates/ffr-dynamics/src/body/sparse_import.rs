@@ -52,10 +52,8 @@ pub fn symmetric_matrix(
         }
     }
     let assemble = |entries: &[Triplet<u32, u32, f64>]| {
-        SparseColMat::try_new_from_triplets(n, n, entries).map_err(|e| DynamicsError::Factorisation {
-            matrix: "a matrix from entries",
-            reason: format!("{name}: {e:?}"),
-        })
+        SparseColMat::try_new_from_triplets(n, n, entries)
+            .map_err(|source| DynamicsError::Assembly { matrix: name.to_owned(), source })
     };
     if triangle == Triangle::Lower {
         return assemble(&lower);

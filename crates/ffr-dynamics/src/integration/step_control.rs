@@ -76,7 +76,7 @@ impl StepSettings {
 
     /// Whether a refusal ends the step.
     pub(super) fn stops_at(&self, refusal: &EvaluationFailure) -> bool {
-        self.stops_at_errors && refusal.kind.is_critical()
+        self.stops_at_errors && refusal.kind().is_critical()
     }
 
     /// Size of the step to try from `t` when `proposed` is wanted, and whether it ends at `t_end`.

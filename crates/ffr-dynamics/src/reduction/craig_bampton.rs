@@ -3,6 +3,7 @@
 //! `u_i = Psi u_b + Phi_n eta` with the constraint modes `Psi = -K_ii^-1 K_ib`. The reduced eigenproblem turns the basis into
 //! mass-orthonormal modes; the rigid modes in it are removed, the lowest elastic ones are low-frequency.
 
+use crate::error::EigenFault;
 use std::sync::Arc;
 
 use faer::{Mat, MatRef};
@@ -88,11 +89,9 @@ pub fn craig_bampton(
         }
         n_fixed = (2 * n_fixed).min(available);
     }
-    let reason = format!(
-        "{n_fixed} fixed-interface modes leave a frequency error of {error:.1e}, limit {FREQUENCY_TOLERANCE:.0e}"
-    );
+    let fault = EigenFault::FixedInterface { modes: n_fixed, error, limit: FREQUENCY_TOLERANCE };
     let frequency = full.omega.last().map_or(0.0, |w| w / std::f64::consts::TAU);
-    Err(DynamicsError::Eigenmodes { found: n_low, expected: n_low, frequency, reason })
+    Err(DynamicsError::Eigenmodes { found: n_low, expected: n_low, frequency, fault })
 }
 
 /// Constraint modes on all unknowns (n x n_b): column j is the answer to a unit move of interface unknown j [m/m].

@@ -1,6 +1,7 @@
 //! Dense kernels: large products and solves on the threads of the current rayon pool, in tiles that the sizes alone decide, each tile
 //! sequential: the same bits on every run and for any number of threads.
 
+use crate::error::MatrixFault;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt;
 use faer::linalg::evd::{
@@ -133,10 +134,9 @@ pub fn solve_lower_transposed(l: MatRef<'_, f64>, x: MatMut<'_, f64>) {
 /// # Errors
 /// [`DynamicsError::Factorisation`] if the matrix is not finite or the iteration does not converge.
 pub fn symmetric_eigen(a: MatRef<'_, f64>) -> Result<(Vec<f64>, Mat<f64>), DynamicsError> {
-    let failed =
-        |reason: &str| DynamicsError::Factorisation { matrix: "a projected matrix", reason: reason.into() };
+    let failed = |fault| DynamicsError::Factorisation { matrix: "a projected matrix", fault };
     if !a.col_iter().all(|column| column.iter().all(|x| x.is_finite())) {
-        return Err(failed("it holds entries that are not finite"));
+        return Err(failed(MatrixFault::NotFinite));
     }
     let default: SelfAdjointEvdParams = <SelfAdjointEvdParams as Auto<f64>>::auto();
     let qr_iteration = SelfAdjointEvdParams { recursion_threshold: usize::MAX, ..default };
@@ -147,7 +147,7 @@ pub fn symmetric_eigen(a: MatRef<'_, f64>) -> Result<(Vec<f64>, Mat<f64>), Dynam
             return Ok((values, vectors));
         }
     }
-    Err(failed("the eigenvalue iteration does not converge"))
+    Err(failed(MatrixFault::NoConvergence))
 }
 
 /// Largest entry of `A V - V Lambda` against the largest eigenvalue that an eigensolver may leave: round-off of matrices of

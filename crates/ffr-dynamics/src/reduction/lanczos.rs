@@ -3,6 +3,7 @@
 //! `F M x = theta x` has the eigenvalues `theta = 1 / lambda`, the lowest elastic modes come first. Blocks find the copies
 //! of multiple eigenvalues that a single vector misses; every block is orthogonalised against the whole basis.
 
+use crate::error::MatrixFault;
 use faer::{Mat, MatRef};
 
 use super::dense;
@@ -182,8 +183,8 @@ impl<'p, 'a> Lanczos<'p, 'a> {
                 shrinkage = shrinkage.min(length / before);
             }
             if !length.is_finite() || length <= 0.0 {
-                let reason = "a Lanczos vector is not finite".to_owned();
-                return Err(DynamicsError::Factorisation { matrix: "the flexibility", reason });
+                let fault = MatrixFault::LanczosVector;
+                return Err(DynamicsError::Factorisation { matrix: "the flexibility", fault });
             }
             scale(&mut block.x, j, 1.0 / length);
             scale(&mut block.mass_x, j, 1.0 / length);

@@ -3,6 +3,7 @@
 //! Eqs. R.3 and R.7 to R.9. The count is taken in a gap behind the wanted modes; how many modes lie below the gap is decided
 //! by the spectrum, not in advance.
 
+use crate::error::{EigenFault, MatrixFault};
 use std::f64::consts::TAU;
 
 use faer::{Mat, MatRef};
@@ -135,8 +136,8 @@ impl<'p, 'a> Search<'p, 'a> {
             at_least = theta.len() + RECOVERY_VECTORS.max(4 * self.width);
         }
         let (found, expected, lambda) = last;
-        let reason = "the count does not agree, try another number of modes".to_owned();
-        Err(DynamicsError::Eigenmodes { found, expected, frequency: lambda.sqrt() / TAU, reason })
+        let (frequency, fault) = (lambda.sqrt() / TAU, EigenFault::Count);
+        Err(DynamicsError::Eigenmodes { found, expected, frequency, fault })
     }
 
     /// Runs until the wanted modes and a gap behind them stand and the basis holds `at_least` vectors.
@@ -167,14 +168,12 @@ impl<'p, 'a> Search<'p, 'a> {
             let want = self.n_modes + CANDIDATES;
             run.compress(&ritz, want + (run.size() - want) / 3);
         }
-        let reason = if worst > RESIDUAL_LIMIT {
-            format!(
-                "residual {worst:.1e} after {steps} blocks, limit {RESIDUAL_LIMIT:.0e}, is the mesh degenerate?"
-            )
+        let fault = if worst > RESIDUAL_LIMIT {
+            EigenFault::NotConverged { residual: worst, blocks: steps, limit: RESIDUAL_LIMIT }
         } else {
-            format!("no gap behind the modes within {CANDIDATES} more, ask for more or fewer")
+            EigenFault::NoGap { candidates: CANDIDATES }
         };
-        Err(DynamicsError::Eigenmodes { found: 0, expected: self.n_modes, frequency: f64::INFINITY, reason })
+        Err(DynamicsError::Eigenmodes { found: 0, expected: self.n_modes, frequency: f64::INFINITY, fault })
     }
 
     /// The widest gap behind the wanted modes with converged modes below it; its upper end is what the residual leaves.
@@ -219,10 +218,9 @@ impl<'p, 'a> Search<'p, 'a> {
             residual,
         };
         if residual.is_nan() || residual > RESIDUAL_LIMIT {
-            let reason =
-                format!("residual {residual:.1e}, limit {RESIDUAL_LIMIT:.0e}, is the mesh degenerate?");
+            let fault = EigenFault::Residual { residual, limit: RESIDUAL_LIMIT };
             let frequency = cleaned.lambda.last().map_or(0.0, |l| l.max(0.0).sqrt() / TAU);
-            return Err(DynamicsError::Eigenmodes { found: 0, expected: self.n_modes, frequency, reason });
+            return Err(DynamicsError::Eigenmodes { found: 0, expected: self.n_modes, frequency, fault });
         }
         Ok(cleaned)
     }
@@ -252,7 +250,7 @@ impl<'p, 'a> Search<'p, 'a> {
         let best = best.filter(|b| b.growth.is_finite());
         best.map(|b| b.negative).ok_or_else(|| DynamicsError::Factorisation {
             matrix: "K - mu M",
-            reason: "a pivot vanishes for every shift in the gap".into(),
+            fault: MatrixFault::NoRegularShift,
         })
     }
 

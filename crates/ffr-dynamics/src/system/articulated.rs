@@ -5,6 +5,7 @@
 //! coordinates among the unknowns of a body). Then accelerations follow from ground to the leaves. The factors serve any
 //! number of further force vectors, as loop-closing joints need them.
 
+use crate::error::MotionFault;
 use nalgebra::Vector3;
 
 use super::equations::dot;
@@ -193,9 +194,8 @@ impl BodyFactors {
         let pivot = self.matrix[k * self.stride + k];
         let is_positive = pivot > SMALLEST_PIVOT * self.pivots[k]; // the diagonal before elimination; false for NaN
         if !is_positive {
-            let what = if k < self.n_modes { "elastic coordinates" } else { "joint coordinates" };
-            let reason = format!("inertia of the {what} of body \"{}\" is not positive definite", body.name);
-            return Err(EvaluationFailure::singular(reason));
+            let coordinates = if k < self.n_modes { "elastic coordinates" } else { "joint coordinates" };
+            return Err(MotionFault::Inertia { coordinates, body: body.name.clone() }.into());
         }
         self.pivots[k] = 1.0 / pivot;
         Ok(())

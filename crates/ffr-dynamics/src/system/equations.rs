@@ -3,6 +3,7 @@
 //! \[A\] (1) with all couplings and all dependence on the elastic coordinates. Deviation from the paper: the unknown of the
 //! translation is the acceleration in the inertial frame, so that no term `ω × v` is left in the equations.
 
+use crate::error::MotionFault;
 use nalgebra::{Matrix3, Vector3};
 
 use super::force::{BodyState, GeneralisedForce};
@@ -266,9 +267,7 @@ pub(super) fn factor_active(l: &mut [[f64; 6]; 6], active: &[usize]) -> Result<(
                 // Round-off of what it was subtracted from is no inertia, and NaN is none either.
                 let is_positive = rest > 1e-14 * scale.abs();
                 if !is_positive {
-                    let reason =
-                        format!("inertia of the deformed body is not positive definite in direction {i}");
-                    return Err(EvaluationFailure::singular(reason));
+                    return Err(MotionFault::FrameInertia { direction: i }.into());
                 }
                 l[i][i] = rest.sqrt();
             } else {

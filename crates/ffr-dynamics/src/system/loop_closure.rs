@@ -3,6 +3,7 @@
 //! A constraint holds a displacement of the child marker along an axis of the parent marker, or keeps an axis of the one
 //! perpendicular to an axis of the other. Redundant constraints (four hinges with parallel axes) are found and left out.
 
+use crate::error::MotionFault;
 use nalgebra::{Matrix3, Vector3};
 
 use super::articulated::{BodyFactors, Response};
@@ -347,9 +348,8 @@ impl LoopSolver {
         }
         self.solve_mobility();
         if let Some(k) = self.multipliers.iter().position(|l| !l.is_finite()) {
-            let reason =
-                format!("loop joint \"{}\" has no finite force", model.loops[self.rows[k].joint].name);
-            return Err(EvaluationFailure::not_finite(reason));
+            let joint = model.loops[self.rows[k].joint].name.clone();
+            return Err(MotionFault::LoopForce { joint }.into());
         }
         self.respond(model, edges, factors);
         Ok(())

@@ -1,5 +1,6 @@
 //! Points without compliance, every one for itself.
 
+use crate::solver_fault::SolverFault;
 use ffr_dynamics::error::EvaluationFailure;
 
 use super::{PointState, Tangential, pair};
@@ -8,7 +9,7 @@ impl Tangential {
     /// Solves for `forces` without compliance, every point for itself: the classical return mapping (Eq. F.3).
     ///
     /// # Errors
-    /// Code 2: a slip is not finite.
+    /// A slip that is not finite.
     pub fn return_to_bounds(
         &mut self,
         springs: &[f64],
@@ -20,7 +21,7 @@ impl Tangential {
             let slip = pair(slips, i, self.n_t);
             let size = slip[0].hypot(slip[1]);
             if !size.is_finite() {
-                return Err(EvaluationFailure::not_finite("a tangential displacement is not finite"));
+                return Err(SolverFault::NotFinite { value: "tangential displacement" }.into());
             }
             let held = size / springs[i];
             self.states[i] = if bounds[i] <= 0.0 {

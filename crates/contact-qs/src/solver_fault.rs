@@ -1,0 +1,147 @@
+//! Why the forces of a contact cannot be found.
+
+use ffr_dynamics::error::{EvaluationFault, FailureKind};
+use thiserror::Error;
+
+use crate::ContactError;
+
+/// Why the forces of a contact cannot be found at a state.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum SolverFault {
+    /// A gap that is no number.
+    #[error("the gap of contact point {point} is {gap} at t = {time:.9e} s")]
+    Gap {
+        /// Number of the point.
+        point: usize,
+        /// What was found \[m\].
+        gap: f64,
+        /// Time \[s\].
+        time: f64,
+    },
+    /// A gap of spheres that is no number.
+    #[error("the gap of a Hertz contact is {gap} m at t = {time:.9e} s")]
+    HertzGap {
+        /// What was found \[m\].
+        gap: f64,
+        /// Time \[s\].
+        time: f64,
+    },
+    /// A problem or a solution with values that are not finite.
+    #[error("a {value} is not finite")]
+    NotFinite {
+        /// What value, in the singular.
+        value: &'static str,
+    },
+    /// A singular compliance of the points in contact.
+    #[error(
+        "the compliance of the {points} contact points in contact is singular, use a finite penalty factor or one point per surface function"
+    )]
+    SingularCompliance {
+        /// Number of points in contact.
+        points: usize,
+    },
+    /// A singular compliance along the tangents.
+    #[error(
+        "the tangential compliance of {directions} free directions is singular, use a finite penalty factor or one point per surface function"
+    )]
+    SingularTangential {
+        /// Number of free directions.
+        directions: usize,
+    },
+    /// A set of points in contact that is not found.
+    #[error("active set of {points} contact points not found in {iterations} iterations")]
+    ActiveSet {
+        /// Number of contact points.
+        points: usize,
+        /// Iterations allowed.
+        iterations: usize,
+    },
+    /// A set of sliding points that is not found.
+    #[error("sliding set of {points} contact points not found in {iterations} iterations")]
+    SlidingSet {
+        /// Number of contact points.
+        points: usize,
+        /// Iterations allowed.
+        iterations: usize,
+    },
+    /// Normal and friction forces that do not come to rest.
+    #[error(
+        "normal and friction forces did not converge in {alternations} alternations, the friction coefficient {coefficient} is too large for this surface"
+    )]
+    Alternation {
+        /// Alternations allowed.
+        alternations: usize,
+        /// Friction coefficient.
+        coefficient: f64,
+    },
+    /// Projection and deformation of a pair that do not come to rest.
+    #[error(
+        "projection and deformation of a contact have not met after {passes} passes at t = {time:.9e} s: gaps change by {change:.3e} m at a penetration of {depth:.3e} m, refine the contact zone"
+    )]
+    Passes {
+        /// Passes allowed.
+        passes: usize,
+        /// Time \[s\].
+        time: f64,
+        /// Change of the gaps in the last pass \[m\].
+        change: f64,
+        /// Penetration \[m\].
+        depth: f64,
+    },
+    /// Algorithm 1 without a solution (line 30).
+    #[error(
+        "Algorithm 1 has not converged, its last step changed the coordinates by {change:.1e} of them, lower the penalty factor or use the active-set solver"
+    )]
+    Broyden {
+        /// Relative change of the coordinates in the last step.
+        change: f64,
+    },
+    /// A singular Jacobian of Algorithm 1 (line 11).
+    #[error(
+        "the Jacobian of the quasistatic contact is singular (reciprocal condition number {rcond:.2e}), lower the penalty factor"
+    )]
+    BroydenSingular {
+        /// Reciprocal condition number.
+        rcond: f64,
+    },
+    /// A Jacobian of Algorithm 1 that is not finite (line 13).
+    #[error("the Jacobian of the quasistatic contact is not finite, lower the penalty factor")]
+    BroydenNotFinite,
+    /// Bodies of an axisymmetric pair with axes apart.
+    #[error("axisymmetric bodies in contact have axes {distance:e} m apart, they must share one")]
+    AxesApart {
+        /// Distance of the axes \[m\].
+        distance: f64,
+    },
+    /// A body of an axisymmetric or plane model that has left it.
+    #[error("{body} body in contact is tilted by {tilt:e} out of its model")]
+    Tilted {
+        /// "a plane" or "an axisymmetric".
+        body: &'static str,
+        /// Sine of the angle.
+        tilt: f64,
+    },
+    /// A body of an axisymmetric or plane model before a plane that it does not admit.
+    #[error(transparent)]
+    Alignment(ContactError),
+}
+
+impl EvaluationFault for SolverFault {
+    fn kind(&self) -> FailureKind {
+        match self {
+            Self::Gap { .. } | Self::HertzGap { .. } | Self::NotFinite { .. } | Self::BroydenNotFinite => {
+                FailureKind::NotFinite
+            }
+            Self::SingularCompliance { .. }
+            | Self::SingularTangential { .. }
+            | Self::BroydenSingular { .. } => FailureKind::Singular,
+            Self::ActiveSet { .. }
+            | Self::SlidingSet { .. }
+            | Self::Alternation { .. }
+            | Self::Passes { .. }
+            | Self::Broyden { .. } => FailureKind::IterationLimit,
+            Self::AxesApart { .. } | Self::Tilted { .. } | Self::Alignment(_) => FailureKind::OutOfModel,
+        }
+    }
+}
