@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use adaptive::AdaptiveError;
 
 use crate::percent::percent;
-use crate::scenario::Faults;
+use crate::scenario::{Faults, OverrideFault};
 
 /// Everything that ends a command without a result.
 #[derive(Debug, thiserror::Error)]
@@ -105,9 +105,88 @@ pub enum AppError {
         /// Names of the bodies there are.
         known: Vec<String>,
     },
-    /// A command line that asks for something else that cannot be; the text begins with the option and its value.
-    #[error("{0}")]
-    Command(String),
+    /// A command line that asks for something else that cannot be.
+    #[error(transparent)]
+    Command(#[from] CommandFault),
+}
+
+/// Why what a command line asks for cannot be.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum CommandFault {
+    /// Neither a scenario nor a result.
+    #[error("name a scenario, or a result with --resume")]
+    NothingToRun,
+    /// A manual page of a command that there is not.
+    #[error("man {name}: no such command, there are {}", known.join(", "))]
+    UnknownCommand {
+        /// Name given.
+        name: String,
+        /// The commands there are.
+        known: Vec<String>,
+    },
+    /// A path without a file name.
+    #[error("{}: is no name for a file", path.display())]
+    NoFileName {
+        /// The path.
+        path: PathBuf,
+    },
+    /// A table of an unknown kind.
+    #[error("-o {}: must end in .csv or .h5", output.display())]
+    TableEnding {
+        /// The output.
+        output: PathBuf,
+    },
+    /// A result that would be written over itself.
+    #[error("-o {}: is the result itself", output.display())]
+    OutputIsInput {
+        /// The output.
+        output: PathBuf,
+    },
+    /// More results than figures have styles for.
+    #[error("{files} files in one figure cannot be told apart, name at most {most}")]
+    TooManyFiles {
+        /// Number of files.
+        files: usize,
+        /// Number of styles.
+        most: usize,
+    },
+    /// A body that has no full model to export.
+    #[error("--body {name}: the body is {what}, name a flexible one with a shape")]
+    NoFullModel {
+        /// Name of the body.
+        name: String,
+        /// What it is.
+        what: &'static str,
+    },
+    /// A body that has no shape to show.
+    #[error("--bodies {name}: {reason}")]
+    NoShape {
+        /// Name of the body.
+        name: String,
+        /// Why it has none.
+        reason: &'static str,
+    },
+    /// A result in which nothing has a shape.
+    #[error("no body of the result has a shape, there is nothing to export")]
+    NothingToExport,
+    /// A range beyond the stored times.
+    #[error("--times {from}:{to}:{step}: the result holds {first:e} s to {last:e} s")]
+    Times {
+        /// Begin \[s\].
+        from: f64,
+        /// End \[s\].
+        to: f64,
+        /// Step \[s\].
+        step: f64,
+        /// First stored time \[s\].
+        first: f64,
+        /// Last stored time \[s\].
+        last: f64,
+    },
+    /// A scenario key and value that cannot be read.
+    #[error(transparent)]
+    Override(#[from] OverrideFault),
 }
 
 impl From<AdaptiveError> for AppError {

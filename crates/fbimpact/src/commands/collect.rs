@@ -4,7 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::collect::{csv, find, gather, hdf5};
-use crate::error::AppError;
+use crate::error::{AppError, CommandFault};
 use crate::{error_text, whole_file};
 
 /// Gathers runs into a table; runs without a readable result are rows with their status.
@@ -16,7 +16,7 @@ pub fn collect(places: &[PathBuf], output: &Path, is_long: bool) -> Result<(), A
     let is_csv = match output.extension().and_then(|e| e.to_str()) {
         Some("csv") => true,
         Some("h5" | "hdf5") => false,
-        _ => return Err(AppError::Command(format!("-o {}: must end in .csv or .h5", output.display()))),
+        _ => return Err(CommandFault::TableEnding { output: output.to_owned() }.into()),
     };
     let runs = find(places)?;
     if runs.is_empty() {

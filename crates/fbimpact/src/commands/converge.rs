@@ -13,7 +13,7 @@ use crate::converge::plan::{BASE, Parameter, Plan, Variant};
 use crate::converge::report::{self, Study};
 use crate::converge::sizes::sizes;
 use crate::converge::verdict::{Compared, dominant, judge, mattering};
-use crate::error::AppError;
+use crate::error::{AppError, CommandFault};
 use crate::scenario::{self, Override};
 use crate::{error_text, whole_file};
 
@@ -133,7 +133,7 @@ impl Runs<'_> {
 
     /// The run of `variant`. A variant that is no valid scenario fails when it is run.
     fn job(&self, variant: &Variant) -> Result<Job, AppError> {
-        let own = variant.set.iter().map(|s| s.parse().map_err(AppError::Command));
+        let own = variant.set.iter().map(|s| s.parse().map_err(|fault| CommandFault::Override(fault).into()));
         let own = own.collect::<Result<Vec<Override>, AppError>>()?;
         let all: Vec<Override> = self.arguments.set.set.iter().cloned().chain(own).collect();
         let resolved = match scenario::read(&self.arguments.scenario, &all) {

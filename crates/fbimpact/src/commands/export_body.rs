@@ -13,7 +13,7 @@ use nalgebra::UnitQuaternion;
 
 use super::{body_index, check_distinct, print, threads};
 use crate::body_file;
-use crate::error::AppError;
+use crate::error::{AppError, CommandFault};
 use crate::scenario::{self, Override};
 use crate::sizing::sized;
 
@@ -60,9 +60,7 @@ fn write(
         kind => {
             let is_rigid = matches!(kind, BodyKind::Rigid(_));
             let what = if is_rigid { "rigid" } else { "from a file already" };
-            let message =
-                format!("--body {}: the body is {what}, name a flexible one with a shape", spec.name);
-            return Err(AppError::Command(message));
+            return Err(CommandFault::NoFullModel { name: spec.name, what }.into());
         }
     };
     let elastic = ElasticSpec { frame: FrameSpec::Buckens, geometric_stiffening: false, ..*elastic };

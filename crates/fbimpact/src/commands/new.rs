@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::error::AppError;
+use crate::error::{AppError, CommandFault};
 use crate::scenario::schema;
 use crate::{error_text, whole_file};
 
@@ -25,7 +25,7 @@ pub fn new(name: &Path, force: bool) -> Result<(), AppError> {
         }
     };
     let Some(stem) = path.file_stem().map(|s| s.to_string_lossy().into_owned()) else {
-        return Err(AppError::Command(format!("{}: is no name for a file", name.display())));
+        return Err(CommandFault::NoFileName { path: name.to_owned() }.into());
     };
     write(&path, &STARTER.replace("NAME", &stem), force)?
         .then_some(())

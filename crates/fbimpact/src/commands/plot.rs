@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::print;
 use crate::cli::PlotArguments;
-use crate::error::AppError;
+use crate::error::{AppError, CommandFault};
 use crate::plot::data::ResultData;
 use crate::plot::figure::Figure;
 use crate::plot::figures::Kind;
@@ -21,11 +21,8 @@ const LABEL: usize = 48;
 /// [`AppError::Command`] for more files than can be told apart, [`AppError::Io`] for a file that cannot be read or written.
 pub fn plot(arguments: &PlotArguments) -> Result<(), AppError> {
     if arguments.files.len() > STYLES.len() {
-        return Err(AppError::Command(format!(
-            "{} files in one figure cannot be told apart, name at most {}",
-            arguments.files.len(),
-            STYLES.len()
-        )));
+        let fault = CommandFault::TooManyFiles { files: arguments.files.len(), most: STYLES.len() };
+        return Err(fault.into());
     }
     let labels = labels(&arguments.files);
     let files = arguments.files.iter().zip(labels).map(|(path, label)| ResultData::read(path, label));

@@ -8,7 +8,7 @@ use super::begin::begin;
 use super::stop::Stop;
 use super::{check_distinct, threads};
 use crate::cli::RunArguments;
-use crate::error::AppError;
+use crate::error::{AppError, CommandFault};
 use crate::results::OutputFile;
 use crate::scenario;
 
@@ -24,7 +24,7 @@ pub fn run(arguments: &RunArguments, bar: ProgressBar) -> Result<(), AppError> {
         (Some(output), _) => super::resume::resume(output, arguments, n_threads, bar),
         (None, Some(path)) => run_scenario(path, arguments, n_threads, bar),
         // The command line asks for one of them.
-        (None, None) => Err(AppError::Command("name a scenario, or a result with --resume".into())),
+        (None, None) => Err(CommandFault::NothingToRun.into()),
     }
 }
 

@@ -4,7 +4,7 @@ use clap::CommandFactory;
 
 use super::print;
 use crate::cli::Cli;
-use crate::error::AppError;
+use crate::error::{AppError, CommandFault};
 
 /// Prints completions for a shell.
 ///
@@ -27,8 +27,8 @@ pub fn manual(command: Option<&str>) -> Result<(), AppError> {
         None => program,
         Some(name) => {
             let known = program.get_subcommands().filter(|c| !c.is_hide_set());
-            let names = known.map(clap::Command::get_name).collect::<Vec<_>>().join(", ");
-            let unknown = || AppError::Command(format!("man {name}: no such command, there are {names}"));
+            let known = known.map(|c| c.get_name().to_owned()).collect();
+            let unknown = || CommandFault::UnknownCommand { name: name.to_owned(), known };
             program.find_subcommand(name).cloned().ok_or_else(unknown)?
         }
     };

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::error::AppError;
+use crate::error::{AppError, CommandFault};
 use crate::results::stored::Stored;
 use crate::results::{OutputFile, Status, thin as copy};
 
@@ -15,7 +15,7 @@ pub fn thin(file: &Path, output: &Path, rows: usize, force: bool) -> Result<(), 
     if let (Ok(a), Ok(b)) = (file.canonicalize(), output.canonicalize())
         && a == b
     {
-        return Err(AppError::Command(format!("-o {}: is the result itself", output.display())));
+        return Err(CommandFault::OutputIsInput { output: output.to_owned() }.into());
     }
     let target = OutputFile::claim(output, force)?;
     let part = target.part().to_owned();

@@ -31,7 +31,7 @@ use check::Checker;
 use document::{Origin, SourceText, Value};
 
 pub use fault::{Fault, Faults};
-pub use overrides::Override;
+pub use overrides::{Override, OverrideFault};
 pub use types::{Compression, FileBody, FileOfBody, Scenario, Source};
 
 /// Reads and validates the scenario file `path` with `overrides` applied.

@@ -12,7 +12,7 @@ use super::body::{BodyGeometry, Cells, Elasticity};
 use super::local::{LocalContacts, LocalDisplacement};
 use super::states::{BodyMotion, States};
 use super::zones::RefinedZones;
-use crate::error::AppError;
+use crate::error::{AppError, CommandFault};
 use crate::scenario::{FileBody, Scenario};
 use crate::simulate::build;
 use adaptive::store::ModelCache;
@@ -88,9 +88,7 @@ impl Bodies {
             }
         }
         if shown.is_empty() {
-            return Err(AppError::Command(
-                "no body of the result has a shape, there is nothing to export".into(),
-            ));
+            return Err(CommandFault::NothingToExport.into());
         }
         let has_friction = |name: &str| {
             let contact = spec.contacts.iter().find(|c| c.name == name);
@@ -232,5 +230,5 @@ fn without_shape(scenario: &Scenario, body: &FileBody, wanted: &[String]) -> Res
         tracing::warn!("body \"{name}\" is left out: {reason}");
         return Ok(());
     }
-    Err(AppError::Command(format!("--bodies {name}: {reason}")))
+    Err(CommandFault::NoShape { name: name.clone(), reason }.into())
 }

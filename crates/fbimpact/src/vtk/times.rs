@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use crate::error::AppError;
+use crate::error::{AppError, CommandFault};
 
 /// Instants without a choice at most: enough for a smooth picture, few enough for a disk.
 const MOST: usize = 200;
@@ -52,9 +52,7 @@ pub fn chosen(time: &[f64], range: Option<TimeRange>, every: Option<usize>) -> R
     };
     let (first, last) = (time[0], time[time.len() - 1]);
     if to < first || from > last {
-        return Err(AppError::Command(format!(
-            "--times {from}:{to}:{step}: the result holds {first:e} s to {last:e} s"
-        )));
+        return Err(CommandFault::Times { from, to, step, first, last }.into());
     }
     // The last time counts although it is round-off behind the end.
     let n = ((to - from) / step + 1e-9).floor() as usize;

@@ -23,6 +23,7 @@ pub enum Kind {
     /// Contact force of every impact.
     Impacts,
     /// Utilisation of the contact interval, penalty factor and width of the interval over trials.
+    #[value(name = "tries", alias = "trials")]
     Trials,
     /// Position and velocity of the chosen points.
     Points,
