@@ -10,6 +10,7 @@ pub mod dense;
 pub mod product;
 pub mod ordering;
 mod random;
+mod separator;
 mod quotient;
 mod supernodes;
 mod layout;

@@ -222,7 +222,11 @@ impl<T: Entry, V: Fn(usize, usize, usize) -> T + Sync> Factorisation<'_, T, V> {
             let earlier = Done { values: earlier, base };
             let target = Target { s, panel, columns: columns.clone(), pattern, positions };
             let (n_rows, width) = (panel.n_rows, panel.width());
-            let mut block = MatMut::from_column_major_slice_mut(&mut rest[..panel.n_values()], n_rows, width);
+            let own = &mut rest[..panel.n_values()];
+            // Memory fresh from the system is a page of zeros that all share: one that is read before it is written to is given out twice, and
+            // every processor is told.
+            own.fill(T::ZERO);
+            let mut block = MatMut::from_column_major_slice_mut(own, n_rows, width);
             for j in 0..width {
                 let column = panel.first + j;
                 for entry in self.matrix.column(column) {

@@ -1,17 +1,25 @@
-//! Geometric nested dissection (Eq. R.1; George 1973): the elimination order of the sparse factorisation.
+//! Nested dissection (Eqs. R.1, R.1a; George 1973): the elimination order of the sparse factorisation.
 //!
-//! The graph of the nodes is cut where the anchors say; every place in every direction is tried and the one taken whose
-//! separator is smallest for the sides that it leaves; a separator is eliminated after both its sides. Nodes without distinct places (all anchors equal) are cut along
-//! breadth-first levels, so that any graph gets an order. Cost O(nnz log n).
+//! The graph of the nodes is cut in two across a direction: a coordinate, or the distance from the nodes that are eliminated last. Every place
+//! in every direction is tried; in large sets the separator between the two ends of each direction is then made as small as possible
+//! ([`super::separator`]). The one is taken whose separator is smallest for the sides that it leaves; it is eliminated after both its sides.
+//! Nodes without distinct places (all anchors equal) are cut along
+//! breadth-first levels, so that any graph gets an order. Cost O(nnz log n), but for the search of small separators, whose cost grows with their
+//! size, too.
 
 use faer::sparse::SymbolicSparseColMatRef;
 
+use super::separator::{Part, SortedGraph};
 use crate::body::Dof;
 
 /// Sets of at most this many nodes are not cut any further.
 const LEAF: usize = 32;
 /// A side must hold at least this part of the nodes: a cheap but lopsided cut only adds depth.
 const SMALLEST_SIDE: f64 = 0.2;
+/// Sets of at least this many nodes get the smallest separator; smaller ones have no part in the cost.
+const LARGE: usize = 200;
+/// Share of each side of a cut, its outermost nodes, that stays on this side when the separator is made small: sides stay even.
+const KEPT: f64 = 0.4;
 
 /// Neighbours of every node.
 #[derive(Debug, Clone)]
@@ -52,6 +60,26 @@ impl NodeGraph {
         Self { start, neighbours }
     }
 
+    /// Edges on the shortest way from the nodes `from` to every node; of what hangs together with none of them, one more than all others.
+    fn steps_from(&self, from: &[u32]) -> Vec<f64> {
+        let mut steps = vec![f64::INFINITY; self.start.len() - 1];
+        let mut found = from.to_vec();
+        found.iter().for_each(|&a| steps[a as usize] = 0.0);
+        let (mut head, mut furthest) = (0, 0.0);
+        while let Some(&a) = found.get(head) {
+            head += 1;
+            furthest = steps[a as usize];
+            for &b in self.of(a) {
+                if steps[b as usize].is_infinite() {
+                    steps[b as usize] = furthest + 1.0;
+                    found.push(b);
+                }
+            }
+        }
+        steps.iter_mut().filter(|s| s.is_infinite()).for_each(|s| *s = furthest + 1.0);
+        steps
+    }
+
     fn of(&self, node: u32) -> &[u32] {
         &self.neighbours[self.start[node as usize]..self.start[node as usize + 1]]
     }
@@ -80,17 +108,42 @@ pub fn elimination_order(
     }
     let mut nodes: Vec<u32> =
         (0..anchors.len() as u32).filter(|&a| !unknowns[a as usize].is_empty()).collect();
-    nested_dissection(&graph, anchors, &mut nodes);
+    let mut last_nodes: Vec<u32> = last.iter().map(|&i| dofs[i].node).collect();
+    last_nodes.sort_unstable();
+    last_nodes.dedup();
+    nested_dissection(&graph, anchors, &last_nodes, &mut nodes);
     let mut order: Vec<u32> = nodes.iter().flat_map(|&a| unknowns[a as usize].iter().copied()).collect();
     order.extend(last.iter().map(|&i| i as u32));
     order
 }
 
-/// Puts `nodes` (a subset of the graph's, no repeats) into a nested-dissection order.
-pub fn nested_dissection(graph: &NodeGraph, anchors: &[[f64; 3]], nodes: &mut [u32]) {
+/// Puts `nodes` (a subset of the graph's, no repeats) into a nested-dissection order; the nodes `last` come after them.
+fn nested_dissection(graph: &NodeGraph, anchors: &[[f64; 3]], last: &[u32], nodes: &mut [u32]) {
     let n = anchors.len();
-    let mut cutter = Cutter { graph, anchors, side: vec![Side::Outside; n], rank: vec![OUTSIDE; n] };
+    let mut directions: Vec<Vec<f64>> =
+        (0..3).map(|axis| anchors.iter().map(|place| place[axis]).collect()).collect();
+    if !last.is_empty() {
+        let distance = distances(anchors, last);
+        directions
+            .push(graph.steps_from(last).into_iter().zip(&distance).map(|(steps, d)| steps + d).collect());
+        directions.push(distance);
+    }
+    let mut cutter =
+        Cutter { graph, anchors, directions, side: vec![Side::Outside; n], rank: vec![OUTSIDE; n] };
     cutter.dissect(nodes);
+}
+
+/// Distance of every node from the middle of the nodes `from`, the largest being 1.
+fn distances(anchors: &[[f64; 3]], from: &[u32]) -> Vec<f64> {
+    let middle: [f64; 3] = std::array::from_fn(|axis| {
+        from.iter().map(|&a| anchors[a as usize][axis]).sum::<f64>() / from.len() as f64
+    });
+    let distance =
+        |place: &[f64; 3]| (0..3).map(|axis| (place[axis] - middle[axis]).powi(2)).sum::<f64>().sqrt();
+    let mut distances: Vec<f64> = anchors.iter().map(distance).collect();
+    let largest = distances.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+    distances.iter_mut().for_each(|d| *d /= largest);
+    distances
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -107,6 +160,8 @@ const OUTSIDE: u32 = u32::MAX;
 struct Cutter<'a> {
     graph: &'a NodeGraph,
     anchors: &'a [[f64; 3]],
+    /// Coordinates of every node, by which they are sorted for a cut.
+    directions: Vec<Vec<f64>>,
     side: Vec<Side>,
     /// Position of every node along the direction that is tried.
     rank: Vec<u32>,
@@ -116,19 +171,82 @@ struct Cutter<'a> {
 struct Cut {
     sorted: Vec<u32>,
     at: usize,
-    separator: usize,
     from_left: bool,
-    /// Nodes of the separator against the product of the sides: small separators, even sides.
+    /// [`Cut::score`]: small separators, even sides.
     score: f64,
+}
+
+impl Cut {
+    /// Nodes of the separator against the product of the sides.
+    fn score(separator: usize, left: usize, right: usize) -> f64 {
+        separator as f64 / (left as f64 * right as f64)
+    }
+}
+
+/// Nodes in two parts that no edge connects, and what separates them.
+struct Division {
+    left: Vec<u32>,
+    right: Vec<u32>,
+    separator: Vec<u32>,
+}
+
+impl Division {
+    fn score(&self) -> f64 {
+        Cut::score(self.separator.len(), self.left.len(), self.right.len())
+    }
 }
 
 impl Cutter<'_> {
     fn dissect(&mut self, nodes: &mut [u32]) {
-        let best = if nodes.len() > LEAF { self.best_cut(nodes) } else { None };
-        let Some(cut) = best else {
+        let division = if nodes.len() > LEAF { self.divide(nodes) } else { None };
+        let Some(Division { left, right, mut separator }) = division else {
             self.sweep(nodes);
             return;
         };
+        separator.sort_unstable();
+        let (first, rest) = nodes.split_at_mut(left.len());
+        let (second, third) = rest.split_at_mut(right.len());
+        first.copy_from_slice(&left);
+        second.copy_from_slice(&right);
+        third.copy_from_slice(&separator);
+        self.dissect(first);
+        self.dissect(second);
+    }
+
+    /// The best division across a direction; `None` if nothing is split off.
+    fn divide(&mut self, nodes: &[u32]) -> Option<Division> {
+        let cuts = self.cuts(nodes);
+        let best = cuts.iter().min_by(|p, q| p.score.total_cmp(&q.score))?;
+        let mut division = self.along(best);
+        if nodes.len() >= LARGE {
+            for cut in &cuts {
+                if let Some(smallest) = self.narrowed(cut)
+                    && smallest.score() < division.score()
+                {
+                    division = smallest;
+                }
+            }
+        }
+        // A separator of most nodes splits nothing off: the graph is as good as full.
+        (3 * division.separator.len() < nodes.len()).then_some(division)
+    }
+
+    /// The best cut of every direction; of breadth-first levels where there is no direction.
+    fn cuts(&mut self, nodes: &[u32]) -> Vec<Cut> {
+        let mut cuts = Vec::new();
+        for d in 0..self.directions.len() {
+            let places = nodes.iter().map(|&a| (self.directions[d][a as usize], a)).collect();
+            cuts.extend(self.cut(places));
+        }
+        if cuts.is_empty() {
+            let places = self.levels(nodes);
+            cuts.extend(self.cut(places));
+        }
+        cuts
+    }
+
+    /// The division by a cut as it is.
+    fn along(&mut self, cut: &Cut) -> Division {
         self.mark(&cut.sorted, cut.at);
         let (giving, facing) =
             if cut.from_left { (Side::Left, Side::Right) } else { (Side::Right, Side::Left) };
@@ -140,17 +258,38 @@ impl Cutter<'_> {
         let on = |side: Side| -> Vec<u32> {
             cut.sorted.iter().copied().filter(|&a| self.side[a as usize] == side).collect()
         };
-        let mut parts = on(Side::Left);
-        let n_left = parts.len();
-        parts.extend(on(Side::Right));
+        let (left, right) = (on(Side::Left), on(Side::Right));
         self.unmark(&cut.sorted);
-        nodes[..parts.len()].copy_from_slice(&parts);
-        nodes[parts.len()..].copy_from_slice(&separator);
-        let (sides, separator) = nodes.split_at_mut(parts.len());
-        let (left, right) = sides.split_at_mut(n_left);
-        self.dissect(left);
-        self.dissect(right);
-        separator.sort_unstable();
+        Division { left, right, separator }
+    }
+
+    /// The division with the smallest separator between the ends of the direction of a cut (Eq. R.1a).
+    fn narrowed(&mut self, cut: &Cut) -> Option<Division> {
+        let n = cut.sorted.len();
+        let kept = |side: usize| ((KEPT * side as f64) as usize).max(1);
+        let graph = self.sorted_graph(&cut.sorted);
+        let parts = graph.separate(kept(cut.at)..n - kept(n - cut.at))?;
+        let on = |part: Part| {
+            cut.sorted.iter().zip(&parts).filter(move |(_, p)| **p == part).map(|(&a, _)| a).collect()
+        };
+        Some(Division { left: on(Part::First), right: on(Part::Last), separator: on(Part::Separator) })
+    }
+
+    /// The graph between the nodes `sorted`, numbered in this order.
+    fn sorted_graph(&mut self, sorted: &[u32]) -> SortedGraph {
+        for (p, &a) in sorted.iter().enumerate() {
+            self.rank[a as usize] = p as u32;
+        }
+        let mut graph = SortedGraph { start: vec![0], neighbours: Vec::new() };
+        for &a in sorted {
+            let ranks = self.graph.of(a).iter().map(|&b| self.rank[b as usize]);
+            graph.neighbours.extend(ranks.filter(|&rank| rank != OUTSIDE));
+            graph.start.push(graph.neighbours.len());
+        }
+        for &a in sorted {
+            self.rank[a as usize] = OUTSIDE;
+        }
+        graph
     }
 
     /// Orders an undivided part so that elimination moves towards what is eliminated later: along each direction towards the
@@ -185,26 +324,6 @@ impl Cutter<'_> {
         });
     }
 
-    /// The best cut of the coordinate directions; breadth-first levels where there is no direction.
-    fn best_cut(&mut self, nodes: &[u32]) -> Option<Cut> {
-        let mut best: Option<Cut> = None;
-        for axis in 0..3 {
-            let positions = nodes.iter().map(|&a| (self.anchors[a as usize][axis], a)).collect();
-            let cut = self.cut(positions);
-            if let Some(cut) = cut
-                && best.as_ref().is_none_or(|b| cut.score < b.score)
-            {
-                best = Some(cut);
-            }
-        }
-        if best.is_none() {
-            let positions = self.levels(nodes);
-            best = self.cut(positions);
-        }
-        // A separator of most nodes splits nothing off: the graph is as good as full.
-        best.filter(|cut| 3 * cut.separator < nodes.len())
-    }
-
     /// The best cut between two different places.
     fn cut(&mut self, mut positions: Vec<(f64, u32)>) -> Option<Cut> {
         positions.sort_unstable_by(|p, q| p.0.total_cmp(&q.0).then(p.1.cmp(&q.1)));
@@ -220,13 +339,13 @@ impl Cutter<'_> {
             }
             for (separator, from_left) in [(left[at], true), (right[at], false)] {
                 let (a, b) = if from_left { (at - separator, n - at) } else { (at, n - at - separator) };
-                let this = separator as f64 / (a as f64 * b as f64);
+                let this = Cut::score(separator, a, b);
                 if a > 0 && b > 0 && this < score {
-                    (best, score) = (Some((at, separator, from_left)), this);
+                    (best, score) = (Some((at, from_left)), this);
                 }
             }
         }
-        best.map(|(at, separator, from_left)| Cut { sorted, at, separator, from_left, score })
+        best.map(|(at, from_left)| Cut { sorted, at, from_left, score })
     }
 
     /// Number of separator nodes for a cut in front of every position, on its left and on its right.
