@@ -271,7 +271,7 @@ fn friction_on_soft_bodies_leaves_the_ledger_closed() {
 #[test]
 fn a_result_says_what_it_leaves_out() {
     let folder = scratch();
-    let text = "[simulation]\nend_time = 6e-4\n[materials.steel]\nyoungs_modulus = 210e9\npoissons_ratio = 0.3\ndensity = 7850.0\n\
+    let scenario = "[simulation]\nend_time = 6e-4\n[materials.steel]\nyoungs_modulus = 210e9\npoissons_ratio = 0.3\ndensity = 7850.0\n\
          [bodies.rod]\nmodel = \"axisymmetric\"\nmaterial = \"steel\"\ngeometry = { shape = \"rod\", radius = 0.01, length = 1.0 }\n\
          position = [0.0, 0.0, 1e-6]\nvelocity = [0.0, 0.0, -0.1]\nreduction = { modes = 2 }\n\
          [bodies.ball]\nmodel = \"axisymmetric\"\nmaterial = \"steel\"\ngeometry = { shape = \"sphere\", radius = 0.01 }\n\
@@ -279,7 +279,7 @@ fn a_result_says_what_it_leaves_out() {
          [bodies.far]\nmodel = \"rigid\"\ngeometry = { shape = \"plane\" }\nnormal = [0.0, 0.0, 1.0]\nposition = [0.0, 0.0, -3.0]\n\
          [contacts.hit]\ncontact_body = \"ball\"\ntarget_body = \"rod\"\n\
          [contacts.never]\ncontact_body = \"ball\"\ntarget_body = \"far\"\n";
-    let (code, complaint, info) = run(folder.path(), text, &[]);
+    let (code, complaint, info) = run(folder.path(), scenario, &["output.free_interval=1e-3"]);
     assert_eq!(code, 0, "{complaint}");
     let info = info.expect("a result");
     let found = identifiers(&info);
@@ -304,6 +304,18 @@ fn a_result_says_what_it_leaves_out() {
     assert_eq!(code, 0, "{err}");
     let table = std::fs::read_to_string(table).expect("readable");
     assert!(table.contains("warnings") && table.contains("never-closed"), "{table}");
+
+    // Left to the program, the interval shows what rings: the modes of the rod up to 5.2 kHz, its second.
+    let (code, complaint, info) = run(folder.path(), scenario, &[]);
+    assert_eq!(code, 0, "{complaint}");
+    assert!(!identifiers(&info.expect("a result")).contains(&"sparse-output"));
+    let file = hdf5::File::open(folder.path().join("s.h5")).expect("an HDF5 file");
+    let times = file.dataset("time").and_then(|d| d.read_1d::<f64>()).expect("numbers");
+    let phases = file.dataset("phase").and_then(|d| d.read_1d::<u32>()).expect("numbers");
+    // Free, impact, free.
+    let after: Vec<f64> = times.iter().zip(&phases).filter(|(_, p)| **p == 2).map(|(t, _)| *t).collect();
+    let longest = after.windows(2).map(|t| t[1] - t[0]).fold(0.0, f64::max);
+    assert!(after.len() > 5 && longest < 0.5 / 5.2e3, "{longest:e}: {after:?}");
 }
 
 #[test]

@@ -14,7 +14,7 @@ use crate::plausibility::motion::MotionLimits;
 use crate::record::{PhaseKind, PhaseRecord};
 use crate::run_state::{ContactState, RunState};
 use crate::simulation::{fill_sample, smallest_gap};
-use crate::spec::RunSettings;
+use crate::spec::{FREE_INTERVAL, RunSettings};
 
 /// A body that touches within this part of its size at the start counts as touching: round-off of its coordinates.
 const TOUCHING: f64 = 1e-12;
@@ -162,6 +162,7 @@ impl<'a> Driver<'a> {
         let slots = model.contacts.iter().map(|c| ContactSlot::new(c.refinement.is_some()));
         let run = RunState {
             last_output: f64::NEG_INFINITY,
+            free_interval: settings.free_interval.unwrap_or(FREE_INTERVAL),
             ledger: EnergyLedger::new(mass, floor, gravity_datum),
             contacts: vec![ContactState::default(); model.contacts.len()],
             stress: vec![None; model.n_stress_requests()],
@@ -208,7 +209,7 @@ impl<'a> Driver<'a> {
                 let kind = if self.is_touching()? { PhaseKind::Impact } else { PhaseKind::Free };
                 self.store()?;
                 self.note_gaps(self.integrator.time())?;
-                self.run.next_output = self.settings.free_interval;
+                self.run.next_output = self.run.free_interval;
                 self.begin_phase(kind)?;
                 kind
             }
@@ -402,7 +403,7 @@ impl<'a> Driver<'a> {
             self.evaluate(self.run.next_output)?;
             self.report(self.run.next_output)?;
             self.note_gaps(self.run.next_output)?;
-            self.run.next_output += self.interval(self.settings.free_interval, self.run.next_output);
+            self.run.next_output += self.interval(self.run.free_interval, self.run.next_output);
         }
         Ok(())
     }

@@ -195,7 +195,7 @@ fn interrupted_run_keeps_its_last_state_and_impact() {
 fn states_of_a_long_phase_are_stored_at_growing_intervals() {
     let stored = |share: f64| {
         let mut spec = ball(0.1e-3, 0.1, 4e-2);
-        spec.settings.free_interval = 1e-5;
+        spec.settings.free_interval = Some(1e-5);
         spec.settings.phase_share = share;
         finished(&spec)
     };

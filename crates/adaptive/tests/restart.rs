@@ -159,7 +159,7 @@ fn warnings_are_given_once_however_often_the_run_is_taken_up() {
     // Two modes of a ball, on elements as long as itself, stored twice in all; a plane that nothing reaches.
     let BodyKind::Elastic(ball) = &mut spec.bodies[0].kind else { panic!("an elastic ball") };
     ball.discretisation.elements = vec![2, 2];
-    spec.settings.free_interval = 1e-4;
+    spec.settings.free_interval = Some(1e-4);
     spec.contacts.push(plane("far", -1.0, 1.0));
     assert!(check(&spec).len() >= 4);
     let whole = finished(&spec);

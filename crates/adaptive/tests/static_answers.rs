@@ -180,7 +180,7 @@ fn on_joint(
     spec.joints.push(joint);
     spec.points.push(PointSpec { name: "tip".into(), body: 0, place: Place::Marker("tip".into()) });
     spec.settings.free.method = Method::Esdirk4;
-    spec.settings.free_interval = 5e-4;
+    spec.settings.free_interval = Some(5e-4);
     spec
 }
 

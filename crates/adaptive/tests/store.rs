@@ -90,7 +90,7 @@ fn two_balls() -> RunSpec {
     law.penalty = Some(1e16);
     run.contacts[0].law = adaptive::spec::ContactLaw::Surface(law);
     run.settings.end_time = 8e-6;
-    run.settings.free_interval = 1e-6;
+    run.settings.free_interval = Some(1e-6);
     run
 }
 

@@ -4,10 +4,13 @@ use super::Driver;
 use super::judgement::MINOR;
 use crate::detection::Search;
 use crate::error::AdaptiveError;
-use crate::plausibility::resolution::{coarse_mesh, coarse_place, few_modes, sparse_output};
+use crate::plausibility::resolution::{
+    coarse_mesh, coarse_place, few_modes, highest_vibration, shown_interval, sparse_output,
+};
 use crate::plausibility::{motion, start};
 use crate::record::ImpactRecord;
 use crate::simulation::smallest_gap;
+use crate::spec::FREE_INTERVAL;
 use crate::warning::{Warning, WarningKind};
 
 /// Gap of a contact that has closed.
@@ -86,7 +89,7 @@ impl Driver<'_> {
         self.warn(warnings)
     }
 
-    /// Looks at the vibrations that an impact has left.
+    /// Looks at the vibrations that an impact has left: states are stored as often as they ask for, or a warning says that they are not.
     pub(super) fn check_output(&mut self) -> Result<(), AdaptiveError> {
         let (time, y) = (self.integrator.time(), self.integrator.state());
         if time >= self.settings.end_time {
@@ -94,10 +97,17 @@ impl Driver<'_> {
         }
         self.model.system.body_states(time, y);
         let states = self.model.system.last_evaluation().0;
-        let (interval, scale) = (self.settings.free_interval, self.run.ledger.scale);
+        let scale = self.run.ledger.scale;
         let bodies = self.model.bodies.iter().zip(states).enumerate();
-        let sparse = |(b, (body, state))| Some((b, sparse_output(body, state, (time, interval), scale)?));
-        let warnings = bodies.filter_map(sparse).collect();
+        let rings =
+            bodies.filter_map(|(b, (body, state))| Some((b, body, highest_vibration(body, state, scale)?)));
+        let Some(interval) = self.settings.free_interval else {
+            let highest = rings.map(|(_, _, frequency)| frequency).fold(0.0, f64::max);
+            self.run.free_interval = FREE_INTERVAL.min(shown_interval(highest));
+            return Ok(());
+        };
+        let sparse = |(b, body, highest)| Some((b, sparse_output(body, highest, (time, interval))?));
+        let warnings = rings.filter_map(sparse).collect();
         self.warn(warnings)
     }
 

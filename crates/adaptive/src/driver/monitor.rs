@@ -40,7 +40,7 @@ impl Driver<'_> {
         }
         self.check_output()?;
         self.integrator.invalidate();
-        self.run.next_output = self.integrator.time() + self.settings.free_interval;
+        self.run.next_output = self.integrator.time() + self.run.free_interval;
         Ok(())
     }
 

@@ -143,14 +143,9 @@ fn elements_per_radius(coupling: Coupling, is_moment: bool) -> f64 {
     }
 }
 
-/// The warning of a body that vibrates faster than its states are stored, `interval` apart, after the time `time`; `state`: its
-/// motion then, `scale`: largest energy of the run \[J\] (Eq. P.7).
-pub fn sparse_output(
-    body: &BodyModel,
-    state: &BodyState,
-    (time, interval): (f64, f64),
-    scale: f64,
-) -> Option<Warning> {
+/// The highest frequency at which a body vibrates strongly in the motion `state`, if it does so at all; `scale`: largest energy of the run \[J\]
+/// (Eq. P.7) \[Hz\].
+pub fn highest_vibration(body: &BodyModel, state: &BodyState, scale: f64) -> Option<f64> {
     let frequencies = body.frequencies();
     if frequencies.len() != state.elastic.len() {
         return None; // a fine model with modes of its own
@@ -165,11 +160,21 @@ pub fn sparse_output(
     if total < STRONG * scale {
         return None;
     }
-    let heard = frequencies.iter().zip(&energies).filter(|(_, e)| **e >= AUDIBLE * total);
-    let highest = heard.map(|(f, _)| *f).fold(0.0, f64::max);
+    let audible = frequencies.iter().zip(&energies).filter(|(_, e)| **e >= AUDIBLE * total);
+    let highest = audible.map(|(f, _)| *f).fold(0.0, f64::max);
+    (highest > 0.0).then_some(highest)
+}
+
+/// Time between stored states that shows vibrations of a frequency \[Hz\] well: half of what P.7 allows \[s\].
+pub fn shown_interval(frequency: f64) -> f64 {
+    0.25 / frequency
+}
+
+/// The warning of a body that vibrates at the frequency `highest` \[Hz\] after the time `time`, faster than its states are stored, `interval` apart
+/// (Eq. P.7).
+pub fn sparse_output(body: &BodyModel, highest: f64, (time, interval): (f64, f64)) -> Option<Warning> {
     let limit = 0.5 / highest;
-    let is_sparse = highest > 0.0 && interval > limit;
-    is_sparse.then(|| Warning {
+    (interval > limit).then(|| Warning {
         kind: WarningKind::SparseOutput,
         subject: subject(body),
         time,
@@ -180,7 +185,9 @@ pub fn sparse_output(
              {interval:.3e} s and show no more than {:.4e} Hz",
             0.5 / interval
         ),
-        remedy: format!("lower output.free_interval to {limit:.2e} or less"),
+        remedy: format!(
+            "leave output.free_interval to the program or lower it to {limit:.2e} or less"
+        ),
     })
 }
 

@@ -58,8 +58,8 @@ pub struct RunSettings {
     pub step_share: f64,
     /// Time without contact force after which an impact has ended \[s\].
     pub quiet_time: Option<f64>,
-    /// Time between stored states in free phases \[s\].
-    pub free_interval: f64,
+    /// Time between stored states in free phases \[s\]; `None`: [`FREE_INTERVAL`], after an impact less where bodies vibrate fast.
+    pub free_interval: Option<f64>,
     /// Least time between stored states in impact phases; zero: every step is stored \[s\].
     pub impact_interval: f64,
     /// Least time between stored states as a share of the time since the start of their phase: long phases do not fill the disk.
@@ -67,6 +67,9 @@ pub struct RunSettings {
     /// Whether stored states have the pressures at contact points.
     pub pressure: bool,
 }
+
+/// Time between stored states in free phases unless told otherwise, if nothing vibrates fast \[s\].
+pub const FREE_INTERVAL: f64 = 1e-3;
 
 /// A point to observe.
 #[derive(Debug, Clone, PartialEq)]

@@ -20,7 +20,7 @@ pub fn settings(simulation: &Section, output: &Section) -> Option<RunSettings> {
         step_share: STEP_SHARE,
         quiet_time: simulation.number("quiet_time"),
         energy_tolerance: simulation.number("energy_tolerance")?,
-        free_interval: output.number("free_interval")?,
+        free_interval: output.number("free_interval"),
         impact_interval: output.number("impact_interval")?,
         phase_share: 1.0 / output.number("phase_states")?,
         pressure: output.boolean("pressure")?,

@@ -1,5 +1,6 @@
 //! Keys of `[simulation]` and `[output]`.
 
+use adaptive::spec::FREE_INTERVAL;
 use ffr_dynamics::integration::Method;
 
 use super::super::keys::{Bound, Choice, Key, Kind, Need, Range};
@@ -122,7 +123,11 @@ pub const OUTPUT: &[Key] = &[
         "free_interval",
         Kind::Number(TIME),
         "s",
-        Need::Default("1e-3"),
+        Need::Derived(|| {
+            format!(
+                "{FREE_INTERVAL:?} s; after an impact a quarter of the shortest period at which a body vibrates strongly, if that is less"
+            )
+        }),
         "Time between stored states between impacts.",
     ),
     Key::new(
