@@ -266,7 +266,7 @@ impl ElasticBody {
         let key = modes_key(&body_definition(&self.spec), self.spec.reduction, interface, loads);
         // Rigid modes come from the matrices at no cost, and errors of theirs before those of the elastic ones.
         let rigid = Arc::new(RigidModes::new(&self.assembled)?);
-        cache.shared(key, |stored| basis_from(stored, self.n_unknowns(), &rigid), build, stored_basis)
+        cache.recent(key, |stored| basis_from(stored, self.n_unknowns(), &rigid), build, stored_basis)
     }
 }
 

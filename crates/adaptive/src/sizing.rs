@@ -81,7 +81,7 @@ fn sizes(
     let candidate = Candidate::new(name, elastic, wish);
     let limit = time.map_or(0.0, |t| t.frequency);
     let key: ModelKey = key::sizes_key(&candidate.spec, wish, limit);
-    let numbers = cache.shared(
+    let numbers = cache.recent(
         key,
         Numbers::from_stored,
         || Numbers::compute(&candidate, wish, limit, elastic.reduction),

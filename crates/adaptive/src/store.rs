@@ -32,7 +32,7 @@ pub trait ModelStore: Send + Sync {
     fn save(&self, key: &ModelKey, model: &StoredModel);
 }
 
-/// How a store was used in a run.
+/// How models were kept and built in a run.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct CacheUse {
     /// Models found.
@@ -41,6 +41,8 @@ pub struct CacheUse {
     pub misses: u64,
     /// Time for reading and writing \[s\].
     pub seconds: f64,
+    /// Fine models that were built, with or without a store.
+    pub fine_models: u64,
 }
 
 /// The models of a run: those that it has built of its bodies, and the store, if there is one.
@@ -54,9 +56,7 @@ pub struct ModelCache {
 
 #[derive(Default)]
 struct State {
-    /// Models of this run. There are few, so they are searched one by one.
-    built: Vec<(ModelKey, Arc<StoredModel>)>,
-    /// Models used last in this run, the latest one last.
+    /// Models used last in this run, the latest one last. There are few, so they are searched one by one.
     recent: Vec<(ModelKey, Arc<StoredModel>)>,
     used: CacheUse,
 }
@@ -92,33 +92,17 @@ impl ModelCache {
         self.lock().used
     }
 
+    /// Counts a fine model that is built.
+    pub fn count_fine_model(&self) {
+        self.lock().used.fine_models += 1;
+    }
+
     fn lock(&self) -> std::sync::MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The model of `key` from this run or the store, otherwise built and kept in both. `decode` returns nothing if what was
-    /// kept does not fit.
-    ///
-    /// # Errors
-    /// That of `build`.
-    pub fn shared<T, E>(
-        &self,
-        key: ModelKey,
-        decode: impl Fn(&StoredModel) -> Option<T>,
-        build: impl FnOnce() -> Result<T, E>,
-        encode: impl Fn(&T) -> StoredModel,
-    ) -> Result<T, E> {
-        let earlier = self.lock().built.iter().find(|(k, _)| *k == key).map(|(_, model)| Arc::clone(model));
-        if let Some(found) = earlier.and_then(|model| decode(&model)) {
-            return Ok(found);
-        }
-        let model = self.stored(|| key.clone(), decode, build, &encode)?;
-        let encoded = Arc::new(encode(&model));
-        self.lock().built.push((key, encoded));
-        Ok(model)
-    }
-
-    /// The model of `key` from those that the run used last, otherwise as [`ModelCache::stored`].
+    /// The model of `key` from those that the run used last, otherwise as [`ModelCache::stored`]. `decode` returns nothing if what was kept
+    /// does not fit.
     ///
     /// # Errors
     /// That of `build`.

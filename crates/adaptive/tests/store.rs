@@ -109,9 +109,10 @@ fn runs_agree(spec: &RunSpec) {
     let (warm, second) = traced(spec, Some(&store));
     same(&without, &cold, "empty store");
     same(&without, &warm, "full store");
-    assert_eq!(unused, CacheUse::default());
+    assert_eq!(unused, CacheUse { fine_models: first.fine_models, ..CacheUse::default() });
     assert!(first.hits == 0 && first.misses >= 3, "{first:?}");
     assert_eq!((second.hits, second.misses), (first.misses, 0));
+    assert!(first.fine_models >= 1 && second.fine_models == 0, "{first:?} {second:?}");
     // Equal bodies are looked up once per run.
     let asked = store.asked.lock().unwrap();
     assert_eq!(asked.iter().filter(|kind| **kind == "modes").count(), 2);

@@ -187,6 +187,7 @@ impl AdaptiveContact {
                 .map_err(|source| AdaptiveError::Reduction { body: body.name.clone(), source }),
         };
         if modes == LowModes::Fine {
+            self.cache.count_fine_model();
             let assembled = fine.assemble(body)?;
             let fine = FineBody { mesh: fine, assembled };
             let (basis, residual) = fine.reduce(coarse, &zone.unknowns, modes)?;
@@ -211,6 +212,7 @@ impl AdaptiveContact {
             key,
             |stored| self.answer_from(stored, zone.unknowns.len(), n_rows),
             || {
+                self.cache.count_fine_model();
                 let assembled = fine.assemble(body)?;
                 check_cancel()?;
                 let (_, residual) = fine.reduce(&assembled, coarse, &zone.unknowns, LowModes::Prolonged)?;

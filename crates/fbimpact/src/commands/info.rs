@@ -62,7 +62,12 @@ fn for_people(s: &Summary) -> String {
         out.push('\n');
     }
     for (name, seconds) in &s.timings {
-        let _ = writeln!(out, "{name:<16} {seconds:>10.4} s");
+        let models = match (name.as_str(), s.fine_models) {
+            ("reduction", Some(1)) => "   1 fine model built".to_owned(),
+            ("reduction", Some(n)) => format!("   {n} fine models built"),
+            _ => String::new(),
+        };
+        let _ = writeln!(out, "{name:<16} {seconds:>10.4} s{models}");
     }
     out
 }

@@ -249,7 +249,11 @@ pub const TIMINGS: [Stage; 6] = [
         description: "Geometry and assembly of the matrices.",
         seconds: |t| t.assembly,
     },
-    Stage { name: "reduction", description: "Eigenmodes and compliance.", seconds: |t| t.reduction },
+    Stage {
+        name: "reduction",
+        description: "Eigenmodes and compliance; attribute `fine_models`: number of fine models built.",
+        seconds: |t| t.reduction,
+    },
     Stage { name: "search", description: "Contact search.", seconds: |t| t.search },
     Stage { name: "contact", description: "Contact solver.", seconds: |t| t.contact },
     Stage {

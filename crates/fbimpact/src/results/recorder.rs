@@ -551,6 +551,8 @@ fn write_timings(file: &File, timings: &Timings) -> Result<()> {
         describe(&dataset, "s", description)?;
     }
     let used = timings.cache;
+    let reduction = group.dataset("reduction")?;
+    reduction.new_attr::<u64>().create("fine_models")?.write_scalar(&used.fine_models)?;
     let dataset = group.new_dataset::<f64>().create("cache")?;
     dataset.write_scalar(&used.seconds)?;
     describe(&dataset, "s", "Reading and writing models that are kept between runs.")?;

@@ -48,6 +48,8 @@ pub struct Summary {
     pub largest_jump: Option<f64>,
     /// Seconds a stage.
     pub timings: Vec<(String, f64)>,
+    /// Fine models that were built; none in results of earlier versions and of runs that were killed.
+    pub fine_models: Option<u64>,
 }
 
 /// Reads the summary of `path`.
@@ -76,8 +78,10 @@ fn summary(file: &File) -> Result<Summary> {
             bodies.push((name, n));
         }
     }
-    let mut timings = Vec::new();
+    let (mut timings, mut fine_models) = (Vec::new(), None);
     if let Ok(group) = file.group("timings") {
+        let count = group.dataset("reduction").and_then(|d| d.attr("fine_models")?.read_scalar::<u64>());
+        fine_models = count.ok();
         for name in group.member_names()? {
             let value = group.dataset(&name)?.read_scalar()?;
             timings.push((name, value));
@@ -104,6 +108,7 @@ fn summary(file: &File) -> Result<Summary> {
         transfers,
         warnings: warnings::read(file)?,
         timings,
+        fine_models,
     })
 }
 
@@ -175,7 +180,7 @@ impl Summary {
             "chosen": chosen,
             "phases": phases, "impacts": impacts,
             "warnings": self.warnings.iter().map(|line| warnings::json(line)).collect::<Vec<_>>(),
-            "tries": trials, "transfers": transfers, "timings": timings,
+            "tries": trials, "transfers": transfers, "timings": timings, "fine_models": self.fine_models,
         });
         if let Value::Object(map) = &mut all {
             map.extend(attributes);
