@@ -446,3 +446,46 @@ fn joints_on_ground_stand_where_the_child_lies_about_the_origin() {
                   child={body=\"lower\",marker=\"bottom\"}}";
     assert_fault(&[second], "joints.second.parent.point", "missing");
 }
+
+/// A ball of the material `name`; `rest` follows.
+fn ball_of(name: &str, rest: &str) -> String {
+    format!(
+        "[simulation]\nend_time = 1.0\n[bodies.ball]\nmodel = \"rigid\"\nmaterial = \"{name}\"\n\
+         geometry = {{ shape = \"sphere\", radius = 0.1 }}\n{rest}"
+    )
+}
+
+#[test]
+fn standard_materials_need_no_table_and_give_way_to_one() {
+    let mass = |text: &str, set: &[&str]| {
+        let overrides: Vec<Override> = set.iter().map(|s| s.parse().expect("KEY=VALUE")).collect();
+        let scenario = scenario::parse(Path::new("test.toml"), text.as_bytes(), &overrides);
+        let scenario = scenario.unwrap_or_else(|e| panic!("{e}"));
+        match &scenario.run.bodies[0].kind {
+            BodyKind::Rigid(body) => (body.mass, scenario.source.resolved),
+            other => panic!("{other:?}"),
+        }
+    };
+    let volume = 4e-3 * std::f64::consts::PI / 3.0;
+    let is = |found: f64, density: f64| assert!((found / (density * volume) - 1.0).abs() < 1e-12, "{found}");
+    let (steel, resolved) = mass(&ball_of("steel", ""), &[]);
+    is(steel, 7850.0);
+    // The result file says what was used.
+    assert!(resolved.contains("[materials.steel]") && resolved.contains("210000000000"), "{resolved}");
+    is(mass(&ball_of("brass", ""), &[]).0, 8530.0);
+    let own = "[materials.steel]\nyoungs_modulus = 2e11\npoissons_ratio = 0.3\ndensity = 8e3\n";
+    is(mass(&ball_of("steel", own), &[]).0, 8000.0);
+    let (changed, resolved) = mass(&ball_of("steel", ""), &["materials.steel.density=7700"]);
+    is(changed, 7700.0);
+    assert!(resolved.contains("210000000000"), "{resolved}");
+
+    // A table of one's own must be complete, and other names are answered with those that exist.
+    let fault = |text: &str| match scenario::parse(Path::new("test.toml"), text.as_bytes(), &[]) {
+        Err(faults) => faults.to_string(),
+        Ok(_) => panic!("valid: {text}"),
+    };
+    let incomplete = fault(&ball_of("steel", "[materials.steel]\ndensity = 8e3\n"));
+    assert!(incomplete.contains("materials.steel.youngs_modulus"), "{incomplete}");
+    let unknown = fault(&ball_of("stele", ""));
+    assert!(unknown.contains("did you mean \"steel\""), "{unknown}");
+}

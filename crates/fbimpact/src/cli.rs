@@ -186,7 +186,6 @@ pub enum Command {
     /// Print the JSON schema of the scenario file, for editors
     Schema,
     /// Print the reference page of the scenario file, or the tables of that of the result file
-    #[command(hide = true)]
     Reference {
         /// Page
         #[arg(default_value = "scenario")]

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use adaptive::spec::{ContactSpec, Target};
+
 use super::threads;
 use crate::error::AppError;
 use crate::scenario::{self, Override, Scenario};
@@ -41,14 +43,19 @@ pub fn check(scenarios: &[PathBuf], overrides: &[Override]) -> Result<(), AppErr
     last.map_or(Ok(()), Err)
 }
 
-/// Bodies that are the child of no joint where others are.
+/// Bodies that are the child of no joint and of no contact where others hang on joints.
 fn under_constrained(scenario: &Scenario) -> Vec<&str> {
     let tree = &scenario.run.joints;
     if tree.is_empty() {
         return Vec::new();
     }
     let bodies = scenario.run.bodies.iter().enumerate();
-    let free = bodies.filter(|(i, _)| tree.iter().all(|j| j.child.body != Some(*i)));
+    // What is thrown at others, or lies on them, moves freely on purpose.
+    let touches = |i: usize| {
+        let is_target = |c: &ContactSpec| matches!(c.target, Target::Body(other) if other == i);
+        scenario.run.contacts.iter().any(|c| c.body == i || is_target(c))
+    };
+    let free = bodies.filter(|(i, _)| tree.iter().all(|j| j.child.body != Some(*i)) && !touches(*i));
     free.map(|(_, body)| body.name.as_str()).collect()
 }
 
@@ -86,5 +93,29 @@ mod tests {
         let read = |t: &str| scenario::parse(Path::new("test.toml"), t.as_bytes(), &[]).expect("a scenario");
         assert_eq!(under_constrained(&read(&text(joint))), ["stone"]);
         assert!(under_constrained(&read(&text(""))).is_empty());
+        // A ball that is thrown at the arm.
+        let thrown = format!(
+            r#"{joint}
+            [materials.m]
+            youngs_modulus = 2e11
+            poissons_ratio = 0.3
+            density = 8e3
+            [bodies.target]
+            model = "rigid"
+            material = "m"
+            geometry = {{ shape = "sphere", radius = 0.1 }}
+            position = [1.0, 0.0, 0.0]
+            [bodies.ball]
+            model = "rigid"
+            material = "m"
+            geometry = {{ shape = "sphere", radius = 0.1 }}
+            position = [2.0, 0.0, 0.0]
+            [contacts.hit]
+            contact_body = "ball"
+            target_body = "target"
+            model = "hertz"
+            "#
+        );
+        assert_eq!(under_constrained(&read(&text(&thrown))), ["stone"]);
     }
 }

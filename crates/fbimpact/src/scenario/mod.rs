@@ -15,6 +15,7 @@ pub mod section;
 mod check;
 mod body_files;
 mod body_source;
+mod standard_materials;
 mod build;
 mod conditions;
 mod resolved;
@@ -65,6 +66,7 @@ pub fn parse(path: &Path, bytes: &[u8], overrides: &[Override]) -> Result<Scenar
             checker.faults.push(*fault);
         }
     }
+    standard_materials::fill(&mut document);
     let Value::Table(entries) = &document.value else { unreachable!("a TOML document is a table") };
     let mut root = checker.section(tables::SCENARIO, entries, "", &document.origin, None);
     let directory = path.parent().unwrap_or(Path::new("."));

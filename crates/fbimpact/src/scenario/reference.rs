@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::keys::{Choice, Key, Kind};
+use super::standard_materials::{STANDARD_MATERIALS, StandardMaterial};
 use super::tables::{CURVES, SCENARIO, ShapeFacts};
 
 /// Text before the tables.
@@ -31,7 +32,25 @@ pub fn markdown() -> String {
     let _ = writeln!(out, "\n## Top level\n");
     section(SCENARIO, "", &mut out);
     curves(&mut out);
+    materials(&mut out);
     out
+}
+
+/// The materials that need no table.
+fn materials(out: &mut String) {
+    let _ = writeln!(
+        out,
+        "\n## Materials by name\n\nA body may name one of these without a table; a table `[materials.NAME]` of the scenario's own takes its \
+         place, `--set materials.NAME.KEY=VALUE` changes one value. The values used stand in the result file.\n\n\
+         | name | Young's modulus [GPa] | Poisson's ratio | density [kg/m³] | source |\n|---|---|---|---|---|"
+    );
+    for StandardMaterial { name, youngs_modulus, poissons_ratio, density, source } in STANDARD_MATERIALS {
+        let _ = writeln!(
+            out,
+            "| `{name}` | {} | {poissons_ratio} | {density} | {source} |",
+            1e-9 * youngs_modulus
+        );
+    }
 }
 
 /// The forms of a quantity over time.

@@ -9,6 +9,7 @@ use iga_core::elasticity::{Material, Model};
 use super::super::body_places::GivenPlace;
 use super::super::check::Checker;
 use super::super::section::Section;
+use super::super::standard_materials::STANDARD_MATERIALS;
 use super::joints::inboard_joint;
 use super::places::{BodyFacts, one_of};
 
@@ -109,7 +110,8 @@ pub fn optional_material(
     let list = root.named("materials");
     let name = section.text("material")?;
     if list.iter().all(|(n, _)| n != name) {
-        let known: Vec<&str> = list.iter().map(|(n, _)| n.as_str()).collect();
+        let own = list.iter().map(|(n, _)| n.as_str());
+        let known: Vec<&str> = own.chain(STANDARD_MATERIALS.iter().map(|m| m.name)).collect();
         checker.unknown_name(section, "material", "material", &known);
         return None;
     }

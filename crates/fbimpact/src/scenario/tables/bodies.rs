@@ -83,7 +83,8 @@ pub const BODY: &[Key] = &[
         Kind::Name,
         "",
         Need::Optional("only `rigid` and `imported` bodies may have none"),
-        "Name of the material. A rigid body takes its density, Hertz contacts its elastic constants.",
+        "Name of a table of `[materials]` or of a standard material (see the end of this page). A rigid body takes its density, Hertz contacts its \
+         elastic constants.",
     ).when(&[NOT_IMPORTED, Condition::new(
             "for bodies with \"geometry\"",
             Test::Any(&[Test::NoneOf("model", &["rigid"]), Test::With("geometry")]),

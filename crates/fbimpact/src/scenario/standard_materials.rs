@@ -1,0 +1,134 @@
+//! Materials that a body may name without a table of the scenario's own.
+
+use super::document::{Entry, Node, Origin, Value};
+
+/// A material with the source of its values.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StandardMaterial {
+    /// Name.
+    pub name: &'static str,
+    /// Young's modulus \[Pa\].
+    pub youngs_modulus: f64,
+    /// Poisson's ratio.
+    pub poissons_ratio: f64,
+    /// Density [kg/m³].
+    pub density: f64,
+    /// Where the values are from.
+    pub source: &'static str,
+}
+
+/// All of them; alloys of one kind differ by some percent in Young's modulus and density.
+pub const STANDARD_MATERIALS: [StandardMaterial; 8] = [
+    StandardMaterial {
+        name: "steel",
+        youngs_modulus: 210e9,
+        poissons_ratio: 0.3,
+        density: 7850.0,
+        source: "EN 1993-1-1, 3.2.6; EN 1991-1-1, table A.4",
+    },
+    StandardMaterial {
+        name: "stainless-steel",
+        youngs_modulus: 200e9,
+        poissons_ratio: 0.3,
+        density: 7900.0,
+        source: "EN 1993-1-4, 2.1.3; EN 10088-1, grade 1.4301",
+    },
+    StandardMaterial {
+        name: "cast-iron",
+        youngs_modulus: 110e9,
+        poissons_ratio: 0.26,
+        density: 7200.0,
+        source: "EN 1561, annex A, EN-GJL-250 (103 to 118 GPa)",
+    },
+    StandardMaterial {
+        name: "aluminium",
+        youngs_modulus: 70e9,
+        poissons_ratio: 0.3,
+        density: 2700.0,
+        source: "EN 1999-1-1, 3.2.5",
+    },
+    StandardMaterial {
+        name: "titanium",
+        youngs_modulus: 113.8e9,
+        poissons_ratio: 0.342,
+        density: 4430.0,
+        source: "ASM data sheet of Ti-6Al-4V, annealed",
+    },
+    StandardMaterial {
+        name: "copper",
+        youngs_modulus: 129.8e9,
+        poissons_ratio: 0.343,
+        density: 8960.0,
+        source: "Kaye and Laby, tables of physical constants, 2.2.2; CRC handbook",
+    },
+    StandardMaterial {
+        name: "brass",
+        youngs_modulus: 100.6e9,
+        poissons_ratio: 0.35,
+        density: 8530.0,
+        source: "Kaye and Laby, 2.2.2, 70 % copper; CDA data sheet of C26000",
+    },
+    StandardMaterial {
+        name: "glass",
+        youngs_modulus: 70e9,
+        poissons_ratio: 0.2,
+        density: 2500.0,
+        source: "EN 572-1, soda lime silicate",
+    },
+];
+
+/// Adds a table `[materials.NAME]` for every standard material that a body names and the scenario does not define; what `--set` has given of one
+/// stays.
+pub fn fill(document: &mut Node) {
+    let Value::Table(root) = &mut document.value else { return };
+    let mut named = Vec::new();
+    if let Some(bodies) = root.iter().find(|e| e.key == "bodies") {
+        materials_in(&bodies.node, &mut named);
+    }
+    for material in STANDARD_MATERIALS.iter().filter(|m| named.iter().any(|name| name == m.name)) {
+        let Some(list) = table(root, "materials") else { return };
+        let is_given = |e: &Entry| e.key == material.name && !matches!(e.origin, Origin::Override(_));
+        if list.iter().any(is_given) {
+            continue;
+        }
+        let Some(keys) = table(list, material.name) else { continue };
+        let values = [
+            ("youngs_modulus", material.youngs_modulus),
+            ("poissons_ratio", material.poissons_ratio),
+            ("density", material.density),
+        ];
+        for (key, value) in values {
+            if keys.iter().all(|e| e.key != key) {
+                keys.push(entry(key, Value::Float(value)));
+            }
+        }
+    }
+}
+
+/// The texts of all keys `material` below `node`.
+fn materials_in(node: &Node, named: &mut Vec<String>) {
+    let Value::Table(entries) = &node.value else { return };
+    for Entry { key, node, .. } in entries {
+        match &node.value {
+            Value::Text(name) if key == "material" => named.push(name.clone()),
+            _ => materials_in(node, named),
+        }
+    }
+}
+
+/// The table `key` of `entries`, made if there is none; `None` if something else stands there.
+fn table<'a>(entries: &'a mut Vec<Entry>, key: &str) -> Option<&'a mut Vec<Entry>> {
+    let place = entries.iter().position(|e| e.key == key).unwrap_or_else(|| {
+        entries.push(entry(key, Value::Table(Vec::new())));
+        entries.len() - 1
+    });
+    match &mut entries[place].node.value {
+        Value::Table(table) => Some(table),
+        _ => None,
+    }
+}
+
+fn entry(key: &str, value: Value) -> Entry {
+    let node = Node { value, origin: Origin::Default };
+    Entry { key: key.to_owned(), origin: Origin::Default, node }
+}
