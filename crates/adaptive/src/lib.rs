@@ -43,4 +43,9 @@ pub mod fine_modes;
 pub mod transfer;
 pub mod sizing;
 
+#[cfg(test)]
+#[expect(dead_code, reason = "tests of contact-qs use the rest")]
+#[path = "../../contact-qs/tests/hertz_impact/mod.rs"]
+mod hertz_impact;
+
 pub use error::AdaptiveError;

@@ -75,8 +75,6 @@ pub enum PenaltyStrategy {
 pub const PEAK_TOLERANCE: f64 = 2e-3;
 
 impl PenaltyStrategy {
-    /// As printed in \[A\] section 4.1: trials of 30 contact steps.
-    pub const PRINTED: Self = Self::ErrorDriven { trial_steps: 30 };
     /// The default: a further factor of ten changes the peak force by less than [`PEAK_TOLERANCE`].
     pub const CONVERGED: Self = Self::UntilConverged { factor: 10.0, tolerance: PEAK_TOLERANCE };
 }
@@ -323,6 +321,9 @@ impl PenaltySearch {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// As printed in \[A\] section 4.1: trials of 30 contact steps.
+    const PRINTED: PenaltyStrategy = PenaltyStrategy::ErrorDriven { trial_steps: 30 };
     use approx::assert_relative_eq;
 
     /// Runs a search on a solver that fails above `limit` and gives a peak force `force(c_p)`.
@@ -354,7 +355,7 @@ mod tests {
 
     #[test]
     fn the_printed_search_raises_by_ten_and_lowers_the_multiplier() {
-        let mut search = PenaltySearch::new(PenaltyStrategy::PRINTED, 1e15);
+        let mut search = PenaltySearch::new(PRINTED, 1e15);
         assert_eq!(search.restart(), PenaltyAction::Run { penalty: 1e15, contact_steps: Some(30) });
         let (action, log) = run(&mut search, 5.5e16, |_| 70.0);
         assert_relative_eq!(accepted(action), 5e16, max_relative = 1e-14);
@@ -367,7 +368,7 @@ mod tests {
 
     #[test]
     fn after_an_error_the_impact_goes_on_and_may_fail_again() {
-        let mut search = PenaltySearch::new(PenaltyStrategy::PRINTED, 2e17);
+        let mut search = PenaltySearch::new(PRINTED, 2e17);
         search.restart();
         let first = search.next(RunOutcome::SolverError { failure: FailureKind::NotFinite });
         assert_eq!(first, PenaltyAction::Resume { penalty: 1e17 });
@@ -407,7 +408,7 @@ mod tests {
     #[test]
     fn errors_are_answered_in_the_running_impact_as_printed() {
         let given = PenaltySearch::new(PenaltyStrategy::Fixed, 1e18);
-        let printed = PenaltySearch::new(PenaltyStrategy::PRINTED, 1e18);
+        let printed = PenaltySearch::new(PRINTED, 1e18);
         let converged = PenaltySearch::new(PenaltyStrategy::CONVERGED, 1e18);
         assert!(printed.is_resuming(), "from the first error on");
         assert!(!given.is_resuming() && !given.accepted().is_resuming());
@@ -421,7 +422,7 @@ mod tests {
         let (action, log) = run(&mut search, f64::INFINITY, |_| 10.0);
         assert_eq!(log.len(), 1);
         assert_relative_eq!(accepted(action), 1e18);
-        let mut printed = PenaltySearch::from_accepted(PenaltyStrategy::PRINTED, 1e18);
+        let mut printed = PenaltySearch::from_accepted(PRINTED, 1e18);
         assert_eq!(printed.restart(), PenaltyAction::Run { penalty: 1e18, contact_steps: None });
         assert_relative_eq!(accepted(run(&mut printed, 8.5e17, |_| 10.0).0), 8e17);
     }
@@ -436,11 +437,11 @@ mod tests {
 
     #[test]
     fn searches_that_cannot_end_fail_with_their_numbers() {
-        let mut endless = PenaltySearch::new(PenaltyStrategy::PRINTED, 1e15);
+        let mut endless = PenaltySearch::new(PRINTED, 1e15);
         let (action, _) = run(&mut endless, f64::INFINITY, |_| 1.0);
         let PenaltyAction::Fail(failure) = action else { panic!("must fail: {action:?}") };
         assert!(failure.to_string().contains("1.000e28"), "{failure}");
-        let mut hopeless = PenaltySearch::new(PenaltyStrategy::PRINTED, 1e15);
+        let mut hopeless = PenaltySearch::new(PRINTED, 1e15);
         let (action, _) = run(&mut hopeless, 0.0, |_| 1.0);
         assert!(
             matches!(

@@ -2,9 +2,11 @@
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests; a failure is a failed test")]
 
+#[expect(dead_code, reason = "other test binaries use the rest")]
+mod hertz_impact;
 mod common;
 
-use contact_qs::law::hertz::{HertzImpact, HertzPair, Solid};
+use contact_qs::law::hertz::{HertzPair, Solid};
 use contact_qs::law::penalty::{DEFAULT_STIFFNESS_RATIO, compliance_weight};
 use contact_qs::quasistatic::{ActiveSet, BroydenSettings, Method, Problem};
 use contact_qs::submodel::SparseRows;
@@ -12,6 +14,7 @@ use contact_qs::{ContactSubmodel, Plane, PlaneContact, PlaneContactSettings};
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::{Active, ActiveForce, BodyState, GeneralisedForce, Motion};
+use hertz_impact::HertzImpact;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::f64::consts::{FRAC_PI_2, PI};
 

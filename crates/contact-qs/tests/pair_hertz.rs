@@ -2,12 +2,14 @@
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests; a failure is a failed test")]
 
+#[expect(dead_code, reason = "other test binaries use the rest")]
+mod hertz_impact;
 mod common;
 mod pair_support;
 #[path = "pair_support/elastic.rs"]
 mod elastic;
 
-use contact_qs::law::hertz::{HertzImpact, HertzPair, Solid};
+use contact_qs::law::hertz::{HertzPair, Solid};
 use contact_qs::quasistatic::{BroydenSettings, Method};
 use contact_qs::{
     ActiveContact, Plane, PlaneContact, PlaneContactSettings, SurfacePair, SurfacePairSettings,
@@ -15,6 +17,7 @@ use contact_qs::{
 use elastic::{ALUMINIUM, ElasticSphere, STEEL};
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::{Active, ActiveForce, BodyState, GeneralisedForce, Motion};
+use hertz_impact::HertzImpact;
 use nalgebra::Vector3;
 use pair_support::highest;
 

@@ -4,8 +4,10 @@
 
 #[path = "../../ffr-dynamics/tests/free_motion/mod.rs"]
 mod free_motion;
+#[expect(dead_code, reason = "other test binaries use the rest")]
+mod hertz_impact;
 
-use contact_qs::law::{HertzImpact, Solid};
+use contact_qs::law::Solid;
 use contact_qs::{ActiveContact, ContactError, Plane, Sphere, SphereContact};
 use ffr_dynamics::body::{RigidMotion, StandardInputData};
 use ffr_dynamics::error::FailureKind;
@@ -13,6 +15,7 @@ use ffr_dynamics::integration::{CrossingSearch, DenseOutput, DormandPrince, Step
 use ffr_dynamics::kinematics::FlexiblePoint;
 use ffr_dynamics::system::{Active, ActiveForce, BodyState, ErrorScale, GeneralisedForce, Motion, Multibody};
 use free_motion::{body_state, free_system, state_vector};
+use hertz_impact::HertzImpact;
 use nalgebra::{Matrix3, UnitQuaternion, UnitVector3, Vector3};
 
 const STEEL: Solid = Solid { young: 2.1e11, poisson: 0.3 };

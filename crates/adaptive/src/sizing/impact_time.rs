@@ -364,8 +364,9 @@ fn line_time(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::hertz_impact::HertzImpact;
     use approx::assert_relative_eq;
-    use contact_qs::law::hertz::{HertzImpact, HertzPair, Solid};
+    use contact_qs::law::hertz::{HertzPair, Solid};
 
     const STEEL: Solid = Solid { young: 210e9, poisson: 0.3 };
     const ALUMINIUM: Solid = Solid { young: 72.8e9, poisson: 0.33 };

@@ -5,4 +5,4 @@ pub mod coulomb;
 pub mod hertz;
 
 pub use coulomb::Friction;
-pub use hertz::{HertzImpact, HertzPair, Solid};
+pub use hertz::{HertzPair, Solid};

@@ -77,11 +77,6 @@ impl StandardInputData {
             }),
         })
     }
-
-    /// Whether the body has geometric stiffening.
-    pub fn has_geometric_stiffening(&self) -> bool {
-        self.foreshortening.is_some()
-    }
 }
 
 fn check(matrix: &Mat<f64>, n_q: usize, kind: &str, case: &[usize]) -> Result<(), DynamicsError> {

@@ -30,16 +30,9 @@ pub struct ElementOperator {
     pub rows: Vec<f64>,
 }
 
-/// Extraction operator of a leaf.
-pub fn element_operator(basis: &HierarchicalBasis, leaf: &Leaf, kind: Truncation) -> ElementOperator {
-    let mut builder = OperatorBuilder::default();
-    builder.build(basis, leaf, kind);
-    builder.operator
-}
-
 /// Builds operators one after the other in the same memory.
 #[derive(Debug, Default)]
-pub(super) struct OperatorBuilder {
+pub struct OperatorBuilder {
     operator: ElementOperator,
     elements: Vec<[usize; 3]>,
     inside: Vec<Vec<bool>>,
@@ -48,12 +41,7 @@ pub(super) struct OperatorBuilder {
 
 impl OperatorBuilder {
     /// Extraction operator of a leaf.
-    pub(super) fn build(
-        &mut self,
-        basis: &HierarchicalBasis,
-        leaf: &Leaf,
-        kind: Truncation,
-    ) -> &ElementOperator {
+    pub fn build(&mut self, basis: &HierarchicalBasis, leaf: &Leaf, kind: Truncation) -> &ElementOperator {
         let hierarchy = basis.hierarchy();
         let orders: [usize; 3] =
             std::array::from_fn(|d| hierarchy.levels()[0].knots().get(d).map_or(1, |k| k.degree() + 1));

@@ -1,7 +1,7 @@
 //! Identities of the bases on mixed levels with several boxes.
 
 use iga_core::SplineError;
-use iga_core::hierarchical::truncation::{Truncation, element_operator};
+use iga_core::hierarchical::truncation::{OperatorBuilder, Truncation};
 use iga_core::hierarchical::{
     HierarchicalBasis, HierarchicalSpace, IndexBox, Prolongation, SubdomainHierarchy,
 };
@@ -47,7 +47,8 @@ fn truncated_functions_sum_to_one_on_every_leaf() {
             let basis = HierarchicalBasis::new(hierarchy);
             let mut n_mixed = 0;
             for leaf in basis.hierarchy().leaves() {
-                let operator = element_operator(&basis, &leaf, Truncation::Truncated);
+                let mut builder = OperatorBuilder::default();
+                let operator = builder.build(&basis, &leaf, Truncation::Truncated);
                 let n = (p + 1).pow(dimension as u32);
                 if operator.rows.is_empty() {
                     assert_eq!(operator.functions.len(), n);
@@ -108,7 +109,8 @@ fn collocation(basis: &HierarchicalBasis, kind: Truncation) -> DMatrix<f64> {
         let patch = identity_patch(level.knots().to_vec());
         let sizes: Vec<usize> = patch.element_counts();
         let e = iga_core::tensor::flat_index(&sizes, &leaf.index[..dimension]);
-        let operator = element_operator(basis, &leaf, kind);
+        let mut builder = OperatorBuilder::default();
+        let operator = builder.build(basis, &leaf, kind);
         let n = patch.n_active();
         let (lower, upper) = patch.element(e);
         let orders: Vec<usize> = level.knots().iter().map(|k| k.degree() + 1).collect();

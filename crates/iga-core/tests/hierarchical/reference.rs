@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use iga_core::bspline::basis_derivatives;
-use iga_core::hierarchical::truncation::{Truncation, element_operator};
+use iga_core::hierarchical::truncation::{OperatorBuilder, Truncation};
 use iga_core::hierarchical::{HierarchicalBasis, IndexBox, SubdomainHierarchy};
 use iga_core::knots::KnotVector;
 
@@ -71,7 +71,8 @@ fn values(basis: &HierarchicalBasis, e: usize, xi: &[f64], kind: Truncation) -> 
         basis_derivatives(&knots[d], leaf.index[d], xi[d], 0, &mut tables[d]);
     }
     let local: Vec<f64> = tables[1].iter().flat_map(|b| tables[0].iter().map(move |a| a * b)).collect();
-    let operator = element_operator(basis, &leaf, kind);
+    let mut builder = OperatorBuilder::default();
+    let operator = builder.build(basis, &leaf, kind);
     let mut all = vec![0.0; basis.n_functions()];
     for (r, &f) in operator.functions.iter().enumerate() {
         all[f as usize] = match operator.rows.get(r * local.len()..(r + 1) * local.len()) {
@@ -158,8 +159,10 @@ fn number_of_truncated_functions_equals_the_reference() {
         let basis = basis_of(case);
         let mut is_truncated = vec![false; basis.n_functions()];
         for leaf in basis.hierarchy().leaves() {
-            let plain = element_operator(&basis, &leaf, Truncation::Plain);
-            let short = element_operator(&basis, &leaf, Truncation::Truncated);
+            let mut builders = [OperatorBuilder::default(), OperatorBuilder::default()];
+            let [of_plain, of_short] = &mut builders;
+            let plain = of_plain.build(&basis, &leaf, Truncation::Plain);
+            let short = of_short.build(&basis, &leaf, Truncation::Truncated);
             let n = basis.hierarchy().levels()[0].knots().iter().map(|k| k.degree() + 1).product::<usize>();
             for (r, &f) in plain.functions.iter().enumerate() {
                 let row = |o: &iga_core::hierarchical::truncation::ElementOperator, r: usize| -> Vec<f64> {
@@ -169,8 +172,8 @@ fn number_of_truncated_functions_equals_the_reference() {
                         o.rows[r * n..(r + 1) * n].to_vec()
                     }
                 };
-                let same = short.functions.iter().position(|&g| g == f).map(|s| row(&short, s));
-                is_truncated[f as usize] |= same != Some(row(&plain, r));
+                let same = short.functions.iter().position(|&g| g == f).map(|s| row(short, s));
+                is_truncated[f as usize] |= same != Some(row(plain, r));
             }
         }
         let count = is_truncated.iter().filter(|t| **t).count();
