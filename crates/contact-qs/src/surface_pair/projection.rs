@@ -280,24 +280,19 @@ impl Displaced<'_> {
     /// Closest point by a search that cannot be led astray (Eq. S.14).
     fn safeguarded(&self, start: &SurfacePlace, point: &[f64; 3], functions: &mut Functions) -> Projection {
         let grid = &self.surface.faces[start.face as usize];
-        let (mut lower, mut upper) = ([0.0; 3], [0.0; 3]);
+        let (mut lower, mut upper) = ([0.0; 2], [0.0; 2]);
         for a in 0..self.surface.n_parameters {
             [lower[a], upper[a]] = grid.range(a);
         }
-        let objective = |xi: &[f64; 3]| {
-            let jet = self.jet(&SurfacePlace { face: start.face, xi: [xi[0], xi[1]] }, functions);
-            let r = difference(&jet.point, point);
-            let mut sample = Sample { value: 0.5 * dot(&r, &r), ..Sample::default() };
-            sample.noise = f64::EPSILON * norm(&r) * (norm(&jet.point) + norm(point));
-            for a in 0..2 {
-                sample.gradient[a] = dot(&r, &jet.tangents[a]);
-                sample.hessian[a][a] = dot(&jet.tangents[a], &jet.tangents[a]) + dot(&r, &jet.second[a]);
-                sample.hessian[a][1 - a] = dot(&jet.tangents[0], &jet.tangents[1]) + dot(&r, &jet.second[2]);
-            }
-            sample
+        let objective = |xi: &[f64; 2]| {
+            let jet = self.jet(&SurfacePlace { face: start.face, xi: *xi }, functions);
+            let second = |a: usize, b: usize| jet.second[if a == b { a } else { 2 }];
+            let noise =
+                f64::EPSILON * norm(&difference(&jet.point, point)) * (norm(&jet.point) + norm(point));
+            Sample { noise, ..Sample::half_square(&jet.point, &jet.tangents, second, point) }
         };
-        let (xi, _) = minimize(objective, &[start.xi[0], start.xi[1], 0.0], &lower, &upper);
-        let mut place = SurfacePlace { face: start.face, xi: [xi[0], xi[1]] };
+        let (xi, _) = minimize(objective, &start.xi, &lower, &upper);
+        let mut place = SurfacePlace { face: start.face, xi };
         let mut jet = self.jet(&place, functions);
         // The objective is flat to the root of eps; the gradient is not.
         for _ in 0..2 {
