@@ -1,7 +1,7 @@
 //! Bernstein polynomials of one element of a target, and the fit of functions to them.
 //!
 //! [`iga_core::bernstein`] has the same to round-off. Projections and the deformation of the zone are iterated to a tolerance of 1e-8,
-//! so that other round-off here moves results by 1e-6.
+//! so that other round-off here moves results (docs/decisions/0024-searches-for-closest-points.md).
 
 use iga_core::knots::MAX_DEGREE;
 use nalgebra::DMatrix;
