@@ -70,8 +70,9 @@ fn predictors_need_two_trials_at_first_and_one_later() {
 
 #[test]
 fn fine_models_with_modes_of_their_own_give_the_same_peaks() {
-    // Limits of the project: 0.5 % of the peak, 1e-5 of the energy a transfer.
+    /// Claim 12 of docs/verification.md.
     const PEAK: f64 = 5e-3;
+    /// Claim 2 of docs/verification.md.
     const JUMP: f64 = 1e-5;
     for transfer in ["projection", "printed"] {
         let set: Vec<String> = ["first", "second"]

@@ -9,7 +9,7 @@ use crate::error::AdaptiveError;
 use crate::local_deformation::LocalDeformation;
 use crate::model::RunModel;
 use crate::observer::{Continue, Observer};
-use crate::plausibility::ledger::{EnergyLedger, Opening};
+use crate::plausibility::ledger::{EnergyLedger, Imbalance};
 use crate::plausibility::motion::MotionLimits;
 use crate::record::{PhaseKind, PhaseRecord};
 use crate::run_state::{ContactState, RunState};
@@ -78,7 +78,7 @@ pub struct Driver<'a> {
     /// Potential of gravity at the start, from which it is counted \[J\].
     gravity_datum: f64,
     /// How far the energy ledger is open in the state noted last.
-    opening: Opening,
+    imbalance: Imbalance,
     limits: MotionLimits,
     work: PhaseWork,
     /// Contact whose fine model is being built.
@@ -172,7 +172,7 @@ impl<'a> Driver<'a> {
             run,
             slots: slots.collect(),
             output: Output::new(observer),
-            opening: Opening::default(),
+            imbalance: Imbalance::default(),
             limits,
             groups: model.system.model().groups(),
             local_deformation: LocalDeformation::new(model.lasting_local_deformation()?),
@@ -467,7 +467,7 @@ impl<'a> Driver<'a> {
         sample.energies.gravity -= self.gravity_datum;
         let is_implicit = self.integrator.method().is_implicit();
         self.run.numerical.record(&mut sample.energies, is_implicit);
-        self.opening = self.run.ledger.enter(&sample.energies);
+        self.imbalance = self.run.ledger.record(&sample.energies);
         self.output.is_noted = true;
     }
 

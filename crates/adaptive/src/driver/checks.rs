@@ -138,7 +138,7 @@ impl Driver<'_> {
 
     /// Ends the run if the ledger is open by more than allowed in the state noted last.
     pub(super) fn check_ledger(&self) -> Result<(), AdaptiveError> {
-        self.run.ledger.check(self.opening, self.output.sample.time, self.settings.energy_tolerance)
+        self.run.ledger.check(self.imbalance, self.output.sample.time, self.settings.energy_tolerance)
     }
 
     /// Ends the run if the present state is none that the equations describe.

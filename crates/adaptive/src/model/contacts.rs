@@ -116,7 +116,7 @@ pub fn refinements(
 /// Zones of a contact.
 pub struct Zones {
     /// On the contact body.
-    own: ContactZone,
+    contact_body: ContactZone,
     /// On the target; none on a plane.
     target: Option<ContactZone>,
 }
@@ -125,7 +125,7 @@ impl Zones {
     /// The zone that `contact` has on body `index`.
     fn on(&self, contact: &ContactSpec, index: usize) -> Option<&ContactZone> {
         if contact.body == index {
-            Some(&self.own)
+            Some(&self.contact_body)
         } else {
             self.target.as_ref().filter(|_| takes_part(contact, index))
         }
@@ -149,12 +149,12 @@ pub fn zones(
             let body = full[body].as_ref().expect("zones are planned on elastic bodies alone, see plan()");
             request(contact, law, site).zone(body)
         };
-        let own = zone(contact.body, sites.own)?;
+        let own = zone(contact.body, sites.contact_body)?;
         let target = match (contact.target, sites.target) {
             (Target::Body(other), Some(site)) => Some(zone(other, site)?),
             _ => None,
         };
-        Ok(Some(Zones { own, target }))
+        Ok(Some(Zones { contact_body: own, target }))
     };
     spec.contacts.iter().zip(plans).map(of).collect()
 }
@@ -249,14 +249,14 @@ pub fn build_contact(
         }
         (ContactLaw::Surface(law), target, Some(zones)) => {
             let side = |body: usize, zone| Some(Side { body, elastic: elastic(body)?, zone });
-            let own = side(spec.body, &zones.own);
+            let own = side(spec.body, &zones.contact_body);
             let own = own.ok_or_else(|| without_model(ContactModelFault::RigidBody))?;
             let other = match target {
                 Target::Plane { .. } => None,
                 Target::Body(body) => zones.target.as_ref().and_then(|zone| side(body, zone)),
             };
             let contact = zone_contact(law, target, own, other, (bodies, poses)).map_err(fail)?;
-            (contact, zones.own.widths[0], size)
+            (contact, zones.contact_body.widths[0], size)
         }
         (ContactLaw::Hertz { contact, plane: solid, .. }, Target::Plane { point, normal }, _) => {
             let plane = Plane { point, normal: Unit::new_normalize(normal) };
@@ -284,7 +284,7 @@ pub fn build_contact(
         loads_interface: is_static && zones.is_some(),
         refinement: None,
     };
-    let recovery = zones.map(|zones| PressureRecovery::new(&zones.own.points));
+    let recovery = zones.map(|zones| PressureRecovery::new(&zones.contact_body.points));
     Ok(BuiltContact { element: RunContact::new(element).with_pressures(recovery), model })
 }
 

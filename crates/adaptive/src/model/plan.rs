@@ -3,6 +3,7 @@
 use contact_qs::ContactError;
 use contact_qs::search::{SearchWorkspace, SurfaceModel, minimum_distance};
 use ffr_dynamics::system::force::BodyState;
+use nalgebra::Vector3;
 
 use crate::elastic_body::rigid_motion;
 use crate::error::AdaptiveError;
@@ -30,7 +31,7 @@ pub enum ContactPlan {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sites {
     /// On the contact body.
-    pub own: ContactSite,
+    pub contact_body: ContactSite,
     /// On the target; none on a plane.
     pub target: Option<ContactSite>,
 }
@@ -50,8 +51,11 @@ fn plan(spec: &RunSpec, contact: &ContactSpec, poses: &[BodyState]) -> Result<Co
         return Ok(ContactPlan::AtTouch);
     }
     let own = elastic(spec, contact, contact.body)?;
-    let Target::Body(other) = contact.target else {
-        return plane_site(contact, own, &poses[contact.body]).map(ContactPlan::FromStart);
+    let other = match &contact.target {
+        Target::Body(other) => *other,
+        Target::Plane { normal, .. } => {
+            return plane_site(contact, own, &poses[contact.body], normal).map(ContactPlan::FromStart);
+        }
     };
     let bodies = [own, elastic(spec, contact, other)?];
     let may_be_refined = law.interval.width.is_none()
@@ -66,19 +70,20 @@ fn plan(spec: &RunSpec, contact: &ContactSpec, poses: &[BodyState]) -> Result<Co
     if !is_coarse && !is_refined {
         return Ok(ContactPlan::AtTouch);
     }
-    Ok(ContactPlan::FromStart(Sites { own: sites[0], target: Some(sites[1]) }))
+    Ok(ContactPlan::FromStart(Sites { contact_body: sites[0], target: Some(sites[1]) }))
 }
 
 /// Places at which a contact of surfaces is first, the undeformed bodies being nearest or lowest there in the motions `poses`;
 /// `None` if it has none.
 pub fn first_sites(spec: &RunSpec, contact: &ContactSpec, poses: &[BodyState]) -> Option<Sites> {
     let own = spec.bodies[contact.body].elastic()?;
-    let Target::Body(other) = contact.target else {
-        return plane_site(contact, own, &poses[contact.body]).ok();
+    let other = match &contact.target {
+        Target::Body(other) => *other,
+        Target::Plane { normal, .. } => return plane_site(contact, own, &poses[contact.body], normal).ok(),
     };
     let bodies = [own, spec.bodies[other].elastic()?];
     let [own, target] = pair_sites(contact, bodies, [&poses[contact.body], &poses[other]]).ok()?;
-    Some(Sites { own, target: Some(target) })
+    Some(Sites { contact_body: own, target: Some(target) })
 }
 
 /// The elastic body `index` of a contact.
@@ -98,14 +103,16 @@ fn failure(contact: &ContactSpec, source: ContactError) -> AdaptiveError {
     AdaptiveError::Contact { contact: contact.name.clone(), source }
 }
 
-/// The first point of a body to touch a plane.
-fn plane_site(contact: &ContactSpec, body: &ElasticSpec, pose: &BodyState) -> Result<Sites, AdaptiveError> {
-    let Target::Plane { normal, .. } = contact.target else {
-        unreachable!("only contacts with planes come here")
-    };
-    let own = ContactSite::lowest(body, &pose.rotation.inverse_transform_vector(&normal));
+/// The first point of a body to touch a plane of the given normal.
+fn plane_site(
+    contact: &ContactSpec,
+    body: &ElasticSpec,
+    pose: &BodyState,
+    normal: &Vector3<f64>,
+) -> Result<Sites, AdaptiveError> {
+    let own = ContactSite::lowest(body, &pose.rotation.inverse_transform_vector(normal));
     let own = own.ok_or_else(|| failure(contact, ContactError::Empty { width: 0.0 }))?;
-    Ok(Sites { own, target: None })
+    Ok(Sites { contact_body: own, target: None })
 }
 
 /// Nearest places of two undeformed bodies.
@@ -133,7 +140,7 @@ pub fn requests<'a>(
         _ => None,
     });
     sites.flat_map(move |(contact, law, sites)| {
-        let own = (contact.body == index).then_some(sites.own);
+        let own = (contact.body == index).then_some(sites.contact_body);
         let target = sites.target.filter(|_| contact.target == Target::Body(index));
         own.into_iter().chain(target).map(move |site| request(contact, law, site))
     })

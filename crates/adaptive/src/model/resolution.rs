@@ -79,7 +79,7 @@ fn is_zone_of(contact: &ContactSpec, plan: &ContactPlan, body: usize, refinement
     if law.treatment == Treatment::Coarse || law.interval.elements.is_some() {
         return false;
     }
-    let own = (contact.body == body).then_some(sites.own);
+    let own = (contact.body == body).then_some(sites.contact_body);
     let target = sites.target.filter(|_| contact.target == Target::Body(body));
     own.into_iter().chain(target).any(|site| is_about(refinement, &site.point))
 }

@@ -13,16 +13,16 @@ const POTENTIAL: f64 = 1e-9;
 /// spin-up of a beam before it takes it back.
 const ADDED: f64 = 0.1;
 
-/// How far the ledger is open.
+/// How far the ledger is from closing.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Opening {
+pub struct Imbalance {
     /// Energy that is not accounted for \[J\].
     pub energy: f64,
     /// Largest energy seen, which it is a share of \[J\].
     pub scale: f64,
 }
 
-impl Opening {
+impl Imbalance {
     /// The one as a share of the other; zero where nothing moves.
     pub fn share(&self) -> f64 {
         if self.energy > 0.0 || self.energy.is_nan() { self.energy / self.scale } else { 0.0 }
@@ -32,7 +32,7 @@ impl Opening {
 /// Follows the ledger through a run.
 ///
 /// Open is what the total energy has changed by since the start, and what the implicit integrator has added beyond a tenth of the largest size. The rest
-/// of what it does is booked, shown in the results and not counted: it damps what it does not resolve, and its error is far larger. Jumps at changes of models and of penalty
+/// of what it does is recorded, shown in the results and not counted: it damps what it does not resolve, and its error is far larger. Jumps at changes of models and of penalty
 /// factors are part of the total and do count.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct EnergyLedger {
@@ -54,25 +54,25 @@ impl EnergyLedger {
         Self { scale, ..Self::default() }
     }
 
-    /// Enters a state; how far the ledger is open there.
-    pub fn enter(&mut self, energies: &Energies) -> Opening {
+    /// Records a state; how far the ledger is from closing there.
+    pub fn record(&mut self, energies: &Energies) -> Imbalance {
         let total = energies.total();
         let start = *self.start.get_or_insert(total);
         self.scale = self.scale.max(energies.size());
         let energy = (total - start).abs() + (-energies.numerical - ADDED * self.scale).max(0.0);
-        Opening { energy, scale: self.scale }
+        Imbalance { energy, scale: self.scale }
     }
 
-    /// The error of a ledger that is open by `opening` at time `time`, if that is more than the share `tolerance`.
+    /// The error of a ledger that misses `imbalance` at time `time`, if that is more than the share `tolerance`.
     ///
     /// # Errors
     /// [`AdaptiveError::LedgerOpen`].
-    pub fn check(&self, opening: Opening, time: f64, tolerance: f64) -> Result<(), AdaptiveError> {
-        let share = opening.share();
+    pub fn check(&self, imbalance: Imbalance, time: f64, tolerance: f64) -> Result<(), AdaptiveError> {
+        let share = imbalance.share();
         if !share.is_nan() && share <= tolerance {
             return Ok(());
         }
-        let is_lowered = self.lowered.abs() >= 0.5 * opening.energy;
+        let is_lowered = self.lowered.abs() >= 0.5 * imbalance.energy;
         let cause = if is_lowered {
             "penalty factors were lowered because the contact solver found no forces with them, which took that energy; \
              lower the coefficient of friction or give penalty.initial"
@@ -81,9 +81,9 @@ impl EnergyLedger {
         };
         Err(AdaptiveError::LedgerOpen {
             time,
-            energy: opening.energy,
-            scale: opening.scale,
-            share: opening.share(),
+            energy: imbalance.energy,
+            scale: imbalance.scale,
+            share: imbalance.share(),
             tolerance,
             cause: cause.into(),
         })
@@ -124,9 +124,9 @@ mod tests {
     fn energy_booked_as_lost_or_removed_leaves_the_ledger_closed() {
         let mut ledger = EnergyLedger::new(1.0, 1e-6, 0.0);
         for (kinetic, dissipated, removed) in [(2.0, 0.0, 0.0), (1.5, 0.5, 0.0), (1.0, 0.5, 0.5)] {
-            let opening = ledger.enter(&energies(kinetic, dissipated, removed));
+            let imbalance = ledger.record(&energies(kinetic, dissipated, removed));
             // Sums of exact halves.
-            assert!(opening.energy <= 0.0 && ledger.check(opening, 0.0, 1e-6).is_ok(), "{opening:?}");
+            assert!(imbalance.energy <= 0.0 && ledger.check(imbalance, 0.0, 1e-6).is_ok(), "{imbalance:?}");
         }
     }
 
@@ -137,25 +137,25 @@ mod tests {
             (energies(2.1 / 0.9, 0.0, 2.0 - 2.1 / 0.9), "the integrator"),
         ] {
             let mut ledger = EnergyLedger::new(1.0, 1e-6, 0.0);
-            ledger.enter(&energies(2.0, 0.0, 0.0));
-            let opening = ledger.enter(&second);
+            ledger.record(&energies(2.0, 0.0, 0.0));
+            let imbalance = ledger.record(&second);
             // The integrator has added a third, of which a tenth of the scale is its error.
             let expected = if by == "a force" { 0.1 / 2.1 } else { 1.0 - 0.9 * 2.0 / 2.1 - 0.1 };
-            assert!((opening.share() - expected).abs() < 1e-12, "{by}: {opening:?}");
-            let error = ledger.check(opening, 0.5, 1e-3).expect_err(by).to_string();
+            assert!((imbalance.share() - expected).abs() < 1e-12, "{by}: {imbalance:?}");
+            let error = ledger.check(imbalance, 0.5, 1e-3).expect_err(by).to_string();
             assert!(error.contains("simulation.energy_tolerance"), "{error}");
         }
         let mut ledger = EnergyLedger::default();
-        let opening = ledger.enter(&energies(f64::NAN, 0.0, 0.0));
-        assert!(ledger.check(opening, 0.0, 1e-3).is_err(), "no number");
+        let imbalance = ledger.record(&energies(f64::NAN, 0.0, 0.0));
+        assert!(ledger.check(imbalance, 0.0, 1e-3).is_err(), "no number");
     }
 
     #[test]
     fn round_off_of_bodies_at_rest_is_no_energy_from_nothing() {
         // 2 kg at rest a metre above the origin: the potential of 20 J is known to 4e-15 J.
         let mut ledger = EnergyLedger::new(2.0, 1e-6, 20.0);
-        ledger.enter(&energies(0.0, 0.0, 0.0));
-        let opening = ledger.enter(&energies(4e-15, 0.0, 0.0));
-        assert!(ledger.check(opening, 1.0, 1e-3).is_ok(), "{opening:?}");
+        ledger.record(&energies(0.0, 0.0, 0.0));
+        let imbalance = ledger.record(&energies(4e-15, 0.0, 0.0));
+        assert!(ledger.check(imbalance, 1.0, 1e-3).is_ok(), "{imbalance:?}");
     }
 }

@@ -241,7 +241,7 @@ impl Scene<'_> {
                 &site.xi,
             )
         };
-        let own = view(contact.body, &sites.own)?;
+        let own = view(contact.body, &sites.contact_body)?;
         let at = self.in_space(contact.body, &own.point);
         if let Target::Plane { point, normal } = contact.target {
             let below = at - normal * (at - point).dot(&normal);

@@ -55,7 +55,7 @@ pub fn mesh(candidate: &Candidate<'_>, n_modes: usize) -> Result<(Vec<usize>, f6
     let mut elements = first_elements(shape, &lengths(shape), n_modes);
     let mut check = Check::new(candidate, n_modes);
     for round in 1.. {
-        let mut errors = check.errors(&elements, Known::Settled)?;
+        let mut errors = check.errors(&elements, Known::Converged)?;
         if errors.iter().sum::<f64>() <= TOLERANCE {
             errors = check.errors(&elements, Known::OnThisMesh)?;
         }
@@ -86,10 +86,10 @@ enum Known {
     /// Those found on the very mesh.
     OnThisMesh,
     /// Those of directions that have not been refined since, where they were no more than their share: enough to go on refining.
-    Settled,
+    Converged,
 }
 
-/// What the check of a trial's meshes has found so far.
+/// What the check of a candidate's meshes has found so far.
 struct Check<'a> {
     candidate: &'a Candidate<'a>,
     n_modes: usize,
@@ -131,7 +131,7 @@ impl<'a> Check<'a> {
     /// Whether the last error of group `g` does for `elements`.
     fn is_known(&self, known: Known, (of, error): &(Vec<usize>, f64), elements: &[usize], g: usize) -> bool {
         let is_unchanged = self.groups[g].iter().all(|&d| of[d] == elements[d]);
-        of == elements || (known == Known::Settled && is_unchanged && *error <= share(self.groups.len()))
+        of == elements || (known == Known::Converged && is_unchanged && *error <= share(self.groups.len()))
     }
 
     fn error(&mut self, elements: &[usize], g: usize) -> Result<f64, AdaptiveError> {

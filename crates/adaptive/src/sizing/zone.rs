@@ -49,7 +49,7 @@ fn zone(scene: &Scene<'_>, contact: &ContactSpec) -> Option<ChosenZone> {
         return None;
     }
     let impact = scene.impact(contact);
-    let site = first_sites(scene.spec, contact, scene.poses)?.own;
+    let site = first_sites(scene.spec, contact, scene.poses)?.contact_body;
     let elastic = scene.spec.bodies[contact.body].elastic()?;
     let (half_width, force) = match scene.thickness(contact.body) {
         Some(thickness) => line_contact(&impact, thickness, scene.size(contact.body))?,

@@ -12,7 +12,7 @@ use crate::converge::outcome::Outcome;
 use crate::converge::plan::{BASE, Parameter, Plan, Variant};
 use crate::converge::report::{self, Study};
 use crate::converge::sizes::sizes;
-use crate::converge::verdict::{Compared, dominant, judge, mattering};
+use crate::converge::verdict::{Compared, dominant, judge, significant};
 use crate::error::{AppError, CommandFault};
 use crate::scenario::{self, Override};
 use crate::{error_text, whole_file};
@@ -49,7 +49,7 @@ pub fn converge(arguments: &ConvergeArguments) -> Result<(), AppError> {
     singles.sort_by_key(|c| c.variant.parameters.clone());
 
     let tolerance = arguments.tolerance;
-    let together: Vec<Variant> = plan.together(&mattering(&singles, tolerance)).into_iter().collect();
+    let together: Vec<Variant> = plan.together(&significant(&singles, tolerance)).into_iter().collect();
     let limiting = dominant(&singles).filter(|c| c.largest().is_some_and(|l| l.relative > tolerance));
     let split = limiting.map(|c| plan.split(c.variant.parameters[0])).unwrap_or_default();
     let n_together = together.len();

@@ -44,7 +44,7 @@ pub struct Verdict {
 }
 
 /// Parameters whose change is more than a small part of `tolerance`.
-pub fn mattering(singles: &[Compared], tolerance: f64) -> Vec<Parameter> {
+pub fn significant(singles: &[Compared], tolerance: f64) -> Vec<Parameter> {
     let matters = singles.iter().filter(|c| c.change() > MATTERS * tolerance);
     let mut parameters: Vec<Parameter> = matters.flat_map(|c| c.variant.parameters.clone()).collect();
     parameters.sort_unstable();
@@ -251,7 +251,7 @@ mod tests {
             verdict.sentence,
             "the mesh of body \"rod\" limits the final velocity of body \"ball\": it changes by 1.3 % with twice the elements in each direction, 1.0 % is allowed; beyond it, too: modes (1.1 %)"
         );
-        assert_eq!(mattering(&all, 0.01), [Parameter::Modes, Parameter::Mesh]);
+        assert_eq!(significant(&all, 0.01), [Parameter::Modes, Parameter::Mesh]);
     }
 
     #[test]
@@ -274,7 +274,7 @@ mod tests {
         let scenario = scenario();
         let plan = plan(&scenario, &["rod"]);
         let all = singles(&plan, |p| if p == Parameter::Tolerance { 0.0 } else { 0.008 });
-        let together = plan.together(&mattering(&all, 0.01)).expect("two parameters");
+        let together = plan.together(&significant(&all, 0.01)).expect("two parameters");
         let verdict = judge(&plan, (&all, Some(&compared(together, 0.015)), &[]), 0.01);
         assert!(!verdict.is_converged);
         assert!(

@@ -10,8 +10,8 @@
 //! | `recorder`: metadata stay in memory between flushes | a killed run of many bodies leaves one that cannot be read | `results`: `between_flushes_...` |
 //! | `disk_space::trim` | a small result is twice as long | `results`: `everything_written_...` |
 //! | `series::unicode` without NUL | a title ends the run | `series` |
-//! | `sound`: shapes compared with what is stored | reading takes memory until the process is stopped | `damaged`: `shape_larger_...` |
-//! | `sound`: lengths of texts | the same | `damaged`: `text_longer_...` |
+//! | `hdf5_integrity`: shapes compared with what is stored | reading takes memory until the process is stopped | `damaged`: `shape_larger_...` |
+//! | `hdf5_integrity`: lengths of texts | the same | `damaged`: `text_longer_...` |
 //! | `hdf5_integrity::heaps` | reading never ends | `damaged`: `heap_of_texts_...` |
 
 mod scales;

@@ -254,7 +254,7 @@ impl DormandPrince {
 
     /// Moves on to the state in `trial`.
     fn accept<S: OdeSystem + ?Sized>(&mut self, system: &mut S, attempt: StepAttempt, error: f64) -> Step {
-        system.book(&mut self.trial, &mut self.k[6]);
+        system.finish_quadratures(&mut self.trial, &mut self.k[6]);
         self.store_dense_output(attempt.h);
         self.vibration.end(&A[6], &D, &mut self.trial);
         self.k.swap(0, 6);

@@ -409,7 +409,7 @@ impl Esdirk {
     /// Moves on to the state in `trial`.
     fn accept<S: OdeSystem + ?Sized>(&mut self, system: &mut S, attempt: StepAttempt, error: f64) -> Step {
         let last = self.method.n_stages() - 1;
-        system.book(&mut self.trial, &mut self.k[last]);
+        system.finish_quadratures(&mut self.trial, &mut self.k[last]);
         self.store_dense_output(attempt.h);
         self.k.swap(0, last);
         self.is_derivative_fresh = false;

@@ -26,7 +26,7 @@ pub trait OdeSystem {
 
     /// Adds to the quadratures of `y`, the state reached by a step that is about to be accepted and that was evaluated last, what
     /// they gain at its end, and changes its `rate` to that at the start of the next step.
-    fn book(&mut self, _y: &mut [f64], _rate: &mut [f64]) {}
+    fn finish_quadratures(&mut self, _y: &mut [f64], _rate: &mut [f64]) {}
 
     /// Remembers the inner state (contact solver) before a step.
     fn save(&mut self) {}

@@ -499,7 +499,7 @@ impl<F: DerefMut<Target: ActiveForce>> OdeSystem for Multibody<F> {
         has_changed
     }
 
-    fn book(&mut self, y: &mut [f64], rate: &mut [f64]) {
+    fn finish_quadratures(&mut self, y: &mut [f64], rate: &mut [f64]) {
         // Work of sliding goes to the dissipated work; the next step starts where nothing has slid yet: there `slid` grows with the
         // power of sliding.
         let k = self.model.n_states();
