@@ -12,7 +12,7 @@ use crate::fine_model::FineBody;
 use crate::fine_modes::FineModes;
 use crate::imported::ImportedModel;
 use crate::marker_loads::answers_by_marker;
-use crate::spec::{BodyKind, BodySpec};
+use crate::spec::{ImportedSpec, RigidSpec};
 use crate::store::ModelCache;
 
 /// A body of a run.
@@ -23,6 +23,26 @@ pub struct BodyModel {
     pub data: StandardInputData,
     /// What it is made of.
     pub form: BodyForm,
+}
+
+/// A body before its reduction.
+pub(crate) enum FullModel<'a> {
+    /// A rigid body.
+    Rigid(&'a RigidSpec),
+    /// An elastic body with a geometry.
+    Elastic(Box<ElasticBody>),
+    /// A body from a file.
+    Imported(&'a ImportedSpec),
+}
+
+impl FullModel<'_> {
+    /// The full model of an elastic body with a geometry.
+    pub fn elastic(&self) -> Option<&ElasticBody> {
+        match self {
+            Self::Elastic(body) => Some(body),
+            Self::Rigid(_) | Self::Imported(_) => None,
+        }
+    }
 }
 
 /// What a body is made of.
@@ -49,25 +69,24 @@ pub struct ElasticModel {
 
 impl BodyModel {
     pub(crate) fn new(
-        spec: &BodySpec,
-        full: Option<ElasticBody>,
+        name: String,
+        full: FullModel<'_>,
         interface: Interface,
         cache: &ModelCache,
     ) -> Result<Self, AdaptiveError> {
-        let name = spec.name.clone();
-        let rigid = match (&spec.kind, full) {
-            (BodyKind::Elastic(_), Some(body)) => {
+        let rigid = match full {
+            FullModel::Elastic(body) => {
+                let body = *body;
                 let reduced = body.reduce_with(&interface, cache)?;
                 let data = reduced.data.clone();
                 let form = BodyForm::Elastic(Box::new(ElasticModel { body, reduced, interface, fine: None }));
                 return Ok(Self { name, data, form });
             }
-            (BodyKind::Imported(imported), _) => {
+            FullModel::Imported(imported) => {
                 let model = ImportedModel::build(&name, imported, &interface.loads)?;
                 return Ok(Self::imported(name, model));
             }
-            (BodyKind::Rigid(rigid), _) => rigid,
-            (BodyKind::Elastic(_), None) => unreachable!("every elastic body has a full model"),
+            FullModel::Rigid(rigid) => rigid,
         };
         let c = rigid.centre_of_mass;
         let steiner = nalgebra::Matrix3::identity() * c.norm_squared() - c * c.transpose();

@@ -7,7 +7,7 @@ use ffr_dynamics::system::Multibody;
 use iga_core::space::Space;
 
 use crate::adaptive_contact::{AdaptiveContact, TrialSizes};
-use crate::body_model::{BodyModel, ElasticModel};
+use crate::body_model::{BodyModel, ElasticModel, FullModel};
 use crate::elastic_body::ElasticBody;
 use crate::error::AdaptiveError;
 use crate::point_compliance::{PointCompliance, of_body};
@@ -109,7 +109,7 @@ impl RunModel {
         let interfaces = interfaces(spec, &zones)?;
         let bodies = spec.bodies.iter().zip(full).zip(interfaces);
         let bodies: Vec<BodyModel> = bodies
-            .map(|((b, full), i)| BodyModel::new(b, full, i, cache))
+            .map(|((b, full), i)| BodyModel::new(b.name.clone(), full, i, cache))
             .collect::<Result<_, AdaptiveError>>()?;
         let contacts = spec.contacts.iter().zip(plans.iter().zip(&zones));
         let contacts =
@@ -214,28 +214,36 @@ impl RunModel {
     }
 }
 
-/// Full models of the elastic bodies; equal ones are built once.
-fn full_models(spec: &RunSpec, plans: &[ContactPlan]) -> Result<Vec<Option<ElasticBody>>, AdaptiveError> {
-    let mut models: Vec<Option<ElasticBody>> = Vec::with_capacity(spec.bodies.len());
+/// Full models of the bodies; equal ones are built once.
+fn full_models<'a>(spec: &'a RunSpec, plans: &[ContactPlan]) -> Result<Vec<FullModel<'a>>, AdaptiveError> {
+    let mut full: Vec<FullModel<'a>> = Vec::with_capacity(spec.bodies.len());
     let mut definitions: Vec<Vec<u8>> = Vec::with_capacity(spec.bodies.len());
     for (i, body) in spec.bodies.iter().enumerate() {
-        let BodyKind::Elastic(elastic) = &body.kind else {
-            models.push(None);
-            definitions.push(Vec::new());
-            continue;
+        let elastic = match &body.kind {
+            BodyKind::Elastic(elastic) => elastic,
+            BodyKind::Rigid(rigid) => {
+                full.push(FullModel::Rigid(rigid));
+                definitions.push(Vec::new());
+                continue;
+            }
+            BodyKind::Imported(imported) => {
+                full.push(FullModel::Imported(imported));
+                definitions.push(Vec::new());
+                continue;
+            }
         };
         let mut elastic = (**elastic).clone();
         elastic.discretisation.refine.extend(refinements(spec, plans, i)?);
         let definition = body_definition(&elastic);
-        let equal = definitions.iter().position(|d| *d == definition).and_then(|k| models[k].as_ref());
+        let equal = definitions.iter().position(|d| *d == definition).and_then(|k| full[k].elastic());
         let model = match equal {
             Some(equal) => equal.copied(&body.name, elastic),
             None => ElasticBody::build(&body.name, elastic)?,
         };
-        models.push(Some(model));
+        full.push(FullModel::Elastic(Box::new(model)));
         definitions.push(definition);
     }
-    Ok(models)
+    Ok(full)
 }
 
 fn observed_points(spec: &RunSpec, bodies: &[BodyModel]) -> Result<Vec<ObservedPoint>, AdaptiveError> {

@@ -15,9 +15,10 @@ use super::default_penalty::{self, Side};
 use super::plan::{ContactPlan, request, requests};
 use super::{BodyModel, ContactModel, ElasticModel};
 use crate::adaptive_contact::AdaptiveContact;
+use crate::body_model::FullModel;
 use crate::contact_zone::ContactZone;
 use crate::detection::InactiveContact;
-use crate::elastic_body::{ElasticBody, Interface, InterfaceModes};
+use crate::elastic_body::{Interface, InterfaceModes};
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::marker_loads::MarkerLoads;
 use crate::plausibility::motion::wave_speed;
@@ -139,14 +140,14 @@ impl Zones {
 pub fn zones(
     spec: &RunSpec,
     plans: &[ContactPlan],
-    full: &[Option<ElasticBody>],
+    full: &[FullModel<'_>],
 ) -> Result<Vec<Option<Zones>>, AdaptiveError> {
     let of = |(contact, plan): (&ContactSpec, &ContactPlan)| {
         let (ContactPlan::FromStart(sites), ContactLaw::Surface(law)) = (plan, &contact.law) else {
             return Ok(None);
         };
         let zone = |body: usize, site| {
-            let body = full[body].as_ref().expect("zones are planned on elastic bodies alone, see plan()");
+            let body = full[body].elastic().expect("zones are planned on elastic bodies alone, see plan()");
             request(contact, law, site).zone(body)
         };
         let own = zone(contact.body, sites.contact_body)?;
