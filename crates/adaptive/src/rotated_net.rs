@@ -102,7 +102,7 @@ impl RotatedNet {
 /// there already, or the shape has no symmetry.
 ///
 /// # Errors
-/// As [`Shape::turned`].
+/// As [`Shape::rotated`].
 pub fn regular_view(
     shape: &Shape,
     face: &Face,
