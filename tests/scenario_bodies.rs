@@ -489,3 +489,45 @@ fn standard_materials_need_no_table_and_give_way_to_one() {
     let unknown = fault(&ball_of("stele", ""));
     assert!(unknown.contains("did you mean \"steel\""), "{unknown}");
 }
+
+#[test]
+fn numbers_may_have_units() {
+    let read = |text: &str| scenario::parse(Path::new("test.toml"), text.as_bytes(), &[]);
+    let text = |end: &str, position: &str, size: &str, rest: &str| {
+        format!(
+            "[simulation]\nend_time = {end}\n[materials.m]\nyoungs_modulus = \"210 GPa\"\npoissons_ratio = 0.3\n\
+             density = \"7.85 g/cm³\"\n[bodies.block]\nmaterial = \"m\"\n\
+             geometry = {{ shape = \"box\", size = {size} }}\nposition = {position}\n{rest}"
+        )
+    };
+    let [units, plain] = [
+        text(
+            "\"10 ms\"",
+            "[\"1 cm\", 0.0, \"-2 mm\"]",
+            "[\"1 in\", 0.02, \"30 mm\"]",
+            "velocity = [\"36 km/h\", 0.0, 0.0]\n",
+        ),
+        text("0.01", "[0.01, 0.0, -0.002]", "[0.0254, 0.02, 0.03]", "velocity = [10.0, 0.0, 0.0]\n"),
+    ]
+    .map(|text| read(&text).unwrap_or_else(|e| panic!("{e}")));
+    // The products differ in the last digit: both are read to two digits less.
+    let shown = |scenario: &Scenario| {
+        let words = scenario.source.resolved.split_inclusive([' ', ',', '[', ']', '\n']);
+        let rounded = |word: &str| {
+            word.trim_end_matches([' ', ',', '[', ']', '\n']).parse::<f64>().map(|x| format!("{x:.13e} "))
+        };
+        words.map(|word| rounded(word).unwrap_or_else(|_| word.to_owned())).collect::<String>()
+    };
+    assert_eq!(shown(&units), shown(&plain));
+
+    for (end, message) in [
+        ("\"10 mm\"", "unknown unit \"mm\", known here are s, ms, µs, us, min"),
+        ("\"10ms\"", "must be a number > 0"),
+        ("\"-1 ms\"", "must be a number > 0"),
+    ] {
+        let faults = read(&text(end, "[0.0, 0.0, 0.0]", "[1, 1, 1]", "")).expect_err("a fault").to_string();
+        assert!(faults.contains("simulation.end_time") && faults.contains(message), "{faults}");
+    }
+    let rest = "discretisation = { degree = 3, elements = \"8 mm\" }\nreduction = { modes = \"20 Hz\" }\n";
+    assert!(read(&text("1.0", "[0.0, 0.0, 0.0]", "[1, 1, 1]", rest)).is_err());
+}

@@ -4,6 +4,7 @@ use super::document::{Entry, Node, Origin, Value, parse_value};
 use super::fault::{Fault, nearest};
 use super::keys::{Choice, Key, Kind, Need, Range, Variant, names};
 use super::section::{Checked, Item, Section, join};
+use super::units;
 
 /// Longest name of a body, material, contact or output.
 const MAX_NAME: usize = 64;
@@ -130,6 +131,18 @@ impl Checker {
     fn value(&mut self, key: &'static Key, node: &Node, path: &str, in_degrees: bool) -> Checked {
         let scale = if in_degrees { std::f64::consts::PI / 180.0 } else { 1.0 };
         let before = self.faults.len();
+        let converted = match takes_units(&key.kind, node) {
+            true => units::converted(node, if in_degrees { "" } else { key.unit }),
+            false => Ok(None),
+        };
+        let converted = match converted {
+            Ok(converted) => converted,
+            Err(message) => {
+                self.fault(&node.origin, path.to_owned(), Some(node.shown()), message);
+                return Checked::Invalid;
+            }
+        };
+        let node = converted.as_ref().unwrap_or(node);
         let value = match (&key.kind, &node.value) {
             (Kind::Table(keys), Value::Table(entries)) => {
                 return Checked::Table(self.section(keys, entries, path, &node.origin, None));
@@ -341,6 +354,17 @@ impl Checker {
             }
         }
         (good.len() == rows.len()).then_some(Checked::Lists(good))
+    }
+}
+
+/// Whether `node` holds numbers of this kind, which may have a unit; a text alone may be a name.
+fn takes_units(kind: &Kind, node: &Node) -> bool {
+    let is_text = matches!(node.value, Value::Text(_));
+    match kind {
+        Kind::Number(_) | Kind::Numbers(_) | Kind::NumberOrVariants { .. } | Kind::ChoiceOrNumber(..) => true,
+        Kind::Vector(..) | Kind::Point(_) | Kind::List(_) | Kind::Lists(_) | Kind::Points(_) => true,
+        Kind::Symmetric(_) | Kind::Rotation | Kind::Place(_) => !is_text,
+        _ => false,
     }
 }
 

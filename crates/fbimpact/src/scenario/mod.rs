@@ -16,6 +16,7 @@ mod check;
 mod body_files;
 mod body_source;
 mod standard_materials;
+mod units;
 mod build;
 mod conditions;
 mod resolved;

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use super::keys::{Choice, Key, Kind};
 use super::standard_materials::{STANDARD_MATERIALS, StandardMaterial};
 use super::tables::{CURVES, SCENARIO, ShapeFacts};
+use super::units;
 
 /// Text before the tables.
 const HEAD: &str = "\
@@ -14,6 +15,8 @@ A scenario is a TOML file. This page is printed by `fbimpact reference`; every l
 the program checks a scenario against.
 
 - SI units and radians. Where the table says so, a key that ends in `_deg` may be given instead, in degrees.
+- A number may have a unit, as a text with a space between: `\"10 mm\"`, `[\"10 mm\", 0.0, \"2 cm\"]`, `\"20 deg\"`, `\"210 GPa\"`, `\"3000 rpm\"`; the end of this page has
+  the units. Quantities whose unit depends on another key (`m, rad`) take plain numbers.
 - Unknown keys, wrong types, numbers outside their range, NaN and infinities are faults. All faults of a file are
   reported together, each with file, line, key, value and what is allowed; the exit code is 3.
 - `--set KEY=VALUE` changes a key before the checks: `--set bodies.ball.velocity=[0,0,-0.2]`,
@@ -33,6 +36,11 @@ pub fn markdown() -> String {
     section(SCENARIO, "", &mut out);
     curves(&mut out);
     materials(&mut out);
+    let _ = writeln!(out, "\n## Units\n\nBy quantity, the unit of plain numbers first.\n");
+    for units in units::all() {
+        let names: Vec<String> = units.iter().map(|name| format!("`{name}`")).collect();
+        let _ = writeln!(out, "- {}", names.join(", "));
+    }
     out
 }
 
@@ -48,7 +56,7 @@ fn materials(out: &mut String) {
         let _ = writeln!(
             out,
             "| `{name}` | {} | {poissons_ratio} | {density} | {source} |",
-            1e-9 * youngs_modulus
+            youngs_modulus / 1e9
         );
     }
 }

@@ -4,6 +4,7 @@ use serde_json::{Map, Value, json};
 
 use super::keys::{Bound, Choice, Key, Kind, Need, Range, Test, Variant};
 use super::tables::SCENARIO;
+use super::units;
 
 /// The schema.
 pub fn schema() -> Value {
@@ -101,7 +102,8 @@ fn one_of(key: &str, values: &[&str], keys: &[Key]) -> Value {
 }
 
 fn property(key: &Key, note: &str) -> Value {
-    let mut value = kind(&key.kind);
+    let units = if note.is_empty() { units::of(key.unit) } else { &[] };
+    let mut value = with_units(kind(&key.kind), units);
     let unit = match key.unit {
         "" | "–" => String::new(),
         unit if note.is_empty() => format!(" [{unit}]"),
@@ -122,6 +124,31 @@ fn property(key: &Key, note: &str) -> Value {
         map.insert("default".into(), default);
     }
     value
+}
+
+/// The schema with texts such as `10 mm` admitted where it asks for numbers, tables left out.
+fn with_units(schema: Value, units: &[(&str, f64)]) -> Value {
+    let Value::Object(mut map) = schema else { return schema };
+    if units.is_empty() || map.contains_key("properties") {
+        return Value::Object(map);
+    }
+    if map.get("type").is_some_and(|kind| kind == "number") {
+        let names: Vec<&str> = units.iter().map(|(name, _)| *name).collect();
+        let pattern = format!("^[-+0-9.eE]+ +({})$", names.join("|"));
+        return json!({ "anyOf": [map, { "type": "string", "pattern": pattern }] });
+    }
+    for key in ["items", "anyOf", "oneOf"] {
+        match map.remove(key) {
+            Some(Value::Array(forms)) => {
+                map.insert(key.into(), forms.into_iter().map(|form| with_units(form, units)).collect());
+            }
+            Some(other) => {
+                map.insert(key.into(), with_units(other, units));
+            }
+            None => {}
+        }
+    }
+    Value::Object(map)
 }
 
 fn kind(kind: &Kind) -> Value {
