@@ -373,7 +373,7 @@ mod tests {
                 .min();
             assert_eq!(Some(n_between(&parts) as u32), smallest, "case {case}");
         }
-        assert!(n_separated > 100 && n_together > 20, "{n_separated}, {n_together}");
+        assert!(n_separated > 50 && n_together > 50, "{n_separated}, {n_together}");
     }
 
     #[test]
