@@ -1,0 +1,268 @@
+//! What can be wrong with a mesh or its file.
+
+use thiserror::Error;
+
+/// Where in a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// Line of a text, from 1.
+    Line(usize),
+    /// Byte of a file with binary parts, from 0.
+    Byte(usize),
+}
+
+impl std::fmt::Display for Place {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Line(line) => write!(f, "line {line}"),
+            Self::Byte(byte) => write!(f, "byte {byte}"),
+        }
+    }
+}
+
+/// Errors of reading and checking meshes. Texts are fragments that read after "FILE: ".
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum MeshError {
+    /// The file cannot be understood.
+    #[error("{place}: {fault}")]
+    Read {
+        /// Where.
+        place: Place,
+        /// What is wrong.
+        fault: ReadFault,
+    },
+    /// The mesh makes no body.
+    #[error(transparent)]
+    Mesh(#[from] MeshFault),
+}
+
+/// What is wrong in a file.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ReadFault {
+    /// Neither of the formats.
+    #[error(
+        "neither a Gmsh file, which begins with $MeshFormat, nor an input file of Abaqus or CalculiX with *NODE and *ELEMENT"
+    )]
+    Format,
+    /// A version of Gmsh's format that is not read.
+    #[error("MSH version {found} is not read; write 4.1 or 2.2 (gmsh -save -format msh41 FILE)")]
+    Version {
+        /// As it stands there.
+        found: String,
+    },
+    /// The file ends too early.
+    #[error("the file ends within {section}; write it again")]
+    End {
+        /// Name of the section or card.
+        section: String,
+    },
+    /// Something else was expected.
+    #[error("{expected} expected, found \"{found}\"")]
+    Expected {
+        /// What should stand there.
+        expected: String,
+        /// What stands there.
+        found: String,
+    },
+    /// A section without which there is no mesh.
+    #[error("no {what}; {remedy}")]
+    Missing {
+        /// Name of the section or card.
+        what: &'static str,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// A node that an element or set names and that does not exist.
+    #[error("{user} names node {node}, which the file does not have")]
+    UnknownNode {
+        /// "element 7", "set \"A\"".
+        user: String,
+        /// Its number in the file.
+        node: u64,
+    },
+    /// A number given twice.
+    #[error("{what} {number} stands in the file twice; renumber it")]
+    Twice {
+        /// "node" or "element".
+        what: &'static str,
+        /// Its number in the file.
+        number: u64,
+    },
+    /// A coordinate that is no number.
+    #[error("node {node} has a coordinate that is not a finite number")]
+    Coordinate {
+        /// Its number in the file.
+        node: u64,
+    },
+    /// Elements that are not computed.
+    #[error("element {element} is a {found}; {remedy}")]
+    Element {
+        /// Its number in the file.
+        element: u64,
+        /// Type as the file names it.
+        found: String,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// Something that the format knows and this program does not.
+    #[error("{what} is not supported; {remedy}")]
+    Unsupported {
+        /// Section, card or parameter.
+        what: String,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// A set that names nothing that exists.
+    #[error("{user} names the set \"{set}\", which the file does not have above")]
+    UnknownSet {
+        /// "surface \"A\"".
+        user: String,
+        /// Name.
+        set: String,
+    },
+    /// Sets that are larger than their file.
+    #[error(
+        "the sets have more than {limit} members, more than the file has bytes; leave out what no body uses"
+    )]
+    Members {
+        /// Limit.
+        limit: usize,
+    },
+}
+
+/// What is wrong with a mesh.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum MeshFault {
+    /// No solid elements.
+    #[error(
+        "no solid elements; Gmsh saves elements without physical group only with Mesh.SaveAll = 1, or give the volume a physical group"
+    )]
+    NoElements,
+    /// A unit of length that is none.
+    #[error("unit of length {unit} m, must be positive and finite")]
+    Unit {
+        /// The number given \[m\].
+        unit: f64,
+    },
+    /// Linear and quadratic elements in one mesh.
+    #[error(
+        "element {} is a {}, element {} a {}: sides of linear and quadratic elements do not fit together; choose one order",
+        first.0, first.1, second.0, second.1
+    )]
+    MixedOrders {
+        /// Number and kind of a linear element.
+        first: (u64, &'static str),
+        /// Number and kind of a quadratic element.
+        second: (u64, &'static str),
+    },
+    /// An element that names a node twice.
+    #[error("element {element} names node {node} twice; mesh the part again")]
+    Collapsed {
+        /// Number of the element.
+        element: u64,
+        /// Number of the node.
+        node: u64,
+    },
+    /// An element with negative volume somewhere.
+    #[error(
+        "element {element} ({kind}) is inside out at ({:.4e}, {:.4e}, {:.4e}) m, Jacobian determinant {determinant:.3e} m3; {remedy}",
+        point[0], point[1], point[2]
+    )]
+    Inverted {
+        /// Number of the element.
+        element: u64,
+        /// Its kind.
+        kind: &'static str,
+        /// Where \[m\].
+        point: [f64; 3],
+        /// The determinant.
+        determinant: f64,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// A side with more than two elements.
+    #[error("elements {}, {} and {} share one side; the part is meshed twice, or elements overlap", elements[0], elements[1], elements[2])]
+    SharedSide {
+        /// Numbers of the elements.
+        elements: [u64; 3],
+    },
+    /// Two elements that share the corners of a side and not its other nodes.
+    #[error(
+        "elements {} and {} share the corners of a side but not its other nodes, along which the part would tear; merge coincident nodes (Coherence Mesh in Gmsh), or mesh again",
+        elements[0], elements[1]
+    )]
+    TornSide {
+        /// Numbers of the elements.
+        elements: [u64; 2],
+    },
+    /// Every side is shared by two elements.
+    #[error("the mesh has no surface: every element is there twice; save each once")]
+    NoSurface,
+    /// Parts that hang together nowhere.
+    #[error(
+        "the mesh has {parts} parts that share no node, with elements {} and {}; merge coincident nodes (Coherence Mesh in Gmsh), or give each part a body of its own",
+        elements[0], elements[1]
+    )]
+    Parts {
+        /// How many.
+        parts: usize,
+        /// Numbers of elements of the first two.
+        elements: [u64; 2],
+    },
+    /// A group that does not exist.
+    #[error("no group \"{name}\" of {what}, the mesh has {known}")]
+    UnknownGroup {
+        /// "faces" or "elements".
+        what: &'static str,
+        /// Name asked for.
+        name: String,
+        /// Names that there are.
+        known: String,
+    },
+    /// A group without a side of the surface.
+    #[error(
+        "group \"{name}\" has no side on the surface; name a physical surface, *SURFACE, or a set with all nodes of a side"
+    )]
+    NoSides {
+        /// Its name.
+        name: String,
+    },
+    /// Elements without a material, or with two.
+    #[error("element {element} is in {found} of the groups that have a material; name every element once")]
+    Materials {
+        /// Number of the element.
+        element: u64,
+        /// Count.
+        found: usize,
+    },
+    /// A point outside the mesh.
+    #[error("point ({}, {}, {}) m is not in the body, nearest distance {distance:.3e} m", point[0], point[1], point[2])]
+    PointNotFound {
+        /// The point asked for \[m\].
+        point: [f64; 3],
+        /// Distance to the nearest point of the surface \[m\].
+        distance: f64,
+    },
+    /// A disc or ball that leaves the body.
+    #[error(
+        "the {kind} of radius {radius} m about ({}, {}, {}) m reaches beyond the body; choose a smaller radius, another point, or a face",
+        point[0], point[1], point[2]
+    )]
+    BeyondBody {
+        /// "disc" or "ball".
+        kind: &'static str,
+        /// Its radius \[m\].
+        radius: f64,
+        /// Its centre \[m\].
+        point: [f64; 3],
+    },
+    /// A matrix has more entries than 32-bit indices can name.
+    #[error("the matrices would have {entries} entries, at most 4294967295 are possible, use fewer elements")]
+    TooLarge {
+        /// Number of entries.
+        entries: usize,
+    },
+}

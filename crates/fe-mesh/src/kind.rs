@@ -1,0 +1,266 @@
+//! Kinds of elements and of their sides: corners, edges, sides, the order of nodes.
+//!
+//! Nodes stand in the order of Abaqus and CalculiX: corners, middles of edges in the order of [`ElementKind::edges`], then (in elements with
+//! 18 and 27 nodes) middles of four-sided sides in the order of [`ElementKind::sides`], then the centre. Sides have the
+//! numbers that the input files of these programs give them, S1 being 0; their corners turn right-handed about the outward normal.
+
+/// A solid element.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum ElementKind {
+    /// Linear tetrahedron.
+    Tet4,
+    /// Quadratic tetrahedron.
+    Tet10,
+    /// Trilinear hexahedron.
+    Hex8,
+    /// Serendipity hexahedron.
+    Hex20,
+    /// Triquadratic hexahedron.
+    Hex27,
+    /// Linear wedge.
+    Wedge6,
+    /// Serendipity wedge.
+    Wedge15,
+    /// Triangle times line, both quadratic.
+    Wedge18,
+}
+
+/// The side of an element.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum SideKind {
+    /// Linear triangle.
+    Tri3,
+    /// Quadratic triangle.
+    Tri6,
+    /// Bilinear quadrilateral.
+    Quad4,
+    /// Serendipity quadrilateral.
+    Quad8,
+    /// Biquadratic quadrilateral.
+    Quad9,
+}
+
+/// The shape of a kind: what its corners span.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Form {
+    /// Corners at the origin and the unit points.
+    Tetrahedron,
+    /// The cube `[-1, 1]³`.
+    Hexahedron,
+    /// A triangle in ξ, η times `[-1, 1]` in ζ.
+    Wedge,
+}
+
+type Pairs = &'static [[u8; 2]];
+type Sides = &'static [&'static [u8]];
+
+const TET_EDGES: Pairs = &[[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
+const HEX_EDGES: Pairs =
+    &[[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]];
+const WEDGE_EDGES: Pairs = &[[0, 1], [1, 2], [2, 0], [3, 4], [4, 5], [5, 3], [0, 3], [1, 4], [2, 5]];
+
+const TET_SIDES: Sides = &[&[0, 2, 1], &[0, 1, 3], &[1, 2, 3], &[0, 3, 2]];
+const HEX_SIDES: Sides =
+    &[&[0, 3, 2, 1], &[4, 5, 6, 7], &[0, 1, 5, 4], &[1, 2, 6, 5], &[2, 3, 7, 6], &[3, 0, 4, 7]];
+const WEDGE_SIDES: Sides = &[&[0, 2, 1], &[3, 4, 5], &[0, 1, 4, 3], &[1, 2, 5, 4], &[2, 0, 3, 5]];
+
+const TET_CORNERS: &[[f64; 3]] = &[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+const HEX_CORNERS: &[[f64; 3]] = &[
+    [-1.0, -1.0, -1.0],
+    [1.0, -1.0, -1.0],
+    [1.0, 1.0, -1.0],
+    [-1.0, 1.0, -1.0],
+    [-1.0, -1.0, 1.0],
+    [1.0, -1.0, 1.0],
+    [1.0, 1.0, 1.0],
+    [-1.0, 1.0, 1.0],
+];
+const WEDGE_CORNERS: &[[f64; 3]] = &[
+    [0.0, 0.0, -1.0],
+    [1.0, 0.0, -1.0],
+    [0.0, 1.0, -1.0],
+    [0.0, 0.0, 1.0],
+    [1.0, 0.0, 1.0],
+    [0.0, 1.0, 1.0],
+];
+
+impl ElementKind {
+    /// Every kind.
+    pub const ALL: [Self; 8] = [
+        Self::Tet4,
+        Self::Tet10,
+        Self::Hex8,
+        Self::Hex20,
+        Self::Hex27,
+        Self::Wedge6,
+        Self::Wedge15,
+        Self::Wedge18,
+    ];
+    /// Most nodes of any kind.
+    pub const MAX_NODES: usize = 27;
+
+    /// Number of nodes.
+    pub fn n_nodes(self) -> usize {
+        match self {
+            Self::Tet4 => 4,
+            Self::Tet10 => 10,
+            Self::Hex8 => 8,
+            Self::Hex20 => 20,
+            Self::Hex27 => 27,
+            Self::Wedge6 => 6,
+            Self::Wedge15 => 15,
+            Self::Wedge18 => 18,
+        }
+    }
+
+    /// What the corners span.
+    pub fn form(self) -> Form {
+        match self {
+            Self::Tet4 | Self::Tet10 => Form::Tetrahedron,
+            Self::Hex8 | Self::Hex20 | Self::Hex27 => Form::Hexahedron,
+            Self::Wedge6 | Self::Wedge15 | Self::Wedge18 => Form::Wedge,
+        }
+    }
+
+    /// As messages call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Tet4 => "tet4",
+            Self::Tet10 => "tet10",
+            Self::Hex8 => "hex8",
+            Self::Hex20 => "hex20",
+            Self::Hex27 => "hex27",
+            Self::Wedge6 => "wedge6",
+            Self::Wedge15 => "wedge15",
+            Self::Wedge18 => "wedge18",
+        }
+    }
+
+    /// Whether displacements along edges are quadratic.
+    pub fn is_quadratic(self) -> bool {
+        !matches!(self, Self::Tet4 | Self::Hex8 | Self::Wedge6)
+    }
+
+    /// Whether four-sided sides have a node in their middle.
+    fn has_side_nodes(self) -> bool {
+        matches!(self, Self::Hex27 | Self::Wedge18)
+    }
+
+    /// Number of corners.
+    pub fn n_corners(self) -> usize {
+        self.corners().len()
+    }
+
+    /// Parameters of the corners.
+    pub fn corners(self) -> &'static [[f64; 3]] {
+        match self.form() {
+            Form::Tetrahedron => TET_CORNERS,
+            Form::Hexahedron => HEX_CORNERS,
+            Form::Wedge => WEDGE_CORNERS,
+        }
+    }
+
+    /// Corners at the ends of each edge.
+    pub fn edges(self) -> Pairs {
+        match self.form() {
+            Form::Tetrahedron => TET_EDGES,
+            Form::Hexahedron => HEX_EDGES,
+            Form::Wedge => WEDGE_EDGES,
+        }
+    }
+
+    /// Corners of each side, right-handed about the outward normal.
+    pub fn sides(self) -> Sides {
+        match self.form() {
+            Form::Tetrahedron => TET_SIDES,
+            Form::Hexahedron => HEX_SIDES,
+            Form::Wedge => WEDGE_SIDES,
+        }
+    }
+
+    /// Parameters of all nodes.
+    pub fn node_parameters(self) -> Vec<[f64; 3]> {
+        let corners = self.corners();
+        let mean = |of: &[u8]| {
+            let share = 1.0 / of.len() as f64;
+            [0, 1, 2].map(|d| of.iter().map(|&c| share * corners[c as usize][d]).sum())
+        };
+        let mut all = corners.to_vec();
+        if self.is_quadratic() {
+            all.extend(self.edges().iter().map(|edge| mean(edge)));
+        }
+        if self.has_side_nodes() {
+            all.extend(self.sides().iter().filter(|side| side.len() == 4).map(|side| mean(side)));
+        }
+        if self == Self::Hex27 {
+            all.push([0.0; 3]);
+        }
+        all
+    }
+
+    /// Nodes of side `number` of the element, in the order of its [`SideKind`].
+    pub fn side_nodes(self, number: usize) -> (SideKind, Vec<u8>) {
+        let corners = self.sides()[number];
+        let mut nodes = corners.to_vec();
+        if !self.is_quadratic() {
+            return (if corners.len() == 3 { SideKind::Tri3 } else { SideKind::Quad4 }, nodes);
+        }
+        for (i, &a) in corners.iter().enumerate() {
+            let b = corners[(i + 1) % corners.len()];
+            let edge = self.edges().iter().position(|e| *e == [a, b] || *e == [b, a]);
+            nodes.extend(edge.map(|k| (self.n_corners() + k) as u8));
+        }
+        if corners.len() == 3 {
+            return (SideKind::Tri6, nodes);
+        }
+        if !self.has_side_nodes() {
+            return (SideKind::Quad8, nodes);
+        }
+        let before = self.sides()[..number].iter().filter(|side| side.len() == 4).count();
+        nodes.push((self.n_corners() + self.edges().len() + before) as u8);
+        (SideKind::Quad9, nodes)
+    }
+}
+
+impl SideKind {
+    /// Every kind.
+    pub const ALL: [Self; 5] = [Self::Tri3, Self::Tri6, Self::Quad4, Self::Quad8, Self::Quad9];
+    /// Most nodes of any kind.
+    pub const MAX_NODES: usize = 9;
+
+    /// Number of nodes.
+    pub fn n_nodes(self) -> usize {
+        match self {
+            Self::Tri3 => 3,
+            Self::Tri6 => 6,
+            Self::Quad4 => 4,
+            Self::Quad8 => 8,
+            Self::Quad9 => 9,
+        }
+    }
+
+    /// Number of corners.
+    pub fn n_corners(self) -> usize {
+        if matches!(self, Self::Tri3 | Self::Tri6) { 3 } else { 4 }
+    }
+
+    /// Parameters of all nodes: triangles in `ξ, η, 1 - ξ - η ≥ 0`, quadrilaterals in `[-1, 1]²`.
+    pub fn node_parameters(self) -> Vec<[f64; 2]> {
+        let corners: &[[f64; 2]] = match self.n_corners() {
+            3 => &[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
+            _ => &[[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]],
+        };
+        let mut all = corners.to_vec();
+        if self.n_nodes() > corners.len() {
+            let middle = |i: usize| {
+                let (a, b) = (corners[i], corners[(i + 1) % corners.len()]);
+                [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]
+            };
+            all.extend((0..corners.len()).map(middle));
+        }
+        if self == Self::Quad9 {
+            all.push([0.0; 2]);
+        }
+        all
+    }
+}

@@ -1,0 +1,28 @@
+//! Finite element meshes of solids.
+//!
+//! The crate knows meshes and their files, elements, sparse matrices, surfaces and stress. It knows no time, no reduction, no
+//! rigid-body motion and no contact.
+//!
+//! * SI units once a mesh has been read with its unit of length.
+//! * Nodes of elements stand in the order of Abaqus and CalculiX ([`kind`]).
+//! * Unknowns are `3 node + direction`.
+
+pub mod fault;
+pub mod kind;
+pub mod shape;
+pub mod rules;
+pub mod raw;
+pub mod jacobian;
+pub mod boundary;
+pub mod mesh;
+pub mod check;
+pub mod matrices;
+pub mod mass_properties;
+pub mod locate;
+pub mod part;
+pub mod stress;
+pub mod read;
+
+pub use fault::MeshError;
+pub use kind::{ElementKind, SideKind};
+pub use mesh::Mesh;

@@ -1,0 +1,237 @@
+//! Points in elements and on the surface.
+
+use std::cmp::Ordering;
+
+use crate::boundary::Face;
+use crate::fault::MeshFault;
+use crate::jacobian::{PointOf, cross, derivatives, dot, inverse, minus, norm, position};
+use crate::kind::{ElementKind, Form, SideKind};
+use crate::mesh::Mesh;
+use crate::shape::Functions;
+
+/// Iterations of Newton's method; elements that are not folded need fewer than ten.
+const MAX_STEPS: usize = 30;
+/// Parameters count as equal within this.
+const ROUND_OFF: f64 = 1e-9;
+/// Distance from the surface, as a share of the size of the element there, up to which a point outside is taken to lie on it: sides of a mesh do not follow
+/// a curved part exactly.
+const OUTSIDE: f64 = 0.05;
+
+/// A point of the surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OnSurface {
+    /// The face.
+    pub face: Face,
+    /// Parameters of its side.
+    pub eta: [f64; 2],
+    /// Position \[m\].
+    pub point: [f64; 3],
+    /// Distance from the point that was sought \[m\].
+    pub distance: f64,
+}
+
+/// Position, area element and outward normal on a side.
+#[derive(Debug, Clone, Default)]
+pub struct SidePoint {
+    /// Functions by parameters.
+    pub functions: Functions<2>,
+    /// Position \[m\].
+    pub position: [f64; 3],
+    /// Derivatives of the position by the parameters.
+    pub tangents: [[f64; 3]; 2],
+    /// Outward normal times the area element.
+    pub area: [f64; 3],
+}
+
+impl SidePoint {
+    /// Evaluates everything at the parameters `eta` of a side with nodes at `places`.
+    pub fn evaluate(&mut self, kind: SideKind, places: &[[f64; 3]], eta: &[f64; 2]) {
+        kind.functions(eta, &mut self.functions);
+        self.position = position(&self.functions.values, places);
+        let map = derivatives(&self.functions.slopes, places);
+        self.tangents = [0, 1].map(|j| [0, 1, 2].map(|i: usize| map[i][j]));
+        self.area = cross(&self.tangents[0], &self.tangents[1]);
+    }
+}
+
+/// How far parameters lie outside of the domain of `form`; negative inside.
+fn excess(form: Form, xi: &[f64; 3]) -> f64 {
+    let most = |all: &[f64]| all.iter().fold(f64::NEG_INFINITY, |m, x| m.max(*x));
+    match form {
+        Form::Tetrahedron => most(&[-xi[0], -xi[1], -xi[2], xi[0] + xi[1] + xi[2] - 1.0]),
+        Form::Hexahedron => most(&xi.map(|x| x.abs() - 1.0)),
+        Form::Wedge => most(&[-xi[0], -xi[1], xi[0] + xi[1] - 1.0, xi[2].abs() - 1.0]),
+    }
+}
+
+/// The nearest parameters in the domain of a side, up to its skewness.
+fn clamped(kind: SideKind, [x, y]: [f64; 2]) -> [f64; 2] {
+    if kind.n_corners() == 4 {
+        return [x.clamp(-1.0, 1.0), y.clamp(-1.0, 1.0)];
+    }
+    if x >= 0.0 && y >= 0.0 && x + y <= 1.0 {
+        return [x, y];
+    }
+    let along = (0.5 * (1.0 + x - y)).clamp(0.0, 1.0);
+    let candidates = [[x.clamp(0.0, 1.0), 0.0], [0.0, y.clamp(0.0, 1.0)], [along, 1.0 - along]];
+    let distance = |c: &[f64; 2]| (c[0] - x).powi(2) + (c[1] - y).powi(2);
+    candidates.into_iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or([x, y])
+}
+
+/// Parameters of `point` in an element with nodes at `places`, if it lies there.
+pub fn parameters(kind: ElementKind, places: &[[f64; 3]], point: &[f64; 3]) -> Option<[f64; 3]> {
+    let mut xi = match kind.form() {
+        Form::Tetrahedron => [0.25; 3],
+        Form::Hexahedron => [0.0; 3],
+        Form::Wedge => [1.0 / 3.0, 1.0 / 3.0, 0.0],
+    };
+    let mut at = PointOf::default();
+    for _ in 0..MAX_STEPS {
+        at.evaluate(kind, places, &xi);
+        if at.determinant.abs().partial_cmp(&0.0) != Some(Ordering::Greater) {
+            return None;
+        }
+        let rest = minus(point, &at.position);
+        let map = derivatives(&at.functions.slopes, places);
+        let inverse = inverse(&map, at.determinant);
+        let step = inverse.map(|row| dot(&row, &rest));
+        // Far outside the map may fold; a point of the element is never further than its own size.
+        let long = norm(&step).max(1.0);
+        xi = std::array::from_fn(|d| (xi[d] + step[d] / long).clamp(-3.0, 3.0));
+        if norm(&step) < 1e-13 {
+            break;
+        }
+    }
+    at.evaluate(kind, places, &xi);
+    let reach = norm(&minus(&places[0], &places[1]));
+    let is_there = norm(&minus(point, &at.position)) < ROUND_OFF * reach;
+    (is_there && excess(kind.form(), &xi) <= ROUND_OFF).then_some(xi)
+}
+
+/// Box around points, widened by a share of its size: sides may bulge beyond their nodes.
+pub fn bounds(places: &[[f64; 3]]) -> ([f64; 3], [f64; 3]) {
+    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for place in places {
+        for d in 0..3 {
+            low[d] = low[d].min(place[d]);
+            high[d] = high[d].max(place[d]);
+        }
+    }
+    let wider = 0.25 * norm(&minus(&high, &low));
+    (low.map(|x| x - wider), high.map(|x| x + wider))
+}
+
+fn contains(&(low, high): &([f64; 3], [f64; 3]), point: &[f64; 3]) -> bool {
+    (0..3).all(|d| low[d] <= point[d] && point[d] <= high[d])
+}
+
+/// Distance from a box, zero inside.
+fn box_distance((low, high): &([f64; 3], [f64; 3]), point: &[f64; 3]) -> f64 {
+    norm(&std::array::from_fn(|d| (low[d] - point[d]).max(point[d] - high[d]).max(0.0)))
+}
+
+impl Mesh {
+    /// Element and parameters of a point; one that lies a little outside, as points of curved parts do, is moved to the surface.
+    ///
+    /// # Errors
+    /// [`MeshFault::PointNotFound`].
+    pub fn locate(&self, point: &[f64; 3]) -> Result<(usize, [f64; 3]), MeshFault> {
+        let mut places = Vec::new();
+        for (e, element) in self.elements().iter().enumerate() {
+            self.places(element.nodes, &mut places);
+            if !contains(&bounds(&places), point) {
+                continue;
+            }
+            if let Some(xi) = parameters(element.kind, &places, point) {
+                return Ok((e, xi));
+            }
+        }
+        let lost = |distance| MeshFault::PointNotFound { point: *point, distance };
+        let nearest = self.nearest(point).ok_or_else(|| lost(f64::INFINITY))?;
+        let (_, nodes) = self.face(nearest.face);
+        self.places(&nodes, &mut places);
+        let size = norm(&minus(&places[0], &places[1]));
+        if nearest.distance > OUTSIDE * size {
+            return Err(lost(nearest.distance));
+        }
+        Ok((nearest.face.element as usize, self.in_element(&nearest)))
+    }
+
+    /// Parameters in the element of a point on its side.
+    pub fn in_element(&self, at: &OnSurface) -> [f64; 3] {
+        let kind = self.elements().get(at.face.element as usize).kind;
+        let (side, local) = kind.side_nodes(at.face.side as usize);
+        let nodes = kind.node_parameters();
+        let places: Vec<[f64; 3]> = local.iter().map(|&k| nodes[k as usize]).collect();
+        let mut functions = Functions::default();
+        side.functions(&at.eta, &mut functions);
+        position(&functions.values, &places)
+    }
+
+    /// The point of the surface nearest to `point`.
+    pub fn nearest(&self, point: &[f64; 3]) -> Option<OnSurface> {
+        let mut places = Vec::new();
+        let mut boxes = Vec::with_capacity(self.surface().len());
+        for &face in self.surface() {
+            self.places(&self.face(face).1, &mut places);
+            boxes.push((box_distance(&bounds(&places), point), face));
+        }
+        boxes.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let mut best: Option<OnSurface> = None;
+        for (least, face) in boxes {
+            if best.as_ref().is_some_and(|b| b.distance <= least) {
+                break;
+            }
+            let (kind, nodes) = self.face(face);
+            self.places(&nodes, &mut places);
+            let found = nearest_on_side(kind, &places, point);
+            if best.as_ref().is_none_or(|b| found.2 < b.distance) {
+                best = Some(OnSurface { face, eta: found.0, point: found.1, distance: found.2 });
+            }
+        }
+        best
+    }
+}
+
+/// Parameters, position and distance of the point of a side nearest to `point`.
+fn nearest_on_side(kind: SideKind, places: &[[f64; 3]], point: &[f64; 3]) -> ([f64; 2], [f64; 3], f64) {
+    let mut at = SidePoint::default();
+    let mut best = ([0.0; 2], [0.0; 3], f64::INFINITY);
+    let see = |at: &mut SidePoint, eta: [f64; 2], best: &mut ([f64; 2], [f64; 3], f64)| {
+        at.evaluate(kind, places, &eta);
+        let distance = norm(&minus(&at.position, point));
+        if distance < best.2 {
+            *best = (eta, at.position, distance);
+        }
+    };
+    let steps = 4;
+    for i in 0..=steps {
+        for j in 0..=steps {
+            let grid = [i, j].map(|k| f64::from(k) / f64::from(steps));
+            let eta = if kind.n_corners() == 4 { grid.map(|x| 2.0 * x - 1.0) } else { grid };
+            see(&mut at, clamped(kind, eta), &mut best);
+        }
+    }
+    let mut eta = best.0;
+    for _ in 0..MAX_STEPS {
+        at.evaluate(kind, places, &eta);
+        // Gauss-Newton on the distance, which converges fast where the surface is much flatter than the point is near.
+        let rest = minus(point, &at.position);
+        let [u, v] = at.tangents;
+        let (a, b, c) = (dot(&u, &u), dot(&u, &v), dot(&v, &v));
+        let determinant = a * c - b * b;
+        if determinant.partial_cmp(&0.0) != Some(Ordering::Greater) {
+            break;
+        }
+        let (p, q) = (dot(&u, &rest), dot(&v, &rest));
+        let next =
+            clamped(kind, [eta[0] + (c * p - b * q) / determinant, eta[1] + (a * q - b * p) / determinant]);
+        let change = (next[0] - eta[0]).abs() + (next[1] - eta[1]).abs();
+        eta = next;
+        see(&mut at, eta, &mut best);
+        if change < 1e-14 {
+            break;
+        }
+    }
+    best
+}

@@ -1,0 +1,250 @@
+//! A checked mesh in metres.
+
+use crate::boundary::{ByCorners, Face, boundary, key};
+use crate::check;
+use crate::fault::{MeshError, MeshFault};
+use crate::kind::SideKind;
+use crate::raw::{Element, Elements, FaceSource, NO_NODE, RawMesh};
+
+/// Names that a message lists before it ends.
+const LISTED: usize = 20;
+
+/// A mesh of one part.
+#[derive(Clone, PartialEq)]
+pub struct Mesh {
+    nodes: Vec<[f64; 3]>,
+    node_labels: Vec<u64>,
+    elements: Elements,
+    surface: Vec<Face>,
+    volumes: Vec<(String, Vec<u32>)>,
+    faces: Vec<(String, Vec<Face>)>,
+    notes: Vec<String>,
+}
+
+impl std::fmt::Debug for Mesh {
+    /// Counts and names: a mesh is too long to be shown.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (nodes, elements) = (self.nodes.len(), self.elements.len());
+        let faces: Vec<&str> = self.face_names().collect();
+        f.debug_struct("Mesh")
+            .field("nodes", &nodes)
+            .field("elements", &elements)
+            .field("faces", &faces)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Mesh {
+    /// Checks a mesh read from a file whose unit of length is `unit` metres; nodes of no element are left out with a note.
+    ///
+    /// # Errors
+    /// [`MeshError::Mesh`] with the element that makes no body.
+    pub fn new(raw: RawMesh, unit: f64) -> Result<Self, MeshError> {
+        if !(unit > 0.0 && unit.is_finite()) {
+            return Err(MeshFault::Unit { unit }.into());
+        }
+        let RawMesh { nodes, node_labels, mut elements, volumes, mut faces, mut notes } = raw;
+        check::orders(&elements)?;
+        let numbers = check::used_nodes(&elements, &node_labels, &mut notes);
+        let kept = |i: &usize| numbers[*i] != NO_NODE;
+        let node_labels: Vec<u64> = (0..nodes.len()).filter(kept).map(|i| node_labels[i]).collect();
+        let nodes: Vec<[f64; 3]> =
+            (0..nodes.len()).filter(kept).map(|i| nodes[i].map(|x| unit * x)).collect();
+        elements.renumber(&numbers);
+        let to_number = |n: u32| if n == NO_NODE { NO_NODE } else { numbers[n as usize] };
+        for (_, source) in &mut faces {
+            match source {
+                FaceSource::Corners(all) => all.iter_mut().for_each(|c| *c = c.map(to_number)),
+                FaceSource::Nodes(all) => {
+                    all.iter_mut().for_each(|n| *n = to_number(*n));
+                    all.retain(|n| *n != NO_NODE);
+                }
+                FaceSource::Sides(_) => {}
+            }
+        }
+        check::distinct_nodes(&elements, &node_labels)?;
+        check::one_part(&elements, nodes.len())?;
+        let (surface, by_corners) = boundary(&elements)?;
+        if surface.is_empty() {
+            return Err(MeshFault::NoSurface.into());
+        }
+        check::orientation(&elements, &nodes, &mut notes)?;
+        check::stiffness_of_kinds(&elements, &mut notes);
+        check::size(&nodes, &mut notes);
+        let groups = faces.into_iter().map(|(name, source)| {
+            let found = group(&elements, nodes.len(), (&surface, &by_corners), &source);
+            if let (FaceSource::Corners(all), Some(inside)) = (&source, found.inside) {
+                let n = all.len();
+                notes.push(format!(
+                    "{inside} of the {n} elements of group \"{name}\" are no sides of the surface"
+                ));
+            }
+            (name, found.faces)
+        });
+        let groups = groups.collect();
+        Ok(Self { nodes, node_labels, elements, surface, volumes, faces: groups, notes })
+    }
+
+    /// Positions of the nodes \[m\].
+    pub fn nodes(&self) -> &[[f64; 3]] {
+        &self.nodes
+    }
+
+    /// Numbers of the nodes in the file.
+    pub fn node_labels(&self) -> &[u64] {
+        &self.node_labels
+    }
+
+    /// Elements.
+    pub fn elements(&self) -> &Elements {
+        &self.elements
+    }
+
+    /// Sides that bound the mesh.
+    pub fn surface(&self) -> &[Face] {
+        &self.surface
+    }
+
+    /// Groups of elements by name.
+    pub fn volumes(&self) -> &[(String, Vec<u32>)] {
+        &self.volumes
+    }
+
+    /// Groups of faces by name; those without a face on the surface are no places for anything.
+    pub fn faces(&self) -> &[(String, Vec<Face>)] {
+        &self.faces
+    }
+
+    /// What the file has that was left out, and what the mesh is not good for.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// Names of the groups of faces that have faces.
+    pub fn face_names(&self) -> impl Iterator<Item = &str> {
+        self.faces.iter().filter(|(_, faces)| !faces.is_empty()).map(|(name, _)| name.as_str())
+    }
+
+    /// The faces of group `name`.
+    ///
+    /// # Errors
+    /// [`MeshFault::UnknownGroup`], [`MeshFault::NoSides`].
+    pub fn face_group(&self, name: &str) -> Result<&[Face], MeshFault> {
+        match self.faces.iter().find(|(n, _)| n == name) {
+            Some((_, faces)) if faces.is_empty() => Err(MeshFault::NoSides { name: name.to_owned() }),
+            Some((_, faces)) => Ok(faces),
+            None => {
+                let known = listed(self.face_names());
+                Err(MeshFault::UnknownGroup { what: "faces", name: name.to_owned(), known })
+            }
+        }
+    }
+
+    /// The elements of group `name`.
+    ///
+    /// # Errors
+    /// [`MeshFault::UnknownGroup`].
+    pub fn volume_group(&self, name: &str) -> Result<&[u32], MeshFault> {
+        let found = self.volumes.iter().find(|(n, _)| n == name);
+        found.map(|(_, elements)| elements.as_slice()).ok_or_else(|| MeshFault::UnknownGroup {
+            what: "elements",
+            name: name.to_owned(),
+            known: listed(self.volumes.iter().map(|(n, _)| n.as_str())),
+        })
+    }
+
+    /// For every element the place in `groups` of the one that it is in, the number of groups for one in none of them if that `may_be`.
+    ///
+    /// # Errors
+    /// [`MeshFault::UnknownGroup`]; [`MeshFault::Materials`] for an element that is in none or in several.
+    pub fn by_group(&self, groups: &[&str], may_be: bool) -> Result<Vec<u16>, MeshFault> {
+        let mut found = vec![(0usize, groups.len() as u16); self.elements.len()];
+        for (i, name) in groups.iter().enumerate() {
+            for &e in self.volume_group(name)? {
+                let entry = &mut found[e as usize];
+                *entry = (entry.0 + 1, i as u16);
+            }
+        }
+        match found.iter().position(|(count, _)| *count != 1 && !(may_be && *count == 0)) {
+            Some(e) => {
+                let element = self.elements.get(e).label;
+                Err(MeshFault::Materials { element, found: found[e].0 })
+            }
+            None => Ok(found.into_iter().map(|(_, group)| group).collect()),
+        }
+    }
+
+    /// Kind and nodes of a face, in the order of the kind, right-handed about the outward normal.
+    pub fn face(&self, face: Face) -> (SideKind, Vec<u32>) {
+        let Element { kind, nodes, .. } = self.elements.get(face.element as usize);
+        let (side, local) = kind.side_nodes(face.side as usize);
+        (side, local.iter().map(|&k| nodes[k as usize]).collect())
+    }
+
+    /// Positions of `nodes` into `out` \[m\].
+    pub fn places(&self, nodes: &[u32], out: &mut Vec<[f64; 3]>) {
+        out.clear();
+        out.extend(nodes.iter().map(|&n| self.nodes[n as usize]));
+    }
+
+    /// Length of the diagonal of the box around the nodes \[m\].
+    pub fn size(&self) -> f64 {
+        check::diagonal(&self.nodes)
+    }
+}
+
+/// Names for a message.
+fn listed<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    let mut names: Vec<&str> = names.take(LISTED + 1).collect();
+    if names.is_empty() {
+        return "none".to_owned();
+    }
+    if names.len() > LISTED {
+        names[LISTED] = "…";
+    }
+    names.join(", ")
+}
+
+/// Faces of a group.
+struct Found {
+    faces: Vec<Face>,
+    /// Surface elements that are no sides of the surface, if there are any.
+    inside: Option<usize>,
+}
+
+fn group(
+    elements: &Elements,
+    n_nodes: usize,
+    (surface, by_corners): (&[Face], &ByCorners),
+    source: &FaceSource,
+) -> Found {
+    let mut inside = 0;
+    let mut faces: Vec<Face> = match source {
+        FaceSource::Corners(all) => {
+            let found: Vec<Face> =
+                all.iter().filter_map(|c| by_corners.get(&key(c.iter().copied()))).copied().collect();
+            inside = all.len() - found.len();
+            found
+        }
+        FaceSource::Sides(all) => {
+            let face = |&(element, side): &(u32, u8)| {
+                let face = Face { element, side };
+                surface.binary_search(&face).is_ok().then_some(face)
+            };
+            all.iter().filter_map(face).collect()
+        }
+        FaceSource::Nodes(all) => {
+            let mut is_in = vec![false; n_nodes];
+            all.iter().for_each(|&n| is_in[n as usize] = true);
+            let whole = |face: &&Face| {
+                let element = elements.get(face.element as usize);
+                let (_, local) = element.kind.side_nodes(face.side as usize);
+                local.iter().all(|&k| is_in[element.nodes[k as usize] as usize])
+            };
+            surface.iter().filter(whole).copied().collect()
+        }
+    };
+    faces.sort_unstable();
+    faces.dedup();
+    Found { faces, inside: (inside > 0).then_some(inside) }
+}

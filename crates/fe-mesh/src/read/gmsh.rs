@@ -1,0 +1,402 @@
+//! Gmsh's MSH 4.1 and 2.2 (Gmsh reference manual, "Gmsh file formats").
+
+use std::collections::{BTreeMap, HashMap};
+
+use super::labels::Labels;
+use super::numbers::{Encoding, Numbers};
+use crate::fault::{MeshError, ReadFault};
+use crate::kind::ElementKind;
+use crate::raw::{FaceSource, NO_NODE, RawMesh};
+
+/// What an element type of Gmsh is here.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Type {
+    Solid(ElementKind),
+    /// A side with this many corners, of this many nodes.
+    Side(usize, usize),
+    /// A point or line of this many nodes, left out.
+    Small(usize),
+}
+
+const PYRAMID: &str =
+    "leave out pyramids: mesh with tetrahedra, or with hexahedra alone (Mesh.SubdivisionAlgorithm = 2)";
+const ORDER: &str = "only elements of the orders 1 and 2 are computed: gmsh -order 2";
+
+/// Nodes of Gmsh's elements in the order of [`ElementKind`]: entry `i` is the place in Gmsh's list.
+fn order(kind: ElementKind) -> Option<&'static [usize]> {
+    match kind {
+        ElementKind::Tet10 => Some(&[0, 1, 2, 3, 4, 5, 6, 7, 9, 8]),
+        ElementKind::Hex20 => Some(&[0, 1, 2, 3, 4, 5, 6, 7, 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15]),
+        ElementKind::Hex27 => Some(&[
+            0, 1, 2, 3, 4, 5, 6, 7, 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15, 20, 25, 21, 23, 24, 22, 26,
+        ]),
+        ElementKind::Wedge15 => Some(&[0, 1, 2, 3, 4, 5, 6, 9, 7, 12, 14, 13, 8, 10, 11]),
+        ElementKind::Wedge18 => Some(&[0, 1, 2, 3, 4, 5, 6, 9, 7, 12, 14, 13, 8, 10, 11, 15, 17, 16]),
+        ElementKind::Tet4 | ElementKind::Hex8 | ElementKind::Wedge6 => None,
+    }
+}
+
+fn element_type(number: i32) -> Result<Type, (String, &'static str)> {
+    Ok(match number {
+        4 => Type::Solid(ElementKind::Tet4),
+        5 => Type::Solid(ElementKind::Hex8),
+        6 => Type::Solid(ElementKind::Wedge6),
+        11 => Type::Solid(ElementKind::Tet10),
+        12 => Type::Solid(ElementKind::Hex27),
+        13 => Type::Solid(ElementKind::Wedge18),
+        17 => Type::Solid(ElementKind::Hex20),
+        18 => Type::Solid(ElementKind::Wedge15),
+        2 => Type::Side(3, 3),
+        3 => Type::Side(4, 4),
+        9 => Type::Side(3, 6),
+        10 => Type::Side(4, 9),
+        16 => Type::Side(4, 8),
+        15 => Type::Small(1),
+        1 => Type::Small(2),
+        8 => Type::Small(3),
+        7 | 14 | 19 => return Err((format!("pyramid (type {number})"), PYRAMID)),
+        _ => return Err((format!("type {number} of Gmsh"), ORDER)),
+    })
+}
+
+/// Physical group: dimension and number.
+type Physical = (i32, i32);
+
+/// What has been read.
+#[derive(Default)]
+struct Reader {
+    mesh: RawMesh,
+    labels: Labels,
+    has_nodes: bool,
+    has_elements: bool,
+    names: HashMap<Physical, String>,
+    /// Physical groups of geometric entities, by dimension and number.
+    of_entity: HashMap<(i32, i32), Vec<i32>>,
+    volumes: BTreeMap<i32, Vec<u32>>,
+    faces: BTreeMap<i32, Vec<[u32; 4]>>,
+    skipped: Vec<String>,
+}
+
+/// Reads a file.
+pub fn read(bytes: &[u8]) -> Result<RawMesh, MeshError> {
+    let mut numbers = Numbers::new(bytes);
+    let mut reader = Reader::default();
+    let is_new = format(&mut numbers)?;
+    while let Some(word) = numbers.word() {
+        let name = String::from_utf8_lossy(word.strip_prefix(b"$").unwrap_or(word)).into_owned();
+        if !word.starts_with(b"$") {
+            let fault = ReadFault::Expected { expected: "a section, $NAME,".into(), found: name };
+            return numbers.fail(fault);
+        }
+        numbers.section = format!("${name}");
+        reader.section(&mut numbers, &name, is_new)?;
+    }
+    numbers.section = "the file".into();
+    if !reader.has_nodes {
+        return numbers
+            .fail(ReadFault::Missing { what: "$Nodes", remedy: "save the mesh, not the geometry" });
+    }
+    if !reader.has_elements {
+        let remedy = "mesh in three dimensions (gmsh -3) and save the mesh";
+        return numbers.fail(ReadFault::Missing { what: "$Elements", remedy });
+    }
+    Ok(reader.finish())
+}
+
+/// Reads the header; whether the version is 4.1.
+fn format(numbers: &mut Numbers<'_>) -> Result<bool, MeshError> {
+    if numbers.word() != Some(b"$MeshFormat") {
+        return numbers.fail(ReadFault::Format);
+    }
+    let version = String::from_utf8_lossy(numbers.word().unwrap_or_default()).into_owned();
+    if version != "4.1" && version != "2.2" {
+        return numbers.fail(ReadFault::Version { found: version });
+    }
+    let (is_binary, width) = (numbers.int()?, numbers.int()?);
+    if width != 8 {
+        let what = format!("a width of {width} bytes");
+        return numbers.fail(ReadFault::Unsupported { what, remedy: "write it on a 64-bit machine" });
+    }
+    if is_binary == 1 {
+        numbers.skip_line_break();
+        numbers.encoding = Encoding::LittleEndian;
+        match numbers.int()? {
+            1 => {}
+            0x0100_0000 => numbers.encoding = Encoding::BigEndian,
+            other => {
+                let (expected, found) = ("the integer 1 behind the header".into(), other.to_string());
+                return numbers.fail(ReadFault::Expected { expected, found });
+            }
+        }
+    }
+    numbers.close("MeshFormat")?;
+    Ok(version == "4.1")
+}
+
+impl Reader {
+    fn section(&mut self, numbers: &mut Numbers<'_>, name: &str, is_new: bool) -> Result<(), MeshError> {
+        let refuse = |remedy| ReadFault::Unsupported { what: format!("section ${name}"), remedy };
+        match name {
+            "PhysicalNames" => self.physical_names(numbers)?,
+            "Entities" if is_new => {
+                numbers.skip_line_break();
+                self.entities(numbers)?;
+            }
+            "Nodes" => {
+                if std::mem::replace(&mut self.has_nodes, true) {
+                    return numbers.fail(refuse("write one section of nodes"));
+                }
+                if is_new {
+                    numbers.skip_line_break();
+                    self.nodes_new(numbers)?;
+                } else {
+                    self.nodes_old(numbers)?;
+                }
+                self.labels = match Labels::new(&self.mesh.node_labels) {
+                    Ok(labels) => labels,
+                    Err(number) => return numbers.fail(ReadFault::Twice { what: "node", number }),
+                };
+            }
+            "Elements" => {
+                if !self.has_nodes {
+                    let remedy = "write the nodes before the elements";
+                    return numbers.fail(ReadFault::Missing { what: "$Nodes", remedy });
+                }
+                self.has_elements = true;
+                if is_new {
+                    numbers.skip_line_break();
+                    self.elements_new(numbers)?;
+                } else {
+                    self.elements_old(numbers)?;
+                }
+            }
+            "ParametricNodes" => return numbers.fail(refuse("switch Mesh.SaveParametric off")),
+            "PartitionedEntities" => {
+                return numbers.fail(refuse("save without partitions (Mesh.NbPartitions = 0)"));
+            }
+            _ => {
+                if name != "Comments" {
+                    self.skipped.push(format!("${name} ({})", numbers.place()));
+                }
+                return numbers.leave(name);
+            }
+        }
+        numbers.close(name)
+    }
+
+    fn physical_names(&mut self, numbers: &mut Numbers<'_>) -> Result<(), MeshError> {
+        // The names are text in binary files, too.
+        for _ in 0..numbers.text_number()? {
+            let mut number = || Ok::<_, MeshError>(i32::try_from(numbers.text_number()?).unwrap_or(i32::MAX));
+            let group = (number()?, number()?);
+            let name = numbers.quoted()?;
+            self.names.insert(group, name);
+        }
+        Ok(())
+    }
+
+    fn entities(&mut self, numbers: &mut Numbers<'_>) -> Result<(), MeshError> {
+        let counts = [numbers.size()?, numbers.size()?, numbers.size()?, numbers.size()?];
+        for (dimension, count) in (0i32..).zip(counts) {
+            for _ in 0..count {
+                let tag = numbers.int()?;
+                for _ in 0..if dimension == 0 { 3 } else { 6 } {
+                    numbers.real()?;
+                }
+                for _ in 0..numbers.size()? {
+                    let group = numbers.int()?;
+                    self.of_entity.entry((dimension, tag)).or_default().push(group.saturating_abs());
+                }
+                if dimension > 0 {
+                    for _ in 0..numbers.size()? {
+                        numbers.int()?;
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn node(&mut self, numbers: &Numbers<'_>, node: u64, at: [f64; 3]) -> Result<(), MeshError> {
+        if !at.iter().all(|x| x.is_finite()) {
+            return numbers.fail(ReadFault::Coordinate { node });
+        }
+        self.mesh.nodes.push(at);
+        self.mesh.node_labels.push(node);
+        Ok(())
+    }
+
+    fn nodes_new(&mut self, numbers: &mut Numbers<'_>) -> Result<(), MeshError> {
+        let blocks = numbers.size()?;
+        for _ in 0..3 {
+            numbers.size()?;
+        }
+        let mut tags = Vec::new();
+        for _ in 0..blocks {
+            let (dimension, _, is_parametric) = (numbers.int()?, numbers.int()?, numbers.int()?);
+            let count = numbers.size()?;
+            tags.clear();
+            for _ in 0..count {
+                tags.push(numbers.size()?);
+            }
+            for &tag in &tags {
+                let at = [numbers.real()?, numbers.real()?, numbers.real()?];
+                self.node(numbers, tag, at)?;
+                for _ in 0..if is_parametric == 0 { 0 } else { dimension.clamp(0, 3) } {
+                    numbers.real()?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn nodes_old(&mut self, numbers: &mut Numbers<'_>) -> Result<(), MeshError> {
+        let count = numbers.text_number()?;
+        numbers.skip_line_break();
+        for _ in 0..count {
+            let tag = self.old_label(numbers)?;
+            let at = [numbers.real()?, numbers.real()?, numbers.real()?];
+            self.node(numbers, tag, at)?;
+        }
+        Ok(())
+    }
+
+    /// Number of a node or element: in binary files of version 2.2 a small integer.
+    fn old_label(&self, numbers: &mut Numbers<'_>) -> Result<u64, MeshError> {
+        let number = numbers.int()?;
+        match u64::try_from(number) {
+            Ok(label) => Ok(label),
+            Err(_) => {
+                let (expected, found) = ("the number of a node or element".into(), number.to_string());
+                numbers.fail(ReadFault::Expected { expected, found })
+            }
+        }
+    }
+
+    fn elements_new(&mut self, numbers: &mut Numbers<'_>) -> Result<(), MeshError> {
+        let blocks = numbers.size()?;
+        for _ in 0..3 {
+            numbers.size()?;
+        }
+        for _ in 0..blocks {
+            let (dimension, entity, number) = (numbers.int()?, numbers.int()?, numbers.int()?);
+            let count = numbers.size()?;
+            let groups = self.of_entity.get(&(dimension, entity)).cloned().unwrap_or_default();
+            for _ in 0..count {
+                let label = numbers.size()?;
+                self.element(numbers, (number, label), &groups, |n| n.size())?;
+            }
+        }
+        Ok(())
+    }
+
+    fn elements_old(&mut self, numbers: &mut Numbers<'_>) -> Result<(), MeshError> {
+        let count = numbers.text_number()?;
+        numbers.skip_line_break();
+        let is_text = numbers.encoding == Encoding::Text;
+        let node = |n: &mut Numbers<'_>| n.int().map(|i| u64::try_from(i).unwrap_or(u64::MAX));
+        let mut done = 0;
+        while done < count {
+            if is_text {
+                let (label, number, n_tags) = (self.old_label(numbers)?, numbers.int()?, numbers.int()?);
+                let groups = tags(numbers, n_tags)?;
+                self.element(numbers, (number, label), &groups, node)?;
+                done += 1;
+                continue;
+            }
+            let (number, following, n_tags) = (numbers.int()?, numbers.int()?, numbers.int()?);
+            for _ in 0..following {
+                let label = self.old_label(numbers)?;
+                let groups = tags(numbers, n_tags)?;
+                self.element(numbers, (number, label), &groups, node)?;
+            }
+            done += u64::try_from(following).unwrap_or(0).max(1);
+        }
+        Ok(())
+    }
+
+    /// Reads the nodes of an element of Gmsh's type `number` and keeps it.
+    fn element(
+        &mut self,
+        numbers: &mut Numbers<'_>,
+        (number, label): (i32, u64),
+        groups: &[i32],
+        mut next: impl FnMut(&mut Numbers<'_>) -> Result<u64, MeshError>,
+    ) -> Result<(), MeshError> {
+        let found = match element_type(number) {
+            Ok(found) => found,
+            Err((found, remedy)) => {
+                return numbers.fail(ReadFault::Element { element: label, found, remedy });
+            }
+        };
+        let n_nodes = match found {
+            Type::Solid(kind) => kind.n_nodes(),
+            Type::Side(_, n) | Type::Small(n) => n,
+        };
+        let mut nodes = [NO_NODE; ElementKind::MAX_NODES];
+        for place in &mut nodes[..n_nodes] {
+            let node = next(numbers)?;
+            *place = match self.labels.get(node) {
+                Some(place) => place,
+                None => {
+                    let user = format!("element {label}");
+                    return numbers.fail(ReadFault::UnknownNode { user, node });
+                }
+            };
+        }
+        match found {
+            Type::Solid(kind) => {
+                let e = self.mesh.elements.len() as u32;
+                match order(kind) {
+                    Some(order) => self.mesh.elements.push(kind, label, order.iter().map(|&i| nodes[i])),
+                    None => self.mesh.elements.push(kind, label, nodes[..n_nodes].iter().copied()),
+                }
+                groups.iter().for_each(|group| self.volumes.entry(*group).or_default().push(e));
+            }
+            Type::Side(n_corners, _) => {
+                let corners = std::array::from_fn(|i| if i < n_corners { nodes[i] } else { NO_NODE });
+                groups.iter().for_each(|group| self.faces.entry(*group).or_default().push(corners));
+            }
+            Type::Small(_) => {}
+        }
+        Ok(())
+    }
+
+    fn finish(self) -> RawMesh {
+        let Self { mut mesh, names, volumes, faces, skipped, .. } = self;
+        let name = |dimension, group: i32| {
+            names.get(&(dimension, group)).cloned().unwrap_or_else(|| group.to_string())
+        };
+        for (group, elements) in volumes {
+            let name = name(3, group);
+            match mesh.volumes.iter_mut().find(|(n, _)| *n == name) {
+                Some((_, all)) => all.extend(elements),
+                None => mesh.volumes.push((name, elements)),
+            }
+        }
+        for (group, corners) in faces {
+            mesh.faces.push((name(2, group), FaceSource::Corners(corners)));
+        }
+        if !skipped.is_empty() {
+            mesh.notes.push(format!("sections that are not read: {}", skipped.join(", ")));
+        }
+        mesh
+    }
+}
+
+/// Tags of an element of version 2.2, of which the first is its physical group; 0 is none.
+fn tags(numbers: &mut Numbers<'_>, n: i32) -> Result<Vec<i32>, MeshError> {
+    let mut groups = Vec::new();
+    for i in 0..n {
+        let tag = numbers.int()?;
+        if i == 0 && tag != 0 {
+            groups.push(tag.saturating_abs());
+        }
+        if i == 2 && tag > 1 {
+            let what = "a partitioned mesh".into();
+            let remedy = "save without partitions (Mesh.NbPartitions = 0)";
+            return numbers.fail(ReadFault::Unsupported { what, remedy });
+        }
+    }
+    Ok(groups)
+}

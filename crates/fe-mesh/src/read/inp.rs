@@ -1,0 +1,524 @@
+//! Input files of Abaqus and CalculiX: flat, or with one part and one instance of it.
+
+use std::collections::HashMap;
+
+use super::labels::Labels;
+use crate::fault::{MeshError, Place, ReadFault};
+use crate::kind::ElementKind;
+use crate::raw::{FaceSource, NO_NODE, RawMesh};
+
+/// Cards whose data say nothing of the mesh, left out without a word.
+const SILENT: &[&str] = &["HEADING", "PREPRINT", "RESTART"];
+/// Cards that delimit the part of the file that has the mesh.
+const FRAMES: &[&str] = &["PART", "END PART", "ASSEMBLY", "END ASSEMBLY", "END INSTANCE", "END STEP"];
+/// Characters of a wrong field that a message shows.
+const SHOWN: usize = 40;
+
+/// A card with its parameters.
+#[derive(Debug, Clone, Default)]
+struct Card {
+    name: String,
+    line: usize,
+    parameters: Vec<(String, String)>,
+}
+
+impl Card {
+    fn new(text: &str, line: usize) -> Self {
+        let mut fields = text.trim_start_matches('*').split(',').map(str::trim);
+        let name = fields.next().unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ");
+        let parameter = |field: &str| {
+            let (key, value) = field.split_once('=').unwrap_or((field, ""));
+            (key.trim().to_ascii_uppercase(), value.trim().trim_matches('"').to_owned())
+        };
+        let parameters = fields.filter(|f| !f.is_empty()).map(parameter).collect();
+        Self { name: name.to_ascii_uppercase(), line, parameters }
+    }
+
+    fn get(&self, key: &str) -> Option<&str> {
+        self.parameters.iter().find(|(k, _)| k == key).map(|(_, v)| v.as_str())
+    }
+}
+
+/// What an element type is here.
+enum Type {
+    Solid(ElementKind),
+    /// Corners and nodes of an element on the surface.
+    Side(usize, usize),
+    /// Something else of so many nodes, left out.
+    Other,
+}
+
+fn element_type(name: &str) -> Option<Type> {
+    // Letters behind the number of nodes choose an integration or a mixed formulation; the displacement element is computed.
+    let bare = name.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    Some(match bare {
+        "C3D4" => Type::Solid(ElementKind::Tet4),
+        "C3D10" => Type::Solid(ElementKind::Tet10),
+        "C3D8" => Type::Solid(ElementKind::Hex8),
+        "C3D20" => Type::Solid(ElementKind::Hex20),
+        "C3D27" => Type::Solid(ElementKind::Hex27),
+        "C3D6" => Type::Solid(ElementKind::Wedge6),
+        "C3D15" => Type::Solid(ElementKind::Wedge15),
+        "S3" | "CPS3" | "CPE3" | "CAX3" | "M3D3" | "SFM3D3" => Type::Side(3, 3),
+        "S4" | "CPS4" | "CPE4" | "CAX4" | "M3D4" | "SFM3D4" => Type::Side(4, 4),
+        "S6" | "STRI65" | "CPS6" | "CPE6" | "CAX6" | "M3D6" | "SFM3D6" => Type::Side(3, 6),
+        "S8" | "CPS8" | "CPE8" | "CAX8" | "M3D8" | "SFM3D8" => Type::Side(4, 8),
+        _ if name.starts_with("T3D") || name.starts_with("B3") => Type::Other,
+        _ => return None,
+    })
+}
+
+/// Sets of one kind, by name in capitals.
+#[derive(Default)]
+struct Sets {
+    places: HashMap<String, usize>,
+    list: Vec<(String, Vec<u32>)>,
+}
+
+impl Sets {
+    fn get(&self, name: &str) -> Option<&[u32]> {
+        self.places.get(&name.to_ascii_uppercase()).map(|&i| self.list[i].1.as_slice())
+    }
+
+    fn of(&mut self, name: &str) -> &mut Vec<u32> {
+        let list = &mut self.list;
+        let place = *self.places.entry(name.to_ascii_uppercase()).or_insert_with(|| {
+            list.push((name.to_owned(), Vec::new()));
+            list.len() - 1
+        });
+        &mut self.list[place].1
+    }
+}
+
+#[derive(Default)]
+struct Reader {
+    mesh: RawMesh,
+    node_numbers: Labels,
+    element_numbers: Labels,
+    /// Numbers of all elements, of solids first their place; sides count behind them.
+    node_sets: Sets,
+    element_sets: Sets,
+    /// Surface elements by set.
+    side_sets: Vec<(String, Vec<[u32; 4]>)>,
+    skipped: Vec<(String, usize)>,
+    reduced: Option<(String, usize)>,
+    /// Elements that are left out: their sets are no groups.
+    has_other: Vec<String>,
+    is_sorted: bool,
+    members: usize,
+    limit: usize,
+    parts: usize,
+    instances: usize,
+}
+
+/// Reads a file.
+pub fn read(bytes: &[u8]) -> Result<RawMesh, MeshError> {
+    let mut reader = Reader { limit: bytes.len(), ..Reader::default() };
+    let mut lines = bytes.split(|b| *b == b'\n').map(|l| l.trim_ascii()).zip(1..).peekable();
+    let mut card = Card::default();
+    while let Some((bytes, line)) = lines.next() {
+        let text = String::from_utf8_lossy(bytes);
+        if text.is_empty() || text.starts_with("**") {
+            continue;
+        }
+        if text.starts_with('*') {
+            let mut text = text.into_owned();
+            // A card goes on where its line ends with a comma.
+            while text.ends_with(',') {
+                match lines.next_if(|(next, _)| !next.starts_with(b"*")) {
+                    Some((next, _)) => text.push_str(&String::from_utf8_lossy(next)),
+                    None => break,
+                }
+            }
+            card = Card::new(&text, line);
+            reader.begin(&card)?;
+            if card.name == "STEP" {
+                break; // the mesh is complete before the first step
+            }
+            continue;
+        }
+        if card.name.is_empty() {
+            return fail(line, ReadFault::Format);
+        }
+        if card.name == "ELEMENT" && card.get("TYPE").is_some() {
+            let mut fields: Vec<String> = fields(&text).map(str::to_owned).collect();
+            let wanted = reader.nodes_wanted(&card, line)?;
+            while wanted.is_some_and(|n| fields.len() < n + 1) {
+                let is_data = |(next, _): &(&[u8], usize)| !next.starts_with(b"*") && !next.is_empty();
+                let Some((next, _)) = lines.next_if(is_data) else {
+                    return fail(line, ReadFault::End { section: "an element".into() });
+                };
+                fields.extend(self::fields(&String::from_utf8_lossy(next)).map(str::to_owned));
+            }
+            reader.element(&card, line, &fields)?;
+        } else {
+            reader.data(&card, line, &text)?;
+        }
+    }
+    reader.finish()
+}
+
+fn fail<T>(line: usize, fault: ReadFault) -> Result<T, MeshError> {
+    Err(MeshError::Read { place: Place::Line(line), fault })
+}
+
+fn fields(text: &str) -> impl Iterator<Item = &str> {
+    text.split(',').map(str::trim).filter(|f| !f.is_empty())
+}
+
+fn expected<T>(line: usize, expected: &str, found: &str) -> Result<T, MeshError> {
+    let found = found.chars().take(SHOWN).collect();
+    fail(line, ReadFault::Expected { expected: expected.to_owned(), found })
+}
+
+/// A number of a node or element; the name of an instance may stand before it.
+fn number(field: &str) -> Option<u64> {
+    field.rsplit('.').next().unwrap_or(field).parse().ok()
+}
+
+impl Reader {
+    fn begin(&mut self, card: &Card) -> Result<(), MeshError> {
+        let line = card.line;
+        let refuse =
+            |what: &str, remedy| fail(line, ReadFault::Unsupported { what: what.to_owned(), remedy });
+        match card.name.as_str() {
+            "NODE" | "ELEMENT" | "NSET" | "ELSET" | "SURFACE" => self.begin_mesh(card),
+            "PART" => {
+                self.parts += 1;
+                if self.parts > 1 {
+                    return refuse("a second *PART", "write each part into a file of its own");
+                }
+                Ok(())
+            }
+            "INSTANCE" => {
+                self.instances += 1;
+                if self.instances > 1 {
+                    return refuse("a second *INSTANCE", "write each part into a file of its own");
+                }
+                Ok(())
+            }
+            "INCLUDE" => refuse("*INCLUDE", "put the mesh into one file"),
+            "STEP" => Ok(()),
+            name if FRAMES.contains(&name) || SILENT.contains(&name) => Ok(()),
+            name => {
+                if !self.skipped.iter().any(|(n, _)| n == name) && self.skipped.len() < self.limit {
+                    self.skipped.push((name.to_owned(), line));
+                }
+                Ok(())
+            }
+        }
+    }
+
+    fn begin_mesh(&mut self, card: &Card) -> Result<(), MeshError> {
+        let line = card.line;
+        let missing = |what: &str| {
+            fail(
+                line,
+                ReadFault::Expected { expected: format!("*{} with {what}", card.name), found: String::new() },
+            )
+        };
+        match card.name.as_str() {
+            "ELEMENT" => {
+                let Some(name) = card.get("TYPE") else { return missing("TYPE=") };
+                self.sort_nodes(line)?;
+                let Some(found) = element_type(&name.to_ascii_uppercase()) else {
+                    let what = format!("element type {name}");
+                    let remedy = "computed are C3D4, C3D10, C3D8, C3D20, C3D27, C3D6, C3D15";
+                    return fail(line, ReadFault::Unsupported { what, remedy });
+                };
+                let has_letter = name.ends_with(|c: char| c.is_ascii_alphabetic());
+                if matches!(found, Type::Solid(_)) && has_letter && self.reduced.is_none() {
+                    self.reduced = Some((name.to_owned(), line));
+                }
+                Ok(())
+            }
+            "NSET" if card.get("NSET").is_none() => missing("NSET="),
+            "ELSET" if card.get("ELSET").is_none() => missing("ELSET="),
+            "SURFACE" if card.get("NAME").is_none() => missing("NAME="),
+            "NSET" => self.sort_nodes(line),
+            "ELSET" | "SURFACE" => {
+                self.sort_nodes(line)?;
+                self.sort_elements(line)?;
+                if card.name == "SURFACE" {
+                    let name = card.get("NAME").unwrap_or_default().to_owned();
+                    let is_nodes = card.get("TYPE").is_some_and(|t| t.eq_ignore_ascii_case("NODE"));
+                    let source =
+                        if is_nodes { FaceSource::Nodes(Vec::new()) } else { FaceSource::Sides(Vec::new()) };
+                    self.mesh.faces.push((name, source));
+                }
+                Ok(())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Makes numbers of nodes known; those that come behind elements or sets are refused.
+    fn sort_nodes(&mut self, line: usize) -> Result<(), MeshError> {
+        if !self.is_sorted {
+            self.node_numbers = match Labels::new(&self.mesh.node_labels) {
+                Ok(labels) => labels,
+                Err(number) => return fail(line, ReadFault::Twice { what: "node", number }),
+            };
+            self.is_sorted = true;
+        }
+        Ok(())
+    }
+
+    fn sort_elements(&mut self, line: usize) -> Result<(), MeshError> {
+        let labels: Vec<u64> = self.mesh.elements.iter().map(|e| e.label).collect();
+        self.element_numbers = match Labels::new(&labels) {
+            Ok(labels) => labels,
+            Err(number) => return fail(line, ReadFault::Twice { what: "element", number }),
+        };
+        Ok(())
+    }
+
+    fn nodes_wanted(&self, card: &Card, line: usize) -> Result<Option<usize>, MeshError> {
+        let name = card.get("TYPE").unwrap_or_default().to_ascii_uppercase();
+        match element_type(&name) {
+            Some(Type::Solid(kind)) => Ok(Some(kind.n_nodes())),
+            Some(Type::Side(_, n)) => Ok(Some(n)),
+            Some(Type::Other) => Ok(None),
+            None => expected(line, "an element type", &name),
+        }
+    }
+
+    fn element(&mut self, card: &Card, line: usize, fields: &[String]) -> Result<(), MeshError> {
+        let name = card.get("TYPE").unwrap_or_default().to_ascii_uppercase();
+        let set = card.get("ELSET");
+        let n = match element_type(&name) {
+            Some(Type::Solid(kind)) => kind.n_nodes(),
+            Some(Type::Side(_, n)) => n,
+            _ => {
+                let set = set.unwrap_or_default();
+                if !self.has_other.iter().any(|s| s == set) {
+                    self.has_other.push(set.to_owned());
+                }
+                return Ok(());
+            }
+        };
+        let mut values = [0u64; ElementKind::MAX_NODES + 1];
+        for (value, field) in values.iter_mut().zip(fields.iter().take(n + 1)) {
+            *value = match number(field) {
+                Some(value) => value,
+                None => return expected(line, "the number of a node or element", field),
+            };
+        }
+        if fields.len() != n + 1 {
+            let found = format!("{} numbers", fields.len());
+            return expected(line, &format!("an element {name} with its number and {n} nodes"), &found);
+        }
+        let label = values[0];
+        let mut nodes = [NO_NODE; ElementKind::MAX_NODES];
+        for (place, &node) in nodes.iter_mut().zip(&values[1..=n]) {
+            *place = match self.node_numbers.get(node) {
+                Some(place) => place,
+                None => {
+                    let user = format!("element {label}");
+                    return fail(line, ReadFault::UnknownNode { user, node });
+                }
+            };
+        }
+        match element_type(&name) {
+            Some(Type::Solid(kind)) => {
+                let e = self.mesh.elements.len() as u32;
+                if kind == ElementKind::Hex27 {
+                    // The centre stands before the middles of the sides.
+                    nodes[20..27].rotate_left(1);
+                }
+                self.mesh.elements.push(kind, label, nodes[..n].iter().copied());
+                if let Some(set) = set {
+                    self.count(line, 1)?;
+                    self.element_sets.of(set).push(e);
+                }
+            }
+            Some(Type::Side(n_corners, _)) => {
+                let corners = std::array::from_fn(|i| if i < n_corners { nodes[i] } else { NO_NODE });
+                let name = set.unwrap_or("surface elements");
+                match self.side_sets.iter_mut().find(|(n, _)| n.eq_ignore_ascii_case(name)) {
+                    Some((_, all)) => all.push(corners),
+                    None => self.side_sets.push((name.to_owned(), vec![corners])),
+                }
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// Counts members of sets, which a short file can multiply.
+    fn count(&mut self, line: usize, n: usize) -> Result<(), MeshError> {
+        self.members = self.members.saturating_add(n);
+        if self.members > self.limit {
+            return fail(line, ReadFault::Members { limit: self.limit });
+        }
+        Ok(())
+    }
+
+    fn data(&mut self, card: &Card, line: usize, text: &str) -> Result<(), MeshError> {
+        match card.name.as_str() {
+            "NODE" => self.node(card, line, text),
+            "NSET" => self.set(card, line, text, true),
+            "ELSET" => self.set(card, line, text, false),
+            "SURFACE" => self.surface(card, line, text),
+            "INSTANCE" => {
+                let is_moved = fields(text).any(|f| f.parse::<f64>().is_ok_and(|x| x != 0.0));
+                if is_moved {
+                    let what = "an *INSTANCE that is moved or turned".to_owned();
+                    let remedy = "leave it where it is; `position` and `orientation` of the body move it";
+                    return fail(line, ReadFault::Unsupported { what, remedy });
+                }
+                Ok(())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn node(&mut self, card: &Card, line: usize, text: &str) -> Result<(), MeshError> {
+        if self.is_sorted {
+            let what = "*NODE behind *ELEMENT or a set".to_owned();
+            return fail(
+                line,
+                ReadFault::Unsupported { what, remedy: "write all nodes before the elements" },
+            );
+        }
+        let mut fields = fields(text);
+        let first = fields.next().unwrap_or_default();
+        let Some(label) = number(first) else { return expected(line, "the number of a node", first) };
+        let mut at = [0.0; 3];
+        for (x, field) in at.iter_mut().zip(fields) {
+            // Fortran writes exponents with d as well.
+            *x = match field.replace(['d', 'D'], "e").parse() {
+                Ok(x) => x,
+                Err(_) => return expected(line, "a coordinate", field),
+            };
+        }
+        if !at.iter().all(|x: &f64| x.is_finite()) {
+            return fail(line, ReadFault::Coordinate { node: label });
+        }
+        if let Some(set) = card.get("NSET") {
+            self.count(line, 1)?;
+            let place = self.mesh.nodes.len() as u32;
+            self.node_sets.of(set).push(place);
+        }
+        self.mesh.nodes.push(at);
+        self.mesh.node_labels.push(label);
+        Ok(())
+    }
+
+    /// Members of a set: numbers, names of other sets, or first, last and step.
+    fn set(&mut self, card: &Card, line: usize, text: &str, is_nodes: bool) -> Result<(), MeshError> {
+        let name = card.get(&card.name).unwrap_or_default().to_owned();
+        let labels = if is_nodes { &self.node_numbers } else { &self.element_numbers };
+        let sets = if is_nodes { &self.node_sets } else { &self.element_sets };
+        let mut found: Vec<u32> = Vec::new();
+        let room = self.limit.saturating_sub(self.members);
+        if card.get("GENERATE").is_some() {
+            let mut values = [0u64, 0, 1];
+            for (value, field) in values.iter_mut().zip(fields(text)) {
+                *value = match number(field) {
+                    Some(value) => value,
+                    None => return expected(line, "first, last and step of a set", field),
+                };
+            }
+            let [first, last, step] = values;
+            found.extend(labels.range(first, last.max(first), step).take(room + 1));
+        } else {
+            for field in fields(text) {
+                match number(field) {
+                    // Elements that are left out have numbers, too.
+                    Some(label) => found.extend(labels.get(label)),
+                    None => match sets.get(field) {
+                        Some(all) => found.extend(all.iter().take((room + 1).saturating_sub(found.len()))),
+                        None => {
+                            let user = format!("set \"{name}\"");
+                            return fail(line, ReadFault::UnknownSet { user, set: field.to_owned() });
+                        }
+                    },
+                }
+            }
+        }
+        self.count(line, found.len())?;
+        (if is_nodes { &mut self.node_sets } else { &mut self.element_sets }).of(&name).extend(found);
+        Ok(())
+    }
+
+    /// A line of a surface: an element or a set of them with the number of a side, or nodes.
+    fn surface(&mut self, card: &Card, line: usize, text: &str) -> Result<(), MeshError> {
+        let name = card.get("NAME").unwrap_or_default().to_owned();
+        let user = || format!("surface \"{name}\"");
+        let mut given = fields(text);
+        let first = given.next().unwrap_or_default();
+        let side = given.next();
+        let is_nodes = matches!(self.mesh.faces.last(), Some((_, FaceSource::Nodes(_))));
+        let (labels, sets) = if is_nodes {
+            (&self.node_numbers, &self.node_sets)
+        } else {
+            (&self.element_numbers, &self.element_sets)
+        };
+        let members: Vec<u32> = match number(first) {
+            Some(label) => labels.get(label).into_iter().collect(),
+            None => match sets.get(first) {
+                Some(all) => {
+                    let room = self.limit.saturating_sub(self.members);
+                    all.iter().copied().take(room + 1).collect()
+                }
+                None => return fail(line, ReadFault::UnknownSet { user: user(), set: first.to_owned() }),
+            },
+        };
+        self.count(line, members.len())?;
+        match self.mesh.faces.last_mut() {
+            Some((_, FaceSource::Nodes(all))) => all.extend(members),
+            Some((_, FaceSource::Sides(all))) => {
+                let number = side.and_then(|s| s.to_ascii_uppercase().strip_prefix('S')?.parse::<u8>().ok());
+                let Some(number) = number.filter(|n| (1..=6).contains(n)) else {
+                    return expected(line, "the number of a side, S1 to S6,", side.unwrap_or_default());
+                };
+                all.extend(members.into_iter().map(|e| (e, number - 1)));
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn finish(mut self) -> Result<RawMesh, MeshError> {
+        if self.mesh.nodes.is_empty() {
+            let fault = ReadFault::Missing { what: "*NODE", remedy: "write the nodes into the file" };
+            return fail(1, fault);
+        }
+        self.sort_nodes(1)?;
+        self.sort_elements(1)?;
+        let (volumes, faces) = (&mut self.mesh.volumes, &mut self.mesh.faces);
+        volumes.extend(self.element_sets.list.into_iter().filter(|(_, all)| !all.is_empty()).map(
+            |(name, mut all)| {
+                all.sort_unstable();
+                all.dedup();
+                (name, all)
+            },
+        ));
+        faces.extend(self.side_sets.into_iter().map(|(name, all)| (name, FaceSource::Corners(all))));
+        let nodes = self.node_sets.list.into_iter();
+        let is_new = |faces: &[(String, FaceSource)], name: &str| faces.iter().all(|(n, _)| n != name);
+        for (name, all) in nodes {
+            if is_new(faces, &name) {
+                faces.push((name, FaceSource::Nodes(all)));
+            }
+        }
+        if !self.skipped.is_empty() {
+            let all: Vec<String> =
+                self.skipped.iter().map(|(n, line)| format!("*{n} (line {line})")).collect();
+            self.mesh.notes.push(format!(
+                "cards that are not read: {}; material and supports are those of the scenario",
+                all.join(", ")
+            ));
+        }
+        if let Some((name, line)) = self.reduced {
+            self.mesh.notes.push(format!(
+                "element type {name} (line {line}) is computed with full integration and displacements alone"
+            ));
+        }
+        if !self.has_other.is_empty() {
+            self.mesh.notes.push("trusses and beams are left out".to_owned());
+        }
+        Ok(self.mesh)
+    }
+}

@@ -1,0 +1,231 @@
+//! Quadrature rules of elements and sides.
+//!
+//! | kind | stiffness | mass |
+//! |---|---|---|
+//! | tet4 | 1 point, degree 1 | 4 points, degree 2 |
+//! | tet10 | 4 points, degree 2 | 15 points, degree 5 |
+//! | hex8 | 2 × 2 × 2 | 2 × 2 × 2 |
+//! | hex20, hex27 | 3 × 3 × 3 | 3 × 3 × 3 |
+//! | wedge6 | 3 × 2 | 3 × 2 |
+//! | wedge15 | 3 × 3 | 7 × 3, degree 5 in the triangle |
+//! | wedge18 | 7 × 3, degree 5 in the triangle | 7 × 3 |
+//!
+//! Mass matrices are exact where the map of the element is affine, total mass on curved quadratic elements as well: their
+//! determinants have degree three in tetrahedra, four in the triangle of wedges, five in each direction of hexahedra. The stiffness of
+//! tetrahedra is exact where the map is affine; that of other curved or tapered elements is a rational function, which no rule integrates exactly. A rule that is
+//! exact to degree `2 p - 2` keeps the order `2 p` of frequencies (G. Strang, G. J. Fix: An Analysis of the Finite Element
+//! Method, 4.3); those of the stiffness are.
+//!
+//! CalculiX integrates the mass of tet10 and wedge15 with the points of the stiffness ([`MassRule::AsStiffness`]). The order is the same, but the
+//! matrix of a mesh of few elements is singular: 4 points a tetrahedron do not determine ten functions.
+
+use crate::kind::{ElementKind, Form, SideKind};
+
+/// A point with its weight.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RulePoint<const D: usize> {
+    /// Parameters.
+    pub xi: [f64; D],
+    /// Weight; the weights of a rule sum to the volume of the parameters' domain.
+    pub weight: f64,
+}
+
+/// Points for products of functions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum MassRule {
+    /// Exact on straight-sided elements; the matrix is positive definite.
+    #[default]
+    Exact,
+    /// Those of the stiffness, as CalculiX has them in tet10 and wedge15, so that results can be compared digit by digit.
+    AsStiffness,
+}
+
+/// Gauss' rule on `[-1, 1]` with two or three points.
+fn gauss(n: usize) -> Vec<(f64, f64)> {
+    match n {
+        2 => [-1.0, 1.0].map(|s| (s / 3.0_f64.sqrt(), 1.0)).to_vec(),
+        _ => [(-1.0, 5.0 / 9.0), (0.0, 8.0 / 9.0), (1.0, 5.0 / 9.0)]
+            .map(|(s, w)| (s * 0.6_f64.sqrt(), w))
+            .to_vec(),
+    }
+}
+
+/// The three points `(a, a)`, `(1 - 2 a, a)`, `(a, 1 - 2 a)` of a triangle, of area 1/2, with the weight `w` each.
+fn orbit(a: f64, w: f64) -> [RulePoint<2>; 3] {
+    let b = 1.0 - 2.0 * a;
+    [[a, a], [b, a], [a, b]].map(|xi| RulePoint { xi, weight: w })
+}
+
+/// Rules for triangles: 3 points of degree 2, 7 of degree 5 (J. Radon).
+fn triangle(n: usize) -> Vec<RulePoint<2>> {
+    match n {
+        3 => orbit(1.0 / 6.0, 1.0 / 6.0).to_vec(),
+        _ => {
+            let r = 15.0_f64.sqrt();
+            let centre = RulePoint { xi: [1.0 / 3.0; 2], weight: 9.0 / 80.0 };
+            let near = orbit((6.0 - r) / 21.0, (155.0 - r) / 2400.0);
+            let far = orbit((6.0 + r) / 21.0, (155.0 + r) / 2400.0);
+            [&[centre], &near[..], &far[..]].concat()
+        }
+    }
+}
+
+/// The four points of a tetrahedron with three coordinates `a`, weight `w` each.
+fn vertices(a: f64, w: f64) -> [RulePoint<3>; 4] {
+    let b = 1.0 - 3.0 * a;
+    [[a, a, a], [b, a, a], [a, b, a], [a, a, b]].map(|xi| RulePoint { xi, weight: w })
+}
+
+/// Rules for tetrahedra: 1 point of degree 1, 4 of degree 2, 15 of degree 5 (A. H. Stroud: Approximate Calculation of Multiple
+/// Integrals, T3:5-1).
+fn tetrahedron(n: usize) -> Vec<RulePoint<3>> {
+    match n {
+        1 => vec![RulePoint { xi: [0.25; 3], weight: 1.0 / 6.0 }],
+        4 => vertices((5.0 - 5.0_f64.sqrt()) / 20.0, 1.0 / 24.0).to_vec(),
+        _ => {
+            let r = 15.0_f64.sqrt();
+            let mut points = vec![RulePoint { xi: [0.25; 3], weight: 8.0 / 405.0 }];
+            points.extend(vertices((7.0 - r) / 34.0, (2665.0 + 14.0 * r) / 226_800.0));
+            points.extend(vertices((7.0 + r) / 34.0, (2665.0 - 14.0 * r) / 226_800.0));
+            let (a, b) = ((5.0 - r) / 20.0, (5.0 + r) / 20.0);
+            let middles = [[a, a, b], [b, a, a], [b, b, a], [a, b, b], [a, b, a], [b, a, b]];
+            points.extend(middles.map(|xi| RulePoint { xi, weight: 5.0 / 567.0 }));
+            points
+        }
+    }
+}
+
+fn hexahedron(n: usize) -> Vec<RulePoint<3>> {
+    let line = gauss(n);
+    let mut points = Vec::with_capacity(n * n * n);
+    for (z, w) in &line {
+        for (y, v) in &line {
+            points.extend(line.iter().map(|(x, u)| RulePoint { xi: [*x, *y, *z], weight: u * v * w }));
+        }
+    }
+    points
+}
+
+fn wedge(n: usize, line: usize) -> Vec<RulePoint<3>> {
+    let line = gauss(line);
+    let level = |(z, w): &(f64, f64)| -> Vec<_> {
+        triangle(n).iter().map(|p| RulePoint { xi: [p.xi[0], p.xi[1], *z], weight: w * p.weight }).collect()
+    };
+    line.iter().flat_map(level).collect()
+}
+
+impl ElementKind {
+    /// Points for products of gradients.
+    pub fn stiffness_rule(self) -> Vec<RulePoint<3>> {
+        match self {
+            Self::Tet4 => tetrahedron(1),
+            Self::Tet10 => tetrahedron(4),
+            Self::Hex8 => hexahedron(2),
+            Self::Hex20 | Self::Hex27 => hexahedron(3),
+            Self::Wedge6 => wedge(3, 2),
+            Self::Wedge15 => wedge(3, 3),
+            Self::Wedge18 => wedge(7, 3),
+        }
+    }
+
+    /// Points for products of functions, exact ones.
+    pub fn mass_rule(self) -> Vec<RulePoint<3>> {
+        match self {
+            Self::Tet4 => tetrahedron(4),
+            Self::Tet10 => tetrahedron(15),
+            Self::Wedge15 => wedge(7, 3),
+            _ => self.stiffness_rule(),
+        }
+    }
+
+    /// Points for products of functions as `rule` has them; CalculiX takes other points than for the stiffness in tet4.
+    pub fn mass_points(self, rule: MassRule) -> Vec<RulePoint<3>> {
+        match rule {
+            MassRule::AsStiffness if self != Self::Tet4 => self.stiffness_rule(),
+            _ => self.mass_rule(),
+        }
+    }
+
+    /// Volume of the parameters' domain.
+    pub fn parameter_volume(self) -> f64 {
+        match self.form() {
+            Form::Tetrahedron => 1.0 / 6.0,
+            Form::Hexahedron => 8.0,
+            Form::Wedge => 1.0,
+        }
+    }
+}
+
+impl SideKind {
+    /// Points for products of a function, a coordinate and the area element, which on curved sides is no polynomial: degree 5.
+    pub fn rule(self) -> Vec<RulePoint<2>> {
+        if self.n_corners() == 3 {
+            return triangle(7);
+        }
+        let line = gauss(3);
+        let row = |(y, v): &(f64, f64)| -> Vec<_> {
+            line.iter().map(|(x, u)| RulePoint { xi: [*x, *y], weight: u * v }).collect()
+        };
+        line.iter().flat_map(row).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn factorial(n: usize) -> f64 {
+        (1..=n).map(|k| k as f64).product()
+    }
+
+    /// `∫ x^a y^b z^c` over the domain of the form.
+    fn exact(form: Form, [a, b, c]: [usize; 3]) -> f64 {
+        let line = |n: usize| if n.is_multiple_of(2) { 2.0 / (n as f64 + 1.0) } else { 0.0 };
+        match form {
+            Form::Tetrahedron => factorial(a) * factorial(b) * factorial(c) / factorial(a + b + c + 3),
+            Form::Hexahedron => line(a) * line(b) * line(c),
+            Form::Wedge => factorial(a) * factorial(b) / factorial(a + b + 2) * line(c),
+        }
+    }
+
+    fn check(form: Form, rule: &[RulePoint<3>], in_plane: usize, in_line: usize) {
+        for a in 0..=in_plane {
+            for b in 0..=in_plane {
+                for c in 0..=in_line {
+                    let counts = match form {
+                        Form::Tetrahedron => a + b + c <= in_plane,
+                        Form::Wedge => a + b <= in_plane,
+                        Form::Hexahedron => true,
+                    };
+                    if counts {
+                        let power =
+                            |x: &[f64; 3]| x[0].powi(a as i32) * x[1].powi(b as i32) * x[2].powi(c as i32);
+                        let sum: f64 = rule.iter().map(|p| p.weight * power(&p.xi)).sum();
+                        // A few dozen terms of order one.
+                        assert!(
+                            (sum - exact(form, [a, b, c])).abs() < 1e-14,
+                            "{form:?} x^{a} y^{b} z^{c}: {sum}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn rules_have_the_degrees_that_they_claim() {
+        check(Form::Tetrahedron, &tetrahedron(1), 1, 1);
+        check(Form::Tetrahedron, &tetrahedron(4), 2, 2);
+        check(Form::Tetrahedron, &tetrahedron(15), 5, 5);
+        check(Form::Hexahedron, &hexahedron(2), 3, 3);
+        check(Form::Hexahedron, &hexahedron(3), 5, 5);
+        check(Form::Wedge, &wedge(3, 2), 2, 3);
+        check(Form::Wedge, &wedge(7, 3), 5, 5);
+        for kind in ElementKind::ALL {
+            for rule in [kind.stiffness_rule(), kind.mass_rule()] {
+                let total: f64 = rule.iter().map(|p| p.weight).sum();
+                assert!((total - kind.parameter_volume()).abs() < 1e-14);
+            }
+        }
+    }
+}

@@ -1,0 +1,147 @@
+//! Faces, discs, balls and points of a mesh, and the checks of it.
+
+mod blocks;
+
+use blocks::{block, shaken};
+use fe_mesh::raw::{FaceSource, RawMesh};
+use fe_mesh::{ElementKind, Mesh};
+
+fn mesh(kind: ElementKind) -> Mesh {
+    Mesh::new(block(kind, [3, 3, 3], |x| shaken(x, 0.05)), 1.0).expect("a mesh")
+}
+
+#[test]
+fn faces_have_their_area_centre_and_outward_normal() {
+    for kind in ElementKind::ALL {
+        let mesh = mesh(kind);
+        assert_eq!(mesh.face_names().count(), 6);
+        let total: usize = mesh.faces().iter().map(|(_, faces)| faces.len()).sum();
+        assert_eq!(total, mesh.surface().len());
+        for (name, axis, end) in [("x-", 0, 0.0), ("x+", 0, 1.0), ("y+", 1, 1.0), ("z-", 2, 0.0)] {
+            let part = mesh.face_part(name).expect("a face");
+            assert!((part.measure() - 1.0).abs() < 1e-13);
+            for d in 0..3 {
+                let expected = if d == axis { end } else { 0.5 };
+                assert!((part.centroid()[d] - expected).abs() < 1e-13, "{kind:?} {name}");
+            }
+            let (mut at, mut places) = (fe_mesh::locate::SidePoint::default(), Vec::new());
+            for &face in mesh.face_group(name).expect("a face") {
+                let (side, nodes) = mesh.face(face);
+                mesh.places(&nodes, &mut places);
+                at.evaluate(side, &places, &[0.2, 0.3]);
+                assert!(at.area[axis] * (end - 0.5) > 0.0, "{kind:?} {name}");
+            }
+        }
+    }
+}
+
+#[test]
+fn points_are_found_in_their_elements() {
+    for kind in ElementKind::ALL {
+        let mesh = mesh(kind);
+        let mut functions = fe_mesh::shape::Functions::default();
+        for point in [[0.3, 0.41, 0.77], [0.05, 0.9, 0.5], [1.0, 0.25, 0.6], [0.0, 0.0, 0.0]] {
+            let (e, xi) = mesh.locate(&point).expect("inside");
+            let element = mesh.elements().get(e);
+            element.kind.functions(&xi, &mut functions);
+            for d in 0..3 {
+                let x: f64 = functions
+                    .values
+                    .iter()
+                    .zip(element.nodes)
+                    .map(|(v, &n)| v * mesh.nodes()[n as usize][d])
+                    .sum();
+                assert!((x - point[d]).abs() < 1e-9, "{kind:?} {point:?}");
+            }
+        }
+        let lost = mesh.locate(&[1.3, 0.5, 0.5]).expect_err("outside").to_string();
+        assert!(lost.contains("nearest distance 3.000e-1"), "{lost}");
+    }
+}
+
+#[test]
+fn discs_and_balls_have_their_measure() {
+    for kind in ElementKind::ALL {
+        let mesh = mesh(kind);
+        let disc = mesh.around(&[0.5, 0.45, 1.0], 0.3).expect("a disc");
+        let area = std::f64::consts::PI * 0.09;
+        // The rule is exact in a plane.
+        assert!((disc.measure() / area - 1.0).abs() < 1e-12);
+        assert!((disc.centroid()[1] - 0.45).abs() < 1e-12 && (disc.centroid()[2] - 1.0).abs() < 1e-12);
+        let ball = mesh.around(&[0.5, 0.5, 0.45], 0.2).expect("a ball");
+        assert!((ball.measure() / (4.0 / 3.0 * std::f64::consts::PI * 0.008) - 1.0).abs() < 1e-12);
+        for (point, radius, word) in [([0.1, 0.5, 1.0], 0.3, "disc"), ([0.15, 0.5, 0.5], 0.2, "ball")] {
+            let fault = mesh.around(&point, radius).expect_err("leaves the body").to_string();
+            assert!(fault.contains(word) && fault.contains("smaller radius"), "{fault}");
+        }
+        for i in 0..disc.len() {
+            let (_, _, functions) = disc.point(i);
+            assert!((functions.iter().map(|f| f.1).sum::<f64>() - 1.0).abs() < 1e-13);
+        }
+    }
+}
+
+fn fault(raw: RawMesh) -> String {
+    Mesh::new(raw, 1.0).expect_err("makes no body").to_string()
+}
+
+#[test]
+fn what_makes_no_body_is_named() {
+    let good = || block(ElementKind::Hex8, [2, 1, 1], |x| x);
+    assert!(fault(RawMesh::default()).contains("no solid elements"));
+    let mirrored = block(ElementKind::Tet10, [1, 1, 1], |[x, y, z]| [-x, y, z]);
+    assert!(fault(mirrored).contains("element 1 (tet10) is inside out"));
+    let mut raw = block(ElementKind::Hex20, [1, 1, 1], |x| x);
+    raw.nodes[8] = [0.5, 0.0, 1.5];
+    let text = fault(raw);
+    assert!(text.contains("element 1 (hex20)") && text.contains("HighOrderOptimize"), "{text}");
+    let mut raw = good();
+    let far: Vec<u32> = raw.elements.get(0).nodes.to_vec();
+    raw.elements.push(ElementKind::Hex8, 9, far.into_iter());
+    assert!(fault(raw).contains("elements 1, 2 and 9 share one side"));
+    let mut raw = good();
+    let n = raw.nodes.len() as u32;
+    let more: Vec<[f64; 3]> =
+        raw.elements.get(0).nodes.iter().map(|&i| raw.nodes[i as usize].map(|x| x + 3.0)).collect();
+    raw.nodes.extend(more);
+    raw.node_labels.extend(100..108);
+    raw.elements.push(ElementKind::Hex8, 7, n..n + 8);
+    let text = fault(raw);
+    assert!(text.contains("2 parts") && text.contains("elements 1 and 7"), "{text}");
+    // The middle of an edge between two elements is there twice.
+    let mut raw = block(ElementKind::Hex20, [2, 1, 1], |x| x);
+    let mut nodes: Vec<u32> = raw.elements.get(1).nodes.to_vec();
+    let shared = nodes.iter().position(|n| *n == raw.elements.get(0).nodes[9]).expect("a shared node");
+    nodes[shared] = raw.nodes.len() as u32;
+    raw.nodes.push([0.5, 0.5, 0.0]);
+    raw.node_labels.push(99);
+    let mut elements = fe_mesh::raw::Elements::default();
+    elements.push(ElementKind::Hex20, 1, raw.elements.get(0).nodes.iter().copied());
+    elements.push(ElementKind::Hex20, 2, nodes.into_iter());
+    raw.elements = elements;
+    let text = fault(raw);
+    assert!(text.contains("elements 1 and 2 share the corners"), "{text}");
+    let mut raw = good();
+    raw.elements.push(ElementKind::Tet10, 5, 0..10);
+    assert!(fault(raw).contains("element 1 is a hex8, element 5 a tet10"));
+    let mut raw = good();
+    raw.elements.push(ElementKind::Tet4, 5, [0, 1, 1, 2].into_iter());
+    assert!(fault(raw).contains("element 5 names node 2 twice"));
+}
+
+#[test]
+fn what_is_doubtful_is_noted() {
+    let mut raw = block(ElementKind::Tet4, [2, 2, 2], |x| x);
+    raw.nodes.push([9.0; 3]);
+    raw.node_labels.push(77);
+    raw.faces.push(("inside".into(), FaceSource::Corners(vec![[0, 1, 2, 3]])));
+    let mesh = Mesh::new(raw, 1000.0).expect("a mesh");
+    let notes = mesh.notes().join("\n");
+    for word in ["too stiff", "left out: 77", "unit of length", "group \"inside\" are no sides"] {
+        assert!(notes.contains(word), "{word}: {notes}");
+    }
+    let text = mesh.face_group("inside").expect_err("no sides").to_string();
+    assert!(text.contains("no side on the surface"), "{text}");
+    let text = mesh.face_group("top").expect_err("no group").to_string();
+    assert!(text.contains("x-, x+"), "{text}");
+}

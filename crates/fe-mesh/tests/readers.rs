@@ -1,0 +1,255 @@
+//! Readers of Gmsh and Abaqus files: the same mesh from every form, faults with their place, and nothing that panics.
+
+mod blocks;
+mod writers;
+
+use blocks::{block, shaken};
+use fe_mesh::fault::MeshError;
+use fe_mesh::raw::{FaceSource, RawMesh};
+use fe_mesh::read::{raw, read};
+use fe_mesh::{ElementKind, Mesh};
+use proptest::prelude::*;
+use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
+use writers::{Form, gmsh, inp};
+
+const FORMS: [Form; 5] = [Form::Text41, Form::Binary41, Form::BigEndian41, Form::Text22, Form::Binary22];
+
+fn sample(kind: ElementKind) -> RawMesh {
+    let mut raw = block(kind, [2, 1, 1], |x| shaken(x, 0.05).map(|c| 20.0 * c));
+    // Numbers of nodes with gaps, in another order.
+    let n = raw.nodes.len() as u64;
+    raw.node_labels = (0..n).map(|i| 3 * (n - i) + 10).collect();
+    raw
+}
+
+fn assert_same(a: &Mesh, b: &Mesh, what: &str) {
+    assert_eq!(a.elements().len(), b.elements().len(), "{what}");
+    for (x, y) in a.elements().iter().zip(b.elements().iter()) {
+        assert_eq!((x.kind, x.label), (y.kind, y.label), "{what}");
+        for (&i, &j) in x.nodes.iter().zip(y.nodes) {
+            assert_eq!(a.node_labels()[i as usize], b.node_labels()[j as usize], "{what}");
+            assert_eq!(
+                a.nodes()[i as usize].map(f64::to_bits),
+                b.nodes()[j as usize].map(f64::to_bits),
+                "{what}"
+            );
+        }
+    }
+    let faces = |m: &Mesh| {
+        let mut all = m.faces().to_vec();
+        all.retain(|(name, faces)| !faces.is_empty() && name != "everything");
+        all.sort();
+        all
+    };
+    assert_eq!(faces(a), faces(b), "{what}");
+    assert_eq!(a.volumes(), b.volumes(), "{what}");
+}
+
+#[test]
+fn every_form_of_a_file_gives_the_same_mesh() {
+    for kind in ElementKind::ALL {
+        let raw = sample(kind);
+        let expected = Mesh::new(raw.clone(), 1e-3).expect("a mesh");
+        assert!((expected.size() - 0.02 * 3.0_f64.sqrt()).abs() < 1e-15);
+        for form in FORMS {
+            let bytes = gmsh(&raw, form);
+            let found = read(&bytes, 1e-3).unwrap_or_else(|e| panic!("{kind:?} {form:?}: {e}"));
+            assert_same(&found, &expected, &format!("{kind:?} {form:?}"));
+        }
+        if kind != ElementKind::Wedge18 {
+            let found = read(inp(&raw).as_bytes(), 1e-3).unwrap_or_else(|e| panic!("{kind:?} inp: {e}"));
+            assert_same(&found, &expected, &format!("{kind:?} inp"));
+        }
+    }
+}
+
+#[test]
+fn sets_and_surfaces_of_input_files() {
+    let raw = sample(ElementKind::Hex8);
+    let text = inp(&raw)
+        + "*ELSET, ELSET=both, GENERATE\n1, 1000000000000, 1\n*ELSET, ELSET=again\nboth, 1\n\
+           *SURFACE, NAME=under, TYPE=ELEMENT\nboth, S1\n*SURFACE, NAME=left\n1, S6\n\
+           *MATERIAL, NAME=M\n*ELASTIC\n1., 0.3\n*STEP\n*NODE\nnothing is read here\n";
+    let mesh = read(text.as_bytes(), 1.0).expect("a mesh");
+    assert_eq!(mesh.volume_group("again").expect("a set"), [0, 1]);
+    assert_eq!(mesh.face_group("under").expect("a face").len(), 2);
+    assert_eq!(mesh.face_group("under"), mesh.face_group("z-"));
+    assert_eq!(mesh.face_group("left"), mesh.face_group("x-"));
+    let notes = mesh.notes().join("\n");
+    assert!(notes.contains("*MATERIAL (line") && notes.contains("*ELASTIC"), "{notes}");
+}
+
+#[test]
+fn one_part_with_one_instance() {
+    let raw = sample(ElementKind::Tet10);
+    let body = inp(&raw);
+    let text = format!(
+        "*HEADING\nfrom another program\n*PART, NAME=P\n{body}*END PART\n*ASSEMBLY, NAME=A\n*INSTANCE, NAME=P-1, PART=P\n0., 0., 0.\n\
+         *END INSTANCE\n*NSET, NSET=one, INSTANCE=P-1\nP-1.{}\n*END ASSEMBLY\n",
+        raw.node_labels[0]
+    );
+    let mesh = read(text.as_bytes(), 1.0).expect("a mesh");
+    assert_eq!(mesh.faces().iter().filter(|(name, _)| name == "one").count(), 1);
+    let moved = text.replace("0., 0., 0.\n*END", "0., 1., 0.\n*END");
+    assert!(refused(moved.as_bytes()).contains("moved or turned"));
+    let twice = text.replace("*ASSEMBLY", "*PART, NAME=Q\n*END PART\n*ASSEMBLY");
+    assert!(refused(twice.as_bytes()).contains("a second *PART"));
+}
+
+fn refused(bytes: &[u8]) -> String {
+    read(bytes, 1.0).expect_err("refused").to_string()
+}
+
+#[test]
+fn faults_name_the_place_and_the_remedy() {
+    let good = String::from_utf8(gmsh(&sample(ElementKind::Tet10), Form::Text41)).expect("text");
+    for (bytes, words) in [
+        (b"solid cube".to_vec(), &["neither a Gmsh file"][..]),
+        (b"$MeshFormat\n4.0 0 8\n$EndMeshFormat\n".to_vec(), &["line 2", "MSH version 4.0", "4.1 or 2.2"]),
+        (b"$MeshFormat\n4.1 0 8\n$EndMeshFormat\n".to_vec(), &["no $Nodes"]),
+        (good.replace("$EndNodes", "").into_bytes(), &["line ", "$EndNodes", "found \"$Elements\""]),
+        (good.as_bytes()[..good.len() / 2].to_vec(), &["line ", "the file ends within $Nodes"]),
+        (
+            good.replacen("3 1 11 ", "3 1 29 ", 1).into_bytes(),
+            &["element 1 is a type 29 of Gmsh", "-order 2"],
+        ),
+        (good.replacen("3 1 11 ", "3 1 7 ", 1).into_bytes(), &["pyramid", "tetrahedra"]),
+        (
+            b"$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PartitionedEntities\n".to_vec(),
+            &["line 4", "without partitions"],
+        ),
+        (
+            b"$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 99999999999999 1 1\n".to_vec(),
+            &["line 6", "ends within $Nodes"],
+        ),
+        (b"*NODE\n1, 0, 0, zero\n".to_vec(), &["line 2", "a coordinate expected", "zero"]),
+        (b"*NODE\n1, 0, 0, 0\n*ELEMENT, TYPE=C3D5\n".to_vec(), &["line 3", "C3D5", "C3D10"]),
+        (
+            b"*NODE\n1, 0, 0, 0\n*ELEMENT, TYPE=C3D4\n7, 1, 1, 2, 1\n".to_vec(),
+            &["line 4", "element 7 names node 2"],
+        ),
+        (b"*NODE\n1, 0, 0, 0\n*ELEMENT, TYPE=C3D4\n7, 1, 1,\n".to_vec(), &["ends within an element"]),
+        (b"*NODE\n1,0,0,0\n1,0,0,1\n*NSET, NSET=A\n1\n".to_vec(), &["node 1 stands in the file twice"]),
+        (b"*NODE\n1,0,0,nan\n".to_vec(), &["node 1 has a coordinate"]),
+        (b"*NODE\n1,0,0,0\n*INCLUDE, INPUT=a.inp\n".to_vec(), &["*INCLUDE", "one file"]),
+        (b"*NODE\n1,0,0,0\n*ELSET, ELSET=A\nB\n".to_vec(), &["set \"A\" names the set \"B\""]),
+        (b"*NODE\n1,0,0,0\n*SURFACE, NAME=A\n1, T1\n".to_vec(), &["S1 to S6"]),
+    ] {
+        let text = refused(&bytes);
+        assert!(words.iter().all(|w| text.contains(w)), "{words:?}: {text}");
+    }
+}
+
+#[test]
+fn short_files_do_not_make_large_sets() {
+    // Each set has the one before twice: 2^60 members without a limit.
+    let mut text = inp(&sample(ElementKind::Tet4));
+    text += "*ELSET, ELSET=S0\n1, 2, 3\n";
+    for i in 1..60 {
+        text += &format!("*ELSET, ELSET=S{i}\nS{}, S{}\n", i - 1, i - 1);
+    }
+    assert!(refused(text.as_bytes()).contains("more than the file has bytes"));
+}
+
+/// Overwrites, cuts and doubles pieces of `text` as the bytes say.
+fn mutated(text: &[u8], bytes: &[u8]) -> Vec<u8> {
+    let mut out = text.to_vec();
+    let mut bytes = bytes.iter().copied().cycle();
+    let mut next = move || usize::from(bytes.next().unwrap_or(0));
+    for _ in 0..=next() % 6 {
+        if out.is_empty() {
+            break;
+        }
+        let (at, n) = ((next() * 256 + next()) % out.len(), next() % 24);
+        let end = (at + n).min(out.len());
+        match next() % 4 {
+            0 => out[at..end].iter_mut().for_each(|b| *b = next() as u8),
+            1 => drop(out.drain(at..end)),
+            2 => {
+                let piece = out[at..end].to_vec();
+                let to = next() % out.len();
+                out.splice(to..to, piece);
+            }
+            _ => out[at] = b"0123456789-.e,*$= \n"[next() % 19],
+        }
+    }
+    out
+}
+
+/// Reads what came of a file; memory follows from what was read.
+fn survives(bytes: &[u8]) {
+    if let Ok(mesh) = raw(bytes) {
+        let members: usize = mesh.volumes.iter().map(|(_, e)| e.len()).sum();
+        let faces = mesh.faces.iter().map(|(_, source)| match source {
+            FaceSource::Corners(all) => all.len(),
+            FaceSource::Sides(all) => all.len(),
+            FaceSource::Nodes(all) => all.len(),
+        });
+        // In Gmsh's files an element may be in several groups, each of which stands in the file.
+        assert!(mesh.nodes.len() + members + faces.sum::<usize>() <= 2 * bytes.len());
+        let outcome: Result<Mesh, MeshError> = Mesh::new(mesh, 1.0);
+        drop(outcome);
+    }
+}
+
+#[test]
+fn damaged_files_are_read_or_refused() {
+    let raw = sample(ElementKind::Hex20);
+    let mut files: Vec<Vec<u8>> = FORMS.iter().map(|form| gmsh(&raw, *form)).collect();
+    files.push(inp(&raw).into_bytes());
+    for file in &files {
+        // Cut at some hundred places.
+        (0..file.len()).step_by(1 + file.len() / 200).for_each(|n| survives(&file[..n]));
+    }
+    // The same cases every time; FBIMPACT_FUZZ=100 tries a hundred times as many, others each time.
+    let factor: Option<u32> = std::env::var("FBIMPACT_FUZZ").ok().and_then(|text| text.parse().ok());
+    let cases = 300 * factor.unwrap_or(1);
+    let config = Config { cases, failure_persistence: None, max_shrink_time: 5000, ..Config::default() };
+    let mut runner = match factor {
+        Some(_) => TestRunner::new(config),
+        None => TestRunner::new_with_rng(config, TestRng::deterministic_rng(RngAlgorithm::ChaCha)),
+    };
+    let outcome = runner.run(&prop::collection::vec(any::<u8>(), 1..400), |bytes| {
+        survives(&bytes);
+        for file in &files {
+            survives(&mutated(file, &bytes));
+        }
+        Ok(())
+    });
+    outcome.unwrap_or_else(|e| panic!("{e}"));
+}
+
+#[test]
+fn files_of_gmsh_itself() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/gmsh");
+    let constants = fe_mesh::matrices::Constants { lambda: 1.0, mu: 1.0, density: 1.0 };
+    let materials = fe_mesh::matrices::Materials::uniform(constants);
+    for (name, kind) in [
+        ("tet10_text41", ElementKind::Tet10),
+        ("tet10_binary41", ElementKind::Tet10),
+        ("tet4_text22", ElementKind::Tet4),
+        ("hex20_text22", ElementKind::Hex20),
+        ("hex20_binary22", ElementKind::Hex20),
+        ("hex27_binary41", ElementKind::Hex27),
+        ("wedge15_binary22", ElementKind::Wedge15),
+        ("wedge18_text41", ElementKind::Wedge18),
+    ] {
+        let bytes = std::fs::read(folder.join(format!("{name}.msh"))).expect("readable");
+        let mesh = read(&bytes, 1e-3).unwrap_or_else(|e| panic!("{name}: {e}"));
+        assert!(mesh.elements().iter().any(|e| e.kind == kind), "{name}");
+        assert_eq!(mesh.volume_group("disc").expect("a group").len(), mesh.elements().len(), "{name}");
+        let volume = fe_mesh::mass_properties::MassProperties::new(&mesh, &materials).volume;
+        let exact = std::f64::consts::PI * 25e-6 * 3e-3;
+        // Eight sides about the rim: chords miss 1 - sin(45°)/45° = 10 % of the area. Parabolas through arcs of the angle a err by a⁴/480 of the
+        // area, 8e-4.
+        let limit = if kind == ElementKind::Tet4 { 0.12 } else { 1e-3 };
+        assert!((volume / exact - 1.0).abs() < limit, "{name}: {}", volume / exact - 1.0);
+        for face in ["bottom", "top"] {
+            let area = mesh.face_part(face).expect("a face").measure() / (std::f64::consts::PI * 25e-6);
+            assert!((area - 1.0).abs() < limit, "{name} {face}: {area}");
+        }
+        let sides: usize =
+            ["bottom", "top", "jacket"].map(|f| mesh.face_group(f).expect("a face").len()).iter().sum();
+        assert_eq!(sides, mesh.surface().len(), "{name}");
+    }
+}

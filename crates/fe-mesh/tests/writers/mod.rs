@@ -1,0 +1,307 @@
+//! Writers of the files that the readers are tested with, from the documents of the formats.
+
+use std::fmt::Write;
+
+use fe_mesh::kind::ElementKind;
+use fe_mesh::raw::{FaceSource, RawMesh};
+
+/// Version and encoding of a Gmsh file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Form {
+    Text41,
+    Binary41,
+    BigEndian41,
+    Text22,
+    Binary22,
+}
+
+/// Gmsh's type of an element and, for each node of Gmsh's list, the ends of its edge or the corners of its side (Gmsh reference manual,
+/// "Node ordering").
+fn layout(kind: ElementKind) -> (i32, Vec<Vec<u8>>) {
+    let corners = |n: u8| (0..n).map(|i| vec![i]).collect::<Vec<_>>();
+    let with = |n: u8, more: &[&[u8]]| {
+        let mut all = corners(n);
+        all.extend(more.iter().map(|m| m.to_vec()));
+        all
+    };
+    let hex: [&[u8]; 12] = [
+        &[0, 1],
+        &[0, 3],
+        &[0, 4],
+        &[1, 2],
+        &[1, 5],
+        &[2, 3],
+        &[2, 6],
+        &[3, 7],
+        &[4, 5],
+        &[4, 7],
+        &[5, 6],
+        &[6, 7],
+    ];
+    let wedge: [&[u8]; 9] = [&[0, 1], &[0, 2], &[0, 3], &[1, 2], &[1, 4], &[2, 5], &[3, 4], &[3, 5], &[4, 5]];
+    match kind {
+        ElementKind::Tet4 => (4, corners(4)),
+        ElementKind::Hex8 => (5, corners(8)),
+        ElementKind::Wedge6 => (6, corners(6)),
+        ElementKind::Tet10 => (11, with(4, &[&[0, 1], &[1, 2], &[0, 2], &[0, 3], &[2, 3], &[1, 3]])),
+        ElementKind::Hex20 => (17, with(8, &hex)),
+        ElementKind::Hex27 => {
+            let sides: [&[u8]; 7] = [
+                &[0, 1, 2, 3],
+                &[0, 1, 4, 5],
+                &[0, 3, 4, 7],
+                &[1, 2, 5, 6],
+                &[2, 3, 6, 7],
+                &[4, 5, 6, 7],
+                &[0, 1, 2, 3, 4, 5, 6, 7],
+            ];
+            (12, with(8, &[&hex[..], &sides].concat()))
+        }
+        ElementKind::Wedge15 => (18, with(6, &wedge)),
+        ElementKind::Wedge18 => {
+            let sides: [&[u8]; 3] = [&[0, 1, 3, 4], &[0, 2, 3, 5], &[1, 2, 4, 5]];
+            (13, with(6, &[&wedge[..], &sides].concat()))
+        }
+    }
+}
+
+/// Which local node lies in the middle of the given corners.
+fn between(kind: ElementKind, of: &[u8]) -> usize {
+    let corners = kind.corners();
+    let middle = [0, 1, 2].map(|d| of.iter().map(|&c| corners[c as usize][d]).sum::<f64>() / of.len() as f64);
+    let near = |p: &[f64; 3]| (0..3).all(|d| (p[d] - middle[d]).abs() < 1e-12);
+    kind.node_parameters().iter().position(near).expect("a node")
+}
+
+/// Numbers as text or bytes.
+struct Out {
+    bytes: Vec<u8>,
+    form: Form,
+}
+
+impl Out {
+    fn is_text(&self) -> bool {
+        matches!(self.form, Form::Text41 | Form::Text22)
+    }
+
+    fn raw(&mut self, bytes: &[u8]) {
+        let mut bytes = bytes.to_vec();
+        if self.form == Form::BigEndian41 {
+            bytes.reverse();
+        }
+        self.bytes.extend(bytes);
+    }
+
+    fn int(&mut self, value: i32) {
+        if self.is_text() { self.text(&format!("{value} ")) } else { self.raw(&value.to_le_bytes()) }
+    }
+
+    fn size(&mut self, value: u64) {
+        if self.is_text() { self.text(&format!("{value} ")) } else { self.raw(&value.to_le_bytes()) }
+    }
+
+    fn real(&mut self, value: f64) {
+        if self.is_text() { self.text(&format!("{value:e} ")) } else { self.raw(&value.to_le_bytes()) }
+    }
+
+    fn text(&mut self, text: &str) {
+        self.bytes.extend_from_slice(text.as_bytes());
+    }
+
+    fn line(&mut self) {
+        if self.is_text() {
+            self.text("\n");
+        }
+    }
+}
+
+/// Corners of the sides of a mesh whose nodes are all in a set.
+fn sides(raw: &RawMesh, set: &[u32]) -> Vec<Vec<u32>> {
+    let mut found = Vec::new();
+    for element in raw.elements.iter() {
+        for side in element.kind.sides() {
+            let nodes: Vec<u32> = side.iter().map(|&c| element.nodes[c as usize]).collect();
+            if nodes.iter().all(|n| set.contains(n)) {
+                found.push(nodes);
+            }
+        }
+    }
+    found
+}
+
+/// A Gmsh file with one volume group and a group for each set of nodes, of linear surface elements.
+pub fn gmsh(raw: &RawMesh, form: Form) -> Vec<u8> {
+    let is_new = !matches!(form, Form::Text22 | Form::Binary22);
+    let mut out = Out { bytes: Vec::new(), form };
+    let binary = i32::from(!out.is_text());
+    out.text(&format!("$MeshFormat\n{} {binary} 8\n", if is_new { "4.1" } else { "2.2" }));
+    if binary == 1 {
+        out.raw(&1i32.to_le_bytes());
+        out.text("\n");
+    }
+    out.text("$EndMeshFormat\n$PhysicalNames\n");
+    out.text(&format!("{}\n3 1 \"all\"\n", raw.faces.len() + 1));
+    for (i, (name, _)) in raw.faces.iter().enumerate() {
+        out.text(&format!("2 {} \"{name}\"\n", i + 1));
+    }
+    out.text("$EndPhysicalNames\n");
+    let faces: Vec<Vec<Vec<u32>>> = raw
+        .faces
+        .iter()
+        .map(|(_, source)| match source {
+            FaceSource::Nodes(nodes) => sides(raw, nodes),
+            _ => Vec::new(),
+        })
+        .collect();
+    if is_new {
+        entities(&mut out, faces.len());
+    }
+    out.text("$Nodes\n");
+    let n = raw.nodes.len() as u64;
+    if is_new {
+        [1, n, 1, n].iter().for_each(|v| out.size(*v));
+        out.line();
+        [3, 1, 0].iter().for_each(|v| out.int(*v));
+        out.size(n);
+        out.line();
+        for label in &raw.node_labels {
+            out.size(*label);
+            out.line();
+        }
+    } else {
+        out.text(&format!("{n}\n"));
+    }
+    for (label, place) in raw.node_labels.iter().zip(&raw.nodes) {
+        if !is_new {
+            out.int(*label as i32);
+        }
+        place.iter().for_each(|x| out.real(*x));
+        out.line();
+    }
+    out.text("\n$EndNodes\n$Elements\n");
+    elements(&mut out, raw, &faces, is_new);
+    out.text("\n$EndElements\n");
+    out.bytes
+}
+
+fn entities(out: &mut Out, n_faces: usize) {
+    out.text("$Entities\n");
+    [1, 0, n_faces as u64, 1].iter().for_each(|v| out.size(*v));
+    out.line();
+    out.int(1);
+    (0..3).for_each(|_| out.real(0.0));
+    out.size(0);
+    out.line();
+    let mut entity = |tag: i32, n_bounds: u64| {
+        out.int(tag);
+        (0..6).for_each(|_| out.real(0.5));
+        out.size(1);
+        out.int(tag);
+        out.size(n_bounds);
+        (0..n_bounds).for_each(|_| out.int(1));
+        out.line();
+    };
+    (0..n_faces).for_each(|i| entity(i as i32 + 1, 0));
+    entity(1, n_faces as u64);
+    out.text("\n$EndEntities\n");
+}
+
+fn elements(out: &mut Out, raw: &RawMesh, faces: &[Vec<Vec<u32>>], is_new: bool) {
+    let label = |n: u32| raw.node_labels[n as usize];
+    let kind = raw.elements.get(0).kind;
+    let (number, layout) = layout(kind);
+    let n = raw.elements.len() as u64;
+    let total = n + faces.iter().map(Vec::len).sum::<usize>() as u64;
+    if is_new {
+        // A block has one type; wedges have two types of sides.
+        let blocks: usize =
+            faces.iter().map(|f| [3, 4].iter().filter(|k| f.iter().any(|s| s.len() == **k)).count()).sum();
+        [blocks as u64 + 1, total, 1, total].iter().for_each(|v| out.size(*v));
+        out.line();
+    } else {
+        out.text(&format!("{total}\n"));
+    }
+    let mut next = 1000;
+    for (i, all) in faces.iter().enumerate() {
+        for corners in [3, 4] {
+            let some: Vec<&Vec<u32>> = all.iter().filter(|s| s.len() == corners).collect();
+            if some.is_empty() {
+                continue;
+            }
+            let list = some.iter().map(|s| s.iter().map(|&n| label(n)).collect::<Vec<u64>>());
+            let labels: Vec<u64> = (next..next + some.len() as u64).collect();
+            next += some.len() as u64;
+            put(out, is_new, (2, i as i32 + 1, corners as i32 - 1), &labels, &list.collect::<Vec<_>>());
+        }
+    }
+    let list = raw
+        .elements
+        .iter()
+        .map(|e| layout.iter().map(|of| label(e.nodes[between(kind, of)])).collect::<Vec<u64>>());
+    let labels: Vec<u64> = raw.elements.iter().map(|e| e.label).collect();
+    put(out, is_new, (3, 1, number), &labels, &list.collect::<Vec<_>>());
+}
+
+/// One block of elements of one type on one entity.
+fn put(
+    out: &mut Out,
+    is_new: bool,
+    (dimension, entity, number): (i32, i32, i32),
+    labels: &[u64],
+    nodes: &[Vec<u64>],
+) {
+    let n = labels.len();
+    if is_new {
+        [dimension, entity, number].iter().for_each(|v| out.int(*v));
+        out.size(n as u64);
+        out.line();
+    } else if !out.is_text() {
+        [number, n as i32, 2].iter().for_each(|v| out.int(*v));
+    }
+    for (label, nodes) in labels.iter().zip(nodes) {
+        if is_new {
+            out.size(*label);
+            nodes.iter().for_each(|n| out.size(*n));
+        } else {
+            out.int(*label as i32);
+            if out.is_text() {
+                [number, 2].iter().for_each(|v| out.int(*v));
+            }
+            [entity, entity].iter().for_each(|v| out.int(*v));
+            nodes.iter().for_each(|n| out.int(*n as i32));
+        }
+        out.line();
+    }
+}
+
+/// A flat input file; the groups are sets of nodes.
+pub fn inp(raw: &RawMesh) -> String {
+    let mut text = String::from("** a comment\n*NODE, NSET=everything\n");
+    for (label, [x, y, z]) in raw.node_labels.iter().zip(&raw.nodes) {
+        writeln!(text, "{label}, {x:e}, {y:e}, {z:e}").expect("a line");
+    }
+    let kind = raw.elements.get(0).kind;
+    writeln!(text, "*ELEMENT, TYPE=C3D{},\nELSET=all", kind.n_nodes()).expect("a line");
+    for element in raw.elements.iter() {
+        let mut nodes = element.nodes.to_vec();
+        if kind == ElementKind::Hex27 {
+            nodes[20..].rotate_right(1);
+        }
+        let mut line = element.label.to_string();
+        for (i, &n) in nodes.iter().enumerate() {
+            line += if i % 15 == 14 { ",\n" } else { ", " };
+            line += &raw.node_labels[n as usize].to_string();
+        }
+        text += &line;
+        text.push('\n');
+    }
+    for (name, source) in &raw.faces {
+        if let FaceSource::Nodes(nodes) = source {
+            writeln!(text, "*Nset, nset={name}").expect("a line");
+            for n in nodes {
+                writeln!(text, "{},", raw.node_labels[*n as usize]).expect("a line");
+            }
+        }
+    }
+    text
+}
