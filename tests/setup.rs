@@ -92,7 +92,7 @@ fn rigid_bodies_have_the_mass_of_their_shape_or_the_given_one() {
     let spec = spec(&[]);
     let rigid = |i: usize| match &spec.bodies[i].kind {
         BodyKind::Rigid(rigid) => rigid,
-        BodyKind::Elastic(_) | BodyKind::Imported(_) => panic!("rigid"),
+        BodyKind::Elastic(_) | BodyKind::Imported(_) | BodyKind::Meshed(_) => panic!("rigid"),
     };
     let (ball, block, wheel) = (rigid(1), rigid(2), rigid(3));
     let mass = 8e3 * 4.0 / 3.0 * PI * 1e-3;

@@ -12,7 +12,8 @@ use crate::fine_model::FineBody;
 use crate::fine_modes::FineModes;
 use crate::imported::ImportedModel;
 use crate::marker_loads::answers_by_marker;
-use crate::spec::{ImportedSpec, RigidSpec};
+use crate::meshed::MeshedModel;
+use crate::spec::{ImportedSpec, MeshedSpec, RigidSpec};
 use crate::store::ModelCache;
 
 /// A body of a run.
@@ -33,6 +34,8 @@ pub(crate) enum FullModel<'a> {
     Elastic(Box<ElasticBody>),
     /// A body from a file.
     Imported(&'a ImportedSpec),
+    /// A body of finite elements.
+    Meshed(&'a MeshedSpec),
 }
 
 impl FullModel<'_> {
@@ -40,7 +43,7 @@ impl FullModel<'_> {
     pub fn elastic(&self) -> Option<&ElasticBody> {
         match self {
             Self::Elastic(body) => Some(body),
-            Self::Rigid(_) | Self::Imported(_) => None,
+            Self::Rigid(_) | Self::Imported(_) | Self::Meshed(_) => None,
         }
     }
 }
@@ -53,6 +56,8 @@ pub enum BodyForm {
     Elastic(Box<ElasticModel>),
     /// A body from a file.
     Imported(Box<ImportedModel>),
+    /// A body of finite elements.
+    Meshed(Box<MeshedModel>),
 }
 
 /// Full and reduced model of an elastic body.
@@ -86,6 +91,11 @@ impl BodyModel {
                 let model = ImportedModel::build(&name, imported, &interface.loads)?;
                 return Ok(Self::imported(name, model));
             }
+            FullModel::Meshed(meshed) => {
+                let model = MeshedModel::build(&name, meshed, &interface.loads, cache)?;
+                let data = model.data.clone();
+                return Ok(Self { name, data, form: BodyForm::Meshed(Box::new(model)) });
+            }
             FullModel::Rigid(rigid) => rigid,
         };
         let c = rigid.centre_of_mass;
@@ -103,6 +113,7 @@ impl BodyModel {
         match &self.form {
             BodyForm::Elastic(elastic) => elastic.frequencies(),
             BodyForm::Imported(imported) => imported.frequencies.clone(),
+            BodyForm::Meshed(meshed) => meshed.frequencies.clone(),
             BodyForm::Rigid => Vec::new(),
         }
     }
@@ -116,14 +127,14 @@ impl BodyModel {
     pub fn elastic(&self) -> Option<&ElasticModel> {
         match &self.form {
             BodyForm::Elastic(elastic) => Some(elastic),
-            BodyForm::Rigid | BodyForm::Imported(_) => None,
+            BodyForm::Rigid | BodyForm::Imported(_) | BodyForm::Meshed(_) => None,
         }
     }
 
     pub(crate) fn elastic_mut(&mut self) -> Option<&mut ElasticModel> {
         match &mut self.form {
             BodyForm::Elastic(elastic) => Some(elastic),
-            BodyForm::Rigid | BodyForm::Imported(_) => None,
+            BodyForm::Rigid | BodyForm::Imported(_) | BodyForm::Meshed(_) => None,
         }
     }
 }
@@ -153,13 +164,17 @@ impl BodyModel {
                 let free = if n_low == n { n - n_static } else { n_low };
                 CoordinateCounts { free, interface: n - free - n_static, answers }
             }
-            BodyForm::Imported(imported) => {
-                let n_static: usize = imported.answers.iter().map(|(_, n)| n).sum();
-                CoordinateCounts { free: n - n_static, interface: 0, answers: imported.answers.clone() }
-            }
+            BodyForm::Imported(imported) => counts(n, &imported.answers),
+            BodyForm::Meshed(meshed) => counts(n, &meshed.answers),
             BodyForm::Rigid => CoordinateCounts::default(),
         }
     }
+}
+
+/// `n` coordinates of a body without contact, the last of which are static answers.
+fn counts(n: usize, answers: &[(String, usize)]) -> CoordinateCounts {
+    let n_static: usize = answers.iter().map(|(_, n)| n).sum();
+    CoordinateCounts { free: n - n_static, interface: 0, answers: answers.to_vec() }
 }
 
 impl ElasticModel {

@@ -271,7 +271,7 @@ impl ElasticBody {
 }
 
 /// What of a basis is kept: all but the rigid modes.
-fn stored_basis(basis: &ReducedBasis) -> StoredModel {
+pub(crate) fn stored_basis(basis: &ReducedBasis) -> StoredModel {
     let (fewer, more) = basis.multiplet.unwrap_or((0, 0));
     let counts = [basis.n_low, basis.n_modes(), usize::from(basis.multiplet.is_some()), fewer, more];
     let counts = counts.iter().chain(&basis.static_loads).map(|n| *n as u64).collect();
@@ -281,7 +281,11 @@ fn stored_basis(basis: &ReducedBasis) -> StoredModel {
 }
 
 /// The basis that was kept of a body with `n_unknowns` unknowns; none if it does not fit.
-fn basis_from(stored: &StoredModel, n_unknowns: usize, rigid: &Arc<RigidModes>) -> Option<ReducedBasis> {
+pub(crate) fn basis_from(
+    stored: &StoredModel,
+    n_unknowns: usize,
+    rigid: &Arc<RigidModes>,
+) -> Option<ReducedBasis> {
     let counts: Vec<usize> =
         stored.counts.iter().map(|n| usize::try_from(*n)).collect::<Result<_, _>>().ok()?;
     let (&[n_low, n_modes, has_multiplet, fewer, more], static_loads) = counts.split_first_chunk()?;

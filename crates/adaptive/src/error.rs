@@ -1,6 +1,7 @@
 //! What can stop a run, with the name of the body or contact concerned.
 
 use contact_qs::ContactError;
+use fe_mesh::fault::MeshFault;
 use ffr_dynamics::DynamicsError;
 use ffr_dynamics::error::{EvaluationFailure, IntegrationFault};
 use iga_core::SplineError;
@@ -34,6 +35,14 @@ pub enum AdaptiveError {
         body: String,
         /// What is wrong.
         source: SplineError,
+    },
+    /// A body's finite element mesh.
+    #[error("body \"{body}\": {source}")]
+    Mesh {
+        /// Name of the body.
+        body: String,
+        /// What is wrong.
+        source: MeshFault,
     },
     /// A body's reduction.
     #[error("body \"{body}\": {source}")]

@@ -231,6 +231,11 @@ fn full_models<'a>(spec: &'a RunSpec, plans: &[ContactPlan]) -> Result<Vec<FullM
                 definitions.push(Vec::new());
                 continue;
             }
+            BodyKind::Meshed(meshed) => {
+                full.push(FullModel::Meshed(meshed));
+                definitions.push(Vec::new());
+                continue;
+            }
         };
         let mut elastic = (**elastic).clone();
         elastic.discretisation.refine.extend(refinements(spec, plans, i)?);

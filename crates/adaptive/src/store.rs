@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 mod key;
 
-pub use key::{Bytes, ModelKey, body_definition};
+pub use key::{Bytes, ModelKey, body_definition, meshed_definition};
 
 /// What of a model is kept.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]

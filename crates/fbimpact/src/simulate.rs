@@ -174,7 +174,12 @@ pub fn system_modes(
 }
 
 fn body_modes(body: &BodyModel, spec: &BodySpec) -> BodyModes {
+    let n_elements = match &spec.kind {
+        BodyKind::Meshed(meshed) => meshed.mesh.elements().len(),
+        _ => 0,
+    };
     let n_dofs = match &spec.kind {
+        BodyKind::Meshed(meshed) => 3 * meshed.mesh.nodes().len(),
         BodyKind::Imported(ImportedSpec::Full { body, .. }) => body.body().dofs.len(),
         _ => 0,
     };
@@ -183,6 +188,7 @@ fn body_modes(body: &BodyModel, spec: &BodySpec) -> BodyModes {
         mass: body.data.mass,
         frequencies: body.frequencies(),
         coordinates: coordinates(body),
+        n_elements,
         n_dofs,
         ..BodyModes::default()
     };

@@ -181,6 +181,7 @@ pub fn interfaces(spec: &RunSpec, zones: &[Option<Zones>]) -> Result<Vec<Interfa
 fn has_static_answers(kind: &BodyKind) -> bool {
     match kind {
         BodyKind::Elastic(body) => body.has_static_answers(),
+        BodyKind::Meshed(body) => body.static_answers && body.reduction != ReductionSpec::All,
         BodyKind::Imported(ImportedSpec::Full { reduction, static_answers, .. }) => {
             *static_answers && *reduction != ReductionSpec::All
         }

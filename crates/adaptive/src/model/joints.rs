@@ -26,6 +26,7 @@ impl BodyModel {
                 mesh.flexible_point(place, shapes)
             }
             BodyForm::Imported(imported) => imported.point(&self.name, place),
+            BodyForm::Meshed(meshed) => meshed.point(&self.name, place),
             BodyForm::Rigid => Ok(FlexiblePoint::rigid(self.rigid_place(place)?)),
         }
     }
@@ -37,7 +38,7 @@ impl BodyModel {
         rotation: UnitQuaternion<f64>,
     ) -> Result<Marker, AdaptiveError> {
         match &self.form {
-            BodyForm::Elastic(_) if !matches!(place, Place::Area(_)) => {
+            BodyForm::Elastic(_) | BodyForm::Meshed(_) if !matches!(place, Place::Area(_)) => {
                 let what = Unsupported::PointOfFlexibleBody { user: name.to_owned() };
                 Err(AdaptiveError::unsupported_body(&self.name, what))
             }
@@ -46,6 +47,7 @@ impl BodyModel {
                 mesh.marker(name, place, rotation, shapes)
             }
             BodyForm::Imported(imported) => imported.marker(&self.name, name, place, rotation),
+            BodyForm::Meshed(meshed) => meshed.marker(&self.name, name, place, rotation),
             BodyForm::Rigid => Ok(Marker::rigid(name, self.rigid_place(place)?, rotation)),
         }
     }

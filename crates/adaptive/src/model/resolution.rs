@@ -53,6 +53,7 @@ fn has_modes(kind: &BodyKind) -> bool {
     let reduction = match kind {
         BodyKind::Elastic(elastic) => elastic.reduction,
         BodyKind::Imported(ImportedSpec::Full { reduction, .. }) => *reduction,
+        BodyKind::Meshed(meshed) => meshed.reduction,
         BodyKind::Rigid(_) | BodyKind::Imported(ImportedSpec::Reduced(_)) => return false,
     };
     reduction != ReductionSpec::All
@@ -101,6 +102,7 @@ pub fn refined<'a>(spec: &'a RunSpec, plans: &[ContactPlan]) -> Cow<'a, RunSpec>
                 }
             }
             BodyKind::Imported(imported) => factors.apply_imported(imported),
+            BodyKind::Meshed(meshed) => meshed.reduction = factors.reduction(meshed.reduction),
             BodyKind::Rigid(_) => {}
         }
     }

@@ -261,7 +261,7 @@ impl Scene<'_> {
         let pose = &self.poses[body];
         let in_frame = match &self.spec.bodies[body].kind {
             BodyKind::Elastic(elastic) => rigid_motion(&elastic.model).in_space(point),
-            BodyKind::Rigid(_) | BodyKind::Imported(_) => Vector3::from(*point),
+            BodyKind::Rigid(_) | BodyKind::Imported(_) | BodyKind::Meshed(_) => Vector3::from(*point),
         };
         pose.position + pose.rotation * in_frame
     }
@@ -273,7 +273,7 @@ impl Scene<'_> {
             BodyKind::Elastic(elastic) => inertia(elastic),
             BodyKind::Rigid(rigid) => (rigid.motion, rigid.mass, rigid.centre_of_mass, rigid.inertia, 0.0),
             // No contact acts on a body from a file.
-            BodyKind::Imported(_) => {
+            BodyKind::Imported(_) | BodyKind::Meshed(_) => {
                 (RigidMotion::Axial, f64::INFINITY, Vector3::zeros(), Matrix3::identity(), 0.0)
             }
         };

@@ -1,9 +1,11 @@
-//! Bodies: elastic ones from exact geometry, rigid ones, reduced ones from a file.
+//! Bodies: elastic ones from exact geometry or of finite elements, rigid ones, reduced ones from a file.
 
 use std::sync::Arc;
 
 use super::imported::ImportedSpec;
 use super::reduction::{DampingSpec, ReductionSpec};
+use fe_mesh::Mesh;
+use fe_mesh::rules::MassRule;
 use ffr_dynamics::body::RigidMotion;
 use iga_core::SplineError;
 use iga_core::elasticity::{Material, Model};
@@ -32,6 +34,8 @@ pub enum BodyKind {
     Rigid(RigidSpec),
     /// A body from a file.
     Imported(ImportedSpec),
+    /// An elastic body of finite elements.
+    Meshed(Box<MeshedSpec>),
 }
 
 impl BodyKind {
@@ -41,6 +45,7 @@ impl BodyKind {
             Self::Elastic(elastic) => rigid_motion(&elastic.model),
             Self::Rigid(rigid) => rigid.motion,
             Self::Imported(imported) => imported.motion(),
+            Self::Meshed(_) => RigidMotion::Spatial,
         }
     }
 }
@@ -50,7 +55,7 @@ impl BodySpec {
     pub fn elastic(&self) -> Option<&ElasticSpec> {
         match &self.kind {
             BodyKind::Elastic(elastic) => Some(elastic),
-            BodyKind::Rigid(_) | BodyKind::Imported(_) => None,
+            BodyKind::Rigid(_) | BodyKind::Imported(_) | BodyKind::Meshed(_) => None,
         }
     }
 }
@@ -191,6 +196,32 @@ impl ElasticSpec {
             geometric_stiffening: false,
         }
     }
+}
+
+/// A material of each group of elements.
+pub type ByGroup = Vec<(String, Material)>;
+
+/// An elastic body of finite elements, in space.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeshedSpec {
+    /// The mesh, in metres; clones share it.
+    pub mesh: Arc<Mesh>,
+    /// Material of all elements that [`MeshedSpec::groups`] does not name.
+    pub material: Option<Material>,
+    /// Materials by group; without [`MeshedSpec::material`] every element must be in one of them.
+    pub groups: ByGroup,
+    /// Points by which the mass is integrated.
+    pub mass_rule: MassRule,
+    /// Reduced basis.
+    pub reduction: ReductionSpec,
+    /// Whether the basis has the static answers to the body's joints and loads.
+    pub static_answers: bool,
+    /// Parts of the body that move like rigid ones, which stiffens it.
+    pub rigid_areas: Vec<Area>,
+    /// Damping of the elastic coordinates.
+    pub damping: DampingSpec,
+    /// Reference frame.
+    pub frame: FrameSpec,
 }
 
 /// Reference frames.

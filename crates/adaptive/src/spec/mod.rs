@@ -12,8 +12,8 @@ use ffr_dynamics::integration::Method as IntegrationMethod;
 use nalgebra::Vector3;
 
 pub use body::{
-    Area, BodyKind, BodySpec, Coupling, DiscretisationSpec, ElasticSpec, FrameSpec, InitialMotion, Place,
-    RefinementSpec, RigidSpec,
+    Area, BodyKind, BodySpec, ByGroup, Coupling, DiscretisationSpec, ElasticSpec, FrameSpec, InitialMotion,
+    MeshedSpec, Place, RefinementSpec, RigidSpec,
 };
 pub use contact::{
     ContactLaw, ContactSpec, DivisionRule, HertzSphere, IntervalSpec, LowModes, PenaltySearch, PointRule,

@@ -100,7 +100,8 @@ impl BodyFactors {
         }
     }
 
-    fn reduction(&self, spec: ReductionSpec) -> ReductionSpec {
+    /// `spec` with as many times the modes.
+    pub fn reduction(&self, spec: ReductionSpec) -> ReductionSpec {
         match spec {
             ReductionSpec::Modal { modes } => ReductionSpec::Modal { modes: modes * self.modes },
             ReductionSpec::CraigBampton { modes, fixed_interface_modes } => ReductionSpec::CraigBampton {

@@ -5,11 +5,12 @@
 //! texts carry their lengths, choices have a number, so that no two definitions have the same bytes.
 
 use faer::{ColRef, Mat};
+use fe_mesh::rules::MassRule;
 use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::Shape;
 use serde::Serialize;
 
-use crate::spec::{Area, DiscretisationSpec, ElasticSpec, Extent, RefinementSpec};
+use crate::spec::{Area, DiscretisationSpec, ElasticSpec, Extent, MeshedSpec, RefinementSpec};
 
 /// What a model is made from.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -43,6 +44,43 @@ pub fn body_definition(spec: &ElasticSpec) -> Vec<u8> {
     key.discretisation(discretisation);
     key.add(&rigid_areas.len());
     rigid_areas.iter().for_each(|area| key.area(area));
+    key.0
+}
+
+/// What the matrices of a body of finite elements are made from: nodes, elements, materials, rule of the mass, rigid parts.
+pub fn meshed_definition(spec: &MeshedSpec) -> Vec<u8> {
+    let MeshedSpec {
+        mesh,
+        material,
+        groups,
+        mass_rule,
+        reduction: _,
+        static_answers: _,
+        rigid_areas,
+        damping: _,
+        frame: _,
+    } = spec;
+    let mut key = Bytes::default();
+    key.add(mesh.nodes());
+    key.add(&mesh.elements().len());
+    for element in mesh.elements().iter() {
+        key.add(&(element.kind.name(), element.nodes));
+    }
+    key.add(&(material.is_some(), groups.len(), *mass_rule == MassRule::Exact));
+    material.iter().for_each(|m| key.material(m));
+    for (name, material) in groups {
+        key.add(&mesh.volume_group(name).unwrap_or_default());
+        key.material(material);
+    }
+    key.add(&rigid_areas.len());
+    for area in rigid_areas {
+        key.area(area);
+        if let Extent::Face(name) = &area.extent {
+            // A name means the faces that the file gives it.
+            let faces = mesh.face_group(name).unwrap_or_default();
+            key.add(&faces.iter().map(|f| (f.element, f.side)).collect::<Vec<_>>());
+        }
+    }
     key.0
 }
 

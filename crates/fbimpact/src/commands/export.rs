@@ -3,12 +3,10 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use adaptive::AdaptiveError;
-
 use super::{print, threads};
 use crate::cli::ExportArguments;
 use crate::error::AppError;
-use crate::vtk::assemble::{View, grid};
+use crate::vtk::assemble::View;
 use crate::vtk::bodies::{Bodies, Shown};
 use crate::vtk::body::Cells;
 use crate::vtk::grid::Grid;
@@ -42,9 +40,7 @@ pub fn export(arguments: &ExportArguments) -> Result<(), AppError> {
         let all = bodies.at(time, i)?;
         for (part, drawn) in all.iter().enumerate() {
             let Shown { name, motion, .. } = drawn.body;
-            let fail = |source| AppError::model(AdaptiveError::Geometry { body: name.clone(), source });
-            let fields = (&drawn.displacement[..], &drawn.rate[..]);
-            let grid = grid(drawn.geometry, &motion.pose(i), fields, view).map_err(fail)?;
+            let grid = drawn.grid(&motion.pose(i), view)?;
             let file = file_name(name, number);
             write_grid(&folder.join(&file), &grid, time)?;
             series.push(SeriesEntry { time, part, name: name.clone(), file: format!("{stem}/{file}") });

@@ -16,6 +16,7 @@ fn size(body: &BodySpec) -> f64 {
             diagonal(elastic.shape.patches.iter().flat_map(|p| p.control_points().iter()))
         }
         BodyKind::Rigid(rigid) => gyration(0.5 * rigid.inertia.trace(), rigid.mass),
+        BodyKind::Meshed(meshed) => meshed.mesh.size(),
         BodyKind::Imported(ImportedSpec::Full { body, .. }) => diagonal(&body.body().nodes),
         BodyKind::Imported(ImportedSpec::Reduced(model)) => {
             gyration(model.data().second_moment.trace(), model.data().mass)

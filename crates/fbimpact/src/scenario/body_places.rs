@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use adaptive::spec::{Area, Coupling, Extent, Place};
+use fe_mesh::Mesh;
+use fe_mesh::fault::MeshFault;
 use iga_core::SplineError;
 use iga_core::elasticity::Model;
 use iga_core::nurbs::Shape;
@@ -38,6 +40,9 @@ pub enum PlaceError {
     /// The part cannot be measured.
     #[error(transparent)]
     Geometry(#[from] SplineError),
+    /// The same of a mesh.
+    #[error(transparent)]
+    Mesh(#[from] MeshFault),
 }
 
 /// The places of a body.
@@ -55,6 +60,8 @@ pub struct BodyPlaces {
 enum PlacesOf {
     /// A flexible body with its kinematics.
     Flexible((Arc<Shape>, Model)),
+    /// A body of finite elements.
+    Meshed(Arc<Mesh>),
     /// A rigid body, of which a part moves like a point; it may have a shape.
     Rigid(Option<(Arc<Shape>, Model)>),
     /// A body that has only the markers of its file, or none.
@@ -86,6 +93,14 @@ impl BodyPlaces {
         Self::new(PlacesOf::Rigid(shape.map(|(shape, model)| (Arc::new(shape), model))), markers)
     }
 
+    /// Those of a body of finite elements, with `markers` added by the user.
+    ///
+    /// # Errors
+    /// [`PlaceError`] for a group that the mesh does not have.
+    pub fn meshed(mesh: Arc<Mesh>, markers: &[(String, GivenPlace)]) -> Result<Self, PlaceError> {
+        Self::new(PlacesOf::Meshed(mesh), markers)
+    }
+
     fn new(kind: PlacesOf, markers: &[(String, GivenPlace)]) -> Result<Self, PlaceError> {
         let mut places = Self { kind, ..Self::default() };
         let mut points = places.shape().map(|(shape, _)| shape.markers.clone()).unwrap_or_default();
@@ -108,7 +123,7 @@ impl BodyPlaces {
             PlacesOf::Flexible((shape, _)) | PlacesOf::Rigid(Some((shape, _))) => {
                 Arc::make_mut(shape).markers = points;
             }
-            PlacesOf::Rigid(None) | PlacesOf::File => places.points = points,
+            PlacesOf::Rigid(None) | PlacesOf::File | PlacesOf::Meshed(_) => places.points = points,
         }
         Ok(places)
     }
@@ -118,7 +133,7 @@ impl BodyPlaces {
         match &self.kind {
             PlacesOf::Flexible(shape) => Some(shape),
             PlacesOf::Rigid(shape) => shape.as_ref(),
-            PlacesOf::File => None,
+            PlacesOf::File | PlacesOf::Meshed(_) => None,
         }
     }
 
@@ -129,10 +144,11 @@ impl BodyPlaces {
 
     /// All parts by name: markers with an extent and those faces of the shape that have an area.
     pub fn areas(&self) -> Vec<(String, Area)> {
-        let faces = self.shape().into_iter().flat_map(|(shape, _)| shape.faces.keys());
-        let face = |name: &String| {
-            let area = self.area(&Extent::Face(name.clone()), Coupling::Average).ok()?;
-            (!self.areas.contains_key(name)).then(|| (name.clone(), area))
+        let faces = self.shape().into_iter().flat_map(|(shape, _)| shape.faces.keys().map(String::as_str));
+        let faces = faces.chain(self.mesh().into_iter().flat_map(Mesh::face_names));
+        let face = |name: &str| {
+            let area = self.area(&Extent::Face(name.to_owned()), Coupling::Average).ok()?;
+            (!self.areas.contains_key(name)).then(|| (name.to_owned(), area))
         };
         let added = self.areas.iter().map(|(name, area)| (name.clone(), area.clone()));
         faces.filter_map(face).chain(added).collect()
@@ -161,6 +177,9 @@ impl BodyPlaces {
             GivenPlace::Marker(marker) if self.kind == PlacesOf::File => Ok(Place::Marker(marker.clone())),
             GivenPlace::Marker(marker) if self.areas.contains_key(marker) => {
                 Ok(self.part(&self.areas[marker]))
+            }
+            GivenPlace::Marker(marker) if self.mesh().is_some() && self.has_face(marker) => {
+                Ok(self.part(&self.area(&Extent::Face(marker.clone()), Coupling::Average)?))
             }
             _ => self.point(at).map(Place::Point),
         }
@@ -196,12 +215,28 @@ impl BodyPlaces {
 
     fn has_face(&self, name: &str) -> bool {
         self.shape().is_some_and(|(shape, _)| shape.faces.contains_key(name))
+            || self.mesh().is_some_and(|mesh| mesh.face_group(name).is_ok())
+    }
+
+    fn mesh(&self) -> Option<&Mesh> {
+        match &self.kind {
+            PlacesOf::Meshed(mesh) => Some(mesh),
+            _ => None,
+        }
     }
 
     fn area(&self, extent: &Extent, coupling: Coupling) -> Result<Area, PlaceError> {
         match (self.shape(), extent) {
             (Some((shape, model)), _) => Ok(Area::new(extent.clone(), coupling, shape, model)?),
-            (None, Extent::Around { point, .. }) => {
+            (None, Extent::Face(name)) if self.mesh().is_some() => {
+                let part = self.mesh().map(|mesh| mesh.face_part(name)).transpose()?;
+                let centre = part.map(|part| part.centroid()).unwrap_or_default();
+                Ok(Area { extent: extent.clone(), centre, coupling })
+            }
+            (None, Extent::Around { point, radius }) => {
+                if let Some(mesh) = self.mesh() {
+                    mesh.around(point, *radius)?;
+                }
                 Ok(Area { extent: extent.clone(), centre: *point, coupling })
             }
             (None, Extent::Face(name)) => Err(self.unknown(name)),

@@ -44,7 +44,7 @@ fn scalar(value: &Checked) -> Option<String> {
     let number = |x: &f64| format!("{x:?}");
     let list = |v: &[f64]| format!("[{}]", v.iter().map(number).collect::<Vec<_>>().join(", "));
     match value {
-        Checked::Text(s) | Checked::BodyFile { text: s, .. } => {
+        Checked::Text(s) | Checked::BodyFile { text: s, .. } | Checked::MeshFile { text: s, .. } => {
             Some(toml::Value::String(s.clone()).to_string())
         }
         Checked::Boolean(b) => Some(b.to_string()),

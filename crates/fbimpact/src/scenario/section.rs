@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::body_source::BodySource;
+use super::body_source::{BodySource, MeshSource};
 use super::document::Origin;
 use super::keys::Condition;
 
@@ -64,6 +64,13 @@ pub enum Checked {
         /// What is in the file.
         source: Arc<BodySource>,
     },
+    /// Path of a mesh that has been read.
+    MeshFile {
+        /// The path as given.
+        text: String,
+        /// What is in the file.
+        source: Arc<MeshSource>,
+    },
     /// Not usable; the fault has been reported.
     Invalid,
 }
@@ -99,7 +106,9 @@ impl Section {
     /// A string.
     pub fn text(&self, name: &str) -> Option<&str> {
         match &self.item(name)?.value {
-            Checked::Text(s) | Checked::BodyFile { text: s, .. } => Some(s),
+            Checked::Text(s) | Checked::BodyFile { text: s, .. } | Checked::MeshFile { text: s, .. } => {
+                Some(s)
+            }
             _ => None,
         }
     }
@@ -161,6 +170,14 @@ impl Section {
     pub fn body_file(&self) -> Option<&Arc<BodySource>> {
         match &self.item("file")?.value {
             Checked::BodyFile { source, .. } => Some(source),
+            _ => None,
+        }
+    }
+
+    /// What is in the mesh of key `file`.
+    pub fn mesh_file(&self) -> Option<&Arc<MeshSource>> {
+        match &self.item("file")?.value {
+            Checked::MeshFile { source, .. } => Some(source),
             _ => None,
         }
     }

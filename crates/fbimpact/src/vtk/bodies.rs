@@ -1,6 +1,9 @@
 //! The bodies of a result, built again from its scenario.
 
+use std::sync::Arc;
+
 use adaptive::AdaptiveError;
+use adaptive::body_model::BodyForm;
 use adaptive::elastic_body::Discretised;
 use adaptive::model::RunModel;
 use adaptive::spec::{BodyKind, ContactLaw};
@@ -8,8 +11,11 @@ use faer::{Mat, MatRef};
 use ffr_dynamics::body::RigidMotion;
 use iga_core::space::PatchSpace;
 
+use super::assemble::{Pose, View, grid};
 use super::body::{BodyGeometry, Cells, Elasticity};
+use super::grid::Grid;
 use super::local::{LocalContacts, LocalDisplacement};
+use super::mesh::MeshGeometry;
 use super::states::{BodyMotion, States};
 use super::zones::RefinedZones;
 use crate::error::{AppError, CommandFault};
@@ -22,12 +28,20 @@ const SAME_FREQUENCY: f64 = 1e-6;
 /// Linear cells an element of a rigid body, whose shape is not refined.
 const RIGID_CELLS: usize = 8;
 
+/// What a body is drawn by.
+pub enum ShownGeometry {
+    /// Elements of splines.
+    Splines(Box<BodyGeometry>),
+    /// Finite elements.
+    Mesh(Box<MeshGeometry>),
+}
+
 /// A body to be shown.
 pub struct Shown {
     /// Name.
     pub name: String,
     /// Shape.
-    pub geometry: BodyGeometry,
+    pub geometry: ShownGeometry,
     /// Motion.
     pub motion: BodyMotion,
     /// Number among the moving bodies.
@@ -43,12 +57,28 @@ pub struct Bodies {
     contacts: LocalContacts,
 }
 
+/// Elements of a body, its own or those of a fine model.
+#[derive(Clone, Copy)]
+enum DrawnGeometry<'a> {
+    Splines(&'a BodyGeometry),
+    Mesh(&'a MeshGeometry),
+}
+
+impl ShownGeometry {
+    fn drawn(&self) -> DrawnGeometry<'_> {
+        match self {
+            Self::Splines(geometry) => DrawnGeometry::Splines(geometry),
+            Self::Mesh(geometry) => DrawnGeometry::Mesh(geometry),
+        }
+    }
+}
+
 /// A body at an instant, on its own elements or on those of a fine model.
 pub struct Drawn<'a> {
     /// The body.
     pub body: &'a Shown,
     /// Elements.
-    pub geometry: &'a BodyGeometry,
+    geometry: DrawnGeometry<'a>,
     /// Control values of the displacement \[m\].
     pub displacement: Vec<f64>,
     /// Control values of its rate [m/s].
@@ -109,9 +139,19 @@ impl Bodies {
     }
 
     fn drawn<'a>(&'a self, body: &'a Shown, local: &LocalDisplacement, i: usize) -> Drawn<'a> {
-        let geometry = &body.geometry;
+        let geometry = body.geometry.drawn();
+        if let BodyForm::Meshed(meshed) = &self.model.bodies[body.number].form {
+            let shapes = meshed.shapes.as_ref();
+            let (displacement, rate) =
+                (combined(shapes, body.motion.elastic(i)), combined(shapes, body.motion.rates(i)));
+            return Drawn { body, geometry, displacement, rate, mesh: None, discretised: None };
+        }
         let Some(elastic) = self.model.bodies[body.number].elastic() else {
-            let at_rest = vec![0.0; geometry.n_control_values()];
+            let n = match geometry {
+                DrawnGeometry::Splines(geometry) => geometry.n_control_values(),
+                DrawnGeometry::Mesh(_) => 0,
+            };
+            let at_rest = vec![0.0; n];
             let (displacement, rate) = (at_rest.clone(), at_rest);
             return Drawn { body, geometry, displacement, rate, mesh: None, discretised: None };
         };
@@ -127,7 +167,7 @@ impl Bodies {
                 let (displacement, rate) = fields(zone.model.shapes.as_ref(), displacement);
                 return Drawn {
                     body,
-                    geometry: &zone.geometry,
+                    geometry: DrawnGeometry::Splines(&zone.geometry),
                     displacement: mesh.control_values(&displacement),
                     rate: mesh.control_values(&rate),
                     mesh: self.contacts.zones.number(*contact).map(|n| (*contact, n)),
@@ -154,6 +194,28 @@ impl Bodies {
 }
 
 impl Drawn<'_> {
+    /// Rigid motions of the body.
+    pub fn motion(&self) -> RigidMotion {
+        match self.geometry {
+            DrawnGeometry::Splines(geometry) => geometry.motion,
+            DrawnGeometry::Mesh(_) => RigidMotion::Spatial,
+        }
+    }
+
+    /// The grid of the body in the motion `pose` of its frame.
+    ///
+    /// # Errors
+    /// [`AppError::Model`] where the geometry is folded.
+    pub fn grid(&self, pose: &Pose, view: View) -> Result<Grid, AppError> {
+        let fields = (&self.displacement[..], &self.rate[..]);
+        match self.geometry {
+            DrawnGeometry::Splines(geometry) => grid(geometry, pose, fields, view).map_err(|source| {
+                AppError::model(AdaptiveError::Geometry { body: self.body.name.clone(), source })
+            }),
+            DrawnGeometry::Mesh(geometry) => Ok(geometry.grid(pose, fields, view)),
+        }
+    }
+
     /// Functions that are not zero at an undeformed point of the body, in the model's components; none for a rigid body.
     ///
     /// # Errors
@@ -199,7 +261,7 @@ fn shape(
     model: &RunModel,
     number: usize,
     cells: Cells,
-) -> Result<Option<BodyGeometry>, AppError> {
+) -> Result<Option<ShownGeometry>, AppError> {
     let name = &of_file.name;
     let fail = |source| AppError::model(AdaptiveError::Geometry { body: name.clone(), source });
     if let Some(elastic) = model.bodies[number].elastic() {
@@ -208,13 +270,22 @@ fn shape(
         let elasticity = Some(Elasticity { model: full.spec.model, material });
         let motion = full.assembled.motion;
         let space = Box::new(full.space.clone());
-        return Ok(Some(BodyGeometry::new(space, &full.shape.patches, motion, elasticity, cells)));
+        let geometry = BodyGeometry::new(space, &full.shape.patches, motion, elasticity, cells);
+        return Ok(Some(ShownGeometry::Splines(Box::new(geometry))));
+    }
+    if let BodyForm::Meshed(meshed) = &model.bodies[number].form {
+        let materials = meshed.spec.materials();
+        let materials = materials
+            .map_err(|source| AppError::model(AdaptiveError::Mesh { body: name.clone(), source }))?;
+        let mesh = Arc::clone(&meshed.spec.mesh);
+        return Ok(Some(ShownGeometry::Mesh(Box::new(MeshGeometry { mesh, materials }))));
     }
     let Some((shape, model)) = of_file.places.shape() else { return Ok(None) };
     let space = Box::new(PatchSpace::new(shape.patches.clone()).map_err(fail)?);
     let cells = if cells == Cells::Bezier { cells } else { Cells::Linear(RIGID_CELLS) };
     let motion: RigidMotion = adaptive::elastic_body::rigid_motion(model);
-    Ok(Some(BodyGeometry::new(space, &shape.patches, motion, None, cells)))
+    let geometry = BodyGeometry::new(space, &shape.patches, motion, None, cells);
+    Ok(Some(ShownGeometry::Splines(Box::new(geometry))))
 }
 
 /// A note on a body without shape, or an error if it was asked for by name.
@@ -224,7 +295,7 @@ fn without_shape(scenario: &Scenario, body: &FileBody, wanted: &[String]) -> Res
         None => "it is a plane without end",
         Some(BodyKind::Rigid(_)) => "it is rigid and only its mass is given",
         Some(BodyKind::Imported(_)) => "it comes from a body file, which holds no shape",
-        Some(BodyKind::Elastic(_)) => "it has no shape",
+        Some(BodyKind::Elastic(_) | BodyKind::Meshed(_)) => "it has no shape",
     };
     if wanted.is_empty() {
         tracing::warn!("body \"{name}\" is left out: {reason}");

@@ -15,6 +15,7 @@ pub mod xml;
 pub mod states;
 pub mod zones;
 pub mod local;
+pub mod mesh;
 pub mod bodies;
 pub mod pressure;
 pub mod times;

@@ -58,7 +58,7 @@ impl ContactPressure {
     /// # Errors
     /// [`AppError::Model`] if a point does not lie on its body.
     pub fn grid(&mut self, drawn: &Drawn<'_>, i: usize, view: View) -> Result<Grid, AppError> {
-        let motion = drawn.geometry.motion;
+        let motion = drawn.motion();
         let pose = drawn.body.motion.pose(i);
         let revolved = view.revolve.filter(|_| motion == RigidMotion::Axial);
         // The area of a ring is that of all its points, and of the whole ring.

@@ -14,7 +14,7 @@ use super::discretisation::{discretisation, reduction};
 use super::joints::GROUND;
 use super::places::{BodyFacts, part};
 use super::rigid::Rigid;
-use super::{geometry, imported, rigid};
+use super::{geometry, imported, meshed, rigid};
 
 /// Markers that the user has added, by name.
 type Markers = Vec<(String, GivenPlace)>;
@@ -48,6 +48,8 @@ fn body(checker: &mut Checker, context: Context<'_>, name: &str, section: &Secti
         Some("imported") => {
             imported::imported(checker, context, section, name).map(|(kind, facts)| Made::Moving(kind, facts))
         }
+        Some("mesh") => meshed::meshed(checker, context, section, name, markers.as_deref())
+            .map(|(kind, facts)| Made::Moving(kind, facts)),
         Some(model) => {
             let frame = frame(checker, context, section, name);
             let made = elastic(checker, context, section, (model, frame), markers.as_deref());

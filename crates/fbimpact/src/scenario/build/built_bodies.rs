@@ -151,6 +151,7 @@ impl Moving {
         }
         match (&mut self.spec.kind, place) {
             (BodyKind::Elastic(elastic), _) => elastic.frame = FrameSpec::Tangent(place.clone()),
+            (BodyKind::Meshed(meshed), _) => meshed.frame = FrameSpec::Tangent(place.clone()),
             (BodyKind::Imported(imported), Place::Marker(marker)) => {
                 imported.set_frame_marker(marker.clone());
             }

@@ -27,6 +27,14 @@ pub fn check_bodies(checker: &mut Checker, root: &Section, section: &Section) {
     let (contact, target) = (facts("contact_body"), facts("target_body"));
     let mut is_imported = false;
     for (key, body) in [("contact_body", contact), ("target_body", target)] {
+        if body.is_some_and(|b| b.mesh.is_some()) {
+            let message = "must be a body with a shape: contact of bodies with model \"mesh\" is not computed yet; \
+                           they take joints, loads and gravity, and a body of splines fixed to one may touch";
+            checker.fault_in(section, key, message.into());
+            is_imported = true;
+        }
+    }
+    for (key, body) in [("contact_body", contact), ("target_body", target)] {
         if body.is_some_and(|b| b.file.is_some()) {
             let message = "must be a body with a shape, one from a file has no surface to touch";
             checker.fault_in(section, key, message.into());

@@ -8,6 +8,7 @@ mod geometry;
 mod discretisation;
 mod rigid;
 mod imported;
+mod meshed;
 mod bodies;
 mod body_parts;
 mod loads;
@@ -104,8 +105,11 @@ fn take_from_joints(bodies: &mut BuiltBodies, joints: &[(JointSpec, bool)], load
         }
         let sides = joints.iter().flat_map(|(joint, _)| [&joint.parent, &joint.child]);
         let held = sides.chain(loads.iter().map(|load| &load.at)).filter(|at| at.body == Some(index));
-        if let BodyKind::Elastic(elastic) = &mut moving.spec.kind {
-            elastic.rigid_areas = rigid_areas(held.map(|at| &at.place));
+        let held = held.map(|at| &at.place);
+        match &mut moving.spec.kind {
+            BodyKind::Elastic(elastic) => elastic.rigid_areas = rigid_areas(held),
+            BodyKind::Meshed(meshed) => meshed.rigid_areas = rigid_areas(held),
+            BodyKind::Imported(_) | BodyKind::Rigid(_) => {}
         }
     }
 }

@@ -4,7 +4,7 @@ use adaptive::spec::{Coupling, Extent};
 use ffr_dynamics::body::RigidMotion;
 
 use super::super::body_places::GivenPlace;
-use super::super::body_source::BodySource;
+use super::super::body_source::{BodySource, MeshSource};
 use super::super::check::Checker;
 use super::super::keys::names;
 use super::super::section::{Checked, Section};
@@ -23,6 +23,8 @@ pub struct BodyFacts<'a> {
     pub shape: &'a str,
     /// Its body file, if it is from one.
     pub file: Option<&'a BodySource>,
+    /// Its mesh, if it is of finite elements.
+    pub mesh: Option<&'a MeshSource>,
     /// Whether points of the body file can be named beside its markers.
     has_points: bool,
 }
@@ -36,12 +38,14 @@ impl<'a> BodyFacts<'a> {
             None => "",
         };
         let file = section.body_file().map(AsRef::as_ref);
+        let mesh = section.mesh_file().map(AsRef::as_ref);
         let components = match (model, shape) {
             ("imported", _) => match file?.body.motion() {
                 RigidMotion::Planar => "plane-strain",
                 RigidMotion::Axial => "axisymmetric",
                 RigidMotion::Spatial => "solid",
             },
+            ("mesh", _) => "solid",
             ("rigid", "plane") => "rigid",
             ("rigid", _) => match section.text("motion")? {
                 "planar" => "plane-strain",
@@ -50,7 +54,11 @@ impl<'a> BodyFacts<'a> {
             },
             _ => model,
         };
-        Some(Self { section, is_rigid: model == "rigid", components, shape, file, has_points: false })
+        // A mesh that cannot be read is a fault already.
+        if model == "mesh" && mesh.is_none() {
+            return None;
+        }
+        Some(Self { section, is_rigid: model == "rigid", components, shape, file, mesh, has_points: false })
     }
 
     /// Facts of the body called `name`, as far as they are known.
@@ -84,8 +92,19 @@ impl<'a> BodyFacts<'a> {
     }
 
     /// Names of the faces of its shape.
-    fn faces(&self) -> &'static [&'static str] {
-        self.in_model().map_or(&[], |facts| facts.faces)
+    fn faces(&self) -> Vec<&'a str> {
+        match self.mesh {
+            Some(source) => source.mesh.face_names().collect(),
+            None => self.in_model().map_or(Vec::new(), |facts| facts.faces.to_vec()),
+        }
+    }
+
+    /// What has its faces, in words.
+    fn holder(&self) -> String {
+        match self.mesh {
+            Some(source) => source.path.display().to_string(),
+            None => format!("shape \"{}\"", self.shape),
+        }
     }
 
     fn in_model(&self) -> Option<&'static ModelFacts> {
@@ -112,7 +131,8 @@ impl<'a> BodyFacts<'a> {
         let added = self.section.named("markers").iter().map(|(name, _)| name.as_str());
         let markers = self.file.map(|f| f.body.markers()).unwrap_or_default();
         let points = self.file.filter(|_| self.has_points).map(|f| f.body.points()).unwrap_or_default();
-        own.iter().copied().chain(added).chain(markers).chain(points).collect()
+        let faces = if self.mesh.is_some() { self.faces() } else { Vec::new() };
+        own.iter().copied().chain(added).chain(markers).chain(points).chain(faces).collect()
     }
 }
 
@@ -223,6 +243,9 @@ fn face(checker: &mut Checker, section: &Section, body: &BodyFacts<'_>) -> Optio
                 let markers = names(body.markers().into_iter());
                 format!("a body from a file has no named faces, name a marker of the file: {markers}")
             }
+            None if body.mesh.is_some() => {
+                "the mesh has no group of faces: give surfaces a physical group or write *SURFACE or *NSET, or give a \"point\"".into()
+            }
             None => "the body has no shape with faces, give a \"point\"".into(),
         };
         checker.fault_in(section, "face", message);
@@ -230,7 +253,7 @@ fn face(checker: &mut Checker, section: &Section, body: &BodyFacts<'_>) -> Optio
     }
     let name = section.text("face")?;
     if !known.contains(&name) {
-        checker.unknown_name(section, "face", &format!("face of shape \"{}\"", body.shape), known);
+        checker.unknown_name(section, "face", &format!("face of {}", body.holder()), &known);
         return None;
     }
     Some(name.to_owned())
@@ -289,6 +312,8 @@ pub fn place(
             if !known.contains(&name.as_str()) {
                 let what = if let Some(file) = body.file {
                     format!("marker of {}", file.path.display())
+                } else if let Some(mesh) = body.mesh {
+                    format!("marker or face of {}", mesh.path.display())
                 } else if body.shape.is_empty() {
                     "marker of the body".to_owned()
                 } else {

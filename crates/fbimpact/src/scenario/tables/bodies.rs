@@ -25,6 +25,10 @@ const MODELS: &[Choice] = &[
     Choice::new("plane-strain", "plane strain in (x, y)"),
     Choice::new("plane-stress", "plane stress in (x, y)"),
     Choice::new("imported", "from the body file `file`, reduced or to be reduced (docs/body-file.md)"),
+    Choice::new(
+        "mesh",
+        "of finite elements, from the mesh `file` of Gmsh, Abaqus or CalculiX (docs/own_part.md)",
+    ),
     Choice::new("rigid", "rigid; with the shape `plane` also at rest"),
 ];
 
@@ -40,8 +44,15 @@ const MOTIONS: &[Choice] = &[
 ];
 
 /// The body is from a file.
-const IMPORTED: Condition =
-    Condition::new("for bodies with model \"imported\"", Test::OneOf("model", &["imported"]));
+const FROM_FILE: Condition = Condition::new(
+    "for bodies with model \"imported\" or \"mesh\"",
+    Test::OneOf("model", &["imported", "mesh"]),
+);
+/// The body has a mesh.
+const OF_MESH: Condition = Condition::new("for bodies with model \"mesh\"", Test::OneOf("model", &["mesh"]));
+/// The body has a shape by name or of splines.
+const WITH_SHAPE: Condition =
+    Condition::new("for bodies that are not from a file", Test::NoneOf("model", &["imported", "mesh"]));
 /// The body is not from a file.
 const NOT_IMPORTED: Condition =
     Condition::new("for bodies that are not \"imported\"", Test::NoneOf("model", &["imported"]));
@@ -54,7 +65,7 @@ const TO_REDUCE: &[Condition] =
     &[FLEXIBLE, Condition::new("for bodies that are not reduced already", Test::Fact(Fact::IsNotReduced))];
 /// The body has elements.
 const MESHED: Condition =
-    Condition::new("for flexible bodies with a shape", Test::NoneOf("model", &["rigid", "imported"]));
+    Condition::new("for flexible bodies with a shape", Test::NoneOf("model", &["rigid", "imported", "mesh"]));
 /// The frame follows a place, which is to be given.
 const FOLLOWING: &[Condition] = &[
     TO_REDUCE[0],
@@ -82,7 +93,7 @@ pub const BODY: &[Key] = &[
         "material",
         Kind::Name,
         "",
-        Need::Optional("only `rigid` and `imported` bodies may have none"),
+        Need::Optional("only `rigid` and `imported` bodies, and a `mesh` all of whose `groups` have one, may have none"),
         "Name of a table of `[materials]` or of a standard material (see the end of this page). A rigid body takes its density, Hertz contacts its \
          elastic constants.",
     ).when(&[NOT_IMPORTED, Condition::new(
@@ -94,16 +105,37 @@ pub const BODY: &[Key] = &[
         Kind::Name,
         "",
         Need::Optional("must be given"),
-        "Body file, relative to the scenario. Its markers are those of the body, which has no other places; contacts and stresses \
-         need a shape and do not go with it.",
-    ).when(&[IMPORTED]),
+        "Body file or mesh, relative to the scenario. Of a body file the markers are those of the body, which has no other places; contacts \
+         and stresses need a shape and do not go with either yet.",
+    ).when(&[FROM_FILE]),
     Key::new(
         "file_sha256",
         Kind::Name,
         "",
         Need::Optional("any"),
         "SHA-256 that `file` must have, in hexadecimal digits; the resolved scenario of a result holds it.",
-    ).when(&[IMPORTED]),
+    ).when(&[FROM_FILE]),
+    Key::new(
+        "units",
+        Kind::Choice(UNITS),
+        "",
+        Need::Optional("must be given"),
+        "Unit of length of the mesh; files do not say it.",
+    ).when(&[OF_MESH]),
+    Key::new(
+        "groups",
+        Kind::Named(GROUP),
+        "",
+        Need::Default("{}"),
+        "Groups of elements of the mesh that have a material of their own.",
+    ).when(&[OF_MESH]),
+    Key::new(
+        "mass_points",
+        Kind::Choice(MASS_RULES),
+        "",
+        Need::Default("\"exact\""),
+        "Points by which the mass of the elements is integrated.",
+    ).when(&[OF_MESH]),
     Key::new(
         "motion",
         Kind::Choice(MOTIONS),
@@ -153,9 +185,9 @@ pub const BODY: &[Key] = &[
         "geometry",
         Kind::Variants { tag: "shape", variants: GEOMETRIES },
         "",
-        Need::Optional("only `imported` bodies and `rigid` ones with `mass` have none"),
+        Need::Optional("only `imported` and `mesh` bodies and `rigid` ones with `mass` have none"),
         "Shape in the body's own frame.",
-    ).when(&[NOT_IMPORTED]),
+    ).when(&[WITH_SHAPE]),
     Key::new(
         "markers",
         Kind::Named(MARKER),
@@ -255,6 +287,25 @@ pub const BODY: &[Key] = &[
         )]),
 ];
 
+const UNITS: &[Choice] = &[
+    Choice::new("m", "metres"),
+    Choice::new("cm", "centimetres"),
+    Choice::new("mm", "millimetres"),
+    Choice::new("in", "inches"),
+];
+
+const MASS_RULES: &[Choice] = &[
+    Choice::new("exact", "exact on straight-sided elements"),
+    Choice::new(
+        "as-stiffness",
+        "those of the stiffness, as CalculiX has them in tet10 and wedge15, for comparison",
+    ),
+];
+
+/// `[bodies.NAME.groups.NAME]`.
+const GROUP: &[Key] =
+    &[Key::new("material", Kind::Name, "", Need::Required, "Name of the material of the group's elements.")];
+
 /// `[bodies.NAME.markers.NAME]`.
 const MARKER: &[Key] = &[
     Key::new(
@@ -291,7 +342,7 @@ pub(super) const FACE: Key = Key::new(
     Kind::Name,
     "",
     Need::Optional("`point` must be given"),
-    "Name of a whole face of the shape, such as `x-` (docs/places.md shows them).",
+    "Name of a whole face of the shape, such as `x-` (docs/places.md shows them); of a mesh a group of faces or a set.",
 );
 /// How a part of a body is held.
 pub(super) const COUPLING: Key = Key::new(

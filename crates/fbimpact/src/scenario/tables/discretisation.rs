@@ -118,7 +118,7 @@ pub(super) const REDUCTION: &[Key] = &[
         "Number of fixed-interface modes.",
     ).when(&[Condition::new("with method \"craig-bampton\"", Test::OneOf("method", &["craig-bampton"])), Condition::new(
             "for bodies with a shape",
-            Test::Around(&Test::NoneOf("model", &["imported"])),
+            Test::Around(&Test::NoneOf("model", &["imported", "mesh"])),
         ).remark("others have no contact zone")]),
     Key::new(
         "static_answers",

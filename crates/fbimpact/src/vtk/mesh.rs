@@ -1,0 +1,67 @@
+//! A body of finite elements in its motion as a grid.
+
+use std::sync::Arc;
+
+use fe_mesh::matrices::Materials;
+use fe_mesh::{ElementKind, Mesh};
+use ffr_dynamics::body::RigidMotion;
+use iga_core::elasticity::kinematics::von_mises;
+
+use super::assemble::{Pose, View, placed};
+use super::grid::Grid;
+use super::revolution::ArcNode;
+use super::tensor::rotated;
+
+/// Mesh and materials of a body.
+#[derive(Debug, Clone)]
+pub struct MeshGeometry {
+    /// Its mesh.
+    pub mesh: Arc<Mesh>,
+    /// Materials of its elements.
+    pub materials: Materials,
+}
+
+/// VTK's type of a cell, and for each of its nodes the place in the element where the order differs.
+fn cell(kind: ElementKind) -> (u8, Option<[usize; 27]>) {
+    match kind {
+        ElementKind::Tet4 => (10, None),
+        ElementKind::Hex8 => (12, None),
+        ElementKind::Wedge6 => (13, None),
+        ElementKind::Tet10 => (24, None),
+        ElementKind::Hex20 => (25, None),
+        ElementKind::Wedge15 => (26, None),
+        ElementKind::Wedge18 => (32, None),
+        ElementKind::Hex27 => {
+            let mut order: [usize; 27] = std::array::from_fn(|i| i);
+            // VTK has the middles of the sides at -x, +x, -y, +y, -z, +z.
+            order[20..26].copy_from_slice(&[25, 23, 22, 24, 20, 21]);
+            (29, Some(order))
+        }
+    }
+}
+
+impl MeshGeometry {
+    /// The grid of the body with the displacements `displacement` \[m\] and their rates [m/s], three a node; stress is that of the nodes, averaged over
+    /// their elements.
+    pub fn grid(&self, pose: &Pose, (displacement, rate): (&[f64], &[f64]), view: View) -> Grid {
+        let mut grid = Grid::default();
+        let motion = (RigidMotion::Spatial, &ArcNode::SECTION);
+        let (moved, moving) = (displacement.as_chunks::<3>().0, rate.as_chunks::<3>().0);
+        for ((node, u), v) in self.mesh.nodes().iter().zip(moved).zip(moving) {
+            placed(&mut grid, (pose, view), motion, (node, u, v));
+        }
+        for element in self.mesh.elements().iter() {
+            let (kind, order) = cell(element.kind);
+            let at = |i: usize| element.nodes[order.map_or(i, |order| order[i])] as usize;
+            let nodes: Vec<usize> = (0..element.nodes.len()).map(at).collect();
+            grid.add_cell(kind, 0, &nodes);
+        }
+        for stress in self.mesh.nodal_stress(&self.materials, displacement) {
+            let s = &stress;
+            let listed = [s[(0, 0)], s[(1, 1)], s[(2, 2)], s[(0, 1)], s[(1, 2)], s[(0, 2)]];
+            grid.von_mises.push([von_mises(&listed)]);
+            grid.stress.push(rotated(s, &pose.rotation));
+        }
+        grid
+    }
+}
