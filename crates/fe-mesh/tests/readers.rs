@@ -85,11 +85,17 @@ fn one_part_with_one_instance() {
     let body = inp(&raw);
     let text = format!(
         "*HEADING\nfrom another program\n*PART, NAME=P\n{body}*END PART\n*ASSEMBLY, NAME=A\n*INSTANCE, NAME=P-1, PART=P\n0., 0., 0.\n\
-         *END INSTANCE\n*NSET, NSET=one, INSTANCE=P-1\nP-1.{}\n*END ASSEMBLY\n",
+         *END INSTANCE\n*NSET, NSET=one, INSTANCE=P-1\nP-1.{}\n*NODE\n1, 0., 0., 0.\n\
+         *ELEMENT, TYPE=MASS\n1, 1\n*END ASSEMBLY\n",
         raw.node_labels[0]
     );
     let mesh = read(text.as_bytes(), 1.0).expect("a mesh");
     assert_eq!(mesh.faces().iter().filter(|(name, _)| name == "one").count(), 1);
+    let notes = mesh.notes().join("\n");
+    assert!(
+        notes.contains("*NODE of the assembly (line") && notes.contains("*ELEMENT of the assembly"),
+        "{notes}"
+    );
     let moved = text.replace("0., 0., 0.\n*END", "0., 1., 0.\n*END");
     assert!(refused(moved.as_bytes()).contains("moved or turned"));
     let twice = text.replace("*ASSEMBLY", "*PART, NAME=Q\n*END PART\n*ASSEMBLY");

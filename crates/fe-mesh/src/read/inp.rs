@@ -10,7 +10,7 @@ use crate::raw::{FaceSource, NO_NODE, RawMesh};
 /// Cards whose data say nothing of the mesh, left out without a word.
 const SILENT: &[&str] = &["HEADING", "PREPRINT", "RESTART"];
 /// Cards that delimit the part of the file that has the mesh.
-const FRAMES: &[&str] = &["PART", "END PART", "ASSEMBLY", "END ASSEMBLY", "END INSTANCE", "END STEP"];
+const FRAMES: &[&str] = &["ASSEMBLY", "END ASSEMBLY", "END STEP"];
 /// Characters of a wrong field that a message shows.
 const SHOWN: usize = 40;
 
@@ -105,6 +105,10 @@ struct Reader {
     /// Elements that are left out: their sets are no groups.
     has_other: Vec<String>,
     is_sorted: bool,
+    /// Elements whose numbers are known.
+    n_sorted: usize,
+    /// Whether the part or instance with the mesh has ended: what follows are reference points and the like.
+    is_closed: bool,
     members: usize,
     limit: usize,
     parts: usize,
@@ -139,6 +143,9 @@ pub fn read(bytes: &[u8]) -> Result<RawMesh, MeshError> {
         }
         if card.name.is_empty() {
             return fail(line, ReadFault::Format);
+        }
+        if reader.is_closed && matches!(card.name.as_str(), "NODE" | "ELEMENT") {
+            continue;
         }
         if card.name == "ELEMENT" && card.get("TYPE").is_some() {
             let mut fields: Vec<String> = fields(&text).map(str::to_owned).collect();
@@ -182,7 +189,6 @@ impl Reader {
         let refuse =
             |what: &str, remedy| fail(line, ReadFault::Unsupported { what: what.to_owned(), remedy });
         match card.name.as_str() {
-            "NODE" | "ELEMENT" | "NSET" | "ELSET" | "SURFACE" => self.begin_mesh(card),
             "PART" => {
                 self.parts += 1;
                 if self.parts > 1 {
@@ -197,15 +203,29 @@ impl Reader {
                 }
                 Ok(())
             }
-            "INCLUDE" => refuse("*INCLUDE", "put the mesh into one file"),
-            "STEP" => Ok(()),
-            name if FRAMES.contains(&name) || SILENT.contains(&name) => Ok(()),
-            name => {
-                if !self.skipped.iter().any(|(n, _)| n == name) && self.skipped.len() < self.limit {
-                    self.skipped.push((name.to_owned(), line));
-                }
+            "END PART" | "END INSTANCE" => {
+                self.is_closed |= !self.mesh.nodes.is_empty();
                 Ok(())
             }
+            "NODE" | "ELEMENT" if self.is_closed => {
+                self.skip(&format!("{} of the assembly", card.name), line);
+                Ok(())
+            }
+            "INCLUDE" => refuse("*INCLUDE", "put the mesh into one file"),
+            "STEP" => Ok(()),
+            "NODE" | "ELEMENT" | "NSET" | "ELSET" | "SURFACE" => self.begin_mesh(card),
+            name if FRAMES.contains(&name) || SILENT.contains(&name) => Ok(()),
+            name => {
+                self.skip(name, line);
+                Ok(())
+            }
+        }
+    }
+
+    /// Notes a card that is left out, once.
+    fn skip(&mut self, name: &str, line: usize) {
+        if !self.skipped.iter().any(|(n, _)| n == name) {
+            self.skipped.push((name.to_owned(), line));
         }
     }
 
@@ -252,7 +272,7 @@ impl Reader {
         }
     }
 
-    /// Makes numbers of nodes known; those that come behind elements or sets are refused.
+    /// Makes numbers of nodes known.
     fn sort_nodes(&mut self, line: usize) -> Result<(), MeshError> {
         if !self.is_sorted {
             self.node_numbers = match Labels::new(&self.mesh.node_labels) {
@@ -265,6 +285,10 @@ impl Reader {
     }
 
     fn sort_elements(&mut self, line: usize) -> Result<(), MeshError> {
+        if self.n_sorted == self.mesh.elements.len() {
+            return Ok(());
+        }
+        self.n_sorted = self.mesh.elements.len();
         let labels: Vec<u64> = self.mesh.elements.iter().map(|e| e.label).collect();
         self.element_numbers = match Labels::new(&labels) {
             Ok(labels) => labels,
@@ -374,13 +398,7 @@ impl Reader {
     }
 
     fn node(&mut self, card: &Card, line: usize, text: &str) -> Result<(), MeshError> {
-        if self.is_sorted {
-            let what = "*NODE behind *ELEMENT or a set".to_owned();
-            return fail(
-                line,
-                ReadFault::Unsupported { what, remedy: "write all nodes before the elements" },
-            );
-        }
+        self.is_sorted = false;
         let mut fields = fields(text);
         let first = fields.next().unwrap_or_default();
         let Some(label) = number(first) else { return expected(line, "the number of a node", first) };
