@@ -129,20 +129,22 @@ impl Checker {
     }
 
     fn value(&mut self, key: &'static Key, node: &Node, path: &str, in_degrees: bool) -> Checked {
-        let scale = if in_degrees { std::f64::consts::PI / 180.0 } else { 1.0 };
-        let before = self.faults.len();
-        let converted = match takes_units(&key.kind, node) {
-            true => units::converted(node, if in_degrees { "" } else { key.unit }),
-            false => Ok(None),
-        };
-        let converted = match converted {
-            Ok(converted) => converted,
+        if !takes_units(&key.kind, node) {
+            return self.plain_value(key, node, path, in_degrees);
+        }
+        match units::converted(node, if in_degrees { "" } else { key.unit }) {
+            Ok(converted) => self.plain_value(key, converted.as_ref().unwrap_or(node), path, in_degrees),
             Err(message) => {
                 self.fault(&node.origin, path.to_owned(), Some(node.shown()), message);
-                return Checked::Invalid;
+                Checked::Invalid
             }
-        };
-        let node = converted.as_ref().unwrap_or(node);
+        }
+    }
+
+    /// A value whose numbers have no units any more.
+    fn plain_value(&mut self, key: &'static Key, node: &Node, path: &str, in_degrees: bool) -> Checked {
+        let scale = if in_degrees { std::f64::consts::PI / 180.0 } else { 1.0 };
+        let before = self.faults.len();
         let value = match (&key.kind, &node.value) {
             (Kind::Table(keys), Value::Table(entries)) => {
                 return Checked::Table(self.section(keys, entries, path, &node.origin, None));
