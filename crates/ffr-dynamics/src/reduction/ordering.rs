@@ -436,3 +436,38 @@ fn running(changes: &[(usize, usize)]) -> Vec<usize> {
     };
     changes.iter().map(count).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::{NodeGraph, nested_dissection};
+
+    #[test]
+    fn a_mesh_graded_towards_what_comes_last_is_cut_around_it() {
+        // Rings of 12 nodes, each half as far again from the middle as the one inside it; all nodes of a ring are neighbours of each other's
+        // neighbours on it and of those beside them on the next ones. Every straight line through the middle crosses all 40 rings twice.
+        let (n_rings, n_around) = (40usize, 12usize);
+        let number = |ring: usize, k: usize| (ring * n_around + k % n_around) as u32;
+        let mut graph = NodeGraph { start: vec![0], neighbours: Vec::new() };
+        let mut anchors = Vec::new();
+        for ring in 0..n_rings {
+            for k in 0..n_around {
+                for beside in ring.saturating_sub(1)..(ring + 2).min(n_rings) {
+                    graph.neighbours.extend([n_around - 1, 0, 1].map(|d| number(beside, k + d)));
+                }
+                graph.start.push(graph.neighbours.len());
+                let (angle, radius) = (TAU * k as f64 / n_around as f64, 1.5_f64.powi(ring as i32));
+                anchors.push([radius * angle.cos(), radius * angle.sin(), 0.0]);
+            }
+        }
+        let last: Vec<u32> = (0..n_around).map(|k| number(0, k)).collect();
+        let mut nodes: Vec<u32> = (number(1, 0)..number(n_rings, 0)).collect();
+        nested_dissection(&graph, &anchors, &last, &mut nodes);
+        // What is eliminated at the end is one ring.
+        let ring = |node: u32| node as usize / n_around;
+        let end = &nodes[nodes.len() - n_around..];
+        assert!(end.iter().all(|&a| ring(a) == ring(end[0])), "{end:?}");
+        assert!((10..30).contains(&ring(end[0])), "{end:?}");
+    }
+}

@@ -376,6 +376,93 @@ mod tests {
         assert!(n_separated > 50 && n_together > 50, "{n_separated}, {n_together}");
     }
 
+    /// Largest number of paths between the ends, one at a time by breadth-first search in a matrix of capacities.
+    fn most_paths(graph: &SortedGraph, between: &std::ops::Range<usize>) -> usize {
+        let n = graph.len();
+        // Gates as in `Gate::index`, then a source and a sink.
+        let mut capacity = vec![vec![0usize; 2 * n + 2]; 2 * n + 2];
+        for i in 0..n {
+            capacity[2 * i][2 * i + 1] = if between.contains(&i) { 1 } else { n };
+            graph
+                .of(i)
+                .iter()
+                .map(|&j| j as usize)
+                .filter(|&j| j != i)
+                .for_each(|j| capacity[2 * i + 1][2 * j] = n);
+        }
+        (0..between.start).for_each(|i| capacity[2 * n][2 * i] = n);
+        (between.end..n).for_each(|i| capacity[2 * i + 1][2 * n + 1] = n);
+        for paths in 0.. {
+            let mut from = vec![usize::MAX; 2 * n + 2];
+            let mut queue = vec![2 * n];
+            let mut head = 0;
+            while let Some(&a) = queue.get(head) {
+                head += 1;
+                for b in 0..2 * n + 2 {
+                    if capacity[a][b] > 0 && from[b] == usize::MAX && b != 2 * n {
+                        from[b] = a;
+                        queue.push(b);
+                    }
+                }
+            }
+            if from[2 * n + 1] == usize::MAX {
+                return paths;
+            }
+            let mut b = 2 * n + 1;
+            while b != 2 * n {
+                let a = from[b];
+                capacity[a][b] -= 1;
+                capacity[b][a] += 1;
+                b = a;
+            }
+        }
+        unreachable!("there are no more paths than nodes")
+    }
+
+    #[test]
+    fn separators_of_larger_graphs_have_a_node_for_every_path() {
+        let mut state = 7u64;
+        let mut random = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) as f64 / (1u64 << 31) as f64
+        };
+        for case in 0..60 {
+            // Points of a strip, numbered along it, neighbours up to a distance.
+            let mut places: Vec<[f64; 2]> = (0..70).map(|_| [6.0 * random(), 2.0 * random()]).collect();
+            places.sort_by(|p, q| p[0].total_cmp(&q[0]));
+            let near = 0.45 + 0.3 * random();
+            let distance = |i: usize, j: usize| {
+                (0..2).map(|d| (places[i][d] - places[j][d]).powi(2)).sum::<f64>().sqrt()
+            };
+            let graph = graph(places.len(), |i, j| distance(i, j) < near);
+            let between = 12..58;
+            let parts =
+                graph.separate(between.clone()).expect("the strip is longer than neighbours are apart");
+            check_divides(&graph, &parts);
+            assert_eq!(n_between(&parts), most_paths(&graph, &between), "case {case}");
+        }
+    }
+
+    #[test]
+    fn a_path_that_is_taken_back_over_two_nodes_leaves_the_one_between_them_free() {
+        // The shortest path 0-3-4-5-19 is found first. The one from 1 arrives at 5 by a longer way, goes back to 3 and leaves 4 free, which the
+        // longest one, from 2, needs.
+        let chains: [&[usize]; 5] = [
+            &[0, 3, 4, 5, 19],
+            &[1, 6, 7, 5],
+            &[3, 8, 9, 20],
+            &[2, 10, 11, 12, 13, 4],
+            &[4, 14, 15, 16, 17, 18, 21],
+        ];
+        let is_edge = |i: usize, j: usize| {
+            chains.iter().any(|chain| chain.windows(2).any(|pair| pair == [i, j] || pair == [j, i]))
+        };
+        let graph = graph(22, is_edge);
+        let parts = graph.separate(3..19).unwrap();
+        check_divides(&graph, &parts);
+        assert_eq!((n_between(&parts), most_paths(&graph, &(3..19))), (3, 3));
+    }
+
     #[test]
     fn a_lattice_is_cut_at_its_waist() {
         // Points of a strip of 21 columns, 9 rows high but 3 at the waist, neighbours in all eight directions, numbered by columns.
