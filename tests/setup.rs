@@ -163,6 +163,6 @@ fn loads_contacts_and_settings_are_handed_on() {
     assert!((contact.radius - 0.1).abs() < ROUND_OFF && contact.centre == Place::Point([0.0; 3]));
     assert!(matches!(spec.contacts[0].target, Target::Plane { .. }));
     assert!(spec.settings.static_start);
-    assert_eq!(spec.settings.free.method, ffr_dynamics::integration::Method::TrBdf2);
-    assert_eq!(spec.settings.impact.method, ffr_dynamics::integration::Method::DormandPrince);
+    assert_eq!(spec.settings.free.method, Some(ffr_dynamics::integration::Method::TrBdf2));
+    assert_eq!(spec.settings.impact.method, Some(ffr_dynamics::integration::Method::DormandPrince));
 }

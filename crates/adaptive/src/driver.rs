@@ -150,8 +150,10 @@ impl<'a> Driver<'a> {
         let impact_step = settings.impact.max_step.min(resolving);
         let steps =
             StepSettings { is_vibration_exact: true, ..StepSettings::with_max_step(settings.free.max_step) };
-        let integrator = Integrator::new(settings.free.method, steps, 0.0, &y, &model.system)
-            .map_err(AdaptiveError::Dynamics)?;
+        let method =
+            settings.free.method.unwrap_or_else(|| restart::default_method(PhaseKind::Free, &model.system));
+        let integrator =
+            Integrator::new(method, steps, 0.0, &y, &model.system).map_err(AdaptiveError::Dynamics)?;
         let event_step = impact_step.min(settings.free.max_step);
         let crossing = crossing_search(y.len(), event_step);
         let gravity_datum = model.system.invariants(0.0, &y).gravity;
@@ -465,8 +467,8 @@ impl<'a> Driver<'a> {
             sample.pressures.clear();
         }
         sample.energies.gravity -= self.gravity_datum;
-        let is_implicit = self.integrator.method().is_implicit();
-        self.run.numerical.record(&mut sample.energies, is_implicit);
+        let is_dissipative = self.integrator.method().is_dissipative();
+        self.run.numerical.record(&mut sample.energies, is_dissipative);
         self.imbalance = self.run.ledger.record(&sample.energies);
         self.output.is_noted = true;
     }

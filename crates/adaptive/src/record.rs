@@ -63,7 +63,7 @@ pub struct Energies {
     pub dissipated: f64,
     /// Work supplied by loads, drives and prescribed motion so far.
     pub supplied: f64,
-    /// Energy that the implicit integrator removed so far: what is missing after all other entries.
+    /// Energy that a dissipative integrator removed so far: what is missing after all other entries.
     pub numerical: f64,
 }
 

@@ -33,7 +33,7 @@ pub struct RunState {
     pub next_output: f64,
     /// Time between stored states in the present free phase, as long as it is short \[s\].
     pub free_interval: f64,
-    /// Energy that the implicit integrator removed, up to the state stored last.
+    /// Energy that a dissipative integrator removed, up to the state stored last.
     pub numerical: NumericalDamping,
     /// The energy balance up to the state stored last.
     pub ledger: EnergyLedger,

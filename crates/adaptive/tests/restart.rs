@@ -144,7 +144,7 @@ fn long_free_phases_are_taken_up_in_their_midst_with_either_integrator() {
         spec.bodies[0].motion.position.z += 4.0 * GAP;
         spec.contacts.pop();
         spec.settings.end_time = 2e-4;
-        (spec.settings.free.method, spec.settings.free.max_step) = (method, 1e-8);
+        (spec.settings.free.method, spec.settings.free.max_step) = (Some(method), 1e-8);
         let found = check(&spec);
         assert!(
             found.iter().filter(|(kind, is_start)| *kind == PhaseKind::Free && !is_start).count() >= 2,

@@ -179,7 +179,7 @@ fn on_joint(
     let mut spec = impacts::spec(vec![body], Vec::new(), 0.04);
     spec.joints.push(joint);
     spec.points.push(PointSpec { name: "tip".into(), body: 0, place: Place::Marker("tip".into()) });
-    spec.settings.free.method = Method::Esdirk4;
+    spec.settings.free.method = Some(Method::Esdirk4);
     spec.settings.free_interval = Some(5e-4);
     spec
 }

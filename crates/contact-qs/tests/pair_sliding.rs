@@ -14,7 +14,7 @@ use common::Random;
 use contact_qs::quasistatic::PointState;
 use contact_qs::{ActiveContact, Friction, SurfacePair};
 use ffr_dynamics::body::{RigidMotion, StandardInputData};
-use ffr_dynamics::integration::{DormandPrince, StepSettings};
+use ffr_dynamics::integration::{Integrator, StepSettings};
 use ffr_dynamics::system::{Active, ActiveForce, BodyState, ErrorScale, Multibody};
 use free_motion::{body_state, free_system, state_vector};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
@@ -65,7 +65,7 @@ fn run(coefficient: f64, start: &[BodyState; 2]) -> Outcome {
     let mut system = system(coefficient);
     let y = state_vector(&system, start);
     let before = system.invariants(0.0, &y).kinetic;
-    let mut integrator = DormandPrince::new(StepSettings::with_max_step(1.5e-6), 0.0, &y).unwrap();
+    let mut integrator = Integrator::explicit(StepSettings::with_max_step(1.5e-6), 0.0, &y).unwrap();
     let reference = momenta(start);
     let mut out = Outcome {
         states: start.clone(),

@@ -14,7 +14,7 @@ use contact_qs::submodel::SparseRows;
 use contact_qs::{ActiveContact, ContactSubmodel, Friction, Plane, PlaneContact, PlaneContactSettings};
 use faer::Mat;
 use ffr_dynamics::body::{RigidMotion, StandardInputData};
-use ffr_dynamics::integration::{DormandPrince, StepSettings};
+use ffr_dynamics::integration::{Integrator, StepSettings};
 use ffr_dynamics::system::{Active, ActiveForce, BodyState, ErrorScale, GeneralisedForce, Motion, Multibody};
 use free_motion::{body_state, free_system, state_vector};
 use nalgebra::{Matrix3, Vector3};
@@ -112,7 +112,7 @@ struct Outcome {
 fn run(system: &mut Multibody<Box<Active<PlaneContact>>>, start: &BodyState, max_step: f64) -> Outcome {
     let y = state_vector(system, std::slice::from_ref(start));
     let before = system.invariants(0.0, &y).kinetic;
-    let mut integrator = DormandPrince::new(StepSettings::with_max_step(max_step), 0.0, &y).unwrap();
+    let mut integrator = Integrator::explicit(StepSettings::with_max_step(max_step), 0.0, &y).unwrap();
     let mut out = Outcome {
         state: start.clone(),
         energy_before: before,

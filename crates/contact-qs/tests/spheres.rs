@@ -11,7 +11,7 @@ use contact_qs::law::Solid;
 use contact_qs::{ActiveContact, ContactError, Plane, Sphere, SphereContact};
 use ffr_dynamics::body::{RigidMotion, StandardInputData};
 use ffr_dynamics::error::FailureKind;
-use ffr_dynamics::integration::{CrossingSearch, DenseOutput, DormandPrince, StepSettings};
+use ffr_dynamics::integration::{CrossingSearch, DenseOutput, Integrator, StepSettings};
 use ffr_dynamics::kinematics::FlexiblePoint;
 use ffr_dynamics::system::{Active, ActiveForce, BodyState, ErrorScale, GeneralisedForce, Motion, Multibody};
 use free_motion::{body_state, free_system, state_vector};
@@ -55,7 +55,7 @@ fn collide(
     let y = state_vector(system, start);
     let scale = ErrorScale { relative: tolerance, ..system.error_scale() };
     system.set_error_scale(scale).unwrap();
-    let mut integrator = DormandPrince::new(StepSettings::with_max_step(0.01 * expected), 0.0, &y).unwrap();
+    let mut integrator = Integrator::explicit(StepSettings::with_max_step(0.01 * expected), 0.0, &y).unwrap();
     let mut search = CrossingSearch::new(y.len(), 1e-12 * expected, 4);
     let before = system.invariants(0.0, &y);
     let energy = before.kinetic + before.gravity;

@@ -7,7 +7,7 @@ mod dynamics_support;
 use divan::{Bencher, black_box};
 use dynamics_support::{Random, block};
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::integration::{DormandPrince, OdeSystem, StepSettings};
+use ffr_dynamics::integration::{Integrator, OdeSystem, StepSettings};
 use ffr_dynamics::kinematics::Marker;
 use ffr_dynamics::system::{Attachment, BodySpec, GROUND, JointKind, JointSpec, Multibody, SystemSpec};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -71,7 +71,7 @@ fn right_hand_side_of_4_bodies_of_20_modes(bencher: Bencher, is_tangent: bool) {
 fn step_of_4_bodies_of_20_modes(bencher: Bencher) {
     let (mut system, y) = double_pendulums(true);
     let mut integrator =
-        DormandPrince::new(StepSettings::fixed(1e-7), 0.0, &y).expect("the step is positive");
+        Integrator::explicit(StepSettings::fixed(1e-7), 0.0, &y).expect("the step is positive");
     bencher.bench_local(|| integrator.step(&mut system, 1e9).expect("the motion is smooth"));
 }
 

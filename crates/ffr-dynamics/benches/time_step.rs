@@ -10,7 +10,7 @@ mod free_motion;
 use divan::{Bencher, black_box};
 use dynamics_support::{Random, block};
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::integration::{DormandPrince, Esdirk, OdeSystem, StepSettings};
+use ffr_dynamics::integration::{Integrator, Method, OdeSystem, StepSettings};
 use ffr_dynamics::system::Multibody;
 use free_motion::{free_system, state_vector};
 use nalgebra::Vector3;
@@ -40,7 +40,7 @@ fn right_hand_side_of_20_modes(bencher: Bencher) {
 fn step_of_20_modes(bencher: Bencher) {
     let (mut system, y) = body_in_motion();
     let mut integrator =
-        DormandPrince::new(StepSettings::fixed(1e-6), 0.0, &y).expect("the step is positive");
+        Integrator::explicit(StepSettings::fixed(1e-6), 0.0, &y).expect("the step is positive");
     bencher.bench_local(|| integrator.step(&mut system, 1e9).expect("the motion is smooth"));
 }
 
@@ -53,16 +53,16 @@ fn invariants_of_20_modes(bencher: Bencher) {
 #[divan::bench(sample_size = 100)]
 fn implicit_step_of_20_modes(bencher: Bencher) {
     let (mut system, y) = body_in_motion();
-    let mut integrator =
-        Esdirk::tr_bdf2(StepSettings::fixed(1e-6), 0.0, &y, &system).expect("the step is positive");
+    let mut integrator = Integrator::new(Method::TrBdf2, StepSettings::fixed(1e-6), 0.0, &y, &system)
+        .expect("the step is positive");
     bencher.bench_local(|| integrator.step(&mut system, 1e9).expect("the motion is smooth"));
 }
 
 #[divan::bench(sample_size = 10)]
 fn implicit_step_of_20_modes_with_new_derivative(bencher: Bencher) {
     let (mut system, y) = body_in_motion();
-    let mut integrator =
-        Esdirk::tr_bdf2(StepSettings::fixed(1e-6), 0.0, &y, &system).expect("the step is positive");
+    let mut integrator = Integrator::new(Method::TrBdf2, StepSettings::fixed(1e-6), 0.0, &y, &system)
+        .expect("the step is positive");
     bencher.bench_local(|| {
         integrator.invalidate();
         integrator.step(&mut system, 1e9).expect("the motion is smooth")

@@ -57,7 +57,8 @@ fn steps_events_and_invariants_do_not_allocate() {
     assert!(allocations(|| drop(std::hint::black_box(vec![0.0; 10]))) > 0, "the counter counts");
     for (motion, method) in
         [RigidMotion::Axial, RigidMotion::Planar, RigidMotion::Spatial].into_iter().flat_map(|motion| {
-            [Method::DormandPrince, Method::TrBdf2, Method::Esdirk4].map(|method| (motion, method))
+            [Method::DormandPrince, Method::TrBdf2, Method::Esdirk4, Method::Gauss]
+                .map(|method| (motion, method))
         })
     {
         let sample = block(motion, 8);
@@ -119,7 +120,7 @@ fn multibody_systems_with_loops_do_not_allocate() {
     system.set_joint(&mut y, 0, &[0.4, 0.3], &[1.0, 2.0]).unwrap();
     system.set_joint(&mut y, 1, &[0.9, 0.3, -0.2, 0.1], &[0.5, 1.0, 0.0]).unwrap();
     system.assemble(0.0, &mut y).unwrap();
-    for method in [Method::DormandPrince, Method::TrBdf2, Method::Esdirk4] {
+    for method in [Method::DormandPrince, Method::TrBdf2, Method::Esdirk4, Method::Gauss] {
         let mut integrator = Integrator::new(method, StepSettings::default(), 0.0, &y, &system).unwrap();
         let count = allocations(|| {
             for _ in 0..10 {

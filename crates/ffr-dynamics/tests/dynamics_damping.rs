@@ -6,7 +6,7 @@ mod free_motion;
 
 use dynamics_support::block;
 use ffr_dynamics::body::{ModalDamping, RayleighDamping, RigidMotion};
-use ffr_dynamics::integration::{DormandPrince, OdeSystem, StepSettings};
+use ffr_dynamics::integration::{Integrator, OdeSystem, StepSettings};
 use ffr_dynamics::system::{ActiveForce, BodyState, ErrorScale};
 use free_motion::{body_state, free_system, state_vector};
 use nalgebra::Vector3;
@@ -51,7 +51,7 @@ fn modes_decay_as_in_closed_form_and_the_ledger_closes() {
         system.set_error_scale(scale).unwrap();
         let start = system.invariants(0.0, &y);
         let end = 3.0 * TAU / omega[0];
-        let mut integrator = DormandPrince::new(StepSettings::with_max_step(end), 0.0, &y).unwrap();
+        let mut integrator = Integrator::explicit(StepSettings::with_max_step(end), 0.0, &y).unwrap();
         integrator.run(&mut system, end, |_, _| true).unwrap();
         let y = integrator.state();
         let last = body_state(&mut system, y, 0);

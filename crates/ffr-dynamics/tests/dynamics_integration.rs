@@ -6,11 +6,11 @@
 mod small_equations;
 
 use ffr_dynamics::error::EvaluationFailure;
-use ffr_dynamics::integration::{CrossingSearch, DenseOutput, DormandPrince, OdeSystem, StepSettings};
+use ffr_dynamics::integration::{CrossingSearch, DenseOutput, Integrator, OdeSystem, StepSettings};
 use small_equations::{ECCENTRICITY, Given, PERIHELION, distance, kepler_rate, norm, slope};
 
-fn kepler_run(settings: StepSettings, tolerance: f64, t_end: f64) -> DormandPrince {
-    let mut integrator = DormandPrince::new(settings, 0.0, &PERIHELION).unwrap();
+fn kepler_run(settings: StepSettings, tolerance: f64, t_end: f64) -> Integrator {
+    let mut integrator = Integrator::explicit(settings, 0.0, &PERIHELION).unwrap();
     integrator.run(&mut Given::new(4, tolerance, kepler_rate), t_end, |_, _| true).unwrap();
     integrator
 }
@@ -54,7 +54,7 @@ fn global_error_drops_with_order_five() {
 fn dense_output_has_order_four_and_is_continuously_differentiable() {
     let mut errors = Vec::new();
     for n in [40.0_f64, 80.0, 160.0] {
-        let mut integrator = DormandPrince::new(StepSettings::fixed(1.0 / n), 0.0, &[0.0, 1.0]).unwrap();
+        let mut integrator = Integrator::explicit(StepSettings::fixed(1.0 / n), 0.0, &[0.0, 1.0]).unwrap();
         let (mut worst, mut y) = (0.0_f64, [0.0; 2]);
         integrator.step(&mut Oscillator, 1.0).unwrap();
         let (start, end) = integrator.interval();
@@ -103,7 +103,7 @@ const WORK: (u64, u64) = (80, 0);
 
 #[test]
 fn largest_step_is_respected() {
-    let mut integrator = DormandPrince::new(StepSettings::with_max_step(0.01), 0.0, &PERIHELION).unwrap();
+    let mut integrator = Integrator::explicit(StepSettings::with_max_step(0.01), 0.0, &PERIHELION).unwrap();
     let mut largest: f64 = 0.0;
     integrator
         .run(&mut Given::new(4, 1e-3, kepler_rate), 1.0, |_, i| {
@@ -144,7 +144,7 @@ impl OdeSystem for Projected {
 #[test]
 fn projection_costs_a_new_first_stage_and_keeps_the_invariant() {
     let mut system = Projected { evaluations: 0 };
-    let mut integrator = DormandPrince::new(StepSettings::fixed(0.02), 0.0, &[0.0, 1.0]).unwrap();
+    let mut integrator = Integrator::explicit(StepSettings::fixed(0.02), 0.0, &[0.0, 1.0]).unwrap();
     integrator.run(&mut system, 1.0, |_, i| (norm(i.state()) - 1.0).abs() < 1e-15).unwrap();
     assert_eq!(integrator.time(), 1.0);
     assert_eq!(system.evaluations, 7 * 50);
@@ -153,7 +153,7 @@ fn projection_costs_a_new_first_stage_and_keeps_the_invariant() {
 
 #[test]
 fn crossing_is_found_within_its_tolerance() {
-    let mut integrator = DormandPrince::new(StepSettings::with_max_step(0.05), 0.0, &[0.0, 1.0]).unwrap();
+    let mut integrator = Integrator::explicit(StepSettings::with_max_step(0.05), 0.0, &[0.0, 1.0]).unwrap();
     let mut search = CrossingSearch::new(2, 1e-12, 4);
     let mut found = None;
     let mut evaluations = 0;

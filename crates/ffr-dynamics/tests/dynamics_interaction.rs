@@ -9,7 +9,7 @@ mod free_motion;
 use dynamics_support::{Random, block, rigid_rotor};
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::error::{EvaluationFailure, EvaluationFault, FailureKind};
-use ffr_dynamics::integration::{DormandPrince, StepSettings};
+use ffr_dynamics::integration::{Integrator, StepSettings};
 use ffr_dynamics::kinematics::FlexiblePoint;
 use ffr_dynamics::system::{
     Active, ActiveForce, BodyState, ErrorScale, Findings, ForceElement, ForceEnergies, GeneralisedForce,
@@ -135,7 +135,7 @@ fn bodies_exchange_momentum_and_energy_without_loss() {
         system.evaluate_forces(0.0, &y).unwrap();
         let (before, spring) = (system.invariants(0.0, &y), system.forces()[0].energies().penalty);
         let first = body_state(&mut system, &y, 0).velocity;
-        let mut integrator = DormandPrince::new(StepSettings::default(), 0.0, &y).unwrap();
+        let mut integrator = Integrator::explicit(StepSettings::default(), 0.0, &y).unwrap();
         integrator.run(&mut system, 0.02, |_, _| true).unwrap();
         let y = integrator.state().to_vec();
         let after = system.invariants(0.0, &y);
@@ -159,7 +159,7 @@ fn refusal_of_a_force_element_repeats_the_step_and_leaves_the_answer_alone() {
     let mut ends = Vec::new();
     for refuses in [false, true] {
         let (mut system, y) = pair(0.0, refuses);
-        let mut integrator = DormandPrince::new(StepSettings::default(), 0.0, &y).unwrap();
+        let mut integrator = Integrator::explicit(StepSettings::default(), 0.0, &y).unwrap();
         integrator.run(&mut system, 2e-3, |_, _| true).unwrap();
         ends.push(body_state(&mut system, integrator.state(), 0));
         let calls = system.forces()[0].state();

@@ -11,7 +11,7 @@ use std::ops::DerefMut;
 use dynamics_support::{Push, Random, block, rigid_rotor};
 use ffr_dynamics::body::{ModalDamping, RigidMotion, StandardInputData};
 use ffr_dynamics::error::EvaluationFailure;
-use ffr_dynamics::integration::{DormandPrince, OdeSystem, StepSettings};
+use ffr_dynamics::integration::{Integrator, OdeSystem, StepSettings};
 use ffr_dynamics::invariants::Invariants;
 use ffr_dynamics::kinematics::FlexiblePoint;
 use ffr_dynamics::system::{
@@ -65,7 +65,7 @@ fn integrate<F: DerefMut<Target: ActiveForce>>(
     t_end: f64,
 ) -> Vec<f64> {
     let y = state_vector(system, std::slice::from_ref(start));
-    let mut integrator = DormandPrince::new(StepSettings::default(), 0.0, &y).unwrap();
+    let mut integrator = Integrator::explicit(StepSettings::default(), 0.0, &y).unwrap();
     integrator.run(system, t_end, |_, _| true).unwrap();
     integrator.state().to_vec()
 }
@@ -155,7 +155,7 @@ fn undeformed_body_falls_along_a_parabola_without_ringing() {
         // highest mode, 3.3 / ω, leave it so; longer ones would raise it to the tolerance.
         let y = state_vector(&system, &[start]);
         let max_step = 0.3 / system.highest_frequency();
-        let mut integrator = DormandPrince::new(StepSettings::with_max_step(max_step), 0.0, &y).unwrap();
+        let mut integrator = Integrator::explicit(StepSettings::with_max_step(max_step), 0.0, &y).unwrap();
         integrator.run(&mut system, t, |_, _| true).unwrap();
         let end = body_state(&mut system, integrator.state(), 0);
         let expected = up * (0.3 * t - 0.5 * 9.81 * t * t);
@@ -234,7 +234,7 @@ fn impulse_of_an_impact_equals_the_change_of_momentum_to_round_off() {
     let (mut system, start) = axial_impact(1e-9);
     let y = state_vector(&system, std::slice::from_ref(&start));
     let before = system.invariants(0.0, &y);
-    let mut integrator = DormandPrince::new(StepSettings::default(), 0.0, &y).unwrap();
+    let mut integrator = Integrator::explicit(StepSettings::default(), 0.0, &y).unwrap();
     let mut largest: f64 = 0.0;
     integrator
         .run(&mut system, 0.05, |s, _| {
@@ -258,7 +258,7 @@ fn impulse_of_an_impact_equals_the_change_of_momentum_to_round_off() {
 fn forces_of_the_accepted_state_need_no_new_evaluation() {
     let (mut system, start) = axial_impact(1e-6);
     let y = state_vector(&system, std::slice::from_ref(&start));
-    let mut integrator = DormandPrince::new(StepSettings::default(), 0.0, &y).unwrap();
+    let mut integrator = Integrator::explicit(StepSettings::default(), 0.0, &y).unwrap();
     let mut checked = 0;
     integrator
         .run(&mut system, 0.02, |s, i| {
@@ -297,7 +297,7 @@ fn tiny_ringing_of_a_high_mode_does_not_decide_the_step() {
         start.elastic[19] = amplitude;
         let mut system = system(sample.data.clone(), Vector3::zeros(), 1e-6);
         let y = state_vector(&system, &[start]);
-        let mut integrator = DormandPrince::new(StepSettings::default(), 0.0, &y).unwrap();
+        let mut integrator = Integrator::explicit(StepSettings::default(), 0.0, &y).unwrap();
         integrator.run(&mut system, 0.01, |_, _| true).unwrap();
         integrator.statistics().steps
     });

@@ -12,7 +12,7 @@ mod small_equations;
 
 use dynamics_support::{Random, block};
 use ffr_dynamics::body::{ModalDamping, RigidMotion};
-use ffr_dynamics::integration::{DenseOutput, DormandPrince, OdeSystem, Oscillator, StepSettings};
+use ffr_dynamics::integration::{DenseOutput, Integrator, OdeSystem, Oscillator, StepSettings};
 use ffr_dynamics::kinematics::Marker;
 use ffr_dynamics::system::{
     Attachment, BodySpec, BodyState, GROUND, JointKind, JointSpec, Multibody, SystemSpec,
@@ -79,7 +79,7 @@ fn free_vibration_under_a_constant_force_is_exact_at_any_step() {
     let mut y0: Vec<f64> = starts.iter().flatten().copied().collect();
     y0.push(0.0);
     let mut system = forced(&data, 1.0, |_, i, _| force(i));
-    let mut integrator = DormandPrince::new(exact(StepSettings::fixed(0.37)), 0.0, &y0).unwrap();
+    let mut integrator = Integrator::explicit(exact(StepSettings::fixed(0.37)), 0.0, &y0).unwrap();
     let mut y = y0.clone();
     let start: f64 = energy(&data, &y0, force);
     for _ in 0..10 {
@@ -124,10 +124,10 @@ fn coupled(t: f64, i: usize, y: &[f64]) -> f64 {
 const PAIR: [(f64, f64); 2] = [(3.0, 0.1), (5.0, 0.4)];
 const PAIR_START: [f64; 5] = [0.5, 0.0, -0.3, 1.0, 0.0];
 
-fn pair_run(n: u32, is_exact: bool) -> DormandPrince {
+fn pair_run(n: u32, is_exact: bool) -> Integrator {
     let mut system = forced(&PAIR, 1.0, coupled);
     let settings = StepSettings { is_vibration_exact: is_exact, ..StepSettings::fixed(1.0 / f64::from(n)) };
-    let mut integrator = DormandPrince::new(settings, 0.0, &PAIR_START).unwrap();
+    let mut integrator = Integrator::explicit(settings, 0.0, &PAIR_START).unwrap();
     integrator.run(&mut system, 1.0, |_, _| true).unwrap();
     integrator
 }
@@ -146,13 +146,13 @@ fn forces_beside_the_vibration_are_integrated_with_order_five_and_dense_output_w
     for n in [16, 32, 64] {
         let h = 1.0 / f64::from(n);
         let mut system = forced(&PAIR, 1.0, coupled);
-        let mut one = DormandPrince::new(exact(StepSettings::fixed(h)), 0.0, &PAIR_START).unwrap();
+        let mut one = Integrator::explicit(exact(StepSettings::fixed(h)), 0.0, &PAIR_START).unwrap();
         one.step(&mut system, 1.0).unwrap();
         let (mut worst, mut y) = (0.0_f64, [0.0; 5]);
         for i in 1..8 {
             let t = h * f64::from(i) / 8.0;
             let mut plain = forced(&PAIR, 1.0, coupled);
-            let mut fine = DormandPrince::new(StepSettings::fixed(t / 50.0), 0.0, &PAIR_START).unwrap();
+            let mut fine = Integrator::explicit(StepSettings::fixed(t / 50.0), 0.0, &PAIR_START).unwrap();
             fine.run(&mut plain, t, |_, _| true).unwrap();
             one.interpolate(t, &mut y);
             worst = worst.max(distance(&y, fine.state()));
@@ -176,7 +176,7 @@ fn what_the_stages_do_not_see_is_counted_as_error() {
         let mut system = forced(&fast, tolerance, rate);
         let y0 = [0.0, 1.0, 1.0 / fast[1].0, 0.0, 0.0];
         let settings = exact(StepSettings::with_max_step(1e-4));
-        let mut integrator = DormandPrince::new(settings, 0.0, &y0).unwrap();
+        let mut integrator = Integrator::explicit(settings, 0.0, &y0).unwrap();
         integrator.run(&mut system, end, |_, _| true).unwrap();
         (integrator.statistics().steps as f64, integrator.state().to_vec())
     };
@@ -221,7 +221,7 @@ fn free_ringing_body_keeps_energy_and_momenta_in_steps_above_its_periods() {
         let y = state_vector(&system, &[state]);
         let before = system.invariants(0.0, &y);
         let mut integrator =
-            DormandPrince::new(exact(StepSettings::with_max_step(max_step)), 0.0, &y).unwrap();
+            Integrator::explicit(exact(StepSettings::with_max_step(max_step)), 0.0, &y).unwrap();
         integrator.run(&mut system, end, |_, _| true).unwrap();
         let steps = integrator.statistics().steps as f64;
         assert!(steps <= most, "{steps} steps, {most}");

@@ -8,7 +8,7 @@ mod dynamics_support;
 use dynamics_support::{Random, Sample, block};
 use ffr_dynamics::DynamicsError;
 use ffr_dynamics::body::{ModalDamping, RigidMotion, StandardInputData};
-use ffr_dynamics::integration::{DormandPrince, OdeSystem, StepSettings};
+use ffr_dynamics::integration::{Integrator, OdeSystem, StepSettings};
 use ffr_dynamics::kinematics::Marker;
 use ffr_dynamics::system::{
     Attachment, BodySpec, CoordinateForce, ErrorScale, GROUND, JointKind, JointSpec, LoadSpec, Multibody,
@@ -34,7 +34,7 @@ fn build(spec: SystemSpec, relative: f64) -> Multibody {
 }
 
 fn run(system: &mut Multibody, y: &[f64], from: f64, to: f64) -> Vec<f64> {
-    let mut integrator = DormandPrince::new(StepSettings::default(), from, y).unwrap();
+    let mut integrator = Integrator::explicit(StepSettings::default(), from, y).unwrap();
     integrator.run(system, to, |_, _| true).unwrap();
     integrator.state().to_vec()
 }
@@ -322,7 +322,7 @@ fn four_bar_linkage_keeps_its_loop_and_its_energy() {
     assert_eq!(system.loop_constraints(), (5, 2), "three of five constraints are redundant in the plane");
     let before = energy(&mut system, 0.0, &y);
     let scale = system.invariants(0.0, &y).kinetic;
-    let mut integrator = DormandPrince::new(StepSettings::default(), 0.0, &y).unwrap();
+    let mut integrator = Integrator::explicit(StepSettings::default(), 0.0, &y).unwrap();
     let mut drift: f64 = 0.0;
     let mut turned: f64 = 0.0;
     integrator
@@ -376,9 +376,9 @@ fn closed_ring_of_flexible_rods_keeps_momentum_and_loop() {
         before.elastic < 1e-3 * before.kinetic,
         "joints close the loop rather than the bodies' deformation"
     );
-    let mut integrator = DormandPrince::new(StepSettings::default(), 0.0, &y).unwrap();
+    let mut integrator = Integrator::explicit(StepSettings::default(), 0.0, &y).unwrap();
     let mut drift: f64 = 0.0;
-    let step = |system: &mut Multibody, at: &DormandPrince| {
+    let step = |system: &mut Multibody, at: &Integrator| {
         drift = drift.max(system.loop_residual(at.time(), at.state()));
         true
     };

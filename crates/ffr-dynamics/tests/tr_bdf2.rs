@@ -8,13 +8,12 @@ mod small_equations;
 use ffr_dynamics::DynamicsError;
 use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::integration::{
-    CrossingSearch, DenseOutput, Esdirk, Integrator, KinematicBlock, Linearisation, Method, OdeSystem,
-    StepSettings,
+    CrossingSearch, DenseOutput, Integrator, KinematicBlock, Linearisation, Method, OdeSystem, StepSettings,
 };
 use small_equations::{ECCENTRICITY, Given, PERIHELION, distance, kepler_rate, slope};
 
-fn run(system: &mut impl OdeSystem, settings: StepSettings, y: &[f64], t_end: f64) -> Esdirk {
-    let mut integrator = Esdirk::tr_bdf2(settings, 0.0, y, system).unwrap();
+fn run(system: &mut impl OdeSystem, settings: StepSettings, y: &[f64], t_end: f64) -> Integrator {
+    let mut integrator = Integrator::new(Method::TrBdf2, settings, 0.0, y, system).unwrap();
     integrator.run(system, t_end, |_, _| true).unwrap();
     integrator
 }
@@ -55,7 +54,8 @@ fn error_estimate_drops_with_order_three_and_has_the_size_of_the_error() {
         .map(|h| {
             let mut system = Given::new(2, 1.0, oscillator(omega));
             let settings = StepSettings { initial_step: Some(h), max_step: h, ..StepSettings::default() };
-            let mut integrator = Esdirk::tr_bdf2(settings, 0.0, &[0.0, omega], &system).unwrap();
+            let mut integrator =
+                Integrator::new(Method::TrBdf2, settings, 0.0, &[0.0, omega], &system).unwrap();
             let step = integrator.step(&mut system, 1.0).unwrap();
             assert_eq!(step.end, h);
             let exact = [(omega * h).sin(), omega * (omega * h).cos()];
@@ -77,7 +77,8 @@ fn interpolant_has_the_order_of_the_steps_and_meets_both_ends() {
     for n in [160.0_f64, 320.0, 640.0] {
         let mut system = Given::new(2, 1e-9, oscillator(omega));
         let mut integrator =
-            Esdirk::tr_bdf2(StepSettings::fixed(1.0 / n), 0.0, &[0.0, omega], &system).unwrap();
+            Integrator::new(Method::TrBdf2, StepSettings::fixed(1.0 / n), 0.0, &[0.0, omega], &system)
+                .unwrap();
         integrator.step(&mut system, 1.0).unwrap();
         let (start, end) = integrator.interval();
         let (mut worst, mut y) = (0.0_f64, [0.0; 2]);
@@ -102,7 +103,8 @@ fn interpolant_has_the_order_of_the_steps_and_meets_both_ends() {
 fn interpolant_of_an_unresolved_mode_stays_within_its_amplitude() {
     let omega = 1e6;
     let mut system = Given::new(2, 1e9, oscillator(omega));
-    let mut integrator = Esdirk::tr_bdf2(StepSettings::fixed(1e-2), 0.0, &[1.0, 0.0], &system).unwrap();
+    let mut integrator =
+        Integrator::new(Method::TrBdf2, StepSettings::fixed(1e-2), 0.0, &[1.0, 0.0], &system).unwrap();
     integrator.step(&mut system, 1.0).unwrap();
     let mut y = [0.0; 2];
     for i in 0..=50 {
@@ -131,7 +133,8 @@ fn unresolved_motion_is_gone_after_one_step() {
     let mut leftovers = Vec::new();
     for lambda in [-1e4, -1e6, -1e8] {
         let mut system = Given::new(1, 1e9, move |_: f64, y: &[f64], d: &mut [f64]| d[0] = lambda * y[0]);
-        let mut integrator = Esdirk::tr_bdf2(StepSettings::fixed(1.0), 0.0, &[1.0], &system).unwrap();
+        let mut integrator =
+            Integrator::new(Method::TrBdf2, StepSettings::fixed(1.0), 0.0, &[1.0], &system).unwrap();
         integrator.step(&mut system, 10.0).unwrap();
         leftovers.push((-lambda, integrator.state()[0].abs()));
     }
@@ -145,7 +148,8 @@ fn energy_of_an_oscillator_never_grows_and_its_loss_is_that_of_the_stability_fun
     for h in [1e-3, 1e-2, 1e-1, 1.0, 10.0] {
         let mut system = Given::new(2, 1e-6, oscillator(omega));
         system.blocks = vec![KinematicBlock::Vector { position: 0, velocity: 1, len: 1 }];
-        let mut integrator = Esdirk::tr_bdf2(StepSettings::fixed(h), 0.0, &[1.0, 20.0], &system).unwrap();
+        let mut integrator =
+            Integrator::new(Method::TrBdf2, StepSettings::fixed(h), 0.0, &[1.0, 20.0], &system).unwrap();
         let energy = |y: &[f64]| 0.5 * (omega * y[0]).powi(2) + 0.5 * y[1] * y[1];
         let before = energy(integrator.state());
         integrator.step(&mut system, 1e9).unwrap();
@@ -245,10 +249,11 @@ fn turning_quaternion_with_quadrature_follows_the_closed_form() {
 fn overlapping_kinematics_are_refused() {
     let mut system = Given::new(4, 1e-9, kepler_rate);
     system.blocks = vec![KinematicBlock::Vector { position: 0, velocity: 1, len: 2 }];
-    let error = Esdirk::tr_bdf2(StepSettings::default(), 0.0, &PERIHELION, &system).unwrap_err();
+    let error =
+        Integrator::new(Method::TrBdf2, StepSettings::default(), 0.0, &PERIHELION, &system).unwrap_err();
     assert!(error.to_string().contains(": 1 of 4 is named twice"), "{error}");
     system.blocks = vec![KinematicBlock::Plain { start: 2, len: 3 }];
-    assert!(Esdirk::tr_bdf2(StepSettings::default(), 0.0, &PERIHELION, &system).is_err());
+    assert!(Integrator::new(Method::TrBdf2, StepSettings::default(), 0.0, &PERIHELION, &system).is_err());
 }
 
 #[test]
@@ -291,7 +296,8 @@ impl OdeSystem for Flipping {
 #[test]
 fn newton_without_solution_shrinks_the_step_and_then_names_the_remedy() {
     let mut system = Flipping(1e9);
-    let mut integrator = Esdirk::tr_bdf2(StepSettings::with_max_step(0.3), 1.0, &[0.0], &system).unwrap();
+    let mut integrator =
+        Integrator::new(Method::TrBdf2, StepSettings::with_max_step(0.3), 1.0, &[0.0], &system).unwrap();
     let error = integrator.step(&mut system, 3.0).unwrap_err();
     let DynamicsError::Integration { time, fault } = &error else { panic!("{error}") };
     assert_eq!(*time, 1.0);
@@ -306,7 +312,8 @@ fn newton_without_solution_shrinks_the_step_and_then_names_the_remedy() {
 fn crossing_is_found_along_the_interpolant() {
     let omega = std::f64::consts::TAU;
     let mut system = Given::new(2, 1e-7, oscillator(omega));
-    let mut integrator = Esdirk::tr_bdf2(StepSettings::default(), 0.0, &[0.0, omega], &system).unwrap();
+    let mut integrator =
+        Integrator::new(Method::TrBdf2, StepSettings::default(), 0.0, &[0.0, omega], &system).unwrap();
     let mut search = CrossingSearch::new(2, 1e-12, 4);
     let mut found = None;
     while found.is_none() {
@@ -320,8 +327,8 @@ fn crossing_is_found_along_the_interpolant() {
 }
 
 /// The method of order four at time zero.
-fn order_four(system: &impl OdeSystem, settings: StepSettings, y: &[f64]) -> Esdirk {
-    Esdirk::of_order_four(settings, 0.0, y, system).unwrap()
+fn order_four(system: &impl OdeSystem, settings: StepSettings, y: &[f64]) -> Integrator {
+    Integrator::new(Method::Esdirk4, settings, 0.0, y, system).unwrap()
 }
 
 #[test]

@@ -8,7 +8,7 @@ mod free_motion;
 
 use dynamics_support::{Random, block};
 use ffr_dynamics::body::{ModalDamping, RigidMotion, StandardInputData};
-use ffr_dynamics::integration::{DormandPrince, Esdirk, Linearisation, OdeSystem, Statistics, StepSettings};
+use ffr_dynamics::integration::{Integrator, Linearisation, Method, OdeSystem, Statistics, StepSettings};
 use ffr_dynamics::system::{BodyState, ErrorScale, Multibody};
 use free_motion::{body_state, free_system, state_vector};
 use nalgebra::Vector3;
@@ -21,14 +21,14 @@ fn system(data: StandardInputData, gravity: Vector3<f64>, relative: f64) -> Mult
 
 fn implicit(system: &mut Multibody, start: &BodyState, t_end: f64) -> (Vec<f64>, Statistics) {
     let y = state_vector(system, std::slice::from_ref(start));
-    let mut integrator = Esdirk::tr_bdf2(StepSettings::default(), 0.0, &y, system).unwrap();
+    let mut integrator = Integrator::new(Method::TrBdf2, StepSettings::default(), 0.0, &y, system).unwrap();
     integrator.run(system, t_end, |_, _| true).unwrap();
     (integrator.state().to_vec(), integrator.statistics())
 }
 
 fn explicit(system: &mut Multibody, start: &BodyState, t_end: f64) -> (Vec<f64>, Statistics) {
     let y = state_vector(system, std::slice::from_ref(start));
-    let mut integrator = DormandPrince::new(StepSettings::default(), 0.0, &y).unwrap();
+    let mut integrator = Integrator::explicit(StepSettings::default(), 0.0, &y).unwrap();
     integrator.run(system, t_end, |_, _| true).unwrap();
     (integrator.state().to_vec(), integrator.statistics())
 }
@@ -168,7 +168,7 @@ fn damped_work_and_numerical_loss_share_the_energy() {
     let mut system = system(data, Vector3::zeros(), 1e-6);
     let y = state_vector(&system, std::slice::from_ref(&start));
     let before = system.invariants(0.0, &y).energy();
-    let mut integrator = Esdirk::tr_bdf2(StepSettings::default(), 0.0, &y, &system).unwrap();
+    let mut integrator = Integrator::new(Method::TrBdf2, StepSettings::default(), 0.0, &y, &system).unwrap();
     let mut last = 0.0;
     integrator
         .run(&mut system, 5e-3, |system, i| {

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use contact_qs::{ActiveContact, PressureRecovery};
 use ffr_dynamics::error::FailureKind;
-use ffr_dynamics::integration::{DormandPrince, Step, StepSettings};
+use ffr_dynamics::integration::{Integrator, Step, StepSettings};
 use ffr_dynamics::system::Active;
 use ffr_dynamics::system::error_scale::ErrorScale;
 use nalgebra::Vector3;
@@ -404,7 +404,7 @@ impl Driver<'_> {
         let coarse = ErrorScale { relative: scale.relative.max(PREVIEW_TOLERANCE), ..scale };
         system.set_error_scale(coarse).map_err(AdaptiveError::Dynamics)?;
         let steps = StepSettings::with_max_step(self.impact_step);
-        let mut integrator = DormandPrince::new(steps, t, y).map_err(AdaptiveError::Dynamics)?;
+        let mut integrator = Integrator::explicit(steps, t, y).map_err(AdaptiveError::Dynamics)?;
         let quiet = self.settings.quiet_time.unwrap_or(QUIET_STEPS * self.impact_step);
         let (mut peaks, mut last_force, mut latest) = (vec![0.0_f64; which.len()], t, 0);
         let end = t + LONGEST_PREVIEW as f64 * self.impact_step;

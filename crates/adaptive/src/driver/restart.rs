@@ -7,14 +7,14 @@
 
 use std::time::Instant;
 
-use ffr_dynamics::integration::{Integrator, OdeSystem, StepSettings};
+use ffr_dynamics::integration::{Integrator, Method, OdeSystem, StepSettings};
 use ffr_dynamics::system::error_scale::ErrorScale;
 
 use super::{Driver, crossing_search};
 use crate::error::{AdaptiveError, RestartFault};
 use crate::record::{PhaseKind, PhaseRecord};
 use crate::run_state::RunState;
-use crate::simulation::fill_sample;
+use crate::simulation::{System, fill_sample};
 use crate::spec::PhaseSettings;
 
 /// Steps of a free phase between restart points: a new Jacobian every so often costs less than a hundredth of them.
@@ -31,8 +31,7 @@ impl Driver<'_> {
         self.work.clock = Instant::now();
         self.work.start = self.integrator.time();
         // Another method finds a step size of its own; so does an impact, whose vibrations are followed.
-        let is_same =
-            self.integrator.method() == self.phase_settings(kind).0.method && kind == PhaseKind::Free;
+        let is_same = self.integrator.method() == self.method(kind) && kind == PhaseKind::Free;
         self.mark(kind, if is_same { self.integrator.proposed_step() } else { 0.0 })
     }
 
@@ -43,6 +42,12 @@ impl Driver<'_> {
             return Ok(());
         }
         self.mark(PhaseKind::Free, self.integrator.proposed_step())
+    }
+
+    /// Integration method of phases of the kind `kind`.
+    fn method(&self, kind: PhaseKind) -> Method {
+        let (phase, _) = self.phase_settings(kind);
+        phase.method.unwrap_or_else(|| default_method(kind, &self.model.system))
     }
 
     fn phase_settings(&self, kind: PhaseKind) -> (PhaseSettings, f64) {
@@ -106,9 +111,11 @@ impl Driver<'_> {
             ..StepSettings::with_max_step(max_step)
         };
         self.work.replaced = self.statistics();
-        self.integrator = Integrator::new(phase.method, steps, t, y, &self.model.system)
-            .map_err(AdaptiveError::Dynamics)?;
-        let scale = ErrorScale { relative: phase.tolerance, velocity_floor: phase.velocity_floor };
+        let method = self.method(kind);
+        self.integrator =
+            Integrator::new(method, steps, t, y, &self.model.system).map_err(AdaptiveError::Dynamics)?;
+        let relative = phase.permitted_error(method);
+        let scale = ErrorScale { relative, velocity_floor: phase.velocity_floor };
         self.model.system.set_error_scale(scale).map_err(AdaptiveError::Dynamics)?;
         self.work.unmarked = 0;
         self.slots.iter_mut().for_each(|slot| slot.apart_until = f64::NEG_INFINITY);
@@ -123,16 +130,24 @@ impl Driver<'_> {
 impl Driver<'_> {
     /// Goes on in an impact with a state `y` of another size at time `t`.
     pub(super) fn resize(&mut self, t: f64, y: &[f64]) -> Result<(), AdaptiveError> {
-        let (phase, max_step) = self.phase_settings(PhaseKind::Impact);
+        let (_, max_step) = self.phase_settings(PhaseKind::Impact);
         self.work.replaced = self.statistics();
-        let steps = StepSettings::with_max_step(max_step);
-        self.integrator = Integrator::new(phase.method, steps, t, y, &self.model.system)
-            .map_err(AdaptiveError::Dynamics)?;
+        let (method, steps) = (self.method(PhaseKind::Impact), StepSettings::with_max_step(max_step));
+        self.integrator =
+            Integrator::new(method, steps, t, y, &self.model.system).map_err(AdaptiveError::Dynamics)?;
         self.crossing = crossing_search(y.len(), self.impact_step.min(self.settings.free.max_step));
         self.interpolated.clear();
         self.interpolated.extend_from_slice(y);
         Ok(())
     }
+}
+
+/// Method for `system` in phases of the kind `kind` unless another is asked for.
+pub(super) fn default_method(kind: PhaseKind, system: &System) -> Method {
+    let n_modes: usize = system.model().bodies.iter().map(|b| b.data.n_modes()).sum();
+    // The explicit method takes these from their closed form.
+    let n_alone = system.oscillators().list.len();
+    if kind == PhaseKind::Free && n_alone < n_modes { Method::Gauss } else { Method::DormandPrince }
 }
 
 /// Whether two vectors agree but for round-off.

@@ -31,7 +31,7 @@ impl Imbalance {
 
 /// Follows the ledger through a run.
 ///
-/// Open is what the total energy has changed by since the start, and what the implicit integrator has added beyond a tenth of the largest size. The rest
+/// Open is what the total energy has changed by since the start, and what a dissipative integrator has added beyond a tenth of the largest size. The rest
 /// of what it does is recorded, shown in the results and not counted: it damps what it does not resolve, and its error is far larger. Jumps at changes of models and of penalty
 /// factors are part of the total and do count.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -90,7 +90,7 @@ impl EnergyLedger {
     }
 }
 
-/// Energy that the implicit integrator removed.
+/// Energy that a dissipative integrator removed.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct NumericalDamping {
     /// Removed so far \[J\].
@@ -100,11 +100,12 @@ pub struct NumericalDamping {
 }
 
 impl NumericalDamping {
-    /// Enters what was removed since the state reported last; `is_implicit`: the implicit integrator led from there to here.
-    pub fn record(&mut self, energies: &mut Energies, is_implicit: bool) {
+    /// Enters what was removed since the state reported last; `is_dissipative`: an integrator that damps led from there
+    /// to here.
+    pub fn record(&mut self, energies: &mut Energies, is_dissipative: bool) {
         energies.numerical = self.removed;
         let total = energies.total();
-        if let Some(before) = self.total.filter(|_| is_implicit) {
+        if let Some(before) = self.total.filter(|_| is_dissipative) {
             self.removed += before - total;
             energies.numerical = self.removed;
         }

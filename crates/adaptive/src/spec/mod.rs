@@ -29,14 +29,28 @@ pub use time_curve::TimeCurve;
 /// Integration in one kind of phase.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PhaseSettings {
-    /// Integration method.
-    pub method: IntegrationMethod,
+    /// Integration method; `None`: the explicit one, but Gauss collocation between impacts where bodies vibrate on joints, of which the
+    /// explicit one would follow every period.
+    pub method: Option<IntegrationMethod>,
     /// Longest step \[s\]; infinite where only the model decides.
     pub max_step: f64,
-    /// Permitted error a step as a share of the motion's velocity.
-    pub tolerance: f64,
+    /// Permitted error a step as a share of the motion's velocity; `None`: the method's own.
+    pub tolerance: Option<f64>,
+    /// Factor of that error.
+    pub tolerance_factor: f64,
     /// Motion slower than this is resolved as if it were this fast \[m/s\].
     pub velocity_floor: f64,
+}
+
+/// Permitted errors below round-off cannot be met.
+const LEAST_TOLERANCE: f64 = 1e-14;
+
+impl PhaseSettings {
+    /// Error permitted in a step of `method`, as a share of the motion's velocity.
+    pub fn permitted_error(&self, method: IntegrationMethod) -> f64 {
+        let tolerance = self.tolerance.unwrap_or_else(|| method.default_tolerance());
+        (tolerance * self.tolerance_factor).max(LEAST_TOLERANCE)
+    }
 }
 
 /// Settings of a run.

@@ -38,8 +38,6 @@ pub struct ContactFactors {
     pub penalty: f64,
 }
 
-/// Permitted errors below round-off cannot be met.
-const LEAST_TOLERANCE: f64 = 1e-14;
 /// Power of a factor on the tolerance that steps are shortened by: a tenth halves them, as an error of third order per step.
 const STEP_POWER: f64 = std::f64::consts::LOG10_2;
 
@@ -49,7 +47,7 @@ impl RunSettings {
         let shortened = factor.powf(STEP_POWER);
         for phase in [&mut self.free, &mut self.impact] {
             phase.max_step *= shortened;
-            phase.tolerance = (phase.tolerance * factor).max(LEAST_TOLERANCE);
+            phase.tolerance_factor *= factor;
         }
         self.step_share *= shortened;
     }

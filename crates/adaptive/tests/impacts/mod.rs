@@ -180,8 +180,13 @@ pub fn law() -> SurfaceLaw {
 
 /// A run with the defaults of scenario files.
 pub fn spec(bodies: Vec<BodySpec>, contacts: Vec<ContactSpec>, end_time: f64) -> RunSpec {
-    let phase =
-        |method, tolerance, max_step| PhaseSettings { method, max_step, tolerance, velocity_floor: 1e-6 };
+    let phase = |method, tolerance, max_step| PhaseSettings {
+        method: Some(method),
+        max_step,
+        tolerance: Some(tolerance),
+        tolerance_factor: 1.0,
+        velocity_floor: 1e-6,
+    };
     RunSpec {
         bodies,
         joints: Vec::new(),
@@ -211,9 +216,10 @@ pub fn spec(bodies: Vec<BodySpec>, contacts: Vec<ContactSpec>, end_time: f64) ->
 /// Settings of runs that are integrated explicitly throughout.
 pub fn explicit(end_time: f64) -> RunSettings {
     let phase = |max_step| PhaseSettings {
-        method: integration::Method::DormandPrince,
+        method: Some(integration::Method::DormandPrince),
         max_step,
-        tolerance: 1e-8,
+        tolerance: Some(1e-8),
+        tolerance_factor: 1.0,
         velocity_floor: 1e-6,
     };
     RunSettings {

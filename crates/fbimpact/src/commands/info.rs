@@ -36,11 +36,8 @@ fn for_people(s: &Summary) -> String {
     let drift = s.energy_drift.map_or_else(|| "-".to_owned(), |d| format!("{d:.3e}"));
     let _ = writeln!(out, "{:<16} {drift}", "energy drift");
     if let Some(removed) = s.numerical_damping.filter(|removed| removed.abs() > 0.0) {
-        let _ = writeln!(
-            out,
-            "{:<16} {removed:.3e} of the largest energy, by the implicit integrator",
-            "numerical loss"
-        );
+        let _ =
+            writeln!(out, "{:<16} {removed:.3e} of the largest energy, by the integrator", "numerical loss");
     }
     if let Some(jump) = s.largest_jump {
         let _ = writeln!(

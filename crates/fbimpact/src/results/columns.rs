@@ -84,7 +84,7 @@ pub const ENERGIES: [Declaration<f64>; 10] = [
     scalar("supplied", "J", "Work supplied by loads, drives and prescribed motion so far.", |s, _, out| {
         out.push(s.energies.supplied);
     }),
-    scalar("numerical", "J", "Energy that the implicit integrator removed so far.", |s, _, out| {
+    scalar("numerical", "J", "Energy that a dissipative integrator removed so far.", |s, _, out| {
         out.push(s.energies.numerical);
     }),
     scalar(

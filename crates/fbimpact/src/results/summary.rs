@@ -42,7 +42,7 @@ pub struct Summary {
     pub warnings: Vec<String>,
     /// Largest deviation of the total energy from its start, relative to the largest energy (docs/theory.md Eqs. P.1, P.2).
     pub energy_drift: Option<f64>,
-    /// Energy that the implicit integrator removed, as a share of the same energy.
+    /// Energy that a dissipative integrator removed, as a share of the same energy.
     pub numerical_damping: Option<f64>,
     /// Largest jump of the total energy at a change of the model, relative to the same.
     pub largest_jump: Option<f64>,
@@ -117,7 +117,7 @@ fn rows<T: H5Type>(file: &File, name: &str) -> Result<Vec<T>> {
     if file.link_exists(name) { hdf5_integrity::rows(&file.dataset(name)?) } else { Ok(Vec::new()) }
 }
 
-/// Energy that the implicit integrator removed \[J\]; none in files of earlier versions.
+/// Energy that a dissipative integrator removed \[J\]; none in files of earlier versions.
 fn removed(file: &File) -> Option<f64> {
     hdf5_integrity::rows::<f64>(&file.dataset("energies/numerical").ok()?).ok()?.last().copied()
 }

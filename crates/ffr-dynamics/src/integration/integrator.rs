@@ -1,52 +1,66 @@
-//! One type for all integrators, so that a driver can hold whichever the scenario asks for.
+//! Integrators: a one-step method, and where it stands.
 
 use super::dense_output::DenseOutput;
-use super::dormand_prince::DormandPrince;
-use super::esdirk::Esdirk;
+use super::dormand_prince::{self, DormandPrince};
+use super::esdirk::{self, Esdirk};
+use super::gauss::{self, Gauss};
+use super::one_step::{OneStepMethod, advance};
 use super::step_control::{Statistics, StepSettings};
-use super::stepping::Step;
+use super::stepping::{Step, Stepping};
 use super::system::OdeSystem;
+use super::tableau::{ESDIRK4, TR_BDF2};
 use crate::error::{DynamicsError, EvaluationFailure};
 
 /// Integration method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Method {
-    /// Explicit, order five ([`DormandPrince`]).
+    /// Dormand-Prince 5(4): explicit, order five (docs/theory.md Eq. T.1 to T.5), free vibrations being exact (T.22 to T.25).
     #[default]
     DormandPrince,
-    /// Implicit, L-stable, order two ([`Esdirk::tr_bdf2`]).
+    /// TR-BDF2: implicit, L-stable, order two (Eq. T.9 to T.12).
     TrBdf2,
-    /// Implicit, L-stable, order four ([`Esdirk::of_order_four`]).
+    /// ESDIRK4(3)6L\[2\]SA: implicit, L-stable, order four (Eq. T.20, T.21).
     Esdirk4,
+    /// Gauss collocation with four stages: implicit, symmetric, order eight (Eq. T.26 to T.31).
+    Gauss,
 }
 
 impl Method {
-    /// Whether it is implicit, and damps what it does not resolve.
-    pub fn is_implicit(self) -> bool {
-        self != Self::DormandPrince
+    /// Whether it damps what it does not resolve.
+    pub fn is_dissipative(self) -> bool {
+        matches!(self, Self::TrBdf2 | Self::Esdirk4)
     }
 
     /// Error allowed in a step, as a share of the motion's velocity, unless another is wanted: with the explicit method one at which
-    /// its energy drift cannot be seen, with the implicit ones more, for low orders need many steps for less.
+    /// its energy drift cannot be seen, with the implicit ones more. Gauss collocation keeps the energy by itself; low orders need
+    /// many steps for less.
     pub fn default_tolerance(self) -> f64 {
-        if self.is_implicit() { 1e-5 } else { 1e-8 }
+        if self == Self::DormandPrince { 1e-8 } else { 1e-5 }
     }
 }
 
-/// An integrator of either kind; all calls mean the same for both.
+/// An integration of a system: state and statistics of a one-step method.
 #[derive(Debug)]
-pub enum Integrator {
-    /// Explicit.
-    DormandPrince(Box<DormandPrince>),
-    /// Implicit.
-    Esdirk(Box<Esdirk>),
+pub struct Integrator {
+    method: Method,
+    stepping: Stepping,
+    stages: Stages,
 }
 
-macro_rules! either {
-    ($integrator:expr, $inner:ident => $call:expr) => {
-        match $integrator {
-            Integrator::DormandPrince($inner) => $call,
-            Integrator::Esdirk($inner) => $call,
+/// What the methods need for a step.
+#[derive(Debug)]
+enum Stages {
+    DormandPrince(Box<DormandPrince>),
+    Esdirk(Box<Esdirk>),
+    Gauss(Box<Gauss>),
+}
+
+macro_rules! each {
+    ($stages:expr, $inner:ident => $call:expr) => {
+        match $stages {
+            Stages::DormandPrince($inner) => $call,
+            Stages::Esdirk($inner) => $call,
+            Stages::Gauss($inner) => $call,
         }
     };
 }
@@ -54,8 +68,13 @@ macro_rules! either {
 impl Integrator {
     /// An integrator of `system` with `method` at time `t` in the state `y`.
     ///
+    /// It keeps the system's [`OdeSystem::kinematics`]; all steps must be taken with that system.
+    ///
     /// # Errors
     /// [`DynamicsError::Data`] if a step of the settings is not positive or the system's kinematics do not fit.
+    ///
+    /// # Panics
+    /// If the length of `y` differs from the system's dimension.
     pub fn new<S: OdeSystem + ?Sized>(
         method: Method,
         settings: StepSettings,
@@ -63,91 +82,119 @@ impl Integrator {
         y: &[f64],
         system: &S,
     ) -> Result<Self, DynamicsError> {
-        Ok(match method {
+        assert_eq!(system.dimension(), y.len(), "the state has the system's number of equations");
+        let (stages, order, remedy) = match method {
             Method::DormandPrince => {
-                let mut explicit = DormandPrince::new(settings, t, y)?;
-                explicit.make_room(system.oscillators());
-                Self::DormandPrince(Box::new(explicit))
+                let mut explicit = Self::explicit(settings, t, y)?;
+                if let (Stages::DormandPrince(stages), true) =
+                    (&mut explicit.stages, settings.is_vibration_exact)
+                {
+                    stages.make_room(system.oscillators());
+                }
+                return Ok(explicit);
             }
-            Method::TrBdf2 => Self::Esdirk(Box::new(Esdirk::tr_bdf2(settings, t, y, system)?)),
-            Method::Esdirk4 => Self::Esdirk(Box::new(Esdirk::of_order_four(settings, t, y, system)?)),
+            Method::TrBdf2 | Method::Esdirk4 => {
+                let tableau = if method == Method::TrBdf2 { &TR_BDF2 } else { &ESDIRK4 };
+                let stages = Stages::Esdirk(Box::new(Esdirk::new(tableau, system)?));
+                (stages, tableau.order, esdirk::REMEDY)
+            }
+            Method::Gauss => (Stages::Gauss(Box::new(Gauss::new(system)?)), gauss::ORDER, gauss::REMEDY),
+        };
+        Ok(Self { method, stepping: Stepping::new(settings, order, remedy, t, y)?, stages })
+    }
+
+    /// An integrator with [`Method::DormandPrince`], which needs to know nothing of its system before the first step.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Data`] if a step of the settings is not positive.
+    pub fn explicit(settings: StepSettings, t: f64, y: &[f64]) -> Result<Self, DynamicsError> {
+        Ok(Self {
+            method: Method::DormandPrince,
+            stepping: Stepping::new(settings, dormand_prince::ORDER, dormand_prince::REMEDY, t, y)?,
+            stages: Stages::DormandPrince(Box::new(DormandPrince::new(y.len()))),
         })
     }
 
     /// The method.
     pub fn method(&self) -> Method {
-        match self {
-            Self::DormandPrince(_) => Method::DormandPrince,
-            Self::Esdirk(i) if i.is_tr_bdf2() => Method::TrBdf2,
-            Self::Esdirk(_) => Method::Esdirk4,
-        }
+        self.method
     }
 
     /// Time reached \[s\].
     pub fn time(&self) -> f64 {
-        either!(self, i => i.time())
+        self.stepping.t
     }
 
     /// State reached.
     pub fn state(&self) -> &[f64] {
-        either!(self, i => i.state())
+        &self.stepping.y
     }
 
-    /// State before the last accepted step.
+    /// State before the last accepted step (at the start of [`DenseOutput::interval`]).
     pub fn previous_state(&self) -> &[f64] {
-        either!(self, i => i.previous_state())
+        &self.stepping.previous
     }
 
-    /// Work done since the integrator was made.
+    /// Work done since the integrator was made; restarts do not reset it.
     pub fn statistics(&self) -> Statistics {
-        either!(self, i => i.statistics())
+        self.stepping.statistics
     }
 
-    /// Last refusal of the right-hand side; `None` if there never was one.
+    /// Last refusal of the right-hand side, in whatever step; `None` if there never was one.
     pub fn last_refusal(&self) -> Option<&EvaluationFailure> {
-        either!(self, i => i.last_refusal())
+        self.stepping.last_refusal.as_ref()
     }
 
     /// Step proposed next, 0 if none is known yet \[s\].
     pub fn proposed_step(&self) -> f64 {
-        either!(self, i => i.proposed_step())
+        self.stepping.h
     }
 
-    /// Changes the largest step \[s\].
+    /// Changes the largest step, for instance at the start of an impact \[s\].
     ///
     /// # Errors
     /// [`DynamicsError::Data`] if it is not positive.
     pub fn set_max_step(&mut self, max_step: f64) -> Result<(), DynamicsError> {
-        either!(self, i => i.set_max_step(max_step))
+        self.stepping.set_max_step(max_step)
     }
 
     /// Whether critical errors of the right-hand side end a step; see [`StepSettings::stops_at_errors`].
     pub fn stop_at_errors(&mut self, stops: bool) {
-        either!(self, i => i.stop_at_errors(stops));
+        self.stepping.settings.stops_at_errors = stops;
     }
 
-    /// Says that the right-hand side has changed at the present time.
+    /// Says that the right-hand side has changed at the present time (a force switched on, another penalty).
     pub fn invalidate(&mut self) {
-        either!(self, i => i.invalidate());
+        self.stepping.is_rate_valid = false;
+        each!(&mut self.stages, s => s.invalidate());
     }
 
-    /// Goes on from another time and state; see [`DormandPrince::restart`].
+    /// Goes on from another time and state with the step size proposed so far.
+    ///
+    /// The dense output of the last step is lost. The system's inner state is not touched: to go back into the last step,
+    /// call [`OdeSystem::restore`] as well, which takes it to the step's start. For a state of another size make a new integrator.
     ///
     /// # Panics
     /// If the length of `y` differs from the dimension.
     pub fn restart(&mut self, t: f64, y: &[f64]) {
-        either!(self, i => i.restart(t, y));
+        self.stepping.restart(t, y);
+        self.invalidate();
     }
 
-    /// Takes one step that ends at `t_end` at the latest; see [`DormandPrince::step`] and [`Esdirk::step`].
+    /// Takes one step that ends at `t_end` at the latest, and exactly there if it comes near.
+    ///
+    /// [`OdeSystem::save`] is called before the first attempt, [`OdeSystem::restore`] after each failed one and after differences
+    /// of the right-hand side. After the step the inner state of a system with memory belongs to the step's end.
+    /// At `t_end` already, nothing happens.
     ///
     /// # Errors
-    /// [`DynamicsError::Integration`] when no step is possible.
+    /// [`DynamicsError::Integration`] when the step has shrunk until it no longer moves the clock, or the state is not
+    /// finite, or the right-hand side refuses the state reached. The integrator stays at the last accepted state.
     ///
     /// # Panics
     /// If the system has another number of equations than the integrator.
     pub fn step<S: OdeSystem + ?Sized>(&mut self, system: &mut S, t_end: f64) -> Result<Step, DynamicsError> {
-        either!(self, i => i.step(system, t_end))
+        each!(&mut self.stages, s => advance(&mut **s, &mut self.stepping, system, t_end))
     }
 
     /// Steps until `t_end`, calling `observe` after each accepted step, which answers whether to go on; returns the time reached.
@@ -172,14 +219,20 @@ impl Integrator {
 
 impl DenseOutput for Integrator {
     fn interval(&self) -> (f64, f64) {
-        either!(self, i => i.interval())
+        self.stepping.interval
     }
 
     fn dimension(&self) -> usize {
-        either!(self, i => i.dimension())
+        self.stepping.y.len()
     }
 
     fn interpolate(&self, t: f64, out: &mut [f64]) {
-        either!(self, i => i.interpolate(t, out));
+        assert_eq!(out.len(), self.stepping.y.len(), "the output is as long as the state");
+        let (start, end) = self.stepping.interval;
+        if end <= start {
+            out.copy_from_slice(&self.stepping.y);
+            return;
+        }
+        each!(&self.stages, s => s.interpolate(&self.stepping.previous, (t - start) / (end - start), out));
     }
 }

@@ -1,22 +1,26 @@
 //! Time integration of first-order systems with rejection, error norms and dense output.
 
 pub mod linearisation;
-pub mod jacobian;
+mod jacobian;
 pub mod system;
 pub mod dense_output;
 pub mod step_control;
 mod stepping;
 pub mod oscillator;
-pub mod dormand_prince;
+mod one_step;
+mod dormand_prince;
+mod convergence;
 mod newton;
 mod tableau;
-pub mod esdirk;
+mod esdirk;
+mod collocation;
+mod stage_matrix;
+mod gauss;
 pub mod integrator;
 pub mod events;
 
+pub(crate) use collocation::PAIRS as STAGE_PAIRS;
 pub use dense_output::DenseOutput;
-pub use dormand_prince::DormandPrince;
-pub use esdirk::Esdirk;
 pub use events::{Crossing, CrossingSearch};
 pub use integrator::{Integrator, Method};
 pub use linearisation::{KinematicBlock, Linearisation};

@@ -4,6 +4,10 @@ use super::step_control::{Controller, Statistics, StepSettings, smallest_step};
 use super::system::OdeSystem;
 use crate::error::{DynamicsError, EvaluationFailure, IntegrationFault, Rejection};
 
+/// First step of an implicit method as a share of the time in which the state changes by its own size (Hairer, Nørsett & Wanner,
+/// *Solving ODEs I*, II.4).
+const FIRST_STEP: f64 = 0.01;
+
 /// An accepted step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
@@ -50,6 +54,8 @@ pub(super) struct Stepping {
     pub t: f64,
     /// State reached.
     pub y: Vec<f64>,
+    /// State before the last accepted step.
+    pub previous: Vec<f64>,
     /// Proposed next step; 0 where none is known yet \[s\].
     pub h: f64,
     /// Whether the integrator has the rate at `(t, y)`.
@@ -79,6 +85,7 @@ impl Stepping {
             statistics: Statistics::default(),
             t,
             y: y.to_vec(),
+            previous: y.to_vec(),
             h: 0.0,
             is_rate_valid: false,
             interval: (t, t),
@@ -152,13 +159,29 @@ impl Stepping {
         Ok(())
     }
 
+    /// First step size of an implicit method (Eq. T.16): a small share of the time in which the state changes by its own size at the
+    /// rate `rate`; too large, it is rejected.
+    pub fn first_implicit_step<S: OdeSystem + ?Sized>(
+        &self,
+        system: &mut S,
+        rate: &[f64],
+        t_end: f64,
+    ) -> f64 {
+        let largest = self.settings.max_step.min(t_end - self.t);
+        let size = system.damped_error_norm(&self.y, &self.y, &self.y);
+        let rate = system.damped_error_norm(&self.y, &self.y, rate);
+        let is_known = size > 1e-5 && rate > 1e-5 && (size / rate).is_finite();
+        let wanted = if is_known { FIRST_STEP * size / rate } else { 1e-3 * largest };
+        wanted.min(largest)
+    }
+
     /// The step to be tried next on the way to `t_end`.
     pub fn next_attempt(&self, t_end: f64) -> StepAttempt {
         let (h, is_last) = self.settings.next_step(self.t, self.h, t_end);
         StepAttempt { h, end: if is_last { t_end } else { self.t + h } }
     }
 
-    /// Moves on to the state in `trial`, which keeps the old one, and proposes a step `growth` times as long.
+    /// Moves on to the state in `trial`, and proposes a step `growth` times as long.
     pub fn accept<S: OdeSystem + ?Sized>(
         &mut self,
         system: &mut S,
@@ -170,6 +193,7 @@ impl Stepping {
         let start = self.t;
         self.t = end;
         self.interval = (start, end);
+        std::mem::swap(&mut self.previous, &mut self.y);
         std::mem::swap(&mut self.y, trial);
         self.is_rate_valid = !system.project(self.t, &mut self.y);
         self.statistics.steps += 1;

@@ -1,5 +1,7 @@
 //! What an integrator asks of a system of differential equations.
 
+use faer::c64;
+
 use super::linearisation::{KinematicBlock, Linearisation};
 use super::oscillator::Oscillators;
 use crate::error::EvaluationFailure;
@@ -72,4 +74,20 @@ pub trait OdeSystem {
     ) -> Result<(), EvaluationFailure> {
         Ok(())
     }
+
+    /// Holds what the right-hand side is near the state evaluated last, for [`OdeSystem::solve_held`]; returns whether that is known. Must
+    /// not allocate.
+    fn hold(&mut self) -> bool {
+        false
+    }
+
+    /// Factorises `1 - w A_v - w² A_s` of the state held, for `w` the weight `weight` of pair `pair` of stages; returns whether that is
+    /// possible. `A_s` and `A_v` are the derivatives of the rates of all unknowns of [`OdeSystem::linearise`] with positions and unknowns.
+    /// Approximations cost iterations, not accuracy. Must not allocate.
+    fn factorise_held(&mut self, _pair: usize, _weight: c64) -> bool {
+        false
+    }
+
+    /// Replaces `x` by the solution of `(1 - w A_v - w² A_s) x' = x + scale A_s motion` with the factors of pair `pair`. Must not allocate.
+    fn solve_held(&mut self, _pair: usize, _x: &mut [c64], _scale: c64, _motion: &[f64]) {}
 }

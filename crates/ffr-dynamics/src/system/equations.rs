@@ -24,6 +24,8 @@ pub(super) struct BodyWorkspace {
     pub(super) coupling: Vec<[f64; 6]>,
     /// Elastic forces, then elastic accelerations.
     pub(super) elastic: Vec<f64>,
+    /// Inertia of the frame at the last [`BodyWorkspace::assemble`], lower triangle.
+    rigid: [[f64; 6]; 6],
 }
 
 /// What geometric stiffening does to the rigid part.
@@ -52,6 +54,7 @@ impl BodyWorkspace {
             moment_rates: vec![0.0; data.position_shape.len()],
             coupling: vec![[0.0; 6]; n_q],
             elastic: vec![0.0; n_q],
+            rigid: [[0.0; 6]; 6],
         }
     }
 
@@ -74,7 +77,13 @@ impl BodyWorkspace {
         } else {
             self.translating(data, state, force)
         };
+        self.rigid = rigid.inertia;
         (rigid, dissipated_power)
+    }
+
+    /// Inertia of the frame (lower triangle) and rows `[C_t C_r(q_e)]` of the last [`BodyWorkspace::assemble`].
+    pub(super) fn inertia(&self) -> (&[[f64; 6]; 6], &[[f64; 6]]) {
+        (&self.rigid, &self.coupling)
     }
 
     /// Rows `[C_t C_r(q_e)]` and elastic forces of the last [`BodyWorkspace::assemble`].

@@ -17,6 +17,7 @@ mod loop_closure;
 mod error_filter;
 mod tree_error;
 mod tree_derivative;
+mod stage_solver;
 mod workspace;
 pub mod multibody;
 pub mod reaction;

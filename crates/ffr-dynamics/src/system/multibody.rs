@@ -4,6 +4,7 @@
 
 use std::ops::DerefMut;
 
+use faer::c64;
 use nalgebra::Vector3;
 
 use super::active::ActiveForce;
@@ -13,6 +14,7 @@ use super::free_vibration::oscillators;
 use super::joints::forces::joint_energy;
 use super::model::{JointCoordinates, MultibodyModel, TreeBody};
 use super::specification::SystemSpec;
+use super::stage_solver::StageSolver;
 use super::tree_error::TreeNorm;
 use super::workspace::{Powers, Workspace};
 use crate::data_error::DataError;
@@ -47,6 +49,8 @@ pub struct Multibody<F = Box<dyn ActiveForce>> {
     pub(super) workspace: Workspace,
     norm: TreeNorm,
     oscillators: Vec<Oscillator>,
+    /// None where the modes of a body cannot be uncoupled.
+    stages: Option<StageSolver>,
 }
 
 impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
@@ -59,7 +63,8 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         let workspace = Workspace::new(&model);
         let norm = TreeNorm::new(&model, &workspace.states, &workspace.edges)?;
         let oscillators = oscillators(&model);
-        Ok(Self { model, forces, error_scale: ErrorScale::default(), workspace, norm, oscillators })
+        let stages = StageSolver::new(&model).ok();
+        Ok(Self { model, forces, error_scale: ErrorScale::default(), workspace, norm, oscillators, stages })
     }
 
     /// Replaces the bodies by other models of them with as many coordinates; force elements and tolerances stay. States keep
@@ -81,6 +86,7 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         let workspace = Workspace::new(&model);
         self.norm = TreeNorm::new(&model, &workspace.states, &workspace.edges)?;
         self.oscillators = oscillators(&model);
+        self.stages = StageSolver::new(&model).ok();
         (self.model, self.workspace) = (model, workspace);
         Ok(())
     }
@@ -95,7 +101,7 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         &self.forces
     }
 
-    /// The force elements, to be changed. Tell the integrator ([`crate::integration::DormandPrince::invalidate`]).
+    /// The force elements, to be changed. Tell the integrator ([`crate::integration::Integrator::invalidate`]).
     pub fn forces_mut(&mut self) -> &mut [F] {
         &mut self.forces
     }
@@ -484,6 +490,28 @@ impl<F: DerefMut<Target: ActiveForce>> OdeSystem for Multibody<F> {
             self.workspace.linearise(&self.model, derivative);
         }
         Ok(()) // what forces and loops couple, differences find out
+    }
+
+    fn hold(&mut self) -> bool {
+        let is_tree = self.model.loops.is_empty()
+            && self.forces.iter().all(|force| force.is_idle() && force.n_coordinates() == 0);
+        match self.stages.as_mut().filter(|_| is_tree) {
+            Some(stages) => {
+                stages.hold(&self.model, &self.workspace.edges, &self.workspace.bodies);
+                true
+            }
+            None => false,
+        }
+    }
+
+    fn factorise_held(&mut self, pair: usize, weight: c64) -> bool {
+        self.stages.as_mut().is_some_and(|stages| stages.factorise(&self.model, pair, weight))
+    }
+
+    fn solve_held(&mut self, pair: usize, x: &mut [c64], scale: c64, motion: &[f64]) {
+        if let Some(stages) = &mut self.stages {
+            stages.solve(&self.model, pair, x, (scale, motion));
+        }
     }
 
     fn project(&mut self, t: f64, y: &mut [f64]) -> bool {

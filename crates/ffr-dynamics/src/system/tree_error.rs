@@ -29,6 +29,8 @@ struct BodyScale {
     lowest: f64,
     /// Highest one, squared [rad²/s²].
     highest_squared: f64,
+    /// Lowest eigenfrequency among the flexible bodies that it is joined to [rad/s].
+    lowest_of_joined: f64,
 }
 
 impl BodyScale {
@@ -36,11 +38,13 @@ impl BodyScale {
         let squared = data.second_moment.trace() / data.mass - data.centre_of_mass().norm_squared();
         let frequencies = squared_frequencies(data)?;
         let lowest = frequencies.iter().copied().fold(f64::INFINITY, f64::min);
+        let lowest = if lowest.is_finite() { lowest.sqrt() } else { 0.0 };
         Ok(Self {
             inertia: data.inertia(),
             coupling_rotation: (0..data.n_modes()).map(|j| data.coupling_rotation_at_rest(j)).collect(),
             radius: squared.max(0.0).sqrt(),
-            lowest: if lowest.is_finite() { lowest.sqrt() } else { 0.0 },
+            lowest,
+            lowest_of_joined: lowest,
             highest_squared: frequencies.iter().copied().fold(0.0, f64::max),
         })
     }
@@ -87,7 +91,9 @@ impl TreeNorm {
         states: &[BodyState],
         edges: &[JointKinematics],
     ) -> Result<Self, DynamicsError> {
-        let scales = model.bodies.iter().map(|b| BodyScale::new(&b.data)).collect::<Result<Vec<_>, _>>()?;
+        let mut scales =
+            model.bodies.iter().map(|b| BodyScale::new(&b.data)).collect::<Result<Vec<_>, _>>()?;
+        join_scales(&mut scales, &model.groups());
         let arms = model.bodies.iter().flat_map(|b| [b.joint.parent.marker.position, b.joint.child.position]);
         let arm = arms.map(|p| p.norm()).fold(0.0, f64::max);
         let radius = scales.iter().map(|s| s.radius).fold(0.0, f64::max);
@@ -132,7 +138,7 @@ impl TreeNorm {
     /// motion of velocity `speed` (Eq. M.23) [m/s].
     pub fn error_speed(&mut self, model: &MultibodyModel, error: &[f64], speed: f64) -> f64 {
         self.take(model, error);
-        self.largest(model, speed, 1.0)
+        self.largest(model, speed, false)
     }
 
     /// [`TreeNorm::error_speed`] with ringing counted by its displacement (Eq. M.27); `y0` at `t` is the start of the step, and
@@ -147,11 +153,13 @@ impl TreeNorm {
         self.take(model, error);
         if !self.filter.is_for(y0) {
             let (scales, length) = (&self.scales, self.length);
-            self.filter.factorise(model, t, y0, |i| position_rate(&scales[i], length, start_speed));
+            self.filter.factorise(model, t, y0, |i| {
+                position_rate(&scales[i], length, start_speed, scales[i].lowest_of_joined)
+            });
         }
         self.filter.apply(model, &mut self.rates);
         // Elastic energy below the frequency ν is less than that of its displacement, and above it counts no more than that.
-        self.largest(model, speed, 0.0)
+        self.largest(model, speed, true)
     }
 
     /// Sorts an error of the state by rates and positions, both along the rates.
@@ -166,8 +174,8 @@ impl TreeNorm {
         }
     }
 
-    /// Largest size of the errors taken, with the elastic energy counted `elastic_share` times.
-    fn largest(&mut self, model: &MultibodyModel, speed: f64, elastic_share: f64) -> f64 {
+    /// Largest size of the errors taken; filtered ones (Eq. M.27) are counted without elastic energy.
+    fn largest(&mut self, model: &MultibodyModel, speed: f64, is_filtered: bool) -> f64 {
         let [velocities, positions] = &mut self.frames;
         frame_velocities(model, &self.edges, &self.rates, velocities);
         frame_velocities(model, &self.edges, &self.elastic, positions);
@@ -175,9 +183,11 @@ impl TreeNorm {
         for (i, (body, scale)) in model.bodies.iter().zip(&self.scales).enumerate() {
             let (data, layout) = (&body.data, &body.layout);
             let elastic = &self.elastic[layout.rates_elastic()];
-            let rate = position_rate(scale, self.length, speed);
+            let lowest = if is_filtered { scale.lowest_of_joined } else { scale.lowest };
+            let rate = position_rate(scale, self.length, speed, lowest);
+            let deformation = if is_filtered { 0.0 } else { squared_deformation(data, elastic) };
             let size = scale.squared_speed(data, &velocities[i], &self.rates[layout.rates_elastic()])
-                + elastic_share * squared_deformation(data, elastic)
+                + deformation
                 + rate * rate * scale.squared_speed(data, &positions[i], elastic);
             // `max` would drop a NaN; a negative sum is round-off of nothing.
             if size.is_nan() {
@@ -190,10 +200,19 @@ impl TreeNorm {
 }
 
 /// A position error is worth the velocity that covers it in this rate's time scale (`ν` of Eq. T.8) [1/s].
-fn position_rate(scale: &BodyScale, length: f64, speed: f64) -> f64 {
+fn position_rate(scale: &BodyScale, length: f64, speed: f64, lowest: f64) -> f64 {
     let radius = if scale.radius > 0.0 { scale.radius } else { length };
     let by_speed = if radius > 0.0 { speed / (LENGTH_SHARE * radius) } else { 0.0 };
-    by_speed.max(scale.lowest)
+    by_speed.max(lowest)
+}
+
+/// Sets the lowest eigenfrequency among joined bodies; `groups` numbers the bodies that are joined to each other alike.
+fn join_scales(scales: &mut [BodyScale], groups: &[usize]) {
+    for i in 0..scales.len() {
+        let joined = scales.iter().zip(groups).filter(|(s, g)| **g == groups[i] && s.lowest > 0.0);
+        let lowest = joined.map(|(s, _)| s.lowest).fold(f64::INFINITY, f64::min);
+        scales[i].lowest_of_joined = if lowest.is_finite() { lowest } else { 0.0 };
+    }
 }
 
 /// Twice the elastic energy over the mass [m²/s²].

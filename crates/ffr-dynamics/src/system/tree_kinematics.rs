@@ -187,8 +187,7 @@ fn hold_marker(arm: &Vector3<f64>, rows: &mut [f64]) {
 impl JointKinematics {
     /// Velocity (or acceleration without bias) of the parent's marker from that of the parent's frame and its elastic rates.
     pub fn at_parent_marker(&self, frame: &SpatialVector, elastic_rates: &[f64]) -> SpatialVector {
-        let (v, omega) = split(frame);
-        let mut at = join(&(v + omega.cross(&self.parent_point.arm)), &omega);
+        let mut at = self.at_parent_marker_of_frame(frame);
         let n = elastic_rates.len();
         if !self.parent_rows.is_empty() {
             for (x, row) in at.iter_mut().zip(self.parent_rows.chunks_exact(n)) {
@@ -196,6 +195,12 @@ impl JointKinematics {
             }
         }
         at
+    }
+
+    /// Velocity of the parent's marker from that of the parent's frame, without deformation.
+    pub fn at_parent_marker_of_frame(&self, frame: &SpatialVector) -> SpatialVector {
+        let (v, omega) = split(frame);
+        join(&(v + omega.cross(&self.parent_point.arm)), &omega)
     }
 
     /// Velocity (or acceleration without bias) of the body's frame.
@@ -211,7 +216,7 @@ impl JointKinematics {
             at.iter_mut().zip(column).for_each(|(x, c)| *x += c * u);
         }
         let n = elastic_rates.len();
-        if !self.elastic_rows.is_empty() {
+        if !self.elastic_rows.is_empty() && n > 0 {
             for (x, row) in at.iter_mut().zip(self.elastic_rows.chunks_exact(n)) {
                 *x += dot(row, elastic_rates);
             }

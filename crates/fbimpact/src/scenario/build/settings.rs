@@ -28,18 +28,17 @@ pub fn settings(simulation: &Section, output: &Section) -> Option<RunSettings> {
 }
 
 fn phase(section: &Section) -> Option<PhaseSettings> {
-    let method = match section.text("integrator")? {
-        "tr-bdf2" => Method::TrBdf2,
-        "esdirk4" => Method::Esdirk4,
-        _ => Method::DormandPrince,
-    };
     Some(PhaseSettings {
-        method,
+        method: section.text("integrator").and_then(|name| match name {
+            "dormand-prince" => Some(Method::DormandPrince),
+            "gauss" => Some(Method::Gauss),
+            "tr-bdf2" => Some(Method::TrBdf2),
+            "esdirk4" => Some(Method::Esdirk4),
+            _ => None,
+        }),
         max_step: section.number("max_step").unwrap_or(f64::INFINITY),
-        tolerance: match section.item("rtol") {
-            Some(_) => section.number("rtol")?,
-            None => method.default_tolerance(),
-        },
+        tolerance: section.number("rtol"),
+        tolerance_factor: 1.0,
         velocity_floor: ErrorScale::default().velocity_floor,
     })
 }
