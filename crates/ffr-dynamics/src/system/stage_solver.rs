@@ -348,8 +348,8 @@ impl StageSolver {
                 let ports = &mut self.courses[i].ports;
                 let at = factor.gates[k] * (ports[k] + factor.ports[k * n_ports + k] * given);
                 let force = given - felt * at;
-                for b in k + 1..n_ports {
-                    ports[b] += factor.ports[b * n_ports + k] * force;
+                for (b, moved) in ports.iter_mut().enumerate().skip(k + 1) {
+                    *moved += factor.ports[b * n_ports + k] * force;
                 }
             }
             let course = &mut self.courses[i];
