@@ -164,6 +164,29 @@ fn exported_bodies_can_be_read_again() {
     }
 }
 
+/// A ball whose net has a pole and singular meridians, on which named points of its shape lie.
+#[test]
+fn points_on_singular_lines_of_a_ball_are_exported() {
+    let folder = tempfile::tempdir().expect("a temporary directory");
+    let (scenario, file) = (folder.path().join("ball.toml"), folder.path().join("ball.h5"));
+    let text = "[simulation]\nend_time = 1.0\n[bodies.ball]\nmaterial = \"steel\"\n\
+                geometry = { shape = \"sphere\", radius = 0.01, net = \"spindle\" }\n\
+                discretisation = { degree = 3, elements = [2, 2, 4] }\nreduction = { modes = 6 }\n";
+    std::fs::write(&scenario, text).expect("written");
+    for more in [&[][..], &["--full"][..]] {
+        let paths = [&scenario, &file].map(|p| p.to_str().expect("UTF-8"));
+        let arguments = ["export-body", paths[0], "--body", "ball", "-o", paths[1]];
+        let (code, _, err) = output(&[&arguments[..], more].concat());
+        assert_eq!(code, 0, "{more:?}: {err}");
+        let points = match fbimpact::body_file::read(&file).expect("a body file") {
+            fbimpact::body_file::BodyFile::Reduced(body) => body.to_parts().points.len(),
+            fbimpact::body_file::BodyFile::Full(body) => body.points().len(),
+        };
+        // Centre, top and bottom, and four around: "back" lies on a singular line.
+        assert_eq!(points, 7, "{more:?}");
+    }
+}
+
 #[test]
 fn schema_is_json() {
     let (code, out, _) = output(&["schema"]);

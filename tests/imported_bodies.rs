@@ -3,19 +3,20 @@
 #![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
 
 mod beam_file;
+#[path = "support/scenarios.rs"]
+mod scenarios;
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use adaptive::record::Sample;
-use adaptive::recording::Recording;
 use adaptive::spec::ImportedSpec;
 use adaptive::spec::{BodyKind, DampingSpec, Place, ReductionSpec};
 use assert_cmd::Command;
 use beam_file::{BENDING, LENGTH, LINE_MASS, write_beam};
 use fbimpact::body_file::{BodyFile, read, write_reduced};
 use fbimpact::scenario::{self, Fault, Scenario};
-use fbimpact::simulate::{modes, simulate};
+use fbimpact::simulate::modes;
 use ffr_dynamics::interchange::ReducedModel;
 
 /// A hinged beam from the file of another program.
@@ -52,8 +53,7 @@ points = { tip = { body = "rod", marker = "end" } }
 fn files() -> &'static Path {
     static DIRECTORY: OnceLock<PathBuf> = OnceLock::new();
     DIRECTORY.get_or_init(|| {
-        let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join("imported_bodies");
-        std::fs::create_dir_all(&directory).unwrap();
+        let directory = scenarios::folder("imported_bodies");
         write_beam(&directory.join("beam.h5"));
         std::fs::write(directory.join("text.h5"), "no HDF5").unwrap();
         for (name, flags) in [("reduced.h5", &[][..]), ("full.h5", &["--full"])] {
@@ -71,13 +71,11 @@ fn pendulum_file() -> PathBuf {
 }
 
 fn parse(text: &str, set: &[&str]) -> Result<Scenario, Vec<Fault>> {
-    let overrides: Vec<_> = set.iter().map(|s| s.parse().unwrap()).collect();
-    let path = files().join("case.toml");
-    scenario::parse(&path, text.as_bytes(), &overrides).map_err(|f| f.list().to_vec())
+    scenarios::parse(files(), text, set)
 }
 
 fn valid(text: &str, set: &[&str]) -> Scenario {
-    parse(text, set).unwrap_or_else(|faults| panic!("{set:?}: {faults:?}"))
+    scenarios::valid(files(), text, set)
 }
 
 /// Asserts that the only fault after each change is at the key and has the words.
@@ -303,9 +301,7 @@ fn check_exits_with_3_and_results_name_the_elastic_coordinates() {
 
 /// Stored states.
 fn run(scenario: &Scenario) -> Vec<Sample> {
-    let mut recording = Recording::default();
-    simulate(scenario, &mut recording, 1).unwrap_or_else(|e| panic!("{e}"));
-    recording.samples
+    scenarios::run(scenario).samples
 }
 
 /// The flexible pendulum over 0.1 s in `frame`, with its rod, or with a rod from a file.

@@ -9,30 +9,28 @@ mod blocks;
 #[path = "../crates/fe-mesh/tests/writers/mod.rs"]
 mod writers;
 
+#[path = "support/bar.rs"]
+mod bar;
+#[path = "support/scenarios.rs"]
+mod scenarios;
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
-use adaptive::recording::Recording;
+use bar::{ALUMINIUM, CLAMP, CLAMPED_BRICKS, HINGE, HINGED_BRICKS, OTHER_HINGE};
 use fbimpact::scenario::{self, Fault, Scenario};
-use fbimpact::simulate::{modes, simulate, system_modes};
+use fbimpact::simulate::modes;
 use fe_mesh::ElementKind;
+use scenarios::{run, system_frequencies};
 use writers::{Form, gmsh};
-
-/// Aluminium, as the bar of the cantilever is.
-const MATERIAL: &str = r#"
-[materials.aluminium]
-youngs_modulus = 70.0e9
-poissons_ratio = 0.33
-density = 2700.0
-"#;
 
 const WORLD: &str = "[simulation]\nend_time = 1e-3\n";
 
 /// The bar of `tests/cantilever.rs` as a mesh of 20 × 3 × 2 hexahedra in millimetres.
 const BAR: &str = r#"
-[bodies.bar]
+[bodies.beam]
 model = "mesh"
 file = "bar.msh"
 units = "mm"
@@ -40,19 +38,11 @@ material = "aluminium"
 reduction = { method = "modal", modes = 20 }
 "#;
 
-const CLAMP: &str = r#"
-[joints.clamp]
-type = "fixed"
-parent = { body = "ground", point = [0.0, 0.0, 0.0] }
-child = { body = "bar", face = "x-" }
-"#;
-
 /// Files that all tests read.
 fn files() -> &'static Path {
     static DIRECTORY: OnceLock<PathBuf> = OnceLock::new();
     DIRECTORY.get_or_init(|| {
-        let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join("meshed");
-        std::fs::create_dir_all(&directory).unwrap();
+        let directory = scenarios::folder("meshed");
         let bar = |[x, y, z]: [f64; 3]| [300.0 * x, 30.0 * (y - 0.5), 10.0 * (z - 0.5)];
         let write = |name: &str, kind, n, form| {
             std::fs::write(directory.join(name), gmsh(&blocks::block(kind, n, bar), form)).unwrap();
@@ -72,13 +62,11 @@ fn files() -> &'static Path {
 }
 
 fn parse(text: &str, set: &[&str]) -> Result<Scenario, Vec<Fault>> {
-    let overrides: Vec<_> = set.iter().map(|s| s.parse().unwrap()).collect();
-    let path = files().join("case.toml");
-    scenario::parse(&path, text.as_bytes(), &overrides).map_err(|f| f.list().to_vec())
+    scenarios::parse(files(), text, set)
 }
 
 fn valid(text: &str, set: &[&str]) -> Scenario {
-    parse(text, set).unwrap_or_else(|faults| panic!("{set:?}: {faults:?}"))
+    scenarios::valid(files(), text, set)
 }
 
 /// Messages of the faults of a scenario.
@@ -95,11 +83,11 @@ fn twenty_frequencies_are_those_of_calculix_on_the_same_mesh() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/mesh_parts");
     let text = format!(
         "{WORLD}[materials.steel]\nyoungs_modulus = 210e9\npoissons_ratio = 0.3\ndensity = 7850.0\n\
-         [bodies.bar]\nmodel = \"mesh\"\nunits = \"m\"\nmaterial = \"steel\"\nmass_points = \"as-stiffness\"\n\
+         [bodies.beam]\nmodel = \"mesh\"\nunits = \"m\"\nmaterial = \"steel\"\nmass_points = \"as-stiffness\"\n\
          reduction = {{ method = \"modal\", modes = 20 }}\n"
     );
     for name in ["bar_hex20", "bar_tet10"] {
-        let file = format!("bodies.bar.file={:?}", folder.join(format!("{name}.inp")).to_str().unwrap());
+        let file = format!("bodies.beam.file={:?}", folder.join(format!("{name}.inp")).to_str().unwrap());
         let found = free_frequencies(&text, &[&file]);
         let reference = std::fs::read_to_string(folder.join(format!("{name}.frequencies"))).unwrap();
         let reference: Vec<f64> = reference.lines().map(|l| l.parse().unwrap()).collect();
@@ -109,7 +97,7 @@ fn twenty_frequencies_are_those_of_calculix_on_the_same_mesh() {
             assert!((f / r - 1.0).abs() < 1e-6, "{name}: {f}, {r}");
         }
         // Integrated exactly, the mass of tetrahedra is larger where functions vary: frequencies of this coarse mesh fall, none by more than the mesh is off.
-        let exact = free_frequencies(&text, &[&file, "bodies.bar.mass_points=exact"]);
+        let exact = free_frequencies(&text, &[&file, "bodies.beam.mass_points=exact"]);
         for (f, r) in exact.iter().zip(&reference) {
             let share = f / r - 1.0;
             let allowed = if name == "bar_hex20" { -1e-6..1e-6 } else { -0.04..1e-9 };
@@ -120,10 +108,10 @@ fn twenty_frequencies_are_those_of_calculix_on_the_same_mesh() {
 
 #[test]
 fn frequencies_of_a_bar_converge_with_the_fourth_power_of_the_element() {
-    let text = format!("{WORLD}{MATERIAL}{BAR}");
+    let text = format!("{WORLD}{ALUMINIUM}{BAR}");
     // The same bar of splines of degree 3 on a fine mesh.
     let spline = format!(
-        "{WORLD}{MATERIAL}[bodies.bar]\nmaterial = \"aluminium\"\n\
+        "{WORLD}{ALUMINIUM}[bodies.beam]\nmaterial = \"aluminium\"\n\
          geometry = {{ shape = \"box\", size = [0.09, 0.03, 0.02] }}\nreduction = {{ method = \"modal\", modes = 4 }}\n\
          discretisation = {{ degree = 4, elements = [12, 5, 4] }}\n"
     );
@@ -131,8 +119,8 @@ fn frequencies_of_a_bar_converge_with_the_fourth_power_of_the_element() {
     for name in ["tet10", "hex20", "wedge15"] {
         let errors: Vec<f64> = [1, 2, 4]
             .map(|n| {
-                let file = format!("bodies.bar.file={name}_{n}.msh");
-                let found = free_frequencies(&text, &[&file, "bodies.bar.reduction.modes=4"]);
+                let file = format!("bodies.beam.file={name}_{n}.msh");
+                let found = free_frequencies(&text, &[&file, "bodies.beam.reduction.modes=4"]);
                 // Bending about the weak axis.
                 found[0] / exact[0] - 1.0
             })
@@ -162,7 +150,7 @@ fn a_ring_with_curved_sides_is_that_of_splines() {
         [(5.0 + 5.0 * r) * cos, (5.0 + 5.0 * r) * sin, 5.0 * z]
     };
     let spline = format!(
-        "{WORLD}{MATERIAL}[bodies.bar]\nmaterial = \"aluminium\"\nreduction = {{ method = \"modal\", modes = 4 }}\n\
+        "{WORLD}{ALUMINIUM}[bodies.beam]\nmaterial = \"aluminium\"\nreduction = {{ method = \"modal\", modes = 4 }}\n\
          geometry = {{ shape = \"hollow-cylinder\", inner_radius = 5e-3, outer_radius = 10e-3, length = 5e-3 }}\n\
          discretisation = {{ degree = 4, elements = [12, 3, 3] }}\n"
     );
@@ -177,9 +165,9 @@ fn a_ring_with_curved_sides_is_that_of_splines() {
                 let raw = merged(blocks::block(kind, [8 * n, n, n], ring));
                 let file = format!("ring_{name}_{n}.msh");
                 std::fs::write(files().join(&file), gmsh(&raw, Form::Binary22)).unwrap();
-                let set = [format!("bodies.bar.file={file}"), "bodies.bar.reduction.modes=4".to_owned()];
+                let set = [format!("bodies.beam.file={file}"), "bodies.beam.reduction.modes=4".to_owned()];
                 let set: Vec<&str> = set.iter().map(String::as_str).collect();
-                let (m, f) = first(&format!("{WORLD}{MATERIAL}{BAR}"), &set);
+                let (m, f) = first(&format!("{WORLD}{ALUMINIUM}{BAR}"), &set);
                 [m / mass - 1.0, f / frequency - 1.0]
             })
             .to_vec();
@@ -195,21 +183,14 @@ fn a_ring_with_curved_sides_is_that_of_splines() {
 
 #[test]
 fn a_clamped_bar_has_the_frequencies_of_calculix() {
-    // CalculiX 2.20 with the same 20 × 3 × 2 elements, the six mean conditions of the face (docs/verification.md): it prints seven digits.
-    let scenario = valid(&format!("{WORLD}{MATERIAL}{BAR}{CLAMP}"), &[]);
-    let (_, system) = system_modes(&scenario, false, 1).unwrap();
-    let found: Vec<f64> = system.modes.iter().map(|mode| mode.frequency()).collect();
-    for (f, r) in found.iter().zip([91.33328, 272.0491, 570.1875]) {
+    // CalculiX with the same elements: equal to the seven digits that it prints.
+    let of = |joints: &str| system_frequencies(&valid(&format!("{WORLD}{ALUMINIUM}{BAR}{joints}"), &[]));
+    let found = of(CLAMP);
+    for (f, r) in found.iter().zip(CLAMPED_BRICKS) {
         assert!((f / r - 1.0).abs() < 1e-6, "{found:?}");
     }
-    // Hinged about y at both ends.
-    let hinges = CLAMP.replace("\"fixed\"", "\"revolute\"\naxis = [0.0, 1.0, 0.0]")
-        + "[joints.other]\ntype = \"revolute\"\naxis = [0.0, 1.0, 0.0]\ncloses_loop = true\n\
-           parent = { body = \"ground\", point = [0.3, 0.0, 0.0] }\nchild = { body = \"bar\", face = \"x+\" }\n";
-    let (_, system) =
-        system_modes(&valid(&format!("{WORLD}{MATERIAL}{BAR}{hinges}"), &[]), false, 1).unwrap();
-    let found: Vec<f64> = system.modes.iter().map(|mode| mode.frequency()).collect();
-    for (f, r) in found.iter().zip([256.1865, 1020.540]) {
+    let found = of(&format!("{HINGE}{OTHER_HINGE}"));
+    for (f, r) in found.iter().zip(HINGED_BRICKS) {
         assert!((f / r - 1.0).abs() < 1e-6, "{found:?}");
     }
 }
@@ -218,9 +199,7 @@ fn a_clamped_bar_has_the_frequencies_of_calculix() {
 fn a_rigid_place_is_stiffer_than_an_averaged_one() {
     let first = |coupling: &str| {
         let set = format!("joints.clamp.child.coupling={coupling}");
-        let (_, system) =
-            system_modes(&valid(&format!("{WORLD}{MATERIAL}{BAR}{CLAMP}"), &[&set]), false, 1).unwrap();
-        system.modes[0].frequency()
+        system_frequencies(&valid(&format!("{WORLD}{ALUMINIUM}{BAR}{CLAMP}"), &[&set]))[0]
     };
     // CalculiX on the same mesh with every node of the face held (docs/verification.md); a rigid part yields 1e-5 of what an elastic one does.
     let (average, rigid) = (first("average"), first("rigid"));
@@ -240,26 +219,25 @@ max_step = 1e-3
 type = "revolute"
 axis = [0.0, 1.0, 0.0]
 parent = { body = "ground", point = [0.0, 0.0, 0.0] }
-child = { body = "bar", face = "x-" }
+child = { body = "beam", face = "x-" }
 [loads.push]
-body = "bar"
+body = "beam"
 face = "x+"
 force_y = 2.0
 [output]
 free_interval = 5e-3
 "#;
-    let mesh = format!("{rest}{MATERIAL}{BAR}[output.points]\ntip = {{ body = \"bar\", marker = \"x+\" }}\n");
+    let mesh =
+        format!("{rest}{ALUMINIUM}{BAR}[output.points]\ntip = {{ body = \"beam\", marker = \"x+\" }}\n");
     let spline = format!(
-        "{rest}{MATERIAL}[bodies.bar]\nmaterial = \"aluminium\"\n\
+        "{rest}{ALUMINIUM}[bodies.beam]\nmaterial = \"aluminium\"\n\
          geometry = {{ shape = \"box\", size = [0.3, 0.03, 0.01] }}\nreduction = {{ method = \"modal\", modes = 20 }}\n\
          discretisation = {{ degree = 3, elements = [20, 3, 2] }}\n\
-         [bodies.bar.markers]\nfar = {{ face = \"x+\" }}\n\
-         [output.points]\ntip = {{ body = \"bar\", marker = \"far\" }}\n"
+         [bodies.beam.markers]\nfar = {{ face = \"x+\" }}\n\
+         [output.points]\ntip = {{ body = \"beam\", marker = \"far\" }}\n"
     );
     let path = |text: &str| {
-        let mut recording = Recording::default();
-        simulate(&valid(text, &[]), &mut recording, 1).unwrap();
-        recording.samples.iter().map(|s| (s.time, s.points[0].position)).collect::<Vec<_>>()
+        run(&valid(text, &[])).samples.iter().map(|s| (s.time, s.points[0].position)).collect::<Vec<_>>()
     };
     let (a, b) = (path(&mesh), path(&spline));
     assert_eq!(a.len(), b.len());
@@ -274,27 +252,27 @@ free_interval = 5e-3
 
 #[test]
 fn faults_say_what_is_there() {
-    let text = format!("{WORLD}{MATERIAL}{BAR}{CLAMP}");
+    let text = format!("{WORLD}{ALUMINIUM}{BAR}{CLAMP}");
     for (set, words) in [
-        ("bodies.bar.file=none.msh", &["bodies.bar.file", "cannot be read"][..]),
+        ("bodies.beam.file=none.msh", &["bodies.beam.file", "cannot be read"][..]),
         ("joints.clamp.child.face=top", &["unknown face", "x-", "z+"]),
-        ("bodies.bar.groups.shaft.material=aluminium", &["no group \"shaft\" of elements", "all"]),
-        ("bodies.bar.markers.a={point=[0.0,0.0,0.0],radius=0.1}", &["markers", "beyond the body"]),
-        ("bodies.bar.reduction.modes=99999", &["must be at most"]),
-        ("bodies.bar.units=ft", &["\"m\"", "\"in\""]),
-        ("bodies.bar.thickness=1.0", &["thickness"]),
-        ("bodies.bar.geometry={shape=\"sphere\",radius=1.0}", &["not from a file"]),
-        ("output.stress.a={body=\"bar\",from=[0.0,0.0,0.0],to=[0.1,0.0,0.0]}", &["not computed yet"]),
+        ("bodies.beam.groups.shaft.material=aluminium", &["no group \"shaft\" of elements", "all"]),
+        ("bodies.beam.markers.a={point=[0.0,0.0,0.0],radius=0.1}", &["markers", "beyond the body"]),
+        ("bodies.beam.reduction.modes=99999", &["must be at most"]),
+        ("bodies.beam.units=ft", &["\"m\"", "\"in\""]),
+        ("bodies.beam.thickness=1.0", &["thickness"]),
+        ("bodies.beam.geometry={shape=\"sphere\",radius=1.0}", &["not from a file"]),
+        ("output.stress.a={body=\"beam\",from=[0.0,0.0,0.0],to=[0.1,0.0,0.0]}", &["not computed yet"]),
     ] {
         let found = faults(&text, &[set]);
         assert!(words.iter().all(|w| found.contains(w)), "{set}: {found}");
     }
     let found = faults(&text.replace("units = \"mm\"\n", ""), &[]);
-    assert!(found.contains("bodies.bar.units") && found.contains("does not say"), "{found}");
+    assert!(found.contains("bodies.beam.units") && found.contains("does not say"), "{found}");
     let found = faults(&text.replace("face = \"x-\"", "point = [0.0, 0.0, 0.0]"), &[]);
     assert!(found.contains("carries no force") && found.contains("\"x-\""), "{found}");
     let contact = "[bodies.wall]\nmodel = \"rigid\"\ngeometry = { shape = \"plane\" }\n\
-                   [contacts.a]\ncontact_body = \"bar\"\ntarget_body = \"wall\"\n";
+                   [contacts.a]\ncontact_body = \"beam\"\ntarget_body = \"wall\"\n";
     let found = faults(&format!("{text}{contact}"), &[]);
     assert!(found.contains("contact of bodies with model \"mesh\" is not computed yet"), "{found}");
 }
@@ -302,16 +280,16 @@ fn faults_say_what_is_there() {
 #[test]
 fn groups_have_materials_of_their_own() {
     let text = format!(
-        "{WORLD}{MATERIAL}[materials.lead]\nyoungs_modulus = 16e9\npoissons_ratio = 0.44\ndensity = 11340.0\n{BAR}"
+        "{WORLD}{ALUMINIUM}[materials.lead]\nyoungs_modulus = 16e9\npoissons_ratio = 0.44\ndensity = 11340.0\n{BAR}"
     );
     let mass = |set: &[&str]| modes(&valid(&text, set), None, 1).unwrap().bodies[0].mass;
     let volume = 0.3 * 0.03 * 0.01;
     assert!((mass(&[]) / (2700.0 * volume) - 1.0).abs() < 1e-12);
-    let lead = mass(&["bodies.bar.groups.all.material=lead"]);
+    let lead = mass(&["bodies.beam.groups.all.material=lead"]);
     assert!((lead / (11340.0 * volume) - 1.0).abs() < 1e-12);
     let without = text.replace(
         "material = \"aluminium\"\n",
-        "[bodies.bar.groups.all]\nmaterial = \"lead\"\n[bodies.bar.other]\n",
+        "[bodies.beam.groups.all]\nmaterial = \"lead\"\n[bodies.beam.other]\n",
     );
     assert!(parse(&without, &[]).is_err(), "unknown key");
 }
@@ -337,10 +315,11 @@ fn a_killed_run_is_taken_up_from_another_folder_with_models_from_the_cache() {
     std::fs::create_dir_all(work.join("meshes")).unwrap();
     std::fs::create_dir_all(&other).unwrap();
     std::fs::copy(files().join("bar.msh"), work.join("meshes/bar.msh")).unwrap();
-    let text =
-        format!("{WORLD}{MATERIAL}{BAR}{CLAMP}[loads.pull]\nbody = \"bar\"\nface = \"x+\"\nforce_z = 5.0\n")
-            .replace("\"bar.msh\"", "\"meshes/bar.msh\"")
-            .replace("end_time = 1e-3", "end_time = 60e-3");
+    let text = format!(
+        "{WORLD}{ALUMINIUM}{BAR}{CLAMP}[loads.pull]\nbody = \"beam\"\nface = \"x+\"\nforce_z = 5.0\n"
+    )
+    .replace("\"bar.msh\"", "\"meshes/bar.msh\"")
+    .replace("end_time = 1e-3", "end_time = 60e-3");
     std::fs::write(work.join("bar.toml"), text).unwrap();
     let whole = finished(&["run", "-q", "bar.toml", "-o", "whole.h5", "--cache-dir", "models"], &work);
     assert!(!whole.contains("error"), "{whole}");
@@ -380,9 +359,7 @@ fn the_connecting_rod_turns_and_is_shown() {
     let scenario = scenario.to_str().unwrap();
     finished(&["check", scenario], place.path());
     finished(&["run", "-q", scenario, "-o", "rod.h5"], place.path());
-    let mut recording = Recording::default();
-    let read = scenario::read(Path::new(scenario), &[]).unwrap();
-    simulate(&read, &mut recording, 1).unwrap();
+    let recording = run(&scenario::read(Path::new(scenario), &[]).unwrap());
     // x = r cos a + sqrt(l² - r² sin² a): 100 mm at the start, 60 mm at the other dead centre; the rod yields less than 10 µm under the load.
     let x = |s: &adaptive::record::Sample| s.points[0].position[0];
     let ends =

@@ -3,21 +3,23 @@
 
 #![expect(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
 
+#[path = "support/impacts.rs"]
+mod impacts;
+#[path = "support/scenarios.rs"]
+mod scenarios;
+
 use std::path::Path;
 
-use adaptive::recording::Recording;
 use adaptive::spec::{BodyKind, ReductionSpec};
 use adaptive::store::ModelCache;
-use fbimpact::scenario::{self, Scenario};
-use fbimpact::simulate::{modes, simulate};
+use fbimpact::scenario::Scenario;
+use fbimpact::simulate::modes;
 use fbimpact::sizing::{notes, sized};
-
-/// What a user may count on: peaks, durations and rebounds.
-const LIMIT: f64 = 1e-2;
+use impacts::assert_same;
+use scenarios::run;
 
 fn parse(text: &str) -> Scenario {
-    let path = Path::new("scenarios/test.toml");
-    scenario::parse(path, text.as_bytes(), &[]).unwrap_or_else(|faults| panic!("{faults:#?}"))
+    scenarios::valid(Path::new("scenarios"), text, &[])
 }
 
 /// `text` without the keys and tables `discretisation` and `reduction`.
@@ -31,12 +33,6 @@ fn without_sizes(text: &str) -> String {
         !is_left_out && !line.starts_with("discretisation =") && !line.starts_with("reduction =")
     };
     text.lines().filter(keeps).collect::<Vec<_>>().join("\n")
-}
-
-fn run(scenario: &Scenario) -> Recording {
-    let mut recording = Recording::default();
-    simulate(scenario, &mut recording, 1).unwrap_or_else(|e| panic!("{e}"));
-    recording
 }
 
 /// Twice the elements, modes and elements of zones that `scenario` has.
@@ -55,30 +51,14 @@ fn doubled(scenario: &Scenario) -> Scenario {
     scenario
 }
 
-fn assert_same_impacts(what: &str, a: &Recording, b: &Recording) {
-    assert_eq!(a.impacts.len(), b.impacts.len(), "{what}");
-    for (i, (a, b)) in a.impacts.iter().zip(&b.impacts).enumerate() {
-        let pairs = [
-            ("peak", a.peak_force, b.peak_force),
-            ("duration", a.end - a.start, b.end - b.start),
-            ("impulse", a.impulse, b.impulse),
-            ("rebound", a.separation_velocity, b.separation_velocity),
-        ];
-        for (name, x, y) in pairs {
-            println!("{what}, impact {i}: {name} {x:.5e}, {y:.5e}, {:+.2} %", 100.0 * (x / y - 1.0));
-            assert!((x / y - 1.0).abs() < LIMIT, "{what}, impact {i}: {name} {x:e} and {y:e}");
-        }
-    }
-}
-
 fn check(text: &str) {
     let free = parse(&without_sizes(text));
     let chosen = sized(&free, 1, &ModelCache::default()).unwrap().into_owned();
     notes(&chosen.source.resolved).iter().for_each(|n| println!("{}: {}", n.body, n.text));
     assert_eq!(parse(&chosen.source.resolved).bodies, chosen.bodies, "the result holds what was run");
     let found = run(&chosen);
-    assert_same_impacts("as shipped", &found, &run(&parse(text)));
-    assert_same_impacts("doubled", &found, &run(&doubled(&chosen)));
+    assert_same("as shipped", &found, &run(&parse(text)));
+    assert_same("doubled", &found, &run(&doubled(&chosen)));
 }
 
 #[test]

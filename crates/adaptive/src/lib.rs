@@ -44,6 +44,7 @@ pub mod fine_model;
 pub mod fine_modes;
 pub mod transfer;
 pub mod sizing;
+mod wave;
 
 #[cfg(test)]
 #[expect(dead_code, reason = "tests of contact-qs use the rest")]

@@ -1,10 +1,11 @@
 //! Mesh and number of modes of bodies for which nobody has given them (theory section N).
 //!
 //! Four questions, one file each: how fast the forces on a body will change ([`impact_time`]), how many modes follow them
-//! ([`mode_count`]), which elements resolve those modes ([`mesh`], from the lengths of [`proportions`]), and which finer ones
+//! ([`mode_count`]), which elements resolve those modes ([`mesh`], from the [`proportions`] of the body), and which finer ones
 //! contacts want that keep one model for the whole run ([`zone`]). The answers depend on
 //! shape, material, motion at the start and contacts alone; they are the same in every run and are kept with the other models.
 
+mod first_elements;
 mod key;
 pub mod impact_time;
 pub mod mesh;

@@ -13,14 +13,13 @@ use crate::record::ImpactRecord;
 use crate::sizing::proportions::lengths;
 use crate::spec::{Coupling, Place};
 use crate::warning::{Warning, WarningKind};
+use crate::wave::Wave;
 
 /// Product of the highest frequency kept and the duration of an impact from which on the spectrum of the force, that of a half
 /// sine, is below `1/(4·3.57² - 1)`, a fiftieth of its mean (Eq. P.5): twice what the program allows where it chooses the modes (Eq. N.5).
 const CYCLES: f64 = 3.57;
 /// Relative error of a frequency above which a mesh is too coarse for its wave (Eq. P.6).
 const FREQUENCY_ERROR: f64 = 1e-2;
-/// Shifted waves on either side that count; of degree 1, where they fall off most slowly, 6 % are left out.
-const SHIFTS: i32 = 10;
 /// Share of a body's vibration that a mode must carry to be worth storing (Eq. P.7).
 const AUDIBLE: f64 = 1e-2;
 /// Share of the largest energy of the run that the vibration of a body must carry.
@@ -195,29 +194,6 @@ fn subject(body: &BodyModel) -> String {
     format!("body \"{}\"", body.name)
 }
 
-/// A wave that a body carries.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Wave {
-    /// Its length \[m\].
-    length: f64,
-    /// Stiffness against shear over that against bending, both at this length; none of a wave without bending.
-    shear: f64,
-}
-
-impl Wave {
-    /// Relative error of its frequency on elements of the length `h` \[m\] and degree `p` (Eq. P.6).
-    ///
-    /// Smooth splines on a line carry, beside the wave number `k`, those shifted by multiples of `2π/h`.
-    /// In bending slope and rotation of the section are splines of one degree that cannot agree: the difference is sheared.
-    fn error(&self, h: f64, p: usize) -> f64 {
-        // Shorter waves than two elements look like longer ones.
-        let x = (h / self.length).min(0.5);
-        let parts = |m: i32| [x / (f64::from(m) - x), x / (f64::from(m) + x)];
-        let of_squares: f64 = (1..=SHIFTS).flat_map(parts).map(|r| r.powi(2 * p as i32)).sum();
-        (1.0 + of_squares * (1.0 + self.shear)).sqrt() - 1.0
-    }
-}
-
 /// The shortest wave of frequency `frequency` \[Hz\] that a body carries: of shear or, where that is longer than twice the
 /// body is thick, of bending (longitudinal in axisymmetric models).
 fn shortest_wave(elastic: &ElasticModel, frequency: f64) -> Wave {
@@ -227,15 +203,15 @@ fn shortest_wave(elastic: &ElasticModel, frequency: f64) -> Wave {
     let shear = (young / (2.0 * (1.0 + poisson) * density)).sqrt() / frequency;
     let thickness = thickness(elastic);
     if shear <= 2.0 * thickness {
-        return Wave { length: shear, shear: 0.0 };
+        return Wave::straight(shear);
     }
     let bar = (young / density).sqrt();
     match elastic.body.spec.model {
-        Model::Axisymmetric => Wave { length: bar / frequency, shear: 0.0 },
-        // c_b = sqrt(ω r c_0) with the radius of gyration r = d / sqrt(12) of a rectangle; 5/6 G A over E I k².
+        Model::Axisymmetric => Wave::straight(bar / frequency),
+        // c_b = sqrt(ω r c_0) with the radius of gyration r = d / sqrt(12) of a rectangle.
         _ => {
             let length = (TAU * frequency * thickness / 12.0_f64.sqrt() * bar).sqrt() / frequency;
-            Wave { length, shear: 5.0 / (1.0 + poisson) / (TAU / length * thickness).powi(2) }
+            Wave::bending(length, thickness, poisson)
         }
     }
 }
@@ -310,30 +286,5 @@ mod tests {
             "no longer than the impact"
         );
         assert!((pulse_duration(&impact(1.0, 0.0, 0.0)) - 1.0).abs() < 1e-12, "without force");
-    }
-
-    #[test]
-    fn frequencies_on_a_line_err_as_splines_do() {
-        // The first terms for long waves are (2π/n)² / 24, (2π/n)⁴ / 1440, (2π/n)⁶ / 60480 (Cottrell, Reali, Bazilevs & Hughes
-        // 2006); with 40 elements per wave the next ones are (2π/40)² = 2.5 % of them, and 6 % of the sum are left out.
-        let wave = Wave { length: 40.0, shear: 0.0 };
-        for (degree, constant) in [(1, 24.0), (2, 1440.0), (3, 60480.0)] {
-            let expected = (TAU / 40.0).powi(2 * degree as i32) / constant;
-            let found = wave.error(1.0, degree);
-            assert!((found / expected - 1.0).abs() < 0.1, "degree {degree}: {found:e}, {expected:e}");
-        }
-        assert!(Wave { length: 1.0, shear: 0.0 }.error(1.0, 3) >= FREQUENCY_ERROR, "beyond all elements");
-        let of_length = |h: f64| wave.error(h, 3);
-        assert!(
-            (1..40).all(|i| of_length(f64::from(i) * 0.5) < of_length(f64::from(i + 1) * 0.5)),
-            "longer, worse"
-        );
-    }
-
-    #[test]
-    fn bending_waves_need_more_elements_the_thinner_the_body() {
-        let error = |shear: f64| Wave { length: 4.0, shear }.error(1.0, 3);
-        // In proportion to 1 + shear as long as the error is small, here 2e-3 at most.
-        assert!((error(20.0) / error(0.0) / 21.0 - 1.0).abs() < 0.01);
     }
 }

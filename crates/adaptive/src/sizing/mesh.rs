@@ -6,20 +6,27 @@
 use std::fmt;
 
 use super::Candidate;
-use super::proportions::{first_elements, lengths};
+use super::first_elements::first_elements;
 use crate::error::AdaptiveError;
 
 /// Largest relative error of a kept frequency.
 pub const TOLERANCE: f64 = 1e-3;
 /// Unknowns of a mesh that is tried, doubled ones included; eigenmodes of larger solids take minutes.
 pub const MOST_UNKNOWNS: usize = 40_000;
-/// Error over change for a frequency that converges with the square of the size, the slowest that singular nets show; smooth
-/// ones with degree p have `1 / (1 - 4^-p)`, which is less.
-const ERROR_OVER_CHANGE: f64 = 4.0 / 3.0;
+/// Error that a user may count on (docs/verification.md); above it twice as many unknowns are tried.
+const PROMISED: f64 = 3e-3;
+/// Power of the element's size with which errors fall as far as two meshes do not show a smaller one: the least of singular nets; smooth
+/// modes have twice the degree.
+const USUAL: f64 = 2.0;
 /// Rounds of checking; each may double every direction.
 const ROUNDS: usize = 8;
 /// Elements grow by no more in a round.
 const LARGEST_GROWTH: f64 = 2.0;
+/// Least power of the element's size with which errors are taken to fall: layers at free edges, as long as elements are longer than
+/// the body is thick.
+const SLOWEST: f64 = 1.0;
+/// Error below which a mesh has the shape of the modes, so that a finer one shows the rate.
+const RESOLVED: f64 = 1e-2;
 /// Share of the tolerance that a mesh aims at when it is refined, so that the next check finds it kept.
 const AIM: f64 = 0.5;
 
@@ -51,8 +58,7 @@ impl fmt::Display for ChosenMesh {
 /// # Errors
 /// [`AdaptiveError`] naming the body.
 pub fn mesh(candidate: &Candidate<'_>, n_modes: usize) -> Result<(Vec<usize>, f64), AdaptiveError> {
-    let shape = &candidate.spec.shape;
-    let mut elements = first_elements(shape, &lengths(shape), n_modes);
+    let mut elements = first_elements(&candidate.spec, n_modes);
     let mut check = Check::new(candidate, n_modes);
     for round in 1.. {
         let mut errors = check.errors(&elements, Known::Converged)?;
@@ -60,10 +66,9 @@ pub fn mesh(candidate: &Candidate<'_>, n_modes: usize) -> Result<(Vec<usize>, f6
             errors = check.errors(&elements, Known::OnThisMesh)?;
         }
         let error = errors.iter().sum::<f64>();
-        let next = refined(&elements, &errors, &check.groups, candidate.degrees());
-        let finer = check.groups.iter().map(|group| candidate.unknowns(&doubled(&next, group)));
-        let tried = finer.max().unwrap_or(0);
-        let is_last = round == ROUNDS || tried > MOST_UNKNOWNS;
+        let next = refined(&elements, &errors, &check.groups, &check.rates);
+        let most = if error > PROMISED { 2 * MOST_UNKNOWNS } else { MOST_UNKNOWNS };
+        let is_last = round == ROUNDS || !check.is_feasible(&next, most);
         tracing::debug!(?elements, ?errors, "mesh checked");
         if error <= TOLERANCE || is_last {
             return Ok((elements, error));
@@ -101,6 +106,9 @@ struct Check<'a> {
     solved: Vec<(Vec<usize>, Vec<f64>)>,
     /// Mesh and error of the last check of each group.
     last: Vec<Option<(Vec<usize>, f64)>>,
+    /// For each group, the power of the element's size with which its error falls: that of smooth modes until two meshes have shown
+    /// another.
+    rates: Vec<f64>,
 }
 
 impl<'a> Check<'a> {
@@ -110,7 +118,20 @@ impl<'a> Check<'a> {
         let equivalent_directions =
             if groups.len() == 1 { vec![0] } else { candidate.equivalent_directions() };
         let last = vec![None; groups.len()];
-        Self { candidate, n_modes, groups, equivalent_directions, solved: Vec::new(), last }
+        let rates = groups.iter().map(|group| 2.0 * candidate.degrees()[group[0]] as f64).collect();
+        Self { candidate, n_modes, groups, equivalent_directions, solved: Vec::new(), last, rates }
+    }
+
+    /// Whether the meshes that tell the errors of `elements` have no more than `most` unknowns; of directions that have settled the last
+    /// error will do.
+    fn is_feasible(&self, elements: &[usize], most: usize) -> bool {
+        let fits = |g: usize| {
+            self.candidate.unknowns(&doubled(elements, &self.groups[g])) <= most
+                || self.last[g]
+                    .as_ref()
+                    .is_some_and(|last| self.is_known(Known::Converged, last, elements, g))
+        };
+        (0..self.groups.len()).all(fits)
     }
 
     /// Largest relative error of the lowest frequencies that each group makes.
@@ -131,14 +152,24 @@ impl<'a> Check<'a> {
     /// Whether the last error of group `g` does for `elements`.
     fn is_known(&self, known: Known, (of, error): &(Vec<usize>, f64), elements: &[usize], g: usize) -> bool {
         let is_unchanged = self.groups[g].iter().all(|&d| of[d] == elements[d]);
-        of == elements || (known == Known::Converged && is_unchanged && *error <= share(self.groups.len()))
+        let is_large = self.candidate.unknowns(&doubled(elements, &self.groups[g])) > MOST_UNKNOWNS;
+        let is_enough = (known == Known::Converged || is_large) && *error <= share(self.groups.len());
+        of == elements || (is_unchanged && is_enough)
     }
 
     fn error(&mut self, elements: &[usize], g: usize) -> Result<f64, AdaptiveError> {
         let finer = doubled(elements, &self.groups[g]);
         let (coarse, fine) = (self.frequencies(elements)?, self.frequencies(&finer)?);
-        let changes = coarse.iter().zip(&fine).map(|(c, f)| (c / f - 1.0).abs());
-        let error = ERROR_OVER_CHANGE * changes.fold(0.0, f64::max);
+        let change = coarse.iter().zip(&fine).map(|(c, f)| (c / f - 1.0).abs()).fold(0.0, f64::max);
+        let last = self.last[g].as_ref().filter(|(_, error)| *error < RESOLVED);
+        let d = self.groups[g][0];
+        if let Some((before, error)) = last.filter(|(before, _)| before[d] != elements[d]) {
+            // The estimates have the same factor where the rate is the usual one.
+            let fall = error / error_of(change, self.rates[g]);
+            let rate = fall.ln() / (elements[d] as f64 / before[d] as f64).ln();
+            self.rates[g] = rate.clamp(SLOWEST, 2.0 * self.candidate.degrees()[d] as f64);
+        }
+        let error = error_of(change, self.rates[g]);
         self.last[g] = Some((elements.to_vec(), error));
         Ok(error)
     }
@@ -153,18 +184,25 @@ impl<'a> Check<'a> {
     }
 }
 
+/// Error of a frequency that a mesh of half the size changes by `change`, at a rate (Eq. N.2).
+fn error_of(change: f64, rate: f64) -> f64 {
+    change / (1.0 - 0.5_f64.powf(rate.min(USUAL)))
+}
+
 /// Part of the error that each of `n` groups may make for a mesh to be kept at once.
 fn share(n: usize) -> f64 {
     AIM * TOLERANCE / n as f64
 }
 
-/// More elements in the groups of directions that make more than their share of the error, by the rate of smooth modes (Eq. E.13).
-fn refined(elements: &[usize], errors: &[f64], groups: &[Vec<usize>], degrees: &[usize]) -> Vec<usize> {
+/// More elements in the groups of directions that make more than their share of the error, by the rate at which it falls (Eq. E.13).
+fn refined(elements: &[usize], errors: &[f64], groups: &[Vec<usize>], rates: &[f64]) -> Vec<usize> {
     let share = share(groups.len());
     let mut next = elements.to_vec();
-    for (group, error) in groups.iter().zip(errors).filter(|(_, error)| **error > share) {
+    for ((group, error), rate) in
+        groups.iter().zip(errors).zip(rates).filter(|((_, error), _)| **error > share)
+    {
         for &d in group {
-            let growth = (error / share).powf(0.5 / degrees[d] as f64).min(LARGEST_GROWTH);
+            let growth = (error / share).powf(1.0 / rate).min(LARGEST_GROWTH);
             next[d] = ((elements[d] as f64 * growth).ceil() as usize).max(elements[d] + 1);
         }
     }
@@ -180,9 +218,17 @@ mod tests {
         // 64 times its share with rate 2 p = 6: twice the elements.
         let share = AIM * TOLERANCE / 2.0;
         let (apart, together) = ([vec![0], vec![1]], [vec![0, 1]]);
-        assert_eq!(refined(&[4, 10], &[0.5 * share, 64.0 * share], &apart, &[3, 3]), [4, 20]);
-        assert_eq!(refined(&[4, 10], &[1.1 * share, 1e9], &apart, &[3, 3]), [5, 20]);
-        assert_eq!(refined(&[4, 4], &[128.0 * share], &together, &[3, 3]), [8, 8]);
+        assert_eq!(refined(&[4, 10], &[0.5 * share, 64.0 * share], &apart, &[6.0, 6.0]), [4, 20]);
+        assert_eq!(refined(&[4, 10], &[1.1 * share, 1e9], &apart, &[6.0, 6.0]), [5, 20]);
+        assert_eq!(refined(&[4, 4], &[128.0 * share], &together, &[6.0]), [8, 8]);
+        // Errors seen to fall in proportion to the size: as many times the elements.
+        assert_eq!(refined(&[4, 10], &[1.5 * share, 0.0], &apart, &[1.0, 6.0]), [6, 10]);
+    }
+
+    #[test]
+    fn what_a_finer_mesh_changes_tells_the_error_at_the_rate_seen() {
+        // 1 + 1/4 + 1/16 + … of the change, and 1 + 1/2 + 1/4 + …
+        assert!((error_of(3.0, 6.0) - 4.0).abs() < 1e-12 && (error_of(3.0, 1.0) - 6.0).abs() < 1e-12);
     }
 
     #[test]

@@ -6,8 +6,8 @@ use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::reduction::neighbouring_counts;
 
 use super::Candidate;
+use super::first_elements::first_elements;
 use super::impact_time::ForceTime;
-use super::proportions::{first_elements, lengths};
 use crate::elastic_body::rigid_motion;
 use crate::error::AdaptiveError;
 
@@ -61,8 +61,7 @@ pub fn count(candidate: &Candidate<'_>, limit: f64, most: usize) -> Result<(usiz
     let mut wanted = least + GROUP;
     loop {
         let elements = if candidate.chooses_elements {
-            let shape = &candidate.spec.shape;
-            first_elements(shape, &lengths(shape), wanted)
+            first_elements(&candidate.spec, wanted)
         } else {
             candidate.spec.discretisation.elements.clone()
         };

@@ -1,4 +1,4 @@
-//! Lengths of a body along its parametric directions, and the elements that suit them.
+//! Lengths of a body along its parametric directions, and what is alike about them.
 
 use iga_core::nurbs::{Patch, Shape};
 
@@ -7,10 +7,8 @@ use iga_core::nurbs::{Patch, Shape};
 const LINES: usize = 5;
 /// Points of the chord of a line, a knot span: a chord of 1/16 of a quarter circle is 0.04 % too short.
 const CHORDS: usize = 16;
-/// Elements over half a wave at the start: four over a wave, which splines of degree 3 follow to some 1e-3 (Eq. N.1).
-const ELEMENTS_PER_HALF_WAVE: f64 = 2.0;
-/// Elements a direction at the start.
-const LEAST: usize = 2;
+/// Distance of the ends of a closed line over its length that is round-off.
+const CLOSED: f64 = 1e-9;
 
 /// Length of the longest parameter line of each direction \[m\]; lines through several patches are counted patch by patch.
 pub fn lengths(shape: &Shape) -> Vec<f64> {
@@ -52,12 +50,22 @@ fn line_length(patch: &Patch, start: &[f64; 3], d: usize) -> f64 {
     length
 }
 
+/// The least of `lengths`.
+pub fn shortest(lengths: &[f64]) -> f64 {
+    lengths.iter().copied().fold(f64::INFINITY, f64::min)
+}
+
+/// The largest of `lengths`.
+pub fn longest(lengths: &[f64]) -> f64 {
+    lengths.iter().copied().fold(0.0, f64::max)
+}
+
 /// Length of half a wave of the highest of `n_modes` modes of a body with these `lengths` \[m\].
 ///
 /// A direction shorter than it holds one half wave, a longer one as many as fit; the product is the number of modes (Eq. N.1).
 pub fn half_wave(lengths: &[f64], n_modes: usize) -> f64 {
     let modes = |w: f64| lengths.iter().map(|l| (l / w).max(1.0)).product::<f64>();
-    let longest = lengths.iter().copied().fold(0.0, f64::max);
+    let longest = longest(lengths);
     let (mut short, mut long) = (longest / (2.0 * n_modes.max(1) as f64), longest);
     // Two dozen halvings: elements are whole numbers.
     for _ in 0..24 {
@@ -67,19 +75,17 @@ pub fn half_wave(lengths: &[f64], n_modes: usize) -> f64 {
     long
 }
 
-/// Elements a direction for `n_modes` modes, from which the check starts; never fewer than the shape has itself. Each of several
-/// patches has its part of the modes, and the same number in all directions: they share faces.
-pub fn first_elements(shape: &Shape, lengths: &[f64], n_modes: usize) -> Vec<usize> {
-    let of_patch = n_modes.div_ceil(shape.patches.len().max(1));
-    let size = half_wave(lengths, of_patch) / ELEMENTS_PER_HALF_WAVE;
-    let own = |d: usize| shape.patches.iter().map(|p| p.knots()[d].breaks().len() - 1).max().unwrap_or(1);
-    let wanted = |(d, l): (usize, &f64)| ((l / size - 0.1).ceil() as usize).max(LEAST).max(own(d));
-    let mut elements: Vec<usize> = lengths.iter().enumerate().map(wanted).collect();
-    if shape.patches.len() > 1 {
-        let most = elements.iter().copied().max().unwrap_or(LEAST);
-        elements.fill(most);
+/// Whether parameter lines of direction `d` through the middle of `patch` end where they begin.
+pub fn is_closed(patch: &Patch, d: usize) -> bool {
+    let (lower, upper) = patch.domain();
+    let mut ends = [[0.0; 3]; 2];
+    for (end, at) in ends.iter_mut().zip([lower[d], upper[d]]) {
+        let mut xi: [f64; 3] = std::array::from_fn(|e| 0.5 * (lower[e] + upper[e]));
+        xi[d] = at;
+        *end = patch.point(&xi);
     }
-    elements
+    let distance = (0..3).map(|c| (ends[0][c] - ends[1][c]).powi(2)).sum::<f64>().sqrt();
+    distance < CLOSED * longest_line(patch, d)
 }
 
 /// For each direction, the first one that looks like it: a single patch whose control net, after exchange of the two, is
@@ -121,16 +127,6 @@ fn is_exchangeable(patch: &Patch, a: usize, b: usize) -> bool {
 mod tests {
     use super::*;
     use iga_core::nurbs::primitives::{SphereNet, axisymmetric, plane, solid, sphere};
-
-    #[test]
-    fn patches_that_share_faces_have_the_same_elements_in_all_directions() {
-        let shells = sphere::sphere(0.01, SphereNet::Shells).unwrap();
-        // A radius from the inner cube to the surface is shorter than the arcs beside it.
-        let lengths = lengths(&shells);
-        assert!(lengths[2] < 0.9 * lengths[0], "{lengths:?}");
-        let elements = first_elements(&shells, &lengths, 700);
-        assert!(elements.iter().all(|n| *n == elements[0]), "{elements:?}");
-    }
 
     #[test]
     fn directions_that_a_mirror_exchanges_are_twins() {

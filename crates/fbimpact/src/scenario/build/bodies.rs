@@ -1,7 +1,7 @@
 //! Bodies: which keys go with which model, materials by name, initial states that the model can take.
 
 use adaptive::sizing::SizeRequest;
-use adaptive::spec::{BodyKind, BodySpec, ElasticSpec, FrameSpec, InitialMotion};
+use adaptive::spec::{BodyKind, BodySpec, ElasticSpec, InitialMotion};
 use ffr_dynamics::body::RigidMotion;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
@@ -222,13 +222,7 @@ fn elastic(
     }
     let (places, (discretisation, wants_elements), basis) = (places?, mesh?, basis?);
     let follows_joint = frame == Some(GivenFrame::AtJoint);
-    let frame = match frame? {
-        GivenFrame::Buckens | GivenFrame::AtJoint => FrameSpec::Buckens,
-        GivenFrame::Tangent(at) => {
-            let place = places.held(&at).map_err(|e| checker.fault_in(section, "frame", e.to_string()));
-            FrameSpec::Tangent(place.ok()?)
-        }
-    };
+    let frame = frame?.on_body(checker, section, &places)?;
     let (shape, model) = places.shape()?.clone();
     let spec = ElasticSpec {
         static_answers: basis.static_answers,

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use adaptive::spec::DampingSpec;
+use adaptive::spec::{DampingSpec, FrameSpec};
 use contact_qs::law::Solid;
 use iga_core::elasticity::{Material, Model};
 
-use super::super::body_places::GivenPlace;
+use super::super::body_places::{BodyPlaces, GivenPlace};
 use super::super::check::Checker;
 use super::super::section::Section;
 use super::super::standard_materials::STANDARD_MATERIALS;
@@ -57,6 +57,19 @@ pub fn frame(
                    or \"frame_point\"";
     checker.fault(&section.origin, section.path_of("frame_marker"), None, message.into());
     None
+}
+
+impl GivenFrame {
+    /// The frame with its place on a body with `places`; that of a joint stands in until joints are known.
+    pub fn on_body(self, checker: &mut Checker, section: &Section, places: &BodyPlaces) -> Option<FrameSpec> {
+        match self {
+            Self::Buckens | Self::AtJoint => Some(FrameSpec::Buckens),
+            Self::Tangent(at) => {
+                let place = places.held(&at).map_err(|e| checker.fault_in(section, "frame", e.to_string()));
+                Some(FrameSpec::Tangent(place.ok()?))
+            }
+        }
+    }
 }
 
 /// Damping of the elastic coordinates.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use adaptive::meshed::{constants, n_elastic_modes};
 use adaptive::sizing::SizeRequest;
-use adaptive::spec::{BodyKind, ByGroup, FrameSpec, MeshedSpec};
+use adaptive::spec::{BodyKind, ByGroup, MeshedSpec};
 use fe_mesh::Mesh;
 use fe_mesh::matrices::Materials;
 use fe_mesh::rules::MassRule;
@@ -40,13 +40,7 @@ pub fn meshed(
     let places = BodyPlaces::meshed(Arc::clone(&mesh), markers?);
     let places = places.map_err(|e| checker.fault_in(section, "markers", e.to_string())).ok()?;
     let follows_joint = frame == Some(GivenFrame::AtJoint);
-    let frame = match frame? {
-        GivenFrame::Buckens | GivenFrame::AtJoint => FrameSpec::Buckens,
-        GivenFrame::Tangent(at) => {
-            let place = places.held(&at).map_err(|e| checker.fault_in(section, "frame", e.to_string()));
-            FrameSpec::Tangent(place.ok()?)
-        }
-    };
+    let frame = frame?.on_body(checker, section, &places)?;
     section.item("units")?;
     let (material, groups) = materials?;
     let Basis { spec: reduction, static_answers, wants_modes } = basis?;

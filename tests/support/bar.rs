@@ -1,0 +1,38 @@
+//! The aluminium bar of 0.3 × 0.03 × 0.01 m that hangs on its end faces, and what CalculiX finds for its mesh of 20 × 3 × 2 C3D20.
+#![allow(dead_code, reason = "every test uses some of it")]
+
+pub const ALUMINIUM: &str = r#"
+[materials.aluminium]
+youngs_modulus = 70.0e9
+poissons_ratio = 0.33
+density = 2700.0
+"#;
+
+pub const CLAMP: &str = r#"
+[joints.clamp]
+type = "fixed"
+parent = { body = "ground", point = [0.0, 0.0, 0.0] }
+child = { body = "beam", face = "x-" }
+"#;
+
+pub const HINGE: &str = r#"
+[joints.clamp]
+type = "revolute"
+axis = [0.0, 1.0, 0.0]
+parent = { body = "ground", point = [0.0, 0.0, 0.0] }
+child = { body = "beam", face = "x-" }
+"#;
+
+pub const OTHER_HINGE: &str = r#"
+[joints.other]
+type = "revolute"
+axis = [0.0, 1.0, 0.0]
+closes_loop = true
+parent = { body = "ground", point = [0.3, 0.0, 0.0] }
+child = { body = "beam", face = "x+" }
+"#;
+
+/// Clamped on the mean of its face, CalculiX 2.20 (docs/verification.md) \[Hz\]; it prints seven digits.
+pub const CLAMPED_BRICKS: [f64; 3] = [91.33328, 272.0491, 570.1875];
+/// Hinged about y at both ends \[Hz\].
+pub const HINGED_BRICKS: [f64; 2] = [256.1865, 1020.540];

@@ -1,0 +1,39 @@
+//! Scenarios from texts, and what their runs record.
+#![allow(dead_code, reason = "every test uses some of it")]
+
+use std::path::{Path, PathBuf};
+
+use adaptive::recording::Recording;
+use fbimpact::scenario::{self, Fault, Scenario};
+use fbimpact::simulate::{simulate, system_modes};
+
+/// A folder of that name for files of a test.
+pub fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    std::fs::create_dir_all(&folder).expect("made");
+    folder
+}
+
+/// The scenario `text` as if it stood in `folder`, with the changes `set`, or its faults.
+pub fn parse(folder: &Path, text: &str, set: &[&str]) -> Result<Scenario, Vec<Fault>> {
+    let overrides: Vec<_> = set.iter().map(|s| s.parse().expect("a change")).collect();
+    scenario::parse(&folder.join("case.toml"), text.as_bytes(), &overrides).map_err(|f| f.list().to_vec())
+}
+
+/// The same without faults.
+pub fn valid(folder: &Path, text: &str, set: &[&str]) -> Scenario {
+    parse(folder, text, set).unwrap_or_else(|faults| panic!("{set:?}: {faults:#?}"))
+}
+
+/// What a run of `scenario` records.
+pub fn run(scenario: &Scenario) -> Recording {
+    let mut recording = Recording::default();
+    simulate(scenario, &mut recording, 1).unwrap_or_else(|e| panic!("{e}"));
+    recording
+}
+
+/// Frequencies of the system \[Hz\].
+pub fn system_frequencies(scenario: &Scenario) -> Vec<f64> {
+    let (_, system) = system_modes(scenario, false, 1).unwrap_or_else(|e| panic!("{e}"));
+    system.modes.iter().map(|mode| mode.frequency()).collect()
+}
