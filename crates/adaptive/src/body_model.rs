@@ -2,9 +2,12 @@
 
 use std::sync::Arc;
 
+use contact_qs::points::DofLookup;
 use contact_qs::search::SurfaceModel;
 use faer::MatRef;
-use ffr_dynamics::body::StandardInputData;
+use ffr_dynamics::body::{RigidMotion, StandardInputData};
+use iga_core::elasticity::Material;
+use iga_core::space::Space;
 
 use crate::elastic_body::{Discretised, ElasticBody, Interface, ReducedBody};
 use crate::error::AdaptiveError;
@@ -12,9 +15,11 @@ use crate::fine_model::FineBody;
 use crate::fine_modes::FineModes;
 use crate::imported::ImportedModel;
 use crate::marker_loads::answers_by_marker;
+use crate::mesh_surface::MeshSurface;
 use crate::meshed::MeshedModel;
 use crate::spec::{ImportedSpec, MeshedSpec, RigidSpec};
 use crate::store::ModelCache;
+use crate::unsupported::Unsupported;
 
 /// A body of a run.
 pub struct BodyModel {
@@ -72,7 +77,113 @@ pub struct ElasticModel {
     pub fine: Option<Box<FineState>>,
 }
 
+/// A flexible body as contact sees it, of whatever elements it is made.
+#[derive(Clone, Copy)]
+pub struct FlexibleBody<'a> {
+    /// Name.
+    pub name: &'a str,
+    /// Rigid motions of the body.
+    pub motion: RigidMotion,
+    /// The reduced model.
+    pub reduced: &'a ReducedBody,
+    /// The interface that it was reduced for.
+    pub interface: &'a Interface,
+    /// Numbers of the unknowns.
+    pub lookup: &'a DofLookup,
+    /// Its material, the one with the slowest waves if there are several.
+    pub material: Option<&'a Material>,
+    /// Size of the body \[m\].
+    pub size: f64,
+    /// Number of its elements.
+    pub n_elements: usize,
+    /// What it is made of.
+    kind: FlexibleKind<'a>,
+}
+
+/// Elements of a flexible body.
+#[derive(Clone, Copy)]
+enum FlexibleKind<'a> {
+    Splines(&'a ElasticBody),
+    Mesh(&'a MeshedSpec),
+}
+
+impl<'a> FlexibleBody<'a> {
+    /// The spline space; none of a mesh.
+    pub fn splines(&self) -> Option<Discretised<'a>> {
+        match self.kind {
+            FlexibleKind::Splines(body) => Some(body.discretised()),
+            FlexibleKind::Mesh(_) => None,
+        }
+    }
+
+    /// The deformable surface, by which pairs are watched.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Unsupported`] if the body has no surface.
+    pub fn surface(&self) -> Result<Arc<SurfaceModel>, AdaptiveError> {
+        let shapes = self.reduced.shapes();
+        let model = match self.kind {
+            FlexibleKind::Splines(body) => {
+                SurfaceModel::new(self.motion, &body.shape.patches, &body.space, self.lookup, shapes)
+            }
+            FlexibleKind::Mesh(spec) => {
+                let pieces = MeshSurface::of(&spec.mesh).pieces();
+                SurfaceModel::of_pieces(self.motion, &pieces, self.lookup, shapes)
+            }
+        };
+        let model = model.and_then(|m| m.with_frequencies(&self.reduced.basis.omega));
+        model.map(Arc::new).map_err(|e| AdaptiveError::unsupported_body(self.name, Unsupported::Surface(e)))
+    }
+
+    /// Functions that are not zero at a point of the undeformed body, in the model's components \[m\], with their values.
+    ///
+    /// # Errors
+    /// [`AdaptiveError`] if the point is not in the body.
+    pub fn functions_at(&self, place: &[f64; 3]) -> Result<Vec<(u32, f64)>, AdaptiveError> {
+        match self.kind {
+            FlexibleKind::Splines(body) => body.discretised().functions_at(place),
+            FlexibleKind::Mesh(spec) => spec.functions_at(self.name, place),
+        }
+    }
+}
+
 impl BodyModel {
+    /// The body as contact sees it; none of a rigid one and of one from a file.
+    pub fn flexible(&self) -> Option<FlexibleBody<'_>> {
+        let name = &self.name;
+        match &self.form {
+            BodyForm::Elastic(elastic) => {
+                let ElasticModel { body, reduced, interface, .. } = elastic.as_ref();
+                Some(FlexibleBody {
+                    name,
+                    motion: body.assembled.motion,
+                    reduced,
+                    interface,
+                    lookup: &body.lookup,
+                    material: Some(&body.spec.material),
+                    size: body.size(),
+                    n_elements: body.space.n_elements(),
+                    kind: FlexibleKind::Splines(body),
+                })
+            }
+            BodyForm::Meshed(meshed) => {
+                let MeshedModel { spec, reduced, interface, lookup } = meshed.as_ref();
+                Some(FlexibleBody {
+                    name,
+                    motion: RigidMotion::Spatial,
+                    reduced,
+                    interface,
+                    lookup,
+                    material: spec.slowest_material(),
+                    size: spec.mesh.size(),
+                    n_elements: spec.mesh.elements().len(),
+                    kind: FlexibleKind::Mesh(spec),
+                })
+            }
+            BodyForm::Rigid | BodyForm::Imported(_) => None,
+        }
+    }
+
     pub(crate) fn new(
         name: String,
         full: FullModel<'_>,
@@ -92,8 +203,8 @@ impl BodyModel {
                 return Ok(Self::imported(name, model));
             }
             FullModel::Meshed(meshed) => {
-                let model = MeshedModel::build(&name, meshed, &interface.loads, cache)?;
-                let data = model.data.clone();
+                let model = MeshedModel::build(&name, meshed, interface, cache)?;
+                let data = model.reduced.data.clone();
                 return Ok(Self { name, data, form: BodyForm::Meshed(Box::new(model)) });
             }
             FullModel::Rigid(rigid) => rigid,
@@ -113,7 +224,9 @@ impl BodyModel {
         match &self.form {
             BodyForm::Elastic(elastic) => elastic.frequencies(),
             BodyForm::Imported(imported) => imported.frequencies.clone(),
-            BodyForm::Meshed(meshed) => meshed.frequencies.clone(),
+            BodyForm::Meshed(meshed) => {
+                meshed.reduced.basis.omega.iter().map(|w| w / std::f64::consts::TAU).collect()
+            }
             BodyForm::Rigid => Vec::new(),
         }
     }
@@ -155,20 +268,22 @@ impl BodyModel {
     pub fn coordinates(&self) -> CoordinateCounts {
         let n = self.data.n_modes();
         match &self.form {
-            BodyForm::Elastic(elastic) => {
-                let reduced = &elastic.reduced;
-                let n_low = reduced.basis.n_low;
-                let answers = answers_by_marker(&reduced.loads, &reduced.basis.static_loads);
-                let n_static: usize = answers.iter().map(|(_, n)| n).sum();
-                // Interface modes are beyond the low-frequency ones, and static answers are then, too.
-                let free = if n_low == n { n - n_static } else { n_low };
-                CoordinateCounts { free, interface: n - free - n_static, answers }
-            }
+            BodyForm::Elastic(elastic) => of_basis(n, &elastic.reduced),
             BodyForm::Imported(imported) => counts(n, &imported.answers),
-            BodyForm::Meshed(meshed) => counts(n, &meshed.answers),
+            BodyForm::Meshed(meshed) => of_basis(n, &meshed.reduced),
             BodyForm::Rigid => CoordinateCounts::default(),
         }
     }
+}
+
+/// What the `n` coordinates of a body reduced here stand for.
+fn of_basis(n: usize, reduced: &ReducedBody) -> CoordinateCounts {
+    let n_low = reduced.basis.n_low;
+    let answers = answers_by_marker(&reduced.loads, &reduced.basis.static_loads);
+    let n_static: usize = answers.iter().map(|(_, n)| n).sum();
+    // Interface modes are beyond the low-frequency ones, and static answers are then, too.
+    let free = if n_low == n { n - n_static } else { n_low };
+    CoordinateCounts { free, interface: n - free - n_static, answers }
 }
 
 /// `n` coordinates of a body without contact, the last of which are static answers.

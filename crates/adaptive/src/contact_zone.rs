@@ -1,11 +1,13 @@
 //! The part of a body's surface that may touch a plane or another body: its points, and the unknowns of the contact interface.
 //!
 //! Every zone is built here, on the mesh that a body has from the start ([`crate::zone_at_start`]) or on one that is refined at a touch
-//! ([`crate::fine_model`]).
+//! ([`crate::fine_model`]); that of a finite element mesh lies on its own sides ([`crate::mesh_surface`]).
 
-use contact_qs::ContactError;
+use std::sync::Arc;
+
 use contact_qs::points::SurfacePoint;
 use contact_qs::surface_pair::TargetFace;
+use contact_qs::{ContactError, PiecewiseSurface};
 use iga_core::surface::{CollocationPoint, gauss_points, greville_points};
 
 use crate::elastic_body::Discretised;
@@ -16,14 +18,23 @@ use crate::spec::PointRule;
 pub struct ContactZone {
     /// Contact points with their functions.
     pub points: Vec<SurfacePoint>,
-    /// Parameters of the points.
+    /// Parameters of the points; on a mesh those of their sides.
     pub parameters: Vec<[f64; 3]>,
     /// Unknowns of the interface, rising.
     pub unknowns: Vec<usize>,
     /// Full widths along the face \[m\]; the second is zero for curves, and for zones given by one width.
     pub widths: [f64; 2],
     /// The part of the surface that points of another body may touch.
-    pub region: TargetFace,
+    pub region: ZoneRegion,
+}
+
+/// A part of a body's surface.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ZoneRegion {
+    /// Of a face of a spline body.
+    Face(TargetFace),
+    /// Sides of a mesh.
+    Pieces(Arc<PiecewiseSurface>),
 }
 
 /// Where a contact zone ends.
@@ -86,7 +97,7 @@ impl ContactZone {
             points,
             parameters: inside.iter().map(|p| p.xi).collect(),
             widths: limits.widths,
-            region: limits.region,
+            region: ZoneRegion::Face(limits.region),
         })
     }
 }

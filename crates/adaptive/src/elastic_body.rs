@@ -7,8 +7,7 @@ use faer::{Mat, MatRef};
 use ffr_dynamics::DynamicsError;
 use ffr_dynamics::body::{AssembledBody, Dof, MassMatrix, ModalDamping, RayleighDamping, StandardInputData};
 use ffr_dynamics::reduction::compliance::ResidualFlexibility;
-use ffr_dynamics::reduction::craig_bampton::{FixedInterfaceModes, craig_bampton};
-use ffr_dynamics::reduction::modal::{ReducedBasis, all_modes};
+use ffr_dynamics::reduction::modal::ReducedBasis;
 use ffr_dynamics::reduction::problem::ElasticProblem;
 use ffr_dynamics::reduction::rigid::RigidModes;
 use ffr_dynamics::reduction::static_answers::{TakenLoads, with_static_answers};
@@ -22,7 +21,7 @@ use nalgebra::UnitQuaternion;
 
 use crate::error::AdaptiveError;
 use crate::marker_loads::MarkerLoads;
-use crate::spec::{DampingSpec, DiscretisationSpec, ElasticSpec, FrameSpec, ReductionSpec, RefinementSpec};
+use crate::spec::{DampingSpec, DiscretisationSpec, ElasticSpec, FrameSpec, RefinementSpec};
 use crate::store::{ModelCache, StoredModel, body_definition, matrix, matrix_values};
 use crate::unsupported::Unsupported;
 
@@ -31,11 +30,13 @@ mod discretised;
 mod key;
 mod point_markers;
 mod points;
+mod reduction;
 mod stiffening;
 
 pub use crate::spec::body::rigid_motion;
 pub use discretised::Discretised;
 pub use key::modes_key;
+pub(crate) use reduction::ReductionInput;
 pub use stiffening::geometric_stiffening;
 
 /// Part of a parameter range within which a point counts as lying at its end.
@@ -211,62 +212,10 @@ impl ElasticBody {
         loads: &Mat<f64>,
         cache: &ModelCache,
     ) -> Result<ReducedBody, DynamicsError> {
-        let body = &self.assembled;
-        let (basis, residual) = match self.spec.reduction {
-            ReductionSpec::CraigBampton { modes, .. } if interface.modes == InterfaceModes::Quasistatic => {
-                let problem = ElasticProblem::free(body, &interface.unknowns)?;
-                let build = || answering(&problem, free_modes(&problem, modes)?, loads);
-                let basis = self.modes((interface, loads), cache, build)?;
-                let residual = ResidualFlexibility::new(&problem, &interface.unknowns, &basis)?;
-                (basis, Some(residual))
-            }
-            _ => {
-                let build = || self.dynamic_modes(interface, loads);
-                (self.modes((interface, loads), cache, build)?, None)
-            }
-        };
-        let stiffness: Vec<f64> = basis.omega.iter().map(|w| w * w).collect();
-        let mut data = StandardInputData::new(body, basis.shapes.as_ref(), &stiffness)?;
-        data.modal_damping = damping(&self.spec.damping, &stiffness, basis.first_static())?;
-        if interface.modes == InterfaceModes::Damped {
-            data.modal_damping = with_critical(data.modal_damping, &basis.omega, basis.n_low);
-        }
-        Ok(ReducedBody { basis, framed: None, residual, data, loads: interface.loads.clone() })
-    }
-
-    /// The modes of a reduction without a quasistatic interface.
-    fn dynamic_modes(&self, interface: &Interface, loads: &Mat<f64>) -> Result<ReducedBasis, DynamicsError> {
-        let body = &self.assembled;
-        match self.spec.reduction {
-            ReductionSpec::All => all_modes(body),
-            ReductionSpec::CraigBampton { modes, fixed_interface_modes }
-                if !interface.unknowns.is_empty() =>
-            {
-                let count =
-                    fixed_interface_modes.map_or(FixedInterfaceModes::Checked, FixedInterfaceModes::Exactly);
-                let basis = craig_bampton(body, &interface.unknowns, modes, count)?.basis;
-                if loads.ncols() == 0 {
-                    return Ok(basis);
-                }
-                answering(&ElasticProblem::free(body, &[])?, basis, loads)
-            }
-            ReductionSpec::Modal { modes } | ReductionSpec::CraigBampton { modes, .. } => {
-                free_modes_answering(body, modes, loads)
-            }
-        }
-    }
-
-    /// Modes from `cache`, or what `build` makes.
-    fn modes(
-        &self,
-        (interface, loads): (&Interface, &Mat<f64>),
-        cache: &ModelCache,
-        build: impl FnOnce() -> Result<ReducedBasis, DynamicsError>,
-    ) -> Result<ReducedBasis, DynamicsError> {
-        let key = modes_key(&body_definition(&self.spec), self.spec.reduction, interface, loads);
-        // Rigid modes come from the matrices at no cost, and errors of theirs before those of the elastic ones.
-        let rigid = Arc::new(RigidModes::new(&self.assembled)?);
-        cache.recent(key, |stored| basis_from(stored, self.n_unknowns(), &rigid), build, stored_basis)
+        let ElasticSpec { reduction, damping, .. } = &self.spec;
+        let key = modes_key(&body_definition(&self.spec), *reduction, interface, loads);
+        let input = ReductionInput { body: &self.assembled, reduction: *reduction, damping, key };
+        input.reduce(interface, loads, cache)
     }
 }
 

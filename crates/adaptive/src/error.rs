@@ -275,6 +275,14 @@ pub enum ContactModelFault {
     /// Elements of an interval of no width.
     #[error("interval.elements needs interval.width")]
     NoWidth,
+    /// A mesh on which the extent of the contact cannot be predicted.
+    #[error(
+        "Hertz's theory does not say how far it reaches on body \"{body}\": the surfaces are flat on each other, or nothing yields; give interval.width"
+    )]
+    NoWidthOnMesh {
+        /// Name of the body.
+        body: String,
+    },
     /// A body whose elements are as coarse at the contact as elsewhere.
     #[error(
         "body \"{body}\" is not refined at its first point of contact ({:.6e}, {:.6e}, {:.6e}) m; give interval.width or refine there",

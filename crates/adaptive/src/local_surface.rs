@@ -7,9 +7,11 @@ use iga_core::surface::Face;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::elastic_body::rigid_motion;
+use crate::mesh_surface::{MeshSurface, SideSite};
 use crate::predict::LocalSurface;
 use crate::rotated_net::regular_view;
-use crate::spec::ElasticSpec;
+use crate::spec::{BodyKind, BodySpec, ElasticSpec, MeshedSpec};
+use crate::touch_sites::TouchSite;
 
 /// Surface of the undeformed body about a place of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,6 +27,31 @@ pub struct SurfaceView {
 }
 
 impl SurfaceView {
+    /// The surface of `body`, whose frame is turned by `rotation`, at `site`; `None` if it has no curvatures there, or `body` no surface.
+    pub fn at(body: &BodySpec, rotation: &UnitQuaternion<f64>, site: &TouchSite) -> Option<Self> {
+        match (&body.kind, site) {
+            (BodyKind::Elastic(elastic), TouchSite::Face(site)) => {
+                Self::new(elastic, rotation, site.face, &site.xi)
+            }
+            (BodyKind::Meshed(meshed), TouchSite::Side(site)) => Self::of_mesh(meshed, rotation, site),
+            _ => None,
+        }
+    }
+
+    /// The surface of a body of finite elements, whose frame is turned by `rotation`; `None` where it has no normal.
+    pub fn of_mesh(body: &MeshedSpec, rotation: &UnitQuaternion<f64>, site: &SideSite) -> Option<Self> {
+        let shape = MeshSurface::of(&body.mesh).shape_at(site)?;
+        let material = body.slowest_material()?;
+        let compliance = (1.0 - material.poissons_ratio().powi(2)) / material.youngs_modulus();
+        let direction = rotation * shape.direction;
+        Some(Self {
+            surface: LocalSurface { curvatures: shape.curvatures, direction, compliance },
+            tangents: shape.tangents.map(|t| rotation * t),
+            outward: rotation * shape.normal,
+            point: site.point,
+        })
+    }
+
     /// The surface of `body`, whose frame is turned by `rotation`, at parameters `xi` of `face`; `None` if it has no curvatures there.
     pub fn new(
         body: &ElasticSpec,

@@ -1,46 +1,40 @@
 //! Bodies of finite elements, reduced here.
 
-use std::sync::Arc;
-
-use faer::Mat;
+use contact_qs::points::DofLookup;
 use fe_mesh::Mesh;
 use fe_mesh::fault::MeshFault;
 use fe_mesh::jacobian::PointOf;
 use fe_mesh::matrices::{Constants, Materials, assemble};
 use fe_mesh::part::Part;
+use fe_mesh::shape::Functions;
 use ffr_dynamics::DynamicsError;
-use ffr_dynamics::body::{AssembledBody, Dof, MassMatrix, RigidMotion, StandardInputData};
+use ffr_dynamics::body::{AssembledBody, Dof, MassMatrix, RigidMotion};
 use ffr_dynamics::kinematics::marker::FlexiblePoint;
 use ffr_dynamics::kinematics::{Marker, MarkerWeights};
-use ffr_dynamics::reduction::modal::{ReducedBasis, all_modes};
-use ffr_dynamics::reduction::rigid::RigidModes;
 use iga_core::elasticity::Material;
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::elastic_body::{basis_from, damping, free_modes_answering, stored_basis};
+use crate::elastic_body::{Interface, ReducedBody, ReductionInput, modes_key};
 use crate::error::AdaptiveError;
-use crate::marker_loads::{MarkerLoads, answers_by_marker, load_columns};
+use crate::marker_loads::load_columns;
 use crate::part_motion::PartPoints;
-use crate::spec::{Area, Extent, FrameSpec, MeshedSpec, Place, ReductionSpec};
-use crate::store::{Bytes, ModelCache, ModelKey, meshed_definition};
+use crate::spec::{Area, Extent, FrameSpec, MeshedSpec, Place};
+use crate::store::{ModelCache, ModelKey, meshed_definition};
 use crate::unsupported::{MOST_RIGID_UNKNOWNS, Unsupported};
 
 /// Displacement components of a node.
 const N_COMPONENTS: usize = 3;
 
 /// A body of finite elements, reduced.
-#[derive(Debug, Clone)]
 pub struct MeshedModel {
-    /// Inertia and couplings.
-    pub data: StandardInputData,
-    /// Eigenfrequencies of the free body, then those of static answers \[Hz\].
-    pub frequencies: Vec<f64>,
-    /// How many static answers there are to each joint's or load's forces; the last of the coordinates.
-    pub answers: Vec<(String, usize)>,
     /// What it was built from.
     pub spec: MeshedSpec,
-    /// Modes at the unknowns, in the frame in use.
-    pub shapes: Mat<f64>,
+    /// The reduced model.
+    pub reduced: ReducedBody,
+    /// The interface that it was reduced for.
+    pub interface: Interface,
+    /// Numbers of the unknowns.
+    pub lookup: DofLookup,
 }
 
 /// The constants of a material.
@@ -146,6 +140,26 @@ impl MeshedSpec {
         }
     }
 
+    /// The softest material of the body, by the speed of its waves.
+    pub fn slowest_material(&self) -> Option<&Material> {
+        let speed = |m: &&Material| m.youngs_modulus() / m.density();
+        let all = self.material.iter().chain(self.groups.iter().map(|(_, material)| material));
+        all.min_by(|a, b| speed(a).total_cmp(&speed(b)))
+    }
+
+    /// Functions that are not zero at a point of the undeformed body \[m\], with their values; `name` is that of the body.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Mesh`] if the point is not in the body.
+    pub fn functions_at(&self, name: &str, place: &[f64; 3]) -> Result<Vec<(u32, f64)>, AdaptiveError> {
+        let fail = |source| AdaptiveError::Mesh { body: name.to_owned(), source };
+        let (e, xi) = self.mesh.locate(place).map_err(fail)?;
+        let element = self.mesh.elements().get(e);
+        let mut functions = Functions::default();
+        element.kind.functions(&xi, &mut functions);
+        Ok(element.nodes.iter().copied().zip(functions.values).collect())
+    }
+
     /// How a material point moves and turns, by half the curl of the displacement, with the unknowns.
     fn at(&self, point: &[f64; 3]) -> Result<Vec<(u32, [f64; 6])>, MeshFault> {
         let (e, xi) = self.mesh.locate(point)?;
@@ -174,34 +188,34 @@ fn unknown(node: u32, component: usize) -> Option<usize> {
 }
 
 impl MeshedModel {
-    /// Reduces the body called `name` with static answers to `loads`; modes that `cache` has are not computed again.
+    /// Reduces the body called `name` for `interface`; modes that `cache` has are not computed again.
     ///
     /// # Errors
     /// [`AdaptiveError::Mesh`] for places and groups that do not exist, [`AdaptiveError::Reduction`], [`AdaptiveError::Unsupported`].
     pub fn build(
         name: &str,
         spec: &MeshedSpec,
-        loads: &[MarkerLoads],
+        interface: Interface,
         cache: &ModelCache,
     ) -> Result<Self, AdaptiveError> {
         let fail = |source: DynamicsError| AdaptiveError::Reduction { body: name.to_owned(), source };
         let assembled = spec.assembled(name)?;
         let at = |place: &Place| spec.marker_weights(name, place, UnitQuaternion::identity());
-        let columns = load_columns(&assembled, loads, at, fail)?;
-        let basis = modes(&assembled, spec, &columns, cache).map_err(fail)?;
-        let stiffness: Vec<f64> = basis.omega.iter().map(|w| w * w).collect();
-        let mut data = StandardInputData::new(&assembled, basis.shapes.as_ref(), &stiffness).map_err(fail)?;
-        data.modal_damping = damping(&spec.damping, &stiffness, basis.first_static()).map_err(fail)?;
-        let mut shapes = basis.shapes;
+        let columns = load_columns(&assembled, &interface.loads, at, fail)?;
+        let key = modes_key(&meshed_definition(spec), spec.reduction, &interface, &columns);
+        let key = ModelKey { kind: "modes of a mesh", ..key };
+        let (reduction, damping) = (spec.reduction, &spec.damping);
+        let input = ReductionInput { body: &assembled, reduction, damping, key };
+        let mut reduced = input.reduce(&interface, &columns, cache).map_err(fail)?;
         if let FrameSpec::Tangent(place) = &spec.frame {
-            let support = at(place)?.marker("frame", shapes.as_ref()).map_err(fail)?;
+            let support = at(place)?.marker("frame", reduced.basis.shapes.as_ref()).map_err(fail)?;
             let tangent = support.tangent_frame(assembled.motion);
-            shapes = tangent.shifted_shapes(&assembled, shapes.as_ref()).map_err(fail)?;
-            data = data.in_tangent_frame(&tangent).map_err(fail)?;
+            let shapes = tangent.shifted_shapes(&assembled, reduced.basis.shapes.as_ref()).map_err(fail)?;
+            reduced.framed = Some(shapes);
+            reduced.data = reduced.data.in_tangent_frame(&tangent).map_err(fail)?;
         }
-        let frequencies = basis.omega.iter().map(|w| w / std::f64::consts::TAU).collect();
-        let answers = answers_by_marker(loads, &basis.static_loads);
-        Ok(Self { data, frequencies, answers, spec: spec.clone(), shapes })
+        let lookup = DofLookup::new(&assembled.dofs);
+        Ok(Self { spec: spec.clone(), reduced, interface, lookup })
     }
 
     /// Number of unknowns of the full model.
@@ -230,32 +244,7 @@ impl MeshedModel {
     ) -> Result<Marker, AdaptiveError> {
         self.spec
             .marker_weights(body, place, rotation)?
-            .marker(name, self.shapes.as_ref())
+            .marker(name, self.reduced.shapes())
             .map_err(|source| AdaptiveError::Reduction { body: body.to_owned(), source })
     }
-}
-
-/// The modes of `body` with the static answers to `loads`, from `cache` if they are there.
-fn modes(
-    body: &AssembledBody,
-    spec: &MeshedSpec,
-    loads: &Mat<f64>,
-    cache: &ModelCache,
-) -> Result<ReducedBasis, DynamicsError> {
-    let mut key = Bytes(meshed_definition(spec));
-    match spec.reduction {
-        ReductionSpec::All => key.add(&0),
-        ReductionSpec::Modal { modes } | ReductionSpec::CraigBampton { modes, .. } => key.add(&(1, modes)),
-    }
-    key.sparse(loads);
-    let key = ModelKey { kind: "modes of a mesh", definition: key.0 };
-    let build = || match spec.reduction {
-        ReductionSpec::All => all_modes(body),
-        ReductionSpec::Modal { modes } | ReductionSpec::CraigBampton { modes, .. } => {
-            free_modes_answering(body, modes, loads)
-        }
-    };
-    // Rigid modes come from the matrices at no cost, and errors of theirs before those of the elastic ones.
-    let rigid = Arc::new(RigidModes::new(body)?);
-    cache.recent(key, |stored| basis_from(stored, body.dofs.len(), &rigid), build, stored_basis)
 }

@@ -4,12 +4,12 @@ use std::time::Instant;
 
 use ffr_dynamics::integration::OdeSystem;
 use ffr_dynamics::system::Multibody;
-use iga_core::space::Space;
 
 use crate::adaptive_contact::{AdaptiveContact, TrialSizes};
 use crate::body_model::{BodyModel, ElasticModel, FullModel};
 use crate::elastic_body::ElasticBody;
 use crate::error::AdaptiveError;
+use crate::mesh_touch::{MeshTouch, touches};
 use crate::point_compliance::{PointCompliance, of_body};
 use crate::record::{BodyLayout, JointLayout, RunLayout, Timings};
 use crate::simulation::{Observed, ObservedPoint, System};
@@ -25,13 +25,11 @@ mod resolution;
 mod start;
 mod stress;
 
-pub(crate) use contacts::surface;
 use contacts::{BuiltContact, adaptive_contacts, build_contact, interfaces, refinements, zones};
 use fine_modes::needs_fine_modes;
 use plan::ContactPlan;
-pub(crate) use plan::first_sites;
 pub use resolution::{Subjects, subjects};
-pub(crate) use start::poses as start_poses;
+pub use start::poses as start_poses;
 
 /// Models, initial state and requests of a run.
 pub struct RunModel {
@@ -51,6 +49,8 @@ pub struct RunModel {
     pub timings: Timings,
     /// Models of earlier runs.
     pub cache: ModelCache,
+    /// Where meshes are going to be touched.
+    pub touches: Vec<MeshTouch>,
     point_names: Vec<String>,
     stress: Vec<StressSpec>,
     /// What the models were built from, where models of bodies change in the course of the run.
@@ -104,7 +104,7 @@ impl RunModel {
         stress::check(spec, &plans)?;
         let full = full_models(spec, &plans)?;
         let assembly = started.elapsed().as_secs_f64();
-        let zones = zones(spec, &plans, &full)?;
+        let zones = zones(spec, (&plans, &poses), &full)?;
         let search = started.elapsed().as_secs_f64() - assembly;
         let interfaces = interfaces(spec, &zones)?;
         let bodies = spec.bodies.iter().zip(full).zip(interfaces);
@@ -140,6 +140,7 @@ impl RunModel {
             stress: spec.stress.clone(),
             source: needs_fine_modes(spec, &plans, &bodies)?.then(|| Box::new(spec.clone())),
             cache: cache.clone(),
+            touches: spec.contacts.iter().flat_map(|c| touches(spec, &poses, c)).collect(),
             system,
             initial,
             bodies,
@@ -153,9 +154,15 @@ impl RunModel {
     pub fn lasting_local_deformation(&self) -> Result<Vec<PointCompliance>, AdaptiveError> {
         let mut all = Vec::new();
         for (i, body) in self.bodies.iter().enumerate() {
-            let Some(elastic) = body.elastic() else { continue };
-            let Some(residual) = &elastic.reduced.residual else { continue };
-            all.extend(of_body(&self.observed.points, i, &elastic.body.discretised(), residual)?);
+            let Some(flexible) = body.flexible() else { continue };
+            let Some(residual) = &flexible.reduced.residual else { continue };
+            let functions = |place: &[f64; 3]| flexible.functions_at(place);
+            all.extend(of_body(
+                &self.observed.points,
+                (i, flexible.motion, flexible.lookup),
+                functions,
+                residual,
+            )?);
         }
         Ok(all)
     }
@@ -190,9 +197,9 @@ impl RunModel {
     pub fn trial_sizes(&self, i: usize) -> TrialSizes {
         let (body, target) = self.system.forces()[i].contact.bodies();
         let models = [Some(body), target].into_iter().flatten();
-        models.filter_map(|b| self.bodies[b].elastic()).fold(TrialSizes::default(), |sum, e| TrialSizes {
-            elements: sum.elements + e.body.space.n_elements() as u64,
-            dofs: sum.dofs + e.body.n_unknowns() as u64,
+        models.filter_map(|b| self.bodies[b].flexible()).fold(TrialSizes::default(), |sum, e| TrialSizes {
+            elements: sum.elements + e.n_elements as u64,
+            dofs: sum.dofs + e.reduced.basis.shapes.nrows() as u64,
             interface: sum.interface + e.interface.unknowns.len() as u64,
         })
     }

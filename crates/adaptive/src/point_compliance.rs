@@ -6,7 +6,6 @@ use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::reduction::ResidualFlexibility;
 use nalgebra::Vector3;
 
-use crate::elastic_body::Discretised;
 use crate::error::AdaptiveError;
 use crate::simulation::ObservedPoint;
 
@@ -77,22 +76,21 @@ pub fn points_on(all: &[ObservedPoint], body: usize, motion: RigidMotion) -> (Ve
     on_body.map(|(i, p)| (i, place(p))).unzip()
 }
 
-/// Compliances of the points of `all` on `body`, whose interface has the flexibility `residual` for the whole run.
+/// Compliances of the points of `all` on a body, its number, motions and unknowns given, whose interface has the flexibility `residual` for the whole
+/// run.
 ///
 /// # Errors
 /// [`AdaptiveError::Geometry`] if a point is not in the body.
 pub fn of_body(
     all: &[ObservedPoint],
-    body: usize,
-    model: &Discretised<'_>,
+    (body, motion, lookup): (usize, RigidMotion, &DofLookup),
+    functions_at: impl Fn(&[f64; 3]) -> Result<Functions, AdaptiveError>,
     residual: &ResidualFlexibility,
 ) -> Result<Vec<PointCompliance>, AdaptiveError> {
-    let motion = model.motion();
     let (points, places) = points_on(all, body, motion);
     if points.is_empty() {
         return Ok(Vec::new());
     }
-    let functions: Vec<Functions> =
-        places.iter().map(|place| model.functions_at(place)).collect::<Result<_, AdaptiveError>>()?;
-    Ok(compliances(&points, body, motion, &point_rows(&functions, model.lookup, motion, residual)))
+    let functions: Vec<Functions> = places.iter().map(functions_at).collect::<Result<_, AdaptiveError>>()?;
+    Ok(compliances(&points, body, motion, &point_rows(&functions, lookup, motion, residual)))
 }

@@ -1,16 +1,17 @@
 //! The force element of a contact zone: its points on a plane, or on the surface of another body's zone.
 
-use contact_qs::points::{InterfaceCompliance, contact_submodel};
+use contact_qs::points::{DofLookup, InterfaceCompliance, contact_submodel};
 use contact_qs::surface_pair::{SurfacePair, SurfacePairSettings, TargetSurface};
 use contact_qs::{
     ActiveContact, ContactError, ContactSubmodel, Plane, PlaneContact, PlaneContactSettings,
     VibratingContact, ZoneVibration,
 };
 use faer::MatRef;
+use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::Active;
 use nalgebra::Unit;
 
-use crate::contact_zone::ContactZone;
+use crate::contact_zone::{ContactZone, ZoneRegion};
 use crate::elastic_body::Discretised;
 use crate::spec::{SurfaceLaw, Target};
 
@@ -22,8 +23,12 @@ pub const FALLBACK_PENALTY: f64 = 2e17;
 pub struct ContactSide<'a> {
     /// Index of the body.
     pub body: usize,
-    /// The mesh that the zone lies on.
-    pub mesh: Discretised<'a>,
+    /// Rigid motions of the body.
+    pub motion: RigidMotion,
+    /// Numbers of the unknowns of the model that the zone lies on.
+    pub lookup: &'a DofLookup,
+    /// The spline space that it lies on; none of a mesh.
+    pub splines: Option<Discretised<'a>>,
     /// The zone.
     pub zone: &'a ContactZone,
     /// Modes of the dynamic elastic coordinates at the unknowns, `n_dofs × n_q`.
@@ -35,16 +40,21 @@ pub struct ContactSide<'a> {
 impl ContactSide<'_> {
     /// The points with modes and compliance.
     fn submodel(&self) -> Result<ContactSubmodel, ContactError> {
-        let (mesh, points) = (&self.mesh, &self.zone.points);
-        contact_submodel(mesh.motion(), points, mesh.lookup, self.shapes, self.compliance)
+        contact_submodel(self.motion, &self.zone.points, self.lookup, self.shapes, self.compliance)
     }
 
     /// The surface with modes and compliance.
     fn surface(&self) -> Result<TargetSurface, ContactError> {
-        let Discretised { space, patches, lookup, .. } = self.mesh;
-        let region = [self.zone.region];
-        let motion = self.mesh.motion();
-        TargetSurface::flexible(motion, space, patches, &region, lookup, self.shapes, self.compliance)
+        let Self { motion, lookup, shapes, compliance, .. } = *self;
+        match (&self.zone.region, &self.splines) {
+            (ZoneRegion::Pieces(surface), _) => {
+                TargetSurface::of_pieces(motion, surface, lookup, shapes, compliance)
+            }
+            (ZoneRegion::Face(face), Some(Discretised { space, patches, .. })) => {
+                TargetSurface::flexible(motion, *space, patches, &[*face], lookup, shapes, compliance)
+            }
+            (ZoneRegion::Face(_), None) => Err(ContactError::Nothing { what: "a mesh has no face" }),
+        }
     }
 }
 

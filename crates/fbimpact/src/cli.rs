@@ -103,6 +103,21 @@ pub enum Command {
         #[command(flatten)]
         set: SetArguments,
     },
+    /// Say how fine meshes are to be where they are touched, and write sizes for Gmsh
+    MeshSize {
+        /// Scenario file
+        #[arg(value_name = "SCENARIO.toml")]
+        scenario: PathBuf,
+        /// Name of a body with model "mesh"; needed for -o where several are touched
+        #[arg(long, value_name = "NAME")]
+        body: Option<String>,
+        /// Gmsh script with a field of sizes
+        #[arg(short, long, value_name = "SIZES.geo")]
+        output: Option<PathBuf>,
+        /// Changes to the scenario
+        #[command(flatten)]
+        set: SetArguments,
+    },
     /// Write a body of a scenario to a body file, to be used again or by another program
     ExportBody {
         /// Scenario file

@@ -125,6 +125,17 @@ pub enum CommandFault {
         /// The commands there are.
         known: Vec<String>,
     },
+    /// No mesh whose touch can be predicted.
+    #[error(
+        "no contact of a body with model \"mesh\" has a radius that Hertz's theory predicts; there must be one, with surfaces that are curved against each other"
+    )]
+    NoMeshTouched,
+    /// Several meshes for one file of sizes.
+    #[error("contacts touch the meshes of {}; choose one with --body", names.join(" and "))]
+    SeveralMeshes {
+        /// Names of the bodies.
+        names: Vec<String>,
+    },
     /// A path without a file name.
     #[error("{}: is no name for a file", path.display())]
     NoFileName {

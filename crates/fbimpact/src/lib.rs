@@ -65,6 +65,14 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
             commands::modes::modes(&scenario, &set.set, body.as_deref(), json, threads)
         }
         Command::Cache { action, cache } => commands::cache::cache(action, &cache),
+        Command::MeshSize { scenario, body, output, set } => {
+            let asked = commands::mesh_size::MeshSize {
+                scenario: &scenario,
+                body: body.as_deref(),
+                output: output.as_deref(),
+            };
+            commands::mesh_size::mesh_size(&asked, &set.set)
+        }
         Command::ExportBody { scenario, body, output, full, threads, set } => {
             let export = commands::export_body::Export {
                 scenario: &scenario,

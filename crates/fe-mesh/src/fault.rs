@@ -212,6 +212,17 @@ pub enum MeshFault {
         /// Numbers of elements of the first two.
         elements: [u64; 2],
     },
+    /// A side without a normal somewhere, which nothing can touch.
+    #[error(
+        "the side of element {element} at ({:.4e}, {:.4e}, {:.4e}) m has no area there, so that nothing can touch it; mesh finer there, or move the middle nodes of its edges",
+        point[0], point[1], point[2]
+    )]
+    FlatSide {
+        /// Number of the element.
+        element: u64,
+        /// Where \[m\].
+        point: [f64; 3],
+    },
     /// A group that does not exist.
     #[error("no group \"{name}\" of {what}, the mesh has {known}")]
     UnknownGroup {

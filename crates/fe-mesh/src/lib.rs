@@ -20,6 +20,8 @@ pub mod matrices;
 pub mod mass_properties;
 pub mod locate;
 pub mod part;
+pub mod side_pieces;
+pub mod surface;
 pub mod stress;
 pub mod read;
 

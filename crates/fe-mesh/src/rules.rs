@@ -162,12 +162,23 @@ impl SideKind {
         if self.n_corners() == 3 {
             return triangle(7);
         }
-        let line = gauss(3);
-        let row = |(y, v): &(f64, f64)| -> Vec<_> {
-            line.iter().map(|(x, u)| RulePoint { xi: [*x, *y], weight: u * v }).collect()
-        };
-        line.iter().flat_map(row).collect()
+        square(3)
     }
+
+    /// Points of contact: as few as integrate a constant pressure times every function of a flat side exactly. More would ask more conditions
+    /// of a side than it has displacements to meet them by.
+    pub fn contact_rule(self) -> Vec<RulePoint<2>> {
+        if self.n_corners() == 3 { triangle(3) } else { square(2) }
+    }
+}
+
+/// Gauss' rule on the square with `n` by `n` points.
+fn square(n: usize) -> Vec<RulePoint<2>> {
+    let line = gauss(n);
+    let row = |(y, v): &(f64, f64)| -> Vec<_> {
+        line.iter().map(|(x, u)| RulePoint { xi: [*x, *y], weight: u * v }).collect()
+    };
+    line.iter().flat_map(row).collect()
 }
 
 #[cfg(test)]

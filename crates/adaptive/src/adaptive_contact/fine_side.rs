@@ -373,8 +373,15 @@ impl FineSide {
 
     /// The side of body `body`, moving with `shapes`, those of [`FineSide::all_shapes`].
     fn contact_side<'a>(&'a self, body: usize, shapes: MatRef<'a, f64>) -> ContactSide<'a> {
-        let mesh = self.body.discretised();
-        ContactSide { body, mesh, zone: &self.zone, shapes, compliance: self.compliance() }
+        ContactSide {
+            body,
+            motion: self.body.motion,
+            lookup: &self.body.lookup,
+            splines: Some(self.body.discretised()),
+            zone: &self.zone,
+            shapes,
+            compliance: self.compliance(),
+        }
     }
 }
 

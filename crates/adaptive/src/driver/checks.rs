@@ -25,6 +25,8 @@ impl Driver<'_> {
             let found = [coarse_mesh(body), coarse_place(body)];
             warnings.extend(found.into_iter().flatten().map(|warning| (b, warning)));
         }
+        let coarse = self.model.touches.iter().filter(|touch| touch.is_coarse());
+        warnings.extend(coarse.map(|touch| (touch.body, touch.warning())));
         Ok(warnings)
     }
 

@@ -1,11 +1,8 @@
 //! Contacts of a run: zones on bodies, interfaces, force elements.
 
-use std::sync::Arc;
-
 use contact_qs::ContactError;
 use contact_qs::contact_element::ActiveContact;
 use contact_qs::plane::Plane;
-use contact_qs::search::SurfaceModel;
 use contact_qs::{PressureRecovery, Sphere, SphereContact};
 use ffr_dynamics::system::Active;
 use ffr_dynamics::system::force::BodyState;
@@ -13,7 +10,7 @@ use nalgebra::Unit;
 
 use super::default_penalty::{self, Side};
 use super::plan::{ContactPlan, request, requests};
-use super::{BodyModel, ContactModel, ElasticModel};
+use super::{BodyModel, ContactModel};
 use crate::adaptive_contact::AdaptiveContact;
 use crate::body_model::FullModel;
 use crate::contact_zone::ContactZone;
@@ -23,15 +20,18 @@ use crate::error::{AdaptiveError, ContactModelFault};
 use crate::marker_loads::MarkerLoads;
 use crate::plausibility::motion::wave_speed;
 use crate::simulation::RunContact;
+use crate::sizing::zone::predicted_zone;
 use crate::spec::ImportedSpec;
 use crate::spec::{
     BodyKind, ContactLaw, ContactSpec, HertzSphere, ReductionSpec, RefinementSpec, RunSpec, SurfaceLaw,
     Target, Treatment,
 };
 use crate::store::ModelCache;
+use crate::touch_sites::TouchSite;
 use crate::unsupported::Unsupported;
 use crate::zone_at_start::wanted_refinement;
 use crate::zone_contact::{FALLBACK_PENALTY, ZoneContact};
+use crate::zone_on_mesh::zone_on_mesh;
 
 /// A contact ready for the system.
 pub struct BuiltContact {
@@ -67,8 +67,8 @@ pub fn adaptive_contacts(
         let mut contacts = spec.contacts.iter().enumerate();
         contacts.any(|(k, c)| is_refined(k) && takes_part(c, i))
     };
-    let surface = |(i, body): (usize, &BodyModel)| match body.elastic() {
-        Some(elastic) if takes_part(i) => surface(elastic).map(Some),
+    let surface = |(i, body): (usize, &BodyModel)| match body.flexible() {
+        Some(flexible) if takes_part(i) => flexible.surface().map(Some),
         _ => Ok(None),
     };
     let surfaces = bodies.iter().enumerate().map(surface).collect::<Result<Vec<_>, AdaptiveError>>()?;
@@ -81,18 +81,6 @@ pub fn adaptive_contacts(
             ContactLaw::Hertz { .. } => None,
         })
         .collect()
-}
-
-/// The deformable surface of a body, by which pairs are watched.
-///
-/// # Errors
-/// [`AdaptiveError::Unsupported`] if the body has no surface.
-pub fn surface(elastic: &ElasticModel) -> Result<Arc<SurfaceModel>, AdaptiveError> {
-    let (full, reduced) = (&elastic.body, &elastic.reduced);
-    let motion = full.assembled.motion;
-    let model = SurfaceModel::new(motion, &full.shape.patches, &full.space, &full.lookup, reduced.shapes());
-    let model = model.and_then(|m| m.with_frequencies(&reduced.basis.omega));
-    model.map(Arc::new).map_err(|e| AdaptiveError::unsupported_body(&full.name, Unsupported::Surface(e)))
 }
 
 /// Whether `contact` acts on body `index`.
@@ -139,16 +127,24 @@ impl Zones {
 /// See [`crate::zone_at_start::ZoneRequest::zone`].
 pub fn zones(
     spec: &RunSpec,
-    plans: &[ContactPlan],
+    (plans, poses): (&[ContactPlan], &[BodyState]),
     full: &[FullModel<'_>],
 ) -> Result<Vec<Option<Zones>>, AdaptiveError> {
     let of = |(contact, plan): (&ContactSpec, &ContactPlan)| {
         let (ContactPlan::FromStart(sites), ContactLaw::Surface(law)) = (plan, &contact.law) else {
             return Ok(None);
         };
-        let zone = |body: usize, site| {
-            let body = full[body].elastic().expect("zones are planned on elastic bodies alone, see plan()");
-            request(contact, law, site).zone(body)
+        let zone = |body: usize, site: TouchSite| match (site, &full[body]) {
+            (TouchSite::Face(site), FullModel::Elastic(body)) => request(contact, law, site).zone(body),
+            (TouchSite::Side(site), FullModel::Meshed(mesh)) => {
+                zone_on_mesh((&spec.bodies[body].name, mesh), (contact, law), &site, || {
+                    predicted_zone(spec, poses, contact).map(|zone| zone.width)
+                })
+            }
+            _ => {
+                let source = ContactError::Nothing { what: "a body has no surface to touch" };
+                Err(AdaptiveError::Contact { contact: contact.name.clone(), source })
+            }
         };
         let own = zone(contact.body, sites.contact_body)?;
         let target = match (contact.target, sites.target) {
@@ -213,7 +209,11 @@ fn interface_of(spec: &RunSpec, index: usize, zones: &[Option<Zones>]) -> Result
     }
     let modes = modes.unwrap_or_default();
     let needs_bounds = modes != InterfaceModes::Dynamic;
-    let reduction = body.elastic().map(|e| e.reduction);
+    let reduction = match &body.kind {
+        BodyKind::Elastic(elastic) => Some(elastic.reduction),
+        BodyKind::Meshed(meshed) => Some(meshed.reduction),
+        BodyKind::Imported(_) | BodyKind::Rigid(_) => None,
+    };
     if needs_bounds && !matches!(reduction, Some(ReductionSpec::CraigBampton { .. })) {
         return unsupported(Unsupported::NoInterfaceModes { model: modes.name() });
     }
@@ -239,8 +239,8 @@ pub fn build_contact(
 ) -> Result<BuiltContact, AdaptiveError> {
     let fail = |source| AdaptiveError::Contact { contact: spec.name.clone(), source };
     let without_model = |fault| AdaptiveError::ContactModel { contact: spec.name.clone(), fault };
-    let elastic = |body: usize| bodies[body].elastic();
-    let size = elastic(spec.body).map_or(0.0, |e| e.body.size());
+    let flexible = |body: usize| bodies[body].flexible();
+    let size = flexible(spec.body).map_or(0.0, |e| e.size);
     let (element, width, size): (Box<dyn ActiveContact>, _, _) = match (&spec.law, spec.target, zones) {
         (ContactLaw::Surface(_), target, _) if *plan == ContactPlan::AtTouch => {
             let target = match target {
@@ -250,7 +250,7 @@ pub fn build_contact(
             (Box::new(Active::new(InactiveContact::new(spec.body, target))), 0.0, size)
         }
         (ContactLaw::Surface(law), target, Some(zones)) => {
-            let side = |body: usize, zone| Some(Side { body, elastic: elastic(body)?, zone });
+            let side = |body: usize, zone| Some(Side { body, model: flexible(body)?, zone });
             let own = side(spec.body, &zones.contact_body);
             let own = own.ok_or_else(|| without_model(ContactModelFault::RigidBody))?;
             let other = match target {
@@ -305,11 +305,9 @@ const DENSEST: f64 = 2.26e4;
 
 /// Speed of waves in the slower of the materials that meet; infinite between rigid ones [m/s].
 fn slowest_wave(spec: &ContactSpec, bodies: &[BodyModel]) -> f64 {
-    let of_body = |body: usize, sphere: Option<&HertzSphere>| match (bodies[body].elastic(), sphere) {
-        (Some(elastic), _) => {
-            let material = &elastic.body.spec.material;
-            wave_speed(material.youngs_modulus(), material.density())
-        }
+    let material = |body: usize| bodies[body].flexible().and_then(|flexible| flexible.material);
+    let of_body = |body: usize, sphere: Option<&HertzSphere>| match (material(body), sphere) {
+        (Some(material), _) => wave_speed(material.youngs_modulus(), material.density()),
         (None, Some(sphere)) => {
             let volume = 4.0 / 3.0 * std::f64::consts::PI * sphere.radius.powi(3);
             wave_speed(sphere.solid.young, (bodies[body].data.mass / volume).min(DENSEST))

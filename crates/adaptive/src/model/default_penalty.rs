@@ -6,9 +6,11 @@ use std::f64::consts::PI;
 use contact_qs::points::{InterfaceCompliance, contact_submodel};
 use contact_qs::{ActiveContact, ContactError};
 use ffr_dynamics::system::force::{BodyState, Motion};
+use iga_core::elasticity::Material;
 use nalgebra::Vector3;
 
-use super::{BodyModel, ElasticModel};
+use super::BodyModel;
+use crate::body_model::FlexibleBody;
 use crate::contact_zone::ContactZone;
 use crate::spec::{SurfaceLaw, Treatment};
 use crate::zone_contact::ContactSide;
@@ -19,7 +21,7 @@ pub struct Side<'a> {
     /// Index of the body.
     pub body: usize,
     /// Its model.
-    pub elastic: &'a ElasticModel,
+    pub model: FlexibleBody<'a>,
     /// Its zone.
     pub zone: &'a ContactZone,
 }
@@ -63,21 +65,20 @@ pub fn set(
 impl<'a> Side<'a> {
     /// What the contact is built from; with a compliance of the interface if it is quasistatic.
     pub fn of_contact(&self, law: &SurfaceLaw) -> ContactSide<'a> {
-        let ElasticModel { body: full, reduced, interface, .. } = self.elastic;
+        let FlexibleBody { motion, reduced, interface, lookup, .. } = self.model;
         let residual = reduced.residual.as_ref().filter(|_| law.treatment == Treatment::Quasistatic);
         let compliance = residual
             .map(|r| InterfaceCompliance { dofs: &interface.unknowns, compliance: r.compliance().as_ref() });
-        let (body, zone) = (self.body, self.zone);
-        ContactSide { body, mesh: full.discretised(), zone, shapes: reduced.shapes(), compliance }
+        let (body, zone, splines) = (self.body, self.zone, self.model.splines());
+        ContactSide { body, motion, lookup, splines, zone, shapes: reduced.shapes(), compliance }
     }
 
     /// `max_i(A_ii w_i)` of the body's modes along `normal`, in its frame (Eq. P.8); of a half space if it has none (Eq. P.9)
     /// [m³/N].
     fn weight(&self, normal: &Vector3<f64>) -> Result<f64, ContactError> {
-        let (full, basis) = (&self.elastic.body, &self.elastic.reduced.basis);
-        let motion = full.assembled.motion;
-        let submodel =
-            contact_submodel(motion, &self.zone.points, &full.lookup, basis.shapes.as_ref(), None)?;
+        let FlexibleBody { motion, lookup, .. } = self.model;
+        let basis = &self.model.reduced.basis;
+        let submodel = contact_submodel(motion, &self.zone.points, lookup, basis.shapes.as_ref(), None)?;
         let nc = motion.n_components();
         let modal = |i: usize| -> f64 {
             let along = |j: usize| -> f64 {
@@ -90,8 +91,8 @@ impl<'a> Side<'a> {
         if largest > 0.0 {
             return Ok(largest);
         }
-        let material = &full.spec.material;
-        let compliance = (1.0 - material.poissons_ratio().powi(2)) / material.youngs_modulus();
+        let plane = |m: &Material| (1.0 - m.poissons_ratio().powi(2)) / m.youngs_modulus();
+        let compliance = self.model.material.map_or(0.0, plane);
         Ok(areas().map(|w| half_space_weight(w, compliance)).fold(0.0, f64::max))
     }
 }

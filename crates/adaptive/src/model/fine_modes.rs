@@ -6,7 +6,7 @@ use contact_qs::search::SurfaceModel;
 use ffr_dynamics::body::RigidMotion;
 use tracing::warn;
 
-use super::contacts::{surface, takes_part};
+use super::contacts::takes_part;
 use super::plan::ContactPlan;
 use super::{BodyModel, ElasticModel, RunModel, joints, observed_points};
 use crate::adaptive_contact::FineBasis;
@@ -87,7 +87,9 @@ impl RunModel {
         let Some(elastic) = model.elastic_mut() else { return Ok(()) };
         let mut state = FineState { fine, modes, surface: None };
         std::mem::swap(&mut elastic.reduced, &mut state.modes.view);
-        let seen = surface(elastic)?;
+        let Some(seen) = model.flexible().map(|flexible| flexible.surface()).transpose()? else {
+            return Ok(());
+        };
         model.data = state.modes.reduced.data.clone();
         state.surface = self.watch(body, &seen);
         self.set_fine_state(body, Some(Box::new(state)));

@@ -57,7 +57,7 @@ pub fn few_modes(body: &BodyModel, impact: &ImpactRecord) -> Option<Warning> {
              highest mode kept has {highest:.4e} Hz",
             impact.end
         ),
-        remedy: match body.elastic() {
+        remedy: match body.flexible() {
             Some(_) => format!("raise bodies.{}.reduction.modes", body.name),
             None => format!("give the file of body \"{}\" more modes", body.name),
         },

@@ -10,7 +10,7 @@ use nalgebra::{Unit, Vector3};
 use super::motion::fast_approach;
 use crate::detection::{Detector, DetectorTarget, Nearest, Search};
 use crate::error::AdaptiveError;
-use crate::model::{RunModel, surface};
+use crate::model::RunModel;
 use crate::simulation::normal_motion;
 use crate::spec::Target;
 use crate::unsupported::Unsupported;
@@ -127,11 +127,11 @@ impl<'a> Watch<'a> {
             return Ok(Self { contact: &facts.name, detector, search });
         }
         let surface = |body: usize| {
-            let elastic = model.bodies[body].elastic().ok_or_else(|| {
+            let flexible = model.bodies[body].flexible().ok_or_else(|| {
                 let what = Unsupported::RigidSurface { body: model.bodies[body].name.clone() };
                 AdaptiveError::unsupported_contact(&facts.name, what)
             })?;
-            surface(elastic)
+            flexible.surface()
         };
         let target = match facts.target {
             Target::Plane { point, normal } => {
@@ -168,11 +168,11 @@ fn of_surfaces(
     if first.gap >= -ROUND_OFF * size {
         return Ok(None);
     }
-    if let (Target::Plane { point, normal }, Some(elastic)) =
-        (facts.target, model.bodies[facts.body].elastic())
+    if let (Target::Plane { point, normal }, Some(flexible)) =
+        (facts.target, model.bodies[facts.body].flexible())
     {
         let back = DetectorTarget::Plane(Plane { point, normal: Unit::new_normalize(-normal) });
-        let behind = Detector::new(facts.body, surface(elastic)?, back);
+        let behind = Detector::new(facts.body, flexible.surface()?, back);
         let farthest = Watch::of(&facts.name, behind, &mut Search::new()).nearest(states)?.gap;
         if farthest >= 0.0 {
             return Err(behind_plane(model, i, farthest, &(first.normal * -first.gap)));

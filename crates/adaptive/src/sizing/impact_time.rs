@@ -8,15 +8,18 @@ use std::fmt;
 
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::force::BodyState;
+use iga_core::elasticity::Material;
 use iga_core::mass_properties::MassProperties;
 use nalgebra::{Matrix3, Vector3};
 
 use super::proportions::lengths;
 use crate::elastic_body::rigid_motion;
 use crate::local_surface::SurfaceView;
-use crate::model::first_sites;
 use crate::predict::{HertzLaw, LocalSurface, hertz_impact, inverse_effective_mass, line_impact};
-use crate::spec::{BodyKind, ContactLaw, ContactSpec, ElasticSpec, HertzSphere, Place, RunSpec, Target};
+use crate::spec::{
+    BodyKind, ContactLaw, ContactSpec, ElasticSpec, HertzSphere, MeshedSpec, Place, RunSpec, Target,
+};
+use crate::touch_sites::{TouchSite, first_sites};
 
 /// Speed of impacts when nothing moves and nothing falls at the start [m/s].
 const UNKNOWN_SPEED: f64 = 1.0;
@@ -233,13 +236,8 @@ impl Scene<'_> {
 
     fn meeting_of_surfaces(&self, contact: &ContactSpec, other: Option<usize>) -> Option<Meeting> {
         let sites = first_sites(self.spec, contact, self.poses)?;
-        let view = |body: usize, site: &crate::zone_at_start::ContactSite| {
-            SurfaceView::new(
-                self.spec.bodies[body].elastic()?,
-                &self.poses[body].rotation,
-                site.face,
-                &site.xi,
-            )
+        let view = |body: usize, site: &TouchSite| {
+            SurfaceView::at(&self.spec.bodies[body], &self.poses[body].rotation, site)
         };
         let own = view(contact.body, &sites.contact_body)?;
         let at = self.in_space(contact.body, &own.point);
@@ -272,8 +270,9 @@ impl Scene<'_> {
         let (motion, mass, centre, inertia, mobility) = match &self.spec.bodies[body].kind {
             BodyKind::Elastic(elastic) => inertia(elastic),
             BodyKind::Rigid(rigid) => (rigid.motion, rigid.mass, rigid.centre_of_mass, rigid.inertia, 0.0),
+            BodyKind::Meshed(meshed) => inertia_of_mesh(meshed),
             // No contact acts on a body from a file.
-            BodyKind::Imported(_) | BodyKind::Meshed(_) => {
+            BodyKind::Imported(_) => {
                 (RigidMotion::Axial, f64::INFINITY, Vector3::zeros(), Matrix3::identity(), 0.0)
             }
         };
@@ -303,21 +302,41 @@ impl Scene<'_> {
 
     /// Longest way through a body \[m\].
     pub(super) fn size(&self, body: usize) -> f64 {
-        let longest = |e: &ElasticSpec| lengths(&e.shape).into_iter().fold(0.0, f64::max);
-        self.spec.bodies[body].elastic().map_or(0.0, longest)
+        match &self.spec.bodies[body].kind {
+            BodyKind::Elastic(e) => lengths(&e.shape).into_iter().fold(0.0, f64::max),
+            BodyKind::Meshed(meshed) => meshed.mesh.size(),
+            BodyKind::Rigid(_) | BodyKind::Imported(_) => 0.0,
+        }
     }
 
     /// Time of a wave there and back through the shorter of the two bodies.
     fn flat_time(&self, contact: &ContactSpec, other: Option<usize>) -> f64 {
-        let time =
-            |body: usize| self.spec.bodies[body].elastic().map(|e| 2.0 * self.size(body) / bar_speed(e));
+        let time = |body: usize| Some(2.0 * self.size(body) / slowest_bar(&self.spec.bodies[body].kind)?);
         let times = [Some(contact.body), other].into_iter().flatten().filter_map(time);
         times.fold(f64::INFINITY, f64::min)
     }
 }
 
-fn bar_speed(body: &ElasticSpec) -> f64 {
-    (body.material.youngs_modulus() / body.material.density()).sqrt()
+fn bar_speed(material: &Material) -> f64 {
+    (material.youngs_modulus() / material.density()).sqrt()
+}
+
+/// Speed of the slowest waves along bars of the body's materials [m/s]; none of a body that has none.
+fn slowest_bar(body: &BodyKind) -> Option<f64> {
+    match body {
+        BodyKind::Elastic(elastic) => Some(bar_speed(&elastic.material)),
+        BodyKind::Meshed(meshed) => meshed.slowest_material().map(bar_speed),
+        BodyKind::Rigid(_) | BodyKind::Imported(_) => None,
+    }
+}
+
+/// The same as [`inertia`] of a body of finite elements.
+fn inertia_of_mesh(body: &MeshedSpec) -> (RigidMotion, f64, Vector3<f64>, Matrix3<f64>, f64) {
+    let unknown = (RigidMotion::Spatial, f64::INFINITY, Vector3::zeros(), Matrix3::identity(), 0.0);
+    let (Ok(materials), Some(slowest)) = (body.materials(), body.slowest_material()) else { return unknown };
+    let found = fe_mesh::mass_properties::MassProperties::new(&body.mesh, &materials);
+    let mobility = body.mesh.size() / (found.mass * bar_speed(slowest));
+    (RigidMotion::Spatial, found.mass, found.centre, found.inertia, mobility)
 }
 
 /// Motions, mass, centre, central inertia, inverse impedance `L / (rho c V)` of a body: that of a bar as long as the body.
@@ -329,7 +348,7 @@ fn inertia(body: &ElasticSpec) -> (RigidMotion, f64, Vector3<f64>, Matrix3<f64>,
     let (mass, rows) = (density * properties.volume, properties.central_inertia());
     let length = lengths(&body.shape).into_iter().fold(0.0, f64::max);
     let inertia = Matrix3::from_fn(|i, j| density * rows[i][j]);
-    (motion, mass, Vector3::from(properties.centre()), inertia, length / (mass * bar_speed(body)))
+    (motion, mass, Vector3::from(properties.centre()), inertia, length / (mass * bar_speed(&body.material)))
 }
 
 /// Time of an impact at a point: the shorter of Hertz's, and twice the rise to the force at which waves take up the speed.

@@ -7,11 +7,11 @@ use iga_core::elasticity::Model;
 
 use super::impact_time::{Impact, Scene};
 use crate::fine_model::ELEMENTS;
-use crate::model::first_sites;
 use crate::predict::{HertzLaw, hertz_impact, interval_width, line_impact};
 use crate::spec::{
-    ContactLaw, ContactSpec, IntervalSpec, RefinementSpec, RunSpec, SurfaceLaw, Target, Treatment,
+    BodyKind, ContactLaw, ContactSpec, IntervalSpec, RefinementSpec, RunSpec, SurfaceLaw, Target, Treatment,
 };
+use crate::touch_sites::{TouchSite, first_sites};
 
 /// Growth of elements outside a zone.
 const RATIO: f64 = 1.5;
@@ -39,35 +39,79 @@ impl fmt::Display for ChosenZone {
 pub(super) fn zones(spec: &RunSpec, poses: &[BodyState], index: usize) -> Vec<ChosenZone> {
     let scene = Scene { spec, poses };
     let is_refined = spec.bodies[index].elastic().is_some_and(|e| !e.discretisation.refine.is_empty());
-    let contacts = spec.contacts.iter().filter(|contact| contact.body == index && !is_refined);
-    contacts.filter_map(|contact| zone(&scene, contact)).collect()
+    let contacts = spec.contacts.iter().filter(|_| !is_refined);
+    contacts.filter_map(|contact| zone(&scene, contact, index)).collect()
 }
 
-fn zone(scene: &Scene<'_>, contact: &ContactSpec) -> Option<ChosenZone> {
+/// The zone that `contact` needs on body `index`.
+fn zone(scene: &Scene<'_>, contact: &ContactSpec, index: usize) -> Option<ChosenZone> {
     let ContactLaw::Surface(law) = &contact.law else { return None };
-    if !keeps_its_model(law, contact.target) {
+    if !keeps_its_model(scene.spec, contact, law) {
         return None;
     }
+    let sites = first_sites(scene.spec, contact, scene.poses)?;
+    let site = match contact.target {
+        _ if contact.body == index => sites.contact_body,
+        Target::Body(other) if other == index => sites.target?,
+        _ => return None,
+    };
+    let elastic = scene.spec.bodies[index].elastic()?;
+    let touch = predicted(scene, contact)?;
+    let from_axis = elastic.model == Model::Axisymmetric;
+    let width = interval_width(touch.half_width, IntervalSpec::default().target_utilisation, from_axis);
+    // A place on an axis or at an end is found but for round-off.
+    let round_off = ROUND_OFF * scene.size(index);
+    let centre = site.point().map(|x| if x.abs() < round_off { 0.0 } else { x });
+    let refinement = RefinementSpec { centre, width, elements: ELEMENTS, ratio: RATIO };
+    Some(ChosenZone { contact: contact.name.clone(), refinement, force: touch.force })
+}
+
+/// Whether a contact of surfaces has one model for the whole run, with a zone that is refined beforehand: with a plane, and with a mesh.
+fn keeps_its_model(spec: &RunSpec, contact: &ContactSpec, law: &SurfaceLaw) -> bool {
+    let is_refined_before = !matches!(law.treatment, Treatment::Adaptive | Treatment::Coarse);
+    let is_mesh = |body: usize| matches!(spec.bodies[body].kind, BodyKind::Meshed(_));
+    let is_lasting = match contact.target {
+        Target::Plane { .. } => true,
+        Target::Body(other) => is_mesh(contact.body) || is_mesh(other),
+    };
+    is_refined_before && law.interval.width.is_none() && is_lasting
+}
+
+/// The first touch of a contact as Hertz's theory and the motions at the start have it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PredictedZone {
+    /// Half extent of the contact at the peak force \[m\].
+    pub half_width: f64,
+    /// Full width of the zone that it needs \[m\].
+    pub width: f64,
+    /// Peak force \[N\].
+    pub force: f64,
+    /// Where it is on the contact body and on the target.
+    pub sites: [Option<TouchSite>; 2],
+}
+
+/// The first touch of `contact`, `poses` being the motions at the start; `None` where Hertz's theory has no answer.
+pub fn predicted_zone(spec: &RunSpec, poses: &[BodyState], contact: &ContactSpec) -> Option<PredictedZone> {
+    let scene = Scene { spec, poses };
+    let Touch { half_width, force } = predicted(&scene, contact)?;
+    let sites = first_sites(spec, contact, poses)?;
+    let width = interval_width(half_width, IntervalSpec::default().target_utilisation, false);
+    Some(PredictedZone { half_width, width, force, sites: [Some(sites.contact_body), sites.target] })
+}
+
+/// Half extent and force of a contact.
+struct Touch {
+    half_width: f64,
+    force: f64,
+}
+
+fn predicted(scene: &Scene<'_>, contact: &ContactSpec) -> Option<Touch> {
     let impact = scene.impact(contact);
-    let site = first_sites(scene.spec, contact, scene.poses)?.contact_body;
-    let elastic = scene.spec.bodies[contact.body].elastic()?;
     let (half_width, force) = match scene.thickness(contact.body) {
         Some(thickness) => line_contact(&impact, thickness, scene.size(contact.body))?,
         None => point_contact(&impact)?,
     };
-    let from_axis = elastic.model == Model::Axisymmetric;
-    let width = interval_width(half_width, IntervalSpec::default().target_utilisation, from_axis);
-    // A place on an axis or at an end is found but for round-off.
-    let round_off = ROUND_OFF * scene.size(contact.body);
-    let centre = site.point.map(|x| if x.abs() < round_off { 0.0 } else { x });
-    let refinement = RefinementSpec { centre, width, elements: ELEMENTS, ratio: RATIO };
-    Some(ChosenZone { contact: contact.name.clone(), refinement, force })
-}
-
-/// Whether a contact of surfaces has one model for the whole run, with a zone that is refined beforehand.
-fn keeps_its_model(law: &SurfaceLaw, target: Target) -> bool {
-    let is_refined_before = !matches!(law.treatment, Treatment::Adaptive | Treatment::Coarse);
-    is_refined_before && law.interval.width.is_none() && matches!(target, Target::Plane { .. })
+    Some(Touch { half_width, force })
 }
 
 /// Half extent and force of a contact at a point: under Hertz's peak force, or the one that waves allow if that is smaller.

@@ -8,7 +8,6 @@
 
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::force::BodyState;
-use iga_core::nurbs::FaceId;
 use iga_core::nurbs::box_newton::{Sample, minimize};
 use nalgebra::Vector3;
 
@@ -17,22 +16,9 @@ use super::deformed::{Deformed, Side, Site};
 use super::penetration::deepest;
 use super::query::{Pair, Query, SearchReport, SearchWorkspace, separation};
 use super::signed_distance::{ALONG_NORMAL, nearest};
-use super::surface_model::SurfaceModel;
+use super::surface_model::{SurfaceModel, SurfaceSite};
 use crate::ContactError;
 use crate::error::MotionFault;
-
-/// A point of a body's surface that a search found.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SurfaceSite {
-    /// The face it lies on.
-    pub face: FaceId,
-    /// Element of the space.
-    pub element: usize,
-    /// Parameters in the face's patch.
-    pub xi: [f64; 3],
-    /// Position in the inertial frame \[m\].
-    pub point: Vector3<f64>,
-}
 
 /// How near two bodies are.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -296,12 +282,7 @@ fn on_pieces(query: &Query<'_>, deformed: &[Deformed; 2], start: [Site; 2]) -> P
 fn proximity(query: &Query<'_>, frame: &BodyState, pair: &Pair, gap: f64, normal: Vector3<f64>) -> Proximity {
     let site = |b: usize| {
         let piece = &query.sides[b].model.pieces()[pair.sites[b].piece as usize];
-        SurfaceSite {
-            face: piece.side.face.id,
-            element: piece.side.element,
-            xi: piece.side.parameters(pair.sites[b].s),
-            point: frame.position + frame.rotation * pair.points[b],
-        }
+        piece.origin.site(pair.sites[b].s, frame.position + frame.rotation * pair.points[b])
     };
     Proximity { gap, sites: [site(0), site(1)], normal: frame.rotation * normal }
 }

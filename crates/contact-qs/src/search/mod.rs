@@ -22,7 +22,7 @@ mod advancement;
 pub use advancement::{
     Touch, TouchSettings, closing_speed_bound, first_touch, safe_time, surface_speed_bound,
 };
-pub use minimum_distance::{Proximity, SurfaceSite, minimum_distance};
+pub use minimum_distance::{Proximity, minimum_distance};
 pub use plane_distance::{PlaneProximity, plane_distance};
 pub use query::{SearchReport, SearchWorkspace};
-pub use surface_model::SurfaceModel;
+pub use surface_model::{SurfaceModel, SurfaceSite};

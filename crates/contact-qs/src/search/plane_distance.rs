@@ -7,9 +7,9 @@ use nalgebra::Vector3;
 
 use super::boxes::NodeKind;
 use super::deformed::{Side, Site, smallest};
-use super::minimum_distance::{SurfaceSite, check_state};
+use super::minimum_distance::check_state;
 use super::query::SearchWorkspace;
-use super::surface_model::SurfaceModel;
+use super::surface_model::{SurfaceModel, SurfaceSite};
 use crate::error::MotionFault;
 use crate::{ContactError, Plane};
 
@@ -45,12 +45,7 @@ pub fn plane_distance(
     let piece = &model.pieces()[site.piece as usize];
     let point = workspace.deformed[0].jet(&side, site.piece, site.s).point;
     let offset = plane.normal.dot(&(state.position - plane.point));
-    let found = SurfaceSite {
-        face: piece.side.face.id,
-        element: piece.side.element,
-        xi: piece.side.parameters(site.s),
-        point: state.position + state.rotation * point,
-    };
+    let found = piece.origin.site(site.s, state.position + state.rotation * point);
     Ok(PlaneProximity { gap: height + offset, site: found })
 }
 

@@ -7,7 +7,7 @@
 use faer::MatRef;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::data_error::DataError;
-use iga_core::nurbs::Patch;
+use iga_core::nurbs::{FaceId, Patch};
 use iga_core::space::{PatchSpace, Space};
 use iga_core::surface::{ElementSide, Extraction, Face};
 use nalgebra::Vector3;
@@ -15,6 +15,7 @@ use nalgebra::Vector3;
 use super::bezier::Homogeneous;
 use super::boxes::{Bounds, Leaf, Node, tree};
 use crate::ContactError;
+use crate::piecewise::{PiecewiseSurface, bilinear};
 use crate::points::DofLookup;
 
 /// Pieces are halved until their control points are as near to the chord, relative to the piece's size: a circular arc then
@@ -23,11 +24,52 @@ const FLATNESS: f64 = 0.13;
 /// Halvings an element at most; poles and creases never become flat.
 const MAX_HALVINGS: usize = 8;
 
+/// Where a piece lies.
+#[derive(Debug, Clone)]
+pub(super) enum PieceOrigin {
+    /// On the side of an element of a spline space.
+    Spline(ElementSide),
+    /// On a side of a mesh: its number, and its parameters at the corners of the piece.
+    Side { side: u32, corners: [[f64; 2]; 4] },
+}
+
+impl PieceOrigin {
+    /// The site at the place `s` of the piece, at `point` of space.
+    pub fn site(&self, s: [f64; 2], point: Vector3<f64>) -> SurfaceSite {
+        match self {
+            Self::Spline(side) => {
+                let ElementSide { face, element, .. } = *side;
+                SurfaceSite { face: face.id, element, xi: side.parameters(s), point }
+            }
+            Self::Side { side, corners } => {
+                let [a, b] = bilinear(corners, s);
+                SurfaceSite { face: OF_MESHES, element: *side as usize, xi: [a, b, 0.0], point }
+            }
+        }
+    }
+}
+
+/// The face of sites on meshes, which have sides in its place.
+const OF_MESHES: FaceId = FaceId { patch: 0, direction: 2, upper: true };
+
+/// A point of a body's surface that a search found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfaceSite {
+    /// The face it lies on; without a meaning on a mesh.
+    pub face: FaceId,
+    /// Element of the space, of a mesh the number of the side.
+    pub element: usize,
+    /// Parameters in the face's patch, of a mesh those of the side.
+    pub xi: [f64; 3],
+    /// Position in the inertial frame \[m\].
+    pub point: Vector3<f64>,
+}
+
 /// One Bézier piece of the surface.
 #[derive(Debug, Clone)]
 pub(super) struct Piece {
     /// Where it lies.
-    pub side: ElementSide,
+    pub origin: PieceOrigin,
     pub degrees: [usize; 2],
     /// First point in the net.
     pub start: usize,
@@ -80,6 +122,40 @@ impl SurfaceModel {
             }
         }
         builder.finish()
+    }
+
+    /// Surface of a flexible body that is made of pieces; without modes that of a rigid one.
+    ///
+    /// # Errors
+    /// [`ContactError::Data`] if sizes differ or the modes do not belong to the nodes, [`ContactError::Nothing`] without a piece.
+    pub fn of_pieces(
+        motion: RigidMotion,
+        surface: &PiecewiseSurface,
+        lookup: &DofLookup,
+        shapes: MatRef<'_, f64>,
+    ) -> Result<Self, ContactError> {
+        surface.check(motion)?;
+        let (mut pieces, mut net, mut modes) = (Vec::new(), Vec::<Homogeneous>::new(), Vec::new());
+        for piece in &surface.pieces {
+            let places = piece.net(|node| surface.positions[node as usize]);
+            let (degrees, start, n_points) = ([piece.degree; 2], net.len(), places.len());
+            net.extend(places.iter().map(|x| [x[0], x[1], x[2], 1.0]));
+            let unknowns =
+                || piece.nodes.iter().flat_map(|&n| (0..3).filter_map(move |c| lookup.number(n, c)));
+            if let Some(number) = unknowns().find(|dof| *dof >= shapes.nrows() && shapes.ncols() > 0) {
+                let (what, count) = ("rows of the mode shapes".into(), shapes.nrows());
+                return Err(DataError::Index { what, number, count }.into());
+            }
+            for mode in 0..shapes.ncols() {
+                let at = |node: u32| -> [f64; 3] {
+                    std::array::from_fn(|c| lookup.number(node, c).map_or(0.0, |dof| shapes[(dof, mode)]))
+                };
+                modes.extend(piece.net(at).as_flattened());
+            }
+            let origin = PieceOrigin::Side { side: piece.side, corners: piece.corners };
+            pieces.push(Piece { origin, degrees, start, n_points, orientation: 1.0 });
+        }
+        Parts { motion, n_modes: shapes.ncols(), pieces, net, modes }.finish()
     }
 
     /// Surface of a rigid body.
@@ -224,25 +300,25 @@ impl<'a> Builder<'a> {
         let degrees = self.extraction.degrees(&side.face);
         let directions: Vec<usize> = side.face.directions().collect();
         let n_points = (degrees[0] + 1) * (degrees[1] + 1);
-        let whole = Piece { side, degrees, start: 0, n_points, orientation: side.face.orientation() };
-        let mut waiting = vec![(whole, 0)];
-        while let Some((mut piece, halvings)) = waiting.pop() {
-            let net = self.geometry(&piece);
+        let orientation = side.face.orientation();
+        let mut waiting = vec![(side, 0)];
+        while let Some((mut side, halvings)) = waiting.pop() {
+            let net = self.geometry(&side);
             match bent_direction(&net, degrees) {
                 Some(d) if halvings < MAX_HALVINGS => {
                     let k = directions[d];
-                    let middle = 0.5 * (piece.side.lower[k] + piece.side.upper[k]);
-                    let mut second = piece.clone();
-                    piece.side.upper[k] = middle;
-                    second.side.lower[k] = middle;
+                    let middle = 0.5 * (side.lower[k] + side.upper[k]);
+                    let mut second = side;
+                    side.upper[k] = middle;
+                    second.lower[k] = middle;
                     waiting.push((second, halvings + 1));
-                    waiting.push((piece, halvings + 1));
+                    waiting.push((side, halvings + 1));
                 }
                 _ => {
-                    piece.start = self.net.len();
+                    let (start, origin) = (self.net.len(), PieceOrigin::Spline(side));
                     self.net.extend(net);
-                    self.add_shapes(&piece)?;
-                    self.pieces.push(piece);
+                    self.add_shapes(&side)?;
+                    self.pieces.push(Piece { origin, degrees, start, n_points, orientation });
                 }
             }
         }
@@ -250,7 +326,7 @@ impl<'a> Builder<'a> {
     }
 
     /// Undeformed homogeneous points of a piece.
-    fn geometry(&mut self, piece: &Piece) -> Vec<Homogeneous> {
+    fn geometry(&mut self, side: &ElementSide) -> Vec<Homogeneous> {
         let points = self.space.control_points();
         let at_node = |row: Vec<f64>| {
             let mut sum = [0.0; 4];
@@ -262,12 +338,11 @@ impl<'a> Builder<'a> {
             }
             sum
         };
-        let values: Vec<Homogeneous> =
-            self.extraction.numerators(&piece.side).into_iter().map(at_node).collect();
-        self.extraction.coefficients(&piece.side.face, &values)
+        let values: Vec<Homogeneous> = self.extraction.numerators(side).into_iter().map(at_node).collect();
+        self.extraction.coefficients(&side.face, &values)
     }
 
-    fn add_shapes(&mut self, piece: &Piece) -> Result<(), ContactError> {
+    fn add_shapes(&mut self, side: &ElementSide) -> Result<(), ContactError> {
         let n_modes = self.shapes.ncols();
         if n_modes == 0 {
             return Ok(());
@@ -283,7 +358,7 @@ impl<'a> Builder<'a> {
             let (what, count) = ("rows of the mode shapes".into(), self.shapes.nrows());
             return Err(DataError::Index { what, number: *dof, count }.into());
         }
-        let numerators = self.extraction.numerators(&piece.side);
+        let numerators = self.extraction.numerators(side);
         for mode in 0..n_modes {
             let at_node = |row: &Vec<f64>| {
                 let mut sum = [0.0; 3];
@@ -293,11 +368,27 @@ impl<'a> Builder<'a> {
                 sum
             };
             let values: Vec<[f64; 3]> = numerators.iter().map(at_node).collect();
-            self.modes.extend(self.extraction.coefficients(&piece.side.face, &values).as_flattened());
+            self.modes.extend(self.extraction.coefficients(&side.face, &values).as_flattened());
         }
         Ok(())
     }
 
+    fn finish(self) -> Result<SurfaceModel, ContactError> {
+        let Self { motion, shapes, pieces, net, modes, .. } = self;
+        Parts { motion, n_modes: shapes.ncols(), pieces, net, modes }.finish()
+    }
+}
+
+/// Pieces with their points and modes, before the tree is built.
+struct Parts {
+    motion: RigidMotion,
+    n_modes: usize,
+    pieces: Vec<Piece>,
+    net: Vec<Homogeneous>,
+    modes: Vec<f64>,
+}
+
+impl Parts {
     /// Control points and mean normal of a piece.
     fn leaf(&self, piece: &Piece) -> Leaf {
         let points: Vec<Vector3<f64>> =
@@ -317,7 +408,7 @@ impl<'a> Builder<'a> {
         if self.pieces.is_empty() {
             return Err(ContactError::Nothing { what: "the body has no outer face to search" });
         }
-        let n_modes = self.shapes.ncols();
+        let n_modes = self.n_modes;
         let mut mode_bounds = vec![0.0_f64; n_modes];
         for piece in &self.pieces {
             let shapes = &self.modes[3 * piece.start * n_modes..];

@@ -8,6 +8,7 @@ use nalgebra::Vector3;
 
 use super::SurfacePair;
 use super::friction::move_back;
+use super::normal_walk::SLACK;
 use super::projection::Displaced;
 use super::relative_pose::{RelativePose, resultant};
 use super::state::{Buffers, PairFound, PairState, Work};
@@ -21,6 +22,10 @@ use crate::quasistatic::stick_slip::NormalSolver;
 /// Passes of projection and solution. Each one leaves about the ratio of contact radius and body's radius of the error, a
 /// few per cent.
 const MAX_PASSES: usize = 40;
+/// Passes after which points stay on the piece of a target where they are, as long as they leave it by no more than `HELD` in its parameters, so that
+/// none goes to and fro over an edge. Balls need four or five passes; so near to an edge both pieces have one normal to 1e-5.
+const STEADY: usize = 6;
+const HELD: f64 = 1e-4;
 /// Error of the projected gaps at convergence, as a share of the deepest penetration.
 pub(super) const GAP_TOLERANCE: f64 = 1e-8;
 /// Change of gaps, as a share of the penetration, when loads move by one element or turn by one radian. Measured 0.13: the
@@ -141,7 +146,7 @@ impl SurfacePair {
         let relative = RelativePose::new(self.motion, body, target)?;
         let Buffers { low_points, low_nodes, .. } = &mut *work.buffers;
         self.place_low(body, target, low_points, low_nodes);
-        self.project(0.0, &relative, work)?;
+        self.project(0.0, SLACK, &relative, work)?;
         let PairState { zone, friction, .. } = &mut *work.state;
         if let (Some(both), Some(zone)) = (self.both(), zone) {
             let stick_slip = friction.as_mut().map(|f| &mut f.stick_slip);
@@ -161,7 +166,8 @@ impl SurfacePair {
         let reach = self.surface.size + relative.largest_offset();
         let (mut depth, mut error) = (0.0_f64, f64::INFINITY);
         for pass in 0..MAX_PASSES {
-            self.project(t, relative, work)?;
+            let slack = if pass < STEADY { SLACK } else { HELD };
+            self.project(t, slack, relative, work)?;
             if work.state.zone.is_none() {
                 self.press_springs(work)?;
                 return Ok(report);
@@ -212,10 +218,16 @@ impl SurfacePair {
 
     /// Projects the displaced points on the displaced target; gaps, normals and functions there. Points that are open for
     /// certain are left as they are ([`super::proximity_cache::ProximityCache`]).
-    fn project(&self, t: f64, relative: &RelativePose, work: &mut Work<'_>) -> Result<(), EvaluationFailure> {
+    fn project(
+        &self,
+        t: f64,
+        slack: f64,
+        relative: &RelativePose,
+        work: &mut Work<'_>,
+    ) -> Result<(), EvaluationFailure> {
         let nc = self.motion.n_components();
         let PairState { start, friction, .. } = &mut *work.state;
-        let Buffers { functions, samples, low_points, low_nodes, .. } = &mut *work.buffers;
+        let Buffers { functions, samples, normals, low_points, low_nodes, .. } = &mut *work.buffers;
         let PairFound { points, nodes, points_in_target, is_wanted, projections, jacobian, .. } =
             &mut *work.found;
         displace(nc, low_points, &start.body, points);
@@ -225,7 +237,8 @@ impl SurfacePair {
         // With friction, points that may soon be loaded shall know where they were.
         let margin = friction.as_ref().map_or(0.0, |f| MARGIN * f.depth);
         let shift = proximity.choose(points_in_target, nodes, forces, is_known.then_some(margin), is_wanted);
-        let displaced = Displaced { surface: &self.surface, nodes };
+        self.surface.normals(nodes, normals);
+        let displaced = Displaced { surface: &self.surface, nodes, normals, slack };
         if !*is_known {
             samples.update(displaced);
         }
@@ -237,7 +250,7 @@ impl SurfacePair {
             let point = points_in_target[i];
             let from = if *is_known { places[i] } else { samples.nearest(&point) };
             let mut found = displaced.closest_from(&from, &point, functions);
-            if found.is_beyond && self.surface.faces.len() > 1 {
+            if found.is_beyond && self.surface.faces.len() > 1 && self.surface.smoothing.is_none() {
                 // Another face may be nearer.
                 samples.update(displaced);
                 found = displaced.closest_from(&samples.nearest(&point), &point, functions);

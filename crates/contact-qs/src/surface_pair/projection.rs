@@ -5,6 +5,7 @@ use iga_core::nurbs::box_newton::{Sample, minimize};
 use iga_core::nurbs::jet::{cross, difference, dot, norm};
 
 use super::bezier::{self, MAX_ORDER, Table};
+use super::normal_walk::{Foot, NormalJet, foot};
 use super::target::TargetSurface;
 
 /// Newton steps from a known start before the safeguarded search takes over.
@@ -167,6 +168,10 @@ impl Functions {
 pub(super) struct Displaced<'a> {
     pub surface: &'a TargetSurface,
     pub nodes: &'a [[f64; 3]],
+    /// Continuous normals at the nodes; none of splines.
+    pub normals: &'a [[f64; 3]],
+    /// By how much, in parameters, a projection may leave a piece of a surface made of pieces before it goes on to the next.
+    pub slack: f64,
 }
 
 impl Displaced<'_> {
@@ -206,6 +211,14 @@ impl Displaced<'_> {
         point: &[f64; 3],
         functions: &mut Functions,
     ) -> Projection {
+        if let Some(smoothing) = &self.surface.smoothing {
+            let jet = |face: u32, xi: [f64; 2]| self.normal_jet(&SurfacePlace { face, xi }, functions);
+            return match foot((start.face, start.xi), point, jet, (&smoothing.neighbours, self.slack)) {
+                Some(found) => self.at_foot(&found, point, functions),
+                // Far away, where the normals of several places lead to a point.
+                None => self.safeguarded(start, point, functions),
+            };
+        }
         let mut place = *start;
         let mut last = f64::INFINITY;
         for _ in 0..MAX_STEPS {
@@ -230,6 +243,33 @@ impl Displaced<'_> {
             });
         }
         self.safeguarded(start, point, functions)
+    }
+
+    /// Surface and continuous normal at `place`.
+    fn normal_jet(&self, place: &SurfacePlace, functions: &mut Functions) -> NormalJet {
+        let element = functions.evaluate(self.surface, place);
+        let mut jet = NormalJet::default();
+        let nodes = &self.surface.elements[element as usize].nodes;
+        for (&node, row) in nodes.iter().zip(&functions.rows) {
+            let (x, n) = (&self.nodes[node as usize], &self.normals[node as usize]);
+            add(&mut jet.point, row[0], x);
+            add(&mut jet.normal, row[0], n);
+            for a in 0..2 {
+                add(&mut jet.tangents[a], row[1 + a], x);
+                add(&mut jet.slopes[a], row[1 + a], n);
+            }
+        }
+        jet
+    }
+
+    /// Normal and gap of `point`, whose projection along continuous normals ended at `found` (Eq. C.51).
+    fn at_foot(&self, found: &Foot, point: &[f64; 3], functions: &mut Functions) -> Projection {
+        let place = SurfacePlace { face: found.piece, xi: found.xi };
+        let jet = self.normal_jet(&place, functions);
+        let length = norm(&jet.normal);
+        let normal = jet.normal.map(|n| n / length);
+        let gap = dot(&difference(point, &jet.point), &normal);
+        Projection { place, element: found.piece, point: jet.point, normal, gap, is_beyond: found.is_beyond }
     }
 
     /// Round-off of the tangential residual: that of positions, and that of tangents, which are differences of positions of

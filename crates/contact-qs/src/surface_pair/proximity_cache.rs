@@ -8,7 +8,7 @@ const FEW: usize = 16;
 /// Distances as they were last found, with what is needed to bound how they have changed since.
 ///
 /// The distance of a point from a surface changes by no more than the point moves, and by no more than the surface moves
-/// anywhere: its points are mean values of its nodes. So a point that was `g` away is open as long as
+/// anywhere: its points are mean values of its nodes, or of a mesh combinations with weights whose absolute values have the sum `spread` at most. So a point that was `g` away is open as long as
 /// `g > |x - x₀| + max_A |y_A - y_A⁰|`.
 #[derive(Debug, Clone)]
 pub(super) struct ProximityCache {
@@ -20,15 +20,18 @@ pub(super) struct ProximityCache {
     shifts: Vec<f64>,
     /// Nodes at the last projection of all points.
     nodes: Vec<[f64; 3]>,
+    /// Bound of the displacement of a point of the surface over the largest one of a node.
+    spread: f64,
 }
 
 impl ProximityCache {
-    pub fn new(n_points: usize, n_nodes: usize) -> Self {
+    pub fn new(n_points: usize, n_nodes: usize, spread: f64) -> Self {
         Self {
             gaps: vec![0.0; n_points],
             places: vec![[0.0; 3]; n_points],
             shifts: vec![f64::INFINITY; n_points],
             nodes: vec![[0.0; 3]; n_nodes],
+            spread,
         }
     }
 
@@ -71,7 +74,7 @@ impl ProximityCache {
         0.0
     }
 
-    /// How far the nodes are from those of the last projection of all points; infinite if a place is not a number \[m\].
+    /// How far the surface may be from where it was at the last projection of all points; infinite if a place is not a number \[m\].
     pub fn shift(&self, nodes: &[[f64; 3]]) -> f64 {
         let mut largest = 0.0_f64;
         for (a, b) in nodes.iter().zip(&self.nodes) {
@@ -81,7 +84,7 @@ impl ProximityCache {
             }
             largest = largest.max(moved);
         }
-        largest.sqrt()
+        self.spread * largest.sqrt()
     }
 
     /// How far `place` is from where point `i` was last seen \[m\].

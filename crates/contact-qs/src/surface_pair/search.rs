@@ -3,6 +3,7 @@
 use ffr_dynamics::system::force::BodyState;
 
 use super::SurfacePair;
+use super::normal_walk::SLACK;
 use super::projection::{Displaced, Functions, Samples};
 use super::relative_pose::RelativePose;
 use super::target::TargetSurface;
@@ -14,6 +15,7 @@ pub(super) struct SearchBuffers {
     samples: Samples,
     points: Vec<[f64; 3]>,
     nodes: Vec<[f64; 3]>,
+    normals: Vec<[f64; 3]>,
 }
 
 impl SearchBuffers {
@@ -23,6 +25,7 @@ impl SearchBuffers {
             samples: Samples::new(surface),
             points: vec![[0.0; 3]; n_points],
             nodes: vec![[0.0; 3]; surface.nodes.len()],
+            normals: vec![[0.0; 3]; surface.n_normals()],
         }
     }
 }
@@ -51,9 +54,10 @@ impl SurfacePair {
     ) -> Option<NearestPoint> {
         let (own, target) = self.states(bodies);
         let relative = RelativePose::new(self.motion, own, target).ok()?;
-        let SearchBuffers { functions, samples, points, nodes } = buffers;
+        let SearchBuffers { functions, samples, points, nodes, normals } = buffers;
         self.place_low(own, target, points, nodes);
-        let displaced = Displaced { surface: &self.surface, nodes };
+        self.surface.normals(nodes, normals);
+        let displaced = Displaced { surface: &self.surface, nodes, normals, slack: SLACK };
         let proximity = &start.proximity;
         let shift = if start.is_known { proximity.shift(nodes) } else { f64::INFINITY };
         let is_close = |i: usize, point: &[f64; 3]| shift + proximity.moved(i, point) < self.rim_reach;

@@ -22,11 +22,12 @@ pub struct PairState {
 }
 
 impl PairState {
-    /// Before the first evaluation of `n` points with `nc` components each on a target with `n_nodes` nodes.
+    /// Before the first evaluation of `n` points with `nc` components each on a target with `n_nodes` nodes, any point of which moves by
+    /// `spread` times what a node moves at most.
     pub(super) fn new(
         n: usize,
         nc: usize,
-        n_nodes: usize,
+        (n_nodes, spread): (usize, f64),
         zone: Option<PairZone>,
         friction: Option<Box<PairFriction>>,
     ) -> Self {
@@ -36,7 +37,7 @@ impl PairState {
             nodes: vec![0.0; n_nodes * nc],
             places: vec![SurfacePlace::default(); n],
             is_known: false,
-            proximity: ProximityCache::new(n, n_nodes),
+            proximity: ProximityCache::new(n, n_nodes, spread),
         };
         Self { saved: start.clone(), start, zone, friction }
     }
@@ -88,6 +89,8 @@ pub struct PairWorkspace {
 pub(super) struct Buffers {
     pub functions: Functions,
     pub samples: Samples,
+    /// Continuous normals at the target's nodes; none of splines.
+    pub normals: Vec<[f64; 3]>,
     /// Points of the contact body and nodes of the target without quasistatic displacement, in their frames.
     pub low_points: Vec<[f64; 3]>,
     pub low_nodes: Vec<[f64; 3]>,
@@ -103,6 +106,7 @@ impl PairWorkspace {
         let buffers = Buffers {
             functions: Functions::new(surface),
             samples: Samples::new(surface),
+            normals: vec![[0.0; 3]; surface.n_normals()],
             low_points: vec![[0.0; 3]; n],
             low_nodes: vec![[0.0; 3]; surface.nodes.len()],
             loaded: ContactJacobian::new(n, surface.n_functions, n_t),

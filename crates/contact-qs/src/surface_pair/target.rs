@@ -16,7 +16,9 @@ use iga_core::space::Space;
 use iga_core::surface::{ElementSide, Face};
 
 use super::bezier;
+use super::smoothing::Smoothing;
 use crate::ContactError;
+use crate::piecewise::{PiecewiseSurface, SurfacePiece};
 use crate::points::{DofLookup, InterfaceCompliance};
 
 /// A face of a body, or a part of one, that may be touched.
@@ -100,6 +102,8 @@ pub struct TargetSurface {
     pub(super) size: f64,
     /// Largest number of functions of an element.
     pub(super) n_functions: usize,
+    /// Continuous normals, of surfaces made of pieces.
+    pub(super) smoothing: Option<Smoothing>,
 }
 
 impl TargetSurface {
@@ -158,12 +162,85 @@ impl TargetSurface {
             faces: grids,
             elements,
             n_functions,
+            smoothing: None,
         };
         if surface.elements.is_empty() {
             return Err(ContactError::Nothing { what: "the target has no face" });
         }
         surface.attach(&numbers, lookup, shapes, interface)?;
         Ok(surface)
+    }
+
+    /// Surface of a flexible body that is made of pieces; points are projected on it along continuous normals (Eqs. C.49 to C.51). `shapes` and
+    /// `interface` are those of [`TargetSurface::flexible`].
+    ///
+    /// # Errors
+    /// [`ContactError::Data`] if sizes differ, [`ContactError::Nothing`] without a piece.
+    pub fn of_pieces(
+        motion: RigidMotion,
+        surface: &PiecewiseSurface,
+        lookup: &DofLookup,
+        shapes: MatRef<'_, f64>,
+        interface: Option<InterfaceCompliance<'_>>,
+    ) -> Result<Self, ContactError> {
+        surface.check(motion)?;
+        let mut numbers: BTreeMap<u32, u32> = BTreeMap::new();
+        let mut nodes = Vec::new();
+        for &node in surface.pieces.iter().flat_map(|p| &p.nodes) {
+            numbers.entry(node).or_insert_with(|| {
+                nodes.push(surface.positions[node as usize]);
+                nodes.len() as u32 - 1
+            });
+        }
+        let number = |node: u32| numbers.get(&node).copied().unwrap_or_default();
+        let element = |piece: &SurfacePiece| FaceElement {
+            lower: [0.0; 2],
+            upper: [1.0; 2],
+            nodes: piece.nodes.iter().map(|&n| number(n)).collect(),
+            coefficients: piece.coefficients.clone(),
+            is_in_zone: true,
+        };
+        let grid = |(i, piece): (usize, &SurfacePiece)| FaceGrid {
+            degrees: [piece.degree; 2],
+            breaks: [vec![0.0, 1.0], vec![0.0, 1.0]],
+            cells: vec![i as u32],
+            orientation: 1.0,
+        };
+        let mut target = Self {
+            motion,
+            n_parameters: 2,
+            size: diagonal(&nodes),
+            low_rows: vec![0.0; nodes.len() * 3 * shapes.ncols()],
+            low_columns: Vec::new(),
+            n_modes: shapes.ncols(),
+            dofs: vec![None; nodes.len() * 3],
+            compliance: Mat::zeros(0, 0),
+            faces: surface.pieces.iter().enumerate().map(grid).collect(),
+            elements: surface.pieces.iter().map(element).collect(),
+            n_functions: surface.pieces.iter().map(|p| p.nodes.len()).max().unwrap_or(0),
+            smoothing: Some(Smoothing::new(surface, number)),
+            nodes,
+        };
+        target.attach(&numbers, lookup, shapes, interface)?;
+        Ok(target)
+    }
+
+    /// Bound of the displacement of any point of the surface over the largest one of a node: functions of splines are positive, others may
+    /// be negative.
+    pub(super) fn spread(&self) -> f64 {
+        self.smoothing.as_ref().map_or(1.0, |s| s.spread)
+    }
+
+    /// Number of continuous normals: that of the nodes, none of splines.
+    pub(super) fn n_normals(&self) -> usize {
+        if self.smoothing.is_some() { self.nodes.len() } else { 0 }
+    }
+
+    /// Continuous normals at the nodes, which stand at `nodes`.
+    pub(super) fn normals(&self, nodes: &[[f64; 3]], out: &mut [[f64; 3]]) {
+        if let Some(smoothing) = &self.smoothing {
+            smoothing.normals(nodes, out);
+        }
     }
 
     /// Brings modes and interface to the nodes.

@@ -9,6 +9,7 @@ pub mod converge;
 pub mod export;
 pub mod export_body;
 pub mod info;
+pub mod mesh_size;
 pub mod modes;
 pub mod new;
 pub mod plot;

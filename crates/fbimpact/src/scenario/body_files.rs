@@ -117,7 +117,7 @@ fn read_one(
 }
 
 /// Length of a unit that a scenario names \[m\].
-fn length(units: &str) -> f64 {
+pub fn length(units: &str) -> f64 {
     match units {
         "cm" => 1e-2,
         "mm" => 1e-3,

@@ -78,6 +78,9 @@ impl<'a> Scope<'a> {
                 !self.section.body_file().is_some_and(|file| matches!(file.body, BodyFile::Reduced(_)))
             }
             Fact::IsRefined => contact().is_none_or(|facts| facts.is_refined()),
+            Fact::IsOnSplines => {
+                !ContactFacts::of(self.root, self.section).is_some_and(|facts| facts.has_mesh)
+            }
             Fact::SearchConverges => contact().is_none_or(|facts| facts.search == "until-converged"),
         }
     }

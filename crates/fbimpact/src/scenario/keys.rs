@@ -119,6 +119,8 @@ pub enum Fact {
     IsRefined,
     /// The contact around the table raises its penalty factor until the peak force has converged.
     SearchConverges,
+    /// Neither body of the contact of the table is of finite elements.
+    IsOnSplines,
 }
 
 /// Whether a key must be given.

@@ -52,12 +52,14 @@ pub struct FileBody {
 }
 
 /// A body file as a scenario names it.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct FileOfBody {
     /// The file, found from the directory of the scenario.
     pub path: PathBuf,
     /// SHA-256 of the file.
     pub sha256: String,
+    /// Unit of length of a mesh \[m\], 1 of a body file.
+    pub unit: f64,
 }
 
 /// Origin of a scenario, stored in the result.

@@ -141,9 +141,10 @@ impl Bodies {
     fn drawn<'a>(&'a self, body: &'a Shown, local: &LocalDisplacement, i: usize) -> Drawn<'a> {
         let geometry = body.geometry.drawn();
         if let BodyForm::Meshed(meshed) = &self.model.bodies[body.number].form {
-            let shapes = meshed.shapes.as_ref();
-            let (displacement, rate) =
-                (combined(shapes, body.motion.elastic(i)), combined(shapes, body.motion.rates(i)));
+            let shapes = meshed.reduced.shapes();
+            let mut displacement = combined(shapes, body.motion.elastic(i));
+            displacement.iter_mut().zip(&local.own).for_each(|(u, v)| *u += v);
+            let rate = combined(shapes, body.motion.rates(i));
             return Drawn { body, geometry, displacement, rate, mesh: None, discretised: None };
         }
         let Some(elastic) = self.model.bodies[body.number].elastic() else {

@@ -107,7 +107,7 @@ impl LocalContacts {
 
 /// Flexibility of the interface that body `body` was reduced for.
 fn own_residual(model: &RunModel, body: usize) -> Option<&ResidualFlexibility> {
-    model.bodies[body].elastic().and_then(|e| e.reduced.residual.as_ref())
+    model.bodies[body].flexible().and_then(|f| f.reduced.residual.as_ref())
 }
 
 /// Adds the forces of contact `contact` on the interfaces that its bodies were reduced for.

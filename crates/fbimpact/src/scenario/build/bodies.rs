@@ -40,20 +40,19 @@ fn body(checker: &mut Checker, context: Context<'_>, name: &str, section: &Secti
             let made = rigid::rigid(checker, (root, directory), section, orientation, markers.as_deref());
             made.map(|rigid| match rigid {
                 Rigid::Moving(kind, places) => {
-                    Made::Moving(kind, MovingFacts { places, ..Default::default() })
+                    Made::Moving(kind, Box::new(MovingFacts { places, ..Default::default() }))
                 }
                 Rigid::Plane(normal) => Made::Plane(Plane { point: Vector3::zeros(), normal }),
             })
         }
-        Some("imported") => {
-            imported::imported(checker, context, section, name).map(|(kind, facts)| Made::Moving(kind, facts))
-        }
+        Some("imported") => imported::imported(checker, context, section, name)
+            .map(|(kind, facts)| Made::Moving(kind, Box::new(facts))),
         Some("mesh") => meshed::meshed(checker, context, section, name, markers.as_deref())
-            .map(|(kind, facts)| Made::Moving(kind, facts)),
+            .map(|(kind, facts)| Made::Moving(kind, Box::new(facts))),
         Some(model) => {
             let frame = frame(checker, context, section, name);
             let made = elastic(checker, context, section, (model, frame), markers.as_deref());
-            made.map(|(spec, facts)| Made::Moving(BodyKind::Elastic(Box::new(spec)), facts))
+            made.map(|(spec, facts)| Made::Moving(BodyKind::Elastic(Box::new(spec)), Box::new(facts)))
         }
         None => None,
     };
@@ -65,6 +64,7 @@ fn body(checker: &mut Checker, context: Context<'_>, name: &str, section: &Secti
     Some(match made {
         Made::Plane(plane) => Built::Plane(Plane { point: position.into(), ..plane }),
         Made::Moving(kind, facts) => {
+            let facts = *facts;
             let motion = InitialMotion {
                 position: position.into(),
                 rotation: rotation(orientation),
@@ -78,7 +78,7 @@ fn body(checker: &mut Checker, context: Context<'_>, name: &str, section: &Secti
 
 /// What a body is, without its motion.
 enum Made {
-    Moving(BodyKind, MovingFacts),
+    Moving(BodyKind, Box<MovingFacts>),
     Plane(Plane),
 }
 

@@ -27,14 +27,6 @@ pub fn check_bodies(checker: &mut Checker, root: &Section, section: &Section) {
     let (contact, target) = (facts("contact_body"), facts("target_body"));
     let mut is_imported = false;
     for (key, body) in [("contact_body", contact), ("target_body", target)] {
-        if body.is_some_and(|b| b.mesh.is_some()) {
-            let message = "must be a body with a shape: contact of bodies with model \"mesh\" is not computed yet; \
-                           they take joints, loads and gravity, and a body of splines fixed to one may touch";
-            checker.fault_in(section, key, message.into());
-            is_imported = true;
-        }
-    }
-    for (key, body) in [("contact_body", contact), ("target_body", target)] {
         if body.is_some_and(|b| b.file.is_some()) {
             let message = "must be a body with a shape, one from a file has no surface to touch";
             checker.fault_in(section, key, message.into());
@@ -107,6 +99,11 @@ pub fn check_settings(checker: &mut Checker, section: &Section, facts: &ContactF
 
 fn check_solver(checker: &mut Checker, section: &Section, facts: &ContactFacts<'_>) {
     let has_state = matches!(facts.model, "adaptive" | "quasistatic");
+    if facts.has_mesh && facts.model == "adaptive" {
+        let message = "must be \"quasistatic\", \"damped\", \"dynamic\" or \"coarse\" with a body of model \"mesh\", which the program \
+                       does not refine; fbimpact mesh-size says how fine its mesh is to be at the touch";
+        checker.fault_in(section, "model", message.into());
+    }
     let is_broyden = section.text("solver") == Some("broyden");
     if is_broyden && !has_state {
         let message =
@@ -123,6 +120,12 @@ fn check_solver(checker: &mut Checker, section: &Section, facts: &ContactFacts<'
     if !has_state {
         let message = "must be \"adaptive\" or \"quasistatic\" with constraint \"exact\"".into();
         checker.fault_in(section, "model", message);
+    }
+    if facts.has_mesh {
+        let message = "must be \"penalty\" where a body has model \"mesh\": corners of its sides have no area of their own, so that \
+                       contact is watched at more points than the constraint has unknowns for";
+        checker.fault_in(section, "constraint", message.into());
+        return;
     }
     for (key, needed) in [("points", "greville"), ("solver", "active-set")] {
         if section.text(key).is_some_and(|value| value != needed) {

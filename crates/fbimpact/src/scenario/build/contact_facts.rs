@@ -12,23 +12,29 @@ pub struct ContactFacts<'a> {
     pub is_pair: bool,
     /// How the penalty factor is found; empty if that is at fault.
     pub search: &'a str,
+    /// Whether one of the bodies is.
+    pub has_mesh: bool,
 }
 
 impl<'a> ContactFacts<'a> {
     /// Facts of the contact in `section`, unless what they follow from is at fault.
     pub fn of(root: &Section, section: &'a Section) -> Option<Self> {
         let model = section.text("model")?;
-        let target = section.text("target_body").and_then(|name| BodyFacts::find(root, name));
+        let body = |key| section.text(key).and_then(|name| BodyFacts::find(root, name));
+        let (own, target) = (body("contact_body"), body("target_body"));
+        let is_mesh = |body: &Option<BodyFacts<'_>>| body.is_some_and(|b| b.mesh.is_some());
+        let has_mesh = is_mesh(&own) || is_mesh(&target);
         let search = section.table("penalty").map_or("", |penalty| match penalty.item("search") {
             Some(_) => penalty.text("search").unwrap_or_default(),
             None if model == "adaptive" && section.text("constraint") != Some("exact") => "until-converged",
             None => "fixed",
         });
-        Some(Self { model, is_pair: target.is_some_and(|t| !t.is_rigid), search })
+        let is_pair = target.is_some_and(|t| !t.is_rigid);
+        Some(Self { model, is_pair, search, has_mesh })
     }
 
     /// Whether the program refines the contact zone by itself.
     pub fn is_refined(&self) -> bool {
-        self.model == "adaptive" || self.is_pair && self.model != "coarse"
+        self.model == "adaptive" || self.is_pair && self.model != "coarse" && !self.has_mesh
     }
 }

@@ -111,6 +111,7 @@ fn surface(section: &Section, facts: &ContactFacts<'_>) -> Option<SurfaceLaw> {
         search,
         points: match section.text("points")? {
             "gauss" => PointRule::Gauss,
+            _ if facts.has_mesh => PointRule::Gauss,
             _ => PointRule::Greville,
         },
         method: match section.text("solver")? {

@@ -23,7 +23,7 @@ pub fn imported(
     name: &str,
 ) -> Option<(BodyKind, MovingFacts)> {
     let source = section.body_file()?;
-    let file = FileOfBody { path: source.path.clone(), sha256: source.sha256.clone() };
+    let file = FileOfBody { path: source.path.clone(), sha256: source.sha256.clone(), unit: 1.0 };
     let mut facts = MovingFacts { file: Some(file), ..MovingFacts::default() };
     let spec = match &source.body {
         BodyFile::Reduced(model) => ImportedSpec::Reduced(Arc::clone(model)),

@@ -10,6 +10,7 @@ use fe_mesh::matrices::Materials;
 use fe_mesh::rules::MassRule;
 use iga_core::elasticity::Material;
 
+use super::super::body_files::length;
 use super::super::body_places::{BodyPlaces, GivenPlace};
 use super::super::check::Checker;
 use super::super::section::Section;
@@ -59,7 +60,8 @@ pub fn meshed(
         damping: damping?,
         frame,
     };
-    let file = FileOfBody { path: source.path.clone(), sha256: source.sha256.clone() };
+    let unit = length(&source.units);
+    let file = FileOfBody { path: source.path.clone(), sha256: source.sha256.clone(), unit };
     let wish = SizeRequest { elements: false, modes: wants_modes };
     Some((BodyKind::Meshed(Box::new(spec)), MovingFacts { places, wish, file: Some(file), follows_joint }))
 }

@@ -63,6 +63,12 @@ const TRANSFERS: &[Choice] = &[
 /// The contact has contact points on a surface.
 const SURFACE: &[Condition] =
     &[Condition::new("with contact points", Test::NoneOf("model", &["hertz"])).remark("\"hertz\" has none")];
+/// The contact is one of surfaces of splines.
+const ON_SPLINES: &[Condition] = &[
+    SURFACE[0],
+    Condition::new("between bodies with a shape", Test::Fact(Fact::IsOnSplines))
+        .remark("contacts of bodies with model \"mesh\" have Gauss points"),
+];
 /// The program refines the contact zone by itself.
 const REFINED: Condition =
     Condition::new("where the program refines the contact zone", Test::Fact(Fact::IsRefined))
@@ -82,7 +88,8 @@ pub const CONTACT: &[Key] = &[
         Kind::Name,
         "",
         Need::Required,
-        "Body whose surface the points meet: a rigid plane, or a flexible body with the same `model`; with `hertz` also a sphere.",
+        "Body whose surface the points meet: a rigid plane, or a flexible body with the same `model`, `mesh` counting as `solid`; with `hertz` also a \
+         sphere.",
     ),
     Key::new("model", Kind::Choice(MODELS), "", Need::Default("\"adaptive\""), "Contact model."),
     Key::new(
@@ -98,7 +105,7 @@ pub const CONTACT: &[Key] = &[
         "",
         Need::Default("\"greville\""),
         "Where the contact points are.",
-    ).when(SURFACE),
+    ).when(ON_SPLINES),
     Key::new(
         "solver",
         Kind::Choice(SOLVERS),

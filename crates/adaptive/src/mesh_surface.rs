@@ -1,0 +1,253 @@
+//! The surface of a mesh as contact sees it: pieces, contact points, curvatures.
+
+use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
+
+use contact_qs::points::SurfacePoint;
+use contact_qs::{PieceEdge, PiecewiseSurface, SurfacePiece};
+use fe_mesh::Mesh;
+use fe_mesh::fault::MeshFault;
+use fe_mesh::locate::SidePoint;
+use fe_mesh::surface::Surface;
+use nalgebra::{DMatrix, DVector, Matrix2, SymmetricEigen, Vector3};
+
+use crate::contact_zone::{ContactZone, ZoneRegion};
+
+/// A place on a side of a mesh.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SideSite {
+    /// Number of the side, in the order of [`Mesh::surface`].
+    pub side: usize,
+    /// Parameters of the side.
+    pub eta: [f64; 2],
+    /// Undeformed position \[m\].
+    pub point: [f64; 3],
+}
+
+/// The surface of a mesh.
+pub struct MeshSurface {
+    mesh: Arc<Mesh>,
+    surface: Surface,
+}
+
+/// The shape of a surface about a place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LocalShape {
+    /// Principal curvatures, larger first, positive where the body is convex [1/m].
+    pub curvatures: [f64; 2],
+    /// Direction of the first, a unit vector.
+    pub direction: Vector3<f64>,
+    /// Two unit vectors along the surface.
+    pub tangents: [Vector3<f64>; 2],
+    /// Outward unit normal.
+    pub normal: Vector3<f64>,
+}
+
+/// Nodes by which curvatures are fitted, at least; a paraboloid has six unknowns.
+const FITTED: usize = 16;
+
+/// Components of displacement at a node.
+const N_COMPONENTS: usize = 3;
+
+impl MeshSurface {
+    /// The surface of `mesh`.
+    pub fn of(mesh: &Arc<Mesh>) -> Arc<Self> {
+        Arc::new(Self { mesh: Arc::clone(mesh), surface: Surface::new(mesh) })
+    }
+
+    /// The place with the parameters `eta` of side `side`.
+    pub fn site(&self, side: usize, eta: [f64; 2]) -> SideSite {
+        SideSite { side, eta, point: self.at(side, &eta).position }
+    }
+
+    /// Position, normal and functions at parameters of a side.
+    fn at(&self, side: usize, eta: &[f64; 2]) -> SidePoint {
+        let (of, mut places, mut at) = (&self.surface.sides()[side], Vec::new(), SidePoint::default());
+        self.mesh.places(&of.nodes, &mut places);
+        at.evaluate(of.kind, &places, eta);
+        at
+    }
+
+    /// The longest edge of the side at `site` and of those beside it \[m\].
+    pub fn length_at(&self, site: &SideSite) -> f64 {
+        let beside = self.surface.sides()[site.side].neighbours.iter().flatten().map(|n| n.side as usize);
+        beside.chain([site.side]).map(|i| self.surface.longest_edge(&self.mesh, i)).fold(0.0, f64::max)
+    }
+
+    /// Longest edge of each side with its middle \[m\].
+    pub fn lengths(&self) -> impl Iterator<Item = ([f64; 3], f64)> + '_ {
+        (0..self.surface.sides().len()).map(|i| {
+            let eta = if self.surface.sides()[i].n_edges() == 3 { [1.0 / 3.0; 2] } else { [0.0; 2] };
+            (self.at(i, &eta).position, self.surface.longest_edge(&self.mesh, i))
+        })
+    }
+
+    /// All sides as pieces.
+    pub fn pieces(&self) -> PiecewiseSurface {
+        let all: Vec<u32> = (0..self.surface.sides().len() as u32).collect();
+        self.pieces_of(&all)
+    }
+
+    /// The sides `chosen` as pieces, which are neighbours of each other where the surface is smooth.
+    fn pieces_of(&self, chosen: &[u32]) -> PiecewiseSurface {
+        let first = first_pieces(chosen.iter().map(|&i| self.surface.sides()[i as usize].n_edges()));
+        let number: HashMap<u32, u32> = chosen.iter().copied().zip(first).collect();
+        let mut pieces = Vec::new();
+        for &i in chosen {
+            let side = &self.surface.sides()[i as usize];
+            let (n, first) = (side.n_edges(), number[&i]);
+            for (k, piece) in side.kind.pieces().iter().enumerate() {
+                // Half of the edge from this corner, and of the one to it, lie on the piece's edges 0 and 3.
+                let across = |edge: usize, is_start: bool| -> Option<PieceEdge> {
+                    let other = side.neighbours[edge].filter(|other| other.is_smooth)?;
+                    let (first, m) =
+                        (number.get(&other.side)?, self.surface.sides()[other.side as usize].n_edges());
+                    // Sides run along their common edge against each other.
+                    let (corner, edge) =
+                        if is_start { ((other.edge as usize + 1) % m, 3) } else { (other.edge as usize, 0) };
+                    Some(PieceEdge { piece: first + corner as u32, edge })
+                };
+                let within = |corner: usize, edge| Some(PieceEdge { piece: first + corner as u32, edge });
+                pieces.push(SurfacePiece {
+                    side: i,
+                    corners: piece.corners,
+                    degree: side.kind.degree(),
+                    nodes: side.nodes.clone(),
+                    coefficients: side.kind.bernstein(piece).concat(),
+                    neighbours: [
+                        across(k, true),
+                        within((k + 1) % n, 2),
+                        within((k + n - 1) % n, 1),
+                        across((k + n - 1) % n, false),
+                    ],
+                });
+            }
+        }
+        PiecewiseSurface { pieces, positions: self.mesh.nodes().to_vec() }
+    }
+
+    /// The zone of the sides that hang smoothly together with the one at `site` and come within `reach` of it, with a ring of sides around: their
+    /// Gauss points with areas and functions, and all unknowns of their nodes. On its rim are the points of the ring where the surface goes on beyond.
+    ///
+    /// # Errors
+    /// [`MeshFault::FlatSide`].
+    pub fn zone(&self, site: &SideSite, reach: f64) -> Result<ContactZone, MeshFault> {
+        let centre = Vector3::from(site.point);
+        let is_near = |i: usize| {
+            let of = &self.surface.sides()[i];
+            let nodes = of.nodes.iter().map(|&n| self.mesh.nodes()[n as usize]);
+            let points = of.kind.rule().into_iter().map(|p| self.at(i, &p.xi).position);
+            nodes.chain(points).any(|x| (Vector3::from(x) - centre).norm() <= reach)
+        };
+        let sides = self.with_ring(&self.surface.smooth_part(site.side, is_near));
+        let inside: HashSet<u32> = sides.iter().copied().collect();
+        let (mut points, mut parameters, mut nodes) = (Vec::new(), Vec::new(), Vec::new());
+        for &i in &sides {
+            self.surface.check_side(&self.mesh, i as usize)?;
+            let side = &self.surface.sides()[i as usize];
+            let beyond = side.neighbours.iter().flatten();
+            let on_rim = beyond.copied().any(|n| n.is_smooth && !inside.contains(&n.side));
+            for point in side.kind.contact_rule() {
+                let at = self.at(i as usize, &point.xi);
+                points.push(SurfacePoint {
+                    position: at.position,
+                    area: point.weight * Vector3::from(at.area).norm(),
+                    functions: side.nodes.iter().copied().zip(at.functions.values).collect(),
+                    on_rim,
+                    function: None,
+                });
+                parameters.push([point.xi[0], point.xi[1], 0.0]);
+            }
+            nodes.extend(&side.nodes);
+        }
+        nodes.sort_unstable();
+        nodes.dedup();
+        let unknowns = |&n: &u32| (0..N_COMPONENTS).map(move |c| N_COMPONENTS * n as usize + c);
+        Ok(ContactZone {
+            unknowns: nodes.iter().flat_map(unknowns).collect(),
+            points,
+            parameters,
+            widths: [(2.0 * reach).min(self.mesh.size()), 0.0],
+            region: ZoneRegion::Pieces(Arc::new(self.pieces_of(&sides))),
+        })
+    }
+
+    /// The sides `chosen` with those beyond their smooth edges, rising.
+    fn with_ring(&self, chosen: &[u32]) -> Vec<u32> {
+        let beside = |i: &u32| self.surface.sides()[*i as usize].neighbours.into_iter().flatten();
+        let ring = chosen.iter().flat_map(beside).filter(|n| n.is_smooth).map(|n| n.side);
+        let mut all: Vec<u32> = chosen.iter().copied().chain(ring).collect();
+        all.sort_unstable();
+        all.dedup();
+        all
+    }
+
+    /// The shape of the surface about `site`: that of the paraboloid through the nodes around in the sense of least squares, since second
+    /// derivatives of a single side are right to its first order only. `None` if the nodes lie on a line, or the side has no normal.
+    pub fn shape_at(&self, site: &SideSite) -> Option<LocalShape> {
+        let centre = Vector3::from(site.point);
+        let normal = Vector3::from(self.at(site.side, &site.eta).area).try_normalize(0.0)?;
+        let along = (Vector3::from(self.at(site.side, &site.eta).tangents[0])).try_normalize(0.0)?;
+        let (t, s) = (along, normal.cross(&along));
+        let places = self.around(site);
+        let size = places.iter().map(|x| (x - centre).norm()).fold(0.0, f64::max);
+        let row = |x: &Vector3<f64>| {
+            let r = (x - centre) / size;
+            let (u, v) = (r.dot(&t), r.dot(&s));
+            [1.0, u, v, 0.5 * u * u, u * v, 0.5 * v * v]
+        };
+        let matrix = DMatrix::from_fn(places.len(), 6, |i, j| row(&places[i])[j]);
+        let heights = DVector::from_fn(places.len(), |i, _| (places[i] - centre).dot(&normal) / size);
+        // Beyond this condition the nodes do not tell the six apart.
+        let fit = matrix.svd(true, true).solve(&heights, 1e-10).ok()?;
+        // Slopes of a smooth surface at its own normal are small: their squares are left out.
+        let bend = Matrix2::new(fit[3], fit[4], fit[4], fit[5]) * (-1.0 / size);
+        let SymmetricEigen { eigenvalues, eigenvectors } = bend.symmetric_eigen();
+        let first = usize::from(eigenvalues[1] > eigenvalues[0]);
+        let axis = eigenvectors.column(first);
+        Some(LocalShape {
+            curvatures: [eigenvalues[first], eigenvalues[1 - first]],
+            direction: t * axis[0] + s * axis[1],
+            tangents: [t, s],
+            normal,
+        })
+    }
+
+    /// Nodes of the sides around `site`, ring after ring until there are enough for a paraboloid.
+    fn around(&self, site: &SideSite) -> Vec<Vector3<f64>> {
+        let mut rings: HashSet<u32> = HashSet::from([site.side as u32]);
+        let nodes = |sides: &HashSet<u32>| -> Vec<u32> {
+            let mut all: Vec<u32> =
+                sides.iter().flat_map(|&i| self.surface.sides()[i as usize].nodes.iter().copied()).collect();
+            all.sort_unstable();
+            all.dedup();
+            all
+        };
+        loop {
+            let known: HashSet<u32> = nodes(&rings).into_iter().collect();
+            if known.len() >= FITTED {
+                break;
+            }
+            let beside = |i: &u32| self.surface.sides()[*i as usize].neighbours.into_iter().flatten();
+            let next: Vec<u32> =
+                rings.iter().flat_map(beside).filter(|n| n.is_smooth).map(|n| n.side).collect();
+            let before = rings.len();
+            rings.extend(next);
+            if rings.len() == before {
+                break;
+            }
+        }
+        nodes(&rings).into_iter().map(|n| Vector3::from(self.mesh.nodes()[n as usize])).collect()
+    }
+}
+
+/// Number of the first piece of each side, one a corner.
+fn first_pieces(corners: impl Iterator<Item = usize>) -> Vec<u32> {
+    corners
+        .scan(0, |sum, n| {
+            let first = *sum;
+            *sum += n as u32;
+            Some(first)
+        })
+        .collect()
+}

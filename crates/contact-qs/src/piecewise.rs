@@ -1,0 +1,116 @@
+//! A surface made of polynomial pieces: what contact needs to know of the surface of a finite element mesh.
+//!
+//! Each piece maps the unit square by Bernstein polynomials (Eq. C.49). Pieces meet along whole edges; where they do so smoothly, points
+//! may move on from one to the next.
+
+use ffr_dynamics::body::RigidMotion;
+use ffr_dynamics::data_error::DataError;
+
+use crate::ContactError;
+
+/// The edge of a piece: 0 from (0, 0) to (1, 0), 1 to (1, 1), 2 to (0, 1), 3 back. Pieces that meet run along their common edge
+/// against each other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PieceEdge {
+    /// The piece.
+    pub piece: u32,
+    /// Number of its edge.
+    pub edge: u8,
+}
+
+/// A piece of a surface.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SurfacePiece {
+    /// Number of the side of the mesh that it belongs to.
+    pub side: u32,
+    /// Parameters of the side at the corners of the square.
+    pub corners: [[f64; 2]; 4],
+    /// Degree in each direction, at least 1.
+    pub degree: usize,
+    /// Nodes of the body whose functions are not zero here.
+    pub nodes: Vec<u32>,
+    /// Bernstein coefficients of their functions, one row per node, the first direction fastest.
+    pub coefficients: Vec<f64>,
+    /// What lies beyond each edge if the surface goes on smoothly there.
+    pub neighbours: [Option<PieceEdge>; 4],
+}
+
+/// A surface of pieces, whose normals `∂x/∂s × ∂x/∂t` point outwards.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct PiecewiseSurface {
+    /// The pieces.
+    pub pieces: Vec<SurfacePiece>,
+    /// Positions of all nodes of the body \[m\].
+    pub positions: Vec<[f64; 3]>,
+}
+
+impl PiecewiseSurface {
+    /// Checks that a body with the motions `motion` can have this surface.
+    ///
+    /// # Errors
+    /// [`ContactError::Nothing`] without a piece, [`ContactError::Data`] if sizes differ, [`ContactError::MixedModels`] unless the body moves in
+    /// space.
+    pub(crate) fn check(&self, motion: RigidMotion) -> Result<(), ContactError> {
+        if motion != RigidMotion::Spatial {
+            return Err(ContactError::MixedModels { first: RigidMotion::Spatial, second: motion });
+        }
+        if self.pieces.is_empty() {
+            return Err(ContactError::Nothing { what: "the surface has no side" });
+        }
+        let (n_nodes, n_pieces) = (self.positions.len(), self.pieces.len());
+        match self.pieces.iter().position(|p| !p.is_consistent(n_nodes, n_pieces)) {
+            Some(number) => {
+                let what = "pieces of a surface that fit its nodes".into();
+                Err(DataError::Index { what, number, count: n_pieces }.into())
+            }
+            None => Ok(()),
+        }
+    }
+}
+
+impl SurfacePiece {
+    /// Coefficients of node `k` of the piece.
+    pub(crate) fn row(&self, k: usize) -> &[f64] {
+        let n = (self.degree + 1) * (self.degree + 1);
+        &self.coefficients[k * n..(k + 1) * n]
+    }
+
+    /// Bernstein coefficients of a field with the values `at` the nodes.
+    pub(crate) fn net(&self, at: impl Fn(u32) -> [f64; 3]) -> Vec<[f64; 3]> {
+        let n = (self.degree + 1) * (self.degree + 1);
+        let mut net = vec![[0.0; 3]; n];
+        for (k, &node) in self.nodes.iter().enumerate() {
+            let value = at(node);
+            for (point, c) in net.iter_mut().zip(self.row(k)) {
+                (0..3).for_each(|d| point[d] += c * value[d]);
+            }
+        }
+        net
+    }
+
+    /// Whether sizes fit each other and every node has a position.
+    pub(crate) fn is_consistent(&self, n_nodes: usize, n_pieces: usize) -> bool {
+        let n = (self.degree + 1) * (self.degree + 1);
+        let fits = self.degree >= 1 && self.coefficients.len() == self.nodes.len() * n;
+        let neighbours = self.neighbours.iter().flatten();
+        fits && self.nodes.iter().all(|&node| (node as usize) < n_nodes)
+            && neighbours.copied().all(|e| (e.piece as usize) < n_pieces && e.edge < 4)
+    }
+}
+
+/// The bilinear map of the unit square to the quadrilateral `corners`.
+pub(crate) fn bilinear(corners: &[[f64; 2]; 4], [s, t]: [f64; 2]) -> [f64; 2] {
+    let weights = [(1.0 - s) * (1.0 - t), s * (1.0 - t), s * t, (1.0 - s) * t];
+    [0, 1].map(|d| weights.iter().zip(corners).map(|(w, c)| w * c[d]).sum())
+}
+
+/// Where a point of an edge of a piece lies on the neighbour that meets it there, `u` in `[0, 1]` being its share of the way along `edge`.
+pub(crate) fn across(edge: usize, u: f64) -> [f64; 2] {
+    let back = 1.0 - u;
+    match edge {
+        0 => [back, 0.0],
+        1 => [1.0, back],
+        2 => [u, 1.0],
+        _ => [0.0, u],
+    }
+}

@@ -1,0 +1,237 @@
+//! Contact of bodies of finite elements on their own mesh: against bodies of splines, against each other, identities, faults.
+//!
+//! Balls fall at 10 m/s, where the contact radius is a tenth of theirs, so that meshes of a few thousand elements resolve it. What they are
+//! compared with is the axisymmetric body of splines in the same impact.
+
+#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
+#![expect(clippy::print_stdout, reason = "the figures of docs/verification.md, shown with --nocapture")]
+
+#[path = "../crates/fe-mesh/tests/balls/mod.rs"]
+mod balls;
+#[expect(dead_code, reason = "other tests use the rest")]
+#[path = "../crates/fe-mesh/tests/writers/mod.rs"]
+mod writers;
+
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+use adaptive::record::ImpactRecord;
+use adaptive::recording::Recording;
+use balls::Ball;
+use fbimpact::scenario::{self, Fault, Scenario};
+use fbimpact::simulate::simulate;
+use fe_mesh::ElementKind;
+use writers::{Form, gmsh};
+
+const WORLD: &str = r#"
+[simulation]
+end_time = 4.0e-5
+
+[materials.aluminium]
+youngs_modulus = 72.8e9
+poissons_ratio = 0.33
+density = 2789.0
+
+[bodies.floor]
+model = "rigid"
+geometry = { shape = "plane" }
+
+[contacts.impact]
+contact_body = "upper"
+target_body = "floor"
+model = "quasistatic"
+"#;
+
+/// About 2.5 elements on the contact radius: contact begins when the first Gauss point touches, which shortens it by 3 % of the square of their
+/// length over the radius, 0.5 %.
+const FINE: Ball = Ball { radius: 10.0, across: [12, 4], layers: 5, growth: [1.45, 1.5] };
+/// About one, enough for identities.
+const COARSE: Ball = Ball { radius: 10.0, across: [6, 2], layers: 2, growth: [1.2, 1.5] };
+
+/// Files that all tests read.
+fn files() -> &'static Path {
+    static DIRECTORY: OnceLock<PathBuf> = OnceLock::new();
+    DIRECTORY.get_or_init(|| {
+        let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join("mesh_contact");
+        std::fs::create_dir_all(&directory).unwrap();
+        let write =
+            |name: &str, mesh| std::fs::write(directory.join(name), gmsh(&mesh, Form::Binary41)).unwrap();
+        write("hex20.msh", FINE.mesh(ElementKind::Hex20));
+        write("tet10.msh", FINE.mesh(ElementKind::Tet10));
+        write("coarse_hex20.msh", COARSE.mesh(ElementKind::Hex20));
+        write("coarse_tet10.msh", COARSE.mesh(ElementKind::Tet10));
+        directory
+    })
+}
+
+fn parse(text: &str) -> Result<Scenario, Vec<Fault>> {
+    let path = files().join("case.toml");
+    scenario::parse(&path, text.as_bytes(), &[]).map_err(|f| f.list().to_vec())
+}
+
+/// A ball called `name` of the mesh `file` that starts touching the origin, above it for a positive `side`.
+fn meshed(name: &str, file: &str, side: f64) -> String {
+    format!(
+        r#"
+        [bodies.{name}]
+        model = "mesh"
+        file = "{file}.msh"
+        units = "mm"
+        material = "aluminium"
+        reduction = {{ modes = 60 }}
+        position = [0.0, 0.0, {}]
+        velocity = [0.0, 0.0, {}]
+        "#,
+        10e-3 * side,
+        -10.0 * side
+    )
+}
+
+/// The same of splines, with the end of its axis at the touch.
+fn splines(name: &str, model: &str, side: f64) -> String {
+    let (geometry, refine) = match model {
+        "axisymmetric" => ("{ degree = 3, elements = 8", "elements = 24"),
+        _ => ("{ degree = 2, elements = 4", "elements = 8, ratio = 1.8"),
+    };
+    let point = if model == "axisymmetric" {
+        format!("[0.0, {}]", -10e-3 * side)
+    } else {
+        format!("[0.0, 0.0, {}]", -10e-3 * side)
+    };
+    let width = if model == "axisymmetric" { 1.6e-3 } else { 3.2e-3 };
+    format!(
+        r#"
+        [bodies.{name}]
+        model = "{model}"
+        material = "aluminium"
+        geometry = {{ shape = "sphere", radius = 10.0e-3 }}
+        discretisation = {geometry}, refine = [{{ point = {point}, width = {width}, {refine} }}] }}
+        reduction = {{ modes = {} }}
+        position = [0.0, 0.0, {}]
+        velocity = [0.0, 0.0, {}]
+        "#,
+        if model == "axisymmetric" { 20 } else { 60 },
+        10e-3 * side,
+        -10.0 * side
+    )
+}
+
+fn run(text: &str) -> Recording {
+    let scenario = parse(text).unwrap_or_else(|faults| panic!("{faults:?}"));
+    let mut recording = Recording::default();
+    simulate(&scenario, &mut recording, 2).unwrap();
+    recording
+}
+
+/// The impact of the ball of splines, which is that of two equal ones as well.
+fn expected() -> &'static ImpactRecord {
+    static IMPACT: OnceLock<ImpactRecord> = OnceLock::new();
+    IMPACT.get_or_init(|| {
+        let impact = run(&format!("{WORLD}{}", splines("upper", "axisymmetric", 1.0))).impacts[0];
+        println!("splines: {:.3} N, {:.4} us", impact.peak_force, 1e6 * (impact.end - impact.start));
+        impact
+    })
+}
+
+/// Compares force, duration, ledger and momenta of `recording` with what `tolerances` on force and duration allow.
+fn compare(name: &str, recording: &Recording, tolerances: [f64; 2]) {
+    let (found, wanted) = (&recording.impacts[0], expected());
+    let length = |i: &ImpactRecord| i.end - i.start;
+    let (force, time) = (found.peak_force / wanted.peak_force - 1.0, length(found) / length(wanted) - 1.0);
+    println!("{name}: {:.3} N ({force:+.2e}), duration {time:+.2e}", found.peak_force);
+    // Claims of docs/verification.md.
+    assert!(force.abs() < tolerances[0] && time.abs() < tolerances[1], "{name}: {force:e}, {time:e}");
+    check_ledger(name, recording);
+}
+
+/// The largest change of the energy, relative to that at the start.
+fn check_ledger(name: &str, recording: &Recording) {
+    let start = recording.samples[0].energies.total();
+    let changes = recording.samples.iter().map(|s| (s.energies.total() / start - 1.0).abs());
+    let drift = changes.fold(0.0, f64::max);
+    println!("{name}: ledger {drift:.1e}");
+    // Claim of docs/verification.md.
+    assert!(drift < 1e-5, "{name}: {drift:e}");
+}
+
+/// Two balls that hit each other keep their momenta: forces are equal, opposite and on one line.
+fn check_momenta(name: &str, recording: &Recording) {
+    let scale = 11.7e-3 * 10.0;
+    let change = |now: &[f64; 3], start: &[f64; 3]| {
+        now.iter().zip(start).fold(0.0_f64, |m, (x, y)| m.max((x - y).abs())) / scale
+    };
+    let first = &recording.samples[0];
+    for sample in &recording.samples {
+        let linear = change(&sample.linear_momentum, &first.linear_momentum);
+        let angular = change(&sample.angular_momentum, &first.angular_momentum) / 10e-3;
+        // A thousand evaluations add up to the round-off of sums over some hundred points.
+        assert!(linear < 1e-11 && angular < 1e-11, "{name}: {linear:e}, {angular:e}");
+    }
+}
+
+#[test]
+fn a_ball_of_hexahedra_hits_a_plane_as_one_of_splines_does() {
+    compare("hex20", &run(&format!("{WORLD}{}", meshed("upper", "hex20", 1.0))), [5e-3, 1e-2]);
+}
+
+/// The upper ball of the mesh `upper` hits the lower one of the mesh `lower`.
+fn pair(upper: &str, lower: &str) -> Recording {
+    let world = WORLD.replace("target_body = \"floor\"", "target_body = \"lower\"");
+    run(&format!("{world}{}{}", meshed("upper", upper, 1.0), meshed("lower", lower, -1.0)))
+}
+
+#[test]
+fn meshed_balls_hit_each_other_and_keep_their_momenta() {
+    for [upper, lower] in [["coarse_hex20", "coarse_tet10"], ["coarse_tet10", "coarse_hex20"]] {
+        let (recording, name) = (pair(upper, lower), format!("{upper} on {lower}"));
+        check_momenta(&name, &recording);
+    }
+}
+
+#[test]
+#[ignore = "second tier: four minutes"]
+fn meshed_balls_hit_each_other_as_one_hits_a_plane() {
+    for [upper, lower] in [["hex20", "tet10"], ["tet10", "hex20"]] {
+        let (recording, name) = (pair(upper, lower), format!("{upper} on {lower}"));
+        compare(&name, &recording, [1e-2, 1e-2]);
+        check_momenta(&name, &recording);
+    }
+}
+
+#[test]
+#[ignore = "second tier: a minute"]
+fn meshed_balls_and_balls_of_splines_hit_each_other_in_either_role() {
+    for (own, target) in [("upper", "lower"), ("lower", "upper")] {
+        let world = WORLD.replace("target_body = \"floor\"", &format!("target_body = \"{target}\""));
+        let world = world.replace("contact_body = \"upper\"", &format!("contact_body = \"{own}\""));
+        let text = format!("{world}{}{}", meshed("upper", "hex20", 1.0), splines("lower", "solid", -1.0));
+        let recording = run(&text);
+        let name = if own == "upper" { "mesh on splines" } else { "splines on mesh" };
+        compare(name, &recording, [1e-2, 1e-2]);
+        check_momenta(name, &recording);
+    }
+}
+
+fn fault(text: &str, path: &str) -> String {
+    let faults = parse(text).unwrap_err();
+    let found = faults.iter().find(|f| f.key == path);
+    found.unwrap_or_else(|| panic!("no fault at {path}: {faults:?}")).message.clone()
+}
+
+#[test]
+fn what_a_mesh_does_not_do_is_refused_with_what_does() {
+    let with = |line: &str| {
+        let world = WORLD.replace("model = \"quasistatic\"", line);
+        format!("{world}{}", meshed("upper", "hex20", 1.0))
+    };
+    let adaptive = fault(&with("model = \"adaptive\""), "contacts.impact.model");
+    assert!(adaptive.contains("\"quasistatic\"") && adaptive.contains("mesh-size"), "{adaptive}");
+    let exact = fault(&with("model = \"quasistatic\"\nconstraint = \"exact\""), "contacts.impact.constraint");
+    assert!(exact.contains("\"penalty\""), "{exact}");
+    let points = fault(&with("model = \"quasistatic\"\npoints = \"gauss\""), "contacts.impact.points");
+    assert!(points.contains("Gauss points"), "{points}");
+    let modal =
+        with("model = \"quasistatic\"").replace("{ modes = 60 }", "{ method = \"modal\", modes = 60 }");
+    let modal = fault(&modal, "contacts.impact.model");
+    assert!(modal.contains("craig-bampton"), "{modal}");
+}
