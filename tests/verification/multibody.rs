@@ -255,6 +255,24 @@ fn tangent_and_mean_axis_frame_agree_in_tip_position() {
 }
 
 #[test]
+fn gauss_collocation_agrees_in_tip_position_and_keeps_the_energy() {
+    let gauss = run("flexible_pendulum", &["simulation.free.integrator=gauss"]);
+    assert_below("distance of the tips", distance(pendulum(), &gauss), 1e-5);
+    assert_below("energy drift", drift(&gauss), 1e-6);
+}
+
+#[test]
+fn gauss_collocation_is_chosen_where_bodies_vibrate_on_joints() {
+    let evaluations = |sets: &[&str]| {
+        let sets = [&["simulation.end_time=0.005"], sets].concat();
+        run("double_pendulum/hertz", &sets).phases.iter().map(|p| p.evaluations).sum::<u64>()
+    };
+    let chosen = evaluations(&[]);
+    assert_eq!(chosen, evaluations(&["simulation.free.integrator=gauss"]));
+    assert!(10 * chosen < evaluations(&["simulation.free.integrator=dormand-prince"]), "{chosen}");
+}
+
+#[test]
 fn implicit_integrator_agrees_in_tip_position_and_shows_its_loss() {
     let implicit = run("flexible_pendulum", &["simulation.free.integrator=tr-bdf2"]);
     assert_below("distance of the tips", distance(pendulum(), &implicit), 1e-4);

@@ -276,6 +276,28 @@ fn stiff_modes_of_a_joined_body_do_not_decide_the_step() {
 }
 
 #[test]
+fn a_stiff_body_on_a_softer_one_is_followed_by_the_standard_of_the_softer_one() {
+    let sample = block(RigidMotion::Spatial, 6);
+    let stiff = || {
+        let mut body = block_body(&sample, "stiff", false);
+        body.data.modal_stiffness.iter_mut().for_each(|k| *k *= 1e4); // a hundred times the frequencies
+        body
+    };
+    let size = |bodies: Vec<BodySpec>| {
+        let kinds = vec![JointKind::Revolute; bodies.len()];
+        let mut system = build(chain(bodies, &kinds, Vector3::zeros()), 1e-5);
+        let y = system.rest();
+        let layout = system.model().bodies.last().unwrap().layout;
+        let mut error = vec![0.0; y.len()];
+        error[layout.elastic().start] = 1.0;
+        system.damped_error_norm(&y, &y, &error)
+    };
+    let (alone, joined) = (size(vec![stiff()]), size(vec![block_body(&sample, "soft", false), stiff()]));
+    // A displacement counts by the rate, which is that of the softer body: a hundredth.
+    assert!((100.0 * joined / alone - 1.0).abs() < 1e-6, "{alone} {joined}");
+}
+
+#[test]
 fn closed_ring_of_flexible_bodies_keeps_its_loop() {
     let sample = block(RigidMotion::Spatial, 5);
     let names = ["first", "second", "third"];
