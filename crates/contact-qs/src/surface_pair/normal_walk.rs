@@ -158,17 +158,20 @@ mod tests {
 
     #[test]
     fn points_over_an_edge_stay_on_the_piece_where_they_were() {
-        for piece in [0, 1] {
-            let found = foot((piece, [0.5, 0.5]), &above(0, [1.0, 0.4], 0.1), jet, (&NEIGHBOURS, SLACK));
-            assert_eq!(found.map(|f| f.piece), Some(piece));
+        // From a place on the edge, as of the last evaluation: round-off sends no point to the other side.
+        for start in [(0, [1.0, 0.5]), (1, [0.0, 0.5])] {
+            let found = foot(start, &above(0, [1.0, 0.4], 0.1), jet, (&NEIGHBOURS, SLACK));
+            assert_eq!(found.map(|f| f.piece), Some(start.0));
         }
     }
 
     #[test]
     fn points_beyond_the_end_are_told_and_held_there() {
         let point = above(1, [1.2, 0.4], 0.1);
-        let found = foot((0, [0.2, 0.2]), &point, jet, (&NEIGHBOURS, SLACK)).expect("an end");
+        let found = foot((0, [0.9, 0.2]), &point, jet, (&NEIGHBOURS, SLACK)).expect("an end");
         assert!(found.is_beyond && found.piece == 1 && found.xi[0] >= 1.0, "{found:?}");
+        // From further away the point lies beyond the centre of curvature, where no projection is known.
+        assert_eq!(foot((0, [0.2, 0.2]), &point, jet, (&NEIGHBOURS, SLACK)), None);
     }
 
     #[test]
