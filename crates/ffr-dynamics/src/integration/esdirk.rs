@@ -6,17 +6,15 @@
 //! error are the system's business ([`OdeSystem::damped_error_norm`]).
 
 use super::convergence::Convergence;
-use super::jacobian::{Differences, Structure};
-use super::linearisation::Linearisation;
+use super::held_derivative::HeldDerivative;
 use super::newton::IterationMatrix;
 use super::one_step::OneStepMethod;
+use super::step_control::worthwhile_growth;
 use super::stepping::{Failure, Step, StepAttempt, Stepping, is_finite};
 use super::system::OdeSystem;
 use super::tableau::{MAX_STAGES, Tableau};
 use crate::error::DynamicsError;
 
-/// A step that may grow by less than this keeps its size, and with it the factors (same source, code RADAU5).
-pub(super) const KEPT_GROWTH: f64 = 1.2;
 /// What helps when the steps become too short.
 pub(super) const REMEDY: &str = "look for a force that jumps, or take the explicit method";
 
@@ -24,13 +22,7 @@ pub(super) const REMEDY: &str = "look for a force that jumps, or take the explic
 #[derive(Debug)]
 pub(super) struct Esdirk {
     method: &'static Tableau,
-    /// Whether the derivative may be used in the next step.
-    is_derivative_valid: bool,
-    /// Whether the derivative was formed at `(t, y)`.
-    is_derivative_fresh: bool,
-    structure: Structure,
-    derivative: Linearisation,
-    differences: Differences,
+    held: HeldDerivative,
     matrix: IterationMatrix,
     convergence: Convergence,
     /// Rates of the stages; the first is the rate at the start of the step if that is valid.
@@ -51,18 +43,14 @@ impl Esdirk {
     /// # Errors
     /// [`DynamicsError::Data`] if the kinematics do not fit the state.
     pub fn new<S: OdeSystem + ?Sized>(method: &'static Tableau, system: &S) -> Result<Self, DynamicsError> {
-        let structure = Structure::of(system)?;
+        let held = HeldDerivative::new(system)?;
         let dimension = system.dimension();
         let zeros = || vec![0.0; dimension];
         Ok(Self {
             method,
-            is_derivative_valid: false,
-            is_derivative_fresh: false,
-            derivative: Linearisation::new(structure.unknowns.len()),
-            differences: Differences::new(dimension),
-            matrix: IterationMatrix::new(&structure),
+            matrix: IterationMatrix::new(&held.structure),
             convergence: Convergence::new(),
-            structure,
+            held,
             k: (0..method.n_stages()).map(|_| zeros()).collect(),
             shift: zeros(),
             middle: zeros(),
@@ -93,7 +81,7 @@ impl Esdirk {
             self.correction[i] = change;
             guess[i] = last[i] + change;
         }
-        self.matrix.solve(&self.structure, &self.derivative, y, guess);
+        self.matrix.solve(&self.held.structure, &self.held.derivative, y, guess);
         guess.iter_mut().zip(&self.correction).for_each(|(k, change)| *k -= change);
     }
 
@@ -104,22 +92,12 @@ impl Esdirk {
         system: &mut S,
         weight: f64,
     ) -> Result<(), Failure> {
-        if !self.is_derivative_valid {
-            let at = (stepping.t, stepping.y.as_slice());
-            self.differences.linearise(
-                system,
-                &self.structure,
-                at,
-                &mut self.derivative,
-                &mut stepping.statistics,
-            );
-            self.is_derivative_valid = true;
-            self.is_derivative_fresh = true;
+        if self.held.renew(stepping, system) {
             self.matrix.clear();
         }
         if !self.matrix.is_for(weight) {
             stepping.statistics.factorisations += 1;
-            if !self.matrix.factorise(&self.structure, &self.derivative, &stepping.y, weight) {
+            if !self.matrix.factorise(&self.held.structure, &self.held.derivative, &stepping.y, weight) {
                 return Err(Failure::Singular);
             }
         }
@@ -147,7 +125,7 @@ impl Esdirk {
             for (c, k) in correction.iter_mut().zip(&self.k[stage]) {
                 *c -= k;
             }
-            self.matrix.solve(&self.structure, &self.derivative, &stepping.y, correction);
+            self.matrix.solve(&self.held.structure, &self.held.derivative, &stepping.y, correction);
             for (c, k) in correction.iter_mut().zip(&mut self.k[stage]) {
                 *k += *c;
                 *c *= weight;
@@ -175,7 +153,7 @@ impl Esdirk {
         for (i, e) in self.scratch.iter_mut().enumerate() {
             *e = h * self.k.iter().zip(self.method.error).map(|(k, e)| e * k[i]).sum::<f64>();
         }
-        self.matrix.solve(&self.structure, &self.derivative, &stepping.y, &mut self.scratch);
+        self.matrix.solve(&self.held.structure, &self.held.derivative, &stepping.y, &mut self.scratch);
         system.damped_error_norm(&stepping.y, &self.trial, &self.scratch)
     }
 
@@ -246,25 +224,17 @@ impl OneStepMethod for Esdirk {
         system.finish_quadratures(&mut self.trial, &mut self.k[last]);
         self.store_dense_output(&stepping.y, attempt.h);
         self.k.swap(0, last);
-        self.is_derivative_fresh = false;
-        self.is_derivative_valid = self.convergence.keeps_derivative();
-        let growth = stepping.controller.accepted(error);
-        let kept = if (1.0..KEPT_GROWTH).contains(&growth) { 1.0 } else { growth };
-        stepping.accept(system, attempt, error, kept, &mut self.trial)
+        self.held.end_step(self.convergence.keeps_derivative());
+        let growth = worthwhile_growth(stepping.controller.accepted(error));
+        stepping.accept(system, attempt, error, growth, &mut self.trial)
     }
 
     fn renews_for(&mut self, failure: &Failure) -> bool {
-        let is_stale =
-            matches!(failure, Failure::Diverged { .. } | Failure::Singular) && !self.is_derivative_fresh;
-        if is_stale {
-            self.is_derivative_valid = false; // the same step again with a derivative of its own
-        }
-        is_stale
+        self.held.renews_for(failure)
     }
 
     fn invalidate(&mut self) {
-        self.is_derivative_valid = false;
-        self.is_derivative_fresh = false;
+        self.held.invalidate();
     }
 
     fn interpolate(&self, start: &[f64], theta: f64, out: &mut [f64]) {

@@ -10,10 +10,11 @@ use nalgebra::{Quaternion, Vector3};
 
 use super::collocation::{Collocation, ERROR_CONSTANT, PAIRS, Pair, STAGES, STIFF_LIMIT};
 use super::convergence::Convergence;
-use super::jacobian::{Differences, Structure};
-use super::linearisation::{KinematicBlock, Linearisation};
+use super::held_derivative::HeldDerivative;
+use super::linearisation::KinematicBlock;
 use super::one_step::OneStepMethod;
 use super::stage_matrix::StageMatrix;
+use super::step_control::worthwhile_growth;
 use super::stepping::{Failure, Step, StepAttempt, Stepping, is_finite};
 use super::system::OdeSystem;
 use crate::error::DynamicsError;
@@ -23,8 +24,6 @@ use crate::kinematics::rotation::quaternion_rate;
 pub(super) const ORDER: f64 = 9.0;
 /// What helps when the steps become too short.
 pub(super) const REMEDY: &str = "look for a force that jumps, or take the explicit method";
-/// A step that may grow by less than this keeps its size, and with it the factors (Hairer & Wanner II, IV.8, code RADAU5).
-const KEPT_GROWTH: f64 = 1.2;
 /// A step that has to shrink does so by this factor at least: one further factorisation in place of several.
 const LEAST_SHRINKAGE: f64 = 0.85;
 
@@ -32,18 +31,13 @@ const LEAST_SHRINKAGE: f64 = 0.85;
 #[derive(Debug)]
 pub(super) struct Gauss {
     collocation: Collocation,
-    structure: Structure,
     /// Components whose rates depend on the velocities in a way that the iterations need not know: quaternions, quadratures.
     following: Vec<usize>,
-    /// Whether the system holds its own derivative at the start of the step, and whether it is to be asked for it.
-    is_held: bool,
+    /// Whether the system solves the linear systems itself, about the start of the step, and whether it is to be asked to.
+    is_solved_by_system: bool,
     asks_system: bool,
-    /// Whether the derivative may be used in the next step.
-    is_derivative_valid: bool,
-    /// Whether the derivative was formed at the start of the step.
-    is_derivative_fresh: bool,
-    derivative: Linearisation,
-    differences: Differences,
+    /// What serves where it does not.
+    held: HeldDerivative,
     matrices: [StageMatrix; PAIRS],
     /// Step that the factors belong to; 0 without factors \[s\].
     factorised_step: f64,
@@ -77,7 +71,8 @@ impl Gauss {
     /// # Errors
     /// [`DynamicsError::Data`] if the kinematics do not fit the state.
     pub fn new<S: OdeSystem + ?Sized>(system: &S) -> Result<Self, DynamicsError> {
-        let structure = Structure::of(system)?;
+        let held = HeldDerivative::new(system)?;
+        let structure = &held.structure;
         let (dimension, n) = (system.dimension(), structure.unknowns.len());
         let mut is_solved = vec![false; dimension];
         structure.unknowns.iter().for_each(|i| is_solved[*i] = true);
@@ -91,12 +86,9 @@ impl Gauss {
         let collocation = Collocation::new();
         Ok(Self {
             following: (0..dimension).filter(|i| !is_solved[*i]).collect(),
-            is_held: false,
+            is_solved_by_system: false,
             asks_system: true,
-            is_derivative_valid: false,
-            is_derivative_fresh: false,
-            derivative: Linearisation::new(n),
-            differences: Differences::new(dimension),
+            held,
             matrices: std::array::from_fn(|m| StageMatrix::new(n, collocation.pairs[m].value)),
             factorised_step: 0.0,
             convergence: Convergence::new(),
@@ -116,7 +108,6 @@ impl Gauss {
             last_k: stages(dimension),
             last_defect: zeros(dimension),
             collocation,
-            structure,
         })
     }
 
@@ -127,20 +118,15 @@ impl Gauss {
         system: &mut S,
         h: f64,
     ) -> Result<(), Failure> {
-        if self.is_held {
+        if self.is_solved_by_system {
             stepping.statistics.factorisations += 1;
             let mut pairs = self.collocation.pairs.iter().enumerate();
-            self.is_held = pairs.all(|(m, pair)| system.factorise_held(m, pair.value * h));
+            self.is_solved_by_system = pairs.all(|(m, pair)| system.factorise_held(m, pair.value * h));
         }
-        if self.is_held {
+        if self.is_solved_by_system {
             return Ok(());
         }
-        if !self.is_derivative_valid {
-            let at = (stepping.t, stepping.y.as_slice());
-            let Self { differences, structure, derivative, .. } = self;
-            differences.linearise(system, structure, at, derivative, &mut stepping.statistics);
-            self.is_derivative_valid = true;
-            self.is_derivative_fresh = true;
+        if self.held.renew(stepping, system) {
             self.factorised_step = 0.0;
         }
         // A clock's round-off changes `h` in its last digits; the factors may differ by that much and more.
@@ -149,7 +135,7 @@ impl Gauss {
             stepping.statistics.factorisations += 1;
             self.factorised_step = 0.0;
             for matrix in &mut self.matrices {
-                if !matrix.factorise(&self.derivative, h) {
+                if !matrix.factorise(&self.held.derivative, h) {
                     return Err(Failure::Singular);
                 }
             }
@@ -160,7 +146,7 @@ impl Gauss {
 
     /// Replaces `solution` by the solution of the system of pair `m` with `scale A_s motion` added to it (Eq. T.28).
     fn solve_pair<S: OdeSystem + ?Sized>(&mut self, system: &mut S, m: usize, scale: c64) {
-        if self.is_held {
+        if self.is_solved_by_system {
             system.solve_held(m, &mut self.solution, scale, &self.motion);
             return;
         }
@@ -172,19 +158,19 @@ impl Gauss {
 
     /// Sets `along` to `A_s motion`, which the system adds by itself where it holds its derivative.
     fn find_change_along(&mut self) {
-        if self.is_held {
+        if self.is_solved_by_system {
             return;
         }
         self.along.fill(0.0);
         for (j, speed) in self.motion.iter().enumerate().filter(|(_, speed)| speed.abs() > 0.0) {
-            let column = self.derivative.position_column(j);
+            let column = self.held.derivative.position_column(j);
             self.along.iter_mut().zip(column).for_each(|(a, d)| *a += speed * d);
         }
     }
 
     /// First guess of the rates: those of the system linearised about the start of the step (Eq. T.29).
     fn guess<S: OdeSystem + ?Sized>(&mut self, system: &mut S, y: &[f64], h: f64) {
-        for (v, i) in self.motion.iter_mut().zip(&self.structure.unknowns) {
+        for (v, i) in self.motion.iter_mut().zip(&self.held.structure.unknowns) {
             *v = y[*i];
         }
         self.find_change_along();
@@ -193,7 +179,7 @@ impl Gauss {
             let pair = self.collocation.pairs[m];
             let ones: c64 = pair.left.iter().sum();
             let times: c64 = pair.left.iter().zip(self.collocation.nodes).map(|(l, c)| l * (c * h)).sum();
-            for (x, i) in self.solution.iter_mut().zip(&self.structure.unknowns) {
+            for (x, i) in self.solution.iter_mut().zip(&self.held.structure.unknowns) {
                 *x = ones * self.rate[*i];
             }
             self.solve_pair(system, m, times);
@@ -201,12 +187,12 @@ impl Gauss {
         }
         for (k, correction) in self.k.iter_mut().zip(&self.corrections) {
             k.copy_from_slice(&self.rate);
-            self.structure.unknowns.iter().zip(correction).for_each(|(i, c)| k[*i] = *c);
+            self.held.structure.unknowns.iter().zip(correction).for_each(|(i, c)| k[*i] = *c);
         }
         self.move_vectors(y, h);
         for stage in 0..STAGES {
             self.place(y, h, stage);
-            for block in &self.structure.blocks {
+            for block in &self.held.structure.blocks {
                 if let KinematicBlock::Rotation { quaternion, velocity } = *block {
                     let range = quaternion..quaternion + 4;
                     let omega = Vector3::from_column_slice(&self.trial[velocity..velocity + 3]);
@@ -218,7 +204,7 @@ impl Gauss {
 
     /// Rates of the positions from those of the velocities.
     fn move_vectors(&mut self, y: &[f64], h: f64) {
-        for block in &self.structure.blocks {
+        for block in &self.held.structure.blocks {
             let KinematicBlock::Vector { position, velocity, len } = *block else { continue };
             for i in 0..len {
                 let rates: [f64; STAGES] = std::array::from_fn(|j| self.k[j][velocity + i]);
@@ -254,7 +240,7 @@ impl Gauss {
                 let t = stepping.t + self.collocation.nodes[stage] * h;
                 system.rhs(t, &self.trial, &mut self.scratch)?;
                 let k = &mut self.k[stage];
-                for (r, i) in self.residuals[stage].iter_mut().zip(&self.structure.unknowns) {
+                for (r, i) in self.residuals[stage].iter_mut().zip(&self.held.structure.unknowns) {
                     *r = self.scratch[*i] - k[*i];
                 }
                 self.following.iter().for_each(|i| k[*i] = self.scratch[*i]);
@@ -287,7 +273,7 @@ impl Gauss {
             add_pair(&pair, &self.solution, &mut self.corrections);
         }
         self.scratch.fill(0.0);
-        for (j, i) in self.structure.unknowns.iter().enumerate() {
+        for (j, i) in self.held.structure.unknowns.iter().enumerate() {
             for (k, correction) in self.k.iter_mut().zip(&self.corrections) {
                 k[*i] += correction[j];
             }
@@ -297,7 +283,7 @@ impl Gauss {
         self.move_vectors(y, h);
         let g = &self.collocation;
         let mut first = 0;
-        for block in &self.structure.blocks {
+        for block in &self.held.structure.blocks {
             let (_, len) = block.unknowns();
             // The positions' part: h² Σ b_j (1 - c_j) δ_j.
             let moved = |i: usize| -> f64 {
@@ -339,7 +325,7 @@ impl Gauss {
             *d = (0..STAGES).map(|s| at_start[s] * self.k[s][i]).sum::<f64>() - self.rate[i];
         }
         let mut first = 0;
-        for block in &self.structure.blocks {
+        for block in &self.held.structure.blocks {
             let (_, len) = block.unknowns();
             let motion = &mut self.motion[first..first + len];
             match *block {
@@ -358,13 +344,13 @@ impl Gauss {
         }
         self.find_change_along();
         let [velocities, positions, ..] = &mut self.corrections;
-        for (v, i) in velocities.iter_mut().zip(&self.structure.unknowns) {
+        for (v, i) in velocities.iter_mut().zip(&self.held.structure.unknowns) {
             *v = STIFF_LIMIT * self.defect[*i];
         }
         positions.fill(0.0);
         for m in 0..PAIRS {
             let pair = self.collocation.pairs[m];
-            for (x, i) in self.solution.iter_mut().zip(&self.structure.unknowns) {
+            for (x, i) in self.solution.iter_mut().zip(&self.held.structure.unknowns) {
                 *x = c64::new(self.defect[*i], 0.0);
             }
             self.solve_pair(system, m, pair.value * h);
@@ -384,7 +370,7 @@ impl Gauss {
         let [velocities, positions, ..] = &self.corrections;
         self.error.fill(0.0);
         let (scale, mut first) = (ERROR_CONSTANT * h, 0);
-        for block in &self.structure.blocks {
+        for block in &self.held.structure.blocks {
             let (unknown, len) = block.unknowns();
             for i in 0..len {
                 self.error[unknown + i] = scale * velocities[first + i];
@@ -420,8 +406,8 @@ impl OneStepMethod for Gauss {
     }
 
     fn begin<S: OdeSystem + ?Sized>(&mut self, _stepping: &mut Stepping, system: &mut S) {
-        if !self.is_held && self.asks_system {
-            self.is_held = system.hold();
+        if !self.is_solved_by_system && self.asks_system {
+            self.is_solved_by_system = system.hold();
         }
     }
 
@@ -457,7 +443,7 @@ impl OneStepMethod for Gauss {
         attempt: StepAttempt,
         error: f64,
     ) -> Step {
-        self.is_held = self.asks_system && system.hold(); // evaluated last at the end, where the next step starts
+        self.is_solved_by_system = self.asks_system && system.hold(); // evaluated last at the end, where the next step starts
         system.finish_quadratures(&mut self.trial, &mut self.end_rate);
         self.last_step = attempt.h;
         std::mem::swap(&mut self.last_k, &mut self.k);
@@ -466,36 +452,26 @@ impl OneStepMethod for Gauss {
             *last = d - share * e;
         }
         std::mem::swap(&mut self.rate, &mut self.end_rate);
-        self.is_derivative_fresh = false;
-        self.is_derivative_valid = self.convergence.keeps_derivative();
-        let growth = stepping.controller.accepted(error);
-        let kept = if growth >= KEPT_GROWTH {
-            growth
-        } else if growth >= 1.0 {
-            1.0
-        } else {
-            growth.min(LEAST_SHRINKAGE)
-        };
-        stepping.accept(system, attempt, error, kept, &mut self.trial)
+        self.held.end_step(self.convergence.keeps_derivative());
+        let growth = worthwhile_growth(stepping.controller.accepted(error));
+        let growth = if growth < 1.0 { growth.min(LEAST_SHRINKAGE) } else { growth };
+        stepping.accept(system, attempt, error, growth, &mut self.trial)
     }
 
     fn renews_for(&mut self, failure: &Failure) -> bool {
-        let is_slow = matches!(failure, Failure::Diverged { .. } | Failure::Singular);
-        let is_stale = is_slow && (self.is_held || !self.is_derivative_fresh);
-        if is_stale {
-            // The same step again with a derivative of its own, whatever the system knows.
-            self.asks_system &= !self.is_held;
-            self.is_held = false;
-            self.is_derivative_valid = false;
+        if self.is_solved_by_system && failure.may_be_of_the_derivative() {
+            // The same step again by differences, whatever the system knows.
+            (self.is_solved_by_system, self.asks_system) = (false, false);
+            self.held.invalidate();
+            return true;
         }
-        is_stale
+        self.held.renews_for(failure)
     }
 
     fn invalidate(&mut self) {
-        self.is_held = false;
+        self.is_solved_by_system = false;
         self.asks_system = true;
-        self.is_derivative_valid = false;
-        self.is_derivative_fresh = false;
+        self.held.invalidate();
     }
 
     fn interpolate(&self, start: &[f64], theta: f64, out: &mut [f64]) {

@@ -10,6 +10,7 @@ pub mod oscillator;
 mod one_step;
 mod dormand_prince;
 mod convergence;
+mod held_derivative;
 mod newton;
 mod tableau;
 mod esdirk;

@@ -11,6 +11,9 @@ const MIN_FACTOR: f64 = 0.2;
 const MAX_FACTOR: f64 = 10.0;
 /// Integral part of the controller as a share of `1/order`: 0.04 for order five (the same source, code DOPRI5).
 const INTEGRAL_SHARE: f64 = 0.2;
+/// A step that may grow by less than this keeps its size, and with it the factors of an implicit method (Hairer & Wanner, *Solving
+/// ODEs II*, IV.8, code RADAU5).
+const KEPT_GROWTH: f64 = 1.2;
 /// Smallest remembered error; keeps the integral part bounded after error-free steps.
 const MIN_ERROR: f64 = 1e-4;
 /// Factor of the step after a refusal of the right-hand side or a result that is not finite, where no error is known.
@@ -154,6 +157,11 @@ impl Controller {
             _ => REFUSAL_FACTOR,
         }
     }
+}
+
+/// Growth `growth` of a step, 1 where it is not worth other factors.
+pub(super) fn worthwhile_growth(growth: f64) -> f64 {
+    if (1.0..KEPT_GROWTH).contains(&growth) { 1.0 } else { growth }
 }
 
 /// Smallest step that still moves the clock by a meaningful amount on the way from `t` to `t_end` \[s\].

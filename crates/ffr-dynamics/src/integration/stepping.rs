@@ -38,6 +38,13 @@ pub(super) enum Failure {
     NotFinite,
 }
 
+impl Failure {
+    /// Whether another derivative may help: the iterations did not converge, or the matrix was singular.
+    pub fn may_be_of_the_derivative(&self) -> bool {
+        matches!(self, Self::Diverged { .. } | Self::Singular)
+    }
+}
+
 impl From<EvaluationFailure> for Failure {
     fn from(refusal: EvaluationFailure) -> Self {
         Self::Refused(refusal)
