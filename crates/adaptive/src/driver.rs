@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use contact_qs::search::{TouchSettings, first_touch, safe_time};
+use contact_qs::search::{TouchSettings, first_touch};
 use ffr_dynamics::integration::{CrossingSearch, DenseOutput, Integrator, Statistics, Step, StepSettings};
 
 use crate::error::AdaptiveError;
@@ -28,6 +28,9 @@ const QUIET_STEPS: f64 = 10.0;
 /// Shortest interval between two gap evaluations of a pair that is not in contact, as a share of a step: overlaps that last longer
 /// are never missed.
 const SHORTEST_LOOK: f64 = 1e-4;
+/// Bound of the closing speed within a step over that at its ends: a vibration that a step resolves is sampled three times a period at
+/// least, and what lies between two samples is below `1 / cos(π / 3)` of the larger.
+const WITHIN_A_STEP: f64 = 2.0;
 /// Pairs nearer than this part of their size touch as far as detection can tell: a touch is located to a billionth of a step.
 const NEAR: f64 = 1e-9;
 
@@ -289,7 +292,7 @@ impl<'a> Driver<'a> {
     /// Integrates until a contact closes or time is up; returns whether the observer stopped the run.
     fn free_phase(&mut self) -> Result<bool, AdaptiveError> {
         let end = self.settings.end_time;
-        self.slots.iter_mut().for_each(|slot| slot.apart_until = f64::NEG_INFINITY);
+        self.slots.iter_mut().for_each(|slot| slot.clearance = 0.0);
         while self.integrator.time() < end {
             let step = self.integrator.step(&mut self.model.system, end).map_err(AdaptiveError::Dynamics)?;
             let closing = self.first_closing(step)?;
@@ -334,21 +337,42 @@ impl<'a> Driver<'a> {
             });
             earliest = search.map_err(AdaptiveError::Dynamics)?.map(|c| c.before);
         }
-        let horizon = self.settings.free.max_step;
-        let touch = self.first_touch(&is_watching, (step.start, step.end), horizon)?.map(|(_, time)| time);
+        let close = self.without_clearance(is_watching, (step.start, step.end));
+        let touch = self.first_touch(&close, (step.start, step.end))?.map(|(_, time)| time);
         Ok(match (earliest, touch) {
             (Some(a), Some(b)) => Some(a.min(b)),
             (a, b) => a.or(b),
         })
     }
 
-    /// The first of the contacts `which`, which are refined at a touch, to touch in the last step, and the last time before. A look holds for `horizon` at most: while no contact force acts, the bound of the speed
-    /// hardly grows, and most steps need no look at all.
+    /// Those of the contacts `which` whose surfaces may have met in the last step; the others have come nearer.
+    ///
+    /// The speed at which they approach is taken at both ends of the step. What moves a frame there is resolved by the step, vibration
+    /// of the body itself is bounded for all times (theory Eq. C.33).
+    fn without_clearance(&mut self, which: Vec<usize>, (start, end): (f64, f64)) -> Vec<usize> {
+        let (y, system) = (self.integrator.state(), &mut self.model.system);
+        let mut close = which;
+        if !close.is_empty() {
+            system.body_states(end, y);
+        }
+        close.retain(|&i| {
+            let Some(refinement) = &self.model.contacts[i].refinement else { return false };
+            let slot = &mut self.slots[i];
+            let speed = refinement.detector.closing_speed_bound(system.last_evaluation().0);
+            let fastest = WITHIN_A_STEP * speed.max(slot.closing_speed);
+            slot.closing_speed = speed;
+            slot.clearance -= fastest * (end - start);
+            let is_apart = slot.clearance > TOUCHING * refinement.detector.size();
+            !is_apart
+        });
+        close
+    }
+
+    /// The first of the contacts `which`, which are refined at a touch, to touch in the last step, and the last time before.
     fn first_touch(
         &mut self,
         which: &[usize],
         (start, end): (f64, f64),
-        horizon: f64,
     ) -> Result<Option<(usize, f64)>, AdaptiveError> {
         let mut earliest: Option<(usize, f64)> = None;
         let mut y = vec![0.0; if which.is_empty() { 0 } else { self.interpolated.len() }];
@@ -356,11 +380,7 @@ impl<'a> Driver<'a> {
             let Some(refinement) = &self.model.contacts[i].refinement else { continue };
             let detector = &refinement.detector;
             let until = earliest.map_or(end, |(_, t)| t);
-            let ContactSlot { apart_until: apart, nearest: search, .. } = &mut self.slots[i];
-            // What a free phase knew does not hold where contact forces act.
-            if horizon > 0.0 && until <= *apart {
-                continue;
-            }
+            let ContactSlot { clearance, nearest: search, .. } = &mut self.slots[i];
             let settings = TouchSettings {
                 gap: TOUCHING * detector.size(),
                 time: EVENT_TOLERANCE * self.impact_step.min(end - start),
@@ -374,7 +394,7 @@ impl<'a> Driver<'a> {
                 let states = system.last_evaluation().0;
                 let (gap, speed) =
                     (detector.nearest(states, search)?.gap, detector.closing_speed_bound(states));
-                *apart = t + safe_time(gap, speed, settings.acceleration).min(horizon);
+                *clearance = gap; // the last look is at the end of the step if there is no touch
                 Ok((gap, speed))
             });
             let touch = touch

@@ -17,8 +17,10 @@ pub(super) struct ContactSlot {
     pub nearest: Search,
     /// Penalty search of an earlier trial in which the contact joined the running impact.
     pub search: Option<PenaltySearch>,
-    /// Time until which the surfaces are known to be apart, in free phases \[s\].
-    pub apart_until: f64,
+    /// What the last steps of a free phase left of the gap last looked at: the surfaces are no nearer; zero if unknown \[m\].
+    pub clearance: f64,
+    /// Bound of the closing speed at the end of the last step, while there is a clearance [m/s].
+    pub closing_speed: f64,
 }
 
 /// Model of a contact.
@@ -40,7 +42,8 @@ impl ContactSlot {
             preview: None,
             nearest: Search::new(),
             search: None,
-            apart_until: f64::NEG_INFINITY,
+            clearance: 0.0,
+            closing_speed: 0.0,
         }
     }
 

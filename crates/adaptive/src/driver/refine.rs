@@ -344,7 +344,7 @@ impl Driver<'_> {
     pub(super) fn first_to_join(&mut self, step: Step) -> Result<Option<(usize, f64)>, AdaptiveError> {
         let watching = (0..self.slots.len()).filter(|i| self.slots[*i].is_watching());
         let watching: Vec<usize> = watching.collect();
-        self.first_touch(&watching, (step.start, step.end), 0.0)
+        self.first_touch(&watching, (step.start, step.end))
     }
 
     /// Keeps widths and penalty factors of an accepted impact for the next ones.

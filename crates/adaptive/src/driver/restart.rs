@@ -118,7 +118,7 @@ impl Driver<'_> {
         let scale = ErrorScale { relative, velocity_floor: phase.velocity_floor };
         self.model.system.set_error_scale(scale).map_err(AdaptiveError::Dynamics)?;
         self.work.unmarked = 0;
-        self.slots.iter_mut().for_each(|slot| slot.apart_until = f64::NEG_INFINITY);
+        self.slots.iter_mut().for_each(|slot| slot.clearance = 0.0);
         self.model.forget();
         self.forget_searches();
         let mut rates = vec![0.0; y.len()];

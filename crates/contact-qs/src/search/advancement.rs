@@ -13,7 +13,7 @@ pub fn surface_speed_bound(model: &SurfaceModel, state: &BodyState) -> f64 {
     let rates = state.elastic.iter().zip(&state.elastic_rates);
     let amplitude = |(k, (q, rate)): (usize, (&f64, &f64))| {
         let frequency = model.frequencies().get(k).copied().unwrap_or(0.0);
-        model.mode_bounds()[k] * rate.hypot(frequency * q)
+        model.mode_bounds()[k] * (rate * rate + (frequency * q).powi(2)).sqrt()
     };
     let elastic: f64 = rates.enumerate().take(model.n_modes()).map(amplitude).sum();
     let radius = model.radius() + model.displacement_bound(&state.elastic);

@@ -43,7 +43,7 @@ impl BodyWorkspace {
         let mut moment = Matrix3::zeros();
         for (a, b) in (0..n_c).flat_map(|a| (0..n_c).map(move |b| (a, b))) {
             let start = (a * n_c + b) * n_q;
-            moment[(a, b)] = self.moments[start + j];
+            moment[(a, b)] = self.moment(data, a, b)[j];
             let shapes = &data.shape_shape[j * size + start..j * size + start + n_q];
             elastic.iter_mut().zip(shapes).for_each(|(f, p)| *f -= weights[(a, b)] * p);
             if let Some(g) = data.foreshortening.as_ref().filter(|_| !by_rate) {

@@ -3,23 +3,24 @@
 //! \[A\] (1) with all couplings and all dependence on the elastic coordinates. Deviation from the paper: the unknown of the
 //! translation is the acceleration in the inertial frame, so that no term `ω × v` is left in the equations.
 
-use crate::error::MotionFault;
+use faer::linalg::matmul::matmul;
+use faer::{Accum, MatMut, MatRef, Par};
 use nalgebra::{Matrix3, Vector3};
 
 use super::force::{BodyState, GeneralisedForce};
 use crate::body::foreshortening::Foreshortening;
 use crate::body::standard_input_data::inertia_from;
 use crate::body::{RigidMotion, StandardInputData};
-use crate::error::EvaluationFailure;
+use crate::error::{EvaluationFailure, MotionFault};
 use crate::kinematics::rotation::skew;
 
 /// Buffers for one body.
 #[derive(Debug, Clone)]
 pub(super) struct BodyWorkspace {
-    /// `Q_j(q_e) = ∫ ρ (X + u) φ_jᵀ` at `(a n_c + b) n_q + j`.
-    pub(super) moments: Vec<f64>,
-    /// `∫ ρ (du/dt) φ_jᵀ`, same order.
-    moment_rates: Vec<f64>,
+    /// `Q_j(q_e) = ∫ ρ (X + u) φ_jᵀ` at `(a n_c + b) n_q + j`, then `∫ ρ (du/dt) φ_jᵀ` in the same order.
+    moments: Vec<f64>,
+    /// Elastic coordinates, then their rates.
+    motion: Vec<f64>,
     /// Elastic rows of the inertia's rigid columns `[C_t C_r(q_e)]`.
     pub(super) coupling: Vec<[f64; 6]>,
     /// Elastic forces, then elastic accelerations.
@@ -50,8 +51,8 @@ impl BodyWorkspace {
     pub fn new(data: &StandardInputData) -> Self {
         let n_q = data.n_modes();
         Self {
-            moments: vec![0.0; data.position_shape.len()],
-            moment_rates: vec![0.0; data.position_shape.len()],
+            moments: vec![0.0; 2 * data.position_shape.len()],
+            motion: vec![0.0; 2 * n_q],
             coupling: vec![[0.0; 6]; n_q],
             elastic: vec![0.0; n_q],
             rigid: [[0.0; 6]; 6],
@@ -104,7 +105,7 @@ impl BodyWorkspace {
         let local = state.rotation.inverse_transform_vector(&force.force);
         let mut inertia = [[0.0; 6]; 6];
         for (i, row) in inertia.iter_mut().enumerate() {
-            row[i] = data.mass; // the rotations are not used
+            row[i] = data.mass; // of the rotations, which never accelerate, any inertia serves
         }
         RigidPart { inertia, force: [local.x, local.y, local.z, 0.0, 0.0, 0.0] }
     }
@@ -117,8 +118,9 @@ impl BodyWorkspace {
         force: &GeneralisedForce,
     ) -> RigidPart {
         self.deform(data, state);
+        let size = data.position_shape.len();
         if let Some(g) = &data.foreshortening {
-            g.add_moments(&state.elastic, &mut self.moments);
+            g.add_moments(&state.elastic, &mut self.moments[..size]);
         }
         self.couple(data);
         let omega = &state.angular_velocity_in_body;
@@ -141,7 +143,8 @@ impl BodyWorkspace {
         let (n_q, n_c) = (data.n_modes(), data.motion.n_components());
         for (a, b) in (0..n_c).flat_map(|a| (0..n_c).map(move |b| (a, b))) {
             let row = (a * n_c + b) * n_q..(a * n_c + b + 1) * n_q;
-            let (moments, moment_rates) = (&self.moments[row.clone()], &self.moment_rates[row.clone()]);
+            let (moments, moment_rates) = self.moments.split_at(size);
+            let (moments, moment_rates) = (&moments[row.clone()], &moment_rates[row.clone()]);
             change[(a, b)] += dot(moments, q);
             change[(b, a)] += dot(&data.position_shape[row], q);
             spin[(a, b)] = dot(moments, rates);
@@ -179,7 +182,7 @@ impl BodyWorkspace {
         }
         // ∫ ρ X × g_ij, twice contracted with the rates.
         let n_q = q.len();
-        let size = self.moments.len();
+        let size = self.moments.len() / 2;
         let is_spatial = size == 9 * n_q;
         let n_c = if is_spatial { 3 } else { 2 };
         for (i, j) in (0..n_q).flat_map(|i| (0..n_q).map(move |j| (i, j))) {
@@ -211,29 +214,28 @@ impl BodyWorkspace {
 
     /// Moments of the deformed body with the shapes, and their rates: sums over the elastic coordinates (Eq. D.6).
     fn deform(&mut self, data: &StandardInputData, state: &BodyState) {
-        self.moments.copy_from_slice(&data.position_shape);
-        self.moment_rates.fill(0.0);
-        let size = self.moments.len();
+        let (size, n_q) = (data.position_shape.len(), data.n_modes());
+        self.moments[..size].copy_from_slice(&data.position_shape);
+        self.moments[size..].fill(0.0);
         if size == 0 {
             return;
         }
-        // Two elastic coordinates at a time: half the traffic of the sums.
-        let n_q = data.n_modes();
-        let (q, rate) = (&state.elastic, &state.elastic_rates);
-        let mut i = 0;
-        while i < n_q {
-            let block = &data.shape_shape[i * size..(i + 1) * size];
-            // With an odd number the last one is taken with a partner of weight zero.
-            let k = if i + 1 < n_q { i + 1 } else { i };
-            let partner = &data.shape_shape[k * size..(k + 1) * size];
-            let (q_k, rate_k) = if k > i { (q[k], rate[k]) } else { (0.0, 0.0) };
-            let sums = self.moments.iter_mut().zip(&mut self.moment_rates);
-            for ((m, r), (a, b)) in sums.zip(block.iter().zip(partner)) {
-                *m += q[i] * a + q_k * b;
-                *r += rate[i] * a + rate_k * b;
-            }
-            i += 2;
-        }
+        self.motion[..n_q].copy_from_slice(&state.elastic);
+        self.motion[n_q..].copy_from_slice(&state.elastic_rates);
+        matmul(
+            MatMut::from_column_major_slice_mut(&mut self.moments, size, 2),
+            Accum::Add,
+            MatRef::from_column_major_slice(&data.shape_shape, size, n_q),
+            MatRef::from_column_major_slice(&self.motion, n_q, 2),
+            1.0,
+            Par::Seq,
+        );
+    }
+
+    /// Moment `(a, b)` of the deformed body with the shapes, `∫ ρ (X + u)_a φ_jb` over `j`.
+    pub(super) fn moment(&self, data: &StandardInputData, a: usize, b: usize) -> &[f64] {
+        let (n_q, n_c) = (data.n_modes(), data.motion.n_components());
+        &self.moments[(a * n_c + b) * n_q..(a * n_c + b + 1) * n_q]
     }
 }
 

@@ -4,11 +4,11 @@
 //! it apart from slow motion. Its elastic inertia enlarged by `K_e / ν²`, the tree does: what it keeps of a mode of
 //! frequency `ω` is `ν² / (ν² + ω²)`, without a mode ever being computed.
 
-use super::articulated::{BodyFactors, Response, solve_tree};
 use super::equations::BodyWorkspace;
 use super::force::{BodyState, GeneralisedForce};
 use super::model::MultibodyModel;
-use super::tree_kinematics::{JointKinematics, SpatialVector, update};
+use super::tree_kinematics::{JointKinematics, update};
+use super::tree_solver::{Answer, Impedance, TreeFactors, TreePose};
 
 /// The filter with the factors of one state.
 #[derive(Debug, Clone)]
@@ -16,10 +16,10 @@ pub(super) struct ErrorFilter {
     states: Vec<BodyState>,
     edges: Vec<JointKinematics>,
     bodies: Vec<BodyWorkspace>,
-    factors: Vec<BodyFactors>,
-    response: Response,
+    pose: TreePose,
+    factors: TreeFactors<f64>,
+    response: Answer<f64>,
     no_forces: Vec<GeneralisedForce>,
-    no_joint_forces: Vec<SpatialVector>,
     /// Frequency above which a body's motion counts as ringing [rad/s].
     rates: Vec<f64>,
     /// State of the factors; empty or not a number if there are none.
@@ -33,10 +33,10 @@ impl ErrorFilter {
             states: states.to_vec(),
             edges: edges.to_vec(),
             bodies: model.bodies.iter().map(|b| BodyWorkspace::new(&b.data)).collect(),
-            factors: model.bodies.iter().map(BodyFactors::new).collect(),
-            response: Response::new(model),
+            pose: TreePose::new(model),
+            factors: TreeFactors::new(model),
+            response: Answer::new(model),
             no_forces: model.bodies.iter().map(|b| GeneralisedForce::zeros(b.layout.n_modes)).collect(),
-            no_joint_forces: vec![[0.0; 6]; model.bodies.len()],
             rates: vec![0.0; model.bodies.len()],
             key: vec![f64::NAN; model.n_states()],
             is_sound: false,
@@ -62,12 +62,12 @@ impl ErrorFilter {
         update(model, t, y, &mut self.states, &mut self.edges);
         for (i, body) in model.bodies.iter().enumerate() {
             self.rates[i] = rate(i);
-            let factor = &mut self.factors[i];
-            factor.load(body, &self.states[i], &self.no_forces[i], &mut self.bodies[i]);
-            factor.stiffen(&body.data.modal_stiffness, self.rates[i].powi(-2));
+            self.bodies[i].assemble(&body.data, &self.states[i], &self.no_forces[i]);
         }
-        let solved = solve_tree(model, &self.edges, &self.no_joint_forces, &mut self.factors);
-        self.is_sound = solved.is_ok();
+        self.pose.load(model, &self.edges, &self.bodies);
+        let joints = Impedance::of_inertia();
+        let modes = |i: usize| Impedance { stiffness: self.rates[i].powi(-2), ..joints };
+        self.is_sound = self.factors.factorise(model, &self.pose, modes, &joints).is_ok();
     }
 
     /// Takes ringing out of the errors of all rates.
@@ -78,12 +78,12 @@ impl ErrorFilter {
         self.response.clear();
         for (body, frequency) in model.bodies.iter().zip(&self.rates) {
             let range = body.layout.rates_elastic();
-            let forces = self.response.elastic_force[range.clone()].iter_mut();
+            let forces = self.response.forces[range.clone()].iter_mut();
             for ((force, k), rate) in forces.zip(&body.data.modal_stiffness).zip(&rates[range]) {
                 *force = k / (frequency * frequency) * rate;
             }
         }
-        self.response.solve(model, &self.edges, &self.factors);
+        self.response.solve(model, &self.pose, &self.factors, None);
         rates.iter_mut().zip(&self.response.rates).for_each(|(x, change)| *x -= change);
     }
 }

@@ -6,10 +6,10 @@
 use crate::error::MotionFault;
 use nalgebra::{Matrix3, Vector3};
 
-use super::articulated::{BodyFactors, Response};
 use super::force::BodyState;
 use super::model::{LoopJoint, MultibodyModel, Site};
-use super::tree_kinematics::{JointKinematics, SpatialVector, join, split};
+use super::tree_kinematics::{SpatialVector, join, split};
+use super::tree_solver::{Answer, TreeFactors, TreePose};
 use crate::error::EvaluationFailure;
 use crate::kinematics::MarkerMotion;
 
@@ -72,16 +72,16 @@ impl Side {
         model: &MultibodyModel,
         force: &Vector3<f64>,
         moment: &Vector3<f64>,
-        to: &mut Response,
+        to: &mut Answer<f64>,
     ) {
         let Some(b) = site.body else { return };
         let (f, m) = (self.body_axes.tr_mul(force), self.body_axes.tr_mul(moment));
         let torque = self.motion.arm.cross(&f) + m;
         for c in 0..3 {
-            to.force[b][c] += f[c];
-            to.force[b][3 + c] += torque[c];
+            to.frame_forces[b][c] += f[c];
+            to.frame_forces[b][3 + c] += torque[c];
         }
-        let elastic = &mut to.elastic_force[model.bodies[b].layout.rates_elastic()];
+        let elastic = &mut to.forces[model.bodies[b].layout.rates_elastic()];
         site.marker.add_elastic(&f, &self.motion.turn.jacobian.tr_mul(&m), elastic);
     }
 }
@@ -113,7 +113,7 @@ pub(super) struct LoopSolver {
     /// Right-hand side, then multipliers.
     pub multipliers: Vec<f64>,
     scratch: Vec<f64>,
-    pub response: Response,
+    pub response: Answer<f64>,
 }
 
 impl LoopSolver {
@@ -138,7 +138,7 @@ impl LoopSolver {
             rank: 0,
             multipliers: vec![0.0; n],
             scratch: vec![0.0; n],
-            response: Response::new(model),
+            response: Answer::new(model),
         }
     }
 
@@ -251,12 +251,12 @@ impl LoopSolver {
     }
 
     /// Mobility between constraints with the factors of the tree, and its factorisation (Eq. M.20).
-    pub fn factorise(&mut self, model: &MultibodyModel, edges: &[JointKinematics], factors: &[BodyFactors]) {
+    pub fn factorise(&mut self, model: &MultibodyModel, pose: &TreePose, factors: &TreeFactors<f64>) {
         let n = self.rows.len();
         for k in 0..n {
             self.response.clear();
             self.add_force(model, k, 1.0);
-            self.response.solve(model, edges, factors);
+            self.response.solve(model, pose, factors, None);
             for i in 0..n {
                 self.mobility[i * n + k] = self.rate(model, i, &self.response.frames, &self.response.rates);
             }
@@ -316,11 +316,11 @@ impl LoopSolver {
     }
 
     /// Response of the tree to the multipliers.
-    fn respond(&mut self, model: &MultibodyModel, edges: &[JointKinematics], factors: &[BodyFactors]) {
+    fn respond(&mut self, model: &MultibodyModel, pose: &TreePose, factors: &TreeFactors<f64>) {
         let multipliers = std::mem::take(&mut self.multipliers);
         self.load_response(model, &multipliers);
         self.multipliers = multipliers;
-        self.response.solve(model, edges, factors);
+        self.response.solve(model, pose, factors, None);
     }
 
     /// Multipliers and the accelerations they add, so that constraints stay (Eq. M.21).
@@ -329,12 +329,11 @@ impl LoopSolver {
     pub fn correct_accelerations(
         &mut self,
         model: &MultibodyModel,
-        edges: &[JointKinematics],
-        factors: &[BodyFactors],
+        (pose, factors): (&TreePose, &TreeFactors<f64>),
         frames: &[SpatialVector],
         rates: &[f64],
     ) -> Result<(), EvaluationFailure> {
-        self.factorise(model, edges, factors);
+        self.factorise(model, pose, factors);
         for k in 0..self.rows.len() {
             let row = self.rows[k];
             let [p, c] = &self.sides[row.joint];
@@ -351,30 +350,25 @@ impl LoopSolver {
             let joint = model.loops[self.rows[k].joint].name.clone();
             return Err(MotionFault::LoopForce { joint }.into());
         }
-        self.respond(model, edges, factors);
+        self.respond(model, pose, factors);
         Ok(())
     }
 
     /// Change of all coordinates that takes the residuals away to first order (Eq. M.22), in `response.rates`.
-    pub fn correct_positions(
-        &mut self,
-        model: &MultibodyModel,
-        edges: &[JointKinematics],
-        factors: &[BodyFactors],
-    ) {
+    pub fn correct_positions(&mut self, model: &MultibodyModel, pose: &TreePose, factors: &TreeFactors<f64>) {
         for (multiplier, row) in self.multipliers.iter_mut().zip(&self.rows) {
             *multiplier = -row.residual;
         }
         self.solve_mobility();
-        self.respond(model, edges, factors);
+        self.respond(model, pose, factors);
     }
 
     /// Change of all rates that takes the constraints' rates away, in `response.rates`; returns the largest rate.
     pub fn correct_velocities(
         &mut self,
         model: &MultibodyModel,
-        edges: &[JointKinematics],
-        factors: &[BodyFactors],
+        pose: &TreePose,
+        factors: &TreeFactors<f64>,
     ) -> f64 {
         let mut largest: f64 = 0.0;
         for k in 0..self.rows.len() {
@@ -390,7 +384,7 @@ impl LoopSolver {
             self.multipliers[k] = -rate;
         }
         self.solve_mobility();
-        self.respond(model, edges, factors);
+        self.respond(model, pose, factors);
         largest
     }
 }

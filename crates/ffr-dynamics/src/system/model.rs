@@ -9,6 +9,7 @@ use super::joints::forces::check;
 use super::joints::{CoordinateForce, JointKind, TimeFunction};
 use super::specification::{Attachment, BodySpec, GROUND, JointSpec, SystemSpec};
 use super::tree::{Parent, order_from_ground};
+use super::uncoupled_modes::UncoupledModes;
 use crate::body::{ModalDamping, RigidMotion, StandardInputData};
 use crate::data_error::DataError;
 use crate::error::DynamicsError;
@@ -134,6 +135,8 @@ pub struct TreeBody {
     pub joint: TreeJoint,
     /// Its place in the state vector.
     pub layout: TreeLayout,
+    /// Its modes without coupling.
+    pub(super) modes: UncoupledModes,
 }
 
 /// A joint that closes a loop.
@@ -171,6 +174,8 @@ pub struct MultibodyModel {
     pub bodies: Vec<TreeBody>,
     /// Bodies with parents before children.
     pub order: Vec<usize>,
+    /// Bodies whose joints hang on each body, in that order.
+    pub(super) children: Vec<Vec<usize>>,
     /// Loop-closing joints.
     pub loops: Vec<LoopJoint>,
     /// Loads.
@@ -210,9 +215,16 @@ impl MultibodyModel {
             let layout = TreeLayout { offset, n_positions, n_velocities, n_modes, rates_offset };
             offset += layout.len();
             rates_offset += layout.n_rates();
-            bodies.push(TreeBody { name, data, markers, joint, layout });
+            let modes = UncoupledModes::new(&data)?;
+            bodies.push(TreeBody { name, data, markers, joint, layout, modes });
         }
-        Ok(Self { bodies, order, loops, loads, gravity: spec.gravity })
+        let mut children = vec![Vec::new(); bodies.len()];
+        for &i in &order {
+            if let Some(p) = parents[i] {
+                children[p].push(i);
+            }
+        }
+        Ok(Self { bodies, order, children, loops, loads, gravity: spec.gravity })
     }
 
     /// Number of state variables of all bodies.

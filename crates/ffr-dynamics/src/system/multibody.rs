@@ -49,8 +49,7 @@ pub struct Multibody<F = Box<dyn ActiveForce>> {
     pub(super) workspace: Workspace,
     norm: TreeNorm,
     oscillators: Vec<Oscillator>,
-    /// None where the modes of a body cannot be uncoupled.
-    stages: Option<StageSolver>,
+    stages: StageSolver,
 }
 
 impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
@@ -63,7 +62,7 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         let workspace = Workspace::new(&model);
         let norm = TreeNorm::new(&model, &workspace.states, &workspace.edges)?;
         let oscillators = oscillators(&model);
-        let stages = StageSolver::new(&model).ok();
+        let stages = StageSolver::new(&model);
         Ok(Self { model, forces, error_scale: ErrorScale::default(), workspace, norm, oscillators, stages })
     }
 
@@ -86,7 +85,7 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         let workspace = Workspace::new(&model);
         self.norm = TreeNorm::new(&model, &workspace.states, &workspace.edges)?;
         self.oscillators = oscillators(&model);
-        self.stages = StageSolver::new(&model).ok();
+        self.stages = StageSolver::new(&model);
         (self.model, self.workspace) = (model, workspace);
         Ok(())
     }
@@ -369,8 +368,8 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         if self.workspace.factorise(&self.model, 1.0).is_err() {
             return has_moved;
         }
-        let Workspace { loops, edges, factors, .. } = &mut self.workspace;
-        let rate = loops.correct_velocities(&self.model, edges, factors);
+        let Workspace { loops, pose, factors, .. } = &mut self.workspace;
+        let rate = loops.correct_velocities(&self.model, pose, factors);
         let speed = self.norm.speed(&self.model, t, y).max(1e-3);
         let is_slow = rate <= LOOP_RATE_TOLERANCE * speed;
         if is_slow {
@@ -391,8 +390,8 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
             if !is_open || self.workspace.factorise(&self.model, ELASTIC_WEIGHT).is_err() {
                 return step > 0;
             }
-            let Workspace { loops, edges, factors, .. } = &mut self.workspace;
-            loops.correct_positions(&self.model, edges, factors);
+            let Workspace { loops, pose, factors, .. } = &mut self.workspace;
+            loops.correct_positions(&self.model, pose, factors);
             self.move_coordinates(y);
         }
         true
@@ -426,8 +425,10 @@ impl<F: DerefMut<Target: ActiveForce>> OdeSystem for Multibody<F> {
             let (positions, velocities) = (&y[layout.positions()], &y[layout.velocities()]);
             joint.kind.position_rates(positions, velocities, &mut dydt[layout.positions()]);
             dydt[layout.elastic()].copy_from_slice(&y[layout.elastic_rates()]);
-            dydt[layout.velocities()].copy_from_slice(&self.workspace.rates[layout.rates_joint()]);
-            dydt[layout.elastic_rates()].copy_from_slice(&self.workspace.rates[layout.rates_elastic()]);
+            dydt[layout.velocities()]
+                .copy_from_slice(&self.workspace.accelerations.rates[layout.rates_joint()]);
+            dydt[layout.elastic_rates()]
+                .copy_from_slice(&self.workspace.accelerations.rates[layout.rates_elastic()]);
         }
         let n = self.model.n_states();
         for (i, force) in self.forces.iter().enumerate() {
@@ -495,23 +496,18 @@ impl<F: DerefMut<Target: ActiveForce>> OdeSystem for Multibody<F> {
     fn hold(&mut self) -> bool {
         let is_tree = self.model.loops.is_empty()
             && self.forces.iter().all(|force| force.is_idle() && force.n_coordinates() == 0);
-        match self.stages.as_mut().filter(|_| is_tree) {
-            Some(stages) => {
-                stages.hold(&self.model, &self.workspace.edges, &self.workspace.bodies);
-                true
-            }
-            None => false,
+        if is_tree {
+            self.stages.hold(&self.model, &self.workspace.edges, &self.workspace.bodies);
         }
+        is_tree
     }
 
     fn factorise_held(&mut self, pair: usize, weight: c64) -> bool {
-        self.stages.as_mut().is_some_and(|stages| stages.factorise(&self.model, pair, weight))
+        self.stages.factorise(&self.model, pair, weight)
     }
 
     fn solve_held(&mut self, pair: usize, x: &mut [c64], scale: c64, motion: &[f64]) {
-        if let Some(stages) = &mut self.stages {
-            stages.solve(&self.model, pair, x, (scale, motion));
-        }
+        self.stages.solve(&self.model, pair, x, (scale, motion));
     }
 
     fn project(&mut self, t: f64, y: &mut [f64]) -> bool {

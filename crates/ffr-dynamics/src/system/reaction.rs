@@ -24,7 +24,7 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
     /// Belongs to the last accelerations ([`Multibody::evaluate_accelerations`] or a right-hand side); the bodies must stand where
     /// they did then, as after [`Multibody::invariants`] of that state. Does not allocate.
     pub fn reaction(&self, body: usize) -> Reaction {
-        let (force, moment) = split(&self.workspace.wrenches[body]);
+        let (force, moment) = split(&self.workspace.accelerations.wrenches[body]);
         let moment = moment - self.workspace.edges[body].joint.displacement.cross(&force);
         match self.model.bodies[body].joint.parent.body {
             None => Reaction { force, moment },

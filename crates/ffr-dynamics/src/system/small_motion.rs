@@ -3,7 +3,6 @@
 use faer::Mat;
 use nalgebra::Vector3;
 
-use super::articulated::add_at_marker;
 use super::dead_load::DeadLoad;
 use super::equations::RigidPart;
 use super::equations::dot;
@@ -262,14 +261,14 @@ impl Movable {
         for (i, body) in model.bodies.iter().enumerate() {
             let places = body.layout.rates_elastic();
             let elastic = &mut modal[places.clone()];
-            let by_loops = &loops.response.elastic_force[places];
+            let by_loops = &loops.response.forces[places];
             for (to, (load, by_loop)) in elastic.iter_mut().zip(sums[i].elastic.iter().zip(by_loops)) {
                 *to = load + by_loop;
             }
             let load =
                 join(&states[i].rotation.inverse_transform_vector(&sums[i].force), &sums[i].torque_in_body);
             let held = dead[i].apply(&states[i], elastic);
-            wrenches[i] = std::array::from_fn(|r| load[r] + held[r] + loops.response.force[i][r]);
+            wrenches[i] = std::array::from_fn(|r| load[r] + held[r] + loops.response.frame_forces[i][r]);
         }
         self.write_coordinates(out);
         for (i, body) in self.model.bodies.iter().enumerate().filter(|(_, b)| !b.joint.coordinates.is_empty())
@@ -295,17 +294,13 @@ impl Movable {
             }
             let to = &mut out[layout.rates_elastic()];
             to.copy_from_slice(&modal[layout.rates_elastic()]);
-            if !edge.elastic_rows.is_empty() {
-                for (row, f) in edge.elastic_rows.chunks_exact(layout.n_modes).zip(&wrench) {
-                    to.iter_mut().zip(row).for_each(|(to, r)| *to += f * r);
-                }
-            }
+            to.iter_mut().zip(&edge.elastic_columns).for_each(|(to, column)| *to += dot(column, &wrench));
             if let Some(p) = joint.parent.body {
                 let (force, moment) = split(&wrench);
                 let (force, moment) = (edge.turn.tr_mul(&force), edge.turn.tr_mul(&moment));
                 let at_marker = join(&force, &(moment + edge.lever.cross(&force)));
                 let elastic = model.bodies[p].layout.rates_elastic();
-                add_at_marker(&at_marker, edge, &mut wrenches[p], &mut modal[elastic]);
+                edge.add_at_parent(&at_marker, &mut wrenches[p], &mut modal[elastic]);
             }
         }
     }

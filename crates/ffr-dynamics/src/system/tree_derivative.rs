@@ -38,14 +38,14 @@ impl Workspace {
                 for by_rate in [false, true] {
                     let response = &mut self.loops.response;
                     response.clear();
-                    response.force[i] = self.bodies[i].elastic_change(
+                    response.frame_forces[i] = self.bodies[i].elastic_change(
                         &body.data,
                         &self.states[i],
                         j,
                         by_rate,
-                        &mut response.elastic_force[elastic.clone()],
+                        &mut response.forces[elastic.clone()],
                     );
-                    response.solve(model, &self.edges, &self.factors);
+                    response.solve(model, &self.pose, &self.factors, None);
                     let unknown = elastic.start + j;
                     let column = if by_rate {
                         derivative.velocity_column_mut(unknown)

@@ -32,10 +32,12 @@ pub(super) struct JointKinematics {
     pub joint: JointPoint,
     /// What each free velocity of the joint does to the body's frame, in the body's axes.
     pub columns: [SpatialVector; 6],
-    /// Elastic rows of the body's frame when the child's marker is held (6 x n_q, row by row); empty if it is still.
-    pub elastic_rows: Vec<f64>,
-    /// Elastic rows of the parent's marker (6 x n_q of the parent); empty if it does not feel the deformation.
-    pub parent_rows: Vec<f64>,
+    /// What each elastic coordinate does to the child's marker; empty if that is still.
+    pub marker_columns: Vec<SpatialVector>,
+    /// What each elastic coordinate does to the body's frame when the child's marker is held; empty if that is still.
+    pub elastic_columns: Vec<SpatialVector>,
+    /// What each elastic coordinate of the parent does to the parent's marker; empty if that does not feel the deformation.
+    pub parent_columns: Vec<SpatialVector>,
     /// Acceleration of the body's frame without any acceleration of the parent's marker, joint or modes.
     pub bias: SpatialVector,
     /// Acceleration of the parent's marker without any acceleration of the parent's frame or modes.
@@ -50,8 +52,8 @@ fn ground_state() -> BodyState {
 impl JointKinematics {
     /// Buffers for the joint of `body`; `n_parent` counts the elastic coordinates of its parent.
     pub fn new(body: &TreeBody, n_parent: usize) -> Self {
-        let has_parent_rows = body.joint.parent.marker.n_modes() > 0;
-        let has_elastic_rows = !body.joint.child.is_still();
+        let feels_parent_modes = body.joint.parent.marker.n_modes() > 0;
+        let n_felt = if body.joint.child.is_still() { 0 } else { body.layout.n_modes };
         let still = body.joint.child.motion(&[], &[]);
         Self {
             coordinates: JointCoordinates::default(),
@@ -61,8 +63,9 @@ impl JointKinematics {
             lever: Vector3::zeros(),
             joint: JointPoint::default(),
             columns: [[0.0; 6]; 6],
-            elastic_rows: if has_elastic_rows { vec![0.0; 6 * body.layout.n_modes] } else { Vec::new() },
-            parent_rows: if has_parent_rows { vec![0.0; 6 * n_parent] } else { Vec::new() },
+            marker_columns: vec![[0.0; 6]; n_felt],
+            elastic_columns: vec![[0.0; 6]; n_felt],
+            parent_columns: vec![[0.0; 6]; if feels_parent_modes { n_parent } else { 0 }],
             bias: [0.0; 6],
             parent_bias: [0.0; 6],
         }
@@ -142,9 +145,9 @@ fn move_body(body: &TreeBody, parent: &BodyState, state: &mut BodyState, edge: &
         let moved = columns[k].translation + columns[k].rotation.cross(&(lever - d));
         *column = join(&(turn * moved), &(turn * columns[k].rotation));
     }
-    fill_rows(&joint.child, &c, &mut edge.elastic_rows);
-    hold_marker(&c.arm, &mut edge.elastic_rows);
-    fill_rows(&joint.parent.marker, &p, &mut edge.parent_rows);
+    fill_columns(&joint.child, &c, &mut edge.marker_columns);
+    hold_marker(&c.arm, &edge.marker_columns, &mut edge.elastic_columns);
+    fill_columns(&joint.parent.marker, &p, &mut edge.parent_columns);
     edge.parent_point = p;
     edge.child_point = c;
     edge.turn = turn;
@@ -152,35 +155,25 @@ fn move_body(body: &TreeBody, parent: &BodyState, state: &mut BodyState, edge: &
     edge.joint = joint_point;
 }
 
-/// Rows of displacement `Φ` and angular velocity `J Ψ` of a marker.
-fn fill_rows(marker: &Marker, motion: &MarkerMotion, rows: &mut [f64]) {
-    if rows.is_empty() {
+/// Columns of displacement `Φ` and angular velocity `J Ψ` of a marker.
+fn fill_columns(marker: &Marker, motion: &MarkerMotion, columns: &mut [SpatialVector]) {
+    if columns.is_empty() {
         return;
     }
-    let n = marker.n_modes();
     let jacobian = &motion.turn.jacobian;
-    for c in 0..3 {
-        rows[c * n..(c + 1) * n].copy_from_slice(marker.displacement_row(c));
-        let row = &mut rows[(3 + c) * n..(4 + c) * n];
-        let (x, y, z) = (marker.rotation_row(0), marker.rotation_row(1), marker.rotation_row(2));
-        let (a, b, e) = (jacobian[(c, 0)], jacobian[(c, 1)], jacobian[(c, 2)]);
-        for (r, ((x, y), z)) in row.iter_mut().zip(x.iter().zip(y).zip(z)) {
-            *r = a * x + b * y + e * z;
-        }
+    let displacement: [&[f64]; 3] = std::array::from_fn(|c| marker.displacement_row(c));
+    let rotation: [&[f64]; 3] = std::array::from_fn(|c| marker.rotation_row(c));
+    for (j, column) in columns.iter_mut().enumerate() {
+        let turn = jacobian * Vector3::new(rotation[0][j], rotation[1][j], rotation[2][j]);
+        *column = [displacement[0][j], displacement[1][j], displacement[2][j], turn.x, turn.y, turn.z];
     }
 }
 
-/// Turns the rows of a marker into those of the frame when the marker is held: `(-Φ + Θ × arm, -Θ)`.
-fn hold_marker(arm: &Vector3<f64>, rows: &mut [f64]) {
-    let n = rows.len() / 6;
-    for j in 0..n {
-        let u = Vector3::new(rows[j], rows[n + j], rows[2 * n + j]);
-        let turn = Vector3::new(rows[3 * n + j], rows[4 * n + j], rows[5 * n + j]);
-        let moved = turn.cross(arm) - u;
-        for c in 0..3 {
-            rows[c * n + j] = moved[c];
-            rows[(3 + c) * n + j] = -turn[c];
-        }
+/// Columns of the frame when a marker with the columns `at_marker` is held: `(-Φ + Θ × arm, -Θ)`.
+fn hold_marker(arm: &Vector3<f64>, at_marker: &[SpatialVector], of_frame: &mut [SpatialVector]) {
+    for (column, at_marker) in of_frame.iter_mut().zip(at_marker) {
+        let (moved, turn) = split(at_marker);
+        *column = join(&(turn.cross(arm) - moved), &-turn);
     }
 }
 
@@ -188,12 +181,7 @@ impl JointKinematics {
     /// Velocity (or acceleration without bias) of the parent's marker from that of the parent's frame and its elastic rates.
     pub fn at_parent_marker(&self, frame: &SpatialVector, elastic_rates: &[f64]) -> SpatialVector {
         let mut at = self.at_parent_marker_of_frame(frame);
-        let n = elastic_rates.len();
-        if !self.parent_rows.is_empty() {
-            for (x, row) in at.iter_mut().zip(self.parent_rows.chunks_exact(n)) {
-                *x += dot(row, elastic_rates);
-            }
-        }
+        add_columns(&self.parent_columns, elastic_rates, &mut at);
         at
     }
 
@@ -201,6 +189,16 @@ impl JointKinematics {
     pub fn at_parent_marker_of_frame(&self, frame: &SpatialVector) -> SpatialVector {
         let (v, omega) = split(frame);
         join(&(v + omega.cross(&self.parent_point.arm)), &omega)
+    }
+
+    /// Adds a force at the parent's marker to the forces on the parent's frame and modes.
+    pub fn add_at_parent(&self, force: &SpatialVector, frame: &mut SpatialVector, elastic: &mut [f64]) {
+        let (f, m) = split(force);
+        let at_frame = join(&f, &(m + self.parent_point.arm.cross(&f)));
+        frame.iter_mut().zip(at_frame).for_each(|(sum, f)| *sum += f);
+        for (sum, column) in elastic.iter_mut().zip(&self.parent_columns) {
+            *sum += dot(column, force);
+        }
     }
 
     /// Velocity (or acceleration without bias) of the body's frame.
@@ -212,16 +210,16 @@ impl JointKinematics {
     ) -> SpatialVector {
         let (v, omega) = split(marker);
         let mut at = join(&(self.turn * (v + omega.cross(&self.lever))), &(self.turn * omega));
-        for (column, u) in self.columns.iter().zip(joint_velocities) {
-            at.iter_mut().zip(column).for_each(|(x, c)| *x += c * u);
-        }
-        let n = elastic_rates.len();
-        if !self.elastic_rows.is_empty() && n > 0 {
-            for (x, row) in at.iter_mut().zip(self.elastic_rows.chunks_exact(n)) {
-                *x += dot(row, elastic_rates);
-            }
-        }
+        add_columns(&self.columns, joint_velocities, &mut at);
+        add_columns(&self.elastic_columns, elastic_rates, &mut at);
         at
+    }
+}
+
+/// Adds a combination of columns, as many as there are factors for.
+fn add_columns(columns: &[SpatialVector], factors: &[f64], to: &mut SpatialVector) {
+    for (column, factor) in columns.iter().zip(factors) {
+        to.iter_mut().zip(column).for_each(|(x, c)| *x += c * factor);
     }
 }
 

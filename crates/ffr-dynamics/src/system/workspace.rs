@@ -2,13 +2,13 @@
 
 use nalgebra::Vector3;
 
-use super::articulated::{BodyFactors, solve_tree};
-use super::equations::BodyWorkspace;
+use super::equations::{BodyWorkspace, RigidPart};
 use super::force::{BodyState, GeneralisedForce};
 use super::joints::forces::joint_forces;
 use super::loop_closure::LoopSolver;
 use super::model::{Load, MultibodyModel, TreeBody};
 use super::tree_kinematics::{JointKinematics, SpatialVector, split, update};
+use super::tree_solver::{Answer, Biases, Impedance, TreeFactors, TreePose};
 use crate::error::EvaluationFailure;
 
 /// Power that goes in and out of a system at one instant \[W\].
@@ -27,16 +27,15 @@ pub(super) struct Workspace {
     pub sums: Vec<GeneralisedForce>,
     pub edges: Vec<JointKinematics>,
     pub(super) bodies: Vec<BodyWorkspace>,
-    pub factors: Vec<BodyFactors>,
+    pub pose: TreePose,
+    pub factors: TreeFactors<f64>,
+    /// Forces on all bodies at the last evaluation, accelerations of all coordinates, wrenches of the tree's joints.
+    pub accelerations: Answer<f64>,
     pub loops: LoopSolver,
-    /// Joint forces along free velocities; springs and dampers of all velocities.
-    joint_forces: Vec<SpatialVector>,
+    /// Forces of springs and dampers along the velocities of joints.
     passive: Vec<SpatialVector>,
-    /// Accelerations of all coordinates and of the frames (without gravity's offset).
-    pub rates: Vec<f64>,
+    /// Accelerations of the frames, without gravity's offset.
     frames: Vec<SpatialVector>,
-    /// Wrenches of the joints at the last accelerations, as [`BodyFactors::joint_force`].
-    pub wrenches: Vec<SpatialVector>,
     /// Wrenches of loop-closing joints on their children at the children's markers, in inertial axes.
     pub loop_wrenches: Vec<SpatialVector>,
     load_power: f64,
@@ -55,13 +54,12 @@ impl Workspace {
             sums: model.bodies.iter().map(|b| GeneralisedForce::zeros(b.layout.n_modes)).collect(),
             edges: model.bodies.iter().map(edge).collect(),
             bodies: model.bodies.iter().map(|b| BodyWorkspace::new(&b.data)).collect(),
-            factors: model.bodies.iter().map(BodyFactors::new).collect(),
+            pose: TreePose::new(model),
+            factors: TreeFactors::new(model),
+            accelerations: Answer::new(model),
             loops: LoopSolver::new(model, &states),
-            joint_forces: vec![[0.0; 6]; n],
             passive: vec![[0.0; 6]; n],
-            rates: vec![0.0; model.n_rates()],
             frames: vec![[0.0; 6]; n],
-            wrenches: vec![[0.0; 6]; n],
             loop_wrenches: vec![[0.0; 6]; model.loops.len()],
             load_power: 0.0,
             time: 0.0,
@@ -90,10 +88,8 @@ impl Workspace {
 
     /// Inertia of the tree and accelerations under the forces collected.
     pub fn accelerate(&mut self, model: &MultibodyModel) -> Result<Powers, EvaluationFailure> {
-        let mut powers = Powers { dissipated: 0.0, supplied: self.load_power };
+        let mut powers = Powers { dissipated: self.assemble(model), supplied: self.load_power };
         for (i, body) in model.bodies.iter().enumerate() {
-            let workspace = &mut self.bodies[i];
-            powers.dissipated += self.factors[i].load(body, &self.states[i], &self.sums[i], workspace);
             let joint = &body.joint;
             if joint.coordinates.is_empty() {
                 continue; // the slots stay zero
@@ -104,22 +100,43 @@ impl Workspace {
                 joint_forces(joint.kind, &joint.coordinates, self.time, &at.positions, &at.velocities[..n]);
             powers.dissipated += forces.dissipated;
             self.passive[i] = forces.passive;
-            for (slot, k) in joint.free_velocities().enumerate() {
-                self.joint_forces[i][slot] = forces.passive[k] + forces.drive[k];
+            let slots = &mut self.accelerations.forces[body.layout.rates_joint()];
+            for (slot, k) in slots.iter_mut().zip(joint.free_velocities()) {
+                *slot = forces.passive[k] + forces.drive[k];
                 powers.supplied += forces.drive[k] * at.velocities[k];
             }
         }
-        solve_tree(model, &self.edges, &self.joint_forces, &mut self.factors)?;
-        for (factor, body) in self.factors.iter().zip(&model.bodies) {
-            self.rates[body.layout.rates_elastic()].copy_from_slice(factor.elastic_accelerations());
-            self.rates[body.layout.rates_joint()].copy_from_slice(factor.joint_accelerations());
-        }
+        self.eliminate(model, 1.0)?;
+        let biases = Biases { edges: &self.edges, gravity: &model.gravity };
+        self.accelerations.solve(model, &self.pose, &self.factors, Some(&biases));
         if !model.loops.is_empty() {
             self.close_loops(model)?;
         }
-        keep(&mut self.wrenches, self.factors.iter().map(|f| &f.joint_force));
         powers.supplied += self.prescribed_power(model);
         Ok(powers)
+    }
+
+    /// Inertia of all bodies and the forces on them (Eq. D.7); returns the power lost in modal damping \[W\].
+    fn assemble(&mut self, model: &MultibodyModel) -> f64 {
+        let mut dissipated = 0.0;
+        for (i, body) in model.bodies.iter().enumerate() {
+            let workspace = &mut self.bodies[i];
+            let (RigidPart { force, .. }, power) =
+                workspace.assemble(&body.data, &self.states[i], &self.sums[i]);
+            dissipated += power;
+            self.accelerations.frame_forces[i] = force;
+            let elastic = &mut self.accelerations.forces[body.layout.rates_elastic()];
+            elastic.copy_from_slice(workspace.elastic_part().1);
+        }
+        dissipated
+    }
+
+    /// Factors of the tree; elastic inertia counts `elastic_weight` times.
+    fn eliminate(&mut self, model: &MultibodyModel, elastic_weight: f64) -> Result<(), EvaluationFailure> {
+        self.pose.load(model, &self.edges, &self.bodies);
+        let joints = Impedance::of_inertia();
+        let modes = Impedance { inertia: elastic_weight, ..joints };
+        self.factors.factorise(model, &self.pose, |_| modes, &joints)
     }
 
     /// Inertia of the tree and mobility of the loops at the last motion, whatever the forces.
@@ -131,12 +148,11 @@ impl Workspace {
         elastic_weight: f64,
     ) -> Result<(), EvaluationFailure> {
         for (i, body) in model.bodies.iter().enumerate() {
-            self.factors[i].load(body, &self.states[i], &self.sums[i], &mut self.bodies[i]);
-            self.factors[i].weigh_elastic(elastic_weight);
+            self.bodies[i].assemble(&body.data, &self.states[i], &self.sums[i]);
         }
-        solve_tree(model, &self.edges, &self.joint_forces, &mut self.factors)?;
+        self.eliminate(model, elastic_weight)?;
         self.loops.evaluate(model, &self.states);
-        self.loops.factorise(model, &self.edges, &self.factors);
+        self.loops.factorise(model, &self.pose, &self.factors);
         Ok(())
     }
 
@@ -144,24 +160,26 @@ impl Workspace {
     pub fn unit_response(&mut self, model: &MultibodyModel, rate: usize) -> &[f64] {
         let response = &mut self.loops.response;
         response.clear();
-        response.elastic_force[rate] = 1.0;
-        response.solve(model, &self.edges, &self.factors);
+        response.forces[rate] = 1.0;
+        response.solve(model, &self.pose, &self.factors, None);
         &response.rates
     }
 
     /// Adds the forces of loop-closing joints.
     fn close_loops(&mut self, model: &MultibodyModel) -> Result<(), EvaluationFailure> {
-        for ((frame, factor), state) in self.frames.iter_mut().zip(&self.factors).zip(&self.states) {
-            *frame = factor.frame;
+        let found = &mut self.accelerations;
+        for ((frame, found), state) in self.frames.iter_mut().zip(&found.frames).zip(&self.states) {
+            *frame = *found;
             let gravity = state.rotation.inverse_transform_vector(&model.gravity);
             frame.iter_mut().zip(gravity.iter()).for_each(|(a, g)| *a += g);
         }
         self.loops.evaluate(model, &self.states);
-        self.loops.correct_accelerations(model, &self.edges, &self.factors, &self.frames, &self.rates)?;
+        let factors = (&self.pose, &self.factors);
+        self.loops.correct_accelerations(model, factors, &self.frames, &found.rates)?;
         let response = &self.loops.response;
-        self.rates.iter_mut().zip(&response.rates).for_each(|(a, b)| *a += b);
-        for (factor, force) in self.factors.iter_mut().zip(&response.joint_forces) {
-            factor.joint_force.iter_mut().zip(force).for_each(|(a, b)| *a += b);
+        found.rates.iter_mut().zip(&response.rates).for_each(|(a, b)| *a += b);
+        for (wrench, change) in found.wrenches.iter_mut().zip(&response.wrenches) {
+            wrench.iter_mut().zip(change).for_each(|(a, b)| *a += b);
         }
         self.loops.fill_wrenches(&mut self.loop_wrenches);
         Ok(())
@@ -175,7 +193,7 @@ impl Workspace {
                 if coordinate.motion.is_none() {
                     continue;
                 }
-                let (force, moment) = split(&self.factors[i].joint_force);
+                let (force, moment) = split(&self.accelerations.wrenches[i]);
                 let edge = &self.edges[i];
                 let column = &edge.joint.columns[k];
                 let moved = column.translation - column.rotation.cross(&edge.joint.displacement);
@@ -196,9 +214,4 @@ fn load_at(load: &Load, t: f64, state: &BodyState) -> (Vector3<f64>, Vector3<f64
     }
     let axes = load.marker.orientation(state);
     (axes * force, axes * moment)
-}
-
-/// Copies the wrenches of joints, which projections and linearisations overwrite where they are found.
-fn keep<'a>(wrenches: &mut [SpatialVector], found: impl Iterator<Item = &'a SpatialVector>) {
-    wrenches.iter_mut().zip(found).for_each(|(kept, found)| *kept = *found);
 }

@@ -1,0 +1,111 @@
+//! The tree in one pose: inertia of each body, and what its joints hold.
+
+use nalgebra::{Matrix6, Vector6};
+
+use crate::system::equations::BodyWorkspace;
+use crate::system::model::MultibodyModel;
+use crate::system::tree_kinematics::{JointKinematics, SpatialVector};
+
+/// One body and the joint that it hangs on. Columns belong to uncoupled modes, rows to a translation and a rotation.
+#[derive(Debug, Clone)]
+pub(super) struct BodyPose {
+    /// Inertia of the frame.
+    pub rigid: Matrix6<f64>,
+    /// Coupling of frame and modes, a column a mode.
+    pub coupling: Vec<SpatialVector>,
+    /// Motion of the place that the own joint holds by the modes; empty if it does not feel them. That place is then the marker,
+    /// otherwise the frame.
+    pub own: Vec<SpatialVector>,
+    /// Motion of that place by that of the frame.
+    pub at_own: Matrix6<f64>,
+    /// Motion of the parent's marker by the modes of the parent; empty if it does not feel them.
+    pub parent: Vec<SpatialVector>,
+    /// Motion of the parent's marker by that of the parent's frame.
+    pub at_parent: Matrix6<f64>,
+    /// Motion of the place by that of the parent's marker.
+    pub across: Matrix6<f64>,
+    /// Motions of the place by the free velocities of the joint; the rest are zero.
+    pub joint: Matrix6<f64>,
+    /// Acceleration of the place by velocities alone.
+    pub bias: Vector6<f64>,
+    /// Size of the body's inertia, its square root: of a translation and of a rotation [√kg, √kg m].
+    pub sizes: [f64; 2],
+    /// Stiffness and damping of the joint's free velocities.
+    pub springs: [[f64; 2]; 6],
+}
+
+/// All bodies in one pose.
+#[derive(Debug, Clone)]
+pub(in crate::system) struct TreePose {
+    pub(super) bodies: Vec<BodyPose>,
+}
+
+impl TreePose {
+    /// Space for the bodies of `model`.
+    pub fn new(model: &MultibodyModel) -> Self {
+        let n_modes = |i: usize| model.bodies[i].layout.n_modes;
+        let bodies = model.bodies.iter().enumerate().map(|(i, body)| {
+            let of_parent = body.joint.parent.body.filter(|_| body.joint.parent.marker.n_modes() > 0);
+            let n_own = if body.joint.child.is_still() { 0 } else { n_modes(i) };
+            let mut springs = [[0.0; 2]; 6];
+            for (spring, k) in springs.iter_mut().zip(body.joint.free_velocities()) {
+                if let Some(force) = body.joint.coordinates.get(k) {
+                    *spring = [force.stiffness, force.damping];
+                }
+            }
+            // A model that lies on a line may turn about it without inertia, or even with less.
+            let turning = body.data.second_moment.trace().abs().max(f64::MIN_POSITIVE);
+            BodyPose {
+                rigid: Matrix6::zeros(),
+                coupling: vec![[0.0; 6]; n_modes(i)],
+                own: vec![[0.0; 6]; n_own],
+                parent: vec![[0.0; 6]; of_parent.map_or(0, n_modes)],
+                at_parent: Matrix6::identity(),
+                at_own: Matrix6::identity(),
+                bias: Vector6::zeros(),
+                sizes: [body.data.mass.sqrt(), turning.sqrt()],
+                across: Matrix6::identity(),
+                joint: Matrix6::zeros(),
+                springs,
+            }
+        });
+        Self { bodies: bodies.collect() }
+    }
+
+    /// Stiffness and damping of the free velocities of each body's joint.
+    pub fn springs(&self) -> impl Iterator<Item = &[[f64; 2]; 6]> {
+        self.bodies.iter().map(|body| &body.springs)
+    }
+
+    /// Takes over the pose of the joints and the inertia of the bodies.
+    pub fn load(&mut self, model: &MultibodyModel, edges: &[JointKinematics], bodies: &[BodyWorkspace]) {
+        for (i, body) in model.bodies.iter().enumerate() {
+            let (edge, pose) = (&edges[i], &mut self.bodies[i]);
+            let (inertia, coupling) = bodies[i].inertia();
+            pose.rigid = Matrix6::from_fn(|r, c| inertia[r.max(c)][r.min(c)]);
+            body.modes.columns(coupling, &mut pose.coupling);
+            if let Some(p) = body.joint.parent.body {
+                model.bodies[p].modes.columns(&edge.parent_columns, &mut pose.parent);
+            }
+            let unit =
+                |j: usize| -> SpatialVector { std::array::from_fn(|k| if k == j { 1.0 } else { 0.0 }) };
+            for j in 0..6 {
+                pose.across.column_mut(j).copy_from_slice(&edge.at_frame(&unit(j), &[], &[]));
+                pose.at_parent.column_mut(j).copy_from_slice(&edge.at_parent_marker_of_frame(&unit(j)));
+            }
+            for (j, column) in edge.columns.iter().enumerate().take(body.layout.n_velocities) {
+                pose.joint.column_mut(j).copy_from_slice(column);
+            }
+            pose.bias = Vector6::from(edge.bias);
+            if !pose.own.is_empty() {
+                // At the marker the modes' displacements and turns have little to do with each other, at a frame far off they have.
+                let arm = edge.child_point.arm.cross_matrix();
+                pose.at_own.fixed_view_mut::<3, 3>(0, 3).copy_from(&-arm);
+                pose.across = pose.at_own * pose.across;
+                pose.joint = pose.at_own * pose.joint;
+                pose.bias = pose.at_own * pose.bias;
+                body.modes.columns(&edge.marker_columns, &mut pose.own);
+            }
+        }
+    }
+}

@@ -1,0 +1,103 @@
+//! The modes of one body without coupling, in place of its elastic coordinates (docs/theory.md, "Elimination from the leaves").
+
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatMut, MatRef, Par};
+use nalgebra::ComplexField;
+
+use crate::body::{ModalDamping, ModalMass, StandardInputData};
+use crate::error::DynamicsError;
+use crate::reduction::dense;
+
+/// `q = Z z` with `Zᵀ M_e Z = 1` and `Zᵀ K_e Z` diagonal.
+#[derive(Debug, Clone)]
+pub struct UncoupledModes {
+    /// `Z` (n x n) column by column; empty for the identity.
+    shapes: Vec<f64>,
+    /// `Zᵀ K_e Z` [rad²/s²].
+    pub(super) stiffness: Vec<f64>,
+    /// Diagonal of `Zᵀ D_e Z`; the rest is left out [1/s].
+    pub(super) damping: Vec<f64>,
+}
+
+impl UncoupledModes {
+    /// # Errors
+    /// [`DynamicsError`] if the modal mass matrix is not positive definite.
+    pub(super) fn new(data: &StandardInputData) -> Result<Self, DynamicsError> {
+        let n = data.n_modes();
+        let damping = |i: usize, j: usize| match &data.modal_damping {
+            ModalDamping::PerMode(d) if i == j => d[i],
+            ModalDamping::None | ModalDamping::PerMode(_) => 0.0,
+            ModalDamping::Full(d) => d[(i, j)],
+        };
+        if data.modal_mass == ModalMass::Identity || n == 0 {
+            return Ok(Self {
+                shapes: Vec::new(),
+                stiffness: data.modal_stiffness.clone(),
+                damping: (0..n).map(|j| damping(j, j)).collect(),
+            });
+        }
+        let factor = dense::cholesky(data.modal_mass.to_matrix(n), "modal mass matrix")?;
+        let mut whitened = Mat::from_fn(n, n, |i, j| if i == j { data.modal_stiffness[i] } else { 0.0 });
+        dense::solve_lower(factor.as_ref(), whitened.as_mut());
+        let mut whitened = whitened.transpose().to_owned();
+        dense::solve_lower(factor.as_ref(), whitened.as_mut());
+        dense::symmetrise(&mut whitened);
+        let (stiffness, mut shapes) = dense::symmetric_eigen(whitened.as_ref())?;
+        dense::solve_lower_transposed(factor.as_ref(), shapes.as_mut());
+        let along = |k: usize| -> f64 {
+            let pairs = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
+            pairs.map(|(i, j)| shapes[(i, k)] * damping(i, j) * shapes[(j, k)]).sum()
+        };
+        Ok(Self {
+            stiffness,
+            damping: (0..n).map(along).collect(),
+            shapes: (0..n).flat_map(|k| shapes.col(k).iter().copied().collect::<Vec<_>>()).collect(),
+        })
+    }
+
+    /// Six rows by elastic coordinates as six rows by modes; a column for each.
+    pub(super) fn columns(&self, by_coordinates: &[[f64; 6]], by_modes: &mut [[f64; 6]]) {
+        let n = self.stiffness.len();
+        if self.shapes.is_empty() || by_modes.is_empty() {
+            by_modes.copy_from_slice(by_coordinates);
+            return;
+        }
+        matmul(
+            MatMut::from_column_major_slice_mut(by_modes.as_flattened_mut(), 6, n),
+            Accum::Replace,
+            MatRef::from_column_major_slice(by_coordinates.as_flattened(), 6, n),
+            MatRef::from_column_major_slice(&self.shapes, n, n),
+            1.0,
+            Par::Seq,
+        );
+    }
+
+    /// Forces on elastic coordinates as forces on modes.
+    pub(super) fn forces<T>(&self, forces: &[T], out: &mut [T])
+    where
+        T: ComplexField<RealField = f64> + Copy,
+    {
+        if self.shapes.is_empty() {
+            out.copy_from_slice(forces);
+            return;
+        }
+        for (o, shape) in out.iter_mut().zip(self.shapes.chunks_exact(forces.len())) {
+            *o = shape.iter().zip(forces).fold(T::zero(), |sum, (a, b)| sum + b.scale(*a));
+        }
+    }
+
+    /// Sets `out` to the elastic coordinates of the modes `modes`.
+    pub(super) fn coordinates<T>(&self, modes: &[T], out: &mut [T])
+    where
+        T: ComplexField<RealField = f64> + Copy,
+    {
+        if self.shapes.is_empty() {
+            out.copy_from_slice(modes);
+            return;
+        }
+        out.fill(T::zero());
+        for (mode, shape) in modes.iter().zip(self.shapes.chunks_exact(out.len())) {
+            out.iter_mut().zip(shape).for_each(|(o, s)| *o += mode.scale(*s));
+        }
+    }
+}
