@@ -78,6 +78,30 @@ fn shipped_scenarios_pass_the_check_in_silence_on_standard_output() {
 }
 
 #[test]
+fn check_tells_the_cost_of_bodies_and_of_the_fine_models_to_come() {
+    let path = scenario("sphere_rod_sphere.toml");
+    let path = path.to_str().expect("UTF-8");
+    let (code, out, err) = output(&["check", "--cost", "--json", path]);
+    assert_eq!(code, 0, "{err}");
+    let report: serde_json::Value = serde_json::from_str(&out).expect("JSON");
+    let models = report[path]["models"].as_array().expect("a list").clone();
+    let (_, modes, _) = output(&["modes", "--json", path]);
+    let modes: serde_json::Value = serde_json::from_str(&modes).expect("JSON");
+    let own: Vec<_> = models.iter().filter(|m| m["contact"].is_null()).collect();
+    for (body, model) in modes["bodies"].as_array().expect("a list").iter().zip(&own) {
+        assert_eq!((&body["name"], &body["freedoms"]), (&model["body"], &model["dofs"]));
+    }
+    let fine: Vec<_> = models.iter().filter(|m| !m["contact"].is_null()).collect();
+    // Two contacts of two bodies each.
+    assert_eq!((own.len(), fine.len()), (3, 4), "{out}");
+    for model in fine {
+        assert!(model["interface"].as_f64() > Some(0.0) && model["memory"].as_f64() > Some(0.0), "{model}");
+    }
+    let (code, out, _) = output(&["check", "--cost", path]);
+    assert!(code == 0 && out.contains("dofs") && out.contains("result: up to"), "{out}");
+}
+
+#[test]
 fn check_reports_faults_of_all_files_and_exits_with_3() {
     let sphere = scenario("sphere_on_plane.toml");
     let rod = scenario("rod_on_plane.toml");

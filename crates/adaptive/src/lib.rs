@@ -48,6 +48,7 @@ pub mod fine_model;
 pub mod fine_modes;
 pub mod transfer;
 pub mod sizing;
+pub mod cost;
 mod wave;
 
 #[cfg(test)]

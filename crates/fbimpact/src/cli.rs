@@ -75,6 +75,15 @@ pub enum Command {
         /// Scenario files
         #[arg(required = true, value_name = "SCENARIO.toml")]
         scenarios: Vec<PathBuf>,
+        /// Print what a run takes as well: degrees of freedom and memory of its models, those of the first touches included, a rough time, and the size of the result
+        #[arg(long)]
+        cost: bool,
+        /// With --cost: print JSON
+        #[arg(long, requires = "cost")]
+        json: bool,
+        /// With --cost: number of threads, 0 for all cores
+        #[arg(long, default_value_t = 0, requires = "cost", value_name = "N")]
+        threads: usize,
         /// Changes to the scenarios
         #[command(flatten)]
         set: SetArguments,

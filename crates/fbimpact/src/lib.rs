@@ -29,6 +29,7 @@ use std::process::ExitCode;
 use clap::Parser;
 
 use cli::{Cli, Command, Page};
+use commands::check::CostFormat;
 use error::AppError;
 
 /// Parses the command line, does what it says and returns the exit code. Never ends the process itself: HDF5 files
@@ -57,7 +58,14 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
     match command {
         Command::Run(arguments) => commands::run::run(&arguments, bar),
         Command::Converge(arguments) => commands::converge::converge(&arguments),
-        Command::Check { scenarios, set } => commands::check::check(&scenarios, &set.set),
+        Command::Check { scenarios, cost, json, threads, set } => {
+            let format = match (cost, json) {
+                (false, _) => CostFormat::None,
+                (true, false) => CostFormat::Table,
+                (true, true) => CostFormat::Json,
+            };
+            commands::check::check(&scenarios, &set.set, format, threads)
+        }
         Command::Modes { scenario, system: true, is_static, json, threads, set, .. } => {
             commands::system_modes::system_modes(&scenario, &set.set, is_static, json, threads)
         }

@@ -1,21 +1,40 @@
-//! `fbimpact check`: reads and validates, builds nothing.
+//! `fbimpact check`: reads and validates; builds nothing but the meshes that tell what a run takes.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use adaptive::spec::{ContactSpec, Target};
 
-use super::threads;
+use super::cost::{self, CostReport};
+use super::{print, threads};
 use crate::error::AppError;
 use crate::scenario::{self, Override, Scenario};
+
+/// What to tell of scenarios without faults.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CostFormat {
+    /// Nothing.
+    None,
+    /// A table of what the run takes.
+    Table,
+    /// The same for programs.
+    Json,
+}
 
 /// Checks every file and reports the faults of all.
 ///
 /// # Errors
 /// [`AppError::Threads`] if the threads cannot be started. The last error; those before it have been reported.
-pub fn check(scenarios: &[PathBuf], overrides: &[Override]) -> Result<(), AppError> {
+pub fn check(
+    scenarios: &[PathBuf],
+    overrides: &[Override],
+    format: CostFormat,
+    n_threads: usize,
+) -> Result<(), AppError> {
     // Body files are checked with linear algebra.
-    threads(0)?;
+    let n_threads = threads(n_threads)?;
     let mut last = None;
+    let mut reports: BTreeMap<String, CostReport> = BTreeMap::new();
     for path in scenarios {
         match scenario::read(path, overrides) {
             Ok(scenario) => {
@@ -32,15 +51,29 @@ pub fn check(scenarios: &[PathBuf], overrides: &[Override]) -> Result<(), AppErr
                         path.display()
                     );
                 }
-            }
-            Err(error) => {
-                if let Some(previous) = last.replace(error) {
-                    crate::report(&previous);
+                if format == CostFormat::None {
+                    continue;
+                }
+                match cost::cost(&scenario, n_threads) {
+                    Ok(report) if format == CostFormat::Table => print(&cost::table(&report))?,
+                    Ok(report) => drop(reports.insert(path.display().to_string(), report)),
+                    Err(error) => later(&mut last, error),
                 }
             }
+            Err(error) => later(&mut last, error),
         }
     }
+    if format == CostFormat::Json {
+        print(&(serde_json::to_string_pretty(&reports)? + "\n"))?;
+    }
     last.map_or(Ok(()), Err)
+}
+
+/// Keeps `error` for the end and reports the one before it.
+fn later(last: &mut Option<AppError>, error: AppError) {
+    if let Some(previous) = last.replace(error) {
+        crate::report(&previous);
+    }
 }
 
 /// Bodies that are the child of no joint and of no contact where others hang on joints.

@@ -6,6 +6,7 @@ pub mod check;
 pub mod collect;
 pub mod compare;
 pub mod converge;
+mod cost;
 pub mod export;
 pub mod export_body;
 pub mod info;

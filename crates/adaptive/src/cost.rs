@@ -1,0 +1,138 @@
+//! What the models of a run take to be built, told before anything is factorised.
+
+use ffr_dynamics::body::AssembledBody;
+use ffr_dynamics::reduction::Pencil;
+use iga_core::elasticity::Model;
+use iga_core::space::Space;
+use iga_core::surface::Face;
+
+use crate::elastic_body::ElasticBody;
+use crate::error::AdaptiveError;
+use crate::fine_model::{ELEMENTS, FineMesh, FineSettings};
+use crate::model::start_poses;
+use crate::sizing::zone::{is_refined_at_touch, predicted_zone};
+use crate::spec::{BodyKind, ContactLaw, ContactSpec, RunSpec, SurfaceLaw, Target};
+use crate::touch_sites::TouchSite;
+use crate::wanted_interval::WantedInterval;
+
+/// Bytes of an entry of a sparse matrix with its index.
+const SPARSE_ENTRY: f64 = 12.0;
+/// Matrices with the pattern of the stiffness that live at the same time: stiffness, mass, their sum.
+const MATRICES: f64 = 3.0;
+/// Dense matrices of the size of the interface that live at the same time: flexibility, compliance, the contact's own.
+const DENSE: f64 = 3.0;
+
+/// One model of a body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelCost {
+    /// Name of the body.
+    pub body: String,
+    /// Name of the contact whose fine model it is; none for the body's own model.
+    pub contact: Option<String>,
+    /// Number of elements.
+    pub n_elements: usize,
+    /// Number of degrees of freedom.
+    pub n_dofs: usize,
+    /// Those of them at the contact's interface.
+    pub n_interface: usize,
+    /// Memory for matrices, factor and compliance \[bytes\].
+    pub bytes: f64,
+    /// Multiplications and additions of a factorisation of the stiffness, and of the compliance of the interface.
+    pub work: f64,
+}
+
+/// Models of all elastic bodies of `spec`, and the fine models that the first touch of each contact is predicted to need.
+///
+/// Hertz's theory and the motions at the start predict zone and place of a touch, as in [`predicted_zone`]; a contact that it has no
+/// answer for is left out. Meshes and matrices are made, nothing is factorised.
+///
+/// # Errors
+/// [`AdaptiveError`] with the body's name if a mesh cannot be made, no memory holds a factor, or the motions at the start are not known.
+pub fn costs(spec: &RunSpec) -> Result<Vec<ModelCost>, AdaptiveError> {
+    let mut costs = Vec::new();
+    let poses = start_poses(spec)?;
+    for (index, body) in spec.bodies.iter().enumerate() {
+        match &body.kind {
+            BodyKind::Elastic(elastic) => {
+                let coarse = ElasticBody::build(&body.name, elastic.as_ref().clone())?;
+                costs.push(cost(&coarse.assembled, coarse.space.n_elements(), &[])?);
+                for contact in &spec.contacts {
+                    let Some((law, wanted)) = predicted_interval(spec, &poses, contact, (index, &coarse))
+                    else {
+                        continue;
+                    };
+                    costs.push(fine(&coarse, contact, law, wanted)?);
+                }
+            }
+            BodyKind::Meshed(meshed) => {
+                let n_elements = meshed.mesh.elements().len();
+                costs.push(cost(&meshed.assembled(&body.name)?, n_elements, &[])?);
+            }
+            BodyKind::Rigid(_) | BodyKind::Imported(_) => {}
+        }
+    }
+    Ok(costs)
+}
+
+/// The interval that the first touch of `contact` is predicted to need on the body `index`; none if it builds no fine model there.
+fn predicted_interval<'a>(
+    spec: &RunSpec,
+    poses: &[ffr_dynamics::system::force::BodyState],
+    contact: &'a ContactSpec,
+    (index, coarse): (usize, &ElasticBody),
+) -> Option<(&'a SurfaceLaw, WantedInterval)> {
+    let ContactLaw::Surface(law) = &contact.law else { return None };
+    if !is_refined_at_touch(spec, contact, law) {
+        return None;
+    }
+    let zone = predicted_zone(spec, poses, contact)?;
+    let side = match contact.target {
+        _ if contact.body == index => 0,
+        Target::Body(other) if other == index => 1,
+        _ => return None,
+    };
+    let Some(TouchSite::Face(site)) = zone.sites[side] else { return None };
+    let face = Face::new(&coarse.shape.patches, site.face, coarse.spec.model == Model::Axisymmetric);
+    let width = law.interval.width.unwrap_or(zone.width);
+    Some((law, WantedInterval { face, centre: site.xi, widths: [width; 2] }))
+}
+
+/// The fine model of a body for a contact interval.
+fn fine(
+    coarse: &ElasticBody,
+    contact: &ContactSpec,
+    law: &SurfaceLaw,
+    wanted: WantedInterval,
+) -> Result<ModelCost, AdaptiveError> {
+    let settings = FineSettings {
+        division: law.interval.division,
+        elements: law.interval.elements.unwrap_or(ELEMENTS),
+        growth: None,
+    };
+    let mesh = FineMesh::build(coarse, &[wanted], &settings)?;
+    let zone = mesh
+        .zone(0, law.points)
+        .map_err(|source| AdaptiveError::Contact { contact: contact.name.clone(), source })?;
+    let assembled = mesh.assemble(coarse)?;
+    let fine = cost(&assembled, mesh.space.n_elements(), &zone.unknowns)?;
+    Ok(ModelCost { contact: Some(contact.name.clone()), ..fine })
+}
+
+/// A model from its matrices, the unknowns `interface` being eliminated last.
+fn cost(body: &AssembledBody, n_elements: usize, interface: &[usize]) -> Result<ModelCost, AdaptiveError> {
+    let pencil = Pencil::new(body, interface)
+        .map_err(|source| AdaptiveError::Reduction { body: body.name.clone(), source })?;
+    let symbolic = pencil.symbolic();
+    let (entries, n) = (symbolic.n_entries() as f64, interface.len() as f64);
+    let matrices = MATRICES * SPARSE_ENTRY * body.stiffness.compute_nnz() as f64;
+    Ok(ModelCost {
+        body: body.name.clone(),
+        contact: None,
+        n_elements,
+        n_dofs: body.n_unknowns(),
+        n_interface: interface.len(),
+        bytes: matrices + 8.0 * (entries + DENSE * n * n),
+        // The compliance of the last unknowns is the inverse of their part of the factor.
+        work: symbolic.work() + n.powi(3),
+    })
+}
