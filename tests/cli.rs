@@ -102,6 +102,22 @@ fn check_tells_the_cost_of_bodies_and_of_the_fine_models_to_come() {
 }
 
 #[test]
+fn a_run_keeps_to_the_memory_that_it_is_given() {
+    let path = scenario("rod_on_plane.toml");
+    let directory = tempfile::tempdir().expect("a temporary directory");
+    let result = directory.path().join("out.h5");
+    let run = |memory: &str| {
+        let result = result.to_str().expect("UTF-8");
+        output(&["run", path.to_str().expect("UTF-8"), "-o", result, "--no-cache", "--memory", memory])
+    };
+    // The program itself takes more than a megabyte.
+    let (code, _, err) = run("0.001");
+    assert!(code != 0 && err.contains("GB are free (--memory)"), "{err}");
+    assert!(!result.exists());
+    assert_eq!(run("-1").0, 2, "no amount of memory");
+}
+
+#[test]
 fn check_reports_faults_of_all_files_and_exits_with_3() {
     let sphere = scenario("sphere_on_plane.toml");
     let rod = scenario("rod_on_plane.toml");

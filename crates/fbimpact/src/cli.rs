@@ -252,6 +252,9 @@ pub struct RunArguments {
     /// Number of threads, 0 for all cores
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub threads: usize,
+    /// Memory that the run may take in GB [default: most of what the machine has]; models that do not fit are refused before they are built
+    #[arg(long, value_name = "GB", value_parser = gigabytes)]
+    pub memory: Option<f64>,
     /// Let an incomplete result, too, replace an existing file, even one that is no result file
     #[arg(long)]
     pub force: bool,
@@ -288,6 +291,9 @@ pub struct ConvergeArguments {
     /// Number of threads of all runs together, 0 for all cores
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub threads: usize,
+    /// Memory that all runs together may take in GB [default: most of what the machine has]; models that do not fit are refused before they are built
+    #[arg(long, value_name = "GB", value_parser = gigabytes)]
+    pub memory: Option<f64>,
     /// Runs at a time, at most; fewer need less memory [default: as many as threads]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..).map(|n| n as usize))]
     pub jobs: Option<usize>,
@@ -411,6 +417,13 @@ pub struct CompareArguments {
     /// Print JSON
     #[arg(long)]
     pub json: bool,
+}
+
+fn gigabytes(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if x.is_finite() && x > 0.0 => Ok(x),
+        _ => Err("must be a number > 0".to_owned()),
+    }
 }
 
 fn tolerance(text: &str) -> Result<f64, String> {

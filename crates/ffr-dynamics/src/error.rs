@@ -41,7 +41,7 @@ pub enum DynamicsError {
     },
     /// A factor for which the machine has no memory.
     #[error(
-        "the Cholesky factor of {unknowns} unknowns would take {gigabytes:.1} GB, {free:.1} GB are free; use fewer elements or a lower degree, in contact zones a smaller interval.elements"
+        "the Cholesky factor of {unknowns} unknowns would take {gigabytes:.1} GB, {free:.1} GB are free (--memory); use fewer elements or a lower degree, in contact zones a smaller interval.elements"
     )]
     FactorTooLarge {
         /// Number of unknowns.

@@ -1,5 +1,6 @@
 //! What a fine model would take of memory, told before anything of it is built.
 
+use ffr_dynamics::reduction::memory::told_limit;
 use iga_core::hierarchical::SubdomainHierarchy;
 use iga_core::nurbs::Patch;
 
@@ -52,17 +53,10 @@ pub(super) fn check_size(
         _ => FILL[1] * unknowns * unknowns.log2(),
     };
     let gigabytes = 8e-9 * (DENSE * interface * interface + fill);
-    if gigabytes <= MOST_GIGABYTES {
+    let most = told_limit().map_or(MOST_GIGABYTES, |limit| MOST_GIGABYTES.min(1e-9 * limit as f64));
+    if gigabytes <= most {
         return Ok(());
     }
     let (element, across, width) = finest;
-    Err(SubdivisionError::TooLarge {
-        width,
-        across,
-        element,
-        unknowns,
-        interface,
-        gigabytes,
-        most: MOST_GIGABYTES,
-    })
+    Err(SubdivisionError::TooLarge { width, across, element, unknowns, interface, gigabytes, most })
 }

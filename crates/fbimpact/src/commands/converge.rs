@@ -119,12 +119,16 @@ impl Runs<'_> {
     fn run(&self, variants: &[Variant], has_base: bool) -> Result<Vec<Outcome>, AppError> {
         let at_once =
             self.n_threads.min(self.arguments.jobs.unwrap_or(usize::MAX)).min(variants.len()).max(1);
+        let mut passed = cache_arguments(&self.arguments.cache);
+        if let Some(memory) = self.arguments.memory {
+            passed.extend(["--memory".to_owned(), (memory / at_once as f64).to_string()]);
+        }
         let setting = RunSetting {
             program: std::env::current_exe().map_err(|e| AppError::io("fbimpact", e))?,
             fingerprint: cache::fingerprint(),
             scenario: self.arguments.scenario.clone(),
             folder: self.folder.to_owned(),
-            arguments: cache_arguments(&self.arguments.cache),
+            arguments: passed,
             threads: (self.n_threads / at_once).max(1),
         };
         let jobs = variants.iter().map(|v| self.job(v)).collect::<Result<Vec<_>, AppError>>()?;

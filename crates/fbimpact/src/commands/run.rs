@@ -18,6 +18,9 @@ use crate::scenario;
 /// Every [`AppError`]; after a failed or interrupted run the results so far are kept.
 pub fn run(arguments: &RunArguments, bar: ProgressBar) -> Result<(), AppError> {
     let n_threads = threads(arguments.threads)?;
+    if let Some(gigabytes) = arguments.memory {
+        ffr_dynamics::reduction::memory::limit((1e9 * gigabytes) as u64);
+    }
     // Fine models are built during the run, on the pool of the process. A second run in one process finds it there.
     let _ = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build_global();
     match (&arguments.resume, &arguments.scenario) {

@@ -34,7 +34,7 @@ pub struct Setting {
     pub scenario: PathBuf,
     /// Folder of the results.
     pub folder: PathBuf,
-    /// Further arguments: models kept between runs.
+    /// Further arguments: models kept between runs, memory.
     pub arguments: Vec<String>,
     /// Threads of a run.
     pub threads: usize,

@@ -1,6 +1,7 @@
 //! Memory that is left, asked before a factor is computed.
 
 use std::path::Path;
+use std::sync::OnceLock;
 
 /// Share of the free memory that one factor may take: two bodies are built side by side, and either needs its matrix, its
 /// modes and its compliance, too.
@@ -11,12 +12,29 @@ const SHARE_BESIDE: f64 = 0.8;
 /// Folder in which Linux shows the limits that a container sets.
 const CONTROL_GROUP: &str = "/sys/fs/cgroup";
 
-/// Free memory in bytes, of the machine or what a container leaves; `None` where the system does not tell.
+/// Memory that the process may take \[bytes\], if told.
+static LIMIT: OnceLock<u64> = OnceLock::new();
+
+/// Tells how much memory the process may take \[bytes\]; the first call counts. Otherwise it may take what the machine has.
+pub fn limit(bytes: u64) {
+    LIMIT.get_or_init(|| bytes);
+}
+
+/// Memory that the process may take \[bytes\], if told.
+pub fn told_limit() -> Option<u64> {
+    LIMIT.get().copied()
+}
+
+/// Free memory in bytes: of the machine, what a container leaves, or what the process has not taken of its limit; `None` where nothing tells.
 fn free() -> Option<u64> {
-    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let text = std::fs::read_to_string("/proc/meminfo").unwrap_or_default();
     let machine = entry(&text, "MemAvailable:").map(|kilobytes| 1024 * kilobytes);
     let container = left_by(|name| std::fs::read_to_string(Path::new(CONTROL_GROUP).join(name)).ok());
-    [machine, container].into_iter().flatten().min()
+    let told = told_limit().map(|limit| {
+        let text = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+        limit.saturating_sub(entry(&text, "VmRSS:").map_or(0, |kilobytes| 1024 * kilobytes))
+    });
+    [machine, container, told].into_iter().flatten().min()
 }
 
 /// What a control group, of the second version or the first, leaves of its limit in bytes, files that are only kept for the

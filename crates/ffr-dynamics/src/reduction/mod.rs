@@ -19,7 +19,7 @@ mod entry_positions;
 mod numeric;
 mod panel_solve;
 mod tree_solve;
-mod memory;
+pub mod memory;
 pub mod factor;
 mod single_precision;
 pub mod inertia;
