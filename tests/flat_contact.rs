@@ -176,6 +176,23 @@ fn what_touches_first_is_known_from_shapes_and_motions() {
     for (name, text, wanted) in cases {
         assert_eq!(kind(&text), Some(wanted), "{name}");
     }
+    // The edge of a box has points along it, the face below it has none where a corner or another edge passes.
+    let boxes = |turns: [[f64; 3]; 2], pair: [&str; 2]| {
+        let cube = |name: &str, z: f64, turn: [f64; 3], speed: f64| {
+            format!(
+                "[bodies.{name}]\nmodel = \"solid\"\nmaterial = \"steel\"\ngeometry = {{ shape = \"box\", size = [0.02, 0.02, 0.02] }}\n\
+                 position = [0.0, 0.0, {z}]\norientation_deg = {turn:?}\nvelocity = [0.0, 0.0, {speed}]\n"
+            )
+        };
+        let (upper, lower) = (cube("upper", 0.04, turns[0], -1.0), cube("lower", 0.0, turns[1], 0.0));
+        format!("[simulation]\nend_time = 1.0\n{STEEL}{upper}{lower}{}", contact(pair[0], pair[1]))
+    };
+    let (flat, along, across) = ([0.0; 3], [30.0, 0.0, 0.0], [0.0, 30.0, 0.0]);
+    let (down, up) = (["upper", "lower"], ["lower", "upper"]);
+    assert_eq!(kind(&boxes([flat, flat], down)), Some(TouchKind::Flat));
+    assert_eq!(kind(&boxes([along, flat], down)), Some(TouchKind::Edge));
+    assert_eq!(kind(&boxes([along, flat], up)), Some(TouchKind::BetweenPoints));
+    assert_eq!(kind(&boxes([along, across], down)), Some(TouchKind::BetweenPoints));
     // Jackets of four faces whose nets are singular where they meet.
     let crossed = |gap: f64| {
         let cylinder = |name: &str, radius: f64, half: f64, at: [f64; 3], turn: [f64; 3], speed: f64| {

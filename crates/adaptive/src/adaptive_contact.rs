@@ -326,7 +326,7 @@ impl AdaptiveContact {
         let what = match touch_kind_at(side(self.body), other, nearest) {
             TouchKind::Smooth => return Ok(()),
             TouchKind::Flat => "flat faces",
-            TouchKind::Edge => "an edge or a corner",
+            TouchKind::Edge | TouchKind::BetweenPoints => "an edge or a corner",
         };
         Err(self.without_model(ContactModelFault::NotSmooth { what }))
     }

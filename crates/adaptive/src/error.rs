@@ -294,6 +294,11 @@ pub enum ContactModelFault {
         /// The first point of contact in the body's frame \[m\].
         point: [f64; 3],
     },
+    /// A touch with an edge of the target that no contact point sees.
+    #[error(
+        "an edge or a corner of its target touches the contact body first, or edges of both that cross, where no contact point stands; exchange contact_body and target_body if only the target has an edge there, edges that cross are not simulated"
+    )]
+    BetweenPoints,
     /// A touch with an edge or a flat face that the program would have to refine about.
     #[error(
         "its bodies touch with {what} that the run did not begin with: an interval that the program refines lies on a smooth face; bodies that fly freely into an edge or a flat face are given contact on their whole surfaces if it is the first thing that touches: start the run between this impact and the one before, without joints, or give the body a rounded edge"

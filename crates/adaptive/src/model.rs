@@ -225,6 +225,14 @@ impl RunModel {
     }
 }
 
+/// Checks that every contact of `spec` can be simulated, as far as the shapes and the motions at the start tell; builds nothing.
+///
+/// # Errors
+/// [`AdaptiveError`] as a run, for contacts that have no plan.
+pub fn check_contacts(spec: &RunSpec) -> Result<(), AdaptiveError> {
+    plan::plans(spec, &start::poses(spec)?).map(|_| ())
+}
+
 /// Full models of the bodies; equal ones are built once.
 fn full_models<'a>(spec: &'a RunSpec, plans: &[ContactPlan]) -> Result<Vec<FullModel<'a>>, AdaptiveError> {
     let mut full: Vec<FullModel<'a>> = Vec::with_capacity(spec.bodies.len());

@@ -24,8 +24,10 @@ pub enum TouchKind {
     Smooth,
     /// Plane faces that lie on each other.
     Flat,
-    /// An edge, a rim or a corner of one of them.
+    /// An edge, a rim or a corner of the contact body, or a corner of both.
     Edge,
+    /// An edge or a corner of the target alone, or edges that cross: no contact point stands where they touch.
+    BetweenPoints,
 }
 
 /// Angle \[rad\] by which flat faces may be inclined and still meet as a whole: round-off of angles in files.
@@ -65,12 +67,17 @@ pub fn touch_kind_at(
     let target_point =
         target.as_ref().zip(nearest.target).map(|(side, site)| side.point(site.face, &site.xi));
     let both = || std::iter::once((&own, own_point)).chain(target.as_ref().zip(target_point));
+    // Points stand on corners of solid bodies, of plane and axisymmetric ones on all edges: along those of solids between them only.
+    let is_seen = own.n_normals(&own_point) > own.n_along();
     if both().all(|(side, point)| side.is_flat(&point)) {
         TouchKind::Flat
     } else if both().all(|(side, point)| side.is_smooth(&point)) {
         TouchKind::Smooth
-    } else {
+    } else if is_seen || target.as_ref().zip(target_point).is_none_or(|(side, point)| side.is_smooth(&point))
+    {
         TouchKind::Edge
+    } else {
+        TouchKind::BetweenPoints
     }
 }
 
@@ -218,20 +225,39 @@ impl<'a> Side<'a> {
         })
     }
 
+    /// Number of directions in which neighbouring contact points of an edge lie.
+    fn n_along(&self) -> usize {
+        self.patches.first().map_or(0, |patch| patch.dimension() - 1)
+    }
+
+    /// Normals of the faces that meet at `point`.
+    fn normals_at(&self, point: &[f64; 3]) -> impl Iterator<Item = Vector3<f64>> {
+        let found = self.faces.iter().filter_map(|&face| {
+            let surface = BodySurface::of_faces(self.patches, vec![face]);
+            let found = surface.closest(self.patches, point)?;
+            // A pole has no normal of its own, and is no edge.
+            let normal = Vector3::from(found.normal);
+            (found.measure <= 4.0 * SAME_PLACE * self.size && normal.norm() > 0.5).then_some(normal)
+        });
+        found.collect::<Vec<_>>().into_iter()
+    }
+
+    /// Number of different normals at `point`: one of a smooth surface, two of an edge, three and more of a corner.
+    fn n_normals(&self, point: &[f64; 3]) -> usize {
+        let mut different: Vec<Vector3<f64>> = Vec::new();
+        for normal in self.normals_at(point) {
+            if different.iter().all(|known| known.dot(&normal) < ALONG) {
+                different.push(normal);
+            }
+        }
+        different.len()
+    }
+
     /// Whether the surface is smooth at `point`: the faces that meet there have one normal, which lies along the direction to the partner
     /// (Eq. C.56).
     fn is_smooth(&self, point: &[f64; 3]) -> bool {
         let outward = Vector3::from(self.outward);
-        self.faces.iter().all(|&face| {
-            let surface = BodySurface::of_faces(self.patches, vec![face]);
-            surface.closest(self.patches, point).is_none_or(|found| {
-                let normal = Vector3::from(found.normal);
-                // A pole has no normal of its own, and is no edge.
-                found.measure > 4.0 * SAME_PLACE * self.size
-                    || normal.norm() < 0.5
-                    || normal.dot(&outward) > ALONG
-            })
-        })
+        self.normals_at(point).all(|normal| normal.dot(&outward) > ALONG)
     }
 }
 

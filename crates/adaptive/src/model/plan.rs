@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use contact_qs::ContactError;
 use ffr_dynamics::system::force::BodyState;
 
-use crate::error::AdaptiveError;
+use crate::error::{AdaptiveError, ContactModelFault};
 use crate::predicted_touch::{TouchKind, touch_kind};
 use crate::spec::{BodyKind, BodySpec, ContactLaw, ContactSpec, RunSpec, SurfaceLaw, Target, Treatment};
 use crate::touch_sites::{Sites, TouchSite, sites};
@@ -41,8 +41,13 @@ pub fn plans(spec: &RunSpec, poses: &[BodyState]) -> Result<Vec<ContactPlan>, Ad
 
 fn plan(spec: &RunSpec, contact: &ContactSpec, poses: &[BodyState]) -> Result<ContactPlan, AdaptiveError> {
     let ContactLaw::Surface(law) = &contact.law else { return Ok(ContactPlan::Point) };
-    if let Some(kind @ (TouchKind::Flat | TouchKind::Edge)) = edge_touch(spec, contact, law, poses) {
-        return Ok(ContactPlan::Whole(kind));
+    match edge_touch(spec, contact, law, poses) {
+        Some(kind @ (TouchKind::Flat | TouchKind::Edge)) => return Ok(ContactPlan::Whole(kind)),
+        Some(TouchKind::BetweenPoints) => {
+            let (contact, fault) = (contact.name.clone(), ContactModelFault::BetweenPoints);
+            return Err(AdaptiveError::ContactModel { contact, fault });
+        }
+        Some(TouchKind::Smooth) | None => {}
     }
     if law.treatment == Treatment::Adaptive {
         return Ok(ContactPlan::AtTouch);

@@ -11,7 +11,8 @@ use crate::scenario::{self, Override, Scenario};
 /// Checks every file and reports the faults of all.
 ///
 /// # Errors
-/// [`AppError::Threads`] if the threads cannot be started. The last error; those before it have been reported.
+/// [`AppError::Threads`] if the threads cannot be started, [`AppError::Model`] for contacts that a run refuses. The last error; those before
+/// it have been reported.
 pub fn check(scenarios: &[PathBuf], overrides: &[Override]) -> Result<(), AppError> {
     // Body files are checked with linear algebra.
     threads(0)?;
@@ -26,6 +27,12 @@ pub fn check(scenarios: &[PathBuf], overrides: &[Override]) -> Result<(), AppErr
                     scenario.run.joints.len() + scenario.run.loops.len(),
                     scenario.run.contacts.len()
                 );
+                // Which contacts a run would refuse is known from the shapes and the motions at the start.
+                if let Err(error) = adaptive::model::check_contacts(&scenario.run)
+                    && let Some(previous) = last.replace(error.into())
+                {
+                    crate::report(&previous);
+                }
                 for body in under_constrained(&scenario) {
                     tracing::warn!(
                         "{}: body \"{body}\" is under-constrained: it is the child of no joint and moves freely among bodies that do; name it as the child of a joint unless that is meant",
