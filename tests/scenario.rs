@@ -8,11 +8,12 @@ use fbimpact::scenario::{self, Fault, Override, Scenario, tables};
 
 const SPHERE: &str = include_str!("../scenarios/sphere_on_plane.toml");
 const ROD: &str = include_str!("../scenarios/rod_on_plane.toml");
-const SHIPPED: [&str; 12] = [
+const SHIPPED: [&str; 13] = [
     SPHERE,
     ROD,
     include_str!("../scenarios/cylinder_modes.toml"),
     include_str!("../scenarios/rigid_double_pendulums.toml"),
+    include_str!("../scenarios/flat_rods.toml"),
     include_str!("../scenarios/flexible_pendulum.toml"),
     include_str!("../scenarios/rotating_disc.toml"),
     include_str!("../scenarios/oblique_discs.toml"),

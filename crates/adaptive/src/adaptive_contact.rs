@@ -22,6 +22,7 @@ use crate::interval::{
 };
 use crate::penalty_search::{PenaltySearch, PenaltyStrategy};
 use crate::point_compliance::{PointCompliance, compliances, points_on};
+use crate::predicted_touch::{TouchKind, touch_kind_at};
 use crate::record::ZoneSite;
 use crate::run_state::ImpactHistory;
 use crate::simulation::ObservedPoint;
@@ -305,6 +306,29 @@ impl AdaptiveContact {
             points: observed,
         };
         Ok(RefinedContact { element, recovery, bases, contact })
+    }
+
+    /// Refuses a touch with an edge, or of flat faces, for whose interval nobody has given a width, before anything is built for it.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::ContactModel`] that names what touches.
+    pub fn check_smooth(
+        &self,
+        bodies: &[BodyModel],
+        states: &[BodyState],
+        nearest: &Nearest,
+    ) -> Result<(), AdaptiveError> {
+        if self.law.interval.width.is_some() {
+            return Ok(());
+        }
+        let side = |body: usize| (&elastic(&bodies[body]).body.spec, &states[body]);
+        let other = if let Target::Body(other) = self.target { Some(side(other)) } else { None };
+        let what = match touch_kind_at(side(self.body), other, nearest) {
+            TouchKind::Smooth => return Ok(()),
+            TouchKind::Flat => "flat faces",
+            TouchKind::Edge | TouchKind::BetweenPoints => "an edge or a corner",
+        };
+        Err(self.without_model(ContactModelFault::NotSmooth { what }))
     }
 
     /// Widths of an interval on a body of size `size`: those asked for, given or, with what earlier impacts found, predicted \[m\].

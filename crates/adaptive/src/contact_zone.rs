@@ -8,7 +8,9 @@ use std::sync::Arc;
 use contact_qs::points::SurfacePoint;
 use contact_qs::surface_pair::TargetFace;
 use contact_qs::{ContactError, PiecewiseSurface};
-use iga_core::surface::{CollocationPoint, gauss_points, greville_points};
+use iga_core::elasticity::Model;
+use iga_core::nurbs::jet::diagonal;
+use iga_core::surface::{CollocationPoint, Face, gauss_points, greville_points, lobatto_points};
 
 use crate::elastic_body::Discretised;
 use crate::spec::PointRule;
@@ -26,13 +28,15 @@ pub struct ContactZone {
     pub widths: [f64; 2],
     /// The part of the surface that points of another body may touch.
     pub region: ZoneRegion,
+    /// Whether it is the whole surface of the body, with its edges.
+    pub is_whole: bool,
 }
 
 /// A part of a body's surface.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ZoneRegion {
-    /// Of a face of a spline body.
-    Face(TargetFace),
+    /// Of faces of a spline body.
+    Faces(Vec<TargetFace>),
     /// Sides of a mesh.
     Pieces(Arc<PiecewiseSurface>),
 }
@@ -90,6 +94,7 @@ impl ContactZone {
                 functions: body.space.functions_at(p.element, &p.xi),
                 on_rim,
                 function: p.function,
+                facing: None,
             })
             .collect();
         Ok(Self {
@@ -97,7 +102,46 @@ impl ContactZone {
             points,
             parameters: inside.iter().map(|p| p.xi).collect(),
             widths: limits.widths,
-            region: ZoneRegion::Face(limits.region),
+            region: ZoneRegion::Faces(vec![limits.region]),
+            is_whole: false,
+        })
+    }
+}
+
+impl ContactZone {
+    /// The whole surface of `body` with its edges and corners (docs/theory.md section C.9): Lobatto points of all outer faces, each pressed
+    /// only by surfaces that its face is turned to, and all unknowns of the functions that are not zero there.
+    ///
+    /// # Errors
+    /// [`ContactError::Nothing`] for a body without an outer face.
+    pub fn whole(body: &Discretised<'_>) -> Result<Self, ContactError> {
+        let faces = Face::outer(body.patches, *body.model == Model::Axisymmetric);
+        let found = lobatto_points(body.space, body.patches, &faces);
+        if found.is_empty() {
+            return Err(ContactError::Nothing { what: "the body has no outer face" });
+        }
+        let thickness = body.model.thickness().unwrap_or(1.0);
+        let points: Vec<SurfacePoint> = found
+            .iter()
+            .map(|p| SurfacePoint {
+                position: p.point,
+                area: p.area * thickness,
+                functions: body.space.functions_at(p.element, &p.xi),
+                on_rim: false,
+                function: None,
+                facing: Some(p.normal),
+            })
+            .collect();
+        let gauss = gauss_points(body.space, body.patches, &faces, None);
+        Ok(Self {
+            unknowns: interface(body, &gauss, &points),
+            points,
+            parameters: found.iter().map(|p| p.xi).collect(),
+            widths: [diagonal(body.space.control_points()), 0.0],
+            region: ZoneRegion::Faces(
+                faces.into_iter().map(|f| TargetFace::whole(f, body.patches)).collect(),
+            ),
+            is_whole: true,
         })
     }
 }

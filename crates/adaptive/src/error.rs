@@ -201,7 +201,7 @@ pub enum AdaptiveError {
     },
     /// The contact reached the end of its surface, where no interval can grow.
     #[error(
-        "contact \"{contact}\": contact reached the end of its surface at t = {time:.6e} s in trial {trials} with an interval of {width:.3e} m; no contact model resolves pressure at an edge yet: move the bodies so that a smooth part of a surface touches, or give the body a shape with a rounded end"
+        "contact \"{contact}\": contact reached the end of its surface at t = {time:.6e} s in trial {trials} with an interval of {width:.3e} m; an interval that the program refines ends before edges; bodies that fly freely into an edge or a flat face are given contact on their whole surfaces if it is the first thing that touches: start the run between this impact and the one before, or give the body a shape with a rounded end"
     )]
     IntervalAtEdge {
         /// Name of the contact.
@@ -293,6 +293,19 @@ pub enum ContactModelFault {
         body: String,
         /// The first point of contact in the body's frame \[m\].
         point: [f64; 3],
+    },
+    /// A touch with an edge of the target that no contact point sees.
+    #[error(
+        "an edge or a corner of its target touches the contact body first, or edges of both that cross, where no contact point stands; exchange contact_body and target_body if only the target has an edge there, edges that cross are not simulated"
+    )]
+    BetweenPoints,
+    /// A touch with an edge or a flat face that the program would have to refine about.
+    #[error(
+        "its bodies touch with {what} that the run did not begin with: an interval that the program refines lies on a smooth face; bodies that fly freely into an edge or a flat face are given contact on their whole surfaces if it is the first thing that touches: start the run between this impact and the one before, without joints, or give the body a rounded edge"
+    )]
+    NotSmooth {
+        /// What touches.
+        what: &'static str,
     },
     /// A stored zone on a face that the body does not have.
     #[error("there is no face {face} of {count}")]

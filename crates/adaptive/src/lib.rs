@@ -23,6 +23,7 @@ pub mod point_compliance;
 pub mod contact_zone;
 pub mod zone_at_start;
 pub mod touch_sites;
+pub mod predicted_touch;
 pub mod zone_contact;
 pub mod zone_on_mesh;
 pub mod local_deformation;

@@ -155,6 +155,7 @@ impl MeshSurface {
                     functions: side.nodes.iter().copied().zip(at.functions.values).collect(),
                     on_rim,
                     function: None,
+                    facing: None,
                 });
                 parameters.push([point.xi[0], point.xi[1], 0.0]);
             }
@@ -169,6 +170,7 @@ impl MeshSurface {
             parameters,
             widths: [(2.0 * reach).min(self.mesh.size()), 0.0],
             region: ZoneRegion::Pieces(Arc::new(self.pieces_of(&sides))),
+            is_whole: false,
         })
     }
 

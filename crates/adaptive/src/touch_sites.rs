@@ -43,14 +43,14 @@ pub struct Sites {
 }
 
 /// The surface of an undeformed flexible body.
-enum Undeformed<'a> {
+pub(crate) enum Undeformed<'a> {
     Splines(&'a ElasticSpec),
     Mesh(Arc<MeshSurface>),
 }
 
 impl<'a> Undeformed<'a> {
     /// The surface of `body`; none of a body that has no surface to touch.
-    fn new(body: &'a BodySpec) -> Option<Self> {
+    pub fn new(body: &'a BodySpec) -> Option<Self> {
         match &body.kind {
             BodyKind::Elastic(elastic) => Some(Self::Splines(elastic)),
             BodyKind::Meshed(meshed) => Some(Self::Mesh(MeshSurface::of(&meshed.mesh))),
@@ -58,7 +58,8 @@ impl<'a> Undeformed<'a> {
         }
     }
 
-    fn model(&self) -> Result<SurfaceModel, ContactError> {
+    /// Its surface for searches.
+    pub fn model(&self) -> Result<SurfaceModel, ContactError> {
         match self {
             Self::Splines(body) => SurfaceModel::rigid(rigid_motion(&body.model), &body.shape.patches),
             Self::Mesh(surface) => {

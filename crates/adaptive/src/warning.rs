@@ -46,6 +46,8 @@ kinds! {
     CoarsePlace = "coarse-place": "A disc or ball that a joint or load holds is too small for the elements there.",
     CoarseTouch = "coarse-touch": "The elements of a mesh are too large for a contact there, as Hertz's theory predicts it.",
     MinorContact = "minor-contact": "The force of a contact was too small beside others to judge its zone and penalty factor by.",
+    SlowRise = "slow-rise": "The modes kept let the force between flat faces rise and fall slowly beside the duration of the impact.",
+    EdgeTouch = "edge-touch": "Bodies touch with an edge or a corner, where elements decide how far they yield.",
 }
 
 /// A warning.

@@ -18,6 +18,9 @@ use crate::spec::{SurfaceLaw, Target};
 /// Penalty factor where no compliance is known: a modulus of 200 GPa over a length of a micrometre [N/m³].
 pub const FALLBACK_PENALTY: f64 = 2e17;
 
+/// Overhang of edges that lie on each other, over the size of the body: a third of the strain at which steel yields, on the half of a body.
+const OVERHANG: f64 = 3e-4;
+
 /// A body in a contact: the zone that it has there, and how it moves.
 #[derive(Clone, Copy)]
 pub struct ContactSide<'a> {
@@ -50,10 +53,16 @@ impl ContactSide<'_> {
             (ZoneRegion::Pieces(surface), _) => {
                 TargetSurface::of_pieces(motion, surface, lookup, shapes, compliance)
             }
-            (ZoneRegion::Face(face), Some(Discretised { space, patches, .. })) => {
-                TargetSurface::flexible(motion, *space, patches, &[*face], lookup, shapes, compliance)
+            (ZoneRegion::Faces(faces), Some(Discretised { space, patches, .. })) => {
+                let surface =
+                    TargetSurface::flexible(motion, *space, patches, faces, lookup, shapes, compliance)?;
+                Ok(if self.zone.is_whole {
+                    surface.with_edges(OVERHANG * self.zone.widths[0])
+                } else {
+                    surface
+                })
             }
-            (ZoneRegion::Face(_), None) => Err(ContactError::Nothing { what: "a mesh has no face" }),
+            (ZoneRegion::Faces(_), None) => Err(ContactError::Nothing { what: "a mesh has no face" }),
         }
     }
 }

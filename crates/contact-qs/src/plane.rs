@@ -12,6 +12,7 @@ use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::system::force::{
     BodyState, Findings, ForceElement, ForceEnergies, GeneralisedForce, Motion,
 };
+use iga_core::nurbs::jet::diagonal;
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 
 use crate::ContactError;
@@ -61,6 +62,8 @@ pub struct PlaneContact {
     friction: Option<Friction>,
     springs: Vec<f64>,
     is_rim: Vec<bool>,
+    /// Diagonal of the box around the points \[m\].
+    size: f64,
 }
 
 /// State of a plane contact: starts of the solvers, references of the points.
@@ -73,6 +76,8 @@ pub struct PlaneState {
 pub struct PlaneWorkspace {
     /// Gaps without quasistatic displacement.
     free_gaps: Vec<f64>,
+    /// Points that the plane may press; empty: all.
+    is_member: Vec<bool>,
     /// Rates of the loads by the turn of the body alone.
     load_rates: Vec<f64>,
     /// Rates of the points along the normal and the tangents without those of the forces.
@@ -152,7 +157,9 @@ impl PlaneContact {
         };
         let springs = vec![0.0; submodel.n_points()];
         let (low_rows, is_rim) = (submodel.low_rows(), submodel.is_rim());
-        let mut contact = Self { settings, submodel, low_rows, quasistatic, friction: None, springs, is_rim };
+        let size = diagonal(&submodel.points);
+        let mut contact =
+            Self { settings, submodel, low_rows, quasistatic, friction: None, springs, is_rim, size };
         contact.set_springs(settings.penalty)?;
         Ok(contact)
     }
@@ -256,6 +263,7 @@ impl ForceElement for PlaneContact {
         let state = PlaneState { zone: self.quasistatic.as_ref().map(Quasistatic::solver), friction };
         let workspace = PlaneWorkspace {
             free_gaps: vec![0.0; n],
+            is_member: vec![true; self.submodel.facing.len()],
             load_rates: vec![0.0; n_rows],
             gap_rates: vec![0.0; n],
             slip_rates: vec![0.0; n_rows - n],

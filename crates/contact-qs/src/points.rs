@@ -25,8 +25,11 @@ pub struct SurfacePoint {
     pub functions: Vec<(u32, f64)>,
     /// Whether the point stands on the rim of the contact zone.
     pub on_rim: bool,
-    /// The function whose Greville point it is; none of a Gauss point.
+    /// The function whose Greville point it is; none of other points.
     pub function: Option<u32>,
+    /// Undeformed outward normal of the face that it belongs to, in the model's components, if only surfaces that this face is turned to
+    /// can press it (docs/theory.md Eq. C.54): of points on the edges of a body, where several faces have one each.
+    pub facing: Option<[f64; 3]>,
 }
 
 /// Number of the unknown of every displacement component of every control point.
@@ -100,9 +103,16 @@ pub fn contact_submodel(
         compliance,
         interface: functions,
         rim: points.iter().enumerate().filter(|(_, p)| p.on_rim).map(|(i, _)| i).collect(),
+        facing: facing(motion, points),
     };
     submodel.validate()?;
     Ok(submodel)
+}
+
+/// Normals of the points in the body's frame; empty unless every point has one.
+fn facing(motion: RigidMotion, points: &[SurfacePoint]) -> Vec<[f64; 3]> {
+    let normal = |p: &SurfacePoint| p.facing.map(|n| motion.in_space(&n).into());
+    points.iter().map(normal).collect::<Option<Vec<_>>>().unwrap_or_default()
 }
 
 fn check_functions(points: &[SurfacePoint]) -> Result<(), ContactError> {

@@ -73,6 +73,7 @@ mod tests {
             functions: functions.to_vec(),
             on_rim: false,
             function: Some(own),
+            facing: None,
         };
         let third = 1.0 / 3.0;
         let points = vec![

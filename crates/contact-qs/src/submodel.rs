@@ -69,6 +69,21 @@ pub struct ContactSubmodel {
     pub interface: SparseRows,
     /// Indices of the points that stand on the rim of the contact zone: contact there means that the zone is too small.
     pub rim: Vec<usize>,
+    /// Outward normals of the faces that the points belong to, in the body's frame, for points that only surfaces can press that their
+    /// faces are turned to (Eq. C.54); empty if every surface can press every point.
+    pub facing: Vec<[f64; 3]>,
+}
+
+/// Cosine of the angle between the normal of a point's face and the opposite of the surface's normal above which they are turned to
+/// each other: faces at less than 84 degrees. At an edge of 90 degrees one of the two faces at least is always turned by less than 45.
+const TURNED_TO: f64 = 0.1;
+
+/// Gap that points have in the problem for the forces which nothing can press: farther than any displacement brings them \[m\].
+pub(crate) const OPEN: f64 = 1e6;
+
+/// Whether a face with the outward unit normal `facing` is turned to a surface with the outward normal `normal` (Eq. C.54).
+pub(crate) fn is_turned_to(facing: &[f64; 3], normal: &[f64; 3]) -> bool {
+    -(facing[0] * normal[0] + facing[1] * normal[1] + facing[2] * normal[2]) > TURNED_TO
 }
 
 impl ContactSubmodel {
@@ -116,6 +131,9 @@ impl ContactSubmodel {
         }
         if self.interface.n_rows() != 0 {
             count("rows of interface functions", self.interface.n_rows(), n_rows)?;
+        }
+        if !self.facing.is_empty() {
+            count("normals of the contact points", self.facing.len(), n)?;
         }
         if let Some(i) = (0..n).find(|&i| !(self.areas[i] > 0.0 && self.areas[i].is_finite())) {
             let what = format!("the area of contact point {i} [m^2]");

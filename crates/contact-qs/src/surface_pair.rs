@@ -40,6 +40,7 @@ mod solver;
 mod state;
 mod target;
 mod warm_start;
+mod whole_surface;
 mod proximity_cache;
 
 use friction::PairFriction;
@@ -71,6 +72,8 @@ pub struct SurfacePair {
     points: Vec<[f64; 3]>,
     areas: Vec<f64>,
     is_rim: Vec<bool>,
+    /// Outward normals of the faces of the points in the model's components; empty if every surface can press every point.
+    facing: Vec<[f64; 3]>,
     /// Rows of the contact body's low-frequency shapes.
     low_rows: Vec<f64>,
     /// The same, mode after mode.
@@ -120,6 +123,7 @@ impl SurfacePair {
             rim_reach: spacing(&submodel.areas, motion, &submodel.points),
             ground: BodyState::at_rest(0),
             tolerance: evaluation::GAP_TOLERANCE,
+            facing: submodel.facing.iter().map(|n| motion.components(n)).collect(),
             areas: submodel.areas,
             interface: submodel.interface,
             settings,

@@ -44,6 +44,7 @@ fn submodel(motion: RigidMotion, quasistatic: bool, seed: u64) -> ContactSubmode
         compliance: if quasistatic { compliance } else { Mat::zeros(0, 0) },
         interface: SparseRows::default(),
         rim: Vec::new(),
+        facing: Vec::new(),
     }
 }
 

@@ -52,6 +52,7 @@ fn submodel(motion: RigidMotion, quasistatic: bool) -> ContactSubmodel {
         },
         interface,
         rim: vec![0, N_POINTS - 1],
+        facing: Vec::new(),
     }
 }
 
@@ -166,6 +167,35 @@ fn resultant_is_the_sum_of_the_point_forces_and_acts_in_their_centre() {
     let report = *contact.report();
     assert!((report.normal_force - total).abs() < 1e-15 * total);
     assert!(report.force == force.force && report.is_rim_touched);
+}
+
+#[test]
+fn faces_that_are_turned_away_press_nothing() {
+    let (motion, penalty) = (RigidMotion::Spatial, 1e12);
+    for quasistatic in [true, false] {
+        let whole = contact(motion, quasistatic, penalty);
+        // Held at all points alike: what a deep press does.
+        let state = pressed(&Active::new(contact(motion, quasistatic, penalty)), motion, 0.05);
+        let plane = Vector3::new(0.3, -0.2, 0.9).normalize();
+        let towards: [f64; 3] = state.rotation.inverse_transform_vector(&-plane).into();
+        let mut zone = whole.submodel().clone();
+        // Turned to the plane, away from it, and across: a side face of the end that touches.
+        let across: [f64; 3] = Vector3::from(towards).cross(&Vector3::x()).normalize().into();
+        zone.facing = vec![towards, towards.map(|x| -x), across, towards, towards, across];
+        let settings = PlaneContactSettings {
+            body: 1,
+            plane: Plane { point: Vector3::new(0.1, 0.2, 0.3), normal: UnitVector3::new_normalize(plane) },
+            penalty,
+            method: Method::ActiveSet,
+        };
+        let mut faced = Active::new(PlaneContact::new(zone, settings).unwrap());
+        let (force, _) = evaluate(&mut faced, &state);
+        let loads = faced.point_forces().to_vec();
+        assert!([1, 2, 5].iter().all(|&i| loads[i] <= 0.0), "{loads:?}");
+        assert!([0, 3, 4].iter().any(|&i| loads[i] > 0.0), "{loads:?}");
+        // The resultant is that of the points alone that are turned to the plane.
+        assert!((force.force - plane * loads.iter().sum::<f64>()).norm() < 1e-13 * force.force.norm());
+    }
 }
 
 #[test]

@@ -20,6 +20,7 @@ fn points() -> Vec<SurfacePoint> {
         functions: functions.to_vec(),
         on_rim,
         function: None,
+        facing: None,
     };
     vec![point(0.0, &[(0, 1.0)], false), point(1e-5, &[(0, 0.25), (1, 0.5), (2, 0.25)], true)]
 }

@@ -65,6 +65,7 @@ fn zone(motion: RigidMotion, n: usize, spacing: f64, coupling: f64) -> ContactSu
         compliance,
         interface: SparseRows::default(),
         rim: vec![0, n_points - 1],
+        facing: Vec::new(),
         points,
     }
 }
@@ -271,6 +272,7 @@ fn reversed_sliding_follows_the_bilinear_loop() {
         low: Mat::zeros(4, 0),
         compliance: Mat::zeros(0, 0),
         rim: Vec::new(),
+        facing: Vec::new(),
         ..zone(motion, 2, 1.0, 0.0)
     };
     let (penalty, mu, depth, amplitude) = (1e9, 0.4, 1e-3, 3e-3);

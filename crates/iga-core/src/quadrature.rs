@@ -1,4 +1,4 @@
-//! Gauss-Legendre quadrature (theory Eq. E.9).
+//! Gauss-Legendre and Gauss-Lobatto quadrature (theory Eqs. E.9, C.52).
 
 use std::f64::consts::PI;
 
@@ -63,6 +63,50 @@ impl GaussRule {
     }
 }
 
+/// Gauss-Lobatto rule on `[-1, 1]`, both ends among its points: `n` points integrate polynomials up to degree `2 n - 3` exactly.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LobattoRule {
+    /// Points, rising from -1 to 1.
+    pub points: Vec<f64>,
+    /// Weights, all positive; their sum is 2.
+    pub weights: Vec<f64>,
+}
+
+impl LobattoRule {
+    /// The rule with `n` points: the ends, and the extrema of the Legendre polynomial `P_{n-1}` between them.
+    ///
+    /// # Panics
+    /// Unless `2 <= n <= 16`.
+    pub fn new(n: usize) -> Self {
+        assert!((2..=MAX_GAUSS).contains(&n), "{n} Lobatto points, 2 to {MAX_GAUSS} are possible");
+        let degree = n - 1;
+        let (mut points, mut weights) = (vec![0.0; n], vec![0.0; n]);
+        for i in 0..n.div_ceil(2) {
+            let x = if i == 0 { 1.0 } else { extremum(degree, i) };
+            let value = if i == 0 { 1.0 } else { legendre(degree, x).0 };
+            let w = 2.0 / ((n * degree) as f64 * value * value);
+            (points[i], points[n - 1 - i]) = (-x, x);
+            (weights[i], weights[n - 1 - i]) = (w, w);
+        }
+        Self { points, weights }
+    }
+}
+
+/// The `i`-th extremum of `P_n` inside `(-1, 1)`, from the right: Newton's method on `P_n'`, whose derivative Legendre's equation
+/// gives, from a Chebyshev point.
+fn extremum(n: usize, i: usize) -> f64 {
+    if 2 * i == n {
+        return 0.0;
+    }
+    let mut x = (PI * i as f64 / n as f64).cos();
+    for _ in 0..12 {
+        let (value, slope) = legendre(n, x);
+        let bend = (2.0 * x * slope - (n * (n + 1)) as f64 * value) / (1.0 - x * x);
+        x -= slope / bend;
+    }
+    x
+}
+
 /// `P_n(x)` and its derivative by the three-term recurrence.
 fn legendre(n: usize, x: f64) -> (f64, f64) {
     let (mut previous, mut value) = (1.0, x);
@@ -97,6 +141,27 @@ mod tests {
             let power = 2 * rule.len();
             let sum: f64 = rule.points.iter().zip(&rule.weights).map(|(x, w)| w * x.powi(power as i32)).sum();
             assert!((sum - 2.0 / (power as f64 + 1.0)).abs() > 1e-6);
+        }
+    }
+
+    #[test]
+    fn lobatto_rules_have_both_ends_and_integrate_up_to_twice_their_size_less_three() {
+        for n in 2..=MAX_GAUSS {
+            let rule = LobattoRule::new(n);
+            assert!(rule.points.windows(2).all(|w| w[0] < w[1]) && rule.weights.iter().all(|w| *w > 0.0));
+            assert!(
+                rule.points[0].to_bits() == (-1.0_f64).to_bits()
+                    && rule.points[n - 1].to_bits() == 1.0_f64.to_bits()
+            );
+            for power in 0..=2 * n - 2 {
+                let sum: f64 =
+                    rule.points.iter().zip(&rule.weights).map(|(x, w)| w * x.powi(power as i32)).sum();
+                let exact = if power % 2 == 0 { 2.0 / (power as f64 + 1.0) } else { 0.0 };
+                // Round-off as above; the first degree beyond is missed by far more for the small rules.
+                let is_exact = (sum - exact).abs() < 2e-14;
+                assert!(is_exact || power == 2 * n - 2, "n = {n}, power {power}: {sum} against {exact}");
+                assert!(!(is_exact && power == 2 * n - 2 && n <= 8), "n = {n} is exact beyond its degree");
+            }
         }
     }
 

@@ -9,7 +9,7 @@ use iga_core::nurbs::primitives::{SphereNet, axisymmetric, plane, solid, sphere}
 use iga_core::nurbs::{RefinementWindow, Shape};
 use iga_core::space::{PatchSpace, Space};
 use iga_core::surface::{
-    BodySurface, CollocationPoint, Face, gauss_points, greville_points, tributary_areas,
+    BodySurface, CollocationPoint, Face, gauss_points, greville_points, lobatto_points, tributary_areas,
 };
 
 const R: f64 = 0.01;
@@ -87,6 +87,60 @@ fn outer_faces_are_found_and_their_areas_match_closed_forms() {
         // Eight or nine points per direction here, too.
         assert!((total(&greville) / case.area - 1.0).abs() < 1e-10, "{}: {}", case.name, total(&greville));
         assert!(greville.iter().all(|p| p.area > 0.0), "{}", case.name);
+    }
+}
+
+#[test]
+fn lobatto_points_stand_on_every_corner_and_cover_the_surface() {
+    for case in cases() {
+        let (fine, space, faces) = space(&case, 4);
+        let points = lobatto_points(&space, &fine.patches, &faces);
+        let error = (total(&points) / case.area - 1.0).abs();
+        // Rules of four and five points on a sixteenth of a turn, or a quarter of the solid tube.
+        assert!(error < 1e-3, "{}: {error:e}", case.name);
+        assert!(points.iter().all(|p| p.area > 0.0 && p.function.is_none()), "{}", case.name);
+    }
+    let cuboid = Shape::clone(&cases().into_iter().find(|c| c.name == "box").unwrap().shape);
+    let fine = cuboid.refined(&[2; 3], &[2; 3], &[]).unwrap();
+    let space = PatchSpace::new(fine.patches.clone()).unwrap();
+    let points = lobatto_points(&space, &fine.patches, &Face::outer(&fine.patches, false));
+    // Three points an element and direction, those in common once: five by five on each of six faces.
+    assert_eq!(points.len(), 6 * 25);
+    let corner = points
+        .iter()
+        .map(|p| p.point)
+        .max_by(|a, b| a.iter().sum::<f64>().total_cmp(&b.iter().sum()))
+        .unwrap();
+    let here: Vec<&CollocationPoint> =
+        points.iter().filter(|p| p.point.map(f64::to_bits) == corner.map(f64::to_bits)).collect();
+    assert_eq!(here.len(), 3, "one point of each face that meets at the corner");
+    let normals: f64 = here.iter().map(|p| p.normal.iter().sum::<f64>()).sum();
+    assert!((normals - 3.0).abs() < 1e-12);
+}
+
+#[test]
+fn lobatto_points_load_functions_as_a_uniform_pressure_does() {
+    for case in cases().into_iter().filter(|c| ["rod", "box", "rectangle"].contains(&c.name)) {
+        for degree in 1..=4 {
+            let n = case.shape.patches[0].dimension();
+            let fine = case.shape.refined(&[degree; 3][..n], &[3; 3][..n], &[]).unwrap();
+            let space = PatchSpace::new(fine.patches.clone()).unwrap();
+            for face in Face::outer(&fine.patches, case.axisymmetric) {
+                let wanted = tributary_areas(&space, &fine.patches, &face);
+                let mut found: std::collections::BTreeMap<u32, f64> = Default::default();
+                for p in lobatto_points(&space, &fine.patches, &[face]) {
+                    for (function, value) in space.functions_at(p.element, &p.xi) {
+                        *found.entry(function).or_default() += value * p.area;
+                    }
+                }
+                let area: f64 = wanted.values().sum();
+                for (function, w) in &wanted {
+                    let is = found.get(function).copied().unwrap_or(0.0);
+                    // Both are exact but for radii at ends of elements, which are taken 1e-9 of their half within (Eq. C.52).
+                    assert!((is - w).abs() < 1e-9 * area, "{} degree {degree}: {is} {w}", case.name);
+                }
+            }
+        }
     }
 }
 

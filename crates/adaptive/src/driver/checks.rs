@@ -5,9 +5,11 @@ use super::judgement::MINOR;
 use crate::detection::Search;
 use crate::error::AdaptiveError;
 use crate::plausibility::resolution::{
-    coarse_mesh, coarse_place, few_modes, highest_vibration, shown_interval, sparse_output,
+    coarse_mesh, coarse_place, edge_touch, few_modes, highest_vibration, shown_interval, slow_rise,
+    sparse_output,
 };
 use crate::plausibility::{motion, start};
+use crate::predicted_touch::TouchKind;
 use crate::record::ImpactRecord;
 use crate::simulation::smallest_gap;
 use crate::spec::FREE_INTERVAL;
@@ -24,6 +26,12 @@ impl Driver<'_> {
         for (b, body) in self.model.bodies.iter().enumerate() {
             let found = [coarse_mesh(body), coarse_place(body)];
             warnings.extend(found.into_iter().flatten().map(|warning| (b, warning)));
+        }
+        for (i, contact) in self.model.contacts.iter().enumerate() {
+            if contact.whole == Some(TouchKind::Edge) {
+                let found = edge_touch(&contact.name, &self.model.bodies[contact.body]);
+                warnings.extend(found.map(|warning| (i, warning)));
+            }
         }
         let coarse = self.model.touches.iter().filter(|touch| touch.is_coarse());
         warnings.extend(coarse.map(|touch| (touch.body, touch.warning())));
@@ -85,6 +93,13 @@ impl Driver<'_> {
         let bodies = [Some(body), target].into_iter().flatten();
         let few = |b| Some((b, few_modes(&self.model.bodies[b], impact)?));
         let mut warnings: Vec<(usize, Warning)> = bodies.filter_map(few).collect();
+        if self.model.contacts[i].whole == Some(TouchKind::Flat) {
+            let touching: Vec<_> =
+                [Some(body), target].into_iter().flatten().map(|b| &self.model.bodies[b]).collect();
+            warnings.extend(
+                slow_rise(&self.model.contacts[i].name, &touching, impact).map(|warning| (i, warning)),
+            );
+        }
         if is_minor && self.model.contacts[i].refinement.is_some() {
             warnings.push((i, minor_contact(&self.model.contacts[i].name, impact)));
         }

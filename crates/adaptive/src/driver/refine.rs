@@ -235,6 +235,7 @@ impl Driver<'_> {
         let Some(refinement) = &self.model.contacts[i].refinement else { return Ok(()) };
         let slot = &mut self.slots[i];
         let nearest = refinement.nearest(states, &mut slot.nearest)?;
+        refinement.check_smooth(&self.model.bodies, states, &nearest)?;
         let request = RefinementRequest {
             widths,
             peak: slot.preview,

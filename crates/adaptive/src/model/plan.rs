@@ -1,9 +1,12 @@
 //! Which contacts have one model for the whole run, and about which places of the bodies.
 
+use std::borrow::Cow;
+
 use contact_qs::ContactError;
 use ffr_dynamics::system::force::BodyState;
 
-use crate::error::AdaptiveError;
+use crate::error::{AdaptiveError, ContactModelFault};
+use crate::predicted_touch::{TouchKind, touch_kind};
 use crate::spec::{BodyKind, BodySpec, ContactLaw, ContactSpec, RunSpec, SurfaceLaw, Target, Treatment};
 use crate::touch_sites::{Sites, TouchSite, sites};
 use crate::unsupported::Unsupported;
@@ -23,6 +26,8 @@ pub enum ContactPlan {
     AtTouch,
     /// Before the run.
     FromStart(Sites),
+    /// Before the run, on the whole surfaces of both bodies: they touch with flat faces, edges or corners.
+    Whole(TouchKind),
 }
 
 /// The plan of every contact, `poses` being the motions at the start.
@@ -36,6 +41,14 @@ pub fn plans(spec: &RunSpec, poses: &[BodyState]) -> Result<Vec<ContactPlan>, Ad
 
 fn plan(spec: &RunSpec, contact: &ContactSpec, poses: &[BodyState]) -> Result<ContactPlan, AdaptiveError> {
     let ContactLaw::Surface(law) = &contact.law else { return Ok(ContactPlan::Point) };
+    match edge_touch(spec, contact, law, poses) {
+        Some(kind @ (TouchKind::Flat | TouchKind::Edge)) => return Ok(ContactPlan::Whole(kind)),
+        Some(TouchKind::BetweenPoints) => {
+            let (contact, fault) = (contact.name.clone(), ContactModelFault::BetweenPoints);
+            return Err(AdaptiveError::ContactModel { contact, fault });
+        }
+        Some(TouchKind::Smooth) | None => {}
+    }
     if law.treatment == Treatment::Adaptive {
         return Ok(ContactPlan::AtTouch);
     }
@@ -65,6 +78,33 @@ fn plan(spec: &RunSpec, contact: &ContactSpec, poses: &[BodyState]) -> Result<Co
         return Ok(ContactPlan::AtTouch);
     }
     Ok(ContactPlan::FromStart(sites))
+}
+
+/// What touches first in a contact whose zone nobody has given and that is quasistatic, or refined by the program.
+fn edge_touch(
+    spec: &RunSpec,
+    contact: &ContactSpec,
+    law: &SurfaceLaw,
+    poses: &[BodyState],
+) -> Option<TouchKind> {
+    let is_left_open = law.interval.width.is_none() && law.interval.elements.is_none();
+    let is_quasistatic = matches!(law.treatment, Treatment::Adaptive | Treatment::Quasistatic);
+    if is_left_open && is_quasistatic { touch_kind(spec, contact, poses) } else { None }
+}
+
+/// `spec` with the treatment that contacts of whole surfaces have.
+pub fn resolved<'a>(spec: &'a RunSpec, plans: &[ContactPlan]) -> Cow<'a, RunSpec> {
+    let is_whole = |plan: &ContactPlan| matches!(plan, ContactPlan::Whole(_));
+    if !plans.iter().any(is_whole) {
+        return Cow::Borrowed(spec);
+    }
+    let mut spec = spec.clone();
+    for (contact, _) in spec.contacts.iter_mut().zip(plans).filter(|(_, plan)| is_whole(plan)) {
+        if let ContactLaw::Surface(law) = &mut contact.law {
+            law.treatment = Treatment::Quasistatic;
+        }
+    }
+    Cow::Owned(spec)
 }
 
 /// The plan of a contact with zones about the places where the bodies are nearest at the start.

@@ -25,6 +25,8 @@ const AUDIBLE: f64 = 1e-2;
 /// Share of the largest energy of the run that the vibration of a body must carry.
 const STRONG: f64 = 1e-3;
 
+/// Share of the duration of an impact between flat faces by which it may end late (Eq. P.12).
+const LATE: f64 = 0.02;
 /// Relative error of what a place yields under its own load above which its elements are too coarse (Eq. P.10).
 const PLACE_ERROR: f64 = 5e-2;
 
@@ -61,6 +63,47 @@ pub fn few_modes(body: &BodyModel, impact: &ImpactRecord) -> Option<Warning> {
             Some(_) => format!("raise bodies.{}.reduction.modes", body.name),
             None => format!("give the file of body \"{}\" more modes", body.name),
         },
+    })
+}
+
+/// The warning of an impact between flat faces of `bodies` that ends late because its force cannot rise faster (Eq. P.12).
+pub fn slow_rise(contact: &str, bodies: &[&BodyModel], impact: &ImpactRecord) -> Option<Warning> {
+    let lowest = bodies.iter().filter_map(|body| highest_free_mode(body)).reduce(f64::min)?;
+    let duration = impact.end - impact.start;
+    let share = 1.0 / (lowest * duration);
+    (share > LATE).then(|| Warning {
+        kind: WarningKind::SlowRise,
+        subject: format!("contact \"{contact}\""),
+        time: impact.end,
+        value: share,
+        limit: LATE,
+        message: format!(
+            "modes up to {lowest:.4e} Hz let the force between its flat faces rise within {:.2e} s and end the impact {:.1} % of its duration late",
+            0.5 / lowest,
+            100.0 * share
+        ),
+        remedy: "raise reduction.modes of its bodies, or take the time and the shape of the force as no sharper than that".into(),
+    })
+}
+
+/// The warning of a contact in which an edge or a corner touches, on elements that are `length` long at most \[m\].
+pub fn edge_touch(contact: &str, body: &BodyModel) -> Option<Warning> {
+    let elements = longest_elements(&body.elastic()?.body.shape.patches);
+    let length = elements.iter().map(|e| e.length).fold(0.0, f64::max);
+    Some(Warning {
+        kind: WarningKind::EdgeTouch,
+        subject: format!("contact \"{contact}\""),
+        time: 0.0,
+        value: length,
+        limit: 0.0,
+        message: format!(
+            "an edge or a corner touches first: impulse, motion and energy do not depend on how far it yields, but peak force and duration do, and \
+             elements of up to {length:.3e} m yield as a whole; pressure there has no limit"
+        ),
+        remedy: format!(
+            "compare with smaller elements (discretisation.elements, or discretisation.refine at the place) of body \"{}\"",
+            body.name
+        ),
     })
 }
 

@@ -8,7 +8,7 @@ use std::fmt;
 
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::force::BodyState;
-use iga_core::elasticity::Material;
+use iga_core::elasticity::{Material, Model};
 use iga_core::mass_properties::MassProperties;
 use nalgebra::{Matrix3, Vector3};
 
@@ -25,9 +25,11 @@ use crate::touch_sites::{TouchSite, first_sites};
 const UNKNOWN_SPEED: f64 = 1.0;
 /// Duration of a Hertz impact over its largest approach divided by the speed (Eq. C.23).
 const HERTZ_TIME: f64 = 2.943_28;
-/// Frequency times duration up to which modes follow the force of flat faces, which jumps: the spectrum of a rectangle has the
-/// share `1/(pi^2 f T)`, 1 %, of its energy above.
-const FLAT: f64 = 10.0;
+/// Frequency times duration up to which modes follow the force of flat faces, which jumps: what rings above takes less
+/// than a thousandth of the velocity of separation, and an impact ends `1/f` late (Eq. C.57).
+const FLAT: f64 = 60.0;
+/// The same of solid bodies, whose number of modes grows with the cube of the frequency.
+const FLAT_SOLID: f64 = 10.0;
 
 /// Share of a pulse's energy above the highest kept frequency. Amplitudes go with its root, 1 %, most of which the static
 /// answer of what is left out makes good.
@@ -67,8 +69,8 @@ pub struct ForceTime {
 }
 
 impl ForceTime {
-    fn new(contact: &str, scale: TimeScale, duration: f64, speed: f64) -> Self {
-        let frequency = if scale == TimeScale::Flat { FLAT / duration } else { pulse_frequency(duration) };
+    fn new(contact: &str, (scale, flat): (TimeScale, f64), duration: f64, speed: f64) -> Self {
+        let frequency = if scale == TimeScale::Flat { flat / duration } else { pulse_frequency(duration) };
         Self { contact: contact.to_owned(), scale, duration, speed, frequency }
     }
 }
@@ -168,7 +170,11 @@ impl Scene<'_> {
             None => point_time(&surfaces, inverse_mass, mobility, speed),
         });
         let (scale, duration) = known.unwrap_or_else(|| (TimeScale::Flat, self.flat_time(contact, other)));
-        ForceTime::new(&contact.name, scale, duration, speed)
+        let is_flat_model =
+            |e: &ElasticSpec| matches!(e.model, Model::Axisymmetric) || e.model.thickness().is_some();
+        let is_solid = !self.spec.bodies[contact.body].elastic().is_some_and(is_flat_model);
+        let flat = if is_solid { FLAT_SOLID } else { FLAT };
+        ForceTime::new(&contact.name, (scale, flat), duration, speed)
     }
 
     /// What is known of the first impact of `contact`.

@@ -14,8 +14,25 @@ use crate::law::penalty;
 use crate::quasistatic::problem::dot;
 use crate::quasistatic::sliding_work::SlidingWork;
 use crate::quasistatic::{Problem, SolveReport};
+use crate::submodel::{OPEN, is_turned_to};
+
+/// Distance from the plane, over the size of the body, that no quasistatic displacement comes near: strains are small.
+const FAR: f64 = 0.02;
 
 impl PlaneContact {
+    /// Opens the points of a body with the rotation `rotation` that the plane cannot press: those on faces that are turned away (Eq. C.54),
+    /// and those farther from it than any quasistatic displacement.
+    fn leave_out(&self, rotation: &UnitQuaternion<f64>, workspace: &mut PlaneWorkspace) {
+        let normal = rotation.inverse_transform_vector(&self.settings.plane.normal);
+        let PlaneWorkspace { free_gaps, is_member, .. } = workspace;
+        for ((gap, is_member), facing) in free_gaps.iter_mut().zip(is_member).zip(&self.submodel.facing) {
+            *is_member = *gap < FAR * self.size && is_turned_to(facing, normal.as_ref());
+            if !*is_member {
+                *gap = OPEN;
+            }
+        }
+    }
+
     /// Plane normal in the model's components.
     pub(super) fn normal_components(&self, rotation: &UnitQuaternion<f64>) -> Result<[f64; 3], ContactError> {
         let normal = rotation.inverse_transform_vector(&self.settings.plane.normal);
@@ -86,6 +103,7 @@ impl PlaneContact {
             }
             workspace.free_gaps[i] = gap;
         }
+        self.leave_out(&body.rotation, workspace);
         let Some(friction) = &mut state.friction else { return Ok(()) };
         friction.turn(&body.rotation);
         let motion = self.submodel.motion;
@@ -126,7 +144,7 @@ impl PlaneContact {
         // A body in flight needs no projections; Algorithm 1 keeps its own state there.
         let is_touching = free_gaps.iter().any(|g| *g < 0.0);
         if is_touching || model.needs_springs() {
-            zone.project(model, *normal);
+            zone.project_members(model, *normal, &workspace.is_member);
         }
         let Some(friction) = &mut state.friction else {
             let report = zone.solve(springs, free_gaps, forces)?;

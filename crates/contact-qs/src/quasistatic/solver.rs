@@ -26,6 +26,8 @@ pub struct Quasistatic {
 pub struct ZoneSolver {
     /// Normal in the model's components that the projections belong to; NaN before the first one.
     normal: [f64; 3],
+    /// Points that they hold for; empty: all.
+    members: Vec<bool>,
     normal_compliance: Mat<f64>,
     solver: PointSolver,
 }
@@ -69,7 +71,12 @@ impl Quasistatic {
             None => PointSolver::active_set(n_points),
             Some((settings, basis)) => PointSolver::broyden(*settings, n_points, basis.stiffness.clone()),
         };
-        ZoneSolver { normal: [f64::NAN; 3], normal_compliance: Mat::zeros(n_points, n_points), solver }
+        ZoneSolver {
+            normal: [f64::NAN; 3],
+            members: Vec::new(),
+            normal_compliance: Mat::zeros(n_points, n_points),
+            solver,
+        }
     }
 
     /// Replaces `out` by the quasistatic displacements of the points, `n_components` rows per point \[m\], under `loads`, the
@@ -97,13 +104,22 @@ impl ZoneSolver {
     /// Projects compliance or shapes of `zone`, for which the solver was made, on the unit normal `normal`, given in the model's
     /// components (Eq. C.2). Does nothing when the normal has not changed in any bit.
     pub fn project(&mut self, zone: &Quasistatic, normal: [f64; 3]) {
+        self.project_members(zone, normal, &[]);
+    }
+
+    /// The same for the points that `is_member` marks, all if it is empty: rows and columns of the others say nothing, and nothing may press
+    /// these.
+    pub(crate) fn project_members(&mut self, zone: &Quasistatic, normal: [f64; 3], is_member: &[bool]) {
         let unchanged = normal.iter().zip(&self.normal).all(|(a, b)| a.to_bits() == b.to_bits());
-        if unchanged {
+        if unchanged && self.members == is_member {
             return;
         }
         self.normal = normal;
+        self.members.clear();
+        self.members.extend_from_slice(is_member);
+        let is_left_out = |i: usize| is_member.get(i).is_some_and(|is_member| !is_member);
         let (n_points, nc) = (zone.n_points(), zone.n_components);
-        for j in 0..n_points {
+        for j in (0..n_points).filter(|j| !is_left_out(*j)) {
             let target = self.normal_compliance.col_as_slice_mut(j);
             target.fill(0.0);
             for (c, &normal_c) in normal[..nc].iter().enumerate() {
@@ -111,7 +127,9 @@ impl ZoneSolver {
                     continue;
                 }
                 let source = zone.compliance.col_as_slice(nc * j + c).chunks_exact(nc);
-                for (t, point) in target.iter_mut().zip(source) {
+                for (_, (t, point)) in
+                    target.iter_mut().zip(source).enumerate().filter(|(i, _)| !is_left_out(*i))
+                {
                     *t += normal_c * point.iter().zip(&normal).map(|(a, n)| a * n).sum::<f64>();
                 }
             }

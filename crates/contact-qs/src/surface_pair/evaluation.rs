@@ -18,6 +18,7 @@ use crate::law::penalty;
 use crate::quasistatic::SolveReport;
 use crate::quasistatic::problem::{add_product, dot};
 use crate::quasistatic::stick_slip::NormalSolver;
+use crate::submodel::OPEN;
 
 /// Passes of projection and solution. Each one leaves about the ratio of contact radius and body's radius of the error, a
 /// few per cent.
@@ -246,11 +247,18 @@ impl SurfacePair {
             friction.begin(nodes);
             (0..self.points.len()).filter(|i| !is_wanted[*i]).for_each(|i| friction.clear_slip(i));
         }
+        let mut is_sampled = !*is_known;
         for i in (0..self.points.len()).filter(|i| is_wanted[*i]) {
             let point = points_in_target[i];
             let from = if *is_known { places[i] } else { samples.nearest(&point) };
             let mut found = displaced.closest_from(&from, &point, functions);
-            if found.is_beyond && self.surface.faces.len() > 1 && self.surface.smoothing.is_none() {
+            if self.surface.is_whole() {
+                let facing = self.facing.get(i).map(|normal| relative.transform_vector(normal));
+                if !*is_known || !displaced.may_stand(&found, facing.as_ref()) {
+                    samples.update_once(displaced, &mut is_sampled);
+                    found = displaced.on_all_faces((&point, facing.as_ref()), samples, functions);
+                }
+            } else if found.is_beyond && self.surface.faces.len() > 1 && self.surface.smoothing.is_none() {
                 // Another face may be nearer.
                 samples.update(displaced);
                 found = displaced.closest_from(&samples.nearest(&point), &point, functions);
@@ -261,7 +269,8 @@ impl SurfacePair {
             }
             places[i] = found.place;
             // Whether a point beyond the end stays there is seen at every projection.
-            proximity.note(i, &point, gap, if found.is_beyond { f64::INFINITY } else { shift });
+            let is_held = found.is_beyond && !self.surface.is_whole();
+            proximity.note(i, &point, gap, if is_held { f64::INFINITY } else { shift });
             projections[i] = found;
             jacobian.set(i, &found, relative.inverse_transform_vector(&found.normal), functions.values());
             if let Some(friction) = friction {
@@ -330,6 +339,12 @@ impl SurfacePair {
         for ((free, gap), deflection) in w.free_gaps.iter_mut().zip(gaps).zip(&w.deflections) {
             *free = gap - deflection;
         }
+        if self.surface.is_whole() {
+            // Nothing presses these points where they are, however near the surface is and whichever way it moves.
+            let open =
+                work.found.projections.iter().zip(&mut w.free_gaps).filter(|(found, _)| found.is_beyond);
+            open.for_each(|(_, free)| *free = OPEN);
+        }
         let report = match friction {
             None => zone.solve_normal(&self.springs, &w.free_gaps, forces)?,
             Some(f) => {
@@ -392,6 +407,7 @@ impl SurfacePair {
         let (state, w) = (&*work.state, &mut *work.found);
         let mut report = ContactReport { solver, ..ContactReport::default() };
         let (mut sum, mut friction) = ([0.0; 3], [0.0; 3]);
+        let is_end = !self.surface.is_whole();
         for (i, &force) in state.start.forces.iter().enumerate() {
             let gap = state.start.proximity.gaps[i];
             report.penetration = report.penetration.max(-gap);
@@ -399,7 +415,7 @@ impl SurfacePair {
             // Beyond the end and below the surface: the target is too small. Of points that were not projected, being open for
             // certain, an earlier projection says nothing: it may be that of a step given up.
             report.is_rim_touched |=
-                w.is_wanted[i] && found.is_beyond && found.gap < 0.0 && gap < self.rim_reach;
+                w.is_wanted[i] && is_end && found.is_beyond && found.gap < 0.0 && gap < self.rim_reach;
             if force > 0.0 {
                 report.normal_force += force;
                 report.n_active += 1;

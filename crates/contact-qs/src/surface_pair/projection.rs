@@ -1,5 +1,7 @@
 //! Closest points on a displaced target surface (docs/theory.md Eqs. C.37, C.38).
 
+use std::ops::Range;
+
 use ffr_dynamics::body::RigidMotion;
 use iga_core::nurbs::box_newton::{Sample, minimize};
 use iga_core::nurbs::jet::{cross, difference, dot, norm};
@@ -364,6 +366,7 @@ impl Displaced<'_> {
         let mut normal = across.map(|x| factor * x);
         let r = difference(point, &jet.point);
         let tolerance = BEYOND * self.surface.size;
+        let overhang = self.surface.edges.map_or(tolerance, |edges| edges.overhang.max(tolerance));
         let is_on_axis = self.surface.motion == RigidMotion::Axial && jet.point[0].abs() <= tolerance;
         if is_on_axis && normal[1].is_finite() {
             normal = [0.0, normal[1].signum(), 0.0];
@@ -372,7 +375,7 @@ impl Displaced<'_> {
         for a in 0..if is_on_axis { 0 } else { self.surface.n_parameters } {
             let along = dot(&r, &jet.tangents[a]) / norm(&jet.tangents[a]);
             let [low, high] = grid.range(a);
-            is_beyond |= place.xi[a] <= low && along < -tolerance || place.xi[a] >= high && along > tolerance;
+            is_beyond |= place.xi[a] <= low && along < -overhang || place.xi[a] >= high && along > overhang;
         }
         Projection { place, element: jet.element, point: jet.point, normal, gap: dot(&r, &normal), is_beyond }
     }
@@ -414,6 +417,14 @@ impl Samples {
         Self { points: vec![[0.0; 3]; places.len()], places, elements, values }
     }
 
+    /// Moves the samples with the surface unless that has been done, as `is_done` tells.
+    pub fn update_once(&mut self, displaced: Displaced<'_>, is_done: &mut bool) {
+        if !*is_done {
+            self.update(displaced);
+            *is_done = true;
+        }
+    }
+
     /// Moves the samples with the surface.
     pub fn update(&mut self, displaced: Displaced<'_>) {
         for (&(element, start), point) in self.elements.iter().zip(&mut self.points) {
@@ -427,8 +438,19 @@ impl Samples {
 
     /// Place of the sample next to `point`.
     pub fn nearest(&self, point: &[f64; 3]) -> SurfacePlace {
-        let (mut best, mut least) = (0, f64::INFINITY);
-        for (k, sample) in self.points.iter().enumerate() {
+        self.nearest_among(0..self.places.len(), point)
+    }
+
+    /// Place of the sample of face `face` next to `point`.
+    pub fn nearest_on(&self, face: usize, point: &[f64; 3]) -> SurfacePlace {
+        let of = |face: usize| self.places.partition_point(|place| (place.face as usize) < face);
+        self.nearest_among(of(face)..of(face + 1), point)
+    }
+
+    /// Place of the sample next to `point` among those with the numbers `range`.
+    fn nearest_among(&self, range: Range<usize>, point: &[f64; 3]) -> SurfacePlace {
+        let (mut best, mut least) = (range.start, f64::INFINITY);
+        for (k, sample) in self.points.iter().enumerate().take(range.end).skip(range.start) {
             let r = difference(point, sample);
             let distance = dot(&r, &r);
             if distance < least {

@@ -59,6 +59,11 @@ impl RelativePose {
         out
     }
 
+    /// A vector in the other frame.
+    pub fn transform_vector(&self, v: &[f64; 3]) -> [f64; 3] {
+        self.rotation.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2])
+    }
+
     /// A vector of the other frame in the body's own.
     pub fn inverse_transform_vector(&self, v: &[f64; 3]) -> [f64; 3] {
         [0, 1, 2].map(|b| (0..self.n_components).map(|a| self.rotation[a][b] * v[a]).sum())

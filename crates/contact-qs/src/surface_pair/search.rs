@@ -74,13 +74,17 @@ impl SurfacePair {
             let from = if is_known {
                 start.places[i]
             } else {
-                if !is_sampled {
-                    samples.update(displaced);
-                    is_sampled = true;
-                }
+                samples.update_once(displaced, &mut is_sampled);
                 samples.nearest(&point)
             };
-            let found = displaced.closest_from(&from, &point, functions);
+            let mut found = displaced.closest_from(&from, &point, functions);
+            if self.surface.is_whole() {
+                let facing = self.facing.get(i).map(|normal| relative.transform_vector(normal));
+                if !is_known || !displaced.may_stand(&found, facing.as_ref()) {
+                    samples.update_once(displaced, &mut is_sampled);
+                    found = displaced.on_all_faces((&point, facing.as_ref()), samples, functions);
+                }
+            }
             let gap = found.distance(&point);
             // min() would hide a NaN
             if gap.is_nan() {

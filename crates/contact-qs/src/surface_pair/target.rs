@@ -21,6 +21,9 @@ use crate::ContactError;
 use crate::piecewise::{PiecewiseSurface, SurfacePiece};
 use crate::points::{DofLookup, InterfaceCompliance};
 
+/// Depth below a face from which it presses points, over the least extent of the body.
+const DEPTH: f64 = 0.25;
+
 /// A face of a body, or a part of one, that may be touched.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TargetFace {
@@ -104,6 +107,17 @@ pub struct TargetSurface {
     pub(super) n_functions: usize,
     /// Continuous normals, of surfaces made of pieces.
     pub(super) smoothing: Option<Smoothing>,
+    /// How points at its ends are seen, if these are edges of the body.
+    pub(super) edges: Option<Edges>,
+}
+
+/// How points at the edges of a body are seen.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Edges {
+    /// How far beyond the end of a face points still lie over it \[m\].
+    pub overhang: f64,
+    /// Depth below a face from which it still presses points \[m\].
+    pub reach: f64,
 }
 
 impl TargetSurface {
@@ -163,6 +177,7 @@ impl TargetSurface {
             elements,
             n_functions,
             smoothing: None,
+            edges: None,
         };
         if surface.elements.is_empty() {
             return Err(ContactError::Nothing { what: "the target has no face" });
@@ -219,10 +234,30 @@ impl TargetSurface {
             elements: surface.pieces.iter().map(element).collect(),
             n_functions: surface.pieces.iter().map(|p| p.nodes.len()).max().unwrap_or(0),
             smoothing: Some(Smoothing::new(surface, number)),
+            edges: None,
             nodes,
         };
         target.attach(&numbers, lookup, shapes, interface)?;
         Ok(target)
+    }
+
+    /// The surface as the whole of a body's: its ends are edges of the body, not of what is known of it. Points that lie beyond the end of
+    /// a face by no more than `overhang` \[m\], which edges that lie on each other are displaced by, count as lying over it (Eq. C.53).
+    #[must_use]
+    pub fn with_edges(mut self, overhang: f64) -> Self {
+        // Less than the way to the face on the other side, of which the least extent of the control points is known.
+        let extent = |c: usize| {
+            let along = || self.nodes.iter().map(|x| x[c]);
+            along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
+        };
+        let least = (0..self.motion.n_components()).map(extent).fold(f64::INFINITY, f64::min);
+        self.edges = Some(Edges { overhang, reach: DEPTH * least });
+        self
+    }
+
+    /// Whether the faces are the whole surface of the body.
+    pub(super) fn is_whole(&self) -> bool {
+        self.edges.is_some()
     }
 
     /// Bound of the displacement of any point of the surface over the largest one of a node: functions of splines are positive, others may

@@ -135,6 +135,7 @@ pub fn collocate(space: &PatchSpace, shape: &Shape, part: &TargetFace) -> Vec<Su
             functions: functions.map(|(&i, &v)| (i, v)).collect(),
             on_rim: false,
             function: p.function,
+            facing: None,
         });
     }
     points
@@ -230,6 +231,7 @@ pub fn random_points(motion: RigidMotion, quasistatic: bool, seed: u64) -> Conta
         },
         interface,
         rim: vec![0],
+        facing: Vec::new(),
     }
 }
 

@@ -24,7 +24,8 @@ pub enum CostFormat {
 /// Checks every file and reports the faults of all.
 ///
 /// # Errors
-/// [`AppError::Threads`] if the threads cannot be started. The last error; those before it have been reported.
+/// [`AppError::Threads`] if the threads cannot be started, [`AppError::Model`] for contacts that a run refuses or models that cannot be
+/// made. The last error; those before it have been reported.
 pub fn check(
     scenarios: &[PathBuf],
     overrides: &[Override],
@@ -45,6 +46,10 @@ pub fn check(
                     scenario.run.joints.len() + scenario.run.loops.len(),
                     scenario.run.contacts.len()
                 );
+                // Which contacts a run would refuse is known from the shapes and the motions at the start.
+                if let Err(error) = adaptive::model::check_contacts(&scenario.run) {
+                    later(&mut last, error.into());
+                }
                 for body in under_constrained(&scenario) {
                     tracing::warn!(
                         "{}: body \"{body}\" is under-constrained: it is the child of no joint and moves freely among bodies that do; name it as the child of a joint unless that is meant",

@@ -1,4 +1,4 @@
-//! Contact points of faces with their tributary areas: Greville and Gauss points (theory Eqs. S.12, S.13).
+//! Contact points of faces with their tributary areas: Greville, Gauss and Lobatto points (theory Eqs. S.12, S.13, C.52).
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,7 +8,7 @@ use crate::nurbs::Patch;
 use crate::nurbs::interface::FaceId;
 use crate::nurbs::jet::{dot, norm};
 use crate::nurbs::patch::PointBasis;
-use crate::quadrature::{GaussRule, MAX_GAUSS};
+use crate::quadrature::{GaussRule, LobattoRule, MAX_GAUSS};
 use crate::space::Space;
 
 /// A point of the surface at which the contact condition is watched.
@@ -26,7 +26,7 @@ pub struct CollocationPoint {
     pub normal: [f64; 3],
     /// Tributary area \[m²\] (in plane models length \[m\]): `∫ R_i dA` or Gauss weight times area element.
     pub area: f64,
-    /// The function whose Greville point it is; `None` for Gauss points.
+    /// The function whose Greville point it is; `None` for Gauss and Lobatto points.
     pub function: Option<u32>,
 }
 
@@ -76,6 +76,89 @@ pub fn gauss_points(
                 });
             }
         }
+    }
+    points
+}
+
+/// Lobatto points of all face elements, those on common ends of elements of a face once where it is smooth (theory Eq. C.52): edges,
+/// rims and corners carry points, one of each face that meets there. The rule integrates a constant pressure times every function of a flat face
+/// exactly. Points without area, as on the axis of axisymmetric models, at poles and on singular
+/// lines, are left out.
+pub fn lobatto_points(space: &dyn Space, patches: &[Patch], faces: &[Face]) -> Vec<CollocationPoint> {
+    let mut scratch = PointBasis::default();
+    let mut points: Vec<CollocationPoint> = Vec::new();
+    for face in faces {
+        let patch = &patches[face.id.patch];
+        let rules: Vec<LobattoRule> = (face.degrees(patch).iter())
+            .map(|p| {
+                LobattoRule::new((p + usize::from(face.axisymmetric) + 3).div_ceil(2).clamp(2, MAX_GAUSS))
+            })
+            .collect();
+        let mut known: BTreeMap<[u64; 3], Vec<usize>> = BTreeMap::new();
+        for side in ElementSide::all(space, face) {
+            for (xi, weight) in lobatto_on(&side, &rules) {
+                // Tangents at ends of elements are those from within: they may jump there.
+                let middle = side.parameters([0.5; 2]);
+                let inside = std::array::from_fn(|d| xi[d] + INSIDE * (middle[d] - xi[d]));
+                // Asked this way round, a NaN is left out.
+                let has_area = face.at(patch, &xi, &mut scratch).area > 0.0;
+                let at = face.at(patch, &inside, &mut scratch);
+                let area = weight * at.area;
+                if !has_area {
+                    continue;
+                }
+                let here = known.entry(xi.map(f64::to_bits)).or_default();
+                if let Some(&i) = here.iter().find(|&&i| dot(&points[i].normal, &at.normal) > 1.0 - SMOOTH) {
+                    points[i].area += area;
+                    continue;
+                }
+                here.push(points.len());
+                points.push(CollocationPoint {
+                    face: face.id,
+                    element: side.element,
+                    xi,
+                    point: patch.point(&xi),
+                    normal: at.normal,
+                    area,
+                    function: None,
+                });
+            }
+        }
+    }
+    points
+}
+
+/// Share of the way to the middle of an element at which tangents at its ends are taken.
+const INSIDE: f64 = 1e-9;
+
+/// Lobatto points on the side of an element with weights in parameters; ends of elements are theirs to the last bit.
+fn lobatto_on(side: &ElementSide, rules: &[LobattoRule]) -> Vec<([f64; 3], f64)> {
+    let mut points = vec![(side.lower, 1.0)];
+    for (d, rule) in side.face.directions().zip(rules) {
+        let (lower, upper) = (side.lower[d], side.upper[d]);
+        let half = 0.5 * (upper - lower);
+        let last = rule.points.len() - 1;
+        let place = |k: usize, x: f64| match k {
+            0 => lower,
+            _ if k == last => upper,
+            _ => lower + half * (1.0 + x),
+        };
+        let along: Vec<(f64, f64)> = rule
+            .points
+            .iter()
+            .zip(&rule.weights)
+            .enumerate()
+            .map(|(k, (x, w))| (place(k, *x), w * half))
+            .collect();
+        points = along
+            .iter()
+            .flat_map(|&(u, w)| {
+                points.iter().map(move |&(mut xi, weight)| {
+                    xi[d] = u;
+                    (xi, weight * w)
+                })
+            })
+            .collect();
     }
     points
 }

@@ -7,7 +7,10 @@ use adaptive::penalty_search::PEAK_TOLERANCE;
 use super::super::keys::{Bound, Choice, Condition, Fact, Key, Kind, Need, Range, Test};
 
 const MODELS: &[Choice] = &[
-    Choice::new("adaptive", "as `quasistatic`, on a contact zone that the program refines at every impact"),
+    Choice::new(
+        "adaptive",
+        "as `quasistatic`, on a contact zone that the program refines at every impact; on the whole surfaces of free bodies that touch with flat faces, edges or corners first",
+    ),
     Choice::new("quasistatic", "high-frequency modes follow the contact force statically"),
     Choice::new("damped", "every Craig-Bampton mode is dynamic, high-frequency ones damped critically"),
     Choice::new("dynamic", "every Craig-Bampton mode is dynamic"),

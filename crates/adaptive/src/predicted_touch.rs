@@ -1,0 +1,278 @@
+//! The first touch of a contact if its bodies fly freely, and whether it is one of smooth surfaces, of whole flat faces, or over an edge
+//! (docs/theory.md Eqs. C.55, C.56).
+
+use std::sync::Arc;
+
+use contact_qs::Plane;
+use contact_qs::search::{TouchSettings, first_touch};
+use ffr_dynamics::system::force::BodyState;
+use iga_core::elasticity::Model;
+use iga_core::nurbs::patch::PointBasis;
+use iga_core::nurbs::{FaceId, Patch};
+use iga_core::surface::{BodySurface, Face};
+use nalgebra::{Unit, UnitQuaternion, Vector3};
+
+use crate::detection::{Detector, DetectorTarget, Nearest, Search};
+use crate::elastic_body::rigid_motion;
+use crate::spec::{ContactSpec, ElasticSpec, JointSpec, RunSpec, Target};
+use crate::touch_sites::Undeformed;
+
+/// What of two bodies touches first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TouchKind {
+    /// Smooth parts of both surfaces, as Hertz's theory has it.
+    Smooth,
+    /// Plane faces that lie on each other.
+    Flat,
+    /// An edge, a rim or a corner of the contact body, or a corner of both.
+    Edge,
+    /// An edge or a corner of the target alone, or edges that cross: no contact point stands where they touch.
+    BetweenPoints,
+}
+
+/// Angle \[rad\] by which flat faces may be inclined and still meet as a whole: round-off of angles in files.
+const PARALLEL: f64 = 1e-6;
+/// Part of a body's size by which places may differ that are one: bodies count as touching at this gap.
+const SAME_PLACE: f64 = 1e-7;
+/// Shortest step of the search for a touch, over the simulated time.
+const SHORTEST: f64 = 1e-6;
+
+/// What touches first in `contact`, the bodies being in the motions `poses` at the start; `None` where it is not known: bodies that joints or
+/// loads hold, that are not of splines, or do not meet.
+pub fn touch_kind(spec: &RunSpec, contact: &ContactSpec, poses: &[BodyState]) -> Option<TouchKind> {
+    let own = spec.bodies[contact.body].elastic()?;
+    let (target, other) = match contact.target {
+        Target::Plane { .. } => (None, None),
+        Target::Body(other) => (Some(spec.bodies[other].elastic()?), Some(other)),
+    };
+    if [Some(contact.body), other].into_iter().flatten().any(|body| !is_free(spec, body)) {
+        return None;
+    }
+    let flight = Flight::new(spec, contact, poses)?;
+    let (poses, nearest) = flight.touch(spec.settings.end_time)?;
+    let other = other.zip(target).map(|(body, elastic)| (elastic, &poses[body]));
+    Some(touch_kind_at((own, &poses[contact.body]), other, &nearest))
+}
+
+/// What touches at the places `nearest` of a contact body and a target, shapes with their motions; the target is a plane if there is none.
+pub fn touch_kind_at(
+    (own, pose): (&ElasticSpec, &BodyState),
+    other: Option<(&ElasticSpec, &BodyState)>,
+    nearest: &Nearest,
+) -> TouchKind {
+    let normal = direction((own, pose), other, nearest);
+    let own = Side::new(own, pose, &normal);
+    let own_point = own.point(nearest.contact.face, &nearest.contact.xi);
+    let target = other.map(|(elastic, pose)| Side::new(elastic, pose, &-normal));
+    let target_point =
+        target.as_ref().zip(nearest.target).map(|(side, site)| side.point(site.face, &site.xi));
+    let both = || std::iter::once((&own, own_point)).chain(target.as_ref().zip(target_point));
+    // Points stand on corners of solid bodies, of plane and axisymmetric ones on all edges: along those of solids between them only.
+    let is_seen = own.n_normals(&own_point) > own.n_along();
+    if both().all(|(side, point)| side.is_flat(&point)) {
+        TouchKind::Flat
+    } else if both().all(|(side, point)| side.is_smooth(&point)) {
+        TouchKind::Smooth
+    } else if is_seen || target.as_ref().zip(target_point).is_none_or(|(side, point)| side.is_smooth(&point))
+    {
+        TouchKind::Edge
+    } else {
+        TouchKind::BetweenPoints
+    }
+}
+
+/// Gap over the size of a body below which round-off makes the direction between the places.
+const ROUND_OFF: f64 = 1e-9;
+
+/// Direction from the target to the contact body: that between the nearest places or, where these are one but for round-off, the mean of what
+/// the normals of their faces say.
+fn direction(
+    (own, pose): (&ElasticSpec, &BodyState),
+    other: Option<(&ElasticSpec, &BodyState)>,
+    nearest: &Nearest,
+) -> Vector3<f64> {
+    let (Some((target, facing)), Some(there)) = (other, nearest.target) else { return nearest.normal };
+    let normal = |body: &ElasticSpec, pose: &BodyState, face: FaceId, xi: &[f64; 3]| {
+        let patches = &body.shape.patches;
+        let face = Face::new(patches, face, body.model == Model::Axisymmetric);
+        let at = face.at(&patches[face.id.patch], xi, &mut PointBasis::default());
+        pose.rotation * rigid_motion(&body.model).in_space(&at.normal)
+    };
+    let mean = normal(target, facing, there.face, &there.xi)
+        - normal(own, pose, nearest.contact.face, &nearest.contact.xi);
+    let size = own.shape.patches.iter().flat_map(|p| p.control_points());
+    let size = size.map(|p| Vector3::from(*p).norm()).fold(0.0, f64::max);
+    let is_apart = nearest.gap.abs() > ROUND_OFF * size && nearest.normal.norm() > 0.5;
+    if is_apart { nearest.normal } else { mean.try_normalize(0.0).unwrap_or(nearest.normal) }
+}
+
+/// Whether nothing but gravity and contacts acts on body `body`.
+fn is_free(spec: &RunSpec, body: usize) -> bool {
+    let holds = |joint: &JointSpec| [joint.parent.body, joint.child.body].contains(&Some(body));
+    !spec.joints.iter().chain(&spec.loops).any(holds)
+        && spec.loads.iter().all(|load| load.at.body != Some(body))
+}
+
+/// Two undeformed bodies, or one and a plane, in free flight.
+struct Flight<'a> {
+    detector: Detector,
+    poses: &'a [BodyState],
+    bodies: Vec<usize>,
+    gravity: Vector3<f64>,
+    /// Growth of the closing speed [m/s²].
+    acceleration: f64,
+    size: f64,
+}
+
+impl<'a> Flight<'a> {
+    fn new(spec: &RunSpec, contact: &ContactSpec, poses: &'a [BodyState]) -> Option<Self> {
+        let model = |body: usize| Some(Arc::new(Undeformed::new(&spec.bodies[body])?.model().ok()?));
+        let own = model(contact.body)?;
+        let size = own.radius();
+        let (target, bodies, acceleration) = match contact.target {
+            Target::Plane { point, normal } => {
+                let plane = Plane { point, normal: Unit::new_normalize(normal) };
+                (DetectorTarget::Plane(plane), vec![contact.body], spec.settings.gravity.norm())
+            }
+            Target::Body(other) => {
+                (DetectorTarget::Body(other, model(other)?), vec![contact.body, other], 0.0)
+            }
+        };
+        let detector = Detector::new(contact.body, own, target);
+        let gravity = spec.settings.gravity;
+        Some(Self { detector, poses, bodies, gravity, acceleration, size })
+    }
+
+    /// Motions after the time `t`: parabolas, and turns at constant rate.
+    fn at(&self, t: f64) -> Vec<BodyState> {
+        let mut poses = self.poses.to_vec();
+        for &body in &self.bodies {
+            let pose = &mut poses[body];
+            pose.position += pose.velocity * t + self.gravity * (0.5 * t * t);
+            pose.velocity += self.gravity * t;
+            pose.rotation *= UnitQuaternion::from_scaled_axis(pose.angular_velocity_in_body * t);
+            (pose.elastic, pose.elastic_rates) = (Vec::new(), Vec::new());
+        }
+        poses
+    }
+
+    /// Motions and nearest places at the first touch before `end`; none if there is none.
+    fn touch(&self, end: f64) -> Option<(Vec<BodyState>, Nearest)> {
+        let mut search = Search::new();
+        let settings = TouchSettings {
+            gap: SAME_PLACE * self.size,
+            time: f64::EPSILON * end,
+            shortest: SHORTEST * end,
+            acceleration: self.acceleration,
+        };
+        let sample = |t: f64| {
+            let poses = self.at(t);
+            let gap = self.detector.nearest(&poses, &mut search)?.gap;
+            Ok((gap, self.detector.closing_speed_bound(&poses)))
+        };
+        let touch = first_touch([0.0, end], &settings, sample).ok()??;
+        // Bodies that touch have no direction between them: a moment before they do, even if that is before the start.
+        let speed = self.detector.closing_speed_bound(&self.at(touch.time));
+        let poses = self.at(touch.time - 2.0 * settings.gap / speed);
+        let nearest = self.detector.nearest(&poses, &mut search).ok()?;
+        let has_direction = nearest.normal.norm() > 0.5;
+        has_direction.then_some((poses, nearest))
+    }
+}
+
+/// A body at the touch.
+struct Side<'a> {
+    patches: &'a [Patch],
+    faces: Vec<Face>,
+    /// Outward direction in which the partner lies, in the components of the model.
+    outward: [f64; 3],
+    size: f64,
+}
+
+impl<'a> Side<'a> {
+    /// The body `elastic` at `pose`; `normal` points from the partner to it.
+    fn new(elastic: &'a ElasticSpec, pose: &BodyState, normal: &Vector3<f64>) -> Self {
+        let patches = &elastic.shape.patches;
+        let faces = Face::outer(patches, elastic.model == Model::Axisymmetric);
+        let in_body = pose.rotation.inverse_transform_vector(&-normal);
+        let points = patches.iter().flat_map(|p| p.control_points());
+        let size = points.map(|p| Vector3::from(*p).norm()).fold(0.0, f64::max);
+        Self { patches, faces, outward: rigid_motion(&elastic.model).components(in_body.as_ref()), size }
+    }
+
+    /// Position of a place of a face.
+    fn point(&self, face: FaceId, xi: &[f64; 3]) -> [f64; 3] {
+        let parameter = face.parameter(self.patches);
+        let mut xi = *xi;
+        xi[face.direction] = parameter;
+        self.patches[face.patch].point(&xi)
+    }
+
+    /// Whether a plane face through `point` is turned to the partner (Eq. C.55).
+    fn is_flat(&self, point: &[f64; 3]) -> bool {
+        let outward = Vector3::from(self.outward);
+        self.faces.iter().any(|face| {
+            let mut scratch = PointBasis::default();
+            let patch = &self.patches[face.id.patch];
+            SAMPLES.iter().all(|shares| {
+                let at = face.at(patch, &place(face, patch, *shares), &mut scratch);
+                let height = (Vector3::from(at.point) - Vector3::from(*point)).dot(&outward);
+                let lean = Vector3::from(at.normal).cross(&outward).norm();
+                Vector3::from(at.normal).dot(&outward) > 0.5
+                    && lean <= PARALLEL
+                    && height.abs() <= (PARALLEL + SAME_PLACE) * self.size
+            })
+        })
+    }
+
+    /// Number of directions in which neighbouring contact points of an edge lie.
+    fn n_along(&self) -> usize {
+        self.patches.first().map_or(0, |patch| patch.dimension() - 1)
+    }
+
+    /// Normals of the faces that meet at `point`.
+    fn normals_at(&self, point: &[f64; 3]) -> impl Iterator<Item = Vector3<f64>> {
+        let found = self.faces.iter().filter_map(|&face| {
+            let surface = BodySurface::of_faces(self.patches, vec![face]);
+            let found = surface.closest(self.patches, point)?;
+            // A pole has no normal of its own, and is no edge.
+            let normal = Vector3::from(found.normal);
+            (found.measure <= 4.0 * SAME_PLACE * self.size && normal.norm() > 0.5).then_some(normal)
+        });
+        found.collect::<Vec<_>>().into_iter()
+    }
+
+    /// Number of different normals at `point`: one of a smooth surface, two of an edge, three and more of a corner.
+    fn n_normals(&self, point: &[f64; 3]) -> usize {
+        let mut different: Vec<Vector3<f64>> = Vec::new();
+        for normal in self.normals_at(point) {
+            if different.iter().all(|known| known.dot(&normal) < ALONG) {
+                different.push(normal);
+            }
+        }
+        different.len()
+    }
+
+    /// Whether the surface is smooth at `point`: the faces that meet there have one normal, which lies along the direction to the partner
+    /// (Eq. C.56).
+    fn is_smooth(&self, point: &[f64; 3]) -> bool {
+        let outward = Vector3::from(self.outward);
+        self.normals_at(point).all(|normal| normal.dot(&outward) > ALONG)
+    }
+}
+
+/// Cosine of the angle between normals that belong to one smooth surface: 8 degrees, for faces that only approximate one.
+const ALONG: f64 = 0.99;
+
+/// Shares of the ranges of a face's parameters at which it is looked at.
+const SAMPLES: [[f64; 2]; 5] = [[0.1, 0.2], [0.9, 0.3], [0.5, 0.5], [0.2, 0.8], [0.7, 0.9]];
+
+/// Parameters of `face` at shares of its ranges.
+fn place(face: &Face, patch: &Patch, shares: [f64; 2]) -> [f64; 3] {
+    let (lower, upper) = patch.domain();
+    let mut xi = face.on_face(&lower);
+    for (d, share) in face.directions().zip(shares) {
+        xi[d] = lower[d] + share * (upper[d] - lower[d]);
+    }
+    xi
+}
