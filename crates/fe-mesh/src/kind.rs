@@ -141,6 +141,15 @@ impl ElementKind {
         !matches!(self, Self::Tet4 | Self::Hex8 | Self::Wedge6)
     }
 
+    /// The kind with the same corners and no other nodes.
+    pub fn linear(self) -> Self {
+        match self.form() {
+            Form::Tetrahedron => Self::Tet4,
+            Form::Hexahedron => Self::Hex8,
+            Form::Wedge => Self::Wedge6,
+        }
+    }
+
     /// Whether four-sided sides have a node in their middle.
     fn has_side_nodes(self) -> bool {
         matches!(self, Self::Hex27 | Self::Wedge18)
