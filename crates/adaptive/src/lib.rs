@@ -45,6 +45,8 @@ pub mod interval;
 pub mod penalty_search;
 pub mod predict;
 pub mod fine_model;
+pub mod fine_elements;
+pub mod fine_body;
 pub mod fine_modes;
 pub mod transfer;
 pub mod sizing;

@@ -25,8 +25,9 @@ impl Driver<'_> {
             let found = [coarse_mesh(body), coarse_place(body)];
             warnings.extend(found.into_iter().flatten().map(|warning| (b, warning)));
         }
-        let coarse = self.model.touches.iter().filter(|touch| touch.is_coarse());
-        warnings.extend(coarse.map(|touch| (touch.body, touch.warning())));
+        for touch in &self.model.touches {
+            warnings.extend(touch.warnings().map(|warning| (touch.body, warning)));
+        }
         Ok(warnings)
     }
 
