@@ -18,6 +18,7 @@ use std::sync::OnceLock;
 
 use adaptive::record::ImpactRecord;
 use adaptive::recording::Recording;
+use adaptive::warning::WarningKind;
 use balls::Ball;
 use fbimpact::scenario::{self, Fault, Scenario};
 use fbimpact::simulate::simulate;
@@ -65,6 +66,7 @@ fn files() -> &'static Path {
         write("tet10.msh", FINE.mesh(ElementKind::Tet10));
         write("ten_hex20.msh", TEN.mesh(ElementKind::Hex20));
         write("ten_tet10.msh", TEN.mesh(ElementKind::Tet10));
+        write("ten_hex8.msh", TEN.mesh(ElementKind::Hex8));
         write("coarse_hex20.msh", COARSE.mesh(ElementKind::Hex20));
         write("coarse_tet10.msh", COARSE.mesh(ElementKind::Tet10));
         directory
@@ -273,6 +275,24 @@ fn a_coarse_ball_and_one_of_splines_are_refined_where_they_hit_each_other_in_eit
         compare(name, &recording, [1e-2, 1e-2]);
         check_momenta(name, &recording);
     }
+}
+
+/// Kinds of the warnings of a body of the mesh `file` that does not reach the floor.
+fn warnings(world: &str, file: &str) -> Vec<WarningKind> {
+    let world = world.replace("end_time = 4.0e-5", "end_time = 1.0e-9");
+    let body = meshed("upper", file, 1.0).replace("0.01]", "0.0101]");
+    run(&format!("{world}{body}")).warnings.iter().map(|w| w.kind).collect()
+}
+
+#[test]
+fn a_body_is_told_of_where_its_shape_or_its_elements_limit_the_force() {
+    let has = |world: &str, file, kind| warnings(world, file).contains(&kind);
+    // Nodes of linear hexahedra, ten across, are too far apart for a smooth surface, and normals of their sides turn by 15 degrees.
+    assert!(has(&adaptive(), "ten_hex8", WarningKind::CoarseShape));
+    assert!(!has(&adaptive(), "ten_hex20", WarningKind::CoarseShape));
+    assert!(!has(&adaptive(), "ten_hex20", WarningKind::CoarseTouch));
+    assert!(has(WORLD, "ten_hex20", WarningKind::CoarseTouch));
+    assert!(!has(WORLD, "ten_hex8", WarningKind::CoarseShape));
 }
 
 fn fault(text: &str, path: &str) -> String {

@@ -276,7 +276,7 @@ impl AdaptiveContact {
             }
             _ => (self.side(own_body, (&site, &places), fine_modes, check_cancel)?, None),
         };
-        let mut element = self.element(&own, other.as_ref(), bodies)?;
+        let mut element = self.element_at(&mut own, &mut other, (bodies, states), nearest.gap)?;
         let on_body =
             |body, site, side: &FineSide| ZoneOnBody { body, site, n_unknowns: side.zone.unknowns.len() };
         let mut zones = vec![on_body(self.body, site, &own)];

@@ -7,6 +7,7 @@ use ffr_dynamics::reduction::compliance::ResidualFlexibility;
 use ffr_dynamics::reduction::modal::ReducedBasis;
 use ffr_dynamics::reduction::problem::ElasticProblem;
 use iga_core::space::Space;
+use nalgebra::Vector3;
 
 use crate::body_model::FlexibleBody;
 use crate::contact_zone::ContactZone;
@@ -92,6 +93,14 @@ impl FineBodyModel {
                 .zone(0, rule)
                 .map_err(|source| AdaptiveError::Contact { contact: contact.to_owned(), source }),
             Self::Elements { mesh, .. } => mesh.zone(),
+        }
+    }
+
+    /// Outward normal of the smooth surface that the zone lies on in place of the sides of the mesh; none if it lies on the surface of the body.
+    pub fn outward(&self) -> Option<Vector3<f64>> {
+        match self {
+            Self::Splines { .. } => None,
+            Self::Elements { mesh, .. } => mesh.outward(),
         }
     }
 

@@ -19,6 +19,7 @@ use crate::error::AdaptiveError;
 use crate::interval::{IntervalEnd, IntervalGrid};
 use crate::mesh_surface::{LocalShape, MeshSurface, SideSite};
 use crate::meshed::assembled_body;
+use crate::smooth_fit::SmoothFit;
 use crate::spec::MeshedSpec;
 use crate::store::{Bytes, ModelKey, matrix_values, meshed_definition};
 use crate::unsupported::Unsupported;
@@ -66,6 +67,8 @@ pub struct FineElements {
     refined: RefinedMesh,
     surface: Arc<MeshSurface>,
     footprint: Footprint,
+    /// The surface through the nodes, where there is a smooth one.
+    smooth: Option<SmoothFit>,
     /// Numbers of the unknowns.
     pub lookup: DofLookup,
 }
@@ -136,6 +139,8 @@ impl FineElements {
         let n_free = refined.ties().n_free();
         debug!(body = name, levels, elements = refined.mesh().elements().len(), nodes = n_free, "fine model");
         let surface = MeshSurface::of(&Arc::new(refined.mesh().clone()));
+        let reach = footprint.half[0].max(footprint.half[1]);
+        let smooth = SmoothFit::new(&coarse, &wanted.site, &footprint.shape, reach);
         let fine = Self {
             name: name.to_owned(),
             spec: spec.clone(),
@@ -143,6 +148,7 @@ impl FineElements {
             refined,
             surface,
             footprint,
+            smooth,
         };
         fine.check_rigid_parts()?;
         Ok(fine)
@@ -190,8 +196,19 @@ impl FineElements {
         let ties = self.refined.ties();
         let is_near = |x: &[f64; 3]| self.footprint.contains(x);
         let zone = self.surface.zone_within(first.side, is_near, |n| !ties.is_tied(n), widths);
-        let zone = zone.map_err(|source| AdaptiveError::Mesh { body: self.name.clone(), source })?;
-        if zone.points.is_empty() { Err(empty()) } else { Ok(zone) }
+        let mut zone = zone.map_err(|source| AdaptiveError::Mesh { body: self.name.clone(), source })?;
+        if zone.points.is_empty() {
+            return Err(empty());
+        }
+        if let Some(fit) = &self.smooth {
+            smooth(&mut zone, fit);
+        }
+        Ok(zone)
+    }
+
+    /// Outward normal of the smooth surface on which the zone lies; none if it lies on the sides as they are.
+    pub fn outward(&self) -> Option<Vector3<f64>> {
+        self.smooth.as_ref().map(SmoothFit::normal)
     }
 
     /// The rows by which the use of the zone is judged.
@@ -256,6 +273,13 @@ impl FineElements {
         element.kind.functions(&xi, &mut functions);
         Ok(self.refined.ties().in_free(element.nodes, &functions.values))
     }
+}
+
+/// Puts points and sides of `zone` on the surface `fit`, so far inside that none of it stands out of where they were (theory Eq. C.74).
+fn smooth(zone: &mut ContactZone, fit: &SmoothFit) {
+    let places = zone.points.iter().map(|p| p.position).chain(zone.nodes().into_iter().map(|(_, x)| x));
+    let outmost = places.map(|x| fit.above(&x)).fold(f64::NEG_INFINITY, f64::max);
+    zone.move_to(|x| (Vector3::from(*x) + (fit.above(x) - outmost) * fit.normal()).into());
 }
 
 /// The unknowns of `n` nodes.

@@ -30,6 +30,7 @@ pub mod stress;
 pub mod simulation;
 pub mod imported;
 pub mod mesh_surface;
+pub mod smooth_fit;
 pub mod meshed;
 pub mod store;
 pub mod mesh_touch;

@@ -254,7 +254,7 @@ impl MeshSurface {
         let normal = Vector3::from(self.at(site.side, &site.eta).area).try_normalize(0.0)?;
         let along = (Vector3::from(self.at(site.side, &site.eta).tangents[0])).try_normalize(0.0)?;
         let (t, s) = (along, normal.cross(&along));
-        let places = self.around(site);
+        let places = self.around(site, FITTED);
         let size = places.iter().map(|x| (x - centre).norm()).fold(0.0, f64::max);
         let row = |x: &Vector3<f64>| {
             let r = (x - centre) / size;
@@ -279,8 +279,8 @@ impl MeshSurface {
         })
     }
 
-    /// Nodes of the sides around `site`, ring after ring until there are enough for a paraboloid.
-    fn around(&self, site: &SideSite) -> Vec<Vector3<f64>> {
+    /// Nodes of the sides around `site`, ring after ring over smooth edges until there are `enough`, or no more.
+    pub fn around(&self, site: &SideSite, enough: usize) -> Vec<Vector3<f64>> {
         let mut rings: HashSet<u32> = HashSet::from([site.side as u32]);
         let nodes = |sides: &HashSet<u32>| -> Vec<u32> {
             let mut all: Vec<u32> =
@@ -291,7 +291,7 @@ impl MeshSurface {
         };
         loop {
             let known: HashSet<u32> = nodes(&rings).into_iter().collect();
-            if known.len() >= FITTED {
+            if known.len() >= enough {
                 break;
             }
             let beside = |i: &u32| self.surface.sides()[*i as usize].neighbours.into_iter().flatten();

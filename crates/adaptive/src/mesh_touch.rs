@@ -4,6 +4,7 @@ use ffr_dynamics::system::force::BodyState;
 
 use crate::mesh_surface::{MeshSurface, SideSite};
 use crate::sizing::zone::{PredictedZone, predicted_zone};
+use crate::smooth_fit::SmoothFit;
 use crate::spec::{BodyKind, ContactLaw, ContactSpec, MeshedSpec, RunSpec, Target, Treatment};
 use crate::touch_sites::TouchSite;
 use crate::warning::{Warning, WarningKind};
@@ -140,11 +141,15 @@ fn wanted_length(body: &MeshedSpec, radius: f64) -> f64 {
     radius / sides
 }
 
-/// Error of the force that the change of normals at edges may cause, as a share of it (Eq. C.72).
+/// Error of the force that the change of normals at edges may cause, as a share of it (Eq. C.72); none where a smooth surface takes their place.
 fn shape_error(surface: &MeshSurface, site: &SideSite, zone: &PredictedZone) -> f64 {
     let PredictedZone { half_width, approach, .. } = zone;
     // Of spheres a²/δ.
     let radius = half_width * half_width / approach;
+    let smooth = surface.shape_at(site).and_then(|s| SmoothFit::new(surface, site, &s, *half_width));
+    if smooth.is_some() {
+        return 0.0;
+    }
     let [around, inside] = surface.turns_at(site, *half_width);
     radius * (around / surface.length_at(site)).max(0.25 * inside / half_width)
 }

@@ -11,6 +11,7 @@ use ffr_dynamics::system::force::{BodyState, Motion};
 use iga_core::elasticity::Model;
 use iga_core::nurbs::FaceId;
 use iga_core::surface::Face;
+use nalgebra::Vector3;
 
 use super::{AdaptiveContact, CancelCheck, WIDEST};
 use crate::body_model::{BodyModel, ElasticModel, FlexibleBody};
@@ -318,6 +319,27 @@ impl AdaptiveContact {
         };
         let (omega, mass) = (modes.omega.clone(), body.data.mass);
         Ok(Some(ZoneVibration { body: index, n_low, mass, omega, damping }))
+    }
+
+    /// The force element of the refined contact of bodies in the motions `states`, whose surfaces are `gap` apart: where a zone lies on a smooth surface in
+    /// place of its sides, that is moved along its normal until the contact has this gap.
+    ///
+    /// # Errors
+    /// As [`AdaptiveContact::element`].
+    pub(super) fn element_at(
+        &self,
+        own: &mut FineSide,
+        other: &mut Option<(usize, FineSide)>,
+        (bodies, states): (&[BodyModel], &[BodyState]),
+        gap: f64,
+    ) -> Result<Box<dyn ActiveContact>, AdaptiveError> {
+        let mut element = self.element(own, other.as_ref(), bodies)?;
+        let found = element.smallest_gap(Motion::new(0.0, states));
+        let sides = [Some(&mut *own), other.as_mut().map(|(_, side)| side)];
+        let smooth = sides.into_iter().flatten().find_map(|side| Some((side.body.outward()?, side)));
+        let Some((outward, side)) = smooth.filter(|_| found.is_finite()) else { return Ok(element) };
+        side.zone.move_to(|x| (Vector3::from(*x) + (found - gap) * outward).into());
+        self.element(own, other.as_ref(), bodies)
     }
 
     /// The force element of the refined contact.
