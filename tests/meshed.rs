@@ -273,9 +273,10 @@ fn faults_say_what_is_there() {
     assert!(found.contains("carries no force") && found.contains("\"x-\""), "{found}");
     let contact = "[bodies.wall]\nmodel = \"rigid\"\ngeometry = { shape = \"plane\" }\n\
                    [contacts.a]\ncontact_body = \"beam\"\ntarget_body = \"wall\"\n";
-    let found = faults(&format!("{text}{contact}"), &[]);
-    // The model that contacts have unless they name one.
-    assert!(found.contains("contacts.a.model") && found.contains("\"quasistatic\""), "{found}");
+    // The model that contacts have unless they name one needs nothing of the mesh.
+    valid(&format!("{text}{contact}"), &[]);
+    let found = faults(&format!("{text}{contact}modes = \"own\"\n"), &[]);
+    assert!(found.contains("contacts.a.modes") && found.contains("\"prolonged\""), "{found}");
 }
 
 #[test]

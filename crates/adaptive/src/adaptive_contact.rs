@@ -9,16 +9,17 @@ use contact_qs::search::{SurfaceModel, SurfaceSite};
 use contact_qs::{ActiveContact, ContactError, Plane, PressureRecovery};
 use ffr_dynamics::system::force::BodyState;
 use iga_core::nurbs::FaceId;
-use iga_core::space::Space;
 use nalgebra::Unit;
 
-use crate::body_model::{BodyModel, ElasticModel};
+use crate::body_model::{BodyModel, FlexibleBody};
 use crate::detection::{Detector, DetectorTarget, Nearest, Search};
+use crate::elastic_body::ElasticBody;
 use crate::error::{AdaptiveError, ContactModelFault};
-use crate::fine_model::{ELEMENTS, FineBody, FineInterval};
+use crate::fine_model::{ELEMENTS, FineBody};
 use crate::fine_modes::FineModes;
 use crate::interval::{
-    ContactFlags, DirectionUse, IntervalAssessment, IntervalEnd, IntervalSettings, Verdict, assess,
+    ContactFlags, DirectionUse, IntervalAssessment, IntervalEnd, IntervalGrid, IntervalSettings, Verdict,
+    assess,
 };
 use crate::penalty_search::{PenaltySearch, PenaltyStrategy};
 use crate::point_compliance::{PointCompliance, compliances, points_on};
@@ -59,6 +60,8 @@ pub struct AdaptiveContact {
     /// Watches the pair.
     pub detector: Detector,
     cache: ModelCache,
+    /// Whether a body is of finite elements.
+    has_mesh: bool,
 }
 
 /// Sizes for the log of trials.
@@ -76,7 +79,7 @@ pub struct TrialSizes {
 pub struct FineContact {
     /// Contact element of each point.
     elements: Vec<[usize; 2]>,
-    interval: FineInterval,
+    interval: IntervalGrid,
     /// Whether the target's interval ends where its surface does.
     is_target_at_end: bool,
     flags: ContactFlags,
@@ -163,7 +166,7 @@ pub struct RefinementRequest<'a> {
 }
 
 impl AdaptiveContact {
-    /// A contact to be refined; `surfaces` has the surface of every body that takes part in such contacts, `cache` the
+    /// A contact to be refined between `bodies`; `surfaces` has the surface of every body that takes part in such contacts, `cache` the
     /// compliances of earlier runs.
     ///
     /// # Errors
@@ -171,9 +174,15 @@ impl AdaptiveContact {
     pub fn new(
         spec: &ContactSpec,
         law: &SurfaceLaw,
-        surfaces: &[Option<Arc<SurfaceModel>>],
+        (bodies, surfaces): (&[BodyModel], &[Option<Arc<SurfaceModel>>]),
         cache: &ModelCache,
     ) -> Result<Self, AdaptiveError> {
+        let is_mesh = |body: usize| bodies[body].flexible().is_some_and(|f| f.mesh().is_some());
+        let other = if let Target::Body(other) = spec.target { Some(other) } else { None };
+        let has_mesh = [Some(spec.body), other].into_iter().flatten().any(is_mesh);
+        if has_mesh && law.transfer.modes == LowModes::Fine {
+            return Err(AdaptiveError::unsupported_contact(&spec.name, Unsupported::FineModesOfMesh));
+        }
         let surface = |body: usize| {
             let none = || AdaptiveError::unsupported_contact(&spec.name, Unsupported::RigidPartner);
             surfaces[body].clone().ok_or_else(none)
@@ -191,6 +200,7 @@ impl AdaptiveContact {
             law: law.clone(),
             detector: Detector::new(spec.body, surface(spec.body)?, target),
             cache: cache.clone(),
+            has_mesh,
         })
     }
 
@@ -225,20 +235,20 @@ impl AdaptiveContact {
         request: RefinementRequest<'_>,
         check_cancel: &mut CancelCheck<'_>,
     ) -> Result<RefinedContact, AdaptiveError> {
-        let elastic = elastic(&bodies[self.body]);
+        let own_body = flexible(&bodies[self.body]);
         let PredictedWidths { widths: predicted, least } =
             self.predicted_widths(bodies, states, nearest, request.peak);
-        let widths = self.widths(&request, predicted, elastic.body.size());
+        let widths = self.widths(&request, predicted, own_body.size);
         let modes = |body: usize| match request.fixed.contains(&body) {
             true => LowModes::Prolonged,
             false => self.law.transfer.modes,
         };
         let fine_modes = modes(self.body);
-        let mut site = zone_site(elastic, &nearest.contact, widths);
+        let mut site = zone_site(&own_body, &nearest.contact, widths);
         let mut target_site = match (self.target, &nearest.target) {
             (Target::Body(other), Some(there)) => {
                 let widths = self.target_widths(bodies, states, (&nearest.contact, widths), (other, there));
-                Some(zone_site(self::elastic(&bodies[other]), there, widths))
+                Some(zone_site(&flexible(&bodies[other]), there, widths))
             }
             _ => None,
         };
@@ -247,7 +257,7 @@ impl AdaptiveContact {
         {
             (site, target_site) = kept;
         }
-        let on = |body: usize| points_on(request.points, body, elastic.body.assembled.motion);
+        let on = |body: usize| points_on(request.points, body, own_body.motion);
         let (points, places) = on(self.body);
         let (mut target_points, mut target_places) = (Vec::new(), Vec::new());
         if let Target::Body(other) = self.target {
@@ -257,24 +267,24 @@ impl AdaptiveContact {
             (Target::Body(other), Some(there)) => {
                 // Side by side: each has stages that only one thread can work on. Questions wait until both are done.
                 check_cancel()?;
-                let (target, target_modes) = (self::elastic(&bodies[other]), modes(other));
+                let (target, target_modes) = (flexible(&bodies[other]), modes(other));
                 let (own, target) = rayon::join(
-                    || self.side(elastic, (&site, &places), fine_modes, &mut || Ok(())),
+                    || self.side(own_body, (&site, &places), fine_modes, &mut || Ok(())),
                     || self.side(target, (&there, &target_places), target_modes, &mut || Ok(())),
                 );
                 check_cancel()?;
                 (own?, Some((other, target?)))
             }
-            _ => (self.side(elastic, (&site, &places), fine_modes, check_cancel)?, None),
+            _ => (self.side(own_body, (&site, &places), fine_modes, check_cancel)?, None),
         };
-        let mut element = self.element(&own, other.as_ref(), bodies)?;
+        let mut element = self.element_at(&mut own, &mut other, (bodies, states), nearest.gap)?;
         let on_body =
             |body, site, side: &FineSide| ZoneOnBody { body, site, n_unknowns: side.zone.unknowns.len() };
         let mut zones = vec![on_body(self.body, site, &own)];
         zones.extend(other.as_ref().zip(target_site).map(|((body, side), site)| on_body(*body, site, side)));
         let displaced = |points: &[usize], body: usize, side: &FineSide| {
             let points = if side.points.ncols() == 0 { &[] } else { points };
-            compliances(points, body, side.body.motion, &side.points)
+            compliances(points, body, side.body.motion(), &side.points)
         };
         let mut observed = displaced(&points, self.body, &own);
         observed.extend(other.iter().flat_map(|(body, side)| displaced(&target_points, *body, side)));
@@ -284,11 +294,11 @@ impl AdaptiveContact {
         };
         let search = request.search.unwrap_or_else(|| self.penalty_search(&request.history, weight));
         element.set_penalty(search.penalty()).map_err(|e| self.fail(e))?;
-        let interval = own.body.intervals[0].clone();
+        let interval = own.body.grid();
         let sizes = sizes([Some(&own), other.as_ref().map(|(_, side)| side)]);
-        let is_target_at_end = other.as_ref().is_some_and(|(_, o)| is_at_end(&o.body.intervals[0]));
+        let is_target_at_end = other.as_ref().is_some_and(|(_, o)| is_at_end(&o.body.grid()));
         let (elements, recovery) =
-            (own.body.contact_elements(0, &own.zone), PressureRecovery::new(&own.zone.points));
+            (own.body.contact_elements(&own.zone), PressureRecovery::new(&own.zone.points));
         let bases = fine_bases([(self.body, own)].into_iter().chain(other));
         let contact = FineContact {
             flags: ContactFlags::new(interval.n_elements),
@@ -321,9 +331,17 @@ impl AdaptiveContact {
         if self.law.interval.width.is_some() {
             return Ok(());
         }
-        let side = |body: usize| (&elastic(&bodies[body]).body.spec, &states[body]);
-        let other = if let Target::Body(other) = self.target { Some(side(other)) } else { None };
-        let what = match touch_kind_at(side(self.body), other, nearest) {
+        // Meshes have no faces whose kind the geometry tells.
+        let side = |body: usize| bodies[body].elastic().map(|e| (&e.body.spec, &states[body]));
+        let Some(own) = side(self.body) else { return Ok(()) };
+        let other = match self.target {
+            Target::Plane { .. } => None,
+            Target::Body(other) => match side(other) {
+                Some(other) => Some(other),
+                None => return Ok(()),
+            },
+        };
+        let what = match touch_kind_at(own, other, nearest) {
             TouchKind::Smooth => return Ok(()),
             TouchKind::Flat => "flat faces",
             TouchKind::Edge | TouchKind::BetweenPoints => "an edge or a corner",
@@ -353,8 +371,7 @@ impl AdaptiveContact {
             Target::Plane { .. } => self.body,
         };
         let holds = |body: usize, kept: &ZoneSite, wanted: &ZoneSite| {
-            let body = &elastic(&bodies[body]).body;
-            kept_zone::holds(body, (kept, wanted), elements, given.target_utilisation)
+            kept_zone::holds(&flexible(&bodies[body]), (kept, wanted), elements, given.target_utilisation)
         };
         let own = history.zones[0].filter(|kept| wanted[0].is_some_and(|w| holds(self.body, kept, &w)))?;
         match (history.zones[1], wanted[1]) {
@@ -452,7 +469,7 @@ impl FineContact {
     ///
     /// An interval is not made narrower than the smallest contact that round-off of places lets the bodies see.
     pub fn assess(&self, settings: &IntervalSettings, is_rising: bool) -> IntervalAssessment {
-        let n = self.interval.directions.len();
+        let n = self.interval.ends.len();
         let flags: Vec<Vec<bool>> = (0..n).map(|d| self.flags.along(d)).collect();
         let directions: Vec<DirectionUse<'_>> = (0..n)
             .map(|d| DirectionUse {
@@ -474,7 +491,7 @@ impl FineContact {
 
     /// Whether no direction of the interval can be made narrower.
     fn has_least_width(&self) -> bool {
-        let n = self.interval.directions.len();
+        let n = self.interval.ends.len();
         (0..n).all(|d| self.interval.widths[d] <= (1.0 + LEAST_SLACK) * self.least[d])
     }
 
@@ -490,24 +507,26 @@ impl FineContact {
 
     /// Widths of the interval \[m\]; the second is zero for curves.
     pub fn widths(&self) -> [f64; 2] {
-        let n = self.interval.directions.len();
-        std::array::from_fn(|d| if d < n { self.interval.widths[d] } else { 0.0 })
+        self.interval.widths
     }
 }
 
-/// The elastic model of a body in an adaptive contact, which has one.
-fn elastic(model: &BodyModel) -> &ElasticModel {
-    model.elastic().expect("adaptive contacts are between elastic bodies, see AdaptiveContact::new")
+/// The model of a body in an adaptive contact, which is flexible.
+fn flexible(model: &BodyModel) -> FlexibleBody<'_> {
+    model.flexible().expect("adaptive contacts are between flexible bodies, see AdaptiveContact::new")
 }
 
-/// The place `site` on the body `elastic`, for an interval of the widths given.
-fn zone_site(elastic: &ElasticModel, site: &SurfaceSite, widths: [f64; 2]) -> ZoneSite {
-    let faces = FaceId::all(&elastic.body.shape.patches);
-    let face = faces.iter().position(|f| *f == site.face).unwrap_or_default() as u32;
+/// The place `site` on a body, for an interval of the widths given.
+fn zone_site(body: &FlexibleBody<'_>, site: &SurfaceSite, widths: [f64; 2]) -> ZoneSite {
+    let of_face = |body: &ElasticBody| {
+        let faces = FaceId::all(&body.shape.patches);
+        faces.iter().position(|f| *f == site.face).unwrap_or_default()
+    };
+    let face = body.spline_body().map_or(site.element, of_face) as u32;
     ZoneSite { face, centre: site.xi, widths }
 }
 
-fn is_at_end(interval: &FineInterval) -> bool {
+fn is_at_end(interval: &IntervalGrid) -> bool {
     interval.ends.iter().flatten().any(|&end| end == IntervalEnd::FaceEnd)
 }
 
@@ -515,7 +534,7 @@ fn is_at_end(interval: &FineInterval) -> bool {
 fn fine_bases(sides: impl Iterator<Item = (usize, FineSide)>) -> Vec<(usize, FineBasis)> {
     let basis = |(index, side): (usize, FineSide)| {
         let (assembled, modes) = side.fine_modes?;
-        Some((index, FineBasis { body: FineBody { mesh: side.body, assembled }, modes }))
+        Some((index, FineBasis { body: FineBody { mesh: side.body.into_splines()?, assembled }, modes }))
     };
     sides.filter_map(basis).collect()
 }
@@ -523,7 +542,7 @@ fn fine_bases(sides: impl Iterator<Item = (usize, FineSide)>) -> Vec<(usize, Fin
 /// Sizes of the fine models of a contact's bodies, together.
 fn sizes(sides: [Option<&FineSide>; 2]) -> TrialSizes {
     sides.into_iter().flatten().fold(TrialSizes::default(), |sum, side| TrialSizes {
-        elements: sum.elements + side.body.space.n_elements() as u64,
+        elements: sum.elements + side.body.n_elements() as u64,
         dofs: sum.dofs + side.body.n_unknowns() as u64,
         interface: sum.interface + side.zone.unknowns.len() as u64,
     })

@@ -108,6 +108,22 @@ enum FlexibleKind<'a> {
 }
 
 impl<'a> FlexibleBody<'a> {
+    /// The body of splines; none of a mesh.
+    pub fn spline_body(&self) -> Option<&'a ElasticBody> {
+        match self.kind {
+            FlexibleKind::Splines(body) => Some(body),
+            FlexibleKind::Mesh(_) => None,
+        }
+    }
+
+    /// What a body of finite elements was made from; none of splines.
+    pub fn mesh(&self) -> Option<&'a MeshedSpec> {
+        match self.kind {
+            FlexibleKind::Splines(_) => None,
+            FlexibleKind::Mesh(spec) => Some(spec),
+        }
+    }
+
     /// The spline space; none of a mesh.
     pub fn splines(&self) -> Option<Discretised<'a>> {
         match self.kind {

@@ -144,6 +144,25 @@ impl ContactZone {
             is_whole: true,
         })
     }
+
+    /// Nodes of its pieces with their places; none of a face.
+    pub fn nodes(&self) -> Vec<(u32, [f64; 3])> {
+        let ZoneRegion::Pieces(pieces) = &self.region else { return Vec::new() };
+        let mut nodes: Vec<u32> = pieces.pieces.iter().flat_map(|p| p.nodes.iter().copied()).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        nodes.into_iter().map(|n| (n, pieces.positions[n as usize])).collect()
+    }
+
+    /// Moves points and nodes of a zone of pieces to where `place` says; displacements stay those of the mesh.
+    pub fn move_to(&mut self, place: impl Fn(&[f64; 3]) -> [f64; 3]) {
+        let nodes = self.nodes();
+        let ZoneRegion::Pieces(pieces) = &mut self.region else { return };
+        let mut moved = pieces.as_ref().clone();
+        nodes.iter().for_each(|(n, x)| moved.positions[*n as usize] = place(x));
+        *pieces = Arc::new(moved);
+        self.points.iter_mut().for_each(|point| point.position = place(&point.position));
+    }
 }
 
 /// All unknowns of the functions that are not zero at Gauss points or contact points of a zone, rising.

@@ -2,16 +2,18 @@
 
 use ffr_dynamics::body::AssembledBody;
 use ffr_dynamics::reduction::Pencil;
+use ffr_dynamics::system::force::BodyState;
 use iga_core::elasticity::Model;
 use iga_core::space::Space;
 use iga_core::surface::Face;
 
 use crate::elastic_body::ElasticBody;
 use crate::error::AdaptiveError;
+use crate::fine_elements::{FineElements, WantedZone};
 use crate::fine_model::{ELEMENTS, FineMesh, FineSettings};
 use crate::model::start_poses;
 use crate::sizing::zone::{is_refined_at_touch, predicted_zone};
-use crate::spec::{BodyKind, ContactLaw, ContactSpec, RunSpec, SurfaceLaw, Target};
+use crate::spec::{BodyKind, ContactLaw, ContactSpec, MeshedSpec, RunSpec, SurfaceLaw, Target};
 use crate::touch_sites::TouchSite;
 use crate::wanted_interval::WantedInterval;
 
@@ -52,21 +54,20 @@ pub fn costs(spec: &RunSpec) -> Result<Vec<ModelCost>, AdaptiveError> {
     let mut costs = Vec::new();
     let poses = start_poses(spec)?;
     for (index, body) in spec.bodies.iter().enumerate() {
+        let touches = spec.contacts.iter().filter_map(|contact| touch(spec, &poses, contact, index));
         match &body.kind {
             BodyKind::Elastic(elastic) => {
                 let coarse = ElasticBody::build(&body.name, elastic.as_ref().clone())?;
                 costs.push(cost(&coarse.assembled, coarse.space.n_elements(), &[])?);
-                for contact in &spec.contacts {
-                    let Some((law, wanted)) = predicted_interval(spec, &poses, contact, (index, &coarse))
-                    else {
-                        continue;
-                    };
-                    costs.push(fine(&coarse, contact, law, wanted)?);
+                for touch in touches {
+                    costs.extend(fine_splines(&coarse, &touch)?);
                 }
             }
             BodyKind::Meshed(meshed) => {
-                let n_elements = meshed.mesh.elements().len();
-                costs.push(cost(&meshed.assembled(&body.name)?, n_elements, &[])?);
+                costs.push(cost(&meshed.assembled(&body.name)?, meshed.mesh.elements().len(), &[])?);
+                for touch in touches {
+                    costs.extend(fine_elements(&body.name, meshed, &touch)?);
+                }
             }
             BodyKind::Rigid(_) | BodyKind::Imported(_) => {}
         }
@@ -74,13 +75,21 @@ pub fn costs(spec: &RunSpec) -> Result<Vec<ModelCost>, AdaptiveError> {
     Ok(costs)
 }
 
-/// The interval that the first touch of `contact` is predicted to need on the body `index`; none if it builds no fine model there.
-fn predicted_interval<'a>(
-    spec: &RunSpec,
-    poses: &[ffr_dynamics::system::force::BodyState],
+/// The first touch of a contact on one of its bodies.
+struct Touch<'a> {
     contact: &'a ContactSpec,
-    (index, coarse): (usize, &ElasticBody),
-) -> Option<(&'a SurfaceLaw, WantedInterval)> {
+    law: &'a SurfaceLaw,
+    site: TouchSite,
+    width: f64,
+}
+
+/// The first touch of `contact` on body `index` if that gets a fine model there.
+fn touch<'a>(
+    spec: &RunSpec,
+    poses: &[BodyState],
+    contact: &'a ContactSpec,
+    index: usize,
+) -> Option<Touch<'a>> {
     let ContactLaw::Surface(law) = &contact.law else { return None };
     if !is_refined_at_touch(spec, contact, law) {
         return None;
@@ -91,31 +100,34 @@ fn predicted_interval<'a>(
         Target::Body(other) if other == index => 1,
         _ => return None,
     };
-    let Some(TouchSite::Face(site)) = zone.sites[side] else { return None };
-    let face = Face::new(&coarse.shape.patches, site.face, coarse.spec.model == Model::Axisymmetric);
-    let width = law.interval.width.unwrap_or(zone.width);
-    Some((law, WantedInterval { face, centre: site.xi, widths: [width; 2] }))
+    Some(Touch { contact, law, site: zone.sites[side]?, width: law.interval.width.unwrap_or(zone.width) })
 }
 
-/// The fine model of a body for a contact interval.
-fn fine(
-    coarse: &ElasticBody,
-    contact: &ContactSpec,
-    law: &SurfaceLaw,
-    wanted: WantedInterval,
-) -> Result<ModelCost, AdaptiveError> {
-    let settings = FineSettings {
-        division: law.interval.division,
-        elements: law.interval.elements.unwrap_or(ELEMENTS),
-        growth: None,
-    };
+/// The fine model of a body of splines.
+fn fine_splines(coarse: &ElasticBody, touch: &Touch<'_>) -> Result<Option<ModelCost>, AdaptiveError> {
+    let (TouchSite::Face(site), interval) = (touch.site, &touch.law.interval) else { return Ok(None) };
+    let face = Face::new(&coarse.shape.patches, site.face, coarse.spec.model == Model::Axisymmetric);
+    let wanted = WantedInterval { face, centre: site.xi, widths: [touch.width; 2] };
+    let elements = interval.elements.unwrap_or(ELEMENTS);
+    let settings = FineSettings { division: interval.division, elements, growth: None };
     let mesh = FineMesh::build(coarse, &[wanted], &settings)?;
-    let zone = mesh
-        .zone(0, law.points)
-        .map_err(|source| AdaptiveError::Contact { contact: contact.name.clone(), source })?;
-    let assembled = mesh.assemble(coarse)?;
-    let fine = cost(&assembled, mesh.space.n_elements(), &zone.unknowns)?;
-    Ok(ModelCost { contact: Some(contact.name.clone()), ..fine })
+    let fail = |source| AdaptiveError::Contact { contact: touch.contact.name.clone(), source };
+    let zone = mesh.zone(0, touch.law.points).map_err(fail)?;
+    let fine = cost(&mesh.assemble(coarse)?, mesh.space.n_elements(), &zone.unknowns)?;
+    Ok(Some(ModelCost { contact: Some(touch.contact.name.clone()), ..fine }))
+}
+
+/// The fine model of a body from a mesh.
+fn fine_elements(
+    name: &str,
+    spec: &MeshedSpec,
+    touch: &Touch<'_>,
+) -> Result<Option<ModelCost>, AdaptiveError> {
+    let TouchSite::Side(site) = touch.site else { return Ok(None) };
+    let wanted = WantedZone { site, widths: [touch.width; 2], elements: touch.law.interval.elements };
+    let mesh = FineElements::build(name, spec, &wanted)?;
+    let fine = cost(&mesh.assemble()?, mesh.n_elements(), &mesh.zone()?.unknowns)?;
+    Ok(Some(ModelCost { contact: Some(touch.contact.name.clone()), ..fine }))
 }
 
 /// A model from its matrices, the unknowns `interface` being eliminated last.

@@ -29,7 +29,7 @@ use tracing::debug;
 use crate::contact_zone::{ContactZone, ZoneLimits};
 use crate::elastic_body::{Discretised, ElasticBody, ReducedBody, rigid_motion};
 use crate::error::AdaptiveError;
-use crate::interval::IntervalEnd;
+use crate::interval::{IntervalEnd, IntervalGrid};
 use crate::lattice::DirectionLattice;
 use crate::rotated_net::RotatedNet;
 use crate::spec::{DivisionRule, ElasticSpec, LowModes, PointRule};
@@ -365,6 +365,16 @@ impl FineMesh {
 }
 
 impl FineInterval {
+    /// The rows by which the use of the interval is judged.
+    pub fn grid(&self) -> IntervalGrid {
+        let n = self.directions.len();
+        IntervalGrid {
+            widths: std::array::from_fn(|d| if d < n { self.widths[d] } else { 0.0 }),
+            ends: self.ends.clone(),
+            n_elements: self.n_elements,
+        }
+    }
+
     /// Where the contact zone of the interval ends.
     fn limits(&self) -> ZoneLimits {
         let region = TargetFace { face: self.face, bounds: self.region };

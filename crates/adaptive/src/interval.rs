@@ -15,6 +15,17 @@ pub enum IntervalEnd {
     FaceEnd,
 }
 
+/// The rows of elements by which the use of an interval is judged.
+#[derive(Debug, Clone, PartialEq)]
+pub struct IntervalGrid {
+    /// Widths, one a direction along the surface; the second is zero for curves \[m\].
+    pub widths: [f64; 2],
+    /// What lies at the ends, one entry a direction.
+    pub ends: Vec<[IntervalEnd; 2]>,
+    /// Rows a direction; 1 in directions that the surface does not have.
+    pub n_elements: [usize; 2],
+}
+
 /// Share of an interval's elements that shall touch (\[A\] section 4.2).
 pub const TARGET_UTILISATION: f64 = 0.7;
 

@@ -37,7 +37,7 @@ pub struct LocalShape {
     pub curvatures: [f64; 2],
     /// Direction of the first, a unit vector.
     pub direction: Vector3<f64>,
-    /// Two unit vectors along the surface.
+    /// Two unit vectors along the surface, those of the principal curvatures.
     pub tangents: [Vector3<f64>; 2],
     /// Outward unit normal.
     pub normal: Vector3<f64>,
@@ -45,6 +45,9 @@ pub struct LocalShape {
 
 /// Nodes by which curvatures are fitted, at least; a paraboloid has six unknowns.
 const FITTED: usize = 16;
+
+/// Parts of an edge at whose ends normals are compared: contact radii of a sixteenth of an edge are seen.
+const EDGE_PARTS: usize = 16;
 
 /// Components of displacement at a node.
 const N_COMPONENTS: usize = 3;
@@ -72,6 +75,34 @@ impl MeshSurface {
     pub fn length_at(&self, site: &SideSite) -> f64 {
         let beside = self.surface.sides()[site.side].neighbours.iter().flatten().map(|n| n.side as usize);
         beside.chain([site.side]).map(|i| self.surface.longest_edge(&self.mesh, i)).fold(0.0, f64::max)
+    }
+
+    /// Largest angles by which normals turn at the edges of the side at `site` and of those beside it: anywhere, and nearer than `radius` to it; creases
+    /// do not count.
+    pub fn turns_at(&self, site: &SideSite, radius: f64) -> [f64; 2] {
+        let centre = Vector3::from(site.point);
+        let beside = self.surface.sides()[site.side].neighbours.iter().flatten().map(|n| n.side as usize);
+        let mut largest = [0.0_f64; 2];
+        for side in beside.chain([site.side]) {
+            let of = &self.surface.sides()[side];
+            for (edge, other) in of.neighbours.iter().enumerate() {
+                let Some(other) = other.filter(|other| other.is_smooth) else { continue };
+                for k in 0..=EDGE_PARTS {
+                    let share = k as f64 / EDGE_PARTS as f64;
+                    let own = self.at(side, &of.kind.on_edge(edge, share));
+                    let there = &self.surface.sides()[other.side as usize];
+                    // Sides run along their common edge against each other.
+                    let there =
+                        self.at(other.side as usize, &there.kind.on_edge(other.edge as usize, 1.0 - share));
+                    let turn = Vector3::from(own.area).angle(&Vector3::from(there.area));
+                    largest[0] = largest[0].max(turn);
+                    if (Vector3::from(own.position) - centre).norm() <= radius {
+                        largest[1] = largest[1].max(turn);
+                    }
+                }
+            }
+        }
+        largest
     }
 
     /// Longest edge of each side with its middle \[m\].
@@ -133,13 +164,26 @@ impl MeshSurface {
     /// [`MeshFault::FlatSide`].
     pub fn zone(&self, site: &SideSite, reach: f64) -> Result<ContactZone, MeshFault> {
         let centre = Vector3::from(site.point);
-        let is_near = |i: usize| {
-            let of = &self.surface.sides()[i];
-            let nodes = of.nodes.iter().map(|&n| self.mesh.nodes()[n as usize]);
-            let points = of.kind.rule().into_iter().map(|p| self.at(i, &p.xi).position);
-            nodes.chain(points).any(|x| (Vector3::from(x) - centre).norm() <= reach)
-        };
-        let sides = self.with_ring(&self.surface.smooth_part(site.side, is_near));
+        let width = (2.0 * reach).min(self.mesh.size());
+        let is_near = |x: &[f64; 3]| (Vector3::from(*x) - centre).norm() <= reach;
+        self.zone_within(site.side, is_near, |_| true, [width, 0.0])
+    }
+
+    /// The same of the sides with a point of which `is_near`, among those that may take part: with all of their nodes `is_free`.
+    ///
+    /// # Errors
+    /// [`MeshFault::FlatSide`].
+    pub fn zone_within(
+        &self,
+        first: usize,
+        is_near: impl Fn(&[f64; 3]) -> bool,
+        is_free: impl Fn(u32) -> bool,
+        widths: [f64; 2],
+    ) -> Result<ContactZone, MeshFault> {
+        let may_be = |i: usize| self.surface.sides()[i].nodes.iter().all(|&n| is_free(n));
+        let is_chosen = |i: usize| may_be(i) && self.places_on(i).iter().any(&is_near);
+        let mut sides = self.with_ring(&self.surface.smooth_part(first, is_chosen));
+        sides.retain(|&i| may_be(i as usize));
         let inside: HashSet<u32> = sides.iter().copied().collect();
         let (mut points, mut parameters, mut nodes) = (Vec::new(), Vec::new(), Vec::new());
         for &i in &sides {
@@ -168,10 +212,31 @@ impl MeshSurface {
             unknowns: nodes.iter().flat_map(unknowns).collect(),
             points,
             parameters,
-            widths: [(2.0 * reach).min(self.mesh.size()), 0.0],
+            widths,
             region: ZoneRegion::Pieces(Arc::new(self.pieces_of(&sides))),
             is_whole: false,
         })
+    }
+
+    /// The longest edge of the sides that hang smoothly together with side `first` and have a point that `is_near`, and of those beside them \[m\].
+    pub fn longest_within(&self, first: usize, is_near: impl Fn(&[f64; 3]) -> bool) -> f64 {
+        let is_chosen = |i: usize| self.places_on(i).iter().any(&is_near);
+        let sides = self.with_ring(&self.surface.smooth_part(first, is_chosen));
+        sides.iter().map(|&i| self.surface.longest_edge(&self.mesh, i as usize)).fold(0.0, f64::max)
+    }
+
+    /// Nodes and points of side `i`.
+    fn places_on(&self, i: usize) -> Vec<[f64; 3]> {
+        let of = &self.surface.sides()[i];
+        let nodes = of.nodes.iter().map(|&n| self.mesh.nodes()[n as usize]);
+        nodes.chain(of.kind.rule().into_iter().map(|p| self.at(i, &p.xi).position)).collect()
+    }
+
+    /// The side nearest to `point`, with its place.
+    pub fn nearest(&self, point: &[f64; 3]) -> Option<SideSite> {
+        let found = self.mesh.nearest(point)?;
+        let side = self.mesh.surface().binary_search(&found.face).ok()?;
+        Some(SideSite { side, eta: found.eta, point: found.point })
     }
 
     /// The sides `chosen` with those beyond their smooth edges, rising.
@@ -191,7 +256,7 @@ impl MeshSurface {
         let normal = Vector3::from(self.at(site.side, &site.eta).area).try_normalize(0.0)?;
         let along = (Vector3::from(self.at(site.side, &site.eta).tangents[0])).try_normalize(0.0)?;
         let (t, s) = (along, normal.cross(&along));
-        let places = self.around(site);
+        let places = self.around(site, FITTED);
         let size = places.iter().map(|x| (x - centre).norm()).fold(0.0, f64::max);
         let row = |x: &Vector3<f64>| {
             let r = (x - centre) / size;
@@ -207,16 +272,17 @@ impl MeshSurface {
         let SymmetricEigen { eigenvalues, eigenvectors } = bend.symmetric_eigen();
         let first = usize::from(eigenvalues[1] > eigenvalues[0]);
         let axis = eigenvectors.column(first);
+        let direction = t * axis[0] + s * axis[1];
         Some(LocalShape {
             curvatures: [eigenvalues[first], eigenvalues[1 - first]],
-            direction: t * axis[0] + s * axis[1],
-            tangents: [t, s],
+            direction,
+            tangents: [direction, normal.cross(&direction)],
             normal,
         })
     }
 
-    /// Nodes of the sides around `site`, ring after ring until there are enough for a paraboloid.
-    fn around(&self, site: &SideSite) -> Vec<Vector3<f64>> {
+    /// Nodes of the sides around `site`, ring after ring over smooth edges until there are `enough`, or no more.
+    pub fn around(&self, site: &SideSite, enough: usize) -> Vec<Vector3<f64>> {
         let mut rings: HashSet<u32> = HashSet::from([site.side as u32]);
         let nodes = |sides: &HashSet<u32>| -> Vec<u32> {
             let mut all: Vec<u32> =
@@ -227,7 +293,7 @@ impl MeshSurface {
         };
         loop {
             let known: HashSet<u32> = nodes(&rings).into_iter().collect();
-            if known.len() >= FITTED {
+            if known.len() >= enough {
                 break;
             }
             let beside = |i: &u32| self.surface.sides()[*i as usize].neighbours.into_iter().flatten();

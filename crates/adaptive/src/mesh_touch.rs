@@ -3,8 +3,9 @@
 use ffr_dynamics::system::force::BodyState;
 
 use crate::mesh_surface::{MeshSurface, SideSite};
-use crate::sizing::zone::predicted_zone;
-use crate::spec::{BodyKind, ContactLaw, ContactSpec, MeshedSpec, RunSpec, Target};
+use crate::sizing::zone::{PredictedZone, predicted_zone};
+use crate::smooth_fit::SmoothFit;
+use crate::spec::{BodyKind, ContactLaw, ContactSpec, MeshedSpec, RunSpec, Target, Treatment};
 use crate::touch_sites::TouchSite;
 use crate::warning::{Warning, WarningKind};
 
@@ -15,6 +16,9 @@ pub const QUADRATIC: f64 = 2.0;
 pub const LINEAR: f64 = 8.0;
 /// Growth of elements per length away from the touch in a field of sizes.
 pub const GROWTH: f64 = 0.35;
+
+/// Error of the force by the shape of sides beyond which a body is told of.
+const SHAPE_ERROR: f64 = 1e-2;
 
 /// A place where a body of finite elements is going to be touched.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,12 +39,43 @@ pub struct MeshTouch {
     pub length: f64,
     /// Longest edge that resolves the contact \[m\].
     pub wanted: f64,
+    /// Whether the program divides the elements there when the bodies touch.
+    pub is_refined: bool,
+    /// Error of the force that the shape of the sides may cause, as a share of it (Eq. C.72).
+    pub shape_error: f64,
 }
 
 impl MeshTouch {
-    /// Whether the sides there are too long.
+    /// Whether the sides there are too long, and stay so.
     pub fn is_coarse(&self) -> bool {
-        self.length > self.wanted
+        self.length > self.wanted && !self.is_refined
+    }
+
+    /// What is to be told of it.
+    pub fn warnings(&self) -> impl Iterator<Item = Warning> + '_ {
+        let is_crude = self.is_refined && self.shape_error > SHAPE_ERROR;
+        let coarse = self.is_coarse().then(|| self.warning());
+        coarse.into_iter().chain(is_crude.then(|| self.warning_of_shape()))
+    }
+
+    /// The warning of sides whose shape follows the part too roughly.
+    fn warning_of_shape(&self) -> Warning {
+        let Self { contact, name, length, radius, shape_error, .. } = self;
+        Warning {
+            kind: WarningKind::CoarseShape,
+            subject: format!("body \"{name}\""),
+            time: 0.0,
+            value: *shape_error,
+            limit: SHAPE_ERROR,
+            message: format!(
+                "contact \"{contact}\" touches it with a radius of {radius:.3e} m, where normals of its sides of {length:.3e} m change at their edges; \
+                 the force may be off by {:.1} % for that",
+                100.0 * shape_error
+            ),
+            remedy: "mesh it with shorter or quadratic sides there, whose middle nodes lie on the part (gmsh -order 2): sides half as long err a \
+                     quarter to an eighth of that"
+                .into(),
+        }
     }
 
     /// The warning of a touch with sides that are too long.
@@ -72,13 +107,16 @@ pub fn touches(spec: &RunSpec, poses: &[BodyState], contact: &ContactSpec) -> Ve
     let other = if let Target::Body(other) = contact.target { Some(other) } else { None };
     let bodies = [Some(contact.body), other];
     let has_mesh = bodies.iter().flatten().any(|b| on_mesh(*b).is_some());
-    if !(has_mesh && matches!(contact.law, ContactLaw::Surface(_))) {
+    let ContactLaw::Surface(law) = &contact.law else { return Vec::new() };
+    if !has_mesh {
         return Vec::new();
     }
+    let is_refined = law.treatment == Treatment::Adaptive;
     let Some(zone) = predicted_zone(spec, poses, contact) else { return Vec::new() };
     let touch = |(body, site): (usize, TouchSite)| {
         let (mesh, TouchSite::Side(site)) = (on_mesh(body)?, site) else { return None };
-        let (length, wanted) = lengths(mesh, &site, zone.half_width);
+        let surface = MeshSurface::of(&mesh.mesh);
+        let (length, wanted) = (surface.length_at(&site), wanted_length(mesh, zone.half_width));
         Some(MeshTouch {
             contact: contact.name.clone(),
             body,
@@ -88,17 +126,32 @@ pub fn touches(spec: &RunSpec, poses: &[BodyState], contact: &ContactSpec) -> Ve
             force: zone.force,
             length,
             wanted,
+            is_refined,
+            shape_error: shape_error(&surface, &site, &zone),
         })
     };
     let sites = bodies.into_iter().zip(zone.sites).filter_map(|(body, site)| Some((body?, site?)));
     sites.filter_map(touch).collect()
 }
 
-/// Longest edge at `site`, and the longest that resolves a contact of the given radius \[m\].
-fn lengths(body: &MeshedSpec, site: &SideSite, radius: f64) -> (f64, f64) {
+/// Longest edge that resolves a contact of the given radius \[m\].
+fn wanted_length(body: &MeshedSpec, radius: f64) -> f64 {
     let is_quadratic = body.mesh.elements().iter().next().is_some_and(|e| e.kind.is_quadratic());
     let sides = if is_quadratic { QUADRATIC } else { LINEAR };
-    (MeshSurface::of(&body.mesh).length_at(site), radius / sides)
+    radius / sides
+}
+
+/// Error of the force that the change of normals at edges may cause, as a share of it (Eq. C.72); none where a smooth surface takes their place.
+fn shape_error(surface: &MeshSurface, site: &SideSite, zone: &PredictedZone) -> f64 {
+    let PredictedZone { half_width, approach, .. } = zone;
+    // Of spheres a²/δ.
+    let radius = half_width * half_width / approach;
+    let smooth = surface.shape_at(site).and_then(|s| SmoothFit::new(surface, site, &s, *half_width));
+    if smooth.is_some() {
+        return 0.0;
+    }
+    let [around, inside] = surface.turns_at(site, *half_width);
+    radius * (around / surface.length_at(site)).max(0.25 * inside / half_width)
 }
 
 /// Mean length of the longest edges of the sides that are not near `touches` \[m\]; of all if there is no other.

@@ -1,6 +1,7 @@
 //! Bodies of finite elements, reduced here.
 
 use contact_qs::points::DofLookup;
+use faer::sparse::SparseColMat;
 use fe_mesh::Mesh;
 use fe_mesh::fault::MeshFault;
 use fe_mesh::jacobian::PointOf;
@@ -72,7 +73,20 @@ impl MeshedSpec {
         let fail = |source| AdaptiveError::Mesh { body: name.to_owned(), source };
         let materials = self.materials().map_err(fail)?;
         let matrices = assemble(&self.mesh, &materials, self.mass_rule).map_err(fail)?;
-        let mut stiffness = matrices.stiffness;
+        let stiffness = self.stiffened(name, matrices.stiffness)?;
+        Ok(assembled_body(name, self.mesh.nodes(), stiffness, matrices.mass))
+    }
+
+    /// The matrix `stiffness` of the body `name`, stiffened where parts of the body are rigid; nodes of the mesh have the first unknowns.
+    ///
+    /// # Errors
+    /// As [`MeshedSpec::assembled`].
+    pub fn stiffened(
+        &self,
+        name: &str,
+        mut stiffness: SparseColMat<u32, f64>,
+    ) -> Result<SparseColMat<u32, f64>, AdaptiveError> {
+        let fail = |source| AdaptiveError::Mesh { body: name.to_owned(), source };
         for area in &self.rigid_areas {
             let young = self.first_material().map_or(0.0, Material::youngs_modulus);
             let block = self
@@ -87,25 +101,31 @@ impl MeshedSpec {
             })?;
             stiffness = block.added_to(&stiffness);
         }
-        let nodes = self.mesh.nodes().to_vec();
-        let node = |node: u32| (0..N_COMPONENTS as u8).map(move |component| Dof { node, component });
-        Ok(AssembledBody {
-            name: name.to_owned(),
-            motion: RigidMotion::Spatial,
-            stiffness,
-            mass: MassMatrix::PerComponent(matrices.mass),
-            dofs: (0..nodes.len() as u32).flat_map(node).collect(),
-            anchors: nodes.clone(),
-            nodes,
-        })
+        Ok(stiffness)
+    }
+
+    /// Nodes that move with the rigid parts of the body `name`.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Mesh`] for a part that does not exist.
+    pub fn rigid_nodes(&self, name: &str) -> Result<Vec<u32>, AdaptiveError> {
+        let fail = |source| AdaptiveError::Mesh { body: name.to_owned(), source };
+        let parts = self.rigid_areas.iter().map(|area| self.part(area).map_err(fail));
+        let parts = parts.collect::<Result<Vec<Part>, AdaptiveError>>()?;
+        let points = parts.iter().flat_map(|part| (0..part.len()).map(|i| part.point(i).2));
+        Ok(points.flatten().map(|(node, _)| *node).collect())
+    }
+
+    fn part(&self, area: &Area) -> Result<Part, MeshFault> {
+        match &area.extent {
+            Extent::Face(name) => self.mesh.face_part(name),
+            Extent::Around { point, radius } => self.mesh.around(point, *radius),
+        }
     }
 
     /// The quadrature points of a part.
     fn points(&self, area: &Area) -> Result<PartPoints, MeshFault> {
-        let part: Part = match &area.extent {
-            Extent::Face(name) => self.mesh.face_part(name)?,
-            Extent::Around { point, radius } => self.mesh.around(point, *radius)?,
-        };
+        let part = self.part(area)?;
         let mut points = PartPoints::new(RigidMotion::Spatial, self.mesh.nodes().len());
         for i in 0..part.len() {
             let (place, weight, functions) = part.point(i);
@@ -179,6 +199,25 @@ impl MeshedSpec {
         }
         entries.sort_unstable_by_key(|e| e.0);
         Ok(entries)
+    }
+}
+
+/// A body with the matrices given, three unknowns a node of `nodes`.
+pub fn assembled_body(
+    name: &str,
+    nodes: &[[f64; 3]],
+    stiffness: SparseColMat<u32, f64>,
+    mass: SparseColMat<u32, f64>,
+) -> AssembledBody {
+    let node = |node: u32| (0..N_COMPONENTS as u8).map(move |component| Dof { node, component });
+    AssembledBody {
+        name: name.to_owned(),
+        motion: RigidMotion::Spatial,
+        stiffness,
+        mass: MassMatrix::PerComponent(mass),
+        dofs: (0..nodes.len() as u32).flat_map(node).collect(),
+        anchors: nodes.to_vec(),
+        nodes: nodes.to_vec(),
     }
 }
 

@@ -129,6 +129,19 @@ pub enum Unsupported {
         /// Most that are possible.
         most: usize,
     },
+    /// A rigid part where a mesh is divided.
+    #[error(
+        "a contact zone reaches the elements of a part that a joint or load holds with coupling = \"rigid\"; choose coupling = \"average\" or a smaller part"
+    )]
+    RigidPartAtTouch,
+    /// Modes of its own for a body of finite elements.
+    #[error(
+        "a body of model \"mesh\" has no fine models with modes = \"own\"; choose modes = \"prolonged\" for its contacts"
+    )]
+    FineModesOfMesh,
+    /// A fine model that belongs to a body of the other kind.
+    #[error("a fine model of splines does not fit a mesh, nor one of a mesh splines")]
+    FineModelOfOtherKind,
     /// Refinement of a body of several patches.
     #[error("bodies of several patches cannot be refined adaptively; refine them by [discretisation]")]
     SeveralPatches,

@@ -45,6 +45,7 @@ kinds! {
     InitialOverlap = "initial-overlap": "The bodies overlap at the start, as the scenario allows.",
     CoarsePlace = "coarse-place": "A disc or ball that a joint or load holds is too small for the elements there.",
     CoarseTouch = "coarse-touch": "The elements of a mesh are too large for a contact there, as Hertz's theory predicts it.",
+    CoarseShape = "coarse-shape": "The sides of a mesh follow the part too roughly for a contact there, whatever their number becomes.",
     MinorContact = "minor-contact": "The force of a contact was too small beside others to judge its zone and penalty factor by.",
     SlowRise = "slow-rise": "The modes kept let the force between flat faces rise and fall slowly beside the duration of the impact.",
     EdgeTouch = "edge-touch": "Bodies touch with an edge or a corner, where elements decide how far they yield.",

@@ -270,6 +270,18 @@ pub enum MeshFault {
         /// Its centre \[m\].
         point: [f64; 3],
     },
+    /// A place that would take too many pieces of elements.
+    #[error(
+        "elements would have to be halved more than {levels} times, into more than {cells} pieces, where {most} are possible; mesh finer there, or ask for a wider zone with fewer elements"
+    )]
+    TooFine {
+        /// How often elements are halved so far.
+        levels: u8,
+        /// Pieces so far.
+        cells: usize,
+        /// Most that are possible.
+        most: usize,
+    },
     /// A matrix has more entries than 32-bit indices can name.
     #[error("the matrices would have {entries} entries, at most 4294967295 are possible, use fewer elements")]
     TooLarge {

@@ -141,6 +141,15 @@ impl ElementKind {
         !matches!(self, Self::Tet4 | Self::Hex8 | Self::Wedge6)
     }
 
+    /// The kind with the same corners and no other nodes.
+    pub fn linear(self) -> Self {
+        match self.form() {
+            Form::Tetrahedron => Self::Tet4,
+            Form::Hexahedron => Self::Hex8,
+            Form::Wedge => Self::Wedge6,
+        }
+    }
+
     /// Whether four-sided sides have a node in their middle.
     fn has_side_nodes(self) -> bool {
         matches!(self, Self::Hex27 | Self::Wedge18)
@@ -223,6 +232,13 @@ impl ElementKind {
 }
 
 impl SideKind {
+    /// Parameters of the place a share of the way from corner `edge` to the next.
+    pub fn on_edge(self, edge: usize, share: f64) -> [f64; 2] {
+        let corners = self.node_parameters();
+        let (a, b) = (corners[edge], corners[(edge + 1) % self.n_corners()]);
+        [0, 1].map(|d| (1.0 - share) * a[d] + share * b[d])
+    }
+
     /// Every kind.
     pub const ALL: [Self; 5] = [Self::Tri3, Self::Tri6, Self::Quad4, Self::Quad8, Self::Quad9];
     /// Most nodes of any kind.

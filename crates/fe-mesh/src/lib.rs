@@ -16,6 +16,8 @@ pub mod jacobian;
 pub mod boundary;
 pub mod mesh;
 pub mod check;
+pub mod ties;
+pub mod refined;
 pub mod matrices;
 pub mod mass_properties;
 pub mod locate;

@@ -8,9 +8,11 @@ use rayon::prelude::*;
 
 use crate::fault::MeshFault;
 use crate::mesh::Mesh;
+use crate::refined::RefinedMesh;
 use crate::rules::MassRule;
+use crate::ties::Ties;
 use element::{ElementMatrices, KindRules};
-use pattern::NodePattern;
+use pattern::{Connectivity, NodePattern};
 
 /// Elastic constants and density of an isotropic material.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,6 +54,14 @@ impl Materials {
         Ok(Self { constants: groups.iter().map(|(_, c)| *c).chain(rest).collect(), of_element })
     }
 
+    /// The materials of elements that are parts of `parents`.
+    pub(crate) fn of_parts(&self, parents: &[u32]) -> Self {
+        let own = |&e: &u32| self.of_element.get(e as usize).copied().unwrap_or(0);
+        let of_element =
+            if self.of_element.is_empty() { Vec::new() } else { parents.iter().map(own).collect() };
+        Self { constants: self.constants.clone(), of_element }
+    }
+
     /// Constants of element `e`.
     pub fn of(&self, e: usize) -> &Constants {
         let at = self.of_element.get(e).copied().unwrap_or(0);
@@ -79,7 +89,29 @@ const BATCH: usize = 4096;
 /// # Errors
 /// [`MeshFault::TooLarge`] if the entries do not fit 32-bit indices.
 pub fn assemble(mesh: &Mesh, materials: &Materials, rule: MassRule) -> Result<Matrices, MeshFault> {
-    let pattern = NodePattern::new(mesh)?;
+    assemble_tied(mesh, &Ties::new(mesh.nodes().len(), Vec::new()), materials, rule)
+}
+
+/// The same of the free nodes of a divided mesh, `materials` being those of the mesh before.
+///
+/// # Errors
+/// As [`assemble`].
+pub fn assemble_refined(
+    refined: &RefinedMesh,
+    materials: &Materials,
+    rule: MassRule,
+) -> Result<Matrices, MeshFault> {
+    assemble_tied(refined.mesh(), refined.ties(), &materials.of_parts(refined.parents()), rule)
+}
+
+fn assemble_tied(
+    mesh: &Mesh,
+    ties: &Ties,
+    materials: &Materials,
+    rule: MassRule,
+) -> Result<Matrices, MeshFault> {
+    let (n, connectivity) = (ties.n_free(), Connectivity::new(mesh, ties));
+    let pattern = NodePattern::new(n, &connectivity)?;
     let rules = KindRules::all(rule);
     let mut stiffness = vec![0.0; pattern.n_stiffness()];
     let mut mass = vec![0.0; pattern.n_mass()];
@@ -89,13 +121,16 @@ pub fn assemble(mesh: &Mesh, materials: &Materials, rule: MassRule) -> Result<Ma
         let made: Vec<ElementMatrices> = batch
             .clone()
             .into_par_iter()
-            .map(|e| ElementMatrices::new(mesh, elements.get(e), materials.of(e), &rules))
+            .map(|e| {
+                let element = elements.get(e);
+                let matrices = ElementMatrices::new(mesh, element, materials.of(e), &rules);
+                matrices.tied(element.nodes, ties, connectivity.of(e))
+            })
             .collect();
         for (e, matrices) in batch.zip(&made) {
-            pattern.add(elements.get(e).nodes, matrices, &mut stiffness, &mut mass);
+            pattern.add(connectivity.of(e), matrices, &mut stiffness, &mut mass);
         }
     }
-    let n = mesh.nodes().len();
     let (columns, rows) = pattern.unknowns();
     let stiffness =
         SparseColMat::new(SymbolicSparseColMat::new_checked(3 * n, 3 * n, columns, None, rows), stiffness);

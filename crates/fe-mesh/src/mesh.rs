@@ -85,6 +85,16 @@ impl Mesh {
         Ok(Self { nodes, node_labels, elements, surface, volumes, faces: groups, notes })
     }
 
+    /// The mesh with other elements of the same part, whose `surface` sides are rising, and no groups of elements.
+    pub(crate) fn divided(
+        (nodes, elements): (Vec<[f64; 3]>, Elements),
+        surface: Vec<Face>,
+        faces: Vec<(String, Vec<Face>)>,
+    ) -> Self {
+        let node_labels = (1..=nodes.len() as u64).collect();
+        Self { nodes, node_labels, elements, surface, volumes: Vec::new(), faces, notes: Vec::new() }
+    }
+
     /// Positions of the nodes \[m\].
     pub fn nodes(&self) -> &[[f64; 3]] {
         &self.nodes

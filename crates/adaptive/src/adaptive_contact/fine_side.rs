@@ -11,25 +11,30 @@ use ffr_dynamics::system::force::{BodyState, Motion};
 use iga_core::elasticity::Model;
 use iga_core::nurbs::FaceId;
 use iga_core::surface::Face;
+use nalgebra::Vector3;
 
 use super::{AdaptiveContact, CancelCheck, WIDEST};
-use crate::body_model::{BodyModel, ElasticModel};
+use crate::body_model::{BodyModel, ElasticModel, FlexibleBody};
 use crate::contact_zone::ContactZone;
 use crate::elastic_body::{ElasticBody, damping, with_critical};
 use crate::error::{AdaptiveError, ContactModelFault};
-use crate::fine_model::{ELEMENTS, FineBody, FineMesh, FineSettings, compliance_key};
+use crate::fine_body::FineBodyModel;
+use crate::fine_elements::{FineElements, WantedZone};
+use crate::fine_model::{ELEMENTS, FineBody, FineMesh, FineSettings};
 use crate::fine_modes::FineModes;
+use crate::mesh_surface::MeshSurface;
 use crate::point_compliance::{Functions, point_rows};
 use crate::record::ZoneSite;
 use crate::spec::{LowModes, Target, Treatment};
 use crate::store::{ModelKey, StoredModel, matrix, matrix_values};
+use crate::unsupported::Unsupported;
 use crate::wanted_interval::WantedInterval;
 use crate::zone_contact::{ContactSide, FALLBACK_PENALTY, ZoneContact};
 
 /// Fine model of one body for one contact.
 pub struct FineSide {
-    /// The refined mesh.
-    pub body: FineMesh,
+    /// The refined body.
+    pub body: FineBodyModel,
     /// Contact points and interface.
     pub zone: ContactZone,
     /// Low-frequency modes at the unknowns.
@@ -98,9 +103,33 @@ impl AdaptiveContact {
         Ok((FineMesh::build(body, &[wanted], &settings)?, wanted, settings))
     }
 
-    /// Whether fine models can be built again from their sites: their zones are quasistatic, on prolonged modes.
+    /// The fine model of `body` at `site`, and what it was made from.
+    fn fine_body(&self, body: &FlexibleBody<'_>, site: &ZoneSite) -> Result<FineBodyModel, AdaptiveError> {
+        if let Some(splines) = body.spline_body() {
+            let (mesh, wanted, settings) = self.mesh(splines, site)?;
+            return Ok(FineBodyModel::Splines { mesh: Box::new(mesh), wanted, settings });
+        }
+        let Some(spec) = body.mesh() else {
+            return Err(self.without_model(ContactModelFault::UnknownPlace));
+        };
+        let side = site.face as usize;
+        let count = spec.mesh.surface().len();
+        if side >= count {
+            return Err(self.without_model(ContactModelFault::UnknownFace { face: site.face, count }));
+        }
+        let (width, size) = (site.widths[0].max(site.widths[1]), body.size);
+        if width > WIDEST * size {
+            return Err(self.without_model(ContactModelFault::TooWide { width, size }));
+        }
+        let place = MeshSurface::of(&spec.mesh).site(side, [site.centre[0], site.centre[1]]);
+        let wanted = WantedZone { site: place, widths: site.widths, elements: self.law.interval.elements };
+        let mesh = FineElements::build(body.name, spec, &wanted)?;
+        Ok(FineBodyModel::Elements { mesh: Box::new(mesh), wanted })
+    }
+
+    /// Whether fine models can be built again from their sites: their zones are quasistatic, on prolonged modes, and on splines.
     pub fn is_rebuildable(&self) -> bool {
-        !self.is_vibrating() && self.law.transfer.modes == LowModes::Prolonged
+        !self.has_mesh && !self.is_vibrating() && self.law.transfer.modes == LowModes::Prolonged
     }
 
     /// The fine model of the body `elastic` at `site`, built again.
@@ -133,10 +162,14 @@ impl AdaptiveContact {
         let mut sides = Vec::new();
         for (body, site) in wanted {
             let site = site.ok_or_else(|| self.without_model(ContactModelFault::UnknownPlace))?;
-            let ZoneModel { mesh, zone, shapes, residual } =
-                self.zone_model(super::elastic(&bodies[body]), &site)?;
+            let flexible = super::flexible(&bodies[body]);
+            let fine = self.fine_body(&flexible, &site)?;
+            let assembled = fine.assemble(&flexible)?;
+            let zone = fine.zone(self.law.points, &self.name)?;
+            let residual = fine.residual(&assembled, &flexible, &zone.unknowns)?;
             let answer = ZoneAnswer::Static(residual.compliance().clone());
-            let side = FineSide { body: mesh, zone, shapes, answer, points: Mat::new(), fine_modes: None };
+            let shapes = fine.shapes(&flexible)?;
+            let side = FineSide { body: fine, zone, shapes, answer, points: Mat::new(), fine_modes: None };
             sides.push((body, side, residual));
         }
         let mut rest = sides.into_iter();
@@ -146,83 +179,100 @@ impl AdaptiveContact {
         let other = rest.next();
         let (other, other_residual) = other.map(|(i, side, residual)| ((i, side), residual)).unzip();
         let element = self.element(&own, other.as_ref(), bodies)?;
-        let model = |side: FineSide, residual| {
-            let FineSide { body: mesh, zone, shapes, .. } = side;
-            ZoneModel { mesh, zone, shapes, residual }
+        let model = |(body, side): (usize, FineSide), residual| {
+            let FineSide { body: fine, zone, shapes, .. } = side;
+            fine.into_splines().map(|mesh| (body, ZoneModel { mesh, zone, shapes, residual }))
         };
-        let mut models = vec![(body, model(own, residual))];
-        models.extend(other.zip(other_residual).map(|((i, side), residual)| (i, model(side, residual))));
+        let mut models: Vec<(usize, ZoneModel)> = model((body, own), residual).into_iter().collect();
+        models.extend(other.zip(other_residual).and_then(|(side, residual)| model(side, residual)));
         Ok(RebuiltContact { element, models })
     }
 
-    /// The fine model of the body `elastic` at `site`, and how forces on it displace the `places` of the body.
+    /// The fine model of `body` at `site`, and how forces on it displace the `places` of the body.
     ///
     /// # Errors
     /// [`AdaptiveError`] with the name of body or contact, or the error of `check_cancel`.
     pub(super) fn side(
         &self,
-        elastic: &ElasticModel,
+        body: FlexibleBody<'_>,
         (site, places): (&ZoneSite, &[[f64; 3]]),
         modes: LowModes,
         check_cancel: &mut CancelCheck<'_>,
     ) -> Result<FineSide, AdaptiveError> {
-        let body = &elastic.body;
         check_cancel()?;
-        let (fine, wanted, settings) = self.mesh(body, site)?;
-        let zone = fine.zone(0, self.law.points).map_err(|e| self.fail(e))?;
+        let fine = self.fine_body(&body, site)?;
+        let zone = fine.zone(self.law.points, &self.name)?;
         check_cancel()?;
-        let coarse = (body, &elastic.reduced);
         // Zones that vibrate have no static answer.
         let places = if self.is_vibrating() { &[] } else { places };
-        let mesh = fine.discretised();
         let functions: Vec<Functions> =
-            places.iter().map(|place| mesh.functions_at(place)).collect::<Result<_, AdaptiveError>>()?;
-        let points = |mesh: &FineMesh, residual: &ResidualFlexibility| {
-            point_rows(&functions, &mesh.lookup, mesh.motion, residual)
-        };
-        let answer = |residual: &ResidualFlexibility, assembled: &AssembledBody| match self.is_vibrating() {
-            false => Ok(ZoneAnswer::Static(residual.compliance().clone())),
-            true => ResidualModes::new(residual, assembled)
-                .map(ZoneAnswer::Vibrating)
-                .map_err(|source| AdaptiveError::Reduction { body: body.name.clone(), source }),
-        };
+            places.iter().map(|place| fine.functions_at(place)).collect::<Result<_, AdaptiveError>>()?;
         if modes == LowModes::Fine {
-            self.cache.count_fine_model();
-            let assembled = fine.assemble(body)?;
-            let fine = FineBody { mesh: fine, assembled };
-            let (basis, residual) = fine.reduce(coarse, &zone.unknowns, modes)?;
-            check_cancel()?;
-            let (answer, points) = (answer(&residual, &fine.assembled)?, points(&fine.mesh, &residual));
-            let modes = FineModes::new(coarse, &fine, basis, self.law.transfer.method)?;
-            let shapes = modes.reduced.shapes().to_owned();
-            let FineBody { mesh, assembled } = fine;
-            return Ok(FineSide {
-                body: mesh,
-                zone,
-                shapes,
-                answer,
-                points,
-                fine_modes: Some((assembled, modes)),
-            });
+            return self.side_with_modes(&body, (fine, zone), &functions, check_cancel);
         }
-        let n_rows = places.len() * fine.motion.n_components();
-        let key = compliance_key(coarse, &wanted, &settings, (&zone.unknowns, places));
+        let points =
+            |residual: &ResidualFlexibility| point_rows(&functions, fine.lookup(), fine.motion(), residual);
+        let n_rows = places.len() * fine.motion().n_components();
+        let key = fine.compliance_key(&body, (&zone.unknowns, places))?;
         let key = ModelKey { kind: if self.is_vibrating() { "zone-modes" } else { key.kind }, ..key };
         let (answer, points) = self.cache.recent(
             key,
             |stored| self.answer_from(stored, zone.unknowns.len(), n_rows),
             || {
                 self.cache.count_fine_model();
-                let assembled = fine.assemble(body)?;
+                let assembled = fine.assemble(&body)?;
                 check_cancel()?;
-                let (_, residual) = fine.reduce(&assembled, coarse, &zone.unknowns, LowModes::Prolonged)?;
+                let residual = fine.residual(&assembled, &body, &zone.unknowns)?;
                 check_cancel()?;
-                answer(&residual, &assembled).map(|answer| (answer, points(&fine, &residual)))
+                self.answer(body.name, &residual, &assembled).map(|answer| (answer, points(&residual)))
             },
             stored_answer,
         )?;
-        let shapes = fine.prolong(&body.assembled, elastic.reduced.shapes());
+        let shapes = fine.shapes(&body)?;
         Ok(FineSide { body: fine, zone, shapes, answer, points, fine_modes: None })
+    }
+
+    /// The same with modes of the fine model's own, which meshes do not have; `functions` are those of the observed places.
+    fn side_with_modes(
+        &self,
+        body: &FlexibleBody<'_>,
+        (fine, zone): (FineBodyModel, ContactZone),
+        functions: &[Functions],
+        check_cancel: &mut CancelCheck<'_>,
+    ) -> Result<FineSide, AdaptiveError> {
+        let FineBodyModel::Splines { mesh, wanted, settings } = fine else {
+            return Err(AdaptiveError::unsupported_body(body.name, Unsupported::FineModesOfMesh));
+        };
+        let Some(splines) = body.spline_body() else {
+            return Err(AdaptiveError::unsupported_body(body.name, Unsupported::FineModesOfMesh));
+        };
+        let coarse = (splines, body.reduced);
+        self.cache.count_fine_model();
+        let assembled = mesh.assemble(splines)?;
+        let fine = FineBody { mesh: *mesh, assembled };
+        let (basis, residual) = fine.reduce(coarse, &zone.unknowns, LowModes::Fine)?;
+        check_cancel()?;
+        let answer = self.answer(body.name, &residual, &fine.assembled)?;
+        let points = point_rows(functions, &fine.mesh.lookup, fine.mesh.motion, &residual);
+        let modes = FineModes::new(coarse, &fine, basis, self.law.transfer.method)?;
+        let shapes = modes.reduced.shapes().to_owned();
+        let FineBody { mesh, assembled } = fine;
+        let body = FineBodyModel::Splines { mesh: Box::new(mesh), wanted, settings };
+        Ok(FineSide { body, zone, shapes, answer, points, fine_modes: Some((assembled, modes)) })
+    }
+
+    /// How the zone of the body called `name` answers.
+    fn answer(
+        &self,
+        name: &str,
+        residual: &ResidualFlexibility,
+        assembled: &AssembledBody,
+    ) -> Result<ZoneAnswer, AdaptiveError> {
+        if !self.is_vibrating() {
+            return Ok(ZoneAnswer::Static(residual.compliance().clone()));
+        }
+        let modes = ResidualModes::new(residual, assembled).map(ZoneAnswer::Vibrating);
+        modes.map_err(|source| AdaptiveError::Reduction { body: name.to_owned(), source })
     }
 
     /// Whether the zones' high-frequency modes are dynamic.
@@ -269,6 +319,27 @@ impl AdaptiveContact {
         };
         let (omega, mass) = (modes.omega.clone(), body.data.mass);
         Ok(Some(ZoneVibration { body: index, n_low, mass, omega, damping }))
+    }
+
+    /// The force element of the refined contact of bodies in the motions `states`, whose surfaces are `gap` apart: where a zone lies on a smooth surface in
+    /// place of its sides, that is moved along its normal until the contact has this gap.
+    ///
+    /// # Errors
+    /// As [`AdaptiveContact::element`].
+    pub(super) fn element_at(
+        &self,
+        own: &mut FineSide,
+        other: &mut Option<(usize, FineSide)>,
+        (bodies, states): (&[BodyModel], &[BodyState]),
+        gap: f64,
+    ) -> Result<Box<dyn ActiveContact>, AdaptiveError> {
+        let mut element = self.element(own, other.as_ref(), bodies)?;
+        let found = element.smallest_gap(Motion::new(0.0, states));
+        let sides = [Some(&mut *own), other.as_mut().map(|(_, side)| side)];
+        let smooth = sides.into_iter().flatten().find_map(|side| Some((side.body.outward()?, side)));
+        let Some((outward, side)) = smooth.filter(|_| found.is_finite()) else { return Ok(element) };
+        side.zone.move_to(|x| (Vector3::from(*x) + (found - gap) * outward).into());
+        self.element(own, other.as_ref(), bodies)
     }
 
     /// The force element of the refined contact.
@@ -375,9 +446,9 @@ impl FineSide {
     fn contact_side<'a>(&'a self, body: usize, shapes: MatRef<'a, f64>) -> ContactSide<'a> {
         ContactSide {
             body,
-            motion: self.body.motion,
-            lookup: &self.body.lookup,
-            splines: Some(self.body.discretised()),
+            motion: self.body.motion(),
+            lookup: self.body.lookup(),
+            splines: self.body.splines(),
             zone: &self.zone,
             shapes,
             compliance: self.compliance(),

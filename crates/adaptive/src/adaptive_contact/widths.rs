@@ -4,16 +4,16 @@ use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::invariants::centre_of_mass;
 use ffr_dynamics::kinematics::marker::FlexiblePoint;
 use ffr_dynamics::system::force::BodyState;
-use iga_core::elasticity::Model;
 use nalgebra::{Matrix3, Vector3};
 
 use contact_qs::search::SurfaceSite;
 
-use super::{AdaptiveContact, elastic};
-use crate::body_model::BodyModel;
+use super::{AdaptiveContact, flexible};
+use crate::body_model::{BodyModel, FlexibleBody};
 use crate::detection::{Nearest, Search};
 use crate::error::AdaptiveError;
 use crate::local_surface::SurfaceView;
+use crate::mesh_surface::MeshSurface;
 use crate::predict::{
     HertzLaw, HertzPrediction, ImpactLaw, LineLaw, LocalSurface, half_extents, hertz_impact, interval_width,
     inverse_effective_mass, widths_along,
@@ -36,7 +36,7 @@ impl AdaptiveContact {
         nearest: &Nearest,
         peak: Option<f64>,
     ) -> PredictedWidths {
-        let blind = BLIND_WIDTH * elastic(&bodies[self.body]).body.size();
+        let blind = BLIND_WIDTH * flexible(&bodies[self.body]).size;
         let known = self.partners(bodies, states, nearest).and_then(|p| self.hertz_widths(bodies, &p, peak));
         known.unwrap_or(PredictedWidths { widths: [blind; 2], least: [0.0; 2] })
     }
@@ -50,7 +50,7 @@ impl AdaptiveContact {
         let speed = (other.velocity - own.velocity).dot(normal);
         let inverse_mass = own.inverse_mass + other.inverse_mass;
         let target = self.law.interval.target_utilisation;
-        let body = &elastic(&bodies[self.body]).body;
+        let body = flexible(&bodies[self.body]);
         let approach = LEAST_APPROACH * self.detector.size();
         let (extents, least, from_axis) = match self.impact_law(bodies, own, other)? {
             ImpactLaw::Line(law) => {
@@ -68,7 +68,7 @@ impl AdaptiveContact {
                 };
                 let extents = |h: &HertzPrediction| half_extents(h, &own.tangents);
                 let least = extents(&law.at_force(ImpactLaw::Point(law).force(approach).0));
-                let from_axis = body.spec.model == Model::Axisymmetric;
+                let from_axis = body.motion == RigidMotion::Axial;
                 (hertz.map_or([0.0; 2], |h| extents(&h)), least, from_axis)
             }
         };
@@ -87,9 +87,9 @@ impl AdaptiveContact {
         (other, there): (usize, &SurfaceSite),
     ) -> [f64; 2] {
         let tangents = |body: usize, site: &SurfaceSite| {
-            let spec = &elastic(&bodies[body]).body.spec;
-            let view = SurfaceView::new(spec, &states[body].rotation, site.face, &site.xi)?;
-            (spec.model == Model::Solid).then_some(view.tangents)
+            let body_model = flexible(&bodies[body]);
+            let view = view(&body_model, &states[body], site)?;
+            (body_model.motion == RigidMotion::Spatial).then_some(view.tangents)
         };
         match (tangents(self.body, here), tangents(other, there)) {
             (Some(own), Some(target)) => widths_along(widths, &own, &target),
@@ -100,21 +100,20 @@ impl AdaptiveContact {
 
     /// The law by which two bodies press each other; none for surfaces that are flat on each other.
     fn impact_law(&self, bodies: &[BodyModel], own: &Partner, other: &Partner) -> Option<ImpactLaw> {
-        let body = &elastic(&bodies[self.body]).body;
+        let body = flexible(&bodies[self.body]);
+        let thickness = |of: &FlexibleBody<'_>| of.spline_body().and_then(|b| b.spec.model.thickness());
         let surfaces = [own.surface, other.surface];
-        let Some(own_thickness) = body.spec.model.thickness() else {
+        let Some(own_thickness) = thickness(&body) else {
             return HertzLaw::new(&surfaces).map(ImpactLaw::Point);
         };
         let curvature = own.surface.curvatures[0] + other.surface.curvatures[0];
         // A thin target yields more under the same force.
         let share = match self.target {
-            Target::Body(target) => {
-                own_thickness / elastic(&bodies[target]).body.spec.model.thickness().unwrap_or(1.0)
-            }
+            Target::Body(target) => own_thickness / thickness(&flexible(&bodies[target])).unwrap_or(1.0),
             Target::Plane { .. } => 1.0,
         };
         let compliance = own.surface.compliance + share * other.surface.compliance;
-        LineLaw::new(curvature, compliance, body.size(), own_thickness).map(ImpactLaw::Line)
+        LineLaw::new(curvature, compliance, body.size, own_thickness).map(ImpactLaw::Line)
     }
 
     fn partners(&self, bodies: &[BodyModel], states: &[BodyState], nearest: &Nearest) -> Option<Partners> {
@@ -148,6 +147,18 @@ impl AdaptiveContact {
         };
         let Some(law) = self.impact_law(bodies, &own, &other) else { return Ok(None) };
         Ok(Some(PointImpact::new(own.point, other.point, normal, law, states)))
+    }
+}
+
+/// The surface of `body` at `site`; none where it has no curvatures.
+fn view(body: &FlexibleBody<'_>, state: &BodyState, site: &SurfaceSite) -> Option<SurfaceView> {
+    match (body.spline_body(), body.mesh()) {
+        (Some(splines), _) => SurfaceView::new(&splines.spec, &state.rotation, site.face, &site.xi),
+        (None, Some(mesh)) => {
+            let side = MeshSurface::of(&mesh.mesh).site(site.element, [site.xi[0], site.xi[1]]);
+            SurfaceView::of_mesh(mesh, &state.rotation, &side)
+        }
+        (None, None) => None,
     }
 }
 
@@ -193,10 +204,9 @@ impl Partner {
 
     fn new(index: usize, bodies: &[BodyModel], states: &[BodyState], site: &SurfaceSite) -> Option<Self> {
         let (model, state) = (&bodies[index], &states[index]);
-        let body = &elastic(model).body;
-        let motion = body.assembled.motion;
-        let SurfaceView { surface, tangents, outward, point } =
-            SurfaceView::new(&body.spec, &state.rotation, site.face, &site.xi)?;
+        let body = flexible(model);
+        let motion = body.motion;
+        let SurfaceView { surface, tangents, outward, point } = view(&body, state, site)?;
         let data = &model.data;
         let inverse_mass = if motion == RigidMotion::Axial {
             1.0 / data.mass

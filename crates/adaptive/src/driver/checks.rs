@@ -33,8 +33,9 @@ impl Driver<'_> {
                 warnings.extend(found.map(|warning| (i, warning)));
             }
         }
-        let coarse = self.model.touches.iter().filter(|touch| touch.is_coarse());
-        warnings.extend(coarse.map(|touch| (touch.body, touch.warning())));
+        for touch in &self.model.touches {
+            warnings.extend(touch.warnings().map(|warning| (touch.body, warning)));
+        }
         Ok(warnings)
     }
 

@@ -76,9 +76,9 @@ pub fn adaptive_contacts(
     let refined = || spec.contacts.iter().enumerate().filter(|(i, _)| is_refined(*i));
     refined()
         .filter_map(|(i, contact)| match &contact.law {
-            ContactLaw::Surface(law) => {
-                Some(AdaptiveContact::new(contact, law, &surfaces, cache).map(|adaptive| (i, adaptive)))
-            }
+            ContactLaw::Surface(law) => Some(
+                AdaptiveContact::new(contact, law, (bodies, &surfaces), cache).map(|adaptive| (i, adaptive)),
+            ),
             ContactLaw::Hertz { .. } => None,
         })
         .collect()

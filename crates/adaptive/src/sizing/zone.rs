@@ -83,7 +83,7 @@ pub fn is_refined_at_touch(spec: &RunSpec, contact: &ContactSpec, law: &SurfaceL
     let is_on_mesh = is_mesh(contact.body) || matches!(contact.target, Target::Body(b) if is_mesh(b));
     match law.treatment {
         Treatment::Coarse => false,
-        Treatment::Adaptive => !is_on_mesh,
+        Treatment::Adaptive => true,
         _ => !is_on_mesh && matches!(contact.target, Target::Body(_)),
     }
 }
@@ -97,6 +97,8 @@ pub struct PredictedZone {
     pub width: f64,
     /// Peak force \[N\].
     pub force: f64,
+    /// Approach of the bodies under it; infinite where Hertz's theory of points does not apply \[m\].
+    pub approach: f64,
     /// Where it is on the contact body and on the target.
     pub sites: [Option<TouchSite>; 2],
 }
@@ -104,34 +106,45 @@ pub struct PredictedZone {
 /// The first touch of `contact`, `poses` being the motions at the start; `None` where Hertz's theory has no answer.
 pub fn predicted_zone(spec: &RunSpec, poses: &[BodyState], contact: &ContactSpec) -> Option<PredictedZone> {
     let scene = Scene { spec, poses };
-    let Touch { half_width, force } = predicted(&scene, contact)?;
+    let Touch { half_width, force, approach } = predicted(&scene, contact)?;
     let sites = first_sites(spec, contact, poses)?;
     let width = interval_width(half_width, IntervalSpec::default().target_utilisation, false);
-    Some(PredictedZone { half_width, width, force, sites: [Some(sites.contact_body), sites.target] })
+    Some(PredictedZone {
+        half_width,
+        width,
+        force,
+        approach,
+        sites: [Some(sites.contact_body), sites.target],
+    })
 }
 
 /// Half extent and force of a contact.
 struct Touch {
     half_width: f64,
     force: f64,
+    approach: f64,
 }
 
 fn predicted(scene: &Scene<'_>, contact: &ContactSpec) -> Option<Touch> {
     let impact = scene.impact(contact);
-    let (half_width, force) = match scene.thickness(contact.body) {
-        Some(thickness) => line_contact(&impact, thickness, scene.size(contact.body))?,
-        None => point_contact(&impact)?,
-    };
-    Some(Touch { half_width, force })
+    match scene.thickness(contact.body) {
+        Some(thickness) => {
+            let (half_width, force) = line_contact(&impact, thickness, scene.size(contact.body))?;
+            Some(Touch { half_width, force, approach: f64::INFINITY })
+        }
+        None => point_contact(&impact),
+    }
 }
 
 /// Half extent and force of a contact at a point: under Hertz's peak force, or the one that waves allow if that is smaller.
-fn point_contact(impact: &Impact) -> Option<(f64, f64)> {
+fn point_contact(impact: &Impact) -> Option<Touch> {
     let surfaces = impact.meeting.surfaces.as_ref()?;
     let hertz = hertz_impact(surfaces, impact.inverse_mass, impact.speed)?;
     let waves = if impact.mobility > 0.0 { impact.speed / impact.mobility } else { f64::INFINITY };
     let force = hertz.peak_force.min(waves);
-    Some((HertzLaw::new(surfaces)?.at_force(force).semi_axes[0], force))
+    let law = HertzLaw::new(surfaces)?;
+    let half_width = law.at_force(force).semi_axes[0];
+    Some(Touch { half_width, force, approach: law.at_force(force).approach })
 }
 
 fn line_contact(impact: &Impact, thickness: f64, size: f64) -> Option<(f64, f64)> {

@@ -6,6 +6,7 @@ use crate::kind::ElementKind;
 use crate::mesh::Mesh;
 use crate::raw::Element;
 use crate::rules::{MassRule, RulePoint};
+use crate::ties::Ties;
 
 /// Rules of one kind.
 pub struct KindRules {
@@ -52,6 +53,36 @@ impl ElementMatrices {
             for b in 0..n {
                 for a in 0..n {
                     out.mass[n * b + a] += weight * values[a] * values[b];
+                }
+            }
+        }
+        out
+    }
+
+    /// The matrices of an element with the nodes `own` in terms of the free nodes `free` that these follow: with the weights `T` of
+    /// (C.70), `T^T K T` and `T^T M T`.
+    pub fn tied(self, own: &[u32], ties: &Ties, free: &[u32]) -> Self {
+        if own.iter().all(|&node| !ties.is_tied(node)) {
+            return self;
+        }
+        let (n, m) = (own.len(), free.len());
+        let single = |node: u32| [(node, 1.0)];
+        let places = |node: u32| -> Vec<(usize, f64)> {
+            let own = single(node);
+            let list = ties.of(node).unwrap_or(&own);
+            let place = |(of, w): &(u32, f64)| free.binary_search(of).ok().map(|at| (at, *w));
+            list.iter().filter_map(place).collect()
+        };
+        let weights: Vec<Vec<(usize, f64)>> = own.iter().map(|&node| places(node)).collect();
+        let mut out = Self { stiffness: vec![0.0; 9 * m * m], mass: vec![0.0; m * m] };
+        for (b, a) in (0..n).flat_map(|b| (0..n).map(move |a| (b, a))) {
+            let block = &self.stiffness[9 * (n * b + a)..][..9];
+            for (column, v) in &weights[b] {
+                for (row, w) in &weights[a] {
+                    let at = m * column + row;
+                    out.mass[at] += v * w * self.mass[n * b + a];
+                    let sum = &mut out.stiffness[9 * at..][..9];
+                    sum.iter_mut().zip(block).for_each(|(sum, entry)| *sum += v * w * entry);
                 }
             }
         }

@@ -3,6 +3,51 @@
 use super::element::ElementMatrices;
 use crate::fault::MeshFault;
 use crate::mesh::Mesh;
+use crate::ties::Ties;
+
+/// The free nodes that each element moves with.
+pub struct Connectivity {
+    starts: Vec<usize>,
+    nodes: Vec<u32>,
+}
+
+impl Connectivity {
+    /// That of `mesh`, some of whose nodes follow others.
+    pub fn new(mesh: &Mesh, ties: &Ties) -> Self {
+        let (mut starts, mut nodes) = (vec![0], Vec::new());
+        for element in mesh.elements().iter() {
+            let begin = nodes.len();
+            for &node in element.nodes {
+                match ties.of(node) {
+                    None => nodes.push(node),
+                    Some(list) => nodes.extend(list.iter().map(|(free, _)| *free)),
+                }
+            }
+            if element.nodes.iter().any(|&n| ties.is_tied(n)) {
+                nodes[begin..].sort_unstable();
+                let mut kept = begin;
+                for i in begin..nodes.len() {
+                    if i == begin || nodes[i] != nodes[kept - 1] {
+                        nodes[kept] = nodes[i];
+                        kept += 1;
+                    }
+                }
+                nodes.truncate(kept);
+            }
+            starts.push(nodes.len());
+        }
+        Self { starts, nodes }
+    }
+
+    /// Nodes of element `e`.
+    pub fn of(&self, e: usize) -> &[u32] {
+        &self.nodes[self.starts[e]..self.starts[e + 1]]
+    }
+
+    fn n_elements(&self) -> usize {
+        self.starts.len() - 1
+    }
+}
 
 /// Lower triangle of the node-by-node pattern in compressed columns; every column begins with its diagonal entry.
 pub struct NodePattern {
@@ -11,16 +56,17 @@ pub struct NodePattern {
 }
 
 impl NodePattern {
+    /// That of `n` nodes.
+    ///
     /// # Errors
     /// [`MeshFault::TooLarge`] if the entries of the stiffness matrix do not fit 32-bit indices.
-    pub fn new(mesh: &Mesh) -> Result<Self, MeshFault> {
-        let n = mesh.nodes().len();
+    pub fn new(n: usize, elements: &Connectivity) -> Result<Self, MeshFault> {
         let mut first = vec![0usize; n + 1];
-        mesh.elements().iter().flat_map(|e| e.nodes).for_each(|&a| first[a as usize + 1] += 1);
+        elements.nodes.iter().for_each(|&a| first[a as usize + 1] += 1);
         (0..n).for_each(|i| first[i + 1] += first[i]);
         let (mut next, mut owners) = (first.clone(), vec![0u32; first[n]]);
-        for (e, element) in mesh.elements().iter().enumerate() {
-            for &a in element.nodes {
+        for e in 0..elements.n_elements() {
+            for &a in elements.of(e) {
                 owners[next[a as usize]] = e as u32;
                 next[a as usize] += 1;
             }
@@ -30,7 +76,7 @@ impl NodePattern {
         for column in 0..n as u32 {
             let begin = rows.len();
             for &e in &owners[first[column as usize]..first[column as usize + 1]] {
-                for &row in mesh.elements().get(e as usize).nodes {
+                for &row in elements.of(e as usize) {
                     if row >= column && std::mem::replace(&mut mark[row as usize], column) != column {
                         rows.push(row);
                     }

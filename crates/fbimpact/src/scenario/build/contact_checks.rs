@@ -99,11 +99,6 @@ pub fn check_settings(checker: &mut Checker, section: &Section, facts: &ContactF
 
 fn check_solver(checker: &mut Checker, section: &Section, facts: &ContactFacts<'_>) {
     let has_state = matches!(facts.model, "adaptive" | "quasistatic");
-    if facts.has_mesh && facts.model == "adaptive" {
-        let message = "must be \"quasistatic\", \"damped\", \"dynamic\" or \"coarse\" with a body of model \"mesh\", which the program \
-                       does not refine; fbimpact mesh-size says how fine its mesh is to be at the touch";
-        checker.fault_in(section, "model", message.into());
-    }
     let is_broyden = section.text("solver") == Some("broyden");
     if is_broyden && !has_state {
         let message =
@@ -142,6 +137,9 @@ fn check_transfer(checker: &mut Checker, section: &Section, facts: &ContactFacts
             "must be \"prolonged\" with model \"{}\" here, whose bodies keep one model; \"adaptive\" has fine models",
             facts.model
         );
+        checker.fault_in(section, "modes", message);
+    } else if has_own && facts.has_mesh {
+        let message = "must be \"prolonged\" with a body of model \"mesh\"".into();
         checker.fault_in(section, "modes", message);
     }
     if section.text("transfer") == Some("printed") && !has_own {

@@ -1,0 +1,221 @@
+//! The fine model of a body in a contact, of splines or of finite elements.
+
+use contact_qs::points::DofLookup;
+use faer::Mat;
+use ffr_dynamics::body::{AssembledBody, RigidMotion};
+use ffr_dynamics::reduction::compliance::ResidualFlexibility;
+use ffr_dynamics::reduction::modal::ReducedBasis;
+use ffr_dynamics::reduction::problem::ElasticProblem;
+use iga_core::space::Space;
+use nalgebra::Vector3;
+
+use crate::body_model::FlexibleBody;
+use crate::contact_zone::ContactZone;
+use crate::elastic_body::Discretised;
+use crate::error::AdaptiveError;
+use crate::fine_elements::{FineElements, WantedZone, compliance_key as key_of_elements};
+use crate::fine_model::{FineMesh, FineSettings, compliance_key as key_of_splines};
+use crate::interval::IntervalGrid;
+use crate::point_compliance::Functions;
+use crate::spec::{LowModes, PointRule};
+use crate::store::ModelKey;
+use crate::unsupported::Unsupported;
+use crate::wanted_interval::WantedInterval;
+
+/// A fine model before its matrices, with what was asked for.
+pub enum FineBodyModel {
+    /// Of splines.
+    Splines {
+        /// The refined mesh.
+        mesh: Box<FineMesh>,
+        /// The interval.
+        wanted: WantedInterval,
+        /// How levels were made.
+        settings: FineSettings,
+    },
+    /// Of finite elements.
+    Elements {
+        /// The divided mesh.
+        mesh: Box<FineElements>,
+        /// The zone.
+        wanted: WantedZone,
+    },
+}
+
+impl FineBodyModel {
+    /// Rigid motions of the body.
+    pub fn motion(&self) -> RigidMotion {
+        match self {
+            Self::Splines { mesh, .. } => mesh.motion,
+            Self::Elements { .. } => RigidMotion::Spatial,
+        }
+    }
+
+    /// Numbers of the unknowns.
+    pub fn lookup(&self) -> &DofLookup {
+        match self {
+            Self::Splines { mesh, .. } => &mesh.lookup,
+            Self::Elements { mesh, .. } => &mesh.lookup,
+        }
+    }
+
+    /// The spline space; none of finite elements.
+    pub fn splines(&self) -> Option<Discretised<'_>> {
+        match self {
+            Self::Splines { mesh, .. } => Some(mesh.discretised()),
+            Self::Elements { .. } => None,
+        }
+    }
+
+    /// Number of unknowns.
+    pub fn n_unknowns(&self) -> usize {
+        match self {
+            Self::Splines { mesh, .. } => mesh.n_unknowns(),
+            Self::Elements { mesh, .. } => mesh.n_unknowns(),
+        }
+    }
+
+    /// Number of elements.
+    pub fn n_elements(&self) -> usize {
+        match self {
+            Self::Splines { mesh, .. } => mesh.space.n_elements(),
+            Self::Elements { mesh, .. } => mesh.n_elements(),
+        }
+    }
+
+    /// Contact points, by `rule` on splines, and interface; `contact` is the contact's name.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Contact`] if no point lies in the zone, [`AdaptiveError::Mesh`] for a side without area.
+    pub fn zone(&self, rule: PointRule, contact: &str) -> Result<ContactZone, AdaptiveError> {
+        match self {
+            Self::Splines { mesh, .. } => mesh
+                .zone(0, rule)
+                .map_err(|source| AdaptiveError::Contact { contact: contact.to_owned(), source }),
+            Self::Elements { mesh, .. } => mesh.zone(),
+        }
+    }
+
+    /// Outward normal of the smooth surface that the zone lies on in place of the sides of the mesh; none if it lies on the surface of the body.
+    pub fn outward(&self) -> Option<Vector3<f64>> {
+        match self {
+            Self::Splines { .. } => None,
+            Self::Elements { mesh, .. } => mesh.outward(),
+        }
+    }
+
+    /// The rows by which the use of the zone is judged.
+    pub fn grid(&self) -> IntervalGrid {
+        match self {
+            Self::Splines { mesh, .. } => mesh.intervals[0].grid(),
+            Self::Elements { mesh, .. } => mesh.grid(),
+        }
+    }
+
+    /// The row of each point of `zone`, a direction.
+    pub fn contact_elements(&self, zone: &ContactZone) -> Vec<[usize; 2]> {
+        match self {
+            Self::Splines { mesh, .. } => mesh.contact_elements(0, zone),
+            Self::Elements { mesh, .. } => mesh.contact_elements(zone),
+        }
+    }
+
+    /// Functions that are not zero at a point of the body, with their values.
+    ///
+    /// # Errors
+    /// [`AdaptiveError`] if the point is not in the body.
+    pub fn functions_at(&self, place: &[f64; 3]) -> Result<Functions, AdaptiveError> {
+        match self {
+            Self::Splines { mesh, .. } => mesh.discretised().functions_at(place),
+            Self::Elements { mesh, .. } => mesh.functions_at(place),
+        }
+    }
+
+    /// Stiffness and mass, `coarse` being the body.
+    ///
+    /// # Errors
+    /// [`AdaptiveError`] with the body's name.
+    pub fn assemble(&self, coarse: &FlexibleBody<'_>) -> Result<AssembledBody, AdaptiveError> {
+        match (self, coarse.spline_body()) {
+            (Self::Splines { mesh, .. }, Some(body)) => mesh.assemble(body),
+            (Self::Elements { mesh, .. }, None) => mesh.assemble(),
+            _ => Err(other_kind(coarse)),
+        }
+    }
+
+    /// Modes of `coarse` in use at the unknowns.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Unsupported`] if `coarse` is of the other kind.
+    pub fn shapes(&self, coarse: &FlexibleBody<'_>) -> Result<Mat<f64>, AdaptiveError> {
+        match (self, coarse.spline_body()) {
+            (Self::Splines { mesh, .. }, Some(body)) => {
+                Ok(mesh.prolong(&body.assembled, coarse.reduced.shapes()))
+            }
+            (Self::Elements { mesh, .. }, None) => Ok(mesh.prolong(coarse.reduced.shapes())),
+            _ => Err(other_kind(coarse)),
+        }
+    }
+
+    /// What the modes of `coarse`, prolonged, leave of the flexibility of the interface `unknowns` of `assembled` (theory Eq. A.6).
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Reduction`] with the body's name.
+    pub fn residual(
+        &self,
+        assembled: &AssembledBody,
+        coarse: &FlexibleBody<'_>,
+        unknowns: &[usize],
+    ) -> Result<ResidualFlexibility, AdaptiveError> {
+        let mesh = match (self, coarse.spline_body()) {
+            (Self::Splines { mesh, .. }, Some(body)) => {
+                let reduced = mesh.reduce(assembled, (body, coarse.reduced), unknowns, LowModes::Prolonged);
+                return reduced.map(|(_, residual)| residual);
+            }
+            (Self::Elements { mesh, .. }, None) => mesh,
+            _ => return Err(other_kind(coarse)),
+        };
+        let fail = |source| AdaptiveError::Reduction { body: mesh.name.clone(), source };
+        let problem = ElasticProblem::free(assembled, unknowns).map_err(fail)?;
+        let reduced = &coarse.reduced.basis;
+        let basis = ReducedBasis {
+            shapes: mesh.prolong(reduced.shapes.as_ref()),
+            omega: reduced.omega.clone(),
+            n_low: reduced.n_low,
+            rigid: problem.free_rigid().map_err(fail)?,
+            multiplet: None,
+            static_loads: reduced.static_loads.clone(),
+        };
+        ResidualFlexibility::new(&problem, unknowns, &basis).map_err(fail)
+    }
+
+    /// Key of the compliance at the interface `unknowns` and to `points`; none if `coarse` is of the other kind.
+    pub fn compliance_key(
+        &self,
+        coarse: &FlexibleBody<'_>,
+        at: (&[usize], &[[f64; 3]]),
+    ) -> Result<ModelKey, AdaptiveError> {
+        match (self, coarse.spline_body(), coarse.mesh()) {
+            (Self::Splines { wanted, settings, .. }, Some(body), _) => {
+                Ok(key_of_splines((body, coarse.reduced), wanted, settings, at))
+            }
+            (Self::Elements { wanted, .. }, _, Some(spec)) => {
+                Ok(key_of_elements((spec, coarse.reduced), wanted, at))
+            }
+            _ => Err(other_kind(coarse)),
+        }
+    }
+
+    /// The refined mesh of splines.
+    pub fn into_splines(self) -> Option<FineMesh> {
+        match self {
+            Self::Splines { mesh, .. } => Some(*mesh),
+            Self::Elements { .. } => None,
+        }
+    }
+}
+
+/// A fine model that is not one of `body`.
+fn other_kind(body: &FlexibleBody<'_>) -> AdaptiveError {
+    AdaptiveError::unsupported_body(body.name, Unsupported::FineModelOfOtherKind)
+}

@@ -1,0 +1,306 @@
+//! The fine model of a body of finite elements: its mesh, divided about the place of a touch (docs/theory.md C.9).
+
+use std::sync::Arc;
+
+use contact_qs::ContactError;
+use contact_qs::points::DofLookup;
+use faer::{Mat, MatRef};
+use fe_mesh::fault::MeshFault;
+use fe_mesh::matrices::assemble_refined;
+use fe_mesh::refined::{CellBall, RefinedMesh};
+use fe_mesh::shape::Functions;
+use ffr_dynamics::body::AssembledBody;
+use nalgebra::Vector3;
+use tracing::debug;
+
+use crate::contact_zone::ContactZone;
+use crate::elastic_body::ReducedBody;
+use crate::error::AdaptiveError;
+use crate::interval::{IntervalEnd, IntervalGrid};
+use crate::mesh_surface::{LocalShape, MeshSurface, SideSite};
+use crate::meshed::assembled_body;
+use crate::smooth_fit::SmoothFit;
+use crate::spec::MeshedSpec;
+use crate::store::{Bytes, ModelKey, matrix_values, meshed_definition};
+use crate::unsupported::Unsupported;
+
+/// Sides of quadratic elements across the narrower width of a zone, at least: twice as many at most, since elements are halved. With seven tenths of
+/// the width in contact, 2.1 to 4.2 on the contact radius, where two make the force right to 0.2 % ([`crate::mesh_touch::QUADRATIC`]).
+const QUADRATIC: usize = 6;
+/// The same of linear elements.
+const LINEAR: usize = 16;
+/// Rows of a direction in which contact is counted, whatever the elements are.
+const ROWS: usize = 16;
+/// Elements of the finest level beyond the zone: a side that meets it, the ring around, and one between these and the next level, whose nodes
+/// others would be tied to.
+const FINEST: f64 = 3.0;
+/// Elements of every other level beyond the zone.
+const COARSER: f64 = 2.0;
+/// Pieces of elements at most: some 100,000 nodes beside those of the mesh.
+const MOST: usize = 100_000;
+/// Displacement components of a node.
+const N_COMPONENTS: usize = 3;
+
+/// What is asked of a fine model.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WantedZone {
+    /// The middle of the zone.
+    pub site: SideSite,
+    /// Widths along the principal directions of the surface there \[m\].
+    pub widths: [f64; 2],
+    /// Elements across the narrower one; `None`: as many as the elements need.
+    pub elements: Option<usize>,
+}
+
+/// The ellipse of a zone, bent as the surface is.
+struct Footprint {
+    centre: Vector3<f64>,
+    shape: LocalShape,
+    half: [f64; 2],
+}
+
+/// A divided mesh with its zone.
+pub struct FineElements {
+    /// Name of the body.
+    pub name: String,
+    spec: MeshedSpec,
+    refined: RefinedMesh,
+    surface: Arc<MeshSurface>,
+    footprint: Footprint,
+    /// The surface through the nodes, where there is a smooth one.
+    smooth: Option<SmoothFit>,
+    /// Numbers of the unknowns.
+    pub lookup: DofLookup,
+}
+
+impl Footprint {
+    fn new(surface: &MeshSurface, wanted: &WantedZone) -> Option<Self> {
+        let shape = surface.shape_at(&wanted.site)?;
+        Some(Self { centre: Vector3::from(wanted.site.point), shape, half: wanted.widths.map(|w| 0.5 * w) })
+    }
+
+    /// Coordinates along the principal directions.
+    fn along(&self, x: &[f64; 3]) -> [f64; 2] {
+        let from = Vector3::from(*x) - self.centre;
+        self.shape.tangents.map(|t| from.dot(&t))
+    }
+
+    /// Distance along the surface in units of the ellipse.
+    fn share(&self, [u, v]: [f64; 2]) -> f64 {
+        (u / self.half[0]).hypot(v / self.half[1])
+    }
+
+    fn contains(&self, x: &[f64; 3]) -> bool {
+        self.share(self.along(x)) <= 1.0
+    }
+
+    /// Distance of a point from the zone, to the order of the curvature (theory Eq. C.71) \[m\].
+    fn distance(&self, x: &[f64; 3]) -> f64 {
+        let [u, v] = self.along(x);
+        let inside = 1.0 / self.share([u, v]).max(1.0);
+        let [a, b] = [u * inside, v * inside];
+        let aside = (u - a).hypot(v - b);
+        let [k, l] = self.shape.curvatures;
+        let height = (Vector3::from(*x) - self.centre).dot(&self.shape.normal);
+        aside.hypot(height + 0.5 * (k * a * a + l * b * b))
+    }
+}
+
+impl FineElements {
+    /// Divides the mesh of the body `name` about a zone.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Mesh`] if that would take too many pieces, [`AdaptiveError::Contact`] where the surface has no curvature,
+    /// [`AdaptiveError::Unsupported`] if a rigid part of the body would be divided.
+    pub fn build(name: &str, spec: &MeshedSpec, wanted: &WantedZone) -> Result<Self, AdaptiveError> {
+        let fail = |source: MeshFault| AdaptiveError::Mesh { body: name.to_owned(), source };
+        let nothing = || {
+            let source = ContactError::Empty { width: wanted.widths[0] };
+            AdaptiveError::Contact { contact: name.to_owned(), source }
+        };
+        let coarse = MeshSurface::of(&spec.mesh);
+        let footprint = Footprint::new(&coarse, wanted).ok_or_else(nothing)?;
+        let longest = coarse.longest_within(wanted.site.side, |x| footprint.contains(x));
+        let is_quadratic = spec.mesh.elements().iter().next().is_some_and(|e| e.kind.is_quadratic());
+        let elements = wanted.elements.unwrap_or(if is_quadratic { QUADRATIC } else { LINEAR });
+        let narrow = wanted.widths[0].min(wanted.widths[1]);
+        let levels = (longest * elements as f64 / narrow).log2().ceil().max(0.0);
+        let refined = RefinedMesh::new(
+            &spec.mesh,
+            |ball: &CellBall| {
+                let level = f64::from(ball.level) + 1.0;
+                let beyond = if level < levels { COARSER } else { FINEST };
+                level <= levels
+                    && footprint.distance(&ball.centre) - ball.radius <= beyond * longest * (-level).exp2()
+            },
+            MOST,
+        )
+        .map_err(fail)?;
+        let n_free = refined.ties().n_free();
+        debug!(body = name, levels, elements = refined.mesh().elements().len(), nodes = n_free, "fine model");
+        let surface = MeshSurface::of(&Arc::new(refined.mesh().clone()));
+        let reach = footprint.half[0].max(footprint.half[1]);
+        let smooth = SmoothFit::new(&coarse, &wanted.site, &footprint.shape, reach);
+        let fine = Self {
+            name: name.to_owned(),
+            spec: spec.clone(),
+            lookup: DofLookup::new(&assembled_dofs(n_free)),
+            refined,
+            surface,
+            footprint,
+            smooth,
+        };
+        fine.check_rigid_parts()?;
+        Ok(fine)
+    }
+
+    /// Refuses divided elements at nodes of rigid parts, which are held by the functions of the mesh before.
+    fn check_rigid_parts(&self) -> Result<(), AdaptiveError> {
+        if self.spec.rigid_areas.is_empty() {
+            return Ok(());
+        }
+        let mut count = vec![0u32; self.spec.mesh.elements().len()];
+        self.refined.parents().iter().for_each(|&p| count[p as usize] += 1);
+        let mut is_divided = vec![false; self.spec.mesh.nodes().len()];
+        for (element, _) in self.spec.mesh.elements().iter().zip(&count).filter(|(_, n)| **n > 1) {
+            element.nodes.iter().for_each(|&n| is_divided[n as usize] = true);
+        }
+        let held = self.spec.rigid_nodes(&self.name)?;
+        if held.iter().any(|&n| is_divided[n as usize]) {
+            return Err(AdaptiveError::unsupported_body(&self.name, Unsupported::RigidPartAtTouch));
+        }
+        Ok(())
+    }
+
+    /// Number of elements.
+    pub fn n_elements(&self) -> usize {
+        self.refined.mesh().elements().len()
+    }
+
+    /// Number of unknowns.
+    pub fn n_unknowns(&self) -> usize {
+        N_COMPONENTS * self.refined.ties().n_free()
+    }
+
+    /// Contact points and interface.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Mesh`] for a side without area, [`AdaptiveError::Contact`] if there is no point.
+    pub fn zone(&self) -> Result<ContactZone, AdaptiveError> {
+        let widths = self.footprint.half.map(|h| 2.0 * h);
+        let empty = || {
+            let source = ContactError::Empty { width: widths[0] };
+            AdaptiveError::Contact { contact: self.name.clone(), source }
+        };
+        let first = self.surface.nearest(self.footprint.centre.as_ref()).ok_or_else(empty)?;
+        let ties = self.refined.ties();
+        let is_near = |x: &[f64; 3]| self.footprint.contains(x);
+        let zone = self.surface.zone_within(first.side, is_near, |n| !ties.is_tied(n), widths);
+        let mut zone = zone.map_err(|source| AdaptiveError::Mesh { body: self.name.clone(), source })?;
+        if zone.points.is_empty() {
+            return Err(empty());
+        }
+        if let Some(fit) = &self.smooth {
+            smooth(&mut zone, fit);
+        }
+        Ok(zone)
+    }
+
+    /// Outward normal of the smooth surface on which the zone lies; none if it lies on the sides as they are.
+    pub fn outward(&self) -> Option<Vector3<f64>> {
+        self.smooth.as_ref().map(SmoothFit::normal)
+    }
+
+    /// The rows by which the use of the zone is judged.
+    pub fn grid(&self) -> IntervalGrid {
+        IntervalGrid {
+            widths: self.footprint.half.map(|h| 2.0 * h),
+            ends: vec![[IntervalEnd::Open; 2]; 2],
+            n_elements: [ROWS; 2],
+        }
+    }
+
+    /// The rows in which the points of `zone` lie, the outermost ones for those beyond it and on the rim.
+    pub fn contact_elements(&self, zone: &ContactZone) -> Vec<[usize; 2]> {
+        let row =
+            |x: f64, half: f64| ((0.5 * (x / half + 1.0) * ROWS as f64).max(0.0) as usize).min(ROWS - 1);
+        let rows = |x: &[f64; 3]| {
+            let along = self.footprint.along(x);
+            [0, 1].map(|d| row(along[d], self.footprint.half[d]))
+        };
+        // Beyond the rim nothing is watched: contact there asks for a wider zone, on whichever side it is.
+        zone.points.iter().map(|p| if p.on_rim { [0, 0] } else { rows(&p.position) }).collect()
+    }
+
+    /// Stiffness and mass of the free nodes.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Mesh`] if there are too many entries; those of [`MeshedSpec::stiffened`].
+    pub fn assemble(&self) -> Result<AssembledBody, AdaptiveError> {
+        let fail = |source| AdaptiveError::Mesh { body: self.name.clone(), source };
+        let materials = self.spec.materials().map_err(fail)?;
+        let matrices = assemble_refined(&self.refined, &materials, self.spec.mass_rule).map_err(fail)?;
+        let stiffness = self.spec.stiffened(&self.name, matrices.stiffness)?;
+        let nodes = &self.refined.mesh().nodes()[..self.refined.ties().n_free()];
+        Ok(assembled_body(&self.name, nodes, stiffness, matrices.mass))
+    }
+
+    /// Displacements of the mesh before (n_before x k) on the free nodes: the same fields (theory Eq. A.5).
+    pub fn prolong(&self, shapes: MatRef<'_, f64>) -> Mat<f64> {
+        let mut fine = Mat::zeros(self.n_unknowns(), shapes.ncols());
+        for node in 0..self.refined.ties().n_free() {
+            let functions = self.refined.functions_before(&self.spec.mesh, node);
+            for j in 0..shapes.ncols() {
+                for c in 0..N_COMPONENTS {
+                    let value = |(n, w): &(u32, f64)| w * shapes[(N_COMPONENTS * *n as usize + c, j)];
+                    fine[(N_COMPONENTS * node + c, j)] = functions.iter().map(value).sum();
+                }
+            }
+        }
+        fine
+    }
+
+    /// Functions of free nodes that are not zero at a point, with their values.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Mesh`] if the point is not in the body.
+    pub fn functions_at(&self, place: &[f64; 3]) -> Result<Vec<(u32, f64)>, AdaptiveError> {
+        let mesh = self.refined.mesh();
+        let found = mesh.locate(place);
+        let (e, xi) = found.map_err(|source| AdaptiveError::Mesh { body: self.name.clone(), source })?;
+        let element = mesh.elements().get(e);
+        let mut functions = Functions::default();
+        element.kind.functions(&xi, &mut functions);
+        Ok(self.refined.ties().in_free(element.nodes, &functions.values))
+    }
+}
+
+/// Puts points and sides of `zone` on the surface `fit`, so far inside that none of it stands out of where they were (theory Eq. C.74).
+fn smooth(zone: &mut ContactZone, fit: &SmoothFit) {
+    let places = zone.points.iter().map(|p| p.position).chain(zone.nodes().into_iter().map(|(_, x)| x));
+    let outmost = places.map(|x| fit.above(&x)).fold(f64::NEG_INFINITY, f64::max);
+    zone.move_to(|x| (Vector3::from(*x) + (fit.above(x) - outmost) * fit.normal()).into());
+}
+
+/// The unknowns of `n` nodes.
+fn assembled_dofs(n: usize) -> Vec<ffr_dynamics::body::Dof> {
+    let node =
+        |node: u32| (0..N_COMPONENTS as u8).map(move |component| ffr_dynamics::body::Dof { node, component });
+    (0..n as u32).flat_map(node).collect()
+}
+
+/// Key of the compliance that the fine model of `spec` for `wanted`, with modes prolonged from `reduced`, has at the interface `unknowns`, and to
+/// `points` of the body.
+pub fn compliance_key(
+    (spec, reduced): (&MeshedSpec, &ReducedBody),
+    wanted: &WantedZone,
+    (unknowns, points): (&[usize], &[[f64; 3]]),
+) -> ModelKey {
+    let mut key = Bytes(meshed_definition(spec));
+    let basis = &reduced.basis;
+    key.add(&(basis.n_low, &basis.omega, basis.shapes.nrows(), matrix_values(&basis.shapes)));
+    let WantedZone { site: SideSite { side, eta, point }, widths, elements } = wanted;
+    key.add(&(side, eta, point, widths, elements));
+    key.add(&(unknowns, points));
+    ModelKey { kind: "compliance of a mesh", definition: key.0 }
+}

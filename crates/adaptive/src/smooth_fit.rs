@@ -1,0 +1,104 @@
+//! A smooth surface through the nodes around a place of a mesh (docs/theory.md Eq. C.73).
+
+use nalgebra::{DMatrix, DVector, Vector3};
+
+use crate::mesh_surface::{LocalShape, MeshSurface, SideSite};
+
+/// Functions of a polynomial of two variables of degree four.
+const FUNCTIONS: usize = 15;
+/// Nodes for each of them, at least.
+const NODES: usize = 3;
+/// Weighted distance of the nodes from the surface, as a share of their heights over the plane that touches it, up to which it is taken to be that of the part:
+/// curvature is then off by eight times as much at most, and the force by a fifth of that. With nodes on a sphere, half its radius away, the share is 3e-4; where
+/// curvature jumps between them, some percent.
+const MISFIT: f64 = 2e-3;
+/// Ratio of singular values below which nodes do not tell the functions apart.
+const SINGULAR: f64 = 1e-10;
+
+/// The surface, as heights over a plane.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SmoothFit {
+    centre: Vector3<f64>,
+    shape: LocalShape,
+    /// Unit of lengths \[m\].
+    size: f64,
+    coefficients: Vec<f64>,
+}
+
+/// All products of powers up to degree four.
+fn functions(u: f64, v: f64) -> [f64; FUNCTIONS] {
+    let (u2, v2) = (u * u, v * v);
+    [
+        1.0,
+        u,
+        v,
+        u2,
+        u * v,
+        v2,
+        u2 * u,
+        u2 * v,
+        u * v2,
+        v2 * v,
+        u2 * u2,
+        u2 * u * v,
+        u2 * v2,
+        u * v2 * v,
+        v2 * v2,
+    ]
+}
+
+impl SmoothFit {
+    /// The surface through the nodes around `site`, where the surface has the shape `shape`; none if no smooth one goes through them, or they do not reach
+    /// beyond the distance `reach` from it.
+    pub fn new(surface: &MeshSurface, site: &SideSite, shape: &LocalShape, reach: f64) -> Option<Self> {
+        let centre = Vector3::from(site.point);
+        // Rings end where edges do: the nearest nodes of more of them lie on a disc.
+        let mut places = surface.around(site, 2 * NODES * FUNCTIONS);
+        places.sort_by(|a, b| (a - centre).norm_squared().total_cmp(&(b - centre).norm_squared()));
+        places.truncate(NODES * FUNCTIONS);
+        let size = places.iter().map(|x| (x - centre).norm()).fold(0.0, f64::max);
+        if places.len() < NODES * FUNCTIONS || size < reach {
+            return None;
+        }
+        let mut fit = Self { centre, shape: *shape, size, coefficients: Vec::new() };
+        // Zero beyond the farthest node, without a jump.
+        let weight = |x: &Vector3<f64>| (1.0 - (x - centre).norm_squared() / (1.1 * size * size)).powi(2);
+        let rows: Vec<([f64; FUNCTIONS], f64, f64)> = places
+            .iter()
+            .map(|x| {
+                let [u, v, z] = fit.local(x);
+                (functions(u, v), z, weight(x))
+            })
+            .collect();
+        let matrix = DMatrix::from_fn(rows.len(), FUNCTIONS, |i, j| rows[i].2 * rows[i].0[j]);
+        let heights = DVector::from_fn(rows.len(), |i, _| rows[i].2 * rows[i].1);
+        let svd = matrix.clone().svd(true, true);
+        let [least, most] = [svd.singular_values.min(), svd.singular_values.max()];
+        if least <= SINGULAR * most {
+            return None;
+        }
+        let found = svd.solve(&heights, 0.0).ok()?;
+        let misfit = (&matrix * &found - &heights).norm();
+        fit.coefficients = found.iter().copied().collect();
+        (misfit <= MISFIT * heights.norm()).then_some(fit)
+    }
+
+    /// Coordinates of `x` in units of the size.
+    fn local(&self, x: &Vector3<f64>) -> [f64; 3] {
+        let from = (x - self.centre) / self.size;
+        let [s, t] = self.shape.tangents;
+        [from.dot(&s), from.dot(&t), from.dot(&self.shape.normal)]
+    }
+
+    /// Normal at its centre.
+    pub fn normal(&self) -> Vector3<f64> {
+        self.shape.normal
+    }
+
+    /// Height of the surface over `x`, along the normal at its centre \[m\].
+    pub fn above(&self, x: &[f64; 3]) -> f64 {
+        let [u, v, z] = self.local(&Vector3::from(*x));
+        let height: f64 = functions(u, v).iter().zip(&self.coefficients).map(|(f, c)| f * c).sum();
+        self.size * (height - z)
+    }
+}

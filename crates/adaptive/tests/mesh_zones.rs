@@ -1,0 +1,129 @@
+//! Fine models of bodies of finite elements: what they keep of the mesh, and the smooth surface that contact sees in place of its sides.
+
+#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
+
+#[path = "../../fe-mesh/tests/balls/mod.rs"]
+mod balls;
+#[expect(dead_code, reason = "other tests use the rest")]
+#[path = "../../fe-mesh/tests/blocks/mod.rs"]
+mod blocks;
+
+use std::sync::Arc;
+
+use adaptive::elastic_body::Interface;
+use adaptive::fine_elements::{FineElements, WantedZone};
+use adaptive::mesh_surface::{MeshSurface, SideSite};
+use adaptive::meshed::MeshedModel;
+use adaptive::smooth_fit::SmoothFit;
+use adaptive::spec::{DampingSpec, FrameSpec, MeshedSpec, ReductionSpec};
+use adaptive::store::ModelCache;
+use balls::Ball;
+use fe_mesh::rules::MassRule;
+use fe_mesh::{ElementKind, Mesh};
+use ffr_dynamics::reduction::problem::ElasticProblem;
+use iga_core::elasticity::Material;
+
+/// Ten elements across.
+const TEN: Ball = Ball { radius: 10.0, across: [6, 6], layers: 2, growth: [1.0, 1.0] };
+
+fn spec(mesh: Mesh) -> MeshedSpec {
+    MeshedSpec {
+        mesh: Arc::new(mesh),
+        material: Some(Material::new(72.8e9, 0.33, 2789.0).unwrap()),
+        groups: Vec::new(),
+        mass_rule: MassRule::Exact,
+        reduction: ReductionSpec::Modal { modes: 8 },
+        static_answers: false,
+        rigid_areas: Vec::new(),
+        damping: DampingSpec::default(),
+        frame: FrameSpec::default(),
+    }
+}
+
+fn site(mesh: &Arc<Mesh>, point: [f64; 3]) -> (Arc<MeshSurface>, SideSite) {
+    let surface = MeshSurface::of(mesh);
+    let site = surface.nearest(&point).unwrap();
+    (surface, site)
+}
+
+#[test]
+fn modes_of_a_mesh_are_modes_of_its_pieces_with_the_same_frequencies() {
+    // Straight-sided, so that both meshes are integrated exactly.
+    let mesh = blocks::block(ElementKind::Tet10, [3, 2, 2], |x| [0.03 * x[0], 0.02 * x[1], 0.02 * x[2]]);
+    let spec = spec(Mesh::new(mesh, 1.0).unwrap());
+    let (_, at) = site(&spec.mesh, [0.015, 0.0104, 0.02]);
+    let wanted = WantedZone { site: at, widths: [2e-3, 1e-3], elements: None };
+    let fine = FineElements::build("block", &spec, &wanted).unwrap();
+    let model = MeshedModel::build("block", &spec, Interface::default(), &ModelCache::default()).unwrap();
+    let basis = &model.reduced.basis;
+    let assembled = fine.assemble().unwrap();
+    let shapes = fine.prolong(basis.shapes.as_ref());
+    let problem = ElasticProblem::free(&assembled, &[]).unwrap();
+    let energies = shapes.transpose() * problem.stiffness_product(shapes.as_ref());
+    for (i, omega) in basis.omega.iter().enumerate() {
+        for (j, other) in basis.omega.iter().enumerate() {
+            let wanted = if i == j { omega * omega } else { 0.0 };
+            // The eigensolver leaves 1e-10 of the largest of a few eigenvalues.
+            assert!(
+                (energies[(i, j)] - wanted).abs() < 1e-8 * omega * other,
+                "{i} {j}: {}",
+                energies[(i, j)]
+            );
+        }
+    }
+    // Sides of the zone and their ring are of the finest level, with free nodes: at least six across the narrower width.
+    let zone = fine.zone().unwrap();
+    let near = zone.points.iter().filter(|p| (p.position[1] - at.point[1]).abs() < 0.5e-3);
+    let near: Vec<_> = near.filter(|p| (p.position[0] - at.point[0]).abs() < 0.1e-3).collect();
+    assert!(near.len() > 6, "{}", near.len());
+    assert!(zone.points.iter().any(|p| p.on_rim) && zone.points.iter().any(|p| !p.on_rim));
+    assert!(zone.unknowns.iter().all(|&u| u < fine.n_unknowns()));
+}
+
+#[test]
+fn contact_of_a_coarse_ball_sees_a_sphere() {
+    for kind in [ElementKind::Hex20, ElementKind::Tet10] {
+        let mesh = Arc::new(Mesh::new(TEN.mesh(kind), 1e-3).unwrap());
+        // A node, and a place with nothing of its own.
+        for direction in [[0.0, 0.0, -1.0], [0.17, -0.11, -0.97924_f64]] {
+            let (surface, at) = site(&mesh, direction.map(|x| 10e-3 * x));
+            let shape = surface.shape_at(&at).unwrap();
+            let fit = SmoothFit::new(&surface, &at, &shape, 1e-3).unwrap();
+            let normal = shape.normal;
+            let height = |along: f64| {
+                let x = nalgebra::Vector3::from(at.point) + along * shape.tangents[0];
+                let x: [f64; 3] = (x + fit.above(&x.into()) * normal).into();
+                x.iter().map(|c| c * c).sum::<f64>().sqrt()
+            };
+            // Nodes reach half the radius R away. The sphere's term of sixth order is 1/8 of (1/2)^4 of the one of second order there, of which polynomials of
+            // degree four leave 1/32, 2.4e-4; curvature in the middle errs by some ten times as much. Sides err by 2e-2, or have a cusp.
+            for along in [-0.5e-3, -0.2e-3, 0.2e-3, 0.5e-3] {
+                let sag = along * along / 20e-3;
+                let lean = 0.5 * (height(along) - height(-along));
+                let error = height(along) - height(0.0) - lean;
+                assert!(error.abs() < 8e-3 * sag, "{kind:?}: {error:e} of {sag:e}");
+                // The normal of the side at the place is not that of the sphere, and the frame leans by as much.
+                assert!(lean.abs() < 0.01 * along.abs(), "{kind:?}: {lean:e}");
+            }
+        }
+    }
+}
+
+#[test]
+fn no_smooth_surface_is_laid_over_a_place_where_curvature_jumps() {
+    // A plane that goes over into a cylinder beside the place, as at a fillet.
+    let bent = |[x, y, z]: [f64; 3]| {
+        let over = (x - 0.55).max(0.0);
+        [x, y, z - 0.8 * over * over * z]
+    };
+    let mesh = Arc::new(Mesh::new(blocks::block(ElementKind::Hex20, [7, 7, 2], bent), 1.0).unwrap());
+    let (surface, at) = site(&mesh, [0.5, 0.5, 1.0]);
+    let shape = surface.shape_at(&at).unwrap();
+    assert!(SmoothFit::new(&surface, &at, &shape, 0.05).is_none());
+    // The plane itself is one.
+    let flat = Arc::new(Mesh::new(blocks::block(ElementKind::Hex20, [7, 7, 2], |x| x), 1.0).unwrap());
+    let (surface, at) = site(&flat, [0.5, 0.5, 1.0]);
+    let shape = surface.shape_at(&at).unwrap();
+    let fit = SmoothFit::new(&surface, &at, &shape, 0.05);
+    assert!(fit.is_none_or(|fit| fit.above(&[0.52, 0.47, 1.0]).abs() < 1e-12));
+}

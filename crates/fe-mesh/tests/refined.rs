@@ -1,0 +1,260 @@
+//! Meshes divided about a place, by identities: the part stays as it is, and so do all displacements of the mesh before.
+
+#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
+
+mod balls;
+mod blocks;
+
+use balls::Ball;
+use blocks::{block, shaken};
+use faer::sparse::SparseColMat;
+use fe_mesh::mass_properties::MassProperties;
+use fe_mesh::matrices::{Constants, Materials, Matrices, assemble_refined};
+use fe_mesh::refined::{CellBall, RefinedMesh};
+use fe_mesh::rules::MassRule;
+use fe_mesh::shape::Functions;
+use fe_mesh::surface::Surface;
+use fe_mesh::{ElementKind, Mesh};
+
+const STEEL: Constants = Constants { lambda: 1.212e11, mu: 8.08e10, density: 7850.0 };
+/// More pieces than any of these meshes has.
+const MOST: usize = 200_000;
+
+fn distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    (0..3).map(|d| (a[d] - b[d]).powi(2)).sum::<f64>().sqrt()
+}
+
+/// Divides the elements that hold `point` or come near it `levels` times.
+fn about(mesh: &Mesh, point: [f64; 3], levels: u8) -> RefinedMesh {
+    let wanted = |ball: &CellBall| ball.level < levels && distance(&ball.centre, &point) <= ball.radius;
+    RefinedMesh::new(mesh, wanted, MOST).unwrap()
+}
+
+/// A curved block of two or three elements a direction of every kind.
+fn parts(kind: ElementKind) -> Mesh {
+    let curved = |x: [f64; 3]| {
+        let [x, y, z] = shaken(x, 0.04);
+        [x + 0.15 * y * y, 1.2 * y + 0.1 * (x + z) * x, z - 0.12 * x * y]
+    };
+    Mesh::new(block(kind, [3, 2, 2], curved), 1.0).unwrap()
+}
+
+fn matrices(refined: &RefinedMesh) -> Matrices {
+    assemble_refined(refined, &Materials::uniform(STEEL), MassRule::Exact).unwrap()
+}
+
+fn times(matrix: &SparseColMat<u32, f64>, x: &[f64]) -> Vec<f64> {
+    let mut y = vec![0.0; x.len()];
+    for j in 0..matrix.ncols() {
+        for p in matrix.symbolic().col_range(j) {
+            let (i, value) = (matrix.row_idx()[p] as usize, matrix.val()[p]);
+            y[i] += value * x[j];
+            if i != j {
+                y[j] += value * x[i];
+            }
+        }
+    }
+    y
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |m, x| m.max(x.abs()))
+}
+
+/// Elements that `refined` has more than `mesh`.
+fn n_pieces(refined: &RefinedMesh, mesh: &Mesh) -> usize {
+    refined.mesh().elements().len() - mesh.elements().len()
+}
+
+#[test]
+fn a_divided_mesh_keeps_volume_mass_inertia_and_surface() {
+    for kind in ElementKind::ALL {
+        let mesh = parts(kind);
+        let corner = *mesh.nodes().last().unwrap();
+        for point in [corner, [0.4, 0.5, 0.45]] {
+            let refined = about(&mesh, point, 4);
+            assert!(
+                n_pieces(&refined, &mesh) >= 28 && refined.ties().n_free() < refined.mesh().nodes().len()
+            );
+            let properties = |mesh: &Mesh| MassProperties::new(mesh, &Materials::uniform(STEEL));
+            let (old, new) = (properties(&mesh), properties(refined.mesh()));
+            // Rules of the mass integrate the determinant exactly: sums over some thousand points.
+            assert!(
+                (new.volume / old.volume - 1.0).abs() < 1e-12,
+                "{kind:?}: {:e}",
+                new.volume / old.volume - 1.0
+            );
+            assert!((new.mass / old.mass - 1.0).abs() < 1e-12, "{kind:?}");
+            let area = |mesh: &Mesh| mesh.part_of(mesh.surface()).measure();
+            // Area elements are roots: what the rule of larger sides leaves.
+            assert!((area(refined.mesh()) / area(&mesh) - 1.0).abs() < 1e-4, "{kind:?}");
+            for (name, faces) in mesh.faces() {
+                let (_, own) = refined.mesh().faces().iter().find(|(n, _)| n == name).unwrap();
+                let of = |mesh: &Mesh, faces| mesh.part_of(faces).measure();
+                let change = of(refined.mesh(), own) / of(&mesh, faces) - 1.0;
+                assert!(change.abs() < 1e-3, "{kind:?}, {name}: {change:e}");
+            }
+        }
+    }
+}
+
+#[test]
+fn displacements_are_continuous_over_hanging_sides_and_hold_those_of_the_mesh_before() {
+    for kind in ElementKind::ALL {
+        let mesh = parts(kind);
+        let refined = about(&mesh, [0.4, 0.5, 0.45], 4);
+        let ties = refined.ties();
+        let all = refined.mesh().nodes();
+        for node in ties.n_free()..all.len() {
+            let list = ties.of(node as u32).unwrap();
+            assert!(list.iter().all(|(m, _)| !ties.is_tied(*m)), "{kind:?}");
+            let sum: f64 = list.iter().map(|(_, w)| w).sum();
+            // A few dozen products of numbers of order one.
+            assert!((sum - 1.0).abs() < 1e-13, "{kind:?}: {sum}");
+            let place: [f64; 3] =
+                [0, 1, 2].map(|d| list.iter().map(|(m, w)| w * all[*m as usize][d]).sum::<f64>());
+            assert!(distance(&place, &all[node]) < 1e-13, "{kind:?}: {place:?}, {:?}", all[node]);
+        }
+        // Any values at the nodes of the mesh before, seen from both.
+        let value = |node: u32| (1.7 * f64::from(node)).sin();
+        let free: Vec<f64> = (0..ties.n_free())
+            .map(|n| refined.functions_before(&mesh, n).iter().map(|(m, w)| w * value(*m)).sum())
+            .collect();
+        let mut functions = Functions::default();
+        let centre = [0.21, 0.26, 0.3];
+        for element in refined.mesh().elements().iter() {
+            element.kind.functions(&centre, &mut functions);
+            let list = ties.in_free(element.nodes, &functions.values);
+            let found: f64 = list.iter().map(|(m, w)| w * free[*m as usize]).sum();
+            let mut places = Vec::new();
+            refined.mesh().places(element.nodes, &mut places);
+            let point = fe_mesh::jacobian::position(&functions.values, &places);
+            let (e, xi) = mesh.locate(&point).unwrap();
+            let of = mesh.elements().get(e);
+            of.kind.functions(&xi, &mut functions);
+            let wanted: f64 = of.nodes.iter().zip(&functions.values).map(|(n, v)| v * value(*n)).sum();
+            // Newton's method finds the point to 1e-9 of the element, where fields of order one vary by as much.
+            assert!((found - wanted).abs() < 1e-8, "{kind:?}: {found}, {wanted}");
+        }
+    }
+}
+
+#[test]
+fn fields_agree_from_both_sides_of_every_seam() {
+    // Values at free nodes that no smooth field has: what is continuous then is so by the ties alone.
+    for kind in ElementKind::ALL {
+        let mesh = parts(kind);
+        let refined = about(&mesh, [0.4, 0.5, 0.45], 4);
+        let (fine, ties) = (refined.mesh(), refined.ties());
+        let value = |node: u32| (1.7 * f64::from(node)).sin();
+        let at = |nodes: &[u32], values: &[f64]| -> f64 {
+            ties.in_free(nodes, values).iter().map(|(m, w)| w * value(*m)).sum()
+        };
+        let (mut functions, mut places, mut n_seen) = (Functions::default(), Vec::new(), 0);
+        let boxes: Vec<_> = fine
+            .elements()
+            .iter()
+            .map(|e| {
+                fine.places(e.nodes, &mut places);
+                fe_mesh::locate::bounds(&places)
+            })
+            .collect();
+        for element in fine.elements().iter().step_by(7) {
+            let corners = element.kind.corners();
+            for side in element.kind.sides() {
+                let share = 1.0 / side.len() as f64;
+                let mut xi =
+                    [0, 1, 2].map(|d| side.iter().map(|&c| share * corners[c as usize][d]).sum::<f64>());
+                // Off the middle, where no node is.
+                let towards = corners[side[0] as usize];
+                xi = [0, 1, 2].map(|d| 0.63 * xi[d] + 0.37 * towards[d]);
+                element.kind.functions(&xi, &mut functions);
+                fine.places(element.nodes, &mut places);
+                let point = fe_mesh::jacobian::position(&functions.values, &places);
+                let own = at(element.nodes, &functions.values);
+                for (other, (low, high)) in fine.elements().iter().zip(&boxes) {
+                    if (0..3).any(|d| point[d] < low[d] || point[d] > high[d]) {
+                        continue;
+                    }
+                    fine.places(other.nodes, &mut places);
+                    let Some(there) = fe_mesh::locate::parameters(other.kind, &places, &point) else {
+                        continue;
+                    };
+                    other.kind.functions(&there, &mut functions);
+                    let found = at(other.nodes, &functions.values);
+                    n_seen += usize::from(other.nodes != element.nodes);
+                    // Parameters are found to 1e-9 of the element.
+                    assert!((found - own).abs() < 1e-7, "{kind:?}: {found}, {own} at {point:?}");
+                }
+            }
+        }
+        assert!(n_seen > 100, "{kind:?}: {n_seen}");
+    }
+}
+
+#[test]
+fn rigid_motions_and_constant_strain_pass_the_patch_test() {
+    for kind in ElementKind::ALL {
+        let straight = |x: [f64; 3]| [1.1 * x[0] + 0.2 * x[1], 0.9 * x[1] - 0.1 * x[2], x[2] + 0.15 * x[0]];
+        for (mesh, is_straight) in
+            [(Mesh::new(block(kind, [3, 2, 2], straight), 1.0).unwrap(), true), (parts(kind), false)]
+        {
+            let refined = about(&mesh, [0.45, 0.5, 0.45], 4);
+            let Matrices { stiffness, mass } = matrices(&refined);
+            let nodes = &refined.mesh().nodes()[..refined.ties().n_free()];
+            let scale = largest(stiffness.val());
+            let field =
+                |of: &dyn Fn(&[f64; 3]) -> [f64; 3]| -> Vec<f64> { nodes.iter().flat_map(of).collect() };
+            let turn = field(&|x| [-x[1], x[0], 0.0]);
+            // Entries cancel in sums of some hundred.
+            assert!(largest(&times(&stiffness, &turn)) < 1e-12 * scale, "{kind:?}");
+            let shift = field(&|_| [0.3, -1.0, 0.6]);
+            assert!(largest(&times(&stiffness, &shift)) < 1e-12 * scale, "{kind:?}");
+            let total = times(&mass, &vec![1.0; nodes.len()]).iter().sum::<f64>();
+            let before = MassProperties::new(&mesh, &Materials::uniform(STEEL)).mass;
+            assert!((total / before - 1.0).abs() < 1e-12, "{kind:?}");
+            // Constant strain: no forces on nodes inside.
+            let stretch = field(&|x| [0.2 * x[0] + 0.1 * x[1], 0.3 * x[1], -0.1 * x[2] + 0.2 * x[0]]);
+            let forces = times(&stiffness, &stretch);
+            let mut is_outside = vec![false; nodes.len()];
+            for &face in refined.mesh().surface() {
+                let (side, on) = refined.mesh().face(face);
+                let list = refined.ties().in_free(&on, &vec![1.0; side.n_nodes()]);
+                list.iter().for_each(|(n, _)| is_outside[*n as usize] = true);
+            }
+            let inside = (0..forces.len()).filter(|i| !is_outside[i / 3]).map(|i| forces[i]);
+            let most = largest(&inside.collect::<Vec<_>>());
+            // Curved elements pass it as far as their rule integrates gradients, which it does to the last bits where the map is affine.
+            let limit = if is_straight { 1e-12 } else { 1e-2 };
+            assert!(most < limit * largest(&forces), "{kind:?}: {most:e} of {:e}", largest(&forces));
+        }
+    }
+}
+
+#[test]
+fn sides_of_one_level_are_neighbours_and_the_division_ends_by_itself() {
+    let ball = Ball { radius: 10.0, across: [4, 4], layers: 3, growth: [1.0, 1.0] };
+    for kind in [ElementKind::Hex20, ElementKind::Tet10] {
+        let mesh = Mesh::new(ball.mesh(kind), 1e-3).unwrap();
+        let bottom = [0.0, 0.0, -10e-3];
+        let refined = about(&mesh, bottom, 6);
+        // Each level adds a number that does not depend on it.
+        let counts: Vec<usize> = (3..=6).map(|l| n_pieces(&about(&mesh, bottom, l), &mesh)).collect();
+        assert!(counts[3] - counts[2] < 2 * (counts[2] - counts[1]), "{counts:?}");
+        let surface = Surface::new(refined.mesh());
+        let near = refined.mesh().nearest(&bottom).unwrap();
+        let first = refined.mesh().surface().binary_search(&near.face).unwrap();
+        assert!(surface.sides()[first].neighbours[..3].iter().all(Option::is_some));
+        let volume = |mesh: &Mesh| MassProperties::new(mesh, &Materials::uniform(STEEL)).volume;
+        assert!((volume(refined.mesh()) / volume(&mesh) - 1.0).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn too_many_pieces_are_refused() {
+    let mesh = parts(ElementKind::Tet10);
+    let all = RefinedMesh::new(&mesh, |ball| ball.level < 9, 10_000);
+    assert!(all.unwrap_err().to_string().contains("10000"));
+    let deep = |ball: &CellBall| distance(&ball.centre, &[0.4, 0.5, 0.45]) <= ball.radius;
+    assert!(RefinedMesh::new(&mesh, deep, MOST).is_err());
+}
