@@ -82,7 +82,7 @@ pub fn slow_rise(contact: &str, bodies: &[&BodyModel], impact: &ImpactRecord) ->
             0.5 / lowest,
             100.0 * share
         ),
-        remedy: "raise reduction.modes of its bodies, or take the time and the shape of the force as no sharper than that".into(),
+        remedy: "raise reduction.modes of its bodies, or take time and shape of the force as no sharper than that, and the restitution of a compact body as an upper bound".into(),
     })
 }
 
