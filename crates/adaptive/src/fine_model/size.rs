@@ -8,12 +8,21 @@ use super::{RefinementPlan, WantedInterval};
 use crate::subdivision::SubdivisionError;
 
 /// Memory of one fine model at most \[GB\]: what a large workstation has to give for one of two bodies of one contact.
-const MOST_GIGABYTES: f64 = 16.0;
+pub const MOST_GIGABYTES: f64 = 16.0;
 /// Dense matrices of the size of the compliance that live at the same time: flexibility, compliance, the contact's own.
 const DENSE: f64 = 3.0;
 /// Entries of the factor over `N^(4/3)` of `N` unknowns of a solid, and over `N log2 N` of a body of two directions (George 1973:
 /// nested dissection). The constants are orders of magnitude and not measured: they tell gigabytes from hundreds of them.
 const FILL: [f64; 2] = [60.0, 30.0];
+
+/// Memory that a fine model in so many directions takes \[GB\].
+pub fn gigabytes(dimension: usize, unknowns: f64, interface: f64) -> f64 {
+    let fill = match dimension {
+        3 => FILL[0] * unknowns.powf(4.0 / 3.0),
+        _ => FILL[1] * unknowns * unknowns.log2(),
+    };
+    8e-9 * (DENSE * interface * interface + fill)
+}
 
 /// Refuses the `plan` of a fine model that no memory holds.
 ///
@@ -47,11 +56,7 @@ pub(super) fn check_size(
         }
         interface += n * functions;
     }
-    let fill = match dimension {
-        3 => FILL[0] * unknowns.powf(4.0 / 3.0),
-        _ => FILL[1] * unknowns * unknowns.log2(),
-    };
-    let gigabytes = 8e-9 * (DENSE * interface * interface + fill);
+    let gigabytes = gigabytes(dimension, unknowns, interface);
     if gigabytes <= MOST_GIGABYTES {
         return Ok(());
     }
