@@ -1,4 +1,4 @@
-//! The fine model of a body of finite elements: its mesh, divided about the place of a touch (docs/theory.md C.9).
+//! The fine model of a body of finite elements: its mesh, divided about the place of a touch (docs/theory.md C.10).
 
 use std::sync::Arc;
 
@@ -16,19 +16,21 @@ use tracing::debug;
 use crate::contact_zone::ContactZone;
 use crate::elastic_body::ReducedBody;
 use crate::error::AdaptiveError;
+use crate::fine_model::{gigabytes, most_gigabytes};
 use crate::interval::{IntervalEnd, IntervalGrid};
 use crate::mesh_surface::{LocalShape, MeshSurface, SideSite};
 use crate::meshed::assembled_body;
 use crate::smooth_fit::SmoothFit;
 use crate::spec::MeshedSpec;
 use crate::store::{Bytes, ModelKey, matrix_values, meshed_definition};
+use crate::subdivision::SubdivisionError;
 use crate::unsupported::Unsupported;
 
 /// Sides of quadratic elements across the narrower width of a zone, at least: twice as many at most, since elements are halved. With seven tenths of
 /// the width in contact, 2.1 to 4.2 on the contact radius, where two make the force right to 0.2 % ([`crate::mesh_touch::QUADRATIC`]).
-const QUADRATIC: usize = 6;
+pub const QUADRATIC: usize = 6;
 /// The same of linear elements.
-const LINEAR: usize = 16;
+pub const LINEAR: usize = 16;
 /// Rows of a direction in which contact is counted, whatever the elements are.
 const ROWS: usize = 16;
 /// Elements of the finest level beyond the zone: a side that meets it, the ring around, and one between these and the next level, whose nodes
@@ -36,8 +38,8 @@ const ROWS: usize = 16;
 const FINEST: f64 = 3.0;
 /// Elements of every other level beyond the zone.
 const COARSER: f64 = 2.0;
-/// Pieces of elements at most: some 100,000 nodes beside those of the mesh.
-const MOST: usize = 100_000;
+/// Pieces of elements at most, so that counting them ends; memory ends before.
+const MOST: usize = 300_000;
 /// Displacement components of a node.
 const N_COMPONENTS: usize = 3;
 
@@ -110,7 +112,7 @@ impl FineElements {
     /// Divides the mesh of the body `name` about a zone.
     ///
     /// # Errors
-    /// [`AdaptiveError::Mesh`] if that would take too many pieces, [`AdaptiveError::Contact`] where the surface has no curvature,
+    /// [`AdaptiveError::Mesh`] or [`AdaptiveError::Subdivision`] if that would take too many pieces, [`AdaptiveError::Contact`] where the surface has no curvature,
     /// [`AdaptiveError::Unsupported`] if a rigid part of the body would be divided.
     pub fn build(name: &str, spec: &MeshedSpec, wanted: &WantedZone) -> Result<Self, AdaptiveError> {
         let fail = |source: MeshFault| AdaptiveError::Mesh { body: name.to_owned(), source };
@@ -151,7 +153,22 @@ impl FineElements {
             smooth,
         };
         fine.check_rigid_parts()?;
+        fine.check_size((longest * (-levels).exp2(), elements))?;
         Ok(fine)
+    }
+
+    /// Refuses what no memory holds, with elements of the size `element`, so many of them `across`.
+    fn check_size(&self, (element, across): (f64, usize)) -> Result<(), AdaptiveError> {
+        let (unknowns, interface) = (self.n_unknowns() as f64, self.zone()?.unknowns.len() as f64);
+        let gigabytes = gigabytes(N_COMPONENTS, unknowns, interface);
+        let most = most_gigabytes();
+        if gigabytes <= most {
+            return Ok(());
+        }
+        let width = 2.0 * self.footprint.half[0].max(self.footprint.half[1]);
+        let source =
+            SubdivisionError::TooLarge { width, across, element, unknowns, interface, gigabytes, most };
+        Err(AdaptiveError::Subdivision { body: self.name.clone(), source })
     }
 
     /// Refuses divided elements at nodes of rigid parts, which are held by the functions of the mesh before.

@@ -43,6 +43,7 @@ mod size;
 pub use key::compliance_key;
 use plan::{check_regular, fine_intervals, plan, refined};
 use size::check_size;
+pub use size::{gigabytes, most_gigabytes};
 
 /// A contact interval as the fine model has it: its ends lie on knots.
 #[derive(Debug, Clone, PartialEq)]

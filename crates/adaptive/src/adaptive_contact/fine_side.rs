@@ -334,6 +334,10 @@ impl AdaptiveContact {
         gap: f64,
     ) -> Result<Box<dyn ActiveContact>, AdaptiveError> {
         let mut element = self.element(own, other.as_ref(), bodies)?;
+        let on_target = other.as_ref().and_then(|(_, side)| side.body.outward());
+        if own.body.outward().is_none() && on_target.is_none() {
+            return Ok(element);
+        }
         let found = element.smallest_gap(Motion::new(0.0, states));
         let sides = [Some(&mut *own), other.as_mut().map(|(_, side)| side)];
         let smooth = sides.into_iter().flatten().find_map(|side| Some((side.body.outward()?, side)));

@@ -16,6 +16,20 @@ const DENSE: f64 = 3.0;
 /// nested dissection). The constants are orders of magnitude and not measured: they tell gigabytes from hundreds of them.
 const FILL: [f64; 2] = [60.0, 30.0];
 
+/// Memory of one fine model at most, less if the process may not take as much \[GB\].
+pub fn most_gigabytes() -> f64 {
+    told_limit().map_or(MOST_GIGABYTES, |limit| MOST_GIGABYTES.min(1e-9 * limit as f64))
+}
+
+/// Memory that a fine model in so many directions takes \[GB\].
+pub fn gigabytes(dimension: usize, unknowns: f64, interface: f64) -> f64 {
+    let fill = match dimension {
+        3 => FILL[0] * unknowns.powf(4.0 / 3.0),
+        _ => FILL[1] * unknowns * unknowns.log2(),
+    };
+    8e-9 * (DENSE * interface * interface + fill)
+}
+
 /// Refuses the `plan` of a fine model that no memory holds.
 ///
 /// Every function is counted as one per element, which holds but for the degree. Takes time in proportion to the
@@ -48,12 +62,8 @@ pub(super) fn check_size(
         }
         interface += n * functions;
     }
-    let fill = match dimension {
-        3 => FILL[0] * unknowns.powf(4.0 / 3.0),
-        _ => FILL[1] * unknowns * unknowns.log2(),
-    };
-    let gigabytes = 8e-9 * (DENSE * interface * interface + fill);
-    let most = told_limit().map_or(MOST_GIGABYTES, |limit| MOST_GIGABYTES.min(1e-9 * limit as f64));
+    let gigabytes = gigabytes(dimension, unknowns, interface);
+    let most = most_gigabytes();
     if gigabytes <= most {
         return Ok(());
     }

@@ -1,5 +1,6 @@
 //! Keys of `[contacts.NAME]`.
 
+use adaptive::fine_elements::{LINEAR, QUADRATIC};
 use adaptive::fine_model::ELEMENTS;
 use adaptive::interval::TARGET_UTILISATION;
 use adaptive::penalty_search::PEAK_TOLERANCE;
@@ -202,8 +203,14 @@ const INTERVAL: &[Key] = &[
         "elements",
         Kind::Integer(1, 10_000),
         "–",
-        Need::Derived(|| format!("{ELEMENTS} where the program refines, else the elements that the discretisation has there")),
-        "Elements across `width`, for which the body is refined; on a plane it needs `width`, except with `adaptive`.",
+        Need::Derived(|| {
+            format!(
+                "{ELEMENTS} where the program refines, on a mesh {QUADRATIC}, {LINEAR} of linear elements, else the elements that the \
+                 discretisation has there"
+            )
+        }),
+        "Elements across `width`, for which the body is refined; on a plane it needs `width`, except with `adaptive`. Elements of a mesh are halved until \
+         there are as many at least.",
     ).when(&[Condition::new(
         "with a zone that is refined",
         Test::Around(&Test::NoneOf("model", &["coarse"])),
