@@ -1,4 +1,4 @@
-//! The fine model of a body of finite elements: its mesh, divided about the place of a touch (docs/theory.md C.10).
+//! The fine model of a body of finite elements: its mesh, divided about the place of a touch (docs/theory.md section C.10).
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! Meshes whose elements are halved about a place (docs/theory.md C.10).
+//! Meshes whose elements are halved about a place (docs/theory.md section C.10).
 //!
 //! Elements are halved along every edge in their parameters; nodes of the pieces lie on the map of the element, which the pieces have
 //! exactly, since quadratic functions of a part of the parameters are quadratic: the part keeps its shape. Nodes of small pieces on edges and sides of larger

@@ -17,6 +17,7 @@ use crate::error::AppError;
 use crate::error_text;
 use crate::provenance;
 use crate::scenario::Scenario;
+use crate::whole_file;
 
 /// First bytes of the file; the last one is the version of the format.
 const MAGIC: &[u8; 17] = b"fbimpact restart\x06";
@@ -106,18 +107,24 @@ impl Journal {
         Self { writer: BufWriter::with_capacity(BUFFER, file), payload: Vec::new() }
     }
 
-    /// Creates the file `path`, or replaces it.
+    /// Creates the file `path`, or replaces it; it is there with its header or not at all, whenever the process is killed.
     ///
     /// # Errors
     /// [`AppError::Io`] if it cannot be written.
     pub fn create(path: &Path, header: Header) -> Result<Self, AppError> {
+        let mut created = None;
+        let written: std::io::Result<()> = whole_file::replace(path, |part| {
+            let mut journal = Self::to(File::create(part)?);
+            journal.writer.write_all(MAGIC)?;
+            journal.append(&Entry::Header(header))?;
+            journal.flush()?;
+            created = Some(journal);
+            Ok(())
+        });
         let fail =
             |e: std::io::Error| AppError::io(path, format!("cannot be written: {}", error_text::of_io(&e)));
-        let file = File::create(path).map_err(fail)?;
-        let mut journal = Self::to(file);
-        journal.writer.write_all(MAGIC).map_err(fail)?;
-        journal.append(&Entry::Header(header)).and_then(|()| journal.flush()).map_err(fail)?;
-        Ok(journal)
+        written.map_err(fail)?;
+        Ok(created.expect("what was written was created"))
     }
 
     /// Opens the file `path` to go on behind its first `length` bytes; what comes after them is lost.
