@@ -37,6 +37,10 @@ const SAME_PLACE: f64 = 1e-7;
 /// Shortest step of the search for a touch, over the simulated time.
 const SHORTEST: f64 = 1e-6;
 
+/// Looks back, each twice as far as the one before, for a moment at which bodies that touch are apart: a thousand times what their speed
+/// along the normal would need.
+const LOOKS_BACK: usize = 10;
+
 /// What touches first in `contact`, the bodies being in the motions `poses` at the start; `None` where it is not known: bodies that joints or
 /// loads hold, that are not of splines, or do not meet.
 pub fn touch_kind(spec: &RunSpec, contact: &ContactSpec, poses: &[BodyState]) -> Option<TouchKind> {
@@ -122,6 +126,8 @@ struct Flight<'a> {
     /// Growth of the closing speed [m/s²].
     acceleration: f64,
     size: f64,
+    /// Overlap that is allowed at the start \[m\].
+    overlap: f64,
 }
 
 impl<'a> Flight<'a> {
@@ -140,7 +146,8 @@ impl<'a> Flight<'a> {
         };
         let detector = Detector::new(contact.body, own, target);
         let gravity = spec.settings.gravity;
-        Some(Self { detector, poses, bodies, gravity, acceleration, size })
+        let overlap = contact.initial_overlap;
+        Some(Self { detector, poses, bodies, gravity, acceleration, size, overlap })
     }
 
     /// Motions after the time `t`: parabolas, and turns at constant rate.
@@ -171,12 +178,22 @@ impl<'a> Flight<'a> {
             Ok((gap, self.detector.closing_speed_bound(&poses)))
         };
         let touch = first_touch([0.0, end], &settings, sample).ok()??;
+        if touch.gap < -settings.gap - self.overlap {
+            return None; // refused for its overlap
+        }
         // Bodies that touch have no direction between them: a moment before they do, even if that is before the start.
         let speed = self.detector.closing_speed_bound(&self.at(touch.time));
-        let poses = self.at(touch.time - 2.0 * settings.gap / speed);
-        let nearest = self.detector.nearest(&poses, &mut search).ok()?;
-        let has_direction = nearest.normal.norm() > 0.5;
-        has_direction.then_some((poses, nearest))
+        let mut back = 2.0 * (settings.gap - touch.gap.min(0.0)) / speed;
+        for _ in 0..LOOKS_BACK {
+            let poses = self.at(touch.time - back);
+            let nearest = self.detector.nearest(&poses, &mut search).ok()?;
+            if nearest.gap > 0.0 {
+                let has_direction = nearest.normal.norm() > 0.5;
+                return has_direction.then_some((poses, nearest));
+            }
+            back *= 2.0;
+        }
+        None
     }
 }
 
