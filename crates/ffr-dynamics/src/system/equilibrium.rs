@@ -2,19 +2,16 @@
 
 use std::ops::DerefMut;
 
-use faer::Mat;
-use faer::prelude::Solve;
-
 use super::active::ActiveForce;
+use super::model::MultibodyModel;
 use super::multibody::Multibody;
-use crate::error::{DynamicsError, StaticStartFault};
+use super::tree_solver::{Answer, FactorisedTree, Impedance, TreeFactors};
+use super::workspace::Workspace;
+use crate::error::{DynamicsError, EvaluationFailure, StaticStartFault};
 use crate::integration::OdeSystem;
 
 /// Share of the elastic energy that the last correction may have.
 const TOLERANCE: f64 = 1e-24;
-/// Share below which corrections that do not shrink any more are round-off: that of forces at a joint, 1e-16, counts as often as the
-/// body outweighs what little of it the joint moves at once, some millions of times in a model with all its modes.
-const ROUND_OFF: f64 = 1e-16;
 /// Corrections; each gains several digits, as elastic forces outweigh the change of all others by deformation.
 const MAX_CORRECTIONS: usize = 40;
 
@@ -32,56 +29,75 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         if !self.model.loops.is_empty() {
             return fail(StaticStartFault::LoopClosing);
         }
-        let layouts: Vec<_> = self.model.bodies.iter().map(|b| b.layout).collect();
-        for layout in &layouts {
-            y[layout.velocities()].fill(0.0);
-            y[layout.elastic_rates()].fill(0.0);
+        for body in &self.model.bodies {
+            y[body.layout.velocities()].fill(0.0);
+            y[body.layout.elastic_rates()].fill(0.0);
         }
-        // Place in the state, place among the rates, stiffness.
-        let mut unknowns = Vec::new();
-        for (layout, body) in layouts.iter().zip(&self.model.bodies) {
-            let places = layout.elastic().zip(layout.rates_elastic()).zip(&body.data.modal_stiffness);
-            unknowns.extend(places.map(|((state, rate), k)| (state, rate, *k)));
-        }
-        if unknowns.is_empty() {
+        if self.model.bodies.iter().all(|b| b.layout.n_modes == 0) {
             return Ok(());
         }
+        let mut stiff = StiffTree::new(&self.model);
         let mut rates = vec![0.0; self.dimension()];
-        let mut last = f64::INFINITY;
         for _ in 0..MAX_CORRECTIONS {
             if let Err(refusal) = self.rhs(t, y, &mut rates) {
                 return fail(refusal.into());
             }
-            let correction = self.elastic_correction(&unknowns);
+            if let Err(refusal) = stiff.solve(&self.model, &self.workspace) {
+                return fail(refusal.into());
+            }
             let (mut moved, mut stored) = (0.0, 0.0);
-            for ((state, _, k), change) in unknowns.iter().zip(&correction) {
-                y[*state] += change;
-                moved += k * change * change;
-                stored += k * y[*state] * y[*state];
+            for (i, body) in self.model.bodies.iter().enumerate() {
+                let coordinates = &mut y[body.layout.elastic()];
+                let changes = stiff.changes(&self.model, i);
+                for ((q, change), k) in coordinates.iter_mut().zip(changes).zip(&body.data.modal_stiffness) {
+                    *q += change;
+                    moved += k * change * change;
+                    stored += k * *q * *q;
+                }
             }
             if !moved.is_finite() {
                 break;
             }
-            if moved <= TOLERANCE * stored || (moved <= ROUND_OFF * stored && moved >= last) {
+            if moved <= TOLERANCE * stored {
                 return Ok(());
             }
-            last = moved;
         }
         fail(StaticStartFault::NotConverged { corrections: MAX_CORRECTIONS })
     }
+}
 
-    /// Change of the elastic coordinates that takes their accelerations away if all forces but the elastic ones stay.
-    fn elastic_correction(&mut self, unknowns: &[(usize, usize, f64)]) -> Vec<f64> {
-        let n = unknowns.len();
-        let mut mobility = Mat::<f64>::zeros(n, n);
-        for (j, (_, rate, _)) in unknowns.iter().enumerate() {
-            let response = self.workspace.unit_response(&self.model, *rate);
-            for (i, (_, rate, _)) in unknowns.iter().enumerate() {
-                mobility[(i, j)] = response[*rate];
-            }
-        }
-        let acceleration = Mat::from_fn(n, 1, |i, _| self.workspace.accelerations.rates[unknowns[i].1]);
-        let force = mobility.partial_piv_lu().solve(&acceleration);
-        unknowns.iter().enumerate().map(|(i, (_, _, k))| force[(i, 0)] / k).collect()
+/// The tree with modes that do not move: bodies and joints accelerate as rigid ones.
+struct StiffTree {
+    factors: TreeFactors<f64>,
+    answer: Answer<f64>,
+    changes: Vec<f64>,
+}
+
+impl StiffTree {
+    fn new(model: &MultibodyModel) -> Self {
+        Self { factors: TreeFactors::new(model), answer: Answer::new(model), changes: Vec::new() }
+    }
+
+    /// Accelerations under the forces of the last evaluation.
+    fn solve(&mut self, model: &MultibodyModel, workspace: &Workspace) -> Result<(), EvaluationFailure> {
+        let Workspace { pose, accelerations, .. } = workspace;
+        let joints = Impedance::of_inertia();
+        let modes = Impedance { inertia: f64::INFINITY, ..joints };
+        self.factors.factorise(model, pose, |_| modes, &joints)?;
+        self.answer.frame_forces.copy_from_slice(&accelerations.frame_forces);
+        self.answer.forces.copy_from_slice(&accelerations.forces);
+        let tree = FactorisedTree { model, pose, factors: &self.factors };
+        self.answer.solve(tree, Some(&model.gravity));
+        Ok(())
+    }
+
+    /// Changes of the elastic coordinates of body `i` whose elastic forces are what acts on its modes.
+    fn changes(&mut self, model: &MultibodyModel, i: usize) -> &[f64] {
+        let modes = &model.bodies[i].modes;
+        let by_modes: Vec<f64> =
+            self.answer.modal_forces(i).iter().zip(&modes.stiffness).map(|(f, k)| f / k).collect();
+        self.changes.resize(by_modes.len(), 0.0);
+        modes.coordinates(&by_modes, &mut self.changes);
+        &self.changes
     }
 }

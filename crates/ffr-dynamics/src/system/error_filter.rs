@@ -8,7 +8,7 @@ use super::equations::BodyWorkspace;
 use super::force::{BodyState, GeneralisedForce};
 use super::model::MultibodyModel;
 use super::tree_kinematics::{JointKinematics, update};
-use super::tree_solver::{Answer, Impedance, TreeFactors, TreePose};
+use super::tree_solver::{Answer, FactorisedTree, Impedance, TreeFactors, TreePose};
 
 /// The filter with the factors of one state.
 #[derive(Debug, Clone)]
@@ -83,7 +83,7 @@ impl ErrorFilter {
                 *force = k / (frequency * frequency) * rate;
             }
         }
-        self.response.solve(model, &self.pose, &self.factors, None);
+        self.response.solve(FactorisedTree { model, pose: &self.pose, factors: &self.factors }, None);
         rates.iter_mut().zip(&self.response.rates).for_each(|(x, change)| *x -= change);
     }
 }

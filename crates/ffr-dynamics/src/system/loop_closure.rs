@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::force::BodyState;
 use super::model::{LoopJoint, MultibodyModel, Site};
 use super::tree_kinematics::{SpatialVector, join, split};
-use super::tree_solver::{Answer, TreeFactors, TreePose};
+use super::tree_solver::{Answer, FactorisedTree};
 use crate::error::EvaluationFailure;
 use crate::kinematics::MarkerMotion;
 
@@ -251,14 +251,15 @@ impl LoopSolver {
     }
 
     /// Mobility between constraints with the factors of the tree, and its factorisation (Eq. M.20).
-    pub fn factorise(&mut self, model: &MultibodyModel, pose: &TreePose, factors: &TreeFactors<f64>) {
+    pub fn factorise(&mut self, tree: FactorisedTree<'_, f64>) {
         let n = self.rows.len();
         for k in 0..n {
             self.response.clear();
-            self.add_force(model, k, 1.0);
-            self.response.solve(model, pose, factors, None);
+            self.add_force(tree.model, k, 1.0);
+            self.response.solve(tree, None);
             for i in 0..n {
-                self.mobility[i * n + k] = self.rate(model, i, &self.response.frames, &self.response.rates);
+                self.mobility[i * n + k] =
+                    self.rate(tree.model, i, &self.response.frames, &self.response.rates);
             }
         }
         self.pivoted_cholesky();
@@ -316,11 +317,11 @@ impl LoopSolver {
     }
 
     /// Response of the tree to the multipliers.
-    fn respond(&mut self, model: &MultibodyModel, pose: &TreePose, factors: &TreeFactors<f64>) {
+    fn respond(&mut self, tree: FactorisedTree<'_, f64>) {
         let multipliers = std::mem::take(&mut self.multipliers);
-        self.load_response(model, &multipliers);
+        self.load_response(tree.model, &multipliers);
         self.multipliers = multipliers;
-        self.response.solve(model, pose, factors, None);
+        self.response.solve(tree, None);
     }
 
     /// Multipliers and the accelerations they add, so that constraints stay (Eq. M.21).
@@ -328,12 +329,11 @@ impl LoopSolver {
     /// `frames` and `rates` are the accelerations without the constraints.
     pub fn correct_accelerations(
         &mut self,
-        model: &MultibodyModel,
-        (pose, factors): (&TreePose, &TreeFactors<f64>),
+        tree: FactorisedTree<'_, f64>,
         frames: &[SpatialVector],
         rates: &[f64],
     ) -> Result<(), EvaluationFailure> {
-        self.factorise(model, pose, factors);
+        self.factorise(tree);
         for k in 0..self.rows.len() {
             let row = self.rows[k];
             let [p, c] = &self.sides[row.joint];
@@ -343,33 +343,28 @@ impl LoopSolver {
                 let arm = c.place - p.place;
                 row.axis.dot(&(c.bias.0 - p.bias.0 - p.bias.1.cross(&arm)))
             };
-            self.multipliers[k] = -(self.rate(model, k, frames, rates) + by_velocity + row.bias);
+            self.multipliers[k] = -(self.rate(tree.model, k, frames, rates) + by_velocity + row.bias);
         }
         self.solve_mobility();
         if let Some(k) = self.multipliers.iter().position(|l| !l.is_finite()) {
-            let joint = model.loops[self.rows[k].joint].name.clone();
+            let joint = tree.model.loops[self.rows[k].joint].name.clone();
             return Err(MotionFault::LoopForce { joint }.into());
         }
-        self.respond(model, pose, factors);
+        self.respond(tree);
         Ok(())
     }
 
     /// Change of all coordinates that takes the residuals away to first order (Eq. M.22), in `response.rates`.
-    pub fn correct_positions(&mut self, model: &MultibodyModel, pose: &TreePose, factors: &TreeFactors<f64>) {
+    pub fn correct_positions(&mut self, tree: FactorisedTree<'_, f64>) {
         for (multiplier, row) in self.multipliers.iter_mut().zip(&self.rows) {
             *multiplier = -row.residual;
         }
         self.solve_mobility();
-        self.respond(model, pose, factors);
+        self.respond(tree);
     }
 
     /// Change of all rates that takes the constraints' rates away, in `response.rates`; returns the largest rate.
-    pub fn correct_velocities(
-        &mut self,
-        model: &MultibodyModel,
-        pose: &TreePose,
-        factors: &TreeFactors<f64>,
-    ) -> f64 {
+    pub fn correct_velocities(&mut self, tree: FactorisedTree<'_, f64>) -> f64 {
         let mut largest: f64 = 0.0;
         for k in 0..self.rows.len() {
             let Row { joint, axis, is_rotation, .. } = self.rows[k];
@@ -384,7 +379,7 @@ impl LoopSolver {
             self.multipliers[k] = -rate;
         }
         self.solve_mobility();
-        self.respond(model, pose, factors);
+        self.respond(tree);
         largest
     }
 }

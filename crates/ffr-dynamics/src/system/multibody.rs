@@ -16,6 +16,7 @@ use super::model::{JointCoordinates, MultibodyModel, TreeBody};
 use super::specification::SystemSpec;
 use super::stage_solver::StageSolver;
 use super::tree_error::TreeNorm;
+use super::tree_solver::FactorisedTree;
 use super::workspace::{Powers, Workspace};
 use crate::data_error::DataError;
 use crate::error::{DynamicsError, EvaluationFailure};
@@ -369,7 +370,7 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
             return has_moved;
         }
         let Workspace { loops, pose, factors, .. } = &mut self.workspace;
-        let rate = loops.correct_velocities(&self.model, pose, factors);
+        let rate = loops.correct_velocities(FactorisedTree { model: &self.model, pose, factors });
         let speed = self.norm.speed(&self.model, t, y).max(1e-3);
         let is_slow = rate <= LOOP_RATE_TOLERANCE * speed;
         if is_slow {
@@ -391,7 +392,7 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
                 return step > 0;
             }
             let Workspace { loops, pose, factors, .. } = &mut self.workspace;
-            loops.correct_positions(&self.model, pose, factors);
+            loops.correct_positions(FactorisedTree { model: &self.model, pose, factors });
             self.move_coordinates(y);
         }
         true

@@ -8,7 +8,7 @@ use faer::c64;
 use super::equations::BodyWorkspace;
 use super::model::MultibodyModel;
 use super::tree_kinematics::JointKinematics;
-use super::tree_solver::{Answer, Impedance, TreeFactors, TreePose};
+use super::tree_solver::{Answer, FactorisedTree, Impedance, TreeFactors, TreePose};
 use crate::body::ModalDamping;
 use crate::integration::STAGE_PAIRS;
 
@@ -72,7 +72,8 @@ impl StageSolver {
                 }
             }
         }
-        self.answer.solve(model, &self.pose, &self.factors[pair], None);
+        let tree = FactorisedTree { model, pose: &self.pose, factors: &self.factors[pair] };
+        self.answer.solve(tree, None);
         x.iter_mut().zip(&self.answer.rates).for_each(|(x, change)| *x += change);
     }
 }

@@ -2,6 +2,7 @@
 //! Eq. M.28).
 
 use super::model::{MultibodyModel, TreeBody};
+use super::tree_solver::FactorisedTree;
 use super::workspace::Workspace;
 use crate::integration::{KinematicBlock, Linearisation};
 
@@ -45,7 +46,8 @@ impl Workspace {
                         by_rate,
                         &mut response.forces[elastic.clone()],
                     );
-                    response.solve(model, &self.pose, &self.factors, None);
+                    let tree = FactorisedTree { model, pose: &self.pose, factors: &self.factors };
+                    response.solve(tree, None);
                     let unknown = elastic.start + j;
                     let column = if by_rate {
                         derivative.velocity_column_mut(unknown)

@@ -8,7 +8,7 @@ use super::joints::forces::joint_forces;
 use super::loop_closure::LoopSolver;
 use super::model::{Load, MultibodyModel, TreeBody};
 use super::tree_kinematics::{JointKinematics, SpatialVector, split, update};
-use super::tree_solver::{Answer, Biases, Impedance, TreeFactors, TreePose};
+use super::tree_solver::{Answer, FactorisedTree, Impedance, TreeFactors, TreePose};
 use crate::error::EvaluationFailure;
 
 /// Power that goes in and out of a system at one instant \[W\].
@@ -107,8 +107,8 @@ impl Workspace {
             }
         }
         self.eliminate(model, 1.0)?;
-        let biases = Biases { edges: &self.edges, gravity: &model.gravity };
-        self.accelerations.solve(model, &self.pose, &self.factors, Some(&biases));
+        let tree = FactorisedTree { model, pose: &self.pose, factors: &self.factors };
+        self.accelerations.solve(tree, Some(&model.gravity));
         if !model.loops.is_empty() {
             self.close_loops(model)?;
         }
@@ -152,17 +152,8 @@ impl Workspace {
         }
         self.eliminate(model, elastic_weight)?;
         self.loops.evaluate(model, &self.states);
-        self.loops.factorise(model, &self.pose, &self.factors);
+        self.loops.factorise(FactorisedTree { model, pose: &self.pose, factors: &self.factors });
         Ok(())
-    }
-
-    /// Accelerations of all coordinates by a unit force on the elastic coordinate `rate`, loops aside.
-    pub fn unit_response(&mut self, model: &MultibodyModel, rate: usize) -> &[f64] {
-        let response = &mut self.loops.response;
-        response.clear();
-        response.forces[rate] = 1.0;
-        response.solve(model, &self.pose, &self.factors, None);
-        &response.rates
     }
 
     /// Adds the forces of loop-closing joints.
@@ -174,8 +165,8 @@ impl Workspace {
             frame.iter_mut().zip(gravity.iter()).for_each(|(a, g)| *a += g);
         }
         self.loops.evaluate(model, &self.states);
-        let factors = (&self.pose, &self.factors);
-        self.loops.correct_accelerations(model, factors, &self.frames, &found.rates)?;
+        let tree = FactorisedTree { model, pose: &self.pose, factors: &self.factors };
+        self.loops.correct_accelerations(tree, &self.frames, &found.rates)?;
         let response = &self.loops.response;
         found.rates.iter_mut().zip(&response.rates).for_each(|(a, b)| *a += b);
         for (wrench, change) in found.wrenches.iter_mut().zip(&response.wrenches) {

@@ -2,18 +2,10 @@
 
 use nalgebra::{Matrix6, Scalar, Vector3, Vector6};
 
-use super::factors::{TreeFactors, from_real};
+use super::factors::{FactorisedTree, from_real};
 use super::number::Number;
-use super::pose::TreePose;
 use crate::system::model::MultibodyModel;
-use crate::system::tree_kinematics::{JointKinematics, SpatialVector, join};
-
-/// Accelerations that are there without any force: of the joints by velocities and prescribed motions, and of ground, which falls
-/// against gravity.
-pub(in crate::system) struct Biases<'a> {
-    pub edges: &'a [JointKinematics],
-    pub gravity: &'a Vector3<f64>,
-}
+use crate::system::tree_kinematics::{SpatialVector, join};
 
 /// Forces on all bodies, and what they do.
 #[derive(Debug, Clone)]
@@ -24,7 +16,7 @@ pub(in crate::system) struct Answer<T: Scalar> {
     pub forces: Vec<T>,
     /// Accelerations of all coordinates, in the order of rates.
     pub rates: Vec<T>,
-    /// Accelerations of the frames, in body axes; less gravity if there are biases.
+    /// Accelerations of the frames, in body axes; less gravity if there is some.
     pub frames: Vec<[T; 6]>,
     /// Forces and moments of the joints on the bodies, at the parents' markers and in the parents' axes.
     pub wrenches: Vec<[T; 6]>,
@@ -77,34 +69,33 @@ impl<T: Number> Answer<T> {
         self.forces.fill(T::zero());
     }
 
-    /// Accelerations under the forces, without velocities and gravity if there are no `biases`.
-    pub fn solve(
-        &mut self,
-        model: &MultibodyModel,
-        pose: &TreePose,
-        factors: &TreeFactors<T>,
-        biases: Option<&Biases>,
-    ) {
-        for &i in model.order.iter().rev() {
-            self.gather(model, pose, factors, i, biases);
+    /// Forces on the uncoupled modes of body `body` in the end: with those of its joints and of the inertia of its frame.
+    pub fn modal_forces(&self, body: usize) -> &[T] {
+        &self.courses[body].forces
+    }
+
+    /// Accelerations under the forces; with `gravity` also by that, by velocities and by prescribed motions.
+    pub fn solve(&mut self, tree: FactorisedTree<'_, T>, gravity: Option<&Vector3<f64>>) {
+        let has_biases = gravity.is_some();
+        for &i in tree.model.order.iter().rev() {
+            self.gather(tree, i, has_biases);
         }
-        let ground = biases.map_or([0.0; 6], |b| join(&-b.gravity, &Vector3::zeros()));
-        for &i in &model.order {
-            if model.bodies[i].joint.parent.body.is_none() {
+        // Ground falls against gravity.
+        let ground = gravity.map_or([0.0; 6], |g| join(&-g, &Vector3::zeros()));
+        for &i in &tree.model.order {
+            if tree.model.bodies[i].joint.parent.body.is_none() {
                 self.courses[i].parent = Vector6::from(ground.map(T::from_real));
             }
-            self.place(model, pose, factors, i, biases);
+            self.place(tree, i, has_biases);
         }
     }
 
     /// Forces of body `i` and all that is attached to it, as its parent feels them.
     fn gather(
         &mut self,
-        model: &MultibodyModel,
-        tree: &TreePose,
-        factors: &TreeFactors<T>,
+        FactorisedTree { model, pose: tree, factors }: FactorisedTree<'_, T>,
         i: usize,
-        biases: Option<&Biases>,
+        has_biases: bool,
     ) {
         let (body, children) = (&model.bodies[i], &model.children[i]);
         let (pose, factor) = (&tree.bodies[i], &factors.bodies[i]);
@@ -115,8 +106,8 @@ impl<T: Number> Answer<T> {
         let mut gives_way = times(&pose.own, modes);
         for (marker, &child) in markers.iter_mut().zip(children) {
             *marker = times(&tree.bodies[child].parent, modes);
-            if let Some(Biases { edges, .. }) = biases {
-                *marker += Vector6::from(edges[child].parent_bias.map(T::from_real));
+            if has_biases {
+                *marker += tree.bodies[child].parent_bias.map(T::from_real);
             }
         }
         for (k, &child) in children.iter().enumerate() {
@@ -139,7 +130,7 @@ impl<T: Number> Answer<T> {
             course.gives_way = gives_way;
             factor.own * gives_way + factor.frame_by_place.tr_mul(&on_frame)
         };
-        if biases.is_some() {
+        if has_biases {
             course.at_rest -= factor.own * pose.bias.map(T::from_real);
         }
         let n = body.layout.n_velocities;
@@ -157,11 +148,9 @@ impl<T: Number> Answer<T> {
     /// Motion of body `i` from that of the parent's marker; leaves the motions of its children's markers.
     fn place(
         &mut self,
-        model: &MultibodyModel,
-        tree: &TreePose,
-        factors: &TreeFactors<T>,
+        FactorisedTree { model, pose: tree, factors }: FactorisedTree<'_, T>,
         i: usize,
-        biases: Option<&Biases>,
+        has_biases: bool,
     ) {
         let (body, children) = (&model.bodies[i], &model.children[i]);
         let (pose, factor) = (&tree.bodies[i], &factors.bodies[i]);
@@ -176,7 +165,7 @@ impl<T: Number> Answer<T> {
         }
         let force = factor.own * moved - course.at_rest;
         self.wrenches[i] = across.tr_mul(&force).into();
-        if biases.is_some() {
+        if has_biases {
             moved += pose.bias.map(T::from_real);
         }
         let frame = if pose.own.is_empty() {

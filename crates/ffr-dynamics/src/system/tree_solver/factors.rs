@@ -67,6 +67,22 @@ pub(in crate::system) struct TreeFactors<T> {
     pub(super) bodies: Vec<BodyFactors<T>>,
 }
 
+/// A tree in one pose with its factors.
+#[derive(Debug)]
+pub(in crate::system) struct FactorisedTree<'a, T> {
+    pub model: &'a MultibodyModel,
+    pub pose: &'a TreePose,
+    pub factors: &'a TreeFactors<T>,
+}
+
+impl<T> Clone for FactorisedTree<'_, T> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<T> Copy for FactorisedTree<'_, T> {}
+
 impl<T: Number> TreeFactors<T> {
     /// Space for the bodies of `model`.
     pub fn new(model: &MultibodyModel) -> Self {

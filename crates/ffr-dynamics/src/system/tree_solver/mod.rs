@@ -11,6 +11,6 @@ mod factors;
 mod number;
 mod pose;
 
-pub(super) use answer::{Answer, Biases};
-pub(super) use factors::{Impedance, TreeFactors};
+pub(super) use answer::Answer;
+pub(super) use factors::{FactorisedTree, Impedance, TreeFactors};
 pub(super) use pose::TreePose;

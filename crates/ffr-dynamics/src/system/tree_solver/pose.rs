@@ -26,8 +26,10 @@ pub(super) struct BodyPose {
     pub across: Matrix6<f64>,
     /// Motions of the place by the free velocities of the joint; the rest are zero.
     pub joint: Matrix6<f64>,
-    /// Acceleration of the place by velocities alone.
+    /// Acceleration of the place by velocities and prescribed motions alone.
     pub bias: Vector6<f64>,
+    /// The same of the parent's marker.
+    pub parent_bias: Vector6<f64>,
     /// Size of the body's inertia, its square root: of a translation and of a rotation [√kg, √kg m].
     pub sizes: [f64; 2],
     /// Stiffness and damping of the joint's free velocities.
@@ -63,6 +65,7 @@ impl TreePose {
                 at_parent: Matrix6::identity(),
                 at_own: Matrix6::identity(),
                 bias: Vector6::zeros(),
+                parent_bias: Vector6::zeros(),
                 sizes: [body.data.mass.sqrt(), turning.sqrt()],
                 across: Matrix6::identity(),
                 joint: Matrix6::zeros(),
@@ -97,6 +100,7 @@ impl TreePose {
                 pose.joint.column_mut(j).copy_from_slice(column);
             }
             pose.bias = Vector6::from(edge.bias);
+            pose.parent_bias = Vector6::from(edge.parent_bias);
             if !pose.own.is_empty() {
                 // At the marker the modes' displacements and turns have little to do with each other, at a frame far off they have.
                 let arm = edge.child_point.arm.cross_matrix();
