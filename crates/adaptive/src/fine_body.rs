@@ -4,7 +4,6 @@ use contact_qs::points::DofLookup;
 use faer::Mat;
 use ffr_dynamics::body::{AssembledBody, RigidMotion};
 use ffr_dynamics::reduction::compliance::ResidualFlexibility;
-use ffr_dynamics::reduction::modal::ReducedBasis;
 use ffr_dynamics::reduction::problem::ElasticProblem;
 use iga_core::space::Space;
 use nalgebra::Vector3;
@@ -178,14 +177,8 @@ impl FineBodyModel {
         let fail = |source| AdaptiveError::Reduction { body: mesh.name.clone(), source };
         let problem = ElasticProblem::free(assembled, unknowns).map_err(fail)?;
         let reduced = &coarse.reduced.basis;
-        let basis = ReducedBasis {
-            shapes: mesh.prolong(reduced.shapes.as_ref()),
-            omega: reduced.omega.clone(),
-            n_low: reduced.n_low,
-            rigid: problem.free_rigid().map_err(fail)?,
-            multiplet: None,
-            static_loads: reduced.static_loads.clone(),
-        };
+        let rigid = problem.free_rigid().map_err(fail)?;
+        let basis = reduced.prolonged(mesh.prolong(reduced.shapes.as_ref()), rigid);
         ResidualFlexibility::new(&problem, unknowns, &basis).map_err(fail)
     }
 

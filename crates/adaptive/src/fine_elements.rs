@@ -19,7 +19,7 @@ use crate::error::AdaptiveError;
 use crate::fine_model::{gigabytes, most_gigabytes};
 use crate::interval::{IntervalEnd, IntervalGrid};
 use crate::mesh_surface::{LocalShape, MeshSurface, SideSite};
-use crate::meshed::assembled_body;
+use crate::meshed::{assembled_body, dofs_of};
 use crate::smooth_fit::SmoothFit;
 use crate::spec::MeshedSpec;
 use crate::store::{Bytes, ModelKey, matrix_values, meshed_definition};
@@ -146,7 +146,7 @@ impl FineElements {
         let fine = Self {
             name: name.to_owned(),
             spec: spec.clone(),
-            lookup: DofLookup::new(&assembled_dofs(n_free)),
+            lookup: DofLookup::new(&dofs_of(n_free)),
             refined,
             surface,
             footprint,
@@ -297,13 +297,6 @@ fn smooth(zone: &mut ContactZone, fit: &SmoothFit) {
     let places = zone.points.iter().map(|p| p.position).chain(zone.nodes().into_iter().map(|(_, x)| x));
     let outmost = places.map(|x| fit.above(&x)).fold(f64::NEG_INFINITY, f64::max);
     zone.move_to(|x| (Vector3::from(*x) + (fit.above(x) - outmost) * fit.normal()).into());
-}
-
-/// The unknowns of `n` nodes.
-fn assembled_dofs(n: usize) -> Vec<ffr_dynamics::body::Dof> {
-    let node =
-        |node: u32| (0..N_COMPONENTS as u8).map(move |component| ffr_dynamics::body::Dof { node, component });
-    (0..n as u32).flat_map(node).collect()
 }
 
 /// Key of the compliance that the fine model of `spec` for `wanted`, with modes prolonged from `reduced`, has at the interface `unknowns`, and to

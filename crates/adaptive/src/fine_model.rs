@@ -320,14 +320,9 @@ impl FineMesh {
         let rigid = problem.free_rigid().map_err(fail)?;
         let (body, reduced) = (coarse.0, &coarse.1.basis);
         let basis = match modes {
-            LowModes::Prolonged => ReducedBasis {
-                shapes: self.prolong(&body.assembled, reduced.shapes.as_ref()),
-                omega: reduced.omega.clone(),
-                n_low: reduced.n_low,
-                rigid,
-                multiplet: None,
-                static_loads: reduced.static_loads.clone(),
-            },
+            LowModes::Prolonged => {
+                reduced.prolonged(self.prolong(&body.assembled, reduced.shapes.as_ref()), rigid)
+            }
             LowModes::Fine => {
                 let modes = problem.lowest_modes(reduced.first_static()).map_err(fail)?;
                 let loads = self.discretised().load_columns(assembled, &coarse.1.loads)?;

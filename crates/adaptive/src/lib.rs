@@ -52,7 +52,6 @@ pub mod fine_body;
 pub mod fine_modes;
 pub mod transfer;
 pub mod sizing;
-pub mod cost;
 mod wave;
 
 #[cfg(test)]

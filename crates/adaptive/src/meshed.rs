@@ -209,16 +209,21 @@ pub fn assembled_body(
     stiffness: SparseColMat<u32, f64>,
     mass: SparseColMat<u32, f64>,
 ) -> AssembledBody {
-    let node = |node: u32| (0..N_COMPONENTS as u8).map(move |component| Dof { node, component });
     AssembledBody {
         name: name.to_owned(),
         motion: RigidMotion::Spatial,
         stiffness,
         mass: MassMatrix::PerComponent(mass),
-        dofs: (0..nodes.len() as u32).flat_map(node).collect(),
+        dofs: dofs_of(nodes.len()),
         anchors: nodes.to_vec(),
         nodes: nodes.to_vec(),
     }
+}
+
+/// The unknowns of `n` nodes, three each.
+pub fn dofs_of(n: usize) -> Vec<Dof> {
+    let node = |node: u32| (0..N_COMPONENTS as u8).map(move |component| Dof { node, component });
+    (0..n as u32).flat_map(node).collect()
 }
 
 /// Number of the unknown of a node along a direction.

@@ -18,6 +18,7 @@ use crate::spec::{BodyKind, RunSpec, StressSpec, Target};
 use crate::store::{ModelCache, body_definition};
 
 mod contacts;
+mod cost;
 mod default_penalty;
 mod joints;
 mod fine_modes;
@@ -27,6 +28,7 @@ mod start;
 mod stress;
 
 use contacts::{BuiltContact, adaptive_contacts, build_contact, interfaces, refinements, zones};
+pub use cost::{ModelCost, costs};
 use fine_modes::needs_fine_modes;
 use plan::ContactPlan;
 pub use resolution::{Subjects, subjects};

@@ -77,17 +77,6 @@ fn keeps_its_model(spec: &RunSpec, contact: &ContactSpec, law: &SurfaceLaw) -> b
     is_refined_before && law.interval.width.is_none() && is_lasting
 }
 
-/// Whether a contact builds fine models of its bodies when they touch.
-pub fn is_refined_at_touch(spec: &RunSpec, contact: &ContactSpec, law: &SurfaceLaw) -> bool {
-    let is_mesh = |body: usize| matches!(spec.bodies[body].kind, BodyKind::Meshed(_));
-    let is_on_mesh = is_mesh(contact.body) || matches!(contact.target, Target::Body(b) if is_mesh(b));
-    match law.treatment {
-        Treatment::Coarse => false,
-        Treatment::Adaptive => true,
-        _ => !is_on_mesh && matches!(contact.target, Target::Body(_)),
-    }
-}
-
 /// The first touch of a contact as Hertz's theory and the motions at the start have it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PredictedZone {

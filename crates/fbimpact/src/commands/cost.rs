@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::time::Instant;
 
-use adaptive::cost::{ModelCost, costs};
+use adaptive::model::{ModelCost, costs};
 use adaptive::spec::{BodyKind, BodySpec, FREE_INTERVAL, RunSpec};
 use adaptive::store::ModelCache;
 use faer::linalg::matmul::matmul;

@@ -32,6 +32,13 @@ pub struct ReducedBasis {
 }
 
 impl ReducedBasis {
+    /// The same basis on a finer model of the body, whose unknowns it moves by `shapes` and whose rigid modes are `rigid`.
+    pub fn prolonged(&self, shapes: Mat<f64>, rigid: Arc<RigidModes>) -> Self {
+        let Self { omega, n_low, static_loads, .. } = self;
+        let (omega, static_loads) = (omega.clone(), static_loads.clone());
+        Self { shapes, omega, n_low: *n_low, rigid, multiplet: None, static_loads }
+    }
+
     /// Number of shapes.
     pub fn n_modes(&self) -> usize {
         self.omega.len()

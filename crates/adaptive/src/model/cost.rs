@@ -7,13 +7,16 @@ use iga_core::elasticity::Model;
 use iga_core::space::Space;
 use iga_core::surface::Face;
 
+use super::contacts::{interfaces, zones};
+use super::plan::{self, ContactPlan};
+use super::{full_models, resolution, start};
+use crate::body_model::FullModel;
 use crate::elastic_body::ElasticBody;
 use crate::error::AdaptiveError;
 use crate::fine_elements::{FineElements, WantedZone};
 use crate::fine_model::{ELEMENTS, FineMesh, FineSettings};
-use crate::model::start_poses;
-use crate::sizing::zone::{is_refined_at_touch, predicted_zone};
-use crate::spec::{BodyKind, ContactLaw, ContactSpec, MeshedSpec, RunSpec, SurfaceLaw, Target};
+use crate::sizing::zone::predicted_zone;
+use crate::spec::{ContactLaw, ContactSpec, ImportedSpec, MeshedSpec, RunSpec, SurfaceLaw, Target};
 use crate::touch_sites::TouchSite;
 use crate::wanted_interval::WantedInterval;
 
@@ -31,7 +34,7 @@ pub struct ModelCost {
     pub body: String,
     /// Name of the contact whose fine model it is; none for the body's own model.
     pub contact: Option<String>,
-    /// Number of elements.
+    /// Number of elements; zero of a body from matrices.
     pub n_elements: usize,
     /// Number of degrees of freedom.
     pub n_dofs: usize,
@@ -43,7 +46,7 @@ pub struct ModelCost {
     pub work: f64,
 }
 
-/// Models of all elastic bodies of `spec`, and the fine models that the first touch of each contact is predicted to need.
+/// Models of all elastic bodies of `spec`, with the zones that contacts have from the start, and the fine models that the first touch of each contact is predicted to need.
 ///
 /// Hertz's theory and the motions at the start predict zone and place of a touch, as in [`predicted_zone`]; a contact that it has no
 /// answer for is left out. Meshes and matrices are made, nothing is factorised.
@@ -51,25 +54,35 @@ pub struct ModelCost {
 /// # Errors
 /// [`AdaptiveError`] with the body's name if a mesh cannot be made, no memory holds a factor, or the motions at the start are not known.
 pub fn costs(spec: &RunSpec) -> Result<Vec<ModelCost>, AdaptiveError> {
+    let poses = start::poses(spec)?;
+    let plans = plan::plans(spec, &poses)?;
+    let resolved = plan::resolved(spec, &plans);
+    let refined = resolution::refined(resolved.as_ref(), &plans);
+    let spec = refined.as_ref();
+    let full = full_models(spec, &plans)?;
+    let interfaces = interfaces(spec, &zones(spec, (&plans, &poses), &full)?)?;
     let mut costs = Vec::new();
-    let poses = start_poses(spec)?;
-    for (index, body) in spec.bodies.iter().enumerate() {
-        let touches = spec.contacts.iter().filter_map(|contact| touch(spec, &poses, contact, index));
-        match &body.kind {
-            BodyKind::Elastic(elastic) => {
-                let coarse = ElasticBody::build(&body.name, elastic.as_ref().clone())?;
-                costs.push(cost(&coarse.assembled, coarse.space.n_elements(), &[])?);
+    for (index, ((body, full), interface)) in spec.bodies.iter().zip(&full).zip(&interfaces).enumerate() {
+        let contacts = spec.contacts.iter().zip(&plans).filter(|(_, plan)| **plan == ContactPlan::AtTouch);
+        let touches = contacts.filter_map(|(contact, _)| touch(spec, &poses, contact, index));
+        match full {
+            FullModel::Elastic(coarse) => {
+                costs.push(cost(&coarse.assembled, coarse.space.n_elements(), &interface.unknowns)?);
                 for touch in touches {
-                    costs.extend(fine_splines(&coarse, &touch)?);
+                    costs.extend(fine_splines(coarse, &touch)?);
                 }
             }
-            BodyKind::Meshed(meshed) => {
-                costs.push(cost(&meshed.assembled(&body.name)?, meshed.mesh.elements().len(), &[])?);
+            FullModel::Meshed(meshed) => {
+                let n_elements = meshed.mesh.elements().len();
+                costs.push(cost(&meshed.assembled(&body.name)?, n_elements, &interface.unknowns)?);
                 for touch in touches {
                     costs.extend(fine_elements(&body.name, meshed, &touch)?);
                 }
             }
-            BodyKind::Rigid(_) | BodyKind::Imported(_) => {}
+            FullModel::Imported(ImportedSpec::Full { body, .. }) => {
+                costs.push(cost(body.body(), 0, &interface.unknowns)?);
+            }
+            FullModel::Rigid(_) | FullModel::Imported(ImportedSpec::Reduced(_)) => {}
         }
     }
     Ok(costs)
@@ -83,7 +96,7 @@ struct Touch<'a> {
     width: f64,
 }
 
-/// The first touch of `contact` on body `index` if that gets a fine model there.
+/// The first touch of `contact`, which gets fine models then, on body `index`; none if that takes no part, or Hertz's theory has no answer.
 fn touch<'a>(
     spec: &RunSpec,
     poses: &[BodyState],
@@ -91,9 +104,6 @@ fn touch<'a>(
     index: usize,
 ) -> Option<Touch<'a>> {
     let ContactLaw::Surface(law) = &contact.law else { return None };
-    if !is_refined_at_touch(spec, contact, law) {
-        return None;
-    }
     let zone = predicted_zone(spec, poses, contact)?;
     let side = match contact.target {
         _ if contact.body == index => 0,
