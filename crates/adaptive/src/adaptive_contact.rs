@@ -15,7 +15,7 @@ use crate::body_model::{BodyModel, FlexibleBody};
 use crate::detection::{Detector, DetectorTarget, Nearest, Search};
 use crate::elastic_body::ElasticBody;
 use crate::error::{AdaptiveError, ContactModelFault};
-use crate::fine_model::{ELEMENTS, FineBody};
+use crate::fine_model::FineBody;
 use crate::fine_modes::FineModes;
 use crate::interval::{
     ContactFlags, DirectionUse, IntervalAssessment, IntervalEnd, IntervalGrid, IntervalSettings, Verdict,
@@ -23,7 +23,7 @@ use crate::interval::{
 };
 use crate::penalty_search::{PenaltySearch, PenaltyStrategy};
 use crate::point_compliance::{PointCompliance, compliances, points_on};
-use crate::predicted_touch::{TouchKind, touch_kind_at};
+use crate::predicted_touch::TouchKind;
 use crate::record::ZoneSite;
 use crate::run_state::ImpactHistory;
 use crate::simulation::ObservedPoint;
@@ -35,11 +35,12 @@ use crate::zone_contact::FALLBACK_PENALTY;
 
 mod fine_side;
 mod kept_zone;
+mod sites;
 mod widths;
 
 use fine_side::FineSide;
 pub use fine_side::{RebuiltContact, ZoneModel};
-use widths::PredictedWidths;
+use sites::Sites;
 
 /// The widest interval, as a share of the body's size: wider than the body itself is none.
 const WIDEST: f64 = 1.0;
@@ -89,6 +90,8 @@ pub struct FineContact {
     predicted: [f64; 2],
     /// Widths below which round-off hides what touches \[m\].
     least: [f64; 2],
+    /// What touches, if its zones are the whole surfaces of the bodies.
+    pub whole: Option<TouchKind>,
     /// Penalty search of this impact.
     pub search: PenaltySearch,
     /// `max_i(A_ii w_i)` [m³/N].
@@ -236,27 +239,13 @@ impl AdaptiveContact {
         check_cancel: &mut CancelCheck<'_>,
     ) -> Result<RefinedContact, AdaptiveError> {
         let own_body = flexible(&bodies[self.body]);
-        let PredictedWidths { widths: predicted, least } =
-            self.predicted_widths(bodies, states, nearest, request.peak);
-        let widths = self.widths(&request, predicted, own_body.size);
+        let Sites { own: site, target: target_site, predicted, least, whole } =
+            self.sites(bodies, states, nearest, &request)?;
         let modes = |body: usize| match request.fixed.contains(&body) {
             true => LowModes::Prolonged,
             false => self.law.transfer.modes,
         };
         let fine_modes = modes(self.body);
-        let mut site = zone_site(&own_body, &nearest.contact, widths);
-        let mut target_site = match (self.target, &nearest.target) {
-            (Target::Body(other), Some(there)) => {
-                let widths = self.target_widths(bodies, states, (&nearest.contact, widths), (other, there));
-                Some(zone_site(&flexible(&bodies[other]), there, widths))
-            }
-            _ => None,
-        };
-        if request.widths.is_none()
-            && let Some(kept) = self.kept_zones(bodies, &request.history, [Some(site), target_site])
-        {
-            (site, target_site) = kept;
-        }
         let on = |body: usize| points_on(request.points, body, own_body.motion);
         let (points, places) = on(self.body);
         let (mut target_points, mut target_places) = (Vec::new(), Vec::new());
@@ -279,10 +268,10 @@ impl AdaptiveContact {
         };
         let mut element = self.element_at(&mut own, &mut other, (bodies, states), nearest.gap)?;
         let on_body =
-            |body, site, side: &FineSide| ZoneOnBody { body, site, n_unknowns: side.zone.unknowns.len() };
+            |body, site, side: &FineSide<'_>| ZoneOnBody { body, site, n_unknowns: side.zone.unknowns.len() };
         let mut zones = vec![on_body(self.body, site, &own)];
         zones.extend(other.as_ref().zip(target_site).map(|((body, side), site)| on_body(*body, site, side)));
-        let displaced = |points: &[usize], body: usize, side: &FineSide| {
+        let displaced = |points: &[usize], body: usize, side: &FineSide<'_>| {
             let points = if side.points.ncols() == 0 { &[] } else { points };
             compliances(points, body, side.body.motion(), &side.points)
         };
@@ -292,7 +281,10 @@ impl AdaptiveContact {
             true => self.static_weight(&mut own, &mut other, states)?,
             false => self.weight_of(element.as_mut(), states)?,
         };
-        let search = request.search.unwrap_or_else(|| self.penalty_search(&request.history, weight));
+        let search = request.search.unwrap_or_else(|| match whole {
+            Some(kind) => self.penalty_of_whole(kind, bodies, weight),
+            None => self.penalty_search(&request.history, weight),
+        });
         element.set_penalty(search.penalty()).map_err(|e| self.fail(e))?;
         let interval = own.body.grid();
         let sizes = sizes([Some(&own), other.as_ref().map(|(_, side)| side)]);
@@ -308,6 +300,7 @@ impl AdaptiveContact {
             sizes,
             predicted,
             least,
+            whole,
             search,
             weight,
             hosted: bases.iter().map(|(body, _)| *body).collect(),
@@ -316,69 +309,6 @@ impl AdaptiveContact {
             points: observed,
         };
         Ok(RefinedContact { element, recovery, bases, contact })
-    }
-
-    /// Refuses a touch with an edge, or of flat faces, for whose interval nobody has given a width, before anything is built for it.
-    ///
-    /// # Errors
-    /// [`AdaptiveError::ContactModel`] that names what touches.
-    pub fn check_smooth(
-        &self,
-        bodies: &[BodyModel],
-        states: &[BodyState],
-        nearest: &Nearest,
-    ) -> Result<(), AdaptiveError> {
-        if self.law.interval.width.is_some() {
-            return Ok(());
-        }
-        // Meshes have no faces whose kind the geometry tells.
-        let side = |body: usize| bodies[body].elastic().map(|e| (&e.body.spec, &states[body]));
-        let Some(own) = side(self.body) else { return Ok(()) };
-        let other = match self.target {
-            Target::Plane { .. } => None,
-            Target::Body(other) => match side(other) {
-                Some(other) => Some(other),
-                None => return Ok(()),
-            },
-        };
-        let what = match touch_kind_at(own, other, nearest) {
-            TouchKind::Smooth => return Ok(()),
-            TouchKind::Flat => "flat faces",
-            TouchKind::Edge | TouchKind::BetweenPoints => "an edge or a corner",
-        };
-        Err(self.without_model(ContactModelFault::NotSmooth { what }))
-    }
-
-    /// Widths of an interval on a body of size `size`: those asked for, given or, with what earlier impacts found, predicted \[m\].
-    fn widths(&self, request: &RefinementRequest<'_>, predicted: [f64; 2], size: f64) -> [f64; 2] {
-        let factor = request.history.width_factor.unwrap_or([1.0; 2]);
-        let start =
-            self.law.interval.width.map_or([predicted[0] * factor[0], predicted[1] * factor[1]], |w| [w; 2]);
-        request.widths.unwrap_or(start).map(|w| w.min(WIDEST * size))
-    }
-
-    /// The zones of the last impact, of contact body and target, if they hold one for which `wanted` would be laid.
-    fn kept_zones(
-        &self,
-        bodies: &[BodyModel],
-        history: &ImpactHistory,
-        wanted: [Option<ZoneSite>; 2],
-    ) -> Option<(ZoneSite, Option<ZoneSite>)> {
-        let given = &self.law.interval;
-        let elements = given.elements.unwrap_or(ELEMENTS);
-        let of_target = match self.target {
-            Target::Body(other) => other,
-            Target::Plane { .. } => self.body,
-        };
-        let holds = |body: usize, kept: &ZoneSite, wanted: &ZoneSite| {
-            kept_zone::holds(&flexible(&bodies[body]), (kept, wanted), elements, given.target_utilisation)
-        };
-        let own = history.zones[0].filter(|kept| wanted[0].is_some_and(|w| holds(self.body, kept, &w)))?;
-        match (history.zones[1], wanted[1]) {
-            (Some(kept), Some(w)) => holds(of_target, &kept, &w).then_some((own, Some(kept))),
-            (None, None) => Some((own, None)),
-            _ => None,
-        }
     }
 
     /// What the accepted model of an impact leaves to the next ones.
@@ -531,8 +461,8 @@ fn is_at_end(interval: &IntervalGrid) -> bool {
 }
 
 /// The fine models among `sides`, by body, that bring modes of their own.
-fn fine_bases(sides: impl Iterator<Item = (usize, FineSide)>) -> Vec<(usize, FineBasis)> {
-    let basis = |(index, side): (usize, FineSide)| {
+fn fine_bases<'a>(sides: impl Iterator<Item = (usize, FineSide<'a>)>) -> Vec<(usize, FineBasis)> {
+    let basis = |(index, side): (usize, FineSide<'a>)| {
         let (assembled, modes) = side.fine_modes?;
         Some((index, FineBasis { body: FineBody { mesh: side.body.into_splines()?, assembled }, modes }))
     };
@@ -540,7 +470,7 @@ fn fine_bases(sides: impl Iterator<Item = (usize, FineSide)>) -> Vec<(usize, Fin
 }
 
 /// Sizes of the fine models of a contact's bodies, together.
-fn sizes(sides: [Option<&FineSide>; 2]) -> TrialSizes {
+fn sizes(sides: [Option<&FineSide<'_>>; 2]) -> TrialSizes {
     sides.into_iter().flatten().fold(TrialSizes::default(), |sum, side| TrialSizes {
         elements: sum.elements + side.body.n_elements() as u64,
         dofs: sum.dofs + side.body.n_unknowns() as u64,

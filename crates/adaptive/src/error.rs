@@ -185,6 +185,22 @@ pub enum AdaptiveError {
         /// Width of the interval \[m\].
         width: f64,
     },
+    /// The bodies passed into each other between the points of their whole surfaces, and no force answered.
+    #[error(
+        "contact \"{contact}\": the bodies overlap by {overlap:.3e} m at t = {time:.6e} s and no point of the surface of \"{body}\" has touched: its elements, of up to {length:.3e} m, are longer than what touches them; exchange contact_body and target_body, or raise bodies.{body}.discretisation.elements"
+    )]
+    UnresolvedSurface {
+        /// Name of the contact.
+        contact: String,
+        /// Name of the contact body.
+        body: String,
+        /// When \[s\].
+        time: f64,
+        /// Overlap of the surfaces \[m\].
+        overlap: f64,
+        /// Length of the longest element of the contact body \[m\].
+        length: f64,
+    },
     /// The bodies passed into each other between the contact points, and no force answered.
     #[error(
         "contact \"{contact}\": the bodies overlap by {overlap:.3e} m at t = {time:.6e} s and no contact point has touched; the points of an interval of {width:.3e} m lie too far apart, give it more elements or make it narrower"
@@ -201,7 +217,7 @@ pub enum AdaptiveError {
     },
     /// The contact reached the end of its surface, where no interval can grow.
     #[error(
-        "contact \"{contact}\": contact reached the end of its surface at t = {time:.6e} s in trial {trials} with an interval of {width:.3e} m; an interval that the program refines ends before edges; bodies that fly freely into an edge or a flat face are given contact on their whole surfaces if it is the first thing that touches: start the run between this impact and the one before, or give the body a shape with a rounded end"
+        "contact \"{contact}\": contact reached the end of its surface at t = {time:.6e} s in trial {trials} with an interval of {width:.3e} m; an interval that the program refines ends before edges, and contact on the whole surfaces, which has the elements of the bodies, is for quasistatic contacts of splines whose elements are no longer than the interval: raise discretisation.elements, refine at the place with discretisation.refine, or give the body a rounded end"
     )]
     IntervalAtEdge {
         /// Name of the contact.
@@ -299,9 +315,9 @@ pub enum ContactModelFault {
         "an edge or a corner of its target touches the contact body first, or edges of both that cross, where no contact point stands; exchange contact_body and target_body if only the target has an edge there, edges that cross are not simulated"
     )]
     BetweenPoints,
-    /// A touch with an edge or a flat face that the program would have to refine about.
+    /// A touch with an edge or a flat face of zones that vibrate.
     #[error(
-        "its bodies touch with {what} that the run did not begin with: an interval that the program refines lies on a smooth face; bodies that fly freely into an edge or a flat face are given contact on their whole surfaces if it is the first thing that touches: start the run between this impact and the one before, without joints, or give the body a rounded edge"
+        "its bodies touch with {what}: contact on their whole surfaces is quasistatic, and zones that vibrate lie on smooth faces; choose model \"adaptive\" or \"quasistatic\", or give the body a rounded edge"
     )]
     NotSmooth {
         /// What touches.

@@ -1,4 +1,6 @@
-//! The fine model of a body in a contact, of splines or of finite elements.
+//! The fine model of a body in a contact, of splines or of finite elements, or the body's own elements with its whole surface.
+
+use std::borrow::Cow;
 
 use contact_qs::points::DofLookup;
 use faer::Mat;
@@ -10,7 +12,7 @@ use nalgebra::Vector3;
 
 use crate::body_model::FlexibleBody;
 use crate::contact_zone::ContactZone;
-use crate::elastic_body::Discretised;
+use crate::elastic_body::{Discretised, ElasticBody};
 use crate::error::AdaptiveError;
 use crate::fine_elements::{FineElements, WantedZone, compliance_key as key_of_elements};
 use crate::fine_model::{FineMesh, FineSettings, compliance_key as key_of_splines};
@@ -22,7 +24,7 @@ use crate::unsupported::Unsupported;
 use crate::wanted_interval::WantedInterval;
 
 /// A fine model before its matrices, with what was asked for.
-pub enum FineBodyModel {
+pub enum FineBodyModel<'a> {
     /// Of splines.
     Splines {
         /// The refined mesh.
@@ -39,14 +41,17 @@ pub enum FineBodyModel {
         /// The zone.
         wanted: WantedZone,
     },
+    /// The body of splines itself: its zone is its whole surface (theory C.9).
+    Whole(&'a ElasticBody),
 }
 
-impl FineBodyModel {
+impl FineBodyModel<'_> {
     /// Rigid motions of the body.
     pub fn motion(&self) -> RigidMotion {
         match self {
             Self::Splines { mesh, .. } => mesh.motion,
             Self::Elements { .. } => RigidMotion::Spatial,
+            Self::Whole(body) => body.assembled.motion,
         }
     }
 
@@ -55,6 +60,7 @@ impl FineBodyModel {
         match self {
             Self::Splines { mesh, .. } => &mesh.lookup,
             Self::Elements { mesh, .. } => &mesh.lookup,
+            Self::Whole(body) => &body.lookup,
         }
     }
 
@@ -63,6 +69,7 @@ impl FineBodyModel {
         match self {
             Self::Splines { mesh, .. } => Some(mesh.discretised()),
             Self::Elements { .. } => None,
+            Self::Whole(body) => Some(body.discretised()),
         }
     }
 
@@ -71,6 +78,7 @@ impl FineBodyModel {
         match self {
             Self::Splines { mesh, .. } => mesh.n_unknowns(),
             Self::Elements { mesh, .. } => mesh.n_unknowns(),
+            Self::Whole(body) => body.assembled.n_unknowns(),
         }
     }
 
@@ -79,6 +87,7 @@ impl FineBodyModel {
         match self {
             Self::Splines { mesh, .. } => mesh.space.n_elements(),
             Self::Elements { mesh, .. } => mesh.n_elements(),
+            Self::Whole(body) => body.space.n_elements(),
         }
     }
 
@@ -87,27 +96,30 @@ impl FineBodyModel {
     /// # Errors
     /// [`AdaptiveError::Contact`] if no point lies in the zone, [`AdaptiveError::Mesh`] for a side without area.
     pub fn zone(&self, rule: PointRule, contact: &str) -> Result<ContactZone, AdaptiveError> {
+        let fail = |source| AdaptiveError::Contact { contact: contact.to_owned(), source };
         match self {
-            Self::Splines { mesh, .. } => mesh
-                .zone(0, rule)
-                .map_err(|source| AdaptiveError::Contact { contact: contact.to_owned(), source }),
+            Self::Splines { mesh, .. } => mesh.zone(0, rule).map_err(fail),
             Self::Elements { mesh, .. } => mesh.zone(),
+            Self::Whole(body) => ContactZone::whole(&body.discretised()).map_err(fail),
         }
     }
 
     /// Outward normal of the smooth surface that the zone lies on in place of the sides of the mesh; none if it lies on the surface of the body.
     pub fn outward(&self) -> Option<Vector3<f64>> {
         match self {
-            Self::Splines { .. } => None,
+            Self::Splines { .. } | Self::Whole(_) => None,
             Self::Elements { mesh, .. } => mesh.outward(),
         }
     }
 
-    /// The rows by which the use of the zone is judged.
+    /// The rows by which the use of the zone is judged; a whole surface has none.
     pub fn grid(&self) -> IntervalGrid {
         match self {
             Self::Splines { mesh, .. } => mesh.intervals[0].grid(),
             Self::Elements { mesh, .. } => mesh.grid(),
+            Self::Whole(body) => {
+                IntervalGrid { widths: [body.size(), 0.0], ends: Vec::new(), n_elements: [1; 2] }
+            }
         }
     }
 
@@ -116,6 +128,7 @@ impl FineBodyModel {
         match self {
             Self::Splines { mesh, .. } => mesh.contact_elements(0, zone),
             Self::Elements { mesh, .. } => mesh.contact_elements(zone),
+            Self::Whole(_) => vec![[0; 2]; zone.points.len()],
         }
     }
 
@@ -127,6 +140,7 @@ impl FineBodyModel {
         match self {
             Self::Splines { mesh, .. } => mesh.discretised().functions_at(place),
             Self::Elements { mesh, .. } => mesh.functions_at(place),
+            Self::Whole(body) => body.discretised().functions_at(place),
         }
     }
 
@@ -134,10 +148,11 @@ impl FineBodyModel {
     ///
     /// # Errors
     /// [`AdaptiveError`] with the body's name.
-    pub fn assemble(&self, coarse: &FlexibleBody<'_>) -> Result<AssembledBody, AdaptiveError> {
+    pub fn assemble(&self, coarse: &FlexibleBody<'_>) -> Result<Cow<'_, AssembledBody>, AdaptiveError> {
         match (self, coarse.spline_body()) {
-            (Self::Splines { mesh, .. }, Some(body)) => mesh.assemble(body),
-            (Self::Elements { mesh, .. }, None) => mesh.assemble(),
+            (Self::Splines { mesh, .. }, Some(body)) => mesh.assemble(body).map(Cow::Owned),
+            (Self::Elements { mesh, .. }, None) => mesh.assemble().map(Cow::Owned),
+            (Self::Whole(body), _) => Ok(Cow::Borrowed(&body.assembled)),
             _ => Err(other_kind(coarse)),
         }
     }
@@ -152,6 +167,7 @@ impl FineBodyModel {
                 Ok(mesh.prolong(&body.assembled, coarse.reduced.shapes()))
             }
             (Self::Elements { mesh, .. }, None) => Ok(mesh.prolong(coarse.reduced.shapes())),
+            (Self::Whole(_), Some(_)) => Ok(coarse.reduced.shapes().to_owned()),
             _ => Err(other_kind(coarse)),
         }
     }
@@ -166,20 +182,25 @@ impl FineBodyModel {
         coarse: &FlexibleBody<'_>,
         unknowns: &[usize],
     ) -> Result<ResidualFlexibility, AdaptiveError> {
-        let mesh = match (self, coarse.spline_body()) {
+        let reduced = &coarse.reduced.basis;
+        let fail = |source| AdaptiveError::Reduction { body: coarse.name.to_owned(), source };
+        let problem = || ElasticProblem::free(assembled, unknowns).map_err(fail);
+        match (self, coarse.spline_body()) {
             (Self::Splines { mesh, .. }, Some(body)) => {
                 let reduced = mesh.reduce(assembled, (body, coarse.reduced), unknowns, LowModes::Prolonged);
-                return reduced.map(|(_, residual)| residual);
+                reduced.map(|(_, residual)| residual)
             }
-            (Self::Elements { mesh, .. }, None) => mesh,
-            _ => return Err(other_kind(coarse)),
-        };
-        let fail = |source| AdaptiveError::Reduction { body: mesh.name.clone(), source };
-        let problem = ElasticProblem::free(assembled, unknowns).map_err(fail)?;
-        let reduced = &coarse.reduced.basis;
-        let rigid = problem.free_rigid().map_err(fail)?;
-        let basis = reduced.prolonged(mesh.prolong(reduced.shapes.as_ref()), rigid);
-        ResidualFlexibility::new(&problem, unknowns, &basis).map_err(fail)
+            (Self::Elements { mesh, .. }, None) => {
+                let problem = problem()?;
+                let rigid = problem.free_rigid().map_err(fail)?;
+                let basis = reduced.prolonged(mesh.prolong(reduced.shapes.as_ref()), rigid);
+                ResidualFlexibility::new(&problem, unknowns, &basis).map_err(fail)
+            }
+            (Self::Whole(_), Some(_)) => {
+                ResidualFlexibility::new(&problem()?, unknowns, reduced).map_err(fail)
+            }
+            _ => Err(other_kind(coarse)),
+        }
     }
 
     /// Key of the compliance at the interface `unknowns` and to `points`; none if `coarse` is of the other kind.
@@ -190,8 +211,9 @@ impl FineBodyModel {
     ) -> Result<ModelKey, AdaptiveError> {
         match (self, coarse.spline_body(), coarse.mesh()) {
             (Self::Splines { wanted, settings, .. }, Some(body), _) => {
-                Ok(key_of_splines((body, coarse.reduced), wanted, settings, at))
+                Ok(key_of_splines((body, coarse.reduced), Some((wanted, settings)), at))
             }
+            (Self::Whole(body), ..) => Ok(key_of_splines((body, coarse.reduced), None, at)),
             (Self::Elements { wanted, .. }, _, Some(spec)) => {
                 Ok(key_of_elements((spec, coarse.reduced), wanted, at))
             }
@@ -203,7 +225,7 @@ impl FineBodyModel {
     pub fn into_splines(self) -> Option<FineMesh> {
         match self {
             Self::Splines { mesh, .. } => Some(*mesh),
-            Self::Elements { .. } => None,
+            Self::Elements { .. } | Self::Whole(_) => None,
         }
     }
 }

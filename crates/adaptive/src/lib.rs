@@ -19,6 +19,7 @@ pub mod part_motion;
 pub mod elastic_body;
 pub mod body_model;
 pub mod wanted_interval;
+mod whole_surface;
 pub mod point_compliance;
 pub mod contact_zone;
 pub mod zone_at_start;

@@ -11,7 +11,6 @@ use crate::elastic_body::ElasticBody;
 use crate::error::AdaptiveError;
 use crate::mesh_touch::{MeshTouch, touches};
 use crate::point_compliance::{PointCompliance, of_body};
-use crate::predicted_touch::TouchKind;
 use crate::record::{BodyLayout, JointLayout, RunLayout, Timings};
 use crate::simulation::{Observed, ObservedPoint, System};
 use crate::spec::{BodyKind, RunSpec, StressSpec, Target};
@@ -81,8 +80,6 @@ pub struct ContactModel {
     /// Whether its forces act on the interfaces that its bodies were reduced for: quasistatic ones with one model for the
     /// whole run.
     pub loads_interface: bool,
-    /// What touches first, of contacts on the whole surfaces of their bodies.
-    pub whole: Option<TouchKind>,
     /// What refines it when its bodies touch; none of a contact that has one model for the whole run.
     pub refinement: Option<AdaptiveContact>,
 }
@@ -104,8 +101,7 @@ impl RunModel {
         let started = Instant::now();
         let poses = start::poses(spec)?;
         let plans = plan::plans(spec, &poses)?;
-        let resolved = plan::resolved(spec, &plans);
-        let refined = resolution::refined(resolved.as_ref(), &plans);
+        let refined = resolution::refined(spec, &plans);
         let spec = refined.as_ref();
         stress::check(spec, &plans)?;
         let full = full_models(spec, &plans)?;

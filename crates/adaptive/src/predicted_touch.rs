@@ -55,14 +55,16 @@ pub fn touch_kind(spec: &RunSpec, contact: &ContactSpec, poses: &[BodyState]) ->
     let flight = Flight::new(spec, contact, poses)?;
     let (poses, nearest) = flight.touch(spec.settings.end_time)?;
     let other = other.zip(target).map(|(body, elastic)| (elastic, &poses[body]));
-    Some(touch_kind_at((own, &poses[contact.body]), other, &nearest))
+    Some(touch_kind_at((own, &poses[contact.body]), other, &nearest, PARALLEL))
 }
 
 /// What touches at the places `nearest` of a contact body and a target, shapes with their motions; the target is a plane if there is none.
+/// Flat faces meet as a whole if they are inclined by no more than the angle `parallel` \[rad\].
 pub fn touch_kind_at(
     (own, pose): (&ElasticSpec, &BodyState),
     other: Option<(&ElasticSpec, &BodyState)>,
     nearest: &Nearest,
+    parallel: f64,
 ) -> TouchKind {
     let normal = direction((own, pose), other, nearest);
     let own = Side::new(own, pose, &normal);
@@ -73,7 +75,7 @@ pub fn touch_kind_at(
     let both = || std::iter::once((&own, own_point)).chain(target.as_ref().zip(target_point));
     // Points stand on corners of solid bodies, of plane and axisymmetric ones on all edges: along those of solids between them only.
     let is_seen = own.n_normals(&own_point) > own.n_along();
-    if both().all(|(side, point)| side.is_flat(&point)) {
+    if both().all(|(side, point)| side.is_flat(&point, parallel)) {
         TouchKind::Flat
     } else if both().all(|(side, point)| side.is_smooth(&point)) {
         TouchKind::Smooth
@@ -225,8 +227,8 @@ impl<'a> Side<'a> {
         self.patches[face.patch].point(&xi)
     }
 
-    /// Whether a plane face through `point` is turned to the partner (Eq. C.55).
-    fn is_flat(&self, point: &[f64; 3]) -> bool {
+    /// Whether a plane face through `point` is turned to the partner, but for the angle `parallel` \[rad\] (Eq. C.55).
+    fn is_flat(&self, point: &[f64; 3], parallel: f64) -> bool {
         let outward = Vector3::from(self.outward);
         self.faces.iter().any(|face| {
             let mut scratch = PointBasis::default();
@@ -236,8 +238,8 @@ impl<'a> Side<'a> {
                 let height = (Vector3::from(at.point) - Vector3::from(*point)).dot(&outward);
                 let lean = Vector3::from(at.normal).cross(&outward).norm();
                 Vector3::from(at.normal).dot(&outward) > 0.5
-                    && lean <= PARALLEL
-                    && height.abs() <= (PARALLEL + SAME_PLACE) * self.size
+                    && lean <= parallel
+                    && height.abs() <= (parallel + SAME_PLACE) * self.size
             })
         })
     }

@@ -418,8 +418,21 @@ pub struct ZoneSite {
     pub face: u32,
     /// Parameters of the interval's centre in the face's patch.
     pub centre: [f64; 3],
-    /// Widths of the interval \[m\].
+    /// Widths of the interval; infinite of the whole surface \[m\].
     pub widths: [f64; 2],
+}
+
+impl ZoneSite {
+    /// Widths of a zone that is the whole surface of its body.
+    pub const ALL_WIDTHS: [f64; 2] = [f64::INFINITY; 2];
+
+    /// The whole surface of a body, which has no place on it.
+    pub const WHOLE: Self = Self { face: 0, centre: [0.0; 3], widths: Self::ALL_WIDTHS };
+
+    /// Whether the zone is the whole surface of the body, with its edges.
+    pub fn is_whole(&self) -> bool {
+        self.widths == Self::ALL_WIDTHS
+    }
 }
 
 /// Forces of a contact that was refined in the run on a body.

@@ -11,6 +11,7 @@ use iga_core::space::Space;
 use crate::adaptive_contact::ZoneModel;
 use crate::elastic_body::{ElasticBody, ReducedBody};
 use crate::error::AdaptiveError;
+use crate::fine_model::FineMesh;
 use crate::record::{StressRecord, StressState};
 use crate::spec::StressSpec;
 
@@ -27,7 +28,7 @@ pub fn evaluate(
     let coarse = body.discretised();
     let mut fields = vec![(coarse, coarse.control_values(&displacement(reduced, state)))];
     fields.extend(zones.iter().zip(&state.zones).map(|(zone, load)| {
-        let mesh = zone.mesh.discretised();
+        let mesh = zone.mesh.as_ref().map_or(coarse, FineMesh::discretised);
         (mesh, mesh.control_values(&zone.residual.displacement(&load.forces)))
     }));
     let mut record = StressRecord { name: request.name.clone(), time: state.time, ..StressRecord::default() };

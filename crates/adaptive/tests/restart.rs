@@ -12,7 +12,8 @@ use adaptive::spec::{
     BodyKind, ContactLaw, ContactSpec, RefinementSpec, RunSpec, StressInstant, StressSpec, Target, Treatment,
 };
 use ffr_dynamics::integration::Method;
-use impacts::{ALUMINIUM, STEEL, Trace, contact, finished, spec, sphere};
+use iga_core::nurbs::primitives::axisymmetric;
+use impacts::{ALUMINIUM, STEEL, Trace, body, contact, finished, spec, sphere};
 use nalgebra::Vector3;
 
 const RADIUS: f64 = 10e-3; // m
@@ -92,6 +93,19 @@ fn impacts_in_the_zone_of_an_earlier_one_go_on_to_the_last_bit() {
     assert!(starts.windows(2).last().is_some_and(|w| w[1] - w[0] > 1e-4), "two impacts: {starts:?}");
     assert!(on_floor.windows(2).last().is_some_and(|w| w[0] == w[1]), "{on_floor:?}");
     // A run taken up between them builds the zone of the first again.
+    assert!(check(&spec).len() > 4);
+}
+
+#[test]
+fn impacts_of_whole_surfaces_go_on_to_the_last_bit() {
+    let length = 0.02;
+    let rod = axisymmetric::rod(2e-3, length).expect("a rod");
+    let rod = body("rod", rod, ALUMINIUM, [2, 10], 6, (GAP, -SPEED));
+    let contacts = vec![plane("floor", 0.0, 1.0), plane("ceiling", length + 2.0 * GAP, -1.0)];
+    let spec = spec(vec![rod], contacts, 2e-4);
+    let trace = finished(&spec);
+    let on_floor = trace.impacts.iter().filter(|impact| impact.contact == 0).count();
+    assert!(on_floor > 1, "the second has the model of the first: {on_floor}");
     assert!(check(&spec).len() > 4);
 }
 

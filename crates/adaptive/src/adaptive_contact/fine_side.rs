@@ -14,7 +14,7 @@ use iga_core::surface::Face;
 use nalgebra::Vector3;
 
 use super::{AdaptiveContact, CancelCheck, WIDEST};
-use crate::body_model::{BodyModel, ElasticModel, FlexibleBody};
+use crate::body_model::{BodyModel, FlexibleBody};
 use crate::contact_zone::ContactZone;
 use crate::elastic_body::{ElasticBody, damping, with_critical};
 use crate::error::{AdaptiveError, ContactModelFault};
@@ -32,9 +32,9 @@ use crate::wanted_interval::WantedInterval;
 use crate::zone_contact::{ContactSide, FALLBACK_PENALTY, ZoneContact};
 
 /// Fine model of one body for one contact.
-pub struct FineSide {
+pub struct FineSide<'a> {
     /// The refined body.
-    pub body: FineBodyModel,
+    pub body: FineBodyModel<'a>,
     /// Contact points and interface.
     pub zone: ContactZone,
     /// Low-frequency modes at the unknowns.
@@ -49,8 +49,8 @@ pub struct FineSide {
 
 /// A fine model of a body, built again to look at it.
 pub struct ZoneModel {
-    /// The mesh.
-    pub mesh: FineMesh,
+    /// The mesh; none if it is that of the body itself.
+    pub mesh: Option<FineMesh>,
     /// Contact points and interface.
     pub zone: ContactZone,
     /// Low-frequency modes at its unknowns, in the frame in use.
@@ -104,8 +104,15 @@ impl AdaptiveContact {
     }
 
     /// The fine model of `body` at `site`, and what it was made from.
-    fn fine_body(&self, body: &FlexibleBody<'_>, site: &ZoneSite) -> Result<FineBodyModel, AdaptiveError> {
+    fn fine_body<'a>(
+        &self,
+        body: &FlexibleBody<'a>,
+        site: &ZoneSite,
+    ) -> Result<FineBodyModel<'a>, AdaptiveError> {
         if let Some(splines) = body.spline_body() {
+            if site.is_whole() {
+                return Ok(FineBodyModel::Whole(splines));
+            }
             let (mesh, wanted, settings) = self.mesh(splines, site)?;
             return Ok(FineBodyModel::Splines { mesh: Box::new(mesh), wanted, settings });
         }
@@ -132,18 +139,28 @@ impl AdaptiveContact {
         !self.has_mesh && !self.is_vibrating() && self.law.transfer.modes == LowModes::Prolonged
     }
 
-    /// The fine model of the body `elastic` at `site`, built again.
+    /// The fine model of `body` at `site`, built again.
     ///
     /// # Errors
     /// [`AdaptiveError`] with the name of body or contact.
-    pub fn zone_model(&self, elastic: &ElasticModel, site: &ZoneSite) -> Result<ZoneModel, AdaptiveError> {
-        let (mesh, _, _) = self.mesh(&elastic.body, site)?;
-        let assembled = mesh.assemble(&elastic.body)?;
-        let zone = mesh.zone(0, self.law.points).map_err(|e| self.fail(e))?;
-        let coarse = (&elastic.body, &elastic.reduced);
-        let (_, residual) = mesh.reduce(&assembled, coarse, &zone.unknowns, LowModes::Prolonged)?;
-        let shapes = mesh.prolong(&elastic.body.assembled, elastic.reduced.shapes());
-        Ok(ZoneModel { mesh, zone, shapes, residual })
+    pub fn zone_model(&self, body: &FlexibleBody<'_>, site: &ZoneSite) -> Result<ZoneModel, AdaptiveError> {
+        let (side, residual) = self.side_again(body, site)?;
+        Ok(side.into_model(residual))
+    }
+
+    /// The same as a side of the contact, with the flexibility of its interface.
+    fn side_again<'a>(
+        &self,
+        body: &FlexibleBody<'a>,
+        site: &ZoneSite,
+    ) -> Result<(FineSide<'a>, ResidualFlexibility), AdaptiveError> {
+        let fine = self.fine_body(body, site)?;
+        let zone = fine.zone(self.law.points, &self.name)?;
+        let residual = fine.residual(&*fine.assemble(body)?, body, &zone.unknowns)?;
+        let answer = ZoneAnswer::Static(residual.compliance().clone());
+        let shapes = fine.shapes(body)?;
+        let side = FineSide { body: fine, zone, shapes, answer, points: Mat::new(), fine_modes: None };
+        Ok((side, residual))
     }
 
     /// The contact with fine models at `sites`, that of the contact body first.
@@ -162,14 +179,7 @@ impl AdaptiveContact {
         let mut sides = Vec::new();
         for (body, site) in wanted {
             let site = site.ok_or_else(|| self.without_model(ContactModelFault::UnknownPlace))?;
-            let flexible = super::flexible(&bodies[body]);
-            let fine = self.fine_body(&flexible, &site)?;
-            let assembled = fine.assemble(&flexible)?;
-            let zone = fine.zone(self.law.points, &self.name)?;
-            let residual = fine.residual(&assembled, &flexible, &zone.unknowns)?;
-            let answer = ZoneAnswer::Static(residual.compliance().clone());
-            let shapes = fine.shapes(&flexible)?;
-            let side = FineSide { body: fine, zone, shapes, answer, points: Mat::new(), fine_modes: None };
+            let (side, residual) = self.side_again(&super::flexible(&bodies[body]), &site)?;
             sides.push((body, side, residual));
         }
         let mut rest = sides.into_iter();
@@ -179,12 +189,10 @@ impl AdaptiveContact {
         let other = rest.next();
         let (other, other_residual) = other.map(|(i, side, residual)| ((i, side), residual)).unzip();
         let element = self.element(&own, other.as_ref(), bodies)?;
-        let model = |(body, side): (usize, FineSide), residual| {
-            let FineSide { body: fine, zone, shapes, .. } = side;
-            fine.into_splines().map(|mesh| (body, ZoneModel { mesh, zone, shapes, residual }))
-        };
-        let mut models: Vec<(usize, ZoneModel)> = model((body, own), residual).into_iter().collect();
-        models.extend(other.zip(other_residual).and_then(|(side, residual)| model(side, residual)));
+        let mut models = vec![(body, own.into_model(residual))];
+        models.extend(
+            other.zip(other_residual).map(|((body, side), residual)| (body, side.into_model(residual))),
+        );
         Ok(RebuiltContact { element, models })
     }
 
@@ -192,13 +200,13 @@ impl AdaptiveContact {
     ///
     /// # Errors
     /// [`AdaptiveError`] with the name of body or contact, or the error of `check_cancel`.
-    pub(super) fn side(
+    pub(super) fn side<'a>(
         &self,
-        body: FlexibleBody<'_>,
+        body: FlexibleBody<'a>,
         (site, places): (&ZoneSite, &[[f64; 3]]),
         modes: LowModes,
         check_cancel: &mut CancelCheck<'_>,
-    ) -> Result<FineSide, AdaptiveError> {
+    ) -> Result<FineSide<'a>, AdaptiveError> {
         check_cancel()?;
         let fine = self.fine_body(&body, site)?;
         let zone = fine.zone(self.law.points, &self.name)?;
@@ -207,7 +215,7 @@ impl AdaptiveContact {
         let places = if self.is_vibrating() { &[] } else { places };
         let functions: Vec<Functions> =
             places.iter().map(|place| fine.functions_at(place)).collect::<Result<_, AdaptiveError>>()?;
-        if modes == LowModes::Fine {
+        if modes == LowModes::Fine && !site.is_whole() {
             return self.side_with_modes(&body, (fine, zone), &functions, check_cancel);
         }
         let points =
@@ -233,13 +241,13 @@ impl AdaptiveContact {
     }
 
     /// The same with modes of the fine model's own, which meshes do not have; `functions` are those of the observed places.
-    fn side_with_modes(
+    fn side_with_modes<'a>(
         &self,
-        body: &FlexibleBody<'_>,
-        (fine, zone): (FineBodyModel, ContactZone),
+        body: &FlexibleBody<'a>,
+        (fine, zone): (FineBodyModel<'a>, ContactZone),
         functions: &[Functions],
         check_cancel: &mut CancelCheck<'_>,
-    ) -> Result<FineSide, AdaptiveError> {
+    ) -> Result<FineSide<'a>, AdaptiveError> {
         let FineBodyModel::Splines { mesh, wanted, settings } = fine else {
             return Err(AdaptiveError::unsupported_body(body.name, Unsupported::FineModesOfMesh));
         };
@@ -294,7 +302,7 @@ impl AdaptiveContact {
     /// The vibration of the contact zone on body `index`; none if it answers quasistatically.
     fn vibration(
         &self,
-        side: &FineSide,
+        side: &FineSide<'_>,
         (index, body): (usize, &BodyModel),
     ) -> Result<Option<ZoneVibration>, AdaptiveError> {
         let (ZoneAnswer::Vibrating(modes), Some(elastic)) = (&side.answer, body.elastic()) else {
@@ -326,10 +334,10 @@ impl AdaptiveContact {
     ///
     /// # Errors
     /// As [`AdaptiveContact::element`].
-    pub(super) fn element_at(
+    pub(super) fn element_at<'a>(
         &self,
-        own: &mut FineSide,
-        other: &mut Option<(usize, FineSide)>,
+        own: &mut FineSide<'a>,
+        other: &mut Option<(usize, FineSide<'a>)>,
         (bodies, states): (&[BodyModel], &[BodyState]),
         gap: f64,
     ) -> Result<Box<dyn ActiveContact>, AdaptiveError> {
@@ -352,8 +360,8 @@ impl AdaptiveContact {
     /// [`AdaptiveError::Contact`] if points, surfaces and settings do not fit each other.
     pub(super) fn element(
         &self,
-        own: &FineSide,
-        other: Option<&(usize, FineSide)>,
+        own: &FineSide<'_>,
+        other: Option<&(usize, FineSide<'_>)>,
         bodies: &[BodyModel],
     ) -> Result<Box<dyn ActiveContact>, AdaptiveError> {
         let contact = self.contact_of_points(own, other)?;
@@ -379,8 +387,8 @@ impl AdaptiveContact {
     /// The same of a contact whose zones vibrate: their static answer, which the modes add up to (Eq. R.20).
     pub(super) fn static_weight(
         &self,
-        own: &mut FineSide,
-        other: &mut Option<(usize, FineSide)>,
+        own: &mut FineSide<'_>,
+        other: &mut Option<(usize, FineSide<'_>)>,
         states: &[BodyState],
     ) -> Result<Option<f64>, AdaptiveError> {
         let moving = own.hold();
@@ -395,8 +403,8 @@ impl AdaptiveContact {
 
     fn contact_of_points(
         &self,
-        own: &FineSide,
-        other: Option<&(usize, FineSide)>,
+        own: &FineSide<'_>,
+        other: Option<&(usize, FineSide<'_>)>,
     ) -> Result<ZoneContact, AdaptiveError> {
         let (own_shapes, other_shapes) = (own.all_shapes(), other.map(|(_, side)| side.all_shapes()));
         let own = own.contact_side(self.body, own_shapes.as_ref().as_ref());
@@ -408,7 +416,13 @@ impl AdaptiveContact {
     }
 }
 
-impl FineSide {
+impl FineSide<'_> {
+    /// What is looked at of it later.
+    fn into_model(self, residual: ResidualFlexibility) -> ZoneModel {
+        let Self { body, zone, shapes, .. } = self;
+        ZoneModel { mesh: body.into_splines(), zone, shapes, residual }
+    }
+
     /// Puts the static answer in the place of vibration; returns what was there.
     fn hold(&mut self) -> ZoneAnswer {
         let held = match &self.answer {

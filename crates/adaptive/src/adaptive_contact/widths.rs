@@ -128,10 +128,10 @@ impl AdaptiveContact {
     }
 
     /// A point contact with the law of the pair at the nearest points in the motions `states`, for a preview of the impact; none if
-    /// the width is known already, or the surfaces are flat on each other.
+    /// the width is known already, or an edge or flat faces touch.
     ///
     /// # Errors
-    /// [`AdaptiveError::Contact`] if the motions are not finite.
+    /// [`AdaptiveError::Contact`] if the motions are not finite, [`AdaptiveError::ContactModel`] if no contact point sees the touch.
     pub fn preview(
         &self,
         bodies: &[BodyModel],
@@ -142,6 +142,9 @@ impl AdaptiveContact {
             return Ok(None);
         }
         let nearest = self.nearest(states, search)?;
+        if self.whole_at(bodies, states, &nearest, None)?.is_some() {
+            return Ok(None);
+        }
         let Some(Partners { own, other, normal }) = self.partners(bodies, states, &nearest) else {
             return Ok(None);
         };

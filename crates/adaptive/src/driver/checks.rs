@@ -5,8 +5,7 @@ use super::judgement::MINOR;
 use crate::detection::Search;
 use crate::error::AdaptiveError;
 use crate::plausibility::resolution::{
-    coarse_mesh, coarse_place, edge_touch, few_modes, highest_vibration, shown_interval, slow_rise,
-    sparse_output,
+    coarse_mesh, coarse_place, few_modes, highest_vibration, shown_interval, slow_rise, sparse_output,
 };
 use crate::plausibility::{motion, start};
 use crate::predicted_touch::TouchKind;
@@ -26,12 +25,6 @@ impl Driver<'_> {
         for (b, body) in self.model.bodies.iter().enumerate() {
             let found = [coarse_mesh(body), coarse_place(body)];
             warnings.extend(found.into_iter().flatten().map(|warning| (b, warning)));
-        }
-        for (i, contact) in self.model.contacts.iter().enumerate() {
-            if contact.whole == Some(TouchKind::Edge) {
-                let found = edge_touch(&contact.name, &self.model.bodies[contact.body]);
-                warnings.extend(found.map(|warning| (i, warning)));
-            }
         }
         for touch in &self.model.touches {
             warnings.extend(touch.warnings().map(|warning| (touch.body, warning)));
@@ -77,12 +70,13 @@ impl Driver<'_> {
     }
 
     /// Looks at a finished impact; `is_open`: whether the contact had let go; `is_minor`: whether its force was too small beside
-    /// others to be judged by.
+    /// others to be judged by; `whole`: what touched, if its zones were the whole surfaces of the bodies.
     pub(super) fn check_impact(
         &mut self,
         impact: &ImpactRecord,
         is_open: bool,
         is_minor: bool,
+        whole: Option<TouchKind>,
     ) -> Result<(), AdaptiveError> {
         let i = impact.contact as usize;
         let contact = &mut self.run.contacts[i];
@@ -94,7 +88,7 @@ impl Driver<'_> {
         let bodies = [Some(body), target].into_iter().flatten();
         let few = |b| Some((b, few_modes(&self.model.bodies[b], impact)?));
         let mut warnings: Vec<(usize, Warning)> = bodies.filter_map(few).collect();
-        if self.model.contacts[i].whole == Some(TouchKind::Flat) {
+        if whole == Some(TouchKind::Flat) {
             let touching: Vec<_> =
                 [Some(body), target].into_iter().flatten().map(|b| &self.model.bodies[b]).collect();
             warnings.extend(

@@ -4,6 +4,7 @@ use crate::adaptive_contact::FineContact;
 use crate::detection::Search;
 use crate::impact_monitor::ImpactMonitor;
 use crate::penalty_search::PenaltySearch;
+use crate::simulation::RunContact;
 
 /// State of a contact between steps. What outlasts an impact is in [`crate::run_state::ContactState`].
 pub(super) struct ContactSlot {
@@ -15,6 +16,8 @@ pub(super) struct ContactSlot {
     pub preview: Option<f64>,
     /// Search for the nearest points of the surfaces.
     pub nearest: Search,
+    /// The model with whole surfaces that the last such impact had: it is the same in the next one.
+    pub whole: Option<(RunContact, Box<FineContact>)>,
     /// Penalty search of an earlier trial in which the contact joined the running impact.
     pub search: Option<PenaltySearch>,
     /// What the last steps of a free phase left of the gap last looked at: the surfaces are no nearer; zero if unknown \[m\].
@@ -41,6 +44,7 @@ impl ContactSlot {
             monitor: ImpactMonitor::default(),
             preview: None,
             nearest: Search::new(),
+            whole: None,
             search: None,
             clearance: 0.0,
             closing_speed: 0.0,

@@ -8,6 +8,8 @@ use crate::adaptive_contact::{AdaptiveContact, FineContact};
 use crate::error::AdaptiveError;
 use crate::interval::{IntervalAssessment, IntervalSettings, Verdict};
 use crate::penalty_search::{PenaltyAction, RunOutcome};
+use crate::plausibility::resolution::longest_element_of;
+use crate::record::ZoneSite;
 
 /// Trials after which an interval counts as impossible though a width is both too narrow and too wide: other contacts of the
 /// same impact may change the force from trial to trial, three times in a row is no coincidence.
@@ -106,6 +108,15 @@ impl Driver<'_> {
         self.model.contacts[i].refinement.as_ref().is_some_and(AdaptiveContact::is_width_given)
     }
 
+    /// Whether whole surfaces can take the place of the interval of contact `i`: no element of the bodies is longer than it is wide.
+    fn may_be_whole(&self, i: usize) -> bool {
+        let (body, target) = self.model.system.forces()[i].contact.bodies();
+        let width = self.slots[i].fine().map_or(0.0, |fine| fine.widths()[0]);
+        let is_fine = |b: usize| longest_element_of(&self.model.bodies[b]).is_some_and(|l| l <= width);
+        self.model.contacts[i].refinement.as_ref().is_some_and(AdaptiveContact::may_be_whole)
+            && [Some(body), target].into_iter().flatten().all(is_fine)
+    }
+
     /// Answer of Algorithm 2 for every refined contact that touched in a trial that ended as said, but for the `minor` ones.
     pub(super) fn assess(&self, ending: &Ending, minor: &[bool]) -> Vec<Option<IntervalAssessment>> {
         let mut verdicts = vec![None; self.slots.len()];
@@ -135,19 +146,23 @@ impl Driver<'_> {
             let (Some(verdict), false) = (verdict, self.is_width_given(i)) else { continue };
             let is_short = matches!(ending, Ending::TrialPassed | Ending::SolverFailed { .. });
             let is_edge = *ending == Ending::EdgeTouched(i);
-            if verdict.is_at_face_end() {
-                return Err(self.face_end(i, number));
+            let is_target_at_end = is_edge && self.slots[i].fine().is_some_and(FineContact::is_target_at_end);
+            if verdict.is_at_face_end() || is_target_at_end && !touches_own_edge(verdict) {
+                if !self.may_be_whole(i) {
+                    return Err(self.face_end(i, number));
+                }
+                (intervals.widths[i], intervals.latest) = (Some(ZoneSite::ALL_WIDTHS), i);
+                let name = &self.model.contacts[i].name;
+                reasons.push(format!("{name}: contact reached an edge, next the whole surfaces"));
+                continue;
             }
             // A trial that ends early has not used its interval yet.
             if is_edge || !(verdict.is_acceptable() || is_short || matches!(ending, Ending::EdgeTouched(_))) {
                 let mut next = [0.0; 2];
                 next.iter_mut().zip(&verdict.directions).for_each(|(w, d)| *w = d.width);
-                let is_own_edge = verdict.directions.iter().any(|d| d.verdict == Verdict::EdgeTouched);
-                if let (true, false, Some(fine)) = (is_edge, is_own_edge, self.slots[i].fine()) {
+                if let (true, false, Some(fine)) = (is_edge, touches_own_edge(verdict), self.slots[i].fine())
+                {
                     // Contact left the target's interval.
-                    if fine.is_target_at_end() {
-                        return Err(self.face_end(i, number));
-                    }
                     next = fine.widths().map(|w| w * (1.0 + IntervalSettings::default().max_change));
                 }
                 if verdict.directions.len() == 1 {
@@ -266,6 +281,11 @@ impl Driver<'_> {
             width,
         }
     }
+}
+
+/// Whether contact reached an end of the contact body's interval.
+fn touches_own_edge(verdict: &IntervalAssessment) -> bool {
+    verdict.directions.iter().any(|d| d.verdict == Verdict::EdgeTouched)
 }
 
 fn describe(verdict: &IntervalAssessment, is_edge: bool) -> String {

@@ -17,6 +17,7 @@ impl Driver<'_> {
         self.store_noted()?;
         let is_open: Vec<bool> =
             self.model.system.forces().iter().map(|f| f.contact.report().normal_force <= 0.0).collect();
+        let whole: Vec<_> = self.slots.iter().map(|slot| slot.fine().and_then(|fine| fine.whole)).collect();
         let mut is_closed = false; // time is up, or the user stopped the run
         for i in self.latest_first() {
             let before = self.present_balance()?;
@@ -35,7 +36,7 @@ impl Driver<'_> {
             if let Some(record) = self.slots[i].monitor.finish(i as u32, is_alone) {
                 self.output.observer.impact(&record)?;
                 self.run.n_impacts += 1;
-                self.check_impact(&record, is_open, minor[i])?;
+                self.check_impact(&record, is_open, minor[i], whole[i])?;
             }
         }
         self.check_output()?;
@@ -86,7 +87,8 @@ impl Driver<'_> {
             let contact = &self.model.system.forces()[i].contact;
             let sizes = slot.fine().map_or_else(|| self.model.trial_sizes(i), |f| f.sizes);
             let mut utilisation = [f64::from(trial.most_active[i]) / contact.n_points().max(1) as f64, 0.0];
-            if let Some(verdict) = verdicts.get(i).and_then(Option::as_ref) {
+            let verdict = verdicts.get(i).and_then(Option::as_ref);
+            if let Some(verdict) = verdict.filter(|v| !v.directions.is_empty()) {
                 utilisation = [0.0; 2];
                 utilisation.iter_mut().zip(&verdict.directions).for_each(|(u, d)| *u = d.utilisation);
             }

@@ -2,7 +2,6 @@
 
 use std::time::Instant;
 
-use contact_qs::{ActiveContact, PressureRecovery};
 use ffr_dynamics::error::FailureKind;
 use ffr_dynamics::integration::{Integrator, Step, StepSettings};
 use ffr_dynamics::system::Active;
@@ -12,14 +11,16 @@ use nalgebra::Vector3;
 use super::contact_slot::ContactPhase;
 use super::impact::Start;
 use super::{Driver, NEAR, QUIET_STEPS};
-use crate::adaptive_contact::{Activation, FineContact, RefinementRequest};
+use crate::adaptive_contact::{Activation, FineBasis, FineContact, RefinedContact, RefinementRequest};
 use crate::detection::InactiveContact;
 use crate::error::AdaptiveError;
 use crate::interval::IntervalAssessment;
 use crate::model::RunModel;
 use crate::observer::Stage;
 use crate::penalty_search::{PenaltyAction, RunOutcome};
-use crate::record::{Sample, TransferDirection, TransferRecord};
+use crate::plausibility::resolution::edge_touch;
+use crate::predicted_touch::TouchKind;
+use crate::record::{Sample, TransferDirection, TransferRecord, ZoneSite};
 use crate::simulation::{RunContact, fill_sample};
 
 /// Relative error a step of a preview, which only sizes an interval.
@@ -181,7 +182,11 @@ impl Driver<'_> {
 
     /// Whether the fine model of contact `i` has the widths wanted.
     fn has_width(&self, i: usize, wanted: Option<[f64; 2]>) -> bool {
-        let widths = self.slots[i].fine().map_or([0.0; 2], FineContact::widths);
+        let fine = self.slots[i].fine();
+        let widths = fine.map_or([0.0; 2], FineContact::widths);
+        if wanted == Some(ZoneSite::ALL_WIDTHS) {
+            return fine.is_some_and(|fine| fine.whole.is_some());
+        }
         wanted
             .is_none_or(|w| widths.iter().zip(w).all(|(a, b)| *a == 0.0 || (a / b - 1.0).abs() < SAME_WIDTH))
     }
@@ -235,13 +240,22 @@ impl Driver<'_> {
         let Some(refinement) = &self.model.contacts[i].refinement else { return Ok(()) };
         let slot = &mut self.slots[i];
         let nearest = refinement.nearest(states, &mut slot.nearest)?;
-        refinement.check_smooth(&self.model.bodies, states, &nearest)?;
+        let activation = Activation { time: t, number: self.run.n_refined + 1 };
+        let whole = refinement.whole_at(&self.model.bodies, states, &nearest, widths)?;
+        if let Some((mut element, mut fine)) =
+            slot.whole.take_if(|(_, fine)| whole.is_some() && fine.whole == whole)
+        {
+            slot.search = None;
+            let bodies = (self.model.bodies.as_slice(), states);
+            refinement.begin_again((element.contact.as_mut(), &mut fine), activation, bodies)?;
+            return self.enter((i, element), fine, Vec::new());
+        }
         let request = RefinementRequest {
             widths,
             peak: slot.preview,
             history: self.run.contacts[i].history,
             search: slot.search.take(),
-            activation: Activation { time: t, number: self.run.n_refined + 1 },
+            activation,
             points: &self.model.observed.points,
             fixed: &fixed,
         };
@@ -251,42 +265,55 @@ impl Driver<'_> {
             || if observer.is_interrupted() { Err(AdaptiveError::Interrupted) } else { Ok(()) };
         let refined = refinement.refine(&self.model.bodies, states, &nearest, request, &mut check_cancel);
         observer.stage(Stage::Motion);
-        let refined = refined?;
+        let RefinedContact { element, recovery, bases, contact } = refined?;
+        let element = RunContact::new(element).with_pressures(Some(recovery));
+        self.enter((i, element), Box::new(contact), bases)?;
+        self.model.timings.reduction += began.elapsed().as_secs_f64();
+        Ok(())
+    }
+
+    /// Puts `element` and its fine models, with the modes of `bases`, into the system as contact `i`.
+    fn enter(
+        &mut self,
+        (i, element): (usize, RunContact),
+        fine: Box<FineContact>,
+        bases: Vec<(usize, FineBasis)>,
+    ) -> Result<(), AdaptiveError> {
         let before = self.present_balance()?;
-        self.replace_contact(i, refined.element, Some(refined.recovery))?;
+        let t = self.integrator.time();
+        self.replace_contact(i, element)?;
         self.building = None;
         self.run.n_refined += 1;
-        self.slots[i].phase = ContactPhase::Fine(Box::new(refined.contact));
-        if !refined.bases.is_empty() {
+        if fine.whole == Some(TouchKind::Edge) {
+            let contact = &self.model.contacts[i];
+            let found = edge_touch((&contact.name, t), &self.model.bodies[contact.body]);
+            self.warn(found.map(|warning| (i, warning)).into_iter().collect())?;
+        }
+        self.slots[i].phase = ContactPhase::Fine(fine);
+        if !bases.is_empty() {
             let mut y = self.integrator.state().to_vec();
-            for (body, basis) in refined.bases {
+            for (body, basis) in bases {
                 self.model.enter_fine_modes(body, basis, (t, &mut y))?;
             }
             self.forget_searches();
             self.integrator.restart(t, &y);
         }
-        self.model.timings.reduction += began.elapsed().as_secs_f64();
         let after = self.present_balance()?;
         self.record_transfer(i, TransferDirection::CoarseToFine, &before, &after);
         Ok(())
     }
 
-    /// Puts `element` in the place of contact `i`; the coordinates that it has of its own start at rest.
-    fn replace_contact(
-        &mut self,
-        i: usize,
-        element: Box<dyn ActiveContact>,
-        recovery: Option<PressureRecovery>,
-    ) -> Result<(), AdaptiveError> {
+    /// Puts `element` in the place of contact `i`, whose element is returned; the coordinates that it has of its own start at rest.
+    fn replace_contact(&mut self, i: usize, element: RunContact) -> Result<RunContact, AdaptiveError> {
         let n = 2 * element.n_coordinates();
         let place = self.model.system.coordinates_of_force(i);
-        self.model.system.forces_mut()[i] = RunContact::new(element).with_pressures(recovery);
-        if place.is_empty() && n == 0 {
-            return Ok(());
+        let left = std::mem::replace(&mut self.model.system.forces_mut()[i], element);
+        if !place.is_empty() || n > 0 {
+            let (t, mut y) = (self.integrator.time(), self.integrator.state().to_vec());
+            y.splice(place, std::iter::repeat_n(0.0, n));
+            self.resize(t, &y)?;
         }
-        let (t, mut y) = (self.integrator.time(), self.integrator.state().to_vec());
-        y.splice(place, std::iter::repeat_n(0.0, n));
-        self.resize(t, &y)
+        Ok(left)
     }
 
     /// Bodies that take part in contacts with fine models.
@@ -299,11 +326,16 @@ impl Driver<'_> {
 
     /// Takes the fine model of contact `i` out of the system, and gives its bodies the modes that they had before.
     pub(super) fn deactivate(&mut self, i: usize) -> Result<(), AdaptiveError> {
-        let hosted = self.slots[i].take_fine().map_or_else(Vec::new, |fine| fine.hosted);
+        let fine = self.slots[i].take_fine();
         let (body, target) = self.model.system.forces()[i].contact.bodies();
-        let elapsed = self.model.system.forces()[i].elapsed();
-        self.model.contact_time += elapsed.as_secs_f64();
-        self.replace_contact(i, Box::new(Active::new(InactiveContact::new(body, target))), None)?;
+        let inactive = InactiveContact::new(body, target);
+        let mut left = self.replace_contact(i, RunContact::new(Box::new(Active::new(inactive))))?;
+        self.model.contact_time += left.take_elapsed().as_secs_f64();
+        let Some(mut fine) = fine else { return Ok(()) };
+        let hosted = std::mem::take(&mut fine.hosted);
+        if fine.whole.is_some() {
+            self.slots[i].whole = Some((left, fine));
+        }
         if hosted.is_empty() {
             return Ok(());
         }
@@ -354,6 +386,9 @@ impl Driver<'_> {
         for (i, verdict) in verdicts.iter().enumerate() {
             let (Some(fine), Some(verdict)) = (self.slots[i].fine(), verdict) else { continue };
             let Some(refinement) = &self.model.contacts[i].refinement else { continue };
+            if fine.whole.is_some() {
+                continue; // its zones and its penalty factor say nothing about smooth surfaces
+            }
             let history = refinement.history(fine, verdict, fine.search.penalty());
             ratios.extend(history.stiffness_ratio.map(|ratio| (ratio, refinement.search_kind())));
             self.run.contacts[i].history = history;

@@ -10,6 +10,7 @@ use super::{Driver, QUIET_STEPS};
 use crate::adaptive_contact::FineContact;
 use crate::error::AdaptiveError;
 use crate::observer::Continue;
+use crate::plausibility::resolution::longest_element_of;
 use crate::record::PhaseKind;
 
 /// Counters of one trial.
@@ -32,6 +33,9 @@ pub(super) struct Trial {
 /// Overlap without force, as a share of the interval, that shows that its points missed the contact: far above what the
 /// detection of the touch leaves, far below what elastic bodies that touch come closer by.
 const MISSED: f64 = 1e-4;
+/// The same of the whole surface, as a share of the body's size: far above the waves of ringing surfaces between points, far below the way of bodies that
+/// pass through each other.
+const MISSED_SURFACE: f64 = 1e-5;
 
 impl Driver<'_> {
     /// Begins trial `number`, to be stopped after `contact_step_limit` steps with contact, if there is a limit.
@@ -128,11 +132,17 @@ impl Driver<'_> {
         for (slot, contact) in self.slots.iter_mut().zip(&self.model.contacts) {
             let Some(fine) = slot.fine().filter(|f| !f.has_touched()) else { continue };
             let Some(refinement) = &contact.refinement else { continue };
-            let width = fine.widths()[0];
+            let (width, is_whole) = (fine.widths()[0], fine.whole.is_some());
             let overlap = -refinement.nearest(states, &mut slot.nearest)?.gap;
+            let name = || contact.name.clone();
+            if is_whole && overlap > MISSED_SURFACE * width {
+                let body = &self.model.bodies[contact.body];
+                let length = longest_element_of(body).unwrap_or_default();
+                let (contact, body) = (name(), body.name.clone());
+                return Err(AdaptiveError::UnresolvedSurface { contact, body, time, overlap, length });
+            }
             if overlap > MISSED * width {
-                let contact = contact.name.clone();
-                return Err(AdaptiveError::Unresolved { contact, time, overlap, width });
+                return Err(AdaptiveError::Unresolved { contact: name(), time, overlap, width });
             }
         }
         Ok(())

@@ -19,7 +19,6 @@ use crate::elastic_body::{Interface, InterfaceModes};
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::marker_loads::MarkerLoads;
 use crate::plausibility::motion::wave_speed;
-use crate::predicted_touch::TouchKind;
 use crate::simulation::RunContact;
 use crate::sizing::zone::predicted_zone;
 use crate::spec::ImportedSpec;
@@ -135,7 +134,6 @@ pub fn zones(
         let ContactLaw::Surface(law) = &contact.law else { return Ok(None) };
         let sites = match plan {
             ContactPlan::FromStart(sites) => sites,
-            ContactPlan::Whole(_) => return whole_surfaces(contact, full).map(Some),
             ContactPlan::Point | ContactPlan::AtTouch => return Ok(None),
         };
         let zone = |body: usize, site: TouchSite| match (site, &full[body]) {
@@ -158,20 +156,6 @@ pub fn zones(
         Ok(Some(Zones { contact_body: own, target }))
     };
     spec.contacts.iter().zip(plans).map(of).collect()
-}
-
-/// The whole surfaces of the bodies of a contact.
-fn whole_surfaces(contact: &ContactSpec, full: &[FullModel<'_>]) -> Result<Zones, AdaptiveError> {
-    let fail = |source| AdaptiveError::Contact { contact: contact.name.clone(), source };
-    let of = |body: usize| {
-        let none = || ContactError::Nothing { what: "a body has no surface to touch" };
-        ContactZone::whole(&full[body].elastic().ok_or_else(none)?.discretised())
-    };
-    let target = match contact.target {
-        Target::Plane { .. } => None,
-        Target::Body(other) => Some(of(other).map_err(fail)?),
-    };
-    Ok(Zones { contact_body: of(contact.body).map_err(fail)?, target })
 }
 
 /// What every body is reduced for: the union of the interfaces of its contacts, and the loads of its joints.
@@ -275,7 +259,7 @@ pub fn build_contact(
                 Target::Plane { .. } => None,
                 Target::Body(body) => zones.target.as_ref().and_then(|zone| side(body, zone)),
             };
-            let contact = zone_contact((law, plan), target, own, other, (bodies, poses)).map_err(fail)?;
+            let contact = zone_contact(law, target, own, other, (bodies, poses)).map_err(fail)?;
             (contact, zones.contact_body.widths[0], size)
         }
         (ContactLaw::Hertz { contact, plane: solid, .. }, Target::Plane { point, normal }, _) => {
@@ -302,7 +286,6 @@ pub fn build_contact(
         radii: radii(&spec.law),
         wave_speed: slowest_wave(spec, bodies),
         loads_interface: is_static && zones.is_some(),
-        whole: if let ContactPlan::Whole(kind) = plan { Some(*kind) } else { None },
         refinement: None,
     };
     let recovery = zones.map(|zones| PressureRecovery::new(&zones.contact_body.points));
@@ -351,7 +334,7 @@ fn sphere(body: usize, sphere: &HertzSphere, bodies: &[BodyModel]) -> Result<Sph
 
 /// Contact with one model for the whole run (theory C.8), the `bodies` being in the motions `poses` at the start.
 fn zone_contact(
-    (law, plan): (&SurfaceLaw, &ContactPlan),
+    law: &SurfaceLaw,
     target: Target,
     own: Side<'_>,
     other: Option<Side<'_>>,
@@ -364,8 +347,7 @@ fn zone_contact(
         ZoneContact::new(law, penalty, target, &own.of_contact(law), on_target.as_ref())?.active();
     if law.penalty.is_none() {
         let sides: Vec<Side<'_>> = [Some(own), other].into_iter().flatten().collect();
-        let is_flat = *plan == ContactPlan::Whole(TouchKind::Flat);
-        default_penalty::set(contact.as_mut(), (law.stiffness_ratio, is_flat), &sides, bodies, poses)?;
+        default_penalty::set(contact.as_mut(), law.stiffness_ratio, &sides, bodies, poses)?;
     }
     Ok(contact)
 }

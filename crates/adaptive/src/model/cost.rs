@@ -7,10 +7,11 @@ use iga_core::elasticity::Model;
 use iga_core::space::Space;
 use iga_core::surface::Face;
 
-use super::contacts::{interfaces, zones};
+use super::contacts::{interfaces, takes_part, zones};
 use super::plan::{self, ContactPlan};
 use super::{full_models, resolution, start};
 use crate::body_model::FullModel;
+use crate::contact_zone::ContactZone;
 use crate::elastic_body::ElasticBody;
 use crate::error::AdaptiveError;
 use crate::fine_elements::{FineElements, WantedZone};
@@ -56,18 +57,24 @@ pub struct ModelCost {
 pub fn costs(spec: &RunSpec) -> Result<Vec<ModelCost>, AdaptiveError> {
     let poses = start::poses(spec)?;
     let plans = plan::plans(spec, &poses)?;
-    let resolved = plan::resolved(spec, &plans);
-    let refined = resolution::refined(resolved.as_ref(), &plans);
+    let refined = resolution::refined(spec, &plans);
     let spec = refined.as_ref();
     let full = full_models(spec, &plans)?;
     let interfaces = interfaces(spec, &zones(spec, (&plans, &poses), &full)?)?;
     let mut costs = Vec::new();
     for (index, ((body, full), interface)) in spec.bodies.iter().zip(&full).zip(&interfaces).enumerate() {
         let contacts = spec.contacts.iter().zip(&plans).filter(|(_, plan)| **plan == ContactPlan::AtTouch);
-        let touches = contacts.filter_map(|(contact, _)| touch(spec, &poses, contact, index));
+        let (whole, smooth): (Vec<_>, Vec<_>) = contacts
+            .map(|(contact, _)| contact)
+            .filter(|contact| takes_part(contact, index))
+            .partition(|contact| plan::is_whole(spec, contact, &poses));
+        let touches = smooth.into_iter().filter_map(|contact| touch(spec, &poses, contact, index));
         match full {
             FullModel::Elastic(coarse) => {
                 costs.push(cost(&coarse.assembled, coarse.space.n_elements(), &interface.unknowns)?);
+                for contact in whole {
+                    costs.push(whole_surface(coarse, contact)?);
+                }
                 for touch in touches {
                     costs.extend(fine_splines(coarse, &touch)?);
                 }
@@ -96,7 +103,7 @@ struct Touch<'a> {
     width: f64,
 }
 
-/// The first touch of `contact`, which gets fine models then, on body `index`; none if that takes no part, or Hertz's theory has no answer.
+/// The first touch of `contact`, which gets fine models then, on body `index`; none if Hertz's theory has no answer.
 fn touch<'a>(
     spec: &RunSpec,
     poses: &[BodyState],
@@ -111,6 +118,14 @@ fn touch<'a>(
         _ => return None,
     };
     Some(Touch { contact, law, site: zone.sites[side]?, width: law.interval.width.unwrap_or(zone.width) })
+}
+
+/// The model of a body of splines with its whole surface as interface.
+fn whole_surface(body: &ElasticBody, contact: &ContactSpec) -> Result<ModelCost, AdaptiveError> {
+    let fail = |source| AdaptiveError::Contact { contact: contact.name.clone(), source };
+    let zone = ContactZone::whole(&body.discretised()).map_err(fail)?;
+    let whole = cost(&body.assembled, body.space.n_elements(), &zone.unknowns)?;
+    Ok(ModelCost { contact: Some(contact.name.clone()), ..whole })
 }
 
 /// The fine model of a body of splines.

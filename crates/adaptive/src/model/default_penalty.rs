@@ -29,9 +29,6 @@ pub struct Side<'a> {
 /// Gives `contact`, whose zones are `sides`, the penalty factor that its compliance suggests, in the motions `poses` of the
 /// undeformed bodies: `stiffness_ratio` times the stiffness of the bodies under a point.
 ///
-/// Of bodies that meet with whole flat faces (`is_flat`) it is no more than the factor whose force rises as slowly as their modes can follow
-/// (Eq. C.57).
-///
 /// The compliance is that of the quasistatic zone; where all modes are dynamic, that of the modes; of bodies without modes that of
 /// a half space under each point's area.
 ///
@@ -39,7 +36,7 @@ pub struct Side<'a> {
 /// [`ContactError`] if there is no compliance, or points have no normals.
 pub fn set(
     contact: &mut dyn ActiveContact,
-    (stiffness_ratio, is_flat): (f64, bool),
+    stiffness_ratio: f64,
     sides: &[Side<'_>],
     bodies: &[BodyModel],
     poses: &[BodyState],
@@ -62,22 +59,7 @@ pub fn set(
             weights.sum::<Result<f64, ContactError>>()?
         }
     };
-    let penalty = stiffness_ratio / weight;
-    contact.set_penalty(if is_flat { penalty.min(resolved_penalty(sides)) } else { penalty })
-}
-
-/// Compliance of the modes of a bar that are left out, times impedance and highest frequency kept: `Σ_{j>N} 2/(jπ)² → 2/(π²N)` (Eq. C.57).
-const LEFT_OUT: f64 = 2.0 / PI;
-
-/// The penalty factor with which, together with what the modes left out yield, the force rises against waves in the bodies within half a
-/// period of the highest mode that all of them have; infinite where there is none (Eq. C.57) [N/m³].
-fn resolved_penalty(sides: &[Side<'_>]) -> f64 {
-    let impedance = |m: &Material| (m.youngs_modulus() * m.density()).sqrt();
-    let mobility: f64 = sides.iter().filter_map(|side| side.model.material).map(|m| 1.0 / impedance(m)).sum();
-    let highest = |side: &Side<'_>| side.model.reduced.basis.omega.iter().copied().fold(0.0, f64::max);
-    let omega = sides.iter().map(highest).fold(f64::INFINITY, f64::min);
-    let penalty = omega / ((PI - LEFT_OUT) * mobility);
-    if penalty > 0.0 { penalty } else { f64::INFINITY }
+    contact.set_penalty(stiffness_ratio / weight)
 }
 
 impl<'a> Side<'a> {

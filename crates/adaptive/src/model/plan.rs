@@ -1,7 +1,5 @@
 //! Which contacts have one model for the whole run, and about which places of the bodies.
 
-use std::borrow::Cow;
-
 use contact_qs::ContactError;
 use ffr_dynamics::system::force::BodyState;
 
@@ -26,8 +24,6 @@ pub enum ContactPlan {
     AtTouch,
     /// Before the run.
     FromStart(Sites),
-    /// Before the run, on the whole surfaces of both bodies: they touch with flat faces, edges or corners.
-    Whole(TouchKind),
 }
 
 /// The plan of every contact, `poses` being the motions at the start.
@@ -42,7 +38,7 @@ pub fn plans(spec: &RunSpec, poses: &[BodyState]) -> Result<Vec<ContactPlan>, Ad
 fn plan(spec: &RunSpec, contact: &ContactSpec, poses: &[BodyState]) -> Result<ContactPlan, AdaptiveError> {
     let ContactLaw::Surface(law) = &contact.law else { return Ok(ContactPlan::Point) };
     match edge_touch(spec, contact, law, poses) {
-        Some(kind @ (TouchKind::Flat | TouchKind::Edge)) => return Ok(ContactPlan::Whole(kind)),
+        Some(TouchKind::Flat | TouchKind::Edge) => return Ok(ContactPlan::AtTouch),
         Some(TouchKind::BetweenPoints) => {
             let (contact, fault) = (contact.name.clone(), ContactModelFault::BetweenPoints);
             return Err(AdaptiveError::ContactModel { contact, fault });
@@ -80,6 +76,12 @@ fn plan(spec: &RunSpec, contact: &ContactSpec, poses: &[BodyState]) -> Result<Co
     Ok(ContactPlan::FromStart(sites))
 }
 
+/// Whether flat faces, edges or corners touch first in `contact`, so that its zones are the whole surfaces then.
+pub fn is_whole(spec: &RunSpec, contact: &ContactSpec, poses: &[BodyState]) -> bool {
+    let ContactLaw::Surface(law) = &contact.law else { return false };
+    matches!(edge_touch(spec, contact, law, poses), Some(TouchKind::Flat | TouchKind::Edge))
+}
+
 /// What touches first in a contact whose zone nobody has given and that is quasistatic, or refined by the program.
 fn edge_touch(
     spec: &RunSpec,
@@ -87,24 +89,9 @@ fn edge_touch(
     law: &SurfaceLaw,
     poses: &[BodyState],
 ) -> Option<TouchKind> {
-    let is_left_open = law.interval.width.is_none() && law.interval.elements.is_none();
+    let is_left_open = law.interval.width.is_none();
     let is_quasistatic = matches!(law.treatment, Treatment::Adaptive | Treatment::Quasistatic);
     if is_left_open && is_quasistatic { touch_kind(spec, contact, poses) } else { None }
-}
-
-/// `spec` with the treatment that contacts of whole surfaces have.
-pub fn resolved<'a>(spec: &'a RunSpec, plans: &[ContactPlan]) -> Cow<'a, RunSpec> {
-    let is_whole = |plan: &ContactPlan| matches!(plan, ContactPlan::Whole(_));
-    if !plans.iter().any(is_whole) {
-        return Cow::Borrowed(spec);
-    }
-    let mut spec = spec.clone();
-    for (contact, _) in spec.contacts.iter_mut().zip(plans).filter(|(_, plan)| is_whole(plan)) {
-        if let ContactLaw::Surface(law) = &mut contact.law {
-            law.treatment = Treatment::Quasistatic;
-        }
-    }
-    Cow::Owned(spec)
 }
 
 /// The plan of a contact with zones about the places where the bodies are nearest at the start.

@@ -1,7 +1,7 @@
 //! Stress requests of a run: the states that they wait for, and their evaluation at its end.
 
+use super::RunModel;
 use super::plan::ContactPlan;
-use super::{ElasticModel, RunModel};
 use crate::adaptive_contact::{FineContact, ZoneModel};
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::observer::Observer;
@@ -82,7 +82,7 @@ impl RunModel {
             let is_built =
                 built.as_ref().is_some_and(|(of, _, loads)| *of == body && same(loads, &state.zones));
             if !is_built {
-                built = Some((body, self.zone_models(elastic, &state.zones)?, &state.zones));
+                built = Some((body, self.zone_models(body, &state.zones)?, &state.zones));
             }
             let zones = built.as_ref().map_or(&[][..], |(_, zones, _)| zones);
             observer.stress(&evaluate(request, (&elastic.body, &elastic.reduced), zones, state)?)?;
@@ -90,21 +90,18 @@ impl RunModel {
         Ok(())
     }
 
-    /// Fine models of `elastic` for `loads`.
-    fn zone_models(
-        &self,
-        elastic: &ElasticModel,
-        loads: &[ZoneLoad],
-    ) -> Result<Vec<ZoneModel>, AdaptiveError> {
+    /// Fine models of body `index`, which is flexible, for `loads`.
+    fn zone_models(&self, index: usize, loads: &[ZoneLoad]) -> Result<Vec<ZoneModel>, AdaptiveError> {
+        let Some(body) = self.bodies[index].flexible() else { return Ok(Vec::new()) };
         let model = |load: &ZoneLoad| {
             let contact = self.contacts.get(load.contact as usize).and_then(|c| c.refinement.as_ref());
             let Some(contact) = contact else {
                 return Err(AdaptiveError::Unsupported {
-                    subject: format!("stress in body \"{}\"", elastic.body.name),
+                    subject: format!("stress in body \"{}\"", body.name),
                     what: Box::new(Unsupported::NoFineModels { contact: load.contact }),
                 });
             };
-            let zone = contact.zone_model(elastic, &load.site)?;
+            let zone = contact.zone_model(&body, &load.site)?;
             let (n, n_forces) = (zone.residual.interface().len(), load.forces.len());
             if n != n_forces {
                 let fault = ContactModelFault::ForcesOfAnotherZone { forces: n_forces, unknowns: n };

@@ -86,18 +86,23 @@ pub fn slow_rise(contact: &str, bodies: &[&BodyModel], impact: &ImpactRecord) ->
     })
 }
 
-/// The warning of a contact in which an edge or a corner touches, on elements that are `length` long at most \[m\].
-pub fn edge_touch(contact: &str, body: &BodyModel) -> Option<Warning> {
+/// Length of the longest side of an element of a body; none of one that is not of splines \[m\].
+pub fn longest_element_of(body: &BodyModel) -> Option<f64> {
     let elements = longest_elements(&body.elastic()?.body.shape.patches);
-    let length = elements.iter().map(|e| e.length).fold(0.0, f64::max);
+    Some(elements.iter().map(|e| e.length).fold(0.0, f64::max))
+}
+
+/// The warning of a contact in which an edge or a corner touches at a time \[s\], on elements that are `length` long at most \[m\].
+pub fn edge_touch((contact, time): (&str, f64), body: &BodyModel) -> Option<Warning> {
+    let length = longest_element_of(body)?;
     Some(Warning {
         kind: WarningKind::EdgeTouch,
         subject: format!("contact \"{contact}\""),
-        time: 0.0,
+        time,
         value: length,
         limit: 0.0,
         message: format!(
-            "an edge or a corner touches first: impulse, motion and energy do not depend on how far it yields, but peak force and duration do, and \
+            "an edge or a corner touches: impulse, motion and energy do not depend on how far it yields, but peak force and duration do, and \
              elements of up to {length:.3e} m yield as a whole; pressure there has no limit"
         ),
         remedy: format!(

@@ -20,17 +20,18 @@ use crate::submodel::{OPEN, is_turned_to};
 const FAR: f64 = 0.02;
 
 impl PlaneContact {
-    /// Opens the points of a body with the rotation `rotation` that the plane cannot press: those on faces that are turned away (Eq. C.54),
-    /// and those farther from it than any quasistatic displacement.
-    fn leave_out(&self, rotation: &UnitQuaternion<f64>, workspace: &mut PlaneWorkspace) {
-        let normal = rotation.inverse_transform_vector(&self.settings.plane.normal);
-        let PlaneWorkspace { free_gaps, is_member, .. } = workspace;
-        for ((gap, is_member), facing) in free_gaps.iter_mut().zip(is_member).zip(&self.submodel.facing) {
-            *is_member = *gap < FAR * self.size && is_turned_to(facing, normal.as_ref());
-            if !*is_member {
-                *gap = OPEN;
-            }
+    /// Gap of point `i`; open if the plane cannot press it: on faces that are turned away (Eq. C.54), and farther away than any quasistatic
+    /// displacement.
+    fn free_gap(&self, i: usize, offset: f64, normal: (&[f64; 3], &Vector3<f64>), elastic: &[f64]) -> f64 {
+        let (components, in_body) = normal;
+        let Some(facing) = self.submodel.facing.get(i) else {
+            return self.gap(i, offset, components, elastic);
+        };
+        if !is_turned_to(facing, in_body.as_ref()) {
+            return OPEN;
         }
+        let gap = self.gap(i, offset, components, elastic);
+        if gap >= FAR * self.size { OPEN } else { gap }
     }
 
     /// Plane normal in the model's components.
@@ -96,14 +97,17 @@ impl PlaneContact {
     ) -> Result<(), EvaluationFailure> {
         found.normal = self.normal_components(&body.rotation).map_err(SolverFault::Alignment)?;
         let offset = self.offset(body);
+        let in_body = body.rotation.inverse_transform_vector(&self.settings.plane.normal);
         for i in 0..self.submodel.n_points() {
-            let gap = self.gap(i, offset, &found.normal, &body.elastic);
+            let gap = self.free_gap(i, offset, (&found.normal, &in_body), &body.elastic);
             if !gap.is_finite() {
                 return Err(SolverFault::Gap { point: i, gap, time: t }.into());
             }
             workspace.free_gaps[i] = gap;
         }
-        self.leave_out(&body.rotation, workspace);
+        for (is_member, gap) in workspace.is_member.iter_mut().zip(&workspace.free_gaps) {
+            *is_member = *gap != OPEN;
+        }
         let Some(friction) = &mut state.friction else { return Ok(()) };
         friction.turn(&body.rotation);
         let motion = self.submodel.motion;

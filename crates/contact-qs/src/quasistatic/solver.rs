@@ -9,7 +9,7 @@ use super::active_set::SolveReport;
 use super::broyden::BroydenSettings;
 use super::modal_basis::ModalBasis;
 use super::point_solver::{Method, PointSolver};
-use super::problem::add_product;
+use super::problem::{add_product, dot};
 use crate::ContactError;
 
 /// Compliance of a contact zone, with its modes where Algorithm 1 shall solve it.
@@ -28,6 +28,8 @@ pub struct ZoneSolver {
     normal: [f64; 3],
     /// Points that they hold for; empty: all.
     members: Vec<bool>,
+    /// Numbers of these points, of all if there are none.
+    chosen: Vec<usize>,
     normal_compliance: Mat<f64>,
     solver: PointSolver,
 }
@@ -74,6 +76,7 @@ impl Quasistatic {
         ZoneSolver {
             normal: [f64::NAN; 3],
             members: Vec::new(),
+            chosen: Vec::with_capacity(n_points),
             normal_compliance: Mat::zeros(n_points, n_points),
             solver,
         }
@@ -117,20 +120,17 @@ impl ZoneSolver {
         self.normal = normal;
         self.members.clear();
         self.members.extend_from_slice(is_member);
-        let is_left_out = |i: usize| is_member.get(i).is_some_and(|is_member| !is_member);
+        let is_chosen = |i: &usize| is_member.get(*i).is_none_or(|is_member| *is_member);
         let (n_points, nc) = (zone.n_points(), zone.n_components);
-        for j in (0..n_points).filter(|j| !is_left_out(*j)) {
+        self.chosen.clear();
+        self.chosen.extend((0..n_points).filter(is_chosen));
+        for &j in &self.chosen {
             let target = self.normal_compliance.col_as_slice_mut(j);
             target.fill(0.0);
-            for (c, &normal_c) in normal[..nc].iter().enumerate() {
-                if normal_c == 0.0 {
-                    continue;
-                }
-                let source = zone.compliance.col_as_slice(nc * j + c).chunks_exact(nc);
-                for (_, (t, point)) in
-                    target.iter_mut().zip(source).enumerate().filter(|(i, _)| !is_left_out(*i))
-                {
-                    *t += normal_c * point.iter().zip(&normal).map(|(a, n)| a * n).sum::<f64>();
+            for (c, &normal_c) in normal[..nc].iter().enumerate().filter(|(_, n)| **n != 0.0) {
+                let source = zone.compliance.col_as_slice(nc * j + c);
+                for &i in &self.chosen {
+                    target[i] += normal_c * dot(&source[nc * i..nc * (i + 1)], &normal);
                 }
             }
         }

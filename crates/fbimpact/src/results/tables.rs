@@ -181,15 +181,15 @@ table!(TransferRow "transfers" "Changes of models in the course of the run, and 
     centre: [f64; 3] ["–"] = r.site.map_or([0.0; 3], |s| s.centre), "parameters of the interval's centre in the face's patch";
     target_face: i32 ["–"] = r.target_site.map_or(-1, |s| s.face as i32), "the same of the target body";
     target_centre: [f64; 3] ["–"] = r.target_site.map_or([0.0; 3], |s| s.centre), "the same of the target body";
-    interval_widths: [f64; 2] ["m"] = r.site.map_or([0.0; 2], |s| s.widths), "widths of the interval along the surface";
+    interval_widths: [f64; 2] ["m"] = r.site.map_or([0.0; 2], |s| s.widths), "widths of the interval along the surface; infinite where the zone is the whole surface";
 });
 
 impl TransferRow {
     /// Where the fine models of the contact body and of the target lie, as far as any came. Columns that a result of an earlier
-    /// version does not have are zero: no model has an interval without width.
+    /// version does not have are zero: no model has an interval without width. Those of the whole surface are infinite.
     pub fn sites(&self) -> [Option<ZoneSite>; 2] {
         let widths = self.interval_widths;
-        let is_interval = widths.iter().all(|w| w.is_finite() && *w > 0.0);
+        let is_interval = widths.iter().all(|w| w.is_finite() && *w > 0.0) || widths == ZoneSite::ALL_WIDTHS;
         [(self.face, self.centre), (self.target_face, self.target_centre)].map(|(face, centre)| {
             let face = u32::try_from(face).ok()?;
             let is_place = is_interval && centre.iter().all(|u| u.is_finite());

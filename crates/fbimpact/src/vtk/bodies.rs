@@ -163,12 +163,14 @@ impl Bodies {
         };
         if let Some((contact, displacement)) = &local.zone {
             let zones = self.contacts.zones.of_contact(*contact);
-            if let Some(zone) = zones.iter().find(|z| z.body == body.number) {
-                let mesh = zone.model.mesh.discretised();
+            let of_body = zones.iter().find(|z| z.body == body.number);
+            let drawn = of_body.and_then(|z| Some((z, z.model.mesh.as_ref()?, z.geometry.as_ref()?)));
+            if let Some((zone, mesh, geometry)) = drawn {
+                let mesh = mesh.discretised();
                 let (displacement, rate) = fields(zone.model.shapes.as_ref(), displacement);
                 return Drawn {
                     body,
-                    geometry: DrawnGeometry::Splines(&zone.geometry),
+                    geometry: DrawnGeometry::Splines(geometry),
                     displacement: mesh.control_values(&displacement),
                     rate: mesh.control_values(&rate),
                     mesh: self.contacts.zones.number(*contact).map(|n| (*contact, n)),

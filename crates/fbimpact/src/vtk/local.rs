@@ -90,19 +90,30 @@ impl LocalContacts {
                 continue;
             }
             for zone in self.zones.of_contact(*index) {
-                if force <= largest[zone.body] {
-                    continue;
-                }
                 let forces = forces_on(model, *index, zone.body, &zone.model.residual);
-                largest[zone.body] = force;
-                all[zone.body].zone = Some((*index, zone.model.residual.displacement(&forces)));
+                let displacement = || zone.model.residual.displacement(&forces);
+                let found = &mut all[zone.body];
+                if zone.model.mesh.is_none() {
+                    add(&mut found.own, &displacement());
+                } else if force > largest[zone.body] {
+                    largest[zone.body] = force;
+                    found.zone = Some((*index, displacement()));
+                }
             }
         }
         for (body, forces) in own_forces.iter().enumerate().filter(|(_, forces)| !forces.is_empty()) {
-            all[body].own = own_residual(model, body).map_or_else(Vec::new, |r| r.displacement(forces));
+            if let Some(residual) = own_residual(model, body) {
+                add(&mut all[body].own, &residual.displacement(forces));
+            }
         }
         Ok(all)
     }
+}
+
+/// Adds `part` to `sum`, which is empty where it is zero.
+fn add(sum: &mut Vec<f64>, part: &[f64]) {
+    sum.resize(part.len(), 0.0);
+    sum.iter_mut().zip(part).for_each(|(sum, u)| *sum += u);
 }
 
 /// Flexibility of the interface that body `body` was reduced for.

@@ -27,8 +27,8 @@ pub struct ZoneOfBody {
     pub body: usize,
     /// The model.
     pub model: ZoneModel,
-    /// Its elements.
-    pub geometry: BodyGeometry,
+    /// Its elements; none if they are those of the body itself.
+    pub geometry: Option<BodyGeometry>,
 }
 
 /// Fine models of one contact.
@@ -72,10 +72,10 @@ impl RefinedZones {
         let zones = built.models.into_iter().filter_map(|(body, zone)| {
             let full = &model.bodies[body].elastic()?.body;
             let elasticity = Elasticity { model: full.spec.model, material: full.spec.material };
-            let patches = std::slice::from_ref(&zone.mesh.patch);
-            let motion = zone.mesh.motion;
-            let space = Box::new(zone.mesh.space.clone());
-            let geometry = BodyGeometry::new(space, patches, motion, Some(elasticity), self.cells);
+            let geometry = zone.mesh.as_ref().map(|mesh| {
+                let (patches, space) = (std::slice::from_ref(&mesh.patch), Box::new(mesh.space.clone()));
+                BodyGeometry::new(space, patches, mesh.motion, Some(elasticity), self.cells)
+            });
             Some(ZoneOfBody { body, model: zone, geometry })
         });
         let present = Present { contact, span, zones: zones.collect() };

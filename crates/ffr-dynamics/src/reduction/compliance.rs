@@ -145,6 +145,11 @@ impl ResidualFlexibility {
         let mut inverse = Mat::<f64>::identity(n_b, n_b);
         dense::solve_lower(self.factor.trailing_block(n_b).as_ref(), inverse.as_mut());
         let mut g = dense::product(inverse.transpose(), inverse.as_ref());
+        // Held unknowns have a row of their own in the factor, and no displacement.
+        for (i, _) in self.interface.iter().enumerate().filter(|(_, unknown)| self.held[**unknown]) {
+            g.row_mut(i).fill(0.0);
+            g.col_mut(i).fill(0.0);
+        }
 
         let mut v = self.rigid.mass_modes.clone();
         self.solve_held(v.as_mut());

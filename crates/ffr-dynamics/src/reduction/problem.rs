@@ -63,23 +63,21 @@ pub struct ElasticProblem<'a> {
 }
 
 impl<'a> ElasticProblem<'a> {
-    /// A free body. The `interface` unknowns are eliminated last and take no part in the support.
+    /// A free body. The `interface` unknowns are eliminated last, and take part in the support only if the others cannot hold the body, as
+    /// where the interface is the whole surface of a thin body.
     ///
     /// # Errors
-    /// [`DynamicsError::Data`] if the data do not fit or too few unknowns outside the interface are left for the
-    /// support; [`DynamicsError::NotPositiveDefinite`] if `K` has more zero-energy motions than the rigid ones.
+    /// [`DynamicsError::Data`] if the data do not fit; [`DynamicsError::NotPositiveDefinite`] if `K` has more zero-energy motions than the
+    /// rigid ones.
     pub fn free(body: &'a crate::body::AssembledBody, interface: &[usize]) -> Result<Self, DynamicsError> {
         let pencil = Pencil::new(body, interface)?;
         let rigid = Arc::new(RigidModes::new(body)?);
         let n = body.n_unknowns();
         let mut in_interface = vec![false; n];
         interface.iter().for_each(|&i| in_interface[i] = true);
-        let support = dense::pivot_rows(rigid.modes.as_ref(), |i| !in_interface[i]);
-        let held = support.len();
-        if held < rigid.count() {
-            let support = format!("the {} unknowns outside the interface", n - interface.len());
-            let free = rigid.count() - held;
-            return Err(DataError::NotHeld { support, free, remedy: "make the interface smaller" }.into());
+        let mut support = dense::pivot_rows(rigid.modes.as_ref(), |i| !in_interface[i]);
+        if support.len() < rigid.count() {
+            support = dense::pivot_rows(rigid.modes.as_ref(), |_| true);
         }
         let mut held = vec![false; n];
         support.iter().for_each(|&i| held[i] = true);

@@ -45,8 +45,11 @@ pub trait ActiveForce: Send {
     /// As [`ForceElement::coordinate_speed`].
     fn coordinate_speed(&self, internal: &[f64]) -> f64;
 
-    /// Time spent in evaluations so far.
+    /// Time spent in evaluations since the start, or since it was taken last.
     fn elapsed(&self) -> Duration;
+
+    /// The same, to be counted from zero again.
+    fn take_elapsed(&mut self) -> Duration;
 }
 
 /// A force element with its state, its workspace and what its last evaluation found.
@@ -146,5 +149,9 @@ impl<E: ForceElement> ActiveForce for Active<E> {
 
     fn elapsed(&self) -> Duration {
         self.elapsed
+    }
+
+    fn take_elapsed(&mut self) -> Duration {
+        std::mem::take(&mut self.elapsed)
     }
 }

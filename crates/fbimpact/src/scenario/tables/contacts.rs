@@ -10,7 +10,7 @@ use super::super::keys::{Bound, Choice, Condition, Fact, Key, Kind, Need, Range,
 const MODELS: &[Choice] = &[
     Choice::new(
         "adaptive",
-        "as `quasistatic`, on a contact zone that the program refines at every impact; on the whole surfaces of free bodies that touch with flat faces, edges or corners first",
+        "as `quasistatic`, on a contact zone that the program refines at every impact; on the whole surfaces of bodies that touch with flat faces, edges or corners",
     ),
     Choice::new("quasistatic", "high-frequency modes follow the contact force statically"),
     Choice::new("damped", "every Craig-Bampton mode is dynamic, high-frequency ones damped critically"),

@@ -1,0 +1,188 @@
+//! Where the zones of a refined contact lie at a touch: about the nearest places of smooth surfaces, where the last impact had them, or on the
+//! whole surfaces of bodies that touch with flat faces, edges or corners (docs/theory.md section C.9).
+
+use contact_qs::ActiveContact;
+use ffr_dynamics::system::force::BodyState;
+
+use super::widths::PredictedWidths;
+use super::{
+    Activation, AdaptiveContact, FineContact, RefinementRequest, WIDEST, flexible, kept_zone, zone_site,
+};
+use crate::body_model::BodyModel;
+use crate::detection::Nearest;
+use crate::error::{AdaptiveError, ContactModelFault};
+use crate::fine_model::ELEMENTS;
+use crate::penalty_search::{PenaltySearch, PenaltyStrategy};
+use crate::predicted_touch::{TouchKind, touch_kind_at};
+use crate::record::ZoneSite;
+use crate::run_state::ImpactHistory;
+use crate::spec::Target;
+use crate::whole_surface::resolved_penalty;
+use crate::zone_contact::FALLBACK_PENALTY;
+
+/// Angle \[rad\] by which flat faces may be inclined at a touch in the run and still meet as a whole: motions err by some 1e-6 of the way, and the
+/// faces of bodies that swing and ring turn by more; over 20 mm it is 2 um, which bodies at 1 m/s close in 2 us.
+const NEARLY_PARALLEL: f64 = 1e-4;
+
+/// Where the zones of a contact lie.
+pub(super) struct Sites {
+    /// On the contact body.
+    pub own: ZoneSite,
+    /// On the target; none of a plane.
+    pub target: Option<ZoneSite>,
+    /// Widths predicted for the impact \[m\].
+    pub predicted: [f64; 2],
+    /// Widths below which round-off hides what touches \[m\].
+    pub least: [f64; 2],
+    /// What touches, if the zones are the whole surfaces of the bodies.
+    pub whole: Option<TouchKind>,
+}
+
+impl AdaptiveContact {
+    /// Where the zones lie: the whole surfaces if an edge or flat faces touch, else about the nearest places.
+    ///
+    /// # Errors
+    /// As [`AdaptiveContact::whole_at`].
+    pub(super) fn sites(
+        &self,
+        bodies: &[BodyModel],
+        states: &[BodyState],
+        nearest: &Nearest,
+        request: &RefinementRequest<'_>,
+    ) -> Result<Sites, AdaptiveError> {
+        let whole = self.whole_at(bodies, states, nearest, request.widths)?;
+        let own_body = flexible(&bodies[self.body]);
+        let target = match (self.target, &nearest.target) {
+            (Target::Body(other), Some(there)) => Some((other, there)),
+            _ => None,
+        };
+        if whole.is_some() {
+            let target = target.map(|_| ZoneSite::WHOLE);
+            return Ok(Sites { own: ZoneSite::WHOLE, target, predicted: [0.0; 2], least: [0.0; 2], whole });
+        }
+        let PredictedWidths { widths: predicted, least } =
+            self.predicted_widths(bodies, states, nearest, request.peak);
+        let widths = self.widths(request, predicted, own_body.size);
+        let mut own = zone_site(&own_body, &nearest.contact, widths);
+        let mut target = target.map(|(other, there)| {
+            let widths = self.target_widths(bodies, states, (&nearest.contact, widths), (other, there));
+            zone_site(&flexible(&bodies[other]), there, widths)
+        });
+        if request.widths.is_none()
+            && let Some(kept) = self.kept_zones(bodies, &request.history, [Some(own), target])
+        {
+            (own, target) = kept;
+        }
+        Ok(Sites { own, target, predicted, least, whole })
+    }
+
+    /// What touches at the places `nearest`, if it is an edge or flat faces and `widths` ask for no interval: then the zones are the whole
+    /// surfaces, as [`ZoneSite::ALL_WIDTHS`] asks for. None of smooth surfaces, and of meshes, whose faces have no kind that the geometry tells.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::ContactModel`] if no contact point sees the touch, or zones that vibrate would be whole surfaces.
+    pub fn whole_at(
+        &self,
+        bodies: &[BodyModel],
+        states: &[BodyState],
+        nearest: &Nearest,
+        widths: Option<[f64; 2]>,
+    ) -> Result<Option<TouchKind>, AdaptiveError> {
+        match widths.or(self.law.interval.width.map(|w| [w; 2])) {
+            Some(ZoneSite::ALL_WIDTHS) => return Ok(Some(TouchKind::Edge)),
+            Some(_) => return Ok(None),
+            None => {}
+        }
+        let side = |body: usize| bodies[body].elastic().map(|e| (&e.body.spec, &states[body]));
+        let Some(own) = side(self.body) else { return Ok(None) };
+        let other = match self.target {
+            Target::Plane { .. } => None,
+            Target::Body(other) => match side(other) {
+                Some(other) => Some(other),
+                None => return Ok(None),
+            },
+        };
+        let kind = touch_kind_at(own, other, nearest, NEARLY_PARALLEL);
+        match kind {
+            TouchKind::Smooth => Ok(None),
+            TouchKind::BetweenPoints => Err(self.without_model(ContactModelFault::BetweenPoints)),
+            TouchKind::Flat | TouchKind::Edge if self.is_vibrating() => {
+                let what = if kind == TouchKind::Flat { "flat faces" } else { "an edge or a corner" };
+                Err(self.without_model(ContactModelFault::NotSmooth { what }))
+            }
+            TouchKind::Flat | TouchKind::Edge => Ok(Some(kind)),
+        }
+    }
+
+    /// Whether the contact may have zones that are the whole surfaces: it is quasistatic, on splines, and nobody has given a width.
+    pub fn may_be_whole(&self) -> bool {
+        !self.has_mesh && !self.is_vibrating() && self.law.interval.width.is_none()
+    }
+
+    /// The penalty factor of a contact of whole surfaces, which is not searched for (theory C.9).
+    pub(super) fn penalty_of_whole(
+        &self,
+        kind: TouchKind,
+        bodies: &[BodyModel],
+        weight: Option<f64>,
+    ) -> PenaltySearch {
+        let suggested = || {
+            let other = if let Target::Body(other) = self.target { Some(other) } else { None };
+            let sides = [Some(self.body), other].into_iter().flatten().map(|b| flexible(&bodies[b]));
+            let most = if kind == TouchKind::Flat { resolved_penalty(sides) } else { f64::INFINITY };
+            weight.map_or(FALLBACK_PENALTY, |weight| self.law.stiffness_ratio / weight).min(most)
+        };
+        PenaltySearch::new(PenaltyStrategy::Fixed, self.law.penalty.unwrap_or_else(suggested))
+    }
+
+    /// Makes `element` with the models `fine` of whole surfaces, which served an earlier impact, what they would be if they were built in the
+    /// motions `states`.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Contact`] if the motions are not finite.
+    pub fn begin_again(
+        &self,
+        (element, fine): (&mut dyn ActiveContact, &mut FineContact),
+        activation: Activation,
+        (bodies, states): (&[BodyModel], &[BodyState]),
+    ) -> Result<(), AdaptiveError> {
+        let Some(kind) = fine.whole else { return Ok(()) };
+        element.forget();
+        fine.clear();
+        (fine.activation, fine.weight) = (activation, self.weight_of(element, states)?);
+        fine.search = self.penalty_of_whole(kind, bodies, fine.weight);
+        element.set_penalty(fine.search.penalty()).map_err(|e| self.fail(e))
+    }
+
+    /// Widths of an interval on a body of size `size`: those asked for, given or, with what earlier impacts found, predicted \[m\].
+    fn widths(&self, request: &RefinementRequest<'_>, predicted: [f64; 2], size: f64) -> [f64; 2] {
+        let factor = request.history.width_factor.unwrap_or([1.0; 2]);
+        let start =
+            self.law.interval.width.map_or([predicted[0] * factor[0], predicted[1] * factor[1]], |w| [w; 2]);
+        request.widths.unwrap_or(start).map(|w| w.min(WIDEST * size))
+    }
+
+    /// The zones of the last impact, of contact body and target, if they hold one for which `wanted` would be laid.
+    fn kept_zones(
+        &self,
+        bodies: &[BodyModel],
+        history: &ImpactHistory,
+        wanted: [Option<ZoneSite>; 2],
+    ) -> Option<(ZoneSite, Option<ZoneSite>)> {
+        let given = &self.law.interval;
+        let elements = given.elements.unwrap_or(ELEMENTS);
+        let of_target = match self.target {
+            Target::Body(other) => other,
+            Target::Plane { .. } => self.body,
+        };
+        let holds = |body: usize, kept: &ZoneSite, wanted: &ZoneSite| {
+            kept_zone::holds(&flexible(&bodies[body]), (kept, wanted), elements, given.target_utilisation)
+        };
+        let own = history.zones[0].filter(|kept| wanted[0].is_some_and(|w| holds(self.body, kept, &w)))?;
+        match (history.zones[1], wanted[1]) {
+            (Some(kept), Some(w)) => holds(of_target, &kept, &w).then_some((own, Some(kept))),
+            (None, None) => Some((own, None)),
+            _ => None,
+        }
+    }
+}
