@@ -52,6 +52,40 @@ pub struct LogArguments {
     pub log_format: LogFormat,
 }
 
+/// Format of a file of splines.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum SplineFormat {
+    /// XML of G+Smo.
+    Gismo,
+    /// NURBS mesh of MFEM, version 1.0.
+    Mfem,
+}
+
+/// Unit of length.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum LengthUnit {
+    /// Metres.
+    M,
+    /// Centimetres.
+    Cm,
+    /// Millimetres.
+    Mm,
+    /// Inches.
+    In,
+}
+
+impl LengthUnit {
+    /// In metres.
+    pub fn metres(self) -> f64 {
+        match self {
+            Self::M => 1.0,
+            Self::Cm => 1e-2,
+            Self::Mm => 1e-3,
+            Self::In => 0.0254,
+        }
+    }
+}
+
 /// Format of the log.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum LogFormat {
@@ -132,15 +166,21 @@ pub enum Command {
         /// Scenario file
         #[arg(value_name = "SCENARIO.toml")]
         scenario: PathBuf,
-        /// Name of a flexible body
+        /// Name of a flexible body, with --nurbs of any body with a shape
         #[arg(long, value_name = "NAME")]
         body: String,
-        /// Body file
-        #[arg(short, long, value_name = "FILE.h5")]
+        /// Body file, or with --nurbs a file of splines
+        #[arg(short, long, value_name = "FILE")]
         output: PathBuf,
         /// Write the unreduced matrices instead of the reduced body
         #[arg(long)]
         full: bool,
+        /// Write the exact shape instead, as splines for another program
+        #[arg(long, value_name = "FORMAT", conflicts_with = "full")]
+        nurbs: Option<SplineFormat>,
+        /// With --nurbs: unit of length of the file
+        #[arg(long, value_name = "UNIT", default_value = "m", requires = "nurbs")]
+        units: LengthUnit,
         /// Number of threads, 0 for all cores
         #[arg(long, value_name = "N", default_value_t = 0)]
         threads: usize,

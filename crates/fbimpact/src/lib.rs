@@ -81,7 +81,17 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
             };
             commands::mesh_size::mesh_size(&asked, &set.set)
         }
-        Command::ExportBody { scenario, body, output, full, threads, set } => {
+        Command::ExportBody { scenario, body, output, nurbs: Some(format), units, set, .. } => {
+            let export = commands::export_splines::Export {
+                scenario: &scenario,
+                body: &body,
+                output: &output,
+                format,
+                unit: units.metres(),
+            };
+            commands::export_splines::export_splines(&export, &set.set)
+        }
+        Command::ExportBody { scenario, body, output, full, threads, set, .. } => {
             let export = commands::export_body::Export {
                 scenario: &scenario,
                 body: &body,
