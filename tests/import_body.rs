@@ -1,6 +1,7 @@
 //! `fbimpact import-body`: matrices of other programs make the body that the mesh makes; every form of them the same; faults.
 
 #![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
+#![expect(clippy::print_stdout, reason = "the figures of docs/verification.md, shown with --nocapture")]
 
 #[path = "support/mod.rs"]
 mod program;

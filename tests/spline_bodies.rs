@@ -1,6 +1,7 @@
 //! Bodies of splines of other programs in scenarios: the same as those by name, on joints and hit, exported, resumed elsewhere; faults.
 
 #![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
+#![expect(clippy::print_stdout, reason = "the figures of docs/verification.md, shown with --nocapture")]
 
 #[path = "support/mod.rs"]
 mod program;

@@ -27,7 +27,7 @@ pub enum JoinFault {
         /// Number of the patch, from 0.
         patch: usize,
         /// What is wrong with it.
-        source: SplineError,
+        source: Box<SplineError>,
     },
     /// Two faces that are the same surface and not the same spline.
     #[error(
@@ -38,7 +38,7 @@ pub enum JoinFault {
         /// Names of the faces.
         faces: [String; 2],
         /// What differs.
-        difference: Difference,
+        difference: Box<Difference>,
     },
     /// Two faces that meet on a part of them.
     #[error(

@@ -267,7 +267,7 @@ fn interfaces(
                 let user = "an interface".to_owned();
                 return words.fail(ReadFault::Unknown { user, what: "the side", number: side.to_string() });
             }
-            *face = FaceId { patch, direction: (side - 1) / 2, upper: side % 2 == 0 };
+            *face = FaceId { patch, direction: (side - 1) / 2, upper: side.is_multiple_of(2) };
         }
         for _ in 0..2 * dimension {
             words.number::<i64>("a direction or orientation")?;

@@ -97,19 +97,13 @@ fn patch(words: &mut Words, number: usize, dimension: usize) -> Result<Patch, Re
 /// What version 1.1 says of later refinement.
 fn skip_spacing(words: &mut Words, notes: &mut Vec<String>) -> Result<(), ReadError> {
     "the spacing of knots".clone_into(&mut words.section);
-    loop {
-        let what = "\"spacing\", with \"refinements\" before it at most";
-        match words.word()? {
-            "spacing" => break,
-            "refinements" | "knotvector_refinements" => {
-                let remedy = "save the mesh refined";
-                return words.fail(ReadFault::Unsupported {
-                    what: "a refinement that is still to be made".into(),
-                    remedy,
-                });
-            }
-            found => return words.unexpected(what, found),
+    match words.word()? {
+        "spacing" => {}
+        "refinements" | "knotvector_refinements" => {
+            let what = "a refinement that is still to be made".into();
+            return words.fail(ReadFault::Unsupported { what, remedy: "save the mesh refined" });
         }
+        found => return words.unexpected("\"spacing\"", found),
     }
     for _ in 0..words.count()? {
         let (_, _): (u64, u64) = (words.number("a knot vector")?, words.number("a kind")?);

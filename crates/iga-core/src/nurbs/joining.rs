@@ -84,8 +84,8 @@ pub fn join(given: &[Patch], declared: &[[FaceId; 2]]) -> Result<Joined, JoinFau
         }
     }
     parts.check_hangs_together()?;
-    let mut shape =
-        Shape::from_patches(parts.patches.clone()).map_err(|source| JoinFault::Patch { patch: 0, source })?;
+    let mut shape = Shape::from_patches(parts.patches.clone())
+        .map_err(|source| JoinFault::Patch { patch: 0, source: Box::new(source) })?;
     let outer: Vec<FaceId> = shape.faces.values().flatten().copied().collect();
     shape.faces = outer.iter().map(|&id| (parts.name(id), vec![id])).collect();
     if parts.patches.len() > 1 {
@@ -102,7 +102,7 @@ fn right_handed(given: &[Patch], notes: &mut Vec<String>) -> Result<(Vec<Patch>,
         if patch.dimension() != expected {
             return Err(JoinFault::Directions { patch: i, found: patch.dimension(), expected });
         }
-        let fail = |source| JoinFault::Patch { patch: i, source };
+        let fail = |source| JoinFault::Patch { patch: i, source: Box::new(source) };
         let mut patch = patch.over_unit_ranges().map_err(fail)?;
         let middle = [0.43, 0.47, 0.53]; // inside an element of any that is not cut there
         let determinant = patch.jet(&middle, 1, &mut PointBasis::default()).determinant(expected);
@@ -169,7 +169,10 @@ impl Parts {
     fn check_ties(&self) -> Result<(), JoinFault> {
         for &(a, b, way) in &self.ties {
             if let Some(difference) = compare::splines(&self.patches, [self.faces[a], self.faces[b]], way) {
-                return Err(JoinFault::Mismatch { faces: self.names(a, b), difference });
+                return Err(JoinFault::Mismatch {
+                    faces: self.names(a, b),
+                    difference: Box::new(difference),
+                });
             }
             meeting::check_sides(self, a, b, way)?;
         }

@@ -40,7 +40,10 @@ pub fn weld(parts: &mut Parts, notes: &mut Vec<String>) -> Result<(), JoinFault>
             if (weights[p] - weights[q]).abs() > WELD * weights[p] {
                 // Around a ring of patches the scales do not close.
                 let difference = Difference::Weights { weights: [weights[p], weights[q]], point: points[p] };
-                return Err(JoinFault::Mismatch { faces: parts.names(a, b), difference });
+                return Err(JoinFault::Mismatch {
+                    faces: parts.names(a, b),
+                    difference: Box::new(difference),
+                });
             }
             let (p, q) = (root(&parents, p), root(&parents, q));
             parents[p.max(q)] = p.min(q);
@@ -61,7 +64,7 @@ pub fn weld(parts: &mut Parts, notes: &mut Vec<String>) -> Result<(), JoinFault>
     let rebuild = |(i, patch): (usize, &Patch)| {
         let own = first[i]..first[i] + patch.n_functions();
         Patch::new(patch.knots().to_vec(), points[own.clone()].to_vec(), weights[own].to_vec())
-            .map_err(|source| JoinFault::Patch { patch: i, source })
+            .map_err(|source| JoinFault::Patch { patch: i, source: Box::new(source) })
     };
     let patches: Vec<Patch> = parts.patches.iter().enumerate().map(rebuild).collect::<Result<_, _>>()?;
     parts.patches = same_knots(&patches)?;
@@ -115,7 +118,7 @@ fn same_knots(patches: &[Patch]) -> Result<Vec<Patch>, JoinFault> {
         let rebuilt = knots
             .collect::<Result<Vec<_>, SplineError>>()
             .and_then(|knots| Patch::new(knots, patch.control_points().to_vec(), patch.weights().to_vec()));
-        out.push(rebuilt.map_err(|source| JoinFault::Patch { patch: i, source })?);
+        out.push(rebuilt.map_err(|source| JoinFault::Patch { patch: i, source: Box::new(source) })?);
     }
     Ok(out)
 }
