@@ -151,6 +151,18 @@ fn faults_name_the_line_and_the_remedy() {
 
 #[test]
 fn small_files_take_little_memory_and_time() {
+    // Three knot vectors of a few thousand knots ask for 1e11 control points.
+    let knots = |n: usize| {
+        format!(
+            "1 {n} 0 {} 1",
+            (0..n).map(|i| format!("{:.6} ", i as f64 / (n - 1) as f64)).collect::<String>()
+        )
+    };
+    let huge = PIPE.replacen("1 2 0 0 1 1", &knots(5000), 1).replacen("1 2 0 0 1 1", &knots(5000), 1);
+    let huge = huge.replacen("2 3 0 0 0 1 1 1", &knots(5000), 1);
+    assert_ne!(huge, PIPE);
+    let fault = read(huge.as_bytes(), 1.0).expect_err("refused").to_string();
+    assert!(fault.contains("ends within the weights") || fault.contains("different knots"), "{fault}");
     // Trees as deep and as wide as bytes allow are refused before they are made.
     for text in ["<a>".repeat(300_000), format!("<xml>{}</xml>", "<a/>".repeat(300_000))] {
         let fault = read(text.as_bytes(), 1.0).expect_err("refused").to_string();

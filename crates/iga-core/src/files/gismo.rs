@@ -7,7 +7,7 @@ use roxmltree::{Document, Node, ParsingOptions};
 
 use super::fault::{ReadError, ReadFault};
 use super::words::Words;
-use super::{SplineFile, in_unit};
+use super::{SplineFile, in_unit, net_size};
 use crate::knots::KnotVector;
 use crate::nurbs::{FaceId, Patch};
 
@@ -155,7 +155,7 @@ fn geometry(node: &Node) -> Result<Patch, ReadError> {
     }
     bases.sort_by_key(|n| n.attribute("index").and_then(|i| i.trim().parse::<u32>().ok()).unwrap_or(0));
     let knots = bases.iter().map(knot_vector).collect::<Result<Vec<_>, _>>()?;
-    let n: usize = knots.iter().map(KnotVector::n_functions).product();
+    let n = net_size(&knots);
     let coefs = child(node, "coefs", "write the control points")?;
     let given = coefs.attribute("geoDim").unwrap_or("");
     if given.trim() != dimension.to_string() {
@@ -169,9 +169,12 @@ fn geometry(node: &Node) -> Result<Patch, ReadError> {
         );
     }
     let points = words(&coefs, "coefs")?.all_reals()?;
-    if points.len() != n * dimension {
+    if points.len() != n.saturating_mul(dimension) {
         let what = "numbers in coefs".to_owned();
-        return fail(&coefs, ReadFault::Count { what, found: points.len(), expected: n * dimension });
+        return fail(
+            &coefs,
+            ReadFault::Count { what, found: points.len(), expected: n.saturating_mul(dimension) },
+        );
     }
     let weights = match weights {
         Some(weights) if is_rational => words(&weights, "weights")?.all_reals()?,

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::fault::{ReadError, ReadFault};
 use super::mfem_topology::{Topology, corners};
 use super::words::Words;
-use super::{SplineFile, in_unit};
+use super::{SplineFile, in_unit, net_size};
 use crate::knots::KnotVector;
 use crate::nurbs::interface::{COINCIDENT, FaceNet, coinciding_pairs};
 use crate::nurbs::{FaceId, Patch};
@@ -78,7 +78,7 @@ fn patch(words: &mut Words, number: usize, dimension: usize) -> Result<Patch, Re
         "controlpoints_cartesian" => false,
         found => return words.unexpected("\"controlpoints\" or \"controlpoints_cartesian\"", found),
     };
-    let n = knots.iter().map(KnotVector::n_functions).product::<usize>();
+    let n = net_size(&knots);
     let numbers = words.reals(n.saturating_mul(dimension + 1))?;
     let (mut points, mut weights) = (Vec::with_capacity(n), Vec::with_capacity(n));
     for row in numbers.chunks_exact(dimension + 1) {
@@ -123,6 +123,12 @@ fn from_nodes(words: &mut Words, topology: &Topology, knots: &[KnotVector]) -> R
     let knots = topology.patch_knots(knots).map_err(|fault| ReadError { line, fault })?;
     let sizes: Vec<Vec<usize>> =
         knots.iter().map(|patch| patch.iter().map(KnotVector::n_functions).collect()).collect();
+    // Each function has a weight or two coordinates at least and is shared by eight patches on average at most.
+    let entries = knots.iter().map(|k| net_size(k)).fold(0, usize::saturating_add);
+    if !words.can_hold(entries) {
+        "the weights".clone_into(&mut words.section);
+        return words.fail(ReadFault::End { section: words.section.clone() });
+    }
     let numbering = topology.numbering(&sizes).map_err(|fault| ReadError { line, fault })?;
     "the weights".clone_into(&mut words.section);
     let weights = match words.word()? {

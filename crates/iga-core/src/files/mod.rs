@@ -13,6 +13,7 @@ pub use fault::{ReadError, ReadFault};
 pub use gismo::write as write_gismo;
 pub use mfem::write as write_mfem;
 
+use crate::knots::KnotVector;
 use crate::nurbs::{FaceId, Patch};
 
 /// Patches as they stand in a file.
@@ -53,6 +54,11 @@ pub fn read(bytes: &[u8], unit: f64) -> Result<SplineFile, ReadError> {
             .map_err(|e| at_first(e.into()))?;
     }
     Ok(file)
+}
+
+/// Number of control points that knot vectors ask for; more than there can be if that is beyond all numbers.
+fn net_size(knots: &[KnotVector]) -> usize {
+    knots.iter().map(KnotVector::n_functions).fold(1, usize::saturating_mul)
 }
 
 /// Patches in which a length of the file's unit is `unit` metres.

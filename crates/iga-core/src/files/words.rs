@@ -94,13 +94,18 @@ impl<'a> Words<'a> {
         self.fail(ReadFault::Expected { expected, section: self.section.clone(), found })
     }
 
+    /// Whether the rest of the text has a character for each of `n` things.
+    pub fn can_hold(&self, n: usize) -> bool {
+        n <= self.rest.len()
+    }
+
     /// A count of things of which each takes a character and a space at least.
     ///
     /// # Errors
     /// [`ReadFault::End`] for a count that the rest of the file cannot hold; as [`Words::number`].
     pub fn count(&mut self) -> Result<usize, ReadError> {
         let n: usize = self.number("a count")?;
-        if n > self.rest.len() {
+        if !self.can_hold(n) {
             return self.fail(ReadFault::End { section: self.section.clone() });
         }
         Ok(n)

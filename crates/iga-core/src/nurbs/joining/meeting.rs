@@ -12,8 +12,10 @@ use crate::surface::{Face, SurfacePoint};
 const SLIT: f64 = 1e-4;
 /// Places along a face, as shares of the elements, at which it is looked at: none lies on an edge or in a middle.
 const PLACES: [f64; 4] = [0.13, 0.37, 0.61, 0.87];
-/// Elements a direction of a face or patch that are looked at.
-const MOST_ELEMENTS: usize = 16;
+/// Elements a direction of a face that are looked at.
+const MOST_ON_FACE: usize = 8;
+/// Elements a direction of a patch that are looked at.
+const MOST_INSIDE: usize = 4;
 /// Places along a patch at which it is looked at.
 const INSIDE: [f64; 3] = [0.11, 0.47, 0.91];
 /// Distance from the ends of a parameter range that counts as inside.
@@ -103,7 +105,7 @@ fn check_faces(parts: &Parts, free: &[usize]) -> Result<(), JoinFault> {
         {
             let patch = &parts.patches[face.patch];
             let fixed = face.fixed(&parts.patches);
-            for xi in places(patch, &fixed, &PLACES) {
+            for xi in places(patch, &fixed, &PLACES, MOST_ON_FACE) {
                 let point = patch.point(&xi);
                 if !bounds.holds(&point, limit) {
                     continue;
@@ -135,7 +137,7 @@ fn check_insides(parts: &Parts) -> Result<(), JoinFault> {
         for (p, q) in [(i, j), (j, i)] {
             let (patch, other) = (&parts.patches[p], &parts.patches[q]);
             let limit = WELD * boxes[q].diagonal();
-            for xi in places(patch, &[None; 3], &INSIDE) {
+            for xi in places(patch, &[None; 3], &INSIDE, MOST_INSIDE) {
                 let point = patch.point(&xi);
                 if !boxes[q].holds(&point, 0.0) {
                     continue;
@@ -156,11 +158,11 @@ fn is_inside(xi: &[f64; 3], fixed: &[Option<f64>; 3], dimension: usize) -> bool 
     (0..dimension).all(|d| fixed[d].is_some() || (MARGIN..=1.0 - MARGIN).contains(&xi[d]))
 }
 
-/// Parameters in the elements of a patch, at `shares` of each direction that is not fixed.
-fn places(patch: &Patch, fixed: &[Option<f64>; 3], shares: &[f64]) -> Vec<[f64; 3]> {
+/// Parameters in the elements of a patch, at `shares` of each direction that is not fixed, in `most` elements of it at most.
+fn places(patch: &Patch, fixed: &[Option<f64>; 3], shares: &[f64], most: usize) -> Vec<[f64; 3]> {
     let mut places = vec![[0.0; 3]];
     for (d, knots) in patch.knots().iter().enumerate() {
-        let step = knots.n_elements().div_ceil(MOST_ELEMENTS);
+        let step = knots.n_elements().div_ceil(most);
         let values: Vec<f64> = match fixed[d] {
             Some(u) => vec![u],
             None => (0..knots.n_elements())
