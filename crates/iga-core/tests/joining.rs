@@ -239,3 +239,21 @@ fn seams_and_collapsed_faces_are_no_faults() {
         sphere::sphere(1.0, SphereNet::Spindle).expect("a ball").singular.len()
     );
 }
+
+#[test]
+fn uneven_knots_are_divided_alike_from_either_end() {
+    // An interior knot at a quarter of a shared direction, which the second patch runs through backwards over another range.
+    let cut = |p: &Patch| p.insert_knots(1, &[0.25]).expect("the same geometry");
+    let boxes = [
+        cut(&cuboid([0.0; 3], [1.0; 3])),
+        disguised(&cut(&cuboid([1.0, 0.0, 0.0], [2.0, 1.0, 1.0])), [0, 1, 2], 6, 3.0, 1.0),
+    ];
+    let joined = join(&boxes, &[]).expect("one body");
+    let fine = joined.shape.refined(&[2; 3], &[1, 6, 1], &[]).expect("divided alike");
+    let [one, other] = [0, 1].map(|p| fine.patches[p].knots()[1].breaks());
+    assert_eq!(one.len(), 7, "{one:?}");
+    for (u, v) in one.iter().zip(other.iter().rev()) {
+        assert!((u + v - 1.0).abs() < 1e-15, "{one:?} {other:?}");
+    }
+    assert!((one[1] - one[0] - (one[6] - one[5])).abs() > 1e-3, "uneven: {one:?}");
+}
