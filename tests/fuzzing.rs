@@ -95,6 +95,30 @@ fn nurbs_of_any_numbers_is_built_or_refused() {
 }
 
 #[test]
+fn damaged_matrices_are_read_or_refused() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/matrix_parts");
+    let short = |name: &str, n: usize| {
+        let text = std::fs::read_to_string(folder.join(name)).expect("readable");
+        text.lines().take(n).map(|l| format!("{l}\n")).collect::<String>().into_bytes()
+    };
+    let rows = short("bar.sti", 40);
+    let market =
+        [b"%%MatrixMarket matrix coordinate real symmetric\n9 9 2\n".to_vec(), short("bar.sti", 2)].concat();
+    let punch = b"DMIG    KAAX           0       6       2       0\n\
+        DMIG*   KAAX                           1               1\n\
+        *                      1               1 2.500000000D+02\n\
+        DMIG    KAAX    1       1               1       1       -1.25+2\n"
+        .to_vec();
+    let pairs = b"1,1, 1,1, 2.5\n7,3, 1,1, -1.\n".to_vec();
+    let (map, nodes) = (short("bar.dof", 60), short("bar.inp", 30));
+    cases(300, |bytes| {
+        for text in [&rows, &market, &punch, &pairs, &map, &nodes] {
+            bodies::matrices(&mutated(text, bytes), (&rows, &map, &nodes));
+        }
+    });
+}
+
+#[test]
 fn damaged_body_file_is_read_or_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     cases(80, |bytes| {

@@ -33,6 +33,7 @@ box = { material = "m", geometry = { shape = "box", size = [1.0, 2.0, 3.0] } }
 rectangle = { model = "plane-stress", thickness = 0.1, material = "m", geometry = { shape = "rectangle", size = [1.0, 2.0] } }
 disc = { model = "plane-strain", material = "m", geometry = { shape = "disc", radius = 1.0 } }
 nurbs = { model = "plane-strain", material = "m", geometry = { shape = "nurbs", degrees = [1, 1], knots = [[0, 0, 1, 1], [0, 0, 1, 1]], control_points = [[0, 0], [1, 0], [0, 1], [1, 1]], weights = [1, 1, 1, 1] } }
+several = { model = "plane-strain", material = "m", geometry = { shape = "nurbs", patches = [{ degrees = 1, knots = [[0, 0, 1, 1], [0, 0, 1, 1]], control_points = [[0, 0], [1, 0], [0, 1], [1, 1]], weights = [1, 1, 1, 1] }, { degrees = 1, knots = [[0, 0, 3, 3], [0, 0, 1, 1]], control_points = [[1, 0], [2, 0], [1, 1], [2, 1]] }], faces = { ends = ["0:xi-", "1:xi+"] } } }
 plane = { model = "rigid", geometry = { shape = "plane" } }
 arm = { model = "rigid", mass = 1.0, centre_of_mass = [0.0, 0.1, 0.0], inertia = [1.0, 1.0, 1.0], orientation_deg = [0, 90, 0] }
 wheel = { model = "rigid", motion = "planar", thickness = 0.1, material = "m", geometry = { shape = "disc", radius = 1.0 } }
@@ -92,7 +93,8 @@ fn parse(text: &[u8], set: &[String]) -> Result<Scenario, Vec<Fault>> {
 fn each_key(keys: &'static [Key], path: &str, action: &mut dyn FnMut(&'static Key, &str)) {
     let join = |name: &str| if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
     for key in keys {
-        let name = join(key.name);
+        // A body has one patch or several.
+        let name = join(key.name).replace("nurbs.geometry.patches", "several.geometry.patches");
         action(key, &name);
         match &key.kind {
             Kind::Table(keys) => each_key(keys, &name, action),
@@ -200,6 +202,17 @@ fn bad_values(kind: &Kind) -> Vec<String> {
         Kind::Table(_) | Kind::Variants { .. } => vec!["1".into(), "[]".into(), "\"a\"".into()],
         Kind::Named(_) => vec!["1".into(), "[]".into(), "{ a = 1 }".into(), "{ \"a/b\" = {} }".into()],
         Kind::Tables(_) => vec!["1".into(), "{}".into(), "[1]".into()],
+        Kind::NameLists => [
+            "1",
+            "[]",
+            "{ a = 1 }",
+            "{ a = [] }",
+            "{ a = [1] }",
+            "{ a = [\"no-such-face\"] }",
+            "{ \"a/b\" = [\"xi-\"] }",
+        ]
+        .map(str::to_owned)
+        .to_vec(),
     });
     values
 }
@@ -207,7 +220,7 @@ fn bad_values(kind: &Kind) -> Vec<String> {
 #[test]
 fn scenario_with_every_shape_is_valid() {
     let scenario = parse(ALL_SHAPES.as_bytes(), &[]).unwrap_or_else(|f| panic!("{f:#?}"));
-    assert_eq!(scenario.bodies.len(), 14);
+    assert_eq!(scenario.bodies.len(), 15);
     let again = parse(scenario.source.resolved.as_bytes(), &[]).unwrap_or_else(|f| panic!("{f:#?}"));
     assert_eq!(again.bodies, scenario.bodies);
     assert_eq!(again.run, scenario.run);

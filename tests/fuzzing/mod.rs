@@ -242,3 +242,28 @@ fn list(group: &hdf5::Group, at: &str, names: &mut Vec<String>) {
         names.push(path);
     }
 }
+
+/// Bytes as a matrix, an order of unknowns and nodes, and as each of them among others that are sound.
+pub fn matrices(bytes: &[u8], (rows, map, nodes): (&[u8], &[u8], &[u8])) {
+    use fbimpact::matrix_files::{Parts, assemble, read_map, read_matrix, read_nodes};
+    let text = String::from_utf8_lossy(bytes);
+    let sound = [rows, map, nodes].map(String::from_utf8_lossy);
+    let (Ok(matrix), Ok(map), Ok(nodes)) =
+        (read_matrix(&sound[0], None), read_map(&sound[1]), read_nodes(&sound[2]))
+    else {
+        return;
+    };
+    let given = (read_matrix(&text, None).ok(), read_map(&text).ok(), read_nodes(&text).ok());
+    let stiffness = given.0.as_ref().unwrap_or(&matrix);
+    let parts = Parts {
+        name: "body",
+        stiffness,
+        mass: &matrix,
+        nodes: given.2.as_ref().unwrap_or(&nodes),
+        map: Some(given.1.as_ref().unwrap_or(&map)),
+        unit: 1e-3,
+        markers: &[("a".to_owned(), vec![1, 101])],
+    };
+    drop(assemble(&parts));
+    drop(assemble(&Parts { map: None, ..parts }));
+}

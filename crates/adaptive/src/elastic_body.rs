@@ -328,6 +328,11 @@ fn refine(shape: &Shape, model: &Model, wanted: &DiscretisationSpec) -> Result<S
         if wanted.knots.is_some() { vec![1; wanted.degrees.len()] } else { wanted.elements.clone() };
     let mut fine = shape.refined(&wanted.degrees, &elements, &windows)?;
     if let Some(knots) = &wanted.knots {
+        let n_patches = shape.patches.len();
+        if n_patches > 1 {
+            let reason = "explicit knots need a shape of one patch";
+            return Err(SplineError::MultiPatch { n_patches, reason });
+        }
         let insert = |patch: &Patch| {
             let mut patch = patch.clone();
             for (d, given) in knots.iter().enumerate() {

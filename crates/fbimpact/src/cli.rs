@@ -52,6 +52,91 @@ pub struct LogArguments {
     pub log_format: LogFormat,
 }
 
+/// Shown below `import-body --help`.
+const IMPORT_FORMATS: &str = "\
+Matrices are read as Matrix Market (coordinate real, symmetric or general), lines of row, column and
+value (CalculiX .sti and .mas of *FREQUENCY, SOLVER=MATRIXSTORAGE; Abaqus FORMAT=COORDINATE), lines of
+node, component, node, component and value (Abaqus FORMAT=MATRIX INPUT), or Nastran DMIG (punch file,
+FILE:NAME where it has several). One triangle or both may be given.
+
+Units: forces in newtons and times in seconds, whatever --units is; with m masses are in kilograms,
+with mm in tonnes, as they are in the set N, mm, tonne, s.
+
+Checked: symmetry to 1e-6 of the diagonal, no force against rigid motions, positive mass, markers that
+follow rigid motions. The body must be free: write the matrices without supports.";
+
+/// What `import-body` reads and writes.
+#[derive(Debug, Clone, Args)]
+pub struct ImportArguments {
+    /// Stiffness matrix
+    #[arg(long, value_name = "FILE[:NAME]")]
+    pub stiffness: String,
+    /// Mass matrix
+    #[arg(long, value_name = "FILE[:NAME]")]
+    pub mass: String,
+    /// Nodes: lines of number, x, y and z, or an input file with *NODE
+    #[arg(long, value_name = "FILE")]
+    pub nodes: PathBuf,
+    /// Order of unknowns: a line node.component for each row (CalculiX .dof); otherwise x, y and z of each node, the nodes rising
+    #[arg(long, value_name = "FILE")]
+    pub dof_map: Option<PathBuf>,
+    /// Unit of length of nodes and matrices
+    #[arg(long, value_name = "UNIT")]
+    pub units: ImportUnit,
+    /// Marker for joints, loads and output, which follows these nodes on average: NAME=1,2,5-9
+    #[arg(long, value_name = "NAME=NODES")]
+    pub marker: Vec<String>,
+    /// Name of the body for messages
+    #[arg(long, value_name = "NAME", default_value = "body")]
+    pub name: String,
+    /// Body file
+    #[arg(short, long, value_name = "FILE.h5")]
+    pub output: PathBuf,
+}
+
+/// Unit of length of matrices.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ImportUnit {
+    /// N, m, kg, s.
+    M,
+    /// N, mm, tonne, s.
+    Mm,
+}
+
+/// Format of a file of splines.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum SplineFormat {
+    /// XML of G+Smo.
+    Gismo,
+    /// NURBS mesh of MFEM, version 1.0.
+    Mfem,
+}
+
+/// Unit of length.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum LengthUnit {
+    /// Metres.
+    M,
+    /// Centimetres.
+    Cm,
+    /// Millimetres.
+    Mm,
+    /// Inches.
+    In,
+}
+
+impl LengthUnit {
+    /// In metres.
+    pub fn metres(self) -> f64 {
+        match self {
+            Self::M => 1.0,
+            Self::Cm => 1e-2,
+            Self::Mm => 1e-3,
+            Self::In => 0.0254,
+        }
+    }
+}
+
 /// Format of the log.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum LogFormat {
@@ -132,15 +217,21 @@ pub enum Command {
         /// Scenario file
         #[arg(value_name = "SCENARIO.toml")]
         scenario: PathBuf,
-        /// Name of a flexible body
+        /// Name of a flexible body, with --nurbs of any body with a shape
         #[arg(long, value_name = "NAME")]
         body: String,
-        /// Body file
-        #[arg(short, long, value_name = "FILE.h5")]
+        /// Body file, or with --nurbs a file of splines
+        #[arg(short, long, value_name = "FILE")]
         output: PathBuf,
         /// Write the unreduced matrices instead of the reduced body
         #[arg(long)]
         full: bool,
+        /// Write the exact shape instead, as splines for another program
+        #[arg(long, value_name = "FORMAT", conflicts_with = "full")]
+        nurbs: Option<SplineFormat>,
+        /// With --nurbs: unit of length of the file
+        #[arg(long, value_name = "UNIT", default_value = "m", requires = "nurbs")]
+        units: LengthUnit,
         /// Number of threads, 0 for all cores
         #[arg(long, value_name = "N", default_value_t = 0)]
         threads: usize,
@@ -148,6 +239,9 @@ pub enum Command {
         #[command(flatten)]
         set: SetArguments,
     },
+    /// Make a body file from stiffness and mass matrices of another finite element program (docs/body-file.md)
+    #[command(after_help = IMPORT_FORMATS)]
+    ImportBody(ImportArguments),
     /// Print phases, impacts, reactions of joints, energy drift and timings of a result file
     Info {
         /// Result file

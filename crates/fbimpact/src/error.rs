@@ -162,6 +162,14 @@ pub enum CommandFault {
         /// Number of styles.
         most: usize,
     },
+    /// A marker that is none.
+    #[error("--marker {given}: {reason}; write NAME=NODES, as in hinge=1,2,5-9")]
+    Marker {
+        /// As given.
+        given: String,
+        /// What is wrong.
+        reason: &'static str,
+    },
     /// A body that has no full model to export.
     #[error("--body {name}: the body is {what}, name a flexible one with a shape")]
     NoFullModel {

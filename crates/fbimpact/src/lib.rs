@@ -12,6 +12,7 @@ pub mod sizing;
 pub mod simulate;
 pub mod results;
 pub mod body_file;
+pub mod matrix_files;
 pub mod cache;
 pub mod compare;
 pub mod collect;
@@ -81,7 +82,17 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
             };
             commands::mesh_size::mesh_size(&asked, &set.set)
         }
-        Command::ExportBody { scenario, body, output, full, threads, set } => {
+        Command::ExportBody { scenario, body, output, nurbs: Some(format), units, set, .. } => {
+            let export = commands::export_splines::Export {
+                scenario: &scenario,
+                body: &body,
+                output: &output,
+                format,
+                unit: units.metres(),
+            };
+            commands::export_splines::export_splines(&export, &set.set)
+        }
+        Command::ExportBody { scenario, body, output, full, threads, set, .. } => {
             let export = commands::export_body::Export {
                 scenario: &scenario,
                 body: &body,
@@ -90,6 +101,7 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
             };
             commands::export_body::export_body(&export, &set.set, threads)
         }
+        Command::ImportBody(arguments) => commands::import_body::import_body(&arguments),
         Command::Info { file, json } => commands::info::info(&file, json),
         Command::Compare(arguments) => commands::compare::compare(&arguments),
         Command::Thin { file, output, rows, force } => commands::thin::thin(&file, &output, rows, force),

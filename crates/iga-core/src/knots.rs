@@ -107,6 +107,26 @@ impl KnotVector {
         Self::new(self.degree, knots)
     }
 
+    /// The same functions over `[0, 1]`.
+    ///
+    /// # Errors
+    /// [`SplineError::Knots`] if knots become one by round-off.
+    pub fn over_unit_range(&self) -> Result<Self, SplineError> {
+        let (a, b) = self.domain();
+        Self::new(self.degree, self.knots.iter().map(|u| (u - a) / (b - a)).collect())
+    }
+
+    /// The same functions in reverse order, over the same range.
+    ///
+    /// # Errors
+    /// [`SplineError::Knots`] if knots become one by round-off.
+    pub fn reversed(&self) -> Result<Self, SplineError> {
+        let (a, b) = self.domain();
+        // The ends to the bit, what lies between by its share of the range.
+        let mirrored = |u: &f64| if *u >= b { a } else { b - (u - a) };
+        Self::new(self.degree, self.knots.iter().rev().map(mirrored).collect())
+    }
+
     /// Degree `p`.
     pub fn degree(&self) -> usize {
         self.degree

@@ -1,7 +1,7 @@
 //! Splines, NURBS geometry and isogeometric linear elasticity.
 //!
-//! The crate knows knots, patches, elements, materials and sparse matrices. It knows no time, no rigid-body motion, no
-//! contact and no file format.
+//! The crate knows knots, patches, elements, materials, sparse matrices and the files in which other programs keep splines. It knows no
+//! time, no rigid-body motion and no contact.
 //!
 //! # Conventions, fixed once for the whole workspace
 //!
@@ -17,6 +17,7 @@
 
 pub mod spline_fault;
 pub mod error;
+pub mod join_fault;
 pub mod knots;
 pub mod bspline;
 pub mod bernstein;
@@ -33,6 +34,7 @@ pub mod elasticity;
 pub mod mass_properties;
 pub mod assembly;
 pub mod recovery;
+pub mod files;
 
 pub use error::SplineError;
 pub use parameter_box::ParameterBox;

@@ -9,6 +9,8 @@ pub mod converge;
 mod cost;
 pub mod export;
 pub mod export_body;
+pub mod export_splines;
+pub mod import_body;
 pub mod info;
 pub mod mesh_size;
 pub mod modes;

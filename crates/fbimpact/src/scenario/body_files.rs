@@ -1,4 +1,5 @@
-//! Body files and meshes that a scenario names: read once each, so that their markers, groups and models can be checked like keys.
+//! Body files, meshes and files of splines that a scenario names: read once each, so that their markers, groups and models can be
+//! checked like keys.
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -6,11 +7,17 @@ use std::sync::Arc;
 
 use sha2::{Digest, Sha256};
 
-use super::body_source::{BodySource, MeshSource};
+use super::body_source::{BodySource, GivenPatches, MeshSource, SplineSource};
 use super::check::Checker;
+use super::document::{Origin, SourceText, Value, parse_json, parse_toml};
 use super::hex;
 use super::section::{Checked, Item, Section};
+use super::spline_nets;
+use super::tables::NURBS_FILE;
 use crate::body_file;
+
+/// Largest file with control nets: 64 MiB are a million control points.
+const MAX_NET: u64 = 64 << 20;
 
 /// Bytes read at a time.
 const BLOCK: usize = 1 << 16;
@@ -22,18 +29,22 @@ struct Known {
     meshes: Vec<Arc<MeshSource>>,
 }
 
-/// Reads the files of all bodies with model "imported" or "mesh", and writes their checksums beside them.
+/// Reads the files of all bodies with model "imported" or "mesh" and of shapes of splines, and writes their checksums beside them.
 pub fn read_all(checker: &mut Checker, root: &mut Section, directory: &Path) {
     let bodies = root.items.iter_mut().find(|item| item.name == "bodies");
     let Some(Checked::Named(bodies)) = bodies.map(|item| &mut item.value) else { return };
     let mut known = Known::default();
     for (_, body) in bodies {
         match body.text("model") {
-            Some("imported") => read_one(checker, body, "body file", |_, path| known.body(directory, path)),
-            Some("mesh") => {
-                read_one(checker, body, "mesh", |units, path| known.mesh(directory, path, units));
+            Some("imported") => {
+                read_one(checker, body, "body file", |_, _, path| known.body(directory, path).map_err(Some));
             }
-            _ => {}
+            Some("mesh") => {
+                read_one(checker, body, "mesh", |_, units, path| {
+                    known.mesh(directory, path, units).map_err(Some)
+                });
+            }
+            _ => read_shape(checker, body, directory),
         }
     }
 }
@@ -75,12 +86,29 @@ impl Known {
     }
 }
 
-/// Reads the file of one body, of the kind `what`, by `read`, which is given the unit of length and the path as it stands there.
+/// Reads the file of the shape of a body if it is one of splines.
+fn read_shape(checker: &mut Checker, body: &mut Section, directory: &Path) {
+    let directions = spline_nets::directions(body);
+    let geometry = body.items.iter_mut().find(|item| item.name == "geometry");
+    let Some(Checked::Table(geometry)) = geometry.map(|item| &mut item.value) else { return };
+    if geometry.text("shape") != Some("nurbs") || geometry.item("file").is_none() {
+        return;
+    }
+    let place = geometry.path.clone();
+    read_one(checker, geometry, "file of splines", |checker, units, text| {
+        let source = read_splines(checker, directory.join(text), (units, directions), &place)?;
+        let sha256 = source.sha256.clone();
+        Ok((Checked::SplineFile { text: text.to_owned(), source: Arc::new(source) }, sha256))
+    });
+}
+
+/// Reads the file of one body, of the kind `what`, by `read`, which is given the unit of length and the path as it stands there, and says what
+/// is wrong unless it has reported it.
 fn read_one(
     checker: &mut Checker,
     body: &mut Section,
     what: &str,
-    mut read: impl FnMut(Option<&str>, &str) -> Result<(Checked, String), String>,
+    mut read: impl FnMut(&mut Checker, Option<&str>, &str) -> Result<(Checked, String), Option<String>>,
 ) {
     let Some(position) = body.items.iter().position(|item| item.name == "file") else {
         let message = format!("required key is missing: the path of a {what}");
@@ -88,10 +116,10 @@ fn read_one(
         return;
     };
     let Some(text) = body.text("file").map(str::to_owned) else { return };
-    let (value, sha256) = match read(body.text("units"), &text) {
+    let (value, sha256) = match read(checker, body.text("units"), &text) {
         Ok(found) => found,
         Err(message) => {
-            checker.fault_in(body, "file", message);
+            message.into_iter().for_each(|message| checker.fault_in(body, "file", message));
             body.items[position].value = Checked::Invalid;
             return;
         }
@@ -102,6 +130,7 @@ fn read_one(
             let path = match &value {
                 Checked::BodyFile { source, .. } => &source.path,
                 Checked::MeshFile { source, .. } => &source.path,
+                Checked::SplineFile { source, .. } => &source.path,
                 _ => Path::new(&text),
             };
             let message = format!("{} has changed, it has {sha256}", path.display());
@@ -114,6 +143,79 @@ fn read_one(
         body.items.insert(position + 1, item);
     }
     body.items[position].value = value;
+}
+
+/// Reads the splines in `path`, for the geometry at `place` of a body with so many directions.
+fn read_splines(
+    checker: &mut Checker,
+    path: PathBuf,
+    (units, directions): (Option<&str>, Option<usize>),
+    place: &str,
+) -> Result<SplineSource, Option<String>> {
+    let cannot = |reason: String| Some(format!("{}: {reason}", path.display()));
+    check_file(&path).map_err(cannot)?;
+    let size = std::fs::metadata(&path).map_err(|e| cannot(format!("cannot be read: {e}")))?.len();
+    if size > MAX_NET {
+        return Err(cannot(format!("has {size} bytes, at most {MAX_NET} are read")));
+    }
+    let bytes = std::fs::read(&path).map_err(|e| cannot(format!("cannot be read: {e}")))?;
+    let sha256 = hex(&Sha256::digest(&bytes));
+    let start = bytes.trim_ascii_start();
+    let start = start.strip_prefix(b"\xef\xbb\xbf").unwrap_or(start);
+    let Some(directions) = directions else { return Err(None) };
+    let (unit, given) = if start.starts_with(b"<") || start.starts_with(b"MFEM") {
+        let units = units.ok_or_else(|| {
+            cannot("does not say its unit of length; give \"units\" beside the file: m, cm, mm or in".into())
+        })?;
+        let unit = length(units);
+        let file = iga_core::files::read(&bytes, unit).map_err(|e| cannot(e.to_string()))?;
+        file.notes.iter().for_each(|note| tracing::warn!("{}: {note}", path.display()));
+        if let Some(found) =
+            file.patches.iter().map(iga_core::nurbs::Patch::dimension).find(|n| *n != directions)
+        {
+            let reason = format!("has patches of {found} directions, the model of the body has {directions}");
+            return Err(cannot(reason));
+        }
+        (unit, GivenPatches { patches: file.patches, joined: file.joined })
+    } else {
+        if units.is_some() {
+            let reason = "numbers in TOML and JSON are in metres or have their unit; take \"units\" away";
+            return Err(cannot(reason.into()));
+        }
+        (1.0, read_tables(checker, &path, bytes, directions, place).map_err(|m| m.and_then(cannot))?)
+    };
+    Ok(SplineSource { path, sha256, unit, given })
+}
+
+/// The splines in a TOML or JSON file.
+fn read_tables(
+    checker: &mut Checker,
+    path: &Path,
+    bytes: Vec<u8>,
+    directions: usize,
+    place: &str,
+) -> Result<GivenPatches, Option<String>> {
+    let text = String::from_utf8(bytes).map_err(|_| Some("must be UTF-8 text".to_owned()))?;
+    let source = Arc::new(SourceText { name: path.display().to_string(), text });
+    let parsed = if source.name.ends_with(".json") { parse_json(&source) } else { parse_toml(&source) };
+    let table = parsed.map_err(|faults| {
+        checker.faults.extend(faults);
+        None
+    })?;
+    let Value::Table(entries) = &table.value else {
+        let message = "must hold a table with the keys of a control net".into();
+        checker.fault(&Origin::File(source, 0..0), format!("{place}.file"), None, message);
+        return Err(None);
+    };
+    let net = checker.section(NURBS_FILE, entries, place, &table.origin, None);
+    if net.given("patches")
+        && let Some(item) = net.items.iter().find(|item| item.given && item.name != "patches")
+    {
+        let message = "has a meaning without \"patches\" only".into();
+        checker.fault_in(&net, item.name, message);
+        return Err(None);
+    }
+    spline_nets::patches(checker, &net, directions).ok_or(None)
 }
 
 /// Length of a unit that a scenario names \[m\].

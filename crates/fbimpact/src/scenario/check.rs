@@ -156,6 +156,9 @@ impl Checker {
                 let list = entries.iter().filter_map(|e| self.named(keys, e, path)).collect();
                 return Checked::Named(list);
             }
+            (Kind::NameLists, Value::Table(entries)) => {
+                return Checked::NameLists(entries.iter().filter_map(|e| self.name_list(e, path)).collect());
+            }
             (Kind::Tables(keys), Value::Array(nodes)) => {
                 let list = nodes.iter().enumerate().filter_map(|(i, n)| {
                     let path = format!("{path}[{i}]");
@@ -228,9 +231,9 @@ impl Checker {
         self.fault(&node.origin, path.to_owned(), Some(node.shown()), message);
     }
 
-    fn named(&mut self, keys: &'static [Key], entry: &Entry, path: &str) -> Option<(String, Section)> {
+    /// The name of an entry that the user has named.
+    fn name(&mut self, entry: &Entry, path: &str) -> Option<String> {
         let name = &entry.key;
-        let full = join(path, name);
         let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
         if name.is_empty() || name.len() > MAX_NAME || !name.chars().all(plain) {
             let message = format!(
@@ -240,11 +243,30 @@ impl Checker {
             self.fault(&entry.origin, format!("{path}.{name:?}"), None, message);
             return None;
         }
+        Some(name.clone())
+    }
+
+    fn named(&mut self, keys: &'static [Key], entry: &Entry, path: &str) -> Option<(String, Section)> {
+        let name = self.name(entry, path)?;
+        let full = join(path, &name);
         let Value::Table(entries) = &entry.node.value else {
             self.wrong(&entry.node, &full, "must be a table");
             return None;
         };
-        Some((name.clone(), self.section(keys, entries, &full, &entry.node.origin, None)))
+        Some((name, self.section(keys, entries, &full, &entry.node.origin, None)))
+    }
+
+    fn name_list(&mut self, entry: &Entry, path: &str) -> Option<(String, Vec<String>)> {
+        let name = self.name(entry, path)?;
+        let texts = match &entry.node.value {
+            Value::Array(nodes) => nodes.iter().map(text).collect(),
+            _ => None,
+        };
+        let texts = texts.filter(|texts: &Vec<String>| !texts.is_empty());
+        if texts.is_none() {
+            self.wrong(&entry.node, &join(path, &name), "must be a list of names in quotes, one at least");
+        }
+        Some((name, texts?))
     }
 
     fn variant(
@@ -390,6 +412,13 @@ fn invalid(key: &Key, origin: &Origin) -> Item {
         origin: origin.clone(),
         shown: String::new(),
         given: false,
+    }
+}
+
+fn text(node: &Node) -> Option<String> {
+    match &node.value {
+        Value::Text(text) => Some(text.clone()),
+        _ => None,
     }
 }
 

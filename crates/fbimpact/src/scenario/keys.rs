@@ -293,6 +293,8 @@ pub enum Kind {
     Table(&'static [Key]),
     /// A table whose keys are names that the user gives.
     Named(&'static [Key]),
+    /// A table of lists of strings, whose keys are names that the user gives.
+    NameLists,
     /// An array of tables.
     Tables(&'static [Key]),
     /// A table whose other keys depend on the key `tag`.
@@ -357,6 +359,7 @@ impl Kind {
             ),
             Self::Table(_) | Self::Variants { .. } => "a table".into(),
             Self::Named(_) => "a table of named tables".into(),
+            Self::NameLists => "a table of named lists of strings".into(),
             Self::Tables(_) => "an array of tables".into(),
         }
     }

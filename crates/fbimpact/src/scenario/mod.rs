@@ -15,6 +15,7 @@ pub mod section;
 mod check;
 mod body_files;
 mod body_source;
+mod spline_nets;
 mod standard_materials;
 mod units;
 mod build;
@@ -75,7 +76,7 @@ pub fn parse(path: &Path, bytes: &[u8], overrides: &[Override]) -> Result<Scenar
     conditions::check(&mut checker, conditions::Scope::of(&root));
     let resolved = if checker.faults.is_empty() { resolved::write(&root) } else { String::new() };
     let source = Source { path: path.to_owned(), sha256: hex(&Sha256::digest(bytes)), resolved };
-    match build::scenario(&mut checker, &root, directory, source) {
+    match build::scenario(&mut checker, &root, source) {
         Some(scenario) if checker.faults.is_empty() => Ok(scenario),
         _ => {
             debug_assert!(!checker.faults.is_empty(), "a scenario that is not built has a fault");

@@ -44,8 +44,16 @@ fn scalar(value: &Checked) -> Option<String> {
     let number = |x: &f64| format!("{x:?}");
     let list = |v: &[f64]| format!("[{}]", v.iter().map(number).collect::<Vec<_>>().join(", "));
     match value {
-        Checked::Text(s) | Checked::BodyFile { text: s, .. } | Checked::MeshFile { text: s, .. } => {
-            Some(toml::Value::String(s.clone()).to_string())
+        Checked::Text(s)
+        | Checked::BodyFile { text: s, .. }
+        | Checked::MeshFile { text: s, .. }
+        | Checked::SplineFile { text: s, .. } => Some(toml::Value::String(s.clone()).to_string()),
+        Checked::NameLists(lists) => {
+            let texts =
+                |names: &[String]| names.iter().map(|n| format!("{n:?}")).collect::<Vec<_>>().join(", ");
+            let all: Vec<_> =
+                lists.iter().map(|(name, names)| format!("{name} = [{}]", texts(names))).collect();
+            Some(format!("{{ {} }}", all.join(", ")))
         }
         Checked::Boolean(b) => Some(b.to_string()),
         Checked::Number(x) => Some(number(x)),

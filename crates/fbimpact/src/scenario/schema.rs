@@ -183,6 +183,10 @@ fn kind(kind: &Kind) -> Value {
             json!({ "anyOf": [{ "type": "string", "minLength": 1 }, array(&number(range), 2, Some(3))] })
         }
         Kind::ChoiceOrNumber(choices, range) => json!({ "anyOf": [names(choices), number(range)] }),
+        Kind::NameLists => json!({
+            "type": "object",
+            "additionalProperties": { "type": "array", "items": { "type": "string" }, "minItems": 1 },
+        }),
         Kind::Table(keys) => table(keys),
         Kind::Named(keys) => json!({
             "type": "object",

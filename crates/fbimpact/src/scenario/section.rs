@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::body_source::{BodySource, MeshSource};
+use super::body_source::{BodySource, MeshSource, SplineSource};
 use super::document::Origin;
 use super::keys::Condition;
 
@@ -71,6 +71,15 @@ pub enum Checked {
         /// What is in the file.
         source: Arc<MeshSource>,
     },
+    /// Path of a file of splines that has been read.
+    SplineFile {
+        /// The path as given.
+        text: String,
+        /// What is in the file.
+        source: Arc<SplineSource>,
+    },
+    /// Lists of names, by names.
+    NameLists(Vec<(String, Vec<String>)>),
     /// Not usable; the fault has been reported.
     Invalid,
 }
@@ -106,9 +115,10 @@ impl Section {
     /// A string.
     pub fn text(&self, name: &str) -> Option<&str> {
         match &self.item(name)?.value {
-            Checked::Text(s) | Checked::BodyFile { text: s, .. } | Checked::MeshFile { text: s, .. } => {
-                Some(s)
-            }
+            Checked::Text(s)
+            | Checked::BodyFile { text: s, .. }
+            | Checked::MeshFile { text: s, .. }
+            | Checked::SplineFile { text: s, .. } => Some(s),
             _ => None,
         }
     }
@@ -179,6 +189,22 @@ impl Section {
         match &self.item("file")?.value {
             Checked::MeshFile { source, .. } => Some(source),
             _ => None,
+        }
+    }
+
+    /// What is in the file of splines of key `file`.
+    pub fn spline_file(&self) -> Option<&Arc<SplineSource>> {
+        match &self.item("file")?.value {
+            Checked::SplineFile { source, .. } => Some(source),
+            _ => None,
+        }
+    }
+
+    /// Lists of names, by names; none if there is no such key.
+    pub fn name_lists(&self, name: &str) -> &[(String, Vec<String>)] {
+        match self.item(name).map(|i| &i.value) {
+            Some(Checked::NameLists(lists)) => lists,
+            _ => &[],
         }
     }
 

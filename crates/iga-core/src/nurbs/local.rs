@@ -1,13 +1,16 @@
 //! From a coarse exact patch to the wanted degrees and elements, finer near points named in metres.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use super::grading::{Grading, Window};
-use super::interface::{FaceId, FaceNet};
+use super::interface::{COINCIDENT, FaceId, FaceNet, coinciding_pairs};
 use super::jet::norm;
+use super::linked::{Linked, linked_directions};
 use super::locate::locate;
 use super::patch::PointBasis;
 use super::{Patch, Shape};
 use crate::SplineError;
-use crate::knots::MAX_DEGREE;
+use crate::knots::{KnotVector, MAX_DEGREE};
 
 /// A region of finer elements around a physical point, in the metric of the body.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -135,32 +138,54 @@ pub fn refine_near(
     elements: &[usize],
     windows: &[RefinementWindow],
 ) -> Result<Patch, SplineError> {
-    let expected = patch.dimension();
+    check_counts(patch.dimension(), degrees, elements)?;
+    let windows = windows.iter().map(|w| w.parametric(patch)).collect::<Result<Vec<_>, SplineError>>()?;
+    let mut fine = patch.clone();
+    for d in 0..patch.dimension() {
+        let knots = &patch.knots()[d];
+        let grading =
+            Grading { elements: elements[d], windows: windows.iter().filter_map(|w| w[d]).collect() };
+        fine = fine.refine_to(d, &finer(knots, degrees[d], &new_breaks(knots, &grading)?)?)?;
+    }
+    Ok(fine)
+}
+
+fn check_counts(expected: usize, degrees: &[usize], elements: &[usize]) -> Result<(), SplineError> {
     for (what, found) in [("degrees", degrees.len()), ("element counts", elements.len())] {
         if found != expected {
             return Err(SplineError::NetSize { what, found, expected });
         }
     }
-    let windows = windows.iter().map(|w| w.parametric(patch)).collect::<Result<Vec<_>, SplineError>>()?;
-    let mut fine = patch.clone();
-    for d in 0..expected {
-        let knots = &patch.knots()[d];
-        if !(knots.degree()..=MAX_DEGREE).contains(&degrees[d]) {
-            return Err(SplineError::Degree { degree: degrees[d], min: knots.degree(), max: MAX_DEGREE });
-        }
-        let grading =
-            Grading { elements: elements[d], windows: windows.iter().filter_map(|w| w[d]).collect() };
-        let existing = knots.breaks();
-        let mut breaks = grading.breaks(&existing)?;
-        breaks.retain(|u| !existing.contains(u));
-        let target = knots.elevated(degrees[d] - knots.degree())?.with_knots(&breaks)?;
-        fine = fine.refine_to(d, &target)?;
+    Ok(())
+}
+
+/// Breaks of `grading` that `knots` does not have.
+fn new_breaks(knots: &KnotVector, grading: &Grading) -> Result<Vec<f64>, SplineError> {
+    let existing = knots.breaks();
+    let mut breaks = grading.breaks(&existing)?;
+    breaks.retain(|u| !existing.contains(u));
+    Ok(breaks)
+}
+
+/// `knots` raised to `degree` with further `breaks`.
+fn finer(knots: &KnotVector, degree: usize, breaks: &[f64]) -> Result<KnotVector, SplineError> {
+    if !(knots.degree()..=MAX_DEGREE).contains(&degree) {
+        return Err(SplineError::Degree { degree, min: knots.degree(), max: MAX_DEGREE });
     }
-    Ok(fine)
+    knots.elevated(degree - knots.degree())?.with_knots(breaks)
+}
+
+/// What all directions of a group get.
+struct Division {
+    degree: usize,
+    elements: usize,
+    /// Parameters of the new breaks, as shares of the range of the first direction.
+    shares: Vec<f64>,
 }
 
 impl Shape {
-    /// The shape with the wanted degrees and `elements` elements a direction on every patch, finer in the windows.
+    /// The shape with the wanted degrees and `elements` elements a direction on every patch, finer in the windows. Directions that
+    /// shared faces turn into one another get the highest degree and the most elements that one of them is to have.
     ///
     /// # Errors
     /// As [`refine_near`]; [`SplineError::MultiPatch`] for windows on a shape of several patches, or if patches that share
@@ -172,23 +197,61 @@ impl Shape {
         windows: &[RefinementWindow],
     ) -> Result<Self, SplineError> {
         let n_patches = self.patches.len();
-        if n_patches > 1 && !windows.is_empty() {
-            let reason = "refined windows need a shape of one patch";
-            return Err(SplineError::MultiPatch { n_patches, reason });
-        }
-        let refine = |p: &Patch| refine_near(p, degrees, elements, windows);
-        let patches = self.patches.iter().map(refine).collect::<Result<Vec<_>, _>>()?;
-        let faces = FaceId::all(&self.patches);
-        for (i, a) in faces.iter().enumerate() {
-            for b in &faces[..i] {
-                let shared =
-                    |patches: &[Patch]| FaceNet::new(patches, *a).coincides(&FaceNet::new(patches, *b));
-                if shared(&self.patches) && !shared(&patches) {
-                    let reason = "patches share a face but not its knots, ask for equal degrees and elements";
-                    return Err(SplineError::MultiPatch { n_patches, reason });
-                }
+        let patches = match &self.patches[..] {
+            [patch] => vec![refine_near(patch, degrees, elements, windows)?],
+            _ if !windows.is_empty() => {
+                let reason = "refined windows need a shape of one patch";
+                return Err(SplineError::MultiPatch { n_patches, reason });
             }
+            patches => divided(patches, degrees, elements)?,
+        };
+        let pairs = |patches: &[Patch]| {
+            let nets: Vec<_> = FaceId::all(patches).iter().map(|&id| FaceNet::new(patches, id)).collect();
+            coinciding_pairs(&nets, COINCIDENT).iter().map(|&(a, b, _)| (a, b)).collect::<Vec<_>>()
+        };
+        let after = pairs(&patches);
+        if pairs(&self.patches).iter().any(|pair| after.binary_search(pair).is_err()) {
+            let reason = "patches share a face but not its knots";
+            return Err(SplineError::MultiPatch { n_patches, reason });
         }
         Ok(Self { patches, ..self.clone() })
     }
+}
+
+/// Patches divided group by group of their directions.
+fn divided(patches: &[Patch], degrees: &[usize], elements: &[usize]) -> Result<Vec<Patch>, SplineError> {
+    let linked = linked_directions(patches);
+    let mut groups: BTreeMap<usize, Division> = BTreeMap::new();
+    for (patch, links) in patches.iter().zip(&linked) {
+        check_counts(patch.dimension(), degrees, elements)?;
+        for (d, link) in links.iter().enumerate() {
+            let group =
+                groups.entry(link.group).or_insert(Division { degree: 0, elements: 0, shares: Vec::new() });
+            group.degree = group.degree.max(degrees[d]);
+            group.elements = group.elements.max(elements[d]);
+        }
+    }
+    let mut is_known = BTreeSet::new();
+    for (patch, links) in patches.iter().zip(&linked) {
+        for (link, knots) in links.iter().zip(patch.knots()) {
+            // The first of a group comes first.
+            if let (true, Some(group)) = (is_known.insert(link.group), groups.get_mut(&link.group)) {
+                let (a, b) = knots.domain();
+                let breaks = new_breaks(knots, &Grading::uniform(group.elements))?;
+                group.shares = breaks.iter().map(|u| (u - a) / (b - a)).collect();
+            }
+        }
+    }
+    let refine = |(patch, links): (&Patch, &Vec<Linked>)| {
+        let mut fine = patch.clone();
+        for (d, link) in links.iter().enumerate() {
+            let knots = &patch.knots()[d];
+            let ((a, b), group) = (knots.domain(), &groups[&link.group]);
+            let share = |s: &f64| if link.is_reversed { b - s * (b - a) } else { a + s * (b - a) };
+            let breaks: Vec<f64> = group.shares.iter().map(share).collect();
+            fine = fine.refine_to(d, &finer(knots, group.degree, &breaks)?)?;
+        }
+        Ok(fine)
+    };
+    patches.iter().zip(&linked).map(refine).collect()
 }

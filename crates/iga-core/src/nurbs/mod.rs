@@ -10,7 +10,9 @@ pub mod primitives;
 pub mod box_newton;
 pub mod locate;
 pub mod interface;
+pub mod linked;
 pub mod local;
+pub mod joining;
 
 pub use grading::{Grading, Window};
 pub use interface::FaceId;

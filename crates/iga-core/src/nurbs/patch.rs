@@ -57,6 +57,36 @@ impl Patch {
         Ok(Self { knots, control_points, weights })
     }
 
+    /// The same geometry with direction `direction` run through backwards.
+    ///
+    /// # Errors
+    /// As [`KnotVector::reversed`]; [`SplineError::Knots`] for a direction that does not exist.
+    pub fn reversed(&self, direction: usize) -> Result<Self, SplineError> {
+        let missing = || KnotFault::NoDirection { direction, dimension: self.dimension() };
+        let sizes = self.net_size();
+        let mut knots = self.knots.clone();
+        let reversed = knots.get(direction).ok_or_else(missing)?.reversed()?;
+        knots[direction] = reversed;
+        let stride: usize = sizes[..direction].iter().product();
+        let n = sizes[direction];
+        let from = |i: usize| {
+            let along = i / stride % n;
+            i - along * stride + (n - 1 - along) * stride
+        };
+        let all = 0..self.n_functions();
+        let points = all.clone().map(|i| self.control_points[from(i)]).collect();
+        Self::new(knots, points, all.map(|i| self.weights[from(i)]).collect())
+    }
+
+    /// The same geometry over parameters from 0 to 1 in each direction.
+    ///
+    /// # Errors
+    /// As [`KnotVector::over_unit_range`].
+    pub fn over_unit_ranges(&self) -> Result<Self, SplineError> {
+        let knots = self.knots.iter().map(KnotVector::over_unit_range).collect::<Result<_, _>>()?;
+        Self::new(knots, self.control_points.clone(), self.weights.clone())
+    }
+
     /// Number of parametric directions.
     pub fn dimension(&self) -> usize {
         self.knots.len()

@@ -87,26 +87,34 @@ impl Shape {
         })
     }
 
+    /// Checks that no patch is folded or inside out.
+    ///
+    /// # Errors
+    /// As [`Patch::check_orientation`].
+    pub fn check_orientation(&self) -> Result<(), SplineError> {
+        self.patches.iter().try_for_each(Patch::check_orientation)
+    }
+}
+
+impl Patch {
     /// Checks that no element is folded or inside out, by the sign of `det ∂x/∂ξ` at interior points of each element.
     ///
     /// # Errors
     /// [`SplineError::Folded`] with the first place found.
     pub fn check_orientation(&self) -> Result<(), SplineError> {
         let mut scratch = PointBasis::default();
-        for patch in &self.patches {
-            let n = patch.dimension();
-            for e in 0..patch.n_elements() {
-                let (lower, upper) = patch.element(e);
-                for sample in 0..3usize.pow(n as u32) {
-                    let mut parameters = [0.0; 3];
-                    for (d, u) in parameters.iter_mut().enumerate().take(n) {
-                        let s = [0.02, 0.5, 0.98][sample / 3usize.pow(d as u32) % 3];
-                        *u = lower[d] + s * (upper[d] - lower[d]);
-                    }
-                    let determinant = patch.jet_on(e, &parameters, 1, &mut scratch).determinant(n);
-                    if determinant.is_nan() || determinant <= 0.0 {
-                        return Err(SplineError::Folded { determinant, parameters });
-                    }
+        let n = self.dimension();
+        for e in 0..self.n_elements() {
+            let (lower, upper) = self.element(e);
+            for sample in 0..3usize.pow(n as u32) {
+                let mut parameters = [0.0; 3];
+                for (d, u) in parameters.iter_mut().enumerate().take(n) {
+                    let s = [0.02, 0.5, 0.98][sample / 3usize.pow(d as u32) % 3];
+                    *u = lower[d] + s * (upper[d] - lower[d]);
+                }
+                let determinant = self.jet_on(e, &parameters, 1, &mut scratch).determinant(n);
+                if determinant.is_nan() || determinant <= 0.0 {
+                    return Err(SplineError::Folded { determinant, parameters });
                 }
             }
         }

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use crate::nurbs::Patch;
-use crate::nurbs::interface::{COINCIDENT, FaceId, FaceNet};
+use crate::nurbs::interface::{COINCIDENT, FaceId, FaceNet, coinciding_pairs};
 use crate::nurbs::jet::{Jet, cross, diagonal, dot, norm};
 use crate::nurbs::patch::PointBasis;
 
@@ -45,13 +45,16 @@ impl Face {
     pub fn outer(patches: &[Patch], axisymmetric: bool) -> Vec<Self> {
         let ids = FaceId::all(patches);
         let nets: Vec<_> = ids.iter().map(|&id| FaceNet::new(patches, id)).collect();
+        let mut is_shared = vec![false; ids.len()];
+        for (a, b, _) in coinciding_pairs(&nets, COINCIDENT) {
+            (is_shared[a], is_shared[b]) = (true, true);
+        }
         let mut faces = Vec::new();
         for (i, &id) in ids.iter().enumerate() {
             let face = Self::new(patches, id, axisymmetric);
-            let shared = nets.iter().enumerate().any(|(j, net)| j != i && nets[i].coincides(net));
             let limit = COINCIDENT * nets[i].extent();
             let on_axis = axisymmetric && nets[i].points().iter().all(|p| p[0].abs() <= limit);
-            if !shared && !on_axis && !face.is_collapsed(&patches[id.patch]) {
+            if !is_shared[i] && !on_axis && !face.is_collapsed(&patches[id.patch]) {
                 faces.push(face);
             }
         }
@@ -84,7 +87,7 @@ impl Face {
     }
 
     /// Whether the surface Jacobian vanishes all over the face.
-    fn is_collapsed(&self, patch: &Patch) -> bool {
+    pub fn is_collapsed(&self, patch: &Patch) -> bool {
         const SHARES: [f64; 3] = [0.21, 0.47, 0.83];
         let plane = Self { axisymmetric: false, ..*self };
         let (lower, upper) = patch.domain();

@@ -8,6 +8,7 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use super::super::body_places::{BodyPlaces, GivenPlace};
 use super::super::check::Checker;
 use super::super::section::Section;
+use super::super::types::FileOfBody;
 use super::body_parts::{Context, GivenFrame, damping, elastic_model, frame, material};
 use super::built_bodies::{Built, BuiltBodies, Moving, MovingFacts, Plane};
 use super::discretisation::{discretisation, reduction};
@@ -26,7 +27,7 @@ pub fn bodies(checker: &mut Checker, context: Context<'_>) -> BuiltBodies {
 }
 
 fn body(checker: &mut Checker, context: Context<'_>, name: &str, section: &Section) -> Option<Built> {
-    let Context { root, directory, .. } = context;
+    let root = context.root;
     if name == GROUND {
         let message = "\"ground\" is the name of space, choose another".into();
         checker.fault(&section.origin, section.path.clone(), None, message);
@@ -37,10 +38,11 @@ fn body(checker: &mut Checker, context: Context<'_>, name: &str, section: &Secti
     let markers = if is_imported { Some(Vec::new()) } else { markers(checker, section) };
     let made = match section.text("model") {
         Some("rigid") => {
-            let made = rigid::rigid(checker, (root, directory), section, orientation, markers.as_deref());
+            let made = rigid::rigid(checker, root, section, orientation, markers.as_deref());
             made.map(|rigid| match rigid {
                 Rigid::Moving(kind, places) => {
-                    Made::Moving(kind, Box::new(MovingFacts { places, ..Default::default() }))
+                    let file = spline_file(section);
+                    Made::Moving(kind, Box::new(MovingFacts { places, file, ..Default::default() }))
                 }
                 Rigid::Plane(normal) => Made::Plane(Plane { point: Vector3::zeros(), normal }),
             })
@@ -74,6 +76,12 @@ fn body(checker: &mut Checker, context: Context<'_>, name: &str, section: &Secti
             Built::Moving(Box::new(Moving { spec: BodySpec { name: name.to_owned(), kind, motion }, facts }))
         }
     })
+}
+
+/// The file that the shape of a body comes from.
+fn spline_file(section: &Section) -> Option<FileOfBody> {
+    let source = section.table("geometry")?.spline_file()?;
+    Some(FileOfBody { path: source.path.clone(), sha256: source.sha256.clone(), unit: source.unit })
 }
 
 /// What a body is, without its motion.
@@ -202,7 +210,7 @@ fn elastic(
         checker.fault(&section.origin, section.path_of("geometry"), None, message);
     }
     let degree = section.table("discretisation").and_then(|d| d.counts("degree")?.into_iter().min());
-    let shape = geometry::shape(checker, section, model, degree.unwrap_or(0), context.directory);
+    let shape = geometry::shape(checker, section, model, degree.unwrap_or(0));
     let places = shape.zip(kind).zip(markers).and_then(|((shape, model), markers)| {
         let places = BodyPlaces::flexible(shape, model, markers);
         places.map_err(|e| checker.fault_in(section, "markers", e.to_string())).ok()
@@ -232,5 +240,5 @@ fn elastic(
         ..ElasticSpec::new(shape, model, material?, discretisation, basis.spec)
     };
     let wish = SizeRequest { elements: wants_elements, modes: basis.wants_modes };
-    Some((spec, MovingFacts { places, wish, file: None, follows_joint }))
+    Some((spec, MovingFacts { places, wish, file: spline_file(section), follows_joint }))
 }

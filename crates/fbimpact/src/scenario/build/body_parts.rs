@@ -1,7 +1,5 @@
 //! What bodies of several kinds have: frame, damping, model of a shape, material.
 
-use std::path::Path;
-
 use adaptive::spec::{DampingSpec, FrameSpec};
 use contact_qs::law::Solid;
 use iga_core::elasticity::{Material, Model};
@@ -18,8 +16,6 @@ use super::places::{BodyFacts, one_of};
 pub struct Context<'a> {
     /// The whole scenario.
     pub root: &'a Section,
-    /// Where files are sought.
-    pub directory: &'a Path,
 }
 
 /// The reference frame that a body shall have.

@@ -7,6 +7,7 @@ use iga_core::nurbs::Shape;
 use super::super::body_places::BodyPlaces;
 use super::super::check::Checker;
 use super::super::section::Section;
+use super::super::spline_nets::per_direction;
 use super::places::{BodyFacts, dimension, marker_or_point, single};
 
 /// Elements per direction in the specification of a body for which the program still has to choose them.
@@ -21,25 +22,6 @@ pub struct Basis {
     pub static_answers: bool,
     /// Whether the program shall choose the number of modes.
     pub wants_modes: bool,
-}
-
-/// One entry a direction from a single integer or a list.
-pub fn per_direction(
-    checker: &mut Checker,
-    section: &Section,
-    key: &str,
-    directions: usize,
-) -> Option<Vec<usize>> {
-    let counts = section.counts(key)?;
-    match counts.len() {
-        1 => Some(vec![counts[0]; directions]),
-        n if n == directions => Some(counts),
-        n => {
-            let message = format!("{n} entries, the model has {directions} directions");
-            checker.fault_in(section, key, message);
-            None
-        }
-    }
 }
 
 /// The spline space of a body with the places `places`, and whether the program shall choose its elements.
@@ -66,6 +48,13 @@ pub fn discretisation(
     }
     let is_open = elements.is_none() && knots.is_none();
     let (shape, _) = places?.shape()?;
+    for key in ["knots", "refine"] {
+        if shape.patches.len() > 1 && section.given(key) {
+            let message = "is for shapes of one patch, give several more \"elements\"".into();
+            checker.fault_in(section, key, message);
+            return None;
+        }
+    }
     let spec = DiscretisationSpec {
         degrees: raised(&degree?, shape),
         elements: elements.unwrap_or_else(|| vec![FIRST_ELEMENTS; directions]),

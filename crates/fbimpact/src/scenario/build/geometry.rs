@@ -1,25 +1,16 @@
-//! Exact shapes: which go with which model, sizes that fit together, control nets inline or from a file.
+//! Exact shapes: which go with which model, sizes that fit together, patches of one's own.
 
-use std::path::Path;
-use std::sync::Arc;
-
-use iga_core::SplineError;
-use iga_core::knots::KnotVector;
+use iga_core::nurbs::joining::join;
 use iga_core::nurbs::primitives::sphere::SphereNet;
 use iga_core::nurbs::primitives::{axisymmetric, plane, solid, sphere};
-use iga_core::nurbs::{Patch, Shape};
+use iga_core::nurbs::{FaceId, Shape};
 
 use super::super::check::Checker;
-use super::super::document::{Node, Origin, SourceText, Value, parse_json, parse_toml};
-use super::super::fault::Fault;
 use super::super::keys::names;
 use super::super::section::Section;
-use super::super::tables::{NURBS_FILE, SHAPES, ShapeFacts};
-use super::discretisation::per_direction;
-use super::places::{dimension, padded};
-
-/// Largest file with a control net: 64 MiB are a million control points.
-const MAX_FILE: u64 = 64 << 20;
+use super::super::spline_nets;
+use super::super::tables::{SHAPES, ShapeFacts};
+use super::places::dimension;
 
 /// Reports a shape that does not go with the model.
 pub fn check_model(checker: &mut Checker, body: &Section, model: &str, shape: &str) -> Option<()> {
@@ -40,13 +31,7 @@ pub fn check_model(checker: &mut Checker, body: &Section, model: &str, shape: &s
 }
 
 /// The exact shape of a body whose points have the components of `model`; `degree` decides on the net of a ball where none is named.
-pub fn shape(
-    checker: &mut Checker,
-    body: &Section,
-    model: &str,
-    degree: usize,
-    directory: &Path,
-) -> Option<Shape> {
+pub fn shape(checker: &mut Checker, body: &Section, model: &str, degree: usize) -> Option<Shape> {
     let section = body.table("geometry")?;
     let name = section.text("shape")?;
     let fits = check_model(checker, body, model, name);
@@ -89,7 +74,7 @@ pub fn shape(
             plane::rectangle(width, height)
         }
         "disc" => plane::disc(radius()?),
-        "nurbs" => nurbs(checker, section, model, directory)?,
+        "nurbs" => return nurbs(checker, section, model).filter(|_| fits.is_some()),
         _ => return None,
     };
     fits?;
@@ -108,101 +93,38 @@ fn net(section: &Section) -> Option<Option<SphereNet>> {
     }))
 }
 
-fn nurbs(
-    checker: &mut Checker,
-    section: &Section,
-    model: &str,
-    directory: &Path,
-) -> Option<Result<Shape, SplineError>> {
-    let Some(file) = section.item("file") else { return patch(checker, section, model) };
-    let path = directory.join(section.text("file")?);
-    let source = match read_limited(&path) {
-        Ok(text) => Arc::new(SourceText { name: path.display().to_string(), text }),
-        Err(reason) => {
-            checker.fault_in(section, file.name, format!("{}: {reason}", path.display()));
-            return None;
+/// The shape of patches of one's own, which joined are a body.
+fn nurbs(checker: &mut Checker, section: &Section, model: &str) -> Option<Shape> {
+    let (given, key) = match section.item("file") {
+        Some(_) => (section.spline_file()?.given.clone(), "file"),
+        None => {
+            let key = if section.item("patches").is_some() { "patches" } else { "control_points" };
+            (spline_nets::patches(checker, section, dimension(model))?, key)
         }
     };
-    let table = match parse_net(&source) {
-        Ok(node) => node,
-        Err(faults) => {
-            checker.faults.extend(faults);
-            return None;
-        }
-    };
-    let Value::Table(entries) = &table.value else {
-        let message = "must hold a table with the keys of a control net".into();
-        checker.fault(&Origin::File(source, 0..0), section.path_of("file"), None, message);
-        return None;
-    };
-    let net = checker.section(NURBS_FILE, entries, &section.path, &table.origin, None);
-    patch(checker, &net, model)
-}
-
-fn parse_net(source: &Arc<SourceText>) -> Result<Node, Vec<Fault>> {
-    if source.name.ends_with(".json") { parse_json(source) } else { parse_toml(source) }
-}
-
-fn read_limited(path: &Path) -> Result<String, String> {
-    let size = std::fs::metadata(path).map_err(|e| format!("cannot be read: {e}"))?.len();
-    if size > MAX_FILE {
-        return Err(format!("has {size} bytes, at most {MAX_FILE} are read"));
+    let joined = join(&given.patches, &given.joined);
+    let joined = joined.map_err(|fault| checker.fault_in(section, key, fault.to_string())).ok()?;
+    for note in joined.notes {
+        tracing::info!("{}: {note}", section.path);
     }
-    std::fs::read_to_string(path).map_err(|e| format!("cannot be read: {e}"))
-}
-
-fn patch(checker: &mut Checker, section: &Section, model: &str) -> Option<Result<Shape, SplineError>> {
-    let directions = dimension(model);
-    let mut complete = true;
-    for key in ["degrees", "knots", "control_points"] {
-        if section.item(key).is_none() {
-            let message = "required key is missing for shape \"nurbs\" without \"file\"".into();
-            checker.fault(&section.origin, section.path_of(key), None, message);
-            complete = false;
-        }
+    let mut shape = joined.shape;
+    let mut added = Vec::new();
+    for (name, parts) in section.name_lists("faces") {
+        let unknown = parts.iter().find(|part| !shape.faces.contains_key(*part));
+        let message = if shape.faces.contains_key(name) {
+            format!("the shape has a face \"{name}\" already, choose another name")
+        } else if let Some(part) = unknown {
+            let known = names(shape.faces.keys().map(String::as_str));
+            format!("\"{name}\" is made from \"{part}\", which is no outer face: choose {known}")
+        } else {
+            let mut ids: Vec<FaceId> = parts.iter().flat_map(|part| &shape.faces[part]).copied().collect();
+            ids.sort_unstable();
+            ids.dedup();
+            added.push((name.clone(), ids));
+            continue;
+        };
+        checker.fault_in(section, "faces", message);
     }
-    if !complete {
-        return None;
-    }
-    let degrees = per_direction(checker, section, "degrees", directions)?;
-    let lists = section.lists("knots")?;
-    if lists.len() != directions {
-        let message = format!("{} knot vectors, the model has {directions} directions", lists.len());
-        checker.fault_in(section, "knots", message);
-        return None;
-    }
-    let (mut knots, mut expected) = (Vec::with_capacity(directions), 1);
-    for (i, (&degree, list)) in degrees.iter().zip(lists).enumerate() {
-        match KnotVector::new(degree, list.clone()) {
-            Ok(vector) => knots.push(vector),
-            Err(error) => {
-                checker.fault_in(section, "knots", format!("direction {i}: {error}"));
-                return None;
-            }
-        }
-        expected *= list.len() - degree - 1;
-    }
-    let points = section.lists("control_points")?;
-    let fits = points.len() == expected && points.iter().all(|p| p.len() == directions);
-    if !fits {
-        let message = format!(
-            "{} control points, degrees and knots ask for {expected} with {directions} coordinates each",
-            points.len()
-        );
-        checker.fault_in(section, "control_points", message);
-        return None;
-    }
-    let weights = match section.item("weights") {
-        Some(_) => section.numbers("weights")?.to_vec(),
-        None => vec![1.0; expected],
-    };
-    if weights.len() != expected {
-        let message = format!("{} weights, there are {expected} control points", weights.len());
-        checker.fault_in(section, "weights", message);
-        return None;
-    }
-    let points = points.iter().map(|p| padded(p)).collect();
-    let oriented = |shape: Shape| shape.check_orientation().map(|()| shape);
-    let patch = Patch::new(knots, points, weights);
-    Some(patch.and_then(|patch| Shape::from_patches(vec![patch])).and_then(oriented))
+    shape.faces.extend(added);
+    Some(shape)
 }

@@ -19,8 +19,6 @@ mod output;
 mod resolution;
 mod settings;
 
-use std::path::Path;
-
 use adaptive::spec::{Area, BodyKind, Coupling, JointSpec, LoadSpec, Place, Resolution, RunSpec};
 use ffr_dynamics::body::RigidMotion;
 
@@ -34,10 +32,10 @@ pub use contact_facts::ContactFacts;
 pub use joints::inboard_joint;
 
 /// Builds the scenario; `None` if there are faults.
-pub fn scenario(checker: &mut Checker, root: &Section, directory: &Path, source: Source) -> Option<Scenario> {
+pub fn scenario(checker: &mut Checker, root: &Section, source: Source) -> Option<Scenario> {
     let names = || root.named("bodies").iter().map(|(name, _)| name.as_str());
     let n_before = checker.faults.len();
-    let mut bodies = bodies::bodies(checker, body_parts::Context { root, directory });
+    let mut bodies = bodies::bodies(checker, body_parts::Context { root });
     let n_of_bodies = checker.faults.len() - n_before;
     let joints = joints::joints(checker, root, &bodies);
     // Of faults in one line those of joints come first.

@@ -8,6 +8,7 @@ use super::super::body_source::{BodySource, MeshSource};
 use super::super::check::Checker;
 use super::super::keys::names;
 use super::super::section::{Checked, Section};
+use super::super::spline_nets::{self, padded};
 use super::super::tables::{ModelFacts, ShapeFacts};
 
 /// What other tables need to know about a body.
@@ -91,12 +92,25 @@ impl<'a> BodyFacts<'a> {
         self.in_model().map_or(&[], |facts| facts.markers)
     }
 
-    /// Names of the faces of its shape.
-    fn faces(&self) -> Vec<&'a str> {
-        match self.mesh {
-            Some(source) => source.mesh.face_names().collect(),
-            None => self.in_model().map_or(Vec::new(), |facts| facts.faces.to_vec()),
+    /// Whether its shape is of several patches.
+    pub fn has_several_patches(&self) -> bool {
+        let Some(geometry) = self.section.table("geometry") else { return false };
+        match self.shape {
+            "nurbs" => spline_nets::n_patches(geometry) > 1,
+            "sphere" => geometry.text("net") == Some("shells"),
+            _ => false,
         }
+    }
+
+    /// Names of the faces of its shape.
+    fn faces(&self) -> Vec<String> {
+        if let Some(source) = self.mesh {
+            return source.mesh.face_names().map(str::to_owned).collect();
+        }
+        if let ("nurbs", Some(geometry)) = (self.shape, self.section.table("geometry")) {
+            return spline_nets::face_names(geometry, dimension(self.components));
+        }
+        self.in_model().map_or(Vec::new(), |facts| facts.faces.iter().map(|f| (*f).to_owned()).collect())
     }
 
     /// What has its faces, in words.
@@ -121,7 +135,7 @@ impl<'a> BodyFacts<'a> {
         let added = self.section.named("markers").iter().find(|(marker, _)| marker == name);
         match added {
             Some((_, marker)) => marker.item("face").is_some() || marker.item("radius").is_some(),
-            None => self.faces().contains(&name),
+            None => self.faces().iter().any(|face| face == name),
         }
     }
 
@@ -131,7 +145,7 @@ impl<'a> BodyFacts<'a> {
         let added = self.section.named("markers").iter().map(|(name, _)| name.as_str());
         let markers = self.file.map(|f| f.body.markers()).unwrap_or_default();
         let points = self.file.filter(|_| self.has_points).map(|f| f.body.points()).unwrap_or_default();
-        let faces = if self.mesh.is_some() { self.faces() } else { Vec::new() };
+        let faces = self.mesh.into_iter().flat_map(|source| source.mesh.face_names());
         own.iter().copied().chain(added).chain(markers).chain(points).chain(faces).collect()
     }
 }
@@ -252,7 +266,8 @@ fn face(checker: &mut Checker, section: &Section, body: &BodyFacts<'_>) -> Optio
         return None;
     }
     let name = section.text("face")?;
-    if !known.contains(&name) {
+    if !known.iter().any(|face| face == name) {
+        let known: Vec<&str> = known.iter().map(String::as_str).collect();
         checker.unknown_name(section, "face", &format!("face of {}", body.holder()), &known);
         return None;
     }
@@ -357,9 +372,4 @@ pub fn point(
 /// Number of coordinates and parametric directions of a model.
 pub fn dimension(model: &str) -> usize {
     if matches!(model, "solid" | "rigid") { 3 } else { 2 }
-}
-
-/// A point with two or three coordinates as one with three.
-pub fn padded(x: &[f64]) -> [f64; 3] {
-    std::array::from_fn(|i| x.get(i).copied().unwrap_or(0.0))
 }

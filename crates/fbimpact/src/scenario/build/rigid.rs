@@ -1,7 +1,5 @@
 //! Rigid bodies: planes at rest, bodies with given mass, bodies whose mass follows from their shape.
 
-use std::path::Path;
-
 use adaptive::spec::{BodyKind, RigidSpec};
 use ffr_dynamics::body::RigidMotion;
 use iga_core::elasticity::Model;
@@ -35,7 +33,7 @@ pub enum Rigid {
 /// A rigid body with the markers that the user has added.
 pub fn rigid(
     checker: &mut Checker,
-    (root, directory): (&Section, &Path),
+    root: &Section,
     section: &Section,
     orientation: Option<[f64; 4]>,
     markers: Option<&[(String, GivenPlace)]>,
@@ -50,7 +48,7 @@ pub fn rigid(
         _ => RigidMotion::Spatial,
     };
     let (spec, shape) = if section.item("geometry").is_some() {
-        let (spec, shape) = from_shape(checker, (root, directory), section, &facts, motion)?;
+        let (spec, shape) = from_shape(checker, root, section, &facts, motion)?;
         (spec, Some(shape))
     } else {
         (given(checker, section, motion)?, None)
@@ -83,20 +81,20 @@ fn plane(
 
 fn from_shape(
     checker: &mut Checker,
-    (root, directory): (&Section, &Path),
+    root: &Section,
     section: &Section,
     facts: &BodyFacts<'_>,
     motion: RigidMotion,
 ) -> Option<(RigidSpec, (Shape, Model))> {
     let model = elastic_model(section, facts.components);
-    let shape = geometry::shape(checker, section, facts.components, DEGREE_OF_SHAPE, directory);
+    let shape = geometry::shape(checker, section, facts.components, DEGREE_OF_SHAPE);
     let material = material(checker, root, section);
     let (model, shape, material) = (model?, shape?, material?);
     if !checker.faults.is_empty() {
         return None; // integrals take a while, and nothing can be run
     }
     let properties = if facts.shape == "sphere" {
-        let ball = geometry::shape(checker, section, facts.components, DEGREE_OF_MASS, directory)?;
+        let ball = geometry::shape(checker, section, facts.components, DEGREE_OF_MASS)?;
         MassProperties::of(&ball, &model)
     } else {
         MassProperties::of(&shape, &model)

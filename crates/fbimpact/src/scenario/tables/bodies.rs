@@ -4,6 +4,7 @@ use super::super::keys::{Bound, Choice, Condition, Fact, Key, Kind, Need, Range,
 use super::discretisation::{DISCRETISATION, REDUCTION};
 use super::ranges::{COORDINATE, LENGTH, RATE};
 use super::shapes::GEOMETRIES;
+use super::units::UNITS;
 
 /// `[materials.NAME]`.
 pub const MATERIAL: &[Key] = &[
@@ -285,13 +286,6 @@ pub const BODY: &[Key] = &[
             "for the shape \"plane\"",
             Test::OneOf("geometry.shape", &["plane"]),
         )]),
-];
-
-const UNITS: &[Choice] = &[
-    Choice::new("m", "metres"),
-    Choice::new("cm", "centimetres"),
-    Choice::new("mm", "millimetres"),
-    Choice::new("in", "inches"),
 ];
 
 const MASS_RULES: &[Choice] = &[

@@ -2,6 +2,7 @@
 
 use super::super::keys::{Choice, Condition, Key, Kind, Need, Test, Variant};
 use super::ranges::{COORDINATE, LENGTH, MAX_DEGREE};
+use super::units::UNITS;
 
 const RADIUS: Key = Key::new("radius", Kind::Number(LENGTH), "m", Need::Required, "Radius.");
 const ROD_LENGTH: Key = Key::new("length", Kind::Number(LENGTH), "m", Need::Required, "Length over all.");
@@ -35,45 +36,88 @@ const DEGREES: Key = Key::new(
     "degrees",
     Kind::Counts(1, MAX_DEGREE),
     "–",
-    Need::Optional("`file` must be given"),
+    Need::Optional("`file` or `patches` must be given"),
     "Degree a direction.",
 );
 const KNOTS: Key = Key::new(
     "knots",
     Kind::Lists(COORDINATE),
     "–",
-    Need::Optional("`file` must be given"),
-    "Clamped knot vector per direction.",
+    Need::Optional("`file` or `patches` must be given"),
+    "Clamped knot vector per direction, over any range.",
 );
 const CONTROL_POINTS: Key = Key::new(
     "control_points",
     Kind::Points(COORDINATE),
     "m",
-    Need::Optional("`file` must be given"),
+    Need::Optional("`file` or `patches` must be given"),
     "Control points; the first direction runs fastest.",
 );
 const WEIGHTS: Key =
     Key::new("weights", Kind::List(LENGTH), "–", Need::Optional("all 1"), "Weights, one a control point.");
+const PATCHES: Key = Key::new(
+    "patches",
+    Kind::Tables(PATCH),
+    "",
+    Need::Optional("the body is one patch"),
+    "Patches of a body of several, counted from 0, in any order and sense. Whole faces that are the same spline are joined \
+     (docs/own_part.md says when).",
+);
+const fn required(key: Key) -> Key {
+    Key { need: Need::Required, ..key }
+}
+
+/// `[[bodies.NAME.geometry.patches]]`.
+const PATCH: &[Key] = &[required(DEGREES), required(KNOTS), required(CONTROL_POINTS), WEIGHTS];
 const NURBS_FILE: Key = Key::new(
     "file",
     Kind::Name,
     "",
-    Need::Optional("the net is given inline"),
-    "TOML or JSON file with the same keys, relative to the scenario.",
+    Need::Optional("the patches are given inline"),
+    "XML of G+Smo, NURBS mesh of MFEM, or TOML or JSON with the keys `patches`, or `degrees` to `weights`; relative to the scenario.",
 );
 
-/// The keys of a NURBS patch in a file.
-pub const NURBS_NET: &[Key] = &[DEGREES, KNOTS, CONTROL_POINTS, WEIGHTS];
+/// The keys of a file with control nets.
+pub const NURBS_NET: &[Key] = &[DEGREES, KNOTS, CONTROL_POINTS, WEIGHTS, PATCHES];
 /// The same inline.
 const NURBS: &[Key] = &[
     NURBS_FILE,
-    DEGREES.when(INLINE),
-    KNOTS.when(INLINE),
-    CONTROL_POINTS.when(INLINE),
-    WEIGHTS.when(INLINE),
+    Key::new(
+        "file_sha256",
+        Kind::Name,
+        "",
+        Need::Optional("any"),
+        "SHA-256 that `file` must have, in hexadecimal digits; the resolved scenario of a result holds it.",
+    )
+    .when(WITH_FILE),
+    Key::new(
+        "units",
+        Kind::Choice(UNITS),
+        "",
+        Need::Optional("must be given for files of G+Smo and MFEM"),
+        "Unit of length of a file of G+Smo or MFEM, which do not say it.",
+    )
+    .when(WITH_FILE),
+    DEGREES.when(SINGLE),
+    KNOTS.when(SINGLE),
+    CONTROL_POINTS.when(SINGLE),
+    WEIGHTS.when(SINGLE),
+    PATCHES.when(INLINE),
+    Key::new(
+        "faces",
+        Kind::NameLists,
+        "",
+        Need::Default("{}"),
+        "Names for parts of the surface, each a list of faces: `bore = [\"0:xi-\", \"1:xi-\"]`. A body of one patch has the faces `xi-` to \
+         `zeta+`, one of several `0:xi-`, `0:xi+`, … of each patch and `surface`, which is all of them.",
+    ),
 ];
+/// The net is in a file.
+const WITH_FILE: &[Condition] = &[Condition::new("beside \"file\"", Test::With("file"))];
 /// The net is not in a file.
 const INLINE: &[Condition] = &[Condition::new("without \"file\"", Test::Without("file"))];
+/// There is one patch, not in a file.
+const SINGLE: &[Condition] = &[INLINE[0], Condition::new("without \"patches\"", Test::Without("patches"))];
 
 /// Shapes by name.
 pub(super) const GEOMETRIES: &[Variant] = &[
@@ -109,7 +153,11 @@ pub(super) const GEOMETRIES: &[Variant] = &[
         keys: &[Key::new("size", Kind::Vector(2, LENGTH), "m", Need::Required, "Edges along x and y.")],
     },
     Variant { name: "disc", doc: "Disc about the origin.", keys: &[RADIUS] },
-    Variant { name: "nurbs", doc: "A patch given by its control net, inline or from a file.", keys: NURBS },
+    Variant {
+        name: "nurbs",
+        doc: "Patches of one's own, given by their control nets, inline or from a file.",
+        keys: NURBS,
+    },
     Variant { name: "plane", doc: "Unbounded rigid plane through the body's position, at rest.", keys: &[] },
 ];
 

@@ -1,0 +1,253 @@
+//! A body from matrices, nodes and the order of unknowns, in SI units.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use faer::sparse::SparseColMat;
+use ffr_dynamics::DynamicsError;
+use ffr_dynamics::body::{AssembledBody, Dof, MassMatrix, RigidMotion, Triangle, symmetric_matrix};
+use ffr_dynamics::interchange::FullBody;
+use ffr_dynamics::kinematics::MarkerWeights;
+use ffr_dynamics::reduction::rigid::{MassProperties, RigidModes};
+use nalgebra::{UnitQuaternion, Vector3};
+
+use super::matrix::{Matrix, Row, Unknown};
+use super::nodes::NodeTable;
+
+/// What a body is made from.
+#[derive(Debug)]
+pub struct Parts<'a> {
+    /// Name of the body.
+    pub name: &'a str,
+    /// Stiffness.
+    pub stiffness: &'a Matrix,
+    /// Mass.
+    pub mass: &'a Matrix,
+    /// Nodes; those without unknowns are left out.
+    pub nodes: &'a NodeTable,
+    /// Unknown of each row, where rows have numbers; without it the rows are x, y and z of each node, the nodes rising.
+    pub map: Option<&'a [Unknown]>,
+    /// Length of the unit of length \[m\]; forces are in newtons, times in seconds, so that millimetres go with tonnes.
+    pub unit: f64,
+    /// Markers with the nodes that they follow.
+    pub markers: &'a [(String, Vec<u64>)],
+}
+
+/// What was found of the body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Report {
+    /// Number of nodes with unknowns.
+    pub n_nodes: usize,
+    /// Number of unknowns.
+    pub n_unknowns: usize,
+    /// Mass, centre, inertia.
+    pub mass: MassProperties,
+    /// Largest force against a rigid motion, over that of the stiffest entry.
+    pub resistance: f64,
+}
+
+/// Why no body comes of it.
+#[derive(Debug, thiserror::Error)]
+pub enum AssemblyFault {
+    /// A row that is not among the unknowns.
+    #[error(
+        "{matrix}: row {row} is beyond the {n} unknowns {source_of}; give the order of unknowns with --dof-map"
+    )]
+    Row {
+        /// "stiffness" or "mass".
+        matrix: &'static str,
+        /// The row, from 1.
+        row: u64,
+        /// Number of unknowns.
+        n: usize,
+        /// Where they are from.
+        source_of: &'static str,
+    },
+    /// Another number of rows than unknowns.
+    #[error("{matrix}: {rows} rows, and {n} unknowns {source_of}; give the order of unknowns with --dof-map")]
+    Rows {
+        /// "stiffness" or "mass".
+        matrix: &'static str,
+        /// Rows of the file.
+        rows: u64,
+        /// Number of unknowns.
+        n: usize,
+        /// Where they are from.
+        source_of: &'static str,
+    },
+    /// A node without position.
+    #[error("{user} names node {node}, which the list of nodes does not have")]
+    Node {
+        /// Who names it.
+        user: String,
+        /// The node.
+        node: u64,
+    },
+    /// A node of a marker without unknowns.
+    #[error("marker \"{marker}\" names node {node}, which has no unknown in the matrices")]
+    NoUnknown {
+        /// Name of the marker.
+        marker: String,
+        /// The node.
+        node: u64,
+    },
+    /// Nodes that make no marker.
+    #[error("marker \"{marker}\": {source}")]
+    Marker {
+        /// Name of the marker.
+        marker: String,
+        /// What is wrong.
+        source: DynamicsError,
+    },
+    /// More than indices can name.
+    #[error("{n} unknowns, at most 4294967295 are possible")]
+    TooMany {
+        /// How many.
+        n: usize,
+    },
+    /// Numbers that make no body.
+    #[error(transparent)]
+    Numbers(#[from] DynamicsError),
+}
+
+/// Makes the body, with its checks: symmetry (1e-6), no force against rigid motions, positive mass.
+///
+/// # Errors
+/// [`AssemblyFault`].
+pub fn assemble(parts: &Parts<'_>) -> Result<(FullBody, Report), AssemblyFault> {
+    let (unknowns, source_of) = unknowns(parts);
+    if u32::try_from(unknowns.len()).is_err() {
+        return Err(AssemblyFault::TooMany { n: unknowns.len() });
+    }
+    // Sorted by node, then component, as bodies have them.
+    let sorted: BTreeSet<Unknown> = unknowns.iter().copied().collect();
+    let numbers: BTreeMap<Unknown, u32> = sorted.iter().zip(0..).map(|(u, i)| (*u, i)).collect();
+    let nodes: BTreeSet<u64> = sorted.iter().map(|u| u.node).collect();
+    let places: BTreeMap<u64, u32> = nodes.iter().zip(0..).map(|(n, i)| (*n, i)).collect();
+    let position = |node: u64, user: &str| match parts.nodes.get(&node) {
+        Some(x) => Ok(x.map(|c| parts.unit * c)),
+        None => Err(AssemblyFault::Node { user: user.to_owned(), node }),
+    };
+    let points: Vec<[f64; 3]> =
+        nodes.iter().map(|n| position(*n, "the order of unknowns")).collect::<Result<_, _>>()?;
+    let matrix = |matrix: &Matrix, name: &'static str| {
+        sparse(matrix, name, (&unknowns, source_of), &numbers, parts.unit)
+    };
+    let body = AssembledBody {
+        name: parts.name.to_owned(),
+        motion: RigidMotion::Spatial,
+        stiffness: matrix(parts.stiffness, "stiffness")?,
+        mass: MassMatrix::General(matrix(parts.mass, "mass")?),
+        dofs: sorted.iter().map(|u| Dof { node: places[&u.node], component: u.component }).collect(),
+        anchors: points.clone(),
+        nodes: points,
+    };
+    let mut markers = Vec::with_capacity(parts.markers.len());
+    for (name, own) in parts.markers {
+        let find = |node: &u64| match places.get(node) {
+            Some(place) => Ok(*place),
+            None => {
+                position(*node, &format!("marker \"{name}\""))?;
+                Err(AssemblyFault::NoUnknown { marker: name.clone(), node: *node })
+            }
+        };
+        let own: Vec<u32> = own.iter().map(find).collect::<Result<_, _>>()?;
+        let sum = own.iter().map(|n| Vector3::from(body.nodes[*n as usize])).sum::<Vector3<f64>>();
+        let centre = sum / own.len().max(1) as f64;
+        let weights = MarkerWeights::of_nodes(&body, centre, UnitQuaternion::identity(), &own)
+            .map_err(|source| AssemblyFault::Marker { marker: name.clone(), source })?;
+        markers.push((name.clone(), weights));
+    }
+    let rigid = RigidModes::new(&body)?;
+    let report = Report {
+        n_nodes: body.nodes.len(),
+        n_unknowns: body.dofs.len(),
+        resistance: resistance(&body, &rigid),
+        mass: rigid.mass_properties,
+    };
+    Ok((FullBody::new(body, markers)?, report))
+}
+
+/// The unknowns in the order of rows, and where they are from.
+fn unknowns(parts: &Parts<'_>) -> (Vec<Unknown>, &'static str) {
+    if let Some(map) = parts.map {
+        return (map.to_vec(), "of the map");
+    }
+    let named =
+        [parts.stiffness, parts.mass].into_iter().flat_map(|m| &m.entries).flat_map(|(i, j, _)| [i, j]);
+    let named: BTreeSet<Unknown> =
+        named.filter_map(|row| if let Row::Unknown(u) = row { Some(*u) } else { None }).collect();
+    if !named.is_empty() {
+        return (named.into_iter().collect(), "of the matrices");
+    }
+    let all = parts.nodes.keys().flat_map(|&node| (0..3).map(move |component| Unknown { node, component }));
+    (all.collect(), "of the nodes, three each")
+}
+
+/// A matrix in SI units, its lower triangle.
+fn sparse(
+    matrix: &Matrix,
+    name: &'static str,
+    (unknowns, source_of): (&[Unknown], &'static str),
+    numbers: &BTreeMap<Unknown, u32>,
+    unit: f64,
+) -> Result<SparseColMat<u32, f64>, AssemblyFault> {
+    let n = unknowns.len();
+    if let Some(rows) = matrix.n_rows.filter(|rows| usize::try_from(*rows).ok() != Some(n)) {
+        return Err(AssemblyFault::Rows { matrix: name, rows, n, source_of });
+    }
+    let find = |row: &Row| match row {
+        Row::Number(row) => usize::try_from(row - 1)
+            .ok()
+            .and_then(|i| unknowns.get(i))
+            .copied()
+            .ok_or(AssemblyFault::Row { matrix: name, row: *row, n, source_of }),
+        Row::Unknown(unknown) => Ok(*unknown),
+    };
+    // Energies are u K u: a displacement in the file's unit is 1/unit of one in metres, forces in newtons make newtons times units.
+    let factor = |u: Unknown| if u.component < 3 { 1.0 / unit } else { 1.0 };
+    let mut entries = Vec::with_capacity(matrix.entries.len());
+    for (i, j, value) in &matrix.entries {
+        let (a, b) = (find(i)?, find(j)?);
+        let number = |u: Unknown| {
+            numbers
+                .get(&u)
+                .copied()
+                .ok_or(AssemblyFault::Node { user: format!("the {name} matrix"), node: u.node })
+        };
+        entries.push((number(a)?, number(b)?, unit * factor(a) * factor(b) * value));
+    }
+    // Both triangles, or one of them, whichever.
+    let has_lower = entries.iter().any(|(i, j, v)| i > j && v.abs() > 0.0);
+    let mut is_given: BTreeSet<(u32, u32)> = BTreeSet::new();
+    let is_full = has_lower && {
+        is_given.extend(entries.iter().filter(|(i, j, v)| i < j && v.abs() > 0.0).map(|(i, j, _)| (*j, *i)));
+        entries.iter().any(|(i, j, v)| i > j && v.abs() > 0.0 && is_given.contains(&(*i, *j)))
+    };
+    let triangle = if is_full { Triangle::Full } else { Triangle::Lower };
+    if !is_full {
+        entries.iter_mut().for_each(|(i, j, _)| (*i, *j) = ((*i).max(*j), (*i).min(*j)));
+    }
+    Ok(symmetric_matrix(name, n, entries.into_iter(), triangle)?)
+}
+
+/// Largest force against a rigid motion over what the stiffest entry would make of it.
+fn resistance(body: &AssembledBody, rigid: &RigidModes) -> f64 {
+    let k = &body.stiffness;
+    let stiffest = k.val().iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    let mut worst = 0.0_f64;
+    for mode in 0..rigid.modes.ncols() {
+        let r = rigid.modes.col(mode);
+        let mut force = vec![0.0; body.dofs.len()];
+        for j in 0..k.ncols() {
+            for (i, v) in k.symbolic().row_idx_of_col(j).zip(k.val_of_col(j)) {
+                force[i] += v * r[j];
+                if i != j {
+                    force[j] += v * r[i];
+                }
+            }
+        }
+        let largest = force.iter().fold(0.0_f64, |m, f| m.max(f.abs()));
+        worst = worst.max(largest / (stiffest * r.norm_max()));
+    }
+    worst
+}

@@ -1,0 +1,7 @@
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    if let Ok(file) = iga_core::files::read(bytes, 1e-3) {
+        drop(iga_core::nurbs::joining::join(&file.patches, &file.joined));
+    }
+});
