@@ -89,7 +89,7 @@ def round_body(index, title, bore):
 
 
 def ball(index):
-    cell = Cell(index, "sphere")
+    cell = Cell(index, "sphere, ellipsoid")
     cell.shape([(55 * math.cos(math.radians(a)), 55 * math.sin(math.radians(a))) for a in range(0, 360, 5)])
     cell.line([(55 * math.cos(math.radians(a)), 16 * math.sin(math.radians(a))) for a in range(180, 361, 5)])
     cell.label("surface", (0, 10))

@@ -186,12 +186,18 @@ fn settings_without_meaning_are_faults() {
 fn bodies_of_a_pair_must_be_flexible_and_of_one_kind() {
     assert_fault(PAIRS, &["bodies.right.model=solid"], "contacts.second.target_body", "\"solid\"");
     let rigid = "bodies.puck={model=\"rigid\",motion=\"axial\",mass=1}";
-    assert_fault(PAIRS, &[rigid, "contacts.first.target_body=puck"], "contacts.first.target_body", "hertz");
     assert_fault(
         PAIRS,
-        &[rigid, "contacts.first.contact_body=puck"],
+        &[rigid, "contacts.first.target_body=puck"],
+        "contacts.first.target_body",
+        "no shape",
+    );
+    let own = "contacts.first.contact_body=puck";
+    assert_fault(
+        PAIRS,
+        &[rigid, own],
         "contacts.first.contact_body",
-        "flexible",
+        "exchange contact_body and target_body",
     );
     // The same pair the other way round would be counted twice.
     let twice = ["contacts.second.contact_body=rod", "contacts.second.target_body=left"];
@@ -199,6 +205,25 @@ fn bodies_of_a_pair_must_be_flexible_and_of_one_kind() {
     let modal = ["bodies.left.reduction.method=modal", "contacts.first.model=damped"];
     assert_fault(PAIRS, &modal, "contacts.first.model", "craig-bampton");
     valid(PAIRS, &["bodies.left.reduction.method=modal"]);
+}
+
+#[test]
+fn targets_are_rigid_bodies_with_a_shape_and_the_motion_of_the_contact_body() {
+    let rigid = |motion: &str, shape: &str| {
+        format!("bodies.puck={{model=\"rigid\",motion=\"{motion}\",material=\"steel\",geometry={shape}}}")
+    };
+    let target = "contacts.first.target_body=puck";
+    let axial = rigid("axial", "{shape=\"rod\",radius=0.01,length=0.1}");
+    let scenario = valid(PAIRS, &[&axial, target]);
+    let Target::Body(puck) = scenario.run.contacts[0].target else { panic!("a body") };
+    assert!(scenario.run.bodies[puck].geometry().is_some());
+    // It is refined like other pairs.
+    valid(PAIRS, &[&axial, target, "contacts.first.interval.division=printed"]);
+    let spatial = rigid("spatial", "{shape=\"box\",size=[0.1,0.1,0.1]}");
+    assert_fault(PAIRS, &[&spatial, target], "contacts.first.target_body", "motion = \"axial\"");
+    let [own, other] = ["contacts.first.contact_body=puck", "contacts.first.target_body=block"];
+    let second = axial.replace("puck", "block");
+    assert_fault(PAIRS, &[&axial, &second, own, other], "contacts.first.contact_body", "\"hertz\" only");
 }
 
 #[test]

@@ -25,6 +25,7 @@ poissons_ratio = 0.3
 density = 1e3
 [bodies]
 sphere = { material = "m", geometry = { shape = "sphere", radius = 1.0, net = "cube" } }
+ellipsoid = { material = "m", geometry = { shape = "ellipsoid", semi_axes = [1.0, 2.0, 3.0] } }
 rod = { model = "axisymmetric", material = "m", geometry = { shape = "rod", radius = 1.0, length = 2.0 }, discretisation = { refine = [{ marker = "start", width = 0.1 }] }, markers = { extra = { point = [0.5, 1.0] } } }
 rod-spherical-end = { model = "axisymmetric", material = "m", geometry = { shape = "rod-spherical-end", radius = 1.0, length = 2.0 } }
 cylinder = { material = "m", geometry = { shape = "cylinder", radius = 1.0, length = 2.0 } }

@@ -22,6 +22,7 @@ fn folded_net_is_a_located_fault() {
 fn geometry(shape: &str) -> String {
     let sizes = match shape {
         "sphere" | "disc" => "radius = 0.01",
+        "ellipsoid" => "semi_axes = [0.02, 0.015, 0.01]",
         "rod" | "rod-spherical-end" | "cylinder" => "radius = 0.01, length = 0.05",
         "hollow-cylinder" => "inner_radius = 0.005, outer_radius = 0.01, length = 0.05",
         "box" => "size = [0.01, 0.02, 0.03]",

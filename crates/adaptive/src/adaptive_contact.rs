@@ -57,6 +57,8 @@ pub struct AdaptiveContact {
     pub name: String,
     body: usize,
     target: Target,
+    /// The target, if it is a flexible body and has fine models, too.
+    flexible_target: Option<usize>,
     law: SurfaceLaw,
     /// Watches the pair.
     pub detector: Detector,
@@ -187,8 +189,8 @@ impl AdaptiveContact {
             return Err(AdaptiveError::unsupported_contact(&spec.name, Unsupported::FineModesOfMesh));
         }
         let surface = |body: usize| {
-            let none = || AdaptiveError::unsupported_contact(&spec.name, Unsupported::RigidPartner);
-            surfaces[body].clone().ok_or_else(none)
+            let none = || Unsupported::NoSurface { body: bodies[body].name.clone() };
+            surfaces[body].clone().ok_or_else(|| AdaptiveError::unsupported_contact(&spec.name, none()))
         };
         let target = match spec.target {
             Target::Plane { point, normal } => {
@@ -200,6 +202,7 @@ impl AdaptiveContact {
             name: spec.name.clone(),
             body: spec.body,
             target: spec.target,
+            flexible_target: other.filter(|other| bodies[*other].flexible().is_some()),
             law: law.clone(),
             detector: Detector::new(spec.body, surface(spec.body)?, target),
             cache: cache.clone(),
@@ -249,11 +252,11 @@ impl AdaptiveContact {
         let on = |body: usize| points_on(request.points, body, own_body.motion);
         let (points, places) = on(self.body);
         let (mut target_points, mut target_places) = (Vec::new(), Vec::new());
-        if let Target::Body(other) = self.target {
+        if let Some(other) = self.flexible_target {
             (target_points, target_places) = on(other);
         }
-        let (mut own, mut other) = match (self.target, target_site) {
-            (Target::Body(other), Some(there)) => {
+        let (mut own, mut other) = match (self.flexible_target, target_site) {
+            (Some(other), Some(there)) => {
                 // Side by side: each has stages that only one thread can work on. Questions wait until both are done.
                 check_cancel()?;
                 let (target, target_modes) = (flexible(&bodies[other]), modes(other));
@@ -278,7 +281,7 @@ impl AdaptiveContact {
         let mut observed = displaced(&points, self.body, &own);
         observed.extend(other.iter().flat_map(|(body, side)| displaced(&target_points, *body, side)));
         let weight = match self.is_vibrating() {
-            true => self.static_weight(&mut own, &mut other, states)?,
+            true => self.static_weight(&mut own, &mut other, (bodies, states))?,
             false => self.weight_of(element.as_mut(), states)?,
         };
         let search = request.search.unwrap_or_else(|| match whole {
@@ -288,7 +291,7 @@ impl AdaptiveContact {
         element.set_penalty(search.penalty()).map_err(|e| self.fail(e))?;
         let interval = own.body.grid();
         let sizes = sizes([Some(&own), other.as_ref().map(|(_, side)| side)]);
-        let is_target_at_end = other.as_ref().is_some_and(|(_, o)| is_at_end(&o.body.grid()));
+        let is_target_at_end = self.is_at_end_of_target(other.as_ref().map(|(_, side)| side));
         let (elements, recovery) =
             (own.body.contact_elements(&own.zone), PressureRecovery::new(&own.zone.points));
         let bases = fine_bases([(self.body, own)].into_iter().chain(other));
@@ -309,6 +312,14 @@ impl AdaptiveContact {
             points: observed,
         };
         Ok(RefinedContact { element, recovery, bases, contact })
+    }
+
+    /// Whether the interval `other` of the target ends where its surface does; all of a rigid one is there from the start.
+    fn is_at_end_of_target(&self, other: Option<&FineSide>) -> bool {
+        match (other, self.target) {
+            (Some(other), _) => is_at_end(&other.body.grid()),
+            (None, target) => matches!(target, Target::Body(_)),
+        }
     }
 
     /// What the accepted model of an impact leaves to the next ones.
@@ -441,9 +452,9 @@ impl FineContact {
     }
 }
 
-/// The model of a body in an adaptive contact, which is flexible.
+/// The model of the contact body or of a flexible target.
 fn flexible(model: &BodyModel) -> FlexibleBody<'_> {
-    model.flexible().expect("adaptive contacts are between flexible bodies, see AdaptiveContact::new")
+    model.flexible().expect("the contact body and flexible_target are flexible, see AdaptiveContact::new")
 }
 
 /// The place `site` on a body, for an interval of the widths given.

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use contact_qs::ContactError;
 use contact_qs::points::DofLookup;
 use contact_qs::search::SurfaceModel;
 use faer::MatRef;
@@ -17,7 +18,8 @@ use crate::imported::ImportedModel;
 use crate::marker_loads::answers_by_marker;
 use crate::mesh_surface::MeshSurface;
 use crate::meshed::MeshedModel;
-use crate::spec::{ImportedSpec, MeshedSpec, RigidSpec};
+use crate::rigid_surface::RigidSurface;
+use crate::spec::{Geometry, ImportedSpec, MeshedSpec, RigidSpec};
 use crate::store::ModelCache;
 use crate::unsupported::Unsupported;
 
@@ -55,8 +57,8 @@ impl FullModel<'_> {
 
 /// What a body is made of.
 pub enum BodyForm {
-    /// A rigid body.
-    Rigid,
+    /// A rigid body, with its surface if it has a shape.
+    Rigid(Option<Box<RigidSurface>>),
     /// An elastic body with a geometry.
     Elastic(Box<ElasticModel>),
     /// A body from a file.
@@ -148,7 +150,7 @@ impl<'a> FlexibleBody<'a> {
             }
         };
         let model = model.and_then(|m| m.with_frequencies(&self.reduced.basis.omega));
-        model.map(Arc::new).map_err(|e| AdaptiveError::unsupported_body(self.name, Unsupported::Surface(e)))
+        model.map(Arc::new).map_err(|e| surface_fault(self.name, e))
     }
 
     /// Functions that are not zero at a point of the undeformed body, in the model's components \[m\], with their values.
@@ -163,7 +165,44 @@ impl<'a> FlexibleBody<'a> {
     }
 }
 
+/// Why body `name` has no surface that contact can be watched on.
+fn surface_fault(name: &str, source: ContactError) -> AdaptiveError {
+    AdaptiveError::unsupported_body(name, Unsupported::Surface(source))
+}
+
 impl BodyModel {
+    /// The surface of a rigid body with a shape.
+    pub fn rigid_surface(&self) -> Option<&RigidSurface> {
+        match &self.form {
+            BodyForm::Rigid(surface) => surface.as_deref(),
+            BodyForm::Elastic(_) | BodyForm::Imported(_) | BodyForm::Meshed(_) => None,
+        }
+    }
+
+    /// The exact shape of the body; none of a mesh, or of a body without shape.
+    pub fn geometry(&self) -> Option<Geometry<'_>> {
+        match &self.form {
+            BodyForm::Elastic(elastic) => Some(elastic.body.spec.geometry()),
+            BodyForm::Rigid(surface) => surface.as_ref().map(|surface| surface.geometry()),
+            BodyForm::Imported(_) | BodyForm::Meshed(_) => None,
+        }
+    }
+
+    /// The surface by which pairs are watched, of flexible bodies a deformable one; none of a body without shape.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Unsupported`] if the shape has no surface.
+    pub fn surface(&self) -> Result<Option<Arc<SurfaceModel>>, AdaptiveError> {
+        match (self.flexible(), self.rigid_surface()) {
+            (Some(flexible), _) => flexible.surface().map(Some),
+            (None, Some(rigid)) => {
+                let model = rigid.search_model().map_err(|e| surface_fault(&self.name, e))?;
+                Ok(Some(Arc::new(model)))
+            }
+            (None, None) => Ok(None),
+        }
+    }
+
     /// The body as contact sees it; none of a rigid one and of one from a file.
     pub fn flexible(&self) -> Option<FlexibleBody<'_>> {
         let name = &self.name;
@@ -196,7 +235,7 @@ impl BodyModel {
                     kind: FlexibleKind::Mesh(spec),
                 })
             }
-            BodyForm::Rigid | BodyForm::Imported(_) => None,
+            BodyForm::Rigid(_) | BodyForm::Imported(_) => None,
         }
     }
 
@@ -230,7 +269,9 @@ impl BodyModel {
         let inertia = rigid.inertia + steiner * rigid.mass;
         let data = StandardInputData::rigid(rigid.motion, rigid.mass, c, inertia)
             .map_err(|source| AdaptiveError::Reduction { body: name.clone(), source })?;
-        Ok(Self { name, data, form: BodyForm::Rigid })
+        let surface = rigid.shape.as_ref().map(|(shape, model)| RigidSurface::new(shape, *model));
+        let surface = surface.transpose().map_err(|e| surface_fault(&name, e))?;
+        Ok(Self { name, data, form: BodyForm::Rigid(surface.map(Box::new)) })
     }
 }
 
@@ -243,7 +284,7 @@ impl BodyModel {
             BodyForm::Meshed(meshed) => {
                 meshed.reduced.basis.omega.iter().map(|w| w / std::f64::consts::TAU).collect()
             }
-            BodyForm::Rigid => Vec::new(),
+            BodyForm::Rigid(_) => Vec::new(),
         }
     }
 
@@ -256,14 +297,14 @@ impl BodyModel {
     pub fn elastic(&self) -> Option<&ElasticModel> {
         match &self.form {
             BodyForm::Elastic(elastic) => Some(elastic),
-            BodyForm::Rigid | BodyForm::Imported(_) | BodyForm::Meshed(_) => None,
+            BodyForm::Rigid(_) | BodyForm::Imported(_) | BodyForm::Meshed(_) => None,
         }
     }
 
     pub(crate) fn elastic_mut(&mut self) -> Option<&mut ElasticModel> {
         match &mut self.form {
             BodyForm::Elastic(elastic) => Some(elastic),
-            BodyForm::Rigid | BodyForm::Imported(_) | BodyForm::Meshed(_) => None,
+            BodyForm::Rigid(_) | BodyForm::Imported(_) | BodyForm::Meshed(_) => None,
         }
     }
 }
@@ -287,7 +328,7 @@ impl BodyModel {
             BodyForm::Elastic(elastic) => of_basis(n, &elastic.reduced),
             BodyForm::Imported(imported) => counts(n, &imported.answers),
             BodyForm::Meshed(meshed) => of_basis(n, &meshed.reduced),
-            BodyForm::Rigid => CoordinateCounts::default(),
+            BodyForm::Rigid(_) => CoordinateCounts::default(),
         }
     }
 }

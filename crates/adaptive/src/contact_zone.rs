@@ -28,8 +28,19 @@ pub struct ContactZone {
     pub widths: [f64; 2],
     /// The part of the surface that points of another body may touch.
     pub region: ZoneRegion,
-    /// Whether it is the whole surface of the body, with its edges.
-    pub is_whole: bool,
+    /// What it is of the surface of the body.
+    pub extent: ZoneExtent,
+}
+
+/// What of the surface of its body a zone is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ZoneExtent {
+    /// A part: contact must not reach its end.
+    Part,
+    /// All faces, of which smooth parts are touched: contact must not reach an edge.
+    Faces,
+    /// The whole surface with its edges and corners, which touch and are touched (theory C.9).
+    Whole,
 }
 
 /// A part of a body's surface.
@@ -103,7 +114,7 @@ impl ContactZone {
             parameters: inside.iter().map(|p| p.xi).collect(),
             widths: limits.widths,
             region: ZoneRegion::Faces(vec![limits.region]),
-            is_whole: false,
+            extent: ZoneExtent::Part,
         })
     }
 }
@@ -141,7 +152,7 @@ impl ContactZone {
             region: ZoneRegion::Faces(
                 faces.into_iter().map(|f| TargetFace::whole(f, body.patches)).collect(),
             ),
-            is_whole: true,
+            extent: ZoneExtent::Whole,
         })
     }
 

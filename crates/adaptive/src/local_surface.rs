@@ -1,16 +1,15 @@
 //! The shape of a body's surface about a place, as Hertz's theory wants it.
 
-use iga_core::elasticity::Model;
+use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::FaceId;
 use iga_core::nurbs::patch::PointBasis;
 use iga_core::surface::Face;
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::elastic_body::rigid_motion;
 use crate::mesh_surface::{MeshSurface, SideSite};
 use crate::predict::LocalSurface;
 use crate::rotated_net::regular_view;
-use crate::spec::{BodyKind, BodySpec, ElasticSpec, MeshedSpec};
+use crate::spec::{BodyKind, BodySpec, Geometry, MeshedSpec};
 use crate::touch_sites::TouchSite;
 
 /// Surface of the undeformed body about a place of it.
@@ -26,12 +25,21 @@ pub struct SurfaceView {
     pub point: [f64; 3],
 }
 
+/// `(1 - ν²)/E` [1/Pa].
+pub fn plane_compliance(material: &Material) -> f64 {
+    (1.0 - material.poissons_ratio().powi(2)) / material.youngs_modulus()
+}
+
 impl SurfaceView {
     /// The surface of `body`, whose frame is turned by `rotation`, at `site`; `None` if it has no curvatures there, or `body` no surface.
     pub fn at(body: &BodySpec, rotation: &UnitQuaternion<f64>, site: &TouchSite) -> Option<Self> {
         match (&body.kind, site) {
             (BodyKind::Elastic(elastic), TouchSite::Face(site)) => {
-                Self::new(elastic, rotation, site.face, &site.xi)
+                let body = (elastic.geometry(), plane_compliance(&elastic.material));
+                Self::new(body, rotation, site.face, &site.xi)
+            }
+            (BodyKind::Rigid(rigid), TouchSite::Face(site)) => {
+                Self::new((rigid.geometry()?, 0.0), rotation, site.face, &site.xi)
             }
             (BodyKind::Meshed(meshed), TouchSite::Side(site)) => Self::of_mesh(meshed, rotation, site),
             _ => None,
@@ -41,8 +49,7 @@ impl SurfaceView {
     /// The surface of a body of finite elements, whose frame is turned by `rotation`; `None` where it has no normal.
     pub fn of_mesh(body: &MeshedSpec, rotation: &UnitQuaternion<f64>, site: &SideSite) -> Option<Self> {
         let shape = MeshSurface::of(&body.mesh).shape_at(site)?;
-        let material = body.slowest_material()?;
-        let compliance = (1.0 - material.poissons_ratio().powi(2)) / material.youngs_modulus();
+        let compliance = plane_compliance(body.slowest_material()?);
         let direction = rotation * shape.direction;
         Some(Self {
             surface: LocalSurface { curvatures: shape.curvatures, direction, compliance },
@@ -52,18 +59,19 @@ impl SurfaceView {
         })
     }
 
-    /// The surface of `body`, whose frame is turned by `rotation`, at parameters `xi` of `face`; `None` if it has no curvatures there.
+    /// The surface of `body`, which yields by `compliance` [1/Pa] and whose frame is turned by `rotation`, at parameters `xi` of `face`; `None` if it
+    /// has no curvatures there.
     pub fn new(
-        body: &ElasticSpec,
+        (body, compliance): (Geometry<'_>, f64),
         rotation: &UnitQuaternion<f64>,
         face: FaceId,
         xi: &[f64; 3],
     ) -> Option<Self> {
-        let (shape, motion) = (&body.shape, rigid_motion(&body.model));
-        let own = Face::new(&shape.patches, face, body.model == Model::Axisymmetric);
+        let (shape, motion) = (body.shape, body.motion());
+        let own = Face::new(&shape.patches, face, body.is_axisymmetric());
         let place = own.on_face(xi);
         // Where the net is singular, it has no curvatures to show.
-        let turned = if body.model == Model::Solid { regular_view(shape, &own, &place).ok()? } else { None };
+        let turned = if *body.model == Model::Solid { regular_view(shape, &own, &place).ok()? } else { None };
         let (patch, view, at) = match &turned {
             Some((shape, face, xi)) => (&shape.patches[face.id.patch], *face, *xi),
             None => (&shape.patches[face.patch], own, place),
@@ -72,9 +80,7 @@ impl SurfaceView {
         let geometry = view.geometry(&jet);
         let in_space = |v: &[f64; 3]| rotation * motion.in_space(v);
         let tangents = geometry.tangents.each_ref().map(in_space);
-        let material = &body.material;
-        let compliance = (1.0 - material.poissons_ratio().powi(2)) / material.youngs_modulus();
-        let direction = tangents[0].try_normalize(0.0).unwrap_or_else(Vector3::zeros);
+        let direction = view.first_direction(&jet).map_or_else(Vector3::zeros, |v| in_space(&v));
         Some(Self {
             surface: LocalSurface { curvatures: view.curvatures(&jet)?, direction, compliance },
             tangents,

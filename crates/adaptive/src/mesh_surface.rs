@@ -11,7 +11,7 @@ use fe_mesh::locate::SidePoint;
 use fe_mesh::surface::Surface;
 use nalgebra::{DMatrix, DVector, Matrix2, SymmetricEigen, Vector3};
 
-use crate::contact_zone::{ContactZone, ZoneRegion};
+use crate::contact_zone::{ContactZone, ZoneExtent, ZoneRegion};
 
 /// A place on a side of a mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -214,7 +214,7 @@ impl MeshSurface {
             parameters,
             widths,
             region: ZoneRegion::Pieces(Arc::new(self.pieces_of(&sides))),
-            is_whole: false,
+            extent: ZoneExtent::Part,
         })
     }
 

@@ -31,6 +31,11 @@ impl LocalSurface {
     pub fn sphere(radius: f64, compliance: f64) -> Self {
         Self { curvatures: [1.0 / radius; 2], direction: Vector3::zeros(), compliance }
     }
+
+    /// Curvature in the plane of a plane model, across which there is none [1/m].
+    pub fn in_plane(&self) -> f64 {
+        self.curvatures[0] + self.curvatures[1]
+    }
 }
 
 /// The answer of a Hertz impact.
@@ -38,8 +43,8 @@ impl LocalSurface {
 pub struct HertzPrediction {
     /// Semi-axes of the contact ellipse at the peak, larger first \[m\].
     pub semi_axes: [f64; 2],
-    /// Direction in space of the larger one; zero for a circle.
-    pub major: Vector3<f64>,
+    /// Direction in space of the smaller one; zero for a circle.
+    pub minor: Vector3<f64>,
     /// Largest force \[N\].
     pub peak_force: f64,
     /// Largest approach \[m\].
@@ -81,7 +86,7 @@ pub struct HertzLaw {
     ratio: f64,
     scale: f64,
     depth: f64,
-    major: Vector3<f64>,
+    minor: Vector3<f64>,
 }
 
 impl HertzLaw {
@@ -99,8 +104,8 @@ impl HertzLaw {
         let shape = if is_circle { 0.25 * PI } else { (first - second) / (1.0 - ratio * ratio) };
         let scale = (3.0 * shape / (PI * modulus * relative.small)).cbrt();
         let depth = 1.5 * first / (PI * modulus);
-        let major = if is_circle { Vector3::zeros() } else { relative.flat_direction };
-        Some(Self { ratio, scale, depth, major })
+        let minor = if is_circle { Vector3::zeros() } else { relative.bent_direction };
+        Some(Self { ratio, scale, depth, minor })
     }
 
     /// `k` of `F = k δ^(3/2)` [N/m^1.5].
@@ -113,7 +118,7 @@ impl HertzLaw {
         let major = self.scale * force.cbrt();
         HertzPrediction {
             semi_axes: [major, self.ratio * major],
-            major: self.major,
+            minor: self.minor,
             peak_force: force,
             approach: (force / self.stiffness()).powf(2.0 / 3.0),
         }
@@ -127,8 +132,8 @@ const CIRCLE: f64 = 1e-6;
 struct RelativeCurvature {
     small: f64,
     large: f64,
-    /// Direction of the smaller one, along which the contact is longer.
-    flat_direction: Vector3<f64>,
+    /// Direction of the larger one, along which the contact is shorter.
+    bent_direction: Vector3<f64>,
 }
 
 impl RelativeCurvature {
@@ -147,19 +152,18 @@ impl RelativeCurvature {
         let deviation = along.hypot(across);
         let (small, large) = (mean - deviation, mean + deviation);
         let is_curved = small > FLAT * large && large.is_finite() && large > 0.0;
-        // `main.direction` bends most; the direction across it bends least, which two nearly equal partners turn little.
+        // A partner without a direction, or with the same one, turns nothing.
         let normal = partners.iter().map(|p| p.direction.cross(&main.direction)).find(|v| v.norm() > 1e-6);
-        let flat_direction = flattest(&main.direction, normal, 0.5 * across.atan2(along));
-        is_curved.then_some(Self { small, large, flat_direction })
+        let bent_direction = most_bent(&main.direction, normal, 0.5 * across.atan2(along));
+        is_curved.then_some(Self { small, large, bent_direction })
     }
 }
 
-/// The direction across the most curved one, which lies at `angle` from `main` about `normal`; zero if no normal tells it.
-fn flattest(main: &Vector3<f64>, normal: Option<Vector3<f64>>, angle: f64) -> Vector3<f64> {
-    let Some(normal) = normal.map(|n| n.normalize()) else { return Vector3::zeros() };
+/// The most curved direction, which lies at `angle` from `main` about `normal`; without a normal `main` itself.
+fn most_bent(main: &Vector3<f64>, normal: Option<Vector3<f64>>, angle: f64) -> Vector3<f64> {
+    let Some(normal) = normal.map(|n| n.normalize()) else { return *main };
     // A partner's direction is `main` turned by -angle about its cross product with `main`.
-    let across = normal.cross(main);
-    across * angle.cos() + main * angle.sin()
+    main * angle.cos() - normal.cross(main) * angle.sin()
 }
 
 impl LocalSurface {
@@ -327,8 +331,8 @@ pub fn interval_width(half_width: f64, target: f64, from_axis: bool) -> f64 {
 pub fn half_extents(prediction: &HertzPrediction, tangents: &[Vector3<f64>; 2]) -> [f64; 2] {
     let [a, b] = prediction.semi_axes;
     tangents.map(|t| {
-        let cosine = t.try_normalize(0.0).map_or(0.0, |t| t.dot(&prediction.major)).abs().min(1.0);
-        extent_of_ellipse([a, b], [cosine, (1.0 - cosine * cosine).sqrt()])
+        let cosine = t.try_normalize(0.0).map_or(0.0, |t| t.dot(&prediction.minor)).abs().min(1.0);
+        extent_of_ellipse([a, b], [(1.0 - cosine * cosine).sqrt(), cosine])
     })
 }
 
@@ -428,6 +432,10 @@ mod tests {
         assert_relative_eq!(common * (k - e), 20.0, max_relative = 1e-8);
         assert_relative_eq!(common * ((a / b).powi(2) * e - k), 100.0, max_relative = 1e-8);
         assert!((2.5..3.5).contains(&(a / b)), "about (100/20)^(2/3) = 2.9: {}", a / b);
+        // The plane has no direction: the body's own says which way the contact is longer.
+        let extents = half_extents(&found, &[Vector3::x(), Vector3::y()]);
+        assert_relative_eq!(extents[0], a, max_relative = 1e-12);
+        assert_relative_eq!(extents[1], b, max_relative = 1e-12);
     }
 
     #[test]
@@ -449,8 +457,9 @@ mod tests {
             };
             let angle = (0..3141).map(|i| f64::from(i) * 1e-3).min_by(|a, b| bend(*a).total_cmp(&bend(*b)));
             let best = angle.map(|a| Vector3::new(a.cos(), a.sin(), 0.0)).unwrap();
-            assert!(found.major.dot(&best).abs() > 1.0 - 1e-6, "{} and {best}", found.major);
-            let along = half_extents(&found, &[2.0 * found.major, Vector3::z().cross(&found.major)]);
+            // The search finds the angle to 1e-3.
+            assert!(found.minor.dot(&best).abs() < 1e-3, "{} and {best}", found.minor);
+            let along = half_extents(&found, &[2.0 * Vector3::z().cross(&found.minor), found.minor]);
             assert_relative_eq!(along[0], found.semi_axes[0], max_relative = 1e-9);
             assert_relative_eq!(along[1], found.semi_axes[1], max_relative = 1e-9);
         }

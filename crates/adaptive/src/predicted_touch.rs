@@ -6,15 +6,13 @@ use std::sync::Arc;
 use contact_qs::Plane;
 use contact_qs::search::{TouchSettings, first_touch};
 use ffr_dynamics::system::force::BodyState;
-use iga_core::elasticity::Model;
 use iga_core::nurbs::patch::PointBasis;
 use iga_core::nurbs::{FaceId, Patch};
 use iga_core::surface::{BodySurface, Face};
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 
 use crate::detection::{Detector, DetectorTarget, Nearest, Search};
-use crate::elastic_body::rigid_motion;
-use crate::spec::{ContactSpec, ElasticSpec, JointSpec, RunSpec, Target};
+use crate::spec::{ContactSpec, Geometry, JointSpec, RunSpec, Target};
 use crate::touch_sites::Undeformed;
 
 /// What of two bodies touches first.
@@ -34,6 +32,9 @@ pub enum TouchKind {
 const PARALLEL: f64 = 1e-6;
 /// Part of a body's size by which places may differ that are one: bodies count as touching at this gap.
 const SAME_PLACE: f64 = 1e-7;
+/// Part of a body's size below which the lines of a net that run around a place are a pole: closest places are known to the root of round-off, and
+/// are as far from it.
+const POLE: f64 = 1e-5;
 /// Shortest step of the search for a touch, over the simulated time.
 const SHORTEST: f64 = 1e-6;
 
@@ -42,34 +43,38 @@ const SHORTEST: f64 = 1e-6;
 const LOOKS_BACK: usize = 10;
 
 /// What touches first in `contact`, the bodies being in the motions `poses` at the start; `None` where it is not known: bodies that joints or
-/// loads hold, that are not of splines, or do not meet.
+/// loads hold other than in their place, that have no exact shape, or do not meet.
 pub fn touch_kind(spec: &RunSpec, contact: &ContactSpec, poses: &[BodyState]) -> Option<TouchKind> {
-    let own = spec.bodies[contact.body].elastic()?;
+    let own = spec.bodies[contact.body].geometry()?;
     let (target, other) = match contact.target {
         Target::Plane { .. } => (None, None),
-        Target::Body(other) => (Some(spec.bodies[other].elastic()?), Some(other)),
+        Target::Body(other) => (Some(spec.bodies[other].geometry()?), Some(other)),
     };
-    if [Some(contact.body), other].into_iter().flatten().any(|body| !is_free(spec, body)) {
+    if [Some(contact.body), other]
+        .into_iter()
+        .flatten()
+        .any(|body| !is_free(spec, body) && !spec.is_held(body))
+    {
         return None;
     }
     let flight = Flight::new(spec, contact, poses)?;
     let (poses, nearest) = flight.touch(spec.settings.end_time)?;
-    let other = other.zip(target).map(|(body, elastic)| (elastic, &poses[body]));
+    let other = other.zip(target).map(|(body, shape)| (shape, &poses[body]));
     Some(touch_kind_at((own, &poses[contact.body]), other, &nearest, PARALLEL))
 }
 
 /// What touches at the places `nearest` of a contact body and a target, shapes with their motions; the target is a plane if there is none.
 /// Flat faces meet as a whole if they are inclined by no more than the angle `parallel` \[rad\].
 pub fn touch_kind_at(
-    (own, pose): (&ElasticSpec, &BodyState),
-    other: Option<(&ElasticSpec, &BodyState)>,
+    (own, pose): (Geometry<'_>, &BodyState),
+    other: Option<(Geometry<'_>, &BodyState)>,
     nearest: &Nearest,
     parallel: f64,
 ) -> TouchKind {
     let normal = direction((own, pose), other, nearest);
     let own = Side::new(own, pose, &normal);
     let own_point = own.point(nearest.contact.face, &nearest.contact.xi);
-    let target = other.map(|(elastic, pose)| Side::new(elastic, pose, &-normal));
+    let target = other.map(|(shape, pose)| Side::new(shape, pose, &-normal));
     let target_point =
         target.as_ref().zip(nearest.target).map(|(side, site)| side.point(site.face, &site.xi));
     let both = || std::iter::once((&own, own_point)).chain(target.as_ref().zip(target_point));
@@ -93,16 +98,16 @@ const ROUND_OFF: f64 = 1e-9;
 /// Direction from the target to the contact body: that between the nearest places or, where these are one but for round-off, the mean of what
 /// the normals of their faces say.
 fn direction(
-    (own, pose): (&ElasticSpec, &BodyState),
-    other: Option<(&ElasticSpec, &BodyState)>,
+    (own, pose): (Geometry<'_>, &BodyState),
+    other: Option<(Geometry<'_>, &BodyState)>,
     nearest: &Nearest,
 ) -> Vector3<f64> {
     let (Some((target, facing)), Some(there)) = (other, nearest.target) else { return nearest.normal };
-    let normal = |body: &ElasticSpec, pose: &BodyState, face: FaceId, xi: &[f64; 3]| {
+    let normal = |body: Geometry<'_>, pose: &BodyState, face: FaceId, xi: &[f64; 3]| {
         let patches = &body.shape.patches;
-        let face = Face::new(patches, face, body.model == Model::Axisymmetric);
+        let face = Face::new(patches, face, body.is_axisymmetric());
         let at = face.at(&patches[face.id.patch], xi, &mut PointBasis::default());
-        pose.rotation * rigid_motion(&body.model).in_space(&at.normal)
+        pose.rotation * body.motion().in_space(&at.normal)
     };
     let mean = normal(target, facing, there.face, &there.xi)
         - normal(own, pose, nearest.contact.face, &nearest.contact.xi);
@@ -123,6 +128,7 @@ fn is_free(spec: &RunSpec, body: usize) -> bool {
 struct Flight<'a> {
     detector: Detector,
     poses: &'a [BodyState],
+    /// Those that fly; others are held.
     bodies: Vec<usize>,
     gravity: Vector3<f64>,
     /// Growth of the closing speed [m/s²].
@@ -137,17 +143,18 @@ impl<'a> Flight<'a> {
         let model = |body: usize| Some(Arc::new(Undeformed::new(&spec.bodies[body])?.model().ok()?));
         let own = model(contact.body)?;
         let size = own.radius();
-        let (target, bodies, acceleration) = match contact.target {
+        let (target, other) = match contact.target {
             Target::Plane { point, normal } => {
-                let plane = Plane { point, normal: Unit::new_normalize(normal) };
-                (DetectorTarget::Plane(plane), vec![contact.body], spec.settings.gravity.norm())
+                (DetectorTarget::Plane(Plane { point, normal: Unit::new_normalize(normal) }), None)
             }
-            Target::Body(other) => {
-                (DetectorTarget::Body(other, model(other)?), vec![contact.body, other], 0.0)
-            }
+            Target::Body(other) => (DetectorTarget::Body(other, model(other)?), Some(other)),
         };
         let detector = Detector::new(contact.body, own, target);
         let gravity = spec.settings.gravity;
+        let falls = |body: &usize| !spec.is_held(*body);
+        let bodies: Vec<usize> = [Some(contact.body), other].into_iter().flatten().filter(falls).collect();
+        // Bodies that fall side by side do not approach each other for that.
+        let acceleration = if bodies.len() == 2 { 0.0 } else { gravity.norm() };
         let overlap = contact.initial_overlap;
         Some(Self { detector, poses, bodies, gravity, acceleration, size, overlap })
     }
@@ -209,14 +216,14 @@ struct Side<'a> {
 }
 
 impl<'a> Side<'a> {
-    /// The body `elastic` at `pose`; `normal` points from the partner to it.
-    fn new(elastic: &'a ElasticSpec, pose: &BodyState, normal: &Vector3<f64>) -> Self {
-        let patches = &elastic.shape.patches;
-        let faces = Face::outer(patches, elastic.model == Model::Axisymmetric);
+    /// The body of the shape `body` at `pose`; `normal` points from the partner to it.
+    fn new(body: Geometry<'a>, pose: &BodyState, normal: &Vector3<f64>) -> Self {
+        let patches = &body.shape.patches;
+        let faces = Face::outer(patches, body.is_axisymmetric());
         let in_body = pose.rotation.inverse_transform_vector(&-normal);
         let points = patches.iter().flat_map(|p| p.control_points());
         let size = points.map(|p| Vector3::from(*p).norm()).fold(0.0, f64::max);
-        Self { patches, faces, outward: rigid_motion(&elastic.model).components(in_body.as_ref()), size }
+        Self { patches, faces, outward: body.motion().components(in_body.as_ref()), size }
     }
 
     /// Position of a place of a face.
@@ -254,11 +261,22 @@ impl<'a> Side<'a> {
         let found = self.faces.iter().filter_map(|&face| {
             let surface = BodySurface::of_faces(self.patches, vec![face]);
             let found = surface.closest(self.patches, point)?;
-            // A pole has no normal of its own, and is no edge.
             let normal = Vector3::from(found.normal);
-            (found.measure <= 4.0 * SAME_PLACE * self.size && normal.norm() > 0.5).then_some(normal)
+            let is_there = found.measure <= 4.0 * SAME_PLACE * self.size;
+            (is_there && normal.norm() > 0.5 && !self.is_pole(&face, &found.xi)).then_some(normal)
         });
         found.collect::<Vec<_>>().into_iter()
+    }
+
+    /// Whether lines of parameters of `face` run together at `xi`: a pole has no normal of its own, what is computed there is round-off, and it is
+    /// no edge.
+    fn is_pole(&self, face: &Face, xi: &[f64; 3]) -> bool {
+        let patch = &self.patches[face.id.patch];
+        let (lower, upper) = patch.domain();
+        let tangents = face.at(patch, xi, &mut PointBasis::default()).tangents;
+        let mut lengths =
+            face.directions().zip(tangents).map(|(d, t)| Vector3::from(t).norm() * (upper[d] - lower[d]));
+        lengths.any(|length| length <= POLE * self.size)
     }
 
     /// Number of different normals at `point`: one of a smooth surface, two of an edge, three and more of a corner.

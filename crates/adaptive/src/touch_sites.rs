@@ -9,15 +9,14 @@ use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::force::BodyState;
 use nalgebra::{Unit, Vector3};
 
-use crate::elastic_body::rigid_motion;
 use crate::mesh_surface::{MeshSurface, SideSite};
-use crate::spec::{BodyKind, BodySpec, ContactSpec, ElasticSpec, RunSpec, Target};
+use crate::spec::{BodyKind, BodySpec, ContactSpec, Geometry, RunSpec, Target};
 use crate::zone_at_start::ContactSite;
 
 /// A place on the surface of a body about which a contact has its zone.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum TouchSite {
-    /// On a face of a body of splines.
+    /// On a face of a shape.
     Face(ContactSite),
     /// On a side of a mesh.
     Side(SideSite),
@@ -42,9 +41,9 @@ pub struct Sites {
     pub target: Option<TouchSite>,
 }
 
-/// The surface of an undeformed flexible body.
+/// The surface of an undeformed body, flexible or rigid.
 pub(crate) enum Undeformed<'a> {
-    Splines(&'a ElasticSpec),
+    Shape(Geometry<'a>),
     Mesh(Arc<MeshSurface>),
 }
 
@@ -52,16 +51,17 @@ impl<'a> Undeformed<'a> {
     /// The surface of `body`; none of a body that has no surface to touch.
     pub fn new(body: &'a BodySpec) -> Option<Self> {
         match &body.kind {
-            BodyKind::Elastic(elastic) => Some(Self::Splines(elastic)),
             BodyKind::Meshed(meshed) => Some(Self::Mesh(MeshSurface::of(&meshed.mesh))),
-            BodyKind::Rigid(_) | BodyKind::Imported(_) => None,
+            BodyKind::Elastic(_) | BodyKind::Rigid(_) | BodyKind::Imported(_) => {
+                body.geometry().map(Self::Shape)
+            }
         }
     }
 
     /// Its surface for searches.
     pub fn model(&self) -> Result<SurfaceModel, ContactError> {
         match self {
-            Self::Splines(body) => SurfaceModel::rigid(rigid_motion(&body.model), &body.shape.patches),
+            Self::Shape(body) => SurfaceModel::rigid(body.motion(), &body.shape.patches),
             Self::Mesh(surface) => {
                 let none = Mat::<f64>::zeros(0, 0);
                 let (motion, pieces) = (RigidMotion::Spatial, surface.pieces());
@@ -72,7 +72,7 @@ impl<'a> Undeformed<'a> {
 
     fn site(&self, found: &SurfaceSite) -> TouchSite {
         match self {
-            Self::Splines(body) => TouchSite::Face(ContactSite::new(body, found.face, found.xi)),
+            Self::Shape(body) => TouchSite::Face(ContactSite::new(body, found.face, found.xi)),
             Self::Mesh(surface) => TouchSite::Side(surface.site(found.element, [found.xi[0], found.xi[1]])),
         }
     }
@@ -81,7 +81,7 @@ impl<'a> Undeformed<'a> {
     fn lowest(&self, pose: &BodyState, normal: &Vector3<f64>) -> Result<TouchSite, ContactError> {
         let none = ContactError::Empty { width: 0.0 };
         match self {
-            Self::Splines(body) => ContactSite::lowest(body, &pose.rotation.inverse_transform_vector(normal))
+            Self::Shape(body) => ContactSite::lowest(body, &pose.rotation.inverse_transform_vector(normal))
                 .map(TouchSite::Face)
                 .ok_or(none),
             Self::Mesh(_) => {

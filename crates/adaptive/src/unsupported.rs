@@ -59,15 +59,20 @@ pub enum Unsupported {
     /// A surface that contact cannot be watched on.
     #[error(transparent)]
     Surface(ContactError),
-    /// Contact of points on a rigid body.
-    #[error("body \"{body}\" is rigid and has no elastic surface, choose model \"hertz\" or an elastic body")]
-    RigidSurface {
+    /// Contact points on a rigid body.
+    #[error(
+        "body \"{body}\" is not flexible and carries no contact points; exchange contact body and target, between two rigid bodies choose model \"hertz\""
+    )]
+    RigidContactBody {
         /// Name of the body.
         body: String,
     },
-    /// A refined contact with a rigid body.
-    #[error("a rigid body has no elastic surface, choose model \"hertz\" or an elastic body")]
-    RigidPartner,
+    /// Contact with a body that has no surface.
+    #[error("body \"{body}\" has no surface to touch; give it a shape")]
+    NoSurface {
+        /// Name of the body.
+        body: String,
+    },
     /// Contacts on one body that want different things of its modes.
     #[error("{} and {} contacts on one body cannot be mixed, choose one model", models[0], models[1])]
     MixedContacts {

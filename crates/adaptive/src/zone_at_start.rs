@@ -10,9 +10,9 @@ use iga_core::surface::{BodySurface, CollocationPoint, Face};
 use nalgebra::Vector3;
 
 use crate::contact_zone::{ContactZone, ZoneLimits};
-use crate::elastic_body::{ElasticBody, rigid_motion};
+use crate::elastic_body::ElasticBody;
 use crate::error::{AdaptiveError, ContactModelFault};
-use crate::spec::{ElasticSpec, RefinementSpec, SurfaceLaw, Treatment};
+use crate::spec::{ElasticSpec, Geometry, RefinementSpec, SurfaceLaw, Treatment};
 
 /// Slack of comparisons between parameters, as a share of the patch's range: round-off of arc lengths.
 const PARAMETER_SLACK: f64 = 1e-9;
@@ -45,18 +45,18 @@ pub struct ZoneRequest<'a> {
 
 impl ContactSite {
     /// The site at parameters `xi` of face `face`.
-    pub fn new(body: &ElasticSpec, face: FaceId, xi: [f64; 3]) -> Self {
+    pub fn new(body: &Geometry<'_>, face: FaceId, xi: [f64; 3]) -> Self {
         let patches = &body.shape.patches;
-        let xi = Face::new(patches, face, body.model == Model::Axisymmetric).on_face(&xi);
+        let xi = Face::new(patches, face, body.is_axisymmetric()).on_face(&xi);
         Self { face, xi, point: patches[face.patch].point(&xi) }
     }
 
     /// The first point to touch a plane whose normal, in the body's frame and towards the body, is `normal`; `None` for a
     /// body without faces.
-    pub fn lowest(body: &ElasticSpec, normal: &Vector3<f64>) -> Option<Self> {
+    pub fn lowest(body: &Geometry<'_>, normal: &Vector3<f64>) -> Option<Self> {
         let patches = &body.shape.patches;
-        let surface = BodySurface::new(patches, body.model == Model::Axisymmetric);
-        let first = surface.lowest(patches, &rigid_motion(&body.model).components(normal.as_ref()))?;
+        let surface = BodySurface::new(patches, body.is_axisymmetric());
+        let first = surface.lowest(patches, &body.motion().components(normal.as_ref()))?;
         Some(Self::new(body, surface.faces()[first.face].id, first.xi))
     }
 }

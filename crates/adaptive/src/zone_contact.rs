@@ -11,7 +11,7 @@ use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::Active;
 use nalgebra::Unit;
 
-use crate::contact_zone::{ContactZone, ZoneRegion};
+use crate::contact_zone::{ContactZone, ZoneExtent, ZoneRegion};
 use crate::elastic_body::Discretised;
 use crate::spec::{SurfaceLaw, Target};
 
@@ -56,10 +56,10 @@ impl ContactSide<'_> {
             (ZoneRegion::Faces(faces), Some(Discretised { space, patches, .. })) => {
                 let surface =
                     TargetSurface::flexible(motion, *space, patches, faces, lookup, shapes, compliance)?;
-                Ok(if self.zone.is_whole {
-                    surface.with_edges(OVERHANG * self.zone.widths[0])
-                } else {
-                    surface
+                Ok(match self.zone.extent {
+                    ZoneExtent::Part => surface,
+                    ZoneExtent::Faces => surface.complete(),
+                    ZoneExtent::Whole => surface.with_edges(OVERHANG * self.zone.widths[0]),
                 })
             }
             (ZoneRegion::Faces(_), None) => Err(ContactError::Nothing { what: "a mesh has no face" }),

@@ -28,6 +28,7 @@ use crate::quasistatic::Method;
 use crate::submodel::{ContactSubmodel, SparseRows};
 
 mod bezier;
+mod edges;
 mod evaluation;
 mod friction;
 mod relative_pose;

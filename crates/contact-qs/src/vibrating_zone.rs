@@ -64,7 +64,8 @@ impl<C: ContactElement> VibratingContact<C> {
     /// `contact` with the vibrating `zones`, in a system of `n_bodies` bodies.
     ///
     /// # Errors
-    /// [`ContactError::Data`] if a zone's body takes no part in the contact, or numbers of modes differ.
+    /// [`ContactError::Data`] if a zone's body takes no part in the contact, or numbers of modes differ; [`ContactError::Nothing`] if a body of the
+    /// contact has no zone: that of a rigid one has no modes.
     pub fn new(contact: C, zones: Vec<ZoneVibration>, n_bodies: usize) -> Result<Self, ContactError> {
         let (body, target) = contact.bodies();
         let mut n_seen = vec![0; n_bodies];
@@ -78,6 +79,10 @@ impl<C: ContactElement> VibratingContact<C> {
             }
             let missing = DataError::Index { what: "bodies".into(), number: zone.body, count: n_bodies };
             *n_seen.get_mut(zone.body).ok_or(missing)? = zone.n_low + zone.len();
+        }
+        let mut bodies = [Some(body), target].into_iter().flatten();
+        if bodies.any(|body| zones.iter().all(|zone| zone.body != body)) {
+            return Err(ContactError::Nothing { what: "a body of the contact has no vibrating zone" });
         }
         Ok(Self { contact, zones, n_seen })
     }

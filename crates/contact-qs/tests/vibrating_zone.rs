@@ -97,6 +97,7 @@ fn zones_that_do_not_belong_to_the_contact_are_refused() {
     };
     assert!(refusal(zone(1), 3).contains("body 1 takes no part"));
     assert!(refusal(zone(2), 2).contains("2 of 2"));
+    assert!(refusal(zone(2), 3).contains("a body of the contact has no vibrating zone"));
     assert!(
         refusal(ZoneVibration { damping: vec![1.0], ..zone(2) }, 3)
             .contains("damping coefficients of a contact zone: 1, must be 2")

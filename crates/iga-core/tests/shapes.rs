@@ -10,6 +10,7 @@ use iga_core::nurbs::patch::PointBasis;
 use iga_core::nurbs::primitives::{SphereNet, axisymmetric, plane, solid, sphere};
 use iga_core::nurbs::shape::singular_sets;
 use iga_core::nurbs::{Patch, Shape};
+use iga_core::surface::Face;
 
 /// Gauss-Legendre rule with `n` points on [0, 1], by Newton on the Legendre polynomial.
 fn gauss(n: usize) -> Vec<(f64, f64)> {
@@ -80,6 +81,7 @@ fn shapes() -> Vec<(&'static str, Shape, bool, f64)> {
         ("cube-net sphere", sphere::sphere(r, SphereNet::Cube).unwrap(), false, ball),
         ("spindle-net sphere", sphere::sphere(r, SphereNet::Spindle).unwrap(), false, ball),
         ("seven-patch sphere", sphere::sphere(r, SphereNet::Shells).unwrap(), false, ball),
+        ("ellipsoid", sphere::ellipsoid([r, 2.0 * r, 3.0 * r]).unwrap(), false, 6.0 * ball),
     ]
 }
 
@@ -293,4 +295,39 @@ fn a_turned_ball_is_the_same_ball() {
     let (patch, xi) = turned.locate(&turned.markers["right"]).unwrap();
     let at = turned.patches[patch].point(&xi);
     assert!((at[0] - 0.01 * c).abs() < 1e-15);
+}
+
+#[test]
+fn surfaces_of_ellipsoids_obey_their_equation_and_have_their_curvatures() {
+    let axes = [0.02, 0.015, 0.01];
+    let body = sphere::ellipsoid(axes).unwrap();
+    assert!((body.markers["right"][0] / axes[0] - 1.0).abs() < 1e-15);
+    let patch = &body.patches[0];
+    for face in Face::outer(&body.patches, false) {
+        for share in grid(2, 7) {
+            let mut xi = face.on_face(&[0.0; 3]);
+            for (d, s) in face.directions().zip(share) {
+                xi[d] = s;
+            }
+            let point = patch.point(&xi);
+            let sum: f64 = point.iter().zip(axes).map(|(x, a)| (x / a).powi(2)).sum();
+            assert!((sum - 1.0).abs() < 1e-13, "{point:?}");
+        }
+        // At the end of axis c the curvatures are c/a² and c/b², the larger one along the shorter of a and b.
+        let c = face.id.direction;
+        let [a, b] = [(c + 1) % 3, (c + 2) % 3];
+        let jet = patch.jet(&face.on_face(&[0.5; 3]), 2, &mut PointBasis::default());
+        assert!((jet.point[c].abs() / axes[c] - 1.0).abs() < 1e-13);
+        let short = if axes[a] < axes[b] { a } else { b };
+        let exact = [short, a + b - short].map(|d| axes[c] / axes[d].powi(2));
+        let found = face.curvatures(&jet).unwrap();
+        // Second derivatives lose some digits.
+        found
+            .iter()
+            .zip(exact)
+            .for_each(|(k, e)| assert!((k / e - 1.0).abs() < 1e-11, "{found:?} {exact:?}"));
+        let direction = face.first_direction(&jet).unwrap();
+        assert!((direction[short].abs() - 1.0).abs() < 1e-12, "{direction:?}");
+    }
+    assert!(sphere::ellipsoid([0.02, 0.0, 0.01]).is_err());
 }

@@ -15,7 +15,7 @@ use nalgebra::Vector3;
 
 use super::{AdaptiveContact, CancelCheck, WIDEST};
 use crate::body_model::{BodyModel, FlexibleBody};
-use crate::contact_zone::ContactZone;
+use crate::contact_zone::{ContactZone, ZoneExtent};
 use crate::elastic_body::{ElasticBody, damping, with_critical};
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::fine_body::FineBodyModel;
@@ -25,6 +25,7 @@ use crate::fine_modes::FineModes;
 use crate::mesh_surface::MeshSurface;
 use crate::point_compliance::{Functions, point_rows};
 use crate::record::ZoneSite;
+use crate::rigid_surface::RigidSurface;
 use crate::spec::{LowModes, Target, Treatment};
 use crate::store::{ModelKey, StoredModel, matrix, matrix_values};
 use crate::unsupported::Unsupported;
@@ -172,10 +173,8 @@ impl AdaptiveContact {
         bodies: &[BodyModel],
         sites: &[Option<ZoneSite>; 2],
     ) -> Result<RebuiltContact, AdaptiveError> {
-        let wanted = match self.target {
-            Target::Plane { .. } => vec![(self.body, sites[0])],
-            Target::Body(other) => vec![(self.body, sites[0]), (other, sites[1])],
-        };
+        let mut wanted = vec![(self.body, sites[0])];
+        wanted.extend(self.flexible_target.map(|other| (other, sites[1])));
         let mut sides = Vec::new();
         for (body, site) in wanted {
             let site = site.ok_or_else(|| self.without_model(ContactModelFault::UnknownPlace))?;
@@ -329,6 +328,12 @@ impl AdaptiveContact {
         Ok(Some(ZoneVibration { body: index, n_low, mass, omega, damping }))
     }
 
+    /// The target with its surface, if it is a rigid body.
+    fn rigid_target<'a>(&self, bodies: &'a [BodyModel]) -> Option<(usize, &'a RigidSurface)> {
+        let Target::Body(body) = self.target else { return None };
+        Some((body, bodies[body].rigid_surface()?))
+    }
+
     /// The force element of the refined contact of bodies in the motions `states`, whose surfaces are `gap` apart: where a zone lies on a smooth surface in
     /// place of its sides, that is moved along its normal until the contact has this gap.
     ///
@@ -364,7 +369,7 @@ impl AdaptiveContact {
         other: Option<&(usize, FineSide<'_>)>,
         bodies: &[BodyModel],
     ) -> Result<Box<dyn ActiveContact>, AdaptiveError> {
-        let contact = self.contact_of_points(own, other)?;
+        let contact = self.contact_of_points(own, other, bodies)?;
         if !self.is_vibrating() {
             return Ok(contact.active());
         }
@@ -372,6 +377,13 @@ impl AdaptiveContact {
         for (index, side) in [(self.body, own)].into_iter().chain(other.iter().map(|(i, side)| (*i, side))) {
             zones.extend(self.vibration(side, (index, &bodies[index]))?);
         }
+        zones.extend(self.rigid_target(bodies).map(|(body, _)| ZoneVibration {
+            body,
+            n_low: 0,
+            mass: bodies[body].data.mass,
+            omega: Vec::new(),
+            damping: Vec::new(),
+        }));
         contact.vibrating(zones, bodies.len()).map_err(|e| self.fail(e))
     }
 
@@ -389,11 +401,11 @@ impl AdaptiveContact {
         &self,
         own: &mut FineSide<'_>,
         other: &mut Option<(usize, FineSide<'_>)>,
-        states: &[BodyState],
+        (bodies, states): (&[BodyModel], &[BodyState]),
     ) -> Result<Option<f64>, AdaptiveError> {
         let moving = own.hold();
         let moving_target = other.as_mut().map(|(_, side)| side.hold());
-        let contact = self.contact_of_points(own, other.as_ref());
+        let contact = self.contact_of_points(own, other.as_ref(), bodies);
         own.answer = moving;
         if let (Some((_, side)), Some(answer)) = (other.as_mut(), moving_target) {
             side.answer = answer;
@@ -405,11 +417,15 @@ impl AdaptiveContact {
         &self,
         own: &FineSide<'_>,
         other: Option<&(usize, FineSide<'_>)>,
+        bodies: &[BodyModel],
     ) -> Result<ZoneContact, AdaptiveError> {
+        let has_edges = own.zone.extent == ZoneExtent::Whole;
         let (own_shapes, other_shapes) = (own.all_shapes(), other.map(|(_, side)| side.all_shapes()));
         let own = own.contact_side(self.body, own_shapes.as_ref().as_ref());
         let other = other.zip(other_shapes.as_ref());
         let other = other.map(|((body, side), shapes)| side.contact_side(*body, shapes.as_ref().as_ref()));
+        let rigid = self.rigid_target(bodies).map(|(body, surface)| surface.side(body, has_edges));
+        let other = other.or(rigid);
         // The factor is replaced before the first evaluation.
         ZoneContact::new(&self.law, FALLBACK_PENALTY, self.target, &own, other.as_ref())
             .map_err(|e| self.fail(e))

@@ -28,7 +28,7 @@ const NEARLY_PARALLEL: f64 = 1e-4;
 pub(super) struct Sites {
     /// On the contact body.
     pub own: ZoneSite,
-    /// On the target; none of a plane.
+    /// On the target; none of a plane and of a rigid body.
     pub target: Option<ZoneSite>,
     /// Widths predicted for the impact \[m\].
     pub predicted: [f64; 2],
@@ -52,10 +52,7 @@ impl AdaptiveContact {
     ) -> Result<Sites, AdaptiveError> {
         let whole = self.whole_at(bodies, states, nearest, request.widths)?;
         let own_body = flexible(&bodies[self.body]);
-        let target = match (self.target, &nearest.target) {
-            (Target::Body(other), Some(there)) => Some((other, there)),
-            _ => None,
-        };
+        let target = self.flexible_target.zip(nearest.target.as_ref());
         if whole.is_some() {
             let target = target.map(|_| ZoneSite::WHOLE);
             return Ok(Sites { own: ZoneSite::WHOLE, target, predicted: [0.0; 2], least: [0.0; 2], whole });
@@ -93,7 +90,7 @@ impl AdaptiveContact {
             Some(_) => return Ok(None),
             None => {}
         }
-        let side = |body: usize| bodies[body].elastic().map(|e| (&e.body.spec, &states[body]));
+        let side = |body: usize| bodies[body].geometry().map(|shape| (shape, &states[body]));
         let Some(own) = side(self.body) else { return Ok(None) };
         let other = match self.target {
             Target::Plane { .. } => None,
@@ -127,8 +124,8 @@ impl AdaptiveContact {
         weight: Option<f64>,
     ) -> PenaltySearch {
         let suggested = || {
-            let other = if let Target::Body(other) = self.target { Some(other) } else { None };
-            let sides = [Some(self.body), other].into_iter().flatten().map(|b| flexible(&bodies[b]));
+            let sides =
+                [Some(self.body), self.flexible_target].into_iter().flatten().map(|b| flexible(&bodies[b]));
             let most = if kind == TouchKind::Flat { resolved_penalty(sides) } else { f64::INFINITY };
             weight.map_or(FALLBACK_PENALTY, |weight| self.law.stiffness_ratio / weight).min(most)
         };
@@ -171,10 +168,7 @@ impl AdaptiveContact {
     ) -> Option<(ZoneSite, Option<ZoneSite>)> {
         let given = &self.law.interval;
         let elements = given.elements.unwrap_or(ELEMENTS);
-        let of_target = match self.target {
-            Target::Body(other) => other,
-            Target::Plane { .. } => self.body,
-        };
+        let of_target = self.flexible_target.unwrap_or(self.body);
         let holds = |body: usize, kept: &ZoneSite, wanted: &ZoneSite| {
             kept_zone::holds(&flexible(&bodies[body]), (kept, wanted), elements, given.target_utilisation)
         };

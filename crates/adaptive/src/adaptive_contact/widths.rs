@@ -12,7 +12,7 @@ use super::{AdaptiveContact, flexible};
 use crate::body_model::{BodyModel, FlexibleBody};
 use crate::detection::{Nearest, Search};
 use crate::error::AdaptiveError;
-use crate::local_surface::SurfaceView;
+use crate::local_surface::{SurfaceView, plane_compliance};
 use crate::mesh_surface::MeshSurface;
 use crate::predict::{
     HertzLaw, HertzPrediction, ImpactLaw, LineLaw, LocalSurface, half_extents, hertz_impact, interval_width,
@@ -88,7 +88,7 @@ impl AdaptiveContact {
     ) -> [f64; 2] {
         let tangents = |body: usize, site: &SurfaceSite| {
             let body_model = flexible(&bodies[body]);
-            let view = view(&body_model, &states[body], site)?;
+            let view = view(&bodies[body], &states[body], site)?;
             (body_model.motion == RigidMotion::Spatial).then_some(view.tangents)
         };
         match (tangents(self.body, here), tangents(other, there)) {
@@ -106,10 +106,13 @@ impl AdaptiveContact {
         let Some(own_thickness) = thickness(&body) else {
             return HertzLaw::new(&surfaces).map(ImpactLaw::Point);
         };
-        let curvature = own.surface.curvatures[0] + other.surface.curvatures[0];
+        let curvature = own.surface.in_plane() + other.surface.in_plane();
         // A thin target yields more under the same force.
         let share = match self.target {
-            Target::Body(target) => own_thickness / thickness(&flexible(&bodies[target])).unwrap_or(1.0),
+            Target::Body(target) => {
+                let of_target = bodies[target].flexible().as_ref().and_then(thickness);
+                own_thickness / of_target.unwrap_or(own_thickness)
+            }
             Target::Plane { .. } => 1.0,
         };
         let compliance = own.surface.compliance + share * other.surface.compliance;
@@ -154,15 +157,13 @@ impl AdaptiveContact {
 }
 
 /// The surface of `body` at `site`; none where it has no curvatures.
-fn view(body: &FlexibleBody<'_>, state: &BodyState, site: &SurfaceSite) -> Option<SurfaceView> {
-    match (body.spline_body(), body.mesh()) {
-        (Some(splines), _) => SurfaceView::new(&splines.spec, &state.rotation, site.face, &site.xi),
-        (None, Some(mesh)) => {
-            let side = MeshSurface::of(&mesh.mesh).site(site.element, [site.xi[0], site.xi[1]]);
-            SurfaceView::of_mesh(mesh, &state.rotation, &side)
-        }
-        (None, None) => None,
+fn view(body: &BodyModel, state: &BodyState, site: &SurfaceSite) -> Option<SurfaceView> {
+    if let Some(mesh) = body.flexible().and_then(|flexible| flexible.mesh()) {
+        let side = MeshSurface::of(&mesh.mesh).site(site.element, [site.xi[0], site.xi[1]]);
+        return SurfaceView::of_mesh(mesh, &state.rotation, &side);
     }
+    let compliance = body.elastic().map_or(0.0, |e| plane_compliance(&e.body.spec.material));
+    SurfaceView::new((body.geometry()?, compliance), &state.rotation, site.face, &site.xi)
 }
 
 /// Widths of a first interval.
@@ -207,10 +208,9 @@ impl Partner {
 
     fn new(index: usize, bodies: &[BodyModel], states: &[BodyState], site: &SurfaceSite) -> Option<Self> {
         let (model, state) = (&bodies[index], &states[index]);
-        let body = flexible(model);
-        let motion = body.motion;
-        let SurfaceView { surface, tangents, outward, point } = view(&body, state, site)?;
+        let SurfaceView { surface, tangents, outward, point } = view(model, state, site)?;
         let data = &model.data;
+        let motion = data.motion;
         let inverse_mass = if motion == RigidMotion::Axial {
             1.0 / data.mass
         } else {

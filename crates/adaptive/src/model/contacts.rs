@@ -67,10 +67,7 @@ pub fn adaptive_contacts(
         let mut contacts = spec.contacts.iter().enumerate();
         contacts.any(|(k, c)| is_refined(k) && takes_part(c, i))
     };
-    let surface = |(i, body): (usize, &BodyModel)| match body.flexible() {
-        Some(flexible) if takes_part(i) => flexible.surface().map(Some),
-        _ => Ok(None),
-    };
+    let surface = |(i, body): (usize, &BodyModel)| if takes_part(i) { body.surface() } else { Ok(None) };
     let surfaces = bodies.iter().enumerate().map(surface).collect::<Result<Vec<_>, AdaptiveError>>()?;
     let refined = || spec.contacts.iter().enumerate().filter(|(i, _)| is_refined(*i));
     refined()
@@ -106,7 +103,7 @@ pub fn refinements(
 pub struct Zones {
     /// On the contact body.
     contact_body: ContactZone,
-    /// On the target; none on a plane.
+    /// On the target; none on a plane and on a rigid body.
     target: Option<ContactZone>,
 }
 
@@ -150,12 +147,17 @@ pub fn zones(
         };
         let own = zone(contact.body, sites.contact_body)?;
         let target = match (contact.target, sites.target) {
+            (Target::Body(other), _) if is_rigid(&full[other]) => None,
             (Target::Body(other), Some(site)) => Some(zone(other, site)?),
             _ => None,
         };
         Ok(Some(Zones { contact_body: own, target }))
     };
     spec.contacts.iter().zip(plans).map(of).collect()
+}
+
+fn is_rigid(body: &FullModel<'_>) -> bool {
+    matches!(body, FullModel::Rigid(_))
 }
 
 /// What every body is reduced for: the union of the interfaces of its contacts, and the loads of its joints.
@@ -342,7 +344,14 @@ fn zone_contact(
 ) -> Result<Box<dyn ActiveContact>, ContactError> {
     // The factor is replaced where none is given.
     let penalty = law.penalty.unwrap_or(FALLBACK_PENALTY);
-    let on_target = other.as_ref().map(|side| side.of_contact(law));
+    let rigid = match target {
+        Target::Body(body) => bodies[body].rigid_surface().map(|surface| (body, surface)),
+        Target::Plane { .. } => None,
+    };
+    let on_target = match (&other, rigid) {
+        (Some(side), _) => Some(side.of_contact(law)),
+        (None, rigid) => rigid.map(|(body, surface)| surface.side(body, false)),
+    };
     let mut contact =
         ZoneContact::new(law, penalty, target, &own.of_contact(law), on_target.as_ref())?.active();
     if law.penalty.is_none() {

@@ -6,12 +6,12 @@ use std::f64::consts::PI;
 use contact_qs::points::{InterfaceCompliance, contact_submodel};
 use contact_qs::{ActiveContact, ContactError};
 use ffr_dynamics::system::force::{BodyState, Motion};
-use iga_core::elasticity::Material;
 use nalgebra::Vector3;
 
 use super::BodyModel;
 use crate::body_model::FlexibleBody;
 use crate::contact_zone::ContactZone;
+use crate::local_surface::plane_compliance;
 use crate::spec::{SurfaceLaw, Treatment};
 use crate::zone_contact::ContactSide;
 
@@ -91,8 +91,7 @@ impl<'a> Side<'a> {
         if largest > 0.0 {
             return Ok(largest);
         }
-        let plane = |m: &Material| (1.0 - m.poissons_ratio().powi(2)) / m.youngs_modulus();
-        let compliance = self.model.material.map_or(0.0, plane);
+        let compliance = self.model.material.map_or(0.0, plane_compliance);
         Ok(areas().map(|w| half_space_weight(w, compliance)).fold(0.0, f64::max))
     }
 }

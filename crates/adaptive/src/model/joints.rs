@@ -27,7 +27,7 @@ impl BodyModel {
             }
             BodyForm::Imported(imported) => imported.point(&self.name, place),
             BodyForm::Meshed(meshed) => meshed.point(&self.name, place),
-            BodyForm::Rigid => Ok(FlexiblePoint::rigid(self.rigid_place(place)?)),
+            BodyForm::Rigid(_) => Ok(FlexiblePoint::rigid(self.rigid_place(place)?)),
         }
     }
 
@@ -48,7 +48,7 @@ impl BodyModel {
             }
             BodyForm::Imported(imported) => imported.marker(&self.name, name, place, rotation),
             BodyForm::Meshed(meshed) => meshed.marker(&self.name, name, place, rotation),
-            BodyForm::Rigid => Ok(Marker::rigid(name, self.rigid_place(place)?, rotation)),
+            BodyForm::Rigid(_) => Ok(Marker::rigid(name, self.rigid_place(place)?, rotation)),
         }
     }
 

@@ -5,7 +5,7 @@ use ffr_dynamics::system::force::BodyState;
 
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::predicted_touch::{TouchKind, touch_kind};
-use crate::spec::{BodyKind, BodySpec, ContactLaw, ContactSpec, RunSpec, SurfaceLaw, Target, Treatment};
+use crate::spec::{BodyKind, ContactLaw, ContactSpec, ElasticSpec, RunSpec, SurfaceLaw, Target, Treatment};
 use crate::touch_sites::{Sites, TouchSite, sites};
 use crate::unsupported::Unsupported;
 use crate::zone_at_start::{ContactSite, ZoneRequest, refined_width};
@@ -13,8 +13,8 @@ use crate::zone_at_start::{ContactSite, ZoneRequest, refined_width};
 /// When a contact gets its model.
 ///
 /// Adaptive contacts are refined by the program at each touch. Quasistatic, damped and dynamic pairs are too, with the width
-/// and penalty factor given, unless both bodies are refined by their own discretisation at the places where they are nearest
-/// at the start and no interval is given: then that refinement is the model of the whole run, as it always is of coarse
+/// and penalty factor given, unless both bodies, as far as they are flexible, are refined by their own discretisation at the places where they are
+/// nearest at the start and no interval is given: then that refinement is the model of the whole run, as it always is of coarse
 /// contacts and of those with a plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ContactPlan {
@@ -29,7 +29,7 @@ pub enum ContactPlan {
 /// The plan of every contact, `poses` being the motions at the start.
 ///
 /// # Errors
-/// [`AdaptiveError::Unsupported`] for rigid bodies where elastic ones are needed, [`AdaptiveError::Contact`] if nearest places
+/// [`AdaptiveError::Unsupported`] for bodies that cannot take their part, [`AdaptiveError::Contact`] if nearest places
 /// cannot be found.
 pub fn plans(spec: &RunSpec, poses: &[BodyState]) -> Result<Vec<ContactPlan>, AdaptiveError> {
     spec.contacts.iter().map(|contact| plan(spec, contact, poses)).collect()
@@ -37,6 +37,7 @@ pub fn plans(spec: &RunSpec, poses: &[BodyState]) -> Result<Vec<ContactPlan>, Ad
 
 fn plan(spec: &RunSpec, contact: &ContactSpec, poses: &[BodyState]) -> Result<ContactPlan, AdaptiveError> {
     let ContactLaw::Surface(law) = &contact.law else { return Ok(ContactPlan::Point) };
+    check_surfaces(spec, contact)?;
     match edge_touch(spec, contact, law, poses) {
         Some(TouchKind::Flat | TouchKind::Edge) => return Ok(ContactPlan::AtTouch),
         Some(TouchKind::BetweenPoints) => {
@@ -48,17 +49,18 @@ fn plan(spec: &RunSpec, contact: &ContactSpec, poses: &[BodyState]) -> Result<Co
     if law.treatment == Treatment::Adaptive {
         return Ok(ContactPlan::AtTouch);
     }
-    let own = flexible(spec, contact, contact.body)?;
     let other = match &contact.target {
         Target::Body(other) => *other,
         Target::Plane { .. } => return from_start(spec, contact, poses),
     };
-    let bodies = [own, flexible(spec, contact, other)?];
-    let [Some(own), Some(target)] = bodies.map(BodySpec::elastic) else {
-        // A mesh is not refined: it keeps its zone, and so does its partner.
+    // A mesh is not refined: it keeps its zone, and so does its partner.
+    let is_mesh = |body: usize| matches!(spec.bodies[body].kind, BodyKind::Meshed(_));
+    if is_mesh(contact.body) || is_mesh(other) {
         return from_start(spec, contact, poses);
-    };
-    let bodies = [own, target];
+    }
+    // A rigid target needs no elements.
+    let bodies: Vec<&ElasticSpec> =
+        [contact.body, other].into_iter().filter_map(|body| spec.bodies[body].elastic()).collect();
     let may_be_refined = law.interval.width.is_none()
         && law.interval.elements.is_none()
         && bodies.iter().all(|b| !b.discretisation.refine.is_empty());
@@ -67,8 +69,7 @@ fn plan(spec: &RunSpec, contact: &ContactSpec, poses: &[BodyState]) -> Result<Co
         return Ok(ContactPlan::AtTouch);
     }
     let sites = find_sites(spec, contact, poses)?;
-    let target_site = sites.target.unwrap_or(sites.contact_body);
-    let found = [sites.contact_body, target_site];
+    let found = [Some(sites.contact_body), sites.target].into_iter().flatten();
     let is_refined = bodies.iter().zip(found).all(|(b, s)| refined_width(b, s.point()).is_some());
     if !is_coarse && !is_refined {
         return Ok(ContactPlan::AtTouch);
@@ -110,18 +111,19 @@ fn find_sites(spec: &RunSpec, contact: &ContactSpec, poses: &[BodyState]) -> Res
         .map_err(|source| AdaptiveError::Contact { contact: contact.name.clone(), source })
 }
 
-/// Body `index` of a contact, which has an elastic surface.
-fn flexible<'a>(
-    spec: &'a RunSpec,
-    contact: &ContactSpec,
-    index: usize,
-) -> Result<&'a BodySpec, AdaptiveError> {
-    let body = &spec.bodies[index];
-    if matches!(body.kind, BodyKind::Elastic(_) | BodyKind::Meshed(_)) {
-        return Ok(body);
+/// Checks that the contact body is flexible, and that the target has a surface.
+fn check_surfaces(spec: &RunSpec, contact: &ContactSpec) -> Result<(), AdaptiveError> {
+    let refused = |what| Err(AdaptiveError::unsupported_contact(&contact.name, what));
+    let own = &spec.bodies[contact.body];
+    if !matches!(own.kind, BodyKind::Elastic(_) | BodyKind::Meshed(_)) {
+        return refused(Unsupported::RigidContactBody { body: own.name.clone() });
     }
-    let what = Unsupported::RigidSurface { body: body.name.clone() };
-    Err(AdaptiveError::unsupported_contact(&contact.name, what))
+    let Target::Body(other) = contact.target else { return Ok(()) };
+    let target = &spec.bodies[other];
+    if target.geometry().is_none() && !matches!(target.kind, BodyKind::Meshed(_)) {
+        return refused(Unsupported::NoSurface { body: target.name.clone() });
+    }
+    Ok(())
 }
 
 /// The zones that the contacts with a plan from the start ask of body `index`, if that is of splines.

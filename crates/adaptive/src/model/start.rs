@@ -31,7 +31,7 @@ pub fn poses(spec: &RunSpec) -> Result<Vec<BodyState>, AdaptiveError> {
         };
         // Poses do not depend on masses.
         let data = StandardInputData::rigid(motion, 1.0, Vector3::zeros(), Matrix3::identity())?;
-        Ok(BodyModel { name: body.name.clone(), data, form: BodyForm::Rigid })
+        Ok(BodyModel { name: body.name.clone(), data, form: BodyForm::Rigid(None) })
     });
     let rigid: Vec<BodyModel> = rigid.collect::<Result<_, DynamicsError>>().map_err(AdaptiveError::Model)?;
     let description = joints::system_spec(spec, &rigid)?;

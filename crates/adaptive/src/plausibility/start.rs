@@ -127,11 +127,10 @@ impl<'a> Watch<'a> {
             return Ok(Self { contact: &facts.name, detector, search });
         }
         let surface = |body: usize| {
-            let flexible = model.bodies[body].flexible().ok_or_else(|| {
-                let what = Unsupported::RigidSurface { body: model.bodies[body].name.clone() };
+            model.bodies[body].surface()?.ok_or_else(|| {
+                let what = Unsupported::NoSurface { body: model.bodies[body].name.clone() };
                 AdaptiveError::unsupported_contact(&facts.name, what)
-            })?;
-            flexible.surface()
+            })
         };
         let target = match facts.target {
             Target::Plane { point, normal } => {

@@ -263,10 +263,8 @@ impl Scene<'_> {
 
     fn in_space(&self, body: usize, point: &[f64; 3]) -> Vector3<f64> {
         let pose = &self.poses[body];
-        let in_frame = match &self.spec.bodies[body].kind {
-            BodyKind::Elastic(elastic) => rigid_motion(&elastic.model).in_space(point),
-            BodyKind::Rigid(_) | BodyKind::Imported(_) | BodyKind::Meshed(_) => Vector3::from(*point),
-        };
+        let shape = self.spec.bodies[body].geometry();
+        let in_frame = shape.map_or_else(|| Vector3::from(*point), |shape| shape.motion().in_space(point));
         pose.position + pose.rotation * in_frame
     }
 
@@ -275,7 +273,11 @@ impl Scene<'_> {
         let pose = &self.poses[body];
         let (motion, mass, centre, inertia, mobility) = match &self.spec.bodies[body].kind {
             BodyKind::Elastic(elastic) => inertia(elastic),
-            BodyKind::Rigid(rigid) => (rigid.motion, rigid.mass, rigid.centre_of_mass, rigid.inertia, 0.0),
+            BodyKind::Rigid(rigid) => {
+                let mass = if self.spec.is_held(body) { f64::INFINITY } else { rigid.mass };
+                let inertia = if mass.is_finite() { rigid.inertia } else { Matrix3::zeros() };
+                (rigid.motion, mass, rigid.centre_of_mass, inertia, 0.0)
+            }
             BodyKind::Meshed(meshed) => inertia_of_mesh(meshed),
             // No contact acts on a body from a file.
             BodyKind::Imported(_) => {
@@ -309,9 +311,11 @@ impl Scene<'_> {
     /// Longest way through a body \[m\].
     pub(super) fn size(&self, body: usize) -> f64 {
         match &self.spec.bodies[body].kind {
-            BodyKind::Elastic(e) => lengths(&e.shape).into_iter().fold(0.0, f64::max),
             BodyKind::Meshed(meshed) => meshed.mesh.size(),
-            BodyKind::Rigid(_) | BodyKind::Imported(_) => 0.0,
+            BodyKind::Elastic(_) | BodyKind::Rigid(_) | BodyKind::Imported(_) => {
+                let shape = self.spec.bodies[body].geometry();
+                shape.map_or(0.0, |g| lengths(g.shape).into_iter().fold(0.0, f64::max))
+            }
         }
     }
 
@@ -381,7 +385,7 @@ fn line_time(
     size: f64,
 ) -> Option<(TimeScale, f64)> {
     let sum = |of: fn(&LocalSurface) -> f64| surfaces.iter().map(of).sum::<f64>();
-    let (curvature, compliance) = (sum(|s| s.curvatures[0]), sum(|s| s.compliance));
+    let (curvature, compliance) = (sum(LocalSurface::in_plane), sum(|s| s.compliance));
     let (_, force) = line_impact(curvature, compliance, inverse_mass, speed, size)?;
     Some((TimeScale::Line, PI * speed / (inverse_mass * force)))
 }
@@ -423,7 +427,8 @@ mod tests {
 
     #[test]
     fn a_line_contact_is_half_a_period_of_its_spring() {
-        let surfaces = [LocalSurface::sphere(0.1, STEEL.compliance()), LocalSurface::plane(0.0)];
+        let disc = LocalSurface { curvatures: [10.0, 0.0], ..LocalSurface::plane(STEEL.compliance()) };
+        let surfaces = [disc, LocalSurface::plane(0.0)];
         let (inverse_mass, speed) = (1.0 / 246.0, 0.1);
         let (_, time) = line_time(&surfaces, inverse_mass, speed, 0.2).unwrap();
         let (_, force) = line_impact(10.0, STEEL.compliance(), inverse_mass, speed, 0.2).unwrap();

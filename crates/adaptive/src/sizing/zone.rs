@@ -7,7 +7,7 @@ use iga_core::elasticity::Model;
 
 use super::impact_time::{Impact, Scene};
 use crate::fine_model::ELEMENTS;
-use crate::predict::{HertzLaw, hertz_impact, interval_width, line_impact};
+use crate::predict::{HertzLaw, LocalSurface, hertz_impact, interval_width, line_impact};
 use crate::spec::{
     BodyKind, ContactLaw, ContactSpec, IntervalSpec, RefinementSpec, RunSpec, SurfaceLaw, Target, Treatment,
 };
@@ -138,7 +138,7 @@ fn point_contact(impact: &Impact) -> Option<Touch> {
 
 fn line_contact(impact: &Impact, thickness: f64, size: f64) -> Option<(f64, f64)> {
     let surfaces = impact.meeting.surfaces.as_ref()?;
-    let curvature = surfaces.iter().map(|s| s.curvatures[0]).sum();
+    let curvature = surfaces.iter().map(LocalSurface::in_plane).sum();
     let compliance = surfaces.iter().map(|s| s.compliance).sum();
     let (half, force) =
         line_impact(curvature, compliance, impact.inverse_mass * thickness, impact.speed, size)?;

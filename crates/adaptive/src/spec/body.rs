@@ -50,7 +50,37 @@ impl BodyKind {
     }
 }
 
+/// An exact shape and its kinematics, of which surfaces are made.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Geometry<'a> {
+    /// The shape.
+    pub shape: &'a Shape,
+    /// The kinematics.
+    pub model: &'a Model,
+}
+
+impl Geometry<'_> {
+    /// Rigid motions of the model.
+    pub fn motion(&self) -> RigidMotion {
+        rigid_motion(self.model)
+    }
+
+    /// Whether its surface is turned about the axis.
+    pub fn is_axisymmetric(&self) -> bool {
+        *self.model == Model::Axisymmetric
+    }
+}
+
 impl BodySpec {
+    /// The exact shape of the body, if it has one.
+    pub fn geometry(&self) -> Option<Geometry<'_>> {
+        match &self.kind {
+            BodyKind::Elastic(elastic) => Some(elastic.geometry()),
+            BodyKind::Rigid(rigid) => rigid.geometry(),
+            BodyKind::Imported(_) | BodyKind::Meshed(_) => None,
+        }
+    }
+
     /// The elastic body, if it is one.
     pub fn elastic(&self) -> Option<&ElasticSpec> {
         match &self.kind {
@@ -142,6 +172,15 @@ pub struct RigidSpec {
     pub centre_of_mass: Vector3<f64>,
     /// Inertia about the centre of mass in the axes of the body's frame [kg m²].
     pub inertia: Matrix3<f64>,
+    /// Its exact shape, by whose surface others may touch it; clones share it.
+    pub shape: Option<(Arc<Shape>, Model)>,
+}
+
+impl RigidSpec {
+    /// The exact shape, if it has one.
+    pub fn geometry(&self) -> Option<Geometry<'_>> {
+        self.shape.as_ref().map(|(shape, model)| Geometry { shape, model })
+    }
 }
 
 /// An elastic body.
@@ -170,6 +209,11 @@ pub struct ElasticSpec {
 }
 
 impl ElasticSpec {
+    /// The exact shape.
+    pub fn geometry(&self) -> Geometry<'_> {
+        Geometry { shape: &self.shape, model: &self.model }
+    }
+
     /// Whether static answers are added to the modes; all modes leave nothing out.
     pub fn has_static_answers(&self) -> bool {
         self.static_answers && self.reduction != ReductionSpec::All

@@ -9,11 +9,12 @@ pub mod resolution;
 pub mod time_curve;
 
 use ffr_dynamics::integration::Method as IntegrationMethod;
+use ffr_dynamics::system::JointKind;
 use nalgebra::Vector3;
 
 pub use body::{
-    Area, BodyKind, BodySpec, ByGroup, Coupling, DiscretisationSpec, ElasticSpec, FrameSpec, InitialMotion,
-    MeshedSpec, Place, RefinementSpec, RigidSpec,
+    Area, BodyKind, BodySpec, ByGroup, Coupling, DiscretisationSpec, ElasticSpec, FrameSpec, Geometry,
+    InitialMotion, MeshedSpec, Place, RefinementSpec, RigidSpec,
 };
 pub use contact::{
     ContactLaw, ContactSpec, DivisionRule, HertzSphere, IntervalSpec, LowModes, PenaltySearch, PointRule,
@@ -141,4 +142,15 @@ pub struct RunSpec {
     pub settings: RunSettings,
     /// Factors on what bodies and contacts say of their resolution.
     pub resolution: Resolution,
+}
+
+impl RunSpec {
+    /// Whether body `body` is rigid and a joint to ground holds it in its place.
+    pub fn is_held(&self, body: usize) -> bool {
+        let holds = |joint: &JointSpec| {
+            let ends = [joint.parent.body, joint.child.body];
+            joint.kind == JointKind::Fixed && ends.contains(&Some(body)) && ends.contains(&None)
+        };
+        matches!(self.bodies[body].kind, BodyKind::Rigid(_)) && self.joints.iter().any(holds)
+    }
 }

@@ -252,7 +252,7 @@ impl SurfacePair {
             let point = points_in_target[i];
             let from = if *is_known { places[i] } else { samples.nearest(&point) };
             let mut found = displaced.closest_from(&from, &point, functions);
-            if self.surface.is_whole() {
+            if self.surface.is_complete {
                 let facing = self.facing.get(i).map(|normal| relative.transform_vector(normal));
                 if !*is_known || !displaced.may_stand(&found, facing.as_ref()) {
                     samples.update_once(displaced, &mut is_sampled);
@@ -267,9 +267,10 @@ impl SurfacePair {
             if !gap.is_finite() || !found.normal[0].is_finite() {
                 return Err(SolverFault::Gap { point: i, gap, time: t }.into());
             }
+            found.is_at_edge = gap < 0.0 && displaced.is_at_edge(&found, self.rim_reach, functions);
             places[i] = found.place;
             // Whether a point beyond the end stays there is seen at every projection.
-            let is_held = found.is_beyond && !self.surface.is_whole();
+            let is_held = found.is_beyond && !self.surface.is_complete;
             proximity.note(i, &point, gap, if is_held { f64::INFINITY } else { shift });
             projections[i] = found;
             jacobian.set(i, &found, relative.inverse_transform_vector(&found.normal), functions.values());
@@ -339,7 +340,7 @@ impl SurfacePair {
         for ((free, gap), deflection) in w.free_gaps.iter_mut().zip(gaps).zip(&w.deflections) {
             *free = gap - deflection;
         }
-        if self.surface.is_whole() {
+        if self.surface.is_complete {
             // Nothing presses these points where they are, however near the surface is and whichever way it moves.
             let open =
                 work.found.projections.iter().zip(&mut w.free_gaps).filter(|(found, _)| found.is_beyond);
@@ -407,7 +408,7 @@ impl SurfacePair {
         let (state, w) = (&*work.state, &mut *work.found);
         let mut report = ContactReport { solver, ..ContactReport::default() };
         let (mut sum, mut friction) = ([0.0; 3], [0.0; 3]);
-        let is_end = !self.surface.is_whole();
+        let is_end = self.surface.edges.is_none();
         for (i, &force) in state.start.forces.iter().enumerate() {
             let gap = state.start.proximity.gaps[i];
             report.penetration = report.penetration.max(-gap);
@@ -420,8 +421,9 @@ impl SurfacePair {
                 report.normal_force += force;
                 report.n_active += 1;
                 report.contact_area += self.areas[i];
-                report.is_rim_touched |=
-                    self.is_rim[i] || !self.surface.elements[found.element as usize].is_in_zone;
+                report.is_rim_touched |= self.is_rim[i]
+                    || found.is_at_edge
+                    || !self.surface.elements[found.element as usize].is_in_zone;
                 (0..3).for_each(|c| sum[c] += force * found.normal[c]);
                 let tangential = state.friction.as_ref().map_or(&[][..], |f| f.force(i));
                 for (a, force) in tangential.iter().enumerate() {

@@ -12,8 +12,9 @@ use super::target::TargetSurface;
 
 /// Newton steps from a known start before the safeguarded search takes over.
 const MAX_STEPS: usize = 6;
-/// A projection counts as held by the end of a face if the point lies farther beyond it than this part of the target's size.
-const BEYOND: f64 = 1e-12;
+/// Sine of the angle between the tangents below which the net is singular: there the normal is taken the root of this share of the face's ranges
+/// further in, where the tangents have digits to spare.
+const SINGULAR: f64 = 1e-6;
 /// Samples of each cell for searches without a start, in each direction.
 const SAMPLES: [f64; 2] = [0.25, 0.75];
 
@@ -48,6 +49,8 @@ pub(super) struct Projection {
     pub gap: f64,
     /// Whether the closest point is an end of the target with the point lying beyond it: no contact there.
     pub is_beyond: bool,
+    /// Whether the closest point of a point below the surface is near an edge that contact must not reach.
+    pub is_at_edge: bool,
 }
 
 impl Projection {
@@ -231,7 +234,7 @@ impl Displaced<'_> {
             let is_stalled = residual > 0.5 * last;
             // Sums of some ten terms may stall a little above the round-off of positions.
             if residual <= 2.0 * round_off || (is_stalled && residual <= 32.0 * round_off) {
-                return self.complete(place, &jet, point);
+                return self.complete(place, &jet, point, functions);
             }
             // A step that does not bring the residual down is left to the safeguarded search.
             if residual.is_nan() || is_stalled {
@@ -271,7 +274,15 @@ impl Displaced<'_> {
         let length = norm(&jet.normal);
         let normal = jet.normal.map(|n| n / length);
         let gap = dot(&difference(point, &jet.point), &normal);
-        Projection { place, element: found.piece, point: jet.point, normal, gap, is_beyond: found.is_beyond }
+        Projection {
+            place,
+            element: found.piece,
+            point: jet.point,
+            normal,
+            gap,
+            is_beyond: found.is_beyond,
+            is_at_edge: false,
+        }
     }
 
     /// Round-off of the tangential residual: that of positions, and that of tangents, which are differences of positions of
@@ -351,23 +362,58 @@ impl Displaced<'_> {
             (place, jet) = (next, there);
         }
         jet = self.jet(&place, functions);
-        self.complete(place, &jet, point)
+        self.complete(place, &jet, point, functions)
+    }
+
+    /// Outward unit normal of the displaced surface at `place`; where the net is singular, as at poles, what the normals nearby tend to.
+    ///
+    /// The functions are left as they are at `place`.
+    fn normal(&self, place: &SurfacePlace, jet: &SurfaceJet, functions: &mut Functions) -> [f64; 3] {
+        let grid = &self.surface.faces[place.face as usize];
+        let unit = |jet: &SurfaceJet| {
+            let [t, s] = &jet.tangents;
+            let across = if self.surface.n_parameters == 1 { [t[1], -t[0], 0.0] } else { cross(t, s) };
+            let length = norm(&across);
+            (across.map(|x| grid.orientation / length * x), length / (norm(t) * norm(s)))
+        };
+        let (normal, sine) = unit(jet);
+        // Asked this way round, a NaN counts as singular.
+        if self.surface.n_parameters == 1 || sine > SINGULAR {
+            return normal;
+        }
+        let mut inside = *place;
+        for (a, xi) in inside.xi.iter_mut().enumerate() {
+            let [low, high] = grid.range(a);
+            *xi += SINGULAR.sqrt() * (0.5 * (low + high) - *xi);
+        }
+        let near = unit(&self.jet(&inside, functions)).0;
+        functions.evaluate(self.surface, place);
+        near
+    }
+
+    /// The surface at `place` as the projection of its own point.
+    pub fn at(&self, place: &SurfacePlace, functions: &mut Functions) -> Projection {
+        let jet = self.jet(place, functions);
+        self.complete(*place, &jet, &jet.point, functions)
     }
 
     /// Normal and gap at a closest point (Eq. C.38).
     ///
     /// On the axis of an axisymmetric model the surface goes on beyond its end as its mirror image: there is nothing beyond,
     /// and the normal is the axis, whatever slope the displaced functions have there.
-    fn complete(&self, place: SurfacePlace, jet: &SurfaceJet, point: &[f64; 3]) -> Projection {
+    fn complete(
+        &self,
+        place: SurfacePlace,
+        jet: &SurfaceJet,
+        point: &[f64; 3],
+        functions: &mut Functions,
+    ) -> Projection {
         let grid = &self.surface.faces[place.face as usize];
-        let [t, s] = &jet.tangents;
-        let across = if self.surface.n_parameters == 1 { [t[1], -t[0], 0.0] } else { cross(t, s) };
-        let factor = grid.orientation / norm(&across);
-        let mut normal = across.map(|x| factor * x);
+        let mut normal = self.normal(&place, jet, functions);
         let r = difference(point, &jet.point);
-        let tolerance = BEYOND * self.surface.size;
-        let overhang = self.surface.edges.map_or(tolerance, |edges| edges.overhang.max(tolerance));
-        let is_on_axis = self.surface.motion == RigidMotion::Axial && jet.point[0].abs() <= tolerance;
+        let overhang = self.surface.overhang();
+        let is_on_axis =
+            self.surface.motion == RigidMotion::Axial && jet.point[0].abs() <= self.surface.round_off();
         if is_on_axis && normal[1].is_finite() {
             normal = [0.0, normal[1].signum(), 0.0];
         }
@@ -377,7 +423,15 @@ impl Displaced<'_> {
             let [low, high] = grid.range(a);
             is_beyond |= place.xi[a] <= low && along < -overhang || place.xi[a] >= high && along > overhang;
         }
-        Projection { place, element: jet.element, point: jet.point, normal, gap: dot(&r, &normal), is_beyond }
+        Projection {
+            place,
+            element: jet.element,
+            point: jet.point,
+            normal,
+            gap: dot(&r, &normal),
+            is_beyond,
+            is_at_edge: false,
+        }
     }
 }
 

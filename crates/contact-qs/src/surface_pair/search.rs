@@ -78,7 +78,7 @@ impl SurfacePair {
                 samples.nearest(&point)
             };
             let mut found = displaced.closest_from(&from, &point, functions);
-            if self.surface.is_whole() {
+            if self.surface.is_complete {
                 let facing = self.facing.get(i).map(|normal| relative.transform_vector(normal));
                 if !is_known || !displaced.may_stand(&found, facing.as_ref()) {
                     samples.update_once(displaced, &mut is_sampled);

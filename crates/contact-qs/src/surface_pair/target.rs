@@ -24,6 +24,10 @@ use crate::points::{DofLookup, InterfaceCompliance};
 /// Depth below a face from which it presses points, over the least extent of the body.
 const DEPTH: f64 = 0.25;
 
+/// A projection counts as held by the end of a face if the point lies farther beyond it than this part of the target's size, and as lying on
+/// the axis if it is nearer to that.
+const BEYOND: f64 = 1e-12;
+
 /// A face of a body, or a part of one, that may be touched.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TargetFace {
@@ -64,6 +68,8 @@ pub(super) struct FaceGrid {
     pub cells: Vec<u32>,
     /// Sign that makes the normal point outwards.
     pub orientation: f64,
+    /// Whether the lower and the upper end of each direction are edges of the body that contact must not reach.
+    pub is_edge: [[bool; 2]; 2],
 }
 
 impl FaceGrid {
@@ -107,7 +113,9 @@ pub struct TargetSurface {
     pub(super) n_functions: usize,
     /// Continuous normals, of surfaces made of pieces.
     pub(super) smoothing: Option<Smoothing>,
-    /// How points at its ends are seen, if these are edges of the body.
+    /// Whether the faces are all that the body has, so that a projection may end on any of them.
+    pub(super) is_complete: bool,
+    /// How points at its ends are seen, if edges of the body press and are pressed.
     pub(super) edges: Option<Edges>,
 }
 
@@ -177,6 +185,7 @@ impl TargetSurface {
             elements,
             n_functions,
             smoothing: None,
+            is_complete: false,
             edges: None,
         };
         if surface.elements.is_empty() {
@@ -220,6 +229,7 @@ impl TargetSurface {
             breaks: [vec![0.0, 1.0], vec![0.0, 1.0]],
             cells: vec![i as u32],
             orientation: 1.0,
+            is_edge: [[false; 2]; 2],
         };
         let mut target = Self {
             motion,
@@ -234,6 +244,7 @@ impl TargetSurface {
             elements: surface.pieces.iter().map(element).collect(),
             n_functions: surface.pieces.iter().map(|p| p.nodes.len()).max().unwrap_or(0),
             smoothing: Some(Smoothing::new(surface, number)),
+            is_complete: false,
             edges: None,
             nodes,
         };
@@ -252,12 +263,19 @@ impl TargetSurface {
         };
         let least = (0..self.motion.n_components()).map(extent).fold(f64::INFINITY, f64::min);
         self.edges = Some(Edges { overhang, reach: DEPTH * least });
+        self.is_complete = true;
         self
     }
 
-    /// Whether the faces are the whole surface of the body.
-    pub(super) fn is_whole(&self) -> bool {
-        self.edges.is_some()
+    /// How far beyond the end of a face points still lie over it: round-off, or what edges are displaced by \[m\].
+    pub(super) fn overhang(&self) -> f64 {
+        let round_off = self.round_off();
+        self.edges.map_or(round_off, |edges| edges.overhang.max(round_off))
+    }
+
+    /// Round-off of places on the surface \[m\].
+    pub(super) fn round_off(&self) -> f64 {
+        BEYOND * self.size
     }
 
     /// Bound of the displacement of any point of the surface over the largest one of a node: functions of splines are positive, others may
@@ -397,7 +415,7 @@ impl Collection<'_> {
             list.dedup();
         }
         let cells = self.cells(start, &breaks)?;
-        Ok(FaceGrid { degrees, breaks, cells, orientation: face.orientation() })
+        Ok(FaceGrid { degrees, breaks, cells, orientation: face.orientation(), is_edge: [[false; 2]; 2] })
     }
 
     /// Element of each cell between `breaks`, found by the cell's middle among the elements from `start` on.

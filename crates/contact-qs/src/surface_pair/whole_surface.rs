@@ -1,9 +1,8 @@
-//! Projection on the whole surface of a body, edges and corners included (docs/theory.md Eqs. C.53, C.54).
+//! Projection on all faces of a body, edges and corners included where they press (docs/theory.md Eqs. C.53, C.54, C.80).
 
 use iga_core::nurbs::jet::{difference, norm};
 
-use super::projection::{Displaced, Functions, Projection, Samples};
-use super::target::Edges;
+use super::projection::{Displaced, Functions, Projection, Samples, SurfacePlace};
 use crate::submodel::is_turned_to;
 
 /// Outward normal of a point's own face in the target's components; none of points that any surface can press.
@@ -22,12 +21,17 @@ impl Displaced<'_> {
         samples: &Samples,
         functions: &mut Functions,
     ) -> Projection {
-        let Edges { overhang, reach } =
-            self.surface.edges.unwrap_or(Edges { overhang: 0.0, reach: f64::INFINITY });
+        let (overhang, reach) =
+            (self.surface.overhang(), self.surface.edges.map_or(f64::INFINITY, |e| e.reach));
         let mut nearest: Option<(f64, Projection)> = None;
         let mut pressing: Option<(f64, Projection)> = None;
         for face in 0..self.surface.faces.len() {
-            let found = self.closest_from(&samples.nearest_on(face, point), point, functions);
+            let mut found = self.closest_from(&samples.nearest_on(face, point), point, functions);
+            if found.is_beyond
+                && let Some(other) = self.across_seam(&found.place, &found.point, functions)
+            {
+                found = self.closest_from(&other, point, functions);
+            }
             let distance = norm(&difference(point, &found.point));
             if is_less(distance, &nearest) {
                 nearest = Some((distance, found));
@@ -45,6 +49,23 @@ impl Displaced<'_> {
             Some(found) if !is_outside || (found.gap - distance).abs() <= overhang => found,
             _ => Projection { is_beyond: true, ..nearest },
         }
+    }
+
+    /// The other end of a face that ends in `place` at `point`, if the face is closed there.
+    pub fn across_seam(
+        &self,
+        place: &SurfacePlace,
+        point: &[f64; 3],
+        functions: &mut Functions,
+    ) -> Option<SurfacePlace> {
+        let grid = &self.surface.faces[place.face as usize];
+        (0..self.surface.n_parameters).find_map(|a| {
+            let ([low, high], mut other) = (grid.range(a), *place);
+            other.xi[a] = if place.xi[a] <= low { high } else { low };
+            let there = self.jet(&other, functions).point;
+            let is_end = place.xi[a] <= low || place.xi[a] >= high;
+            (is_end && norm(&difference(&there, point)) <= self.surface.round_off()).then_some(other)
+        })
     }
 
     /// Whether a projection found from the place before may stand: over a face that is turned to the point's own.

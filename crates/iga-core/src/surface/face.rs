@@ -171,4 +171,25 @@ impl Face {
         let spread = (mean * mean - gauss).max(0.0).sqrt();
         Some([mean + spread, mean - spread])
     }
+
+    /// Unit tangent along which the face of a solid bends by the larger one of [`Face::curvatures`], `κ₁`: `(II - κ₁ I) v = 0` with the
+    /// fundamental forms `I` and `II` in the parameters. Along a curve the curve's tangent; any direction where both curvatures are equal.
+    /// `None` where the face is singular. `jet` needs second derivatives.
+    pub fn first_direction(&self, jet: &Jet) -> Option<[f64; 3]> {
+        let [largest, _] = self.curvatures(jet)?;
+        let at = self.geometry(jet);
+        let mut directions = self.directions();
+        let [t, s] = &at.tangents;
+        let unit = |v: [f64; 3]| {
+            let length = norm(&v);
+            (length > 0.0).then(|| v.map(|x| x / length))
+        };
+        let (Some(a), Some(b)) = (directions.next(), directions.next()) else { return unit(*t) };
+        let bend = |a: usize, b: usize| -dot(&jet.second(a, b), &at.normal);
+        let along = [bend(a, a) - largest * dot(t, t), bend(a, b) - largest * dot(t, s)];
+        let across = [along[1], bend(b, b) - largest * dot(s, s)];
+        // Either row tells the direction, the longer one with more digits.
+        let row = if along[0].hypot(along[1]) >= across[0].hypot(across[1]) { along } else { across };
+        unit(std::array::from_fn(|c| row[1] * t[c] - row[0] * s[c])).or_else(|| unit(*t))
+    }
 }

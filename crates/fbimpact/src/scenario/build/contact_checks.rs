@@ -37,11 +37,16 @@ pub fn check_bodies(checker: &mut Checker, root: &Section, section: &Section) {
         return;
     }
     if contact.is_some_and(|body| body.is_rigid) {
-        let message = "must be a flexible body, for it carries the contact points".into();
+        let remedy = if target.is_some_and(|body| body.is_rigid) {
+            "contact of two rigid bodies goes with model \"hertz\" only"
+        } else {
+            "exchange contact_body and target_body"
+        };
+        let message = format!("must be a flexible body, for it carries the contact points; {remedy}");
         checker.fault_in(section, "contact_body", message);
     }
-    if target.is_some_and(|body| body.is_rigid && !body.is_plane()) {
-        let message = "must be a flexible body or a rigid one with shape \"plane\"; other rigid bodies go with model \"hertz\" only";
+    if target.is_some_and(|body| body.is_rigid && body.shape.is_empty()) {
+        let message = "has no surface to touch, for it has a mass but no shape; give it \"geometry\" and \"material\" in their place";
         checker.fault_in(section, "target_body", message.into());
     }
     let method = contact.and_then(|b| b.section.table("reduction")?.text("method"));
@@ -59,6 +64,14 @@ pub fn check_bodies(checker: &mut Checker, root: &Section, section: &Section) {
         let message = format!(
             "must have model \"{}\" as the contact body has, it is \"{}\"",
             contact.components, target.components
+        );
+        checker.fault_in(section, "target_body", message);
+    }
+    if !contact.is_rigid && target.is_rigid && !target.is_plane() && contact.motion() != target.motion() {
+        let message = format!(
+            "must have motion = \"{}\", for it meets a body with model \"{}\"",
+            motion_of(contact.components),
+            contact.components
         );
         checker.fault_in(section, "target_body", message);
     }
@@ -81,6 +94,15 @@ pub fn check_patches(checker: &mut Checker, root: &Section, section: &Section, f
             );
             checker.fault_in(section, key, message);
         }
+    }
+}
+
+/// Motion of rigid bodies that a body with model `model` can touch.
+fn motion_of(model: &str) -> &'static str {
+    match model {
+        "axisymmetric" => "axial",
+        "plane-strain" | "plane-stress" => "planar",
+        _ => "spatial",
     }
 }
 

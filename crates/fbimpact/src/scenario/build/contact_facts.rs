@@ -8,7 +8,7 @@ use super::places::BodyFacts;
 pub struct ContactFacts<'a> {
     /// Contact model.
     pub model: &'a str,
-    /// Whether the target is a flexible body.
+    /// Whether the target is a body, and no plane at rest.
     pub is_pair: bool,
     /// How the penalty factor is found; empty if that is at fault.
     pub search: &'a str,
@@ -29,7 +29,7 @@ impl<'a> ContactFacts<'a> {
             None if model == "adaptive" && section.text("constraint") != Some("exact") => "until-converged",
             None => "fixed",
         });
-        let is_pair = target.is_some_and(|t| !t.is_rigid);
+        let is_pair = target.is_some_and(|t| !t.is_plane());
         Some(Self { model, is_pair, search, has_mesh })
     }
 

@@ -47,6 +47,7 @@ pub fn shape(checker: &mut Checker, body: &Section, model: &str, degree: usize) 
                 sphere::sphere(radius, net.unwrap_or(SphereNet::for_degree(degree)))
             }
         }
+        "ellipsoid" => sphere::ellipsoid(section.vector("semi_axes")?),
         "rod" => axisymmetric::rod(radius()?, length()?),
         "rod-spherical-end" => {
             let (radius, length) = (radius()?, length()?);

@@ -17,10 +17,8 @@ use super::places::BodyFacts;
 /// Asymmetry and negative moments that numbers written with many digits leave.
 const ROUND_OFF: f64 = 1e-9;
 
-/// Degree of the net of a ball whose mass is integrated: every net is exact, this one has the mildest weights.
-const DEGREE_OF_MASS: usize = 4;
-/// Degree of the net of a ball that is shown: the lowest.
-const DEGREE_OF_SHAPE: usize = 0;
+/// Degree of the net of a ball where none is named: every net is exact, this one has the mildest weights and no poles.
+const DEGREE: usize = 4;
 
 /// What a rigid body is.
 pub enum Rigid {
@@ -55,6 +53,7 @@ pub fn rigid(
     };
     let places = BodyPlaces::rigid(shape, markers?);
     let places = places.map_err(|e| checker.fault_in(section, "markers", e.to_string())).ok()?;
+    let spec = RigidSpec { shape: places.shape().cloned(), ..spec };
     Some(Rigid::Moving(BodyKind::Rigid(spec), places))
 }
 
@@ -87,24 +86,21 @@ fn from_shape(
     motion: RigidMotion,
 ) -> Option<(RigidSpec, (Shape, Model))> {
     let model = elastic_model(section, facts.components);
-    let shape = geometry::shape(checker, section, facts.components, DEGREE_OF_SHAPE);
+    let shape = geometry::shape(checker, section, facts.components, DEGREE);
     let material = material(checker, root, section);
     let (model, shape, material) = (model?, shape?, material?);
     if !checker.faults.is_empty() {
         return None; // integrals take a while, and nothing can be run
     }
-    let properties = if facts.shape == "sphere" {
-        let ball = geometry::shape(checker, section, facts.components, DEGREE_OF_MASS)?;
-        MassProperties::of(&ball, &model)
-    } else {
-        MassProperties::of(&shape, &model)
-    };
-    let properties = properties.map_err(|e| checker.fault_in(section, "geometry", e.to_string())).ok()?;
+    let properties = MassProperties::of(&shape, &model)
+        .map_err(|e| checker.fault_in(section, "geometry", e.to_string()))
+        .ok()?;
     let spec = RigidSpec {
         motion,
         mass: material.density() * properties.volume,
         centre_of_mass: Vector3::from(properties.centre()),
         inertia: matrix(&properties.central_inertia(), material.density()),
+        shape: None,
     };
     Some((spec, (shape, model)))
 }
@@ -130,6 +126,7 @@ fn given(checker: &mut Checker, section: &Section, motion: RigidMotion) -> Optio
         mass: section.number("mass")?,
         centre_of_mass: Vector3::from(centre),
         inertia: inertia?,
+        shape: None,
     })
 }
 

@@ -85,15 +85,16 @@ pub const CONTACT: &[Key] = &[
         Kind::Name,
         "",
         Need::Required,
-        "Body that carries the contact points, flexible; with `hertz` a sphere, flexible or rigid.",
+        "Body that carries the contact points, flexible; with `hertz` a sphere, flexible or rigid. Of a flexible and a rigid body it is the \
+         flexible one.",
     ),
     Key::new(
         "target_body",
         Kind::Name,
         "",
         Need::Required,
-        "Body whose surface the points meet: a rigid plane, or a flexible body with the same `model`, `mesh` counting as `solid`; with `hertz` also a \
-         sphere.",
+        "Body whose surface the points meet: a flexible body with the same `model`, `mesh` counting as `solid`; a rigid body with a shape and the \
+         `motion` that goes with it, free, on joints or held by a joint to ground; a rigid plane. With `hertz` a sphere or a plane.",
     ),
     Key::new("model", Kind::Choice(MODELS), "", Need::Default("\"adaptive\""), "Contact model."),
     Key::new(

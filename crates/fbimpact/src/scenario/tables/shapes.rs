@@ -20,7 +20,7 @@ const NET: Key = Key::new(
     "net",
     Kind::Choice(NETS),
     "",
-    Need::Optional("`cube` from degree 4 on, `spindle` below"),
+    Need::Optional("`cube` from degree 4 on and of rigid bodies, `spindle` below"),
     "Control net of the ball.",
 )
 .when(&[Condition::new(
@@ -126,6 +126,17 @@ pub(super) const GEOMETRIES: &[Variant] = &[
         doc: "Ball about the origin; an axisymmetric one is a half-disc.",
         keys: &[RADIUS, NET],
     },
+    Variant {
+        name: "ellipsoid",
+        doc: "Ellipsoid about the origin. As a flexible body it can be touched adaptively about the ends of its axes, where its net is regular.",
+        keys: &[Key::new(
+            "semi_axes",
+            Kind::Vector(3, LENGTH),
+            "m",
+            Need::Required,
+            "Semi-axes along x, y and z.",
+        )],
+    },
     Variant { name: "rod", doc: "Rod along z with flat ends, from z = 0.", keys: &[RADIUS, ROD_LENGTH] },
     Variant {
         name: "rod-spherical-end",
@@ -230,6 +241,7 @@ pub const SHAPES: &[ShapeFacts] = &[
         name: "sphere",
         models: &[named("solid", BALL, SURFACE), named("axisymmetric", HALF_DISC, SURFACE)],
     },
+    ShapeFacts { name: "ellipsoid", models: &[named("solid", BALL, SURFACE)] },
     ShapeFacts { name: "rod", models: &[named("axisymmetric", ROD, ROD_FACES)] },
     ShapeFacts { name: "rod-spherical-end", models: &[named("axisymmetric", ROD, ROD_FACES)] },
     ShapeFacts { name: "cylinder", models: &[named("solid", CYLINDER, ROD_FACES)] },

@@ -1,4 +1,4 @@
-//! The solid sphere: three exact nets (docs/decisions/0001-sphere-net.md).
+//! The solid sphere: three exact nets (docs/decisions/0001-sphere-net.md), and the ellipsoid, which is a stretched sphere.
 //!
 //! An exact conforming cube-topology sphere needs degree 4; degrees 2 and 3 suffice if two faces collapse to poles.
 
@@ -75,6 +75,29 @@ pub fn sphere(radius: f64, net: SphereNet) -> Result<Shape, SplineError> {
     let surface = Face::outer(&patches, false).into_iter().map(|face| face.id).collect();
     let faces = [("surface".to_owned(), surface)].into();
     Ok(Shape { symmetry: Some(symmetry), faces, ..shape(patches, markers, &[], singular) })
+}
+
+/// Solid ellipsoid centred at the origin with the semi-axes along the axes: the cube net of the unit ball, stretched, which is exact; regular at the
+/// ends of the axes.
+///
+/// # Errors
+/// [`SplineError::Dimension`] for impossible lengths.
+pub fn ellipsoid(semi_axes: [f64; 3]) -> Result<Shape, SplineError> {
+    for length in semi_axes {
+        positive("semi_axes", length)?;
+    }
+    let ball = sphere(1.0, SphereNet::Cube)?;
+    let stretched = |p: &[f64; 3]| std::array::from_fn(|d| semi_axes[d] * p[d]);
+    let patch = |patch: &Patch| {
+        let points = patch.control_points().iter().map(stretched).collect();
+        Patch::new(patch.knots().to_vec(), points, patch.weights().to_vec())
+    };
+    Ok(Shape {
+        patches: ball.patches.iter().map(patch).collect::<Result<_, _>>()?,
+        markers: ball.markers.iter().map(|(name, p)| (name.clone(), stretched(p))).collect(),
+        symmetry: None,
+        ..ball
+    })
 }
 
 /// Homogeneous net of the tile on the face `z < 0` of the unit sphere, `[i][j]` with `i` along x, `j` along y: a sixth of

@@ -1,0 +1,99 @@
+//! The surface of a rigid body that others touch: that of its exact shape, without elastic coordinates.
+
+use contact_qs::ContactError;
+use contact_qs::points::DofLookup;
+use contact_qs::search::SurfaceModel;
+use contact_qs::surface_pair::TargetFace;
+use faer::Mat;
+use iga_core::elasticity::Model;
+use iga_core::nurbs::Shape;
+use iga_core::nurbs::jet::diagonal;
+use iga_core::space::{PatchSpace, Space};
+use iga_core::surface::Face;
+use std::sync::Arc;
+
+use crate::contact_zone::{ContactZone, ZoneExtent, ZoneRegion};
+use crate::elastic_body::Discretised;
+use crate::spec::Geometry;
+use crate::zone_contact::ContactSide;
+
+/// The surface of a rigid body with a shape.
+pub struct RigidSurface {
+    shape: Arc<Shape>,
+    model: Model,
+    /// The functions of the shape, not refined.
+    space: PatchSpace,
+    /// All its faces, without contact points.
+    faces: ContactZone,
+    /// The same with edges.
+    whole: ContactZone,
+    /// It has no unknowns.
+    lookup: DofLookup,
+    shapes: Mat<f64>,
+}
+
+impl RigidSurface {
+    /// The surface of `shape`.
+    ///
+    /// # Errors
+    /// [`ContactError`] if the patches make no space.
+    pub fn new(shape: &Arc<Shape>, model: Model) -> Result<Self, ContactError> {
+        let space = PatchSpace::new(shape.patches.clone())?;
+        let faces = Face::outer(&shape.patches, model == Model::Axisymmetric);
+        let zone = |extent: ZoneExtent| ContactZone {
+            points: Vec::new(),
+            parameters: Vec::new(),
+            unknowns: Vec::new(),
+            widths: [diagonal(space.control_points()), 0.0],
+            region: ZoneRegion::Faces(
+                faces.iter().map(|face| TargetFace::whole(*face, &shape.patches)).collect(),
+            ),
+            extent,
+        };
+        Ok(Self {
+            faces: zone(ZoneExtent::Faces),
+            whole: zone(ZoneExtent::Whole),
+            shape: Arc::clone(shape),
+            model,
+            space,
+            lookup: DofLookup::new(&[]),
+            shapes: Mat::zeros(0, 0),
+        })
+    }
+
+    /// The shape.
+    pub fn geometry(&self) -> Geometry<'_> {
+        Geometry { shape: &self.shape, model: &self.model }
+    }
+
+    /// The surface for searches.
+    ///
+    /// # Errors
+    /// [`ContactError`] without an outer face.
+    pub fn search_model(&self) -> Result<SurfaceModel, ContactError> {
+        SurfaceModel::rigid(self.geometry().motion(), &self.shape.patches)
+    }
+
+    /// The side of a contact that body `body` with this surface is, by smooth parts of its faces or, with `has_edges`, edges included (theory
+    /// Eq. C.80).
+    pub fn side(&self, body: usize, has_edges: bool) -> ContactSide<'_> {
+        let splines = Discretised {
+            name: "",
+            shape: &self.shape,
+            patches: &self.shape.patches,
+            space: &self.space,
+            model: &self.model,
+            dofs: &[],
+            lookup: &self.lookup,
+        };
+        ContactSide {
+            body,
+            motion: self.geometry().motion(),
+            lookup: &self.lookup,
+            splines: Some(splines),
+            zone: if has_edges { &self.whole } else { &self.faces },
+            shapes: self.shapes.as_ref(),
+            compliance: None,
+        }
+    }
+}
