@@ -119,7 +119,10 @@ fn impacts_of_whole_surfaces_go_on_to_the_last_bit() {
     let spec = spec(vec![body], vec![floor], 8e-4);
     let trace = finished(&spec);
     let penalties: Vec<f64> = trace.trials.iter().map(|t| t.penalty_start).collect();
-    assert!(penalties.windows(2).any(|w| (w[0] - w[1]).abs() > 0.0), "the corners yield alike: {penalties:?}");
+    assert!(
+        penalties.windows(2).any(|w| (w[0] - w[1]).abs() > 0.0),
+        "the corners yield alike: {penalties:?}"
+    );
     assert!(check(&spec).len() > 2);
 }
 
