@@ -108,11 +108,12 @@ impl Driver<'_> {
         self.model.contacts[i].refinement.as_ref().is_some_and(AdaptiveContact::is_width_given)
     }
 
-    /// Whether whole surfaces can take the place of the interval of contact `i`: no element of the bodies is longer than it is wide.
+    /// Whether whole surfaces can take the place of the interval of contact `i`: no element of the bodies, of which rigid ones have none, is longer
+    /// than it is wide.
     fn may_be_whole(&self, i: usize) -> bool {
         let (body, target) = self.model.system.forces()[i].contact.bodies();
         let width = self.slots[i].fine().map_or(0.0, |fine| fine.widths()[0]);
-        let is_fine = |b: usize| longest_element_of(&self.model.bodies[b]).is_some_and(|l| l <= width);
+        let is_fine = |b: usize| longest_element_of(&self.model.bodies[b]).is_none_or(|l| l <= width);
         self.model.contacts[i].refinement.as_ref().is_some_and(AdaptiveContact::may_be_whole)
             && [Some(body), target].into_iter().flatten().all(is_fine)
     }
