@@ -6,6 +6,7 @@ use iga_core::SplineError;
 use iga_core::nurbs::local::parameter_at_distance;
 use iga_core::nurbs::primitives::{SphereNet, axisymmetric, plane, solid, sphere};
 use iga_core::nurbs::{PatchSearch, RefinementWindow, Shape, locate, refine_near};
+use iga_core::space::PatchSpace;
 
 fn shapes() -> Vec<Shape> {
     let (r, l) = (0.01, 0.07);
@@ -152,7 +153,11 @@ fn refinement_of_shapes_is_conforming_or_refused() {
         RefinementWindow { centre: [0.01, 0.0, 0.0], half_width: [1e-3; 3], elements: [4; 3], ratio: 1.5 };
     let seven = &balls[2];
     assert!(matches!(seven.refined(&[4; 3], &[3; 3], &[window]), Err(SplineError::MultiPatch { .. })));
-    assert!(matches!(seven.refined(&[4; 3], &[3, 4, 3], &[]), Err(SplineError::MultiPatch { .. })));
+    // Directions that neighbours share are divided alike: one space, tied at all faces.
+    let uneven = seven.refined(&[4; 3], &[3, 4, 3], &[]).unwrap();
+    uneven.check_orientation().unwrap();
+    PatchSpace::new(uneven.patches.clone()).unwrap();
+    assert!(uneven.patches.iter().all(|patch| patch.element_counts().contains(&4)));
     assert!(matches!(seven.refined(&[3; 3], &[3; 3], &[]), Err(SplineError::Degree { min: 4, .. })));
     let fine = balls[0].refined(&[4; 3], &[4; 3], &[window]).unwrap();
     assert!(fine.patches[0].element_counts()[1] >= 8);
