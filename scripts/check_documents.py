@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Checks what the pages say: links lead somewhere, the book has every page, figures are shown, pages that the program writes are
-those of the program, claims that tests cite are in the table, the commands of the tutorial work and say what stands there.
+those of the program, claims that tests cite are in the table, the commands of some pages work and say what stands there.
 
 Usage: scripts/check_documents.py [PROGRAM]
 """
@@ -14,7 +14,7 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
-BEGIN, END = "<!-- begin: fbimpact reference results -->\n", "<!-- end -->"
+BEGIN, END = "<!-- begin: fbimpact reference {} -->\n", "<!-- end -->"
 LARGEST_GALLERY = 1_000_000  # bytes
 
 faults = []
@@ -99,9 +99,10 @@ def check_written(program):
     for file, arguments in [("scenario.md", ["reference"]), ("scenario.schema.json", ["schema"])]:
         command = " ".join(["fbimpact", *arguments])
         check((DOCS / file).read_text() == printed(*arguments), f"docs/{file} is old: write `{command}` to it")
-    _, _, rest = (DOCS / "results.md").read_text().partition(BEGIN)
-    remedy = "put the output of `fbimpact reference results` between its marks"
-    check(rest.partition(END)[0] == printed("reference", "results"), f"docs/results.md is old: {remedy}")
+    for page in ("results", "expressions"):
+        _, _, rest = (DOCS / f"{page}.md").read_text().partition(BEGIN.format(page))
+        remedy = f"put the output of `fbimpact reference {page}` between its marks"
+        check(rest.partition(END)[0] == printed("reference", page), f"docs/{page}.md is old: {remedy}")
     tolerances = (ROOT / "crates/fbimpact/src/compare/defaults.toml").read_text()
     check(tolerances in (DOCS / "compare.md").read_text(), "docs/compare.md has not the tolerances of the program")
 
@@ -112,8 +113,13 @@ def without_numbers(line):
     return " ".join("#" if has_digit(w) and "/" not in w else w for w in line.split())
 
 
-def check_tutorial(program):
-    page = (DOCS / "tutorial.md").read_text()
+# Pages whose commands are run, and how many there are at least.
+RUN = {"tutorial.md": 12, "histories.md": 2, "expressions.md": 1}
+
+
+def check_commands(program, name, least):
+    """Commands of a page end well and say what stands below them, but for numbers."""
+    page = (DOCS / name).read_text()
     n, said = 0, ""
     with tempfile.TemporaryDirectory() as folder:
         for link in ("scenarios", "scripts"):
@@ -125,14 +131,14 @@ def check_tutorial(program):
                 command = ["sh", "-euc", f"exec 2>&1\n{block}"]
                 run = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
                 said = run.stdout
-                check(run.returncode == 0, f"docs/tutorial.md: this ends with {run.returncode}:\n{block}{said}")
+                check(run.returncode == 0, f"docs/{name}: this ends with {run.returncode}:\n{block}{said}")
                 n += 1
             elif language == "text":
                 lines = {without_numbers(line) for line in said.splitlines()}
                 for line in block.splitlines():
                     is_there = line == "..." or without_numbers(line) in lines
-                    check(is_there, f"docs/tutorial.md: this is not said: {line}\nbut: {said}")
-    check(n >= 12, f"the tutorial has only {n} commands")
+                    check(is_there, f"docs/{name}: this is not said: {line}\nbut: {said}")
+    check(n >= least, f"docs/{name} has only {n} commands")
 
 
 def main():
@@ -142,12 +148,13 @@ def main():
     check_gallery()
     check_claims()
     check_written(program)
-    check_tutorial(program)
+    for page, least in RUN.items():
+        check_commands(program, page, least)
     for fault in faults:
         print(fault, file=sys.stderr)
     if faults:
         sys.exit(1)
-    print("documents: links, book, gallery, claims, written pages and tutorial are right")
+    print("documents: links, book, gallery, claims, written pages and commands are right")
 
 
 main()

@@ -4,9 +4,10 @@
 #   scripts/sweep.sh SCENARIO.toml FOLDER 'KEY=VALUE VALUE…' ['KEY=VALUE VALUE…']…
 #
 #   scripts/sweep.sh scenarios/sphere_on_plane.toml sweep \
-#       'bodies.ball.velocity=[0,0,-0.05] [0,0,-0.1]' 'materials.aluminium.youngs_modulus=70e9 72.8e9 75e9'
+#       'bodies.ball.velocity=[0,0,-0.05] [0,0,-0.1]' 'materials.aluminium.youngs_modulus=70e9..75e9/6'
 #
-# Values are separated by spaces and contain none. Every run leaves in FOLDER, under a name made from its values,
+# Values are separated by spaces and contain none. A..B/N stands for N values from A to B at equal distances. KEY&KEY=VALUE&VALUE VALUE&VALUE… pairs
+# values of several keys. Options of `fbimpact collect` for the table, such as --column, may be given in COLLECT. Every run leaves in FOLDER, under a name made from its values,
 #   <run>.set   its KEY=VALUE lines      <run>.exit   its exit code
 #   <run>.h5    its result               <run>.log    what it said
 # and the table is FOLDER/table.csv and FOLDER/table.h5. Called again, it does what is missing: complete runs are skipped, killed ones
@@ -14,6 +15,7 @@
 #
 # Environment: FBIMPACT  the program (default: fbimpact)       JOBS     runs at a time (default: number of cores)
 #              THREADS   threads of a run (default: 1)         RUNNER   parallel or xargs (default: GNU parallel if there)
+#              COLLECT   further arguments of `fbimpact collect`, as a shell has them: "--column 'v=bodies.ball.velocity[-1].z'"
 #
 # For schedulers: `--plan SCENARIO FOLDER KEY=…` only writes the .set files and FOLDER/plan, one run a line;
 # `--one SCENARIO FOLDER RUN` does one run; `--collect FOLDER` writes the table.
@@ -36,22 +38,62 @@ combinations() {
         printf '%s\n' "$prefix"
         return
     fi
-    local key=${1%%=*} values value
-    read -ra values <<<"${1#*=}"
+    local key=${1%%=*} values value keys parts lines i
+    mapfile -t values < <(expanded "${1#*=}")
+    IFS='&' read -ra keys <<<"$key"
     shift
     for value in "${values[@]}"; do
-        combinations "$prefix$key=$value"$'\n' "$@"
+        lines=$key=$value$'\n'
+        if [ "${#keys[@]}" -gt 1 ]; then
+            IFS='&' read -ra parts <<<"$value"
+            lines=
+            for i in "${!keys[@]}"; do lines+=${keys[i]}=${parts[i]}$'\n'; done
+        fi
+        combinations "$prefix$lines" "$@"
+    done
+}
+
+# Prints values, one a line, A..B/N as N values.
+expanded() {
+    local number='[-+]?[0-9]*\.?[0-9]+([eE][-+]?[0-9]+)?' values value
+    read -ra values <<<"$1"
+    for value in "${values[@]}"; do
+        if [[ $value =~ ^($number)\.\.($number)/([0-9]+)$ ]]; then
+            LC_ALL=C awk -v a="${BASH_REMATCH[1]}" -v b="${BASH_REMATCH[3]}" -v n="${BASH_REMATCH[5]}" \
+                'BEGIN { for (i = 0; i < n; i++) printf "%.12g\n", (n > 1 ? a + (b - a) * i / (n - 1) : a) }'
+        else
+            printf '%s\n' "$value"
+        fi
+    done
+}
+
+# Fails for values that are no pairs where keys are, for keys given twice, and for a range without values.
+check() {
+    local spec key value values keys parts known=' '
+    for spec in "$@"; do
+        [[ $spec == ?*=* && -n ${spec#*=} ]] || fail "'$spec' is not KEY=VALUE VALUE…"
+        IFS='&' read -ra keys <<<"${spec%%=*}"
+        for key in "${keys[@]}"; do
+            [ -n "$key" ] || fail "'$spec' has an empty key"
+            [[ $known != *" $key "* ]] || fail "'$key' is given twice"
+            known+="$key "
+        done
+        mapfile -t values < <(expanded "${spec#*=}")
+        [ "${#values[@]}" -gt 0 ] || fail "'$spec' has no values"
+        [ "${#keys[@]}" -gt 1 ] || continue
+        for value in "${values[@]}"; do
+            IFS='&' read -ra parts <<<"$value"
+            [ "${#parts[@]}" -eq "${#keys[@]}" ] || fail "'$value' has ${#parts[@]} values, the keys ${spec%%=*} are ${#keys[@]}"
+        done
     done
 }
 
 # Writes FOLDER/plan and a .set file for each run.
 plan() {
-    local scenario=$1 folder=$2 spec sum block name
+    local scenario=$1 folder=$2 sum block name
     shift 2
     [ -f "$scenario" ] || fail "$scenario: no such scenario"
-    for spec in "$@"; do
-        [[ $spec == ?*=* && -n ${spec#*=} ]] || fail "'$spec' is not KEY=VALUE VALUE…"
-    done
+    check "$@"
     mkdir -p "$folder"
     sum=$(sha256sum <"$scenario")
     if [ -e "$folder/scenario.sha256" ] && [ "$(cat "$folder/scenario.sha256")" != "$sum" ]; then
@@ -75,7 +117,7 @@ plan() {
 
 # Does one run, unless it is done; always succeeds, the run's exit code goes to its .exit file.
 one() {
-    local scenario=$1 folder=$2 name=$3 line code=0
+    local scenario=$1 folder=$2 name=$3 line code=0 begun=$SECONDS
     local stem=$folder/$name arguments=() new=yes
     if [ -f "$stem.h5" ] && [ "$(cat "$stem.exit" 2>/dev/null)" = 0 ]; then
         return 0
@@ -92,14 +134,45 @@ one() {
     fi
     printf '%s\n' "$code" >"$stem.exit.new"
     mv "$stem.exit.new" "$stem.exit"
-    [ "$code" = 0 ] || printf 'sweep.sh: %s failed with exit code %s, see %s.log\n' "$name" "$code" "$stem" >&2
+    if [ "$code" = 0 ]; then
+        line="complete in $((SECONDS - begun)) s"
+    else
+        line="failed with exit code $code, see $stem.log"
+    fi
+    printf 'sweep.sh: %s%s %s%s\n' "$(place "$folder")" "$name" "$line" "$(left "$folder")" >&2
+}
+
+# Number of runs of the plan that have ended.
+ended() {
+    local folder=$1 name n=0
+    while IFS= read -r name; do
+        [ ! -f "$folder/$name.exit" ] || n=$((n + 1))
+    done <"$folder/plan"
+    printf '%s' "$n"
+}
+
+# "3 of 12: " in a sweep on this machine; nothing in others, whose runs do not know of each other.
+place() {
+    [ ! -f "$1/begun" ] || printf '%s of %s: ' "$(ended "$1")" "$(wc -l <"$1/plan")"
+}
+
+# ", about 40 s left", from the time that the runs since the start of the sweep took.
+left() {
+    local folder=$1 start before now total
+    [ -f "$folder/begun" ] || return 0
+    read -r start before <"$folder/begun"
+    now=$(ended "$folder") total=$(wc -l <"$folder/plan")
+    [ "$now" -gt "$before" ] && [ "$total" -gt "$now" ] || return 0
+    printf ', about %s s left' "$((($(date +%s) - start) * (total - now) / (now - before)))"
 }
 
 # Writes the table; fails if a run of the plan is not complete.
 collect() {
     local folder=$1 name failed=0
-    $FBIMPACT collect "$folder" -o "$folder/table.csv"
-    $FBIMPACT collect "$folder" -o "$folder/table.h5" -q
+    local more=()
+    eval "more=(${COLLECT:-})"
+    $FBIMPACT collect "$folder" -o "$folder/table.csv" "${more[@]}"
+    $FBIMPACT collect "$folder" -o "$folder/table.h5" -q "${more[@]}"
     while IFS= read -r name; do
         [ "$(cat "$folder/$name.exit" 2>/dev/null)" = 0 ] || failed=$((failed + 1))
     done <"$folder/plan"
@@ -111,11 +184,13 @@ run_all() {
     local scenario=$1 folder=$2
     local runner=${RUNNER:-$(parallel --version 2>/dev/null | grep -q GNU && echo parallel || echo xargs)}
     export FBIMPACT THREADS
+    printf '%s %s\n' "$(date +%s)" "$(ended "$folder")" >"$folder/begun"
     case $runner in
     parallel) parallel --will-cite -j "$JOBS" "$0" --one "$scenario" "$folder" {} <"$folder/plan" ;;
     xargs) xargs -P "$JOBS" -I {} "$0" --one "$scenario" "$folder" {} <"$folder/plan" ;;
     *) fail "RUNNER is $runner, must be parallel or xargs" ;;
     esac
+    rm -f "$folder/begun"
 }
 
 case ${1:-} in

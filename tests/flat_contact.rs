@@ -4,6 +4,11 @@
 #![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
 #![expect(clippy::print_stdout, reason = "the figures of docs/verification.md, shown with --nocapture")]
 
+#[path = "support/scenarios.rs"]
+mod scenarios;
+#[path = "support/steel_parts.rs"]
+mod steel_parts;
+
 use std::path::Path;
 
 use adaptive::model::start_poses;
@@ -12,23 +17,8 @@ use adaptive::record::{ImpactRecord, Sample};
 use adaptive::recording::Recording;
 use adaptive::warning::WarningKind;
 use fbimpact::scenario;
-use fbimpact::simulate::simulate;
 use nalgebra::{Rotation3, Vector3};
-
-/// Radius \[m\], length \[m\], modulus \[Pa\] and density [kg/m³] of the rods.
-const RADIUS: f64 = 1e-3;
-const LENGTH: f64 = 0.2;
-const YOUNG: f64 = 210e9;
-const DENSITY: f64 = 7850.0;
-/// Modes of a rod that is so thin that all of them are axial.
-const MODES: usize = 60;
-
-fn run(text: &str) -> Recording {
-    let scenario = scenario::parse(Path::new("case.toml"), text.as_bytes(), &[]).unwrap();
-    let mut recording = Recording::default();
-    simulate(&scenario, &mut recording, 1).unwrap();
-    recording
-}
+use steel_parts::{DENSITY, FLOOR, LENGTH, RADIUS, STEEL, YOUNG, check_ledger, contact, most_lost, rod, run};
 
 fn wave_speed() -> f64 {
     (YOUNG / DENSITY).sqrt()
@@ -42,40 +32,6 @@ fn round_trip() -> f64 {
 /// Force between a rod and what does not yield, at 1 m/s \[N\].
 fn impedance() -> f64 {
     std::f64::consts::PI * RADIUS * RADIUS * (YOUNG * DENSITY).sqrt()
-}
-
-const STEEL: &str = r#"
-    [materials.steel]
-    youngs_modulus = 210e9
-    poissons_ratio = 0.0
-    density = 7850.0
-"#;
-
-/// A rod with its lower end at `z`.
-fn rod(name: &str, z: f64, speed: f64) -> String {
-    format!(
-        r#"
-        [bodies.{name}]
-        model = "axisymmetric"
-        material = "steel"
-        geometry = {{ shape = "rod", radius = {RADIUS}, length = {LENGTH} }}
-        position = [0.0, 0.0, {z:e}]
-        velocity = [0.0, 0.0, {speed}]
-        reduction = {{ modes = {MODES} }}
-        discretisation = {{ degree = 3, elements = [1, 130] }}
-    "#
-    )
-}
-
-const FLOOR: &str = r#"
-    [bodies.floor]
-    model = "rigid"
-    geometry = { shape = "plane" }
-    normal = [0.0, 0.0, 1.0]
-"#;
-
-fn contact(body: &str, target: &str) -> String {
-    format!("[contacts.c]\ncontact_body = \"{body}\"\ntarget_body = \"{target}\"\n")
 }
 
 /// First and last time at which the force is above `level`, on straight lines between samples \[s\].
@@ -101,23 +57,10 @@ fn mean_force(recording: &Recording, from: f64, to: f64) -> f64 {
     sum / time
 }
 
-/// The ledger is closed to what the integrator's tolerance of 1e-6 a step leaves, and no momentum appears.
-fn check_ledger(name: &str, recording: &Recording) {
-    let drift = recording.energy_drift();
-    println!("{name}: ledger {drift:.1e}");
-    assert!(drift < 1e-5, "{name}: {drift:e}");
-}
-
 /// Product of the highest frequency kept of the first body and the time of a wave.
 fn cycles(recording: &Recording) -> f64 {
     let frequencies = &recording.layout.bodies[0].eigenfrequencies;
     frequencies.last().unwrap() * round_trip()
-}
-
-/// Modes beyond the `n` axial ones would carry the share `2/(pi^2 n)` of the energy of a step of the velocity: half of it is the most that
-/// can be missing in the velocity of separation.
-fn most_lost(n: f64) -> f64 {
-    1.0 / (std::f64::consts::PI.powi(2) * n)
 }
 
 /// What touches first of the bodies of `text`.
@@ -436,171 +379,4 @@ fn blocks_that_meet_with_faces_and_edges_keep_their_momenta() {
         }
         check_ledger(name, &recording);
     }
-}
-
-/// `text` of a rod that [`rod`] makes, on a guide along its axis.
-fn guided(text: &str, name: &str, z: f64, speed: f64) -> String {
-    let keys = |line: &&str| {
-        !line.trim_start().starts_with("position") && !line.trim_start().starts_with("velocity")
-    };
-    let free: Vec<&str> = text.lines().filter(keys).collect();
-    format!(
-        "{}\n[joints.guide]\ntype = \"axial\"\nparent = {{ body = \"ground\", point = [0.0, 0.0, {z:e}] }}\n\
-         child = {{ body = \"{name}\", face = \"z-\" }}\nvelocity = {speed}\n",
-        free.join("\n")
-    )
-}
-
-#[test]
-fn a_rod_on_a_guide_strikes_as_a_free_one_does() {
-    let (gap, n) = (1e-6, MODES as f64);
-    let second = rod("second", 0.0, 0.0);
-    let first = rod("first", -LENGTH - gap, 1.0);
-    let scenario = |first: &str| {
-        run(&format!("[simulation]\nend_time = 9.0e-5\n{STEEL}{first}{second}{}", contact("first", "second")))
-    };
-    let free = scenario(&first);
-    let held = scenario(&guided(&first, "first", -LENGTH - gap, 1.0));
-    let (a, b) = (free.impacts[0], held.impacts[0]);
-    println!(
-        "rods, free and on a guide: impulse {:.8e} and {:.8e}, restitution {:.6}",
-        a.impulse, b.impulse, b.restitution
-    );
-    // The guide takes no part: the same motion by other steps before the touch, to the tolerance of 1e-8 a step.
-    assert!((b.impulse / a.impulse - 1.0).abs() < 1e-6 && (b.peak_force / a.peak_force - 1.0).abs() < 1e-6);
-    assert!(1.0 - b.restitution < most_lost(n * 0.9), "{}", b.restitution);
-    check_ledger("guided rod", &held);
-}
-
-#[test]
-fn a_bar_on_a_hinge_strikes_the_floor_with_its_edge() {
-    let text = format!(
-        r#"
-        [simulation]
-        end_time = 1.0e-3
-        # Energies between its long steps are those of Gauss collocation to 1e-4 only.
-        free.integrator = "dormand-prince"
-        {STEEL}
-        [bodies.bar]
-        model = "solid"
-        material = "steel"
-        geometry = {{ shape = "box", size = [0.2, 0.02, 0.02] }}
-        reduction = {{ modes = 20 }}
-        discretisation = {{ degree = 2, elements = [8, 1, 1] }}
-        [joints.pivot]
-        type = "revolute"
-        parent = {{ body = "ground", point = [0.0, 0.0, 0.06] }}
-        child = {{ body = "bar", face = "x-" }}
-        axis = [0.0, 1.0, 0.0]
-        angle_deg = 14.4
-        angular_velocity = 5.0
-        {FLOOR}
-        {}
-    "#,
-        contact("bar", "floor")
-    );
-    let recording = run(&text);
-    // What bends when an end is struck comes back and strikes again.
-    assert!(recording.impacts.len() > 1, "{}", recording.impacts.len());
-    let vertical = |s: &Sample| s.contacts[0].force[2] + s.joints[0].reaction_force[2];
-    let pairs = || recording.samples.windows(2);
-    let sum = |f: &dyn Fn(&Sample) -> f64| -> f64 {
-        pairs().map(|w| 0.5 * (w[1].time - w[0].time) * (f(&w[0]) + f(&w[1]))).sum()
-    };
-    let (first, last) = (&recording.samples[0], recording.samples.last().unwrap());
-    let change = last.linear_momentum[2] - first.linear_momentum[2];
-    let impulse = sum(&vertical);
-    let contact = sum(&|s| s.contacts[0].force[2]);
-    println!(
-        "bar on a hinge: {} impacts, momentum {change:.6}, impulse {impulse:.6} N s",
-        recording.impacts.len()
-    );
-    // Trapezia over stored states of a force that changes within microseconds.
-    assert!((impulse - change).abs() < 1e-2 * contact, "{impulse} {change} {contact}");
-    assert!(recording.warnings.iter().any(|w| w.kind == WarningKind::EdgeTouch));
-    check_ledger("bar on a hinge", &recording);
-}
-
-#[test]
-fn a_rod_between_planes_meets_one_with_its_round_and_one_with_its_flat_end() {
-    let (length, gap, speed) = (0.1, 5e-5, 0.3);
-    let text = format!(
-        r#"
-        [simulation]
-        end_time = 5.0e-4
-        {STEEL}
-        [bodies.rod]
-        model = "axisymmetric"
-        material = "steel"
-        geometry = {{ shape = "rod-spherical-end", radius = 0.005, length = {length} }}
-        position = [0.0, 0.0, 1.0e-6]
-        velocity = [0.0, 0.0, -{speed}]
-        reduction = {{ modes = 20 }}
-        discretisation = {{ degree = 3, elements = [2, 40] }}
-        {FLOOR}
-        [bodies.ceiling]
-        model = "rigid"
-        geometry = {{ shape = "plane" }}
-        normal = [0.0, 0.0, -1.0]
-        position = [0.0, 0.0, {}]
-        [contacts.below]
-        contact_body = "rod"
-        target_body = "floor"
-        [contacts.above]
-        contact_body = "rod"
-        target_body = "ceiling"
-    "#,
-        length + gap
-    );
-    let recording = run(&text);
-    let contacts: Vec<u32> = recording.impacts.iter().map(|i| i.contact).collect();
-    assert!(contacts.starts_with(&[0, 1]), "{contacts:?}");
-    // The round end has its own zone, as wide as its contact; the flat one the whole surface.
-    let width = |contact: u32| {
-        let i = contacts.iter().position(|c| *c == contact).unwrap() as u32;
-        recording.trials.iter().rfind(|t| t.impact == i).unwrap().interval_widths[0]
-    };
-    assert!(width(0) < 1e-3 && width(1) > length, "{} {}", width(0), width(1));
-    // Nothing holds the rod between the impacts: each turns its momentum round but for what rings.
-    let momentum = |t: f64| {
-        let at = recording.samples.iter().rfind(|s| s.time <= t).unwrap();
-        at.linear_momentum[2]
-    };
-    let above = recording.impacts.iter().find(|i| i.contact == 1).unwrap();
-    let change = momentum(above.end + 1e-6) - momentum(above.start - 1e-6);
-    println!("rod between planes: impulse {:.6e}, change {change:.6e} N s", above.impulse);
-    assert!((above.impulse + change).abs() < 1e-3 * above.impulse, "{} {change}", above.impulse);
-    check_ledger("rod between planes", &recording);
-}
-
-#[test]
-fn a_point_between_the_points_of_a_surface_is_not_passed_through_without_a_word() {
-    // A block with one element a side over a thin pin: none of its corners and edge points meets the pin's end.
-    let text = format!(
-        r#"
-        [simulation]
-        end_time = 1.0e-4
-        {STEEL}
-        [bodies.block]
-        model = "solid"
-        material = "steel"
-        geometry = {{ shape = "box", size = [0.02, 0.02, 0.02] }}
-        position = [0.0, 0.0, 0.010001]
-        velocity = [0.0, 0.0, -1.0]
-        reduction = {{ modes = 6 }}
-        discretisation = {{ degree = 2, elements = 1 }}
-        [bodies.pin]
-        model = "solid"
-        material = "steel"
-        geometry = {{ shape = "box", size = [0.001, 0.001, 0.01] }}
-        position = [0.004, 0.003, -0.005]
-        reduction = {{ modes = 6 }}
-        discretisation = {{ degree = 2, elements = [1, 1, 4] }}
-        {}
-    "#,
-        contact("block", "pin")
-    );
-    let scenario = scenario::parse(Path::new("case.toml"), text.as_bytes(), &[]).unwrap();
-    let error = simulate(&scenario, &mut Recording::default(), 1).unwrap_err().to_string();
-    assert!(error.contains("exchange contact_body and target_body"), "{error}");
 }

@@ -4,11 +4,14 @@
 mod beam_file;
 #[path = "fuzzing/mod.rs"]
 mod bodies;
+#[path = "support/damage.rs"]
+mod damage;
 
 use std::path::Path;
 use std::process::Command;
 use std::sync::LazyLock;
 
+use damage::mutated;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 
@@ -50,29 +53,8 @@ static BEAM: LazyLock<Vec<u8>> = LazyLock::new(|| {
     std::fs::read(path).expect("readable")
 });
 
-/// Overwrites, cuts and doubles pieces of `text` as the bytes say.
-fn mutated(text: &[u8], bytes: &[u8]) -> Vec<u8> {
-    let mut out = text.to_vec();
-    let mut b = bodies::Bytes::new(bytes);
-    for _ in 0..=b.below(6) {
-        let (at, n) = (b.below(out.len()), b.below(24));
-        let end = (at + n).min(out.len());
-        match b.below(4) {
-            0 => out[at..end].iter_mut().for_each(|byte| *byte = b.next()),
-            1 => drop(out.drain(at..end)),
-            2 => {
-                let piece = out[at..end].to_vec();
-                let to = b.below(out.len());
-                out.splice(to..to, piece);
-            }
-            _ => out[at] = b"0123456789-.e[]{}=\"\n#"[b.below(21)],
-        }
-        if out.is_empty() {
-            return out;
-        }
-    }
-    out
-}
+/// Letters of the formats.
+const LETTERS: &[u8] = b"0123456789-.e[]{}=\"\n#";
 
 #[test]
 fn scenario_of_any_bytes_is_valid_or_has_faults() {
@@ -85,7 +67,7 @@ fn scenario_of_any_bytes_is_valid_or_has_faults() {
     cases(600, |bytes| {
         bodies::scenario_text(bytes);
         let which = usize::from(bytes.first().copied().unwrap_or(0)) % texts.len();
-        bodies::scenario_text(&mutated(&texts[which], bytes));
+        bodies::scenario_text(&mutated(&texts[which], bytes, LETTERS));
     });
 }
 
@@ -113,7 +95,7 @@ fn damaged_matrices_are_read_or_refused() {
     let (map, nodes) = (short("bar.dof", 60), short("bar.inp", 30));
     cases(300, |bytes| {
         for text in [&rows, &market, &punch, &pairs, &map, &nodes] {
-            bodies::matrices(&mutated(text, bytes), (&rows, &map, &nodes));
+            bodies::matrices(&mutated(text, bytes, LETTERS), (&rows, &map, &nodes));
         }
     });
 }

@@ -7,6 +7,8 @@
 mod program;
 #[path = "support/scenarios.rs"]
 mod scenarios;
+#[path = "support/swings.rs"]
+mod swings;
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -16,6 +18,7 @@ use fbimpact::body_file::{BodyFile, read};
 use fbimpact::simulate::modes;
 use program::fbimpact;
 use scenarios::run;
+use swings::period;
 
 /// A bar of 40 mm × 10 mm × 10 mm by `scripts/matrices_calculix.py`.
 fn part(name: &str) -> String {
@@ -96,16 +99,8 @@ fn imported_bar_swings_as_a_pendulum() {
     let rest = "[joints.hinge]\ntype = \"revolute\"\naxis = [0.0, 1.0, 0.0]\nangle = 0.02\n\
                 parent = { body = \"ground\", point = [0.0, 0.0, 0.0] }\nchild = { body = \"bar\", marker = \"hinge\" }\n\
                 [output]\nfree_interval = 1e-4\n";
-    let samples = run(&scenario(&format!("model = \"imported\"\nfile = {:?}", imported()), rest)).samples;
-    let angle = |i: usize| samples[i].joints[0].positions[0];
-    let crossings: Vec<f64> = (1..samples.len())
-        .filter(|&i| angle(i - 1) * angle(i) < 0.0)
-        .map(|i| {
-            let share = angle(i - 1) / (angle(i - 1) - angle(i));
-            samples[i - 1].time + share * (samples[i].time - samples[i - 1].time)
-        })
-        .collect();
-    let period = 2.0 * (crossings[1] - crossings[0]);
+    let recording = run(&scenario(&format!("model = \"imported\"\nfile = {:?}", imported()), rest));
+    let period = period(&recording);
     let inertia: f64 = 0.04 * 0.04 / 3.0 + 0.01 * 0.01 / 12.0; // about the hinge, for each kilogram
     let exact = TAU * (inertia / (9.81 * 0.02)).sqrt() * (1.0 + 0.02_f64.powi(2) / 16.0);
     println!("period of the imported bar: {:.1e} off", period / exact - 1.0);

@@ -71,6 +71,11 @@ fn vector_after(text: &str, before: &str) -> [f64; 3] {
     std::array::from_fn(|_| list.next().expect("three components"))
 }
 
+/// What a refusal says of the overlap, without the move: out of the inside of a body there are many.
+fn overlap_told(complaint: &str) -> Option<&str> {
+    complaint.split_once("overlap by").and_then(|(_, told)| told.split("; move").next())
+}
+
 #[test]
 fn bodies_that_overlap_at_the_start_are_refused_with_the_move_that_cures_it() {
     let folder = scratch();
@@ -116,6 +121,14 @@ fn bodies_that_overlap_at_the_start_are_refused_with_the_move_that_cures_it() {
         // Seven digits are shown.
         assert!((told / depth - 1.0).abs() < 1e-5, "{name}: {told} instead of {depth}");
         assert!(complaint.contains("contacts.c.initial_overlap"), "{name}: {complaint}");
+        if name != "Hertz" {
+            // Known without any model; from a static start the models themselves are looked at.
+            let scenario = folder.path().join("s.toml").display().to_string();
+            let (code, _, checked) = fbimpact(&["check", &scenario]);
+            assert_eq!((code, overlap_told(&checked)), (4, overlap_told(&complaint)), "{name}");
+            let (code, later, _) = run(folder.path(), &text, &["simulation.static_start=true"]);
+            assert_eq!((code, overlap_told(&later)), (4, overlap_told(&complaint)), "{name}");
+        }
         // With the move the run begins.
         let shift = vector_after(&complaint, "move body \"a\" by");
         let start: Vec<f64> = (0..3).map(|d| vector_after(&text, "position =")[d] + shift[d]).collect();

@@ -7,7 +7,8 @@ use adaptive::AdaptiveError;
 use adaptive::observer::{Continue, Observer};
 use adaptive::record::{
     BodyLayout, BodySample, ContactSample, Energies, ImpactRecord, JointLayout, JointSample, PhaseKind,
-    PhaseRecord, PointSample, PressurePoint, RunLayout, Sample, StressRecord, Timings, TrialRecord,
+    PhaseRecord, PointLayout, PointSample, PressurePoint, RunLayout, Sample, StressRecord, Timings,
+    TrialRecord,
 };
 use fbimpact::commands::recording::{Simulation, record};
 use fbimpact::commands::stop::Stop;
@@ -54,7 +55,11 @@ fn sample(i: u32) -> Sample {
         bodies: vec![body(6), body(0)],
         contacts: vec![ContactSample { normal_force: 0.1 * x, active_points: i, ..ContactSample::default() }],
         pressures: vec![(0..i % 4).map(loaded).collect()],
-        points: vec![PointSample { position: [0.0, 0.0, x], velocity: [x, 0.0, 0.0] }],
+        points: vec![PointSample {
+            position: [0.0, 0.0, x],
+            velocity: [x, 0.0, 0.0],
+            ..PointSample::default()
+        }],
         joints: vec![JointSample {
             positions: vec![x, 0.5 * x],
             velocities: vec![1.0, 2.0],
@@ -69,7 +74,7 @@ fn start(observer: &mut dyn Observer) -> Result<(), AppError> {
     let layout = RunLayout {
         bodies: vec![body("ball", (1..=6).map(|i| 1e5 * f64::from(i)).collect()), body("floor", Vec::new())],
         contacts: vec!["impact".into()],
-        points: vec!["top".into()],
+        points: vec![PointLayout { name: "top".into(), ..PointLayout::default() }],
         joints: vec![JointLayout {
             name: "guide".into(),
             kind: "cylindrical".into(),

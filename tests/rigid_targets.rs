@@ -3,6 +3,9 @@
 #![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
 #![expect(clippy::print_stdout, reason = "the figures of docs/verification.md, shown with --nocapture")]
 
+#[path = "support/scenarios.rs"]
+mod scenarios;
+
 use std::f64::consts::PI;
 use std::path::Path;
 
@@ -10,8 +13,7 @@ use adaptive::model::start_poses;
 use adaptive::predict::{HertzLaw, LocalSurface, hertz_impact};
 use adaptive::predicted_touch::{TouchKind, touch_kind};
 use adaptive::recording::Recording;
-use fbimpact::scenario;
-use fbimpact::simulate::simulate;
+use fbimpact::scenario::Scenario;
 use nalgebra::Vector3;
 
 /// Aluminium \[Pa\], \[kg/m³\].
@@ -45,11 +47,12 @@ const WORLD: &str = r#"
     target_body = "tool"
 "#;
 
+fn valid(text: &str) -> Scenario {
+    scenarios::valid(Path::new("."), text, &[])
+}
+
 fn run_on(text: &str, threads: usize) -> Recording {
-    let scenario = scenario::parse(Path::new("case.toml"), text.as_bytes(), &[]).unwrap();
-    let mut recording = Recording::default();
-    simulate(&scenario, &mut recording, threads).unwrap();
-    recording
+    scenarios::run_on(&valid(text), threads)
 }
 
 fn run(text: &str) -> Recording {
@@ -85,6 +88,15 @@ fn held(geometry: &str, place: [f64; 3], more: &str) -> String {
 const BALL: &str = "shape = \"sphere\", radius = 0.02";
 /// The gap at the start \[m\].
 const GAP: f64 = 1e-6;
+
+/// An axisymmetric ball with so many modes that falls on a free rigid one.
+fn axial_balls(modes: usize) -> [String; 2] {
+    let (above, more) = ([0.0, 0.0, 2.0 * RADIUS + GAP], format!("reduction = {{ modes = {modes} }}"));
+    [
+        body("part", "\"axisymmetric\"", BALL, above, -SPEED, &more),
+        body("tool", "\"rigid\"\nmotion = \"axial\"", BALL, [0.0; 3], 0.0, ""),
+    ]
+}
 
 fn ball_mass() -> f64 {
     4.0 / 3.0 * PI * RADIUS.powi(3) * DENSITY
@@ -122,15 +134,7 @@ fn check_balances(name: &str, recording: &Recording) {
 
 #[test]
 fn an_axisymmetric_ball_meets_a_free_rigid_one_as_hertz_says() {
-    let ball = body(
-        "part",
-        "\"axisymmetric\"",
-        BALL,
-        [0.0, 0.0, 2.0 * RADIUS + GAP],
-        -SPEED,
-        "reduction = { modes = 6 }",
-    );
-    let rigid = body("tool", "\"rigid\"\nmotion = \"axial\"", BALL, [0.0; 3], 0.0, "");
+    let [ball, rigid] = axial_balls(6);
     let found = run(&[WORLD, &ball, &rigid].concat());
     let expected = hertz([1.0 / RADIUS; 2], [1.0 / RADIUS; 2], 0.0, 2.0 / ball_mass());
     compare("axisymmetric balls", peak(&found), expected, HERTZ);
@@ -240,23 +244,13 @@ fn momenta_stay_and_threads_change_no_bit() {
 fn contact_that_reaches_an_edge_of_the_tool_is_told() {
     let ball = body("part", "\"solid\"", BALL, [0.0, 0.0, 2.0 * RADIUS + GAP], -SPEED, SMALL);
     let bar = held("shape = \"box\", size = [0.3e-3, 0.1, 0.04]", [0.0; 3], "");
-    let text = [WORLD, &ball, &bar].concat();
-    let scenario = scenario::parse(Path::new("case.toml"), text.as_bytes(), &[]).unwrap();
-    let error = simulate(&scenario, &mut Recording::default(), 2).unwrap_err().to_string();
+    let error = scenarios::refusal(&valid(&[WORLD, &ball, &bar].concat()));
     assert!(error.contains("contact reached the end of its surface"), "{error}");
 }
 
 #[test]
 fn zones_that_vibrate_push_a_free_rigid_body() {
-    let ball = body(
-        "part",
-        "\"axisymmetric\"",
-        BALL,
-        [0.0, 0.0, 2.0 * RADIUS + GAP],
-        -SPEED,
-        "reduction = { modes = 4 }",
-    );
-    let rigid = body("tool", "\"rigid\"\nmotion = \"axial\"", BALL, [0.0; 3], 0.0, "");
+    let [ball, rigid] = axial_balls(4);
     let world = WORLD.replace("target_body", "model = \"damped\"\ninterval = { elements = 4 }\ntarget_body");
     // Steps of the finest elements: the first part of the impact.
     let world = world.replace("3.0e-4", "4.0e-5");
@@ -273,8 +267,7 @@ fn poles_of_nets_are_smooth_places() {
     let part = body("part", "\"solid\"", ball, [0.0, 0.0, 2.0 * RADIUS + GAP], -SPEED, turned);
     let rigid = body("tool", "\"rigid\"", ball, [0.0; 3], 0.0, turned);
     for tool in [rigid.clone(), rigid.replace("rigid", "solid")] {
-        let text = [WORLD, &part, &tool].concat();
-        let scenario = scenario::parse(Path::new("case.toml"), text.as_bytes(), &[]).unwrap();
+        let scenario = valid(&[WORLD, &part, &tool].concat());
         let spec = &scenario.run;
         let kind = touch_kind(spec, &spec.contacts[0], &start_poses(spec).unwrap());
         assert_eq!(kind, Some(TouchKind::Smooth));

@@ -194,6 +194,8 @@ fn motions_that_a_model_cannot_take_are_faults() {
         ("bodies.ball.model=plane-strain", "bodies.ball.geometry.shape"),
         ("output.stress.axis.at=1.0", "output.stress.axis.at"),
         ("output.stress.axis.from=[0,0,0]", "output.stress.axis.from"),
+        ("output.stress.axis.to=[0,0.011]", "output.stress.axis.to"),
+        ("output.points.far={body=\"ball\",point=[0.0,0.011]}", "output.points.far.point"),
         ("contacts.impact.target_body=ball", "contacts.impact.target_body"),
         ("bodies.ball.reduction.method=modal", "contacts.impact.model"),
     ] {
@@ -217,4 +219,61 @@ fn bytes_that_are_no_text_are_located() {
     let list = scenario::parse(Path::new("case.toml"), &bytes, &[]).expect_err("not UTF-8");
     let line = SPHERE[..at].matches('\n').count() + 1;
     assert_eq!(list.list()[0].line(), Some(line));
+}
+
+/// Numbers of a file are those of the lists, whatever stands around them, and the resolved scenario needs the file no more.
+#[test]
+fn tables_over_time_come_from_files() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(
+        folder.path().join("push.csv"),
+        "# measured\nt [s],force [N],other\n0,0,7\n0.5,2.5,7\n1,0,7\n",
+    )
+    .expect("written");
+    let text = |force: &str| {
+        format!(
+            r#"
+            simulation = {{ end_time = 1.0 }}
+            [bodies.stone]
+            model = "rigid"
+            mass = 1.0
+            inertia = [1.0, 1.0, 1.0]
+            [loads.push]
+            body = "stone"
+            point = [0.0, 0.0, 0.0]
+            force_z = {{ kind = "table", {force} }}
+            "#
+        )
+    };
+    let parse = |force: &str| {
+        fbimpact::scenario::parse(&folder.path().join("case.toml"), text(force).as_bytes(), &[])
+    };
+    let lists = "times = [0.0, 0.5, 1.0], values = [0.0, 2.5, 0.0]";
+    for (of_file, inline) in [
+        ("file = \"push.csv\"", lists.to_owned()),
+        (
+            "file = \"push.csv\", value_column = \"force [N]\", periodic = true",
+            format!("{lists}, periodic = true"),
+        ),
+        (
+            "file = \"push.csv\", time_column = \"1\", value_column = \"3\"",
+            "times = [0.0, 0.5, 1.0], values = [7, 7, 7]".into(),
+        ),
+    ] {
+        let (found, expected) = (parse(of_file).expect("valid"), parse(&inline).expect("valid"));
+        assert_eq!(found.run.loads, expected.run.loads, "{of_file}");
+        assert_eq!(found.source.resolved, expected.source.resolved, "{of_file}");
+    }
+    for (force, words) in [
+        ("file = \"none.csv\"", &["loads.push.force_z.file", "none.csv cannot be read"][..]),
+        ("file = \"push.csv\", value_column = \"F\"", &["value_column", "t [s], force [N], other"]),
+        ("file = \"push.csv\", times = [0.0, 1.0], values = [0.0, 1.0]", &["without `file`"]),
+        ("times = [0.0, 1.0]", &["values", "required key is missing"]),
+        ("times = [0.0, 1.0], values = [0.0, 1.0], value_column = \"F\"", &["with `file`"]),
+        ("times = [0.0, 1.0], values = [0.0, 1.0], periodic = true", &["must end as they begin"]),
+    ] {
+        let faults = parse(force).expect_err(force);
+        let said: String = faults.list().iter().map(|f| format!("{f}\n")).collect();
+        assert!(words.iter().all(|word| said.contains(word)), "{force}: {said}");
+    }
 }

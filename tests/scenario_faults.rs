@@ -454,3 +454,33 @@ proptest! {
         check_promise(ALL_SHAPES.as_bytes(), &[format!("{path}={value}")]);
     }
 }
+
+/// Those who know other programs are led on by their words.
+#[test]
+fn words_of_other_programs_are_answered_with_the_right_one() {
+    let said = |text: &str| {
+        let faults = scenario::parse(Path::new("words.toml"), text.as_bytes(), &[]).expect_err("a fault");
+        faults.list().iter().map(|f| format!("{f}\n")).collect::<String>()
+    };
+    for (word, right) in [
+        ("weld", "fixed"),
+        ("hinge", "revolute"),
+        ("Slider", "prismatic"),
+        ("ball joint", "spherical"),
+        ("cardan", "universal"),
+        ("revolut", "revolute"),
+    ] {
+        let text = said(&ALL_SHAPES.replace("type = \"cylindrical\"", &format!("type = \"{word}\"")));
+        assert!(text.contains(&format!("did you mean \"{right}\"?")), "{word}: {text}");
+    }
+    for (shape, word, right) in [
+        ("box", "beam", "box"),
+        ("hollow-cylinder", "pipe", "hollow-cylinder"),
+        ("disc", "disk", "disc"),
+        ("sphere", "ball", "sphere"),
+        ("plane", "floor", "plane"),
+    ] {
+        let text = said(&ALL_SHAPES.replace(&format!("shape = \"{shape}\""), &format!("shape = \"{word}\"")));
+        assert!(text.contains(&format!("did you mean \"{right}\"?")), "{word}: {text}");
+    }
+}

@@ -6,12 +6,15 @@ use std::path::Path;
 
 use adaptive::store::ModelCache;
 use fbimpact::compare::{Rules, compare};
+use fbimpact::expression::evaluate::evaluate;
+use fbimpact::expression::parse::parse;
+use fbimpact::expression::source::Source;
 use fbimpact::plot::data::ResultData;
 use fbimpact::plot::figures::Kind;
 use fbimpact::plot::render;
+use fbimpact::replay::states::States;
 use fbimpact::results::stored::Stored;
 use fbimpact::results::{summary, thin};
-use fbimpact::vtk::states::States;
 use fbimpact::{body_file, collect, scenario, simulate};
 
 /// A source of choices.
@@ -152,9 +155,10 @@ pub fn read_everything(path: &Path, folder: &Path) {
         let copy = folder.join("thin.h5");
         let _ = thin::write(&stored, &copy, 7);
         let _ = std::fs::remove_file(&copy);
+        evaluate_everything(&stored);
     }
     if let Ok(data) = ResultData::read(path, "it".into()) {
-        for kind in Kind::ALL {
+        for kind in Kind::USUAL.into_iter().chain([Kind::Spectra]) {
             for figure in kind.figures(std::slice::from_ref(&data)).unwrap_or_default() {
                 let _ = render::svg(&figure);
             }
@@ -178,9 +182,36 @@ pub fn read_everything(path: &Path, folder: &Path) {
     if let Ok(comparison) = compare(path, path, &rules) {
         let _ = (comparison.table(), comparison.json().to_string());
     }
-    let runs = collect::find(&[path.to_owned()]).unwrap();
+    let runs = collect::find(&[path.to_owned()], &["v=bodies.ball.velocity[-1]".parse().unwrap()]).unwrap();
     for is_long in [false, true] {
         let _ = collect::csv(&collect::gather(&runs, is_long));
+    }
+}
+
+/// Expressions over all that a result holds have a value or a fault.
+fn evaluate_everything(stored: &Stored) {
+    let source = Source::new(stored);
+    let tables =
+        ["impacts.peak_force", "tries.interval_widths", "contacts.impact.impacts.start", "scenario.bodies"];
+    let datasets = stored
+        .entries
+        .keys()
+        .map(|path| path.split('/').map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join("."));
+    for path in datasets.chain(tables.map(str::to_owned)) {
+        for text in [
+            "#",
+            "#[-1]",
+            "#[1:].z",
+            "max(#)",
+            "norm(#) + #",
+            "at(#, 1e-5)",
+            "integral(#)",
+            "time_of_max(#[0:])",
+        ] {
+            if let Ok(expression) = parse(&text.replace("#", &path)) {
+                let _ = evaluate(&expression, &source);
+            }
+        }
     }
 }
 

@@ -27,9 +27,19 @@ pub fn valid(folder: &Path, text: &str, set: &[&str]) -> Scenario {
 
 /// What a run of `scenario` records.
 pub fn run(scenario: &Scenario) -> Recording {
+    run_on(scenario, 1)
+}
+
+/// The same on so many threads.
+pub fn run_on(scenario: &Scenario, threads: usize) -> Recording {
     let mut recording = Recording::default();
-    simulate(scenario, &mut recording, 1).unwrap_or_else(|e| panic!("{e}"));
+    simulate(scenario, &mut recording, threads).unwrap_or_else(|e| panic!("{e}"));
     recording
+}
+
+/// Why `scenario` is not simulated to its end.
+pub fn refusal(scenario: &Scenario) -> String {
+    simulate(scenario, &mut Recording::default(), 1).expect_err("refused").to_string()
 }
 
 /// Frequencies of the system \[Hz\].

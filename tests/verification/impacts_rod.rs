@@ -34,7 +34,7 @@ fn shipped_run() -> &'static Trace {
 
 /// Axial velocity of an observed point in every stored state [m/s].
 fn velocity(trace: &Trace, name: &str) -> Vec<f64> {
-    let i = trace.layout.points.iter().position(|p| p == name).expect("observed point");
+    let i = trace.layout.points.iter().position(|p| p.name == name).expect("observed point");
     trace.history(|s| s.points[i].velocity[2])
 }
 

@@ -100,11 +100,11 @@ fn pair(coarse: &Coarse, sides: [&Fine; 2], compliances: [&Mat<f64>; 2]) -> Surf
         Some(compliance(0)),
     );
     let interval = &target.intervals[0];
-    let face = TargetFace { face: interval.face, bounds: interval.region };
+    let face = TargetFace { face: interval.parts[0].face, bounds: interval.parts[0].region };
     let surface = TargetSurface::flexible(
         target.motion,
         &target.space,
-        std::slice::from_ref(&target.patch),
+        &target.patches,
         &[face],
         &target.lookup,
         shapes[1].as_ref(),

@@ -6,10 +6,9 @@
 use std::sync::Arc;
 
 use contact_qs::search::{SurfaceModel, SurfaceSite};
-use contact_qs::{ActiveContact, ContactError, Plane, PressureRecovery};
+use contact_qs::{ActiveContact, ContactError, PressureRecovery};
 use ffr_dynamics::system::force::BodyState;
 use iga_core::nurbs::FaceId;
-use nalgebra::Unit;
 
 use crate::body_model::{BodyModel, FlexibleBody};
 use crate::detection::{Detector, DetectorTarget, Nearest, Search};
@@ -22,7 +21,7 @@ use crate::interval::{
     assess,
 };
 use crate::penalty_search::{PenaltySearch, PenaltyStrategy};
-use crate::point_compliance::{PointCompliance, compliances, points_on};
+use crate::point_compliance::{ObservedPlace, PointCompliance, compliances, points_on};
 use crate::predicted_touch::TouchKind;
 use crate::record::ZoneSite;
 use crate::run_state::ImpactHistory;
@@ -37,10 +36,12 @@ mod fine_side;
 mod kept_zone;
 mod sites;
 mod widths;
+mod zone_model;
 
 use fine_side::FineSide;
-pub use fine_side::{RebuiltContact, ZoneModel};
+pub use fine_side::RebuiltContact;
 use sites::Sites;
+pub use zone_model::ZoneModel;
 
 /// The widest interval, as a share of the body's size: wider than the body itself is none.
 const WIDEST: f64 = 1.0;
@@ -193,9 +194,7 @@ impl AdaptiveContact {
             surfaces[body].clone().ok_or_else(|| AdaptiveError::unsupported_contact(&spec.name, none()))
         };
         let target = match spec.target {
-            Target::Plane { point, normal } => {
-                DetectorTarget::Plane(Plane { point, normal: Unit::new_normalize(normal) })
-            }
+            Target::Plane { point, normal } => DetectorTarget::plane(point, normal),
             Target::Body(other) => DetectorTarget::Body(other, surface(other)?),
         };
         Ok(Self {
@@ -274,12 +273,15 @@ impl AdaptiveContact {
             |body, site, side: &FineSide<'_>| ZoneOnBody { body, site, n_unknowns: side.zone.unknowns.len() };
         let mut zones = vec![on_body(self.body, site, &own)];
         zones.extend(other.as_ref().zip(target_site).map(|((body, side), site)| on_body(*body, site, side)));
-        let displaced = |points: &[usize], body: usize, side: &FineSide<'_>| {
+        let displaced = |(points, places): (&[usize], &[ObservedPlace]), body: usize, side: &FineSide<'_>| {
             let points = if side.points.ncols() == 0 { &[] } else { points };
-            compliances(points, body, side.body.motion(), &side.points)
+            compliances((points, places), body, side.body.motion(), &side.points)
         };
-        let mut observed = displaced(&points, self.body, &own);
-        observed.extend(other.iter().flat_map(|(body, side)| displaced(&target_points, *body, side)));
+        let mut observed = displaced((&points, &places), self.body, &own);
+        let on_target = other.iter();
+        observed.extend(
+            on_target.flat_map(|(body, side)| displaced((&target_points, &target_places), *body, side)),
+        );
         let weight = match self.is_vibrating() {
             true => self.static_weight(&mut own, &mut other, (bodies, states))?,
             false => self.weight_of(element.as_mut(), states)?,

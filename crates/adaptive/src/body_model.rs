@@ -14,10 +14,12 @@ use crate::elastic_body::{Discretised, ElasticBody, Interface, ReducedBody};
 use crate::error::AdaptiveError;
 use crate::fine_model::FineBody;
 use crate::fine_modes::FineModes;
+use crate::gauge::Gauge;
 use crate::imported::ImportedModel;
 use crate::marker_loads::answers_by_marker;
 use crate::mesh_surface::MeshSurface;
 use crate::meshed::MeshedModel;
+use crate::point_compliance::{ObservedPlace, PlaceFunctions};
 use crate::rigid_surface::RigidSurface;
 use crate::spec::{Geometry, ImportedSpec, MeshedSpec, RigidSpec};
 use crate::store::ModelCache;
@@ -153,14 +155,21 @@ impl<'a> FlexibleBody<'a> {
         model.map(Arc::new).map_err(|e| surface_fault(self.name, e))
     }
 
-    /// Functions that are not zero at a point of the undeformed body, in the model's components \[m\], with their values.
+    /// What the place `place` of the undeformed body shows of the unknowns.
     ///
     /// # Errors
     /// [`AdaptiveError`] if the point is not in the body.
-    pub fn functions_at(&self, place: &[f64; 3]) -> Result<Vec<(u32, f64)>, AdaptiveError> {
+    pub fn shown_at(&self, place: &ObservedPlace) -> Result<PlaceFunctions, AdaptiveError> {
         match self.kind {
-            FlexibleKind::Splines(body) => body.discretised().functions_at(place),
-            FlexibleKind::Mesh(spec) => spec.functions_at(self.name, place),
+            FlexibleKind::Splines(body) => {
+                let mesh = body.discretised();
+                let gauge = |x: &[f64; 3]| Gauge::of_splines(&mesh, &body.spec.material, x);
+                PlaceFunctions::new(place, |x| mesh.functions_at(x), gauge)
+            }
+            FlexibleKind::Mesh(spec) => {
+                let functions = |x: &[f64; 3]| spec.functions_at(self.name, x);
+                PlaceFunctions::new(place, functions, |x| spec.gauge(self.name, x))
+            }
         }
     }
 }

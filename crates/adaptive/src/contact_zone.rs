@@ -9,19 +9,22 @@ use contact_qs::points::SurfacePoint;
 use contact_qs::surface_pair::TargetFace;
 use contact_qs::{ContactError, PiecewiseSurface};
 use iga_core::elasticity::Model;
+use iga_core::nurbs::FaceId;
 use iga_core::nurbs::jet::diagonal;
 use iga_core::surface::{CollocationPoint, Face, gauss_points, greville_points, lobatto_points};
 
 use crate::elastic_body::Discretised;
 use crate::spec::PointRule;
 
-/// A contact zone on a face of a body.
+/// A contact zone on faces of a body.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactZone {
     /// Contact points with their functions.
     pub points: Vec<SurfacePoint>,
     /// Parameters of the points; on a mesh those of their sides.
     pub parameters: Vec<[f64; 3]>,
+    /// Faces of the points; none on a mesh.
+    pub faces: Vec<FaceId>,
     /// Unknowns of the interface, rising.
     pub unknowns: Vec<usize>,
     /// Full widths along the face \[m\]; the second is zero for curves, and for zones given by one width.
@@ -52,7 +55,7 @@ pub enum ZoneRegion {
     Pieces(Arc<PiecewiseSurface>),
 }
 
-/// Where a contact zone ends.
+/// Where a contact zone ends on a face.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ZoneLimits {
     /// The part of the face.
@@ -71,28 +74,31 @@ impl ZoneLimits {
 }
 
 impl ContactZone {
-    /// The zone of `body` within `limits`: its points by `rule`, their areas times the thickness of plane models, and all unknowns of
+    /// The zone of `body` within `limits`, one for each face: its points by `rule`, their areas times the thickness of plane models, and all unknowns of
     /// the functions that are not zero in the zone. `on_rim` says which of the points stand where contact must not come.
     ///
     /// # Errors
     /// [`ContactError::Empty`] if no point lies in the zone.
     pub fn new(
         body: &Discretised<'_>,
-        limits: ZoneLimits,
+        limits: &[ZoneLimits],
         rule: PointRule,
         on_rim: impl FnOnce(&[CollocationPoint]) -> Vec<bool>,
     ) -> Result<Self, ContactError> {
+        let is_inside =
+            |p: &CollocationPoint| limits.iter().any(|l| l.region.face.id == p.face && l.contains(&p.xi));
         let within = |points: Vec<CollocationPoint>| -> Vec<CollocationPoint> {
-            points.into_iter().filter(|p| limits.contains(&p.xi)).collect()
+            points.into_iter().filter(is_inside).collect()
         };
-        let face = [limits.region.face];
-        let gauss = within(gauss_points(body.space, body.patches, &face, None));
+        let faces: Vec<Face> = limits.iter().map(|l| l.region.face).collect();
+        let widths = limits.first().map_or([0.0; 2], |l| l.widths);
+        let gauss = within(gauss_points(body.space, body.patches, &faces, None));
         let inside = match rule {
-            PointRule::Greville => within(greville_points(body.space, body.patches, &face)),
+            PointRule::Greville => within(greville_points(body.space, body.patches, &faces)),
             PointRule::Gauss => gauss.clone(),
         };
         if inside.is_empty() {
-            return Err(ContactError::Empty { width: limits.widths[0] });
+            return Err(ContactError::Empty { width: widths[0] });
         }
         let thickness = body.model.thickness().unwrap_or(1.0);
         let rim = on_rim(&inside);
@@ -112,8 +118,9 @@ impl ContactZone {
             unknowns: interface(body, &gauss, &points),
             points,
             parameters: inside.iter().map(|p| p.xi).collect(),
-            widths: limits.widths,
-            region: ZoneRegion::Faces(vec![limits.region]),
+            faces: inside.iter().map(|p| p.face).collect(),
+            widths,
+            region: ZoneRegion::Faces(limits.iter().map(|l| l.region).collect()),
             extent: ZoneExtent::Part,
         })
     }
@@ -148,6 +155,7 @@ impl ContactZone {
             unknowns: interface(body, &gauss, &points),
             points,
             parameters: found.iter().map(|p| p.xi).collect(),
+            faces: found.iter().map(|p| p.face).collect(),
             widths: [diagonal(body.space.control_points()), 0.0],
             region: ZoneRegion::Faces(
                 faces.into_iter().map(|f| TargetFace::whole(f, body.patches)).collect(),

@@ -10,7 +10,7 @@ use contact_qs::search::{
 use contact_qs::{ContactElement, ContactError, ContactReport, Plane};
 use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::system::force::{BodyState, ForceElement, GeneralisedForce, Motion};
-use nalgebra::Vector3;
+use nalgebra::{Unit, Vector3};
 
 /// Where two surfaces are nearest.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -71,10 +71,23 @@ pub enum DetectorTarget {
     Body(usize, Arc<SurfaceModel>),
 }
 
+impl DetectorTarget {
+    /// The fixed plane through `point` whose `normal` points to the body's side.
+    pub fn plane(point: Vector3<f64>, normal: Vector3<f64>) -> Self {
+        Self::Plane(Plane { point, normal: Unit::new_normalize(normal) })
+    }
+}
+
 impl Detector {
     /// A detector for the surface `model` of body `body`.
     pub fn new(body: usize, model: Arc<SurfaceModel>, target: DetectorTarget) -> Self {
         Self { body, model, target }
+    }
+
+    /// The same surface before another target.
+    #[must_use]
+    pub fn against(&self, target: DetectorTarget) -> Self {
+        Self { target, ..self.clone() }
     }
 
     /// Puts `model` in the place of the surface of body `body`, if that is one of the pair; returns the one before. What a search

@@ -13,7 +13,7 @@ use crate::plausibility::ledger::{EnergyLedger, Imbalance};
 use crate::plausibility::motion::MotionLimits;
 use crate::record::{PhaseKind, PhaseRecord};
 use crate::run_state::{ContactState, RunState};
-use crate::simulation::{fill_sample, smallest_gap};
+use crate::simulation::smallest_gap;
 use crate::spec::{FREE_INTERVAL, RunSettings};
 
 /// A body that touches within this part of its size at the start counts as touching: round-off of its coordinates.
@@ -42,6 +42,7 @@ mod monitor;
 mod output;
 mod refine;
 mod restart;
+mod states;
 mod trial;
 
 use contact_slot::ContactSlot;
@@ -220,7 +221,7 @@ impl<'a> Driver<'a> {
             }
         };
         let mut is_interrupted = false;
-        while self.integrator.time() < self.settings.end_time && !is_interrupted {
+        while !self.is_over() && !is_interrupted {
             let outcome = match kind {
                 PhaseKind::Free => self.free_phase(),
                 PhaseKind::Impact => self.impact_phase(),
@@ -230,14 +231,26 @@ impl<'a> Driver<'a> {
             is_interrupted = outcome?;
             self.run.n_phases += 1;
             kind = if kind == PhaseKind::Free { PhaseKind::Impact } else { PhaseKind::Free };
-            if self.integrator.time() < self.settings.end_time && !is_interrupted {
+            if !self.is_over() && !is_interrupted {
                 self.begin_phase(kind)?;
             }
+        }
+        if !is_interrupted
+            && self.integrator.time() < self.settings.end_time
+            && self.run.last_output < self.integrator.time()
+        {
+            self.store()?;
         }
         if !is_interrupted {
             self.check_end()?;
         }
         Ok(RunEnd { time: self.integrator.time(), is_interrupted })
+    }
+
+    /// Whether time is up, or so many impacts have ended as the run is to have.
+    fn is_over(&self) -> bool {
+        let is_enough = self.settings.stop_after_impacts.is_some_and(|n| self.run.n_impacts >= n);
+        is_enough || self.integrator.time() >= self.settings.end_time
     }
 
     /// The running phase as far as it went.
@@ -416,96 +429,6 @@ impl<'a> Driver<'a> {
             self.store_until(step.end)?;
         }
         Ok(())
-    }
-
-    /// Stores the states due up to time `t` of the last step.
-    fn store_until(&mut self, t: f64) -> Result<(), AdaptiveError> {
-        while self.run.next_output <= t {
-            self.integrator.interpolate(self.run.next_output, &mut self.interpolated);
-            self.evaluate(self.run.next_output)?;
-            self.report(self.run.next_output)?;
-            self.note_gaps(self.run.next_output)?;
-            self.run.next_output += self.interval(self.run.free_interval, self.run.next_output);
-        }
-        Ok(())
-    }
-
-    /// Least time from a state stored at time `t` to the next one, `wanted` being that of short phases \[s\].
-    fn interval(&self, wanted: f64, t: f64) -> f64 {
-        wanted.max(self.settings.phase_share * (t - self.work.start))
-    }
-
-    /// Stores the present state.
-    fn store(&mut self) -> Result<(), AdaptiveError> {
-        self.interpolated.copy_from_slice(self.integrator.state());
-        self.evaluate(self.integrator.time())?;
-        self.report(self.integrator.time())
-    }
-
-    /// Notes the state at the end of the step of an impact just accepted, which the forces were evaluated at last, and stores it
-    /// if that is due.
-    fn store_step(&mut self) -> Result<(), AdaptiveError> {
-        self.interpolated.copy_from_slice(self.integrator.state());
-        let t = self.integrator.time();
-        self.fill(t);
-        if t >= self.run.last_output + self.interval(self.settings.impact_interval, t) {
-            self.send()?;
-        }
-        self.check_ledger()
-    }
-
-    /// Stores the state noted last, if that has not been done.
-    fn store_noted(&mut self) -> Result<(), AdaptiveError> {
-        if self.output.is_noted { self.send() } else { Ok(()) }
-    }
-
-    /// Evaluates forces and accelerations in the state `interpolated` at time `t`.
-    fn evaluate(&mut self, t: f64) -> Result<(), AdaptiveError> {
-        let outcome = self.model.system.evaluate_accelerations(t, &self.interpolated);
-        outcome.map_err(|refusal| AdaptiveError::refused(t, refusal))
-    }
-
-    /// Reports the state `interpolated` at time `t`, which the forces were evaluated at last.
-    fn report(&mut self, t: f64) -> Result<(), AdaptiveError> {
-        // Outside of impacts no contact force acts; what acts at the start of the run has no past.
-        self.local_deformation.begin(t, self.model.observed.points.len());
-        self.fill(t);
-        self.send()?;
-        self.check_ledger()
-    }
-
-    /// Notes the state `interpolated` at time `t`, which the forces were evaluated at last.
-    fn fill(&mut self, t: f64) {
-        let RunModel { system, observed, .. } = &mut *self.model;
-        fill_sample(system, observed, t, &self.interpolated, &mut self.output.sample);
-        self.measure_dents(t);
-        let RunModel { system, observed, .. } = &*self.model;
-        let sample = &mut self.output.sample;
-        self.local_deformation.add_to(&mut sample.points, &observed.points, system);
-        sample.phase = self.run.n_phases;
-        if !self.settings.pressure {
-            sample.pressures.clear();
-        }
-        sample.energies.gravity -= self.gravity_datum;
-        let is_dissipative = self.integrator.method().is_dissipative();
-        self.run.numerical.record(&mut sample.energies, is_dissipative);
-        self.imbalance = self.run.ledger.record(&sample.energies);
-        self.output.is_noted = true;
-    }
-
-    /// Takes the dents at observed points at time `t`, which the forces were evaluated at last.
-    fn measure_dents(&mut self, t: f64) {
-        let RunModel { system, observed, contacts, .. } = &*self.model;
-        if !observed.points.is_empty() {
-            let slots = &self.slots;
-            self.local_deformation.update(t, system, |i| slots[i].fine(), |i| contacts[i].loads_interface);
-        }
-    }
-
-    /// Reports the state noted last.
-    fn send(&mut self) -> Result<(), AdaptiveError> {
-        self.run.last_output = self.output.sample.time;
-        self.output.send()
     }
 }
 

@@ -16,8 +16,9 @@ use crate::elastic_body::{Discretised, ElasticBody};
 use crate::error::AdaptiveError;
 use crate::fine_elements::{FineElements, WantedZone, compliance_key as key_of_elements};
 use crate::fine_model::{FineMesh, FineSettings, compliance_key as key_of_splines};
+use crate::gauge::Gauge;
 use crate::interval::IntervalGrid;
-use crate::point_compliance::Functions;
+use crate::point_compliance::{ObservedPlace, PlaceFunctions};
 use crate::spec::{LowModes, PointRule};
 use crate::store::ModelKey;
 use crate::unsupported::Unsupported;
@@ -132,16 +133,23 @@ impl FineBodyModel<'_> {
         }
     }
 
-    /// Functions that are not zero at a point of the body, with their values.
+    /// What the place `place` of the body shows of the unknowns, `coarse` being the body.
     ///
     /// # Errors
     /// [`AdaptiveError`] if the point is not in the body.
-    pub fn functions_at(&self, place: &[f64; 3]) -> Result<Functions, AdaptiveError> {
-        match self {
-            Self::Splines { mesh, .. } => mesh.discretised().functions_at(place),
-            Self::Elements { mesh, .. } => mesh.functions_at(place),
-            Self::Whole(body) => body.discretised().functions_at(place),
+    pub fn shown_at(
+        &self,
+        place: &ObservedPlace,
+        coarse: &FlexibleBody<'_>,
+    ) -> Result<PlaceFunctions, AdaptiveError> {
+        if let Self::Elements { mesh, .. } = self {
+            return PlaceFunctions::new(place, |x| mesh.functions_at(x), |x| mesh.gauge(x));
         }
+        let (Some(mesh), Some(body)) = (self.splines(), coarse.spline_body()) else {
+            return Err(other_kind(coarse));
+        };
+        let gauge = |x: &[f64; 3]| Gauge::of_splines(&mesh, &body.spec.material, x);
+        PlaceFunctions::new(place, |x| mesh.functions_at(x), gauge)
     }
 
     /// Stiffness and mass, `coarse` being the body.
@@ -207,7 +215,7 @@ impl FineBodyModel<'_> {
     pub fn compliance_key(
         &self,
         coarse: &FlexibleBody<'_>,
-        at: (&[usize], &[[f64; 3]]),
+        at: (&[usize], &[ObservedPlace]),
     ) -> Result<ModelKey, AdaptiveError> {
         match (self, coarse.spline_body(), coarse.mesh()) {
             (Self::Splines { wanted, settings, .. }, Some(body), _) => {

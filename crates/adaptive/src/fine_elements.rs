@@ -17,9 +17,11 @@ use crate::contact_zone::ContactZone;
 use crate::elastic_body::ReducedBody;
 use crate::error::AdaptiveError;
 use crate::fine_model::{gigabytes, most_gigabytes};
+use crate::gauge::Gauge;
 use crate::interval::{IntervalEnd, IntervalGrid};
 use crate::mesh_surface::{LocalShape, MeshSurface, SideSite};
 use crate::meshed::{assembled_body, dofs_of};
+use crate::point_compliance::{ObservedPlace, add_places};
 use crate::smooth_fit::SmoothFit;
 use crate::spec::MeshedSpec;
 use crate::store::{Bytes, ModelKey, matrix_values, meshed_definition};
@@ -290,6 +292,18 @@ impl FineElements {
         element.kind.functions(&xi, &mut functions);
         Ok(self.refined.ties().in_free(element.nodes, &functions.values))
     }
+
+    /// Strain and stress at a point by the free nodes.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Mesh`] if the point is not in the body.
+    pub fn gauge(&self, place: &[f64; 3]) -> Result<Gauge, AdaptiveError> {
+        let fail = |source| AdaptiveError::Mesh { body: self.name.clone(), source };
+        let (mesh, ties) = (self.refined.mesh(), self.refined.ties());
+        let (e, xi) = mesh.locate(place).map_err(fail)?;
+        let materials = self.spec.materials().map_err(fail)?.of_parts(self.refined.parents());
+        Ok(Gauge::of_elements(mesh, &materials, (e, &xi), |node| ties.in_free(&[node], &[1.0])))
+    }
 }
 
 /// Puts points and sides of `zone` on the surface `fit`, so far inside that none of it stands out of where they were (theory Eq. C.74).
@@ -304,13 +318,13 @@ fn smooth(zone: &mut ContactZone, fit: &SmoothFit) {
 pub fn compliance_key(
     (spec, reduced): (&MeshedSpec, &ReducedBody),
     wanted: &WantedZone,
-    (unknowns, points): (&[usize], &[[f64; 3]]),
+    (unknowns, points): (&[usize], &[ObservedPlace]),
 ) -> ModelKey {
     let mut key = Bytes(meshed_definition(spec));
     let basis = &reduced.basis;
     key.add(&(basis.n_low, &basis.omega, basis.shapes.nrows(), matrix_values(&basis.shapes)));
     let WantedZone { site: SideSite { side, eta, point }, widths, elements } = wanted;
     key.add(&(side, eta, point, widths, elements));
-    key.add(&(unknowns, points));
+    add_places(&mut key, unknowns, points);
     ModelKey { kind: "compliance of a mesh", definition: key.0 }
 }

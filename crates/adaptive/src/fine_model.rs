@@ -1,6 +1,6 @@
 //! The fine model of a body: its coarse model, refined around contact intervals (\[A\] section 4.3; theory section A.3).
 //!
-//! A truncated hierarchical space over the body's patch, with graded levels ([`crate::lattice`]) or those of Algorithm 3
+//! A truncated hierarchical space over the body's patches, with graded levels ([`crate::lattice`]) or those of Algorithm 3
 //! ([`crate::subdivision`]). Its dynamic
 //! coordinates are those of the coarse model: the low-frequency modes are the coarse ones, prolonged, and everything
 //! else that the fine space can do follows quasistatically (`docs/decisions/0008-modes-of-fine-models.md`).
@@ -9,7 +9,6 @@ use std::sync::Arc;
 
 use contact_qs::ContactError;
 use contact_qs::points::DofLookup;
-use contact_qs::surface_pair::TargetFace;
 use faer::{Mat, MatRef};
 use ffr_dynamics::body::{AssembledBody, Dof, MassMatrix, RigidMotion};
 use ffr_dynamics::reduction::compliance::ResidualFlexibility;
@@ -20,58 +19,58 @@ use iga_core::ParameterBox;
 use iga_core::assembly::{assemble, unknowns};
 use iga_core::elasticity::Model;
 use iga_core::hierarchical::{HierarchicalSpace, Prolongation};
-use iga_core::knots::KnotVector;
-use iga_core::nurbs::{Patch, Shape};
+use iga_core::nurbs::patch::PointBasis;
+use iga_core::nurbs::{FaceId, Patch, Shape};
 use iga_core::space::Space;
-use iga_core::surface::{CollocationPoint, Face};
+use iga_core::surface::CollocationPoint;
+use nalgebra::Vector3;
 use tracing::debug;
 
-use crate::contact_zone::{ContactZone, ZoneLimits};
+use crate::contact_zone::ContactZone;
 use crate::elastic_body::{Discretised, ElasticBody, ReducedBody, rigid_motion};
 use crate::error::AdaptiveError;
-use crate::interval::{IntervalEnd, IntervalGrid};
 use crate::lattice::DirectionLattice;
 use crate::rotated_net::RotatedNet;
 use crate::spec::{DivisionRule, ElasticSpec, LowModes, PointRule};
-use crate::unsupported::Unsupported;
 use crate::wanted_interval::WantedInterval;
 
+mod across;
+mod intervals;
 mod key;
+mod levels;
+mod measures;
 mod plan;
 mod size;
+mod spread;
+mod spread_plan;
 
+pub use intervals::{FineInterval, IntervalPart};
+use intervals::{fine_intervals, finest_knots};
 pub use key::compliance_key;
-use plan::{check_regular, fine_intervals, plan, refined};
+use levels::refined;
+use plan::{check_regular, plan};
 use size::check_size;
 pub use size::{gigabytes, most_gigabytes};
-
-/// A contact interval as the fine model has it: its ends lie on knots.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FineInterval {
-    /// Face that it lies on.
-    pub face: Face,
-    /// Directions along the face.
-    pub directions: Vec<usize>,
-    /// Lower and upper parameters.
-    pub region: ParameterBox,
-    /// What lies at the ends, one entry per direction along the face.
-    pub ends: Vec<[IntervalEnd; 2]>,
-    /// Contact elements per direction along the face; 1 in directions that the face does not have.
-    pub n_elements: [usize; 2],
-    /// Widths that were asked for \[m\].
-    pub widths: [f64; 2],
-    /// Number of its first element among those of the finest level, along the face.
-    first: [usize; 2],
-    slack: [f64; 3],
-}
+pub use spread::{Spread, SpreadPart, ZoneFrame};
 
 /// How the elements of a body are divided.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RefinementPlan {
     /// The levels.
     pub division: Division,
-    /// Regions around which every level is refined, one per interval.
-    pub regions: Vec<ParameterBox>,
+    /// Regions around which every level is refined: one per interval, of an interval on several faces one per part.
+    pub regions: Vec<Region>,
+    /// The interval's parts, if it is one on several faces.
+    pub spread: Option<Spread>,
+}
+
+/// A box of parameters of a patch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Region {
+    /// The patch.
+    pub patch: usize,
+    /// Its parameters.
+    pub bounds: ParameterBox,
 }
 
 /// Ways of making levels.
@@ -79,8 +78,19 @@ pub struct RefinementPlan {
 pub enum Division {
     /// Parts of every element from each level to the next in every direction (\[A\] Algorithm 3).
     Parts(Vec<[usize; 3]>),
-    /// Lattices through the ends of one interval, their spacing doubled from level to level.
-    Lattice([DirectionLattice; 3]),
+    /// Lattices, their spacing doubled from level to level, one for all directions that shared faces turn into one another.
+    Lattice(Vec<LinkedLattice>),
+}
+
+/// A lattice in a direction of a patch, and in all that are divided together with it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LinkedLattice {
+    /// The patch in whose parameters it is given.
+    pub patch: usize,
+    /// The direction.
+    pub direction: usize,
+    /// The lattice.
+    pub lattice: DirectionLattice,
 }
 
 /// Elements across an interval unless the scenario says otherwise (\[A\] section 4.3).
@@ -118,8 +128,8 @@ pub struct FineMesh {
     pub plan: RefinementPlan,
     /// Its contact intervals, in the order asked for.
     pub intervals: Vec<FineInterval>,
-    /// Its patch, that of the coarse model.
-    pub patch: Patch,
+    /// Its patches, those of the coarse model.
+    pub patches: Vec<Patch>,
     /// Its space.
     pub space: HierarchicalSpace,
     /// The unknowns, sorted by node, then component.
@@ -183,7 +193,7 @@ impl FineMesh {
     /// # Errors
     /// [`AdaptiveError::Subdivision`] if no memory holds the intervals or round-off would fold their elements, or Algorithm 3
     /// does not resolve them; [`AdaptiveError::Geometry`] if the space cannot be
-    /// built; [`AdaptiveError::Unsupported`] for bodies of several patches and intervals on singular lines.
+    /// built; [`AdaptiveError::Unsupported`] for Algorithm 3 on several patches and intervals on singular lines.
     pub fn build(
         coarse: &ElasticBody,
         wanted: &[WantedInterval],
@@ -207,19 +217,17 @@ impl FineMesh {
         wanted: &[WantedInterval],
         settings: &FineSettings,
     ) -> Result<Self, AdaptiveError> {
-        let [patch] = coarse.shape.patches.as_slice() else {
-            return Err(AdaptiveError::unsupported_body(&coarse.name, Unsupported::SeveralPatches));
-        };
+        let patches = &coarse.shape.patches[..];
         let fail = |source| AdaptiveError::Geometry { body: coarse.name.clone(), source };
-        let plan = plan(coarse, patch, wanted, settings)?;
+        let plan = plan(coarse, wanted, settings)?;
         check_regular(coarse, wanted, &plan)?;
-        let hierarchy = refined(patch, &plan, settings).map_err(fail)?;
-        check_size(patch, &hierarchy, wanted, &plan)
+        let hierarchies = refined(patches, &plan, settings).map_err(fail)?;
+        check_size(patches, &hierarchies, wanted, &plan)
             .map_err(|source| AdaptiveError::Subdivision { body: coarse.name.clone(), source })?;
-        let space = HierarchicalSpace::new(patch, hierarchy).map_err(fail)?;
-        let prolongation =
-            Prolongation::between(&HierarchicalSpace::plain(patch).map_err(fail)?, &space).map_err(fail)?;
-        let intervals = fine_intervals(coarse, patch, &space, wanted, &plan);
+        let space = HierarchicalSpace::of_patches(patches, hierarchies).map_err(fail)?;
+        let plain = HierarchicalSpace::plain_patches(patches).map_err(fail)?;
+        let prolongation = Prolongation::between(&plain, &space).map_err(fail)?;
+        let intervals = fine_intervals(coarse, &space, wanted, &plan, settings.elements);
         debug!(body = coarse.name, elements = ?elements_of_levels(&space), "fine model");
         let unknowns = unknowns(&coarse.spec.model, space.control_points());
         let dofs: Vec<Dof> = unknowns.into_iter().map(|(node, component)| Dof { node, component }).collect();
@@ -231,7 +239,7 @@ impl FineMesh {
             motion: rigid_motion(&coarse.spec.model),
             plan,
             intervals,
-            patch: patch.clone(),
+            patches: patches.to_vec(),
             space,
             dofs,
             lookup,
@@ -256,9 +264,26 @@ impl FineMesh {
             stiffness,
             mass: MassMatrix::PerComponent(matrices.mass),
             nodes: self.space.control_points().to_vec(),
-            anchors: self.space.anchors(),
+            anchors: self.anchors(),
             dofs: self.dofs.clone(),
         })
+    }
+
+    /// Places for ordering unknowns: of several patches the control points along the surface and into the depth of the first interval, where most of
+    /// them are, so that layers of them lie in planes.
+    fn anchors(&self) -> Vec<[f64; 3]> {
+        let (Some(part), true) = (self.intervals.first().map(|i| &i.parts[0]), self.patches.len() > 1) else {
+            return self.space.anchors();
+        };
+        let ParameterBox { lower, upper } = &part.region;
+        let middle = std::array::from_fn(|d| 0.5 * (lower[d] + upper[d]));
+        let patch = &self.patches[part.face.id.patch];
+        let at = part.face.at(patch, &middle, &mut PointBasis::default());
+        let along = Vector3::from(at.tangents[0]).try_normalize(0.0).unwrap_or_else(Vector3::x);
+        let normal = Vector3::from(at.normal);
+        let axes = [along, normal.cross(&along), normal];
+        let place = |x: &[f64; 3]| axes.map(|axis| axis.dot(&Vector3::from(*x)));
+        self.space.control_points().iter().map(place).collect()
     }
 
     /// What points, markers and contact zones need.
@@ -266,7 +291,7 @@ impl FineMesh {
         Discretised {
             name: &self.name,
             shape: &self.shape,
-            patches: std::slice::from_ref(&self.patch),
+            patches: &self.patches,
             space: &self.space,
             model: &self.model,
             dofs: &self.dofs,
@@ -341,66 +366,31 @@ impl FineMesh {
     /// [`ContactError::Empty`] if no point lies in the interval.
     pub fn zone(&self, i: usize, rule: PointRule) -> Result<ContactZone, ContactError> {
         let interval = &self.intervals[i];
-        let knots = self.finest_knots();
         let on_rim = |points: &[CollocationPoint]| {
-            points.iter().map(|p| interval.is_edge(interval.element(knots, &p.xi))).collect()
+            points.iter().map(|p| interval.is_edge(self.rows(interval, p.face, (&p.xi, &p.point)))).collect()
         };
-        ContactZone::new(&self.discretised(), interval.limits(), rule, on_rim)
+        ContactZone::new(&self.discretised(), &interval.limits(), rule, on_rim)
     }
 
-    /// Contact element of each point of `zone`, which is that of interval `i`, for the utilisation.
+    /// Row of each point of `zone`, which is that of interval `i`, for the utilisation.
     pub fn contact_elements(&self, i: usize, zone: &ContactZone) -> Vec<[usize; 2]> {
-        let knots = self.finest_knots();
-        zone.parameters.iter().map(|xi| self.intervals[i].element(knots, xi)).collect()
+        let interval = &self.intervals[i];
+        let places = zone.faces.iter().zip(&zone.parameters).zip(&zone.points);
+        places.map(|((face, xi), p)| self.rows(interval, *face, (xi, &p.position))).collect()
     }
 
-    fn finest_knots(&self) -> &[KnotVector] {
-        let levels = self.space.basis().hierarchy().levels();
-        levels[levels.len() - 1].knots()
-    }
-}
-
-impl FineInterval {
-    /// The rows by which the use of the interval is judged.
-    pub fn grid(&self) -> IntervalGrid {
-        let n = self.directions.len();
-        IntervalGrid {
-            widths: std::array::from_fn(|d| if d < n { self.widths[d] } else { 0.0 }),
-            ends: self.ends.clone(),
-            n_elements: self.n_elements,
-        }
-    }
-
-    /// Where the contact zone of the interval ends.
-    fn limits(&self) -> ZoneLimits {
-        let region = TargetFace { face: self.face, bounds: self.region };
-        ZoneLimits { region, slack: self.slack, widths: self.widths }
-    }
-
-    /// Contact element that holds parameters of the face.
-    fn element(&self, knots: &[KnotVector], xi: &[f64; 3]) -> [usize; 2] {
-        let mut index = [0; 2];
-        for (i, &d) in self.directions.iter().enumerate() {
-            // Points on a knot belong to the element above it, whatever round-off says.
-            let e = knots[d].find_element(xi[d] + self.slack[d]);
-            index[i] = e.saturating_sub(self.first[i]).min(self.n_elements[i] - 1);
-        }
-        index
-    }
-
-    /// Whether a contact element lies at an end beyond which nothing is watched.
-    fn is_edge(&self, element: [usize; 2]) -> bool {
-        self.ends.iter().enumerate().any(|(i, ends)| {
-            let at = [element[i] == 0, element[i] + 1 == self.n_elements[i]];
-            (0..2).any(|side| at[side] && ends[side] != IntervalEnd::Axis)
-        })
+    /// Rows of an interval in which a place of a face lies.
+    fn rows(&self, interval: &FineInterval, face: FaceId, place: (&[f64; 3], &[f64; 3])) -> [usize; 2] {
+        let part = interval.parts.iter().position(|p| p.face.id == face).unwrap_or_default();
+        interval.rows(part, finest_knots(&self.space, face.patch), place)
     }
 }
 
 /// Leaf elements of every level.
 fn elements_of_levels(space: &HierarchicalSpace) -> Vec<usize> {
-    let hierarchy = space.basis().hierarchy();
-    let mut counts = vec![0; hierarchy.levels().len()];
-    hierarchy.leaves().for_each(|leaf| counts[leaf.level] += 1);
+    let mut counts = vec![0; space.basis(0).hierarchy().levels().len()];
+    for patch in 0..space.n_patches() {
+        space.basis(patch).hierarchy().leaves().for_each(|leaf| counts[leaf.level] += 1);
+    }
     counts
 }

@@ -6,7 +6,6 @@
 //! as many elements as the interval is wide in its own. Works on parameters; what the levels do to a space is
 //! [`crate::fine_model`]'s part.
 
-use iga_core::SplineError;
 use iga_core::knots::KnotVector;
 
 /// Distance of a lattice point from a knot, as a share of the spacing, below which the knot serves in its place.
@@ -74,21 +73,13 @@ impl DirectionLattice {
         (self.n_skipped..self.n_skipped + self.n_levels).contains(&level)
     }
 
-    /// The knots of level `level` (0: the finest) from those of the next coarser one: lattice points in the `wanted` elements.
-    ///
-    /// # Errors
-    /// As [`KnotVector::with_knots`].
-    pub fn refine(
-        &self,
-        coarse: &KnotVector,
-        level: usize,
-        wanted: impl Fn(usize) -> bool,
-    ) -> Result<KnotVector, SplineError> {
+    /// Points of level `level` (0: the finest) in the `wanted` elements of the next coarser one, not at their ends.
+    pub fn new_knots(&self, coarse: &KnotVector, level: usize, wanted: impl Fn(usize) -> bool) -> Vec<f64> {
+        let mut new = Vec::new();
         if !self.divides(level) {
-            return Ok(coarse.clone());
+            return new;
         }
         let spacing = self.spacing * 2f64.powi((level - self.n_skipped) as i32);
-        let mut new = Vec::new();
         for e in (0..coarse.n_elements()).filter(|&e| wanted(e)) {
             let (a, b) = coarse.element(e);
             let near = NEAR_KNOT * spacing;
@@ -96,7 +87,7 @@ impl DirectionLattice {
             let to = ((b - near - self.anchor) / spacing).floor() as i64;
             new.extend((from..=to).map(|i| self.anchor + i as f64 * spacing));
         }
-        coarse.with_knots(&new)
+        new
     }
 }
 
@@ -124,11 +115,18 @@ mod tests {
         KnotVector::uniform(2, n).unwrap()
     }
 
+    fn refine(
+        lattice: &DirectionLattice,
+        coarse: &KnotVector,
+        level: usize,
+        wanted: impl Fn(usize) -> bool,
+    ) -> KnotVector {
+        coarse.with_knots(&lattice.new_knots(coarse, level, wanted)).unwrap()
+    }
+
     /// All levels of a lattice about `interval`, every level refined over the whole patch.
     fn finest(lattice: &DirectionLattice, coarse: &KnotVector) -> KnotVector {
-        (0..lattice.n_levels)
-            .rev()
-            .fold(coarse.clone(), |knots, l| lattice.refine(&knots, l, |_| true).unwrap())
+        (0..lattice.n_levels).rev().fold(coarse.clone(), |knots, l| refine(lattice, &knots, l, |_| true))
     }
 
     #[test]
@@ -136,7 +134,7 @@ mod tests {
         let coarse = uniform(4);
         let lattice = DirectionLattice::into_depth(&coarse, 1.0, 0.92, 0.01);
         assert_eq!(lattice.n_levels, 5); // 0.01 to 0.16, below three quarters of 0.25
-        let breaks = lattice.refine(&coarse, 4, |e| e == 3).unwrap().breaks();
+        let breaks = refine(&lattice, &coarse, 4, |e| e == 3).breaks();
         let expected = [0.0, 0.25, 0.5, 0.75, 0.84, 1.0];
         assert!(breaks.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{breaks:?}");
     }
@@ -148,10 +146,9 @@ mod tests {
         assert_eq!((along.n_levels, beside.n_levels, beside.n_skipped), (5, 5, 3));
         let divided: Vec<usize> = (0..10).filter(|level| beside.divides(*level)).collect();
         assert_eq!(divided, [3, 4, 5, 6, 7]);
-        let refined =
-            |lattice: &DirectionLattice, level| lattice.refine(&uniform(4), level, |_| true).unwrap();
-        assert_eq!(refined(&beside, 2), uniform(4));
-        assert_eq!(refined(&beside, 5), refined(&along, 2));
+        let refined_by = |lattice: &DirectionLattice, level| refine(lattice, &uniform(4), level, |_| true);
+        assert_eq!(refined_by(&beside, 2), uniform(4));
+        assert_eq!(refined_by(&beside, 5), refined_by(&along, 2));
         // Equal elements, and less than twice as long ones to the nearest level.
         assert_eq!([0.5, 1.0, 1.4].map(|ratio| along.beside_shorter(ratio).n_skipped), [0; 3]);
     }

@@ -17,6 +17,7 @@ pub mod recording;
 pub mod marker_loads;
 pub mod part_motion;
 pub mod elastic_body;
+pub mod gauge;
 pub mod rigid_surface;
 pub mod body_model;
 pub mod wanted_interval;

@@ -1,8 +1,10 @@
-//! What the quasistatic displacement of contact zones adds to the motion of observed points (docs/theory.md Eqs. A.33, A.34).
+//! What the quasistatic displacement of contact zones adds to motion, strain and stress of observed points (docs/theory.md Eqs. A.33, A.34, M.52).
 //!
 //! The residual flexibility is symmetric: one static problem for each direction of a point gives the displacement of the point by
 //! the forces at all interface unknowns. With these rows at hand an instant costs one dot product.
 
+use ffr_dynamics::system::force::BodyState;
+use iga_core::elasticity::kinematics::PointState;
 use nalgebra::Vector3;
 
 use crate::adaptive_contact::FineContact;
@@ -18,13 +20,38 @@ const SHORTEST_STEP: f64 = 0.05;
 pub struct LocalDeformation {
     /// Compliances at interfaces that bodies have for the whole run.
     lasting: Vec<PointCompliance>,
-    /// Present displacements in the frames of the bodies \[m\].
-    now: Vec<Vector3<f64>>,
+    present: Present,
     velocities: Vec<Vector3<f64>>,
     /// The two instants before, the later one first.
     earlier: [Instant; 2],
     n_earlier: usize,
     forces: Vec<f64>,
+}
+
+/// Sums over the forces of contacts.
+#[derive(Debug, Clone, Default)]
+struct Present {
+    /// Displacements in the frames of the bodies \[m\].
+    displacements: Vec<Vector3<f64>>,
+    /// Strain and stress.
+    states: Vec<PointState>,
+}
+
+impl Present {
+    fn clear(&mut self, n_points: usize) {
+        self.displacements.clear();
+        self.displacements.resize(n_points, Vector3::zeros());
+        self.states.clear();
+        self.states.resize(n_points, PointState::default());
+    }
+
+    /// Adds what the `forces` at an interface do to a point.
+    fn add(&mut self, point: &PointCompliance, forces: &[f64]) {
+        let displacement = point.rows.iter().zip(forces).fold(Vector3::zeros(), |u, (row, f)| u + row * *f);
+        self.displacements[point.point] += displacement;
+        let state = &mut self.states[point.point];
+        point.states.iter().zip(forces).for_each(|(part, f)| state.add_scaled(part, *f));
+    }
 }
 
 /// Displacements at a time.
@@ -42,18 +69,17 @@ impl LocalDeformation {
 
     /// Begins at time `t` without local deformation, as impact phases do: their contacts are open or just touch.
     pub fn begin(&mut self, t: f64, n_points: usize) {
-        self.now.clear();
-        self.now.resize(n_points, Vector3::zeros());
-        self.velocities.clone_from(&self.now);
+        self.present.clear(n_points);
+        self.velocities.clone_from(&self.present.displacements);
         self.earlier[0].time = t;
-        self.earlier[0].displacements.clone_from(&self.now);
+        self.earlier[0].displacements.clone_from(&self.present.displacements);
         self.n_earlier = 1;
     }
 
     /// Begins differences in time anew at the present values, as after a change of the model at time `t`.
     pub fn restart_differences(&mut self, t: f64) {
         self.earlier[0].time = t;
-        self.earlier[0].displacements.clone_from(&self.now);
+        self.earlier[0].displacements.clone_from(&self.present.displacements);
         self.n_earlier = 1;
     }
 
@@ -66,7 +92,7 @@ impl LocalDeformation {
         fine: impl Fn(usize) -> Option<&'a FineContact>,
         loads_interface: impl Fn(usize) -> bool,
     ) {
-        self.now.fill(Vector3::zeros());
+        self.present.clear(self.velocities.len());
         for (i, force) in system.forces().iter().enumerate() {
             let contact = &force.contact;
             if contact.report().n_active == 0 {
@@ -81,11 +107,16 @@ impl LocalDeformation {
                     contact.interface_force(p.body, &mut self.forces);
                     loaded = Some((p.body, p.rows.len()));
                 }
-                let local_deformation =
-                    p.rows.iter().zip(&self.forces).fold(Vector3::zeros(), |u, (row, f)| u + row * *f);
-                self.now[p.point] += local_deformation;
+                self.present.add(p, &self.forces);
             }
         }
+        self.differentiate(t);
+    }
+
+    /// Takes the forces `loads` on interfaces at time `t`, each with what it does to a point.
+    pub fn take<'a>(&mut self, t: f64, loads: impl Iterator<Item = (&'a PointCompliance, &'a [f64])>) {
+        self.present.clear(self.velocities.len());
+        loads.for_each(|(point, forces)| self.present.add(point, forces));
         self.differentiate(t);
     }
 
@@ -98,7 +129,7 @@ impl LocalDeformation {
             return;
         }
         for (i, velocity) in self.velocities.iter_mut().enumerate() {
-            let chord = (self.now[i] - last.displacements[i]) / step;
+            let chord = (self.present.displacements[i] - last.displacements[i]) / step;
             let turn = if known > 0.0 {
                 let earlier = (last.displacements[i] - before.displacements[i]) / known;
                 (chord - earlier) * (step / (step + known))
@@ -109,15 +140,14 @@ impl LocalDeformation {
         }
         self.earlier.swap(0, 1);
         self.earlier[0].time = t;
-        self.earlier[0].displacements.clone_from(&self.now);
+        self.earlier[0].displacements.clone_from(&self.present.displacements);
         self.n_earlier = (self.n_earlier + 1).min(2);
     }
 
-    /// Adds the local deformation at `points` to what is recorded of them; the bodies are as `system` was evaluated last.
-    pub fn add_to(&self, samples: &mut [PointSample], points: &[ObservedPoint], system: &System) {
-        let states = system.last_evaluation().0;
+    /// Adds the local deformation at `points` to what is recorded of them; the bodies are in the `states`.
+    pub fn add_to(&self, samples: &mut [PointSample], points: &[ObservedPoint], states: &[BodyState]) {
         for ((sample, point), (u, rate)) in
-            samples.iter_mut().zip(points).zip(self.now.iter().zip(&self.velocities))
+            samples.iter_mut().zip(points).zip(self.present.displacements.iter().zip(&self.velocities))
         {
             let state = &states[point.body];
             let moved = state.rotation * u;
@@ -125,6 +155,10 @@ impl LocalDeformation {
             sample.position = (Vector3::from(sample.position) + moved).into();
             sample.velocity = (Vector3::from(sample.velocity) + rate).into();
         }
+        samples
+            .iter_mut()
+            .zip(&self.present.states)
+            .for_each(|(sample, state)| sample.state.add_scaled(state, 1.0));
     }
 }
 
@@ -137,7 +171,7 @@ mod tests {
         local_deformation.begin(times[0], 1);
         local_deformation.earlier[0].displacements[0].x = u(times[0]);
         for &t in &times[1..] {
-            local_deformation.now[0].x = u(t);
+            local_deformation.present.displacements[0].x = u(t);
             local_deformation.differentiate(t);
         }
         local_deformation.velocities[0].x

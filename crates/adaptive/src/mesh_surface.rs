@@ -212,6 +212,7 @@ impl MeshSurface {
             unknowns: nodes.iter().flat_map(unknowns).collect(),
             points,
             parameters,
+            faces: Vec::new(),
             widths,
             region: ZoneRegion::Pieces(Arc::new(self.pieces_of(&sides))),
             extent: ZoneExtent::Part,

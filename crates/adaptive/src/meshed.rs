@@ -17,6 +17,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::elastic_body::{Interface, ReducedBody, ReductionInput, modes_key};
 use crate::error::AdaptiveError;
+use crate::gauge::Gauge;
 use crate::marker_loads::load_columns;
 use crate::part_motion::PartPoints;
 use crate::spec::{Area, Extent, FrameSpec, MeshedSpec, Place};
@@ -178,6 +179,17 @@ impl MeshedSpec {
         let mut functions = Functions::default();
         element.kind.functions(&xi, &mut functions);
         Ok(element.nodes.iter().copied().zip(functions.values).collect())
+    }
+
+    /// Strain and stress at a point of the undeformed body \[m\] by its unknowns; `name` is that of the body.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Mesh`] if the point is not in the body.
+    pub fn gauge(&self, name: &str, place: &[f64; 3]) -> Result<Gauge, AdaptiveError> {
+        let fail = |source| AdaptiveError::Mesh { body: name.to_owned(), source };
+        let (e, xi) = self.mesh.locate(place).map_err(fail)?;
+        let materials = self.materials().map_err(fail)?;
+        Ok(Gauge::of_elements(&self.mesh, &materials, (e, &xi), |node| vec![(node, 1.0)]))
     }
 
     /// How a material point moves and turns, by half the curl of the displacement, with the unknowns.

@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::integration::OdeSystem;
 use ffr_dynamics::system::Multibody;
 
@@ -10,10 +11,11 @@ use crate::body_model::{BodyModel, ElasticModel, FullModel};
 use crate::elastic_body::ElasticBody;
 use crate::error::AdaptiveError;
 use crate::mesh_touch::{MeshTouch, touches};
+use crate::plausibility::overlap::check_undeformed;
 use crate::point_compliance::{PointCompliance, of_body};
-use crate::record::{BodyLayout, JointLayout, RunLayout, Timings};
+use crate::record::{BodyLayout, JointLayout, PointLayout, RunLayout, Timings};
 use crate::simulation::{Observed, ObservedPoint, System};
-use crate::spec::{BodyKind, RunSpec, StressSpec, Target};
+use crate::spec::{BodyKind, PointSpec, RunSpec, StressSpec, Target};
 use crate::store::{ModelCache, body_definition};
 
 mod contacts;
@@ -53,7 +55,7 @@ pub struct RunModel {
     pub cache: ModelCache,
     /// Where meshes are going to be touched.
     pub touches: Vec<MeshTouch>,
-    point_names: Vec<String>,
+    points: Vec<PointSpec>,
     stress: Vec<StressSpec>,
     /// What the models were built from, where models of bodies change in the course of the run.
     source: Option<Box<RunSpec>>,
@@ -138,7 +140,7 @@ impl RunModel {
             contacts,
             contact_time: 0.0,
             timings: Timings { assembly, search, reduction, ..Timings::default() },
-            point_names: spec.points.iter().map(|p| p.name.clone()).collect(),
+            points: spec.points.clone(),
             stress: spec.stress.clone(),
             source: needs_fine_modes(spec, &plans, &bodies)?.then(|| Box::new(spec.clone())),
             cache: cache.clone(),
@@ -158,11 +160,10 @@ impl RunModel {
         for (i, body) in self.bodies.iter().enumerate() {
             let Some(flexible) = body.flexible() else { continue };
             let Some(residual) = &flexible.reduced.residual else { continue };
-            let functions = |place: &[f64; 3]| flexible.functions_at(place);
             all.extend(of_body(
                 &self.observed.points,
                 (i, flexible.motion, flexible.lookup),
-                functions,
+                |place| flexible.shown_at(place),
                 residual,
             )?);
         }
@@ -189,9 +190,18 @@ impl RunModel {
                 .map(|b| BodyLayout { name: b.name.clone(), eigenfrequencies: frequencies(b) })
                 .collect(),
             contacts: self.contacts.iter().map(|c| c.name.clone()).collect(),
-            points: self.point_names.clone(),
+            points: self.points.iter().map(|p| self.point_layout(p)).collect(),
             joints: self.observed.joints.iter().map(joint).chain(loops).collect(),
             time_span: (0.0, end_time),
+        }
+    }
+
+    fn point_layout(&self, point: &PointSpec) -> PointLayout {
+        let motion = self.bodies[point.body].data.motion;
+        PointLayout {
+            name: point.name.clone(),
+            gauge: point.gauge,
+            is_axisymmetric: motion == RigidMotion::Axial,
         }
     }
 
@@ -226,9 +236,11 @@ impl RunModel {
 /// Checks that every contact of `spec` can be simulated, as far as the shapes and the motions at the start tell; builds nothing.
 ///
 /// # Errors
-/// [`AdaptiveError`] as a run, for contacts that have no plan.
+/// [`AdaptiveError`] as a run, for contacts that have no plan and bodies that overlap.
 pub fn check_contacts(spec: &RunSpec) -> Result<(), AdaptiveError> {
-    plan::plans(spec, &start::poses(spec)?).map(|_| ())
+    let poses = start::poses(spec)?;
+    plan::plans(spec, &poses)?;
+    check_undeformed(spec, &poses)
 }
 
 /// Full models of the bodies; equal ones are built once.
@@ -269,9 +281,10 @@ fn full_models<'a>(spec: &'a RunSpec, plans: &[ContactPlan]) -> Result<Vec<FullM
 }
 
 fn observed_points(spec: &RunSpec, bodies: &[BodyModel]) -> Result<Vec<ObservedPoint>, AdaptiveError> {
-    let point = |p: &crate::spec::PointSpec| {
-        let point = bodies[p.body].point(&p.place)?;
-        Ok(ObservedPoint { body: p.body, point })
+    let point = |p: &PointSpec| {
+        let body = &bodies[p.body];
+        let gauge = if p.gauge.is_any() { Some(body.gauge(&p.place)?) } else { None };
+        Ok(ObservedPoint { body: p.body, point: body.point(&p.place)?, gauge })
     };
     spec.points.iter().map(point).collect()
 }

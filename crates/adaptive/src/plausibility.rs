@@ -3,5 +3,6 @@
 
 pub mod ledger;
 pub mod motion;
+pub mod overlap;
 pub mod resolution;
 pub mod start;

@@ -1,13 +1,16 @@
-//! Displacement of observed points by the forces on an interface (docs/theory.md Eq. A.33).
+//! Displacement, strain and stress at observed points by the forces on an interface (docs/theory.md Eqs. A.33, M.52).
 
 use contact_qs::points::DofLookup;
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::reduction::ResidualFlexibility;
+use iga_core::elasticity::kinematics::PointState;
 use nalgebra::Vector3;
 
 use crate::error::AdaptiveError;
+use crate::gauge::{self, Gauge};
 use crate::simulation::ObservedPoint;
+use crate::store::Bytes;
 
 /// Displacement of an observed point by forces at the unknowns of an interface.
 #[derive(Debug, Clone, PartialEq)]
@@ -18,60 +21,134 @@ pub struct PointCompliance {
     pub body: usize,
     /// Displacement in the body's frame by a unit of each force [m/N].
     pub rows: Vec<Vector3<f64>>,
+    /// Strain and stress by a unit of each force; empty where they are not observed.
+    pub states: Vec<PointState>,
+}
+
+/// An observed place of a body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ObservedPlace {
+    /// The point, in the components of the body's model \[m\].
+    pub place: [f64; 3],
+    /// Whether strain and stress are observed, too.
+    pub has_gauge: bool,
+}
+
+/// Adds to the `key` of a compliance the `unknowns` of its interface and the places that it belongs to.
+pub fn add_places(key: &mut Bytes, unknowns: &[usize], places: &[ObservedPlace]) {
+    let points: Vec<[f64; 3]> = places.iter().map(|place| place.place).collect();
+    key.add(&(unknowns, points));
+    let gauges: Vec<bool> = places.iter().map(|place| place.has_gauge).collect();
+    // Without gauges the key is that of models stored before there were any.
+    if gauges.contains(&true) {
+        key.add(&gauges);
+    }
+}
+
+/// What an observed place shows of the unknowns of a mesh.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct PlaceFunctions {
+    /// Its displacement.
+    pub functions: Functions,
+    /// Strain and stress, if they are observed.
+    pub gauge: Option<Gauge>,
+}
+
+impl PlaceFunctions {
+    /// What `place` shows, by the functions and the gauge of a mesh.
+    ///
+    /// # Errors
+    /// Those of both.
+    pub fn new(
+        place: &ObservedPlace,
+        functions_at: impl FnOnce(&[f64; 3]) -> Result<Functions, AdaptiveError>,
+        gauge_at: impl FnOnce(&[f64; 3]) -> Result<Gauge, AdaptiveError>,
+    ) -> Result<Self, AdaptiveError> {
+        let gauge = if place.has_gauge { Some(gauge_at(&place.place)?) } else { None };
+        Ok(Self { functions: functions_at(&place.place)?, gauge })
+    }
+
+    /// Columns of it in [`point_rows`].
+    fn n_columns(&self, n_components: usize) -> usize {
+        n_components + if self.gauge.is_some() { gauge::N_NUMBERS } else { 0 }
+    }
+}
+
+/// Number of columns of [`point_rows`] for `places` of a body with so many components of displacement.
+pub fn n_columns(places: &[ObservedPlace], n_components: usize) -> usize {
+    let of = |place: &ObservedPlace| n_components + if place.has_gauge { gauge::N_NUMBERS } else { 0 };
+    places.iter().map(of).sum()
 }
 
 /// Functions that are not zero at a point, with their values.
 pub type Functions = Vec<(u32, f64)>;
 
-/// Displacements of points, which `functions` belong to, by unit forces at the interface of `residual`: a row an unknown of the
-/// interface, the components of one point after those of the other [m/N].
+/// What places, which `places` belong to, show of unit forces at the interface of `residual`: a row an unknown of the interface, the
+/// components of the displacement [m/N] of a place and, with a gauge, the numbers of its state after those of the place before.
 pub fn point_rows(
-    functions: &[Functions],
+    places: &[PlaceFunctions],
     lookup: &DofLookup,
     motion: RigidMotion,
     residual: &ResidualFlexibility,
 ) -> Mat<f64> {
     let (n, interface) = (motion.n_components(), residual.interface());
-    if functions.is_empty() {
+    let n_columns = places.iter().map(|place| place.n_columns(n)).sum();
+    if n_columns == 0 {
         return Mat::zeros(interface.len(), 0);
     }
-    let mut x = Mat::zeros(residual.n_unknowns(), n * functions.len());
-    for (k, functions) in functions.iter().enumerate() {
+    let mut x = Mat::zeros(residual.n_unknowns(), n_columns);
+    let mut first = 0;
+    for place in places {
         for c in 0..n {
-            for &(node, value) in functions {
+            for &(node, value) in &place.functions {
                 if let Some(unknown) = lookup.number(node, c) {
-                    x[(unknown, n * k + c)] += value;
+                    x[(unknown, first + c)] += value;
                 }
             }
         }
+        if let Some(gauge) = &place.gauge {
+            gauge.add_weights(lookup, x.as_mut().subcols_mut(first + n, gauge::N_NUMBERS));
+        }
+        first += place.n_columns(n);
     }
     residual.apply(x.as_mut());
     Mat::from_fn(interface.len(), x.ncols(), |b, j| x[(interface[b], j)])
 }
 
-/// The rows of [`point_rows`] for `points`, which lie on `body`.
+/// The rows of [`point_rows`] for `points`, which lie on `body` at `places`.
 pub fn compliances(
-    points: &[usize],
+    (points, places): (&[usize], &[ObservedPlace]),
     body: usize,
     motion: RigidMotion,
     rows: &Mat<f64>,
 ) -> Vec<PointCompliance> {
     let n = motion.n_components();
-    let row = |k: usize, b: usize| {
-        let mut u = Vector3::zeros();
-        (0..n).for_each(|c| u[motion.direction(c)] = rows[(b, n * k + c)]);
-        u
-    };
-    let of = |(k, &point): (usize, &usize)| {
-        let rows = (0..rows.nrows()).map(|b| row(k, b)).collect();
-        PointCompliance { point, body, rows }
-    };
-    points.iter().enumerate().map(of).collect()
+    let mut first = 0;
+    let mut all = Vec::with_capacity(points.len());
+    for (&point, place) in points.iter().zip(places) {
+        let row = |b: usize| {
+            let mut u = Vector3::zeros();
+            (0..n).for_each(|c| u[motion.direction(c)] = rows[(b, first + c)]);
+            u
+        };
+        let state = |b: usize| gauge::state(rows, b, first + n);
+        let states = if place.has_gauge { (0..rows.nrows()).map(state).collect() } else { Vec::new() };
+        all.push(PointCompliance { point, body, rows: (0..rows.nrows()).map(row).collect(), states });
+        first += n_columns(std::slice::from_ref(place), n);
+    }
+    all
 }
 
 /// The points of `all` on `body`: their numbers, and their places in the components of a model with the motions `motion`.
-pub fn points_on(all: &[ObservedPoint], body: usize, motion: RigidMotion) -> (Vec<usize>, Vec<[f64; 3]>) {
-    let place = |p: &ObservedPoint| motion.components(p.point.position.as_ref());
+pub fn points_on(
+    all: &[ObservedPoint],
+    body: usize,
+    motion: RigidMotion,
+) -> (Vec<usize>, Vec<ObservedPlace>) {
+    let place = |p: &ObservedPoint| ObservedPlace {
+        place: motion.components(p.point.position.as_ref()),
+        has_gauge: p.gauge.is_some(),
+    };
     let on_body = all.iter().enumerate().filter(|(_, p)| p.body == body);
     on_body.map(|(i, p)| (i, place(p))).unzip()
 }
@@ -80,17 +157,14 @@ pub fn points_on(all: &[ObservedPoint], body: usize, motion: RigidMotion) -> (Ve
 /// run.
 ///
 /// # Errors
-/// [`AdaptiveError::Geometry`] if a point is not in the body.
+/// Those of `show`, which says what a place shows of the body's unknowns.
 pub fn of_body(
     all: &[ObservedPoint],
     (body, motion, lookup): (usize, RigidMotion, &DofLookup),
-    functions_at: impl Fn(&[f64; 3]) -> Result<Functions, AdaptiveError>,
+    show: impl Fn(&ObservedPlace) -> Result<PlaceFunctions, AdaptiveError>,
     residual: &ResidualFlexibility,
 ) -> Result<Vec<PointCompliance>, AdaptiveError> {
     let (points, places) = points_on(all, body, motion);
-    if points.is_empty() {
-        return Ok(Vec::new());
-    }
-    let functions: Vec<Functions> = places.iter().map(functions_at).collect::<Result<_, AdaptiveError>>()?;
-    Ok(compliances(&points, body, motion, &point_rows(&functions, lookup, motion, residual)))
+    let shown: Vec<PlaceFunctions> = places.iter().map(show).collect::<Result<_, AdaptiveError>>()?;
+    Ok(compliances((&points, &places), body, motion, &point_rows(&shown, lookup, motion, residual)))
 }

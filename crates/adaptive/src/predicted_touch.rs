@@ -3,13 +3,12 @@
 
 use std::sync::Arc;
 
-use contact_qs::Plane;
 use contact_qs::search::{TouchSettings, first_touch};
 use ffr_dynamics::system::force::BodyState;
 use iga_core::nurbs::patch::PointBasis;
 use iga_core::nurbs::{FaceId, Patch};
 use iga_core::surface::{BodySurface, Face};
-use nalgebra::{Unit, UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::detection::{Detector, DetectorTarget, Nearest, Search};
 use crate::spec::{ContactSpec, Geometry, JointSpec, RunSpec, Target};
@@ -144,9 +143,7 @@ impl<'a> Flight<'a> {
         let own = model(contact.body)?;
         let size = own.radius();
         let (target, other) = match contact.target {
-            Target::Plane { point, normal } => {
-                (DetectorTarget::Plane(Plane { point, normal: Unit::new_normalize(normal) }), None)
-            }
+            Target::Plane { point, normal } => (DetectorTarget::plane(point, normal), None),
             Target::Body(other) => (DetectorTarget::Body(other, model(other)?), Some(other)),
         };
         let detector = Detector::new(contact.body, own, target);

@@ -1,5 +1,6 @@
 //! What a run reports while it goes on: samples, phases, impacts, trials, transfers, timings.
 
+use iga_core::elasticity::kinematics::PointState;
 use serde::{Deserialize, Serialize};
 
 use crate::store::CacheUse;
@@ -11,8 +12,8 @@ pub struct RunLayout {
     pub bodies: Vec<BodyLayout>,
     /// Names of contacts in the order of [`Sample::contacts`].
     pub contacts: Vec<String>,
-    /// Names of observed points in the order of [`Sample::points`].
-    pub points: Vec<String>,
+    /// Observed points in the order of [`Sample::points`].
+    pub points: Vec<PointLayout>,
     /// Joints in the order of [`Sample::joints`]; those that close loops have no coordinates.
     pub joints: Vec<JointLayout>,
     /// Start and end of the simulated time \[s\].
@@ -26,6 +27,33 @@ pub struct BodyLayout {
     pub name: String,
     /// Eigenfrequencies of the elastic coordinates \[Hz\]; empty for rigid bodies.
     pub eigenfrequencies: Vec<f64>,
+}
+
+/// Name of an observed point, and what is recorded of it besides its motion.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct PointLayout {
+    /// Name in the scenario.
+    pub name: String,
+    /// Strain and stress.
+    pub gauge: GaugeRequest,
+    /// Whether their components are those of an axisymmetric model.
+    pub is_axisymmetric: bool,
+}
+
+/// What of strain and stress is recorded at a point.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct GaugeRequest {
+    /// Strain.
+    pub strain: bool,
+    /// Stress.
+    pub stress: bool,
+}
+
+impl GaugeRequest {
+    /// Whether anything is.
+    pub fn is_any(self) -> bool {
+        self.strain || self.stress
+    }
 }
 
 /// Name and coordinates of a joint.
@@ -147,6 +175,8 @@ pub struct PointSample {
     pub position: [f64; 3],
     /// Velocity [m/s].
     pub velocity: [f64; 3],
+    /// Strain and stress in the axes of the body's frame; zero where they are not recorded.
+    pub state: PointState,
 }
 
 /// Coordinates and reaction of a joint at one instant.

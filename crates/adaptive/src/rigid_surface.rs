@@ -43,6 +43,7 @@ impl RigidSurface {
         let zone = |extent: ZoneExtent| ContactZone {
             points: Vec::new(),
             parameters: Vec::new(),
+            faces: Vec::new(),
             unknowns: Vec::new(),
             widths: [diagonal(space.control_points()), 0.0],
             region: ZoneRegion::Faces(

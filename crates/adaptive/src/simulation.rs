@@ -8,6 +8,7 @@ use ffr_dynamics::invariants::{centre_of_mass, rigid_velocity};
 use ffr_dynamics::kinematics::marker::FlexiblePoint;
 use ffr_dynamics::system::force::BodyState;
 use ffr_dynamics::system::{Multibody, Reaction};
+use iga_core::elasticity::kinematics::PointState;
 use nalgebra::Vector3;
 
 use crate::impact_monitor::NearMotion;
@@ -85,6 +86,27 @@ pub struct ObservedPoint {
     pub body: usize,
     /// The material point.
     pub point: FlexiblePoint,
+    /// Strain and stress by a unit of each elastic coordinate, if they are recorded (theory Eq. M.51).
+    pub gauge: Option<Vec<PointState>>,
+}
+
+impl ObservedPoint {
+    /// What is recorded of the point by the dynamic coordinates, its body being in the state `state`.
+    pub fn sample(&self, state: &BodyState) -> PointSample {
+        PointSample {
+            position: self.point.position(state).into(),
+            velocity: self.point.velocity(state).into(),
+            state: self.state(&state.elastic),
+        }
+    }
+
+    /// Strain and stress by the elastic coordinates `elastic`; zero if they are not recorded.
+    fn state(&self, elastic: &[f64]) -> PointState {
+        let mut sum = PointState::default();
+        let modes = self.gauge.iter().flatten().zip(elastic);
+        modes.for_each(|(state, q)| sum.add_scaled(state, *q));
+        sum
+    }
 }
 
 /// The system of a run.
@@ -133,10 +155,7 @@ pub fn fill_sample(system: &mut System, observed: &Observed, t: f64, y: &[f64], 
         fill_body(state, centre_of_mass(&body.data, state), slot);
     }
     sample.points.clear();
-    sample.points.extend(observed.points.iter().map(|p| PointSample {
-        position: p.point.position(&states[p.body]).into(),
-        velocity: p.point.velocity(&states[p.body]).into(),
-    }));
+    sample.points.extend(observed.points.iter().map(|p| p.sample(&states[p.body])));
     let n_joints = observed.joints.len() + system.model().loops.len();
     sample.joints.resize(n_joints, JointSample::default());
     for (&body, slot) in observed.joints.iter().zip(&mut sample.joints) {

@@ -5,6 +5,8 @@
 //! contacts want that keep one model for the whole run ([`zone`]). The answers depend on
 //! shape, material, motion at the start and contacts alone; they are the same in every run and are kept with the other models.
 
+use std::f64::consts::TAU;
+
 mod first_elements;
 mod key;
 pub mod impact_time;
@@ -18,7 +20,7 @@ use crate::error::AdaptiveError;
 use crate::model::start_poses;
 use crate::spec::{BodyKind, DiscretisationSpec, ElasticSpec, ReductionSpec, RunSpec};
 use crate::store::{ModelCache, ModelKey, StoredModel};
-use ffr_dynamics::reduction::modal::modal_truncation;
+use ffr_dynamics::reduction::{ElasticProblem, Pencil};
 use iga_core::elasticity::Model;
 use impact_time::ForceTime;
 use mesh::ChosenMesh;
@@ -115,9 +117,11 @@ impl Numbers {
             ReductionSpec::CraigBampton { fixed_interface_modes: Some(n), .. } => n,
             _ => mode_count::MOST,
         };
+        let mut solved = Vec::new();
         let (modes, highest) =
-            if wish.modes { mode_count::count(candidate, limit, most)? } else { (given, 0.0) };
-        let (elements, error) = if wish.elements { mesh::mesh(candidate, modes)? } else { (Vec::new(), 0.0) };
+            if wish.modes { mode_count::count(candidate, limit, most, &mut solved)? } else { (given, 0.0) };
+        let (elements, error) =
+            if wish.elements { mesh::mesh(candidate, modes, solved)? } else { (Vec::new(), 0.0) };
         Ok(Self { elements, error, modes, highest })
     }
 
@@ -205,20 +209,62 @@ impl<'a> Candidate<'a> {
             .collect()
     }
 
-    /// The `n` lowest eigenfrequencies \[Hz\], or all if there are fewer, with `elements` a direction; and whether `n` cuts
-    /// through a group of equal ones, then the count that does not.
+    /// The body with `elements` a direction.
+    fn build(&self, elements: &[usize]) -> Result<ElasticBody, AdaptiveError> {
+        let mut spec = self.spec.clone();
+        spec.discretisation.elements = elements.to_vec();
+        ElasticBody::build(self.name, spec)
+    }
+
+    /// The `n` lowest eigenfrequencies \[Hz\], or all if there are fewer, with `elements` a direction.
     ///
     /// # Errors
     /// [`AdaptiveError`] naming the body.
     pub fn spectrum(&self, elements: &[usize], n: usize) -> Result<Spectrum, AdaptiveError> {
-        let mut spec = self.spec.clone();
-        spec.discretisation.elements = elements.to_vec();
-        let body = ElasticBody::build(self.name, spec)?;
+        let body = self.build(elements)?;
+        let fail = |source| AdaptiveError::Reduction { body: self.name.to_owned(), source };
+        self.lowest(elements, &body, Pencil::new(&body.assembled, &[]).map_err(fail)?, n)
+    }
+
+    /// As [`Self::spectrum`], if no more than `n - margin` frequencies lie below `limit` \[Hz\] or there are no more than `n`; otherwise
+    /// nothing, as a count of the eigenvalues below the limit (Eq. R.3) tells for the price of a factorisation.
+    fn spectrum_reaching(
+        &self,
+        elements: &[usize],
+        (limit, n, margin): (f64, usize, usize),
+    ) -> Result<Option<Spectrum>, AdaptiveError> {
+        let body = self.build(elements)?;
+        let fail = |source| AdaptiveError::Reduction { body: self.name.to_owned(), source };
+        let pencil = Pencil::new(&body.assembled, &[]).map_err(fail)?;
+        let n_rigid = body.assembled.motion.count();
+        if n < body.n_unknowns().saturating_sub(n_rigid) {
+            let (eigenvalue, free) = ((TAU * limit).powi(2), vec![false; body.n_unknowns()]);
+            let inertia = match pencil.inertia_single(eigenvalue, &free).map_err(fail)? {
+                Some(inertia) => inertia,
+                None => pencil.inertia(eigenvalue, &free).map_err(fail)?,
+            };
+            if inertia.negative.saturating_sub(n_rigid) + margin > n {
+                return Ok(None);
+            }
+        }
+        self.lowest(elements, &body, pencil, n).map(Some)
+    }
+
+    fn lowest(
+        &self,
+        elements: &[usize],
+        body: &ElasticBody,
+        pencil: Pencil<'_>,
+        n: usize,
+    ) -> Result<Spectrum, AdaptiveError> {
         let available = body.n_unknowns().saturating_sub(body.assembled.motion.count());
-        let basis = modal_truncation(&body.assembled, n.min(available).max(1))
-            .map_err(|source| AdaptiveError::Reduction { body: self.name.to_owned(), source })?;
-        let frequencies: Vec<f64> = basis.omega.iter().map(|w| w / std::f64::consts::TAU).collect();
-        Ok(Spectrum { is_complete: frequencies.len() >= available, frequencies })
+        let problem = ElasticProblem::free_on(pencil, &[]);
+        let omega = problem.and_then(|problem| problem.lowest_frequencies(n.min(available).max(1)));
+        let omega =
+            omega.map_err(|source| AdaptiveError::Reduction { body: self.name.to_owned(), source })?;
+        let frequencies: Vec<f64> = omega.iter().map(|w| w / TAU).collect();
+        let is_complete = frequencies.len() >= available;
+        Ok(Spectrum { elements: elements.to_vec(), frequencies, is_complete })
     }
 
     /// Number of unknowns that a mesh has, up to boundaries.
@@ -232,6 +278,8 @@ impl<'a> Candidate<'a> {
 /// Lowest eigenfrequencies of a trial.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spectrum {
+    /// Elements a direction.
+    pub elements: Vec<usize>,
     /// Frequencies, rising \[Hz\].
     pub frequencies: Vec<f64>,
     /// Whether the model has no more.

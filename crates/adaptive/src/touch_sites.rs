@@ -58,14 +58,21 @@ impl<'a> Undeformed<'a> {
         }
     }
 
+    /// Its rigid motions.
+    pub fn motion(&self) -> RigidMotion {
+        match self {
+            Self::Shape(body) => body.motion(),
+            Self::Mesh(_) => RigidMotion::Spatial,
+        }
+    }
+
     /// Its surface for searches.
     pub fn model(&self) -> Result<SurfaceModel, ContactError> {
         match self {
-            Self::Shape(body) => SurfaceModel::rigid(body.motion(), &body.shape.patches),
+            Self::Shape(body) => SurfaceModel::rigid(self.motion(), &body.shape.patches),
             Self::Mesh(surface) => {
                 let none = Mat::<f64>::zeros(0, 0);
-                let (motion, pieces) = (RigidMotion::Spatial, surface.pieces());
-                SurfaceModel::of_pieces(motion, &pieces, &DofLookup::new(&[]), none.as_ref())
+                SurfaceModel::of_pieces(self.motion(), &surface.pieces(), &DofLookup::new(&[]), none.as_ref())
             }
         }
     }

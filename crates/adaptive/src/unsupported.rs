@@ -26,6 +26,12 @@ pub enum Unsupported {
         /// Key and value to choose.
         remedy: &'static str,
     },
+    /// Strain and stress of a part.
+    #[error("strain and stress belong to a single point, this place has an extent; give a point")]
+    GaugeOfArea,
+    /// Strain and stress in a body without elements.
+    #[error("strain and stress need a flexible body with a shape or a mesh")]
+    GaugeWithoutElements,
     /// A joint or load at a point of a flexible body.
     #[error(
         "{user} is a point of a flexible body, which yields without bound under a force as elements shrink; give it an extent: a face, or a radius"
@@ -147,9 +153,9 @@ pub enum Unsupported {
     /// A fine model that belongs to a body of the other kind.
     #[error("a fine model of splines does not fit a mesh, nor one of a mesh splines")]
     FineModelOfOtherKind,
-    /// Refinement of a body of several patches.
-    #[error("bodies of several patches cannot be refined adaptively; refine them by [discretisation]")]
-    SeveralPatches,
+    /// Division by Algorithm 3, or about several intervals, of a body of several patches.
+    #[error("interval.division = \"printed\" is for bodies of one patch; leave it out")]
+    PartsOfPatches,
     /// An interval on a singular line of the parametrisation.
     #[error(
         "a contact interval touches the singular {set} of the parametrisation; turn the body's frame or choose another net"

@@ -131,7 +131,7 @@ impl ZoneRequest<'_> {
             };
             points.iter().map(is_outside).collect()
         };
-        ContactZone::new(&body.discretised(), limits, self.law.points, on_rim).map_err(fail)
+        ContactZone::new(&body.discretised(), &[limits], self.law.points, on_rim).map_err(fail)
     }
 }
 

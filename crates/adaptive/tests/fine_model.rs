@@ -173,8 +173,8 @@ fn points_stand_in_the_interval_and_carry_its_area() {
     let area: f64 = gauss.points.iter().map(|p| p.area).sum();
     assert_relative_eq!(area, cap(WIDTH), max_relative = 0.03); // the end is met to 1 % of the width
     // Greville areas of the whole face are the face's area: functions sum to one.
-    let patches = std::slice::from_ref(&fine.patch);
-    let all = greville_points(&fine.space, patches, &[interval.face]);
+    let patches = &fine.patches[..];
+    let all = greville_points(&fine.space, patches, &[interval.parts[0].face]);
     let half = std::f64::consts::TAU * 0.01 * 0.01;
     assert_relative_eq!(all.iter().map(|p| p.area).sum::<f64>(), half, max_relative = 1e-8);
 }
@@ -242,7 +242,7 @@ fn an_interval_on_a_solid_is_resolved_in_both_directions() {
     assert!(interval.n_elements.iter().all(|n| (4..=8).contains(n)), "{:?}", fine.plan);
     assert_eq!(interval.ends, vec![[IntervalEnd::Open; 2]; 2]);
     for (d, width) in [(0, 1.2e-3), (1, 0.8e-3)] {
-        let found = (interval.region.upper[d] - interval.region.lower[d]) * 0.02;
+        let found = (interval.parts[0].region.upper[d] - interval.parts[0].region.lower[d]) * 0.02;
         assert_relative_eq!(found, width, max_relative = 0.13); // four elements: half of one is the worst
     }
     let zone = fine.zone(0, PointRule::Greville).unwrap();

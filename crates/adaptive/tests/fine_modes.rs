@@ -3,6 +3,7 @@
 mod impacts;
 
 use adaptive::model::RunModel;
+use adaptive::record::GaugeRequest;
 use adaptive::spec::LowModes;
 use adaptive::spec::TransferMethod;
 use adaptive::spec::{
@@ -107,7 +108,7 @@ fn sphere_rod_sphere() -> RunSpec {
         coordinates: vec![CoordinateSpec { stiffness: 1e5, ..CoordinateSpec::default() }],
     });
     let end = Place::Point([0.0, LENGTH, 0.0]);
-    spec.points.push(PointSpec { name: "end".into(), body: 1, place: end });
+    spec.points.push(PointSpec { name: "end".into(), body: 1, place: end, gauge: GaugeRequest::default() });
     spec
 }
 

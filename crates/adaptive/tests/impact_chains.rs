@@ -2,8 +2,8 @@
 
 mod impacts;
 
-use adaptive::record::PhaseKind;
 use adaptive::record::TrialOutcome;
+use adaptive::record::{PhaseKind, Sample};
 use adaptive::spec::{RunSpec, Target};
 use impacts::{STEEL, Trace, contact, finished, spec, sphere};
 use nalgebra::Vector3;
@@ -130,4 +130,31 @@ fn ball_between_two_planes_meets_them_again_and_again() {
     // Vibration left from earlier impacts.
     assert!(peaks.clone().all(|p| (p - 1.0).abs() < 1e-2), "{:?}", peaks.collect::<Vec<_>>());
     assert!(trace.energy_drift() < DRIFT && trace.largest_jump() < JUMP);
+}
+
+#[test]
+fn a_run_may_end_with_its_third_impact() {
+    let clearance = 20e-6;
+    let plane = |z: f64, n: f64| Target::Plane { point: Vector3::z() * z, normal: Vector3::z() * n };
+    let bodies = vec![sphere("ball", RADIUS, STEEL, (RADIUS, -SPEED))];
+    let contacts = vec![
+        contact("floor", 0, plane(0.0, 1.0)),
+        contact("ceiling", 0, plane(2.0 * RADIUS + clearance, -1.0)),
+    ];
+    let mut spec = spec(bodies, contacts, 1.75e-3);
+    let whole = finished(&spec);
+    spec.settings.stop_after_impacts = Some(3);
+    let trace = finished(&spec);
+    assert_eq!(trace.impacts, whole.impacts[..3]);
+    // Its last state is the end of the third impact phase, and everything before it is as in the longer run.
+    let end = whole.phases.iter().filter(|p| p.kind == PhaseKind::Impact).nth(2).expect("three impacts").end;
+    assert!(trace.last().time.to_bits() == end.to_bits() && end < 1e-3, "{:e} {end:e}", trace.last().time);
+    let n = trace.samples.len() - 1;
+    let is_same = |a: &[Sample], b: &[Sample]| {
+        let key = |s: &Sample| (s.time, s.phase, s.bodies.clone());
+        a.len() == b.len() && a.iter().zip(b).all(|(a, b)| key(a) == key(b))
+    };
+    assert!(is_same(&trace.samples[..n], &whole.samples[..n]));
+    spec.settings.stop_after_impacts = Some(30);
+    assert!(is_same(&finished(&spec).samples, &whole.samples));
 }

@@ -10,6 +10,7 @@ use std::sync::Arc;
 use adaptive::elastic_body::{ElasticBody, Interface};
 use adaptive::marker_loads::MarkerLoads;
 use adaptive::model::RunModel;
+use adaptive::record::GaugeRequest;
 use adaptive::spec::ImportedSpec;
 use adaptive::spec::{
     Attachment, BodyKind, BodySpec, CoordinateSpec, DampingSpec, DiscretisationSpec, ElasticSpec,
@@ -178,7 +179,8 @@ fn on_joint(
     let body = BodySpec { name: "bar".into(), kind: BodyKind::Imported(imported), motion: rest };
     let mut spec = impacts::spec(vec![body], Vec::new(), 0.04);
     spec.joints.push(joint);
-    spec.points.push(PointSpec { name: "tip".into(), body: 0, place: Place::Marker("tip".into()) });
+    let (place, gauge) = (Place::Marker("tip".into()), GaugeRequest::default());
+    spec.points.push(PointSpec { name: "tip".into(), body: 0, place, gauge });
     spec.settings.free.method = Some(Method::Esdirk4);
     spec.settings.free_interval = Some(5e-4);
     spec

@@ -5,7 +5,7 @@ mod impacts;
 
 use adaptive::driver::resume;
 use adaptive::model::RunModel;
-use adaptive::record::Sample;
+use adaptive::record::{GaugeRequest, Sample};
 use adaptive::recording::Recording;
 use adaptive::spec::LowModes;
 use adaptive::spec::{
@@ -19,7 +19,7 @@ const RADIUS: f64 = 10e-3; // m
 const SPEED: f64 = 0.1; // m/s
 
 fn point(name: &str, body: usize, z: f64) -> PointSpec {
-    PointSpec { name: name.into(), body, place: Place::Point([0.0, z, 0.0]) }
+    PointSpec { name: name.into(), body, place: Place::Point([0.0, z, 0.0]), gauge: GaugeRequest::default() }
 }
 
 /// A steel sphere flies up at an aluminium one; the points that meet are observed, and the far pole of the first one.

@@ -4,12 +4,13 @@
 mod impacts;
 
 use adaptive::AdaptiveError;
+use adaptive::record::GaugeRequest;
 use adaptive::record::StressRecord;
 use adaptive::record::TrialOutcome;
 use adaptive::spec::LowModes;
 use adaptive::spec::{
-    BodyKind, BodySpec, ContactLaw, DiscretisationSpec, ElasticSpec, InitialMotion, ReductionSpec, RunSpec,
-    StressInstant, StressSpec, SurfaceLaw, Target, Treatment,
+    BodyKind, BodySpec, ContactLaw, DiscretisationSpec, ElasticSpec, InitialMotion, Place, PointSpec,
+    ReductionSpec, RunSpec, StressInstant, StressSpec, SurfaceLaw, Target, Treatment,
 };
 use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::primitives::sphere::{SphereNet, sphere as ball};
@@ -95,6 +96,65 @@ fn spheres_refined_during_the_run_have_the_stress_of_hertz() {
     assert!((surface(0) / surface(1) - 1.0).abs() < 0.05, "{:e} {:e}", surface(0), surface(1));
 }
 
+/// Points on the lines of [`pair`], on the surface and below it, with their number on the line.
+fn gauges() -> Vec<(PointSpec, usize)> {
+    let gauge = GaugeRequest { strain: true, stress: true };
+    let at = |body: usize, n: usize| {
+        let depth = DEPTH * n as f64 / 70.0;
+        let z = if body == 0 { RADIUS - depth } else { depth - RADIUS };
+        (PointSpec { name: format!("{body}-{n}"), body, place: Place::Point([0.0, z, 0.0]), gauge }, n)
+    };
+    [(0, 0), (0, 20), (0, 70), (1, 0), (1, 13)].map(|(body, n)| at(body, n)).to_vec()
+}
+
+/// The history of stress at points and the line at one instant go different ways: rows of the flexibility at the points, and the displacement of
+/// all unknowns.
+#[test]
+fn history_at_points_meets_the_line_at_its_instant() {
+    let mut run = pair(law());
+    run.points = gauges().into_iter().map(|(point, _)| point).collect();
+    let trace = finished(&run);
+    let record = &trace.stresses[0];
+    let sample =
+        trace.samples.iter().find(|s| s.time.to_bits() == record.time.to_bits()).expect("the instant");
+    let largest = record.von_mises.iter().fold(0.0_f64, |m, s| m.max(*s));
+    for ((point, n), found) in gauges().iter().zip(&sample.points) {
+        let line = &trace.stresses[point.body];
+        for (a, b) in found.state.stress.iter().zip(&line.stress[*n]) {
+            // Round-off of two solutions with the flexibility, whose condition is some 1e6.
+            assert!((a - b).abs() < 1e-9 * largest, "{}: {a:e} {b:e}", point.name);
+        }
+        // Hooke's law, round-off.
+        let solid = [STEEL, ALUMINIUM][point.body];
+        let [rr, zz, tt] = [0, 1, 2].map(|i| found.state.stress[i]);
+        let strain = (zz - solid.poisson * (rr + tt)) / solid.youngs;
+        assert!((found.state.strain[1] - strain).abs() < 1e-12 * largest / solid.youngs, "{}", point.name);
+    }
+    // Before the touch the sphere moves without stress.
+    assert!(trace.samples[0].points.iter().all(|p| p.state.von_mises() < 1e-6 * largest));
+}
+
+#[test]
+fn history_at_points_is_the_same_on_modes_of_the_fine_model() {
+    let mut run = pair(law());
+    run.stress.clear();
+    run.points = gauges().into_iter().map(|(point, _)| point).collect();
+    let peak = |run: &RunSpec| {
+        let trace = finished(run);
+        let of = |i: usize| trace.samples.iter().map(|s| s.points[i].state.stress[1]).fold(0.0_f64, f64::min);
+        (0..run.points.len()).map(of).collect::<Vec<f64>>()
+    };
+    let prolonged = peak(&run);
+    let mut law = law();
+    law.transfer.modes = LowModes::Fine;
+    run.contacts[0].law = ContactLaw::Surface(law);
+    let own = peak(&run);
+    println!("{prolonged:?} {own:?}");
+    let largest = prolonged.iter().fold(0.0_f64, |m, s| m.min(*s)).abs();
+    // Forces agree to 1e-4; steps of other modes meet the peak, a parabola in time, at other places.
+    assert!(prolonged.iter().zip(&own).all(|(a, b)| (a - b).abs() < 2e-3 * largest));
+}
+
 #[test]
 fn stress_at_an_instant_is_complete_in_an_impact_and_that_of_the_modes_outside() {
     let mut run = pair(law());
@@ -178,4 +238,9 @@ fn stress_where_the_fine_model_moves_otherwise_is_refused() {
         assert!(matches!(error, AdaptiveError::Unsupported { .. }) && error.is_model_error(), "{text}");
         assert!(text.contains("output.stress.left") && text.contains("\"impact\""), "{text}");
     }
+    let mut run = pair(SurfaceLaw { treatment: Treatment::Damped, penalty: Some(1e17), ..law() });
+    run.stress.clear();
+    run.points.push(gauges().remove(0).0);
+    let text = try_run(&run, &mut Trace::default()).expect_err("an error").to_string();
+    assert!(text.contains("output.points.0-0") && text.contains("\"impact\""), "{text}");
 }

@@ -261,7 +261,7 @@ fn solid_ball(radius: f64) -> ElasticBody {
 
 fn n_levels(mesh: &FineMesh) -> usize {
     match &mesh.plan.division {
-        Division::Lattice(lattices) => lattices.iter().map(|l| l.n_levels).max().unwrap(),
+        Division::Lattice(lattices) => lattices.iter().map(|l| l.lattice.n_levels).max().unwrap(),
         Division::Parts(parts) => parts.len(),
     }
 }

@@ -36,6 +36,7 @@ mod normal_walk;
 mod smoothing;
 mod projection;
 mod contact_jacobian;
+mod seams;
 mod search;
 mod solver;
 mod state;

@@ -6,10 +6,14 @@ use clap::builder::TypedValueParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::cache::DEFAULT_LIMIT;
-use crate::plot::figures::Kind;
+use crate::expression::named::{NamedExpression, column};
 use crate::provenance;
 use crate::scenario::Override;
-use crate::vtk::times::TimeRange;
+
+mod results;
+
+use results::PROBE_COLUMNS;
+pub use results::{CompareArguments, ExportArguments, PlotArguments, ProbeArguments};
 
 /// Shown below `--help`.
 const EXIT_CODES: &str = "\
@@ -277,9 +281,21 @@ pub enum Command {
         /// Table
         #[arg(short, long, value_name = "TABLE.csv|TABLE.h5")]
         output: PathBuf,
+        /// One more column: a number, or a row of them, over the datasets of each result (docs/expressions.md); may be repeated
+        #[arg(long, value_name = "NAME=EXPRESSION", value_parser = column)]
+        column: Vec<NamedExpression>,
         /// One row per impact instead of one row per run
         #[arg(long)]
         long: bool,
+    },
+    /// Print values of expressions over the datasets of a result, as JSON
+    Metric {
+        /// Result file
+        #[arg(value_name = "OUT.h5")]
+        file: PathBuf,
+        /// Expressions, such as "max(contacts.impact.normal_force)" or "v=bodies.ball.velocity[-1]" (docs/expressions.md)
+        #[arg(required = true, value_name = "[NAME=]EXPRESSION", allow_hyphen_values = true)]
+        expressions: Vec<NamedExpression>,
     },
     /// Show or clear the folder of models that are kept between runs
     Cache {
@@ -301,9 +317,12 @@ pub enum Command {
     Plot(PlotArguments),
     /// Write the moving, deformed bodies of a result for ParaView
     Export(ExportArguments),
+    /// Print motion, stress and strain at points of a stored result over time, or coordinates of a body
+    #[command(after_help = PROBE_COLUMNS)]
+    Probe(ProbeArguments),
     /// Print the JSON schema of the scenario file, for editors
     Schema,
-    /// Print the reference page of the scenario file, or the tables of that of the result file
+    /// Print the reference page of the scenario file, or the tables of that of the result file or of expressions
     Reference {
         /// Page
         #[arg(default_value = "scenario")]
@@ -329,6 +348,8 @@ pub enum Page {
     Scenario,
     /// The result file.
     Results,
+    /// Functions of expressions.
+    Expressions,
 }
 
 /// Arguments of `run`.
@@ -420,97 +441,12 @@ pub struct CacheArguments {
     pub cache_limit: f64,
 }
 
-/// Arguments of `plot`.
-#[derive(Debug, Args)]
-pub struct PlotArguments {
-    /// Result files, drawn into the same figures
-    #[arg(required = true, value_name = "OUT.h5")]
-    pub files: Vec<PathBuf>,
-    /// Folder for the figures, created if it does not exist
-    #[arg(short, long, value_name = "DIR", default_value = ".")]
-    pub output: PathBuf,
-    /// Write SVG, for print and for the web; also if no format is named
-    #[arg(long)]
-    pub svg: bool,
-    /// Write PNG
-    #[arg(long)]
-    pub png: bool,
-    /// Only figures of this kind; may be repeated
-    #[arg(long, value_name = "KIND")]
-    pub figure: Vec<Kind>,
-}
-
-/// Arguments of `export`.
-#[derive(Debug, Args)]
-pub struct ExportArguments {
-    /// Result file
-    #[arg(value_name = "OUT.h5")]
-    pub file: PathBuf,
-    /// Folder for the series OUT.pvd and its VTU files, created if it does not exist
-    #[arg(long, value_name = "DIR")]
-    pub vtk: PathBuf,
-    /// Factor on the elastic displacement in the drawn shape
-    #[arg(long, value_name = "F", default_value_t = 1.0, allow_negative_numbers = true, value_parser = finite)]
-    pub scale: f64,
-    /// Write linear cells, which every reader knows, instead of exact rational Bézier cells
-    #[arg(long)]
-    pub plain: bool,
-    /// Revolve axisymmetric bodies by so many degrees instead of writing their section
-    #[arg(long, value_name = "DEGREES", num_args = 0..=1, default_missing_value = "360", value_parser = degrees)]
-    pub revolve: Option<f64>,
-    /// Stored states nearest to these times in seconds
-    #[arg(long, value_name = "A:B:STEP", conflicts_with = "every")]
-    pub times: Option<TimeRange>,
-    /// Every N-th stored state [default: as many that at most 200 are written]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..).map(|n| n as usize))]
-    pub every: Option<usize>,
-    /// Only these bodies
-    #[arg(long, value_name = "NAME", value_delimiter = ',')]
-    pub bodies: Vec<String>,
-    /// Number of threads, 0 for all cores
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub threads: usize,
-}
-
-fn finite(text: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|e| format!("{e}"))?;
-    if value.is_finite() { Ok(value) } else { Err("must be finite".into()) }
-}
-
-fn degrees(text: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|e| format!("{e}"))?;
-    if value > 0.0 && value <= 360.0 { Ok(value) } else { Err("must be above 0 and at most 360".into()) }
-}
-
 /// `--set`.
 #[derive(Debug, Args)]
 pub struct SetArguments {
     /// Change a key of the scenario, such as bodies.ball.velocity=[0,0,-0.2]; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<Override>,
-}
-
-/// Arguments of `compare`.
-#[derive(Debug, Args)]
-pub struct CompareArguments {
-    /// Result to judge
-    #[arg(value_name = "NEW.h5")]
-    pub new: PathBuf,
-    /// Result to compare with
-    #[arg(value_name = "REFERENCE.h5")]
-    pub reference: PathBuf,
-    /// Tolerance relative to the peak of the reference's dataset [default: 1e-3]
-    #[arg(long, value_name = "R", value_parser = tolerance)]
-    pub rtol: Option<f64>,
-    /// Absolute tolerance, in the unit of each dataset [default: 0]
-    #[arg(long, value_name = "A", value_parser = tolerance)]
-    pub atol: Option<f64>,
-    /// Tolerances of single datasets and features (docs/compare.md)
-    #[arg(long, value_name = "FILE.toml")]
-    pub tolerances: Option<PathBuf>,
-    /// Print JSON
-    #[arg(long)]
-    pub json: bool,
 }
 
 fn gigabytes(text: &str) -> Result<f64, String> {

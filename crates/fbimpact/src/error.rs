@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use adaptive::AdaptiveError;
 
+use crate::expression::fault::ExpressionFault;
 use crate::percent::percent;
 use crate::scenario::{Faults, OverrideFault};
 
@@ -189,6 +190,54 @@ pub enum CommandFault {
     /// A result in which nothing has a shape.
     #[error("no body of the result has a shape, there is nothing to export")]
     NothingToExport,
+    /// An expression that has no value.
+    #[error("{option}: {fault}")]
+    Expression {
+        /// Option or command.
+        option: &'static str,
+        /// Why.
+        fault: ExpressionFault,
+    },
+    /// Two columns of one name.
+    #[error("the table has a column \"{name}\" already, choose another name")]
+    ColumnTwice {
+        /// The name.
+        name: String,
+    },
+    /// A place on a body that there is not.
+    #[error("{option} {given}: {reason}")]
+    Place {
+        /// Option of the command line.
+        option: &'static str,
+        /// As given.
+        given: String,
+        /// Why there is none.
+        reason: String,
+    },
+    /// A body at rest.
+    #[error("--body {name}: is a plane at rest, name a body that moves")]
+    NoMotion {
+        /// Name of the body.
+        name: String,
+    },
+    /// Modes of a rigid body.
+    #[error("--modes: body {name} is rigid and has no elastic coordinates")]
+    NoModes {
+        /// Name of the body.
+        name: String,
+    },
+    /// A range without a stored instant.
+    #[error("no instant is stored from {from:e} s to {to:e} s, the result holds {first:e} s to {last:e} s")]
+    NoInstant {
+        /// Begin \[s\].
+        from: f64,
+        /// End \[s\].
+        to: f64,
+        /// First stored time \[s\].
+        first: f64,
+        /// Last stored time \[s\].
+        last: f64,
+    },
     /// A range beyond the stored times.
     #[error("--times {from}:{to}:{step}: the result holds {first:e} s to {last:e} s")]
     Times {

@@ -15,10 +15,13 @@ pub mod body_file;
 pub mod matrix_files;
 pub mod cache;
 pub mod compare;
+pub mod expression;
 pub mod collect;
 pub mod converge;
 pub mod plot;
+pub mod replay;
 pub mod vtk;
+pub mod probe;
 pub mod cli;
 pub mod progress;
 pub mod commands;
@@ -65,13 +68,13 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
                 (true, false) => CostFormat::Table,
                 (true, true) => CostFormat::Json,
             };
-            commands::check::check(&scenarios, &set.set, format, threads)
+            commands::check::check(&scenarios, &set.set, format, (threads, &bar))
         }
         Command::Modes { scenario, system: true, is_static, json, threads, set, .. } => {
-            commands::system_modes::system_modes(&scenario, &set.set, is_static, json, threads)
+            commands::system_modes::system_modes(&scenario, &set.set, is_static, json, (threads, &bar))
         }
         Command::Modes { scenario, body, json, threads, set, .. } => {
-            commands::modes::modes(&scenario, &set.set, body.as_deref(), json, threads)
+            commands::modes::modes(&scenario, &set.set, body.as_deref(), json, (threads, &bar))
         }
         Command::Cache { action, cache } => commands::cache::cache(action, &cache),
         Command::MeshSize { scenario, body, output, set } => {
@@ -83,23 +86,13 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
             commands::mesh_size::mesh_size(&asked, &set.set)
         }
         Command::ExportBody { scenario, body, output, nurbs: Some(format), units, set, .. } => {
-            let export = commands::export_splines::Export {
-                scenario: &scenario,
-                body: &body,
-                output: &output,
-                format,
-                unit: units.metres(),
-            };
-            commands::export_splines::export_splines(&export, &set.set)
+            let export = commands::BodyExport { scenario: &scenario, body: &body, output: &output };
+            let form = (format, units.metres());
+            commands::export_splines::export_splines(&export, form, &set.set)
         }
         Command::ExportBody { scenario, body, output, full, threads, set, .. } => {
-            let export = commands::export_body::Export {
-                scenario: &scenario,
-                body: &body,
-                output: &output,
-                is_full: full,
-            };
-            commands::export_body::export_body(&export, &set.set, threads)
+            let export = commands::BodyExport { scenario: &scenario, body: &body, output: &output };
+            commands::export_body::export_body(&export, full, &set.set, (threads, &bar))
         }
         Command::ImportBody(arguments) => commands::import_body::import_body(&arguments),
         Command::Info { file, json } => commands::info::info(&file, json),
@@ -107,10 +100,15 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
         Command::Thin { file, output, rows, force } => commands::thin::thin(&file, &output, rows, force),
         Command::Plot(arguments) => commands::plot::plot(&arguments),
         Command::Export(arguments) => commands::export::export(&arguments),
+        Command::Probe(arguments) => commands::probe::probe(&arguments),
         Command::Schema => commands::print(&scenario::schema::text()),
         Command::Reference { page: Page::Scenario } => commands::print(&scenario::reference::markdown()),
         Command::Reference { page: Page::Results } => commands::print(&results::reference::markdown()),
-        Command::Collect { runs, output, long } => commands::collect::collect(&runs, &output, long),
+        Command::Reference { page: Page::Expressions } => commands::print(&expression::function::markdown()),
+        Command::Collect { runs, output, column, long } => {
+            commands::collect::collect(&runs, &output, &column, long)
+        }
+        Command::Metric { file, expressions } => commands::metric::metric(&file, &expressions),
         Command::New { name, force } => commands::new::new(&name, force),
         Command::Completions { shell } => commands::shell::completions(shell),
         Command::Man { command } => commands::shell::manual(command.as_deref()),

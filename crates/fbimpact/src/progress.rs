@@ -166,6 +166,16 @@ impl Progress {
     }
 }
 
+/// Tells on `bar`, or every so often in a line, that models of bodies are built while `work` lasts.
+pub fn while_building<R>(bar: &ProgressBar, work: impl FnOnce() -> R) -> R {
+    bar.reset();
+    let progress = Progress::new(bar.clone());
+    progress.stage(Some("building the models of the bodies".into()));
+    let done = work();
+    progress.finish();
+    done
+}
+
 /// Looks after every `tick` whether a stage has lasted for another `interval`, and writes a line then, until the sender is gone.
 fn tick(stage: &Mutex<Option<(String, Instant)>>, end: &Receiver<()>, [tick, interval]: [Duration; 2]) {
     let mut last = Instant::now();

@@ -55,7 +55,7 @@ impl Materials {
     }
 
     /// The materials of elements that are parts of `parents`.
-    pub(crate) fn of_parts(&self, parents: &[u32]) -> Self {
+    pub fn of_parts(&self, parents: &[u32]) -> Self {
         let own = |&e: &u32| self.of_element.get(e as usize).copied().unwrap_or(0);
         let of_element =
             if self.of_element.is_empty() { Vec::new() } else { parents.iter().map(own).collect() };

@@ -3,7 +3,11 @@
 mod blocks;
 mod writers;
 
+#[path = "../../../tests/support/damage.rs"]
+mod damage;
+
 use blocks::{block, shaken};
+use damage::mutated;
 use fe_mesh::fault::MeshError;
 use fe_mesh::raw::{FaceSource, RawMesh};
 use fe_mesh::read::{raw, read};
@@ -157,30 +161,8 @@ fn short_files_do_not_make_large_sets() {
     assert!(refused(text.as_bytes()).contains("more than the file has bytes"));
 }
 
-/// Overwrites, cuts and doubles pieces of `text` as the bytes say.
-fn mutated(text: &[u8], bytes: &[u8]) -> Vec<u8> {
-    let mut out = text.to_vec();
-    let mut bytes = bytes.iter().copied().cycle();
-    let mut next = move || usize::from(bytes.next().unwrap_or(0));
-    for _ in 0..=next() % 6 {
-        if out.is_empty() {
-            break;
-        }
-        let (at, n) = ((next() * 256 + next()) % out.len(), next() % 24);
-        let end = (at + n).min(out.len());
-        match next() % 4 {
-            0 => out[at..end].iter_mut().for_each(|b| *b = next() as u8),
-            1 => drop(out.drain(at..end)),
-            2 => {
-                let piece = out[at..end].to_vec();
-                let to = next() % out.len();
-                out.splice(to..to, piece);
-            }
-            _ => out[at] = b"0123456789-.e,*$= \n"[next() % 19],
-        }
-    }
-    out
-}
+/// Letters of the formats.
+const LETTERS: &[u8] = b"0123456789-.e,*$= \n";
 
 /// Reads what came of a file; memory follows from what was read.
 fn survives(bytes: &[u8]) {
@@ -218,7 +200,7 @@ fn damaged_files_are_read_or_refused() {
     let outcome = runner.run(&prop::collection::vec(any::<u8>(), 1..400), |bytes| {
         survives(&bytes);
         for file in &files {
-            survives(&mutated(file, &bytes));
+            survives(&mutated(file, &bytes, LETTERS));
         }
         Ok(())
     });

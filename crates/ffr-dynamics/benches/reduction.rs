@@ -53,14 +53,17 @@ fn eight_solves(bencher: Bencher, size: (usize, usize)) {
 fn single_precision_count(bencher: Bencher, size: (usize, usize)) {
     let (body, _) = body(size);
     let problem = ElasticProblem::free(&body, &[]).expect("a sound body");
-    bencher.bench_local(|| problem.inertia_single(1e11).expect("enough memory"));
+    bencher.bench_local(|| {
+        problem.pencil().inertia_single(1e11, problem.clamped_unknowns()).expect("enough memory")
+    });
 }
 
 #[divan::bench(args = sizes(), sample_count = 1, sample_size = 1)]
 fn inertia_count(bencher: Bencher, size: (usize, usize)) {
     let (body, interface) = body(size);
     let problem = ElasticProblem::free(&body, &interface).expect("a sound body");
-    bencher.bench_local(|| problem.inertia(1e11).expect("enough memory"));
+    bencher
+        .bench_local(|| problem.pencil().inertia(1e11, problem.clamped_unknowns()).expect("enough memory"));
 }
 
 #[divan::bench(args = sizes(), sample_count = 1, sample_size = 1)]

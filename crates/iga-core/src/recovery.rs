@@ -1,7 +1,7 @@
 //! Displacement, strain, stress and von Mises stress at parameter points (theory Eq. E.1 to E.6).
 
 use crate::SplineError;
-use crate::elasticity::kinematics::StressState;
+use crate::elasticity::kinematics::PointState;
 use crate::elasticity::{Material, Model};
 use crate::mapping::PointMap;
 use crate::space::{GridBasis, Space};
@@ -80,7 +80,7 @@ impl RecoveryWorkspace {
         displacement: &[f64],
         e: usize,
         xi: &[f64; 3],
-    ) -> Result<StressState, SplineError> {
+    ) -> Result<PointState, SplineError> {
         let map = self.regular_map(space, e, xi)?;
         let n_components = model.dimension();
         let (values, first, inverse) = (self.basis.values_at(0), self.basis.first_at(0), map.inverse());
@@ -95,10 +95,41 @@ impl RecoveryWorkspace {
                 }
             }
         }
-        let radius = map.position[0];
-        let largest = self.nodes.iter().fold(0.0f64, |m, x| m.max(x[0].abs()));
-        let hoop = if radius > AXIS_LIMIT * largest { radial / radius } else { gradient[0][0] };
-        Ok(StressState::new(model, material, &gradient, hoop))
+        let hoop = self.radius(&map).map_or(gradient[0][0], |radius| radial / radius);
+        Ok(PointState::new(model, material, &gradient, hoop))
+    }
+
+    /// Strain and stress at `xi` of element `e` by a unit of each component of every function that may not be zero there [1/m]: summed with
+    /// the control values of a displacement they are the state of [`RecoveryWorkspace::stress`].
+    ///
+    /// # Errors
+    /// [`SplineError::Folded`] where the Jacobian determinant is not positive beside the singular lines.
+    pub fn unit_states(
+        &mut self,
+        space: &dyn Space,
+        model: &Model,
+        material: &Material,
+        e: usize,
+        xi: &[f64; 3],
+    ) -> Result<Vec<(u32, Vec<PointState>)>, SplineError> {
+        let map = self.regular_map(space, e, xi)?;
+        let n_components = model.dimension();
+        let (values, first, inverse) = (self.basis.values_at(0), self.basis.first_at(0), map.inverse());
+        let radius = self.radius(&map);
+        let states = self.active.iter().enumerate().map(|(local, &a)| {
+            let slope =
+                |j: usize| -> f64 { (0..n_components).map(|d| first[d][local] * inverse[d][j]).sum() };
+            let row: [f64; 3] = std::array::from_fn(|j| if j < n_components { slope(j) } else { 0.0 });
+            let by_component = (0..n_components).map(|c| {
+                let mut gradient = [[0.0; 3]; 3];
+                gradient[c] = row;
+                let radial = if c == 0 { values[local] } else { 0.0 };
+                let hoop = radius.map_or(gradient[0][0], |r| radial / r);
+                PointState::new(model, material, &gradient, hoop)
+            });
+            (a, by_component.collect())
+        });
+        Ok(states.collect())
     }
 
     /// Functions that may not be zero at `xi` of element `e`, with their values and their derivatives in space.
@@ -125,6 +156,12 @@ impl RecoveryWorkspace {
             gradient: std::array::from_fn(|j| if j < dimension { slope(local, j) } else { 0.0 }),
         };
         Ok(self.active.iter().enumerate().zip(&values).map(function).collect())
+    }
+
+    /// Distance of the point from the axis of an axisymmetric model; none on the axis, where the hoop strain is `∂u_r/∂r`.
+    fn radius(&self, map: &PointMap) -> Option<f64> {
+        let largest = self.nodes.iter().fold(0.0f64, |m, x| m.max(x[0].abs()));
+        Some(map.position[0]).filter(|radius| *radius > AXIS_LIMIT * largest)
     }
 
     /// The map at `xi`, or at a point beside it where the map is singular there; the basis belongs to the same point.

@@ -138,6 +138,29 @@ pub enum LevelFault {
     /// Levels of another patch.
     #[error("the coarsest level has not the knots of the patch")]
     OtherPatch,
+    /// Another number of levels than the first patch has, or than patches.
+    #[error("patch {patch} has {found} levels, the first one has {expected}")]
+    LevelCount {
+        /// The patch.
+        patch: usize,
+        /// Its number of levels.
+        found: usize,
+        /// That of the first patch.
+        expected: usize,
+    },
+    /// Patches that are divided differently where they meet.
+    #[error("patches {} and {} have other knots on level {level} along the face that they share", patches[0], patches[1])]
+    SharedKnots {
+        /// The patches.
+        patches: [usize; 2],
+        /// The level.
+        level: usize,
+    },
+    /// Patches that share an edge or a corner and no face around it.
+    #[error(
+        "patches meet at an edge or a corner without faces that they share around it, and cannot be refined there"
+    )]
+    SharedEdge,
     /// A region that is no box of finite numbers, or lies outside the patch.
     #[error("region from {} to {} is not inside the parameters {} to {}", region[0], region[1], domain[0], domain[1])]
     Region {
@@ -166,6 +189,14 @@ pub enum LevelFault {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ContainmentFault {
+    /// Spaces over other numbers of patches.
+    #[error("it has {fine} patches, the coarser one {coarse}")]
+    Patches {
+        /// Patches of the coarser space.
+        coarse: usize,
+        /// Patches of the finer one.
+        fine: usize,
+    },
     /// Spaces of different dimension.
     #[error("{coarse} directions in {fine}")]
     Directions {

@@ -11,7 +11,7 @@ use faer::Side;
 use faer::linalg::solvers::Solve;
 use faer::sparse::{SparseColMat, Triplet};
 use iga_core::assembly::{AssembledMatrices, assemble};
-use iga_core::elasticity::kinematics::StressState;
+use iga_core::elasticity::kinematics::PointState;
 use iga_core::elasticity::{Material, Model};
 use iga_core::mapping::PointMap;
 use iga_core::nurbs::Patch;
@@ -120,7 +120,7 @@ fn errors(patch: Patch, model: &Model, field: Field) -> (f64, f64) {
     let space = PatchSpace::new(vec![patch]).unwrap();
     let (n, patch) = (model.dimension(), &space.patches()[0]);
     let matrices = assemble(&space, model, &material()).unwrap();
-    let state = |g: &[[f64; 3]; 3]| StressState::new(model, &material(), g, 0.0);
+    let state = |g: &[[f64; 3]; 3]| PointState::new(model, &material(), g, 0.0);
     let mut load = vec![0.0; n * space.n_functions()];
     integrate(&space, model, 3, |weight, x, active, _, gradients| {
         let s = state(&field(x).1).stress;

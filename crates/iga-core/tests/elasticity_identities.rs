@@ -150,7 +150,7 @@ fn linear_displacements_give_constant_stress() {
             [[1e-3, 2e-3, -1e-3], [3e-3, -2e-3, 2e-3], [1e-3, 4e-3, 3e-3]]
         };
         let u = linear_field(space.control_points(), n, gradient, [0.0; 3]);
-        let expected = iga_core::elasticity::kinematics::StressState::new(
+        let expected = iga_core::elasticity::kinematics::PointState::new(
             &model,
             &aluminium(),
             &gradient,

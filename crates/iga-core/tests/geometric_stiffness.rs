@@ -6,7 +6,7 @@ mod bodies;
 
 use bodies::{dot, largest, linear_field, multiply, noise};
 use iga_core::assembly::{assemble, geometric_stiffness};
-use iga_core::elasticity::kinematics::StressState;
+use iga_core::elasticity::kinematics::PointState;
 use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::Patch;
 use iga_core::space::{PatchSpace, Space};
@@ -46,7 +46,7 @@ fn uniform_stress_gives_its_product_with_linear_fields() {
             gradient =
                 [[GRADIENT[0][0], GRADIENT[0][1], 0.0], [GRADIENT[1][0], GRADIENT[1][1], 0.0], [0.0; 3]];
         }
-        let s = StressState::new(&model, &material(), &gradient, 0.0).stress;
+        let s = PointState::new(&model, &material(), &gradient, 0.0).stress;
         let stress = [[s[0], s[3], s[5]], [s[3], s[1], s[4]], [s[5], s[4], s[2]]];
         let mass = assemble(&space, &model, &material()).unwrap().mass;
         let one = vec![1.0; space.n_functions()];

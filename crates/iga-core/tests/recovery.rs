@@ -5,6 +5,7 @@
 mod bodies;
 
 use bodies::{linear_field, noise};
+use iga_core::elasticity::kinematics::PointState;
 use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::Patch;
 use iga_core::recovery::RecoveryWorkspace;
@@ -82,5 +83,56 @@ fn stress_at_singular_corners_is_that_beside_them() {
     for corner in [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]] {
         // Round-off, amplified by 1 / SINGULAR_STEP.
         assert!((at(corner) / inside - 1.0).abs() < 1e-9, "{corner:?}");
+    }
+}
+
+/// States by units, summed, are the state, for every model, on elements, on the axis and at singular corners.
+#[test]
+fn states_by_units_sum_up_to_the_state() {
+    let (plane, axis) = (bodies::disc(1.0), field_on_the_axis().0);
+    let disc = PatchSpace::new(vec![bodies::uniform(&plane, 3, &[3, 4])]).unwrap();
+    let solid = PatchSpace::new(vec![bodies::uniform(&bodies::cylinder(0.3, 1.0), 3, &[2, 3, 2])]).unwrap();
+    let thickness = 0.01;
+    let cases: [(&PatchSpace, Model); 4] = [
+        (&solid, Model::Solid),
+        (&axis, Model::Axisymmetric),
+        (&disc, Model::PlaneStrain { thickness }),
+        (&disc, Model::PlaneStress { thickness }),
+    ];
+    let mut workspace = RecoveryWorkspace::default();
+    for (space, model) in cases {
+        let n = model.dimension();
+        let u = noise(n * space.n_functions(), 3);
+        let mut places: Vec<[f64; 3]> = noise(30, 5)
+            .chunks(3)
+            .map(|x| [0, 1, 2].map(|d| if d < n { 0.5 + 0.5 * x[d] } else { 0.0 }))
+            .collect();
+        places.extend([[0.0; 3], [1.0, 0.0, 0.0], [0.0, 0.4, 0.0]]);
+        for xi in places {
+            let e = space.find_element(0, &xi);
+            let whole = workspace.stress(space, &model, &steel(), &u, e, &xi).unwrap();
+            let (mut sum, mut scale) = (PointState::default(), PointState::default());
+            for (function, states) in workspace.unit_states(space, &model, &steel(), e, &xi).unwrap() {
+                for (c, state) in states.iter().enumerate() {
+                    sum.add_scaled(state, u[function as usize * n + c]);
+                    let sizes =
+                        PointState { strain: state.strain.map(f64::abs), stress: state.stress.map(f64::abs) };
+                    scale.add_scaled(&sizes, 1.0);
+                }
+            }
+            // Round-off of some hundred terms of the size of their sum of magnitudes.
+            let is_near = |a: &[f64; 6], b: &[f64; 6], s: &[f64; 6]| {
+                let largest = s.iter().fold(0.0f64, |m, s| m.max(*s));
+                a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-13 * largest)
+            };
+            assert!(
+                is_near(&sum.strain, &whole.strain, &scale.strain),
+                "{model:?} {xi:?}: {sum:?} {whole:?}"
+            );
+            assert!(
+                is_near(&sum.stress, &whole.stress, &scale.stress),
+                "{model:?} {xi:?}: {sum:?} {whole:?}"
+            );
+        }
     }
 }

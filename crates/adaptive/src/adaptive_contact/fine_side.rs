@@ -13,6 +13,7 @@ use iga_core::nurbs::FaceId;
 use iga_core::surface::Face;
 use nalgebra::Vector3;
 
+use super::zone_model::ZoneModel;
 use super::{AdaptiveContact, CancelCheck, WIDEST};
 use crate::body_model::{BodyModel, FlexibleBody};
 use crate::contact_zone::{ContactZone, ZoneExtent};
@@ -23,7 +24,7 @@ use crate::fine_elements::{FineElements, WantedZone};
 use crate::fine_model::{ELEMENTS, FineBody, FineMesh, FineSettings};
 use crate::fine_modes::FineModes;
 use crate::mesh_surface::MeshSurface;
-use crate::point_compliance::{Functions, point_rows};
+use crate::point_compliance::{ObservedPlace, PlaceFunctions, n_columns, point_rows};
 use crate::record::ZoneSite;
 use crate::rigid_surface::RigidSurface;
 use crate::spec::{LowModes, Target, Treatment};
@@ -42,22 +43,10 @@ pub struct FineSide<'a> {
     shapes: Mat<f64>,
     /// How the rest of the interface's motion answers.
     answer: ZoneAnswer,
-    /// Displacements of observed points by forces at the interface, as of [`point_rows`]; no columns if the zone vibrates.
+    /// Displacements, strains and stresses at observed points by forces at the interface, as of [`point_rows`]; no columns if the zone vibrates.
     pub points: Mat<f64>,
     /// Modes of its own, if the body changes to them.
     pub fine_modes: Option<(AssembledBody, FineModes)>,
-}
-
-/// A fine model of a body, built again to look at it.
-pub struct ZoneModel {
-    /// The mesh; none if it is that of the body itself.
-    pub mesh: Option<FineMesh>,
-    /// Contact points and interface.
-    pub zone: ContactZone,
-    /// Low-frequency modes at its unknowns, in the frame in use.
-    pub shapes: Mat<f64>,
-    /// Flexibility of what they leave out.
-    pub residual: ResidualFlexibility,
 }
 
 /// A refined contact, built again.
@@ -202,7 +191,7 @@ impl AdaptiveContact {
     pub(super) fn side<'a>(
         &self,
         body: FlexibleBody<'a>,
-        (site, places): (&ZoneSite, &[[f64; 3]]),
+        (site, places): (&ZoneSite, &[ObservedPlace]),
         modes: LowModes,
         check_cancel: &mut CancelCheck<'_>,
     ) -> Result<FineSide<'a>, AdaptiveError> {
@@ -212,14 +201,14 @@ impl AdaptiveContact {
         check_cancel()?;
         // Zones that vibrate have no static answer.
         let places = if self.is_vibrating() { &[] } else { places };
-        let functions: Vec<Functions> =
-            places.iter().map(|place| fine.functions_at(place)).collect::<Result<_, AdaptiveError>>()?;
+        let shown: Vec<PlaceFunctions> =
+            places.iter().map(|place| fine.shown_at(place, &body)).collect::<Result<_, AdaptiveError>>()?;
         if modes == LowModes::Fine && !site.is_whole() {
-            return self.side_with_modes(&body, (fine, zone), &functions, check_cancel);
+            return self.side_with_modes(&body, (fine, zone), &shown, check_cancel);
         }
         let points =
-            |residual: &ResidualFlexibility| point_rows(&functions, fine.lookup(), fine.motion(), residual);
-        let n_rows = places.len() * fine.motion().n_components();
+            |residual: &ResidualFlexibility| point_rows(&shown, fine.lookup(), fine.motion(), residual);
+        let n_rows = n_columns(places, fine.motion().n_components());
         let key = fine.compliance_key(&body, (&zone.unknowns, places))?;
         let key = ModelKey { kind: if self.is_vibrating() { "zone-modes" } else { key.kind }, ..key };
         let (answer, points) = self.cache.recent(
@@ -239,12 +228,12 @@ impl AdaptiveContact {
         Ok(FineSide { body: fine, zone, shapes, answer, points, fine_modes: None })
     }
 
-    /// The same with modes of the fine model's own, which meshes do not have; `functions` are those of the observed places.
+    /// The same with modes of the fine model's own, which meshes do not have; `shown` is what the observed places show.
     fn side_with_modes<'a>(
         &self,
         body: &FlexibleBody<'a>,
         (fine, zone): (FineBodyModel<'a>, ContactZone),
-        functions: &[Functions],
+        shown: &[PlaceFunctions],
         check_cancel: &mut CancelCheck<'_>,
     ) -> Result<FineSide<'a>, AdaptiveError> {
         let FineBodyModel::Splines { mesh, wanted, settings } = fine else {
@@ -260,7 +249,7 @@ impl AdaptiveContact {
         let (basis, residual) = fine.reduce(coarse, &zone.unknowns, LowModes::Fine)?;
         check_cancel()?;
         let answer = self.answer(body.name, &residual, &fine.assembled)?;
-        let points = point_rows(functions, &fine.mesh.lookup, fine.mesh.motion, &residual);
+        let points = point_rows(shown, &fine.mesh.lookup, fine.mesh.motion, &residual);
         let modes = FineModes::new(coarse, &fine, basis, self.law.transfer.method)?;
         let shapes = modes.reduced.shapes().to_owned();
         let FineBody { mesh, assembled } = fine;

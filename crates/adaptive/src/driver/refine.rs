@@ -333,7 +333,7 @@ impl Driver<'_> {
         self.model.contact_time += left.take_elapsed().as_secs_f64();
         let Some(mut fine) = fine else { return Ok(()) };
         let hosted = std::mem::take(&mut fine.hosted);
-        if fine.whole.is_some() {
+        if fine.whole.is_some() && !self.model.changes_modes() {
             self.slots[i].whole = Some((left, fine));
         }
         if hosted.is_empty() {

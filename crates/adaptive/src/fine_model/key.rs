@@ -5,6 +5,7 @@ use iga_core::surface::Face;
 
 use super::FineSettings;
 use crate::elastic_body::{ElasticBody, ReducedBody};
+use crate::point_compliance::{ObservedPlace, add_places};
 use crate::spec::DivisionRule;
 use crate::store::{Bytes, ModelKey, body_definition, matrix_values};
 use crate::wanted_interval::WantedInterval;
@@ -14,7 +15,7 @@ use crate::wanted_interval::WantedInterval;
 pub fn compliance_key(
     (body, reduced): (&ElasticBody, &ReducedBody),
     interval: Option<(&WantedInterval, &FineSettings)>,
-    (unknowns, points): (&[usize], &[[f64; 3]]),
+    (unknowns, points): (&[usize], &[ObservedPlace]),
 ) -> ModelKey {
     let mut key = Bytes(body_definition(&body.spec));
     let basis = &reduced.basis;
@@ -23,7 +24,7 @@ pub fn compliance_key(
         add_interval(&mut key, wanted, settings);
     }
     // They say as well by which points the contact is watched.
-    key.add(&(unknowns, points));
+    add_places(&mut key, unknowns, points);
     ModelKey { kind: "compliance", definition: key.0 }
 }
 

@@ -4,7 +4,8 @@ use ffr_dynamics::reduction::memory::told_limit;
 use iga_core::hierarchical::SubdomainHierarchy;
 use iga_core::nurbs::Patch;
 
-use super::plan::speeds;
+use super::measures::speeds;
+use super::plan::faces;
 use super::{RefinementPlan, WantedInterval};
 use crate::subdivision::SubdivisionError;
 
@@ -38,26 +39,27 @@ pub fn gigabytes(dimension: usize, unknowns: f64, interface: f64) -> f64 {
 /// # Errors
 /// [`SubdivisionError::TooLarge`] with the sizes in metres.
 pub(super) fn check_size(
-    patch: &Patch,
-    hierarchy: &SubdomainHierarchy,
+    patches: &[Patch],
+    hierarchies: &[SubdomainHierarchy],
     wanted: &[WantedInterval],
     plan: &RefinementPlan,
 ) -> Result<(), SubdivisionError> {
-    let dimension = patch.dimension();
+    let dimension = patches[0].dimension();
     let n = dimension as f64;
-    let unknowns = n * hierarchy.n_leaves() as f64;
-    let levels = hierarchy.levels();
-    let knots = levels[levels.len() - 1].knots();
+    let unknowns = n * hierarchies.iter().map(SubdomainHierarchy::n_leaves).sum::<usize>() as f64;
     let (mut interface, mut finest) = (0.0, (f64::INFINITY, 1, 0.0));
-    for (w, region) in wanted.iter().zip(&plan.regions) {
+    for (part, bounds) in faces(wanted, plan) {
+        let WantedInterval { face, widths, .. } = &part;
+        let levels = hierarchies[face.id.patch].levels();
+        let knots = levels[levels.len() - 1].knots();
         let mut functions = 1.0;
-        for ((d, width), speed) in w.face.directions().zip(w.widths).zip(speeds(patch, w)) {
-            let first = knots[d].find_element(region.lower[d]);
-            let across = (knots[d].find_element(region.upper[d]) - first).max(1);
+        for ((d, width), speed) in face.directions().zip(widths).zip(speeds(&patches[face.id.patch], &part)) {
+            let first = knots[d].find_element(bounds.lower[d]);
+            let across = (knots[d].find_element(bounds.upper[d]) - first).max(1);
             functions *= (across + knots[d].degree()) as f64;
-            let element = (region.upper[d] - region.lower[d]) * speed / across as f64;
+            let element = (bounds.upper[d] - bounds.lower[d]) * speed / across as f64;
             if element < finest.0 {
-                finest = (element, across, width);
+                finest = (element, across, *width);
             }
         }
         interface += n * functions;

@@ -67,6 +67,11 @@ fn warn_of_cut_group(elastic: &ElasticModel) {
 }
 
 impl RunModel {
+    /// Whether bodies change their modes during the run: what was built with some does not serve with others.
+    pub fn changes_modes(&self) -> bool {
+        self.source.is_some()
+    }
+
     /// Whether `body` has modes of its own at present.
     pub fn has_fine_modes(&self, body: usize) -> bool {
         self.bodies[body].elastic().is_some_and(|elastic| elastic.fine.is_some())

@@ -5,11 +5,13 @@ use ffr_dynamics::kinematics::Marker;
 use ffr_dynamics::kinematics::marker::FlexiblePoint;
 use ffr_dynamics::system as multibody;
 use ffr_dynamics::system::{CoordinateForce, GROUND, JointKind, SystemSpec};
+use iga_core::elasticity::kinematics::PointState;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::BodyModel;
 use crate::body_model::BodyForm;
 use crate::error::AdaptiveError;
+use crate::gauge::Gauge;
 use crate::record::NameAndUnit;
 use crate::spec::{Area, Attachment, CoordinateSpec, JointSpec, Place, RunSpec, TimeCurve};
 use crate::unsupported::Unsupported;
@@ -28,6 +30,36 @@ impl BodyModel {
             BodyForm::Imported(imported) => imported.point(&self.name, place),
             BodyForm::Meshed(meshed) => meshed.point(&self.name, place),
             BodyForm::Rigid(_) => Ok(FlexiblePoint::rigid(self.rigid_place(place)?)),
+        }
+    }
+
+    /// Whether there are strain and stress at `place`.
+    pub fn has_gauge(&self, place: &Place) -> bool {
+        matches!(self.form, BodyForm::Elastic(_) | BodyForm::Meshed(_)) && !matches!(place, Place::Area(_))
+    }
+
+    /// Strain and stress at the single point `place` by a unit of each elastic coordinate (theory Eq. M.51).
+    ///
+    /// # Errors
+    /// [`AdaptiveError`] if there is no such place, if it has an extent, or if the body has no elements.
+    pub fn gauge(&self, place: &Place) -> Result<Vec<PointState>, AdaptiveError> {
+        let refuse = |what| Err(AdaptiveError::unsupported_body(&self.name, what));
+        let at = match place {
+            Place::Point(at) => *at,
+            Place::Area(_) => return refuse(Unsupported::GaugeOfArea),
+            Place::Marker(_) => self.data.motion.components(self.point(place)?.position.as_ref()),
+        };
+        match &self.form {
+            BodyForm::Elastic(e) => {
+                let (mesh, shapes) = e.in_use();
+                let gauge = Gauge::of_splines(&mesh, &e.body.spec.material, &at)?;
+                Ok(gauge.of_modes(mesh.lookup, shapes))
+            }
+            BodyForm::Meshed(meshed) => {
+                let gauge = meshed.spec.gauge(&self.name, &at)?;
+                Ok(gauge.of_modes(&meshed.lookup, meshed.reduced.shapes()))
+            }
+            BodyForm::Imported(_) | BodyForm::Rigid(_) => refuse(Unsupported::GaugeWithoutElements),
         }
     }
 

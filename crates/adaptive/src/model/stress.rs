@@ -127,28 +127,30 @@ fn same(a: &[ZoneLoad], b: &[ZoneLoad]) -> bool {
     a.iter().map(model).eq(b.iter().map(model))
 }
 
-/// Refuses stress in bodies whose zones, refined during the run, move by more than quasistatic displacements on prolonged modes.
+/// Refuses stress in bodies whose zones, refined during the run, move by more than quasistatic displacements; that of lines, which is evaluated at the
+/// end of the run, on modes of the zones' own, too.
 ///
 /// # Errors
 /// [`AdaptiveError::Unsupported`] with the names of request and contact.
 pub fn check(spec: &RunSpec, plans: &[ContactPlan]) -> Result<(), AdaptiveError> {
-    let refined = || spec.contacts.iter().zip(plans).filter(|(_, plan)| **plan == ContactPlan::AtTouch);
-    let unsupported = |contact: &ContactSpec| match &contact.law {
-        ContactLaw::Surface(law) if law.transfer.modes == LowModes::Fine => Some("modes = \"prolonged\""),
-        ContactLaw::Surface(law) if law.treatment.is_vibrating() => {
-            Some("model \"adaptive\" or \"quasistatic\"")
-        }
-        _ => None,
-    };
-    for request in &spec.stress {
-        let takes_part = |c: &ContactSpec| c.body == request.body || c.target == Target::Body(request.body);
-        for (contact, _) in refined().filter(|(c, _)| takes_part(c)) {
-            let Some(remedy) = unsupported(contact) else { continue };
+    let lines = spec.stress.iter().map(|line| (format!("output.stress.{}", line.name), line.body, true));
+    let points = spec.points.iter().filter(|point| point.gauge.is_any());
+    let points = points.map(|point| (format!("output.points.{}", point.name), point.body, false));
+    for (subject, body, is_line) in lines.chain(points) {
+        let refined = spec.contacts.iter().zip(plans).filter(|(_, plan)| **plan == ContactPlan::AtTouch);
+        let takes_part = |c: &ContactSpec| c.body == body || c.target == Target::Body(body);
+        for (contact, _) in refined.filter(|(c, _)| takes_part(c)) {
+            let remedy = match &contact.law {
+                ContactLaw::Surface(law) if is_line && law.transfer.modes == LowModes::Fine => {
+                    "modes = \"prolonged\""
+                }
+                ContactLaw::Surface(law) if law.treatment.is_vibrating() => {
+                    "model \"adaptive\" or \"quasistatic\""
+                }
+                _ => continue,
+            };
             let what = Unsupported::StressInZone { contact: contact.name.clone(), remedy };
-            return Err(AdaptiveError::Unsupported {
-                subject: format!("output.stress.{}", request.name),
-                what: Box::new(what),
-            });
+            return Err(AdaptiveError::Unsupported { subject, what: Box::new(what) });
         }
     }
     Ok(())

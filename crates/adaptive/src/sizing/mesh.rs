@@ -5,8 +5,8 @@
 
 use std::fmt;
 
-use super::Candidate;
 use super::first_elements::first_elements;
+use super::{Candidate, Spectrum};
 use crate::error::AdaptiveError;
 
 /// Largest relative error of a kept frequency.
@@ -54,13 +54,18 @@ impl fmt::Display for ChosenMesh {
     }
 }
 
-/// Elements a direction that resolve `n_modes` modes of `candidate`, and the estimated error of their frequencies.
+/// Elements a direction that resolve `n_modes` modes of `candidate`, and the estimated error of their frequencies; `solved` holds what is known of
+/// some meshes.
 ///
 /// # Errors
 /// [`AdaptiveError`] naming the body.
-pub fn mesh(candidate: &Candidate<'_>, n_modes: usize) -> Result<(Vec<usize>, f64), AdaptiveError> {
+pub fn mesh(
+    candidate: &Candidate<'_>,
+    n_modes: usize,
+    solved: Vec<Spectrum>,
+) -> Result<(Vec<usize>, f64), AdaptiveError> {
     let mut elements = first_elements(&candidate.spec, n_modes);
-    let mut check = Check::new(candidate, n_modes);
+    let mut check = Check::new(candidate, n_modes, solved);
     for round in 1.. {
         let mut errors = check.errors(&elements, Known::Converged)?;
         if errors.iter().sum::<f64>() <= TOLERANCE {
@@ -103,8 +108,8 @@ struct Check<'a> {
     groups: Vec<Vec<usize>>,
     /// For each group, the first one that the shape cannot be told from.
     equivalent_directions: Vec<usize>,
-    /// Frequencies \[Hz\] of the meshes solved: where one direction alone is doubled, they serve the next round.
-    solved: Vec<(Vec<usize>, Vec<f64>)>,
+    /// Meshes solved: where one direction alone is doubled, they serve the next round.
+    solved: Vec<Spectrum>,
     /// Mesh and error of the last check of each group.
     last: Vec<Option<(Vec<usize>, f64)>>,
     /// For each group, the power of the element's size with which its error falls: that of smooth modes until two meshes have shown
@@ -113,14 +118,14 @@ struct Check<'a> {
 }
 
 impl<'a> Check<'a> {
-    fn new(candidate: &'a Candidate<'a>, n_modes: usize) -> Self {
+    fn new(candidate: &'a Candidate<'a>, n_modes: usize, solved: Vec<Spectrum>) -> Self {
         let groups = candidate.groups();
         // Directions that stand alone are their groups.
         let equivalent_directions =
             if groups.len() == 1 { vec![0] } else { candidate.equivalent_directions() };
         let last = vec![None; groups.len()];
         let rates = groups.iter().map(|group| 2.0 * candidate.degrees()[group[0]] as f64).collect();
-        Self { candidate, n_modes, groups, equivalent_directions, solved: Vec::new(), last, rates }
+        Self { candidate, n_modes, groups, equivalent_directions, solved, last, rates }
     }
 
     /// Whether the meshes that tell the errors of `elements` have no more than `most` unknowns; of directions that have settled the last
@@ -176,12 +181,14 @@ impl<'a> Check<'a> {
     }
 
     fn frequencies(&mut self, elements: &[usize]) -> Result<Vec<f64>, AdaptiveError> {
-        if let Some((_, known)) = self.solved.iter().find(|(of, _)| of == elements) {
-            return Ok(known.clone());
+        let serves =
+            |s: &&Spectrum| s.elements == elements && (s.frequencies.len() >= self.n_modes || s.is_complete);
+        if let Some(known) = self.solved.iter().find(serves) {
+            return Ok(known.frequencies[..self.n_modes.min(known.frequencies.len())].to_vec());
         }
-        let found = self.candidate.spectrum(elements, self.n_modes)?.frequencies;
-        self.solved.push((elements.to_vec(), found.clone()));
-        Ok(found)
+        let found = self.candidate.spectrum(elements, self.n_modes)?;
+        self.solved.push(found.clone());
+        Ok(found.frequencies)
     }
 }
 

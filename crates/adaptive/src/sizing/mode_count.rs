@@ -5,9 +5,9 @@ use std::fmt;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::reduction::neighbouring_counts;
 
-use super::Candidate;
 use super::first_elements::first_elements;
 use super::impact_time::ForceTime;
+use super::{Candidate, Spectrum};
 use crate::elastic_body::rigid_motion;
 use crate::error::AdaptiveError;
 
@@ -49,32 +49,49 @@ impl fmt::Display for ChosenModes {
     }
 }
 
-/// Number of modes of `candidate` up to the frequency `limit` \[Hz\], between the least and `most`, and the frequency of the last.
+/// Number of modes of `candidate` up to the frequency `limit` \[Hz\], between the least and `most`, and the frequency of the last. What was solved
+/// for goes to `solved`.
 ///
 /// # Errors
 /// [`AdaptiveError`] naming the body.
-pub fn count(candidate: &Candidate<'_>, limit: f64, most: usize) -> Result<(usize, f64), AdaptiveError> {
+pub fn count(
+    candidate: &Candidate<'_>,
+    limit: f64,
+    most: usize,
+    solved: &mut Vec<Spectrum>,
+) -> Result<(usize, f64), AdaptiveError> {
     let motion = rigid_motion(&candidate.spec.model);
     let least = if limit > 0.0 { least(motion) } else { WITHOUT_FORCES };
     let most = most.min(MOST);
     // A few modes more show whether the count cuts through a group.
     let mut wanted = least + GROUP;
-    loop {
+    let spectrum = loop {
         let elements = if candidate.chooses_elements {
             first_elements(&candidate.spec, wanted)
         } else {
             candidate.spec.discretisation.elements.clone()
         };
-        let spectrum = candidate.spectrum(&elements, wanted)?;
-        let known = spectrum.frequencies;
-        let below = known.partition_point(|f| *f <= limit);
-        let is_enough = below + GROUP <= known.len() || spectrum.is_complete || wanted >= most + GROUP;
-        if is_enough {
-            let n = whole_group(&known, below.max(least).min(most).min(known.len()), motion).min(most);
-            return Ok((n, known.get(n.saturating_sub(1)).copied().unwrap_or(0.0)));
+        let is_last = wanted >= most + GROUP;
+        let spectrum = if is_last || limit <= 0.0 {
+            Some(candidate.spectrum(&elements, wanted)?)
+        } else {
+            candidate.spectrum_reaching(&elements, (limit, wanted, GROUP))?
+        };
+        // A count in single precision is as good as certain; the frequencies are.
+        let reaches = |s: &Spectrum| {
+            s.frequencies.partition_point(|f| *f <= limit) + GROUP <= s.frequencies.len() || s.is_complete
+        };
+        match spectrum {
+            Some(spectrum) if is_last || reaches(&spectrum) => break spectrum,
+            _ => wanted = (2 * wanted).min(most + GROUP),
         }
-        wanted = (2 * wanted).min(most + GROUP);
-    }
+    };
+    let known = &spectrum.frequencies;
+    let below = known.partition_point(|f| *f <= limit);
+    let n = whole_group(known, below.max(least).min(most).min(known.len()), motion).min(most);
+    let highest = known.get(n.saturating_sub(1)).copied().unwrap_or(0.0);
+    solved.push(spectrum);
+    Ok((n, highest))
 }
 
 /// Modes beyond those wanted, as many as the largest group of equal frequencies of low modes of a ball.

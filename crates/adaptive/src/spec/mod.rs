@@ -12,6 +12,8 @@ use ffr_dynamics::integration::Method as IntegrationMethod;
 use ffr_dynamics::system::JointKind;
 use nalgebra::Vector3;
 
+use crate::record::GaugeRequest;
+
 pub use body::{
     Area, BodyKind, BodySpec, ByGroup, Coupling, DiscretisationSpec, ElasticSpec, FrameSpec, Geometry,
     InitialMotion, MeshedSpec, Place, RefinementSpec, RigidSpec,
@@ -73,6 +75,8 @@ pub struct RunSettings {
     pub step_share: f64,
     /// Time without contact force after which an impact has ended \[s\].
     pub quiet_time: Option<f64>,
+    /// Number of impacts with whose end the run ends, if it has not before.
+    pub stop_after_impacts: Option<u32>,
     /// Time between stored states in free phases \[s\]; `None`: [`FREE_INTERVAL`], after an impact less where bodies vibrate fast.
     pub free_interval: Option<f64>,
     /// Least time between stored states in impact phases; zero: every step is stored \[s\].
@@ -95,6 +99,8 @@ pub struct PointSpec {
     pub body: usize,
     /// Undeformed place.
     pub place: Place,
+    /// What of strain and stress is recorded there.
+    pub gauge: GaugeRequest,
 }
 
 /// Instant of a stress request.

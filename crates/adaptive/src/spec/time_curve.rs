@@ -31,7 +31,7 @@ pub enum TimeCurve {
         /// Time at which it is reached \[s\].
         duration: f64,
     },
-    /// Natural cubic spline through points; goes on with constant rate outside them.
+    /// Cubic spline through points: a natural one, which goes on with constant rate outside them, or a periodic one.
     Table(CubicSpline),
 }
 
@@ -78,16 +78,79 @@ impl TimeCurve {
     }
 }
 
-/// Natural cubic spline.
+/// Cubic spline, natural or periodic.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CubicSpline {
     times: Vec<f64>,
     values: Vec<f64>,
     /// Second derivatives at the points.
     bends: Vec<f64>,
+    is_periodic: bool,
+}
+
+/// Solution of the equations `left_i x_{i-1} + middle_i x_i + right_i x_{i+1} = b_i` by elimination without exchange, which diagonally dominant
+/// ones need none of; the first `left` and the last `right` are taken as zero.
+fn solve_tridiagonal([left, middle, right]: [&[f64]; 3], b: &[f64]) -> Vec<f64> {
+    let n = b.len();
+    let (mut ratio, mut x) = (vec![0.0; n], vec![0.0; n]);
+    for i in 0..n {
+        let (before, pivot) = match i {
+            0 => (0.0, middle[0]),
+            _ => (left[i] * x[i - 1], middle[i] - left[i] * ratio[i - 1]),
+        };
+        ratio[i] = right[i] / pivot;
+        x[i] = (b[i] - before) / pivot;
+    }
+    for i in (0..n.saturating_sub(1)).rev() {
+        x[i] -= ratio[i] * x[i + 1];
+    }
+    x
 }
 
 impl CubicSpline {
+    /// Spline through `values` at rising `times` that repeats itself after the last one, whose value must be the first; otherwise as [`CubicSpline::new`].
+    pub fn periodic(times: Vec<f64>, values: Vec<f64>) -> Option<Self> {
+        let spline = Self { is_periodic: true, ..Self::new(times, values)? };
+        let (times, values) = (&spline.times, &spline.values);
+        let n = times.len() - 1;
+        if values[n].to_bits() != values[0].to_bits() {
+            return None;
+        }
+        // The last point is the first one of the next period.
+        let step = |i: usize| times[i % n + 1] - times[i % n];
+        let slope = |i: usize| (values[i % n + 1] - values[i % n]) / step(i);
+        let right: Vec<f64> = (0..n).map(step).collect();
+        let left: Vec<f64> = (0..n).map(|i| step(i + n - 1)).collect();
+        let jump = |i: usize| 6.0 * (slope(i) - slope(i + n - 1));
+        let b: Vec<f64> = (0..n).map(jump).collect();
+        let mut bends = match n {
+            // One point a period is a constant; of two each is the neighbour of the other on both sides.
+            1 => vec![0.0],
+            2 => {
+                let (own, other) = (2.0 * (left[0] + right[0]), left[0] + right[0]);
+                let determinant = own * own - other * other;
+                vec![(own * b[0] - other * b[1]) / determinant, (own * b[1] - other * b[0]) / determinant]
+            }
+            // The corners of the cyclic matrix as a product of two vectors (Sherman and Morrison).
+            _ => {
+                let corner = left[0];
+                let mut middle: Vec<f64> = (0..n).map(|i| 2.0 * (left[i] + right[i])).collect();
+                let gamma = -middle[0];
+                middle[0] -= gamma;
+                middle[n - 1] -= corner * corner / gamma;
+                let mut u = vec![0.0; n];
+                (u[0], u[n - 1]) = (gamma, corner);
+                let bands = [&left[..], &middle, &right];
+                let (y, z) = (solve_tridiagonal(bands, &b), solve_tridiagonal(bands, &u));
+                let along = |x: &[f64]| x[0] + corner / gamma * x[n - 1];
+                let share = along(&y) / (1.0 + along(&z));
+                y.iter().zip(&z).map(|(y, z)| y - share * z).collect()
+            }
+        };
+        bends.push(bends[0]);
+        Some(Self { bends, ..spline })
+    }
+
     /// Spline through `values` at rising `times`; `None` unless there are two points at least, as many values as times, all
     /// finite and the times rising.
     pub fn new(times: Vec<f64>, values: Vec<f64>) -> Option<Self> {
@@ -99,24 +162,28 @@ impl CubicSpline {
         if !is_sound {
             return None;
         }
-        // Thomas algorithm for the second derivatives, zero at both ends.
-        let (mut ratio, mut bends) = (vec![0.0; n], vec![0.0; n]);
-        for i in 1..n - 1 {
-            let (left, right) = (times[i] - times[i - 1], times[i + 1] - times[i]);
-            let jump = (values[i + 1] - values[i]) / right - (values[i] - values[i - 1]) / left;
-            let pivot = 2.0 * (left + right) - left * ratio[i - 1];
-            ratio[i] = right / pivot;
-            bends[i] = (6.0 * jump - left * bends[i - 1]) / pivot;
-        }
-        for i in (1..n - 1).rev() {
-            bends[i] -= ratio[i] * bends[i + 1];
-        }
-        Some(Self { times, values, bends })
+        // Second derivatives are zero at both ends.
+        let step = |i: usize| times[i + 1] - times[i];
+        let slope = |i: usize| (values[i + 1] - values[i]) / step(i);
+        let inner = 1..n - 1;
+        let left: Vec<f64> = inner.clone().map(|i| step(i - 1)).collect();
+        let right: Vec<f64> = inner.clone().map(step).collect();
+        let middle: Vec<f64> = left.iter().zip(&right).map(|(a, b)| 2.0 * (a + b)).collect();
+        let jumps: Vec<f64> = inner.map(|i| 6.0 * (slope(i) - slope(i - 1))).collect();
+        let mut bends = vec![0.0];
+        bends.extend(solve_tridiagonal([&left, &middle, &right], &jumps));
+        bends.push(0.0);
+        Some(Self { times, values, bends, is_periodic: false })
     }
 
     /// Value, first and second derivative at time `t`.
     pub fn at(&self, t: f64) -> [f64; 3] {
         let last = self.times.len() - 1;
+        let t = if self.is_periodic {
+            self.times[0] + (t - self.times[0]).rem_euclid(self.times[last] - self.times[0])
+        } else {
+            t
+        };
         let i = self.times.partition_point(|x| *x <= t).clamp(1, last);
         let (start, end) = (self.times[i - 1], self.times[i]);
         let inside = t.clamp(start, end);
@@ -175,6 +242,40 @@ mod tests {
                 (value - (2.0 * t - 0.5)).abs() < 1e-13 && (rate - 2.0).abs() < 1e-13 && bend.abs() < 1e-12
             );
         }
+    }
+
+    #[test]
+    fn periodic_splines_repeat_and_are_smooth_at_the_seam() {
+        let tables: [(&[f64], &[f64]); 3] = [
+            (&[0.0, 0.4, 1.0, 1.5, 2.0], &[1.0, -0.5, 0.25, 2.0, 1.0]),
+            (&[0.0, 0.7, 2.0, 2.5], &[0.0, 1.0, -1.0, 0.0]),
+            (&[0.0, 0.7, 2.0], &[0.0, 1.0, 0.0]),
+        ];
+        for (times, values) in tables {
+            let spline = CubicSpline::periodic(times.to_vec(), values.to_vec()).unwrap();
+            let period = times[times.len() - 1];
+            for (t, v) in times.iter().zip(values) {
+                assert!(
+                    (spline.at(*t)[0] - v).abs() < 1e-14
+                        && (spline.at(t + 3.0 * period)[0] - v).abs() < 1e-13
+                );
+            }
+            for (i, tolerance) in [1e-8, 1e-7, 1e-6].into_iter().enumerate() {
+                for t in times {
+                    // A jump in the i-th derivative would stay; the next one moves it by the step of 2e-9 times some hundreds.
+                    let (before, after) = (spline.at(t - 1e-9), spline.at(t + 1e-9));
+                    assert!((before[i] - after[i]).abs() < tolerance, "{i} at {t}: {before:?} {after:?}");
+                }
+            }
+            derivatives_match(&TimeCurve::Table(spline), &[0.13 + period, 0.35 - period, 0.9]);
+        }
+        // A harmonic through 40 points: the error of a cubic spline is 5/384 (2 pi / 40)^4, 8e-6.
+        let times: Vec<f64> = (0..=40).map(|i| f64::from(i) / 40.0).collect();
+        let mut values: Vec<f64> = times.iter().map(|t| (TAU * t).cos()).collect();
+        values[40] = values[0];
+        let spline = CubicSpline::periodic(times, values).unwrap();
+        assert!((spline.at(7.0125)[0] - (TAU * 0.0125).cos()).abs() < 1e-5);
+        assert!(CubicSpline::periodic(vec![0.0, 1.0], vec![1.0, 2.0]).is_none());
     }
 
     #[test]

@@ -49,7 +49,7 @@ fn error(name: &str, shape: Result<Shape, SplineError>, model: Model, reference:
     let n_modes = mode_count::least(adaptive::elastic_body::rigid_motion(&model));
     let candidate = Candidate::new(name, &elastic, SizeRequest { elements: true, modes: false });
     let began = std::time::Instant::now();
-    let (elements, estimate) = mesh::mesh(&candidate, n_modes).unwrap();
+    let (elements, estimate) = mesh::mesh(&candidate, n_modes, Vec::new()).unwrap();
     let seconds = began.elapsed().as_secs_f64();
     let chosen = candidate.spectrum(&elements, n_modes).unwrap().frequencies;
     let reference = reference.unwrap_or_else(|| refined(name, &elastic, &elements));
@@ -104,7 +104,7 @@ fn slender_bars_vibrate_as_bernoulli_says() {
     let (size, length) = (0.01, 2.0);
     let bar = body(solid::cuboid([size, size, length]), Model::Solid);
     let candidate = Candidate::new("bar", &bar, SizeRequest { elements: true, modes: false });
-    let (elements, _) = mesh::mesh(&candidate, 20).unwrap();
+    let (elements, _) = mesh::mesh(&candidate, 20, Vec::new()).unwrap();
     assert!(elements[0] <= 4 && elements[1] <= 4 && elements[2] <= 100, "few across: {elements:?}");
     let found = candidate.spectrum(&elements, 4).unwrap().frequencies;
     // Shear and rotary inertia lower the second pair by some (7.85 h / L)^2 / 12 (1 + E / (0.85 G)) / 2 = 3e-4, the first by a

@@ -88,12 +88,20 @@ impl ContactJacobian {
         let mut moved = 0.0_f64;
         for i in (0..self.normals_in_target.len()).filter(|i| is_chosen(*i)) {
             let (here, there) = (&self.places[i], &before.places[i]);
-            if here.face != there.face {
-                return f64::INFINITY;
-            }
             let element = &surface.elements[self.elements[i] as usize];
-            for a in 0..surface.n_parameters {
-                moved = moved.max((here.xi[a] - there.xi[a]).abs() / (element.upper[a] - element.lower[a]));
+            if here.face != there.face {
+                if !surface.is_joined() {
+                    return f64::INFINITY;
+                }
+                // Over the seam, which both are as far from as from an end of their faces.
+                let from =
+                    |place, element: u32| surface.distance_to_end(place, &surface.elements[element as usize]);
+                moved = moved.max(from(here, self.elements[i]) + from(there, before.elements[i]));
+            } else {
+                for a in 0..surface.n_parameters {
+                    moved =
+                        moved.max((here.xi[a] - there.xi[a]).abs() / (element.upper[a] - element.lower[a]));
+                }
             }
             for d in 0..=self.n_t {
                 let turned = self.direction_in_target(i, d).into_iter().zip(before.direction_in_target(i, d));

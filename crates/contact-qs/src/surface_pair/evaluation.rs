@@ -258,10 +258,13 @@ impl SurfacePair {
                     samples.update_once(displaced, &mut is_sampled);
                     found = displaced.on_all_faces((&point, facing.as_ref()), samples, functions);
                 }
-            } else if found.is_beyond && self.surface.faces.len() > 1 && self.surface.smoothing.is_none() {
-                // Another face may be nearer.
-                samples.update(displaced);
-                found = displaced.closest_from(&samples.nearest(&point), &point, functions);
+            } else if found.is_beyond && self.surface.is_joined() {
+                // Another face may be nearer, or go on from there.
+                samples.update_once(displaced, &mut is_sampled);
+                found = displaced.on_joined_faces(found, &point, samples, functions);
+            }
+            if !found.is_beyond && self.surface.is_joined() {
+                found = displaced.across_seams(found, samples, &mut is_sampled, functions);
             }
             let gap = found.distance(&point);
             if !gap.is_finite() || !found.normal[0].is_finite() {

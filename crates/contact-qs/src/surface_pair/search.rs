@@ -85,6 +85,10 @@ impl SurfacePair {
                     found = displaced.on_all_faces((&point, facing.as_ref()), samples, functions);
                 }
             }
+            if found.is_beyond && self.surface.is_joined() {
+                samples.update_once(displaced, &mut is_sampled);
+                found = displaced.on_joined_faces(found, &point, samples, functions);
+            }
             let gap = found.distance(&point);
             // min() would hide a NaN
             if gap.is_nan() {

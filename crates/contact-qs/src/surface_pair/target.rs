@@ -28,6 +28,10 @@ const DEPTH: f64 = 0.25;
 /// the axis if it is nearer to that.
 const BEYOND: f64 = 1e-12;
 
+/// Part of the target's size by which a point may lie beyond a seam before it goes over to the next face, so that it does not change between both
+/// from one pass of the solver to the next. Gaps err by this times the angle between the faces' normals.
+const SEAM: f64 = 1e-6;
+
 /// A face of a body, or a part of one, that may be touched.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TargetFace {
@@ -269,8 +273,13 @@ impl TargetSurface {
 
     /// How far beyond the end of a face points still lie over it: round-off, or what edges are displaced by \[m\].
     pub(super) fn overhang(&self) -> f64 {
-        let round_off = self.round_off();
+        let round_off = if self.is_joined() { SEAM * self.size } else { self.round_off() };
         self.edges.map_or(round_off, |edges| edges.overhang.max(round_off))
+    }
+
+    /// Whether the surface is a part of a body's, of several spline faces that go on in one another.
+    pub(super) fn is_joined(&self) -> bool {
+        self.faces.len() > 1 && !self.is_complete && self.smoothing.is_none()
     }
 
     /// Round-off of places on the surface \[m\].

@@ -9,6 +9,9 @@ use std::path::{Path, PathBuf};
 use super::format::is_table;
 use crate::compare::scenario_values::{self, Values};
 use crate::error::AppError;
+use crate::expression::fault::ExpressionFault;
+use crate::expression::named::{Cell, NamedExpression};
+use crate::expression::source::Source;
 use crate::results::reactions::PeakReaction;
 use crate::results::stored::Stored;
 use crate::results::summary;
@@ -42,13 +45,17 @@ pub struct Run {
     pub impacts: Vec<ImpactRow>,
     /// Largest reactions of the joints.
     pub reactions: Vec<PeakReaction>,
+    /// Extremes of points, final energies and values of expressions.
+    pub cells: Vec<Cell>,
+    /// Expressions that have no value in its result: the name of the column, and why.
+    pub valueless: Vec<(String, ExpressionFault)>,
 }
 
-/// Runs in files and directories, in the order of names within a directory.
+/// Runs in files and directories, in the order of names within a directory, with the values of the expressions `wanted`.
 ///
 /// # Errors
 /// [`AppError::Io`] if a directory cannot be read.
-pub fn find(places: &[PathBuf]) -> Result<Vec<Run>, AppError> {
+pub fn find(places: &[PathBuf], wanted: &[NamedExpression]) -> Result<Vec<Run>, AppError> {
     let mut stems = Vec::new();
     for place in places {
         if place.is_dir() {
@@ -57,7 +64,7 @@ pub fn find(places: &[PathBuf]) -> Result<Vec<Run>, AppError> {
             stems.push(stem(place));
         }
     }
-    Ok(stems.iter().map(|stem| read(stem)).collect())
+    Ok(stems.iter().map(|stem| read(stem, wanted)).collect())
 }
 
 /// `a/b.h5`, `a/b.h5.part`, `a/b.exit` and `a/b.set` are all of the run `a/b`; other files are no runs.
@@ -87,7 +94,7 @@ fn with_end(stem: &Path, end: &str) -> PathBuf {
     PathBuf::from(name)
 }
 
-fn read(stem: &Path) -> Run {
+fn read(stem: &Path, wanted: &[NamedExpression]) -> Run {
     let (result, part) = (with_end(stem, ".h5"), with_end(stem, ".h5.part"));
     let file = if !result.exists() && part.exists() { part } else { result };
     let exit = std::fs::read_to_string(with_end(stem, ".exit")).unwrap_or_default();
@@ -98,7 +105,7 @@ fn read(stem: &Path) -> Run {
         run.status = if is_failed { "failed" } else { "missing" }.to_owned();
         let log = std::fs::read_to_string(with_end(stem, ".log")).unwrap_or_default();
         run.message = complaint(&log).unwrap_or("no result file").to_owned();
-    } else if let Err(error) = fill(&mut run, &file) {
+    } else if let Err(error) = fill(&mut run, &file, wanted) {
         run.status = "unreadable".to_owned();
         run.message = error.to_string();
     }
@@ -120,7 +127,7 @@ fn set_values(text: &str) -> Values {
     pairs.map(|(key, value)| (key.trim().to_owned(), scenario_values::shown(value.trim()))).collect()
 }
 
-fn fill(run: &mut Run, file: &Path) -> Result<(), AppError> {
+fn fill(run: &mut Run, file: &Path, wanted: &[NamedExpression]) -> Result<(), AppError> {
     let stored = Stored::open(file)?;
     run.status = stored.attribute("status");
     run.message = stored.attribute("message");
@@ -128,6 +135,16 @@ fn fill(run: &mut Run, file: &Path) -> Result<(), AppError> {
     run.end_time = stored.time.last().copied();
     run.n_samples = Some(stored.time.len());
     run.impacts.clone_from(&stored.impacts);
+    let source = Source::new(&stored);
+    // What a small copy, or a run without an instant, does not have is empty.
+    let usual = usual_cells(&stored);
+    run.cells = usual.iter().filter_map(|cell| cell.cells(&source).ok()).flatten().collect();
+    for expression in wanted {
+        match expression.cells(&source) {
+            Ok(cells) => run.cells.extend(cells),
+            Err(fault) => run.valueless.push((expression.name.clone(), fault)),
+        }
+    }
     // What a small copy or a run that was killed does not have stays empty.
     if let Ok(summary) = summary::read(file) {
         run.energy_drift = summary.energy_drift;
@@ -138,4 +155,24 @@ fn fill(run: &mut Run, file: &Path) -> Result<(), AppError> {
         run.wall_time = (!phases.is_empty()).then(|| phases.iter().map(|p| p.wall_time).sum());
     }
     Ok(())
+}
+
+/// What every table has of points and energies: the largest displacement from the first instant, speed and stress; what energies there are at the end.
+fn usual_cells(stored: &Stored) -> Vec<NamedExpression> {
+    let members = |group: &str| -> BTreeSet<String> {
+        let inside = stored.entries.keys().filter_map(|path| path.strip_prefix(group)?.split('/').next());
+        inside.map(str::to_owned).collect()
+    };
+    let mut texts = Vec::new();
+    for point in members("points/") {
+        let at = format!("points.\"{point}\"");
+        let named = |name: &str, text: String| format!("points.{point}.{name}={text}");
+        texts.push(named("peak_displacement", format!("max(norm({at}.position - {at}.position[0]))")));
+        texts.push(named("peak_speed", format!("max(norm({at}.velocity))")));
+        texts.push(named("peak_von_mises", format!("max({at}.von_mises)")));
+    }
+    texts.extend(
+        members("energies/").iter().map(|name| format!("energies.{name}.final=energies.\"{name}\"[-1]")),
+    );
+    texts.iter().filter_map(|text| text.parse().ok()).collect()
 }

@@ -1,8 +1,10 @@
-//! The table of many runs: columns for the run, for scenario values that differ among the runs, for joints, for impacts.
+//! The table of many runs: columns for the run, for scenario values that differ among the runs, for joints, for points, energies and expressions, for
+//! impacts.
 
 use std::collections::BTreeSet;
 
 use super::runs::Run;
+use crate::expression::named::Cell;
 use crate::results::reactions::PeakReaction;
 use crate::results::tables::ImpactRow;
 
@@ -21,7 +23,7 @@ pub struct Column {
     /// Name.
     pub name: String,
     /// Unit; empty for texts and for scenario values, whose unit is that of the key.
-    pub unit: &'static str,
+    pub unit: String,
     /// Cells.
     pub values: Values,
 }
@@ -85,6 +87,7 @@ pub fn gather(runs: &[Run], is_long: bool) -> Table {
             }));
         }
     }
+    columns.extend(cell_columns(&rows));
     if is_long {
         columns.push(texts("contact", &rows, |(_, impact)| {
             impact.map_or_else(String::new, |(_, i)| i.contact.as_str().to_owned())
@@ -102,6 +105,22 @@ pub fn gather(runs: &[Run], is_long: bool) -> Table {
         }
     }
     Table { columns, n_rows: rows.len() }
+}
+
+/// Columns of the cells that runs have, in the order in which they first occur.
+fn cell_columns(rows: &[Row<'_>]) -> Vec<Column> {
+    let mut seen: Vec<&Cell> = Vec::new();
+    for cell in rows.iter().flat_map(|(run, _)| &run.cells) {
+        if seen.iter().all(|known| known.name != cell.name) {
+            seen.push(cell);
+        }
+    }
+    let column = |cell: &Cell| {
+        numbers(&cell.name, &cell.unit, rows, |(run, _)| {
+            run.cells.iter().find(|own| own.name == cell.name).map(|own| own.number)
+        })
+    };
+    seen.into_iter().map(column).collect()
 }
 
 /// Impacts of a run with their numbers within their contact, from 1, or one row without.
@@ -165,16 +184,15 @@ fn value<'a>(row: &Row<'a>, key: &str) -> Option<&'a str> {
 }
 
 fn texts<'a>(name: &str, rows: &[Row<'a>], of: impl Fn(&Row<'a>) -> String) -> Column {
-    Column { name: name.to_owned(), unit: "", values: Values::Texts(rows.iter().map(of).collect()) }
+    Column {
+        name: name.to_owned(),
+        unit: String::new(),
+        values: Values::Texts(rows.iter().map(of).collect()),
+    }
 }
 
-fn numbers<'a>(
-    name: &str,
-    unit: &'static str,
-    rows: &[Row<'a>],
-    of: impl Fn(&Row<'a>) -> Option<f64>,
-) -> Column {
+fn numbers<'a>(name: &str, unit: &str, rows: &[Row<'a>], of: impl Fn(&Row<'a>) -> Option<f64>) -> Column {
     // What has no meaning is no number.
     let values = rows.iter().map(|row| of(row).filter(|x| !x.is_nan())).collect();
-    Column { name: name.to_owned(), unit, values: Values::Numbers(values) }
+    Column { name: name.to_owned(), unit: unit.to_owned(), values: Values::Numbers(values) }
 }

@@ -28,6 +28,7 @@ fn cell(column: &Column, row: usize) -> String {
 
 /// As short as possible without loss; counts without a point.
 fn number(x: f64) -> String {
+    let x = x + 0.0; // no sign of zero
     // 2^53: from here on not every whole number is one.
     if x.fract() == 0.0 && x.abs() < 9e15 { format!("{x}") } else { format!("{x:?}") }
 }
@@ -67,7 +68,7 @@ pub fn hdf5(table: &Table, path: &Path) -> hdf5::Result<()> {
                 dataset
             }
         };
-        let unit = unicode(column.unit)?;
+        let unit = unicode(&column.unit)?;
         dataset.new_attr::<VarLenUnicode>().create("unit")?.write_scalar(&unit)?;
     }
     drop(group);
@@ -84,7 +85,7 @@ mod tests {
 
     #[test]
     fn cells_with_commas_quotes_and_line_ends_are_quoted() {
-        let column = |name: &str, values| Column { name: name.into(), unit: "", values };
+        let column = |name: &str, values| Column { name: name.into(), unit: String::new(), values };
         let table = Table {
             n_rows: 3,
             columns: vec![

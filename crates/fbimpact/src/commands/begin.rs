@@ -1,5 +1,6 @@
 //! A run from its start.
 
+use adaptive::model::check_contacts;
 use indicatif::ProgressBar;
 
 use super::recording::record;
@@ -25,6 +26,12 @@ pub(super) fn begin(
     stop: &Stop,
     bar: ProgressBar,
 ) -> Result<(), AppError> {
+    // What a run refuses whatever its meshes are comes before they are chosen, which may take minutes.
+    if let Err(error) = check_contacts(&scenario.run) {
+        output.discard();
+        bar.finish_and_clear();
+        return Err(error.into());
+    }
     // A run that is killed while sizes are chosen can be taken up, too. The restart file of an earlier run stays until this one begins.
     let is_restart_own = !output.restart().exists();
     if is_restart_own {

@@ -4,10 +4,12 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use adaptive::spec::{ContactSpec, Target};
+use indicatif::ProgressBar;
 
 use super::cost::{self, CostReport};
 use super::{print, threads};
 use crate::error::AppError;
+use crate::progress::while_building;
 use crate::scenario::{self, Override, Scenario};
 
 /// What to tell of scenarios without faults.
@@ -30,7 +32,7 @@ pub fn check(
     scenarios: &[PathBuf],
     overrides: &[Override],
     format: CostFormat,
-    n_threads: usize,
+    (n_threads, bar): (usize, &ProgressBar),
 ) -> Result<(), AppError> {
     // Body files are checked with linear algebra.
     let n_threads = threads(n_threads)?;
@@ -59,7 +61,7 @@ pub fn check(
                 if format == CostFormat::None {
                     continue;
                 }
-                match cost::cost(&scenario, n_threads) {
+                match while_building(bar, || cost::cost(&scenario, n_threads)) {
                     Ok(report) if format == CostFormat::Table => print(&cost::table(&report))?,
                     Ok(report) => drop(reports.insert(path.display().to_string(), report)),
                     Err(error) => later(&mut last, error),

@@ -3,26 +3,35 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::collect::{csv, find, gather, hdf5};
+use crate::collect::{Run, Table, csv, find, gather, hdf5};
 use crate::error::{AppError, CommandFault};
+use crate::expression::named::NamedExpression;
 use crate::{error_text, whole_file};
 
 /// Gathers runs into a table; runs without a readable result are rows with their status.
 ///
 /// # Errors
-/// [`AppError::Command`] if the output has another ending than `.csv` and `.h5`, [`AppError::Io`] if a directory cannot be
+/// [`AppError::Command`] if the output has another ending than `.csv` and `.h5`, or an expression has no value in any result, [`AppError::Io`] if a directory cannot be
 /// read, the table cannot be written or there is no run at all.
-pub fn collect(places: &[PathBuf], output: &Path, is_long: bool) -> Result<(), AppError> {
+pub fn collect(
+    places: &[PathBuf],
+    output: &Path,
+    columns: &[NamedExpression],
+    is_long: bool,
+) -> Result<(), AppError> {
     let is_csv = match output.extension().and_then(|e| e.to_str()) {
         Some("csv") => true,
         Some("h5" | "hdf5") => false,
         _ => return Err(CommandFault::TableEnding { output: output.to_owned() }.into()),
     };
-    let runs = find(places)?;
+    check_names(columns)?;
+    let runs = find(places, columns)?;
     if runs.is_empty() {
         return Err(AppError::io(&places[0], "holds no results (.h5) and no traces of runs (.exit, .set)"));
     }
+    check_values(&runs, columns)?;
     let table = gather(&runs, is_long);
+    check_columns(&table)?;
     // Written aside first: a table is never half there.
     let written = if is_csv {
         whole_file::write(output, csv(&table).as_bytes()).map_err(|e| error_text::of_io(&e))
@@ -35,5 +44,46 @@ pub fn collect(places: &[PathBuf], output: &Path, is_long: bool) -> Result<(), A
     written.map_err(|reason| AppError::io(output, format!("cannot be written: {reason}")))?;
     let complete = runs.iter().filter(|r| r.status == "complete").count();
     tracing::info!("{}: {} runs, {complete} complete", output.display(), runs.len());
+    Ok(())
+}
+
+/// Refuses two expressions of one name.
+fn check_names(columns: &[NamedExpression]) -> Result<(), AppError> {
+    let is_there_before =
+        |(i, column): (usize, &NamedExpression)| columns[..i].iter().any(|c| c.name == column.name);
+    match columns.iter().enumerate().find(|column| is_there_before(*column)) {
+        Some((_, twice)) => Err(CommandFault::ColumnTwice { name: twice.name.clone() }.into()),
+        None => Ok(()),
+    }
+}
+
+/// Refuses a column whose name is that of another one.
+fn check_columns(table: &Table) -> Result<(), AppError> {
+    let mut names: Vec<&str> = table.columns.iter().map(|c| c.name.as_str()).collect();
+    names.sort_unstable();
+    match names.windows(2).find(|pair| pair[0] == pair[1]) {
+        Some(pair) => Err(CommandFault::ColumnTwice { name: pair[0].to_owned() }.into()),
+        None => Ok(()),
+    }
+}
+
+/// Refuses an expression that has a value in none of the results that there are, and notes those that lack it in some.
+fn check_values(runs: &[Run], columns: &[NamedExpression]) -> Result<(), AppError> {
+    let readable = runs.iter().filter(|run| run.n_samples.is_some()).count();
+    for column in columns {
+        let without =
+            |run: &'_ Run| run.valueless.iter().find(|(name, _)| *name == column.name).map(|v| v.1.clone());
+        let faults: Vec<_> = runs.iter().filter_map(|run| Some((run, without(run)?))).collect();
+        let Some((run, fault)) = faults.first() else { continue };
+        if faults.len() == readable {
+            return Err(CommandFault::Expression { option: "--column", fault: fault.clone() }.into());
+        }
+        tracing::warn!(
+            "column {} is empty in {} of {readable} results, in {} because: {fault}",
+            column.name,
+            faults.len(),
+            run.name
+        );
+    }
     Ok(())
 }

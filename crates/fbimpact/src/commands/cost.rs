@@ -4,7 +4,8 @@ use std::fmt::Write as _;
 use std::time::Instant;
 
 use adaptive::model::{ModelCost, costs};
-use adaptive::spec::{BodyKind, BodySpec, FREE_INTERVAL, RunSpec};
+use adaptive::record::GaugeRequest;
+use adaptive::spec::{BodyKind, BodySpec, FREE_INTERVAL, PointSpec, RunSpec};
 use adaptive::store::ModelCache;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
@@ -27,6 +28,8 @@ const OF_BODY: usize = 16;
 const OF_CONTACT: usize = 14;
 const OF_JOINT: usize = 10;
 const OF_POINT: usize = 6;
+const OF_STRESS: usize = 7;
+const OF_STRAIN: usize = 6;
 /// Elastic coordinates of a body whose scenario does not say how many: a few modes and the static answers of two joints.
 const USUAL_COORDINATES: usize = 32;
 
@@ -122,7 +125,12 @@ fn state_bytes(spec: &RunSpec) -> usize {
     };
     let bodies: usize = spec.bodies.iter().map(|body| OF_BODY + elastic(body)).sum();
     let joints = spec.joints.len() + spec.loops.len();
-    let others = OF_CONTACT * spec.contacts.len() + OF_JOINT * joints + OF_POINT * spec.points.len();
+    let of_point = |point: &PointSpec| {
+        let GaugeRequest { strain, stress } = point.gauge;
+        OF_POINT + if stress { OF_STRESS } else { 0 } + if strain { OF_STRAIN } else { 0 }
+    };
+    let points: usize = spec.points.iter().map(of_point).sum();
+    let others = OF_CONTACT * spec.contacts.len() + OF_JOINT * joints + points;
     size_of::<f64>() * (OF_STATE + bodies + others)
 }
 

@@ -1,7 +1,5 @@
 //! `fbimpact export-body`: a body of a scenario as a body file.
 
-use std::path::Path;
-
 use adaptive::AdaptiveError;
 use adaptive::elastic_body::{ElasticBody, Interface};
 use adaptive::marker_loads::MarkerLoads;
@@ -9,48 +7,43 @@ use adaptive::spec::{Area, BodyKind, BodySpec, ElasticSpec, FrameSpec, Place};
 use adaptive::store::ModelCache;
 use ffr_dynamics::interchange::{BodyFrame, FullBody, ReducedModel, ReducedParts};
 use ffr_dynamics::kinematics::MarkerWeights;
+use indicatif::ProgressBar;
 use nalgebra::UnitQuaternion;
 
-use super::{body_index, check_distinct, print, threads};
+use super::{BodyExport, body_index, check_distinct, print, threads};
 use crate::body_file;
 use crate::error::{AppError, CommandFault};
+use crate::progress::while_building;
 use crate::scenario::{self, Override};
 use crate::sizing::sized;
 
-/// Which body goes where.
-#[derive(Debug, Clone, Copy)]
-pub struct Export<'a> {
-    /// Scenario file.
-    pub scenario: &'a Path,
-    /// Name of the body.
-    pub body: &'a str,
-    /// Body file.
-    pub output: &'a Path,
-    /// Whether the unreduced matrices are written instead of the reduced body.
-    pub is_full: bool,
-}
-
 /// Writes the body with its faces and its markers that have an extent as markers, reduced to its free modes and the static answers to
-/// its joints and loads in a Buckens frame, or unreduced, and with the named points of its shape for output.
+/// its joints and loads in a Buckens frame, or with unreduced matrices (`is_full`), and with the named points of its shape for output.
 ///
 /// # Errors
 /// [`AppError::UnknownBody`], [`AppError::Command`] for a rigid body, [`AppError::Model`] if it cannot be built, [`AppError::Io`] for the file, also if
 /// it is one that the scenario reads.
-pub fn export_body(export: &Export<'_>, overrides: &[Override], n_threads: usize) -> Result<(), AppError> {
+pub fn export_body(
+    export: &BodyExport<'_>,
+    is_full: bool,
+    overrides: &[Override],
+    (n_threads, bar): (usize, &ProgressBar),
+) -> Result<(), AppError> {
     let n_threads = threads(n_threads)?;
     let scenario = scenario::read(export.scenario, overrides)?;
     check_distinct(&scenario, export.output)?;
     let areas = scenario.areas(export.body);
-    let scenario = sized(&scenario, n_threads, &ModelCache::default())?;
-    let run = &scenario.run;
-    let mut bodies = run.bodies.clone();
-    let index = body_index(export.body, bodies.iter().map(|b| &b.name))?;
-    let text = write(export, bodies.swap_remove(index), MarkerLoads::on_body(run, index), &areas)?;
-    print(&text)
+    let index = body_index(export.body, scenario.run.bodies.iter().map(|b| &b.name))?;
+    let text = while_building(bar, || {
+        let scenario = sized(&scenario, n_threads, &ModelCache::default())?;
+        let body = scenario.run.bodies[index].clone();
+        write((export, is_full), body, MarkerLoads::on_body(&scenario.run, index), &areas)
+    });
+    print(&text?)
 }
 
 fn write(
-    export: &Export<'_>,
+    (export, is_full): (&BodyExport<'_>, bool),
     spec: BodySpec,
     loads: Vec<MarkerLoads>,
     areas: &[(String, Area)],
@@ -68,7 +61,7 @@ fn write(
     let markers = markers(&body, areas)?;
     let (name, path) = (export.body, export.output.display());
     let unfit = |source| AppError::model(AdaptiveError::Reduction { body: name.to_owned(), source });
-    if export.is_full {
+    if is_full {
         let n = body.n_unknowns();
         let points = body.spec.shape.markers.iter().map(|(name, place)| {
             Ok((name.clone(), body.discretised().point_weights(place).map_err(AppError::model)?))

@@ -1,36 +1,23 @@
 //! `fbimpact export-body --nurbs`: the exact shape of a body as splines for another program.
 
-use std::path::Path;
-
 use iga_core::files::{write_gismo, write_mfem};
 
-use super::{body_index, check_distinct, print};
+use super::{BodyExport, body_index, check_distinct, print};
 use crate::cli::SplineFormat;
 use crate::error::{AppError, CommandFault};
 use crate::scenario::{self, Override};
 use crate::{error_text, whole_file};
 
-/// Which shape goes where.
-#[derive(Debug, Clone, Copy)]
-pub struct Export<'a> {
-    /// Scenario file.
-    pub scenario: &'a Path,
-    /// Name of the body.
-    pub body: &'a str,
-    /// File of splines.
-    pub output: &'a Path,
-    /// Its format.
-    pub format: SplineFormat,
-    /// Length of its unit \[m\].
-    pub unit: f64,
-}
-
-/// Writes the patches of the body's shape, in the components of its model.
+/// Writes the patches of the body's shape in `format`, in the components of its model, lengths in units of `unit` \[m\].
 ///
 /// # Errors
 /// [`AppError::UnknownBody`], [`AppError::Command`] for a body without a shape, [`AppError::Io`] for the file, also if it is one that the
 /// scenario reads.
-pub fn export_splines(export: &Export<'_>, overrides: &[Override]) -> Result<(), AppError> {
+pub fn export_splines(
+    export: &BodyExport<'_>,
+    (format, unit): (SplineFormat, f64),
+    overrides: &[Override],
+) -> Result<(), AppError> {
     let scenario = scenario::read(export.scenario, overrides)?;
     check_distinct(&scenario, export.output)?;
     let index = body_index(export.body, scenario.bodies.iter().map(|b| &b.name))?;
@@ -39,9 +26,9 @@ pub fn export_splines(export: &Export<'_>, overrides: &[Override]) -> Result<(),
             (export.body.to_owned(), "a plane, from a file of another kind, or without a shape");
         return Err(CommandFault::NoFullModel { name, what }.into());
     };
-    let text = match export.format {
-        SplineFormat::Gismo => write_gismo(&shape.patches, export.unit),
-        SplineFormat::Mfem => write_mfem(&shape.patches, export.unit),
+    let text = match format {
+        SplineFormat::Gismo => write_gismo(&shape.patches, unit),
+        SplineFormat::Mfem => write_mfem(&shape.patches, unit),
     };
     let written = whole_file::write(export.output, text.as_bytes());
     written.map_err(|e| AppError::io(export.output, error_text::of_io(&e)))?;

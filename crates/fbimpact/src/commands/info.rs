@@ -117,6 +117,9 @@ fn reactions() -> [Shown<PeakReaction>; 5] {
     ]
 }
 
+/// What is shown where there is nothing.
+const NOTHING: &str = "-";
+
 fn trials() -> [Shown<TrialRow>; 12] {
     let heading = heading::<TrialRow>;
     [
@@ -124,10 +127,14 @@ fn trials() -> [Shown<TrialRow>; 12] {
         Shown::number("trial", 6, |_, t| t.number.to_string()),
         Shown::number(heading("stop", "stop"), 12, |_, t| format!("{:.5e}", t.stop)),
         Shown::number(heading("interval_widths", "width"), 19, |_, t| {
-            by_direction(t, &t.interval_widths, |w| format!("{w:.2e}"))
+            by_direction(t, &t.interval_widths, |w| if w > 0.0 { format!("{w:.2e}") } else { NOTHING.into() })
         }),
         Shown::number("used [%]", 9, |_, t| by_direction(t, &t.utilisation, |u| format!("{:.0}", 100.0 * u))),
-        Shown::number("penalty", 10, |_, t| format!("{:.3e}", t.penalty_end)),
+        Shown::number("penalty", 10, |_, t| match t.penalty_end.is_nan() {
+            // A trial that ended before there was a model.
+            true => NOTHING.into(),
+            false => format!("{:.3e}", t.penalty_end),
+        }),
         Shown::number("dofs", 9, |_, t| t.dofs.to_string()),
         Shown::number("steps", 7, |_, t| t.steps.to_string()),
         Shown::number(heading("peak_force", "peak"), 11, |_, t| format!("{:.5}", t.peak_force)),

@@ -13,9 +13,11 @@ pub mod export_splines;
 pub mod import_body;
 pub mod info;
 pub mod mesh_size;
+pub mod metric;
 pub mod modes;
 pub mod new;
 pub mod plot;
+pub mod probe;
 pub mod recording;
 mod resume;
 pub mod run;
@@ -65,6 +67,17 @@ pub fn check_distinct(scenario: &Scenario, output: &Path) -> Result<(), AppError
         }
     }
     Ok(())
+}
+
+/// Which body goes where.
+#[derive(Debug, Clone, Copy)]
+pub struct BodyExport<'a> {
+    /// Scenario file.
+    pub scenario: &'a Path,
+    /// Name of the body.
+    pub body: &'a str,
+    /// File to be written.
+    pub output: &'a Path,
 }
 
 /// Number of the body that `--body` names, among those of a scenario.

@@ -3,8 +3,11 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use indicatif::ProgressBar;
+
 use super::{body_index, print, threads};
 use crate::error::AppError;
+use crate::progress::while_building;
 use crate::scenario::{self, Override};
 use crate::simulate::{self, Coordinates, ModesReport, StaticAnswers};
 
@@ -17,12 +20,12 @@ pub fn modes(
     overrides: &[Override],
     body: Option<&str>,
     json: bool,
-    n_threads: usize,
+    (n_threads, bar): (usize, &ProgressBar),
 ) -> Result<(), AppError> {
     let n_threads = threads(n_threads)?;
     let scenario = scenario::read(path, overrides)?;
     let index = body.map(|name| body_index(name, scenario.bodies.iter().map(|b| &b.name))).transpose()?;
-    let report = simulate::modes(&scenario, index, n_threads)?;
+    let report = while_building(bar, || simulate::modes(&scenario, index, n_threads))?;
     let text =
         if json { serde_json::to_string_pretty(&report).map(|t| t + "\n") } else { Ok(table(&report)) };
     print(&text?)

@@ -34,7 +34,7 @@ pub fn plot(arguments: &PlotArguments) -> Result<(), AppError> {
         [one] => stem(one),
         _ => "comparison".to_owned(),
     };
-    let kinds = if arguments.figure.is_empty() { Kind::ALL.to_vec() } else { arguments.figure.clone() };
+    let kinds = if arguments.figure.is_empty() { Kind::USUAL.to_vec() } else { arguments.figure.clone() };
     let mut written = String::new();
     for kind in kinds {
         match kind.figures(&files) {

@@ -5,9 +5,11 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use ffr_dynamics::system::{SystemMode, SystemModes};
+use indicatif::ProgressBar;
 
 use super::{print, threads};
 use crate::error::AppError;
+use crate::progress::while_building;
 use crate::scenario::{self, Override};
 use crate::simulate;
 
@@ -68,11 +70,11 @@ pub fn system_modes(
     overrides: &[Override],
     is_static: bool,
     json: bool,
-    n_threads: usize,
+    (n_threads, bar): (usize, &ProgressBar),
 ) -> Result<(), AppError> {
     let n_threads = threads(n_threads)?;
     let scenario = scenario::read(path, overrides)?;
-    let (names, modes) = simulate::system_modes(&scenario, is_static, n_threads)?;
+    let (names, modes) = while_building(bar, || simulate::system_modes(&scenario, is_static, n_threads))?;
     let report = Report::new(&names, &modes);
     let text =
         if json { serde_json::to_string_pretty(&report).map(|t| t + "\n") } else { Ok(report.table()) };

@@ -55,7 +55,7 @@ impl Outcome {
     /// # Errors
     /// [`AppError::Io`] if a complete result cannot be read.
     pub fn read(result: &Path) -> Result<Self, AppError> {
-        let mut runs = collect::find(&[result.to_owned()])?;
+        let mut runs = collect::find(&[result.to_owned()], &[])?;
         let run = runs.pop().unwrap_or_default();
         let mut outcome = Self {
             is_complete: run.status == "complete",

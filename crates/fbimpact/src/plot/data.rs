@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use adaptive::interval::least_utilisation;
+use hdf5::types::VarLenUnicode;
 use hdf5::{File, Group, Result};
 
 use crate::error::AppError;
@@ -12,6 +13,9 @@ use crate::{error_text, hdf5_integrity};
 
 /// A motion in space: x, y, z over time.
 pub type Components = [Vec<f64>; 3];
+
+/// Histories by their names.
+pub type Named = Vec<(String, Vec<f64>)>;
 
 /// Series and tables of a result file.
 #[derive(Debug, Clone, Default)]
@@ -28,6 +32,8 @@ pub struct ResultData {
     pub forces: Vec<(String, Vec<f64>)>,
     /// Position \[m\] and velocity [m/s] of the chosen points.
     pub points: Vec<(String, Components, Components)>,
+    /// Stress of those points where it is stored, by its components \[Pa\].
+    pub stresses: Vec<(String, Named)>,
     /// Force \[N\] and moment \[N m\] of every joint on its child.
     pub reactions: Vec<(String, Components, Components)>,
     /// Phases.
@@ -83,6 +89,9 @@ fn contents(file: &File) -> Result<ResultData> {
     for (name, group) in members(file, "points")? {
         let position = components(&group, &format!("{name}/position"))?;
         let velocity = components(&group, &format!("{name}/velocity"))?;
+        if let Some(stress) = stress(&group, &name)? {
+            data.stresses.push((name.clone(), stress));
+        }
         data.points.push((name, position, velocity));
     }
     for (name, group) in members(file, "joints")? {
@@ -97,7 +106,8 @@ fn contents(file: &File) -> Result<ResultData> {
     let lengths = data.energies.iter().chain(&data.forces).map(|(_, v)| v.len());
     let vectors = data.points.iter().chain(&data.reactions);
     let lengths = lengths.chain(vectors.flat_map(|(_, p, v)| [p[0].len(), v[0].len()]));
-    let n = lengths.fold(data.time.len(), usize::min);
+    let stresses = data.stresses.iter().flat_map(|(_, components)| components.iter().map(|(_, v)| v.len()));
+    let n = lengths.chain(stresses).fold(data.time.len(), usize::min);
     data.time.truncate(n);
     Ok(data)
 }
@@ -106,6 +116,21 @@ fn contents(file: &File) -> Result<ResultData> {
 fn members(file: &File, name: &str) -> Result<Vec<(String, Group)>> {
     let Ok(group) = file.group(name) else { return Ok(Vec::new()) };
     Ok(group.member_names()?.into_iter().map(|member| (member, group.clone())).collect())
+}
+
+/// Components of the stress at point `name` by their names, if it is stored; those that the model does not have are left out.
+fn stress(group: &Group, name: &str) -> Result<Option<Named>> {
+    let point = group.group(name)?;
+    if !point.link_exists("stress") {
+        return Ok(None);
+    }
+    let labels: Vec<VarLenUnicode> = hdf5_integrity::rows(&point.dataset("component")?)?;
+    let labels: Vec<String> = labels.iter().map(|label| label.as_str().to_owned()).collect();
+    let rows: Vec<f64> = hdf5_integrity::rows(&point.dataset("stress")?)?;
+    let n = labels.len().max(1);
+    let component = |c: usize| rows.iter().skip(c).step_by(n).copied().collect();
+    let all = labels.into_iter().enumerate().map(|(c, label)| (label, component(c)));
+    Ok(Some(all.filter(|(label, _)| label != "-").collect()))
 }
 
 fn components(group: &Group, name: &str) -> Result<Components> {

@@ -6,6 +6,7 @@
 pub mod data;
 pub mod units;
 pub mod ticks;
+pub mod spectrum;
 pub mod thin;
 pub mod figure;
 pub mod figures;

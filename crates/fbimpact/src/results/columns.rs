@@ -21,6 +21,8 @@ pub enum Axis {
     Mode,
     /// One value a coordinate of a joint.
     Coordinate,
+    /// Six components of a tensor.
+    Tensor,
 }
 
 /// Declaration of a series; `extract` appends the values of entry `index` of the sample.
@@ -232,6 +234,29 @@ pub const POINT: [Declaration<f64>; 2] = [
     ),
 ];
 
+/// `/points/<name>`: stress.
+pub const POINT_STRESS: [Declaration<f64>; 2] = [
+    Declaration {
+        name: "stress",
+        unit: "Pa",
+        axis: Axis::Tensor,
+        description: "Stress at the point, in the axes of the body's frame, with that of the local deformation (theory M.51, M.52).",
+        extract: |s, i, out| out.extend(s.points[i].state.stress),
+    },
+    scalar("von_mises", "Pa", "Von Mises stress at the point.", |s, i, out| {
+        out.push(s.points[i].state.von_mises());
+    }),
+];
+
+/// `/points/<name>`: strain.
+pub const POINT_STRAIN: [Declaration<f64>; 1] = [Declaration {
+    name: "strain",
+    unit: "–",
+    axis: Axis::Tensor,
+    description: "Strain at the point, in the axes of the body's frame; shear strains are angles, twice the tensor's components.",
+    extract: |s, i, out| out.extend(s.points[i].state.strain),
+}];
+
 /// A stage of a run whose wall time is stored.
 pub struct Stage {
     /// Name in `/timings`.
@@ -296,8 +321,8 @@ impl<T: H5Type + Copy> Column<T> {
         Ok(Self { series, index, extract: d.extract })
     }
 
-    /// Creates the dataset and attaches its scales; `own` is the scale of elastic coordinates (the body's eigenfrequencies)
-    /// or of joint coordinates (their names), if there are any.
+    /// Creates the dataset and attaches its scales; `own` is the scale of elastic coordinates (the body's eigenfrequencies),
+    /// of joint coordinates or of tensors (the names of their components), if there are any.
     pub fn create(
         group: &Group,
         d: &Declaration<T>,
@@ -312,6 +337,7 @@ impl<T: H5Type + Copy> Column<T> {
             Axis::Quaternion => Some((axes.quaternion, "wxyz")),
             Axis::Mode => own.map(|scale| (scale, "eigenfrequencies")),
             Axis::Coordinate => own.map(|scale| (scale, "coordinate")),
+            Axis::Tensor => own.map(|scale| (scale, "component")),
         };
         let column = Self::bare(group, d, second.map(|(scale, _)| scale.size()), index, compression)?;
         scales::attach(column.series.dataset(), 0, axes.time, "time")?;

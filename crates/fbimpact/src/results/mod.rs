@@ -19,7 +19,7 @@ mod series;
 pub mod pressure;
 pub mod tables;
 pub mod columns;
-mod stress;
+pub mod stress;
 mod file;
 mod disk_space;
 pub mod journal;

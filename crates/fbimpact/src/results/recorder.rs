@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 
 use adaptive::error::ObserverError;
 use adaptive::record::{
-    ImpactRecord, JointLayout, NameAndUnit, PhaseRecord, RunLayout, Sample, StressRecord, Timings,
-    TransferRecord, TrialRecord,
+    ImpactRecord, JointLayout, NameAndUnit, PhaseRecord, PointLayout, RunLayout, Sample, StressRecord,
+    Timings, TransferRecord, TrialRecord,
 };
 use adaptive::spec::BodySpec;
 use adaptive::warning::Warning;
@@ -23,7 +23,7 @@ use super::disk_space::{BYTES_OF_DATASET, DiskSpace};
 use super::journal::{Entry, Journal, Restart, Row};
 use super::pressure::Pressures;
 use super::series::{ROWS, Table, component_scale, describe, text_attribute, unicode, write_text};
-use super::stress::write_stress;
+use super::stress::{tensor_scale, write_stress};
 use super::tables::{self, ImpactRow, PhaseRow, TransferRow, TrialRow};
 use super::{FORMAT, FORMAT_VERSION, scales};
 use crate::error_text;
@@ -34,6 +34,9 @@ mod restart;
 
 /// Wall time between flushes, so that a killed process loses little.
 const FLUSH_INTERVAL: Duration = Duration::from_secs(5);
+
+/// Datasets of a body, contact, point or joint at most, with their scales.
+const DATASETS_A_GROUP: u64 = 14;
 
 /// What `/warnings` holds.
 pub const WARNINGS: &str =
@@ -326,7 +329,10 @@ impl Open {
         text_attribute(&file, "message", "")?;
         let text = write_text(&file, "scenario", &scenario.source.resolved)?;
         text_attribute(&text, "sha256", &scenario.source.sha256)?;
-        text_attribute(&text, "file", &scenario.source.path.display().to_string())?;
+        // Body files are found beside it from any folder.
+        let path = std::path::absolute(&scenario.source.path);
+        let path = path.as_ref().unwrap_or(&scenario.source.path);
+        text_attribute(&text, "file", &path.display().to_string())?;
         text_attribute(
             &text,
             "description",
@@ -363,7 +369,7 @@ impl Open {
         let file = self.file.clone();
         self.contact_names.clone_from(&layout.contacts);
         let groups = layout.bodies.len() + layout.contacts.len() + layout.points.len() + layout.joints.len();
-        self.disk_space.reserve(file.size(), (16 + 14 * groups as u64) * BYTES_OF_DATASET)?;
+        self.disk_space.reserve(file.size(), (16 + DATASETS_A_GROUP * groups as u64) * BYTES_OF_DATASET)?;
         let time = Column::bare(&file, &columns::TIME, None, 0, compression)?;
         let time_scale = time.series.dataset().clone();
         scales::make_scale(&time_scale, "time")?;
@@ -396,8 +402,8 @@ impl Open {
             self.pressures.push(Pressures::create(&pressures.create_group(name)?, &space, compression)?);
         }
         let points = file.create_group("points")?;
-        for (i, name) in layout.points.iter().enumerate() {
-            self.group(&points.create_group(name)?, &columns::POINT, i, &axes, compression)?;
+        for (i, point) in layout.points.iter().enumerate() {
+            self.point(&points.create_group(&point.name)?, point, i, &axes, compression)?;
         }
         let joints = file.create_group("joints")?;
         for (i, joint) in layout.joints.iter().enumerate() {
@@ -406,6 +412,28 @@ impl Open {
         self.room = self.columns.iter().map(|c| c.series.bytes_needed()).sum::<u64>()
             + self.counts.iter().map(|c| c.series.bytes_needed()).sum::<u64>();
         self.flush()
+    }
+
+    /// Datasets of an observed point: its motion, and stress and strain if they are wanted.
+    fn point(
+        &mut self,
+        group: &Group,
+        point: &PointLayout,
+        index: usize,
+        axes: &Axes<'_>,
+        compression: Compression,
+    ) -> Result<()> {
+        self.group(group, &columns::POINT, index, axes, compression)?;
+        if !point.gauge.is_any() {
+            return Ok(());
+        }
+        let scale = tensor_scale(group, point.is_axisymmetric)?;
+        let stress = columns::POINT_STRESS.iter().filter(|_| point.gauge.stress);
+        let strain = columns::POINT_STRAIN.iter().filter(|_| point.gauge.strain);
+        for d in stress.chain(strain) {
+            self.columns.push(Column::create(group, d, index, axes, Some(&scale), compression)?);
+        }
+        Ok(())
     }
 
     /// Datasets of a joint: its coordinates, if it has any, and its reaction.

@@ -25,7 +25,7 @@ const ATTRIBUTES: [(&str, &str); 12] = [
 ];
 
 /// Fixed datasets besides series and tables: path, shape, unit, meaning.
-const FIXED: [(&str, &str, &str, &str); 13] = [
+const FIXED: [(&str, &str, &str, &str); 14] = [
     (
         "/scenario",
         "text",
@@ -48,6 +48,7 @@ const FIXED: [(&str, &str, &str, &str); 13] = [
     ),
     ("/joints/NAME/coordinates_names", "n_c", "", "Names of the coordinates."),
     ("/joints/NAME/velocities_names", "n_v", "", "Names of the velocities."),
+    ("/points/NAME/component", "6", "", "Names of the components of stress and strain."),
     ("/stress/NAME/distance", "m", "m", "Distance from the first point of the line."),
     ("/stress/NAME/points", "m × 3", "m", "Undeformed points, in the body's frame; named by `coordinate`."),
     (
@@ -84,6 +85,8 @@ pub fn markdown() -> String {
     series("/contacts/NAME", &columns::CONTACT, &mut out);
     series("/contacts/NAME", &columns::CONTACT_COUNTS, &mut out);
     series("/points/NAME", &columns::POINT, &mut out);
+    series("/points/NAME", &columns::POINT_STRESS, &mut out);
+    series("/points/NAME", &columns::POINT_STRAIN, &mut out);
     out += "\n### Fixed values\n\n| path | shape | unit | holds |\n|---|---|---|---|\n";
     for (path, shape, unit, text) in FIXED {
         let _ = writeln!(out, "| `{path}` | {shape} | {unit} | {text} |");
@@ -131,6 +134,7 @@ fn series<T>(group: &str, declarations: &[Declaration<T>], out: &mut String) {
             Axis::Mode => ("n × n_q", " Flexible bodies only."),
             Axis::Coordinate if d.name == "coordinates" => ("n × n_c", ""),
             Axis::Coordinate => ("n × n_v", ""),
+            Axis::Tensor => ("n × 6", " Where the scenario asks for it; named by `component`."),
         };
         let unit = if d.axis == Axis::Coordinate { "of each, attribute `unit`" } else { d.unit };
         let _ = writeln!(out, "| `{group}/{}` | {shape} | {unit} | {}{note} |", d.name, d.description);

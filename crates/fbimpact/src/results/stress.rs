@@ -1,12 +1,26 @@
 //! Stresses along a line: `/stress/<name>`.
 
 use adaptive::record::StressRecord;
-use hdf5::{Dataset, File, Result};
+use hdf5::{Dataset, File, Group, Result};
 use iga_core::elasticity::Model;
 use ndarray::{ArrayView1, ArrayView2};
 
 use super::scales;
 use super::series::{component_scale, describe};
+
+/// Names of the six components of stress and strain in the axes of a body.
+pub fn tensor_labels(is_axisymmetric: bool) -> [&'static str; 6] {
+    match is_axisymmetric {
+        true => ["rr", "zz", "tt", "rz", "-", "-"],
+        false => ["xx", "yy", "zz", "xy", "yz", "zx"],
+    }
+}
+
+/// The scale `component` of tensors in `group`.
+pub fn tensor_scale(group: &Group, is_axisymmetric: bool) -> Result<Dataset> {
+    let about = "Components of stress and strain; tt is the hoop.";
+    component_scale(group, "component", &tensor_labels(is_axisymmetric), about)
+}
 
 /// Writes a record; one of the same name is replaced. `model` decides what the components are called.
 pub fn write_stress(file: &File, record: &StressRecord, model: Option<Model>) -> Result<()> {
@@ -18,18 +32,14 @@ pub fn write_stress(file: &File, record: &StressRecord, model: Option<Model>) ->
     let group = parent.create_group(&record.name)?;
     group.new_attr::<f64>().create("time")?.write_scalar(&record.time)?;
     let axisymmetric = matches!(model, Some(Model::Axisymmetric));
-    let (points, labels): ([&str; 3], [&str; 6]) = if axisymmetric {
-        (["r", "z", "-"], ["rr", "zz", "tt", "rz", "-", "-"])
-    } else {
-        (["x", "y", "z"], ["xx", "yy", "zz", "xy", "yz", "zx"])
-    };
+    let points = if axisymmetric { ["r", "z", "-"] } else { ["x", "y", "z"] };
     let distances = distances(&record.points);
     let distance = group.new_dataset::<f64>().shape(distances.len()).create("distance")?;
     distance.write(ArrayView1::from(&distances))?;
     describe(&distance, "m", "Distance from the first point.")?;
     scales::make_scale(&distance, "distance")?;
     let coordinates = component_scale(&group, "coordinate", &points, "Coordinates of the body's model.")?;
-    let components = component_scale(&group, "component", &labels, "Components of stress; tt is the hoop.")?;
+    let components = tensor_scale(&group, axisymmetric)?;
     let rows = |values: &[f64], width: usize, name: &str, unit: &str, text: &str| -> Result<Dataset> {
         let dataset = group.new_dataset::<f64>().shape((values.len() / width, width)).create(name)?;
         let view = ArrayView2::from_shape((values.len() / width, width), values)

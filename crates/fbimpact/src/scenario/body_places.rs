@@ -181,8 +181,26 @@ impl BodyPlaces {
             GivenPlace::Marker(marker) if self.mesh().is_some() && self.has_face(marker) => {
                 Ok(self.part(&self.area(&Extent::Face(marker.clone()), Coupling::Average)?))
             }
-            _ => self.point(at).map(Place::Point),
+            _ => self.inside(at).map(Place::Point),
         }
+    }
+
+    /// A single point, of a flexible body with a shape or a mesh one that lies in it, in the components of the body's model \[m\].
+    ///
+    /// # Errors
+    /// [`PlaceError`] for an unknown marker and for a point outside.
+    pub fn inside(&self, at: &GivenPlace) -> Result<[f64; 3], PlaceError> {
+        let point = self.point(at)?;
+        match &self.kind {
+            PlacesOf::Flexible((shape, _)) => {
+                shape.locate(&point)?;
+            }
+            PlacesOf::Meshed(mesh) => {
+                mesh.locate(&point)?;
+            }
+            PlacesOf::Rigid(_) | PlacesOf::File => {}
+        }
+        Ok(point)
     }
 
     /// What is held: a part of the body, also under the names of the ends of bars; a point where the place has no extent.

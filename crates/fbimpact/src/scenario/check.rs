@@ -1,7 +1,7 @@
 //! Checks a document against the key tables: unknown and missing keys, types, ranges. Collects every fault.
 
 use super::document::{Entry, Node, Origin, Value, parse_value};
-use super::fault::{Fault, nearest};
+use super::fault::{Fault, meant, nearest};
 use super::keys::{Choice, Key, Kind, Need, Range, Variant, names};
 use super::section::{Checked, Item, Section, join};
 use super::units;
@@ -291,7 +291,7 @@ impl Checker {
             let message = format!("unknown {tag}, known are {}", names(known()));
             self.fault(&entry.node.origin, full, Some(entry.node.shown()), message);
             if let Some(fault) = self.faults.last_mut() {
-                fault.suggestion = nearest(name, known());
+                fault.suggestion = meant(name, variants.iter().map(|v| (v.name, v.elsewhere)));
             }
             return Checked::Invalid;
         };
@@ -314,7 +314,7 @@ impl Checker {
                 let message = format!("must be {}", names(supported()));
                 self.fault(&node.origin, path.to_owned(), Some(node.shown()), message);
                 if let Some(fault) = self.faults.last_mut() {
-                    fault.suggestion = nearest(word, choices.iter().map(|c| c.name));
+                    fault.suggestion = meant(word, choices.iter().map(|c| (c.name, c.elsewhere)));
                 }
             }
         }

@@ -112,6 +112,16 @@ impl fmt::Display for Faults {
 
 impl std::error::Error for Faults {}
 
+/// What `word` may stand for among names, each with the words that other programs have for it: that word's name, or the nearest one.
+pub fn meant<'a>(
+    word: &str,
+    known: impl Iterator<Item = (&'a str, &'a [&'a str])> + Clone,
+) -> Option<String> {
+    let plain = word.to_lowercase().replace([' ', '_'], "-");
+    let translated = known.clone().find(|(_, words)| words.contains(&plain.as_str()));
+    translated.map(|(name, _)| name.to_owned()).or_else(|| nearest(word, known.map(|(name, _)| name)))
+}
+
 /// The entry of `known` that `word` most likely means.
 pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
     let word = word.to_lowercase();

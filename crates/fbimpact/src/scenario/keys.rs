@@ -229,17 +229,25 @@ pub struct Choice {
     pub doc: &'static str,
     /// Whether this version can run it; a name that is known but not supported gets its own message.
     pub supported: bool,
+    /// What other programs call it, to lead on those who know them.
+    pub elsewhere: &'static [&'static str],
 }
 
 impl Choice {
     /// A value that this version can run.
     pub const fn new(name: &'static str, doc: &'static str) -> Self {
-        Self { name, doc, supported: true }
+        Self { name, doc, supported: true, elsewhere: &[] }
+    }
+
+    /// The same with the words of other programs for it.
+    #[must_use]
+    pub const fn elsewhere(self, words: &'static [&'static str]) -> Self {
+        Self { elsewhere: words, ..self }
     }
 
     /// A value that the format knows and this version cannot run.
     pub const fn later(name: &'static str) -> Self {
-        Self { name, doc: "not supported yet", supported: false }
+        Self { name, doc: "not supported yet", supported: false, elsewhere: &[] }
     }
 }
 
@@ -311,6 +319,8 @@ pub enum Kind {
 pub struct Variant {
     /// Value of the tag.
     pub name: &'static str,
+    /// What other programs call it.
+    pub elsewhere: &'static [&'static str],
     /// One sentence.
     pub doc: &'static str,
     /// The other keys.

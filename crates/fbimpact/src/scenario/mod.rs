@@ -14,6 +14,7 @@ pub mod tables;
 pub mod section;
 mod check;
 mod body_files;
+mod curve_files;
 mod body_source;
 mod spline_nets;
 mod standard_materials;
@@ -73,6 +74,7 @@ pub fn parse(path: &Path, bytes: &[u8], overrides: &[Override]) -> Result<Scenar
     let mut root = checker.section(tables::SCENARIO, entries, "", &document.origin, None);
     let directory = path.parent().unwrap_or(Path::new("."));
     body_files::read_all(&mut checker, &mut root, directory);
+    curve_files::read_all(&mut checker, &mut root, directory);
     conditions::check(&mut checker, conditions::Scope::of(&root));
     let resolved = if checker.faults.is_empty() { resolved::write(&root) } else { String::new() };
     let source = Source { path: path.to_owned(), sha256: hex(&Sha256::digest(bytes)), resolved };

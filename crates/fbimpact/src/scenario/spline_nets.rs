@@ -17,7 +17,7 @@ pub fn directions(body: &Section) -> Option<usize> {
 }
 
 /// Number of patches of the body whose geometry, of splines, is `geometry`.
-pub fn n_patches(geometry: &Section) -> usize {
+fn n_patches(geometry: &Section) -> usize {
     let of_file = geometry.spline_file().map(|source| source.given.patches.len());
     of_file.unwrap_or_else(|| geometry.tables("patches").len()).max(1)
 }

@@ -3,26 +3,14 @@
 use ffr_dynamics::body::RigidMotion;
 use iga_core::SplineError;
 use iga_core::elasticity::kinematics::von_mises;
-use nalgebra::{Matrix3, Rotation3, Vector3};
+use nalgebra::{Rotation3, Vector3};
 
 use super::body::{BodyGeometry, Cells, Element, ElementFields, control_values};
 use super::grid::Grid;
 use super::order;
 use super::revolution::{ArcNode, arcs, polygon};
 use super::tensor::{in_body, rotated};
-
-/// Motion of a body's reference frame.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Pose {
-    /// Its origin \[m\].
-    pub position: Vector3<f64>,
-    /// From the body to space.
-    pub rotation: Matrix3<f64>,
-    /// Velocity of the origin [m/s].
-    pub velocity: Vector3<f64>,
-    /// Angular velocity in space [rad/s].
-    pub angular_velocity: Vector3<f64>,
-}
+use crate::replay::states::Pose;
 
 /// How bodies are shown.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,28 +3,26 @@
 use std::sync::Arc;
 
 use adaptive::AdaptiveError;
+use adaptive::adaptive_contact::ZoneModel;
 use adaptive::body_model::BodyForm;
 use adaptive::elastic_body::Discretised;
 use adaptive::model::RunModel;
-use adaptive::spec::{BodyKind, ContactLaw};
+use adaptive::spec::BodyKind;
 use faer::{Mat, MatRef};
 use ffr_dynamics::body::RigidMotion;
 use iga_core::space::PatchSpace;
 
-use super::assemble::{Pose, View, grid};
+use super::assemble::{View, grid};
 use super::body::{BodyGeometry, Cells, Elasticity};
 use super::grid::Grid;
-use super::local::{LocalContacts, LocalDisplacement};
+use super::local::{LocalDisplacement, ZoneGeometry, displacements};
 use super::mesh::MeshGeometry;
-use super::states::{BodyMotion, States};
-use super::zones::RefinedZones;
 use crate::error::{AppError, CommandFault};
+use crate::replay::rebuilt::Rebuilt;
+use crate::replay::states::{BodyMotion, Pose, States};
 use crate::scenario::{FileBody, Scenario};
-use crate::simulate::build;
 use adaptive::store::ModelCache;
 
-/// Relative deviation of eigenfrequencies between the run and the model built again that rounding explains.
-const SAME_FREQUENCY: f64 = 1e-6;
 /// Linear cells an element of a rigid body, whose shape is not refined.
 const RIGID_CELLS: usize = 8;
 
@@ -52,9 +50,7 @@ pub struct Shown {
 pub struct Bodies {
     /// Bodies to be shown.
     pub shown: Vec<Shown>,
-    model: RunModel,
-    motions: Vec<BodyMotion>,
-    contacts: LocalContacts,
+    rebuilt: Rebuilt<ZoneGeometry>,
 }
 
 /// Elements of a body, its own or those of a fine model.
@@ -97,17 +93,14 @@ impl Bodies {
     /// [`AppError::OtherModes`] if it is not that of the run, [`AppError::Io`].
     pub fn build(states: &States, wanted: &[String], cells: Cells, threads: usize) -> Result<Self, AppError> {
         let scenario = &states.scenario;
-        let spec = &scenario.run;
         check_names(scenario, wanted)?;
-        let model = build(spec, threads, &ModelCache::default())?;
-        let motions =
-            model.bodies.iter().map(|b| states.motion(&b.name)).collect::<Result<Vec<_>, AppError>>()?;
-        check_frequencies(&model, &motions)?;
+        let rebuilt = Rebuilt::new(states, threads, &ModelCache::default(), Box::new(zone_geometry(cells)))?;
+        let (model, motions) = (&rebuilt.model, &rebuilt.motions);
         let mut shown = Vec::new();
         for body in &scenario.bodies {
             let is_wanted = wanted.is_empty() || wanted.contains(&body.name);
             let shape = match body.index.filter(|_| is_wanted) {
-                Some(number) => shape(body, &model, number, cells)?.map(|g| (number, g)),
+                Some(number) => shape(body, model, number, cells)?.map(|g| (number, g)),
                 None => None,
             };
             if let Some((number, geometry)) = shape {
@@ -120,13 +113,7 @@ impl Bodies {
         if shown.is_empty() {
             return Err(CommandFault::NothingToExport.into());
         }
-        let has_friction = |name: &str| {
-            let contact = spec.contacts.iter().find(|c| c.name == name);
-            contact.is_some_and(|c| matches!(&c.law, ContactLaw::Surface(law) if law.friction.is_some()))
-        };
-        let zones = RefinedZones::new(states.spans()?, cells);
-        let contacts = LocalContacts::new(&model, |name| states.contact(name), has_friction, zones);
-        Ok(Self { shown, model, motions, contacts })
+        Ok(Self { shown, rebuilt })
     }
 
     /// Each shown body at instant `i`, at time `time` \[s\].
@@ -134,20 +121,22 @@ impl Bodies {
     /// # Errors
     /// [`AppError::Model`] if a fine model of the run cannot be built again.
     pub fn at(&mut self, time: f64, i: usize) -> Result<Vec<Drawn<'_>>, AppError> {
-        let local = self.contacts.displacements(&mut self.model, &self.motions, time, i)?;
+        let Rebuilt { model, motions, contacts } = &mut self.rebuilt;
+        let forces = contacts.forces(model, motions, time, i)?;
+        let local = displacements(model, &contacts.zones, &forces);
         Ok(self.shown.iter().map(|body| self.drawn(body, &local[body.number], i)).collect())
     }
 
     fn drawn<'a>(&'a self, body: &'a Shown, local: &LocalDisplacement, i: usize) -> Drawn<'a> {
         let geometry = body.geometry.drawn();
-        if let BodyForm::Meshed(meshed) = &self.model.bodies[body.number].form {
+        if let BodyForm::Meshed(meshed) = &self.rebuilt.model.bodies[body.number].form {
             let shapes = meshed.reduced.shapes();
             let mut displacement = combined(shapes, body.motion.elastic(i));
             displacement.iter_mut().zip(&local.own).for_each(|(u, v)| *u += v);
             let rate = combined(shapes, body.motion.rates(i));
             return Drawn { body, geometry, displacement, rate, mesh: None, discretised: None };
         }
-        let Some(elastic) = self.model.bodies[body.number].elastic() else {
+        let Some(elastic) = self.rebuilt.model.bodies[body.number].elastic() else {
             let n = match geometry {
                 DrawnGeometry::Splines(geometry) => geometry.n_control_values(),
                 DrawnGeometry::Mesh(_) => 0,
@@ -162,9 +151,9 @@ impl Bodies {
             (displacement, combined(shapes, body.motion.rates(i)))
         };
         if let Some((contact, displacement)) = &local.zone {
-            let zones = self.contacts.zones.of_contact(*contact);
+            let zones = self.rebuilt.contacts.zones.of_contact(*contact);
             let of_body = zones.iter().find(|z| z.body == body.number);
-            let drawn = of_body.and_then(|z| Some((z, z.model.mesh.as_ref()?, z.geometry.as_ref()?)));
+            let drawn = of_body.and_then(|z| Some((z, z.model.mesh.as_ref()?, z.view.as_ref()?)));
             if let Some((zone, mesh, geometry)) = drawn {
                 let mesh = mesh.discretised();
                 let (displacement, rate) = fields(zone.model.shapes.as_ref(), displacement);
@@ -173,7 +162,7 @@ impl Bodies {
                     geometry: DrawnGeometry::Splines(geometry),
                     displacement: mesh.control_values(&displacement),
                     rate: mesh.control_values(&rate),
-                    mesh: self.contacts.zones.number(*contact).map(|n| (*contact, n)),
+                    mesh: self.rebuilt.contacts.zones.number(*contact).map(|n| (*contact, n)),
                     discretised: Some(mesh),
                 };
             }
@@ -192,7 +181,7 @@ impl Bodies {
 
     /// Instants at which a contact zone could not be solved again.
     pub fn deviations(&self) -> usize {
-        self.contacts.deviations
+        self.rebuilt.contacts.deviations
     }
 }
 
@@ -246,16 +235,17 @@ fn check_names(scenario: &Scenario, wanted: &[String]) -> Result<(), AppError> {
     }
 }
 
-/// Coordinates mean nothing on other modes than those of the run.
-fn check_frequencies(model: &RunModel, motions: &[BodyMotion]) -> Result<(), AppError> {
-    for (body, motion) in model.bodies.iter().zip(motions) {
-        let (built, stored) = (body.frequencies(), &motion.eigenfrequencies);
-        let close = |a: f64, b: f64| (a - b).abs() <= SAME_FREQUENCY * b.abs();
-        if built.len() != stored.len() || !built.iter().zip(stored).all(|(a, b)| close(*a, *b)) {
-            return Err(AppError::OtherModes { body: body.name.clone() });
-        }
+/// The geometry of fine models in cells of the kind `cells`.
+fn zone_geometry(cells: Cells) -> impl Fn(&RunModel, usize, &ZoneModel) -> Result<ZoneGeometry, AppError> {
+    move |model, body, zone| {
+        let Some(elastic) = model.bodies[body].elastic() else { return Ok(None) };
+        let spec = &elastic.body.spec;
+        let elasticity = Elasticity { model: spec.model, material: spec.material };
+        Ok(zone.mesh.as_ref().map(|mesh| {
+            let (patches, space) = (mesh.patches.as_slice(), Box::new(mesh.space.clone()));
+            BodyGeometry::new(space, patches, mesh.motion, Some(elasticity), cells)
+        }))
     }
-    Ok(())
 }
 
 /// Shape of body `number`, if it has one.

@@ -7,10 +7,11 @@ use fe_mesh::{ElementKind, Mesh};
 use ffr_dynamics::body::RigidMotion;
 use iga_core::elasticity::kinematics::von_mises;
 
-use super::assemble::{Pose, View, placed};
+use super::assemble::{View, placed};
 use super::grid::Grid;
 use super::revolution::ArcNode;
 use super::tensor::rotated;
+use crate::replay::states::Pose;
 
 /// Mesh and materials of a body.
 #[derive(Debug, Clone)]

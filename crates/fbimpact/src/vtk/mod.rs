@@ -12,8 +12,6 @@ pub mod body;
 pub mod grid;
 pub mod assemble;
 pub mod xml;
-pub mod states;
-pub mod zones;
 pub mod local;
 pub mod mesh;
 pub mod bodies;

@@ -10,8 +10,8 @@ use super::bodies::{Bodies, Drawn};
 use super::grid::{ContactFields, Grid};
 use super::order;
 use super::revolution::{ArcNode, rings};
-use super::states::{PressureSeries, States};
 use crate::error::AppError;
+use crate::replay::states::{PressureSeries, States};
 use crate::scenario::Scenario;
 
 /// Points around the axis of an axisymmetric body that is revolved, a quarter turn.

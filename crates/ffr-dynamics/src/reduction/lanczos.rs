@@ -30,6 +30,9 @@ pub(crate) struct Lanczos<'p, 'a> {
     /// `V^T M F M V`.
     projected: Mat<f64>,
     size: usize,
+    /// First basis vector of the block before the last one: the operator couples a block with those from there on alone, but for round-off.
+    /// 0 behind a restart.
+    previous: usize,
     next: Block,
     /// `next * coupling` is what the last block leaves outside the basis.
     coupling: Mat<f64>,
@@ -67,6 +70,7 @@ impl<'p, 'a> Lanczos<'p, 'a> {
             mass_basis: Mat::zeros(n, capacity),
             projected: Mat::zeros(capacity, capacity),
             size: 0,
+            previous: 0,
             next: Block { x: Mat::zeros(n, width), mass_x: Mat::zeros(n, width) },
             coupling: Mat::zeros(width, width),
             random: Random::new(0x5eed),
@@ -92,7 +96,7 @@ impl<'p, 'a> Lanczos<'p, 'a> {
         // The scale of the block itself: a random start has no operator norm to compare with.
         let norm = std::mem::replace(&mut self.norm, 0.0);
         (self.next, _) = self.orthonormalise(block)?;
-        self.norm = norm;
+        (self.norm, self.previous) = (norm, 0);
         self.coupling = Mat::zeros(self.width, self.width);
         Ok(())
     }
@@ -103,7 +107,7 @@ impl<'p, 'a> Lanczos<'p, 'a> {
         let mut block = self.problem.mass_product(start.as_ref());
         self.problem.flexibility_within(SEARCH_ACCURACY, block.as_mut());
         for _ in 0..2 {
-            self.orthogonalise(&mut block);
+            self.orthogonalise(&mut block, 0);
         }
         block
     }
@@ -116,8 +120,10 @@ impl<'p, 'a> Lanczos<'p, 'a> {
         self.size = new;
         let mut block = self.next.mass_x.clone();
         self.problem.flexibility_within(SEARCH_ACCURACY, block.as_mut());
-        let mut along = self.orthogonalise(&mut block);
-        along += self.orthogonalise(&mut block);
+        // What is large first, so that the second pass leaves round-off of what is small.
+        let mut along = self.orthogonalise(&mut block, self.previous);
+        along += self.orthogonalise(&mut block, 0);
+        self.previous = old;
         for j in 0..width {
             for i in 0..new {
                 self.projected[(i, old + j)] = along[(i, j)];
@@ -136,13 +142,20 @@ impl<'p, 'a> Lanczos<'p, 'a> {
         Ok(())
     }
 
-    /// Removes the parts along the basis and the rigid modes; returns the coefficients along the basis.
-    fn orthogonalise(&self, block: &mut Mat<f64>) -> Mat<f64> {
+    /// Removes the parts along the rigid modes and the basis vectors from number `first` on; returns the coefficients along the whole basis.
+    fn orthogonalise(&self, block: &mut Mat<f64>, first: usize) -> Mat<f64> {
         self.problem.remove_rigid(block.as_mut());
+        let count = self.size - first;
         let (basis, mass_basis) =
-            (self.basis.as_ref().subcols(0, self.size), self.mass_basis.as_ref().subcols(0, self.size));
-        let along = dense::product(mass_basis.transpose(), block.as_ref());
-        dense::add_product(block.as_mut(), -1.0, basis, along.as_ref());
+            (self.basis.as_ref().subcols(first, count), self.mass_basis.as_ref().subcols(first, count));
+        let mut along = Mat::zeros(self.size, block.ncols());
+        dense::add_product(
+            along.as_mut().subrows_mut(first, count),
+            1.0,
+            mass_basis.transpose(),
+            block.as_ref(),
+        );
+        dense::add_product(block.as_mut(), -1.0, basis, along.as_ref().subrows(first, count));
         along
     }
 
@@ -152,7 +165,7 @@ impl<'p, 'a> Lanczos<'p, 'a> {
         let mut block = Block { x, mass_x };
         let (mut factor, shrinkage) = self.gram_schmidt(&mut block, self.norm * BREAKDOWN)?;
         if shrinkage < CANCELLATION {
-            self.orthogonalise(&mut block.x);
+            self.orthogonalise(&mut block.x, 0);
             block.mass_x = self.problem.mass_product(block.x.as_ref());
             let (second, _) = self.gram_schmidt(&mut block, 0.0)?;
             factor = dense::product(second.as_ref(), factor.as_ref());
@@ -197,7 +210,7 @@ impl<'p, 'a> Lanczos<'p, 'a> {
         let mut fresh = self.smooth_random(1);
         let mut length = 0.0;
         for _ in 0..3 {
-            self.orthogonalise(&mut fresh);
+            self.orthogonalise(&mut fresh, 0);
             let earlier = block.x.as_ref().subcols(0, j);
             let along = dense::product(block.mass_x.as_ref().subcols(0, j).transpose(), fresh.as_ref());
             dense::add_product(fresh.as_mut(), -1.0, earlier, along.as_ref());
@@ -261,7 +274,7 @@ impl<'p, 'a> Lanczos<'p, 'a> {
         for (i, &value) in theta.iter().enumerate() {
             self.projected[(i, i)] = value;
         }
-        self.size = k;
+        (self.size, self.previous) = (k, 0);
     }
 }
 

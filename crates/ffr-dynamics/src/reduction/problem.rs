@@ -13,7 +13,6 @@ use faer::{Mat, MatMut, MatRef};
 
 use super::dense;
 use super::factor::CholeskyFactor;
-use super::inertia::Inertia;
 use super::pencil::{Pencil, check_unknowns};
 use super::random::Random;
 use super::rigid::RigidModes;
@@ -70,7 +69,15 @@ impl<'a> ElasticProblem<'a> {
     /// [`DynamicsError::Data`] if the data do not fit; [`DynamicsError::NotPositiveDefinite`] if `K` has more zero-energy motions than the
     /// rigid ones.
     pub fn free(body: &'a crate::body::AssembledBody, interface: &[usize]) -> Result<Self, DynamicsError> {
-        let pencil = Pencil::new(body, interface)?;
+        Self::free_on(Pencil::new(body, interface)?, interface)
+    }
+
+    /// As [`Self::free`] with the `pencil` of the body, which eliminates the `interface` unknowns last.
+    ///
+    /// # Errors
+    /// As [`Self::free`].
+    pub fn free_on(pencil: Pencil<'a>, interface: &[usize]) -> Result<Self, DynamicsError> {
+        let body = pencil.body();
         let rigid = Arc::new(RigidModes::new(body)?);
         let n = body.n_unknowns();
         let mut in_interface = vec![false; n];
@@ -321,22 +328,6 @@ impl<'a> ElasticProblem<'a> {
     /// `K x`.
     pub fn stiffness_product(&self, x: MatRef<'_, f64>) -> Mat<f64> {
         self.pencil.body().stiffness_product(x)
-    }
-
-    /// Inertia of `K - mu M`; rigid modes count as eigenvalues below any positive `mu`.
-    ///
-    /// # Errors
-    /// [`DynamicsError::FactorTooLarge`] if memory does not suffice.
-    pub fn inertia(&self, mu: f64) -> Result<Inertia, DynamicsError> {
-        self.pencil.inertia(mu, &self.clamped)
-    }
-
-    /// As [`Self::inertia`] in single precision; `None` if the matrix is small, or the factor too inaccurate to count.
-    ///
-    /// # Errors
-    /// [`DynamicsError::FactorTooLarge`] if memory does not suffice.
-    pub fn inertia_single(&self, mu: f64) -> Result<Option<Inertia>, DynamicsError> {
-        self.pencil.inertia_single(mu, &self.clamped)
     }
 }
 

@@ -1,6 +1,6 @@
-//! Search for the lowest modes: block Lanczos until they and a gap behind them stand, clean-up, inertia count.
+//! Search for the lowest modes, or their frequencies: block Lanczos until they and a gap behind them stand, clean-up, inertia count.
 //!
-//! Eqs. R.3 and R.7 to R.9. The count is taken in a gap behind the wanted modes; how many modes lie below the gap is decided
+//! Eqs. R.3 and R.7 to R.9a. The count is taken in a gap behind the wanted modes; how many modes lie below the gap is decided
 //! by the spectrum, not in advance.
 
 use crate::error::{EigenFault, MatrixFault};
@@ -11,7 +11,7 @@ use faer::{Mat, MatRef};
 use super::dense;
 use super::eigen_modes::EigenModes;
 use super::lanczos::{Lanczos, Ritz};
-use super::problem::{CLEAN_ACCURACY, ElasticProblem};
+use super::problem::{CLEAN_ACCURACY, ElasticProblem, SEARCH_ACCURACY};
 use crate::DynamicsError;
 use crate::body::RigidMotion;
 
@@ -20,7 +20,8 @@ use crate::body::RigidMotion;
 pub(super) const CANDIDATES: usize = 16;
 /// Lanczos residual of wanted modes; the clean-up makes it smaller, the eigenvalue error is about its square.
 const CONVERGED: f64 = 5e-7;
-/// Lanczos residual of the modes between the wanted ones and the gap: eigenvalues to about 1e-6.
+/// Lanczos residual of modes of which the frequency alone matters, and of those between the wanted ones and the gap: eigenvalues to
+/// about 1e-6.
 const GUARD_CONVERGED: f64 = 1e-3;
 /// Residual that is accepted when round-off of the solves keeps it from becoming smaller: eigenvalues to about 1e-8.
 const RESIDUAL_LIMIT: f64 = 1e-4;
@@ -32,6 +33,8 @@ const SMALLEST_GAP: f64 = 1e-4;
 const SHIFT_PLACES: [f64; 3] = [0.382, 0.618, 0.5];
 /// Pivot growth above which a count is repeated elsewhere in the gap.
 const GROWTH_LIMIT: f64 = 1e4;
+/// Basis vectors whose projected eigenproblem costs as much as a step.
+const CHECK_SIZE: usize = 200;
 /// Rounds of compression, and of restarts for lost copies.
 const MAX_ROUNDS: usize = 12;
 const MAX_RECOVERIES: usize = 6;
@@ -43,10 +46,20 @@ pub(super) fn capacity(want: usize) -> usize {
     (4 * want + 40).max(140).next_multiple_of(8)
 }
 
+/// What a search is made for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Goal {
+    /// Modes, cleaned up.
+    Modes,
+    /// Frequencies; the modes are those of the Lanczos run.
+    Frequencies,
+}
+
 /// A search for the lowest modes.
 pub(super) struct Search<'p, 'a> {
     problem: &'p ElasticProblem<'a>,
     n_modes: usize,
+    goal: Goal,
     /// Vectors per Lanczos block.
     width: usize,
 }
@@ -59,31 +72,49 @@ struct Gap {
     above: f64,
 }
 
-/// Ritz pairs after the clean-up.
-struct Cleaned {
+/// Eigenpairs of the stiffness itself.
+struct Found {
     lambda: Vec<f64>,
     vectors: Mat<f64>,
     mass_vectors: Mat<f64>,
     residual: f64,
 }
 
-/// The smallest residual so far, and for how many checks it has not been halved.
+/// How the residual of the wanted modes falls, and when to look at it again.
 struct Progress {
+    /// The smallest residual so far, and for how many checks it has not been halved.
     best: f64,
     checks: usize,
+    /// Step and residual of the last check.
+    last: (usize, f64),
+    /// Step of the next check.
+    next: usize,
 }
 
 impl Progress {
     fn new() -> Self {
-        Self { best: f64::INFINITY, checks: 0 }
+        Self { best: f64::INFINITY, checks: 0, last: (0, f64::INFINITY), next: 0 }
     }
 
-    fn is_stagnant(&mut self, residual: f64) -> bool {
+    /// Takes the `residual` of a check behind step `step` with a basis of `size` vectors; it is to become `enough`. The projected eigenproblem of
+    /// a large basis costs as much as some steps: the next check comes after as many, or when the residual will be small enough if it falls on as
+    /// it did since the last one.
+    fn note(&mut self, residual: f64, (step, size): (usize, usize), enough: f64) {
+        let (before, was) = self.last;
+        let per_step = (was / residual).ln() / (step - before).max(1) as f64;
+        let remaining = ((residual / enough).ln() / per_step).ceil();
+        let most = 1 + (size / CHECK_SIZE).pow(2);
+        // As a count of steps: nothing if it is not a number, the most if it is infinite.
+        let wait = if per_step > 0.0 && was.is_finite() { remaining as usize } else { most };
+        (self.last, self.next) = ((step, residual), step + wait.clamp(1, most));
         if residual < 0.5 * self.best {
-            *self = Self { best: residual, checks: 0 };
+            (self.best, self.checks) = (residual, 0);
         } else {
             self.checks += 1;
         }
+    }
+
+    fn is_stagnant(&self) -> bool {
         self.checks >= STAGNANT_CHECKS
     }
 }
@@ -91,9 +122,9 @@ impl Progress {
 impl<'p, 'a> Search<'p, 'a> {
     /// A search with the block width that suits the body: multiplets of solids have many members, and a factor too large
     /// for the cache serves eight right-hand sides in little more time than four.
-    pub fn new(problem: &'p ElasticProblem<'a>, n_modes: usize) -> Self {
+    pub fn new(problem: &'p ElasticProblem<'a>, n_modes: usize, goal: Goal) -> Self {
         let width = if problem.pencil().body().motion == RigidMotion::Spatial { 8 } else { 4 };
-        Self { problem, n_modes, width }
+        Self { problem, n_modes, goal, width }
     }
 
     /// The same search with blocks of `width` vectors.
@@ -107,19 +138,16 @@ impl<'p, 'a> Search<'p, 'a> {
         let mut last = (0, 0, 0.0);
         for recoveries in 0..MAX_RECOVERIES {
             let (ritz, gap) = self.iterate(&mut run, at_least)?;
-            let (x, mass_x) = if self.problem.is_single_precision() {
-                run.vectors_of_stiffness(gap.n_below + 1)?
-            } else {
-                run.vectors(&ritz, gap.n_below + 1)
+            let found = match self.goal {
+                Goal::Modes => self.modes(&run, &ritz, gap.n_below + 1)?,
+                Goal::Frequencies => self.ritz_pairs(&run, &ritz, gap.n_below + 1)?,
             };
-            let cleaned = self.clean(x.as_ref(), mass_x.as_ref())?;
-            let above = gap.above.min(cleaned.lambda[gap.n_below]);
-            let gap = Gap { below: cleaned.lambda[gap.n_below - 1], above, ..gap };
-            tracing::debug!(residual = cleaned.residual, "modes are cleaned up");
+            let above = gap.above.min(found.lambda[gap.n_below]);
+            let gap = Gap { below: found.lambda[gap.n_below - 1], above, ..gap };
             let counted = self.count(gap)?;
             let expected = counted - self.problem.n_rigid().min(counted);
             if expected == gap.n_below {
-                return Ok(self.finish(cleaned, gap.n_below, counted, recoveries));
+                return Ok(self.finish(found, gap.n_below, counted, recoveries));
             }
             last = (gap.n_below, expected, gap.below);
             if expected < gap.n_below {
@@ -130,8 +158,8 @@ impl<'p, 'a> Search<'p, 'a> {
                 expected,
                 "copies of multiple modes were lost, restarting beside them"
             );
-            let theta: Vec<f64> = cleaned.lambda.iter().map(|l| 1.0 / l).collect();
-            run.keep(cleaned.vectors.as_ref(), cleaned.mass_vectors.as_ref(), &theta);
+            let theta: Vec<f64> = found.lambda.iter().map(|l| 1.0 / l).collect();
+            run.keep(found.vectors.as_ref(), found.mass_vectors.as_ref(), &theta);
             run.restart_random()?;
             at_least = theta.len() + RECOVERY_VECTORS.max(4 * self.width);
         }
@@ -143,20 +171,19 @@ impl<'p, 'a> Search<'p, 'a> {
     /// Runs until the wanted modes and a gap behind them stand and the basis holds `at_least` vectors.
     fn iterate(&self, run: &mut Lanczos<'_, '_>, at_least: usize) -> Result<(Ritz, Gap), DynamicsError> {
         let mut progress = Progress::new();
-        let (mut worst, mut steps, mut checked_at) = (f64::INFINITY, 0, 0);
+        let enough = if self.goal == Goal::Modes { CONVERGED } else { GUARD_CONVERGED };
+        let (mut worst, mut steps) = (f64::INFINITY, 0);
         for _ in 0..MAX_ROUNDS {
             while run.has_room() {
                 run.step()?;
                 steps += 1;
-                // The projected eigenproblem of a large basis costs as much as a step: not after every one.
-                if run.size() < at_least || steps < checked_at + 1 + (run.size() / 200).pow(2) {
+                if run.size() < at_least || steps < progress.next {
                     continue;
                 }
-                checked_at = steps;
                 let ritz = run.ritz()?;
                 worst = ritz.residuals[..self.n_modes].iter().fold(0.0, |a: f64, &r| a.max(r));
-                let is_stagnant = progress.is_stagnant(worst);
-                if worst > CONVERGED && !(is_stagnant && worst <= RESIDUAL_LIMIT) {
+                progress.note(worst, (steps, run.size()), enough);
+                if worst > enough && !(progress.is_stagnant() && worst <= RESIDUAL_LIMIT) {
                     continue;
                 }
                 if let Some(gap) = self.widest_gap(&ritz) {
@@ -189,11 +216,49 @@ impl<'p, 'a> Search<'p, 'a> {
         gaps.filter(|gap| gap.width() > SMALLEST_GAP).max_by(|a, b| a.width().total_cmp(&b.width()))
     }
 
+    /// The first `k` modes, cleaned up.
+    fn modes(&self, run: &Lanczos<'_, '_>, ritz: &Ritz, k: usize) -> Result<Found, DynamicsError> {
+        let (x, mass_x) = if self.problem.is_single_precision() {
+            run.vectors_of_stiffness(k)?
+        } else {
+            run.vectors(ritz, k)
+        };
+        let cleaned = self.clean(x.as_ref(), mass_x.as_ref())?;
+        tracing::debug!(residual = cleaned.residual, "modes are cleaned up");
+        Ok(cleaned)
+    }
+
+    /// The first `k` Ritz pairs; those of a factor in single precision are corrected with the stiffness itself (Eq. R.9a).
+    fn ritz_pairs(&self, run: &Lanczos<'_, '_>, ritz: &Ritz, k: usize) -> Result<Found, DynamicsError> {
+        let (mut vectors, mass_vectors) = run.vectors(ritz, k);
+        let residual = ritz.residuals[..self.n_modes].iter().fold(0.0, |a: f64, &r| a.max(r));
+        if !self.problem.is_single_precision() {
+            let lambda = ritz.theta[..k].iter().map(|theta| 1.0 / theta).collect();
+            return Ok(Found { lambda, vectors, mass_vectors, residual });
+        }
+        let mut out_of_balance = self.problem.stiffness_product(vectors.as_ref());
+        for (j, theta) in ritz.theta[..k].iter().enumerate() {
+            out_of_balance
+                .col_mut(j)
+                .iter_mut()
+                .zip(mass_vectors.col(j).iter())
+                .for_each(|(f, m)| *f -= m / theta);
+        }
+        self.problem.flexibility_within(SEARCH_ACCURACY, out_of_balance.as_mut());
+        vectors -= out_of_balance;
+        let mass_vectors = self.problem.mass_product(vectors.as_ref());
+        let stiffness_vectors = self.problem.stiffness_product(vectors.as_ref());
+        let (lambda, rotation) =
+            rayleigh_ritz(vectors.as_ref(), stiffness_vectors.as_ref(), mass_vectors.as_ref())?;
+        let turned = |x: Mat<f64>| dense::product(x.as_ref(), rotation.as_ref());
+        Ok(Found { lambda, vectors: turned(vectors), mass_vectors: turned(mass_vectors), residual })
+    }
+
     /// One more multiplication and a Rayleigh-Ritz step (Eq. R.9); `mass_x` is `M x`.
     ///
     /// With `y = F M x` and `x` orthogonal to the rigid modes, `K y = M x`: the projected stiffness is `y^T M x`. A flexibility of
     /// limited accuracy would carry its error into that to the first order, `K y` itself carries it to the second.
-    fn clean(&self, x: MatRef<'_, f64>, mass_x: MatRef<'_, f64>) -> Result<Cleaned, DynamicsError> {
+    fn clean(&self, x: MatRef<'_, f64>, mass_x: MatRef<'_, f64>) -> Result<Found, DynamicsError> {
         let mut y = mass_x.to_owned();
         self.problem.flexibility_within(CLEAN_ACCURACY, y.as_mut());
         let mass_y = self.problem.mass_product(y.as_ref());
@@ -211,7 +276,7 @@ impl<'p, 'a> Search<'p, 'a> {
                 terms.sum::<f64>().max(0.0).sqrt()
             })
             .fold(0.0, |a: f64, r| if r.is_nan() { r } else { a.max(r) });
-        let cleaned = Cleaned {
+        let cleaned = Found {
             lambda,
             vectors: dense::product(y.as_ref(), rotation.as_ref()),
             mass_vectors: dense::product(mass_y.as_ref(), rotation.as_ref()),
@@ -230,16 +295,17 @@ impl<'p, 'a> Search<'p, 'a> {
     /// A shift near an eigenvalue of a leading block spoils the single-precision factor only; another shift is then cheaper
     /// than double precision.
     fn count(&self, gap: Gap) -> Result<usize, DynamicsError> {
+        let (pencil, clamped) = (self.problem.pencil(), self.problem.clamped_unknowns());
         let shift = |part: f64| gap.below + part * (gap.above - gap.below);
         for part in &SHIFT_PLACES[..2] {
-            let single = self.problem.inertia_single(shift(*part))?;
+            let single = pencil.inertia_single(shift(*part), clamped)?;
             if let Some(inertia) = single.filter(|i| i.growth <= GROWTH_LIMIT) {
                 return Ok(inertia.negative);
             }
         }
         let mut best: Option<super::Inertia> = None;
         for part in SHIFT_PLACES {
-            let inertia = self.problem.inertia(shift(part))?;
+            let inertia = pencil.inertia(shift(part), clamped)?;
             if best.is_none_or(|b| inertia.growth < b.growth) {
                 best = Some(inertia);
             }
@@ -254,13 +320,13 @@ impl<'p, 'a> Search<'p, 'a> {
         })
     }
 
-    fn finish(&self, cleaned: Cleaned, n_below: usize, counted: usize, recoveries: usize) -> EigenModes {
-        let omega: Vec<f64> = cleaned.lambda.iter().map(|l| l.sqrt()).collect();
+    fn finish(&self, found: Found, n_below: usize, counted: usize, recoveries: usize) -> EigenModes {
+        let omega: Vec<f64> = found.lambda.iter().map(|l| l.sqrt()).collect();
         EigenModes {
             following: omega[self.n_modes..=n_below].to_vec(),
             omega: omega[..self.n_modes].to_vec(),
-            shapes: cleaned.vectors.as_ref().subcols(0, self.n_modes).to_owned(),
-            residual: cleaned.residual,
+            shapes: found.vectors.as_ref().subcols(0, self.n_modes).to_owned(),
+            residual: found.residual,
             counted: Some(counted),
             recoveries,
         }

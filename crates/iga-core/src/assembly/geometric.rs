@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::element::Workspace;
 use super::pattern::{Connectivity, NodePattern};
 use crate::SplineError;
-use crate::elasticity::kinematics::StressState;
+use crate::elasticity::kinematics::PointState;
 use crate::elasticity::{Material, Model};
 use crate::quadrature::GaussRule;
 use crate::space::Space;
@@ -168,6 +168,6 @@ fn stress(
             gradient.iter_mut().zip(control).for_each(|(row, u)| row[j] += u * slope / root);
         }
     }
-    let s = StressState::new(model, material, &gradient, 0.0).stress;
+    let s = PointState::new(model, material, &gradient, 0.0).stress;
     [[s[0], s[3], s[5]], [s[3], s[1], s[4]], [s[5], s[4], s[2]]]
 }

@@ -7,14 +7,14 @@ use super::{Material, Model};
 /// Components: `xx, yy, zz, xy, yz, zx`; axisymmetric `rr, zz, θθ, rz, 0, 0`. In both cases entry 2 is the direction out of
 /// a two-dimensional model's plane and entry 3 the shear in its plane.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct StressState {
+pub struct PointState {
     /// Strains; shear strains are engineering strains, twice the tensor's components.
     pub strain: [f64; 6],
     /// Stresses \[Pa\].
     pub stress: [f64; 6],
 }
 
-impl StressState {
+impl PointState {
     /// Strain and stress from the displacement gradient `gradient[i][j] = ∂u_i/∂x_j` and the hoop strain `u_r / r`
     /// (used by the axisymmetric model alone).
     pub fn new(model: &Model, material: &Material, gradient: &[[f64; 3]; 3], hoop: f64) -> Self {
@@ -41,6 +41,15 @@ impl StressState {
             stress[2] = 0.0;
         }
         Self { strain, stress }
+    }
+
+    /// Adds `factor` times `other`.
+    pub fn add_scaled(&mut self, other: &Self, factor: f64) {
+        let add = |sum: &mut [f64; 6], part: &[f64; 6]| {
+            sum.iter_mut().zip(part).for_each(|(s, p)| *s += factor * p)
+        };
+        add(&mut self.strain, &other.strain);
+        add(&mut self.stress, &other.stress);
     }
 
     /// Von Mises equivalent stress (theory Eq. E.6) \[Pa\].
@@ -112,7 +121,7 @@ mod tests {
             Model::Axisymmetric,
             Model::Solid,
         ] {
-            let state = StressState::new(&model, &material, &gradient, 9e-4);
+            let state = PointState::new(&model, &material, &gradient, 9e-4);
             let matrix = constitutive_matrix(&model, &material);
             for (i, row) in matrix.iter().enumerate() {
                 if row[i] > 0.0 {

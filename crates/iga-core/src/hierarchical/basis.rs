@@ -2,6 +2,9 @@
 
 use super::domain::SubdomainHierarchy;
 use super::index_box::{IndexBox, covers};
+use super::neighbours::{self, Neighbours};
+use super::ties::PatchTies;
+use crate::tensor;
 
 /// The active functions of one level.
 #[derive(Debug, Clone)]
@@ -11,6 +14,17 @@ struct ActiveLevel {
     flat: Vec<usize>,
     /// Number of the first of them.
     first: u32,
+    /// Those whose support lies in the region, but not that of a function that they are one with; rising.
+    held: Vec<usize>,
+}
+
+/// What functions on shared faces are kept from by the other patches, level by level: flat net indices, rising.
+#[derive(Debug, Clone, Default)]
+struct Withheld {
+    /// Supports that lie in the region of the level here, but not everywhere.
+    from_level: Vec<Vec<usize>>,
+    /// Supports that are refined here, but not everywhere.
+    from_next: Vec<Vec<usize>>,
 }
 
 /// The hierarchical B-spline basis of a subdomain hierarchy: of each level `l` the functions whose support lies in `Ω^l`
@@ -24,25 +38,65 @@ pub struct HierarchicalBasis {
 impl HierarchicalBasis {
     /// Selects the active functions.
     pub fn new(hierarchy: SubdomainHierarchy) -> Self {
+        let none = vec![Vec::new(); hierarchy.levels().len()];
+        Self::without(hierarchy, Withheld { from_level: none.clone(), from_next: none })
+    }
+
+    /// The same for patches with shared faces, whose `hierarchies` have the same levels: functions that are one across patches have one support,
+    /// which lies in a region if it does so in every patch (H.9).
+    pub(super) fn of_patches(
+        hierarchies: Vec<SubdomainHierarchy>,
+        neighbours: &Neighbours,
+        ties: &[PatchTies],
+    ) -> Vec<Self> {
+        let withheld = |patch| Withheld::new(patch, &hierarchies, neighbours, ties);
+        let all: Vec<Withheld> = (0..hierarchies.len()).map(withheld).collect();
+        hierarchies
+            .into_iter()
+            .zip(all)
+            .map(|(hierarchy, withheld)| Self::without(hierarchy, withheld))
+            .collect()
+    }
+
+    fn without(hierarchy: SubdomainHierarchy, withheld: Withheld) -> Self {
         let (mut levels, mut first) = (Vec::new(), 0);
-        for level in hierarchy.levels() {
+        let Withheld { from_level, from_next } = withheld;
+        for ((level, held), stays) in hierarchy.levels().iter().zip(from_level).zip(from_next) {
             let sizes = level.net_size();
             let mut flat = Vec::new();
             for b in level.region() {
                 for f in level.functions_on(b).elements() {
                     let support = level.support(&f);
-                    if covers(level.region(), &support) && !covers(level.refined(), &support) {
-                        flat.push(f[0] + sizes[0] * (f[1] + sizes[1] * f[2]));
+                    let number = f[0] + sizes[0] * (f[1] + sizes[1] * f[2]);
+                    if covers(level.region(), &support)
+                        && held.binary_search(&number).is_err()
+                        && (!covers(level.refined(), &support) || stays.binary_search(&number).is_ok())
+                    {
+                        flat.push(number);
                     }
                 }
             }
             flat.sort_unstable();
             flat.dedup(); // a support that spans several boxes was met in each of them
             let n = flat.len() as u32;
-            levels.push(ActiveLevel { sizes, flat, first });
+            levels.push(ActiveLevel { sizes, flat, first, held });
             first += n;
         }
         Self { hierarchy, levels }
+    }
+
+    /// Whether the support of tensor-product function `index` of a level lies in the region of the level, in all patches.
+    pub(super) fn is_inside(&self, level: usize, index: &[usize; 3]) -> bool {
+        let (of, own) = (&self.hierarchy.levels()[level], &self.levels[level]);
+        let is_held = || own.held.binary_search(&tensor::flat_index(&own.sizes, index)).is_ok();
+        covers(of.region(), &of.support(index)) && (own.held.is_empty() || !is_held())
+    }
+
+    /// Number of the active function with net index `index` of a level.
+    pub(super) fn number(&self, level: usize, index: &[usize; 3]) -> Option<u32> {
+        let own = &self.levels[level];
+        let at = own.flat.binary_search(&tensor::flat_index(&own.sizes, index)).ok()?;
+        Some(own.first + at as u32)
     }
 
     /// The levels and regions below.
@@ -83,5 +137,51 @@ impl HierarchicalBasis {
                 }
             }
         }
+    }
+}
+
+impl Withheld {
+    /// What holds for the functions of patch `patch`.
+    fn new(
+        patch: usize,
+        hierarchies: &[SubdomainHierarchy],
+        neighbours: &Neighbours,
+        ties: &[PatchTies],
+    ) -> Self {
+        let mut withheld = Self::default();
+        for (l, own) in hierarchies[patch].levels().iter().enumerate() {
+            let sizes: Vec<[usize; 3]> = hierarchies.iter().map(|h| h.levels()[l].net_size()).collect();
+            let level = neighbours::Level { neighbours, ties, sizes: &sizes };
+            let (mut from_level, mut from_next) = (Vec::new(), Vec::new());
+            let candidates = own.region().iter().flat_map(|b| own.functions_on(b).elements());
+            for index in candidates.filter(|index| level.is_shared(patch, index)) {
+                let support = own.support(&index);
+                if !covers(own.region(), &support) {
+                    continue;
+                }
+                let group = level.group(patch, index);
+                let everywhere = |is_in: &dyn Fn(&super::domain::Level, &IndexBox) -> bool| {
+                    group.iter().all(|(p, i)| {
+                        let there = &hierarchies[*p].levels()[l];
+                        is_in(there, &there.support(i))
+                    })
+                };
+                let flat = tensor::flat_index(&sizes[patch], &index);
+                if !everywhere(&|level, support| covers(level.region(), support)) {
+                    from_level.push(flat);
+                } else if covers(own.refined(), &support)
+                    && !everywhere(&|level, support| covers(level.refined(), support))
+                {
+                    from_next.push(flat);
+                }
+            }
+            for list in [&mut from_level, &mut from_next] {
+                list.sort_unstable();
+                list.dedup();
+            }
+            withheld.from_level.push(from_level);
+            withheld.from_next.push(from_next);
+        }
+        withheld
     }
 }

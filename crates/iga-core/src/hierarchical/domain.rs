@@ -154,13 +154,24 @@ impl SubdomainHierarchy {
     /// # Errors
     /// As [`SubdomainHierarchy::refine`]; [`SplineError::Levels`] if the knots are not nested.
     pub fn refine_knots(&mut self, knots: Vec<KnotVector>, boxes: &[IndexBox]) -> Result<(), SplineError> {
+        self.check_boxes(boxes, &disjoint(boxes))?;
+        self.follow_knots(knots, boxes)
+    }
+
+    /// Adds a level that the neighbours of a patch need: `boxes` may be too small to refine a function, and there may be none.
+    ///
+    /// # Errors
+    /// [`SplineError::Levels`] if the knots are not nested; [`SplineError::RefinedBox`] if a box lies outside the last region.
+    pub fn follow_knots(&mut self, knots: Vec<KnotVector>, boxes: &[IndexBox]) -> Result<(), SplineError> {
         let last = self.last();
         if knots.len() != last.knots.len() {
             let (found, expected) = (knots.len(), last.knots.len());
             return Err(LevelFault::Directions { found, expected }.into());
         }
+        if let Some(b) = boxes.iter().find(|b| !covers(&last.region, b)) {
+            return Err(self.outside(b));
+        }
         let refined = disjoint(boxes);
-        self.check_boxes(boxes, &refined)?;
         let mut level = Level::new(knots, Vec::new());
         for (d, (coarse, fine)) in last.knots.iter().zip(&level.knots).enumerate() {
             level.two_scale.push(TwoScale::between(coarse, fine)?);
@@ -177,16 +188,14 @@ impl SubdomainHierarchy {
     }
 
     fn check_boxes(&self, boxes: &[IndexBox], union: &[IndexBox]) -> Result<(), SplineError> {
-        let (last, level) = (self.last(), self.levels.len() - 1);
-        let fail = |b: &IndexBox, reason| {
-            Err(SplineError::RefinedBox { level, lower: b.lower, upper: b.upper, reason })
-        };
+        let last = self.last();
+        let fail = |b: &IndexBox, reason| Err(self.fault_of(b, reason));
         for b in boxes {
             if b.is_empty() {
                 return fail(b, "it has no element");
             }
             if !covers(&last.region, b) {
-                return fail(b, "it is not inside the region of this level, refine more on the level before");
+                return Err(self.outside(b));
             }
             let refines = |f: [usize; 3]| covers(union, &last.support(&f));
             if !last.functions_on(b).elements().any(refines) {
@@ -197,6 +206,14 @@ impl SubdomainHierarchy {
             return fail(&IndexBox::whole([0; 3]), "there is none");
         }
         Ok(())
+    }
+
+    fn fault_of(&self, b: &IndexBox, reason: &'static str) -> SplineError {
+        SplineError::RefinedBox { level: self.levels.len() - 1, lower: b.lower, upper: b.upper, reason }
+    }
+
+    fn outside(&self, b: &IndexBox) -> SplineError {
+        self.fault_of(b, "it is not inside the region of this level, refine more on the level before")
     }
 
     fn number_leaves(&mut self) {

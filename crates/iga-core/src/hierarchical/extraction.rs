@@ -4,9 +4,8 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::basis::HierarchicalBasis;
 use super::domain::Leaf;
-use super::numbering::Numbering;
+use super::numbering::{Numbering, Part};
 use super::truncation::{ElementOperator, OperatorBuilder, Truncation};
 
 /// Mark of elements whose functions are the B-splines of their level, so that no operator is kept.
@@ -31,20 +30,28 @@ pub(super) struct Extraction {
 }
 
 impl Extraction {
-    /// Operators of all leaves, in their order.
-    pub(super) fn new(basis: &HierarchicalBasis, leaves: &[Leaf], numbering: &Numbering) -> Self {
-        let part = |leaves: &[Leaf]| {
-            let (mut part, mut builder, mut sums) = (Self::empty(), OperatorBuilder::default(), Vec::new());
+    /// Operators of all leaves, in their order: those of one patch after those of another.
+    pub(super) fn new(parts: &[Part], leaves: &[Leaf], numbering: &Numbering) -> Self {
+        let of_chunk = |part: &Part, leaves: &[Leaf]| {
+            let (mut chunk, mut builder, mut sums) = (Self::empty(), OperatorBuilder::default(), Vec::new());
             for leaf in leaves {
-                part.push(builder.build(basis, leaf, Truncation::Truncated), numbering, &mut sums);
+                let operator = builder.build(&part.basis, leaf, Truncation::Truncated);
+                chunk.push(operator, (numbering, part.first_active), &mut sums);
             }
-            part
+            chunk
         };
-        let parts: Vec<Self> = leaves.par_chunks(CHUNK).map(part).collect();
+        let chunks: Vec<(&Part, &[Leaf])> = parts
+            .iter()
+            .flat_map(|part| {
+                let own = &leaves[part.first_element..][..part.basis.hierarchy().n_leaves()];
+                own.chunks(CHUNK).map(move |chunk| (part, chunk))
+            })
+            .collect();
+        let chunks: Vec<Self> = chunks.par_iter().map(|(part, leaves)| of_chunk(part, leaves)).collect();
         let mut all = Self::empty();
-        all.entries.reserve_exact(parts.iter().map(|p| p.entries.len()).sum());
-        all.columns.reserve_exact(parts.iter().map(|p| p.columns.len()).sum());
-        parts.iter().for_each(|part| all.append(part));
+        all.entries.reserve_exact(chunks.iter().map(|p| p.entries.len()).sum());
+        all.columns.reserve_exact(chunks.iter().map(|p| p.columns.len()).sum());
+        chunks.iter().for_each(|part| all.append(part));
         all
     }
 
@@ -75,12 +82,17 @@ impl Extraction {
         self.entries.len()
     }
 
-    /// Adds the next element: rows of tied functions are added up.
-    fn push(&mut self, operator: &ElementOperator, numbering: &Numbering, sums: &mut Vec<f64>) {
+    /// Adds the next element, of a patch whose active functions are numbered from `first_active` on: rows of tied functions are added up.
+    fn push(
+        &mut self,
+        operator: &ElementOperator,
+        (numbering, first_active): (&Numbering, u32),
+        sums: &mut Vec<f64>,
+    ) {
         let (begin, n) = (self.functions.len(), operator.functions.len());
-        let of_space = |f: u32| numbering.functions[f as usize];
-        let is_first = |f: u32| numbering.representatives[of_space(f) as usize] == f;
-        // Functions of an element rise, so the first one of a tied group comes before the others if it is there at all.
+        let of_space = |f: u32| numbering.functions[(first_active + f) as usize];
+        let is_first = |f: u32| numbering.representatives[of_space(f) as usize] == first_active + f;
+        // Functions of an element rise, so the first one of a tied group comes before the others of the patch if it is there at all.
         for &f in &operator.functions {
             if is_first(f) || !self.functions[begin..].contains(&of_space(f)) {
                 self.functions.push(of_space(f));
@@ -88,9 +100,9 @@ impl Extraction {
         }
         self.starts.push(self.functions.len());
         let own = &self.functions[begin..];
-        let weight = |f: u32| numbering.weights[f as usize];
-        let has_weight_of_group =
-            |f: u32| weight(f).to_bits() == weight(numbering.representatives[of_space(f) as usize]).to_bits();
+        let weight = |f: u32| numbering.weights[(first_active + f) as usize];
+        let of_group = |f: u32| numbering.weights[numbering.representatives[of_space(f) as usize] as usize];
+        let has_weight_of_group = |f: u32| weight(f).to_bits() == of_group(f).to_bits();
         if operator.rows.is_empty()
             && own.len() == n
             && operator.functions.iter().all(|&f| has_weight_of_group(f))

@@ -3,8 +3,9 @@
 //! A function is refined only if its whole support is, so a region must be grown by the degree, across seams and around
 //! collapsed edges.
 
-use super::domain::SubdomainHierarchy;
+use super::domain::{Level, SubdomainHierarchy};
 use super::index_box::IndexBox;
+use super::neighbours::{Neighbours, SharedFace};
 use super::ties::PatchTies;
 use crate::SplineError;
 use crate::knots::KnotVector;
@@ -13,6 +14,9 @@ use crate::spline_fault::LevelFault;
 
 /// Distance from a knot, relative to the element, within which an end of a region counts as lying on it.
 const ON_KNOT: f64 = 1e-9;
+
+/// Elements of a patch; beyond its ends, where they may reach, those of its neighbours are meant.
+type Stretch = [(i64, i64); 3];
 
 impl SubdomainHierarchy {
     /// Boxes of elements of the last level that contain `regions`, grown by `by` elements in every direction.
@@ -28,37 +32,132 @@ impl SubdomainHierarchy {
         by: [usize; 3],
         ties: &PatchTies,
     ) -> Result<Vec<IndexBox>, SplineError> {
-        let mut all = Vec::new();
+        let mut boxes = Vec::new();
         for region in regions {
-            all.extend(self.around(region, by, ties)?);
+            for stretch in self.around(region, by, ties)? {
+                boxes.push(self.inside(&stretch, ties));
+            }
         }
-        Ok(all)
+        Ok(boxes)
     }
 
+    /// The last level.
+    fn finest(&self) -> &Level {
+        &self.levels()[self.levels().len() - 1]
+    }
+
+    /// Pieces of elements around a region, which do not reach beyond seams.
     fn around(
         &self,
         region: &ParameterBox,
         by: [usize; 3],
         ties: &PatchTies,
-    ) -> Result<Vec<IndexBox>, SplineError> {
-        let level = &self.levels()[self.levels().len() - 1];
-        let mut boxes = vec![IndexBox::whole([1; 3])];
-        for (d, k) in level.knots().iter().enumerate() {
+    ) -> Result<Vec<Stretch>, SplineError> {
+        let mut stretches: Vec<Stretch> = vec![[(0, 1); 3]];
+        for (d, k) in self.finest().knots().iter().enumerate() {
             let (lower, upper) = elements_in_direction(k, region.lower[d], region.upper[d], ties.seams[d])?;
             let pieces = grow(lower, upper, by[d], k.n_elements(), ties.seams[d]);
-            let with = |b: &IndexBox, &(l, u): &(usize, usize)| {
-                let mut b = *b;
-                (b.lower[d], b.upper[d]) = (l, u);
-                b
+            let with = |s: &Stretch, piece: &(i64, i64)| {
+                let mut s = *s;
+                s[d] = *piece;
+                s
             };
-            boxes = boxes.iter().flat_map(|b| pieces.iter().map(move |p| with(b, p))).collect();
+            stretches = stretches.iter().flat_map(|s| pieces.iter().map(move |p| with(s, p))).collect();
         }
-        let sizes = level.element_counts();
-        for b in &mut boxes {
-            carry_around(b, &sizes, ties);
-        }
-        Ok(boxes)
+        Ok(stretches)
     }
+
+    /// The part of a stretch that lies in the patch, carried around collapsed edges.
+    fn inside(&self, stretch: &Stretch, ties: &PatchTies) -> IndexBox {
+        let sizes = self.finest().element_counts();
+        let mut b = IndexBox {
+            lower: std::array::from_fn(|d| stretch[d].0.max(0) as usize),
+            upper: std::array::from_fn(|d| stretch[d].1.clamp(0, sizes[d] as i64) as usize),
+        };
+        carry_around(&mut b, &sizes, ties);
+        b
+    }
+}
+
+/// Boxes of elements of the last levels of patches, a list for each, that contain its `regions`, grown by its `by` elements in every direction.
+///
+/// As [`SubdomainHierarchy::elements_around`] in each patch; what reaches a shared face goes on in the neighbour, by as many elements as it would reach
+/// beyond the end of the patch, one at least.
+///
+/// # Errors
+/// As [`SubdomainHierarchy::elements_around`].
+pub fn elements_around(
+    hierarchies: &[SubdomainHierarchy],
+    regions: &[Vec<ParameterBox>],
+    by: &[[usize; 3]],
+    (ties, neighbours): (&[PatchTies], &Neighbours),
+) -> Result<Vec<Vec<IndexBox>>, SplineError> {
+    let mut boxes: Vec<Vec<IndexBox>> = vec![Vec::new(); hierarchies.len()];
+    let (mut waiting, mut seen) = (Vec::new(), Vec::new());
+    for (patch, own) in hierarchies.iter().enumerate() {
+        for region in &regions[patch] {
+            for mut stretch in own.around(region, by[patch], &ties[patch])? {
+                reach_across(&mut stretch, &own.finest().element_counts(), &ties[patch]);
+                waiting.push((patch, stretch));
+            }
+        }
+    }
+    waiting.reverse();
+    while let Some((patch, mut stretch)) = waiting.pop() {
+        let own = &hierarchies[patch];
+        let sizes = own.finest().element_counts();
+        let b = own.inside(&stretch, &ties[patch]);
+        for d in (0..3).filter(|&d| (b.lower[d], b.upper[d]) == (0, sizes[d]) && !ties[patch].seams[d]) {
+            // Carried around a collapsed edge: around it other patches may follow.
+            if stretch[d].0 > 0 || stretch[d].1 < sizes[d] as i64 {
+                stretch[d] = (-1, sizes[d] as i64 + 1);
+            }
+        }
+        if b.is_empty() || seen.contains(&(patch, stretch)) {
+            continue;
+        }
+        seen.push((patch, stretch));
+        if !boxes[patch].contains(&b) {
+            boxes[patch].push(b);
+        }
+        for face in neighbours.of(patch) {
+            let there = hierarchies[face.other.patch].finest().element_counts();
+            waiting.extend(beyond(&stretch, &sizes, face, &there).map(|s| (face.other.patch, s)));
+        }
+    }
+    Ok(boxes)
+}
+
+/// Extends a stretch that touches ends of the patch beyond them by one element.
+fn reach_across(stretch: &mut Stretch, sizes: &[usize; 3], ties: &PatchTies) {
+    for d in (0..3).filter(|&d| !ties.seams[d]) {
+        let (lower, upper) = &mut stretch[d];
+        if *lower <= 0 {
+            *lower = (*lower).min(-1);
+        }
+        if *upper >= sizes[d] as i64 {
+            *upper = (*upper).max(sizes[d] as i64 + 1);
+        }
+    }
+}
+
+/// The part of a stretch beyond the shared face `face`, in the neighbour, whose level has so many elements.
+fn beyond(stretch: &Stretch, sizes: &[usize; 3], face: &SharedFace, there: &[usize; 3]) -> Option<Stretch> {
+    let (lower, upper) = stretch[face.own.direction];
+    let by = if face.own.upper { upper - sizes[face.own.direction] as i64 } else { -lower };
+    if by <= 0 {
+        return None;
+    }
+    let mut next = [(0, 1); 3];
+    let n = there[face.other.direction] as i64;
+    next[face.other.direction] = if face.other.upper { (n - by, n) } else { (0, by) };
+    for d in 0..3 {
+        let Some((along, is_reversed)) = face.direction(d) else { continue };
+        let (lower, upper) = stretch[d];
+        let n = sizes[d] as i64;
+        next[along] = if is_reversed { (n - upper, n - lower) } else { (lower, upper) };
+    }
+    Some(next)
 }
 
 /// Elements `lower..upper` of one direction that contain an interval; with a seam they may reach below 0 or above `n`.
@@ -91,26 +190,24 @@ fn elements_in_direction(
     Ok((first, last.max(first) + 1))
 }
 
-/// Grows an interval of elements, and cuts it into pieces inside `0..n`.
-fn grow(lower: i64, upper: i64, by: usize, n: usize, seam: bool) -> Vec<(usize, usize)> {
+/// Grows an interval of elements; with a seam it is cut into pieces inside `0..n`.
+fn grow(lower: i64, upper: i64, by: usize, n: usize, seam: bool) -> Vec<(i64, i64)> {
     let (n, by) = (n as i64, by as i64);
     let (mut lower, mut upper) = (lower - by, upper + by);
-    if seam {
-        if lower <= 0 {
-            lower = lower.min(-1);
-        }
-        if upper >= n {
-            upper = upper.max(n + 1);
-        }
+    if !seam {
+        return vec![(lower, upper)];
     }
-    if upper - lower >= n || !seam {
-        let whole = upper - lower >= n && seam;
-        let range = if whole { (0, n) } else { (lower.max(0), upper.min(n)) };
-        return vec![(range.0 as usize, range.1 as usize)];
+    if lower <= 0 {
+        lower = lower.min(-1);
+    }
+    if upper >= n {
+        upper = upper.max(n + 1);
+    }
+    if upper - lower >= n {
+        return vec![(0, n)];
     }
     let piece = |turn: i64| ((lower + turn).max(0), (upper + turn).min(n));
-    let pieces = [-n, 0, n].map(piece);
-    pieces.iter().filter(|(l, u)| l < u).map(|&(l, u)| (l as usize, u as usize)).collect()
+    [-n, 0, n].map(piece).into_iter().filter(|(l, u)| l < u).collect()
 }
 
 /// Extends a box that touches an edge collapsed onto a line over the whole direction that collapses.

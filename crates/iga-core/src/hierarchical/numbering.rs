@@ -1,10 +1,39 @@
 //! Numbers, control points and weights of the functions of a rational space (theory Eq. H.7, section H.5).
 
+use std::collections::HashMap;
+
 use super::basis::HierarchicalBasis;
+use super::neighbours::Neighbours;
 use super::ties::PatchTies;
 use super::two_scale::TwoScale;
 use crate::SplineError;
 use crate::nurbs::Patch;
+
+/// One patch of a space.
+#[derive(Debug, Clone)]
+pub(super) struct Part {
+    /// Active functions and regions, before tying.
+    pub(super) basis: HierarchicalBasis,
+    /// Seams and collapsed edges.
+    pub(super) ties: PatchTies,
+    /// Number of its first active function among those of all patches.
+    pub(super) first_active: u32,
+    /// Number of its first element.
+    pub(super) first_element: usize,
+}
+
+impl Part {
+    /// The parts of a space, in the order of its patches.
+    pub(super) fn all(bases: Vec<HierarchicalBasis>, ties: &[PatchTies]) -> Vec<Self> {
+        let (mut parts, mut first_active, mut first_element) = (Vec::new(), 0, 0);
+        for (basis, ties) in bases.into_iter().zip(ties) {
+            let (n_functions, n_leaves) = (basis.n_functions() as u32, basis.hierarchy().n_leaves());
+            parts.push(Self { basis, ties: ties.clone(), first_active, first_element });
+            (first_active, first_element) = (first_active + n_functions, first_element + n_leaves);
+        }
+        parts
+    }
+}
 
 /// How active functions become functions of the space.
 #[derive(Debug, Clone)]
@@ -20,17 +49,22 @@ pub(super) struct Numbering {
 }
 
 impl Numbering {
-    /// Numbers the active functions, tied ones once, in their order.
+    /// Numbers the active functions of all patches, tied ones once, in their order.
     ///
     /// # Errors
-    /// [`SplineError::Levels`] if the levels do not refine the patch.
+    /// [`SplineError::Levels`] if the levels do not refine the patches.
     pub(super) fn new(
-        patch: &Patch,
-        basis: &HierarchicalBasis,
-        ties: &PatchTies,
+        patches: &[Patch],
+        parts: &[Part],
+        neighbours: &Neighbours,
     ) -> Result<Self, SplineError> {
-        let (points, weights) = net_of_active(patch, basis)?;
-        let first = ties.first_of_group(basis);
+        let (mut points, mut weights) = (Vec::new(), Vec::new());
+        for (patch, part) in patches.iter().zip(parts) {
+            let (own_points, own_weights) = net_of_active(patch, &part.basis)?;
+            points.extend(own_points);
+            weights.extend(own_weights);
+        }
+        let first = first_of_groups(parts, neighbours);
         let (mut functions, mut representatives) = (vec![0; first.len()], Vec::new());
         for (f, &g) in first.iter().enumerate() {
             if f == g as usize {
@@ -42,6 +76,60 @@ impl Numbering {
         }
         let control_points = representatives.iter().map(|&f| points[f as usize]).collect();
         Ok(Self { functions, weights, representatives, control_points })
+    }
+}
+
+/// For every active function of all patches the first one of those that are one function with it.
+pub(super) fn first_of_groups(parts: &[Part], neighbours: &Neighbours) -> Vec<u32> {
+    let mut groups = Groups::new(parts.iter().map(|part| part.basis.n_functions()).sum());
+    for part in parts {
+        join_ties(part, &mut groups);
+    }
+    join_neighbours(parts, neighbours, &mut groups);
+    groups.first_of_each()
+}
+
+/// Joins the functions of a patch that its seams and collapsed sets tie.
+fn join_ties(part: &Part, groups: &mut Groups) {
+    let Part { basis, ties, first_active: offset, .. } = part;
+    if ties.is_empty() {
+        return;
+    }
+    // Functions with one key are one function. Keys: which tie, level, net index without the tied directions.
+    let mut seen: HashMap<(usize, usize, [usize; 3]), u32> = HashMap::new();
+    for f in 0..basis.n_functions() as u32 {
+        let (level, index) = basis.function(f);
+        let sizes = basis.hierarchy().levels()[level].net_size();
+        let mut join = |key| groups.join(offset + f, *seen.entry(key).or_insert(offset + f));
+        for d in (0..3).filter(|&d| ties.seams[d] && (index[d] == 0 || index[d] + 1 == sizes[d])) {
+            let mut rest = index;
+            rest[d] = 0;
+            join((d, level, rest));
+        }
+        for (k, set) in ties.collapsed.iter().enumerate().filter(|(_, s)| s.holds(&index, &sizes)) {
+            let free = |d: usize| set.ends[d].is_none() && !set.along[d];
+            let rest = std::array::from_fn(|d| if free(d) { index[d] } else { 0 });
+            join((3 + k, if set.is_point() { 0 } else { level }, rest));
+        }
+    }
+}
+
+/// Joins active functions with their partners across shared faces.
+fn join_neighbours(parts: &[Part], neighbours: &Neighbours, groups: &mut Groups) {
+    for (patch, part) in parts.iter().enumerate() {
+        for face in neighbours.of(patch) {
+            let there = &parts[face.other.patch];
+            for f in 0..part.basis.n_functions() as u32 {
+                let (level, index) = part.basis.function(f);
+                let sizes = [part, there].map(|p| p.basis.hierarchy().levels()[level].net_size());
+                if face.holds(&index, &sizes[0])
+                    && let Some(other) =
+                        there.basis.number(level, &face.partner(&index, [&sizes[0], &sizes[1]]))
+                {
+                    groups.join(part.first_active + f, there.first_active + other);
+                }
+            }
+        }
     }
 }
 
@@ -81,5 +169,35 @@ fn for_each_coarse(relations: &[TwoScale], index: &[usize; 3], mut visit: impl F
                 visit([rows[0].0 + i, rows[1].0 + j, rows[2].0 + k], a * b * c);
             }
         }
+    }
+}
+
+/// Groups of functions that are one; each is known by its first member.
+struct Groups {
+    first: Vec<u32>,
+}
+
+impl Groups {
+    /// So many functions, none joined.
+    fn new(n_functions: usize) -> Self {
+        Self { first: (0..n_functions as u32).collect() }
+    }
+
+    /// Joins the groups of two functions.
+    fn join(&mut self, f: u32, other: u32) {
+        let (a, b) = (self.root(f), self.root(other));
+        self.first[a.max(b) as usize] = a.min(b);
+    }
+
+    fn root(&self, mut f: u32) -> u32 {
+        while self.first[f as usize] != f {
+            f = self.first[f as usize];
+        }
+        f
+    }
+
+    /// For every function the first one of its group.
+    fn first_of_each(&self) -> Vec<u32> {
+        (0..self.first.len() as u32).map(|f| self.root(f)).collect()
     }
 }

@@ -25,7 +25,7 @@ pub struct Prolongation {
 }
 
 impl Prolongation {
-    /// Prolongation from a space over a patch to one that contains it.
+    /// Prolongation from a space over patches to one that contains it.
     ///
     /// The levels need not be the same: every region of the coarser space must lie in a region of the finer one whose
     /// knots contain its knots. So a plain patch, a globally refined one and hierarchies over either may be mixed.
@@ -38,12 +38,10 @@ impl Prolongation {
         let mut p =
             Self { n_coarse: coarse.n_functions(), starts: vec![0], columns: Vec::new(), values: Vec::new() };
         let mut shares = Vec::new();
-        for f in 0..fine.n_functions() as u32 {
-            let (level, index) = fine.level_and_index(f);
-            let leaf = leaf_of_function(&fine.basis().hierarchy().levels()[level], level, &index)?;
-            let e = coarse.find_element(0, &middle(fine, &leaf));
-            relations.column(&coarse.leaf(e), level, &index, &mut shares)?;
-            let weight = fine.weights()[f as usize];
+        for place in places(fine)? {
+            let Place { patch, level, index, leaf, weight } = place;
+            let e = coarse.find_element(patch, &middle(fine, patch, &leaf));
+            relations.column(patch, &coarse.leaf(e), (level, &index), &mut shares)?;
             for (r, &g) in coarse.functions_on(e).iter().enumerate() {
                 let value: f64 = if coarse.is_single_level(e) {
                     shares[r] * coarse.weights()[g as usize]
@@ -118,19 +116,49 @@ impl Prolongation {
     }
 }
 
-/// Two-scale relations between levels of the two spaces, made when first asked for.
+/// Where a function of the finer space is looked at: a leaf of its own level in its support, in one of the patches that it belongs to.
+struct Place {
+    patch: usize,
+    level: usize,
+    index: [usize; 3],
+    leaf: Leaf,
+    weight: f64,
+}
+
+/// The first such place of every function.
+fn places(fine: &HierarchicalSpace) -> Result<Vec<Place>, SplineError> {
+    let mut places: Vec<Option<Place>> = (0..fine.n_functions()).map(|_| None).collect();
+    for patch in 0..fine.n_patches() {
+        let levels = fine.basis(patch).hierarchy().levels();
+        for (f, level, index, weight) in fine.active_of(patch) {
+            let place = &mut places[f as usize];
+            if place.is_none()
+                && let Some(leaf) = leaf_of_function(&levels[level], level, &index)
+            {
+                *place = Some(Place { patch, level, index, leaf, weight });
+            }
+        }
+    }
+    let found = places.into_iter().enumerate().map(|(f, place)| {
+        let (level, index) = fine.level_and_index(f as u32);
+        place.ok_or(ContainmentFault::NoElement { index, level }.into())
+    });
+    found.collect()
+}
+
+/// Two-scale relations between levels of the two spaces in a patch, made when first asked for.
 struct Relations<'a> {
     coarse: &'a HierarchicalSpace,
     fine: &'a HierarchicalSpace,
-    known: HashMap<(usize, usize), Result<Vec<TwoScale>, LevelFault>>,
+    known: HashMap<[usize; 3], Result<Vec<TwoScale>, LevelFault>>,
 }
 
 impl Relations<'_> {
-    fn get(&mut self, coarse: usize, fine: usize) -> Result<&[TwoScale], SplineError> {
-        let from = self.coarse.basis().hierarchy().levels()[coarse].knots();
-        let to = self.fine.basis().hierarchy().levels()[fine].knots();
+    fn get(&mut self, patch: usize, coarse: usize, fine: usize) -> Result<&[TwoScale], SplineError> {
+        let from = self.coarse.basis(patch).hierarchy().levels()[coarse].knots();
+        let to = self.fine.basis(patch).hierarchy().levels()[fine].knots();
         let make = || from.iter().zip(to).map(|(a, b)| TwoScale::between(a, b)).collect();
-        match self.known.entry((coarse, fine)).or_insert_with(make) {
+        match self.known.entry([patch, coarse, fine]).or_insert_with(make) {
             Ok(list) => Ok(list),
             Err(fault) => Err(ContainmentFault::Levels(fault.clone()).into()),
         }
@@ -143,32 +171,38 @@ impl Relations<'_> {
             let fault = ContainmentFault::Directions { coarse: coarse.dimension(), fine: fine.dimension() };
             return Err(fault.into());
         }
-        let fine_levels = fine.basis().hierarchy().levels();
-        for (k, level) in coarse.basis().hierarchy().levels().iter().enumerate() {
-            let Some(m) = (0..fine_levels.len()).find(|&m| self.get(k, m).is_ok()) else {
-                return Err(ContainmentFault::MissingLevel { level: k }.into());
-            };
-            for b in level.region() {
-                if !covers(fine_levels[m].region(), &same_box(level, b, &fine_levels[m])) {
-                    let (lower, upper) = (b.lower, b.upper);
-                    return Err(ContainmentFault::Region { fine_level: m, level: k, lower, upper }.into());
+        if coarse.n_patches() != fine.n_patches() {
+            let fault = ContainmentFault::Patches { coarse: coarse.n_patches(), fine: fine.n_patches() };
+            return Err(fault.into());
+        }
+        for patch in 0..coarse.n_patches() {
+            let fine_levels = fine.basis(patch).hierarchy().levels();
+            for (k, level) in coarse.basis(patch).hierarchy().levels().iter().enumerate() {
+                let Some(m) = (0..fine_levels.len()).find(|&m| self.get(patch, k, m).is_ok()) else {
+                    return Err(ContainmentFault::MissingLevel { level: k }.into());
+                };
+                for b in level.region() {
+                    if !covers(fine_levels[m].region(), &same_box(level, b, &fine_levels[m])) {
+                        let (lower, upper) = (b.lower, b.upper);
+                        return Err(ContainmentFault::Region { fine_level: m, level: k, lower, upper }.into());
+                    }
                 }
             }
         }
         Ok(())
     }
 
-    /// Coefficients of the coarse B-splines on a coarse leaf in fine function `index` of level `level`.
+    /// Coefficients of the coarse B-splines on a coarse leaf of `patch` in a fine function of the level and index given.
     fn column(
         &mut self,
+        patch: usize,
         leaf: &Leaf,
-        level: usize,
-        index: &[usize; 3],
+        (level, index): (usize, &[usize; 3]),
         out: &mut Vec<f64>,
     ) -> Result<(), SplineError> {
         let here = IndexBox { lower: leaf.index, upper: leaf.index.map(|i| i + 1) };
-        let functions = self.coarse.basis().hierarchy().levels()[leaf.level].functions_on(&here);
-        let relations = self.get(leaf.level, level)?;
+        let functions = self.coarse.basis(patch).hierarchy().levels()[leaf.level].functions_on(&here);
+        let relations = self.get(patch, leaf.level, level)?;
         out.clear();
         out.extend(functions.elements().map(|i| {
             relations.iter().enumerate().map(|(d, r)| r.coefficient(i[d], index[d])).product::<f64>()
@@ -189,19 +223,18 @@ fn same_box(from: &Level, b: &IndexBox, to: &Level) -> IndexBox {
     same
 }
 
-/// A leaf of a function's own level in its support: there its own B-spline stands in no other function.
-fn leaf_of_function(level: &Level, number: usize, index: &[usize; 3]) -> Result<Leaf, SplineError> {
+/// A leaf of a function's own level in its support: there its own B-spline stands in no other function. None in a patch that is refined wherever the
+/// function is not zero.
+fn leaf_of_function(level: &Level, number: usize, index: &[usize; 3]) -> Option<Leaf> {
     let is_leaf = |e: &[usize; 3]| !level.refined().iter().any(|b| b.holds(e));
-    let found = level.support(index).elements().find(is_leaf);
-    let missing = ContainmentFault::NoElement { index: *index, level: number };
-    let index = found.ok_or(missing)?;
-    Ok(Leaf { level: number, index })
+    let index = level.support(index).elements().find(is_leaf)?;
+    Some(Leaf { level: number, index })
 }
 
-/// Centre of a leaf in parameters.
-fn middle(space: &HierarchicalSpace, leaf: &Leaf) -> [f64; 3] {
+/// Centre of a leaf of a patch in parameters.
+fn middle(space: &HierarchicalSpace, patch: usize, leaf: &Leaf) -> [f64; 3] {
     let mut xi = [0.0; 3];
-    for (d, k) in space.basis().hierarchy().levels()[leaf.level].knots().iter().enumerate() {
+    for (d, k) in space.basis(patch).hierarchy().levels()[leaf.level].knots().iter().enumerate() {
         let (a, b) = k.element(leaf.index[d]);
         xi[d] = 0.5 * (a + b);
     }

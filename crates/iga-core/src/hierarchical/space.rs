@@ -1,9 +1,10 @@
-//! The rational truncated hierarchical space of one patch behind the trait [`Space`] (theory Eq. H.6, H.7).
+//! The rational truncated hierarchical space of one or more patches behind the trait [`Space`] (theory Eq. H.6, H.7).
 
 use super::basis::HierarchicalBasis;
-use super::domain::{Leaf, SubdomainHierarchy};
+use super::domain::{Leaf, Level, SubdomainHierarchy};
 use super::extraction::Extraction;
-use super::numbering::Numbering;
+use super::neighbours::Neighbours;
+use super::numbering::{Numbering, Part, first_of_groups};
 use super::ties::PatchTies;
 use crate::SplineError;
 use crate::bspline::basis_derivatives;
@@ -11,18 +12,20 @@ use crate::knots::{KnotVector, MAX_DEGREE};
 use crate::nurbs::Patch;
 use crate::nurbs::interface::FaceId;
 use crate::nurbs::patch::{PointBasis, SECOND_DERIVATIVES, make_rational};
-use crate::space::{Element, Space};
+use crate::space::{Element, PatchSpace, Space};
 use crate::spline_fault::LevelFault;
 use crate::tensor;
 
-/// Functions `R_i = w_i T_i / W` with truncated hierarchical B-splines `T_i` and the weight function `W` of the patch.
+/// Functions `R_i = w_i T_i / W` with truncated hierarchical B-splines `T_i` and the weight function `W` of their patch, continuous across
+/// faces that patches share (H.9).
 ///
-/// Elements are the leaves of the hierarchy. The functions are numbered by level, then by net index, tied ones once; with
-/// a single level these are the numbers of the plain patch.
+/// Elements are the leaves of the hierarchies, patch by patch. The functions are numbered by patch, level, then net index, tied ones once; with
+/// a single level these are the numbers of the plain patches.
 #[derive(Debug, Clone)]
 pub struct HierarchicalSpace {
-    basis: HierarchicalBasis,
-    ties: PatchTies,
+    /// One a patch.
+    parts: Vec<Part>,
+    neighbours: Neighbours,
     numbering: Numbering,
     weights: Vec<f64>,
     leaves: Vec<Leaf>,
@@ -32,23 +35,32 @@ pub struct HierarchicalSpace {
 impl HierarchicalSpace {
     /// Builds the space of `hierarchy`, whose coarsest level has the knots of `patch`.
     ///
-    /// Control points and weights are the coefficients of the patch's homogeneous map, which the truncated basis keeps
+    /// # Errors
+    /// As [`HierarchicalSpace::of_patches`].
+    pub fn new(patch: &Patch, hierarchy: SubdomainHierarchy) -> Result<Self, SplineError> {
+        Self::of_patches(std::slice::from_ref(patch), vec![hierarchy])
+    }
+
+    /// Builds the space of `hierarchies`, whose coarsest levels have the knots of `patches`, one for each. All have the same number of levels,
+    /// and on each the same knots along faces that patches share.
+    ///
+    /// Control points and weights are the coefficients of the patches' homogeneous maps, which the truncated basis keeps
     /// level by level (H.7): the geometry stays as it is.
     ///
     /// # Errors
-    /// [`SplineError::Levels`] if the knots differ; [`SplineError::OpenSeam`] if a seam or collapsed edge is refined on
-    /// one side only.
-    pub fn new(patch: &Patch, hierarchy: SubdomainHierarchy) -> Result<Self, SplineError> {
-        if hierarchy.levels()[0].knots() != patch.knots() {
-            return Err(LevelFault::OtherPatch.into());
-        }
-        let basis = HierarchicalBasis::new(hierarchy);
-        let ties = PatchTies::detect(patch);
-        let numbering = Numbering::new(patch, &basis, &ties)?;
+    /// [`SplineError::Levels`] if knots or numbers of levels differ, or patches meet at an edge or corner without a face;
+    /// [`SplineError::OpenSeam`] if a seam or collapsed edge is refined on one side only.
+    pub fn of_patches(patches: &[Patch], hierarchies: Vec<SubdomainHierarchy>) -> Result<Self, SplineError> {
+        let ties: Vec<PatchTies> = patches.iter().map(PatchTies::detect).collect();
+        let neighbours = Neighbours::detect(patches, &ties);
+        check_levels(patches, &hierarchies, &neighbours)?;
+        check_edges(patches, &ties, &neighbours)?;
+        let parts = Part::all(HierarchicalBasis::of_patches(hierarchies, &neighbours, &ties), &ties);
+        let numbering = Numbering::new(patches, &parts, &neighbours)?;
         let weights = numbering.representatives.iter().map(|&f| numbering.weights[f as usize]).collect();
-        let leaves: Vec<Leaf> = basis.hierarchy().leaves().collect();
-        let extraction = Extraction::new(&basis, &leaves, &numbering);
-        let space = Self { basis, ties, numbering, weights, leaves, extraction };
+        let leaves: Vec<Leaf> = parts.iter().flat_map(|part| part.basis.hierarchy().leaves()).collect();
+        let extraction = Extraction::new(&parts, &leaves, &numbering);
+        let space = Self { parts, neighbours, numbering, weights, leaves, extraction };
         space.check_seams()?;
         Ok(space)
     }
@@ -58,17 +70,35 @@ impl HierarchicalSpace {
     /// # Errors
     /// As [`HierarchicalSpace::new`].
     pub fn plain(patch: &Patch) -> Result<Self, SplineError> {
-        Self::new(patch, SubdomainHierarchy::new(patch.knots()))
+        Self::plain_patches(std::slice::from_ref(patch))
     }
 
-    /// Active functions and regions, before tying.
-    pub fn basis(&self) -> &HierarchicalBasis {
-        &self.basis
+    /// The space of the patches themselves, of one level: that of [`crate::space::PatchSpace`].
+    ///
+    /// # Errors
+    /// As [`HierarchicalSpace::of_patches`].
+    pub fn plain_patches(patches: &[Patch]) -> Result<Self, SplineError> {
+        Self::of_patches(patches, patches.iter().map(|p| SubdomainHierarchy::new(p.knots())).collect())
     }
 
-    /// Seams and collapsed edges of the patch.
-    pub fn ties(&self) -> &PatchTies {
-        &self.ties
+    /// Number of patches.
+    pub fn n_patches(&self) -> usize {
+        self.parts.len()
+    }
+
+    /// Active functions and regions of a patch, before tying.
+    pub fn basis(&self, patch: usize) -> &HierarchicalBasis {
+        &self.parts[patch].basis
+    }
+
+    /// Seams and collapsed edges of a patch.
+    pub fn ties(&self, patch: usize) -> &PatchTies {
+        &self.parts[patch].ties
+    }
+
+    /// Faces that patches share.
+    pub fn neighbours(&self) -> &Neighbours {
+        &self.neighbours
     }
 
     /// Weight of every function; that of the first one of a tied group.
@@ -78,12 +108,45 @@ impl HierarchicalSpace {
 
     /// Level and net index of function `f`; those of the first one of a tied group.
     pub fn level_and_index(&self, f: u32) -> (usize, [usize; 3]) {
-        self.basis.function(self.numbering.representatives[f as usize])
+        let (patch, active) = self.patch_of_active(self.numbering.representatives[f as usize]);
+        self.parts[patch].basis.function(active)
     }
 
-    /// Function of the space that active function `active` of the basis is; tied ones are one.
-    pub fn function_of(&self, active: u32) -> u32 {
-        self.numbering.functions[active as usize]
+    /// Patch of active function `active` of all patches, and its number there.
+    fn patch_of_active(&self, active: u32) -> (usize, u32) {
+        let patch = self.parts.partition_point(|p| p.first_active <= active) - 1;
+        (patch, active - self.parts[patch].first_active)
+    }
+
+    /// Every active function of a patch: its function of the space, level, net index and weight.
+    pub(super) fn active_of(&self, patch: usize) -> impl Iterator<Item = (u32, usize, [usize; 3], f64)> + '_ {
+        let Part { basis, first_active, .. } = &self.parts[patch];
+        (0..basis.n_functions() as u32).map(move |f| {
+            let (level, index) = basis.function(f);
+            let active = (first_active + f) as usize;
+            (self.numbering.functions[active], level, index, self.numbering.weights[active])
+        })
+    }
+
+    /// Function of the space that active function `active` of the basis of a patch is; tied ones are one.
+    pub fn function_of(&self, patch: usize, active: u32) -> u32 {
+        self.numbering.functions[(self.parts[patch].first_active + active) as usize]
+    }
+
+    /// Elements of a patch.
+    pub(super) fn elements_of(&self, patch: usize) -> std::ops::Range<usize> {
+        let Part { basis, first_element, .. } = &self.parts[patch];
+        *first_element..first_element + basis.hierarchy().n_leaves()
+    }
+
+    /// Patch of element `e`.
+    fn patch_of(&self, e: usize) -> usize {
+        self.parts.partition_point(|p| p.first_element <= e) - 1
+    }
+
+    /// The level of knots of element `e`, in its patch.
+    fn level_of(&self, e: usize) -> &Level {
+        &self.parts[self.patch_of(e)].basis.hierarchy().levels()[self.leaves[e].level]
     }
 
     /// Level and place of element `e`.
@@ -113,17 +176,84 @@ impl HierarchicalSpace {
     }
 
     /// Values and derivatives of the B-splines of an element's level, as rows of a table per direction.
-    fn tables(&self, leaf: &Leaf, xi: &[f64; 3], n_derivatives: usize) -> Tables {
+    fn tables(&self, e: usize, xi: &[f64; 3], n_derivatives: usize) -> Tables {
         let mut tables = Tables { values: [[0.0; ROW]; 3], orders: [1; 3], dimension: self.dimension() };
         for table in &mut tables.values {
             table[0] = 1.0; // absent directions: the constant function
         }
-        for (d, k) in self.basis.hierarchy().levels()[leaf.level].knots().iter().enumerate() {
+        let index = self.leaves[e].index;
+        for (d, k) in self.level_of(e).knots().iter().enumerate() {
             tables.orders[d] = k.degree() + 1;
-            basis_derivatives(k, leaf.index[d], xi[d], n_derivatives, &mut tables.values[d]);
+            basis_derivatives(k, index[d], xi[d], n_derivatives, &mut tables.values[d]);
         }
         tables
     }
+}
+
+/// Checks that levels are those of the patches, and that patches have the same knots where they meet.
+fn check_levels(
+    patches: &[Patch],
+    hierarchies: &[SubdomainHierarchy],
+    neighbours: &Neighbours,
+) -> Result<(), SplineError> {
+    let expected = hierarchies.first().map_or(0, |h| h.levels().len());
+    for (patch, of_patch) in patches.iter().enumerate() {
+        let found = hierarchies.get(patch).map_or(0, |h| h.levels().len());
+        if found != expected || expected == 0 {
+            return Err(LevelFault::LevelCount { patch, found, expected }.into());
+        }
+        if hierarchies[patch].levels()[0].knots() != of_patch.knots() {
+            return Err(LevelFault::OtherPatch.into());
+        }
+    }
+    for (patch, own) in hierarchies.iter().enumerate() {
+        for face in neighbours.of(patch) {
+            let there = &hierarchies[face.other.patch];
+            for (level, (a, b)) in own.levels().iter().zip(there.levels()).enumerate() {
+                let is_same = |d: usize| {
+                    face.direction(d).is_none_or(|(other, is_reversed)| {
+                        same_breaks(&a.knots()[d], &b.knots()[other], is_reversed)
+                    })
+                };
+                if !(0..a.knots().len()).all(is_same) {
+                    let patches = [patch, face.other.patch];
+                    return Err(LevelFault::SharedKnots { patches, level }.into());
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Checks that patches share functions through faces alone: those of the patches themselves are then the ones whose control points coincide.
+fn check_edges(patches: &[Patch], ties: &[PatchTies], neighbours: &Neighbours) -> Result<(), SplineError> {
+    if patches.len() == 1 {
+        return Ok(());
+    }
+    let plain = patches.iter().map(|p| SubdomainHierarchy::new(p.knots())).collect();
+    let parts = Part::all(HierarchicalBasis::of_patches(plain, neighbours, ties), ties);
+    let first = first_of_groups(&parts, neighbours);
+    let n_functions = first.iter().enumerate().filter(|&(f, first)| f == *first as usize).count();
+    match PatchSpace::new(patches.to_vec())?.n_functions() == n_functions {
+        true => Ok(()),
+        false => Err(LevelFault::SharedEdge.into()),
+    }
+}
+
+/// Difference of knots, as a share of their range, that is round-off.
+const SAME_KNOT: f64 = 1e-12;
+
+/// Whether two knot vectors are the same, one of them from its end if `is_reversed`, in shares of their ranges.
+fn same_breaks(a: &KnotVector, b: &KnotVector, is_reversed: bool) -> bool {
+    let n = a.knots().len();
+    let share = |k: &KnotVector, i: usize| {
+        let (first, last) = k.domain();
+        (k.knots()[i] - first) / (last - first)
+    };
+    let partner = |i: usize| if is_reversed { 1.0 - share(b, n - 1 - i) } else { share(b, i) };
+    a.degree() == b.degree()
+        && b.knots().len() == n
+        && (0..n).all(|i| (share(a, i) - partner(i)).abs() <= SAME_KNOT)
 }
 
 const ROW: usize = 3 * (MAX_DEGREE + 1);
@@ -194,7 +324,7 @@ fn combine<const N: usize>(list: &[[f64; N]], columns: &[u16], coefficients: &[f
 
 impl Space for HierarchicalSpace {
     fn dimension(&self) -> usize {
-        self.basis.hierarchy().dimension()
+        self.basis(0).hierarchy().dimension()
     }
 
     fn n_functions(&self) -> usize {
@@ -205,9 +335,12 @@ impl Space for HierarchicalSpace {
         &self.numbering.control_points
     }
 
-    /// Greville abscissae, in net indices of the coarsest level.
+    /// Of one patch Greville abscissae, in net indices of the coarsest level; of several control points.
     fn anchors(&self) -> Vec<[f64; 3]> {
-        let levels = self.basis.hierarchy().levels();
+        if self.parts.len() > 1 {
+            return self.control_points().to_vec();
+        }
+        let levels = self.basis(0).hierarchy().levels();
         let abscissae: Vec<Vec<Vec<f64>>> =
             levels.iter().map(|l| l.knots().iter().map(KnotVector::greville).collect()).collect();
         let anchor = |f| {
@@ -225,16 +358,17 @@ impl Space for HierarchicalSpace {
     }
 
     fn element(&self, e: usize) -> Element {
-        let leaf = self.leaves[e];
+        let index = self.leaves[e].index;
         let (mut lower, mut upper) = ([0.0; 3], [0.0; 3]);
-        for (d, k) in self.basis.hierarchy().levels()[leaf.level].knots().iter().enumerate() {
-            (lower[d], upper[d]) = k.element(leaf.index[d]);
+        for (d, k) in self.level_of(e).knots().iter().enumerate() {
+            (lower[d], upper[d]) = k.element(index[d]);
         }
-        Element { patch: 0, lower, upper }
+        Element { patch: self.patch_of(e), lower, upper }
     }
 
-    fn find_element(&self, _patch: usize, xi: &[f64; 3]) -> usize {
-        self.basis.hierarchy().find_leaf(xi).1
+    fn find_element(&self, patch: usize, xi: &[f64; 3]) -> usize {
+        let part = &self.parts[patch];
+        part.first_element + part.basis.hierarchy().find_leaf(xi).1
     }
 
     /// `p` where the functions are the B-splines of one level that is `C^(p-1)` on both sides; `p + 1` elsewhere and also
@@ -242,7 +376,7 @@ impl Space for HierarchicalSpace {
     fn gauss_counts(&self, e: usize) -> [usize; 3] {
         let leaf = self.leaves[e];
         let mut counts = [1; 3];
-        for (d, k) in self.basis.hierarchy().levels()[leaf.level].knots().iter().enumerate() {
+        for (d, k) in self.level_of(e).knots().iter().enumerate() {
             let (p, (lower, upper), (start, end)) = (k.degree(), k.element(leaf.index[d]), k.domain());
             let is_smooth = (lower <= start || k.multiplicity(lower) == 1)
                 && (upper >= end || k.multiplicity(upper) == 1)
@@ -259,7 +393,7 @@ impl Space for HierarchicalSpace {
 
     fn evaluate(&self, e: usize, xi: &[f64; 3], n_derivatives: usize, out: &mut PointBasis) {
         debug_assert!(n_derivatives <= 2);
-        let tables = self.tables(&self.leaves[e], xi, n_derivatives);
+        let tables = self.tables(e, xi, n_derivatives);
         let functions = self.functions_on(e);
         let n = functions.len();
         if self.is_single_level(e) {
@@ -298,16 +432,20 @@ impl Space for HierarchicalSpace {
     fn greville(&self, face: FaceId) -> Vec<(u32, [f64; 3])> {
         let mut found = Vec::new();
         let mut first = 0;
-        for (l, level) in self.basis.hierarchy().levels().iter().enumerate() {
+        let basis = self.basis(face.patch);
+        for (l, level) in basis.hierarchy().levels().iter().enumerate() {
             let sizes = level.net_size();
             let abscissae: Vec<Vec<f64>> = level.knots().iter().map(KnotVector::greville).collect();
             let layer = if face.upper { sizes[face.direction] - 1 } else { 0 };
-            let active = self.basis.active_on_level(l);
+            let active = basis.active_on_level(l);
             for (number, &flat) in active.iter().enumerate() {
                 let index = tensor::multi_index(&sizes, flat);
                 if index[face.direction] == layer {
                     let place = |d: usize| abscissae.get(d).map_or(0.0, |own| own[index[d]]);
-                    found.push((self.function_of((first + number) as u32), std::array::from_fn(place)));
+                    found.push((
+                        self.function_of(face.patch, (first + number) as u32),
+                        std::array::from_fn(place),
+                    ));
                 }
             }
             first += active.len();

@@ -4,10 +4,8 @@
 //! by accident. So the ties are read off the coarsest control net, as properties of its faces and edges, and then hold
 //! for the functions of every level there.
 
-use std::collections::HashMap;
-
-use super::basis::HierarchicalBasis;
 use crate::nurbs::Patch;
+use crate::nurbs::interface::FaceId;
 use crate::nurbs::jet::{diagonal, difference, norm};
 use crate::tensor;
 
@@ -39,7 +37,7 @@ impl CollapsedSet {
     }
 
     /// Whether entry `index` of a net lies on the face or edge.
-    fn holds(&self, index: &[usize; 3], sizes: &[usize; 3]) -> bool {
+    pub(super) fn holds(&self, index: &[usize; 3], sizes: &[usize; 3]) -> bool {
         (0..3).all(|d| match self.ends[d] {
             None => true,
             Some(false) => index[d] == 0,
@@ -92,45 +90,42 @@ impl PatchTies {
         ties
     }
 
+    /// Whether `face` of a patch of so many directions collapses along one of those along it.
+    pub(super) fn has_collapsed_face(&self, face: &FaceId, dimension: usize) -> bool {
+        let is_face = |set: &CollapsedSet| {
+            (0..dimension).all(|d| set.ends[d] == (d == face.direction).then_some(face.upper))
+        };
+        self.collapsed.iter().any(is_face)
+    }
+
+    /// Calls `found` for every entry of a net of the given `sizes` that a seam or a line of collapse makes one function with entry `index`.
+    pub(super) fn for_each_partner(
+        &self,
+        index: &[usize; 3],
+        sizes: &[usize; 3],
+        mut found: impl FnMut([usize; 3]),
+    ) {
+        for d in (0..3).filter(|&d| self.seams[d]) {
+            let last = sizes[d] - 1;
+            if index[d] == 0 || index[d] == last {
+                let mut other = *index;
+                other[d] = last - index[d];
+                found(other);
+            }
+        }
+        for set in self.collapsed.iter().filter(|set| !set.is_point() && set.holds(index, sizes)) {
+            for d in (0..3).filter(|&d| set.along[d]) {
+                for i in 0..sizes[d] {
+                    let mut other = *index;
+                    other[d] = i;
+                    found(other);
+                }
+            }
+        }
+    }
+
     /// Whether nothing is tied.
     pub fn is_empty(&self) -> bool {
         !self.seams.contains(&true) && self.collapsed.is_empty()
     }
-
-    /// For every active function the first one that it is tied to, itself where there is none before.
-    pub fn first_of_group(&self, basis: &HierarchicalBasis) -> Vec<u32> {
-        let mut first: Vec<u32> = (0..basis.n_functions() as u32).collect();
-        if self.is_empty() {
-            return first;
-        }
-        // Functions with one key are one function. Keys: which tie, level, net index without the tied directions.
-        let mut seen: HashMap<(usize, usize, [usize; 3]), u32> = HashMap::new();
-        for f in 0..first.len() as u32 {
-            let (level, index) = basis.function(f);
-            let sizes = basis.hierarchy().levels()[level].net_size();
-            let mut join = |key| {
-                let other = *seen.entry(key).or_insert(f);
-                let (a, b) = (root(&first, f), root(&first, other));
-                first[a.max(b) as usize] = a.min(b);
-            };
-            for d in (0..3).filter(|&d| self.seams[d] && (index[d] == 0 || index[d] + 1 == sizes[d])) {
-                let mut rest = index;
-                rest[d] = 0;
-                join((d, level, rest));
-            }
-            for (k, set) in self.collapsed.iter().enumerate().filter(|(_, s)| s.holds(&index, &sizes)) {
-                let free = |d: usize| set.ends[d].is_none() && !set.along[d];
-                let rest = std::array::from_fn(|d| if free(d) { index[d] } else { 0 });
-                join((3 + k, if set.is_point() { 0 } else { level }, rest));
-            }
-        }
-        (0..first.len() as u32).map(|f| root(&first, f)).collect()
-    }
-}
-
-fn root(first: &[u32], mut f: u32) -> u32 {
-    while first[f as usize] != f {
-        f = first[f as usize];
-    }
-    f
 }

@@ -6,7 +6,6 @@
 
 use super::basis::HierarchicalBasis;
 use super::domain::Leaf;
-use super::index_box::covers;
 use crate::knots::MAX_DEGREE;
 
 const W: usize = MAX_DEGREE + 1;
@@ -80,11 +79,11 @@ impl OperatorBuilder {
     }
 }
 
-/// For the functions of level `l` on an element of that level: whether their support lies in `Ω^l`.
+/// For the functions of level `l` on an element of that level: whether their support lies in `Ω^l`, in all patches.
 fn functions_inside(basis: &HierarchicalBasis, l: usize, element: &[usize; 3]) -> Vec<bool> {
     let level = &basis.hierarchy().levels()[l];
     let here = super::IndexBox { lower: *element, upper: element.map(|i| i + 1) };
-    level.functions_on(&here).elements().map(|f| covers(level.region(), &level.support(&f))).collect()
+    level.functions_on(&here).elements().map(|f| basis.is_inside(l, &f)).collect()
 }
 
 /// Appends unit rows for the functions of level `l` that are active on an element of that level.

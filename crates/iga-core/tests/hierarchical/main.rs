@@ -4,7 +4,9 @@
 mod nets;
 
 mod prolongation;
+mod patches;
 mod properties;
+
 mod random;
 mod rational;
 mod reference;

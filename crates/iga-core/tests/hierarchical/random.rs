@@ -67,11 +67,11 @@ proptest! {
         for r in &regions {
             let inner: [f64; 3] = std::array::from_fn(|d| 0.5 * (r.lower[d].clamp(0.0, 1.0) + r.upper[d].clamp(0.0, 1.0)));
             let e = space.find_element(0, &inner);
-            let last = space.basis().hierarchy().levels().len() - 1;
+            let last = space.basis(0).hierarchy().levels().len() - 1;
             prop_assert_eq!(space.leaf(e).level, last);
             for &f in space.functions_on(e) {
                 let at_origin = space.control_points()[f as usize].iter().all(|x| x.abs() < 1e-12);
-                let is_pole = at_origin && !space.ties().collapsed.is_empty();
+                let is_pole = at_origin && !space.ties(0).collapsed.is_empty();
                 prop_assert!(is_pole || space.level_and_index(f).0 == last);
             }
         }

@@ -4,6 +4,7 @@ mod energies;
 mod forces;
 mod joints;
 mod points;
+mod spectra;
 mod trials;
 
 use super::data::ResultData;
@@ -25,15 +26,17 @@ pub enum Kind {
     /// Utilisation of the contact interval, penalty factor and width of the interval over trials.
     #[value(name = "tries", alias = "trials")]
     Trials,
-    /// Position and velocity of the chosen points.
+    /// Position and velocity of the chosen points, and stress where it is stored.
     Points,
     /// Force and moment that each joint transmits.
     Joints,
+    /// Amplitude spectra of velocity and stress of the chosen points; drawn if asked for.
+    Spectra,
 }
 
 impl Kind {
-    /// All of them.
-    pub const ALL: [Self; 6] =
+    /// Those that are drawn unless others are asked for.
+    pub const USUAL: [Self; 6] =
         [Self::Energies, Self::Forces, Self::Impacts, Self::Trials, Self::Points, Self::Joints];
 
     /// Figures of this kind, or why there are none.
@@ -45,6 +48,7 @@ impl Kind {
             Self::Trials => trials::figures(files),
             Self::Points => points::figures(files),
             Self::Joints => joints::figures(files),
+            Self::Spectra => spectra::figures(files),
         }
     }
 }

@@ -1,13 +1,15 @@
 //! Motion of the points that the scenario names.
 
 use super::{curve, labels, names, time_axis, title};
-use crate::plot::data::{Components, ResultData};
+use crate::plot::data::{Components, Named, ResultData};
 use crate::plot::figure::{Axis, Figure, Panel, entries};
 
 /// Names of the components.
 const AXES: [&str; 3] = ["x", "y", "z"];
 /// Part of the largest component below which one is nothing.
 const NOTHING: f64 = 1e-9;
+/// The same of stress: what elements leave of a stress that vanishes.
+const STRESSLESS: f64 = 1e-6;
 
 /// One figure per point: position above velocity. One file: a curve per component. Several: a panel per component.
 pub fn figures(files: &[ResultData]) -> Result<Vec<Figure>, String> {
@@ -15,7 +17,43 @@ pub fn figures(files: &[ResultData]) -> Result<Vec<Figure>, String> {
     if points.is_empty() {
         return Err("the scenario names no points, see output.points".into());
     }
-    Ok(points.into_iter().map(|name| figure(files, name)).collect())
+    let motions = points.iter().map(|name| figure(files, name));
+    let stresses = points.iter().filter_map(|name| stress(files, name));
+    Ok(motions.chain(stresses).collect())
+}
+
+/// Stress at a point, if any file has it: a panel a component, of those that are not nothing.
+fn stress(files: &[ResultData], name: &str) -> Option<Figure> {
+    let found: Vec<(usize, &ResultData, &Named)> = files
+        .iter()
+        .enumerate()
+        .filter_map(|(i, f)| f.stresses.iter().find(|s| s.0 == name).map(|s| (i, f, &s.1)))
+        .collect();
+    let size = |v: &[f64]| v.iter().filter(|v| v.is_finite()).fold(0.0f64, |m, v| m.max(v.abs()));
+    let sizes =
+        || found.iter().flat_map(|(_, _, all)| all.iter().map(|(label, v)| (label.as_str(), size(v))));
+    let largest = sizes().map(|(_, s)| s).fold(0.0, f64::max);
+    let acting = names(sizes().filter(|(_, s)| *s > STRESSLESS * largest).map(|(label, _)| label));
+    let mut figure = Figure {
+        name: format!("stress_{name}"),
+        title: title(files, &format!("stress at point {name}")),
+        columns: 1,
+        legend: if files.len() > 1 { entries(labels(files)) } else { Vec::new() },
+        ..Figure::default()
+    };
+    for component in acting {
+        let mut panel = Panel {
+            x: time_axis(files),
+            y: Axis::new(format!("stress {component}"), "Pa"),
+            ..Panel::default()
+        };
+        panel.curves.extend(found.iter().filter_map(|(i, file, all)| {
+            let (_, values) = all.iter().find(|(label, _)| label == component)?;
+            Some(curve(if files.len() > 1 { *i } else { 0 }, &file.time, values))
+        }));
+        figure.panels.push(panel);
+    }
+    (!figure.panels.is_empty()).then_some(figure)
 }
 
 fn figure(files: &[ResultData], name: &str) -> Figure {

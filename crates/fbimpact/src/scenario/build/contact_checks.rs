@@ -78,25 +78,6 @@ pub fn check_bodies(checker: &mut Checker, root: &Section, section: &Section) {
     check_normal(checker, &contact, &target);
 }
 
-/// Reports bodies of several patches where the program is to refine the contact zone.
-pub fn check_patches(checker: &mut Checker, root: &Section, section: &Section, facts: &ContactFacts<'_>) {
-    for key in ["contact_body", "target_body"] {
-        let body = section.text(key).and_then(|name| BodyFacts::find(root, name));
-        if facts.is_refined() && body.is_some_and(|b| !b.is_rigid && b.has_several_patches()) {
-            let models = if facts.is_pair {
-                "\"coarse\""
-            } else {
-                "\"quasistatic\", \"damped\", \"dynamic\" or \"coarse\""
-            };
-            let message = format!(
-                "is of several patches, which cannot be refined where they are touched; choose model {models} and as many elements of the body \
-                 as the contact needs, or a body of one patch"
-            );
-            checker.fault_in(section, key, message);
-        }
-    }
-}
-
 /// Motion of rigid bodies that a body with model `model` can touch.
 fn motion_of(model: &str) -> &'static str {
     match model {

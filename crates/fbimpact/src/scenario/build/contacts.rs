@@ -14,7 +14,7 @@ use super::super::check::Checker;
 use super::super::section::Section;
 use super::body_parts::solid;
 use super::built_bodies::BuiltBodies;
-use super::contact_checks::{check_bodies, check_hertz, check_patches, check_settings};
+use super::contact_checks::{check_bodies, check_hertz, check_settings};
 use super::contact_facts::ContactFacts;
 use super::places::{BodyFacts, body_index};
 
@@ -70,7 +70,6 @@ fn contact(
         hertz(root, section)
     } else {
         check_bodies(checker, root, section);
-        check_patches(checker, root, section, &facts);
         check_settings(checker, section, &facts);
         Some(ContactLaw::Surface(surface(section, &facts)?))
     };

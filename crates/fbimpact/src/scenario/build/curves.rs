@@ -44,6 +44,13 @@ fn form(checker: &mut Checker, table: &Section) -> Option<TimeCurve> {
 }
 
 fn points(checker: &mut Checker, table: &Section) -> Option<TimeCurve> {
+    for key in ["times", "values"] {
+        if table.item(key).is_none() {
+            let message = "required key is missing for kind \"table\" without \"file\"".into();
+            checker.fault(&table.origin, table.path_of(key), None, message);
+            return None;
+        }
+    }
     let (times, values) = (table.numbers("times")?.to_vec(), table.numbers("values")?.to_vec());
     if times.len() < 2 {
         checker.fault_in(table, "times", "two times are needed at least".into());
@@ -59,7 +66,19 @@ fn points(checker: &mut Checker, table: &Section) -> Option<TimeCurve> {
         checker.fault_in(table, "values", message);
         return None;
     }
-    let Some(spline) = CubicSpline::new(times, values) else {
+    let is_periodic = table.boolean("periodic")?;
+    let ends = (values[0], values[values.len() - 1]);
+    if is_periodic && ends.0.to_bits() != ends.1.to_bits() {
+        let message = format!(
+            "must end as they begin where they are periodic, not with {:?} after {:?}",
+            ends.1, ends.0
+        );
+        checker.fault_in(table, "values", message);
+        return None;
+    }
+    let spline =
+        if is_periodic { CubicSpline::periodic(times, values) } else { CubicSpline::new(times, values) };
+    let Some(spline) = spline else {
         checker.fault_in(table, "values", "no spline goes through the table".into());
         return None;
     };

@@ -1,6 +1,7 @@
 //! Output requests: bodies, markers and points that exist.
 
-use adaptive::spec::{PointSpec, StressInstant, StressSpec};
+use adaptive::record::GaugeRequest;
+use adaptive::spec::{Place, PointSpec, StressInstant, StressSpec};
 
 use super::super::body_places::{BodyPlaces, GivenPlace};
 use super::super::check::Checker;
@@ -53,7 +54,25 @@ fn point(
     let facts = BodyFacts::find(root, section.text("body")?)?.with_points();
     let at = marker_or_point(checker, section, &facts)?;
     let place = bodies.place(checker, section, body, &at, BodyPlaces::observed)?;
-    Some(PointSpec { name: name.to_owned(), body: bodies.index(body)?, place })
+    let is_asked = |key: &str| section.boolean(key).unwrap_or(false);
+    let gauge = GaugeRequest { strain: is_asked("strain"), stress: is_asked("stress") };
+    if gauge.is_any() {
+        let key = if gauge.stress { "stress" } else { "strain" };
+        let refusal = if facts.is_rigid {
+            Some("a rigid body has no stress and no strain; leave it out, or observe a flexible body")
+        } else if facts.file.is_some() {
+            Some("a body from a file has no shape, by which stress and strain could be told; leave it out")
+        } else if matches!(place, Place::Area(_)) {
+            Some("stress and strain belong to a single point, this marker has an extent; give a `point`")
+        } else {
+            None
+        };
+        if let Some(refusal) = refusal {
+            checker.fault_in(section, key, refusal.into());
+            return None;
+        }
+    }
+    Some(PointSpec { name: name.to_owned(), body: bodies.index(body)?, place, gauge })
 }
 
 fn stress(
@@ -94,7 +113,7 @@ fn stress(
     let samples = section.integer("samples")?;
     let places = &bodies.moving(body)?.facts.places;
     let mut end = |key: &str, at: &GivenPlace| {
-        places.point(at).map_err(|error| checker.fault_in(section, key, error.to_string())).ok()
+        places.inside(at).map_err(|error| checker.fault_in(section, key, error.to_string())).ok()
     };
     let ends = [end("from", &from?)?, end("to", &to?)?];
     Some(StressSpec { name: name.to_owned(), body: bodies.index(body)?, ends, samples, at })

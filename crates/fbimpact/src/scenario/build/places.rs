@@ -92,16 +92,6 @@ impl<'a> BodyFacts<'a> {
         self.in_model().map_or(&[], |facts| facts.markers)
     }
 
-    /// Whether its shape is of several patches.
-    pub fn has_several_patches(&self) -> bool {
-        let Some(geometry) = self.section.table("geometry") else { return false };
-        match self.shape {
-            "nurbs" => spline_nets::n_patches(geometry) > 1,
-            "sphere" => geometry.text("net") == Some("shells"),
-            _ => false,
-        }
-    }
-
     /// Names of the faces of its shape.
     fn faces(&self) -> Vec<String> {
         if let Some(source) = self.mesh {

@@ -19,6 +19,7 @@ pub fn settings(simulation: &Section, output: &Section) -> Option<RunSettings> {
         impact: phase(simulation.table("impact")?)?,
         step_share: STEP_SHARE,
         quiet_time: simulation.number("quiet_time"),
+        stop_after_impacts: simulation.integer("stop_after_impacts").and_then(|n| u32::try_from(n).ok()),
         energy_tolerance: simulation.number("energy_tolerance")?,
         free_interval: output.number("free_interval"),
         impact_interval: output.number("impact_interval")?,

@@ -2,9 +2,9 @@
 
 use super::super::keys::{Bound, Choice, Condition, Fact, Key, Kind, Need, Range, Test};
 use super::discretisation::{DISCRETISATION, REDUCTION};
+use super::files::{FILE_SHA256, UNITS};
 use super::ranges::{COORDINATE, LENGTH, RATE};
 use super::shapes::GEOMETRIES;
-use super::units::UNITS;
 
 /// `[materials.NAME]`.
 pub const MATERIAL: &[Key] = &[
@@ -109,13 +109,7 @@ pub const BODY: &[Key] = &[
         "Body file or mesh, relative to the scenario. Of a body file the markers are those of the body, which has no other places; contacts \
          and stresses need a shape and do not go with either yet.",
     ).when(&[FROM_FILE]),
-    Key::new(
-        "file_sha256",
-        Kind::Name,
-        "",
-        Need::Optional("any"),
-        "SHA-256 that `file` must have, in hexadecimal digits; the resolved scenario of a result holds it.",
-    ).when(&[FROM_FILE]),
+    FILE_SHA256.when(&[FROM_FILE]),
     Key::new(
         "units",
         Kind::Choice(UNITS),

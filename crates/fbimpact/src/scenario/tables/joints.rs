@@ -6,14 +6,42 @@ use super::ranges::{COORDINATE, RATE};
 use super::time_curves::curve;
 
 const TYPES: &[Choice] = &[
-    Choice::new("fixed", "no relative motion"),
-    Choice::new("revolute", "angle about `axis`"),
-    Choice::new("prismatic", "displacement along `axis`"),
-    Choice::new("cylindrical", "displacement along `axis` and angle about it"),
-    Choice::new("universal", "angle about `axis` of the parent, then about `second_axis` of the child"),
-    Choice::new("spherical", "rotation about a point"),
-    Choice::new("planar", "two displacements across `axis` and the angle about it"),
-    Choice::new("free", "three displacements and a rotation"),
+    Choice::new("fixed", "no relative motion")
+        .elsewhere(&["weld", "rigid", "lock", "locked", "clamp", "bracket", "tie", "bonded"]),
+    Choice::new("revolute", "angle about `axis`").elsewhere(&[
+        "hinge",
+        "pin",
+        "pivot",
+        "rotational",
+        "rotary",
+        "bearing",
+    ]),
+    Choice::new("prismatic", "displacement along `axis`").elsewhere(&[
+        "slider",
+        "slide",
+        "translational",
+        "translation",
+        "rail",
+        "linear",
+        "guide",
+    ]),
+    Choice::new("cylindrical", "displacement along `axis` and angle about it")
+        .elsewhere(&["sleeve", "piston"]),
+    Choice::new("universal", "angle about `axis` of the parent, then about `second_axis` of the child")
+        .elsewhere(&["cardan", "hooke"]),
+    Choice::new("spherical", "rotation about a point").elsewhere(&[
+        "ball",
+        "ball-joint",
+        "socket",
+        "ball-and-socket",
+    ]),
+    Choice::new("planar", "two displacements across `axis` and the angle about it").elsewhere(&["plane"]),
+    Choice::new("free", "three displacements and a rotation").elsewhere(&[
+        "floating",
+        "6dof",
+        "freejoint",
+        "bushing",
+    ]),
     Choice::new("axial", "displacement along z, for axisymmetric bodies"),
 ];
 

@@ -1,6 +1,6 @@
 //! Every key of the scenario file: the one place where names, types, units, ranges, defaults and texts stand.
 
-mod units;
+mod files;
 mod shapes;
 mod discretisation;
 mod bodies;

@@ -1,8 +1,8 @@
 //! Shapes: their keys, the models that they go with, their markers.
 
 use super::super::keys::{Choice, Condition, Key, Kind, Need, Test, Variant};
+use super::files::{FILE_SHA256, UNITS};
 use super::ranges::{COORDINATE, LENGTH, MAX_DEGREE};
-use super::units::UNITS;
 
 const RADIUS: Key = Key::new("radius", Kind::Number(LENGTH), "m", Need::Required, "Radius.");
 const ROD_LENGTH: Key = Key::new("length", Kind::Number(LENGTH), "m", Need::Required, "Length over all.");
@@ -82,14 +82,7 @@ pub const NURBS_NET: &[Key] = &[DEGREES, KNOTS, CONTROL_POINTS, WEIGHTS, PATCHES
 /// The same inline.
 const NURBS: &[Key] = &[
     NURBS_FILE,
-    Key::new(
-        "file_sha256",
-        Kind::Name,
-        "",
-        Need::Optional("any"),
-        "SHA-256 that `file` must have, in hexadecimal digits; the resolved scenario of a result holds it.",
-    )
-    .when(WITH_FILE),
+    FILE_SHA256.when(WITH_FILE),
     Key::new(
         "units",
         Kind::Choice(UNITS),
@@ -123,11 +116,13 @@ const SINGLE: &[Condition] = &[INLINE[0], Condition::new("without \"patches\"", 
 pub(super) const GEOMETRIES: &[Variant] = &[
     Variant {
         name: "sphere",
+        elsewhere: &["ball"],
         doc: "Ball about the origin; an axisymmetric one is a half-disc.",
         keys: &[RADIUS, NET],
     },
     Variant {
         name: "ellipsoid",
+        elsewhere: &["spheroid"],
         doc: "Ellipsoid about the origin. As a flexible body it can be touched adaptively about the ends of its axes, where its net is regular.",
         keys: &[Key::new(
             "semi_axes",
@@ -137,15 +132,27 @@ pub(super) const GEOMETRIES: &[Variant] = &[
             "Semi-axes along x, y and z.",
         )],
     },
-    Variant { name: "rod", doc: "Rod along z with flat ends, from z = 0.", keys: &[RADIUS, ROD_LENGTH] },
+    Variant {
+        name: "rod",
+        elsewhere: &[],
+        doc: "Rod along z with flat ends, from z = 0.",
+        keys: &[RADIUS, ROD_LENGTH],
+    },
     Variant {
         name: "rod-spherical-end",
+        elsewhere: &[],
         doc: "Rod along z with a hemispherical lower end, whose pole is the origin.",
         keys: &[RADIUS, ROD_LENGTH],
     },
-    Variant { name: "cylinder", doc: "Solid cylinder along z, from z = 0.", keys: &[RADIUS, ROD_LENGTH] },
+    Variant {
+        name: "cylinder",
+        elsewhere: &["shaft"],
+        doc: "Solid cylinder along z, from z = 0.",
+        keys: &[RADIUS, ROD_LENGTH],
+    },
     Variant {
         name: "hollow-cylinder",
+        elsewhere: &["tube", "pipe", "ring", "annulus", "sleeve"],
         doc: "Tube along z, from z = 0.",
         keys: &[
             Key::new("inner_radius", Kind::Number(LENGTH), "m", Need::Required, "Inner radius."),
@@ -155,21 +162,29 @@ pub(super) const GEOMETRIES: &[Variant] = &[
     },
     Variant {
         name: "box",
+        elsewhere: &["beam", "bar", "cuboid", "block", "brick", "plate", "beam3d", "prism"],
         doc: "Cuboid about the origin.",
         keys: &[Key::new("size", Kind::Vector(3, LENGTH), "m", Need::Required, "Edges along x, y and z.")],
     },
     Variant {
         name: "rectangle",
+        elsewhere: &["strip", "quad", "square", "beam2d"],
         doc: "Rectangle about the origin.",
         keys: &[Key::new("size", Kind::Vector(2, LENGTH), "m", Need::Required, "Edges along x and y.")],
     },
-    Variant { name: "disc", doc: "Disc about the origin.", keys: &[RADIUS] },
+    Variant { name: "disc", elsewhere: &["disk", "circle"], doc: "Disc about the origin.", keys: &[RADIUS] },
     Variant {
         name: "nurbs",
+        elsewhere: &["spline", "b-spline", "iga", "brep"],
         doc: "Patches of one's own, given by their control nets, inline or from a file.",
         keys: NURBS,
     },
-    Variant { name: "plane", doc: "Unbounded rigid plane through the body's position, at rest.", keys: &[] },
+    Variant {
+        name: "plane",
+        elsewhere: &["floor", "ground", "wall", "half-space", "halfspace"],
+        doc: "Unbounded rigid plane through the body's position, at rest.",
+        keys: &[],
+    },
 ];
 
 /// What the key tables cannot say about a shape.

@@ -61,6 +61,13 @@ pub const SIMULATION: &[Key] = &[
         "An impact has ended when no contact force has acted for so long and the bodies separate.",
     ),
     Key::new(
+        "stop_after_impacts",
+        Kind::Integer(1, 1_000_000),
+        "–",
+        Need::Optional("the run goes on to `end_time`"),
+        "The run ends with the impact phase in which so many impacts, rows of `/impacts`, have ended, or at `end_time`.",
+    ),
+    Key::new(
         "energy_tolerance",
         Kind::Number(Range { min: Bound::Closed(1e-9), max: Bound::Closed(1e6) }),
         "–",
@@ -170,14 +177,14 @@ pub const OUTPUT: &[Key] = &[
         Kind::Named(POINT),
         "",
         Need::Default("{}"),
-        "Points whose motion is stored, by name.",
+        "Points whose motion is stored, and stress and strain where asked for, by name.",
     ),
     Key::new(
         "stress",
         Kind::Named(STRESS),
         "",
         Need::Default("{}"),
-        "Straight lines along which stress is stored, by name.",
+        "Straight lines along which stress is stored at one instant, by name.",
     ),
 ];
 
@@ -196,6 +203,20 @@ const POINT: &[Key] = &[
         "m",
         Need::Optional("`marker` must be given"),
         "Point in the components of the body's model: [x, y, z], [x, y] or [r, z].",
+    ),
+    Key::new(
+        "stress",
+        Kind::Boolean,
+        "",
+        Need::Default("false"),
+        "Whether the stress at the point is stored, too, in the axes of the body; of a flexible body with a shape or a mesh, at a single point.",
+    ),
+    Key::new(
+        "strain",
+        Kind::Boolean,
+        "",
+        Need::Default("false"),
+        "Whether the strain is, under the same conditions: what strain gauges read.",
     ),
 ];
 

@@ -1,6 +1,6 @@
 //! Quantities over time: the forms that a drive, a prescribed motion or a load can have.
 
-use super::super::keys::{Bound, Key, Kind, Need, Range, Variant};
+use super::super::keys::{Bound, Condition, Key, Kind, Need, Range, Test, Variant};
 
 /// Values; far beyond any force in N or angle in rad.
 pub(super) const VALUE: Range = Range::within(1e12);
@@ -13,15 +13,22 @@ pub(super) const fn curve(name: &'static str, unit: &'static str, doc: &'static 
     Key::new(name, kind, unit, Need::Optional("none"), doc)
 }
 
+/// Numbers stand in the scenario.
+const WITHOUT_FILE: Condition = Condition::new("without `file`", Test::Without("file"));
+/// Numbers stand in a file.
+const WITH_FILE: Condition = Condition::new("with `file`", Test::With("file"));
+
 /// Forms of a quantity over time.
 pub const CURVES: &[Variant] = &[
     Variant {
         name: "constant",
+        elsewhere: &["const"],
         doc: "The same at all times.",
         keys: &[Key::new("value", Kind::Number(VALUE), "U", Need::Required, "Value.")],
     },
     Variant {
         name: "polynomial",
+        elsewhere: &["linear", "quadratic"],
         doc: "`c₀ + c₁ t + c₂ t² + …`.",
         keys: &[Key::new(
             "coefficients",
@@ -33,6 +40,7 @@ pub const CURVES: &[Variant] = &[
     },
     Variant {
         name: "harmonic",
+        elsewhere: &["sine", "sin", "cosine", "sinusoidal", "periodic"],
         doc: "`offset + amplitude sin(2π frequency t + phase)`.",
         keys: &[
             Key::new("amplitude", Kind::Number(VALUE), "U", Need::Required, "Amplitude."),
@@ -55,6 +63,7 @@ pub const CURVES: &[Variant] = &[
     },
     Variant {
         name: "spin-up",
+        elsewhere: &["ramp", "smooth-step", "smoothstep"],
         doc: "From rest to a constant rate, reached smoothly: \
               `rate/T (t²/2 + (T/2π)² (cos(2πt/T) - 1))` up to `T = duration`, then `rate (t - T/2)`.",
         keys: &[
@@ -70,10 +79,56 @@ pub const CURVES: &[Variant] = &[
     },
     Variant {
         name: "table",
-        doc: "Natural cubic spline through points, which goes on with a constant rate outside them.",
+        elsewhere: &["tabular", "curve", "points", "interpolation", "pwl"],
+        doc: "Natural cubic spline through points, which goes on with a constant rate outside them, or a periodic one.",
         keys: &[
-            Key::new("times", Kind::Numbers(TIME), "s", Need::Required, "Rising times, two at least."),
-            Key::new("values", Kind::Numbers(VALUE), "U", Need::Required, "Values, one a time."),
+            Key::new(
+                "times",
+                Kind::Numbers(TIME),
+                "s",
+                Need::Optional("`file` must be given"),
+                "Rising times, two at least.",
+            )
+            .when(&[WITHOUT_FILE]),
+            Key::new(
+                "values",
+                Kind::Numbers(VALUE),
+                "U",
+                Need::Optional("`file` must be given"),
+                "Values, one a time.",
+            )
+            .when(&[WITHOUT_FILE]),
+            Key::new(
+                "file",
+                Kind::Name,
+                "",
+                Need::Optional("`times` and `values` must be given"),
+                "Text file with columns of numbers between commas, semicolons or blanks, relative to the scenario; the first line may name them, \
+                 lines that begin with `#` count for nothing. The resolved scenario of a result holds the numbers.",
+            ),
+            Key::new(
+                "time_column",
+                Kind::Name,
+                "",
+                Need::Optional("the first column"),
+                "Column of the times in s, by its name or its number from 1.",
+            )
+            .when(&[WITH_FILE]),
+            Key::new(
+                "value_column",
+                Kind::Name,
+                "",
+                Need::Optional("the second column"),
+                "Column of the values, in the unit of the key.",
+            )
+            .when(&[WITH_FILE]),
+            Key::new(
+                "periodic",
+                Kind::Boolean,
+                "",
+                Need::Default("false"),
+                "Whether the values repeat with the time from the first to the last one, which must have the same value.",
+            ),
         ],
     },
 ];

@@ -71,10 +71,15 @@ pub fn sphere(radius: f64, net: SphereNet) -> Result<Shape, SplineError> {
         [0.0, -1.0, 0.0],
     ];
     // The last two are the poles of the spindle.
-    let symmetry = Symmetry::ball(if net == SphereNet::Spindle { &regular[..4] } else { &regular });
+    let symmetry = match net {
+        SphereNet::Spindle => Some(Symmetry::ball(&regular[..4])),
+        SphereNet::Cube => Some(Symmetry::ball(&regular)),
+        // Regular everywhere: it need not be turned.
+        SphereNet::Shells => None,
+    };
     let surface = Face::outer(&patches, false).into_iter().map(|face| face.id).collect();
     let faces = [("surface".to_owned(), surface)].into();
-    Ok(Shape { symmetry: Some(symmetry), faces, ..shape(patches, markers, &[], singular) })
+    Ok(Shape { symmetry, faces, ..shape(patches, markers, &[], singular) })
 }
 
 /// Solid ellipsoid centred at the origin with the semi-axes along the axes: the cube net of the unit ball, stretched, which is exact; regular at the

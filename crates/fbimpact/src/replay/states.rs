@@ -4,17 +4,30 @@ use adaptive::record::TransferDirection;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use ffr_dynamics::system::force::BodyState;
 use hdf5::{File, Group, Result};
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
-use super::assemble::Pose;
 use super::zones::Span;
 use crate::error::AppError;
 use crate::results::open::{open, scenario_text};
 use crate::results::pressure;
-use crate::results::tables::TransferRow;
+use crate::results::tables::{PhaseRow, TransferRow};
 use crate::scenario::{self, Scenario};
 use crate::{error_text, hdf5_integrity};
+
+/// Motion of a body's reference frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pose {
+    /// Its origin \[m\].
+    pub position: Vector3<f64>,
+    /// From the body to space.
+    pub rotation: Matrix3<f64>,
+    /// Velocity of the origin [m/s].
+    pub velocity: Vector3<f64>,
+    /// Angular velocity in space [rad/s].
+    pub angular_velocity: Vector3<f64>,
+}
 
 /// Motion of a body over time.
 #[derive(Debug, Clone, Default)]
@@ -70,7 +83,7 @@ impl PressureSeries {
     }
 }
 
-/// A result as far as pictures of its bodies need it.
+/// A result as far as the motion of its bodies needs it.
 #[derive(Debug, Clone)]
 pub struct States {
     /// The scenario that was run.
@@ -94,12 +107,13 @@ impl States {
         let text = scenario_text(&file).map_err(fail)?;
         let source: Option<hdf5::types::VarLenUnicode> =
             file.dataset("scenario").and_then(|d| d.attr("file")?.read_scalar()).ok();
-        // Body files are sought beside the scenario.
-        let source = source.map_or_else(|| path.to_owned(), |s| PathBuf::from(s.as_str()));
+        // Body files are sought beside the scenario; where it is gone, as in results that were moved, beside the result.
+        let named = source.map(|s| PathBuf::from(s.as_str())).filter(|source| source.exists());
+        let source = named.unwrap_or_else(|| path.with_extension("toml"));
         let scenario = scenario::parse(&source, text.as_bytes(), &[])?;
         let time: Vec<f64> = file.dataset("time").and_then(|d| hdf5_integrity::rows(&d)).map_err(fail)?;
         if time.is_empty() {
-            return Err(AppError::io(path, "has no stored states, there is nothing to export"));
+            return Err(AppError::io(path, "has no stored states"));
         }
         Ok(Self { scenario, time, file: path.to_owned() })
     }
@@ -132,6 +146,24 @@ impl States {
             ));
         }
         Ok(motion)
+    }
+
+    /// Number of the phase of every instant, and the phases as far as they were reported.
+    ///
+    /// # Errors
+    /// [`AppError::Io`] if they cannot be read.
+    pub fn phases(&self) -> std::result::Result<(Vec<u32>, Vec<PhaseRow>), AppError> {
+        let file = open(&self.file)?;
+        let read = || {
+            let numbers: Vec<u32> = hdf5_integrity::rows(&file.dataset("phase")?)?;
+            Ok((numbers, hdf5_integrity::rows(&file.dataset("phases")?)?))
+        };
+        let fail = |reason: String| AppError::io(&self.file, format!("has no readable phases: {reason}"));
+        let (numbers, phases) = read().map_err(|e: hdf5::Error| fail(error_text::of_hdf5(&e)))?;
+        if numbers.len() < self.time.len() {
+            return Err(fail("there are fewer than instants".into()));
+        }
+        Ok((numbers, phases))
     }
 
     /// Force and penalty factor of contact `name`; none if they are not stored.
@@ -241,6 +273,19 @@ impl BodyMotion {
             rotation: self.rotation(i).to_rotation_matrix().into_inner(),
             velocity: vector(&self.velocity),
             angular_velocity: vector(&self.angular_velocity),
+        }
+    }
+
+    /// State of the body at instant `i`.
+    pub fn state(&self, i: usize) -> BodyState {
+        let (pose, rotation) = (self.pose(i), self.rotation(i));
+        BodyState {
+            position: pose.position,
+            rotation,
+            velocity: pose.velocity,
+            angular_velocity_in_body: rotation.inverse() * pose.angular_velocity,
+            elastic: self.elastic(i).to_vec(),
+            elastic_rates: self.rates(i).to_vec(),
         }
     }
 

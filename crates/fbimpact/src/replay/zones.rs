@@ -5,7 +5,6 @@ use adaptive::model::RunModel;
 use adaptive::record::ZoneSite;
 use adaptive::simulation::RunContact;
 
-use super::body::{BodyGeometry, Cells, Elasticity};
 use crate::error::AppError;
 
 /// The time in which a contact had fine models.
@@ -21,35 +20,38 @@ pub struct Span {
     pub to: f64,
 }
 
-/// A fine model of a body, and how it is drawn.
-pub struct ZoneOfBody {
+/// What is made of a fine model of a body, its number given.
+pub type MakeView<View> = Box<dyn Fn(&RunModel, usize, &ZoneModel) -> Result<View, AppError>>;
+
+/// A fine model of a body, and what was made of it.
+pub struct ZoneOfBody<View> {
     /// Number of the body.
     pub body: usize,
     /// The model.
     pub model: ZoneModel,
-    /// Its elements; none if they are those of the body itself.
-    pub geometry: Option<BodyGeometry>,
+    /// What was made of it.
+    pub view: View,
 }
 
 /// Fine models of one contact.
-struct Present {
+struct Present<View> {
     /// Number of the contact in the model.
     contact: usize,
     span: usize,
-    zones: Vec<ZoneOfBody>,
+    zones: Vec<ZoneOfBody<View>>,
 }
 
 /// The fine models of a run; those of one impact a contact are held at a time.
-pub struct RefinedZones {
+pub struct RefinedZones<View> {
     spans: Vec<Span>,
-    cells: Cells,
-    present: Vec<Present>,
+    make: MakeView<View>,
+    present: Vec<Present<View>>,
 }
 
-impl RefinedZones {
-    /// Fine models in the time of `spans`, drawn in cells of the kind `cells`.
-    pub fn new(spans: Vec<Span>, cells: Cells) -> Self {
-        Self { spans, cells, present: Vec::new() }
+impl<View> RefinedZones<View> {
+    /// Fine models in the time of `spans`, of each of which `make` makes something.
+    pub fn new(spans: Vec<Span>, make: MakeView<View>) -> Self {
+        Self { spans, make, present: Vec::new() }
     }
 
     /// Puts the fine models that contact `contact` had at time `time` into `model`; false if it had none, or none that can be
@@ -69,16 +71,12 @@ impl RefinedZones {
             return Ok(false);
         };
         let built = adaptive.rebuilt(&model.bodies, &self.spans[span].sites).map_err(AppError::model)?;
-        let zones = built.models.into_iter().filter_map(|(body, zone)| {
-            let full = &model.bodies[body].elastic()?.body;
-            let elasticity = Elasticity { model: full.spec.model, material: full.spec.material };
-            let geometry = zone.mesh.as_ref().map(|mesh| {
-                let (patches, space) = (std::slice::from_ref(&mesh.patch), Box::new(mesh.space.clone()));
-                BodyGeometry::new(space, patches, mesh.motion, Some(elasticity), self.cells)
-            });
-            Some(ZoneOfBody { body, model: zone, geometry })
+        let zones = built.models.into_iter().map(|(body, zone)| {
+            let view = (self.make)(model, body, &zone)?;
+            Ok(ZoneOfBody { body, model: zone, view })
         });
-        let present = Present { contact, span, zones: zones.collect() };
+        let zones = zones.collect::<Result<Vec<_>, AppError>>()?;
+        let present = Present { contact, span, zones };
         model.system.forces_mut()[contact] = RunContact::new(built.element);
         self.present.retain(|p| p.contact != contact);
         self.present.push(present);
@@ -86,7 +84,7 @@ impl RefinedZones {
     }
 
     /// The fine models of contact `contact` that are in the model.
-    pub fn of_contact(&self, contact: usize) -> &[ZoneOfBody] {
+    pub fn of_contact(&self, contact: usize) -> &[ZoneOfBody<View>] {
         self.present.iter().find(|p| p.contact == contact).map_or(&[], |p| &p.zones)
     }
 

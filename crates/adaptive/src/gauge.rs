@@ -1,0 +1,114 @@
+//! Strain and stress at a point of a body, as sums over the displacements of its unknowns (docs/theory.md Eq. M.51).
+
+use contact_qs::points::DofLookup;
+use faer::{Mat, MatMut, MatRef};
+use fe_mesh::matrices::Materials;
+use fe_mesh::mesh::Mesh;
+use fe_mesh::stress::PointState as MeshState;
+use iga_core::elasticity::Material;
+use iga_core::elasticity::kinematics::PointState;
+use iga_core::recovery::RecoveryWorkspace;
+use nalgebra::Matrix3;
+
+use crate::elastic_body::Discretised;
+use crate::error::AdaptiveError;
+
+/// Numbers of a state: six strains, then six stresses.
+pub const N_NUMBERS: usize = 12;
+
+/// Strain and stress at a point by a unit of the displacement of each function that they depend on, a component at a time [1/m].
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Gauge {
+    entries: Vec<(u32, usize, PointState)>,
+}
+
+impl Gauge {
+    /// The gauge of a body of splines, of `material`, at `place` in the model's components \[m\].
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Geometry`] if the point is not in the body.
+    pub fn of_splines(
+        mesh: &Discretised<'_>,
+        material: &Material,
+        place: &[f64; 3],
+    ) -> Result<Self, AdaptiveError> {
+        let (e, xi) = mesh.locate(place)?;
+        let states = RecoveryWorkspace::default()
+            .unit_states(mesh.space, mesh.model, material, e, &xi)
+            .map_err(|source| AdaptiveError::Geometry { body: mesh.name.to_owned(), source })?;
+        let entries = states.into_iter().flat_map(|(function, states)| {
+            states.into_iter().enumerate().map(move |(c, state)| (function, c, state))
+        });
+        Ok(Self { entries: entries.collect() })
+    }
+
+    /// The gauge at the parameters `xi` of element `e` of a mesh; `in_free` names the functions that a node's displacement is a sum of.
+    pub fn of_elements(
+        mesh: &Mesh,
+        materials: &Materials,
+        (e, xi): (usize, &[f64; 3]),
+        in_free: impl Fn(u32) -> Vec<(u32, f64)>,
+    ) -> Self {
+        let mut entries = Vec::new();
+        for (node, states) in mesh.unit_states(e, xi, materials) {
+            for (function, weight) in in_free(node) {
+                for (c, state) in states.iter().enumerate() {
+                    let mut part = PointState::default();
+                    part.add_scaled(&listed(state), weight);
+                    entries.push((function, c, part));
+                }
+            }
+        }
+        Self { entries }
+    }
+
+    /// The state by a unit of each of the modes `shapes`, whose rows `lookup` numbers.
+    pub fn of_modes(&self, lookup: &DofLookup, shapes: MatRef<'_, f64>) -> Vec<PointState> {
+        let mut states = vec![PointState::default(); shapes.ncols()];
+        for (row, state) in self.rows(lookup) {
+            for (j, sum) in states.iter_mut().enumerate() {
+                sum.add_scaled(state, shapes[(row, j)]);
+            }
+        }
+        states
+    }
+
+    /// The state under the displacements `u` of the unknowns \[m\].
+    pub fn at(&self, lookup: &DofLookup, u: &[f64]) -> PointState {
+        let mut sum = PointState::default();
+        self.rows(lookup).for_each(|(row, state)| sum.add_scaled(state, u[row]));
+        sum
+    }
+
+    /// Adds the weights of the unknowns in the numbers of the state to the first [`N_NUMBERS`] columns of `out`.
+    pub fn add_weights(&self, lookup: &DofLookup, mut out: MatMut<'_, f64>) {
+        for (row, state) in self.rows(lookup) {
+            for (j, value) in numbers(state).into_iter().enumerate() {
+                out[(row, j)] += value;
+            }
+        }
+    }
+
+    /// Unknowns with their states; components that are held move nothing.
+    fn rows<'a>(&'a self, lookup: &'a DofLookup) -> impl Iterator<Item = (usize, &'a PointState)> {
+        self.entries.iter().filter_map(|(node, c, state)| Some((lookup.number(*node, *c)?, state)))
+    }
+}
+
+/// The state whose numbers are the columns of `row` from `first` on.
+pub fn state(columns: &Mat<f64>, row: usize, first: usize) -> PointState {
+    let six = |from: usize| std::array::from_fn(|k| columns[(row, from + k)]);
+    PointState { strain: six(first), stress: six(first + 6) }
+}
+
+fn numbers(state: &PointState) -> [f64; N_NUMBERS] {
+    std::array::from_fn(|k| if k < 6 { state.strain[k] } else { state.stress[k - 6] })
+}
+
+/// Tensors as components, shear strains as engineering strains.
+fn listed(state: &MeshState) -> PointState {
+    let six = |t: &Matrix3<f64>, shear: f64| {
+        [t[(0, 0)], t[(1, 1)], t[(2, 2)], shear * t[(0, 1)], shear * t[(1, 2)], shear * t[(0, 2)]]
+    };
+    PointState { strain: six(&state.strain, 2.0), stress: six(&state.stress, 1.0) }
+}
