@@ -185,6 +185,99 @@ fn interrupted_run_goes_on_and_replaces_its_result() {
     assert!(!beside(&output, ".restart").exists() && !beside(&output, ".part").exists());
 }
 
+/// A steel ball on a steel beam between two hinges: fine models take most of the time.
+#[cfg(unix)]
+const STRUCK_BEAM: &str = r#"
+[simulation]
+end_time = 1.0e-3
+[materials.steel]
+youngs_modulus = 215.8e9
+poissons_ratio = 0.3
+density = 7960.0
+[bodies.beam]
+model = "solid"
+material = "steel"
+geometry = { shape = "box", size = [0.307, 0.01, 0.01] }
+[bodies.ball]
+model = "solid"
+material = "steel"
+geometry = { shape = "sphere", radius = 20.0e-3 }
+position = [0.0, 0.0, 0.025001]
+velocity = [0.0, 0.0, -0.01]
+[joints.left]
+type = "revolute"
+axis = [0.0, 1.0, 0.0]
+parent = { body = "ground", point = [-0.1535, 0.0, 0.0] }
+child = { body = "beam", face = "x-" }
+[joints.right]
+type = "revolute"
+axis = [0.0, 1.0, 0.0]
+parent = { body = "ground", point = [0.1535, 0.0, 0.0] }
+child = { body = "beam", face = "x+" }
+closes_loop = true
+[contacts.touch]
+contact_body = "ball"
+target_body = "beam"
+"#;
+
+/// Sends `signals` signals to runs of `scenario`, four to each, at random moments; every one is obeyed at once, and the runs end as one that
+/// is left alone. Without the cache, so that every run builds its models.
+#[cfg(unix)]
+fn signalled_runs_end_alike(scenario: &str, signals: u32, seed: u64) {
+    const IN_A_RUN: u32 = 4;
+    let directory = tempfile::tempdir().expect("a directory");
+    let [output, reference] = ["a.h5", "b.h5"].map(|n| directory.path().join(n));
+    let begin = Instant::now();
+    let (code, log) = fbimpact(&["run", scenario, "-q", "--no-cache", "-o", text(&reference)]);
+    assert_eq!(code, 0, "{log}");
+    let (duration, mut random) = (begin.elapsed().as_secs_f64(), Random(seed));
+    let mut sent = 0;
+    while sent < signals {
+        let mut arguments = vec!["run", scenario, "-q", "--no-cache", "-o", text(&output)];
+        for _ in 0..IN_A_RUN {
+            let mut child = program(&arguments).spawn().expect("the program starts");
+            std::thread::sleep(Duration::from_secs_f64(duration * random.next()));
+            if child.try_wait().expect("its state").is_some() {
+                break;
+            }
+            let signal = if sent % 2 == 0 { "-INT" } else { "-TERM" };
+            let asked = Instant::now();
+            let id = child.id().to_string();
+            assert!(Command::new("kill").args([signal, &id]).status().expect("kill runs").success());
+            let ended = child.wait_with_output().expect("it ends");
+            let log = String::from_utf8_lossy(&ended.stderr);
+            // Within a second; a machine that does other things, as one with tests side by side, needs more.
+            assert!(asked.elapsed() < Duration::from_secs(2), "{signal} after {sent}: {:?}", asked.elapsed());
+            sent += 1;
+            match ended.status.code() {
+                Some(0) => break, // it was about to end
+                Some(130) => {}
+                code => panic!("{signal}: {code:?} {log}"),
+            }
+            if beside(&output, ".restart").exists() {
+                arguments = vec!["run", "-q", "--no-cache", "--resume", text(&output)];
+            }
+        }
+        if !output.exists() || beside(&output, ".restart").exists() {
+            let (code, log) = fbimpact(&arguments);
+            assert_eq!(code, 0, "{log}");
+        }
+        assert_equal(&output, &reference);
+        std::fs::remove_file(&output).expect("removable");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+#[ignore = "second tier: minutes"]
+fn fifty_signals_are_obeyed_at_once_and_the_runs_end_alike() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let beam = directory.path().join("struck_beam.toml");
+    std::fs::write(&beam, STRUCK_BEAM).expect("written");
+    signalled_runs_end_alike(text(&beam), 25, 4);
+    signalled_runs_end_alike(&scenario("double_pendulum"), 25, 5);
+}
+
 /// A run of `scenario` to `output`, killed when the first state is stored.
 fn killed(scenario: &str, output: &Path) {
     let child = program(&["run", scenario, "-q", "-o", text(output)]).spawn().expect("the program starts");

@@ -49,6 +49,8 @@ child = { body = "arm", point = [0.0, 0.0, 0.0] }
 stiffness = [1.0, 2.0]
 drives = [{ coordinate = 0, curve = { kind = "harmonic", amplitude = 1.0, frequency = 2.0 } }]
 motions = [{ coordinate = 1, curve = 0.5 }]
+friction = [1.0, 1.0]
+stops = [{ coordinate = 0, upper = 1.0, stiffness = 1.0 }]
 [joints.knee]
 type = "universal"
 axis = [1.0, 0.0, 0.0]
@@ -203,6 +205,9 @@ fn bad_values(kind: &Kind) -> Vec<String> {
         Kind::Table(_) | Kind::Variants { .. } => vec!["1".into(), "[]".into(), "\"a\"".into()],
         Kind::Named(_) => vec!["1".into(), "[]".into(), "{ a = 1 }".into(), "{ \"a/b\" = {} }".into()],
         Kind::Tables(_) => vec!["1".into(), "{}".into(), "[1]".into()],
+        Kind::Choices(_) => {
+            ["1", "\"x\"", "[]", "[1]", "[\"never\"]", "[\"x\", \"x\"]"].map(str::to_owned).to_vec()
+        }
         Kind::NameLists => [
             "1",
             "[]",

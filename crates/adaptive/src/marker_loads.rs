@@ -5,7 +5,7 @@ use ffr_dynamics::DynamicsError;
 use ffr_dynamics::body::AssembledBody;
 use ffr_dynamics::data_error::DataError;
 use ffr_dynamics::kinematics::MarkerWeights;
-use ffr_dynamics::system::JointKind;
+use ffr_dynamics::system::{FreeDirections, JointKind};
 use iga_core::nurbs::jet::diagonal;
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -78,37 +78,56 @@ fn in_body(chosen: &[bool; 6], rotation: &UnitQuaternion<f64>) -> Vec<[f64; 6]> 
 ///
 /// A displaced joint exerts moments on its parent, at whose marker its force is counted.
 fn joint_directions(joint: &JointSpec, side: Side) -> [bool; 6] {
-    let is_active = |k: usize| joint.coordinates.get(k).is_some_and(acts);
-    let (x, y, z) = (is_active(0), is_active(1), is_active(2));
-    match joint.kind {
-        JointKind::Fixed => [true; 6],
-        JointKind::Revolute => [true, true, true, true, true, x],
-        JointKind::Prismatic => [true, true, x, true, true, true],
-        JointKind::Cylindrical => [true, true, x, true, true, y],
-        // The parent's x axis and the child's y axis are free.
-        JointKind::Universal if side == Side::Parent => [true, true, true, x, true, true],
-        JointKind::Universal => [true, true, true, true, y, true],
-        JointKind::Spherical => {
-            let moment = x || y || z;
-            [true, true, true, moment, moment, moment]
-        }
-        JointKind::Planar => {
-            let force = x || y;
-            [force, force, true, true, true, z || (force && side == Side::Parent)]
-        }
-        JointKind::Free => {
-            let force = x || y || z;
-            let moment = (3..6).any(is_active) || (force && side == Side::Parent);
-            [force, force, force, moment, moment, moment]
-        }
-        JointKind::Axial => [false, false, x, false, false, false],
+    let FreeDirections(free) = joint.kind.free_directions();
+    let mut coordinates = joint.coordinates.iter();
+    let mut transmits = free.map(|free| !free || coordinates.next().is_some_and(acts));
+    if joint.kind == JointKind::Axial {
+        return std::array::from_fn(|k| k == 2 && transmits[k]);
     }
+    let (forces, moments) = transmits.split_at_mut(3);
+    let turning: Vec<usize> = (0..3).filter(|&axis| free[3 + axis]).collect();
+    match *turning {
+        // Forces across the axis change their direction in the child.
+        [axis] => mix(forces, [(axis + 1) % 3, (axis + 2) % 3]),
+        // The parent's first axis and the child's second axis are free.
+        [first, second] => {
+            forces.fill(forces.contains(&true));
+            let (of_first, of_second) = (moments[first], moments[second]);
+            moments.fill(true);
+            match side {
+                Side::Parent => moments[first] = of_first,
+                Side::Child => moments[second] = of_second,
+            }
+        }
+        [_, _, _] => {
+            forces.fill(forces.contains(&true));
+            moments.fill(moments.contains(&true));
+        }
+        _ => {}
+    }
+    if side == Side::Parent {
+        for (along, across) in (0..3).flat_map(|a| (0..3).map(move |b| (a, b))).filter(|(a, b)| a != b) {
+            moments[3 - along - across] |= free[along] && forces[across];
+        }
+    }
+    transmits
+}
+
+/// Both directions if one of them is chosen.
+fn mix(chosen: &mut [bool], [a, b]: [usize; 2]) {
+    let any = chosen[a] || chosen[b];
+    (chosen[a], chosen[b]) = (any, any);
 }
 
 /// Whether anything acts along the coordinate, or its motion is prescribed.
 fn acts(coordinate: &CoordinateSpec) -> bool {
-    let CoordinateSpec { stiffness, rest: _, damping, drive, motion } = coordinate;
-    *stiffness != 0.0 || *damping != 0.0 || drive.is_some() || motion.is_some()
+    let CoordinateSpec { stiffness, rest: _, damping, stop, friction, drive, motion } = coordinate;
+    *stiffness != 0.0
+        || *damping != 0.0
+        || stop.is_some()
+        || friction.is_some()
+        || drive.is_some()
+        || motion.is_some()
 }
 
 /// Components of a load; one that keeps its direction in space comes from every side of a body that turns.

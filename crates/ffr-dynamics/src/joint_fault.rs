@@ -78,6 +78,36 @@ pub enum JointFault {
     /// Springs about the axes of a spherical joint that are not alike.
     #[error("springs about the three axes must be alike, with the rest position 0")]
     UnlikeSprings,
+    /// Stop of a coordinate.
+    #[error(
+        "coordinate {coordinate}: a stop from {lower} to {upper} with stiffness {stiffness} and damping {damping} needs lower < upper, \
+         stiffness > 0, damping >= 0, and no rotation about a point"
+    )]
+    Stop {
+        /// Number of the coordinate, from 1.
+        coordinate: usize,
+        /// Lower end [m or rad].
+        lower: f64,
+        /// Upper end [m or rad].
+        upper: f64,
+        /// Stiffness [N/m or N m/rad].
+        stiffness: f64,
+        /// Damping [s/m or s/rad].
+        damping: f64,
+    },
+    /// Friction of a coordinate.
+    #[error("coordinate {coordinate}: friction {force} must be >= 0, its velocity {velocity} > 0")]
+    Friction {
+        /// Number of the coordinate, from 1.
+        coordinate: usize,
+        /// Force of sliding [N or N m].
+        force: f64,
+        /// Velocity of the transition [m/s or rad/s].
+        velocity: f64,
+    },
+    /// Friction about the axes of a spherical joint that is not alike.
+    #[error("friction about the three axes must be alike")]
+    UnlikeFriction,
     /// A prescribed motion of a joint with a quaternion.
     #[error("the motion of a {kind} joint cannot be prescribed")]
     Prescribed {

@@ -12,8 +12,8 @@ use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::integration::OdeSystem;
 use ffr_dynamics::kinematics::Marker;
 use ffr_dynamics::system::{
-    ActiveForce, Attachment, BodySpec, BodyState, CoordinateForce, GROUND, JointKind, JointSpec, Multibody,
-    SystemSpec, TimeFunction,
+    ActiveForce, Attachment, BodySpec, BodyState, CoordinateForce, FreeDirections, GROUND, JointKind,
+    JointSpec, Multibody, SystemSpec, TimeFunction,
 };
 use free_motion::{free_system, state_vector};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -26,7 +26,7 @@ const STEP: f64 = 1e-5;
 const STENCIL: [(f64, f64); 4] =
     [(-2.0, 1.0 / 12.0), (-1.0, -2.0 / 3.0), (1.0, 2.0 / 3.0), (2.0, -1.0 / 12.0)];
 
-const KINDS: [JointKind; 9] = [
+const KINDS: [JointKind; 14] = [
     JointKind::Fixed,
     JointKind::Revolute,
     JointKind::Prismatic,
@@ -36,6 +36,11 @@ const KINDS: [JointKind; 9] = [
     JointKind::Planar,
     JointKind::Free,
     JointKind::Axial,
+    JointKind::Generic(FreeDirections([true, false, true, false, false, false])),
+    JointKind::Generic(FreeDirections([false, true, false, true, false, false])),
+    JointKind::Generic(FreeDirections([true, true, true, true, false, true])),
+    JointKind::Generic(FreeDirections([false, false, true, false, true, true])),
+    JointKind::Generic(FreeDirections([true, false, false, true, true, true])),
 ];
 
 fn turn(random: &mut Random) -> UnitQuaternion<f64> {

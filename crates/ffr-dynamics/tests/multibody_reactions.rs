@@ -10,8 +10,8 @@ use ffr_dynamics::body::{RigidMotion, StandardInputData};
 use ffr_dynamics::integration::{Integrator, OdeSystem, StepSettings};
 use ffr_dynamics::kinematics::Marker;
 use ffr_dynamics::system::{
-    Attachment, BodySpec, BodyState, CoordinateForce, GROUND, GeneralisedForce, JointKind, JointSpec,
-    LoadSpec, Multibody, SystemSpec, TimeFunction,
+    Attachment, BodySpec, BodyState, CoordinateForce, FreeDirections, Friction, GROUND, GeneralisedForce,
+    JointKind, JointSpec, LoadSpec, Multibody, Stop, SystemSpec, TimeFunction,
 };
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
@@ -25,7 +25,7 @@ const STENCIL: [(f64, f64); 4] =
 /// Time of all evaluations, at which prescribed motions and drives act.
 const TIME: f64 = 0.3;
 
-const KINDS: [JointKind; 9] = [
+const KINDS: [JointKind; 14] = [
     JointKind::Fixed,
     JointKind::Revolute,
     JointKind::Prismatic,
@@ -35,6 +35,11 @@ const KINDS: [JointKind; 9] = [
     JointKind::Planar,
     JointKind::Free,
     JointKind::Axial,
+    JointKind::Generic(FreeDirections([true, false, true, false, false, false])),
+    JointKind::Generic(FreeDirections([false, true, false, true, false, false])),
+    JointKind::Generic(FreeDirections([true, true, true, true, false, true])),
+    JointKind::Generic(FreeDirections([false, false, true, false, true, true])),
+    JointKind::Generic(FreeDirections([true, false, false, true, true, true])),
 ];
 
 /// Ground - first -> root - second -> left; root - third -> right. Root and left are flexible, right is rigid.
@@ -195,7 +200,7 @@ fn every_body_is_in_balance_with_the_reactions_of_its_joints() {
 }
 
 #[test]
-fn reactions_contain_springs_dampers_drives_and_prescribed_motions() {
+fn reactions_contain_springs_dampers_stops_friction_drives_and_prescribed_motions() {
     let motion = |a: f64, w: f64| {
         TimeFunction::new(move |t| [a * (w * t).sin(), a * w * (w * t).cos(), -a * w * w * (w * t).sin()])
     };
@@ -207,6 +212,8 @@ fn reactions_contain_springs_dampers_drives_and_prescribed_motions() {
                 stiffness: 2e3,
                 rest: 0.1,
                 damping: 7.0,
+                stop: Some(Stop { lower: -0.1, upper: 0.1, stiffness: 1e3, damping: 0.1 }),
+                friction: Some(Friction { force: 3.0, velocity: 0.1 }),
                 drive: Some(TimeFunction::constant(11.0)),
                 motion: None,
             };

@@ -4,7 +4,7 @@ use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::kinematics::Marker;
 use ffr_dynamics::kinematics::marker::FlexiblePoint;
 use ffr_dynamics::system as multibody;
-use ffr_dynamics::system::{CoordinateForce, GROUND, JointKind, SystemSpec};
+use ffr_dynamics::system::{CoordinateForce, FreeDirections, GROUND, JointKind, SystemSpec};
 use iga_core::elasticity::kinematics::PointState;
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -180,6 +180,8 @@ fn coordinate_force(spec: &CoordinateSpec) -> CoordinateForce {
         stiffness: spec.stiffness,
         rest: spec.rest,
         damping: spec.damping,
+        stop: spec.stop,
+        friction: spec.friction,
         drive: spec.drive.as_ref().map(TimeCurve::function),
         motion: spec.motion.as_ref().map(TimeCurve::function),
     }
@@ -193,26 +195,26 @@ pub fn coordinate_names(kind: JointKind) -> (Vec<NameAndUnit>, Vec<NameAndUnit>)
     let velocity = |c: &str| pair(&format!("velocity {c}"), "m/s");
     let quaternion = || ["w", "x", "y", "z"].map(|c| pair(&format!("quaternion {c}"), "–"));
     let spin = || axes.map(|c| pair(&format!("angular velocity {c}"), "rad/s"));
-    match kind {
-        JointKind::Fixed => (Vec::new(), Vec::new()),
-        JointKind::Revolute => (vec![pair("angle", "rad")], vec![pair("angular velocity", "rad/s")]),
-        JointKind::Prismatic | JointKind::Axial => (vec![displacement("z")], vec![velocity("z")]),
-        JointKind::Cylindrical => (
-            vec![displacement("z"), pair("angle", "rad")],
-            vec![velocity("z"), pair("angular velocity", "rad/s")],
-        ),
-        JointKind::Universal => (
-            vec![pair("angle 1", "rad"), pair("angle 2", "rad")],
-            vec![pair("angular velocity 1", "rad/s"), pair("angular velocity 2", "rad/s")],
-        ),
-        JointKind::Spherical => (quaternion().to_vec(), spin().to_vec()),
-        JointKind::Planar => (
-            vec![displacement("x"), displacement("y"), pair("angle", "rad")],
-            vec![velocity("x"), velocity("y"), pair("angular velocity", "rad/s")],
-        ),
-        JointKind::Free => (
-            axes.map(displacement).into_iter().chain(quaternion()).collect(),
-            axes.map(velocity).into_iter().chain(spin()).collect(),
-        ),
+    let FreeDirections(free) = kind.free_directions();
+    let (mut positions, mut velocities) = (Vec::new(), Vec::new());
+    for axis in (0..3).filter(|&axis| free[axis]) {
+        positions.push(displacement(axes[axis]));
+        velocities.push(velocity(axes[axis]));
     }
+    match free[3..].iter().filter(|free| **free).count() {
+        0 => {}
+        1 => {
+            positions.push(pair("angle", "rad"));
+            velocities.push(pair("angular velocity", "rad/s"));
+        }
+        3 => {
+            positions.extend(quaternion());
+            velocities.extend(spin());
+        }
+        several => {
+            positions.extend((1..=several).map(|k| pair(&format!("angle {k}"), "rad")));
+            velocities.extend((1..=several).map(|k| pair(&format!("angular velocity {k}"), "rad/s")));
+        }
+    }
+    (positions, velocities)
 }

@@ -1,6 +1,6 @@
 //! Joints, what acts along their coordinates, and loads.
 
-use ffr_dynamics::system::joints::JointKind;
+use ffr_dynamics::system::joints::{Friction, JointKind, Stop};
 use nalgebra::UnitQuaternion;
 
 use super::body::Place;
@@ -48,6 +48,10 @@ pub struct CoordinateSpec {
     pub rest: f64,
     /// Damping.
     pub damping: f64,
+    /// Ends of the travel.
+    pub stop: Option<Stop>,
+    /// Dry friction.
+    pub friction: Option<Friction>,
     /// Force of a drive over time.
     pub drive: Option<TimeCurve>,
     /// Motion prescribed to the coordinate.

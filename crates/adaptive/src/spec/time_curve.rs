@@ -2,9 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use ffr_dynamics::system::joints::TimeFunction;
+use ffr_dynamics::system::joints::{TimeCourse, TimeFunction};
 
-/// A quantity over time with continuous first and second derivatives.
+/// A quantity over time, with continuous first and second derivatives unless it is piecewise.
 #[derive(Debug, Clone, PartialEq)]
 pub enum TimeCurve {
     /// `Σ_k c_k t^k`.
@@ -33,6 +33,8 @@ pub enum TimeCurve {
     },
     /// Cubic spline through points: a natural one, which goes on with constant rate outside them, or a periodic one.
     Table(CubicSpline),
+    /// Lines or steps through points, with jumps of the rate or of the value.
+    Piecewise(Piecewise),
 }
 
 impl TimeCurve {
@@ -68,14 +70,101 @@ impl TimeCurve {
                 [slope * (0.5 * t * t + (c - 1.0) / (w * w)), slope * (t - s / w), slope * (1.0 - c)]
             }
             Self::Table(spline) => spline.at(t),
+            Self::Piecewise(points) => points.at(t),
         }
     }
 
     /// The same as a function.
     pub fn function(&self) -> TimeFunction {
-        let curve = self.clone();
-        TimeFunction::new(move |t| curve.at(t))
+        TimeFunction::with_course(self.clone())
     }
+}
+
+impl TimeCourse for TimeCurve {
+    fn at(&self, t: f64) -> [f64; 3] {
+        Self::at(self, t)
+    }
+
+    fn next_break(&self, t: f64) -> f64 {
+        match self {
+            Self::Polynomial { .. } | Self::Harmonic { .. } => f64::INFINITY,
+            // Its third derivative jumps.
+            Self::SpinUp { duration, .. } => next_of(&[0.0, *duration], false, t),
+            Self::Table(CubicSpline { times, is_periodic, .. })
+            | Self::Piecewise(Piecewise { times, is_periodic, .. }) => next_of(times, *is_periodic, t),
+        }
+    }
+
+    fn longest_step(&self, t: f64) -> f64 {
+        match self {
+            Self::Harmonic { frequency, .. } if *frequency > 0.0 => QUARTER / frequency,
+            Self::SpinUp { duration, .. } if t < *duration => QUARTER * duration,
+            _ => f64::INFINITY,
+        }
+    }
+}
+
+/// Longest step in terms of a period: a quadrature of order eight errs by 2e-8 of the amplitude then.
+const QUARTER: f64 = 0.25;
+
+/// The next of rising `times`, repeated with the time from the first to the last one if they are periodic, after `t`.
+fn next_of(times: &[f64], is_periodic: bool, t: f64) -> f64 {
+    let (Some(first), Some(last)) = (times.first(), times.last()) else { return f64::INFINITY };
+    let period = last - first;
+    let begin = if is_periodic { ((t - first) / period).floor() * period } else { 0.0 };
+    // Round-off may place `t` at the end of one period or at the start of the next.
+    let candidates = [0.0, if is_periodic { period } else { 0.0 }];
+    let next = candidates.iter().flat_map(|more| {
+        let i = times.partition_point(|x| begin + more + x <= t);
+        times.get(i).map(|x| begin + more + x)
+    });
+    next.fold(f64::INFINITY, f64::min)
+}
+
+/// What runs through the points of a [`Piecewise`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PiecewiseForm {
+    /// Lines.
+    Lines,
+    /// Each value lasts until the next time.
+    Steps,
+}
+
+/// Lines or steps through points; outside, the value of the first or the last one, or a repetition.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Piecewise {
+    /// Rising times \[s\], two at least.
+    pub times: Vec<f64>,
+    /// Values, as many.
+    pub values: Vec<f64>,
+    /// What runs through them.
+    pub form: PiecewiseForm,
+    /// Whether they repeat with the time from the first to the last one.
+    pub is_periodic: bool,
+}
+
+impl Piecewise {
+    /// Value and rate at time `t`, at a point those behind it; the second derivative is zero.
+    pub fn at(&self, t: f64) -> [f64; 3] {
+        let Self { times, values, .. } = self;
+        let t = if self.is_periodic { within_period(times, t) } else { t };
+        let behind = times.partition_point(|x| *x <= t);
+        let (Some(&before), Some(next)) = (values.get(behind.saturating_sub(1)), times.get(behind)) else {
+            return [values.last().copied().unwrap_or(0.0), 0.0, 0.0];
+        };
+        if behind == 0 || self.form == PiecewiseForm::Steps {
+            return [before, 0.0, 0.0];
+        }
+        let start = times[behind - 1];
+        let slope = (values[behind] - before) / (next - start);
+        [before + slope * (t - start), slope, 0.0]
+    }
+}
+
+/// The time of the first period that belongs to `t`.
+fn within_period(times: &[f64], t: f64) -> f64 {
+    let (first, last) = (times[0], times[times.len() - 1]);
+    first + (t - first).rem_euclid(last - first)
 }
 
 /// Cubic spline, natural or periodic.
@@ -179,11 +268,7 @@ impl CubicSpline {
     /// Value, first and second derivative at time `t`.
     pub fn at(&self, t: f64) -> [f64; 3] {
         let last = self.times.len() - 1;
-        let t = if self.is_periodic {
-            self.times[0] + (t - self.times[0]).rem_euclid(self.times[last] - self.times[0])
-        } else {
-            t
-        };
+        let t = if self.is_periodic { within_period(&self.times, t) } else { t };
         let i = self.times.partition_point(|x| *x <= t).clamp(1, last);
         let (start, end) = (self.times[i - 1], self.times[i]);
         let inside = t.clamp(start, end);
@@ -208,6 +293,43 @@ mod tests {
             // Central differences: error h² times the third derivative, at most 100 here.
             assert!((rate - (after[0] - before[0]) / (2.0 * h)).abs() < 1e-6, "{curve:?} {t}");
             assert!((bend - (after[1] - before[1]) / (2.0 * h)).abs() < 1e-5, "{curve:?} {t}");
+        }
+    }
+
+    #[test]
+    fn lines_and_steps_take_the_value_behind_a_point_and_end_there() {
+        let points = |form, is_periodic| Piecewise {
+            times: vec![0.0, 1.0, 3.0],
+            values: vec![2.0, 4.0, 2.0],
+            form,
+            is_periodic,
+        };
+        let lines = TimeCurve::Piecewise(points(PiecewiseForm::Lines, false));
+        let expected = [
+            (-1.0, [2.0, 0.0]),
+            (0.5, [3.0, 2.0]),
+            (1.0, [4.0, -1.0]),
+            (2.0, [3.0, -1.0]),
+            (3.0, [2.0, 0.0]),
+        ];
+        for (t, [value, rate]) in expected {
+            let found = lines.at(t);
+            // Exact in binary numbers; round-off otherwise.
+            assert!((found[0] - value).abs() < 1e-15 && (found[1] - rate).abs() < 1e-15, "{t} {found:?}");
+        }
+        for (t, next) in [(-1.0, 0.0), (0.0, 1.0), (0.5, 1.0), (1.0, 3.0)] {
+            assert!((lines.next_break(t) - next).abs() < 1e-15, "{t}");
+        }
+        assert!(lines.next_break(3.0).is_infinite());
+        let steps = TimeCurve::Piecewise(points(PiecewiseForm::Steps, true));
+        for (t, value) in [(0.5, 2.0), (1.0, 4.0), (2.9, 4.0), (3.5, 2.0), (4.0, 4.0), (-0.5, 4.0)] {
+            assert!((steps.at(t)[0] - value).abs() < 1e-15, "{t}");
+        }
+        // From break to break, whatever round-off does to the periods.
+        let mut t = -0.5;
+        for expected in [0.0, 1.0, 3.0, 4.0, 6.0, 7.0, 9.0] {
+            t = steps.next_break(t);
+            assert!((t - expected).abs() < 1e-14, "{t} {expected}");
         }
     }
 

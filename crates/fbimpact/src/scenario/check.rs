@@ -175,6 +175,7 @@ impl Checker {
             (Kind::Text, Value::Text(s)) => Some(Checked::Text(s.clone())),
             (Kind::Name, Value::Text(s)) if !s.trim().is_empty() => Some(Checked::Text(s.clone())),
             (Kind::Choice(choices), Value::Text(s)) => self.choice(choices, s, node, path),
+            (Kind::Choices(choices), Value::Array(items)) => self.choices(choices, items, path),
             (Kind::ChoiceOrNumber(choices, _), Value::Text(s)) => self.choice(choices, s, node, path),
             (Kind::Place(_), Value::Text(s)) if !s.trim().is_empty() => Some(Checked::Text(s.clone())),
             (Kind::Number(range) | Kind::ChoiceOrNumber(_, range), _) => {
@@ -319,6 +320,24 @@ impl Checker {
             }
         }
         None
+    }
+
+    fn choices(&mut self, choices: &[Choice], items: &[Node], path: &str) -> Option<Checked> {
+        let mut chosen: Vec<String> = Vec::with_capacity(items.len());
+        for (i, item) in items.iter().enumerate() {
+            let path = format!("{path}[{i}]");
+            let Value::Text(word) = &item.value else {
+                self.wrong(item, &path, "must be a string");
+                return None;
+            };
+            let Checked::Text(word) = self.choice(choices, word, item, &path)? else { return None };
+            if chosen.contains(&word) {
+                self.fault(&item.origin, path, Some(item.shown()), "stands in the list already".into());
+                return None;
+            }
+            chosen.push(word);
+        }
+        Some(Checked::Names(chosen))
     }
 
     fn counts(&mut self, key: &Key, node: &Node, path: &str, min: u64, max: u64) -> Option<Checked> {

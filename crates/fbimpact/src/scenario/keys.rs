@@ -281,6 +281,8 @@ pub enum Kind {
     Counts(u64, u64),
     /// One of a few names.
     Choice(&'static [Choice]),
+    /// Some of a few names.
+    Choices(&'static [Choice]),
     /// Exactly as many numbers.
     Vector(usize, Range),
     /// A rotation vector (3 numbers) or a quaternion `w x y z` (4 numbers).
@@ -349,6 +351,7 @@ impl Kind {
                 format!("an integer >= {min} and <= {max}, or a list of 2 or 3 such integers")
             }
             Self::Choice(choices) => names(choices.iter().filter(|c| c.supported).map(|c| c.name)),
+            Self::Choices(choices) => format!("a list of some of {}", names(choices.iter().map(|c| c.name))),
             Self::Vector(n, range) => format!("a list of {n} numbers {}{unit}", range.words()),
             Self::Rotation => "a rotation vector of 3 numbers or a quaternion [w, x, y, z]".into(),
             Self::Point(range) => format!("a list of 2 or 3 coordinates {}{unit}", range.words()),

@@ -133,6 +133,7 @@ fn rows(keys: &[Key], out: &mut String) {
         };
         let value = match &key.kind {
             Kind::Choice(choices) => list(choices),
+            Kind::Choices(choices) => format!("a list of some of {}", list(choices)),
             Kind::ChoiceOrNumber(choices, range) => {
                 format!("{}, or a number {}", list(choices), range.words())
             }

@@ -48,6 +48,7 @@ fn scalar(value: &Checked) -> Option<String> {
         | Checked::BodyFile { text: s, .. }
         | Checked::MeshFile { text: s, .. }
         | Checked::SplineFile { text: s, .. } => Some(toml::Value::String(s.clone()).to_string()),
+        Checked::Names(names) => Some(format!("{names:?}")),
         Checked::NameLists(lists) => {
             let texts =
                 |names: &[String]| names.iter().map(|n| format!("{n:?}")).collect::<Vec<_>>().join(", ");

@@ -173,6 +173,9 @@ fn kind(kind: &Kind) -> Value {
             json!({ "anyOf": [item, array(&item, 2, Some(3))] })
         }
         Kind::Choice(choices) => names(choices),
+        Kind::Choices(choices) => {
+            json!({ "type": "array", "items": names(choices), "minItems": 1, "uniqueItems": true })
+        }
         Kind::Vector(n, range) => array(&number(range), *n, Some(*n)),
         Kind::Rotation => array(&json!({ "type": "number" }), 3, Some(4)),
         Kind::Point(range) => array(&number(range), 2, Some(3)),

@@ -78,6 +78,8 @@ pub enum Checked {
         /// What is in the file.
         source: Arc<SplineSource>,
     },
+    /// Some of a few names.
+    Names(Vec<String>),
     /// Lists of names, by names.
     NameLists(Vec<(String, Vec<String>)>),
     /// Not usable; the fault has been reported.
@@ -119,6 +121,14 @@ impl Section {
             | Checked::BodyFile { text: s, .. }
             | Checked::MeshFile { text: s, .. }
             | Checked::SplineFile { text: s, .. } => Some(s),
+            _ => None,
+        }
+    }
+
+    /// Some of a few names.
+    pub fn names(&self, name: &str) -> Option<&[String]> {
+        match &self.item(name)?.value {
+            Checked::Names(names) => Some(names),
             _ => None,
         }
     }

@@ -164,6 +164,10 @@ impl OneStepMethod for DormandPrince {
         Ok(system.error_norm(&stepping.y, &self.trial, &self.scratch))
     }
 
+    fn trial(&self) -> &[f64] {
+        &self.trial
+    }
+
     fn accept<S: OdeSystem + ?Sized>(
         &mut self,
         stepping: &mut Stepping,

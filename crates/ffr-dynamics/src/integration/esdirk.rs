@@ -213,6 +213,10 @@ impl OneStepMethod for Esdirk {
         Ok(error)
     }
 
+    fn trial(&self) -> &[f64] {
+        &self.trial
+    }
+
     fn accept<S: OdeSystem + ?Sized>(
         &mut self,
         stepping: &mut Stepping,

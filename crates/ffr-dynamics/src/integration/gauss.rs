@@ -436,6 +436,10 @@ impl OneStepMethod for Gauss {
         Ok(error)
     }
 
+    fn trial(&self) -> &[f64] {
+        &self.trial
+    }
+
     fn accept<S: OdeSystem + ?Sized>(
         &mut self,
         stepping: &mut Stepping,

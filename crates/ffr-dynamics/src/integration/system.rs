@@ -30,6 +30,22 @@ pub trait OdeSystem {
     /// they gain at its end, and changes its `rate` to that at the start of the next step.
     fn finish_quadratures(&mut self, _y: &mut [f64], _rate: &mut [f64]) {}
 
+    /// The next time after `t` at which the right-hand side is not smooth in time; steps end there.
+    fn next_break(&self, _t: f64) -> f64 {
+        f64::INFINITY
+    }
+
+    /// Longest step from time `t` that resolves what is given over time \[s\]; error estimates from derivatives of the motion are blind to it.
+    fn longest_step(&self, _t: f64) -> f64 {
+        f64::INFINITY
+    }
+
+    /// The share of a step of size `h` from the state `y0` to `y1` after which the right-hand side has another form (a stop is reached);
+    /// `None` if it keeps its form. The step is repeated to end just behind that.
+    fn change_of_form(&self, _y0: &[f64], _y1: &[f64], _h: f64) -> Option<f64> {
+        None
+    }
+
     /// Remembers the inner state (contact solver) before a step.
     fn save(&mut self) {}
 

@@ -464,6 +464,18 @@ impl<F: DerefMut<Target: ActiveForce>> OdeSystem for Multibody<F> {
             / (self.error_scale.relative * motion)
     }
 
+    fn next_break(&self, t: f64) -> f64 {
+        self.model.next_break(t)
+    }
+
+    fn longest_step(&self, t: f64) -> f64 {
+        self.model.longest_step(t)
+    }
+
+    fn change_of_form(&self, y0: &[f64], y1: &[f64], h: f64) -> Option<f64> {
+        self.model.change_of_form(y0, y1, h)
+    }
+
     fn has_memory(&self) -> bool {
         !self.forces.is_empty()
     }

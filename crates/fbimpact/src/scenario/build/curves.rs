@@ -1,7 +1,7 @@
 //! Quantities over time.
 
 use adaptive::spec::TimeCurve;
-use adaptive::spec::time_curve::CubicSpline;
+use adaptive::spec::time_curve::{CubicSpline, Piecewise, PiecewiseForm};
 
 use super::super::check::Checker;
 use super::super::section::{Checked, Section};
@@ -75,6 +75,11 @@ fn points(checker: &mut Checker, table: &Section) -> Option<TimeCurve> {
         );
         checker.fault_in(table, "values", message);
         return None;
+    }
+    let interpolation = table.text("interpolation")?;
+    if interpolation != "smooth" {
+        let form = if interpolation == "steps" { PiecewiseForm::Steps } else { PiecewiseForm::Lines };
+        return Some(TimeCurve::Piecewise(Piecewise { times, values, form, is_periodic }));
     }
     let spline =
         if is_periodic { CubicSpline::periodic(times, values) } else { CubicSpline::new(times, values) };

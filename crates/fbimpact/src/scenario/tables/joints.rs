@@ -43,6 +43,18 @@ const TYPES: &[Choice] = &[
         "bushing",
     ]),
     Choice::new("axial", "displacement along z, for axisymmetric bodies"),
+    Choice::new("generic", "displacements along and rotations about the axes that `locked` leaves free")
+        .elsewhere(&["6dof-spring", "custom"]),
+];
+
+/// Directions of a joint.
+const DIRECTIONS: &[Choice] = &[
+    Choice::new("x", "displacement along the first cross axis"),
+    Choice::new("y", "displacement along the second cross axis"),
+    Choice::new("z", "displacement along `axis`"),
+    Choice::new("rx", "rotation about the first cross axis"),
+    Choice::new("ry", "rotation about the second cross axis"),
+    Choice::new("rz", "rotation about `axis`"),
 ];
 
 /// Name of the body, `ground` for space.
@@ -87,6 +99,8 @@ const WITH_COORDINATES: Condition = Condition::new(
     "for joints that are neither fixed nor close a loop",
     Test::All(&[Test::NoneOf("type", &["fixed"]), Test::IsFalse("closes_loop")]),
 );
+/// The free directions are chosen.
+const GENERIC: Condition = Condition::new("for type \"generic\"", Test::OneOf("type", &["generic"]));
 /// One angle is among the coordinates.
 const ONE_ANGLE: Condition = Condition::new(
     "for joints with a single angle",
@@ -135,7 +149,7 @@ pub(super) const JOINT: &[Key] = &[
         "axis",
         Kind::Vector(3, COORDINATE),
         "–",
-        Need::Optional("z for `axial`, the axes of space for `spherical` and `free`"),
+        Need::Optional("z for `axial`, the axes of space for `spherical`, `free` and `generic`"),
         "Axis in space with all joint coordinates at zero; of any length but zero.",
     ).when(&[Condition::new("for joints with coordinates", Test::NoneOf("type", &["fixed"])).remark("a fixed joint has none")]),
     Key::new(
@@ -155,6 +169,15 @@ pub(super) const JOINT: &[Key] = &[
             "for joints with one axis",
             Test::NoneOf("type", &["fixed", "universal"]),
         )]),
+    Key::new(
+        "locked",
+        Kind::Choices(DIRECTIONS),
+        "",
+        Need::Optional("must be given"),
+        "Directions in which the joint holds its child, along and about the axes of the parent: the first and second cross axis and `axis`. Of two free \
+         rotations the first one in this order is about the parent's axis, the second about the child's. Coordinates are the free displacements, \
+         then the free rotations, in this order.",
+    ).when(&[GENERIC]),
     Key::new(
         "closes_loop",
         Kind::Boolean,
@@ -225,6 +248,35 @@ pub(super) const JOINT: &[Key] = &[
         Need::Optional("no dampers"),
         "Constants of the joint's dampers.",
     ).when(&[WITH_COORDINATES]),
+    Key::new(
+        "friction",
+        Kind::Numbers(CONSTANT),
+        "N, N m",
+        Need::Optional("none"),
+        "Force or moment of dry friction while the coordinate slides (Coulomb), whatever the joint transmits; alike about the three axes of a rotation \
+         about a point, where it opposes the angular velocity.",
+    ).when(&[WITH_COORDINATES]),
+    Key::new(
+        "friction_velocity",
+        Kind::Numbers(Range::positive(1e6)),
+        "m/s, rad/s",
+        Need::Optional("1e-4 m/s, 1e-3 rad/s"),
+        "Velocity `u` up to which friction grows, `friction v / sqrt(v² + u²)`: a coordinate that friction holds creeps more slowly than that.",
+    ).when(&[WITH_COORDINATES, Condition::new("with friction", Test::With("friction"))]),
+    Key::new(
+        "stop",
+        Kind::Table(STOP),
+        "",
+        Need::Optional("none"),
+        "Ends of the coordinate's travel.",
+    ).when(&[WITH_COORDINATES, ONE_COORDINATE.remark("others take \"stops\"")]),
+    Key::new(
+        "stops",
+        Kind::Tables(STOPS),
+        "",
+        Need::Default("[]"),
+        "Ends of the travel of coordinates of a joint with several; not of a rotation with three angles.",
+    ).when(&[WITH_COORDINATES]),
     curve("drive", "N, N m", "Force along the coordinate.")
         .when(&[WITH_COORDINATES, ONE_COORDINATE.remark("others take \"drives\"")]),
     curve("motion", "m, rad", "Motion prescribed to the coordinate.")
@@ -245,8 +297,43 @@ pub(super) const JOINT: &[Key] = &[
     ).when(&[WITH_COORDINATES]),
 ];
 
+const COORDINATE_NUMBER: Key =
+    Key::new("coordinate", Kind::Integer(0, 5), "–", Need::Required, "Number of the coordinate, from 0.");
+const LOWER: Key = Key::new(
+    "lower",
+    Kind::Number(JOINT_COORDINATE),
+    "m, rad",
+    Need::Optional("no lower end, `upper` must be given"),
+    "Coordinate at which the lower stop is met.",
+);
+const UPPER: Key = Key::new(
+    "upper",
+    Kind::Number(JOINT_COORDINATE),
+    "m, rad",
+    Need::Optional("no upper end, `lower` must be given"),
+    "Coordinate at which the upper stop is met.",
+);
+const STOP_STIFFNESS: Key = Key::new(
+    "stiffness",
+    Kind::Number(Range { min: Bound::Open(0.0), max: Bound::Closed(1e18) }),
+    "N/m, N m/rad",
+    Need::Required,
+    "Stiffness of the stop; bodies that hit one for its stiffness alone are a contact.",
+);
+const STOP_DAMPING: Key = Key::new(
+    "damping",
+    Kind::Number(Range { min: Bound::Closed(0.0), max: Bound::Closed(1e12) }),
+    "s/m, s/rad",
+    Need::Default("0.0"),
+    "Damping `c` in the force `stiffness δ (1 + c dδ/dt)` of the compression δ (Hunt and Crossley): a meeting at the speed v takes about `2/3 c v` of it.",
+);
+/// `stop` of a joint with one coordinate.
+const STOP: &[Key] = &[LOWER, UPPER, STOP_STIFFNESS, STOP_DAMPING];
+/// An entry of `stops`.
+const STOPS: &[Key] = &[COORDINATE_NUMBER, LOWER, UPPER, STOP_STIFFNESS, STOP_DAMPING];
+
 const ENTRY: &[Key] = &[
-    Key::new("coordinate", Kind::Integer(0, 5), "–", Need::Required, "Number of the coordinate, from 0."),
+    COORDINATE_NUMBER,
     Key { need: Need::Required, ..curve("curve", "N, N m, m, rad", "Quantity over time.") },
 ];
 

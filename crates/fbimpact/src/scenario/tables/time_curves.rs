@@ -1,6 +1,6 @@
 //! Quantities over time: the forms that a drive, a prescribed motion or a load can have.
 
-use super::super::keys::{Bound, Condition, Key, Kind, Need, Range, Test, Variant};
+use super::super::keys::{Bound, Choice, Condition, Key, Kind, Need, Range, Test, Variant};
 
 /// Values; far beyond any force in N or angle in rad.
 pub(super) const VALUE: Range = Range::within(1e12);
@@ -17,6 +17,15 @@ pub(super) const fn curve(name: &'static str, unit: &'static str, doc: &'static 
 const WITHOUT_FILE: Condition = Condition::new("without `file`", Test::Without("file"));
 /// Numbers stand in a file.
 const WITH_FILE: Condition = Condition::new("with `file`", Test::With("file"));
+
+/// What runs through the points of a table.
+const INTERPOLATIONS: &[Choice] = &[
+    Choice::new("smooth", "cubic spline").elsewhere(&["spline", "cubic"]),
+    Choice::new("linear", "lines; for forces, not for prescribed motions, whose velocity would jump")
+        .elsewhere(&["lines", "polyline", "piecewise-linear"]),
+    Choice::new("steps", "each value lasts until the next time; for forces, not for prescribed motions")
+        .elsewhere(&["step", "constant", "hold", "previous", "zoh"]),
+];
 
 /// Forms of a quantity over time.
 pub const CURVES: &[Variant] = &[
@@ -80,7 +89,8 @@ pub const CURVES: &[Variant] = &[
     Variant {
         name: "table",
         elsewhere: &["tabular", "curve", "points", "interpolation", "pwl"],
-        doc: "Natural cubic spline through points, which goes on with a constant rate outside them, or a periodic one.",
+        doc: "Through points: a natural cubic spline, which goes on with a constant rate outside them, or a periodic one; or lines or steps, \
+              which keep their value outside.",
         keys: &[
             Key::new(
                 "times",
@@ -122,6 +132,13 @@ pub const CURVES: &[Variant] = &[
                 "Column of the values, in the unit of the key.",
             )
             .when(&[WITH_FILE]),
+            Key::new(
+                "interpolation",
+                Kind::Choice(INTERPOLATIONS),
+                "",
+                Need::Default("\"smooth\""),
+                "What runs through the points. Steps of the integration end at points where it is not smooth.",
+            ),
             Key::new(
                 "periodic",
                 Kind::Boolean,

@@ -1,7 +1,7 @@
 //! Relative motion of two markers (docs/theory.md Eq. M.8, M.9).
 //!
 //! Axes are those of the markers: a hinge turns about `z`, a slider moves along `z`, a plane has the normal `z`. At zero
-//! coordinates the markers coincide.
+//! coordinates the markers coincide. Coordinates are displacements along the parent's axes, then rotations.
 
 use nalgebra::{Quaternion, Unit, UnitQuaternion, Vector3};
 
@@ -29,6 +29,38 @@ pub enum JointKind {
     Free,
     /// Displacement along `z`, for axisymmetric bodies.
     Axial,
+    /// Displacements along some of the parent's axes and rotations about some: of one about that axis, of two about the first axis of
+    /// the parent, then about the second of the child, of three by a quaternion.
+    Generic(FreeDirections),
+}
+
+/// The directions in which a joint lets its child move: displacements along `x`, `y`, `z` of the parent's marker, rotations about them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct FreeDirections(pub [bool; 6]);
+
+impl FreeDirections {
+    /// Names of the directions, displacements first.
+    pub const NAMES: [&str; 6] = ["x", "y", "z", "rx", "ry", "rz"];
+
+    const fn of(directions: &[usize]) -> Self {
+        let mut free = [false; 6];
+        let mut i = 0;
+        while i < directions.len() {
+            free[directions[i]] = true;
+            i += 1;
+        }
+        Self(free)
+    }
+
+    /// Axes of the free displacements.
+    fn displacements(self) -> impl Iterator<Item = usize> {
+        (0..3).filter(move |&axis| self.0[axis])
+    }
+
+    /// Axes of the free rotations.
+    fn rotations(self) -> impl Iterator<Item = usize> {
+        (0..3).filter(move |&axis| self.0[3 + axis])
+    }
 }
 
 /// One velocity of a joint: a translation, a rotation, or both.
@@ -70,18 +102,28 @@ impl JointKind {
             Self::Planar => "planar",
             Self::Free => "free",
             Self::Axial => "axial",
+            Self::Generic(_) => "generic",
+        }
+    }
+
+    /// Directions in which the child may move.
+    pub fn free_directions(self) -> FreeDirections {
+        match self {
+            Self::Fixed => const { FreeDirections::of(&[]) },
+            Self::Revolute => const { FreeDirections::of(&[5]) },
+            Self::Prismatic | Self::Axial => const { FreeDirections::of(&[2]) },
+            Self::Cylindrical => const { FreeDirections::of(&[2, 5]) },
+            Self::Universal => const { FreeDirections::of(&[3, 4]) },
+            Self::Spherical => const { FreeDirections::of(&[3, 4, 5]) },
+            Self::Planar => const { FreeDirections::of(&[0, 1, 5]) },
+            Self::Free => const { FreeDirections::of(&[0, 1, 2, 3, 4, 5]) },
+            Self::Generic(free) => free,
         }
     }
 
     /// Number of velocities.
     pub fn n_velocities(self) -> usize {
-        match self {
-            Self::Fixed => 0,
-            Self::Revolute | Self::Prismatic | Self::Axial => 1,
-            Self::Cylindrical | Self::Universal => 2,
-            Self::Spherical | Self::Planar => 3,
-            Self::Free => 6,
-        }
+        self.free_directions().0.iter().filter(|free| **free).count()
     }
 
     /// Number of position coordinates.
@@ -89,43 +131,48 @@ impl JointKind {
         self.n_velocities() + usize::from(self.quaternion().is_some())
     }
 
+    /// Number of displacements among the coordinates; they come first.
+    fn n_displacements(self) -> usize {
+        self.free_directions().displacements().count()
+    }
+
     /// Index of the quaternion among the position coordinates, and of the angular velocity among the velocities.
     pub fn quaternion(self) -> Option<usize> {
-        match self {
-            Self::Spherical => Some(0),
-            Self::Free => Some(3),
-            _ => None,
-        }
+        (self.free_directions().rotations().count() == 3).then(|| self.n_displacements())
     }
 
     /// Whether velocity `k` is an angular one.
     pub fn is_angle(self, k: usize) -> bool {
-        match self {
-            Self::Revolute | Self::Universal | Self::Spherical => true,
-            Self::Cylindrical => k == 1,
-            Self::Planar => k == 2,
-            Self::Free => k >= 3,
-            Self::Fixed | Self::Prismatic | Self::Axial => false,
-        }
+        (self.n_displacements()..self.n_velocities()).contains(&k)
     }
 
     /// Directions in which the joint holds the child marker: displacements along the parent's axes.
     pub fn held_directions(self) -> &'static [usize] {
-        match self {
-            Self::Fixed | Self::Revolute | Self::Universal | Self::Spherical => &[0, 1, 2],
-            Self::Prismatic | Self::Cylindrical | Self::Axial => &[0, 1],
-            Self::Planar => &[2],
-            Self::Free => &[],
+        let [x, y, z, ..] = self.free_directions().0;
+        match (x, y, z) {
+            (false, false, false) => &[0, 1, 2],
+            (true, false, false) => &[1, 2],
+            (false, true, false) => &[0, 2],
+            (false, false, true) => &[0, 1],
+            (true, true, false) => &[2],
+            (true, false, true) => &[1],
+            (false, true, true) => &[0],
+            (true, true, true) => &[],
         }
     }
 
     /// Pairs of axes (parent's, child's) that the joint keeps perpendicular.
     pub fn perpendicular_axes(self) -> &'static [(usize, usize)] {
-        match self {
-            Self::Fixed | Self::Prismatic | Self::Axial => &[(0, 1), (1, 2), (2, 0)],
-            Self::Revolute | Self::Cylindrical | Self::Planar => &[(0, 2), (1, 2)],
-            Self::Universal => &[(0, 1)],
-            Self::Spherical | Self::Free => &[],
+        let [_, _, _, x, y, z] = self.free_directions().0;
+        match (x, y, z) {
+            (false, false, false) => &[(0, 1), (1, 2), (2, 0)],
+            (true, false, false) => &[(1, 0), (2, 0)],
+            (false, true, false) => &[(2, 1), (0, 1)],
+            (false, false, true) => &[(0, 2), (1, 2)],
+            (true, true, false) => &[(0, 1)],
+            (true, false, true) => &[(0, 2)],
+            (false, true, true) => &[(1, 2)],
+            (true, true, true) => &[],
         }
     }
 
@@ -143,7 +190,6 @@ impl JointKind {
     /// # Panics
     /// If there are fewer numbers than the joint has coordinates.
     pub fn motion(self, positions: &[f64], velocities: &[f64]) -> JointMotion {
-        let (x, y, z) = (Vector3::x(), Vector3::y(), Vector3::z());
         let mut motion = JointMotion {
             displacement: Vector3::zeros(),
             rotation: UnitQuaternion::identity(),
@@ -152,32 +198,25 @@ impl JointKind {
             angular_velocity: Vector3::zeros(),
             bias: Vector3::zeros(),
         };
-        match self {
-            Self::Fixed => {}
-            Self::Revolute => motion.turn(0, z, positions[0]),
-            Self::Prismatic | Self::Axial => motion.slide(0, z, positions[0]),
-            Self::Cylindrical => {
-                motion.slide(0, z, positions[0]);
-                motion.turn(1, z, positions[1]);
-            }
-            Self::Universal => {
-                motion.turn(0, x, positions[0]);
-                let second = motion.rotation * y;
-                motion.turn(1, y, positions[1]);
-                motion.columns[1].rotation = second;
-                motion.bias = x.cross(&second) * (velocities[0] * velocities[1]);
-            }
-            Self::Spherical => motion.swivel(0, &positions[..4]),
-            Self::Planar => {
-                motion.slide(0, x, positions[0]);
-                motion.slide(1, y, positions[1]);
-                motion.turn(2, z, positions[2]);
-            }
-            Self::Free => {
-                for (k, axis) in [x, y, z].into_iter().enumerate() {
-                    motion.slide(k, axis, positions[k]);
+        let free = self.free_directions();
+        let mut k = 0;
+        for axis in free.displacements() {
+            motion.slide(k, Vector3::ith(axis, 1.0), positions[k]);
+            k += 1;
+        }
+        if self.quaternion().is_some() {
+            motion.swivel(k, &positions[k..k + 4]);
+        } else {
+            // Two at most: three are a quaternion.
+            let mut first: Option<(Vector3<f64>, f64)> = None;
+            for axis in free.rotations() {
+                let along = motion.rotation * Vector3::ith(axis, 1.0);
+                motion.turn(k, axis, along, positions[k]);
+                if let Some((before, rate)) = first {
+                    motion.bias = before.cross(&along) * (rate * velocities[k]);
                 }
-                motion.swivel(3, &positions[3..7]);
+                first = Some((along, velocities[k]));
+                k += 1;
             }
         }
         for (column, u) in motion.columns.iter().zip(velocities).take(self.n_velocities()) {
@@ -223,9 +262,11 @@ impl JointMotion {
         self.columns[k].translation = axis;
     }
 
-    fn turn(&mut self, k: usize, axis: Vector3<f64>, angle: f64) {
-        self.rotation *= UnitQuaternion::from_axis_angle(&Unit::new_unchecked(axis), angle);
-        self.columns[k].rotation = axis;
+    /// Turns the child about its present axis number `axis`, which points `along` in the parent marker's frame.
+    fn turn(&mut self, k: usize, axis: usize, along: Vector3<f64>, angle: f64) {
+        self.rotation *=
+            UnitQuaternion::from_axis_angle(&Unit::new_unchecked(Vector3::ith(axis, 1.0)), angle);
+        self.columns[k].rotation = along;
     }
 
     fn swivel(&mut self, k: usize, quaternion: &[f64]) {

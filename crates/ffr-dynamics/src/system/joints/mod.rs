@@ -2,7 +2,8 @@
 
 pub mod kind;
 pub mod forces;
+pub(crate) mod form;
 
-pub use forces::{CoordinateForce, TimeFunction};
+pub use forces::{CoordinateForce, Friction, Stop, TimeCourse, TimeFunction};
 pub(crate) use kind::JointPoint;
-pub use kind::{JointColumn, JointKind, JointMotion};
+pub use kind::{FreeDirections, JointColumn, JointKind, JointMotion};

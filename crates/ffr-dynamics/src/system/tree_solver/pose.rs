@@ -3,7 +3,8 @@
 use nalgebra::{Matrix6, Vector6};
 
 use crate::system::equations::BodyWorkspace;
-use crate::system::model::MultibodyModel;
+use crate::system::joints::forces::joint_tangent;
+use crate::system::model::{JointCoordinates, MultibodyModel};
 use crate::system::tree_kinematics::{JointKinematics, SpatialVector};
 
 /// One body and the joint that it hangs on. Columns belong to uncoupled modes, rows to a translation and a rotation.
@@ -32,7 +33,7 @@ pub(super) struct BodyPose {
     pub parent_bias: Vector6<f64>,
     /// Size of the body's inertia, its square root: of a translation and of a rotation [√kg, √kg m].
     pub sizes: [f64; 2],
-    /// Stiffness and damping of the joint's free velocities.
+    /// Stiffness and damping of the joint's free velocities about the present motion.
     pub springs: [[f64; 2]; 6],
 }
 
@@ -49,12 +50,6 @@ impl TreePose {
         let bodies = model.bodies.iter().enumerate().map(|(i, body)| {
             let of_parent = body.joint.parent.body.filter(|_| body.joint.parent.marker.n_modes() > 0);
             let n_own = if body.joint.child.is_still() { 0 } else { n_modes(i) };
-            let mut springs = [[0.0; 2]; 6];
-            for (spring, k) in springs.iter_mut().zip(body.joint.free_velocities()) {
-                if let Some(force) = body.joint.coordinates.get(k) {
-                    *spring = [force.stiffness, force.damping];
-                }
-            }
             // A model that lies on a line may turn about it without inertia, or even with less.
             let turning = body.data.second_moment.trace().abs().max(f64::MIN_POSITIVE);
             BodyPose {
@@ -69,7 +64,7 @@ impl TreePose {
                 sizes: [body.data.mass.sqrt(), turning.sqrt()],
                 across: Matrix6::identity(),
                 joint: Matrix6::zeros(),
-                springs,
+                springs: [[0.0; 2]; 6],
             }
         });
         Self { bodies: bodies.collect() }
@@ -98,6 +93,13 @@ impl TreePose {
             }
             for (j, column) in edge.columns.iter().enumerate().take(body.layout.n_velocities) {
                 pose.joint.column_mut(j).copy_from_slice(column);
+            }
+            if !body.joint.coordinates.is_empty() {
+                let JointCoordinates { positions, velocities, .. } = &edge.coordinates;
+                let tangent = joint_tangent(body.joint.kind, &body.joint.coordinates, positions, velocities);
+                for (spring, k) in pose.springs.iter_mut().zip(body.joint.free_velocities()) {
+                    *spring = tangent[k];
+                }
             }
             pose.bias = Vector6::from(edge.bias);
             pose.parent_bias = Vector6::from(edge.parent_bias);

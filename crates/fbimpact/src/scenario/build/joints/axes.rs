@@ -1,6 +1,6 @@
 //! Axes of joints, and whether they suit the models of the bodies.
 
-use ffr_dynamics::system::joints::JointKind;
+use ffr_dynamics::system::joints::{FreeDirections, JointKind};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 use super::super::super::check::Checker;
@@ -17,7 +17,9 @@ pub fn axes(checker: &mut Checker, section: &Section, kind: JointKind) -> Option
     match kind {
         JointKind::Fixed => Some(UnitQuaternion::identity()),
         JointKind::Universal => universal(checker, section),
-        JointKind::Spherical | JointKind::Free | JointKind::Axial if section.item("axis").is_none() => {
+        JointKind::Spherical | JointKind::Free | JointKind::Axial | JointKind::Generic(_)
+            if section.item("axis").is_none() =>
+        {
             if section.item("reference").is_some() {
                 checker.fault_in(section, "reference", "needs \"axis\" beside it".into());
                 return None;
@@ -107,7 +109,12 @@ pub fn check_models(
         "plane" => &[JointKind::Fixed, JointKind::Revolute, JointKind::Prismatic, JointKind::Planar],
         _ => return Some(()),
     };
-    if !kinds.contains(&kind) {
+    // Displacements in the plane and a rotation about its normal.
+    let lies_in_plane = match kind {
+        JointKind::Generic(FreeDirections([_, _, z, rx, ry, _])) => child == "plane" && !(z || rx || ry),
+        _ => false,
+    };
+    if !kinds.contains(&kind) && !lies_in_plane {
         let known: Vec<String> = kinds.iter().map(|k| format!("\"{}\"", k.name())).collect();
         let message = format!("does not go with bodies that are {child}, choose {}", known.join(" or "));
         checker.fault_in(section, "type", message);

@@ -1,12 +1,17 @@
 //! Coordinates of joints: initial values, springs, dampers, drives, prescribed motions.
 
 use adaptive::spec::{CoordinateSpec, TimeCurve};
-use ffr_dynamics::system::joints::JointKind;
+use ffr_dynamics::system::joints::{Friction, JointKind, Stop};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::super::super::check::Checker;
 use super::super::super::section::{Checked, Section};
 use super::super::curves::curve;
+
+/// Velocity of the transition of friction: of a displacement [m/s].
+const TRANSITION: f64 = 1e-4;
+/// The same of an angle [rad/s].
+const ANGULAR_TRANSITION: f64 = 1e-3;
 
 /// Initial state of a joint and what acts along its coordinates.
 #[derive(Debug, Default)]
@@ -37,13 +42,16 @@ pub fn coordinates(
     let motions = curves(checker, section, kind, "motion", "motions");
     let [stiffness, rest, damping] = constants;
     let (stiffness, rest, damping) = (stiffness?, rest?, damping?);
+    let friction = friction(checker, section, kind)?;
+    let stops = stops(checker, section, kind)?;
     check_rotation(checker, section, kind, &stiffness, &rest)?;
     let (drives, motions) = (drives?, motions?);
     check_prescribed(checker, section, kind, &motions)?;
     let mut coordinates = Vec::with_capacity(n);
     for (k, (drive, motion)) in drives.into_iter().zip(motions).enumerate() {
         let (stiffness, rest, damping) = (stiffness[k], rest[k], damping[k]);
-        coordinates.push(CoordinateSpec { stiffness, rest, damping, drive, motion });
+        let (stop, friction) = (stops[k], friction[k]);
+        coordinates.push(CoordinateSpec { stiffness, rest, damping, stop, friction, drive, motion });
     }
     Some(Coordinates { positions: with_quaternion(kind, positions?), velocities: velocities?, coordinates })
 }
@@ -91,6 +99,81 @@ fn with_quaternion(kind: JointKind, values: Vec<f64>) -> Vec<f64> {
     let vector = Vector3::new(values[w], values[w + 1], values[w + 2]);
     let q = UnitQuaternion::from_scaled_axis(vector);
     values[..w].iter().copied().chain([q.w, q.i, q.j, q.k]).collect()
+}
+
+/// Friction along the coordinates.
+fn friction(checker: &mut Checker, section: &Section, kind: JointKind) -> Option<Vec<Option<Friction>>> {
+    let forces = constants(checker, section, kind, "friction")?;
+    let velocities = if section.item("friction_velocity").is_some() {
+        constants(checker, section, kind, "friction_velocity")?
+    } else {
+        let default = |k: usize| if kind.is_angle(k) { ANGULAR_TRANSITION } else { TRANSITION };
+        (0..forces.len()).map(default).collect()
+    };
+    if let Some(w) = kind.quaternion() {
+        for (key, values) in [("friction", &forces), ("friction_velocity", &velocities)] {
+            if values[w..].iter().any(|f| f.to_bits() != values[w].to_bits()) {
+                let message = format!("must be alike about the three axes of a {} joint", kind.name());
+                checker.fault_in(section, key, message);
+                return None;
+            }
+        }
+    }
+    let pairs = forces.into_iter().zip(velocities);
+    Some(pairs.map(|(force, velocity)| (force > 0.0).then_some(Friction { force, velocity })).collect())
+}
+
+/// Stops of the coordinates: the one of the only coordinate, or those of a list.
+fn stops(checker: &mut Checker, section: &Section, kind: JointKind) -> Option<Vec<Option<Stop>>> {
+    let mut stops = vec![None; kind.n_velocities()];
+    if section.item("stops").is_some_and(|i| matches!(i.value, Checked::Invalid)) {
+        return None;
+    }
+    if let Some(single) = section.table("stop") {
+        stops[0] = Some(stop(checker, single)?);
+    }
+    for entry in section.tables("stops") {
+        let k = coordinate_number(checker, entry, kind)?;
+        if kind.quaternion().is_some_and(|w| k >= w) {
+            let message = format!("the rotation of a {} joint has no stops, it has no angles", kind.name());
+            checker.fault_in(entry, "coordinate", message);
+            return None;
+        }
+        if stops[k].is_some() {
+            checker.fault_in(entry, "coordinate", format!("coordinate {k} has a \"stop\" already"));
+            return None;
+        }
+        stops[k] = Some(stop(checker, entry)?);
+    }
+    Some(stops)
+}
+
+fn stop(checker: &mut Checker, section: &Section) -> Option<Stop> {
+    let end = |key: &str, none: f64| {
+        if section.item(key).is_some() { section.number(key) } else { Some(none) }
+    };
+    let (lower, upper) = (end("lower", f64::NEG_INFINITY)?, end("upper", f64::INFINITY)?);
+    if lower.is_infinite() && upper.is_infinite() {
+        let message = "required key is missing: a stop has a \"lower\" or an \"upper\" end".into();
+        checker.fault(&section.origin, section.path_of("upper"), None, message);
+        return None;
+    }
+    if lower >= upper {
+        checker.fault_in(section, "upper", format!("must be > lower = {lower:?}"));
+        return None;
+    }
+    Some(Stop { lower, upper, stiffness: section.number("stiffness")?, damping: section.number("damping")? })
+}
+
+/// The coordinate that an entry of a list belongs to.
+fn coordinate_number(checker: &mut Checker, entry: &Section, kind: JointKind) -> Option<usize> {
+    let (k, n) = (entry.integer("coordinate")?, kind.n_velocities());
+    if k >= n {
+        let message = format!("must be < {n}, the coordinates of a {} joint", kind.name());
+        checker.fault_in(entry, "coordinate", message);
+        return None;
+    }
+    Some(k)
 }
 
 /// Constants of springs or dampers, one a velocity; zero if not given.
@@ -155,6 +238,12 @@ fn check_prescribed(
         checker.fault_in(section, key, message);
         return None;
     }
+    if motions.iter().flatten().any(|motion| matches!(motion, TimeCurve::Piecewise(_))) {
+        let message =
+            "a prescribed motion needs interpolation \"smooth\": with another its velocity jumps".into();
+        checker.fault_in(section, key, message);
+        return None;
+    }
     let mut is_sound = true;
     let singles = [("angle", true), ("angular_velocity", true), ("displacement", false), ("velocity", false)];
     for (single, is_angle) in singles {
@@ -186,13 +275,8 @@ fn curves(
         return None;
     }
     for entry in entries {
-        let k = entry.integer("coordinate")?;
+        let k = coordinate_number(checker, entry, kind)?;
         let found = curve(checker, entry, "curve")?;
-        if k >= n {
-            let message = format!("must be < {n}, the coordinates of a {} joint", kind.name());
-            checker.fault_in(entry, "coordinate", message);
-            return None;
-        }
         if curves[k].is_some() {
             checker.fault_in(entry, "coordinate", format!("coordinate {k} has a \"{single}\" already"));
             return None;

@@ -6,7 +6,7 @@ mod tree;
 
 use adaptive::spec::{Area, Attachment, JointSpec, Place};
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::system::joints::JointKind;
+use ffr_dynamics::system::joints::{FreeDirections, JointKind};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::super::body_places::BodyPlaces;
@@ -54,7 +54,7 @@ fn joint<'a>(
     section: &Section,
     bodies: &BuiltBodies,
 ) -> Option<BuiltJoint<'a>> {
-    let kind = section.text("type").and_then(kind);
+    let kind = section.text("type").and_then(|name| kind(checker, section, name));
     let mut side = |key: &str, can_be_ground: bool| {
         section.table(key).and_then(|side| attachment(checker, root, side, can_be_ground, bodies))
     };
@@ -100,11 +100,34 @@ fn joint<'a>(
     Some(BuiltJoint { link, spec })
 }
 
-fn kind(name: &str) -> Option<JointKind> {
+fn kind(checker: &mut Checker, section: &Section, name: &str) -> Option<JointKind> {
     use JointKind::{Axial, Cylindrical, Fixed, Free, Planar, Prismatic, Revolute, Spherical, Universal};
+    if name == "generic" {
+        return generic(checker, section);
+    }
     [Fixed, Revolute, Prismatic, Cylindrical, Universal, Spherical, Planar, Free, Axial]
         .into_iter()
         .find(|kind| kind.name() == name)
+}
+
+/// The joint that holds the directions of key `locked`.
+fn generic(checker: &mut Checker, section: &Section) -> Option<JointKind> {
+    if section.item("locked").is_none() {
+        let message =
+            "required key is missing for type \"generic\": the directions that the joint holds".into();
+        checker.fault(&section.origin, section.path_of("locked"), None, message);
+        return None;
+    }
+    let locked = section.names("locked")?;
+    let free = FreeDirections::NAMES.map(|name| !locked.iter().any(|l| l == name));
+    let other = match free {
+        [true, true, true, true, true, true] => "free",
+        [false, false, false, false, false, false] => "fixed",
+        _ => return Some(JointKind::Generic(FreeDirections(free))),
+    };
+    let what = if other == "free" { "holds nothing" } else { "holds everything" };
+    checker.fault_in(section, "locked", format!("{what}, choose type \"{other}\""));
+    None
 }
 
 /// One side of a joint.

@@ -1,0 +1,119 @@
+//! Generic joints, stops, dry friction and loads in lines and steps from a scenario, against closed forms.
+
+#[path = "support/scenarios.rs"]
+mod scenarios;
+
+use std::path::Path;
+
+use adaptive::recording::Recording;
+
+/// A block of 2 kg that slides along y and turns about x of its guide; `more` are further keys of the guide, then tables.
+fn block(more: &str) -> String {
+    format!(
+        r#"
+        [simulation]
+        end_time = 0.3
+        [bodies.block]
+        model = "rigid"
+        mass = 2.0
+        inertia = [0.01, 0.02, 0.03]
+        [joints.guide]
+        type = "generic"
+        locked = ["x", "z", "ry", "rz"]
+        parent = {{ body = "ground", point = [0.0, 0.0, 0.0] }}
+        child = {{ body = "block", point = [0.0, 0.0, 0.0] }}
+        {more}
+        "#
+    )
+}
+
+fn run(text: &str) -> Recording {
+    scenarios::run(&scenarios::valid(Path::new("."), text, &[]))
+}
+
+fn faults(text: &str) -> String {
+    let list = scenarios::parse(Path::new("."), text, &[]).expect_err("a fault");
+    list.iter().map(|fault| format!("{}: {}\n", fault.key, fault.message)).collect()
+}
+
+/// Coordinates and velocities of the guide at the end.
+fn end(recording: &Recording) -> ([f64; 2], [f64; 2]) {
+    let last = recording.samples.last().expect("samples");
+    let joint = &last.joints[0];
+    ([joint.positions[0], joint.positions[1]], [joint.velocities[0], joint.velocities[1]])
+}
+
+#[test]
+fn a_push_in_steps_against_friction_and_a_moment_in_lines_give_their_impulses() {
+    let (mass, inertia, friction, transition) = (2.0, 0.01, 1.0, 1e-4);
+    let recording = run(&block(
+        r#"
+        friction = [1.0, 0.0]
+        friction_velocity = [1e-4, 1.0]
+        [loads.push]
+        body = "block"
+        point = [0.0, 0.0, 0.0]
+        force_y = { kind = "table", times = [0.0, 0.1, 0.35], values = [3.0, 0.0, 0.0], interpolation = "steps" }
+        moment_x = { kind = "table", times = [0.0, 0.1, 0.2], values = [0.0, 0.05, 0.0], interpolation = "linear" }
+        "#,
+    ));
+    let (positions, velocities) = end(&recording);
+    // Pushed by 3 N for 0.1 s, then friction alone; it comes to rest after 0.3 s: velocities to that of the transition.
+    let speed: f64 = (3.0 - friction) / mass * 0.1;
+    assert!(velocities[0].abs() < transition, "{velocities:?}");
+    let way = 0.5 * speed * 0.1 + 0.5 * speed * speed * mass / friction;
+    // Below the transition friction is smaller: that adds a velocity of its size for the whole time.
+    assert!((positions[0] - way).abs() < 2.0 * transition * 0.3, "{positions:?} {way}");
+    let turning = 0.5 * 0.05 * 0.2 / inertia;
+    // The tolerance of a step of 1e-8, times some hundred steps.
+    assert!((velocities[1] / turning - 1.0).abs() < 1e-6, "{velocities:?}");
+}
+
+#[test]
+fn a_block_between_two_stops_comes_back_in_the_time_of_the_spring() {
+    let (mass, stiffness, gap, speed): (f64, f64, f64, f64) = (2.0, 1e5, 0.01, 0.5);
+    let recording = run(&block(&format!(
+        "velocities = [{speed}, 0.0]\nstops = [{{ coordinate = 0, lower = -{gap}, upper = {gap}, stiffness = {stiffness:e} }}]"
+    )));
+    let (positions, velocities) = end(&recording);
+    // Between the stops it flies, in them it is a half wave.
+    let period = 2.0 * (2.0 * gap / speed + std::f64::consts::PI * (mass / stiffness).sqrt());
+    let share = (0.3 / period).fract() * period;
+    let half = 0.5 * period;
+    let (direction, within) = if share < half { (1.0, share) } else { (-1.0, share - half) };
+    let reached = gap / speed;
+    let contact = std::f64::consts::PI * (mass / stiffness).sqrt();
+    let exact = if within < reached {
+        within * speed
+    } else if within < reached + contact {
+        gap + speed * (mass / stiffness).sqrt() * ((within - reached) * (stiffness / mass).sqrt()).sin()
+    } else {
+        gap - speed * (within - reached - contact)
+    };
+    // Each of some ten bounces may shift the time by the tolerance of a step, 1e-8 of it, of which it takes some hundred.
+    assert!((positions[0] - direction * exact).abs() < 1e-5 * gap, "{positions:?} {exact}");
+    assert!(velocities[0].abs() < speed * (1.0 + 1e-6));
+}
+
+#[test]
+fn what_makes_no_sense_is_a_fault_of_the_scenario() {
+    let guide = |more: &str| faults(&block(more));
+    let stop = |entry: &str| guide(&format!("stops = [{{ {entry} }}]"));
+    assert!(stop("coordinate = 0, stiffness = 1.0").contains("\"lower\" or an \"upper\""));
+    assert!(stop("coordinate = 0, stiffness = 1.0, lower = 1.0, upper = 0.5").contains("must be > lower"));
+    assert!(stop("coordinate = 2, stiffness = 1.0, lower = 1.0").contains("must be < 2"));
+    assert!(guide("stop = { stiffness = 1.0, lower = 1.0 }").contains("others take \"stops\""));
+    assert!(guide("friction_velocity = [1.0, 1.0]").contains("with friction"));
+    assert!(guide("friction = [1.0]").contains("a generic joint has 2 coordinates"));
+    let curve = "{ kind = \"table\", times = [0.0, 1.0], values = [0.0, 1.0], interpolation = \"linear\" }";
+    let moved = guide(&format!("motions = [{{ coordinate = 0, curve = {curve} }}]"));
+    assert!(moved.contains("its velocity jumps"), "{moved}");
+    let locked = |list: &str| faults(&block("").replace(r#"["x", "z", "ry", "rz"]"#, list));
+    assert!(locked(r#"["x", "y", "z", "rx", "ry", "rz"]"#).contains("choose type \"fixed\""));
+    assert!(locked("[]").contains("choose type \"free\""));
+    assert!(locked(r#"["x", "x"]"#).contains("stands in the list already"));
+    assert!(faults(&block("").replace("locked", "# locked")).contains("directions that the joint holds"));
+    let spherical = block("stops = [{ coordinate = 1, stiffness = 1.0, lower = 1.0 }]");
+    let spherical = spherical.replace("\"generic\"", "\"spherical\"").replace("locked", "# locked");
+    assert!(faults(&spherical).contains("it has no angles"));
+}
