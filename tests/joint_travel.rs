@@ -117,3 +117,59 @@ fn what_makes_no_sense_is_a_fault_of_the_scenario() {
     let spherical = spherical.replace("\"generic\"", "\"spherical\"").replace("locked", "# locked");
     assert!(faults(&spherical).contains("it has no angles"));
 }
+
+#[test]
+fn an_elastic_rod_of_a_slider_crank_starts_undeformed_at_the_speed_of_the_crank() {
+    let recording = run(r#"
+        [simulation]
+        end_time = 1e-5
+        [bodies.crank]
+        model = "rigid"
+        mass = 0.5
+        inertia = [1e-4, 1e-3, 1e-3]
+        [bodies.rod]
+        model = "solid"
+        material = "aluminium"
+        geometry = { shape = "box", size = [0.2, 0.01, 0.02] }
+        discretisation = { degree = 2, elements = [4, 1, 1] }
+        reduction = { modes = 4 }
+        [bodies.piston]
+        model = "rigid"
+        mass = 0.3
+        inertia = [1e-4, 1e-4, 1e-4]
+        [joints.motor]
+        type = "revolute"
+        axis = [0.0, 0.0, 1.0]
+        parent = { body = "ground", point = [0.0, 0.0, 0.0] }
+        child = { body = "crank", point = [0.0, 0.0, 0.0] }
+        angle_deg = 90
+        angular_velocity = -30.0
+        [joints.pin]
+        type = "revolute"
+        axis = [0.0, 0.0, 1.0]
+        parent = { body = "crank", point = [0.05, 0.0, 0.0] }
+        child = { body = "rod", face = "x-" }
+        angle_deg = -104.47751218592993
+        [joints.wrist]
+        type = "revolute"
+        axis = [0.0, 0.0, 1.0]
+        parent = { body = "rod", face = "x+" }
+        child = { body = "piston", point = [0.0, 0.0, 0.0] }
+        angle_deg = 14.47751218592993
+        [joints.guide]
+        type = "prismatic"
+        axis = [1.0, 0.0, 0.0]
+        parent = { body = "ground", point = [0.0, 0.0, 0.0] }
+        child = { body = "piston", point = [0.0, 0.0, 0.0] }
+        closes_loop = true
+        "#);
+    let first = &recording.samples[0];
+    let speeds: Vec<f64> = first.joints[..3].iter().map(|joint| joint.velocities[0]).collect();
+    for (found, exact) in speeds.iter().zip([-30.0, 30.0, 0.0]) {
+        assert!((found - exact).abs() < 1e-8 * 30.0, "{speeds:?}"); // the digits of the angles above
+    }
+    // The rod and the piston move with 1.5 m/s, the crank turns.
+    let rod = 2700.0 * 0.2 * 0.01 * 0.02;
+    let kinetic = 0.5 * (rod + 0.3) * 1.5_f64.powi(2) + 0.5 * 1e-3 * 900.0;
+    assert!((first.energies.kinetic / kinetic - 1.0).abs() < 1e-7, "{} {kinetic}", first.energies.kinetic);
+}

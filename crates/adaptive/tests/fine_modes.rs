@@ -105,6 +105,7 @@ fn sphere_rod_sphere() -> RunSpec {
         child: Attachment { body: Some(1), place: middle, rotation },
         positions: vec![0.0],
         velocities: vec![0.0],
+        has_velocities: true,
         coordinates: vec![CoordinateSpec { stiffness: 1e5, ..CoordinateSpec::default() }],
     });
     let end = Place::Point([0.0, LENGTH, 0.0]);

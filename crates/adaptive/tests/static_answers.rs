@@ -168,6 +168,7 @@ fn on_joint(
         child: at(Some(0), Place::Marker("foot".into())),
         positions: vec![0.0; kind.n_positions()],
         velocities: vec![0.0; kind.n_velocities()],
+        has_velocities: true,
         coordinates: coordinates.collect(),
     };
     let rest = InitialMotion {

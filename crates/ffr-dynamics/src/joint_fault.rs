@@ -136,6 +136,14 @@ pub enum JointFault {
     /// A rotation without a direction.
     #[error("the quaternion is zero")]
     ZeroQuaternion,
+    /// Velocities at the start that tear a loop apart.
+    #[error(
+        "velocities given at the start open the loop at {rate:.3e} m/s or rad/s; leave those out that follow from others, or correct them"
+    )]
+    LoopSpeed {
+        /// Rate of the constraint [m/s or rad/s].
+        rate: f64,
+    },
     /// A loop that does not close.
     #[error(
         "the loop stays open by {gap:.3e} m or rad, limit 1e-11; start nearer to a closed position, or the parts do not fit"

@@ -267,3 +267,59 @@ fn steps_end_where_a_drive_jumps_and_resolve_one_that_vibrates() {
         }
     }
 }
+
+/// Crank of 50 mm about ground, rod of 200 mm, piston on a guide that closes the loop; the crank stands at 90°.
+fn slider_crank() -> Multibody {
+    let body = |name: &str, length: f64| {
+        let centre = Vector3::x() * 0.5 * length;
+        let about_end = 1e-3 + 0.3 * centre.norm_squared();
+        let inertia = Matrix3::from_diagonal(&Vector3::new(1e-3, about_end, about_end));
+        let data = StandardInputData::rigid(RigidMotion::Spatial, 0.3, centre, inertia).unwrap();
+        let along = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), 0.5 * std::f64::consts::PI);
+        let marker = |name: &str, x: f64, rotation| Marker::rigid(name, Vector3::x() * x, rotation);
+        let identity = UnitQuaternion::identity();
+        let markers =
+            vec![marker("a", 0.0, identity), marker("b", length, identity), marker("along", 0.0, along)];
+        BodySpec { name: name.into(), data, markers }
+    };
+    let ground = body("any", 0.0).markers;
+    let bodies = vec![body("crank", 0.05), body("rod", 0.2), body("piston", 0.0)];
+    let at = Attachment::new;
+    let hinge = |name: &str, parent, child| JointSpec::new(name, JointKind::Revolute, parent, child);
+    let joints = vec![
+        hinge("motor", at(GROUND, "a"), at("crank", "a")),
+        hinge("pin", at("crank", "b"), at("rod", "a")),
+        hinge("wrist", at("rod", "b"), at("piston", "a")),
+    ];
+    let guide = JointSpec::new("guide", JointKind::Prismatic, at(GROUND, "along"), at("piston", "along"));
+    let spec = SystemSpec { bodies, ground, joints, loops: vec![guide], ..SystemSpec::default() };
+    Multibody::new(spec, Vec::new()).unwrap()
+}
+
+#[test]
+fn a_crank_given_alone_moves_rod_and_piston_as_the_mechanism_does() {
+    let (crank, rod, speed) = (0.05_f64, 0.2_f64, -30.0);
+    let lean = (crank / rod).asin();
+    let angles = [0.5 * std::f64::consts::PI, -0.5 * std::f64::consts::PI - lean, lean];
+    let start = |system: &Multibody, speeds: [f64; 3]| {
+        let mut y = system.rest();
+        for i in 0..3 {
+            system.set_joint(&mut y, i, &[angles[i]], &[speeds[i]]).unwrap();
+        }
+        y
+    };
+    let mut system = slider_crank();
+    let mut y = start(&system, [speed, 0.0, 0.0]);
+    system.assemble_start(0.0, &mut y, &[true, false, false]).unwrap();
+    let found: Vec<f64> = (0..3).map(|i| system.joint_coordinates(0.0, &y, i).velocities[0]).collect();
+    // The crank stands across the guide: the rod does not turn, the piston moves with the end of the crank.
+    for (found, exact) in found.iter().zip([speed, -speed, 0.0]) {
+        assert!((found - exact).abs() < 1e-10 * speed.abs(), "{found} {exact}"); // where the projection ends
+    }
+    let piston = system.body_states(0.0, &y)[2].velocity;
+    assert!((piston - Vector3::x() * -speed * crank).norm() < 1e-10 * speed.abs(), "{piston}");
+
+    let mut y = start(&system, [speed, -speed, 5.0]);
+    let error = system.assemble_start(0.0, &mut y, &[true; 3]).unwrap_err().to_string();
+    assert!(error.contains("guide") && error.contains("leave those out that follow"), "{error}");
+}

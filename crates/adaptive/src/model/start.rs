@@ -13,7 +13,7 @@ use super::{BodyModel, joints};
 use crate::body_model::BodyForm;
 use crate::error::AdaptiveError;
 use crate::imported::ImportedModel;
-use crate::spec::{BodyKind, InitialMotion, RunSpec};
+use crate::spec::{BodyKind, BodySpec, InitialMotion, RunSpec};
 
 /// Motions of all bodies at the start if they were rigid.
 ///
@@ -84,7 +84,14 @@ fn joint_state<F: DerefMut<Target: ActiveForce>>(
         system.set_joint(&mut y, i, &positions, &velocities).map_err(AdaptiveError::Model)?;
     }
     if !spec.loops.is_empty() {
-        system.assemble(0.0, &mut y).map_err(AdaptiveError::Model)?;
+        let is_given = |(i, body): (usize, &BodySpec)| {
+            let joint = spec.joints.iter().find(|joint| joint.child.body == Some(i));
+            let moves =
+                body.motion.velocity != Vector3::zeros() || body.motion.angular_velocity != Vector3::zeros();
+            joint.map_or(moves, |joint| joint.has_velocities)
+        };
+        let is_given: Vec<bool> = spec.bodies.iter().enumerate().map(is_given).collect();
+        system.assemble_start(0.0, &mut y, &is_given).map_err(AdaptiveError::Model)?;
     }
     Ok(y)
 }

@@ -35,6 +35,8 @@ pub struct JointSpec {
     pub positions: Vec<f64>,
     /// Velocities at the start.
     pub velocities: Vec<f64>,
+    /// Whether they are given; others follow where loops are closed.
+    pub has_velocities: bool,
     /// Springs, dampers, drives, prescribed motions: one entry a velocity, or none.
     pub coordinates: Vec<CoordinateSpec>,
 }

@@ -180,6 +180,11 @@ impl LoopSolver {
         self.rows.iter().map(|r| r.residual.abs()).fold(0.0, f64::max)
     }
 
+    /// Joint that constraint `k` belongs to.
+    pub fn joint_of(&self, k: usize) -> usize {
+        self.rows[k].joint
+    }
+
     /// Joint of the largest residual.
     pub fn worst_joint(&self) -> usize {
         let worst = self.rows.iter().max_by(|a, b| a.residual.abs().total_cmp(&b.residual.abs()));
@@ -363,18 +368,22 @@ impl LoopSolver {
         self.respond(tree);
     }
 
+    /// Rate of constraint `k` at the present motion [m/s or 1/s]; prescribed motion is part of it.
+    pub fn present_rate(&self, k: usize) -> f64 {
+        let Row { joint, axis, is_rotation, .. } = self.rows[k];
+        let [p, c] = &self.sides[joint];
+        if is_rotation {
+            axis.dot(&(c.spin - p.spin))
+        } else {
+            axis.dot(&(c.velocity - p.velocity - p.spin.cross(&(c.place - p.place))))
+        }
+    }
+
     /// Change of all rates that takes the constraints' rates away, in `response.rates`; returns the largest rate.
     pub fn correct_velocities(&mut self, tree: FactorisedTree<'_, f64>) -> f64 {
         let mut largest: f64 = 0.0;
         for k in 0..self.rows.len() {
-            let Row { joint, axis, is_rotation, .. } = self.rows[k];
-            let [p, c] = &self.sides[joint];
-            // Prescribed motion is part of these velocities.
-            let rate = if is_rotation {
-                axis.dot(&(c.spin - p.spin))
-            } else {
-                axis.dot(&(c.velocity - p.velocity - p.spin.cross(&(c.place - p.place))))
-            };
+            let rate = self.present_rate(k);
             largest = largest.max(rate.abs());
             self.multipliers[k] = -rate;
         }

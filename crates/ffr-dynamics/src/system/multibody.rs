@@ -13,6 +13,7 @@ use super::force::{BodyState, GeneralisedForce, Motion};
 use super::free_vibration::oscillators;
 use super::joints::forces::joint_energy;
 use super::model::{JointCoordinates, MultibodyModel, TreeBody};
+use super::small_motion::SmallMotion;
 use super::specification::SystemSpec;
 use super::stage_solver::StageSolver;
 use super::tree_error::TreeNorm;
@@ -33,6 +34,9 @@ const LOOP_RATE_TOLERANCE: f64 = 1e-11;
 /// Elastic inertia counts so many times when positions are projected: deforming would cost energy, moving joints does not.
 /// The mobility that is left stays far above the limit of redundancy.
 const ELASTIC_WEIGHT: f64 = 1e6;
+/// Rate of a constraint, as a share of the fastest body's velocity, above which velocities given contradict a loop: typed with four digits
+/// they do not.
+const CONTRADICTION: f64 = 1e-3;
 /// Newton steps of a projection; drift of one step needs one or two.
 const MAX_PROJECTIONS: usize = 8;
 
@@ -347,8 +351,14 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
     /// # Errors
     /// [`DynamicsError::Joint`] if a loop does not close; give joint coordinates nearer to a closed position.
     pub fn assemble(&mut self, t: f64, y: &mut [f64]) -> Result<(), DynamicsError> {
+        self.assemble_positions(t, y)?;
+        self.close_velocities(t, y, 1.0);
+        Ok(())
+    }
+
+    fn assemble_positions(&mut self, t: f64, y: &mut [f64]) -> Result<(), DynamicsError> {
         for _ in 0..10 * MAX_PROJECTIONS {
-            self.close_loops(t, y);
+            self.close_positions(t, y);
             let residual = self.loop_residual(t, y);
             if residual <= 10.0 * LOOP_TOLERANCE {
                 return Ok(());
@@ -362,19 +372,57 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         Err(DynamicsError::Joint { joint, fault: Box::new(JointFault::OpenLoop { gap }) })
     }
 
+    /// Closes the loops of a start: joint and elastic coordinates as [`Multibody::assemble`] moves them; then velocities of those joints
+    /// for which `is_given` does not hold, by body, follow the given ones and the prescribed motions with the least kinetic energy, as if
+    /// bodies were rigid (Eq. M.63).
+    ///
+    /// # Errors
+    /// [`DynamicsError::Joint`] if a loop does not close, or given velocities contradict it.
+    pub fn assemble_start(&mut self, t: f64, y: &mut [f64], is_given: &[bool]) -> Result<(), DynamicsError> {
+        self.assemble_positions(t, y)?;
+        let mut may_move = vec![false; self.model.n_rates()];
+        for (body, _) in self.model.bodies.iter().zip(is_given).filter(|(_, is_given)| !**is_given) {
+            may_move[body.layout.rates_joint()].fill(true);
+        }
+        self.loop_residual(t, y);
+        let loops = &self.workspace.loops;
+        let open: Vec<f64> = (0..loops.n_constraints()).map(|k| loops.present_rate(k)).collect();
+        let change = SmallMotion::closing_rates(&self.model, t, y, &may_move, &open)?;
+        for body in &self.model.bodies {
+            add(&mut y[body.layout.velocities()], &change[body.layout.rates_joint()]);
+        }
+        self.loop_residual(t, y);
+        let (speed, loops) = (self.norm.speed(&self.model, t, y), &self.workspace.loops);
+        for k in 0..loops.n_constraints() {
+            let rate = loops.present_rate(k);
+            if rate.abs() > CONTRADICTION * speed {
+                let joint = self.model.loops[loops.joint_of(k)].name.clone();
+                return Err(DynamicsError::Joint { joint, fault: Box::new(JointFault::LoopSpeed { rate }) });
+            }
+        }
+        // Round-off, and what the digits of given velocities leave.
+        self.close_velocities(t, y, ELASTIC_WEIGHT);
+        Ok(())
+    }
+
     /// Projects positions and velocities onto the constraints; returns whether it changed `y`.
     fn close_loops(&mut self, t: f64, y: &mut [f64]) -> bool {
         let has_moved = self.close_positions(t, y);
+        self.close_velocities(t, y, 1.0) || has_moved
+    }
+
+    /// Projects velocities onto the constraints, elastic inertia counting `elastic_weight` times; returns whether it changed `y`.
+    fn close_velocities(&mut self, t: f64, y: &mut [f64], elastic_weight: f64) -> bool {
         self.workspace.place(&self.model, t, y);
-        if self.workspace.factorise(&self.model, 1.0).is_err() {
-            return has_moved;
+        if self.workspace.factorise(&self.model, elastic_weight).is_err() {
+            return false;
         }
         let Workspace { loops, pose, factors, .. } = &mut self.workspace;
         let rate = loops.correct_velocities(FactorisedTree { model: &self.model, pose, factors });
         let speed = self.norm.speed(&self.model, t, y).max(1e-3);
         let is_slow = rate <= LOOP_RATE_TOLERANCE * speed;
         if is_slow {
-            return has_moved;
+            return false;
         }
         for body in &self.model.bodies {
             add(&mut y[body.layout.elastic_rates()], &loops.response.rates[body.layout.rates_elastic()]);

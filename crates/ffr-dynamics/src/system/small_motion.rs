@@ -1,6 +1,6 @@
 //! Mass and stiffness of a joined system about a pose at rest (docs/theory.md Eq. M.38 to M.40).
 
-use faer::Mat;
+use faer::{Mat, MatRef};
 use nalgebra::Vector3;
 
 use super::dead_load::DeadLoad;
@@ -60,6 +60,14 @@ struct Movable {
 impl SmallMotion {
     /// Of `model` at time `t` in the pose of `y`; velocities do not count.
     pub fn new(model: &MultibodyModel, t: f64, y: &[f64]) -> Result<Self, DynamicsError> {
+        let (mut small, mut movable, steps) = Self::without_stiffness(model, t, y);
+        small.hold(&mut movable, y)?;
+        small.fill_stiffness(&mut movable, y, &steps);
+        Ok(small)
+    }
+
+    /// Mass and constraints alone, with what the stiffness is found by.
+    fn without_stiffness(model: &MultibodyModel, t: f64, y: &[f64]) -> (Self, Movable, Vec<f64>) {
         let mut movable = Movable::new(model, t, y);
         let mut elastic = vec![0.0; model.n_rates()];
         for body in &model.bodies {
@@ -75,9 +83,62 @@ impl SmallMotion {
             elastic,
         };
         let steps = small.fill_mass(&mut movable);
-        small.hold(&mut movable, y)?;
-        small.fill_stiffness(&mut movable, y, &steps);
-        Ok(small)
+        (small, movable, steps)
+    }
+
+    /// Changes of all rates that take the rates `open` of the constraints away with the least kinetic energy, by those joint coordinates
+    /// alone for which `may_move` holds (Eq. M.63).
+    pub fn closing_rates(
+        model: &MultibodyModel,
+        t: f64,
+        y: &[f64],
+        may_move: &[bool],
+        open: &[f64],
+    ) -> Result<Vec<f64>, DynamicsError> {
+        let (small, movable, _) = Self::without_stiffness(model, t, y);
+        let joints = model.bodies.iter().flat_map(|b| b.layout.rates_joint());
+        let free: Vec<usize> = joints.filter(|&rate| may_move[rate]).collect();
+        let mut change = vec![0.0; small.n()];
+        if free.is_empty() {
+            return Ok(change);
+        }
+        let loops = &movable.workspace.loops;
+        let scaled = Mat::from_fn(open.len(), 1, |k, _| open[k] / loops.scale(k).sqrt());
+        let none = Mat::zeros(free.len(), 1);
+        let (factor, mut whitened, _) = small.closed(&free, none, scaled.as_ref())?;
+        dense::solve_lower_transposed(factor.as_ref(), whitened.as_mut());
+        free.iter().enumerate().for_each(|(i, rate)| change[*rate] = whitened[(i, 0)]);
+        Ok(change)
+    }
+
+    /// What the forces `force` on the rates `free` do with the constraints closed, which open at the scaled rates `open` besides: the
+    /// Cholesky factor of the mass, the whitened accelerations, and the scaled multipliers.
+    fn closed(
+        &self,
+        free: &[usize],
+        force: Mat<f64>,
+        open: MatRef<'_, f64>,
+    ) -> Result<(Mat<f64>, Mat<f64>, Mat<f64>), DynamicsError> {
+        let mass = Mat::from_fn(free.len(), free.len(), |i, j| self.mass[(free[i], free[j])]);
+        let factor = dense::cholesky(mass, "mass matrix of the joints")?;
+        let mut whitened = force;
+        dense::solve_lower(factor.as_ref(), whitened.as_mut());
+        let n_constraints = self.constraints.nrows();
+        let mut scaled = Mat::zeros(n_constraints, 1);
+        if n_constraints > 0 {
+            let mut rows = Mat::from_fn(free.len(), n_constraints, |i, k| self.constraints[(k, free[i])]);
+            dense::solve_lower(factor.as_ref(), rows.as_mut());
+            let mobility = dense::product(rows.transpose(), rows.as_ref());
+            let (values, vectors) = dense::symmetric_eigen(mobility.as_ref())?;
+            let open = dense::product(rows.transpose(), whitened.as_ref()) + open;
+            let mut parts = dense::product(vectors.transpose(), open.as_ref());
+            for (k, value) in values.iter().enumerate() {
+                parts[(k, 0)] *= if *value > REDUNDANT { -1.0 / value } else { 0.0 };
+            }
+            scaled = dense::product(vectors.as_ref(), parts.as_ref());
+            dense::add_product(whitened.as_mut(), 1.0, rows.as_ref(), scaled.as_ref());
+        }
+        Ok((factor, whitened, scaled))
     }
 
     /// Finds the accelerations with which the bodies, as stiff as they stand, leave the pose, and the multipliers of loops; holds
@@ -89,26 +150,11 @@ impl SmallMotion {
         if free.is_empty() {
             return Ok(());
         }
-        let mass = Mat::from_fn(free.len(), free.len(), |i, j| self.mass[(free[i], free[j])]);
-        let factor = dense::cholesky(mass, "mass matrix of the joints")?;
-        let mut whitened = Mat::from_fn(free.len(), 1, |i, _| force[free[i]]);
-        dense::solve_lower(factor.as_ref(), whitened.as_mut());
-        let n_constraints = self.constraints.nrows();
-        if n_constraints > 0 {
-            let mut rows = Mat::from_fn(free.len(), n_constraints, |i, k| self.constraints[(k, free[i])]);
-            dense::solve_lower(factor.as_ref(), rows.as_mut());
-            let mobility = dense::product(rows.transpose(), rows.as_ref());
-            let (values, vectors) = dense::symmetric_eigen(mobility.as_ref())?;
-            let open = dense::product(rows.transpose(), whitened.as_ref());
-            let mut parts = dense::product(vectors.transpose(), open.as_ref());
-            for (k, value) in values.iter().enumerate() {
-                parts[(k, 0)] *= if *value > REDUNDANT { -1.0 / value } else { 0.0 };
-            }
-            let scaled = dense::product(vectors.as_ref(), parts.as_ref());
-            dense::add_product(whitened.as_mut(), 1.0, rows.as_ref(), scaled.as_ref());
-            for (k, multiplier) in movable.multipliers.iter_mut().enumerate() {
-                *multiplier = scaled[(k, 0)] / movable.workspace.loops.scale(k).sqrt();
-            }
+        let forces = Mat::from_fn(free.len(), 1, |i, _| force[free[i]]);
+        let open = Mat::zeros(self.constraints.nrows(), 1);
+        let (factor, mut whitened, scaled) = self.closed(&free, forces, open.as_ref())?;
+        for (k, multiplier) in movable.multipliers.iter_mut().enumerate() {
+            *multiplier = scaled[(k, 0)] / movable.workspace.loops.scale(k).sqrt();
         }
         dense::solve_lower_transposed(factor.as_ref(), whitened.as_mut());
         free.iter().enumerate().for_each(|(i, rate)| self.accelerations[*rate] = whitened[(i, 0)]);

@@ -95,6 +95,7 @@ fn joint<'a>(
         child,
         positions: start.positions,
         velocities: start.velocities,
+        has_velocities: ["angular_velocity", "velocity", "velocities"].iter().any(|key| section.given(key)),
         coordinates: start.coordinates,
     });
     Some(BuiltJoint { link, spec })
