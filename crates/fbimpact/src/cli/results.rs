@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use clap::Args;
 use clap::builder::TypedValueParser;
 
-use super::{CacheArguments, tolerance};
+use super::{CacheArguments, SetArguments, tolerance};
 use crate::plot::figures::Kind;
 use crate::probe::places::Coordinates;
-use crate::vtk::times::TimeRange;
+use crate::vtk::times::Times;
 
 /// Arguments of `plot`.
 #[derive(Debug, Args)]
@@ -33,10 +33,10 @@ pub struct PlotArguments {
 /// Arguments of `export`.
 #[derive(Debug, Args)]
 pub struct ExportArguments {
-    /// Result file
-    #[arg(value_name = "OUT.h5")]
+    /// Result file, or a scenario
+    #[arg(value_name = "OUT.h5|SCENARIO.toml")]
     pub file: PathBuf,
-    /// Folder for the series OUT.pvd and its VTU files, created if it does not exist
+    /// Folder for the series OUT.pvd, or SCENARIO.vtm, and its VTU files, created if it does not exist
     #[arg(long, value_name = "DIR")]
     pub vtk: PathBuf,
     /// Factor on the elastic displacement in the drawn shape
@@ -48,9 +48,9 @@ pub struct ExportArguments {
     /// Revolve axisymmetric bodies by so many degrees instead of writing their section
     #[arg(long, value_name = "DEGREES", num_args = 0..=1, default_missing_value = "360", value_parser = degrees)]
     pub revolve: Option<f64>,
-    /// Stored states nearest to these times in seconds
-    #[arg(long, value_name = "A:B:STEP", conflicts_with = "every")]
-    pub times: Option<TimeRange>,
+    /// Stored states nearest to these times in seconds, or to the peak of every impact
+    #[arg(long, value_name = "A:B:STEP|peak", conflicts_with = "every")]
+    pub times: Option<Times>,
     /// Every N-th stored state [default: as many that at most 200 are written]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..).map(|n| n as usize))]
     pub every: Option<usize>,
@@ -60,6 +60,16 @@ pub struct ExportArguments {
     /// Number of threads, 0 for all cores
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub threads: usize,
+    /// Changes to the scenario.
+    #[command(flatten)]
+    pub set: SetArguments,
+}
+
+impl ExportArguments {
+    /// Whether a scenario is shown, as the name of the file says, and not a result.
+    pub fn is_of_scenario(&self) -> bool {
+        self.file.extension().is_some_and(|ending| ending == "toml")
+    }
 }
 
 /// Shown below `probe --help`.
