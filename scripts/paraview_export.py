@@ -1,7 +1,7 @@
 """Shows an export of `fbimpact export` in ParaView: bodies by von Mises stress in one scale for all instants, contact pressure as points,
 joints, loads and names of a scenario.
 
-    paraview --script=scripts/paraview_export.py -- PICTURES.pvd|SCENARIO.vtm
+    FBIMPACT_EXPORT=PICTURES.pvd|SCENARIO.vtm paraview --script=scripts/paraview_export.py
     pvpython scripts/paraview_export.py PICTURES.pvd|SCENARIO.vtm --picture OUT.png [--time T]
 
 Without `--time` a picture is of the instant of the largest von Mises stress. Needs ParaView 5.10; rational cells (exports without
@@ -9,6 +9,7 @@ Without `--time` a picture is of the instant of the largest von Mises stress. Ne
 """
 
 import argparse
+import os
 import pathlib
 import sys
 import xml.etree.ElementTree as ElementTree
@@ -138,10 +139,14 @@ def extent(sources):
 
 def main():
     parser = argparse.ArgumentParser(description="Shows an export of fbimpact in ParaView")
-    parser.add_argument("export", type=pathlib.Path)
+    # ParaView's window gives scripts no arguments.
+    shown = os.environ.get("FBIMPACT_EXPORT")
+    parser.add_argument("export", type=pathlib.Path, nargs="?", default=shown and pathlib.Path(shown))
     parser.add_argument("--picture", type=pathlib.Path)
     parser.add_argument("--time", type=float)
-    given = parser.parse_args([word for word in sys.argv[1:] if word != "--"])
+    given = parser.parse_args()
+    if given.export is None:
+        parser.error("name an export, as an argument or in FBIMPACT_EXPORT")
     parts = parts_of(given.export)
     if not parts:
         sys.exit(f"{given.export}: holds no parts")

@@ -249,6 +249,22 @@ pub enum CommandFault {
         /// Last stored time \[s\].
         last: f64,
     },
+    /// A span of times without a stored instant.
+    #[error(
+        "--from {from} --to {to}: {label} has no stored state between them, it holds {first:e} s to {last:e} s"
+    )]
+    NoInstants {
+        /// How the legend calls the result.
+        label: String,
+        /// Begin \[s\].
+        from: f64,
+        /// End \[s\].
+        to: f64,
+        /// First stored time \[s\].
+        first: f64,
+        /// Last stored time \[s\].
+        last: f64,
+    },
     /// Peaks of a result without impacts.
     #[error("--times peak: the result has no impacts, name times as A:B:STEP")]
     NoPeaks,

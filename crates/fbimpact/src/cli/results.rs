@@ -7,6 +7,8 @@ use clap::builder::TypedValueParser;
 
 use super::{CacheArguments, SetArguments, tolerance};
 use crate::plot::figures::Kind;
+use crate::plot::labels::Labels;
+use crate::plot::theme::WIDTH;
 use crate::probe::places::Coordinates;
 use crate::vtk::times::Times;
 
@@ -28,6 +30,21 @@ pub struct PlotArguments {
     /// Only figures of this kind; may be repeated
     #[arg(long, value_name = "KIND")]
     pub figure: Vec<Kind>,
+    /// What legends of several results show: names of the files, or values of the scenarios that differ
+    #[arg(long, value_name = "WHAT", default_value = "names")]
+    pub labels: Labels,
+    /// First time in seconds [default: the first stored]
+    #[arg(long, value_name = "T", value_parser = finite)]
+    pub from: Option<f64>,
+    /// Last time in seconds [default: the last stored]
+    #[arg(long, value_name = "T", value_parser = finite)]
+    pub to: Option<f64>,
+    /// Width of the figures in millimetres; text keeps its size
+    #[arg(long, value_name = "MM", default_value_t = WIDTH, value_parser = page_width)]
+    pub width: f64,
+    /// Leave out the titles, for captions of one's own
+    #[arg(long)]
+    pub no_title: bool,
 }
 
 /// Arguments of `export`.
@@ -148,4 +165,10 @@ fn finite(text: &str) -> Result<f64, String> {
 fn degrees(text: &str) -> Result<f64, String> {
     let value: f64 = text.parse().map_err(|e| format!("{e}"))?;
     if value > 0.0 && value <= 360.0 { Ok(value) } else { Err("must be above 0 and at most 360".into()) }
+}
+
+/// Widths from a narrow column, in which axes still have room, to a poster.
+fn page_width(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|e| format!("{e}"))?;
+    if (60.0..=1000.0).contains(&value) { Ok(value) } else { Err("must be from 60 to 1000 mm".into()) }
 }
