@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
 """Checks what the pages say: links lead somewhere, the book has every page, figures are shown, pages that the program writes are
-those of the program, claims that tests cite are in the table, the commands of some pages work and say what stands there.
+those of the program, claims that tests cite are in the table, the commands, scenarios and Python of some pages work and say what stands there.
 
 Usage: scripts/check_documents.py [PROGRAM]
 """
 
+import importlib.util
+import json
 import os
 import pathlib
 import re
@@ -114,31 +116,102 @@ def without_numbers(line):
 
 
 # Pages whose commands are run, and how many there are at least.
-RUN = {"tutorial.md": 12, "histories.md": 2, "expressions.md": 1}
+RUN = {"tutorial.md": 12, "histories.md": 2, "expressions.md": 1, "modelling.md": 4, "cookbook.md": 12}
+# Pages whose Python is run, one block after the other, and how many there are at least; what it needs.
+RUN_PYTHON = {"python.md": 7, "cookbook.md": 2}
+NEEDED = ("h5py", "matplotlib", "numpy", "tomli_w", "xarray")
+# Pages all of whose scenarios are files: their first line is a comment with the name.
+FILES = {"modelling.md", "cookbook.md"}
+NAME = re.compile(r"# ([\w-]+\.toml)(, changed| goes on)?")
 
 
-def check_commands(program, name, least):
-    """Commands of a page end well and say what stands below them, but for numbers."""
+def environment_of(program):
+    path = f"{program.parent}{os.pathsep}{os.environ.get('PATH', '')}"
+    own = {"PATH": path, "RUNNER": "xargs", "JOBS": "2", "PYTHONPATH": str(ROOT / "scripts/python"), "MPLBACKEND": "Agg"}
+    return {**os.environ, **own, "FBIMPACT": str(program)}
+
+
+class Python:
+    """An interpreter that runs blocks one after the other: each sees what those before it have made."""
+
+    DRIVER = """
+import contextlib, io, json, sys, traceback
+names = {"__name__": "__main__"}
+for line in sys.stdin:
+    said, is_right = io.StringIO(), True
+    with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+        try:
+            exec(json.loads(line), names)
+        except BaseException:
+            traceback.print_exc()
+            is_right = False
+    print(json.dumps([is_right, said.getvalue()]), flush=True)
+"""
+
+    def __init__(self, folder, environment):
+        command = [sys.executable, "-W", "ignore", "-c", self.DRIVER]
+        pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+        self.process = subprocess.Popen(command, cwd=folder, env=environment, **pipes)
+
+    def run(self, block):
+        self.process.stdin.write(json.dumps(block) + "\n")
+        self.process.stdin.flush()
+        return json.loads(self.process.stdout.readline())
+
+    def end(self):
+        self.process.stdin.close()
+        self.process.wait()
+
+
+def write_scenario(name, block, folder):
+    """A scenario of a page becomes a file; one that goes on is added to what is there."""
+    match = NAME.match(block)
+    if match is None:
+        check(name not in FILES, f"docs/{name}: the first line of a scenario must be its name, such as # ball.toml:\n{block}")
+        return
+    with open(folder / match[1], "a" if match[2] == " goes on" else "w") as file:
+        file.write(block)
+
+
+def check_commands(program, name):
+    """Commands of a page end well and say what stands below them, but for numbers; so does its Python, where there is what it needs."""
     page = (DOCS / name).read_text()
-    n, said = 0, ""
+    missing = [module for module in NEEDED if importlib.util.find_spec(module) is None]
+    counts, said = {"sh": 0, "python": 0}, ""
     with tempfile.TemporaryDirectory() as folder:
         for link in ("scenarios", "scripts"):
             os.symlink(ROOT / link, pathlib.Path(folder, link))
-        path = f"{program.parent}{os.pathsep}{os.environ.get('PATH', '')}"
-        environment = {**os.environ, "PATH": path, "RUNNER": "xargs", "JOBS": "2"}
+        environment, python = environment_of(program), None
         for language, block in re.findall(r"^```(\w*)\n(.*?)^```", page, re.M | re.S):
-            if language == "sh":
+            command = None
+            if language == "toml":
+                write_scenario(name, block, pathlib.Path(folder))
+            elif language == "sh":
                 command = ["sh", "-euc", f"exec 2>&1\n{block}"]
-                run = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
-                said = run.stdout
-                check(run.returncode == 0, f"docs/{name}: this ends with {run.returncode}:\n{block}{said}")
-                n += 1
-            elif language == "text":
+            elif language == "python" and name in RUN_PYTHON:
+                counts["python"] += 1
+                if missing:
+                    said = None
+                    continue
+                python = python or Python(folder, environment)
+                is_right, said = python.run(block)
+                check(is_right, f"docs/{name}: this fails:\n{block}{said}")
+            elif language == "text" and said is not None:
                 lines = {without_numbers(line) for line in said.splitlines()}
                 for line in block.splitlines():
                     is_there = line == "..." or without_numbers(line) in lines
                     check(is_there, f"docs/{name}: this is not said: {line}\nbut: {said}")
-    check(n >= least, f"docs/{name} has only {n} commands")
+            if command is not None:
+                run = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
+                said = run.stdout
+                check(run.returncode == 0, f"docs/{name}: this ends with {run.returncode}:\n{block}{said}{run.stderr}")
+                counts["sh"] += language == "sh"
+        if python is not None:
+            python.end()
+    for language, least in (("sh", RUN.get(name, 0)), ("python", RUN_PYTHON.get(name, 0))):
+        check(counts[language] >= least, f"docs/{name} has only {counts[language]} blocks of {language}")
+    if counts["python"] and missing:
+        print(f"docs/{name}: its Python is not run, {', '.join(missing)} not installed")
 
 
 def main():
@@ -148,8 +221,8 @@ def main():
     check_gallery()
     check_claims()
     check_written(program)
-    for page, least in RUN.items():
-        check_commands(program, page, least)
+    for page in dict.fromkeys([*RUN, *RUN_PYTHON]):
+        check_commands(program, page)
     for fault in faults:
         print(fault, file=sys.stderr)
     if faults:

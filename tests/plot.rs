@@ -149,3 +149,53 @@ fn unknown_figures_and_too_many_files_exit_with_2() {
     assert!(code == 2 && err.contains("at most 8"), "{err}");
     assert_eq!(fbimpact(&["plot"]).0, 2);
 }
+
+#[test]
+fn width_title_and_span_of_time_are_as_asked_for() {
+    let options = ["--figure", "energies", "--width", "95", "--no-title", "--from", "2e-5", "--to", "4e-5"];
+    let (folder, files, err) = plot(&[&RESULTS.ball], &options);
+    assert_eq!(files, ["ball_energies.svg"], "{err}");
+    let narrow = read(&folder, "ball_energies.svg");
+    assert!(narrow.contains("width=\"360\""), "half of the 720 pixels of 190 mm");
+    let (folder, _, _) = plot(&[&RESULTS.ball], &["--figure", "energies"]);
+    let wide = read(&folder, "ball_energies.svg");
+    assert!(wide.contains("width=\"720\"") && wide.contains(": energies") && !narrow.contains(": energies"));
+    // A span in which no impact begins has no figure of one.
+    let (_, files, err) = plot(&[&RESULTS.ball], &["--figure", "impacts", "--from", "2e-5"]);
+    assert!(files.is_empty() && err.contains("there are no impacts"), "{err}");
+    let ball = RESULTS.ball.display().to_string();
+    for (options, words) in [
+        (["--from", "1", "--to", "2"], "no stored state between them"),
+        (["--width", "20", "--to", "1"], "from 60 to 1000 mm"),
+    ] {
+        let (code, _, err) = fbimpact(&[&["plot", &ball, "-o", "/nowhere"], &options[..]].concat());
+        assert!(code == 2 && err.contains(words), "{code} {err}");
+    }
+}
+
+#[test]
+fn lines_of_stress_are_drawn_over_their_distance() {
+    let (folder, files, _) = plot(&[&RESULTS.ball], &["--figure", "stress"]);
+    assert_eq!(files, ["ball_line_axis.svg"]);
+    let drawn = read(&folder, "ball_line_axis.svg");
+    for words in ["stress along axis at", "von Mises", "stress [MPa]", "distance [", "\nzz\n", "\ntt\n"] {
+        assert!(drawn.contains(words), "{words}");
+    }
+    let (folder, files, _) = plot(&[&RESULTS.ball, &RESULTS.slow], &["--figure", "stress"]);
+    assert_eq!(files, ["comparison_line_axis.svg"]);
+    let both = read(&folder, "comparison_line_axis.svg");
+    assert!(
+        both.contains("stress von Mises [MPa]") && both.contains("\nball\n") && both.contains("\nslow\n")
+    );
+    let (_, _, err) = plot(&[&RESULTS.pair], &["--figure", "stress"]);
+    assert!(err.contains("no figure of stress: the scenario asks for no lines"), "{err}");
+}
+
+#[test]
+fn legends_show_values_that_differ() {
+    let files: [&Path; 2] = [&RESULTS.ball, &RESULTS.slow];
+    let (folder, _, _) = plot(&files, &["--figure", "impacts", "--labels", "values"]);
+    let drawn = read(&folder, "comparison_impact_1.svg");
+    assert!(drawn.contains("\nvelocity = [0, 0, -0.1]\n") && drawn.contains("\nvelocity = [0, 0, -0.05]\n"));
+    assert!(!drawn.contains("\nslow\n"));
+}

@@ -12,6 +12,7 @@ use fbimpact::expression::source::Source;
 use fbimpact::plot::data::ResultData;
 use fbimpact::plot::figures::Kind;
 use fbimpact::plot::render;
+use fbimpact::plot::theme::Page;
 use fbimpact::replay::states::States;
 use fbimpact::results::stored::Stored;
 use fbimpact::results::{summary, thin};
@@ -160,7 +161,7 @@ pub fn read_everything(path: &Path, folder: &Path) {
     if let Ok(data) = ResultData::read(path, "it".into()) {
         for kind in Kind::USUAL.into_iter().chain([Kind::Spectra]) {
             for figure in kind.figures(std::slice::from_ref(&data)).unwrap_or_default() {
-                let _ = render::svg(&figure);
+                let _ = render::svg(&figure, Page::default());
             }
         }
     }

@@ -18,6 +18,7 @@ use crate::simulation::{Observed, ObservedPoint, System};
 use crate::spec::{BodyKind, PointSpec, RunSpec, StressSpec, Target};
 use crate::store::{ModelCache, body_definition};
 
+mod arrangement;
 mod contacts;
 mod cost;
 mod default_penalty;
@@ -28,6 +29,7 @@ mod resolution;
 mod start;
 mod stress;
 
+pub use arrangement::{Arrangement, PlacedJoint, PlacedMarker, PlacedTouch};
 use contacts::{BuiltContact, adaptive_contacts, build_contact, interfaces, refinements, zones};
 pub use cost::{ModelCost, costs};
 use fine_modes::needs_fine_modes;

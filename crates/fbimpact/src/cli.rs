@@ -315,7 +315,7 @@ pub enum Command {
     },
     /// Draw figures of result files; several are compared
     Plot(PlotArguments),
-    /// Write the moving, deformed bodies of a result for ParaView
+    /// Write the moving, deformed bodies of a result for ParaView, or what a scenario describes before any run
     Export(ExportArguments),
     /// Print motion, stress and strain at points of a stored result over time, or coordinates of a body
     #[command(after_help = PROBE_COLUMNS)]

@@ -118,6 +118,17 @@ pub enum CommandFault {
     /// Neither a scenario nor a result.
     #[error("name a scenario, or a result with --resume")]
     NothingToRun,
+    /// A scenario has no stored states and deforms nothing.
+    #[error("{option} is for results; a scenario is shown as it starts, leave the option out")]
+    OptionForResult {
+        /// The option.
+        option: &'static str,
+    },
+    /// What has been run cannot be changed any more.
+    #[error(
+        "--set changes scenarios; a result is as its scenario was, leave the option out or name a scenario"
+    )]
+    SetOnResult,
     /// A manual page of a command that there is not.
     #[error("man {name}: no such command, there are {}", known.join(", "))]
     UnknownCommand {
@@ -238,6 +249,25 @@ pub enum CommandFault {
         /// Last stored time \[s\].
         last: f64,
     },
+    /// A span of times without a stored instant.
+    #[error(
+        "--from {from} --to {to}: {label} has no stored state between them, it holds {first:e} s to {last:e} s"
+    )]
+    NoInstants {
+        /// How the legend calls the result.
+        label: String,
+        /// Begin \[s\].
+        from: f64,
+        /// End \[s\].
+        to: f64,
+        /// First stored time \[s\].
+        first: f64,
+        /// Last stored time \[s\].
+        last: f64,
+    },
+    /// Peaks of a result without impacts.
+    #[error("--times peak: the result has no impacts, name times as A:B:STEP")]
+    NoPeaks,
     /// A range beyond the stored times.
     #[error("--times {from}:{to}:{step}: the result holds {first:e} s to {last:e} s")]
     Times {

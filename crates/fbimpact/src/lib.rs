@@ -99,6 +99,9 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
         Command::Compare(arguments) => commands::compare::compare(&arguments),
         Command::Thin { file, output, rows, force } => commands::thin::thin(&file, &output, rows, force),
         Command::Plot(arguments) => commands::plot::plot(&arguments),
+        Command::Export(arguments) if arguments.is_of_scenario() => {
+            commands::export_setup::export_setup(&arguments)
+        }
         Command::Export(arguments) => commands::export::export(&arguments),
         Command::Probe(arguments) => commands::probe::probe(&arguments),
         Command::Schema => commands::print(&scenario::schema::text()),

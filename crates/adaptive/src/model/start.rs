@@ -20,6 +20,19 @@ use crate::spec::{BodyKind, BodySpec, InitialMotion, RunSpec};
 /// # Errors
 /// [`AdaptiveError::Model`] if joints do not make a tree or loops do not close.
 pub fn poses(spec: &RunSpec) -> Result<Vec<BodyState>, AdaptiveError> {
+    let rigid = rigid_models(spec)?;
+    let description = joints::system_spec(spec, &rigid)?;
+    let mut system =
+        Multibody::<Box<dyn ActiveForce>>::new(description, Vec::new()).map_err(AdaptiveError::Model)?;
+    let y = joint_state(spec, &mut system)?;
+    Ok(system.body_states(0.0, &y).to_vec())
+}
+
+/// The bodies as rigid ones of unit mass with their places, for poses.
+///
+/// # Errors
+/// [`AdaptiveError::Model`] as [`StandardInputData::rigid`].
+pub(super) fn rigid_models(spec: &RunSpec) -> Result<Vec<BodyModel>, AdaptiveError> {
     let rigid = spec.bodies.iter().map(|body| {
         let motion = match &body.kind {
             BodyKind::Elastic(elastic) => crate::elastic_body::rigid_motion(&elastic.model),
@@ -33,12 +46,7 @@ pub fn poses(spec: &RunSpec) -> Result<Vec<BodyState>, AdaptiveError> {
         let data = StandardInputData::rigid(motion, 1.0, Vector3::zeros(), Matrix3::identity())?;
         Ok(BodyModel { name: body.name.clone(), data, form: BodyForm::Rigid(None) })
     });
-    let rigid: Vec<BodyModel> = rigid.collect::<Result<_, DynamicsError>>().map_err(AdaptiveError::Model)?;
-    let description = joints::system_spec(spec, &rigid)?;
-    let mut system =
-        Multibody::<Box<dyn ActiveForce>>::new(description, Vec::new()).map_err(AdaptiveError::Model)?;
-    let y = joint_state(spec, &mut system)?;
-    Ok(system.body_states(0.0, &y).to_vec())
+    rigid.collect::<Result<_, DynamicsError>>().map_err(AdaptiveError::Model)
 }
 
 /// State of `system` at the start: joint coordinates as given, elastic ones zero or in equilibrium.

@@ -5,10 +5,12 @@ use std::path::PathBuf;
 use clap::Args;
 use clap::builder::TypedValueParser;
 
-use super::{CacheArguments, tolerance};
+use super::{CacheArguments, SetArguments, tolerance};
 use crate::plot::figures::Kind;
+use crate::plot::labels::Labels;
+use crate::plot::theme::WIDTH;
 use crate::probe::places::Coordinates;
-use crate::vtk::times::TimeRange;
+use crate::vtk::times::Times;
 
 /// Arguments of `plot`.
 #[derive(Debug, Args)]
@@ -28,15 +30,30 @@ pub struct PlotArguments {
     /// Only figures of this kind; may be repeated
     #[arg(long, value_name = "KIND")]
     pub figure: Vec<Kind>,
+    /// What legends of several results show: names of the files, or values of the scenarios that differ
+    #[arg(long, value_name = "WHAT", default_value = "names")]
+    pub labels: Labels,
+    /// First time in seconds [default: the first stored]
+    #[arg(long, value_name = "T", value_parser = finite)]
+    pub from: Option<f64>,
+    /// Last time in seconds [default: the last stored]
+    #[arg(long, value_name = "T", value_parser = finite)]
+    pub to: Option<f64>,
+    /// Width of the figures in millimetres; text keeps its size
+    #[arg(long, value_name = "MM", default_value_t = WIDTH, value_parser = page_width)]
+    pub width: f64,
+    /// Leave out the titles, for captions of one's own
+    #[arg(long)]
+    pub no_title: bool,
 }
 
 /// Arguments of `export`.
 #[derive(Debug, Args)]
 pub struct ExportArguments {
-    /// Result file
-    #[arg(value_name = "OUT.h5")]
+    /// Result file, or a scenario
+    #[arg(value_name = "OUT.h5|SCENARIO.toml")]
     pub file: PathBuf,
-    /// Folder for the series OUT.pvd and its VTU files, created if it does not exist
+    /// Folder for the series OUT.pvd, or SCENARIO.vtm, and its VTU files, created if it does not exist
     #[arg(long, value_name = "DIR")]
     pub vtk: PathBuf,
     /// Factor on the elastic displacement in the drawn shape
@@ -48,9 +65,9 @@ pub struct ExportArguments {
     /// Revolve axisymmetric bodies by so many degrees instead of writing their section
     #[arg(long, value_name = "DEGREES", num_args = 0..=1, default_missing_value = "360", value_parser = degrees)]
     pub revolve: Option<f64>,
-    /// Stored states nearest to these times in seconds
-    #[arg(long, value_name = "A:B:STEP", conflicts_with = "every")]
-    pub times: Option<TimeRange>,
+    /// Stored states nearest to these times in seconds, or to the peak of every impact
+    #[arg(long, value_name = "A:B:STEP|peak", conflicts_with = "every")]
+    pub times: Option<Times>,
     /// Every N-th stored state [default: as many that at most 200 are written]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..).map(|n| n as usize))]
     pub every: Option<usize>,
@@ -60,6 +77,16 @@ pub struct ExportArguments {
     /// Number of threads, 0 for all cores
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub threads: usize,
+    /// Changes to the scenario.
+    #[command(flatten)]
+    pub set: SetArguments,
+}
+
+impl ExportArguments {
+    /// Whether a scenario is shown, as the name of the file says, and not a result.
+    pub fn is_of_scenario(&self) -> bool {
+        self.file.extension().is_some_and(|ending| ending == "toml")
+    }
 }
 
 /// Shown below `probe --help`.
@@ -138,4 +165,10 @@ fn finite(text: &str) -> Result<f64, String> {
 fn degrees(text: &str) -> Result<f64, String> {
     let value: f64 = text.parse().map_err(|e| format!("{e}"))?;
     if value > 0.0 && value <= 360.0 { Ok(value) } else { Err("must be above 0 and at most 360".into()) }
+}
+
+/// Widths from a narrow column, in which axes still have room, to a poster.
+fn page_width(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|e| format!("{e}"))?;
+    if (60.0..=1000.0).contains(&value) { Ok(value) } else { Err("must be from 60 to 1000 mm".into()) }
 }

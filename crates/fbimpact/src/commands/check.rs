@@ -7,7 +7,7 @@ use adaptive::spec::{ContactSpec, Target};
 use indicatif::ProgressBar;
 
 use super::cost::{self, CostReport};
-use super::{print, threads};
+use super::{joints, print, threads};
 use crate::error::AppError;
 use crate::progress::while_building;
 use crate::scenario::{self, Override, Scenario};
@@ -48,6 +48,7 @@ pub fn check(
                     scenario.run.joints.len() + scenario.run.loops.len(),
                     scenario.run.contacts.len()
                 );
+                joints::report(&scenario);
                 // Which contacts a run would refuse is known from the shapes and the motions at the start.
                 if let Err(error) = adaptive::model::check_contacts(&scenario.run) {
                     later(&mut last, error.into());

@@ -1,11 +1,11 @@
-//! `fbimpact export`: moving deformed bodies for ParaView.
+//! `fbimpact export`: moving deformed bodies of a result for ParaView.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
 use super::{print, threads};
 use crate::cli::ExportArguments;
-use crate::error::AppError;
+use crate::error::{AppError, CommandFault};
 use crate::replay::states::States;
 use crate::vtk::assemble::View;
 use crate::vtk::bodies::{Bodies, Shown};
@@ -22,17 +22,16 @@ use crate::{error_text, whole_file};
 /// [`AppError::UnknownBody`], [`AppError::Command`] for times that do not exist, [`AppError::Io`] for files, [`AppError::Scenario`] and
 /// [`AppError::Model`] if the bodies cannot be built again.
 pub fn export(arguments: &ExportArguments) -> Result<(), AppError> {
+    if !arguments.set.set.is_empty() {
+        return Err(CommandFault::SetOnResult.into());
+    }
     let n_threads = threads(arguments.threads)?;
     let states = States::read(&arguments.file)?;
-    let instants = chosen(&states.time, arguments.times, arguments.every)?;
+    let instants = chosen(&states.time, (arguments.times, arguments.every), &states.peaks()?)?;
     let cells = if arguments.plain { Cells::Linear(1) } else { Cells::Bezier };
     let mut bodies = Bodies::build(&states, &arguments.bodies, cells, n_threads)?;
     let mut contacts = contact_pressures(&states, &bodies)?;
-    let stem =
-        arguments.file.file_stem().unwrap_or(arguments.file.as_os_str()).to_string_lossy().into_owned();
-    let folder = arguments.vtk.join(&stem);
-    std::fs::create_dir_all(&folder)
-        .map_err(|e| AppError::io(&folder, format!("cannot be created: {}", error_text::of_io(&e))))?;
+    let (stem, folder) = folder_of(arguments)?;
     let view = View { scale: arguments.scale, revolve: arguments.revolve };
     let mut series = Vec::new();
     for (number, &i) in instants.iter().enumerate() {
@@ -65,11 +64,29 @@ pub fn export(arguments: &ExportArguments) -> Result<(), AppError> {
     write_series(&arguments.vtk, &stem, &series)
 }
 
-fn write_grid(path: &Path, grid: &Grid, time: f64) -> Result<(), AppError> {
+/// Stem of the file that is shown, and the folder of that name for its parts, created if it is not there.
+///
+/// # Errors
+/// [`AppError::Io`] if it cannot be created.
+pub(super) fn folder_of(arguments: &ExportArguments) -> Result<(String, PathBuf), AppError> {
+    let stem = arguments.file.file_stem().unwrap_or(arguments.file.as_os_str());
+    let stem = stem.to_string_lossy().into_owned();
+    let folder = arguments.vtk.join(&stem);
+    std::fs::create_dir_all(&folder)
+        .map_err(|e| AppError::io(&folder, format!("cannot be created: {}", error_text::of_io(&e))))?;
+    Ok((stem, folder))
+}
+
+/// Writes one grid.
+///
+/// # Errors
+/// [`AppError::Io`] if that fails.
+pub(super) fn write_grid(path: &Path, grid: &Grid, time: f64) -> Result<(), AppError> {
     whole_file::replace(path, |part| write_vtu(part, grid, time)).map_err(|e| unwritten(path, &e))
 }
 
-fn unwritten(path: &Path, error: &io::Error) -> AppError {
+/// The error of a file that cannot be written.
+pub(super) fn unwritten(path: &Path, error: &io::Error) -> AppError {
     AppError::io(path, format!("cannot be written: {}", error_text::of_io(error)))
 }
 

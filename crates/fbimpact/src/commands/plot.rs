@@ -4,16 +4,15 @@ use std::path::{Path, PathBuf};
 
 use super::print;
 use crate::cli::PlotArguments;
+use crate::compare::scenario_values::Values;
 use crate::error::{AppError, CommandFault};
 use crate::plot::data::ResultData;
 use crate::plot::figure::Figure;
 use crate::plot::figures::Kind;
-use crate::plot::theme::STYLES;
+use crate::plot::labels::{LONGEST, Labels, by_values};
+use crate::plot::theme::{Page, STYLES};
 use crate::plot::{PlotError, raster, render};
 use crate::{error_text, whole_file};
-
-/// Characters of a file's name in a legend.
-const LABEL: usize = 48;
 
 /// Draws the figures of all files together and prints the names of the files that it writes.
 ///
@@ -26,7 +25,17 @@ pub fn plot(arguments: &PlotArguments) -> Result<(), AppError> {
     }
     let labels = labels(&arguments.files);
     let files = arguments.files.iter().zip(labels).map(|(path, label)| ResultData::read(path, label));
-    let files: Vec<ResultData> = files.collect::<Result<_, AppError>>()?;
+    let mut files: Vec<ResultData> = files.collect::<Result<_, AppError>>()?;
+    if arguments.labels == Labels::Values {
+        let names: Vec<String> = files.iter().map(|file| file.label.clone()).collect();
+        let scenarios: Vec<Values> = files.iter().map(|file| file.scenario.clone()).collect();
+        for (file, label) in files.iter_mut().zip(by_values(&scenarios, &names)) {
+            file.label = label;
+        }
+    }
+    if arguments.from.is_some() || arguments.to.is_some() {
+        cut(&mut files, arguments)?;
+    }
     let folder = &arguments.output;
     std::fs::create_dir_all(folder)
         .map_err(|e| AppError::io(folder, format!("cannot be created: {}", error_text::of_io(&e))))?;
@@ -51,6 +60,20 @@ pub fn plot(arguments: &PlotArguments) -> Result<(), AppError> {
     print(&written)
 }
 
+/// Leaves the times that are asked for.
+fn cut(files: &mut [ResultData], arguments: &PlotArguments) -> Result<(), AppError> {
+    let (from, to) = (arguments.from.unwrap_or(f64::NEG_INFINITY), arguments.to.unwrap_or(f64::INFINITY));
+    for file in files {
+        // Contents have one instant at least.
+        let (first, last) = (file.time[0], file.time[file.time.len() - 1]);
+        if !file.cut(from, to) {
+            let label = file.label.clone();
+            return Err(CommandFault::NoInstants { label, from, to, first, last }.into());
+        }
+    }
+    Ok(())
+}
+
 fn name(kind: Kind) -> String {
     format!("{kind:?}").to_lowercase()
 }
@@ -64,7 +87,8 @@ fn write(
 ) -> Result<Vec<PathBuf>, AppError> {
     let path = |end: &str| folder.join(format!("{}_{}.{end}", prefix, file_name(&figure.name)));
     let fail = |path: &Path, e: PlotError| AppError::io(path, e);
-    let svg = render::svg(figure).map_err(|e| fail(&path("svg"), e))?;
+    let page = Page { width: wanted.width, has_title: !wanted.no_title };
+    let svg = render::svg(figure, page).map_err(|e| fail(&path("svg"), e))?;
     let mut files = Vec::new();
     if wanted.svg || !wanted.png {
         files.push((path("svg"), svg.clone().into_bytes()));
@@ -94,7 +118,11 @@ fn labels(files: &[PathBuf]) -> Vec<String> {
     let label = |path: &PathBuf| {
         let full = if is_shared(path) { path.with_extension("").display().to_string() } else { stem(path) };
         let n = full.chars().count();
-        if n <= LABEL { full } else { format!("…{}", full.chars().skip(n - LABEL + 1).collect::<String>()) }
+        if n <= LONGEST {
+            full
+        } else {
+            format!("…{}", full.chars().skip(n - LONGEST + 1).collect::<String>())
+        }
     };
     files.iter().map(label).collect()
 }
@@ -108,6 +136,6 @@ mod tests {
         let paths = ["a/run.h5", "b/run.h5", "c/other.h5"].map(PathBuf::from);
         assert_eq!(labels(&paths), ["a/run", "b/run", "other"]);
         let long = labels(&[PathBuf::from("x".repeat(200))]);
-        assert_eq!(long[0].chars().count(), LABEL);
+        assert_eq!(long[0].chars().count(), LONGEST);
     }
 }

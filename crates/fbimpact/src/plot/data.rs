@@ -6,6 +6,7 @@ use adaptive::interval::least_utilisation;
 use hdf5::types::VarLenUnicode;
 use hdf5::{File, Group, Result};
 
+use crate::compare::scenario_values::{self, Values};
 use crate::error::AppError;
 use crate::results::open::{attribute, open, scenario_text};
 use crate::results::tables::{ImpactRow, PhaseRow, TrialRow};
@@ -17,6 +18,21 @@ pub type Components = [Vec<f64>; 3];
 /// Histories by their names.
 pub type Named = Vec<(String, Vec<f64>)>;
 
+/// Stress along a line.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct StressLine {
+    /// Name.
+    pub name: String,
+    /// When \[s\].
+    pub time: f64,
+    /// Distances from the first point \[m\].
+    pub distance: Vec<f64>,
+    /// Von Mises stress \[Pa\].
+    pub von_mises: Vec<f64>,
+    /// Components \[Pa\].
+    pub components: Named,
+}
+
 /// Series and tables of a result file.
 #[derive(Debug, Clone, Default)]
 pub struct ResultData {
@@ -24,6 +40,8 @@ pub struct ResultData {
     pub label: String,
     /// Title of the scenario.
     pub title: String,
+    /// Keys and values of the scenario.
+    pub scenario: Values,
     /// Stored instants \[s\].
     pub time: Vec<f64>,
     /// Energies by name \[J\].
@@ -34,6 +52,8 @@ pub struct ResultData {
     pub points: Vec<(String, Components, Components)>,
     /// Stress of those points where it is stored, by its components \[Pa\].
     pub stresses: Vec<(String, Named)>,
+    /// Stress along the lines that the scenario asks for.
+    pub lines: Vec<StressLine>,
     /// Force \[N\] and moment \[N m\] of every joint on its child.
     pub reactions: Vec<(String, Components, Components)>,
     /// Phases.
@@ -63,6 +83,30 @@ impl ResultData {
         Ok(data)
     }
 
+    /// Leaves the stored instants from `from` to `to` \[s\], and the impacts that begin between them; false if there is no such instant.
+    pub fn cut(&mut self, from: f64, to: f64) -> bool {
+        let first = self.time.partition_point(|t| *t < from);
+        let end = self.time.partition_point(|t| *t <= to);
+        if first >= end {
+            return false;
+        }
+        let vectors = self.points.iter_mut().chain(&mut self.reactions);
+        let components = vectors.flat_map(|(_, x, v)| x.iter_mut().chain(v));
+        let named = self.energies.iter_mut().chain(&mut self.forces);
+        let stresses = self.stresses.iter_mut().flat_map(|(_, all)| all);
+        let series = named.chain(stresses).map(|(_, values)| values).chain(components);
+        for values in series.chain([&mut self.time]) {
+            values.truncate(end);
+            values.drain(..first.min(values.len()));
+        }
+        self.impacts.retain(|impact| impact.start >= from && impact.start <= to);
+        self.phases.retain(|phase| phase.end >= from && phase.start <= to);
+        for phase in &mut self.phases {
+            (phase.start, phase.end) = (phase.start.max(from), phase.end.min(to));
+        }
+        true
+    }
+
     /// Impacts of contact `contact`, in time.
     pub fn impacts_of<'a>(&'a self, contact: &'a str) -> impl Iterator<Item = &'a ImpactRow> + 'a {
         self.impacts.iter().filter(move |i| i.contact.as_str() == contact)
@@ -70,13 +114,15 @@ impl ResultData {
 }
 
 fn contents(file: &File) -> Result<ResultData> {
+    let scenario = scenario_text(file)?;
     let mut data = ResultData {
+        scenario: scenario_values::read(&scenario),
         title: attribute(file, "title").unwrap_or_default(),
         time: hdf5_integrity::rows(&file.dataset("time")?)?,
         phases: hdf5_integrity::rows(&file.dataset("phases")?)?,
         impacts: hdf5_integrity::rows(&file.dataset("impacts")?)?,
         trials: hdf5_integrity::rows(&file.dataset("tries")?)?,
-        utilisation: utilisation(&scenario_text(file)?),
+        utilisation: utilisation(&scenario),
         ..ResultData::default()
     };
     for (name, group) in members(file, "energies")? {
@@ -93,6 +139,10 @@ fn contents(file: &File) -> Result<ResultData> {
             data.stresses.push((name.clone(), stress));
         }
         data.points.push((name, position, velocity));
+    }
+    for (name, group) in members(file, "stress")? {
+        // Small copies have the numbers without the names of their components.
+        data.lines.extend(stress_line(name.clone(), &group.group(&name)?).ok());
     }
     for (name, group) in members(file, "joints")? {
         let joint = group.group(&name)?;
@@ -118,19 +168,34 @@ fn members(file: &File, name: &str) -> Result<Vec<(String, Group)>> {
     Ok(group.member_names()?.into_iter().map(|member| (member, group.clone())).collect())
 }
 
-/// Components of the stress at point `name` by their names, if it is stored; those that the model does not have are left out.
+/// Components of the stress at point `name`, if it is stored.
 fn stress(group: &Group, name: &str) -> Result<Option<Named>> {
     let point = group.group(name)?;
     if !point.link_exists("stress") {
         return Ok(None);
     }
-    let labels: Vec<VarLenUnicode> = hdf5_integrity::rows(&point.dataset("component")?)?;
+    tensor(&point).map(Some)
+}
+
+/// Components of the dataset `stress` of `group` by their names; those that the model does not have are left out.
+fn tensor(group: &Group) -> Result<Named> {
+    let labels: Vec<VarLenUnicode> = hdf5_integrity::rows(&group.dataset("component")?)?;
     let labels: Vec<String> = labels.iter().map(|label| label.as_str().to_owned()).collect();
-    let rows: Vec<f64> = hdf5_integrity::rows(&point.dataset("stress")?)?;
+    let rows: Vec<f64> = hdf5_integrity::rows(&group.dataset("stress")?)?;
     let n = labels.len().max(1);
     let component = |c: usize| rows.iter().skip(c).step_by(n).copied().collect();
     let all = labels.into_iter().enumerate().map(|(c, label)| (label, component(c)));
-    Ok(Some(all.filter(|(label, _)| label != "-").collect()))
+    Ok(all.filter(|(label, _)| label != "-").collect())
+}
+
+fn stress_line(name: String, group: &Group) -> Result<StressLine> {
+    Ok(StressLine {
+        name,
+        time: group.attr("time")?.read_scalar()?,
+        distance: hdf5_integrity::rows(&group.dataset("distance")?)?,
+        von_mises: hdf5_integrity::rows(&group.dataset("von_mises")?)?,
+        components: tensor(group)?,
+    })
 }
 
 fn components(group: &Group, name: &str) -> Result<Components> {

@@ -9,7 +9,7 @@ use plotters::style::{Color, ShapeStyle};
 use super::PlotError;
 use super::figure::{Entry, Shade, Sign};
 use super::text::{draw_error, text_style};
-use super::theme::{FREE, GRID, IMPACT, INK, LIMIT, LINE, TEXT, WIDTH, style, units};
+use super::theme::{FREE, GRID, IMPACT, INK, LIMIT, LINE, TEXT, style, units};
 
 /// Width of a sign \[px\].
 const SIGN: f64 = 30.0;
@@ -29,9 +29,9 @@ pub struct Flow {
     pub height: i32,
 }
 
-/// Arranges `entries` in rows that fit the figure.
-pub fn flow(area: &Area<'_>, entries: &[Entry]) -> Result<Flow, PlotError> {
-    let (left, right) = (units(12.0), units(f64::from(WIDTH) - 12.0));
+/// Arranges `entries` in rows that fit a figure of the width `width` in units.
+pub fn flow(area: &Area<'_>, entries: &[Entry], width: i32) -> Result<Flow, PlotError> {
+    let (left, right) = (units(12.0), width - units(12.0));
     let (mut x, mut row, mut places) = (left, 0, Vec::new());
     for entry in entries {
         let (width, _) = area.estimate_text_size(&entry.label, &text_style(TEXT)).map_err(draw_error)?;

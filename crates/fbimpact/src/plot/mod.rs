@@ -3,6 +3,7 @@
 //! A [`figure::Figure`] says what is shown; it knows nothing of pixels. [`render`] draws it. Both formats come from the same
 //! drawing and the same embedded font, so that they look alike on every machine.
 
+pub mod labels;
 pub mod data;
 pub mod units;
 pub mod ticks;

@@ -45,6 +45,7 @@ mod tests {
     use super::*;
     use crate::plot::figure::{Axis, Curve, Entry, Figure, Panel, Shade, Sign, entries};
     use crate::plot::render;
+    use crate::plot::theme::Page;
 
     fn figure(n_panels: usize, columns: usize) -> Figure {
         let x: Vec<f64> = (0..300).map(|i| 1e-6 * f64::from(i)).collect();
@@ -78,7 +79,7 @@ mod tests {
     #[test]
     fn nothing_is_drawn_outside_the_figure() {
         for (n_panels, columns) in [(1, 1), (5, 1), (6, 2)] {
-            let svg = render::svg(&figure(n_panels, columns)).expect("a drawing");
+            let svg = render::svg(&figure(n_panels, columns), Page::default()).expect("a drawing");
             let tree = tree(&svg).expect("an SVG");
             let (page, drawn) = (tree.size(), tree.root().abs_stroke_bounding_box());
             // The background ends at the last unit, a tenth of a pixel.
@@ -92,7 +93,7 @@ mod tests {
 
     #[test]
     fn text_is_drawn_with_the_embedded_font() {
-        let svg = render::svg(&figure(1, 1)).expect("a drawing");
+        let svg = render::svg(&figure(1, 1), Page::default()).expect("a drawing");
         let words = svg.matches("<text").count();
         fn texts(group: &usvg::Group) -> usize {
             let of = |node: &usvg::Node| match node {

@@ -13,7 +13,7 @@ use super::figure::{Figure, Panel, Shade};
 use super::legend::{self, Area};
 use super::text::{FONT_READY, draw_error, text_style};
 use super::theme::{
-    FREE, GRID, IMPACT, INK, LIMIT, LINE, PANEL_HEIGHT, SMALL_PANEL_HEIGHT, TEXT, TITLE, UNITS, WIDTH, style,
+    FREE, GRID, IMPACT, INK, LIMIT, LINE, PANEL_HEIGHT, Page, SMALL_PANEL_HEIGHT, TEXT, TITLE, UNITS, style,
     units, with_dashes,
 };
 
@@ -48,11 +48,11 @@ impl<'a> Scaled<'a> {
     }
 }
 
-/// The drawing of `figure`.
+/// The drawing of `figure` on `page`.
 ///
 /// # Errors
 /// [`PlotError::Draw`] if the drawing library refuses.
-pub fn svg(figure: &Figure) -> Result<String, PlotError> {
+pub fn svg(figure: &Figure, page: Page) -> Result<String, PlotError> {
     if !*FONT_READY {
         return Err(PlotError::Draw("the embedded font is not readable".into()));
     }
@@ -60,28 +60,48 @@ pub fn svg(figure: &Figure) -> Result<String, PlotError> {
     let rows = figure.panels.len().div_ceil(columns);
     let panel_height = units(f64::from(if rows > 1 { SMALL_PANEL_HEIGHT } else { PANEL_HEIGHT }));
     let mut out = String::new();
-    let width = units(f64::from(WIDTH));
-    let height = {
+    let width = page.units();
+    let (title, flow) = {
         // Text is measured before the height is known.
         let mut scratch = String::new();
         let area = SVGBackend::with_string(&mut scratch, (width as u32, width as u32)).into_drawing_area();
-        units(TITLE_HEIGHT)
-            + legend::flow(&area, &figure.legend)?.height
-            + rows as i32 * panel_height
-            + units(X_WORDS + EDGE)
+        let title = if page.has_title { broken(&area, &figure.title, width)? } else { Vec::new() };
+        (title, legend::flow(&area, &figure.legend, width)?)
     };
+    let above = if title.is_empty() { units(EDGE) } else { title.len() as i32 * units(TITLE_HEIGHT) };
+    let height = above + flow.height + rows as i32 * panel_height + units(X_WORDS + EDGE);
     {
         let root = SVGBackend::with_string(&mut out, (width as u32, height as u32)).into_drawing_area();
         root.fill(&WHITE).map_err(draw_error)?;
-        let title = text_style(TITLE);
-        root.draw_text(&figure.title, &title, (units(12.0), units(7.0))).map_err(draw_error)?;
-        let flow = legend::flow(&root, &figure.legend)?;
-        legend::draw(&root, &figure.legend, &flow, units(TITLE_HEIGHT))?;
-        let top = units(TITLE_HEIGHT) + flow.height;
-        panels(&root, figure, (columns, rows), (top, panel_height))?;
+        for (row, line) in title.iter().enumerate() {
+            let at = (units(12.0), row as i32 * units(TITLE_HEIGHT) + units(7.0));
+            root.draw_text(line, &text_style(TITLE), at).map_err(draw_error)?;
+        }
+        legend::draw(&root, &figure.legend, &flow, above)?;
+        panels(&root, figure, (columns, rows), (above + flow.height, panel_height, width))?;
         root.present().map_err(draw_error)?;
     }
     Ok(with_dashes(&sized(&out, width, height)))
+}
+
+/// The title in lines that fit the width `width` in units; a word that does not has a line of its own.
+fn broken(area: &legend::Area<'_>, title: &str, width: i32) -> Result<Vec<String>, PlotError> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in title.split_whitespace() {
+        let longer = lines.last().map(|line| format!("{line} {word}"));
+        let fits = match &longer {
+            Some(line) => {
+                let (taken, _) = area.estimate_text_size(line, &text_style(TITLE)).map_err(draw_error)?;
+                taken as i32 <= width - units(24.0)
+            }
+            None => false,
+        };
+        match (longer, lines.last_mut()) {
+            (Some(longer), Some(last)) if fits => *last = longer,
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    Ok(lines)
 }
 
 /// The drawing with its size in pixels; coordinates stay in units.
@@ -95,7 +115,7 @@ fn panels(
     root: &Area<'_>,
     figure: &Figure,
     (columns, rows): (usize, usize),
-    (top, height): (i32, i32),
+    (top, height, width): (i32, i32, i32),
 ) -> Result<(), PlotError> {
     let scaled: Vec<Scaled<'_>> = figure.panels.iter().map(|p| Scaled::new(p, columns, rows > 1)).collect();
     let mut widest = 0;
@@ -105,7 +125,7 @@ fn panels(
     }
     // Marks, labels, words along the axis.
     let left = widest + units(TICK + PAD + 2.0 * TEXT);
-    let width = units(f64::from(WIDTH)) / columns as i32;
+    let width = width / columns as i32;
     for (i, s) in scaled.iter().enumerate() {
         let (row, column) = (i / columns, i % columns);
         // The last panel of a column carries the words of its axis.

@@ -7,13 +7,15 @@ use plotters::style::RGBColor;
 
 /// Units a pixel.
 pub const UNITS: u32 = 10;
-/// Width of a figure \[px\]: 190 mm, the text width of a page.
-pub const WIDTH: u32 = 720;
+/// Width of a figure unless another is asked for \[mm\]: the text width of a page.
+pub const WIDTH: f64 = 190.0;
+/// Pixels a millimetre.
+const PIXELS: f64 = 720.0 / 190.0;
 /// Height of a panel that stands alone \[px\].
 pub const PANEL_HEIGHT: u32 = 300;
 /// Height of one of several panels \[px\].
 pub const SMALL_PANEL_HEIGHT: u32 = 195;
-/// Pixels of the PNG a pixel of the drawing: 240 dots an inch at 190 mm.
+/// Pixels of the PNG a pixel of the drawing: 240 dots an inch.
 pub const PNG_SCALE: f32 = 2.5;
 /// Family as written to the drawing; the first is embedded.
 pub const FONT: &str = "DejaVu Sans, Verdana, sans-serif";
@@ -57,6 +59,28 @@ pub const STYLES: [Style; 8] = [
     Style { colour: RGBColor(0x00, 0x00, 0x00), dashes: &[4.0, 4.0] },
     Style { colour: RGBColor(0x8C, 0x50, 0x2A), dashes: &[12.0, 2.5, 4.0, 2.5] },
 ];
+
+/// What a figure is drawn on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Page {
+    /// Width of the figure \[mm\].
+    pub width: f64,
+    /// Whether it has its title.
+    pub has_title: bool,
+}
+
+impl Default for Page {
+    fn default() -> Self {
+        Self { width: WIDTH, has_title: true }
+    }
+}
+
+impl Page {
+    /// Width in units.
+    pub fn units(self) -> i32 {
+        units(self.width * PIXELS)
+    }
+}
 
 /// Style number `i`; they come again after the last.
 pub fn style(i: usize) -> &'static Style {

@@ -12,7 +12,7 @@ use super::zones::Span;
 use crate::error::AppError;
 use crate::results::open::{open, scenario_text};
 use crate::results::pressure;
-use crate::results::tables::{PhaseRow, TransferRow};
+use crate::results::tables::{ImpactRow, PhaseRow, TransferRow};
 use crate::scenario::{self, Scenario};
 use crate::{error_text, hdf5_integrity};
 
@@ -164,6 +164,19 @@ impl States {
             return Err(fail("there are fewer than instants".into()));
         }
         Ok((numbers, phases))
+    }
+
+    /// Times at which the forces of the impacts are largest, in the order of the impacts \[s\].
+    ///
+    /// # Errors
+    /// [`AppError::Io`] if the table of impacts cannot be read.
+    pub fn peaks(&self) -> std::result::Result<Vec<f64>, AppError> {
+        let rows: Result<Vec<ImpactRow>> =
+            open(&self.file)?.dataset("impacts").and_then(|d| hdf5_integrity::rows(&d));
+        let rows = rows.map_err(|e| {
+            AppError::io(&self.file, format!("has no readable /impacts: {}", error_text::of_hdf5(&e)))
+        })?;
+        Ok(rows.iter().map(|row| row.peak_time).collect())
     }
 
     /// Force and penalty factor of contact `name`; none if they are not stored.

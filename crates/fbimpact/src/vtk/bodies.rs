@@ -23,7 +23,7 @@ use crate::replay::states::{BodyMotion, Pose, States};
 use crate::scenario::{FileBody, Scenario};
 use adaptive::store::ModelCache;
 
-/// Linear cells an element of a rigid body, whose shape is not refined.
+/// Linear cells an element of a shape that is not refined.
 const RIGID_CELLS: usize = 8;
 
 /// What a body is drawn by.
@@ -256,7 +256,6 @@ fn shape(
     cells: Cells,
 ) -> Result<Option<ShownGeometry>, AppError> {
     let name = &of_file.name;
-    let fail = |source| AppError::model(AdaptiveError::Geometry { body: name.clone(), source });
     if let Some(elastic) = model.bodies[number].elastic() {
         let full = &elastic.body;
         let material = full.spec.material;
@@ -273,12 +272,20 @@ fn shape(
         let mesh = Arc::clone(&meshed.spec.mesh);
         return Ok(Some(ShownGeometry::Mesh(Box::new(MeshGeometry { mesh, materials }))));
     }
+    Ok(shape_alone(of_file, cells)?.map(|geometry| ShownGeometry::Splines(Box::new(geometry))))
+}
+
+/// The exact shape of a body on the elements of its patches, without displacement or stress; none of a body without one.
+///
+/// # Errors
+/// [`AppError::Model`] if its patches make no body.
+pub fn shape_alone(of_file: &FileBody, cells: Cells) -> Result<Option<BodyGeometry>, AppError> {
     let Some((shape, model)) = of_file.places.shape() else { return Ok(None) };
+    let fail = |source| AppError::model(AdaptiveError::Geometry { body: of_file.name.clone(), source });
     let space = Box::new(PatchSpace::new(shape.patches.clone()).map_err(fail)?);
     let cells = if cells == Cells::Bezier { cells } else { Cells::Linear(RIGID_CELLS) };
     let motion: RigidMotion = adaptive::elastic_body::rigid_motion(model);
-    let geometry = BodyGeometry::new(space, &shape.patches, motion, None, cells);
-    Ok(Some(ShownGeometry::Splines(Box::new(geometry))))
+    Ok(Some(BodyGeometry::new(space, &shape.patches, motion, None, cells)))
 }
 
 /// A note on a body without shape, or an error if it was asked for by name.

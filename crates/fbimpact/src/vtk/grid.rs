@@ -24,9 +24,9 @@ pub struct Grid {
     pub degrees: Vec<[f64; 3]>,
     /// Weights of the points; empty if there are no rational cells.
     pub weights: Vec<f64>,
-    /// Elastic displacement \[m\].
+    /// Elastic displacement \[m\]; empty where nothing is displaced.
     pub displacement: Vec<[f64; 3]>,
-    /// Velocity [m/s].
+    /// Velocity [m/s]; empty where nothing moves.
     pub velocity: Vec<[f64; 3]>,
     /// Von Mises stress \[Pa\]; empty for rigid bodies.
     pub von_mises: Vec<[f64; 1]>,
@@ -34,6 +34,12 @@ pub struct Grid {
     pub stress: Vec<[f64; 6]>,
     /// Fields of contact points; none on bodies.
     pub contact: Option<ContactFields>,
+    /// Names of the points; empty if they have none.
+    pub labels: Vec<String>,
+    /// More numbers at points, by name with unit.
+    pub scalars: Vec<(String, Vec<[f64; 1]>)>,
+    /// More vectors at points, by name with unit.
+    pub vectors: Vec<(String, Vec<[f64; 3]>)>,
 }
 
 impl Grid {

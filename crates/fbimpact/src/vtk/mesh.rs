@@ -45,18 +45,7 @@ impl MeshGeometry {
     /// The grid of the body with the displacements `displacement` \[m\] and their rates [m/s], three a node; stress is that of the nodes, averaged over
     /// their elements.
     pub fn grid(&self, pose: &Pose, (displacement, rate): (&[f64], &[f64]), view: View) -> Grid {
-        let mut grid = Grid::default();
-        let motion = (RigidMotion::Spatial, &ArcNode::SECTION);
-        let (moved, moving) = (displacement.as_chunks::<3>().0, rate.as_chunks::<3>().0);
-        for ((node, u), v) in self.mesh.nodes().iter().zip(moved).zip(moving) {
-            placed(&mut grid, (pose, view), motion, (node, u, v));
-        }
-        for element in self.mesh.elements().iter() {
-            let (kind, order) = cell(element.kind);
-            let at = |i: usize| element.nodes[order.map_or(i, |order| order[i])] as usize;
-            let nodes: Vec<usize> = (0..element.nodes.len()).map(at).collect();
-            grid.add_cell(kind, 0, &nodes);
-        }
+        let mut grid = grid(&self.mesh, pose, (displacement, rate), view);
         for stress in self.mesh.nodal_stress(&self.materials, displacement) {
             let s = &stress;
             let listed = [s[(0, 0)], s[(1, 1)], s[(2, 2)], s[(0, 1)], s[(1, 2)], s[(0, 2)]];
@@ -65,4 +54,21 @@ impl MeshGeometry {
         }
         grid
     }
+}
+
+/// Nodes and elements of `mesh` without stress, displaced as in [`MeshGeometry::grid`].
+pub fn grid(mesh: &Mesh, pose: &Pose, (displacement, rate): (&[f64], &[f64]), view: View) -> Grid {
+    let mut grid = Grid::default();
+    let motion = (RigidMotion::Spatial, &ArcNode::SECTION);
+    let (moved, moving) = (displacement.as_chunks::<3>().0, rate.as_chunks::<3>().0);
+    for ((node, u), v) in mesh.nodes().iter().zip(moved).zip(moving) {
+        placed(&mut grid, (pose, view), motion, (node, u, v));
+    }
+    for element in mesh.elements().iter() {
+        let (kind, order) = cell(element.kind);
+        let at = |i: usize| element.nodes[order.map_or(i, |order| order[i])] as usize;
+        let nodes: Vec<usize> = (0..element.nodes.len()).map(at).collect();
+        grid.add_cell(kind, 0, &nodes);
+    }
+    grid
 }

@@ -1,4 +1,4 @@
-//! Moving deformed bodies for ParaView and whatever else reads VTK files.
+//! Moving deformed bodies, and scenarios before their run, for ParaView and whatever else reads VTK files.
 //!
 //! Bodies are rebuilt from the scenario that a result carries, moved and deformed by its coordinates, and written element by
 //! element: as rational Bézier cells, which are the body's exact shape, or as plain linear ones. Files are written here
@@ -16,4 +16,6 @@ pub mod local;
 pub mod mesh;
 pub mod bodies;
 pub mod pressure;
+pub mod marks;
+pub mod setup;
 pub mod times;

@@ -5,6 +5,9 @@ pub const BEZIER: [u8; 2] = [77, 79]; // VTK_BEZIER_QUADRILATERAL, VTK_BEZIER_HE
 /// Linear cells by number of directions.
 pub const LINEAR: [u8; 2] = [9, 12]; // VTK_QUAD, VTK_HEXAHEDRON
 
+/// A line of two points as a cell.
+pub const LINE: u8 = 3; // VTK_LINE
+
 /// A point as a cell.
 pub const VERTEX: u8 = 1; // VTK_VERTEX
 

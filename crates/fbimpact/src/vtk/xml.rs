@@ -1,4 +1,4 @@
-//! Writes grids as `.vtu` and series of them as `.pvd`.
+//! Writes grids as `.vtu`, series of them as `.pvd` and groups of them as `.vtm`.
 //!
 //! Arrays follow the text as raw bytes (`AppendedData`), little-endian, each after its length: exact and compact. Weights and
 //! degrees of rational cells are named in attributes of their sections; by the array names alone VTK ignores them.
@@ -75,8 +75,22 @@ fn vtu(grid: &Grid, time: f64) -> (String, Vec<u8>) {
     if is_rational {
         text += &data.scalars("RationalWeights", &grid.weights);
     }
-    text += &data.singles("displacement [m]", &grid.displacement);
-    text += &data.singles("velocity [m/s]", &grid.velocity);
+    let n = grid.points.len();
+    if grid.displacement.len() == n {
+        text += &data.singles("displacement [m]", &grid.displacement);
+    }
+    if grid.velocity.len() == n {
+        text += &data.singles("velocity [m/s]", &grid.velocity);
+    }
+    for (name, values) in &grid.scalars {
+        text += &data.floats(name, values);
+    }
+    for (name, values) in &grid.vectors {
+        text += &data.floats(name, values);
+    }
+    if !grid.labels.is_empty() {
+        text += &strings("name", &grid.labels);
+    }
     if !grid.stress.is_empty() {
         text += &data.singles("von Mises stress [Pa]", &grid.von_mises);
         text += &data.singles("stress [Pa]", &grid.stress);
@@ -93,6 +107,17 @@ fn vtu(grid: &Grid, time: f64) -> (String, Vec<u8>) {
     }
     text += "</Piece>\n</UnstructuredGrid>\n<AppendedData encoding=\"raw\">\n_";
     (text, data.bytes)
+}
+
+/// An array of texts, which VTK has as the codes of their bytes with a zero after each.
+fn strings(name: &str, values: &[String]) -> String {
+    let mut codes = String::new();
+    for byte in values.iter().flat_map(|text| text.bytes().chain([0])) {
+        let _ = write!(codes, "{byte} ");
+    }
+    format!(
+        "<DataArray type=\"String\" Name=\"{name}\" NumberOfComponents=\"1\" format=\"ascii\">{codes}</DataArray>\n"
+    )
 }
 
 /// Writes `grid` to `path`.
@@ -137,6 +162,31 @@ pub fn pvd(entries: &[SeriesEntry]) -> String {
         );
     }
     text + "</Collection>\n</VTKFile>\n"
+}
+
+/// Files under a common name.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BlockEntry {
+    /// The name.
+    pub name: String,
+    /// Name and file of each part, relative to the file that lists the blocks.
+    pub parts: Vec<(String, String)>,
+}
+
+/// The text of a `.vtm` file.
+pub fn vtm(blocks: &[BlockEntry]) -> String {
+    let mut text = String::from(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"vtkMultiBlockDataSet\" version=\"1.0\" byte_order=\"LittleEndian\">\n<vtkMultiBlockDataSet>\n",
+    );
+    for (i, block) in blocks.iter().enumerate() {
+        let _ = writeln!(text, "<Block index=\"{i}\" name=\"{}\">", escaped(&block.name));
+        for (k, (name, file)) in block.parts.iter().enumerate() {
+            let (name, file) = (escaped(name), escaped(file));
+            let _ = writeln!(text, "<DataSet index=\"{k}\" name=\"{name}\" file=\"{file}\"/>");
+        }
+        text += "</Block>\n";
+    }
+    text + "</vtkMultiBlockDataSet>\n</VTKFile>\n"
 }
 
 fn escaped(text: &str) -> String {

@@ -105,7 +105,7 @@ fn impact(files: &[ResultData], contact: &str, n: usize) -> Option<(f64, Figure)
 }
 
 /// A time with SI prefix.
-fn time(t: f64) -> String {
+pub fn time(t: f64) -> String {
     let power = crate::plot::units::exponent(t.abs(), "s");
     format!("{:.3} {}", t * 10f64.powi(-power), crate::plot::units::prefixed("s", power))
 }

@@ -5,6 +5,7 @@ mod forces;
 mod joints;
 mod points;
 mod spectra;
+mod stress_lines;
 mod trials;
 
 use super::data::ResultData;
@@ -30,14 +31,16 @@ pub enum Kind {
     Points,
     /// Force and moment that each joint transmits.
     Joints,
+    /// Stress along the lines that the scenario asks for.
+    Stress,
     /// Amplitude spectra of velocity and stress of the chosen points; drawn if asked for.
     Spectra,
 }
 
 impl Kind {
     /// Those that are drawn unless others are asked for.
-    pub const USUAL: [Self; 6] =
-        [Self::Energies, Self::Forces, Self::Impacts, Self::Trials, Self::Points, Self::Joints];
+    pub const USUAL: [Self; 7] =
+        [Self::Energies, Self::Forces, Self::Impacts, Self::Trials, Self::Points, Self::Joints, Self::Stress];
 
     /// Figures of this kind, or why there are none.
     pub fn figures(self, files: &[ResultData]) -> Result<Vec<Figure>, String> {
@@ -48,6 +51,7 @@ impl Kind {
             Self::Trials => trials::figures(files),
             Self::Points => points::figures(files),
             Self::Joints => joints::figures(files),
+            Self::Stress => stress_lines::figures(files),
             Self::Spectra => spectra::figures(files),
         }
     }

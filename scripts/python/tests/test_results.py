@@ -1,0 +1,98 @@
+import math
+
+import h5py
+import numpy as np
+import pytest
+import xarray as xr
+
+import fbimpact
+
+
+def test_groups_have_dimensions_units_and_the_numbers_of_the_file(ball):
+    force = ball.contacts["impact"]["normal_force"]
+    assert force.dims == ("time",) and force.attrs["units"] == "N" and force["time"].attrs["units"] == "s"
+    position = ball.bodies["ball"]["position"]
+    assert position.dims == ("time", "xyz") and list(position["xyz"].values) == ["x", "y", "z"]
+    modes = ball.bodies["ball"]["elastic_coordinates"]
+    assert modes.dims == ("time", "eigenfrequencies") and modes["eigenfrequencies"].attrs["units"] == "Hz"
+    with h5py.File(ball.path) as file:
+        assert np.array_equal(force.values, file["contacts/impact/normal_force"][:])
+        assert np.array_equal(position.values, file["bodies/ball/position"][:])
+        # Every numeric dataset over time is reachable by its path, with its unit and a description.
+        seen = []
+
+        def visit(name, item):
+            if isinstance(item, h5py.Dataset) and item.ndim > 0 and item.dims[0].label == "time":
+                read = ball[name]
+                assert isinstance(read, xr.DataArray) and read.attrs["units"] == item.attrs["unit"], name
+                assert read.attrs["long_name"] == item.attrs["description"], name
+                assert np.array_equal(read.values, item[:], equal_nan=True), name
+                seen.append(name)
+
+        file.visititems(visit)
+    assert len(seen) > 25
+
+
+def test_joints_with_their_coordinates(pendulums):
+    hinge = pendulums.joints["left_hinge"]
+    assert hinge["coordinates"].dims == ("time", "coordinate") and hinge["velocities"].dims == ("time", "rate")
+    assert list(hinge["coordinate"].values) == ["angle"]
+    # The scenario's angle at the start, round-off of degrees.
+    angle = pendulums.scenario["joints"]["left_hinge"]["angle"]
+    assert math.isclose(hinge["coordinates"].values[0, 0], angle, rel_tol=1e-12)
+    assert sorted(pendulums.joints) == ["left_hinge", "left_suspension", "right_hinge", "right_suspension"]
+    with pytest.raises(KeyError, match="left_hinge"):
+        pendulums.joints["hinge"]
+
+
+def test_tables_have_columns_with_units(ball):
+    table = ball.impacts
+    assert table.sizes["impacts"] == 1 and table["peak_force"].attrs["units"] == "N"
+    assert table["contact"].item() == "impact"
+    assert ball.tries["interval_widths"].dims == ("tries", "interval_widths_component")
+    assert ball.phases["kind"].values.tolist() == ["impact"] or "free" in ball.phases["kind"].values
+    assert ball.transfers.sizes["transfers"] == 0
+    assert ball.table("impacts").identical(ball["impacts"])
+
+
+def test_pressure_times_area_is_the_stored_force(ball):
+    series = ball.contacts["impact"]["normal_force"]
+    for time in ("peak", 2.0e-5, float(series["time"].values[-1])):
+        found = ball.pressure("impact", time)
+        stored = float(series.sel(time=found["time"].item()).values.max())
+        # Pressures are stored in single precision.
+        assert abs(float((found["pressure"] * found["area"]).sum()) - stored) <= 1e-6 * float(series.max())
+    assert ball.pressure("impact")["position"].dims == ("point", "xyz")
+
+
+def test_scenario_has_defaults_and_metric_agrees_with_the_series(ball):
+    assert ball.scenario["bodies"]["ball"]["velocity"] == [0.0, 0.0, -0.1]
+    peak = ball.metric("max(contacts.impact.normal_force)")
+    assert peak.unit == "N" and peak.value == float(ball["contacts/impact/normal_force"].max())
+    assert math.isnan(float(ball.metric("0/0")))
+    with pytest.raises(fbimpact.CommandError, match="impct"):
+        ball.metric("max(contacts.impct.normal_force)")
+
+
+def test_probe_of_a_point_is_what_the_run_observed(ball):
+    [top] = ball.probe("ball", markers=["top"])
+    observed = ball.points["top"]["position"]
+    # The same model and states: round-off of centimetres.
+    assert np.abs(top["position"].values - observed.values).max() < 1e-12
+    assert top["position"].attrs["units"] == "m" and top["position"].dims == ("time", "xyz")
+    [inside] = ball.probe("ball", points=[(0.0, 0.001)], end=1e-6)
+    assert list(inside["component"].values) == ["rr", "zz", "tt", "rz"]
+    assert inside["stress"].attrs["units"] == "Pa" and inside["von_mises"].dims == ("time",)
+
+
+def test_what_is_no_result_is_refused(tmp_path):
+    with pytest.raises(fbimpact.FileError):
+        fbimpact.open_result(tmp_path / "none.h5")
+    with h5py.File(tmp_path / "other.h5", "w") as file:
+        file["x"] = 1
+    with pytest.raises(fbimpact.FileError, match="no result"):
+        fbimpact.open_result(tmp_path / "other.h5")
+    with h5py.File(tmp_path / "new.h5", "w") as file:
+        file.attrs["format"], file.attrs["format_version"] = "fbimpact", 2
+    with pytest.raises(fbimpact.FileError, match="version 2"):
+        fbimpact.open_result(tmp_path / "new.h5")
