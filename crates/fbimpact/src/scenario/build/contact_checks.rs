@@ -19,6 +19,8 @@ pub fn check_hertz(checker: &mut Checker, root: &Section, section: &Section) {
             )
         } else if body.shape.is_empty() || body.file.is_some() {
             Some("has no surface to touch; Hertz's law needs a body with \"geometry\"")
+        } else if body.shape == "box" {
+            Some("has flat faces alone, of which Hertz's law knows nothing; choose model = \"adaptive\"")
         } else if body.motion() == "plane" {
             Some(
                 "must be spatial or axisymmetric with model \"hertz\": bodies of plane models touch along a line, choose model = \"adaptive\"",
