@@ -208,7 +208,7 @@ fn rigid_bodies_hertz_friction_damping_and_tolerances_are_read() {
     let BodyKind::Rigid(lower) = &scenario.run.bodies[1].kind else { panic!("rigid") };
     let mass = 8e3 * 0.1 * 0.2 * 0.3;
     assert!((lower.mass / mass - 1.0).abs() < ROUND_OFF, "{}", lower.mass);
-    assert!(matches!(scenario.run.contacts[0].law, ContactLaw::Hertz { .. }));
+    assert!(matches!(scenario.run.contacts[0].law, ContactLaw::Hertz(_)));
     let ContactLaw::Surface(slide) = &scenario.run.contacts[1].law else { panic!("a surface") };
     let friction = slide.friction.expect("given");
     assert!((friction.coefficient - 0.3).abs() < ROUND_OFF);
@@ -369,11 +369,10 @@ fn faults_of_bodies_loads_and_contacts_name_key_and_remedy() {
         ("loads.pull={body=\"upper\",marker=\"end\"}", "loads.pull.force_z", "missing"),
         ("loads.pull={body=\"wheel\",face=\"rim\",force_z=1}", "loads.pull.force_z", "plane"),
         ("loads.pull={body=\"piston\",point=[0,0],moment_z=1}", "loads.pull.moment_z", "axisymmetric"),
-        ("contacts.pair.friction=0.1", "contacts.pair.friction", "hertz"),
         ("contacts.pair.penalty.initial=1e9", "contacts.pair.penalty", "hertz"),
-        ("contacts.pair.contact_body=lower", "contacts.pair.contact_body", "sphere"),
-        ("contacts.pair.contact_body=floor", "contacts.pair.contact_body", "sphere"),
-        ("contacts.pair.target_body=lower", "contacts.pair.target_body", "or a plane"),
+        ("contacts.pair.contact_body=lower", "contacts.pair.contact_body", "flat faces"),
+        ("contacts.pair.contact_body=floor", "contacts.pair.contact_body", "exchange"),
+        ("contacts.pair.target_body=lower", "contacts.pair.target_body", "flat faces"),
         ("contacts.pair.model=quasistatic", "contacts.pair.contact_body", "flexible"),
         ("contacts.pair.friction=-0.1", "contacts.pair.friction", ">= 0"),
         ("output.points.p.body=floor", "output.points.p.marker", "unbounded"),
@@ -395,8 +394,10 @@ fn faults_of_bodies_loads_and_contacts_name_key_and_remedy() {
 fn planes_with_a_material_are_elastic_half_spaces_for_hertz() {
     let scenario = valid(&["bodies.floor.material=m", "contacts.pair.target_body=floor"]);
     assert_eq!((scenario.bodies[4].name.as_str(), scenario.bodies[4].index), ("floor", None));
-    let ContactLaw::Hertz { contact, target, plane } = &scenario.run.contacts[0].law else { panic!("Hertz") };
-    assert_eq!((contact.solid, target), (*plane, &None));
+    let ContactLaw::Hertz(law) = &scenario.run.contacts[0].law else { panic!("Hertz") };
+    let [own, plane] = law.solids();
+    assert_eq!(own, plane);
+    assert!(law.spheres(scenario.run.contacts[0].target).is_some_and(|(_, other)| other.is_none()));
     assert!((plane.young - 2e11).abs() < 1.0);
 }
 

@@ -27,7 +27,7 @@ fn valid(text: &str, set: &[&str]) -> Scenario {
 fn law(scenario: &Scenario, index: usize) -> &SurfaceLaw {
     match &scenario.run.contacts[index].law {
         ContactLaw::Surface(law) => law,
-        ContactLaw::Hertz { .. } => panic!("a contact of surfaces"),
+        ContactLaw::Hertz(_) => panic!("a contact of surfaces"),
     }
 }
 

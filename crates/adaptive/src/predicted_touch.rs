@@ -3,7 +3,8 @@
 
 use std::sync::Arc;
 
-use contact_qs::search::{TouchSettings, first_touch};
+use contact_qs::search::{SurfaceSite, TouchSettings, first_touch};
+use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::force::BodyState;
 use iga_core::nurbs::patch::PointBasis;
 use iga_core::nurbs::{FaceId, Patch};
@@ -11,7 +12,9 @@ use iga_core::surface::{BodySurface, Face};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::detection::{Detector, DetectorTarget, Nearest, Search};
-use crate::spec::{ContactSpec, Geometry, JointSpec, RunSpec, Target};
+use crate::local_surface::SurfaceView;
+use crate::predict::{HertzLaw, LocalSurface};
+use crate::spec::{ContactSpec, Geometry, HertzSpec, JointSpec, RunSpec, Target};
 use crate::touch_sites::Undeformed;
 
 /// What of two bodies touches first.
@@ -44,11 +47,35 @@ const LOOKS_BACK: usize = 10;
 /// What touches first in `contact`, the bodies being in the motions `poses` at the start; `None` where it is not known: bodies that joints or
 /// loads hold other than in their place, that have no exact shape, or do not meet.
 pub fn touch_kind(spec: &RunSpec, contact: &ContactSpec, poses: &[BodyState]) -> Option<TouchKind> {
+    let (poses, nearest) = touch_in_flight(spec, contact, poses)?;
+    kind_at(spec, contact, &poses, &nearest)
+}
+
+/// What touches at the places `nearest` in the motions `poses`.
+fn kind_at(
+    spec: &RunSpec,
+    contact: &ContactSpec,
+    poses: &[BodyState],
+    nearest: &Nearest,
+) -> Option<TouchKind> {
     let own = spec.bodies[contact.body].geometry()?;
-    let (target, other) = match contact.target {
-        Target::Plane { .. } => (None, None),
-        Target::Body(other) => (Some(spec.bodies[other].geometry()?), Some(other)),
+    let other = match contact.target {
+        Target::Plane { .. } => None,
+        Target::Body(other) => Some((spec.bodies[other].geometry()?, &poses[other])),
     };
+    Some(touch_kind_at((own, &poses[contact.body]), other, nearest, PARALLEL))
+}
+
+/// Motions and nearest places of the first touch of `contact` in free flight; `None` as for [`touch_kind`].
+fn touch_in_flight(
+    spec: &RunSpec,
+    contact: &ContactSpec,
+    poses: &[BodyState],
+) -> Option<(Vec<BodyState>, Nearest)> {
+    let other = if let Target::Body(other) = contact.target { Some(other) } else { None };
+    for body in [Some(contact.body), other].into_iter().flatten() {
+        spec.bodies[body].geometry()?;
+    }
     if [Some(contact.body), other]
         .into_iter()
         .flatten()
@@ -56,10 +83,43 @@ pub fn touch_kind(spec: &RunSpec, contact: &ContactSpec, poses: &[BodyState]) ->
     {
         return None;
     }
-    let flight = Flight::new(spec, contact, poses)?;
-    let (poses, nearest) = flight.touch(spec.settings.end_time)?;
-    let other = other.zip(target).map(|(body, shape)| (shape, &poses[body]));
-    Some(touch_kind_at((own, &poses[contact.body]), other, &nearest, PARALLEL))
+    Flight::new(spec, contact, poses)?.touch(spec.settings.end_time)
+}
+
+/// Why the first touch of `contact` is none that Hertz's law `law` has an answer for; `None` if it is one, or not known.
+pub fn no_hertz_point(
+    spec: &RunSpec,
+    contact: &ContactSpec,
+    law: &HertzSpec,
+    poses: &[BodyState],
+) -> Option<&'static str> {
+    if law.spheres(contact.target).is_some() {
+        return None;
+    }
+    let (poses, nearest) = touch_in_flight(spec, contact, poses)?;
+    match kind_at(spec, contact, &poses, &nearest)? {
+        TouchKind::Flat => return Some("flat faces touch"),
+        TouchKind::Edge | TouchKind::BetweenPoints => return Some("an edge, a rim or a corner touches"),
+        TouchKind::Smooth => {}
+    }
+    let view = |body: usize, site: &SurfaceSite| {
+        let shape = spec.bodies[body].geometry()?;
+        SurfaceView::new((shape, 1.0), &poses[body].rotation, site.face, &site.xi)
+    };
+    let own = view(contact.body, &nearest.contact)?;
+    let size = spec.bodies[contact.body].geometry()?.shape.patches.iter();
+    let size = size.flat_map(|p| p.control_points()).map(|p| Vector3::from(*p).norm()).fold(0.0, f64::max);
+    let motion = spec.bodies[contact.body].geometry()?.motion();
+    if motion == RigidMotion::Axial && own.point[0].abs() > POLE * size {
+        return Some("bodies touch along a ring");
+    }
+    let other = match (contact.target, &nearest.target) {
+        (Target::Body(other), Some(site)) => view(other, site)?.surface,
+        _ => LocalSurface::plane(1.0),
+    };
+    HertzLaw::new(&[own.surface, other])
+        .is_none()
+        .then_some("surfaces touch along a line or lie in each other")
 }
 
 /// What touches at the places `nearest` of a contact body and a target, shapes with their motions; the target is a plane if there is none.

@@ -73,6 +73,14 @@ pub enum Unsupported {
         /// Name of the body.
         body: String,
     },
+    /// Hertz's law where it has no answer.
+    #[error(
+        "{what}, where Hertz's law needs smooth surfaces that are curved against each other in both directions; choose model = \"adaptive\""
+    )]
+    NoHertzPoint {
+        /// What touches.
+        what: &'static str,
+    },
     /// Contact with a body that has no surface.
     #[error("body \"{body}\" has no surface to touch; give it a shape")]
     NoSurface {

@@ -16,7 +16,7 @@ use rod_impacts::{LENGTH, RADIUS, finished, sphere_rod_sphere, two_spheres};
 fn laws(spec: &mut RunSpec) -> impl Iterator<Item = &mut SurfaceLaw> {
     spec.contacts.iter_mut().map(|c| match &mut c.law {
         ContactLaw::Surface(law) => law,
-        ContactLaw::Hertz { .. } => panic!("contacts of surfaces"),
+        ContactLaw::Hertz(_) => panic!("contacts of surfaces"),
     })
 }
 

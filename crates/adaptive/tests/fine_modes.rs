@@ -25,7 +25,7 @@ fn with_own_modes(spec: &RunSpec, method: TransferMethod) -> RunSpec {
     let mut spec = spec.clone();
     let set = |contact: &mut ContactSpec| match &mut contact.law {
         ContactLaw::Surface(law) => law.transfer = TransferSpec { modes: LowModes::Fine, method },
-        ContactLaw::Hertz { .. } => panic!("contacts of surfaces"),
+        ContactLaw::Hertz(_) => panic!("contacts of surfaces"),
     };
     spec.contacts.iter_mut().for_each(set);
     spec

@@ -355,7 +355,7 @@ impl Outcome {
         let trace = match &self.result {
             Ok(trace) => trace,
             Err(error) => {
-                let is_told = self.pair.fills_end() && error.contains("contact over an edge");
+                let is_told = self.pair.fills_end() && error.contains("reached the end of its surface");
                 return (!is_told).then(|| self.line());
             }
         };

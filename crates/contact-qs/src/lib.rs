@@ -15,13 +15,14 @@ pub mod quasistatic;
 pub mod contact_element;
 pub mod plane;
 mod sphere;
-pub mod sphere_contact;
 pub mod search;
+pub mod hertz_contact;
 pub mod surface_pair;
 pub mod vibrating_zone;
 
 pub use contact_element::{ActiveContact, ContactElement, ContactFindings, ContactReport};
 pub use error::ContactError;
+pub use hertz_contact::HertzContact;
 pub use law::Friction;
 pub use piecewise::{PieceEdge, PiecewiseSurface, SurfacePiece};
 pub use plane::{Plane, PlaneContact, PlaneContactSettings};
@@ -29,7 +30,6 @@ pub use points::{DofLookup, InterfaceCompliance, SurfacePoint, contact_submodel}
 pub use pressure::PressureRecovery;
 pub use search::{Proximity, SearchWorkspace, SurfaceModel, minimum_distance};
 pub use sphere::Sphere;
-pub use sphere_contact::SphereContact;
 pub use submodel::ContactSubmodel;
 pub use surface_pair::{SurfacePair, SurfacePairSettings, TargetFace, TargetSurface};
 pub use vibrating_zone::{VibratingContact, ZoneVibration};

@@ -19,11 +19,21 @@ pub enum SolverFault {
         /// Time \[s\].
         time: f64,
     },
-    /// A gap of spheres that is no number.
+    /// A gap of a Hertz contact that is no number.
     #[error("the gap of a Hertz contact is {gap} m at t = {time:.9e} s")]
     HertzGap {
         /// What was found \[m\].
         gap: f64,
+        /// Time \[s\].
+        time: f64,
+    },
+    /// A touch that Hertz's theory of points has no answer for.
+    #[error(
+        "{why} at t = {time:.9e} s, where Hertz's law needs smooth surfaces that are curved against each other; choose model = \"adaptive\" for the contact"
+    )]
+    NoHertzPoint {
+        /// What was found.
+        why: &'static str,
         /// Time \[s\].
         time: f64,
     },
@@ -141,7 +151,9 @@ impl EvaluationFault for SolverFault {
             | Self::Alternation { .. }
             | Self::Passes { .. }
             | Self::Broyden { .. } => FailureKind::IterationLimit,
-            Self::AxesApart { .. } | Self::Tilted { .. } | Self::Alignment(_) => FailureKind::OutOfModel,
+            Self::NoHertzPoint { .. } | Self::AxesApart { .. } | Self::Tilted { .. } | Self::Alignment(_) => {
+                FailureKind::OutOfModel
+            }
         }
     }
 }

@@ -1,19 +1,12 @@
-//! A sphere on a body, and Hertz's force along a line of approach.
+//! A sphere on a body.
 //!
 //! The force acts along the line through the centre, so that it may be applied at the centre: no moment about it. The sphere
 //! follows the body's point that carries its centre; its own deformation is the approach `δ` of Hertz's law.
 
-use crate::solver_fault::SolverFault;
-use std::f64::consts::PI;
-
 use ffr_dynamics::data_error::DataError;
-use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::kinematics::marker::FlexiblePoint;
-use ffr_dynamics::system::force::ForceEnergies;
-use nalgebra::Vector3;
 
 use crate::ContactError;
-use crate::contact_element::ContactReport;
 use crate::law::{HertzPair, Solid};
 
 /// A sphere that belongs to a body.
@@ -68,31 +61,4 @@ pub(crate) fn hertz_pair(solids: [Solid; 2], radii: [f64; 2]) -> Result<HertzPai
         return Ok(pair);
     }
     Err(ContactError::RigidPair)
-}
-
-/// Report of a Hertz contact at gap `gap` along `normal`, which points towards the contact body (Eqs. F.19, F.20).
-///
-/// # Errors
-/// [`SolverFault::HertzGap`] if the gap is not finite.
-pub(crate) fn hertz_report(
-    pair: HertzPair,
-    gap: f64,
-    normal: Vector3<f64>,
-    t: f64,
-) -> Result<ContactReport, EvaluationFailure> {
-    if !gap.is_finite() {
-        return Err(SolverFault::HertzGap { gap, time: t }.into());
-    }
-    let approach = (-gap).max(0.0);
-    let normal_force = pair.force(approach);
-    let radius = pair.contact_radius(approach);
-    Ok(ContactReport {
-        normal_force,
-        force: normal * normal_force,
-        penetration: approach,
-        n_active: usize::from(normal_force > 0.0),
-        contact_area: PI * radius * radius,
-        energies: ForceEnergies { elastic_high: pair.energy(approach), ..ForceEnergies::default() },
-        ..ContactReport::default()
-    })
 }

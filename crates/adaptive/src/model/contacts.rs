@@ -3,7 +3,7 @@
 use contact_qs::ContactError;
 use contact_qs::contact_element::ActiveContact;
 use contact_qs::plane::Plane;
-use contact_qs::{PressureRecovery, Sphere, SphereContact};
+use contact_qs::{HertzContact, PressureRecovery, Sphere};
 use ffr_dynamics::system::Active;
 use ffr_dynamics::system::force::BodyState;
 use nalgebra::Unit;
@@ -23,8 +23,8 @@ use crate::simulation::RunContact;
 use crate::sizing::zone::predicted_zone;
 use crate::spec::ImportedSpec;
 use crate::spec::{
-    BodyKind, ContactLaw, ContactSpec, HertzSphere, ReductionSpec, RefinementSpec, RunSpec, SurfaceLaw,
-    Target, Treatment,
+    BodyKind, ContactLaw, ContactSpec, HertzSpec, HertzSphere, ReductionSpec, RefinementSpec, RunSpec,
+    SurfaceLaw, Target, Treatment,
 };
 use crate::store::ModelCache;
 use crate::touch_sites::TouchSite;
@@ -75,7 +75,7 @@ pub fn adaptive_contacts(
             ContactLaw::Surface(law) => Some(
                 AdaptiveContact::new(contact, law, (bodies, &surfaces), cache).map(|adaptive| (i, adaptive)),
             ),
-            ContactLaw::Hertz { .. } => None,
+            ContactLaw::Hertz(_) => None,
         })
         .collect()
 }
@@ -264,16 +264,10 @@ pub fn build_contact(
             let contact = zone_contact(law, target, own, other, (bodies, poses)).map_err(fail)?;
             (contact, zones.contact_body.widths[0], size)
         }
-        (ContactLaw::Hertz { contact, plane: solid, .. }, Target::Plane { point, normal }, _) => {
-            let plane = Plane { point, normal: Unit::new_normalize(normal) };
-            let sphere = sphere(spec.body, contact, bodies)?;
-            let sphere = SphereContact::with_plane(sphere, plane, *solid).map_err(fail)?;
-            (Box::new(Active::new(sphere)), 0.0, contact.radius)
-        }
-        (ContactLaw::Hertz { contact, target: Some(other), .. }, Target::Body(target), _) => {
-            let (sphere, target) = (sphere(spec.body, contact, bodies)?, sphere(target, other, bodies)?);
-            let sphere = SphereContact::with_sphere(sphere, target).map_err(fail)?;
-            (Box::new(Active::new(sphere)), 0.0, contact.radius)
+        (ContactLaw::Hertz(law), ..) => {
+            let contact = hertz_contact(spec, law, bodies)?;
+            let size = contact.size();
+            (Box::new(Active::new(contact)), 0.0, size)
         }
         _ => return Err(without_model(ContactModelFault::LawWithoutTarget)),
     };
@@ -285,7 +279,7 @@ pub fn build_contact(
         size,
         target: spec.target,
         allowed_overlap: spec.initial_overlap,
-        radii: radii(&spec.law),
+        radii: radii(spec),
         wave_speed: slowest_wave(spec, bodies),
         loads_interface: is_static && zones.is_some(),
         refinement: None,
@@ -294,14 +288,46 @@ pub fn build_contact(
     Ok(BuiltContact { element: RunContact::new(element).with_pressures(recovery), model })
 }
 
-/// Radii of the partners of a Hertz contact.
-fn radii(law: &ContactLaw) -> Option<[f64; 2]> {
-    match law {
-        ContactLaw::Hertz { contact, target, .. } => {
-            Some([contact.radius, target.as_ref().map_or(f64::INFINITY, |t| t.radius)])
+/// Radii of the spheres of a Hertz contact, infinite of a plane; none of other surfaces.
+fn radii(spec: &ContactSpec) -> Option<[f64; 2]> {
+    let ContactLaw::Hertz(law) = &spec.law else { return None };
+    let (own, other) = law.spheres(spec.target)?;
+    Some([own.radius, other.map_or(f64::INFINITY, |sphere| sphere.radius)])
+}
+
+/// The force element of a contact by Hertz's law.
+fn hertz_contact(
+    spec: &ContactSpec,
+    law: &HertzSpec,
+    bodies: &[BodyModel],
+) -> Result<HertzContact, AdaptiveError> {
+    let fail = |source| AdaptiveError::Contact { contact: spec.name.clone(), source };
+    let plane = |point, normal| Plane { point, normal: Unit::new_normalize(normal) };
+    let surface = |body: usize| {
+        let none = || {
+            let what = Unsupported::NoSurface { body: bodies[body].name.clone() };
+            AdaptiveError::unsupported_contact(&spec.name, what)
+        };
+        bodies[body].surface()?.ok_or_else(none)
+    };
+    let [own, other] = law.solids();
+    let contact = match (law.spheres(spec.target), spec.target) {
+        (Some((ball, _)), Target::Plane { point, normal }) => {
+            HertzContact::with_plane(sphere(spec.body, ball, bodies)?, plane(point, normal), other)
         }
-        ContactLaw::Surface(_) => None,
-    }
+        (Some((ball, Some(facing))), Target::Body(target)) => {
+            HertzContact::with_sphere(sphere(spec.body, ball, bodies)?, sphere(target, facing, bodies)?)
+        }
+        (_, Target::Plane { point, normal }) => {
+            let plane = plane(point, normal);
+            HertzContact::of_surface_and_plane(spec.body, surface(spec.body)?, plane, [own, other])
+        }
+        (_, Target::Body(target)) => {
+            let models = [surface(spec.body)?, surface(target)?];
+            HertzContact::of_surfaces([spec.body, target], models, [own, other])
+        }
+    };
+    contact.and_then(|contact| contact.with_friction(law.friction)).map_err(fail)
 }
 
 /// Density above which a sphere of Hertz's law is only a part of its body: that of osmium [kg/m³].
@@ -319,7 +345,9 @@ fn slowest_wave(spec: &ContactSpec, bodies: &[BodyModel]) -> f64 {
         (None, None) => f64::INFINITY,
     };
     let (own, other) = match &spec.law {
-        ContactLaw::Hertz { contact, target, .. } => (Some(contact), target.as_ref()),
+        ContactLaw::Hertz(law) => {
+            law.spheres(spec.target).map_or((None, None), |(own, other)| (Some(own), other))
+        }
         ContactLaw::Surface(_) => (None, None),
     };
     let target = match spec.target {

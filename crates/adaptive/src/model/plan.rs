@@ -4,7 +4,7 @@ use contact_qs::ContactError;
 use ffr_dynamics::system::force::BodyState;
 
 use crate::error::{AdaptiveError, ContactModelFault};
-use crate::predicted_touch::{TouchKind, touch_kind};
+use crate::predicted_touch::{TouchKind, no_hertz_point, touch_kind};
 use crate::spec::{BodyKind, ContactLaw, ContactSpec, ElasticSpec, RunSpec, SurfaceLaw, Target, Treatment};
 use crate::touch_sites::{Sites, TouchSite, sites};
 use crate::unsupported::Unsupported;
@@ -36,7 +36,15 @@ pub fn plans(spec: &RunSpec, poses: &[BodyState]) -> Result<Vec<ContactPlan>, Ad
 }
 
 fn plan(spec: &RunSpec, contact: &ContactSpec, poses: &[BodyState]) -> Result<ContactPlan, AdaptiveError> {
-    let ContactLaw::Surface(law) = &contact.law else { return Ok(ContactPlan::Point) };
+    let law = match &contact.law {
+        ContactLaw::Surface(law) => law,
+        ContactLaw::Hertz(law) => {
+            let what = no_hertz_point(spec, contact, law, poses);
+            let refused =
+                |what| AdaptiveError::unsupported_contact(&contact.name, Unsupported::NoHertzPoint { what });
+            return what.map_or(Ok(ContactPlan::Point), |what| Err(refused(what)));
+        }
+    };
     check_surfaces(spec, contact)?;
     match edge_touch(spec, contact, law, poses) {
         Some(TouchKind::Flat | TouchKind::Edge) => return Ok(ContactPlan::AtTouch),

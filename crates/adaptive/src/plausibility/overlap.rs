@@ -153,7 +153,11 @@ pub(super) fn list(v: &Vector3<f64>) -> String {
 /// # Errors
 /// [`AdaptiveError::InitialOverlap`]; [`AdaptiveError::BehindPlane`] for a body on the wrong side of a plane; [`AdaptiveError::Contact`] if nearest places cannot be found.
 pub fn check_undeformed(spec: &RunSpec, poses: &[BodyState]) -> Result<(), AdaptiveError> {
-    let surfaces = spec.contacts.iter().filter(|c| matches!(c.law, ContactLaw::Surface(_)));
+    let is_of_surfaces = |c: &&ContactSpec| match &c.law {
+        ContactLaw::Surface(_) => true,
+        ContactLaw::Hertz(law) => law.spheres(c.target).is_none(),
+    };
+    let surfaces = spec.contacts.iter().filter(is_of_surfaces);
     for contact in surfaces.filter(|_| !spec.settings.static_start) {
         if let Some(overlap) = of_undeformed(spec, contact, poses)? {
             return Err(overlap);

@@ -197,9 +197,19 @@ impl Scene<'_> {
     /// Where the partners meet; without an answer of Hertz's theory, about the origins of their frames.
     fn meeting(&self, contact: &ContactSpec, other: Option<usize>) -> Meeting {
         let found = match &contact.law {
-            ContactLaw::Hertz { contact: own, target, plane } => {
-                self.meeting_of_spheres(contact, own, target.as_ref().zip(other), plane.compliance())
-            }
+            ContactLaw::Hertz(law) => match law.spheres(contact.target) {
+                Some((own, target)) => {
+                    let plane = law.target.solid().compliance();
+                    self.meeting_of_spheres(contact, own, target.zip(other), plane)
+                }
+                None => self.meeting_of_surfaces(contact, other).map(|mut meeting| {
+                    // Rigid bodies yield by what Hertz's law takes of them.
+                    for (surface, solid) in meeting.surfaces.iter_mut().flatten().zip(law.solids()) {
+                        surface.compliance = solid.compliance();
+                    }
+                    meeting
+                }),
+            },
             ContactLaw::Surface(_) => self.meeting_of_surfaces(contact, other),
         };
         found.unwrap_or_else(|| {

@@ -42,15 +42,56 @@ pub enum Target {
 pub enum ContactLaw {
     /// Points on the surface of the contact body against the surface of the target.
     Surface(SurfaceLaw),
-    /// Hertz's force between spheres, or between a sphere and a half space.
-    Hertz {
-        /// Sphere on the contact body.
-        contact: HertzSphere,
-        /// Sphere on the target; `None` on a plane.
-        target: Option<HertzSphere>,
-        /// Elastic constants of the plane; rigid for a rigid one, unused for spheres.
-        plane: Solid,
-    },
+    /// Hertz's force between smooth surfaces that are curved against each other.
+    Hertz(HertzSpec),
+}
+
+/// Contact by Hertz's law.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HertzSpec {
+    /// What touches of the contact body.
+    pub contact: HertzPartner,
+    /// What touches of the target.
+    pub target: HertzPartner,
+    /// Coefficient of friction, of stick and slip alike.
+    pub friction: f64,
+}
+
+impl HertzSpec {
+    /// The two spheres, or the one that meets `target`, if that is a plane; none where other surfaces touch.
+    pub fn spheres(&self, target: Target) -> Option<(&HertzSphere, Option<&HertzSphere>)> {
+        match (&self.contact, &self.target, target) {
+            (HertzPartner::Sphere(own), HertzPartner::Sphere(other), Target::Body(_)) => {
+                Some((own, Some(other)))
+            }
+            (HertzPartner::Sphere(own), _, Target::Plane { .. }) => Some((own, None)),
+            _ => None,
+        }
+    }
+
+    /// Elastic constants of both partners.
+    pub fn solids(&self) -> [Solid; 2] {
+        [self.contact.solid(), self.target.solid()]
+    }
+}
+
+/// A partner of a Hertz contact.
+#[derive(Debug, Clone, PartialEq)]
+pub enum HertzPartner {
+    /// A sphere.
+    Sphere(HertzSphere),
+    /// The surface of the body's shape, or a plane, with its elastic constants.
+    Surface(Solid),
+}
+
+impl HertzPartner {
+    /// Elastic constants.
+    pub fn solid(&self) -> Solid {
+        match self {
+            Self::Sphere(sphere) => sphere.solid,
+            Self::Surface(solid) => *solid,
+        }
+    }
 }
 
 /// A sphere of a Hertz contact.

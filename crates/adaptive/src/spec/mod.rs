@@ -19,8 +19,8 @@ pub use body::{
     InitialMotion, MeshedSpec, Place, RefinementSpec, RigidSpec,
 };
 pub use contact::{
-    ContactLaw, ContactSpec, DivisionRule, HertzSphere, IntervalSpec, LowModes, PenaltySearch, PointRule,
-    SurfaceLaw, Target, TransferMethod, TransferSpec, Treatment,
+    ContactLaw, ContactSpec, DivisionRule, HertzPartner, HertzSpec, HertzSphere, IntervalSpec, LowModes,
+    PenaltySearch, PointRule, SurfaceLaw, Target, TransferMethod, TransferSpec, Treatment,
 };
 pub use iga_core::extent::Extent;
 pub use imported::ImportedSpec;

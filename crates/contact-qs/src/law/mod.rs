@@ -1,8 +1,10 @@
-//! Contact laws: the penalty law of a surface point, Coulomb's friction, and Hertz's closed forms for spheres.
+//! Contact laws: the penalty law of a surface point, Coulomb's friction, and Hertz's closed forms.
 
 pub mod penalty;
 pub mod coulomb;
 pub mod hertz;
+pub mod ellipse;
 
 pub use coulomb::Friction;
+pub use ellipse::HertzEllipse;
 pub use hertz::{HertzPair, Solid};

@@ -8,8 +8,10 @@ use super::surface_model::{Piece, SurfaceModel, cartesian};
 
 /// A place on a surface: piece and parameters in it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Site {
+pub struct Site {
+    /// Number of the piece.
     pub piece: u32,
+    /// Parameters in it, from 0 to 1.
     pub s: [f64; 2],
 }
 

@@ -12,7 +12,7 @@ use iga_core::nurbs::box_newton::{Sample, minimize};
 use nalgebra::Vector3;
 
 use super::boxes::{NodeKind, Placement};
-use super::deformed::{Deformed, Side, Site};
+use super::deformed::{Deformed, Site};
 use super::penetration::deepest;
 use super::query::{Pair, Query, SearchReport, SearchWorkspace, separation};
 use super::signed_distance::{ALONG_NORMAL, nearest};
@@ -27,6 +27,8 @@ pub struct Proximity {
     pub gap: f64,
     /// Critical points of the contact body and of the target.
     pub sites: [SurfaceSite; 2],
+    /// The same as places on the pieces of the surfaces.
+    pub places: [Site; 2],
     /// Unit vector towards the contact body in the inertial frame; `gap = n · (x_C - x_T)`. Zero if the surfaces touch at
     /// places without a normal.
     pub normal: Vector3<f64>,
@@ -51,14 +53,8 @@ pub fn minimum_distance(
     for (model, state) in models.iter().zip(&states) {
         check_state(model, state)?;
     }
-    let placement = placement(&states);
-    let side = |b: usize| Side {
-        model: models[b],
-        elastic: &states[b].elastic,
-        placement: (b == 1).then_some(&placement),
-        inflation: models[b].displacement_bound(&states[b].elastic),
-    };
-    let query = Query::new([side(0), side(1)], &placement);
+    let placement = in_first_frame(&states);
+    let query = Query::new(models, &states, &placement);
     workspace.begin(models);
     let found = signed_pair(&query, workspace).ok_or(MotionFault::Overflow)?;
     workspace.last = Some(found.0.sites);
@@ -66,7 +62,7 @@ pub fn minimum_distance(
 }
 
 /// The second body's frame in the first one's.
-fn placement(states: &[&BodyState; 2]) -> Placement {
+pub(super) fn in_first_frame(states: &[&BodyState; 2]) -> Placement {
     let back = states[0].rotation.inverse();
     let rotation = (back * states[1].rotation).to_rotation_matrix().into_inner();
     Placement::new(rotation, back * (states[1].position - states[0].position))
@@ -279,10 +275,16 @@ fn on_pieces(query: &Query<'_>, deformed: &[Deformed; 2], start: [Site; 2]) -> P
 }
 
 /// The answer in the inertial frame.
-fn proximity(query: &Query<'_>, frame: &BodyState, pair: &Pair, gap: f64, normal: Vector3<f64>) -> Proximity {
+pub(super) fn proximity(
+    query: &Query<'_>,
+    frame: &BodyState,
+    pair: &Pair,
+    gap: f64,
+    normal: Vector3<f64>,
+) -> Proximity {
     let site = |b: usize| {
         let piece = &query.sides[b].model.pieces()[pair.sites[b].piece as usize];
         piece.origin.site(pair.sites[b].s, frame.position + frame.rotation * pair.points[b])
     };
-    Proximity { gap, sites: [site(0), site(1)], normal: frame.rotation * normal }
+    Proximity { gap, sites: [site(0), site(1)], places: pair.sites, normal: frame.rotation * normal }
 }

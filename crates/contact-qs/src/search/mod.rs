@@ -11,17 +11,22 @@
 mod bezier;
 mod boxes;
 mod surface_model;
+mod local_shape;
 mod deformed;
 mod signed_distance;
 mod query;
 mod penetration;
 mod minimum_distance;
+mod critical_pair;
 mod plane_distance;
 mod advancement;
 
 pub use advancement::{
     Touch, TouchSettings, closing_speed_bound, first_touch, safe_time, surface_speed_bound,
 };
+pub use critical_pair::followed_overlap;
+pub use deformed::Site;
+pub use local_shape::LocalShape;
 pub use minimum_distance::{Proximity, minimum_distance};
 pub use plane_distance::{PlaneProximity, plane_distance};
 pub use query::{SearchReport, SearchWorkspace};

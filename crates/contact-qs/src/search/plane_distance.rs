@@ -20,6 +20,8 @@ pub struct PlaneProximity {
     pub gap: f64,
     /// The lowest point.
     pub site: SurfaceSite,
+    /// The same as a place on the pieces of the surface.
+    pub place: Site,
 }
 
 /// The gap of a body and a plane in the motion `state`.
@@ -46,7 +48,7 @@ pub fn plane_distance(
     let point = workspace.deformed[0].jet(&side, site.piece, site.s).point;
     let offset = plane.normal.dot(&(state.position - plane.point));
     let found = piece.origin.site(site.s, state.position + state.rotation * point);
-    Ok(PlaneProximity { gap: height + offset, site: found })
+    Ok(PlaneProximity { gap: height + offset, site: found, place: site })
 }
 
 /// Round-off of a unit normal's components.

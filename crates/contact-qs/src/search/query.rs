@@ -1,5 +1,6 @@
 //! What the parts of a search between two bodies share: buffers, the two bodies in one frame, pairs of points.
 
+use ffr_dynamics::system::force::BodyState;
 use nalgebra::Vector3;
 
 use super::boxes::Placement;
@@ -82,7 +83,13 @@ pub(super) struct Query<'a> {
 }
 
 impl<'a> Query<'a> {
-    pub fn new(sides: [Side<'a>; 2], placement: &'a Placement) -> Self {
+    pub fn new(models: [&'a SurfaceModel; 2], states: &[&'a BodyState; 2], placement: &'a Placement) -> Self {
+        let sides = [0, 1].map(|b| Side {
+            model: models[b],
+            elastic: &states[b].elastic,
+            placement: (b == 1).then_some(placement),
+            inflation: models[b].displacement_bound(&states[b].elastic),
+        });
         let mut query = Self { sides, placement, resolution: 0.0 };
         // Round-off of sums of coordinates of this size.
         query.resolution = 64.0 * f64::EPSILON * query.size();

@@ -234,6 +234,19 @@ impl SurfaceModel {
         &self.nodes
     }
 
+    /// Undeformed homogeneous points of a piece in the body's frame.
+    pub(super) fn net(&self, piece: &Piece) -> &[Homogeneous] {
+        &self.net[piece.start..piece.start + piece.n_points]
+    }
+
+    /// `w Φ` of the points of a piece, one mode after the other.
+    pub(super) fn weighted_shapes(&self, piece: &Piece) -> impl Iterator<Item = &[[f64; 3]]> {
+        let first = 3 * piece.start * self.n_modes();
+        let width = 3 * piece.n_points;
+        let shapes = &self.shapes[first..first + width * self.n_modes()];
+        shapes.chunks_exact(width.max(1)).map(|shape| shape.as_chunks().0)
+    }
+
     pub(super) fn across(&self) -> Option<Vector3<f64>> {
         across(self.motion)
     }

@@ -5,20 +5,44 @@ use super::super::section::Section;
 use super::contact_facts::ContactFacts;
 use super::places::BodyFacts;
 
-/// Reports bodies that are no spheres.
+/// Reports bodies that Hertz's law knows nothing of.
 pub fn check_hertz(checker: &mut Checker, root: &Section, section: &Section) {
-    for (key, can_be_plane) in [("contact_body", false), ("target_body", true)] {
-        let Some(body) = section.text(key).and_then(|name| BodyFacts::find(root, name)) else { continue };
-        let is_sphere = body.shape == "sphere" && body.components == "solid";
-        let fits = is_sphere || can_be_plane && body.is_plane();
-        if !fits {
-            let or_plane = if can_be_plane { " or a plane" } else { "" };
-            let message = format!(
-                "must have shape \"sphere\" and be solid or rigid and spatial{or_plane} with model \"hertz\""
-            );
-            checker.fault_in(section, key, message);
+    let facts = |key| section.text(key).and_then(|name| BodyFacts::find(root, name));
+    let (contact, target) = (facts("contact_body"), facts("target_body"));
+    for (key, body) in [("contact_body", &contact), ("target_body", &target)] {
+        let Some(body) = body else { continue };
+        let fault = if body.is_plane() {
+            (key == "contact_body").then_some("must be a body, exchange contact_body and target_body")
+        } else if body.mesh.is_some() {
+            Some(
+                "must have a shape with model \"hertz\", a mesh has no curvature of its own; choose model = \"adaptive\"",
+            )
+        } else if body.shape.is_empty() || body.file.is_some() {
+            Some("has no surface to touch; Hertz's law needs a body with \"geometry\"")
+        } else if body.shape == "box" {
+            Some("has flat faces alone, of which Hertz's law knows nothing; choose model = \"adaptive\"")
+        } else if body.motion() == "plane" {
+            Some(
+                "must be spatial or axisymmetric with model \"hertz\": bodies of plane models touch along a line, choose model = \"adaptive\"",
+            )
+        } else {
+            None
+        };
+        if let Some(message) = fault {
+            checker.fault_in(section, key, message.into());
         }
     }
+    let (Some(contact), Some(target)) = (contact, target) else { return };
+    if !target.is_plane() && contact.motion() != target.motion() {
+        let message =
+            format!("must be {} as the contact body is, it is {}", contact.motion(), target.motion());
+        checker.fault_in(section, "target_body", message);
+    }
+    if contact.motion() == "axisymmetric" && section.number("friction").is_some_and(|f| f > 0.0) {
+        let message = "has no effect with model \"hertz\" between bodies that move along one axis".into();
+        checker.fault_in(section, "friction", message);
+    }
+    check_normal(checker, &contact, &target);
 }
 
 /// Reports bodies that cannot take their part in the contact.

@@ -2,8 +2,8 @@
 
 use adaptive::interval::least_utilisation;
 use adaptive::spec::{
-    ContactLaw, ContactSpec, DivisionRule, HertzSphere, IntervalSpec, LowModes, PenaltySearch, Place,
-    PointRule, SurfaceLaw, Target, TransferMethod, TransferSpec, Treatment,
+    ContactLaw, ContactSpec, DivisionRule, HertzPartner, HertzSpec, HertzSphere, IntervalSpec, LowModes,
+    PenaltySearch, Place, PointRule, SurfaceLaw, Target, TransferMethod, TransferSpec, Treatment,
 };
 use contact_qs::law::penalty::DEFAULT_STIFFNESS_RATIO;
 use contact_qs::law::{Friction, Solid};
@@ -77,22 +77,27 @@ fn contact(
     Some(([contact_body?, target_body?], law, initial_overlap))
 }
 
-/// Hertz's law between the spheres, or the sphere and the plane, of a contact; `None` if a body is neither.
+/// Hertz's law between the bodies of a contact; `None` if something of them is at fault.
 fn hertz(root: &Section, section: &Section) -> Option<ContactLaw> {
     let body = |key| section.text(key).and_then(|name| BodyFacts::find(root, name));
     let (contact, target) = (body("contact_body")?, body("target_body")?);
-    let plane = target.is_plane().then(|| solid(root, target.section).unwrap_or(Solid::RIGID));
-    Some(ContactLaw::Hertz {
-        contact: sphere(root, &contact)?,
-        target: if plane.is_some() { None } else { Some(sphere(root, &target)?) },
-        plane: plane.unwrap_or(Solid::RIGID),
-    })
+    let target = if target.is_plane() {
+        HertzPartner::Surface(solid(root, target.section).unwrap_or(Solid::RIGID))
+    } else {
+        partner(root, &target)?
+    };
+    let (contact, friction) = (partner(root, &contact)?, section.number("friction")?);
+    Some(ContactLaw::Hertz(HertzSpec { contact, target, friction }))
 }
 
-/// The sphere of a body, whose shape stands about the origin of its frame.
-fn sphere(root: &Section, body: &BodyFacts<'_>) -> Option<HertzSphere> {
-    let radius = body.section.table("geometry").filter(|_| body.shape == "sphere")?.number("radius")?;
-    Some(HertzSphere { centre: Place::Point([0.0; 3]), radius, solid: solid(root, body.section)? })
+/// What touches of a body with a shape, which stands about the origin of its frame if it is a sphere.
+fn partner(root: &Section, body: &BodyFacts<'_>) -> Option<HertzPartner> {
+    let solid = solid(root, body.section)?;
+    if body.shape != "sphere" || body.components != "solid" {
+        return Some(HertzPartner::Surface(solid));
+    }
+    let radius = body.section.table("geometry")?.number("radius")?;
+    Some(HertzPartner::Sphere(HertzSphere { centre: Place::Point([0.0; 3]), radius, solid }))
 }
 
 fn surface(section: &Section, facts: &ContactFacts<'_>) -> Option<SurfaceLaw> {

@@ -16,7 +16,10 @@ const MODELS: &[Choice] = &[
     Choice::new("damped", "every Craig-Bampton mode is dynamic, high-frequency ones damped critically"),
     Choice::new("dynamic", "every Craig-Bampton mode is dynamic"),
     Choice::new("coarse", "the modes of the free body alone, without refinement"),
-    Choice::new("hertz", "Hertz's law between two spheres, or a sphere and a plane"),
+    Choice::new(
+        "hertz",
+        "Hertz's law at the closest places of two smooth surfaces that are curved against each other, rigid or flexible, or of one and a plane",
+    ),
 ];
 
 const CONSTRAINTS: &[Choice] = &[
@@ -85,8 +88,8 @@ pub const CONTACT: &[Key] = &[
         Kind::Name,
         "",
         Need::Required,
-        "Body that carries the contact points, flexible; with `hertz` a sphere, flexible or rigid. Of a flexible and a rigid body it is the \
-         flexible one.",
+        "Body that carries the contact points, flexible; with `hertz`, which has none, also a rigid one. Of a flexible and a rigid body it is \
+         the flexible one.",
     ),
     Key::new(
         "target_body",
@@ -94,7 +97,8 @@ pub const CONTACT: &[Key] = &[
         "",
         Need::Required,
         "Body whose surface the points meet: a flexible body with the same `model`, `mesh` counting as `solid`; a rigid body with a shape and the \
-         `motion` that goes with it, free, on joints or held by a joint to ground; a rigid plane. With `hertz` a sphere or a plane.",
+         `motion` that goes with it, free, on joints or held by a joint to ground; a rigid plane. With `hertz` any body with a shape that moves as \
+         the contact body does, or a plane.",
     ),
     Key::new("model", Kind::Choice(MODELS), "", Need::Default("\"adaptive\""), "Contact model."),
     Key::new(
@@ -123,8 +127,9 @@ pub const CONTACT: &[Key] = &[
         Kind::Number(Range { min: Bound::Closed(0.0), max: Bound::Closed(100.0) }),
         "–",
         Need::Default("0.0"),
-        "Coefficient of friction, of stick and slip alike; needs the active-set solver.",
-    ).when(SURFACE),
+        "Coefficient of friction, of stick and slip alike; needs the active-set solver. With `hertz` the contact yields along the surface as Mindlin's does, \
+         without effect on turns about the normal.",
+    ),
     Key::new(
         "modes",
         Kind::Choice(MODES),

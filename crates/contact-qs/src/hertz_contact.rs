@@ -1,0 +1,323 @@
+//! Hertz contact of two bodies with smooth surfaces, or of one and a plane, as a force element (docs/theory.md Eqs. F.19, F.20, C.85 to C.94).
+
+mod geometry;
+mod levels;
+mod moment;
+mod sliding;
+
+use ffr_dynamics::error::EvaluationFailure;
+use ffr_dynamics::system::force::{
+    BodyState, Findings, ForceElement, ForceEnergies, GeneralisedForce, Motion,
+};
+use nalgebra::Vector3;
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use crate::ContactError;
+use crate::contact_element::{ContactElement, ContactFindings, ContactReport};
+use crate::law::{Friction, HertzPair, Solid};
+use crate::plane::Plane;
+use crate::search::{SearchWorkspace, SurfaceModel};
+use crate::solver_fault::SolverFault;
+use crate::sphere::{Sphere, check_solid, hertz_pair};
+use geometry::{Curved, Geometry, Touch};
+use moment::StiffnessChange;
+use sliding::{Sliding, SlidingFound, SlidingState};
+
+/// Hertz contact: a force along the common normal of the closest places, which derives from a potential, with Coulomb's friction on the
+/// contact ellipse. Forces and couples on the two bodies are opposite and act in the same places of space, so that momentum stays. Energy is booked as
+/// `elastic_high`: it is the quasistatic elastic energy of the contact zone.
+#[derive(Debug, Clone)]
+pub struct HertzContact {
+    geometry: Geometry,
+    solids: [Solid; 2],
+    sliding: Option<Sliding>,
+}
+
+/// Buffers of a Hertz contact.
+#[derive(Debug, Clone, Default)]
+pub struct HertzWorkspace {
+    search: SearchWorkspace,
+    /// Mode shapes of both bodies where they are nearest.
+    shapes: [Vec<Vector3<f64>>; 2],
+}
+
+/// What an evaluation of a Hertz contact finds.
+#[derive(Debug, Clone, Default)]
+pub struct HertzFound {
+    report: ContactReport,
+    sliding: SlidingFound,
+}
+
+impl Findings for HertzFound {
+    fn energies(&self) -> ForceEnergies {
+        self.report.energies
+    }
+
+    fn resultant(&self) -> Vector3<f64> {
+        self.report.force
+    }
+
+    fn is_idle(&self) -> bool {
+        self.report.n_active == 0
+    }
+}
+
+impl ContactFindings for HertzFound {
+    fn report(&self) -> &ContactReport {
+        &self.report
+    }
+}
+
+impl HertzContact {
+    /// Contact of `sphere` with `plane`, a half space of `solid` ([`Solid::RIGID`] for a rigid one).
+    ///
+    /// # Errors
+    /// [`ContactError::Data`] if a value is not positive, [`ContactError::RigidPair`] if both partners are rigid.
+    pub fn with_plane(sphere: Sphere, plane: Plane, solid: Solid) -> Result<Self, ContactError> {
+        sphere.validate()?;
+        check_solid(solid)?;
+        let solids = [sphere.solid, solid];
+        let pair = hertz_pair(solids, [sphere.radius, f64::INFINITY])?;
+        Ok(Self { geometry: Geometry::spheres(sphere, Err(plane), pair)?, solids, sliding: None })
+    }
+
+    /// Contact of `sphere`, on the contact body, with the sphere `target`.
+    ///
+    /// # Errors
+    /// [`ContactError`] as [`HertzContact::with_plane`], or if both belong to one body.
+    pub fn with_sphere(sphere: Sphere, target: Sphere) -> Result<Self, ContactError> {
+        sphere.validate()?;
+        target.validate()?;
+        if sphere.body == target.body {
+            return Err(ContactError::OneBody { body: sphere.body });
+        }
+        let solids = [sphere.solid, target.solid];
+        let pair = hertz_pair(solids, [sphere.radius, target.radius])?;
+        Ok(Self { geometry: Geometry::spheres(sphere, Ok(target), pair)?, solids, sliding: None })
+    }
+
+    /// Contact of the surfaces of two bodies of `solids`, the contact body's first, which are wherever they touch smooth and curved against each
+    /// other.
+    ///
+    /// # Errors
+    /// [`ContactError`] as [`HertzContact::with_sphere`], or if the bodies move in different ways.
+    pub fn of_surfaces(
+        bodies: [usize; 2],
+        models: [Arc<SurfaceModel>; 2],
+        solids: [Solid; 2],
+    ) -> Result<Self, ContactError> {
+        if bodies[0] == bodies[1] {
+            return Err(ContactError::OneBody { body: bodies[0] });
+        }
+        let [first, second] = [models[0].motion(), models[1].motion()];
+        if first != second {
+            return Err(ContactError::MixedModels { first, second });
+        }
+        let compliance = compliance(&solids)?;
+        Ok(Self { geometry: Geometry::surfaces(bodies, models, compliance), solids, sliding: None })
+    }
+
+    /// Contact of the surface of body `body` with a plane, a half space; `solids`: the body's and the plane's.
+    ///
+    /// # Errors
+    /// [`ContactError`] as [`HertzContact::with_plane`].
+    pub fn of_surface_and_plane(
+        body: usize,
+        model: Arc<SurfaceModel>,
+        plane: Plane,
+        solids: [Solid; 2],
+    ) -> Result<Self, ContactError> {
+        let compliance = compliance(&solids)?;
+        Ok(Self { geometry: Geometry::on_plane(body, model, plane, compliance), solids, sliding: None })
+    }
+
+    /// The same with friction of coefficient `coefficient`, of stick and slip alike.
+    ///
+    /// # Errors
+    /// [`ContactError::Friction`] if the coefficient is negative or not finite.
+    pub fn with_friction(mut self, coefficient: f64) -> Result<Self, ContactError> {
+        Friction::new(coefficient).check()?;
+        self.sliding = (coefficient > 0.0).then(|| Sliding::new(coefficient, self.geometry.size()));
+        Ok(self)
+    }
+
+    /// Modulus and radius of two spheres, or of a sphere and a plane; none of other surfaces.
+    pub fn pair(&self) -> Option<HertzPair> {
+        self.geometry.pair()
+    }
+
+    /// Size of the smaller body, of spheres their diameter \[m\].
+    pub fn size(&self) -> f64 {
+        self.geometry.size()
+    }
+
+    /// Where the bodies are nearest in the motions `bodies`; the gap is NaN where that is not known.
+    fn touch(&self, bodies: &[BodyState], workspace: &mut HertzWorkspace) -> Touch {
+        self.geometry.touch(bodies, &mut workspace.search).unwrap_or_else(|_| Touch::unknown())
+    }
+
+    /// Adds the force `force` on the contact body and its opposite on the target, both at `points` of space \[N\].
+    fn push(
+        &self,
+        motion: Motion<'_>,
+        (points, shapes): ([&Vector3<f64>; 2], &[Vec<Vector3<f64>>; 2]),
+        force: &Vector3<f64>,
+        forces: &mut [GeneralisedForce],
+    ) {
+        for (side, sign) in [(0, 1.0), (1, -1.0)] {
+            let Some(body) = self.geometry.body(side) else { continue };
+            let (state, sum) = (&motion.bodies[body], &mut forces[body]);
+            let force = force * sign;
+            let local = state.rotation.inverse_transform_vector(&force);
+            let arm = state.rotation.inverse_transform_vector(&(points[side] - state.position));
+            sum.force += force;
+            sum.torque_in_body += arm.cross(&local);
+            for (f, shape) in sum.elastic.iter_mut().zip(&shapes[side]) {
+                *f += shape.dot(&local);
+            }
+        }
+    }
+
+    /// Adds a couple on the contact body and its opposite on the target \[N m\].
+    fn turn(&self, motion: Motion<'_>, couple: &Vector3<f64>, forces: &mut [GeneralisedForce]) {
+        for (side, sign) in [(0, 1.0), (1, -1.0)] {
+            let Some(body) = self.geometry.body(side) else { continue };
+            let rotation = &motion.bodies[body].rotation;
+            forces[body].torque_in_body += rotation.inverse_transform_vector(&(couple * sign));
+        }
+    }
+
+    /// Normal force and what its stiffness changes by; books the energy.
+    fn press(
+        &self,
+        motion: Motion<'_>,
+        (touch, curved): (&Touch, &Curved),
+        (shapes, report): (&[Vec<Vector3<f64>>; 2], &mut ContactReport),
+        forces: &mut [GeneralisedForce],
+    ) {
+        let approach = -touch.gap;
+        let force = curved.ellipse.stiffness() * approach * approach.sqrt();
+        let axes = curved.ellipse.semi_axes(force);
+        let normal = touch.normal * force;
+        self.push(motion, (touch.points.each_ref(), shapes), &normal, forces);
+        let change = self.geometry.stiffness_change(motion.bodies, touch, (curved, axes, force));
+        if let Some(StiffnessChange { force, couple }) = change {
+            self.push(motion, ([&touch.points[1]; 2], shapes), &force, forces);
+            self.turn(motion, &couple, forces);
+            report.force += force;
+        }
+        report.normal_force = force;
+        report.force += normal;
+        report.penetration = approach;
+        report.n_active = 1;
+        report.contact_area = PI * axes[0] * axes[1];
+        report.energies.elastic_high = 0.4 * approach * force;
+    }
+}
+
+/// Sum of the compliances of both partners.
+fn compliance(solids: &[Solid; 2]) -> Result<f64, ContactError> {
+    solids.iter().try_for_each(|solid| check_solid(*solid))?;
+    let sum = solids[0].compliance() + solids[1].compliance();
+    if sum > 0.0 { Ok(sum) } else { Err(ContactError::RigidPair) }
+}
+
+impl ForceElement for HertzContact {
+    type State = SlidingState;
+    type Workspace = HertzWorkspace;
+    type Found = HertzFound;
+
+    fn start(&self) -> (SlidingState, HertzWorkspace, HertzFound) {
+        let shapes = self.geometry.shapes();
+        let n = self.sliding.as_ref().map_or(0, Sliding::n_levels);
+        let state = SlidingState::new(n, &shapes);
+        let found = HertzFound { report: ContactReport::default(), sliding: SlidingFound::new(n, &shapes) };
+        (state, HertzWorkspace { search: SearchWorkspace::new(), shapes }, found)
+    }
+
+    fn evaluate(
+        &self,
+        motion: Motion<'_>,
+        state: &mut SlidingState,
+        workspace: &mut HertzWorkspace,
+        found: &mut HertzFound,
+        forces: &mut [GeneralisedForce],
+    ) -> Result<(), EvaluationFailure> {
+        found.report = ContactReport::default();
+        let touch = self.touch(motion.bodies, workspace);
+        if !touch.gap.is_finite() {
+            return Err(SolverFault::HertzGap { gap: touch.gap, time: motion.time }.into());
+        }
+        let is_touching = touch.gap < 0.0;
+        if is_touching || self.sliding.is_some() {
+            self.geometry.shapes_at(&touch, &mut workspace.shapes);
+        }
+        let curved = if is_touching {
+            Some(self.geometry.curved(motion, &touch).map_err(EvaluationFailure::from)?)
+        } else {
+            None
+        };
+        if let Some(curved) = &curved {
+            self.press(motion, (&touch, curved), (&workspace.shapes, &mut found.report), forces);
+        }
+        let Some(sliding) = &self.sliding else { return Ok(()) };
+        let bodies = [0, 1].map(|side| self.geometry.body(side));
+        let pressed = sliding::Pressed { touch: &touch, curved: curved.as_ref(), solids: &self.solids };
+        sliding.evaluate((motion, bodies), &pressed, &workspace.shapes, (state, &mut found.sliding));
+        if curved.is_some() {
+            let SlidingFound { force, point, .. } = found.sliding;
+            // The mode shapes are those of the places where the slip is measured.
+            self.push(motion, ([&point; 2], state.shapes()), &force, forces);
+            sliding::book(&found.sliding, &mut found.report);
+        }
+        Ok(())
+    }
+
+    fn save(&self, state: &mut SlidingState, found: &HertzFound) {
+        if self.sliding.is_some() {
+            state.accept(&found.sliding);
+        }
+    }
+
+    fn restore(&self, _state: &mut SlidingState, found: &mut HertzFound) {
+        found.sliding.discard();
+    }
+}
+
+impl ContactElement for HertzContact {
+    fn kind(&self) -> &'static str {
+        self.geometry.kind()
+    }
+
+    fn bodies(&self) -> (usize, Option<usize>) {
+        (self.geometry.body(0).unwrap_or(0), self.geometry.body(1))
+    }
+
+    fn smallest_gap(&self, motion: Motion<'_>, _: &SlidingState, workspace: &mut HertzWorkspace) -> f64 {
+        self.touch(motion.bodies, workspace).gap
+    }
+
+    fn normal(&self, motion: Motion<'_>, _: &SlidingState, workspace: &mut HertzWorkspace) -> Vector3<f64> {
+        self.touch(motion.bodies, workspace).normal
+    }
+
+    fn place(&self, motion: Motion<'_>, _: &SlidingState, workspace: &mut HertzWorkspace) -> Vector3<f64> {
+        let touch = self.touch(motion.bodies, workspace);
+        // In the middle of the overlap.
+        touch.points[0] - touch.normal * (0.5 * touch.gap.min(0.0))
+    }
+
+    fn penalty(&self) -> f64 {
+        f64::INFINITY
+    }
+
+    fn n_points(&self) -> usize {
+        1
+    }
+
+    fn forget(&self, state: &mut SlidingState, found: &mut HertzFound) {
+        state.forget();
+        found.sliding.discard();
+    }
+}

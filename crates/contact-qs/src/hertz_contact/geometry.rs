@@ -1,0 +1,307 @@
+//! Where two bodies of a Hertz contact are nearest, and how they are curved there.
+
+use ffr_dynamics::body::RigidMotion;
+use ffr_dynamics::system::force::{BodyState, Motion};
+use nalgebra::{Matrix3, Vector3};
+use std::sync::Arc;
+
+use super::moment::{Bent, StiffnessChange, stiffness_change};
+use crate::ContactError;
+use crate::law::{HertzEllipse, HertzPair};
+use crate::plane::Plane;
+use crate::search::{
+    LocalShape, SearchWorkspace, Site, SurfaceModel, followed_overlap, minimum_distance, plane_distance,
+};
+use crate::solver_fault::SolverFault;
+use crate::sphere::Sphere;
+
+/// Cosine of the angle between the normal of a surface and the line to the other body below which an edge is nearest: 8 degrees, for faces that
+/// only approximate a smooth surface.
+const ALONG: f64 = 0.99;
+/// Distance from the axis of an axisymmetric body, over its size, below which a place is its pole.
+const POLE: f64 = 1e-6;
+/// Semi-axis of the contact over the size of a body above which the contact is one along a line.
+const LONG: f64 = 0.25;
+
+/// The bodies of a contact.
+#[derive(Debug, Clone)]
+pub(super) enum Geometry {
+    /// A sphere and a sphere or a plane.
+    Spheres { sphere: Sphere, target: Result<Sphere, Plane>, pair: HertzPair, ellipse: HertzEllipse },
+    /// Any surfaces, or a surface and a plane.
+    Surfaces { own: Surface, target: Result<Surface, Plane>, compliance: f64 },
+}
+
+/// A body with its surface.
+#[derive(Debug, Clone)]
+pub(super) struct Surface {
+    pub body: usize,
+    pub model: Arc<SurfaceModel>,
+}
+
+/// Where two bodies are nearest, in space.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Touch {
+    pub gap: f64,
+    /// Unit normal towards the contact body.
+    pub normal: Vector3<f64>,
+    /// On the contact body and on the target.
+    pub points: [Vector3<f64>; 2],
+    /// On pieces of their surfaces.
+    pub places: Option<[Site; 2]>,
+}
+
+impl Touch {
+    pub fn unknown() -> Self {
+        let nowhere = Vector3::repeat(f64::NAN);
+        Self { gap: f64::NAN, normal: nowhere, points: [nowhere; 2], places: None }
+    }
+}
+
+/// How two bodies are curved where they touch, in space.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Curved {
+    pub ellipse: HertzEllipse,
+    /// Directions of the larger and the smaller axis.
+    pub axes: [Vector3<f64>; 2],
+    /// Curvatures of both bodies; none of spheres, which are curved alike everywhere.
+    pub bending: Option<[Matrix3<f64>; 2]>,
+}
+
+impl Geometry {
+    pub fn spheres(
+        sphere: Sphere,
+        target: Result<Sphere, Plane>,
+        pair: HertzPair,
+    ) -> Result<Self, ContactError> {
+        let curvature = 1.0 / pair.radius;
+        let ellipse =
+            HertzEllipse::new(curvature, curvature, 1.0 / pair.modulus).ok_or(ContactError::RigidPair)?;
+        Ok(Self::Spheres { sphere, target, pair, ellipse })
+    }
+
+    pub fn surfaces(bodies: [usize; 2], [own, target]: [Arc<SurfaceModel>; 2], compliance: f64) -> Self {
+        Self::Surfaces {
+            own: Surface { body: bodies[0], model: own },
+            target: Ok(Surface { body: bodies[1], model: target }),
+            compliance,
+        }
+    }
+
+    pub fn on_plane(body: usize, model: Arc<SurfaceModel>, plane: Plane, compliance: f64) -> Self {
+        Self::Surfaces { own: Surface { body, model }, target: Err(plane), compliance }
+    }
+
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Spheres { target: Ok(_), .. } => "sphere-sphere",
+            Self::Spheres { target: Err(_), .. } => "sphere-plane",
+            Self::Surfaces { target: Ok(_), .. } => "surface-surface",
+            Self::Surfaces { target: Err(_), .. } => "surface-plane",
+        }
+    }
+
+    pub fn pair(&self) -> Option<HertzPair> {
+        match self {
+            Self::Spheres { pair, .. } => Some(*pair),
+            Self::Surfaces { .. } => None,
+        }
+    }
+
+    /// Index of the contact body (0) or the target (1); none of a plane.
+    pub fn body(&self, side: usize) -> Option<usize> {
+        match (self, side) {
+            (Self::Spheres { sphere, .. }, 0) => Some(sphere.body),
+            (Self::Spheres { target, .. }, _) => target.as_ref().ok().map(|sphere| sphere.body),
+            (Self::Surfaces { own, .. }, 0) => Some(own.body),
+            (Self::Surfaces { target, .. }, _) => target.as_ref().ok().map(|surface| surface.body),
+        }
+    }
+
+    /// Size of the smaller body \[m\].
+    pub fn size(&self) -> f64 {
+        match self {
+            Self::Spheres { sphere, target, .. } => {
+                2.0 * target.as_ref().map_or(sphere.radius, |other| other.radius.min(sphere.radius))
+            }
+            Self::Surfaces { own, target, .. } => {
+                let size = own.model.size();
+                target.as_ref().map_or(size, |other| other.model.size().min(size))
+            }
+        }
+    }
+
+    /// Mode shapes of both bodies, of spheres at their centres, of surfaces zeros.
+    pub fn shapes(&self) -> [Vec<Vector3<f64>>; 2] {
+        match self {
+            Self::Spheres { sphere, target, .. } => {
+                let other = target.as_ref().map_or_else(|_| Vec::new(), |other| other.centre.shapes.clone());
+                [sphere.centre.shapes.clone(), other]
+            }
+            Self::Surfaces { own, target, .. } => {
+                let zeros = |surface: &Surface| vec![Vector3::zeros(); surface.model.n_modes()];
+                [zeros(own), target.as_ref().map_or_else(|_| Vec::new(), zeros)]
+            }
+        }
+    }
+
+    /// Replaces `shapes` by the mode shapes where the bodies are nearest; those of spheres stay what they are at the centres.
+    pub fn shapes_at(&self, touch: &Touch, shapes: &mut [Vec<Vector3<f64>>; 2]) {
+        let (Self::Surfaces { own, target, .. }, Some(places)) = (self, &touch.places) else { return };
+        own.model.shapes_at(&places[0], &mut shapes[0]);
+        if let Ok(target) = target {
+            target.model.shapes_at(&places[1], &mut shapes[1]);
+        }
+    }
+
+    /// Where the bodies are nearest; the gap is NaN where the centres of two spheres coincide.
+    pub fn touch(&self, bodies: &[BodyState], search: &mut SearchWorkspace) -> Result<Touch, ContactError> {
+        match self {
+            Self::Spheres { sphere, target, .. } => Ok(of_spheres(sphere, target, bodies)),
+            Self::Surfaces { own, target: Err(plane), .. } => {
+                let found = plane_distance(&own.model, &bodies[own.body], plane, search)?;
+                let normal = plane.normal.into_inner();
+                let point = found.site.point;
+                let points = [point, point - normal * found.gap];
+                Ok(Touch { gap: found.gap, normal, points, places: Some([found.place; 2]) })
+            }
+            Self::Surfaces { own, target: Ok(other), .. } => {
+                let (models, states) =
+                    ([&*own.model, &*other.model], [&bodies[own.body], &bodies[other.body]]);
+                let found = match followed_overlap(models, states, search)? {
+                    Some(found) => found,
+                    None => minimum_distance(models, states, search)?,
+                };
+                let points = found.sites.map(|site| site.point);
+                Ok(Touch { gap: found.gap, normal: found.normal, points, places: Some(found.places) })
+            }
+        }
+    }
+
+    /// How the bodies are curved where they touch.
+    pub fn curved(&self, motion: Motion<'_>, touch: &Touch) -> Result<Curved, SolverFault> {
+        let (own, target, compliance, places) = match (self, &touch.places) {
+            (Self::Spheres { ellipse, .. }, _) => {
+                let axes = tangents(&touch.normal);
+                return Ok(Curved { ellipse: *ellipse, axes, bending: None });
+            }
+            (Self::Surfaces { own, target, compliance }, Some(places)) => (own, target, *compliance, places),
+            (Self::Surfaces { .. }, None) => {
+                return Err(SolverFault::HertzGap { gap: touch.gap, time: motion.time });
+            }
+        };
+        let no_point = |why| SolverFault::NoHertzPoint { why, time: motion.time };
+        let at = |surface: &Surface, place: &Site, sign: f64| {
+            let shape =
+                surface.model.local_shape(place).ok_or_else(|| no_point("a place without curvature"))?;
+            shape_in_space(&shape, (surface, &motion.bodies[surface.body]), touch, sign)
+                .ok_or_else(|| no_point("an edge, a rim or a place beside the axis"))
+        };
+        let mine = at(own, &places[0], -1.0)?;
+        let theirs = match target {
+            Ok(surface) => at(surface, &places[1], 1.0)?,
+            Err(_) => Matrix3::zeros(),
+        };
+        let (small, large, axes) = principal(&(mine + theirs), &touch.normal);
+        let ellipse = HertzEllipse::new(small, large, compliance)
+            .ok_or_else(|| no_point("surfaces that touch along a line or lie in each other"))?;
+        let force = ellipse.stiffness() * (-touch.gap).powf(1.5);
+        if ellipse.semi_axes(force)[0] > LONG * self.size() {
+            return Err(no_point("a contact longer than a quarter of the smaller body"));
+        }
+        Ok(Curved { ellipse, axes, bending: Some([mine, theirs]) })
+    }
+
+    /// What the change of the stiffness over the surfaces exerts; none of spheres.
+    pub fn stiffness_change(
+        &self,
+        bodies: &[BodyState],
+        touch: &Touch,
+        (curved, semi_axes, force): (&Curved, [f64; 2], f64),
+    ) -> Option<StiffnessChange> {
+        let (Self::Surfaces { own, target, .. }, Some(places), Some(bending)) =
+            (self, &touch.places, &curved.bending)
+        else {
+            return None;
+        };
+        if own.model.motion() != RigidMotion::Spatial {
+            return None; // on one axis nothing rolls
+        }
+        let [a, b] = curved.axes;
+        let spread = a * a.transpose() * semi_axes[0].powi(2) + b * b.transpose() * semi_axes[1].powi(2);
+        let slope = |surface: &Surface, place: &Site| {
+            let turn = bodies[surface.body].rotation.to_rotation_matrix().into_inner();
+            turn * surface.model.bending_slope(place, &(turn.transpose() * spread * turn))
+        };
+        let slopes = [
+            slope(own, &places[0]),
+            target.as_ref().map_or_else(|_| Vector3::zeros(), |t| slope(t, &places[1])),
+        ];
+        stiffness_change(&Bent { normal: touch.normal, spread, bending, slopes, axes: curved.axes }, force)
+    }
+}
+
+/// Curvature in space of the surface of a body; `sign`: of its outward normal along the common one. `None` beside the axis of an axisymmetric
+/// body, and where an edge is nearest.
+fn shape_in_space(
+    shape: &LocalShape,
+    (surface, state): (&Surface, &BodyState),
+    touch: &Touch,
+    sign: f64,
+) -> Option<Matrix3<f64>> {
+    let turn = state.rotation.to_rotation_matrix().into_inner();
+    if (turn * shape.normal).dot(&touch.normal) * sign < ALONG {
+        return None;
+    }
+    if surface.model.motion() == RigidMotion::Axial {
+        let arm = touch.points[0] - state.position;
+        if arm.x.hypot(arm.y) > POLE * surface.model.size() {
+            return None;
+        }
+    }
+    Some(turn * shape.bending * turn.transpose())
+}
+
+fn of_spheres(sphere: &Sphere, target: &Result<Sphere, Plane>, bodies: &[BodyState]) -> Touch {
+    let centre = sphere.centre.position(&bodies[sphere.body]);
+    match target {
+        Err(plane) => {
+            let normal = plane.normal.into_inner();
+            let gap = (centre - plane.point).dot(&normal) - sphere.radius;
+            let point = centre - normal * sphere.radius;
+            Touch { gap, normal, points: [point, point - normal * gap], places: None }
+        }
+        Ok(other) => {
+            let to = other.centre.position(&bodies[other.body]);
+            let line = centre - to;
+            let distance = line.norm();
+            let normal = line / distance;
+            if !normal.x.is_finite() {
+                return Touch::unknown();
+            }
+            let points = [centre - normal * sphere.radius, to + normal * other.radius];
+            Touch { gap: distance - sphere.radius - other.radius, normal, points, places: None }
+        }
+    }
+}
+
+/// Two unit vectors across `normal` and each other.
+pub(super) fn tangents(normal: &Vector3<f64>) -> [Vector3<f64>; 2] {
+    // The axis farthest from the normal.
+    let axis = Vector3::ith(normal.iamin(), 1.0);
+    let first = normal.cross(&axis).normalize();
+    [first, normal.cross(&first)]
+}
+
+/// Smaller and larger curvature of the sum `bending` in the plane across `normal`, and their directions.
+fn principal(bending: &Matrix3<f64>, normal: &Vector3<f64>) -> (f64, f64, [Vector3<f64>; 2]) {
+    let [s, t] = tangents(normal);
+    let of = |a: &Vector3<f64>, b: &Vector3<f64>| a.dot(&(bending * b));
+    let (mean, along, across) =
+        (0.5 * (of(&s, &s) + of(&t, &t)), 0.5 * (of(&s, &s) - of(&t, &t)), 0.5 * (of(&s, &t) + of(&t, &s)));
+    let spread = along.hypot(across);
+    // Direction of the smaller curvature: half the angle of minus the deviator.
+    let (sine, cosine) = if spread > 0.0 { (0.5 * (-across).atan2(-along)).sin_cos() } else { (0.0, 1.0) };
+    let axes = [s * cosine + t * sine, t * cosine - s * sine];
+    (mean - spread, mean + spread, axes)
+}

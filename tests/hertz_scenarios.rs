@@ -1,0 +1,147 @@
+//! Contacts by Hertz's law between surfaces of any curvature, from scenarios: peak forces, refusals, friction.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_fbimpact");
+const MATERIAL: &str = "[materials.m]\nyoungs_modulus = 70e9\npoissons_ratio = 0.3\ndensity = 2700.0\n";
+
+fn call(directory: &Path, arguments: &[&str]) -> Output {
+    Command::new(PROGRAM)
+        .args(arguments)
+        .current_dir(directory)
+        .env("FBIMPACT_CACHE", "off")
+        .output()
+        .expect("the program starts")
+}
+
+/// The directory with the scenario `text`.
+fn directory(text: &str) -> TempDir {
+    let directory = tempfile::tempdir().expect("a temporary directory");
+    std::fs::write(directory.path().join("a.toml"), format!("{text}\n{MATERIAL}")).expect("written");
+    directory
+}
+
+/// First impact and energy ledger of the scenario `text`.
+fn run(text: &str) -> (Value, Value) {
+    let directory = directory(text);
+    let output = call(directory.path(), &["run", "-q", "a.toml"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let info = call(directory.path(), &["info", "--json", "a.h5"]);
+    let all: Value = serde_json::from_slice(&info.stdout).expect("JSON");
+    (all["impacts"][0].clone(), all)
+}
+
+/// What `check` says against the scenario `text`.
+fn refusal(text: &str) -> String {
+    let directory = directory(text);
+    let output = call(directory.path(), &["check", "a.toml"]);
+    assert!(!output.status.success(), "accepted");
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn number(value: &Value, key: &str) -> f64 {
+    value[key].as_f64().expect("a number")
+}
+
+/// A rigid cylinder of 10 mm with its axis in the plane of x and y at `angle` from x, `height` over the origin, at `speed` downwards.
+fn cylinder(name: &str, angle: f64, height: f64, speed: f64) -> String {
+    let (half, quarter) = (0.5 * angle.to_radians(), std::f64::consts::FRAC_PI_4);
+    let (s, c) = half.sin_cos();
+    let r = quarter.cos();
+    // First z to x, then the turn about z.
+    let turn = [c * r, -s * r, c * r, s * r];
+    let middle = [-0.03 * angle.to_radians().cos(), -0.03 * angle.to_radians().sin(), height];
+    format!(
+        "[bodies.{name}]\nmodel = \"rigid\"\nmaterial = \"m\"\nposition = {middle:?}\norientation = {turn:?}\n\
+         velocity = [0.0, 0.0, {:?}]\ngeometry = {{ shape = \"cylinder\", radius = 0.01, length = 0.06 }}\n",
+        -speed
+    )
+}
+
+fn contact(extra: &str) -> String {
+    format!("[contacts.c]\ncontact_body = \"a\"\ntarget_body = \"b\"\nmodel = \"hertz\"\n{extra}\n")
+}
+
+const SIMULATION: &str = "[simulation]\nend_time = 0.4e-3\n";
+
+/// Peak forces by elliptic integrals of Carlson, root search by bracketing, energy balance of two masses: an independent calculation.
+#[test]
+fn crossed_cylinders_meet_with_the_force_of_the_ellipse() {
+    for (angle, peak) in [(90.0, 61.025_746), (45.0, 67.053_387), (20.0, 82.596_055)] {
+        let bodies = [cylinder("a", angle, 0.02 + 1e-7, 0.1), cylinder("b", 0.0, 0.0, 0.0)].concat();
+        let (impact, _) = run(&[SIMULATION, &bodies, &contact("")].concat());
+        // The peak of the steps lies below that of the curve by the square of half a step over the impact, some hundred steps.
+        let found = number(&impact, "peak_force");
+        assert!((found / peak - 1.0).abs() < 1e-3, "{angle} degrees: {found} against {peak}");
+        let e = number(&impact, "restitution");
+        assert!((e - 1.0).abs() < 1e-5, "{e}");
+    }
+}
+
+fn ellipsoid(model: &str, turn: [f64; 3], height: f64) -> String {
+    format!(
+        "[bodies.a]\nmodel = \"{model}\"\nmaterial = \"m\"\nposition = [0.0, 0.0, {height:?}]\norientation_deg = {turn:?}\n\
+         velocity = [0.0, 0.0, -0.05]\ngeometry = {{ shape = \"ellipsoid\", semi_axes = [0.02, 0.015, 0.01] }}\n"
+    )
+}
+
+const FLOOR: &str = "[bodies.b]\nmodel = \"rigid\"\nmaterial = \"m\"\ngeometry = { shape = \"plane\" }\n";
+
+#[test]
+fn ellipsoids_press_an_elastic_plane_with_the_force_of_the_ellipse() {
+    let ends = [
+        ([0.0, 90.0, 0.0], 0.02, 29.964_793),
+        ([90.0, 0.0, 0.0], 0.015, 33.963_207),
+        ([0.0; 3], 0.01, 39.432_765),
+    ];
+    for (turn, height, peak) in ends {
+        let (impact, _) =
+            run(&[SIMULATION, &ellipsoid("rigid", turn, height + 1e-7), FLOOR, &contact("")].concat());
+        let found = number(&impact, "peak_force");
+        assert!((found / peak - 1.0).abs() < 1e-3, "{height}: {found} against {peak}");
+    }
+}
+
+#[test]
+fn an_oblique_ellipsoid_with_friction_keeps_the_ledger() {
+    let body = ellipsoid("rigid", [30.0, 20.0, 0.0], 0.03).replace("[0.0, 0.0, -0.05]", "[0.3, 0.1, -1.0]");
+    let spin = body.replace("geometry", "angular_velocity = [50.0, 100.0, 20.0]\ngeometry");
+    let text = [SIMULATION, &spin, FLOOR, &contact("friction = 0.3")].concat();
+    let text = text.replace("end_time = 0.4e-3", "end_time = 30e-3");
+    let (impact, all) = run(&text);
+    assert!(number(&impact, "peak_force") > 0.0, "{all}");
+}
+
+#[test]
+fn axial_bodies_meet_on_their_axis() {
+    let ball = |name: &str, z: f64, speed: f64| {
+        format!(
+            "[bodies.{name}]\nmodel = \"rigid\"\nmotion = \"axial\"\nmaterial = \"m\"\nposition = [0.0, 0.0, {z:?}]\n\
+             velocity = [0.0, 0.0, {speed:?}]\ngeometry = {{ shape = \"sphere\", radius = 0.01 }}\n"
+        )
+    };
+    let text = [SIMULATION, &ball("a", 0.02 + 1e-7, -0.1), &ball("b", 0.0, 0.0), &contact("")].concat();
+    let (axial, _) = run(&text);
+    let (spatial, _) = run(&text.replace("motion = \"axial\"\n", ""));
+    let forces = [&axial, &spatial].map(|impact| number(impact, "peak_force"));
+    // The steps of the two are the same but for round-off in their choice.
+    assert!((forces[0] / forces[1] - 1.0).abs() < 1e-5, "{forces:?}");
+}
+
+#[test]
+fn what_hertz_knows_nothing_of_is_refused() {
+    let parallel =
+        [SIMULATION, &cylinder("a", 0.0, 0.02 + 1e-7, 0.1), &cylinder("b", 0.0, 0.0, 0.0), &contact("")]
+            .concat();
+    let said = refusal(&parallel.replacen("length = 0.06", "length = 0.04", 1));
+    assert!(said.contains("Hertz's law needs smooth surfaces") && said.contains("adaptive"), "{said}");
+    let flat = [SIMULATION, &cylinder("a", 0.0, 0.01 + 1e-7, 0.1), FLOOR, &contact("")].concat();
+    assert!(refusal(&flat).contains("Hertz's law needs smooth surfaces"), "{}", refusal(&flat));
+    let disc = "[bodies.a]\nmodel = \"rigid\"\nmotion = \"planar\"\nmaterial = \"m\"\nposition = [0.0, 0.01, 0.0]\ngeometry = { shape = \"disc\", radius = 0.01 }\n";
+    let said = refusal(&[SIMULATION, disc, FLOOR, &contact("")].concat());
+    assert!(said.contains("touch along a line"), "{said}");
+}
