@@ -79,6 +79,8 @@ pub struct ContactModel {
     pub allowed_overlap: f64,
     /// Radii of the two partners of a Hertz contact, infinite of a plane \[m\].
     pub radii: Option<[f64; 2]>,
+    /// A flexible body whose surface meets another by Hertz's law: its modes yield at the touch, too.
+    pub flexible_under_hertz: Option<usize>,
     /// Speed of waves in the slower of the materials that meet [m/s].
     pub wave_speed: f64,
     /// Whether its forces act on the interfaces that its bodies were reduced for: quasistatic ones with one model for the

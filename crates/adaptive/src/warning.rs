@@ -49,6 +49,7 @@ kinds! {
     MinorContact = "minor-contact": "The force of a contact was too small beside others to judge its zone and penalty factor by.",
     SlowRise = "slow-rise": "The modes kept let the force between flat faces rise and fall slowly beside the duration of the impact.",
     EdgeTouch = "edge-touch": "Bodies touch with an edge or a corner, where elements decide how far they yield.",
+    YieldsTwice = "yields-twice": "Modes of a flexible body yield at the touch beside Hertz's law, which holds that already.",
 }
 
 /// A warning.

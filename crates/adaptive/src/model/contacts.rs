@@ -280,6 +280,7 @@ pub fn build_contact(
         target: spec.target,
         allowed_overlap: spec.initial_overlap,
         radii: radii(spec),
+        flexible_under_hertz: flexible_under_hertz(spec, bodies),
         wave_speed: slowest_wave(spec, bodies),
         loads_interface: is_static && zones.is_some(),
         refinement: None,
@@ -293,6 +294,19 @@ fn radii(spec: &ContactSpec) -> Option<[f64; 2]> {
     let ContactLaw::Hertz(law) = &spec.law else { return None };
     let (own, other) = law.spheres(spec.target)?;
     Some([own.radius, other.map_or(f64::INFINITY, |sphere| sphere.radius)])
+}
+
+/// The first flexible body whose surface meets another by Hertz's law; spheres meet with their centres.
+fn flexible_under_hertz(spec: &ContactSpec, bodies: &[BodyModel]) -> Option<usize> {
+    let ContactLaw::Hertz(law) = &spec.law else { return None };
+    let target = match spec.target {
+        Target::Body(target) => Some(target),
+        Target::Plane { .. } => None,
+    };
+    let has_modes = |body: &usize| bodies[*body].data.n_modes() > 0;
+    law.spheres(spec.target)
+        .is_none()
+        .then(|| [Some(spec.body), target].into_iter().flatten().find(has_modes))?
 }
 
 /// The force element of a contact by Hertz's law.

@@ -6,6 +6,7 @@ use ffr_dynamics::system::force::BodyState;
 
 use super::motion::fast_approach;
 use super::overlap::{Overlap, Pair, list};
+use crate::body_model::BodyModel;
 use crate::detection::{Detector, DetectorTarget, Search};
 use crate::error::AdaptiveError;
 use crate::model::RunModel;
@@ -41,6 +42,9 @@ pub fn check(
         {
             return Err(error);
         }
+        warnings.extend(
+            facts.flexible_under_hertz.map(|body| (i, yields_twice(&facts.name, &model.bodies[body]))),
+        );
         let Some(overlap) = overlap.filter(Overlap::is_real) else { continue };
         if overlap.depth > facts.allowed_overlap {
             return Err(pair(model, i).refused(&overlap));
@@ -48,6 +52,26 @@ pub fn check(
         warnings.push((i, allowed(&facts.name, &overlap, facts.allowed_overlap)));
     }
     Ok(warnings)
+}
+
+/// The warning of a contact by Hertz's law whose body `body` has modes that yield at the touch, too.
+fn yields_twice(name: &str, body: &BodyModel) -> Warning {
+    let (n_modes, body) = (body.data.n_modes(), &body.name);
+    Warning {
+        kind: WarningKind::YieldsTwice,
+        subject: format!("contact \"{name}\""),
+        time: 0.0,
+        value: n_modes as f64,
+        limit: 0.0,
+        message: format!(
+            "the {n_modes} modes of body \"{body}\" yield at the touch beside Hertz's law, which holds that already: forces come out low, by \
+             some per cent for compact bodies with few modes"
+        ),
+        remedy: format!(
+            "leave contacts.{name}.model out for the contact of the flexible bodies themselves, or take body \"{body}\" as rigid where its \
+             vibration does not matter"
+        ),
+    }
 }
 
 fn allowed(name: &str, overlap: &Overlap, limit: f64) -> Warning {
