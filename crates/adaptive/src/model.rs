@@ -28,7 +28,9 @@ mod resolution;
 mod start;
 mod stress;
 
-use contacts::{BuiltContact, adaptive_contacts, build_contact, interfaces, refinements, zones};
+use contacts::{
+    BuiltContact, adaptive_contacts, build_contact, check_mesh_zones, interfaces, refinements, zones,
+};
 pub use cost::{ModelCost, costs};
 use fine_modes::needs_fine_modes;
 use plan::ContactPlan;
@@ -239,7 +241,8 @@ impl RunModel {
 /// [`AdaptiveError`] as a run, for contacts that have no plan and bodies that overlap.
 pub fn check_contacts(spec: &RunSpec) -> Result<(), AdaptiveError> {
     let poses = start::poses(spec)?;
-    plan::plans(spec, &poses)?;
+    let plans = plan::plans(spec, &poses)?;
+    check_mesh_zones(spec, (&plans, &poses))?;
     check_undeformed(spec, &poses)
 }
 
