@@ -1,6 +1,8 @@
 //! The built program as a user runs it.
 #![allow(dead_code, reason = "every test uses some of it")]
 
+pub mod vtu;
+
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
