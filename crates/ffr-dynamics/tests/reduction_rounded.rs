@@ -26,7 +26,6 @@ fn refined_single_precision_agrees_with_double() {
     for (a, b) in single.lowest_frequencies(12).unwrap().iter().zip(&reference.omega) {
         // The residual of 1e-3 enters the eigenvalue squared, the frequency by half of that; the contraction of single precision, below 0.03, to the
         // fourth power.
-        println!("{:.1e}", a / b - 1.0);
         assert!((a / b - 1.0).abs() < 5e-7, "{a} {b}");
     }
 
