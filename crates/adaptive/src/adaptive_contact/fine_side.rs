@@ -154,7 +154,7 @@ impl AdaptiveContact {
     }
 
     /// The contact with fine models at `sites`, that of the contact body first; a zone on a smooth surface is moved by `offset` along its normal, as
-    /// [`AdaptiveContact::element_at`] found \[m\].
+    /// `element_at` found \[m\].
     ///
     /// # Errors
     /// [`AdaptiveError`] with the name of body or contact, where a site is missing, too.
