@@ -217,3 +217,29 @@ fn faults_name_file_line_and_remedy() {
         assert!(!output.exists(), "nothing is left");
     }
 }
+
+/// CalculiX leaves supported degrees of freedom out of the matrices: told with the first node and what to do.
+#[test]
+fn matrices_with_supports_are_refused_with_the_node_that_is_held() {
+    let folder = scenarios::folder("import_supports");
+    let is_free = |[node, component]: [u64; 2]| node != 101 || component == 2;
+    for name in ["bar.sti", "bar.mas"] {
+        let kept = entries(name).into_iter().filter(|(a, b, _)| is_free(*a) && is_free(*b));
+        let lines = kept.map(|(a, b, v)| format!("{},{}, {},{}, {v:e}\n", a[0], a[1], b[0], b[1]));
+        std::fs::write(folder.join(name), lines.collect::<String>()).unwrap();
+    }
+    let file = |name: &str| folder.join(name).display().to_string();
+    let output = folder.join("held.h5");
+    let (code, _, err) = import(&output, &["--stiffness", &file("bar.sti"), "--mass", &file("bar.mas")]);
+    for words in [
+        "resists rigid motion",
+        "1 of 20 nodes",
+        "along x, z",
+        "node 101",
+        "*BOUNDARY",
+        "joints of the scenario",
+    ] {
+        assert!(code != 0 && err.contains(words), "{words}: {code} {err}");
+    }
+    assert!(!output.exists());
+}

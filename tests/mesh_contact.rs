@@ -332,6 +332,11 @@ fn what_a_mesh_does_not_do_is_refused_with_what_does() {
     assert!(own.contains("\"prolonged\""), "{own}");
     let exact = fault(&with("model = \"quasistatic\"\nconstraint = \"exact\""), "contacts.impact.constraint");
     assert!(exact.contains("\"penalty\""), "{exact}");
+    let printed = fault(
+        &with("model = \"adaptive\"\ninterval = { division = \"printed\" }"),
+        "contacts.impact.interval.division",
+    );
+    assert!(printed.contains("splines"), "{printed}");
     let points = fault(&with("model = \"quasistatic\"\npoints = \"gauss\""), "contacts.impact.points");
     assert!(points.contains("Gauss points"), "{points}");
     let modal =

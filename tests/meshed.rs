@@ -262,7 +262,8 @@ fn faults_say_what_is_there() {
         ("bodies.beam.units=ft", &["\"m\"", "\"in\""]),
         ("bodies.beam.thickness=1.0", &["thickness"]),
         ("bodies.beam.geometry={shape=\"sphere\",radius=1.0}", &["not from a file"]),
-        ("output.stress.a={body=\"beam\",from=[0.0,0.0,0.0],to=[0.1,0.0,0.0]}", &["not computed yet"]),
+        ("output.stress.a={body=\"beam\",from=[0.0,0.0,0.0],to=[9.0,0.0,0.0]}", &["not in the body", "9"]),
+        ("output.stress.a={body=\"beam\",from=\"x-\",to=[0.1,0.0,0.0]}", &["whole face"]),
     ] {
         let found = faults(&text, &[set]);
         assert!(words.iter().all(|w| found.contains(w)), "{set}: {found}");

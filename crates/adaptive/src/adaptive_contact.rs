@@ -14,6 +14,7 @@ use crate::body_model::{BodyModel, FlexibleBody};
 use crate::detection::{Detector, DetectorTarget, Nearest, Search};
 use crate::elastic_body::ElasticBody;
 use crate::error::{AdaptiveError, ContactModelFault};
+use crate::fine_body::ZoneMesh;
 use crate::fine_model::FineBody;
 use crate::fine_modes::FineModes;
 use crate::interval::{
@@ -105,6 +106,8 @@ pub struct FineContact {
     pub activation: Activation,
     /// Its models of the bodies.
     pub zones: Vec<ZoneOnBody>,
+    /// How far a zone that lies on a smooth surface in place of its sides was moved along its normal (theory Eq. C.74); zero if none does \[m\].
+    pub offset: f64,
     /// How its forces displace observed points.
     pub points: Vec<PointCompliance>,
 }
@@ -268,7 +271,7 @@ impl AdaptiveContact {
             }
             _ => (self.side(own_body, (&site, &places), fine_modes, check_cancel)?, None),
         };
-        let mut element = self.element_at(&mut own, &mut other, (bodies, states), nearest.gap)?;
+        let (mut element, offset) = self.element_at(&mut own, &mut other, (bodies, states), nearest.gap)?;
         let on_body =
             |body, site, side: &FineSide<'_>| ZoneOnBody { body, site, n_unknowns: side.zone.unknowns.len() };
         let mut zones = vec![on_body(self.body, site, &own)];
@@ -311,6 +314,7 @@ impl AdaptiveContact {
             hosted: bases.iter().map(|(body, _)| *body).collect(),
             activation: request.activation,
             zones,
+            offset,
             points: observed,
         };
         Ok(RefinedContact { element, recovery, bases, contact })
@@ -477,7 +481,8 @@ fn is_at_end(interval: &IntervalGrid) -> bool {
 fn fine_bases<'a>(sides: impl Iterator<Item = (usize, FineSide<'a>)>) -> Vec<(usize, FineBasis)> {
     let basis = |(index, side): (usize, FineSide<'a>)| {
         let (assembled, modes) = side.fine_modes?;
-        Some((index, FineBasis { body: FineBody { mesh: side.body.into_splines()?, assembled }, modes }))
+        let ZoneMesh::Splines(mesh) = side.body.into_mesh() else { return None };
+        Some((index, FineBasis { body: FineBody { mesh: *mesh, assembled }, modes }))
     };
     sides.filter_map(basis).collect()
 }

@@ -19,7 +19,7 @@ use crate::imported::ImportedModel;
 use crate::marker_loads::answers_by_marker;
 use crate::mesh_surface::MeshSurface;
 use crate::meshed::MeshedModel;
-use crate::point_compliance::{ObservedPlace, PlaceFunctions};
+use crate::point_compliance::{Functions, ObservedPlace, PlaceFunctions};
 use crate::rigid_surface::RigidSurface;
 use crate::spec::{Geometry, ImportedSpec, MeshedSpec, RigidSpec};
 use crate::store::ModelCache;
@@ -160,16 +160,36 @@ impl<'a> FlexibleBody<'a> {
     /// # Errors
     /// [`AdaptiveError`] if the point is not in the body.
     pub fn shown_at(&self, place: &ObservedPlace) -> Result<PlaceFunctions, AdaptiveError> {
+        PlaceFunctions::new(place, |x| self.functions_at(x), |x| self.gauge_at(x))
+    }
+
+    /// Functions that are not zero at the point `x` of the undeformed body, in the components of its model \[m\], with their values.
+    ///
+    /// # Errors
+    /// [`AdaptiveError`] if the point is not in the body.
+    pub fn functions_at(&self, x: &[f64; 3]) -> Result<Functions, AdaptiveError> {
         match self.kind {
-            FlexibleKind::Splines(body) => {
-                let mesh = body.discretised();
-                let gauge = |x: &[f64; 3]| Gauge::of_splines(&mesh, &body.spec.material, x);
-                PlaceFunctions::new(place, |x| mesh.functions_at(x), gauge)
-            }
-            FlexibleKind::Mesh(spec) => {
-                let functions = |x: &[f64; 3]| spec.functions_at(self.name, x);
-                PlaceFunctions::new(place, functions, |x| spec.gauge(self.name, x))
-            }
+            FlexibleKind::Splines(body) => body.discretised().functions_at(x),
+            FlexibleKind::Mesh(spec) => spec.functions_at(self.name, x),
+        }
+    }
+
+    /// The field of the unknowns `u` as the body is drawn with it: control values of splines, values at the nodes of a mesh.
+    pub fn field(&self, u: &[f64]) -> Vec<f64> {
+        match self.kind {
+            FlexibleKind::Splines(body) => body.discretised().control_values(u),
+            FlexibleKind::Mesh(_) => u.to_vec(),
+        }
+    }
+
+    /// Strain and stress at the point `x` of the undeformed body, in the components of its model \[m\].
+    ///
+    /// # Errors
+    /// [`AdaptiveError`] if the point is not in the body.
+    pub fn gauge_at(&self, x: &[f64; 3]) -> Result<Gauge, AdaptiveError> {
+        match self.kind {
+            FlexibleKind::Splines(body) => Gauge::of_splines(&body.discretised(), &body.spec.material, x),
+            FlexibleKind::Mesh(spec) => spec.gauge(self.name, x),
         }
     }
 }

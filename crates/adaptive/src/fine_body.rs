@@ -46,6 +46,16 @@ pub enum FineBodyModel<'a> {
     Whole(&'a ElasticBody),
 }
 
+/// The elements of a fine model, without what they were made from.
+pub enum ZoneMesh {
+    /// Those of the body itself.
+    Own,
+    /// Splines.
+    Splines(Box<FineMesh>),
+    /// Finite elements.
+    Elements(Box<FineElements>),
+}
+
 impl FineBodyModel<'_> {
     /// Rigid motions of the body.
     pub fn motion(&self) -> RigidMotion {
@@ -229,11 +239,12 @@ impl FineBodyModel<'_> {
         }
     }
 
-    /// The refined mesh of splines.
-    pub fn into_splines(self) -> Option<FineMesh> {
+    /// Its elements.
+    pub fn into_mesh(self) -> ZoneMesh {
         match self {
-            Self::Splines { mesh, .. } => Some(*mesh),
-            Self::Elements { .. } | Self::Whole(_) => None,
+            Self::Splines { mesh, .. } => ZoneMesh::Splines(mesh),
+            Self::Elements { mesh, .. } => ZoneMesh::Elements(mesh),
+            Self::Whole(_) => ZoneMesh::Own,
         }
     }
 }

@@ -5,8 +5,9 @@ use std::sync::Arc;
 use contact_qs::ContactError;
 use contact_qs::points::DofLookup;
 use faer::{Mat, MatRef};
+use fe_mesh::Mesh;
 use fe_mesh::fault::MeshFault;
-use fe_mesh::matrices::assemble_refined;
+use fe_mesh::matrices::{Materials, assemble_refined};
 use fe_mesh::refined::{CellBall, RefinedMesh};
 use fe_mesh::shape::Functions;
 use ffr_dynamics::body::AssembledBody;
@@ -279,6 +280,36 @@ impl FineElements {
         fine
     }
 
+    /// The divided mesh.
+    pub fn mesh(&self) -> &Mesh {
+        self.refined.mesh()
+    }
+
+    /// Constants of its elements.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Mesh`] as of [`MeshedSpec::materials`].
+    pub fn materials(&self) -> Result<Materials, AdaptiveError> {
+        let of_body = self.spec.materials();
+        let of_body = of_body.map_err(|source| AdaptiveError::Mesh { body: self.name.clone(), source })?;
+        Ok(of_body.of_parts(self.refined.parents()))
+    }
+
+    /// The field of the unknowns `u` at all nodes, three components each.
+    pub fn at_nodes(&self, u: &[f64]) -> Vec<f64> {
+        let (ties, n) = (self.refined.ties(), self.mesh().nodes().len());
+        let mut all = u.to_vec();
+        all.resize(N_COMPONENTS * n, 0.0);
+        for node in ties.n_free()..n {
+            for &(free, weight) in ties.of(node as u32).unwrap_or_default() {
+                for c in 0..N_COMPONENTS {
+                    all[N_COMPONENTS * node + c] += weight * u[N_COMPONENTS * free as usize + c];
+                }
+            }
+        }
+        all
+    }
+
     /// Functions of free nodes that are not zero at a point, with their values.
     ///
     /// # Errors
@@ -301,7 +332,7 @@ impl FineElements {
         let fail = |source| AdaptiveError::Mesh { body: self.name.clone(), source };
         let (mesh, ties) = (self.refined.mesh(), self.refined.ties());
         let (e, xi) = mesh.locate(place).map_err(fail)?;
-        let materials = self.spec.materials().map_err(fail)?.of_parts(self.refined.parents());
+        let materials = self.materials()?;
         Ok(Gauge::of_elements(mesh, &materials, (e, &xi), |node| ties.in_free(&[node], &[1.0])))
     }
 }

@@ -30,7 +30,9 @@ mod start;
 mod stress;
 
 pub use arrangement::{Arrangement, PlacedJoint, PlacedMarker, PlacedTouch};
-use contacts::{BuiltContact, adaptive_contacts, build_contact, interfaces, refinements, zones};
+use contacts::{
+    BuiltContact, adaptive_contacts, build_contact, check_mesh_zones, interfaces, refinements, zones,
+};
 pub use cost::{ModelCost, costs};
 use fine_modes::needs_fine_modes;
 use plan::ContactPlan;
@@ -243,7 +245,8 @@ impl RunModel {
 /// [`AdaptiveError`] as a run, for contacts that have no plan and bodies that overlap.
 pub fn check_contacts(spec: &RunSpec) -> Result<(), AdaptiveError> {
     let poses = start::poses(spec)?;
-    plan::plans(spec, &poses)?;
+    let plans = plan::plans(spec, &poses)?;
+    check_mesh_zones(spec, (&plans, &poses))?;
     check_undeformed(spec, &poses)
 }
 

@@ -390,6 +390,8 @@ pub struct TransferRecord {
     pub site: Option<ZoneSite>,
     /// Where that of the target body lies.
     pub target_site: Option<ZoneSite>,
+    /// How far a zone on a smooth surface in place of the sides of a mesh was moved along its normal \[m\].
+    pub offset: f64,
 }
 
 /// Stress along a line at one instant.

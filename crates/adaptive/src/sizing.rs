@@ -5,14 +5,14 @@
 //! contacts want that keep one model for the whole run ([`zone`]). The answers depend on
 //! shape, material, motion at the start and contacts alone; they are the same in every run and are kept with the other models.
 
-use std::f64::consts::TAU;
-
 mod first_elements;
 mod key;
 pub mod impact_time;
 pub mod mesh;
 pub mod mode_count;
+mod of_mesh;
 pub mod proportions;
+mod spectrum;
 pub mod zone;
 
 use crate::elastic_body::ElasticBody;
@@ -20,11 +20,12 @@ use crate::error::AdaptiveError;
 use crate::model::start_poses;
 use crate::spec::{BodyKind, DiscretisationSpec, ElasticSpec, ReductionSpec, RunSpec};
 use crate::store::{ModelCache, ModelKey, StoredModel};
-use ffr_dynamics::reduction::{ElasticProblem, Pencil};
 use iga_core::elasticity::Model;
 use impact_time::ForceTime;
 use mesh::ChosenMesh;
 use mode_count::ChosenModes;
+use spectrum::FrequencyProblem;
+pub use spectrum::Spectrum;
 use zone::ChosenZone;
 
 /// What the program shall choose for a body.
@@ -47,7 +48,7 @@ pub struct ChosenSizes {
     pub zones: Vec<ChosenZone>,
 }
 
-/// Chooses what `wishes`, one a body of `spec`, ask for; bodies without a geometry get nothing.
+/// Chooses what `wishes`, one a body of `spec`, ask for: elements and modes of splines, modes of meshes; others get nothing.
 ///
 /// # Errors
 /// [`AdaptiveError`] naming a body whose matrices or modes cannot be computed, or joints that do not fit.
@@ -63,12 +64,19 @@ pub fn choose(
     let poses = start_poses(spec)?;
     let times = impact_time::shortest(spec, &poses);
     for (i, (body, wish)) in spec.bodies.iter().zip(wishes).enumerate() {
-        if let (BodyKind::Elastic(elastic), true) = (&body.kind, *wish != SizeRequest::default()) {
-            chosen[i] = sizes(&body.name, elastic, *wish, times[i].as_ref(), cache)?;
-            chosen[i].warn(&body.name);
-            if wish.elements {
-                chosen[i].zones = zone::zones(spec, &poses, i);
+        let time = times[i].as_ref();
+        match &body.kind {
+            BodyKind::Elastic(elastic) if *wish != SizeRequest::default() => {
+                chosen[i] = sizes(&body.name, elastic, *wish, time, cache)?;
             }
+            BodyKind::Meshed(meshed) if wish.modes => {
+                chosen[i].modes = Some(of_mesh::modes(&body.name, meshed, time, cache)?);
+            }
+            BodyKind::Elastic(_) | BodyKind::Meshed(_) | BodyKind::Imported(_) | BodyKind::Rigid(_) => {}
+        }
+        chosen[i].warn(&body.name);
+        if wish.elements {
+            chosen[i].zones = zone::zones(spec, &poses, i);
         }
     }
     Ok(chosen)
@@ -113,10 +121,7 @@ impl Numbers {
             ReductionSpec::Modal { modes } | ReductionSpec::CraigBampton { modes, .. } => modes,
             ReductionSpec::All => mode_count::WITHOUT_FORCES,
         };
-        let most = match reduction {
-            ReductionSpec::CraigBampton { fixed_interface_modes: Some(n), .. } => n,
-            _ => mode_count::MOST,
-        };
+        let most = mode_count::most(reduction);
         let mut solved = Vec::new();
         let (modes, highest) =
             if wish.modes { mode_count::count(candidate, limit, most, &mut solved)? } else { (given, 0.0) };
@@ -222,49 +227,19 @@ impl<'a> Candidate<'a> {
     /// [`AdaptiveError`] naming the body.
     pub fn spectrum(&self, elements: &[usize], n: usize) -> Result<Spectrum, AdaptiveError> {
         let body = self.build(elements)?;
-        let fail = |source| AdaptiveError::Reduction { body: self.name.to_owned(), source };
-        self.lowest(elements, &body, Pencil::new(&body.assembled, &[]).map_err(fail)?, n)
+        let spectrum = FrequencyProblem::new(self.name, &body.assembled)?.lowest(n)?;
+        Ok(Spectrum { elements: elements.to_vec(), ..spectrum })
     }
 
-    /// As [`Self::spectrum`], if no more than `n - margin` frequencies lie below `limit` \[Hz\] or there are no more than `n`; otherwise
-    /// nothing, as a count of the eigenvalues below the limit (Eq. R.3) tells for the price of a factorisation.
+    /// As [`Self::spectrum`], or nothing as [`FrequencyProblem::lowest_reaching`].
     fn spectrum_reaching(
         &self,
         elements: &[usize],
-        (limit, n, margin): (f64, usize, usize),
+        at: (f64, usize, usize),
     ) -> Result<Option<Spectrum>, AdaptiveError> {
         let body = self.build(elements)?;
-        let fail = |source| AdaptiveError::Reduction { body: self.name.to_owned(), source };
-        let pencil = Pencil::new(&body.assembled, &[]).map_err(fail)?;
-        let n_rigid = body.assembled.motion.count();
-        if n < body.n_unknowns().saturating_sub(n_rigid) {
-            let (eigenvalue, free) = ((TAU * limit).powi(2), vec![false; body.n_unknowns()]);
-            let inertia = match pencil.inertia_single(eigenvalue, &free).map_err(fail)? {
-                Some(inertia) => inertia,
-                None => pencil.inertia(eigenvalue, &free).map_err(fail)?,
-            };
-            if inertia.negative.saturating_sub(n_rigid) + margin > n {
-                return Ok(None);
-            }
-        }
-        self.lowest(elements, &body, pencil, n).map(Some)
-    }
-
-    fn lowest(
-        &self,
-        elements: &[usize],
-        body: &ElasticBody,
-        pencil: Pencil<'_>,
-        n: usize,
-    ) -> Result<Spectrum, AdaptiveError> {
-        let available = body.n_unknowns().saturating_sub(body.assembled.motion.count());
-        let problem = ElasticProblem::free_on(pencil, &[]);
-        let omega = problem.and_then(|problem| problem.lowest_frequencies(n.min(available).max(1)));
-        let omega =
-            omega.map_err(|source| AdaptiveError::Reduction { body: self.name.to_owned(), source })?;
-        let frequencies: Vec<f64> = omega.iter().map(|w| w / TAU).collect();
-        let is_complete = frequencies.len() >= available;
-        Ok(Spectrum { elements: elements.to_vec(), frequencies, is_complete })
+        let spectrum = FrequencyProblem::new(self.name, &body.assembled)?.lowest_reaching(at)?;
+        Ok(spectrum.map(|spectrum| Spectrum { elements: elements.to_vec(), ..spectrum }))
     }
 
     /// Number of unknowns that a mesh has, up to boundaries.
@@ -273,15 +248,4 @@ impl<'a> Candidate<'a> {
         let nodes: usize = elements.iter().zip(self.degrees()).map(functions).product();
         nodes * elements.len() * self.spec.shape.patches.len()
     }
-}
-
-/// Lowest eigenfrequencies of a trial.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Spectrum {
-    /// Elements a direction.
-    pub elements: Vec<usize>,
-    /// Frequencies, rising \[Hz\].
-    pub frequencies: Vec<f64>,
-    /// Whether the model has no more.
-    pub is_complete: bool,
 }

@@ -5,49 +5,38 @@
 
 use faer::Mat;
 use iga_core::elasticity::kinematics::von_mises;
-use iga_core::recovery::RecoveryWorkspace;
-use iga_core::space::Space;
 
 use crate::adaptive_contact::ZoneModel;
-use crate::elastic_body::{ElasticBody, ReducedBody};
+use crate::body_model::FlexibleBody;
+use crate::elastic_body::ReducedBody;
 use crate::error::AdaptiveError;
-use crate::fine_model::FineMesh;
 use crate::record::{StressRecord, StressState};
 use crate::spec::StressSpec;
 
-/// Stress along the line of `request` in the state `state`, with the models of the zones that were refined during the run.
+/// Stress along the line of `request` in the state `state` of `body`, with the models of the zones that were refined during the run (theory Eqs. A.24,
+/// M.51).
 ///
 /// # Errors
-/// [`AdaptiveError::Geometry`] if a point of the line is not in the body.
+/// [`AdaptiveError::Geometry`] or [`AdaptiveError::Mesh`] if a point of the line is not in the body.
 pub fn evaluate(
     request: &StressSpec,
-    (body, reduced): (&ElasticBody, &ReducedBody),
+    body: &FlexibleBody<'_>,
     zones: &[ZoneModel],
     state: &StressState,
 ) -> Result<StressRecord, AdaptiveError> {
-    let coarse = body.discretised();
-    let mut fields = vec![(coarse, coarse.control_values(&displacement(reduced, state)))];
-    fields.extend(zones.iter().zip(&state.zones).map(|(zone, load)| {
-        let mesh = zone.mesh.as_ref().map_or(coarse, FineMesh::discretised);
-        (mesh, mesh.control_values(&zone.residual.displacement(&load.forces)))
-    }));
+    let own = displacement(body.reduced, state);
+    let on_zones = zones.iter().zip(&state.zones);
+    let on_zones: Vec<(&ZoneModel, Vec<f64>)> =
+        on_zones.map(|(zone, load)| (zone, zone.residual.displacement(&load.forces))).collect();
     let mut record = StressRecord { name: request.name.clone(), time: state.time, ..StressRecord::default() };
-    let mut workspace = RecoveryWorkspace::default();
-    let mut at = |space: &dyn Space, field: &[f64], (e, xi): (usize, [f64; 3])| {
-        workspace
-            .stress(space, &body.spec.model, &body.spec.material, field, e, &xi)
-            .map(|found| found.stress)
-            .map_err(|source| AdaptiveError::Geometry { body: body.name.clone(), source })
-    };
     for place in line(request) {
-        let mut stress = [0.0; 6];
-        for (mesh, field) in &fields {
-            let local = at(mesh.space, field, mesh.locate(&place)?)?;
-            stress.iter_mut().zip(local).for_each(|(sum, s)| *sum += s);
+        let mut sum = body.gauge_at(&place)?.at(body.lookup, &own);
+        for (zone, u) in &on_zones {
+            sum.add_scaled(&zone.gauge_at(&place, body)?.at(zone.lookup(body), u), 1.0);
         }
-        record.points.push(body.assembled.motion.in_space(&place).into());
-        record.von_mises.push(von_mises(&stress));
-        record.stress.push(stress);
+        record.points.push(body.motion.in_space(&place).into());
+        record.von_mises.push(von_mises(&sum.stress));
+        record.stress.push(sum.stress);
     }
     Ok(record)
 }

@@ -6,7 +6,6 @@
 use std::borrow::Cow;
 use std::fmt::Write as _;
 
-use adaptive::meshed::n_elastic_modes;
 use adaptive::sizing::mode_count::WITHOUT_FORCES;
 use adaptive::sizing::{ChosenSizes, SizeRequest, choose};
 use adaptive::spec::{BodyKind, BodySpec, ImportedSpec, RefinementSpec};
@@ -85,12 +84,13 @@ fn apply(body: &mut BodySpec, wish: SizeRequest, chosen: &ChosenSizes, resolved:
             reduction.set_modes(n);
             set("reduction", &format!("modes = {n}"), &format!("{n} modes of a body from a file"));
         }
-        BodyKind::Meshed(meshed) if wish.modes => {
-            let n = WITHOUT_FORCES.min(n_elastic_modes(&meshed.mesh));
-            meshed.reduction.set_modes(n);
-            set("reduction", &format!("modes = {n}"), &format!("{n} modes of a mesh"));
+        BodyKind::Meshed(meshed) => {
+            if let Some(modes) = &chosen.modes {
+                meshed.reduction.set_modes(modes.modes);
+                set("reduction", &format!("modes = {}", modes.modes), &modes.to_string());
+            }
         }
-        BodyKind::Imported(_) | BodyKind::Rigid(_) | BodyKind::Meshed(_) => {}
+        BodyKind::Imported(_) | BodyKind::Rigid(_) => {}
     }
     resolved.push_str(&zones);
 }

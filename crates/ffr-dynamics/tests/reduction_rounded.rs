@@ -1,5 +1,4 @@
 //! Factors in single precision, refined: the same answers as in double precision (Eqs. R.2a, R.9).
-#![expect(clippy::print_stdout, reason = "figures shown with --nocapture")]
 
 mod common;
 

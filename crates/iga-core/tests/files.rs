@@ -10,7 +10,7 @@ use iga_core::files::{SplineFile, read, write_gismo, write_mfem};
 use iga_core::mass_properties::MassProperties;
 use iga_core::nurbs::joining::join;
 use iga_core::nurbs::primitives::{SphereNet, axisymmetric, plane, solid, sphere};
-use iga_core::nurbs::{Patch, Shape};
+use iga_core::nurbs::{FaceId, Patch, Shape};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 
@@ -88,6 +88,25 @@ fn nodes_in_the_order_of_mfem_make_the_same_bodies() {
     assert_eq!((pipe.patches.len(), pipe.joined.len()), (4, 4));
     let exact = std::f64::consts::PI * (1e-4 - 0.64e-4) * 0.03;
     assert!((volume(&pipe.patches, &Model::Solid) / exact - 1.0).abs() < 1e-12);
+}
+
+/// Elements of the boundary name faces by their attribute: as written, one each; as one attribute, all of them; inside of the body, none.
+#[test]
+fn attributes_of_the_boundary_are_names_of_faces() {
+    let cube = solid::cuboid([1.0; 3]).expect("a box").patches;
+    let text = write_mfem(&cube, 1.0);
+    let faces = read(text.as_bytes(), 1.0).expect("a box").faces;
+    let outer = FaceId::all(&cube);
+    assert_eq!(faces.len(), 6);
+    assert!(outer.iter().all(|id| faces.iter().filter(|(_, ids)| *ids == [*id]).count() == 1), "{faces:?}");
+    let mut same = text.clone();
+    (2..=6).for_each(|i| same = same.replace(&format!("\n{i} 3 "), "\n1 3 "));
+    let faces = read(same.as_bytes(), 1.0).expect("a box").faces;
+    assert!(faces.len() == 1 && faces[0].0 == "1" && faces[0].1.len() == 6, "{faces:?}");
+    // Two vertices of different faces are no face.
+    let line = text.lines().find(|l| l.starts_with("1 3 ")).expect("a face");
+    let wrong = read(text.replacen(line, "1 3 0 1 2 6", 1).as_bytes(), 1.0).expect("a box");
+    assert!(wrong.faces.len() == 5 && wrong.notes[0].contains("1 of 6 elements"), "{:?}", wrong.notes);
 }
 
 #[test]

@@ -124,9 +124,9 @@ impl AdaptiveContact {
         Ok(FineBodyModel::Elements { mesh: Box::new(mesh), wanted })
     }
 
-    /// Whether fine models can be built again from their sites: their zones are quasistatic, on prolonged modes, and on splines.
+    /// Whether fine models can be built again from their sites: their zones are quasistatic, on prolonged modes.
     pub fn is_rebuildable(&self) -> bool {
-        !self.has_mesh && !self.is_vibrating() && self.law.transfer.modes == LowModes::Prolonged
+        !self.is_vibrating() && self.law.transfer.modes == LowModes::Prolonged
     }
 
     /// The fine model of `body` at `site`, built again.
@@ -153,14 +153,15 @@ impl AdaptiveContact {
         Ok((side, residual))
     }
 
-    /// The contact with fine models at `sites`, that of the contact body first.
+    /// The contact with fine models at `sites`, that of the contact body first; a zone on a smooth surface is moved by `offset` along its normal, as
+    /// `element_at` found \[m\].
     ///
     /// # Errors
     /// [`AdaptiveError`] with the name of body or contact, where a site is missing, too.
     pub fn rebuilt(
         &self,
         bodies: &[BodyModel],
-        sites: &[Option<ZoneSite>; 2],
+        (sites, offset): (&[Option<ZoneSite>; 2], f64),
     ) -> Result<RebuiltContact, AdaptiveError> {
         let mut wanted = vec![(self.body, sites[0])];
         wanted.extend(self.flexible_target.map(|other| (other, sites[1])));
@@ -171,11 +172,15 @@ impl AdaptiveContact {
             sides.push((body, side, residual));
         }
         let mut rest = sides.into_iter();
-        let Some((body, own, residual)) = rest.next() else {
+        let Some((body, mut own, residual)) = rest.next() else {
             return Err(self.without_model(ContactModelFault::UnknownPlace));
         };
         let other = rest.next();
-        let (other, other_residual) = other.map(|(i, side, residual)| ((i, side), residual)).unzip();
+        let (mut other, other_residual): (Option<_>, Option<_>) =
+            other.map(|(i, side, residual)| ((i, side), residual)).unzip();
+        if let Some((outward, side)) = smooth_side(&mut own, &mut other) {
+            side.zone.move_to(|x| (Vector3::from(*x) + offset * outward).into());
+        }
         let element = self.element(&own, other.as_ref(), bodies)?;
         let mut models = vec![(body, own.into_model(residual))];
         models.extend(
@@ -324,7 +329,7 @@ impl AdaptiveContact {
     }
 
     /// The force element of the refined contact of bodies in the motions `states`, whose surfaces are `gap` apart: where a zone lies on a smooth surface in
-    /// place of its sides, that is moved along its normal until the contact has this gap.
+    /// place of its sides, that is moved along its normal until the contact has this gap; and how far it was moved, zero if there is none \[m\].
     ///
     /// # Errors
     /// As [`AdaptiveContact::element`].
@@ -334,18 +339,17 @@ impl AdaptiveContact {
         other: &mut Option<(usize, FineSide<'a>)>,
         (bodies, states): (&[BodyModel], &[BodyState]),
         gap: f64,
-    ) -> Result<Box<dyn ActiveContact>, AdaptiveError> {
+    ) -> Result<(Box<dyn ActiveContact>, f64), AdaptiveError> {
         let mut element = self.element(own, other.as_ref(), bodies)?;
-        let on_target = other.as_ref().and_then(|(_, side)| side.body.outward());
-        if own.body.outward().is_none() && on_target.is_none() {
-            return Ok(element);
+        if smooth_side(own, other).is_none() {
+            return Ok((element, 0.0));
         }
         let found = element.smallest_gap(Motion::new(0.0, states));
-        let sides = [Some(&mut *own), other.as_mut().map(|(_, side)| side)];
-        let smooth = sides.into_iter().flatten().find_map(|side| Some((side.body.outward()?, side)));
-        let Some((outward, side)) = smooth.filter(|_| found.is_finite()) else { return Ok(element) };
-        side.zone.move_to(|x| (Vector3::from(*x) + (found - gap) * outward).into());
-        self.element(own, other.as_ref(), bodies)
+        let smooth = smooth_side(own, other).filter(|_| found.is_finite());
+        let Some((outward, side)) = smooth else { return Ok((element, 0.0)) };
+        let offset = found - gap;
+        side.zone.move_to(|x| (Vector3::from(*x) + offset * outward).into());
+        Ok((self.element(own, other.as_ref(), bodies)?, offset))
     }
 
     /// The force element of the refined contact.
@@ -425,7 +429,7 @@ impl FineSide<'_> {
     /// What is looked at of it later.
     fn into_model(self, residual: ResidualFlexibility) -> ZoneModel {
         let Self { body, zone, shapes, .. } = self;
-        ZoneModel { mesh: body.into_splines(), zone, shapes, residual }
+        ZoneModel { mesh: body.into_mesh(), zone, shapes, residual }
     }
 
     /// Puts the static answer in the place of vibration; returns what was there.
@@ -477,6 +481,15 @@ impl FineSide<'_> {
             compliance: self.compliance(),
         }
     }
+}
+
+/// The side whose zone lies on a smooth surface in place of its sides, and the outward normal of that; the contact body's of two.
+fn smooth_side<'s, 'a>(
+    own: &'s mut FineSide<'a>,
+    other: &'s mut Option<(usize, FineSide<'a>)>,
+) -> Option<(Vector3<f64>, &'s mut FineSide<'a>)> {
+    let sides = [Some(own), other.as_mut().map(|(_, side)| side)];
+    sides.into_iter().flatten().find_map(|side| Some((side.body.outward()?, side)))
 }
 
 /// What of a zone's answer is kept.

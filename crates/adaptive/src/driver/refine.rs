@@ -356,10 +356,8 @@ impl Driver<'_> {
         after: &Balance,
     ) {
         // Where a fine model lies is told when it comes.
-        let zones = self.slots[i].fine().map_or(&[][..], |fine| &fine.zones);
-        let site = |k: usize| {
-            zones.get(k).filter(|_| direction == TransferDirection::CoarseToFine).map(|zone| zone.site)
-        };
+        let coming = self.slots[i].fine().filter(|_| direction == TransferDirection::CoarseToFine);
+        let site = |k: usize| coming.and_then(|fine| fine.zones.get(k)).map(|zone| zone.site);
         let record = TransferRecord {
             time: self.integrator.time(),
             direction,
@@ -369,6 +367,7 @@ impl Driver<'_> {
             momentum_change: (after.momentum - before.momentum).norm(),
             site: site(0),
             target_site: site(1),
+            offset: coming.map_or(0.0, |fine| fine.offset),
         };
         self.output.transfer(record);
     }

@@ -18,13 +18,14 @@ use crate::detection::InactiveContact;
 use crate::elastic_body::{Interface, InterfaceModes};
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::marker_loads::MarkerLoads;
+use crate::mesh_surface::SideSite;
 use crate::plausibility::motion::wave_speed;
 use crate::simulation::RunContact;
 use crate::sizing::zone::predicted_zone;
 use crate::spec::ImportedSpec;
 use crate::spec::{
-    BodyKind, ContactLaw, ContactSpec, HertzSpec, HertzSphere, ReductionSpec, RefinementSpec, RunSpec,
-    SurfaceLaw, Target, Treatment,
+    BodyKind, ContactLaw, ContactSpec, HertzSpec, HertzSphere, MeshedSpec, ReductionSpec, RefinementSpec,
+    RunSpec, SurfaceLaw, Target, Treatment,
 };
 use crate::store::ModelCache;
 use crate::touch_sites::TouchSite;
@@ -136,9 +137,7 @@ pub fn zones(
         let zone = |body: usize, site: TouchSite| match (site, &full[body]) {
             (TouchSite::Face(site), FullModel::Elastic(body)) => request(contact, law, site).zone(body),
             (TouchSite::Side(site), FullModel::Meshed(mesh)) => {
-                zone_on_mesh((&spec.bodies[body].name, mesh), (contact, law), &site, || {
-                    predicted_zone(spec, poses, contact).map(|zone| zone.width)
-                })
+                mesh_zone(spec, poses, (contact, law), (&spec.bodies[body].name, mesh, &site))
             }
             _ => {
                 let source = ContactError::Nothing { what: "a body has no surface to touch" };
@@ -154,6 +153,42 @@ pub fn zones(
         Ok(Some(Zones { contact_body: own, target }))
     };
     spec.contacts.iter().zip(plans).map(of).collect()
+}
+
+/// The zone of `contact` on the mesh of a body, its name, what it is made from and the place given.
+fn mesh_zone(
+    spec: &RunSpec,
+    poses: &[BodyState],
+    (contact, law): (&ContactSpec, &SurfaceLaw),
+    (name, mesh, site): (&str, &MeshedSpec, &SideSite),
+) -> Result<ContactZone, AdaptiveError> {
+    zone_on_mesh((name, mesh), (contact, law), site, || {
+        predicted_zone(spec, poses, contact).map(|zone| zone.width)
+    })
+}
+
+/// Checks that contacts find their zones on meshes that they keep for the whole run.
+///
+/// # Errors
+/// As [`zone_on_mesh`].
+pub fn check_mesh_zones(
+    spec: &RunSpec,
+    (plans, poses): (&[ContactPlan], &[BodyState]),
+) -> Result<(), AdaptiveError> {
+    for (contact, plan) in spec.contacts.iter().zip(plans) {
+        let (ContactLaw::Surface(law), ContactPlan::FromStart(sites)) = (&contact.law, plan) else {
+            continue;
+        };
+        let other = if let Target::Body(other) = contact.target { Some(other) } else { None };
+        for (body, site) in [(Some(contact.body), Some(sites.contact_body)), (other, sites.target)] {
+            let (Some(body), Some(TouchSite::Side(site))) = (body, site) else { continue };
+            let body = &spec.bodies[body];
+            if let BodyKind::Meshed(mesh) = &body.kind {
+                mesh_zone(spec, poses, (contact, law), (&body.name, mesh, &site))?;
+            }
+        }
+    }
+    Ok(())
 }
 
 fn is_rigid(body: &FullModel<'_>) -> bool {

@@ -29,7 +29,7 @@ impl RunModel {
             let state = held.get_or_insert_with(StressState::default);
             (state.time, state.force) = (time, force);
             state.elastic.clone_from(&self.system.last_evaluation().0[body].elastic);
-            let residual = self.bodies[body].elastic().and_then(|e| e.reduced.residual.as_ref());
+            let residual = self.bodies[body].flexible().and_then(|e| e.reduced.residual.as_ref());
             let n = residual.map_or(0, |r| r.interface().len());
             state.interface_forces.clear();
             state.interface_forces.resize(n, 0.0);
@@ -76,7 +76,7 @@ impl RunModel {
         let mut built: Option<(usize, Vec<ZoneModel>, &[ZoneLoad])> = None;
         for (request, held) in self.stress.iter().zip(held) {
             let body = request.body;
-            let (Some(elastic), Some(state)) = (self.bodies[body].elastic(), held) else {
+            let (Some(flexible), Some(state)) = (self.bodies[body].flexible(), held) else {
                 continue;
             };
             let is_built =
@@ -85,7 +85,7 @@ impl RunModel {
                 built = Some((body, self.zone_models(body, &state.zones)?, &state.zones));
             }
             let zones = built.as_ref().map_or(&[][..], |(_, zones, _)| zones);
-            observer.stress(&evaluate(request, (&elastic.body, &elastic.reduced), zones, state)?)?;
+            observer.stress(&evaluate(request, &flexible, zones, state)?)?;
         }
         Ok(())
     }

@@ -1,8 +1,9 @@
 //! What stored sizes of a body are made from.
 
 use super::SizeRequest;
-use crate::spec::{ElasticSpec, ReductionSpec};
-use crate::store::{Bytes, ModelKey, body_definition};
+use super::mode_count::most;
+use crate::spec::{ElasticSpec, MeshedSpec, ReductionSpec};
+use crate::store::{Bytes, ModelKey, body_definition, meshed_definition};
 
 /// Key of the sizes that the program chooses for the body `candidate`, on which sizes that are to be chosen are one, up to the frequency `limit` \[Hz\].
 pub fn sizes_key(candidate: &ElasticSpec, wish: SizeRequest, limit: f64) -> ModelKey {
@@ -17,4 +18,11 @@ pub fn sizes_key(candidate: &ElasticSpec, wish: SizeRequest, limit: f64) -> Mode
         ReductionSpec::All => key.add(&2),
     }
     ModelKey { kind: "sizes", definition: key.0 }
+}
+
+/// Key of the number of modes that the program chooses for the mesh `spec`, up to the frequency `limit` \[Hz\].
+pub fn mesh_key(spec: &MeshedSpec, limit: f64) -> ModelKey {
+    let mut key = Bytes(meshed_definition(spec));
+    key.add(&(limit, most(spec.reduction)));
+    ModelKey { kind: "modes chosen for a mesh", definition: key.0 }
 }

@@ -10,6 +10,7 @@ use super::impact_time::ForceTime;
 use super::{Candidate, Spectrum};
 use crate::elastic_body::rigid_motion;
 use crate::error::AdaptiveError;
+use crate::spec::ReductionSpec;
 
 /// Modes of a body on which no contact acts.
 pub const WITHOUT_FORCES: usize = 20;
@@ -62,7 +63,6 @@ pub fn count(
 ) -> Result<(usize, f64), AdaptiveError> {
     let motion = rigid_motion(&candidate.spec.model);
     let least = if limit > 0.0 { least(motion) } else { WITHOUT_FORCES };
-    let most = most.min(MOST);
     // A few modes more show whether the count cuts through a group.
     let mut wanted = least + GROUP;
     let spectrum = loop {
@@ -86,16 +86,33 @@ pub fn count(
             _ => wanted = (2 * wanted).min(most + GROUP),
         }
     };
-    let known = &spectrum.frequencies;
+    let chosen = chosen_from(&spectrum.frequencies, limit, (least, most), motion);
+    solved.push(spectrum);
+    Ok(chosen)
+}
+
+/// Number of the frequencies `known` \[Hz\] up to `limit`, between `least` and `most` and without cutting a group, and the last of them.
+pub fn chosen_from(
+    known: &[f64],
+    limit: f64,
+    (least, most): (usize, usize),
+    motion: RigidMotion,
+) -> (usize, f64) {
     let below = known.partition_point(|f| *f <= limit);
     let n = whole_group(known, below.max(least).min(most).min(known.len()), motion).min(most);
-    let highest = known.get(n.saturating_sub(1)).copied().unwrap_or(0.0);
-    solved.push(spectrum);
-    Ok((n, highest))
+    (n, known.get(n.saturating_sub(1)).copied().unwrap_or(0.0))
+}
+
+/// Most modes of a body that is reduced by `reduction`.
+pub fn most(reduction: ReductionSpec) -> usize {
+    match reduction {
+        ReductionSpec::CraigBampton { fixed_interface_modes: Some(n), .. } => n.min(MOST),
+        _ => MOST,
+    }
 }
 
 /// Modes beyond those wanted, as many as the largest group of equal frequencies of low modes of a ball.
-const GROUP: usize = 9;
+pub const GROUP: usize = 9;
 
 /// `n`, or more so that no group of equal frequencies is cut.
 fn whole_group(known: &[f64], n: usize, motion: RigidMotion) -> usize {

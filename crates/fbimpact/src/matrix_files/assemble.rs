@@ -98,6 +98,23 @@ pub enum AssemblyFault {
         /// What is wrong.
         source: DynamicsError,
     },
+    /// Supports in the matrices.
+    #[error(
+        "{source}; {count} of {n_nodes} nodes have no displacement along {axes}, the first is node {node}: CalculiX leaves supported degrees of freedom \
+         out. Write the matrices without supports (*BOUNDARY), and hold the body by joints of the scenario"
+    )]
+    Supported {
+        /// What is wrong.
+        source: Box<DynamicsError>,
+        /// Nodes that lack an unknown.
+        count: usize,
+        /// Nodes of the list.
+        n_nodes: usize,
+        /// The first of them.
+        node: u64,
+        /// What it lacks.
+        axes: String,
+    },
     /// More than indices can name.
     #[error("{n} unknowns, at most 4294967295 are possible")]
     TooMany {
@@ -157,14 +174,26 @@ pub fn assemble(parts: &Parts<'_>) -> Result<(FullBody, Report), AssemblyFault> 
             .map_err(|source| AssemblyFault::Marker { marker: name.clone(), source })?;
         markers.push((name.clone(), weights));
     }
-    let rigid = RigidModes::new(&body)?;
+    let rigid = RigidModes::new(&body).map_err(|source| refused(parts, &sorted, source))?;
     let report = Report {
         n_nodes: body.nodes.len(),
         n_unknowns: body.dofs.len(),
         resistance: resistance(&body, &rigid),
         mass: rigid.mass_properties,
     };
-    Ok((FullBody::new(body, markers)?, report))
+    let body = FullBody::new(body, markers).map_err(|source| refused(parts, &sorted, source))?;
+    Ok((body, report))
+}
+
+/// Why numbers make no body: supports, if nodes of the list lack displacements.
+fn refused(parts: &Parts<'_>, unknowns: &BTreeSet<Unknown>, source: DynamicsError) -> AssemblyFault {
+    let lacks = |node: u64, component: u8| !unknowns.contains(&Unknown { node, component });
+    let mut lacking = parts.nodes.keys().filter(|node| (0..3).any(|c| lacks(**node, c)));
+    let Some(&node) = lacking.next() else { return source.into() };
+    let axes = ["x", "y", "z"].into_iter().zip(0..).filter(|(_, c)| lacks(node, *c));
+    let axes = axes.map(|(axis, _)| axis).collect::<Vec<_>>().join(", ");
+    let source = Box::new(source);
+    AssemblyFault::Supported { source, count: 1 + lacking.count(), n_nodes: parts.nodes.len(), node, axes }
 }
 
 /// The unknowns in the order of rows, and where they are from.

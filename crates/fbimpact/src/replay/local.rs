@@ -63,7 +63,7 @@ impl<View> LocalContacts<View> {
             let reason = match stored(&contact.name) {
                 _ if has_friction(&contact.name) => "the state of its friction is not stored",
                 _ if !is_solvable => {
-                    "zones of meshes, zones that vibrate and zones with modes of their own are not built again"
+                    "zones that vibrate and zones with modes of their own are not built again"
                 }
                 None => "the result does not hold its penalty factor",
                 Some(series) => {

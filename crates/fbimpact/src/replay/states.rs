@@ -206,7 +206,8 @@ impl States {
             let (contact, sites) = (row.contact.as_str(), row.sites());
             if sites[0].is_some() {
                 let contact = contact.to_owned();
-                spans.push(Span { contact, sites, from: row.time, to: f64::INFINITY });
+                let (offset, from) = (row.offset, row.time);
+                spans.push(Span { contact, sites, offset, from, to: f64::INFINITY });
             } else if row.direction.as_str() == TransferDirection::FineToCoarse.identifier()
                 && let Some(span) = spans.iter_mut().rfind(|s| s.contact == contact)
             {

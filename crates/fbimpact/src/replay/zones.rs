@@ -14,6 +14,8 @@ pub struct Span {
     pub contact: String,
     /// Where they lay: on the contact body, on the target.
     pub sites: [Option<ZoneSite>; 2],
+    /// How far a zone on a smooth surface in place of the sides of a mesh was moved along its normal \[m\].
+    pub offset: f64,
     /// When they came \[s\].
     pub from: f64,
     /// When they went \[s\].
@@ -70,7 +72,8 @@ impl<View> RefinedZones<View> {
         let Some(adaptive) = refinement.filter(|r| AdaptiveContact::is_rebuildable(r)) else {
             return Ok(false);
         };
-        let built = adaptive.rebuilt(&model.bodies, &self.spans[span].sites).map_err(AppError::model)?;
+        let Span { sites, offset, .. } = &self.spans[span];
+        let built = adaptive.rebuilt(&model.bodies, (sites, *offset)).map_err(AppError::model)?;
         let zones = built.models.into_iter().map(|(body, zone)| {
             let view = (self.make)(model, body, &zone)?;
             Ok(ZoneOfBody { body, model: zone, view })

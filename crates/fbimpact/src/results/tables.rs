@@ -182,6 +182,7 @@ table!(TransferRow "transfers" "Changes of models in the course of the run, and 
     target_face: i32 ["–"] = r.target_site.map_or(-1, |s| s.face as i32), "the same of the target body";
     target_centre: [f64; 3] ["–"] = r.target_site.map_or([0.0; 3], |s| s.centre), "the same of the target body";
     interval_widths: [f64; 2] ["m"] = r.site.map_or([0.0; 2], |s| s.widths), "widths of the interval along the surface; infinite where the zone is the whole surface";
+    offset: f64 ["m"] = r.offset, "how far a zone on a smooth surface in place of the sides of a mesh was moved along its normal (theory C.74)";
 });
 
 impl TransferRow {

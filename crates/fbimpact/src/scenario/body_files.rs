@@ -176,7 +176,7 @@ fn read_splines(
             let reason = format!("has patches of {found} directions, the model of the body has {directions}");
             return Err(cannot(reason));
         }
-        (unit, GivenPatches { patches: file.patches, joined: file.joined })
+        (unit, GivenPatches { patches: file.patches, joined: file.joined, faces: file.faces })
     } else {
         if units.is_some() {
             let reason = "numbers in TOML and JSON are in metres or have their unit; take \"units\" away";

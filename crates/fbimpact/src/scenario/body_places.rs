@@ -30,7 +30,7 @@ pub enum GivenPlace {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum PlaceError {
     /// The body has nothing of this name.
-    #[error("the body has no point \"{marker}\", it has {}", known.join(", "))]
+    #[error("the body has no point \"{marker}\", it has {}", if known.is_empty() { "none".to_owned() } else { known.join(", ") })]
     Unknown {
         /// The name asked for.
         marker: String,

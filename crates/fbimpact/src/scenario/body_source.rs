@@ -52,4 +52,6 @@ pub struct GivenPatches {
     pub patches: Vec<Patch>,
     /// Pairs of faces.
     pub joined: Vec<[FaceId; 2]>,
+    /// Names that the file gives to faces.
+    pub faces: Vec<(String, Vec<FaceId>)>,
 }

@@ -25,7 +25,9 @@ fn n_patches(geometry: &Section) -> usize {
 /// Names of the faces of the body whose geometry, of splines, is `geometry`: those of patches, interfaces among them, and the user's.
 pub fn face_names(geometry: &Section, directions: usize) -> Vec<String> {
     let own = geometry.name_lists("faces").iter().map(|(name, _)| name.clone());
-    joining::face_names(n_patches(geometry), directions).into_iter().chain(own).collect()
+    let of_file = geometry.spline_file().into_iter().flat_map(|source| &source.given.faces);
+    let of_file = of_file.map(|(name, _)| name.clone());
+    joining::face_names(n_patches(geometry), directions).into_iter().chain(of_file).chain(own).collect()
 }
 
 /// The patches of a table with `patches`, or with the keys of a single one.
@@ -44,7 +46,7 @@ pub fn patches(checker: &mut Checker, section: &Section, directions: usize) -> O
             return None;
         }
     }
-    Some(GivenPatches { patches: built, joined: Vec::new() })
+    Some(GivenPatches { patches: built, joined: Vec::new(), faces: Vec::new() })
 }
 
 /// The patch whose keys stand beside the shape, or alone in a file.

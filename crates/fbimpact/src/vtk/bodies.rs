@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use adaptive::AdaptiveError;
 use adaptive::adaptive_contact::ZoneModel;
-use adaptive::body_model::BodyForm;
-use adaptive::elastic_body::Discretised;
+use adaptive::body_model::{BodyForm, FlexibleBody};
+use adaptive::fine_body::ZoneMesh;
 use adaptive::model::RunModel;
 use adaptive::spec::BodyKind;
 use faer::{Mat, MatRef};
@@ -15,8 +15,9 @@ use iga_core::space::PatchSpace;
 use super::assemble::{View, grid};
 use super::body::{BodyGeometry, Cells, Elasticity};
 use super::grid::Grid;
-use super::local::{LocalDisplacement, ZoneGeometry, displacements};
+use super::local::{LocalDisplacement, displacements};
 use super::mesh::MeshGeometry;
+use super::shown::{ShownGeometry, ZoneGeometry};
 use crate::error::{AppError, CommandFault};
 use crate::replay::rebuilt::Rebuilt;
 use crate::replay::states::{BodyMotion, Pose, States};
@@ -25,14 +26,6 @@ use adaptive::store::ModelCache;
 
 /// Linear cells an element of a shape that is not refined.
 const RIGID_CELLS: usize = 8;
-
-/// What a body is drawn by.
-pub enum ShownGeometry {
-    /// Elements of splines.
-    Splines(Box<BodyGeometry>),
-    /// Finite elements.
-    Mesh(Box<MeshGeometry>),
-}
 
 /// A body to be shown.
 pub struct Shown {
@@ -81,8 +74,8 @@ pub struct Drawn<'a> {
     pub rate: Vec<f64>,
     /// Which fine model it is drawn on; none: its own.
     pub mesh: Option<(usize, usize)>,
-    /// The mesh that it is drawn on; none of a rigid body.
-    discretised: Option<Discretised<'a>>,
+    /// The body whose elements it is drawn on, or those of a fine model of it; none of a rigid body.
+    elements: Option<(FlexibleBody<'a>, Option<&'a ZoneModel>)>,
 }
 
 impl Bodies {
@@ -129,21 +122,14 @@ impl Bodies {
 
     fn drawn<'a>(&'a self, body: &'a Shown, local: &LocalDisplacement, i: usize) -> Drawn<'a> {
         let geometry = body.geometry.drawn();
-        if let BodyForm::Meshed(meshed) = &self.rebuilt.model.bodies[body.number].form {
-            let shapes = meshed.reduced.shapes();
-            let mut displacement = combined(shapes, body.motion.elastic(i));
-            displacement.iter_mut().zip(&local.own).for_each(|(u, v)| *u += v);
-            let rate = combined(shapes, body.motion.rates(i));
-            return Drawn { body, geometry, displacement, rate, mesh: None, discretised: None };
-        }
-        let Some(elastic) = self.rebuilt.model.bodies[body.number].elastic() else {
+        let Some(flexible) = self.rebuilt.model.bodies[body.number].flexible() else {
             let n = match geometry {
                 DrawnGeometry::Splines(geometry) => geometry.n_control_values(),
                 DrawnGeometry::Mesh(_) => 0,
             };
             let at_rest = vec![0.0; n];
             let (displacement, rate) = (at_rest.clone(), at_rest);
-            return Drawn { body, geometry, displacement, rate, mesh: None, discretised: None };
+            return Drawn { body, geometry, displacement, rate, mesh: None, elements: None };
         };
         let fields = |shapes: MatRef<'_, f64>, local: &[f64]| {
             let mut displacement = combined(shapes, body.motion.elastic(i));
@@ -153,29 +139,26 @@ impl Bodies {
         if let Some((contact, displacement)) = &local.zone {
             let zones = self.rebuilt.contacts.zones.of_contact(*contact);
             let of_body = zones.iter().find(|z| z.body == body.number);
-            let drawn = of_body.and_then(|z| Some((z, z.model.mesh.as_ref()?, z.view.as_ref()?)));
-            if let Some((zone, mesh, geometry)) = drawn {
-                let mesh = mesh.discretised();
-                let (displacement, rate) = fields(zone.model.shapes.as_ref(), displacement);
+            if let Some((zone, geometry)) = of_body.and_then(|z| Some((&z.model, z.view.as_ref()?))) {
+                let (displacement, rate) = fields(zone.shapes.as_ref(), displacement);
                 return Drawn {
                     body,
-                    geometry: DrawnGeometry::Splines(geometry),
-                    displacement: mesh.control_values(&displacement),
-                    rate: mesh.control_values(&rate),
+                    geometry: geometry.drawn(),
+                    displacement: zone.field(&displacement, &flexible),
+                    rate: zone.field(&rate, &flexible),
                     mesh: self.rebuilt.contacts.zones.number(*contact).map(|n| (*contact, n)),
-                    discretised: Some(mesh),
+                    elements: Some((flexible, Some(zone))),
                 };
             }
         }
-        let (displacement, rate) = fields(elastic.reduced.shapes(), &local.own);
-        let mesh = elastic.body.discretised();
+        let (displacement, rate) = fields(flexible.reduced.shapes(), &local.own);
         Drawn {
             body,
             geometry,
-            displacement: mesh.control_values(&displacement),
-            rate: mesh.control_values(&rate),
+            displacement: flexible.field(&displacement),
+            rate: flexible.field(&rate),
             mesh: None,
-            discretised: Some(mesh),
+            elements: Some((flexible, None)),
         }
     }
 
@@ -213,8 +196,9 @@ impl Drawn<'_> {
     /// # Errors
     /// [`AppError::Model`] if the point is not on the body.
     pub fn functions_at(&self, point: &[f64; 3]) -> Result<Vec<(u32, f64)>, AppError> {
-        let Some(mesh) = self.discretised else { return Ok(Vec::new()) };
-        mesh.functions_at(point).map_err(AppError::model)
+        let Some((body, zone)) = &self.elements else { return Ok(Vec::new()) };
+        let functions = zone.map_or_else(|| body.functions_at(point), |zone| zone.functions_at(point, body));
+        functions.map_err(AppError::model)
     }
 }
 
@@ -237,14 +221,21 @@ fn check_names(scenario: &Scenario, wanted: &[String]) -> Result<(), AppError> {
 
 /// The geometry of fine models in cells of the kind `cells`.
 fn zone_geometry(cells: Cells) -> impl Fn(&RunModel, usize, &ZoneModel) -> Result<ZoneGeometry, AppError> {
-    move |model, body, zone| {
-        let Some(elastic) = model.bodies[body].elastic() else { return Ok(None) };
-        let spec = &elastic.body.spec;
-        let elasticity = Elasticity { model: spec.model, material: spec.material };
-        Ok(zone.mesh.as_ref().map(|mesh| {
+    move |model, body, zone| match &zone.mesh {
+        ZoneMesh::Own => Ok(None),
+        ZoneMesh::Splines(mesh) => {
+            let Some(elastic) = model.bodies[body].elastic() else { return Ok(None) };
+            let spec = &elastic.body.spec;
+            let elasticity = Elasticity { model: spec.model, material: spec.material };
             let (patches, space) = (mesh.patches.as_slice(), Box::new(mesh.space.clone()));
-            BodyGeometry::new(space, patches, mesh.motion, Some(elasticity), cells)
-        }))
+            let geometry = BodyGeometry::new(space, patches, mesh.motion, Some(elasticity), cells);
+            Ok(Some(ShownGeometry::Splines(Box::new(geometry))))
+        }
+        ZoneMesh::Elements(fine) => {
+            let (mesh, materials) =
+                (Arc::new(fine.mesh().clone()), fine.materials().map_err(AppError::model)?);
+            Ok(Some(ShownGeometry::Mesh(Box::new(MeshGeometry { mesh, materials }))))
+        }
     }
 }
 

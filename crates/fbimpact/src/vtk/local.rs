@@ -1,13 +1,11 @@
 //! The quasistatic displacement of contact zones, as bodies are drawn with it.
 
+use adaptive::fine_body::ZoneMesh;
 use adaptive::model::RunModel;
 
-use super::body::BodyGeometry;
+use super::shown::ZoneGeometry;
 use crate::replay::local::{LocalForces, own_residual};
 use crate::replay::zones::RefinedZones;
-
-/// How a fine model is drawn; none if it has the elements of the body itself.
-pub type ZoneGeometry = Option<BodyGeometry>;
 
 /// Quasistatic displacement of a body.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -30,7 +28,7 @@ pub fn displacements(
         let zone = &zones.of_contact(load.contact)[load.zone];
         let displacement = || zone.model.residual.displacement(&load.forces);
         let found = &mut all[zone.body];
-        if zone.model.mesh.is_none() {
+        if matches!(zone.model.mesh, ZoneMesh::Own) {
             add(&mut found.own, &displacement());
         } else if load.total > largest[zone.body] {
             largest[zone.body] = load.total;

@@ -1,7 +1,9 @@
-//! Balls of hexahedra or tetrahedra with small elements about both ends of the z axis, for the tests.
+//! Balls of hexahedra or tetrahedra with small elements about both ends of the z axis, and rods with their cross-section, for the tests.
 //!
 //! A cube of hexahedra stands in the middle; from each of its six sides layers lead to the sphere. Lines in x and y lie densely in the
 //! middle, layers densely under the sphere. Nodes stand on a lattice of half elements, those between corners in the middle of the parameters.
+
+#![allow(dead_code, reason = "every test uses some of it")]
 
 use std::collections::HashMap;
 
@@ -106,22 +108,74 @@ impl Ball {
 
     /// The ball of elements of `kind`: hex8, hex20, tet4 or tet10; hexahedra are cut into twelve tetrahedra each.
     pub fn mesh(&self, kind: ElementKind) -> RawMesh {
-        let mut builder = Builder::new(self);
-        for cell in self.cells() {
-            match kind {
-                ElementKind::Hex8 | ElementKind::Hex20 => {
-                    let corners = cell.map(|key| builder.node(&key));
-                    builder.add(kind, &corners, |b, edge| b.between(&cell, edge));
-                }
-                _ => builder.add_tetrahedra(kind, &cell),
-            }
-        }
-        builder.mesh
+        Builder::new(2 * self.layers, |key| self.place(key)).built(kind, &self.cells())
     }
 }
 
-struct Builder<'a> {
-    ball: &'a Ball,
+/// A round rod along z from the origin on, made of the elements in the middle plane of a ball of its radius.
+#[derive(Debug, Clone)]
+pub struct Rod {
+    /// The cross-section; the whole lower half of it is the end at the origin if that is round.
+    pub ball: Ball,
+    /// Whether the end at the origin is half a ball.
+    pub is_round: bool,
+    /// Planes between the elements of the cylinder, rising from zero; a round end stands before it.
+    pub planes: Vec<f64>,
+}
+
+impl Rod {
+    /// Planes over `length` that are `ends` apart at both ends and become wider by the ratio `growth` up to `middle`.
+    pub fn planes(length: f64, ends: f64, middle: f64, growth: f64) -> Vec<f64> {
+        let (mut half, mut at, mut step) = (vec![0.0], 0.0, ends);
+        while at < 0.5 * length {
+            at += step;
+            half.push(at);
+            step = (step * growth).min(middle);
+        }
+        // The last one is put into the middle.
+        let scale = 0.5 * length / at;
+        let half: Vec<f64> = half.into_iter().map(|z| z * scale).collect();
+        half.iter().copied().chain(half.iter().rev().skip(1).map(|z| length - z)).collect()
+    }
+
+    /// Half plane in which the cylinder begins.
+    fn first(&self) -> usize {
+        self.ball.across[1]
+    }
+
+    fn place(&self, key: &Key) -> [f64; 3] {
+        let base = if self.is_round { self.ball.radius } else { 0.0 };
+        let Some(above) = key[2].checked_sub(self.first()) else {
+            let [x, y, z] = self.ball.place(key);
+            return [x, y, z + base];
+        };
+        let [x, y, _] = self.ball.place(&[key[0], key[1], self.first(), key[3]]);
+        [x, y, base + 0.5 * (self.planes[above / 2] + self.planes[above.div_ceil(2)])]
+    }
+
+    /// The rod of elements of `kind`, as [`Ball::mesh`].
+    pub fn mesh(&self, kind: ElementKind) -> RawMesh {
+        let first = self.first();
+        assert!(first.is_multiple_of(2), "a plane of nodes in the middle of the ball");
+        let range = |cell: &[Key; 8]| {
+            let heights = cell.iter().map(|key| key[2]);
+            (heights.clone().min().unwrap_or_default(), heights.max().unwrap_or_default())
+        };
+        let of_ball = self.ball.cells();
+        let mut cells: Vec<[Key; 8]> =
+            of_ball.iter().filter(|cell| self.is_round && range(cell).1 <= first).copied().collect();
+        let above = of_ball.iter().filter(|cell| range(cell) == (first, first + 2));
+        for n in 0..self.planes.len() - 1 {
+            cells.extend(above.clone().map(|cell| cell.map(|[i, j, k, l]| [i, j, k + 2 * n, l])));
+        }
+        Builder::new(2 * self.ball.layers, |key| self.place(key)).built(kind, &cells)
+    }
+}
+
+struct Builder<F> {
+    place: F,
+    /// Half layer on the sphere.
+    outermost: usize,
     mesh: RawMesh,
     numbers: HashMap<Key, u32>,
     middles: HashMap<[u32; 2], u32>,
@@ -131,17 +185,31 @@ fn middle(of: &[Key]) -> Key {
     std::array::from_fn(|d| of.iter().map(|key| key[d]).sum::<usize>() / of.len())
 }
 
-impl<'a> Builder<'a> {
-    fn new(ball: &'a Ball) -> Self {
+impl<F: Fn(&Key) -> [f64; 3]> Builder<F> {
+    fn new(outermost: usize, place: F) -> Self {
         let mesh = RawMesh { elements: Elements::default(), ..RawMesh::default() };
-        Self { ball, mesh, numbers: HashMap::new(), middles: HashMap::new() }
+        Self { place, outermost, mesh, numbers: HashMap::new(), middles: HashMap::new() }
+    }
+
+    /// The mesh of elements of `kind` in `cells`.
+    fn built(mut self, kind: ElementKind, cells: &[[Key; 8]]) -> RawMesh {
+        for cell in cells {
+            match kind {
+                ElementKind::Hex8 | ElementKind::Hex20 => {
+                    let corners = cell.map(|key| self.node(&key));
+                    self.add(kind, &corners, |b, edge| b.between(cell, edge));
+                }
+                _ => self.add_tetrahedra(kind, cell),
+            }
+        }
+        self.mesh
     }
 
     fn node(&mut self, key: &Key) -> u32 {
         if let Some(&n) = self.numbers.get(key) {
             return n;
         }
-        let n = self.push(self.ball.place(key));
+        let n = self.push((self.place)(key));
         self.numbers.insert(*key, n);
         n
     }
@@ -176,11 +244,11 @@ impl<'a> Builder<'a> {
 
     /// Twelve tetrahedra about the middle of a cell, two on each side, cut along the diagonal through the corner with the least number.
     fn add_tetrahedra(&mut self, kind: ElementKind, cell: &[Key; 8]) {
-        let places: Vec<[f64; 3]> = cell.iter().map(|key| self.ball.place(key)).collect();
+        let places: Vec<[f64; 3]> = cell.iter().map(|key| (self.place)(key)).collect();
         let centre = std::array::from_fn(|d| places.iter().map(|p| p[d]).sum::<f64>() / 8.0);
         let centre = self.push(centre);
         // Edges are curved on the sphere alone: inside they would turn flat tetrahedra over.
-        let end = 2 * self.ball.layers;
+        let end = self.outermost;
         let outer = |key: &Key| key[3] == end;
         for side in ElementKind::Hex8.sides() {
             let keys: [Key; 4] = std::array::from_fn(|i| cell[side[i] as usize]);

@@ -40,6 +40,16 @@ pub(super) struct SmallMotion {
     inertia: Vec<BodyInertia>,
 }
 
+/// Motion of a system whose constraints are closed.
+struct Closed {
+    /// Lower Cholesky factor of the mass.
+    factor: Mat<f64>,
+    /// Accelerations, multiplied by the factor's transpose.
+    whitened: Mat<f64>,
+    /// Multipliers of the scaled constraints.
+    scaled: Mat<f64>,
+}
+
 /// Inertia of one body where it is, in its axes.
 struct BodyInertia {
     rigid: [SpatialVector; 6],
@@ -105,20 +115,19 @@ impl SmallMotion {
         let loops = &movable.workspace.loops;
         let scaled = Mat::from_fn(open.len(), 1, |k, _| open[k] / loops.scale(k).sqrt());
         let none = Mat::zeros(free.len(), 1);
-        let (factor, mut whitened, _) = small.closed(&free, none, scaled.as_ref())?;
+        let Closed { factor, mut whitened, .. } = small.closed(&free, none, scaled.as_ref())?;
         dense::solve_lower_transposed(factor.as_ref(), whitened.as_mut());
         free.iter().enumerate().for_each(|(i, rate)| change[*rate] = whitened[(i, 0)]);
         Ok(change)
     }
 
-    /// What the forces `force` on the rates `free` do with the constraints closed, which open at the scaled rates `open` besides: the
-    /// Cholesky factor of the mass, the whitened accelerations, and the scaled multipliers.
+    /// What the forces `force` on the rates `free` do with the constraints closed, which open at the scaled rates `open` besides.
     fn closed(
         &self,
         free: &[usize],
         force: Mat<f64>,
         open: MatRef<'_, f64>,
-    ) -> Result<(Mat<f64>, Mat<f64>, Mat<f64>), DynamicsError> {
+    ) -> Result<Closed, DynamicsError> {
         let mass = Mat::from_fn(free.len(), free.len(), |i, j| self.mass[(free[i], free[j])]);
         let factor = dense::cholesky(mass, "mass matrix of the joints")?;
         let mut whitened = force;
@@ -138,7 +147,7 @@ impl SmallMotion {
             scaled = dense::product(vectors.as_ref(), parts.as_ref());
             dense::add_product(whitened.as_mut(), 1.0, rows.as_ref(), scaled.as_ref());
         }
-        Ok((factor, whitened, scaled))
+        Ok(Closed { factor, whitened, scaled })
     }
 
     /// Finds the accelerations with which the bodies, as stiff as they stand, leave the pose, and the multipliers of loops; holds
@@ -152,7 +161,7 @@ impl SmallMotion {
         }
         let forces = Mat::from_fn(free.len(), 1, |i, _| force[free[i]]);
         let open = Mat::zeros(self.constraints.nrows(), 1);
-        let (factor, mut whitened, scaled) = self.closed(&free, forces, open.as_ref())?;
+        let Closed { factor, mut whitened, scaled } = self.closed(&free, forces, open.as_ref())?;
         for (k, multiplier) in movable.multipliers.iter_mut().enumerate() {
             *multiplier = scaled[(k, 0)] / movable.workspace.loops.scale(k).sqrt();
         }

@@ -42,7 +42,7 @@ pub fn read(text: &str) -> Result<SplineFile, ReadError> {
                 fault: ReadFault::Missing { what: "Geometry of a tensor spline", remedy },
             });
         }
-        return Ok(SplineFile { patches, joined: Vec::new(), notes });
+        return Ok(SplineFile { patches, joined: Vec::new(), faces: Vec::new(), notes });
     };
     let mut by_id = BTreeMap::new();
     for node in &geometries {
@@ -65,7 +65,7 @@ pub fn read(text: &str) -> Result<SplineFile, ReadError> {
     note_others(&others, &mut notes);
     let places: BTreeMap<i64, usize> = ids.iter().enumerate().map(|(place, (id, _))| (*id, place)).collect();
     let joined = interfaces(multi, &places, &patches)?;
-    Ok(SplineFile { patches, joined, notes })
+    Ok(SplineFile { patches, joined, faces: Vec::new(), notes })
 }
 
 /// The text with spaces in place of an XML declaration that does not stand at the beginning, where strict readers refuse it.

@@ -38,7 +38,8 @@ pub fn read(text: &str) -> Result<SplineFile, ReadError> {
         }
         found => return words.unexpected("\"patches\" or \"knotvectors\"", found),
     };
-    Ok(SplineFile { patches, joined: topology.joined(), notes })
+    let faces = topology.boundary_faces(&mut notes);
+    Ok(SplineFile { patches, joined: topology.joined(), faces, notes })
 }
 
 fn knot_vector(words: &mut Words) -> Result<KnotVector, ReadError> {

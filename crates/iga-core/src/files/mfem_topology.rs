@@ -58,6 +58,8 @@ pub struct Topology {
     vertices: Vec<Vec<usize>>,
     /// Knot vector of every edge as given, with the vertices from which and to which it runs.
     edges: Vec<(usize, [usize; 2])>,
+    /// Elements of the boundary: attribute, and vertices, rising.
+    boundary: Vec<(i64, Vec<usize>)>,
 }
 
 /// Numbers of functions.
@@ -100,11 +102,14 @@ impl Topology {
         }
         words.keyword("boundary")?;
         "the boundary".clone_into(&mut words.section);
+        let mut boundary = Vec::new();
         for _ in 0..words.count()? {
-            let (_, _): (i64, usize) = (words.number("an attribute")?, words.number("a kind of element")?);
-            for _ in 0..n_vertices / 2 {
-                words.number::<usize>("a vertex")?;
-            }
+            let (attribute, _): (i64, usize) =
+                (words.number("an attribute")?, words.number("a kind of element")?);
+            let own = (0..n_vertices / 2).map(|_| words.number("a vertex"));
+            let mut own: Vec<usize> = own.collect::<Result<_, _>>()?;
+            own.sort_unstable();
+            boundary.push((attribute, own));
         }
         words.keyword("edges")?;
         "the edges".clone_into(&mut words.section);
@@ -121,7 +126,44 @@ impl Topology {
             let user = "an element or edge".to_owned();
             return words.fail(ReadFault::Unknown { user, what: "vertex", number: v.to_string() });
         }
-        Ok(Self { dimension, vertices, edges })
+        Ok(Self { dimension, vertices, edges, boundary })
+    }
+
+    /// The faces of each attribute of the boundary, which is their name; elements of it that are no single face of a patch are noted.
+    pub fn boundary_faces(&self, notes: &mut Vec<String>) -> Vec<(String, Vec<FaceId>)> {
+        let mut by_vertices: BTreeMap<Vec<usize>, Vec<FaceId>> = BTreeMap::new();
+        for (id, key) in self.faces() {
+            by_vertices.entry(key).or_default().push(id);
+        }
+        let (mut found, mut lost): (BTreeMap<i64, Vec<FaceId>>, usize) = (BTreeMap::new(), 0);
+        for (attribute, vertices) in &self.boundary {
+            match by_vertices.get(vertices).map(Vec::as_slice) {
+                Some([face]) => found.entry(*attribute).or_default().push(*face),
+                _ => lost += 1,
+            }
+        }
+        if lost > 0 {
+            let all = self.boundary.len();
+            notes.push(format!(
+                "left out: {lost} of {all} elements of the boundary, which are no face of one patch alone"
+            ));
+        }
+        found.into_iter().map(|(attribute, faces)| (attribute.to_string(), faces)).collect()
+    }
+
+    /// All faces with their vertices, rising.
+    fn faces(&self) -> impl Iterator<Item = (FaceId, Vec<usize>)> {
+        let ends = (0..self.dimension).flat_map(|direction| [false, true].map(|upper| (direction, upper)));
+        let ends: Vec<(usize, bool)> = ends.collect();
+        self.vertices.iter().enumerate().flat_map(move |(patch, vertices)| {
+            let face = |&(direction, upper): &(usize, bool)| {
+                let corners = face_corners(self.dimension, direction, upper);
+                let mut key: Vec<usize> = corners.iter().map(|&c| vertices[c]).collect();
+                key.sort_unstable();
+                (FaceId { patch, direction, upper }, key)
+            };
+            ends.iter().map(face).collect::<Vec<_>>()
+        })
     }
 
     /// Number of patches.
@@ -285,19 +327,11 @@ impl Topology {
     pub fn joined(&self) -> Vec<[FaceId; 2]> {
         let mut first: BTreeMap<Vec<usize>, FaceId> = BTreeMap::new();
         let mut pairs = Vec::new();
-        for (patch, vertices) in self.vertices.iter().enumerate() {
-            for direction in 0..self.dimension {
-                for upper in [false, true] {
-                    let id = FaceId { patch, direction, upper };
-                    let mut key: Vec<usize> =
-                        face_corners(self.dimension, direction, upper).iter().map(|&c| vertices[c]).collect();
-                    key.sort_unstable();
-                    match first.get(&key) {
-                        // A ring of two patches has two faces with the same vertices in one patch.
-                        Some(other) if other.patch != patch => pairs.push([*other, id]),
-                        _ => drop(first.insert(key, id)),
-                    }
-                }
+        for (id, key) in self.faces() {
+            match first.get(&key) {
+                // A ring of two patches has two faces with the same vertices in one patch.
+                Some(other) if other.patch != id.patch => pairs.push([*other, id]),
+                _ => drop(first.insert(key, id)),
             }
         }
         pairs

@@ -23,6 +23,8 @@ pub struct SplineFile {
     pub patches: Vec<Patch>,
     /// Pairs of faces that the file says are joined.
     pub joined: Vec<[FaceId; 2]>,
+    /// Faces that the file gives a name, the attributes of MFEM's boundary.
+    pub faces: Vec<(String, Vec<FaceId>)>,
     /// What was left out.
     pub notes: Vec<String>,
 }

@@ -224,4 +224,9 @@ fn check_interval(checker: &mut Checker, interval: &Section, facts: &ContactFact
     {
         checker.fault_in(interval, "elements", "needs \"width\" beside it".into());
     }
+    if facts.has_mesh && interval.text("division") == Some("printed") {
+        let message =
+            "\"printed\" is for bodies of splines, elements of a mesh are halved; leave it out".into();
+        checker.fault_in(interval, "division", message);
+    }
 }

@@ -1,6 +1,6 @@
 //! Exact shapes: which go with which model, sizes that fit together, patches of one's own.
 
-use iga_core::nurbs::joining::join;
+use iga_core::nurbs::joining::{face_name, join};
 use iga_core::nurbs::primitives::sphere::SphereNet;
 use iga_core::nurbs::primitives::{axisymmetric, plane, solid, sphere};
 use iga_core::nurbs::{FaceId, Shape};
@@ -109,6 +109,14 @@ fn nurbs(checker: &mut Checker, section: &Section, model: &str) -> Option<Shape>
         tracing::info!("{}: {note}", section.path);
     }
     let mut shape = joined.shape;
+    for (name, faces) in &given.faces {
+        // Names are in the sense of the file, patches that were turned have theirs kept; faces between patches are none of the surface.
+        let outer = faces.iter().filter_map(|id| shape.faces.get(&face_name(*id, given.patches.len())));
+        let ids: Vec<FaceId> = outer.flatten().copied().collect();
+        if !ids.is_empty() {
+            shape.faces.insert(name.clone(), ids);
+        }
+    }
     let mut added = Vec::new();
     for (name, parts) in section.name_lists("faces") {
         let unknown = parts.iter().find(|part| !shape.faces.contains_key(*part));

@@ -88,13 +88,8 @@ fn stress(
         checker.fault_in(section, "body", "must be a flexible body, a rigid one has no stress".into());
         return None;
     }
-    if facts.mesh.is_some() {
-        let message = "must be a body of splines, stress along lines of a mesh is not computed yet";
-        checker.fault_in(section, "body", message.into());
-        return None;
-    }
     if facts.file.is_some() {
-        let message = "must be a body with a shape, one from a file has no stress";
+        let message = "must be a body with a shape or a mesh, one from a body file has no stress";
         checker.fault_in(section, "body", message.into());
         return None;
     }

@@ -274,7 +274,8 @@ pub fn single(
     let at = place(checker, section, key, body)?;
     let GivenPlace::Marker(name) = &at else { return Some(at) };
     let added = body.section.named("markers").iter().find(|(marker, _)| marker == name);
-    if added.is_some_and(|(_, marker)| marker.item("face").is_some()) {
+    let is_face = added.is_none() && body.mesh.is_some() && body.faces().contains(name);
+    if is_face || added.is_some_and(|(_, marker)| marker.item("face").is_some()) {
         checker.fault_in(section, key, "the marker is a whole face, a point is needed here".into());
         return None;
     }

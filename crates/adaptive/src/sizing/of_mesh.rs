@@ -1,0 +1,45 @@
+//! How many modes a body of finite elements keeps: its elements are given.
+
+use super::impact_time::ForceTime;
+use super::key::mesh_key;
+use super::mode_count::{ChosenModes, GROUP, WITHOUT_FORCES, chosen_from, least, most};
+use super::spectrum::FrequencyProblem;
+use crate::error::AdaptiveError;
+use crate::spec::MeshedSpec;
+use crate::store::{ModelCache, StoredModel};
+use ffr_dynamics::body::RigidMotion;
+
+/// Number of modes of the mesh `spec`, the body `name`, for the fastest force on it, `time`, if there is one (theory N.4).
+///
+/// # Errors
+/// [`AdaptiveError`] naming the body.
+pub fn modes(
+    name: &str,
+    spec: &MeshedSpec,
+    time: Option<&ForceTime>,
+    cache: &ModelCache,
+) -> Result<ChosenModes, AdaptiveError> {
+    let limit = time.map_or(0.0, |t| t.frequency);
+    let (modes, highest) = cache.recent(
+        mesh_key(spec, limit),
+        |stored| match (&stored.counts[..], &stored.values[..]) {
+            ([modes], [highest]) => Some((usize::try_from(*modes).ok()?, *highest)),
+            _ => None,
+        },
+        || count(name, spec, limit),
+        |(modes, highest)| StoredModel { counts: vec![*modes as u64], values: vec![*highest] },
+    )?;
+    Ok(ChosenModes { modes, highest, time: time.cloned() })
+}
+
+/// The number, and the frequency of the last \[Hz\].
+fn count(name: &str, spec: &MeshedSpec, limit: f64) -> Result<(usize, f64), AdaptiveError> {
+    let (motion, most) = (RigidMotion::Spatial, most(spec.reduction));
+    let least = if limit > 0.0 { least(motion) } else { WITHOUT_FORCES };
+    let body = spec.assembled(name)?;
+    let problem = FrequencyProblem::new(name, &body)?;
+    let below = if limit > 0.0 { problem.below(limit)? } else { 0 };
+    // A few modes more show whether the count cuts through a group.
+    let spectrum = problem.lowest(below.clamp(least, most.max(least)) + GROUP)?;
+    Ok(chosen_from(&spectrum.frequencies, limit, (least, most), motion))
+}

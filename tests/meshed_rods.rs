@@ -1,0 +1,93 @@
+//! The rod of `rod_on_plane.toml` of finite elements, in place of the axisymmetric body of splines, with as many modes as the program chooses: the same impact.
+
+#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
+#![expect(clippy::print_stdout, reason = "the figures of docs/verification.md, shown with --nocapture")]
+
+#[path = "../crates/fe-mesh/tests/balls/mod.rs"]
+mod balls;
+#[expect(dead_code, reason = "other tests use the rest")]
+#[path = "../crates/fe-mesh/tests/writers/mod.rs"]
+mod writers;
+
+use std::path::Path;
+
+use adaptive::record::ImpactRecord;
+use adaptive::recording::Recording;
+use balls::{Ball, Rod};
+use fbimpact::scenario;
+use fbimpact::simulate::simulate;
+use fe_mesh::ElementKind;
+use writers::{Form, gmsh};
+
+const MATERIALS: &str = r#"
+    [materials.aluminium]
+    youngs_modulus = 72.8e9
+    poissons_ratio = 0.33
+    density = 2789.0
+"#;
+
+/// Runs the scenario `name` of `text` beside the mesh `rod.msh` of `rod` in millimetres.
+fn run(name: &str, rod: &Rod, text: &str) -> Recording {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("rod.msh"), gmsh(&rod.mesh(ElementKind::Hex20), Form::Binary41)).unwrap();
+    let (path, text) = (folder.join("case.toml"), format!("{MATERIALS}{text}"));
+    std::fs::write(&path, &text).unwrap();
+    let scenario = scenario::parse(&path, text.as_bytes(), &[]).unwrap_or_else(|f| panic!("{:?}", f.list()));
+    let mut recording = Recording::default();
+    simulate(&scenario, &mut recording, 2).unwrap();
+    recording
+}
+
+/// Compares `impact` with the reference: peak \[N\] to 0.5 %, duration \[s\] to 1 %, as the project demands of meshed bodies.
+fn compare(name: &str, impact: &ImpactRecord, peak: f64, duration: f64) {
+    let found = impact.end - impact.start;
+    let (force, time) = (impact.peak_force / peak - 1.0, found / duration - 1.0);
+    println!(
+        "{name}: {:.3} N ({:+.2} %) at {:.2} us, {:.2} us ({:+.2} %)",
+        impact.peak_force,
+        100.0 * force,
+        1e6 * impact.peak_time,
+        1e6 * found,
+        100.0 * time
+    );
+    assert!(force.abs() < 5e-3, "{name}: {force:e}");
+    assert!(time.abs() < 1e-2, "{name}: {time:e}");
+}
+
+/// Largest change of the energy over that at the start.
+fn drift(recording: &Recording) -> f64 {
+    let start = recording.samples[0].energies.total();
+    recording.samples.iter().map(|s| (s.energies.total() / start - 1.0).abs()).fold(0.0, f64::max)
+}
+
+#[test]
+#[ignore = "second tier: minutes"]
+fn rod_of_hexahedra_on_a_plane_has_the_impact_of_the_reference() {
+    let ball = Ball { radius: 10.0, across: [4, 4], layers: 1, growth: [1.0, 1.0] };
+    let rod = Rod { ball, is_round: true, planes: Rod::planes(990.0, 5.0, 10.0, 1.2) };
+    let text = r#"
+        [simulation]
+        end_time = 8.0e-4
+        [bodies.rod]
+        model = "mesh"
+        file = "rod.msh"
+        units = "mm"
+        material = "aluminium"
+        velocity = [0.0, 0.0, -0.3]
+        [bodies.floor]
+        model = "rigid"
+        geometry = { shape = "plane" }
+        [contacts.impact]
+        contact_body = "rod"
+        target_body = "floor"
+    "#;
+    let recording = run("rod_on_plane", &rod, text);
+    let impact = &recording.impacts[0];
+    compare("rod on plane", impact, 1341.0, 538.5e-6);
+    let last = recording.samples.last().unwrap();
+    println!("rebound {:.5} m/s, ledger {:.1e}", last.bodies[0].velocity[2], drift(&recording));
+    // The rebound is the impulse of the force: 1 % as the duration.
+    assert!((last.bodies[0].velocity[2] / 0.2973 - 1.0).abs() < 1e-2);
+    assert!(drift(&recording) < 1e-5);
+}
