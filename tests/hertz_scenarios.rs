@@ -145,3 +145,22 @@ fn what_hertz_knows_nothing_of_is_refused() {
     let said = refusal(&[SIMULATION, disc, FLOOR, &contact("")].concat());
     assert!(said.contains("touch along a line"), "{said}");
 }
+
+#[test]
+fn modes_that_yield_beside_the_law_are_told() {
+    let ball = |model: &str| {
+        format!(
+            "[simulation]\nend_time = 1e-7\n[bodies.a]\n{model}\nmaterial = \"m\"\nposition = [0.0, 0.0, 0.0100001]\n\
+             velocity = [0.0, 0.0, -0.1]\ngeometry = {{ shape = \"sphere\", radius = 0.01 }}\n{FLOOR}{}",
+            contact("")
+        )
+    };
+    let flexible =
+        "model = \"axisymmetric\"\nreduction = { modes = 4 }\ndiscretisation = { degree = 2, elements = 4 }";
+    for (model, is_told) in [(flexible, true), ("model = \"rigid\"\nmotion = \"axial\"", false)] {
+        let directory = directory(&ball(model));
+        let output = call(directory.path(), &["run", "-q", "a.toml"]);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success() && said.contains("yields-twice") == is_told, "{said}");
+    }
+}

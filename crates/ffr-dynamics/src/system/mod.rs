@@ -22,6 +22,7 @@ mod tree_derivative;
 mod stage_solver;
 mod workspace;
 pub mod multibody;
+mod assembly;
 pub mod reaction;
 mod dead_load;
 mod small_motion;

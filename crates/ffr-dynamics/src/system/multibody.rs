@@ -13,11 +13,9 @@ use super::force::{BodyState, GeneralisedForce, Motion};
 use super::free_vibration::oscillators;
 use super::joints::forces::joint_energy;
 use super::model::{JointCoordinates, MultibodyModel, TreeBody};
-use super::small_motion::SmallMotion;
 use super::specification::SystemSpec;
 use super::stage_solver::StageSolver;
 use super::tree_error::TreeNorm;
-use super::tree_solver::FactorisedTree;
 use super::workspace::{Powers, Workspace};
 use crate::data_error::DataError;
 use crate::error::{DynamicsError, EvaluationFailure};
@@ -26,19 +24,6 @@ use crate::invariants::{Invariants, centre_of_mass};
 use crate::joint_fault::JointFault;
 use crate::kinematics::Marker;
 use crate::kinematics::rotation::renormalise;
-
-/// Residual of a loop-closing joint at which a state is projected back [m or rad]; the limit asked for is 1e-10.
-const LOOP_TOLERANCE: f64 = 1e-12;
-/// Rate of a constraint, as a share of the fastest body's velocity (at least of 1 mm/s), at which velocities are projected.
-const LOOP_RATE_TOLERANCE: f64 = 1e-11;
-/// Elastic inertia counts so many times when positions are projected: deforming would cost energy, moving joints does not.
-/// The mobility that is left stays far above the limit of redundancy.
-const ELASTIC_WEIGHT: f64 = 1e6;
-/// Rate of a constraint, as a share of the fastest body's velocity, above which velocities given contradict a loop: typed with four digits
-/// they do not.
-const CONTRADICTION: f64 = 1e-3;
-/// Newton steps of a projection; drift of one step needs one or two.
-const MAX_PROJECTIONS: usize = 8;
 
 /// A multibody system under force elements, as a system of ordinary differential equations.
 ///
@@ -52,7 +37,7 @@ pub struct Multibody<F = Box<dyn ActiveForce>> {
     forces: Vec<F>,
     error_scale: ErrorScale,
     pub(super) workspace: Workspace,
-    norm: TreeNorm,
+    pub(super) norm: TreeNorm,
     oscillators: Vec<Oscillator>,
     stages: StageSolver,
 }
@@ -346,117 +331,6 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         (self.workspace.loops.n_constraints(), self.workspace.loops.rank())
     }
 
-    /// Moves joint and elastic coordinates, then velocities, until the loops are closed: a start for systems with loops.
-    ///
-    /// # Errors
-    /// [`DynamicsError::Joint`] if a loop does not close; give joint coordinates nearer to a closed position.
-    pub fn assemble(&mut self, t: f64, y: &mut [f64]) -> Result<(), DynamicsError> {
-        self.assemble_positions(t, y)?;
-        self.close_velocities(t, y, 1.0);
-        Ok(())
-    }
-
-    fn assemble_positions(&mut self, t: f64, y: &mut [f64]) -> Result<(), DynamicsError> {
-        for _ in 0..10 * MAX_PROJECTIONS {
-            self.close_positions(t, y);
-            let residual = self.loop_residual(t, y);
-            if residual <= 10.0 * LOOP_TOLERANCE {
-                return Ok(());
-            }
-            if !residual.is_finite() {
-                break;
-            }
-        }
-        let gap = self.loop_residual(t, y);
-        let joint = self.model.loops[self.workspace.loops.worst_joint()].name.clone();
-        Err(DynamicsError::Joint { joint, fault: Box::new(JointFault::OpenLoop { gap }) })
-    }
-
-    /// Closes the loops of a start: joint and elastic coordinates as [`Multibody::assemble`] moves them; then velocities of those joints
-    /// for which `is_given` does not hold, by body, follow the given ones and the prescribed motions with the least kinetic energy, as if
-    /// bodies were rigid (Eq. M.63).
-    ///
-    /// # Errors
-    /// [`DynamicsError::Joint`] if a loop does not close, or given velocities contradict it.
-    pub fn assemble_start(&mut self, t: f64, y: &mut [f64], is_given: &[bool]) -> Result<(), DynamicsError> {
-        self.assemble_positions(t, y)?;
-        let mut may_move = vec![false; self.model.n_rates()];
-        for (body, _) in self.model.bodies.iter().zip(is_given).filter(|(_, is_given)| !**is_given) {
-            may_move[body.layout.rates_joint()].fill(true);
-        }
-        self.loop_residual(t, y);
-        let loops = &self.workspace.loops;
-        let open: Vec<f64> = (0..loops.n_constraints()).map(|k| loops.present_rate(k)).collect();
-        let change = SmallMotion::closing_rates(&self.model, t, y, &may_move, &open)?;
-        for body in &self.model.bodies {
-            add(&mut y[body.layout.velocities()], &change[body.layout.rates_joint()]);
-        }
-        self.loop_residual(t, y);
-        let (speed, loops) = (self.norm.speed(&self.model, t, y), &self.workspace.loops);
-        for k in 0..loops.n_constraints() {
-            let rate = loops.present_rate(k);
-            if rate.abs() > CONTRADICTION * speed {
-                let joint = self.model.loops[loops.joint_of(k)].name.clone();
-                return Err(DynamicsError::Joint { joint, fault: Box::new(JointFault::LoopSpeed { rate }) });
-            }
-        }
-        // Round-off, and what the digits of given velocities leave.
-        self.close_velocities(t, y, ELASTIC_WEIGHT);
-        Ok(())
-    }
-
-    /// Projects positions and velocities onto the constraints; returns whether it changed `y`.
-    fn close_loops(&mut self, t: f64, y: &mut [f64]) -> bool {
-        let has_moved = self.close_positions(t, y);
-        self.close_velocities(t, y, 1.0) || has_moved
-    }
-
-    /// Projects velocities onto the constraints, elastic inertia counting `elastic_weight` times; returns whether it changed `y`.
-    fn close_velocities(&mut self, t: f64, y: &mut [f64], elastic_weight: f64) -> bool {
-        self.workspace.place(&self.model, t, y);
-        if self.workspace.factorise(&self.model, elastic_weight).is_err() {
-            return false;
-        }
-        let Workspace { loops, pose, factors, .. } = &mut self.workspace;
-        let rate = loops.correct_velocities(FactorisedTree { model: &self.model, pose, factors });
-        let speed = self.norm.speed(&self.model, t, y).max(1e-3);
-        let is_slow = rate <= LOOP_RATE_TOLERANCE * speed;
-        if is_slow {
-            return false;
-        }
-        for body in &self.model.bodies {
-            add(&mut y[body.layout.elastic_rates()], &loops.response.rates[body.layout.rates_elastic()]);
-            add(&mut y[body.layout.velocities()], &loops.response.rates[body.layout.rates_joint()]);
-        }
-        true
-    }
-
-    /// Moves positions onto the constraints, joints rather than elastic coordinates; returns whether it changed `y`.
-    fn close_positions(&mut self, t: f64, y: &mut [f64]) -> bool {
-        for step in 0..MAX_PROJECTIONS {
-            let residual = self.loop_residual(t, y);
-            let is_open = residual > LOOP_TOLERANCE && residual.is_finite();
-            if !is_open || self.workspace.factorise(&self.model, ELASTIC_WEIGHT).is_err() {
-                return step > 0;
-            }
-            let Workspace { loops, pose, factors, .. } = &mut self.workspace;
-            loops.correct_positions(FactorisedTree { model: &self.model, pose, factors });
-            self.move_coordinates(y);
-        }
-        true
-    }
-
-    /// Moves positions by the loops' response.
-    fn move_coordinates(&self, y: &mut [f64]) {
-        let change = &self.workspace.loops.response.rates;
-        for body in &self.model.bodies {
-            let layout = &body.layout;
-            add(&mut y[layout.elastic()], &change[layout.rates_elastic()]);
-            let positions = &mut y[layout.positions()];
-            body.joint.kind.displace(positions, &change[layout.rates_joint()]);
-        }
-    }
-
     fn evaluate(&mut self, t: f64, y: &[f64]) -> Result<Powers, EvaluationFailure> {
         self.evaluate_forces(t, y)?;
         self.workspace.accelerate(&self.model)
@@ -602,8 +476,4 @@ impl<F: DerefMut<Target: ActiveForce>> OdeSystem for Multibody<F> {
     fn restore(&mut self) {
         self.forces.iter_mut().for_each(|force| force.restore());
     }
-}
-
-fn add(to: &mut [f64], change: &[f64]) {
-    to.iter_mut().zip(change).for_each(|(a, b)| *a += b);
 }
