@@ -192,10 +192,9 @@ fn faults_of_full_files_name_key_and_remedy() {
 #[test]
 fn contacts_of_imported_bodies_are_refused() {
     let wall = "bodies.wall={model=\"rigid\",geometry={shape=\"plane\"},normal=[0,1,0]}";
-    for (model, words) in [("dynamic", "has no surface"), ("adaptive", "has no surface"), ("hertz", "sphere")]
-    {
+    for model in ["dynamic", "adaptive", "hertz"] {
         let contact = format!("contacts.c={{contact_body=\"beam\",target_body=\"wall\",model=\"{model}\"}}");
-        assert_faults(SWING, &[(&[wall, &contact], "contacts.c.contact_body", words)]);
+        assert_faults(SWING, &[(&[wall, &contact], "contacts.c.contact_body", "has no surface")]);
     }
 }
 

@@ -17,8 +17,8 @@ const LOOP_RATE_TOLERANCE: f64 = 1e-11;
 /// Elastic inertia counts so many times when positions are projected: deforming would cost energy, moving joints does not.
 /// The mobility that is left stays far above the limit of redundancy.
 const ELASTIC_WEIGHT: f64 = 1e6;
-/// Rate of a constraint, as a share of the fastest body's velocity, above which velocities given contradict a loop: typed with four digits
-/// they do not.
+/// Rate of a constraint, as a share of the fastest body's velocity or angular velocity, above which velocities given contradict a loop: typed
+/// with four digits they do not.
 const CONTRADICTION: f64 = 1e-3;
 /// Newton steps of a projection; drift of one step needs one or two.
 const MAX_PROJECTIONS: usize = 8;
@@ -71,10 +71,12 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         }
         self.loop_residual(t, y);
         let (speed, loops) = (self.norm.speed(&self.model, t, y), &self.workspace.loops);
+        let spins = self.workspace.states.iter().map(|state| state.angular_velocity_in_body.norm());
+        let spin = spins.fold(0.0, f64::max);
         for k in 0..loops.n_constraints() {
-            let rate = loops.present_rate(k);
-            if rate.abs() > CONTRADICTION * speed {
-                let joint = self.model.loops[loops.joint_of(k)].name.clone();
+            let (rate, (joint, is_rotation)) = (loops.present_rate(k), loops.kind_of(k));
+            if rate.abs() > CONTRADICTION * if is_rotation { spin } else { speed } {
+                let joint = self.model.loops[joint].name.clone();
                 return Err(DynamicsError::Joint { joint, fault: Box::new(JointFault::LoopSpeed { rate }) });
             }
         }

@@ -180,9 +180,9 @@ impl LoopSolver {
         self.rows.iter().map(|r| r.residual.abs()).fold(0.0, f64::max)
     }
 
-    /// Joint that constraint `k` belongs to.
-    pub fn joint_of(&self, k: usize) -> usize {
-        self.rows[k].joint
+    /// Joint that constraint `k` belongs to, and whether it holds a rotation.
+    pub fn kind_of(&self, k: usize) -> (usize, bool) {
+        (self.rows[k].joint, self.rows[k].is_rotation)
     }
 
     /// Joint of the largest residual.
