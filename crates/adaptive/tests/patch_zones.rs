@@ -91,23 +91,38 @@ fn compliance(coarse: &ElasticBody, place: [f64; 3], widths: [f64; 2]) -> (FineB
     (fine, found)
 }
 
+/// A place on the block: what it is, whether the block is one of thirds, coordinates, widths of the zone, and the parts that it has.
+type Case = (&'static str, bool, [f64; 2], [f64; 2], usize);
+
+const ROUND: [f64; 2] = [0.3e-3; 2];
+
 #[test]
+fn a_zone_yields_as_on_one_patch_beside_a_seam_and_where_three_patches_meet() {
+    yields_as_on_one_patch(&[
+        ("beside a seam", false, [0.07e-3, -2.1e-3], ROUND, 2),
+        ("where three patches meet", true, [0.0, 0.0], ROUND, 3),
+    ]);
+}
+
+#[test]
+#[ignore = "second tier: half a minute"]
 fn a_zone_yields_as_on_one_patch_wherever_it_lies() {
+    yields_as_on_one_patch(&[
+        ("inside a patch", false, [3e-3, 2.1e-3], ROUND, 1),
+        ("ends at a seam", false, [0.1501e-3, 2.1e-3], ROUND, 1),
+        ("on a seam", false, [0.0, 2.1e-3], ROUND, 2),
+        ("long, over a seam", false, [-0.1e-3, 2.1e-3], [1.2e-3, 0.3e-3], 2),
+        ("long, along a seam", false, [-0.05e-3, 2.1e-3], [0.3e-3, 1.2e-3], 2),
+        ("where four patches meet", false, [0.02e-3, -0.03e-3], ROUND, 4),
+        ("near to where three meet", true, [-0.05e-3, 0.04e-3], ROUND, 3),
+    ]);
+}
+
+fn yields_as_on_one_patch(cases: &[Case]) {
     let (whole, quarters, thirds) = (block(4), quarters(), thirds());
-    let round = [0.3e-3; 2];
     let mut worst = 0.0f64;
-    let cases = [
-        ("inside a patch", &quarters, [3e-3, 2.1e-3], round, 1),
-        ("ends at a seam", &quarters, [0.1501e-3, 2.1e-3], round, 1),
-        ("on a seam", &quarters, [0.0, 2.1e-3], round, 2),
-        ("beside a seam", &quarters, [0.07e-3, -2.1e-3], round, 2),
-        ("long, over a seam", &quarters, [-0.1e-3, 2.1e-3], [1.2e-3, 0.3e-3], 2),
-        ("long, along a seam", &quarters, [-0.05e-3, 2.1e-3], [0.3e-3, 1.2e-3], 2),
-        ("where four patches meet", &quarters, [0.02e-3, -0.03e-3], round, 4),
-        ("where three patches meet", &thirds, [0.0, 0.0], round, 3),
-        ("near to there", &thirds, [-0.05e-3, 0.04e-3], round, 3),
-    ];
-    for (what, body, [x, y], widths, n_parts) in cases {
+    for &(what, is_of_thirds, [x, y], widths, n_parts) in cases {
+        let body = if is_of_thirds { &thirds } else { &quarters };
         let place = [x, y, HALF];
         let (fine, found) = compliance(body, place, widths);
         let (one, expected) = compliance(&whole, place, widths);
