@@ -269,7 +269,7 @@ fn signalled_runs_end_alike(scenario: &str, signals: u32, seed: u64) {
 
 #[cfg(unix)]
 #[test]
-#[ignore = "second tier: minutes"]
+#[ignore = "second tier: a quarter of an hour"]
 fn fifty_signals_are_obeyed_at_once_and_the_runs_end_alike() {
     let directory = tempfile::tempdir().expect("a directory");
     let beam = directory.path().join("struck_beam.toml");
