@@ -210,14 +210,14 @@ fn oblique(psi: f64, friction: f64, step: f64) -> (f64, f64, f64) {
 }
 
 #[test]
-fn oblique_impacts_are_those_of_maw_barber_and_fawcett() {
+fn oblique_impacts_are_those_of_a_uniform_foundation_of_springs() {
     // Gross slip throughout: the impulse is μ times the normal one, 2 m v (closed form): ψ₂ = ψ₁ - 2 (1 + 5/2) ratio.
     let ratio = 2.0 * 0.7 / 1.7;
     let (psi, energy, restitution) = oblique(8.0, 0.3, 2e-3);
     // The lever of the friction is shorter by half the approach, 5e-6 of the radius; tolerance of the steps.
     assert!((psi - (8.0 - 7.0 * ratio)).abs() < 1e-4, "gross slip {psi}");
     assert!(energy < 1e-6 && (restitution - 1.0).abs() < 1e-5, "{energy:e} {restitution}");
-    for (psi, expected) in MAW {
+    for (psi, expected) in FOUNDATION {
         let (found, energy, _) = oblique(psi, 0.3, 2e-3);
         // The outermost of the levels is 4.4 % of the contact wide.
         assert!((found - expected).abs() < 0.03, "{psi}: {found} against {expected}");
@@ -227,7 +227,7 @@ fn oblique_impacts_are_those_of_maw_barber_and_fawcett() {
 
 /// Tangential speeds before and after impacts with `ν = 0.3` and the inertia of a solid ball: uniform Winkler foundation of 1000 springs (Popov and Heß,
 /// method of dimensionality reduction), 40,000 steps, its difference to 500 springs and 20,000 steps below 0.001.
-const MAW: [(f64, f64); 6] =
+const FOUNDATION: [(f64, f64); 6] =
     [(0.5, 0.0478), (1.0, -0.0597), (2.0, -0.8372), (3.0, -1.3797), (4.0, -1.4365), (5.0, -0.7647)];
 
 #[test]

@@ -31,8 +31,7 @@ fn system(kind: JointKind, force: &CoordinateForce, gravity: Vector3<f64>) -> Mu
     system
 }
 
-/// The state at time `to`, and what all the steps may err together, as a share of the speed: `RELATIVE` each, and twice as much since the
-/// estimate of a step over a kink is no bound.
+/// The state at time `to`, and what all the steps may err together, as a share of the speed: `RELATIVE` each.
 fn run(system: &mut Multibody, method: Method, y: &[f64], to: f64) -> (Vec<f64>, f64) {
     let mut integrator = Integrator::new(method, StepSettings::default(), 0.0, y, system).unwrap();
     let mut steps = 0;
@@ -42,7 +41,7 @@ fn run(system: &mut Multibody, method: Method, y: &[f64], to: f64) -> (Vec<f64>,
             true
         })
         .unwrap();
-    (integrator.state().to_vec(), 2.0 * f64::from(steps) * RELATIVE)
+    (integrator.state().to_vec(), f64::from(steps) * RELATIVE)
 }
 
 fn energy(system: &mut Multibody, t: f64, y: &[f64]) -> f64 {

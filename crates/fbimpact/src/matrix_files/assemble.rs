@@ -203,8 +203,11 @@ fn unknowns(parts: &Parts<'_>) -> (Vec<Unknown>, &'static str) {
     }
     let named =
         [parts.stiffness, parts.mass].into_iter().flat_map(|m| &m.entries).flat_map(|(i, j, _)| [i, j]);
-    let named: BTreeSet<Unknown> =
-        named.filter_map(|row| if let Row::Unknown(u) = row { Some(*u) } else { None }).collect();
+    let named = named.filter_map(|row| match *row {
+        Row::Unknown { node, component } => Some(Unknown { node, component }),
+        Row::Number(_) => None,
+    });
+    let named: BTreeSet<Unknown> = named.collect();
     if !named.is_empty() {
         return (named.into_iter().collect(), "of the matrices");
     }
@@ -230,7 +233,7 @@ fn sparse(
             .and_then(|i| unknowns.get(i))
             .copied()
             .ok_or(AssemblyFault::Row { matrix: name, row: *row, n, source_of }),
-        Row::Unknown(unknown) => Ok(*unknown),
+        Row::Unknown { node, component } => Ok(Unknown { node: *node, component: *component }),
     };
     // Energies are u K u: a displacement in the file's unit is 1/unit of one in metres, forces in newtons make newtons times units.
     let factor = |u: Unknown| if u.component < 3 { 1.0 / unit } else { 1.0 };

@@ -4,7 +4,7 @@
 //! symmetric, 1 square.
 
 use super::fault::{MatrixError, MatrixFault};
-use super::matrix::{Matrix, Row, Unknown};
+use super::matrix::{Matrix, Row};
 use super::words::{self, number, real};
 
 /// Fields of a line: the first of eight characters, the others of `width`.
@@ -118,7 +118,7 @@ fn unknown(line: usize, node: &str, component: &str) -> Result<Row, MatrixError>
         let remedy = "a full matrix has displacements only; write the matrices before their reduction";
         return Err(MatrixError { line, fault: MatrixFault::Unsupported { what, remedy } });
     }
-    Ok(Row::Unknown(Unknown { node, component: words::component(line, component)? }))
+    Ok(Row::Unknown { node, component: words::component(line, component)? })
 }
 
 #[cfg(test)]

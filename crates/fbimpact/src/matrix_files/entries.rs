@@ -1,7 +1,7 @@
 //! Entries of a matrix by rows and columns, or by nodes and components.
 
 use super::fault::{MatrixError, MatrixFault};
-use super::matrix::{Matrix, Row, Unknown};
+use super::matrix::{Matrix, Row};
 use super::words::{SHOWN, component as component_of, fail, number, real};
 
 /// A matrix in the form of Matrix Market.
@@ -107,5 +107,5 @@ pub fn lists(text: &str) -> Result<Matrix, MatrixError> {
 fn unknown(line: usize, node: &str, component: &str) -> Result<Row, MatrixError> {
     let node = number(line, node, "a node")?;
     let component = component_of(line, component)?;
-    Ok(Row::Unknown(Unknown { node, component }))
+    Ok(Row::Unknown { node, component })
 }

@@ -9,14 +9,21 @@ pub struct Unknown {
     pub component: u8,
 }
 
-/// A row or column.
+/// A row or column; two words, for large files have many.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Row {
     /// By its number, from 1.
     Number(u64),
-    /// By node and component.
-    Unknown(Unknown),
+    /// By node and component, as [`Unknown`] has them.
+    Unknown {
+        /// Number of the node in the other program.
+        node: u64,
+        /// Displacement or rotation.
+        component: u8,
+    },
 }
+
+const _: () = assert!(size_of::<Row>() == 16, "what a file takes in memory is measured with this");
 
 /// Entries of a matrix.
 pub type Entries = Vec<(Row, Row, f64)>;

@@ -318,7 +318,7 @@ const STOP_STIFFNESS: Key = Key::new(
     Kind::Number(Range { min: Bound::Open(0.0), max: Bound::Closed(1e18) }),
     "N/m, N m/rad",
     Need::Required,
-    "Stiffness of the stop; bodies that hit one for its stiffness alone are a contact.",
+    "Stiffness of the stop. Where the impact on it matters, model the two bodies with a contact instead.",
 );
 const STOP_DAMPING: Key = Key::new(
     "damping",

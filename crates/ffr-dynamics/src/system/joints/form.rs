@@ -6,7 +6,7 @@ use super::kind::JointKind;
 
 /// Speeds, in terms of that of the transition, between which friction is followed by steps of their own.
 const SPEEDS: [f64; 2] = [2.0, 10.0];
-/// Places within a step that are looked at first: what comes and goes between two of them is missed, but not by the motion.
+/// Places within a step at which the form is compared first; a change that is undone between two of them is not found.
 const PLACES: u32 = 8;
 /// Bisections between two of these places.
 const BISECTIONS: u32 = 40;
