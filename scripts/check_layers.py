@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Checks the layers of the workspace: no crate names one above it, and no modules of a crate name each other in a circle.
+"""Checks the layers of the workspace: no crate names one above it, no modules of a crate name each other in a circle, and no file of
+tests is left out of the test executable of its crate.
 
 A file and those of its own folder count as one room: `foo.rs` may use what is in `foo/`, and a file in `foo/` what `foo.rs`
 declares. What a module re-exports counts as named where it is declared. Only code counts, not documentation and unit tests.
@@ -149,8 +150,17 @@ def circles_of(crate):
     return circles(edges), edges
 
 
+def tests_left_out():
+    """Files of `tests` folders that `all.rs` beside them does not name: nothing would compile or run them."""
+    for tests in [ROOT / "tests", *sorted((ROOT / "crates").glob("*/tests"))]:
+        named = set(re.findall(r"^mod (\w+);", (tests / "all.rs").read_text(), re.M))
+        files = {f.stem for f in tests.glob("*.rs")} | {f.parent.name for f in tests.glob("*/mod.rs")}
+        for name in sorted(files - named - {"all"}):
+            yield f"{tests.relative_to(ROOT)}: all.rs does not name the module {name}"
+
+
 def main():
-    faults = []
+    faults = list(tests_left_out())
     for level, crate in enumerate(LAYERS):
         above = set(LAYERS[level + 1 :]) | (LEAVES - {crate} if crate in LEAVES else set())
         for module, text in modules(ROOT / "crates" / crate.replace("_", "-") / "src").items():
@@ -165,7 +175,7 @@ def main():
                     for b in circle:
                         if b in edges.get(a, ()):
                             faults.append(f"    {'::'.join(a)} -> {'::'.join(b)}")
-    print("\n".join(faults) or "layers: no arrow upwards, no circle")
+    print("\n".join(faults) or "layers: no arrow upwards, no circle, no test left out")
     sys.exit(1 if faults else 0)
 
 

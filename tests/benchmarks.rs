@@ -1,11 +1,8 @@
 //! Benchmarks that the field knows, as scenarios in `scenarios/benchmarks`, against closed forms and published figures (docs/benchmarks.md).
-#![expect(clippy::print_stdout, reason = "the figures of docs/benchmarks.md, shown with --nocapture")]
-
-mod support;
 
 use std::f64::consts::PI;
 
-use support::{fbimpact, simulate};
+use crate::support::{fbimpact, simulate};
 use tempfile::TempDir;
 
 /// Part of the duration by which an impact of flat faces ends late: modes are kept up to 60 over the duration (theory N.3), and faces may

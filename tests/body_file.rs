@@ -1,15 +1,11 @@
 //! Body files: round trips bit by bit, a beam written by hand, faults that name file and dataset.
 
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
-
-mod beam_file;
-
 use std::path::PathBuf;
 
+use crate::beam_file::{BENDING, LENGTH, LINE_MASS, write_beam};
 use adaptive::elastic_body::geometric_stiffening;
 use adaptive::elastic_body::{ElasticBody, Interface};
 use adaptive::spec::{DampingSpec, DiscretisationSpec, ElasticSpec, Place, ReductionSpec};
-use beam_file::{BENDING, LENGTH, LINE_MASS, write_beam};
 use fbimpact::body_file::{BodyFile, read, write_full, write_reduced};
 use ffr_dynamics::body::{ModalDamping, RigidMotion};
 use ffr_dynamics::interchange::{BodyFrame, FullBody, ReducedModel, ReducedParts};

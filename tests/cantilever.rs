@@ -1,21 +1,15 @@
 //! A solid bar held on its faces against CalculiX: the same frequencies with every mesh, number of modes, source of the body and command, and
 //! its reactions.
 
-#![expect(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
-
-#[path = "support/bar.rs"]
-mod bar;
-#[path = "support/scenarios.rs"]
-mod scenarios;
-mod solid_file;
-
+use crate::solid_file;
+use crate::support::scenarios;
 use std::path::PathBuf;
 
+use crate::support::bar::{ALUMINIUM, CLAMP, CLAMPED_BRICKS, HINGE, HINGED_BRICKS, OTHER_HINGE};
+use crate::support::scenarios::{run, system_frequencies};
 use assert_cmd::Command;
-use bar::{ALUMINIUM, CLAMP, CLAMPED_BRICKS, HINGE, HINGED_BRICKS, OTHER_HINGE};
 use fbimpact::scenario::Scenario;
 use fbimpact::simulate::{modes, system_modes};
-use scenarios::{run, system_frequencies};
 use serde_json::Value;
 
 const WORLD: &str = r#"

@@ -1,11 +1,9 @@
 //! `fbimpact compare` and `thin`, run as programs on results of real runs.
 
-mod support;
-
 use std::path::{Path, PathBuf};
 
+use crate::support::fbimpact as output;
 use fbimpact::results::tables::ImpactRow;
-use support::fbimpact as output;
 use tempfile::TempDir;
 
 fn text(path: &Path) -> &str {

@@ -1,7 +1,6 @@
 //! Files with damaged bytes that HDF5 itself pays for with memory or time without end: refused by every reader, at once.
 
-mod support;
-
+use crate::support;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};

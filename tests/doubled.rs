@@ -4,17 +4,10 @@
 //! steps a tenth, as `fbimpact converge` varies them.
 //! Solids are not among them: a ball of 1 cm on a plane has a zone of 25,000 degrees of freedom, the doubled one does not fit into 5 GB.
 
-#![expect(clippy::print_stdout, reason = "the figures of docs/verification.md, shown with --nocapture")]
-
-#[path = "support/impacts.rs"]
-mod impacts;
-#[path = "support/scenarios.rs"]
-mod scenarios;
-
 use std::path::Path;
 
-use impacts::assert_same;
-use scenarios::{run, valid};
+use crate::support::impacts::assert_same;
+use crate::support::scenarios::{run, valid};
 
 const DOUBLED: &str = "resolution={modes=2,mesh=2,zone=2,penalty=10.0,tolerance=0.1}";
 

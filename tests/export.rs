@@ -1,12 +1,10 @@
 //! `fbimpact export` from the outside: series, shapes, motion, stress and errors.
 
-mod support;
-
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
-use support::vtu::array;
-use support::{fbimpact, simulate};
+use crate::support::vtu::array;
+use crate::support::{fbimpact, simulate};
 use tempfile::TempDir;
 
 struct Results {

@@ -1,11 +1,9 @@
 //! `fbimpact export SCENARIO.toml` and what `check` says of joints: places in space before any run.
 
-mod support;
-
 use std::path::{Path, PathBuf};
 
-use support::fbimpact;
-use support::vtu::array;
+use crate::support::fbimpact;
+use crate::support::vtu::array;
 use tempfile::TempDir;
 
 const SCENARIOS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios");

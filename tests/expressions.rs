@@ -1,16 +1,13 @@
 //! `fbimpact metric` and `collect --column`: one grammar, values, faults, tables; ranges and pairs of `scripts/sweep.sh`.
 #![cfg(unix)]
-#![expect(clippy::unwrap_used, reason = "tests")]
-
-mod support;
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::LazyLock;
 
+use crate::support::{fbimpact, simulate};
 use hdf5::File;
 use serde_json::Value;
-use support::{fbimpact, simulate};
 use tempfile::TempDir;
 
 /// Results that all tests read.

@@ -1,16 +1,11 @@
 //! Contact of flat faces, edges, rims and corners with the defaults: closed forms of St-Venant, of the bouncing bar, of rigid impacts
 //! with rotation, and identities.
 
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
-#![expect(clippy::print_stdout, reason = "the figures of docs/verification.md, shown with --nocapture")]
-
-#[path = "support/scenarios.rs"]
-mod scenarios;
-#[path = "support/steel_parts.rs"]
-mod steel_parts;
-
 use std::path::Path;
 
+use crate::support::steel_parts::{
+    DENSITY, FLOOR, LENGTH, RADIUS, STEEL, YOUNG, check_ledger, contact, most_lost, rod, run,
+};
 use adaptive::model::start_poses;
 use adaptive::predicted_touch::{TouchKind, touch_kind};
 use adaptive::record::{ImpactRecord, Sample};
@@ -18,7 +13,6 @@ use adaptive::recording::Recording;
 use adaptive::warning::WarningKind;
 use fbimpact::scenario;
 use nalgebra::{Rotation3, Vector3};
-use steel_parts::{DENSITY, FLOOR, LENGTH, RADIUS, STEEL, YOUNG, check_ledger, contact, most_lost, rod, run};
 
 fn wave_speed() -> f64 {
     (YOUNG / DENSITY).sqrt()

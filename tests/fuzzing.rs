@@ -1,17 +1,13 @@
 //! Random and damaged input of every kind: it is read or refused, and nothing panics. `fuzz/` runs the same functions under a fuzzer.
 
-#[expect(clippy::unwrap_used, reason = "a failure there fails the test")]
-mod beam_file;
-#[path = "fuzzing/mod.rs"]
 mod bodies;
-#[path = "support/damage.rs"]
-mod damage;
 
+use crate::beam_file;
 use std::path::Path;
 use std::process::Command;
 use std::sync::LazyLock;
 
-use damage::mutated;
+use crate::support::damage::mutated;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 

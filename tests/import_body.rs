@@ -1,24 +1,15 @@
 //! `fbimpact import-body`: matrices of other programs make the body that the mesh makes; every form of them the same; faults.
 
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
-#![expect(clippy::print_stdout, reason = "the figures of docs/verification.md, shown with --nocapture")]
-
-#[path = "support/mod.rs"]
-mod program;
-#[path = "support/scenarios.rs"]
-mod scenarios;
-#[path = "support/swings.rs"]
-mod swings;
-
+use crate::support::scenarios;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
+use crate::support::fbimpact;
+use crate::support::scenarios::run;
+use crate::support::swings::period;
 use fbimpact::body_file::{BodyFile, read};
 use fbimpact::simulate::modes;
-use program::fbimpact;
-use scenarios::run;
-use swings::period;
 
 /// A bar of 40 mm × 10 mm × 10 mm by `scripts/matrices_calculix.py`.
 fn part(name: &str) -> String {

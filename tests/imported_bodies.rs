@@ -1,19 +1,14 @@
 //! Bodies from files in scenarios: what is read, faults, and motions equal to those of the bodies that were written.
 
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
-
-mod beam_file;
-#[path = "support/scenarios.rs"]
-mod scenarios;
-
+use crate::support::scenarios;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
+use crate::beam_file::{BENDING, LENGTH, LINE_MASS, write_beam};
 use adaptive::record::Sample;
 use adaptive::spec::ImportedSpec;
 use adaptive::spec::{BodyKind, DampingSpec, Place, ReductionSpec};
 use assert_cmd::Command;
-use beam_file::{BENDING, LENGTH, LINE_MASS, write_beam};
 use fbimpact::body_file::{BodyFile, read, write_reduced};
 use fbimpact::scenario::{self, Fault, Scenario};
 use fbimpact::simulate::modes;

@@ -1,7 +1,5 @@
 //! Static answers to joints and loads in scenarios: with contacts of every model, in the table of modes.
 
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
-
 use std::path::Path;
 
 use assert_cmd::Command;

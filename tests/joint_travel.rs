@@ -1,8 +1,6 @@
 //! Generic joints, stops, dry friction and loads in lines and steps from a scenario, against closed forms.
 
-#[path = "support/scenarios.rs"]
-mod scenarios;
-
+use crate::support::scenarios;
 use std::path::Path;
 
 use adaptive::recording::Recording;

@@ -1,17 +1,12 @@
 //! Verification of the second tier: runs of minutes.
-#![expect(clippy::print_stdout, reason = "the figures of docs/verification.md, shown with --nocapture")]
-
-#[path = "verification/support.rs"]
-#[expect(dead_code, reason = "shared with the short tier, which uses the rest")]
-mod support;
 
 use std::f64::consts::TAU;
 
-use adaptive::recording::Recording;
-use support::{
+use crate::verification::support::{
     Table, Trace, assert_below, assert_close, built, cylinder_frequencies, deviation, parsed, record, run,
     steel_cylinder,
 };
+use adaptive::recording::Recording;
 
 /// Six elements of 50 um at the contact and few elsewhere: 352 degrees of freedom, highest frequency about 0.5 GHz.
 const COARSE: [&str; 5] = [

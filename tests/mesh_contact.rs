@@ -4,26 +4,17 @@
 //! Balls fall at 10 m/s, where the contact radius is a tenth of theirs, so that meshes of a few thousand elements resolve it. What they are
 //! compared with is the axisymmetric body of splines in the same impact.
 
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
-#![expect(clippy::print_stdout, reason = "the figures of docs/verification.md, shown with --nocapture")]
-
-#[path = "../crates/fe-mesh/tests/balls/mod.rs"]
-mod balls;
-#[expect(dead_code, reason = "other tests use the rest")]
-#[path = "../crates/fe-mesh/tests/writers/mod.rs"]
-mod writers;
-
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
+use crate::balls::Ball;
+use crate::writers::{Form, gmsh};
 use adaptive::record::ImpactRecord;
 use adaptive::recording::Recording;
 use adaptive::warning::WarningKind;
-use balls::Ball;
 use fbimpact::scenario::{self, Fault, Scenario};
 use fbimpact::simulate::simulate;
 use fe_mesh::ElementKind;
-use writers::{Form, gmsh};
 
 const WORLD: &str = r#"
 [simulation]

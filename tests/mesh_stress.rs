@@ -1,26 +1,16 @@
 //! Stress in bodies of finite elements with contact zones, given and divided in the run: history at points, line, `probe` and picture show the same, and what
 //! Hertz's half space has.
 
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
-#![expect(clippy::print_stdout, reason = "the figures of docs/verification.md, shown with --nocapture")]
-
-#[path = "../crates/fe-mesh/tests/balls/mod.rs"]
-mod balls;
-mod support;
-#[expect(dead_code, reason = "other tests use the rest")]
-#[path = "../crates/fe-mesh/tests/writers/mod.rs"]
-mod writers;
-
 use std::path::{Path, PathBuf};
 
-use balls::Ball;
+use crate::balls::Ball;
+use crate::support::fbimpact;
+use crate::support::vtu::array;
+use crate::writers::{Form, gmsh};
 use fe_mesh::ElementKind;
 use hdf5::File;
 use serde_json::Value;
-use support::fbimpact;
-use support::vtu::array;
 use tempfile::TempDir;
-use writers::{Form, gmsh};
 
 /// Six elements on a quarter of the circumference, none smaller at the touch.
 const COARSE: Ball = Ball { radius: 10.0, across: [6, 6], layers: 2, growth: [1.0, 1.0] };

@@ -1,30 +1,18 @@
 //! Bodies of finite elements in scenarios: against CalculiX and bodies of splines, faults, runs, resumption, cache, pictures.
 
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
-
-#[expect(dead_code, reason = "other tests use the rest")]
-#[path = "../crates/fe-mesh/tests/blocks/mod.rs"]
-mod blocks;
-#[expect(dead_code, reason = "other tests use the rest")]
-#[path = "../crates/fe-mesh/tests/writers/mod.rs"]
-mod writers;
-
-#[path = "support/bar.rs"]
-mod bar;
-#[path = "support/scenarios.rs"]
-mod scenarios;
-
+use crate::blocks;
+use crate::support::scenarios;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
-use bar::{ALUMINIUM, CLAMP, CLAMPED_BRICKS, HINGE, HINGED_BRICKS, OTHER_HINGE};
+use crate::support::bar::{ALUMINIUM, CLAMP, CLAMPED_BRICKS, HINGE, HINGED_BRICKS, OTHER_HINGE};
+use crate::support::scenarios::{run, system_frequencies};
+use crate::writers::{Form, gmsh};
 use fbimpact::scenario::{self, Fault, Scenario};
 use fbimpact::simulate::modes;
 use fe_mesh::ElementKind;
-use scenarios::{run, system_frequencies};
-use writers::{Form, gmsh};
 
 const WORLD: &str = "[simulation]\nend_time = 1e-3\n";
 

@@ -1,23 +1,14 @@
 //! The rod of `rod_on_plane.toml` of finite elements, in place of the axisymmetric body of splines, with as many modes as the program chooses: the same impact.
 
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
-#![expect(clippy::print_stdout, reason = "the figures of docs/verification.md, shown with --nocapture")]
-
-#[path = "../crates/fe-mesh/tests/balls/mod.rs"]
-mod balls;
-#[expect(dead_code, reason = "other tests use the rest")]
-#[path = "../crates/fe-mesh/tests/writers/mod.rs"]
-mod writers;
-
 use std::path::Path;
 
+use crate::balls::{Ball, Rod};
+use crate::writers::{Form, gmsh};
 use adaptive::record::ImpactRecord;
 use adaptive::recording::Recording;
-use balls::{Ball, Rod};
 use fbimpact::scenario;
 use fbimpact::simulate::simulate;
 use fe_mesh::ElementKind;
-use writers::{Form, gmsh};
 
 const MATERIALS: &str = r#"
     [materials.aluminium]

@@ -1,7 +1,5 @@
 //! The page docs/own_part.md from a STEP file to an impact and its pictures, as `scripts/own_part.py` follows it: where Gmsh's Python module is.
 
-#![expect(clippy::print_stdout, reason = "says that it was skipped")]
-
 use std::path::Path;
 use std::process::Command;
 

@@ -1,12 +1,10 @@
 //! What no result may do, seen as a user sees it: overlaps at the start, energy from nothing, motion beyond all bounds; and what a
 //! result says about itself.
 
-mod support;
-
 use std::fmt::Write as _;
 use std::path::Path;
 
-use support::fbimpact;
+use crate::support::fbimpact;
 
 /// Radius of the spheres \[m\].
 const RADIUS: f64 = 0.01;

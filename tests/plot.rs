@@ -1,11 +1,9 @@
 //! `fbimpact plot` from the outside: files, formats, notes and errors.
 
-mod support;
-
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
-use support::{fbimpact, simulate};
+use crate::support::{fbimpact, simulate};
 use tempfile::TempDir;
 
 /// Results that all tests read.

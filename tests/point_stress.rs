@@ -1,26 +1,14 @@
 //! Histories of stress and strain at points: beams, bars and waves in them, in closed form; what of them is stored.
 
-#![expect(clippy::print_stdout, reason = "figures of docs/verification.md")]
-
-#[expect(dead_code, reason = "other tests use the rest")]
-#[path = "../crates/fe-mesh/tests/blocks/mod.rs"]
-mod blocks;
-#[expect(dead_code, reason = "other tests use the rest")]
-#[path = "../crates/fe-mesh/tests/writers/mod.rs"]
-mod writers;
-
-#[path = "support/bar.rs"]
-mod bar;
-#[path = "support/scenarios.rs"]
-mod scenarios;
-
+use crate::blocks;
+use crate::support::scenarios;
 use std::path::PathBuf;
 
+use crate::support::bar::ALUMINIUM;
+use crate::support::scenarios::{parse, run, valid};
+use crate::writers::{Form, gmsh};
 use adaptive::recording::Recording;
-use bar::ALUMINIUM;
 use fe_mesh::ElementKind;
-use scenarios::{parse, run, valid};
-use writers::{Form, gmsh};
 
 fn recorded(text: &str, set: &[&str]) -> Recording {
     run(&valid(&folder(), text, set))

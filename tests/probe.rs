@@ -1,14 +1,10 @@
 //! `fbimpact probe` from the outside: the same histories as the run stored, modes, formats, what it refuses.
 
-#![expect(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
-
-mod support;
-
 use std::path::{Path, PathBuf};
 
+use crate::support::{fbimpact, simulate};
 use hdf5::File;
 use serde_json::Value;
-use support::{fbimpact, simulate};
 use tempfile::TempDir;
 
 fn simulated(folder: &TempDir, scenario: &str, set: &[&str]) -> PathBuf {

@@ -1,24 +1,17 @@
 //! Memory that the readers of other programs' files take: less than ten times the size of the file, whatever its format.
 
 #![cfg(target_os = "linux")]
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
-#![expect(clippy::print_stdout, reason = "the figures of docs/performance.md, shown with --nocapture")]
 
-#[expect(dead_code, reason = "other tests use the rest")]
-#[path = "../crates/fe-mesh/tests/blocks/mod.rs"]
-mod blocks;
-#[path = "../crates/fe-mesh/tests/writers/mod.rs"]
-mod writers;
-
+use crate::blocks;
 use std::fmt::Write as _;
 use std::process::Command;
 
+use crate::writers::{Form, gmsh, inp};
 use fbimpact::matrix_files::read_matrix;
 use fe_mesh::ElementKind;
 use iga_core::files::{write_gismo, write_mfem};
 use iga_core::knots::KnotVector;
 use iga_core::nurbs::Patch;
-use writers::{Form, gmsh, inp};
 
 /// A line of the process's status \[bytes\].
 fn status(key: &str) -> usize {
@@ -38,7 +31,7 @@ fn share(name: &str, kind: &str, file: &[u8]) -> f64 {
     let path = folder.path().join("file");
     std::fs::write(&path, file).unwrap();
     let child = Command::new(std::env::current_exe().unwrap())
-        .args(["--ignored", "--exact", "child_reads_a_file", "--nocapture"])
+        .args(["--ignored", "--exact", "reader_memory::child_reads_a_file", "--nocapture"])
         .env(FILE, format!("{kind} {}", path.display()))
         .output()
         .unwrap();

@@ -1,11 +1,6 @@
 //! Rigid bodies with a shape as targets of flexible ones: Hertz, St-Venant, flexible partners a thousand times as stiff, momenta, bits.
 
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
-#![expect(clippy::print_stdout, reason = "the figures of docs/verification.md, shown with --nocapture")]
-
-#[path = "support/scenarios.rs"]
-mod scenarios;
-
+use crate::support::scenarios;
 use std::f64::consts::PI;
 use std::path::Path;
 

@@ -1,22 +1,16 @@
 //! Scenarios that say nothing of mesh and modes: impacts as with the shipped sizes and as with everything doubled, and what a user
 //! is told of the choice.
 
-#![expect(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
-
-#[path = "support/impacts.rs"]
-mod impacts;
-#[path = "support/scenarios.rs"]
-mod scenarios;
-
+use crate::support::scenarios;
 use std::path::Path;
 
+use crate::support::impacts::assert_same;
+use crate::support::scenarios::run;
 use adaptive::spec::{BodyKind, ReductionSpec};
 use adaptive::store::ModelCache;
 use fbimpact::scenario::Scenario;
 use fbimpact::simulate::modes;
 use fbimpact::sizing::{notes, sized};
-use impacts::assert_same;
-use scenarios::run;
 
 fn parse(text: &str) -> Scenario {
     scenarios::valid(Path::new("scenarios"), text, &[])

@@ -1,23 +1,14 @@
 //! Bodies of splines of other programs in scenarios: the same as those by name, on joints and hit, exported, resumed elsewhere; faults.
 
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
-#![expect(clippy::print_stdout, reason = "the figures of docs/verification.md, shown with --nocapture")]
-
-#[path = "support/mod.rs"]
-mod program;
-#[path = "support/scenarios.rs"]
-mod scenarios;
-#[path = "support/swings.rs"]
-mod swings;
-
+use crate::support::scenarios;
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
+use crate::support::fbimpact;
+use crate::support::scenarios::run;
+use crate::support::swings::period;
 use fbimpact::scenario::{self, Scenario};
 use fbimpact::simulate::modes;
-use program::fbimpact;
-use scenarios::run;
-use swings::period;
 
 /// Files of MFEM and G+Smo.
 fn files() -> PathBuf {

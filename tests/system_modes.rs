@@ -1,16 +1,13 @@
 //! `fbimpact modes --system` and reactions of joints against closed forms of beams and pendulums.
 
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
-
-mod beam_file;
-
+use crate::beam_file;
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
+use crate::beam_file::{BENDING, LENGTH, LINE_MASS, write_beam};
 use adaptive::recording::Recording;
 use assert_cmd::Command;
-use beam_file::{BENDING, LENGTH, LINE_MASS, write_beam};
 use fbimpact::scenario::{self, Scenario};
 use fbimpact::simulate::{simulate, system_modes};
 use serde_json::Value;

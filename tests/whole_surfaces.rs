@@ -1,17 +1,11 @@
 //! Contact on whole surfaces wherever flat faces and edges touch: on joints, in later impacts, and refused where no point would see it.
 
-#![expect(clippy::print_stdout, reason = "the figures of docs/verification.md, shown with --nocapture")]
-
-#[path = "support/scenarios.rs"]
-mod scenarios;
-#[path = "support/steel_parts.rs"]
-mod steel_parts;
-
+use crate::support::scenarios;
 use std::path::Path;
 
+use crate::support::steel_parts::{FLOOR, LENGTH, MODES, STEEL, check_ledger, contact, most_lost, rod, run};
 use adaptive::record::Sample;
 use adaptive::warning::WarningKind;
-use steel_parts::{FLOOR, LENGTH, MODES, STEEL, check_ledger, contact, most_lost, rod, run};
 
 /// `text` of a rod that [`rod`] makes, on a guide along its axis.
 fn guided(text: &str, name: &str, z: f64, speed: f64) -> String {

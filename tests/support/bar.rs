@@ -1,5 +1,4 @@
 //! The aluminium bar of 0.3 × 0.03 × 0.01 m that hangs on its end faces, and what CalculiX finds for its mesh of 20 × 3 × 2 C3D20.
-#![allow(dead_code, reason = "every test uses some of it")]
 
 pub const ALUMINIUM: &str = r#"
 [materials.aluminium]

@@ -1,5 +1,4 @@
 //! Impacts of two runs against each other.
-#![allow(dead_code, reason = "every test uses some of it")]
 
 use adaptive::recording::Recording;
 

@@ -1,6 +1,11 @@
 //! The built program as a user runs it.
-#![allow(dead_code, reason = "every test uses some of it")]
 
+pub mod bar;
+pub mod damage;
+pub mod impacts;
+pub mod scenarios;
+pub mod steel_parts;
+pub mod swings;
 pub mod vtu;
 
 use std::path::{Path, PathBuf};

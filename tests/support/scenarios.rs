@@ -1,5 +1,4 @@
 //! Scenarios from texts, and what their runs record.
-#![allow(dead_code, reason = "every test uses some of it")]
 
 use std::path::{Path, PathBuf};
 

@@ -1,5 +1,4 @@
 //! Parts of steel that meet with flat faces and edges, as texts of a scenario, and what holds of all their runs.
-#![allow(dead_code, reason = "every test uses some of it")]
 
 use std::path::Path;
 

@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use adaptive::record::{PhaseKind, TrialOutcome};
 
-use crate::support::{Trace, assert_below, assert_close, run};
+use super::support::{Trace, assert_below, assert_close, run};
 
 /// The scenario as shipped.
 fn shipped() -> &'static Trace {

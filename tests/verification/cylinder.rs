@@ -1,6 +1,6 @@
 //! Eigenfrequencies of a free solid cylinder against a Ritz solution.
 
-use crate::support::{assert_below, built, cylinder_frequencies, parsed, steel_cylinder};
+use super::support::{assert_below, built, cylinder_frequencies, parsed, steel_cylinder};
 use std::f64::consts::TAU;
 
 // Known error of the first ten frequencies on this mesh: 1.9e-6; the reference has 9 digits.

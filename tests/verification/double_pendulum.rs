@@ -1,6 +1,6 @@
 //! Two flexible double pendulums ([A] section 6): the first impact; the whole second is in the long tier.
 
-use crate::support::{Trace, assert_below, assert_close, run, shipped};
+use super::support::{Trace, assert_below, assert_close, run, shipped};
 use adaptive::record::TrialOutcome;
 use adaptive::sizing::{Candidate, SizeRequest};
 

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::sync::OnceLock;
 
-use crate::support::{Table, Trace, assert_below, assert_close, deviation, interpolate, run};
+use super::support::{Table, Trace, assert_below, assert_close, deviation, interpolate, run};
 
 // Claim 10 of docs/verification.md.
 const TRACE_TOLERANCE: f64 = 1e-2;

@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use crate::support::{Table, Trace, assert_below, assert_close, deviation, run, run_on};
+use super::support::{Table, Trace, assert_below, assert_close, deviation, run, run_on};
 
 // Hertz's half space (docs/theory.md Eq. C.15): closed forms at 0.1 m/s.
 const HERTZ_PEAK: f64 = 51.70; // N

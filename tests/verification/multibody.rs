@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::sync::OnceLock;
 
-use crate::support::{
+use super::support::{
     Table, Trace, assert_below, assert_close, interpolate, run, run_scenario, without_sizes,
 };
 

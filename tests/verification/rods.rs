@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::support::{Table, assert_close, built, parsed};
+use super::support::{Table, assert_close, built, parsed};
 
 // The reference neglects the ends, which is good for 0.2 % (tests/reference/rod_alu_dispersion.csv).
 const TOLERANCE: f64 = 2e-3;

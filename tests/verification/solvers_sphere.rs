@@ -1,6 +1,6 @@
 //! The sphere on the plane with other contact solvers, constraints, points and dynamic modes: one physics, one force.
 
-use crate::support::{Trace, assert_below, assert_close, run};
+use super::support::{Trace, assert_below, assert_close, run};
 
 // Claims of the project: solvers and constraints agree on the force.
 const SOLVERS: f64 = 2e-3;

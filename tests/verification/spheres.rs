@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use ffr_dynamics::reduction::problem::ElasticProblem;
 
-use crate::support::{Table, assert_below, assert_close, built, parsed, shipped};
+use super::support::{Table, assert_below, assert_close, built, parsed, shipped};
 
 // Claim 6 of docs/verification.md; the mesh of the scenario is good for 6e-5.
 const AXISYMMETRIC: f64 = 5e-4;

@@ -1,7 +1,5 @@
 //! Markers with an extent: they follow rigid motions, their forces are the transpose of their motion, bodies held at them converge.
 
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
-
 use adaptive::elastic_body::ElasticBody;
 use adaptive::spec::{Area, Coupling, DiscretisationSpec, ElasticSpec, Extent, Place, ReductionSpec};
 use faer::Mat;

@@ -1,7 +1,7 @@
 //! The models that \[A\] compares, each with the refinement and the penalty factor that the adaptive one found.
 
-mod rod_impacts;
-
+use crate::impacts::Trace;
+use crate::rod_impacts::{LENGTH, RADIUS, finished, sphere_rod_sphere, two_spheres};
 use adaptive::error::AdaptiveError;
 use adaptive::model::RunModel;
 use adaptive::record::TrialOutcome;
@@ -10,8 +10,6 @@ use adaptive::spec::{
     Target, Treatment,
 };
 use nalgebra::Vector3;
-use rod_impacts::impacts::Trace;
-use rod_impacts::{LENGTH, RADIUS, finished, sphere_rod_sphere, two_spheres};
 
 fn laws(spec: &mut RunSpec) -> impl Iterator<Item = &mut SurfaceLaw> {
     spec.contacts.iter_mut().map(|c| match &mut c.law {

@@ -1,7 +1,6 @@
 //! Phases, events and records of a run, on a coarse aluminium ball between rigid planes.
 
-mod impacts;
-
+use crate::impacts::{Trace, explicit, law, spec, try_run};
 use adaptive::AdaptiveError;
 use adaptive::record::PhaseKind;
 use adaptive::recording::Recording;
@@ -11,7 +10,6 @@ use adaptive::spec::{
 };
 use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::primitives::axisymmetric;
-use impacts::{Trace, explicit, law, spec, try_run};
 use nalgebra::{UnitQuaternion, Vector3};
 
 const RADIUS: f64 = 10e-3; // m

@@ -1,7 +1,6 @@
 //! Impacts that cannot be simulated: what is reported before, and what the error says.
 
-mod impacts;
-
+use crate::impacts::{ALUMINIUM, STEEL, Trace, body, contact, law, spec, sphere, try_run};
 use adaptive::AdaptiveError;
 use adaptive::record::PhaseKind;
 use adaptive::record::TrialOutcome;
@@ -12,7 +11,6 @@ use adaptive::spec::{
 };
 use contact_qs::quasistatic::{BroydenSettings, Method};
 use iga_core::nurbs::primitives::axisymmetric;
-use impacts::{ALUMINIUM, STEEL, Trace, body, contact, law, spec, sphere, try_run};
 
 const RADIUS: f64 = 10e-3; // m
 const SPEED: f64 = 0.1; // m/s

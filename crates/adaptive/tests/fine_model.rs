@@ -1,12 +1,9 @@
 //! Fine models: their points, and their contact against globally refined models.
 
-#![expect(clippy::unwrap_used, reason = "tests")]
-
-mod bodies;
-mod impacts;
-
+use crate::impacts;
 use std::collections::BTreeMap;
 
+use crate::bodies::{block, rod, sphere, wanted_at};
 use adaptive::contact_zone::ContactZone;
 use adaptive::elastic_body::ElasticBody;
 use adaptive::fine_model::{FineBody, FineMesh, FineSettings};
@@ -16,7 +13,6 @@ use adaptive::spec::{
     ReductionSpec, SurfaceLaw, Target, Treatment,
 };
 use approx::assert_relative_eq;
-use bodies::{block, rod, sphere, wanted_at};
 use contact_qs::points::{DofLookup, SurfacePoint};
 use faer::Mat;
 use faer::linalg::solvers::Solve;
@@ -324,7 +320,6 @@ fn impossible_intervals_are_refused_by_name() {
 
 #[test]
 #[ignore = "second tier: prints times of a quiet machine"]
-#[expect(clippy::print_stdout, reason = "a measurement")]
 fn times() {
     for (name, body, place) in [
         ("sphere 8x8", sphere([8, 8]), BOTTOM),

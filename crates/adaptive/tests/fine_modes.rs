@@ -1,7 +1,6 @@
 //! Fine models with low-frequency modes of their own, and both ways to transfer the state ([A] 4.4).
 
-mod impacts;
-
+use crate::impacts::{ALUMINIUM, STEEL, Trace, body, contact, finished, spec, sphere};
 use adaptive::model::RunModel;
 use adaptive::record::GaugeRequest;
 use adaptive::spec::LowModes;
@@ -12,7 +11,6 @@ use adaptive::spec::{
 };
 use ffr_dynamics::system::JointKind;
 use iga_core::nurbs::primitives::axisymmetric;
-use impacts::{ALUMINIUM, STEEL, Trace, body, contact, finished, spec, sphere};
 use nalgebra::{UnitQuaternion, Vector3};
 
 const RADIUS: f64 = 10e-3; // m

@@ -1,11 +1,9 @@
 //! Several refined pairs in one impact phase, and one pair that meets many times; no setting anywhere.
 
-mod impacts;
-
+use crate::impacts::{STEEL, Trace, contact, finished, spec, sphere};
 use adaptive::record::TrialOutcome;
 use adaptive::record::{PhaseKind, Sample};
 use adaptive::spec::{RunSpec, Target};
-use impacts::{STEEL, Trace, contact, finished, spec, sphere};
 use nalgebra::Vector3;
 
 const RADIUS: f64 = 10e-3; // m

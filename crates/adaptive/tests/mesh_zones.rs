@@ -1,15 +1,9 @@
 //! Fine models of bodies of finite elements: what they keep of the mesh, and the smooth surface that contact sees in place of its sides.
 
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
-
-#[path = "../../fe-mesh/tests/balls/mod.rs"]
-mod balls;
-#[expect(dead_code, reason = "other tests use the rest")]
-#[path = "../../fe-mesh/tests/blocks/mod.rs"]
-mod blocks;
-
+use crate::blocks;
 use std::sync::Arc;
 
+use crate::balls::Ball;
 use adaptive::elastic_body::Interface;
 use adaptive::fine_elements::{FineElements, WantedZone};
 use adaptive::mesh_surface::{MeshSurface, SideSite};
@@ -17,7 +11,6 @@ use adaptive::meshed::MeshedModel;
 use adaptive::smooth_fit::SmoothFit;
 use adaptive::spec::{DampingSpec, FrameSpec, MeshedSpec, ReductionSpec};
 use adaptive::store::ModelCache;
-use balls::Ball;
 use fe_mesh::rules::MassRule;
 use fe_mesh::{ElementKind, Mesh};
 use ffr_dynamics::reduction::problem::ElasticProblem;

@@ -1,18 +1,13 @@
 //! Contact zones on bodies of several patches: away from seams, over them, and where three or four patches meet.
 
-#![expect(clippy::unwrap_used, reason = "tests")]
-#![expect(clippy::print_stdout, reason = "the figures of docs/verification.md, shown with --nocapture")]
-
-mod bodies;
-
 use std::collections::BTreeMap;
 
+use crate::bodies::{block, wanted_at};
 use adaptive::elastic_body::ElasticBody;
 use adaptive::fine_model::{FineBody, FineMesh, FineSettings};
 use adaptive::interval::IntervalEnd;
 use adaptive::spec::{DivisionRule, LowModes, PointRule};
 use approx::assert_relative_eq;
-use bodies::{block, wanted_at};
 use faer::Mat;
 use ffr_dynamics::reduction::compliance::modal_compliance;
 use iga_core::knots::KnotVector;

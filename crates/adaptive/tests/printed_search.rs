@@ -1,13 +1,10 @@
 //! The search for the penalty factor as printed ([A] Fig. 3) with the solver as printed (Algorithm 1), on [A] section 5.
-#![expect(clippy::print_stdout, reason = "the figures of docs/verification.md, shown with --nocapture")]
 
-mod impacts;
-
+use crate::impacts::{ALUMINIUM, STEEL, Trace, body, contact, finished, law, spec, sphere};
 use adaptive::record::{TransferDirection, TrialOutcome};
 use adaptive::spec::{ContactLaw, ContactSpec, PenaltySearch, RunSpec, SurfaceLaw, Target};
 use contact_qs::quasistatic::{BroydenSettings, Method};
 use iga_core::nurbs::primitives::axisymmetric;
-use impacts::{ALUMINIUM, STEEL, Trace, body, contact, finished, law, spec, sphere};
 
 const RADIUS: f64 = 10e-3; // m
 const LENGTH: f64 = 1.0; // m

@@ -1,25 +1,18 @@
 //! Impacts of two spheres drawn at random, simulated without any setting, beside Hertz's theory.
-#![expect(clippy::print_stdout, reason = "the figures of docs/verification.md, shown with --nocapture")]
-
-mod impacts;
 
 use std::f64::consts::PI;
 use std::time::Instant;
 
+use crate::impacts::{ALUMINIUM, Numbers, STEEL, Solid, Trace, contact, spec, sphere, try_run};
 use adaptive::spec::{BodyKind, ContactLaw, RunSpec, Target};
-use impacts::{ALUMINIUM, Numbers, STEEL, Solid, Trace, contact, spec, sphere, try_run};
 use rayon::prelude::*;
 
 impl Numbers {
-    fn of_any_size(&mut self, low: f64, high: f64) -> f64 {
-        self.between(low.ln(), high.ln()).exp()
-    }
-
     fn coin(&mut self) -> bool {
         self.next() < 0.5
     }
 
-    fn solid(&mut self) -> Solid {
+    fn known_or_any_solid(&mut self) -> Solid {
         match (4.0 * self.next()) as usize {
             0 => STEEL,
             1 => ALUMINIUM,
@@ -60,7 +53,7 @@ impl Case {
     fn draw(number: u64) -> Self {
         let mut random = Numbers(20_240_518 + number);
         let radii = [random.of_any_size(1e-3, 50e-3), random.of_any_size(1e-3, 50e-3)];
-        let solids = [random.solid(), random.solid()];
+        let solids = [random.known_or_any_solid(), random.known_or_any_solid()];
         let closing = random.of_any_size(1e-3, 2.0);
         // One at rest, the other at rest, or both in motion.
         let second = match (3.0 * random.next()) as usize {

@@ -3,44 +3,30 @@
 //! Spheres, rods, discs and planes; radii 1 to 500 mm, moduli 1 to 400 GPa, speeds 1e-6 to 5 m/s, open or closed gaps, ends of the
 //! simulated time long after the impact, in it, and just after the touch; every third pair with friction up to 1. Solid pairs have
 //! every shape and net that is refined, with elements and degrees drawn at random.
-#![expect(clippy::print_stdout, reason = "the figures of docs/verification.md, shown with --nocapture")]
 
-mod impacts;
-mod solids;
-
+use crate::solids;
 use std::f64::consts::PI;
 use std::time::Instant;
 
+use crate::impacts::{Numbers, Solid, Trace, body, contact, disc, law, spec, sphere, try_run};
+use crate::solids::Form;
 use adaptive::spec::{BodySpec, ContactLaw, InitialMotion, RunSpec, Target};
 use contact_qs::law::Friction;
 use iga_core::nurbs::primitives::axisymmetric;
-use impacts::{Numbers, Solid, Trace, body, contact, disc, law, spec, sphere, try_run};
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, Vector3};
 use rayon::prelude::*;
-use solids::Form;
 
 impl Numbers {
-    fn of_any_size(&mut self, low: f64, high: f64) -> f64 {
-        self.between(low.ln(), high.ln()).exp()
-    }
-
     fn one_of<T: Copy>(&mut self, list: &[T]) -> T {
         list[(self.next() * list.len() as f64) as usize]
     }
 
-    fn solid(&mut self) -> Solid {
+    fn any_solid(&mut self) -> Solid {
         Solid {
             youngs: self.of_any_size(1e9, 400e9),
             poisson: self.between(0.0, 0.45),
             density: self.of_any_size(1e3, 20e3),
         }
-    }
-
-    /// A rotation, all equally likely (Shoemake 1992).
-    fn rotation(&mut self) -> UnitQuaternion<f64> {
-        let (u, a, b) = (self.next(), self.between(0.0, 2.0 * PI), self.between(0.0, 2.0 * PI));
-        let (p, q) = ((1.0 - u).sqrt(), u.sqrt());
-        UnitQuaternion::new_normalize(Quaternion::new(q * b.cos(), p * a.sin(), p * a.cos(), q * b.sin()))
     }
 }
 
@@ -99,7 +85,7 @@ impl Pair {
             number,
             kind,
             radii: [0; 2].map(|_| random.of_any_size(1e-3, 0.5)),
-            solids: [0; 2].map(|_| random.solid()),
+            solids: [0; 2].map(|_| random.any_solid()),
             thicknesses: [0; 2].map(|_| random.of_any_size(1e-2, 1.0)),
             closing,
             sideways: friction.map_or(0.0, |_| closing * random.between(-2.0, 2.0)),

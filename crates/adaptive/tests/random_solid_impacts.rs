@@ -1,16 +1,13 @@
 //! Oblique impacts of two solid spheres drawn at random, with spin and friction, simulated without any setting.
-#![expect(clippy::print_stdout, reason = "the figures of docs/verification.md, shown with --nocapture")]
-
-mod impacts;
 
 use std::f64::consts::PI;
 use std::time::Instant;
 
+use crate::impacts::{ALUMINIUM, Numbers, STEEL, Solid, Trace, ball, law, spec, try_run};
 use adaptive::record::Sample;
 use adaptive::spec::{ContactLaw, ContactSpec, InitialMotion, IntervalSpec, RunSpec, SurfaceLaw, Target};
 use contact_qs::law::Friction;
-use impacts::{ALUMINIUM, Numbers, STEEL, Solid, Trace, ball, law, spec, try_run};
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 
 impl Numbers {
     /// A direction, all equally likely.
@@ -18,13 +15,6 @@ impl Numbers {
         let (z, angle) = (self.between(-1.0, 1.0), self.between(0.0, 2.0 * PI));
         let r = (1.0 - z * z).sqrt();
         Vector3::new(r * angle.cos(), r * angle.sin(), z)
-    }
-
-    /// A rotation, all equally likely (Shoemake 1992).
-    fn rotation(&mut self) -> UnitQuaternion<f64> {
-        let (u, a, b) = (self.next(), self.between(0.0, 2.0 * PI), self.between(0.0, 2.0 * PI));
-        let (p, q) = ((1.0 - u).sqrt(), u.sqrt());
-        UnitQuaternion::new_normalize(Quaternion::new(q * b.cos(), p * a.sin(), p * a.cos(), q * b.sin()))
     }
 }
 

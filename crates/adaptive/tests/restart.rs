@@ -1,9 +1,8 @@
 //! Runs taken up at a restart point go on as the first run did, to the last bit.
 
-mod impacts;
-
 use std::sync::Arc;
 
+use crate::impacts::{ALUMINIUM, STEEL, Trace, contact, disc, finished, spec, sphere};
 use adaptive::AdaptiveError;
 use adaptive::driver::resume;
 use adaptive::model::RunModel;
@@ -17,7 +16,6 @@ use adaptive::spec::{
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::integration::Method;
 use iga_core::nurbs::primitives::plane;
-use impacts::{ALUMINIUM, STEEL, Trace, contact, disc, finished, spec, sphere};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 const RADIUS: f64 = 10e-3; // m

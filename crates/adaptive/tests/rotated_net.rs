@@ -1,10 +1,7 @@
 //! Coarse models on turned nets: fields are carried over, regular places left alone.
-#![expect(clippy::unwrap_used, reason = "a failure is a failed test")]
 
-mod bodies;
-
+use crate::bodies::{ball, wanted_at};
 use adaptive::rotated_net::RotatedNet;
-use bodies::{ball, wanted_at};
 use faer::Mat;
 
 #[test]

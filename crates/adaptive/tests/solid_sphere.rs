@@ -3,13 +3,11 @@
 //! Contact begins and ends when the first point is touched. The axisymmetric points have one on the axis, the points of the solid
 //! lie half an element `h` beside it and `h²/(4 R)` higher, so that its impact is shorter by some `h²/(2 R v)`: 0.3 % with 16
 //! elements across the interval, four times as much with 8.
-#![expect(clippy::print_stdout, reason = "the figures of docs/verification.md, shown with --nocapture")]
 
-mod impacts;
-
+use crate::impacts;
+use crate::impacts::{ALUMINIUM, Trace, finished, law, spec};
 use adaptive::record::ImpactRecord;
 use adaptive::spec::{BodySpec, ContactLaw, ContactSpec, InitialMotion, Target};
-use impacts::{ALUMINIUM, Trace, finished, law, spec};
 use nalgebra::{UnitQuaternion, Vector3};
 
 const RADIUS: f64 = 10e-3;

@@ -1,11 +1,9 @@
 //! Steel sphere, aluminium rod, gap of 1 um, steel sphere (\[A\] section 5): refined by the program.
 
-mod rod_impacts;
-
+use crate::rod_impacts::{finished, sphere_rod_sphere};
 use adaptive::record::PhaseKind;
 use adaptive::record::TrialOutcome;
 use adaptive::spec::PenaltySearch;
-use rod_impacts::{finished, sphere_rod_sphere};
 
 fn near(value: f64, expected: f64, relative: f64) {
     assert!((value / expected - 1.0).abs() < relative, "{value:e}, expected {expected:e}");

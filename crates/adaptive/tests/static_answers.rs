@@ -1,12 +1,10 @@
 //! Joints on faces of bars: frequencies, sag and prescribed motions of bodies whose bases have static answers.
 
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
-
-mod impacts;
-
+use crate::impacts;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
+use crate::impacts::finished;
 use adaptive::elastic_body::{ElasticBody, Interface};
 use adaptive::marker_loads::MarkerLoads;
 use adaptive::model::RunModel;
@@ -27,7 +25,6 @@ use iga_core::nurbs::FaceId;
 use iga_core::nurbs::primitives::{plane, solid};
 use iga_core::space::Space;
 use iga_core::surface::{Face, gauss_points};
-use impacts::finished;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 /// Aluminium bar \[m\].

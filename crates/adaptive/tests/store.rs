@@ -1,13 +1,11 @@
 //! Models kept between runs: the same results with and without, keys that tell models apart, equal bodies built once.
 
-#![expect(clippy::unwrap_used, reason = "tests")]
-
-mod bodies;
-mod impacts;
-
+use crate::impacts;
 use std::convert::Infallible;
 use std::sync::{Arc, Mutex};
 
+use crate::bodies::{block, sphere, wanted_at};
+use crate::impacts::{STEEL, contact, law, spec};
 use adaptive::driver::run;
 use adaptive::elastic_body::modes_key;
 use adaptive::elastic_body::{Interface, InterfaceModes};
@@ -21,11 +19,9 @@ use adaptive::spec::{
     ReductionSpec, RefinementSpec, RunSpec, Target, Treatment,
 };
 use adaptive::store::{CacheUse, ModelCache, ModelKey, ModelStore, StoredModel, body_definition};
-use bodies::{block, sphere, wanted_at};
 use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::primitives::sphere::SphereNet;
 use iga_core::nurbs::primitives::{self, solid};
-use impacts::{STEEL, contact, law, spec};
 
 /// Models in memory, and what was asked for.
 #[derive(Default)]

@@ -1,15 +1,11 @@
 //! Transfer of states between coarse and fine models.
 
-#![expect(clippy::unwrap_used, reason = "tests")]
-
-mod bodies;
-
+use crate::bodies::{rod, sphere, wanted_at};
 use adaptive::fine_model::{FineBody, FineSettings};
 use adaptive::spec::LowModes;
 use adaptive::spec::PointRule;
 use adaptive::spec::TransferMethod;
 use adaptive::transfer::StateTransfer;
-use bodies::{rod, sphere, wanted_at};
 use ffr_dynamics::reduction::modal::ReducedBasis;
 
 /// Random numbers in (-1, 1): a linear congruential generator.

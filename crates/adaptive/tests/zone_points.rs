@@ -1,8 +1,6 @@
 //! Observed points in contact zones: they show the dent.
-#![expect(clippy::print_stdout, reason = "the figures of docs/verification.md, shown with --nocapture")]
 
-mod impacts;
-
+use crate::impacts::{ALUMINIUM, STEEL, contact, finished, law, spec, sphere};
 use adaptive::driver::resume;
 use adaptive::model::RunModel;
 use adaptive::record::{GaugeRequest, Sample};
@@ -12,7 +10,6 @@ use adaptive::spec::{
     BodySpec, ContactLaw, ContactSpec, PenaltySearch, Place, PointSpec, RefinementSpec, RunSpec, SurfaceLaw,
     Target, Treatment,
 };
-use impacts::{ALUMINIUM, STEEL, contact, finished, law, spec, sphere};
 use nalgebra::Vector3;
 
 const RADIUS: f64 = 10e-3; // m

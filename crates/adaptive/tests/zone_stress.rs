@@ -1,8 +1,6 @@
 //! Stress in bodies that are refined during the run, against Hertz's half space on the axis of contact.
-#![expect(clippy::print_stdout, reason = "the figures of docs/verification.md, shown with --nocapture")]
 
-mod impacts;
-
+use crate::impacts::{ALUMINIUM, STEEL, Solid, Trace, contact, finished, law, spec, sphere, try_run};
 use adaptive::AdaptiveError;
 use adaptive::record::GaugeRequest;
 use adaptive::record::StressRecord;
@@ -14,7 +12,6 @@ use adaptive::spec::{
 };
 use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::primitives::sphere::{SphereNet, sphere as ball};
-use impacts::{ALUMINIUM, STEEL, Solid, Trace, contact, finished, law, spec, sphere, try_run};
 use nalgebra::{UnitQuaternion, Vector3};
 
 const RADIUS: f64 = 10e-3; // m

@@ -1,13 +1,8 @@
 //! Contact intervals of any size are resolved: tiny partners, slow touches, ends of the simulated time just after the touch.
-#![expect(
-    clippy::print_stdout,
-    reason = "figures of docs/decisions/0019-levels-of-a-zone.md, shown with --nocapture"
-)]
-#![expect(clippy::unwrap_used, reason = "tests")]
 
-mod bodies;
-mod impacts;
-
+use crate::bodies;
+use crate::bodies::wanted_at;
+use crate::impacts::{STEEL, Solid, Trace, ball, contact, disc, finished, spec, sphere, try_run};
 use adaptive::elastic_body::ElasticBody;
 use adaptive::fine_model::{Division, FineMesh, FineSettings};
 use adaptive::spec::DivisionRule;
@@ -15,12 +10,10 @@ use adaptive::spec::{
     BodyKind, BodySpec, ContactLaw, DiscretisationSpec, ElasticSpec, InitialMotion, PenaltySearch,
     ReductionSpec, RunSpec, SurfaceLaw, Target,
 };
-use bodies::wanted_at;
 use contact_qs::law::Friction;
 use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::primitives::solid;
 use iga_core::space::Space;
-use impacts::{STEEL, Solid, Trace, ball, contact, disc, finished, spec, sphere, try_run};
 use nalgebra::{UnitQuaternion, Vector3};
 
 const FLOOR: Target =

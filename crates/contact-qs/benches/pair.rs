@@ -3,16 +3,16 @@
 #![expect(clippy::unwrap_used, reason = "a benchmark that cannot be set up shall stop")]
 
 #[path = "../tests/common/mod.rs"]
+#[expect(dead_code, reason = "tests use the rest")]
 mod common;
 #[path = "../tests/pair_support/mod.rs"]
+#[expect(dead_code, reason = "tests use the rest")]
 mod pair_support;
-#[path = "../tests/pair_support/elastic.rs"]
-mod elastic;
 
 use contact_qs::quasistatic::Method;
 use contact_qs::{ActiveContact, SurfacePair, SurfacePairSettings};
-use elastic::{ALUMINIUM, ElasticSphere, STEEL};
 use ffr_dynamics::system::{Active, ActiveForce, BodyState, GeneralisedForce, Motion};
+use pair_support::elastic::{ALUMINIUM, ElasticSphere, STEEL};
 
 const N_MODES: usize = 20;
 const RADIUS: f64 = 0.01;

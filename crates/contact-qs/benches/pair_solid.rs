@@ -2,16 +2,16 @@
 
 #![expect(clippy::unwrap_used, reason = "a benchmark that cannot be set up shall stop")]
 
-#[path = "../tests/pair_support/caps.rs"]
-mod caps;
 #[path = "../tests/common/mod.rs"]
+#[expect(dead_code, reason = "tests use the rest")]
 mod common;
 #[path = "../tests/pair_support/mod.rs"]
+#[expect(dead_code, reason = "tests use the rest")]
 mod pair_support;
 
-use caps::{N_MODES, RADIUS};
 use contact_qs::{ActiveContact, Friction, SurfacePair};
 use ffr_dynamics::system::{Active, ActiveForce, GeneralisedForce, Motion};
+use pair_support::caps::{self, N_MODES, RADIUS};
 
 const WIDTH: f64 = 1.5e-4;
 const APPROACH: f64 = 2e-6;

@@ -1,10 +1,6 @@
 //! The active-set solver against optimality conditions, brute force and limits.
 
-#![expect(clippy::unwrap_used, reason = "helpers of tests; a failure is a failed test")]
-
-mod common;
-
-use common::{Random, parabola, surface_compliance};
+use crate::common::{Random, parabola, surface_compliance};
 use contact_qs::quasistatic::{ActiveSet, Problem};
 use faer::Mat;
 use faer::linalg::solvers::Solve;

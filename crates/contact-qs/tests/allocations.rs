@@ -1,13 +1,10 @@
 //! A contact evaluation must not allocate.
 
-mod common;
-mod counting;
-
-use common::surface_compliance;
+use crate::common::surface_compliance;
+use crate::counting::allocations;
 use contact_qs::quasistatic::{BroydenSettings, Method};
 use contact_qs::submodel::SparseRows;
 use contact_qs::{ActiveContact, ContactSubmodel, Friction, Plane, PlaneContact, PlaneContactSettings};
-use counting::allocations;
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::{Active, ActiveForce, BodyState, GeneralisedForce, Motion};

@@ -1,10 +1,6 @@
 //! Algorithm 1 of [A]: agreement with the active set, error codes, carried state.
 
-#![expect(clippy::unwrap_used, reason = "helpers of tests; a failure is a failed test")]
-
-mod common;
-
-use common::{Random, parabola, surface_compliance};
+use crate::common::{Random, parabola, surface_compliance};
 use contact_qs::quasistatic::broyden::ModalProblem;
 use contact_qs::quasistatic::{ActiveSet, Broyden, BroydenSettings, ModalBasis, Problem, SolveReport};
 use faer::Mat;

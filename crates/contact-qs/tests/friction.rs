@@ -1,10 +1,6 @@
 //! Friction in the plane contact: Coulomb's law at every point, the balance of power, history.
 
-#![expect(clippy::unwrap_used, reason = "helpers of tests; a failure is a failed test")]
-
-mod common;
-
-use common::Random;
+use crate::common::Random;
 use contact_qs::quasistatic::{BroydenSettings, Method, PointState};
 use contact_qs::submodel::SparseRows;
 use contact_qs::{

@@ -1,11 +1,6 @@
 //! Contact of an elastic half space of rings with a rigid sphere: Hertz's solution in numbers, and a whole impact.
 
-#![expect(clippy::unwrap_used, reason = "helpers of tests; a failure is a failed test")]
-
-#[expect(dead_code, reason = "other test binaries use the rest")]
-mod hertz_impact;
-mod common;
-
+use crate::hertz_impact::HertzImpact;
 use contact_qs::law::hertz::{HertzPair, Solid};
 use contact_qs::law::penalty::{DEFAULT_STIFFNESS_RATIO, compliance_weight};
 use contact_qs::quasistatic::{ActiveSet, BroydenSettings, Method, Problem};
@@ -14,7 +9,6 @@ use contact_qs::{ContactSubmodel, Plane, PlaneContact, PlaneContactSettings};
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::{Active, ActiveForce, BodyState, GeneralisedForce, Motion};
-use hertz_impact::HertzImpact;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::f64::consts::{FRAC_PI_2, PI};
 

@@ -1,9 +1,7 @@
 //! Hertz's closed forms against energy, published numbers and each other.
 
-mod hertz_impact;
-
+use crate::hertz_impact::{HertzImpact, axis_stresses, axis_von_mises, largest_axis_von_mises};
 use contact_qs::law::hertz::{HertzPair, Solid};
-use hertz_impact::{HertzImpact, axis_stresses, axis_von_mises, largest_axis_von_mises};
 use std::f64::consts::PI;
 
 const ALUMINIUM: Solid = Solid { young: 7.28e10, poisson: 0.33 }; // [B] section 5

@@ -1,22 +1,15 @@
 //! Hertz contacts of surfaces of any curvature: potential, momentum and energy, friction with stick and slip.
 
-#![expect(clippy::unwrap_used, reason = "helpers of tests; a failure is a failed test")]
-
-#[path = "../../ffr-dynamics/tests/free_motion/mod.rs"]
-mod free_motion;
-#[expect(dead_code, reason = "other test binaries use the rest")]
-mod hertz_impact;
-
 use std::sync::Arc;
 
+use crate::free_motion::{body_state, free_system, state_vector};
+use crate::hertz_impact::HertzImpact;
 use contact_qs::law::Solid;
 use contact_qs::{ActiveContact, HertzContact, Plane, Sphere, SurfaceModel};
 use ffr_dynamics::body::{RigidMotion, StandardInputData};
 use ffr_dynamics::integration::{Integrator, StepSettings};
 use ffr_dynamics::kinematics::FlexiblePoint;
 use ffr_dynamics::system::{Active, ActiveForce, BodyState, ErrorScale, GeneralisedForce, Motion, Multibody};
-use free_motion::{body_state, free_system, state_vector};
-use hertz_impact::HertzImpact;
 use iga_core::nurbs::primitives::sphere::ellipsoid;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 

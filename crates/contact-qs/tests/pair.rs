@@ -1,8 +1,6 @@
 //! The surface pair: action and reaction, momenta, gradient of its potential, state.
 
-mod common;
-mod pair_support;
-
+use crate::pair_support::*;
 use contact_qs::quasistatic::{BroydenSettings, Method};
 use contact_qs::{ActiveContact, ContactError, Friction, SurfacePair, SurfacePairSettings, TargetSurface};
 use ffr_dynamics::body::RigidMotion;
@@ -11,7 +9,6 @@ use ffr_dynamics::system::{Active, ActiveForce, BodyState, Motion};
 use iga_core::hierarchical::{HierarchicalSpace, IndexBox, SubdomainHierarchy};
 use iga_core::space::{PatchSpace, Space};
 use nalgebra::{UnitQuaternion, Vector3};
-use pair_support::*;
 
 #[test]
 fn forces_are_equal_and_opposite_and_keep_the_angular_momentum() {

@@ -1,15 +1,11 @@
 //! An evaluation of a surface pair must not allocate.
 
-mod common;
-mod counting;
-mod pair_support;
-
+use crate::counting::allocations;
+use crate::pair_support::{N_MODES, forces, random_bodies, random_pair};
 use contact_qs::quasistatic::{BroydenSettings, Method};
 use contact_qs::{ActiveContact, Friction};
-use counting::allocations;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::{Active, ActiveForce, Motion};
-use pair_support::{N_MODES, forces, random_bodies, random_pair};
 
 #[test]
 fn evaluations_of_pairs_do_not_allocate() {

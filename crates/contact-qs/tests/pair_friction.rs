@@ -1,17 +1,12 @@
 //! Friction of surface pairs: momenta, sticking as a potential, Coulomb's law, balance of power, history.
 
-#![expect(clippy::unwrap_used, reason = "helpers of tests; a failure is a failed test")]
-
-mod common;
-mod pair_support;
-
-use common::Random;
+use crate::common::Random;
+use crate::pair_support::*;
 use contact_qs::quasistatic::{Method, PointState};
 use contact_qs::{ActiveContact, Friction, SurfacePair};
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::{Active, ActiveForce, BodyState, Motion};
 use nalgebra::{UnitQuaternion, Vector3};
-use pair_support::*;
 
 /// A pair with friction and its bodies, touching, with random velocities.
 fn rubbing(

@@ -1,25 +1,16 @@
 //! Elastic spheres in contact: Hertz's law, symmetry, exchange of contact body and target.
 
-#![expect(clippy::unwrap_used, reason = "helpers of tests; a failure is a failed test")]
-
-#[expect(dead_code, reason = "other test binaries use the rest")]
-mod hertz_impact;
-mod common;
-mod pair_support;
-#[path = "pair_support/elastic.rs"]
-mod elastic;
-
+use crate::hertz_impact::HertzImpact;
+use crate::pair_support::elastic::{ALUMINIUM, ElasticSphere, STEEL};
+use crate::pair_support::highest;
 use contact_qs::law::hertz::{HertzPair, Solid};
 use contact_qs::quasistatic::{BroydenSettings, Method};
 use contact_qs::{
     ActiveContact, Plane, PlaneContact, PlaneContactSettings, SurfacePair, SurfacePairSettings,
 };
-use elastic::{ALUMINIUM, ElasticSphere, STEEL};
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::{Active, ActiveForce, BodyState, GeneralisedForce, Motion};
-use hertz_impact::HertzImpact;
 use nalgebra::Vector3;
-use pair_support::highest;
 
 const N_MODES: usize = 6;
 const RADIUS: f64 = 0.01;

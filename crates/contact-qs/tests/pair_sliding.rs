@@ -1,22 +1,13 @@
 //! Balls in oblique impact on each other: momenta, energy ledger, sliding and sticking.
 
-#![expect(clippy::unwrap_used, reason = "helpers of tests; a failure is a failed test")]
-
-mod common;
-#[path = "../../ffr-dynamics/tests/free_motion/mod.rs"]
-mod free_motion;
-mod pair_support;
-#[path = "pair_support/caps.rs"]
-mod caps;
-
-use caps::{RADIUS, caps_with};
-use common::Random;
+use crate::common::Random;
+use crate::free_motion::{body_state, free_system, state_vector};
+use crate::pair_support::caps::{RADIUS, caps_with};
 use contact_qs::quasistatic::PointState;
 use contact_qs::{ActiveContact, Friction, SurfacePair};
 use ffr_dynamics::body::{RigidMotion, StandardInputData};
 use ffr_dynamics::integration::{Integrator, StepSettings};
 use ffr_dynamics::system::{Active, ActiveForce, BodyState, ErrorScale, Multibody};
-use free_motion::{body_state, free_system, state_vector};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 const MASS: f64 = 0.0329;

@@ -1,14 +1,7 @@
 //! Solid balls with fine zones: evaluations that leave points out, momenta, gradient of the potential.
 
-#![expect(clippy::unwrap_used, reason = "helpers of tests; a failure is a failed test")]
-
-mod common;
-mod pair_support;
-#[path = "pair_support/caps.rs"]
-mod caps;
-
-use caps::{N_MODES, RADIUS, caps, pressed};
-use common::Random;
+use crate::common::Random;
+use crate::pair_support::caps::{N_MODES, RADIUS, caps, pressed};
 use contact_qs::{ActiveContact, SurfacePair};
 use ffr_dynamics::system::{Active, ActiveForce, BodyState, GeneralisedForce, Motion};
 use nalgebra::{UnitQuaternion, Vector3};

@@ -1,10 +1,6 @@
 //! The plane contact: gradient of its potential, resultants, reports, state.
 
-#![expect(clippy::unwrap_used, reason = "helpers of tests; a failure is a failed test")]
-
-mod common;
-
-use common::Random;
+use crate::common::Random;
 use contact_qs::quasistatic::{BroydenSettings, Method};
 use contact_qs::submodel::SparseRows;
 use contact_qs::{ActiveContact, ContactError, ContactSubmodel, Plane, PlaneContact, PlaneContactSettings};

@@ -1,8 +1,6 @@
 //! From surface points to the contact submodel.
 
-mod common;
-
-use common::Random;
+use crate::common::Random;
 use contact_qs::{DofLookup, InterfaceCompliance, SurfacePoint, contact_submodel};
 use faer::Mat;
 use ffr_dynamics::body::{Dof, RigidMotion};

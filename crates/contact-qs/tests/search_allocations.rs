@@ -1,10 +1,8 @@
 //! A repeated search must not allocate.
 
-mod counting;
-
+use crate::counting::allocations;
 use contact_qs::search::plane_distance;
 use contact_qs::{Plane, SearchWorkspace, SurfaceModel, minimum_distance};
-use counting::allocations;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::force::BodyState;
 use iga_core::nurbs::primitives::{SphereNet, solid, sphere};

@@ -1,14 +1,9 @@
 //! Bodies in motion that slide, stick and reverse: momentum relations of \[B\] section 7, energy ledger, hysteresis.
 
-#![expect(clippy::unwrap_used, reason = "helpers of tests; a failure is a failed test")]
-
-mod common;
-#[path = "../../ffr-dynamics/tests/free_motion/mod.rs"]
-mod free_motion;
-
 use std::f64::consts::{PI, TAU};
 
-use common::{Random, surface_compliance};
+use crate::common::{Random, surface_compliance};
+use crate::free_motion::{body_state, free_system, state_vector};
 use contact_qs::quasistatic::{Method, PointState};
 use contact_qs::submodel::SparseRows;
 use contact_qs::{ActiveContact, ContactSubmodel, Friction, Plane, PlaneContact, PlaneContactSettings};
@@ -16,7 +11,6 @@ use faer::Mat;
 use ffr_dynamics::body::{RigidMotion, StandardInputData};
 use ffr_dynamics::integration::{Integrator, StepSettings};
 use ffr_dynamics::system::{Active, ActiveForce, BodyState, ErrorScale, GeneralisedForce, Motion, Multibody};
-use free_motion::{body_state, free_system, state_vector};
 use nalgebra::{Matrix3, Vector3};
 
 /// The disc of \[B\] section 7, a metre thick.

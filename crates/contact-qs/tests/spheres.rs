@@ -1,12 +1,7 @@
 //! Hertz contacts of rigid spheres as force elements: closed form of the impact, conservation, gradient.
 
-#![expect(clippy::unwrap_used, reason = "helpers of tests; a failure is a failed test")]
-
-#[path = "../../ffr-dynamics/tests/free_motion/mod.rs"]
-mod free_motion;
-#[expect(dead_code, reason = "other test binaries use the rest")]
-mod hertz_impact;
-
+use crate::free_motion::{body_state, free_system, state_vector};
+use crate::hertz_impact::HertzImpact;
 use contact_qs::law::Solid;
 use contact_qs::{ActiveContact, ContactError, HertzContact, Plane, Sphere};
 use ffr_dynamics::body::{RigidMotion, StandardInputData};
@@ -14,8 +9,6 @@ use ffr_dynamics::error::FailureKind;
 use ffr_dynamics::integration::{CrossingSearch, DenseOutput, Integrator, StepSettings};
 use ffr_dynamics::kinematics::FlexiblePoint;
 use ffr_dynamics::system::{Active, ActiveForce, BodyState, ErrorScale, GeneralisedForce, Motion, Multibody};
-use free_motion::{body_state, free_system, state_vector};
-use hertz_impact::HertzImpact;
 use nalgebra::{Matrix3, UnitQuaternion, UnitVector3, Vector3};
 
 const STEEL: Solid = Solid { young: 2.1e11, poisson: 0.3 };

@@ -1,13 +1,10 @@
 //! Contacts whose zones vibrate, against the same contacts with those modes among the bodies' coordinates.
 
-mod common;
-mod pair_support;
-
+use crate::pair_support::{N_MODES, forces, random_bodies, random_pair};
 use contact_qs::quasistatic::Method;
 use contact_qs::{ActiveContact, VibratingContact, ZoneVibration};
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::{Active, ActiveForce, BodyState, Motion};
-use pair_support::{N_MODES, forces, random_bodies, random_pair};
 
 const N_LOW: usize = 1;
 const N_ZONE: usize = N_MODES - N_LOW;

@@ -1,8 +1,6 @@
 //! Stiffness and mass matrices by identities, on distorted and curved meshes.
 
-mod blocks;
-
-use blocks::{block, shaken};
+use crate::blocks::{block, shaken};
 use faer::sparse::SparseColMat;
 use fe_mesh::mass_properties::MassProperties;
 use fe_mesh::matrices::{Constants, Materials};

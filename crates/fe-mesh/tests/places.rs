@@ -1,8 +1,6 @@
 //! Faces, discs, balls and points of a mesh, and the checks of it.
 
-mod blocks;
-
-use blocks::{block, shaken};
+use crate::blocks::{block, shaken};
 use fe_mesh::raw::{FaceSource, RawMesh};
 use fe_mesh::{ElementKind, Mesh};
 

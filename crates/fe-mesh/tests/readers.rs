@@ -1,20 +1,14 @@
 //! Readers of Gmsh and Abaqus files: the same mesh from every form, faults with their place, and nothing that panics.
 
-mod blocks;
-mod writers;
-
-#[path = "../../../tests/support/damage.rs"]
-mod damage;
-
-use blocks::{block, shaken};
-use damage::mutated;
+use crate::blocks::{block, shaken};
+use crate::damage::mutated;
+use crate::writers::{Form, gmsh, inp};
 use fe_mesh::fault::MeshError;
 use fe_mesh::raw::{FaceSource, RawMesh};
 use fe_mesh::read::{raw, read};
 use fe_mesh::{ElementKind, Mesh};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
-use writers::{Form, gmsh, inp};
 
 const FORMS: [Form; 5] = [Form::Text41, Form::Binary41, Form::BigEndian41, Form::Text22, Form::Binary22];
 

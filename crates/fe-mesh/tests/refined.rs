@@ -1,12 +1,7 @@
 //! Meshes divided about a place, by identities: the part stays as it is, and so do all displacements of the mesh before.
 
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
-
-mod balls;
-mod blocks;
-
-use balls::Ball;
-use blocks::{block, shaken};
+use crate::balls::Ball;
+use crate::blocks::{block, shaken};
 use faer::sparse::SparseColMat;
 use fe_mesh::mass_properties::MassProperties;
 use fe_mesh::matrices::{Constants, Materials, Matrices, assemble_refined};

@@ -1,8 +1,6 @@
 //! Stress and strain at points of meshes, by units of the nodes' displacements.
 
-mod blocks;
-
-use blocks::{block, shaken};
+use crate::blocks::{block, shaken};
 use fe_mesh::kind::ElementKind;
 use fe_mesh::matrices::{Constants, Materials};
 use fe_mesh::mesh::Mesh;

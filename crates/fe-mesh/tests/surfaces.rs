@@ -1,12 +1,9 @@
 //! Surfaces of meshes: what meets at edges, where they are smooth, sides without area.
 
-mod balls;
-#[expect(dead_code, reason = "other tests use the rest")]
-mod blocks;
-
+use crate::blocks;
 use std::f64::consts::PI;
 
-use balls::Ball;
+use crate::balls::Ball;
 use fe_mesh::fault::{MeshError, MeshFault};
 use fe_mesh::jacobian::norm;
 use fe_mesh::locate::SidePoint;

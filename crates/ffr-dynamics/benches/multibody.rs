@@ -1,5 +1,7 @@
 //! Right-hand side of two double pendulums: four flexible bodies of 20 modes in two chains of a rod and a ball.
 
+#![expect(clippy::unwrap_used, reason = "a benchmark that cannot be set up shall stop")]
+
 #[path = "../tests/dynamics_support/mod.rs"]
 #[expect(dead_code, reason = "tests use the rest")]
 mod dynamics_support;

@@ -1,6 +1,7 @@
 //! Ordering and factorisation, eigenmodes, compliance on a box of uniform cubic or quadratic B-splines.
 
 #[path = "../tests/common/mod.rs"]
+#[expect(dead_code, reason = "tests use the rest")]
 mod common;
 
 use divan::Bencher;

@@ -1,5 +1,7 @@
 //! One right-hand side and one step of a turning flexible body with 20 modes.
 
+#![expect(clippy::unwrap_used, reason = "a benchmark that cannot be set up shall stop")]
+
 #[path = "../tests/dynamics_support/mod.rs"]
 #[expect(dead_code, reason = "tests use the rest")]
 mod dynamics_support;

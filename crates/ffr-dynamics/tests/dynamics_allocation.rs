@@ -1,14 +1,10 @@
 //! A right-hand side, a step, an event search and the ledger allocate nothing.
 
-#[expect(dead_code, reason = "other test binaries use the rest")]
-mod dynamics_support;
-#[expect(dead_code, reason = "other test binaries use the rest")]
-mod free_motion;
-
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use dynamics_support::{Random, block};
+use crate::dynamics_support::{Random, block};
+use crate::free_motion::{free_system, state_vector};
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::integration::{CrossingSearch, DenseOutput, Integrator, Method, OdeSystem, StepSettings};
 use ffr_dynamics::kinematics::Marker;
@@ -16,7 +12,6 @@ use ffr_dynamics::system::{
     ActiveForce, Attachment, BodySpec, BodyState, CoordinateForce, GROUND, JointKind, JointSpec, Multibody,
     SystemSpec,
 };
-use free_motion::{free_system, state_vector};
 use nalgebra::{UnitQuaternion, Vector3};
 
 struct Counting;

@@ -1,14 +1,10 @@
 //! Damped modes of a free body: closed form, and the work that damping takes.
 
-#[expect(dead_code, reason = "other test binaries use the rest")]
-mod dynamics_support;
-mod free_motion;
-
-use dynamics_support::block;
+use crate::dynamics_support::block;
+use crate::free_motion::{body_state, free_system, state_vector};
 use ffr_dynamics::body::{ModalDamping, RayleighDamping, RigidMotion};
 use ffr_dynamics::integration::{Integrator, OdeSystem, StepSettings};
 use ffr_dynamics::system::{ActiveForce, BodyState, ErrorScale};
-use free_motion::{body_state, free_system, state_vector};
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
 

@@ -1,20 +1,13 @@
 //! Standard input data and equations of motion against the unreduced model, node by node.
 
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
-
-#[expect(dead_code, reason = "other test binaries use the rest")]
-mod dynamics_support;
-#[expect(dead_code, reason = "other test binaries use the rest")]
-mod free_motion;
-
-use dynamics_support::{Push, Random, Sample, block, rigid_rotor};
+use crate::dynamics_support::{Push, Random, Sample, block, rigid_rotor};
+use crate::free_motion::{free_system, state_vector};
 use ffr_dynamics::DynamicsError;
 use ffr_dynamics::body::{MassMatrix, ModalDamping, RigidMotion, StandardInputData};
 use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::integration::OdeSystem;
 use ffr_dynamics::invariants::{Invariants, centre_of_mass, rigid_velocity};
 use ffr_dynamics::system::{Active, BodyState, ForceElement, GeneralisedForce, Motion};
-use free_motion::{free_system, state_vector};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 const MOTIONS: [RigidMotion; 3] = [RigidMotion::Axial, RigidMotion::Planar, RigidMotion::Spatial];

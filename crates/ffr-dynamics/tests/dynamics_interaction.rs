@@ -1,12 +1,7 @@
 //! Two bodies that act on each other: nothing is lost between them, and refusals reach the integrator.
 
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
-
-#[expect(dead_code, reason = "other test binaries use the rest")]
-mod dynamics_support;
-mod free_motion;
-
-use dynamics_support::{Random, block, rigid_rotor};
+use crate::dynamics_support::{Random, block, rigid_rotor};
+use crate::free_motion::{body_state, free_system, state_vector};
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::error::{EvaluationFailure, EvaluationFault, FailureKind};
 use ffr_dynamics::integration::{Integrator, StepSettings};
@@ -15,7 +10,6 @@ use ffr_dynamics::system::{
     Active, ActiveForce, BodyState, ErrorScale, Findings, ForceElement, ForceEnergies, GeneralisedForce,
     Motion, Multibody,
 };
-use free_motion::{body_state, free_system, state_vector};
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// What a spring refuses with.

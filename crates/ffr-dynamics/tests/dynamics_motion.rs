@@ -1,14 +1,9 @@
 //! Free bodies in motion: conservation, closed forms, impulses, errors.
 
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
-
-#[expect(dead_code, reason = "other test binaries use the rest")]
-mod dynamics_support;
-mod free_motion;
-
 use std::ops::DerefMut;
 
-use dynamics_support::{Push, Random, block, rigid_rotor};
+use crate::dynamics_support::{Push, Random, block, rigid_rotor};
+use crate::free_motion::{body_state, free_system, state_vector};
 use ffr_dynamics::body::{ModalDamping, RigidMotion, StandardInputData};
 use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::integration::{Integrator, OdeSystem, StepSettings};
@@ -18,7 +13,6 @@ use ffr_dynamics::system::{
     Active, ActiveForce, BodySpec, BodyState, ErrorScale, ForceElement, GeneralisedForce, Motion, Multibody,
     SystemSpec,
 };
-use free_motion::{body_state, free_system, state_vector};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 /// A one-sided spring between a point of body 0 and the plane z = 0.

@@ -1,25 +1,15 @@
 //! Free vibrations in the explicit method: closed forms at any step, order, damping's work, what the error control sees.
 
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
-
-mod common;
-#[expect(dead_code, reason = "other test binaries use the rest")]
-mod dynamics_support;
-#[expect(dead_code, reason = "other test binaries use the rest")]
-mod free_motion;
-#[expect(dead_code, reason = "other test binaries use the rest")]
-mod small_equations;
-
-use dynamics_support::{Random, block};
+use crate::dynamics_support::{Random, block};
+use crate::free_motion::{free_system, state_vector};
+use crate::small_equations::{Given, distance, slope};
 use ffr_dynamics::body::{ModalDamping, RigidMotion};
 use ffr_dynamics::integration::{DenseOutput, Integrator, OdeSystem, Oscillator, StepSettings};
 use ffr_dynamics::kinematics::Marker;
 use ffr_dynamics::system::{
     Attachment, BodySpec, BodyState, GROUND, JointKind, JointSpec, Multibody, SystemSpec,
 };
-use free_motion::{free_system, state_vector};
 use nalgebra::{UnitQuaternion, Vector3};
-use small_equations::{Given, distance, slope};
 
 const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 

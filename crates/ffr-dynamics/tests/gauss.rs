@@ -1,14 +1,8 @@
 //! Gauss collocation: orders, energy, what is left of modes that are not resolved, and its linear systems by way of the tree.
 
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
-
-#[expect(dead_code, reason = "other test binaries use the rest")]
-mod dynamics_support;
-#[expect(dead_code, reason = "other test binaries use the rest")]
-mod free_motion;
-mod small_equations;
-
-use dynamics_support::{Random, block};
+use crate::dynamics_support::{Random, block};
+use crate::free_motion::{free_system, state_vector};
+use crate::small_equations::{ECCENTRICITY, Given, PERIHELION, distance, kepler_rate, slope};
 use faer::c64;
 use ffr_dynamics::body::{ModalDamping, RigidMotion};
 use ffr_dynamics::integration::{
@@ -18,9 +12,7 @@ use ffr_dynamics::kinematics::Marker;
 use ffr_dynamics::system::{
     Attachment, BodySpec, CoordinateForce, ErrorScale, GROUND, JointKind, JointSpec, Multibody, SystemSpec,
 };
-use free_motion::{free_system, state_vector};
 use nalgebra::{UnitQuaternion, Vector3};
-use small_equations::{ECCENTRICITY, Given, PERIHELION, distance, kepler_rate, slope};
 
 const OMEGA: f64 = std::f64::consts::TAU;
 

@@ -1,12 +1,7 @@
 //! Mass matrices unknown by unknown: the same inertia as node by node, and bodies of beam elements.
 
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
-
-#[expect(dead_code, reason = "other test binaries use the rest")]
-mod dynamics_support;
-mod spinning;
-
-use dynamics_support::block;
+use crate::dynamics_support::block;
+use crate::spinning;
 use faer::Mat;
 use faer::sparse::{SparseColMat, Triplet};
 use ffr_dynamics::body::{

@@ -1,14 +1,10 @@
 //! Geometric stiffening: conservation, frequencies of a spinning beam, the spin-up manoeuvre.
 
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
-
-mod common;
-#[expect(dead_code, reason = "other test binaries use the rest")]
-mod dynamics_support;
-mod free_motion;
-mod spinning;
-
-use dynamics_support::{Random, block, rotation_of_gradient};
+use crate::common;
+use crate::dynamics_support::{Random, block, rotation_of_gradient};
+use crate::free_motion::{body_state, free_system, state_vector};
+use crate::spinning;
+use crate::spinning::{prescribed, spin_up};
 use faer::Mat;
 use ffr_dynamics::DynamicsError;
 use ffr_dynamics::body::{
@@ -18,9 +14,7 @@ use ffr_dynamics::integration::{Integrator, Linearisation, Method, OdeSystem, St
 use ffr_dynamics::kinematics::Marker;
 use ffr_dynamics::reduction::all_modes;
 use ffr_dynamics::system::{ActiveForce, ErrorScale, Multibody};
-use free_motion::{body_state, free_system, state_vector};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
-use spinning::{prescribed, spin_up};
 
 fn empty() -> GeometricStiffening {
     let none = || Mat::<f64>::zeros(0, 0);

@@ -1,15 +1,11 @@
 //! What all integrators promise alike: refusals and errors of the right-hand side, numbers that are not finite, end times, restarts.
 
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
 #![expect(clippy::float_cmp, reason = "exact times and states are part of the claims")]
 
-#[expect(dead_code, reason = "other test binaries use the rest")]
-mod small_equations;
-
+use crate::small_equations::{Given, PERIHELION, distance, kepler_rate};
 use ffr_dynamics::DynamicsError;
 use ffr_dynamics::error::{EvaluationFailure, EvaluationFault, FailureKind, IntegrationFault, Rejection};
 use ffr_dynamics::integration::{DenseOutput, Integrator, Method, OdeSystem, StepSettings};
-use small_equations::{Given, PERIHELION, distance, kepler_rate};
 
 const METHODS: [Method; 4] = [Method::DormandPrince, Method::TrBdf2, Method::Esdirk4, Method::Gauss];
 

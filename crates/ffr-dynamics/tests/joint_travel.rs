@@ -1,7 +1,5 @@
 //! Joints with chosen directions, with ends of their travel and with dry friction, against closed forms.
 
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
-
 use ffr_dynamics::body::{RigidMotion, StandardInputData};
 use ffr_dynamics::integration::{Integrator, Method, StepSettings};
 use ffr_dynamics::kinematics::Marker;

@@ -1,11 +1,6 @@
 //! Markers of unreduced bodies, bodies held at one point, and bodies as plain values.
 
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
-
-#[expect(dead_code, reason = "other test binaries use the rest")]
-mod dynamics_support;
-
-use dynamics_support::block;
+use crate::dynamics_support::block;
 use faer::Mat;
 use ffr_dynamics::body::{ModalDamping, RigidMotion};
 use ffr_dynamics::interchange::{BodyFrame, FullBody, ReducedModel, ReducedParts};

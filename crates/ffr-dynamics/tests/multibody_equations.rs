@@ -1,13 +1,7 @@
 //! Trees of flexible bodies: kinematics and equations of motion against routes that share no code with them.
 
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
-
-#[expect(dead_code, reason = "other test binaries use the rest")]
-mod dynamics_support;
-#[expect(dead_code, reason = "other test binaries use the rest")]
-mod free_motion;
-
-use dynamics_support::{Random, Sample, block};
+use crate::dynamics_support::{Random, Sample, block};
+use crate::free_motion::{free_system, state_vector};
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::integration::OdeSystem;
 use ffr_dynamics::kinematics::Marker;
@@ -15,7 +9,6 @@ use ffr_dynamics::system::{
     ActiveForce, Attachment, BodySpec, BodyState, CoordinateForce, FreeDirections, GROUND, JointKind,
     JointSpec, Multibody, SystemSpec, TimeFunction,
 };
-use free_motion::{free_system, state_vector};
 use nalgebra::{UnitQuaternion, Vector3};
 
 const GRAVITY: Vector3<f64> = Vector3::new(1.0, -2.0, -9.81);

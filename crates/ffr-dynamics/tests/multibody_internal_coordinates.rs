@@ -1,7 +1,5 @@
 //! Force elements with internal coordinates, which the system integrates along with those of the bodies.
 
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
-
 use ffr_dynamics::body::{RigidMotion, StandardInputData};
 use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::integration::{Integrator, Method, OdeSystem, StepSettings};

@@ -1,11 +1,6 @@
 //! Multibody systems in motion: references, conservation, frames, static start, loops, errors.
 
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
-
-#[expect(dead_code, reason = "other test binaries use the rest")]
-mod dynamics_support;
-
-use dynamics_support::{Random, Sample, block};
+use crate::dynamics_support::{Random, Sample, block};
 use ffr_dynamics::DynamicsError;
 use ffr_dynamics::body::{ModalDamping, RigidMotion, StandardInputData};
 use ffr_dynamics::integration::{Integrator, OdeSystem, StepSettings};

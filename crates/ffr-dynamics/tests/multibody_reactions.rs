@@ -1,11 +1,6 @@
 //! Reactions of joints against the balance of every body, node by node, and against closed forms.
 
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
-
-#[expect(dead_code, reason = "other test binaries use the rest")]
-mod dynamics_support;
-
-use dynamics_support::{Random, Sample, block};
+use crate::dynamics_support::{Random, Sample, block};
 use ffr_dynamics::body::{RigidMotion, StandardInputData};
 use ffr_dynamics::integration::{Integrator, OdeSystem, StepSettings};
 use ffr_dynamics::kinematics::Marker;

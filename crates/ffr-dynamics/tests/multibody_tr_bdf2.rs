@@ -1,13 +1,8 @@
 //! TR-BDF2 on multibody systems and tangent frames: derivatives, agreement with the explicit method, energy, closed loops.
 
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
-
-mod common;
-#[expect(dead_code, reason = "other test binaries use the rest")]
-mod dynamics_support;
-mod free_motion;
-
-use dynamics_support::{Random, Sample, block, rotation_of_gradient};
+use crate::common;
+use crate::dynamics_support::{Random, Sample, block, rotation_of_gradient};
+use crate::free_motion::{body_state, free_system, state_vector};
 use ffr_dynamics::body::{AssembledBody, ModalDamping, RigidMotion, StandardInputData};
 use ffr_dynamics::integration::{Integrator, Linearisation, Method, OdeSystem, Statistics, StepSettings};
 use ffr_dynamics::kinematics::Marker;
@@ -15,7 +10,6 @@ use ffr_dynamics::reduction::{ReducedBasis, modal_truncation};
 use ffr_dynamics::system::{
     Attachment, BodySpec, BodyState, ErrorScale, GROUND, JointKind, JointSpec, Multibody, SystemSpec,
 };
-use free_motion::{body_state, free_system, state_vector};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);

@@ -1,11 +1,6 @@
 //! Eigenfrequencies of joined systems against closed forms and differences of the right-hand side.
 
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
-
-#[expect(dead_code, reason = "other test binaries use the rest")]
-mod dynamics_support;
-
-use dynamics_support::{Random, block};
+use crate::dynamics_support::{Random, block};
 use faer::Mat;
 use ffr_dynamics::body::{GeometricStiffening, RigidMotion, StandardInputData};
 use ffr_dynamics::integration::OdeSystem;

@@ -1,7 +1,6 @@
 //! The sparse factor against a dense one, under any order and on any number of threads (Eqs. R.2, R.2b).
 
-mod common;
-
+use crate::common;
 use std::sync::Arc;
 
 use faer::linalg::solvers::Llt;

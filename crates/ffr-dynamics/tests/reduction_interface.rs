@@ -1,8 +1,6 @@
 //! Craig-Bampton and the residual flexibility of an interface.
 
-mod common;
-
-use common::{block, cylinder, from_identity, gram, unknowns_at};
+use crate::common::{block, cylinder, from_identity, gram, unknowns_at};
 use faer::Mat;
 use ffr_dynamics::body::AssembledBody;
 use ffr_dynamics::reduction::{

@@ -1,10 +1,9 @@
 //! Eigenmodes, rigid modes, ordering and factorisation on bodies assembled by hand.
 
-mod common;
-
+use crate::common;
 use std::f64::consts::PI;
 
-use common::{block, chain, cylinder, from_identity, gram, unknowns_at};
+use crate::common::{block, chain, cylinder, from_identity, gram, unknowns_at};
 use faer::Mat;
 use ffr_dynamics::DynamicsError;
 use ffr_dynamics::body::AssembledBody;

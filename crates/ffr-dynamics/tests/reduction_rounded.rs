@@ -1,7 +1,6 @@
 //! Factors in single precision, refined: the same answers as in double precision (Eqs. R.2a, R.9).
 
-mod common;
-
+use crate::common;
 use faer::Mat;
 use ffr_dynamics::reduction::ElasticProblem;
 

@@ -1,10 +1,6 @@
 //! Static answers beside free modes: orthonormality, exact statics, rank.
 
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
-
-mod common;
-
-use common::{block, cylinder, from_identity, gram, unknowns_at};
+use crate::common::{block, cylinder, from_identity, gram, unknowns_at};
 use faer::{Mat, MatRef};
 use ffr_dynamics::body::AssembledBody;
 use ffr_dynamics::kinematics::MarkerWeights;

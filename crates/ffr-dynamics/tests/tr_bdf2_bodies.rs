@@ -1,16 +1,10 @@
 //! TR-BDF2 on flexible bodies: agreement with the explicit method, energy, unresolved modes, cost.
 
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
-
-#[expect(dead_code, reason = "other test binaries use the rest")]
-mod dynamics_support;
-mod free_motion;
-
-use dynamics_support::{Random, block};
+use crate::dynamics_support::{Random, block};
+use crate::free_motion::{body_state, free_system, state_vector};
 use ffr_dynamics::body::{ModalDamping, RigidMotion, StandardInputData};
 use ffr_dynamics::integration::{Integrator, Linearisation, Method, OdeSystem, Statistics, StepSettings};
 use ffr_dynamics::system::{BodyState, ErrorScale, Multibody};
-use free_motion::{body_state, free_system, state_vector};
 use nalgebra::Vector3;
 
 fn system(data: StandardInputData, gravity: Vector3<f64>, relative: f64) -> Multibody {

@@ -3,6 +3,7 @@
 //! Steel cylinder, one NURBS patch of degree 3; 16 x 16 x 16 elements have 20,577 unknowns.
 
 #[path = "../tests/bodies/mod.rs"]
+#[expect(dead_code, reason = "tests use the rest")]
 mod bodies;
 
 use divan::{Bencher, black_box};

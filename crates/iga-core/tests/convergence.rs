@@ -1,10 +1,7 @@
 //! Convergence rates against theory (theory section E.4): displacement error p + 1, energy error p, eigenvalues 2 p.
 
-#![expect(clippy::unwrap_used, reason = "a failure fails the test")]
-
-mod bodies;
-
-use bodies::{at_unknowns, dot, multiply, slope};
+use crate::bodies;
+use crate::bodies::{at_unknowns, dot, multiply, slope};
 use std::f64::consts::PI;
 
 use faer::Side;

@@ -1,7 +1,5 @@
 //! Rational basis functions against identities and differences.
 
-#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
-
 use iga_core::knots::KnotVector;
 use iga_core::nurbs::Patch;
 use iga_core::nurbs::patch::{PointBasis, SECOND_DERIVATIVES};

@@ -1,7 +1,5 @@
 //! Named faces, discs and balls: areas, volumes and centroids against closed forms, whatever the mesh.
 
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
-
 use std::f64::consts::PI;
 
 use iga_core::SplineError;

@@ -1,10 +1,7 @@
 //! Files of splines of other programs: what is written is read again, every form gives the same body, faults name the line, and nothing
 //! panics.
 
-#[path = "../../../tests/support/damage.rs"]
-mod damage;
-
-use damage::mutated;
+use crate::damage::mutated;
 use iga_core::elasticity::Model;
 use iga_core::files::{SplineFile, read, write_gismo, write_mfem};
 use iga_core::mass_properties::MassProperties;

@@ -1,10 +1,7 @@
 //! Geometric stiffness: what uniform stress gives, what rigid motions give, independence of threads.
 
-#![expect(clippy::unwrap_used, reason = "a failure fails the test")]
-
-mod bodies;
-
-use bodies::{dot, largest, linear_field, multiply, noise};
+use crate::bodies;
+use crate::bodies::{dot, largest, linear_field, multiply, noise};
 use iga_core::assembly::{assemble, geometric_stiffness};
 use iga_core::elasticity::kinematics::PointState;
 use iga_core::elasticity::{Material, Model};

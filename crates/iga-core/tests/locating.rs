@@ -1,7 +1,5 @@
 //! Closest, lowest and inverse points; local refinement in metres.
 
-#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
-
 use iga_core::SplineError;
 use iga_core::nurbs::local::parameter_at_distance;
 use iga_core::nurbs::primitives::{SphereNet, axisymmetric, plane, solid, sphere};

@@ -1,10 +1,7 @@
 //! Tying of coincident functions and evaluation of the tied basis.
 
-#![expect(clippy::unwrap_used, reason = "a failure fails the test")]
-
-mod bodies;
-
-use bodies::noise;
+use crate::bodies;
+use crate::bodies::noise;
 use iga_core::assembly::assemble;
 use iga_core::elasticity::{Material, Model};
 use iga_core::knots::KnotVector;

@@ -1,10 +1,7 @@
 //! Displacement and stress at parameter points: on the axis, on singular lines and elsewhere.
 
-#![expect(clippy::unwrap_used, reason = "a failure fails the test")]
-
-mod bodies;
-
-use bodies::{linear_field, noise};
+use crate::bodies;
+use crate::bodies::{linear_field, noise};
 use iga_core::elasticity::kinematics::PointState;
 use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::Patch;

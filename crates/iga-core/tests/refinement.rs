@@ -1,7 +1,5 @@
 //! Refinement changes the space, never the geometry.
 
-#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
-
 use iga_core::SplineError;
 use iga_core::knots::KnotVector;
 use iga_core::nurbs::{Grading, Patch, Prolongation, Window};

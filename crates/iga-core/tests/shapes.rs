@@ -1,7 +1,5 @@
 //! Named shapes: closed-form sizes, exact surfaces, orientation, and where the parametrisation is singular.
 
-#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
-
 use std::f64::consts::PI;
 
 use iga_core::SplineError;

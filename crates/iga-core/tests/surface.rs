@@ -1,7 +1,5 @@
 //! Surfaces of bodies: which faces are outside, normals, curvatures, areas, contact points.
 
-#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
-
 use std::f64::consts::PI;
 
 use iga_core::nurbs::patch::PointBasis;

@@ -1,5 +1,4 @@
 //! Bodies of [A] section 5.
-#![allow(dead_code, reason = "every test uses some of them")]
 
 use adaptive::elastic_body::ElasticBody;
 use adaptive::spec::{DiscretisationSpec, ElasticSpec, ReductionSpec};

@@ -1,6 +1,6 @@
 //! Axisymmetric bodies on the z axis that hit each other, and a record of their runs.
-#![allow(dead_code, reason = "every test uses some of it")]
 
+use std::f64::consts::PI;
 use std::ops::{Deref, DerefMut};
 
 use adaptive::AdaptiveError;
@@ -20,7 +20,7 @@ use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::Shape;
 use iga_core::nurbs::primitives::sphere::{SphereNet, sphere as solid_sphere};
 use iga_core::nurbs::primitives::{axisymmetric, plane};
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 /// Everything that a run reports.
 #[derive(Default)]
@@ -78,6 +78,18 @@ impl Numbers {
 
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.next()
+    }
+
+    /// A number between `low` and `high`, every order of magnitude equally likely.
+    pub fn of_any_size(&mut self, low: f64, high: f64) -> f64 {
+        self.between(low.ln(), high.ln()).exp()
+    }
+
+    /// A rotation, all equally likely (Shoemake 1992).
+    pub fn rotation(&mut self) -> UnitQuaternion<f64> {
+        let (u, a, b) = (self.next(), self.between(0.0, 2.0 * PI), self.between(0.0, 2.0 * PI));
+        let (p, q) = ((1.0 - u).sqrt(), u.sqrt());
+        UnitQuaternion::new_normalize(Quaternion::new(q * b.cos(), p * a.sin(), p * a.cos(), q * b.sin()))
     }
 }
 

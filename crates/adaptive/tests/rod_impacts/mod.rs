@@ -1,15 +1,12 @@
 //! Impacts of [A] section 5: bodies, contacts, settings, and what a run reports.
-#![allow(dead_code, reason = "every test uses some of them")]
 
-#[path = "../impacts/mod.rs"]
-pub mod impacts;
-
+use crate::impacts;
+pub use crate::impacts::finished;
+use crate::impacts::{ALUMINIUM, STEEL, body};
 use adaptive::spec::{BodySpec, ContactLaw, ContactSpec, PenaltySearch, RunSpec, SurfaceLaw, Target};
 use contact_qs::quasistatic::Method;
 use iga_core::nurbs::Shape;
 use iga_core::nurbs::primitives::axisymmetric;
-pub use impacts::finished;
-use impacts::{ALUMINIUM, STEEL, body};
 
 pub const RADIUS: f64 = 10e-3; // m
 pub const LENGTH: f64 = 1.0; // m

@@ -1,5 +1,4 @@
 //! Pseudo-random data and a compliance of half-space type for the tests.
-#![allow(dead_code, clippy::allow_attributes, reason = "each test file uses its part")]
 
 use faer::Mat;
 

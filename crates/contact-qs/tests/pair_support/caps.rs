@@ -1,6 +1,5 @@
 //! Two solid balls with contact zones as fine as a real run's and a made-up compliance of half-space type.
 #![allow(
-    dead_code,
     clippy::unwrap_used,
     clippy::allow_attributes,
     reason = "tests and benchmarks use their parts; a failure is a failed test"
@@ -20,7 +19,7 @@ use iga_core::nurbs::primitives::sphere::{SphereNet, sphere};
 use iga_core::nurbs::{RefinementWindow, Shape};
 use iga_core::space::{PatchSpace, Space};
 
-use super::pair_support::{collocate, highest, zone};
+use super::{collocate, highest, zone};
 
 /// Radius of both balls \[m\].
 pub const RADIUS: f64 = 0.01;

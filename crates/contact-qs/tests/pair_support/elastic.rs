@@ -1,6 +1,5 @@
 //! Elastic axisymmetric spheres with a quasistatic contact zone at a pole.
 #![allow(
-    dead_code,
     clippy::unwrap_used,
     clippy::allow_attributes,
     reason = "tests and benchmarks use their parts; a failure is a failed test"
@@ -18,7 +17,7 @@ use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::{RefinementWindow, Shape};
 use iga_core::space::{PatchSpace, Space};
 
-use super::pair_support::{collocate, highest, zone};
+use super::{collocate, highest, zone};
 
 pub const ALUMINIUM: Solid = Solid { young: 7.28e10, poisson: 0.33 };
 pub const STEEL: Solid = Solid { young: 2.1e11, poisson: 0.3 };

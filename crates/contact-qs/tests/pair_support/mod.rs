@@ -1,10 +1,12 @@
 //! Pairs of bodies for the tests: random zones on exact shapes, and real elastic bodies.
 #![allow(
-    dead_code,
     clippy::unwrap_used,
     clippy::allow_attributes,
     reason = "each test file uses its part; a failure is a failed test"
 )]
+
+pub mod caps;
+pub mod elastic;
 
 use contact_qs::points::{DofLookup, InterfaceCompliance, SurfacePoint};
 use contact_qs::quasistatic::Method;
@@ -21,7 +23,7 @@ use iga_core::space::{PatchSpace, Space};
 use iga_core::surface::{BodySurface, Face, FacePoint, greville_points};
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::common::Random;
+use crate::common::Random;
 
 /// Radius of all targets.
 pub const RADIUS: f64 = 0.1;

@@ -13,7 +13,7 @@ use iga_core::space::{PatchSpace, Space};
 use iga_core::surface::Face;
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::common::Random;
+use crate::common::Random;
 
 /// A body at `position`, undeformed unless told otherwise.
 pub fn at(position: [f64; 3]) -> BodyState {

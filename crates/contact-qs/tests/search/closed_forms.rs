@@ -12,7 +12,7 @@ use iga_core::space::Space;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::bodies::{at, c_shape, random_direction, random_rotation, refined, rigid};
-use super::common::Random;
+use crate::common::Random;
 
 /// Round-off of coordinates and nets of bodies of size one; the gap itself is second order in errors of the parameters.
 const ROUND_OFF: f64 = 1e-13;

@@ -10,7 +10,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use super::bodies::{
     Flexible, Sampled, at, brute_force, c_shape, random_direction, random_rotation, refined, rigid,
 };
-use super::common::Random;
+use crate::common::Random;
 
 /// The brute force ends with steps of 1e-7 of a face's parameters, to which the distance at an edge is proportional.
 const BRUTE: f64 = 1e-6;

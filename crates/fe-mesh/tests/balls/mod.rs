@@ -3,8 +3,6 @@
 //! A cube of hexahedra stands in the middle; from each of its six sides layers lead to the sphere. Lines in x and y lie densely in the
 //! middle, layers densely under the sphere. Nodes stand on a lattice of half elements, those between corners in the middle of the parameters.
 
-#![allow(dead_code, reason = "every test uses some of it")]
-
 use std::collections::HashMap;
 
 use fe_mesh::kind::ElementKind;

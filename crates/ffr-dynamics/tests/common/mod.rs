@@ -1,5 +1,4 @@
 //! Bodies for tests, assembled by hand: tensor-product B-spline boxes, plane plates, axisymmetric cylinders, spring chains.
-#![expect(dead_code, reason = "each test file uses a part of the helper")]
 
 use faer::Mat;
 use faer::sparse::{SparseColMat, Triplet};
@@ -263,11 +262,6 @@ pub fn chain(n: usize, mass: f64, spring: f64) -> AssembledBody {
 /// Unknowns of the nodes that `select` picks.
 pub fn unknowns_at(body: &AssembledBody, select: impl Fn(&[f64; 3]) -> bool) -> Vec<usize> {
     (0..body.dofs.len()).filter(|&i| select(&body.nodes[body.dofs[i].node as usize])).collect()
-}
-
-/// Largest absolute entry.
-pub fn largest(m: &Mat<f64>) -> f64 {
-    m.norm_max()
 }
 
 /// `a^T b`.

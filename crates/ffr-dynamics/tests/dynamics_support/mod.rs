@@ -1,7 +1,5 @@
 //! Small bodies made by hand: blocks of nodes with consistent mass, held together by bars.
 
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
-
 use faer::Mat;
 use faer::sparse::{SparseColMat, Triplet};
 use ffr_dynamics::body::{AssembledBody, Dof, MassMatrix, RigidMotion, StandardInputData};

@@ -1,7 +1,5 @@
 //! Bodies without joints, as systems of joint and elastic coordinates: construction, states, motions.
 
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
-
 use std::ops::DerefMut;
 
 use ffr_dynamics::body::StandardInputData;

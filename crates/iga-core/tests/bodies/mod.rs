@@ -1,9 +1,5 @@
 //! Patches for tests and benchmarks, refined by interpolation.
-#![allow(
-    dead_code,
-    clippy::unwrap_used,
-    reason = "each test file uses some of the helpers; a failure fails the test"
-)]
+#![allow(clippy::unwrap_used, reason = "each test file uses some of the helpers; a failure fails the test")]
 
 use faer::sparse::SparseColMat;
 use iga_core::bspline::basis_derivatives;

@@ -14,7 +14,7 @@ use iga_core::surface::Face;
 
 use faer::sparse::SparseColMat;
 
-use crate::nets::{PLACES, inside, noise, ring, split};
+use super::nets::{PLACES, inside, noise, ring, split};
 
 /// Value of `Σ R_i c_i` at parameters of a patch.
 fn value(space: &dyn Space, coefficients: &[[f64; 3]], patch: usize, xi: &[f64; 3]) -> [f64; 3] {
@@ -274,7 +274,7 @@ fn a_hierarchy_refined_everywhere_is_the_refined_body() {
     let space = HierarchicalSpace::of_patches(&patches, hierarchies).unwrap();
     let refined = patches.iter().map(|p| {
         let knots = p.knots().iter().map(|k| split(k, 2)).collect();
-        crate::nets::refined(p, knots)
+        super::nets::refined(p, knots)
     });
     let plain = PatchSpace::new(refined.collect()).unwrap();
     assert_eq!(space.n_functions(), plain.n_functions());
@@ -325,7 +325,7 @@ fn rigid_motions_take_no_force() {
 
 /// The unit cube moved by whole numbers.
 fn cube(x: f64, y: f64) -> Patch {
-    let patch = crate::nets::unit_patch(&[2, 2, 2], &[2, 2, 2]);
+    let patch = super::nets::unit_patch(&[2, 2, 2], &[2, 2, 2]);
     let points = patch.control_points().iter().map(|p| [p[0] + x, p[1] + y, p[2]]).collect();
     Patch::new(patch.knots().to_vec(), points, patch.weights().to_vec()).unwrap()
 }

@@ -5,7 +5,7 @@ use iga_core::hierarchical::{HierarchicalSpace, IndexBox, Prolongation, Subdomai
 use iga_core::nurbs::Patch;
 use iga_core::space::Space;
 
-use crate::nets::{PLACES, field, inside, noise, refine_around, refined, ring, split, unit_patch};
+use super::nets::{PLACES, field, inside, noise, refine_around, refined, ring, split, unit_patch};
 
 /// Fields of size 1, sums of up to 100 products.
 const ROUND_OFF: f64 = 1e-13;

@@ -11,7 +11,7 @@ use iga_core::nurbs::patch::PointBasis;
 use iga_core::space::Space;
 use nalgebra::DMatrix;
 
-use crate::nets::{PLACES, identity_patch, inside, unit_patch};
+use super::nets::{PLACES, identity_patch, inside, unit_patch};
 
 /// Round-off of sums of up to a few hundred products of numbers up to 1.
 const ROUND_OFF: f64 = 1e-13;

@@ -6,7 +6,7 @@ use iga_core::nurbs::Patch;
 use iga_core::space::Space;
 use proptest::prelude::*;
 
-use crate::nets::{PLACES, field, inside, noise, refine_around, ring, unit_patch};
+use super::nets::{PLACES, field, inside, noise, refine_around, ring, unit_patch};
 
 /// A region by its middle and half width a direction.
 fn region() -> impl Strategy<Value = ParameterBox> {

@@ -6,7 +6,7 @@ use iga_core::nurbs::Patch;
 use iga_core::nurbs::patch::{PointBasis, SECOND_DERIVATIVES};
 use iga_core::space::Space;
 
-use crate::nets::{PLACES, field, inside, refine_around, ring};
+use super::nets::{PLACES, field, inside, refine_around, ring};
 
 /// Quarter annulus or block refined twice around a region at the outer face.
 fn refined_ring(dimension: usize) -> (Patch, HierarchicalSpace) {

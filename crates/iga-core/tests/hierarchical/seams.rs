@@ -6,7 +6,7 @@ use iga_core::hierarchical::{HierarchicalSpace, IndexBox, PatchTies, Prolongatio
 use iga_core::nurbs::Patch;
 use iga_core::space::Space;
 
-use crate::nets::{field, noise, refine_around, ring};
+use super::nets::{field, noise, refine_around, ring};
 
 fn refine(patch: &Patch, region: ParameterBox) -> HierarchicalSpace {
     let ties = PatchTies::detect(patch);
@@ -152,8 +152,8 @@ fn tied_coefficients_are_prolonged_exactly() {
 fn elements_at_a_closed_seam_are_as_smooth_as_others() {
     let patch = ring(2, 4, 0.3, &[1, 4]);
     let mut knots = patch.knots().to_vec();
-    knots[0] = crate::nets::split(&knots[0], 3);
-    let space = HierarchicalSpace::plain(&crate::nets::refined(&patch, knots)).unwrap();
+    knots[0] = super::nets::split(&knots[0], 3);
+    let space = HierarchicalSpace::plain(&super::nets::refined(&patch, knots)).unwrap();
     assert!((0..space.n_elements()).all(|e| space.is_single_level(e)));
     // Quarters meet at repeated knots: only the middle third of each is smooth on both sides, and the ends of the patch.
     let counts: Vec<usize> = (0..12).map(|e| space.gauss_counts(e)[0]).collect();

@@ -1,5 +1,4 @@
 //! What must not panic, whatever bytes come: run by `fuzz/` on bytes that a fuzzer finds, by `tests/fuzzing.rs` on random ones.
-#![expect(clippy::unwrap_used, reason = "what is unwrapped here is part of the claim")]
 
 use std::fmt::Write as _;
 use std::path::Path;

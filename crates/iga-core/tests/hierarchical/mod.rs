@@ -1,5 +1,4 @@
 //! Hierarchical spaces: identities, reference values, exact geometry, seams, prolongation.
-#![expect(clippy::unwrap_used, reason = "helpers of tests")]
 
 mod nets;
 

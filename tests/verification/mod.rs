@@ -1,5 +1,4 @@
 //! Results against closed forms and independent computations; docs/verification.md lists every case with its figures.
-#![expect(clippy::print_stdout, reason = "the figures of docs/verification.md, shown with --nocapture")]
 
 mod adaptive_impacts;
 mod cylinder;
@@ -10,4 +9,4 @@ mod multibody;
 mod rods;
 mod solvers_sphere;
 mod spheres;
-mod support;
+pub mod support;

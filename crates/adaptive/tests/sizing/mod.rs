@@ -3,8 +3,6 @@
 //! Solids are set against polynomials over the whole body ([`ritz`]) and against Lamb's ball, plane and axisymmetric shapes against
 //! finer meshes. Each prints a row: body, elements, unknowns, time of the choice, the program's estimate, error.
 
-#![expect(clippy::unwrap_used, clippy::print_stdout, reason = "tests")]
-
 use adaptive::sizing::{Candidate, SizeRequest, mesh, mode_count};
 use adaptive::spec::{DiscretisationSpec, ElasticSpec, ReductionSpec};
 use iga_core::SplineError;

@@ -1,0 +1,63 @@
+//! All tests of the crate, in one executable: a file that is not named here is not run (`scripts/check_layers.py` looks).
+#![expect(clippy::unwrap_used, reason = "a failure there fails the test")]
+#![expect(clippy::print_stdout, reason = "figures of the documents, shown with --nocapture")]
+
+mod beam_file;
+mod benchmarks;
+mod body_file;
+mod cache;
+mod cantilever;
+mod cli;
+mod compare;
+mod converge;
+mod damaged;
+mod determinism;
+mod doubled;
+mod export;
+mod export_setup;
+mod expressions;
+mod faults;
+mod flat_contact;
+mod fuzzing;
+mod hertz_scenarios;
+mod import_body;
+mod imported_bodies;
+mod joint_answers;
+mod joint_travel;
+mod long;
+mod mesh_contact;
+mod mesh_stress;
+mod meshed;
+mod meshed_rods;
+mod own_part;
+mod plausibility;
+mod plot;
+mod point_stress;
+mod probe;
+mod reader_memory;
+mod restitution;
+mod results;
+mod resume;
+mod rigid_targets;
+mod scenario;
+mod scenario_bodies;
+mod scenario_contacts;
+mod scenario_faults;
+mod setup;
+mod shapes;
+mod sizing;
+mod solid_file;
+mod spline_bodies;
+mod support;
+mod sweep;
+mod system_modes;
+mod traces;
+mod verification;
+mod whole_surfaces;
+#[path = "../crates/fe-mesh/tests/balls/mod.rs"]
+mod balls;
+#[expect(dead_code, reason = "other crates use the rest")]
+#[path = "../crates/fe-mesh/tests/blocks/mod.rs"]
+mod blocks;
+#[path = "../crates/fe-mesh/tests/writers/mod.rs"]
+mod writers;
