@@ -1,5 +1,6 @@
 //! TOML (or JSON) text as a tree of values that know where they come from.
 
+use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -104,15 +105,15 @@ pub struct Entry {
 
 impl Node {
     /// What kind of value this is, for messages.
-    pub fn type_name(&self) -> &'static str {
-        match self.value {
-            Value::Boolean(_) => "a boolean",
-            Value::Integer(_) => "an integer",
-            Value::Float(_) => "a number",
-            Value::Text(_) => "a string",
-            Value::Datetime(_) => "a date",
-            Value::Array(_) => "an array",
-            Value::Table(_) => "a table",
+    pub fn type_name(&self) -> Cow<'static, str> {
+        match &self.value {
+            Value::Boolean(_) => "a boolean".into(),
+            Value::Integer(_) => "an integer".into(),
+            Value::Float(_) => "a number".into(),
+            Value::Text(_) => "a string".into(),
+            Value::Datetime(_) => "a date".into(),
+            Value::Array(items) => format!("a list of {}", items.len()).into(),
+            Value::Table(_) => "a table".into(),
         }
     }
 
