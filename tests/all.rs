@@ -35,6 +35,7 @@ mod plot;
 mod point_stress;
 mod probe;
 mod reader_memory;
+mod rest;
 mod restitution;
 mod results;
 mod resume;

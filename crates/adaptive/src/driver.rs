@@ -41,6 +41,7 @@ mod judgement;
 mod monitor;
 mod output;
 mod refine;
+mod rest;
 mod restart;
 mod states;
 mod trial;
@@ -247,10 +248,10 @@ impl<'a> Driver<'a> {
         Ok(RunEnd { time: self.integrator.time(), is_interrupted })
     }
 
-    /// Whether time is up, or so many impacts have ended as the run is to have.
+    /// Whether time is up, so many impacts have ended as the run is to have, or its bodies are at rest.
     fn is_over(&self) -> bool {
         let is_enough = self.settings.stop_after_impacts.is_some_and(|n| self.run.n_impacts >= n);
-        is_enough || self.integrator.time() >= self.settings.end_time
+        is_enough || self.is_at_rest() || self.integrator.time() >= self.settings.end_time
     }
 
     /// The running phase as far as it went.
@@ -302,11 +303,11 @@ impl<'a> Driver<'a> {
         Ok(false)
     }
 
-    /// Integrates until a contact closes or time is up; returns whether the observer stopped the run.
+    /// Integrates until a contact closes, the bodies are at rest or time is up; returns whether the observer stopped the run.
     fn free_phase(&mut self) -> Result<bool, AdaptiveError> {
         let end = self.settings.end_time;
         self.slots.iter_mut().for_each(|slot| slot.clearance = 0.0);
-        while self.integrator.time() < end {
+        while self.integrator.time() < end && !self.is_at_rest() {
             let step = self.integrator.step(&mut self.model.system, end).map_err(AdaptiveError::Dynamics)?;
             let closing = self.first_closing(step)?;
             if let Some(time) = closing {
@@ -323,6 +324,7 @@ impl<'a> Driver<'a> {
                     _ => Err(error),
                 };
             }
+            self.note_rest();
             self.store_until(step.end)?;
             if self.output.observer.progress(step.end, step.end - step.start, PhaseKind::Free)
                 == Continue::Interrupt
@@ -332,7 +334,7 @@ impl<'a> Driver<'a> {
             }
             self.mark_restart_point_if_due()?;
         }
-        if self.run.last_output < end {
+        if self.run.last_output < self.integrator.time() {
             self.store()?;
         }
         Ok(false)

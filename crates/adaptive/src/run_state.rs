@@ -41,6 +41,8 @@ pub struct RunState {
     pub contacts: Vec<ContactState>,
     /// Warnings given: number of the kind times 2³² plus index of the subject.
     pub warned: Vec<u64>,
+    /// Since when the bodies are as slow as at rest \[s\].
+    pub slow_since: Option<f64>,
     /// States that the stress requests hold.
     pub stress: Vec<Option<StressState>>,
 }

@@ -21,6 +21,7 @@ pub(super) struct Start {
     pub stress: Vec<Option<StressState>>,
     pub numerical: NumericalDamping,
     pub ledger: EnergyLedger,
+    pub slow_since: Option<f64>,
 }
 
 impl Driver<'_> {
@@ -77,6 +78,7 @@ impl Driver<'_> {
             stress: self.run.stress.clone(),
             numerical: self.run.numerical,
             ledger: self.run.ledger,
+            slow_since: self.run.slow_since,
         }
     }
 

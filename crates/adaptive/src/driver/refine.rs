@@ -138,6 +138,7 @@ impl Driver<'_> {
         }
         self.run.stress.clone_from(&start.stress);
         (self.run.numerical, self.run.ledger) = (start.numerical, start.ledger);
+        self.run.slow_since = start.slow_since;
         let leaving = self.leaving(start.time, widths);
         for i in self.latest_first() {
             let Some(search) = self.slots[i].fine().map(|fine| fine.search.clone()) else { continue };

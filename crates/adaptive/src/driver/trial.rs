@@ -107,6 +107,7 @@ impl Driver<'_> {
             self.store_step()?;
             self.update_monitors()?;
             self.check_motion()?;
+            self.note_rest();
             if let Some(ending) = self.inspect_contacts(trial)? {
                 return Ok(ending);
             }
@@ -116,7 +117,8 @@ impl Driver<'_> {
             if progress == Continue::Interrupt {
                 return Ok(Ending::Interrupted);
             }
-            if step.end - trial.last_force >= quiet && self.is_separating() {
+            let is_apart = step.end - trial.last_force >= quiet && self.is_separating();
+            if is_apart || self.is_at_rest() {
                 break;
             }
         }

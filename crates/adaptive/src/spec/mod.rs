@@ -56,6 +56,15 @@ impl PhaseSettings {
     }
 }
 
+/// When the bodies of a run are at rest: the root of their mean square speed has been below `speed` for `duration`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RestSettings {
+    /// Speed [m/s].
+    pub speed: f64,
+    /// Time \[s\]: bodies that swing or are thrown are slow for a moment.
+    pub duration: f64,
+}
+
 /// Settings of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunSettings {
@@ -77,6 +86,8 @@ pub struct RunSettings {
     pub quiet_time: Option<f64>,
     /// Number of impacts with whose end the run ends, if it has not before.
     pub stop_after_impacts: Option<u32>,
+    /// When bodies count as at rest, with which the run ends, if it has not before.
+    pub stop_at_rest: Option<RestSettings>,
     /// Time between stored states in free phases \[s\]; `None`: [`FREE_INTERVAL`], after an impact less where bodies vibrate fast.
     pub free_interval: Option<f64>,
     /// Least time between stored states in impact phases; zero: every step is stored \[s\].

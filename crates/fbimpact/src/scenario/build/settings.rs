@@ -1,6 +1,6 @@
 //! Settings of the run: time span, gravity, integrators, intervals of output.
 
-use adaptive::spec::{PhaseSettings, RunSettings};
+use adaptive::spec::{PhaseSettings, RestSettings, RunSettings};
 use ffr_dynamics::integration::Method;
 use ffr_dynamics::system::error_scale::ErrorScale;
 
@@ -20,12 +20,18 @@ pub fn settings(simulation: &Section, output: &Section) -> Option<RunSettings> {
         step_share: STEP_SHARE,
         quiet_time: simulation.number("quiet_time"),
         stop_after_impacts: simulation.integer("stop_after_impacts").and_then(|n| u32::try_from(n).ok()),
+        stop_at_rest: rest(simulation),
         energy_tolerance: simulation.number("energy_tolerance")?,
         free_interval: output.number("free_interval"),
         impact_interval: output.number("impact_interval")?,
         phase_share: 1.0 / output.number("phase_states")?,
         pressure: output.boolean("pressure")?,
     })
+}
+
+fn rest(simulation: &Section) -> Option<RestSettings> {
+    let section = simulation.table("stop_at_rest")?;
+    Some(RestSettings { speed: section.number("speed")?, duration: section.number("duration")? })
 }
 
 fn phase(section: &Section) -> Option<PhaseSettings> {

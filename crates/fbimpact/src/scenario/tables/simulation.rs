@@ -68,6 +68,13 @@ pub const SIMULATION: &[Key] = &[
         "The run ends with the impact phase in which so many impacts, rows of `/impacts`, have ended, or at `end_time`.",
     ),
     Key::new(
+        "stop_at_rest",
+        Kind::Table(REST),
+        "",
+        Need::Optional("the run goes on to `end_time`"),
+        "The run ends as soon as its bodies are at rest, or at `end_time`.",
+    ),
+    Key::new(
         "energy_tolerance",
         Kind::Number(Range { min: Bound::Closed(1e-9), max: Bound::Closed(1e6) }),
         "–",
@@ -77,6 +84,25 @@ pub const SIMULATION: &[Key] = &[
     ),
     Key::new("free", Kind::Table(FREE), "", Need::Default("{}"), "Time integration between impacts."),
     Key::new("impact", Kind::Table(IMPACT), "", Need::Default("{}"), "Time integration during impacts."),
+];
+
+const REST: &[Key] = &[
+    Key::new(
+        "speed",
+        Kind::Number(Range::positive(1e6)),
+        "m/s",
+        Need::Required,
+        "Bodies are slow while the root of their mean square speed, `sqrt(2 T / m)` with the kinetic energy and the mass of all of them, \
+         is no higher. Vibration counts.",
+    ),
+    Key::new(
+        "duration",
+        Kind::Number(TIME),
+        "s",
+        Need::Required,
+        "Bodies are at rest when they have been slow for so long: more than half a period of what swings, whose motion is slow for a moment \
+         where it turns.",
+    ),
 ];
 
 const RTOL: Key = Key::new(
