@@ -235,7 +235,7 @@ fn bad_values(kind: &Kind) -> Vec<String> {
 #[test]
 fn scenario_with_every_shape_is_valid() {
     let scenario = parse(ALL_SHAPES.as_bytes(), &[]).unwrap_or_else(|f| panic!("{f:#?}"));
-    assert_eq!(scenario.bodies.len(), 16);
+    assert_eq!(scenario.bodies.len(), 25);
     let again = parse(scenario.source.resolved.as_bytes(), &[]).unwrap_or_else(|f| panic!("{f:#?}"));
     assert_eq!(again.bodies, scenario.bodies);
     assert_eq!(again.run, scenario.run);

@@ -69,6 +69,15 @@ impl Cover {
         points
     }
 
+    /// Whether it ends along the jacket of a cylinder, without an edge.
+    pub fn is_tangent_to_jacket(&self) -> bool {
+        match self.fillet {
+            // The last line of the arc's control points stands upright.
+            Some([_, middle, end]) => middle[0] >= end[0],
+            None => (self.curvature * self.rim).abs() >= 1.0 - 1e-12, // round-off of the product
+        }
+    }
+
     /// Height of the outermost point \[m\].
     pub fn outer_height(&self) -> f64 {
         self.meridian().last().map_or(self.pole, |p| p[1])

@@ -9,7 +9,7 @@ use super::cover::{Cover, CoverNet, Division, Homogeneous, quarter, revolved};
 use super::{joined, positive};
 use crate::SplineError;
 use crate::knots::KnotVector;
-use crate::nurbs::shape::singular_sets;
+use crate::nurbs::shape::SingularSet;
 use crate::nurbs::{FaceId, Patch, Shape};
 
 /// A body of revolution.
@@ -62,6 +62,7 @@ impl Round {
     /// [`SplineError::Dimension`] for impossible lengths.
     pub fn solid(&self) -> Result<Shape, SplineError> {
         let Layers { covers, middle: [radius, middle], length } = self.layers()?;
+        let smooth = [&covers[0], &covers[covers.len() - 1]].map(Cover::is_tangent_to_jacket);
         let is_plane = covers.iter().all(|cover| cover.curvature == 0.0);
         let (division, degree) = if is_plane { (Division::Straight, 2) } else { (Division::Projected, 4) };
         let nets: Vec<CoverNet> = covers.iter().map(|cover| cover.net(division)).collect();
@@ -83,7 +84,7 @@ impl Round {
             let is_beside = ["left", "right", "front", "back"].contains(&name);
             (name, [x, y, if is_beside { middle } else { z }])
         });
-        Ok(rod_like(patches, markers, ends, jacket))
+        Ok(rod_like(patches, markers, ends, jacket, smooth))
     }
 
     /// The meridian half, in `(r, z)`. Directions: outwards, along.
@@ -92,13 +93,14 @@ impl Round {
     /// [`SplineError::Dimension`] for impossible lengths.
     pub fn axisymmetric(&self) -> Result<Shape, SplineError> {
         let Layers { covers, length, .. } = self.layers()?;
+        let smooth = [&covers[0], &covers[covers.len() - 1]].map(Cover::is_tangent_to_jacket);
         let net = covers.iter().flat_map(Cover::meridian).map(|[r, z, w]| [r * w, z * w, 0.0, w]);
         let net: Vec<_> = net.collect();
         let patch = Patch::from_homogeneous(vec![outwards(&covers[0])?, upwards(&covers)?], &net)?;
         let end = |upper| vec![FaceId { patch: 0, direction: 1, upper }];
         let jacket = vec![FaceId { patch: 0, direction: 0, upper: true }];
         let markers = super::axisymmetric::rod_markers(0.0, length);
-        Ok(rod_like(vec![patch], markers, [end(false), end(true)], jacket))
+        Ok(rod_like(vec![patch], markers, [end(false), end(true)], jacket, smooth))
     }
 
     fn layers(&self) -> Result<Layers, SplineError> {
@@ -204,11 +206,22 @@ fn rod_like<const N: usize>(
     markers: [(&'static str, [f64; 3]); N],
     [lower, upper]: [Vec<FaceId>; 2],
     jacket: Vec<FaceId>,
+    smooth: [bool; 2],
 ) -> Shape {
+    // All outward ends of the patches that end on the jacket, where an end is tangent to it.
+    let circle = |face: &FaceId| {
+        let n = patches[face.patch].dimension();
+        let face = *face;
+        let ends = [0.0, 1.0].into_iter().zip(smooth).filter(|(_, is_smooth)| *is_smooth);
+        ends.map(move |(end, _)| {
+            let mut parameters = [None; 3];
+            (parameters[face.direction], parameters[n - 1]) = (Some(1.0), Some(end));
+            SingularSet { patch: face.patch, parameters, name: JUNCTION.to_owned() }
+        })
+    };
+    let singular = jacket.iter().flat_map(circle).collect();
     let faces =
         [("z-", lower.clone()), ("z+", upper.clone()), ("jacket", jacket), ("start", lower), ("end", upper)];
-    let mut singular: Vec<_> = patches.iter().enumerate().flat_map(|(i, p)| singular_sets(i, p)).collect();
-    singular.iter_mut().for_each(|set| JUNCTION.clone_into(&mut set.name));
     Shape { singular, ..joined(patches, markers, faces) }
 }
 
