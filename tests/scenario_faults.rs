@@ -30,6 +30,15 @@ rod = { model = "axisymmetric", material = "m", geometry = { shape = "rod", radi
 rod-spherical-end = { model = "axisymmetric", material = "m", geometry = { shape = "rod-spherical-end", radius = 1.0, length = 2.0 } }
 cylinder = { material = "m", geometry = { shape = "cylinder", radius = 1.0, length = 2.0 } }
 hollow-cylinder = { material = "m", geometry = { shape = "hollow-cylinder", inner_radius = 1.0, outer_radius = 2.0, length = 2.0 } }
+tube-sector = { material = "m", geometry = { shape = "tube-sector", inner_radius = 1.0, outer_radius = 2.0, length = 2.0, angle = 1.0 } }
+cone = { material = "m", geometry = { shape = "cone", radius = 1.0, end_radius = 0.5, length = 2.0 } }
+capsule = { material = "m", geometry = { shape = "capsule", radius = 1.0, length = 3.0 } }
+rounded-cylinder = { model = "axisymmetric", material = "m", geometry = { shape = "rounded-cylinder", radius = 1.0, length = 2.0, crown_radius = 3.0, fillet_radius = 0.1 } }
+torus = { material = "m", geometry = { shape = "torus", radius = 1.0, tube_radius = 0.2 } }
+rounded-box = { material = "m", geometry = { shape = "rounded-box", size = [1.0, 2.0, 3.0], fillet_radius = 0.2 } }
+plate-with-hole = { material = "m", geometry = { shape = "plate-with-hole", size = [1.0, 2.0], hole_radius = 0.2, thickness = 0.1 } }
+l-beam = { material = "m", geometry = { shape = "l-beam", width = 1.0, height = 2.0, thickness = 0.1, length = 3.0 } }
+t-beam = { material = "m", geometry = { shape = "t-beam", width = 1.0, height = 2.0, flange_thickness = 0.1, web_thickness = 0.2, length = 3.0 } }
 box = { material = "m", geometry = { shape = "box", size = [1.0, 2.0, 3.0] } }
 rectangle = { model = "plane-stress", thickness = 0.1, material = "m", geometry = { shape = "rectangle", size = [1.0, 2.0] } }
 disc = { model = "plane-strain", material = "m", geometry = { shape = "disc", radius = 1.0 } }
@@ -226,7 +235,7 @@ fn bad_values(kind: &Kind) -> Vec<String> {
 #[test]
 fn scenario_with_every_shape_is_valid() {
     let scenario = parse(ALL_SHAPES.as_bytes(), &[]).unwrap_or_else(|f| panic!("{f:#?}"));
-    assert_eq!(scenario.bodies.len(), 16);
+    assert_eq!(scenario.bodies.len(), 25);
     let again = parse(scenario.source.resolved.as_bytes(), &[]).unwrap_or_else(|f| panic!("{f:#?}"));
     assert_eq!(again.bodies, scenario.bodies);
     assert_eq!(again.run, scenario.run);

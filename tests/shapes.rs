@@ -19,12 +19,26 @@ fn folded_net_is_a_located_fault() {
 }
 
 /// A geometry table with sizes for the shape.
-fn geometry(shape: &str) -> String {
+fn geometry(shape: &str, model: &str) -> String {
     let sizes = match shape {
         "sphere" | "disc" => "radius = 0.01",
         "ellipsoid" => "semi_axes = [0.02, 0.015, 0.01]",
         "rod" | "rod-spherical-end" | "cylinder" => "radius = 0.01, length = 0.05",
         "hollow-cylinder" => "inner_radius = 0.005, outer_radius = 0.01, length = 0.05",
+        "tube-sector" => "inner_radius = 0.005, outer_radius = 0.01, length = 0.05, angle_deg = 60.0",
+        "cone" => "radius = 0.01, end_radius = 0.005, length = 0.05",
+        "capsule" => "radius = 0.01, length = 0.05",
+        "rounded-cylinder" => "radius = 0.01, length = 0.05, crown_radius = 0.02, fillet_radius = 0.001",
+        "torus" => "radius = 0.02, tube_radius = 0.005",
+        "rounded-box" => "size = [0.01, 0.02, 0.03], fillet_radius = 0.002",
+        "plate-with-hole" if model == "solid" => {
+            "size = [0.04, 0.02], hole_radius = 0.005, thickness = 0.002"
+        }
+        "plate-with-hole" => "size = [0.04, 0.02], hole_radius = 0.005",
+        "l-beam" => "width = 0.02, height = 0.03, thickness = 0.002, length = 0.2",
+        "t-beam" => {
+            "width = 0.02, height = 0.03, flange_thickness = 0.002, web_thickness = 0.003, length = 0.2"
+        }
         "box" => "size = [0.01, 0.02, 0.03]",
         "rectangle" => "size = [0.01, 0.02]",
         other => panic!("no sizes for {other}"),
@@ -44,7 +58,7 @@ fn every_named_shape_is_built_with_the_markers_and_faces_of_its_table() {
                  [materials.m]\nyoungs_modulus = 1e9\npoissons_ratio = 0.3\ndensity = 1e3\n\
                  [bodies.b]\nmodel = \"{model}\"\nmaterial = \"m\"\ngeometry = {}\n{}\
                  reduction = {{ method = \"modal\", modes = 3 }}\n",
-                geometry(shape.name),
+                geometry(shape.name, model),
                 if model.starts_with("plane") { "thickness = 0.01\n" } else { "" },
             );
             let scenario = scenario::parse(Path::new("t.toml"), text.as_bytes(), &[]).unwrap();

@@ -191,12 +191,7 @@ impl<'a> Candidate<'a> {
 
     /// Directions that are refined together: patches that share faces turn them into one another.
     fn groups(&self) -> Vec<Vec<usize>> {
-        let n = self.degrees().len();
-        if self.spec.shape.patches.len() > 1 {
-            vec![(0..n).collect()]
-        } else {
-            (0..n).map(|d| vec![d]).collect()
-        }
+        proportions::groups(&self.spec.shape)
     }
 
     /// For each direction, the first one that the body cannot be told from: a mirror turns the one into the other.

@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use iga_core::elasticity::Model;
 
-use super::proportions::{half_wave, is_closed, lengths, longest, shortest};
+use super::proportions::{groups, half_wave, is_closed, lengths, longest, shortest};
 use crate::spec::ElasticSpec;
 use crate::wave::Wave;
 
@@ -27,7 +27,7 @@ const MOST: usize = 1000;
 const OVALS: f64 = 6.0;
 
 /// Elements a direction for `n_modes` modes, from which the check starts; never fewer than the shape has itself. Each of several
-/// patches has its part of the modes, and the same number in all directions: they share faces.
+/// patches has its part of the modes, and the same number in directions that shared faces turn into one another.
 ///
 /// Thin walls have as many along them as the bending of the highest mode needs (Eq. P.6), and one element across them.
 pub fn first_elements(spec: &ElasticSpec, n_modes: usize) -> Vec<usize> {
@@ -36,9 +36,13 @@ pub fn first_elements(spec: &ElasticSpec, n_modes: usize) -> Vec<usize> {
     if shape.patches.len() > 1 {
         let lengths = lengths(shape);
         let half_wave = half_wave(&lengths, n_modes.div_ceil(shape.patches.len()));
-        let wanted = |l: &f64| elements_over(l / half_wave);
-        let most = lengths.iter().map(wanted).chain((0..degrees.len()).map(own)).max().unwrap_or(LEAST);
-        return vec![most.max(LEAST); degrees.len()];
+        let wanted = |d: usize| elements_over(lengths[d] / half_wave).max(own(d)).max(LEAST);
+        let mut elements = vec![LEAST; degrees.len()];
+        for group in groups(shape) {
+            let most = group.iter().map(|&d| wanted(d)).max().unwrap_or(LEAST);
+            group.iter().for_each(|&d| elements[d] = most);
+        }
+        return elements;
     }
     let body = Proportions::new(spec, n_modes);
     let wanted = |d: usize| {
@@ -142,7 +146,8 @@ mod tests {
     use crate::spec::{DiscretisationSpec, ReductionSpec};
     use iga_core::elasticity::Material;
     use iga_core::nurbs::Shape;
-    use iga_core::nurbs::primitives::{SphereNet, solid, sphere};
+    use iga_core::nurbs::primitives::rounded_box::rounded_box;
+    use iga_core::nurbs::primitives::{SphereNet, profile, round, solid, sphere};
 
     fn steel(shape: Shape, dimension: usize) -> ElasticSpec {
         let model = if dimension == 3 { Model::Solid } else { Model::PlaneStress { thickness: 1.0 } };
@@ -160,6 +165,17 @@ mod tests {
         assert!(lengths[2] < 0.9 * lengths[0], "{lengths:?}");
         let elements = first_elements(&steel(shells, 3), 700);
         assert!(elements.iter().all(|n| *n == elements[0]), "{elements:?}");
+    }
+
+    #[test]
+    fn patches_with_one_section_all_along_have_a_number_along_and_one_across() {
+        let groups_of = |shape: &Shape| groups(shape);
+        assert_eq!(groups_of(&round::torus(1.0, 0.1).unwrap()), [vec![0, 1], vec![2]]);
+        assert_eq!(groups_of(&profile::l_beam(1.0, 1.0, 0.1, 9.0).unwrap()), [[0], [1], [2]]);
+        assert_eq!(groups_of(&rounded_box([1.0; 3], 0.1).unwrap()), [[0, 1, 2]]);
+        assert_eq!(groups_of(&solid::cuboid([1.0; 3]).unwrap()), [[0], [1], [2]]);
+        let beam = first_elements(&steel(profile::l_beam(1.0, 1.0, 0.2, 30.0).unwrap(), 3), 20);
+        assert!(beam[2] > 2 * beam[0] && beam[0] == beam[1], "{beam:?}");
     }
 
     #[test]

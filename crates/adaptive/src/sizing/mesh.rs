@@ -1,6 +1,6 @@
 //! Elements that resolve the kept modes: guessed from the proportions, then checked with finer meshes.
 //!
-//! Each direction is doubled by itself, those of shapes of several patches together. Frequencies of conforming models fall to their limits from above, so the change tells
+//! Each direction is doubled by itself, those that shared faces of patches turn into one another together. Frequencies of conforming models fall to their limits from above, so the change tells
 //! the error that the direction makes, and the sum over directions that of the mesh (Eqs. N.2, N.3).
 
 use std::fmt;

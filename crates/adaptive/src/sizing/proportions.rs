@@ -1,5 +1,8 @@
 //! Lengths of a body along its parametric directions, and what is alike about them.
 
+use std::collections::BTreeSet;
+
+use iga_core::nurbs::linked::linked_directions;
 use iga_core::nurbs::{Patch, Shape};
 
 /// Places across a patch, a direction, at which parameter lines are measured; both ends are among them, for on singular nets
@@ -86,6 +89,31 @@ pub fn is_closed(patch: &Patch, d: usize) -> bool {
     }
     let distance = (0..3).map(|c| (ends[0][c] - ends[1][c]).powi(2)).sum::<f64>().sqrt();
     distance < CLOSED * longest_line(patch, d)
+}
+
+/// Directions that have one number of elements, because shared faces of patches turn one into the other: of one patch each by itself.
+pub fn groups(shape: &Shape) -> Vec<Vec<usize>> {
+    let n = shape.patches.first().map_or(0, Patch::dimension);
+    if shape.patches.len() == 1 {
+        return (0..n).map(|d| vec![d]).collect();
+    }
+    let linked = linked_directions(&shape.patches);
+    let mut groups: Vec<BTreeSet<usize>> = Vec::new();
+    for d in 0..n {
+        // Members of the links that direction d of any patch belongs to.
+        let own: BTreeSet<usize> = linked.iter().map(|links| links[d].group).collect();
+        let is_linked = |e: &usize| linked.iter().any(|links| own.contains(&links[*e].group));
+        let mut merged: BTreeSet<usize> = (0..n).filter(is_linked).collect();
+        groups.retain(|group| {
+            let meets = !group.is_disjoint(&merged);
+            merged.extend(group.iter().filter(|_| meets));
+            !meets
+        });
+        groups.push(merged);
+    }
+    let mut groups: Vec<Vec<usize>> = groups.into_iter().map(|group| group.into_iter().collect()).collect();
+    groups.sort();
+    groups
 }
 
 /// For each direction, the first one that looks like it: a single patch whose control net, after exchange of the two, is

@@ -1,8 +1,11 @@
 //! Exact shapes: which go with which model, sizes that fit together, patches of one's own.
 
+use iga_core::SplineError;
 use iga_core::nurbs::joining::{face_name, join};
+use iga_core::nurbs::primitives::round::{self, Round};
+use iga_core::nurbs::primitives::rounded_box::rounded_box;
 use iga_core::nurbs::primitives::sphere::SphereNet;
-use iga_core::nurbs::primitives::{axisymmetric, plane, solid, sphere};
+use iga_core::nurbs::primitives::{axisymmetric, plane, profile, solid, sphere};
 use iga_core::nurbs::{FaceId, Shape};
 
 use super::super::check::Checker;
@@ -35,51 +38,134 @@ pub fn shape(checker: &mut Checker, body: &Section, model: &str, degree: usize) 
     let section = body.table("geometry")?;
     let name = section.text("shape")?;
     let fits = check_model(checker, body, model, name);
-    let is_axisymmetric = model == "axisymmetric";
-    let length = || section.number("length");
-    let radius = || section.number("radius");
     let built = match name {
-        "sphere" => {
-            let (radius, net) = (radius()?, net(section)?);
-            if is_axisymmetric {
-                axisymmetric::sphere(radius)
-            } else {
-                sphere::sphere(radius, net.unwrap_or(SphereNet::for_degree(degree)))
-            }
+        "nurbs" => return nurbs(checker, section, model).filter(|_| fits.is_some()),
+        "plate-with-hole" if model == "solid" && section.item("thickness").is_none() => {
+            let message =
+                "required key is missing: the plate of a solid or spatial rigid body has a thickness".into();
+            checker.fault(&section.origin, section.path_of("thickness"), None, message);
+            return None;
         }
+        _ => match model {
+            "axisymmetric" => meridian(section, name)?,
+            "solid" => solid(section, name, degree)?,
+            _ => plane(section, name)?,
+        },
+    };
+    fits?;
+    built.map_err(|error| report(checker, section, &error)).ok()
+}
+
+/// Reports sizes that do not fit together at the key that is to blame.
+fn report(checker: &mut Checker, section: &Section, error: &SplineError) {
+    match error {
+        SplineError::Dimension { name, reason, .. } if section.item(name).is_some() => {
+            checker.fault_in(section, name, (*reason).to_owned());
+        }
+        _ => checker.fault_in(section, "shape", error.to_string()),
+    }
+}
+
+type Built = Result<Shape, SplineError>;
+
+/// Shapes with points in `(x, y, z)`; `None` where a key is at fault already, or the shape has no such form.
+fn solid(section: &Section, name: &str, degree: usize) -> Option<Built> {
+    let number = |key: &str| section.number(key);
+    if let Some(round) = round(section, name) {
+        return Some(round?.solid());
+    }
+    Some(match name {
+        "sphere" => sphere::sphere(number("radius")?, net(section)?.unwrap_or(SphereNet::for_degree(degree))),
         "ellipsoid" => sphere::ellipsoid(section.vector("semi_axes")?),
-        "rod" => axisymmetric::rod(radius()?, length()?),
-        "rod-spherical-end" => {
-            let (radius, length) = (radius()?, length()?);
-            if length <= radius {
-                let message = format!("must be > radius, which is {radius:?} m");
-                checker.fault_in(section, "length", message);
-                return None;
-            }
-            axisymmetric::rod_spherical_end(radius, length)
-        }
-        "cylinder" => solid::cylinder(radius()?, length()?),
+        "cylinder" => solid::cylinder(number("radius")?, number("length")?),
         "hollow-cylinder" => {
-            let (inner, outer) = (section.number("inner_radius")?, section.number("outer_radius")?);
-            if outer <= inner {
-                let message = format!("must be > inner_radius, which is {inner:?} m");
-                checker.fault_in(section, "outer_radius", message);
-                return None;
-            }
-            let build = if is_axisymmetric { axisymmetric::hollow_cylinder } else { solid::hollow_cylinder };
-            build(inner, outer, length()?)
+            solid::hollow_cylinder(number("inner_radius")?, number("outer_radius")?, number("length")?)
         }
+        "tube-sector" => profile::tube_sector(
+            number("inner_radius")?,
+            number("outer_radius")?,
+            number("length")?,
+            number("angle")?,
+        ),
+        "torus" => round::torus(number("radius")?, number("tube_radius")?),
         "box" => solid::cuboid(section.vector("size")?),
+        "rounded-box" => rounded_box(section.vector("size")?, number("fillet_radius")?),
+        "plate-with-hole" => profile::solid_plate_with_hole(
+            section.vector("size")?,
+            number("hole_radius")?,
+            number("thickness")?,
+        ),
+        "l-beam" => {
+            profile::l_beam(number("width")?, number("height")?, number("thickness")?, number("length")?)
+        }
+        "t-beam" => profile::t_beam(
+            number("width")?,
+            number("height")?,
+            number("flange_thickness")?,
+            number("web_thickness")?,
+            number("length")?,
+        ),
+        _ => return None,
+    })
+}
+
+/// Meridian halves of shapes, in `(r, z)`.
+fn meridian(section: &Section, name: &str) -> Option<Built> {
+    let number = |key: &str| section.number(key);
+    if let Some(round) = round(section, name) {
+        return Some(round?.axisymmetric());
+    }
+    Some(match name {
+        "sphere" => {
+            net(section)?; // reports a wrong value
+            axisymmetric::sphere(number("radius")?)
+        }
+        "rod" => axisymmetric::rod(number("radius")?, number("length")?),
+        "rod-spherical-end" => axisymmetric::rod_spherical_end(number("radius")?, number("length")?),
+        "hollow-cylinder" => {
+            axisymmetric::hollow_cylinder(number("inner_radius")?, number("outer_radius")?, number("length")?)
+        }
+        "torus" => round::axisymmetric_torus(number("radius")?, number("tube_radius")?),
+        _ => return None,
+    })
+}
+
+/// Plane shapes, in `(x, y)`.
+fn plane(section: &Section, name: &str) -> Option<Built> {
+    Some(match name {
         "rectangle" => {
             let [width, height] = section.vector("size")?;
             plane::rectangle(width, height)
         }
-        "disc" => plane::disc(radius()?),
-        "nurbs" => return nurbs(checker, section, model).filter(|_| fits.is_some()),
+        "disc" => plane::disc(section.number("radius")?),
+        "plate-with-hole" => {
+            profile::plate_with_hole(section.vector("size")?, section.number("hole_radius")?)
+        }
         _ => return None,
-    };
-    fits?;
-    built.map_err(|error| checker.fault_in(section, "shape", error.to_string())).ok()
+    })
+}
+
+/// The shape called `name` if it is one of those that are solid or axisymmetric alike, `Some(None)` where a key is at fault.
+fn round(section: &Section, name: &str) -> Option<Option<Round>> {
+    let radius = || Some((section.number("radius")?, section.number("length")?));
+    // A key that is not given, or `Some(None)` for one at fault.
+    let given = |key: &str| section.item(key).map(|_| section.number(key));
+    match name {
+        "cone" => {
+            Some(
+                radius()
+                    .zip(section.number("end_radius"))
+                    .map(|((radius, length), end_radius)| Round::Cone { radius, end_radius, length }),
+            )
+        }
+        "capsule" => Some(radius().map(|(radius, length)| Round::Capsule { radius, length })),
+        "rounded-cylinder" => Some(radius().and_then(|(radius, length)| {
+            let crown_radius = given("crown_radius").map_or(Some(None), |value| value.map(Some))?;
+            let fillet_radius = given("fillet_radius").map_or(Some(None), |value| value.map(Some))?;
+            Some(Round::RoundedCylinder { radius, length, crown_radius, fillet_radius })
+        })),
+        _ => None,
+    }
 }
 
 /// The net of a ball, `Some(None)` if it is left to the program.

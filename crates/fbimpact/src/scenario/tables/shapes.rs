@@ -2,10 +2,17 @@
 
 use super::super::keys::{Choice, Condition, Key, Kind, Need, Test, Variant};
 use super::files::{FILE_SHA256, UNITS};
-use super::ranges::{COORDINATE, LENGTH, MAX_DEGREE};
+use super::ranges::{COORDINATE, LENGTH, MAX_DEGREE, TURN};
 
 const RADIUS: Key = Key::new("radius", Kind::Number(LENGTH), "m", Need::Required, "Radius.");
 const ROD_LENGTH: Key = Key::new("length", Kind::Number(LENGTH), "m", Need::Required, "Length over all.");
+const INNER_RADIUS: Key =
+    Key::new("inner_radius", Kind::Number(LENGTH), "m", Need::Required, "Inner radius.");
+const OUTER_RADIUS: Key =
+    Key::new("outer_radius", Kind::Number(LENGTH), "m", Need::Required, "Outer radius, above the inner one.");
+const WIDTH: Key = Key::new("width", Kind::Number(LENGTH), "m", Need::Required, "Width over all, along x.");
+const HEIGHT: Key =
+    Key::new("height", Kind::Number(LENGTH), "m", Need::Required, "Height over all, along y.");
 
 const NETS: &[Choice] = &[
     Choice::new("cube", "one patch of degree 4, singular along twelve arcs; regular at ±x, ±y, ±z"),
@@ -23,14 +30,16 @@ const NET: Key = Key::new(
     Need::Optional("`cube` from degree 4 on and of rigid bodies, `spindle` below"),
     "Control net of the ball.",
 )
-.when(&[Condition::new(
+.when(&[SPATIAL.remark("a half-disc has one net")]);
+
+/// The body is solid, or rigid and moves in space.
+const SPATIAL: Condition = Condition::new(
     "for solid and spatial rigid bodies",
     Test::Around(&Test::Any(&[
         Test::OneOf("model", &["solid"]),
         Test::All(&[Test::OneOf("model", &["rigid"]), Test::OneOf("motion", &["spatial"])]),
     ])),
-)
-.remark("a half-disc has one net")]);
+);
 
 const DEGREES: Key = Key::new(
     "degrees",
@@ -154,9 +163,169 @@ pub(super) const GEOMETRIES: &[Variant] = &[
         name: "hollow-cylinder",
         elsewhere: &["tube", "pipe", "ring", "annulus", "sleeve"],
         doc: "Tube along z, from z = 0.",
+        keys: &[INNER_RADIUS, OUTER_RADIUS, ROD_LENGTH],
+    },
+    Variant {
+        name: "tube-sector",
+        elsewhere: &["sector", "partial-tube", "shell-segment", "curved-beam", "arch"],
+        doc: "Part of a tube along z, from z = 0, half its angle on either side of the x axis.",
         keys: &[
-            Key::new("inner_radius", Kind::Number(LENGTH), "m", Need::Required, "Inner radius."),
-            Key::new("outer_radius", Kind::Number(LENGTH), "m", Need::Required, "Outer radius."),
+            INNER_RADIUS,
+            OUTER_RADIUS,
+            ROD_LENGTH,
+            Key::angle(
+                "angle",
+                Kind::Number(TURN),
+                "rad",
+                Need::Required,
+                "Angle from the face `first` to the face `last`.",
+            ),
+        ],
+    },
+    Variant {
+        name: "cone",
+        elsewhere: &["truncated-cone", "frustum", "conical"],
+        doc: "Truncated cone along z, from z = 0. Regular throughout, so that its jacket can be touched anywhere; of a pointed one give the \
+              radius of its tip.",
+        keys: &[
+            Key::new("radius", Kind::Number(LENGTH), "m", Need::Required, "Radius at z = 0."),
+            Key::new("end_radius", Kind::Number(LENGTH), "m", Need::Required, "Radius at z = `length`."),
+            ROD_LENGTH,
+        ],
+    },
+    Variant {
+        name: "capsule",
+        elsewhere: &["spherocylinder", "stadium", "pill"],
+        doc: "Cylinder with hemispheres on both ends along z, from z = 0. Longer than twice its radius.",
+        keys: &[RADIUS, ROD_LENGTH],
+    },
+    Variant {
+        name: "rounded-cylinder",
+        elsewhere: &["hammer", "piston", "punch", "drill-bit", "crowned-cylinder"],
+        doc: "Cylinder along z whose striking face, at z = 0, may be crowned and have a fillet at its edge; the other end is flat. The pole of \
+              the face is the origin.",
+        keys: &[
+            RADIUS,
+            ROD_LENGTH,
+            Key::new(
+                "crown_radius",
+                Kind::Number(LENGTH),
+                "m",
+                Need::Optional("the face is flat"),
+                "Radius of the sphere that the face is part of, not below `radius`; with a fillet above it.",
+            ),
+            Key::new(
+                "fillet_radius",
+                Kind::Number(LENGTH),
+                "m",
+                Need::Optional("there is an edge"),
+                "Radius of the fillet between face and jacket, below `radius`.",
+            ),
+        ],
+    },
+    Variant {
+        name: "torus",
+        elsewhere: &["donut", "doughnut", "o-ring"],
+        doc: "Torus about the z axis and the origin.",
+        keys: &[
+            Key::new(
+                "radius",
+                Kind::Number(LENGTH),
+                "m",
+                Need::Required,
+                "Radius of the circle on which the middles of the sections lie.",
+            ),
+            Key::new(
+                "tube_radius",
+                Kind::Number(LENGTH),
+                "m",
+                Need::Required,
+                "Radius of the sections, below `radius`.",
+            ),
+        ],
+    },
+    Variant {
+        name: "rounded-box",
+        elsewhere: &["filleted-box", "rounded-cuboid"],
+        doc: "Cuboid about the origin with rounded edges and corners, of degree 4.",
+        keys: &[
+            Key::new(
+                "size",
+                Kind::Vector(3, LENGTH),
+                "m",
+                Need::Required,
+                "Sizes along x, y and z over all.",
+            ),
+            Key::new(
+                "fillet_radius",
+                Kind::Number(LENGTH),
+                "m",
+                Need::Required,
+                "Radius of edges and corners, below half of each size.",
+            ),
+        ],
+    },
+    Variant {
+        name: "plate-with-hole",
+        elsewhere: &["perforated-plate", "holed-plate", "plate-hole"],
+        doc: "Rectangular plate about the origin in the x-y plane with a round hole in its middle.",
+        keys: &[
+            Key::new("size", Kind::Vector(2, LENGTH), "m", Need::Required, "Sizes along x and y."),
+            Key::new(
+                "hole_radius",
+                Kind::Number(LENGTH),
+                "m",
+                Need::Required,
+                "Radius of the hole, below half of both sizes.",
+            ),
+            Key::new(
+                "thickness",
+                Kind::Number(LENGTH),
+                "m",
+                Need::Optional("must be given for solid and spatial rigid bodies"),
+                "Thickness along z.",
+            )
+            .when(&[SPATIAL.remark("a plane body has its own key \"thickness\"")]),
+        ],
+    },
+    Variant {
+        name: "l-beam",
+        elsewhere: &["angle-profile", "l-profile", "l-section"],
+        doc: "Beam along z, from z = 0, with the section of an L: a flange along x and a web along y, whose outer edge is the z axis.",
+        keys: &[
+            WIDTH,
+            HEIGHT,
+            Key::new(
+                "thickness",
+                Kind::Number(LENGTH),
+                "m",
+                Need::Required,
+                "Thickness of both, below `width` and `height`.",
+            ),
+            ROD_LENGTH,
+        ],
+    },
+    Variant {
+        name: "t-beam",
+        elsewhere: &["t-profile", "t-section", "tee"],
+        doc: "Beam along z, from z = 0, with the section of a T: a flange along x, whose upper face is y = 0, and a web under its middle.",
+        keys: &[
+            WIDTH,
+            HEIGHT,
+            Key::new(
+                "flange_thickness",
+                Kind::Number(LENGTH),
+                "m",
+                Need::Required,
+                "Thickness of the flange, below `height`.",
+            ),
+            Key::new(
+                "web_thickness",
+                Kind::Number(LENGTH),
+                "m",
+                Need::Required,
+                "Thickness of the web, below `width`.",
+            ),
             ROD_LENGTH,
         ],
     },
@@ -241,14 +410,29 @@ const CYLINDER: &[&str] = &["start", "end", "centre", "bottom", "top", "left", "
 const RECTANGLE: &[&str] = &["centre", "left", "right", "bottom", "top", "start", "end"];
 const DISC: &[&str] = &["centre", "left", "right", "bottom", "top"];
 
+const TORUS: &[&str] = &["left", "right", "front", "back", "bottom", "top"];
+const TORUS_SECTION: &[&str] = &["centre", "bottom", "top", "inner", "outer"];
+const SECTOR: &[&str] = &["start", "end", "centre", "bottom", "top", "inner", "outer", "first", "last"];
+const PLATE: &[&str] = &["left", "right", "front", "back", "start", "end"];
+const PLANE_PLATE: &[&str] = &["left", "right", "bottom", "top", "start", "end"];
+const BEAM: &[&str] = &["start", "end", "centre", "bottom", "top", "flange", "web"];
+
 const SURFACE: &[&str] = &["surface"];
 const ROD_FACES: &[&str] = &["z-", "z+", "jacket", "start", "end"];
 const TUBE_FACES: &[&str] = &["z-", "z+", "inner", "outer", "start", "end"];
 const BOX_FACES: &[&str] = &["x-", "x+", "y-", "y+", "z-", "z+", "start", "end"];
 const EDGES: &[&str] = &["x-", "x+", "y-", "y+", "start", "end"];
+const SECTOR_FACES: &[&str] = &["z-", "z+", "inner", "outer", "first", "last", "start", "end"];
+const PLATE_FACES: &[&str] = &["x-", "x+", "y-", "y+", "z-", "z+", "hole", "start", "end"];
+const PLATE_EDGES: &[&str] = &["x-", "x+", "y-", "y+", "hole", "start", "end"];
+const L_FACES: &[&str] = &["x-", "x+", "y-", "y+", "z-", "z+", "inside", "start", "end"];
+const T_FACES: &[&str] = &["x-", "x+", "y-", "y+", "z-", "z+", "web", "under", "start", "end"];
 const RIM: &[&str] = &["rim"];
 const PATCH_FACES: &[&str] = &["xi-", "xi+", "eta-", "eta+", "zeta-", "zeta+"];
 const PATCH_EDGES: &[&str] = &["xi-", "xi+", "eta-", "eta+"];
+
+/// Bodies of revolution that are solid or axisymmetric.
+const ROUND: &[ModelFacts] = &[named("solid", CYLINDER, ROD_FACES), named("axisymmetric", ROD, ROD_FACES)];
 
 /// Facts of every shape; markers and faces are those of `iga_core::nurbs::primitives`.
 pub const SHAPES: &[ShapeFacts] = &[
@@ -264,6 +448,25 @@ pub const SHAPES: &[ShapeFacts] = &[
         name: "hollow-cylinder",
         models: &[named("solid", CYLINDER, TUBE_FACES), named("axisymmetric", ROD, TUBE_FACES)],
     },
+    ShapeFacts { name: "tube-sector", models: &[named("solid", SECTOR, SECTOR_FACES)] },
+    ShapeFacts { name: "cone", models: ROUND },
+    ShapeFacts { name: "capsule", models: ROUND },
+    ShapeFacts { name: "rounded-cylinder", models: ROUND },
+    ShapeFacts {
+        name: "torus",
+        models: &[named("solid", TORUS, SURFACE), named("axisymmetric", TORUS_SECTION, SURFACE)],
+    },
+    ShapeFacts { name: "rounded-box", models: &[named("solid", CYLINDER, BOX_FACES)] },
+    ShapeFacts {
+        name: "plate-with-hole",
+        models: &[
+            named("solid", PLATE, PLATE_FACES),
+            named("plane-strain", PLANE_PLATE, PLATE_EDGES),
+            named("plane-stress", PLANE_PLATE, PLATE_EDGES),
+        ],
+    },
+    ShapeFacts { name: "l-beam", models: &[named("solid", BEAM, L_FACES)] },
+    ShapeFacts { name: "t-beam", models: &[named("solid", BEAM, T_FACES)] },
     ShapeFacts { name: "box", models: &[named("solid", CYLINDER, BOX_FACES)] },
     ShapeFacts {
         name: "rectangle",

@@ -96,7 +96,7 @@ pub fn hollow_cylinder(inner_radius: f64, outer_radius: f64, length: f64) -> Res
 const ROD_FACES: NamedFaces<'_> =
     &[("z-", SECOND[0]), ("z+", SECOND[1]), ("jacket", FIRST[1]), ("start", SECOND[0]), ("end", SECOND[1])];
 
-fn rod_markers(r: f64, l: f64) -> [(&'static str, [f64; 3]); 5] {
+pub(super) fn rod_markers(r: f64, l: f64) -> [(&'static str, [f64; 3]); 5] {
     [
         ("start", [r, 0.0, 0.0]),
         ("end", [r, l, 0.0]),

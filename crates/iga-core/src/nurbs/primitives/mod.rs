@@ -5,7 +5,11 @@
 //! parametrisation, on which contact must not fall (theory section S.4). \[B\] is the paper of that name in docs/theory.md.
 
 pub mod axisymmetric;
+mod cover;
 pub mod plane;
+pub mod profile;
+pub mod round;
+pub mod rounded_box;
 pub mod solid;
 pub mod sphere;
 
@@ -58,6 +62,17 @@ fn shape<const N: usize>(
     let id = |&(direction, upper): &(usize, bool)| FaceId { patch: 0, direction, upper };
     let faces = faces.iter().map(|(name, sides)| ((*name).to_owned(), sides.iter().map(id).collect()));
     Shape { patches, markers, faces: faces.collect(), singular, symmetry: None }
+}
+
+/// A shape of several patches, with all its faces, regular throughout.
+fn joined<const N: usize, const M: usize>(
+    patches: Vec<Patch>,
+    markers: [(&str, [f64; 3]); N],
+    faces: [(&str, Vec<FaceId>); M],
+) -> Shape {
+    let markers = markers.into_iter().map(|(name, p)| (name.to_owned(), p)).collect();
+    let faces = faces.into_iter().map(|(name, ids)| (name.to_owned(), ids)).collect();
+    Shape { patches, markers, faces, singular: Vec::new(), symmetry: None }
 }
 
 /// Named faces of a shape of one patch: the direction that is fixed on each part, and whether at its upper end.

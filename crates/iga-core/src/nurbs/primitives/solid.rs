@@ -114,7 +114,7 @@ pub fn hollow_cylinder(inner_radius: f64, outer_radius: f64, length: f64) -> Res
     Ok(Shape { symmetry: Some(Symmetry::about_z(&middles)), ..shape })
 }
 
-fn cylinder_markers(x: f64, r: f64, l: f64) -> [(&'static str, [f64; 3]); 9] {
+pub(super) fn cylinder_markers(x: f64, r: f64, l: f64) -> [(&'static str, [f64; 3]); 9] {
     let middle = 0.5 * l;
     [
         ("start", [x, 0.0, 0.0]),
