@@ -45,6 +45,7 @@ mod scenario_bodies;
 mod scenario_contacts;
 mod scenario_faults;
 mod setup;
+mod shape_impacts;
 mod shapes;
 mod sizing;
 mod solid_file;

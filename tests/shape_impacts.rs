@@ -1,11 +1,7 @@
 //! Shapes of the catalogue as a user meets them: impacts with default keys against Hertz' law, as rigid targets, frequencies of rings and
 //! beams, and sizes that do not fit.
 
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
-#![expect(clippy::print_stdout, reason = "the figures of docs/verification.md, shown with --nocapture")]
-
-#[path = "support/scenarios.rs"]
-mod scenarios;
+use crate::support::scenarios;
 
 use std::f64::consts::{PI, TAU};
 use std::path::Path;

@@ -2,6 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "a failure there fails the test")]
 
 mod bodies;
+mod catalogue;
 mod convergence;
 mod elasticity_identities;
 mod evaluation;
@@ -12,6 +13,7 @@ mod hierarchical;
 mod joining;
 mod locating;
 mod mass_properties;
+mod measures;
 mod patch_space;
 mod recovery;
 mod refinement;

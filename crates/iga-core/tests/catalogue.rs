@@ -1,13 +1,10 @@
 //! Shapes of the catalogue beyond ball, rod and box: volume, area, centre and inertia in closed form, exact surfaces, patches that join,
 //! over proportions from slender to stout.
 
-#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
-
-mod measures;
-
 use std::collections::BTreeSet;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
+use crate::measures::{Measures, integral, measures};
 use iga_core::SplineError;
 use iga_core::nurbs::joining::join;
 use iga_core::nurbs::patch::PointBasis;
@@ -16,7 +13,6 @@ use iga_core::nurbs::primitives::round::{self, Round};
 use iga_core::nurbs::primitives::rounded_box::rounded_box;
 use iga_core::nurbs::{FaceId, Shape};
 use iga_core::surface::Face;
-use measures::{Measures, integral, measures};
 
 /// Measures of a body of revolution from the arcs of its meridian, each `(from, to, angle ↦ (r, z))`, run through upwards.
 type Arc = (f64, f64, Box<dyn Fn(f64) -> [f64; 2]>);
