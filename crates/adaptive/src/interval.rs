@@ -162,8 +162,8 @@ impl IntervalAssessment {
 
 /// Algorithm 2: whether a model is acceptable and the widths of the next one (theory Eqs. A.1, A.2).
 ///
-/// Utilisations are considered direction by direction; once an edge element was in contact anywhere, all directions are
-/// widened ("across the board"). An interval without elements counts as not used.
+/// Utilisations are considered direction by direction. Once an edge element was in contact anywhere, the trial may have ended before the others
+/// were used: directions are widened in proportion to their use, none is narrowed. An interval without elements counts as not used.
 pub fn assess(directions: &[DirectionUse<'_>], settings: &IntervalSettings) -> IntervalAssessment {
     let touched = directions.iter().any(|d| edge(d) == Some(IntervalEnd::Open));
     let assess_one = |d: &DirectionUse<'_>| {
@@ -177,7 +177,11 @@ pub fn assess(directions: &[DirectionUse<'_>], settings: &IntervalSettings) -> I
             None => Verdict::AtOrAboveTarget,
         };
         let (least, most) = (1.0 - settings.max_change, 1.0 + settings.max_change);
-        let factor = if touched { most } else { (utilisation / settings.target).clamp(least, most) };
+        let factor = match verdict {
+            Verdict::EdgeTouched => most,
+            _ if touched => (most * utilisation).max(1.0),
+            _ => (utilisation / settings.target).clamp(least, most),
+        };
         DirectionAssessment { utilisation, verdict, width: d.width * factor }
     };
     IntervalAssessment { directions: directions.iter().map(assess_one).collect() }
@@ -272,15 +276,39 @@ mod tests {
     }
 
     #[test]
-    fn an_edge_in_one_direction_widens_both() {
-        let mut grid = ContactFlags::new([8, 8]);
-        assert!(!grid.is_any());
-        (0..5).for_each(|i| grid.mark([i, 4]));
-        let (u, v) = (grid.along(0), grid.along(1));
-        let uses = [&u, &v].map(|c| DirectionUse { contact: c, width: 1.0, ends: OPEN });
-        let found = assess(&uses, &IntervalSettings::default());
-        assert!(found.directions.iter().all(|d| (d.width - 1.5).abs() < 1e-15));
-        assert!(!found.is_acceptable() && !found.is_at_face_end());
+    fn an_edge_widens_the_other_direction_as_far_as_that_is_used() {
+        for (used, factor) in [(7..8, 1.0), (5..9, 1.0), (1..15, 1.3125)] {
+            let (u, v) = (flags(0..5), flags(used));
+            let uses = [&u, &v].map(|c| DirectionUse { contact: c, width: 1.0, ends: OPEN });
+            let found = assess(&uses, &IntervalSettings::default());
+            assert_relative_eq!(found.directions[0].width, 1.5);
+            assert_relative_eq!(found.directions[1].width, factor);
+            assert!(!found.is_acceptable() && !found.is_at_face_end());
+        }
+    }
+
+    #[test]
+    fn trials_of_an_elongated_contact_settle_whichever_width_is_wrong() {
+        // Contact of the half extents 1 and 0.1 that a trial ends at the first edge element, having grown in proportion till then.
+        for wrong in [[0.3, 1.0], [1.0, 0.3], [0.3, 3.0], [4.0, 0.4], [0.5, 0.5], [3.0, 3.0]] {
+            let (mut widths, mut trials) = ([wrong[0] * 2.0 / 0.7, wrong[1] * 0.2 / 0.7], 0);
+            loop {
+                let edge = [1.0, 0.1].map(|a| 2.0 * a);
+                let growth = (0..2).map(|d| widths[d] * (15.0 / 16.0) / edge[d]).fold(1.0, f64::min);
+                let row = |d: usize| -> Vec<bool> {
+                    let middle = |i: i32| (f64::from(i) - 7.5).abs() - 0.5;
+                    (0..16).map(|i| middle(i) * widths[d] / 16.0 < growth * 0.5 * edge[d]).collect()
+                };
+                let rows = [row(0), row(1)];
+                let uses = [0, 1].map(|d| DirectionUse { contact: &rows[d], width: widths[d], ends: OPEN });
+                let found = assess(&uses, &IntervalSettings::default());
+                if found.is_acceptable() {
+                    break;
+                }
+                (widths, trials) = ([0, 1].map(|d| found.directions[d].width), trials + 1);
+                assert!(trials < 6, "a factor of four takes four steps of one half, and one back: {wrong:?}");
+            }
+        }
     }
 
     #[test]

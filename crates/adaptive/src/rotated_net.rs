@@ -157,6 +157,50 @@ fn nearest(shape: &Shape, point: &[f64; 3]) -> (Face, Site) {
 /// Entries of a matrix row by row.
 type Rows = Vec<Vec<(u32, f64)>>;
 
+/// Products of the functions of one element with others, summed over its Gauss points before they enter the matrix: there are as many products
+/// a point as entries of the element.
+struct ElementSums {
+    /// The other functions met so far.
+    columns: Vec<u32>,
+    /// Number of each of the other functions among `columns`, or `NONE`.
+    place: Vec<u32>,
+    /// Sums, the functions of the element next to each other.
+    sums: Vec<f64>,
+}
+
+/// No place among the columns.
+const NONE: u32 = u32::MAX;
+
+impl ElementSums {
+    fn new(n_others: usize) -> Self {
+        Self { columns: Vec::new(), place: vec![NONE; n_others], sums: Vec::new() }
+    }
+
+    /// Adds `factor * values[a] * other_values[b]` for every function `a` of the element and every one of `others`.
+    fn add(&mut self, (values, factor): (&[f64], f64), (others, other_values): (&[u32], &[f64])) {
+        for (other, other_value) in others.iter().zip(other_values) {
+            let place = &mut self.place[*other as usize];
+            if *place == NONE {
+                *place = self.columns.len() as u32;
+                self.columns.push(*other);
+                self.sums.resize(self.sums.len() + values.len(), 0.0);
+            }
+            let column = &mut self.sums[*place as usize * values.len()..][..values.len()];
+            column.iter_mut().zip(values).for_each(|(sum, value)| *sum += factor * value * other_value);
+        }
+    }
+
+    /// Hands the sums to the rows of the element's `functions`, and is empty afterwards.
+    fn hand_over(&mut self, functions: &[u32], rows: &mut Rows) {
+        for (column, sums) in self.columns.iter().zip(self.sums.chunks_exact(functions.len())) {
+            functions.iter().zip(sums).for_each(|(f, sum)| rows[*f as usize].push((*column, *sum)));
+            self.place[*column as usize] = NONE;
+        }
+        self.columns.clear();
+        self.sums.clear();
+    }
+}
+
 /// `∫ ρ R_A R_B dV` of the functions on the turned net with those of the coarse one, and among themselves. Both by the same Gauss
 /// points, so that what both nets hold is carried over exactly: near collapsed faces integrals depend on the points.
 fn mass_products(turned: &ElasticBody, coarse: &ElasticBody) -> (Rows, Rows) {
@@ -167,6 +211,8 @@ fn mass_products(turned: &ElasticBody, coarse: &ElasticBody) -> (Rows, Rows) {
     let density = turned.spec.material.density();
     let mut rows: Rows = vec![Vec::new(); turned.space.n_functions()];
     let mut mass_rows = rows.clone();
+    let mut sums = ElementSums::new(coarse.space.n_functions());
+    let mut mass_sums = ElementSums::new(turned.space.n_functions());
     let (mut a, mut b) = (PointBasis::default(), PointBasis::default());
     let (mut on_turned, mut on_coarse) = (Vec::new(), Vec::new());
     for e in 0..turned.space.n_elements() {
@@ -180,16 +226,14 @@ fn mass_products(turned: &ElasticBody, coarse: &ElasticBody) -> (Rows, Rows) {
             let element = searched.find_element(&there);
             coarse.space.active_functions(element, &mut on_coarse);
             coarse.space.evaluate(element, &there, 0, &mut b);
-            for (f, value) in on_turned.iter().zip(&a.values) {
-                let row = &mut rows[*f as usize];
-                row.extend(on_coarse.iter().zip(&b.values).map(|(g, v)| (*g, mass * value * v)));
-                let row = &mut mass_rows[*f as usize];
-                row.extend(on_turned.iter().zip(&a.values).map(|(g, v)| (*g, mass * value * v)));
-            }
+            sums.add((&a.values, mass), (&on_coarse, &b.values));
+            mass_sums.add((&a.values, mass), (&on_turned, &a.values));
         }
+        sums.hand_over(&on_turned, &mut rows);
+        mass_sums.hand_over(&on_turned, &mut mass_rows);
     }
     for row in rows.iter_mut().chain(&mut mass_rows) {
-        row.sort_unstable_by_key(|e: &(u32, f64)| e.0);
+        row.sort_by_key(|e: &(u32, f64)| e.0);
         row.dedup_by(|next, kept| {
             let same = next.0 == kept.0;
             if same {
@@ -238,4 +282,26 @@ fn angle_between(from: &[f64; 3], to: &[f64; 3], axis: &[f64; 3]) -> f64 {
 fn unit(v: &[f64; 3]) -> [f64; 3] {
     let length = norm(v);
     v.map(|c| c / length)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_element_has_one_entry_for_a_pair_of_functions_whatever_its_points() {
+        let (functions, mut rows) = ([3, 1], vec![Vec::new(); 4]);
+        let mut sums = ElementSums::new(6);
+        for _ in 0..2 {
+            // 1000 points in one element of the other net, 10 in its neighbour; exact in binary arithmetic.
+            (0..1000).for_each(|_| sums.add((&[1.0, 0.5], 2.0), (&[4, 2], &[0.25, 4.0])));
+            (0..10).for_each(|_| sums.add((&[1.0, 0.5], 1.0), (&[2, 5], &[1.0, 2.0])));
+            sums.hand_over(&functions, &mut rows);
+        }
+        let row = |factor: f64| {
+            let element = [(4, 500.0), (2, 8010.0), (5, 20.0)].map(|(other, sum)| (other, factor * sum));
+            element.repeat(2)
+        };
+        assert_eq!(rows, [Vec::new(), row(0.5), Vec::new(), row(1.0)]);
+    }
 }
