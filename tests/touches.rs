@@ -1,7 +1,6 @@
 //! Touches that pairs drawn at random have found: rims that lie on each other, faces beside each other, rims between contact points, discs that are
 //! touched anywhere. All with `scripts/random_pairs.py` in the second tier.
 
-#![expect(clippy::unwrap_used, reason = "a failure here fails the test")]
 #![expect(clippy::print_stdout, reason = "the figures of docs/verification.md, shown with --nocapture")]
 
 #[path = "support/scenarios.rs"]
