@@ -53,6 +53,7 @@ mod spline_bodies;
 mod support;
 mod sweep;
 mod system_modes;
+mod touches;
 mod traces;
 mod verification;
 mod whole_surfaces;

@@ -200,7 +200,7 @@ impl FineMesh {
         settings: &FineSettings,
     ) -> Result<Self, AdaptiveError> {
         let rotated = match wanted {
-            [one] if coarse.spec.model == Model::Solid => RotatedNet::new(coarse, one)?,
+            [one] if coarse.spec.model != Model::Axisymmetric => RotatedNet::new(coarse, one)?,
             _ => None,
         };
         match rotated {

@@ -26,6 +26,7 @@ pub mod point_compliance;
 pub mod contact_zone;
 pub mod zone_at_start;
 pub mod touch_sites;
+mod touch_side;
 pub mod predicted_touch;
 pub mod zone_contact;
 pub mod zone_on_mesh;

@@ -6,15 +6,13 @@ use std::sync::Arc;
 use contact_qs::search::{SurfaceSite, TouchSettings, first_touch};
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::force::BodyState;
-use iga_core::nurbs::patch::PointBasis;
-use iga_core::nurbs::{FaceId, Patch};
-use iga_core::surface::{BodySurface, Face};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::detection::{Detector, DetectorTarget, Nearest, Search};
 use crate::local_surface::SurfaceView;
 use crate::predict::{HertzLaw, LocalSurface};
 use crate::spec::{ContactSpec, Geometry, HertzSpec, JointSpec, RunSpec, Target};
+use crate::touch_side::{POLE, SAME_PLACE, Side, contact_normal};
 use crate::touch_sites::Undeformed;
 
 /// What of two bodies touches first.
@@ -32,11 +30,6 @@ pub enum TouchKind {
 
 /// Angle \[rad\] by which flat faces may be inclined and still meet as a whole: round-off of angles in files.
 const PARALLEL: f64 = 1e-6;
-/// Part of a body's size by which places may differ that are one: bodies count as touching at this gap.
-const SAME_PLACE: f64 = 1e-7;
-/// Part of a body's size below which the lines of a net that run around a place are a pole: closest places are known to the root of round-off, and
-/// are as far from it.
-const POLE: f64 = 1e-5;
 /// Shortest step of the search for a touch, over the simulated time.
 const SHORTEST: f64 = 1e-6;
 
@@ -130,10 +123,11 @@ pub fn touch_kind_at(
     nearest: &Nearest,
     parallel: f64,
 ) -> TouchKind {
-    let normal = direction((own, pose), other, nearest);
-    let own = Side::new(own, pose, &normal);
+    let own = Side::new(own, pose);
+    let target = other.map(|(shape, pose)| Side::new(shape, pose));
+    let normal = direction(&own, target.as_ref(), nearest);
+    let (own, target) = (own.facing(&-normal), target.map(|side| side.facing(&normal)));
     let own_point = own.point(nearest.contact.face, &nearest.contact.xi);
-    let target = other.map(|(shape, pose)| Side::new(shape, pose, &-normal));
     let target_point =
         target.as_ref().zip(nearest.target).map(|(side, site)| side.point(site.face, &site.xi));
     let both = || std::iter::once((&own, own_point)).chain(target.as_ref().zip(target_point));
@@ -154,26 +148,19 @@ pub fn touch_kind_at(
 /// Gap over the size of a body below which round-off makes the direction between the places.
 const ROUND_OFF: f64 = 1e-9;
 
-/// Direction from the target to the contact body: that between the nearest places or, where these are one but for round-off, the mean of what
-/// the normals of their faces say.
-fn direction(
-    (own, pose): (Geometry<'_>, &BodyState),
-    other: Option<(Geometry<'_>, &BodyState)>,
-    nearest: &Nearest,
-) -> Vector3<f64> {
-    let (Some((target, facing)), Some(there)) = (other, nearest.target) else { return nearest.normal };
-    let normal = |body: Geometry<'_>, pose: &BodyState, face: FaceId, xi: &[f64; 3]| {
-        let patches = &body.shape.patches;
-        let face = Face::new(patches, face, body.is_axisymmetric());
-        let at = face.at(&patches[face.id.patch], xi, &mut PointBasis::default());
-        pose.rotation * body.motion().in_space(&at.normal)
-    };
-    let mean = normal(target, facing, there.face, &there.xi)
-        - normal(own, pose, nearest.contact.face, &nearest.contact.xi);
-    let size = own.shape.patches.iter().flat_map(|p| p.control_points());
-    let size = size.map(|p| Vector3::from(*p).norm()).fold(0.0, f64::max);
-    let is_apart = nearest.gap.abs() > ROUND_OFF * size && nearest.normal.norm() > 0.5;
-    if is_apart { nearest.normal } else { mean.try_normalize(0.0).unwrap_or(nearest.normal) }
+/// Direction from the target to the contact body: that between the nearest places or, where these are one but for round-off, what the normals of
+/// the faces that meet there say (Eq. C.110).
+fn direction(own: &Side<'_>, other: Option<&Side<'_>>, nearest: &Nearest) -> Vector3<f64> {
+    let (Some(target), Some(there)) = (other, nearest.target) else { return nearest.normal };
+    if nearest.gap.abs() > ROUND_OFF * own.size() && nearest.normal.norm() > 0.5 {
+        return nearest.normal;
+    }
+    let here = &nearest.contact;
+    contact_normal(
+        &target.normals_in_space(there.face, &there.xi),
+        &own.normals_in_space(here.face, &here.xi),
+    )
+    .unwrap_or(nearest.normal)
 }
 
 /// Whether nothing but gravity and contacts acts on body `body`.
@@ -261,112 +248,4 @@ impl<'a> Flight<'a> {
         }
         None
     }
-}
-
-/// A body at the touch.
-struct Side<'a> {
-    patches: &'a [Patch],
-    faces: Vec<Face>,
-    /// Outward direction in which the partner lies, in the components of the model.
-    outward: [f64; 3],
-    size: f64,
-}
-
-impl<'a> Side<'a> {
-    /// The body of the shape `body` at `pose`; `normal` points from the partner to it.
-    fn new(body: Geometry<'a>, pose: &BodyState, normal: &Vector3<f64>) -> Self {
-        let patches = &body.shape.patches;
-        let faces = Face::outer(patches, body.is_axisymmetric());
-        let in_body = pose.rotation.inverse_transform_vector(&-normal);
-        let points = patches.iter().flat_map(|p| p.control_points());
-        let size = points.map(|p| Vector3::from(*p).norm()).fold(0.0, f64::max);
-        Self { patches, faces, outward: body.motion().components(in_body.as_ref()), size }
-    }
-
-    /// Position of a place of a face.
-    fn point(&self, face: FaceId, xi: &[f64; 3]) -> [f64; 3] {
-        let parameter = face.parameter(self.patches);
-        let mut xi = *xi;
-        xi[face.direction] = parameter;
-        self.patches[face.patch].point(&xi)
-    }
-
-    /// Whether a plane face through `point` is turned to the partner, but for the angle `parallel` \[rad\] (Eq. C.55).
-    fn is_flat(&self, point: &[f64; 3], parallel: f64) -> bool {
-        let outward = Vector3::from(self.outward);
-        self.faces.iter().any(|face| {
-            let mut scratch = PointBasis::default();
-            let patch = &self.patches[face.id.patch];
-            SAMPLES.iter().all(|shares| {
-                let at = face.at(patch, &place(face, patch, *shares), &mut scratch);
-                let height = (Vector3::from(at.point) - Vector3::from(*point)).dot(&outward);
-                let lean = Vector3::from(at.normal).cross(&outward).norm();
-                Vector3::from(at.normal).dot(&outward) > 0.5
-                    && lean <= parallel
-                    && height.abs() <= (parallel + SAME_PLACE) * self.size
-            })
-        })
-    }
-
-    /// Number of directions in which neighbouring contact points of an edge lie.
-    fn n_along(&self) -> usize {
-        self.patches.first().map_or(0, |patch| patch.dimension() - 1)
-    }
-
-    /// Normals of the faces that meet at `point`.
-    fn normals_at(&self, point: &[f64; 3]) -> impl Iterator<Item = Vector3<f64>> {
-        let found = self.faces.iter().filter_map(|&face| {
-            let surface = BodySurface::of_faces(self.patches, vec![face]);
-            let found = surface.closest(self.patches, point)?;
-            let normal = Vector3::from(found.normal);
-            let is_there = found.measure <= 4.0 * SAME_PLACE * self.size;
-            (is_there && normal.norm() > 0.5 && !self.is_pole(&face, &found.xi)).then_some(normal)
-        });
-        found.collect::<Vec<_>>().into_iter()
-    }
-
-    /// Whether lines of parameters of `face` run together at `xi`: a pole has no normal of its own, what is computed there is round-off, and it is
-    /// no edge.
-    fn is_pole(&self, face: &Face, xi: &[f64; 3]) -> bool {
-        let patch = &self.patches[face.id.patch];
-        let (lower, upper) = patch.domain();
-        let tangents = face.at(patch, xi, &mut PointBasis::default()).tangents;
-        let mut lengths =
-            face.directions().zip(tangents).map(|(d, t)| Vector3::from(t).norm() * (upper[d] - lower[d]));
-        lengths.any(|length| length <= POLE * self.size)
-    }
-
-    /// Number of different normals at `point`: one of a smooth surface, two of an edge, three and more of a corner.
-    fn n_normals(&self, point: &[f64; 3]) -> usize {
-        let mut different: Vec<Vector3<f64>> = Vec::new();
-        for normal in self.normals_at(point) {
-            if different.iter().all(|known| known.dot(&normal) < ALONG) {
-                different.push(normal);
-            }
-        }
-        different.len()
-    }
-
-    /// Whether the surface is smooth at `point`: the faces that meet there have one normal, which lies along the direction to the partner
-    /// (Eq. C.56).
-    fn is_smooth(&self, point: &[f64; 3]) -> bool {
-        let outward = Vector3::from(self.outward);
-        self.normals_at(point).all(|normal| normal.dot(&outward) > ALONG)
-    }
-}
-
-/// Cosine of the angle between normals that belong to one smooth surface: 8 degrees, for faces that only approximate one.
-const ALONG: f64 = 0.99;
-
-/// Shares of the ranges of a face's parameters at which it is looked at.
-const SAMPLES: [[f64; 2]; 5] = [[0.1, 0.2], [0.9, 0.3], [0.5, 0.5], [0.2, 0.8], [0.7, 0.9]];
-
-/// Parameters of `face` at shares of its ranges.
-fn place(face: &Face, patch: &Patch, shares: [f64; 2]) -> [f64; 3] {
-    let (lower, upper) = patch.domain();
-    let mut xi = face.on_face(&lower);
-    for (d, share) in face.directions().zip(shares) {
-        xi[d] = lower[d] + share * (upper[d] - lower[d]);
-    }
-    xi
 }

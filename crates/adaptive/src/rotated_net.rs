@@ -1,7 +1,7 @@
 //! The coarse model of a body with its parametrisation turned, for contact where the body's own net is singular
 //! (theory section A.3, `docs/decisions/0010-turned-nets.md`).
 //!
-//! A ball or cylinder stays what it is when its net is turned. So a contact interval can always be laid where the net is
+//! A ball, cylinder or disc stays what it is when its net is turned. So a contact interval can always be laid where the net is
 //! regular and smooth: the fine model refines a turned copy of the coarse model, and the coarse modes are carried over by
 //! projection.
 
@@ -201,7 +201,7 @@ impl ElementSums {
     }
 }
 
-/// `∫ ρ R_A R_B dV` of the functions on the turned net with those of the coarse one, and among themselves. Both by the same Gauss
+/// `∫ ρ R_A R_B dV` of the functions, an integral over the area in plane models, whose thickness drops out, on the turned net with those of the coarse one, and among themselves. Both by the same Gauss
 /// points, so that what both nets hold is carried over exactly: near collapsed faces integrals depend on the points.
 fn mass_products(turned: &ElasticBody, coarse: &ElasticBody) -> (Rows, Rows) {
     let patch = &turned.shape.patches[0];
@@ -220,7 +220,7 @@ fn mass_products(turned: &ElasticBody, coarse: &ElasticBody) -> (Rows, Rows) {
         turned.space.active_functions(e, &mut on_turned);
         for (xi, weight) in gauss(turned, lower, upper) {
             let jet = patch.jet_on(e, &xi, 1, &mut PointBasis::default());
-            let mass = density * weight * jet.determinant(3);
+            let mass = density * weight * jet.determinant(patch.dimension());
             turned.space.evaluate(e, &xi, 0, &mut a);
             let there = search.closest(own, &jet.point).xi;
             let element = searched.find_element(&there);
@@ -248,15 +248,14 @@ fn mass_products(turned: &ElasticBody, coarse: &ElasticBody) -> (Rows, Rows) {
 /// Gauss points of an element with their weights in the parameters.
 fn gauss(body: &ElasticBody, lower: [f64; 3], upper: [f64; 3]) -> Vec<([f64; 3], f64)> {
     let knots = body.shape.patches[0].knots();
-    let rules: Vec<Vec<(f64, f64)>> = (0..3)
-        .map(|d| {
-            let rule = GaussRule::new(knots[d].degree() + 1);
-            let mut points = Vec::new();
-            rule.points_on(lower[d], upper[d], &mut points);
-            let half = 0.5 * (upper[d] - lower[d]);
-            points.into_iter().zip(rule.weights.iter().map(|w| w * half)).collect()
-        })
-        .collect();
+    let rules: [Vec<(f64, f64)>; 3] = std::array::from_fn(|d| {
+        let Some(knots) = knots.get(d) else { return vec![(0.0, 1.0)] };
+        let rule = GaussRule::new(knots.degree() + 1);
+        let mut points = Vec::new();
+        rule.points_on(lower[d], upper[d], &mut points);
+        let half = 0.5 * (upper[d] - lower[d]);
+        points.into_iter().zip(rule.weights.iter().map(|w| w * half)).collect()
+    });
     let mut all = Vec::with_capacity(rules.iter().map(Vec::len).product());
     for &(z, wz) in &rules[2] {
         for &(y, wy) in &rules[1] {

@@ -92,6 +92,21 @@ pub fn longest_element_of(body: &BodyModel) -> Option<f64> {
     Some(elements.iter().map(|e| e.length).fold(0.0, f64::max))
 }
 
+/// How far the surface of a body rises between neighbouring contact points of its whole surface at most \[m\]: the height of arcs over the chords of
+/// elements' sides, a quarter of it where a point stands in the middle, as from degree 2 on; zero for one that is not of splines.
+pub fn height_between_points(body: &BodyModel) -> f64 {
+    let Some(elastic) = body.elastic() else { return 0.0 };
+    let heights = elastic.body.shape.patches.iter().flat_map(|patch| {
+        (0..patch.dimension()).map(move |d| {
+            let height = largest_over_sides(patch, d, |[a, middle, b]| {
+                (0..3).map(|c| (middle[c] - 0.5 * (a[c] + b[c])).powi(2)).sum::<f64>().sqrt()
+            });
+            if patch.knots()[d].degree() > 1 { 0.25 * height } else { height }
+        })
+    });
+    heights.fold(0.0, f64::max)
+}
+
 /// The warning of a contact in which an edge or a corner touches at a time \[s\], on elements that are `length` long at most \[m\].
 pub fn edge_touch((contact, time): (&str, f64), body: &BodyModel) -> Option<Warning> {
     let length = longest_element_of(body)?;
@@ -290,25 +305,32 @@ fn longest_elements(patches: &[Patch]) -> Vec<Element> {
 }
 
 fn longest_element(patch: &Patch, direction: usize) -> Element {
+    let length = largest_over_sides(patch, direction, |[a, _, b]| {
+        a.iter().zip(&b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
+    });
+    Element { direction, degree: patch.knots()[direction].degree(), length }
+}
+
+/// The largest value of `of` the first, middle and last point of the sides of elements along `direction`.
+fn largest_over_sides(patch: &Patch, direction: usize, of: impl Fn([[f64; 3]; 3]) -> f64) -> f64 {
     let breaks: Vec<Vec<f64>> = patch.knots().iter().map(|k| k.breaks()).collect();
     let counts = std::array::from_fn::<usize, 3, _>(|d| breaks.get(d).map_or(1, Vec::len));
-    let corner = |i: &[usize; 3]| {
-        let mut xi = [0.0; 3];
-        breaks.iter().enumerate().for_each(|(d, list)| xi[d] = list[i[d]]);
-        patch.point(&xi)
-    };
-    let mut longest = 0.0_f64;
+    let mut largest = 0.0_f64;
     for i in (0..counts[0] * counts[1] * counts[2])
         .map(|k| [k % counts[0], k / counts[0] % counts[1], k / (counts[0] * counts[1])])
         .filter(|i| i[direction] + 1 < counts[direction])
     {
-        let mut next = i;
-        next[direction] += 1;
-        let (here, there) = (corner(&i), corner(&next));
-        let square: f64 = here.iter().zip(&there).map(|(a, b)| (a - b) * (a - b)).sum();
-        longest = longest.max(square.sqrt());
+        let mut xi = [0.0; 3];
+        breaks.iter().enumerate().for_each(|(d, list)| xi[d] = list[i[d]]);
+        let (from, to) = (xi[direction], breaks[direction][i[direction] + 1]);
+        let at = |parameter: f64| {
+            let mut xi = xi;
+            xi[direction] = parameter;
+            patch.point(&xi)
+        };
+        largest = largest.max(of([at(from), at(0.5 * (from + to)), at(to)]));
     }
-    Element { direction, degree: patch.knots()[direction].degree(), length: longest }
+    largest
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Projection on all faces of a body, edges and corners included where they press (docs/theory.md Eqs. C.53, C.54, C.80).
+//! Projection on all faces of a body, edges and corners included where they press (docs/theory.md Eqs. C.53, C.54, C.80, C.111).
 
 use iga_core::nurbs::jet::{difference, norm};
 
@@ -8,13 +8,17 @@ use crate::submodel::is_turned_to;
 /// Outward normal of a point's own face in the target's components; none of points that any surface can press.
 type Facing<'a> = Option<&'a [f64; 3]>;
 
+/// Times as deep as below the nearest face a point may lie below the face that presses it (Eq. C.111): points along an edge that deepen by less than this
+/// part of what they are away from it.
+const DEEPER: f64 = 10.0;
+
 impl Displaced<'_> {
     /// Projection of `point`, whose own face has the outward normal `facing` in the target's components, on all faces, of which `samples` has the
     /// displaced places.
     ///
     /// The nearest point of the surface says whether the point is outside. If it is inside, or over an edge by no more than the target's overhang,
     /// the nearest face presses it that lies below it, no deeper than the
-    /// surface reaches, and is turned to its own face; without one it is open.
+    /// surface reaches and than (C.111) allows, and is turned to its own face; without one it is open.
     pub fn on_all_faces(
         &self,
         (point, facing): (&[f64; 3], Facing<'_>),
@@ -44,6 +48,9 @@ impl Displaced<'_> {
         let (Some((distance, nearest)), pressing) = (nearest, pressing.map(|(_, found)| found)) else {
             return Projection { gap: f64::NAN, ..Projection::default() };
         };
+        // A point that lies deep below the one face and shallow below another came in through that.
+        let deepest = overhang.max(DEEPER * distance);
+        let pressing = pressing.filter(|found| found.gap.abs() <= deepest);
         let is_outside = (nearest.is_beyond || nearest.gap > 0.0) && distance > overhang;
         match pressing {
             Some(found) if !is_outside || (found.gap - distance).abs() <= overhang => found,

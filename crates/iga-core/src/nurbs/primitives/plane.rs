@@ -2,7 +2,7 @@
 
 use super::{AROUND, DISC_CORNERS, FIRST, NamedFaces, SECOND, bezier, positive, shape, singular, unit_disc};
 use crate::SplineError;
-use crate::nurbs::Shape;
+use crate::nurbs::{Shape, Symmetry};
 
 /// Rectangle centred at the origin.
 ///
@@ -52,5 +52,7 @@ pub fn disc(radius: f64) -> Result<Shape, SplineError> {
     let corner = |&([u, v], angle): &([f64; 2], usize)| {
         singular([Some(u), Some(v), None], format!("boundary point at {angle}°"))
     };
-    Ok(shape(vec![patch], markers, &[("rim", AROUND)], DISC_CORNERS.iter().map(corner).collect()))
+    let shape = shape(vec![patch], markers, &[("rim", AROUND)], DISC_CORNERS.iter().map(corner).collect());
+    let middles = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]];
+    Ok(Shape { symmetry: Some(Symmetry::about_z(&middles)), ..shape })
 }

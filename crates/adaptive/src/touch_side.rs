@@ -1,0 +1,235 @@
+//! A body at a touch: which faces meet where it is touched, and what they say of the direction to its partner (docs/theory.md Eqs. C.55, C.56,
+//! C.110).
+
+use ffr_dynamics::body::RigidMotion;
+use ffr_dynamics::system::force::BodyState;
+use iga_core::nurbs::patch::PointBasis;
+use iga_core::nurbs::{FaceId, Patch};
+use iga_core::surface::{BodySurface, Face};
+use nalgebra::{UnitQuaternion, Vector3};
+
+use crate::spec::Geometry;
+
+/// Part of a body's size by which places may differ that are one: bodies count as touching at this gap.
+pub const SAME_PLACE: f64 = 1e-7;
+/// Part of a body's size below which the lines of a net that run around a place are a pole: closest places are known to the root of round-off, and
+/// are as far from it.
+pub const POLE: f64 = 1e-5;
+/// Sweeps over the normals of a cone: those of one place differ by 8 degrees or more, so that a sweep takes 2 % of the error or more.
+const SWEEPS: usize = 500;
+/// Improvement below which a direction is no better than one before it: what the sweeps leave of a direction inside a cone.
+const BETTER: f64 = 1e-6;
+
+/// The unit normal from a target to a contact body at a place where they touch, whose faces have the outward unit normals `target` and `own`
+/// there (Eq. C.110): of the directions of the faces, their means and the common normals of edges the one that lies nearest to the normals'
+/// cones of both, a face before an edge. None without normals.
+pub fn contact_normal(target: &[Vector3<f64>], own: &[Vector3<f64>]) -> Option<Vector3<f64>> {
+    let own: Vec<Vector3<f64>> = own.iter().map(|n| -n).collect();
+    let means = target.iter().flat_map(|t| own.iter().map(move |o| t + o));
+    let edges = |normals: &[Vector3<f64>]| -> Vec<Vector3<f64>> {
+        let pairs =
+            normals.iter().enumerate().flat_map(|(i, a)| normals[..i].iter().map(move |b| a.cross(b)));
+        pairs.collect()
+    };
+    let (first, second) = (edges(target), edges(&own));
+    let crossed = first.iter().flat_map(|a| second.iter().flat_map(move |b| [a.cross(b), b.cross(a)]));
+    let candidates = target.iter().chain(&own).copied().chain(means).chain(crossed);
+    let mut best: Option<(f64, Vector3<f64>)> = None;
+    for direction in candidates.filter_map(|d| d.try_normalize(1e-3)) {
+        let error = beyond_cone(&direction, target).max(beyond_cone(&direction, &own));
+        if best.is_none_or(|(least, _)| error < least - BETTER) {
+            best = Some((error, direction));
+        }
+    }
+    best.map(|(_, direction)| direction)
+}
+
+/// Distance of the unit vector `direction` from the cone of the unit vectors `normals`, by minimisation over one coefficient after the other.
+fn beyond_cone(direction: &Vector3<f64>, normals: &[Vector3<f64>]) -> f64 {
+    let mut coefficients = vec![0.0_f64; normals.len()];
+    let mut rest = *direction;
+    for _ in 0..SWEEPS {
+        for (normal, coefficient) in normals.iter().zip(&mut coefficients) {
+            let next = (*coefficient + rest.dot(normal)).max(0.0);
+            rest -= normal * (next - *coefficient);
+            *coefficient = next;
+        }
+    }
+    rest.norm()
+}
+
+/// A body at the touch.
+pub struct Side<'a> {
+    patches: &'a [Patch],
+    faces: Vec<Face>,
+    motion: RigidMotion,
+    rotation: UnitQuaternion<f64>,
+    /// Outward direction in which the partner lies, in the components of the model; zero as long as it is not known.
+    outward: [f64; 3],
+    size: f64,
+}
+
+impl<'a> Side<'a> {
+    /// The body of the shape `body` at `pose`, whose partner may lie anywhere.
+    pub fn new(body: Geometry<'a>, pose: &BodyState) -> Self {
+        let patches = &body.shape.patches;
+        let faces = Face::outer(patches, body.is_axisymmetric());
+        let points = patches.iter().flat_map(|p| p.control_points());
+        let size = points.map(|p| Vector3::from(*p).norm()).fold(0.0, f64::max);
+        Self { patches, faces, motion: body.motion(), rotation: pose.rotation, outward: [0.0; 3], size }
+    }
+
+    /// The same with its partner in the direction `outward` of space.
+    #[must_use]
+    pub fn facing(self, outward: &Vector3<f64>) -> Self {
+        let in_body = self.rotation.inverse_transform_vector(outward);
+        Self { outward: self.motion.components(in_body.as_ref()), ..self }
+    }
+
+    /// Largest distance of control points from the origin of the body \[m\].
+    pub fn size(&self) -> f64 {
+        self.size
+    }
+
+    /// Outward normals, in space, of the faces that meet at the place `xi` of `face`; at a pole, which has none, that of the face.
+    pub fn normals_in_space(&self, face: FaceId, xi: &[f64; 3]) -> Vec<Vector3<f64>> {
+        let in_space = |normal: &Vector3<f64>| self.rotation * self.motion.in_space(&(*normal).into());
+        let found: Vec<_> = self.normals_at(&self.point(face, xi)).map(|normal| in_space(&normal)).collect();
+        if !found.is_empty() {
+            return found;
+        }
+        let own = Face::new(self.patches, face, self.motion == RigidMotion::Axial);
+        let at = own.at(&self.patches[face.patch], xi, &mut PointBasis::default());
+        vec![in_space(&Vector3::from(at.normal))]
+    }
+
+    /// Position of a place of a face.
+    pub fn point(&self, face: FaceId, xi: &[f64; 3]) -> [f64; 3] {
+        let parameter = face.parameter(self.patches);
+        let mut xi = *xi;
+        xi[face.direction] = parameter;
+        self.patches[face.patch].point(&xi)
+    }
+
+    /// Whether a plane face through `point` is turned to the partner, but for the angle `parallel` \[rad\] (Eq. C.55).
+    pub fn is_flat(&self, point: &[f64; 3], parallel: f64) -> bool {
+        let outward = Vector3::from(self.outward);
+        self.faces.iter().any(|face| {
+            let mut scratch = PointBasis::default();
+            let patch = &self.patches[face.id.patch];
+            SAMPLES.iter().all(|shares| {
+                let at = face.at(patch, &place(face, patch, *shares), &mut scratch);
+                let height = (Vector3::from(at.point) - Vector3::from(*point)).dot(&outward);
+                let lean = Vector3::from(at.normal).cross(&outward).norm();
+                Vector3::from(at.normal).dot(&outward) > 0.5
+                    && lean <= parallel
+                    && height.abs() <= (parallel + SAME_PLACE) * self.size
+            })
+        })
+    }
+
+    /// Number of directions in which neighbouring contact points of an edge lie.
+    pub fn n_along(&self) -> usize {
+        self.patches.first().map_or(0, |patch| patch.dimension() - 1)
+    }
+
+    /// Normals of the faces that meet at `point`.
+    fn normals_at(&self, point: &[f64; 3]) -> impl Iterator<Item = Vector3<f64>> {
+        let found = self.faces.iter().filter_map(|&face| {
+            let surface = BodySurface::of_faces(self.patches, vec![face]);
+            let found = surface.closest(self.patches, point)?;
+            let normal = Vector3::from(found.normal);
+            let is_there = found.measure <= 4.0 * SAME_PLACE * self.size;
+            (is_there && normal.norm() > 0.5 && !self.is_pole(&face, &found.xi)).then_some(normal)
+        });
+        found.collect::<Vec<_>>().into_iter()
+    }
+
+    /// Whether lines of parameters of `face` run together at `xi`: a pole has no normal of its own, what is computed there is round-off, and it is
+    /// no edge.
+    fn is_pole(&self, face: &Face, xi: &[f64; 3]) -> bool {
+        let patch = &self.patches[face.id.patch];
+        let (lower, upper) = patch.domain();
+        let tangents = face.at(patch, xi, &mut PointBasis::default()).tangents;
+        let mut lengths =
+            face.directions().zip(tangents).map(|(d, t)| Vector3::from(t).norm() * (upper[d] - lower[d]));
+        lengths.any(|length| length <= POLE * self.size)
+    }
+
+    /// Number of different normals at `point`: one of a smooth surface, two of an edge, three and more of a corner.
+    pub fn n_normals(&self, point: &[f64; 3]) -> usize {
+        let mut different: Vec<Vector3<f64>> = Vec::new();
+        for normal in self.normals_at(point) {
+            if different.iter().all(|known| known.dot(&normal) < ALONG) {
+                different.push(normal);
+            }
+        }
+        different.len()
+    }
+
+    /// Whether the surface is smooth at `point`: the faces that meet there have one normal, which lies along the direction to the partner
+    /// (Eq. C.56).
+    pub fn is_smooth(&self, point: &[f64; 3]) -> bool {
+        let outward = Vector3::from(self.outward);
+        self.normals_at(point).all(|normal| normal.dot(&outward) > ALONG)
+    }
+}
+
+/// Cosine of the angle between normals that belong to one smooth surface: 8 degrees, for faces that only approximate one.
+const ALONG: f64 = 0.99;
+
+/// Shares of the ranges of a face's parameters at which it is looked at.
+const SAMPLES: [[f64; 2]; 5] = [[0.1, 0.2], [0.9, 0.3], [0.5, 0.5], [0.2, 0.8], [0.7, 0.9]];
+
+/// Parameters of `face` at shares of its ranges.
+fn place(face: &Face, patch: &Patch, shares: [f64; 2]) -> [f64; 3] {
+    let (lower, upper) = patch.domain();
+    let mut xi = face.on_face(&lower);
+    for (d, share) in face.directions().zip(shares) {
+        xi[d] = lower[d] + share * (upper[d] - lower[d]);
+    }
+    xi
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const X: Vector3<f64> = Vector3::new(1.0, 0.0, 0.0);
+    const Y: Vector3<f64> = Vector3::new(0.0, 1.0, 0.0);
+    const Z: Vector3<f64> = Vector3::new(0.0, 0.0, 1.0);
+
+    fn check(target: &[Vector3<f64>], own: &[Vector3<f64>], expected: Vector3<f64>) {
+        let found = contact_normal(target, own).expect("normals");
+        // Round-off of unit vectors, and what sweeps leave of a cone.
+        assert!((found - expected.normalize()).norm() < 1e-9, "{found} for {expected}");
+    }
+
+    #[test]
+    fn a_face_has_the_normal_over_edges_and_corners() {
+        check(&[Z, X], &[-Z], Z); // an edge of the target under a face
+        check(&[X, Z], &[-Z], Z);
+        check(&[Z], &[X, -Z], Z);
+        check(&[Z], &[(X - 3.0 * Z).normalize(), (-X - Z).normalize()], Z); // an edge that leans
+        check(&[Z], &[(X - Z).normalize(), (Y - Z).normalize(), (-X - Y - 2.0 * Z).normalize()], Z);
+    }
+
+    #[test]
+    fn rims_that_lie_on_each_other_have_the_normal_of_their_ends() {
+        check(&[X, Z], &[X, -Z], Z);
+        check(&[Z, -X], &[-Z, -X], Z);
+    }
+
+    #[test]
+    fn crossing_edges_have_their_common_normal() {
+        let along = |a: Vector3<f64>, sign: f64| [(sign * Z + a).normalize(), (sign * Z - a).normalize()];
+        check(&along(X, 1.0), &along(Y, -1.0), Z);
+        check(&along(X, 1.0), &along((X + Y).normalize(), -1.0), Z);
+    }
+
+    #[test]
+    fn smooth_surfaces_share_their_normal() {
+        let lean = 1e-3 * X;
+        check(&[(Z + lean).normalize()], &[(lean - Z).normalize()], Z);
+    }
+}
