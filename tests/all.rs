@@ -18,6 +18,7 @@ mod export_setup;
 mod expressions;
 mod faults;
 mod flat_contact;
+mod flat_meshes;
 mod fuzzing;
 mod hertz_scenarios;
 mod import_body;

@@ -299,6 +299,14 @@ pub enum ContactModelFault {
         /// Name of the body.
         body: String,
     },
+    /// A mesh that touches with a flat face, about which no interval ends.
+    #[error(
+        "body \"{body}\", a mesh, touches with a flat face: no interval holds the contact, whose pressure has no limit at the edges, and meshes have no contact on whole surfaces; give model = \"quasistatic\" with an interval.width of at least twice the face's diagonal and elements as short as the contact needs, or a body of splines (geometry.shape, one's own as \"nurbs\")"
+    )]
+    FlatMesh {
+        /// Name of the body.
+        body: String,
+    },
     /// A body whose elements are as coarse at the contact as elsewhere.
     #[error(
         "body \"{body}\" is not refined at its first point of contact ({:.6e}, {:.6e}, {:.6e}) m; give interval.width or refine there",

@@ -9,7 +9,7 @@ use fe_mesh::Mesh;
 use fe_mesh::fault::MeshFault;
 use fe_mesh::locate::SidePoint;
 use fe_mesh::surface::Surface;
-use nalgebra::{DMatrix, DVector, Matrix2, SymmetricEigen, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix2, SymmetricEigen, Vector2, Vector3};
 
 use crate::contact_zone::{ContactZone, ZoneExtent, ZoneRegion};
 
@@ -48,6 +48,15 @@ const FITTED: usize = 16;
 
 /// Parts of an edge at whose ends normals are compared: contact radii of a sixteenth of an edge are seen.
 const EDGE_PARTS: usize = 16;
+
+/// Normals whose cosines with a direction differ by less are alike: round-off of positions, squared lengths.
+const ALIKE: f64 = 1e-9;
+
+/// A point lies on a side if that comes nearer than this part of its longest edge: places are found to 1e-9.
+const SAME_POINT: f64 = 1e-6;
+
+/// Steps of Newton's method on a side, which is flat or slightly curved: five do.
+const NEWTON_STEPS: usize = 20;
 
 /// Components of displacement at a node.
 const N_COMPONENTS: usize = 3;
@@ -238,6 +247,57 @@ impl MeshSurface {
         let found = self.mesh.nearest(point)?;
         let side = self.mesh.surface().binary_search(&found.face).ok()?;
         Some(SideSite { side, eta: found.eta, point: found.point })
+    }
+
+    /// The place `site` on that side, of those that meet there, whose normal is nearest to `direction`: what is first to touch may be a corner or an
+    /// edge of several sides, of which any may have been found.
+    pub fn facing(&self, site: &SideSite, direction: &Vector3<f64>) -> SideSite {
+        let own = &self.surface.sides()[site.side].nodes;
+        let sides = (0..self.surface.sides().len())
+            .filter(|i| self.surface.sides()[*i].nodes.iter().any(|n| own.contains(n)));
+        let places = sides.filter_map(|side| {
+            let eta = if side == site.side { site.eta } else { self.parameters(side, &site.point)? };
+            let normal = Vector3::from(self.at(side, &eta).area).try_normalize(0.0)?;
+            Some((normal.dot(direction), SideSite { side, eta, ..*site }))
+        });
+        // The first of those alike.
+        let best = places.fold(None, |best: Option<(f64, SideSite)>, (cosine, place)| match best {
+            Some((most, _)) if cosine <= most + ALIKE => best,
+            _ => Some((cosine, place)),
+        });
+        best.map_or(*site, |(_, place)| place)
+    }
+
+    /// Parameters of `point` on `side`, by Newton's method; `None` if it does not lie there.
+    fn parameters(&self, side: usize, point: &[f64; 3]) -> Option<[f64; 2]> {
+        let limit = SAME_POINT * self.surface.longest_edge(&self.mesh, side);
+        let ends = self.surface.sides()[side].kind.node_parameters();
+        let middle = |d: usize| ends.iter().map(|eta| eta[d]).sum::<f64>() / ends.len() as f64;
+        let mut eta = [middle(0), middle(1)];
+        for _ in 0..NEWTON_STEPS {
+            let at = self.at(side, &eta);
+            let miss = Vector3::from(*point) - Vector3::from(at.position);
+            if miss.norm() <= limit {
+                return Some(eta);
+            }
+            let [a, b] = at.tangents.map(Vector3::from);
+            let matrix = Matrix2::new(a.dot(&a), a.dot(&b), a.dot(&b), b.dot(&b));
+            let step = matrix.try_inverse()? * Vector2::new(a.dot(&miss), b.dot(&miss));
+            eta = [eta[0] + step[0], eta[1] + step[1]];
+        }
+        None
+    }
+
+    /// Whether a side of the mesh about `site`, its own or one with a node of that, lies in the plane through the place with the unit `normal`, but
+    /// for `slope`: the place may be a corner of a flat face and belong to another one.
+    pub fn is_flat_against(&self, site: &SideSite, normal: &Vector3<f64>, slope: f64) -> bool {
+        let (sides, place) = (self.surface.sides(), Vector3::from(site.point));
+        let own = &sides[site.side].nodes;
+        let is_beside = |i: &usize| sides[*i].nodes.iter().any(|n| own.contains(n));
+        (0..sides.len()).filter(is_beside).any(|i| {
+            let most = slope * self.surface.longest_edge(&self.mesh, i);
+            self.places_on(i).iter().all(|x| (Vector3::from(*x) - place).dot(normal).abs() <= most)
+        })
     }
 
     /// The sides `chosen` with those beyond their smooth edges, rising.

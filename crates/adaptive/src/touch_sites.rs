@@ -91,11 +91,13 @@ impl<'a> Undeformed<'a> {
             Self::Shape(body) => ContactSite::lowest(body, &pose.rotation.inverse_transform_vector(normal))
                 .map(TouchSite::Face)
                 .ok_or(none),
-            Self::Mesh(_) => {
+            Self::Mesh(surface) => {
                 let plane = Plane { point: Vector3::zeros(), normal: Unit::new_normalize(*normal) };
                 let pose = BodyState { elastic: Vec::new(), elastic_rates: Vec::new(), ..pose.clone() };
                 let found = plane_distance(&self.model()?, &pose, &plane, &mut SearchWorkspace::new())?;
-                Ok(self.site(&found.site))
+                let place = surface.site(found.site.element, [found.site.xi[0], found.site.xi[1]]);
+                let towards = pose.rotation.inverse_transform_vector(normal);
+                Ok(TouchSite::Side(surface.facing(&place, &-towards)))
             }
         }
     }

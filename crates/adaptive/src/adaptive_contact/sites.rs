@@ -2,6 +2,7 @@
 //! whole surfaces of bodies that touch with flat faces, edges or corners (docs/theory.md section C.9).
 
 use contact_qs::ActiveContact;
+use contact_qs::search::SurfaceSite;
 use ffr_dynamics::system::force::BodyState;
 
 use super::widths::PredictedWidths;
@@ -12,6 +13,7 @@ use crate::body_model::BodyModel;
 use crate::detection::Nearest;
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::fine_model::ELEMENTS;
+use crate::mesh_surface::MeshSurface;
 use crate::penalty_search::{PenaltySearch, PenaltyStrategy};
 use crate::predicted_touch::{TouchKind, touch_kind_at};
 use crate::record::ZoneSite;
@@ -57,8 +59,13 @@ impl AdaptiveContact {
             let target = target.map(|_| ZoneSite::WHOLE);
             return Ok(Sites { own: ZoneSite::WHOLE, target, predicted: [0.0; 2], least: [0.0; 2], whole });
         }
-        let PredictedWidths { widths: predicted, least } =
+        let PredictedWidths { widths: predicted, least, is_known } =
             self.predicted_widths(bodies, states, nearest, request.peak);
+        if let (false, None, Some(body)) = (is_known, request.widths, self.flat_mesh(bodies, states, nearest))
+        {
+            let body = bodies[body].name.clone();
+            return Err(self.without_model(ContactModelFault::FlatMesh { body }));
+        }
         let widths = self.widths(request, predicted, own_body.size);
         let mut own = zone_site(&own_body, &nearest.contact, widths);
         let mut target = target.map(|(other, there)| {
@@ -109,6 +116,19 @@ impl AdaptiveContact {
             }
             TouchKind::Flat | TouchKind::Edge => Ok(Some(kind)),
         }
+    }
+
+    /// A body of finite elements that has a flat face in the plane in which the bodies touch.
+    fn flat_mesh(&self, bodies: &[BodyModel], states: &[BodyState], nearest: &Nearest) -> Option<usize> {
+        let places = [Some((self.body, &nearest.contact)), self.flexible_target.zip(nearest.target.as_ref())];
+        let is_flat = |(body, site): &(usize, &SurfaceSite)| {
+            let Some(spec) = flexible(&bodies[*body]).mesh() else { return false };
+            let surface = MeshSurface::of(&spec.mesh);
+            let normal = states[*body].rotation.inverse_transform_vector(&nearest.normal);
+            let place = surface.site(site.element, [site.xi[0], site.xi[1]]);
+            surface.is_flat_against(&place, &normal, NEARLY_PARALLEL)
+        };
+        places.into_iter().flatten().find(is_flat).map(|(body, _)| body)
     }
 
     /// Whether the contact may have zones that are the whole surfaces: it is quasistatic, on splines, and nobody has given a width.

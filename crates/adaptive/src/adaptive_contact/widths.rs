@@ -38,7 +38,7 @@ impl AdaptiveContact {
     ) -> PredictedWidths {
         let blind = BLIND_WIDTH * flexible(&bodies[self.body]).size;
         let known = self.partners(bodies, states, nearest).and_then(|p| self.hertz_widths(bodies, &p, peak));
-        known.unwrap_or(PredictedWidths { widths: [blind; 2], least: [0.0; 2] })
+        known.unwrap_or(PredictedWidths { widths: [blind; 2], least: [0.0; 2], is_known: false })
     }
 
     fn hertz_widths(
@@ -74,7 +74,11 @@ impl AdaptiveContact {
         };
         let least = least.map(|half| interval_width(half, target, from_axis));
         let predicted = extents.map(|half| interval_width(half, target, from_axis));
-        Some(PredictedWidths { widths: std::array::from_fn(|d| predicted[d].max(least[d])), least })
+        Some(PredictedWidths {
+            widths: std::array::from_fn(|d| predicted[d].max(least[d])),
+            least,
+            is_known: true,
+        })
     }
 
     /// Widths of the interval on the body `other` at `there`, whose face has directions of its own, for an interval of the `widths`
@@ -173,6 +177,8 @@ pub(super) struct PredictedWidths {
     pub widths: [f64; 2],
     /// Below which nothing is to be told, zero where that is not known \[m\].
     pub least: [f64; 2],
+    /// Whether Hertz's theory has an answer; if not, the widths are blind ones.
+    pub is_known: bool,
 }
 
 /// Both partners of an impact, and the normal from the target to the contact body.
