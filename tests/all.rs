@@ -25,6 +25,7 @@ mod import_body;
 mod imported_bodies;
 mod joint_answers;
 mod joint_travel;
+mod line_contact;
 mod long;
 mod mesh_contact;
 mod mesh_stress;

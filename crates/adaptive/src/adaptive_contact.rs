@@ -21,6 +21,7 @@ use crate::interval::{
     ContactFlags, DirectionUse, IntervalAssessment, IntervalEnd, IntervalGrid, IntervalSettings, Verdict,
     assess,
 };
+use crate::line_touch::middle_of_line;
 use crate::penalty_search::{PenaltySearch, PenaltyStrategy};
 use crate::point_compliance::{ObservedPlace, PointCompliance, compliances, points_on};
 use crate::predicted_touch::TouchKind;
@@ -41,11 +42,11 @@ mod zone_model;
 
 use fine_side::FineSide;
 pub use fine_side::RebuiltContact;
-use sites::Sites;
+use sites::{NEARLY_PARALLEL, Sites};
 pub use zone_model::ZoneModel;
 
-/// The widest interval, as a share of the body's size: wider than the body itself is none.
-const WIDEST: f64 = 1.0;
+/// The widest interval, as a share of the body's size: about a place at an end of the body it reaches the other end.
+const WIDEST: f64 = 2.0;
 /// Slack of the comparison of a width with the least one: round-off.
 const LEAST_SLACK: f64 = 1e-9;
 /// Ratio of successive penalty factors of a search, as in \[A\] section 4.1.
@@ -226,6 +227,26 @@ impl AdaptiveContact {
     /// [`AdaptiveError::Contact`] if the motions are not finite.
     pub fn nearest(&self, states: &[BodyState], search: &mut Search) -> Result<Nearest, AdaptiveError> {
         self.detector.nearest(states, search).map_err(|e| self.fail(e))
+    }
+
+    /// Where the bodies touch in the motions `states`: the nearest points or, of a whole straight line of them, its middle.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Contact`] if the motions are not finite.
+    pub fn touch(
+        &self,
+        bodies: &[BodyModel],
+        states: &[BodyState],
+        search: &mut Search,
+    ) -> Result<Nearest, AdaptiveError> {
+        let nearest = self.nearest(states, search)?;
+        let shape = |body: usize| bodies[body].geometry().map(|shape| (shape, &states[body]));
+        let other = if let Target::Body(other) = self.target { Some(other) } else { None };
+        let (Some(own), other_shape) = (shape(self.body), other.map(shape)) else { return Ok(nearest) };
+        if self.is_vibrating() || other_shape.is_some_and(|shape| shape.is_none()) {
+            return Ok(nearest);
+        }
+        Ok(middle_of_line(own, other_shape.flatten(), &nearest, NEARLY_PARALLEL).unwrap_or(nearest))
     }
 
     /// Fine models about the points `nearest` in the motions `states`, with intervals of the widths wished for or, at the first trial of

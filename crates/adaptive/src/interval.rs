@@ -13,6 +13,9 @@ pub enum IntervalEnd {
     Axis,
     /// The end of the face: the interval cannot grow there.
     FaceEnd,
+    /// An end of a straight line that lies in the interval from edge to edge of the body: all that can touch along it is watched, so that contact
+    /// there is no sign of an interval too small.
+    LineEnd,
 }
 
 /// The rows of elements by which the use of an interval is judged.
@@ -182,6 +185,11 @@ pub fn assess(directions: &[DirectionUse<'_>], settings: &IntervalSettings) -> I
             _ if touched => (most * utilisation).max(1.0),
             _ => (utilisation / settings.target).clamp(least, most),
         };
+        // From edge to edge of the body there is nothing to widen.
+        let factor = match d.ends {
+            [IntervalEnd::LineEnd, IntervalEnd::LineEnd] => factor.min(1.0),
+            _ => factor,
+        };
         DirectionAssessment { utilisation, verdict, width: d.width * factor }
     };
     IntervalAssessment { directions: directions.iter().map(assess_one).collect() }
@@ -254,6 +262,15 @@ mod tests {
             one(&flags(0..16), [IntervalEnd::Open, IntervalEnd::FaceEnd]).verdict,
             Verdict::EdgeTouched
         );
+    }
+
+    #[test]
+    fn a_line_from_edge_to_edge_has_no_end_and_cannot_grow() {
+        let found = one(&flags(0..16), [IntervalEnd::LineEnd; 2]);
+        assert_eq!(found.verdict, Verdict::AtOrAboveTarget);
+        assert_relative_eq!(found.width, 2.0);
+        // Used in part it is narrowed like any other.
+        assert_eq!(one(&flags(4..8), [IntervalEnd::LineEnd; 2]).verdict, Verdict::UnderUtilised);
     }
 
     #[test]

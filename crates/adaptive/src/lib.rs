@@ -27,6 +27,7 @@ pub mod contact_zone;
 pub mod zone_at_start;
 pub mod touch_sites;
 mod touch_side;
+mod line_touch;
 pub mod predicted_touch;
 pub mod zone_contact;
 pub mod zone_on_mesh;

@@ -223,6 +223,30 @@ impl LineLaw {
     }
 }
 
+/// Contact of solid bodies along a straight line, across which alone their surfaces are curved (theory Eq. C.121).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StraightLine {
+    /// Its law.
+    pub law: LineLaw,
+    across: Vector3<f64>,
+}
+
+impl StraightLine {
+    /// The line of two partners of the size `size`, `length` long \[m\]; `None` if their relative curvature vanishes in no direction or in both.
+    pub fn new(partners: &[LocalSurface; 2], size: f64, length: f64) -> Option<Self> {
+        let relative = RelativeCurvature::new(partners);
+        let compliance = partners[0].compliance + partners[1].compliance;
+        let is_straight = relative.small.abs() <= FLAT * relative.large;
+        let law = LineLaw::new(relative.large, compliance, size, length).filter(|_| is_straight)?;
+        Some(Self { law, across: relative.bent_direction })
+    }
+
+    /// Whether `tangent`, one of two directions along the surface, lies rather across the line than along it.
+    pub fn is_across(&self, tangent: &Vector3<f64>) -> bool {
+        tangent.dot(&self.across).abs() > 0.5_f64.sqrt() * tangent.norm()
+    }
+}
+
 /// Solves `g max(ln(1/g) - 1, 1) = x`, `x >= 0`: Newton's method from below, where the left side is concave.
 fn line_load(x: f64) -> f64 {
     let edge = (-2.0_f64).exp();

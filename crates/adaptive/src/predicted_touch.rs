@@ -9,10 +9,11 @@ use ffr_dynamics::system::force::BodyState;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::detection::{Detector, DetectorTarget, Nearest, Search};
+use crate::line_touch::middle_of_line;
 use crate::local_surface::SurfaceView;
 use crate::predict::{HertzLaw, LocalSurface};
 use crate::spec::{ContactSpec, Geometry, HertzSpec, JointSpec, RunSpec, Target};
-use crate::touch_side::{POLE, SAME_PLACE, Side, contact_normal};
+use crate::touch_side::{POLE, SAME_PLACE, Side, touch_direction};
 use crate::touch_sites::Undeformed;
 
 /// What of two bodies touches first.
@@ -41,22 +42,26 @@ const LOOKS_BACK: usize = 10;
 /// loads hold other than in their place, that have no exact shape, or do not meet.
 pub fn touch_kind(spec: &RunSpec, contact: &ContactSpec, poses: &[BodyState]) -> Option<TouchKind> {
     let (poses, nearest) = touch_in_flight(spec, contact, poses)?;
-    kind_at(spec, contact, &poses, &nearest)
+    let (own, other) = shapes(spec, contact, &poses)?;
+    let nearest = middle_of_line(own, other, &nearest, PARALLEL).unwrap_or(nearest);
+    Some(touch_kind_at(own, other, &nearest, PARALLEL))
 }
 
-/// What touches at the places `nearest` in the motions `poses`.
-fn kind_at(
-    spec: &RunSpec,
+/// A shape with its motion.
+type Moved<'a> = (Geometry<'a>, &'a BodyState);
+
+/// The contact body of `contact` and its target, none of a plane, in the motions `poses`; `None` without exact shapes.
+fn shapes<'a>(
+    spec: &'a RunSpec,
     contact: &ContactSpec,
-    poses: &[BodyState],
-    nearest: &Nearest,
-) -> Option<TouchKind> {
-    let own = spec.bodies[contact.body].geometry()?;
+    poses: &'a [BodyState],
+) -> Option<(Moved<'a>, Option<Moved<'a>>)> {
+    let own = (spec.bodies[contact.body].geometry()?, &poses[contact.body]);
     let other = match contact.target {
         Target::Plane { .. } => None,
         Target::Body(other) => Some((spec.bodies[other].geometry()?, &poses[other])),
     };
-    Some(touch_kind_at((own, &poses[contact.body]), other, nearest, PARALLEL))
+    Some((own, other))
 }
 
 /// Motions and nearest places of the first touch of `contact` in free flight; `None` as for [`touch_kind`].
@@ -79,6 +84,9 @@ fn touch_in_flight(
     Flight::new(spec, contact, poses)?.touch(spec.settings.end_time)
 }
 
+/// What Hertz's law has no answer for where one relative curvature vanishes or is negative.
+const ALONG_LINE: &str = "surfaces touch along a line or lie in each other";
+
 /// Why the first touch of `contact` is none that Hertz's law `law` has an answer for; `None` if it is one, or not known.
 pub fn no_hertz_point(
     spec: &RunSpec,
@@ -90,7 +98,11 @@ pub fn no_hertz_point(
         return None;
     }
     let (poses, nearest) = touch_in_flight(spec, contact, poses)?;
-    match kind_at(spec, contact, &poses, &nearest)? {
+    let (own, other) = shapes(spec, contact, &poses)?;
+    if middle_of_line(own, other, &nearest, PARALLEL).is_some() {
+        return Some(ALONG_LINE);
+    }
+    match touch_kind_at(own, other, &nearest, PARALLEL) {
         TouchKind::Flat => return Some("flat faces touch"),
         TouchKind::Edge | TouchKind::BetweenPoints => return Some("an edge, a rim or a corner touches"),
         TouchKind::Smooth => {}
@@ -110,9 +122,7 @@ pub fn no_hertz_point(
         (Target::Body(other), Some(site)) => view(other, site)?.surface,
         _ => LocalSurface::plane(1.0),
     };
-    HertzLaw::new(&[own.surface, other])
-        .is_none()
-        .then_some("surfaces touch along a line or lie in each other")
+    HertzLaw::new(&[own.surface, other]).is_none().then_some(ALONG_LINE)
 }
 
 /// What touches at the places `nearest` of a contact body and a target, shapes with their motions; the target is a plane if there is none.
@@ -125,7 +135,7 @@ pub fn touch_kind_at(
 ) -> TouchKind {
     let own = Side::new(own, pose);
     let target = other.map(|(shape, pose)| Side::new(shape, pose));
-    let normal = direction(&own, target.as_ref(), nearest);
+    let normal = touch_direction(&own, target.as_ref(), nearest);
     let (own, target) = (own.facing(&-normal), target.map(|side| side.facing(&normal)));
     let own_point = own.point(nearest.contact.face, &nearest.contact.xi);
     let target_point =
@@ -143,24 +153,6 @@ pub fn touch_kind_at(
     } else {
         TouchKind::BetweenPoints
     }
-}
-
-/// Gap over the size of a body below which round-off makes the direction between the places.
-const ROUND_OFF: f64 = 1e-9;
-
-/// Direction from the target to the contact body: that between the nearest places or, where these are one but for round-off, what the normals of
-/// the faces that meet there say (Eq. C.110).
-fn direction(own: &Side<'_>, other: Option<&Side<'_>>, nearest: &Nearest) -> Vector3<f64> {
-    let (Some(target), Some(there)) = (other, nearest.target) else { return nearest.normal };
-    if nearest.gap.abs() > ROUND_OFF * own.size() && nearest.normal.norm() > 0.5 {
-        return nearest.normal;
-    }
-    let here = &nearest.contact;
-    contact_normal(
-        &target.normals_in_space(there.face, &there.xi),
-        &own.normals_in_space(here.face, &here.xi),
-    )
-    .unwrap_or(nearest.normal)
 }
 
 /// Whether nothing but gravity and contacts acts on body `body`.

@@ -39,16 +39,15 @@ pub struct PointImpact {
 }
 
 impl PointImpact {
-    /// A contact that opens and closes at the gap that the points have in the motion `bodies`.
+    /// A contact whose surfaces have the given gap in the motion `bodies`.
     pub fn new(
-        contact: HertzPoint,
-        target: HertzPoint,
+        (contact, target): (HertzPoint, HertzPoint),
         normal: Vector3<f64>,
         law: ImpactLaw,
-        bodies: &[BodyState],
+        (bodies, gap): (&[BodyState], f64),
     ) -> Self {
         let mut impact = Self { contact, target, normal, offset: 0.0, law };
-        impact.offset = impact.gap(bodies);
+        impact.offset = impact.gap(bodies) - gap;
         impact
     }
 

@@ -8,6 +8,7 @@ use iga_core::nurbs::{FaceId, Patch};
 use iga_core::surface::{BodySurface, Face};
 use nalgebra::{UnitQuaternion, Vector3};
 
+use crate::detection::Nearest;
 use crate::spec::Geometry;
 
 /// Part of a body's size by which places may differ that are one: bodies count as touching at this gap.
@@ -189,6 +190,24 @@ fn place(face: &Face, patch: &Patch, shares: [f64; 2]) -> [f64; 3] {
         xi[d] = lower[d] + share * (upper[d] - lower[d]);
     }
     xi
+}
+
+/// Gap over the size of a body below which round-off makes the direction between the places.
+const ROUND_OFF: f64 = 1e-9;
+
+/// Direction from the target to the contact body: that between the nearest places or, where these are one but for round-off, what the normals of
+/// the faces that meet there say (Eq. C.110).
+pub fn touch_direction(own: &Side<'_>, other: Option<&Side<'_>>, nearest: &Nearest) -> Vector3<f64> {
+    let (Some(target), Some(there)) = (other, nearest.target) else { return nearest.normal };
+    if nearest.gap.abs() > ROUND_OFF * own.size() && nearest.normal.norm() > 0.5 {
+        return nearest.normal;
+    }
+    let here = &nearest.contact;
+    contact_normal(
+        &target.normals_in_space(there.face, &there.xi),
+        &own.normals_in_space(here.face, &here.xi),
+    )
+    .unwrap_or(nearest.normal)
 }
 
 #[cfg(test)]

@@ -24,7 +24,7 @@ use crate::zone_contact::FALLBACK_PENALTY;
 
 /// Angle \[rad\] by which flat faces may be inclined at a touch in the run and still meet as a whole: motions err by some 1e-6 of the way, and the
 /// faces of bodies that swing and ring turn by more; over 20 mm it is 2 um, which bodies at 1 m/s close in 2 us.
-const NEARLY_PARALLEL: f64 = 1e-4;
+pub(super) const NEARLY_PARALLEL: f64 = 1e-4;
 
 /// Where the zones of a contact lie.
 pub(super) struct Sites {
@@ -177,6 +177,11 @@ impl AdaptiveContact {
         let start =
             self.law.interval.width.map_or([predicted[0] * factor[0], predicted[1] * factor[1]], |w| [w; 2]);
         request.widths.unwrap_or(start).map(|w| w.min(WIDEST * size))
+    }
+
+    /// The widths that an interval has if `widths` are wished for \[m\].
+    pub fn granted(&self, bodies: &[BodyModel], widths: [f64; 2]) -> [f64; 2] {
+        widths.map(|w| w.min(WIDEST * flexible(&bodies[self.body]).size))
     }
 
     /// The zones of the last impact, of contact body and target, if they hold one for which `wanted` would be laid.

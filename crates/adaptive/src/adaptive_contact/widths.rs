@@ -8,15 +8,15 @@ use nalgebra::{Matrix3, Vector3};
 
 use contact_qs::search::SurfaceSite;
 
-use super::{AdaptiveContact, flexible};
+use super::{AdaptiveContact, WIDEST, flexible};
 use crate::body_model::{BodyModel, FlexibleBody};
 use crate::detection::{Nearest, Search};
 use crate::error::AdaptiveError;
 use crate::local_surface::{SurfaceView, plane_compliance};
 use crate::mesh_surface::MeshSurface;
 use crate::predict::{
-    HertzLaw, HertzPrediction, ImpactLaw, LineLaw, LocalSurface, half_extents, hertz_impact, interval_width,
-    inverse_effective_mass, widths_along,
+    HertzLaw, HertzPrediction, ImpactLaw, LineLaw, LocalSurface, StraightLine, half_extents, hertz_impact,
+    interval_width, inverse_effective_mass, widths_along,
 };
 use crate::preview::{HertzPoint, PointImpact};
 use crate::spec::{Place, Target};
@@ -25,6 +25,8 @@ use crate::spec::{Place, Target};
 const BLIND_WIDTH: f64 = 0.05;
 /// Least approach of two bodies that places on them can tell, in units of the round-off of their size.
 const LEAST_APPROACH: f64 = 64.0 * f64::EPSILON;
+/// Least width across a line of contact, as a share of the body's size, for bodies that hardly approach each other.
+const LEAST_ACROSS: f64 = 1e-6;
 
 impl AdaptiveContact {
     /// Widths by Hertz's theory for the peak force `peak`, or for the closing motion in `states`, and the least that they are to
@@ -52,7 +54,19 @@ impl AdaptiveContact {
         let target = self.law.interval.target_utilisation;
         let body = flexible(&bodies[self.body]);
         let approach = LEAST_APPROACH * self.detector.size();
-        let (extents, least, from_axis) = match self.impact_law(bodies, own, other)? {
+        let Some(law) = self.impact_law(bodies, own, other) else {
+            // Along a straight line, as far as the bodies go; the width across is that of a line contact as long as the body.
+            let line = StraightLine::new(&[own.surface, other.surface], body.size, body.size)?;
+            let half = line.law.half_width_of_impact(inverse_mass, speed);
+            let across = interval_width(half, target, false).max(LEAST_ACROSS * body.size);
+            let widths = own.tangents.map(
+                |tangent| {
+                    if line.is_across(&tangent) { across } else { WIDEST * body.size }
+                },
+            );
+            return Some(PredictedWidths { widths, least: [0.0; 2], is_known: true });
+        };
+        let (extents, least, from_axis) = match law {
             ImpactLaw::Line(law) => {
                 let half = match peak {
                     Some(force) => law.half_width(force),
@@ -134,21 +148,21 @@ impl AdaptiveContact {
         Some(Partners { own, other, normal })
     }
 
-    /// A point contact with the law of the pair at the nearest points in the motions `states`, for a preview of the impact; none if
-    /// the width is known already, or an edge or flat faces touch.
+    /// A point contact with the law of the pair at the nearest points in the motions `states`, for a preview of the impact, closed as soon as they
+    /// approach if it is touching and else when they meet; none if the width is known already, or an edge or flat faces touch.
     ///
     /// # Errors
     /// [`AdaptiveError::Contact`] if the motions are not finite, [`AdaptiveError::ContactModel`] if no contact point sees the touch.
     pub fn preview(
         &self,
-        bodies: &[BodyModel],
+        (bodies, is_touching): (&[BodyModel], bool),
         states: &[BodyState],
         search: &mut Search,
     ) -> Result<Option<PointImpact>, AdaptiveError> {
         if self.law.interval.width.is_some() {
             return Ok(None);
         }
-        let nearest = self.nearest(states, search)?;
+        let nearest = self.touch(bodies, states, search)?;
         if self.whole_at(bodies, states, &nearest, None)?.is_some() {
             return Ok(None);
         }
@@ -156,7 +170,8 @@ impl AdaptiveContact {
             return Ok(None);
         };
         let Some(law) = self.impact_law(bodies, &own, &other) else { return Ok(None) };
-        Ok(Some(PointImpact::new(own.point, other.point, normal, law, states)))
+        let gap = if is_touching { 0.0 } else { nearest.gap.max(0.0) };
+        Ok(Some(PointImpact::new((own.point, other.point), normal, law, (states, gap))))
     }
 }
 

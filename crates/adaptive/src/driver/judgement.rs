@@ -14,6 +14,8 @@ use crate::record::ZoneSite;
 /// Trials after which an interval counts as impossible though a width is both too narrow and too wide: other contacts of the
 /// same impact may change the force from trial to trial, three times in a row is no coincidence.
 const MOST_CLOSED: u32 = 3;
+/// Ratio of successive growths of a width of which nothing is known, as large as the first growth.
+const GROWTH: f64 = 1.5;
 /// Share of the largest force on connected bodies below which a contact is not judged: a twentieth of the change of the peak force
 /// down to which penalty factors are searched. Such a contact changes no motion by more, and its force may be no more than the
 /// error of the motion, as between bodies at rest that a wave has not reached yet.
@@ -47,6 +49,8 @@ pub(super) struct Intervals {
     brackets: Vec<[(f64, f64); 2]>,
     /// How often no width was left between those, a contact.
     closed: Vec<u32>,
+    /// How often in a row an edge was touched and no width was known to be too wide, a contact and direction.
+    grown: Vec<[u32; 2]>,
     /// Contact whose interval changed last.
     pub latest: usize,
 }
@@ -57,21 +61,23 @@ impl Intervals {
             widths: vec![None; n_contacts],
             brackets: vec![[(0.0, f64::INFINITY); 2]; n_contacts],
             closed: vec![0; n_contacts],
+            grown: vec![[0; 2]; n_contacts],
             latest: 0,
         }
     }
 
-    /// Takes the widths wanted next for contact `i` after `verdict`; false if there is no width that can be acceptable: the
-    /// same one is too narrow and, by less than an element, too wide.
+    /// Takes the widths wanted next for contact `i` after `verdict`, and says which ones they are to be: from the third growth in a row on each
+    /// is larger than the one before, so that a first width that says nothing takes few trials. `None` if there is no width that can be acceptable:
+    /// the same one is too narrow and, by less than an element, too wide.
     fn note(
         &mut self,
         i: usize,
         fine: Option<&FineContact>,
         verdict: &IntervalAssessment,
-        next: [f64; 2],
-    ) -> bool {
+        mut next: [f64; 2],
+    ) -> Option<[f64; 2]> {
         (self.widths[i], self.latest) = (Some(next), i);
-        let Some(fine) = fine else { return true };
+        let Some(fine) = fine else { return Some(next) };
         let (widths, counts) = (fine.widths(), fine.n_elements());
         let mut is_closed = false;
         for (d, direction) in verdict.directions.iter().enumerate() {
@@ -82,9 +88,17 @@ impl Intervals {
                 _ => {}
             }
             is_closed |= *narrow * (1.0 + 1.0 / counts[d].max(1) as f64) >= *wide;
+            let grown = &mut self.grown[i][d];
+            let is_growing = direction.verdict == Verdict::EdgeTouched && wide.is_infinite();
+            *grown = if is_growing { *grown + 1 } else { 0 };
+            next[d] *= GROWTH.powi(grown.saturating_sub(2) as i32);
         }
+        if verdict.directions.len() == 1 {
+            next[1] = next[0];
+        }
+        self.widths[i] = Some(next);
         self.closed[i] += u32::from(is_closed);
-        self.closed[i] < MOST_CLOSED
+        (self.closed[i] < MOST_CLOSED).then_some(next)
     }
 }
 
@@ -169,10 +183,11 @@ impl Driver<'_> {
                 if verdict.directions.len() == 1 {
                     next[1] = next[0];
                 }
-                if !intervals.note(i, self.slots[i].fine(), verdict, next) {
+                let Some(next) = intervals.note(i, self.slots[i].fine(), verdict, next) else {
                     return Err(self.no_model(i, number));
-                }
-                reasons.push(format!("{}: {}", self.model.contacts[i].name, describe(verdict, is_edge)));
+                };
+                let what = describe(verdict, next, is_edge);
+                reasons.push(format!("{}: {what}", self.model.contacts[i].name));
             }
         }
         if !reasons.is_empty() {
@@ -289,11 +304,12 @@ fn touches_own_edge(verdict: &IntervalAssessment) -> bool {
     verdict.directions.iter().any(|d| d.verdict == Verdict::EdgeTouched)
 }
 
-fn describe(verdict: &IntervalAssessment, is_edge: bool) -> String {
+fn describe(verdict: &IntervalAssessment, next: [f64; 2], is_edge: bool) -> String {
     let list: Vec<String> = verdict
         .directions
         .iter()
-        .map(|d| format!("{:.0} % used, next width {:.3e} m", 100.0 * d.utilisation, d.width))
+        .zip(next)
+        .map(|(d, width)| format!("{:.0} % used, next width {width:.3e} m", 100.0 * d.utilisation))
         .collect();
     let what =
         if is_edge { "an edge element was in contact" } else { "too little of the interval was in contact" };

@@ -11,6 +11,8 @@ use nalgebra::Vector3;
 use super::contact_slot::ContactPhase;
 use super::impact::Start;
 use super::{Driver, NEAR, QUIET_STEPS};
+use tracing::debug;
+
 use crate::adaptive_contact::{Activation, FineBasis, FineContact, RefinedContact, RefinementRequest};
 use crate::detection::InactiveContact;
 use crate::error::AdaptiveError;
@@ -188,7 +190,9 @@ impl Driver<'_> {
         if wanted == Some(ZoneSite::ALL_WIDTHS) {
             return fine.is_some_and(|fine| fine.whole.is_some());
         }
-        wanted
+        let refinement = self.model.contacts[i].refinement.as_ref();
+        let granted = wanted.map(|w| refinement.map_or(w, |r| r.granted(&self.model.bodies, w)));
+        granted
             .is_none_or(|w| widths.iter().zip(w).all(|(a, b)| *a == 0.0 || (a / b - 1.0).abs() < SAME_WIDTH))
     }
 
@@ -240,7 +244,7 @@ impl Driver<'_> {
         let states = self.model.system.last_evaluation().0;
         let Some(refinement) = &self.model.contacts[i].refinement else { return Ok(()) };
         let slot = &mut self.slots[i];
-        let nearest = refinement.nearest(states, &mut slot.nearest)?;
+        let nearest = refinement.touch(&self.model.bodies, states, &mut slot.nearest)?;
         let activation = Activation { time: t, number: self.run.n_refined + 1 };
         let whole = refinement.whole_at(&self.model.bodies, states, &nearest, widths)?;
         if let Some((mut element, mut fine)) =
@@ -403,9 +407,9 @@ impl Driver<'_> {
         }
     }
 
-    /// Notes peak forces of the refined contacts `which`, which touch, if Hertz's law, or that of a line contact, held in their
-    /// contact zones: from one run with the dynamic modes alone, which goes on beyond the end of the simulated time as the
-    /// impact would. Nothing is noted while other contacts are closed, or where there is no law.
+    /// Notes peak forces of the refined contacts `which`, which touch, and of those that bodies come into meanwhile, if Hertz's law, or that of a
+    /// line contact, held in their contact zones: from one run with the dynamic modes alone, which goes on beyond the end of the simulated time
+    /// as the impact would. Nothing is noted while other contacts are closed, or where there is no law.
     pub(super) fn preview(&mut self, which: &[usize]) -> Result<(), AdaptiveError> {
         let (t, y) = (self.integrator.time(), self.integrator.state().to_vec());
         let RunModel { system, contacts, bodies, .. } = &mut *self.model;
@@ -414,10 +418,15 @@ impl Driver<'_> {
         }
         system.body_states(t, &y);
         let mut points = Vec::new();
-        for (i, contact) in contacts.iter().enumerate().filter(|(i, _)| which.contains(i)) {
+        for (i, contact) in contacts.iter().enumerate() {
             let Some(refinement) = &contact.refinement else { continue };
+            let is_touching = which.contains(&i);
             let states = system.last_evaluation().0;
-            let point = refinement.preview(bodies, states, &mut self.slots[i].nearest)?;
+            let point = match refinement.preview((bodies, is_touching), states, &mut self.slots[i].nearest) {
+                // What does not touch yet may be no contact of smooth surfaces.
+                Err(_) if !is_touching => None,
+                point => point?,
+            };
             points.extend(point.map(|p| (i, RunContact::new(Box::new(Active::new(p))))));
         }
         for (i, point) in &mut points {
@@ -429,7 +438,10 @@ impl Driver<'_> {
             self.model.system.forces_mut()[i] = inactive;
         }
         for (i, peak) in indices.into_iter().zip(peaks?) {
-            self.slots[i].preview = Some(peak);
+            debug!(contact = self.model.contacts[i].name, peak, "preview");
+            if peak > 0.0 || which.contains(&i) {
+                self.slots[i].preview = Some(peak);
+            }
         }
         Ok(())
     }
@@ -458,8 +470,10 @@ impl Driver<'_> {
                     last_force = integrator.time();
                 }
             }
-            // A surface that springs back may let go for a moment: over it is as an impact phase is.
-            if integrator.time() - last_force >= quiet {
+            // A surface that springs back may let go for a moment: over it is as an impact phase is. Bodies that rest on each other wait for the one
+            // that comes.
+            let has_begun = peaks.iter().any(|peak| *peak > 0.0);
+            if has_begun && integrator.time() - last_force >= quiet {
                 break;
             }
         }

@@ -8,6 +8,7 @@ use iga_core::knots::KnotVector;
 use iga_core::nurbs::Patch;
 use iga_core::nurbs::jet::norm;
 use iga_core::surface::Face;
+use nalgebra::Vector3;
 
 use super::spread::{Spread, Surroundings, ZoneFrame};
 use super::{RefinementPlan, WantedInterval};
@@ -18,6 +19,8 @@ use crate::interval::{IntervalEnd, IntervalGrid};
 /// Slack of comparisons between parameters, as a share of an element of the finest level: far above what round-off does to
 /// elements that are not refused, far below a distance between points.
 const PARAMETER_SLACK: f64 = 1e-2;
+/// Height over length of a line that counts as straight: round-off of its net.
+const STRAIGHT: f64 = 1e-9;
 
 /// A contact interval as the fine model has it: its ends lie on knots.
 #[derive(Debug, Clone, PartialEq)]
@@ -85,6 +88,9 @@ pub(super) fn fine_intervals(
                 if next.is_some() {
                     *end = IntervalEnd::Open;
                 }
+            }
+            if ends == [IntervalEnd::FaceEnd; 2] && is_straight(patch, &w.face, (&w.centre, d)) {
+                ends = [IntervalEnd::LineEnd; 2];
             }
             ends
         });
@@ -220,7 +226,7 @@ impl FineInterval {
     pub(super) fn is_edge(&self, rows: [usize; 2]) -> bool {
         self.ends.iter().enumerate().any(|(i, ends)| {
             let at = [rows[i] == 0, rows[i] + 1 == self.n_elements[i]];
-            (0..2).any(|side| at[side] && ends[side] != IntervalEnd::Axis)
+            (0..2).any(|side| at[side] && matches!(ends[side], IntervalEnd::Open | IntervalEnd::FaceEnd))
         })
     }
 }
@@ -233,6 +239,19 @@ fn least_element(knots: &KnotVector, region: &ParameterBox, d: usize) -> f64 {
         b - a
     });
     sizes.fold(f64::INFINITY, f64::min)
+}
+
+/// Whether the line of a solid body's `face` through `centre` in direction `d` is straight, but for round-off.
+fn is_straight(patch: &Patch, face: &Face, (centre, d): (&[f64; 3], usize)) -> bool {
+    let (first, last) = patch.knots()[d].domain();
+    let points = [0.0, 0.3, 0.5, 0.8, 1.0].map(|share| {
+        let mut xi = face.on_face(centre);
+        xi[d] = first + share * (last - first);
+        Vector3::from(patch.point(&xi))
+    });
+    let along = points[4] - points[0];
+    let height = |p: &Vector3<f64>| (p - points[0]).cross(&along).norm();
+    patch.dimension() == 3 && points.iter().all(|p| height(p) <= STRAIGHT * along.norm_squared())
 }
 
 /// What lies at both ends of an interval in direction `d`, along which parameters have a `slack`.
