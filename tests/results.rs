@@ -66,6 +66,7 @@ fn sample(i: u32) -> Sample {
             reaction_force: [3.0 * x, 0.0, 4.0 * x],
             reaction_moment: [0.0, -x, 0.0],
         }],
+        gears: vec![2.0 * x],
     }
 }
 
@@ -84,6 +85,7 @@ fn start(observer: &mut dyn Observer) -> Result<(), AppError> {
                 ("angular velocity".into(), "rad/s".into()),
             ],
         }],
+        gears: vec![("mesh".into(), "N m".into())],
         time_span: (0.0, 1e-4),
     };
     observer.start(&layout).map_err(|e| AppError::Run(Box::new(e.into())))
@@ -449,7 +451,10 @@ fn every_dataset_of_a_result_is_in_the_reference() {
         assert!(names.len() > 30);
         for name in names {
             let mut parts: Vec<&str> = name.split('/').collect();
-            if matches!(parts[1], "bodies" | "joints" | "contacts" | "pressure" | "points" | "stress") {
+            if matches!(
+                parts[1],
+                "bodies" | "joints" | "gears" | "contacts" | "pressure" | "points" | "stress"
+            ) {
                 parts[2] = "NAME";
             }
             let last = parts[parts.len() - 1];

@@ -58,7 +58,9 @@ pub enum GearFault {
         rate: f64,
     },
     /// Coordinates that do not come together.
-    #[error("the coordinates stay apart by {gap:.3e} m or rad, limit 1e-11; start nearer to a position that fits")]
+    #[error(
+        "the coordinates stay apart by {gap:.3e} m or rad, limit 1e-11; start nearer to a position that fits"
+    )]
     Apart {
         /// Largest residual [m or rad].
         gap: f64,

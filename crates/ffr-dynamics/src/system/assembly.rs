@@ -81,7 +81,13 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         for k in 0..loops.n_constraints() {
             let (rate, owner) = (loops.present_rate(k), loops.owner(k));
             let scale = match owner {
-                Owner::Loop { is_rotation, .. } => if is_rotation { spin } else { speed },
+                Owner::Loop { is_rotation, .. } => {
+                    if is_rotation {
+                        spin
+                    } else {
+                        speed
+                    }
+                }
                 Owner::Gear { speed, .. } => speed,
             };
             if rate.abs() > CONTRADICTION * scale {

@@ -57,7 +57,8 @@ impl Gear {
 }
 
 /// A joint of the tree as far as gears are concerned.
-pub(super) struct GearJoint<'a> {
+#[derive(Debug, Clone, Copy)]
+pub struct GearJoint<'a> {
     /// Name.
     pub name: &'a str,
     /// Kind.
@@ -74,43 +75,35 @@ pub(super) fn resolve(specs: &[GearSpec], joints: &[GearJoint<'_>]) -> Result<Ve
     let mut gears = Vec::with_capacity(specs.len());
     let mut chains = Chains::default();
     for spec in specs {
-        let gear = Gear {
-            name: spec.name.clone(),
-            first: coordinate(spec, &spec.first, joints)?,
-            second: coordinate(spec, &spec.second, joints)?,
-            ratio: spec.ratio,
-            offset: spec.offset,
-        };
-        let is_sound = spec.ratio != 0.0 && spec.ratio.is_finite() && spec.offset.is_finite();
-        if !is_sound {
-            return Err(fault(spec, GearFault::Numbers { ratio: spec.ratio, offset: spec.offset }));
-        }
-        chains.join(&gear).map_err(|what| fault(spec, what))?;
-        gears.push(gear);
+        let gear = chains.gear(spec, joints);
+        gears.push(
+            gear.map_err(|fault| DynamicsError::Gear { gear: spec.name.clone(), fault: Box::new(fault) })?,
+        );
     }
     Ok(gears)
 }
 
-fn fault(spec: &GearSpec, fault: GearFault) -> DynamicsError {
-    DynamicsError::Gear { gear: spec.name.clone(), fault: Box::new(fault) }
+/// The first fault of `specs` between `joints`, if there is one.
+///
+/// # Errors
+/// [`GearFault`] as in [`super::MultibodyModel::new`].
+pub fn check(specs: &[GearSpec], joints: &[GearJoint<'_>]) -> Result<(), GearFault> {
+    let mut chains = Chains::default();
+    specs.iter().try_for_each(|spec| chains.gear(spec, joints).map(|_| ()))
 }
 
 fn coordinate(
-    spec: &GearSpec,
     (joint, velocity): &(String, usize),
     joints: &[GearJoint<'_>],
-) -> Result<GearedCoordinate, DynamicsError> {
+) -> Result<GearedCoordinate, GearFault> {
     let Some((body, found)) = joints.iter().enumerate().find(|(_, j)| j.name == joint) else {
-        return Err(fault(spec, GearFault::UnknownJoint { joint: joint.clone() }));
+        return Err(GearFault::UnknownJoint { joint: joint.clone() });
     };
     // Those of a rotation about a point are no rates of coordinates.
     let coordinates = found.kind.quaternion().unwrap_or(found.kind.n_velocities());
     if *velocity >= coordinates {
         let (joint, kind) = (joint.clone(), found.kind.name());
-        return Err(fault(
-            spec,
-            GearFault::NoCoordinate { joint, kind, coordinate: *velocity, coordinates },
-        ));
+        return Err(GearFault::NoCoordinate { joint, kind, coordinate: *velocity, coordinates });
     }
     Ok(GearedCoordinate { body, velocity: *velocity, rate: found.rates[*velocity] })
 }
@@ -123,6 +116,19 @@ struct Chains {
 }
 
 impl Chains {
+    /// The gear of `spec`, which joins two chains.
+    fn gear(&mut self, spec: &GearSpec, joints: &[GearJoint<'_>]) -> Result<Gear, GearFault> {
+        let GearSpec { name, first, second, ratio, offset } = spec;
+        let (first, second) = (coordinate(first, joints)?, coordinate(second, joints)?);
+        let gear = Gear { name: name.clone(), first, second, ratio: *ratio, offset: *offset };
+        let is_sound = *ratio != 0.0 && ratio.is_finite() && offset.is_finite();
+        if !is_sound {
+            return Err(GearFault::Numbers { ratio: *ratio, offset: *offset });
+        }
+        self.join(&gear)?;
+        Ok(gear)
+    }
+
     fn find(&mut self, at: GearedCoordinate) -> (usize, f64) {
         if let Some((_, chain, ratio)) = self.members.iter().find(|(other, ..)| *other == at) {
             return (*chain, *ratio);
@@ -147,8 +153,7 @@ impl Chains {
         for (_, chain, ratio) in self.members.iter_mut().filter(|(_, chain, _)| *chain == to) {
             (*chain, *ratio) = (from, *ratio * factor / second);
         }
-        let driven =
-            self.members.iter().filter(|(at, chain, _)| *chain == from && at.rate.is_none()).count();
+        let driven = self.members.iter().filter(|(at, chain, _)| *chain == from && at.rate.is_none()).count();
         if driven > 1 { Err(GearFault::Prescribed) } else { Ok(()) }
     }
 }

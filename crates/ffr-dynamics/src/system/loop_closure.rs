@@ -318,7 +318,9 @@ impl LoopSolver {
     pub fn prescribed_power(&self, model: &MultibodyModel, edges: &[JointKinematics]) -> f64 {
         let of_gear = |(gear, force): (&Gear, &f64)| {
             let driven = gear.terms().into_iter().filter(|(at, _)| at.rate.is_none());
-            driven.map(|(at, factor)| factor * force * edges[at.body].coordinates.velocities[at.velocity]).sum::<f64>()
+            driven
+                .map(|(at, factor)| factor * force * edges[at.body].coordinates.velocities[at.velocity])
+                .sum::<f64>()
         };
         model.gears.iter().zip(self.gear_forces()).map(of_gear).sum()
     }
@@ -445,7 +447,9 @@ impl LoopSolver {
                 Owner::Loop { joint, .. } => {
                     MotionFault::LoopForce { joint: tree.model.loops[joint].name.clone() }
                 }
-                Owner::Gear { gear, .. } => MotionFault::GearForce { gear: tree.model.gears[gear].name.clone() },
+                Owner::Gear { gear, .. } => {
+                    MotionFault::GearForce { gear: tree.model.gears[gear].name.clone() }
+                }
             }
             .into());
         }

@@ -144,7 +144,10 @@ impl TreeBody {
     /// Its joint as far as gears are concerned.
     fn gear_joint(&self) -> GearJoint<'_> {
         let mut rates = [None; 6];
-        self.joint.free_velocities().zip(self.layout.rates_joint()).for_each(|(k, rate)| rates[k] = Some(rate));
+        self.joint
+            .free_velocities()
+            .zip(self.layout.rates_joint())
+            .for_each(|(k, rate)| rates[k] = Some(rate));
         GearJoint { name: &self.joint.name, kind: self.joint.kind, rates }
     }
 }
