@@ -274,8 +274,8 @@ fn every_numeric_dataset_has_unit_description_and_time_axis() {
             seen += 1;
         }
     });
-    // 1 phase, 10 energies, 2 momenta, 7 + 5 of bodies, 9 of contacts, 2 of points, 4 of joints.
-    assert_eq!(seen, 40);
+    // 1 phase, 10 energies, 2 momenta, 7 + 5 of bodies, 9 of contacts, 2 of points, 4 of joints, 1 of a gear.
+    assert_eq!(seen, 41);
     let class: hdf5::types::FixedAscii<16> = read_class(&file);
     assert_eq!(class.as_str(), "DIMENSION_SCALE");
 }
