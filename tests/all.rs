@@ -20,6 +20,7 @@ mod faults;
 mod flat_contact;
 mod flat_meshes;
 mod fuzzing;
+mod gears;
 mod hertz_scenarios;
 mod import_body;
 mod imported_bodies;

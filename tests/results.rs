@@ -66,6 +66,7 @@ fn sample(i: u32) -> Sample {
             reaction_force: [3.0 * x, 0.0, 4.0 * x],
             reaction_moment: [0.0, -x, 0.0],
         }],
+        gears: vec![2.0 * x],
     }
 }
 
@@ -84,6 +85,7 @@ fn start(observer: &mut dyn Observer) -> Result<(), AppError> {
                 ("angular velocity".into(), "rad/s".into()),
             ],
         }],
+        gears: vec![("mesh".into(), "N m".into())],
         time_span: (0.0, 1e-4),
     };
     observer.start(&layout).map_err(|e| AppError::Run(Box::new(e.into())))
@@ -272,8 +274,8 @@ fn every_numeric_dataset_has_unit_description_and_time_axis() {
             seen += 1;
         }
     });
-    // 1 phase, 10 energies, 2 momenta, 7 + 5 of bodies, 9 of contacts, 2 of points, 4 of joints.
-    assert_eq!(seen, 40);
+    // 1 phase, 10 energies, 2 momenta, 7 + 5 of bodies, 9 of contacts, 2 of points, 4 of joints, 1 of a gear.
+    assert_eq!(seen, 41);
     let class: hdf5::types::FixedAscii<16> = read_class(&file);
     assert_eq!(class.as_str(), "DIMENSION_SCALE");
 }
@@ -449,7 +451,10 @@ fn every_dataset_of_a_result_is_in_the_reference() {
         assert!(names.len() > 30);
         for name in names {
             let mut parts: Vec<&str> = name.split('/').collect();
-            if matches!(parts[1], "bodies" | "joints" | "contacts" | "pressure" | "points" | "stress") {
+            if matches!(
+                parts[1],
+                "bodies" | "joints" | "gears" | "contacts" | "pressure" | "points" | "stress"
+            ) {
                 parts[2] = "NAME";
             }
             let last = parts[parts.len() - 1];

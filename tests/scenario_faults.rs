@@ -72,6 +72,12 @@ type = "spherical"
 parent = { body = "arm", point = [0.0, 2.0, 0.0] }
 child = { body = "leg", marker = "end" }
 closes_loop = true
+[gears.g]
+first = "knee"
+first_coordinate = 0
+second = "j"
+second_coordinate = 1
+ratio = 2.0
 [loads]
 l = { body = "arm", point = [0.0, 0.0, 0.0], force_x = 1.0, following = true }
 constant = { body = "leg", marker = "end", force_z = { kind = "constant", value = 1.0 } }
@@ -118,6 +124,7 @@ fn each_key(keys: &'static [Key], path: &str, action: &mut dyn FnMut(&'static Ke
                     "contacts" => "c",
                     "joints" => "j",
                     "loads" => "l",
+                    "gears" => "g",
                     name if name.ends_with(".markers") => "extra",
                     "output.points" => "p",
                     _ => "s",

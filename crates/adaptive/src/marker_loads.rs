@@ -38,7 +38,7 @@ impl MarkerLoads {
             for (side, at) in [(Side::Parent, &joint.parent), (Side::Child, &joint.child)] {
                 let name =
                     format!("{} ({})", joint.name, if side == Side::Parent { "parent" } else { "child" });
-                all.extend(on_marker(name, at, index, &joint_directions(joint, side)));
+                all.extend(on_marker(name, at, index, &joint_directions(joint, side, &geared(spec, joint))));
             }
         }
         for load in &spec.loads {
@@ -77,10 +77,11 @@ fn in_body(chosen: &[bool; 6], rotation: &UnitQuaternion<f64>) -> Vec<[f64; 6]> 
 /// Force and moment, along the axes of one side's marker, that `joint` can transmit.
 ///
 /// A displaced joint exerts moments on its parent, at whose marker its force is counted.
-fn joint_directions(joint: &JointSpec, side: Side) -> [bool; 6] {
+fn joint_directions(joint: &JointSpec, side: Side, geared: &[usize]) -> [bool; 6] {
     let FreeDirections(free) = joint.kind.free_directions();
-    let mut coordinates = joint.coordinates.iter();
-    let mut transmits = free.map(|free| !free || coordinates.next().is_some_and(acts));
+    let mut coordinates = 0..;
+    let acts_along = |k: usize| joint.coordinates.get(k).is_some_and(acts) || geared.contains(&k);
+    let mut transmits = free.map(|free| !free || coordinates.next().is_some_and(acts_along));
     if joint.kind == JointKind::Axial {
         return std::array::from_fn(|k| k == 2 && transmits[k]);
     }
@@ -117,6 +118,12 @@ fn joint_directions(joint: &JointSpec, side: Side) -> [bool; 6] {
 fn mix(chosen: &mut [bool], [a, b]: [usize; 2]) {
     let any = chosen[a] || chosen[b];
     (chosen[a], chosen[b]) = (any, any);
+}
+
+/// Coordinates of `joint` along which gears act.
+fn geared(spec: &RunSpec, joint: &JointSpec) -> Vec<usize> {
+    let ends = spec.gears.iter().flat_map(|gear| [gear.first, gear.second]);
+    ends.filter(|(other, _)| std::ptr::eq(&raw const spec.joints[*other], joint)).map(|(_, k)| k).collect()
 }
 
 /// Whether anything acts along the coordinate, or its motion is prescribed.

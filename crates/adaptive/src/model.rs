@@ -5,6 +5,7 @@ use std::time::Instant;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::integration::OdeSystem;
 use ffr_dynamics::system::Multibody;
+use ffr_dynamics::system::gear::Gear;
 
 use crate::adaptive_contact::{AdaptiveContact, TrialSizes};
 use crate::body_model::{BodyModel, ElasticModel, FullModel};
@@ -35,6 +36,7 @@ use contacts::{
 };
 pub use cost::{ModelCost, costs};
 use fine_modes::needs_fine_modes;
+pub use joints::coordinate_names;
 use plan::ContactPlan;
 pub use resolution::{Subjects, subjects};
 pub use start::poses as start_poses;
@@ -189,7 +191,12 @@ impl RunModel {
             kind: joint.kind.name().into(),
             ..JointLayout::default()
         });
+        let gear = |gear: &Gear| {
+            let kind = self.system.model().bodies[gear.second.body].joint.kind;
+            (gear.name.clone(), if kind.is_angle(gear.second.velocity) { "N m" } else { "N" }.to_owned())
+        };
         RunLayout {
+            gears: self.system.model().gears.iter().map(gear).collect(),
             bodies: self
                 .bodies
                 .iter()

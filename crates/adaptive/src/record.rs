@@ -16,6 +16,8 @@ pub struct RunLayout {
     pub points: Vec<PointLayout>,
     /// Joints in the order of [`Sample::joints`]; those that close loops have no coordinates.
     pub joints: Vec<JointLayout>,
+    /// Gears in the order of [`Sample::gears`]: names, units of their forces.
+    pub gears: Vec<NameAndUnit>,
     /// Start and end of the simulated time \[s\].
     pub time_span: (f64, f64),
 }
@@ -215,6 +217,8 @@ pub struct Sample {
     pub points: Vec<PointSample>,
     /// One entry per joint of the scenario: those of the tree, then those that close loops.
     pub joints: Vec<JointSample>,
+    /// Force of each gear along its second coordinate [N, N m].
+    pub gears: Vec<f64>,
 }
 
 /// Kind of a phase (\[A\] Fig. 2).

@@ -170,6 +170,8 @@ pub fn fill_sample(system: &mut System, observed: &Observed, t: f64, y: &[f64], 
     for (i, slot) in sample.joints[observed.joints.len()..].iter_mut().enumerate() {
         fill_reaction(&system.loop_reaction(i), slot);
     }
+    sample.gears.clear();
+    sample.gears.extend((0..system.model().gears.len()).map(|i| system.gear_force(i)));
 }
 
 fn fill_reaction(reaction: &Reaction, slot: &mut JointSample) {

@@ -7,7 +7,7 @@ use faer::sparse::CreationError;
 use thiserror::Error;
 
 use crate::data_error::DataError;
-use crate::joint_fault::JointFault;
+use crate::joint_fault::{GearFault, JointFault};
 
 /// Errors of reduction, equations of motion and time integration. Texts are fragments that read after "body ...: ".
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -130,6 +130,14 @@ pub enum DynamicsError {
         /// Why.
         fault: Box<JointFault>,
     },
+    /// A gear that cannot be.
+    #[error("gear \"{gear}\": {fault}")]
+    Gear {
+        /// Name of the gear.
+        gear: String,
+        /// What is wrong with it.
+        fault: Box<GearFault>,
+    },
     /// A load on ground.
     #[error("load \"{load}\" acts on ground, name a body")]
     LoadOnGround {
@@ -217,8 +225,8 @@ pub enum EigenFault {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum StaticStartFault {
-    /// Joints that the deformation would open.
-    #[error("loop-closing joints would open")]
+    /// Constraints: joints that the deformation would open, gears whose forces the search does not know.
+    #[error("there are loop-closing joints or gears, whose forces it does not know")]
     LoopClosing,
     /// Forces that cannot be evaluated.
     #[error(transparent)]
@@ -404,13 +412,19 @@ pub enum MotionFault {
         /// Name of the joint.
         joint: String,
     },
+    /// A gear without a finite force.
+    #[error("gear \"{gear}\" has no finite force")]
+    GearForce {
+        /// Name of the gear.
+        gear: String,
+    },
 }
 
 impl EvaluationFault for MotionFault {
     fn kind(&self) -> FailureKind {
         match self {
             Self::Inertia { .. } | Self::FrameInertia { .. } => FailureKind::Singular,
-            Self::LoopForce { .. } => FailureKind::NotFinite,
+            Self::LoopForce { .. } | Self::GearForce { .. } => FailureKind::NotFinite,
         }
     }
 }

@@ -2,6 +2,71 @@
 
 use thiserror::Error;
 
+/// What is wrong with a gear. Texts are fragments that read after "gear ...: ".
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum GearFault {
+    /// A joint that is none of the tree's.
+    #[error("there is no joint \"{joint}\" with coordinates; joints that close loops have none")]
+    UnknownJoint {
+        /// Name of the joint.
+        joint: String,
+    },
+    /// A coordinate that the joint does not have.
+    #[error(
+        "joint \"{joint}\" has no coordinate {coordinate} for a gear: a {kind} joint has {coordinates} displacements and angles, counted from 0"
+    )]
+    NoCoordinate {
+        /// Name of the joint.
+        joint: String,
+        /// Its kind.
+        kind: &'static str,
+        /// Number of the coordinate, from 0.
+        coordinate: usize,
+        /// Number of coordinates; rotations about a point have none.
+        coordinates: usize,
+    },
+    /// A ratio that is no ratio.
+    #[error("ratio {ratio} must be finite and not zero, offset {offset} finite")]
+    Numbers {
+        /// Ratio given.
+        ratio: f64,
+        /// Offset given.
+        offset: f64,
+    },
+    /// A chain of gears that can only stand still.
+    #[error(
+        "ratio {given} contradicts the other gears, by which it is {found}: the chain would lock; leave one gear out or correct a ratio"
+    )]
+    Contradiction {
+        /// Ratio given.
+        given: f64,
+        /// Ratio by the other gears.
+        found: f64,
+    },
+    /// A gear that follows from others.
+    #[error("the other gears between these coordinates say the same already; leave one out")]
+    Repeated,
+    /// Two prescribed motions in one chain.
+    #[error("it joins two coordinates whose motions are both prescribed; prescribe one, the other follows")]
+    Prescribed,
+    /// Velocities at the start that contradict the gear.
+    #[error(
+        "velocities given at the start slip by {rate:.3e} m/s or rad/s; leave out those that follow from others, or correct them"
+    )]
+    StartSpeed {
+        /// Slip at the second coordinate [m/s or rad/s].
+        rate: f64,
+    },
+    /// Coordinates that do not come together.
+    #[error(
+        "the coordinates stay apart by {gap:.3e} m or rad, limit 1e-11; start nearer to a position that fits"
+    )]
+    Apart {
+        /// Largest residual [m or rad].
+        gap: f64,
+    },
+}
+
 /// What is wrong with a joint, its coordinates or its attachment. Texts are fragments that read after "joint ...: ".
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum JointFault {

@@ -12,6 +12,7 @@ mod dynamics_support;
 mod exact_vibration;
 mod free_motion;
 mod gauss;
+mod gears;
 mod general_mass;
 mod geometric_stiffening;
 mod integrator_protocol;

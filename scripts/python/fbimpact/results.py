@@ -130,6 +130,11 @@ class Result:
         return Groups(self, "joints")
 
     @property
+    def gears(self) -> Mapping[str, xr.Dataset]:
+        """Force of each gear over time."""
+        return Groups(self, "gears")
+
+    @property
     def points(self) -> Mapping[str, xr.Dataset]:
         """Motion of each observed point over time, and its stress and strain where the scenario asks for them."""
         return Groups(self, "points")

@@ -181,7 +181,7 @@ impl RunModel {
 
     /// Loops hang on markers, which moved with the modes.
     fn close_loops(&mut self, t: f64, y: &mut [f64]) -> Result<(), AdaptiveError> {
-        if self.system.model().loops.is_empty() {
+        if !self.system.model().has_constraints() {
             return Ok(());
         }
         self.system.assemble(t, y).map_err(AdaptiveError::Model)

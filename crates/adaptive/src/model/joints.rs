@@ -13,7 +13,7 @@ use crate::body_model::BodyForm;
 use crate::error::AdaptiveError;
 use crate::gauge::Gauge;
 use crate::record::NameAndUnit;
-use crate::spec::{Area, Attachment, CoordinateSpec, JointSpec, Place, RunSpec, TimeCurve};
+use crate::spec::{Area, Attachment, CoordinateSpec, GearSpec, JointSpec, Place, RunSpec, TimeCurve};
 use crate::unsupported::Unsupported;
 
 impl BodyModel {
@@ -126,6 +126,15 @@ pub fn system_spec(spec: &RunSpec, bodies: &[BodyModel]) -> Result<SystemSpec, A
         joints.push(multibody::JointSpec::new(&body.name, kind, parent, child));
     }
     let loops = spec.loops.iter().map(|j| builder.joint(j)).collect::<Result<_, AdaptiveError>>()?;
+    let coordinate = |(joint, k): (usize, usize)| (spec.joints[joint].name.clone(), k);
+    let gear = |gear: &GearSpec| multibody::GearSpec {
+        name: gear.name.clone(),
+        first: coordinate(gear.first),
+        second: coordinate(gear.second),
+        ratio: gear.ratio,
+        offset: gear.offset(&spec.joints),
+    };
+    let gears = spec.gears.iter().map(gear).collect();
     let mut loads = Vec::new();
     for load in &spec.loads {
         loads.push(multibody::LoadSpec {
@@ -141,7 +150,15 @@ pub fn system_spec(spec: &RunSpec, bodies: &[BodyModel]) -> Result<SystemSpec, A
         data: body.data.clone(),
         markers,
     });
-    Ok(SystemSpec { bodies: bodies.collect(), ground, joints, loops, loads, gravity: spec.settings.gravity })
+    Ok(SystemSpec {
+        bodies: bodies.collect(),
+        ground,
+        joints,
+        loops,
+        gears,
+        loads,
+        gravity: spec.settings.gravity,
+    })
 }
 
 struct Builder<'a> {

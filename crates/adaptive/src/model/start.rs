@@ -91,7 +91,7 @@ fn joint_state<F: DerefMut<Target: ActiveForce>>(
         };
         system.set_joint(&mut y, i, &positions, &velocities).map_err(AdaptiveError::Model)?;
     }
-    if !spec.loops.is_empty() {
+    if !spec.loops.is_empty() || !spec.gears.is_empty() {
         let is_given = |(i, body): (usize, &BodySpec)| {
             let joint = spec.joints.iter().find(|joint| joint.child.body == Some(i));
             let moves =

@@ -60,6 +60,34 @@ pub struct CoordinateSpec {
     pub motion: Option<TimeCurve>,
 }
 
+/// A gear between coordinates of two joints of the tree, or of one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GearSpec {
+    /// Name.
+    pub name: String,
+    /// Index of a joint of the tree, and number of its coordinate.
+    pub first: (usize, usize),
+    /// The other.
+    pub second: (usize, usize),
+    /// Rate of the second coordinate by that of the first.
+    pub ratio: f64,
+}
+
+impl GearSpec {
+    /// The second coordinate where the first is zero: both have at the start what their joints say, whatever that is \[m, rad\].
+    pub fn offset(&self, joints: &[JointSpec]) -> f64 {
+        let start = |(joint, k): (usize, usize)| {
+            let JointSpec { positions, coordinates, .. } = &joints[joint];
+            let motion = coordinates.get(k).and_then(|c| c.motion.as_ref());
+            motion.map_or_else(
+                || positions.get(k).copied().unwrap_or(0.0),
+                |motion| motion.function().at(0.0)[0],
+            )
+        };
+        start(self.second) - self.ratio * start(self.first)
+    }
+}
+
 /// A force and a moment over time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoadSpec {

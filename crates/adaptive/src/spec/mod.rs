@@ -24,7 +24,7 @@ pub use contact::{
 };
 pub use iga_core::extent::Extent;
 pub use imported::ImportedSpec;
-pub use joint::{Attachment, CoordinateSpec, JointSpec, LoadSpec};
+pub use joint::{Attachment, CoordinateSpec, GearSpec, JointSpec, LoadSpec};
 pub use reduction::{DampingSpec, ReductionSpec};
 pub use resolution::{BodyFactors, ContactFactors, Resolution};
 pub use time_curve::TimeCurve;
@@ -147,6 +147,8 @@ pub struct RunSpec {
     pub joints: Vec<JointSpec>,
     /// Joints that close loops.
     pub loops: Vec<JointSpec>,
+    /// Gears between coordinates of the tree's joints.
+    pub gears: Vec<GearSpec>,
     /// Forces and moments over time.
     pub loads: Vec<LoadSpec>,
     /// Contacts.

@@ -203,6 +203,7 @@ pub fn spec(bodies: Vec<BodySpec>, contacts: Vec<ContactSpec>, end_time: f64) ->
         bodies,
         joints: Vec::new(),
         loops: Vec::new(),
+        gears: Vec::new(),
         loads: Vec::new(),
         contacts,
         points: Vec::new(),

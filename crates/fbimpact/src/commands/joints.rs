@@ -1,6 +1,7 @@
 //! What `check` says of joints: where they are in space, and where their sides are apart or turned.
 
-use adaptive::model::{Arrangement, PlacedJoint};
+use adaptive::model::{Arrangement, PlacedJoint, coordinate_names};
+use adaptive::spec::{GearSpec, JointSpec, RunSpec};
 use nalgebra::Vector3;
 
 use crate::scenario::Scenario;
@@ -14,6 +15,7 @@ pub fn report(scenario: &Scenario) {
     if run.joints.is_empty() && run.loops.is_empty() {
         return;
     }
+    report_gears(run);
     let Ok(given) = Arrangement::as_given(run) else { return };
     let closed = Arrangement::new(run);
     let shown = closed.as_ref().unwrap_or(&given);
@@ -38,6 +40,31 @@ pub fn report(scenario: &Scenario) {
             }
         }
     }
+}
+
+/// Logs a line for each gear of `run`.
+fn report_gears(run: &RunSpec) {
+    for gear in &run.gears {
+        tracing::info!("{}", gear_line(gear, &run.joints));
+    }
+}
+
+/// A gear in words.
+fn gear_line(gear: &GearSpec, joints: &[JointSpec]) -> String {
+    let coordinate = |(joint, k): (usize, usize)| {
+        let (names, _) = coordinate_names(joints[joint].kind);
+        let name = names.get(k).map_or("coordinate", |(name, _)| name.as_str());
+        format!("{name} of joint \"{}\"", joints[joint].name)
+    };
+    let offset = gear.offset(joints);
+    let constant = if offset == 0.0 { String::new() } else { format!("{} + ", short(offset)) };
+    format!(
+        "gear \"{}\": {} = {constant}{} times {}",
+        gear.name,
+        coordinate(gear.second),
+        short(gear.ratio),
+        coordinate(gear.first)
+    )
 }
 
 /// A joint in words.

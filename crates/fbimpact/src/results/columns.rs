@@ -216,6 +216,14 @@ pub const REACTION: [Declaration<f64>; 2] = [
     ),
 ];
 
+/// `/gears/<name>`; the unit is that of the second coordinate.
+pub const GEAR: Declaration<f64> = scalar(
+    "force",
+    "N, N m",
+    "Force or moment of the gear along its second coordinate; along the first it is the same times `-ratio`.",
+    |s, i, out| out.push(s.gears[i]),
+);
+
 /// `/points/<name>`.
 pub const POINT: [Declaration<f64>; 2] = [
     vector(

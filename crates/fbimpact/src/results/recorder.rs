@@ -368,7 +368,11 @@ impl Open {
     fn layout(&mut self, layout: &RunLayout, compression: Compression) -> Result<()> {
         let file = self.file.clone();
         self.contact_names.clone_from(&layout.contacts);
-        let groups = layout.bodies.len() + layout.contacts.len() + layout.points.len() + layout.joints.len();
+        let groups = layout.bodies.len()
+            + layout.contacts.len()
+            + layout.points.len()
+            + layout.joints.len()
+            + layout.gears.len();
         self.disk_space.reserve(file.size(), (16 + DATASETS_A_GROUP * groups as u64) * BYTES_OF_DATASET)?;
         let time = Column::bare(&file, &columns::TIME, None, 0, compression)?;
         let time_scale = time.series.dataset().clone();
@@ -408,6 +412,15 @@ impl Open {
         let joints = file.create_group("joints")?;
         for (i, joint) in layout.joints.iter().enumerate() {
             self.joint(&joints.create_group(&joint.name)?, joint, i, &axes, compression)?;
+        }
+        if !layout.gears.is_empty() {
+            let gears = file.create_group("gears")?;
+            for (i, (name, unit)) in layout.gears.iter().enumerate() {
+                let group = gears.create_group(name)?;
+                let column = Column::create(&group, &columns::GEAR, i, &axes, None, compression)?;
+                text_attribute(column.series.dataset(), "unit", unit)?;
+                self.columns.push(column);
+            }
         }
         self.room = self.columns.iter().map(|c| c.series.bytes_needed()).sum::<u64>()
             + self.counts.iter().map(|c| c.series.bytes_needed()).sum::<u64>();

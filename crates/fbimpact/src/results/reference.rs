@@ -82,6 +82,7 @@ pub fn markdown() -> String {
     series("/bodies/NAME", &columns::BODY, &mut out);
     series("/joints/NAME", &columns::JOINT, &mut out);
     series("/joints/NAME", &columns::REACTION, &mut out);
+    series("/gears/NAME", &[columns::GEAR], &mut out);
     series("/contacts/NAME", &columns::CONTACT, &mut out);
     series("/contacts/NAME", &columns::CONTACT_COUNTS, &mut out);
     series("/points/NAME", &columns::POINT, &mut out);

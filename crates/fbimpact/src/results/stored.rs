@@ -12,7 +12,7 @@ use crate::error::AppError;
 use crate::{error_text, hdf5_integrity};
 
 /// Groups whose datasets have one row a stored instant.
-const SERIES_GROUPS: [&str; 6] = ["energies", "momentum", "bodies", "contacts", "points", "joints"];
+const SERIES_GROUPS: [&str; 7] = ["energies", "momentum", "bodies", "contacts", "points", "joints", "gears"];
 
 /// Group of lists that are as long as it happens: contact pressures.
 const LISTS: &str = "pressure";

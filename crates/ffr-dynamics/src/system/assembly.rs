@@ -3,12 +3,13 @@
 use std::ops::DerefMut;
 
 use super::active::ActiveForce;
+use super::loop_closure::Owner;
 use super::multibody::Multibody;
 use super::small_motion::SmallMotion;
 use super::tree_solver::FactorisedTree;
 use super::workspace::Workspace;
 use crate::error::DynamicsError;
-use crate::joint_fault::JointFault;
+use crate::joint_fault::{GearFault, JointFault};
 
 /// Residual of a loop-closing joint at which a state is projected back [m or rad]; the limit asked for is 1e-10.
 const LOOP_TOLERANCE: f64 = 1e-12;
@@ -24,7 +25,8 @@ const CONTRADICTION: f64 = 1e-3;
 const MAX_PROJECTIONS: usize = 8;
 
 impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
-    /// Moves joint and elastic coordinates, then velocities, until the loops are closed: a start for systems with loops.
+    /// Moves joint and elastic coordinates, then velocities, until the loops are closed and gears fit: a start for systems with
+    /// constraints.
     ///
     /// # Errors
     /// [`DynamicsError::Joint`] if a loop does not close; give joint coordinates nearer to a closed position.
@@ -46,8 +48,11 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
             }
         }
         let gap = self.loop_residual(t, y);
-        let joint = self.model.loops[self.workspace.loops.worst_joint()].name.clone();
-        Err(DynamicsError::Joint { joint, fault: Box::new(JointFault::OpenLoop { gap }) })
+        let loops = &self.workspace.loops;
+        Err(match loops.owner(loops.worst()) {
+            Owner::Loop { joint, .. } => self.open_loop(joint, JointFault::OpenLoop { gap }),
+            Owner::Gear { gear, .. } => self.slipping(gear, GearFault::Apart { gap }),
+        })
     }
 
     /// Closes the loops of a start: joint and elastic coordinates as [`Multibody::assemble`] moves them; then velocities of those joints
@@ -74,15 +79,35 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         let spins = self.workspace.states.iter().map(|state| state.angular_velocity_in_body.norm());
         let spin = spins.fold(0.0, f64::max);
         for k in 0..loops.n_constraints() {
-            let (rate, (joint, is_rotation)) = (loops.present_rate(k), loops.kind_of(k));
-            if rate.abs() > CONTRADICTION * if is_rotation { spin } else { speed } {
-                let joint = self.model.loops[joint].name.clone();
-                return Err(DynamicsError::Joint { joint, fault: Box::new(JointFault::LoopSpeed { rate }) });
+            let (rate, owner) = (loops.present_rate(k), loops.owner(k));
+            let scale = match owner {
+                Owner::Loop { is_rotation, .. } => {
+                    if is_rotation {
+                        spin
+                    } else {
+                        speed
+                    }
+                }
+                Owner::Gear { speed, .. } => speed,
+            };
+            if rate.abs() > CONTRADICTION * scale {
+                return Err(match owner {
+                    Owner::Loop { joint, .. } => self.open_loop(joint, JointFault::LoopSpeed { rate }),
+                    Owner::Gear { gear, .. } => self.slipping(gear, GearFault::StartSpeed { rate }),
+                });
             }
         }
         // Round-off, and what the digits of given velocities leave.
         self.close_velocities(t, y, ELASTIC_WEIGHT);
         Ok(())
+    }
+
+    fn open_loop(&self, joint: usize, fault: JointFault) -> DynamicsError {
+        DynamicsError::Joint { joint: self.model.loops[joint].name.clone(), fault: Box::new(fault) }
+    }
+
+    fn slipping(&self, gear: usize, fault: GearFault) -> DynamicsError {
+        DynamicsError::Gear { gear: self.model.gears[gear].name.clone(), fault: Box::new(fault) }
     }
 
     /// Projects positions and velocities onto the constraints; returns whether it changed `y`.

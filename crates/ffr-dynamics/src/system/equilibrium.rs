@@ -26,7 +26,7 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
     /// loop-closing joints, which the deformation would open.
     pub fn static_start(&mut self, t: f64, y: &mut [f64]) -> Result<(), DynamicsError> {
         let fail = |fault| Err(DynamicsError::StaticStart(fault));
-        if !self.model.loops.is_empty() {
+        if self.model.has_constraints() {
             return fail(StaticStartFault::LoopClosing);
         }
         for body in &self.model.bodies {

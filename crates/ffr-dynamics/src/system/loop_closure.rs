@@ -1,4 +1,4 @@
-//! Joints that close loops: constraints, their forces, and the way back to them (docs/theory.md Eq. M.18 to M.22).
+//! Joints that close loops, and gears: constraints, their forces, and the way back to them (docs/theory.md Eq. M.18 to M.22, M.70 to M.72).
 //!
 //! A constraint holds a displacement of the child marker along an axis of the parent marker, or keeps an axis of the one
 //! perpendicular to an axis of the other. Redundant constraints (four hinges with parallel axes) are found and left out.
@@ -7,8 +7,10 @@ use crate::error::MotionFault;
 use nalgebra::{Matrix3, Vector3};
 
 use super::force::BodyState;
-use super::model::{LoopJoint, MultibodyModel, Site};
-use super::tree_kinematics::{SpatialVector, join, split};
+use super::gear::Gear;
+use super::model::{JointCoordinates, LoopJoint, MultibodyModel, Site};
+use super::tree::Parent;
+use super::tree_kinematics::{JointKinematics, SpatialVector, join, split};
 use super::tree_solver::{Answer, FactorisedTree};
 use crate::error::EvaluationFailure;
 use crate::kinematics::MarkerMotion;
@@ -98,11 +100,61 @@ struct Row {
     bias: f64,
 }
 
-/// Constraints of all loop joints with their buffers.
+/// Whose a constraint is.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Owner {
+    /// Of a joint that closes a loop.
+    Loop {
+        /// Number of the joint.
+        joint: usize,
+        /// Whether it holds a rotation.
+        is_rotation: bool,
+    },
+    /// Of a gear.
+    Gear {
+        /// Number of the gear.
+        gear: usize,
+        /// Size of the rates of its coordinates.
+        speed: f64,
+    },
+}
+
+/// A gear at one instant.
+#[derive(Debug, Clone, Copy, Default)]
+struct GearRow {
+    /// Second coordinate less what the first makes of it [m or rad].
+    residual: f64,
+    /// Size of the coordinates, whose round-off the residual has; at least 1.
+    size: f64,
+    rate: f64,
+    /// Size of the rates.
+    speed: f64,
+    /// Acceleration by prescribed motions.
+    bias: f64,
+}
+
+impl GearRow {
+    fn new(gear: &Gear, edges: &[JointKinematics]) -> Self {
+        let mut row = Self { residual: -gear.offset, size: 1.0, ..Self::default() };
+        for (at, factor) in gear.terms() {
+            let JointCoordinates { positions, velocities, accelerations } = &edges[at.body].coordinates;
+            let (position, velocity) = (factor * positions[at.velocity], factor * velocities[at.velocity]);
+            row.residual += position;
+            row.size += position.abs();
+            row.rate += velocity;
+            row.speed += velocity.abs();
+            row.bias += factor * accelerations[at.velocity]; // none of free coordinates
+        }
+        row
+    }
+}
+
+/// Constraints of all loop joints, then of all gears, with their buffers.
 #[derive(Debug, Clone)]
 pub(super) struct LoopSolver {
     sides: Vec<[Side; 2]>,
     rows: Vec<Row>,
+    gears: Vec<GearRow>,
     /// Mobility of each constraint if the bodies it joins were free: the scale of redundancy.
     scales: Vec<f64>,
     /// Mobility between constraints, its factor, the order of pivots.
@@ -121,16 +173,18 @@ impl LoopSolver {
         let sides: Vec<_> =
             model.loops.iter().map(|l| [Side::new(&l.parent, states), Side::new(&l.child, states)]).collect();
         let count = |l: &LoopJoint| l.kind.held_directions().len() + l.kind.perpendicular_axes().len();
-        let n = model.loops.iter().map(count).sum();
+        let n = model.loops.iter().map(count).sum::<usize>() + model.gears.len();
         let mut scales = Vec::with_capacity(n);
         for joint in &model.loops {
-            let (translation, rotation) = free_mobility(model, joint);
+            let (translation, rotation) = free_mobility(model, [joint.parent.body, joint.child.body]);
             scales.extend(joint.kind.held_directions().iter().map(|_| translation));
             scales.extend(joint.kind.perpendicular_axes().iter().map(|_| rotation));
         }
+        scales.extend(model.gears.iter().map(|gear| gear_mobility(model, gear)));
         Self {
             sides,
             rows: Vec::with_capacity(n),
+            gears: vec![GearRow::default(); model.gears.len()],
             scales,
             mobility: vec![0.0; n * n],
             factor: vec![0.0; n * n],
@@ -153,8 +207,11 @@ impl LoopSolver {
     }
 
     /// Residuals, directions and velocity terms at the present motion (Eq. M.18, M.19).
-    pub fn evaluate(&mut self, model: &MultibodyModel, states: &[BodyState]) {
+    pub fn evaluate(&mut self, model: &MultibodyModel, states: &[BodyState], edges: &[JointKinematics]) {
         self.rows.clear();
+        for (row, gear) in self.gears.iter_mut().zip(&model.gears) {
+            *row = GearRow::new(gear, edges);
+        }
         for (j, (joint, sides)) in model.loops.iter().zip(&mut self.sides).enumerate() {
             *sides = [Side::new(&joint.parent, states), Side::new(&joint.child, states)];
             let [p, c] = &*sides;
@@ -175,20 +232,28 @@ impl LoopSolver {
         }
     }
 
-    /// Largest residual [m or rad].
+    /// Largest residual [m or rad]; of large coordinates as a share of them.
     pub fn largest_residual(&self) -> f64 {
-        self.rows.iter().map(|r| r.residual.abs()).fold(0.0, f64::max)
+        let gears = self.gears.iter().map(|gear| gear.residual.abs() / gear.size);
+        self.rows.iter().map(|r| r.residual.abs()).chain(gears).fold(0.0, f64::max)
     }
 
-    /// Joint that constraint `k` belongs to, and whether it holds a rotation.
-    pub fn kind_of(&self, k: usize) -> (usize, bool) {
-        (self.rows[k].joint, self.rows[k].is_rotation)
+    /// Whose constraint `k` is.
+    pub fn owner(&self, k: usize) -> Owner {
+        match self.rows.get(k) {
+            Some(Row { joint, is_rotation, .. }) => Owner::Loop { joint: *joint, is_rotation: *is_rotation },
+            None => {
+                let gear = k - self.rows.len();
+                Owner::Gear { gear, speed: self.gears[gear].speed }
+            }
+        }
     }
 
-    /// Joint of the largest residual.
-    pub fn worst_joint(&self) -> usize {
-        let worst = self.rows.iter().max_by(|a, b| a.residual.abs().total_cmp(&b.residual.abs()));
-        worst.map_or(0, |r| r.joint)
+    /// Constraint with the largest residual.
+    pub fn worst(&self) -> usize {
+        let gears = self.gears.iter().map(|gear| gear.residual.abs() / gear.size);
+        let all = self.rows.iter().map(|r| r.residual.abs()).chain(gears);
+        all.enumerate().max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(k, _)| k)
     }
 
     /// Rate of constraint `k` for velocities of frames and elastic coordinates (Eq. M.19).
@@ -199,7 +264,7 @@ impl LoopSolver {
         frames: &[SpatialVector],
         rates: &[f64],
     ) -> f64 {
-        let row = &self.rows[k];
+        let Some(row) = self.rows.get(k) else { return model.gears[k - self.rows.len()].rate(rates) };
         let joint = &model.loops[row.joint];
         let velocities = |site: &Site, side: &Side| match site.body {
             None => (Vector3::zeros(), Vector3::zeros()),
@@ -217,7 +282,9 @@ impl LoopSolver {
 
     /// Adds `multiplier` times the force of constraint `k` to the response's forces.
     fn add_force(&mut self, model: &MultibodyModel, k: usize, multiplier: f64) {
-        let Row { joint, axis, is_rotation, .. } = self.rows[k];
+        let Some(&Row { joint, axis, is_rotation, .. }) = self.rows.get(k) else {
+            return model.gears[k - self.rows.len()].add_force(multiplier, &mut self.response.forces);
+        };
         let LoopJoint { parent, child, .. } = &model.loops[joint];
         let [p, c] = &self.sides[joint];
         let force = axis * multiplier;
@@ -242,6 +309,22 @@ impl LoopSolver {
         }
     }
 
+    /// Forces of the gears along their second coordinates [N or N m] (Eq. M.71).
+    pub fn gear_forces(&self) -> &[f64] {
+        &self.multipliers[self.multipliers.len() - self.gears.len()..]
+    }
+
+    /// Power of the gears along prescribed coordinates \[W\].
+    pub fn prescribed_power(&self, model: &MultibodyModel, edges: &[JointKinematics]) -> f64 {
+        let of_gear = |(gear, force): (&Gear, &f64)| {
+            let driven = gear.terms().into_iter().filter(|(at, _)| at.rate.is_none());
+            driven
+                .map(|(at, factor)| factor * force * edges[at.body].coordinates.velocities[at.velocity])
+                .sum::<f64>()
+        };
+        model.gears.iter().zip(self.gear_forces()).map(of_gear).sum()
+    }
+
     /// Mobility of constraint `k` if the bodies it joins were free [1/kg or 1/(kg m²)].
     pub fn scale(&self, k: usize) -> f64 {
         self.scales[k]
@@ -257,7 +340,7 @@ impl LoopSolver {
 
     /// Mobility between constraints with the factors of the tree, and its factorisation (Eq. M.20).
     pub fn factorise(&mut self, tree: FactorisedTree<'_, f64>) {
-        let n = self.rows.len();
+        let n = self.n_constraints();
         for k in 0..n {
             self.response.clear();
             self.add_force(tree.model, k, 1.0);
@@ -267,12 +350,16 @@ impl LoopSolver {
                     self.rate(tree.model, i, &self.response.frames, &self.response.rates);
             }
         }
+        // Coordinates of the tree can move: their mobility is a scale of its own.
+        for k in self.rows.len()..n {
+            self.scales[k] = self.mobility[k * n + k];
+        }
         self.pivoted_cholesky();
     }
 
     /// Cholesky factor with the largest scaled pivot first; stops at redundant constraints.
     fn pivoted_cholesky(&mut self) {
-        let n = self.rows.len();
+        let n = self.n_constraints();
         let scaled = |i: usize, j: usize| self.mobility[i * n + j] / (self.scales[i] * self.scales[j]).sqrt();
         self.pivots.iter_mut().enumerate().for_each(|(i, p)| *p = i);
         self.rank = 0;
@@ -304,7 +391,7 @@ impl LoopSolver {
 
     /// Turns the right-hand side in `multipliers` into the solution; redundant constraints get none.
     fn solve_mobility(&mut self) {
-        let n = self.rows.len();
+        let n = self.n_constraints();
         let Self { multipliers, scratch, factor, pivots, scales, .. } = self;
         let pivots = &pivots[..self.rank];
         for (k, &p) in pivots.iter().enumerate() {
@@ -350,10 +437,21 @@ impl LoopSolver {
             };
             self.multipliers[k] = -(self.rate(tree.model, k, frames, rates) + by_velocity + row.bias);
         }
+        for (g, row) in self.gears.iter().enumerate() {
+            let k = self.rows.len() + g;
+            self.multipliers[k] = -(self.rate(tree.model, k, frames, rates) + row.bias);
+        }
         self.solve_mobility();
         if let Some(k) = self.multipliers.iter().position(|l| !l.is_finite()) {
-            let joint = tree.model.loops[self.rows[k].joint].name.clone();
-            return Err(MotionFault::LoopForce { joint }.into());
+            return Err(match self.owner(k) {
+                Owner::Loop { joint, .. } => {
+                    MotionFault::LoopForce { joint: tree.model.loops[joint].name.clone() }
+                }
+                Owner::Gear { gear, .. } => {
+                    MotionFault::GearForce { gear: tree.model.gears[gear].name.clone() }
+                }
+            }
+            .into());
         }
         self.respond(tree);
         Ok(())
@@ -361,8 +459,9 @@ impl LoopSolver {
 
     /// Change of all coordinates that takes the residuals away to first order (Eq. M.22), in `response.rates`.
     pub fn correct_positions(&mut self, tree: FactorisedTree<'_, f64>) {
-        for (multiplier, row) in self.multipliers.iter_mut().zip(&self.rows) {
-            *multiplier = -row.residual;
+        let residuals = self.rows.iter().map(|row| row.residual).chain(self.gears.iter().map(|g| g.residual));
+        for (multiplier, residual) in self.multipliers.iter_mut().zip(residuals) {
+            *multiplier = -residual;
         }
         self.solve_mobility();
         self.respond(tree);
@@ -370,7 +469,9 @@ impl LoopSolver {
 
     /// Rate of constraint `k` at the present motion [m/s or 1/s]; prescribed motion is part of it.
     pub fn present_rate(&self, k: usize) -> f64 {
-        let Row { joint, axis, is_rotation, .. } = self.rows[k];
+        let Some(&Row { joint, axis, is_rotation, .. }) = self.rows.get(k) else {
+            return self.gears[k - self.rows.len()].rate;
+        };
         let [p, c] = &self.sides[joint];
         if is_rotation {
             axis.dot(&(c.spin - p.spin))
@@ -382,7 +483,7 @@ impl LoopSolver {
     /// Change of all rates that takes the constraints' rates away, in `response.rates`; returns the largest rate.
     pub fn correct_velocities(&mut self, tree: FactorisedTree<'_, f64>) -> f64 {
         let mut largest: f64 = 0.0;
-        for k in 0..self.rows.len() {
+        for k in 0..self.n_constraints() {
             let rate = self.present_rate(k);
             largest = largest.max(rate.abs());
             self.multipliers[k] = -rate;
@@ -393,10 +494,10 @@ impl LoopSolver {
     }
 }
 
-/// Mobility of a displacement and of a rotation between the free, undeformed bodies of a joint [1/kg, 1/(kg m²)].
-fn free_mobility(model: &MultibodyModel, joint: &LoopJoint) -> (f64, f64) {
+/// Mobility of a displacement and of a rotation between the free, undeformed `bodies` [1/kg, 1/(kg m²)].
+fn free_mobility(model: &MultibodyModel, bodies: [Parent; 2]) -> (f64, f64) {
     let (mut translation, mut rotation) = (0.0, 0.0);
-    for body in [joint.parent.body, joint.child.body].into_iter().flatten() {
+    for body in bodies.into_iter().flatten() {
         let data = &model.bodies[body].data;
         translation += 1.0 / data.mass;
         let centre = data.centre_of_mass();
@@ -406,4 +507,16 @@ fn free_mobility(model: &MultibodyModel, joint: &LoopJoint) -> (f64, f64) {
     // A point mass does not resist turning: the joint's rotation has no scale of its own.
     let is_sound = rotation.is_finite() && rotation > 0.0;
     (translation, if is_sound { rotation } else { f64::MAX.sqrt() })
+}
+
+/// Mobility of a gear between free bodies.
+fn gear_mobility(model: &MultibodyModel, gear: &Gear) -> f64 {
+    let free = gear.terms().into_iter().filter(|(at, _)| at.rate.is_some());
+    let mobility = free.map(|(at, factor)| {
+        let joint = &model.bodies[at.body].joint;
+        let (translation, rotation) = free_mobility(model, [joint.parent.body, Some(at.body)]);
+        let is_angle = joint.kind.is_angle(at.velocity) && rotation < f64::MAX.sqrt();
+        factor * factor * if is_angle { rotation } else { translation }
+    });
+    mobility.sum()
 }

@@ -10,6 +10,7 @@ mod free_vibration;
 pub mod error_scale;
 pub mod joints;
 pub mod specification;
+pub mod gear;
 pub mod tree;
 pub mod model;
 mod tree_kinematics;
@@ -36,5 +37,5 @@ pub use joints::{CoordinateForce, FreeDirections, Friction, JointKind, Stop, Tim
 pub use model::MultibodyModel;
 pub use multibody::Multibody;
 pub use reaction::Reaction;
-pub use specification::{Attachment, BodySpec, GROUND, JointSpec, LoadSpec, SystemSpec};
+pub use specification::{Attachment, BodySpec, GROUND, GearSpec, JointSpec, LoadSpec, SystemSpec};
 pub use vibration::{SystemMode, SystemModes};

@@ -5,6 +5,7 @@ use std::ops::Range;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use super::equations::active_directions;
+use super::gear::{Gear, GearJoint, resolve as resolve_gears};
 use super::joints::forces::check;
 use super::joints::{CoordinateForce, JointKind, TimeFunction};
 use super::specification::{Attachment, BodySpec, GROUND, JointSpec, SystemSpec};
@@ -139,6 +140,18 @@ pub struct TreeBody {
     pub(super) modes: UncoupledModes,
 }
 
+impl TreeBody {
+    /// Its joint as far as gears are concerned.
+    fn gear_joint(&self) -> GearJoint<'_> {
+        let mut rates = [None; 6];
+        self.joint
+            .free_velocities()
+            .zip(self.layout.rates_joint())
+            .for_each(|(k, rate)| rates[k] = Some(rate));
+        GearJoint { name: &self.joint.name, kind: self.joint.kind, rates }
+    }
+}
+
 /// A joint that closes a loop.
 #[derive(Debug, Clone)]
 pub struct LoopJoint {
@@ -178,6 +191,8 @@ pub struct MultibodyModel {
     pub(super) children: Vec<Vec<usize>>,
     /// Loop-closing joints.
     pub loops: Vec<LoopJoint>,
+    /// Gears.
+    pub gears: Vec<Gear>,
     /// Loads.
     pub loads: Vec<Load>,
     /// Gravity [m/s²].
@@ -224,7 +239,13 @@ impl MultibodyModel {
                 children[p].push(i);
             }
         }
-        Ok(Self { bodies, order, children, loops, loads, gravity: spec.gravity })
+        let gears = resolve_gears(&spec.gears, &bodies.iter().map(TreeBody::gear_joint).collect::<Vec<_>>())?;
+        Ok(Self { bodies, order, children, loops, gears, loads, gravity: spec.gravity })
+    }
+
+    /// Whether there are constraints beside the joints of the tree.
+    pub fn has_constraints(&self) -> bool {
+        !self.loops.is_empty() || !self.gears.is_empty()
     }
 
     /// Number of state variables of all bodies.
@@ -315,6 +336,9 @@ fn check_names(spec: &SystemSpec) -> Result<(), DynamicsError> {
     }
     if let Some(name) = repeated(spec.joints.iter().chain(&spec.loops).map(|j| j.name.as_str())) {
         return fail("joints", name);
+    }
+    if let Some(name) = repeated(spec.gears.iter().map(|g| g.name.as_str())) {
+        return fail("gears", name);
     }
     if let Some(name) = repeated(spec.loads.iter().map(|l| l.name.as_str())) {
         return fail("loads", name);

@@ -319,14 +319,15 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         self.model.bodies[i].markers.iter().find(|m| m.name == marker).map(|m| (i, m))
     }
 
-    /// Largest residual of the loop-closing joints in the state `y` [m or rad]. Does not allocate.
+    /// Largest residual of the loop-closing joints and gears in the state `y` [m or rad]. Does not allocate.
     pub fn loop_residual(&mut self, t: f64, y: &[f64]) -> f64 {
         self.workspace.place(&self.model, t, y);
-        self.workspace.loops.evaluate(&self.model, &self.workspace.states);
+        let Workspace { loops, states, edges, .. } = &mut self.workspace;
+        loops.evaluate(&self.model, states, edges);
         self.workspace.loops.largest_residual()
     }
 
-    /// Constraints of the loop-closing joints, and how many of them are independent at the last right-hand side.
+    /// Constraints of the loop-closing joints and gears, and how many of them are independent at the last right-hand side.
     pub fn loop_constraints(&self) -> (usize, usize) {
         (self.workspace.loops.n_constraints(), self.workspace.loops.rank())
     }
@@ -421,7 +422,7 @@ impl<F: DerefMut<Target: ActiveForce>> OdeSystem for Multibody<F> {
         derivative: &mut Linearisation,
     ) -> Result<(), EvaluationFailure> {
         self.evaluate(t, y)?;
-        let is_coupled = !self.model.loops.is_empty() || !self.forces.iter().all(|force| force.is_idle());
+        let is_coupled = self.model.has_constraints() || !self.forces.iter().all(|force| force.is_idle());
         if !is_coupled {
             self.workspace.linearise(&self.model, derivative);
         }
@@ -429,7 +430,7 @@ impl<F: DerefMut<Target: ActiveForce>> OdeSystem for Multibody<F> {
     }
 
     fn hold(&mut self) -> bool {
-        let is_tree = self.model.loops.is_empty()
+        let is_tree = !self.model.has_constraints()
             && self.forces.iter().all(|force| force.is_idle() && force.n_coordinates() == 0);
         if is_tree {
             self.stages.hold(&self.model, &self.workspace.edges, &self.workspace.bodies);
@@ -452,7 +453,7 @@ impl<F: DerefMut<Target: ActiveForce>> OdeSystem for Multibody<F> {
                 has_changed |= renormalise(&mut y[layout.offset + w..layout.offset + w + 4]);
             }
         }
-        if !self.model.loops.is_empty() {
+        if self.model.has_constraints() {
             has_changed |= self.close_loops(t, y);
         }
         has_changed

@@ -35,6 +35,12 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         }
     }
 
+    /// Force or moment of gear `gear` along its second coordinate, at the last accelerations (Eq. M.71); along the first it is the
+    /// same times the negative ratio. Does not allocate.
+    pub fn gear_force(&self, gear: usize) -> f64 {
+        self.workspace.gear_forces[gear]
+    }
+
     /// Reaction of the loop-closing joint `joint`, in the order of [`super::MultibodyModel::loops`] (Eq. M.37), at the last
     /// accelerations. Redundant constraints carry nothing. Does not allocate.
     pub fn loop_reaction(&self, joint: usize) -> Reaction {

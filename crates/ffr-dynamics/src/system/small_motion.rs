@@ -277,7 +277,7 @@ impl Movable {
     fn place(&mut self, y: &[f64]) {
         let Self { model, workspace, t, .. } = self;
         workspace.place(model, *t, y);
-        workspace.loops.evaluate(model, &workspace.states);
+        workspace.loops.evaluate(model, &workspace.states, &workspace.edges);
     }
 
     /// Takes the inertia forces of `accelerations` in the present pose, and weight, as dead loads.
@@ -326,6 +326,11 @@ impl Movable {
             wrenches[i] = std::array::from_fn(|r| load[r] + held[r] + loops.response.frame_forces[i][r]);
         }
         self.write_coordinates(out);
+        for body in &self.model.bodies {
+            let places = body.layout.rates_joint();
+            let by_gears = &self.workspace.loops.response.forces[places.clone()];
+            out[places].iter_mut().zip(by_gears).for_each(|(to, force)| *to += force);
+        }
         for (i, body) in self.model.bodies.iter().enumerate().filter(|(_, b)| !b.joint.coordinates.is_empty())
         {
             let joint = &body.joint;

@@ -58,6 +58,21 @@ impl JointSpec {
     }
 }
 
+/// A gear between two joint coordinates of the tree: `second = offset + ratio first`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GearSpec {
+    /// Name.
+    pub name: String,
+    /// Joint of the first coordinate, and its number.
+    pub first: (String, usize),
+    /// Joint of the second coordinate, and its number.
+    pub second: (String, usize),
+    /// Rate of the second coordinate by that of the first.
+    pub ratio: f64,
+    /// Second coordinate where the first is zero [m or rad].
+    pub offset: f64,
+}
+
 /// A force and a moment that act on a marker over time.
 #[derive(Debug, Clone)]
 pub struct LoadSpec {
@@ -85,6 +100,8 @@ pub struct SystemSpec {
     pub joints: Vec<JointSpec>,
     /// Loop-closing joints.
     pub loops: Vec<JointSpec>,
+    /// Gears.
+    pub gears: Vec<GearSpec>,
     /// Loads.
     pub loads: Vec<LoadSpec>,
     /// Gravity [m/s²].

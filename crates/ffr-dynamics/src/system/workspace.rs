@@ -38,6 +38,8 @@ pub(super) struct Workspace {
     frames: Vec<SpatialVector>,
     /// Wrenches of loop-closing joints on their children at the children's markers, in inertial axes.
     pub loop_wrenches: Vec<SpatialVector>,
+    /// Forces of gears along their second coordinates.
+    pub gear_forces: Vec<f64>,
     load_power: f64,
     /// Time of the last evaluation.
     pub time: f64,
@@ -61,6 +63,7 @@ impl Workspace {
             passive: vec![[0.0; 6]; n],
             frames: vec![[0.0; 6]; n],
             loop_wrenches: vec![[0.0; 6]; model.loops.len()],
+            gear_forces: vec![0.0; model.gears.len()],
             load_power: 0.0,
             time: 0.0,
             states,
@@ -109,7 +112,7 @@ impl Workspace {
         self.eliminate(model, 1.0)?;
         let tree = FactorisedTree { model, pose: &self.pose, factors: &self.factors };
         self.accelerations.solve(tree, Some(&model.gravity));
-        if !model.loops.is_empty() {
+        if model.has_constraints() {
             self.close_loops(model)?;
         }
         powers.supplied += self.prescribed_power(model);
@@ -151,7 +154,7 @@ impl Workspace {
             self.bodies[i].assemble(&body.data, &self.states[i], &self.sums[i]);
         }
         self.eliminate(model, elastic_weight)?;
-        self.loops.evaluate(model, &self.states);
+        self.loops.evaluate(model, &self.states, &self.edges);
         self.loops.factorise(FactorisedTree { model, pose: &self.pose, factors: &self.factors });
         Ok(())
     }
@@ -164,7 +167,7 @@ impl Workspace {
             let gravity = state.rotation.inverse_transform_vector(&model.gravity);
             frame.iter_mut().zip(gravity.iter()).for_each(|(a, g)| *a += g);
         }
-        self.loops.evaluate(model, &self.states);
+        self.loops.evaluate(model, &self.states, &self.edges);
         let tree = FactorisedTree { model, pose: &self.pose, factors: &self.factors };
         self.loops.correct_accelerations(tree, &self.frames, &found.rates)?;
         let response = &self.loops.response;
@@ -173,12 +176,13 @@ impl Workspace {
             wrench.iter_mut().zip(change).for_each(|(a, b)| *a += b);
         }
         self.loops.fill_wrenches(&mut self.loop_wrenches);
+        self.gear_forces.copy_from_slice(self.loops.gear_forces());
         Ok(())
     }
 
-    /// Power of prescribed motion: of the joint's force less that of its springs and dampers.
+    /// Power of prescribed motion: of the joint's force less that of its springs, dampers and gears.
     fn prescribed_power(&self, model: &MultibodyModel) -> f64 {
-        let mut power = 0.0;
+        let mut power = -self.loops.prescribed_power(model, &self.edges);
         for (i, body) in model.bodies.iter().enumerate() {
             for (k, coordinate) in body.joint.coordinates.iter().enumerate() {
                 if coordinate.motion.is_none() {

@@ -4,6 +4,7 @@ mod places;
 mod curves;
 mod built_bodies;
 mod joints;
+mod gears;
 mod geometry;
 mod discretisation;
 mod rigid;
@@ -66,11 +67,15 @@ pub fn scenario(checker: &mut Checker, root: &Section, source: Source) -> Option
     let resolution =
         Resolution { bodies: moving.map(|(_, factors)| factors).collect(), contacts: of_file.contacts };
     let (loops, tree): (Vec<_>, Vec<_>) = joints.into_iter().partition(|(_, closes_loop)| *closes_loop);
-    let specs = |joints: Vec<(JointSpec, bool)>| joints.into_iter().map(|(joint, _)| joint).collect();
+    let specs =
+        |joints: Vec<(JointSpec, bool)>| joints.into_iter().map(|(joint, _)| joint).collect::<Vec<_>>();
+    let joints = specs(tree);
+    let gears = gears::gears(checker, root, &joints);
     let run = RunSpec {
         bodies,
-        joints: specs(tree),
+        joints,
         loops: specs(loops),
+        gears,
         loads,
         contacts,
         points: requests.points,

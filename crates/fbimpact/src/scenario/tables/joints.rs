@@ -337,6 +337,48 @@ const ENTRY: &[Key] = &[
     Key { need: Need::Required, ..curve("curve", "N, N m, m, rad", "Quantity over time.") },
 ];
 
+const RATIO: Range = Range::within(1e9);
+
+/// `[gears.NAME]`.
+pub(super) const GEAR: &[Key] = &[
+    Key::new(
+        "first",
+        Kind::Name,
+        "",
+        Need::Required,
+        "Name of a joint with coordinates, which does not close a loop.",
+    ),
+    Key::new(
+        "first_coordinate",
+        Kind::Integer(0, 5),
+        "–",
+        Need::Optional("that of a joint with a single coordinate"),
+        "Number of its coordinate, from 0; none of three angles about a point.",
+    ),
+    Key::new(
+        "second",
+        Kind::Name,
+        "",
+        Need::Required,
+        "Name of the other joint; the same one where two of its coordinates move together, as those of a screw.",
+    ),
+    Key::new(
+        "second_coordinate",
+        Kind::Integer(0, 5),
+        "–",
+        Need::Optional("that of a joint with a single coordinate"),
+        "Number of its coordinate, from 0.",
+    ),
+    Key::new(
+        "ratio",
+        Kind::Number(RATIO),
+        "rad/rad, m/rad, rad/m, m/m",
+        Need::Required,
+        "Rate of the second coordinate by that of the first; not zero. Wheels that mesh outside turn in opposite directions about axes of one \
+         direction: the ratio is negative. Of a rack it is the radius of its pinion, of a screw the lead over 2π.",
+    ),
+];
+
 /// `[loads.NAME]`.
 pub(super) const LOAD: &[Key] = &[
     Key::new("body", Kind::Name, "", Need::Required, "Name of the body."),

@@ -48,6 +48,14 @@ pub const SCENARIO: &[Key] = &[
         "Joints between bodies, or between a body and ground, by name. A body that is the child of none moves freely.",
     ),
     Key::new(
+        "gears",
+        Kind::Named(joints::GEAR),
+        "",
+        Need::Default("{}"),
+        "Gears, racks, screws, belts: fixed ratios between the rates of two joint coordinates, by name. The coordinates at the start \
+         are as the joints say.",
+    ),
+    Key::new(
         "loads",
         Kind::Named(joints::LOAD),
         "",
