@@ -21,7 +21,6 @@ use crate::interval::{
     ContactFlags, DirectionUse, IntervalAssessment, IntervalEnd, IntervalGrid, IntervalSettings, Verdict,
     assess,
 };
-use crate::line_touch::middle_of_line;
 use crate::penalty_search::{PenaltySearch, PenaltyStrategy};
 use crate::point_compliance::{ObservedPlace, PointCompliance, compliances, points_on};
 use crate::predicted_touch::TouchKind;
@@ -42,7 +41,7 @@ mod zone_model;
 
 use fine_side::FineSide;
 pub use fine_side::RebuiltContact;
-use sites::{NEARLY_PARALLEL, Sites};
+use sites::Sites;
 pub use zone_model::ZoneModel;
 
 /// The widest interval, as a share of the body's size: about a place at an end of the body it reaches the other end.
@@ -227,26 +226,6 @@ impl AdaptiveContact {
     /// [`AdaptiveError::Contact`] if the motions are not finite.
     pub fn nearest(&self, states: &[BodyState], search: &mut Search) -> Result<Nearest, AdaptiveError> {
         self.detector.nearest(states, search).map_err(|e| self.fail(e))
-    }
-
-    /// Where the bodies touch in the motions `states`: the nearest points or, of a whole straight line of them, its middle.
-    ///
-    /// # Errors
-    /// [`AdaptiveError::Contact`] if the motions are not finite.
-    pub fn touch(
-        &self,
-        bodies: &[BodyModel],
-        states: &[BodyState],
-        search: &mut Search,
-    ) -> Result<Nearest, AdaptiveError> {
-        let nearest = self.nearest(states, search)?;
-        let shape = |body: usize| bodies[body].geometry().map(|shape| (shape, &states[body]));
-        let other = if let Target::Body(other) = self.target { Some(other) } else { None };
-        let (Some(own), other_shape) = (shape(self.body), other.map(shape)) else { return Ok(nearest) };
-        if self.is_vibrating() || other_shape.is_some_and(|shape| shape.is_none()) {
-            return Ok(nearest);
-        }
-        Ok(middle_of_line(own, other_shape.flatten(), &nearest, NEARLY_PARALLEL).unwrap_or(nearest))
     }
 
     /// Fine models about the points `nearest` in the motions `states`, with intervals of the widths wished for or, at the first trial of

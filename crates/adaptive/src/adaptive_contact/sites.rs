@@ -10,9 +10,10 @@ use super::{
     Activation, AdaptiveContact, FineContact, RefinementRequest, WIDEST, flexible, kept_zone, zone_site,
 };
 use crate::body_model::BodyModel;
-use crate::detection::Nearest;
+use crate::detection::{Nearest, Search};
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::fine_model::ELEMENTS;
+use crate::line_touch::middle_of_line;
 use crate::mesh_surface::MeshSurface;
 use crate::penalty_search::{PenaltySearch, PenaltyStrategy};
 use crate::predicted_touch::{TouchKind, touch_kind_at};
@@ -24,7 +25,7 @@ use crate::zone_contact::FALLBACK_PENALTY;
 
 /// Angle \[rad\] by which flat faces may be inclined at a touch in the run and still meet as a whole: motions err by some 1e-6 of the way, and the
 /// faces of bodies that swing and ring turn by more; over 20 mm it is 2 um, which bodies at 1 m/s close in 2 us.
-pub(super) const NEARLY_PARALLEL: f64 = 1e-4;
+const NEARLY_PARALLEL: f64 = 1e-4;
 
 /// Where the zones of a contact lie.
 pub(super) struct Sites {
@@ -41,6 +42,26 @@ pub(super) struct Sites {
 }
 
 impl AdaptiveContact {
+    /// Where the bodies touch in the motions `states`: the nearest points or, of a whole straight line of them, its middle.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Contact`] if the motions are not finite.
+    pub fn touch(
+        &self,
+        bodies: &[BodyModel],
+        states: &[BodyState],
+        search: &mut Search,
+    ) -> Result<Nearest, AdaptiveError> {
+        let nearest = self.nearest(states, search)?;
+        let shape = |body: usize| bodies[body].geometry().map(|shape| (shape, &states[body]));
+        let other = if let Target::Body(other) = self.target { Some(other) } else { None };
+        let (Some(own), other_shape) = (shape(self.body), other.map(shape)) else { return Ok(nearest) };
+        if self.is_vibrating() || other_shape.is_some_and(|shape| shape.is_none()) {
+            return Ok(nearest);
+        }
+        Ok(middle_of_line(own, other_shape.flatten(), &nearest, NEARLY_PARALLEL).unwrap_or(nearest))
+    }
+
     /// Where the zones lie: the whole surfaces if an edge or flat faces touch, else about the nearest places.
     ///
     /// # Errors
@@ -66,7 +87,7 @@ impl AdaptiveContact {
             let body = bodies[body].name.clone();
             return Err(self.without_model(ContactModelFault::FlatMesh { body }));
         }
-        let widths = self.widths(request, predicted, own_body.size);
+        let widths = self.widths(bodies, request, predicted);
         let mut own = zone_site(&own_body, &nearest.contact, widths);
         let mut target = target.map(|(other, there)| {
             let widths = self.target_widths(bodies, states, (&nearest.contact, widths), (other, there));
@@ -171,12 +192,12 @@ impl AdaptiveContact {
         element.set_penalty(fine.search.penalty()).map_err(|e| self.fail(e))
     }
 
-    /// Widths of an interval on a body of size `size`: those asked for, given or, with what earlier impacts found, predicted \[m\].
-    fn widths(&self, request: &RefinementRequest<'_>, predicted: [f64; 2], size: f64) -> [f64; 2] {
+    /// Widths of an interval: those asked for, given or, with what earlier impacts found, predicted \[m\].
+    fn widths(&self, bodies: &[BodyModel], request: &RefinementRequest<'_>, predicted: [f64; 2]) -> [f64; 2] {
         let factor = request.history.width_factor.unwrap_or([1.0; 2]);
         let start =
             self.law.interval.width.map_or([predicted[0] * factor[0], predicted[1] * factor[1]], |w| [w; 2]);
-        request.widths.unwrap_or(start).map(|w| w.min(WIDEST * size))
+        self.granted(bodies, request.widths.unwrap_or(start))
     }
 
     /// The widths that an interval has if `widths` are wished for \[m\].
