@@ -259,15 +259,22 @@ impl AdaptiveContact {
         }
         let (mut own, mut other) = match (self.flexible_target, target_site) {
             (Some(other), Some(there)) => {
-                // Side by side: each has stages that only one thread can work on. Questions wait until both are done.
-                check_cancel()?;
                 let (target, target_modes) = (flexible(&bodies[other]), modes(other));
-                let (own, target) = rayon::join(
-                    || self.side(own_body, (&site, &places), fine_modes, &mut || Ok(())),
-                    || self.side(target, (&there, &target_places), target_modes, &mut || Ok(())),
-                );
-                check_cancel()?;
-                (own?, Some((other, target?)))
+                if own_body.is_like(&target) {
+                    // The second takes what the first has built.
+                    let own = self.side(own_body, (&site, &places), fine_modes, check_cancel)?;
+                    let target = self.side(target, (&there, &target_places), target_modes, check_cancel)?;
+                    (own, Some((other, target)))
+                } else {
+                    // Side by side: each has stages that only one thread can work on. Questions wait until both are done.
+                    check_cancel()?;
+                    let (own, target) = rayon::join(
+                        || self.side(own_body, (&site, &places), fine_modes, &mut || Ok(())),
+                        || self.side(target, (&there, &target_places), target_modes, &mut || Ok(())),
+                    );
+                    check_cancel()?;
+                    (own?, Some((other, target?)))
+                }
             }
             _ => (self.side(own_body, (&site, &places), fine_modes, check_cancel)?, None),
         };

@@ -22,7 +22,7 @@ use crate::meshed::MeshedModel;
 use crate::point_compliance::{Functions, ObservedPlace, PlaceFunctions};
 use crate::rigid_surface::RigidSurface;
 use crate::spec::{Geometry, ImportedSpec, MeshedSpec, RigidSpec};
-use crate::store::ModelCache;
+use crate::store::{ModelCache, body_definition};
 use crate::unsupported::Unsupported;
 
 /// A body of a run.
@@ -118,6 +118,12 @@ impl<'a> FlexibleBody<'a> {
             FlexibleKind::Splines(body) => Some(body),
             FlexibleKind::Mesh(_) => None,
         }
+    }
+
+    /// Whether fine models of both can be the same one: both are of splines, with the same matrices.
+    pub fn is_like(&self, other: &FlexibleBody<'_>) -> bool {
+        let both = self.spline_body().zip(other.spline_body());
+        both.is_some_and(|(a, b)| body_definition(&a.spec) == body_definition(&b.spec))
     }
 
     /// What a body of finite elements was made from; none of splines.

@@ -3,10 +3,11 @@
 use std::borrow::Cow;
 
 use contact_qs::points::DofLookup;
-use faer::Mat;
+use faer::{Mat, MatRef};
+use ffr_dynamics::DynamicsError;
 use ffr_dynamics::body::{AssembledBody, RigidMotion};
-use ffr_dynamics::reduction::compliance::ResidualFlexibility;
 use ffr_dynamics::reduction::problem::ElasticProblem;
+use ffr_dynamics::reduction::{BodyTurn, FreeFlexibility, LowModes, ResidualFlexibility};
 use iga_core::space::Space;
 use nalgebra::Vector3;
 
@@ -14,13 +15,13 @@ use crate::body_model::FlexibleBody;
 use crate::contact_zone::ContactZone;
 use crate::elastic_body::{Discretised, ElasticBody};
 use crate::error::AdaptiveError;
-use crate::fine_elements::{FineElements, WantedZone, compliance_key as key_of_elements};
-use crate::fine_model::{FineMesh, FineSettings, compliance_key as key_of_splines};
+use crate::fine_elements::{FineElements, WantedZone, zone_definition as key_of_elements};
+use crate::fine_model::{FineMesh, FineSettings, zone_definition as key_of_splines};
 use crate::gauge::Gauge;
 use crate::interval::IntervalGrid;
-use crate::point_compliance::{ObservedPlace, PlaceFunctions};
-use crate::spec::{LowModes, PointRule};
-use crate::store::ModelKey;
+use crate::point_compliance::{ObservedPlace, PlaceFunctions, add_places};
+use crate::spec::PointRule;
+use crate::store::{ModelKey, matrix_values};
 use crate::unsupported::Unsupported;
 use crate::wanted_interval::WantedInterval;
 
@@ -162,13 +163,21 @@ impl FineBodyModel<'_> {
         PlaceFunctions::new(place, |x| mesh.functions_at(x), gauge)
     }
 
-    /// Stiffness and mass, `coarse` being the body.
+    /// The rotation by which the model is turned after its matrices are made; none of most.
+    pub fn turn(&self, coarse: &FlexibleBody<'_>) -> Option<BodyTurn> {
+        match (self, coarse.spline_body()) {
+            (Self::Splines { mesh, .. }, Some(body)) => mesh.turn(body),
+            _ => None,
+        }
+    }
+
+    /// Stiffness and mass before the model is turned, `coarse` being the body.
     ///
     /// # Errors
     /// [`AdaptiveError`] with the body's name.
     pub fn assemble(&self, coarse: &FlexibleBody<'_>) -> Result<Cow<'_, AssembledBody>, AdaptiveError> {
         match (self, coarse.spline_body()) {
-            (Self::Splines { mesh, .. }, Some(body)) => mesh.assemble(body).map(Cow::Owned),
+            (Self::Splines { mesh, .. }, Some(body)) => mesh.assemble_unturned(body).map(Cow::Owned),
             (Self::Elements { mesh, .. }, None) => mesh.assemble().map(Cow::Owned),
             (Self::Whole(body), _) => Ok(Cow::Borrowed(&body.assembled)),
             _ => Err(other_kind(coarse)),
@@ -180,63 +189,86 @@ impl FineBodyModel<'_> {
     /// # Errors
     /// [`AdaptiveError::Unsupported`] if `coarse` is of the other kind.
     pub fn shapes(&self, coarse: &FlexibleBody<'_>) -> Result<Mat<f64>, AdaptiveError> {
+        self.prolong(coarse, coarse.reduced.shapes())
+    }
+
+    /// Free modes of `coarse` that are dynamic, at the unknowns.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Unsupported`] if `coarse` is of the other kind.
+    pub fn low_modes(&self, coarse: &FlexibleBody<'_>) -> Result<LowModes, AdaptiveError> {
+        let LowModes { shapes, omega } = coarse.reduced.basis.low_modes();
+        Ok(LowModes { shapes: self.prolong(coarse, shapes.as_ref())?, omega })
+    }
+
+    fn prolong(&self, coarse: &FlexibleBody<'_>, shapes: MatRef<'_, f64>) -> Result<Mat<f64>, AdaptiveError> {
         match (self, coarse.spline_body()) {
-            (Self::Splines { mesh, .. }, Some(body)) => {
-                Ok(mesh.prolong(&body.assembled, coarse.reduced.shapes()))
-            }
-            (Self::Elements { mesh, .. }, None) => Ok(mesh.prolong(coarse.reduced.shapes())),
-            (Self::Whole(_), Some(_)) => Ok(coarse.reduced.shapes().to_owned()),
+            (Self::Splines { mesh, .. }, Some(body)) => Ok(mesh.prolong(&body.assembled, shapes)),
+            (Self::Elements { mesh, .. }, None) => Ok(mesh.prolong(shapes)),
+            (Self::Whole(_), Some(_)) => Ok(shapes.to_owned()),
             _ => Err(other_kind(coarse)),
         }
     }
 
-    /// What the modes of `coarse`, prolonged, leave of the flexibility of the interface `unknowns` of `assembled` (theory Eq. A.6).
+    /// Flexibility of the interface `unknowns` of `assembled`, the matrices of the body `coarse` before the model is turned.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Reduction`] with the body's name.
+    pub fn flexibility(
+        &self,
+        assembled: &AssembledBody,
+        coarse: &FlexibleBody<'_>,
+        unknowns: &[usize],
+    ) -> Result<FreeFlexibility, AdaptiveError> {
+        let problem = ElasticProblem::free(assembled, unknowns);
+        let flexibility = problem.and_then(|problem| FreeFlexibility::new(&problem, unknowns));
+        flexibility.map_err(|source| reduction(coarse, source))
+    }
+
+    /// What the modes of `coarse`, prolonged, leave of `flexibility` (theory Eq. A.6).
     ///
     /// # Errors
     /// [`AdaptiveError::Reduction`] with the body's name.
     pub fn residual(
         &self,
-        assembled: &AssembledBody,
+        flexibility: FreeFlexibility,
         coarse: &FlexibleBody<'_>,
-        unknowns: &[usize],
+        low: LowModes,
     ) -> Result<ResidualFlexibility, AdaptiveError> {
-        let reduced = &coarse.reduced.basis;
-        let fail = |source| AdaptiveError::Reduction { body: coarse.name.to_owned(), source };
-        let problem = || ElasticProblem::free(assembled, unknowns).map_err(fail);
-        match (self, coarse.spline_body()) {
-            (Self::Splines { mesh, .. }, Some(body)) => {
-                let reduced = mesh.reduce(assembled, (body, coarse.reduced), unknowns, LowModes::Prolonged);
-                reduced.map(|(_, residual)| residual)
-            }
-            (Self::Elements { mesh, .. }, None) => {
-                let problem = problem()?;
-                let rigid = problem.free_rigid().map_err(fail)?;
-                let basis = reduced.prolonged(mesh.prolong(reduced.shapes.as_ref()), rigid);
-                ResidualFlexibility::new(&problem, unknowns, &basis).map_err(fail)
-            }
-            (Self::Whole(_), Some(_)) => {
-                ResidualFlexibility::new(&problem()?, unknowns, reduced).map_err(fail)
-            }
-            _ => Err(other_kind(coarse)),
-        }
+        flexibility.without(low, self.turn(coarse)).map_err(|source| reduction(coarse, source))
     }
 
-    /// Key of the compliance at the interface `unknowns` and to `points`; none if `coarse` is of the other kind.
+    /// Key of what is kept of the flexibility of the interface `unknowns` and, if `has_modes`, without the modes of `coarse` and with what `points` show
+    /// of it, of the model as it is turned.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Unsupported`] if `coarse` is of the other kind.
     pub fn compliance_key(
         &self,
         coarse: &FlexibleBody<'_>,
-        at: (&[usize], &[ObservedPlace]),
+        (unknowns, points): (&[usize], &[ObservedPlace]),
+        has_modes: bool,
     ) -> Result<ModelKey, AdaptiveError> {
-        match (self, coarse.spline_body(), coarse.mesh()) {
-            (Self::Splines { wanted, settings, .. }, Some(body), _) => {
-                Ok(key_of_splines((body, coarse.reduced), Some((wanted, settings)), at))
+        let turn = self.turn(coarse);
+        let mut key = match (self, coarse.spline_body(), coarse.mesh()) {
+            (Self::Splines { mesh, wanted, settings }, Some(body), _) => {
+                let unturned = mesh.rotated.as_ref().filter(|_| turn.is_some());
+                let wanted = unturned.map_or(*wanted, |rotated| rotated.net.turn.wanted);
+                key_of_splines(body, Some((&wanted, settings)))
             }
-            (Self::Whole(body), ..) => Ok(key_of_splines((body, coarse.reduced), None, at)),
-            (Self::Elements { wanted, .. }, _, Some(spec)) => {
-                Ok(key_of_elements((spec, coarse.reduced), wanted, at))
-            }
-            _ => Err(other_kind(coarse)),
+            (Self::Whole(body), ..) => key_of_splines(body, None),
+            (Self::Elements { wanted, .. }, _, Some(spec)) => key_of_elements(spec, wanted),
+            _ => return Err(other_kind(coarse)),
+        };
+        key.add(&has_modes);
+        if has_modes {
+            let basis = &coarse.reduced.basis;
+            key.add(&(basis.n_low, &basis.omega, basis.shapes.nrows(), matrix_values(&basis.shapes)));
+            key.add(&turn.map(|turn| (turn.rotation, turn.n_components)));
         }
+        // They say as well by which points the contact is watched.
+        add_places(&mut key, unknowns, points);
+        Ok(ModelKey { kind: "compliance", definition: key.0 })
     }
 
     /// Its elements.
@@ -247,6 +279,11 @@ impl FineBodyModel<'_> {
             Self::Whole(_) => ZoneMesh::Own,
         }
     }
+}
+
+/// What a reduction of `body` says.
+fn reduction(body: &FlexibleBody<'_>, source: DynamicsError) -> AdaptiveError {
+    AdaptiveError::Reduction { body: body.name.to_owned(), source }
 }
 
 /// A fine model that is not one of `body`.

@@ -15,17 +15,15 @@ use nalgebra::Vector3;
 use tracing::debug;
 
 use crate::contact_zone::ContactZone;
-use crate::elastic_body::ReducedBody;
 use crate::error::AdaptiveError;
 use crate::fine_model::{gigabytes, most_gigabytes};
 use crate::gauge::Gauge;
 use crate::interval::{IntervalEnd, IntervalGrid};
 use crate::mesh_surface::{LocalShape, MeshSurface, SideSite};
 use crate::meshed::{assembled_body, dofs_of};
-use crate::point_compliance::{ObservedPlace, add_places};
 use crate::smooth_fit::SmoothFit;
 use crate::spec::MeshedSpec;
-use crate::store::{Bytes, ModelKey, matrix_values, meshed_definition};
+use crate::store::{Bytes, meshed_definition};
 use crate::subdivision::SubdivisionError;
 use crate::unsupported::Unsupported;
 
@@ -344,18 +342,10 @@ fn smooth(zone: &mut ContactZone, fit: &SmoothFit) {
     zone.move_to(|x| (Vector3::from(*x) + (fit.above(x) - outmost) * fit.normal()).into());
 }
 
-/// Key of the compliance that the fine model of `spec` for `wanted`, with modes prolonged from `reduced`, has at the interface `unknowns`, and to
-/// `points` of the body.
-pub fn compliance_key(
-    (spec, reduced): (&MeshedSpec, &ReducedBody),
-    wanted: &WantedZone,
-    (unknowns, points): (&[usize], &[ObservedPlace]),
-) -> ModelKey {
+/// What the matrices of a body of finite elements are made from that is divided for `wanted`.
+pub fn zone_definition(spec: &MeshedSpec, wanted: &WantedZone) -> Bytes {
     let mut key = Bytes(meshed_definition(spec));
-    let basis = &reduced.basis;
-    key.add(&(basis.n_low, &basis.omega, basis.shapes.nrows(), matrix_values(&basis.shapes)));
     let WantedZone { site: SideSite { side, eta, point }, widths, elements } = wanted;
     key.add(&(side, eta, point, widths, elements));
-    add_places(&mut key, unknowns, points);
-    ModelKey { kind: "compliance of a mesh", definition: key.0 }
+    key
 }

@@ -11,7 +11,7 @@ use contact_qs::ContactError;
 use contact_qs::points::DofLookup;
 use faer::{Mat, MatRef};
 use ffr_dynamics::body::{AssembledBody, Dof, MassMatrix, RigidMotion};
-use ffr_dynamics::reduction::compliance::ResidualFlexibility;
+use ffr_dynamics::reduction::compliance::{BodyTurn, ResidualFlexibility};
 use ffr_dynamics::reduction::modal::ReducedBasis;
 use ffr_dynamics::reduction::problem::ElasticProblem;
 use ffr_dynamics::reduction::static_answers::{TakenLoads, with_static_answers};
@@ -30,7 +30,7 @@ use crate::contact_zone::ContactZone;
 use crate::elastic_body::{Discretised, ElasticBody, ReducedBody, rigid_motion};
 use crate::error::AdaptiveError;
 use crate::lattice::DirectionLattice;
-use crate::rotated_net::RotatedNet;
+use crate::rotated_net::{NetRotation, RotatedNet};
 use crate::spec::{DivisionRule, ElasticSpec, LowModes, PointRule};
 use crate::wanted_interval::WantedInterval;
 
@@ -46,7 +46,7 @@ mod spread_plan;
 
 pub use intervals::{FineInterval, IntervalPart};
 use intervals::{fine_intervals, finest_knots};
-pub use key::compliance_key;
+pub use key::zone_definition;
 use levels::refined;
 use plan::{check_regular, plan};
 use size::check_size;
@@ -138,8 +138,16 @@ pub struct FineMesh {
     pub lookup: DofLookup,
     /// Functions of the coarse model, or of its turned copy, in those of the fine one.
     pub prolongation: Prolongation,
-    /// The turned copy of the coarse model, where the coarse net is singular or not smooth at the contact.
-    pub rotated: Option<RotatedNet>,
+    /// The turned net, if it is one.
+    pub rotated: Option<TurnedMesh>,
+}
+
+/// What a fine model on a turned net has besides.
+pub struct TurnedMesh {
+    /// How displacements are carried to the net.
+    pub net: RotatedNet,
+    /// The space on the net before it was turned.
+    unturned: HierarchicalSpace,
 }
 
 /// A refined body before reduction; dereferences to its mesh.
@@ -199,17 +207,33 @@ impl FineMesh {
         wanted: &[WantedInterval],
         settings: &FineSettings,
     ) -> Result<Self, AdaptiveError> {
-        let rotated = match wanted {
-            [one] if coarse.spec.model != Model::Axisymmetric => RotatedNet::new(coarse, one)?,
+        let turn = match wanted {
+            [one] if coarse.spec.model != Model::Axisymmetric => NetRotation::new(coarse, one)?,
             _ => None,
         };
-        match rotated {
+        match turn {
             None => Self::refine(coarse, wanted, settings),
-            Some(net) => {
-                let fine = Self::refine(&net.body, &[net.wanted], settings)?;
-                Ok(Self { rotated: Some(net), ..fine })
-            }
+            Some(turn) => Self::refine(coarse, &[turn.wanted], settings)?.turned(coarse, turn),
         }
+    }
+
+    /// The model turned with its net, which leaves the body as it is.
+    fn turned(self, coarse: &ElasticBody, turn: NetRotation) -> Result<Self, AdaptiveError> {
+        let fail = |source| AdaptiveError::Geometry { body: coarse.name.clone(), source };
+        let rotation = &turn.rotation;
+        let patches = self.patches.iter().map(|patch| patch.rotated(rotation)).collect::<Result<_, _>>();
+        let shape = Arc::new(self.shape.rotated(rotation).map_err(fail)?);
+        let (patches, space) = (patches.map_err(fail)?, self.space.rotated(rotation));
+        let net = RotatedNet::new(coarse, turn)?;
+        let rotated = Some(TurnedMesh { net, unturned: self.space });
+        Ok(Self { shape, patches, space, rotated, ..self })
+    }
+
+    /// The rotation by which the model of a body without rigid parts is turned: matrices and flexibility are those of the model before, the same about all places
+    /// of a ball.
+    pub fn turn(&self, coarse: &ElasticBody) -> Option<BodyTurn> {
+        let rotated = self.rotated.as_ref().filter(|_| coarse.spec.rigid_areas.is_empty())?;
+        Some(BodyTurn { rotation: rotated.net.turn.rotation, n_components: self.motion.n_components() })
     }
 
     fn refine(
@@ -248,22 +272,41 @@ impl FineMesh {
         })
     }
 
+    /// As [`FineMesh::assemble`], of the model before it was turned by [`FineMesh::turn`].
+    ///
+    /// # Errors
+    /// As [`FineMesh::assemble`].
+    pub fn assemble_unturned(&self, coarse: &ElasticBody) -> Result<AssembledBody, AdaptiveError> {
+        match &self.rotated {
+            Some(rotated) if self.turn(coarse).is_some() => self.assemble_on(&rotated.unturned, coarse),
+            _ => self.assemble(coarse),
+        }
+    }
+
     /// Stiffness and mass of the body, whose material and rigid parts are those of `coarse`.
     ///
     /// # Errors
     /// [`AdaptiveError::Geometry`] if the mapping folds, or there are too many entries; those of
     /// [`Discretised::stiffened`] for rigid parts.
     pub fn assemble(&self, coarse: &ElasticBody) -> Result<AssembledBody, AdaptiveError> {
+        self.assemble_on(&self.space, coarse)
+    }
+
+    fn assemble_on(
+        &self,
+        space: &HierarchicalSpace,
+        coarse: &ElasticBody,
+    ) -> Result<AssembledBody, AdaptiveError> {
         let fail = |source| AdaptiveError::Geometry { body: self.name.clone(), source };
         let ElasticSpec { material, rigid_areas, .. } = &coarse.spec;
-        let matrices = assemble(&self.space, &self.model, material).map_err(fail)?;
+        let matrices = assemble(space, &self.model, material).map_err(fail)?;
         let stiffness = self.discretised().stiffened(matrices.stiffness, rigid_areas, material)?;
         Ok(AssembledBody {
             name: self.name.clone(),
             motion: self.motion,
             stiffness,
             mass: MassMatrix::PerComponent(matrices.mass),
-            nodes: self.space.control_points().to_vec(),
+            nodes: space.control_points().to_vec(),
             anchors: self.anchors(),
             dofs: self.dofs.clone(),
         })
@@ -309,7 +352,7 @@ impl FineMesh {
     pub fn prolong(&self, coarse: &AssembledBody, shapes: MatRef<'_, f64>) -> Mat<f64> {
         match &self.rotated {
             None => self.prolong_nested(coarse, shapes),
-            Some(net) => self.prolong_nested(&net.body.assembled, net.prolong(coarse, shapes).as_ref()),
+            Some(TurnedMesh { net, .. }) => self.prolong_nested(coarse, net.prolong(coarse, shapes).as_ref()),
         }
     }
 

@@ -13,7 +13,7 @@ use ffr_dynamics::DynamicsError;
 use ffr_dynamics::body::AssembledBody;
 use ffr_dynamics::error::MatrixFault;
 use iga_core::SplineError;
-use iga_core::nurbs::jet::norm;
+use iga_core::nurbs::jet::{dot, norm};
 use iga_core::nurbs::patch::PointBasis;
 use iga_core::nurbs::symmetry::{product, rotation_about};
 use iga_core::nurbs::{PatchSearch, Shape};
@@ -25,37 +25,69 @@ use crate::elastic_body::ElasticBody;
 use crate::error::AdaptiveError;
 use crate::wanted_interval::WantedInterval;
 
-/// A copy of a coarse model on a turned net.
-pub struct RotatedNet {
-    /// The body on the turned net.
-    pub body: ElasticBody,
-    /// The interval on it.
+/// How the net of a coarse model is turned for a contact interval.
+#[derive(Debug, Clone, Copy)]
+pub struct NetRotation {
+    /// Rows.
+    pub rotation: [[f64; 3]; 3],
+    /// The interval on the net before it is turned.
     pub wanted: WantedInterval,
+}
+
+impl NetRotation {
+    /// That of `coarse` by which the interval `wanted` lies where the net is regular: about the first regular direction of a ball, wherever it is touched, so that all its
+    /// intervals of the same widths are one; `None` if it does already, or the body has no symmetry.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Geometry`] if the turned net cannot be built.
+    pub fn new(coarse: &ElasticBody, wanted: &WantedInterval) -> Result<Option<Self>, AdaptiveError> {
+        let shape = &coarse.spec.shape;
+        let Some(symmetry) = &shape.symmetry else { return Ok(None) };
+        let place = wanted.face.on_face(&wanted.centre);
+        let surface =
+            wanted.face.at(&shape.patches[wanted.face.id.patch], &place, &mut PointBasis::default());
+        let normal = if symmetry.is_ball() { surface.point } else { surface.normal };
+        let Some(first) = symmetry.rotation_of_first_to(&surface.point, &normal) else { return Ok(None) };
+        let there = match symmetry.regular().first().filter(|_| symmetry.is_ball()) {
+            // To the last bit the same for all places.
+            Some(direction) => scaled(direction, norm(&first_point(&coarse.shape))),
+            None => back(&first, &surface.point),
+        };
+        let (face, site) = nearest(&coarse.shape, &there);
+        let wanted = WantedInterval { face, centre: site.xi, widths: wanted.widths };
+        if !symmetry.is_ball() {
+            return Ok(Some(Self { rotation: first, wanted }));
+        }
+        // The directions along the face stay those that widths were asked for, as far as the net allows.
+        let along = first.map(|row| dot(&row, &site.tangents[0]));
+        let angle = angle_between(&along, &surface.tangents[0], &normal);
+        Ok(Some(Self { rotation: product(&rotation_about(&unit(&normal), angle), &first), wanted }))
+    }
+}
+
+/// A point on the surface of a shape, always the same.
+fn first_point(shape: &Shape) -> [f64; 3] {
+    let faces = Face::outer(&shape.patches, false);
+    let face = faces.first().expect("a body has an outer face");
+    shape.patches[face.id.patch].point(&face.on_face(&[0.0; 3]))
+}
+
+/// The products by which displacements are carried to a turned net.
+pub struct RotatedNet {
+    /// The rotation.
+    pub turn: NetRotation,
     /// `∫ ρ R_A(rotated) R_B(coarse) dV` \[kg\], a row per rotated function.
     cross: Vec<Vec<(u32, f64)>>,
     mass: Llt<u32, f64>,
 }
 
 impl RotatedNet {
-    /// The model `coarse` with its net turned so that the interval `wanted` lies where the net is regular; `None` if it does
-    /// already, or the body has no symmetry.
+    /// Those of the model `coarse` and its copy turned by `turn`.
     ///
     /// # Errors
     /// [`AdaptiveError::Geometry`] if the turned net cannot be built, [`AdaptiveError::Reduction`] if its mass is singular.
-    pub fn new(coarse: &ElasticBody, wanted: &WantedInterval) -> Result<Option<Self>, AdaptiveError> {
-        let fail = |source| AdaptiveError::Geometry { body: coarse.name.clone(), source };
-        let place = wanted.face.on_face(&wanted.centre);
-        let Some((rotation, point)) =
-            regular_rotation(&coarse.spec.shape, &wanted.face, &place).map_err(fail)?
-        else {
-            return Ok(None);
-        };
-        let mut spec = coarse.spec.clone();
-        spec.shape = coarse.spec.shape.rotated(&rotation).map_err(fail)?.into();
-        let body = ElasticBody::build(&coarse.name, spec)?;
-        let (face, site) = nearest(&body.shape, &point);
-        let wanted = WantedInterval { face, centre: site.xi, widths: wanted.widths };
-        let (cross, own) = mass_products(&body, coarse);
+    pub fn new(coarse: &ElasticBody, turn: NetRotation) -> Result<Self, AdaptiveError> {
+        let (cross, own) = mass_products(coarse, &turn.rotation);
         let lower = |(a, row): (usize, &Vec<(u32, f64)>)| {
             let entries = row.iter().filter(move |e| e.0 as usize <= a);
             entries.map(move |&(b, m)| Triplet::new(a as u32, b, m)).collect::<Vec<_>>()
@@ -68,10 +100,10 @@ impl RotatedNet {
         };
         let mass = SparseColMat::<u32, f64>::try_new_from_triplets(own.len(), own.len(), &triplets);
         let mass = mass.map_err(|_| singular())?.sp_cholesky(Side::Lower).map_err(|_| singular())?;
-        Ok(Some(Self { body, wanted, cross, mass }))
+        Ok(Self { turn, cross, mass })
     }
 
-    /// Displacements of the coarse unknowns (n x k) on the turned unknowns: the nearest ones in the mass norm.
+    /// Displacements of the coarse unknowns (n x k) on those of the turned net, which have the same numbers: the nearest ones in the mass norm.
     pub fn prolong(&self, coarse: &AssembledBody, shapes: MatRef<'_, f64>) -> Mat<f64> {
         let n_components = coarse.motion.n_components();
         let mut values = Mat::<f64>::zeros(coarse.nodes.len(), n_components * shapes.ncols());
@@ -89,12 +121,11 @@ impl RotatedNet {
             }
         }
         self.mass.solve_in_place(right.as_mut());
-        let turned = &self.body.assembled;
         let entry = |i: usize, j: usize| {
-            let dof = turned.dofs[i];
+            let dof = coarse.dofs[i];
             right[(dof.node as usize, j * n_components + dof.component as usize)]
         };
-        Mat::from_fn(turned.dofs.len(), shapes.ncols(), entry)
+        Mat::from_fn(coarse.dofs.len(), shapes.ncols(), entry)
     }
 }
 
@@ -203,29 +234,30 @@ impl ElementSums {
 
 /// `∫ ρ R_A R_B dV` of the functions, an integral over the area in plane models, whose thickness drops out, on the turned net with those of the coarse one, and among themselves. Both by the same Gauss
 /// points, so that what both nets hold is carried over exactly: near collapsed faces integrals depend on the points.
-fn mass_products(turned: &ElasticBody, coarse: &ElasticBody) -> (Rows, Rows) {
-    let patch = &turned.shape.patches[0];
+fn mass_products(coarse: &ElasticBody, rotation: &[[f64; 3]; 3]) -> (Rows, Rows) {
+    let patch = &coarse.shape.patches[0];
+    let space = &coarse.space;
     // Parameters do not change under refinement, and the shape of the scenario is the cheapest to search.
     let (own, searched) = (&coarse.spec.shape.patches[0], &coarse.shape.patches[0]);
     let search = PatchSearch::new(own, [None; 3]);
-    let density = turned.spec.material.density();
-    let mut rows: Rows = vec![Vec::new(); turned.space.n_functions()];
+    let density = coarse.spec.material.density();
+    let mut rows: Rows = vec![Vec::new(); space.n_functions()];
     let mut mass_rows = rows.clone();
-    let mut sums = ElementSums::new(coarse.space.n_functions());
-    let mut mass_sums = ElementSums::new(turned.space.n_functions());
+    let mut sums = ElementSums::new(space.n_functions());
+    let mut mass_sums = ElementSums::new(space.n_functions());
     let (mut a, mut b) = (PointBasis::default(), PointBasis::default());
     let (mut on_turned, mut on_coarse) = (Vec::new(), Vec::new());
-    for e in 0..turned.space.n_elements() {
+    for e in 0..space.n_elements() {
         let (lower, upper) = patch.element(e);
-        turned.space.active_functions(e, &mut on_turned);
-        for (xi, weight) in gauss(turned, lower, upper) {
+        space.active_functions(e, &mut on_turned);
+        for (xi, weight) in gauss(coarse, lower, upper) {
             let jet = patch.jet_on(e, &xi, 1, &mut PointBasis::default());
             let mass = density * weight * jet.determinant(patch.dimension());
-            turned.space.evaluate(e, &xi, 0, &mut a);
-            let there = search.closest(own, &jet.point).xi;
+            space.evaluate(e, &xi, 0, &mut a);
+            let there = search.closest(own, &rotation.map(|row| dot(&row, &jet.point))).xi;
             let element = searched.find_element(&there);
-            coarse.space.active_functions(element, &mut on_coarse);
-            coarse.space.evaluate(element, &there, 0, &mut b);
+            space.active_functions(element, &mut on_coarse);
+            space.evaluate(element, &there, 0, &mut b);
             sums.add((&a.values, mass), (&on_coarse, &b.values));
             mass_sums.add((&a.values, mass), (&on_turned, &a.values));
         }
@@ -273,7 +305,6 @@ fn angle_between(from: &[f64; 3], to: &[f64; 3], axis: &[f64; 3]) -> f64 {
         from[2] * to[0] - from[0] * to[2],
         from[0] * to[1] - from[1] * to[0],
     ];
-    let dot = |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|c| a[c] * b[c]).sum::<f64>();
     let along = dot(from, to) - dot(from, &n) * dot(to, &n);
     dot(&cross, &n).atan2(along)
 }
@@ -281,6 +312,15 @@ fn angle_between(from: &[f64; 3], to: &[f64; 3], axis: &[f64; 3]) -> f64 {
 fn unit(v: &[f64; 3]) -> [f64; 3] {
     let length = norm(v);
     v.map(|c| c / length)
+}
+
+fn scaled(v: &[f64; 3], factor: f64) -> [f64; 3] {
+    v.map(|c| factor * c)
+}
+
+/// The vector `v` turned back by `rotation` (rows).
+fn back(rotation: &[[f64; 3]; 3], v: &[f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|c| (0..3).map(|r| rotation[r][c] * v[r]).sum())
 }
 
 #[cfg(test)]

@@ -9,14 +9,14 @@ use crate::impacts::{STEEL, contact, law, spec};
 use adaptive::driver::run;
 use adaptive::elastic_body::modes_key;
 use adaptive::elastic_body::{Interface, InterfaceModes};
-use adaptive::fine_model::compliance_key;
-use adaptive::fine_model::{FineMesh, FineSettings};
+use adaptive::fine_model::FineSettings;
+use adaptive::fine_model::zone_definition;
 use adaptive::model::RunModel;
 use adaptive::recording::Recording;
 use adaptive::spec::DivisionRule;
 use adaptive::spec::{
-    BodyKind, DampingSpec, ElasticSpec, FrameSpec, IntervalSpec, PenaltySearch, Place, PointRule,
-    ReductionSpec, RefinementSpec, RunSpec, Target, Treatment,
+    BodyKind, DampingSpec, ElasticSpec, FrameSpec, IntervalSpec, PenaltySearch, Place, ReductionSpec,
+    RefinementSpec, RunSpec, Target, Treatment,
 };
 use adaptive::store::{CacheUse, ModelCache, ModelKey, ModelStore, StoredModel, body_definition};
 use iga_core::elasticity::{Material, Model};
@@ -98,7 +98,8 @@ fn same(a: &str, b: &str, what: &str) {
     assert!(a == b, "{what}: {} instead of {}", part(b), part(a));
 }
 
-fn runs_agree(spec: &RunSpec) {
+/// How the store was used that was empty.
+fn runs_agree(spec: &RunSpec) -> CacheUse {
     let store = Arc::new(Shelf::default());
     let (without, unused) = traced(spec, None);
     let (cold, first) = traced(spec, Some(&store));
@@ -106,12 +107,14 @@ fn runs_agree(spec: &RunSpec) {
     same(&without, &cold, "empty store");
     same(&without, &warm, "full store");
     assert_eq!(unused, CacheUse { fine_models: first.fine_models, ..CacheUse::default() });
-    assert!(first.hits == 0 && first.misses >= 3, "{first:?}");
+    // The modes and a fine model, which equal balls share.
+    assert!(first.hits == 0 && first.misses >= 2, "{first:?}");
     assert_eq!((second.hits, second.misses), (first.misses, 0));
     assert!(first.fine_models >= 1 && second.fine_models == 0, "{first:?} {second:?}");
     // Equal bodies are looked up once per run.
     let asked = store.asked.lock().unwrap();
     assert_eq!(asked.iter().filter(|kind| **kind == "modes").count(), 2);
+    first
 }
 
 #[test]
@@ -121,7 +124,8 @@ fn axisymmetric_runs_are_the_same_without_a_store_with_an_empty_and_with_a_full_
 
 #[test]
 fn solid_runs_are_the_same_without_a_store_with_an_empty_and_with_a_full_one() {
-    runs_agree(&two_balls());
+    // Both balls are touched in one place of the turned net.
+    assert_eq!(runs_agree(&two_balls()).fine_models, 1);
 }
 
 #[test]
@@ -228,34 +232,25 @@ fn modes_are_told_apart_by_reduction_and_interface() {
 }
 
 #[test]
-fn compliances_are_told_apart_by_the_last_bit_of_interval_settings_and_modes() {
+fn fine_models_are_told_apart_by_the_last_bit_of_interval_and_settings() {
     let body = sphere([4, 4]);
-    let reduced = body.reduce(&Interface::default()).unwrap();
     let (wanted, settings) = (wanted_at(&body, [0.0, -0.01, 0.0], 3e-4), FineSettings::default());
-    let unknowns =
-        FineMesh::build(&body, &[wanted], &settings).unwrap().zone(0, PointRule::Gauss).unwrap().unknowns;
-    let key = |wanted, settings, unknowns: &[usize]| {
-        compliance_key((&body, &reduced), Some((&wanted, &settings)), (unknowns, &[]))
-    };
-    let mut keys = vec![key(wanted, settings, &unknowns), key(wanted, settings, &unknowns[1..])];
+    let key = |wanted, settings| zone_definition(&body, Some((&wanted, &settings))).0;
+    let mut keys = vec![key(wanted, settings)];
     let mut other = wanted;
     other.widths[0] = other.widths[0].next_up();
-    keys.push(key(other, settings, &unknowns));
+    keys.push(key(other, settings));
     let mut other = wanted;
     other.centre[0] = other.centre[0].next_up();
-    keys.push(key(other, settings, &unknowns));
-    keys.push(key(wanted, FineSettings { elements: 20, ..settings }, &unknowns));
-    keys.push(key(wanted, FineSettings { division: DivisionRule::Printed, ..settings }, &unknowns));
-    keys.push(key(wanted, FineSettings { growth: Some(1), ..settings }, &unknowns));
-    let mut changed = body.reduce(&Interface::default()).unwrap();
-    changed.basis.shapes[(0, 0)] = changed.basis.shapes[(0, 0)].next_up();
-    keys.push(compliance_key((&body, &reduced), None, (&unknowns, &[])));
-    keys.push(compliance_key((&body, &changed), Some((&wanted, &settings)), (&unknowns, &[])));
+    keys.push(key(other, settings));
+    keys.push(key(wanted, FineSettings { elements: 20, ..settings }));
+    keys.push(key(wanted, FineSettings { division: DivisionRule::Printed, ..settings }));
+    keys.push(key(wanted, FineSettings { growth: Some(1), ..settings }));
+    keys.push(zone_definition(&body, None).0);
     for (i, key) in keys.iter().enumerate() {
         assert!(!keys[..i].contains(key), "case {i}");
     }
-    let again = body.reduce(&Interface::default()).unwrap();
-    assert!(compliance_key((&body, &again), Some((&wanted, &settings)), (&unknowns, &[])) == keys[0]);
+    assert!(key(wanted, settings) == keys[0]);
 }
 
 #[test]

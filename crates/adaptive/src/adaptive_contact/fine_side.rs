@@ -146,7 +146,8 @@ impl AdaptiveContact {
     ) -> Result<(FineSide<'a>, ResidualFlexibility), AdaptiveError> {
         let fine = self.fine_body(body, site)?;
         let zone = fine.zone(self.law.points, &self.name)?;
-        let residual = fine.residual(&*fine.assemble(body)?, body, &zone.unknowns)?;
+        let flexibility = fine.flexibility(&*fine.assemble(body)?, body, &zone.unknowns)?;
+        let residual = fine.residual(flexibility, body, fine.low_modes(body)?)?;
         let answer = ZoneAnswer::Static(residual.compliance().clone());
         let shapes = fine.shapes(body)?;
         let side = FineSide { body: fine, zone, shapes, answer, points: Mat::new(), fine_modes: None };
@@ -214,21 +215,35 @@ impl AdaptiveContact {
         let points =
             |residual: &ResidualFlexibility| point_rows(&shown, fine.lookup(), fine.motion(), residual);
         let n_rows = n_columns(places, fine.motion().n_components());
-        let key = fine.compliance_key(&body, (&zone.unknowns, places))?;
+        let unknowns = &zone.unknowns;
+        let has_modes = self.is_vibrating() || !places.is_empty();
+        let key = fine.compliance_key(&body, (unknowns, places), has_modes)?;
         let key = ModelKey { kind: if self.is_vibrating() { "zone-modes" } else { key.kind }, ..key };
+        let low = fine.low_modes(&body)?;
         let (answer, points) = self.cache.recent(
             key,
-            |stored| self.answer_from(stored, zone.unknowns.len(), n_rows),
+            |stored| self.answer_from(stored, unknowns.len(), n_rows),
             || {
                 self.cache.count_fine_model();
                 let assembled = fine.assemble(&body)?;
                 check_cancel()?;
-                let residual = fine.residual(&assembled, &body, &zone.unknowns)?;
+                let flexibility = fine.flexibility(&assembled, &body, unknowns)?;
                 check_cancel()?;
-                self.answer(body.name, &residual, &assembled).map(|answer| (answer, points(&residual)))
+                let free = ZoneAnswer::Static(flexibility.compliance().clone());
+                if !has_modes {
+                    return Ok::<_, AdaptiveError>((free, Mat::zeros(unknowns.len(), 0)));
+                }
+                let residual = fine.residual(flexibility, &body, low.clone())?;
+                let answer =
+                    if self.is_vibrating() { self.answer(body.name, &residual, &assembled)? } else { free };
+                Ok((answer, points(&residual)))
             },
             stored_answer,
         )?;
+        let answer = match answer {
+            ZoneAnswer::Static(free) => ZoneAnswer::Static(low.take_out(free, unknowns, fine.turn(&body))),
+            vibrating @ ZoneAnswer::Vibrating(_) => vibrating,
+        };
         let shapes = fine.shapes(&body)?;
         Ok(FineSide { body: fine, zone, shapes, answer, points, fine_modes: None })
     }

@@ -41,6 +41,18 @@ pub(super) struct Sites {
     pub whole: Option<TouchKind>,
 }
 
+/// Bits of a width that are not kept: a millionth of it, far above round-off and far below what is known of widths.
+const LOOSE_BITS: u32 = 32;
+
+/// The width next to `width` with twenty bits \[m\]: equal bodies then have zones of the same width, in spite of the round-off of the places where they touch.
+fn without_round_off(width: f64) -> f64 {
+    if !width.is_finite() {
+        return width;
+    }
+    let half = 1 << (LOOSE_BITS - 1);
+    f64::from_bits((width.to_bits() + half) >> LOOSE_BITS << LOOSE_BITS)
+}
+
 impl AdaptiveContact {
     /// Where the bodies touch in the motions `states`: the nearest points or, of a whole straight line of them, its middle.
     ///
@@ -91,6 +103,7 @@ impl AdaptiveContact {
         let mut own = zone_site(&own_body, &nearest.contact, widths);
         let mut target = target.map(|(other, there)| {
             let widths = self.target_widths(bodies, states, (&nearest.contact, widths), (other, there));
+            let widths = widths.map(without_round_off);
             zone_site(&flexible(&bodies[other]), there, widths)
         });
         if request.widths.is_none()
@@ -202,7 +215,7 @@ impl AdaptiveContact {
 
     /// The widths that an interval has if `widths` are wished for \[m\].
     pub fn granted(&self, bodies: &[BodyModel], widths: [f64; 2]) -> [f64; 2] {
-        widths.map(|w| w.min(WIDEST * flexible(&bodies[self.body]).size))
+        widths.map(|w| without_round_off(w.min(WIDEST * flexible(&bodies[self.body]).size)))
     }
 
     /// The zones of the last impact, of contact body and target, if they hold one for which `wanted` would be laid.

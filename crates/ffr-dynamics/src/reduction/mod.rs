@@ -37,7 +37,7 @@ pub mod compliance;
 pub mod residual_modes;
 pub mod static_answers;
 
-pub use compliance::{ResidualFlexibility, modal_compliance};
+pub use compliance::{BodyTurn, FreeFlexibility, LowModes, ResidualFlexibility, modal_compliance};
 pub use craig_bampton::{CraigBampton, FixedInterfaceModes, craig_bampton};
 pub use eigen_modes::{EigenModes, neighbouring_counts};
 pub use factor::{CholeskyFactor, SymbolicFactor};

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use faer::Mat;
 
+use super::compliance::LowModes;
 use super::eigen_modes::{EigenModes, neighbouring_counts};
 use super::problem::ElasticProblem;
 use super::rigid::RigidModes;
@@ -37,6 +38,12 @@ impl ReducedBasis {
         let Self { omega, n_low, static_loads, .. } = self;
         let (omega, static_loads) = (omega.clone(), static_loads.clone());
         Self { shapes, omega, n_low: *n_low, rigid, multiplet: None, static_loads }
+    }
+
+    /// The low-frequency shapes.
+    pub fn low_modes(&self) -> LowModes {
+        let shapes = self.shapes.as_ref().subcols(0, self.n_low).to_owned();
+        LowModes { shapes, omega: self.omega[..self.n_low].to_vec() }
     }
 
     /// Number of shapes.

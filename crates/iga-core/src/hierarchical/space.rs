@@ -11,6 +11,7 @@ use crate::bspline::basis_derivatives;
 use crate::knots::{KnotVector, MAX_DEGREE};
 use crate::nurbs::Patch;
 use crate::nurbs::interface::FaceId;
+use crate::nurbs::jet::dot;
 use crate::nurbs::patch::{PointBasis, SECOND_DERIVATIVES, make_rational};
 use crate::space::{Element, PatchSpace, Space};
 use crate::spline_fault::LevelFault;
@@ -79,6 +80,17 @@ impl HierarchicalSpace {
     /// As [`HierarchicalSpace::of_patches`].
     pub fn plain_patches(patches: &[Patch]) -> Result<Self, SplineError> {
         Self::of_patches(patches, patches.iter().map(|p| SubdomainHierarchy::new(p.knots())).collect())
+    }
+
+    /// The space of the patches turned by the rotation matrix `rotation` (rows) about the origin of their frame: functions of the same numbers and
+    /// parameters.
+    #[must_use]
+    pub fn rotated(&self, rotation: &[[f64; 3]; 3]) -> Self {
+        let mut turned = self.clone();
+        for point in &mut turned.numbering.control_points {
+            *point = rotation.map(|row| dot(&row, point));
+        }
+        turned
     }
 
     /// Number of patches.

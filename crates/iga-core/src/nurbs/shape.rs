@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::Patch;
 use super::interface::FaceId;
+use super::jet::dot;
 use super::patch::PointBasis;
 use super::symmetry::Symmetry;
 use crate::SplineError;
@@ -73,13 +74,9 @@ impl Shape {
     /// # Errors
     /// As [`Patch::new`], for a matrix that is not finite.
     pub fn rotated(&self, rotation: &[[f64; 3]; 3]) -> Result<Self, SplineError> {
-        let turn = |p: &[f64; 3]| rotation.map(|row| row[0] * p[0] + row[1] * p[1] + row[2] * p[2]);
-        let patches = self.patches.iter().map(|patch| {
-            let points = patch.control_points().iter().map(turn).collect();
-            Patch::new(patch.knots().to_vec(), points, patch.weights().to_vec())
-        });
+        let turn = |p: &[f64; 3]| rotation.map(|row| dot(&row, p));
         Ok(Self {
-            patches: patches.collect::<Result<_, _>>()?,
+            patches: self.patches.iter().map(|patch| patch.rotated(rotation)).collect::<Result<_, _>>()?,
             markers: self.markers.iter().map(|(name, p)| (name.clone(), turn(p))).collect(),
             faces: self.faces.clone(),
             singular: self.singular.clone(),
@@ -97,6 +94,15 @@ impl Shape {
 }
 
 impl Patch {
+    /// The patch turned by the rotation matrix `rotation` (rows) about the origin of its frame.
+    ///
+    /// # Errors
+    /// As [`Patch::new`], for a matrix that is not finite.
+    pub fn rotated(&self, rotation: &[[f64; 3]; 3]) -> Result<Self, SplineError> {
+        let points = self.control_points().iter().map(|p| rotation.map(|row| dot(&row, p)));
+        Self::new(self.knots().to_vec(), points.collect(), self.weights().to_vec())
+    }
+
     /// Checks that no element is folded or inside out, by the sign of `det ∂x/∂ξ` at interior points of each element.
     ///
     /// # Errors
