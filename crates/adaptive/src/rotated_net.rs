@@ -20,6 +20,7 @@ use iga_core::nurbs::{PatchSearch, Shape};
 use iga_core::quadrature::GaussRule;
 use iga_core::space::Space;
 use iga_core::surface::Face;
+use rayon::prelude::*;
 
 use crate::elastic_body::ElasticBody;
 use crate::error::AdaptiveError;
@@ -221,16 +222,34 @@ impl ElementSums {
         }
     }
 
-    /// Hands the sums to the rows of the element's `functions`, and is empty afterwards.
-    fn hand_over(&mut self, functions: &[u32], rows: &mut Rows) {
-        for (column, sums) in self.columns.iter().zip(self.sums.chunks_exact(functions.len())) {
-            functions.iter().zip(sums).for_each(|(f, sum)| rows[*f as usize].push((*column, *sum)));
-            self.place[*column as usize] = NONE;
-        }
-        self.columns.clear();
-        self.sums.clear();
+    /// The sums of the element; none are left.
+    fn take(&mut self) -> ElementProducts {
+        self.columns.iter().for_each(|column| self.place[*column as usize] = NONE);
+        ElementProducts { columns: std::mem::take(&mut self.columns), sums: std::mem::take(&mut self.sums) }
     }
 }
+
+/// Products of the functions of one element with others.
+struct ElementProducts {
+    columns: Vec<u32>,
+    /// The functions of the element next to each other.
+    sums: Vec<f64>,
+}
+
+impl ElementProducts {
+    /// Adds them to the rows of the element's `functions`.
+    fn hand_over(&self, functions: &[u32], rows: &mut Rows) {
+        for (column, sums) in self.columns.iter().zip(self.sums.chunks_exact(functions.len())) {
+            functions.iter().zip(sums).for_each(|(f, sum)| rows[*f as usize].push((*column, *sum)));
+        }
+    }
+}
+
+/// What a thread needs for the products of an element: sums with the functions of the other net and among themselves, values of both, numbers of the others.
+type Scratch = (ElementSums, ElementSums, PointBasis, PointBasis, Vec<u32>);
+
+/// Distance of a place from the point looked for, as a share of the body's size, that is round-off: there the search from the neighbouring point has met it.
+const SAME_PLACE: f64 = 1e-12;
 
 /// `∫ ρ R_A R_B dV` of the functions, an integral over the area in plane models, whose thickness drops out, on the turned net with those of the coarse one, and among themselves. Both by the same Gauss
 /// points, so that what both nets hold is carried over exactly: near collapsed faces integrals depend on the points.
@@ -240,29 +259,41 @@ fn mass_products(coarse: &ElasticBody, rotation: &[[f64; 3]; 3]) -> (Rows, Rows)
     // Parameters do not change under refinement, and the shape of the scenario is the cheapest to search.
     let (own, searched) = (&coarse.spec.shape.patches[0], &coarse.shape.patches[0]);
     let search = PatchSearch::new(own, [None; 3]);
+    let size = coarse.size();
     let density = coarse.spec.material.density();
-    let mut rows: Rows = vec![Vec::new(); space.n_functions()];
-    let mut mass_rows = rows.clone();
-    let mut sums = ElementSums::new(space.n_functions());
-    let mut mass_sums = ElementSums::new(space.n_functions());
-    let (mut a, mut b) = (PointBasis::default(), PointBasis::default());
-    let (mut on_turned, mut on_coarse) = (Vec::new(), Vec::new());
-    for e in 0..space.n_elements() {
+    let n_functions = space.n_functions();
+    let scratch = || {
+        let sums = || ElementSums::new(n_functions);
+        (sums(), sums(), PointBasis::default(), PointBasis::default(), Vec::new())
+    };
+    let of_element = |(sums, mass_sums, a, b, on_coarse): &mut Scratch, e: usize| {
         let (lower, upper) = patch.element(e);
-        space.active_functions(e, &mut on_turned);
+        let mut functions = Vec::new();
+        space.active_functions(e, &mut functions);
+        let mut last = None;
         for (xi, weight) in gauss(coarse, lower, upper) {
             let jet = patch.jet_on(e, &xi, 1, &mut PointBasis::default());
             let mass = density * weight * jet.determinant(patch.dimension());
-            space.evaluate(e, &xi, 0, &mut a);
-            let there = search.closest(own, &rotation.map(|row| dot(&row, &jet.point))).xi;
+            space.evaluate(e, &xi, 0, a);
+            let target = rotation.map(|row| dot(&row, &jet.point));
+            let near = last.map(|start| search.closest_from(own, &target, &start));
+            let found = near.filter(|found| found.measure <= SAME_PLACE * size);
+            let there = found.unwrap_or_else(|| search.closest(own, &target)).xi;
+            last = Some(there);
             let element = searched.find_element(&there);
-            space.active_functions(element, &mut on_coarse);
-            space.evaluate(element, &there, 0, &mut b);
-            sums.add((&a.values, mass), (&on_coarse, &b.values));
-            mass_sums.add((&a.values, mass), (&on_turned, &a.values));
+            space.active_functions(element, on_coarse);
+            space.evaluate(element, &there, 0, b);
+            sums.add((&a.values, mass), (on_coarse, &b.values));
+            mass_sums.add((&a.values, mass), (&functions, &a.values));
         }
-        sums.hand_over(&on_turned, &mut rows);
-        mass_sums.hand_over(&on_turned, &mut mass_rows);
+        (functions, sums.take(), mass_sums.take())
+    };
+    let of_elements: Vec<_> = (0..space.n_elements()).into_par_iter().map_init(scratch, of_element).collect();
+    let mut rows: Rows = vec![Vec::new(); n_functions];
+    let mut mass_rows = rows.clone();
+    for (functions, products, masses) in of_elements {
+        products.hand_over(&functions, &mut rows);
+        masses.hand_over(&functions, &mut mass_rows);
     }
     for row in rows.iter_mut().chain(&mut mass_rows) {
         row.sort_by_key(|e: &(u32, f64)| e.0);
@@ -335,7 +366,7 @@ mod tests {
             // 1000 points in one element of the other net, 10 in its neighbour; exact in binary arithmetic.
             (0..1000).for_each(|_| sums.add((&[1.0, 0.5], 2.0), (&[4, 2], &[0.25, 4.0])));
             (0..10).for_each(|_| sums.add((&[1.0, 0.5], 1.0), (&[2, 5], &[1.0, 2.0])));
-            sums.hand_over(&functions, &mut rows);
+            sums.take().hand_over(&functions, &mut rows);
         }
         let row = |factor: f64| {
             let element = [(4, 500.0), (2, 8010.0), (5, 20.0)].map(|(other, sum)| (other, factor * sum));
