@@ -10,7 +10,7 @@ use faer::{Mat, MatMut, MatRef};
 
 use super::dense;
 use super::factor::CholeskyFactor;
-use super::modal::ReducedBasis;
+use super::modal::{LowModes, ReducedBasis};
 use super::problem::ElasticProblem;
 use super::rigid::RigidModes;
 use crate::DynamicsError;
@@ -129,15 +129,6 @@ impl FreeFlexibility {
         dense::symmetrise(&mut g);
         g
     }
-}
-
-/// Low-frequency modes of a free body, whose motion is dynamic.
-#[derive(Debug, Clone)]
-pub struct LowModes {
-    /// Mass-orthonormal shapes, n x n_low [1/sqrt(kg)].
-    pub shapes: Mat<f64>,
-    /// Angular frequencies \[rad/s\].
-    pub omega: Vec<f64>,
 }
 
 impl LowModes {

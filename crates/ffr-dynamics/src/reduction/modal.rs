@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use faer::Mat;
 
-use super::compliance::LowModes;
 use super::eigen_modes::{EigenModes, neighbouring_counts};
 use super::problem::ElasticProblem;
 use super::rigid::RigidModes;
@@ -30,6 +29,15 @@ pub struct ReducedBasis {
     /// Loads whose static answers the shapes have (see [`super::static_answers`]); none of a basis of eigenmodes alone. Where all
     /// shapes are low-frequency, the static answers are the last of them.
     pub static_loads: Vec<usize>,
+}
+
+/// Low-frequency modes of a free body, whose motion is dynamic.
+#[derive(Debug, Clone)]
+pub struct LowModes {
+    /// Mass-orthonormal shapes, n x n_low [1/sqrt(kg)].
+    pub shapes: Mat<f64>,
+    /// Angular frequencies \[rad/s\].
+    pub omega: Vec<f64>,
 }
 
 impl ReducedBasis {
