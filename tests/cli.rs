@@ -112,7 +112,7 @@ fn a_run_keeps_to_the_memory_that_it_is_given() {
     };
     // The program itself takes more than a megabyte.
     let (code, _, err) = run("0.001");
-    assert!(code != 0 && err.contains("GB are free (--memory)"), "{err}");
+    assert!(code != 0 && err.contains("GB that are free"), "{err}");
     assert!(!result.exists());
     assert_eq!(run("-1").0, 2, "no amount of memory");
 }

@@ -41,7 +41,7 @@ pub enum DynamicsError {
     },
     /// A factor for which the machine has no memory.
     #[error(
-        "the Cholesky factor of {unknowns} unknowns would take {gigabytes:.1} GB, {free:.1} GB are free (--memory); use fewer elements or a lower degree, in contact zones a smaller interval.elements"
+        "the Cholesky factor of {unknowns} unknowns would take {gigabytes:.2} GB; one factor may take {room:.2} GB of the {free:.2} GB that are free, besides it there are modes, compliance and the other body (--memory); use fewer elements or a lower degree, in contact zones a smaller interval.elements"
     )]
     FactorTooLarge {
         /// Number of unknowns.
@@ -50,6 +50,8 @@ pub enum DynamicsError {
         gigabytes: f64,
         /// Free memory \[GB\].
         free: f64,
+        /// What of it one factor may take \[GB\].
+        room: f64,
     },
     /// More modes were asked for than the model has degrees of freedom.
     #[error("{wanted} modes asked for, the model has only {available}")]

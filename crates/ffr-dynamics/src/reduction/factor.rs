@@ -10,7 +10,7 @@ use faer::{Mat, MatMut};
 use super::entry::Entry;
 use super::entry_positions::EntryPositions;
 use super::layout::Layout;
-use super::memory;
+use super::memory::{self, Shortage};
 use super::numeric::{self, Kind};
 use super::quotient::Quotient;
 use super::supernodes::Supernodes;
@@ -138,12 +138,14 @@ impl SymbolicFactor {
 fn refuse_if(
     layout: &Layout,
     bytes: usize,
-    shortage: impl Fn(f64) -> Option<f64>,
+    shortage: impl Fn(f64) -> Option<Shortage>,
 ) -> Result<(), DynamicsError> {
     let bytes = layout.n_values() as f64 * bytes as f64;
     let (unknowns, gigabytes) = (layout.supernodes.order.len(), 1e-9 * bytes);
     match shortage(bytes) {
-        Some(free) => Err(DynamicsError::FactorTooLarge { unknowns, gigabytes, free }),
+        Some(Shortage { free, room }) => {
+            Err(DynamicsError::FactorTooLarge { unknowns, gigabytes, free, room })
+        }
         None => Ok(()),
     }
 }

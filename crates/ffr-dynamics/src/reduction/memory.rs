@@ -57,18 +57,28 @@ fn entry(text: &str, key: &str) -> Option<u64> {
     words.find_map(|mut line| (line.next() == Some(key)).then(|| line.next()?.parse().ok())?)
 }
 
-/// Gigabytes that are free, if `bytes` do not fit into the share of them that one factor may take.
-pub fn shortage(bytes: f64) -> Option<f64> {
+/// Memory that does not suffice.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shortage {
+    /// What is free \[GB\].
+    pub free: f64,
+    /// The share of it that one factor may take \[GB\].
+    pub room: f64,
+}
+
+/// What there is, if `bytes` do not fit into the share of the free memory that one factor may take.
+pub fn shortage(bytes: f64) -> Option<Shortage> {
     shortage_of(SHARE, bytes)
 }
 
 /// As [`shortage`] for a factor beside the first one of its body, when all else that the body needs is there.
-pub fn shortage_beside(bytes: f64) -> Option<f64> {
+pub fn shortage_beside(bytes: f64) -> Option<Shortage> {
     shortage_of(SHARE_BESIDE, bytes)
 }
 
-fn shortage_of(share: f64, bytes: f64) -> Option<f64> {
-    free().map(|free| free as f64).filter(|free| bytes > share * free).map(|free| 1e-9 * free)
+fn shortage_of(share: f64, bytes: f64) -> Option<Shortage> {
+    let free = free()? as f64;
+    (bytes > share * free).then_some(Shortage { free: 1e-9 * free, room: 1e-9 * share * free })
 }
 
 #[cfg(test)]
