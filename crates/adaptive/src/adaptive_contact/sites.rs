@@ -215,7 +215,8 @@ impl AdaptiveContact {
 
     /// The widths that an interval has if `widths` are wished for \[m\].
     pub fn granted(&self, bodies: &[BodyModel], widths: [f64; 2]) -> [f64; 2] {
-        widths.map(|w| without_round_off(w.min(WIDEST * flexible(&bodies[self.body]).size)))
+        let widest = WIDEST * flexible(&bodies[self.body]).size;
+        widths.map(|w| without_round_off(w).min(widest))
     }
 
     /// The zones of the last impact, of contact body and target, if they hold one for which `wanted` would be laid.
