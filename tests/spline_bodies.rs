@@ -188,7 +188,7 @@ fn meet_over_a_seam(sides: [&str; 2]) {
              reduction = {{ modes = 4 }}\ndiscretisation = {{ degree = 3, elements = [4, 2, 2] }}\n\
              position = [0.03e-3, 2.1e-3, 15.001e-3]\nvelocity = [0.0, 0.0, -1.0]\n\
              [contacts.hit]\ncontact_body = \"{own}\"\ntarget_body = \"{other}\"\n\
-             interval = {{ elements = 8 }}\npenalty = {{ search = \"fixed\" }}\n"
+             interval = {{ elements = 12 }}\npenalty = {{ search = \"fixed\" }}\n"
         )
     };
     let one = "shape = \"box\", size = [0.02, 0.02, 0.02]";
@@ -202,7 +202,8 @@ fn meet_over_a_seam(sides: [&str; 2]) {
         a.impacts[0].peak_force,
         ratio - 1.0
     );
-    // What eight elements across a zone leave open (docs/decisions/0019); impulses follow from masses and what rings.
+    // What eight elements across a zone leave open (docs/decisions/0019); twelve, since with eight the two peaks lie 1 and 2 % below that of
+    // sixteen, depending on how the nets of both sides are turned to each other. Impulses follow from masses and what rings.
     assert!((ratio - 1.0).abs() < 1e-2, "{sides:?}: {ratio}");
     assert!((a.impacts[0].impulse / b.impacts[0].impulse - 1.0).abs() < 1e-4);
 }
