@@ -52,10 +52,13 @@ impl Displaced<'_> {
         let deepest = overhang.max(DEEPER * distance);
         let pressing = pressing.filter(|found| found.gap.abs() <= deepest);
         let is_outside = (nearest.is_beyond || nearest.gap > 0.0) && distance > overhang;
-        match pressing {
+        let best = match pressing {
             Some(found) if !is_outside || (found.gap - distance).abs() <= overhang => found,
             _ => Projection { is_beyond: true, ..nearest },
-        }
+        };
+        // Functions are those of the place, not of the face looked at last.
+        self.jet(&best.place, functions);
+        best
     }
 
     /// The other end of a face that ends in `place` at `point`, if the face is closed there.
@@ -83,4 +86,47 @@ impl Displaced<'_> {
 
 fn is_less(distance: f64, best: &Option<(f64, Projection)>) -> bool {
     best.is_none_or(|(least, _)| distance < least)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::target::{TargetFace, TargetSurface};
+    use super::*;
+    use ffr_dynamics::body::RigidMotion;
+    use iga_core::knots::KnotVector;
+    use iga_core::nurbs::{FaceId, Patch};
+    use iga_core::space::PatchSpace;
+    use iga_core::surface::Face;
+
+    /// All six faces of a cube of unit length.
+    fn cube() -> TargetSurface {
+        let corners = (0..8).map(|k| [k & 1, k >> 1 & 1, k >> 2].map(f64::from)).collect();
+        let knots = vec![KnotVector::uniform(1, 1).expect("knots"); 3];
+        let patches = vec![Patch::new(knots, corners, vec![1.0; 8]).expect("a cube")];
+        let space = PatchSpace::new(patches.clone()).expect("a space");
+        let faces: Vec<TargetFace> = (0..6)
+            .map(|k| FaceId { patch: 0, direction: k / 2, upper: k % 2 == 1 })
+            .map(|id| TargetFace::whole(Face::new(&patches, id, false), &patches))
+            .collect();
+        TargetSurface::rigid(RigidMotion::Spatial, &space, &patches, &faces).expect("a surface").complete()
+    }
+
+    #[test]
+    fn functions_after_a_search_on_all_faces_are_those_of_the_place_found() {
+        let surface = cube();
+        let displaced = Displaced { surface: &surface, nodes: &surface.nodes, normals: &[], slack: 0.0 };
+        let (mut functions, mut samples) = (Functions::new(&surface), Samples::new(&surface));
+        samples.update(displaced);
+        for direction in 0..3 {
+            for height in [-0.01, 1.01] {
+                let mut point = [0.3, 0.4, 0.45];
+                point[direction] = height;
+                let found = displaced.on_all_faces((&point, None), &samples, &mut functions);
+                let jet = displaced.jet_of(found.element, &functions);
+                // Sums of four terms of order one.
+                assert!((found.gap - 0.01).abs() < 1e-14, "{found:?}");
+                assert!(norm(&difference(&jet.point, &found.point)) < 1e-14, "{found:?} {jet:?}");
+            }
+        }
+    }
 }
