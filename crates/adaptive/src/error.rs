@@ -187,7 +187,7 @@ pub enum AdaptiveError {
     },
     /// The bodies passed into each other between the points of their whole surfaces, and no force answered.
     #[error(
-        "contact \"{contact}\": the bodies overlap by {overlap:.3e} m at t = {time:.6e} s and no point of the surface of \"{body}\" has touched: its elements, of up to {length:.3e} m, are longer than what touches them; exchange contact_body and target_body, or raise bodies.{body}.discretisation.elements"
+        "contact \"{contact}\": the bodies overlap by {overlap:.3e} m at t = {time:.6e} s and no point of the surface of \"{body}\" has touched: its elements, of up to {length:.3e} m, are longer than what touches them; raise bodies.{body}.discretisation.elements, or exchange contact_body and target_body if it is an edge or a corner of the target that touches"
     )]
     UnresolvedSurface {
         /// Name of the contact.
