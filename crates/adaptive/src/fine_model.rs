@@ -230,9 +230,11 @@ impl FineMesh {
     }
 
     /// The rotation by which the model of a body without rigid parts is turned: matrices and flexibility are those of the model before, the same about all places
-    /// of a ball.
+    /// of a ball. None of ellipsoids, whose maps change lengths.
     pub fn turn(&self, coarse: &ElasticBody) -> Option<BodyTurn> {
-        let rotated = self.rotated.as_ref().filter(|_| coarse.spec.rigid_areas.is_empty())?;
+        let keeps_lengths = self.shape.symmetry.as_ref().is_some_and(|symmetry| symmetry.stretch().is_none());
+        let is_rotation = keeps_lengths && coarse.spec.rigid_areas.is_empty();
+        let rotated = self.rotated.as_ref().filter(|_| is_rotation)?;
         Some(BodyTurn { rotation: rotated.net.turn.rotation, n_components: self.motion.n_components() })
     }
 

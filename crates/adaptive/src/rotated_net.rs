@@ -1,7 +1,7 @@
 //! The coarse model of a body with its parametrisation turned, for contact where the body's own net is singular
 //! (theory section A.3, `docs/decisions/0010-turned-nets.md`).
 //!
-//! A ball, cylinder or disc stays what it is when its net is turned. So a contact interval can always be laid where the net is
+//! A ball, cylinder or disc stays what it is when its net is turned, an ellipsoid when the ball that it is stretched from is (theory Eq. A.75). So a contact interval can always be laid where the net is
 //! regular and smooth: the fine model refines a turned copy of the coarse model, and the coarse modes are carried over by
 //! projection.
 
@@ -15,7 +15,7 @@ use ffr_dynamics::error::MatrixFault;
 use iga_core::SplineError;
 use iga_core::nurbs::jet::{dot, norm};
 use iga_core::nurbs::patch::PointBasis;
-use iga_core::nurbs::symmetry::{product, rotation_about};
+use iga_core::nurbs::symmetry::{angle_about, product, rotation_about};
 use iga_core::nurbs::{PatchSearch, Shape};
 use iga_core::quadrature::GaussRule;
 use iga_core::space::Space;
@@ -29,7 +29,7 @@ use crate::wanted_interval::WantedInterval;
 /// How the net of a coarse model is turned for a contact interval.
 #[derive(Debug, Clone, Copy)]
 pub struct NetRotation {
-    /// Rows.
+    /// The rotation, of an ellipsoid a linear map that leaves it as it is; rows.
     pub rotation: [[f64; 3]; 3],
     /// The interval on the net before it is turned.
     pub wanted: WantedInterval,
@@ -47,23 +47,31 @@ impl NetRotation {
         let place = wanted.face.on_face(&wanted.centre);
         let surface =
             wanted.face.at(&shape.patches[wanted.face.id.patch], &place, &mut PointBasis::default());
-        let normal = if symmetry.is_ball() { surface.point } else { surface.normal };
-        let Some(first) = symmetry.rotation_of_first_to(&surface.point, &normal) else { return Ok(None) };
-        let there = match symmetry.regular().first().filter(|_| symmetry.is_ball()) {
-            // To the last bit the same for all places.
-            Some(direction) => scaled(direction, norm(&first_point(&coarse.shape))),
-            None => back(&first, &surface.point),
+        let at = |there: &[f64; 3]| {
+            let (face, site) = nearest(&coarse.shape, there);
+            (WantedInterval { face, centre: site.xi, widths: wanted.widths }, site)
         };
-        let (face, site) = nearest(&coarse.shape, &there);
-        let wanted = WantedInterval { face, centre: site.xi, widths: wanted.widths };
-        if !symmetry.is_ball() {
-            return Ok(Some(Self { rotation: first, wanted }));
-        }
+        let (Some(direction), true) = (symmetry.regular().first(), symmetry.is_ball()) else {
+            let map = symmetry.rotation_to(&surface.point, &surface.normal, first_tangent(shape));
+            return Ok(map.map(|rotation| {
+                let there = symmetry.inverse(&rotation).map(|row| dot(&row, &surface.point));
+                Self { rotation, wanted: at(&there).0 }
+            }));
+        };
+        let normal = surface.point;
+        let Some(first) = symmetry.rotation_of_first_to(&normal) else { return Ok(None) };
+        // To the last bit the same for all places.
+        let (wanted, site) = at(&scaled(direction, norm(&first_point(&coarse.shape))));
         // The directions along the face stay those that widths were asked for, as far as the net allows.
         let along = first.map(|row| dot(&row, &site.tangents[0]));
-        let angle = angle_between(&along, &surface.tangents[0], &normal);
+        let angle = angle_about(&unit(&normal), &along, &surface.tangents[0]);
         Ok(Some(Self { rotation: product(&rotation_about(&unit(&normal), angle), &first), wanted }))
     }
+}
+
+/// The first direction of the net of `shape` at a point of its surface.
+fn first_tangent(shape: &Shape) -> impl Fn(&[f64; 3]) -> [f64; 3] + '_ {
+    |point| nearest(shape, point).1.tangents[0]
 }
 
 /// A point on the surface of a shape, always the same.
@@ -75,7 +83,7 @@ fn first_point(shape: &Shape) -> [f64; 3] {
 
 /// The products by which displacements are carried to a turned net.
 pub struct RotatedNet {
-    /// The rotation.
+    /// How it is turned.
     pub turn: NetRotation,
     /// `∫ ρ R_A(rotated) R_B(coarse) dV` \[kg\], a row per rotated function.
     cross: Vec<Vec<(u32, f64)>>,
@@ -146,7 +154,7 @@ pub fn regular_view(
     Ok(Some((turned, face, site.xi)))
 }
 
-/// A rotation (rows), and a point in space.
+/// A rotation, or a map of an ellipsoid (rows), and a point in space.
 type Turn = ([[f64; 3]; 3], [f64; 3]);
 
 /// The rotation of [`regular_view`], and the point in space.
@@ -155,13 +163,14 @@ fn regular_rotation(shape: &Shape, face: &Face, place: &[f64; 3]) -> Result<Opti
     let surface = face.at(&shape.patches[face.id.patch], place, &mut PointBasis::default());
     // A ball's normal is its radius, also where that of the net is lost.
     let normal = if symmetry.is_ball() { surface.point } else { surface.normal };
-    let Some(first) = symmetry.rotation_to(&surface.point, &normal) else { return Ok(None) };
+    let along = first_tangent(shape);
+    let Some(first) = symmetry.rotation_to(&surface.point, &normal, along) else { return Ok(None) };
     if !symmetry.is_ball() {
         return Ok(Some((first, surface.point)));
     }
     let (_, there) = nearest(&shape.rotated(&first)?, &surface.point);
     // The directions along the face stay those that widths were asked for, as far as the net allows.
-    let angle = angle_between(&there.tangents[0], &surface.tangents[0], &normal);
+    let angle = angle_about(&unit(&normal), &there.tangents[0], &surface.tangents[0]);
     Ok(Some((product(&rotation_about(&unit(&normal), angle), &first), surface.point)))
 }
 
@@ -328,18 +337,6 @@ fn gauss(body: &ElasticBody, lower: [f64; 3], upper: [f64; 3]) -> Vec<([f64; 3],
     all
 }
 
-/// Angle about `axis` by which `from` must be turned to point along `to`, both seen along the axis; zero if one vanishes.
-fn angle_between(from: &[f64; 3], to: &[f64; 3], axis: &[f64; 3]) -> f64 {
-    let n = unit(axis);
-    let cross = [
-        from[1] * to[2] - from[2] * to[1],
-        from[2] * to[0] - from[0] * to[2],
-        from[0] * to[1] - from[1] * to[0],
-    ];
-    let along = dot(from, to) - dot(from, &n) * dot(to, &n);
-    dot(&cross, &n).atan2(along)
-}
-
 fn unit(v: &[f64; 3]) -> [f64; 3] {
     let length = norm(v);
     v.map(|c| c / length)
@@ -347,11 +344,6 @@ fn unit(v: &[f64; 3]) -> [f64; 3] {
 
 fn scaled(v: &[f64; 3], factor: f64) -> [f64; 3] {
     v.map(|c| factor * c)
-}
-
-/// The vector `v` turned back by `rotation` (rows).
-fn back(rotation: &[[f64; 3]; 3], v: &[f64; 3]) -> [f64; 3] {
-    std::array::from_fn(|c| (0..3).map(|r| rotation[r][c] * v[r]).sum())
 }
 
 #[cfg(test)]

@@ -1,31 +1,91 @@
-//! Coarse models on turned nets: fields are carried over, all places of a ball are one.
+//! Coarse models on turned nets: fields are carried over, all places of a ball are one, an ellipsoid stays the same body.
 
 use crate::bodies::{ball, wanted_at};
+use adaptive::elastic_body::ElasticBody;
 use adaptive::fine_model::{FineMesh, FineSettings};
 use adaptive::rotated_net::{NetRotation, RotatedNet};
-use adaptive::spec::PointRule;
+use adaptive::spec::{DiscretisationSpec, ElasticSpec, PointRule, ReductionSpec};
 use faer::Mat;
-use ffr_dynamics::body::AssembledBody;
+use ffr_dynamics::body::{AssembledBody, MassMatrix};
 use ffr_dynamics::reduction::FreeFlexibility;
 use ffr_dynamics::reduction::problem::ElasticProblem;
+use iga_core::elasticity::{Material, Model};
+use iga_core::nurbs::jet::{difference, dot, norm};
+use iga_core::nurbs::primitives::sphere;
+
+/// How far `net` carries u = (1 + y, z, 2 x) off: nets hold linear fields exactly, their control values are those at the control points.
+fn off_in_linear_fields(coarse: &ElasticBody, net: &RotatedNet) -> f64 {
+    let field = |p: &[f64; 3], c: usize| [1.0 + p[1], p[2], 2.0 * p[0]][c];
+    let (dofs, nodes) = (&coarse.assembled.dofs, &coarse.assembled.nodes);
+    let turned = |p: &[f64; 3]| net.turn.rotation.map(|row| dot(&row, p));
+    let values = |node: &dyn Fn(usize) -> [f64; 3]| {
+        Mat::from_fn(dofs.len(), 1, |i, _| field(&node(dofs[i].node as usize), dofs[i].component as usize))
+    };
+    let carried = net.prolong(&coarse.assembled, values(&|n| nodes[n]).as_ref());
+    let exact = values(&|n| turned(&nodes[n]));
+    (0..exact.nrows()).map(|i| (carried[(i, 0)] - exact[(i, 0)]).abs()).fold(0.0, f64::max)
+}
 
 #[test]
 fn linear_fields_are_carried_to_a_net_turned_to_the_pole() {
     let coarse = ball();
     let turn = NetRotation::new(&coarse, &wanted_at(&coarse, [0.0, 0.01, 0.0], 1e-3)).unwrap().unwrap();
     let net = RotatedNet::new(&coarse, turn).unwrap();
-    // u = (1 + y, z, 2 x): nets hold linear fields exactly, their control values are those at the control points.
-    let field = |p: &[f64; 3], c: usize| [1.0 + p[1], p[2], 2.0 * p[0]][c];
-    let (dofs, nodes) = (&coarse.assembled.dofs, &coarse.assembled.nodes);
-    let turned = |p: &[f64; 3]| turn.rotation.map(|row| (0..3).map(|c| row[c] * p[c]).sum());
-    let values = |node: &dyn Fn(usize) -> [f64; 3]| {
-        Mat::from_fn(dofs.len(), 1, |i, _| field(&node(dofs[i].node as usize), dofs[i].component as usize))
-    };
-    let carried = net.prolong(&coarse.assembled, values(&|n| nodes[n]).as_ref());
-    let exact = values(&|n| turned(&nodes[n]));
-    let off = (0..exact.nrows()).map(|i| (carried[(i, 0)] - exact[(i, 0)]).abs()).fold(0.0, f64::max);
+    let off = off_in_linear_fields(&coarse, &net);
     // Both integrals use the same points; the mass matrix has a condition of some 1e4, places are found to 1e-9 of the size.
     assert!(off < 1e-7, "{off:e}");
+}
+
+/// Semi-axes of a steel ellipsoid \[m\].
+const SEMI_AXES: [f64; 3] = [0.008, 0.01, 0.014];
+const DENSITY: f64 = 7850.0;
+
+fn ellipsoid() -> ElasticBody {
+    let steel = Material::new(210e9, 0.3, DENSITY).unwrap();
+    let shape = sphere::ellipsoid(SEMI_AXES).unwrap();
+    let discretisation =
+        DiscretisationSpec { degrees: vec![4; 3], elements: vec![2; 3], knots: None, refine: Vec::new() };
+    let spec =
+        ElasticSpec::new(shape, Model::Solid, steel, discretisation, ReductionSpec::Modal { modes: 6 });
+    ElasticBody::build("egg", spec).unwrap()
+}
+
+/// `∫ ρ x_a² dV` of a body: its nodes are the coordinates' control values.
+fn second_moment(body: &AssembledBody, a: usize) -> f64 {
+    let MassMatrix::PerComponent(mass) = &body.mass else { panic!("one matrix for each component") };
+    let x = |n: usize| body.nodes[n][a];
+    // The lower half.
+    let entries = mass.triplet_iter().map(|t| (t.row, t.col, *t.val));
+    entries.map(|(i, j, m)| if i == j { m * x(i) * x(i) } else { 2.0 * m * x(i) * x(j) }).sum()
+}
+
+#[test]
+fn an_ellipsoid_is_refined_where_its_net_is_singular_and_stays_the_same_body() {
+    let coarse = ellipsoid();
+    // A corner and an edge of the cube.
+    for u in [[1.0, 1.0, 1.0], [1.0, -1.0, 0.0]] {
+        let place: [f64; 3] = std::array::from_fn(|c| SEMI_AXES[c] * u[c] / norm(&u));
+        let wanted = wanted_at(&coarse, place, 1e-3);
+        let turn = NetRotation::new(&coarse, &wanted).unwrap().expect("the net is singular there");
+        let off = off_in_linear_fields(&coarse, &RotatedNet::new(&coarse, turn).unwrap());
+        // As of the ball; degree 4 and the ratio of the axes make the condition ten times as large.
+        assert!(off < 1e-6, "{off:e}");
+        let settings = FineSettings { elements: 6, ..FineSettings::default() };
+        let mesh = FineMesh::build(&coarse, &[wanted], &settings).unwrap();
+        assert!(mesh.turn(&coarse).is_none(), "the map changes lengths");
+        let assembled = mesh.assemble(&coarse).unwrap();
+        let mass = 4.0 / 3.0 * std::f64::consts::PI * DENSITY * SEMI_AXES.iter().product::<f64>();
+        for (a, axis) in SEMI_AXES.iter().enumerate() {
+            // The rational integrands of the coarse elements, two in each direction.
+            let ratio = second_moment(&assembled, a) / (0.2 * mass * axis * axis);
+            assert!((ratio - 1.0).abs() < 1e-4, "{ratio}");
+        }
+        let zone = mesh.zone(0, PointRule::Gauss).unwrap();
+        let away = |p: &[f64; 3]| norm(&difference(p, &place));
+        let nearest = zone.points.iter().map(|p| away(&p.position)).fold(f64::INFINITY, f64::min);
+        // Within an element, six of which are across the interval.
+        assert!(nearest < 1e-3 / 6.0, "{nearest}");
+    }
 }
 
 #[test]

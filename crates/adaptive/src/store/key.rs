@@ -119,7 +119,9 @@ impl Bytes {
             }
             self.add(&(patch.control_points(), patch.weights()));
         }
-        self.add(&symmetry.as_ref().map(|symmetry| (symmetry.axis(), symmetry.regular())));
+        self.add(
+            &symmetry.as_ref().map(|symmetry| (symmetry.axis(), symmetry.regular(), symmetry.stretch())),
+        );
     }
 
     fn area(&mut self, area: &Area) {

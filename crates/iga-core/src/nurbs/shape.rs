@@ -68,8 +68,8 @@ impl Shape {
         self.singular.iter().find(|s| s.patch == patch && s.touches(lower, upper))
     }
 
-    /// The shape turned by the rotation matrix `rotation` (rows) about the origin of its frame; singular sets and faces keep
-    /// names.
+    /// The shape turned by the matrix `rotation` (rows) about the origin of its frame, a rotation or another map that its symmetry has; singular sets and
+    /// faces keep names.
     ///
     /// # Errors
     /// As [`Patch::new`], for a matrix that is not finite.
@@ -80,7 +80,7 @@ impl Shape {
             markers: self.markers.iter().map(|(name, p)| (name.clone(), turn(p))).collect(),
             faces: self.faces.clone(),
             singular: self.singular.clone(),
-            symmetry: self.symmetry.as_ref().map(|s| s.rotated(rotation)),
+            symmetry: self.symmetry.as_ref().and_then(|s| s.rotated(rotation)),
         })
     }
 

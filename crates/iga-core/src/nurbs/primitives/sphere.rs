@@ -83,7 +83,7 @@ pub fn sphere(radius: f64, net: SphereNet) -> Result<Shape, SplineError> {
 }
 
 /// Solid ellipsoid centred at the origin with the semi-axes along the axes: the cube net of the unit ball, stretched, which is exact; regular at the
-/// ends of the axes.
+/// ends of the axes, and wherever a map of its symmetry brings them.
 ///
 /// # Errors
 /// [`SplineError::Dimension`] for impossible lengths.
@@ -100,7 +100,7 @@ pub fn ellipsoid(semi_axes: [f64; 3]) -> Result<Shape, SplineError> {
     Ok(Shape {
         patches: ball.patches.iter().map(patch).collect::<Result<_, _>>()?,
         markers: ball.markers.iter().map(|(name, p)| (name.clone(), stretched(p))).collect(),
-        symmetry: None,
+        symmetry: ball.symmetry.as_ref().map(|ball| Symmetry::ellipsoid(semi_axes, ball.regular())),
         ..ball
     })
 }
