@@ -102,6 +102,26 @@ fn check_tells_the_cost_of_bodies_and_of_the_fine_models_to_come() {
 }
 
 #[test]
+fn a_scenario_whose_contact_a_run_would_refuse_is_not_called_valid_and_refused_once() {
+    let directory = tempfile::tempdir().expect("a temporary directory");
+    let path = directory.path().join("overlap.toml");
+    let ball = |name: &str, z: f64| {
+        format!(
+            "[bodies.{name}]\nmodel = \"solid\"\nmaterial = \"steel\"\ngeometry = {{ shape = \"sphere\", radius = 0.01 }}\nposition = [0.0, 0.0, {z}]\n"
+        )
+    };
+    let contact = "[contacts.c]\ncontact_body = \"a\"\ntarget_body = \"b\"\n";
+    let text = format!("[simulation]\nend_time = 1e-3\n{}{}{contact}", ball("a", 0.0), ball("b", 0.015));
+    std::fs::write(&path, text).expect("written");
+    for more in [&[][..], &["--cost"]] {
+        let (code, out, err) = output(&[&["check", path.to_str().expect("UTF-8")], more].concat());
+        assert_eq!((code, out.as_str()), (4, ""), "{err}");
+        assert!(err.contains("refused, 2 bodies") && !err.contains("valid"), "{err}");
+        assert_eq!(err.matches("the bodies overlap").count(), 1, "{err}");
+    }
+}
+
+#[test]
 fn a_run_keeps_to_the_memory_that_it_is_given() {
     let path = scenario("rod_on_plane.toml");
     let directory = tempfile::tempdir().expect("a temporary directory");

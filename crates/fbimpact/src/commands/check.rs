@@ -1,7 +1,7 @@
 //! `fbimpact check`: reads and validates; builds nothing but the meshes that tell what a run takes.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use adaptive::spec::{ContactSpec, Target};
 use indicatif::ProgressBar;
@@ -39,35 +39,21 @@ pub fn check(
     let mut last = None;
     let mut reports: BTreeMap<String, CostReport> = BTreeMap::new();
     for path in scenarios {
-        match scenario::read(path, overrides) {
-            Ok(scenario) => {
-                tracing::info!(
-                    "{}: valid, {} bodies, {} joints, {} contacts",
-                    path.display(),
-                    scenario.bodies.len(),
-                    scenario.run.joints.len() + scenario.run.loops.len(),
-                    scenario.run.contacts.len()
-                );
-                joints::report(&scenario);
-                // Which contacts a run would refuse is known from the shapes and the motions at the start.
-                if let Err(error) = adaptive::model::check_contacts(&scenario.run) {
-                    later(&mut last, error.into());
-                }
-                for body in under_constrained(&scenario) {
-                    tracing::warn!(
-                        "{}: body \"{body}\" is under-constrained: it is the child of no joint and moves freely among bodies that do; name it as the child of a joint unless that is meant",
-                        path.display()
-                    );
-                }
-                if format == CostFormat::None {
-                    continue;
-                }
-                match while_building(bar, || cost::cost(&scenario, n_threads)) {
-                    Ok(report) if format == CostFormat::Table => print(&cost::table(&report))?,
-                    Ok(report) => drop(reports.insert(path.display().to_string(), report)),
-                    Err(error) => later(&mut last, error),
-                }
+        let checked = scenario::read(path, overrides).and_then(|scenario| {
+            accept(path, &scenario)?;
+            Ok(scenario)
+        });
+        let scenario = match checked {
+            Ok(scenario) if format != CostFormat::None => scenario,
+            Ok(_) => continue,
+            Err(error) => {
+                later(&mut last, error);
+                continue;
             }
+        };
+        match while_building(bar, || cost::cost(&scenario, n_threads)) {
+            Ok(report) if format == CostFormat::Table => print(&cost::table(&report))?,
+            Ok(report) => drop(reports.insert(path.display().to_string(), report)),
             Err(error) => later(&mut last, error),
         }
     }
@@ -75,6 +61,27 @@ pub fn check(
         print(&(serde_json::to_string_pretty(&reports)? + "\n"))?;
     }
     last.map_or(Ok(()), Err)
+}
+
+/// Tells what is in a scenario without faults, and whether a run would accept its contacts, which is known from the shapes and the motions at the start.
+fn accept(path: &Path, scenario: &Scenario) -> Result<(), AppError> {
+    let contacts = adaptive::model::check_contacts(&scenario.run);
+    tracing::info!(
+        "{}: {}, {} bodies, {} joints, {} contacts",
+        path.display(),
+        if contacts.is_ok() { "valid" } else { "refused" },
+        scenario.bodies.len(),
+        scenario.run.joints.len() + scenario.run.loops.len(),
+        scenario.run.contacts.len()
+    );
+    joints::report(scenario);
+    for body in under_constrained(scenario) {
+        tracing::warn!(
+            "{}: body \"{body}\" is under-constrained: it is the child of no joint and moves freely among bodies that do; name it as the child of a joint unless that is meant",
+            path.display()
+        );
+    }
+    Ok(contacts?)
 }
 
 /// Keeps `error` for the end and reports the one before it.
