@@ -167,9 +167,7 @@ fn solid_shapes_press_a_plane_as_hertz_says() {
     compare("torus on its side", found, hertz([100.0, 1.0 / 0.03], [0.0; 2], 1.0 / mass), HERTZ);
 }
 
-/// Eigenfrequencies of a free steel body \[Hz\].
-/// The corner of the cube whose net the ellipsoid has, where it is singular, presses the plane. The mesh is given: the program's own has modes that the
-/// contact does not feel.
+/// A plane touches the ellipsoid where its net, that of a cube, has a corner and is singular. Mesh and modes are given, which saves minutes of choosing them.
 #[test]
 #[ignore = "second tier: minutes"]
 fn an_ellipsoid_presses_a_plane_with_a_corner_of_its_net_as_hertz_says() {
@@ -199,6 +197,7 @@ fn an_ellipsoid_presses_a_plane_with_a_corner_of_its_net_as_hertz_says() {
     compare("ellipsoid", found, expected, HERTZ);
 }
 
+/// Eigenfrequencies of a free steel body \[Hz\].
 fn frequencies(geometry: &str, modes: usize, elements: [usize; 3]) -> Vec<f64> {
     let text = format!(
         "[simulation]\nend_time = 1e-6\n[materials.steel]\nyoungs_modulus = 210e9\npoissons_ratio = 0.3\ndensity = 7850.0\n\

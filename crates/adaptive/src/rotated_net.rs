@@ -52,7 +52,7 @@ impl NetRotation {
             (WantedInterval { face, centre: site.xi, widths: wanted.widths }, site)
         };
         let (Some(direction), true) = (symmetry.regular().first(), symmetry.is_ball()) else {
-            let map = symmetry.rotation_to(&surface.point, &surface.normal, first_tangent(shape));
+            let map = symmetry.map_to(&surface.point, &surface.normal);
             return Ok(map.map(|rotation| {
                 let there = symmetry.inverse(&rotation).map(|row| dot(&row, &surface.point));
                 Self { rotation, wanted: at(&there).0 }
@@ -67,11 +67,6 @@ impl NetRotation {
         let angle = angle_about(&unit(&normal), &along, &surface.tangents[0]);
         Ok(Some(Self { rotation: product(&rotation_about(&unit(&normal), angle), &first), wanted }))
     }
-}
-
-/// The first direction of the net of `shape` at a point of its surface.
-fn first_tangent(shape: &Shape) -> impl Fn(&[f64; 3]) -> [f64; 3] + '_ {
-    |point| nearest(shape, point).1.tangents[0]
 }
 
 /// A point on the surface of a shape, always the same.
@@ -163,8 +158,7 @@ fn regular_rotation(shape: &Shape, face: &Face, place: &[f64; 3]) -> Result<Opti
     let surface = face.at(&shape.patches[face.id.patch], place, &mut PointBasis::default());
     // A ball's normal is its radius, also where that of the net is lost.
     let normal = if symmetry.is_ball() { surface.point } else { surface.normal };
-    let along = first_tangent(shape);
-    let Some(first) = symmetry.rotation_to(&surface.point, &normal, along) else { return Ok(None) };
+    let Some(first) = symmetry.map_to(&surface.point, &normal) else { return Ok(None) };
     if !symmetry.is_ball() {
         return Ok(Some((first, surface.point)));
     }

@@ -68,15 +68,15 @@ fn an_ellipsoid_is_refined_where_its_net_is_singular_and_stays_the_same_body() {
         let wanted = wanted_at(&coarse, place, 1e-3);
         let turn = NetRotation::new(&coarse, &wanted).unwrap().expect("the net is singular there");
         let off = off_in_linear_fields(&coarse, &RotatedNet::new(&coarse, turn).unwrap());
-        // As of the ball; degree 4 and the ratio of the axes make the condition ten times as large.
-        assert!(off < 1e-6, "{off:e}");
+        // As of the ball.
+        assert!(off < 1e-7, "{off:e}");
         let settings = FineSettings { elements: 6, ..FineSettings::default() };
         let mesh = FineMesh::build(&coarse, &[wanted], &settings).unwrap();
         assert!(mesh.turn(&coarse).is_none(), "the map changes lengths");
         let assembled = mesh.assemble(&coarse).unwrap();
         let mass = 4.0 / 3.0 * std::f64::consts::PI * DENSITY * SEMI_AXES.iter().product::<f64>();
         for (a, axis) in SEMI_AXES.iter().enumerate() {
-            // The rational integrands of the coarse elements, two in each direction.
+            // Gauss points leave an error in rational integrands; a surface off by a thousandth would change this by five thousandths.
             let ratio = second_moment(&assembled, a) / (0.2 * mass * axis * axis);
             assert!((ratio - 1.0).abs() < 1e-4, "{ratio}");
         }

@@ -39,11 +39,8 @@ pub fn check(
     let mut last = None;
     let mut reports: BTreeMap<String, CostReport> = BTreeMap::new();
     for path in scenarios {
-        let checked = scenario::read(path, overrides).and_then(|scenario| {
-            accept(path, &scenario)?;
-            Ok(scenario)
-        });
-        let scenario = match checked {
+        let read = scenario::read(path, overrides);
+        let scenario = match read.and_then(|scenario| accept(path, &scenario).map(|()| scenario)) {
             Ok(scenario) if format != CostFormat::None => scenario,
             Ok(_) => continue,
             Err(error) => {

@@ -1,0 +1,160 @@
+//! The datasets of a run: which there are follows from its bodies, contacts, points, joints and gears.
+
+use adaptive::record::{JointLayout, NameAndUnit, PointLayout, RunLayout};
+use hdf5::{Dataset, Group, Result};
+use ndarray::ArrayView1;
+
+use super::super::columns::{self, Axes, Axis, Column, Declaration};
+use super::super::disk_space::BYTES_OF_DATASET;
+use super::super::pressure::Pressures;
+use super::super::scales;
+use super::super::series::{component_scale, describe, text_attribute};
+use super::super::stress::tensor_scale;
+use super::Open;
+use crate::scenario::Compression;
+
+/// Datasets of a body, contact, point or joint at most, with their scales.
+const DATASETS_A_GROUP: u64 = 14;
+
+impl Open {
+    /// Creates the datasets of everything that is stored at every instant.
+    pub(super) fn layout(&mut self, layout: &RunLayout, compression: Compression) -> Result<()> {
+        let file = self.file.clone();
+        self.contact_names.clone_from(&layout.contacts);
+        let groups = layout.bodies.len()
+            + layout.contacts.len()
+            + layout.points.len()
+            + layout.joints.len()
+            + layout.gears.len();
+        self.disk_space.reserve(file.size(), (16 + DATASETS_A_GROUP * groups as u64) * BYTES_OF_DATASET)?;
+        let time = Column::bare(&file, &columns::TIME, None, 0, compression)?;
+        let time_scale = time.series.dataset().clone();
+        scales::make_scale(&time_scale, "time")?;
+        self.columns.push(time);
+        let space = component_scale(&file, "xyz", &["x", "y", "z"], "Components of vectors in space.")?;
+        let labels = ["w", "x", "y", "z"];
+        let quaternion = component_scale(&file, "wxyz", &labels, "Components of quaternions.")?;
+        let axes = Axes { time: &time_scale, space: &space, quaternion: &quaternion };
+        self.counts.push(Column::create(&file, &columns::PHASE, 0, &axes, None, compression)?);
+        self.group(&file.create_group("energies")?, &columns::ENERGIES, 0, &axes, compression)?;
+        self.group(&file.create_group("momentum")?, &columns::MOMENTUM, 0, &axes, compression)?;
+        let bodies = file.create_group("bodies")?;
+        for (i, body) in layout.bodies.iter().enumerate() {
+            let group = bodies.create_group(&body.name)?;
+            let modes = eigenfrequencies(&group, &body.eigenfrequencies)?;
+            for d in columns::BODY.iter().filter(|d| d.axis != Axis::Mode || modes.is_some()) {
+                self.columns.push(Column::create(&group, d, i, &axes, modes.as_ref(), compression)?);
+            }
+        }
+        let contacts = file.create_group("contacts")?;
+        for (i, name) in layout.contacts.iter().enumerate() {
+            let group = contacts.create_group(name)?;
+            self.group(&group, &columns::CONTACT, i, &axes, compression)?;
+            for d in &columns::CONTACT_COUNTS {
+                self.counts.push(Column::create(&group, d, i, &axes, None, compression)?);
+            }
+        }
+        let pressures = file.create_group("pressure")?;
+        for name in &layout.contacts {
+            self.pressures.push(Pressures::create(&pressures.create_group(name)?, &space, compression)?);
+        }
+        let points = file.create_group("points")?;
+        for (i, point) in layout.points.iter().enumerate() {
+            self.point(&points.create_group(&point.name)?, point, i, &axes, compression)?;
+        }
+        let joints = file.create_group("joints")?;
+        for (i, joint) in layout.joints.iter().enumerate() {
+            self.joint(&joints.create_group(&joint.name)?, joint, i, &axes, compression)?;
+        }
+        if !layout.gears.is_empty() {
+            let gears = file.create_group("gears")?;
+            for (i, (name, unit)) in layout.gears.iter().enumerate() {
+                let group = gears.create_group(name)?;
+                let column = Column::create(&group, &columns::GEAR, i, &axes, None, compression)?;
+                text_attribute(column.series.dataset(), "unit", unit)?;
+                self.columns.push(column);
+            }
+        }
+        self.room = self.columns.iter().map(|c| c.series.bytes_needed()).sum::<u64>()
+            + self.counts.iter().map(|c| c.series.bytes_needed()).sum::<u64>();
+        self.flush()
+    }
+
+    /// Datasets of an observed point: its motion, and stress and strain if they are wanted.
+    fn point(
+        &mut self,
+        group: &Group,
+        point: &PointLayout,
+        index: usize,
+        axes: &Axes<'_>,
+        compression: Compression,
+    ) -> Result<()> {
+        self.group(group, &columns::POINT, index, axes, compression)?;
+        if !point.gauge.is_any() {
+            return Ok(());
+        }
+        let scale = tensor_scale(group, point.is_axisymmetric)?;
+        let stress = columns::POINT_STRESS.iter().filter(|_| point.gauge.stress);
+        let strain = columns::POINT_STRAIN.iter().filter(|_| point.gauge.strain);
+        for d in stress.chain(strain) {
+            self.columns.push(Column::create(group, d, index, axes, Some(&scale), compression)?);
+        }
+        Ok(())
+    }
+
+    /// Datasets of a joint: its coordinates, if it has any, and its reaction.
+    fn joint(
+        &mut self,
+        group: &Group,
+        joint: &JointLayout,
+        index: usize,
+        axes: &Axes<'_>,
+        compression: Compression,
+    ) -> Result<()> {
+        text_attribute(group, "type", &joint.kind)?;
+        let both = columns::JOINT.iter().zip([&joint.positions, &joint.velocities]);
+        for (d, names) in both.filter(|(_, names)| !names.is_empty()) {
+            let labels: Vec<&str> = names.iter().map(|(name, _)| name.as_str()).collect();
+            let about = format!("Names of the {}.", d.name);
+            let scale = component_scale(group, &format!("{}_names", d.name), &labels, &about)?;
+            let column = Column::create(group, d, index, axes, Some(&scale), compression)?;
+            text_attribute(column.series.dataset(), "unit", &joined_units(names))?;
+            self.columns.push(column);
+        }
+        self.group(group, &columns::REACTION, index, axes, compression)
+    }
+
+    fn group(
+        &mut self,
+        group: &Group,
+        declarations: &[Declaration<f64>],
+        index: usize,
+        axes: &Axes<'_>,
+        compression: Compression,
+    ) -> Result<()> {
+        for d in declarations {
+            self.columns.push(Column::create(group, d, index, axes, None, compression)?);
+        }
+        Ok(())
+    }
+}
+
+/// The unit of all coordinates, or their units in order.
+fn joined_units(names: &[NameAndUnit]) -> String {
+    let units: Vec<&str> = names.iter().map(|(_, unit)| unit.as_str()).collect();
+    match units.split_first() {
+        Some((first, rest)) if rest.iter().all(|u| u == first) => (*first).to_owned(),
+        _ => units.join(", "),
+    }
+}
+
+fn eigenfrequencies(group: &Group, values: &[f64]) -> Result<Option<Dataset>> {
+    if values.is_empty() {
+        return Ok(None);
+    }
+    let dataset = group.new_dataset::<f64>().shape(values.len()).create("eigenfrequencies")?;
+    dataset.write(ArrayView1::from(values))?;
+    describe(&dataset, "Hz", "Eigenfrequencies of the elastic coordinates.")?;
+    scales::make_scale(&dataset, "eigenfrequencies")?;
+    Ok(Some(dataset))
+}
