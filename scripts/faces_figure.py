@@ -155,10 +155,42 @@ def patch(index):
     return cell
 
 
+def gear_tooth(index):
+    """A tooth of 12, module 32, with its sector; the axis to the left."""
+    cell = Cell(index, "gear-tooth (plane)")
+    teeth, alpha, pitch = 12, math.radians(20), 192.0
+    base, shift = pitch * math.cos(alpha), 176.0
+    root, tip, bore = pitch - 40, pitch + 32, 112.0
+    half = math.pi / (2 * teeth) + math.tan(alpha) - alpha
+
+    def polar(r, angle):
+        return (r * math.cos(angle) - shift, r * math.sin(angle))
+
+    def flank(r):
+        pressure = math.acos(min(1.0, base / r))
+        return polar(r, half - math.tan(pressure) + pressure)
+
+    upper = [polar(root, half)] + [flank(base + (tip - base) * k / 20) for k in range(21)]
+    sector = math.pi / teeth
+    land = [polar(root, sector + (half - sector) * k / 5) for k in range(6)]
+    side = [polar(bore, sector * (1 - k / 5)) for k in range(6)]
+    above = side[::-1] + land + upper
+    cell.shape(above + [(x, -y) for x, y in reversed(above)])
+    cell.label("tip", (tip - shift, 0), (18, 4), "start")
+    cell.label("last-flank", flank(pitch), (14, -26), "start")
+    cell.label("first-flank", (flank(pitch)[0], -flank(pitch)[1]), (14, 34), "start")
+    cell.label("root", polar(root, 0.85 * sector), (-14, -38))
+    cell.label("bore", (bore - shift, 0), (-18, 4), "end")
+    cell.label("last", polar(0.5 * (bore + root), sector), (-36, -24), "end")
+    cell.label("first", polar(0.5 * (bore + root), -sector), (-36, 30), "end")
+    cell.label("solid: z-, z+ too", (0, -84), (0, 0))
+    return cell
+
+
 def main():
     cells = [box(), round_body(1, "cylinder", 0), round_body(2, "hollow-cylinder", 20), ball(3), rectangle(4)]
-    cells += meridians() + [patch(8), disc(9)]
-    rows = -(-10 // COLUMNS)
+    cells += meridians() + [patch(8), disc(9), gear_tooth(10)]
+    rows = -(-len(cells) // COLUMNS)
     width, height = COLUMNS * CELL[0], rows * CELL[1]
     head = (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}" '

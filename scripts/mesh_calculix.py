@@ -5,7 +5,9 @@ Usage: mesh_calculix.py [FOLDER]; needs ccx on the path. Without it only the inp
 
 Writes to crates/fe-mesh/tests/calculix, for one distorted element with curved sides of each type, its input file and `TYPE.ref`: the
 entries of stiffness and mass, "k row column value" and "m row column value" with rows 3 node + direction from 0, mass of the first direction only; and to
-tests/mesh_parts a bent, tapered bar of tetrahedra and of hexahedra with its first frequencies [Hz].
+tests/mesh_parts a bent, tapered bar of tetrahedra and of hexahedra with its first frequencies [Hz] and with the stress [Pa] at some of its
+nodes, "node xx yy zz xy yz zx", where one end is held in every node and the other carries a uniform traction. Stress at nodes is what the
+integration points show, continued linearly to the nodes of each element by least squares and averaged over the elements of a node.
 """
 
 import itertools
@@ -31,6 +33,36 @@ TYPES = {
     "C3D10": (TETRAHEDRA, TET_EDGES),
     "C3D15": ([(0, 1, 2, 4, 5, 6), (0, 2, 3, 4, 6, 7)], WEDGE_EDGES),
     "C3D20": ([tuple(range(8))], HEX_EDGES),
+}
+# The force on the tip of the bar [N].
+FORCE = (-300.0, 200.0, 500.0)
+# Sides of elements, corners and then middles; rules on them, exact for the area times a function of flat sides.
+SIDES = {
+    "C3D10": [(0, 2, 1, 6, 5, 4), (0, 1, 3, 4, 8, 7), (1, 2, 3, 5, 9, 8), (0, 3, 2, 7, 9, 6)],
+    "C3D20": [(0, 3, 2, 1, 11, 10, 9, 8), (4, 5, 6, 7, 12, 13, 14, 15), (0, 1, 5, 4, 8, 17, 12, 16),
+              (1, 2, 6, 5, 9, 18, 13, 17), (2, 3, 7, 6, 10, 19, 14, 18), (3, 0, 4, 7, 11, 16, 15, 19)],
+}
+G3 = math.sqrt(0.6)
+LINE = [(-G3, 5 / 9), (0.0, 8 / 9), (G3, 5 / 9)]
+RULES = {
+    6: [((0.5, 0.0), 1 / 6), ((0.5, 0.5), 1 / 6), ((0.0, 0.5), 1 / 6)],
+    8: [((r, s), v * w) for r, v in LINE for s, w in LINE],
+}
+# Integration points of CalculiX (gauss.f: gauss3d3, gauss3d5), in its order, and parameters of the nodes.
+T4 = [0.138196601125011, 0.585410196624968]
+POINTS = {
+    "C3D10": [[T4[1] if d == g - 1 else T4[0] for d in range(3)] for g in range(4)],
+    "C3D20": [[r[0], s[0], t[0]] for t in LINE for s in LINE for r in LINE],
+}
+
+
+def with_middles(corners, edges):
+    return corners + [[0.5 * (corners[a][d] + corners[b][d]) for d in range(3)] for a, b in edges]
+
+
+PARAMETERS = {
+    "C3D10": with_middles([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], TET_EDGES),
+    "C3D20": with_middles([[2 * c - 1 for c in corner] for corner in CUBE], HEX_EDGES),
 }
 
 
@@ -123,6 +155,88 @@ def frequencies(kind, cells):
     return text, "\n".join(f"{math.sqrt(v) / (2 * math.pi):.9e}" for v in values[6:]) + "\n"
 
 
+def tip_forces(nodes, elements, kind, members):
+    """Force on each node of the flat face `members` of a uniform traction with the sum `FORCE`: its share of the area."""
+    face = set(members)
+    share = dict.fromkeys(members, 0.0)
+    for element in elements:
+        for side in SIDES[kind]:
+            on = [element[i] for i in side]
+            if not face.issuperset(on):
+                continue
+            x = [nodes[n] for n in on]
+            for (r, s), weight in RULES[len(on)]:
+                values, slopes = side_functions(len(on), r, s)
+                du, dv = ([sum(g[k] * p[d] for g, p in zip(slopes, x)) for d in range(3)] for k in range(2))
+                area = math.hypot(*(du[i - 2] * dv[i - 1] - du[i - 1] * dv[i - 2] for i in range(3)))
+                for n, value in zip(on, values):
+                    share[n] += weight * area * value
+    total = sum(share.values())
+    return {n: [f * a / total for f in FORCE] for n, a in share.items()}
+
+
+def side_functions(n, r, s):
+    """Functions of a side of six or eight nodes and their slopes along r and s, by differences (they are polynomials of second order)."""
+    def values(r, s):
+        if n == 6:
+            t = 1 - r - s
+            return [t * (2 * t - 1), r * (2 * r - 1), s * (2 * s - 1), 4 * t * r, 4 * r * s, 4 * s * t]
+        corners = [(-1, -1), (1, -1), (1, 1), (-1, 1)]
+        return [0.25 * (1 + a * r) * (1 + b * s) * (a * r + b * s - 1) for a, b in corners] + [
+            0.5 * (1 - r * r) * (1 - s), 0.5 * (1 + r) * (1 - s * s), 0.5 * (1 - r * r) * (1 + s), 0.5 * (1 - r) * (1 - s * s)]
+    h = 1e-4
+    ahead, behind = (values(r + h, s), values(r, s + h)), (values(r - h, s), values(r, s - h))
+    slopes = [[(ahead[k][i] - behind[k][i]) / (2 * h) for k in range(2)] for i in range(n)]
+    return values(r, s), slopes
+
+
+def stresses(kind, cells):
+    """Stress at some nodes of the bar, held at its root and pulled at its tip."""
+    nodes, elements = mesh(kind, cells, bar)
+    root = [i for i, p in enumerate(nodes) if abs(p[1]) < 1e-9]
+    tip = [i for i, p in enumerate(nodes) if abs(p[0]) < 1e-9]
+    loads = "".join(
+        f"{n + 1}, {d + 1}, {force[d]:.12e}\n" for n, force in tip_forces(nodes, elements, kind, tip).items() for d in range(3)
+    )
+    step = f"*STATIC\n*BOUNDARY\nROOT, 1, 3\n*CLOAD\n{loads}*EL PRINT, ELSET=PART\nS"
+    data = run(card(kind, nodes, elements, [("ROOT", root)]), step)[".dat"]
+    rows = [line.split() for line in data.splitlines()]
+    rows = [row for row in rows if len(row) == 8 and row[0].isdigit()]
+    at_points = {(int(row[0]), int(row[1])): [float(x) for x in row[2:]] for row in rows}
+    points, corners = POINTS[kind], PARAMETERS[kind]
+    assert len(rows) == len(points) * len(elements)
+    sums = {}
+    for e, element in enumerate(elements, 1):
+        values = [at_points[e, g + 1] for g in range(len(points))]
+        for node, weights in zip(element, continuation(points, corners)):
+            own = [sum(w * value[c] for w, value in zip(weights, values)) for c in range(6)]
+            sums.setdefault(node, []).append(own)
+    # Of the nodes off the held end, where stress is singular, every ninth.
+    free = [n for n in sorted(sums) if math.atan2(nodes[n][1], nodes[n][0]) > math.pi / 8][::9]
+    mean = {n: [sum(s[c] for s in sums[n]) / len(sums[n]) for c in range(6)] for n in free}
+    # CalculiX prints xx, yy, zz, xy, xz, yz.
+    lines = [f"{n + 1} " + " ".join(f"{s[c]:.8e}" for c in (0, 1, 2, 3, 5, 4)) for n, s in mean.items()]
+    return "\n".join(lines) + "\n"
+
+
+def continuation(points, corners):
+    """For each place of `corners` the weights of the values at `points`: linear, by least squares; `points` lie evenly about their middle."""
+    n = len(points)
+    middle = [sum(p[d] for p in points) / n for d in range(3)]
+    arms = [[p[d] - middle[d] for d in range(3)] for p in points]
+    # Off-diagonal moments: none of the cube; of the tetrahedron the same for all pairs.
+    a = sum(arm[0] * arm[0] for arm in arms)
+    b = sum(arm[0] * arm[1] for arm in arms)
+    # Inverse of (a - b) I + b (all ones).
+    diagonal, shared = 1 / (a - b), -b / ((a - b) * (a + 2 * b))
+    weights = []
+    for place in corners:
+        x = [place[d] - middle[d] for d in range(3)]
+        slope = [diagonal * x[d] + shared * sum(x) for d in range(3)]
+        weights.append([1 / n + sum(g * arm for g, arm in zip(slope, arms_p)) for arms_p in arms])
+    return weights
+
+
 def write(folder, name, text, suffix, reference):
     folder.mkdir(parents=True, exist_ok=True)
     (folder / f"{name}.inp").write_text(text)
@@ -138,6 +252,8 @@ def main():
     for name, kind, cells in (("bar_hex20", "C3D20", (6, 2, 1)), ("bar_tet10", "C3D10", (6, 2, 1))):
         text, reference = frequencies(kind, cells)
         write(root / "tests/mesh_parts", name, text, "frequencies", reference)
+        if shutil.which("ccx"):
+            write(root / "tests/mesh_parts", name, text, "stress", stresses(kind, cells))
 
 
 if __name__ == "__main__":

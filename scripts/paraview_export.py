@@ -1,11 +1,12 @@
 """Shows an export of `fbimpact export` in ParaView: bodies by von Mises stress in one scale for all instants, contact pressure as points,
-joints, loads and names of a scenario.
+joints, loads and names of a scenario. `fbimpact export` writes it beside the files that it shows.
 
-    FBIMPACT_EXPORT=PICTURES.pvd|SCENARIO.vtm paraview --script=scripts/paraview_export.py
-    pvpython scripts/paraview_export.py PICTURES.pvd|SCENARIO.vtm --picture OUT.png [--time T]
+    paraview --script=PICTURES/NAME/show.py
+    pvpython PICTURES/NAME/show.py --picture OUT.png [--time T]
+    pvpython PICTURES/NAME/show.py --movie OUT.avi
 
 Without `--time` a picture is of the instant of the largest von Mises stress. Needs ParaView 5.10; rational cells (exports without
-`--plain`) are drawn right from 5.12 on.
+`--plain`) are drawn right from 5.12 on. It shows another export if FBIMPACT_EXPORT names one.
 """
 
 import argparse
@@ -14,8 +15,12 @@ import pathlib
 import sys
 import xml.etree.ElementTree as ElementTree
 
-from paraview import simple
+import numpy
+from paraview import servermanager, simple
+from paraview.vtk.util.numpy_support import vtk_to_numpy
 
+EXPORT = None
+SIZE = [1600, 1000]  # pixels of pictures
 STRESS, PRESSURE = "von Mises stress [Pa]", "contact pressure [Pa]"
 BODY = [0.78, 0.80, 0.84]  # bodies without stress
 # Names of blocks of a scenario, with colour and width of their lines and points.
@@ -34,6 +39,12 @@ def parts_of(path):
     for entry in root.iter("DataSet"):
         parts.setdefault(entry.get("name"), []).append((float(entry.get("timestep")), path.parent / entry.get("file")))
     return parts
+
+
+def written(movie):
+    """When a film was written, or the first picture of one; none if it was not."""
+    first = movie.with_name(f"{movie.stem}.0000.png") if movie.suffix == ".png" else movie
+    return first.stat().st_mtime_ns if first.is_file() else None
 
 
 def point_range(source, name, component=0):
@@ -57,8 +68,41 @@ def largest(sources, times, name):
     return best
 
 
-def coloured(shown, name, high, title, preset):
-    """Colours of a field from zero to `high`."""
+def sizes_of_points(data):
+    """Length, area or volume that each point of a mesh stands for, by the boxes about its cells."""
+    box = numpy.array(data.GetBounds()).reshape(3, 2)
+    has_extent = box[:, 1] - box[:, 0] > 1e-9 * numpy.max(box[:, 1] - box[:, 0])
+    sizes = numpy.zeros(data.GetNumberOfPoints())
+    for number in range(data.GetNumberOfCells()):
+        cell = data.GetCell(number)
+        of_cell = numpy.array(cell.GetBounds()).reshape(3, 2)
+        ids = [cell.GetPointId(k) for k in range(cell.GetNumberOfPoints())]
+        numpy.add.at(sizes, ids, numpy.prod((of_cell[:, 1] - of_cell[:, 0])[has_extent]) / len(ids))
+    return sizes
+
+
+def exceeded(sources, time, name, percent):
+    """The value of a field that all but a share of the volume of all sources has at an instant at most: places that are small beside
+    the bodies, as contact zones and edges, do not take all colours."""
+    values, sizes = [], []
+    for source in sources:
+        source.UpdatePipeline(time)
+        data = servermanager.Fetch(source)
+        field = data.GetPointData().GetArray(name)
+        if field is not None and field.GetNumberOfTuples() > 0:
+            values.append(vtk_to_numpy(field))
+            sizes.append(sizes_of_points(data))
+    if not values:
+        return 0.0
+    values, sizes = numpy.concatenate(values), numpy.concatenate(sizes)
+    order = numpy.argsort(values)
+    below = numpy.cumsum(sizes[order])
+    at = numpy.searchsorted(below, percent / 100.0 * below[-1])
+    return float(values[order][min(at, len(order) - 1)])
+
+
+def coloured(shown, name, high, preset, height):
+    """Colours of a field from zero to `high`, with their bar at a height of the picture."""
     simple.ColorBy(shown, ("POINTS", name))
     table = simple.GetColorTransferFunction(name)
     table.ApplyPreset(preset, True)
@@ -66,8 +110,10 @@ def coloured(shown, name, high, title, preset):
     table.AutomaticRescaleRangeMode = "Never"
     shown.SetScalarBarVisibility(simple.GetActiveView(), True)
     bar = simple.GetScalarBar(table, simple.GetActiveView())
-    bar.Title, bar.ComponentTitle = title, ""
+    bar.Title, bar.ComponentTitle = name, ""
     bar.TitleColor = bar.LabelColor = [0.0, 0.0, 0.0]
+    bar.WindowLocation = "Any Location" if "Any Location" in bar.GetProperty("WindowLocation").Available else "AnyLocation"
+    bar.Position, bar.ScalarBarLength = [0.88, height], 0.36
 
 
 def names_by_type(sources):
@@ -76,16 +122,18 @@ def names_by_type(sources):
     return bodies, {n: s for n, s in sources.items() if n.endswith(".pressure")}
 
 
-def show_result(sources, times, view):
+def show_result(sources, times, percent):
+    view = simple.GetActiveView()
     bodies, pressures = names_by_type(sources)
-    stress, at = largest(bodies.values(), times, STRESS)
+    _, at = largest(bodies.values(), times, STRESS)
+    stress = exceeded(bodies.values(), at, STRESS, percent)
     pressure, _ = largest(pressures.values(), times, PRESSURE)
     for source in bodies.values():
         shown = simple.Show(source, view)
         shown.NonlinearSubdivisionLevel = 3
         source.UpdatePipeline(at)
         if stress > 0.0 and point_range(source, STRESS) is not None:
-            coloured(shown, STRESS, stress, "von Mises stress [Pa]", "Viridis (matplotlib)")
+            coloured(shown, STRESS, stress, "Viridis (matplotlib)", 0.54)
         else:
             shown.DiffuseColor = BODY
     for source in pressures.values():
@@ -97,7 +145,7 @@ def show_result(sources, times, view):
         width = max(bounds[1] - bounds[0], bounds[3] - bounds[2], bounds[5] - bounds[4])
         shown.GaussianRadius = width / 60.0 if width > 0.0 else 1e-6
         if pressure > 0.0:
-            coloured(shown, PRESSURE, pressure, "contact pressure [Pa]", "Inferno (matplotlib)")
+            coloured(shown, PRESSURE, pressure, "Inferno (matplotlib)", 0.08)
     return at
 
 
@@ -137,13 +185,34 @@ def extent(sources):
     return sum((h - l) ** 2 for l, h in zip(low, high) if h > l) ** 0.5
 
 
+def show_time(view):
+    clock = simple.AnnotateTime()
+    # Versions differ in how numbers are written there.
+    clock.Format = "{time:.6g} s" if "{" in clock.Format else "%.6g s"
+    shown = simple.Show(clock, view)
+    shown.Color = [0.0, 0.0, 0.0]
+
+
+def own_export():
+    """The export that this script was written for, where it is now or where it was."""
+    try:
+        folder = pathlib.Path(__file__).resolve().parent
+    except NameError:
+        return EXPORT
+    beside = [folder.parent / (folder.name + ending) for ending in (".pvd", ".vtm")]
+    return next((path for path in beside if path.is_file()), EXPORT)
+
+
 def main():
     parser = argparse.ArgumentParser(description="Shows an export of fbimpact in ParaView")
     # ParaView's window gives scripts no arguments.
-    shown = os.environ.get("FBIMPACT_EXPORT")
+    shown = os.environ.get("FBIMPACT_EXPORT") or own_export()
     parser.add_argument("export", type=pathlib.Path, nargs="?", default=shown and pathlib.Path(shown))
     parser.add_argument("--picture", type=pathlib.Path)
     parser.add_argument("--time", type=float)
+    parser.add_argument("--movie", type=pathlib.Path)
+    parser.add_argument("--rate", type=int, default=25, help="pictures a second")
+    parser.add_argument("--percent", type=float, default=99.0, help="share of the volume whose stress has colours of its own")
     given = parser.parse_args()
     if given.export is None:
         parser.error("name an export, as an argument or in FBIMPACT_EXPORT")
@@ -151,6 +220,7 @@ def main():
     if not parts:
         sys.exit(f"{given.export}: holds no parts")
     view = simple.GetActiveViewOrCreate("RenderView")
+    view.ViewSize = SIZE
     view.UseColorPaletteForBackground = 0
     view.Background = [1.0, 1.0, 1.0]
     view.OrientationAxesLabelColor = [0.0, 0.0, 0.0]
@@ -162,21 +232,28 @@ def main():
         show_scenario(sources, view)
         at = 0.0
     else:
-        at = show_result(sources, times, view)
+        at = show_result(sources, times, given.percent)
+        show_time(view)
     simple.GetAnimationScene().UpdateAnimationUsingDataTimeSteps()
     view.ViewTime = given.time if given.time is not None else at
     # Flat models and sections are looked at along the axis that they lack.
     bounds = [source.GetDataInformation().GetBounds() for source in sources.values()]
     is_flat = lambda k: max(b[2 * k + 1] for b in bounds) - min(b[2 * k] for b in bounds) <= 1e-9 * extent(sources)
     if is_flat(1):
-        simple.ResetActiveCameraToPositiveY()
+        view.CameraPosition, view.CameraFocalPoint, view.CameraViewUp = [0.0, -1.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]
     elif not is_flat(2):
         view.CameraPosition, view.CameraFocalPoint, view.CameraViewUp = [1.0, -1.0, 0.6], [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]
     simple.ResetCamera(view)
     simple.Render(view)
     if given.picture is not None:
-        simple.SaveScreenshot(str(given.picture), view, ImageResolution=[1600, 1000])
+        simple.SaveScreenshot(str(given.picture), view, ImageResolution=SIZE)
         print(given.picture)
+    if given.movie is not None:
+        before = written(given.movie)
+        simple.SaveAnimation(str(given.movie), view, ImageResolution=SIZE, FrameRate=given.rate, FrameWindow=[0, len(times) - 1])
+        if written(given.movie) == before:
+            sys.exit(f"Error: this ParaView has written no {given.movie.suffix} film; take .avi, .ogv or .png")
+        print(given.movie)
 
 
 main()

@@ -3,6 +3,7 @@
 #![expect(clippy::print_stdout, reason = "figures of the documents, shown with --nocapture")]
 
 mod beam_file;
+mod bearings;
 mod benchmarks;
 mod body_file;
 mod cache;
@@ -10,6 +11,7 @@ mod cantilever;
 mod cli;
 mod compare;
 mod converge;
+mod crossing_edges;
 mod damaged;
 mod determinism;
 mod doubled;
@@ -20,12 +22,14 @@ mod faults;
 mod flat_contact;
 mod flat_meshes;
 mod fuzzing;
+mod gear_tooth;
 mod gears;
 mod hertz_scenarios;
 mod import_body;
 mod imported_bodies;
 mod joint_answers;
 mod joint_travel;
+mod key_examples;
 mod line_contact;
 mod long;
 mod mesh_contact;
@@ -67,3 +71,6 @@ mod balls;
 mod blocks;
 #[path = "../crates/fe-mesh/tests/writers/mod.rs"]
 mod writers;
+#[expect(dead_code, reason = "other crates use the rest")]
+#[path = "../crates/ffr-dynamics/tests/oracles/mod.rs"]
+mod oracles;

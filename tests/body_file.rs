@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 
 use crate::beam_file::{BENDING, LENGTH, LINE_MASS, write_beam};
+use crate::oracles::modal_truncation;
 use adaptive::elastic_body::geometric_stiffening;
 use adaptive::elastic_body::{ElasticBody, Interface};
 use adaptive::spec::{DampingSpec, DiscretisationSpec, ElasticSpec, Place, ReductionSpec};
 use fbimpact::body_file::{BodyFile, read, write_full, write_reduced};
 use ffr_dynamics::body::{ModalDamping, RigidMotion};
 use ffr_dynamics::interchange::{BodyFrame, FullBody, ReducedModel, ReducedParts};
-use ffr_dynamics::reduction::modal_truncation;
 use hdf5::types::VarLenUnicode;
 use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::Shape;

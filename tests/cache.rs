@@ -90,6 +90,10 @@ fn a_run_with_kept_models_gives_the_same_file_as_one_without() {
     place.agree("none.h5", "warm.h5");
     let (_, info) = place.call(&["info", "warm.h5"]);
     assert!(info.contains("cache"), "{info}");
+    // Pictures are made with the modes of the run.
+    let (code, log) = place
+        .call(&[&["export", "warm.h5", "--vtk", "pictures", "--times", "0:0:1", "-v"], &MODELS[..]].concat());
+    assert!(code == 0 && log.contains("model found"), "{log}");
 }
 
 #[test]

@@ -87,6 +87,7 @@ fn check_tells_the_cost_of_bodies_and_of_the_fine_models_to_come() {
     let models = report[path]["models"].as_array().expect("a list").clone();
     let (_, modes, _) = output(&["modes", "--json", path]);
     let modes: serde_json::Value = serde_json::from_str(&modes).expect("JSON");
+    assert_eq!(modes["bodies"][0]["points"]["top"], serde_json::json!([0.0, 0.01]), "of the ball, r and z");
     let own: Vec<_> = models.iter().filter(|m| m["contact"].is_null()).collect();
     for (body, model) in modes["bodies"].as_array().expect("a list").iter().zip(&own) {
         assert_eq!((&body["name"], &body["freedoms"]), (&model["body"], &model["dofs"]));

@@ -67,7 +67,7 @@ fn is_of_contact(file: &Path) -> bool {
 
 /// Stored instants and normal forces of a contact.
 fn stored_forces(result: &Path, contact: &str) -> (Vec<f64>, Vec<f64>) {
-    let file = hdf5::File::open(result).expect("a result");
+    let file = fbimpact::hdf5_integrity::open(result).expect("a result");
     let read = |name: &str| file.dataset(name).and_then(|d| d.read_raw()).expect("a series");
     (read("time"), read(&format!("contacts/{contact}/normal_force")))
 }
@@ -89,7 +89,7 @@ fn series_holds_every_body_at_every_chosen_time() {
 #[test]
 fn material_points_move_as_in_the_result() {
     let (folder, _) = export(&RESULTS.pair, &["--bodies", "rod", "--times", "2e-4:2.5e-4:2.5e-5"]);
-    let file = hdf5::File::open(&RESULTS.pair).expect("a result");
+    let file = fbimpact::hdf5_integrity::open(&RESULTS.pair).expect("a result");
     let times: Vec<f64> = file.dataset("time").and_then(|d| d.read_raw()).expect("times");
     let end: Vec<f64> =
         file.dataset("points/right_end/position").and_then(|d| d.read_raw()).expect("positions");
@@ -342,4 +342,53 @@ fn wrong_names_times_and_files_are_refused() {
         assert!(code == wanted && err.contains(words) && out.is_empty(), "{arguments:?}: {code} {err}");
     }
     assert!(!Path::new(&target).exists());
+}
+
+#[test]
+fn a_script_beside_the_files_shows_them_and_instants_are_told() {
+    let (folder, err) = export(&RESULTS.ball, &["--times", "peak"]);
+    let script = std::fs::read_to_string(folder.path().join("ball/show.py")).expect("a script");
+    let series = folder.path().join("ball.pvd").display().to_string();
+    assert!(script.contains(&format!("EXPORT = \"{series}\"")), "{script}");
+    assert!(err.contains("1 of ") && err.contains("stored instants: 4.1"), "{err}");
+    assert!(err.contains("paraview --script="), "{err}");
+}
+
+/// Films are made by a program that is not there, or is another one, in tests: what it is asked, what its failure is called.
+#[cfg(unix)]
+#[test]
+fn films_are_asked_of_pvpython() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = TempDir::new().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    let program = |name: &str, lines: &str| {
+        std::fs::write(at(name), format!("#!/bin/sh\n{lines}\n")).expect("a script");
+        std::fs::set_permissions(at(name), std::fs::Permissions::from_mode(0o755)).expect("allowed");
+        at(name).display().to_string()
+    };
+    let export = |movie: &str, pvpython: &str| {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_fbimpact"));
+        command.args(["export", "--times", "peak", "--vtk"]).arg(at("files")).arg("--movie").arg(at(movie));
+        let run = command.arg(&RESULTS.ball).env("FBIMPACT_PVPYTHON", pvpython).output().expect("it starts");
+        let text = |bytes| String::from_utf8(bytes).expect("UTF-8");
+        (run.status.code(), text(run.stdout), text(run.stderr))
+    };
+    let (code, _, err) = export("wave.mp4", "/nowhere/pvpython");
+    assert!(code == Some(2) && err.contains("--movie needs pvpython"), "{err}");
+    let (code, _, err) = export("wave.gif", "/nowhere/pvpython");
+    assert!(code == Some(2) && err.contains(".mp4, .avi, .ogv, .png"), "{err}");
+    let (code, _, err) = export("no/wave.mp4", "/nowhere/pvpython");
+    assert!(code == Some(6) && err.contains("no does not exist, create it"), "{err}");
+    assert!(!at("files").exists(), "nothing is written before");
+    let (code, _, err) = export("wave.mp4", &program("bad", "echo 'no display here' >&2; exit 3"));
+    assert!(code == Some(6) && err.contains("wave.mp4") && err.contains("no display here"), "{err}");
+    let (code, out, err) = export("wave.mp4", &program("good", "echo \"$@\" > \"$4\""));
+    assert_eq!(code, Some(0), "{err}");
+    assert!(out.trim_end().ends_with("wave.mp4"), "{out}");
+    let asked = std::fs::read_to_string(at("wave.mp4")).expect("a film");
+    let script = at("files/ball/show.py").display().to_string();
+    assert_eq!(
+        asked.trim_end(),
+        format!("--force-offscreen-rendering {script} --movie {}", at("wave.mp4").display())
+    );
 }

@@ -63,6 +63,8 @@ fn values_are_those_of_the_datasets() {
     let n = time.len();
     for (expression, expected) in [
         ("time[-1]", time[n - 1]),
+        ("impacts.duration[0] - (impacts[0].end - impacts[0].start)", 0.0),
+        ("phases[-1].duration - phases[-1].end + phases[-1].start", 0.0),
         ("bodies.ball.velocity[-1].z", velocity[3 * n - 1]),
         ("bodies.ball.velocity.z[-1]", velocity[3 * n - 1]),
         ("bodies.ball.velocity[-1][2]", velocity[3 * n - 1]),
@@ -142,7 +144,8 @@ fn faults_name_the_place_and_what_there_is() {
         ("bodies.ball.velocity[999999]", &["column 21", "0 to", "-1 to"]),
         ("bodies.ball.velocity.w", &["no component \"w\"", "x, y, z"]),
         ("impacts", &["a table", "peak_force"]),
-        ("impacts[0].force", &["no column \"force\"", "peak_force"]),
+        ("impacts[0].force", &["no column \"force\"", "peak_force", "restitution, duration"]),
+        ("tries.duration", &["no column \"duration\""]),
         ("impacts.contact", &["texts"]),
         ("time-1", &["column 1", "a minus sign has a space"]),
         ("time + stress.axis.von_mises", &["do not fit together"]),

@@ -113,7 +113,7 @@ fn what_touches_first_is_known_from_shapes_and_motions() {
     for (name, text, wanted) in cases {
         assert_eq!(kind(&text), Some(wanted), "{name}");
     }
-    // The edge of a box has points along it, the face below it has none where a corner or another edge passes.
+    // The edge of a box has points along it, a face has none where another's edge lies along it.
     let boxes = |turns: [[f64; 3]; 2], pair: [&str; 2]| {
         let cube = |name: &str, z: f64, turn: [f64; 3], speed: f64| {
             format!(
@@ -129,7 +129,8 @@ fn what_touches_first_is_known_from_shapes_and_motions() {
     assert_eq!(kind(&boxes([flat, flat], down)), Some(TouchKind::Flat));
     assert_eq!(kind(&boxes([along, flat], down)), Some(TouchKind::Edge));
     assert_eq!(kind(&boxes([along, flat], up)), Some(TouchKind::BetweenPoints));
-    assert_eq!(kind(&boxes([along, across], down)), Some(TouchKind::BetweenPoints));
+    assert_eq!(kind(&boxes([along, across], down)), Some(TouchKind::Edge));
+    assert_eq!(kind(&boxes([flat, [20.0, 30.0, 0.0]], down)), Some(TouchKind::Edge));
     // Jackets of four faces whose nets are singular where they meet.
     let crossed = |gap: f64| {
         let cylinder = |name: &str, radius: f64, half: f64, at: [f64; 3], turn: [f64; 3], speed: f64| {
@@ -372,5 +373,24 @@ fn blocks_that_meet_with_faces_and_edges_keep_their_momenta() {
             assert!(linear < 1e-12 && angular < 1e-9, "{name}: {linear:e} {angular:e}");
         }
         check_ledger(name, &recording);
+    }
+}
+
+#[test]
+fn laws_without_springs_are_refused_on_whole_surfaces() {
+    let of = |law: &str| {
+        let text = format!(
+            "[simulation]\nend_time = 1.0e-5\n{STEEL}{}{FLOOR}{}{law}",
+            rod("first", 1e-6, -1.0),
+            contact("first", "floor")
+        );
+        crate::support::scenarios::refusal(&crate::support::scenarios::valid(Path::new("."), &text, &[]))
+    };
+    for law in ["model = \"massless\"", "constraint = \"exact\""] {
+        let error = of(law);
+        assert!(
+            error.contains("flat faces") && error.contains("choose model \"adaptive\""),
+            "{law}: {error}"
+        );
     }
 }

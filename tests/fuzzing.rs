@@ -90,6 +90,7 @@ fn damaged_matrices_are_read_or_refused() {
     let pairs = b"1,1, 1,1, 2.5\n7,3, 1,1, -1.\n".to_vec();
     let (map, nodes) = (short("bar.dof", 60), short("bar.inp", 30));
     cases(300, |bytes| {
+        bodies::matrix_reading(bytes);
         for text in [&rows, &market, &punch, &pairs, &map, &nodes] {
             bodies::matrices(&mutated(text, bytes, LETTERS), (&rows, &map, &nodes));
         }

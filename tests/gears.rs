@@ -130,6 +130,15 @@ fn faults_of_gears_say_what_to_change() {
     );
     let far = faults(&geared(BLOCK, &sleeve, "second_coordinate = 2\nratio = 1.0", ""));
     assert!(far.contains("gears.mesh.second_coordinate"), "{far}");
+    assert!(more(&other("axle", "axle", 2.0)).contains("both sides are the same coordinate"));
+    // The axle turns, the rack is moved.
+    let [wrong, plain] =
+        ["2 rad/mm", "2 mm"].map(|r| faults(&geared(BLOCK, GUIDE, &format!("ratio = \"{r}\""), "")));
+    assert!(wrong.contains("the ratio is in m/rad, known here are m/rad, mm/rad, mm/rev"), "{wrong}");
+    assert!(plain.contains("unknown unit \"mm\""), "{plain}");
+    let lead = geared(BLOCK, GUIDE, "ratio = \"5 mm/rev\"", "");
+    let lead = scenarios::valid(Path::new("."), &lead, &[]).run.gears[0].ratio;
+    assert!((lead - 5e-3 / std::f64::consts::TAU).abs() < 1e-18, "{lead:e}");
     let ball = GUIDE.replace("prismatic", "spherical").replace("axis", "reference");
     assert!(faults(&geared(BLOCK, &ball, "ratio = 1.0", "")).contains("no coordinate for a gear"));
 

@@ -94,6 +94,50 @@ fn a_block_between_two_stops_comes_back_in_the_time_of_the_spring() {
 }
 
 #[test]
+fn numbers_of_coordinates_have_the_unit_of_the_coordinate() {
+    // The coordinates of a block on a guide with locked = ["x", "z", "ry", "rz"]: a displacement and an angle.
+    let read = |more: &str| scenarios::valid(Path::new("."), &block(more), &[]).run.joints[0].clone();
+    let drives = |value: &str| format!("drives = [{{ coordinate = 1, curve = {value} }}]\n");
+    let stops = |upper: &str| {
+        format!(
+            "stops = [{{ coordinate = 1, upper = {upper}, stiffness = \"2 N m/rad\", damping = \"3 s/rad\" }}]\n"
+        )
+    };
+    let with = read(&format!(
+        "velocities = [\"2 mm/s\", \"180 deg/s\"]\nstiffness = [\"3 N/mm\", 5.0]\n{}{}",
+        stops("\"90 deg\""),
+        drives("{ kind = \"constant\", value = \"7 N mm\" }"),
+    ));
+    let without = read(&format!(
+        "velocities = [2e-3, {}]\nstiffness = [3e3, 5.0]\nstops = [{{ coordinate = 1, upper = {}, stiffness = 2.0, damping = 3.0 }}]\n{}",
+        std::f64::consts::PI,
+        std::f64::consts::FRAC_PI_2,
+        drives("7e-3"),
+    ));
+    assert_eq!(with, without);
+    let fault = |more: &str| faults(&block(more));
+    for (more, key, known) in [
+        (stops("\"10 mm\""), "stops[0].upper", "is an angle, known here are rad, deg"),
+        (
+            drives("{ kind = \"harmonic\", amplitude = \"3 N\", frequency = 1.0 }"),
+            "curve.amplitude",
+            "known here are N m",
+        ),
+        (drives("\"3 N\""), "drives[0].curve", "known here are N m"),
+        (
+            "velocities = [\"2 mm/s\", \"3 mm/s\"]".into(),
+            "guide.velocities",
+            "coordinate 1 of a generic joint is an angle",
+        ),
+        ("rest = [\"2 deg\", 0.0]".into(), "guide.rest", "coordinate 0 of a generic joint is a displacement"),
+        ("rest = [\"2 kg\", 0.0]".into(), "guide.rest", "unknown unit \"kg\", known here are m,"),
+    ] {
+        let found = fault(&more);
+        assert!(found.contains(key) && found.contains(known), "{more}: {found}");
+    }
+}
+
+#[test]
 fn what_makes_no_sense_is_a_fault_of_the_scenario() {
     let guide = |more: &str| faults(&block(more));
     let stop = |entry: &str| guide(&format!("stops = [{{ {entry} }}]"));
@@ -170,4 +214,18 @@ fn an_elastic_rod_of_a_slider_crank_starts_undeformed_at_the_speed_of_the_crank(
     let rod = 2700.0 * 0.2 * 0.01 * 0.02;
     let kinetic = 0.5 * (rod + 0.3) * 1.5_f64.powi(2) + 0.5 * 1e-3 * 900.0;
     assert!((first.energies.kinetic / kinetic - 1.0).abs() < 1e-7, "{} {kinetic}", first.energies.kinetic);
+}
+
+#[test]
+fn a_joint_that_begins_beyond_its_stop_is_a_fault() {
+    let begins = |y: f64| {
+        let keys = "stops = [{ coordinate = 0, upper = 0.1, stiffness = 1e5 }]";
+        block(&format!("coordinates = [{y}, 0.0]\n{keys}"))
+    };
+    let message = faults(&begins(0.2));
+    assert!(
+        message.contains("joints.guide.stops") && message.contains("begins at 0.2, beyond it"),
+        "{message}"
+    );
+    assert!(scenarios::parse(Path::new("."), &begins(0.1), &[]).is_ok());
 }

@@ -136,7 +136,7 @@ fn a_chain_at_rest_is_sized_for_the_body_that_is_to_strike_it() {
         contact("top", "d", "c")
     );
     let found = run(&text, &[]);
-    // One trial for the intervals and one for the penalty factors, a contact; one more of each where waves make the guess inexact.
+    // One trial for the intervals and one for the penalty factors, per contact; one more of each where waves make the guess inexact.
     assert!(found.trials.len() <= 3 * 4, "{} trials", found.trials.len());
     let (first, last) = (&found.samples[0], found.samples.last().expect("samples"));
     assert!((last.linear_momentum[2] / first.linear_momentum[2] - 1.0).abs() < 1e-10);

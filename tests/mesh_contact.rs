@@ -330,6 +330,8 @@ fn what_a_mesh_does_not_do_is_refused_with_what_does() {
     let own = fault(&with("model = \"adaptive\"\nmodes = \"own\""), "contacts.impact.modes");
     assert!(own.contains("\"prolonged\""), "{own}");
     let exact = fault(&with("model = \"quasistatic\"\nconstraint = \"exact\""), "contacts.impact.constraint");
+    let massless = fault(&with("model = \"massless\""), "contacts.impact.model");
+    assert!(massless.contains("more points than the boundary has unknowns"), "{massless}");
     assert!(exact.contains("\"penalty\""), "{exact}");
     let printed = fault(
         &with("model = \"adaptive\"\ninterval = { division = \"printed\" }"),

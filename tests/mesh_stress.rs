@@ -4,8 +4,8 @@
 use std::path::{Path, PathBuf};
 
 use crate::balls::Ball;
-use crate::support::fbimpact;
 use crate::support::vtu::array;
+use crate::support::{fbimpact, scenarios};
 use crate::writers::{Form, gmsh};
 use fe_mesh::ElementKind;
 use hdf5::File;
@@ -216,4 +216,65 @@ fn stress_below_the_touch_is_that_of_hertz() {
     assert!(worst < 0.05, "{worst}");
     // Hertz: 0.310 at 0.48 a; the curve falls by 1 % within a fifth of a.
     assert!((shear.1 / 0.310 - 1.0).abs() < 0.05 && (shear.0 - 0.48).abs() < 0.2, "{shear:?}");
+}
+
+/// The bent bar of `scripts/mesh_calculix.py`, with one end held in every node and an even traction on the other: stress at nodes as CalculiX' integration
+/// points show it on the same mesh. Both ends answer statically, so that twenty modes beside them change nothing.
+#[test]
+fn static_stress_is_that_of_calculix_on_the_same_mesh() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/mesh_parts");
+    for name in ["bar_hex20", "bar_tet10"] {
+        let numbers =
+            |line: &str, by: char| line.split(by).map(|x| x.trim().parse().unwrap()).collect::<Vec<f64>>();
+        let mesh = std::fs::read_to_string(folder.join(format!("{name}.inp"))).unwrap();
+        let nodes: Vec<Vec<f64>> =
+            mesh.lines().skip(1).take_while(|l| !l.starts_with('*')).map(|l| numbers(l, ',')).collect();
+        let reference = std::fs::read_to_string(folder.join(format!("{name}.stress"))).unwrap();
+        let rows: Vec<Vec<f64>> = reference.lines().map(|l| numbers(l, ' ')).collect();
+        let mut text = format!(
+            r#"
+            [simulation]
+            end_time = 1e-6
+            static_start = true
+            [materials.steel]
+            youngs_modulus = 210e9
+            poissons_ratio = 0.3
+            density = 7850.0
+            [bodies.bar]
+            model = "mesh"
+            file = "{name}.inp"
+            units = "m"
+            material = "steel"
+            reduction = {{ modes = 20 }}
+            frame = "tangent"
+            [joints.clamp]
+            type = "fixed"
+            parent = {{ body = "ground", point = [0.065, 0.0, 0.006] }}
+            child = {{ body = "bar", face = "ROOT", coupling = "rigid" }}
+            [loads.pull]
+            body = "bar"
+            face = "TIP"
+            force_x = -300.0
+            force_y = 200.0
+            force_z = 500.0
+            "#
+        );
+        for row in &rows {
+            let place = &nodes[row[0] as usize - 1];
+            assert!((place[0] - row[0]).abs() < 0.5, "nodes stand in their order");
+            text += &format!(
+                "[output.points.n{}]\nbody = \"bar\"\npoint = {:?}\nstress = true\n",
+                row[0],
+                &place[1..]
+            );
+        }
+        let recording = scenarios::run(&scenarios::valid(&folder, &text, &[]));
+        let found = recording.samples[0].points.iter().flat_map(|p| p.state.stress).collect::<Vec<f64>>();
+        let wanted = rows.iter().flat_map(|row| row[1..].to_vec()).collect::<Vec<f64>>();
+        let off = deviation(&found, &wanted);
+        println!("{name}: {} nodes, off by {off:.1e} of the largest", rows.len());
+        // A rigid part yields 1e-5 of what an elastic one does (`meshed::a_rigid_place_…`), about it stress changes by a few of that;
+        // CalculiX prints seven digits.
+        assert!(off < 1e-4, "{name}: {off:e}");
+    }
 }

@@ -52,7 +52,7 @@ fn read(folder: &TempDir, name: &str) -> String {
 #[test]
 fn one_result_gives_every_figure_that_it_has_data_for() {
     let (folder, files, err) = plot(&[&RESULTS.pair], &[]);
-    let expected = ["energies", "forces", "impact_1", "tries", "point_right_end"];
+    let expected = ["energies", "forces", "impact_1", "tries", "point_right_end", "pressure_first"];
     assert_eq!(files, expected.map(|name| format!("pair_{name}.svg")), "{err}");
     let forces = read(&folder, "pair_forces.svg");
     for words in ["normal force [N]", "time [µs]", "impact phase", "free phase", "first", "second"] {
@@ -66,7 +66,14 @@ fn one_result_gives_every_figure_that_it_has_data_for() {
     {
         assert!(trials.contains(words), "{words} is in the figure");
     }
-    assert!(read(&folder, "pair_point_right_end.svg").contains("position − 1 m ["));
+    let point = read(&folder, "pair_point_right_end.svg");
+    assert!(
+        point.contains("displacement z [")
+            && point.contains("velocity z [")
+            && !point.contains("dasharray=\"70")
+    );
+    let pressure = read(&folder, "pair_pressure_first.svg");
+    assert!(pressure.contains("contact pressure [MPa]") && pressure.contains("radius [µm]"));
 }
 
 #[test]
@@ -93,6 +100,34 @@ fn png_has_the_pixels_of_a_page_width() {
     assert_eq!(width, 1800);
     // An empty picture of this size compresses to some 10 kB.
     assert!(bytes.len() > 20_000, "{} bytes", bytes.len());
+}
+
+/// Every kind of figure that these results have, twice: the same bytes, and no word of the converter.
+#[test]
+fn every_figure_is_a_pdf_of_its_size() {
+    for result in [&RESULTS.pair, &RESULTS.ball, &RESULTS.pendulum] {
+        let (folder, files, err) = plot(&[result], &["--pdf"]);
+        assert!(!files.is_empty() && files.iter().all(|name| name.ends_with(".pdf")), "{files:?}");
+        assert!(err.lines().all(|line| line.contains("no figure of")), "{err}");
+        let (again, _, _) = plot(&[result], &["--pdf"]);
+        for name in &files {
+            let bytes = |of: &TempDir| std::fs::read(of.path().join("new/folder").join(name)).expect("a PDF");
+            let whole = bytes(&folder);
+            assert!(whole.starts_with(b"%PDF-1.4\n") && whole.ends_with(b"\n%%EOF\n"), "{name}");
+            // 190 mm are 720 pixels of 0.75 points.
+            assert!(whole.windows(19).any(|w| w == b"/MediaBox [0 0 540 "), "{name}");
+            assert_eq!(whole, bytes(&again), "{name}");
+        }
+    }
+}
+
+#[test]
+fn one_trial_an_impact_makes_no_figure_of_trials() {
+    let (_, files, err) = plot(&[&RESULTS.ball], &["--figure", "tries"]);
+    assert!(files.is_empty() && err.contains("every impact took one trial"), "{err}");
+    assert!(err.contains("WARN"), "it was asked for: {err}");
+    let (_, _, err) = plot(&[&RESULTS.ball], &[]);
+    assert!(!err.contains("WARN"), "nobody asked for it: {err}");
 }
 
 #[test]
@@ -187,6 +222,16 @@ fn lines_of_stress_are_drawn_over_their_distance() {
     );
     let (_, _, err) = plot(&[&RESULTS.pair], &["--figure", "stress"]);
     assert!(err.contains("no figure of stress: the scenario asks for no lines"), "{err}");
+}
+
+#[test]
+fn curves_that_coincide_are_seen_in_the_gaps_of_each_other() {
+    let files: [&Path; 2] = [&RESULTS.ball, &RESULTS.ball];
+    let (folder, _, _) = plot(&files, &["--figure", "forces"]);
+    let drawn = read(&folder, "comparison_forces.svg");
+    // The solid curve lies below the one with dashes; in the legend they come first.
+    let last = |colour: &str| drawn.rfind(&format!("stroke=\"{colour}\"")).expect("a curve");
+    assert!(last("#0072B2") < last("#D55E00"));
 }
 
 #[test]

@@ -89,6 +89,17 @@ fn histories_are_those_of_the_run() {
         let of_frame = frame[i] - frame[i % 3];
         assert!((moved[i] - of_frame - bent[i]).abs() < 1e-15, "{i}"); // round-off of places of a centimetre
     }
+    // A line of points is those points.
+    let line = probed(&run, &["--body", "ball", "--line", "0,0:0,0.01:3", "--from", "9e-5"]).0;
+    let points = probed(
+        &run,
+        &["--body", "ball", "--point", "0,0", "--point", "0,0.005", "--marker", "top", "--from", "9e-5"],
+    )
+    .0;
+    for (n, name) in ["0 0", "0 0.005", "0 0.01"].into_iter().enumerate() {
+        assert_eq!(line["points"][n]["name"], name);
+        assert_eq!(line["points"][n]["stress"], points["points"][n]["stress"], "{name}");
+    }
     // A few instants alone: what is before them tells the velocity.
     let time = stored(&run, "time");
     let (from, to) = (format!("{:?}", time[100]), format!("{:?}", time[110]));

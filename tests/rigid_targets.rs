@@ -140,6 +140,58 @@ fn an_axisymmetric_ball_meets_a_free_rigid_one_as_hertz_says() {
 }
 
 #[test]
+fn axisymmetric_bodies_meet_rigid_ellipsoids_and_cylinders_on_their_axis() {
+    let [ball, rigid] = axial_balls(6);
+    // At the pole of semi-axes a, c the curvature is c/a².
+    for (a, c) in [(0.02, 0.01), (0.02, 0.03)] {
+        let above = ball.replace(&format!("{:?}", 2.0 * RADIUS + GAP), &format!("{:?}", c + RADIUS + GAP));
+        let tool = rigid.replace(BALL, &format!("shape = \"ellipsoid\", semi_axes = [{a}, {a}, {c}]"));
+        let found = run(&[WORLD, &above, &tool].concat());
+        let mass = 4.0 / 3.0 * PI * a * a * c * DENSITY;
+        let expected = hertz([1.0 / RADIUS; 2], [c / (a * a); 2], 0.0, 1.0 / ball_mass() + 1.0 / mass);
+        compare(&format!("on an ellipsoid {a} {c}"), peak(&found), expected, HERTZ);
+        check_balances("ellipsoid", &found);
+    }
+    let above = ball.replace(&format!("{:?}", 2.0 * RADIUS + GAP), &format!("{:?}", RADIUS + GAP));
+    let [cylinder, rod] = ["cylinder", "rod"].map(|shape| {
+        let tool = format!("shape = \"{shape}\", radius = 0.03, length = 0.05");
+        let tool = body("tool", "\"rigid\"\nmotion = \"axial\"", &tool, [0.0, 0.0, -0.05], 0.0, "");
+        run(&[WORLD, &above, &tool].concat())
+    });
+    let mass = PI * 9e-4 * 0.05 * DENSITY;
+    let expected = hertz([1.0 / RADIUS; 2], [0.0; 2], 0.0, 1.0 / ball_mass() + 1.0 / mass);
+    compare("on a cylinder's end", peak(&cylinder), expected, HERTZ);
+    assert!((peak(&cylinder) / peak(&rod) - 1.0).abs() < 1e-12, "a cylinder about its axis is a rod");
+    // A flexible ellipsoid on the cylinder: the same law with its own curvature.
+    let egg = "shape = \"ellipsoid\", semi_axes = [0.02, 0.02, 0.03]";
+    let part =
+        body("part", "\"axisymmetric\"", egg, [0.0, 0.0, 0.03 + GAP], -SPEED, "reduction = { modes = 6 }");
+    let tool = "shape = \"cylinder\", radius = 0.03, length = 0.05";
+    let tool = body("tool", "\"rigid\"\nmotion = \"axial\"", tool, [0.0, 0.0, -0.05], 0.0, "");
+    let found = run(&[WORLD, &part, &tool].concat());
+    let own = 4.0 / 3.0 * PI * 0.02 * 0.02 * 0.03 * DENSITY;
+    let expected = hertz([0.03 / 4e-4; 2], [0.0; 2], 0.0, 1.0 / own + 1.0 / mass);
+    compare("an ellipsoid on a cylinder's end", peak(&found), expected, HERTZ);
+}
+
+#[test]
+fn ellipsoids_of_axisymmetric_bodies_are_round_about_the_axis() {
+    let tool = body(
+        "tool",
+        "\"rigid\"\nmotion = \"axial\"",
+        "shape = \"ellipsoid\", semi_axes = [0.02, 0.01, 0.01]",
+        [0.0; 3],
+        0.0,
+        "",
+    );
+    let [ball, _] = axial_balls(6);
+    let faults = scenarios::parse(Path::new("."), &[WORLD, &ball, &tool].concat(), &[]).unwrap_err();
+    let [fault] = &faults[..] else { panic!("{faults:?}") };
+    assert_eq!(fault.key, "bodies.tool.geometry.semi_axes");
+    assert!(fault.message.contains("the first two must be equal"), "{fault}");
+}
+
+#[test]
 fn a_disc_meets_a_rigid_one_as_a_stiff_one() {
     let disc = "shape = \"disc\", radius = 0.02";
     let more = "thickness = 0.01\nreduction = { modes = 10 }";

@@ -507,7 +507,7 @@ fn numbers_may_have_units() {
     let [units, plain] = [
         text(
             "\"10 ms\"",
-            "[\"1 cm\", 0.0, \"-2 mm\"]",
+            "[\"1cm\", 0.0, \"-2 mm\"]",
             "[\"1 in\", 0.02, \"30 mm\"]",
             "velocity = [\"36 km/h\", 0.0, 0.0]\n",
         ),
@@ -526,12 +526,26 @@ fn numbers_may_have_units() {
 
     for (end, message) in [
         ("\"10 mm\"", "unknown unit \"mm\", known here are s, ms, µs, us, min"),
-        ("\"10ms\"", "must be a number > 0"),
+        ("\"ms\"", "must be a number > 0"),
         ("\"-1 ms\"", "must be a number > 0"),
     ] {
         let faults = read(&text(end, "[0.0, 0.0, 0.0]", "[1, 1, 1]", "")).expect_err("a fault").to_string();
         assert!(faults.contains("simulation.end_time") && faults.contains(message), "{faults}");
     }
+    // Limits are those of the unit in which the number is given where that is degrees; the number is shown as it was given.
+    let tooth = |angle: &str| {
+        let text = format!(
+            "[simulation]\nend_time = 1.0\n[bodies.tooth]\nmodel = \"rigid\"\nmaterial = \"steel\"\n\
+             geometry = {{ shape = \"gear-tooth\", module = 1e-3, teeth = 20, inner_radius = 5e-3, width = 0.01, {angle} }}\n"
+        );
+        read(&text).expect_err("a fault").to_string()
+    };
+    assert!(tooth("pressure_angle_deg = 50").contains("_deg = 50: must be a number > 0 and < 45 deg"));
+    assert!(tooth("pressure_angle = \"50 deg\"").contains("= \"50 deg\": must be a number > 0 and < 45 deg"));
+    let set = "bodies.block.geometry.size[0]=\"-1 mm\"".parse().expect("an override");
+    let faults =
+        scenario::parse(Path::new("test.toml"), text("1.0", "[0, 0, 0]", "[1, 1, 1]", "").as_bytes(), &[set]);
+    assert!(faults.expect_err("a fault").to_string().contains("= \"-1 mm\": must be a number > 0"));
     let rest = "discretisation = { degree = 3, elements = \"8 mm\" }\nreduction = { modes = \"20 Hz\" }\n";
     assert!(read(&text("1.0", "[0.0, 0.0, 0.0]", "[1, 1, 1]", rest)).is_err());
 }

@@ -107,6 +107,9 @@ fn factors_searches_and_intervals_reach_the_run() {
     assert_eq!((fixed.penalty, fixed.search), (Some(1e17), PenaltySearch::Fixed));
     let exact = surface(PAIRS, &["contacts.first.constraint=exact"]);
     assert_eq!((exact.penalty, exact.search), (Some(f64::INFINITY), PenaltySearch::Fixed));
+    // A boundary without mass is the compliance of the zone with that constraint.
+    let exact = surface(PAIRS, &["contacts.first.model=quasistatic", "contacts.first.constraint=exact"]);
+    assert_eq!(surface(PAIRS, &["contacts.first.model=massless"]), exact);
 }
 
 #[test]
@@ -142,6 +145,22 @@ fn resolved_contacts_read_back_to_themselves() {
 }
 
 #[test]
+fn a_massless_boundary_reads_back_without_a_factor() {
+    let alone = SPHERE
+        .replace("constraint = \"penalty\"\n", "")
+        .replace("penalty = { initial = 1.0e18, search = \"fixed\" }\n", "");
+    for (text, contact) in [(PAIRS, "first"), (alone.as_str(), "impact")] {
+        let first = valid(text, &[&format!("contacts.{contact}.model=massless")]);
+        let section =
+            first.source.resolved.split(&format!("[contacts.{contact}]")).nth(1).expect("the contact");
+        let section = section.split("\n[").next().expect("its keys");
+        assert!(!section.contains("constraint") && !section.contains("penalty"), "{section}");
+        let again = valid(&first.source.resolved, &[]);
+        assert_eq!(first.run.contacts, again.run.contacts);
+    }
+}
+
+#[test]
 fn settings_without_meaning_are_faults() {
     for (set, key, words) in [
         (&["penalty.search=until-error"][..], "penalty.search", "choose solver = \"broyden\""),
@@ -157,6 +176,10 @@ fn settings_without_meaning_are_faults() {
         (&["solver=broyden", "constraint=exact"], "solver", "active-set"),
         (&["constraint=exact", "model=damped"], "model", "\"adaptive\" or \"quasistatic\""),
         (&["constraint=exact", "points=gauss"], "points", "greville"),
+        (&["model=massless", "points=gauss"], "points", "must be \"greville\" with model \"massless\""),
+        (&["model=massless", "solver=broyden"], "solver", "must be \"active-set\" with model \"massless\""),
+        (&["model=massless", "constraint=exact"], "constraint", "no penetration and no penalty factor"),
+        (&["model=massless", "penalty={initial=1e17}"], "penalty", "no penetration and no penalty factor"),
         (&["model=coarse", "interval.elements=8"], "interval.elements", "refines nothing"),
         (
             &["model=quasistatic", "interval.target_utilisation=0.8"],

@@ -39,6 +39,7 @@ rounded-box = { material = "m", geometry = { shape = "rounded-box", size = [1.0,
 plate-with-hole = { material = "m", geometry = { shape = "plate-with-hole", size = [1.0, 2.0], hole_radius = 0.2, thickness = 0.1 } }
 l-beam = { material = "m", geometry = { shape = "l-beam", width = 1.0, height = 2.0, thickness = 0.1, length = 3.0 } }
 t-beam = { material = "m", geometry = { shape = "t-beam", width = 1.0, height = 2.0, flange_thickness = 0.1, web_thickness = 0.2, length = 3.0 } }
+gear-tooth = { material = "m", geometry = { shape = "gear-tooth", module = 1.0, teeth = 20, inner_radius = 7.0, width = 1.0 } }
 box = { material = "m", geometry = { shape = "box", size = [1.0, 2.0, 3.0] } }
 rectangle = { model = "plane-stress", thickness = 0.1, material = "m", geometry = { shape = "rectangle", size = [1.0, 2.0] } }
 disc = { model = "plane-strain", material = "m", geometry = { shape = "disc", radius = 1.0 } }
@@ -242,7 +243,7 @@ fn bad_values(kind: &Kind) -> Vec<String> {
 #[test]
 fn scenario_with_every_shape_is_valid() {
     let scenario = parse(ALL_SHAPES.as_bytes(), &[]).unwrap_or_else(|f| panic!("{f:#?}"));
-    assert_eq!(scenario.bodies.len(), 25);
+    assert_eq!(scenario.bodies.len(), 26);
     let again = parse(scenario.source.resolved.as_bytes(), &[]).unwrap_or_else(|f| panic!("{f:#?}"));
     assert_eq!(again.bodies, scenario.bodies);
     assert_eq!(again.run, scenario.run);

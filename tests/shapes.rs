@@ -22,6 +22,7 @@ fn folded_net_is_a_located_fault() {
 fn geometry(shape: &str, model: &str) -> String {
     let sizes = match shape {
         "sphere" | "disc" => "radius = 0.01",
+        "ellipsoid" if model == "axisymmetric" => "semi_axes = [0.015, 0.015, 0.01]",
         "ellipsoid" => "semi_axes = [0.02, 0.015, 0.01]",
         "rod" | "rod-spherical-end" | "cylinder" => "radius = 0.01, length = 0.05",
         "hollow-cylinder" => "inner_radius = 0.005, outer_radius = 0.01, length = 0.05",
@@ -39,6 +40,8 @@ fn geometry(shape: &str, model: &str) -> String {
         "t-beam" => {
             "width = 0.02, height = 0.03, flange_thickness = 0.002, web_thickness = 0.003, length = 0.2"
         }
+        "gear-tooth" if model == "solid" => "module = 0.005, teeth = 20, inner_radius = 0.03, width = 0.02",
+        "gear-tooth" => "module = 0.005, teeth = 20, inner_radius = 0.03",
         "box" => "size = [0.01, 0.02, 0.03]",
         "rectangle" => "size = [0.01, 0.02]",
         other => panic!("no sizes for {other}"),

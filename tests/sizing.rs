@@ -6,10 +6,11 @@ use std::path::Path;
 
 use crate::support::impacts::assert_same;
 use crate::support::scenarios::run;
+use adaptive::recording::Recording;
 use adaptive::spec::{BodyKind, ReductionSpec};
 use adaptive::store::ModelCache;
 use fbimpact::scenario::Scenario;
-use fbimpact::simulate::modes;
+use fbimpact::simulate::{modes, simulate};
 use fbimpact::sizing::{notes, sized};
 
 fn parse(text: &str) -> Scenario {
@@ -94,6 +95,8 @@ fn chosen_sizes_are_written_into_the_scenario_with_their_reason() {
     let told: Vec<String> = notes(&chosen.source.resolved).into_iter().map(|n| n.text).collect();
     assert!(told[0].contains("20 lowest frequencies are right to"), "{told:?}");
     assert!(told[1].ends_with("no contact acts on the body"), "{told:?}");
+    let timings = simulate(&bare, &mut Recording::default(), 1).unwrap().timings;
+    assert!(timings.sizes > timings.integration, "{timings:?}");
     let report = modes(&bare, None, 1).unwrap();
     assert_eq!(report.bodies[0].chosen, told);
     assert_eq!(report.bodies[0].frequencies.len(), 20);

@@ -164,6 +164,7 @@ fn collect_has_a_row_for_every_run_whatever_became_of_it() {
     for (arguments, expected) in [
         (&["collect", ".", "-o", "table.txt"][..], 2),
         (&["collect", ".", "-o", "no/such/table.csv"], 6),
+        (&["collect", "nodir", "-o", "table.csv"], 6),
         (&["collect", "-o", "table.csv"], 2),
     ] {
         let (code, _, err) = fbimpact(at, arguments);

@@ -35,7 +35,7 @@ fn a_rod_on_a_guide_strikes_as_a_free_one_does() {
         "rods, free and on a guide: impulse {:.8e} and {:.8e}, restitution {:.6}",
         a.impulse, b.impulse, b.restitution
     );
-    // The guide takes no part: the same motion by other steps before the touch, to the tolerance of 1e-8 a step.
+    // The guide takes no part: the same motion by other steps before the touch, to the tolerance of 1e-8 per step.
     assert!((b.impulse / a.impulse - 1.0).abs() < 1e-6 && (b.peak_force / a.peak_force - 1.0).abs() < 1e-6);
     assert!(1.0 - b.restitution < most_lost(n * 0.9), "{}", b.restitution);
     check_ledger("guided rod", &held);

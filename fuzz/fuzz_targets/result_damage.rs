@@ -2,7 +2,7 @@
 #![no_main]
 
 #[allow(dead_code, reason = "shared with the other targets")]
-#[path = "../../tests/fuzzing/mod.rs"]
+#[path = "../../tests/fuzzing/bodies.rs"]
 mod bodies;
 
 use std::sync::LazyLock;

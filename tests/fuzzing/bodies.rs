@@ -274,17 +274,28 @@ fn list(group: &hdf5::Group, at: &str, names: &mut Vec<String>) {
     }
 }
 
+/// Bytes as a matrix, an order of unknowns and nodes, and as each of them among those of a bar.
+pub fn matrix_reading(bytes: &[u8]) {
+    let rows = include_bytes!("../matrix_parts/bar.sti");
+    let map = include_bytes!("../matrix_parts/bar.dof");
+    matrices(bytes, (rows, map, include_bytes!("../matrix_parts/bar.inp")));
+}
+
 /// Bytes as a matrix, an order of unknowns and nodes, and as each of them among others that are sound.
 pub fn matrices(bytes: &[u8], (rows, map, nodes): (&[u8], &[u8], &[u8])) {
     use fbimpact::matrix_files::{Parts, assemble, read_map, read_matrix, read_nodes};
     let text = String::from_utf8_lossy(bytes);
+    let given = (read_matrix(&text, None).ok(), read_map(&text).ok(), read_nodes(&text).ok());
+    drop(read_matrix(&text, Some("kaax")));
+    if given == (None, None, None) {
+        return;
+    }
     let sound = [rows, map, nodes].map(String::from_utf8_lossy);
     let (Ok(matrix), Ok(map), Ok(nodes)) =
         (read_matrix(&sound[0], None), read_map(&sound[1]), read_nodes(&sound[2]))
     else {
         return;
     };
-    let given = (read_matrix(&text, None).ok(), read_map(&text).ok(), read_nodes(&text).ok());
     let stiffness = given.0.as_ref().unwrap_or(&matrix);
     let parts = Parts {
         name: "body",

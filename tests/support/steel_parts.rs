@@ -53,7 +53,7 @@ pub fn contact(body: &str, target: &str) -> String {
     format!("[contacts.c]\ncontact_body = \"{body}\"\ntarget_body = \"{target}\"\n")
 }
 
-/// The ledger is closed to what the integrator's tolerance of 1e-6 a step leaves, and no momentum appears.
+/// The ledger is closed to what the integrator's tolerance of 1e-6 per step leaves, and no momentum appears.
 pub fn check_ledger(name: &str, recording: &Recording) {
     let drift = recording.energy_drift();
     println!("{name}: ledger {drift:.1e}");

@@ -5,6 +5,7 @@
 
 use std::sync::Arc;
 
+use contact_qs::law::penalty;
 use contact_qs::search::{SurfaceModel, SurfaceSite};
 use contact_qs::{ActiveContact, ContactError, PressureRecovery};
 use ffr_dynamics::system::force::BodyState;
@@ -16,11 +17,11 @@ use crate::elastic_body::ElasticBody;
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::fine_body::ZoneMesh;
 use crate::fine_model::FineBody;
-use crate::fine_modes::FineModes;
 use crate::interval::{
     ContactFlags, DirectionUse, IntervalAssessment, IntervalEnd, IntervalGrid, IntervalSettings, Verdict,
     assess,
 };
+use crate::paper::fine_modes::FineModes;
 use crate::penalty_search::{PenaltySearch, PenaltyStrategy};
 use crate::point_compliance::{ObservedPlace, PointCompliance, compliances, points_on};
 use crate::predicted_touch::TouchKind;
@@ -35,12 +36,14 @@ use crate::zone_contact::FALLBACK_PENALTY;
 
 mod fine_side;
 mod kept_zone;
+mod sides;
 mod sites;
 mod widths;
 mod zone_model;
 
 use fine_side::FineSide;
 pub use fine_side::RebuiltContact;
+use sides::SideRequest;
 use sites::Sites;
 pub use zone_model::ZoneModel;
 
@@ -250,33 +253,21 @@ impl AdaptiveContact {
             true => LowModes::Prolonged,
             false => self.law.transfer.modes,
         };
-        let fine_modes = modes(self.body);
         let on = |body: usize| points_on(request.points, body, own_body.motion);
         let (points, places) = on(self.body);
         let (mut target_points, mut target_places) = (Vec::new(), Vec::new());
         if let Some(other) = self.flexible_target {
             (target_points, target_places) = on(other);
         }
-        let (mut own, mut other) = match (self.flexible_target, target_site) {
-            (Some(other), Some(there)) => {
-                let (target, target_modes) = (flexible(&bodies[other]), modes(other));
-                if own_body.is_like(&target) {
-                    // The second takes what the first has built.
-                    let own = self.side(own_body, (&site, &places), fine_modes, check_cancel)?;
-                    let target = self.side(target, (&there, &target_places), target_modes, check_cancel)?;
-                    (own, Some((other, target)))
-                } else {
-                    // Side by side: each has stages that only one thread can work on. Questions wait until both are done.
-                    check_cancel()?;
-                    let (own, target) = rayon::join(
-                        || self.side(own_body, (&site, &places), fine_modes, &mut || Ok(())),
-                        || self.side(target, (&there, &target_places), target_modes, &mut || Ok(())),
-                    );
-                    check_cancel()?;
-                    (own?, Some((other, target?)))
-                }
+        let on_own = SideRequest { body: own_body, site: &site, places: &places, modes: modes(self.body) };
+        let (mut own, mut other) = match (self.flexible_target, &target_site) {
+            (Some(other), Some(site)) => {
+                let body = flexible(&bodies[other]);
+                let on_target = SideRequest { body, site, places: &target_places, modes: modes(other) };
+                let (own, target) = self.both_sides(on_own, on_target, check_cancel)?;
+                (own, Some((other, target)))
             }
-            _ => (self.side(own_body, (&site, &places), fine_modes, check_cancel)?, None),
+            _ => (self.side_on(on_own, check_cancel)?, None),
         };
         let (mut element, offset) = self.element_at(&mut own, &mut other, (bodies, states), nearest.gap)?;
         let on_body =
@@ -296,10 +287,11 @@ impl AdaptiveContact {
             true => self.static_weight(&mut own, &mut other, (bodies, states))?,
             false => self.weight_of(element.as_mut(), states)?,
         };
-        let search = request.search.unwrap_or_else(|| match whole {
-            Some(kind) => self.penalty_of_whole(kind, bodies, weight),
-            None => self.penalty_search(&request.history, weight),
-        });
+        let search = match (request.search, whole) {
+            (Some(search), _) => search,
+            (None, Some(kind)) => self.penalty_of_whole(kind, bodies, weight),
+            (None, None) => self.penalty_search(&request.history, weight).map_err(|e| self.fail(e))?,
+        };
         element.set_penalty(search.penalty()).map_err(|e| self.fail(e))?;
         let interval = own.body.grid();
         let sizes = sizes([Some(&own), other.as_ref().map(|(_, side)| side)]);
@@ -361,7 +353,11 @@ impl AdaptiveContact {
     }
 
     /// The search for the penalty factor of an impact.
-    fn penalty_search(&self, history: &ImpactHistory, weight: Option<f64>) -> PenaltySearch {
+    fn penalty_search(
+        &self,
+        history: &ImpactHistory,
+        weight: Option<f64>,
+    ) -> Result<PenaltySearch, ContactError> {
         let strategy = match self.law.search {
             spec::PenaltySearch::Fixed => PenaltyStrategy::Fixed,
             spec::PenaltySearch::UntilConverged { tolerance } => {
@@ -369,17 +365,21 @@ impl AdaptiveContact {
             }
             spec::PenaltySearch::UntilError => PenaltyStrategy::ErrorDriven { trial_steps: TRIAL_STEPS },
         };
-        let from_ratio = |r: f64| weight.map(|w| r / w);
+        let from_ratio = |r: f64| weight.map(|w| penalty::from_weight(r, w)).transpose();
         if let Some(given) = self.law.penalty
             && (strategy == PenaltyStrategy::Fixed || given.is_infinite())
         {
-            return PenaltySearch::new(PenaltyStrategy::Fixed, given);
+            return Ok(PenaltySearch::new(PenaltyStrategy::Fixed, given));
         }
-        if let Some(known) = history.stiffness_ratio.and_then(from_ratio).or(history.penalty) {
-            return PenaltySearch::from_accepted(strategy, known);
+        let earlier = history.stiffness_ratio.map(from_ratio).transpose()?.flatten();
+        if let Some(known) = earlier.or(history.penalty) {
+            return Ok(PenaltySearch::from_accepted(strategy, known));
         }
-        let first = self.law.penalty.or_else(|| from_ratio(self.law.stiffness_ratio));
-        PenaltySearch::new(strategy, first.unwrap_or(FALLBACK_PENALTY))
+        let first = match self.law.penalty {
+            Some(given) => Some(given),
+            None => from_ratio(self.law.stiffness_ratio)?,
+        };
+        Ok(PenaltySearch::new(strategy, first.unwrap_or(FALLBACK_PENALTY)))
     }
 
     /// Settings of Algorithm 2.
@@ -454,7 +454,7 @@ impl FineContact {
         self.is_target_at_end
     }
 
-    /// Elements across the interval, a direction.
+    /// Elements across the interval, per direction.
     pub fn n_elements(&self) -> [usize; 2] {
         self.interval.n_elements
     }
@@ -477,7 +477,7 @@ fn zone_site(body: &FlexibleBody<'_>, site: &SurfaceSite, widths: [f64; 2]) -> Z
         faces.iter().position(|f| *f == site.face).unwrap_or_default()
     };
     let face = body.spline_body().map_or(site.element, of_face) as u32;
-    ZoneSite { face, centre: site.xi, widths }
+    ZoneSite { face, centre: site.xi, widths, meets: None }
 }
 
 fn is_at_end(interval: &IntervalGrid) -> bool {

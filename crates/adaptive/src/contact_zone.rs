@@ -10,11 +10,13 @@ use contact_qs::surface_pair::TargetFace;
 use contact_qs::{ContactError, PiecewiseSurface};
 use iga_core::elasticity::Model;
 use iga_core::nurbs::FaceId;
-use iga_core::nurbs::jet::diagonal;
+use iga_core::nurbs::jet::{diagonal, difference, norm};
 use iga_core::surface::{CollocationPoint, Face, gauss_points, greville_points, lobatto_points};
 
 use crate::elastic_body::Discretised;
+use crate::record::TargetPlace;
 use crate::spec::PointRule;
+use crate::touch_side::faces_at;
 
 /// A contact zone on faces of a body.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,7 +35,25 @@ pub struct ContactZone {
     pub region: ZoneRegion,
     /// What it is of the surface of the body.
     pub extent: ZoneExtent,
+    /// Indices of the points that meet an edge or a corner of the target (theory Eq. C.126).
+    pub meeting: Vec<usize>,
 }
+
+/// A place on a whole surface that contact points stand on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PointsAbout {
+    /// The face.
+    pub face: FaceId,
+    /// Its parameters there.
+    pub xi: [f64; 3],
+    /// What the place meets, if that is an edge or a corner of the target; without, points stand ever closer about the place.
+    pub meets: Option<TargetPlace>,
+}
+
+/// Halvings of the sides of elements towards a place where an edge touches (theory Eq. C.125).
+const HALVINGS: u8 = 5;
+/// Distance of places on two faces that are one, over the size of the body: round-off of a search.
+const SAME_PLACE: f64 = 4e-7;
 
 /// What of the surface of its body a zone is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -122,24 +142,35 @@ impl ContactZone {
             widths,
             region: ZoneRegion::Faces(limits.iter().map(|l| l.region).collect()),
             extent: ZoneExtent::Part,
+            meeting: Vec::new(),
         })
     }
 }
 
 impl ContactZone {
     /// The whole surface of `body` with its edges and corners (docs/theory.md section C.9): Lobatto points of all outer faces, each pressed
-    /// only by surfaces that its face is turned to, and all unknowns of the functions that are not zero there.
+    /// only by surfaces that its face is turned to, and all unknowns of the functions that are not zero there. At the place `about`, if there is one, stands
+    /// a point of each face that meets there: with others ever closer about it, for an edge that bends touches between those of its elements, or
+    /// alone to meet an edge or a corner of the target.
     ///
     /// # Errors
     /// [`ContactError::Nothing`] for a body without an outer face.
-    pub fn whole(body: &Discretised<'_>) -> Result<Self, ContactError> {
+    pub fn whole(body: &Discretised<'_>, about: Option<&PointsAbout>) -> Result<Self, ContactError> {
         let faces = Face::outer(body.patches, *body.model == Model::Axisymmetric);
-        let found = lobatto_points(body.space, body.patches, &faces);
+        let size = diagonal(body.space.control_points());
+        let here = about.map(|about| body.patches[about.face.patch].point(&about.xi));
+        let places: Vec<(FaceId, [f64; 3])> = here.map_or_else(Vec::new, |here| {
+            let found = faces_at(body.patches, &faces, &here, SAME_PLACE * size);
+            found.map(|(face, found)| (face.id, found.xi)).collect()
+        });
+        let is_met = about.is_some_and(|about| about.meets.is_some());
+        let halvings = if is_met { 0 } else { HALVINGS };
+        let found = lobatto_points(body.space, body.patches, &faces, (&places, halvings));
         if found.is_empty() {
             return Err(ContactError::Nothing { what: "the body has no outer face" });
         }
         let thickness = body.model.thickness().unwrap_or(1.0);
-        let points: Vec<SurfacePoint> = found
+        let mut points: Vec<SurfacePoint> = found
             .iter()
             .map(|p| SurfacePoint {
                 position: p.point,
@@ -150,17 +181,25 @@ impl ContactZone {
                 facing: Some(p.normal),
             })
             .collect();
+        let is_here = |p: &CollocationPoint| {
+            here.is_some_and(|here| norm(&difference(&p.point, &here)) <= SAME_PLACE * size)
+        };
+        let meeting: Vec<usize> = (0..found.len()).filter(|i| is_met && is_here(&found[*i])).collect();
+        // The spring of a point has no area of its own: together they have that of the stiffest of all.
+        let largest = points.iter().map(|p| p.area).fold(0.0, f64::max);
+        meeting.iter().for_each(|&i| points[i].area = largest / meeting.len() as f64);
         let gauss = gauss_points(body.space, body.patches, &faces, None);
         Ok(Self {
             unknowns: interface(body, &gauss, &points),
             points,
             parameters: found.iter().map(|p| p.xi).collect(),
             faces: found.iter().map(|p| p.face).collect(),
-            widths: [diagonal(body.space.control_points()), 0.0],
+            widths: [size, 0.0],
             region: ZoneRegion::Faces(
                 faces.into_iter().map(|f| TargetFace::whole(f, body.patches)).collect(),
             ),
             extent: ZoneExtent::Whole,
+            meeting,
         })
     }
 

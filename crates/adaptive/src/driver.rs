@@ -28,12 +28,13 @@ const QUIET_STEPS: f64 = 10.0;
 /// Shortest interval between two gap evaluations of a pair that is not in contact, as a share of a step: overlaps that last longer
 /// are never missed.
 const SHORTEST_LOOK: f64 = 1e-4;
-/// Bound of the closing speed within a step over that at its ends: a vibration that a step resolves is sampled three times a period at
+/// Bound of the closing speed within a step over that at its ends: a vibration that a step resolves is sampled three times per period at
 /// least, and what lies between two samples is below `1 / cos(π / 3)` of the larger.
 const WITHIN_A_STEP: f64 = 2.0;
 /// Pairs nearer than this part of their size touch as far as detection can tell: a touch is located to a billionth of a step.
 const NEAR: f64 = 1e-9;
 
+mod balance;
 mod checks;
 mod contact_slot;
 mod impact;
@@ -45,10 +46,11 @@ mod rest;
 mod restart;
 mod states;
 mod trial;
+mod trial_reason;
 
+use balance::Balance;
 use contact_slot::ContactSlot;
 use output::Output;
-use refine::Balance;
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -318,7 +320,7 @@ impl<'a> Driver<'a> {
                 return Ok(false);
             }
             if let Err(error) = self.check_motion() {
-                // Shown as far as it went; an open ledger is no news then.
+                // Stored as far as it went; that the ledger is open as well says nothing more.
                 return match self.store() {
                     Err(failed @ AdaptiveError::Observer(_)) => Err(failed),
                     _ => Err(error),

@@ -8,13 +8,21 @@ use iga_core::SplineError;
 use thiserror::Error;
 
 use crate::penalty_search::PenaltyFailure;
+use crate::plausibility::finding::{BodyQuantity, Components, ContactQuantity, LedgerCause};
 use crate::subdivision::SubdivisionError;
 use crate::unsupported::Unsupported;
 
 /// An error of an observer, such as a full disk; ends the run.
 #[derive(Debug, Error)]
-#[error("{0}")]
-pub struct ObserverError(pub String);
+#[error(transparent)]
+pub struct ObserverError(Box<dyn std::error::Error + Send + Sync>);
+
+impl ObserverError {
+    /// The error that `cause` is for an observer.
+    pub fn new(cause: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Self {
+        Self(cause.into())
+    }
+}
 
 /// Errors of model building and of a run.
 #[derive(Debug, Error)]
@@ -101,10 +109,10 @@ pub enum AdaptiveError {
         body: String,
         /// Overlap \[m\].
         depth: f64,
-        /// Deepest point in space, as text \[m\].
-        place: String,
-        /// By what to move the contact body, as text \[m\].
-        shift: String,
+        /// Deepest point in space \[m\].
+        place: Components,
+        /// By what to move the contact body, in space \[m\].
+        shift: Components,
         /// Overlap that is allowed \[m\].
         allowed: f64,
     },
@@ -119,8 +127,8 @@ pub enum AdaptiveError {
         body: String,
         /// Distance of its nearest point \[m\].
         distance: f64,
-        /// By what to move the body, as text \[m\].
-        shift: String,
+        /// By what to move the body, in space \[m\].
+        shift: Components,
     },
     /// Two spheres with one centre at the start.
     #[error(
@@ -151,27 +159,41 @@ pub enum AdaptiveError {
         /// Share that is allowed.
         tolerance: f64,
         /// What may be the cause, and what to change.
-        cause: String,
+        cause: LedgerCause,
     },
-    /// A motion that the equations do not describe.
+    /// A body whose motion the equations do not describe.
     #[error(
-        "{subject}: {what} is {value:.3e} {unit} at t = {time:.6e} s, beyond {limit:.3e} {unit}; {remedy}"
+        "body \"{body}\": {quantity} is {value:.3e} {} at t = {time:.6e} s, beyond {limit:.3e} {}; {}",
+        quantity.unit(), quantity.unit(), quantity.remedy()
     )]
-    Implausible {
-        /// Body or contact, with its name.
-        subject: String,
+    ImplausibleBody {
+        /// Name of the body.
+        body: String,
         /// When \[s\].
         time: f64,
-        /// Quantity.
-        what: String,
-        /// Its value.
+        /// Which quantity.
+        quantity: BodyQuantity,
+        /// Its value, in its unit.
         value: f64,
-        /// Its unit.
-        unit: &'static str,
-        /// Its limit.
+        /// Its limit, in its unit.
         limit: f64,
-        /// What to change.
-        remedy: String,
+    },
+    /// A contact in which elastic contact does not describe the motion of the bodies.
+    #[error(
+        "contact \"{contact}\": {quantity} is {value:.3e} {} at t = {time:.6e} s, beyond {limit:.3e} {}; {}",
+        quantity.unit(), quantity.unit(), quantity.remedy()
+    )]
+    ImplausibleContact {
+        /// Name of the contact.
+        contact: String,
+        /// When \[s\].
+        time: f64,
+        /// Which quantity.
+        quantity: ContactQuantity,
+        /// Its value, in its unit.
+        value: f64,
+        /// Its limit, in its unit.
+        limit: f64,
     },
     /// The contact grew out of its interval, so that part of the surface was not watched.
     #[error(
@@ -318,9 +340,9 @@ pub enum ContactModelFault {
         /// The first point of contact in the body's frame \[m\].
         point: [f64; 3],
     },
-    /// A touch with an edge of the target that no contact point sees.
+    /// A touch with an edge of the target that no contact points see.
     #[error(
-        "an edge or a corner of its target touches the contact body first, or edges of both that cross, where no contact point stands; exchange contact_body and target_body if only the target has an edge there, edges that cross are not simulated"
+        "an edge of its target lies along a face of the contact body, where no contact points stand; exchange contact_body and target_body: the points of an edge stand on its own body"
     )]
     BetweenPoints,
     /// A touch with an edge or a flat face of zones that vibrate.
@@ -328,6 +350,14 @@ pub enum ContactModelFault {
         "its bodies touch with {what}: contact on their whole surfaces is quasistatic, and zones that vibrate lie on smooth faces; choose model \"adaptive\" or \"quasistatic\", or give the body a rounded edge"
     )]
     NotSmooth {
+        /// What touches.
+        what: &'static str,
+    },
+    /// Edges or flat faces that touch, under a law without springs.
+    #[error(
+        "its bodies touch with {what}: whole surfaces have more contact points than functions, between which a law without penetration has no unique pressure; choose model \"adaptive\" or \"quasistatic\" with a penalty factor"
+    )]
+    ExactWhole {
         /// What touches.
         what: &'static str,
     },
@@ -381,6 +411,7 @@ impl AdaptiveError {
         matches!(
             self,
             Self::Geometry { .. }
+                | Self::Mesh { .. }
                 | Self::Subdivision { .. }
                 | Self::Reduction { .. }
                 | Self::Contact { .. }

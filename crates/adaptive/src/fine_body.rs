@@ -12,7 +12,7 @@ use iga_core::space::Space;
 use nalgebra::Vector3;
 
 use crate::body_model::FlexibleBody;
-use crate::contact_zone::ContactZone;
+use crate::contact_zone::{ContactZone, PointsAbout};
 use crate::elastic_body::{Discretised, ElasticBody};
 use crate::error::AdaptiveError;
 use crate::fine_elements::{FineElements, WantedZone, zone_definition as key_of_elements};
@@ -20,6 +20,7 @@ use crate::fine_model::{FineMesh, FineSettings, zone_definition as key_of_spline
 use crate::gauge::Gauge;
 use crate::interval::IntervalGrid;
 use crate::point_compliance::{ObservedPlace, PlaceFunctions, add_places};
+use crate::record::TargetPlace;
 use crate::spec::PointRule;
 use crate::store::{ModelKey, matrix_values};
 use crate::unsupported::Unsupported;
@@ -43,8 +44,8 @@ pub enum FineBodyModel<'a> {
         /// The zone.
         wanted: WantedZone,
     },
-    /// The body of splines itself: its zone is its whole surface (theory C.9).
-    Whole(&'a ElasticBody),
+    /// The body of splines itself: its zone is its whole surface (theory C.9), with points at a place on it if there is one.
+    Whole(&'a ElasticBody, Option<PointsAbout>),
 }
 
 /// The elements of a fine model, without what they were made from.
@@ -63,7 +64,7 @@ impl FineBodyModel<'_> {
         match self {
             Self::Splines { mesh, .. } => mesh.motion,
             Self::Elements { .. } => RigidMotion::Spatial,
-            Self::Whole(body) => body.assembled.motion,
+            Self::Whole(body, _) => body.assembled.motion,
         }
     }
 
@@ -72,7 +73,7 @@ impl FineBodyModel<'_> {
         match self {
             Self::Splines { mesh, .. } => &mesh.lookup,
             Self::Elements { mesh, .. } => &mesh.lookup,
-            Self::Whole(body) => &body.lookup,
+            Self::Whole(body, _) => &body.lookup,
         }
     }
 
@@ -81,7 +82,7 @@ impl FineBodyModel<'_> {
         match self {
             Self::Splines { mesh, .. } => Some(mesh.discretised()),
             Self::Elements { .. } => None,
-            Self::Whole(body) => Some(body.discretised()),
+            Self::Whole(body, _) => Some(body.discretised()),
         }
     }
 
@@ -90,7 +91,7 @@ impl FineBodyModel<'_> {
         match self {
             Self::Splines { mesh, .. } => mesh.n_unknowns(),
             Self::Elements { mesh, .. } => mesh.n_unknowns(),
-            Self::Whole(body) => body.assembled.n_unknowns(),
+            Self::Whole(body, _) => body.assembled.n_unknowns(),
         }
     }
 
@@ -99,7 +100,7 @@ impl FineBodyModel<'_> {
         match self {
             Self::Splines { mesh, .. } => mesh.space.n_elements(),
             Self::Elements { mesh, .. } => mesh.n_elements(),
-            Self::Whole(body) => body.space.n_elements(),
+            Self::Whole(body, _) => body.space.n_elements(),
         }
     }
 
@@ -112,14 +113,14 @@ impl FineBodyModel<'_> {
         match self {
             Self::Splines { mesh, .. } => mesh.zone(0, rule).map_err(fail),
             Self::Elements { mesh, .. } => mesh.zone(),
-            Self::Whole(body) => ContactZone::whole(&body.discretised()).map_err(fail),
+            Self::Whole(body, about) => ContactZone::whole(&body.discretised(), about.as_ref()).map_err(fail),
         }
     }
 
     /// Outward normal of the smooth surface that the zone lies on in place of the sides of the mesh; none if it lies on the surface of the body.
     pub fn outward(&self) -> Option<Vector3<f64>> {
         match self {
-            Self::Splines { .. } | Self::Whole(_) => None,
+            Self::Splines { .. } | Self::Whole(..) => None,
             Self::Elements { mesh, .. } => mesh.outward(),
         }
     }
@@ -129,18 +130,18 @@ impl FineBodyModel<'_> {
         match self {
             Self::Splines { mesh, .. } => mesh.intervals[0].grid(),
             Self::Elements { mesh, .. } => mesh.grid(),
-            Self::Whole(body) => {
+            Self::Whole(body, _) => {
                 IntervalGrid { widths: [body.size(), 0.0], ends: Vec::new(), n_elements: [1; 2] }
             }
         }
     }
 
-    /// The row of each point of `zone`, a direction.
+    /// The row of each point of `zone`, per direction.
     pub fn contact_elements(&self, zone: &ContactZone) -> Vec<[usize; 2]> {
         match self {
             Self::Splines { mesh, .. } => mesh.contact_elements(0, zone),
             Self::Elements { mesh, .. } => mesh.contact_elements(zone),
-            Self::Whole(_) => vec![[0; 2]; zone.points.len()],
+            Self::Whole(..) => vec![[0; 2]; zone.points.len()],
         }
     }
 
@@ -163,6 +164,12 @@ impl FineBodyModel<'_> {
         PlaceFunctions::new(place, |x| mesh.functions_at(x), gauge)
     }
 
+    /// What the zone meets of the target at one place, if that has an edge or a corner there.
+    pub fn meets(&self) -> Option<&TargetPlace> {
+        let Self::Whole(_, Some(about)) = self else { return None };
+        about.meets.as_ref()
+    }
+
     /// The rotation by which the model is turned after its matrices are made; none of most.
     pub fn turn(&self, coarse: &FlexibleBody<'_>) -> Option<BodyTurn> {
         match (self, coarse.spline_body()) {
@@ -179,7 +186,7 @@ impl FineBodyModel<'_> {
         match (self, coarse.spline_body()) {
             (Self::Splines { mesh, .. }, Some(body)) => mesh.assemble_unturned(body).map(Cow::Owned),
             (Self::Elements { mesh, .. }, None) => mesh.assemble().map(Cow::Owned),
-            (Self::Whole(body), _) => Ok(Cow::Borrowed(&body.assembled)),
+            (Self::Whole(body, _), _) => Ok(Cow::Borrowed(&body.assembled)),
             _ => Err(other_kind(coarse)),
         }
     }
@@ -205,7 +212,7 @@ impl FineBodyModel<'_> {
         match (self, coarse.spline_body()) {
             (Self::Splines { mesh, .. }, Some(body)) => Ok(mesh.prolong(&body.assembled, shapes)),
             (Self::Elements { mesh, .. }, None) => Ok(mesh.prolong(shapes)),
-            (Self::Whole(_), Some(_)) => Ok(shapes.to_owned()),
+            (Self::Whole(..), Some(_)) => Ok(shapes.to_owned()),
             _ => Err(other_kind(coarse)),
         }
     }
@@ -256,7 +263,7 @@ impl FineBodyModel<'_> {
                 let wanted = unturned.map_or(*wanted, |rotated| rotated.net.turn.wanted);
                 key_of_splines(body, Some((&wanted, settings)))
             }
-            (Self::Whole(body), ..) => key_of_splines(body, None),
+            (Self::Whole(body, _), ..) => key_of_splines(body, None),
             (Self::Elements { wanted, .. }, _, Some(spec)) => key_of_elements(spec, wanted),
             _ => return Err(other_kind(coarse)),
         };
@@ -276,7 +283,7 @@ impl FineBodyModel<'_> {
         match self {
             Self::Splines { mesh, .. } => ZoneMesh::Splines(mesh),
             Self::Elements { mesh, .. } => ZoneMesh::Elements(mesh),
-            Self::Whole(_) => ZoneMesh::Own,
+            Self::Whole(..) => ZoneMesh::Own,
         }
     }
 }

@@ -21,11 +21,11 @@ pub enum IntervalEnd {
 /// The rows of elements by which the use of an interval is judged.
 #[derive(Debug, Clone, PartialEq)]
 pub struct IntervalGrid {
-    /// Widths, one a direction along the surface; the second is zero for curves \[m\].
+    /// Widths, one per direction along the surface; the second is zero for curves \[m\].
     pub widths: [f64; 2],
-    /// What lies at the ends, one entry a direction.
+    /// What lies at the ends, one entry per direction.
     pub ends: Vec<[IntervalEnd; 2]>,
-    /// Rows a direction; 1 in directions that the surface does not have.
+    /// Rows per direction; 1 in directions that the surface does not have.
     pub n_elements: [usize; 2],
 }
 

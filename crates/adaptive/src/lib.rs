@@ -54,8 +54,7 @@ pub mod predict;
 pub mod fine_model;
 pub mod fine_elements;
 pub mod fine_body;
-pub mod fine_modes;
-pub mod transfer;
+pub mod paper;
 pub mod sizing;
 mod wave;
 

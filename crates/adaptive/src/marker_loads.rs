@@ -80,7 +80,9 @@ fn in_body(chosen: &[bool; 6], rotation: &UnitQuaternion<f64>) -> Vec<[f64; 6]> 
 fn joint_directions(joint: &JointSpec, side: Side, geared: &[usize]) -> [bool; 6] {
     let FreeDirections(free) = joint.kind.free_directions();
     let mut coordinates = 0..;
-    let acts_along = |k: usize| joint.coordinates.get(k).is_some_and(acts) || geared.contains(&k);
+    let acts_along = |k: usize| {
+        joint.coordinates.get(k).is_some_and(acts) || joint.bearing.is_some() || geared.contains(&k)
+    };
     let mut transmits = free.map(|free| !free || coordinates.next().is_some_and(acts_along));
     if joint.kind == JointKind::Axial {
         return std::array::from_fn(|k| k == 2 && transmits[k]);

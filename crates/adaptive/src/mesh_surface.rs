@@ -166,7 +166,7 @@ impl MeshSurface {
         PiecewiseSurface { pieces, positions: self.mesh.nodes().to_vec() }
     }
 
-    /// The zone of the sides that hang smoothly together with the one at `site` and come within `reach` of it, with a ring of sides around: their
+    /// The zone of the sides that are smoothly connected with the one at `site` and come within `reach` of it, with a ring of sides around: their
     /// Gauss points with areas and functions, and all unknowns of their nodes. On its rim are the points of the ring where the surface goes on beyond.
     ///
     /// # Errors
@@ -225,10 +225,11 @@ impl MeshSurface {
             widths,
             region: ZoneRegion::Pieces(Arc::new(self.pieces_of(&sides))),
             extent: ZoneExtent::Part,
+            meeting: Vec::new(),
         })
     }
 
-    /// The longest edge of the sides that hang smoothly together with side `first` and have a point that `is_near`, and of those beside them \[m\].
+    /// The longest edge of the sides that are smoothly connected with side `first` and have a point that `is_near`, and of those beside them \[m\].
     pub fn longest_within(&self, first: usize, is_near: impl Fn(&[f64; 3]) -> bool) -> f64 {
         let is_chosen = |i: usize| self.places_on(i).iter().any(&is_near);
         let sides = self.with_ring(&self.surface.smooth_part(first, is_chosen));
@@ -370,7 +371,7 @@ impl MeshSurface {
     }
 }
 
-/// Number of the first piece of each side, one a corner.
+/// Number of the first piece of each side, one per corner.
 fn first_pieces(corners: impl Iterator<Item = usize>) -> Vec<u32> {
     corners
         .scan(0, |sum, n| {

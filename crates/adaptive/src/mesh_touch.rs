@@ -17,7 +17,7 @@ pub const LINEAR: f64 = 8.0;
 /// Growth of elements per length away from the touch in a field of sizes.
 pub const GROWTH: f64 = 0.35;
 
-/// Error of the force by the shape of sides beyond which a body is told of.
+/// Error of the force by the shape of sides beyond which a warning names the body.
 const SHAPE_ERROR: f64 = 1e-2;
 
 /// A place where a body of finite elements is going to be touched.
@@ -51,7 +51,7 @@ impl MeshTouch {
         self.length > self.wanted && !self.is_refined
     }
 
-    /// What is to be told of it.
+    /// The warnings about it.
     pub fn warnings(&self) -> impl Iterator<Item = Warning> + '_ {
         let is_crude = self.is_refined && self.shape_error > SHAPE_ERROR;
         let coarse = self.is_coarse().then(|| self.warning());

@@ -1,6 +1,7 @@
 //! What no result may do: an energy ledger that opens, motion beyond all sizes and speeds of the scenario, bodies that overlap at the
-//! start; and what a result should be told about (docs/theory.md section P).
+//! start; and warnings of doubtful results (docs/theory.md section P).
 
+pub mod finding;
 pub mod ledger;
 pub mod motion;
 pub mod overlap;

@@ -83,7 +83,7 @@ pub fn n_columns(places: &[ObservedPlace], n_components: usize) -> usize {
 /// Functions that are not zero at a point, with their values.
 pub type Functions = Vec<(u32, f64)>;
 
-/// What places, which `places` belong to, show of unit forces at the interface of `residual`: a row an unknown of the interface, the
+/// What places, which `places` belong to, show of unit forces at the interface of `residual`: a row per unknown of the interface, the
 /// components of the displacement [m/N] of a place and, with a gauge, the numbers of its state after those of the place before.
 pub fn point_rows(
     places: &[PlaceFunctions],

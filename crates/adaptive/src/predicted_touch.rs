@@ -23,10 +23,21 @@ pub enum TouchKind {
     Smooth,
     /// Plane faces that lie on each other.
     Flat,
-    /// An edge, a rim or a corner of the contact body, or a corner of both.
+    /// An edge, a rim or a corner of one of the bodies or of both.
     Edge,
-    /// An edge or a corner of the target alone, or edges that cross: no contact point stands where they touch.
+    /// An edge of the target that lies along a face of the contact body: contact points stand at its ends at most.
     BetweenPoints,
+}
+
+impl TouchKind {
+    /// What of the bodies touches, in words that follow "touch with".
+    pub fn parts(self) -> &'static str {
+        match self {
+            Self::Smooth => "smooth faces",
+            Self::Flat => "flat faces",
+            Self::Edge | Self::BetweenPoints => "an edge or a corner",
+        }
+    }
 }
 
 /// Angle \[rad\] by which flat faces may be inclined and still meet as a whole: round-off of angles in files.
@@ -141,17 +152,17 @@ pub fn touch_kind_at(
     let target_point =
         target.as_ref().zip(nearest.target).map(|(side, site)| side.point(site.face, &site.xi));
     let both = || std::iter::once((&own, own_point)).chain(target.as_ref().zip(target_point));
-    // Points stand on corners of solid bodies, of plane and axisymmetric ones on all edges: along those of solids between them only.
-    let is_seen = own.n_normals(&own_point) > own.n_along();
     if both().all(|(side, point)| side.is_flat(&point, parallel)) {
         TouchKind::Flat
     } else if both().all(|(side, point)| side.is_smooth(&point)) {
         TouchKind::Smooth
-    } else if is_seen || target.as_ref().zip(target_point).is_none_or(|(side, point)| side.is_smooth(&point))
-    {
-        TouchKind::Edge
-    } else {
+    } else if target.as_ref().zip(target_point).is_some_and(|(target, point)| {
+        let slack = (parallel + SAME_PLACE) * own.size().min(target.size());
+        own.holds_edge((&own_point, &normal), (target, &point), slack)
+    }) {
         TouchKind::BetweenPoints
+    } else {
+        TouchKind::Edge
     }
 }
 

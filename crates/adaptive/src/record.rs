@@ -302,7 +302,7 @@ pub struct TrialRecord {
     pub penalty_end: f64,
     /// Widths of the contact interval along the two surface directions \[m\]; the second is zero for curves.
     pub interval_widths: [f64; 2],
-    /// Contact elements over interval elements, a direction.
+    /// Contact elements over interval elements, per direction.
     pub utilisation: [f64; 2],
     /// Elements of the fine model.
     pub elements: u64,
@@ -398,6 +398,13 @@ pub struct TransferRecord {
     pub offset: f64,
 }
 
+impl TransferRecord {
+    /// What the contact body meets of an edge or a corner of the target, if a model came for that.
+    pub fn met(&self) -> Option<TargetPlace> {
+        self.site.and_then(|site| site.meets)
+    }
+}
+
 /// Stress along a line at one instant.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct StressRecord {
@@ -409,13 +416,15 @@ pub struct StressRecord {
     pub points: Vec<[f64; 3]>,
     /// Stress components per point: xx yy zz xy yz zx, or rr zz θθ rz 0 0 for axisymmetric models \[Pa\].
     pub stress: Vec<[f64; 6]>,
-    /// Von Mises stress a point \[Pa\].
+    /// Von Mises stress per point \[Pa\].
     pub von_mises: Vec<f64>,
 }
 
 /// Wall seconds spent in each stage of a run.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Timings {
+    /// Choice of meshes and numbers of modes.
+    pub sizes: f64,
     /// Geometry and assembly of the matrices.
     pub assembly: f64,
     /// Eigenmodes and compliance.
@@ -456,18 +465,38 @@ pub struct ZoneSite {
     pub centre: [f64; 3],
     /// Widths of the interval; infinite of the whole surface \[m\].
     pub widths: [f64; 2],
+    /// What the centre meets on the target, if that has an edge or a corner there (theory Eq. C.126).
+    pub meets: Option<TargetPlace>,
+}
+
+/// A place on an edge or a corner of a target, with the normal of the contact there.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct TargetPlace {
+    /// Number of the target's face, counted through its patches.
+    pub face: u32,
+    /// Parameters in the face's patch.
+    pub xi: [f64; 3],
+    /// Unit normal towards the contact body, in the target's frame.
+    pub normal: [f64; 3],
 }
 
 impl ZoneSite {
     /// Widths of a zone that is the whole surface of its body.
     pub const ALL_WIDTHS: [f64; 2] = [f64::INFINITY; 2];
 
-    /// The whole surface of a body, which has no place on it.
-    pub const WHOLE: Self = Self { face: 0, centre: [0.0; 3], widths: Self::ALL_WIDTHS };
+    /// The whole surface of a body, about no place on it.
+    pub const WHOLE: Self = Self { face: 0, centre: [0.0; 3], widths: Self::ALL_WIDTHS, meets: None };
 
     /// Whether the zone is the whole surface of the body, with its edges.
     pub fn is_whole(&self) -> bool {
         self.widths == Self::ALL_WIDTHS
+    }
+
+    /// The place about which the whole surface has more contact points, or one that meets the target: number of the face and parameters. None in the
+    /// first corner of a patch, where a point stands anyhow.
+    pub fn place(&self) -> Option<(u32, [f64; 3])> {
+        let is_place = self.meets.is_some() || self.centre.iter().any(|u| u.abs() > 0.0);
+        (self.is_whole() && is_place).then_some((self.face, self.centre))
     }
 }
 

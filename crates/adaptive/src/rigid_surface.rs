@@ -50,6 +50,7 @@ impl RigidSurface {
                 faces.iter().map(|face| TargetFace::whole(*face, &shape.patches)).collect(),
             ),
             extent,
+            meeting: Vec::new(),
         };
         Ok(Self {
             faces: zone(ZoneExtent::Faces),
@@ -95,6 +96,7 @@ impl RigidSurface {
             zone: if has_edges { &self.whole } else { &self.faces },
             shapes: self.shapes.as_ref(),
             compliance: None,
+            meets: None,
         }
     }
 }

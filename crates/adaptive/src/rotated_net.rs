@@ -8,9 +8,9 @@
 use faer::linalg::solvers::Solve;
 use faer::sparse::linalg::solvers::Llt;
 use faer::sparse::{SparseColMat, Triplet};
-use faer::{Mat, MatRef, Side};
+use faer::{Mat, MatMut, MatRef, Side};
 use ffr_dynamics::DynamicsError;
-use ffr_dynamics::body::AssembledBody;
+use ffr_dynamics::body::{AssembledBody, Dof};
 use ffr_dynamics::error::MatrixFault;
 use iga_core::SplineError;
 use iga_core::nurbs::jet::{dot, norm};
@@ -110,24 +110,27 @@ impl RotatedNet {
     /// Displacements of the coarse unknowns (n x k) on those of the turned net, which have the same numbers: the nearest ones in the mass norm.
     pub fn prolong(&self, coarse: &AssembledBody, shapes: MatRef<'_, f64>) -> Mat<f64> {
         let n_components = coarse.motion.n_components();
-        let mut values = Mat::<f64>::zeros(coarse.nodes.len(), n_components * shapes.ncols());
+        let width = n_components * shapes.ncols();
+        let column = |dof: &Dof, j: usize| j * n_components + dof.component as usize;
+        // A row a function, for both passes go over the functions.
+        let mut values = vec![0.0; coarse.nodes.len() * width];
         for (i, dof) in coarse.dofs.iter().enumerate() {
-            for j in 0..shapes.ncols() {
-                values[(dof.node as usize, j * n_components + dof.component as usize)] = shapes[(i, j)];
-            }
+            let row = &mut values[dof.node as usize * width..][..width];
+            (0..shapes.ncols()).for_each(|j| row[column(dof, j)] = shapes[(i, j)]);
         }
-        let mut right = Mat::<f64>::zeros(self.cross.len(), values.ncols());
-        for (a, row) in self.cross.iter().enumerate() {
-            for &(b, m) in row {
-                for j in 0..values.ncols() {
-                    right[(a, j)] += m * values[(b as usize, j)];
-                }
+        let mut right = vec![0.0; self.cross.len() * width];
+        let add_products = |(row, products): (&mut [f64], &Vec<(u32, f64)>)| {
+            for &(b, m) in products {
+                let values = &values[b as usize * width..][..width];
+                row.iter_mut().zip(values).for_each(|(sum, value)| *sum += m * value);
             }
-        }
+        };
+        right.par_chunks_mut(width.max(1)).zip(&self.cross).for_each(add_products);
+        let mut right = MatMut::from_row_major_slice_mut(&mut right, self.cross.len(), width);
         self.mass.solve_in_place(right.as_mut());
         let entry = |i: usize, j: usize| {
             let dof = coarse.dofs[i];
-            right[(dof.node as usize, j * n_components + dof.component as usize)]
+            right[(dof.node as usize, column(&dof, j))]
         };
         Mat::from_fn(coarse.dofs.len(), shapes.ncols(), entry)
     }
@@ -275,13 +278,13 @@ fn mass_products(coarse: &ElasticBody, rotation: &[[f64; 3]; 3]) -> (Rows, Rows)
         space.active_functions(e, &mut functions);
         let mut last = None;
         for (xi, weight) in gauss(coarse, lower, upper) {
-            let jet = patch.jet_on(e, &xi, 1, &mut PointBasis::default());
+            let jet = patch.jet_on(e, &xi, 1, b);
             let mass = density * weight * jet.determinant(patch.dimension());
             space.evaluate(e, &xi, 0, a);
             let target = rotation.map(|row| dot(&row, &jet.point));
-            let near = last.map(|start| search.closest_from(own, &target, &start));
-            let found = near.filter(|found| found.measure <= SAME_PLACE * size);
-            let there = found.unwrap_or_else(|| search.closest(own, &target)).xi;
+            let near =
+                last.and_then(|start| search.inverse_from(own, &target, (&start, SAME_PLACE * size), b));
+            let there = near.unwrap_or_else(|| search.closest(own, &target).xi);
             last = Some(there);
             let element = searched.find_element(&there);
             space.active_functions(element, on_coarse);

@@ -31,7 +31,7 @@ use zone::ChosenZone;
 /// What the program shall choose for a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct SizeRequest {
-    /// Elements a direction; those of the specification do not count then.
+    /// Elements per direction; those of the specification do not count then.
     pub elements: bool,
     /// Number of modes; that of the specification does not count then.
     pub modes: bool,
@@ -48,7 +48,7 @@ pub struct ChosenSizes {
     pub zones: Vec<ChosenZone>,
 }
 
-/// Chooses what `wishes`, one a body of `spec`, ask for: elements and modes of splines, modes of meshes; others get nothing.
+/// Chooses what `wishes`, one per body of `spec`, ask for: elements and modes of splines, modes of meshes; others get nothing.
 ///
 /// # Errors
 /// [`AdaptiveError`] naming a body whose matrices or modes cannot be computed, or joints that do not fit.
@@ -156,10 +156,10 @@ impl Numbers {
 impl ChosenSizes {
     fn warn(&self, body: &str) {
         if let Some(mesh) = self.mesh.as_ref().filter(|m| m.error > mesh::TOLERANCE) {
-            tracing::warn!(body, "{mesh}; give discretisation.elements, or fewer reduction.modes");
+            tracing::warn!("body \"{body}\": {mesh}; give discretisation.elements, or fewer reduction.modes");
         }
         if let Some(modes) = self.modes.as_ref().filter(|m| m.is_cut()) {
-            tracing::warn!(body, "{modes}; give reduction.modes");
+            tracing::warn!("body \"{body}\": {modes}; give reduction.modes");
         }
     }
 }

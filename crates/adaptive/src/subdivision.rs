@@ -96,7 +96,7 @@ pub fn level_factors(n_elements: usize) -> Option<Vec<usize>> {
     factors.iter().all(|f| f - 1 <= MAX_KNOTS).then_some(factors)
 }
 
-/// Algorithm 3: the next permitted number of knots after `n_knots`, with the parts a level; `None` after the largest.
+/// Algorithm 3: the next permitted number of knots after `n_knots`, with the parts per level; `None` after the largest.
 pub fn next_allowed(n_knots: usize) -> Option<(usize, Vec<usize>)> {
     let largest = (MAX_KNOTS + 1).pow(MAX_LEVELS as u32 - 2);
     (n_knots + 1..largest).find_map(|knots| Some((knots, level_factors(knots + 1)?)))

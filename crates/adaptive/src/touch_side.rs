@@ -5,10 +5,11 @@ use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::force::BodyState;
 use iga_core::nurbs::patch::PointBasis;
 use iga_core::nurbs::{FaceId, Patch};
-use iga_core::surface::{BodySurface, Face};
+use iga_core::surface::{BodySurface, Face, FacePoint};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::detection::Nearest;
+use crate::record::TargetPlace;
 use crate::spec::Geometry;
 
 /// Part of a body's size by which places may differ that are one: bodies count as touching at this gap.
@@ -57,6 +58,19 @@ fn beyond_cone(direction: &Vector3<f64>, normals: &[Vector3<f64>]) -> f64 {
         }
     }
     rest.norm()
+}
+
+/// Those of `faces` that `point` is no farther from than `within`, with the place of each there \[m\].
+pub fn faces_at(
+    patches: &[Patch],
+    faces: &[Face],
+    point: &[f64; 3],
+    within: f64,
+) -> impl Iterator<Item = (Face, FacePoint)> {
+    faces.iter().filter_map(move |&face| {
+        let found = BodySurface::of_faces(patches, vec![face]).closest(patches, point)?;
+        (found.measure <= within).then_some((face, found))
+    })
 }
 
 /// A body at the touch.
@@ -129,21 +143,19 @@ impl<'a> Side<'a> {
         })
     }
 
-    /// Number of directions in which neighbouring contact points of an edge lie.
-    pub fn n_along(&self) -> usize {
-        self.patches.first().map_or(0, |patch| patch.dimension() - 1)
+    /// Faces that meet at `point`, with their normals there.
+    fn faces_at(&self, point: &[f64; 3]) -> impl Iterator<Item = (Face, Vector3<f64>)> {
+        faces_at(self.patches, &self.faces, point, 4.0 * SAME_PLACE * self.size).filter_map(
+            |(face, found)| {
+                let normal = Vector3::from(found.normal);
+                (normal.norm() > 0.5 && !self.is_pole(&face, &found.xi)).then_some((face, normal))
+            },
+        )
     }
 
     /// Normals of the faces that meet at `point`.
     fn normals_at(&self, point: &[f64; 3]) -> impl Iterator<Item = Vector3<f64>> {
-        let found = self.faces.iter().filter_map(|&face| {
-            let surface = BodySurface::of_faces(self.patches, vec![face]);
-            let found = surface.closest(self.patches, point)?;
-            let normal = Vector3::from(found.normal);
-            let is_there = found.measure <= 4.0 * SAME_PLACE * self.size;
-            (is_there && normal.norm() > 0.5 && !self.is_pole(&face, &found.xi)).then_some(normal)
-        });
-        found.collect::<Vec<_>>().into_iter()
+        self.faces_at(point).map(|(_, normal)| normal)
     }
 
     /// Whether lines of parameters of `face` run together at `xi`: a pole has no normal of its own, what is computed there is round-off, and it is
@@ -168,6 +180,57 @@ impl<'a> Side<'a> {
         different.len()
     }
 
+    /// Whether an edge of the solid `target`, which touches the smooth part of a face at `point` of this body and at `there` of its own with the normal
+    /// `normal`, lies along that face: at a tenth of the bodies' size from there, it is no farther from it than `slack` \[m\].
+    pub fn holds_edge(
+        &self,
+        (point, normal): (&[f64; 3], &Vector3<f64>),
+        (target, there): (&Self, &[f64; 3]),
+        slack: f64,
+    ) -> bool {
+        if self.motion != RigidMotion::Spatial {
+            return false;
+        }
+        let own = BodySurface::of_faces(self.patches, self.faces.clone());
+        let length = ALONG_EDGE * self.size.min(target.size);
+        let (here, there) = (Vector3::from(*point), Vector3::from(*there));
+        let is_inside = |x: &Vector3<f64>| {
+            let in_space = target.rotation * (x - there);
+            let place = here + self.rotation.inverse_transform_vector(&in_space);
+            let found = own.closest(self.patches, &place.into());
+            found.is_some_and(|found| {
+                let outward = self.rotation * Vector3::from(found.normal);
+                // Beside the face the way to it is no longer along the normal, and on an edge of its own points stand.
+                found.measure <= slack && outward.dot(normal) < -ALONG && self.n_normals(&found.point) == 1
+            })
+        };
+        let meeting: Vec<Face> = target.faces_at(&there.into()).map(|(face, _)| face).collect();
+        let pairs = meeting.iter().enumerate().flat_map(|(i, a)| meeting[..i].iter().map(move |b| [a, b]));
+        pairs.into_iter().any(|faces| {
+            let ends = target.along_edge(faces, &there, length);
+            ends.iter().any(is_inside)
+        })
+    }
+
+    /// Places of the edge of two faces at the distance `length` from `start` on it, on both sides; its end where it ends before.
+    fn along_edge(&self, faces: [&Face; 2], start: &Vector3<f64>, length: f64) -> Vec<Vector3<f64>> {
+        let surfaces = faces.map(|face| BodySurface::of_faces(self.patches, vec![*face]));
+        let normals = [0, 1].map(|k| {
+            surfaces[k].closest(self.patches, &(*start).into()).map(|found| Vector3::from(found.normal))
+        });
+        let [Some(a), Some(b)] = normals else { return Vec::new() };
+        let Some(tangent) = a.cross(&b).try_normalize(1.0 - ALONG) else { return Vec::new() };
+        let end = |sign: f64| {
+            let mut place = start + sign * length * tangent;
+            for surface in surfaces.iter().cycle().take(2 * EDGE_SWEEPS) {
+                place = surface.closest(self.patches, &place.into())?.point.into();
+            }
+            let is_elsewhere = (place - start).norm() > 0.1 * length;
+            is_elsewhere.then_some(place)
+        };
+        [1.0, -1.0].into_iter().filter_map(end).collect()
+    }
+
     /// Whether the surface is smooth at `point`: the faces that meet there have one normal, which lies along the direction to the partner
     /// (Eq. C.56).
     pub fn is_smooth(&self, point: &[f64; 3]) -> bool {
@@ -175,6 +238,11 @@ impl<'a> Side<'a> {
         self.normals_at(point).all(|normal| normal.dot(&outward) > ALONG)
     }
 }
+
+/// Part of the bodies' size at which it is looked whether an edge lies along a face.
+const ALONG_EDGE: f64 = 0.1;
+/// Projections on both faces of an edge in turn that lead to a place on it, from one on a tangent of the edge: faces at right angles need one.
+const EDGE_SWEEPS: usize = 8;
 
 /// Cosine of the angle between normals that belong to one smooth surface: 8 degrees, for faces that only approximate one.
 const ALONG: f64 = 0.99;
@@ -190,6 +258,30 @@ fn place(face: &Face, patch: &Patch, shares: [f64; 2]) -> [f64; 3] {
         xi[d] = lower[d] + share * (upper[d] - lower[d]);
     }
     xi
+}
+
+/// Cosine beyond which directions are one: that of a touch is taken from the normals themselves.
+const SAME: f64 = 1.0 - 1e-12;
+
+/// What the contact body meets at the nearest places of a target that has an edge or a corner there, with the normal of Eq. C.110; `number` counts
+/// the target's faces. None where the target is smooth, and where one of its faces has that normal: it is the face that is touched, at its end.
+pub fn met_place(
+    own: &Side<'_>,
+    target: &Side<'_>,
+    nearest: &Nearest,
+    number: impl Fn(FaceId) -> Option<u32>,
+) -> Option<TargetPlace> {
+    let (here, there) = (&nearest.contact, nearest.target.as_ref()?);
+    if target.n_normals(&target.point(there.face, &there.xi)) < 2 {
+        return None;
+    }
+    let faces = target.normals_in_space(there.face, &there.xi);
+    let normal = contact_normal(&faces, &own.normals_in_space(here.face, &here.xi))?;
+    if faces.iter().any(|face| face.dot(&normal) > SAME) {
+        return None;
+    }
+    let normal = target.rotation.inverse_transform_vector(&normal).into();
+    Some(TargetPlace { face: number(there.face)?, xi: there.xi, normal })
 }
 
 /// Gap over the size of a body below which round-off makes the direction between the places.

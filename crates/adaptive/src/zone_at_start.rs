@@ -65,7 +65,7 @@ impl ContactSite {
 struct Interval {
     bounds: ParameterBox,
     slack: [f64; 3],
-    /// Whether the end of the interval is an end of the patch, lower and upper, a direction.
+    /// Whether the end of the interval is an end of the patch, lower and upper, per direction.
     is_natural_end: [[bool; 2]; 3],
 }
 

@@ -1,7 +1,7 @@
 //! The force element of a contact zone: its points on a plane, or on the surface of another body's zone.
 
 use contact_qs::points::{DofLookup, InterfaceCompliance, contact_submodel};
-use contact_qs::surface_pair::{SurfacePair, SurfacePairSettings, TargetSurface};
+use contact_qs::surface_pair::{MeetingPoint, SurfacePair, SurfacePairSettings, SurfacePlace, TargetSurface};
 use contact_qs::{
     ActiveContact, ContactError, ContactSubmodel, Plane, PlaneContact, PlaneContactSettings,
     VibratingContact, ZoneVibration,
@@ -9,10 +9,12 @@ use contact_qs::{
 use faer::MatRef;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::Active;
+use iga_core::nurbs::FaceId;
 use nalgebra::Unit;
 
 use crate::contact_zone::{ContactZone, ZoneExtent, ZoneRegion};
 use crate::elastic_body::Discretised;
+use crate::record::TargetPlace;
 use crate::spec::{SurfaceLaw, Target};
 
 /// Penalty factor where no compliance is known: a modulus of 200 GPa over a length of a micrometre [N/m³].
@@ -38,6 +40,8 @@ pub struct ContactSide<'a> {
     pub shapes: MatRef<'a, f64>,
     /// Compliance of the interface; none if all modes are dynamic.
     pub compliance: Option<InterfaceCompliance<'a>>,
+    /// What a point of the zone meets of the target, if that has an edge or a corner there.
+    pub meets: Option<TargetPlace>,
 }
 
 impl ContactSide<'_> {
@@ -46,8 +50,24 @@ impl ContactSide<'_> {
         contact_submodel(self.motion, &self.zone.points, self.lookup, self.shapes, self.compliance)
     }
 
-    /// The surface with modes and compliance.
-    fn surface(&self) -> Result<TargetSurface, ContactError> {
+    /// The points of the zone that meet an edge or a corner of `target`, and their plane there; none if none do.
+    fn meeting_point(&self, target: &ContactSide<'_>) -> Option<MeetingPoint> {
+        let (meets, splines) = (self.meets?, target.splines.as_ref()?);
+        let ZoneRegion::Faces(faces) = &target.zone.region else { return None };
+        let id = *FaceId::all(splines.patches).get(meets.face as usize)?;
+        let number = faces.iter().position(|target| target.face.id == id)?;
+        let mut xi = [0.0; 2];
+        xi.iter_mut().zip(faces[number].face.directions()).for_each(|(x, d)| *x = meets.xi[d]);
+        Some(MeetingPoint {
+            points: self.zone.meeting.clone(),
+            place: SurfacePlace { face: number as u32, xi },
+            normal: target.motion.components(&meets.normal),
+        })
+    }
+
+    /// The surface with modes and compliance. Points beyond the ends of its faces lie over them up to [`OVERHANG`], but for a touch with its edge,
+    /// `is_met`, where nothing lies on an edge.
+    fn surface(&self, is_met: bool) -> Result<TargetSurface, ContactError> {
         let Self { motion, lookup, shapes, compliance, .. } = *self;
         match (&self.zone.region, &self.splines) {
             (ZoneRegion::Pieces(surface), _) => {
@@ -59,6 +79,7 @@ impl ContactSide<'_> {
                 Ok(match self.zone.extent {
                     ZoneExtent::Part => surface,
                     ZoneExtent::Faces => surface.complete(),
+                    ZoneExtent::Whole if is_met => surface.with_edges(0.0),
                     ZoneExtent::Whole => surface.with_edges(OVERHANG * self.zone.widths[0]),
                 })
             }
@@ -102,7 +123,12 @@ impl ZoneContact {
             (Target::Body(target), Some(other)) => {
                 let settings =
                     SurfacePairSettings { contact_body: body, target_body: Some(target), penalty, method };
-                let pair = SurfacePair::new(submodel, other.surface()?, settings)?;
+                let meeting = own.meeting_point(other);
+                let surface = other.surface(meeting.is_some())?;
+                let mut pair = SurfacePair::new(submodel, surface, settings)?;
+                if let Some(meeting) = meeting {
+                    pair = pair.with_meeting_point(meeting)?;
+                }
                 Ok(Self::Pair(Box::new(match law.friction {
                     Some(friction) => pair.with_friction(friction)?,
                     None => pair,

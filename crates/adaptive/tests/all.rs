@@ -38,3 +38,6 @@ mod balls;
 #[expect(dead_code, reason = "other crates use the rest")]
 #[path = "../../fe-mesh/tests/blocks/mod.rs"]
 mod blocks;
+#[expect(dead_code, reason = "other crates use the rest")]
+#[path = "../../ffr-dynamics/tests/oracles/mod.rs"]
+mod oracles;

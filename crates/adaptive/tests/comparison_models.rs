@@ -82,7 +82,7 @@ fn agrees_with_the_adaptive_one(treatment: Treatment, elements: usize, limit: f6
     assert!(trace.transfers.is_empty() && trace.trials.len() == 1, "{:?}", trace.trials);
     let start = &trace.samples[0];
     for sample in &trace.samples {
-        // Error control of 1e-8 a step; what damping takes is booked as dissipated.
+        // Error control of 1e-8 per step; what damping takes is booked as dissipated.
         let drift = sample.energies.total() / start.energies.total() - 1.0;
         assert!(drift.abs() < 1e-5, "{treatment:?}: {drift:e} at {:e} s", sample.time);
         let momentum = sample.linear_momentum[2] / start.linear_momentum[2] - 1.0;
@@ -133,6 +133,33 @@ fn quasistatic_pair_without_a_refinement_of_its_own_is_refined_where_it_touches(
     );
     let peak = trace.impacts[0].peak_force / adaptive_impact().impacts[0].peak_force - 1.0;
     assert!(peak.abs() < 0.01, "{peak:e}");
+}
+
+#[test]
+fn a_massless_boundary_is_the_limit_of_rising_penalty_factors() {
+    let given = IntervalSpec { width: Some(0.6e-3), elements: Some(8), ..IntervalSpec::default() };
+    let run = |penalty: f64| {
+        let trace = finished(&with(two_spheres(END), Treatment::Quasistatic, penalty, given));
+        let [impact] = trace.impacts[..] else { panic!("one impact: {:?}", trace.impacts) };
+        (trace, impact)
+    };
+    let (trace, exact) = run(f64::INFINITY);
+    let start = &trace.samples[0];
+    for sample in &trace.samples {
+        // Claims 1 and 3 of docs/verification.md.
+        let drift = sample.energies.total() / start.energies.total() - 1.0;
+        assert!(drift.abs() < 1e-5, "{drift:e} at {:e} s", sample.time);
+        let momentum = sample.linear_momentum[2] / start.linear_momentum[2] - 1.0;
+        assert!(momentum.abs() < 1e-12, "{momentum:e}");
+        assert!(sample.energies.penalty == 0.0, "there are no springs: {}", sample.energies.penalty);
+    }
+    // Springs add their compliance 1/c_p to that of the surface: first order, a tenth for each factor of ten. The least of the errors has to
+    // stand clear of what steps leave of a peak, 1e-8 of the velocity in each of some hundred of them.
+    let errors = [1.0, 10.0, 100.0].map(|f| exact.peak_force / run(f * PENALTY).1.peak_force - 1.0);
+    for pair in errors.windows(2) {
+        assert!(pair[1] > 0.0 && (pair[0] / pair[1]).log10() > 0.9, "{errors:?}");
+    }
+    println!("peak {} N, by springs less {errors:?}", exact.peak_force);
 }
 
 /// Impact of the two spheres with bodies that are refined for the whole run, whose modes are those of Craig and Bampton, and

@@ -89,7 +89,7 @@ fn ball_from_above_hits_like_a_ball_that_starts_in_contact() {
     let before = falling.samples.iter().rfind(|s| s.phase == 0).expect("a free phase");
     let gap = before.bodies[0].position[2] - RADIUS;
     assert!(gap.abs() < 1e-13, "last state before the impact: gap {gap:e} m");
-    // The same steps but for their places in time: error control of 1e-8 a step.
+    // The same steps but for their places in time: error control of 1e-8 per step.
     assert!((a.peak_force / b.peak_force - 1.0).abs() < 1e-5, "{} {}", a.peak_force, b.peak_force);
     assert!((a.end - a.start - (b.end - b.start)).abs() < 1e-10);
     assert!((a.impulse / b.impulse - 1.0).abs() < 1e-6);

@@ -4,6 +4,7 @@ use crate::impacts;
 use std::collections::BTreeMap;
 
 use crate::bodies::{block, rod, sphere, wanted_at};
+use crate::oracles::modal_compliance;
 use adaptive::contact_zone::ContactZone;
 use adaptive::elastic_body::ElasticBody;
 use adaptive::fine_model::{FineBody, FineMesh, FineSettings};
@@ -16,7 +17,6 @@ use approx::assert_relative_eq;
 use contact_qs::points::{DofLookup, SurfacePoint};
 use faer::Mat;
 use faer::linalg::solvers::Solve;
-use ffr_dynamics::reduction::compliance::modal_compliance;
 use iga_core::space::Space;
 use iga_core::surface::greville_points;
 use nalgebra::Vector3;

@@ -105,6 +105,7 @@ fn sphere_rod_sphere() -> RunSpec {
         velocities: vec![0.0],
         has_velocities: true,
         coordinates: vec![CoordinateSpec { stiffness: 1e5, ..CoordinateSpec::default() }],
+        bearing: None,
     });
     let end = Place::Point([0.0, LENGTH, 0.0]);
     spec.points.push(PointSpec { name: "end".into(), body: 1, place: end, gauge: GaugeRequest::default() });

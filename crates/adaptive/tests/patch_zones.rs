@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 
 use crate::bodies::{block, wanted_at};
+use crate::oracles::modal_compliance;
 use adaptive::elastic_body::ElasticBody;
 use adaptive::fine_model::{FineBody, FineMesh, FineSettings};
 use adaptive::interval::IntervalEnd;
 use adaptive::spec::{DivisionRule, LowModes, PointRule};
 use approx::assert_relative_eq;
 use faer::Mat;
-use ffr_dynamics::reduction::compliance::modal_compliance;
 use iga_core::knots::KnotVector;
 use iga_core::nurbs::joining::join;
 use iga_core::nurbs::{Patch, Shape};

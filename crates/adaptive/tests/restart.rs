@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::impacts::{ALUMINIUM, STEEL, Trace, contact, disc, finished, spec, sphere};
+use crate::impacts::{ALUMINIUM, STEEL, Trace, ball, contact, disc, finished, spec, sphere};
 use adaptive::AdaptiveError;
 use adaptive::driver::resume;
 use adaptive::model::RunModel;
@@ -10,12 +10,13 @@ use adaptive::record::PhaseKind;
 use adaptive::run_state::RunState;
 use adaptive::spec::LowModes;
 use adaptive::spec::{
-    BodyKind, ContactLaw, ContactSpec, InitialMotion, RefinementSpec, RigidSpec, RunSpec, StressInstant,
-    StressSpec, Target, Treatment,
+    Attachment, BodyKind, BodySpec, ContactLaw, ContactSpec, CoordinateSpec, InitialMotion, JointSpec, Place,
+    RefinementSpec, RigidSpec, RunSpec, StressInstant, StressSpec, Target, Treatment,
 };
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::integration::Method;
-use iga_core::nurbs::primitives::plane;
+use ffr_dynamics::system::{Bearing, JointKind};
+use iga_core::nurbs::primitives::{plane, solid};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 const RADIUS: f64 = 10e-3; // m
@@ -125,6 +126,30 @@ fn impacts_of_whole_surfaces_go_on_to_the_last_bit() {
 }
 
 #[test]
+fn impacts_of_rims_go_on_to_the_last_bit() {
+    // A ring, its axis almost level, that falls on the rim of one end and then on that of the other, between the points of its elements.
+    let (outer, lean) = (10e-3, 1.0_f64.to_radians());
+    let tilt = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), 0.5 * std::f64::consts::PI - lean);
+    let motion = InitialMotion {
+        position: Vector3::new(0.0, 0.0, outer * lean.cos() + GAP),
+        rotation: tilt * UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 0.2),
+        velocity: Vector3::new(0.0, 0.0, -0.5),
+        angular_velocity: Vector3::zeros(),
+    };
+    let mut body = ball("ring", RADIUS, ALUMINIUM, motion);
+    let BodyKind::Elastic(ring) = &mut body.kind else { panic!("an elastic ring") };
+    ring.shape = Arc::new(solid::hollow_cylinder(3e-3, outer, 20e-3).expect("a ring"));
+    ring.discretisation.elements = vec![4, 4, 4];
+    let spec = spec(vec![body], vec![horizontal("floor", 0.0, 1.0)], 8e-4);
+    let trace = finished(&spec);
+    let sites: Vec<_> = trace.transfers.iter().filter_map(|t| t.site).collect();
+    // Each end has a model about its own place.
+    assert!(sites.windows(2).any(|w| w[0] != w[1]), "{sites:?}");
+    assert!(sites.iter().all(|site| site.place().is_some()), "{sites:?}");
+    assert!(trace.impacts.len() > 1 && check(&spec).len() > 2);
+}
+
+#[test]
 fn impacts_with_modes_of_their_own_go_on_to_the_last_bit() {
     let own = |contact: &mut ContactSpec| {
         if let ContactLaw::Surface(law) = &mut contact.law {
@@ -165,9 +190,16 @@ fn pairs_of_bodies_go_on_to_the_last_bit() {
 
 #[test]
 fn contacts_with_one_model_and_stress_requests_go_on_to_the_last_bit() {
+    // With springs, and with a massless boundary without any.
+    for penalty in [1e18, f64::INFINITY] {
+        goes_on_with_one_model(penalty);
+    }
+}
+
+fn goes_on_with_one_model(penalty: f64) {
     let fixed = |contact: &mut ContactSpec| {
         if let ContactLaw::Surface(law) = &mut contact.law {
-            (law.treatment, law.penalty) = (Treatment::Quasistatic, Some(1e18));
+            (law.treatment, law.penalty) = (Treatment::Quasistatic, Some(penalty));
         }
     };
     let mut spec = bounces(fixed);
@@ -196,6 +228,47 @@ fn long_free_phases_are_taken_up_in_their_midst_with_either_integrator() {
             found.iter().filter(|(kind, is_start)| *kind == PhaseKind::Free && !is_start).count() >= 2,
             "{found:?}"
         );
+    }
+}
+
+#[test]
+fn bearings_rub_on_to_the_last_bit() {
+    let rest = InitialMotion {
+        position: Vector3::zeros(),
+        rotation: UnitQuaternion::identity(),
+        velocity: Vector3::zeros(),
+        angular_velocity: Vector3::zeros(),
+    };
+    let arm = Vector3::new(0.2, 0.0, 0.01);
+    let inertia = Matrix3::identity() * (1e-3 + 0.3 * arm.norm_squared()) - arm * arm.transpose() * 0.3;
+    let link = |name: &str| {
+        let kind = BodyKind::Rigid(RigidSpec {
+            motion: RigidMotion::Spatial,
+            mass: 0.3,
+            centre_of_mass: arm,
+            inertia,
+            shape: None,
+        });
+        BodySpec { name: name.into(), kind, motion: rest.clone() }
+    };
+    let hinge = |name: &str, parent: Option<usize>, child: usize, x: f64| JointSpec {
+        name: name.into(),
+        kind: JointKind::Revolute,
+        parent: Attachment { body: parent, place: Place::Point([x, 0.0, 0.0]), rotation: rest.rotation },
+        child: Attachment { body: Some(child), place: Place::Point([0.0; 3]), rotation: rest.rotation },
+        positions: vec![0.3],
+        velocities: vec![-1.0],
+        has_velocities: true,
+        coordinates: vec![CoordinateSpec::default()],
+        bearing: Some(Bearing { coefficient: 0.2, radius: 0.01, length: 0.03, collar: 0.0, velocity: 1e-3 }),
+    };
+    for method in [Method::DormandPrince, Method::TrBdf2, Method::Gauss] {
+        let mut spec = spec(vec![link("upper"), link("lower")], Vec::new(), 0.05);
+        spec.joints = vec![hinge("shoulder", None, 0, 0.0), hinge("elbow", Some(0), 1, 0.4)];
+        spec.settings.gravity = Vector3::y() * -9.81;
+        (spec.settings.free.method, spec.settings.free.max_step) = (Some(method), 5e-6);
+        let found = check(&spec);
+        assert!(found.iter().filter(|(_, is_start)| !is_start).count() >= 2, "{method:?} {found:?}");
     }
 }
 

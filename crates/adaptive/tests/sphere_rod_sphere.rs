@@ -30,7 +30,7 @@ fn two_separate_impacts_are_found_refined_and_simulated() {
     let start = &trace.samples[0];
     let energy = start.energies.total();
     for sample in &trace.samples {
-        // The limit asked for; the error control of 1e-8 a step keeps below a tenth of it.
+        // The limit asked for; the error control of 1e-8 per step keeps below a tenth of it.
         near(sample.energies.total(), energy, 1e-6);
         // Equal and opposite forces, summed up in about 5000 steps.
         near(sample.linear_momentum[2], start.linear_momentum[2], 1e-12);

@@ -167,6 +167,7 @@ fn on_joint(
         velocities: vec![0.0; kind.n_velocities()],
         has_velocities: true,
         coordinates: coordinates.collect(),
+        bearing: None,
     };
     let rest = InitialMotion {
         position: Vector3::zeros(),

@@ -2,10 +2,10 @@
 
 use crate::bodies::{rod, sphere, wanted_at};
 use adaptive::fine_model::{FineBody, FineSettings};
+use adaptive::paper::transfer::StateTransfer;
 use adaptive::spec::LowModes;
 use adaptive::spec::PointRule;
 use adaptive::spec::TransferMethod;
-use adaptive::transfer::StateTransfer;
 use ffr_dynamics::reduction::modal::ReducedBasis;
 
 /// Random numbers in (-1, 1): a linear congruential generator.

@@ -32,6 +32,11 @@ pub enum ContactError {
         /// The value given [N/m³].
         value: f64,
     },
+    /// Contact points whose compliance is nothing but round-off, so that no penalty factor follows from it.
+    #[error(
+        "no contact point yields: what the modes of the bodies leave of the compliance there is lost in its round-off, as on a body that is thousands of times as wide as thick; take a thicker one or a smaller piece of it"
+    )]
+    NoCompliance,
     /// Friction values that make no law.
     #[error(
         "friction coefficient is {coefficient}, must be >= 0; tangential stiffness ratio is {stiffness_ratio}, must be > 0"

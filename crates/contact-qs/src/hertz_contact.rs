@@ -25,7 +25,7 @@ use moment::StiffnessChange;
 use sliding::{Sliding, SlidingFound, SlidingState};
 
 /// Hertz contact: a force along the common normal of the closest places, which derives from a potential, with Coulomb's friction on the
-/// contact ellipse. Forces and couples on the two bodies are opposite and act in the same places of space, so that momentum stays. Energy is booked as
+/// contact ellipse. Forces and couples on the two bodies are opposite and act in the same places of space, so that momentum stays. Energy is recorded as
 /// `elastic_high`: it is the quasistatic elastic energy of the contact zone.
 #[derive(Debug, Clone)]
 pub struct HertzContact {
@@ -188,7 +188,7 @@ impl HertzContact {
         }
     }
 
-    /// Normal force and what its stiffness changes by; books the energy.
+    /// Normal force and what its stiffness changes by; records the energy.
     fn press(
         &self,
         motion: Motion<'_>,
@@ -269,7 +269,7 @@ impl ForceElement for HertzContact {
             let SlidingFound { force, point, .. } = found.sliding;
             // The mode shapes are those of the places where the slip is measured.
             self.push(motion, ([&point; 2], state.shapes()), &force, forces);
-            sliding::book(&found.sliding, &mut found.report);
+            sliding::record(&found.sliding, &mut found.report);
         }
         Ok(())
     }

@@ -44,20 +44,20 @@ pub enum SolverFault {
         value: &'static str,
     },
     /// A singular compliance of the points in contact.
-    #[error(
-        "the compliance of the {points} contact points in contact is singular, use a finite penalty factor or one point per surface function"
-    )]
+    #[error("the compliance of the {points} contact points in contact is singular, {}", remedy(*is_exact))]
     SingularCompliance {
         /// Number of points in contact.
         points: usize,
+        /// Whether the penalty factor is infinite.
+        is_exact: bool,
     },
     /// A singular compliance along the tangents.
-    #[error(
-        "the tangential compliance of {directions} free directions is singular, use a finite penalty factor or one point per surface function"
-    )]
+    #[error("the tangential compliance of {directions} free directions is singular, {}", remedy(*is_exact))]
     SingularTangential {
         /// Number of free directions.
         directions: usize,
+        /// Whether the penalty factor is infinite.
+        is_exact: bool,
     },
     /// A set of points in contact that is not found.
     #[error("active set of {points} contact points not found in {iterations} iterations")]
@@ -135,6 +135,15 @@ pub enum SolverFault {
     /// A body of an axisymmetric or plane model before a plane that it does not admit.
     #[error(transparent)]
     Alignment(ContactError),
+}
+
+/// What helps against a singular compliance.
+fn remedy(is_exact: bool) -> &'static str {
+    if is_exact {
+        "use a finite penalty factor or one point per surface function"
+    } else {
+        "round-off of the bodies' compliance exceeds that of the penalty springs; take a lower penalty factor, or a thicker body or a smaller piece of it"
+    }
 }
 
 impl EvaluationFault for SolverFault {

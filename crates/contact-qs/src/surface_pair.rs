@@ -36,6 +36,7 @@ mod normal_walk;
 mod smoothing;
 mod projection;
 mod contact_jacobian;
+mod meeting_point;
 mod seams;
 mod search;
 mod solver;
@@ -49,6 +50,7 @@ use friction::PairFriction;
 use solver::{Compliances, PairBodies};
 use state::Work;
 
+pub use meeting_point::MeetingPoint;
 pub use projection::SurfacePlace;
 pub use state::{PairFound, PairState, PairWorkspace};
 pub use target::{TargetFace, TargetSurface};
@@ -90,6 +92,8 @@ pub struct SurfacePair {
     rim_reach: f64,
     ground: BodyState,
     tolerance: f64,
+    /// Where edges cross, or the target has a corner.
+    meeting: Option<MeetingPoint>,
 }
 
 impl SurfacePair {
@@ -125,6 +129,7 @@ impl SurfacePair {
             rim_reach: spacing(&submodel.areas, motion, &submodel.points),
             ground: BodyState::at_rest(0),
             tolerance: evaluation::GAP_TOLERANCE,
+            meeting: None,
             facing: submodel.facing.iter().map(|n| motion.components(n)).collect(),
             areas: submodel.areas,
             interface: submodel.interface,

@@ -11,6 +11,7 @@ mod half_space;
 mod hertz;
 mod hertz_impact;
 mod hertz_surfaces;
+mod massless_boundary;
 mod pair;
 mod pair_allocations;
 mod pair_friction;

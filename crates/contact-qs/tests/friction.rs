@@ -1,7 +1,8 @@
 //! Friction in the plane contact: Coulomb's law at every point, the balance of power, history.
 
 use crate::common::Random;
-use contact_qs::quasistatic::{BroydenSettings, Method, PointState};
+use contact_qs::paper::BroydenSettings;
+use contact_qs::quasistatic::{Method, PointState};
 use contact_qs::submodel::SparseRows;
 use contact_qs::{
     ActiveContact, ContactError, ContactSubmodel, Friction, Plane, PlaneContact, PlaneContactSettings,

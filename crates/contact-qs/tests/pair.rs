@@ -1,7 +1,8 @@
 //! The surface pair: action and reaction, momenta, gradient of its potential, state.
 
 use crate::pair_support::*;
-use contact_qs::quasistatic::{BroydenSettings, Method};
+use contact_qs::paper::BroydenSettings;
+use contact_qs::quasistatic::Method;
 use contact_qs::{ActiveContact, ContactError, Friction, SurfacePair, SurfacePairSettings, TargetSurface};
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::error::FailureKind;
@@ -242,7 +243,7 @@ fn hierarchical_targets_are_the_same_surface() {
     let (face, top) = highest(&shape, motion, &[0.0, 1.0, 0.0]);
     let patch = &shape.patches[0];
     let mut hierarchy = SubdomainHierarchy::new(patch.knots());
-    // All of the pole's corner, three parts a direction: elements of two levels on the face.
+    // All of the pole's corner, three parts per direction: elements of two levels on the face.
     hierarchy.refine([3, 3, 1], &[IndexBox { lower: [0, 2, 0], upper: [4, 6, 1] }]).unwrap();
     let fine = HierarchicalSpace::new(patch, hierarchy).unwrap();
     let plain = PatchSpace::new(shape.patches.clone()).unwrap();

@@ -1,7 +1,8 @@
 //! The plane contact: gradient of its potential, resultants, reports, state.
 
 use crate::common::Random;
-use contact_qs::quasistatic::{BroydenSettings, Method};
+use contact_qs::paper::BroydenSettings;
+use contact_qs::quasistatic::Method;
 use contact_qs::submodel::SparseRows;
 use contact_qs::{ActiveContact, ContactError, ContactSubmodel, Plane, PlaneContact, PlaneContactSettings};
 use faer::Mat;

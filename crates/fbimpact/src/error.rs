@@ -6,7 +6,9 @@ use std::process::ExitCode;
 use adaptive::AdaptiveError;
 
 use crate::expression::fault::ExpressionFault;
+use crate::file_fault::{Access, FileError, FileFault};
 use crate::percent::percent;
+use crate::scenario::body_places::PlaceError;
 use crate::scenario::{Faults, OverrideFault};
 
 /// Everything that ends a command without a result.
@@ -42,13 +44,8 @@ pub enum AppError {
     #[error("the report cannot be written as JSON: {0}")]
     Json(#[from] serde_json::Error),
     /// Reading or writing failed.
-    #[error("{}: {reason}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// What went wrong and what to do.
-        reason: String,
-    },
+    #[error(transparent)]
+    Io(#[from] FileError),
     /// The user stopped the run.
     #[error("interrupted at t = {time:.9e} s, the results so far are in {0}; go on with: fbimpact run --resume {0}", output.display())]
     Interrupted {
@@ -111,8 +108,28 @@ pub enum AppError {
     Command(#[from] CommandFault),
 }
 
+/// Why a body has no such place.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PlaceFault {
+    /// Coordinates of another model.
+    #[error("points of body \"{body}\" have {expected} coordinates")]
+    Coordinates {
+        /// Name of the body.
+        body: String,
+        /// How many they are.
+        expected: usize,
+    },
+    /// No such place on the shape.
+    #[error(transparent)]
+    Shape(#[from] PlaceError),
+    /// No such place on the model.
+    #[error(transparent)]
+    Model(#[from] Box<AdaptiveError>),
+}
+
 /// Why what a command line asks for cannot be.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CommandFault {
     /// Neither a scenario nor a result.
@@ -216,14 +233,14 @@ pub enum CommandFault {
         name: String,
     },
     /// A place on a body that there is not.
-    #[error("{option} {given}: {reason}")]
+    #[error("{option} {given}: {fault}")]
     Place {
         /// Option of the command line.
         option: &'static str,
         /// As given.
         given: String,
         /// Why there is none.
-        reason: String,
+        fault: Box<PlaceFault>,
     },
     /// A body at rest.
     #[error("--body {name}: is a plane at rest, name a body that moves")]
@@ -268,6 +285,22 @@ pub enum CommandFault {
     /// Peaks of a result without impacts.
     #[error("--times peak: the result has no impacts, name times as A:B:STEP")]
     NoPeaks,
+    /// A film of a kind that there is not.
+    #[error("--movie {}: must end in .{}", movie.display(), endings.join(", ."))]
+    MovieEnding {
+        /// The film.
+        movie: PathBuf,
+        /// Ends there are.
+        endings: &'static [&'static str],
+    },
+    /// Films are made by ParaView.
+    #[error(
+        "--movie needs pvpython, which comes with ParaView 5.10 or later: put its folder on PATH, or its path into {variable}; or leave --movie out, open the export in ParaView and save an animation there"
+    )]
+    NoPvpython {
+        /// Variable of the environment that may name it.
+        variable: &'static str,
+    },
     /// A range beyond the stored times.
     #[error("--times {from}:{to}:{step}: the result holds {first:e} s to {last:e} s")]
     Times {
@@ -299,9 +332,14 @@ impl AppError {
         Self::Model(Box::new(error))
     }
 
-    /// An input or output error of `path`.
-    pub fn io(path: impl Into<PathBuf>, reason: impl std::fmt::Display) -> Self {
-        Self::Io { path: path.into(), reason: reason.to_string() }
+    /// What is wrong with the file `path`.
+    pub fn io(path: impl Into<PathBuf>, fault: impl Into<FileFault>) -> Self {
+        Self::Io(FileError::new(path, fault.into()))
+    }
+
+    /// What the system answered to an access of the file `path`.
+    pub fn system(path: impl Into<PathBuf>, access: Access, source: std::io::Error) -> Self {
+        Self::io(path, FileFault::system(access, source))
     }
 
     /// The documented exit code.
@@ -312,7 +350,7 @@ impl AppError {
             Self::Scenario(_) => 3,
             Self::Model(_) | Self::OtherModes { .. } => 4,
             Self::Run(_) | Self::Threads { .. } | Self::Json(_) => 5,
-            Self::Io { .. } => 6,
+            Self::Io(_) => 6,
             Self::Interrupted { .. }
             | Self::InterruptedEarly
             | Self::InterruptedResumption { .. }

@@ -5,6 +5,7 @@ pub mod error;
 pub mod error_text;
 pub mod whole_file;
 pub mod hdf5_integrity;
+pub mod file_fault;
 pub mod provenance;
 pub mod scenario;
 pub mod thread_pool;

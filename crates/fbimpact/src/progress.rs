@@ -7,8 +7,10 @@ use std::time::{Duration, Instant};
 
 use adaptive::record::PhaseKind;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use tracing_subscriber::EnvFilter;
+use tracing_subscriber::filter::{LevelFilter, Targets};
 use tracing_subscriber::fmt::MakeWriter;
+use tracing_subscriber::layer::SubscriberExt;
+use tracing_subscriber::util::SubscriberInitExt;
 
 use crate::cli::{LogArguments, LogFormat};
 
@@ -23,28 +25,26 @@ const LEAST_SHARE: f64 = 0.05;
 /// Steps of the bar; fine enough for the widest terminal.
 const BAR_LENGTH: u64 = 10_000;
 
-/// Sets up the log.
+/// Sets up the log; the environment variable `FBIMPACT_LOG` overrides the level, such as "adaptive=trace,info".
 pub fn log(arguments: LogArguments, bar: &ProgressBar) {
     let level = match (arguments.quiet, arguments.verbose) {
-        (0, 0) => "info",
-        (1, _) => "warn",
-        (0, 1) => "debug",
-        (0, _) => "trace",
-        (_, _) => "error",
+        (0, 0) => LevelFilter::INFO,
+        (1, _) => LevelFilter::WARN,
+        (0, 1) => LevelFilter::DEBUG,
+        (0, _) => LevelFilter::TRACE,
+        (_, _) => LevelFilter::ERROR,
     };
-    let filter = EnvFilter::builder()
-        .with_env_var("FBIMPACT_LOG")
-        .try_from_env()
-        .unwrap_or_else(|_| EnvFilter::new(level));
+    let given = std::env::var("FBIMPACT_LOG").ok().and_then(|text| text.parse().ok());
+    let filter: Targets = given.unwrap_or_else(|| Targets::new().with_default(level));
     let builder = tracing_subscriber::fmt()
-        .with_env_filter(filter)
+        .with_max_level(LevelFilter::TRACE)
         .with_target(false)
         .with_ansi(std::io::stderr().is_terminal())
         .with_writer(AboveBar(bar.clone()));
     // A second call, as in tests, keeps the first log.
     let _ = match arguments.log_format {
-        LogFormat::Text => builder.without_time().try_init(),
-        LogFormat::Json => builder.json().flatten_event(true).try_init(),
+        LogFormat::Text => builder.without_time().finish().with(filter).try_init(),
+        LogFormat::Json => builder.json().flatten_event(true).finish().with(filter).try_init(),
     };
 }
 

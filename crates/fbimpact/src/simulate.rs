@@ -1,5 +1,6 @@
 //! The seam between the program and the models: from a validated scenario to a finished run.
 
+use std::collections::BTreeMap;
 use std::time::Instant;
 
 use adaptive::AdaptiveError;
@@ -63,6 +64,8 @@ pub struct BodyModes {
     pub n_interface: usize,
     /// Mass \[kg\]; infinite for fixed planes.
     pub mass: f64,
+    /// Named points in the components of the body's model \[m\].
+    pub points: BTreeMap<String, Vec<f64>>,
     /// What the elastic coordinates stand for.
     pub coordinates: Coordinates,
     /// Frequencies of the elastic coordinates \[Hz\], ascending: eigenfrequencies, then those of static answers.
@@ -115,7 +118,9 @@ pub fn simulate_with(
     threads: usize,
     cache: &ModelCache,
 ) -> Result<RunReport, AppError> {
+    let began = Instant::now();
     let scenario = &*sized(scenario, threads, cache)?;
+    let sizes = began.elapsed().as_secs_f64();
     let spec = &scenario.run;
     observer.stage(Stage::Bodies);
     let mut model = build(spec, threads, cache)?;
@@ -126,7 +131,7 @@ pub fn simulate_with(
         None => driver::run(&mut model, &spec.settings, observer),
     };
     let end = end?;
-    let mut timings = model.timings();
+    let mut timings = Timings { sizes, ..model.timings() };
     // Fine models and searches in the run are not time integration.
     let other = |t: &Timings| t.contact + t.reduction + t.search;
     timings.integration = started.elapsed().as_secs_f64() - (other(&timings) - other(&before));
@@ -148,9 +153,12 @@ pub fn modes(scenario: &Scenario, body: Option<usize>, threads: usize) -> Result
     let bodies = model.bodies.iter().zip(&spec.bodies);
     let bodies = bodies.filter(|(b, _)| wanted.is_none_or(|name| b.name == name));
     let of = |name: &str| notes.iter().filter(|n| n.body == name).map(|n| n.text.clone()).collect();
-    let bodies =
-        bodies.map(|(body, spec)| BodyModes { chosen: of(&body.name), ..body_modes(body, spec) }).collect();
-    Ok(ModesReport { bodies })
+    let bodies = bodies.map(|(body, spec)| BodyModes {
+        chosen: of(&body.name),
+        points: points(scenario, body),
+        ..body_modes(body, spec)
+    });
+    Ok(ModesReport { bodies: bodies.collect() })
 }
 
 /// Names of the bodies of `scenario`, and small vibrations of the whole system at its initial pose; `is_static`: after elastic
@@ -199,6 +207,13 @@ fn body_modes(body: &BodyModel, spec: &BodySpec) -> BodyModes {
         n_interface: elastic.interface.unknowns.len(),
         ..plain
     }
+}
+
+/// Named points of `body` in the components of its model \[m\].
+fn points(scenario: &Scenario, body: &BodyModel) -> BTreeMap<String, Vec<f64>> {
+    let places = scenario.bodies.iter().find(|file| file.name == body.name).map(|file| file.places.points());
+    let n = body.data.motion.n_components();
+    places.into_iter().flatten().map(|(name, at)| (name.clone(), at[..n].to_vec())).collect()
 }
 
 fn coordinates(body: &BodyModel) -> Coordinates {

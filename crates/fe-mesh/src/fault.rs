@@ -122,9 +122,9 @@ pub enum ReadFault {
         /// Name.
         set: String,
     },
-    /// Sets that are larger than their file.
+    /// Sets and groups that are too large for their file.
     #[error(
-        "the sets have more than {limit} members, more than the file has bytes; leave out what no body uses"
+        "sets and groups have more than {limit} members, more than a file of this size has room for; leave out what no body uses"
     )]
     Members {
         /// Limit.
@@ -201,7 +201,7 @@ pub enum MeshFault {
     /// Every side is shared by two elements.
     #[error("the mesh has no surface: every element is there twice; save each once")]
     NoSurface,
-    /// Parts that hang together nowhere.
+    /// Parts that are not connected.
     #[error(
         "the mesh has {parts} parts that share no node, with elements {} and {}; merge coincident nodes (Coherence Mesh in Gmsh), or give each part a body of its own",
         elements[0], elements[1]

@@ -4,6 +4,7 @@ mod gmsh;
 mod inp;
 mod labels;
 mod numbers;
+mod skipped;
 
 use crate::fault::{MeshError, Place, ReadFault};
 use crate::mesh::Mesh;

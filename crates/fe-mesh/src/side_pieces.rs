@@ -45,7 +45,7 @@ impl SideKind {
         (0..n).map(piece).collect()
     }
 
-    /// Bernstein coefficients of the side's functions on `piece`, a row a node, the first direction fastest.
+    /// Bernstein coefficients of the side's functions on `piece`, a row per node, the first direction fastest.
     pub fn bernstein(self, piece: &SidePiece) -> Vec<Vec<f64>> {
         let p = self.degree();
         let mut functions = Functions::default();

@@ -18,18 +18,6 @@ pub fn stress(constants: &Constants, gradient: &Matrix3<f64>) -> Matrix3<f64> {
 }
 
 impl Mesh {
-    /// Stress at the parameters `xi` of element `e` under the displacements `u`, three a node \[m\], as the functions have it \[Pa\].
-    ///
-    /// # Panics
-    /// If there is no such element.
-    pub fn stress_at(&self, e: usize, xi: &[f64; 3], materials: &Materials, u: &[f64]) -> Matrix3<f64> {
-        let element = self.elements().get(e);
-        let (mut at, mut places) = (PointOf::default(), Vec::new());
-        self.places(element.nodes, &mut places);
-        at.evaluate(element.kind, &places, xi);
-        stress(materials.of(e), &gradient(element, &at, u))
-    }
-
     /// Stress at every node: what the points of the stiffness rule show, continued linearly to the nodes of each element by least
     /// squares and averaged over the elements of a node \[Pa\]. The points of the rule are where the stress of displacement elements is best
     /// (J. Barlow, Int. J. Numer. Meth. Eng. 10, 1976).

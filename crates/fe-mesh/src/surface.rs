@@ -101,7 +101,7 @@ impl Surface {
         &self.sides
     }
 
-    /// The sides that hang together with `first` over smooth edges through sides of `is_wanted`, which `first` belongs to in any case; rising.
+    /// The sides that are connected with `first` over smooth edges through sides of `is_wanted`, which `first` belongs to in any case; rising.
     pub fn smooth_part(&self, first: usize, is_wanted: impl Fn(usize) -> bool) -> Vec<u32> {
         let mut is_seen = vec![false; self.sides.len()];
         let mut waiting = VecDeque::from([first]);

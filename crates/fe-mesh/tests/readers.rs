@@ -152,7 +152,24 @@ fn short_files_do_not_make_large_sets() {
     for i in 1..60 {
         text += &format!("*ELSET, ELSET=S{i}\nS{}, S{}\n", i - 1, i - 1);
     }
-    assert!(refused(text.as_bytes()).contains("more than the file has bytes"));
+    assert!(refused(text.as_bytes()).contains("more than a file of this size has room for"));
+    // A volume in a thousand groups, each of which gets all of its elements.
+    let elements: String = (1..=1000).map(|i| format!("{i} 1 2 3 4\n")).collect();
+    let text = format!(
+        "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n0 0 0 1\n1 0 0 0 0 0 0 1000 {}0\n$EndEntities\n$Nodes\n1 4 1 4\n3 1 0 4\n1 2 3 4\n\
+         0 0 0\n1 0 0\n0 1 0\n0 0 1\n$EndNodes\n$Elements\n1 1000 1 1000\n3 1 4 1000\n{elements}$EndElements\n",
+        "7 ".repeat(1000)
+    );
+    let fault = refused(text.as_bytes());
+    assert!(
+        fault.contains("more than a file of this size has room for") && fault.contains("line "),
+        "{fault}"
+    );
+    // Thousands of cards that are not read are noted by the first of them.
+    let many: String = (0..3000).map(|i| format!("*CARD{i}\n")).collect();
+    let mesh = read(format!("{}{many}", inp(&sample(ElementKind::Tet4))).as_bytes(), 1.0).unwrap();
+    let note = mesh.notes().iter().find(|n| n.contains("cards that are not read")).unwrap();
+    assert!(note.contains("*CARD0") && note.contains('…') && note.len() < 1000, "{note}");
 }
 
 /// Letters of the formats.

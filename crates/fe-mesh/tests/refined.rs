@@ -25,7 +25,7 @@ fn about(mesh: &Mesh, point: [f64; 3], levels: u8) -> RefinedMesh {
     RefinedMesh::new(mesh, wanted, MOST).unwrap()
 }
 
-/// A curved block of two or three elements a direction of every kind.
+/// A curved block of two or three elements per direction of every kind.
 fn parts(kind: ElementKind) -> Mesh {
     let curved = |x: [f64; 3]| {
         let [x, y, z] = shaken(x, 0.04);

@@ -11,7 +11,7 @@ use nalgebra::{Matrix3, Vector3};
 const STEEL: Constants = Constants { lambda: 121.2e9, mu: 80.8e9, density: 7850.0 };
 const SOFT: Constants = Constants { lambda: 10e9, mu: 5e9, density: 1000.0 };
 
-/// The state under `u`, three a node.
+/// The state under `u`, three per node.
 fn state(units: &[(u32, [PointState; 3])], u: &[f64]) -> PointState {
     let mut sum = PointState::default();
     for (node, states) in units {

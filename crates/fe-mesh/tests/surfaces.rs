@@ -48,7 +48,7 @@ fn neighbours_are_mutual_and_share_their_edge() {
 }
 
 #[test]
-fn edges_of_a_block_are_creases_and_its_sides_hang_together() {
+fn edges_of_a_block_are_creases_and_its_sides_are_connected() {
     for kind in [ElementKind::Hex20, ElementKind::Tet10, ElementKind::Wedge15, ElementKind::Hex8] {
         let mesh = Mesh::new(blocks::block(kind, [3, 2, 2], |x| x), 1.0).unwrap();
         let surface = Surface::new(&mesh);

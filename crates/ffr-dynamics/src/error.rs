@@ -325,7 +325,7 @@ pub enum FailureKind {
     NotFinite,
     /// An iteration has not converged (code -1 of \[A\] Algorithm 1).
     IterationLimit,
-    /// The bodies lie as the contact's model does not allow, for instance with axes apart.
+    /// The bodies lie as the contact's model does not allow, for instance with axes apart, or move as friction does not.
     OutOfModel,
 }
 
@@ -420,6 +420,27 @@ pub enum MotionFault {
         /// Name of the gear.
         gear: String,
     },
+    /// Friction that loads its own bearing by as much as it comes from, or more (Painlevé).
+    #[error(
+        "joint \"{joint}\" jams: sliding, the friction of its bearing adds {gain:.3} of the load that it comes from, limit 1, so that there are no \
+         accelerations or several; use a smaller coefficient of friction, a longer bearing, or forces and masses nearer to it"
+    )]
+    Jam {
+        /// Name of the joint.
+        joint: String,
+        /// Load by friction over the load that it comes from.
+        gain: f64,
+    },
+    /// Loads of bearings that are not found.
+    #[error(
+        "loads of the bearings do not converge: they are off by {error:.1e} of {size:.1e} N or N m, check forces and motion for what is not finite"
+    )]
+    BearingLoads {
+        /// Largest residual [N or N m].
+        error: f64,
+        /// Largest load [N or N m].
+        size: f64,
+    },
 }
 
 impl EvaluationFault for MotionFault {
@@ -427,6 +448,8 @@ impl EvaluationFault for MotionFault {
         match self {
             Self::Inertia { .. } | Self::FrameInertia { .. } => FailureKind::Singular,
             Self::LoopForce { .. } | Self::GearForce { .. } => FailureKind::NotFinite,
+            Self::Jam { .. } => FailureKind::OutOfModel,
+            Self::BearingLoads { .. } => FailureKind::IterationLimit,
         }
     }
 }

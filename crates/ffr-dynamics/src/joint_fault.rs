@@ -26,10 +26,14 @@ pub enum GearFault {
         coordinates: usize,
     },
     /// A ratio that is no ratio.
-    #[error("ratio {ratio} must be finite and not zero, offset {offset} finite")]
-    Numbers {
+    #[error("ratio {ratio} must be finite and not zero")]
+    Ratio {
         /// Ratio given.
         ratio: f64,
+    },
+    /// An offset that is none.
+    #[error("offset {offset} must be finite")]
+    Offset {
         /// Offset given.
         offset: f64,
     },
@@ -43,6 +47,11 @@ pub enum GearFault {
         /// Ratio by the other gears.
         found: f64,
     },
+    /// A gear of a coordinate with itself.
+    #[error(
+        "both sides are the same coordinate, which has no ratio to itself; name another joint or coordinate for one of them"
+    )]
+    Itself,
     /// A gear that follows from others.
     #[error("the other gears between these coordinates say the same already; leave one out")]
     Repeated,
@@ -173,6 +182,30 @@ pub enum JointFault {
     /// Friction about the axes of a spherical joint that is not alike.
     #[error("friction about the three axes must be alike")]
     UnlikeFriction,
+    /// A bearing in a joint that has none.
+    #[error(
+        "a {kind} joint has no bearing with friction by its load; revolute, prismatic, cylindrical and spherical ones have, give others the size of their friction"
+    )]
+    NoBearing {
+        /// Kind of the joint.
+        kind: &'static str,
+    },
+    /// A bearing that cannot be.
+    #[error(
+        "bearing: friction {coefficient}, radius {radius} and collar {collar} must be >= 0, the radius of what turns, length {length} and velocity {velocity} > 0"
+    )]
+    Bearing {
+        /// Coefficient of friction.
+        coefficient: f64,
+        /// Radius \[m\].
+        radius: f64,
+        /// Distance of the supports \[m\].
+        length: f64,
+        /// Radius of the collar \[m\].
+        collar: f64,
+        /// Velocity of the transition [m/s].
+        velocity: f64,
+    },
     /// A prescribed motion of a joint with a quaternion.
     #[error("the motion of a {kind} joint cannot be prescribed")]
     Prescribed {

@@ -1,6 +1,7 @@
 //! All tests of the crate, in one executable: a file that is not named here is not run (`scripts/check_layers.py` looks).
 #![expect(clippy::unwrap_used, reason = "a failure there fails the test")]
 
+mod bearing_friction;
 mod common;
 mod dynamics_allocation;
 mod dynamics_damping;
@@ -24,6 +25,7 @@ mod multibody_motion;
 mod multibody_reactions;
 mod multibody_tr_bdf2;
 mod multibody_vibration;
+mod oracles;
 mod reduction_factor;
 mod reduction_interface;
 mod reduction_modes;

@@ -134,7 +134,7 @@ fn bodies_exchange_momentum_and_energy_without_loss() {
         let y = integrator.state().to_vec();
         let after = system.invariants(0.0, &y);
         assert!((body_state(&mut system, &y, 0).velocity - first).norm() > 0.1, "they have pulled");
-        // Tolerance 1e-10 a step, about a thousand steps, errors of one sign.
+        // Tolerance 1e-10 per step, about a thousand steps, errors of one sign.
         const TOLERANCE: f64 = 1e-8;
         let linear = (after.linear_momentum - before.linear_momentum).norm();
         assert!(linear < TOLERANCE * before.linear_momentum.norm(), "{linear}");

@@ -105,7 +105,7 @@ fn symmetric_top_follows_the_closed_form() {
     let end = body_state(&mut system, &y, 0);
     let rate = (c - a) / a * 2.0;
     let expected = Vector3::new(0.5 * (rate * t).cos(), 0.5 * (rate * t).sin(), 2.0);
-    // Tolerance 1e-12 a step, about 1e4 steps.
+    // Tolerance 1e-12 per step, about 1e4 steps.
     assert!((end.angular_velocity_in_body - expected).norm() < 1e-8);
     let momentum = start.rotation * (inertia * start.angular_velocity_in_body);
     let expected = UnitQuaternion::from_scaled_axis(momentum * (t / a))
@@ -124,7 +124,7 @@ fn flying_flexible_body_keeps_energy_and_momenta() {
         let before = system.invariants(0.0, &y);
         let y = integrate(&mut system, &start, 0.02);
         let [energy, linear, angular] = relative_change(&before, &system.invariants(0.0, &y));
-        // Tolerance 1e-11 a step, some hundred steps; the errors of a stretched mode all have the same sign.
+        // Tolerance 1e-11 per step, some hundred steps; the errors of a stretched mode all have the same sign.
         assert!(energy < 1e-8 && linear < 1e-9 && angular < 1e-9, "{motion:?}: {energy} {linear} {angular}");
         let moved = body_state(&mut system, &y, 0);
         let exchanged: f64 = moved.elastic.iter().zip(&start.elastic).map(|(a, b)| (a - b).abs()).sum();
@@ -242,7 +242,7 @@ fn impulse_of_an_impact_equals_the_change_of_momentum_to_round_off() {
     let change = after.linear_momentum - before.linear_momentum;
     let error = (system.impulse(&y, 0) - change).norm();
     assert!(error < 1e-13 * change.norm(), "{error} of {change}");
-    // Tolerance 1e-9 a step, some hundred steps; the force has kinks where contact begins and ends.
+    // Tolerance 1e-9 per step, some hundred steps; the force has kinks where contact begins and ends.
     system.evaluate_forces(0.05, &y).unwrap();
     let energy = after.energy() + system.forces()[0].energies().penalty;
     assert!((energy - before.energy()).abs() < 1e-7 * before.energy(), "{energy} {}", before.energy());

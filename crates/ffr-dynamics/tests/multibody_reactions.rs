@@ -5,8 +5,8 @@ use ffr_dynamics::body::{RigidMotion, StandardInputData};
 use ffr_dynamics::integration::{Integrator, OdeSystem, StepSettings};
 use ffr_dynamics::kinematics::Marker;
 use ffr_dynamics::system::{
-    Attachment, BodySpec, BodyState, CoordinateForce, FreeDirections, Friction, GROUND, GeneralisedForce,
-    JointKind, JointSpec, LoadSpec, Multibody, Stop, SystemSpec, TimeFunction,
+    Attachment, Bearing, BodySpec, BodyState, CoordinateForce, FreeDirections, Friction, GROUND,
+    GeneralisedForce, JointKind, JointSpec, LoadSpec, Multibody, Stop, SystemSpec, TimeFunction,
 };
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
@@ -245,6 +245,90 @@ fn loops_share_the_load_with_the_tree() {
         assert!(rest < BALANCE, "{kind:?}: {rest:e}");
         let force = tree.system.loop_reaction(0).force.norm();
         assert!(force > 1.0, "the loop carries something: {force} N");
+    }
+}
+
+/// Force and moment of a bearing on the child along its free directions, in the axes of the parent's marker, by what the joint transmits
+/// (docs/theory.md Eq. M.64, M.65).
+fn rubbed(kind: JointKind, bearing: &Bearing, reaction: [Vector3<f64>; 2], u: &[f64]) -> [f64; 2] {
+    let [force, moment] = reaction;
+    let couple = Vector3::z().cross(&moment) / bearing.length;
+    let half = 0.5 * Vector3::new(force.x, force.y, 0.0);
+    let supports = (half + couple).norm() + (half - couple).norm();
+    let (mu, r, transition) = (bearing.coefficient, bearing.radius, bearing.velocity);
+    match kind {
+        JointKind::Revolute => {
+            let load = r * supports + bearing.collar * force.z.abs();
+            [0.0, -mu * load * r * u[0] / (r * u[0]).hypot(transition)]
+        }
+        JointKind::Prismatic => [-mu * (supports + moment.z.abs() / r) * u[0] / u[0].hypot(transition), 0.0],
+        _ => {
+            let slip = u[0].hypot(r * u[1]).hypot(transition);
+            [-mu * supports * u[0] / slip, -mu * supports * r * r * u[1] / slip]
+        }
+    }
+}
+
+#[test]
+fn bearings_in_trees_and_loops_rub_by_the_reactions_of_their_joints() {
+    let bearing = Bearing { coefficient: 0.15, radius: 0.06, length: 0.4, collar: 0.08, velocity: 0.1 };
+    let kinds = [
+        [JointKind::Revolute, JointKind::Prismatic, JointKind::Cylindrical],
+        [JointKind::Cylindrical, JointKind::Revolute, JointKind::Prismatic],
+        [JointKind::Prismatic, JointKind::Spherical, JointKind::Revolute],
+    ];
+    for (seed, kinds) in kinds.into_iter().enumerate() {
+        for has_loop in [false, true] {
+            let mut tree = tree(kinds, 30 + seed as u64, |spec| {
+                spec.joints.iter_mut().for_each(|joint| joint.bearing = Some(bearing));
+                if has_loop {
+                    let planar = JointKind::Generic(FreeDirections([true, false, true, true, true, true]));
+                    let (parent, child) = (Attachment::new("right", "a"), Attachment::new("left", "a"));
+                    spec.loops.push(JointSpec::new("last", planar, parent, child));
+                }
+            });
+            if has_loop {
+                let mut y = tree.y.clone();
+                tree.system.assemble(TIME, &mut y).unwrap();
+                tree.y = y;
+            }
+            let rest = imbalance(&mut tree, &[]);
+            assert!(rest < BALANCE, "{kinds:?} {has_loop}: {rest:e}");
+            let states: Vec<BodyState> = tree.system.last_evaluation().0.to_vec();
+            let mut power = 0.0;
+            for (i, kind) in kinds.into_iter().enumerate() {
+                let reaction = tree.system.reaction(i);
+                let u = tree.system.joint_coordinates(TIME, &tree.y, i).velocities;
+                let parent = &tree.system.model().bodies[i].joint.parent;
+                let axes =
+                    parent.body.map_or(parent.marker.rotation, |b| parent.marker.orientation(&states[b]));
+                let (force, moment) = (axes.inverse() * reaction.force, axes.inverse() * reaction.moment);
+                // The solution of the loads, to round-off of the forces.
+                let limit = 1e-12 * (force.norm() + moment.norm());
+                if kind == JointKind::Spherical {
+                    let load = bearing.coefficient * bearing.radius * force.norm();
+                    let spin = bearing.radius * Vector3::from_column_slice(&u[..3]).norm();
+                    let size = load * spin / spin.hypot(bearing.velocity);
+                    assert!((moment.norm() - size).abs() < limit, "{moment} {size}");
+                    power += size * spin / bearing.radius;
+                    continue;
+                }
+                let [along, about] = rubbed(kind, &bearing, [force, moment], &u);
+                let has = |direction: usize| kind.free_directions().0[direction];
+                if has(2) {
+                    assert!((force.z - along).abs() < limit, "{kind:?} {} {along}", force.z);
+                }
+                if has(5) {
+                    assert!((moment.z - about).abs() < limit, "{kind:?} {} {about}", moment.z);
+                }
+                power -= if kind == JointKind::Revolute { about * u[0] } else { along * u[0] + about * u[1] };
+            }
+            let mut rates = vec![0.0; tree.y.len()];
+            tree.system.rhs(TIME, &tree.y, &mut rates).unwrap();
+            let booked = rates[tree.system.model().n_states()];
+            assert!((booked / power - 1.0).abs() < 1e-12, "{booked} {power}");
+            assert!(power > 0.0);
+        }
     }
 }
 

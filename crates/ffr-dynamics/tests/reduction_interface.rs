@@ -1,11 +1,11 @@
 //! Craig-Bampton and the residual flexibility of an interface.
 
 use crate::common::{block, cylinder, from_identity, gram, unknowns_at};
+use crate::oracles::modal_compliance;
 use faer::Mat;
 use ffr_dynamics::body::AssembledBody;
 use ffr_dynamics::reduction::{
     ElasticProblem, FixedInterfaceModes, ReducedBasis, ResidualFlexibility, ResidualModes, craig_bampton,
-    modal_compliance,
 };
 
 const N_LOW: usize = 6;

@@ -4,13 +4,12 @@ use crate::common;
 use std::f64::consts::PI;
 
 use crate::common::{block, chain, cylinder, from_identity, gram, unknowns_at};
+use crate::oracles::modal_truncation;
 use faer::Mat;
 use ffr_dynamics::DynamicsError;
 use ffr_dynamics::body::AssembledBody;
 use ffr_dynamics::reduction::ordering::elimination_order;
-use ffr_dynamics::reduction::{
-    ElasticProblem, Pencil, RigidModes, all_modes, modal_truncation, neighbouring_counts,
-};
+use ffr_dynamics::reduction::{ElasticProblem, Pencil, RigidModes, all_modes, neighbouring_counts};
 
 /// Orthonormality after the clean-up: round-off of sums over a few thousand terms.
 const ORTHONORMAL: f64 = 1e-12;
@@ -167,18 +166,6 @@ fn cube_and_bar_keep_every_copy_of_multiple_frequencies() {
         check_mass_orthonormal(&body, &modes.shapes, problem.rigid().unwrap());
         assert!(modes.residual < 1e-6, "{:e}", modes.residual);
     }
-}
-
-#[test]
-fn lost_copies_of_multiple_frequencies_are_recovered() {
-    // Single vectors find one copy each of the double and triple frequencies of a cube until round-off brings the others.
-    let body = block(2, [5, 5, 5], [1.0, 1.0, 1.0]);
-    let problem = ElasticProblem::free(&body, &[]).unwrap();
-    let modes = problem.lowest_modes_by_blocks(24, 1).unwrap();
-    assert!(modes.recoveries > 0, "the count showed lost copies");
-    let difference = relative_difference(&modes.omega, &problem.all_modes().unwrap().omega);
-    assert!(difference < SAME_FREQUENCY, "{difference:e}");
-    check_mass_orthonormal(&body, &modes.shapes, problem.rigid().unwrap());
 }
 
 #[test]

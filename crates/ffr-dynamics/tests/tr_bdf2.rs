@@ -234,7 +234,7 @@ fn turning_quaternion_with_quadrature_follows_the_closed_form() {
     let angle = 10.0 - 10.0 / 3.0 * (1.0 - (-3.0_f64).exp());
     let y = run.state();
     let expected = [(0.5 * angle).cos(), 0.0, 0.0, (0.5 * angle).sin()];
-    // 1e-7 a step, some hundred steps, errors of one sign.
+    // 1e-7 per step, some hundred steps, errors of one sign.
     assert!(distance(&y[0..4], &expected) < 3e-5, "{y:?}");
     assert!((y[7] - angle).abs() < 3e-5);
     let statistics = run.statistics();
@@ -318,7 +318,7 @@ fn crossing_is_found_along_the_interpolant() {
         found = search.first_crossing(&integrator, |_, y| y[0] + 0.5).unwrap();
     }
     let crossing = found.unwrap();
-    // sin 2πt = -1/2 at t = 7/12; 1e-7 a step, some hundred steps, over the slope 2π · 0.87.
+    // sin 2πt = -1/2 at t = 7/12; 1e-7 per step, some hundred steps, over the slope 2π · 0.87.
     assert!((crossing.time - 7.0 / 12.0).abs() < 1e-5, "{crossing:?}");
     assert!(crossing.value <= 0.0 && crossing.time - crossing.before <= 1e-12, "{crossing:?}");
 }

@@ -168,7 +168,7 @@ fn damped_work_and_numerical_loss_share_the_energy() {
         .run(&mut system, 5e-3, |system, i| {
             let lost = before - system.invariants(0.0, i.state()).energy();
             let numerical = lost - system.dissipated_work(i.state());
-            // The work's quadrature has an error of order two of its own, 1e-6 a step at most, of either sign.
+            // The work's quadrature has an error of order two of its own, 1e-6 per step at most, of either sign.
             assert!(numerical > last - 1e-6 * before, "the method adds no energy: {numerical} after {last}");
             last = numerical;
             true

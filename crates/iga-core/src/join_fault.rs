@@ -78,9 +78,9 @@ pub enum JoinFault {
         /// A point of both \[m\].
         point: [f64; 3],
     },
-    /// A patch that hangs on no other.
+    /// A patch that is connected with no other.
     #[error(
-        "patch {patch} shares no face with patch 0, nor with a patch that hangs on it; parts that are not joined are bodies of their own"
+        "patch {patch} shares no face with patch 0, nor with a patch that is connected with it; parts that are not joined are bodies of their own"
     )]
     Apart {
         /// Number of the patch, from 0.

@@ -14,7 +14,7 @@ pub struct PointMap {
 }
 
 impl PointMap {
-    /// Sums up control points `nodes` with the basis at one point: values and one list of first derivatives a direction.
+    /// Sums up control points `nodes` with the basis at one point: values and one list of first derivatives per direction.
     pub fn new(dimension: usize, nodes: &[[f64; 3]], values: &[f64], first: [&[f64]; 3]) -> Self {
         let n = nodes.len();
         let (values, f0, f1, f2) = (&values[..n], &first[0][..n], &first[1][..n], &first[2][..n]);

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-/// Largest number of points a direction that [`GaussRule::new`] builds.
+/// Largest number of points per direction that [`GaussRule::new`] builds.
 pub const MAX_GAUSS: usize = 16;
 
 /// Gauss-Legendre rule on `[-1, 1]`: `n` points integrate polynomials up to degree `2 n - 1` exactly.

@@ -89,7 +89,7 @@ pub trait Space: Sync {
     /// The element of patch `patch` that holds `xi`; points outside are clamped.
     fn find_element(&self, patch: usize, xi: &[f64; 3]) -> usize;
 
-    /// Gauss points a direction that integrate the element's matrices: `p` on smooth single-level elements, `p + 1`
+    /// Gauss points per direction that integrate the element's matrices: `p` on smooth single-level elements, `p + 1`
     /// elsewhere (theory section E.3).
     fn gauss_counts(&self, e: usize) -> [usize; 3];
 

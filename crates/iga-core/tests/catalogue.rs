@@ -331,7 +331,7 @@ fn volume_area_centre_and_inertia_are_those_of_closed_forms() {
     }
 }
 
-/// A closed grid of `n + 1` values a direction on the unit box.
+/// A closed grid of `n + 1` values per direction on the unit box.
 fn grid(dimension: usize, n: usize) -> impl Iterator<Item = [f64; 3]> {
     (0..(n + 1).pow(dimension as u32)).map(move |q| {
         let mut xi = [0.0; 3];

@@ -2,6 +2,7 @@
 
 use iga_core::SplineError;
 use iga_core::nurbs::local::parameter_at_distance;
+use iga_core::nurbs::patch::PointBasis;
 use iga_core::nurbs::primitives::{SphereNet, axisymmetric, plane, solid, sphere};
 use iga_core::nurbs::{PatchSearch, RefinementWindow, Shape, locate, refine_near};
 use iga_core::space::PatchSpace;
@@ -38,6 +39,34 @@ fn inverse_mapping_returns_to_the_same_point() {
                 // Newton converges to round-off of a body of 70 mm.
                 assert!(found.measure < 1e-14, "{xi:?} {found:?}");
             }
+        }
+    }
+}
+
+#[test]
+fn inverse_from_a_neighbour_is_that_of_the_search() {
+    let mut scratch = PointBasis::default();
+    for shape in shapes() {
+        for patch in &shape.patches {
+            let search = PatchSearch::new(patch, [None; 3]);
+            let mut met = 0;
+            for i in 0..40 {
+                let share = |k: f64| (f64::from(i) * k + 0.113).fract();
+                let mut xi = [share(0.618), share(0.7548), share(0.5698)];
+                xi[patch.dimension()..].fill(0.0);
+                let near = xi.map(|u| u + 0.03 * (0.5 - u));
+                let x = patch.point(&xi);
+                let within = 1e-12 * 0.07;
+                if let Some(found) = search.inverse_from(patch, &x, (&near, within), &mut scratch) {
+                    met += 1;
+                    // One quadratic step behind what was asked for: round-off, as of the search.
+                    assert!(distance(&patch.point(&found), &x) < 1e-15, "{xi:?} {found:?}");
+                }
+            }
+            // Some start so near to a collapsed face that the first step leads astray.
+            assert!(met >= 36, "{met} of 40");
+            // Outside of the patch there is no inverse.
+            assert_eq!(search.inverse_from(patch, &[1.0; 3], (&[0.5; 3], 1e-12), &mut scratch), None);
         }
     }
 }

@@ -71,6 +71,7 @@ fn shapes() -> Vec<(&'static str, Shape, bool, f64)> {
             true,
             0.75 * PI * r * r * l,
         ),
+        ("spheroid", axisymmetric::spheroid(r, 3.0 * r).unwrap(), true, 3.0 * ball),
         ("rectangle", plane::rectangle(r, l).unwrap(), false, r * l),
         ("disc", plane::disc(r).unwrap(), false, PI * r * r),
         ("box", solid::cuboid([r, l, 0.03]).unwrap(), false, r * l * 0.03),
@@ -92,7 +93,7 @@ fn sizes_match_closed_forms() {
     }
 }
 
-/// A closed grid of `n + 1` values a direction on the unit box.
+/// A closed grid of `n + 1` values per direction on the unit box.
 fn grid(dimension: usize, n: usize) -> impl Iterator<Item = [f64; 3]> {
     (0..(n + 1).pow(dimension as u32)).map(move |q| {
         let mut xi = [0.0; 3];
@@ -195,6 +196,8 @@ fn impossible_sizes_are_refused_by_name() {
     for v in bad {
         for result in [
             axisymmetric::sphere(v),
+            axisymmetric::spheroid(v, 1.0),
+            axisymmetric::spheroid(1.0, v),
             axisymmetric::rod(v, 1.0),
             axisymmetric::rod(1.0, v),
             axisymmetric::rod_spherical_end(v, 1.0),
@@ -328,4 +331,15 @@ fn surfaces_of_ellipsoids_obey_their_equation_and_have_their_curvatures() {
         assert!((direction[short].abs() - 1.0).abs() < 1e-12, "{direction:?}");
     }
     assert!(sphere::ellipsoid([0.02, 0.0, 0.01]).is_err());
+    let (a, c) = (0.02, 0.01);
+    let half = axisymmetric::spheroid(a, c).unwrap();
+    for face in &half.faces["surface"] {
+        for i in 0..=20 {
+            let mut xi = [f64::from(i) / 20.0, 0.0, 0.0];
+            xi[face.direction] = if face.upper { 1.0 } else { 0.0 };
+            let [r, z, _] = half.patches[0].point(&xi);
+            assert!(((r / a).powi(2) + (z / c).powi(2) - 1.0).abs() < 1e-14, "{r} {z}");
+        }
+    }
+    assert_eq!(half.markers["top"].map(f64::to_bits), [0.0, c, 0.0].map(f64::to_bits));
 }

@@ -92,7 +92,7 @@ fn outer_faces_are_found_and_their_areas_match_closed_forms() {
 fn lobatto_points_stand_on_every_corner_and_cover_the_surface() {
     for case in cases() {
         let (fine, space, faces) = space(&case, 4);
-        let points = lobatto_points(&space, &fine.patches, &faces);
+        let points = lobatto_points(&space, &fine.patches, &faces, (&[], 0));
         let error = (total(&points) / case.area - 1.0).abs();
         // Rules of four and five points on a sixteenth of a turn, or a quarter of the solid tube.
         assert!(error < 1e-3, "{}: {error:e}", case.name);
@@ -101,8 +101,8 @@ fn lobatto_points_stand_on_every_corner_and_cover_the_surface() {
     let cuboid = Shape::clone(&cases().into_iter().find(|c| c.name == "box").unwrap().shape);
     let fine = cuboid.refined(&[2; 3], &[2; 3], &[]).unwrap();
     let space = PatchSpace::new(fine.patches.clone()).unwrap();
-    let points = lobatto_points(&space, &fine.patches, &Face::outer(&fine.patches, false));
-    // Three points an element and direction, those in common once: five by five on each of six faces.
+    let points = lobatto_points(&space, &fine.patches, &Face::outer(&fine.patches, false), (&[], 0));
+    // Three points per element and direction, those in common once: five by five on each of six faces.
     assert_eq!(points.len(), 6 * 25);
     let corner = points
         .iter()
@@ -117,6 +117,34 @@ fn lobatto_points_stand_on_every_corner_and_cover_the_surface() {
 }
 
 #[test]
+fn lobatto_points_stand_at_a_place_and_ever_closer_about_it() {
+    let case = cases().into_iter().find(|c| c.name == "box").unwrap();
+    let fine = case.shape.refined(&[2; 3], &[2; 3], &[]).unwrap();
+    let space = PatchSpace::new(fine.patches.clone()).unwrap();
+    let faces = Face::outer(&fine.patches, false);
+    let face = faces[0];
+    let [u, v] = [0, 1].map(|i| face.directions().nth(i).unwrap());
+    for (at, others) in [([0.3, 0.1], 4), ([0.5, 0.1], 3), ([0.5, 0.0], 2), ([0.0, 0.0], 2)] {
+        let mut xi = [face.parameter; 3];
+        (xi[u], xi[v]) = (at[0], at[1]);
+        let points = lobatto_points(&space, &fine.patches, &faces, (&[(face.id, xi)], 5));
+        assert!((total(&points) / case.area - 1.0).abs() < 1e-12, "{at:?}");
+        let on_face: Vec<&CollocationPoint> = points.iter().filter(|p| p.face == face.id).collect();
+        assert_eq!(
+            on_face.iter().filter(|p| p.xi.map(f64::to_bits) == xi.map(f64::to_bits)).count(),
+            1,
+            "{at:?}"
+        );
+        // Half of the smallest part, a thirty-second of what lies between the place and an end of its element, in both directions.
+        let near = on_face.iter().filter(|p| {
+            let away = [u, v].map(|d| (p.xi[d] - xi[d]).abs());
+            away.iter().any(|a| *a > 0.0) && away.iter().all(|a| *a <= 0.5 / 64.0 + 1e-12)
+        });
+        assert!(near.count() >= others, "{at:?}");
+    }
+}
+
+#[test]
 fn lobatto_points_load_functions_as_a_uniform_pressure_does() {
     for case in cases().into_iter().filter(|c| ["rod", "box", "rectangle"].contains(&c.name)) {
         for degree in 1..=4 {
@@ -126,7 +154,10 @@ fn lobatto_points_load_functions_as_a_uniform_pressure_does() {
             for face in Face::outer(&fine.patches, case.axisymmetric) {
                 let wanted = tributary_areas(&space, &fine.patches, &face);
                 let mut found: std::collections::BTreeMap<u32, f64> = Default::default();
-                for p in lobatto_points(&space, &fine.patches, &[face]) {
+                // On the parts towards a place as on whole elements: in the midst of one, on an end, in a corner.
+                let mut place = [0.4, 1.0 / 3.0, 0.0];
+                place[face.id.direction] = face.parameter;
+                for p in lobatto_points(&space, &fine.patches, &[face], (&[(face.id, place)], 5)) {
                     for (function, value) in space.functions_at(p.element, &p.xi) {
                         *found.entry(function).or_default() += value * p.area;
                     }
@@ -304,7 +335,7 @@ fn greville_points_of_one_level_are_those_of_the_patch_and_areas_sum_up_on_sever
     let points = greville_points(&local, patches, &faces);
     let area: f64 = points.iter().map(|p| p.area).sum();
     let exact = 4.0 * std::f64::consts::PI * 0.01 * 0.01;
-    // Gauss rules of degree p + 4 on four coarse elements a quarter circle.
+    // Gauss rules of degree p + 4 on four coarse elements per quarter circle.
     assert!((area / exact - 1.0).abs() < 1e-9, "{area} and {exact}");
     assert!(points.len() > a.len() && points.iter().all(|p| p.area > 0.0));
 }

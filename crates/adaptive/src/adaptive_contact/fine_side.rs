@@ -6,7 +6,7 @@ use contact_qs::points::InterfaceCompliance;
 use contact_qs::{ActiveContact, ZoneVibration};
 use faer::{Mat, MatRef};
 use ffr_dynamics::body::{AssembledBody, ModalDamping};
-use ffr_dynamics::reduction::{ResidualFlexibility, ResidualModes};
+use ffr_dynamics::reduction::{FreeFlexibility, ResidualFlexibility, ResidualModes};
 use ffr_dynamics::system::force::{BodyState, Motion};
 use iga_core::elasticity::Model;
 use iga_core::nurbs::FaceId;
@@ -16,14 +16,14 @@ use nalgebra::Vector3;
 use super::zone_model::ZoneModel;
 use super::{AdaptiveContact, CancelCheck, WIDEST};
 use crate::body_model::{BodyModel, FlexibleBody};
-use crate::contact_zone::{ContactZone, ZoneExtent};
+use crate::contact_zone::{ContactZone, PointsAbout, ZoneExtent};
 use crate::elastic_body::{ElasticBody, damping, with_critical};
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::fine_body::FineBodyModel;
 use crate::fine_elements::{FineElements, WantedZone};
 use crate::fine_model::{ELEMENTS, FineBody, FineMesh, FineSettings};
-use crate::fine_modes::FineModes;
 use crate::mesh_surface::MeshSurface;
+use crate::paper::fine_modes::FineModes;
 use crate::point_compliance::{ObservedPlace, PlaceFunctions, n_columns, point_rows};
 use crate::record::ZoneSite;
 use crate::rigid_surface::RigidSurface;
@@ -48,6 +48,9 @@ pub struct FineSide<'a> {
     /// Modes of its own, if the body changes to them.
     pub fine_modes: Option<(AssembledBody, FineModes)>,
 }
+
+/// The fine model of a body without its matrices, and its contact zone.
+pub(super) type FineZone<'a> = (FineBodyModel<'a>, ContactZone);
 
 /// A refined contact, built again.
 pub struct RebuiltContact {
@@ -94,14 +97,18 @@ impl AdaptiveContact {
     }
 
     /// The fine model of `body` at `site`, and what it was made from.
-    fn fine_body<'a>(
+    pub(super) fn fine_body<'a>(
         &self,
         body: &FlexibleBody<'a>,
         site: &ZoneSite,
     ) -> Result<FineBodyModel<'a>, AdaptiveError> {
         if let Some(splines) = body.spline_body() {
             if site.is_whole() {
-                return Ok(FineBodyModel::Whole(splines));
+                let faces = FaceId::all(&splines.shape.patches);
+                let about = site.place().and_then(|(face, xi)| {
+                    Some(PointsAbout { face: *faces.get(face as usize)?, xi, meets: site.meets })
+                });
+                return Ok(FineBodyModel::Whole(splines, about));
             }
             let (mesh, wanted, settings) = self.mesh(splines, site)?;
             return Ok(FineBodyModel::Splines { mesh: Box::new(mesh), wanted, settings });
@@ -144,14 +151,28 @@ impl AdaptiveContact {
         body: &FlexibleBody<'a>,
         site: &ZoneSite,
     ) -> Result<(FineSide<'a>, ResidualFlexibility), AdaptiveError> {
-        let fine = self.fine_body(body, site)?;
-        let zone = fine.zone(self.law.points, &self.name)?;
-        let flexibility = fine.flexibility(&*fine.assemble(body)?, body, &zone.unknowns)?;
-        let residual = fine.residual(flexibility, body, fine.low_modes(body)?)?;
-        let answer = ZoneAnswer::Static(residual.compliance().clone());
-        let shapes = fine.shapes(body)?;
-        let side = FineSide { body: fine, zone, shapes, answer, points: Mat::new(), fine_modes: None };
-        Ok((side, residual))
+        let zone = self.fine_zone(body, site)?;
+        let flexibility = flexibility(body, &zone)?;
+        side_with(body, zone, flexibility)
+    }
+
+    /// Both sides of the contact again, side by side; equal ones share the flexibility of their interface.
+    fn sides_again<'a>(
+        &self,
+        [own, other]: [&FlexibleBody<'a>; 2],
+        [own_site, other_site]: [&ZoneSite; 2],
+    ) -> Result<[(FineSide<'a>, ResidualFlexibility); 2], AdaptiveError> {
+        let zones = rayon::join(|| self.fine_zone(own, own_site), || self.fine_zone(other, other_site));
+        let (own_zone, other_zone) = (zones.0?, zones.1?);
+        let key = |body, (fine, zone): &FineZone<'a>| fine.compliance_key(body, (&zone.unknowns, &[]), false);
+        let flexibilities = if key(own, &own_zone)? == key(other, &other_zone)? {
+            let shared = flexibility(own, &own_zone)?;
+            (shared.clone(), shared)
+        } else {
+            let both = rayon::join(|| flexibility(own, &own_zone), || flexibility(other, &other_zone));
+            (both.0?, both.1?)
+        };
+        Ok([side_with(own, own_zone, flexibilities.0)?, side_with(other, other_zone, flexibilities.1)?])
     }
 
     /// The contact with fine models at `sites`, that of the contact body first; a zone on a smooth surface is moved by `offset` along its normal, as
@@ -164,52 +185,49 @@ impl AdaptiveContact {
         bodies: &[BodyModel],
         (sites, offset): (&[Option<ZoneSite>; 2], f64),
     ) -> Result<RebuiltContact, AdaptiveError> {
-        let mut wanted = vec![(self.body, sites[0])];
-        wanted.extend(self.flexible_target.map(|other| (other, sites[1])));
-        let mut sides = Vec::new();
-        for (body, site) in wanted {
-            let site = site.ok_or_else(|| self.without_model(ContactModelFault::UnknownPlace))?;
-            let (side, residual) = self.side_again(&super::flexible(&bodies[body]), &site)?;
-            sides.push((body, side, residual));
-        }
-        let mut rest = sides.into_iter();
-        let Some((body, mut own, residual)) = rest.next() else {
-            return Err(self.without_model(ContactModelFault::UnknownPlace));
+        let site = |k: usize| sites[k].ok_or_else(|| self.without_model(ContactModelFault::UnknownPlace));
+        let on_body = super::flexible(&bodies[self.body]);
+        let (mut own, residual, mut other, other_residual) = match self.flexible_target {
+            None => {
+                let (own, residual) = self.side_again(&on_body, &site(0)?)?;
+                (own, residual, None, None)
+            }
+            Some(index) => {
+                let on_target = super::flexible(&bodies[index]);
+                let sides = self.sides_again([&on_body, &on_target], [&site(0)?, &site(1)?])?;
+                let [(own, residual), (other, other_residual)] = sides;
+                (own, residual, Some((index, other)), Some(other_residual))
+            }
         };
-        let other = rest.next();
-        let (mut other, other_residual): (Option<_>, Option<_>) =
-            other.map(|(i, side, residual)| ((i, side), residual)).unzip();
         if let Some((outward, side)) = smooth_side(&mut own, &mut other) {
             side.zone.move_to(|x| (Vector3::from(*x) + offset * outward).into());
         }
         let element = self.element(&own, other.as_ref(), bodies)?;
-        let mut models = vec![(body, own.into_model(residual))];
+        let mut models = vec![(self.body, own.into_model(residual))];
         models.extend(
             other.zip(other_residual).map(|((body, side), residual)| (body, side.into_model(residual))),
         );
         Ok(RebuiltContact { element, models })
     }
 
-    /// The fine model of `body` at `site`, and how forces on it displace the `places` of the body.
+    /// The side of `body` with its fine model and zone, and how forces on it displace the `places` of the body.
     ///
     /// # Errors
     /// [`AdaptiveError`] with the name of body or contact, or the error of `check_cancel`.
     pub(super) fn side<'a>(
         &self,
         body: FlexibleBody<'a>,
-        (site, places): (&ZoneSite, &[ObservedPlace]),
+        (fine, zone): FineZone<'a>,
+        places: &[ObservedPlace],
         modes: LowModes,
         check_cancel: &mut CancelCheck<'_>,
     ) -> Result<FineSide<'a>, AdaptiveError> {
-        check_cancel()?;
-        let fine = self.fine_body(&body, site)?;
-        let zone = fine.zone(self.law.points, &self.name)?;
         check_cancel()?;
         // Zones that vibrate have no static answer.
         let places = if self.is_vibrating() { &[] } else { places };
         let shown: Vec<PlaceFunctions> =
             places.iter().map(|place| fine.shown_at(place, &body)).collect::<Result<_, AdaptiveError>>()?;
-        if modes == LowModes::Fine && !site.is_whole() {
+        if modes == LowModes::Fine && !matches!(fine, FineBodyModel::Whole(..)) {
             return self.side_with_modes(&body, (fine, zone), &shown, check_cancel);
         }
         let points =
@@ -494,8 +512,30 @@ impl FineSide<'_> {
             zone: &self.zone,
             shapes,
             compliance: self.compliance(),
+            meets: self.body.meets().copied(),
         }
     }
+}
+
+/// Flexibility of the interface of the zone, a fine model of `body`.
+fn flexibility(
+    body: &FlexibleBody<'_>,
+    (fine, zone): &FineZone<'_>,
+) -> Result<FreeFlexibility, AdaptiveError> {
+    fine.flexibility(&*fine.assemble(body)?, body, &zone.unknowns)
+}
+
+/// The side of `body` with its zone, built again, and what the modes of the body leave of `flexibility`.
+fn side_with<'a>(
+    body: &FlexibleBody<'a>,
+    (fine, zone): FineZone<'a>,
+    flexibility: FreeFlexibility,
+) -> Result<(FineSide<'a>, ResidualFlexibility), AdaptiveError> {
+    let residual = fine.residual(flexibility, body, fine.low_modes(body)?)?;
+    let answer = ZoneAnswer::Static(residual.compliance().clone());
+    let shapes = fine.shapes(body)?;
+    let side = FineSide { body: fine, zone, shapes, answer, points: Mat::new(), fine_modes: None };
+    Ok((side, residual))
 }
 
 /// The side whose zone lies on a smooth surface in place of its sides, and the outward normal of that; the contact body's of two.

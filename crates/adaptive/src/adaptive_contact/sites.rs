@@ -4,6 +4,7 @@
 use contact_qs::ActiveContact;
 use contact_qs::search::SurfaceSite;
 use ffr_dynamics::system::force::BodyState;
+use iga_core::nurbs::FaceId;
 
 use super::widths::PredictedWidths;
 use super::{
@@ -16,10 +17,12 @@ use crate::fine_model::ELEMENTS;
 use crate::line_touch::middle_of_line;
 use crate::mesh_surface::MeshSurface;
 use crate::penalty_search::{PenaltySearch, PenaltyStrategy};
+use crate::plausibility::resolution::{MISSED_SURFACE, height_between_points};
 use crate::predicted_touch::{TouchKind, touch_kind_at};
-use crate::record::ZoneSite;
+use crate::record::{TargetPlace, ZoneSite};
 use crate::run_state::ImpactHistory;
 use crate::spec::Target;
+use crate::touch_side::{Side, met_place};
 use crate::whole_surface::resolved_penalty;
 use crate::zone_contact::FALLBACK_PENALTY;
 
@@ -89,8 +92,9 @@ impl AdaptiveContact {
         let own_body = flexible(&bodies[self.body]);
         let target = self.flexible_target.zip(nearest.target.as_ref());
         if whole.is_some() {
+            let own = self.whole_site(bodies, states, nearest, whole);
             let target = target.map(|_| ZoneSite::WHOLE);
-            return Ok(Sites { own: ZoneSite::WHOLE, target, predicted: [0.0; 2], least: [0.0; 2], whole });
+            return Ok(Sites { own, target, predicted: [0.0; 2], least: [0.0; 2], whole });
         }
         let PredictedWidths { widths: predicted, least, is_known } =
             self.predicted_widths(bodies, states, nearest, request.peak);
@@ -112,6 +116,45 @@ impl AdaptiveContact {
             (own, target) = kept;
         }
         Ok(Sites { own, target, predicted, least, whole })
+    }
+
+    /// The zone on the contact body of a touch of the kind `whole`: its whole surface, with more points about the place at the nearest points where an
+    /// edge touches that may do so between the points of its elements (Eq. C.125), or with one there that meets an edge or a corner of the target (Eq.
+    /// C.126). Flat faces, and straight edges on a plane, touch at those of the elements.
+    pub fn whole_site(
+        &self,
+        bodies: &[BodyModel],
+        states: &[BodyState],
+        nearest: &Nearest,
+        whole: Option<TouchKind>,
+    ) -> ZoneSite {
+        let body = &bodies[self.body];
+        if whole == Some(TouchKind::Edge)
+            && let Some(meets) = self.met_place(bodies, states, nearest)
+        {
+            let site = zone_site(&flexible(body), &nearest.contact, ZoneSite::ALL_WIDTHS);
+            return ZoneSite { meets: Some(meets), ..site };
+        }
+        let is_bent = || height_between_points(body) > MISSED_SURFACE * self.detector.size();
+        let is_on_plane = matches!(self.target, Target::Plane { .. });
+        if whole == Some(TouchKind::Edge) && (!is_on_plane || is_bent()) {
+            return zone_site(&flexible(body), &nearest.contact, ZoneSite::ALL_WIDTHS);
+        }
+        ZoneSite::WHOLE
+    }
+
+    /// What the contact body meets at the places `nearest`, if the target has an edge or a corner there.
+    fn met_place(
+        &self,
+        bodies: &[BodyModel],
+        states: &[BodyState],
+        nearest: &Nearest,
+    ) -> Option<TargetPlace> {
+        let Target::Body(other) = self.target else { return None };
+        let (own, target) = (bodies[self.body].geometry()?, bodies[other].geometry()?);
+        let faces = FaceId::all(&target.shape.patches);
+        let number = |face: FaceId| faces.iter().position(|f| *f == face).map(|k| k as u32);
+        met_place(&Side::new(own, &states[self.body]), &Side::new(target, &states[other]), nearest, number)
     }
 
     /// What touches at the places `nearest`, if it is an edge or flat faces and `widths` ask for no interval: then the zones are the whole
@@ -145,8 +188,10 @@ impl AdaptiveContact {
             TouchKind::Smooth => Ok(None),
             TouchKind::BetweenPoints => Err(self.without_model(ContactModelFault::BetweenPoints)),
             TouchKind::Flat | TouchKind::Edge if self.is_vibrating() => {
-                let what = if kind == TouchKind::Flat { "flat faces" } else { "an edge or a corner" };
-                Err(self.without_model(ContactModelFault::NotSmooth { what }))
+                Err(self.without_model(ContactModelFault::NotSmooth { what: kind.parts() }))
+            }
+            TouchKind::Flat | TouchKind::Edge if self.law.is_exact() => {
+                Err(self.without_model(ContactModelFault::ExactWhole { what: kind.parts() }))
             }
             TouchKind::Flat | TouchKind::Edge => Ok(Some(kind)),
         }

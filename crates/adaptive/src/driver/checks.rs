@@ -174,7 +174,7 @@ impl Driver<'_> {
     }
 }
 
-/// What is told of a contact whose zone and penalty factor were not judged.
+/// The warning of a contact whose zone and penalty factor were not judged.
 fn minor_contact(name: &str, impact: &ImpactRecord) -> Warning {
     Warning {
         kind: WarningKind::MinorContact,

@@ -4,6 +4,7 @@
 use super::Driver;
 use super::judgement::{Ending, Intervals, Judgement};
 use super::trial::Trial;
+use super::trial_reason;
 use crate::error::AdaptiveError;
 use crate::impact_monitor::ImpactMonitor;
 use crate::interval::IntervalAssessment;
@@ -49,17 +50,17 @@ impl Driver<'_> {
             let verdicts = self.assess(&ending, &minor);
             match self.judge(&ending, (&verdicts, &minor), &mut intervals, number) {
                 Err(error) => return self.fail(&trial, &verdicts, error),
-                Ok(Judgement::Accept { reason }) => {
+                Ok(Judgement::Accept(acceptance)) => {
                     let is_interrupted = ending == Ending::Interrupted;
                     let outcome =
                         if is_interrupted { TrialOutcome::Interrupted } else { TrialOutcome::Accepted };
-                    self.log(&trial, outcome, &reason, &verdicts)?;
+                    self.log(&trial, outcome, &acceptance.to_string(), &verdicts)?;
                     self.record_history(&verdicts);
                     self.finish_impact(&minor)?;
                     return Ok(is_interrupted);
                 }
-                Ok(Judgement::Again { reason, contact_steps }) => {
-                    self.log(&trial, TrialOutcome::Rejected, &reason, &verdicts)?;
+                Ok(Judgement::Again { demands, contact_steps }) => {
+                    self.log(&trial, TrialOutcome::Rejected, &trial_reason::line(&demands), &verdicts)?;
                     contact_step_limit = contact_steps;
                     built = if number < MAX_TRIALS { self.rewind(&start, &intervals.widths) } else { Ok(()) };
                 }

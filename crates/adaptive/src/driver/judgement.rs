@@ -1,9 +1,10 @@
 //! Judgement of a trial of an impact: whether it is the result, and what the next one is to be like.
 
-use ffr_dynamics::error::FailureKind;
+use ffr_dynamics::error::EvaluationFailure;
 
 use super::Driver;
 use super::contact_slot::ContactSlot;
+use super::trial_reason::{Acceptance, Change, Demand, PenaltyCause};
 use crate::adaptive_contact::{AdaptiveContact, FineContact};
 use crate::error::AdaptiveError;
 use crate::interval::{IntervalAssessment, IntervalSettings, Verdict};
@@ -33,23 +34,18 @@ pub(super) enum Ending {
     /// The steps with contact after which the penalty search stops a trial have passed.
     TrialPassed,
     /// The contact solver failed.
-    SolverFailed {
-        /// What went wrong.
-        failure: FailureKind,
-        /// Text for the log.
-        reason: String,
-    },
+    SolverFailed(EvaluationFailure),
 }
 
 /// Widths of the contacts' intervals in the trials of an impact.
 pub(super) struct Intervals {
-    /// Widths of the next trial, where earlier ones have told them \[m\].
+    /// Widths of the next trial, where earlier ones have set them \[m\].
     pub widths: Vec<Option<[f64; 2]>>,
     /// Widest interval whose edge was touched, and narrowest one that was too wide, a contact and direction \[m\].
     brackets: Vec<[(f64, f64); 2]>,
-    /// How often no width was left between those, a contact.
+    /// How often no width was left between those, per contact.
     closed: Vec<u32>,
-    /// How often in a row an edge was touched and no width was known to be too wide, a contact and direction.
+    /// How often in a row an edge was touched and no width was known to be too wide, per contact and direction.
     grown: Vec<[u32; 2]>,
     /// Contact whose interval changed last.
     pub latest: usize,
@@ -104,8 +100,8 @@ impl Intervals {
 
 /// What follows from a trial.
 pub(super) enum Judgement {
-    Accept { reason: String },
-    Again { reason: String, contact_steps: Option<usize> },
+    Accept(Acceptance),
+    Again { demands: Vec<Demand>, contact_steps: Option<usize> },
 }
 
 impl Driver<'_> {
@@ -153,13 +149,13 @@ impl Driver<'_> {
         number: u32,
     ) -> Result<Judgement, AdaptiveError> {
         if *ending == Ending::Interrupted {
-            return Ok(Judgement::Accept { reason: "stopped by the user".into() });
+            return Ok(Judgement::Accept(Acceptance::Interrupted));
         }
         // Intervals first: an unacceptable model says nothing about the penalty factor.
-        let mut reasons = Vec::new();
+        let mut demands = Vec::new();
         for (i, verdict) in verdicts.iter().enumerate() {
             let (Some(verdict), false) = (verdict, self.is_width_given(i)) else { continue };
-            let is_short = matches!(ending, Ending::TrialPassed | Ending::SolverFailed { .. });
+            let is_short = matches!(ending, Ending::TrialPassed | Ending::SolverFailed(_));
             let is_edge = *ending == Ending::EdgeTouched(i);
             let is_target_at_end = is_edge && self.slots[i].fine().is_some_and(FineContact::is_target_at_end);
             if verdict.is_at_face_end() || is_target_at_end && !touches_own_edge(verdict) {
@@ -167,8 +163,7 @@ impl Driver<'_> {
                     return Err(self.face_end(i, number));
                 }
                 (intervals.widths[i], intervals.latest) = (Some(ZoneSite::ALL_WIDTHS), i);
-                let name = &self.model.contacts[i].name;
-                reasons.push(format!("{name}: contact reached an edge, next the whole surfaces"));
+                demands.push(self.demand(i, Change::WholeSurfaces));
                 continue;
             }
             // A trial that ends early has not used its interval yet.
@@ -186,15 +181,13 @@ impl Driver<'_> {
                 let Some(next) = intervals.note(i, self.slots[i].fine(), verdict, next) else {
                     return Err(self.no_model(i, number));
                 };
-                let what = describe(verdict, next, is_edge);
-                reasons.push(format!("{}: {what}", self.model.contacts[i].name));
+                let directions = verdict.directions.iter().zip(next).map(|(d, width)| (d.utilisation, width));
+                let change = Change::Widths { is_edge, directions: directions.collect() };
+                demands.push(self.demand(i, change));
             }
         }
-        if !reasons.is_empty() {
-            return Ok(Judgement::Again {
-                reason: reasons.join("; "),
-                contact_steps: self.restart_searches(),
-            });
+        if !demands.is_empty() {
+            return Ok(Judgement::Again { demands, contact_steps: self.restart_searches() });
         }
         self.judge_penalties(ending, minor, number)
     }
@@ -205,45 +198,44 @@ impl Driver<'_> {
         minor: &[bool],
         number: u32,
     ) -> Result<Judgement, AdaptiveError> {
-        let mut reasons = Vec::new();
+        let mut demands = Vec::new();
         let mut limit = None;
         for (i, minor) in minor.iter().enumerate() {
             let peak_force = self.slots[i].monitor.peak_force();
             let Some(fine) = self.slots[i].fine_mut() else { continue };
-            if (!fine.has_touched() || *minor) && !matches!(ending, Ending::SolverFailed { .. }) {
+            if (!fine.has_touched() || *minor) && !matches!(ending, Ending::SolverFailed(_)) {
                 continue;
             }
             let before = fine.search.penalty();
             let outcome = match ending {
                 Ending::TrialPassed => RunOutcome::TrialPassed,
-                Ending::SolverFailed { failure, .. } => RunOutcome::SolverError { failure: *failure },
+                Ending::SolverFailed(failure) => RunOutcome::SolverError { failure: failure.kind() },
                 _ => RunOutcome::Completed { peak_force },
             };
-            match fine.search.next(outcome) {
-                PenaltyAction::Accept { is_last_run: true, .. } => {}
+            let after = match fine.search.next(outcome) {
+                PenaltyAction::Accept { is_last_run: true, .. } => continue,
                 PenaltyAction::Accept { penalty, is_last_run: false } => {
                     // The run with this factor is gone: it is made again.
                     fine.search = fine.search.accepted();
-                    reasons.push(penalty_reason(&self.model.contacts[i].name, ending, before, penalty));
+                    penalty
                 }
                 PenaltyAction::Run { penalty, contact_steps } => {
                     limit = limit.or(contact_steps);
-                    reasons.push(penalty_reason(&self.model.contacts[i].name, ending, before, penalty));
+                    penalty
                 }
-                PenaltyAction::Resume { penalty } => {
-                    reasons.push(penalty_reason(&self.model.contacts[i].name, ending, before, penalty));
-                }
+                PenaltyAction::Resume { penalty } => penalty,
                 PenaltyAction::Fail(failure) => {
                     let contact = self.model.contacts[i].name.clone();
                     let time = self.work.start;
                     return Err(AdaptiveError::Penalty { contact, time, trials: number, failure });
                 }
-            }
+            };
+            demands.push(self.demand(i, Change::Penalty { cause: penalty_cause(ending), before, after }));
         }
-        if reasons.is_empty() {
-            return Ok(Judgement::Accept { reason: self.acceptance(minor) });
+        if demands.is_empty() {
+            return Ok(Judgement::Accept(self.acceptance(minor)));
         }
-        Ok(Judgement::Again { reason: reasons.join("; "), contact_steps: limit })
+        Ok(Judgement::Again { demands, contact_steps: limit })
     }
 
     /// For every contact whether its force in a trial that ended as said was too small, beside the largest force on the bodies that
@@ -261,20 +253,18 @@ impl Driver<'_> {
         minor(&peaks, &pairs, &is_closed, &self.groups)
     }
 
-    fn acceptance(&self, minor: &[bool]) -> String {
+    fn acceptance(&self, minor: &[bool]) -> Acceptance {
         if self.slots.iter().all(|slot| slot.fine().is_none()) {
-            return "refinement and penalty are given".into();
+            return Acceptance::Given;
         }
-        let names = self.model.contacts.iter().zip(minor).zip(&self.slots);
-        let names = names.filter(|((_, minor), slot)| **minor && slot.fine().is_some());
-        let names: Vec<&str> = names.map(|((contact, _), _)| contact.name.as_str()).collect();
-        match names.is_empty() {
-            true => "utilisation and penalty factor are acceptable".into(),
-            false => format!(
-                "utilisation and penalty factor are acceptable; not judged, for their forces are below {MINOR:.0e} of the largest: {}",
-                names.join(", ")
-            ),
-        }
+        let contacts = self.model.contacts.iter().zip(minor).zip(&self.slots);
+        let unjudged = contacts.filter(|((_, minor), slot)| **minor && slot.fine().is_some());
+        let minor = unjudged.map(|((contact, _), _)| contact.name.clone()).collect();
+        Acceptance::Judged { minor, share: MINOR }
+    }
+
+    fn demand(&self, i: usize, change: Change) -> Demand {
+        Demand { contact: self.model.contacts[i].name.clone(), change }
     }
 
     pub(super) fn restart_searches(&mut self) -> Option<usize> {
@@ -304,25 +294,13 @@ fn touches_own_edge(verdict: &IntervalAssessment) -> bool {
     verdict.directions.iter().any(|d| d.verdict == Verdict::EdgeTouched)
 }
 
-fn describe(verdict: &IntervalAssessment, next: [f64; 2], is_edge: bool) -> String {
-    let list: Vec<String> = verdict
-        .directions
-        .iter()
-        .zip(next)
-        .map(|(d, width)| format!("{:.0} % used, next width {width:.3e} m", 100.0 * d.utilisation))
-        .collect();
-    let what =
-        if is_edge { "an edge element was in contact" } else { "too little of the interval was in contact" };
-    format!("{what} ({})", list.join(", "))
-}
-
-fn penalty_reason(name: &str, ending: &Ending, before: f64, after: f64) -> String {
-    let why = match ending {
-        Ending::TrialPassed => "trial passed".to_owned(),
-        Ending::SolverFailed { failure, reason } => format!("contact solver failed, {failure} ({reason})"),
-        _ => "peak force not yet compared".to_owned(),
-    };
-    format!("{name}: {why} at {before:.3e} N/m^3, next {after:.3e} N/m^3")
+/// Why a penalty factor is not the last one after a trial that ended as said.
+fn penalty_cause(ending: &Ending) -> PenaltyCause {
+    match ending {
+        Ending::TrialPassed => PenaltyCause::TrialPassed,
+        Ending::SolverFailed(failure) => PenaltyCause::SolverFailed(failure.clone()),
+        _ => PenaltyCause::NotCompared,
+    }
 }
 
 /// Contacts whose peak force is below [`MINOR`] of the largest among those that contacts and joints connect them with. `pairs`:
@@ -356,7 +334,7 @@ mod tests {
         assert_eq!(minor(&peaks, &pairs, &closed, &groups), [false, true, false, false]);
         // A joint between bodies 2 and 3 connects the third contact with the first.
         assert_eq!(minor(&peaks, &pairs, &closed, &[0, 1, 2, 2, 4, 5]), [false, true, true, false]);
-        // A row of bodies that touch without force in the middle hangs together; bodies that are apart do not.
+        // A row of bodies that touch without force in the middle is connected; bodies that are apart do not.
         let (row, peaks) = ([(0, Some(1)), (1, Some(2)), (2, Some(3))], [1.0, 0.0, 1e-9]);
         assert_eq!(minor(&peaks, &row, &[true; 3], &groups), [false, true, true]);
         assert_eq!(minor(&peaks, &row, &[true, false, true], &groups), [false, true, false]);

@@ -22,7 +22,7 @@ enum Pending {
     /// A stored state.
     Sample(Box<Sample>),
     /// A change of the model.
-    Transfer(TransferRecord),
+    Transfer(Box<TransferRecord>),
 }
 
 impl<'a> Output<'a> {
@@ -57,7 +57,7 @@ impl<'a> Output<'a> {
 
     /// Reports a change of the model when the trial is accepted.
     pub fn transfer(&mut self, record: TransferRecord) {
-        self.pending.push(Pending::Transfer(record));
+        self.pending.push(Pending::Transfer(Box::new(record)));
     }
 
     /// Forgets what a trial would have reported; changes of the model up to the time `start` stay, for fine models that stay keep the

@@ -1,12 +1,10 @@
-//! Fine models of contacts in an impact: when they come and go, what sizes them, what they cost the ledger.
+//! Fine models of contacts in an impact: when they come and go, and what sizes them.
 
 use std::time::Instant;
 
-use ffr_dynamics::error::FailureKind;
 use ffr_dynamics::integration::{Integrator, Step, StepSettings};
 use ffr_dynamics::system::Active;
 use ffr_dynamics::system::error_scale::ErrorScale;
-use nalgebra::Vector3;
 
 use super::contact_slot::ContactPhase;
 use super::impact::Start;
@@ -19,11 +17,10 @@ use crate::error::AdaptiveError;
 use crate::interval::IntervalAssessment;
 use crate::model::RunModel;
 use crate::observer::Stage;
-use crate::penalty_search::{PenaltyAction, RunOutcome};
 use crate::plausibility::resolution::edge_touch;
 use crate::predicted_touch::TouchKind;
-use crate::record::{Sample, TransferDirection, TransferRecord, ZoneSite};
-use crate::simulation::{RunContact, fill_sample};
+use crate::record::{TransferDirection, ZoneSite};
+use crate::simulation::RunContact;
 
 /// Relative error a step of a preview, which only sizes an interval.
 const PREVIEW_TOLERANCE: f64 = 1e-6;
@@ -35,103 +32,7 @@ const LONGEST_PREVIEW: usize = 40 * PREVIEW_STEPS;
 /// Relative difference of widths up to which the same fine model is used again.
 const SAME_WIDTH: f64 = 1e-9;
 
-/// Energy and momentum, which a change of the model should leave alone.
-#[derive(Debug, Clone)]
-pub(super) struct Balance {
-    /// Total energy \[J\].
-    pub energy: f64,
-    /// Linear momentum [kg m/s].
-    pub momentum: Vector3<f64>,
-}
-
 impl Driver<'_> {
-    /// Goes on in the present state with lower penalty factors after an error of the contact solver, if the search says so:
-    /// as low as the present state asks for (\[A\] section 4.1). Records the jump of energy.
-    pub(super) fn lower_penalty(&mut self, failure: FailureKind) -> Result<bool, AdaptiveError> {
-        let (t, y) = (self.integrator.time(), self.integrator.state().to_vec());
-        let before = self.stored_balance();
-        let (mut lowered, mut failure) = (Vec::new(), failure);
-        loop {
-            lowered.clear();
-            for i in 0..self.slots.len() {
-                let Some(search) = self.slots[i].fine_mut().map(|f| &mut f.search) else { continue };
-                if !search.is_resuming() {
-                    continue;
-                }
-                if let PenaltyAction::Resume { penalty } = search.next(RunOutcome::SolverError { failure }) {
-                    self.set_penalty(i, penalty)?;
-                    lowered.push(i);
-                }
-            }
-            if lowered.is_empty() {
-                return Ok(false);
-            }
-            match self.model.system.evaluate_forces(t, &y) {
-                Ok(()) => break,
-                Err(refusal) if refusal.kind().may_depend_on_penalty() => failure = refusal.kind(),
-                Err(refusal) => return Err(AdaptiveError::refused(t, refusal)),
-            }
-        }
-        // The forces were evaluated just now; Algorithm 1 may refuse a second time what it took once.
-        let after = self.evaluated_balance();
-        // One jump, booked with the first contact.
-        for (n, i) in lowered.into_iter().enumerate() {
-            self.record_transfer(
-                i,
-                TransferDirection::Penalty,
-                if n == 0 { &before } else { &after },
-                &after,
-            );
-        }
-        self.run.ledger.lowered += after.energy - before.energy;
-        self.lowered = Some((t, after));
-        self.measure_dents(t);
-        self.local_deformation.restart_differences(t);
-        self.integrator.restart(t, &y);
-        // No curve through forces of both factors.
-        (0..self.slots.len()).try_for_each(|i| self.begin_monitor(i))?;
-        Ok(true)
-    }
-
-    fn set_penalty(&mut self, i: usize, penalty: f64) -> Result<(), AdaptiveError> {
-        let outcome = self.model.system.forces_mut()[i].contact.set_penalty(penalty);
-        outcome
-            .map_err(|source| AdaptiveError::Contact { contact: self.model.contacts[i].name.clone(), source })
-    }
-
-    /// Energy and momentum of the present state as it was found when the state was reached or the factor lowered last: forces may not be
-    /// evaluated any more.
-    fn stored_balance(&mut self) -> Balance {
-        let is_now = |t: f64| t.to_bits() == self.integrator.time().to_bits();
-        if let Some((_, balance)) = self.lowered.as_ref().filter(|(t, _)| is_now(*t)) {
-            return balance.clone();
-        }
-        // At the start of a trial the sample is the last one of the trial before.
-        if !is_now(self.output.sample.time)
-            && let Ok(balance) = self.present_balance()
-        {
-            return balance;
-        }
-        let momentum = Vector3::from(self.output.sample.linear_momentum);
-        let energies = &self.output.sample.energies;
-        Balance { energy: energies.total() - energies.numerical, momentum }
-    }
-
-    pub(super) fn present_balance(&mut self) -> Result<Balance, AdaptiveError> {
-        self.interpolated.copy_from_slice(self.integrator.state());
-        self.evaluate(self.integrator.time())?;
-        Ok(self.evaluated_balance())
-    }
-
-    /// Energy and momentum of the present state, which the forces were evaluated at last.
-    fn evaluated_balance(&mut self) -> Balance {
-        let (t, mut sample) = (self.integrator.time(), Sample::default());
-        self.interpolated.copy_from_slice(self.integrator.state());
-        fill_sample(&mut self.model.system, &self.model.observed, t, &self.interpolated, &mut sample);
-        sample.energies.gravity -= self.gravity_datum;
-        Balance { energy: sample.energies.total(), momentum: Vector3::from(sample.linear_momentum) }
-    }
-
     /// Back to the start of the impact, with fine models of the widths wanted.
     pub(super) fn rewind(&mut self, start: &Start, widths: &[Option<[f64; 2]>]) -> Result<(), AdaptiveError> {
         self.output.discard_after(start.time);
@@ -247,9 +148,12 @@ impl Driver<'_> {
         let nearest = refinement.touch(&self.model.bodies, states, &mut slot.nearest)?;
         let activation = Activation { time: t, number: self.run.n_refined + 1 };
         let whole = refinement.whole_at(&self.model.bodies, states, &nearest, widths)?;
-        if let Some((mut element, mut fine)) =
-            slot.whole.take_if(|(_, fine)| whole.is_some() && fine.whole == whole)
-        {
+        // Points about another place are those of another model.
+        let site = refinement.whole_site(&self.model.bodies, states, &nearest, whole);
+        let serves = |fine: &FineContact| {
+            whole.is_some() && fine.whole == whole && fine.zones.first().is_some_and(|zone| zone.site == site)
+        };
+        if let Some((mut element, mut fine)) = slot.whole.take_if(|(_, fine)| serves(fine)) {
             slot.search = None;
             let bodies = (self.model.bodies.as_slice(), states);
             refinement.begin_again((element.contact.as_mut(), &mut fine), activation, bodies)?;
@@ -351,30 +255,6 @@ impl Driver<'_> {
         self.forget_searches();
         self.integrator.restart(t, &y);
         Ok(())
-    }
-
-    pub(super) fn record_transfer(
-        &mut self,
-        i: usize,
-        direction: TransferDirection,
-        before: &Balance,
-        after: &Balance,
-    ) {
-        // Where a fine model lies is told when it comes.
-        let coming = self.slots[i].fine().filter(|_| direction == TransferDirection::CoarseToFine);
-        let site = |k: usize| coming.and_then(|fine| fine.zones.get(k)).map(|zone| zone.site);
-        let record = TransferRecord {
-            time: self.integrator.time(),
-            direction,
-            contact: i as u32,
-            energy_before: before.energy,
-            energy_after: after.energy,
-            momentum_change: (after.momentum - before.momentum).norm(),
-            site: site(0),
-            target_site: site(1),
-            offset: coming.map_or(0.0, |fine| fine.offset),
-        };
-        self.output.transfer(record);
     }
 
     /// The first watched contact that closes in the last step, and when.

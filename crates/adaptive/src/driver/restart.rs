@@ -1,4 +1,4 @@
-//! Where a run can be taken up again: the start of every phase, and free phases now and then.
+//! Where a run can be taken up again: the start of every phase, and every so many steps of free phases.
 //!
 //! All history outside of the [`RunState`] is discarded at a restart point (step size control, Jacobians, warm starts of contact
 //! solvers and searches), also in the run that goes on: both then take the same steps to the last bit. Contacts are open there,

@@ -11,7 +11,7 @@ use super::{Driver, QUIET_STEPS};
 use crate::adaptive_contact::FineContact;
 use crate::error::AdaptiveError;
 use crate::observer::Continue;
-use crate::plausibility::resolution::{height_between_points, longest_element_of};
+use crate::plausibility::resolution::{MISSED_SURFACE, height_between_points, longest_element_of};
 use crate::record::PhaseKind;
 use crate::simulation::smallest_gap;
 
@@ -35,9 +35,6 @@ pub(super) struct Trial {
 /// Overlap without force, as a share of the interval, that shows that its points missed the contact: far above what the
 /// detection of the touch leaves, far below what elastic bodies that touch come closer by.
 const MISSED: f64 = 1e-4;
-/// The same of the whole surface, as a share of the body's size: far above the waves of ringing surfaces between points, far below the way of bodies that
-/// pass through each other.
-const MISSED_SURFACE: f64 = 1e-5;
 /// The most that edges which bend away between points may be pressed in before a point touches, as a share of the body's size: place and moment of
 /// the touch are then as right as the kept frequencies, to 0.1 %.
 const LATE_SURFACE: f64 = 1e-3;
@@ -95,7 +92,7 @@ impl Driver<'_> {
                         trial.contact_step_limit = None; // the second phase of Fig. 3 simulates the whole impact
                         continue;
                     }
-                    return Ok(Ending::SolverFailed { failure: refusal.kind(), reason: refusal.to_string() });
+                    return Ok(Ending::SolverFailed(refusal));
                 }
             };
             if let Some((i, time)) = self.first_to_join(step)? {

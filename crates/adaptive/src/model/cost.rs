@@ -1,4 +1,4 @@
-//! What the models of a run take to be built, told before anything is factorised.
+//! What the models of a run take to be built, estimated before anything is factorised.
 
 use ffr_dynamics::body::AssembledBody;
 use ffr_dynamics::reduction::Pencil;
@@ -123,7 +123,7 @@ fn touch<'a>(
 /// The model of a body of splines with its whole surface as interface.
 fn whole_surface(body: &ElasticBody, contact: &ContactSpec) -> Result<ModelCost, AdaptiveError> {
     let fail = |source| AdaptiveError::Contact { contact: contact.name.clone(), source };
-    let zone = ContactZone::whole(&body.discretised()).map_err(fail)?;
+    let zone = ContactZone::whole(&body.discretised(), None).map_err(fail)?;
     let whole = cost(&body.assembled, body.space.n_elements(), &zone.unknowns)?;
     Ok(ModelCost { contact: Some(contact.name.clone()), ..whole })
 }

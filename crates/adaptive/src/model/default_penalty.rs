@@ -3,6 +3,7 @@
 
 use std::f64::consts::PI;
 
+use contact_qs::law::penalty;
 use contact_qs::points::{InterfaceCompliance, contact_submodel};
 use contact_qs::{ActiveContact, ContactError};
 use ffr_dynamics::system::force::{BodyState, Motion};
@@ -59,7 +60,7 @@ pub fn set(
             weights.sum::<Result<f64, ContactError>>()?
         }
     };
-    contact.set_penalty(stiffness_ratio / weight)
+    contact.set_penalty(penalty::from_weight(stiffness_ratio, weight)?)
 }
 
 impl<'a> Side<'a> {
@@ -70,7 +71,7 @@ impl<'a> Side<'a> {
         let compliance = residual
             .map(|r| InterfaceCompliance { dofs: &interface.unknowns, compliance: r.compliance().as_ref() });
         let (body, zone, splines) = (self.body, self.zone, self.model.splines());
-        ContactSide { body, motion, lookup, splines, zone, shapes: reduced.shapes(), compliance }
+        ContactSide { body, motion, lookup, splines, zone, shapes: reduced.shapes(), compliance, meets: None }
     }
 
     /// `max_i(A_ii w_i)` of the body's modes along `normal`, in its frame (Eq. P.8); of a half space if it has none (Eq. P.9)

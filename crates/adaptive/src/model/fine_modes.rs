@@ -12,7 +12,7 @@ use super::{BodyModel, ElasticModel, RunModel, joints, observed_points};
 use crate::adaptive_contact::FineBasis;
 use crate::body_model::FineState;
 use crate::error::AdaptiveError;
-use crate::fine_modes::{FineModes, check_fine_modes};
+use crate::paper::fine_modes::{FineModes, check_fine_modes};
 use crate::spec::LowModes;
 use crate::spec::{ContactLaw, ContactSpec, RunSpec};
 use crate::unsupported::Unsupported;
@@ -179,7 +179,7 @@ impl RunModel {
         self.close_loops(t, y)
     }
 
-    /// Loops hang on markers, which moved with the modes.
+    /// Loops are closed between markers, which moved with the modes.
     fn close_loops(&mut self, t: f64, y: &mut [f64]) -> Result<(), AdaptiveError> {
         if !self.system.model().has_constraints() {
             return Ok(());

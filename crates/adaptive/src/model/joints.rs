@@ -175,6 +175,7 @@ impl Builder<'_> {
             parent: self.attach(&format!("parent of {}", joint.name), &joint.parent)?,
             child: self.attach(&format!("child of {}", joint.name), &joint.child)?,
             coordinates: joint.coordinates.iter().map(coordinate_force).collect(),
+            bearing: joint.bearing,
         })
     }
 

@@ -47,6 +47,10 @@ fn plan(spec: &RunSpec, contact: &ContactSpec, poses: &[BodyState]) -> Result<Co
     };
     check_surfaces(spec, contact)?;
     match edge_touch(spec, contact, law, poses) {
+        Some(kind @ (TouchKind::Flat | TouchKind::Edge)) if law.is_exact() => {
+            let fault = ContactModelFault::ExactWhole { what: kind.parts() };
+            return Err(AdaptiveError::ContactModel { contact: contact.name.clone(), fault });
+        }
         Some(TouchKind::Flat | TouchKind::Edge) => return Ok(ContactPlan::AtTouch),
         Some(TouchKind::BetweenPoints) => {
             let (contact, fault) = (contact.name.clone(), ContactModelFault::BetweenPoints);

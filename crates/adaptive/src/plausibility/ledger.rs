@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::finding::LedgerCause;
 use crate::error::AdaptiveError;
 use crate::record::Energies;
 
@@ -73,19 +74,14 @@ impl EnergyLedger {
             return Ok(());
         }
         let is_lowered = self.lowered.abs() >= 0.5 * imbalance.energy;
-        let cause = if is_lowered {
-            "penalty factors were lowered because the contact solver found no forces with them, which took that energy; \
-             lower the coefficient of friction or give penalty.initial"
-        } else {
-            "lower simulation.impact.rtol or penalty.initial, refine the contact zone, or check that bodies do not touch with edges"
-        };
+        let cause = if is_lowered { LedgerCause::LoweredPenalty } else { LedgerCause::Resolution };
         Err(AdaptiveError::LedgerOpen {
             time,
             energy: imbalance.energy,
             scale: imbalance.scale,
             share: imbalance.share(),
             tolerance,
-            cause: cause.into(),
+            cause,
         })
     }
 }

@@ -4,6 +4,7 @@
 use ffr_dynamics::system::force::BodyState;
 use nalgebra::Vector3;
 
+use super::finding::{BodyQuantity, ContactQuantity};
 use crate::body_model::{BodyModel, ElasticModel};
 use crate::error::AdaptiveError;
 use crate::model::RunModel;
@@ -52,70 +53,50 @@ impl MotionLimits {
     /// Checks the motions `states` at time `time`.
     ///
     /// # Errors
-    /// [`AdaptiveError::Implausible`] with the name of the body.
+    /// [`AdaptiveError::ImplausibleBody`] with the name of the body.
     pub fn check(&self, models: &[BodyModel], states: &[BodyState], time: f64) -> Result<(), AdaptiveError> {
         for (b, (limits, state)) in self.bodies.iter().zip(states).enumerate() {
-            let fail = |what: &str, value: f64, unit: &'static str, limit: f64, remedy: &str| {
-                let name = &models[b].name;
-                Err(AdaptiveError::Implausible {
-                    subject: format!("body \"{name}\""),
-                    time,
-                    what: what.into(),
-                    value,
-                    unit,
-                    limit,
-                    remedy: remedy.into(),
-                })
+            let fail = |quantity: BodyQuantity, value: f64, limit: f64| {
+                let body = models[b].name.clone();
+                Err(AdaptiveError::ImplausibleBody { body, time, quantity, value, limit })
             };
             let moved = (state.position - limits.start).norm();
             if exceeds(moved, self.reach) {
-                return fail("its distance from the start", moved, "m", self.reach, LOST_REMEDY);
+                return fail(BodyQuantity::Distance, moved, self.reach);
             }
             let Some(elastic) = models[b].elastic() else { continue };
             let displacement = largest(elastic, &limits.largest, &state.elastic, limits.size);
             if exceeds(displacement, limits.size) {
-                return fail("its elastic displacement", displacement, "m", limits.size, STIFFEN_REMEDY);
+                return fail(BodyQuantity::Displacement, displacement, limits.size);
             }
             let speed = largest(elastic, &limits.largest, &state.elastic_rates, limits.wave_speed);
             if exceeds(speed, limits.wave_speed) {
-                return fail("the speed of its deformation", speed, "m/s", limits.wave_speed, FAST_REMEDY);
+                return fail(BodyQuantity::DeformationSpeed, speed, limits.wave_speed);
             }
         }
         Ok(())
     }
 }
 
-const LOST_REMEDY: &str = "check loads, drives and springs";
-const STIFFEN_REMEDY: &str = "linear elasticity ends long before the size of the body; set geometric_stiffening = true where it spins, \
-     lower the loads, or check the units of the material";
-const FAST_REMEDY: &str = "no wave of the material is as fast; check velocities and the units of the material, or lower the time step";
-
 /// The error of a contact whose bodies approach each other at `speed`, faster than waves at `limit`, or `None`.
 pub fn fast_approach(contact: &str, time: f64, speed: f64, limit: f64) -> Option<AdaptiveError> {
-    (speed > limit).then(|| AdaptiveError::Implausible {
-        subject: format!("contact \"{contact}\""),
-        time,
-        what: "the speed at which its bodies approach each other".into(),
-        value: speed,
-        unit: "m/s",
-        limit,
-        remedy:
-            "elastic contact ends below the speed of waves in the softer material; check velocities and units"
-                .into(),
-    })
+    beyond(contact, time, ContactQuantity::Speed, speed, limit)
 }
 
 /// The error of a contact whose bodies have come into each other by `depth`, more than their size `limit`, or `None`.
 pub fn deep_penetration(contact: &str, time: f64, depth: f64, limit: f64) -> Option<AdaptiveError> {
-    (depth > limit).then(|| AdaptiveError::Implausible {
-        subject: format!("contact \"{contact}\""),
-        time,
-        what: "the approach of its bodies".into(),
-        value: depth,
-        unit: "m",
-        limit,
-        remedy: "the contact is too soft for this impact; check velocities, the units of the material and penalty.initial".into(),
-    })
+    beyond(contact, time, ContactQuantity::Approach, depth, limit)
+}
+
+fn beyond(
+    contact: &str,
+    time: f64,
+    quantity: ContactQuantity,
+    value: f64,
+    limit: f64,
+) -> Option<AdaptiveError> {
+    let contact = contact.to_owned();
+    (value > limit).then_some(AdaptiveError::ImplausibleContact { contact, time, quantity, value, limit })
 }
 
 /// Speed of longitudinal waves in a bar of the modulus `young` \[Pa\] and density `density` [kg/m³], `c = sqrt(E/ρ)` [m/s].

@@ -7,6 +7,7 @@ use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::force::BodyState;
 use nalgebra::Vector3;
 
+use super::finding::Components;
 use crate::detection::{Detector, DetectorTarget, Nearest, Search};
 use crate::error::AdaptiveError;
 use crate::spec::{ContactLaw, ContactSpec, RunSpec, Target};
@@ -127,8 +128,8 @@ impl Pair<'_> {
             contact: self.contact.to_owned(),
             body: self.body_name.to_owned(),
             depth: overlap.depth,
-            place: list(&overlap.point),
-            shift: list(&overlap.shift),
+            place: Components(overlap.point),
+            shift: Components(overlap.shift),
             allowed: self.allowed,
         }
     }
@@ -136,15 +137,8 @@ impl Pair<'_> {
     /// The error for a contact body whose nearest point is `distance` behind the plane and comes out by `shift`.
     pub fn behind_plane(&self, distance: f64, shift: &Vector3<f64>) -> AdaptiveError {
         let (contact, body) = (self.contact.to_owned(), self.body_name.to_owned());
-        AdaptiveError::BehindPlane { contact, body, distance, shift: list(shift) }
+        AdaptiveError::BehindPlane { contact, body, distance, shift: Components(*shift) }
     }
-}
-
-/// Components in brackets, to the digits that change something; zeros without sign.
-pub(super) fn list(v: &Vector3<f64>) -> String {
-    let size = v.norm();
-    let shown = |x: f64| if x.abs() <= 1e-9 * size { "0".to_owned() } else { format!("{x:.9e}") };
-    format!("[{}, {}, {}]", shown(v.x), shown(v.y), shown(v.z))
 }
 
 /// Refuses bodies that overlap at the start in the motions `poses`, before anything is built for them: the undeformed ones, as they are then

@@ -86,6 +86,10 @@ pub fn slow_rise(contact: &str, bodies: &[&BodyModel], impact: &ImpactRecord) ->
     })
 }
 
+/// Overlap of whole surfaces without a point that touches that is an error, as a share of the body's size: far above the waves of ringing surfaces
+/// between points, far below the way of bodies that pass through each other.
+pub const MISSED_SURFACE: f64 = 1e-5;
+
 /// Length of the longest side of an element of a body; none of one that is not of splines \[m\].
 pub fn longest_element_of(body: &BodyModel) -> Option<f64> {
     let elements = longest_elements(&body.elastic()?.body.shape.patches);

@@ -4,8 +4,9 @@ use std::borrow::Cow;
 
 use ffr_dynamics::system::force::BodyState;
 
+use super::finding::Components;
 use super::motion::fast_approach;
-use super::overlap::{Overlap, Pair, list};
+use super::overlap::{Overlap, Pair};
 use crate::body_model::BodyModel;
 use crate::detection::{Detector, DetectorTarget, Search};
 use crate::error::AdaptiveError;
@@ -19,7 +20,7 @@ use crate::warning::{Warning, WarningKind};
 ///
 /// # Errors
 /// [`AdaptiveError::InitialOverlap`] if bodies overlap by more, [`AdaptiveError::BehindPlane`] or [`AdaptiveError::CentresCoincide`] if
-/// they lie on the wrong side of each other; [`AdaptiveError::Implausible`] if they approach each other faster than waves.
+/// they lie on the wrong side of each other; [`AdaptiveError::ImplausibleContact`] if they approach each other faster than waves.
 pub fn check(
     model: &mut RunModel,
     searches: &mut [&mut Search],
@@ -86,7 +87,7 @@ fn allowed(name: &str, overlap: &Overlap, limit: f64) -> Warning {
              energy of that overlap",
             overlap.depth
         ),
-        remedy: format!("move the contact body by {} m to begin without", list(&overlap.shift)),
+        remedy: format!("move the contact body by {} m to begin without", Components(overlap.shift)),
     }
 }
 

@@ -13,7 +13,7 @@ const ELEMENTS_PER_HALF_WAVE: f64 = 2.0;
 /// Error of the frequency of the highest wave of bending that elements at the start make in a direction: a quarter of what the check
 /// allows.
 const FIRST_ERROR: f64 = 2.5e-4;
-/// Elements a direction at the start.
+/// Elements per direction at the start.
 const LEAST: usize = 2;
 /// Degree that follows the shear over the thickness of a plate with one element.
 const OF_SHEAR: usize = 3;
@@ -21,12 +21,12 @@ const OF_SHEAR: usize = 3;
 const THIN: f64 = 0.5;
 /// Width over thickness from which a section is that of a wall.
 const FLAT: f64 = 4.0;
-/// Elements a direction at the start that are never exceeded.
+/// Elements per direction at the start that are never exceeded.
 const MOST: usize = 1000;
 /// Half waves around of an oval with three waves.
 const OVALS: f64 = 6.0;
 
-/// Elements a direction for `n_modes` modes, from which the check starts; never fewer than the shape has itself. Each of several
+/// Elements per direction for `n_modes` modes, from which the check starts; never fewer than the shape has itself. Each of several
 /// patches has its part of the modes, and the same number in directions that shared faces turn into one another.
 ///
 /// Thin walls have as many along them as the bending of the highest mode needs (Eq. P.6), and one element across them.

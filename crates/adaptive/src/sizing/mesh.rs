@@ -33,7 +33,7 @@ const AIM: f64 = 0.5;
 /// A mesh that the program has chosen.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChosenMesh {
-    /// Elements a direction.
+    /// Elements per direction.
     pub elements: Vec<usize>,
     /// Estimated largest relative error of a kept frequency.
     pub error: f64,
@@ -54,7 +54,7 @@ impl fmt::Display for ChosenMesh {
     }
 }
 
-/// Elements a direction that resolve `n_modes` modes of `candidate`, and the estimated error of their frequencies; `solved` holds what is known of
+/// Elements per direction that resolve `n_modes` modes of `candidate`, and the estimated error of their frequencies; `solved` holds what is known of
 /// some meshes.
 ///
 /// # Errors

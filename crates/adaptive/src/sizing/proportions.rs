@@ -5,10 +5,10 @@ use std::collections::BTreeSet;
 use iga_core::nurbs::linked::linked_directions;
 use iga_core::nurbs::{Patch, Shape};
 
-/// Places across a patch, a direction, at which parameter lines are measured; both ends are among them, for on singular nets
+/// Places across a patch, per direction, at which parameter lines are measured; both ends are among them, for on singular nets
 /// the longest lines lie on the surface.
 const LINES: usize = 5;
-/// Points of the chord of a line, a knot span: a chord of 1/16 of a quarter circle is 0.04 % too short.
+/// Points of the chord of a line, per knot span: a chord of 1/16 of a quarter circle is 0.04 % too short.
 const CHORDS: usize = 16;
 /// Distance of the ends of a closed line over its length that is round-off.
 const CLOSED: f64 = 1e-9;

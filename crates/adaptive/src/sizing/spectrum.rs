@@ -11,7 +11,7 @@ use crate::error::AdaptiveError;
 /// Lowest eigenfrequencies of a trial.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spectrum {
-    /// Elements a direction; none of a mesh.
+    /// Elements per direction; none of a mesh.
     pub elements: Vec<usize>,
     /// Frequencies, rising \[Hz\].
     pub frequencies: Vec<f64>,

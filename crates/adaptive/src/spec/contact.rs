@@ -128,6 +128,13 @@ pub struct SurfaceLaw {
     pub transfer: TransferSpec,
 }
 
+impl SurfaceLaw {
+    /// Whether nothing yields between the surfaces: no penetration, no springs.
+    pub fn is_exact(&self) -> bool {
+        self.penalty == Some(f64::INFINITY)
+    }
+}
+
 /// Low-frequency modes of the fine models that the program builds, and how the state is transferred to them and back
 /// (\[A\] 4.4; theory A.6).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -148,7 +155,8 @@ pub struct TransferSpec {
 pub enum Treatment {
     /// Refined by the program during the run; high-frequency modes follow statically.
     Adaptive,
-    /// Refined as given; high-frequency modes follow statically.
+    /// Refined as given; high-frequency modes follow statically. Without penetration (an infinite penalty factor) it is the model with a massless
+    /// boundary of Monjaraz-Tec, Gross and Krack (2022) with MacNeal's modes (theory Eq. C.123).
     Quasistatic,
     /// Refined as given; every Craig-Bampton mode is dynamic, high-frequency ones damped critically on top of the body's own
     /// damping. Time steps of an explicit method are those of the finest elements (Eq. A.20).

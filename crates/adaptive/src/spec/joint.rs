@@ -1,6 +1,6 @@
 //! Joints, what acts along their coordinates, and loads.
 
-use ffr_dynamics::system::joints::{Friction, JointKind, Stop};
+use ffr_dynamics::system::joints::{Bearing, Friction, JointKind, Stop};
 use nalgebra::UnitQuaternion;
 
 use super::body::Place;
@@ -39,6 +39,8 @@ pub struct JointSpec {
     pub has_velocities: bool,
     /// Springs, dampers, drives, prescribed motions: one entry a velocity, or none.
     pub coordinates: Vec<CoordinateSpec>,
+    /// Friction by the load that the joint transmits.
+    pub bearing: Option<Bearing>,
 }
 
 /// What acts along one velocity of a joint; N and m, or N m and rad.

@@ -98,7 +98,7 @@ pub struct RunSettings {
     pub pressure: bool,
 }
 
-/// Time between stored states in free phases unless told otherwise, if nothing vibrates fast \[s\].
+/// Time between stored states in free phases unless it is given, if nothing vibrates fast \[s\].
 pub const FREE_INTERVAL: f64 = 1e-3;
 
 /// A point to observe.

@@ -213,7 +213,7 @@ impl CubicSpline {
         let jump = |i: usize| 6.0 * (slope(i) - slope(i + n - 1));
         let b: Vec<f64> = (0..n).map(jump).collect();
         let mut bends = match n {
-            // One point a period is a constant; of two each is the neighbour of the other on both sides.
+            // One point per period is a constant; of two each is the neighbour of the other on both sides.
             1 => vec![0.0],
             2 => {
                 let (own, other) = (2.0 * (left[0] + right[0]), left[0] + right[0]);

@@ -134,7 +134,7 @@ impl SlidingFound {
 }
 
 /// Enters force, energy and lost work in `report`.
-pub(super) fn book(found: &SlidingFound, report: &mut ContactReport) {
+pub(super) fn record(found: &SlidingFound, report: &mut ContactReport) {
     report.friction_force = found.force;
     report.force += found.force;
     report.n_sliding = usize::from(found.is_sliding);

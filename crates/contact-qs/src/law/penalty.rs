@@ -67,6 +67,15 @@ pub fn compliance_weight(compliance: &Mat<f64>, areas: &[f64]) -> f64 {
     areas.iter().enumerate().map(|(i, &w)| compliance[(i, i)] * w).fold(0.0, f64::max)
 }
 
+/// Penalty factor that makes penalty springs `stiffness_ratio` times stiffer than the softest point (Eq. A.14) [N/m³]; `weight`: its
+/// [`compliance_weight`] [m³/N].
+///
+/// # Errors
+/// [`ContactError::NoCompliance`] if no point yields.
+pub fn from_weight(stiffness_ratio: f64, weight: f64) -> Result<f64, ContactError> {
+    if weight > 0.0 { Ok(stiffness_ratio / weight) } else { Err(ContactError::NoCompliance) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -76,6 +85,11 @@ mod tests {
         let compliance = Mat::from_fn(2, 2, |i, j| if i == j { [1e-8, 3e-8][i] } else { 1.0 });
         assert!((compliance_weight(&compliance, &[2e-9, 1e-9]) - 3e-17).abs() < 1e-31);
         assert!(compliance_weight(&Mat::zeros(2, 2), &[1.0, 1.0]).abs() < f64::MIN_POSITIVE);
+        assert!((from_weight(40.0, 4e-17).unwrap() / 1e18 - 1.0).abs() < 1e-15);
+        // Round-off of a compliance that cancels may be negative.
+        let lost = compliance_weight(&Mat::from_fn(1, 1, |_, _| -1e-9), &[1.0]);
+        assert_eq!(from_weight(40.0, lost), Err(ContactError::NoCompliance));
+        assert_eq!(from_weight(40.0, f64::NAN), Err(ContactError::NoCompliance));
     }
 
     #[test]

@@ -157,7 +157,7 @@ impl PlaneContact {
             return Ok(report);
         };
         if is_touching {
-            friction.stick_slip.project(model.compliance(), normal, &friction.tangents);
+            friction.stick_slip.project(model.compliance(), normal, &friction.tangents, &workspace.is_member);
         }
         friction.stick_slip.solve(zone, springs, free_gaps, &friction.slips, forces)
     }

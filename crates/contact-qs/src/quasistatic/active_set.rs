@@ -218,7 +218,8 @@ impl ActiveSet {
             !is_independent
         };
         if done.is_err() || self.members.iter().enumerate().any(dependent) {
-            return Err(SolverFault::SingularCompliance { points: m }.into());
+            let is_exact = self.members.iter().any(|&i| problem.springs[i] <= 0.0);
+            return Err(SolverFault::SingularCompliance { points: m, is_exact }.into());
         }
         self.factored.extend_from_slice(&self.members);
         Ok(())

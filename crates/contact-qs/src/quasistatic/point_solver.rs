@@ -4,8 +4,8 @@ use faer::Mat;
 use ffr_dynamics::error::EvaluationFailure;
 
 use super::active_set::{ActiveSet, SolveReport};
-use super::broyden::{Broyden, BroydenSettings, ModalProblem};
 use super::problem::Problem;
+use crate::paper::broyden::{Broyden, BroydenSettings, ModalProblem};
 
 /// Which solver finds the point forces.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -6,11 +6,11 @@ use ffr_dynamics::data_error::check_square;
 use ffr_dynamics::error::EvaluationFailure;
 
 use super::active_set::SolveReport;
-use super::broyden::BroydenSettings;
-use super::modal_basis::ModalBasis;
 use super::point_solver::{Method, PointSolver};
 use super::problem::{add_product, dot};
 use crate::ContactError;
+use crate::paper::BroydenSettings;
+use crate::paper::ModalBasis;
 
 /// Compliance of a contact zone, with its modes where Algorithm 1 shall solve it.
 ///
@@ -148,7 +148,7 @@ impl ZoneSolver {
     /// Solves for the point forces `forces` \[N\] at gaps `gaps` \[m\] with penalty springs of compliance `springs` [m/N].
     ///
     /// # Errors
-    /// [`EvaluationFailure`] of [`super::ActiveSet::solve`] and [`super::Broyden::solve`].
+    /// [`EvaluationFailure`] of [`super::ActiveSet::solve`] and [`crate::paper::Broyden::solve`].
     pub fn solve(
         &mut self,
         springs: &[f64],

@@ -12,6 +12,7 @@ use ffr_dynamics::error::EvaluationFailure;
 
 use super::active_set::SolveReport;
 use super::problem::{add_product, depth};
+use super::relaxation::Relaxation;
 use super::sliding_work::SlidingWork;
 use super::solver::ZoneSolver;
 use super::tangential::{PointState, Tangential, TangentialProblem};
@@ -59,6 +60,8 @@ pub(crate) struct StickSlip {
     coupling: Mat<f64>,
     /// Its transpose, so that products leave out points without force.
     coupling_transposed: Mat<f64>,
+    /// Points that the projections were made for: the others have zero rows and columns.
+    members: Vec<usize>,
     /// Normal and tangents that the projections belong to; NaN before the first one.
     directions: [[f64; 3]; 3],
     springs: Vec<f64>,
@@ -72,7 +75,7 @@ pub(crate) struct StickSlip {
     rates: Vec<f64>,
     slip_rates: Vec<f64>,
     relaxation: Relaxation,
-    column: Vec<f64>,
+    n_components: usize,
 }
 
 impl StickSlip {
@@ -95,6 +98,7 @@ impl StickSlip {
             tangential_compliance: Mat::zeros(rows, rows),
             coupling: Mat::zeros(rows, columns),
             coupling_transposed: Mat::zeros(columns, rows),
+            members: Vec::with_capacity(n_points),
             directions: [[f64::NAN; 3]; 3],
             springs: vec![0.0; n_points],
             solver: Tangential::new(n_points, n_t),
@@ -107,7 +111,7 @@ impl StickSlip {
             rates: vec![0.0; n],
             slip_rates: vec![0.0; n],
             relaxation: Relaxation::new(n),
-            column: vec![0.0; n_components * n_points],
+            n_components,
         }
     }
 
@@ -166,32 +170,42 @@ impl StickSlip {
         self.next.copy_from_slice(&self.saved_forces);
     }
 
-    /// Projects `compliance` on the normal and the tangents, given in the model's components (Eq. F.4). Does nothing when they
-    /// have not changed in any bit.
-    pub fn project(&mut self, compliance: &Mat<f64>, normal: &[f64; 3], tangents: &[[f64; 3]; 2]) {
+    /// Projects `compliance` on the normal and the tangents, given in the model's components, for the points that `is_member` marks, all if it is empty
+    /// (Eq. F.4). Does nothing when neither has changed in any bit.
+    pub fn project(
+        &mut self,
+        compliance: &Mat<f64>,
+        normal: &[f64; 3],
+        tangents: &[[f64; 3]; 2],
+        is_member: &[bool],
+    ) {
         let directions = [*normal, tangents[0], tangents[1]];
         let bits = |d: &[[f64; 3]; 3]| d.map(|v| v.map(f64::to_bits));
-        if bits(&directions) == bits(&self.directions) {
+        let is_same = self.members.iter().copied().eq(chosen(is_member, self.n_points));
+        if is_same && bits(&directions) == bits(&self.directions) {
             return;
         }
+        if !is_same {
+            self.begin_blocks(is_member);
+        }
         self.directions = directions;
-        let (n_t, nc) = (self.n_t, self.column.len() / self.n_points);
-        for j in 0..self.n_points {
+        let (n_t, nc) = (self.n_t, self.n_components);
+        for &j in &self.members {
             for d in 0..=n_t {
                 let direction = if d == n_t { normal } else { &tangents[d] };
-                self.column.fill(0.0);
-                for (c, &factor) in direction[..nc].iter().enumerate() {
-                    let source = compliance.col_as_slice(nc * j + c);
-                    self.column.iter_mut().zip(source).for_each(|(o, a)| *o += a * factor);
-                }
                 let target = if d == n_t {
                     self.coupling.col_as_slice_mut(j)
                 } else {
                     self.tangential_compliance.col_as_slice_mut(n_t * j + d)
                 };
-                for (pair, point) in target.chunks_exact_mut(n_t).zip(self.column.chunks_exact(nc)) {
-                    for (t, tangent) in pair.iter_mut().zip(tangents) {
-                        *t = point.iter().zip(tangent).map(|(a, b)| a * b).sum();
+                for &i in &self.members {
+                    let mut point = [0.0; 3];
+                    for (c, &factor) in direction[..nc].iter().enumerate() {
+                        let source = &compliance.col_as_slice(nc * j + c)[nc * i..][..nc];
+                        point.iter_mut().zip(source).for_each(|(o, a)| *o += a * factor);
+                    }
+                    for (t, tangent) in target[n_t * i..][..n_t].iter_mut().zip(tangents) {
+                        *t = point[..nc].iter().zip(tangent).map(|(a, b)| a * b).sum();
                     }
                 }
             }
@@ -199,10 +213,23 @@ impl StickSlip {
         self.finish_blocks();
     }
 
-    /// Sets all compliances to zero, before they are set entry by entry.
-    pub fn clear_blocks(&mut self) {
-        self.tangential_compliance.fill(0.0);
-        self.coupling.fill(0.0);
+    /// Sets all compliances to zero, before those between the points that `is_member` marks, all if it is empty, are set.
+    pub fn begin_blocks(&mut self, is_member: &[bool]) {
+        let n_t = self.n_t;
+        for &j in &self.members {
+            for &i in &self.members {
+                let rows = n_t * i..n_t * (i + 1);
+                self.coupling.col_as_slice_mut(j)[rows.clone()].fill(0.0);
+                for k in rows.clone() {
+                    self.coupling_transposed.col_as_slice_mut(k)[j] = 0.0;
+                }
+                for b in 0..n_t {
+                    self.tangential_compliance.col_as_slice_mut(n_t * j + b)[rows.clone()].fill(0.0);
+                }
+            }
+        }
+        self.members.clear();
+        self.members.extend(chosen(is_member, self.n_points));
     }
 
     /// Sets the displacement of point `i` along its tangent `a` under a unit normal force on point `j`.
@@ -220,9 +247,11 @@ impl StickSlip {
 
     /// To be called when compliances have been set.
     pub fn finish_blocks(&mut self) {
-        for k in 0..self.coupling.nrows() {
-            let target = self.coupling_transposed.col_as_slice_mut(k);
-            target.iter_mut().enumerate().for_each(|(j, t)| *t = self.coupling[(k, j)]);
+        for &i in &self.members {
+            for k in self.n_t * i..self.n_t * (i + 1) {
+                let target = self.coupling_transposed.col_as_slice_mut(k);
+                self.members.iter().for_each(|&j| target[j] = self.coupling[(k, j)]);
+            }
         }
         self.solver.invalidate();
     }
@@ -310,7 +339,7 @@ impl StickSlip {
                 return Ok(sum);
             }
         }
-        Err(unsettled(self.coefficient))
+        Err(not_converged(self.coefficient))
     }
 
     /// Tangential forces under the present bounds, in `next`.
@@ -419,76 +448,17 @@ impl StickSlip {
                 return Ok(());
             }
         }
-        Err(unsettled(self.coefficient))
+        Err(not_converged(self.coefficient))
     }
 }
 
-fn unsettled(coefficient: f64) -> EvaluationFailure {
+fn not_converged(coefficient: f64) -> EvaluationFailure {
     SolverFault::Alternation { alternations: MAX_ALTERNATIONS, coefficient }.into()
 }
 
-/// Fixed-point iteration with Aitken's relaxation (Irons & Tuck 1969) as long as that gains; then steps of half the length, and
-/// half that again (Krasnoselskii 1955), which no cycle of states survives.
-struct Relaxation {
-    residual: Vec<f64>,
-    factor: f64,
-    is_first: bool,
-    /// Smallest change so far, and alternations since then.
-    least: f64,
-    n_idle: usize,
-    /// Longest step, once Aitken's no longer gain.
-    damped: Option<f64>,
-}
-
-/// Alternations without a smaller change after which steps are shortened.
-const IDLE: usize = 10;
-
-impl Relaxation {
-    fn new(n: usize) -> Self {
-        Self {
-            residual: vec![0.0; n],
-            factor: 1.0,
-            is_first: true,
-            least: f64::INFINITY,
-            n_idle: 0,
-            damped: None,
-        }
-    }
-
-    fn restart(&mut self) {
-        (self.factor, self.is_first, self.damped) = (1.0, true, None);
-        (self.least, self.n_idle) = (f64::INFINITY, 0);
-    }
-
-    /// Moves `x` towards its image `image`; whether they differ by `tolerance` at most, where `x` becomes the image.
-    fn step(&mut self, x: &mut [f64], image: &[f64], tolerance: f64) -> bool {
-        let (mut largest, mut product, mut square) = (0.0_f64, 0.0, 0.0);
-        for ((old, a), b) in self.residual.iter_mut().zip(&*x).zip(image) {
-            let new = b - a;
-            largest = largest.max(new.abs());
-            product += *old * (new - *old);
-            square += (new - *old) * (new - *old);
-            *old = new;
-        }
-        if largest <= tolerance {
-            x.copy_from_slice(image);
-            return true;
-        }
-        self.n_idle = if largest < self.least { 0 } else { self.n_idle + 1 };
-        self.least = self.least.min(largest);
-        if self.n_idle >= IDLE {
-            self.damped = Some(0.5 * self.damped.unwrap_or(1.0));
-            self.n_idle = 0;
-        }
-        if let Some(factor) = self.damped {
-            self.factor = factor;
-        } else if !self.is_first && square > 0.0 {
-            self.factor = (-self.factor * product / square).clamp(0.1, 2.0);
-        }
-        self.is_first = false;
-        x.iter_mut().zip(&self.residual).for_each(|(x, r)| *x += self.factor * r);
-        false
-    }
+/// Numbers of those of `n` points that `is_member` marks, of all if it is empty.
+fn chosen(is_member: &[bool], n: usize) -> impl Iterator<Item = usize> {
+    (0..n).filter(|i| is_member.get(*i).is_none_or(|is_member| *is_member))
 }
 
 #[cfg(test)]
@@ -523,7 +493,7 @@ mod tests {
         let n = N * N;
         let mut normal = Mat::zeros(n, n);
         let mut zone = StickSlip::new(0.0, n, 2, 3, true);
-        zone.clear_blocks();
+        zone.begin_blocks(&[]);
         for i in 0..n {
             for j in 0..n {
                 let (p, q) = (place(i), place(j));

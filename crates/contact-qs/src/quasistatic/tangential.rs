@@ -21,7 +21,10 @@ use ffr_dynamics::error::EvaluationFailure;
 
 use super::problem::add_product;
 
+mod loaded;
 mod uncoupled;
+
+use loaded::LoadedPoints;
 
 /// Full exchanges without progress before single exchanges start.
 const PATIENCE: usize = 10; // Júdice & Pires 1994
@@ -97,14 +100,7 @@ pub(crate) struct Tangential {
     factored: Vec<Free>,
     factor: Vec<f64>,
     solution: Vec<f64>,
-    /// Points that `block` belongs to; none if it is not known.
-    loaded: Vec<usize>,
-    /// Place of each point among them.
-    slots: Vec<usize>,
-    /// `A_TT` of these points, column by column.
-    block: Vec<f64>,
-    /// Forces of these points, displacements under them.
-    compact: [Vec<f64>; 2],
+    loaded: LoadedPoints,
     memory: MemBuffer,
     saved: (Vec<PointState>, Vec<[f64; 2]>),
 }
@@ -123,10 +119,7 @@ impl Tangential {
             factored: Vec::with_capacity(n),
             factor: vec![0.0; n * n],
             solution: vec![0.0; n],
-            loaded: Vec::with_capacity(n_points),
-            slots: vec![0; n_points],
-            block: vec![0.0; n * n],
-            compact: [vec![0.0; n], vec![0.0; n]],
+            loaded: LoadedPoints::new(n_points, n_t),
             memory: MemBuffer::new(llt::factor::cholesky_in_place_scratch::<f64>(
                 n,
                 Par::Seq,
@@ -151,7 +144,7 @@ impl Tangential {
 
     pub fn invalidate(&mut self) {
         self.factored.clear();
-        self.loaded.clear();
+        self.loaded.forget();
     }
 
     /// The factor is forgotten, so that solutions after [`Tangential::restore`] are the same in every bit.
@@ -184,8 +177,8 @@ impl Tangential {
             return Err(SolverFault::NotFinite { value: "tangential displacement" }.into());
         }
         self.guess(problem, forces);
-        self.gather(problem);
-        self.update_increments(problem, forces);
+        self.loaded.gather(&self.states, problem.compliance);
+        self.loaded.update_increments(problem, forces, &mut self.increments);
         let limit = 100 + 50 * self.states.len();
         let allowance = SLIP_ROUND_OFF * self.increments.len() as f64 * largest;
         let small = tolerance * problem.bounds.iter().copied().fold(0.0, f64::max);
@@ -215,7 +208,7 @@ impl Tangential {
                         self.exchange(i, problem, forces, allowance);
                     }
                 }
-                self.update_increments(problem, forces);
+                self.loaded.update_increments(problem, forces, &mut self.increments);
             }
         }
         Err(SolverFault::SlidingSet { points: self.states.len(), iterations: limit }.into())
@@ -252,27 +245,6 @@ impl Tangential {
         }
     }
 
-    /// Block of the compliance that belongs to the loaded points.
-    fn gather(&mut self, problem: &TangentialProblem<'_>) {
-        let loaded = |i: &usize| self.states[*i] != PointState::Open;
-        if self.loaded.iter().copied().eq((0..self.states.len()).filter(loaded)) && !self.loaded.is_empty() {
-            return;
-        }
-        self.loaded.clear();
-        self.loaded.extend((0..self.states.len()).filter(|i| self.states[*i] != PointState::Open));
-        let (n_t, m) = (self.n_t, self.n_t * self.loaded.len());
-        for (slot, &i) in self.loaded.iter().enumerate() {
-            self.slots[i] = slot;
-            for a in 0..n_t {
-                let source = problem.compliance.col_as_slice(n_t * i + a);
-                let target = &mut self.block[(n_t * slot + a) * m..][..m];
-                for (entries, &j) in target.chunks_exact_mut(n_t).zip(&self.loaded) {
-                    entries.copy_from_slice(&source[n_t * j..n_t * (j + 1)]);
-                }
-            }
-        }
-    }
-
     /// One Newton step on the present sets, with the factor of an earlier one if that may do.
     fn step(
         &mut self,
@@ -296,7 +268,7 @@ impl Tangential {
         let size = self.solution[..self.free.len()].iter().fold(0.0_f64, |m, x| m.max(x.abs()));
         self.add_free(forces);
         let turn = self.turn(problem, forces);
-        self.update_increments(problem, forces);
+        self.loaded.update_increments(problem, forces, &mut self.increments);
         Ok(Step { is_exact, size, turn })
     }
 
@@ -382,17 +354,11 @@ impl Tangential {
         if m == 0 {
             return Ok(());
         }
-        let height = n_t * self.loaded.len();
-        let displacement = &mut self.compact[1][..height];
         for (column, &q) in self.free.iter().enumerate() {
-            displacement.fill(0.0);
-            for (b, &factor) in q.direction[..n_t].iter().enumerate().filter(|(_, f)| **f != 0.0) {
-                let source = &self.block[(n_t * self.slots[q.point] + b) * height..][..height];
-                displacement.iter_mut().zip(source).for_each(|(d, s)| *d += factor * s);
-            }
+            let (displacement, slots) = self.loaded.displacement(q.point, &q.direction);
             let target = &mut self.factor[column * m..(column + 1) * m];
             for (entry, p) in target[column..].iter_mut().zip(&self.free[column..]) {
-                let [x, y] = pair(displacement, self.slots[p.point], n_t);
+                let [x, y] = pair(displacement, slots[p.point], n_t);
                 *entry = p.direction[0] * x + p.direction[1] * y;
             }
             let mut added = problem.springs[q.point];
@@ -409,7 +375,8 @@ impl Tangential {
         let limit = PIVOT_ROUND_OFF * m as f64 * largest;
         let is_regular = |k: usize| self.factor[k * m + k] * self.factor[k * m + k] > limit;
         if done.is_err() || !(0..m).all(is_regular) {
-            return Err(SolverFault::SingularTangential { directions: m }.into());
+            let is_exact = self.free.iter().any(|q| problem.springs[q.point] <= 0.0);
+            return Err(SolverFault::SingularTangential { directions: m, is_exact }.into());
         }
         self.factored.extend_from_slice(&self.free);
         Ok(())
@@ -438,24 +405,6 @@ impl Tangential {
         let factor = MatRef::from_column_major_slice(&self.factor[..m * m], m, m);
         let rhs = MatMut::from_column_major_slice_mut(&mut self.solution[..m], m, 1);
         llt::solve::solve_in_place(factor, rhs, Par::Seq, MemStack::new(&mut self.memory));
-    }
-
-    /// Slip increments of the loaded points.
-    fn update_increments(&mut self, problem: &TangentialProblem<'_>, forces: &[f64]) {
-        let n_t = self.n_t;
-        let m = n_t * self.loaded.len();
-        let [tau, w] = &mut self.compact;
-        for (slot, &i) in self.loaded.iter().enumerate() {
-            let (from, to) = (n_t * i..n_t * (i + 1), n_t * slot..n_t * (slot + 1));
-            tau[to.clone()].copy_from_slice(&forces[from.clone()]);
-            for ((w, slip), force) in w[to].iter_mut().zip(&problem.slips[from.clone()]).zip(&forces[from]) {
-                *w = slip + problem.springs[i] * force;
-            }
-        }
-        add_block(&self.block, &tau[..m], &mut w[..m]);
-        for (slot, &i) in self.loaded.iter().enumerate() {
-            self.increments[n_t * i..n_t * (i + 1)].copy_from_slice(&w[n_t * slot..n_t * (slot + 1)]);
-        }
     }
 
     /// Slip increments of all points under `forces`, open ones included.
@@ -504,7 +453,7 @@ impl Tangential {
     /// # Errors
     /// As [`Tangential::solve`].
     pub fn prepare_rates(&mut self, problem: &TangentialProblem<'_>) -> Result<(), EvaluationFailure> {
-        self.gather(problem);
+        self.loaded.gather(&self.states, problem.compliance);
         self.stretch_sliding(problem);
         self.collect_free();
         self.factorise(problem)
@@ -526,25 +475,6 @@ impl Tangential {
         self.solve_free(slip_rates);
         self.add_free(rates);
         slip_increments(&rate_problem, rates, self.n_t, slip_rates);
-    }
-}
-
-/// `out += block x`, four columns at a time.
-fn add_block(block: &[f64], x: &[f64], out: &mut [f64]) {
-    let m = x.len();
-    for (columns, x) in block[..m * m].chunks(4 * m.max(1)).zip(x.chunks(4)) {
-        if let &[x, y, z, w] = x {
-            let (a, rest) = columns.split_at(m);
-            let (b, rest) = rest.split_at(m);
-            let (c, d) = rest.split_at(m);
-            for ((((o, a), b), c), d) in out.iter_mut().zip(a).zip(b).zip(c).zip(d) {
-                *o += (x * a + y * b) + (z * c + w * d);
-            }
-        } else {
-            for (column, x) in columns.chunks_exact(m).zip(x) {
-                out.iter_mut().zip(column).for_each(|(o, a)| *o += a * x);
-            }
-        }
     }
 }
 

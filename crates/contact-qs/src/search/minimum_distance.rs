@@ -237,6 +237,29 @@ fn start_on_pieces(
     Some([0, 1].map(|b| Site { piece: pieces[b], s: query.sides[b].parameters(pieces[b], start[b]) }))
 }
 
+/// Searches, each of which goes on where the one before has stopped: between surfaces that overlap by little the distance falls along a valley, from the
+/// deepest place to where they cross, in which steps grow no faster than they double.
+const MOST_SEARCHES: usize = 8;
+/// Cosine of the angle between the line of a nearest pair and a tangent, in which either may still be moved, up to which they count as square.
+const SQUARE: f64 = 1e-6;
+/// Round-off of a slope, in that of positions.
+const ROUND_OFF: f64 = 8.0;
+
+/// Whether half the square of a distance is least at `s`, as far as its `sample` there tells: the line is square to the surfaces, or held by bounds.
+fn is_minimum(sample: &Sample<4>, s: &[f64; 4], upper: &[f64; 4]) -> bool {
+    let distance = (2.0 * sample.value).sqrt();
+    if distance <= 0.0 {
+        return true;
+    }
+    let most = SQUARE * distance + ROUND_OFF * sample.noise / distance;
+    let is_square = |d: usize| {
+        let slope = sample.gradient[d];
+        let is_held = s[d] <= 0.0 && slope > 0.0 || s[d] >= upper[d] && slope < 0.0;
+        is_held || slope.abs() <= most * sample.hessian[d][d].abs().sqrt()
+    };
+    (0..4).all(is_square)
+}
+
 /// Local minimum of the distance on two pieces (theory Eq. C.29), from `start`.
 fn on_pieces(query: &Query<'_>, deformed: &[Deformed; 2], start: [Site; 2]) -> Pair {
     let [a, b] = start.map(|s| s.piece);
@@ -266,7 +289,13 @@ fn on_pieces(query: &Query<'_>, deformed: &[Deformed; 2], start: [Site; 2]) -> P
     let (upper_a, upper_b) = (side_a.upper(a), side_b.upper(b));
     let from = [start[0].s[0], start[0].s[1], start[1].s[0], start[1].s[1]];
     let upper = [upper_a[0], upper_a[1], upper_b[0], upper_b[1]];
-    let (s, _) = minimize(objective, &from, &[0.0; 4], &upper);
+    let mut s = from;
+    for _ in 0..MOST_SEARCHES {
+        s = minimize(objective, &s, &[0.0; 4], &upper).0;
+        if is_minimum(&objective(&s), &s, &upper) {
+            break;
+        }
+    }
     let sites = [Site { piece: a, s: [s[0], s[1]] }, Site { piece: b, s: [s[2], s[3]] }];
     let points = [0, 1].map(|k| deformed[k].jet(&query.sides[k], sites[k].piece, sites[k].s).point);
     let r = points[0] - points[1];

@@ -16,7 +16,7 @@ const SAME_PLACE: f64 = 1e-7;
 
 impl TargetSurface {
     /// The surface as all faces of a rigid body, of which points meet smooth parts: a projection may end on any of them (section C.11). Contact
-    /// that reaches an edge, where faces meet with two normals (Eq. C.81), is told as contact at an end of the target.
+    /// that reaches an edge, where faces meet with two normals (Eq. C.81), counts as contact at an end of the target.
     #[must_use]
     pub fn complete(mut self) -> Self {
         self.is_complete = true;

@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 use super::SurfacePair;
 use super::friction::move_back;
 use super::normal_walk::SLACK;
-use super::projection::Displaced;
+use super::projection::{Displaced, Functions, Projection, Samples, SurfacePlace};
 use super::relative_pose::{RelativePose, resultant};
 use super::state::{Buffers, PairFound, PairState, Work};
 use super::warm_start::WarmStart;
@@ -240,29 +240,16 @@ impl SurfacePair {
         let shift = proximity.choose(points_in_target, nodes, forces, is_known.then_some(margin), is_wanted);
         self.surface.normals(nodes, normals);
         let displaced = Displaced { surface: &self.surface, nodes, normals, slack };
-        if !*is_known {
-            samples.update(displaced);
-        }
         if let Some(friction) = friction {
             friction.begin(nodes);
             (0..self.points.len()).filter(|i| !is_wanted[*i]).for_each(|i| friction.clear_slip(i));
         }
-        let mut is_sampled = !*is_known;
+        let mut is_sampled = false;
         for i in (0..self.points.len()).filter(|i| is_wanted[*i]) {
             let point = points_in_target[i];
-            let from = if *is_known { places[i] } else { samples.nearest(&point) };
-            let mut found = displaced.closest_from(&from, &point, functions);
-            if self.surface.is_complete {
-                let facing = self.facing.get(i).map(|normal| relative.transform_vector(normal));
-                if !*is_known || !displaced.may_stand(&found, facing.as_ref()) {
-                    samples.update_once(displaced, &mut is_sampled);
-                    found = displaced.on_all_faces((&point, facing.as_ref()), samples, functions);
-                }
-            } else if found.is_beyond && self.surface.is_joined() {
-                // Another face may be nearer, or go on from there.
-                samples.update_once(displaced, &mut is_sampled);
-                found = displaced.on_joined_faces(found, &point, samples, functions);
-            }
+            let from = is_known.then_some(places[i]);
+            let search = (&mut *samples, &mut is_sampled);
+            let mut found = self.project_point((i, &point), from, relative, (displaced, functions), search);
             if !found.is_beyond && self.surface.is_joined() {
                 found = displaced.across_seams(found, samples, &mut is_sampled, functions);
             }
@@ -277,12 +264,50 @@ impl SurfacePair {
             proximity.note(i, &point, gap, if is_held { f64::INFINITY } else { shift });
             projections[i] = found;
             jacobian.set(i, &found, relative.inverse_transform_vector(&found.normal), functions.values());
-            if let Some(friction) = friction {
-                friction.set_slip(i, displaced, (&found, gap), functions, relative, jacobian);
+            match friction {
+                Some(friction) if found.is_on_plane => {
+                    friction.set_slip_on_plane(i, &found, relative, jacobian);
+                }
+                Some(friction) => {
+                    friction.set_slip(i, displaced, (&found, gap), functions, relative, jacobian);
+                }
+                None => {}
             }
         }
         *is_known = true;
         Ok(())
+    }
+
+    /// Projection of the point `i` at `point`, from its last place `from` if it is known; `samples` of the surface are moved with it when they are
+    /// first needed.
+    pub(super) fn project_point(
+        &self,
+        (i, point): (usize, &[f64; 3]),
+        from: Option<SurfacePlace>,
+        relative: &RelativePose,
+        (displaced, functions): (Displaced<'_>, &mut Functions),
+        (samples, is_sampled): (&mut Samples, &mut bool),
+    ) -> Projection {
+        if let Some(found) = self.on_meeting_plane(i, point, displaced, functions) {
+            return found;
+        }
+        let start = from.unwrap_or_else(|| {
+            samples.update_once(displaced, is_sampled);
+            samples.nearest(point)
+        });
+        let found = displaced.closest_from(&start, point, functions);
+        if self.surface.is_complete {
+            let facing = self.facing.get(i).map(|normal| relative.transform_vector(normal));
+            if from.is_none() || !displaced.may_stand(&found, facing.as_ref()) {
+                samples.update_once(displaced, is_sampled);
+                return displaced.on_all_faces((point, facing.as_ref()), samples, functions);
+            }
+        } else if found.is_beyond && self.surface.is_joined() {
+            // Another face may be nearer, or go on from there.
+            samples.update_once(displaced, is_sampled);
+            return displaced.on_joined_faces(found, point, samples, functions);
+        }
+        found
     }
 
     /// Largest difference of the gaps on the displaced surfaces from those that the solver counted with, and what the

@@ -6,7 +6,7 @@
 //! (docs/decisions/0005-friction.md).
 
 use ffr_dynamics::system::force::BodyState;
-use iga_core::nurbs::jet::{difference, dot, norm};
+use iga_core::nurbs::jet::{cross, difference, dot, norm};
 use nalgebra::UnitQuaternion;
 
 use super::contact_jacobian::ContactJacobian;
@@ -32,6 +32,8 @@ struct StickReference {
     /// Slip that the springs held then \[m\].
     stretch: [f64; 2],
     is_set: bool,
+    /// Whether `point` counts on the plane of a meeting point.
+    is_on_plane: bool,
     /// Set since the references were last updated, by the first projection of the point.
     is_new: bool,
 }
@@ -143,13 +145,14 @@ impl PairFriction {
         let moved = shifted;
         let shifted = self::duals(&moved, n_t);
         let reference = &mut self.references[i];
-        if !reference.is_set {
+        if !reference.is_set || reference.is_on_plane {
             let tangents = orthonormal(&jet.tangents, n_t);
             *reference = StickReference {
                 point: before.point,
                 tangents,
                 stretch: [0.0; 2],
                 is_set: true,
+                is_on_plane: false,
                 is_new: true,
             };
         }
@@ -183,6 +186,34 @@ impl PairFriction {
             let components = [0, 1].map(|b| if b < n_t { dot(&unit, &moved[b]) } else { 0.0 });
             *next = combination(&duals, &components[..n_t]);
         }
+    }
+
+    /// Tangents and slip of point `i` on the plane of a meeting point, which `found` lies on: its way over the plane.
+    pub fn set_slip_on_plane(
+        &mut self,
+        i: usize,
+        found: &Projection,
+        relative: &RelativePose,
+        jacobian: &mut ContactJacobian,
+    ) {
+        let n_t = self.n_t;
+        let tangents = across(&found.normal, n_t);
+        let reference = &mut self.references[i];
+        if !(reference.is_set && reference.is_on_plane) {
+            let (point, stretch) = (found.point, [0.0; 2]);
+            *reference =
+                StickReference { point, tangents, stretch, is_set: true, is_on_plane: true, is_new: true };
+        }
+        let path = difference(&found.point, &reference.point);
+        for (a, tangent) in tangents.iter().enumerate().take(n_t) {
+            let k = n_t * i + a;
+            self.slips[k] = reference.stretch[a] + dot(tangent, &path);
+            jacobian.tangents_in_target[k] = *tangent;
+            jacobian.tangents_in_body[k] = relative.inverse_transform_vector(tangent);
+            jacobian.normal_coupling[k * jacobian.width..(k + 1) * jacobian.width].fill(0.0);
+        }
+        self.stick_slip.set_length(i, 1.0);
+        self.next_tangents[i] = tangents;
     }
 
     /// Takes the directions of the slips for those of the forces, which they are where every point is for itself.
@@ -291,6 +322,7 @@ impl PairFriction {
         let n_t = self.n_t;
         for (i, reference) in self.references.iter_mut().enumerate() {
             reference.is_set = is_projected[i] && !projections[i].is_beyond;
+            reference.is_on_plane = projections[i].is_on_plane;
             reference.is_new = false;
             let state = self.stick_slip.states()[i];
             for a in 0..n_t {
@@ -401,6 +433,18 @@ fn duals(vectors: &[[f64; 3]; 2], n: usize) -> [[f64; 3]; 2] {
     let determinant = uu * vv - uv * uv;
     let combine = |p: f64, q: f64| [0, 1, 2].map(|c| (p * u[c] + q * v[c]) / determinant);
     [combine(vv, -uv), combine(-uv, uu)]
+}
+
+/// Orthonormal vectors across `normal`: one in the plane of the first two components, or two of space.
+fn across(normal: &[f64; 3], n: usize) -> [[f64; 3]; 2] {
+    if n == 1 {
+        return [[normal[1], -normal[0], 0.0], [0.0; 3]];
+    }
+    let least = (0..3).fold(0, |least, c| if normal[c].abs() < normal[least].abs() { c } else { least });
+    let mut axis = [0.0; 3];
+    axis[least] = 1.0;
+    let first = cross(normal, &axis);
+    orthonormal(&[first, cross(normal, &first)], 2)
 }
 
 /// Orthonormal vectors in the plane of the first `n` of `vectors`, the first along the first.

@@ -51,6 +51,8 @@ pub(super) struct Projection {
     pub is_beyond: bool,
     /// Whether the closest point of a point below the surface is near an edge that contact must not reach.
     pub is_at_edge: bool,
+    /// Whether it lies on the plane of a meeting point ([`super::MeetingPoint`]), from whose place `point` counts.
+    pub is_on_plane: bool,
 }
 
 impl Projection {
@@ -281,7 +283,7 @@ impl Displaced<'_> {
             normal,
             gap,
             is_beyond: found.is_beyond,
-            is_at_edge: false,
+            ..Projection::default()
         }
     }
 
@@ -430,7 +432,7 @@ impl Displaced<'_> {
             normal,
             gap: dot(&r, &normal),
             is_beyond,
-            is_at_edge: false,
+            ..Projection::default()
         }
     }
 }

@@ -71,24 +71,9 @@ impl SurfacePair {
             if is_known && proximity.least_gap(i, &point, shift) > smallest.gap {
                 continue;
             }
-            let from = if is_known {
-                start.places[i]
-            } else {
-                samples.update_once(displaced, &mut is_sampled);
-                samples.nearest(&point)
-            };
-            let mut found = displaced.closest_from(&from, &point, functions);
-            if self.surface.is_complete {
-                let facing = self.facing.get(i).map(|normal| relative.transform_vector(normal));
-                if !is_known || !displaced.may_stand(&found, facing.as_ref()) {
-                    samples.update_once(displaced, &mut is_sampled);
-                    found = displaced.on_all_faces((&point, facing.as_ref()), samples, functions);
-                }
-            }
-            if found.is_beyond && self.surface.is_joined() {
-                samples.update_once(displaced, &mut is_sampled);
-                found = displaced.on_joined_faces(found, &point, samples, functions);
-            }
+            let from = is_known.then_some(start.places[i]);
+            let search = (&mut *samples, &mut is_sampled);
+            let found = self.project_point((i, &point), from, &relative, (displaced, functions), search);
             let gap = found.distance(&point);
             // min() would hide a NaN
             if gap.is_nan() {

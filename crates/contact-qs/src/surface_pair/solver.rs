@@ -6,11 +6,12 @@ use ffr_dynamics::error::EvaluationFailure;
 use super::contact_jacobian::ContactJacobian;
 use super::target::TargetSurface;
 use crate::ContactError;
+use crate::paper::ModalBasis;
+use crate::quasistatic::Method;
 use crate::quasistatic::active_set::SolveReport;
 use crate::quasistatic::point_solver::PointSolver;
 use crate::quasistatic::problem::{add_columns, add_product, dot};
 use crate::quasistatic::stick_slip::{NormalSolver, StickSlip};
-use crate::quasistatic::{Method, ModalBasis};
 
 /// Quasistatic compliance of a pair: that of the contact body's points; the target's is that of its surface.
 pub(super) struct Compliances {
@@ -137,7 +138,7 @@ impl PairZone {
     fn project(&mut self, bodies: PairBodies<'_>, mut friction: Option<&mut StickSlip>) {
         self.normal_compliance.fill(0.0);
         if let Some(friction) = &mut friction {
-            friction.clear_blocks();
+            friction.begin_blocks(&self.members);
         }
         let n_directions = 1 + if friction.is_some() { self.jacobian.n_t } else { 0 };
         for j in 0..self.members.len() {

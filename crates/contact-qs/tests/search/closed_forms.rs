@@ -83,6 +83,21 @@ fn axisymmetric_sphere_touches_the_flat_end_of_a_rod_at_the_axis() {
 }
 
 #[test]
+fn a_small_overlap_is_found_from_beside_the_axis() {
+    // From the last answer the distance falls along a valley to the circle in which the surfaces cross; with steps that grow by a factor the search for
+    // the nearest pair is long, and where it stops early it must not be taken for a gap.
+    let (ball, plate) = (axisymmetric::sphere(5e-3).unwrap(), axisymmetric::rod(0.1, 5e-3).unwrap());
+    let (ball, plate) = (rigid(Axial, &ball, 10), rigid(Axial, &plate, 40));
+    let mut ws = SearchWorkspace::new();
+    for k in 1..400 {
+        let exact = -1e-8 * f64::from(k);
+        let states = [at([0.0, 0.0, 10e-3 + exact]), at([0.0; 3])];
+        let found = gap([&ball, &plate], [&states[0], &states[1]], &mut ws);
+        assert!((found - exact).abs() < 1e-16, "{exact:e} {found:e}");
+    }
+}
+
+#[test]
 fn hierarchical_ball_that_swells_keeps_its_closed_form() {
     let patch = refined(&axisymmetric::sphere(1.0).unwrap(), 6).remove(0);
     let mut hierarchy = SubdomainHierarchy::new(patch.knots());

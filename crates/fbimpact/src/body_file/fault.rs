@@ -7,6 +7,8 @@ use thiserror::Error;
 
 use crate::error::AppError;
 use crate::error_text;
+use crate::file_fault::FileFault;
+use crate::hdf5_integrity::OpenFault;
 
 /// A body file that cannot be read or written.
 #[derive(Debug, Error)]
@@ -24,11 +26,11 @@ pub struct BodyFileError {
 #[non_exhaustive]
 pub enum BodyFault {
     /// There is no such file, or it is not HDF5.
-    #[error("cannot be opened as an HDF5 file: {reason}")]
-    NotHdf5 {
-        /// The library's reason, or that of the operating system.
-        reason: String,
-    },
+    #[error("cannot be opened as an HDF5 file: {0}")]
+    NotHdf5(#[from] OpenFault),
+    /// A complete file that cannot be given its name.
+    #[error("cannot be written: {}", error_text::of_io(.0))]
+    NotRenamed(std::io::Error),
     /// An attribute has another value than the format asks for.
     #[error("attribute {name} of {at} is {found}, expected {expected}")]
     Attribute {
@@ -114,6 +116,6 @@ pub enum BodyFault {
 
 impl From<BodyFileError> for AppError {
     fn from(error: BodyFileError) -> Self {
-        Self::io(error.path, error.fault)
+        Self::io(error.path, FileFault::contents(error.fault))
     }
 }

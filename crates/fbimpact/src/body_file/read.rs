@@ -8,7 +8,7 @@ use ffr_dynamics::body::RigidMotion;
 use super::dataset::Node;
 use super::fault::{BodyFault, BodyFileError};
 use super::{BodyFile, FORMAT, FORMAT_VERSION, full, reduced};
-use crate::{error_text, hdf5_integrity};
+use crate::hdf5_integrity::{self, OpenFault};
 
 /// Models by the attribute `model`.
 pub const MODELS: [(&str, RigidMotion); 3] =
@@ -24,9 +24,8 @@ pub fn read(path: &Path) -> Result<BodyFile, BodyFileError> {
 }
 
 fn open(path: &Path) -> Result<Node, BodyFault> {
-    let not_hdf5 = |reason: String| BodyFault::NotHdf5 { reason };
-    std::fs::File::open(path).map_err(|e| not_hdf5(error_text::of_io(&e)))?;
-    let file = hdf5_integrity::open(path).map_err(not_hdf5)?;
+    std::fs::File::open(path).map_err(OpenFault::System)?;
+    let file = hdf5_integrity::open(path)?;
     Ok(Node { group: file.group("/")?, path: "/".into() })
 }
 

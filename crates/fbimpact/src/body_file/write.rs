@@ -9,7 +9,7 @@ use super::dataset::Node;
 use super::fault::{BodyFault, BodyFileError};
 use super::read::MODELS;
 use super::{FORMAT, FORMAT_VERSION, full, reduced};
-use crate::{error_text, provenance, whole_file};
+use crate::{provenance, whole_file};
 
 /// Writes an unreduced body; an existing file is replaced.
 ///
@@ -53,11 +53,7 @@ fn write(
         drop(root);
         Ok(whole_file::close(file)?)
     };
-    let stored = store().and_then(|()| {
-        std::fs::rename(&part, path).map_err(|e| BodyFault::NotHdf5 {
-            reason: format!("cannot be written: {}", error_text::of_io(&e)),
-        })
-    });
+    let stored = store().and_then(|()| std::fs::rename(&part, path).map_err(BodyFault::NotRenamed));
     stored.map_err(|fault| {
         // What was written so far is of no use; the file may not even exist.
         let _ = std::fs::remove_file(&part);

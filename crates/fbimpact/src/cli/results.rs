@@ -9,7 +9,7 @@ use super::{CacheArguments, SetArguments, tolerance};
 use crate::plot::figures::Kind;
 use crate::plot::labels::Labels;
 use crate::plot::theme::WIDTH;
-use crate::probe::places::Coordinates;
+use crate::probe::places::{Coordinates, Line};
 use crate::vtk::times::Times;
 
 /// Arguments of `plot`.
@@ -27,6 +27,9 @@ pub struct PlotArguments {
     /// Write PNG
     #[arg(long)]
     pub png: bool,
+    /// Write PDF, for LaTeX; text becomes outlines
+    #[arg(long)]
+    pub pdf: bool,
     /// Only figures of this kind; may be repeated
     #[arg(long, value_name = "KIND")]
     pub figure: Vec<Kind>,
@@ -74,9 +77,15 @@ pub struct ExportArguments {
     /// Only these bodies
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub bodies: Vec<String>,
+    /// Film what is written as well, by pvpython of ParaView: .avi or .ogv (.mp4 on Windows), or .png for single pictures
+    #[arg(long, value_name = "FILE")]
+    pub movie: Option<PathBuf>,
     /// Number of threads, 0 for all cores
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub threads: usize,
+    /// Models kept between runs.
+    #[command(flatten)]
+    pub cache: CacheArguments,
     /// Changes to the scenario.
     #[command(flatten)]
     pub set: SetArguments,
@@ -106,13 +115,16 @@ pub struct ProbeArguments {
     #[arg(long, value_name = "NAME")]
     pub body: String,
     /// Point of the undeformed body in metres, in the components of its model; may be repeated
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, required_unless_present_any = ["marker", "modes"])]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, required_unless_present_any = ["marker", "line", "modes"])]
     pub point: Vec<Coordinates>,
+    /// N points at equal distances from one to another point, ends included; may be repeated
+    #[arg(long, value_name = "X,Y,Z:X,Y,Z:N", allow_hyphen_values = true)]
+    pub line: Vec<Line>,
     /// Point by the name of a marker; may be repeated
     #[arg(long, value_name = "NAME")]
     pub marker: Vec<String>,
     /// Elastic coordinates of the body instead
-    #[arg(long, conflicts_with_all = ["point", "marker"])]
+    #[arg(long, conflicts_with_all = ["point", "line", "marker"])]
     pub modes: bool,
     /// First time in seconds [default: the first stored]
     #[arg(long, value_name = "T", value_parser = finite)]
@@ -120,7 +132,7 @@ pub struct ProbeArguments {
     /// Last time in seconds [default: the last stored]
     #[arg(long, value_name = "T", value_parser = finite)]
     pub to: Option<f64>,
-    /// Print CSV, a row an instant and point; also if no format is named
+    /// Print CSV, a row per instant and point; also if no format is named
     #[arg(long, conflicts_with = "json")]
     pub csv: bool,
     /// Print JSON, with units

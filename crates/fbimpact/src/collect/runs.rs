@@ -12,6 +12,7 @@ use crate::error::AppError;
 use crate::expression::fault::ExpressionFault;
 use crate::expression::named::{Cell, NamedExpression};
 use crate::expression::source::Source;
+use crate::file_fault::{Access, FileFault};
 use crate::results::reactions::PeakReaction;
 use crate::results::stored::Stored;
 use crate::results::summary;
@@ -54,14 +55,21 @@ pub struct Run {
 /// Runs in files and directories, in the order of names within a directory, with the values of the expressions `wanted`.
 ///
 /// # Errors
-/// [`AppError::Io`] if a directory cannot be read.
+/// [`AppError::Io`] if a directory cannot be read, or if a place is neither a directory nor the name of a run or of a file.
 pub fn find(places: &[PathBuf], wanted: &[NamedExpression]) -> Result<Vec<Run>, AppError> {
     let mut stems = Vec::new();
     for place in places {
         if place.is_dir() {
             stems.extend(in_directory(place)?);
         } else {
-            stems.push(stem(place));
+            let stem = stem(place);
+            // A file that a run was to write may be missing; a name without ending is that of a folder or of traces of a run.
+            let has_traces =
+                [".h5", ".h5.part", ".exit", ".set", ".log"].iter().any(|end| with_end(&stem, end).exists());
+            if stem == *place && !place.exists() && !has_traces {
+                return Err(AppError::io(place, FileFault::NoRuns));
+            }
+            stems.push(stem);
         }
     }
     Ok(stems.iter().map(|stem| read(stem, wanted)).collect())
@@ -79,7 +87,7 @@ fn stem(path: &Path) -> PathBuf {
 }
 
 fn in_directory(directory: &Path) -> Result<BTreeSet<PathBuf>, AppError> {
-    let fail = |e: std::io::Error| AppError::io(directory, format!("cannot be read: {e}"));
+    let fail = |e: std::io::Error| AppError::system(directory, Access::Read, e);
     let mut stems = BTreeSet::new();
     for entry in std::fs::read_dir(directory).map_err(fail)? {
         let path = entry.map_err(fail)?.path();

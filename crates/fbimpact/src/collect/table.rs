@@ -67,7 +67,7 @@ const JOINT: [JointColumn; 4] = [
 /// A row: a run, and for the long form one of its impacts.
 type Row<'a> = (&'a Run, Option<(usize, &'a ImpactRow)>);
 
-/// Gathers runs: one row a run with columns `<contact>[<number>].<feature>`, or, if `is_long`, one row per impact, and one for
+/// Gathers runs: one row per run with columns `<contact>[<number>].<feature>`, or, if `is_long`, one row per impact, and one for
 /// each run without.
 pub fn gather(runs: &[Run], is_long: bool) -> Table {
     let rows: Vec<Row<'_>> = if is_long {

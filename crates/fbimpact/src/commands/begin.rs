@@ -1,5 +1,7 @@
 //! A run from its start.
 
+use std::time::Instant;
+
 use adaptive::model::check_contacts;
 use indicatif::ProgressBar;
 
@@ -26,6 +28,7 @@ pub(super) fn begin(
     stop: &Stop,
     bar: ProgressBar,
 ) -> Result<(), AppError> {
+    let begin = Instant::now();
     // What a run refuses whatever its meshes are comes before they are chosen, which may take minutes.
     if let Err(error) = check_contacts(&scenario.run) {
         output.discard();
@@ -39,7 +42,7 @@ pub(super) fn begin(
             Ok(journal) => drop(journal),
             Err(error) => {
                 output.discard();
-                return Err(error);
+                return Err(error.into());
             }
         }
     }
@@ -48,7 +51,9 @@ pub(super) fn begin(
     // The result shall hold the sizes that the run has.
     let progress = Progress::new(bar.clone());
     progress.stage(Some("choosing meshes and numbers of modes".into()));
+    let choosing = Instant::now();
     let scenario = sized(scenario, n_threads, &cache);
+    let sizes = choosing.elapsed().as_secs_f64();
     drop(progress);
     let held = stop.take();
     // A run that was told to stop meanwhile begins nothing.
@@ -67,8 +72,10 @@ pub(super) fn begin(
             return Err(error);
         }
     };
-    let outcome = record(&scenario, output, n_threads, stop, bar, |scenario, observer, threads| {
-        simulate_with(scenario, None, observer, threads, &cache)
+    let outcome = record(&scenario, output, n_threads, (stop, bar, begin), |scenario, observer, threads| {
+        let mut report = simulate_with(scenario, None, observer, threads, &cache)?;
+        report.timings.sizes += sizes;
+        Ok(report)
     });
     cache::log_use(&cache);
     outcome

@@ -3,6 +3,7 @@
 use crate::cache::{CacheSettings, Contents, Folder};
 use crate::cli::{CacheAction, CacheArguments};
 use crate::error::AppError;
+use crate::file_fault::Access;
 
 /// Shows or clears the folder that `arguments` name.
 ///
@@ -13,10 +14,15 @@ pub fn cache(action: CacheAction, arguments: &CacheArguments) -> Result<(), AppE
     let Some(folder) = settings.folder() else {
         return super::print("no cache\n");
     };
-    let fail = |e: std::io::Error| AppError::io(folder.path(), e.to_string());
+    let path = folder.path();
+    let fail = |access| move |e: std::io::Error| AppError::system(path, access, e);
     match action {
-        CacheAction::Info => super::print(&report(&folder, folder.contents().map_err(fail)?, "")),
-        CacheAction::Clear => super::print(&report(&folder, folder.clear().map_err(fail)?, " removed")),
+        CacheAction::Info => {
+            super::print(&report(&folder, folder.contents().map_err(fail(Access::Read))?, ""))
+        }
+        CacheAction::Clear => {
+            super::print(&report(&folder, folder.clear().map_err(fail(Access::Remove))?, " removed"))
+        }
     }
 }
 

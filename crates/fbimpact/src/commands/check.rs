@@ -12,7 +12,7 @@ use crate::error::AppError;
 use crate::progress::while_building;
 use crate::scenario::{self, Override, Scenario};
 
-/// What to tell of scenarios without faults.
+/// What to print of scenarios without faults.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CostFormat {
     /// Nothing.
@@ -88,7 +88,7 @@ fn later(last: &mut Option<AppError>, error: AppError) {
     }
 }
 
-/// Bodies that are the child of no joint and of no contact where others hang on joints.
+/// Bodies that are the child of no joint and of no contact where others are held by joints.
 fn under_constrained(scenario: &Scenario) -> Vec<&str> {
     let tree = &scenario.run.joints;
     if tree.is_empty() {

@@ -3,9 +3,11 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use super::check_folder;
 use crate::collect::{Run, Table, csv, find, gather, hdf5};
 use crate::error::{AppError, CommandFault};
 use crate::expression::named::NamedExpression;
+use crate::file_fault::{Access, FileFault};
 use crate::{error_text, whole_file};
 
 /// Gathers runs into a table; runs without a readable result are rows with their status.
@@ -25,23 +27,23 @@ pub fn collect(
         _ => return Err(CommandFault::TableEnding { output: output.to_owned() }.into()),
     };
     check_names(columns)?;
+    check_folder(output)?;
     let runs = find(places, columns)?;
     if runs.is_empty() {
-        return Err(AppError::io(&places[0], "holds no results (.h5) and no traces of runs (.exit, .set)"));
+        return Err(AppError::io(&places[0], FileFault::NothingToCollect));
     }
     check_values(&runs, columns)?;
     let table = gather(&runs, is_long);
     check_columns(&table)?;
     // Written aside first: a table is never half there.
     let written = if is_csv {
-        whole_file::write(output, csv(&table).as_bytes()).map_err(|e| error_text::of_io(&e))
+        whole_file::write(output, csv(&table).as_bytes())
     } else {
         whole_file::replace(output, |part| {
             hdf5(&table, part).map_err(|e| io::Error::other(error_text::of_hdf5(&e)))
         })
-        .map_err(|e| error_text::of_io(&e))
     };
-    written.map_err(|reason| AppError::io(output, format!("cannot be written: {reason}")))?;
+    written.map_err(|e| AppError::system(output, Access::Write, e))?;
     let complete = runs.iter().filter(|r| r.status == "complete").count();
     tracing::info!("{}: {} runs, {complete} complete", output.display(), runs.len());
     Ok(())

@@ -14,8 +14,9 @@ use crate::converge::report::{self, Study};
 use crate::converge::sizes::sizes;
 use crate::converge::verdict::{Compared, dominant, judge, significant};
 use crate::error::{AppError, CommandFault};
+use crate::file_fault::Access;
 use crate::scenario::{self, Override};
-use crate::{error_text, whole_file};
+use crate::whole_file;
 
 /// Runs the scenario and its variants, compares them and judges.
 ///
@@ -71,7 +72,7 @@ pub fn converge(arguments: &ConvergeArguments) -> Result<(), AppError> {
     };
     let json = format!("{:#}\n", study.json());
     let path = folder.join(report::FILE);
-    whole_file::write(&path, json.as_bytes()).map_err(|e| AppError::io(&path, error_text::of_io(&e)))?;
+    whole_file::write(&path, json.as_bytes()).map_err(|e| AppError::system(&path, Access::Write, e))?;
     let text = if arguments.json { json } else { study.table() };
     print(&text)?;
     if verdict.is_converged { Ok(()) } else { Err(AppError::Unconverged { tolerance }) }
@@ -124,7 +125,7 @@ impl Runs<'_> {
             passed.extend(["--memory".to_owned(), (memory / at_once as f64).to_string()]);
         }
         let setting = RunSetting {
-            program: std::env::current_exe().map_err(|e| AppError::io("fbimpact", e))?,
+            program: std::env::current_exe().map_err(|e| AppError::system("fbimpact", Access::Find, e))?,
             fingerprint: cache::fingerprint(),
             scenario: self.arguments.scenario.clone(),
             folder: self.folder.to_owned(),

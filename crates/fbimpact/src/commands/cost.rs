@@ -158,7 +158,7 @@ pub fn table(report: &CostReport) -> String {
     let _ = writeln!(
         out,
         "memory: some {:.2} GB, two models being built side by side\n\
-         result: up to {:.0} states of {:.1} kB before compression for each phase without contact",
+         result: up to {:.0} states of {:.1} kB before compression for each phase without contact; impacts and what rings after them add more",
         1e-9 * report.memory,
         report.states,
         1e-3 * report.state_bytes as f64

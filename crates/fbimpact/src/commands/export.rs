@@ -1,20 +1,25 @@
 //! `fbimpact export`: moving deformed bodies of a result for ParaView.
 
-use std::io;
 use std::path::{Path, PathBuf};
 
-use super::{print, threads};
+use super::{check_folder, print, threads};
+use crate::cache::{self, CacheSettings};
 use crate::cli::ExportArguments;
 use crate::error::{AppError, CommandFault};
+use crate::file_fault::{Access, FileFault};
 use crate::replay::states::States;
 use crate::vtk::assemble::View;
 use crate::vtk::bodies::{Bodies, Shown};
 use crate::vtk::body::Cells;
 use crate::vtk::grid::Grid;
+use crate::vtk::paraview;
 use crate::vtk::pressure::contact_pressures;
 use crate::vtk::times::chosen;
 use crate::vtk::xml::{SeriesEntry, pvd, write_vtu};
-use crate::{error_text, whole_file};
+use crate::whole_file;
+
+/// Instants that are told one by one.
+const TOLD: usize = 8;
 
 /// Writes a file per body and instant, and the series that opens them all; prints the name of the series.
 ///
@@ -26,10 +31,16 @@ pub fn export(arguments: &ExportArguments) -> Result<(), AppError> {
         return Err(CommandFault::SetOnResult.into());
     }
     let n_threads = threads(arguments.threads)?;
+    if let Some(movie) = &arguments.movie {
+        check_folder(movie)?;
+    }
+    let pvpython = arguments.movie.as_deref().map(movie_maker).transpose()?;
     let states = States::read(&arguments.file)?;
     let instants = chosen(&states.time, (arguments.times, arguments.every), &states.peaks()?)?;
+    tell_instants(&states.time, &instants);
     let cells = if arguments.plain { Cells::Linear(1) } else { Cells::Bezier };
-    let mut bodies = Bodies::build(&states, &arguments.bodies, cells, n_threads)?;
+    let cache = cache::open(&CacheSettings::new(&arguments.cache));
+    let mut bodies = Bodies::build(&states, &arguments.bodies, cells, (n_threads, &cache))?;
     let mut contacts = contact_pressures(&states, &bodies)?;
     let (stem, folder) = folder_of(arguments)?;
     let view = View { scale: arguments.scale, revolve: arguments.revolve };
@@ -61,7 +72,44 @@ pub fn export(arguments: &ExportArguments) -> Result<(), AppError> {
             instants.len()
         );
     }
-    write_series(&arguments.vtk, &stem, &series)
+    let shown = write_series(&arguments.vtk, &stem, &series)?;
+    if let (Some(pvpython), Some(movie)) = (pvpython, &arguments.movie) {
+        tracing::info!("{} is made by {}", movie.display(), pvpython.display());
+        paraview::film(&pvpython, &shown, movie)
+            .map_err(|e| AppError::io(movie, FileFault::Unmade(e.into())))?;
+        print(&format!("{}\n", movie.display()))?;
+    }
+    Ok(())
+}
+
+/// The program that makes the film `movie`.
+fn movie_maker(movie: &Path) -> Result<PathBuf, AppError> {
+    let ending = movie.extension().unwrap_or_default();
+    if !paraview::ENDINGS.iter().any(|known| ending == *known) {
+        let fault = CommandFault::MovieEnding { movie: movie.to_owned(), endings: &paraview::ENDINGS };
+        return Err(fault.into());
+    }
+    paraview::pvpython().ok_or_else(|| CommandFault::NoPvpython { variable: paraview::VARIABLE }.into())
+}
+
+/// Says which stored instants are written: all of a few, or how many from when to when.
+fn tell_instants(time: &[f64], instants: &[usize]) {
+    let at = |i: &usize| format!("{:e}", time[*i]);
+    match instants {
+        [first, .., last] if instants.len() > TOLD => {
+            tracing::info!(
+                "{} of {} stored instants, {} s to {} s",
+                instants.len(),
+                time.len(),
+                at(first),
+                at(last)
+            );
+        }
+        _ => {
+            let times: Vec<String> = instants.iter().map(at).collect();
+            tracing::info!("{} of {} stored instants: {} s", instants.len(), time.len(), times.join(", "));
+        }
+    }
 }
 
 /// Stem of the file that is shown, and the folder of that name for its parts, created if it is not there.
@@ -72,8 +120,7 @@ pub(super) fn folder_of(arguments: &ExportArguments) -> Result<(String, PathBuf)
     let stem = arguments.file.file_stem().unwrap_or(arguments.file.as_os_str());
     let stem = stem.to_string_lossy().into_owned();
     let folder = arguments.vtk.join(&stem);
-    std::fs::create_dir_all(&folder)
-        .map_err(|e| AppError::io(&folder, format!("cannot be created: {}", error_text::of_io(&e))))?;
+    std::fs::create_dir_all(&folder).map_err(|e| AppError::system(&folder, Access::Create, e))?;
     Ok((stem, folder))
 }
 
@@ -82,12 +129,8 @@ pub(super) fn folder_of(arguments: &ExportArguments) -> Result<(String, PathBuf)
 /// # Errors
 /// [`AppError::Io`] if that fails.
 pub(super) fn write_grid(path: &Path, grid: &Grid, time: f64) -> Result<(), AppError> {
-    whole_file::replace(path, |part| write_vtu(part, grid, time)).map_err(|e| unwritten(path, &e))
-}
-
-/// The error of a file that cannot be written.
-pub(super) fn unwritten(path: &Path, error: &io::Error) -> AppError {
-    AppError::io(path, format!("cannot be written: {}", error_text::of_io(error)))
+    whole_file::replace(path, |part| write_vtu(part, grid, time))
+        .map_err(|e| AppError::system(path, Access::Write, e))
 }
 
 fn file_name(name: &str, number: usize) -> String {
@@ -95,8 +138,23 @@ fn file_name(name: &str, number: usize) -> String {
     format!("{}_{number:05}.vtu", name.chars().map(safe).collect::<String>())
 }
 
-fn write_series(folder: &Path, stem: &str, series: &[SeriesEntry]) -> Result<(), AppError> {
+/// Writes the series and the script that shows it, and returns the path of the script.
+fn write_series(folder: &Path, stem: &str, series: &[SeriesEntry]) -> Result<PathBuf, AppError> {
     let path: PathBuf = folder.join(format!("{stem}.pvd"));
-    whole_file::write(&path, pvd(series).as_bytes()).map_err(|e| unwritten(&path, &e))?;
-    print(&format!("{}\n", path.display()))
+    whole_file::write(&path, pvd(series).as_bytes())
+        .map_err(|e| AppError::system(&path, Access::Write, e))?;
+    write_script(&path)
+}
+
+/// Writes the script that shows `export` into the folder of its parts, and prints the name of the export.
+///
+/// # Errors
+/// [`AppError::System`] if that fails.
+pub(super) fn write_script(export: &Path) -> Result<PathBuf, AppError> {
+    let path = export.with_extension("").join("show.py");
+    whole_file::write(&path, paraview::script(export).as_bytes())
+        .map_err(|e| AppError::system(&path, Access::Write, e))?;
+    tracing::info!("in colours that fit: paraview --script={}", path.display());
+    print(&format!("{}\n", export.display()))?;
+    Ok(path)
 }

@@ -10,7 +10,7 @@ use ffr_dynamics::kinematics::MarkerWeights;
 use indicatif::ProgressBar;
 use nalgebra::UnitQuaternion;
 
-use super::{BodyExport, body_index, check_distinct, print, threads};
+use super::{BodyExport, body_index, check_distinct, check_folder, print, threads};
 use crate::body_file;
 use crate::error::{AppError, CommandFault};
 use crate::progress::while_building;
@@ -32,6 +32,7 @@ pub fn export_body(
     let n_threads = threads(n_threads)?;
     let scenario = scenario::read(export.scenario, overrides)?;
     check_distinct(&scenario, export.output)?;
+    check_folder(export.output)?;
     let areas = scenario.areas(export.body);
     let index = body_index(export.body, scenario.run.bodies.iter().map(|b| &b.name))?;
     let text = while_building(bar, || {

@@ -2,10 +2,11 @@
 
 use adaptive::model::Arrangement;
 
-use super::export::{folder_of, unwritten, write_grid};
-use super::{check_distinct, print, threads};
+use super::export::{folder_of, write_grid, write_script};
+use super::{check_distinct, threads};
 use crate::cli::ExportArguments;
 use crate::error::{AppError, CommandFault};
+use crate::file_fault::Access;
 use crate::scenario::{self, Scenario};
 use crate::vtk::assemble::View;
 use crate::vtk::body::Cells;
@@ -23,6 +24,7 @@ pub fn export_setup(arguments: &ExportArguments) -> Result<(), AppError> {
         (arguments.times.is_some(), "--times"),
         (arguments.every.is_some(), "--every"),
         (!arguments.bodies.is_empty(), "--bodies"),
+        (arguments.movie.is_some(), "--movie"),
         (arguments.scale.to_bits() != 1.0_f64.to_bits(), "--scale"),
     ];
     if let Some((_, option)) = options.into_iter().find(|(is_given, _)| *is_given) {
@@ -48,8 +50,9 @@ pub fn export_setup(arguments: &ExportArguments) -> Result<(), AppError> {
     }
     let path = arguments.vtk.join(format!("{stem}.vtm"));
     check_distinct(&scenario, &path)?;
-    whole_file::write(&path, vtm(&entries).as_bytes()).map_err(|e| unwritten(&path, &e))?;
-    print(&format!("{}\n", path.display()))
+    whole_file::write(&path, vtm(&entries).as_bytes())
+        .map_err(|e| AppError::system(&path, Access::Write, e))?;
+    write_script(&path).map(|_| ())
 }
 
 /// Where everything stands; with the coordinates as given where loops do not close.

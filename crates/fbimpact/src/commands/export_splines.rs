@@ -2,11 +2,12 @@
 
 use iga_core::files::{write_gismo, write_mfem};
 
-use super::{BodyExport, body_index, check_distinct, print};
+use super::{BodyExport, body_index, check_distinct, check_folder, print};
 use crate::cli::SplineFormat;
 use crate::error::{AppError, CommandFault};
+use crate::file_fault::Access;
 use crate::scenario::{self, Override};
-use crate::{error_text, whole_file};
+use crate::whole_file;
 
 /// Writes the patches of the body's shape in `format`, in the components of its model, lengths in units of `unit` \[m\].
 ///
@@ -20,6 +21,7 @@ pub fn export_splines(
 ) -> Result<(), AppError> {
     let scenario = scenario::read(export.scenario, overrides)?;
     check_distinct(&scenario, export.output)?;
+    check_folder(export.output)?;
     let index = body_index(export.body, scenario.bodies.iter().map(|b| &b.name))?;
     let Some((shape, _)) = scenario.bodies[index].places.shape() else {
         let (name, what) =
@@ -31,7 +33,7 @@ pub fn export_splines(
         SplineFormat::Mfem => write_mfem(&shape.patches, unit),
     };
     let written = whole_file::write(export.output, text.as_bytes());
-    written.map_err(|e| AppError::io(export.output, error_text::of_io(&e)))?;
+    written.map_err(|e| AppError::system(export.output, Access::Write, e))?;
     let (n, points) = (shape.patches.len(), shape.patches.iter().map(|p| p.n_functions()).sum::<usize>());
     print(&format!("{}: {}, {n} patches, {points} control points\n", export.output.display(), export.body))
 }

@@ -3,11 +3,11 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use super::{print, threads};
+use super::{check_folder, print, threads};
 use crate::body_file;
 use crate::cli::{ImportArguments, ImportUnit};
 use crate::error::{AppError, CommandFault};
-use crate::error_text;
+use crate::file_fault::{Access, FileFault, OutputFault};
 use crate::matrix_files::{Matrix, Parts, assemble, read_map, read_matrix, read_nodes};
 
 /// Most nodes of a marker: a range of more is a slip.
@@ -22,12 +22,13 @@ const MAX_NAME: usize = 64;
 pub fn import_body(arguments: &ImportArguments) -> Result<(), AppError> {
     threads(0)?;
     let markers = arguments.marker.iter().map(|m| marker(m)).collect::<Result<Vec<_>, _>>()?;
+    check_folder(&arguments.output)?;
     for input in inputs(arguments) {
         let is_same = |a: &Path, b: &Path| {
             a.canonicalize().ok().is_some_and(|a| b.canonicalize().is_ok_and(|b| a == b))
         };
         if is_same(&input, &arguments.output) {
-            return Err(AppError::io(&arguments.output, "is read as well, name another output"));
+            return Err(AppError::io(&arguments.output, OutputFault::Input));
         }
     }
     let stiffness = matrix(&arguments.stiffness)?;
@@ -45,7 +46,7 @@ pub fn import_body(arguments: &ImportArguments) -> Result<(), AppError> {
         markers: &markers,
     };
     let (body, report) =
-        assemble(&parts).map_err(|e| AppError::io(&arguments.output, format!("cannot be made: {e}")))?;
+        assemble(&parts).map_err(|e| AppError::io(&arguments.output, FileFault::Unmade(e.into())))?;
     body_file::write_full(&arguments.output, &body)?;
     let [x, y, z] = report.mass.centre;
     let mut text = format!(
@@ -88,15 +89,13 @@ fn matrix(given: &str) -> Result<Matrix, AppError> {
     parsed(&path, |text| read_matrix(text, name))
 }
 
-fn parsed<T, E: std::fmt::Display>(
+fn parsed<T, E: std::error::Error + Send + Sync + 'static>(
     path: &Path,
     read: impl FnOnce(&str) -> Result<T, E>,
 ) -> Result<T, AppError> {
-    let bytes = std::fs::read(path)
-        .map_err(|e| AppError::io(path, format!("cannot be read: {}", error_text::of_io(&e))))?;
-    let text =
-        String::from_utf8(bytes).map_err(|_| AppError::io(path, "is no text; write it in its text form"))?;
-    read(&text).map_err(|e| AppError::io(path, e.to_string()))
+    let bytes = std::fs::read(path).map_err(|e| AppError::system(path, Access::Read, e))?;
+    let text = String::from_utf8(bytes).map_err(|_| AppError::io(path, FileFault::NoText))?;
+    read(&text).map_err(|e| AppError::io(path, FileFault::contents(e)))
 }
 
 /// A marker: its name and nodes.

@@ -4,6 +4,7 @@ use adaptive::model::{Arrangement, PlacedJoint, coordinate_names};
 use adaptive::spec::{GearSpec, JointSpec, RunSpec};
 use nalgebra::Vector3;
 
+use super::digits::short;
 use crate::scenario::Scenario;
 
 /// Lengths below this part of the scene count as none: round-off of places, and what loops may be open by.
@@ -108,12 +109,6 @@ fn place(vector: &Vector3<f64>, size: f64) -> String {
     let round = |x: f64| if x.abs() < CLOSED * size { 0.0 } else { x };
     let text: Vec<String> = vector.iter().map(|x| short(round(*x))).collect();
     format!("({})", text.join(", "))
-}
-
-/// Six digits without zeros at the end.
-fn short(x: f64) -> String {
-    let rounded: f64 = format!("{x:.5e}").parse().unwrap_or(x);
-    format!("{rounded}")
 }
 
 /// Largest distance of a place from the origin of space, at least one that is no zero \[m\].

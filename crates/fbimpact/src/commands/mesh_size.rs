@@ -7,8 +7,9 @@ use adaptive::mesh_touch::{GROWTH, MeshTouch, touches, usual_length};
 use adaptive::model::start_poses;
 use adaptive::spec::BodyKind;
 
-use super::{body_index, check_distinct, print};
+use super::{body_index, check_distinct, check_folder, print};
 use crate::error::{AppError, CommandFault};
+use crate::file_fault::Access;
 use crate::scenario::{self, Override, Scenario};
 
 /// What is asked for.
@@ -30,6 +31,10 @@ pub struct MeshSize<'a> {
 /// [`AppError::Io`] for the file.
 pub fn mesh_size(asked: &MeshSize<'_>, overrides: &[Override]) -> Result<(), AppError> {
     let scenario = scenario::read(asked.scenario, overrides)?;
+    if let Some(output) = asked.output {
+        check_distinct(&scenario, output)?;
+        check_folder(output)?;
+    }
     let poses = start_poses(&scenario.run).map_err(AppError::model)?;
     let mut all: Vec<MeshTouch> =
         scenario.run.contacts.iter().flat_map(|contact| touches(&scenario.run, &poses, contact)).collect();
@@ -42,7 +47,6 @@ pub fn mesh_size(asked: &MeshSize<'_>, overrides: &[Override]) -> Result<(), App
     }
     let text = table(&all);
     if let Some(output) = asked.output {
-        check_distinct(&scenario, output)?;
         let body = all[0].body;
         if all.iter().any(|touch| touch.body != body) {
             let mut names: Vec<String> = all.iter().map(|touch| touch.name.clone()).collect();
@@ -50,7 +54,7 @@ pub fn mesh_size(asked: &MeshSize<'_>, overrides: &[Override]) -> Result<(), App
             return Err(CommandFault::SeveralMeshes { names }.into());
         }
         let field = field(&scenario, body, &all);
-        std::fs::write(output, field).map_err(|e| AppError::io(output, e))?;
+        std::fs::write(output, field).map_err(|e| AppError::system(output, Access::Write, e))?;
     }
     print(&text)
 }

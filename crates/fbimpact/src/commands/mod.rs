@@ -7,6 +7,7 @@ pub mod collect;
 pub mod compare;
 pub mod converge;
 mod cost;
+mod digits;
 pub mod export;
 pub mod export_body;
 pub mod export_setup;
@@ -32,6 +33,7 @@ use std::io::Write;
 use std::path::Path;
 
 use crate::error::AppError;
+use crate::file_fault::{FileFault, OutputFault};
 use crate::scenario::Scenario;
 
 /// A ratio for people, a dash where there is none.
@@ -46,7 +48,22 @@ fn ratio(x: f64) -> String {
 pub fn print(text: &str) -> Result<(), AppError> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => Err(AppError::io("standard output", e)),
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(AppError::io("standard output", FileFault::Stream(e)))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Rejects an output whose folder is not there, before any work is done for it.
+///
+/// # Errors
+/// [`AppError::Io`] for the output.
+pub fn check_folder(output: &Path) -> Result<(), AppError> {
+    match output.parent() {
+        Some(directory) if !directory.as_os_str().is_empty() && !directory.is_dir() => {
+            Err(AppError::io(output, OutputFault::NoDirectory { directory: directory.to_owned() }))
+        }
         _ => Ok(()),
     }
 }
@@ -60,12 +77,11 @@ pub fn check_distinct(scenario: &Scenario, output: &Path) -> Result<(), AppError
     let Ok(target) = output.canonicalize() else { return Ok(()) };
     let is_target = |path: &Path| path.canonicalize().is_ok_and(|path| path == target);
     if is_target(&scenario.source.path) {
-        return Err(AppError::io(output, "is the scenario itself, name another output"));
+        return Err(AppError::io(output, OutputFault::Scenario));
     }
     for body in &scenario.bodies {
         if body.file.as_ref().is_some_and(|file| is_target(&file.path)) {
-            let reason = format!("is the file of body \"{}\", name another output", body.name);
-            return Err(AppError::io(output, reason));
+            return Err(AppError::io(output, OutputFault::BodyFile { body: body.name.clone() }));
         }
     }
     Ok(())

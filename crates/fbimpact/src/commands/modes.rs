@@ -5,11 +5,12 @@ use std::path::Path;
 
 use indicatif::ProgressBar;
 
+use super::digits::short;
 use super::{body_index, print, threads};
 use crate::error::AppError;
 use crate::progress::while_building;
 use crate::scenario::{self, Override};
-use crate::simulate::{self, Coordinates, ModesReport, StaticAnswers};
+use crate::simulate::{self, BodyModes, Coordinates, ModesReport, StaticAnswers};
 
 /// Builds the reduced models and prints their spectra.
 ///
@@ -43,6 +44,9 @@ fn table(report: &ModesReport) -> String {
         for note in &body.chosen {
             let _ = writeln!(out, "       {note}");
         }
+        if !body.points.is_empty() {
+            let _ = writeln!(out, "  points {}", points(body));
+        }
         if !body.frequencies.is_empty() {
             let _ = writeln!(out, "  {}", coordinates(&body.coordinates));
         }
@@ -54,6 +58,12 @@ fn table(report: &ModesReport) -> String {
         }
     }
     out
+}
+
+/// Named points: `centre (0, 0, 0), top (0, 0, 0.01)`.
+fn points(body: &BodyModes) -> String {
+    let place = |at: &[f64]| at.iter().map(|x| short(*x)).collect::<Vec<_>>().join(", ");
+    body.points.iter().map(|(name, at)| format!("{name} ({})", place(at))).collect::<Vec<_>>().join(", ")
 }
 
 /// How many coordinates come from what: `20 free modes, 6 static answers of hinge (child), 5 of hinge (parent)`.

@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use crate::error::{AppError, CommandFault};
+use crate::file_fault::{Access, OutputFault};
 use crate::scenario::schema;
-use crate::{error_text, whole_file};
+use crate::whole_file;
 
 /// The scenario, with `NAME` for its name.
 const STARTER: &str = include_str!("../starter.toml");
@@ -29,7 +30,7 @@ pub fn new(name: &Path, force: bool) -> Result<(), AppError> {
     };
     write(&path, &STARTER.replace("NAME", &stem), force)?
         .then_some(())
-        .ok_or_else(|| AppError::io(&path, "exists, choose another name or add --force"))?;
+        .ok_or_else(|| AppError::io(&path, OutputFault::Exists))?;
     let schema_path = path.with_file_name(SCHEMA);
     if !write(&schema_path, &schema::text(), force)? {
         tracing::debug!("{} is there already", schema_path.display());
@@ -44,7 +45,5 @@ fn write(path: &Path, text: &str, force: bool) -> Result<bool, AppError> {
         return Ok(false);
     }
     let written = whole_file::write(path, text.as_bytes());
-    written
-        .map(|()| true)
-        .map_err(|e| AppError::io(path, format!("cannot be written: {}", error_text::of_io(&e))))
+    written.map(|()| true).map_err(|e| AppError::system(path, Access::Write, e))
 }

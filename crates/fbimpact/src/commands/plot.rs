@@ -6,13 +6,14 @@ use super::print;
 use crate::cli::PlotArguments;
 use crate::compare::scenario_values::Values;
 use crate::error::{AppError, CommandFault};
+use crate::file_fault::{Access, FileFault};
 use crate::plot::data::ResultData;
 use crate::plot::figure::Figure;
 use crate::plot::figures::Kind;
 use crate::plot::labels::{LONGEST, Labels, by_values};
 use crate::plot::theme::{Page, STYLES};
-use crate::plot::{PlotError, raster, render};
-use crate::{error_text, whole_file};
+use crate::plot::{PlotError, pdf, raster, render};
+use crate::whole_file;
 
 /// Draws the figures of all files together and prints the names of the files that it writes.
 ///
@@ -37,8 +38,7 @@ pub fn plot(arguments: &PlotArguments) -> Result<(), AppError> {
         cut(&mut files, arguments)?;
     }
     let folder = &arguments.output;
-    std::fs::create_dir_all(folder)
-        .map_err(|e| AppError::io(folder, format!("cannot be created: {}", error_text::of_io(&e))))?;
+    std::fs::create_dir_all(folder).map_err(|e| AppError::system(folder, Access::Create, e))?;
     let prefix = match arguments.files.as_slice() {
         [one] => stem(one),
         _ => "comparison".to_owned(),
@@ -53,6 +53,10 @@ pub fn plot(arguments: &PlotArguments) -> Result<(), AppError> {
                         written += &format!("{}\n", path.display());
                     }
                 }
+            }
+            // Of those that nobody asked for it is no matter.
+            Err(reason) if arguments.figure.is_empty() => {
+                tracing::info!("no figure of {}: {reason}", name(kind));
             }
             Err(reason) => tracing::warn!("no figure of {}: {reason}", name(kind)),
         }
@@ -86,19 +90,21 @@ fn write(
     wanted: &PlotArguments,
 ) -> Result<Vec<PathBuf>, AppError> {
     let path = |end: &str| folder.join(format!("{}_{}.{end}", prefix, file_name(&figure.name)));
-    let fail = |path: &Path, e: PlotError| AppError::io(path, e);
+    let fail = |path: &Path, e: PlotError| AppError::io(path, FileFault::contents(e));
     let page = Page { width: wanted.width, has_title: !wanted.no_title };
     let svg = render::svg(figure, page).map_err(|e| fail(&path("svg"), e))?;
     let mut files = Vec::new();
-    if wanted.svg || !wanted.png {
+    if wanted.svg || !(wanted.png || wanted.pdf) {
         files.push((path("svg"), svg.clone().into_bytes()));
     }
     if wanted.png {
         files.push((path("png"), raster::png(&svg).map_err(|e| fail(&path("png"), e))?));
     }
+    if wanted.pdf {
+        files.push((path("pdf"), pdf::pdf(&svg, &figure.title).map_err(|e| fail(&path("pdf"), e))?));
+    }
     for (path, bytes) in &files {
-        whole_file::write(path, bytes)
-            .map_err(|e| AppError::io(path, format!("cannot be written: {}", error_text::of_io(&e))))?;
+        whole_file::write(path, bytes).map_err(|e| AppError::system(path, Access::Write, e))?;
     }
     Ok(files.into_iter().map(|(path, _)| path).collect())
 }

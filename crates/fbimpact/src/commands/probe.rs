@@ -8,7 +8,7 @@ use super::{print, threads};
 use crate::cache::{self, CacheSettings};
 use crate::cli::ProbeArguments;
 use crate::error::{AppError, CommandFault};
-use crate::probe::places::WantedPoint;
+use crate::probe::places::{Line, WantedPoint};
 use crate::probe::series::Probe;
 use crate::probe::table::{modes_csv, modes_json, points_csv, points_json};
 use crate::replay::states::States;
@@ -41,7 +41,8 @@ pub fn probe(arguments: &ProbeArguments) -> Result<(), AppError> {
             false => print(&modes_csv(&states.time, rows, &motion)),
         };
     }
-    let points = arguments.point.iter().cloned().map(WantedPoint::At);
+    let lines = arguments.line.iter().flat_map(Line::points).map(WantedPoint::On);
+    let points = arguments.point.iter().cloned().map(WantedPoint::At).chain(lines);
     let wanted: Vec<WantedPoint> =
         points.chain(arguments.marker.iter().cloned().map(WantedPoint::Marker)).collect();
     let n_threads = threads(arguments.threads)?;

@@ -1,5 +1,6 @@
 //! A simulation with its file, its progress line and the wish to stop.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use adaptive::error::ObserverError;
@@ -13,6 +14,7 @@ use indicatif::ProgressBar;
 
 use super::stop::{Held, Stop};
 use crate::error::AppError;
+use crate::file_fault::{OutputFault, RecordingFault};
 use crate::progress::Progress;
 use crate::results::journal::{Header, Journal};
 use crate::results::{OutputFile, Recorder, Status};
@@ -30,15 +32,14 @@ pub fn record(
     scenario: &Scenario,
     output: OutputFile,
     n_threads: usize,
-    stop: &Stop,
-    bar: ProgressBar,
+    (stop, bar, begin): (&Stop, ProgressBar, Instant),
     simulation: impl FnOnce(&Scenario, &mut dyn Observer, usize) -> Result<RunReport, AppError>,
 ) -> Result<(), AppError> {
     let part = output.part().to_owned();
     let recorder = Recorder::create(&part, scenario, n_threads);
-    let mut recorder = recorder.map_err(|e| AppError::io(&part, e.to_string()))?;
+    let mut recorder = recorder.map_err(|fault| AppError::io(&part, fault))?;
     recorder.keep(Journal::create(output.restart(), Header::new(scenario))?);
-    finish(recorder, output, (stop, bar), |observer| simulation(scenario, observer, n_threads))
+    finish(recorder, output, (stop, bar, begin), |observer| simulation(scenario, observer, n_threads))
 }
 
 /// Runs `simulation`, recorded by `recorder` in `output`, and closes the file whatever way it ends.
@@ -48,10 +49,9 @@ pub fn record(
 pub fn finish(
     recorder: Recorder,
     output: OutputFile,
-    (stop, bar): (&Stop, ProgressBar),
+    (stop, bar, begin): (&Stop, ProgressBar, Instant),
     simulation: impl FnOnce(&mut dyn Observer) -> Result<RunReport, AppError>,
 ) -> Result<(), AppError> {
-    let begin = Instant::now();
     let part = output.part().to_owned();
     let progress = Progress::new(bar.clone());
     stop.hold(Held { output, recorder: Some(recorder), is_restart_own: true, bar, time: 0.0 });
@@ -60,9 +60,9 @@ pub fn finish(
     observer.progress.finish();
     let Held { output, recorder, .. } = stop.take();
     let recorder = &mut recorder.expect("it was given above");
-    if let Some(reason) = recorder.failure() {
+    if let Some(fault) = recorder.failure() {
         // The rows that reached the disk stay in the part file, and the run can be taken up once there is space.
-        return Err(AppError::io(part, reason));
+        return Err(AppError::io(part, OutputFault::Recording(fault)));
     }
     if recorder.is_taken_up() && matches!(outcome, Err(AppError::Model(_))) {
         // Another machine or version may be the reason: where the run came from, it can still be taken up.
@@ -83,7 +83,9 @@ pub fn finish(
         output.discard();
         return outcome.map(|_| ());
     }
-    recorder.finish(status, &message, timings).map_err(|e| AppError::io(&part, e.to_string()))?;
+    recorder
+        .finish(status, &message, timings)
+        .map_err(|fault| AppError::io(&part, OutputFault::Recording(fault)))?;
     let path = output.finish(status)?;
     let report = outcome.inspect_err(|_| {
         tracing::warn!("the results up to the failure are in {}", path.display());
@@ -102,8 +104,13 @@ struct RunObserver<'a> {
 }
 
 impl RunObserver<'_> {
-    fn with<T>(&self, action: impl FnOnce(&mut Recorder) -> T) -> T {
-        self.stop.with(|held| action(held.recorder.as_mut().expect("a run that goes on has a recorder")))
+    fn record(
+        &self,
+        action: impl FnOnce(&mut Recorder) -> Result<(), Arc<RecordingFault>>,
+    ) -> Result<(), ObserverError> {
+        let recorded =
+            self.stop.with(|held| action(held.recorder.as_mut().expect("a run that goes on has a recorder")));
+        recorded.map_err(ObserverError::new)
     }
 }
 
@@ -123,11 +130,11 @@ impl Observer for RunObserver<'_> {
 
     fn start(&mut self, layout: &RunLayout) -> Result<(), ObserverError> {
         self.progress.set_span(layout.time_span, layout.contacts.is_empty());
-        self.with(|recorder| recorder.start(layout))
+        self.record(|recorder| recorder.start(layout))
     }
 
     fn sample(&mut self, sample: &Sample) -> Result<(), ObserverError> {
-        self.with(|recorder| recorder.sample(sample))
+        self.record(|recorder| recorder.sample(sample))
     }
 
     fn progress(&mut self, time: f64, step: f64, phase: PhaseKind) -> Continue {
@@ -151,7 +158,7 @@ impl Observer for RunObserver<'_> {
             record.evaluations,
             record.wall_time
         );
-        self.with(|recorder| recorder.phase(record))
+        self.record(|recorder| recorder.phase(record))
     }
 
     fn impact(&mut self, record: &ImpactRecord) -> Result<(), ObserverError> {
@@ -163,7 +170,7 @@ impl Observer for RunObserver<'_> {
             record.impulse,
             super::ratio(record.restitution)
         );
-        self.with(|recorder| recorder.impact(record))
+        self.record(|recorder| recorder.impact(record))
     }
 
     fn trial(&mut self, record: &TrialRecord) -> Result<(), ObserverError> {
@@ -174,11 +181,11 @@ impl Observer for RunObserver<'_> {
             record.outcome.identifier(),
             record.reason
         );
-        self.with(|recorder| recorder.trial(record))
+        self.record(|recorder| recorder.trial(record))
     }
 
     fn restart_point(&mut self, point: &RunState) -> Result<(), ObserverError> {
-        self.with(|recorder| recorder.restart_point(point))
+        self.record(|recorder| recorder.restart_point(point))
     }
 
     fn transfer(&mut self, record: &TransferRecord) -> Result<(), ObserverError> {
@@ -189,15 +196,15 @@ impl Observer for RunObserver<'_> {
             record.energy_before,
             record.energy_after
         );
-        self.with(|recorder| recorder.transfer(record))
+        self.record(|recorder| recorder.transfer(record))
     }
 
     fn warning(&mut self, warning: &Warning) -> Result<(), ObserverError> {
         tracing::warn!("{}", warning.line());
-        self.with(|recorder| recorder.warning(warning))
+        self.record(|recorder| recorder.warning(warning))
     }
 
     fn stress(&mut self, record: &StressRecord) -> Result<(), ObserverError> {
-        self.with(|recorder| recorder.stress(record))
+        self.record(|recorder| recorder.stress(record))
     }
 }

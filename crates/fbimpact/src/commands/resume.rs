@@ -1,6 +1,7 @@
 //! `fbimpact run --resume`: goes on with a run that was interrupted or killed.
 
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use indicatif::ProgressBar;
 
@@ -10,6 +11,7 @@ use super::stop::Stop;
 use crate::cache::{self, CacheSettings};
 use crate::cli::RunArguments;
 use crate::error::AppError;
+use crate::file_fault::{OutputFault, ResumeFault};
 use crate::provenance;
 use crate::results::journal::{self, Restart};
 use crate::results::open::{attribute, open};
@@ -31,7 +33,8 @@ pub fn resume(
     let target = linked(&target(output))?;
     check_unfinished(&target)?;
     let output = OutputFile::claim_again(&target, arguments.force)?;
-    let prepared = journal::read(output.restart()).and_then(|r| Ok((scenario_of(&r)?, r)));
+    let restart = journal::read(output.restart()).map_err(AppError::from);
+    let prepared = restart.and_then(|r| Ok((scenario_of(&r)?, r)));
     let (scenario, restart) = match prepared {
         Ok(prepared) => prepared,
         Err(error) => {
@@ -47,11 +50,11 @@ pub fn resume(
     };
     tracing::info!("{} is taken up at t = {:.9e} s", target.display(), point.time);
     let part = output.part().to_owned();
-    let fail = |e: adaptive::error::ObserverError| AppError::io(&part, e.to_string());
-    let mut recorder = Recorder::create(&part, &scenario, n_threads).map_err(fail)?;
-    recorder.take_up(restart).map_err(fail)?;
+    let mut recorder =
+        Recorder::create(&part, &scenario, n_threads).map_err(|fault| AppError::io(&part, fault))?;
+    recorder.take_up(restart).map_err(|fault| AppError::io(&part, OutputFault::Recording(fault)))?;
     let cache = cache::open(&CacheSettings::new(&arguments.cache));
-    let outcome = finish(recorder, output, (&stop, bar), |observer| {
+    let outcome = finish(recorder, output, (&stop, bar, Instant::now()), |observer| {
         simulate_with(&scenario, Some(&point), observer, n_threads, &cache)
     });
     cache::log_use(&cache);
@@ -68,20 +71,17 @@ fn target(output: &Path) -> PathBuf {
 
 /// Refuses results for which there is nothing to do, and those with nothing to go on from.
 fn check_unfinished(target: &Path) -> Result<(), AppError> {
-    let fail = |path: &Path, reason: String| Err(AppError::io(path, reason));
+    let fail = |path: &Path, fault: ResumeFault| Err(AppError::io(path, fault));
     let (part, restart) = (part_path(target), restart_path(target));
     let status =
         if target.is_file() { open(target).ok().and_then(|f| attribute(&f, "status")) } else { None };
     match status.as_deref() {
         // A run that replaces an earlier result has its own part file.
         Some("complete") if !part.exists() => {
-            return fail(target, "is complete, there is nothing to resume; for a later end start a new run with --set simulation.end_time=...".into());
+            return fail(target, ResumeFault::Complete);
         }
         Some("failed") if !restart.exists() && !part.exists() => {
-            return fail(
-                target,
-                "is of a run that failed and would fail again, start a new run with another scenario".into(),
-            );
+            return fail(target, ResumeFault::Failed);
         }
         _ => {}
     }
@@ -89,10 +89,9 @@ fn check_unfinished(target: &Path) -> Result<(), AppError> {
         return Ok(());
     }
     if target.exists() || part.exists() {
-        let reason = format!("cannot be resumed without {}, start the run anew", restart.display());
-        return fail(if part.exists() { &part } else { target }, reason);
+        return fail(if part.exists() { &part } else { target }, ResumeFault::NoRestartFile { restart });
     }
-    fail(target, format!("no such run: neither it nor {} exists", part.display()))
+    fail(target, ResumeFault::NoRun { part })
 }
 
 /// The scenario of the run.

@@ -5,6 +5,7 @@ use clap::CommandFactory;
 use super::print;
 use crate::cli::Cli;
 use crate::error::{AppError, CommandFault};
+use crate::file_fault::FileFault;
 
 /// Prints completions for a shell.
 ///
@@ -33,6 +34,8 @@ pub fn manual(command: Option<&str>) -> Result<(), AppError> {
         }
     };
     let mut text = Vec::new();
-    clap_mangen::Man::new(page).render(&mut text).map_err(|e| AppError::io("standard output", e))?;
+    clap_mangen::Man::new(page)
+        .render(&mut text)
+        .map_err(|e| AppError::io("standard output", FileFault::Stream(e)))?;
     print(&String::from_utf8_lossy(&text))
 }

@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 use indicatif::ProgressBar;
 
 use crate::error::AppError;
+use crate::file_fault::OutputFault;
 use crate::results::{OutputFile, Recorder, Status};
 
 /// Time that the run has to end by itself.
@@ -130,7 +131,7 @@ impl Stop {
 }
 
 impl Held {
-    /// Closes the file of a run that is stopped wherever it is. Returns what the user is told.
+    /// Closes the file of a run that is stopped wherever it is. Returns the error to show.
     pub fn close(self) -> AppError {
         let Self { output, recorder, is_restart_own, bar, time } = self;
         bar.finish_and_clear();
@@ -150,8 +151,8 @@ impl Held {
         };
         let part = output.part().to_owned();
         let message = format!("interrupted at t = {time:.9e} s");
-        if let Err(error) = recorder.finish(Status::Interrupted, &message, None) {
-            return AppError::io(&part, error.to_string());
+        if let Err(fault) = recorder.finish(Status::Interrupted, &message, None) {
+            return AppError::io(&part, OutputFault::Recording(fault));
         }
         match output.finish(Status::Interrupted) {
             Ok(output) => AppError::Interrupted { time, output },

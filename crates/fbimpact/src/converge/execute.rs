@@ -9,6 +9,7 @@ use std::time::Duration;
 use super::job::{Running, Setting};
 use super::outcome::Outcome;
 use crate::error::AppError;
+use crate::file_fault::Access;
 
 pub use super::job::{Job, Left, Setting as RunSetting, prepare};
 
@@ -109,7 +110,8 @@ impl Queue<'_> {
         let mut still = Vec::with_capacity(before);
         for (i, mut run) in std::mem::take(&mut self.running) {
             let job = &self.jobs[i];
-            let polled = run.poll().map_err(|e| AppError::io(self.setting.result(&job.name), e));
+            let polled =
+                run.poll().map_err(|e| AppError::system(self.setting.result(&job.name), Access::Watch, e));
             match polled {
                 Ok(None) => still.push((i, run)),
                 Ok(Some(status)) => {

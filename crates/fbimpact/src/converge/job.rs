@@ -7,10 +7,11 @@ use std::time::Instant;
 
 use super::outcome::Outcome;
 use crate::error::AppError;
+use crate::file_fault::{Access, FileFault};
 use crate::results::journal::{Entries, Entry};
 use crate::results::restart_path;
 use crate::results::stored::Stored;
-use crate::{error_text, whole_file};
+use crate::whole_file;
 
 /// A run to be made.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -105,7 +106,7 @@ impl Setting {
         self.write(&job.name, ".program", &format!("{}\n", self.fingerprint))?;
         self.write(&job.name, ".set", &job.set.iter().map(|s| format!("{s}\n")).collect::<String>())?;
         let path = self.file(&job.name, ".log");
-        let log = File::create(&path).map_err(|e| AppError::io(&path, error_text::of_io(&e)))?;
+        let log = File::create(&path).map_err(|e| AppError::system(&path, Access::Write, e))?;
         let mut command = Command::new(&self.program);
         command.arg("run");
         if is_taken_up {
@@ -116,8 +117,7 @@ impl Setting {
         }
         command.args(["--force", "--until-eof", "-q", "--threads", &self.threads.to_string()]);
         command.args(&self.arguments).stdin(Stdio::piped()).stdout(Stdio::null()).stderr(log);
-        let started =
-            command.spawn().map_err(|e| AppError::io(&self.program, format!("cannot be started: {e}")));
+        let started = command.spawn().map_err(|e| AppError::system(&self.program, Access::Start, e));
         started.map(|mut child| {
             let input = child.stdin.take();
             Running { child, input, begin: Instant::now(), is_taken_up }
@@ -141,7 +141,7 @@ impl Setting {
 
     fn write(&self, name: &str, ending: &str, text: &str) -> Result<(), AppError> {
         let path = self.file(name, ending);
-        whole_file::write(&path, text.as_bytes()).map_err(|e| AppError::io(&path, error_text::of_io(&e)))
+        whole_file::write(&path, text.as_bytes()).map_err(|e| AppError::system(&path, Access::Write, e))
     }
 }
 
@@ -170,15 +170,14 @@ impl Running {
 /// # Errors
 /// [`AppError::Io`] if it cannot be made or holds something else.
 pub fn prepare(folder: &Path) -> Result<(), AppError> {
-    let fail = |e: std::io::Error| AppError::io(folder, error_text::of_io(&e));
-    fs::create_dir_all(folder).map_err(fail)?;
+    let fail = |access| move |e: std::io::Error| AppError::system(folder, access, e);
+    fs::create_dir_all(folder).map_err(fail(Access::Create))?;
     let mark = folder.join(super::report::FILE);
     if mark.is_file() {
         return Ok(());
     }
-    if fs::read_dir(folder).map_err(fail)?.next().is_some() {
-        let reason = format!("holds files and no {}, name a new folder with -o", super::report::FILE);
-        return Err(AppError::io(folder, reason));
+    if fs::read_dir(folder).map_err(fail(Access::Read))?.next().is_some() {
+        return Err(AppError::io(folder, FileFault::ForeignFolder { mark: super::report::FILE }));
     }
-    whole_file::write(&mark, b"{}\n").map_err(fail)
+    whole_file::write(&mark, b"{}\n").map_err(fail(Access::Write))
 }

@@ -167,7 +167,7 @@ impl Function {
     fn time_of(self, x: &Value, time: &[f64], is_better: fn(f64, f64) -> bool) -> Result<Value, String> {
         if self.over_time(x, time)? != 1 {
             return Err(format!(
-                "{} needs one number a row, this is {}; name a component",
+                "{} needs one number per row, this is {}; name a component",
                 self.name(),
                 x.shown()
             ));

@@ -17,6 +17,10 @@ const SCENARIO: &str = "scenario";
 /// Name of the rows of a contact's impacts.
 const IMPACTS: &str = "impacts";
 
+/// Of rows that start and end, beside their columns.
+const DURATION: TableColumn =
+    TableColumn { name: "duration", unit: "s", meaning: "time from the start to the end" };
+
 /// A result as expressions see it.
 pub struct Source<'a> {
     stored: &'a Stored,
@@ -245,6 +249,8 @@ fn column<'s>(
     steps: &'s [Step],
     path: &str,
 ) -> Result<(Value, &'s [Step]), FaultAt> {
+    let is_span = ["start", "end"].iter().all(|end| columns.iter().any(|c| c.name == *end));
+    let columns: Vec<&TableColumn> = columns.iter().chain(is_span.then_some(&DURATION)).collect();
     let known = || columns.iter().map(|c| c.name).collect::<Vec<_>>().join(", ");
     let named = steps.iter().position(|step| matches!(step.taken, Taken::Name(_)));
     let Some((n, Taken::Name(name))) = named.map(|n| (n, &steps[n].taken)) else {
@@ -258,6 +264,10 @@ fn column<'s>(
         ));
     };
     let cell = |row: &serde_json::Map<String, Json>| -> Option<Vec<f64>> {
+        if column.name == DURATION.name {
+            let at = |name: &str| row.get(name).and_then(Json::as_f64).unwrap_or(f64::NAN);
+            return Some(vec![at("end") - at("start")]);
+        }
         match row.get(column.name)? {
             // What is no number is null.
             Json::Null => Some(vec![f64::NAN]),

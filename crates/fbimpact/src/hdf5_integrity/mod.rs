@@ -17,11 +17,28 @@ use crate::error_text;
 /// Opens `path` for reading without a lock, so that a run may still be writing it.
 ///
 /// # Errors
-/// Why it cannot be read, in words for users.
-pub fn open(path: &Path) -> Result<File, String> {
+/// [`OpenFault::Texts`], [`OpenFault::Hdf5`].
+pub fn open(path: &Path) -> Result<File, OpenFault> {
     if let Ok(Some(at)) = heaps::unreadable(path) {
-        return Err(format!("the texts at byte {at} are damaged, copy the file again or make it anew"));
+        return Err(OpenFault::Texts { at });
     }
     let file = File::with_options().with_fapl(|p| p.file_locking(false)).open(path);
-    file.map_err(|e| error_text::of_hdf5(&e))
+    file.map_err(OpenFault::Hdf5)
+}
+
+/// Why a file cannot be opened as one of HDF5.
+#[derive(Debug, thiserror::Error)]
+pub enum OpenFault {
+    /// The system does not let it be read.
+    #[error("{}", error_text::of_io(.0))]
+    System(std::io::Error),
+    /// Texts whose place in the file makes no sense.
+    #[error("the texts at byte {at} are damaged, copy the file again or make it anew")]
+    Texts {
+        /// Where they are.
+        at: u64,
+    },
+    /// The library refuses it.
+    #[error("{}", error_text::of_hdf5(.0))]
+    Hdf5(hdf5::Error),
 }

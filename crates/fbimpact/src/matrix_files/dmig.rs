@@ -7,10 +7,15 @@ use super::fault::{MatrixError, MatrixFault};
 use super::matrix::{Matrix, Row};
 use super::words::{self, number, real};
 
+/// Fields of a line that are looked at.
+const FIELDS: usize = 9;
+/// Names of matrices that a message lists.
+const LISTED: usize = 8;
+
 /// Fields of a line: the first of eight characters, the others of `width`.
 fn fields(line: &str) -> (Vec<&str>, bool) {
     if line.contains(',') {
-        let all: Vec<&str> = line.split(',').map(str::trim).collect();
+        let all: Vec<&str> = line.split(',').map(str::trim).take(FIELDS).collect();
         let is_long = all.first().is_some_and(|f| f.ends_with('*'));
         return (all, is_long);
     }
@@ -47,7 +52,7 @@ pub fn read(text: &str, name: Option<&str>) -> Result<Matrix, MatrixError> {
         if all[0].trim_end_matches('*') == "DMIG" {
             column = None;
             let own = field(1).to_ascii_uppercase();
-            if !names.contains(&own) {
+            if names.len() < LISTED && !names.contains(&own) {
                 names.push(own.clone());
             }
             if name.is_some_and(|name| !name.eq_ignore_ascii_case(&own)) {

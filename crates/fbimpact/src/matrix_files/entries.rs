@@ -2,7 +2,7 @@
 
 use super::fault::{MatrixError, MatrixFault};
 use super::matrix::{Matrix, Row};
-use super::words::{SHOWN, component as component_of, fail, number, real};
+use super::words::{SHOWN, Words, component as component_of, fail, number, real};
 
 /// A matrix in the form of Matrix Market.
 ///
@@ -10,9 +10,9 @@ use super::words::{SHOWN, component as component_of, fail, number, real};
 /// [`MatrixError`] with the line.
 pub fn market(text: &str) -> Result<Matrix, MatrixError> {
     let header = text.lines().next().unwrap_or("").to_ascii_lowercase();
-    let words: Vec<&str> = header.split_whitespace().collect();
+    let words = Words::new(&header, char::is_whitespace);
     let is_read = matches!(
-        words[..],
+        words.first(),
         [_, "matrix", "coordinate", "real" | "integer" | "double", "general" | "symmetric"]
     );
     if !is_read {
@@ -28,14 +28,15 @@ pub fn market(text: &str) -> Result<Matrix, MatrixError> {
     let Some((line, sizes)) = lines.next() else {
         return fail(1, MatrixFault::Missing { what: "sizes", remedy: "write rows, columns and entries" });
     };
+    let words = Words::new(sizes, char::is_whitespace);
     let sizes: Vec<u64> =
-        sizes.split_whitespace().map(|w| number(line, w, "a count")).collect::<Result<_, _>>()?;
+        words.first().iter().map(|w| number(line, w, "a count")).collect::<Result<_, _>>()?;
     let [rows, columns, expected] = sizes[..] else {
         return fail(
             line,
             MatrixFault::Expected {
                 expected: "rows, columns and entries",
-                found: format!("{} numbers", sizes.len()),
+                found: format!("{} numbers", words.n),
             },
         );
     };
@@ -45,7 +46,7 @@ pub fn market(text: &str) -> Result<Matrix, MatrixError> {
     }
     let mut entries = Vec::new();
     for (line, text) in lines {
-        entries.push(triple(line, &text.split_whitespace().collect::<Vec<_>>())?);
+        entries.push(triple(line, Words::new(text, char::is_whitespace).first())?);
     }
     let expected = usize::try_from(expected).unwrap_or(usize::MAX);
     if entries.len() != expected {
@@ -78,11 +79,10 @@ pub fn lists(text: &str) -> Result<Matrix, MatrixError> {
         if content.is_empty() || content.starts_with(['*', '#', '%']) {
             continue;
         }
-        let words: Vec<&str> =
-            content.split(|c: char| c == ',' || c.is_whitespace()).filter(|w| !w.is_empty()).collect();
-        let n = *first.get_or_insert(words.len());
-        entries.push(match words[..] {
-            [_, _, _] if n == 3 => triple(line, &words)?,
+        let words = Words::new(content, |c| c == ',' || c.is_whitespace());
+        let n = *first.get_or_insert(words.n);
+        entries.push(match *words.first() {
+            [_, _, _] if n == 3 => triple(line, words.first())?,
             [a, b, c, d, value] if n == 5 => (unknown(line, a, b)?, unknown(line, c, d)?, real(line, value)?),
             _ => {
                 let expected = if n == 3 {

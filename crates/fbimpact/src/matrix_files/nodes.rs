@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::fault::{MatrixError, MatrixFault};
 use super::matrix::Unknown;
-use super::words::{component, number, real};
+use super::words::{Words, component, number, real};
 
 /// Nodes with their positions.
 pub type NodeTable = BTreeMap<u64, [f64; 3]>;
@@ -23,16 +23,14 @@ pub fn read_nodes(text: &str) -> Result<NodeTable, MatrixError> {
             is_inside = card.eq_ignore_ascii_case("*NODE") || content.starts_with("**") && is_inside;
             continue;
         }
-        let words: Vec<&str> = content
-            .split(|c: char| c == ',' || c == ';' || c.is_whitespace())
-            .filter(|w| !w.is_empty())
-            .collect();
+        let words = Words::new(content, |c| c == ',' || c == ';' || c.is_whitespace());
+        let words = words.first();
         // A first line of titles, comments and what other sections hold.
         let is_title = nodes.is_empty() && words.first().is_some_and(|w| w.parse::<f64>().is_err());
         if !is_inside || words.is_empty() || content.starts_with('#') || is_title {
             continue;
         }
-        let [node, x, y, z] = words[..] else {
+        let [node, x, y, z] = *words else {
             let found = content.chars().take(40).collect();
             let expected = "a node's number, x, y and z";
             return Err(MatrixError { line, fault: MatrixFault::Expected { expected, found } });
@@ -62,11 +60,8 @@ pub fn read_map(text: &str) -> Result<Vec<Unknown>, MatrixError> {
         if content.is_empty() || content.starts_with(['#', '*']) {
             continue;
         }
-        let words: Vec<&str> = content
-            .split(|c: char| c == ',' || c == '.' || c.is_whitespace())
-            .filter(|w| !w.is_empty())
-            .collect();
-        let [node, axis] = words[..] else {
+        let words = Words::new(content, |c| c == ',' || c == '.' || c.is_whitespace());
+        let [node, axis] = *words.first() else {
             let found = content.chars().take(40).collect();
             let expected = "node.component, or node and component";
             return Err(MatrixError { line, fault: MatrixFault::Expected { expected, found } });

@@ -5,6 +5,36 @@ use super::fault::{MatrixError, MatrixFault};
 /// Characters of a wrong word that a message shows.
 pub const SHOWN: usize = 40;
 
+/// Words of a line that are kept: one more than any line here has.
+const KEPT: usize = 6;
+
+/// The words of a line, of which there may be any number.
+#[derive(Debug, Default)]
+pub struct Words<'a> {
+    first: [&'a str; KEPT],
+    /// How many there are.
+    pub n: usize,
+}
+
+impl<'a> Words<'a> {
+    /// `text` cut where `is_between`.
+    pub fn new(text: &'a str, is_between: impl Fn(char) -> bool) -> Self {
+        let mut words = Self::default();
+        for word in text.split(is_between).filter(|w| !w.is_empty()) {
+            if let Some(place) = words.first.get_mut(words.n) {
+                *place = word;
+            }
+            words.n += 1;
+        }
+        words
+    }
+
+    /// The first of them, all unless there are too many.
+    pub fn first(&self) -> &[&'a str] {
+        &self.first[..self.n.min(KEPT)]
+    }
+}
+
 /// An error on a line.
 ///
 /// # Errors
@@ -41,5 +71,19 @@ pub fn component(line: usize, word: &str) -> Result<u8, MatrixError> {
     match number::<u8>(line, word, expected)? {
         n @ 1..=6 => Ok(n - 1),
         n => Err(MatrixError { line, fault: MatrixFault::Expected { expected, found: n.to_string() } }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_keeps_its_first_words_and_their_number() {
+        let words = Words::new(" a,,b  c", |c| c == ',' || c.is_whitespace());
+        assert_eq!((words.first(), words.n), (&["a", "b", "c"][..], 3));
+        let long = "1 ".repeat(50);
+        let words = Words::new(&long, char::is_whitespace);
+        assert_eq!((words.first().len(), words.n), (KEPT, 50));
     }
 }

@@ -75,6 +75,11 @@ impl Scale {
         position.is_finite().then_some(position)
     }
 
+    /// Display length of a difference of values on a linear axis.
+    pub fn length(&self, difference: f64) -> f64 {
+        difference * self.factor
+    }
+
     /// Label of the division at `position`.
     fn tick_label(&self, position: f64) -> String {
         let near = self.ticks.iter().min_by(|a, b| (a.0 - position).abs().total_cmp(&(b.0 - position).abs()));

@@ -8,9 +8,11 @@ use hdf5::{File, Group, Result};
 
 use crate::compare::scenario_values::{self, Values};
 use crate::error::AppError;
+use crate::file_fault::ResultFault;
+use crate::hdf5_integrity;
 use crate::results::open::{attribute, open, scenario_text};
+use crate::results::pressure_series::PressureSeries;
 use crate::results::tables::{ImpactRow, PhaseRow, TrialRow};
-use crate::{error_text, hdf5_integrity};
 
 /// A motion in space: x, y, z over time.
 pub type Components = [Vec<f64>; 3];
@@ -48,6 +50,8 @@ pub struct ResultData {
     pub energies: Vec<(String, Vec<f64>)>,
     /// Normal force \[N\] of every contact.
     pub forces: Vec<(String, Vec<f64>)>,
+    /// Pressures of contacts whose points are stored.
+    pub pressures: Vec<(String, PressureSeries)>,
     /// Position \[m\] and velocity [m/s] of the chosen points.
     pub points: Vec<(String, Components, Components)>,
     /// Stress of those points where it is stored, by its components \[Pa\].
@@ -73,11 +77,9 @@ impl ResultData {
     /// [`AppError::Io`] if it is no readable result file.
     pub fn read(path: &Path, label: String) -> std::result::Result<Self, AppError> {
         let file = open(path)?;
-        let mut data = contents(&file).map_err(|e| {
-            AppError::io(path, format!("has a part that cannot be read: {}", error_text::of_hdf5(&e)))
-        })?;
+        let mut data = contents(&file).map_err(|e| AppError::io(path, ResultFault::Part(e)))?;
         if data.time.is_empty() {
-            return Err(AppError::io(path, "has no stored states, there is nothing to draw"));
+            return Err(AppError::io(path, ResultFault::NothingToDraw));
         }
         data.label = label;
         Ok(data)
@@ -99,6 +101,7 @@ impl ResultData {
             values.truncate(end);
             values.drain(..first.min(values.len()));
         }
+        self.pressures.iter_mut().for_each(|(_, series)| series.cut(first..end));
         self.impacts.retain(|impact| impact.start >= from && impact.start <= to);
         self.phases.retain(|phase| phase.end >= from && phase.start <= to);
         for phase in &mut self.phases {
@@ -131,6 +134,10 @@ fn contents(file: &File) -> Result<ResultData> {
     for (name, group) in members(file, "contacts")? {
         data.forces
             .push((name.clone(), hdf5_integrity::rows(&group.dataset(&format!("{name}/normal_force"))?)?));
+    }
+    for (name, _) in members(file, "pressure")? {
+        let stored = PressureSeries::read(file, &name)?.filter(|series| series.is_whole(data.time.len()));
+        data.pressures.extend(stored.map(|series| (name, series)));
     }
     for (name, group) in members(file, "points")? {
         let position = components(&group, &format!("{name}/position"))?;

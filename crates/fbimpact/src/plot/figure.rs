@@ -65,6 +65,23 @@ pub struct Panel {
     pub bands: Vec<(f64, f64, Shade)>,
     /// Horizontal limits.
     pub limits: Vec<f64>,
+    /// Dots.
+    pub dots: Vec<Dot>,
+    /// Values of the dots: their colours are explained beside the panel, which is square then.
+    pub colours: Option<Axis>,
+}
+
+/// A dot.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Dot {
+    /// Abscissa.
+    pub x: f64,
+    /// Ordinate.
+    pub y: f64,
+    /// Radius in the unit of the abscissa; at least that of a small mark is drawn.
+    pub radius: f64,
+    /// What its colour shows.
+    pub value: f64,
 }
 
 /// An axis.

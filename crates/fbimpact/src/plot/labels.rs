@@ -22,8 +22,12 @@ pub fn by_values(scenarios: &[Values], names: &[String]) -> Vec<String> {
     let all: BTreeSet<&String> = scenarios.iter().flat_map(Values::keys).collect();
     let differs = |key: &&String| scenarios.windows(2).any(|w| w[0].get(*key) != w[1].get(*key));
     // Titles are words about the same difference.
-    let keys: Vec<&str> =
+    let mut keys: Vec<&str> =
         all.into_iter().filter(differs).map(String::as_str).filter(|k| *k != "title").collect();
+    // Lists and tables are long, and often follow from a word: what the program chose for another model.
+    let is_long =
+        |key: &&str| scenarios.iter().filter_map(|s| s.get(*key)).any(|value| value.starts_with(['[', '{']));
+    keys.sort_by_key(|key| is_long(key));
     if keys.is_empty() {
         return names.to_vec();
     }
@@ -70,7 +74,7 @@ mod tests {
             labels(&["a.v = 1\nb.v = 2", "a.v = 2\nb.v = 3"]),
             ["a.v = 1, b.v = 2", "a.v = 2, b.v = 3"]
         );
-        assert_eq!(labels(&["a.v = [0.0, 1.5]", "a.w = 1"]), ["v = [0, 1.5], w = –", "v = –, w = 1"]);
+        assert_eq!(labels(&["a.v = [0.0, 1.5]", "a.w = 1"]), ["w = –, v = [0, 1.5]", "w = 1, v = –"]);
     }
 
     #[test]

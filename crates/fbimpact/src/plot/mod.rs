@@ -1,6 +1,6 @@
-//! Figures from result files: drawn once as SVG, rasterised from there.
+//! Figures from result files: drawn once as SVG, turned into pixels or PDF from there.
 //!
-//! A [`figure::Figure`] says what is shown; it knows nothing of pixels. [`render`] draws it. Both formats come from the same
+//! A [`figure::Figure`] says what is shown; it knows nothing of pixels. [`render`] draws it. All formats come from the same
 //! drawing and the same embedded font, so that they look alike on every machine.
 
 pub mod labels;
@@ -15,8 +15,12 @@ pub mod theme;
 mod axis;
 mod text;
 mod legend;
+mod colours;
+mod dots;
 pub mod render;
+mod drawing;
 pub mod raster;
+pub mod pdf;
 
 /// What can go wrong while drawing; files are the caller's.
 #[derive(Debug, thiserror::Error)]
@@ -24,7 +28,7 @@ pub enum PlotError {
     /// The drawing library refused.
     #[error("the figure cannot be drawn: {0}")]
     Draw(String),
-    /// The picture cannot be made from the drawing.
-    #[error("the figure cannot be turned into pixels: {0}")]
-    Raster(String),
+    /// The file cannot be made from the drawing.
+    #[error("the figure cannot be converted: {0}")]
+    Convert(String),
 }

@@ -1,49 +1,32 @@
 //! From a drawing to pixels.
 
-use std::sync::{Arc, LazyLock};
-
 use resvg::tiny_skia::{Color, Pixmap, Transform};
-use resvg::usvg::{self, fontdb};
 
 use super::PlotError;
-use super::theme::{FONT_DATA, PNG_SCALE};
-
-/// The embedded font alone: system fonts would make pictures depend on the machine.
-static FONTS: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
-    let mut fonts = fontdb::Database::new();
-    fonts.load_font_data(FONT_DATA.to_vec());
-    fonts.set_sans_serif_family("DejaVu Sans");
-    Arc::new(fonts)
-});
-
-/// A drawing with its text laid out.
-///
-/// # Errors
-/// [`PlotError::Raster`] if it is no SVG.
-fn tree(svg: &str) -> Result<usvg::Tree, PlotError> {
-    let options = usvg::Options { fontdb: FONTS.clone(), ..usvg::Options::default() };
-    usvg::Tree::from_str(svg, &options).map_err(|e| PlotError::Raster(e.to_string()))
-}
+use super::drawing::tree;
+use super::theme::PNG_SCALE;
 
 /// The PNG of a drawing, on white.
 ///
 /// # Errors
-/// [`PlotError::Raster`] if the drawing is too large for memory.
+/// [`PlotError::Convert`] if the drawing is too large for memory.
 pub fn png(svg: &str) -> Result<Vec<u8>, PlotError> {
     let tree = tree(svg)?;
     let size = tree.size();
     let pixels = |length: f32| (PNG_SCALE * length).ceil() as u32;
     let mut picture = Pixmap::new(pixels(size.width()), pixels(size.height()))
-        .ok_or_else(|| PlotError::Raster("the picture is too large".into()))?;
+        .ok_or_else(|| PlotError::Convert("the picture is too large".into()))?;
     picture.fill(Color::WHITE);
     resvg::render(&tree, Transform::from_scale(PNG_SCALE, PNG_SCALE), &mut picture.as_mut());
-    picture.encode_png().map_err(|e| PlotError::Raster(e.to_string()))
+    picture.encode_png().map_err(|e| PlotError::Convert(e.to_string()))
 }
 
 #[cfg(test)]
 mod tests {
+    use resvg::usvg;
+
     use super::*;
-    use crate::plot::figure::{Axis, Curve, Entry, Figure, Panel, Shade, Sign, entries};
+    use crate::plot::figure::{Axis, Curve, Dot, Entry, Figure, Panel, Shade, Sign, entries};
     use crate::plot::render;
     use crate::plot::theme::Page;
 
@@ -62,6 +45,7 @@ mod tests {
             curves: (0..8).map(curve).collect(),
             bands: vec![(0.0, 1e-4, Shade::Impact)],
             limits: vec![-5e3],
+            ..Panel::default()
         };
         let labels: Vec<String> = (0..8).map(|i| format!("{i}_{}", "long_name_".repeat(5))).collect();
         let mut legend = entries(labels.iter().map(String::as_str));
@@ -84,6 +68,50 @@ mod tests {
             let (page, drawn) = (tree.size(), tree.root().abs_stroke_bounding_box());
             // The background ends at the last unit, a tenth of a pixel.
             assert!(drawn.left() >= -0.1 && drawn.top() >= -0.1, "{drawn:?}");
+            assert!(
+                drawn.right() <= page.width() + 0.1 && drawn.bottom() <= page.height() + 0.1,
+                "{drawn:?}"
+            );
+        }
+    }
+
+    /// Centres of the dots of a map, by its drawing in units of a tenth of a pixel.
+    fn centres(svg: &str) -> Vec<(i32, i32)> {
+        let value = |line: &str, key: &str| -> i32 {
+            let after = line.split(&format!(" {key}=\"")).nth(1).expect("the key");
+            after.split('"').next().expect("a value").parse().expect("a number")
+        };
+        svg.lines().filter(|l| l.starts_with("<circle")).map(|l| (value(l, "cx"), value(l, "cy"))).collect()
+    }
+
+    #[test]
+    fn maps_are_to_scale_and_inside_the_figure() {
+        let dot = |x: f64, y: f64, value: f64| Dot { x, y, radius: 2e-5, value };
+        let axis = |words: &str, middle: f64| Axis {
+            range: Some((middle - 2e-4, middle + 2e-4)),
+            ..Axis::new(words, "m")
+        };
+        let map = Panel {
+            x: axis("x", 1e-3),
+            y: axis("y", 0.0),
+            dots: vec![dot(1e-3, 0.0, 1e9), dot(1.1e-3, 0.0, 2e9), dot(1e-3, 1e-4, 3e9)],
+            colours: Some(Axis { range: Some((0.0, 3e9)), ..Axis::new("pressure", "Pa") }),
+            ..Panel::default()
+        };
+        let map =
+            Figure { title: "a map".into(), columns: 2, panels: vec![map.clone(), map], ..Figure::default() };
+        for width in [190.0, 85.0] {
+            let svg = render::svg(&map, Page { width, has_title: true }).expect("a drawing");
+            // The lowest value is drawn first.
+            let [a, right, up, ..] = centres(&svg)[..] else { panic!("six dots") };
+            let (dx, dy) = (right.0 - a.0, a.1 - up.1);
+            // Places are rounded to a unit.
+            assert!(
+                dx > 300 && (dx - dy).abs() <= 2 && right.1 == a.1 && up.0 == a.0,
+                "{a:?} {right:?} {up:?}"
+            );
+            let tree = tree(&svg).expect("an SVG");
+            let (page, drawn) = (tree.size(), tree.root().abs_stroke_bounding_box());
             assert!(
                 drawn.right() <= page.width() + 0.1 && drawn.bottom() <= page.height() + 0.1,
                 "{drawn:?}"

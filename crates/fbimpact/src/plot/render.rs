@@ -5,10 +5,11 @@ use plotters::chart::{ChartBuilder, ChartContext, LabelAreaPosition};
 use plotters::drawing::IntoDrawingArea;
 use plotters::element::{Circle, PathElement, Rectangle};
 use plotters::prelude::{Cartesian2d, Ranged};
-use plotters::style::{Color, WHITE};
+use plotters::style::{Color, TRANSPARENT, WHITE};
 
 use super::PlotError;
 use super::axis::Scale;
+use super::dots;
 use super::figure::{Figure, Panel, Shade};
 use super::legend::{self, Area};
 use super::text::{FONT_READY, draw_error, text_style};
@@ -31,6 +32,8 @@ const PANEL_TITLE: f64 = 16.0;
 const EDGE: f64 = 8.0;
 /// Room right of a panel for half a label \[px\].
 const RIGHT: f64 = 24.0;
+/// Panels stand side by side if each has this width \[px\].
+const NARROWEST: f64 = 250.0;
 
 /// A panel with the scales of its axes.
 struct Scaled<'a> {
@@ -41,9 +44,10 @@ struct Scaled<'a> {
 
 impl<'a> Scaled<'a> {
     fn new(panel: &'a Panel, columns: usize, is_small: bool) -> Self {
-        let abscissas = panel.curves.iter().flat_map(|c| &c.x);
+        let abscissas = panel.curves.iter().flat_map(|c| &c.x).chain(panel.dots.iter().map(|d| &d.x));
         let x = Scale::new(&panel.x, abscissas, 8 / columns.max(1));
         let ordinates = panel.curves.iter().flat_map(|c| &c.y).chain(&panel.limits);
+        let ordinates = ordinates.chain(panel.dots.iter().map(|d| &d.y));
         Self { panel, x, y: Scale::new(&panel.y, ordinates, if is_small { 4 } else { 6 }) }
     }
 }
@@ -56,11 +60,13 @@ pub fn svg(figure: &Figure, page: Page) -> Result<String, PlotError> {
     if !*FONT_READY {
         return Err(PlotError::Draw("the embedded font is not readable".into()));
     }
-    let columns = figure.columns.max(1);
-    let rows = figure.panels.len().div_ceil(columns);
-    let panel_height = units(f64::from(if rows > 1 { SMALL_PANEL_HEIGHT } else { PANEL_HEIGHT }));
-    let mut out = String::new();
     let width = page.units();
+    let columns = figure.columns.clamp(1, (width / units(NARROWEST)).max(1) as usize);
+    let rows = figure.panels.len().div_ceil(columns);
+    let has_map = figure.panels.iter().any(|panel| panel.colours.is_some());
+    let is_small = rows > 1 && !has_map;
+    let panel_height = units(f64::from(if is_small { SMALL_PANEL_HEIGHT } else { PANEL_HEIGHT }));
+    let mut out = String::new();
     let (title, flow) = {
         // Text is measured before the height is known.
         let mut scratch = String::new();
@@ -78,7 +84,7 @@ pub fn svg(figure: &Figure, page: Page) -> Result<String, PlotError> {
             root.draw_text(line, &text_style(TITLE), at).map_err(draw_error)?;
         }
         legend::draw(&root, &figure.legend, &flow, above)?;
-        panels(&root, figure, (columns, rows), (above + flow.height, panel_height, width))?;
+        panels(&root, figure, (columns, is_small), (above + flow.height, panel_height, width))?;
         root.present().map_err(draw_error)?;
     }
     Ok(with_dashes(&sized(&out, width, height)))
@@ -114,10 +120,10 @@ fn sized(svg: &str, width: i32, height: i32) -> String {
 fn panels(
     root: &Area<'_>,
     figure: &Figure,
-    (columns, rows): (usize, usize),
+    (columns, is_small): (usize, bool),
     (top, height, width): (i32, i32, i32),
 ) -> Result<(), PlotError> {
-    let scaled: Vec<Scaled<'_>> = figure.panels.iter().map(|p| Scaled::new(p, columns, rows > 1)).collect();
+    let scaled: Vec<Scaled<'_>> = figure.panels.iter().map(|p| Scaled::new(p, columns, is_small)).collect();
     let mut widest = 0;
     for (_, label) in scaled.iter().flat_map(|s| &s.y.ticks) {
         let (width, _) = root.estimate_text_size(label, &text_style(TEXT)).map_err(draw_error)?;
@@ -139,12 +145,24 @@ fn panels(
 }
 
 fn draw_panel(area: &Area<'_>, s: &Scaled<'_>, left: i32, has_words: bool) -> Result<(), PlotError> {
-    let title_height = if s.panel.title.is_empty() { 0.0 } else { PANEL_TITLE };
+    let is_map = s.panel.colours.is_some();
+    // The bar of a map has its words at the height of the title.
+    let title_height = if s.panel.title.is_empty() && !is_map { 0.0 } else { PANEL_TITLE };
     let x_labels = X_LABELS + if has_words { X_WORDS } else { 0.0 };
+    let above = units(ABOVE_PANEL + title_height);
+    let (width, height) = area.dim_in_pixel();
+    let (from, bottom) = (units(EDGE) + left, height as i32 - units(x_labels));
+    let (right, top) = if is_map {
+        // Both directions to one scale.
+        let side = (width as i32 - from - units(dots::BAR)).min(bottom - above);
+        (width as i32 - from - side, bottom - side)
+    } else {
+        (units(RIGHT), above)
+    };
     let mut chart = ChartBuilder::on(area)
-        .margin_top(units(ABOVE_PANEL + title_height))
+        .margin_top(top)
         .margin_left(units(EDGE))
-        .margin_right(units(RIGHT))
+        .margin_right(right)
         .set_label_area_size(LabelAreaPosition::Left, left)
         .set_label_area_size(LabelAreaPosition::Bottom, units(x_labels))
         .build_cartesian_2d(s.x.clone(), s.y.clone())
@@ -155,6 +173,7 @@ fn draw_panel(area: &Area<'_>, s: &Scaled<'_>, left: i32, has_words: bool) -> Re
         .axis_style(INK.stroke_width(units(0.8) as u32))
         .bold_line_style(GRID.stroke_width(units(0.7) as u32))
         .max_light_lines(0)
+        .light_line_style(TRANSPARENT)
         .x_labels(1000)
         .y_labels(1000)
         .x_desc(if has_words { s.x.label.as_str() } else { "" })
@@ -172,8 +191,10 @@ fn draw_panel(area: &Area<'_>, s: &Scaled<'_>, left: i32, has_words: bool) -> Re
         chart.draw_series([line]).map_err(draw_error)?;
     }
     curves(&mut chart, s)?;
+    dots::draw(&mut chart, s.panel, (&s.x, &s.y))?;
+    dots::bar(area, s.panel, width as i32 - right, (top, bottom))?;
     if !s.panel.title.is_empty() {
-        let at = (units(EDGE) + left, units(ABOVE_PANEL - 4.0));
+        let at = (units(EDGE) + left, units(ABOVE_PANEL - 4.0) + top - above);
         area.draw_text(&s.panel.title, &text_style(TEXT), at).map_err(draw_error)?;
     }
     Ok(())
@@ -202,8 +223,8 @@ where
     X: Ranged<ValueType = f64>,
     Y: Ranged<ValueType = f64>,
 {
-    // Early curves lie on top: the first is the most important one.
-    for curve in s.panel.curves.iter().rev() {
+    // Late curves lie on top: what coincides with an early one shows it in the gaps of its dashes.
+    for curve in &s.panel.curves {
         let colour = style(curve.style).colour;
         let line = colour.stroke_width(units(LINE) as u32);
         let at = |(x, y): (&f64, &f64)| Some((s.x.at(*x)?, s.y.at(*y)?));

@@ -53,7 +53,7 @@ fn quantities(is_axisymmetric: bool) -> Vec<Quantity> {
 /// Component without a name: a direction that the model does not have.
 const NONE: &str = "-";
 
-/// Points as CSV: a row an instant and point, a header that names the columns, SI units.
+/// Points as CSV: a row per instant and point, a header that names the columns, SI units.
 pub fn points_csv(time: &[f64], points: &[PointSeries], is_axisymmetric: bool) -> String {
     let has_gauge = points.iter().any(|point| point.has_gauge);
     let quantities: Vec<Quantity> =

@@ -1,7 +1,6 @@
 //! States of a result: motion of every body at the stored instants.
 
 use adaptive::record::TransferDirection;
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use ffr_dynamics::system::force::BodyState;
@@ -10,11 +9,12 @@ use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 use super::zones::Span;
 use crate::error::AppError;
+use crate::file_fault::ResultFault;
+use crate::hdf5_integrity;
 use crate::results::open::{open, scenario_text};
-use crate::results::pressure;
+use crate::results::pressure_series::PressureSeries;
 use crate::results::tables::{ImpactRow, PhaseRow, TransferRow};
 use crate::scenario::{self, Scenario};
-use crate::{error_text, hdf5_integrity};
 
 /// Motion of a body's reference frame.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,38 +51,6 @@ pub struct ContactSeries {
     pub penalty: Vec<f64>,
 }
 
-/// Contact pressures over time.
-#[derive(Debug, Clone, Default)]
-pub struct PressureSeries {
-    /// First entry of each instant, and the end of the last one.
-    first: Vec<usize>,
-    /// Undeformed points in the frame of the contact body \[m\].
-    pub position: Vec<[f64; 3]>,
-    /// Their areas \[m²\].
-    pub area: Vec<f64>,
-    /// Entries: index of a point.
-    pub point: Vec<u32>,
-    /// Entries: its pressure \[Pa\].
-    pub pressure: Vec<f64>,
-}
-
-impl PressureSeries {
-    /// Entries of instant `i`.
-    pub fn range(&self, i: usize) -> Range<usize> {
-        self.first[i]..self.first[i + 1]
-    }
-
-    /// Whether `n` instants and all indices are there.
-    fn is_whole(&self, n: usize) -> bool {
-        let n_points = self.position.len();
-        self.first.len() > n
-            && self.first.last().is_some_and(|end| *end <= self.point.len())
-            && self.point.len() <= self.pressure.len()
-            && n_points <= self.area.len()
-            && self.point.iter().all(|p| (*p as usize) < n_points)
-    }
-}
-
 /// A result as far as the motion of its bodies needs it.
 #[derive(Debug, Clone)]
 pub struct States {
@@ -101,9 +69,7 @@ impl States {
     /// file is gone.
     pub fn read(path: &Path) -> std::result::Result<Self, AppError> {
         let file = open(path)?;
-        let fail = |e: hdf5::Error| {
-            AppError::io(path, format!("has a part that cannot be read: {}", error_text::of_hdf5(&e)))
-        };
+        let fail = |e: hdf5::Error| AppError::io(path, ResultFault::Part(e));
         let text = scenario_text(&file).map_err(fail)?;
         let source: Option<hdf5::types::VarLenUnicode> =
             file.dataset("scenario").and_then(|d| d.attr("file")?.read_scalar()).ok();
@@ -113,9 +79,14 @@ impl States {
         let scenario = scenario::parse(&source, text.as_bytes(), &[])?;
         let time: Vec<f64> = file.dataset("time").and_then(|d| hdf5_integrity::rows(&d)).map_err(fail)?;
         if time.is_empty() {
-            return Err(AppError::io(path, "has no stored states"));
+            return Err(AppError::io(path, ResultFault::NoStates));
         }
         Ok(Self { scenario, time, file: path.to_owned() })
+    }
+
+    /// The error of something in the file that HDF5 cannot read.
+    fn unreadable(&self, what: String, source: hdf5::Error) -> AppError {
+        AppError::io(&self.file, ResultFault::Table { what, source })
     }
 
     /// Motion of body `name`.
@@ -124,12 +95,8 @@ impl States {
     /// [`AppError::Io`] if it is not stored completely.
     pub fn motion(&self, name: &str) -> std::result::Result<BodyMotion, AppError> {
         let read = |file: &File| motion(&file.group(&format!("bodies/{name}"))?);
-        let motion = read(&open(&self.file)?).map_err(|e| {
-            AppError::io(
-                &self.file,
-                format!("has no readable motion of body \"{name}\": {}", error_text::of_hdf5(&e)),
-            )
-        })?;
+        let motion = read(&open(&self.file)?)
+            .map_err(|source| self.unreadable(format!("motion of body \"{name}\""), source))?;
         let n = self.time.len();
         let is_short = |values: &[f64], width: usize| values.len() < n * width;
         let q = motion.eigenfrequencies.len();
@@ -140,10 +107,7 @@ impl States {
             || is_short(&motion.elastic, q)
             || is_short(&motion.rates, q)
         {
-            return Err(AppError::io(
-                &self.file,
-                format!("has fewer states of body \"{name}\" than instants"),
-            ));
+            return Err(AppError::io(&self.file, ResultFault::FewStates { body: name.to_owned() }));
         }
         Ok(motion)
     }
@@ -158,10 +122,9 @@ impl States {
             let numbers: Vec<u32> = hdf5_integrity::rows(&file.dataset("phase")?)?;
             Ok((numbers, hdf5_integrity::rows(&file.dataset("phases")?)?))
         };
-        let fail = |reason: String| AppError::io(&self.file, format!("has no readable phases: {reason}"));
-        let (numbers, phases) = read().map_err(|e: hdf5::Error| fail(error_text::of_hdf5(&e)))?;
+        let (numbers, phases) = read().map_err(|source| self.unreadable("phases".into(), source))?;
         if numbers.len() < self.time.len() {
-            return Err(fail("there are fewer than instants".into()));
+            return Err(AppError::io(&self.file, ResultFault::FewPhases));
         }
         Ok((numbers, phases))
     }
@@ -173,9 +136,7 @@ impl States {
     pub fn peaks(&self) -> std::result::Result<Vec<f64>, AppError> {
         let rows: Result<Vec<ImpactRow>> =
             open(&self.file)?.dataset("impacts").and_then(|d| hdf5_integrity::rows(&d));
-        let rows = rows.map_err(|e| {
-            AppError::io(&self.file, format!("has no readable /impacts: {}", error_text::of_hdf5(&e)))
-        })?;
+        let rows = rows.map_err(|source| self.unreadable("/impacts".into(), source))?;
         Ok(rows.iter().map(|row| row.peak_time).collect())
     }
 
@@ -193,14 +154,13 @@ impl States {
     /// [`AppError::Io`] if the table of model changes cannot be read.
     pub fn spans(&self) -> std::result::Result<Vec<Span>, AppError> {
         let file = open(&self.file)?;
-        let fail = |e: hdf5::Error| {
-            AppError::io(&self.file, format!("has no readable /transfers: {}", error_text::of_hdf5(&e)))
-        };
         if !file.link_exists("transfers") {
             return Ok(Vec::new());
         }
-        let rows: Vec<TransferRow> =
-            file.dataset("transfers").and_then(|d| hdf5_integrity::rows(&d)).map_err(fail)?;
+        let rows: Vec<TransferRow> = file
+            .dataset("transfers")
+            .and_then(|d| hdf5_integrity::rows(&d))
+            .map_err(|source| self.unreadable("/transfers".into(), source))?;
         let mut spans: Vec<Span> = Vec::new();
         for row in &rows {
             let (contact, sites) = (row.contact.as_str(), row.sites());
@@ -223,38 +183,13 @@ impl States {
     /// [`AppError::Io`] if they cannot be read or do not fit together.
     pub fn pressures(&self, name: &str) -> std::result::Result<Option<PressureSeries>, AppError> {
         let file = open(&self.file)?;
-        if !file.link_exists("pressure") || !file.group("pressure").is_ok_and(|g| g.link_exists(name)) {
-            return Ok(None);
+        let stored = PressureSeries::read(&file, name)
+            .map_err(|source| self.unreadable(format!("pressures of contact \"{name}\""), source))?;
+        if stored.as_ref().is_some_and(|series| !series.is_whole(self.time.len())) {
+            return Err(AppError::io(&self.file, ResultFault::PressureLengths { contact: name.to_owned() }));
         }
-        let fail = |reason: String| {
-            AppError::io(&self.file, format!("has no readable pressures of contact \"{name}\": {reason}"))
-        };
-        let series = pressure_series(&file, name).map_err(|e| fail(error_text::of_hdf5(&e)))?;
-        if !series.is_whole(self.time.len()) {
-            return Err(fail("their lengths do not fit together".into()));
-        }
-        Ok(Some(series).filter(|s| !s.point.is_empty()))
+        Ok(stored.filter(|series| !series.point.is_empty()))
     }
-}
-
-fn pressure_series(file: &File, name: &str) -> Result<PressureSeries> {
-    let group = file.group(&format!("pressure/{name}"))?;
-    let counts: Vec<u32> =
-        hdf5_integrity::rows(&file.dataset(&format!("contacts/{name}/{}", pressure::COUNT))?)?;
-    let mut first = vec![0];
-    let mut end = 0_usize;
-    for n in counts {
-        end = end.saturating_add(n as usize);
-        first.push(end);
-    }
-    let position: Vec<f64> = hdf5_integrity::rows(&group.dataset(pressure::POSITION.0)?)?;
-    Ok(PressureSeries {
-        first,
-        position: position.as_chunks::<3>().0.to_vec(),
-        area: hdf5_integrity::rows(&group.dataset(pressure::AREA.0)?)?,
-        point: hdf5_integrity::rows(&group.dataset(pressure::POINT.0)?)?,
-        pressure: hdf5_integrity::rows(&group.dataset(pressure::PRESSURE.0)?)?,
-    })
 }
 
 fn motion(group: &Group) -> Result<BodyMotion> {

@@ -276,7 +276,12 @@ pub struct Stage {
 }
 
 /// `/timings`.
-pub const TIMINGS: [Stage; 6] = [
+pub const TIMINGS: [Stage; 7] = [
+    Stage {
+        name: "sizes",
+        description: "Choice of meshes and numbers of modes, where the scenario leaves them to the program.",
+        seconds: |t| t.sizes,
+    },
     Stage {
         name: "assembly",
         description: "Geometry and assembly of the matrices.",

@@ -5,10 +5,8 @@
 //! last flush, and if it succeeds, the flush cannot fail for want of space.
 
 use std::fs::{File, OpenOptions};
-use std::io::{Seek, SeekFrom, Write};
+use std::io::{self, Seek, SeekFrom, Write};
 use std::path::Path;
-
-use crate::error_text;
 
 /// Zeros written at a time.
 const BLOCK: usize = 1 << 16;
@@ -26,23 +24,23 @@ pub struct DiskSpace {
 
 impl DiskSpace {
     /// Opens `path`, which exists.
-    pub fn new(path: &Path) -> hdf5::Result<Self> {
-        let file = OpenOptions::new().write(true).open(path).map_err(error)?;
+    pub fn new(path: &Path) -> io::Result<Self> {
+        let file = OpenOptions::new().write(true).open(path)?;
         Ok(Self { file, until: 0 })
     }
 
     /// Makes sure that the file can grow by `bytes` and some beyond `end`, where HDF5 puts what comes next.
-    pub fn reserve(&mut self, end: u64, bytes: u64) -> hdf5::Result<()> {
+    pub fn reserve(&mut self, end: u64, bytes: u64) -> io::Result<()> {
         let wanted = end + bytes + ROOM;
         let mut at = self.until.max(end);
         if at >= wanted {
             return Ok(());
         }
-        self.file.seek(SeekFrom::Start(at)).map_err(error)?;
+        self.file.seek(SeekFrom::Start(at))?;
         let zeros = [0; BLOCK];
         while at < wanted {
             let n = usize::try_from(wanted - at).unwrap_or(BLOCK).min(BLOCK);
-            self.file.write_all(&zeros[..n]).map_err(error)?;
+            self.file.write_all(&zeros[..n])?;
             at += n as u64;
         }
         self.until = wanted;
@@ -55,11 +53,7 @@ impl DiskSpace {
     }
 
     /// Cuts the closed file to its length.
-    pub fn trim(&self, end: u64) -> hdf5::Result<()> {
-        self.file.set_len(end).map_err(error)
+    pub fn trim(&self, end: u64) -> io::Result<()> {
+        self.file.set_len(end)
     }
-}
-
-fn error(error: std::io::Error) -> hdf5::Error {
-    hdf5::Error::from(error_text::of_io(&error))
 }

@@ -7,7 +7,8 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::path::{Path, PathBuf};
 
 use crate::error::AppError;
-use crate::{error_text, hdf5_integrity};
+use crate::file_fault::{Access, FileFault, OutputFault};
+use crate::hdf5_integrity;
 
 use super::{FORMAT, Status};
 
@@ -94,9 +95,8 @@ impl OutputFile {
         if stays {
             return Ok(self.part);
         }
-        std::fs::rename(&self.part, &self.target).map_err(|e| {
-            let reason = format!("cannot be given its final name {}: {e}", self.target.display());
-            AppError::io(&self.part, reason)
+        std::fs::rename(&self.part, &self.target).map_err(|source| {
+            AppError::io(&self.part, FileFault::FinalName { target: self.target.clone(), source })
         })?;
         // Not before: a process that dies here leaves a result with its name. What failed once would fail again.
         if status != Status::Interrupted {
@@ -140,29 +140,29 @@ pub fn linked(target: &Path) -> Result<PathBuf, AppError> {
             Err(_) => return Ok(path),
         }
     }
-    Err(AppError::io(target, "is a link to itself, name a file with -o"))
+    Err(AppError::io(target, OutputFault::LinkToItself))
 }
 
 fn check_target(target: &Path, force: bool) -> Result<(), AppError> {
-    let fail = |reason: String| Err(AppError::io(target, reason));
+    let fail = |fault: OutputFault| Err(AppError::io(target, fault));
     if target.to_str().is_none() {
-        return fail("is no name in UTF-8, which HDF5 needs; choose another name with -o".into());
+        return fail(OutputFault::NotUtf8);
     }
     if target.file_name().is_none() || target.is_dir() {
-        return fail("is a directory, name a file with -o".into());
+        return fail(OutputFault::Directory);
     }
     let directory = match target.parent() {
         Some(p) if !p.as_os_str().is_empty() => p,
         _ => Path::new("."),
     };
     if !directory.is_dir() {
-        return fail(format!("directory {} does not exist", directory.display()));
+        return fail(OutputFault::NoDirectory { directory: directory.to_owned() });
     }
     if target.exists() && !target.is_file() {
-        return fail("is a device or pipe, name a file with -o".into());
+        return fail(OutputFault::Device);
     }
     if target.exists() && !force && !is_result(target) {
-        return fail("exists and is not a result file, choose another name or add --force".into());
+        return fail(OutputFault::NoResult);
     }
     Ok(())
 }
@@ -176,9 +176,22 @@ fn is_result(path: &Path) -> bool {
     open().is_some_and(|format| format.as_str() == FORMAT)
 }
 
+/// How often a lock that is taken is tried, 20 ms apart: a process that another thread is about to start holds copies of all
+/// open files, and so of their locks, until it runs its own program.
+const LOCK_TRIES: u32 = 10;
+
+fn try_lock(file: &File) -> Result<(), TryLockError> {
+    for _ in 1..LOCK_TRIES {
+        match file.try_lock() {
+            Err(TryLockError::WouldBlock) => std::thread::sleep(std::time::Duration::from_millis(20)),
+            answer => return answer,
+        }
+    }
+    file.try_lock()
+}
+
 fn lock(part: &Path) -> Result<File, AppError> {
-    let fail =
-        |e: std::io::Error| AppError::io(part, format!("cannot be written: {}", error_text::of_io(&e)));
+    let fail = |e: std::io::Error| AppError::system(part, Access::Write, e);
     // Another run may rename its part file between our opening and locking it: then we hold the wrong file, try again.
     for _ in 0..10 {
         let file = OpenOptions::new()
@@ -188,13 +201,10 @@ fn lock(part: &Path) -> Result<File, AppError> {
             .truncate(false)
             .open(part)
             .map_err(fail)?;
-        match file.try_lock() {
+        match try_lock(&file) {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => {
-                return Err(AppError::io(
-                    part,
-                    "another run is writing this file, choose another name with -o",
-                ));
+                return Err(AppError::io(part, OutputFault::Locked));
             }
             // Some network disks have no locks; there the user is on their own.
             Err(TryLockError::Error(_)) => return Ok(file),
@@ -203,7 +213,7 @@ fn lock(part: &Path) -> Result<File, AppError> {
             return Ok(file);
         }
     }
-    Err(AppError::io(part, "other runs keep replacing this file, choose another name with -o"))
+    Err(AppError::io(part, OutputFault::Replaced))
 }
 
 #[cfg(unix)]

@@ -13,8 +13,7 @@ use adaptive::run_state::RunState;
 use adaptive::warning::Warning;
 use serde::{Deserialize, Serialize};
 
-use crate::error::AppError;
-use crate::error_text;
+use crate::file_fault::{Access, FileError, FileFault, ResumeFault};
 use crate::provenance;
 use crate::scenario::Scenario;
 use crate::whole_file;
@@ -110,8 +109,8 @@ impl Journal {
     /// Creates the file `path`, or replaces it; it is there with its header or not at all, whenever the process is killed.
     ///
     /// # Errors
-    /// [`AppError::Io`] if it cannot be written.
-    pub fn create(path: &Path, header: Header) -> Result<Self, AppError> {
+    /// [`FileError`] if it cannot be written.
+    pub fn create(path: &Path, header: Header) -> Result<Self, FileError> {
         let mut created = None;
         let written: std::io::Result<()> = whole_file::replace(path, |part| {
             let mut journal = Self::to(File::create(part)?);
@@ -121,8 +120,7 @@ impl Journal {
             created = Some(journal);
             Ok(())
         });
-        let fail =
-            |e: std::io::Error| AppError::io(path, format!("cannot be written: {}", error_text::of_io(&e)));
+        let fail = |e: std::io::Error| FileError::new(path, FileFault::system(Access::Write, e));
         written.map_err(fail)?;
         Ok(created.expect("what was written was created"))
     }
@@ -130,17 +128,15 @@ impl Journal {
     /// Opens the file `path` to go on behind its first `length` bytes; what comes after them is lost.
     ///
     /// # Errors
-    /// [`AppError::Io`] if it cannot be written.
-    fn go_on(path: &Path, length: u64) -> Result<Self, AppError> {
+    /// [`FileError`] if it cannot be written.
+    fn go_on(path: &Path, length: u64) -> Result<Self, FileError> {
         let open = || {
             let mut file = OpenOptions::new().write(true).open(path)?;
             file.set_len(length)?;
             file.seek(SeekFrom::End(0))?;
             Ok(Self::to(file))
         };
-        open().map_err(|e: std::io::Error| {
-            AppError::io(path, format!("cannot be written: {}", error_text::of_io(&e)))
-        })
+        open().map_err(|e: std::io::Error| FileError::new(path, FileFault::system(Access::Write, e)))
     }
 
     /// Appends a record.
@@ -189,21 +185,18 @@ impl Entries {
     /// Opens the file `path`.
     ///
     /// # Errors
-    /// [`AppError::Io`] if it cannot be read or is no restart file of this version.
-    pub fn open(path: &Path) -> Result<Self, AppError> {
-        let cannot = |e: std::io::Error| AppError::io(path, format!("cannot be read: {e}"));
+    /// [`FileError`] if it cannot be read or is no restart file of this version.
+    pub fn open(path: &Path) -> Result<Self, FileError> {
+        let cannot = |e: std::io::Error| FileError::new(path, FileFault::system(Access::Read, e));
         let mut reader = BufReader::with_capacity(BUFFER, File::open(path).map_err(cannot)?);
         let mut magic = [0; MAGIC.len()];
         match reader.read_exact(&mut magic) {
             Err(e) if e.kind() != ErrorKind::UnexpectedEof => return Err(cannot(e)),
             Ok(()) if magic == *MAGIC => {}
             Ok(()) if magic[..MAGIC.len() - 1] == MAGIC[..MAGIC.len() - 1] => {
-                return Err(AppError::io(
-                    path,
-                    "was written by another version of the program, start the run anew",
-                ));
+                return Err(FileError::new(path, ResumeFault::OtherVersion.into()));
             }
-            _ => return Err(AppError::io(path, "is damaged or no restart file, start the run anew")),
+            _ => return Err(FileError::new(path, ResumeFault::NotRestartFile.into())),
         }
         Ok(Self { reader, path: path.to_owned(), position: MAGIC.len() as u64 })
     }
@@ -216,12 +209,12 @@ impl Entries {
     /// The next record; `None` at the end, or where the file is not whole.
     ///
     /// # Errors
-    /// [`AppError::Io`] if the file cannot be read.
-    pub fn next_entry(&mut self) -> Result<Option<Entry>, AppError> {
+    /// [`FileError`] if the file cannot be read.
+    pub fn next_entry(&mut self) -> Result<Option<Entry>, FileError> {
         match self.read() {
             Ok(entry) => Ok(entry),
             Err(e) if e.kind() == ErrorKind::UnexpectedEof => Ok(None),
-            Err(e) => Err(AppError::io(&self.path, format!("cannot be read: {e}"))),
+            Err(e) => Err(FileError::new(&self.path, FileFault::system(Access::Read, e))),
         }
     }
 
@@ -267,8 +260,8 @@ impl Restart {
     /// Opens the file to go on behind the restart point, and notes that.
     ///
     /// # Errors
-    /// [`AppError::Io`] if it cannot be written.
-    pub fn go_on(&self) -> Result<Journal, AppError> {
+    /// [`FileError`] if it cannot be written.
+    pub fn go_on(&self) -> Result<Journal, FileError> {
         let mut journal = Journal::go_on(&self.path, self.length)?;
         let mut note = || match &self.point {
             // The mark lies before a restart point, as all that counts.
@@ -282,8 +275,7 @@ impl Restart {
                 journal.flush()
             }
         };
-        note()
-            .map_err(|e| AppError::io(&self.path, format!("cannot be written: {}", error_text::of_io(&e))))?;
+        note().map_err(|e| FileError::new(&self.path, FileFault::system(Access::Write, e)))?;
         Ok(journal)
     }
 }
@@ -291,11 +283,11 @@ impl Restart {
 /// Reads the restart file `path`.
 ///
 /// # Errors
-/// [`AppError::Io`] if it cannot be read or is damaged at its beginning.
-pub fn read(path: &Path) -> Result<Restart, AppError> {
+/// [`FileError`] if it cannot be read or is damaged at its beginning.
+pub fn read(path: &Path) -> Result<Restart, FileError> {
     let mut entries = Entries::open(path)?;
     let Some(Entry::Header(header)) = entries.next_entry()? else {
-        return Err(AppError::io(path, "is damaged, start the run anew"));
+        return Err(FileError::new(path, ResumeFault::Damaged.into()));
     };
     let mut restart =
         Restart { path: path.to_owned(), header, point: None, length: entries.position(), resumptions: 0 };

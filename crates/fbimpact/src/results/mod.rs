@@ -17,6 +17,7 @@
 mod scales;
 mod series;
 pub mod pressure;
+pub mod pressure_series;
 pub mod tables;
 pub mod columns;
 pub mod stress;

@@ -7,7 +7,8 @@ use hdf5::types::VarLenUnicode;
 
 use super::FORMAT;
 use crate::error::AppError;
-use crate::{error_text, hdf5_integrity};
+use crate::file_fault::{Access, ResultFault};
+use crate::hdf5_integrity;
 
 /// Opens `path` without a lock, so that a run may still be writing it.
 ///
@@ -15,12 +16,11 @@ use crate::{error_text, hdf5_integrity};
 /// [`AppError::Io`] if it cannot be read or is not a result file.
 pub fn open(path: &Path) -> Result<File, AppError> {
     if let Err(e) = std::fs::File::open(path) {
-        return Err(AppError::io(path, format!("cannot be read: {}", error_text::of_io(&e))));
+        return Err(AppError::system(path, Access::Read, e));
     }
-    let file = hdf5_integrity::open(path)
-        .map_err(|reason| AppError::io(path, format!("is not a readable HDF5 file: {reason}")))?;
+    let file = hdf5_integrity::open(path).map_err(|fault| AppError::io(path, ResultFault::NotHdf5(fault)))?;
     if attribute(&file, "format").as_deref() != Some(FORMAT) {
-        return Err(AppError::io(path, "is not a result file of fbimpact"));
+        return Err(AppError::io(path, ResultFault::Foreign));
     }
     Ok(file)
 }

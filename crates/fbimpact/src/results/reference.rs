@@ -63,7 +63,7 @@ const FIXED: [(&str, &str, &str, &str); 14] = [
         "/timings/cache",
         "1",
         "s",
-        "Time for models kept between runs, a part of `reduction`; attributes `hits`, `misses` ([cache.md](cache.md)).",
+        "Time for models kept between runs, a part of `sizes` and `reduction`; attributes `hits`, `misses` ([cache.md](cache.md)).",
     ),
 ];
 

@@ -9,7 +9,8 @@ use hdf5::{Dataset, File, Group};
 use super::open;
 use super::tables::ImpactRow;
 use crate::error::AppError;
-use crate::{error_text, hdf5_integrity};
+use crate::file_fault::ResultFault;
+use crate::hdf5_integrity;
 
 /// Groups whose datasets have one row a stored instant.
 const SERIES_GROUPS: [&str; 7] = ["energies", "momentum", "bodies", "contacts", "points", "joints", "gears"];
@@ -68,18 +69,14 @@ impl Stored {
     /// [`AppError::Io`] if the file cannot be read, is damaged or is not a result file.
     pub fn open(path: &Path) -> Result<Self, AppError> {
         let file = open::open(path)?;
-        let damaged = |e: hdf5::Error| {
-            AppError::io(path, format!("has a part that cannot be read: {}", error_text::of_hdf5(&e)))
-        };
+        let damaged = |e: hdf5::Error| AppError::io(path, ResultFault::Part(e));
         let time = match file.link_exists("time") {
             true => file.dataset("time").and_then(|d| hdf5_integrity::rows::<f64>(&d)).map_err(damaged)?,
             false => Vec::new(),
         };
         if let Some(i) = (0..time.len()).find(|i| !time[*i].is_finite() || (*i > 0 && time[*i] < time[i - 1]))
         {
-            let reason =
-                format!("/time holds {} at row {i}, times must be finite and must not decrease", time[i]);
-            return Err(AppError::io(path, reason));
+            return Err(AppError::io(path, ResultFault::Time { row: i, value: time[i] }));
         }
         let mut entries = BTreeMap::new();
         walk(&file, "", time.len(), &mut entries).map_err(damaged)?;
@@ -115,8 +112,8 @@ impl Stored {
     /// [`AppError::Io`] if they cannot be read.
     pub fn values(&self, name: &str) -> Result<Vec<f64>, AppError> {
         let read = self.file.dataset(name).and_then(|d| hdf5_integrity::rows::<f64>(&d));
-        read.map_err(|e| {
-            AppError::io(&self.path, format!("/{name} cannot be read: {}", error_text::of_hdf5(&e)))
+        read.map_err(|source| {
+            AppError::io(&self.path, ResultFault::Dataset { name: name.to_owned(), source })
         })
     }
 }

@@ -5,13 +5,15 @@ use std::path::Path;
 use hdf5::{File, H5Type, Result};
 use serde_json::{Value, json};
 
+use super::columns::TIMINGS;
 use super::open::{attribute, open, scenario_text};
 use super::reactions::{self, PeakReaction};
 use super::tables::{ImpactRow, PhaseRow, TableRow, TransferRow, TrialRow};
 use super::warnings;
 use crate::error::AppError;
+use crate::file_fault::ResultFault;
+use crate::hdf5_integrity;
 use crate::sizing::{self, Note};
-use crate::{error_text, hdf5_integrity};
 
 /// The gist of a result file.
 #[derive(Debug, Clone, PartialEq)]
@@ -58,9 +60,7 @@ pub struct Summary {
 /// [`AppError::Io`] if the file cannot be read or is not a result file.
 pub fn read(path: &Path) -> Result<Summary, AppError> {
     let file = open(path)?;
-    summary(&file).map_err(|e| {
-        AppError::io(path, format!("has a part that cannot be read: {}", error_text::of_hdf5(&e)))
-    })
+    summary(&file).map_err(|e| AppError::io(path, ResultFault::Part(e)))
 }
 
 fn summary(file: &File) -> Result<Summary> {
@@ -82,9 +82,10 @@ fn summary(file: &File) -> Result<Summary> {
     if let Ok(group) = file.group("timings") {
         let count = group.dataset("reduction").and_then(|d| d.attr("fine_models")?.read_scalar::<u64>());
         fine_models = count.ok();
-        for name in group.member_names()? {
-            let value = group.dataset(&name)?.read_scalar()?;
-            timings.push((name, value));
+        // In the order of the run; a result of an earlier version has not all of them.
+        let names = TIMINGS.iter().map(|stage| stage.name).chain(["cache"]);
+        for name in names.filter(|name| group.link_exists(name)) {
+            timings.push((name.to_owned(), group.dataset(name)?.read_scalar()?));
         }
     }
     let transfers: Vec<TransferRow> = rows(file, "transfers")?;

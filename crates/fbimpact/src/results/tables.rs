@@ -1,7 +1,7 @@
 //! Tables of a result file: a row of each is declared once, with name, unit, origin and meaning of every column. The dataset, its description, the
 //! reference page and the JSON of `info` follow.
 
-use adaptive::record::{ImpactRecord, PhaseRecord, TransferRecord, TrialRecord, ZoneSite};
+use adaptive::record::{ImpactRecord, PhaseRecord, TargetPlace, TransferRecord, TrialRecord, ZoneSite};
 use hdf5::types::VarLenUnicode;
 use hdf5::{Group, H5Type, Result};
 use serde_json::{Map, Value};
@@ -182,6 +182,10 @@ table!(TransferRow "transfers" "Changes of models in the course of the run, and 
     target_face: i32 ["–"] = r.target_site.map_or(-1, |s| s.face as i32), "the same of the target body";
     target_centre: [f64; 3] ["–"] = r.target_site.map_or([0.0; 3], |s| s.centre), "the same of the target body";
     interval_widths: [f64; 2] ["m"] = r.site.map_or([0.0; 2], |s| s.widths), "widths of the interval along the surface; infinite where the zone is the whole surface";
+    edge_face: i32 ["–"] = r.met().map_or(-1, |m| m.face as i32),
+        "face of the target that has an edge or a corner where the contact body meets it at one point (theory C.126), counted through its patches; -1 elsewhere";
+    edge_place: [f64; 3] ["–"] = r.met().map_or([0.0; 3], |m| m.xi), "parameters of that point in the face's patch";
+    edge_normal: [f64; 3] ["–"] = r.met().map_or([0.0; 3], |m| m.normal), "unit normal there towards the contact body, in the target's frame";
     offset: f64 ["m"] = r.offset, "how far a zone on a smooth surface in place of the sides of a mesh was moved along its normal (theory C.74)";
 });
 
@@ -191,10 +195,18 @@ impl TransferRow {
     pub fn sites(&self) -> [Option<ZoneSite>; 2] {
         let widths = self.interval_widths;
         let is_interval = widths.iter().all(|w| w.is_finite() && *w > 0.0) || widths == ZoneSite::ALL_WIDTHS;
-        [(self.face, self.centre), (self.target_face, self.target_centre)].map(|(face, centre)| {
+        let own = (self.face, self.centre, self.met());
+        [own, (self.target_face, self.target_centre, None)].map(|(face, centre, meets)| {
             let face = u32::try_from(face).ok()?;
             let is_place = is_interval && centre.iter().all(|u| u.is_finite());
-            is_place.then_some(ZoneSite { face, centre, widths })
+            is_place.then_some(ZoneSite { face, centre, widths, meets })
         })
+    }
+
+    /// What the contact body meets of an edge or a corner of the target; none without a normal.
+    fn met(&self) -> Option<TargetPlace> {
+        let (face, xi, normal) = (u32::try_from(self.edge_face).ok()?, self.edge_place, self.edge_normal);
+        let is_place = xi.iter().all(|u| u.is_finite()) && normal.iter().any(|n| n.abs() > 0.0);
+        is_place.then_some(TargetPlace { face, xi, normal })
     }
 }

@@ -10,7 +10,8 @@ use super::series::{text_attribute, unicode, write_text};
 use super::stored::{Entry, Kind, Stored};
 use super::tables::{self, ImpactRow};
 use crate::error::AppError;
-use crate::{error_text, whole_file};
+use crate::file_fault::FileFault;
+use crate::whole_file;
 
 /// Root attributes that are copied.
 const ATTRIBUTES: [&str; 6] = ["format", "program_version", "created", "title", "status", "message"];
@@ -36,8 +37,7 @@ fn rows(stored: usize, n: usize) -> Vec<usize> {
 /// # Errors
 /// [`AppError::Io`] if one of the files cannot be read or written.
 pub fn write(source: &Stored, target: &Path, n: usize) -> std::result::Result<(), AppError> {
-    let fail =
-        |e: hdf5::Error| AppError::io(target, format!("cannot be written: {}", error_text::of_hdf5(&e)));
+    let fail = |e: hdf5::Error| AppError::io(target, FileFault::Unwritten(e));
     // Version 1.8 files, as those of a run; the lock of the output would refuse HDF5's own.
     let mut builder = File::with_options();
     let file = builder.with_fapl(|p| p.libver_v110().file_locking(false)).create(target).map_err(fail)?;

@@ -139,7 +139,8 @@ fn read_one(
     } else {
         let (shown, origin) = (format!("{sha256:?}"), body.origin.clone());
         let value = Checked::Text(sha256);
-        let item = Item { name: "file_sha256", when: &[], value, origin, shown, given: false };
+        let item =
+            Item { name: "file_sha256", when: &[], value, origin, shown, units: Vec::new(), given: false };
         body.items.insert(position + 1, item);
     }
     body.items[position].value = value;
@@ -228,7 +229,7 @@ pub fn length(units: &str) -> f64 {
     }
 }
 
-/// Reads the mesh `path`; what is doubtful about it is said.
+/// Reads the mesh `path`; what is doubtful about it is logged as a warning.
 fn read_mesh(path: PathBuf, units: &str) -> Result<MeshSource, String> {
     let cannot = |reason: String| format!("{}: {reason}", path.display());
     check_file(&path).map_err(cannot)?;

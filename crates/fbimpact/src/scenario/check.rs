@@ -1,10 +1,15 @@
 //! Checks a document against the key tables: unknown and missing keys, types, ranges. Collects every fault.
 
+use std::borrow::Cow;
+
 use super::document::{Entry, Node, Origin, Value, parse_value};
 use super::fault::{Fault, meant, nearest};
 use super::keys::{Choice, Key, Kind, Need, Range, Variant, names};
 use super::section::{Checked, Item, Section, join};
 use super::units;
+
+/// A degree \[rad\].
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 /// Longest name of a body, material, contact or output.
 const MAX_NAME: usize = 64;
@@ -35,6 +40,8 @@ const FORMER: &[(&str, &str)] = &[
 pub struct Checker {
     /// Faults so far.
     pub faults: Vec<Fault>,
+    /// Unit of the quantity over time whose table is checked.
+    quantity: &'static str,
 }
 
 impl Checker {
@@ -108,11 +115,13 @@ impl Checker {
             let full = join(path, &entry.key);
             let in_degrees = entry.key != key.name;
             let value = self.value(key, &entry.node, &full, in_degrees);
+            let units = units::given(&entry.node, &self.unit(key));
             let origin = entry.node.origin.clone();
             return Some(Item {
                 value,
                 origin,
                 shown: entry.node.shown(),
+                units,
                 given: true,
                 ..invalid(key, table)
             });
@@ -128,11 +137,27 @@ impl Checker {
         Some(Item { value, shown: node.shown(), ..invalid(key, table) })
     }
 
+    /// Unit of `key`; of a key in the table of a quantity over time that of the quantity.
+    fn unit(&self, key: &Key) -> Cow<'static, str> {
+        match key.unit {
+            "U" => self.quantity.into(),
+            "U/s" => self
+                .quantity
+                .split(", ")
+                .map(|unit| format!("{unit}/s"))
+                .collect::<Vec<_>>()
+                .join(", ")
+                .into(),
+            unit => unit.into(),
+        }
+    }
+
     fn value(&mut self, key: &'static Key, node: &Node, path: &str, in_degrees: bool) -> Checked {
         if !takes_units(&key.kind, node) {
             return self.plain_value(key, node, path, in_degrees);
         }
-        match units::converted(node, if in_degrees { "" } else { key.unit }) {
+        let unit = if in_degrees { "".into() } else { self.unit(key) };
+        match units::converted(node, &unit) {
             Ok(converted) => self.plain_value(key, converted.as_ref().unwrap_or(node), path, in_degrees),
             Err(message) => {
                 self.fault(&node.origin, path.to_owned(), Some(node.shown()), message);
@@ -141,9 +166,9 @@ impl Checker {
         }
     }
 
-    /// A value whose numbers have no units any more.
+    /// A value whose numbers are in the unit of the key, or in degrees.
     fn plain_value(&mut self, key: &'static Key, node: &Node, path: &str, in_degrees: bool) -> Checked {
-        let scale = if in_degrees { std::f64::consts::PI / 180.0 } else { 1.0 };
+        let scale = if in_degrees { DEGREE } else { 1.0 };
         let before = self.faults.len();
         let value = match (&key.kind, &node.value) {
             (Kind::Table(keys), Value::Table(entries)) => {
@@ -192,6 +217,7 @@ impl Checker {
                 self.lists(key, rows, range, path)
             }
             (Kind::NumberOrVariants { tag, variants, .. }, Value::Table(entries)) => {
+                self.quantity = key.unit;
                 return self.variant(tag, variants, entries, path, &node.origin);
             }
             (Kind::Numbers(range), _) => number_in(node, range, scale).map(|x| Checked::Numbers(vec![x])),
@@ -218,7 +244,8 @@ impl Checker {
             _ => None,
         };
         if value.is_none() && self.faults.len() == before {
-            self.wrong(node, path, &format!("must be {}", allowed(key, in_degrees)));
+            let allowed = allowed(key, &self.unit(key), in_degrees || is_in_degrees(node));
+            self.wrong(node, path, &format!("must be {allowed}"));
         }
         value.unwrap_or(Checked::Invalid)
     }
@@ -226,7 +253,7 @@ impl Checker {
     fn wrong(&mut self, node: &Node, path: &str, message: &str) {
         // A number is seen to be one; what it should be has been said.
         let message = match node.value {
-            Value::Integer(_) | Value::Float(_) => message.to_owned(),
+            Value::Integer(_) | Value::Float(_) | Value::Measured(..) => message.to_owned(),
             _ => format!("{message}, found {}", node.type_name()),
         };
         self.fault(&node.origin, path.to_owned(), Some(node.shown()), message);
@@ -299,7 +326,9 @@ impl Checker {
         let mut section = self.section(variant.keys, entries, path, origin, Some(tag));
         let (value, origin, shown) =
             (Checked::Text(name.clone()), entry.node.origin.clone(), entry.node.shown());
-        section.items.insert(0, Item { name: tag, when: &[], value, origin, shown, given: true });
+        section
+            .items
+            .insert(0, Item { name: tag, when: &[], value, origin, shown, units: Vec::new(), given: true });
         Checked::Table(section)
     }
 
@@ -371,9 +400,9 @@ impl Checker {
             match number_in(n, range, scale) {
                 Some(x) => good.push(x),
                 None => {
-                    let unit = if key.unit == "–" { "" } else { key.unit };
-                    let message = format!("must be a number {} {unit}", range.words());
-                    self.wrong(n, &format!("{path}[{i}]"), message.trim_end());
+                    let unit = self.unit(key);
+                    let message = allowed_number(range, &unit, scale < 1.0 || is_in_degrees(n));
+                    self.wrong(n, &format!("{path}[{i}]"), &format!("must be {message}"));
                 }
             }
         }
@@ -415,12 +444,27 @@ fn matches_key(key: &Key, name: &str) -> bool {
     name == key.name || (key.degrees && name.strip_suffix("_deg") == Some(key.name))
 }
 
-fn allowed(key: &Key, in_degrees: bool) -> String {
+/// What is allowed of `key`, whose unit is `unit`, in words that follow "must be".
+fn allowed(key: &Key, unit: &str, in_degrees: bool) -> String {
     match (&key.kind, in_degrees) {
         (Kind::Rotation, true) => "a rotation vector of 3 numbers in degrees".into(),
-        (kind, true) => kind.allowed(&key.unit.replace("rad", "deg")),
-        (kind, false) => kind.allowed(key.unit),
+        (Kind::Number(range), _) => allowed_number(range, unit, in_degrees),
+        (kind, true) => kind.allowed(&unit.replace("rad", "deg")),
+        (kind, false) => kind.allowed(unit),
     }
+}
+
+/// A number in `range` of the unit `unit`, in degrees where the number at fault is.
+fn allowed_number(range: &Range, unit: &str, in_degrees: bool) -> String {
+    match in_degrees {
+        true => Kind::Number(range.times(1.0 / DEGREE)).allowed(&unit.replace("rad", "deg")),
+        false => Kind::Number(*range).allowed(unit),
+    }
+}
+
+/// Whether the number at `node` was given in degrees.
+fn is_in_degrees(node: &Node) -> bool {
+    matches!(&node.value, Value::Measured(_, text) if text.contains("deg") || text.contains('°'))
 }
 
 fn invalid(key: &Key, origin: &Origin) -> Item {
@@ -430,6 +474,7 @@ fn invalid(key: &Key, origin: &Origin) -> Item {
         value: Checked::Invalid,
         origin: origin.clone(),
         shown: String::new(),
+        units: Vec::new(),
         given: false,
     }
 }
@@ -446,7 +491,7 @@ fn number(node: &Node) -> Option<f64> {
         // Integers beyond 2^53 lose digits that no physical quantity has.
         #[expect(clippy::cast_precision_loss, reason = "no scenario number has 16 digits")]
         Value::Integer(i) => Some(i as f64),
-        Value::Float(x) => Some(x),
+        Value::Float(x) | Value::Measured(x, _) => Some(x),
         _ => None,
     }
 }

@@ -51,7 +51,7 @@ fn read_one(checker: &mut Checker, section: &mut Section, directory: &Path) {
         let shown = "the file".to_owned();
         section.items.insert(
             at.min(section.items.len()),
-            Item { name, when: &[], value, origin: origin.clone(), shown, given: true },
+            Item { name, when: &[], value, origin: origin.clone(), shown, units: Vec::new(), given: true },
         );
     }
 }

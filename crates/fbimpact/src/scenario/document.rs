@@ -82,6 +82,8 @@ pub enum Value {
     Integer(i64),
     /// Floating-point number, or an integer outside 64 bits.
     Float(f64),
+    /// A number that was given with its unit, in that of its key, and the text.
+    Measured(f64, String),
     /// String.
     Text(String),
     /// Date or time.
@@ -109,7 +111,7 @@ impl Node {
         match &self.value {
             Value::Boolean(_) => "a boolean".into(),
             Value::Integer(_) => "an integer".into(),
-            Value::Float(_) => "a number".into(),
+            Value::Float(_) | Value::Measured(..) => "a number".into(),
             Value::Text(_) => "a string".into(),
             Value::Datetime(_) => "a date".into(),
             Value::Array(items) => format!("a list of {}", items.len()).into(),
@@ -133,7 +135,7 @@ impl Node {
             Value::Boolean(b) => b.to_string(),
             Value::Integer(i) => i.to_string(),
             Value::Float(x) => self.written().unwrap_or_else(|| show_number(*x)),
-            Value::Text(s) => format!("{s:?}"),
+            Value::Text(s) | Value::Measured(_, s) => format!("{s:?}"),
             Value::Datetime(s) => s.clone(),
             Value::Array(items) => {
                 let shown: Vec<String> = items.iter().take(7).map(Node::shown).collect();

@@ -200,6 +200,15 @@ impl Range {
         above && below
     }
 
+    /// The same of numbers in another unit, of which this one has `factor`.
+    pub fn times(&self, factor: f64) -> Self {
+        let scaled = |bound: &Bound| match bound {
+            Bound::Closed(b) => Bound::Closed(b * factor),
+            Bound::Open(b) => Bound::Open(b * factor),
+        };
+        Self { min: scaled(&self.min), max: scaled(&self.max) }
+    }
+
     /// In words, such as "> 0 and <= 1e6".
     pub fn words(&self) -> String {
         let low = match self.min {
@@ -380,7 +389,9 @@ impl Kind {
 
 /// `"a"`, `"b"` or `"c"`.
 pub fn names<'a>(list: impl Iterator<Item = &'a str>) -> String {
-    let quoted: Vec<String> = list.map(|n| format!("\"{n}\"")).collect();
+    let mut quoted: Vec<String> = list.map(|n| format!("\"{n}\"")).collect();
+    // Neighbours that are one: a name of the scenario's own and the standard one.
+    quoted.dedup();
     match quoted.split_last() {
         None => "(none)".into(),
         Some((only, [])) => only.clone(),

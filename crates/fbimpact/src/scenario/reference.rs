@@ -16,7 +16,7 @@ the program checks a scenario against.
 
 - SI units and radians. Where the table says so, a key that ends in `_deg` may be given instead, in degrees.
 - A number may have a unit, as a text with a space between: `\"10 mm\"`, `[\"10 mm\", 0.0, \"2 cm\"]`, `\"20 deg\"`, `\"210 GPa\"`, `\"3000 rpm\"`; the end of this page has
-  the units. Quantities whose unit depends on another key (`m, rad`) take plain numbers.
+  the units. Where the unit depends on another key, as `m, rad` on the type of a joint, it is that of the coordinate: lengths for displacements, angles for rotations.
 - Unknown keys, wrong types, numbers outside their range, NaN and infinities are faults. All faults of a file are
   reported together, each with file, line, key, value and what is allowed; the exit code is 3.
 - `--set KEY=VALUE` changes a key before the checks: `--set bodies.ball.velocity=[0,0,-0.2]`,

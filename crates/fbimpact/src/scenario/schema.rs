@@ -102,8 +102,13 @@ fn one_of(key: &str, values: &[&str], keys: &[Key]) -> Value {
 }
 
 fn property(key: &Key, note: &str) -> Value {
-    let units = if note.is_empty() { units::of(key.unit) } else { &[] };
-    let mut value = with_units(kind(&key.kind), units);
+    let units: Vec<&str> = match key.unit {
+        // Of whatever quantity it is.
+        "U" | "U/s" => units::all().flatten().collect(),
+        unit if note.is_empty() => units::of(unit).into_iter().map(|(name, _)| name).collect(),
+        _ => Vec::new(),
+    };
+    let mut value = with_units(kind(&key.kind), &units);
     let unit = match key.unit {
         "" | "–" => String::new(),
         unit if note.is_empty() => format!(" [{unit}]"),
@@ -127,14 +132,13 @@ fn property(key: &Key, note: &str) -> Value {
 }
 
 /// The schema with texts such as `10 mm` admitted where it asks for numbers, tables left out.
-fn with_units(schema: Value, units: &[(&str, f64)]) -> Value {
+fn with_units(schema: Value, units: &[&str]) -> Value {
     let Value::Object(mut map) = schema else { return schema };
     if units.is_empty() || map.contains_key("properties") {
         return Value::Object(map);
     }
     if map.get("type").is_some_and(|kind| kind == "number") {
-        let names: Vec<&str> = units.iter().map(|(name, _)| *name).collect();
-        let pattern = format!("^[-+0-9.eE]+ +({})$", names.join("|"));
+        let pattern = format!("^[-+0-9.eE]+ +({})$", units.join("|"));
         return json!({ "anyOf": [map, { "type": "string", "pattern": pattern }] });
     }
     for key in ["items", "anyOf", "oneOf"] {

@@ -30,6 +30,8 @@ pub struct Item {
     pub origin: Origin,
     /// The value as written, for messages.
     pub shown: String,
+    /// Units of keys in which its numbers were given, by their places, where the unit of the key depends on another key.
+    pub units: Vec<(usize, &'static str)>,
     /// Whether the user gave it.
     pub given: bool,
 }

@@ -108,7 +108,7 @@ fn patch(checker: &mut Checker, section: &Section, directions: usize) -> Option<
         .ok()
 }
 
-/// One entry a direction from a single integer or a list.
+/// One entry per direction from a single integer or a list.
 pub fn per_direction(
     checker: &mut Checker,
     section: &Section,

@@ -22,7 +22,24 @@ const UNITS: &[Units] = &[
     &[("N", 1.0), ("mN", 1e-3), ("kN", 1e3)],
     &[("N m", 1.0), ("Nm", 1.0), ("N mm", 1e-3), ("Nmm", 1e-3), ("kN m", 1e3)],
     &[("N/m", 1.0), ("N/mm", 1e3), ("kN/m", 1e3)],
+    &[("N m/rad", 1.0), ("Nm/rad", 1.0), ("N mm/rad", 1e-3), ("Nmm/rad", 1e-3), ("N m/deg", 180.0 / PI)],
+    &[("N s/m", 1.0), ("Ns/m", 1.0), ("N s/mm", 1e3), ("Ns/mm", 1e3)],
+    &[("N m s/rad", 1.0), ("Nms/rad", 1.0), ("N mm s/rad", 1e-3), ("N m s/deg", 180.0 / PI)],
+    &[("s/m", 1.0), ("s/mm", 1e3)],
+    &[("s/rad", 1.0), ("s/deg", 180.0 / PI)],
+    &[("m/rad", 1.0), ("mm/rad", 1e-3), ("mm/rev", 0.5e-3 / PI), ("m/rev", 0.5 / PI)],
+    &[("rad/m", 1.0), ("rad/mm", 1e3), ("rev/mm", 2e3 * PI), ("rev/m", 2.0 * PI)],
     &[("N/m³", 1.0), ("N/m3", 1.0), ("N/mm³", 1e9), ("N/mm3", 1e9)],
+];
+
+/// Units of quantities along a displacement and of the same about an axis, where a key has either by the coordinate that it is of.
+const PAIRS: [(&str, &str); 6] = [
+    ("m", "rad"),
+    ("m/s", "rad/s"),
+    ("N", "N m"),
+    ("N/m", "N m/rad"),
+    ("N s/m", "N m s/rad"),
+    ("s/m", "s/rad"),
 ];
 
 /// All units, a list for every quantity.
@@ -30,15 +47,54 @@ pub fn all() -> impl Iterator<Item = Vec<&'static str>> {
     UNITS.iter().map(|units| units.iter().map(|(name, _)| *name).collect())
 }
 
-/// Units in which a key with the unit `unit` may be given, its own first; none for numbers without unit.
-pub fn of(unit: &str) -> Units {
-    UNITS.iter().find(|units| units[0].0 == unit).copied().unwrap_or_default()
+/// Units in which a key with the unit `unit` may be given, its own first; none for numbers without unit. A key whose unit depends on another one has them
+/// all between commas, `m, rad`.
+pub fn of(unit: &str) -> Vec<(&'static str, f64)> {
+    let lists = unit.split(", ").filter_map(|unit| UNITS.iter().find(|units| units[0].0 == unit));
+    lists.flat_map(|units| units.iter().copied()).collect()
 }
 
-/// The number and the unit of a text such as `10 mm`: a number, a space and anything.
+/// Names of the units of `of`.
+pub fn names(unit: &str) -> String {
+    of(unit).iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ")
+}
+
+/// The unit of keys, such as `m`, in which each text in `node` counts, with its place; of keys alone whose unit depends on another one.
+pub fn given(node: &Node, unit: &str) -> Vec<(usize, &'static str)> {
+    if !unit.contains(", ") {
+        return Vec::new();
+    }
+    let of_item = |item: &Node| {
+        let Value::Text(text) = &item.value else { return None };
+        let (_, name) = split(text)?;
+        UNITS.iter().find(|units| units.iter().any(|(known, _)| *known == name)).map(|units| units[0].0)
+    };
+    match &node.value {
+        Value::Array(items) => {
+            items.iter().enumerate().filter_map(|(k, item)| Some((k, of_item(item)?))).collect()
+        }
+        _ => of_item(node).map(|unit| (0, unit)).into_iter().collect(),
+    }
+}
+
+/// The unit in place of `unit`, one of keys, where the coordinate is an angle, or is none; nothing if it fits already.
+pub fn in_place_of(unit: &str, is_angle: bool) -> Option<&'static str> {
+    PAIRS.iter().find_map(|(along, about)| match is_angle {
+        true => (*along == unit).then_some(*about),
+        false => (*about == unit).then_some(*along),
+    })
+}
+
+/// The number and the unit of a text such as `10 mm` or `10mm`: a number, a space if anything but a known unit follows, and what follows.
 fn split(text: &str) -> Option<(f64, &str)> {
-    let (number, unit) = text.trim().split_once(' ')?;
-    Some((number.parse().ok()?, unit.trim()))
+    let text = text.trim();
+    if let Some((number, unit)) = text.split_once(' ') {
+        return Some((number.parse().ok()?, unit.trim()));
+    }
+    let start = text.find(|c: char| !c.is_ascii_digit() && !"+-.eE_".contains(c))?;
+    let (number, unit) = text.split_at(start);
+    let is_known = UNITS.iter().flat_map(|units| units.iter()).any(|(name, _)| *name == unit);
+    Some((number.parse().ok().filter(|_| is_known)?, unit))
 }
 
 /// `node` with texts that are numbers with a unit replaced by numbers in `unit`, in arrays too; `None` if nothing is to be replaced.
@@ -51,17 +107,14 @@ pub fn converted(node: &Node, unit: &str) -> Result<Option<Node>, String> {
             let Some((number, given)) = split(text) else { return Ok(None) };
             let units = of(unit);
             let Some((_, factor)) = units.iter().find(|(name, _)| *name == given) else {
-                return Err(match units {
-                    [] => format!(
+                return Err(match units.is_empty() {
+                    true => format!(
                         "must be a number in SI units, without \"{given}\": units are not understood here"
                     ),
-                    _ => {
-                        let known: Vec<&str> = units.iter().map(|(name, _)| *name).collect();
-                        format!("unknown unit \"{given}\", known here are {}", known.join(", "))
-                    }
+                    false => format!("unknown unit \"{given}\", known here are {}", names(unit)),
                 });
             };
-            Value::Float(number * factor)
+            Value::Measured(number * factor, text.clone())
         }
         Value::Array(items) => {
             let found = items.iter().map(|item| converted(item, unit)).collect::<Result<Vec<_>, _>>()?;
@@ -81,6 +134,19 @@ mod tests {
     use super::*;
 
     #[test]
+    fn numbers_stand_before_their_unit_with_a_space_or_without() {
+        let splits =
+            [("10 mm", Some((10.0, "mm"))), ("10mm", Some((10.0, "mm"))), ("-1.5e-3m", Some((-1.5e-3, "m")))];
+        for (text, split_to) in splits {
+            assert_eq!(split(text), split_to, "{text}");
+        }
+        // What has no unit after a number is a text.
+        for text in ["2nd", "mm", "3d.csv", "inf", "-", "7"] {
+            assert_eq!(split(text), None, "{text}");
+        }
+    }
+
+    #[test]
     fn the_unit_of_every_key_is_one_or_has_none_beside_it() {
         // A unit of a key is the first of its list: no list is found by a unit that is not the keys'.
         for units in UNITS {
@@ -91,5 +157,8 @@ mod tests {
             assert_eq!(names.len(), units.len());
         }
         assert!(of("–").is_empty() && of("").is_empty());
+        for (along, about) in PAIRS {
+            assert!(!of(along).is_empty() && !of(about).is_empty(), "{along}, {about}");
+        }
     }
 }

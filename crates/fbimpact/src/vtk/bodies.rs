@@ -24,7 +24,7 @@ use crate::replay::states::{BodyMotion, Pose, States};
 use crate::scenario::{FileBody, Scenario};
 use adaptive::store::ModelCache;
 
-/// Linear cells an element of a shape that is not refined.
+/// Linear cells per element of a shape that is not refined.
 const RIGID_CELLS: usize = 8;
 
 /// A body to be shown.
@@ -79,15 +79,20 @@ pub struct Drawn<'a> {
 }
 
 impl Bodies {
-    /// Builds the bodies called `wanted`, or all that have a shape; notes name those that have none.
+    /// Builds the bodies called `wanted`, or all that have a shape, on so many threads, with the models that the cache has; notes name those that have none.
     ///
     /// # Errors
     /// [`AppError::UnknownBody`], [`AppError::Command`] for a body without shape, [`AppError::Model`] if a body cannot be built,
     /// [`AppError::OtherModes`] if it is not that of the run, [`AppError::Io`].
-    pub fn build(states: &States, wanted: &[String], cells: Cells, threads: usize) -> Result<Self, AppError> {
+    pub fn build(
+        states: &States,
+        wanted: &[String],
+        cells: Cells,
+        (threads, cache): (usize, &ModelCache),
+    ) -> Result<Self, AppError> {
         let scenario = &states.scenario;
         check_names(scenario, wanted)?;
-        let rebuilt = Rebuilt::new(states, threads, &ModelCache::default(), Box::new(zone_geometry(cells)))?;
+        let rebuilt = Rebuilt::new(states, threads, cache, Box::new(zone_geometry(cells)))?;
         let (model, motions) = (&rebuilt.model, &rebuilt.motions);
         let mut shown = Vec::new();
         for body in &scenario.bodies {

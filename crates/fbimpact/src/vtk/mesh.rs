@@ -42,7 +42,7 @@ fn cell(kind: ElementKind) -> (u8, Option<[usize; 27]>) {
 }
 
 impl MeshGeometry {
-    /// The grid of the body with the displacements `displacement` \[m\] and their rates [m/s], three a node; stress is that of the nodes, averaged over
+    /// The grid of the body with the displacements `displacement` \[m\] and their rates [m/s], three per node; stress is that of the nodes, averaged over
     /// their elements.
     pub fn grid(&self, pose: &Pose, (displacement, rate): (&[f64], &[f64]), view: View) -> Grid {
         let mut grid = grid(&self.mesh, pose, (displacement, rate), view);

@@ -20,3 +20,4 @@ pub mod pressure;
 pub mod marks;
 pub mod setup;
 pub mod times;
+pub mod paraview;

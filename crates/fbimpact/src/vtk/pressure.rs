@@ -11,7 +11,8 @@ use super::grid::{ContactFields, Grid};
 use super::order;
 use super::revolution::{ArcNode, rings};
 use crate::error::AppError;
-use crate::replay::states::{PressureSeries, States};
+use crate::replay::states::States;
+use crate::results::pressure_series::PressureSeries;
 use crate::scenario::Scenario;
 
 /// Points around the axis of an axisymmetric body that is revolved, a quarter turn.

@@ -101,8 +101,8 @@ impl NodePattern {
         9 * self.rows.len() - 3 * (self.starts.len() - 1)
     }
 
-    /// Where the entries of direction `c` of node `column` begin: the columns of earlier nodes hold nine entries a row but three, those of
-    /// earlier directions three a row but `0, 1`.
+    /// Where the entries of direction `c` of node `column` begin: the columns of earlier nodes hold nine entries per row but three, those of
+    /// earlier directions three per row but `0, 1`.
     fn column_start(&self, column: usize, c: usize) -> usize {
         let (begin, end) = (self.starts[column] as usize, self.starts[column + 1] as usize);
         let before = 9 * begin - 3 * column;

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use super::labels::Labels;
 use super::numbers::{Encoding, Numbers};
+use super::skipped::Skipped;
 use crate::fault::{MeshError, ReadFault};
 use crate::kind::ElementKind;
 use crate::raw::{FaceSource, NO_NODE, RawMesh};
@@ -74,13 +75,21 @@ struct Reader {
     of_entity: HashMap<(i32, i32), Vec<i32>>,
     volumes: BTreeMap<i32, Vec<u32>>,
     faces: BTreeMap<i32, Vec<[u32; 4]>>,
-    skipped: Vec<String>,
+    /// How often elements are in groups, and how often they may be: a short list of groups multiplies what is in them.
+    members: usize,
+    limit: usize,
+    skipped: Skipped,
 }
+
+/// Bytes of the file for each group that elements are in: binary elements take 28 and more, so that each may be in several; lists of them grow by doubling.
+const BYTES_A_MEMBER: usize = 8;
+/// Members that the groups of any file may have.
+const FEW: usize = 200;
 
 /// Reads a file.
 pub fn read(bytes: &[u8]) -> Result<RawMesh, MeshError> {
     let mut numbers = Numbers::new(bytes);
-    let mut reader = Reader::default();
+    let mut reader = Reader { limit: bytes.len() / BYTES_A_MEMBER + FEW, ..Reader::default() };
     let is_new = format(&mut numbers)?;
     while let Some(word) = numbers.word() {
         let name = String::from_utf8_lossy(word.strip_prefix(b"$").unwrap_or(word)).into_owned();
@@ -176,7 +185,7 @@ impl Reader {
             }
             _ => {
                 if name != "Comments" {
-                    self.skipped.push(format!("${name} ({})", numbers.place()));
+                    self.skipped.note(&format!("${name}"), numbers.place());
                 }
                 return numbers.leave(name);
             }
@@ -344,6 +353,12 @@ impl Reader {
                 }
             };
         }
+        if !matches!(found, Type::Small(_)) {
+            self.members = self.members.saturating_add(groups.len());
+            if self.members > self.limit {
+                return numbers.fail(ReadFault::Members { limit: self.limit });
+            }
+        }
         match found {
             Type::Solid(kind) => {
                 let e = self.mesh.elements.len() as u32;
@@ -377,8 +392,8 @@ impl Reader {
         for (group, corners) in faces {
             mesh.faces.push((name(2, group), FaceSource::Corners(corners)));
         }
-        if !skipped.is_empty() {
-            mesh.notes.push(format!("sections that are not read: {}", skipped.join(", ")));
+        if let Some(all) = skipped.list() {
+            mesh.notes.push(format!("sections that are not read: {all}"));
         }
         mesh
     }

@@ -1,8 +1,12 @@
 //! Input files of Abaqus and CalculiX: flat, or with one part and one instance of it.
 
-use std::collections::HashMap;
+mod card;
 
+use std::collections::{HashMap, HashSet};
+
+use self::card::{Card, Type, element_type};
 use super::labels::Labels;
+use super::skipped::Skipped;
 use crate::fault::{MeshError, Place, ReadFault};
 use crate::kind::ElementKind;
 use crate::raw::{FaceSource, NO_NODE, RawMesh};
@@ -13,60 +17,13 @@ const SILENT: &[&str] = &["HEADING", "PREPRINT", "RESTART"];
 const FRAMES: &[&str] = &["ASSEMBLY", "END ASSEMBLY", "END STEP"];
 /// Characters of a wrong field that a message shows.
 const SHOWN: usize = 40;
-
-/// A card with its parameters.
-#[derive(Debug, Clone, Default)]
-struct Card {
-    name: String,
-    line: usize,
-    parameters: Vec<(String, String)>,
-}
-
-impl Card {
-    fn new(text: &str, line: usize) -> Self {
-        let mut fields = text.trim_start_matches('*').split(',').map(str::trim);
-        let name = fields.next().unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ");
-        let parameter = |field: &str| {
-            let (key, value) = field.split_once('=').unwrap_or((field, ""));
-            (key.trim().to_ascii_uppercase(), value.trim().trim_matches('"').to_owned())
-        };
-        let parameters = fields.filter(|f| !f.is_empty()).map(parameter).collect();
-        Self { name: name.to_ascii_uppercase(), line, parameters }
-    }
-
-    fn get(&self, key: &str) -> Option<&str> {
-        self.parameters.iter().find(|(k, _)| k == key).map(|(_, v)| v.as_str())
-    }
-}
-
-/// What an element type is here.
-enum Type {
-    Solid(ElementKind),
-    /// Corners and nodes of an element on the surface.
-    Side(usize, usize),
-    /// Something else of so many nodes, left out.
-    Other,
-}
-
-fn element_type(name: &str) -> Option<Type> {
-    // Letters behind the number of nodes choose an integration or a mixed formulation; the displacement element is computed.
-    let bare = name.trim_end_matches(|c: char| c.is_ascii_alphabetic());
-    Some(match bare {
-        "C3D4" => Type::Solid(ElementKind::Tet4),
-        "C3D10" => Type::Solid(ElementKind::Tet10),
-        "C3D8" => Type::Solid(ElementKind::Hex8),
-        "C3D20" => Type::Solid(ElementKind::Hex20),
-        "C3D27" => Type::Solid(ElementKind::Hex27),
-        "C3D6" => Type::Solid(ElementKind::Wedge6),
-        "C3D15" => Type::Solid(ElementKind::Wedge15),
-        "S3" | "CPS3" | "CPE3" | "CAX3" | "M3D3" | "SFM3D3" => Type::Side(3, 3),
-        "S4" | "CPS4" | "CPE4" | "CAX4" | "M3D4" | "SFM3D4" => Type::Side(4, 4),
-        "S6" | "STRI65" | "CPS6" | "CPE6" | "CAX6" | "M3D6" | "SFM3D6" => Type::Side(3, 6),
-        "S8" | "CPS8" | "CPE8" | "CAX8" | "M3D8" | "SFM3D8" => Type::Side(4, 8),
-        _ if name.starts_with("T3D") || name.starts_with("B3") => Type::Other,
-        _ => return None,
-    })
-}
+/// Bytes of the file for each member that its sets have in all: a file has two numbers and more for each node and element, so that each may be in
+/// several sets.
+const BYTES_A_MEMBER: usize = 4;
+/// Members that any file may have.
+const FEW: usize = 200;
+/// Members that a set counts for by itself, for the memory of its name and place.
+const SET: usize = 8;
 
 /// Sets of one kind, by name in capitals.
 #[derive(Default)]
@@ -80,6 +37,7 @@ impl Sets {
         self.places.get(&name.to_ascii_uppercase()).map(|&i| self.list[i].1.as_slice())
     }
 
+    /// The members of a set, which is made if there is none of that name.
     fn of(&mut self, name: &str) -> &mut Vec<u32> {
         let list = &mut self.list;
         let place = *self.places.entry(name.to_ascii_uppercase()).or_insert_with(|| {
@@ -100,10 +58,10 @@ struct Reader {
     element_sets: Sets,
     /// Surface elements by set.
     side_sets: Vec<(String, Vec<[u32; 4]>)>,
-    skipped: Vec<(String, usize)>,
+    skipped: Skipped,
     reduced: Option<(String, usize)>,
-    /// Elements that are left out: their sets are no groups.
-    has_other: Vec<String>,
+    /// Whether elements were left out.
+    has_other: bool,
     is_sorted: bool,
     /// Elements whose numbers are known.
     n_sorted: usize,
@@ -117,7 +75,7 @@ struct Reader {
 
 /// Reads a file.
 pub fn read(bytes: &[u8]) -> Result<RawMesh, MeshError> {
-    let mut reader = Reader { limit: bytes.len(), ..Reader::default() };
+    let mut reader = Reader { limit: bytes.len() / BYTES_A_MEMBER + FEW, ..Reader::default() };
     let mut lines = bytes.split(|b| *b == b'\n').map(|l| l.trim_ascii()).zip(1..).peekable();
     let mut card = Card::default();
     while let Some((bytes, line)) = lines.next() {
@@ -148,16 +106,19 @@ pub fn read(bytes: &[u8]) -> Result<RawMesh, MeshError> {
             continue;
         }
         if card.name == "ELEMENT" && card.get("TYPE").is_some() {
-            let mut fields: Vec<String> = fields(&text).map(str::to_owned).collect();
+            let mut given = Given::default();
             let wanted = reader.nodes_wanted(&card, line)?;
-            while wanted.is_some_and(|n| fields.len() < n + 1) {
+            if wanted.is_some() {
+                given.add(&text, line)?;
+            }
+            while wanted.is_some_and(|n| given.n < n + 1) {
                 let is_data = |(next, _): &(&[u8], usize)| !next.starts_with(b"*") && !next.is_empty();
                 let Some((next, _)) = lines.next_if(is_data) else {
                     return fail(line, ReadFault::End { section: "an element".into() });
                 };
-                fields.extend(self::fields(&String::from_utf8_lossy(next)).map(str::to_owned));
+                given.add(&String::from_utf8_lossy(next), line)?;
             }
-            reader.element(&card, line, &fields)?;
+            reader.element(&card, line, &given)?;
         } else {
             reader.data(&card, line, &text)?;
         }
@@ -181,6 +142,29 @@ fn expected<T>(line: usize, expected: &str, found: &str) -> Result<T, MeshError>
 /// A number of a node or element; the name of an instance may stand before it.
 fn number(field: &str) -> Option<u64> {
     field.rsplit('.').next().unwrap_or(field).parse().ok()
+}
+
+/// Numbers of an element: its own and those of its nodes.
+#[derive(Default)]
+struct Given {
+    values: [u64; ElementKind::MAX_NODES + 1],
+    /// How many fields there are, which may be more than an element has.
+    n: usize,
+}
+
+impl Given {
+    fn add(&mut self, text: &str, line: usize) -> Result<(), MeshError> {
+        for field in fields(text) {
+            if let Some(value) = self.values.get_mut(self.n) {
+                *value = match number(field) {
+                    Some(value) => value,
+                    None => return expected(line, "the number of a node or element", field),
+                };
+            }
+            self.n += 1;
+        }
+        Ok(())
+    }
 }
 
 impl Reader {
@@ -208,7 +192,7 @@ impl Reader {
                 Ok(())
             }
             "NODE" | "ELEMENT" if self.is_closed => {
-                self.skip(&format!("{} of the assembly", card.name), line);
+                self.skipped.note(&format!("*{} of the assembly", card.name), Place::Line(line));
                 Ok(())
             }
             "INCLUDE" => refuse("*INCLUDE", "put the mesh into one file"),
@@ -216,16 +200,9 @@ impl Reader {
             "NODE" | "ELEMENT" | "NSET" | "ELSET" | "SURFACE" => self.begin_mesh(card),
             name if FRAMES.contains(&name) || SILENT.contains(&name) => Ok(()),
             name => {
-                self.skip(name, line);
+                self.skipped.note(&format!("*{name}"), Place::Line(line));
                 Ok(())
             }
-        }
-    }
-
-    /// Notes a card that is left out, once.
-    fn skip(&mut self, name: &str, line: usize) {
-        if !self.skipped.iter().any(|(n, _)| n == name) {
-            self.skipped.push((name.to_owned(), line));
         }
     }
 
@@ -264,6 +241,7 @@ impl Reader {
                     let is_nodes = card.get("TYPE").is_some_and(|t| t.eq_ignore_ascii_case("NODE"));
                     let source =
                         if is_nodes { FaceSource::Nodes(Vec::new()) } else { FaceSource::Sides(Vec::new()) };
+                    self.count(line, SET)?;
                     self.mesh.faces.push((name, source));
                 }
                 Ok(())
@@ -307,29 +285,20 @@ impl Reader {
         }
     }
 
-    fn element(&mut self, card: &Card, line: usize, fields: &[String]) -> Result<(), MeshError> {
+    fn element(&mut self, card: &Card, line: usize, given: &Given) -> Result<(), MeshError> {
         let name = card.get("TYPE").unwrap_or_default().to_ascii_uppercase();
         let set = card.get("ELSET");
         let n = match element_type(&name) {
             Some(Type::Solid(kind)) => kind.n_nodes(),
             Some(Type::Side(_, n)) => n,
             _ => {
-                let set = set.unwrap_or_default();
-                if !self.has_other.iter().any(|s| s == set) {
-                    self.has_other.push(set.to_owned());
-                }
+                self.has_other = true;
                 return Ok(());
             }
         };
-        let mut values = [0u64; ElementKind::MAX_NODES + 1];
-        for (value, field) in values.iter_mut().zip(fields.iter().take(n + 1)) {
-            *value = match number(field) {
-                Some(value) => value,
-                None => return expected(line, "the number of a node or element", field),
-            };
-        }
-        if fields.len() != n + 1 {
-            let found = format!("{} numbers", fields.len());
+        let Given { values, n: found } = given;
+        if *found != n + 1 {
+            let found = format!("{found} numbers");
             return expected(line, &format!("an element {name} with its number and {n} nodes"), &found);
         }
         let label = values[0];
@@ -352,7 +321,7 @@ impl Reader {
                 }
                 self.mesh.elements.push(kind, label, nodes[..n].iter().copied());
                 if let Some(set) = set {
-                    self.count(line, 1)?;
+                    self.count_set(line, set, false)?;
                     self.element_sets.of(set).push(e);
                 }
             }
@@ -361,7 +330,10 @@ impl Reader {
                 let name = set.unwrap_or("surface elements");
                 match self.side_sets.iter_mut().find(|(n, _)| n.eq_ignore_ascii_case(name)) {
                     Some((_, all)) => all.push(corners),
-                    None => self.side_sets.push((name.to_owned(), vec![corners])),
+                    None => {
+                        self.side_sets.push((name.to_owned(), vec![corners]));
+                        self.count(line, SET)?;
+                    }
                 }
             }
             _ => {}
@@ -376,6 +348,12 @@ impl Reader {
             return fail(line, ReadFault::Members { limit: self.limit });
         }
         Ok(())
+    }
+
+    /// Counts a member of the set `name` and, if there is none yet, the set.
+    fn count_set(&mut self, line: usize, name: &str, is_nodes: bool) -> Result<(), MeshError> {
+        let sets = if is_nodes { &self.node_sets } else { &self.element_sets };
+        self.count(line, if sets.get(name).is_some() { 1 } else { 1 + SET })
     }
 
     fn data(&mut self, card: &Card, line: usize, text: &str) -> Result<(), MeshError> {
@@ -414,7 +392,7 @@ impl Reader {
             return fail(line, ReadFault::Coordinate { node: label });
         }
         if let Some(set) = card.get("NSET") {
-            self.count(line, 1)?;
+            self.count_set(line, set, true)?;
             let place = self.mesh.nodes.len() as u32;
             self.node_sets.of(set).push(place);
         }
@@ -455,7 +433,8 @@ impl Reader {
                 }
             }
         }
-        self.count(line, found.len())?;
+        let is_new = sets.get(&name).is_none();
+        self.count(line, found.len() + if is_new { SET } else { 0 })?;
         (if is_nodes { &mut self.node_sets } else { &mut self.element_sets }).of(&name).extend(found);
         Ok(())
     }
@@ -514,19 +493,12 @@ impl Reader {
             },
         ));
         faces.extend(self.side_sets.into_iter().map(|(name, all)| (name, FaceSource::Corners(all))));
-        let nodes = self.node_sets.list.into_iter();
-        let is_new = |faces: &[(String, FaceSource)], name: &str| faces.iter().all(|(n, _)| n != name);
-        for (name, all) in nodes {
-            if is_new(faces, &name) {
-                faces.push((name, FaceSource::Nodes(all)));
-            }
-        }
-        if !self.skipped.is_empty() {
-            let all: Vec<String> =
-                self.skipped.iter().map(|(n, line)| format!("*{n} (line {line})")).collect();
+        let known: HashSet<String> = faces.iter().map(|(name, _)| name.clone()).collect();
+        let nodes = self.node_sets.list.into_iter().filter(|(name, _)| !known.contains(name));
+        faces.extend(nodes.map(|(name, all)| (name, FaceSource::Nodes(all))));
+        if let Some(all) = self.skipped.list() {
             self.mesh.notes.push(format!(
-                "cards that are not read: {}; material and supports are those of the scenario",
-                all.join(", ")
+                "cards that are not read: {all}; material and supports are those of the scenario"
             ));
         }
         if let Some((name, line)) = self.reduced {
@@ -534,7 +506,7 @@ impl Reader {
                 "element type {name} (line {line}) is computed with full integration and displacements alone"
             ));
         }
-        if !self.has_other.is_empty() {
+        if self.has_other {
             self.mesh.notes.push("trusses and beams are left out".to_owned());
         }
         Ok(self.mesh)

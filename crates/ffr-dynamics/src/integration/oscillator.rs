@@ -22,7 +22,7 @@ pub struct Oscillator {
 pub struct Oscillators<'a> {
     /// All of them.
     pub list: &'a [Oscillator],
-    /// Place in the state of the quadrature of `c (dx/dt)²`, summed over them; none where nothing is damped or booked.
+    /// Place in the state of the quadrature of `c (dx/dt)²`, summed over them; none where nothing is damped or recorded.
     pub dissipated: Option<usize>,
 }
 
@@ -192,7 +192,7 @@ impl<const STAGES: usize> Vibration<STAGES> {
         }
     }
 
-    /// Ends the step in `state`: books what the quadrature of the damping is short of (Eq. T.25), and prepares the interpolation
+    /// Ends the step in `state`: adds what the quadrature of the damping is short of (Eq. T.25), and prepares the interpolation
     /// from the `weights` of the step and of the last term of the dense output.
     pub fn end(&mut self, weights: &[f64], last_term: &[f64], state: &mut [f64]) {
         let h = self.step;

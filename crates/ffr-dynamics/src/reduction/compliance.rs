@@ -1,8 +1,7 @@
-//! Residual flexibility of the contact interface, by two routes (Eqs. R.16 to R.18).
+//! Residual flexibility of the contact interface (Eqs. R.16 to R.18).
 //!
-//! `G = Phi_hf,b K_hf^-1 Phi_hf,b^T` is what quasistatic contact needs of all high-frequency modes together. Route 1 sums
-//! over Craig-Bampton modes; route 2 ([`ResidualFlexibility`]) takes the inverse of the trailing Cholesky block and removes the
-//! rigid and low-frequency parts, without any high-frequency mode.
+//! `G = Phi_hf,b K_hf^-1 Phi_hf,b^T` is what quasistatic contact needs of all high-frequency modes together. [`ResidualFlexibility`] takes the
+//! inverse of the trailing Cholesky block and removes the rigid and low-frequency parts, without any high-frequency mode.
 
 use std::sync::Arc;
 
@@ -16,24 +15,10 @@ use super::rigid::RigidModes;
 use crate::DynamicsError;
 use crate::data_error::DataError;
 
-/// Route 1: residual flexibility from the high-frequency modes of `basis`, n_b x n_b [m/N].
-///
-/// # Panics
-/// If `interface` names an unknown that does not exist.
-pub fn modal_compliance(basis: &ReducedBasis, interface: &[usize]) -> Mat<f64> {
-    let scaled = Mat::from_fn(interface.len(), basis.n_modes() - basis.n_low, |i, j| {
-        let mode = basis.n_low + j;
-        basis.shapes[(interface[i], mode)] / basis.omega[mode]
-    });
-    let mut g = dense::product(scaled.as_ref(), scaled.transpose());
-    dense::symmetrise(&mut g);
-    g
-}
-
 /// Flexibility of a free body at its interface without its rigid motions, `F` of Eq. R.17.
 ///
-/// Owns the factorisation, so it outlives the assembled matrices.
-#[derive(Debug)]
+/// Owns the factorisation, so it outlives the assembled matrices; clones share it.
+#[derive(Debug, Clone)]
 pub struct FreeFlexibility {
     factor: Arc<CholeskyFactor>,
     held: Vec<bool>,

@@ -128,7 +128,7 @@ pub fn solve_lower_transposed(l: MatRef<'_, f64>, x: MatMut<'_, f64>) {
 
 /// Eigenvalues in ascending order and orthonormal eigenvectors of a symmetric matrix.
 ///
-/// Divide and conquer; its secular equation is now and then solved to half the digits only (residuals of 1e-8 were seen on a
+/// Divide and conquer; its secular equation is sometimes solved to half the digits only (residuals of 1e-8 were seen on a
 /// well-separated spectrum of 234), so the residual is checked and the slower QR iteration taken where it is too large.
 ///
 /// # Errors

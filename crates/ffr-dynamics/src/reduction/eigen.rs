@@ -51,20 +51,6 @@ impl ElasticProblem<'_> {
         found
     }
 
-    /// As [`Self::lowest_modes`], always by Lanczos and with blocks of `width` vectors: for tests of the recovery of lost
-    /// copies, which wide blocks seldom need.
-    ///
-    /// # Errors
-    /// As [`Self::lowest_modes`].
-    ///
-    /// # Panics
-    /// If `width` is zero or the basis does not fit the problem.
-    #[doc(hidden)]
-    pub fn lowest_modes_by_blocks(&self, n_modes: usize, width: usize) -> Result<EigenModes, DynamicsError> {
-        assert!(width > 0 && capacity(n_modes + CANDIDATES) <= self.n_elastic(), "no room for the basis");
-        Search::new(self, n_modes, Goal::Modes).with_width(width).run()
-    }
-
     /// All elastic modes by the dense path, O(n³).
     ///
     /// # Errors

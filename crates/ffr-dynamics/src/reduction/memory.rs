@@ -12,29 +12,29 @@ const SHARE_BESIDE: f64 = 0.8;
 /// Folder in which Linux shows the limits that a container sets.
 const CONTROL_GROUP: &str = "/sys/fs/cgroup";
 
-/// Memory that the process may take \[bytes\], if told.
+/// Memory that the process may take \[bytes\], if a limit was given.
 static LIMIT: OnceLock<u64> = OnceLock::new();
 
-/// Tells how much memory the process may take \[bytes\]; the first call counts. Otherwise it may take what the machine has.
+/// Sets how much memory the process may take \[bytes\]; the first call counts. Otherwise it may take what the machine has.
 pub fn limit(bytes: u64) {
     LIMIT.get_or_init(|| bytes);
 }
 
-/// Memory that the process may take \[bytes\], if told.
-pub fn told_limit() -> Option<u64> {
+/// Memory that the process may take \[bytes\], if a limit was given.
+pub fn given_limit() -> Option<u64> {
     LIMIT.get().copied()
 }
 
-/// Free memory in bytes: of the machine, what a container leaves, or what the process has not taken of its limit; `None` where nothing tells.
+/// Free memory in bytes: of the machine, what a container leaves, or what the process has not taken of its limit; `None` where it cannot be found.
 fn free() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/meminfo").unwrap_or_default();
     let machine = entry(&text, "MemAvailable:").map(|kilobytes| 1024 * kilobytes);
     let container = left_by(|name| std::fs::read_to_string(Path::new(CONTROL_GROUP).join(name)).ok());
-    let told = told_limit().map(|limit| {
+    let given = given_limit().map(|limit| {
         let text = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
         limit.saturating_sub(entry(&text, "VmRSS:").map_or(0, |kilobytes| 1024 * kilobytes))
     });
-    [machine, container, told].into_iter().flatten().min()
+    [machine, container, given].into_iter().flatten().min()
 }
 
 /// What a control group, of the second version or the first, leaves of its limit in bytes, files that are only kept for the

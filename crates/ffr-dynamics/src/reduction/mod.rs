@@ -37,12 +37,12 @@ pub mod compliance;
 pub mod residual_modes;
 pub mod static_answers;
 
-pub use compliance::{BodyTurn, FreeFlexibility, ResidualFlexibility, modal_compliance};
+pub use compliance::{BodyTurn, FreeFlexibility, ResidualFlexibility};
 pub use craig_bampton::{CraigBampton, FixedInterfaceModes, craig_bampton};
 pub use eigen_modes::{EigenModes, neighbouring_counts};
 pub use factor::{CholeskyFactor, SymbolicFactor};
 pub use inertia::Inertia;
-pub use modal::{LowModes, ReducedBasis, all_modes, modal_truncation};
+pub use modal::{LowModes, ReducedBasis, all_modes};
 pub use pencil::Pencil;
 pub use problem::ElasticProblem;
 pub use residual_modes::ResidualModes;

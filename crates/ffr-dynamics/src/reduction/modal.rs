@@ -88,26 +88,11 @@ impl ReducedBasis {
     }
 }
 
-/// The `n_modes` lowest elastic modes of the free body.
-///
-/// # Errors
-/// As [`ElasticProblem::free`] and [`ElasticProblem::lowest_modes`].
-pub fn modal_truncation(body: &AssembledBody, n_modes: usize) -> Result<ReducedBasis, DynamicsError> {
-    reduced(&ElasticProblem::free(body, &[])?, |problem| problem.lowest_modes(n_modes))
-}
-
 /// Every elastic mode of the free body, all dynamic; dense, for models of up to a few thousand unknowns.
 ///
 /// # Errors
 /// As [`ElasticProblem::free`] and [`ElasticProblem::all_modes`].
 pub fn all_modes(body: &AssembledBody) -> Result<ReducedBasis, DynamicsError> {
-    reduced(&ElasticProblem::free(body, &[])?, |problem| problem.all_modes())
-}
-
-fn reduced(
-    problem: &ElasticProblem<'_>,
-    modes: impl Fn(&ElasticProblem<'_>) -> Result<EigenModes, DynamicsError>,
-) -> Result<ReducedBasis, DynamicsError> {
-    let rigid = problem.free_rigid()?;
-    Ok(ReducedBasis::from_modes(modes(problem)?, rigid))
+    let problem = ElasticProblem::free(body, &[])?;
+    Ok(ReducedBasis::from_modes(problem.all_modes()?, problem.free_rigid()?))
 }

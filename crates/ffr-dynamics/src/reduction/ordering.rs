@@ -60,7 +60,7 @@ impl NodeGraph {
         Self { start, neighbours }
     }
 
-    /// Edges on the shortest way from the nodes `from` to every node; of what hangs together with none of them, one more than all others.
+    /// Edges on the shortest way from the nodes `from` to every node; of what is connected with none of them, one more than all others.
     fn steps_from(&self, from: &[u32]) -> Vec<f64> {
         let mut steps = vec![f64::INFINITY; self.start.len() - 1];
         let mut found = from.to_vec();

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 /// No node.
 const NONE: u32 = u32::MAX;
-/// Level of a place that no path reaches, or that has been tried in vain.
+/// Level of a place that no path reaches, or that has been tried without success.
 const CLOSED: u32 = u32::MAX;
 
 /// A graph whose nodes stand in an order, by which its ends are named; `neighbours[start[i]..start[i + 1]]` are those of node `i`, which may name

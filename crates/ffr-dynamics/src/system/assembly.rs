@@ -3,7 +3,7 @@
 use std::ops::DerefMut;
 
 use super::active::ActiveForce;
-use super::loop_closure::Owner;
+use super::constraint_rows::Owner;
 use super::multibody::Multibody;
 use super::small_motion::SmallMotion;
 use super::tree_solver::FactorisedTree;

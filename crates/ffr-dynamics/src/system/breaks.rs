@@ -2,7 +2,7 @@
 //! (docs/theory.md Eq. T.32, M.62).
 
 use super::joints::TimeFunction;
-use super::joints::form::change_of_form;
+use super::joints::form::{change_of_form, change_of_sliding};
 use super::model::{MultibodyModel, TreeBody};
 
 impl MultibodyModel {
@@ -31,7 +31,11 @@ impl MultibodyModel {
             let start = (&y0[positions.clone()], &y0[velocities.clone()]);
             let end = (&y1[positions], &y1[velocities]);
             let forces = joint.free_velocities().map(|k| joint.coordinates.get(k)).enumerate();
-            forces.filter_map(move |(k, force)| change_of_form(joint.kind, force?, k, start, end, h))
+            let bearing = joint.bearing.as_ref().filter(|_| layout.n_velocities == joint.kind.n_velocities());
+            let slides = bearing.and_then(|bearing| change_of_sliding(joint.kind, bearing, start, end, h));
+            forces
+                .filter_map(move |(k, force)| change_of_form(joint.kind, force?, k, start, end, h))
+                .chain(slides)
         });
         shares.min_by(f64::total_cmp)
     }

@@ -86,7 +86,7 @@ pub struct ForceEnergies {
 }
 
 impl ForceEnergies {
-    /// Power that is integrated within a step, while `slid` is booked at its end \[W\].
+    /// Power that is integrated within a step, while `slid` is added at its end \[W\].
     pub fn integrated_power(&self) -> f64 {
         self.dissipated_power - self.slid_rate
     }

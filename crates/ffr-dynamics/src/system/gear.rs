@@ -121,9 +121,14 @@ impl Chains {
         let GearSpec { name, first, second, ratio, offset } = spec;
         let (first, second) = (coordinate(first, joints)?, coordinate(second, joints)?);
         let gear = Gear { name: name.clone(), first, second, ratio: *ratio, offset: *offset };
-        let is_sound = *ratio != 0.0 && ratio.is_finite() && offset.is_finite();
-        if !is_sound {
-            return Err(GearFault::Numbers { ratio: *ratio, offset: *offset });
+        if first == second {
+            return Err(GearFault::Itself);
+        }
+        if *ratio == 0.0 || !ratio.is_finite() {
+            return Err(GearFault::Ratio { ratio: *ratio });
+        }
+        if !offset.is_finite() {
+            return Err(GearFault::Offset { offset: *offset });
         }
         self.join(&gear)?;
         Ok(gear)

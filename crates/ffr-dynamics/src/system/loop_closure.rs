@@ -3,151 +3,18 @@
 //! A constraint holds a displacement of the child marker along an axis of the parent marker, or keeps an axis of the one
 //! perpendicular to an axis of the other. Redundant constraints (four hinges with parallel axes) are found and left out.
 
-use crate::error::MotionFault;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
+use super::constraint_rows::{GearRow, Owner, Row, Side, free_mobility, gear_mobility};
 use super::force::BodyState;
 use super::gear::Gear;
-use super::model::{JointCoordinates, LoopJoint, MultibodyModel, Site};
-use super::tree::Parent;
-use super::tree_kinematics::{JointKinematics, SpatialVector, join, split};
+use super::model::{LoopJoint, MultibodyModel, Site};
+use super::tree_kinematics::{JointKinematics, SpatialVector, join};
 use super::tree_solver::{Answer, FactorisedTree};
-use crate::error::EvaluationFailure;
-use crate::kinematics::MarkerMotion;
+use crate::error::{EvaluationFailure, MotionFault};
 
 /// Share of a constraint's mobility between free bodies below which it counts as redundant: the tree already holds it.
 const REDUNDANT: f64 = 1e-10;
-
-/// One side of a loop joint at one instant, in inertial axes.
-#[derive(Debug, Clone)]
-struct Side {
-    place: Vector3<f64>,
-    axes: Matrix3<f64>,
-    /// From body axes to inertial axes.
-    body_axes: Matrix3<f64>,
-    velocity: Vector3<f64>,
-    spin: Vector3<f64>,
-    /// Accelerations by velocities alone, without those of the body's frame and modes.
-    bias: (Vector3<f64>, Vector3<f64>),
-    motion: MarkerMotion,
-}
-
-impl Side {
-    fn new(site: &Site, states: &[BodyState]) -> Self {
-        let ground = BodyState::at_rest(0);
-        let state = site.body.map_or(&ground, |b| &states[b]);
-        let motion = site.marker.motion(&state.elastic, &state.elastic_rates);
-        let body_axes: Matrix3<f64> = state.rotation.to_rotation_matrix().into_inner();
-        let omega = &state.angular_velocity_in_body;
-        let MarkerMotion { arm, arm_rate, rotation, turn } = &motion;
-        let bias = omega.cross(&(omega.cross(arm) + 2.0 * arm_rate));
-        Self {
-            place: state.position + body_axes * arm,
-            axes: body_axes * rotation.to_rotation_matrix().into_inner(),
-            velocity: state.velocity + body_axes * (omega.cross(arm) + arm_rate),
-            spin: body_axes * (omega + turn.spin),
-            bias: (body_axes * bias, body_axes * (omega.cross(&turn.spin) + turn.bias)),
-            body_axes,
-            motion,
-        }
-    }
-
-    /// Velocity and angular velocity of the marker, in inertial axes, from those of its frame and its elastic rates.
-    fn velocities(
-        &self,
-        site: &Site,
-        frame: &SpatialVector,
-        elastic: &[f64],
-    ) -> (Vector3<f64>, Vector3<f64>) {
-        let (v, omega) = split(frame);
-        let combine = |row: &[f64]| row.iter().zip(elastic).map(|(r, q)| r * q).sum::<f64>();
-        let moved = Vector3::from_fn(|c, _| combine(site.marker.displacement_row(c)));
-        let turned = Vector3::from_fn(|c, _| combine(site.marker.rotation_row(c)));
-        let local = v + omega.cross(&self.motion.arm) + moved;
-        (self.body_axes * local, self.body_axes * (omega + self.motion.turn.jacobian * turned))
-    }
-
-    /// Adds a force and a moment at the marker to a response's forces.
-    fn add(
-        &self,
-        site: &Site,
-        model: &MultibodyModel,
-        force: &Vector3<f64>,
-        moment: &Vector3<f64>,
-        to: &mut Answer<f64>,
-    ) {
-        let Some(b) = site.body else { return };
-        let (f, m) = (self.body_axes.tr_mul(force), self.body_axes.tr_mul(moment));
-        let torque = self.motion.arm.cross(&f) + m;
-        for c in 0..3 {
-            to.frame_forces[b][c] += f[c];
-            to.frame_forces[b][3 + c] += torque[c];
-        }
-        let elastic = &mut to.forces[model.bodies[b].layout.rates_elastic()];
-        site.marker.add_elastic(&f, &self.motion.turn.jacobian.tr_mul(&m), elastic);
-    }
-}
-
-/// One constraint at one instant: residual, direction, and acceleration by velocities alone.
-#[derive(Debug, Clone, Copy)]
-struct Row {
-    joint: usize,
-    /// Displacement \[m\] or cosine [-].
-    residual: f64,
-    /// Axis of the displacement, or of the rotation.
-    axis: Vector3<f64>,
-    is_rotation: bool,
-    bias: f64,
-}
-
-/// Whose a constraint is.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Owner {
-    /// Of a joint that closes a loop.
-    Loop {
-        /// Number of the joint.
-        joint: usize,
-        /// Whether it holds a rotation.
-        is_rotation: bool,
-    },
-    /// Of a gear.
-    Gear {
-        /// Number of the gear.
-        gear: usize,
-        /// Size of the rates of its coordinates.
-        speed: f64,
-    },
-}
-
-/// A gear at one instant.
-#[derive(Debug, Clone, Copy, Default)]
-struct GearRow {
-    /// Second coordinate less what the first makes of it [m or rad].
-    residual: f64,
-    /// Size of the coordinates, whose round-off the residual has; at least 1.
-    size: f64,
-    rate: f64,
-    /// Size of the rates.
-    speed: f64,
-    /// Acceleration by prescribed motions.
-    bias: f64,
-}
-
-impl GearRow {
-    fn new(gear: &Gear, edges: &[JointKinematics]) -> Self {
-        let mut row = Self { residual: -gear.offset, size: 1.0, ..Self::default() };
-        for (at, factor) in gear.terms() {
-            let JointCoordinates { positions, velocities, accelerations } = &edges[at.body].coordinates;
-            let (position, velocity) = (factor * positions[at.velocity], factor * velocities[at.velocity]);
-            row.residual += position;
-            row.size += position.abs();
-            row.rate += velocity;
-            row.speed += velocity.abs();
-            row.bias += factor * accelerations[at.velocity]; // none of free coordinates
-        }
-        row
-    }
-}
 
 /// Constraints of all loop joints, then of all gears, with their buffers.
 #[derive(Debug, Clone)]
@@ -457,6 +324,16 @@ impl LoopSolver {
         Ok(())
     }
 
+    /// What the constraints do against the accelerations in `response`, in its place; of the last factors.
+    pub fn hold_response(&mut self, tree: FactorisedTree<'_, f64>) {
+        for k in 0..self.n_constraints() {
+            let rate = self.rate(tree.model, k, &self.response.frames, &self.response.rates);
+            self.multipliers[k] = -rate;
+        }
+        self.solve_mobility();
+        self.respond(tree);
+    }
+
     /// Change of all coordinates that takes the residuals away to first order (Eq. M.22), in `response.rates`.
     pub fn correct_positions(&mut self, tree: FactorisedTree<'_, f64>) {
         let residuals = self.rows.iter().map(|row| row.residual).chain(self.gears.iter().map(|g| g.residual));
@@ -492,31 +369,4 @@ impl LoopSolver {
         self.respond(tree);
         largest
     }
-}
-
-/// Mobility of a displacement and of a rotation between the free, undeformed `bodies` [1/kg, 1/(kg m²)].
-fn free_mobility(model: &MultibodyModel, bodies: [Parent; 2]) -> (f64, f64) {
-    let (mut translation, mut rotation) = (0.0, 0.0);
-    for body in bodies.into_iter().flatten() {
-        let data = &model.bodies[body].data;
-        translation += 1.0 / data.mass;
-        let centre = data.centre_of_mass();
-        let about_centre = data.inertia().trace() - 2.0 * data.mass * centre.norm_squared();
-        rotation += 3.0 / about_centre;
-    }
-    // A point mass does not resist turning: the joint's rotation has no scale of its own.
-    let is_sound = rotation.is_finite() && rotation > 0.0;
-    (translation, if is_sound { rotation } else { f64::MAX.sqrt() })
-}
-
-/// Mobility of a gear between free bodies.
-fn gear_mobility(model: &MultibodyModel, gear: &Gear) -> f64 {
-    let free = gear.terms().into_iter().filter(|(at, _)| at.rate.is_some());
-    let mobility = free.map(|(at, factor)| {
-        let joint = &model.bodies[at.body].joint;
-        let (translation, rotation) = free_mobility(model, [joint.parent.body, Some(at.body)]);
-        let is_angle = joint.kind.is_angle(at.velocity) && rotation < f64::MAX.sqrt();
-        factor * factor * if is_angle { rotation } else { translation }
-    });
-    mobility.sum()
 }

@@ -16,11 +16,13 @@ pub mod model;
 mod tree_kinematics;
 mod uncoupled_modes;
 mod tree_solver;
+mod constraint_rows;
 mod loop_closure;
 mod error_filter;
 mod tree_error;
 mod tree_derivative;
 mod stage_solver;
+mod bearings;
 mod workspace;
 pub mod multibody;
 mod assembly;
@@ -33,7 +35,9 @@ pub mod equilibrium;
 pub use active::{Active, ActiveForce};
 pub use error_scale::ErrorScale;
 pub use force::{BodyState, Findings, ForceElement, ForceEnergies, GeneralisedForce, Motion};
-pub use joints::{CoordinateForce, FreeDirections, Friction, JointKind, Stop, TimeCourse, TimeFunction};
+pub use joints::{
+    Bearing, CoordinateForce, FreeDirections, Friction, JointKind, Stop, TimeCourse, TimeFunction,
+};
 pub use model::MultibodyModel;
 pub use multibody::Multibody;
 pub use reaction::Reaction;

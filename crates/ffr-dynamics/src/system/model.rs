@@ -2,23 +2,23 @@
 
 use std::ops::Range;
 
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 
-use super::equations::active_directions;
 use super::gear::{Gear, GearJoint, resolve as resolve_gears};
+use super::joints::bearing::JointBearing;
 use super::joints::forces::check;
 use super::joints::{CoordinateForce, JointKind, TimeFunction};
-use super::specification::{Attachment, BodySpec, GROUND, JointSpec, SystemSpec};
+use super::specification::{BodySpec, SystemSpec};
 use super::tree::{Parent, order_from_ground};
 use super::uncoupled_modes::UncoupledModes;
-use crate::body::{ModalDamping, RigidMotion, StandardInputData};
+use crate::body::StandardInputData;
 use crate::data_error::DataError;
 use crate::error::DynamicsError;
-use crate::joint_fault::JointFault;
 use crate::kinematics::Marker;
 
-/// Deviation of axes above which a joint leads out of the plane or off the axis of a body's model; angles typed in degrees.
-const ALIGNMENT: f64 = 1e-9;
+mod resolution;
+
+use resolution::{check_damping, check_names, check_suits_model, loop_joint, resolve_loads, tree_joints};
 
 /// A marker with its body; `None` is ground.
 #[derive(Debug, Clone)]
@@ -42,6 +42,8 @@ pub struct TreeJoint {
     pub child: Marker,
     /// Forces along the velocities; empty if there are none.
     pub coordinates: Vec<CoordinateForce>,
+    /// Friction by the load that the joint transmits.
+    pub(super) bearing: Option<JointBearing>,
 }
 
 impl TreeJoint {
@@ -187,7 +189,7 @@ pub struct MultibodyModel {
     pub bodies: Vec<TreeBody>,
     /// Bodies with parents before children.
     pub order: Vec<usize>,
-    /// Bodies whose joints hang on each body, in that order.
+    /// Children of each body in the tree, in that order.
     pub(super) children: Vec<Vec<usize>>,
     /// Loop-closing joints.
     pub loops: Vec<LoopJoint>,
@@ -308,208 +310,4 @@ pub struct JointCoordinates {
     pub velocities: [f64; 6],
     /// Accelerations of prescribed coordinates; zero for free ones.
     pub accelerations: [f64; 6],
-}
-
-/// Refuses damping of another size, or negative.
-fn check_damping(name: &str, data: &StandardInputData) -> Result<(), DynamicsError> {
-    let n_q = data.n_modes();
-    let fits = match &data.modal_damping {
-        ModalDamping::None => true,
-        ModalDamping::PerMode(d) => d.len() == n_q && d.iter().all(|d| *d >= 0.0 && d.is_finite()),
-        ModalDamping::Full(d) => d.nrows() == n_q && d.ncols() == n_q && (0..n_q).all(|i| d[(i, i)] >= 0.0),
-    };
-    if fits {
-        return Ok(());
-    }
-    Err(DataError::Damping { body: name.to_owned(), modes: n_q }.into())
-}
-
-fn check_names(spec: &SystemSpec) -> Result<(), DynamicsError> {
-    fn repeated<'a>(names: impl Iterator<Item = &'a str>) -> Option<String> {
-        let mut seen = std::collections::BTreeSet::new();
-        names.into_iter().find(|name| !seen.insert(*name)).map(str::to_string)
-    }
-    let fail = |what, name| Err(DynamicsError::DuplicateName { what, name });
-    let bodies = spec.bodies.iter().map(|b| b.name.as_str());
-    if let Some(name) = repeated(bodies.chain([GROUND])) {
-        return fail("bodies", name);
-    }
-    if let Some(name) = repeated(spec.joints.iter().chain(&spec.loops).map(|j| j.name.as_str())) {
-        return fail("joints", name);
-    }
-    if let Some(name) = repeated(spec.gears.iter().map(|g| g.name.as_str())) {
-        return fail("gears", name);
-    }
-    if let Some(name) = repeated(spec.loads.iter().map(|l| l.name.as_str())) {
-        return fail("loads", name);
-    }
-    let groups = spec.bodies.iter().map(|b| &b.markers).chain([&spec.ground]);
-    for markers in groups {
-        if let Some(name) = repeated(markers.iter().map(|m| m.name.as_str())) {
-            return fail("markers of one body", name);
-        }
-    }
-    Ok(())
-}
-
-/// Marker by name.
-fn resolve(spec: &SystemSpec, user: &str, at: &Attachment) -> Result<Site, DynamicsError> {
-    let list = |names: Vec<&str>| if names.is_empty() { "none".to_string() } else { names.join(", ") };
-    let (body, markers, n_modes) = if at.body == GROUND {
-        (None, &spec.ground, 0)
-    } else {
-        let Some(i) = spec.bodies.iter().position(|b| b.name == at.body) else {
-            let names = [GROUND].into_iter().chain(spec.bodies.iter().map(|b| b.name.as_str()));
-            return Err(DynamicsError::UnknownBody {
-                user: user.to_string(),
-                body: at.body.clone(),
-                known: list(names.collect()),
-            });
-        };
-        (Some(i), &spec.bodies[i].markers, spec.bodies[i].data.n_modes())
-    };
-    let Some(marker) = markers.iter().find(|m| m.name == at.marker) else {
-        return Err(DynamicsError::UnknownMarker {
-            user: user.to_string(),
-            body: at.body.clone(),
-            marker: at.marker.clone(),
-            known: list(markers.iter().map(|m| m.name.as_str()).collect()),
-        });
-    };
-    if marker.n_modes() != 0 && marker.n_modes() != n_modes {
-        let fault = JointFault::MarkerModes {
-            marker: marker.name.clone(),
-            found: marker.n_modes(),
-            body: at.body.clone(),
-            expected: n_modes,
-        };
-        return Err(DynamicsError::Joint { joint: user.to_string(), fault: Box::new(fault) });
-    }
-    Ok(Site { body, marker: marker.clone() })
-}
-
-/// The joint of each body; bodies without one are free.
-fn tree_joints(spec: &SystemSpec) -> Result<Vec<TreeJoint>, DynamicsError> {
-    let mut joints: Vec<Option<TreeJoint>> = spec.bodies.iter().map(|_| None).collect();
-    for JointSpec { name, kind, parent, child, coordinates } in &spec.joints {
-        let (parent, child) = (resolve(spec, name, parent)?, resolve(spec, name, child)?);
-        let Some(body) = child.body else {
-            return Err(DynamicsError::Joint {
-                joint: name.clone(),
-                fault: Box::new(JointFault::ChildIsGround),
-            });
-        };
-        if let Some(first) = &joints[body] {
-            return Err(DynamicsError::OverConstrained {
-                body: spec.bodies[body].name.clone(),
-                first: first.name.clone(),
-                second: name.clone(),
-            });
-        }
-        joints[body] = Some(TreeJoint {
-            name: name.clone(),
-            kind: *kind,
-            parent,
-            child: child.marker,
-            coordinates: coordinates.clone(),
-        });
-    }
-    let frame = || Marker::rigid("frame", Vector3::zeros(), UnitQuaternion::identity());
-    let free = |body: &BodySpec| TreeJoint {
-        name: body.name.clone(),
-        kind: match body.data.motion {
-            RigidMotion::Axial => JointKind::Axial,
-            RigidMotion::Planar => JointKind::Planar,
-            RigidMotion::Spatial => JointKind::Free,
-        },
-        parent: Site { body: None, marker: frame() },
-        child: frame(),
-        coordinates: Vec::new(),
-    };
-    Ok(joints
-        .into_iter()
-        .zip(&spec.bodies)
-        .map(|(joint, body)| joint.unwrap_or_else(|| free(body)))
-        .collect())
-}
-
-/// Refuses joints that lead out of the plane of a plane model, or off the axis of an axisymmetric one.
-fn check_suits_model(
-    body: &BodySpec,
-    joint: &TreeJoint,
-    parent: Option<&BodySpec>,
-) -> Result<(), DynamicsError> {
-    let motion = body.data.motion;
-    let fail =
-        |fault: JointFault| Err(DynamicsError::Joint { joint: joint.name.clone(), fault: Box::new(fault) });
-    let parent_motion = parent.map(|p| p.data.motion);
-    if motion == RigidMotion::Spatial && parent_motion.is_none_or(|m| m == RigidMotion::Spatial) {
-        return Ok(());
-    }
-    let model = if [Some(motion), parent_motion].contains(&Some(RigidMotion::Axial)) {
-        "axisymmetric"
-    } else {
-        "plane"
-    };
-    let relative = joint.kind.motion(&joint.kind.zero(), &[0.0; 6]);
-    let sides = [(motion, &joint.child), (parent_motion.unwrap_or(motion), &joint.parent.marker)];
-    for (side, (motion, marker)) in sides.into_iter().enumerate() {
-        let is_ground = side == 1 && parent.is_none();
-        if is_ground || motion == RigidMotion::Spatial {
-            continue;
-        }
-        let active = active_directions(motion);
-        for column in &relative.columns[..joint.kind.n_velocities()] {
-            let (u, turn) = (marker.rotation * column.translation, marker.rotation * column.rotation);
-            let parts = [u.x, u.y, u.z, turn.x, turn.y, turn.z];
-            if let Some(i) = (0..6).find(|i| !active.contains(i) && parts[*i].abs() > ALIGNMENT) {
-                let direction = ["x", "y", "z", "rotation x", "rotation y", "rotation z"][i];
-                return fail(JointFault::OffModel { kind: joint.kind.name(), direction, model });
-            }
-        }
-    }
-    let Some(parent) = parent else { return Ok(()) };
-    // The normal (axis) of one model must be that of the other.
-    let turn: Matrix3<f64> = (joint.parent.marker.rotation * joint.child.rotation.inverse()).into();
-    let is_aligned = (turn[(2, 2)].abs() - 1.0).abs() < ALIGNMENT;
-    let is_turned = parent.data.motion != motion;
-    if !is_aligned || is_turned {
-        let (parent, child) = (parent.name.clone(), body.name.clone());
-        return fail(JointFault::NotParallel { model, parent, child });
-    }
-    Ok(())
-}
-
-fn loop_joint(spec: &SystemSpec, joint: &JointSpec) -> Result<LoopJoint, DynamicsError> {
-    let JointSpec { name, kind, parent, child, coordinates } = joint;
-    let (parent, child) = (resolve(spec, name, parent)?, resolve(spec, name, child)?);
-    let fail = |fault: JointFault| Err(DynamicsError::Joint { joint: name.clone(), fault: Box::new(fault) });
-    if *kind == JointKind::Free {
-        return fail(JointFault::FreeLoop);
-    }
-    if parent.body == child.body {
-        return fail(JointFault::SameBody);
-    }
-    if !coordinates.is_empty() {
-        return fail(JointFault::LoopForces);
-    }
-    Ok(LoopJoint { name: name.clone(), kind: *kind, parent, child })
-}
-
-fn resolve_loads(spec: &SystemSpec) -> Result<Vec<Load>, DynamicsError> {
-    let mut loads = Vec::with_capacity(spec.loads.len());
-    for load in &spec.loads {
-        let Site { body, marker } = resolve(spec, &load.name, &load.at)?;
-        let Some(body) = body else {
-            return Err(DynamicsError::LoadOnGround { load: load.name.clone() });
-        };
-        loads.push(Load {
-            name: load.name.clone(),
-            body,
-            marker,
-            components: load.components.clone(),
-            is_following: load.is_following,
-        });
-    }
-    Ok(loads)
 }

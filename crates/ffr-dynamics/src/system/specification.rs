@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::joints::{CoordinateForce, JointKind, TimeFunction};
+use super::joints::{Bearing, CoordinateForce, JointKind, TimeFunction};
 use crate::body::StandardInputData;
 use crate::kinematics::Marker;
 
@@ -49,12 +49,14 @@ pub struct JointSpec {
     pub child: Attachment,
     /// Springs, dampers, drives, prescribed motion: one entry a velocity of the joint, or none at all.
     pub coordinates: Vec<CoordinateForce>,
+    /// Friction by the load that the joint transmits.
+    pub bearing: Option<Bearing>,
 }
 
 impl JointSpec {
     /// A joint without forces of its own.
     pub fn new(name: &str, kind: JointKind, parent: Attachment, child: Attachment) -> Self {
-        Self { name: name.to_string(), kind, parent, child, coordinates: Vec::new() }
+        Self { name: name.to_string(), kind, parent, child, coordinates: Vec::new(), bearing: None }
     }
 }
 

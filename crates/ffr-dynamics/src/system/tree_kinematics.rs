@@ -42,6 +42,8 @@ pub(super) struct JointKinematics {
     pub bias: SpatialVector,
     /// Acceleration of the parent's marker without any acceleration of the parent's frame or modes.
     pub parent_bias: SpatialVector,
+    /// Load on the joint's bearing at the last accelerations [N or N m].
+    pub bearing_load: f64,
 }
 
 /// Motion of ground.
@@ -68,6 +70,7 @@ impl JointKinematics {
             parent_columns: vec![[0.0; 6]; if feels_parent_modes { n_parent } else { 0 }],
             bias: [0.0; 6],
             parent_bias: [0.0; 6],
+            bearing_load: 0.0,
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::bearings::BearingSolver;
 use super::equations::{BodyWorkspace, RigidPart};
 use super::force::{BodyState, GeneralisedForce};
 use super::joints::forces::joint_forces;
@@ -32,7 +33,8 @@ pub(super) struct Workspace {
     /// Forces on all bodies at the last evaluation, accelerations of all coordinates, wrenches of the tree's joints.
     pub accelerations: Answer<f64>,
     pub loops: LoopSolver,
-    /// Forces of springs and dampers along the velocities of joints.
+    bearings: BearingSolver,
+    /// Forces of springs, dampers, stops and friction along the velocities of joints.
     passive: Vec<SpatialVector>,
     /// Accelerations of the frames, without gravity's offset.
     frames: Vec<SpatialVector>,
@@ -60,6 +62,7 @@ impl Workspace {
             factors: TreeFactors::new(model),
             accelerations: Answer::new(model),
             loops: LoopSolver::new(model, &states),
+            bearings: BearingSolver::new(model),
             passive: vec![[0.0; 6]; n],
             frames: vec![[0.0; 6]; n],
             loop_wrenches: vec![[0.0; 6]; model.loops.len()],
@@ -95,7 +98,11 @@ impl Workspace {
         for (i, body) in model.bodies.iter().enumerate() {
             let joint = &body.joint;
             if joint.coordinates.is_empty() {
-                continue; // the slots stay zero
+                if joint.bearing.is_some() {
+                    self.accelerations.forces[body.layout.rates_joint()].fill(0.0);
+                    self.passive[i] = [0.0; 6];
+                }
+                continue; // the slots of others stay zero
             }
             let at = &self.edges[i].coordinates;
             let n = joint.kind.n_velocities();
@@ -110,13 +117,61 @@ impl Workspace {
             }
         }
         self.eliminate(model, 1.0)?;
+        self.answer(model)?;
+        if !self.bearings.bearings.is_empty() {
+            powers.dissipated += self.slide(model)?;
+        }
+        powers.supplied += self.prescribed_power(model);
+        Ok(powers)
+    }
+
+    /// Accelerations under the forces collected, with loops and gears closed.
+    fn answer(&mut self, model: &MultibodyModel) -> Result<(), EvaluationFailure> {
         let tree = FactorisedTree { model, pose: &self.pose, factors: &self.factors };
         self.accelerations.solve(tree, Some(&model.gravity));
         if model.has_constraints() {
             self.close_loops(model)?;
         }
-        powers.supplied += self.prescribed_power(model);
-        Ok(powers)
+        Ok(())
+    }
+
+    /// Adds the friction of bearings by the loads that the joints transmit with it; returns the power lost \[W\] (Eq. M.66).
+    fn slide(&mut self, model: &MultibodyModel) -> Result<f64, EvaluationFailure> {
+        let Self { bearings, edges, loops, .. } = self;
+        bearings.start(edges, &self.accelerations.wrenches);
+        let tree = FactorisedTree { model, pose: &self.pose, factors: &self.factors };
+        for j in 0..bearings.bearings.len() {
+            let at = &bearings.bearings[j];
+            if at.sliding.power == 0.0 {
+                continue;
+            }
+            let TreeBody { joint, layout, .. } = &model.bodies[at.body];
+            loops.response.clear();
+            let slots = &mut loops.response.forces[layout.rates_joint()];
+            slots.iter_mut().zip(joint.free_velocities()).for_each(|(slot, k)| *slot = at.friction(k, 1.0));
+            loops.response.solve(tree, None);
+            bearings.add_response(j, edges, &loops.response.wrenches);
+            if model.has_constraints() {
+                loops.hold_response(tree);
+                bearings.add_response(j, edges, &loops.response.wrenches);
+            }
+        }
+        bearings.solve(model)?;
+        let mut dissipated = 0.0;
+        for at in &bearings.bearings {
+            let TreeBody { joint, layout, .. } = &model.bodies[at.body];
+            let slots = &mut self.accelerations.forces[layout.rates_joint()];
+            for (slot, k) in slots.iter_mut().zip(joint.free_velocities()) {
+                *slot += at.friction(k, at.load);
+            }
+            for (k, passive) in self.passive[at.body].iter_mut().enumerate() {
+                *passive += at.friction(k, at.load);
+            }
+            dissipated += at.dissipated();
+            edges[at.body].bearing_load = at.load;
+        }
+        self.answer(model)?;
+        Ok(dissipated)
     }
 
     /// Inertia of all bodies and the forces on them (Eq. D.7); returns the power lost in modal damping \[W\].

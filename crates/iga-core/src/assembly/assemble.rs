@@ -1,5 +1,7 @@
 //! Phase two and the loop over batches of elements.
 
+use std::ops::Range;
+
 use faer::sparse::{SparseColMat, SymbolicSparseColMat};
 use rayon::prelude::*;
 
@@ -14,6 +16,8 @@ use crate::space::Space;
 
 /// Memory for the products of one batch \[bytes\]; large enough to keep every thread busy, small enough for the cache.
 const BATCH_BYTES: usize = 6 << 20;
+/// Elements of one batch at most.
+const MOST_IN_BATCH: usize = 1024;
 /// Parts into which a phase is cut, per thread, to balance the load.
 const PARTS_PER_THREAD: usize = 4;
 
@@ -142,27 +146,30 @@ struct RowTable {
 
 impl Target<'_> {
     fn fill(&mut self, space: &dyn Space, connectivity: &Connectivity) -> Result<(), SplineError> {
-        let n_elements = space.n_elements();
-        let largest = (0..n_elements).map(|e| connectivity.functions(e).len()).max().unwrap_or(1);
-        let bytes = 8 * largest * largest * (n_rows(self.model).pow(2) + 1);
         let threads = rayon::current_num_threads();
-        let batch = (BATCH_BYTES / bytes).clamp(4 * threads, 1024).min(n_elements.max(1));
-        let parts = (PARTS_PER_THREAD * threads).min(batch);
+        let n_parts = PARTS_PER_THREAD * threads;
+        // Elements of locally refined spaces differ much in size: the largest would leave batches of the others too small to share.
+        let bytes = |e| 8 * connectivity.functions(e).len().pow(2) * (n_rows(self.model).pow(2) + 1);
+        let batches = batches(space.n_elements(), n_parts, bytes);
+        let most = batches.iter().map(Range::len).max().unwrap_or_default();
         let rules = GaussRule::all();
-        let mut slots: Vec<ElementProducts> = std::iter::repeat_with(Default::default).take(batch).collect();
-        let mut workers: Vec<Workspace> = std::iter::repeat_with(Default::default).take(parts).collect();
+        let mut slots: Vec<ElementProducts> = std::iter::repeat_with(Default::default).take(most).collect();
+        let mut workers: Vec<Workspace> = std::iter::repeat_with(Default::default).take(n_parts).collect();
         let zeros = vec![0; space.n_functions()];
-        let mut tables = vec![RowTable { position: zeros.clone(), offset: zeros }; parts];
+        let mut tables = vec![RowTable { position: zeros.clone(), offset: zeros }; n_parts];
         let mut contributions = Vec::new();
-        for start in (0..n_elements).step_by(batch) {
-            let slots = &mut slots[..batch.min(n_elements - start)];
-            let size = slots.len().div_ceil(parts);
+        for batch in batches {
+            let slots = &mut slots[..batch.len()];
+            let size = slots.len().div_ceil(n_parts);
             slots.par_chunks_mut(size).enumerate().zip(&mut workers).try_for_each(|((part, chunk), w)| {
                 chunk.iter_mut().enumerate().try_for_each(|(i, slot)| {
-                    w.products(space, self.model, &rules, start + part * size + i, slot)
+                    w.products(space, self.model, &rules, batch.start + part * size + i, slot)
                 })
             })?;
             self.scatter(slots, &mut contributions, &mut tables);
+            // Slots that have held large elements would add up to more than a batch.
+            let share = BATCH_BYTES / slots.len();
+            slots.iter_mut().for_each(|slot| slot.shrink_to(share));
         }
         Ok(())
     }
@@ -221,6 +228,23 @@ impl Target<'_> {
     }
 }
 
+/// Cuts `0..n_elements` into batches whose products take `bytes` of each of their elements, together no more than [`BATCH_BYTES`] where `least` elements do not take more.
+fn batches(n_elements: usize, least: usize, bytes: impl Fn(usize) -> usize) -> Vec<Range<usize>> {
+    let (mut all, mut start, mut sum) = (Vec::new(), 0, 0);
+    for e in 0..n_elements {
+        let (length, own) = (e - start, bytes(e));
+        if length >= MOST_IN_BATCH || length >= least && sum + own > BATCH_BYTES {
+            all.push(start..e);
+            (start, sum) = (e, 0);
+        }
+        sum += own;
+    }
+    if start < n_elements {
+        all.push(start..n_elements);
+    }
+    all
+}
+
 /// Cuts the range `from..to` out of a slice that starts at `at`, and moves the start behind it.
 fn cut<'a>(rest: &mut &'a mut [f64], at: &mut usize, [from, to]: [usize; 2]) -> &'a mut [f64] {
     let (_, tail) = std::mem::take(rest).split_at_mut(from - *at);
@@ -237,5 +261,25 @@ impl RowTable {
             self.offset[row as usize] = offset;
             offset += unknowns.count(row as usize);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn batches_hold_every_element_once_and_no_more_than_memory_allows() {
+        // A few large elements among many small ones, as at the ends of a refined zone.
+        let bytes = |e: usize| if e % 100 == 7 { BATCH_BYTES / 3 } else { BATCH_BYTES / 500 };
+        let all = batches(5000, 8, bytes);
+        let joined: Vec<usize> = all.iter().cloned().flatten().collect();
+        assert_eq!(joined, (0..5000).collect::<Vec<_>>());
+        assert!(all.iter().all(|b| b.clone().map(bytes).sum::<usize>() <= BATCH_BYTES));
+        // Three large ones fill a batch at most, so that batches end later than the largest would let them.
+        assert!(all.len() < 5000 / 100, "{}", all.len());
+        assert_eq!(batches(20, 8, |_| BATCH_BYTES), [0..8, 8..16, 16..20]);
+        assert_eq!(batches(3000, 8, |_| 1).len(), 3000usize.div_ceil(MOST_IN_BATCH));
+        assert!(batches(0, 8, |_| 1).is_empty());
     }
 }

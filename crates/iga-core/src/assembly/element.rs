@@ -24,6 +24,17 @@ pub(crate) struct ElementProducts {
     pub values: Vec<f64>,
 }
 
+impl ElementProducts {
+    /// Gives back memory beyond `bytes`.
+    pub fn shrink_to(&mut self, bytes: usize) {
+        for buffer in [&mut self.gradients, &mut self.values] {
+            if size_of::<f64>() * buffer.capacity() > bytes {
+                *buffer = Vec::new();
+            }
+        }
+    }
+}
+
 /// Buffers of one worker.
 #[derive(Default)]
 pub(crate) struct Workspace {

@@ -1,6 +1,6 @@
 //! G+Smo's XML: `Geometry` of tensor splines, `MultiPatch`.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
 use roxmltree::{Document, Node, ParsingOptions};
@@ -12,12 +12,24 @@ use crate::knots::KnotVector;
 use crate::nurbs::{FaceId, Patch};
 
 /// Bytes of a file for each node of the tree that it may make: a node takes some eighty bytes.
-const BYTES_A_NODE: usize = 12;
+const BYTES_A_NODE: usize = 20;
+/// Bytes of a file for each of its attributes, of which one takes some seventy.
+const BYTES_AN_ATTRIBUTE: usize = 24;
+/// Nodes and attributes that any file may have.
+const FEW: usize = 100;
 
 /// Reads all patches.
 pub fn read(text: &str) -> Result<SplineFile, ReadError> {
     let text = without_declaration(text);
-    let nodes_limit = u32::try_from(text.len() / BYTES_A_NODE + 1000).unwrap_or(u32::MAX);
+    // Room for all of them is made before the first is read.
+    for (sign, bytes, what) in [(b'<', BYTES_A_NODE, "tags"), (b'=', BYTES_AN_ATTRIBUTE, "attributes")] {
+        let most = text.len() / bytes + FEW;
+        if text.bytes().filter(|b| *b == sign).count() > most {
+            let reason = format!("it has more than {most} {what}, more than splines of that size need");
+            return Err(ReadError { line: 1, fault: ReadFault::Xml { reason } });
+        }
+    }
+    let nodes_limit = u32::try_from(text.len() / BYTES_A_NODE + FEW).unwrap_or(u32::MAX);
     let options = ParsingOptions { nodes_limit, ..ParsingOptions::default() };
     let document = Document::parse_with_options(&text, options).map_err(|e| ReadError {
         line: e.pos().row as usize,
@@ -168,13 +180,11 @@ fn geometry(node: &Node) -> Result<Patch, ReadError> {
             },
         );
     }
-    let points = words(&coefs, "coefs")?.all_reals()?;
-    if points.len() != n.saturating_mul(dimension) {
+    let (points, found) = words(&coefs, "coefs")?.all_points(n, dimension)?;
+    let expected = n.saturating_mul(dimension);
+    if found != expected {
         let what = "numbers in coefs".to_owned();
-        return fail(
-            &coefs,
-            ReadFault::Count { what, found: points.len(), expected: n.saturating_mul(dimension) },
-        );
+        return fail(&coefs, ReadFault::Count { what, found, expected });
     }
     let weights = match weights {
         Some(weights) if is_rational => words(&weights, "weights")?.all_reals()?,
@@ -186,8 +196,6 @@ fn geometry(node: &Node) -> Result<Patch, ReadError> {
         }
         _ => vec![1.0; n],
     };
-    let points =
-        points.chunks_exact(dimension).map(|p| [p[0], p[1], p.get(2).copied().unwrap_or(0.0)]).collect();
     Patch::new(knots, points, weights).or_else(|e| fail(node, e.into()))
 }
 
@@ -237,7 +245,15 @@ fn patch_ids<'a, 'i>(
             fail(&node, ReadFault::Unknown { user, what: "the geometry", number: id.to_string() })
         }
     };
-    ids.into_iter().map(find).collect()
+    let found: Vec<(i64, Node)> = ids.into_iter().map(find).collect::<Result<_, _>>()?;
+    let mut known = BTreeSet::new();
+    match found.iter().find(|(id, _)| !known.insert(*id)) {
+        Some((id, _)) => {
+            let what = format!("a MultiPatch with geometry {id} twice");
+            fail(&node, ReadFault::Unsupported { what, remedy: "name each of its patches once" })
+        }
+        None => Ok(found),
+    }
 }
 
 /// Pairs of faces that are joined: a patch and a side of each, then how their directions lie, which geometry shows as well.

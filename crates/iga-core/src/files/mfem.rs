@@ -121,7 +121,8 @@ fn skip_spacing(words: &mut Words, notes: &mut Vec<String>) -> Result<(), ReadEr
 /// Patches from weights and a finite element space of nodes.
 fn from_nodes(words: &mut Words, topology: &Topology, knots: &[KnotVector]) -> Result<Vec<Patch>, ReadError> {
     let line = words.line();
-    let knots = topology.patch_knots(knots).map_err(|fault| ReadError { line, fault })?;
+    // A patch has hardly more knots than functions, whose coordinates take several characters of the rest.
+    let knots = topology.patch_knots(knots, words.n_left()).map_err(|fault| ReadError { line, fault })?;
     let sizes: Vec<Vec<usize>> =
         knots.iter().map(|patch| patch.iter().map(KnotVector::n_functions).collect()).collect();
     // Each function has a weight or two coordinates at least and is shared by eight patches on average at most.

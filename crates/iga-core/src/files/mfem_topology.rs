@@ -58,8 +58,8 @@ pub struct Topology {
     vertices: Vec<Vec<usize>>,
     /// Knot vector of every edge as given, with the vertices from which and to which it runs.
     edges: Vec<(usize, [usize; 2])>,
-    /// Elements of the boundary: attribute, and vertices, rising.
-    boundary: Vec<(i64, Vec<usize>)>,
+    /// Elements of the boundary: attribute, and vertices, rising, of plane models behind two that are zero.
+    boundary: Vec<(i64, [usize; 4])>,
 }
 
 /// Numbers of functions.
@@ -106,9 +106,11 @@ impl Topology {
         for _ in 0..words.count()? {
             let (attribute, _): (i64, usize) =
                 (words.number("an attribute")?, words.number("a kind of element")?);
-            let own = (0..n_vertices / 2).map(|_| words.number("a vertex"));
-            let mut own: Vec<usize> = own.collect::<Result<_, _>>()?;
-            own.sort_unstable();
+            let mut own = [0; 4];
+            for vertex in &mut own[4 - n_vertices / 2..] {
+                *vertex = words.number("a vertex")?;
+            }
+            own[4 - n_vertices / 2..].sort_unstable();
             boundary.push((attribute, own));
         }
         words.keyword("edges")?;
@@ -137,7 +139,8 @@ impl Topology {
         }
         let (mut found, mut lost): (BTreeMap<i64, Vec<FaceId>>, usize) = (BTreeMap::new(), 0);
         for (attribute, vertices) in &self.boundary {
-            match by_vertices.get(vertices).map(Vec::as_slice) {
+            let own = &vertices[4 - (1 << (self.dimension - 1))..];
+            match by_vertices.get(own).map(Vec::as_slice) {
                 Some([face]) => found.entry(*attribute).or_default().push(*face),
                 _ => lost += 1,
             }
@@ -182,8 +185,9 @@ impl Topology {
         edges.iter().map(along).collect()
     }
 
-    /// Knot vectors of each patch in its directions.
-    pub fn patch_knots(&self, knots: &[KnotVector]) -> Result<Vec<Vec<KnotVector>>, ReadFault> {
+    /// Knot vectors of each patch in its directions, with at most `limit` knots in all: a short file can name a long vector often.
+    pub fn patch_knots(&self, knots: &[KnotVector], limit: usize) -> Result<Vec<Vec<KnotVector>>, ReadFault> {
+        let mut n_knots = 0usize;
         let by_vertices: BTreeMap<[usize; 2], (usize, [usize; 2])> =
             self.edges.iter().map(|&(k, v)| (sorted(v), (k, v))).collect();
         let mut patches = Vec::with_capacity(self.vertices.len());
@@ -213,7 +217,14 @@ impl Topology {
                     return Err(ReadFault::Edges { patch: p, direction: DIRECTIONS[d] });
                 }
             }
-            patches.push(own.into_iter().flatten().collect());
+            let own: Vec<KnotVector> = own.into_iter().flatten().collect();
+            n_knots = own.iter().map(|k| k.knots().len()).fold(n_knots, usize::saturating_add);
+            if n_knots > limit {
+                let what = format!("a mesh whose patches have more than {limit} knots in all");
+                let remedy = "write the mesh in its form with patches";
+                return Err(ReadFault::Unsupported { what, remedy });
+            }
+            patches.push(own);
         }
         Ok(patches)
     }

@@ -50,11 +50,12 @@ pub fn read(bytes: &[u8], unit: f64) -> Result<SplineFile, ReadError> {
     } else {
         return Err(at_first(ReadFault::Format));
     };
-    for patch in &mut file.patches {
-        let points = patch.control_points().iter().map(|p| p.map(|x| unit * x)).collect();
-        *patch = Patch::new(patch.knots().to_vec(), points, patch.weights().to_vec())
-            .map_err(|e| at_first(e.into()))?;
-    }
+    file.patches = file
+        .patches
+        .into_iter()
+        .map(|patch| patch.scaled(unit))
+        .collect::<Result<_, _>>()
+        .map_err(|e| at_first(e.into()))?;
     Ok(file)
 }
 

@@ -94,6 +94,11 @@ impl<'a> Words<'a> {
         self.fail(ReadFault::Expected { expected, section: self.section.clone(), found })
     }
 
+    /// Number of characters that are left.
+    pub fn n_left(&self) -> usize {
+        self.rest.len()
+    }
+
     /// Whether the rest of the text has a character for each of `n` things.
     pub fn can_hold(&self, n: usize) -> bool {
         n <= self.rest.len()
@@ -122,6 +127,24 @@ impl<'a> Words<'a> {
             out.push(self.number("a number")?);
         }
         Ok(out)
+    }
+
+    /// All numbers up to the end as points of so many coordinates, the others zero, and how many numbers there are; `n` points are expected.
+    ///
+    /// # Errors
+    /// [`ReadFault::Expected`].
+    pub fn all_points(&mut self, n: usize, dimension: usize) -> Result<(Vec<[f64; 3]>, usize), ReadError> {
+        let mut out = Vec::with_capacity(n.min(self.rest.len() / (2 * dimension) + 1));
+        let mut point = [0.0; 3];
+        let mut found = 0;
+        while let Some(word) = self.next() {
+            point[found % dimension] = word.parse().or_else(|_| self.unexpected("a number", word))?;
+            found += 1;
+            if found % dimension == 0 && out.len() < n {
+                out.push(point);
+            }
+        }
+        Ok((out, found))
     }
 
     /// All numbers up to the end.

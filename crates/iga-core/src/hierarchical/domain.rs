@@ -10,11 +10,11 @@ use crate::spline_fault::LevelFault;
 #[derive(Debug, Clone)]
 pub struct Level {
     knots: Vec<KnotVector>,
-    /// Elements `[first, end)` in the support of every function, a direction.
+    /// Elements `[first, end)` in the support of every function, per direction.
     supports: [Vec<[u32; 2]>; 3],
     /// Relation to the previous level; empty on level 0.
     two_scale: Vec<TwoScale>,
-    /// Element of the previous level that holds each element, a direction; empty on level 0.
+    /// Element of the previous level that holds each element, per direction; empty on level 0.
     parents: [Vec<u32>; 3],
     /// The region `Ω^l`: disjoint boxes of elements of this level.
     region: Vec<IndexBox>,
@@ -73,7 +73,7 @@ impl Level {
         &self.refined
     }
 
-    /// Elements a direction; 1 in directions that the patch does not have.
+    /// Elements per direction; 1 in directions that the patch does not have.
     pub fn element_counts(&self) -> [usize; 3] {
         std::array::from_fn(|d| self.knots.get(d).map_or(1, KnotVector::n_elements))
     }

@@ -16,7 +16,7 @@ impl IndexBox {
         Self { lower: [0; 3], upper: sizes }
     }
 
-    /// Elements a direction; zero where the ends have changed places.
+    /// Elements per direction; zero where the ends have changed places.
     pub fn sizes(&self) -> [usize; 3] {
         std::array::from_fn(|d| self.upper[d].saturating_sub(self.lower[d]))
     }

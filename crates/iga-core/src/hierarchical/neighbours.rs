@@ -100,7 +100,7 @@ impl Neighbours {
 pub(super) struct Level<'a> {
     pub neighbours: &'a Neighbours,
     pub ties: &'a [PatchTies],
-    /// Net sizes of the level, one a patch.
+    /// Net sizes of the level, one per patch.
     pub sizes: &'a [[usize; 3]],
 }
 

@@ -90,7 +90,7 @@ impl Grading {
     fn check(&self, range: f64) -> Result<(), SplineError> {
         let fail = |name, value, reason| Err(SplineError::Dimension { name, value, reason });
         if self.elements == 0 || self.elements > MAX_ELEMENTS {
-            return fail("elements", self.elements as f64, "must be between 1 and 20000 a direction");
+            return fail("elements", self.elements as f64, "must be between 1 and 20000 per direction");
         }
         for w in &self.windows {
             let width = w.upper - w.lower;
@@ -134,7 +134,7 @@ impl Grading {
             return Err(SplineError::Dimension {
                 name: "elements",
                 value: total.round(),
-                reason: "must not exceed 20000 a direction with the refined windows",
+                reason: "must not exceed 20000 per direction with the refined windows",
             });
         }
         // A tenth of an element is no reason for one more: the sizes are wishes.

@@ -88,11 +88,6 @@ impl FaceNet {
         self.sizes
     }
 
-    /// Whether the two nets agree point by point in one of the eight ways to lay one on the other.
-    pub fn coincides(&self, other: &Self) -> bool {
-        self.way_onto(other, COINCIDENT * self.extent).is_some()
-    }
-
     /// The way to lay the net on `other` so that no point is farther than `limit` \[m\] from its partner.
     pub fn way_onto(&self, other: &Self, limit: f64) -> Option<Way> {
         Way::all().find(|way| {

@@ -83,7 +83,7 @@ pub fn join(given: &[Patch], declared: &[[FaceId; 2]]) -> Result<Joined, JoinFau
             return Err(JoinFault::NotJoined { faces: ids.map(|id| parts.name(id)) });
         }
     }
-    parts.check_hangs_together()?;
+    parts.check_connected()?;
     let mut shape = Shape::from_patches(parts.patches.clone())
         .map_err(|source| JoinFault::Patch { patch: 0, source: Box::new(source) })?;
     let outer: Vec<FaceId> = shape.faces.values().flatten().copied().collect();
@@ -180,7 +180,7 @@ impl Parts {
     }
 
     /// Checks that every patch can be reached from the first one through shared faces.
-    fn check_hangs_together(&self) -> Result<(), JoinFault> {
+    fn check_connected(&self) -> Result<(), JoinFault> {
         let (mut is_reached, mut next) = (vec![false; self.patches.len()], vec![0]);
         let mut neighbours = vec![Vec::new(); self.patches.len()];
         for &(a, b, _) in &self.ties {

@@ -19,7 +19,7 @@ pub struct RefinementWindow {
     pub centre: [f64; 3],
     /// Distance a direction from the centre to either end of the window, along the parameter line through the centre \[m\].
     pub half_width: [f64; 3],
-    /// Equal elements a direction on the part of the window that lies in the body; 0: no refinement in that direction.
+    /// Equal elements per direction on the part of the window that lies in the body; 0: no refinement in that direction.
     pub elements: [usize; 3],
     /// Growth of the element size from one element to the next outside the window, >= 1.
     pub ratio: f64,
@@ -184,7 +184,7 @@ struct Division {
 }
 
 impl Shape {
-    /// The shape with the wanted degrees and `elements` elements a direction on every patch, finer in the windows. Directions that
+    /// The shape with the wanted degrees and `elements` elements per direction on every patch, finer in the windows. Directions that
     /// shared faces turn into one another get the highest degree and the most elements that one of them is to have.
     ///
     /// # Errors

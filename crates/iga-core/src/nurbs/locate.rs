@@ -5,7 +5,7 @@
 //! better (theory section S.6). With all directions free the nearest point is the inverse of the geometry map.
 
 use super::box_newton::{Sample, minimize};
-use super::jet::{diagonal, difference, dot, norm};
+use super::jet::{cross, diagonal, difference, dot, norm};
 use super::patch::PointBasis;
 use super::{Jet, Patch, Prolongation, Shape};
 use crate::SplineError;
@@ -30,7 +30,7 @@ pub struct PatchSearch {
     lower: [f64; 3],
     upper: [f64; 3],
     elements: Vec<ElementBox>,
-    /// Parameters and positions, a fixed number an element.
+    /// Parameters and positions, a fixed number per element.
     samples: Vec<([f64; 3], [f64; 3])>,
     samples_per_element: usize,
     size: f64,
@@ -41,6 +41,9 @@ struct ElementBox {
     lower: [f64; 3],
     upper: [f64; 3],
 }
+
+/// Newton steps of an inversion: from a neighbouring point it takes three or four.
+const MAX_INVERSE_STEPS: usize = 10;
 
 /// Start points that a direction gets at least, over all its elements: enough to tell the two halves of a closed circle.
 const LEAST_SAMPLES: usize = 9;
@@ -123,6 +126,28 @@ impl PatchSearch {
         let objective = |xi: &[f64; 3]| half_square(&patch.jet(xi, 2, &mut scratch), target);
         let (xi, _) = minimize(objective, start, &self.lower, &self.upper);
         self.finish(patch, xi, |p| norm(&difference(p, target)))
+    }
+
+    /// Parameters of the point `target` of the patch by Newton's method for `x(ξ) = target` from `start`, which needs first derivatives alone (theory Eq. S.14a);
+    /// `None` if it has not come within `within` \[m\], as from far away or near collapsed faces, where the map has no inverse.
+    pub fn inverse_from(
+        &self,
+        patch: &Patch,
+        target: &[f64; 3],
+        (start, within): (&[f64; 3], f64),
+        scratch: &mut PointBasis,
+    ) -> Option<[f64; 3]> {
+        let mut xi = *start;
+        for _ in 0..MAX_INVERSE_STEPS {
+            let jet = patch.jet(&xi, 1, scratch);
+            let rest = difference(target, &jet.point);
+            let step = newton_step(&jet, patch.dimension(), &rest)?;
+            xi = std::array::from_fn(|d| (xi[d] + step[d]).max(self.lower[d]).min(self.upper[d]));
+            if norm(&rest) <= within {
+                return Some(xi);
+            }
+        }
+        None
     }
 
     /// Lowest point along `direction`: the one with the smallest `n · x`, which is `measure`.
@@ -271,6 +296,17 @@ fn restrict(net: &[[f64; 4]], sizes: &mut [usize; 3], d: usize, knots: &KnotVect
     }
     sizes[d] = 1;
     layer
+}
+
+/// The change of parameters that moves a point with the derivatives of `jet` by `way`; `None` where the map of the `dimension` directions is singular.
+fn newton_step(jet: &Jet, dimension: usize, way: &[f64; 3]) -> Option<[f64; 3]> {
+    let axis = |d: usize| std::array::from_fn(|c| f64::from(u8::from(c == d)));
+    let [a, b, c]: [[f64; 3]; 3] =
+        std::array::from_fn(|d| if d < dimension { jet.first[d] } else { axis(d) });
+    let (bc, ca, ab) = (cross(&b, &c), cross(&c, &a), cross(&a, &b));
+    let determinant = dot(&a, &bc);
+    let step = [&bc, &ca, &ab].map(|n| dot(n, way) / determinant);
+    step.iter().all(|s| s.is_finite()).then_some(step)
 }
 
 /// Half the squared distance with derivatives.

@@ -57,6 +57,17 @@ impl Patch {
         Ok(Self { knots, control_points, weights })
     }
 
+    /// The same patch with all lengths multiplied by `factor`.
+    ///
+    /// # Errors
+    /// [`SplineError::ControlPoint`] for a product that is no number.
+    pub fn scaled(mut self, factor: f64) -> Result<Self, SplineError> {
+        for x in self.control_points.iter_mut().flatten() {
+            *x *= factor;
+        }
+        Self::new(self.knots, self.control_points, self.weights)
+    }
+
     /// The same geometry with direction `direction` run through backwards.
     ///
     /// # Errors
@@ -112,7 +123,7 @@ impl Patch {
         self.knots.iter().map(KnotVector::n_functions).collect()
     }
 
-    /// Elements a direction.
+    /// Elements per direction.
     pub fn element_counts(&self) -> Vec<usize> {
         self.knots.iter().map(KnotVector::n_elements).collect()
     }

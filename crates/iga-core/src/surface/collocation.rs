@@ -84,7 +84,15 @@ pub fn gauss_points(
 /// rims and corners carry points, one of each face that meets there. The rule integrates a constant pressure times every function of a flat face
 /// exactly. Points without area, as on the axis of axisymmetric models, at poles and on singular
 /// lines, are left out.
-pub fn lobatto_points(space: &dyn Space, patches: &[Patch], faces: &[Face]) -> Vec<CollocationPoint> {
+///
+/// Sides of elements that hold one of the places `about`, parameters on faces, are divided there, and `halvings` times towards it by halves: the rule
+/// holds on each part, so that a point stands at the place and others about it (theory Eq. C.125).
+pub fn lobatto_points(
+    space: &dyn Space,
+    patches: &[Patch],
+    faces: &[Face],
+    (about, halvings): (&[(FaceId, [f64; 3])], u8),
+) -> Vec<CollocationPoint> {
     let mut scratch = PointBasis::default();
     let mut points: Vec<CollocationPoint> = Vec::new();
     for face in faces {
@@ -96,7 +104,8 @@ pub fn lobatto_points(space: &dyn Space, patches: &[Patch], faces: &[Face]) -> V
             .collect();
         let mut known: BTreeMap<[u64; 3], Vec<usize>> = BTreeMap::new();
         for side in ElementSide::all(space, face) {
-            for (xi, weight) in lobatto_on(&side, &rules) {
+            let place = about.iter().find(|(id, xi)| *id == face.id && side.holds(xi)).map(|(_, xi)| *xi);
+            for (xi, weight) in lobatto_on(&side, &rules, (place, halvings)) {
                 // Tangents at ends of elements are those from within: they may jump there.
                 let middle = side.parameters([0.5; 2]);
                 let inside = std::array::from_fn(|d| xi[d] + INSIDE * (middle[d] - xi[d]));
@@ -131,25 +140,54 @@ pub fn lobatto_points(space: &dyn Space, patches: &[Patch], faces: &[Face]) -> V
 /// Share of the way to the middle of an element at which tangents at its ends are taken.
 const INSIDE: f64 = 1e-9;
 
-/// Lobatto points on the side of an element with weights in parameters; ends of elements are theirs to the last bit.
-fn lobatto_on(side: &ElementSide, rules: &[LobattoRule]) -> Vec<([f64; 3], f64)> {
+/// Share of an element's side by which a place beside its end is that end: round-off of a search, far below the smallest part.
+const AT_END: f64 = 1e-6;
+
+/// Ends of the parts of a range that is divided at `place`, and `halvings` times towards it.
+fn parts_towards(place: f64, halvings: u8, (lower, upper): (f64, f64)) -> Vec<f64> {
+    let is_end = |end: f64| (place - end).abs() <= AT_END * (upper - lower);
+    let mut ends = vec![lower];
+    if !is_end(lower) {
+        ends.extend((1..=halvings).map(|k| place - (place - lower) * (-f64::from(k)).exp2()));
+    }
+    if !is_end(lower) && !is_end(upper) {
+        ends.push(place);
+    }
+    if !is_end(upper) {
+        ends.extend((1..=halvings).rev().map(|k| place + (upper - place) * (-f64::from(k)).exp2()));
+    }
+    ends.push(upper);
+    ends
+}
+
+/// Lobatto points on the side of an element with weights in parameters, on its parts towards `place` if there is one; ends of elements are
+/// theirs to the last bit.
+fn lobatto_on(
+    side: &ElementSide,
+    rules: &[LobattoRule],
+    (place, halvings): (Option<[f64; 3]>, u8),
+) -> Vec<([f64; 3], f64)> {
     let mut points = vec![(side.lower, 1.0)];
     for (d, rule) in side.face.directions().zip(rules) {
-        let (lower, upper) = (side.lower[d], side.upper[d]);
-        let half = 0.5 * (upper - lower);
+        let range = (side.lower[d], side.upper[d]);
+        let ends = place.map_or_else(|| vec![range.0, range.1], |xi| parts_towards(xi[d], halvings, range));
         let last = rule.points.len() - 1;
-        let place = |k: usize, x: f64| match k {
-            0 => lower,
-            _ if k == last => upper,
-            _ => lower + half * (1.0 + x),
-        };
-        let along: Vec<(f64, f64)> = rule
-            .points
-            .iter()
-            .zip(&rule.weights)
-            .enumerate()
-            .map(|(k, (x, w))| (place(k, *x), w * half))
-            .collect();
+        let mut along: Vec<(f64, f64)> = Vec::with_capacity(ends.len() * last);
+        for part in ends.windows(2) {
+            let half = 0.5 * (part[1] - part[0]);
+            for (k, (x, w)) in rule.points.iter().zip(&rule.weights).enumerate() {
+                let (u, weight) = match k {
+                    0 => (part[0], w * half),
+                    _ if k == last => (part[1], w * half),
+                    _ => (part[0] + half * (1.0 + x), w * half),
+                };
+                match along.last_mut() {
+                    // The common end of two parts.
+                    Some((_, before)) if k == 0 => *before += weight,
+                    _ => along.push((u, weight)),
+                }
+            }
+        }
         points = along
             .iter()
             .flat_map(|&(u, w)| {

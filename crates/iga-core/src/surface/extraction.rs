@@ -33,6 +33,11 @@ pub struct ElementSide {
 }
 
 impl ElementSide {
+    /// Whether a place with the parameters `xi` lies on the side, ends included.
+    pub fn holds(&self, xi: &[f64; 3]) -> bool {
+        self.face.directions().all(|d| (self.lower[d]..=self.upper[d]).contains(&xi[d]))
+    }
+
     /// The sides of the elements of `space` that lie on `face`.
     pub fn all<'a>(space: &'a dyn Space, face: &Face) -> impl Iterator<Item = Self> + use<'a> {
         let face = *face;

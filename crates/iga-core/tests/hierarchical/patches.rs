@@ -169,7 +169,7 @@ fn two_quarters_are_the_half_ring_however_they_are_described() {
     }
 }
 
-/// The ball of a cube and six shells, of radius 1, with two elements a direction.
+/// The ball of a cube and six shells, of radius 1, with two elements per direction.
 fn ball() -> Vec<Patch> {
     let shape = sphere(1.0, SphereNet::Shells).unwrap();
     let shape = shape.refined(&[4, 4, 4], &[2, 2, 2], &[]).unwrap();

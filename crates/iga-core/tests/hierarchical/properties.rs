@@ -78,7 +78,7 @@ fn every_coarse_function_is_reproduced() {
             let (mut fine, mut plain, mut active) =
                 (PointBasis::default(), PointBasis::default(), Vec::new());
             let mut sums = vec![0.0; patch.n_functions()];
-            // One point an element, and not every element of the largest cases.
+            // One point per element, and not every element of the largest cases.
             let step = if dimension == 3 { p } else { 1 };
             for e in (0..space.n_elements()).step_by(step) {
                 let xi = inside(&space.element(e), PLACES[e % 2]);
@@ -100,7 +100,7 @@ fn every_coarse_function_is_reproduced() {
     }
 }
 
-/// Values of all functions of a basis at `(p + 1)` points a direction of every leaf: points by functions.
+/// Values of all functions of a basis at `(p + 1)` points per direction of every leaf: points by functions.
 fn collocation(basis: &HierarchicalBasis, kind: Truncation) -> DMatrix<f64> {
     let dimension = basis.hierarchy().dimension();
     let mut rows = Vec::new();

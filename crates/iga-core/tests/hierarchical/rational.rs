@@ -148,7 +148,7 @@ fn five_levels_of_eleven_parts_stay_small() {
     for _ in 0..4 {
         refine_around(&mut hierarchy, [11, 11, 1], &[region], &PatchTies::default());
     }
-    // 16 * 11^4 elements a direction on the finest level, of which a few dozen exist.
+    // 16 * 11^4 elements per direction on the finest level, of which a few dozen exist.
     assert_eq!(hierarchy.levels()[4].element_counts(), [234_256, 234_256, 1]);
     let space = HierarchicalSpace::new(&patch, hierarchy).unwrap();
     assert!(space.n_elements() < 10_000, "{}", space.n_elements());

@@ -122,7 +122,7 @@ fn ties_agree_with_coincident_control_points_of_the_plain_patch() {
                 .zip(&distinct)
                 .all(|(a, b)| a.map(f64::to_bits) == b.map(f64::to_bits))
         );
-        // Every function once an element.
+        // Every function once per element.
         for e in 0..space.n_elements() {
             let mut list = space.functions_on(e).to_vec();
             list.sort_unstable();

@@ -38,7 +38,7 @@ pub struct Measures {
     pub second: [f64; 3],
 }
 
-/// Gauss points a direction of an element: integrands are rational, with denominators near enough to constant for round-off.
+/// Gauss points per direction of an element: integrands are rational, with denominators near enough to constant for round-off.
 const POINTS: usize = 16;
 
 pub fn measures(shape: &Shape, is_axisymmetric: bool) -> Measures {

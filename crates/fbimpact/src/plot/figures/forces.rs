@@ -60,7 +60,7 @@ pub fn impacts(files: &[ResultData]) -> Result<Vec<Figure>, String> {
         figures.extend((0..most).filter_map(|n| impact(files, contact, n)));
     }
     if figures.is_empty() {
-        return Err("there are no impacts".into());
+        return Err("there are no impacts in the time that is shown".into());
     }
     figures.sort_by(|a, b| a.0.total_cmp(&b.0));
     let total = figures.len();
@@ -96,6 +96,9 @@ fn impact(files: &[ResultData], contact: &str, n: usize) -> Option<(f64, Figure)
     if let [file] = files {
         panel.bands = bands(files).into_iter().map(|(a, b, shade)| (a - start, b - start, shade)).collect();
         panel.bands.retain(|(a, b, _)| *b > range.0 && *a < range.1);
+        if panel.bands.len() < 2 {
+            panel.bands.clear();
+        }
         debug_assert!(end >= start, "{}", file.label);
     }
     let mut legend = if let [_] = files { entries([contact]) } else { entries(labels(files)) };
@@ -106,6 +109,9 @@ fn impact(files: &[ResultData], contact: &str, n: usize) -> Option<(f64, Figure)
 
 /// A time with SI prefix.
 pub fn time(t: f64) -> String {
+    if t == 0.0 {
+        return "0 s".into();
+    }
     let power = crate::plot::units::exponent(t.abs(), "s");
     format!("{:.3} {}", t * 10f64.powi(-power), crate::plot::units::prefixed("s", power))
 }

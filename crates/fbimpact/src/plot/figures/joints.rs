@@ -41,11 +41,15 @@ fn figure(files: &[ResultData], name: &str) -> Figure {
     let force = forces.into_iter().fold(0.0, f64::max);
     let parts: [(&str, &str, [f64; 3], bool); 2] =
         [("force", "N", forces, false), ("moment", "N m", moments, true)];
-    let mut shown = Vec::new();
-    for (quantity, unit, peaks, is_moment) in parts {
+    let acting = parts.map(|(_, _, peaks, is_moment)| {
         let all = peaks.into_iter().fold(0.0, f64::max);
         let floor = NOTHING * if is_moment { all.max(force) } else { all };
-        let acting: Vec<usize> = (0..3).filter(|c| peaks[*c] > floor).collect();
+        (0..3).filter(|c| peaks[*c] > floor).collect::<Vec<usize>>()
+    });
+    // Styles of the components that are shown, the first one solid.
+    let shown: Vec<usize> = (0..3).filter(|c| acting.iter().any(|part| part.contains(c))).collect();
+    let style = |c: usize| shown.iter().position(|s| *s == c).unwrap_or(0);
+    for ((quantity, unit, _, is_moment), acting) in parts.into_iter().zip(&acting) {
         let values = |f: &ResultData, k: usize, c: usize| {
             let (_, force, moment) = &f.reactions[k];
             if is_moment { moment[c].clone() } else { force[c].clone() }
@@ -55,12 +59,11 @@ fn figure(files: &[ResultData], name: &str) -> Figure {
         }
         if let ([_], [(_, file, k)]) = (files, found.as_slice()) {
             let mut panel = Panel { bands: bands(files), ..panel(files, quantity, unit) };
-            panel.curves.extend(acting.iter().map(|&c| curve(c, &file.time, &values(file, *k, c))));
+            panel.curves.extend(acting.iter().map(|&c| curve(style(c), &file.time, &values(file, *k, c))));
             figure.panels.push(panel);
-            shown.extend(acting);
             continue;
         }
-        for c in acting {
+        for &c in acting {
             let mut one = panel(files, &format!("{quantity} {}", AXES[c]), unit);
             one.curves.extend(found.iter().map(|(i, f, k)| curve(*i, &f.time, &values(f, *k, c))));
             figure.panels.push(one);
@@ -70,9 +73,7 @@ fn figure(files: &[ResultData], name: &str) -> Figure {
         figure.legend = entries(labels(files));
         return figure;
     }
-    let mut number = 0..;
-    figure.legend = entries(AXES);
-    figure.legend.retain(|_| number.next().is_some_and(|c| shown.contains(&c)));
+    figure.legend = entries(shown.iter().map(|c| AXES[*c]));
     if let Some(first) = figure.panels.first() {
         figure.legend.extend(shade_entries(&first.bands));
     }

@@ -4,6 +4,7 @@ mod energies;
 mod forces;
 mod joints;
 mod points;
+mod pressure;
 mod spectra;
 mod stress_lines;
 mod trials;
@@ -12,7 +13,7 @@ use super::data::ResultData;
 use super::figure::{Axis, Curve, Entry, Figure, Shade, Sign};
 use super::thin::thinned;
 
-/// Parts of a curve that are told apart: two a pixel.
+/// Parts of a curve that are told apart: two per pixel.
 const COLUMNS: usize = 1400;
 
 /// Kinds of figures.
@@ -33,14 +34,24 @@ pub enum Kind {
     Joints,
     /// Stress along the lines that the scenario asks for.
     Stress,
+    /// Contact pressure at the largest force of each contact.
+    Pressure,
     /// Amplitude spectra of velocity and stress of the chosen points; drawn if asked for.
     Spectra,
 }
 
 impl Kind {
     /// Those that are drawn unless others are asked for.
-    pub const USUAL: [Self; 7] =
-        [Self::Energies, Self::Forces, Self::Impacts, Self::Trials, Self::Points, Self::Joints, Self::Stress];
+    pub const USUAL: [Self; 8] = [
+        Self::Energies,
+        Self::Forces,
+        Self::Impacts,
+        Self::Trials,
+        Self::Points,
+        Self::Joints,
+        Self::Stress,
+        Self::Pressure,
+    ];
 
     /// Figures of this kind, or why there are none.
     pub fn figures(self, files: &[ResultData]) -> Result<Vec<Figure>, String> {
@@ -52,6 +63,7 @@ impl Kind {
             Self::Points => points::figures(files),
             Self::Joints => joints::figures(files),
             Self::Stress => stress_lines::figures(files),
+            Self::Pressure => pressure::figures(files),
             Self::Spectra => spectra::figures(files),
         }
     }
@@ -93,9 +105,12 @@ fn names<'a>(lists: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
     all
 }
 
-/// Phases of the only file as shades; those of several files would cover each other.
+/// Phases of the only file as shades, if there are several; those of several files would cover each other.
 fn bands(files: &[ResultData]) -> Vec<(f64, f64, Shade)> {
     let [file] = files else { return Vec::new() };
+    if file.phases.len() < 2 {
+        return Vec::new();
+    }
     let phases = file.phases.iter().map(|p| {
         let shade = if p.kind.as_str() == "impact" { Shade::Impact } else { Shade::Free };
         (p.start, p.end, shade)

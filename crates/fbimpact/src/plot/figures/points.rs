@@ -11,7 +11,7 @@ const NOTHING: f64 = 1e-9;
 /// The same of stress: what elements leave of a stress that vanishes.
 const STRESSLESS: f64 = 1e-6;
 
-/// One figure per point: position above velocity. One file: a curve per component. Several: a panel per component.
+/// One figure per point: displacement from its first place, and velocity; a panel per component, a curve per file.
 pub fn figures(files: &[ResultData]) -> Result<Vec<Figure>, String> {
     let points = names(files.iter().flat_map(|f| f.points.iter().map(|p| p.0.as_str())));
     if points.is_empty() {
@@ -67,40 +67,34 @@ fn figure(files: &[ResultData], name: &str) -> Figure {
         name: format!("point_{name}"),
         title: title(files, &format!("point {name}")),
         columns: 1,
+        legend: if files.len() > 1 { entries(labels(files)) } else { Vec::new() },
         ..Figure::default()
     };
-    let panel = |quantity: &str, unit: &str| Panel {
-        x: time_axis(files),
-        y: Axis::new(quantity, unit),
-        ..Panel::default()
-    };
-    for (quantity, unit, is_velocity) in [("position", "m", false), ("velocity", "m/s", true)] {
-        let values = |x, v| if is_velocity { v } else { x };
-        if let ([_], [(_, file, x, v)]) = (files, found.as_slice()) {
-            let mut all = panel(quantity, unit);
-            let components: &Components = values(x, v);
-            all.curves.extend(moving.iter().map(|&c| curve(c, &file.time, &components[c])));
-            figure.panels.push(all);
-            continue;
-        }
+    for (quantity, unit, is_velocity) in [("displacement", "m", false), ("velocity", "m/s", true)] {
         for &c in &moving {
-            let mut one = panel(&format!("{quantity} {}", AXES[c]), unit);
-            let curves = found.iter().map(|(i, f, x, v)| curve(*i, &f.time, &values(x, v)[c]));
-            one.curves.extend(curves);
-            figure.panels.push(one);
+            let mut panel = Panel {
+                x: time_axis(files),
+                y: Axis::new(format!("{quantity} {}", AXES[c]), unit),
+                ..Panel::default()
+            };
+            let values =
+                |x: &Components, v: &Components| if is_velocity { v[c].clone() } else { from_start(&x[c]) };
+            panel.curves.extend(found.iter().map(|(i, f, x, v)| curve(*i, &f.time, &values(x, v))));
+            figure.panels.push(panel);
         }
     }
-    figure.legend = if files.len() > 1 { entries(labels(files)) } else { entries(AXES) };
-    if files.len() == 1 {
-        let mut number = 0..;
-        figure.legend.retain(|_| number.next().is_some_and(|c| moving.contains(&c)));
-    } else if moving.len() > 1 {
+    if moving.len() > 1 {
         (figure.columns, figure.panels) = (2, by_columns(figure.panels));
     }
     figure
 }
 
-/// Positions left, velocities right.
+/// A position less the first one.
+fn from_start(position: &[f64]) -> Vec<f64> {
+    position.iter().map(|x| x - position[0]).collect()
+}
+
+/// Displacements left, velocities right.
 fn by_columns(panels: Vec<Panel>) -> Vec<Panel> {
     let half = panels.len() / 2;
     let (left, right) = panels.split_at(half);

@@ -19,6 +19,11 @@ pub fn figures(files: &[ResultData]) -> Result<Vec<Figure>, String> {
     if most == 0 {
         return Err("there are no impacts, so there were no trials".into());
     }
+    let is_found =
+        |f: &ResultData| f.trials.chunk_by(|a, b| a.impact == b.impact).any(|impact| impact.len() > 1);
+    if !files.iter().any(is_found) {
+        return Err("every impact took one trial".into());
+    }
     let ticks = ticks(files, most);
     let quantity = if files.len() == 1 { "impact.trial" } else { "number of the trial in the run" };
     let x = Axis { range: Some((0.5, most as f64 + 0.5)), ticks: Some(ticks), ..Axis::new(quantity, "") };

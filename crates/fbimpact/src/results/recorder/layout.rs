@@ -10,15 +10,16 @@ use super::super::pressure::Pressures;
 use super::super::scales;
 use super::super::series::{component_scale, describe, text_attribute};
 use super::super::stress::tensor_scale;
-use super::Open;
+use super::{Open, Recorded};
+use crate::file_fault::RecordingFault;
 use crate::scenario::Compression;
 
 /// Datasets of a body, contact, point or joint at most, with their scales.
-const DATASETS_A_GROUP: u64 = 14;
+const DATASETS_PER_GROUP: u64 = 14;
 
 impl Open {
     /// Creates the datasets of everything that is stored at every instant.
-    pub(super) fn layout(&mut self, layout: &RunLayout, compression: Compression) -> Result<()> {
+    pub(super) fn layout(&mut self, layout: &RunLayout, compression: Compression) -> Recorded<()> {
         let file = self.file.clone();
         self.contact_names.clone_from(&layout.contacts);
         let groups = layout.bodies.len()
@@ -26,7 +27,8 @@ impl Open {
             + layout.points.len()
             + layout.joints.len()
             + layout.gears.len();
-        self.disk_space.reserve(file.size(), (16 + DATASETS_A_GROUP * groups as u64) * BYTES_OF_DATASET)?;
+        let bytes = (16 + DATASETS_PER_GROUP * groups as u64) * BYTES_OF_DATASET;
+        self.disk_space.reserve(file.size(), bytes).map_err(RecordingFault::Space)?;
         let time = Column::bare(&file, &columns::TIME, None, 0, compression)?;
         let time_scale = time.series.dataset().clone();
         scales::make_scale(&time_scale, "time")?;
@@ -77,7 +79,7 @@ impl Open {
         }
         self.room = self.columns.iter().map(|c| c.series.bytes_needed()).sum::<u64>()
             + self.counts.iter().map(|c| c.series.bytes_needed()).sum::<u64>();
-        self.flush()
+        Ok(self.flush()?)
     }
 
     /// Datasets of an observed point: its motion, and stress and strain if they are wanted.

@@ -1,13 +1,12 @@
 //! The recorder's side of the restart file: everything stored is noted there, and a run taken up begins with what it holds.
 
-use adaptive::error::ObserverError;
+use std::sync::Arc;
+
 use adaptive::run_state::RunState;
-use hdf5::Result;
 
 use super::super::journal::{Entries, Entry, Journal, Restart};
-use super::{Open, Recorder};
-use crate::error::AppError;
-use crate::error_text;
+use super::{Open, Recorded, Recorder};
+use crate::file_fault::RecordingFault;
 
 impl Recorder {
     /// Keeps everything in `journal`, too, from which the run can be taken up.
@@ -20,12 +19,12 @@ impl Recorder {
     /// Begins with what the run that is taken up at `restart` has reported up to there, and goes on in its restart file.
     ///
     /// # Errors
-    /// [`ObserverError`] if one of the files cannot be written.
-    pub fn take_up(&mut self, restart: Restart) -> std::result::Result<(), ObserverError> {
+    /// [`RecordingFault`] if one of the files cannot be written.
+    pub fn take_up(&mut self, restart: Restart) -> Result<(), Arc<RecordingFault>> {
         let count = restart.resumptions + 1;
-        self.keep(restart.go_on().map_err(|e| ObserverError(e.to_string()))?);
+        self.keep(restart.go_on().map_err(RecordingFault::GoOn)?);
         (self.restart, self.is_taken_up) = (Some(restart), true);
-        self.with(|open| open.file.attr("resumptions")?.write_scalar(&count))
+        self.with(|open| Ok(open.file.attr("resumptions")?.write_scalar(&count)?))
     }
 
     /// Whether this run was taken up.
@@ -36,19 +35,19 @@ impl Recorder {
     /// Keeps a state from which the run can be taken up.
     ///
     /// # Errors
-    /// [`ObserverError`] if the restart file cannot be written.
-    pub fn restart_point(&mut self, point: &RunState) -> std::result::Result<(), ObserverError> {
+    /// [`RecordingFault`] if the restart file cannot be written.
+    pub fn restart_point(&mut self, point: &RunState) -> Result<(), Arc<RecordingFault>> {
         self.with(|open| {
             open.note(&Entry::Restart(point.clone()))?;
-            open.journal.as_mut().map_or(Ok(()), |j| j.flush().map_err(|e| cannot_keep(&e)))
+            open.journal.as_mut().map_or(Ok(()), |j| j.flush().map_err(RecordingFault::Restart))
         })
     }
 }
 
 impl Open {
     /// Appends a record to the restart file, if there is one.
-    pub(super) fn note(&mut self, entry: &Entry) -> Result<()> {
-        self.journal.as_mut().map_or(Ok(()), |j| j.append(entry).map_err(|e| cannot_keep(&e)))
+    pub(super) fn note(&mut self, entry: &Entry) -> Recorded<()> {
+        self.journal.as_mut().map_or(Ok(()), |j| j.append(entry).map_err(RecordingFault::Restart))
     }
 
     /// Numbers in a row of every series.
@@ -58,20 +57,18 @@ impl Open {
     }
 
     /// Writes what the restart file holds up to the restart point.
-    pub(super) fn replay(&mut self, restart: &Restart) -> Result<()> {
-        let text = |e: AppError| hdf5::Error::from(e.to_string());
-        let misfit = || hdf5::Error::from("the restart file belongs to another run".to_owned());
-        let mut entries = Entries::open(&restart.path).map_err(text)?;
+    pub(super) fn replay(&mut self, restart: &Restart) -> Recorded<()> {
+        let mut entries = Entries::open(&restart.path).map_err(RecordingFault::Reread)?;
         while entries.position() < restart.length {
-            match entries.next_entry().map_err(text)?.ok_or_else(misfit)? {
-                Entry::Layout(widths) if widths != self.widths() => return Err(misfit()),
+            match entries.next_entry().map_err(RecordingFault::Reread)?.ok_or(RecordingFault::OtherRun)? {
+                Entry::Layout(widths) if widths != self.widths() => return Err(RecordingFault::OtherRun),
                 Entry::Row(row) => {
                     let (mut numbers, mut counts) = (row.numbers.as_slice(), row.counts.as_slice());
                     let is_whole = self.columns.iter_mut().all(|c| c.push_row(&mut numbers))
                         && self.counts.iter_mut().all(|c| c.push_row(&mut counts))
                         && self.pressures.len() == row.pressures.len();
                     if !is_whole || !numbers.is_empty() || !counts.is_empty() {
-                        return Err(misfit());
+                        return Err(RecordingFault::OtherRun);
                     }
                     self.pressures.iter_mut().zip(&row.pressures).for_each(|(p, points)| p.push(points));
                     self.count_row(false)?;
@@ -85,11 +82,6 @@ impl Open {
             }
         }
         self.write_series()?;
-        self.flush()
+        Ok(self.flush()?)
     }
-}
-
-/// The error of a restart file that cannot be written.
-pub(super) fn cannot_keep(error: &std::io::Error) -> hdf5::Error {
-    hdf5::Error::from(format!("the restart file: {}", error_text::of_io(error)))
 }

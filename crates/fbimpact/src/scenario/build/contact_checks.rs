@@ -74,7 +74,7 @@ pub fn check_bodies(checker: &mut Checker, root: &Section, section: &Section) {
         checker.fault_in(section, "target_body", message.into());
     }
     let method = contact.and_then(|b| b.section.table("reduction")?.text("method"));
-    if let Some(model @ ("quasistatic" | "damped")) = section.text("model")
+    if let Some(model @ ("quasistatic" | "massless" | "damped")) = section.text("model")
         && method.is_some_and(|m| m != "craig-bampton")
     {
         let message = format!(
@@ -144,7 +144,7 @@ pub fn check_settings(checker: &mut Checker, section: &Section, facts: &ContactF
 }
 
 fn check_solver(checker: &mut Checker, section: &Section, facts: &ContactFacts<'_>) {
-    let has_state = matches!(facts.model, "adaptive" | "quasistatic");
+    let has_state = matches!(facts.model, "adaptive" | "quasistatic" | "massless");
     let is_broyden = section.text("solver") == Some("broyden");
     if is_broyden && !has_state {
         let message =
@@ -155,12 +155,19 @@ fn check_solver(checker: &mut Checker, section: &Section, facts: &ContactFacts<'
         let message = "must be \"active-set\" with friction, Algorithm 1 knows normal forces alone".into();
         checker.fault_in(section, "solver", message);
     }
-    if section.text("constraint") != Some("exact") {
+    if !facts.is_exact {
         return;
     }
+    let law = if facts.model == "massless" { "model \"massless\"" } else { "constraint \"exact\"" };
     if !has_state {
         let message = "must be \"adaptive\" or \"quasistatic\" with constraint \"exact\"".into();
         checker.fault_in(section, "model", message);
+    }
+    if facts.has_mesh && facts.model == "massless" {
+        let message = "must be \"quasistatic\" or another model with a penalty factor where a body has model \"mesh\": corners of its sides have no \
+                       area of their own, so that contact is watched at more points than the boundary has unknowns";
+        checker.fault_in(section, "model", message.into());
+        return;
     }
     if facts.has_mesh {
         let message = "must be \"penalty\" where a body has model \"mesh\": corners of its sides have no area of their own, so that \
@@ -170,7 +177,7 @@ fn check_solver(checker: &mut Checker, section: &Section, facts: &ContactFacts<'
     }
     for (key, needed) in [("points", "greville"), ("solver", "active-set")] {
         if section.text(key).is_some_and(|value| value != needed) {
-            let message = format!("must be \"{needed}\" with constraint \"exact\"");
+            let message = format!("must be \"{needed}\" with {law}");
             checker.fault_in(section, key, message);
         }
     }
@@ -195,6 +202,9 @@ fn check_transfer(checker: &mut Checker, section: &Section, facts: &ContactFacts
 }
 
 fn check_penalty(checker: &mut Checker, section: &Section, penalty: &Section, facts: &ContactFacts<'_>) {
+    if facts.model == "massless" {
+        return; // the whole table is without a meaning
+    }
     if !facts.search.starts_with("until") {
         return;
     }
@@ -205,7 +215,7 @@ fn check_penalty(checker: &mut Checker, section: &Section, penalty: &Section, fa
         );
         checker.fault_in(penalty, "search", message);
     }
-    if section.text("constraint") == Some("exact") {
+    if facts.is_exact {
         let message = "has no meaning with constraint \"exact\", which has no penalty factor".into();
         checker.fault_in(penalty, "search", message);
     }

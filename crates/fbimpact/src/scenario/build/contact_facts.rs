@@ -10,6 +10,8 @@ pub struct ContactFacts<'a> {
     pub model: &'a str,
     /// Whether the target is a body, and no plane at rest.
     pub is_pair: bool,
+    /// Whether bodies do not penetrate: there is no penalty factor.
+    pub is_exact: bool,
     /// How the penalty factor is found; empty if that is at fault.
     pub search: &'a str,
     /// Whether one of the bodies is.
@@ -24,13 +26,14 @@ impl<'a> ContactFacts<'a> {
         let (own, target) = (body("contact_body"), body("target_body"));
         let is_mesh = |body: &Option<BodyFacts<'_>>| body.is_some_and(|b| b.mesh.is_some());
         let has_mesh = is_mesh(&own) || is_mesh(&target);
+        let is_exact = model == "massless" || section.text("constraint") == Some("exact");
         let search = section.table("penalty").map_or("", |penalty| match penalty.item("search") {
             Some(_) => penalty.text("search").unwrap_or_default(),
-            None if model == "adaptive" && section.text("constraint") != Some("exact") => "until-converged",
+            None if model == "adaptive" && !is_exact => "until-converged",
             None => "fixed",
         });
         let is_pair = target.is_some_and(|t| !t.is_plane());
-        Some(Self { model, is_pair, search, has_mesh })
+        Some(Self { model, is_pair, is_exact, search, has_mesh })
     }
 
     /// Whether the program refines the contact zone by itself.

@@ -7,8 +7,8 @@ use adaptive::spec::{
 };
 use contact_qs::law::penalty::DEFAULT_STIFFNESS_RATIO;
 use contact_qs::law::{Friction, Solid};
+use contact_qs::paper::broyden::BroydenSettings;
 use contact_qs::quasistatic::Method;
-use contact_qs::quasistatic::broyden::BroydenSettings;
 
 use super::super::check::Checker;
 use super::super::section::Section;
@@ -105,7 +105,8 @@ fn surface(section: &Section, facts: &ContactFacts<'_>) -> Option<SurfaceLaw> {
     let (penalty, search) = penalty(section, facts)?;
     Some(SurfaceLaw {
         treatment: match facts.model {
-            "quasistatic" => Treatment::Quasistatic,
+            // The boundary's compliance without springs behind its points: Eq. C.123.
+            "quasistatic" | "massless" => Treatment::Quasistatic,
             "damped" => Treatment::Damped,
             "dynamic" => Treatment::Dynamic,
             "coarse" => Treatment::Coarse,
@@ -154,10 +155,10 @@ fn interval(section: &Section) -> Option<IntervalSpec> {
 
 /// The penalty factor, infinite for the exact constraint, and how it is found.
 fn penalty(section: &Section, facts: &ContactFacts<'_>) -> Option<(Option<f64>, PenaltySearch)> {
-    let penalty = section.table("penalty")?;
-    if section.text("constraint")? == "exact" {
+    if facts.is_exact {
         return Some((Some(f64::INFINITY), PenaltySearch::Fixed));
     }
+    let penalty = section.table("penalty")?;
     let value = if penalty.given("initial") { Some(penalty.number("initial")?) } else { None };
     let search = match facts.search {
         "until-converged" => PenaltySearch::UntilConverged { tolerance: penalty.number("tolerance")? },

@@ -107,7 +107,7 @@ fn refinement(
 ) -> Option<RefinementSpec> {
     let key = if section.item("point").is_some() { "point" } else { "marker" };
     let at = marker_or_point(checker, section, body).and_then(|_| single(checker, section, key, body));
-    let centre = places?.point(&at?).map_err(|e| checker.fault_in(section, key, e.to_string())).ok()?;
+    let centre = places?.inside(&at?).map_err(|e| checker.fault_in(section, key, e.to_string())).ok()?;
     Some(RefinementSpec {
         centre,
         width: section.number("width")?,

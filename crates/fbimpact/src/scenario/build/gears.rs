@@ -5,6 +5,7 @@ use ffr_dynamics::system::gear::{GearJoint, check};
 
 use super::super::check::Checker;
 use super::super::section::Section;
+use super::super::units;
 
 /// The gears that are free of faults; `joints` are those of the tree.
 pub fn gears(checker: &mut Checker, root: &Section, joints: &[JointSpec]) -> Vec<GearSpec> {
@@ -17,6 +18,11 @@ pub fn gears(checker: &mut Checker, root: &Section, joints: &[JointSpec]) -> Vec
         let (Some(first), Some(second), Some(ratio)) = (first, second, section.number("ratio")) else {
             continue;
         };
+        if check_unit(checker, section, [first, second].map(|(joint, k)| joints[joint].kind.is_angle(k)))
+            .is_none()
+        {
+            continue;
+        }
         let named = |(joint, k): (usize, usize)| (joints[joint].name.clone(), k);
         accepted.push(ffr_dynamics::system::GearSpec {
             name: name.clone(),
@@ -33,6 +39,22 @@ pub fn gears(checker: &mut Checker, root: &Section, joints: &[JointSpec]) -> Vec
         built.push(GearSpec { name: name.clone(), first, second, ratio });
     }
     built
+}
+
+/// Faults a ratio whose unit is not that of the second coordinate by that of the first; they are angles or displacements.
+fn check_unit(checker: &mut Checker, section: &Section, are_angles: [bool; 2]) -> Option<()> {
+    let given = section.item("ratio").and_then(|item| item.units.first());
+    let [first, second] = are_angles.map(|is_angle| if is_angle { "rad" } else { "m" });
+    let wanted = format!("{second}/{first}");
+    if given.is_none_or(|(_, unit)| *unit == wanted) {
+        return Some(());
+    }
+    let message = match first == second {
+        true => "wrong unit: both coordinates are of one kind, the ratio is a plain number".to_owned(),
+        false => format!("wrong unit: the ratio is in {wanted}, known here are {}", units::names(&wanted)),
+    };
+    checker.fault_in(section, "ratio", message);
+    None
 }
 
 /// What gears ask of a joint: which of its motions are prescribed; rates have no places before the run.

@@ -2,6 +2,7 @@
 
 use iga_core::SplineError;
 use iga_core::nurbs::joining::{face_name, join};
+use iga_core::nurbs::primitives::gear_tooth::GearTooth;
 use iga_core::nurbs::primitives::round::{self, Round};
 use iga_core::nurbs::primitives::rounded_box::rounded_box;
 use iga_core::nurbs::primitives::sphere::SphereNet;
@@ -40,12 +41,8 @@ pub fn shape(checker: &mut Checker, body: &Section, model: &str, degree: usize) 
     let fits = check_model(checker, body, model, name);
     let built = match name {
         "nurbs" => return nurbs(checker, section, model).filter(|_| fits.is_some()),
-        "plate-with-hole" if model == "solid" && section.item("thickness").is_none() => {
-            let message =
-                "required key is missing: the plate of a solid or spatial rigid body has a thickness".into();
-            checker.fault(&section.origin, section.path_of("thickness"), None, message);
-            return None;
-        }
+        "plate-with-hole" if is_missing(checker, section, model, "thickness") => return None,
+        "gear-tooth" if is_missing(checker, section, model, "width") => return None,
         _ => match model {
             "axisymmetric" => meridian(section, name)?,
             "solid" => solid(section, name, degree)?,
@@ -54,6 +51,17 @@ pub fn shape(checker: &mut Checker, body: &Section, model: &str, degree: usize) 
     };
     fits?;
     built.map_err(|error| report(checker, section, &error)).ok()
+}
+
+/// Reports the key of solid and spatial rigid bodies of a shape that is plane as well if it is not there.
+fn is_missing(checker: &mut Checker, section: &Section, model: &str, key: &str) -> bool {
+    let is_missing = model == "solid" && section.item(key).is_none();
+    if is_missing {
+        let message =
+            format!("required key is missing: solid and spatial rigid bodies of this shape have a {key}");
+        checker.fault(&section.origin, section.path_of(key), None, message);
+    }
+    is_missing
 }
 
 /// Reports sizes that do not fit together at the key that is to blame.
@@ -95,6 +103,7 @@ fn solid(section: &Section, name: &str, degree: usize) -> Option<Built> {
             number("hole_radius")?,
             number("thickness")?,
         ),
+        "gear-tooth" => gear_tooth(section)?.solid(number("width")?),
         "l-beam" => {
             profile::l_beam(number("width")?, number("height")?, number("thickness")?, number("length")?)
         }
@@ -120,7 +129,8 @@ fn meridian(section: &Section, name: &str) -> Option<Built> {
             net(section)?; // reports a wrong value
             axisymmetric::sphere(number("radius")?)
         }
-        "rod" => axisymmetric::rod(number("radius")?, number("length")?),
+        "ellipsoid" => spheroid(section.vector("semi_axes")?),
+        "rod" | "cylinder" => axisymmetric::rod(number("radius")?, number("length")?),
         "rod-spherical-end" => axisymmetric::rod_spherical_end(number("radius")?, number("length")?),
         "hollow-cylinder" => {
             axisymmetric::hollow_cylinder(number("inner_radius")?, number("outer_radius")?, number("length")?)
@@ -128,6 +138,16 @@ fn meridian(section: &Section, name: &str) -> Option<Built> {
         "torus" => round::axisymmetric_torus(number("radius")?, number("tube_radius")?),
         _ => return None,
     })
+}
+
+/// Meridian half of an ellipsoid, which is one of revolution about z.
+#[expect(clippy::float_cmp, reason = "two numbers of the scenario, written alike")]
+fn spheroid([x, y, z]: [f64; 3]) -> Built {
+    if x == y {
+        return axisymmetric::spheroid(x, z);
+    }
+    let reason = "the first two must be equal for a body that is axisymmetric about z";
+    Err(SplineError::Dimension { name: "semi_axes", value: y, reason })
 }
 
 /// Plane shapes, in `(x, y)`.
@@ -141,7 +161,25 @@ fn plane(section: &Section, name: &str) -> Option<Built> {
         "plate-with-hole" => {
             profile::plate_with_hole(section.vector("size")?, section.number("hole_radius")?)
         }
+        "gear-tooth" => gear_tooth(section)?.plane(),
         _ => return None,
+    })
+}
+
+/// A tooth, `None` where a key is at fault.
+fn gear_tooth(section: &Section) -> Option<GearTooth> {
+    let module = section.number("module")?;
+    let given = |key: &str, otherwise: f64| match section.item(key) {
+        Some(_) => section.number(key),
+        None => Some(otherwise),
+    };
+    Some(GearTooth {
+        module,
+        teeth: section.integer("teeth")?,
+        pressure_angle: given("pressure_angle", 20f64.to_radians())?,
+        addendum: given("addendum", module)?,
+        dedendum: given("dedendum", 1.25 * module)?,
+        inner_radius: section.number("inner_radius")?,
     })
 }
 

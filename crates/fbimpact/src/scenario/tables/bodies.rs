@@ -21,15 +21,27 @@ pub const MATERIAL: &[Key] = &[
 ];
 
 const MODELS: &[Choice] = &[
-    Choice::new("solid", "three-dimensional, in (x, y, z)"),
-    Choice::new("axisymmetric", "rotationally symmetric about z, in (r, z); moves along z only"),
+    Choice::new("solid", "three-dimensional, in (x, y, z)").elsewhere(&[
+        "3d",
+        "flexible",
+        "elastic",
+        "volume",
+        "continuum",
+        "beam",
+        "shell",
+        "plate",
+        "truss",
+    ]),
+    Choice::new("axisymmetric", "rotationally symmetric about z, in (r, z); moves along z only")
+        .elsewhere(&["axi", "rotational", "2d-axisymmetric"]),
     Choice::new("plane-strain", "plane strain in (x, y)"),
     Choice::new("plane-stress", "plane stress in (x, y)"),
     Choice::new("imported", "from the body file `file`, reduced or to be reduced (docs/body-file.md)"),
     Choice::new(
         "mesh",
         "of finite elements, from the mesh `file` of Gmsh, Abaqus or CalculiX (docs/own_part.md)",
-    ),
+    )
+    .elsewhere(&["fem", "fe", "finite-element", "finite-elements"]),
     Choice::new("rigid", "rigid; with the shape `plane` also at rest"),
 ];
 

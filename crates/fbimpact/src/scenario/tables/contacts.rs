@@ -13,6 +13,10 @@ const MODELS: &[Choice] = &[
         "as `quasistatic`, on a contact zone that the program refines at every impact; on the whole surfaces of bodies that touch with flat faces, edges or corners",
     ),
     Choice::new("quasistatic", "high-frequency modes follow the contact force statically"),
+    Choice::new(
+        "massless",
+        "as `quasistatic`, without penetration and without a penalty factor: the boundary has no mass and obeys the laws of Signorini and Coulomb as they are",
+    ),
     Choice::new("damped", "every Craig-Bampton mode is dynamic, high-frequency ones damped critically"),
     Choice::new("dynamic", "every Craig-Bampton mode is dynamic"),
     Choice::new("coarse", "the modes of the free body alone, without refinement"),
@@ -70,6 +74,12 @@ const TRANSFERS: &[Choice] = &[
 /// The contact has contact points on a surface.
 const SURFACE: &[Condition] =
     &[Condition::new("with contact points", Test::NoneOf("model", &["hertz"])).remark("\"hertz\" has none")];
+/// The contact has a law to choose.
+const CHOSEN: &[Condition] = &[
+    SURFACE[0],
+    Condition::new("with a law to choose", Test::NoneOf("model", &["massless"]))
+        .remark("\"massless\" has no penetration and no penalty factor"),
+];
 /// The contact is one of surfaces of splines.
 const ON_SPLINES: &[Condition] = &[
     SURFACE[0],
@@ -107,7 +117,7 @@ pub const CONTACT: &[Key] = &[
         "",
         Need::Default("\"penalty\""),
         "How penetration is resisted.",
-    ).when(SURFACE),
+    ).when(CHOSEN),
     Key::new(
         "points",
         Kind::Choice(POINTS),
@@ -152,7 +162,7 @@ pub const CONTACT: &[Key] = &[
         Need::Default("0.0"),
         "Overlap of the bodies at the start that is allowed; the run begins with its energy. More is an error, round-off is not.",
     ),
-    Key::new("penalty", Kind::Table(PENALTY), "", Need::Default("{}"), "Penalty factor.").when(SURFACE),
+    Key::new("penalty", Kind::Table(PENALTY), "", Need::Default("{}"), "Penalty factor.").when(CHOSEN),
     Key::new(
         "interval",
         Kind::Table(INTERVAL),

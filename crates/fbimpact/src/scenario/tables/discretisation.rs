@@ -6,7 +6,7 @@ use ffr_dynamics::body::RigidMotion;
 use super::super::keys::{Bound, Choice, Condition, Key, Kind, Need, Range, Test};
 use super::ranges::{COORDINATE, LENGTH, MAX_DEGREE};
 
-/// Elements a direction; more do not fit into memory in two dimensions.
+/// Elements per direction; more do not fit into memory in two dimensions.
 const MAX_ELEMENTS: u64 = 10_000;
 
 /// `[bodies.NAME.discretisation]`.

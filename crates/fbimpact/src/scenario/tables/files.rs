@@ -1,4 +1,4 @@
-//! What is said of files that a body is made from.
+//! The keys of files that a body is made from.
 
 use super::super::keys::{Choice, Key, Kind, Need};
 

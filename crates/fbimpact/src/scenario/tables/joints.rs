@@ -232,7 +232,7 @@ pub(super) const JOINT: &[Key] = &[
         Kind::Numbers(CONSTANT),
         "N/m, N m/rad",
         Need::Optional("no springs"),
-        "Stiffness of the joint's springs, one a coordinate; one number for all if they are of one kind.",
+        "Stiffness of the joint's springs, one per coordinate; one number for all if they are of one kind.",
     ).when(&[WITH_COORDINATES]),
     Key::new(
         "rest",
@@ -264,6 +264,16 @@ pub(super) const JOINT: &[Key] = &[
         "Velocity `u` up to which friction grows, `friction v / sqrt(v² + u²)`: a coordinate that friction holds creeps more slowly than that.",
     ).when(&[WITH_COORDINATES, Condition::new("with friction", Test::With("friction"))]),
     Key::new(
+        "bearing",
+        Kind::Table(BEARING),
+        "",
+        Need::Optional("none"),
+        "Friction by the load that the joint transmits, beside that of `friction`.",
+    ).when(&[WITH_COORDINATES, Condition::new(
+        "for types \"revolute\", \"prismatic\", \"cylindrical\" and \"spherical\"",
+        Test::OneOf("type", &["revolute", "prismatic", "cylindrical", "spherical"]),
+    ).remark("give others the size of their friction in \"friction\"")]),
+    Key::new(
         "stop",
         Kind::Table(STOP),
         "",
@@ -283,14 +293,14 @@ pub(super) const JOINT: &[Key] = &[
         .when(&[WITH_COORDINATES, ONE_COORDINATE.remark("others take \"motions\"")]),
     Key::new(
         "drives",
-        Kind::Tables(ENTRY),
+        Kind::Tables(DRIVES),
         "",
         Need::Default("[]"),
         "Forces along coordinates of a joint with several.",
     ).when(&[WITH_COORDINATES]),
     Key::new(
         "motions",
-        Kind::Tables(ENTRY),
+        Kind::Tables(MOTIONS),
         "",
         Need::Default("[]"),
         "Motions prescribed to coordinates of a joint with several; not of a rotation with three angles.",
@@ -327,15 +337,60 @@ const STOP_DAMPING: Key = Key::new(
     Need::Default("0.0"),
     "Damping `c` in the force `stiffness δ (1 + c dδ/dt)` of the compression δ (Hunt and Crossley): a meeting at the speed v takes about `2/3 c v` of it.",
 );
+/// Size of a bearing \[m\].
+const BEARING_SIZE: Range = Range::positive(1e6);
+/// `bearing` of a joint.
+const BEARING: &[Key] = &[
+    Key::new(
+        "friction",
+        Kind::Number(Range { min: Bound::Closed(0.0), max: Bound::Closed(100.0) }),
+        "–",
+        Need::Required,
+        "Coefficient of friction, of stick and slip alike.",
+    ),
+    Key::new(
+        "radius",
+        Kind::Number(BEARING_SIZE),
+        "m",
+        Need::Optional("must be given; of a slider, which holds the moment about its axis without friction then, it may be left out"),
+        "Radius of the pin, the sleeve or the ball; of a slider the arm at which it holds the moment about its axis.",
+    ),
+    Key::new(
+        "length",
+        Kind::Number(BEARING_SIZE),
+        "m",
+        Need::Optional("moments across the axis are held without friction"),
+        "Distance of two supports along the axis, with the child's place of the joint in the middle: they share the force and hold moments across the axis \
+         as a couple.",
+    ).when(&[Condition::new("for joints with an axis", Test::Around(&Test::NoneOf("type", &["spherical"]))).remark("a ball holds no moment")]),
+    Key::new(
+        "collar",
+        Kind::Number(BEARING_SIZE),
+        "m",
+        Need::Optional("the force along the axis is held without friction"),
+        "Mean radius of the collar that holds the force along the axis.",
+    ).when(&[Condition::new("for type \"revolute\"", Test::Around(&Test::OneOf("type", &["revolute"]))).remark("others hold no force along an axis about which they turn")]),
+    Key::new(
+        "velocity",
+        Kind::Number(Range::positive(1e6)),
+        "m/s",
+        Need::Default("1e-4"),
+        "Velocity `u` of sliding up to which friction grows, as `v / sqrt(v² + u²)`: a bearing that friction holds creeps more slowly than that.",
+    ),
+];
 /// `stop` of a joint with one coordinate.
 const STOP: &[Key] = &[LOWER, UPPER, STOP_STIFFNESS, STOP_DAMPING];
 /// An entry of `stops`.
 const STOPS: &[Key] = &[COORDINATE_NUMBER, LOWER, UPPER, STOP_STIFFNESS, STOP_DAMPING];
 
-const ENTRY: &[Key] = &[
+/// An entry of `drives`.
+const DRIVES: &[Key] = &[
     COORDINATE_NUMBER,
-    Key { need: Need::Required, ..curve("curve", "N, N m, m, rad", "Quantity over time.") },
+    Key { need: Need::Required, ..curve("curve", "N, N m", "Force along the coordinate over time.") },
 ];
+/// An entry of `motions`.
+const MOTIONS: &[Key] =
+    &[COORDINATE_NUMBER, Key { need: Need::Required, ..curve("curve", "m, rad", "Coordinate over time.") }];
 
 const RATIO: Range = Range::within(1e9);
 
@@ -375,7 +430,7 @@ pub(super) const GEAR: &[Key] = &[
         "rad/rad, m/rad, rad/m, m/m",
         Need::Required,
         "Rate of the second coordinate by that of the first; not zero. Wheels that mesh outside turn in opposite directions about axes of one \
-         direction: the ratio is negative. Of a rack it is the radius of its pinion, of a screw the lead over 2π.",
+         direction: the ratio is negative. Of a rack it is the radius of its pinion, of a screw the lead over 2π: `\"5 mm/rev\"`.",
     ),
 ];
 

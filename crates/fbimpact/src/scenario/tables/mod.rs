@@ -1,6 +1,7 @@
 //! Every key of the scenario file: the one place where names, types, units, ranges, defaults and texts stand.
 
 mod files;
+mod gear_tooth;
 mod shapes;
 mod discretisation;
 mod bodies;

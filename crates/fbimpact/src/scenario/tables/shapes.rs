@@ -2,6 +2,7 @@
 
 use super::super::keys::{Choice, Condition, Key, Kind, Need, Test, Variant};
 use super::files::{FILE_SHA256, UNITS};
+use super::gear_tooth;
 use super::ranges::{COORDINATE, LENGTH, MAX_DEGREE, TURN};
 
 const RADIUS: Key = Key::new("radius", Kind::Number(LENGTH), "m", Need::Required, "Radius.");
@@ -40,6 +41,9 @@ const SPATIAL: Condition = Condition::new(
         Test::All(&[Test::OneOf("model", &["rigid"]), Test::OneOf("motion", &["spatial"])]),
     ])),
 );
+
+const GEAR_TOOTH: &[Key] =
+    &gear_tooth::keys(&[SPATIAL.remark("a plane body has the key \"thickness\" of all of them")]);
 
 const DEGREES: Key = Key::new(
     "degrees",
@@ -132,7 +136,7 @@ pub(super) const GEOMETRIES: &[Variant] = &[
     Variant {
         name: "ellipsoid",
         elsewhere: &["spheroid"],
-        doc: "Ellipsoid about the origin. As a flexible body it can be touched adaptively about the ends of its axes, where its net is regular.",
+        doc: "Ellipsoid about the origin; an axisymmetric one is half an ellipse, with the first two semi-axes alike.",
         keys: &[Key::new(
             "semi_axes",
             Kind::Vector(3, LENGTH),
@@ -156,7 +160,7 @@ pub(super) const GEOMETRIES: &[Variant] = &[
     Variant {
         name: "cylinder",
         elsewhere: &["shaft"],
-        doc: "Solid cylinder along z, from z = 0.",
+        doc: "Solid cylinder along z, from z = 0; an axisymmetric one is the shape `rod`.",
         keys: &[RADIUS, ROD_LENGTH],
     },
     Variant {
@@ -330,9 +334,16 @@ pub(super) const GEOMETRIES: &[Variant] = &[
         ],
     },
     Variant {
+        name: "gear-tooth",
+        elsewhere: &["tooth", "spur-gear", "involute", "gear"],
+        doc: "Tooth of a spur gear about the z axis, symmetric about the x axis, with the sector of the rim under it. Its flanks follow involutes to a \
+              millionth of the module; they begin at a roll angle of 0.05 rad or at the root circle and are straight below, without a fillet.",
+        keys: GEAR_TOOTH,
+    },
+    Variant {
         name: "box",
         elsewhere: &["beam", "bar", "cuboid", "block", "brick", "plate", "beam3d", "prism"],
-        doc: "Cuboid about the origin.",
+        doc: "Cuboid about the origin; of plane models \"rectangle\".",
         keys: &[Key::new("size", Kind::Vector(3, LENGTH), "m", Need::Required, "Edges along x, y and z.")],
     },
     Variant {
@@ -417,6 +428,8 @@ const PLATE: &[&str] = &["left", "right", "front", "back", "start", "end"];
 const PLANE_PLATE: &[&str] = &["left", "right", "bottom", "top", "start", "end"];
 const BEAM: &[&str] = &["start", "end", "centre", "bottom", "top", "flange", "web"];
 
+const TOOTH: &[&str] = &["centre", "tip", "bore", "first-flank", "last-flank"];
+
 const SURFACE: &[&str] = &["surface"];
 const ROD_FACES: &[&str] = &["z-", "z+", "jacket", "start", "end"];
 const TUBE_FACES: &[&str] = &["z-", "z+", "inner", "outer", "start", "end"];
@@ -427,6 +440,9 @@ const PLATE_FACES: &[&str] = &["x-", "x+", "y-", "y+", "z-", "z+", "hole", "star
 const PLATE_EDGES: &[&str] = &["x-", "x+", "y-", "y+", "hole", "start", "end"];
 const L_FACES: &[&str] = &["x-", "x+", "y-", "y+", "z-", "z+", "inside", "start", "end"];
 const T_FACES: &[&str] = &["x-", "x+", "y-", "y+", "z-", "z+", "web", "under", "start", "end"];
+const TOOTH_FACES: &[&str] =
+    &["tip", "first-flank", "last-flank", "root", "bore", "first", "last", "z-", "z+"];
+const TOOTH_EDGES: &[&str] = &["tip", "first-flank", "last-flank", "root", "bore", "first", "last"];
 const RIM: &[&str] = &["rim"];
 const PATCH_FACES: &[&str] = &["xi-", "xi+", "eta-", "eta+", "zeta-", "zeta+"];
 const PATCH_EDGES: &[&str] = &["xi-", "xi+", "eta-", "eta+"];
@@ -440,10 +456,13 @@ pub const SHAPES: &[ShapeFacts] = &[
         name: "sphere",
         models: &[named("solid", BALL, SURFACE), named("axisymmetric", HALF_DISC, SURFACE)],
     },
-    ShapeFacts { name: "ellipsoid", models: &[named("solid", BALL, SURFACE)] },
+    ShapeFacts {
+        name: "ellipsoid",
+        models: &[named("solid", BALL, SURFACE), named("axisymmetric", HALF_DISC, SURFACE)],
+    },
     ShapeFacts { name: "rod", models: &[named("axisymmetric", ROD, ROD_FACES)] },
     ShapeFacts { name: "rod-spherical-end", models: &[named("axisymmetric", ROD, ROD_FACES)] },
-    ShapeFacts { name: "cylinder", models: &[named("solid", CYLINDER, ROD_FACES)] },
+    ShapeFacts { name: "cylinder", models: ROUND },
     ShapeFacts {
         name: "hollow-cylinder",
         models: &[named("solid", CYLINDER, TUBE_FACES), named("axisymmetric", ROD, TUBE_FACES)],
@@ -467,6 +486,14 @@ pub const SHAPES: &[ShapeFacts] = &[
     },
     ShapeFacts { name: "l-beam", models: &[named("solid", BEAM, L_FACES)] },
     ShapeFacts { name: "t-beam", models: &[named("solid", BEAM, T_FACES)] },
+    ShapeFacts {
+        name: "gear-tooth",
+        models: &[
+            named("solid", TOOTH, TOOTH_FACES),
+            named("plane-strain", TOOTH, TOOTH_EDGES),
+            named("plane-stress", TOOTH, TOOTH_EDGES),
+        ],
+    },
     ShapeFacts { name: "box", models: &[named("solid", CYLINDER, BOX_FACES)] },
     ShapeFacts {
         name: "rectangle",

@@ -121,7 +121,7 @@ pub const CURVES: &[Variant] = &[
                 Kind::Name,
                 "",
                 Need::Optional("the first column"),
-                "Column of the times in s, by its name or its number from 1.",
+                "Column of the times in s, by its name or by its number from 1 as a text, `\"2\"`.",
             )
             .when(&[WITH_FILE]),
             Key::new(
@@ -129,7 +129,7 @@ pub const CURVES: &[Variant] = &[
                 Kind::Name,
                 "",
                 Need::Optional("the second column"),
-                "Column of the values, in the unit of the key.",
+                "Column of the values, in the unit of the key, as `time_column`.",
             )
             .when(&[WITH_FILE]),
             Key::new(

@@ -7,7 +7,7 @@ use crate::system::joints::forces::joint_tangent;
 use crate::system::model::{JointCoordinates, MultibodyModel};
 use crate::system::tree_kinematics::{JointKinematics, SpatialVector};
 
-/// One body and the joint that it hangs on. Columns belong to uncoupled modes, rows to a translation and a rotation.
+/// One body and the joint to its parent. Columns belong to uncoupled modes, rows to a translation and a rotation.
 #[derive(Debug, Clone)]
 pub(super) struct BodyPose {
     /// Inertia of the frame.
@@ -99,6 +99,13 @@ impl TreePose {
                 let tangent = joint_tangent(body.joint.kind, &body.joint.coordinates, positions, velocities);
                 for (spring, k) in pose.springs.iter_mut().zip(body.joint.free_velocities()) {
                     *spring = tangent[k];
+                }
+            }
+            if let Some(bearing) = &body.joint.bearing {
+                let damping = bearing.damping(&edge.coordinates.velocities, edge.bearing_load);
+                for (spring, k) in pose.springs.iter_mut().zip(body.joint.free_velocities()) {
+                    let others = if body.joint.coordinates.is_empty() { [0.0; 2] } else { *spring };
+                    *spring = [others[0], others[1] + damping[k]];
                 }
             }
             pose.bias = Vector6::from(edge.bias);

@@ -12,9 +12,9 @@ use crate::surface::{Face, SurfacePoint};
 const SLIT: f64 = 1e-4;
 /// Places along a face, as shares of the elements, at which it is looked at: none lies on an edge or in a middle.
 const PLACES: [f64; 4] = [0.13, 0.37, 0.61, 0.87];
-/// Elements a direction of a face that are looked at.
+/// Elements per direction of a face that are looked at.
 const MOST_ON_FACE: usize = 8;
-/// Elements a direction of a patch that are looked at.
+/// Elements per direction of a patch that are looked at.
 const MOST_INSIDE: usize = 4;
 /// Places along a patch at which it is looked at.
 const INSIDE: [f64; 3] = [0.11, 0.47, 0.91];

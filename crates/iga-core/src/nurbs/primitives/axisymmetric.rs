@@ -27,6 +27,22 @@ pub fn sphere(radius: f64) -> Result<Shape, SplineError> {
     Ok(shape(vec![patch], markers, faces, vec![singular([Some(1.0), None, None], "equator")]))
 }
 
+/// Ellipsoid of revolution centred at the origin with the semi-axis `radius` across and `height` along the axis: the half-disc of [`sphere`] stretched,
+/// which is exact; regular at the poles.
+///
+/// # Errors
+/// [`SplineError::Dimension`] for impossible lengths.
+pub fn spheroid(radius: f64, height: f64) -> Result<Shape, SplineError> {
+    let (r, h) = (positive("semi_axes", radius)?, positive("semi_axes", height)?);
+    let ball = sphere(1.0)?;
+    let stretched = |[x, z, y]: &[f64; 3]| [r * x, h * z, *y];
+    let patch = &ball.patches[0];
+    let points = patch.control_points().iter().map(stretched).collect();
+    let patches = vec![Patch::new(patch.knots().to_vec(), points, patch.weights().to_vec())?];
+    let markers = ball.markers.iter().map(|(name, p)| (name.clone(), stretched(p))).collect();
+    Ok(Shape { patches, markers, ..ball })
+}
+
 /// Rod with flat ends: `0 <= r <= radius`, `0 <= z <= length`.
 ///
 /// # Errors

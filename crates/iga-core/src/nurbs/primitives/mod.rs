@@ -6,6 +6,7 @@
 
 pub mod axisymmetric;
 mod cover;
+pub mod gear_tooth;
 pub mod plane;
 pub mod profile;
 pub mod round;

@@ -232,7 +232,7 @@ fn rectangle(x: [f64; 2], y: [f64; 2], degrees: [usize; 2]) -> Result<Patch, Spl
 }
 
 /// Plane patches moved along z.
-fn extruded(plane: &[Patch], [lower, upper]: [f64; 2]) -> Result<Vec<Patch>, SplineError> {
+pub(super) fn extruded(plane: &[Patch], [lower, upper]: [f64; 2]) -> Result<Vec<Patch>, SplineError> {
     let along = |patch: &Patch| {
         let layer = |z: f64| patch.control_points().iter().map(move |[x, y, _]| [*x, *y, z]);
         let mut knots = patch.knots().to_vec();
@@ -244,7 +244,7 @@ fn extruded(plane: &[Patch], [lower, upper]: [f64; 2]) -> Result<Vec<Patch>, Spl
 }
 
 /// The lower or upper ends of all patches in z.
-fn across(patches: &[Patch], upper: bool) -> Vec<FaceId> {
+pub(super) fn across(patches: &[Patch], upper: bool) -> Vec<FaceId> {
     (0..patches.len()).map(|patch| FaceId { patch, direction: 2, upper }).collect()
 }
 

@@ -13,7 +13,7 @@ use crate::nurbs::{FaceId, Patch, Shape};
 
 /// Degree of the pieces along the surface.
 const DEGREE: usize = 4;
-/// Control points a direction: half a tile of the ball, a straight part, the other half.
+/// Control points per direction: half a tile of the ball, a straight part, the other half.
 const SIZE: usize = 3 * DEGREE + 1;
 /// Depth of the inner box below the faces, over the radius of the fillet: as in the ball, whose inner cube is as deep.
 const DEPTH: f64 = 0.7;

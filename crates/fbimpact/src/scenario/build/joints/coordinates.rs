@@ -1,11 +1,12 @@
 //! Coordinates of joints: initial values, springs, dampers, drives, prescribed motions.
 
 use adaptive::spec::{CoordinateSpec, TimeCurve};
-use ffr_dynamics::system::joints::{Friction, JointKind, Stop};
+use ffr_dynamics::system::joints::{Bearing, Friction, JointKind, Stop};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::super::super::check::Checker;
 use super::super::super::section::{Checked, Section};
+use super::super::super::units;
 use super::super::curves::curve;
 
 /// Velocity of the transition of friction: of a displacement [m/s].
@@ -22,6 +23,8 @@ pub struct Coordinates {
     pub velocities: Vec<f64>,
     /// One entry a velocity.
     pub coordinates: Vec<CoordinateSpec>,
+    /// Friction by the load of the joint.
+    pub bearing: Option<Bearing>,
 }
 
 /// Reads all coordinates of a joint.
@@ -44,6 +47,8 @@ pub fn coordinates(
     let (stiffness, rest, damping) = (stiffness?, rest?, damping?);
     let friction = friction(checker, section, kind)?;
     let stops = stops(checker, section, kind)?;
+    let bearing = bearing(checker, section, kind)?;
+    check_stops(checker, section, positions.as_deref()?, &stops)?;
     check_rotation(checker, section, kind, &stiffness, &rest)?;
     let (drives, motions) = (drives?, motions?);
     check_prescribed(checker, section, kind, &motions)?;
@@ -53,7 +58,8 @@ pub fn coordinates(
         let (stop, friction) = (stops[k], friction[k]);
         coordinates.push(CoordinateSpec { stiffness, rest, damping, stop, friction, drive, motion });
     }
-    Some(Coordinates { positions: with_quaternion(kind, positions?), velocities: velocities?, coordinates })
+    let positions = with_quaternion(kind, positions?);
+    Some(Coordinates { positions, velocities: velocities?, coordinates, bearing })
 }
 
 /// Initial positions or velocities, one a velocity: from the keys of the only angle, the only displacement, or from a list.
@@ -88,6 +94,7 @@ fn values(
             checker.fault_in(section, list, message);
             return None;
         }
+        check_units(checker, section, list, kind, 0)?;
         values = given.to_vec();
     }
     is_sound.then_some(values)
@@ -123,6 +130,58 @@ fn friction(checker: &mut Checker, section: &Section, kind: JointKind) -> Option
     Some(pairs.map(|(force, velocity)| (force > 0.0).then_some(Friction { force, velocity })).collect())
 }
 
+/// Friction by the load of the joint; what is not given is held without.
+fn bearing(checker: &mut Checker, section: &Section, kind: JointKind) -> Option<Option<Bearing>> {
+    if section.item("bearing").is_some_and(|i| matches!(i.value, Checked::Invalid)) {
+        return None;
+    }
+    let Some(table) = section.table("bearing") else { return Some(None) };
+    let or = |key: &str, none: f64| {
+        if table.item(key).is_some() { table.number(key) } else { Some(none) }
+    };
+    // Of other kinds the table itself is a fault.
+    let turns = matches!(kind, JointKind::Revolute | JointKind::Cylindrical | JointKind::Spherical);
+    if table.item("radius").is_none() && turns {
+        let message = format!("required key is missing: the radius at which a {} joint slides", kind.name());
+        checker.fault(&table.origin, table.path_of("radius"), None, message);
+        return None;
+    }
+    Some(Some(Bearing {
+        coefficient: table.number("friction")?,
+        radius: or("radius", 0.0)?,
+        length: or("length", f64::INFINITY)?,
+        collar: or("collar", 0.0)?,
+        velocity: table.number("velocity")?,
+    }))
+}
+
+/// Faults coordinates that are beyond an end of their travel at the start: the stop would throw the joint back.
+fn check_stops(
+    checker: &mut Checker,
+    section: &Section,
+    positions: &[f64],
+    stops: &[Option<Stop>],
+) -> Option<()> {
+    let key = if section.table("stop").is_some() { "stop" } else { "stops" };
+    let mut is_within = true;
+    for (x, stop) in positions.iter().zip(stops) {
+        let Some(stop) = stop else { continue };
+        let end = if *x > stop.upper {
+            stop.upper
+        } else if *x < stop.lower {
+            stop.lower
+        } else {
+            continue;
+        };
+        let message = format!(
+            "ends the travel at {end}, and the joint begins at {x}, beyond it: it would be thrown back; begin within the travel or move its end"
+        );
+        checker.fault_in(section, key, message);
+        is_within = false;
+    }
+    is_within.then_some(())
+}
+
 /// Stops of the coordinates: the one of the only coordinate, or those of a list.
 fn stops(checker: &mut Checker, section: &Section, kind: JointKind) -> Option<Vec<Option<Stop>>> {
     let mut stops = vec![None; kind.n_velocities()];
@@ -130,7 +189,7 @@ fn stops(checker: &mut Checker, section: &Section, kind: JointKind) -> Option<Ve
         return None;
     }
     if let Some(single) = section.table("stop") {
-        stops[0] = Some(stop(checker, single)?);
+        stops[0] = Some(stop(checker, single, kind, 0)?);
     }
     for entry in section.tables("stops") {
         let k = coordinate_number(checker, entry, kind)?;
@@ -143,12 +202,16 @@ fn stops(checker: &mut Checker, section: &Section, kind: JointKind) -> Option<Ve
             checker.fault_in(entry, "coordinate", format!("coordinate {k} has a \"stop\" already"));
             return None;
         }
-        stops[k] = Some(stop(checker, entry)?);
+        stops[k] = Some(stop(checker, entry, kind, k)?);
     }
     Some(stops)
 }
 
-fn stop(checker: &mut Checker, section: &Section) -> Option<Stop> {
+/// The stop of coordinate `k`.
+fn stop(checker: &mut Checker, section: &Section, kind: JointKind, k: usize) -> Option<Stop> {
+    for key in ["lower", "upper", "stiffness", "damping"] {
+        check_units(checker, section, key, kind, k)?;
+    }
     let end = |key: &str, none: f64| {
         if section.item(key).is_some() { section.number(key) } else { Some(none) }
     };
@@ -159,7 +222,8 @@ fn stop(checker: &mut Checker, section: &Section) -> Option<Stop> {
         return None;
     }
     if lower >= upper {
-        checker.fault_in(section, "upper", format!("must be > lower = {lower:?}"));
+        let lower = section.item("lower").map_or_else(String::new, |item| item.shown.clone());
+        checker.fault_in(section, "upper", format!("must be > lower = {lower}"));
         return None;
     }
     Some(Stop { lower, upper, stiffness: section.number("stiffness")?, damping: section.number("damping")? })
@@ -176,6 +240,46 @@ fn coordinate_number(checker: &mut Checker, entry: &Section, kind: JointKind) ->
     Some(k)
 }
 
+/// Faults numbers of key `key` that were given in a unit which is not that of their coordinate, `k` and those behind it.
+fn check_units(checker: &mut Checker, section: &Section, key: &str, kind: JointKind, k: usize) -> Option<()> {
+    let Some(item) = section.item(key) else { return Some(()) };
+    item.units.iter().try_for_each(|(place, unit)| check_unit(checker, (section, key), unit, kind, k + place))
+}
+
+/// The same of a quantity over time along coordinate `k`.
+fn check_curve_units(
+    checker: &mut Checker,
+    section: &Section,
+    key: &str,
+    kind: JointKind,
+    k: usize,
+) -> Option<()> {
+    check_units(checker, section, key, kind, k)?;
+    let Some(table) = section.table(key) else { return Some(()) };
+    let mut units = table.items.iter().flat_map(|item| item.units.iter().map(|(_, unit)| (item.name, unit)));
+    units.try_for_each(|(name, unit)| check_unit(checker, (table, name), unit, kind, k))
+}
+
+/// Faults a number in `unit` at `key` of `section` where that is not one of coordinate `k`.
+fn check_unit(
+    checker: &mut Checker,
+    (section, key): (&Section, &str),
+    unit: &str,
+    kind: JointKind,
+    k: usize,
+) -> Option<()> {
+    let is_angle = kind.is_angle(k);
+    let Some(wanted) = units::in_place_of(unit, is_angle) else { return Some(()) };
+    let quantity = if is_angle { "an angle" } else { "a displacement" };
+    let message = format!(
+        "wrong unit: coordinate {k} of a {} joint is {quantity}, known here are {}",
+        kind.name(),
+        units::names(wanted)
+    );
+    checker.fault_in(section, key, message);
+    None
+}
+
 /// Constants of springs or dampers, one a velocity; zero if not given.
 fn constants(checker: &mut Checker, section: &Section, kind: JointKind, key: &str) -> Option<Vec<f64>> {
     let n = kind.n_velocities();
@@ -183,6 +287,9 @@ fn constants(checker: &mut Checker, section: &Section, kind: JointKind, key: &st
         return Some(vec![0.0; n]);
     }
     let given = section.numbers(key)?;
+    if given.len() <= n {
+        check_units(checker, section, key, kind, 0)?;
+    }
     let is_uniform = (0..n).all(|k| kind.is_angle(k) == kind.is_angle(0));
     match given {
         [value] if is_uniform => Some(vec![*value; n]),
@@ -268,6 +375,7 @@ fn curves(
     let n = kind.n_velocities();
     let mut curves = vec![None; n];
     if section.given(single) {
+        check_curve_units(checker, section, single, kind, 0)?;
         curves[0] = curve(checker, section, single)?;
     }
     let entries = section.tables(list);
@@ -276,6 +384,7 @@ fn curves(
     }
     for entry in entries {
         let k = coordinate_number(checker, entry, kind)?;
+        check_curve_units(checker, entry, "curve", kind, k)?;
         let found = curve(checker, entry, "curve")?;
         if curves[k].is_some() {
             checker.fault_in(entry, "coordinate", format!("coordinate {k} has a \"{single}\" already"));

@@ -97,6 +97,7 @@ fn joint<'a>(
         velocities: start.velocities,
         has_velocities: ["angular_velocity", "velocity", "velocities"].iter().any(|key| section.given(key)),
         coordinates: start.coordinates,
+        bearing: start.bearing,
     });
     Some(BuiltJoint { link, spec })
 }

@@ -138,7 +138,7 @@ pub fn interpolated_at_gauss_points(
     })
 }
 
-/// The `p + 1` Gauss points a direction of a coarse element.
+/// The `p + 1` Gauss points per direction of a coarse element.
 fn gauss_points(coarse: &ElasticBody, e: usize) -> Vec<[f64; 3]> {
     let element = coarse.space.element(e);
     let mut points = vec![[0.0; 3]];

@@ -33,10 +33,10 @@ use crate::solver_fault::SolverFault;
 use faer::Mat;
 use ffr_dynamics::error::{EvaluationFailure, FailureKind};
 
-use super::active_set::SolveReport;
 use super::conditioned_lu::ConditionedLu;
-use super::problem::{add_product, depth};
 use super::sherman_morrison::ShermanMorrisonInverse;
+use crate::quasistatic::SolveReport;
+use crate::quasistatic::problem::{add_product, depth};
 
 /// Updates of an inverse after which it is made anew: each adds round-off of some `n eps` of it.
 const MAX_UPDATES: usize = 50;

@@ -12,9 +12,9 @@ use nalgebra::UnitQuaternion;
 use crate::elastic_body::{ElasticBody, ReducedBody, damping};
 use crate::error::AdaptiveError;
 use crate::fine_model::FineBody;
+use crate::paper::transfer::StateTransfer;
 use crate::spec::FrameSpec;
 use crate::spec::TransferMethod;
-use crate::transfer::StateTransfer;
 use crate::unsupported::Unsupported;
 
 /// Modes of a fine model, on it and on the coarse one.

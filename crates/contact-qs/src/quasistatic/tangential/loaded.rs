@@ -1,0 +1,112 @@
+//! The points under load, with their block of the compliance: all that iterations work on.
+
+use faer::Mat;
+
+use super::{PointState, TangentialProblem};
+
+/// Points with a normal force.
+pub(super) struct LoadedPoints {
+    n_t: usize,
+    /// Points that `block` belongs to; none if it is not known.
+    points: Vec<usize>,
+    /// Place of each point among them.
+    slots: Vec<usize>,
+    /// `A_TT` of these points, column by column.
+    block: Vec<f64>,
+    /// Forces of these points, displacements under them.
+    compact: [Vec<f64>; 2],
+}
+
+impl LoadedPoints {
+    /// Of `n_points` points with `n_t` tangential components.
+    pub fn new(n_points: usize, n_t: usize) -> Self {
+        let n = n_points * n_t;
+        Self {
+            n_t,
+            points: Vec::with_capacity(n_points),
+            slots: vec![0; n_points],
+            block: vec![0.0; n * n],
+            compact: [vec![0.0; n], vec![0.0; n]],
+        }
+    }
+
+    /// Has the block gathered again at the next call.
+    pub fn forget(&mut self) {
+        self.points.clear();
+    }
+
+    /// Takes those points as loaded that are not open, with their block of `compliance`.
+    pub fn gather(&mut self, states: &[PointState], compliance: &Mat<f64>) {
+        let loaded = |i: &usize| states[*i] != PointState::Open;
+        if self.points.iter().copied().eq((0..states.len()).filter(loaded)) && !self.points.is_empty() {
+            return;
+        }
+        self.points.clear();
+        self.points.extend((0..states.len()).filter(loaded));
+        let (n_t, m) = (self.n_t, self.n_t * self.points.len());
+        for (slot, &i) in self.points.iter().enumerate() {
+            self.slots[i] = slot;
+            for a in 0..n_t {
+                let source = compliance.col_as_slice(n_t * i + a);
+                let target = &mut self.block[(n_t * slot + a) * m..][..m];
+                for (entries, &j) in target.chunks_exact_mut(n_t).zip(&self.points) {
+                    entries.copy_from_slice(&source[n_t * j..n_t * (j + 1)]);
+                }
+            }
+        }
+    }
+
+    /// Displacements of the loaded points under a unit force at `point` along `direction`, and the place of each point among them.
+    pub fn displacement(&mut self, point: usize, direction: &[f64; 2]) -> (&[f64], &[usize]) {
+        let (n_t, height) = (self.n_t, self.n_t * self.points.len());
+        let displacement = &mut self.compact[1][..height];
+        displacement.fill(0.0);
+        for (b, &factor) in direction[..n_t].iter().enumerate().filter(|(_, f)| **f != 0.0) {
+            let source = &self.block[(n_t * self.slots[point] + b) * height..][..height];
+            displacement.iter_mut().zip(source).for_each(|(d, s)| *d += factor * s);
+        }
+        (displacement, &self.slots)
+    }
+
+    /// Slip increments of the loaded points under `forces`; those of open ones are left.
+    pub fn update_increments(
+        &mut self,
+        problem: &TangentialProblem<'_>,
+        forces: &[f64],
+        increments: &mut [f64],
+    ) {
+        let n_t = self.n_t;
+        let m = n_t * self.points.len();
+        let [tau, w] = &mut self.compact;
+        for (slot, &i) in self.points.iter().enumerate() {
+            let (from, to) = (n_t * i..n_t * (i + 1), n_t * slot..n_t * (slot + 1));
+            tau[to.clone()].copy_from_slice(&forces[from.clone()]);
+            for ((w, slip), force) in w[to].iter_mut().zip(&problem.slips[from.clone()]).zip(&forces[from]) {
+                *w = slip + problem.springs[i] * force;
+            }
+        }
+        add_block(&self.block, &tau[..m], &mut w[..m]);
+        for (slot, &i) in self.points.iter().enumerate() {
+            increments[n_t * i..n_t * (i + 1)].copy_from_slice(&w[n_t * slot..n_t * (slot + 1)]);
+        }
+    }
+}
+
+/// `out += block x`, four columns at a time.
+fn add_block(block: &[f64], x: &[f64], out: &mut [f64]) {
+    let m = x.len();
+    for (columns, x) in block[..m * m].chunks(4 * m.max(1)).zip(x.chunks(4)) {
+        if let &[x, y, z, w] = x {
+            let (a, rest) = columns.split_at(m);
+            let (b, rest) = rest.split_at(m);
+            let (c, d) = rest.split_at(m);
+            for ((((o, a), b), c), d) in out.iter_mut().zip(a).zip(b).zip(c).zip(d) {
+                *o += (x * a + y * b) + (z * c + w * d);
+            }
+        } else {
+            for (column, x) in columns.chunks_exact(m).zip(x) {
+                out.iter_mut().zip(column).for_each(|(o, a)| *o += a * x);
+            }
+        }
+    }
+}

@@ -1,0 +1,25 @@
+//! A drawing with its text laid out: what pixels and PDF are made from.
+
+use std::sync::{Arc, LazyLock};
+
+use resvg::usvg::{self, fontdb};
+
+use super::PlotError;
+use super::theme::FONT_DATA;
+
+/// The embedded font alone: system fonts would make pictures depend on the machine.
+static FONTS: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
+    let mut fonts = fontdb::Database::new();
+    fonts.load_font_data(FONT_DATA.to_vec());
+    fonts.set_sans_serif_family("DejaVu Sans");
+    Arc::new(fonts)
+});
+
+/// The drawing `svg` with its text laid out.
+///
+/// # Errors
+/// [`PlotError::Convert`] if it is no SVG.
+pub fn tree(svg: &str) -> Result<usvg::Tree, PlotError> {
+    let options = usvg::Options { fontdb: FONTS.clone(), ..usvg::Options::default() };
+    usvg::Tree::from_str(svg, &options).map_err(|e| PlotError::Convert(e.to_string()))
+}

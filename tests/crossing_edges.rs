@@ -1,0 +1,243 @@
+//! Edges that cross, and corners and edges of the target that meet a face of the contact body: one point with one normal (docs/theory.md Eq. C.126).
+
+use crate::support::scenarios;
+
+use std::path::Path;
+
+use adaptive::recording::Recording;
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+
+const DENSITY: f64 = 7850.0;
+const GAP: f64 = 1e-5;
+
+/// A steel box with the place where it is touched, from its centre, in its frame.
+struct Block {
+    size: [f64; 3],
+    elements: [usize; 3],
+    rotation: UnitQuaternion<f64>,
+    place: Vector3<f64>,
+}
+
+impl Block {
+    fn mass(&self) -> f64 {
+        DENSITY * self.size.iter().product::<f64>()
+    }
+
+    fn place_in_space(&self) -> Vector3<f64> {
+        self.rotation * self.place
+    }
+
+    /// What a unit impulse along `normal` at the place changes the velocity of the place by, along it.
+    fn mobility(&self, normal: &Vector3<f64>) -> f64 {
+        let [a, b, c] = self.size.map(|x| x * x);
+        let inertia = Matrix3::from_diagonal(&(Vector3::new(b + c, a + c, a + b) * self.mass() / 12.0));
+        let arm = self.rotation.inverse() * self.place_in_space().cross(normal);
+        1.0 / self.mass() + arm.dot(&(inertia.try_inverse().unwrap() * arm))
+    }
+
+    fn scenario(&self, name: &str, position: Vector3<f64>, velocity: Vector3<f64>) -> String {
+        let [i, j, k, w]: [f64; 4] = self.rotation.coords.into();
+        let ([x, y, z], [u, v, t]) = (<[f64; 3]>::from(position), <[f64; 3]>::from(velocity));
+        format!(
+            "[bodies.{name}]\nmaterial = \"steel\"\ngeometry = {{ shape = \"box\", size = {:?} }}\n\
+             discretisation = {{ elements = {:?} }}\nreduction = {{ modes = 20 }}\n\
+             position = [{x}, {y}, {z}]\norientation = [{w}, {i}, {j}, {k}]\nvelocity = [{u}, {v}, {t}]\n",
+            self.size, self.elements
+        )
+    }
+}
+
+/// A block that comes down on another.
+struct Impact {
+    falling: Block,
+    lying: Block,
+    velocity: Vector3<f64>,
+    friction: f64,
+}
+
+impl Impact {
+    fn scenario(&self, contact: &str) -> String {
+        let apart = self.lying.place_in_space() - self.falling.place_in_space() + GAP * Vector3::z();
+        format!(
+            "[simulation]\nend_time = 1.0e-3\nstop_after_impacts = 1\n{}{}[contacts.c]\n{contact}\nfriction = {}\n",
+            self.falling.scenario("falling", apart, self.velocity),
+            self.lying.scenario("lying", Vector3::zeros(), Vector3::zeros()),
+            self.friction
+        )
+    }
+
+    /// What a run of it records: the touch comes when the places meet, no momentum is lost, and the ledger is closed.
+    fn run(&self) -> Recording {
+        let text = self.scenario("contact_body = \"falling\"\ntarget_body = \"lying\"");
+        let recording = scenarios::run(&scenarios::valid(Path::new("."), &text, &[]));
+        assert_eq!(recording.impacts.len(), 1);
+        // Claims 1 and 3 of docs/verification.md, with friction 1e-4.
+        let ledger = if self.friction > 0.0 { 1e-4 } else { 1e-5 };
+        assert!(recording.energy_drift() < ledger, "{:e}", recording.energy_drift());
+        let (first, last) = (recording.samples.first().unwrap(), recording.samples.last().unwrap());
+        let changes = [
+            (last.linear_momentum, first.linear_momentum, 1.0),
+            (last.angular_momentum, first.angular_momentum, self.falling.size[0]),
+        ];
+        let moved = self.falling.mass() * self.velocity.norm();
+        for (after, before, length) in changes {
+            let change = (Vector3::from(after) - Vector3::from(before)).norm();
+            assert!(change < 1e-12 * moved * length, "{change:e} of {moved:e}");
+        }
+        // Bodies count as touching at a gap of 1e-7 of their size.
+        let late = recording.impacts[0].start - GAP / self.velocity.z.abs();
+        assert!(late.abs() < 1e-7 * 0.05 / self.velocity.z.abs(), "{late:e}");
+        recording
+    }
+
+    /// Impulse of the falling block in a run, and that of rigid bodies along `normal` with the coefficient of restitution found.
+    fn impulses(&self, recording: &Recording, normal: &Vector3<f64>) -> (Vector3<f64>, f64) {
+        let velocity = |s: &adaptive::record::Sample| Vector3::from(s.bodies[0].velocity);
+        let samples = &recording.samples;
+        let impulse =
+            self.falling.mass() * (velocity(samples.last().unwrap()) - velocity(samples.first().unwrap()));
+        let mobility = self.falling.mobility(normal) + self.lying.mobility(normal);
+        let approach = -self.velocity.dot(normal);
+        (impulse, (1.0 + recording.impacts[0].restitution) * approach / mobility)
+    }
+}
+
+const BAR: [f64; 3] = [0.05, 0.01, 0.01];
+const ELEMENTS: [usize; 3] = [12, 4, 4];
+
+/// Bars that stand on an edge each: `angle` between the edges, which meet at `places` along them from their middles, the lower one turned about its edge
+/// by `lean`; and the common normal.
+fn bars(angle: f64, places: [f64; 2], lean: f64) -> (Impact, Vector3<f64>) {
+    let half = 0.5 * BAR[1];
+    let roll = |angle: f64| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), angle);
+    let quarter = 0.25 * std::f64::consts::PI;
+    let lower = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle) * roll(quarter + lean);
+    let bar = |rotation, place: f64, side: f64| Block {
+        size: BAR,
+        elements: ELEMENTS,
+        rotation,
+        place: Vector3::new(place, side * half, side * half),
+    };
+    let impact = Impact {
+        falling: bar(roll(quarter), places[0], -1.0),
+        lying: bar(lower, places[1], 1.0),
+        velocity: Vector3::new(0.0, 0.0, -0.2),
+        friction: 0.0,
+    };
+    let normal = (lower * Vector3::x()).cross(&Vector3::x()).normalize();
+    (impact, normal * normal.z.signum())
+}
+
+/// Wherever and at whatever angle edges cross, also of bars that slide along them, the impulse is along their common normal and that of rigid bodies.
+#[test]
+fn crossing_edges_push_along_their_common_normal() {
+    let right = std::f64::consts::FRAC_PI_2;
+    let cases =
+        [(right, [0.01, -0.015], 0.0, 0.0), (0.9, [0.012, 0.008], 0.17, 0.0), (1.2, [0.01, 0.0], 0.0, 0.15)];
+    for (angle, places, lean, sideways) in cases {
+        let (mut impact, normal) = bars(angle, places, lean);
+        impact.velocity.x = sideways;
+        let recording = impact.run();
+        let (impulse, of_rigid) = impact.impulses(&recording, &normal);
+        println!("edges at {angle:.2}: impulse over that of rigid bodies {:.6}", impulse.norm() / of_rigid);
+        // Bars turn by some 1e-3 rad while they touch, and the place moves by 5 um of some 10 mm.
+        assert!(impulse.normalize().cross(&normal).norm() < 1e-3, "{angle}: {impulse}");
+        assert!((impulse.norm() / of_rigid - 1.0).abs() < 2e-3, "{angle}: {impulse} {of_rigid}");
+    }
+}
+
+/// With friction the impulse leans against the sliding, by no more than the coefficient.
+#[test]
+fn crossing_edges_rub() {
+    let (mut impact, normal) = bars(1.2, [0.01, 0.0], 0.0);
+    (impact.velocity.x, impact.friction) = (0.15, 0.3);
+    let recording = impact.run();
+    let (impulse, _) = impact.impulses(&recording, &normal);
+    let across = impulse - impulse.dot(&normal) * normal;
+    let ratio = across.norm() / impulse.dot(&normal);
+    assert!(across.x < 0.0 && ratio < 0.3 + 1e-3, "{ratio} {across}");
+    // It slides from the beginning to the end but for the shares of vibrations.
+    assert!(ratio > 0.25, "{ratio}");
+}
+
+/// A plate that comes down on a corner of a cube: the face has the normal.
+#[test]
+fn a_corner_of_the_target_pushes_along_the_normal_of_the_face() {
+    let (cube, up) = (0.01, Vector3::new(1.0, 1.0, 1.0));
+    let upright = Rotation3::rotation_between(&up, &Vector3::z()).unwrap();
+    let impact = Impact {
+        falling: Block {
+            size: [0.04, 0.04, 0.008],
+            elements: [8, 8, 3],
+            rotation: UnitQuaternion::identity(),
+            place: Vector3::new(0.006, -0.003, -0.004),
+        },
+        lying: Block {
+            size: [cube; 3],
+            elements: [4; 3],
+            rotation: UnitQuaternion::from_rotation_matrix(&upright),
+            place: 0.5 * cube * up,
+        },
+        velocity: Vector3::new(0.05, -0.02, -0.2),
+        friction: 0.0,
+    };
+    let recording = impact.run();
+    let (impulse, of_rigid) = impact.impulses(&recording, &Vector3::z());
+    // As for edges.
+    assert!(impulse.normalize().cross(&Vector3::z()).norm() < 1e-3, "{impulse}");
+    assert!((impulse.norm() / of_rigid - 1.0).abs() < 2e-3, "{impulse} {of_rigid}");
+}
+
+/// A ball that comes down beside the edge of the target's end, with a point of its surface outside by less than rims that lie on each other may be
+/// displaced: it presses nothing.
+#[test]
+fn a_ball_that_meets_a_rim_touches_nothing_beside_it() {
+    let text = r#"
+        [simulation]
+        end_time = 4.0e-3
+        stop_after_impacts = 1
+        [bodies.ball]
+        material = "plastic"
+        geometry = { shape = "sphere", radius = 0.007575154810838565, net = "shells" }
+        position = [-0.0041288274425911875, -0.011403746677127735, 0.00829359807516461]
+        velocity = [-0.0041953357077171224, 0.07485666652497533, -0.0798216616017072]
+        orientation = [0.9325912620258104, -0.1216878838807983, 0.2882060688183579, -0.18000794095258008]
+        discretisation = { elements = 4 }
+        reduction = { modes = 20 }
+        [materials.plastic]
+        youngs_modulus = 2.3e9
+        poissons_ratio = 0.34
+        density = 4700.0
+        [bodies.cylinder]
+        material = "brass"
+        geometry = { shape = "cylinder", length = 0.01829340689589234, radius = 0.007802134519943576 }
+        orientation = [-0.14724673543660655, -0.938067198291939, 0.2503442440880276, -0.18888115269652517]
+        discretisation = { elements = 4 }
+        reduction = { modes = 20 }
+        [contacts.c]
+        contact_body = "ball"
+        target_body = "cylinder"
+    "#;
+    let recording = scenarios::run(&scenarios::valid(Path::new("."), text, &[]));
+    assert_eq!(recording.impacts.len(), 1);
+    // Claim 1 of docs/verification.md.
+    assert!(recording.energy_drift() < 1e-5, "{:e}", recording.energy_drift());
+}
+
+/// An edge of the target that lies along a face of the contact body would be held at one place of it: the bodies are to be exchanged.
+#[test]
+fn an_edge_that_lies_along_a_face_belongs_to_the_contact_body() {
+    let (mut impact, _) = bars(0.0, [0.0, 0.0], 0.0);
+    (impact.falling.rotation, impact.falling.size) = (UnitQuaternion::identity(), [0.02, 0.02, 0.02]);
+    (impact.falling.place, impact.falling.elements) = (Vector3::new(0.0, 0.0, -0.01), [4; 3]);
+    let told =
+        |contact: &str| scenarios::refusal(&scenarios::valid(Path::new("."), &impact.scenario(contact), &[]));
+    let message = told("contact_body = \"falling\"\ntarget_body = \"lying\"");
+    assert!(message.contains("an edge of its target lies along a face"), "{message}");
+    assert!(message.contains("exchange contact_body and target_body"), "{message}");
+    let text = impact.scenario("contact_body = \"lying\"\ntarget_body = \"falling\"");
+    let recording = scenarios::run(&scenarios::valid(Path::new("."), &text, &[]));
+    assert_eq!(recording.impacts.len(), 1);
+    // Claim 1 of docs/verification.md.
+    assert!(recording.energy_drift() < 1e-5, "{:e}", recording.energy_drift());
+}
