@@ -11,6 +11,8 @@ use crate::model::RunModel;
 use crate::observer::{Continue, Observer};
 use crate::plausibility::ledger::{EnergyLedger, Imbalance};
 use crate::plausibility::motion::MotionLimits;
+use crate::plausibility::start::watched_pairs;
+use crate::plausibility::watch::WatchedPair;
 use crate::record::{PhaseKind, PhaseRecord};
 use crate::run_state::{ContactState, RunState};
 use crate::simulation::smallest_gap;
@@ -47,6 +49,7 @@ mod restart;
 mod states;
 mod trial;
 mod trial_reason;
+mod watch;
 
 use balance::Balance;
 use contact_slot::ContactSlot;
@@ -90,6 +93,8 @@ pub struct Driver<'a> {
     work: PhaseWork,
     /// Contact whose fine model is being built.
     building: Option<usize>,
+    /// The pairs of the contacts, watched apart from them.
+    watched: Vec<WatchedPair>,
 }
 
 /// What the work of the running phase is counted from.
@@ -196,6 +201,7 @@ impl<'a> Driver<'a> {
             },
             interpolated: y,
             building: None,
+            watched: watched_pairs(model)?,
             model,
             settings,
             integrator,
@@ -309,6 +315,7 @@ impl<'a> Driver<'a> {
     fn free_phase(&mut self) -> Result<bool, AdaptiveError> {
         let end = self.settings.end_time;
         self.slots.iter_mut().for_each(|slot| slot.clearance = 0.0);
+        self.begin_watch();
         while self.integrator.time() < end && !self.is_at_rest() {
             let step = self.integrator.step(&mut self.model.system, end).map_err(AdaptiveError::Dynamics)?;
             let closing = self.first_closing(step)?;
@@ -339,6 +346,7 @@ impl<'a> Driver<'a> {
         if self.run.last_output < self.integrator.time() {
             self.store()?;
         }
+        self.end_watch()?;
         Ok(false)
     }
 
@@ -416,7 +424,7 @@ impl<'a> Driver<'a> {
             });
             let touch = touch
                 .map_err(|source| AdaptiveError::Contact { contact: refinement.name.clone(), source })?;
-            if let Some(touch) = touch.filter(|t| t.time > start || t.gap > settings.gap) {
+            if let Some(touch) = touch {
                 earliest = Some((i, touch.time));
             }
         }

@@ -237,6 +237,26 @@ pub enum AdaptiveError {
         /// Width of the interval \[m\].
         width: f64,
     },
+    /// Bodies lie in each other where their contact does not know of it.
+    #[error(
+        "contact \"{contact}\": body \"{body}\" lies {depth:.3e} m deep in {target} at t = {time:.6e} s, at {place} m, and the contact knows of {known:.3e} m: no force keeps them apart there; leave contacts.{contact}.interval, model and places out so that the program finds where they touch, or give the zone more elements"
+    )]
+    PassedThrough {
+        /// Name of the contact.
+        contact: String,
+        /// Name of the contact body.
+        body: String,
+        /// The target, in words.
+        target: String,
+        /// When \[s\].
+        time: f64,
+        /// Depth of the deepest place \[m\].
+        depth: f64,
+        /// That place in space \[m\].
+        place: Components,
+        /// Overlap that the contact sees \[m\].
+        known: f64,
+    },
     /// The contact reached the end of its surface, where no interval can grow.
     #[error(
         "contact \"{contact}\": contact reached the end of its surface at t = {time:.6e} s in trial {trials} with an interval of {width:.3e} m; an interval that the program refines ends before edges, and contact on the whole surfaces, which has the elements of the bodies, is for quasistatic contacts of splines whose elements are no longer than the interval: raise discretisation.elements, refine at the place with discretisation.refine, or give the body a rounded end"

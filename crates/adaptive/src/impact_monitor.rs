@@ -26,6 +26,15 @@ pub struct ContactInstant {
     pub normal: Vector3<f64>,
     /// Relative motion.
     pub motion: NearMotion,
+    /// Largest penetration that is left when the bodies have yielded \[m\].
+    pub penetration: f64,
+}
+
+impl ContactInstant {
+    /// Speed at which the bodies approach each other [m/s].
+    fn closing_speed(&self) -> f64 {
+        0.0 - self.motion.velocity.dot(&self.normal)
+    }
 }
 
 /// When a contact closed or opened within a step, and how the bodies moved then.
@@ -58,6 +67,11 @@ struct Running {
     before: NearMotion,
     impulse: Vector3<f64>,
     after: NearMotion,
+    /// How far the bodies have come nearer to each other since the touch, as far as their motion is rigid, and the most of it \[m\].
+    approach: f64,
+    largest_approach: f64,
+    /// Largest penetration \[m\].
+    penetration: f64,
 }
 
 /// Smallest approach velocity that is one, as a share of the speeds that it is the difference of. The integrator keeps velocities to
@@ -100,6 +114,13 @@ impl ImpactMonitor {
         self.record.as_ref().map(|r| (r.start, r.end))
     }
 
+    /// Share of the approach of the bodies, the largest of the running impact, that is penetration and not deformation; none without approach
+    /// (theory Eq. A.76).
+    pub fn overlap_share(&self) -> Option<f64> {
+        let running = self.record.as_ref().filter(|r| r.largest_approach > 0.0);
+        running.map(|r| r.penetration / r.largest_approach)
+    }
+
     /// Peak force so far \[N\].
     pub fn peak_force(&self) -> f64 {
         self.record.as_ref().map_or(0.0, |r| r.peak_force)
@@ -126,10 +147,20 @@ impl ImpactMonitor {
                 before: touch.map_or(before.motion, |t| t.motion),
                 impulse: Vector3::zeros(),
                 after: now.motion,
+                // Bodies that begin pressed together have approached by their penetration at least.
+                approach: before.penetration,
+                largest_approach: before.penetration,
+                penetration: before.penetration,
             });
         }
         let mut is_new_peak = false;
         if let Some(running) = &mut self.record {
+            if let Some(last) = &self.last {
+                let since = last.time.max(running.start);
+                running.approach += 0.5 * (last.closing_speed() + now.closing_speed()) * (now.time - since);
+            }
+            running.largest_approach = running.largest_approach.max(running.approach);
+            running.penetration = running.penetration.max(now.penetration);
             let was_touching = self.last.is_some_and(|l| l.force > 0.0);
             if now.force > 0.0 {
                 (running.end, running.after) = (now.time, now.motion);
@@ -203,7 +234,8 @@ mod tests {
 
     fn instant(time: f64, force: f64, impulse: f64, velocity: f64) -> ContactInstant {
         let [impulse, velocity] = [impulse, velocity].map(|size| Vector3::z() * size);
-        ContactInstant { time, force, impulse, normal: Vector3::z(), motion: motion(velocity) }
+        let normal = Vector3::z();
+        ContactInstant { time, force, impulse, normal, motion: motion(velocity), penetration: 0.0 }
     }
 
     fn motion(velocity: Vector3<f64>) -> NearMotion {
@@ -229,7 +261,14 @@ mod tests {
             }
             let impulse = Vector3::z() * if t > 2.0 { 2.0 } else { 0.0 };
             watch.step(
-                ContactInstant { time: t, force, impulse, normal: normal(angle), motion: motion(velocity) },
+                ContactInstant {
+                    time: t,
+                    force,
+                    impulse,
+                    normal: normal(angle),
+                    motion: motion(velocity),
+                    penetration: 0.0,
+                },
                 None,
                 None,
             );
@@ -264,6 +303,22 @@ mod tests {
         assert!((r.impulse - 2.0 * peak / std::f64::consts::PI).abs() < 1e-12);
         assert!((r.approach_velocity - 2.0).abs() < 1e-15 && (r.restitution - 0.95).abs() < 1e-12);
         assert!(!watch.is_running());
+    }
+
+    #[test]
+    fn penetration_is_a_share_of_the_approach() {
+        let mut watch = ImpactMonitor::default();
+        assert_eq!(watch.overlap_share(), None);
+        // Speed falls from 2 m/s at the touch at 0.5 s to none at 2.5 s and turns: an approach of 2 m, of which 0.1 m is penetration.
+        for (t, velocity, penetration) in
+            [(0.0, -2.5, 0.0), (1.0, -1.5, 0.06), (2.0, -0.5, 0.1), (3.0, 0.5, 0.02)]
+        {
+            let now = ContactInstant { penetration, ..instant(t, t, 0.0, velocity) };
+            watch.step(now, change(0.5, -2.0).filter(|_| t == 1.0), None);
+        }
+        // The trapezium over the step of the touch takes its speed at the step's start: 1.0 m from there to 1 s where 0.875 m is right.
+        let share = watch.overlap_share().expect("it runs");
+        assert!((share - 0.1 / 2.0).abs() < 1e-12, "{share}");
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use contact_qs::Sphere;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::integration::OdeSystem;
 use ffr_dynamics::system::Multibody;
@@ -83,6 +84,8 @@ pub struct ContactModel {
     pub allowed_overlap: f64,
     /// Radii of the two partners of a Hertz contact, infinite of a plane \[m\].
     pub radii: Option<[f64; 2]>,
+    /// These partners, the second one unless it is a plane.
+    pub spheres: Option<(Sphere, Option<Sphere>)>,
     /// A flexible body whose surface meets another by Hertz's law: its modes yield at the touch, too.
     pub flexible_under_hertz: Option<usize>,
     /// Speed of waves in the slower of the materials that meet [m/s].

@@ -69,7 +69,17 @@ pub enum PenaltyStrategy {
         /// Permitted change of the peak force, relative.
         tolerance: f64,
     },
+    /// Raised by `factor` as long as more than [`MOST_OVERLAP`] of the approach of the bodies is penetration: of flat faces, whose force
+    /// does not settle beside the modes kept (theory C.9).
+    UntilStiff {
+        /// Factor between two trials, > 1.
+        factor: f64,
+    },
 }
+
+/// The largest share of the approach of two bodies that may be penetration and not deformation (theory Eq. A.76): the approach at which a
+/// force is reached, and with it the stiffness of the contact, is then right to as much.
+pub const MOST_OVERLAP: f64 = 0.05;
 
 /// Relative change of the peak force that counts as none: a fifth of a percent, less than discretisation errors.
 pub const PEAK_TOLERANCE: f64 = 2e-3;
@@ -104,6 +114,8 @@ pub enum RunOutcome {
     Completed {
         /// Largest contact force \[N\].
         peak_force: f64,
+        /// Share of the approach that was penetration; none where nothing approached.
+        overlap: Option<f64>,
     },
     /// The contact solver failed.
     SolverError {
@@ -129,6 +141,13 @@ pub enum PenaltyFailure {
         /// Last relative change of the peak force, if there was one.
         change: Option<f64>,
     },
+    /// With the highest factor at which the contact solver finds forces the bodies still lie in each other.
+    TooSoft {
+        /// That factor [N/m³].
+        penalty: f64,
+        /// Share of their approach that is penetration.
+        overlap: f64,
+    },
 }
 
 impl fmt::Display for PenaltyFailure {
@@ -142,6 +161,12 @@ impl fmt::Display for PenaltyFailure {
                 f,
                 "the peak force still changes by {:.3} % at the highest penalty factor {penalty:.3e} N/m^3; loosen penalty.tolerance or refine the interval",
                 100.0 * change
+            ),
+            Self::TooSoft { penalty, overlap } => write!(
+                f,
+                "{:.0} % of the approach of the bodies is penetration at the penalty factor {penalty:.3e} N/m^3, the highest with which the contact solver finds forces, and {:.0} % are allowed; refine the mesh at the touch, or take the active-set solver",
+                100.0 * overlap,
+                100.0 * MOST_OVERLAP
             ),
             Self::TooHigh { penalty, change: None } => write!(
                 f,
@@ -179,12 +204,20 @@ pub enum PenaltyAction {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum State {
-    /// Trials or full runs that raise the factor; the peak force of the last completed run.
-    Raising { last: Option<(f64, f64)> },
+    /// Trials or full runs that raise the factor; what the last completed run found.
+    Raising { last: Option<Completed> },
     /// An error occurred, the factor goes down.
     Lowering,
     /// The factor is known from an earlier impact: one run.
     Known,
+}
+
+/// A run to the end of the impact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Completed {
+    penalty: f64,
+    peak_force: f64,
+    overlap: f64,
 }
 
 /// The search itself.
@@ -257,6 +290,12 @@ impl PenaltySearch {
 
     /// What follows from the outcome of the current run.
     pub fn next(&mut self, outcome: RunOutcome) -> PenaltyAction {
+        if let RunOutcome::Completed { peak_force, overlap: Some(overlap) } = outcome
+            && overlap > MOST_OVERLAP
+            && let Some(stiffer) = self.stiffer(Completed { penalty: self.penalty, peak_force, overlap })
+        {
+            return stiffer;
+        }
         match (self.strategy, outcome) {
             (_, RunOutcome::SolverError { failure }) => self.after_error(failure),
             (PenaltyStrategy::ErrorDriven { .. }, _) if matches!(self.state, State::Raising { .. }) => {
@@ -264,21 +303,43 @@ impl PenaltySearch {
                 self.raise(self.next_decade(), None)
             }
             (_, RunOutcome::TrialPassed) => self.run(),
-            (PenaltyStrategy::UntilConverged { factor, tolerance }, RunOutcome::Completed { peak_force }) => {
-                self.after_run(factor, tolerance, peak_force)
-            }
+            (
+                PenaltyStrategy::UntilConverged { factor, tolerance },
+                RunOutcome::Completed { peak_force, overlap },
+            ) => self.after_run(factor, tolerance, (peak_force, overlap.unwrap_or_default())),
             (_, RunOutcome::Completed { .. }) => self.accept(true),
         }
     }
 
-    fn after_run(&mut self, factor: f64, tolerance: f64, peak: f64) -> PenaltyAction {
+    fn after_run(&mut self, factor: f64, tolerance: f64, (peak, overlap): (f64, f64)) -> PenaltyAction {
         let State::Raising { last } = self.state else { return self.accept(true) };
-        let change = last.map(|(_, before)| (peak - before).abs() / peak.abs().max(f64::MIN_POSITIVE));
+        let change = last.map(|last| (peak - last.peak_force).abs() / peak.abs().max(f64::MIN_POSITIVE));
         if change.is_some_and(|c| c < tolerance) {
             return self.accept(true);
         }
-        self.state = State::Raising { last: Some((self.penalty, peak)) };
+        self.state =
+            State::Raising { last: Some(Completed { penalty: self.penalty, peak_force: peak, overlap }) };
         self.raise(self.penalty * factor, change)
+    }
+
+    /// What follows from a run whose bodies lie too far in each other, whatever the force has converged to; none where the user gives the
+    /// factor, and in trials of Fig. 3, which raise it anyway.
+    fn stiffer(&mut self, run: Completed) -> Option<PenaltyAction> {
+        let factor = match (self.strategy, self.state) {
+            (PenaltyStrategy::Fixed, _) | (PenaltyStrategy::ErrorDriven { .. }, State::Raising { .. }) => {
+                return None;
+            }
+            (_, State::Lowering) => {
+                let Completed { penalty, overlap, .. } = run;
+                return Some(PenaltyAction::Fail(PenaltyFailure::TooSoft { penalty, overlap }));
+            }
+            (PenaltyStrategy::UntilConverged { factor, .. } | PenaltyStrategy::UntilStiff { factor }, _) => {
+                factor
+            }
+            (PenaltyStrategy::ErrorDriven { .. }, _) => 10.0,
+        };
+        self.state = State::Raising { last: Some(run) };
+        Some(self.raise(self.penalty * factor, None))
     }
 
     fn raise(&mut self, penalty: f64, change: Option<f64>) -> PenaltyAction {
@@ -296,7 +357,13 @@ impl PenaltySearch {
     fn after_error(&mut self, failure: FailureKind) -> PenaltyAction {
         match (self.strategy, self.state) {
             // A completed run is at hand, and nothing higher can be solved: that is the best there is.
-            (PenaltyStrategy::UntilConverged { .. }, State::Raising { last: Some((penalty, _)) }) => {
+            (
+                PenaltyStrategy::UntilConverged { .. } | PenaltyStrategy::UntilStiff { .. },
+                State::Raising { last: Some(Completed { penalty, overlap, .. }) },
+            ) => {
+                if overlap > MOST_OVERLAP {
+                    return PenaltyAction::Fail(PenaltyFailure::TooSoft { penalty, overlap });
+                }
                 self.penalty = penalty;
                 return self.accept(false);
             }
@@ -339,7 +406,7 @@ mod tests {
             let outcome = match (penalty > limit, trial) {
                 (true, _) => RunOutcome::SolverError { failure: FailureKind::Singular },
                 (false, true) => RunOutcome::TrialPassed,
-                (false, false) => RunOutcome::Completed { peak_force: force(penalty) },
+                (false, false) => RunOutcome::Completed { peak_force: force(penalty), overlap: None },
             };
             action = search.next(outcome);
         }
@@ -378,7 +445,7 @@ mod tests {
             panic!("the impact must go on")
         };
         assert_relative_eq!(penalty, 9e16, max_relative = 1e-14);
-        let done = search.next(RunOutcome::Completed { peak_force: 3.0 });
+        let done = search.next(RunOutcome::Completed { peak_force: 3.0, overlap: None });
         assert!(matches!(done, PenaltyAction::Accept { is_last_run: true, .. }));
     }
 
@@ -460,10 +527,44 @@ mod tests {
     fn a_changed_model_restarts_the_comparison() {
         let mut search = PenaltySearch::new(PenaltyStrategy::CONVERGED, 1e15);
         search.restart();
-        search.next(RunOutcome::Completed { peak_force: 10.0 });
+        search.next(RunOutcome::Completed { peak_force: 10.0, overlap: None });
         assert!(matches!(search.restart(), PenaltyAction::Run { .. }));
-        let next = search.next(RunOutcome::Completed { peak_force: 10.0 });
+        let next = search.next(RunOutcome::Completed { peak_force: 10.0, overlap: None });
         assert!(matches!(next, PenaltyAction::Run { .. }), "a run on another model is no evidence: {next:?}");
+    }
+
+    #[test]
+    fn bodies_that_lie_in_each_other_are_no_result() {
+        let soft = RunOutcome::Completed { peak_force: 1.0, overlap: Some(2.0 * MOST_OVERLAP) };
+        let stiff = RunOutcome::Completed { peak_force: 1.0, overlap: Some(0.5 * MOST_OVERLAP) };
+        let error = RunOutcome::SolverError { failure: FailureKind::Singular };
+        let until_stiff = PenaltyStrategy::UntilStiff { factor: 10.0 };
+        for strategy in [PenaltyStrategy::CONVERGED, until_stiff] {
+            // The force is the same each time: only the overlap asks for more.
+            let mut search = PenaltySearch::new(strategy, 1e13);
+            search.restart();
+            for penalty in [1e14, 1e15] {
+                let next = search.next(soft);
+                assert!(matches!(next, PenaltyAction::Run { penalty: p, .. } if p == penalty), "{next:?}");
+            }
+            let done = search.next(stiff);
+            assert!(matches!(done, PenaltyAction::Accept { is_last_run: true, .. }), "{done:?}");
+            // A factor that an earlier impact found.
+            let mut known = PenaltySearch::from_accepted(strategy, 1e13);
+            known.restart();
+            assert!(matches!(known.next(soft), PenaltyAction::Run { .. }));
+            // Nothing higher can be solved.
+            let failed = known.next(error);
+            assert!(matches!(failed, PenaltyAction::Fail(PenaltyFailure::TooSoft { .. })), "{failed:?}");
+        }
+        // Lowered until the solver found forces.
+        let mut lowered = PenaltySearch::new(PRINTED, 1e13);
+        lowered.restart();
+        lowered.next(error);
+        assert!(matches!(lowered.next(soft), PenaltyAction::Fail(PenaltyFailure::TooSoft { .. })));
+        // The user's own factor.
+        let mut given = PenaltySearch::new(PenaltyStrategy::Fixed, 1e13);
+        assert!(matches!(given.next(soft), PenaltyAction::Accept { .. }));
     }
 
     #[test]

@@ -7,3 +7,4 @@ pub mod motion;
 pub mod overlap;
 pub mod resolution;
 pub mod start;
+pub mod watch;

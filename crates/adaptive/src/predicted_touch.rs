@@ -228,20 +228,27 @@ impl<'a> Flight<'a> {
             shortest: SHORTEST * end,
             acceleration: self.acceleration,
         };
-        let sample = |t: f64| {
+        let mut sample = |t: f64| {
             let poses = self.at(t);
             let gap = self.detector.nearest(&poses, &mut search)?.gap;
             Ok((gap, self.detector.closing_speed_bound(&poses)))
         };
-        let touch = first_touch([0.0, end], &settings, sample).ok()??;
-        if touch.gap < -settings.gap - self.overlap {
+        // Bodies that lie on each other touch, whether they close or not.
+        let at_start = sample(0.0).ok()?.0;
+        let (time, gap) = if at_start <= settings.gap {
+            (0.0, at_start)
+        } else {
+            let touch = first_touch([0.0, end], &settings, sample).ok()??;
+            (touch.time, touch.gap)
+        };
+        if gap < -settings.gap - self.overlap {
             return None; // refused for its overlap
         }
         // Bodies that touch have no direction between them: a moment before they do, even if that is before the start.
-        let speed = self.detector.closing_speed_bound(&self.at(touch.time));
-        let mut back = 2.0 * (settings.gap - touch.gap.min(0.0)) / speed;
+        let speed = self.detector.closing_speed_bound(&self.at(time));
+        let mut back = 2.0 * (settings.gap - gap.min(0.0)) / speed;
         for _ in 0..LOOKS_BACK {
-            let poses = self.at(touch.time - back);
+            let poses = self.at(time - back);
             let nearest = self.detector.nearest(&poses, &mut search).ok()?;
             if nearest.gap > 0.0 {
                 let has_direction = nearest.normal.norm() > 0.5;

@@ -50,6 +50,7 @@ kinds! {
     SlowRise = "slow-rise": "The modes kept let the force between flat faces rise and fall slowly beside the duration of the impact.",
     EdgeTouch = "edge-touch": "Bodies touch with an edge or a corner, where elements decide how far they yield.",
     YieldsTwice = "yields-twice": "Modes of a flexible body yield at the touch beside Hertz's law, which holds that already.",
+    SoftContact = "soft-contact": "More of the approach of two bodies is penetration than a contact may have: its penalty factor is too low.",
 }
 
 /// A warning.

@@ -29,6 +29,7 @@ mod sphere_rod_sphere;
 mod static_answers;
 mod store;
 mod transfer;
+mod watch;
 mod zone_points;
 mod zone_stress;
 mod zones;

@@ -8,7 +8,8 @@ use iga_core::nurbs::FaceId;
 
 use super::widths::PredictedWidths;
 use super::{
-    Activation, AdaptiveContact, FineContact, RefinementRequest, WIDEST, flexible, kept_zone, zone_site,
+    Activation, AdaptiveContact, FineContact, PENALTY_RISE, RefinementRequest, WIDEST, flexible, kept_zone,
+    zone_site,
 };
 use crate::body_model::BodyModel;
 use crate::detection::{Nearest, Search};
@@ -215,7 +216,8 @@ impl AdaptiveContact {
         !self.has_mesh && !self.is_vibrating() && self.law.interval.width.is_none()
     }
 
-    /// The penalty factor of a contact of whole surfaces, which is not searched for (theory C.9).
+    /// The penalty factor of a contact of whole surfaces: the one that the modes resolve, raised where it leaves the bodies in each other
+    /// (theory C.9).
     pub(super) fn penalty_of_whole(
         &self,
         kind: TouchKind,
@@ -228,17 +230,21 @@ impl AdaptiveContact {
             let most = if kind == TouchKind::Flat { resolved_penalty(sides) } else { f64::INFINITY };
             weight.map_or(FALLBACK_PENALTY, |weight| self.law.stiffness_ratio / weight).min(most)
         };
-        PenaltySearch::new(PenaltyStrategy::Fixed, self.law.penalty.unwrap_or_else(suggested))
+        match self.law.penalty {
+            Some(given) => PenaltySearch::new(PenaltyStrategy::Fixed, given),
+            None => PenaltySearch::new(PenaltyStrategy::UntilStiff { factor: PENALTY_RISE }, suggested()),
+        }
     }
 
-    /// Makes `element` with the models `fine` of whole surfaces, which served an earlier impact, what they would be if they were built in the
-    /// motions `states`.
+    /// Makes `element` with the models `fine` of whole surfaces, which served an earlier impact or trial, what they would be if they were built in
+    /// the motions `states`; `search` is the one of the running impact, if it goes on.
     ///
     /// # Errors
     /// [`AdaptiveError::Contact`] if the motions are not finite.
     pub fn begin_again(
         &self,
         (element, fine): (&mut dyn ActiveContact, &mut FineContact),
+        search: Option<PenaltySearch>,
         activation: Activation,
         (bodies, states): (&[BodyModel], &[BodyState]),
     ) -> Result<(), AdaptiveError> {
@@ -246,7 +252,7 @@ impl AdaptiveContact {
         element.forget();
         fine.clear();
         (fine.activation, fine.weight) = (activation, self.weight_of(element, states)?);
-        fine.search = self.penalty_of_whole(kind, bodies, fine.weight);
+        fine.search = search.unwrap_or_else(|| self.penalty_of_whole(kind, bodies, fine.weight));
         element.set_penalty(fine.search.penalty()).map_err(|e| self.fail(e))
     }
 

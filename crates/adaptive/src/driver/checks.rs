@@ -4,6 +4,7 @@ use super::Driver;
 use super::judgement::MINOR;
 use crate::detection::Search;
 use crate::error::AdaptiveError;
+use crate::penalty_search::MOST_OVERLAP;
 use crate::plausibility::resolution::{
     coarse_mesh, coarse_place, few_modes, highest_vibration, shown_interval, slow_rise, sparse_output,
 };
@@ -70,13 +71,14 @@ impl Driver<'_> {
     }
 
     /// Looks at a finished impact; `is_open`: whether the contact had let go; `is_minor`: whether its force was too small beside
-    /// others to be judged by; `whole`: what touched, if its zones were the whole surfaces of the bodies.
+    /// others to be judged by; `whole`: what touched, if its zones were the whole surfaces of the bodies; `overlap`: the share of the approach that was
+    /// penetration between contact points.
     pub(super) fn check_impact(
         &mut self,
         impact: &ImpactRecord,
         is_open: bool,
         is_minor: bool,
-        whole: Option<TouchKind>,
+        (whole, overlap): (Option<TouchKind>, Option<f64>),
     ) -> Result<(), AdaptiveError> {
         let i = impact.contact as usize;
         let contact = &mut self.run.contacts[i];
@@ -95,6 +97,9 @@ impl Driver<'_> {
                 slow_rise(&self.model.contacts[i].name, &touching, impact).map(|warning| (i, warning)),
             );
         }
+        let name = &self.model.contacts[i].name;
+        let soft = overlap.filter(|share| *share > MOST_OVERLAP && !is_minor);
+        warnings.extend(soft.map(|share| (i, soft_contact(name, impact, share))));
         if is_minor && self.model.contacts[i].refinement.is_some() {
             warnings.push((i, minor_contact(&self.model.contacts[i].name, impact)));
         }
@@ -171,6 +176,22 @@ impl Driver<'_> {
             Some(error) => Err(error),
             None => Ok(()),
         }
+    }
+}
+
+/// The warning of a contact whose springs, of a factor that nobody may change, are as soft as the bodies (Eq. A.76).
+fn soft_contact(name: &str, impact: &ImpactRecord, share: f64) -> Warning {
+    Warning {
+        kind: WarningKind::SoftContact,
+        subject: format!("contact \"{name}\""),
+        time: impact.start,
+        value: share,
+        limit: MOST_OVERLAP,
+        message: format!(
+            "{:.0} % of the approach of the bodies is penetration and not deformation: the contact is softer than they are",
+            100.0 * share
+        ),
+        remedy: format!("raise contacts.{name}.penalty.initial, or leave it out for the program to choose"),
     }
 }
 

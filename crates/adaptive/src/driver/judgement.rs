@@ -1,6 +1,7 @@
 //! Judgement of a trial of an impact: whether it is the result, and what the next one is to be like.
 
 use ffr_dynamics::error::EvaluationFailure;
+use tracing::debug;
 
 use super::Driver;
 use super::contact_slot::ContactSlot;
@@ -201,7 +202,9 @@ impl Driver<'_> {
         let mut demands = Vec::new();
         let mut limit = None;
         for (i, minor) in minor.iter().enumerate() {
-            let peak_force = self.slots[i].monitor.peak_force();
+            let (peak_force, overlap) =
+                (self.slots[i].monitor.peak_force(), self.slots[i].monitor.overlap_share());
+            debug!(contact = self.model.contacts[i].name, peak_force, overlap, "penetration over approach");
             let Some(fine) = self.slots[i].fine_mut() else { continue };
             if (!fine.has_touched() || *minor) && !matches!(ending, Ending::SolverFailed(_)) {
                 continue;
@@ -210,7 +213,7 @@ impl Driver<'_> {
             let outcome = match ending {
                 Ending::TrialPassed => RunOutcome::TrialPassed,
                 Ending::SolverFailed(failure) => RunOutcome::SolverError { failure: failure.kind() },
-                _ => RunOutcome::Completed { peak_force },
+                _ => RunOutcome::Completed { peak_force, overlap },
             };
             let after = match fine.search.next(outcome) {
                 PenaltyAction::Accept { is_last_run: true, .. } => continue,

@@ -2,8 +2,8 @@
 
 use ffr_dynamics::integration::DenseOutput;
 
-use super::Driver;
 use super::trial::Trial;
+use super::{Driver, TOUCHING};
 use crate::adaptive_contact::FineContact;
 use crate::error::AdaptiveError;
 use crate::impact_monitor::{Change, ContactInstant};
@@ -18,6 +18,8 @@ impl Driver<'_> {
         let is_open: Vec<bool> =
             self.model.system.forces().iter().map(|f| f.contact.report().normal_force <= 0.0).collect();
         let whole: Vec<_> = self.slots.iter().map(|slot| slot.fine().and_then(|fine| fine.whole)).collect();
+        let has_points: Vec<bool> =
+            self.model.system.forces().iter().map(|f| f.contact.n_points() > 0).collect();
         let mut is_closed = false; // time is up, or the user stopped the run
         for i in self.latest_first() {
             let before = self.present_balance()?;
@@ -33,10 +35,11 @@ impl Driver<'_> {
         self.output.flush()?;
         let alone: Vec<bool> = (0..self.slots.len()).map(|i| self.is_alone(i)).collect();
         for (i, (is_open, is_alone)) in is_open.into_iter().zip(alone).enumerate() {
+            let overlap = self.slots[i].monitor.overlap_share().filter(|_| has_points[i]);
             if let Some(record) = self.slots[i].monitor.finish(i as u32, is_alone) {
                 self.output.observer.impact(&record)?;
                 self.run.n_impacts += 1;
-                self.check_impact(&record, is_open, minor[i], whole[i])?;
+                self.check_impact(&record, is_open, minor[i], (whole[i], overlap))?;
             }
         }
         self.check_output()?;
@@ -118,16 +121,45 @@ impl Driver<'_> {
         Ok(())
     }
 
-    /// Whether every gap is open, and those of the contacts that touched in this phase are wider than before the last step.
+    /// Whether every gap is open, those of the contacts that touched in this phase are wider than before the last step, and no surfaces that
+    /// touch between contact points close.
     /// A contact that a body flies towards, away from another one, is left to the free phase.
-    pub(super) fn is_separating(&mut self) -> bool {
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Contact`] if motions are not finite.
+    pub(super) fn is_separating(&mut self) -> Result<bool, AdaptiveError> {
         let (system, slots) = (&mut self.model.system, &self.slots);
         let (start, end) = self.integrator.interval();
         let (before, now) = (self.integrator.previous_state(), self.integrator.state());
-        slots.iter().enumerate().all(|(i, slot)| {
+        let are_open = slots.iter().enumerate().all(|(i, slot)| {
             let gap = smallest_gap(system, end, now, i);
             gap > 0.0 && (!slot.monitor.is_running() || gap > smallest_gap(system, start, before, i))
-        })
+        });
+        Ok(are_open && !self.are_surfaces_closing()?)
+    }
+
+    /// Whether the surfaces of a refined contact that has its fine models touch without opening in the last step, as [`contact_qs::search::first_touch`] has it.
+    fn are_surfaces_closing(&mut self) -> Result<bool, AdaptiveError> {
+        let (start, end) = self.integrator.interval();
+        for i in 0..self.slots.len() {
+            let Some(refinement) = &self.model.contacts[i].refinement else { continue };
+            if self.slots[i].fine().is_none() {
+                continue;
+            }
+            let search = &mut self.slots[i].nearest;
+            let mut gap = |t: f64, y: &[f64]| -> Result<f64, AdaptiveError> {
+                self.model.system.body_states(t, y);
+                Ok(refinement.nearest(self.model.system.last_evaluation().0, search)?.gap)
+            };
+            let (before, now) =
+                (gap(start, self.integrator.previous_state())?, gap(end, self.integrator.state())?);
+            let touching = TOUCHING * refinement.detector.size();
+            let is_overlap = now < -touching && now <= before;
+            if is_overlap || now <= touching && now < before - touching {
+                return Ok(true);
+            }
+        }
+        Ok(false)
     }
 
     /// Shows the end of the last step to the monitors, and the state to the stress requests.
@@ -160,8 +192,9 @@ impl Driver<'_> {
         let (time, y) = (self.integrator.time(), self.integrator.state());
         let system = &mut self.model.system;
         let (normal, motion) = normal_motion(system, time, y, i);
-        let force = system.forces()[i].contact.report().normal_force;
-        ContactInstant { time, force, impulse: system.impulse(y, i), normal, motion }
+        let report = system.forces()[i].contact.report();
+        let (force, penetration) = (report.normal_force, report.penetration);
+        ContactInstant { time, force, impulse: system.impulse(y, i), normal, motion, penetration }
     }
 
     /// When contact `i` closed and opened in the last step, if it did.

@@ -154,9 +154,8 @@ impl Driver<'_> {
             whole.is_some() && fine.whole == whole && fine.zones.first().is_some_and(|zone| zone.site == site)
         };
         if let Some((mut element, mut fine)) = slot.whole.take_if(|(_, fine)| serves(fine)) {
-            slot.search = None;
-            let bodies = (self.model.bodies.as_slice(), states);
-            refinement.begin_again((element.contact.as_mut(), &mut fine), activation, bodies)?;
+            let (search, bodies) = (slot.search.take(), (self.model.bodies.as_slice(), states));
+            refinement.begin_again((element.contact.as_mut(), &mut fine), search, activation, bodies)?;
             return self.enter((i, element), fine, Vec::new());
         }
         let request = RefinementRequest {

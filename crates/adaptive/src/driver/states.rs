@@ -5,6 +5,7 @@ use ffr_dynamics::integration::DenseOutput;
 use super::Driver;
 use crate::error::AdaptiveError;
 use crate::model::RunModel;
+use crate::record::PhaseKind;
 use crate::simulation::fill_sample;
 
 impl Driver<'_> {
@@ -15,6 +16,7 @@ impl Driver<'_> {
             self.evaluate(self.run.next_output)?;
             self.report(self.run.next_output)?;
             self.note_gaps(self.run.next_output)?;
+            self.watch(self.run.next_output, PhaseKind::Free)?;
             self.run.next_output += self.interval(self.run.free_interval, self.run.next_output);
         }
         Ok(())
@@ -41,6 +43,7 @@ impl Driver<'_> {
         if t >= self.run.last_output + self.interval(self.settings.impact_interval, t) {
             self.send()?;
         }
+        self.watch(t, PhaseKind::Impact)?;
         self.check_ledger()
     }
 

@@ -46,6 +46,7 @@ impl Driver<'_> {
         // Stored before the impact; states of a trial given up do not count.
         (self.run.last_output, self.output.is_noted) = (self.integrator.time(), false);
         self.lowered = None;
+        self.begin_watch();
         if self.integrator.time() <= 0.0 && self.model.contacts.iter().any(|c| c.allowed_overlap > 0.0) {
             // The energy of an overlap that is allowed is there from the start.
             self.run.ledger.start = None;
@@ -74,6 +75,11 @@ impl Driver<'_> {
         widths: &[Option<[f64; 2]>],
     ) -> Result<Ending, AdaptiveError> {
         let quiet = self.settings.quiet_time.unwrap_or(QUIET_STEPS * self.impact_step);
+        if trial.number > 1 {
+            // What the contacts reported last belongs to another trial; a refusal is that of the first step.
+            let (t, y) = (self.integrator.time(), self.integrator.state());
+            let _ = self.model.system.evaluate_accelerations(t, y);
+        }
         for i in 0..self.slots.len() {
             self.begin_monitor(i)?;
         }
@@ -122,7 +128,7 @@ impl Driver<'_> {
             if self.is_at_rest() {
                 break;
             }
-            if step.end - trial.last_force >= quiet && self.is_separating() {
+            if step.end - trial.last_force >= quiet && self.is_separating()? {
                 if !self.is_yet_to_touch() {
                     break;
                 }
@@ -130,6 +136,7 @@ impl Driver<'_> {
             }
         }
         self.check_resolved(false)?;
+        self.end_watch()?;
         Ok(Ending::Complete)
     }
 

@@ -315,6 +315,7 @@ pub fn build_contact(
         target: spec.target,
         allowed_overlap: spec.initial_overlap,
         radii: radii(spec),
+        spheres: spheres(spec, bodies)?,
         flexible_under_hertz: flexible_under_hertz(spec, bodies),
         wave_speed: slowest_wave(spec, bodies),
         loads_interface: is_static && zones.is_some(),
@@ -329,6 +330,20 @@ fn radii(spec: &ContactSpec) -> Option<[f64; 2]> {
     let ContactLaw::Hertz(law) = &spec.law else { return None };
     let (own, other) = law.spheres(spec.target)?;
     Some([own.radius, other.map_or(f64::INFINITY, |sphere| sphere.radius)])
+}
+
+/// The spheres of a Hertz contact; none of other surfaces.
+fn spheres(
+    spec: &ContactSpec,
+    bodies: &[BodyModel],
+) -> Result<Option<(Sphere, Option<Sphere>)>, AdaptiveError> {
+    let ContactLaw::Hertz(law) = &spec.law else { return Ok(None) };
+    let Some((own, other)) = law.spheres(spec.target) else { return Ok(None) };
+    let other = match (other, spec.target) {
+        (Some(facing), Target::Body(target)) => Some(sphere(target, facing, bodies)?),
+        _ => None,
+    };
+    Ok(Some((sphere(spec.body, own, bodies)?, other)))
 }
 
 /// The first flexible body whose surface meets another by Hertz's law; spheres meet with their centres.

@@ -7,10 +7,11 @@ use ffr_dynamics::system::force::BodyState;
 use super::finding::Components;
 use super::motion::fast_approach;
 use super::overlap::{Overlap, Pair};
+use super::watch::WatchedPair;
 use crate::body_model::BodyModel;
 use crate::detection::{Detector, DetectorTarget, Search};
 use crate::error::AdaptiveError;
-use crate::model::RunModel;
+use crate::model::{ContactModel, RunModel};
 use crate::simulation::normal_motion;
 use crate::spec::Target;
 use crate::unsupported::Unsupported;
@@ -111,10 +112,32 @@ fn detector<'a>(
     i: usize,
     search: &mut Search,
 ) -> Result<Cow<'a, Detector>, AdaptiveError> {
-    let facts = &model.contacts[i];
-    if let Some(refinement) = &facts.refinement {
+    if let Some(refinement) = &model.contacts[i].refinement {
         return Ok(Cow::Borrowed(&refinement.detector));
     }
+    search.forget();
+    surfaces(model, i).map(Cow::Owned)
+}
+
+/// The pairs of the contacts of `model`, to be watched apart from what makes their forces.
+///
+/// # Errors
+/// [`AdaptiveError::Unsupported`] if a body has no surface.
+pub fn watched_pairs(model: &RunModel) -> Result<Vec<WatchedPair>, AdaptiveError> {
+    let pair = |(i, facts): (usize, &ContactModel)| match (&facts.refinement, &facts.spheres) {
+        (Some(_), _) => Ok(WatchedPair::refined(facts.target)),
+        (None, Some((own, other))) => Ok(WatchedPair::of_spheres(own.clone(), other.clone(), facts.target)),
+        (None, None) => Ok(WatchedPair::of_surfaces(surfaces(model, i)?, facts.target)),
+    };
+    model.contacts.iter().enumerate().map(pair).collect()
+}
+
+/// The surfaces of contact `i`, made for the purpose.
+///
+/// # Errors
+/// [`AdaptiveError::Unsupported`] if a body has none.
+fn surfaces(model: &RunModel, i: usize) -> Result<Detector, AdaptiveError> {
+    let facts = &model.contacts[i];
     let surface = |body: usize| {
         model.bodies[body].surface()?.ok_or_else(|| {
             let what = Unsupported::NoSurface { body: model.bodies[body].name.clone() };
@@ -125,8 +148,7 @@ fn detector<'a>(
         Target::Plane { point, normal } => DetectorTarget::plane(point, normal),
         Target::Body(other) => DetectorTarget::Body(other, surface(other)?),
     };
-    search.forget();
-    Ok(Cow::Owned(Detector::new(facts.body, surface(facts.body)?, target)))
+    Ok(Detector::new(facts.body, surface(facts.body)?, target))
 }
 
 fn of_spheres(

@@ -68,7 +68,10 @@ pub struct Touch {
     pub n_samples: usize,
 }
 
-/// The first touch in the time from `start` to `end`, none if there is none.
+/// The first touch in the time from `start` to `end`, none if there is none: the first time at which the surfaces close. Surfaces
+/// that touch at `start` while their gap grows, as at the end of an impact, are on their way apart, and those that touch without moving
+/// lie beside each other; both touch when their gap shrinks by more than the tolerance of `settings`, and overlapping ones when it does
+/// not grow (theory Eq. C.130).
 ///
 /// `sample` gives the gap and the bound of the closing speed at a time, from the dense output of a step say. Between samples
 /// time passes by [`safe_time`], or by the shortest step; once an overlap is seen the root of the gap is
@@ -84,9 +87,25 @@ pub fn first_touch(
     check_settings(settings)?;
     let (mut time, mut n_samples) = (start, 1);
     let (mut gap, mut speed) = checked(start, sample(start)?)?;
+    // Steps of surfaces that touch from the start: each twice as long as the one before.
+    let mut opening = settings.shortest;
+    let mut widest = gap;
     loop {
         if gap <= settings.gap {
-            return Ok(Some(Touch { time, gap, seen: time, n_samples }));
+            // At the end of the interval nothing tells whether they open: the next one does.
+            if time >= end {
+                return Ok(None);
+            }
+            let next = (time + opening).max(time.next_up()).min(end);
+            let there = checked(next, sample(next)?)?;
+            n_samples += 1;
+            let is_overlap = gap < -settings.gap && there.0 <= gap;
+            if is_overlap || there.0 < widest - settings.gap {
+                return Ok(Some(Touch { time, gap, seen: next, n_samples }));
+            }
+            (time, gap, speed) = (next, there.0, there.1);
+            (opening, widest) = (2.0 * opening, widest.max(gap));
+            continue;
         }
         if time >= end {
             return Ok(None);

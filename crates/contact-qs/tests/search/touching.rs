@@ -162,3 +162,32 @@ fn no_surface_point_is_faster_than_its_bound() {
     assert!(surface_speed_bound(&stiff, &state) > bound);
     assert!(body.model.clone().with_frequencies(&[1.0]).is_err());
 }
+
+/// Gap over time, with its exact slope as the bound of the speed.
+fn touch_of(gap: impl Fn(f64) -> f64) -> Option<f64> {
+    let settings = TouchSettings { gap: 1e-12, time: 1e-12, shortest: 1e-4, acceleration: 10.0 };
+    first_touch([0.0, 1.0], &settings, |t| Ok((gap(t), 10.0))).unwrap().map(|touch| touch.time)
+}
+
+#[test]
+fn surfaces_that_touch_at_the_start_touch_unless_they_open() {
+    // At rest beside each other, at their distance of round-off.
+    for rest in [0.0, 5e-13, -5e-13] {
+        assert_eq!(touch_of(|_| rest), None, "{rest:e}");
+    }
+    // They fall from rest: seen when the gap has shrunk by the tolerance, which takes 4.5e-7 s; the first look is later.
+    for rest in [0.0, 5e-13, -5e-13, -1e-6] {
+        assert_eq!(touch_of(|t| rest - 4.905 * t * t), Some(0.0), "{rest:e}");
+    }
+    // Overlapping at rest: no force holds them apart, so there is one to be found.
+    assert_eq!(touch_of(|_| -1e-6), Some(0.0));
+    // On their way apart, from an overlap as well.
+    for start in [0.0, -1e-6] {
+        assert_eq!(touch_of(|t| start + 1e-3 * t), None, "{start:e}");
+    }
+    // They turn before they are apart, and after it; looks come twice as late each time.
+    let turning = touch_of(|t| -1e-6 + 1e-7 * (0.1 - (t - 0.1).abs())).expect("it turns");
+    assert!((0.05..=0.2).contains(&turning), "{turning}");
+    let again = touch_of(|t| 1e-3 * t * (0.5 - t)).expect("it comes back");
+    assert!((again - 0.5).abs() < 1e-9, "{again}");
+}

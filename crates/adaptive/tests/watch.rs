@@ -1,0 +1,170 @@
+//! Contacts broken on purpose, and the watch that sees it: whatever bodies are made of, and whatever makes the force.
+
+use crate::balls::Ball;
+use crate::impacts::{ALUMINIUM, STEEL, Trace, contact, explicit, law, spec, sphere};
+use adaptive::AdaptiveError;
+use adaptive::detection::InactiveContact;
+use adaptive::driver::run;
+use adaptive::model::RunModel;
+use adaptive::simulation::RunContact;
+use adaptive::spec::{
+    BodyKind, BodySpec, ContactLaw, ContactSpec, DampingSpec, FrameSpec, HertzPartner, HertzSpec,
+    HertzSphere, InitialMotion, MeshedSpec, PenaltySearch, Place, ReductionSpec, RefinementSpec, RunSpec,
+    SurfaceLaw, Target, Treatment,
+};
+use adaptive::warning::WarningKind;
+use contact_qs::law::hertz::Solid;
+use fe_mesh::rules::MassRule;
+use fe_mesh::{ElementKind, Mesh};
+use ffr_dynamics::system::Active;
+use iga_core::elasticity::Material;
+use nalgebra::{UnitQuaternion, Vector3};
+use std::sync::Arc;
+
+const RADIUS: f64 = 10e-3; // m
+const SPEED: f64 = 0.5; // m/s
+/// Long enough to come 50 um deep where nothing stops it.
+const END: f64 = 1e-4; // s
+
+fn floor() -> Target {
+    Target::Plane { point: Vector3::zeros(), normal: Vector3::z() }
+}
+
+/// A ball that touches the floor and falls.
+fn ball() -> BodySpec {
+    sphere("ball", RADIUS, ALUMINIUM, (RADIUS, -SPEED))
+}
+
+fn lasting() -> SurfaceLaw {
+    SurfaceLaw {
+        treatment: Treatment::Quasistatic,
+        penalty: Some(1e17),
+        search: PenaltySearch::Fixed,
+        ..law()
+    }
+}
+
+fn with_law(law: SurfaceLaw) -> ContactSpec {
+    ContactSpec { law: ContactLaw::Surface(law), ..contact("floor", 0, floor()) }
+}
+
+/// A ball of finite elements, some twenty across.
+fn meshed() -> BodySpec {
+    let ball = Ball { radius: RADIUS, across: [4, 4], layers: 2, growth: [1.0, 1.0] };
+    let mesh = Mesh::new(ball.mesh(ElementKind::Hex20), 1.0).expect("a mesh");
+    let kind = MeshedSpec {
+        mesh: Arc::new(mesh),
+        material: Some(Material::new(72.8e9, 0.33, 2789.0).expect("aluminium")),
+        groups: Vec::new(),
+        mass_rule: MassRule::Exact,
+        reduction: ReductionSpec::CraigBampton { modes: 8, fixed_interface_modes: None },
+        static_answers: false,
+        rigid_areas: Vec::new(),
+        damping: DampingSpec::default(),
+        frame: FrameSpec::default(),
+    };
+    let motion = InitialMotion {
+        position: Vector3::new(0.0, 0.0, RADIUS),
+        rotation: UnitQuaternion::identity(),
+        velocity: Vector3::new(0.0, 0.0, -SPEED),
+        angular_velocity: Vector3::zeros(),
+    };
+    BodySpec { name: "ball".into(), kind: BodyKind::Meshed(Box::new(kind)), motion }
+}
+
+/// Pairs of every kind, each of which touches at the start and closes.
+fn pairs() -> Vec<(&'static str, RunSpec)> {
+    let run = |bodies, contacts| RunSpec { settings: explicit(END), ..spec(bodies, contacts, END) };
+    let two = || vec![ball(), sphere("other", RADIUS, STEEL, (-RADIUS, 0.0))];
+    let on_body = ContactSpec { target: Target::Body(1), ..contact("pair", 0, floor()) };
+    let solid = Solid { young: 72.8e9, poisson: 0.33 };
+    let partner =
+        || HertzPartner::Sphere(HertzSphere { centre: Place::Point([0.0; 3]), radius: RADIUS, solid });
+    let hertz = |target: Target| ContactSpec {
+        law: ContactLaw::Hertz(HertzSpec { contact: partner(), target: partner(), friction: 0.0 }),
+        ..contact("hertz", 0, target)
+    };
+    vec![
+        ("splines, refined, on a plane", run(vec![ball()], vec![contact("floor", 0, floor())])),
+        ("splines, one model, on a plane", run(vec![zoned(ball())], vec![with_law(lasting())])),
+        ("splines on splines", run(two(), vec![on_body])),
+        ("mesh on a plane", run(vec![meshed()], vec![contact("floor", 0, floor())])),
+        ("spheres of Hertz' law", run(two(), vec![hertz(Target::Body(1))])),
+        ("a sphere of Hertz' law on a plane", run(vec![ball()], vec![hertz(floor())])),
+    ]
+}
+
+/// With small elements about the lowest point, for a model that lasts.
+fn zoned(mut body: BodySpec) -> BodySpec {
+    if let BodyKind::Elastic(elastic) = &mut body.kind {
+        let refine = RefinementSpec { centre: [0.0, -RADIUS, 0.0], width: 0.6e-3, elements: 6, ratio: 2.0 };
+        elastic.discretisation.refine.push(refine);
+    }
+    body
+}
+
+/// The run of `spec` with its model changed by `change`.
+fn broken(spec: &RunSpec, change: impl FnOnce(&mut RunModel)) -> (Trace, Result<(), AdaptiveError>) {
+    let mut model = RunModel::build(spec).unwrap_or_else(|e| panic!("{e}"));
+    change(&mut model);
+    let mut trace = Trace::default();
+    let end = run(&mut model, &spec.settings, &mut trace.0);
+    (trace, end.map(|_| ()))
+}
+
+fn drop_contact(model: &mut RunModel) {
+    model.contacts[0].refinement = None;
+    let (body, target) = model.system.forces()[0].contact.bodies();
+    let nothing = Active::new(InactiveContact::new(body, target));
+    model.system.forces_mut()[0] = RunContact::new(Box::new(nothing));
+}
+
+#[test]
+fn contacts_that_work_are_not_told() {
+    for (name, spec) in pairs() {
+        let (trace, end) = broken(&spec, |_| {});
+        end.unwrap_or_else(|e| panic!("{name}: {e}"));
+        assert!(trace.impacts.iter().any(|i| i.peak_force > 1.0), "{name}");
+        let soft = trace.warnings.iter().any(|w| w.kind == WarningKind::SoftContact);
+        assert!(!soft, "{name}");
+    }
+}
+
+#[test]
+fn a_dropped_contact_is_told_whatever_the_bodies_are_made_of() {
+    for (name, spec) in pairs() {
+        let (_, end) = broken(&spec, drop_contact);
+        match end {
+            // 50 um deep at the end, of which the first look says enough.
+            Err(AdaptiveError::PassedThrough { depth, known, .. }) => {
+                assert!(depth > 1e-8 && known == 0.0, "{name}: {depth:e} {known:e}");
+            }
+            other => panic!("{name}: {other:?}"),
+        }
+    }
+}
+
+#[test]
+fn a_soft_contact_is_told_or_made_stiff() {
+    // One model for the whole run, its factor a ten thousandth of what resolves the ball.
+    let spec = RunSpec {
+        settings: explicit(END),
+        ..spec(vec![zoned(ball())], vec![with_law(SurfaceLaw { penalty: Some(1e13), ..lasting() })], END)
+    };
+    let (trace, end) = broken(&spec, |_| {});
+    end.unwrap_or_else(|e| panic!("{e}"));
+    assert!(trace.warnings.iter().any(|w| w.kind == WarningKind::SoftContact), "{:?}", trace.impacts);
+    // The program searches: the same start gives the force of a stiff one, to the tolerance of the search.
+    let peak = |penalty: Option<f64>| {
+        let law = SurfaceLaw { penalty, ..law() };
+        let spec = RunSpec {
+            settings: explicit(END),
+            ..crate::impacts::spec(vec![ball()], vec![with_law(law)], END)
+        };
+        let (trace, end) = broken(&spec, |_| {});
+        end.unwrap_or_else(|e| panic!("{e}"));
+        trace.impacts[0].peak_force
+    };
+    let (soft, chosen) = (peak(Some(1e13)), peak(None));
+    assert!((soft / chosen - 1.0).abs() < 2e-3, "{soft} {chosen}");
+}
