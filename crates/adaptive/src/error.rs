@@ -245,9 +245,9 @@ pub enum AdaptiveError {
         /// Name of the contact.
         contact: String,
         /// Name of the contact body.
-        body: String,
+        body: Box<str>,
         /// The target, in words.
-        target: String,
+        target: Box<str>,
         /// When \[s\].
         time: f64,
         /// Depth of the deepest place \[m\].

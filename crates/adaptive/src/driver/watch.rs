@@ -97,8 +97,8 @@ impl Driver<'_> {
         };
         AdaptiveError::PassedThrough {
             contact: facts.name.clone(),
-            body: self.model.bodies[facts.body].name.clone(),
-            target,
+            body: self.model.bodies[facts.body].name.as_str().into(),
+            target: target.into(),
             time: unknown.time,
             depth: unknown.overlap.depth,
             place: Components(unknown.overlap.place),
