@@ -114,10 +114,10 @@ impl ImpactMonitor {
         self.record.as_ref().map(|r| (r.start, r.end))
     }
 
-    /// Share of the approach of the bodies, the largest of the running impact, that is penetration and not deformation; none without approach
-    /// (theory Eq. A.76).
-    pub fn overlap_share(&self) -> Option<f64> {
-        let running = self.record.as_ref().filter(|r| r.largest_approach > 0.0);
+    /// Share of the approach of the bodies, the largest of the running impact, that is penetration and not deformation; none without approach,
+    /// or if the penetration is no more than `round_off` \[m\] (theory Eq. A.76).
+    pub fn overlap_share(&self, round_off: f64) -> Option<f64> {
+        let running = self.record.as_ref().filter(|r| r.largest_approach > 0.0 && r.penetration > round_off);
         running.map(|r| r.penetration / r.largest_approach)
     }
 
@@ -308,7 +308,7 @@ mod tests {
     #[test]
     fn penetration_is_a_share_of_the_approach() {
         let mut watch = ImpactMonitor::default();
-        assert_eq!(watch.overlap_share(), None);
+        assert_eq!(watch.overlap_share(0.0), None);
         // Speed falls from 2 m/s at the touch at 0.5 s to none at 2.5 s and turns: an approach of 2 m, of which 0.1 m is penetration.
         for (t, velocity, penetration) in
             [(0.0, -2.5, 0.0), (1.0, -1.5, 0.06), (2.0, -0.5, 0.1), (3.0, 0.5, 0.02)]
@@ -317,7 +317,7 @@ mod tests {
             watch.step(now, change(0.5, -2.0).filter(|_| (0.5..1.5).contains(&t)), None);
         }
         // The trapezium over the step of the touch takes its speed at the step's start: 1.0 m from there to 1 s where 0.875 m is right.
-        let share = watch.overlap_share().expect("it runs");
+        let share = watch.overlap_share(0.0).expect("it runs");
         assert!((share - 0.1 / 2.0).abs() < 1e-12, "{share}");
     }
 

@@ -3,9 +3,9 @@
 use ffr_dynamics::error::EvaluationFailure;
 use tracing::debug;
 
-use super::Driver;
 use super::contact_slot::ContactSlot;
 use super::trial_reason::{Acceptance, Change, Demand, PenaltyCause};
+use super::{Driver, TOUCHING};
 use crate::adaptive_contact::{AdaptiveContact, FineContact};
 use crate::error::AdaptiveError;
 use crate::interval::{IntervalAssessment, IntervalSettings, Verdict};
@@ -202,8 +202,9 @@ impl Driver<'_> {
         let mut demands = Vec::new();
         let mut limit = None;
         for (i, minor) in minor.iter().enumerate() {
-            let (peak_force, overlap) =
-                (self.slots[i].monitor.peak_force(), self.slots[i].monitor.overlap_share());
+            let round_off = TOUCHING * self.model.contacts[i].size;
+            let monitor = &self.slots[i].monitor;
+            let (peak_force, overlap) = (monitor.peak_force(), monitor.overlap_share(round_off));
             debug!(contact = self.model.contacts[i].name, peak_force, overlap, "penetration over approach");
             let Some(fine) = self.slots[i].fine_mut() else { continue };
             if (!fine.has_touched() || *minor) && !matches!(ending, Ending::SolverFailed(_)) {

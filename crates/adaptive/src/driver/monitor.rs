@@ -35,7 +35,8 @@ impl Driver<'_> {
         self.output.flush()?;
         let alone: Vec<bool> = (0..self.slots.len()).map(|i| self.is_alone(i)).collect();
         for (i, (is_open, is_alone)) in is_open.into_iter().zip(alone).enumerate() {
-            let overlap = self.slots[i].monitor.overlap_share().filter(|_| has_points[i]);
+            let round_off = TOUCHING * self.model.contacts[i].size;
+            let overlap = self.slots[i].monitor.overlap_share(round_off).filter(|_| has_points[i]);
             if let Some(record) = self.slots[i].monitor.finish(i as u32, is_alone) {
                 self.output.observer.impact(&record)?;
                 self.run.n_impacts += 1;
