@@ -6,6 +6,7 @@ use adaptive::AdaptiveError;
 use adaptive::detection::InactiveContact;
 use adaptive::driver::run;
 use adaptive::model::RunModel;
+use adaptive::penalty_search::MOST_OVERLAP;
 use adaptive::simulation::RunContact;
 use adaptive::spec::{
     BodyKind, BodySpec, ContactLaw, ContactSpec, DampingSpec, FrameSpec, InitialMotion, MeshedSpec,
@@ -135,7 +136,7 @@ fn a_dropped_contact_is_told_whatever_the_bodies_are_made_of() {
 
 #[test]
 fn a_soft_contact_is_made_stiff() {
-    // The program searches: a start that is a ten thousandth of what resolves the ball gives the same force, to the tolerance of the search.
+    // The program searches: a start that is a ten thousandth of what resolves the ball gives the same force.
     let peak = |penalty: Option<f64>| {
         let law = SurfaceLaw { penalty, ..law() };
         let spec = RunSpec {
@@ -147,5 +148,6 @@ fn a_soft_contact_is_made_stiff() {
         trace.impacts[0].peak_force
     };
     let (soft, chosen) = (peak(Some(1e13)), peak(None));
-    assert!((soft / chosen - 1.0).abs() < 2e-3, "{soft} {chosen}");
+    // Stiffness, and with it the force, is right to the penetration that is allowed; zones of other widths are among it.
+    assert!((soft / chosen - 1.0).abs() < MOST_OVERLAP, "{soft} {chosen}");
 }
