@@ -92,11 +92,12 @@ pub fn one_part(elements: &Elements, n_nodes: usize) -> Result<(), MeshFault> {
         n
     }
     for element in elements.iter() {
-        let first = root(&mut parent, element.nodes[0]);
+        let mut first = root(&mut parent, element.nodes[0]);
         for &n in &element.nodes[1..] {
             let other = root(&mut parent, n);
             let (low, high) = (first.min(other), first.max(other));
             parent[high as usize] = low;
+            first = low;
         }
     }
     let mut parts: Vec<(u32, u64)> = Vec::new();

@@ -100,6 +100,113 @@ fn one_part_with_one_instance() {
     assert!(refused(twice.as_bytes()).contains("a second *PART"));
 }
 
+/// Nodes of a file with one tetrahedron, whose nodes have the numbers 1 to 4.
+fn nodes_of(head: &str, nodes: &str) -> Result<Vec<[f64; 3]>, MeshError> {
+    let text = format!("{head}\n*NODE\n{nodes}\n*ELEMENT, TYPE=C3D4\n1, 1, 2, 3, 4\n");
+    let text = if head.starts_with("*NODE") { text.replacen("\n*NODE\n", "\n", 1) } else { text };
+    raw(text.as_bytes()).map(|mesh| mesh.nodes)
+}
+
+#[test]
+fn axes_and_kinds_of_coordinates_are_obeyed() {
+    let plain = "1, 1, 2, 3\n2, 2, 2, 3\n3, 1, 3, 3\n4, 1, 2, 4";
+    let half = 0.5_f64.sqrt();
+    for (head, nodes, first) in [
+        ("*HEADING", plain, [1.0, 2.0, 3.0]),
+        ("*NODE, SYSTEM=R", plain, [1.0, 2.0, 3.0]),
+        // Empty fields are zero, wherever they stand.
+        ("*HEADING", "1, , 2.\n2, 1,,1\n3,,,\n4, 1, 2, 4", [0.0, 2.0, 0.0]),
+        (
+            "*NODE, SYSTEM=C, NSET=A",
+            "1, 2., 45., 3.\n2, 2,,3\n3, 1, 3, 3\n4, 1, 2, 4",
+            [2.0 * half, 2.0 * half, 3.0],
+        ),
+        ("*SYSTEM\n10, 20, 30", plain, [11.0, 22.0, 33.0]),
+        // The first axis along y, the third stays; alike with a third point.
+        ("*SYSTEM\n0, 0, 5, 0, 1, 5", plain, [-2.0, 1.0, 8.0]),
+        ("*SYSTEM\n0, 0, 5, 0, 1, 5\n-1, 0, 5", plain, [-2.0, 1.0, 8.0]),
+        // Axes z, y and -x.
+        ("*SYSTEM\n, , , , , 2\n0, 7, 0", plain, [-3.0, 2.0, 1.0]),
+        ("*SYSTEM\n1, 1, 1\n*SYSTEM", plain, [1.0, 2.0, 3.0]),
+    ] {
+        let found = nodes_of(head, nodes).unwrap_or_else(|e| panic!("{head}: {e}"))[0];
+        let off = (0..3).map(|c| (found[c] - first[c]).abs()).fold(0.0, f64::max);
+        assert!(off < 1e-14, "{head}: {found:?}");
+    }
+    for (head, words) in [
+        ("*NODE, SYSTEM=S", &["line 1", "*NODE, SYSTEM=S", "(C)"][..]),
+        ("*SYSTEM\n0, 0, 0, 1, 0, 1", &["line 1", "*SYSTEM", "third point"]),
+        ("*SYSTEM\n0, 0, 0, 1, 0, 1\n2, 0, 2", &["line 1", "on a line"]),
+        ("*SYSTEM\n1, 0, 0, 1, 0, 0", &["line 1", "without a direction"]),
+        ("*SYSTEM\n1, 0, nan", &["line 2", "a coordinate expected"]),
+        ("*SYSTEM\n1, 0, x", &["line 2", "a coordinate expected"]),
+    ] {
+        let text = nodes_of(head, plain).expect_err("refused").to_string();
+        assert!(words.iter().all(|w| text.contains(w)), "{head}: {text}");
+    }
+}
+
+#[test]
+fn cards_that_make_geometry_are_refused() {
+    let good = inp(&sample(ElementKind::Hex8));
+    for (card, words) in [
+        ("*NGEN\n1, 2, 1\n", "*NGEN"),
+        ("*NFILL\nA, B, 3\n", "*NFILL"),
+        ("*NCOPY, CHANGE NUMBER=10, OLD SET=A, SHIFT\n", "*NCOPY"),
+        ("*NMAP, TYPE=RECTANGULAR\n", "*NMAP"),
+        ("*ELGEN\n1, 3\n", "*ELGEN"),
+        ("*elcopy, element shift=10, old set=A, shift nodes=10\n", "*ELCOPY"),
+        ("*NODE, INPUT=nodes.txt\n", "*NODE with data in another file"),
+        ("*ELEMENT, TYPE=C3D8, INPUT=elements.txt\n", "*ELEMENT with data in another file"),
+        ("*NSET, NSET=A, INPUT=nodes.txt\n", "*NSET with data in another file"),
+        ("*NSET, NSET=A, ELSET=NOWHERE\n", "NOWHERE"),
+        ("*ELEMENT, TYPE=C3D4\n900, 10,, 13, 16, 19\n", "the number of a node or element"),
+    ] {
+        let text = refused(format!("{good}{card}").as_bytes());
+        assert!(text.contains(words) && text.contains("line "), "{card}: {text}");
+    }
+}
+
+#[test]
+fn comments_stand_anywhere() {
+    for kind in [ElementKind::Hex20, ElementKind::Tet10] {
+        let good = inp(&sample(kind));
+        let expected = read(good.as_bytes(), 1.0).expect("a mesh");
+        let commented: String = good.lines().map(|line| format!("{line}\n** a comment, 1, 2\n")).collect();
+        assert_same(&read(commented.as_bytes(), 1.0).expect("a mesh"), &expected, "comments");
+        // Empty lines and comments within a card and an element that goes on.
+        let broken = "*NODE\n1,0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n*ELEMENT,\n** of one\nTYPE=C3D4\n7, 1, 2,\n** next\n\n3, 4\n";
+        assert_eq!(read(broken.as_bytes(), 1.0).expect("a mesh").elements().len(), 1);
+    }
+}
+
+#[test]
+fn a_set_of_nodes_is_that_of_elements() {
+    let text = inp(&sample(ElementKind::Hex8)) + "*ELSET, ELSET=E\n1\n*NSET, NSET=N, ELSET=E\n";
+    let mesh = raw(text.as_bytes()).expect("a mesh");
+    let Some((_, FaceSource::Nodes(nodes))) = mesh.faces.iter().find(|(name, _)| name == "N") else {
+        panic!()
+    };
+    assert_eq!(nodes.len(), 8);
+}
+
+#[test]
+fn a_volume_in_two_groups_of_version_2_is_one_volume() {
+    let text = |second: &str| {
+        format!(
+            "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n3 1 \"a\"\n3 2 \"b\"\n$EndPhysicalNames\n$Nodes\n5\n\
+             1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 1 1 1\n$EndNodes\n$Elements\n4\n1 4 2 1 1 1 2 3 4\n2 4 2 1 1 2 3 4 5\n\
+             {second}$EndElements\n"
+        )
+    };
+    let mesh = read(text("3 4 2 2 1 1 2 3 4\n4 4 2 2 1 2 3 4 5\n").as_bytes(), 1.0).expect("a mesh");
+    assert_eq!(mesh.elements().len(), 2);
+    assert_eq!((mesh.volume_group("a"), mesh.volume_group("b")), (Ok(&[0, 1][..]), Ok(&[0, 1][..])));
+    // The same element twice in one group stays a fault.
+    let twice = refused(text("3 4 2 1 1 1 2 3 4\n4 4 2 1 1 2 3 4 5\n").as_bytes());
+    assert!(twice.contains("share one side"), "{twice}");
+}
+
 fn refused(bytes: &[u8]) -> String {
     read(bytes, 1.0).expect_err("refused").to_string()
 }

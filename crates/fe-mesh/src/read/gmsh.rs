@@ -1,6 +1,6 @@
 //! Gmsh's MSH 4.1 and 2.2 (Gmsh reference manual, "Gmsh file formats").
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::labels::Labels;
 use super::numbers::{Encoding, Numbers};
@@ -75,6 +75,12 @@ struct Reader {
     of_entity: HashMap<(i32, i32), Vec<i32>>,
     volumes: BTreeMap<i32, Vec<u32>>,
     faces: BTreeMap<i32, Vec<[u32; 4]>>,
+    /// Solids of version 2.2 by their first four nodes, with their group: an element stands there again for each further one.
+    solids: HashMap<[u32; 4], (u32, i32)>,
+    /// Further groups of elements.
+    further: HashSet<(u32, i32)>,
+    /// Whether elements are repeated for each of their groups.
+    is_old: bool,
     /// How often elements are in groups, and how often they may be: a short list of groups multiplies what is in them.
     members: usize,
     limit: usize,
@@ -176,6 +182,7 @@ impl Reader {
                     numbers.skip_line_break();
                     self.elements_new(numbers)?;
                 } else {
+                    self.is_old = true;
                     self.elements_old(numbers)?;
                 }
             }
@@ -361,6 +368,12 @@ impl Reader {
         }
         match found {
             Type::Solid(kind) => {
+                if let (true, &[group]) = (self.is_old, groups)
+                    && let Some(e) = self.again(kind, &nodes[..n_nodes], group)
+                {
+                    self.volumes.entry(group).or_default().push(e);
+                    return Ok(());
+                }
                 let e = self.mesh.elements.len() as u32;
                 match order(kind) {
                     Some(order) => self.mesh.elements.push(kind, label, order.iter().map(|&i| nodes[i])),
@@ -377,6 +390,22 @@ impl Reader {
         Ok(())
     }
 
+    /// The element of kind `kind` with the nodes `nodes` of Gmsh's list if it has been read, in another group than `group`.
+    fn again(&mut self, kind: ElementKind, nodes: &[u32], group: i32) -> Option<u32> {
+        let next = self.mesh.elements.len() as u32;
+        let key = std::array::from_fn(|i| nodes[i]);
+        let &mut (e, first) = self.solids.entry(key).or_insert((next, group));
+        if e == next || first == group {
+            return None;
+        }
+        let known = self.mesh.elements.get(e as usize);
+        let is_same = match order(kind) {
+            Some(order) => order.iter().map(|&i| nodes[i]).eq(known.nodes.iter().copied()),
+            None => nodes == known.nodes,
+        };
+        (is_same && known.kind == kind && self.further.insert((e, group))).then_some(e)
+    }
+
     fn finish(self) -> RawMesh {
         let Self { mut mesh, names, volumes, faces, skipped, .. } = self;
         let name = |dimension, group: i32| {
@@ -388,6 +417,10 @@ impl Reader {
                 Some((_, all)) => all.extend(elements),
                 None => mesh.volumes.push((name, elements)),
             }
+        }
+        for (_, elements) in &mut mesh.volumes {
+            elements.sort_unstable();
+            elements.dedup();
         }
         for (group, corners) in faces {
             mesh.faces.push((name(2, group), FaceSource::Corners(corners)));

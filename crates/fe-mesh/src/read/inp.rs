@@ -1,9 +1,11 @@
 //! Input files of Abaqus and CalculiX: flat, or with one part and one instance of it.
 
+mod axes;
 mod card;
 
 use std::collections::{HashMap, HashSet};
 
+use self::axes::Axes;
 use self::card::{Card, Type, element_type};
 use super::labels::Labels;
 use super::skipped::Skipped;
@@ -15,6 +17,11 @@ use crate::raw::{FaceSource, NO_NODE, RawMesh};
 const SILENT: &[&str] = &["HEADING", "PREPRINT", "RESTART"];
 /// Cards that delimit the part of the file that has the mesh.
 const FRAMES: &[&str] = &["ASSEMBLY", "END ASSEMBLY", "END STEP"];
+/// Cards that make nodes and elements, or move them.
+const MAKERS: &[&str] =
+    &["NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "IMPERFECTION", "SYMMETRIC MODEL GENERATION"];
+/// What to do about them.
+const MAKE: &str = "write a file in which every node and element stands with its numbers";
 /// Characters of a wrong field that a message shows.
 const SHOWN: usize = 40;
 /// Bytes of the file for each member that its sets have in all: a file has two numbers and more for each node and element, so that each may be in
@@ -71,6 +78,7 @@ struct Reader {
     limit: usize,
     parts: usize,
     instances: usize,
+    axes: Axes,
 }
 
 /// Reads a file.
@@ -87,6 +95,7 @@ pub fn read(bytes: &[u8]) -> Result<RawMesh, MeshError> {
             let mut text = text.into_owned();
             // A card goes on where its line ends with a comma.
             while text.ends_with(',') {
+                while lines.next_if(|(next, _)| next.starts_with(b"**")).is_some() {}
                 match lines.next_if(|(next, _)| !next.starts_with(b"*")) {
                     Some((next, _)) => text.push_str(&String::from_utf8_lossy(next)),
                     None => break,
@@ -112,11 +121,11 @@ pub fn read(bytes: &[u8]) -> Result<RawMesh, MeshError> {
                 given.add(&text, line)?;
             }
             while wanted.is_some_and(|n| given.n < n + 1) {
-                let is_data = |(next, _): &(&[u8], usize)| !next.starts_with(b"*") && !next.is_empty();
-                let Some((next, _)) = lines.next_if(is_data) else {
+                while lines.next_if(|(next, _)| next.starts_with(b"**") || next.is_empty()).is_some() {}
+                let Some((next, at)) = lines.next_if(|(next, _)| !next.starts_with(b"*")) else {
                     return fail(line, ReadFault::End { section: "an element".into() });
                 };
-                given.add(&String::from_utf8_lossy(next), line)?;
+                given.add(&String::from_utf8_lossy(next), at)?;
             }
             reader.element(&card, line, &given)?;
         } else {
@@ -154,7 +163,8 @@ struct Given {
 
 impl Given {
     fn add(&mut self, text: &str, line: usize) -> Result<(), MeshError> {
-        for field in fields(text) {
+        // A line that goes on ends with a comma; no other field may be empty.
+        for field in text.strip_suffix(',').unwrap_or(text).split(',').map(str::trim) {
             if let Some(value) = self.values.get_mut(self.n) {
                 *value = match number(field) {
                     Some(value) => value,
@@ -196,7 +206,12 @@ impl Reader {
                 Ok(())
             }
             "INCLUDE" => refuse("*INCLUDE", "put the mesh into one file"),
+            name if MAKERS.contains(&name) => refuse(&format!("*{name}"), MAKE),
             "STEP" => Ok(()),
+            "SYSTEM" => {
+                self.axes.begin(line);
+                Ok(())
+            }
             "NODE" | "ELEMENT" | "NSET" | "ELSET" | "SURFACE" => self.begin_mesh(card),
             name if FRAMES.contains(&name) || SILENT.contains(&name) => Ok(()),
             name => {
@@ -215,6 +230,11 @@ impl Reader {
             )
         };
         match card.name.as_str() {
+            _ if ["INPUT", "FILE"].iter().any(|key| card.get(key).is_some()) => {
+                let what = format!("*{} with data in another file", card.name);
+                fail(line, ReadFault::Unsupported { what, remedy: "put the mesh into one file" })
+            }
+            "NODE" => self.axes.of_nodes(card),
             "ELEMENT" => {
                 let Some(name) = card.get("TYPE") else { return missing("TYPE=") };
                 self.sort_nodes(line)?;
@@ -232,7 +252,13 @@ impl Reader {
             "NSET" if card.get("NSET").is_none() => missing("NSET="),
             "ELSET" if card.get("ELSET").is_none() => missing("ELSET="),
             "SURFACE" if card.get("NAME").is_none() => missing("NAME="),
-            "NSET" => self.sort_nodes(line),
+            "NSET" => {
+                self.sort_nodes(line)?;
+                match card.get("ELSET") {
+                    Some(elements) => self.nodes_of(card, elements),
+                    None => Ok(()),
+                }
+            }
             "ELSET" | "SURFACE" => {
                 self.sort_nodes(line)?;
                 self.sort_elements(line)?;
@@ -248,6 +274,22 @@ impl Reader {
             }
             _ => Ok(()),
         }
+    }
+
+    /// Makes the set of the nodes of all elements of another set.
+    fn nodes_of(&mut self, card: &Card, elements: &str) -> Result<(), MeshError> {
+        let name = card.get("NSET").unwrap_or_default();
+        let Some(all) = self.element_sets.get(elements) else {
+            let user = format!("set \"{name}\"");
+            return fail(card.line, ReadFault::UnknownSet { user, set: elements.to_owned() });
+        };
+        let mut nodes: Vec<u32> =
+            all.iter().flat_map(|&e| self.mesh.elements.get(e as usize).nodes).copied().collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        self.count(card.line, nodes.len() + SET)?;
+        self.node_sets.of(name).extend(nodes);
+        Ok(())
     }
 
     /// Makes numbers of nodes known.
@@ -359,6 +401,7 @@ impl Reader {
     fn data(&mut self, card: &Card, line: usize, text: &str) -> Result<(), MeshError> {
         match card.name.as_str() {
             "NODE" => self.node(card, line, text),
+            "SYSTEM" => self.axes.data(line, text),
             "NSET" => self.set(card, line, text, true),
             "ELSET" => self.set(card, line, text, false),
             "SURFACE" => self.surface(card, line, text),
@@ -377,17 +420,18 @@ impl Reader {
 
     fn node(&mut self, card: &Card, line: usize, text: &str) -> Result<(), MeshError> {
         self.is_sorted = false;
-        let mut fields = fields(text);
+        let mut fields = text.split(',').map(str::trim);
         let first = fields.next().unwrap_or_default();
         let Some(label) = number(first) else { return expected(line, "the number of a node", first) };
         let mut at = [0.0; 3];
-        for (x, field) in at.iter_mut().zip(fields) {
-            // Fortran writes exponents with d as well.
-            *x = match field.replace(['d', 'D'], "e").parse() {
-                Ok(x) => x,
-                Err(_) => return expected(line, "a coordinate", field),
+        // A coordinate that is left out is zero.
+        for (x, field) in at.iter_mut().zip(fields).filter(|(_, field)| !field.is_empty()) {
+            *x = match axes::real(field) {
+                Some(x) => x,
+                None => return expected(line, "a coordinate", field),
             };
         }
+        let at = self.axes.place(line, at)?;
         if !at.iter().all(|x: &f64| x.is_finite()) {
             return fail(line, ReadFault::Coordinate { node: label });
         }

@@ -3,7 +3,7 @@
 use crate::kind::ElementKind;
 
 /// Parameters of cards that say something of the mesh; a file may have any number of others.
-const PARAMETERS: &[&str] = &["TYPE", "ELSET", "NSET", "NAME", "GENERATE"];
+const PARAMETERS: &[&str] = &["TYPE", "ELSET", "NSET", "NAME", "GENERATE", "SYSTEM", "INPUT", "FILE"];
 
 /// A card with its parameters.
 #[derive(Debug, Clone, Default)]
