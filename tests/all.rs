@@ -29,6 +29,7 @@ mod import_body;
 mod imported_bodies;
 mod joint_answers;
 mod joint_travel;
+mod joint_velocities;
 mod key_examples;
 mod line_contact;
 mod long;

@@ -91,15 +91,25 @@ fn joint<'a>(
     let spec = spec.map(|(parent, child)| JointSpec {
         name: name.to_owned(),
         kind,
+        velocities: in_marker(kind, start.velocities, &child.rotation),
         parent,
         child,
         positions: start.positions,
-        velocities: start.velocities,
         has_velocities: ["angular_velocity", "velocity", "velocities"].iter().any(|key| section.given(key)),
         coordinates: start.coordinates,
         bearing: start.bearing,
     });
     Some(BuiltJoint { link, spec })
+}
+
+/// Velocities of which an angular velocity stands in the axes of the child's marker, which `rotation` turns into those of the child, in which it is
+/// given.
+fn in_marker(kind: JointKind, mut velocities: Vec<f64>, rotation: &UnitQuaternion<f64>) -> Vec<f64> {
+    if let Some(w) = kind.quaternion() {
+        let spin = rotation.inverse_transform_vector(&Vector3::from_column_slice(&velocities[w..w + 3]));
+        velocities[w..w + 3].copy_from_slice(spin.as_slice());
+    }
+    velocities
 }
 
 fn kind(checker: &mut Checker, section: &Section, name: &str) -> Option<JointKind> {
