@@ -7,6 +7,9 @@ use super::bezier::PieceJet;
 use super::boxes::NodeKind;
 use super::deformed::{Deformed, Side, Site, smallest};
 
+/// Distance, in round-off of the size of a body, from which on a line between two points has a direction: to a hundredth.
+const DIRECTED: f64 = 256.0;
+
 /// The surface point nearest to a point.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Nearest {
@@ -78,7 +81,7 @@ pub(super) fn nearest(
             }
         }
     }
-    best.map(|(_, found)| found.finish())
+    best.map(|(_, found)| found.finish(DIRECTED * f64::EPSILON * side.model.size()))
 }
 
 /// Pieces whose boxes come within `limit` of `x`.
@@ -135,9 +138,15 @@ impl Candidate {
         self.offset.dot(&self.normal).abs()
     }
 
-    fn finish(self) -> Nearest {
+    /// The nearest point; nearer than `shortest` the line to it tells nothing, but the surface's normal does where it has one.
+    fn finish(self, shortest: f64) -> Nearest {
         let sign = if self.offset.dot(&self.normal) < 0.0 { -1.0 } else { 1.0 };
-        let direction = if self.distance > 0.0 { self.offset * (sign / self.distance) } else { self.normal };
+        let has_normal = self.normal.norm() > 0.5;
+        let direction = if self.distance > shortest || !has_normal && self.distance > 0.0 {
+            self.offset * (sign / self.distance)
+        } else {
+            self.normal
+        };
         let Self { site, point, normal, distance, .. } = self;
         Nearest { site, point, direction, value: sign * distance, normal }
     }
