@@ -33,6 +33,7 @@ mod joint_velocities;
 mod key_examples;
 mod line_contact;
 mod long;
+mod lower_continuity;
 mod mesh_contact;
 mod mesh_stress;
 mod meshed;

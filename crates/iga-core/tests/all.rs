@@ -4,6 +4,7 @@
 mod bodies;
 mod catalogue;
 mod convergence;
+mod cutting;
 mod elasticity_identities;
 mod evaluation;
 mod extents;

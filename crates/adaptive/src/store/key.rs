@@ -109,8 +109,8 @@ impl Bytes {
     }
 
     fn shape(&mut self, shape: &Shape) {
-        // Markers and faces are names of places, spelled out where a model depends on them; singular sets follow from the patches and only say what is refused.
-        let Shape { patches, markers: _, faces: _, singular: _, symmetry } = shape;
+        // Markers and faces are names of places, spelled out where a model depends on them; singular sets follow from the patches and only say what is refused; parts are in the patches.
+        let Shape { patches, markers: _, faces: _, singular: _, symmetry, parts: _ } = shape;
         self.add(&patches.len());
         for patch in patches {
             self.add(&patch.knots().len());

@@ -13,6 +13,7 @@ pub mod interface;
 pub mod linked;
 pub mod local;
 pub mod joining;
+pub mod cutting;
 
 pub use grading::{Grading, Window};
 pub use interface::FaceId;

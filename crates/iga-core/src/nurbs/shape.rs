@@ -45,6 +45,8 @@ pub struct Shape {
     pub singular: Vec<SingularSet>,
     /// Rotations that leave the body as it is, if any are known.
     pub symmetry: Option<Symmetry>,
+    /// Number of patches per direction into which each one that was given is cut ([`Shape::cut`]), the least of all of them.
+    pub parts: [usize; 3],
 }
 
 impl Shape {
@@ -57,7 +59,8 @@ impl Shape {
     pub fn from_patches(patches: Vec<Patch>) -> Result<Self, SplineError> {
         let singular = patches.iter().enumerate().flat_map(|(i, p)| singular_sets(i, p)).collect();
         let faces = parametric_faces(&patches);
-        let shape = Self { patches, markers: BTreeMap::new(), faces, singular, symmetry: None };
+        let shape =
+            Self { patches, markers: BTreeMap::new(), faces, singular, symmetry: None, parts: [1; 3] };
         shape.check_orientation()?;
         Ok(shape)
     }
@@ -81,6 +84,7 @@ impl Shape {
             faces: self.faces.clone(),
             singular: self.singular.clone(),
             symmetry: self.symmetry.as_ref().and_then(|s| s.rotated(rotation)),
+            parts: self.parts,
         })
     }
 

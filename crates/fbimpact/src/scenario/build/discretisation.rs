@@ -55,9 +55,11 @@ pub fn discretisation(
             return None;
         }
     }
+    // Elements are those of a patch as it was given.
+    let of_parts = |n: Vec<usize>| n.iter().zip(shape.parts).map(|(n, parts)| n.div_ceil(parts)).collect();
     let spec = DiscretisationSpec {
         degrees: raised(&degree?, shape),
-        elements: elements.unwrap_or_else(|| vec![FIRST_ELEMENTS; directions]),
+        elements: elements.map_or_else(|| vec![FIRST_ELEMENTS; directions], of_parts),
         knots,
         refine,
     };

@@ -40,7 +40,10 @@ pub fn shape(checker: &mut Checker, body: &Section, model: &str, degree: usize) 
     let name = section.text("shape")?;
     let fits = check_model(checker, body, model, name);
     let built = match name {
-        "nurbs" => return nurbs(checker, section, model).filter(|_| fits.is_some()),
+        "nurbs" => {
+            let own = nurbs(checker, section, model).filter(|_| fits.is_some())?;
+            return cut(checker, body, section, own);
+        }
         "plate-with-hole" if is_missing(checker, section, model, "thickness") => return None,
         "gear-tooth" if is_missing(checker, section, model, "width") => return None,
         _ => match model {
@@ -50,7 +53,9 @@ pub fn shape(checker: &mut Checker, body: &Section, model: &str, degree: usize) 
         },
     };
     fits?;
-    built.map_err(|error| report(checker, section, &error)).ok()
+    let shape = built.map_err(|error| report(checker, section, &error)).ok()?;
+    // Of other shapes nets are turned, or regular where they can be touched.
+    if name == "tube-sector" { cut(checker, body, section, shape) } else { Some(shape) }
 }
 
 /// Reports the key of solid and spatial rigid bodies of a shape that is plane as well if it is not there.
@@ -216,6 +221,16 @@ fn net(section: &Section) -> Option<Option<SphereNet>> {
         "shells" => SphereNet::Shells,
         _ => SphereNet::Cube,
     }))
+}
+
+/// The shape with its patches cut along lines of lower continuity, which are faces between patches then; not where the scenario divides the one
+/// patch by its own parameters.
+fn cut(checker: &mut Checker, body: &Section, section: &Section, own: Shape) -> Option<Shape> {
+    let mesh = body.table("discretisation");
+    if mesh.is_some_and(|mesh| ["knots", "refine"].iter().any(|key| mesh.given(key))) {
+        return Some(own);
+    }
+    own.cut().map_err(|error| report(checker, section, &error)).ok()
 }
 
 /// The shape of patches of one's own, which joined are a body.

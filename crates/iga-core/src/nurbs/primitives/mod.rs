@@ -62,7 +62,7 @@ fn shape<const N: usize>(
     let markers = markers.into_iter().map(|(name, p)| (name.to_owned(), p)).collect();
     let id = |&(direction, upper): &(usize, bool)| FaceId { patch: 0, direction, upper };
     let faces = faces.iter().map(|(name, sides)| ((*name).to_owned(), sides.iter().map(id).collect()));
-    Shape { patches, markers, faces: faces.collect(), singular, symmetry: None }
+    Shape { patches, markers, faces: faces.collect(), singular, symmetry: None, parts: [1; 3] }
 }
 
 /// A shape of several patches, with all its faces, regular throughout.
@@ -73,7 +73,7 @@ fn joined<const N: usize, const M: usize>(
 ) -> Shape {
     let markers = markers.into_iter().map(|(name, p)| (name.to_owned(), p)).collect();
     let faces = faces.into_iter().map(|(name, ids)| (name.to_owned(), ids)).collect();
-    Shape { patches, markers, faces, singular: Vec::new(), symmetry: None }
+    Shape { patches, markers, faces, singular: Vec::new(), symmetry: None, parts: [1; 3] }
 }
 
 /// Named faces of a shape of one patch: the direction that is fixed on each part, and whether at its upper end.
