@@ -105,9 +105,10 @@ fn joint<'a>(
 /// Velocities of which an angular velocity stands in the axes of the child's marker, which `rotation` turns into those of the child, in which it is
 /// given.
 fn in_marker(kind: JointKind, mut velocities: Vec<f64>, rotation: &UnitQuaternion<f64>) -> Vec<f64> {
-    if let Some(w) = kind.quaternion() {
-        let spin = rotation.inverse_transform_vector(&Vector3::from_column_slice(&velocities[w..w + 3]));
-        velocities[w..w + 3].copy_from_slice(spin.as_slice());
+    // A joint that closes a loop has no velocities of its own.
+    if let Some(spin) = kind.quaternion().and_then(|w| velocities.get_mut(w..w + 3)) {
+        let in_marker = rotation.inverse_transform_vector(&Vector3::from_column_slice(spin));
+        spin.copy_from_slice(in_marker.as_slice());
     }
     velocities
 }
