@@ -32,6 +32,7 @@ mod joint_travel;
 mod joint_velocities;
 mod key_examples;
 mod line_contact;
+mod line_on_mesh;
 mod long;
 mod lower_continuity;
 mod mesh_contact;

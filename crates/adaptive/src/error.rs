@@ -349,6 +349,38 @@ pub enum ContactModelFault {
         /// Name of the body.
         body: String,
     },
+    /// A mesh that is touched along a line by sides that are too long for it.
+    #[error(
+        "body \"{body}\", a mesh, is touched along a line, where contact is {width:.3e} m wide; its sides are {length:.3e} m long across the line, {most:.3e} m at most leave no contact between their points: mesh a strip along the line with such sides, which may be long along it, or give both bodies a shape of splines (geometry.shape), which the program refines"
+    )]
+    LineOnMesh {
+        /// Name of the body.
+        body: String,
+        /// Width of the contact \[m\].
+        width: f64,
+        /// Longest side across the line \[m\].
+        length: f64,
+        /// Longest one that is taken \[m\].
+        most: f64,
+    },
+    /// A line on a mesh in a contact that the program refines.
+    #[error(
+        "body \"{body}\", a mesh, is touched along a line, where contact is {width:.3e} m wide, and the program divides elements about points alone: give model = \"quasistatic\" and mesh a strip along the line with sides that are half as long across it (they may be long along it), or give both bodies a shape of splines (geometry.shape), which the program refines"
+    )]
+    RefinedLine {
+        /// Name of the body.
+        body: String,
+        /// Width of the contact \[m\].
+        width: f64,
+    },
+    /// A line on a mesh whose partner is of splines.
+    #[error(
+        "body \"{body}\", of splines, touches a mesh along a line, for which its own elements are not refined: mesh it as well, take it as rigid, or give both bodies a shape of splines (geometry.shape), which the program refines"
+    )]
+    LineOfSplines {
+        /// Name of the body.
+        body: String,
+    },
     /// A body whose elements are as coarse at the contact as elsewhere.
     #[error(
         "body \"{body}\" is not refined at its first point of contact ({:.6e}, {:.6e}, {:.6e}) m; give interval.width or refine there",

@@ -236,6 +236,38 @@ impl MeshSurface {
         sides.iter().map(|&i| self.surface.longest_edge(&self.mesh, i as usize)).fold(0.0, f64::max)
     }
 
+    /// The largest extent along the unit vector `across` of the sides that are smoothly connected with the one at `site` and come within `reach` of the plane
+    /// across it through the site \[m\].
+    pub fn longest_across(&self, site: &SideSite, across: &Vector3<f64>, reach: f64) -> f64 {
+        let centre = Vector3::from(site.point);
+        let is_near = |x: &[f64; 3]| (Vector3::from(*x) - centre).dot(across).abs() <= reach;
+        let is_chosen = |i: usize| i == site.side || self.places_on(i).iter().any(is_near);
+        let extent = |i: &u32| {
+            let heights = self.surface.sides()[*i as usize].nodes.iter();
+            let heights = heights.map(|&n| Vector3::from(self.mesh.nodes()[n as usize]).dot(across));
+            let (low, high) = heights
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), h| (f64::min(a, h), f64::max(b, h)));
+            high - low
+        };
+        self.surface.smooth_part(site.side, is_chosen).iter().map(extent).fold(0.0, f64::max)
+    }
+
+    /// The zone of the sides that are smoothly connected with the one at `site` and come within `reach` of the plane across the unit vector `across` through it,
+    /// as far as the surface goes along that.
+    ///
+    /// # Errors
+    /// [`MeshFault::FlatSide`].
+    pub fn zone_along(
+        &self,
+        site: &SideSite,
+        across: &Vector3<f64>,
+        reach: f64,
+    ) -> Result<ContactZone, MeshFault> {
+        let centre = Vector3::from(site.point);
+        let is_near = |x: &[f64; 3]| (Vector3::from(*x) - centre).dot(across).abs() <= reach;
+        self.zone_within(site.side, is_near, |_| true, [2.0 * reach, 0.0])
+    }
+
     /// Nodes and points of side `i`.
     fn places_on(&self, i: usize) -> Vec<[f64; 3]> {
         let of = &self.surface.sides()[i];

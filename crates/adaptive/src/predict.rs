@@ -113,6 +113,19 @@ impl HertzLaw {
     }
 }
 
+/// Smaller over larger curvature of a gap below which surfaces touch along a line: the fits of meshes err by less.
+const STRAIGHT: f64 = 1e-3;
+
+/// Curvature of the gap across the line along which two surfaces touch [1/m], and the unit vector in space across it; `None` if they are curved
+/// against each other both ways, or none over the length `size` \[m\].
+pub fn across_line(partners: &[LocalSurface; 2], size: f64) -> Option<(f64, Vector3<f64>)> {
+    /// Curvature times size that is round-off of fitted nodes.
+    const PLANE: f64 = 1e-6;
+    let RelativeCurvature { small, large, bent_direction } = RelativeCurvature::new(partners);
+    let is_line = large * size > PLANE && small.abs() <= STRAIGHT * large;
+    is_line.then_some((large, bent_direction))
+}
+
 /// Curvatures of the gap between the surfaces: `gap = ½ (small x² + large y²)` [1/m].
 struct RelativeCurvature {
     small: f64,

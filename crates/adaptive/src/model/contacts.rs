@@ -6,7 +6,7 @@ use contact_qs::plane::Plane;
 use contact_qs::{HertzContact, PressureRecovery, Sphere};
 use ffr_dynamics::system::Active;
 use ffr_dynamics::system::force::BodyState;
-use nalgebra::Unit;
+use nalgebra::{Unit, Vector3};
 
 use super::default_penalty::{self, Side};
 use super::plan::{ContactPlan, request, requests};
@@ -18,10 +18,10 @@ use crate::detection::InactiveContact;
 use crate::elastic_body::{Interface, InterfaceModes};
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::marker_loads::MarkerLoads;
-use crate::mesh_surface::SideSite;
+use crate::mesh_surface::{MeshSurface, SideSite};
 use crate::plausibility::motion::wave_speed;
 use crate::simulation::RunContact;
-use crate::sizing::zone::predicted_zone;
+use crate::sizing::zone::{predicted_line, predicted_zone};
 use crate::spec::ImportedSpec;
 use crate::spec::{
     BodyKind, ContactLaw, ContactSpec, HertzSpec, HertzSphere, MeshedSpec, ReductionSpec, RefinementSpec,
@@ -32,7 +32,7 @@ use crate::touch_sites::TouchSite;
 use crate::unsupported::Unsupported;
 use crate::zone_at_start::wanted_refinement;
 use crate::zone_contact::{FALLBACK_PENALTY, ZoneContact};
-use crate::zone_on_mesh::zone_on_mesh;
+use crate::zone_on_mesh::{refined_line, zone_along_line, zone_on_mesh};
 
 /// A contact ready for the system.
 pub struct BuiltContact {
@@ -132,12 +132,16 @@ pub fn zones(
         let ContactLaw::Surface(law) = &contact.law else { return Ok(None) };
         let sites = match plan {
             ContactPlan::FromStart(sites) => sites,
-            ContactPlan::Point | ContactPlan::AtTouch => return Ok(None),
+            ContactPlan::Point | ContactPlan::AtTouch => {
+                check_line(spec, poses, (contact, plan))?;
+                return Ok(None);
+            }
         };
+        check_line(spec, poses, (contact, plan))?;
         let zone = |body: usize, site: TouchSite| match (site, &full[body]) {
             (TouchSite::Face(site), FullModel::Elastic(body)) => request(contact, law, site).zone(body),
             (TouchSite::Side(site), FullModel::Meshed(mesh)) => {
-                mesh_zone(spec, poses, (contact, law), (&spec.bodies[body].name, mesh, &site))
+                mesh_zone(spec, poses, (contact, law), (body, mesh, &site))
             }
             _ => {
                 let source = ContactError::Nothing { what: "a body has no surface to touch" };
@@ -155,36 +159,69 @@ pub fn zones(
     spec.contacts.iter().zip(plans).map(of).collect()
 }
 
-/// The zone of `contact` on the mesh of a body, its name, what it is made from and the place given.
+/// The zone of `contact` on the mesh of a body, its number, what it is made from and the place given.
 fn mesh_zone(
     spec: &RunSpec,
     poses: &[BodyState],
     (contact, law): (&ContactSpec, &SurfaceLaw),
-    (name, mesh, site): (&str, &MeshedSpec, &SideSite),
+    (body, mesh, site): (usize, &MeshedSpec, &SideSite),
 ) -> Result<ContactZone, AdaptiveError> {
+    let name = spec.bodies[body].name.as_str();
+    let line = predicted_line(spec, poses, contact).filter(|_| law.treatment != Treatment::Coarse);
+    if let Some(line) = line {
+        let in_body = |v: &Vector3<f64>| poses[body].rotation.inverse_transform_vector(v);
+        let outward = if body == contact.body { -line.normal } else { line.normal };
+        let site = MeshSurface::of(&mesh.mesh).facing(site, &in_body(&outward));
+        return zone_along_line((name, mesh), (contact, law), &site, (&line, &in_body(&line.across)));
+    }
     zone_on_mesh((name, mesh), (contact, law), site, || {
         predicted_zone(spec, poses, contact).map(|zone| zone.width)
     })
 }
 
-/// Checks that contacts find their zones on meshes that they keep for the whole run.
+/// Refuses a contact along a line with a mesh whose zones are not strips along it: one that is refined at the touch, and one of which a partner is of splines.
+fn check_line(
+    spec: &RunSpec,
+    poses: &[BodyState],
+    (contact, plan): (&ContactSpec, &ContactPlan),
+) -> Result<(), AdaptiveError> {
+    let ContactLaw::Surface(law) = &contact.law else { return Ok(()) };
+    let other = if let Target::Body(other) = contact.target { Some(other) } else { None };
+    let bodies = || [Some(contact.body), other].into_iter().flatten().map(|body| &spec.bodies[body]);
+    let mesh = bodies().find(|body| matches!(body.kind, BodyKind::Meshed(_)));
+    let Some(mesh) = mesh.filter(|_| law.treatment != Treatment::Coarse) else { return Ok(()) };
+    let Some(line) = predicted_line(spec, poses, contact) else { return Ok(()) };
+    if *plan == ContactPlan::AtTouch {
+        return Err(refined_line(&mesh.name, contact, &line));
+    }
+    match bodies().find(|body| matches!(body.kind, BodyKind::Elastic(_))) {
+        Some(body) => {
+            let (contact, fault) =
+                (contact.name.clone(), ContactModelFault::LineOfSplines { body: body.name.clone() });
+            Err(AdaptiveError::ContactModel { contact, fault })
+        }
+        None => Ok(()),
+    }
+}
+
+/// Checks that contacts find their zones on meshes that they keep for the whole run, and that those refined at the touch need none along a line.
 ///
 /// # Errors
-/// As [`zone_on_mesh`].
+/// As [`zone_on_mesh`] and [`zone_along_line`].
 pub fn check_mesh_zones(
     spec: &RunSpec,
     (plans, poses): (&[ContactPlan], &[BodyState]),
 ) -> Result<(), AdaptiveError> {
     for (contact, plan) in spec.contacts.iter().zip(plans) {
+        check_line(spec, poses, (contact, plan))?;
         let (ContactLaw::Surface(law), ContactPlan::FromStart(sites)) = (&contact.law, plan) else {
             continue;
         };
         let other = if let Target::Body(other) = contact.target { Some(other) } else { None };
         for (body, site) in [(Some(contact.body), Some(sites.contact_body)), (other, sites.target)] {
             let (Some(body), Some(TouchSite::Side(site))) = (body, site) else { continue };
-            let body = &spec.bodies[body];
-            if let BodyKind::Meshed(mesh) = &body.kind {
-                mesh_zone(spec, poses, (contact, law), (&body.name, mesh, &site))?;
+            if let BodyKind::Meshed(mesh) = &spec.bodies[body].kind {
+                mesh_zone(spec, poses, (contact, law), (body, mesh, &site))?;
             }
         }
     }

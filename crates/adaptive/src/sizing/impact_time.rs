@@ -10,16 +10,20 @@ use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::force::BodyState;
 use iga_core::elasticity::{Material, Model};
 use iga_core::mass_properties::MassProperties;
+use iga_core::surface::{BodySurface, Face};
 use nalgebra::{Matrix3, Vector3};
 
 use super::proportions::lengths;
 use crate::elastic_body::rigid_motion;
 use crate::local_surface::SurfaceView;
+use crate::mesh_surface::MeshSurface;
 use crate::predict::{HertzLaw, LocalSurface, hertz_impact, inverse_effective_mass, line_impact};
 use crate::spec::{
     BodyKind, ContactLaw, ContactSpec, ElasticSpec, HertzSphere, MeshedSpec, Place, RunSpec, Target,
 };
+use crate::touch_side::SAME_PLACE;
 use crate::touch_sites::{TouchSite, first_sites};
+use crate::zone_at_start::ContactSite;
 
 /// Speed of impacts when nothing moves and nothing falls at the start [m/s].
 const UNKNOWN_SPEED: f64 = 1.0;
@@ -30,6 +34,9 @@ const HERTZ_TIME: f64 = 2.943_28;
 const FLAT: f64 = 60.0;
 /// The same of solid bodies, whose number of modes grows with the cube of the frequency.
 const FLAT_SOLID: f64 = 10.0;
+
+/// Angle \[rad\] between normals of surfaces that face each other up to which they do: those of the sides of meshes err by less.
+pub(super) const ALONG: f64 = 5e-3;
 
 /// Share of a pulse's energy above the highest kept frequency. Amplitudes go with its root, 1 %, most of which the static
 /// answer of what is left out makes good.
@@ -145,7 +152,10 @@ pub(super) struct Scene<'a> {
 pub(super) struct Meeting {
     /// Contact body's and target's, if Hertz's theory may know them.
     pub surfaces: Option<[LocalSurface; 2]>,
-    normal: Vector3<f64>,
+    /// Angle between the outward normal of the contact body and the opposite of the target's \[rad\].
+    pub miss: f64,
+    /// From the target to the contact body.
+    pub normal: Vector3<f64>,
     points: [Vector3<f64>; 2],
 }
 
@@ -215,7 +225,7 @@ impl Scene<'_> {
         found.unwrap_or_else(|| {
             let origin = self.poses[contact.body].position;
             let points = [origin, other.map_or(origin, |b| self.poses[b].position)];
-            Meeting { surfaces: None, normal: Vector3::z(), points }
+            Meeting { surfaces: None, miss: 0.0, normal: Vector3::z(), points }
         })
     }
 
@@ -238,13 +248,13 @@ impl Scene<'_> {
                 let to = centre(sphere, body)?;
                 let normal = (at - to).try_normalize(0.0)?;
                 let points = [at - normal * own.radius, to + normal * sphere.radius];
-                Some(Meeting { surfaces: Some([surface(own), surface(sphere)]), normal, points })
+                Some(Meeting { surfaces: Some([surface(own), surface(sphere)]), miss: 0.0, normal, points })
             }
             (None, Target::Plane { point, normal }) => {
                 let touching = at - normal * own.radius;
                 let below = touching - normal * (touching - point).dot(&normal);
                 let surfaces = Some([surface(own), LocalSurface::plane(plane)]);
-                Some(Meeting { surfaces, normal, points: [touching, below] })
+                Some(Meeting { surfaces, miss: 0.0, normal, points: [touching, below] })
             }
             (None, Target::Body(_)) => None,
         }
@@ -260,15 +270,47 @@ impl Scene<'_> {
         if let Target::Plane { point, normal } = contact.target {
             let below = at - normal * (at - point).dot(&normal);
             let surfaces = Some([own.surface, LocalSurface::plane(0.0)]);
-            return Some(Meeting { surfaces, normal, points: [at, below] });
+            let miss = own.outward.angle(&-normal);
+            return Some(Meeting { surfaces, miss, normal, points: [at, below] });
         }
         let (target, site) = (other?, sites.target?);
         let facing = view(target, &site)?;
+        // What is nearest may be an edge of several sides of a mesh, or where a line of a face ends, of which any face may have been found.
+        let is_mesh = |body: usize| matches!(self.spec.bodies[body].kind, BodyKind::Meshed(_));
+        let has_mesh = is_mesh(contact.body) || is_mesh(target);
+        let (own, facing) = if !has_mesh || own.outward.angle(&-facing.outward) <= ALONG {
+            (own, facing)
+        } else {
+            let turned = self.facing((contact.body, &sites.contact_body), &-facing.outward);
+            let own = turned.unwrap_or(own);
+            let turned = self.facing((target, &site), &-own.outward);
+            (own, turned.unwrap_or(facing))
+        };
         Some(Meeting {
             surfaces: Some([own.surface, facing.surface]),
+            miss: own.outward.angle(&-facing.outward),
             normal: (facing.outward - own.outward).try_normalize(0.0)?,
             points: [at, self.in_space(target, &facing.point)],
         })
+    }
+
+    /// The surface of a body at a place, on the side or face there that looks most in the `direction` of space.
+    fn facing(&self, (index, site): (usize, &TouchSite), direction: &Vector3<f64>) -> Option<SurfaceView> {
+        let (body, rotation) = (&self.spec.bodies[index], &self.poses[index].rotation);
+        if let (BodyKind::Meshed(meshed), TouchSite::Side(side)) = (&body.kind, site) {
+            let towards = rotation.inverse_transform_vector(direction);
+            let side = MeshSurface::of(&meshed.mesh).facing(side, &towards);
+            return SurfaceView::at(body, rotation, &TouchSite::Side(side));
+        }
+        let (shape, point) = (body.geometry()?, site.point());
+        let patches = &shape.shape.patches;
+        let near = SAME_PLACE * self.size(index);
+        let views = Face::outer(patches, shape.is_axisymmetric()).into_iter().filter_map(|face| {
+            let found = BodySurface::of_faces(patches, vec![face]).closest(patches, point)?;
+            let place = TouchSite::Face(ContactSite::new(&shape, face.id, found.xi));
+            if found.measure <= near { SurfaceView::at(body, rotation, &place) } else { None }
+        });
+        views.max_by(|a, b| a.outward.dot(direction).total_cmp(&b.outward.dot(direction)))
     }
 
     fn in_space(&self, body: usize, point: &[f64; 3]) -> Vector3<f64> {

@@ -4,10 +4,11 @@ use std::fmt;
 
 use ffr_dynamics::system::force::BodyState;
 use iga_core::elasticity::Model;
+use nalgebra::Vector3;
 
-use super::impact_time::{Impact, Scene};
+use super::impact_time::{ALONG, Impact, Scene};
 use crate::fine_model::ELEMENTS;
-use crate::predict::{HertzLaw, LocalSurface, hertz_impact, interval_width, line_impact};
+use crate::predict::{HertzLaw, LocalSurface, across_line, hertz_impact, interval_width, line_impact};
 use crate::spec::{
     BodyKind, ContactLaw, ContactSpec, IntervalSpec, RefinementSpec, RunSpec, SurfaceLaw, Target, Treatment,
 };
@@ -105,6 +106,55 @@ pub fn predicted_zone(spec: &RunSpec, poses: &[BodyState], contact: &ContactSpec
         approach,
         sites: [Some(sites.contact_body), sites.target],
     })
+}
+
+/// The line along which the bodies of a contact touch first.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PredictedLine {
+    /// Half width of the contact at the peak force \[m\].
+    pub half_width: f64,
+    /// Full width of the zone that it needs \[m\].
+    pub width: f64,
+    /// Unit vector across the line, in space.
+    pub across: Vector3<f64>,
+    /// From the target to the contact body, in space.
+    pub normal: Vector3<f64>,
+}
+
+/// The line of the first touch of `contact` between spatial bodies, `poses` being the motions at the start; `None` if they touch otherwise, or nothing is
+/// known of it.
+pub fn predicted_line(spec: &RunSpec, poses: &[BodyState], contact: &ContactSpec) -> Option<PredictedLine> {
+    let scene = Scene { spec, poses };
+    let Impact { meeting, speed, inverse_mass, .. } = scene.impact(contact);
+    let (surfaces, size) = (meeting.surfaces?, scene.size(contact.body));
+    let (curvature, across) = across_line(&surfaces, size).filter(|_| meeting.miss <= ALONG)?;
+    let along = meeting.normal.cross(&across).try_normalize(0.0)?;
+    let other = if let Target::Body(other) = contact.target { Some(other) } else { None };
+    let bodies = [Some(contact.body), other].into_iter().flatten();
+    let length = bodies.map(|body| extent(spec, poses, body, &along)).fold(f64::INFINITY, f64::min);
+    let compliance = surfaces[0].compliance + surfaces[1].compliance;
+    let (half_width, _) = line_impact(curvature, compliance, inverse_mass * length, speed, size)?;
+    let width = interval_width(half_width, IntervalSpec::default().target_utilisation, false);
+    Some(PredictedLine { half_width, width, across, normal: meeting.normal })
+}
+
+/// Length of a body along a direction of space \[m\]; infinite without a surface.
+fn extent(spec: &RunSpec, poses: &[BodyState], body: usize, along: &Vector3<f64>) -> f64 {
+    let direction = poses[body].rotation.inverse_transform_vector(along);
+    let range = |points: &mut dyn Iterator<Item = &[f64; 3]>| {
+        let heights = points.map(|p| Vector3::from(*p).dot(&direction));
+        let (low, high) =
+            heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), h| (f64::min(a, h), f64::max(b, h)));
+        if high > low { high - low } else { f64::INFINITY }
+    };
+    match &spec.bodies[body].kind {
+        BodyKind::Meshed(meshed) => range(&mut meshed.mesh.nodes().iter()),
+        BodyKind::Elastic(_) | BodyKind::Rigid(_) | BodyKind::Imported(_) => {
+            spec.bodies[body].geometry().map_or(f64::INFINITY, |body| {
+                range(&mut body.shape.patches.iter().flat_map(|p| p.control_points()))
+            })
+        }
+    }
 }
 
 /// Half extent and force of a contact.

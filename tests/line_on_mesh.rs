@@ -1,0 +1,101 @@
+//! Contact along a line with the flat face of a mesh: a strip of sides along it carries it, as bodies of splines do; what cannot carry it is refused before
+//! the run with what does.
+
+use crate::blocks::block;
+use crate::support::scenarios::{self, run};
+use crate::writers::inp;
+use adaptive::model::check_contacts;
+use fe_mesh::ElementKind;
+use std::path::{Path, PathBuf};
+
+/// The block: 20 mm across the line, 12 mm along it, 8 mm high \[mm\].
+const SIZE: [f64; 3] = [20.0, 12.0, 8.0];
+
+/// A share from -1 to 1 of a direction: elements beside the middle are shorter than the mean by the factor `1 - bend`.
+fn graded(share: f64, bend: f64) -> f64 {
+    share * (1.0 - bend + bend * share * share)
+}
+
+/// A block of `n` elements, whose sides grow from the line along y on its top; `bend`: how much.
+fn mesh(folder: &Path, name: &str, (kind, n): (ElementKind, [usize; 3]), bend: f64) {
+    let raw = block(kind, n, |[x, y, z]| {
+        [0.5 * SIZE[0] * graded(2.0 * x - 1.0, bend), SIZE[1] * (y - 0.5), SIZE[2] * graded(z - 1.0, bend)]
+    });
+    std::fs::write(folder.join(name), inp(&raw)).expect("written");
+}
+
+/// Meshes of the block: three that carry the line, and one that does not.
+fn files() -> PathBuf {
+    let folder = scenarios::folder("line_on_mesh");
+    mesh(&folder, "a.inp", (ElementKind::Hex20, [28, 4, 8]), 0.97);
+    mesh(&folder, "b.inp", (ElementKind::Hex20, [32, 6, 8]), 0.97);
+    mesh(&folder, "c.inp", (ElementKind::Wedge15, [30, 5, 8]), 0.97);
+    mesh(&folder, "coarse.inp", (ElementKind::Hex20, [10, 4, 4]), 0.0);
+    folder
+}
+
+fn of_mesh(file: &str) -> String {
+    format!(
+        "model = \"mesh\"\nfile = \"{file}\"\nunits = \"mm\"\nmaterial = \"steel\"\nreduction = {{ modes = 20 }}"
+    )
+}
+
+const SPLINES: &str = "model = \"solid\"\nmaterial = \"steel\"\ngeometry = { shape = \"box\", size = [20e-3, 12e-3, 8e-3] }\n\
+                       position = [0.0, 0.0, -4e-3]\ndiscretisation = { elements = [6, 4, 3] }\nreduction = { modes = 20 }";
+
+/// A cylinder on its side falls on the block `bar`; `roll`: what else the cylinder is.
+fn text(bar: &str, roll: &str, contact: &str) -> String {
+    format!(
+        "[simulation]\nend_time = 6e-5\nstop_after_impacts = 1\n[bodies.bar]\n{bar}\n[bodies.roll]\n{roll}\nmaterial = \"steel\"\n\
+         geometry = {{ shape = \"cylinder\", radius = 5e-3, length = 16e-3 }}\nposition = [0.0, -8e-3, 5.001e-3]\n\
+         velocity = [0.0, 0.0, -1.0]\norientation_deg = [-90.0, 0.0, 0.0]\n\
+         [contacts.c]\ncontact_body = \"bar\"\ntarget_body = \"roll\"\n{contact}\n"
+    )
+}
+
+const RIGID: &str = "model = \"rigid\"";
+const STATIC: &str = "model = \"quasistatic\"";
+
+#[test]
+fn lines_that_a_mesh_does_not_carry_are_refused_with_what_does() {
+    let folder = files();
+    let said = |bar: &str, roll: &str, contact: &str| {
+        let scenario = scenarios::valid(&folder, &text(bar, roll, contact), &[]);
+        check_contacts(&scenario.run).err().map(|error| error.to_string())
+    };
+    let wide = format!("{STATIC}\ninterval = {{ width = 1e-3 }}");
+    for contact in [STATIC, &wide] {
+        let refused = said(&of_mesh("coarse.inp"), RIGID, contact).expect("refused");
+        assert!(refused.contains("along a line") && refused.contains("strip along the line"), "{refused}");
+        // The remedy.
+        assert_eq!(said(&of_mesh("a.inp"), RIGID, contact), None);
+    }
+    for bar in ["coarse.inp", "a.inp"] {
+        let refused = said(&of_mesh(bar), RIGID, "").expect("refused");
+        assert!(refused.contains("model = \"quasistatic\""), "{refused}");
+        let refused = said(&of_mesh(bar), "model = \"solid\"", &wide).expect("refused");
+        assert!(refused.contains("of splines, touches a mesh along a line"), "{refused}");
+    }
+    // Splines alone, and a ball on the same mesh, are no such thing.
+    assert_eq!(said(SPLINES, RIGID, ""), None);
+    let ball = text(&of_mesh("coarse.inp"), RIGID, STATIC)
+        .replace("shape = \"cylinder\", radius = 5e-3, length = 16e-3", "shape = \"sphere\", radius = 5e-3");
+    assert!(check_contacts(&scenarios::valid(&folder, &ball, &[]).run).is_ok());
+}
+
+#[test]
+#[ignore = "second tier: minutes"]
+fn a_cylinder_meets_the_face_of_a_mesh_as_one_of_splines() {
+    let folder = files();
+    let peak = |bar: &str, contact: &str| {
+        let recording = run(&scenarios::valid(&folder, &text(bar, RIGID, contact), &[]));
+        recording.impacts.iter().map(|impact| impact.peak_force).fold(0.0, f64::max)
+    };
+    let expected = peak(SPLINES, "");
+    for file in ["a.inp", "b.inp", "c.inp"] {
+        let found = peak(&of_mesh(file), STATIC);
+        println!("{file}: {found:.1} N, splines {expected:.1} N");
+        // One to three sides of quadratic elements on the half width: below 1 %, and as much for modes that are not the same.
+        assert!((found / expected - 1.0).abs() < 2e-2, "{file}: {found} {expected}");
+    }
+}
