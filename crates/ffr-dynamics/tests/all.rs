@@ -16,6 +16,7 @@ mod gauss;
 mod gears;
 mod general_mass;
 mod geometric_stiffening;
+mod held_damping;
 mod integrator_protocol;
 mod joint_travel;
 mod marker_weights;

@@ -48,6 +48,33 @@ impl RayleighDamping {
     }
 }
 
+/// What the damping ratios of a body's vibrations are, whatever holds it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum DampingLaw {
+    /// A ratio for each mode, the last for all that follow.
+    Ratios(Vec<f64>),
+    /// Rayleigh damping.
+    Rayleigh(RayleighDamping),
+}
+
+impl DampingLaw {
+    /// Ratio of mode `number` (from 0) of the angular frequency `omega` [rad/s].
+    pub fn ratio(&self, number: usize, omega: f64) -> f64 {
+        match self {
+            Self::Ratios(ratios) => ratios.get(number).or(ratios.last()).copied().unwrap_or(0.0),
+            Self::Rayleigh(damping) => damping.ratio(omega / TAU),
+        }
+    }
+
+    /// Whether it damps at all.
+    pub fn is_any(&self) -> bool {
+        match self {
+            Self::Ratios(ratios) => ratios.iter().any(|r| *r > 0.0),
+            Self::Rayleigh(damping) => damping.mass > 0.0 || damping.stiffness > 0.0,
+        }
+    }
+}
+
 impl ModalDamping {
     /// Coefficients `2 ζ_j ω_j` (Eq. F.23) from one damping ratio a mode, 1 being critical; `modal_stiffness`: squared
     /// frequencies [rad²/s²].

@@ -14,7 +14,7 @@ pub mod sparse_import;
 pub mod data_parts;
 
 pub use assembled::{AssembledBody, Dof, MassMatrix, RigidMotion};
-pub use damping::RayleighDamping;
+pub use damping::{DampingLaw, RayleighDamping};
 pub use data_parts::DataParts;
 pub use geometric_stiffening::GeometricStiffening;
 pub use modal_mass::ModalMass;

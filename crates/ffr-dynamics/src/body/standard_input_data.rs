@@ -45,10 +45,11 @@ impl ModalDamping {
                 }
             }
             Self::Full(matrix) => {
-                for (i, f) in forces.iter_mut().enumerate() {
-                    let force: f64 = rates.iter().enumerate().map(|(j, rate)| matrix[(i, j)] * rate).sum();
+                // The matrix is symmetric; its columns lie together in memory.
+                for ((f, rate), column) in forces.iter_mut().zip(rates).zip(matrix.col_iter()) {
+                    let force: f64 = column.iter().zip(rates).map(|(d, r)| d * r).sum();
                     *f -= force;
-                    power += force * rates[i];
+                    power += force * rate;
                 }
             }
         }

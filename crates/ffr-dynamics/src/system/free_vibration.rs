@@ -14,9 +14,13 @@ const COUPLING: f64 = 1e-6;
 
 /// Elastic coordinates of `model` that vibrate for themselves.
 pub(super) fn oscillators(model: &MultibodyModel) -> Vec<Oscillator> {
-    let is_alone = |i: usize| joined_markers(model, i).all(Marker::is_still);
-    let bodies = model.bodies.iter().enumerate().filter(|(i, body)| is_uncoupled(&body.data) && is_alone(*i));
+    let bodies = model.bodies.iter().enumerate().filter(|(i, _)| vibrates_alone(model, *i));
     bodies.flat_map(|(_, body)| of_body(body)).collect()
+}
+
+/// Whether the elastic coordinates of body `i` know nothing of other motions.
+pub(super) fn vibrates_alone(model: &MultibodyModel, i: usize) -> bool {
+    is_uncoupled(&model.bodies[i].data) && joined_markers(model, i).all(Marker::is_still)
 }
 
 /// Markers of body `i` that joints hold.

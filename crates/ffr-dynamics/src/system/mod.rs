@@ -30,11 +30,13 @@ pub mod reaction;
 mod dead_load;
 mod small_motion;
 pub mod vibration;
+pub mod held_damping;
 pub mod equilibrium;
 
 pub use active::{Active, ActiveForce};
 pub use error_scale::ErrorScale;
 pub use force::{BodyState, Findings, ForceElement, ForceEnergies, GeneralisedForce, Motion};
+pub use held_damping::OwnDamping;
 pub use joints::{
     Bearing, CoordinateForce, FreeDirections, Friction, JointKind, Stop, TimeCourse, TimeFunction,
 };

@@ -18,7 +18,8 @@ use crate::kinematics::Marker;
 
 mod resolution;
 
-use resolution::{check_damping, check_names, check_suits_model, loop_joint, resolve_loads, tree_joints};
+pub(super) use resolution::check_damping;
+use resolution::{check_names, check_suits_model, loop_joint, resolve_loads, tree_joints};
 
 /// A marker with its body; `None` is ground.
 #[derive(Debug, Clone)]

@@ -12,11 +12,13 @@ use super::error_scale::ErrorScale;
 use super::force::{BodyState, GeneralisedForce, Motion};
 use super::free_vibration::oscillators;
 use super::joints::forces::joint_energy;
-use super::model::{JointCoordinates, MultibodyModel, TreeBody};
+use super::model::{JointCoordinates, MultibodyModel, TreeBody, check_damping};
 use super::specification::SystemSpec;
 use super::stage_solver::StageSolver;
 use super::tree_error::TreeNorm;
+use super::uncoupled_modes::UncoupledModes;
 use super::workspace::{Powers, Workspace};
+use crate::body::ModalDamping;
 use crate::data_error::DataError;
 use crate::error::{DynamicsError, EvaluationFailure};
 use crate::integration::{KinematicBlock, Linearisation, OdeSystem, Oscillator, Oscillators};
@@ -77,6 +79,21 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         self.oscillators = oscillators(&model);
         self.stages = StageSolver::new(&model);
         (self.model, self.workspace) = (model, workspace);
+        Ok(())
+    }
+
+    /// Gives body `body` another damping.
+    pub(super) fn replace_damping(
+        &mut self,
+        body: usize,
+        damping: ModalDamping,
+    ) -> Result<(), DynamicsError> {
+        let changed = &mut self.model.bodies[body];
+        changed.data.modal_damping = damping;
+        check_damping(&changed.name, &changed.data)?;
+        changed.modes = UncoupledModes::new(&changed.data)?;
+        self.oscillators = oscillators(&self.model);
+        self.norm.forget();
         Ok(())
     }
 

@@ -25,6 +25,7 @@ const MOTION: f64 = 1e-3;
 pub(super) const REDUNDANT: f64 = 1e-10;
 
 /// Matrices of a system about a pose, in all rates of [`MultibodyModel::n_rates`]; prescribed motions are held.
+#[derive(Clone)]
 pub(super) struct SmallMotion {
     /// Mass.
     pub mass: Mat<f64>,
@@ -51,6 +52,7 @@ struct Closed {
 }
 
 /// Inertia of one body where it is, in its axes.
+#[derive(Clone)]
 struct BodyInertia {
     rigid: [SpatialVector; 6],
     coupling: Vec<[f64; 6]>,
@@ -74,6 +76,33 @@ impl SmallMotion {
         small.hold(&mut movable, y)?;
         small.fill_stiffness(&mut movable, y, &steps);
         Ok(small)
+    }
+
+    /// Of the structure alone: mass, constraints, and the stiffness of modes and joint springs, which are all in [`Self::elastic`]; weight,
+    /// stops and the forces of loops are left out.
+    pub fn of_structure(model: &MultibodyModel, t: f64, y: &[f64]) -> Self {
+        let (mut small, _, _) = Self::without_stiffness(model, t, y);
+        for body in &model.bodies {
+            let joint = &body.joint;
+            if joint.coordinates.is_empty() {
+                continue;
+            }
+            for (rate, k) in body.layout.rates_joint().zip(joint.free_velocities()) {
+                small.elastic[rate] = joint.coordinates[k].stiffness;
+            }
+        }
+        small
+    }
+
+    /// Keeps the coordinates `kept` alone, in their order; the others are held. Energies are not to be asked any more.
+    pub fn keep(&mut self, kept: &[usize]) {
+        let picked = |a: &Mat<f64>| Mat::from_fn(kept.len(), kept.len(), |i, j| a[(kept[i], kept[j])]);
+        (self.mass, self.stiffness) = (picked(&self.mass), picked(&self.stiffness));
+        let pick = |a: &[f64]| kept.iter().map(|i| a[*i]).collect::<Vec<_>>();
+        (self.elastic, self.accelerations) = (pick(&self.elastic), pick(&self.accelerations));
+        self.constraints =
+            Mat::from_fn(self.constraints.nrows(), kept.len(), |k, j| self.constraints[(k, kept[j])]);
+        self.inertia.clear();
     }
 
     /// Mass and constraints alone, with what the stiffness is found by.

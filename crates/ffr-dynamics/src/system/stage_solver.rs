@@ -66,9 +66,19 @@ impl StageSolver {
             for (k, stiffness) in elastic.clone().zip(&body.data.modal_stiffness) {
                 self.answer.forces[k] = passive(x[k], motion[k], *stiffness, 0.0);
             }
-            if let ModalDamping::PerMode(damping) = &body.data.modal_damping {
-                for (k, d) in elastic.zip(damping) {
-                    self.answer.forces[k] -= weight * x[k] * *d;
+            match &body.data.modal_damping {
+                ModalDamping::None => {}
+                ModalDamping::PerMode(damping) => {
+                    for (k, d) in elastic.zip(damping) {
+                        self.answer.forces[k] -= weight * x[k] * *d;
+                    }
+                }
+                ModalDamping::Full(damping) => {
+                    for (j, column) in elastic.clone().zip(damping.col_iter()) {
+                        for (k, d) in elastic.clone().zip(column.iter()) {
+                            self.answer.forces[k] -= weight * x[j] * *d;
+                        }
+                    }
                 }
             }
         }

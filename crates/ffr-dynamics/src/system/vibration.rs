@@ -5,6 +5,7 @@ use std::ops::DerefMut;
 use faer::{Mat, MatRef};
 
 use super::active::ActiveForce;
+use super::model::MultibodyModel;
 use super::multibody::Multibody;
 use super::small_motion::{REDUNDANT, SmallMotion};
 use super::tree_kinematics::update;
@@ -44,12 +45,19 @@ pub struct SystemMode {
     pub squared_frequency: f64,
     /// Share of each body in the kinetic energy.
     pub shares: Vec<f64>,
+    /// What the dampers of bodies and joints take from the mode, `zᵀ D z` of the mass-orthonormal mode `z` (Eq. M.68) [1/s].
+    pub damping: f64,
 }
 
 impl SystemMode {
     /// Eigenfrequency \[Hz\]; zero if the mode does not vibrate.
     pub fn frequency(&self) -> f64 {
         self.squared_frequency.max(0.0).sqrt() / std::f64::consts::TAU
+    }
+
+    /// Damping ratio, 1 being critical; none of a mode that does not vibrate. Between modes that dampers couple it holds to first order.
+    pub fn damping_ratio(&self) -> Option<f64> {
+        (self.squared_frequency > 0.0).then(|| 0.5 * self.damping / self.squared_frequency.sqrt())
     }
 
     /// Rate at which an unstable mode grows, `e^(rate t)` \[1/s\]; zero for others.
@@ -89,7 +97,11 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
             let rates: Vec<f64> = (0..n).map(|i| vectors[(i, m)]).collect();
             let energies = small.energies(model, &workspace.edges, &rates);
             let sum: f64 = energies.iter().sum();
-            SystemMode { squared_frequency: *value, shares: energies.iter().map(|e| e / sum).collect() }
+            SystemMode {
+                squared_frequency: *value,
+                shares: energies.iter().map(|e| e / sum).collect(),
+                damping: power(model, &workspace, &rates),
+            }
         });
         Ok(SystemModes {
             modes: modes.collect(),
@@ -101,8 +113,28 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
     }
 }
 
+/// Power that dampers of bodies and joints take from the motion `rates` \[W\]. Friction and bearings are not among them: they are no part
+/// of small motions.
+fn power(model: &MultibodyModel, workspace: &Workspace, rates: &[f64]) -> f64 {
+    let mut sum = 0.0;
+    for (body, edge) in model.bodies.iter().zip(&workspace.edges) {
+        let joint = &body.joint;
+        if !joint.coordinates.is_empty() {
+            for (rate, k) in rates[body.layout.rates_joint()].iter().zip(joint.free_velocities()) {
+                let compressed = joint.coordinates[k].stop.as_ref();
+                let at_stop =
+                    compressed.map_or(0.0, |stop| stop.tangent(edge.coordinates.positions[k], 0.0)[1]);
+                sum += (joint.coordinates[k].damping + at_stop) * rate * rate;
+            }
+        }
+        let elastic = &rates[body.layout.rates_elastic()];
+        sum += body.data.modal_damping.apply(elastic, &mut vec![0.0; elastic.len()]);
+    }
+    sum
+}
+
 /// The eigenproblem in coordinates in which the mass matrix is the identity and the constraints hold.
-struct Problem<'a> {
+pub(super) struct Problem<'a> {
     small: &'a SmallMotion,
     /// Symmetric part of the stiffness other than that of modes.
     stiffness: Mat<f64>,
@@ -115,7 +147,7 @@ struct Problem<'a> {
 }
 
 impl<'a> Problem<'a> {
-    fn new(small: &'a SmallMotion) -> Result<Self, DynamicsError> {
+    pub fn new(small: &'a SmallMotion) -> Result<Self, DynamicsError> {
         let mut mass = small.mass.clone();
         dense::symmetrise(&mut mass);
         let factor = dense::cholesky(mass, "mass matrix of the system")?;
@@ -146,7 +178,7 @@ impl<'a> Problem<'a> {
     }
 
     /// Squared frequencies, rising, and modes in the system's coordinates, mass-orthonormal.
-    fn modes(&self) -> Result<(Vec<f64>, Mat<f64>), DynamicsError> {
+    pub fn modes(&self) -> Result<(Vec<f64>, Mat<f64>), DynamicsError> {
         let n = self.small.n();
         if self.free.ncols() == 0 {
             return Ok((Vec::new(), Mat::zeros(n, 0)));

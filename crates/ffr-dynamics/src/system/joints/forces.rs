@@ -144,7 +144,7 @@ impl Stop {
     }
 
     /// Stiffness and damping of small changes.
-    fn tangent(&self, position: f64, velocity: f64) -> [f64; 2] {
+    pub(crate) fn tangent(&self, position: f64, velocity: f64) -> [f64; 2] {
         let (compression, direction) = self.compression(position);
         let growth = 1.0 - self.damping * direction * velocity;
         if growth <= 0.0 || direction == 0.0 {

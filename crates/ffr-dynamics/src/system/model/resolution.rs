@@ -17,7 +17,7 @@ use crate::kinematics::Marker;
 const ALIGNMENT: f64 = 1e-9;
 
 /// Refuses damping of another size, or negative.
-pub(super) fn check_damping(name: &str, data: &StandardInputData) -> Result<(), DynamicsError> {
+pub(in crate::system) fn check_damping(name: &str, data: &StandardInputData) -> Result<(), DynamicsError> {
     let n_q = data.n_modes();
     let fits = match &data.modal_damping {
         ModalDamping::None => true,
