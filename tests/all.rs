@@ -24,6 +24,7 @@ mod flat_meshes;
 mod fuzzing;
 mod gear_tooth;
 mod gears;
+mod held_damping;
 mod hertz_scenarios;
 mod import_body;
 mod imported_bodies;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use contact_qs::points::DofLookup;
 use faer::{Mat, MatRef};
 use ffr_dynamics::DynamicsError;
-use ffr_dynamics::body::{AssembledBody, Dof, MassMatrix, ModalDamping, RayleighDamping, StandardInputData};
+use ffr_dynamics::body::{AssembledBody, Dof, MassMatrix, ModalDamping, StandardInputData};
 use ffr_dynamics::reduction::compliance::ResidualFlexibility;
 use ffr_dynamics::reduction::modal::ReducedBasis;
 use ffr_dynamics::reduction::problem::ElasticProblem;
@@ -21,7 +21,7 @@ use nalgebra::UnitQuaternion;
 
 use crate::error::AdaptiveError;
 use crate::marker_loads::MarkerLoads;
-use crate::spec::{DampingSpec, DiscretisationSpec, ElasticSpec, FrameSpec, RefinementSpec};
+use crate::spec::{DiscretisationSpec, ElasticSpec, FrameSpec, RefinementSpec};
 use crate::store::{ModelCache, StoredModel, body_definition, matrix, matrix_values};
 use crate::unsupported::Unsupported;
 
@@ -272,34 +272,6 @@ fn answering(
     loads: &Mat<f64>,
 ) -> Result<ReducedBasis, DynamicsError> {
     with_static_answers(problem, basis, loads.as_ref(), TakenLoads::ByRank)
-}
-
-/// Damping of modes with squared frequencies `stiffness` [rad²/s²], of which those from `n_modes` on are static answers.
-///
-/// Rayleigh damping grows with the frequency; what stands for a static answer gets critical damping at most, for more would only
-/// delay it.
-pub(crate) fn damping(
-    spec: &DampingSpec,
-    stiffness: &[f64],
-    n_modes: usize,
-) -> Result<ModalDamping, DynamicsError> {
-    match spec {
-        DampingSpec::None => Ok(ModalDamping::None),
-        DampingSpec::Rayleigh { frequencies, ratio } => {
-            let mut damping = RayleighDamping::from_frequencies(*frequencies, *ratio)?.modal(stiffness);
-            if let ModalDamping::PerMode(coefficients) = &mut damping {
-                let answers = coefficients.iter_mut().zip(stiffness).skip(n_modes);
-                answers.for_each(|(d, k)| *d = d.min(2.0 * k.sqrt()));
-            }
-            Ok(damping)
-        }
-        DampingSpec::Modal(ratios) => {
-            let last = ratios.last().copied().unwrap_or(0.0);
-            let all: Vec<f64> =
-                (0..stiffness.len()).map(|j| ratios.get(j).copied().unwrap_or(last)).collect();
-            ModalDamping::from_ratios(&all, stiffness)
-        }
-    }
 }
 
 /// `own` damping with critical damping of the modes from `n_low` on added (Eq. F.23); `omega`: their frequencies [rad/s].

@@ -20,6 +20,7 @@ pub mod elastic_body;
 pub mod gauge;
 pub mod rigid_surface;
 pub mod body_model;
+mod body_damping;
 pub mod wanted_interval;
 mod whole_surface;
 pub mod point_compliance;

@@ -26,6 +26,7 @@ mod cost;
 mod default_penalty;
 mod joints;
 mod fine_modes;
+mod held_damping;
 mod plan;
 mod resolution;
 mod start;
@@ -123,7 +124,7 @@ impl RunModel {
         let search = started.elapsed().as_secs_f64() - assembly;
         let interfaces = interfaces(spec, &zones)?;
         let bodies = spec.bodies.iter().zip(full).zip(interfaces);
-        let bodies: Vec<BodyModel> = bodies
+        let mut bodies: Vec<BodyModel> = bodies
             .map(|((b, full), i)| BodyModel::new(b.name.clone(), full, i, cache))
             .collect::<Result<_, AdaptiveError>>()?;
         let contacts = spec.contacts.iter().zip(plans.iter().zip(&zones));
@@ -138,6 +139,7 @@ impl RunModel {
         let description = joints::system_spec(spec, &bodies)?;
         let mut system = Multibody::new(description, forces).map_err(AdaptiveError::Model)?;
         let initial = start::state(spec, &mut system)?;
+        held_damping::hold(spec, &mut bodies, &mut system, (0.0, &initial))?;
         let reduction = started.elapsed().as_secs_f64() - assembly - search;
         let observed = Observed {
             points: observed_points(spec, &bodies)?,

@@ -15,9 +15,10 @@ use nalgebra::Vector3;
 
 use super::zone_model::ZoneModel;
 use super::{AdaptiveContact, CancelCheck, WIDEST};
+use crate::body_damping::damping;
 use crate::body_model::{BodyModel, FlexibleBody};
 use crate::contact_zone::{ContactZone, PointsAbout, ZoneExtent};
-use crate::elastic_body::{ElasticBody, damping, with_critical};
+use crate::elastic_body::{ElasticBody, with_critical};
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::fine_body::FineBodyModel;
 use crate::fine_elements::{FineElements, WantedZone};

@@ -12,9 +12,10 @@ use ffr_dynamics::reduction::problem::ElasticProblem;
 use ffr_dynamics::reduction::rigid::RigidModes;
 
 use super::{
-    Interface, InterfaceModes, ReducedBody, answering, basis_from, damping, free_modes, free_modes_answering,
+    Interface, InterfaceModes, ReducedBody, answering, basis_from, free_modes, free_modes_answering,
     stored_basis, with_critical,
 };
+use crate::body_damping::damping;
 use crate::spec::{DampingSpec, ReductionSpec};
 use crate::store::{ModelCache, ModelKey};
 

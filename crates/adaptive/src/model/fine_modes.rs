@@ -8,7 +8,7 @@ use tracing::warn;
 
 use super::contacts::takes_part;
 use super::plan::ContactPlan;
-use super::{BodyModel, ElasticModel, RunModel, joints, observed_points};
+use super::{BodyModel, ElasticModel, RunModel, held_damping, joints, observed_points};
 use crate::adaptive_contact::FineBasis;
 use crate::body_model::FineState;
 use crate::error::AdaptiveError;
@@ -176,6 +176,7 @@ impl RunModel {
         let description = joints::system_spec(spec, &self.bodies)?;
         self.observed.points = observed_points(spec, &self.bodies)?;
         self.system.replace_model(description).map_err(AdaptiveError::Model)?;
+        held_damping::hold(spec, &mut self.bodies, &mut self.system, (0.0, &self.initial))?;
         self.close_loops(t, y)
     }
 

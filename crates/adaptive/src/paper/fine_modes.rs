@@ -9,7 +9,8 @@ use ffr_dynamics::reduction::dense;
 use ffr_dynamics::reduction::modal::ReducedBasis;
 use nalgebra::UnitQuaternion;
 
-use crate::elastic_body::{ElasticBody, ReducedBody, damping};
+use crate::body_damping::damping;
+use crate::elastic_body::{ElasticBody, ReducedBody};
 use crate::error::AdaptiveError;
 use crate::fine_model::FineBody;
 use crate::paper::transfer::StateTransfer;

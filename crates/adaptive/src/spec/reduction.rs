@@ -51,4 +51,6 @@ pub enum DampingSpec {
     },
     /// Damping ratios, one per mode; the last holds for all that follow.
     Modal(Vec<f64>),
+    /// Structural damping: the loss factor, twice the ratio of every mode.
+    Structural(f64),
 }

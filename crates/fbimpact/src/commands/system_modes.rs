@@ -47,6 +47,8 @@ struct Report {
 struct Mode {
     /// Eigenfrequency \[Hz\].
     frequency: f64,
+    /// Damping ratio, 1 being critical; none of a rigid motion.
+    damping_ratio: Option<f64>,
     /// Shares of kinetic energy by body.
     participation: BTreeMap<String, f64>,
 }
@@ -90,8 +92,13 @@ impl Report {
         let (unstable, stable): (Vec<&SystemMode>, Vec<_>) =
             system.modes.iter().partition(|m| m.squared_frequency < 0.0);
         let stable = stable.into_iter();
-        let modes: Vec<Mode> =
-            stable.map(|m| Mode { frequency: m.frequency(), participation: participation(m) }).collect();
+        let modes: Vec<Mode> = stable
+            .map(|m| Mode {
+                frequency: m.frequency(),
+                damping_ratio: m.damping_ratio(),
+                participation: participation(m),
+            })
+            .collect();
         Self {
             frequencies: modes.iter().map(|m| m.frequency).collect(),
             rigid_body_modes: modes.iter().filter(|m| m.frequency <= 0.0).count(),
@@ -134,9 +141,12 @@ impl Report {
             let rate = format!("e^({:.6} t/s)", mode.growth_rate);
             let _ = writeln!(out, "unstable {rate:>16}     {}", shares(&mode.participation));
         }
+        let is_damped = self.modes.iter().any(|m| m.damping_ratio.is_some_and(|z| z > 0.0));
         for (i, mode) in self.modes.iter().enumerate() {
-            let _ =
-                writeln!(out, "{:>6} {:>18.6} Hz  {}", i + 1, mode.frequency, shares(&mode.participation));
+            let ratio = mode.damping_ratio.filter(|_| is_damped);
+            let ratio = ratio.map_or(String::new(), |z| format!("damping ratio {z:.6}  "));
+            let by = shares(&mode.participation);
+            let _ = writeln!(out, "{:>6} {:>18.6} Hz  {ratio}{by}", i + 1, mode.frequency);
         }
         out
     }

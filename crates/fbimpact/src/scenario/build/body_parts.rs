@@ -77,8 +77,11 @@ pub fn damping(checker: &mut Checker, section: &Section) -> Option<DampingSpec> 
     if table.item("modal").is_some() {
         return Some(DampingSpec::Modal(table.numbers("modal")?.to_vec()));
     }
+    if table.item("loss_factor").is_some() {
+        return Some(DampingSpec::Structural(table.number("loss_factor")?));
+    }
     if table.item("frequencies").is_none() {
-        let message = "required key is missing: either \"frequencies\" or \"modal\"".into();
+        let message = "required key is missing: \"modal\", \"frequencies\" or \"loss_factor\"".into();
         checker.fault(&table.origin, table.path_of("frequencies"), None, message);
         return None;
     }

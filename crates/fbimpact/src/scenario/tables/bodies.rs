@@ -221,7 +221,7 @@ pub const BODY: &[Key] = &[
         Kind::Table(DAMPING),
         "",
         Need::Optional("no damping"),
-        "Damping of the elastic coordinates, of Rayleigh or a mode at a time.",
+        "Damping of the body's vibrations, by ratios that hold as its joints hold it: a mode at a time, of Rayleigh, or structural.",
     ).when(TO_REDUCE),
     Key::new(
         "frame",
@@ -363,14 +363,17 @@ const COUPLINGS: &[Choice] = &[
 const RATIO: Range = Range { min: Bound::Closed(0.0), max: Bound::Closed(1e3) };
 
 /// Damping ratios are not given a mode at a time.
-const RAYLEIGH: &[Condition] = &[Condition::new("without \"modal\"", Test::Without("modal"))];
+const NOT_BY_MODE: Condition = Condition::new("without \"modal\"", Test::Without("modal"));
+/// Nor is the loss factor.
+const NOT_STRUCTURAL: Condition = Condition::new("without \"loss_factor\"", Test::Without("loss_factor"));
+const RAYLEIGH: &[Condition] = &[NOT_BY_MODE, NOT_STRUCTURAL];
 
 const DAMPING: &[Key] = &[
     Key::new(
         "frequencies",
         Kind::Vector(2, Range::positive(1e12)),
         "Hz",
-        Need::Optional("`modal` must be given"),
+        Need::Optional("`modal` or `loss_factor` must be given"),
         "Two frequencies between which modes are damped least, the band of the modes that matter.",
     )
     .when(RAYLEIGH),
@@ -386,7 +389,16 @@ const DAMPING: &[Key] = &[
         "modal",
         Kind::Numbers(RATIO),
         "–",
-        Need::Optional("`frequencies` must be given"),
-        "Damping ratios, one per mode; the last, or a single number, holds for all that follow.",
+        Need::Optional("`frequencies` or `loss_factor` must be given"),
+        "Damping ratios of the modes of the body as its joints hold it, one per mode; the last, or a single number, holds for all that \
+         follow.",
     ),
+    Key::new(
+        "loss_factor",
+        Kind::Number(RATIO),
+        "–",
+        Need::Optional("`modal` or `frequencies` must be given"),
+        "Structural damping: the loss factor of all modes, which is twice their damping ratio.",
+    )
+    .when(&[NOT_BY_MODE]),
 ];
