@@ -151,6 +151,30 @@ fn check_reports_faults_of_all_files_and_exits_with_3() {
     assert_eq!(err.matches("did you mean \"gravity\"?").count(), 2, "{err}");
 }
 
+/// Numbers of other units are no fault, for some material might be meant; they are told, with what to write.
+#[test]
+fn check_tells_materials_and_sizes_that_look_like_other_units() {
+    let rod = scenario("rod_on_plane.toml");
+    let check = |set: &[&str]| {
+        let set: Vec<&str> = set.iter().flat_map(|s| ["--set", s]).collect();
+        let (code, _, err) = output(&[&["check", rod.to_str().expect("UTF-8")], &set[..]].concat());
+        assert_eq!(code, 0, "{err}");
+        err
+    };
+    let tonnes =
+        check(&["materials.aluminium.youngs_modulus=72800.0", "materials.aluminium.density=2.789e-9"]);
+    for part in ["tonne, mm, s", "youngs_modulus = 7.2800e10", "density = 2.7890e3"] {
+        assert!(tonnes.contains(part), "{tonnes}");
+    }
+    assert!(check(&["materials.aluminium.youngs_modulus=72.8"]).contains("GPa beside kg/m³"));
+    for file in std::fs::read_dir(scenario("")).expect("a folder").map(|f| f.expect("an entry").path()) {
+        if file.extension().is_some_and(|e| e == "toml") {
+            let (code, _, err) = output(&["check", file.to_str().expect("UTF-8")]);
+            assert!(code == 0 && !err.contains("no solid has") && !err.contains("m large"), "{err}");
+        }
+    }
+}
+
 #[test]
 fn fault_in_a_file_shows_file_line_key_value_and_range() {
     let directory = tempfile::tempdir().expect("a temporary directory");

@@ -8,3 +8,4 @@ pub mod overlap;
 pub mod resolution;
 pub mod start;
 pub mod watch;
+pub mod units;

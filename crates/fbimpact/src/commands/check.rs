@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use adaptive::plausibility::units;
 use adaptive::spec::{ContactSpec, Target};
 use indicatif::ProgressBar;
 
@@ -72,6 +73,7 @@ fn accept(path: &Path, scenario: &Scenario) -> Result<(), AppError> {
         scenario.run.contacts.len()
     );
     joints::report(scenario);
+    tell_units(Some(path), scenario);
     for body in under_constrained(scenario) {
         tracing::warn!(
             "{}: body \"{body}\" is under-constrained: it is the child of no joint and moves freely among bodies that do; name it as the child of a joint unless that is meant",
@@ -79,6 +81,14 @@ fn accept(path: &Path, scenario: &Scenario) -> Result<(), AppError> {
         );
     }
     Ok(contacts?)
+}
+
+/// Tells numbers that look as if they were given in other units.
+pub fn tell_units(path: Option<&Path>, scenario: &Scenario) {
+    let place = path.map_or(String::new(), |path| format!("{}: ", path.display()));
+    for doubt in units::doubts(&scenario.run) {
+        tracing::warn!("{place}{doubt}");
+    }
 }
 
 /// Keeps `error` for the end and reports the one before it.

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use indicatif::ProgressBar;
 
 use super::begin::begin;
+use super::check::tell_units;
 use super::stop::Stop;
 use super::{check_distinct, threads};
 use crate::cli::RunArguments;
@@ -43,6 +44,7 @@ fn run_scenario(
         None => default_output(path),
     };
     check_distinct(&scenario, &target)?;
+    tell_units(None, &scenario);
     let stop = Stop::listen(arguments.until_eof);
     let output = OutputFile::claim(&target, arguments.force)?;
     begin(&scenario, output, (arguments, n_threads), &stop, bar)
