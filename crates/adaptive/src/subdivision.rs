@@ -3,6 +3,7 @@
 //! Works on the breaks of one parametric direction at a time; neither geometry nor functions are needed. What the levels do to
 //! a space is [`crate::fine_model`]'s part.
 
+use ffr_dynamics::reduction::memory::gigabytes as gb;
 use thiserror::Error;
 
 /// Largest number of levels, the coarse one and the one of contact elements included (\[A\] section 4.3).
@@ -39,7 +40,8 @@ pub enum SubdivisionError {
     },
     /// A fine model that no memory holds.
     #[error(
-        "a contact interval of {width:.3e} m with {across} elements across, {element:.3e} m each, makes about {unknowns:.1e} unknowns, {interface:.1e} of them in the contact zone, and needs about {gigabytes:.0} GB (at most {most:.0} GB); give interval.elements a smaller number"
+        "a contact interval of {width:.3e} m with {across} elements across, {element:.3e} m each, makes about {unknowns:.1e} unknowns, {interface:.1e} of them in the contact zone, and needs about {} GB (at most {} GB); give interval.elements a smaller number",
+        gb(*gigabytes), gb(*most)
     )]
     TooLarge {
         /// Width of the interval \[m\].

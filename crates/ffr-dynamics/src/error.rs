@@ -8,6 +8,7 @@ use thiserror::Error;
 
 use crate::data_error::DataError;
 use crate::joint_fault::{GearFault, JointFault};
+use crate::reduction::memory::gigabytes as gb;
 
 /// Errors of reduction, equations of motion and time integration. Texts are fragments that read after "body ...: ".
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -41,7 +42,8 @@ pub enum DynamicsError {
     },
     /// A factor for which the machine has no memory.
     #[error(
-        "the Cholesky factor of {unknowns} unknowns would take {gigabytes:.2} GB; one factor may take {room:.2} GB of the {free:.2} GB that are free, besides it there are modes, compliance and the other body (--memory); use fewer elements or a lower degree, in contact zones a smaller interval.elements"
+        "the Cholesky factor of {unknowns} unknowns would take {} GB; one factor may take {} GB of the {} GB that are free, besides it there are modes, compliance and the other body (--memory); use fewer elements or a lower degree, in contact zones a smaller interval.elements",
+        gb(*gigabytes), gb(*room), gb(*free)
     )]
     FactorTooLarge {
         /// Number of unknowns.

@@ -1,6 +1,6 @@
 //! Memory that a fine model would take, estimated before anything of it is built.
 
-use ffr_dynamics::reduction::memory::given_limit;
+use ffr_dynamics::reduction::memory;
 use iga_core::hierarchical::SubdomainHierarchy;
 use iga_core::nurbs::Patch;
 
@@ -19,7 +19,7 @@ const FILL: [f64; 2] = [60.0, 30.0];
 
 /// Memory of one fine model at most, less if the process may not take as much \[GB\].
 pub fn most_gigabytes() -> f64 {
-    given_limit().map_or(MOST_GIGABYTES, |limit| MOST_GIGABYTES.min(1e-9 * limit as f64))
+    memory::most().map_or(MOST_GIGABYTES, |limit| MOST_GIGABYTES.min(1e-9 * limit as f64))
 }
 
 /// Memory that a fine model in so many directions takes \[GB\].

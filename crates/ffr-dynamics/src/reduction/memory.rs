@@ -1,5 +1,7 @@
 //! Memory that is left, asked before a factor is computed.
 
+mod control_groups;
+
 use std::path::Path;
 use std::sync::OnceLock;
 
@@ -9,8 +11,8 @@ const SHARE: f64 = 0.4;
 /// Share of the memory left beside a factor that a second one of the same body may take, for an inertia count.
 const SHARE_BESIDE: f64 = 0.8;
 
-/// Folder in which Linux shows the limits that a container sets.
-const CONTROL_GROUP: &str = "/sys/fs/cgroup";
+/// Limits that the system sets a process, and what they count: `ulimit -v` and `ulimit -d`.
+const PROCESS_LIMITS: [(&str, &str); 2] = [("Max address space", "VmSize:"), ("Max data size", "VmData:")];
 
 /// Memory that the process may take \[bytes\], if a limit was given.
 static LIMIT: OnceLock<u64> = OnceLock::new();
@@ -20,41 +22,67 @@ pub fn limit(bytes: u64) {
     LIMIT.get_or_init(|| bytes);
 }
 
-/// Memory that the process may take \[bytes\], if a limit was given.
-pub fn given_limit() -> Option<u64> {
-    LIMIT.get().copied()
+/// A limit of the memory, and what is left of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Room {
+    /// \[bytes\]
+    limit: u64,
+    /// \[bytes\]
+    free: u64,
 }
 
-/// Free memory in bytes: of the machine, what a container leaves, or what the process has not taken of its limit; `None` where it cannot be found.
-fn free() -> Option<u64> {
-    let text = std::fs::read_to_string("/proc/meminfo").unwrap_or_default();
-    let machine = entry(&text, "MemAvailable:").map(|kilobytes| 1024 * kilobytes);
-    let container = left_by(|name| std::fs::read_to_string(Path::new(CONTROL_GROUP).join(name)).ok());
-    let given = given_limit().map(|limit| {
-        let text = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-        limit.saturating_sub(entry(&text, "VmRSS:").map_or(0, |kilobytes| 1024 * kilobytes))
-    });
-    [machine, container, given].into_iter().flatten().min()
-}
-
-/// What a control group, of the second version or the first, leaves of its limit in bytes, files that are only kept for the
-/// next reader counted as free; `None` without a limit. `read` gives the text of a file in the group's folder.
-fn left_by(read: impl Fn(&str) -> Option<String>) -> Option<u64> {
-    let number = |name: &str| read(name)?.trim().parse::<u64>().ok();
-    let (limit, used, details) = match number("memory.max") {
-        Some(limit) => (limit, "memory.current", "memory.stat"),
-        None => {
-            (number("memory/memory.limit_in_bytes")?, "memory/memory.usage_in_bytes", "memory/memory.stat")
-        }
+/// Everything that limits the memory of the process: the machine, control groups, limits of the process, the limit given.
+fn rooms() -> Vec<Room> {
+    let read = |path: &Path| std::fs::read_to_string(path).ok();
+    let text = |path: &str| read(Path::new(path)).unwrap_or_default();
+    let (machine, status, limits) = (text("/proc/meminfo"), text("/proc/self/status"), text("/proc/self/limits"));
+    let bytes = |text: &str, key| entry(text, key).map(|kilobytes| 1024 * kilobytes);
+    let mut rooms = control_groups::rooms(&read);
+    if let (Some(limit), Some(free)) = (bytes(&machine, "MemTotal:"), bytes(&machine, "MemAvailable:")) {
+        rooms.push(Room { limit, free });
+    }
+    let of_process = |limit: u64, used| {
+        let used = bytes(&status, used).unwrap_or(0);
+        Room { limit, free: limit.saturating_sub(used) }
     };
-    let kept = read(details).and_then(|text| entry(&text, "inactive_file")).unwrap_or(0);
-    Some(limit.saturating_sub(number(used)?.saturating_sub(kept)))
+    rooms.extend(LIMIT.get().map(|&limit| of_process(limit, "VmRSS:")));
+    let set = PROCESS_LIMITS.iter().filter_map(|(name, used)| Some((process_limit(&limits, name)?, *used)));
+    rooms.extend(set.map(|(limit, used)| of_process(limit, used)));
+    rooms
+}
+
+/// Memory that the process may take at most \[bytes\]; `None` where it cannot be found.
+pub fn most() -> Option<u64> {
+    rooms().iter().map(|room| room.limit).min()
+}
+
+/// Memory that the process may take beside what it has \[bytes\]; `None` where it cannot be found.
+pub fn free() -> Option<u64> {
+    rooms().iter().map(|room| room.free).min()
 }
 
 /// The number after `key` in a text of lines "key number …".
 fn entry(text: &str, key: &str) -> Option<u64> {
     let mut words = text.lines().map(str::split_whitespace);
     words.find_map(|mut line| (line.next() == Some(key)).then(|| line.next()?.parse().ok())?)
+}
+
+/// The limit in force after `name` in a text of lines "name soft hard unit"; `None` without a limit.
+fn process_limit(text: &str, name: &str) -> Option<u64> {
+    let values = text.lines().find_map(|line| line.strip_prefix(name))?;
+    values.split_whitespace().next()?.parse().ok()
+}
+
+/// Gigabytes for people, with digits above zero.
+pub fn gigabytes(number: f64) -> String {
+    match number {
+        n if n >= 10.0 => format!("{n:.0}"),
+        n if n >= 1.0 => format!("{n:.1}"),
+        n if n >= 0.1 => format!("{n:.2}"),
+        n if n >= 0.01 => format!("{n:.3}"),
+        n if n >= 1e-9 => format!("{n:.1e}"),
+        _ => "0".into(),
+    }
 }
 
 /// Memory that does not suffice.
@@ -94,17 +122,18 @@ mod tests {
     }
 
     #[test]
-    fn a_container_leaves_its_limit_less_what_is_used() {
-        let first = [("memory/memory.limit_in_bytes", "5000\n"), ("memory/memory.usage_in_bytes", "6000\n")];
-        let details = "anon 1000\ninactive_file 500\nactive_file 1500\n";
-        let second = |limit| [("memory.max", limit), ("memory.current", "3000\n"), ("memory.stat", details)];
-        let left = |files: &[(&str, &str)]| {
-            left_by(|name| files.iter().find(|file| file.0 == name).map(|file| file.1.to_owned()))
-        };
-        assert_eq!(left(&[]), None);
-        assert_eq!(left(&first), Some(0));
-        assert_eq!(left(&second("8000\n")), Some(5500));
-        assert_eq!(left(&second("max\n")), None);
+    fn limit_of_the_process_is_read_by_its_name() {
+        let text = "Limit             Soft Limit  Hard Limit  Units\nMax data size     unlimited   unlimited   bytes\n\
+            Max address space 204800000   unlimited   bytes\n";
+        assert_eq!(process_limit(text, "Max address space"), Some(204_800_000));
+        assert_eq!(process_limit(text, "Max data size"), None);
+        assert_eq!(process_limit(text, "Max stack size"), None);
+    }
+
+    #[test]
+    fn gigabytes_have_digits_above_zero() {
+        let told = [123.4, 12.3, 3.21, 0.25, 0.0123, 0.0012, 0.0].map(gigabytes);
+        assert_eq!(told, ["123", "12", "3.2", "0.25", "0.012", "1.2e-3", "0"]);
     }
 
     #[test]
