@@ -1,6 +1,9 @@
 //! The fbimpact program as a library: command line, scenario, run, results.
 
 mod percent;
+pub mod allocation;
+pub mod plain_file;
+pub mod shown_text;
 pub mod error;
 pub mod error_text;
 pub mod whole_file;
@@ -40,6 +43,7 @@ use error::AppError;
 /// Parses the command line, does what it says and returns the exit code. Never ends the process itself: HDF5 files
 /// must be closed first.
 pub fn main_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    hdf5_integrity::forbid();
     let cli = match Cli::try_parse_from(arguments) {
         Ok(cli) => cli,
         Err(error) => {
@@ -125,5 +129,5 @@ fn report(error: &AppError) {
         matches!(error, AppError::Scenario(_) | AppError::Differs { .. } | AppError::Unconverged { .. });
     let prefix = if is_plain { "" } else { "error: " };
     // Nothing can be done when standard error is closed.
-    let _ = writeln!(std::io::stderr(), "{prefix}{error}");
+    let _ = writeln!(std::io::stderr(), "{prefix}{}", shown_text::message(&error.to_string()));
 }

@@ -13,6 +13,7 @@ use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
 
 use crate::cli::{LogArguments, LogFormat};
+use crate::shown_text::{message, short};
 
 /// Wall time between lines when standard error is no terminal.
 const LINE_INTERVAL: Duration = Duration::from_secs(10);
@@ -39,7 +40,8 @@ pub fn log(arguments: LogArguments, bar: &ProgressBar) {
     let builder = tracing_subscriber::fmt()
         .with_max_level(LevelFilter::TRACE)
         .with_target(false)
-        .with_ansi(std::io::stderr().is_terminal())
+        // Colours would have to be told from those of a text that is shown.
+        .with_ansi(false)
         .with_writer(AboveBar(bar.clone()));
     // A second call, as in tests, keeps the first log.
     let _ = match arguments.log_format {
@@ -55,7 +57,8 @@ struct AboveBar(ProgressBar);
 
 impl Write for AboveBar {
     fn write(&mut self, buffer: &[u8]) -> std::io::Result<usize> {
-        let _ = self.0.suspend(|| std::io::stderr().write_all(buffer));
+        let text = message(&String::from_utf8_lossy(buffer));
+        let _ = self.0.suspend(|| std::io::stderr().write_all(text.as_bytes()));
         Ok(buffer.len())
     }
 
@@ -104,7 +107,9 @@ impl Progress {
         let (ticker, end) = channel();
         if bar.is_hidden() {
             let stage = stage.clone();
-            std::thread::spawn(move || tick(&stage, &end, [TICK, LINE_INTERVAL]));
+            // Where there is no room for a thread, there are no lines.
+            let ticker = std::thread::Builder::new().name("progress".into());
+            let _ = ticker.spawn(move || tick(&stage, &end, [TICK, LINE_INTERVAL]));
         } else {
             bar.enable_steady_tick(TICK);
         }
@@ -120,7 +125,7 @@ impl Progress {
     /// Takes note of work without time steps that begins, or of its end.
     pub fn stage(&self, text: Option<String>) {
         if let Some(text) = &text {
-            self.bar.set_message(text.clone());
+            self.bar.set_message(short(text));
         }
         *lock(&self.stage) = text.map(|text| (text, Instant::now()));
     }

@@ -3,6 +3,8 @@
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use crate::file_fault::{Access, FileFault, OutputFault};
+
 /// Flushes and closes `file`, so that a full disk is an error and not a broken file.
 ///
 /// # Errors
@@ -32,6 +34,51 @@ pub fn replace<E: From<io::Error>>(path: &Path, write: impl FnOnce(&Path) -> Res
         let _ = std::fs::remove_file(&part);
     }
     written
+}
+
+/// Whether [`replace`] can write `path`, asked before the work: what refuses there, refuses here.
+///
+/// # Errors
+/// What is wrong with the name, its folder or what stands there.
+pub fn check(path: &Path) -> Result<(), FileFault> {
+    let name = path.file_name().filter(|name| {
+        // `out/` and `out/.` are folders even if they do not exist.
+        path.as_os_str().as_encoded_bytes().ends_with(name.as_encoded_bytes())
+    });
+    if name.is_none() || path.is_dir() {
+        return Err(OutputFault::Directory.into());
+    }
+    let directory = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if !directory.is_dir() {
+        return Err(OutputFault::NoDirectory { directory: directory.to_owned() }.into());
+    }
+    // Links are followed, or replaced: what counts is where they lead.
+    if path.exists() && !path.is_file() {
+        return Err(OutputFault::Device.into());
+    }
+    let fail = |e| FileFault::system(Access::Write, e);
+    let probe = aside(path);
+    std::fs::File::create(&probe).map_err(fail)?;
+    std::fs::remove_file(&probe).map_err(fail)?;
+    if is_kept(path, directory) {
+        return Err(fail(io::ErrorKind::PermissionDenied.into()));
+    }
+    Ok(())
+}
+
+/// Whether the file `path` may not be replaced because it is somebody else's in a folder where each keeps their own, as /tmp.
+#[cfg(unix)]
+fn is_kept(path: &Path, directory: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    const STICKY: u32 = 0o1000;
+    let (Ok(file), Ok(directory)) = (path.symlink_metadata(), directory.metadata()) else { return false };
+    let user = nix::unistd::geteuid().as_raw();
+    directory.mode() & STICKY != 0 && ![file.uid(), directory.uid(), 0].contains(&user)
+}
+
+#[cfg(not(unix))]
+fn is_kept(_: &Path, _: &Path) -> bool {
+    false
 }
 
 /// A name next to `path` that no other process uses.

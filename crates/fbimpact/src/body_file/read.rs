@@ -8,7 +8,7 @@ use ffr_dynamics::body::RigidMotion;
 use super::dataset::Node;
 use super::fault::{BodyFault, BodyFileError};
 use super::{BodyFile, FORMAT, FORMAT_VERSION, full, reduced};
-use crate::hdf5_integrity::{self, OpenFault};
+use crate::hdf5_integrity;
 
 /// Models by the attribute `model`.
 pub const MODELS: [(&str, RigidMotion); 3] =
@@ -24,7 +24,6 @@ pub fn read(path: &Path) -> Result<BodyFile, BodyFileError> {
 }
 
 fn open(path: &Path) -> Result<Node, BodyFault> {
-    std::fs::File::open(path).map_err(OpenFault::System)?;
     let file = hdf5_integrity::open(path)?;
     Ok(Node { group: file.group("/")?, path: "/".into() })
 }

@@ -11,6 +11,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, SystemTime};
 
 use super::Name;
+use crate::plain_file;
 
 /// Ending of models.
 const MODEL: &str = "model";
@@ -69,7 +70,7 @@ impl Folder {
     /// If it is there and cannot be read.
     pub fn read(&self, name: &Name) -> io::Result<Option<Vec<u8>>> {
         let path = self.file(name);
-        let bytes = match fs::read(&path) {
+        let bytes = match plain_file::read(&path) {
             Ok(bytes) => bytes,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
             Err(error) => return Err(error),

@@ -13,6 +13,7 @@ use crate::expression::fault::ExpressionFault;
 use crate::expression::named::{Cell, NamedExpression};
 use crate::expression::source::Source;
 use crate::file_fault::{Access, FileFault};
+use crate::plain_file;
 use crate::results::reactions::PeakReaction;
 use crate::results::stored::Stored;
 use crate::results::summary;
@@ -105,20 +106,20 @@ fn with_end(stem: &Path, end: &str) -> PathBuf {
 fn read(stem: &Path, wanted: &[NamedExpression]) -> Run {
     let (result, part) = (with_end(stem, ".h5"), with_end(stem, ".h5.part"));
     let file = if !result.exists() && part.exists() { part } else { result };
-    let exit = std::fs::read_to_string(with_end(stem, ".exit")).unwrap_or_default();
+    let exit = plain_file::text(&with_end(stem, ".exit")).unwrap_or_default();
     let mut run =
         Run { name: stem.display().to_string(), exit_code: exit.trim().parse().ok(), ..Run::default() };
     if !file.exists() {
         let is_failed = run.exit_code.is_some_and(|code| code != 0);
         run.status = if is_failed { "failed" } else { "missing" }.to_owned();
-        let log = std::fs::read_to_string(with_end(stem, ".log")).unwrap_or_default();
+        let log = plain_file::text(&with_end(stem, ".log")).unwrap_or_default();
         run.message = complaint(&log).unwrap_or("no result file").to_owned();
     } else if let Err(error) = fill(&mut run, &file, wanted) {
         run.status = "unreadable".to_owned();
         run.message = error.to_string();
     }
     if run.values.is_empty() {
-        run.values = set_values(&std::fs::read_to_string(with_end(stem, ".set")).unwrap_or_default());
+        run.values = set_values(&plain_file::text(&with_end(stem, ".set")).unwrap_or_default());
     }
     run
 }

@@ -24,6 +24,7 @@ use crate::whole_file;
 /// [`AppError::Unconverged`] if a change is beyond the tolerance or unknown, [`AppError::Base`] if the run of the scenario as it
 /// is fails, [`AppError::InterruptedRuns`] when interrupted; those of reading the scenario.
 pub fn converge(arguments: &ConvergeArguments) -> Result<(), AppError> {
+    let stop = Stop::listen(false);
     let n_threads = threads(arguments.threads)?;
     let scenario = scenario::read(&arguments.scenario, &arguments.set.set)?;
     let spec = &scenario.run;
@@ -32,7 +33,7 @@ pub fn converge(arguments: &ConvergeArguments) -> Result<(), AppError> {
     let folder = arguments.output.clone().unwrap_or_else(|| default_folder(&arguments.scenario));
     prepare(&folder)?;
     let sizes = sizes(spec);
-    let stop = Stop::listen(false);
+    stop.begin();
     let runs = Runs { arguments, folder: &folder, n_threads, stop: &stop };
     let size = |body: &str| sizes.get(body).copied().unwrap_or(0.0);
 

@@ -9,6 +9,7 @@ use crate::cli::{ImportArguments, ImportUnit};
 use crate::error::{AppError, CommandFault};
 use crate::file_fault::{Access, FileFault, OutputFault};
 use crate::matrix_files::{Matrix, Parts, assemble, read_map, read_matrix, read_nodes};
+use crate::plain_file;
 
 /// Most nodes of a marker: a range of more is a slip.
 const MOST_NODES: u64 = 1_000_000;
@@ -93,7 +94,7 @@ fn parsed<T, E: std::error::Error + Send + Sync + 'static>(
     path: &Path,
     read: impl FnOnce(&str) -> Result<T, E>,
 ) -> Result<T, AppError> {
-    let bytes = std::fs::read(path).map_err(|e| AppError::system(path, Access::Read, e))?;
+    let bytes = plain_file::read(path).map_err(|e| AppError::system(path, Access::Read, e))?;
     let text = String::from_utf8(bytes).map_err(|_| AppError::io(path, FileFault::NoText))?;
     read(&text).map_err(|e| AppError::io(path, FileFault::contents(e)))
 }

@@ -10,6 +10,7 @@ use crate::results::reactions::PeakReaction;
 use crate::results::summary::{self, Summary};
 use crate::results::tables::{ImpactRow, PhaseRow, TrialRow};
 use crate::results::text::{Shown, heading, table, with_unit};
+use crate::shown_text::short;
 
 /// Prints the summary of a result file.
 ///
@@ -25,7 +26,7 @@ pub fn info(file: &Path, json: bool) -> Result<(), AppError> {
 fn for_people(s: &Summary) -> String {
     let mut out = String::new();
     for (name, value) in s.attributes.iter().filter(|(_, value)| !value.is_empty()) {
-        let _ = writeln!(out, "{name:<16} {value}");
+        let _ = writeln!(out, "{name:<16} {}", short(value));
     }
     if s.resumptions > 0 {
         let times = if s.resumptions == 1 { "once".to_owned() } else { format!("{} times", s.resumptions) };

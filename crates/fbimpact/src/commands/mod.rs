@@ -25,6 +25,7 @@ pub mod recording;
 mod resume;
 pub mod run;
 pub mod shell;
+mod signals;
 pub mod stop;
 pub mod system_modes;
 pub mod thin;
@@ -35,6 +36,8 @@ use std::path::Path;
 use crate::error::AppError;
 use crate::file_fault::{FileFault, OutputFault};
 use crate::scenario::Scenario;
+use crate::shown_text::shown;
+use crate::whole_file;
 
 /// A ratio for people, a dash where there is none.
 fn ratio(x: f64) -> String {
@@ -47,7 +50,7 @@ fn ratio(x: f64) -> String {
 /// [`AppError::Io`] if writing fails for another reason.
 pub fn print(text: &str) -> Result<(), AppError> {
     let mut out = std::io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    match out.write_all(shown(text).as_bytes()).and_then(|()| out.flush()) {
         Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
             Err(AppError::io("standard output", FileFault::Stream(e)))
         }
@@ -55,17 +58,12 @@ pub fn print(text: &str) -> Result<(), AppError> {
     }
 }
 
-/// Rejects an output whose folder is not there, before any work is done for it.
+/// Rejects an output that cannot be written, before any work is done for it.
 ///
 /// # Errors
 /// [`AppError::Io`] for the output.
 pub fn check_folder(output: &Path) -> Result<(), AppError> {
-    match output.parent() {
-        Some(directory) if !directory.as_os_str().is_empty() && !directory.is_dir() => {
-            Err(AppError::io(output, OutputFault::NoDirectory { directory: directory.to_owned() }))
-        }
-        _ => Ok(()),
-    }
+    whole_file::check(output).map_err(|fault| AppError::io(output, fault))
 }
 
 /// Rejects an output that is the scenario itself or a file that it reads.

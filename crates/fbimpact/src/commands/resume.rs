@@ -28,10 +28,11 @@ pub fn resume(
     output: &Path,
     arguments: &RunArguments,
     n_threads: usize,
-    bar: ProgressBar,
+    (stop, bar): (&Stop, ProgressBar),
 ) -> Result<(), AppError> {
     let target = linked(&target(output))?;
     check_unfinished(&target)?;
+    stop.begin();
     let output = OutputFile::claim_again(&target, arguments.force)?;
     let restart = journal::read(output.restart()).map_err(AppError::from);
     let prepared = restart.and_then(|r| Ok((scenario_of(&r)?, r)));
@@ -43,10 +44,9 @@ pub fn resume(
         }
     };
     compare_versions(&restart);
-    let stop = Stop::listen(arguments.until_eof);
     let Some(point) = restart.point.clone() else {
         tracing::info!("{} starts anew: no state was stored", target.display());
-        return begin(&scenario, output, (arguments, n_threads), &stop, bar);
+        return begin(&scenario, output, (arguments, n_threads), stop, bar);
     };
     tracing::info!("{} is taken up at t = {:.9e} s", target.display(), point.time);
     let part = output.part().to_owned();
@@ -54,7 +54,7 @@ pub fn resume(
         Recorder::create(&part, &scenario, n_threads).map_err(|fault| AppError::io(&part, fault))?;
     recorder.take_up(restart).map_err(|fault| AppError::io(&part, OutputFault::Recording(fault)))?;
     let cache = cache::open(&CacheSettings::new(&arguments.cache));
-    let outcome = finish(recorder, output, (&stop, bar, Instant::now()), |observer| {
+    let outcome = finish(recorder, output, (stop, bar, Instant::now()), |observer| {
         simulate_with(&scenario, Some(&point), observer, n_threads, &cache)
     });
     cache::log_use(&cache);

@@ -18,15 +18,14 @@ use crate::scenario;
 /// # Errors
 /// Every [`AppError`]; after a failed or interrupted run the results so far are kept.
 pub fn run(arguments: &RunArguments, bar: ProgressBar) -> Result<(), AppError> {
+    let stop = Stop::listen(arguments.until_eof);
     let n_threads = threads(arguments.threads)?;
     if let Some(gigabytes) = arguments.memory {
         ffr_dynamics::reduction::memory::limit((1e9 * gigabytes) as u64);
     }
-    // Fine models are built during the run, on the pool of the process. A second run in one process finds it there.
-    let _ = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build_global();
     match (&arguments.resume, &arguments.scenario) {
-        (Some(output), _) => super::resume::resume(output, arguments, n_threads, bar),
-        (None, Some(path)) => run_scenario(path, arguments, n_threads, bar),
+        (Some(output), _) => super::resume::resume(output, arguments, n_threads, (&stop, bar)),
+        (None, Some(path)) => run_scenario(path, arguments, n_threads, (&stop, bar)),
         // The command line asks for one of them.
         (None, None) => Err(CommandFault::NothingToRun.into()),
     }
@@ -36,7 +35,7 @@ fn run_scenario(
     path: &Path,
     arguments: &RunArguments,
     n_threads: usize,
-    bar: ProgressBar,
+    (stop, bar): (&Stop, ProgressBar),
 ) -> Result<(), AppError> {
     let scenario = scenario::read(path, &arguments.set.set)?;
     let target = match &arguments.output {
@@ -45,9 +44,9 @@ fn run_scenario(
     };
     check_distinct(&scenario, &target)?;
     tell_units(None, &scenario);
-    let stop = Stop::listen(arguments.until_eof);
+    stop.begin();
     let output = OutputFile::claim(&target, arguments.force)?;
-    begin(&scenario, output, (arguments, n_threads), &stop, bar)
+    begin(&scenario, output, (arguments, n_threads), stop, bar)
 }
 
 /// The scenario's name with `.h5`, in the working directory.

@@ -5,11 +5,14 @@
 //! nothing that would be lost.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::thread::Thread;
 use std::time::{Duration, Instant};
 
 use indicatif::ProgressBar;
 
+use super::signals::{self, Request};
+use crate::allocation;
 use crate::error::AppError;
 use crate::file_fault::OutputFault;
 use crate::results::{OutputFile, Recorder, Status};
@@ -25,6 +28,11 @@ const SAME_SIGNAL: Duration = Duration::from_millis(250);
 #[derive(Default)]
 pub struct Stop {
     is_asked: AtomicBool,
+    /// Whether the process shall end even if the run does not look.
+    must_end: AtomicBool,
+    /// Whether there are files to be closed.
+    has_begun: AtomicBool,
+    closer: OnceLock<Thread>,
     held: Mutex<Option<Held>>,
 }
 
@@ -43,31 +51,51 @@ pub struct Held {
 }
 
 impl Stop {
-    /// A wish that Ctrl-C and SIGTERM set, and the end of standard input if `until_eof`. A second signal ends the process at
-    /// once.
+    /// A wish that signals set, and the end of standard input if `until_eof`. A second Ctrl-C ends the process at once. Comes before
+    /// any thread is started.
     pub fn listen(until_eof: bool) -> Arc<Self> {
         let stop = Arc::new(Self::default());
-        if until_eof {
-            let stop = stop.clone();
-            std::thread::spawn(move || {
-                // An error ends the input as well.
-                let _ = std::io::copy(&mut std::io::stdin().lock(), &mut std::io::sink());
-                stop.ask();
-            });
-        }
         let (by_signal, mut first) = (stop.clone(), None::<Instant>);
-        let handler = move || match first {
+        let listening = signals::listen(move |request| match first {
+            _ if request == Request::Soon => by_signal.ask(),
             Some(at) if at.elapsed() >= SAME_SIGNAL => end_at_once(),
             Some(_) => {}
             None => {
                 first = Some(Instant::now());
                 by_signal.ask();
             }
-        };
-        if let Err(error) = ctrlc::set_handler(handler) {
+        });
+        if let Err(error) = listening {
             tracing::warn!("Ctrl-C will end the run without closing the file: {error}");
         }
+        let closing = stop.clone();
+        let closer =
+            std::thread::Builder::new().name("closer".into()).spawn(move || closing.close_when_asked());
+        match closer {
+            Ok(closer) => {
+                allocation::on_end(closer.thread().clone());
+                // Nobody else has set it.
+                let _ = stop.closer.set(closer.thread().clone());
+            }
+            Err(error) => tracing::warn!("signals will be obeyed between two steps only: {error}"),
+        }
+        if until_eof {
+            let stop = stop.clone();
+            let reader = std::thread::Builder::new().name("input".into()).spawn(move || {
+                // An error ends the input as well.
+                let _ = std::io::copy(&mut std::io::stdin().lock(), &mut std::io::sink());
+                stop.ask();
+            });
+            if let Err(error) = reader {
+                tracing::warn!("the end of standard input will not be seen: {error}");
+            }
+        }
         stop
+    }
+
+    /// From now on there are files to be closed before the process ends.
+    pub fn begin(&self) {
+        self.has_begun.store(true, Ordering::SeqCst);
     }
 
     /// Whether the user wants to stop.
@@ -81,26 +109,39 @@ impl Stop {
     }
 
     /// Notes the wish, and sees to it that the process ends soon.
-    fn ask(self: &Arc<Self>) {
-        if self.note() {
-            return;
+    fn ask(&self) {
+        self.note();
+        self.must_end.store(true, Ordering::SeqCst);
+        if let Some(closer) = self.closer.get() {
+            closer.unpark();
         }
-        let stop = self.clone();
-        std::thread::spawn(move || {
+    }
+
+    /// Waits for the wish or the end of memory, and closes what the run holds open if it does not do so itself.
+    fn close_when_asked(&self) {
+        while !self.must_end.load(Ordering::SeqCst) && !allocation::has_ended() {
+            std::thread::park();
+        }
+        if self.has_begun.load(Ordering::SeqCst) && !allocation::has_ended() {
             std::thread::sleep(GRACE);
-            // Again and again: the run may be about to open its file, or to end by itself.
-            loop {
-                // Locked until the process ends: the run cannot go on.
-                let mut held = stop.lock();
-                if let Some(held) = held.take() {
-                    let error = held.close();
-                    crate::report(&error);
-                    std::process::exit(i32::from(error.code()));
-                }
-                drop(held);
-                std::thread::sleep(LOOK);
+        }
+        // Again and again: the run may be about to open its file, or to end by itself.
+        loop {
+            // Locked until the process ends: the run cannot go on.
+            let mut held = self.lock();
+            let error = match held.take() {
+                Some(held) => Some(held.close()),
+                None if self.has_begun.load(Ordering::SeqCst) => None,
+                None => Some(AppError::InterruptedEarly),
+            };
+            if let Some(error) = error {
+                let code = if allocation::has_ended() { allocation::EXIT_CODE } else { error.code() };
+                crate::report(&error);
+                std::process::exit(i32::from(code));
             }
-        });
+            drop(held);
+            std::thread::sleep(LOOK);
+        }
     }
 
     /// Hands over what the run holds open.

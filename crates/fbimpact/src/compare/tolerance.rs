@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::glob::matches;
 use crate::error::AppError;
 use crate::file_fault::Access;
+use crate::plain_file;
 use crate::scenario::document::{Entry, Node, Origin, SourceText, Value, parse_toml};
 use crate::scenario::fault::{Fault, Faults, nearest};
 
@@ -64,7 +65,7 @@ impl Rules {
         let mut rules = Self { rtol: 0.0, atol: 0.0, is_chosen: false, rules: Vec::new() };
         rules.add("defaults.toml", DEFAULTS, true)?;
         if let Some(path) = file {
-            let text = std::fs::read_to_string(path).map_err(|e| AppError::system(path, Access::Read, e))?;
+            let text = plain_file::text(path).map_err(|e| AppError::system(path, Access::Read, e))?;
             rules.add(&path.display().to_string(), &text, false)?;
         }
         if let Some(rtol) = rtol {

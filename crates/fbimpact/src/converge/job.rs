@@ -8,6 +8,7 @@ use std::time::Instant;
 use super::outcome::Outcome;
 use crate::error::AppError;
 use crate::file_fault::{Access, FileFault};
+use crate::plain_file;
 use crate::results::journal::{Entries, Entry};
 use crate::results::restart_path;
 use crate::results::stored::Stored;
@@ -74,7 +75,7 @@ impl Setting {
 
     /// What is left of `job` as this program makes it.
     pub fn left(&self, job: &Job) -> Left {
-        let made_by = fs::read_to_string(self.file(&job.name, ".program")).unwrap_or_default();
+        let made_by = plain_file::text(&self.file(&job.name, ".program")).unwrap_or_default();
         if made_by.trim() != self.fingerprint {
             return Left::Nothing;
         }

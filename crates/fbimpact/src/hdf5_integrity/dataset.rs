@@ -34,7 +34,17 @@ pub fn text(dataset: &Dataset) -> Result<String> {
     Ok(dataset.read_scalar::<VarLenUnicode>()?.as_str().to_owned())
 }
 
+/// The value of a dataset that holds one.
+///
+/// # Errors
+/// As [`rows`].
+pub fn scalar<T: H5Type>(dataset: &Dataset) -> Result<T> {
+    check(dataset)?;
+    dataset.read_scalar()
+}
+
 fn check(dataset: &Dataset) -> Result<()> {
+    check_place(dataset)?;
     let shape = dataset.shape();
     let kind = dataset.dtype()?;
     let bytes = shape.iter().try_fold(kind.size() as u64, |product, n| product.checked_mul(*n as u64));
@@ -46,6 +56,16 @@ fn check(dataset: &Dataset) -> Result<()> {
         (Some((offsets, size)), Ok(mut file)) => check_texts(dataset, &offsets, size, &mut file),
         _ => Ok(()),
     }
+}
+
+/// Refuses what lies in other files: nothing tells what they hold then.
+fn check_place(dataset: &Dataset) -> Result<()> {
+    if dataset.layout() == Layout::Virtual || !dataset.dcpl()?.get_external()?.is_empty() {
+        let name = dataset.name();
+        let message = "lies in other files, which are not read; copy what they hold into this file";
+        return Err(Error::from(format!("{name} {message}")));
+    }
+    Ok(())
 }
 
 fn damaged(dataset: &Dataset, what: &str) -> Error {
@@ -61,7 +81,7 @@ fn is_stored(dataset: &Dataset, shape: &[usize], bytes: u64) -> bool {
             let needed = shape.iter().zip(chunk).map(|(length, chunk)| length.div_ceil(chunk.max(1)));
             needed.fold(1, usize::saturating_mul) <= n && bytes / LARGEST_RATIO <= stored
         }
-        _ => dataset.layout() == Layout::Virtual || bytes <= stored,
+        _ => bytes <= stored,
     }
 }
 

@@ -1,6 +1,7 @@
 //! Global heaps, where HDF5 keeps texts. HDF5 2.2 reads one whose free space has size zero for ever
 //! (`H5HG__cache_heap_deserialize` then stays where it is).
 
+use crate::plain_file;
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -21,7 +22,7 @@ const LEAST: usize = 4096;
 /// # Errors
 /// Those of reading the file.
 pub fn unreadable(path: &Path) -> io::Result<Option<u64>> {
-    let mut file = File::open(path)?;
+    let mut file = plain_file::open(path)?;
     for at in find(&mut file, SIGNATURE)? {
         // What was a heap once may be left in unused space: harmless as long as nothing refers to it.
         if is_endless(&heap(&mut file, at)?) && is_referred_to(&mut file, at)? {

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use crate::error::AppError;
 use crate::file_fault::{Access, FileFault, OutputFault};
 use crate::hdf5_integrity;
+use crate::whole_file;
 
 use super::{FORMAT, Status};
 
@@ -148,18 +149,12 @@ fn check_target(target: &Path, force: bool) -> Result<(), AppError> {
     if target.to_str().is_none() {
         return fail(OutputFault::NotUtf8);
     }
-    if target.file_name().is_none() || target.is_dir() {
-        return fail(OutputFault::Directory);
-    }
-    let directory = match target.parent() {
-        Some(p) if !p.as_os_str().is_empty() => p,
-        _ => Path::new("."),
-    };
-    if !directory.is_dir() {
-        return fail(OutputFault::NoDirectory { directory: directory.to_owned() });
-    }
-    if target.exists() && !target.is_file() {
-        return fail(OutputFault::Device);
+    whole_file::check(target).map_err(|fault| AppError::io(target, fault))?;
+    // They are written as well; what stands there is a file or nothing.
+    for beside in [part_path(target), restart_path(target)] {
+        if beside.exists() && !beside.is_file() {
+            return Err(AppError::io(beside, OutputFault::Device));
+        }
     }
     if target.exists() && !force && !is_result(target) {
         return fail(OutputFault::NoResult);

@@ -14,6 +14,7 @@ use adaptive::warning::Warning;
 use serde::{Deserialize, Serialize};
 
 use crate::file_fault::{Access, FileError, FileFault, ResumeFault};
+use crate::plain_file;
 use crate::provenance;
 use crate::scenario::Scenario;
 use crate::whole_file;
@@ -188,7 +189,7 @@ impl Entries {
     /// [`FileError`] if it cannot be read or is no restart file of this version.
     pub fn open(path: &Path) -> Result<Self, FileError> {
         let cannot = |e: std::io::Error| FileError::new(path, FileFault::system(Access::Read, e));
-        let mut reader = BufReader::with_capacity(BUFFER, File::open(path).map_err(cannot)?);
+        let mut reader = BufReader::with_capacity(BUFFER, plain_file::open(path).map_err(cannot)?);
         let mut magic = [0; MAGIC.len()];
         match reader.read_exact(&mut magic) {
             Err(e) if e.kind() != ErrorKind::UnexpectedEof => return Err(cannot(e)),

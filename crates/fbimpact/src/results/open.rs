@@ -9,13 +9,14 @@ use super::FORMAT;
 use crate::error::AppError;
 use crate::file_fault::{Access, ResultFault};
 use crate::hdf5_integrity;
+use crate::plain_file;
 
 /// Opens `path` without a lock, so that a run may still be writing it.
 ///
 /// # Errors
 /// [`AppError::Io`] if it cannot be read or is not a result file.
 pub fn open(path: &Path) -> Result<File, AppError> {
-    if let Err(e) = std::fs::File::open(path) {
+    if let Err(e) = plain_file::open(path) {
         return Err(AppError::system(path, Access::Read, e));
     }
     let file = hdf5_integrity::open(path).map_err(|fault| AppError::io(path, ResultFault::NotHdf5(fault)))?;

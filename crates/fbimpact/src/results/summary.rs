@@ -85,7 +85,7 @@ fn summary(file: &File) -> Result<Summary> {
         // In the order of the run; a result of an earlier version has not all of them.
         let names = TIMINGS.iter().map(|stage| stage.name).chain(["cache"]);
         for name in names.filter(|name| group.link_exists(name)) {
-            timings.push((name.to_owned(), group.dataset(name)?.read_scalar()?));
+            timings.push((name.to_owned(), hdf5_integrity::scalar(&group.dataset(name)?)?));
         }
     }
     let transfers: Vec<TransferRow> = rows(file, "transfers")?;

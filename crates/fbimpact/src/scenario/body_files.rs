@@ -15,6 +15,7 @@ use super::section::{Checked, Item, Section};
 use super::spline_nets;
 use super::tables::NURBS_FILE;
 use crate::body_file;
+use crate::plain_file;
 
 /// Largest file with control nets: 64 MiB are a million control points.
 const MAX_NET: u64 = 64 << 20;
@@ -154,12 +155,11 @@ fn read_splines(
     place: &str,
 ) -> Result<SplineSource, Option<String>> {
     let cannot = |reason: String| Some(format!("{}: {reason}", path.display()));
-    check_file(&path).map_err(cannot)?;
     let size = std::fs::metadata(&path).map_err(|e| cannot(format!("cannot be read: {e}")))?.len();
     if size > MAX_NET {
         return Err(cannot(format!("has {size} bytes, at most {MAX_NET} are read")));
     }
-    let bytes = std::fs::read(&path).map_err(|e| cannot(format!("cannot be read: {e}")))?;
+    let bytes = plain_file::read(&path).map_err(|e| cannot(format!("cannot be read: {e}")))?;
     let sha256 = hex(&Sha256::digest(&bytes));
     let start = bytes.trim_ascii_start();
     let start = start.strip_prefix(b"\xef\xbb\xbf").unwrap_or(start);
@@ -232,8 +232,7 @@ pub fn length(units: &str) -> f64 {
 /// Reads the mesh `path`; what is doubtful about it is logged as a warning.
 fn read_mesh(path: PathBuf, units: &str) -> Result<MeshSource, String> {
     let cannot = |reason: String| format!("{}: {reason}", path.display());
-    check_file(&path).map_err(cannot)?;
-    let bytes = std::fs::read(&path).map_err(|e| cannot(format!("cannot be read: {e}")))?;
+    let bytes = plain_file::read(&path).map_err(|e| cannot(format!("cannot be read: {e}")))?;
     let sha256 = hex(&Sha256::digest(&bytes));
     let mesh = fe_mesh::read::read(&bytes, length(units)).map_err(|e| cannot(e.to_string()))?;
     for note in mesh.notes() {
@@ -242,22 +241,16 @@ fn read_mesh(path: PathBuf, units: &str) -> Result<MeshSource, String> {
     Ok(MeshSource { path, sha256, units: units.to_owned(), mesh: Arc::new(mesh) })
 }
 
-fn check_file(path: &Path) -> Result<(), String> {
-    let metadata = std::fs::metadata(path).map_err(|e| format!("cannot be read: {e}"))?;
-    if metadata.is_file() { Ok(()) } else { Err("is no file".into()) }
-}
-
 /// Reads the body file `path`.
 fn read(path: PathBuf) -> Result<BodySource, String> {
     let cannot = |reason: String| format!("{}: {reason}", path.display());
-    check_file(&path).map_err(cannot)?;
     let sha256 = checksum(&path).map_err(|e| cannot(format!("cannot be read: {e}")))?;
     let body = body_file::read(&path).map_err(|e| e.to_string())?;
     Ok(BodySource { path, sha256, body })
 }
 
 fn checksum(path: &Path) -> std::io::Result<String> {
-    let mut file = std::fs::File::open(path)?;
+    let mut file = plain_file::open(path)?;
     let (mut hash, mut block) = (Sha256::new(), vec![0; BLOCK]);
     loop {
         match file.read(&mut block)? {

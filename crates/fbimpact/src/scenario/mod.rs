@@ -32,6 +32,7 @@ use sha2::{Digest, Sha256};
 
 use crate::error::AppError;
 use crate::file_fault::Access;
+use crate::plain_file;
 use check::Checker;
 use document::{Origin, SourceText, Value};
 
@@ -44,7 +45,7 @@ pub use types::{Compression, FileBody, FileOfBody, Scenario, Source};
 /// # Errors
 /// [`AppError::Io`] if the file cannot be read, [`AppError::Scenario`] with all faults otherwise.
 pub fn read(path: &Path, overrides: &[Override]) -> Result<Scenario, AppError> {
-    let bytes = std::fs::read(path).map_err(|e| AppError::system(path, Access::Read, e))?;
+    let bytes = plain_file::read(path).map_err(|e| AppError::system(path, Access::Read, e))?;
     Ok(parse(path, &bytes, overrides)?)
 }
 

@@ -35,7 +35,8 @@ struct Room {
 fn rooms() -> Vec<Room> {
     let read = |path: &Path| std::fs::read_to_string(path).ok();
     let text = |path: &str| read(Path::new(path)).unwrap_or_default();
-    let (machine, status, limits) = (text("/proc/meminfo"), text("/proc/self/status"), text("/proc/self/limits"));
+    let (machine, status, limits) =
+        (text("/proc/meminfo"), text("/proc/self/status"), text("/proc/self/limits"));
     let bytes = |text: &str, key| entry(text, key).map(|kilobytes| 1024 * kilobytes);
     let mut rooms = control_groups::rooms(&read);
     if let (Some(limit), Some(free)) = (bytes(&machine, "MemTotal:"), bytes(&machine, "MemAvailable:")) {

@@ -20,7 +20,10 @@ struct Files {
 pub fn rooms(read: &impl Fn(&Path) -> Option<String>) -> Vec<Room> {
     let groups = read(Path::new("/proc/self/cgroup")).unwrap_or_default();
     let mounts = read(Path::new("/proc/self/mountinfo")).unwrap_or_default();
-    folders(&groups, &mounts).iter().flat_map(|(version, folder)| of_group(&FILES[*version], folder, read)).collect()
+    folders(&groups, &mounts)
+        .iter()
+        .flat_map(|(version, folder)| of_group(&FILES[*version], folder, read))
+        .collect()
 }
 
 /// Version (0: the second, 1: the first) and folder of the groups that count memory, up to the root that is mounted.
@@ -90,9 +93,8 @@ mod tests {
         35 31 0:32 / /sys/fs/cgroup/memory rw - cgroup cgroup rw,memory\n";
 
     fn left(files: &[(&str, &str)]) -> Option<u64> {
-        let read = |path: &Path| {
-            files.iter().find(|file| path == Path::new(file.0)).map(|file| file.1.to_owned())
-        };
+        let read =
+            |path: &Path| files.iter().find(|file| path == Path::new(file.0)).map(|file| file.1.to_owned());
         rooms(&read).iter().map(|room| room.free).min()
     }
 
@@ -134,8 +136,7 @@ mod tests {
         for group in ["0::/\n", "0::/../../other\n", "0::/elsewhere/else\n"] {
             let of_container = SECOND.replace(" / ", " /docker/7 ");
             for mounts in [SECOND, &of_container] {
-                let files =
-                    [("/proc/self/cgroup", group), ("/proc/self/mountinfo", mounts), limit, used];
+                let files = [("/proc/self/cgroup", group), ("/proc/self/mountinfo", mounts), limit, used];
                 assert_eq!(left(&files), Some(600), "{group}{mounts}");
             }
         }
