@@ -133,7 +133,7 @@ fn faults_of_full_files_name_key_and_remedy() {
         SWING,
         &[
             (&["bodies.beam.file=none.h5"], "bodies.beam.file", "none.h5: cannot be read: No such file"),
-            (&["bodies.beam.file=."], "bodies.beam.file", "is no file"),
+            (&["bodies.beam.file=."], "bodies.beam.file", "it is a folder, name a file"),
             (&["bodies.beam.file=text.h5"], "bodies.beam.file", "text.h5: cannot be opened as an HDF5 file"),
             (&["bodies.beam.material=m"], "bodies.beam.material", "not \"imported\" only"),
             (&["bodies.beam.thickness=0.1"], "bodies.beam.thickness", "planar rigid shapes only"),

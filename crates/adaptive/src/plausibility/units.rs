@@ -12,6 +12,8 @@ use crate::spec::{BodyKind, ImportedSpec, RunSpec};
 const WAVE_SPEEDS: [f64; 2] = [0.1e3, 20e3];
 /// Densities, from aerogel to osmium with some room [kg/m³].
 const DENSITIES: [f64; 2] = [1.0, 30e3];
+/// Solids that are lighter are foams and aerogels, which are soft: stiff ones have their density in other units [kg/m³].
+const LIGHT: f64 = 30.0;
 /// Sizes of parts \[m\].
 const SIZES: [f64; 2] = [1e-6, 1e4];
 /// What a material of engineering has, by which systems of units are told apart: modulus \[Pa\], density [kg/m³], speed of waves [m/s].
@@ -61,7 +63,9 @@ impl fmt::Display for UnitsDoubt {
                     f,
                     "body \"{body}\": no solid has a Young's modulus of {modulus:.3e} Pa with a density of {density:.3e} kg/m³"
                 )?;
-                if is_within(speed, WAVE_SPEEDS) {
+                if is_within(speed, WAVE_SPEEDS) && is_within(density, DENSITIES) {
+                    write!(f, " (it would be a foam)")?;
+                } else if is_within(speed, WAVE_SPEEDS) {
                     write!(f, " (densities are between {} and {:.0} kg/m³)", DENSITIES[0], DENSITIES[1])?;
                 } else {
                     let [slow, fast] = WAVE_SPEEDS.map(|c| 1e-3 * c);
@@ -142,7 +146,10 @@ fn is_within(value: f64, [lower, upper]: [f64; 2]) -> bool {
 }
 
 fn is_plausible(material: &Material) -> bool {
-    is_within(wave_speed(material), WAVE_SPEEDS) && is_within(material.density(), DENSITIES)
+    let is_of_another_system = material.density() < LIGHT && likely_system(material).is_some();
+    is_within(wave_speed(material), WAVE_SPEEDS)
+        && is_within(material.density(), DENSITIES)
+        && !is_of_another_system
 }
 
 /// The first system of units in which `material` is one of engineering.
@@ -165,7 +172,7 @@ mod tests {
 
     #[test]
     fn solids_pass_and_units_are_named() {
-        // Steel, aluminium, diamond, lead, rubber, cork, foam, tungsten, beryllium.
+        // Steel, aluminium, diamond, lead, rubber, cork, foam, polystyrene foam, tungsten, beryllium.
         let solids = [
             [210e9, 7850.0],
             [70e9, 2700.0],
@@ -174,6 +181,7 @@ mod tests {
             [50e6, 1100.0],
             [20e6, 200.0],
             [10e6, 50.0],
+            [5e6, 20.0],
             [400e9, 19300.0],
             [287e9, 1850.0],
         ];
