@@ -68,7 +68,7 @@ pub trait Observer {
     /// [`ObserverError`] ends the run.
     fn phase(&mut self, record: &PhaseRecord) -> Result<(), ObserverError>;
 
-    /// Called at the end of every impact.
+    /// Called at the end of every impact, and again with the same row if another touch joins it.
     ///
     /// # Errors
     /// [`ObserverError`] ends the run.

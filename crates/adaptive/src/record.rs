@@ -263,6 +263,9 @@ pub struct PhaseRecord {
 /// A finished impact.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct ImpactRecord {
+    /// Its place among the records of impacts, from 0. A later record with the same place takes that of the earlier one: another touch belongs to
+    /// the impact (theory Eq. A.77).
+    pub row: u32,
     /// Index of the contact.
     pub contact: u32,
     /// First contact \[s\].
@@ -281,7 +284,7 @@ pub struct ImpactRecord {
     /// Their separating speed when it opens for the last time, along the same normal; NaN while force acts [m/s].
     pub separation_velocity: f64,
     /// Ratio of the two (theory Eq. A.32); NaN where it has no meaning: without approach, while force acts, if the motions go on
-    /// approaching each other, or if another contact pressed the same bodies meanwhile.
+    /// approaching each other, if the bodies rang before they touched (Eq. A.78), or if another contact pressed the same bodies meanwhile.
     pub restitution: f64,
 }
 

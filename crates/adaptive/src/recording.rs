@@ -83,7 +83,10 @@ impl Observer for Recording {
     }
 
     fn impact(&mut self, record: &ImpactRecord) -> Result<(), ObserverError> {
-        self.impacts.push(*record);
+        match self.impacts.get_mut(record.row as usize) {
+            Some(earlier) => *earlier = *record,
+            None => self.impacts.push(*record),
+        }
         Ok(())
     }
 

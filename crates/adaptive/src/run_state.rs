@@ -4,6 +4,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::impact_monitor::Impact;
 use crate::plausibility::ledger::{EnergyLedger, NumericalDamping};
 use crate::record::{PhaseRecord, StressState, ZoneSite};
 
@@ -56,11 +57,18 @@ pub struct ContactState {
     pub smallest_gap: f64,
     /// When it was seen \[s\].
     pub smallest_gap_time: f64,
+    /// The impact reported last, which another touch may join.
+    pub impact: Option<Impact>,
 }
 
 impl Default for ContactState {
     fn default() -> Self {
-        Self { history: ImpactHistory::default(), smallest_gap: f64::INFINITY, smallest_gap_time: 0.0 }
+        Self {
+            history: ImpactHistory::default(),
+            smallest_gap: f64::INFINITY,
+            smallest_gap_time: 0.0,
+            impact: None,
+        }
     }
 }
 

@@ -4,7 +4,7 @@ use std::ops::{Deref, DerefMut};
 
 use contact_qs::PressureRecovery;
 use contact_qs::contact_element::ActiveContact;
-use ffr_dynamics::invariants::{centre_of_mass, rigid_velocity};
+use ffr_dynamics::invariants::{centre_of_mass, rigid_velocity, vibration_energy};
 use ffr_dynamics::kinematics::marker::FlexiblePoint;
 use ffr_dynamics::system::force::BodyState;
 use ffr_dynamics::system::{Multibody, Reaction};
@@ -229,7 +229,15 @@ pub fn near_motion(system: &mut System, t: f64, y: &[f64], index: usize) -> Near
     let near = force.contact.place(motion);
     let (body, target) = force.contact.bodies();
     let (states, _) = system.last_evaluation();
-    let velocity = |body: usize| rigid_velocity(&system.model().bodies[body].data, &states[body], &near);
+    let data = |body: usize| (&system.model().bodies[body].data, &states[body]);
+    let velocity = |body: usize| rigid_velocity(data(body).0, data(body).1, &near);
     let (own, other) = (velocity(body), target.map_or_else(Vector3::zeros, velocity));
-    NearMotion { velocity: own - other, speed: own.norm() + other.norm() }
+    let bodies = [Some(body), target].into_iter().flatten();
+    let energy: f64 = bodies.clone().map(|b| vibration_energy(data(b).0, data(b).1)).sum();
+    let mobility: f64 = bodies.map(|b| data(b).0.mass.recip()).sum();
+    NearMotion {
+        velocity: (own - other).into(),
+        speed: own.norm() + other.norm(),
+        vibration: (2.0 * energy * mobility).sqrt(),
+    }
 }

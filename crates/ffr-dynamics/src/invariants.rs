@@ -83,26 +83,52 @@ pub fn centre_of_mass(data: &StandardInputData, state: &BodyState) -> Vector3<f6
     state.position + state.rotation * (moment / data.mass)
 }
 
+/// The rigid motion that carries a body's momenta, relative to its frame and in it (Eq. A.31).
+struct RigidShare {
+    /// Deformed centre of mass \[m\].
+    centre: Vector3<f64>,
+    /// Its velocity [m/s].
+    velocity: Vector3<f64>,
+    /// Angular velocity `J⁻¹ L` [rad/s].
+    turn: Vector3<f64>,
+    /// Angular momentum `L` about the centre of mass [kg m²/s].
+    spin: Vector3<f64>,
+}
+
+impl RigidShare {
+    fn of(data: &StandardInputData, state: &BodyState) -> Self {
+        let DeformedMoments { mass_moment, mass_moment_rate, inertia, relative_spin } =
+            data.deformed_moments(&state.elastic, &state.elastic_rates);
+        let centre = mass_moment / data.mass;
+        let about_centre = inertia
+            - (Matrix3::identity() * mass_moment.norm_squared() - mass_moment * mass_moment.transpose())
+                / data.mass;
+        let spin = relative_spin - centre.cross(&mass_moment_rate);
+        let turn = match data.motion.n_rotations() {
+            3 => about_centre.try_inverse().map_or_else(Vector3::zeros, |inverse| inverse * spin),
+            1 if about_centre[(2, 2)] > 0.0 => Vector3::z() * (spin.z / about_centre[(2, 2)]),
+            _ => Vector3::zeros(),
+        };
+        Self { centre, velocity: mass_moment_rate / data.mass, turn, spin }
+    }
+}
+
 /// Velocity at `place` \[m\] of the rigid motion that carries the body's momenta (Eq. A.31), both in the inertial frame [m/s]: that of
 /// the deformed centre of mass, and the turn `J⁻¹ L` with inertia and angular momentum about it. Vibration does not enter, nor does the
 /// choice of the frame of reference. A body without inertia about an axis turns with its frame.
 pub fn rigid_velocity(data: &StandardInputData, state: &BodyState, place: &Vector3<f64>) -> Vector3<f64> {
-    let DeformedMoments { mass_moment, mass_moment_rate, inertia, relative_spin } =
-        data.deformed_moments(&state.elastic, &state.elastic_rates);
-    let (omega, centre) = (&state.angular_velocity_in_body, mass_moment / data.mass);
-    let velocity = state.velocity + state.rotation * (omega.cross(&centre) + mass_moment_rate / data.mass);
+    let RigidShare { centre, velocity, turn, .. } = RigidShare::of(data, state);
+    let omega = &state.angular_velocity_in_body;
     let arm = state.rotation.inverse_transform_vector(&(place - state.position)) - centre;
-    // About the centre of mass, relative to the frame's turn: what the vibration carries of the angular momentum.
-    let about_centre = inertia
-        - (Matrix3::identity() * mass_moment.norm_squared() - mass_moment * mass_moment.transpose())
-            / data.mass;
-    let rest = relative_spin - centre.cross(&mass_moment_rate);
-    let turn = match data.motion.n_rotations() {
-        3 => about_centre.try_inverse().map_or_else(Vector3::zeros, |inverse| inverse * rest),
-        1 if about_centre[(2, 2)] > 0.0 => Vector3::z() * (rest.z / about_centre[(2, 2)]),
-        _ => Vector3::zeros(),
-    };
-    velocity + state.rotation * (omega + turn).cross(&arm)
+    state.velocity + state.rotation * (omega.cross(&centre) + velocity + (omega + turn).cross(&arm))
+}
+
+/// Kinetic energy of the motion of a body relative to the rigid motion that carries its momenta (Eq. A.78) \[J\]: no other rigid motion
+/// leaves less. The choice of the frame of reference does not enter.
+pub fn vibration_energy(data: &StandardInputData, state: &BodyState) -> f64 {
+    let RigidShare { velocity, turn, spin, .. } = RigidShare::of(data, state);
+    let rigid = data.mass * velocity.norm_squared() + spin.dot(&turn);
+    (0.5 * (data.modal_mass.square(&state.elastic_rates) - rigid)).max(0.0)
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use super::trial::Trial;
 use super::{Driver, TOUCHING};
 use crate::adaptive_contact::FineContact;
 use crate::error::AdaptiveError;
-use crate::impact_monitor::{Change, ContactInstant};
+use crate::impact_monitor::{Change, ContactInstant, Impact};
 use crate::interval::IntervalAssessment;
 use crate::record::{TransferDirection, TrialOutcome, TrialRecord};
 use crate::simulation::{near_motion, normal_motion, smallest_gap};
@@ -33,13 +33,20 @@ impl Driver<'_> {
             self.record_transfer(i, TransferDirection::FineToCoarse, &before, &after);
         }
         self.output.flush()?;
-        let alone: Vec<bool> = (0..self.slots.len()).map(|i| self.is_alone(i)).collect();
-        for (i, (is_open, is_alone)) in is_open.into_iter().zip(alone).enumerate() {
+        let others: Vec<Vec<(f64, f64)>> = (0..self.slots.len()).map(|i| self.presses_beside(i)).collect();
+        for (i, (is_open, spans)) in is_open.into_iter().zip(others).enumerate() {
+            let monitor = &mut self.slots[i].monitor;
             let round_off = TOUCHING * self.model.contacts[i].size;
-            let overlap = self.slots[i].monitor.overlap_share(round_off).filter(|_| has_points[i]);
-            if let Some(record) = self.slots[i].monitor.finish(i as u32, is_alone) {
+            let overlap = monitor.overlap_share(round_off).filter(|_| has_points[i]);
+            let is_alone = |impact: &Impact| {
+                let (start, end) = impact.span();
+                !spans.iter().any(|(first, last)| *first < end && start < *last)
+            };
+            let records = monitor.finish(i as u32, self.run.n_impacts, is_alone);
+            self.run.contacts[i].impact = monitor.reported();
+            for record in records {
                 self.output.observer.impact(&record)?;
-                self.run.n_impacts += 1;
+                self.run.n_impacts = self.run.n_impacts.max(record.row + 1);
                 self.check_impact(&record, is_open, minor[i], (whole[i], overlap))?;
             }
         }
@@ -49,21 +56,18 @@ impl Driver<'_> {
         Ok(())
     }
 
-    /// Whether the impact of contact `i` changed the velocities of its bodies alone: no other contact pressed them meanwhile, nor
-    /// bodies that joints connect with them.
-    fn is_alone(&self, i: usize) -> bool {
+    /// From when until when other contacts press the bodies of contact `i` in this phase, or bodies that joints connect with them: velocities of
+    /// impacts meanwhile are the work of both.
+    fn presses_beside(&self, i: usize) -> Vec<(f64, f64)> {
         let forces = self.model.system.forces();
         let groups = &self.groups;
         let pressed = |k: usize| {
             let (body, target) = forces[k].contact.bodies();
             [Some(body), target].into_iter().flatten().map(move |b| groups[b])
         };
-        let Some((start, end)) = self.slots[i].monitor.span() else { return true };
         let others = self.slots.iter().enumerate().filter(|(k, _)| *k != i);
-        let mut meanwhile = others.filter_map(|(k, slot)| slot.monitor.span().map(|span| (k, span)));
-        !meanwhile.any(|(k, (first, last))| {
-            first < end && start < last && pressed(k).any(|group| pressed(i).any(|own| own == group))
-        })
+        let beside = others.filter(|(k, _)| pressed(*k).any(|group| pressed(i).any(|own| own == group)));
+        beside.flat_map(|(_, slot)| slot.monitor.impacts().map(Impact::span)).collect()
     }
 
     /// Logs a trial, one entry per contact that took part.
@@ -96,8 +100,9 @@ impl Driver<'_> {
                 utilisation = [0.0; 2];
                 utilisation.iter_mut().zip(&verdict.directions).for_each(|(u, d)| *u = d.utilisation);
             }
+            let (row, n_new) = slot.monitor.rows(impact);
             let record = TrialRecord {
-                impact,
+                impact: row,
                 number: trial.number,
                 start: self.work.start,
                 stop: self.integrator.time(),
@@ -117,7 +122,7 @@ impl Driver<'_> {
                 cpu_time,
             };
             self.output.observer.trial(&record)?;
-            impact += 1;
+            impact += if slot.monitor.is_running() { n_new } else { 1 };
         }
         Ok(())
     }
@@ -167,7 +172,7 @@ impl Driver<'_> {
     pub(super) fn update_monitors(&mut self) -> Result<(), AdaptiveError> {
         for i in 0..self.slots.len() {
             let now = self.instant(i);
-            self.check_contact(i, now.time, -now.motion.velocity.dot(&now.normal))?;
+            self.check_contact(i, now.time, -now.motion.along(&now.normal))?;
             let (touch, release) = self.changes(i)?;
             self.slots[i].monitor.step(now, touch, release);
         }
@@ -184,7 +189,7 @@ impl Driver<'_> {
     /// Begins to monitor contact `i` at the present instant.
     pub(super) fn begin_monitor(&mut self, i: usize) -> Result<(), AdaptiveError> {
         let now = self.instant(i);
-        self.check_contact(i, now.time, -now.motion.velocity.dot(&now.normal))?;
+        self.check_contact(i, now.time, -now.motion.along(&now.normal))?;
         self.slots[i].monitor.begin(now);
         Ok(())
     }

@@ -12,6 +12,7 @@ use ffr_dynamics::system::error_scale::ErrorScale;
 
 use super::{Driver, crossing_search};
 use crate::error::{AdaptiveError, RestartFault};
+use crate::impact_monitor::ImpactMonitor;
 use crate::record::{PhaseKind, PhaseRecord};
 use crate::run_state::RunState;
 use crate::simulation::{System, fill_sample};
@@ -78,6 +79,9 @@ impl Driver<'_> {
         }
         self.run.clone_from(state);
         self.work.start = state.phase.start;
+        for (slot, contact) in self.slots.iter_mut().zip(&state.contacts) {
+            slot.monitor = ImpactMonitor::after(contact.impact);
+        }
         // The ledger asks for the state stored last. A contact that refuses the state does so again in the first step.
         self.interpolated.copy_from_slice(y);
         if self.model.system.evaluate_accelerations(time, y).is_ok() {

@@ -40,8 +40,7 @@ pub fn check(
             }
         };
         let facts = &model.contacts[i];
-        if let Some(error) = fast_approach(&facts.name, 0.0, -motion.velocity.dot(&normal), facts.wave_speed)
-        {
+        if let Some(error) = fast_approach(&facts.name, 0.0, -motion.along(&normal), facts.wave_speed) {
             return Err(error);
         }
         warnings.extend(

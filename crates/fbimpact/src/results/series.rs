@@ -143,11 +143,17 @@ impl Table {
 
     /// Appends a row.
     pub fn push<T: H5Type>(&mut self, row: T) -> Result<()> {
-        self.dataset.resize(self.rows + 1)?;
-        let row = [row];
-        self.dataset.write_slice(ArrayView1::from(&row), s![self.rows..self.rows + 1])?;
-        self.rows += 1;
-        Ok(())
+        self.put(self.rows, row)
+    }
+
+    /// Puts a row in place of the one numbered `index`, or at the end if there are no more than `index`.
+    pub fn put<T: H5Type>(&mut self, index: usize, row: T) -> Result<()> {
+        let index = index.min(self.rows);
+        if index == self.rows {
+            self.dataset.resize(self.rows + 1)?;
+            self.rows += 1;
+        }
+        self.dataset.write_slice(ArrayView1::from(&[row]), s![index..index + 1])
     }
 }
 

@@ -131,7 +131,7 @@ table!(PhaseRow "phases" "Phases of the run." (r: PhaseRecord) {
     wall_time: f64 ["s"] = r.wall_time, "wall time";
 });
 
-table!(ImpactRow "impacts" "Impacts in the order of their ends." (r: ImpactRecord, contact) {
+table!(ImpactRow "impacts" "Impacts; touches that follow each other sooner than the longest of them lasts are one (theory A.77)." (r: ImpactRecord, contact) {
     contact: VarLenUnicode ["–"] = unicode(contact)?, "name of the contact";
     start: f64 ["s"] = r.start, "first contact";
     end: f64 ["s"] = r.end, "last contact";
@@ -144,7 +144,7 @@ table!(ImpactRow "impacts" "Impacts in the order of their ends." (r: ImpactRecor
         "the same when it opens for the last time, positive apart; NaN if the run ends in contact";
     restitution: f64 ["–"] = r.restitution,
         "ratio of the two (theory A.32); NaN where it has no meaning: no approach, run ended in contact, the motions still \
-         approach each other when the contact opens, another contact pressed the same bodies meanwhile";
+         approach each other when the contact opens, the bodies rang before they touched, another contact pressed the same bodies meanwhile";
 });
 
 table!(TrialRow "tries" "Trials of every impact phase, one row per trial and contact." (r: TrialRecord) {

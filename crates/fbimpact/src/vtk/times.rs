@@ -113,7 +113,7 @@ mod tests {
         assert_eq!(chosen(&time, range("0:1:0.25"), &[]).expect("inside"), [0, 2, 3, 4]);
         assert_eq!(chosen(&time, range("0.09:0.12:0.001"), &[]).expect("inside"), [1, 2]);
         assert!(chosen(&time, range("2:3:0.1"), &[]).is_err());
-        // Impacts are listed in the order of their ends.
+        // Impacts of several contacts are not listed in the order of their peaks.
         assert_eq!(chosen(&time, range("peak"), &[0.49, 0.104, 0.5]).expect("inside"), [1, 3]);
         assert!(chosen(&time, range("peak"), &[]).is_err());
     }

@@ -178,7 +178,8 @@ impl Open {
         match entry {
             Entry::Phase(record) => self.phases.push(PhaseRow::new(record)?),
             Entry::Impact(record) => {
-                self.impacts.push(ImpactRow::new(record, &self.contact_name(record.contact))?)
+                let row = ImpactRow::new(record, &self.contact_name(record.contact))?;
+                self.impacts.put(record.row as usize, row)
             }
             Entry::Trial(record) => self.trials.push(TrialRow::new(record)?),
             Entry::Transfer(record) => {
