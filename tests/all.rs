@@ -38,6 +38,7 @@ mod line_contact;
 mod line_on_mesh;
 mod long;
 mod lower_continuity;
+mod lying;
 mod mesh_contact;
 mod mesh_stress;
 mod meshed;

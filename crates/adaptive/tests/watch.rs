@@ -9,15 +9,18 @@ use adaptive::model::RunModel;
 use adaptive::penalty_search::MOST_OVERLAP;
 use adaptive::simulation::RunContact;
 use adaptive::spec::{
-    BodyKind, BodySpec, ContactLaw, ContactSpec, DampingSpec, FrameSpec, InitialMotion, MeshedSpec,
-    PenaltySearch, ReductionSpec, RefinementSpec, RunSpec, SurfaceLaw, Target, Treatment,
+    BodyKind, BodySpec, ContactLaw, ContactSpec, DampingSpec, FrameSpec, HertzPartner, HertzSpec,
+    HertzSphere, InitialMotion, MeshedSpec, PenaltySearch, Place, ReductionSpec, RefinementSpec, RigidSpec,
+    RunSpec, SurfaceLaw, Target, Treatment,
 };
 use adaptive::warning::WarningKind;
+use contact_qs::law::Solid;
 use fe_mesh::rules::MassRule;
 use fe_mesh::{ElementKind, Mesh};
+use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::Active;
 use iga_core::elasticity::Material;
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use std::sync::Arc;
 
 const RADIUS: f64 = 10e-3; // m
@@ -81,7 +84,44 @@ fn pairs() -> Vec<(&'static str, RunSpec)> {
         ("splines, one model, on a plane", run(vec![zoned(ball())], vec![with_law(lasting())])),
         ("splines on splines", run(two(), vec![on_body])),
         ("mesh on a plane", run(vec![meshed()], vec![contact("floor", 0, floor())])),
+        (
+            "splines on a rigid ball",
+            run(
+                vec![ball(), anvil()],
+                vec![ContactSpec { target: Target::Body(1), ..contact("pair", 0, floor()) }],
+            ),
+        ),
+        ("Hertz' law on a plane", run(vec![rigid(ball())], vec![hertz(floor())])),
+        ("Hertz' law of two balls", run(vec![rigid(ball()), anvil()], vec![hertz(Target::Body(1))])),
     ]
+}
+
+/// The body as a rigid one.
+fn rigid(mut body: BodySpec) -> BodySpec {
+    if let BodyKind::Elastic(elastic) = body.kind {
+        body.kind = BodyKind::Rigid(RigidSpec {
+            motion: RigidMotion::Axial,
+            mass: 0.03,
+            centre_of_mass: Vector3::zeros(),
+            inertia: Matrix3::zeros(),
+            shape: Some((elastic.shape, elastic.model)),
+        });
+    }
+    body
+}
+
+/// A rigid ball below the origin.
+fn anvil() -> BodySpec {
+    rigid(sphere("anvil", RADIUS, STEEL, (-RADIUS, 0.0)))
+}
+
+/// Contact of the ball by Hertz' law.
+fn hertz(target: Target) -> ContactSpec {
+    let solid = Solid { young: STEEL.youngs, poisson: STEEL.poisson };
+    let partner =
+        || HertzPartner::Sphere(HertzSphere { centre: Place::Point([0.0; 3]), radius: RADIUS, solid });
+    let law = HertzSpec { contact: partner(), target: partner(), friction: 0.0 };
+    ContactSpec { law: ContactLaw::Hertz(law), ..contact("hertz", 0, target) }
 }
 
 /// With small elements about the lowest point, for a model that lasts.
@@ -103,7 +143,8 @@ fn broken(spec: &RunSpec, change: impl FnOnce(&mut RunModel)) -> (Trace, Result<
 }
 
 fn drop_contact(model: &mut RunModel) {
-    model.contacts[0].refinement = None;
+    // The check of the start asks the contact for the distance of spheres.
+    (model.contacts[0].refinement, model.contacts[0].radii) = (None, None);
     let (body, target) = model.system.forces()[0].contact.bodies();
     let nothing = Active::new(InactiveContact::new(body, target));
     model.system.forces_mut()[0] = RunContact::new(Box::new(nothing));

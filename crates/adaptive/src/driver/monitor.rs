@@ -9,7 +9,7 @@ use crate::error::AdaptiveError;
 use crate::impact_monitor::{Change, ContactInstant, Impact};
 use crate::interval::IntervalAssessment;
 use crate::record::{TransferDirection, TrialOutcome, TrialRecord};
-use crate::simulation::{near_motion, normal_motion, smallest_gap};
+use crate::simulation::{RunContact, near_motion, normal_motion, smallest_gap};
 
 impl Driver<'_> {
     /// Ends an accepted impact: reports it, with what follows from `minor` contacts, and takes the fine models out of the system.
@@ -18,8 +18,9 @@ impl Driver<'_> {
         let is_open: Vec<bool> =
             self.model.system.forces().iter().map(|f| f.contact.report().normal_force <= 0.0).collect();
         let whole: Vec<_> = self.slots.iter().map(|slot| slot.fine().and_then(|fine| fine.whole)).collect();
-        let has_points: Vec<bool> =
-            self.model.system.forces().iter().map(|f| f.contact.n_points() > 0).collect();
+        // What Hertz' law calls approach is deformation.
+        let has_springs = |f: &RunContact| f.contact.n_points() > 0 && f.contact.penalty().is_finite();
+        let has_springs: Vec<bool> = self.model.system.forces().iter().map(has_springs).collect();
         let mut is_closed = false; // time is up, or the user stopped the run
         for i in self.latest_first() {
             let before = self.present_balance()?;
@@ -37,7 +38,7 @@ impl Driver<'_> {
         for (i, (is_open, spans)) in is_open.into_iter().zip(others).enumerate() {
             let monitor = &mut self.slots[i].monitor;
             let round_off = TOUCHING * self.model.contacts[i].size;
-            let overlap = monitor.overlap_share(round_off).filter(|_| has_points[i]);
+            let overlap = monitor.overlap_share(round_off).filter(|_| has_springs[i]);
             let is_alone = |impact: &Impact| {
                 let (start, end) = impact.span();
                 !spans.iter().any(|(first, last)| *first < end && start < *last)

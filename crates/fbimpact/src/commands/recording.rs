@@ -55,7 +55,7 @@ pub fn finish(
     let part = output.part().to_owned();
     let progress = Progress::new(bar.clone());
     stop.hold(Held { output, recorder: Some(recorder), is_restart_own: true, bar, time: 0.0 });
-    let mut observer = RunObserver { progress, stop };
+    let mut observer = RunObserver { progress, stop, n_impacts: 0 };
     let outcome = simulation(&mut observer);
     observer.progress.finish();
     let Held { output, recorder, .. } = stop.take();
@@ -101,6 +101,8 @@ pub fn finish(
 struct RunObserver<'a> {
     progress: Progress,
     stop: &'a Stop,
+    /// Impacts that have been logged.
+    n_impacts: u32,
 }
 
 impl RunObserver<'_> {
@@ -162,8 +164,10 @@ impl Observer for RunObserver<'_> {
     }
 
     fn impact(&mut self, record: &ImpactRecord) -> Result<(), ObserverError> {
+        let goes_on = if record.row < self.n_impacts { " goes on" } else { "" };
+        self.n_impacts = self.n_impacts.max(record.row + 1);
         tracing::info!(
-            "impact at {:.6e} s: {:.5e} s long, peak {:.6} N, impulse {:.6e} N s, restitution {}",
+            "impact at {:.6e} s{goes_on}: {:.5e} s long, peak {:.6} N, impulse {:.6e} N s, restitution {}",
             record.start,
             record.end - record.start,
             record.peak_force,
