@@ -60,7 +60,7 @@ fn text(pair: Pair, (width, gap): (Option<f64>, f64), (tilt, turn): (f64, f64)) 
         ),
     };
     let floor = match pair {
-        Pair::OnRigid => "model = \"rigid\"\nmaterial = \"steel\"\nthickness = 20e-3\n\
+        Pair::OnRigid => "model = \"rigid\"\nmotion = \"planar\"\nmaterial = \"steel\"\nthickness = 20e-3\n\
              geometry = { shape = \"disc\", radius = 30e-3 }"
             .to_owned(),
         _ => format!("model = \"rigid\"\ngeometry = {{ shape = \"plane\" }}\nnormal = {up:?}"),
@@ -68,7 +68,7 @@ fn text(pair: Pair, (width, gap): (Option<f64>, f64), (tilt, turn): (f64, f64)) 
     let held = match pair {
         Pair::OnRigid => format!(
             "[joints.held]\ntype = \"fixed\"\nparent = {{ body = \"ground\", point = {:?} }}\n\
-             child = {{ body = \"floor\", point = [0.0, 0.0, 0.0] }}\n",
+             child = {{ body = \"floor\", point = [0.0, 0.0] }}\n",
             times(-30e-3)
         ),
         _ => String::new(),
