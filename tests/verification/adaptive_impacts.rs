@@ -99,7 +99,8 @@ fn states_of_impacts_are_stored_as_often_as_asked_for_and_events_stay_the_same()
     let every = "output.phase_states=1e12";
     let full = &run("sphere_rod_sphere", &[every]);
     let thin = run("sphere_rod_sphere", &[every, &format!("output.impact_interval={interval}")]);
-    assert_eq!(thin.impacts, full.impacts);
+    // Where there is no restitution it is NaN, which equals nothing.
+    assert_eq!(format!("{:?}", thin.impacts), format!("{:?}", full.impacts));
     for (i, phase) in thin.phases.iter().enumerate() {
         let times = |trace: &Trace| -> Vec<f64> {
             trace.samples.iter().filter(|s| s.phase as usize == i).map(|s| s.time).collect()

@@ -83,7 +83,7 @@ impl Observer for Recording {
     }
 
     fn impact(&mut self, record: &ImpactRecord) -> Result<(), ObserverError> {
-        match self.impacts.get_mut(record.row as usize) {
+        match self.impacts.iter_mut().rev().find(|earlier| earlier.row == record.row) {
             Some(earlier) => *earlier = *record,
             None => self.impacts.push(*record),
         }
