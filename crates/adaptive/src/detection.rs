@@ -151,6 +151,14 @@ impl Detector {
             DetectorTarget::Body(_, other) => self.model.size().max(other.size()),
         }
     }
+
+    /// Size of the smaller body \[m\].
+    pub fn least_size(&self) -> f64 {
+        match &self.target {
+            DetectorTarget::Plane(_) => self.model.size(),
+            DetectorTarget::Body(_, other) => self.model.size().min(other.size()),
+        }
+    }
 }
 
 /// Stands in a system for a contact whose model is not there: no force, no gap to look at.

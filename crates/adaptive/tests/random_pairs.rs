@@ -10,6 +10,8 @@ use std::time::Instant;
 
 use crate::impacts::{Numbers, Solid, Trace, body, contact, disc, law, spec, sphere, try_run};
 use crate::solids::Form;
+use crate::watch::{broken, drop_contact};
+use adaptive::AdaptiveError;
 use adaptive::spec::{BodySpec, ContactLaw, InitialMotion, RunSpec, Target};
 use contact_qs::law::Friction;
 use iga_core::nurbs::primitives::axisymmetric;
@@ -385,6 +387,27 @@ fn check(numbers: impl Iterator<Item = u64>, kinds: &[Kind]) {
     assert!(faults.is_empty(), "{} of {}:\n{}", faults.len(), outcomes.len(), faults.join("\n"));
 }
 
+/// Depth at which pairs without a contact end, as a share of the smaller radius: a hundred times what the watch says nothing of.
+const DEEP: f64 = 1e-4;
+
+/// Drops the contact of each pair and simulates it until the bodies are deep in each other.
+fn check_watched(numbers: impl Iterator<Item = u64>, kinds: &[Kind]) {
+    let silent = |n| {
+        let mut pair = Pair::draw(n, kinds);
+        // Slow pairs take many steps to fall so deep.
+        (pair.closing, pair.gap) = (pair.closing.max(0.5), pair.gap.min(1e-6));
+        let mut spec = pair.spec();
+        let least = if pair.kind.has_plane() { pair.radii[0] } else { pair.radii[0].min(pair.radii[1]) };
+        spec.settings.end_time = (pair.gap + DEEP * least) / pair.closing;
+        match broken(&spec, drop_contact).1 {
+            Err(AdaptiveError::PassedThrough { .. }) => None,
+            other => Some(format!("{n}: {other:?}; {pair:?}")),
+        }
+    };
+    let faults: Vec<String> = numbers.collect::<Vec<u64>>().into_par_iter().filter_map(silent).collect();
+    assert!(faults.is_empty(), "{}:\n{}", faults.len(), faults.join("\n"));
+}
+
 /// Numbers from the environment variable `PAIRS`, such as `200..400`; all without it.
 fn chosen(all: std::ops::Range<u64>) -> std::ops::Range<u64> {
     let text = std::env::var("PAIRS").unwrap_or_default();
@@ -395,6 +418,18 @@ fn chosen(all: std::ops::Range<u64>) -> std::ops::Range<u64> {
 #[test]
 fn pairs_drawn_at_random_are_simulated_without_any_setting() {
     check(0..24, ROUND);
+}
+
+#[test]
+fn pairs_without_a_contact_are_told() {
+    check_watched(0..24, ROUND);
+}
+
+#[test]
+#[ignore = "second tier: minutes"]
+fn two_hundred_pairs_without_a_contact_are_told() {
+    check_watched(0..150, ROUND);
+    check_watched(0..50, SOLID);
 }
 
 #[test]

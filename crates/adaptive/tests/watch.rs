@@ -134,7 +134,7 @@ fn zoned(mut body: BodySpec) -> BodySpec {
 }
 
 /// The run of `spec` with its model changed by `change`.
-fn broken(spec: &RunSpec, change: impl FnOnce(&mut RunModel)) -> (Trace, Result<(), AdaptiveError>) {
+pub fn broken(spec: &RunSpec, change: impl FnOnce(&mut RunModel)) -> (Trace, Result<(), AdaptiveError>) {
     let mut model = RunModel::build(spec).unwrap_or_else(|e| panic!("{e}"));
     change(&mut model);
     let mut trace = Trace::default();
@@ -142,7 +142,7 @@ fn broken(spec: &RunSpec, change: impl FnOnce(&mut RunModel)) -> (Trace, Result<
     (trace, end.map(|_| ()))
 }
 
-fn drop_contact(model: &mut RunModel) {
+pub fn drop_contact(model: &mut RunModel) {
     // The check of the start asks the contact for the distance of spheres.
     (model.contacts[0].refinement, model.contacts[0].radii) = (None, None);
     let (body, target) = model.system.forces()[0].contact.bodies();

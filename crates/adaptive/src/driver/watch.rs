@@ -8,7 +8,7 @@ use crate::plausibility::watch::{Seen, Unknown, WatchedPair};
 use crate::record::PhaseKind;
 use crate::spec::Target;
 
-/// Overlap that says nothing, as a share of the bodies' size: a thousand times what detection leaves.
+/// Overlap that says nothing, as a share of the size of the smaller body: far above what detection leaves, 1e-12 of the larger one.
 const SMALL: f64 = 1e-6;
 /// The same as a share of the width of a contact zone: bodies that are curved by twice the width lie so deep in each other before the first
 /// of ten points touches.

@@ -127,12 +127,14 @@ impl WatchedPair {
         is_due
     }
 
-    /// Size of the bodies, of which round-off is a share \[m\].
+    /// Size of the smaller body, of which an overlap that says nothing is a share \[m\].
     pub fn size(&self, refinement: Option<&AdaptiveContact>) -> f64 {
         match (&self.shapes, refinement) {
-            (Shapes::Spheres(own, other), _) => own.radius.max(other.as_ref().map_or(0.0, |o| o.radius)),
-            (Shapes::Lasting(detector), _) => detector.size(),
-            (Shapes::Refined, refinement) => refinement.map_or(0.0, |r| r.detector.size()),
+            (Shapes::Spheres(own, other), _) => {
+                own.radius.min(other.as_ref().map_or(f64::INFINITY, |o| o.radius))
+            }
+            (Shapes::Lasting(detector), _) => detector.least_size(),
+            (Shapes::Refined, refinement) => refinement.map_or(0.0, |r| r.detector.least_size()),
         }
     }
 
